@@ -1,0 +1,2 @@
+//! Starts and steps a coupled run.
+fn main() {}

@@ -1,0 +1,409 @@
+//! The half-step driver: the same loop steps a solver inside a server and inside one process.
+
+use std::sync::mpsc::Receiver;
+use std::time::{Duration, Instant};
+
+use crate::exchange::{Exchange, Extent, Frame, InterfaceStates, PeerError, PreviousStage};
+use crate::ledger::{Energies, InterfaceSums, StageBooks, TorqueCheck, balance_breaches, imbalance};
+use crate::setup::{BreachAction, InterfaceLaw, RunSetup};
+use crate::solver::{Counts, Fault, ParticleFields, Solver};
+use crate::stage::{Clock, Stage, StageTime, StepStage};
+
+/// What the coordinator tells a participant during a run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Command {
+    /// Step until this many steps are completed; never lowers an earlier grant.
+    GrantThrough(u64),
+    /// Finish at the end of the granted steps, with outputs complete.
+    Stop,
+    /// Give up at once.
+    Abort,
+}
+
+/// What a participant tells the coordinator during a run.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Event {
+    /// A step is complete.
+    Step(StepReport),
+    /// Probe values at a step boundary.
+    Probes(ProbeValues),
+    /// Particle fields at a step boundary.
+    Snapshot(ParticleFields),
+    /// The run ended in order; the last event.
+    Finished(FinalReport),
+    /// The run ended out of order; the last event.
+    Failed(FailureReport),
+}
+
+/// Probe values at a step boundary, in the order of the set-up.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ProbeValues {
+    /// Completed steps.
+    pub step: u64,
+    /// Time \[s\].
+    pub time: f64,
+    /// Values.
+    pub values: Vec<f64>,
+}
+
+/// One completed step of one side.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct StepReport {
+    /// Completed steps before this one.
+    pub step: u64,
+    /// Time at its end \[s\].
+    pub end_time: f64,
+    /// Its size \[s\].
+    pub time_step: f64,
+    /// Books of predictor and corrector.
+    pub books: [StageBooks; 2],
+    /// Energies at its end.
+    pub energies: Energies,
+    /// Own and partner particles in the last frames.
+    pub interface_particles: [u64; 2],
+    /// Wall time of the step \[s\].
+    pub elapsed: f64,
+    /// Part of it spent waiting for the partner \[s\].
+    pub waited: f64,
+    /// Breaches that the policy lets pass.
+    pub breaches: u64,
+}
+
+/// How a run ended in order.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FinalReport {
+    /// Completed steps.
+    pub step: u64,
+    /// Time \[s\].
+    pub time: f64,
+    /// Whether the end time was reached; otherwise the run was stopped from outside.
+    pub reached_end: bool,
+    /// Facts of the run.
+    pub counts: Counts,
+    /// All particles with full precision.
+    pub state: ParticleFields,
+}
+
+/// How a run ended out of order.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FailureReport {
+    /// Why.
+    pub fault: Fault,
+    /// Completed steps.
+    pub step: u64,
+    /// Time \[s\].
+    pub time: f64,
+    /// Facts of the run.
+    pub counts: Counts,
+    /// All particles as they were when it happened.
+    pub state: ParticleFields,
+}
+
+/// What both sides know before the first frame.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Link {
+    /// The partner's extent at the start.
+    pub partner_extent: Extent,
+    /// Smaller of both sides' limits for the first step \[s\].
+    pub first_limit: f64,
+}
+
+/// A run being stepped.
+struct Runner<'a, S: Solver + ?Sized> {
+    solver: &'a mut S,
+    exchange: Option<Box<dyn Exchange>>,
+    setup: &'a RunSetup,
+    partner_extent: Extent,
+    /// Own extents that the partner may still refer to, newest last.
+    known_extents: [Extent; 2],
+    own: Frame,
+    partner: Frame,
+    /// Sums and digests of the half-step before, for the check against the partner's report.
+    before: Option<Before>,
+    waited: Duration,
+    breaches: u64,
+    torque: TorqueCheck,
+}
+
+/// What the half-step before left to check.
+struct Before {
+    at: StepStage,
+    sums: InterfaceSums,
+    sent_digest: u32,
+    used_digest: u32,
+}
+
+/// Runs `solver` to its end under `commands`, reporting through `report`.
+///
+/// Without an exchange the solver has no partner. Every event is reported in order, `Finished` or `Failed` last.
+pub fn run<S: Solver + ?Sized>(
+    solver: &mut S,
+    setup: &RunSetup,
+    link: &Link,
+    exchange: Option<Box<dyn Exchange>>,
+    commands: &Receiver<Command>,
+    report: &mut dyn FnMut(Event),
+) {
+    let mut clock = Clock::new(setup.time, setup.outputs, link.first_limit);
+    let mut runner = Runner::new(solver, setup, link, exchange, &clock);
+    let mut granted = 0;
+    let mut stopping = false;
+    loop {
+        let due = clock.outputs_due();
+        if due.probes {
+            let mut values = Vec::new();
+            runner.solver.probes(clock.time(), &mut values);
+            report(Event::Probes(ProbeValues { step: clock.step(), time: clock.time(), values }));
+        }
+        if due.snapshot {
+            report(Event::Snapshot(runner.solver.snapshot(clock.step(), clock.time())));
+        }
+        while !clock.finished() && !(stopping && clock.step() >= granted) {
+            let command =
+                if clock.step() < granted { commands.try_recv().ok() } else { commands.recv().ok() };
+            match command {
+                Some(Command::GrantThrough(step)) => granted = granted.max(step),
+                Some(Command::Stop) => stopping = true,
+                Some(Command::Abort) => {
+                    let at = clock.stage(Stage::Predictor).at;
+                    report(runner.failed(Fault::Aborted { at }, &clock));
+                    return;
+                }
+                None if clock.step() < granted => break,
+                // The coordinator's end of the channel is gone.
+                None => {
+                    let at = clock.stage(Stage::Predictor).at;
+                    report(runner.failed(Fault::Aborted { at }, &clock));
+                    return;
+                }
+            }
+        }
+        if clock.finished() || clock.step() >= granted {
+            break;
+        }
+        match runner.step(&mut clock) {
+            Ok(step) => report(Event::Step(step)),
+            Err(fault) => {
+                report(runner.failed(fault, &clock));
+                return;
+            }
+        }
+    }
+    // A stop from outside ends between outputs: the last boundary is always written.
+    if !clock.finished() {
+        let mut values = Vec::new();
+        runner.solver.probes(clock.time(), &mut values);
+        report(Event::Probes(ProbeValues { step: clock.step(), time: clock.time(), values }));
+    }
+    report(Event::Finished(FinalReport {
+        step: clock.step(),
+        time: clock.time(),
+        reached_end: clock.finished(),
+        counts: runner.solver.counts(),
+        state: runner.solver.snapshot(clock.step(), clock.time()),
+    }));
+}
+
+impl<'a, S: Solver + ?Sized> Runner<'a, S> {
+    fn new(
+        solver: &'a mut S,
+        setup: &'a RunSetup,
+        link: &Link,
+        exchange: Option<Box<dyn Exchange>>,
+        clock: &Clock,
+    ) -> Self {
+        let empty = || Frame::empty(clock.stage(Stage::Predictor));
+        let central = setup.coupling.is_none_or(|c| c.law == InterfaceLaw::Wall);
+        let mut own = empty();
+        own.extent.clone_from(solver.extent());
+        Self {
+            known_extents: [own.extent.clone(), own.extent.clone()],
+            solver,
+            exchange,
+            partner_extent: link.partner_extent.clone(),
+            own,
+            partner: empty(),
+            before: None,
+            waited: Duration::ZERO,
+            breaches: 0,
+            torque: if setup.domain.is_periodic() {
+                TorqueCheck::Skipped
+            } else if central {
+                TorqueCheck::Central
+            } else {
+                TorqueCheck::WithCouple
+            },
+            setup,
+        }
+    }
+
+    fn failed(&self, fault: Fault, clock: &Clock) -> Event {
+        Event::Failed(FailureReport {
+            fault,
+            step: clock.step(),
+            time: clock.time(),
+            counts: self.solver.counts(),
+            state: self.solver.snapshot(clock.step(), clock.time()),
+        })
+    }
+
+    /// One step: predictor and corrector.
+    fn step(&mut self, clock: &mut Clock) -> Result<StepReport, Fault> {
+        let started = Instant::now();
+        let waited_before = self.waited;
+        let breaches_before = self.breaches;
+        let time_step = clock.time_step();
+        let mut report = StepReport { step: clock.step(), time_step, ..StepReport::default() };
+        let mut limit = f64::INFINITY;
+        for (k, stage) in Stage::BOTH.into_iter().enumerate() {
+            let time = clock.stage(stage);
+            (report.books[k], limit) = self.half_step(&time)?;
+        }
+        self.solver.end_step(&clock.stage(Stage::Corrector)).map_err(Fault::Diverged)?;
+        clock.advance(limit);
+        report.end_time = clock.time();
+        report.energies = self.solver.energies();
+        report.interface_particles = [self.own.states.len() as u64, self.partner.states.len() as u64];
+        report.elapsed = started.elapsed().as_secs_f64();
+        report.waited = (self.waited - waited_before).as_secs_f64();
+        report.breaches = self.breaches - breaches_before;
+        Ok(report)
+    }
+
+    /// One half-step; returns its books and the smaller of both sides' limits for the next step \[s\].
+    fn half_step(&mut self, time: &StageTime) -> Result<(StageBooks, f64), Fault> {
+        self.solver.begin_stage(time).map_err(Fault::Diverged)?;
+        let mut limit = self.solver.time_step_limit();
+        let mut digests = None;
+        if self.exchange.is_some() {
+            let sent_digest = self.send(time, limit)?;
+            self.solver.evaluate_own(time);
+            let used_digest = self.receive(time)?;
+            limit = limit.min(self.partner.time_step_limit);
+            digests = Some((sent_digest, used_digest));
+        } else {
+            self.solver.evaluate_own(time);
+        }
+        self.solver.evaluate_cross(time, &self.own.states, &self.partner.states);
+        let books = self.solver.advance(time).map_err(Fault::Diverged)?;
+        self.before = digests.map(|(sent_digest, used_digest)| Before {
+            at: time.at,
+            sums: books.interface,
+            sent_digest,
+            used_digest,
+        });
+        Ok((books, limit))
+    }
+
+    fn send(&mut self, time: &StageTime, limit: f64) -> Result<u32, Fault> {
+        let Some(coupling) = &self.setup.coupling else {
+            return Err(Fault::Peer { at: time.at, message: "the set-up has no coupling".into() });
+        };
+        let reach = 2.0 * coupling.fluid.smoothing_length + coupling.margin;
+        let own = &mut self.own;
+        own.time = *time;
+        own.set_version = self.solver.interface(&self.partner_extent, reach, &mut own.states);
+        own.partner_extent_version = self.partner_extent.version;
+        own.reach = reach;
+        own.time_step_limit = limit;
+        let extent = self.solver.extent();
+        if extent.version != own.extent.version {
+            own.extent.clone_from(extent);
+            self.known_extents.rotate_left(1);
+            self.known_extents[1].clone_from(extent);
+        }
+        own.previous = self.before.as_ref().map(|b| PreviousStage {
+            at: b.at,
+            sums: b.sums,
+            used_digest: b.used_digest,
+        });
+        let digest = own.digest();
+        if let Some(exchange) = self.exchange.as_mut() {
+            exchange.send(own).map_err(|e| peer_fault(time.at, e))?;
+        }
+        Ok(digest)
+    }
+
+    fn receive(&mut self, time: &StageTime) -> Result<u32, Fault> {
+        let at = time.at;
+        if let Some(exchange) = self.exchange.as_mut() {
+            let started = Instant::now();
+            exchange.receive(at, &mut self.partner).map_err(|e| peer_fault(at, e))?;
+            self.waited += started.elapsed();
+        }
+        let partner = &self.partner;
+        if partner.time.at != at {
+            let message = format!("expected a frame of {at}, got one of {}", partner.time.at);
+            return Err(Fault::Peer { at, message });
+        }
+        for (name, ours, theirs) in [
+            ("start of step [s]", time.step_start, partner.time.step_start),
+            ("time step [s]", time.time_step, partner.time.time_step),
+        ] {
+            if ours.to_bits() != theirs.to_bits() {
+                let difference = format!("{name} is {ours:?} here and {theirs:?} at the partner");
+                return Err(Fault::Clock { at, difference });
+            }
+        }
+        self.check_before(at)?;
+        // The partner chose its particles by the extent of an earlier frame.
+        let known = self.partner.partner_extent_version;
+        let Some(extent) = self.known_extents.iter().find(|extent| extent.version == known) else {
+            let message = format!("the frame of {at} refers to extent {known}, which was not sent lately");
+            return Err(Fault::Peer { at, message });
+        };
+        if let Err(shortfall) = self.solver.covered_by(extent, self.partner.reach) {
+            return Err(Fault::Coverage { at, shortfall });
+        }
+        if self.partner.extent.version != self.partner_extent.version {
+            self.partner_extent.clone_from(&self.partner.extent);
+        }
+        Ok(self.partner.digest())
+    }
+
+    /// Compares the partner's report of the half-step before with own books.
+    fn check_before(&mut self, at: StepStage) -> Result<(), Fault> {
+        let (Some(ours), theirs) = (&self.before, self.partner.previous.as_ref()) else {
+            return Ok(());
+        };
+        let Some(theirs) = theirs.filter(|t| t.at == ours.at) else {
+            let message = format!("the frame of {at} lacks the sums of {}", ours.at);
+            return Err(Fault::Peer { at, message });
+        };
+        let mut faults = Vec::new();
+        if theirs.used_digest != ours.sent_digest {
+            faults.push(Fault::StaleFrame { at: ours.at, sent: ours.sent_digest, used: theirs.used_digest });
+        }
+        let imbalance = imbalance(&ours.sums, &theirs.sums, self.torque);
+        faults
+            .extend(balance_breaches(ours.at, &imbalance, &self.setup.ledger).into_iter().map(Fault::Ledger));
+        self.breaches += faults.len() as u64;
+        match (self.setup.ledger.action, faults.into_iter().next()) {
+            (BreachAction::Stop, Some(fault)) => Err(fault),
+            _ => Ok(()),
+        }
+    }
+}
+
+fn peer_fault(at: StepStage, error: PeerError) -> Fault {
+    match error {
+        PeerError::Cancelled => Fault::Aborted { at },
+        other => Fault::Peer { at, message: other.to_string() },
+    }
+}
+
+impl Frame {
+    /// A frame of `time` without particles.
+    pub fn empty(time: StageTime) -> Self {
+        Self {
+            time,
+            states: InterfaceStates::default(),
+            set_version: 0,
+            extent: Extent::default(),
+            partner_extent_version: 0,
+            reach: 0.0,
+            time_step_limit: f64::INFINITY,
+            previous: None,
+        }
+    }
+}

@@ -1,0 +1,174 @@
+//! What two solvers swap at each half-step, and the trait by which they do.
+
+use crate::ledger::InterfaceSums;
+use crate::stage::{StageTime, StepStage};
+use crate::vector::{DIMENSIONS, SymmetricTensor, Vector};
+
+/// States of the particles of one side that may lie within support of the other, ids ascending.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct InterfaceStates {
+    /// Identity among the sender's particles, strictly ascending.
+    pub id: Vec<u32>,
+    /// Region (fluid) or body (solid) of each particle.
+    pub group: Vec<u32>,
+    /// Mass per depth \[kg/m\].
+    pub mass: Vec<f64>,
+    /// Position \[m\].
+    pub position: Vec<Vector>,
+    /// Velocity \[m/s\].
+    pub velocity: Vec<Vector>,
+    /// Density \[kg/m³\].
+    pub density: Vec<f64>,
+    /// Pressure \[Pa\]; of a solid, −σ_kk/3 by Eq. (5).
+    pub pressure: Vec<f64>,
+    /// Cauchy stress σ \[Pa\]; empty unless the law needs it.
+    pub stress: Vec<SymmetricTensor>,
+}
+
+impl InterfaceStates {
+    /// Number of particles.
+    pub fn len(&self) -> usize {
+        self.id.len()
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.id.is_empty()
+    }
+
+    /// Removes all particles, keeping the allocations.
+    pub fn clear(&mut self) {
+        let Self { id, group, mass, position, velocity, density, pressure, stress } = self;
+        id.clear();
+        group.clear();
+        mass.clear();
+        position.clear();
+        velocity.clear();
+        density.clear();
+        pressure.clear();
+        stress.clear();
+    }
+}
+
+/// Where one side's particles are: boxes whose union holds all of them that can meet the other side.
+///
+/// One bounding box is always right; finer boxes make the partner send fewer particles.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Extent {
+    /// Counts the changes of `boxes`.
+    pub version: u64,
+    /// Boxes as (lower, upper) corners \[m\].
+    pub boxes: Vec<(Vector, Vector)>,
+}
+
+/// One side's message of one half-step.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Frame {
+    /// Half-step to which the states belong.
+    pub time: StageTime,
+    /// States of the particles within reach of the partner.
+    pub states: InterfaceStates,
+    /// Counts the changes of ids, groups and masses: when it is the partner's last, they are not sent again.
+    pub set_version: u64,
+    /// Where the sender's particles are.
+    pub extent: Extent,
+    /// Version of the partner's extent for which `states` was chosen.
+    pub partner_extent_version: u64,
+    /// `states` holds every particle of the sender that lies within this distance of that extent \[m\].
+    pub reach: f64,
+    /// Largest stable next step of the sender \[s\].
+    pub time_step_limit: f64,
+    /// The sender's interface sums of the half-step before.
+    pub previous: Option<PreviousStage>,
+}
+
+/// What a frame reports of the half-step before.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PreviousStage {
+    /// The half-step.
+    pub at: StepStage,
+    /// The sender's interface sums.
+    pub sums: InterfaceSums,
+    /// Digest of the partner frame from which they were computed.
+    pub used_digest: u32,
+}
+
+impl Frame {
+    /// Digest of what the pair forces depend on: half-step, ids and state bits.
+    pub fn digest(&self) -> u32 {
+        let mut digest = crc32fast::Hasher::new();
+        let mut word = |bits: u64| digest.update(&bits.to_le_bytes());
+        word(self.time.at.step);
+        word(self.time.at.stage as u64);
+        let s = &self.states;
+        for i in 0..s.len() {
+            word(u64::from(s.id[i]));
+            for axis in 0..DIMENSIONS {
+                word(s.position[i][axis].to_bits());
+                word(s.velocity[i][axis].to_bits());
+            }
+            word(s.density[i].to_bits());
+            word(s.pressure[i].to_bits());
+        }
+        for stress in &s.stress {
+            word(stress.xx.to_bits());
+            word(stress.yy.to_bits());
+            word(stress.xy.to_bits());
+        }
+        digest.finalize()
+    }
+}
+
+/// Why a partner could not be met.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum PeerError {
+    /// The partner is gone or unreachable.
+    #[error("lost the partner: {0}")]
+    Lost(String),
+    /// The partner's message was refused.
+    #[error("refused the partner's frame: {0}")]
+    Refused(String),
+    /// The run was told to stop while waiting.
+    #[error("stopped while waiting for the partner")]
+    Cancelled,
+}
+
+/// How a solver meets its partner at one half-step: over gRPC, or through a channel inside one process.
+pub trait Exchange: Send {
+    /// Sends own states; returns before the partner has them.
+    ///
+    /// # Errors
+    /// When the partner can no longer be reached.
+    fn send(&mut self, frame: &Frame) -> Result<(), PeerError>;
+
+    /// Waits for the partner's frame of half-step `at` into `frame`, whose old content may be reused.
+    ///
+    /// # Errors
+    /// When the partner is lost, or sends anything else than this half-step.
+    fn receive(&mut self, at: StepStage, frame: &mut Frame) -> Result<(), PeerError>;
+}
+
+/// Two ends of an exchange inside one process.
+pub fn in_process_pair() -> (InProcess, InProcess) {
+    // Lock-step lets one side be one frame ahead at most.
+    let (to_b, from_a) = std::sync::mpsc::sync_channel(2);
+    let (to_a, from_b) = std::sync::mpsc::sync_channel(2);
+    (InProcess { sender: to_b, receiver: from_b }, InProcess { sender: to_a, receiver: from_a })
+}
+
+/// One end of an exchange inside one process.
+pub struct InProcess {
+    sender: std::sync::mpsc::SyncSender<Frame>,
+    receiver: std::sync::mpsc::Receiver<Frame>,
+}
+
+impl Exchange for InProcess {
+    fn send(&mut self, frame: &Frame) -> Result<(), PeerError> {
+        self.sender.send(frame.clone()).map_err(|_| PeerError::Lost("its thread has ended".into()))
+    }
+
+    fn receive(&mut self, _at: StepStage, frame: &mut Frame) -> Result<(), PeerError> {
+        *frame = self.receiver.recv().map_err(|_| PeerError::Lost("its thread has ended".into()))?;
+        Ok(())
+    }
+}

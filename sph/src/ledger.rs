@@ -1,0 +1,244 @@
+//! The audit of what crosses the interface: sums per half-step and side, and the checks on them.
+
+use serde::{Deserialize, Serialize};
+
+use crate::setup::LedgerPolicy;
+use crate::stage::StepStage;
+use crate::vector::Vector;
+
+/// Sums over the pair forces that one side received from the other in one half-step, per metre of depth.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct InterfaceSums {
+    /// Σ f_ij \[N/m\].
+    pub force: Vector,
+    /// Σ |f_ij| \[N/m\]: the scale of the balance.
+    pub gross_force: f64,
+    /// Σ (x_i − x₀) × f_ij \[N\], about the domain's torque origin.
+    pub torque: f64,
+    /// Σ |x_i − x₀| |f_ij| \[N\].
+    pub gross_torque: f64,
+    /// ½ Σ (x_i − x_j) × f_ij \[N\]: what a non-central law leaves; both sides report the same value.
+    pub couple: f64,
+    /// Σ f_ij · v_i \[W/m\].
+    pub power: f64,
+    /// Number of pairs.
+    pub pairs: u64,
+}
+
+/// A named change of one side's momentum that is not a pair force between owners.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Account {
+    /// Gravity and other body forces.
+    BodyForce,
+    /// Fixed and moving walls of the fluid.
+    Walls,
+    /// Supports of solids.
+    Supports,
+    /// Contact of solids with walls.
+    WallContact,
+    /// Linear damping.
+    Damping,
+    /// Stabilisers that are not antisymmetric.
+    Stabilisers,
+    /// Particles that left.
+    Removed,
+}
+
+impl Account {
+    /// All accounts in the order of [`Accounts`].
+    pub const ALL: [Account; 7] = [
+        Account::BodyForce,
+        Account::Walls,
+        Account::Supports,
+        Account::WallContact,
+        Account::Damping,
+        Account::Stabilisers,
+        Account::Removed,
+    ];
+
+    /// Name in outputs.
+    pub fn name(self) -> &'static str {
+        match self {
+            Account::BodyForce => "body_force",
+            Account::Walls => "walls",
+            Account::Supports => "supports",
+            Account::WallContact => "wall_contact",
+            Account::Damping => "damping",
+            Account::Stabilisers => "stabilisers",
+            Account::Removed => "removed",
+        }
+    }
+}
+
+/// Force of each account on one side \[N/m\].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Accounts([Vector; Account::ALL.len()]);
+
+impl Accounts {
+    /// Force of `account` \[N/m\].
+    pub fn get(&self, account: Account) -> Vector {
+        self.0[account as usize]
+    }
+
+    /// Adds `force` \[N/m\] to `account`.
+    pub fn add(&mut self, account: Account, force: Vector) {
+        self.0[account as usize] += force;
+    }
+
+    /// Sum over all accounts \[N/m\].
+    pub fn total(&self) -> Vector {
+        self.0.iter().sum()
+    }
+}
+
+/// The books of one side for one half-step.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct StageBooks {
+    /// Interface sums.
+    pub interface: InterfaceSums,
+    /// Forces of all other origins.
+    pub accounts: Accounts,
+    /// Time by which the stage advanced from the start of the step \[s\].
+    pub duration: f64,
+    /// Σ m v after the stage minus Σ m v at the start of the step, summed over all particles \[kg/s\].
+    pub momentum_change: Vector,
+    /// Σ m |v| at both ends plus duration · Σ m |a| \[kg/s\]: the scale of round-off in the momentum check.
+    pub gross_momentum: f64,
+}
+
+impl StageBooks {
+    /// |ΔP − duration·(interface + accounts)| over the gross momentum \[-\]: check (b).
+    pub fn momentum_residual(&self) -> f64 {
+        let expected = self.duration * (self.interface.force + self.accounts.total());
+        relative((self.momentum_change - expected).norm(), self.gross_momentum)
+    }
+}
+
+/// Energies of one side at a step boundary \[J/m\].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Energies {
+    /// Kinetic.
+    pub kinetic: f64,
+    /// Potential, in constant gravity.
+    pub potential: f64,
+    /// Compression energy of a fluid, strain energy of a solid.
+    pub internal: f64,
+}
+
+/// Imbalance of one half-step, relative to gross: check (a).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Imbalance {
+    /// |F_fluid + F_solid| / gross force \[-\].
+    pub force: f64,
+    /// |T_fluid + T_solid − couple| / gross torque \[-\].
+    pub torque: f64,
+}
+
+/// How the torque of an interface law is checked.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TorqueCheck {
+    /// Pair forces act along x_ij: torques cancel.
+    Central,
+    /// They do not: torques cancel up to the couple Σ (x_i − x_j) × f_ij, which both sides report.
+    WithCouple,
+    /// A periodic direction leaves torque without meaning.
+    Skipped,
+}
+
+/// Compares both sides' sums of one half-step.
+pub fn imbalance(ours: &InterfaceSums, theirs: &InterfaceSums, torque: TorqueCheck) -> Imbalance {
+    let gross = ours.gross_force.max(theirs.gross_force);
+    let gross_torque = ours.gross_torque.max(theirs.gross_torque);
+    let net_torque = ours.torque + theirs.torque;
+    let torque = match torque {
+        TorqueCheck::Central => relative(net_torque.abs(), gross_torque),
+        TorqueCheck::WithCouple => relative((net_torque - ours.couple - theirs.couple).abs(), gross_torque),
+        TorqueCheck::Skipped => 0.0,
+    };
+    Imbalance { force: relative((ours.force + theirs.force).norm(), gross), torque }
+}
+
+/// `residual / gross`; a residual without any gross is infinitely wrong.
+fn relative(residual: f64, gross: f64) -> f64 {
+    if residual == 0.0 { 0.0 } else { residual / gross }
+}
+
+/// A failed check of the ledger.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Breach {
+    /// Half-step for which the books do not balance.
+    pub at: StepStage,
+    /// Which balance failed.
+    pub check: Check,
+    /// Residual relative to gross \[-\].
+    pub residual: f64,
+    /// Allowed residual \[-\].
+    pub tolerance: f64,
+}
+
+/// A balance that the ledger checks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Check {
+    /// Action equals reaction: force.
+    Force,
+    /// Action equals reaction: torque.
+    Torque,
+    /// One side's momentum change equals what its books say.
+    Momentum,
+}
+
+impl Check {
+    /// Name in outputs and messages.
+    pub fn name(self) -> &'static str {
+        match self {
+            Check::Force => "action = reaction (force)",
+            Check::Torque => "action = reaction (torque)",
+            Check::Momentum => "momentum change = booked impulse",
+        }
+    }
+}
+
+impl std::fmt::Display for Breach {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(
+            f,
+            "ledger breach at {}: {} is off by {:.2e} of gross, allowed {:.0e}",
+            self.at,
+            self.check.name(),
+            self.residual,
+            self.tolerance
+        )?;
+        // Round-off stays below 1e-11; a wrong law is of order one. In between, sides used different states.
+        if self.check != Check::Momentum && (1e-9..1e-1).contains(&self.residual) {
+            f.write_str("; a residual of this size is the mark of stale data: one side used an older state")?;
+        }
+        Ok(())
+    }
+}
+
+/// Breaches of checks (a) in one half-step, force before torque.
+pub fn balance_breaches(at: StepStage, imbalance: &Imbalance, policy: &LedgerPolicy) -> Vec<Breach> {
+    [(Check::Force, imbalance.force), (Check::Torque, imbalance.torque)]
+        .into_iter()
+        .filter(|(_, residual)| exceeds(*residual, policy.balance_tolerance))
+        .map(|(check, residual)| Breach { at, check, residual, tolerance: policy.balance_tolerance })
+        .collect()
+}
+
+/// Breach of check (b) in one half-step of one side.
+pub fn momentum_breach(at: StepStage, books: &StageBooks, policy: &LedgerPolicy) -> Option<Breach> {
+    let residual = books.momentum_residual();
+    exceeds(residual, policy.momentum_tolerance).then_some(Breach {
+        at,
+        check: Check::Momentum,
+        residual,
+        tolerance: policy.momentum_tolerance,
+    })
+}
+
+/// NaN exceeds everything.
+fn exceeds(value: f64, tolerance: f64) -> bool {
+    value.is_nan() || value > tolerance
+}

@@ -1,0 +1,15 @@
+//! Numerics that both solvers of a coupled run need.
+//!
+//! No I/O, no async, no protobuf. Throughout, `i` is the particle that receives, `j` its neighbour, and
+//! x_ij = x_i − x_j, v_ij = v_i − v_j. Units are SI; in two dimensions extensive quantities are per metre of depth.
+//! `Eq. (n)` are the equations of the source document as read in `docs/method.md`.
+
+pub mod domain;
+pub mod driver;
+pub mod exchange;
+pub mod kernel;
+pub mod ledger;
+pub mod setup;
+pub mod solver;
+pub mod stage;
+pub mod vector;

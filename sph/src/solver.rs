@@ -1,0 +1,254 @@
+//! What the half-step driver asks of a solver, and what a solver tells about itself.
+
+use serde::{Deserialize, Serialize};
+
+use crate::exchange::{Extent, InterfaceStates};
+use crate::ledger::{Breach, Energies, StageBooks};
+use crate::stage::{StageTime, StepStage};
+
+/// Part that a solver plays in a run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Role {
+    /// Owns the fluid and its walls.
+    Fluid,
+    /// Owns the solids.
+    Solid,
+}
+
+impl Role {
+    /// The role across the interface.
+    pub fn partner(self) -> Self {
+        match self {
+            Role::Fluid => Role::Solid,
+            Role::Solid => Role::Fluid,
+        }
+    }
+}
+
+impl std::fmt::Display for Role {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Role::Fluid => "fluid",
+            Role::Solid => "solid",
+        })
+    }
+}
+
+/// A solver of either side, stepped by [`crate::driver::run`].
+///
+/// One half-step is `begin_stage`, `interface`, `evaluate_own`, `evaluate_cross`, `advance`, in this order. Nothing
+/// moves before `advance`, and `advance` computes no force. The same calls on the same data give the same bits on
+/// any number of threads.
+pub trait Solver: Send {
+    /// Which side this is.
+    fn role(&self) -> Role;
+
+    /// Updates what follows from the stage state alone: pressure or stress, walls' motion, neighbour lists.
+    ///
+    /// # Errors
+    /// When the state is no longer finite or breaks a limit.
+    fn begin_stage(&mut self, time: &StageTime) -> Result<(), Divergence>;
+
+    /// Largest stable step \[s\] as judged from the present state.
+    fn time_step_limit(&self) -> f64;
+
+    /// Where own particles are that can meet the partner.
+    fn extent(&self) -> &Extent;
+
+    /// Fills `states` with all own particles within `reach` \[m\] of the partner's `extent`, ids ascending.
+    ///
+    /// Returns the version of the set: it changes when ids, groups or masses do.
+    fn interface(&mut self, partner: &Extent, reach: f64, states: &mut InterfaceStates) -> u64;
+
+    /// Whether a partner that sent all within `reach` \[m\] of `extent` has covered all that own particles can meet.
+    ///
+    /// # Errors
+    /// The shortfall \[m\].
+    fn covered_by(&self, extent: &Extent, reach: f64) -> Result<(), f64>;
+
+    /// Sums over own particles that need no partner data.
+    fn evaluate_own(&mut self, time: &StageTime);
+
+    /// Sums over the partner's particles and all that follows from them: completes the rates of this stage.
+    ///
+    /// `own` is what [`Solver::interface`] filled in this stage. Without a partner both are empty.
+    fn evaluate_cross(&mut self, time: &StageTime, own: &InterfaceStates, partner: &InterfaceStates);
+
+    /// Moves the state from the start of the step by the stage's duration and the rates: Eq. (30) or (31).
+    ///
+    /// # Errors
+    /// When the new state is not finite or breaks a limit.
+    fn advance(&mut self, time: &StageTime) -> Result<StageBooks, Divergence>;
+
+    /// Removes particles that left, at the end of a step.
+    ///
+    /// # Errors
+    /// When more are lost than the case allows.
+    fn end_step(&mut self, time: &StageTime) -> Result<(), Divergence>;
+
+    /// Energies of all own particles.
+    fn energies(&self) -> Energies;
+
+    /// Values of all probes in the order of the set-up, columns as the probe kinds list them.
+    fn probes(&self, time: f64, values: &mut Vec<f64>);
+
+    /// All own particles with their fields.
+    fn snapshot(&self, step: u64, time: f64) -> ParticleFields;
+
+    /// Facts of the run so far.
+    fn counts(&self) -> Counts;
+}
+
+/// Facts of a solver's run so far.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Counts {
+    /// Particles that move by their own equations.
+    pub particles: u64,
+    /// Wall particles.
+    pub wall_particles: u64,
+    /// Neighbour list builds.
+    pub list_builds: u64,
+    /// Particles that crossed a wall.
+    pub lost: u64,
+    /// Particles that left over an open rim or through an outflow side.
+    pub outflow: u64,
+    /// Largest number of own interface particles sent in a frame.
+    pub largest_interface: u64,
+}
+
+/// Particles with named fields, as written to snapshots and final states.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ParticleFields {
+    /// Completed steps.
+    pub step: u64,
+    /// Time \[s\].
+    pub time: f64,
+    /// Identity among the owner's particles; wall particles follow, with ids beyond the owner's largest.
+    pub id: Vec<u32>,
+    /// Index into `group_names`.
+    pub group: Vec<u32>,
+    /// Names of regions, bodies or walls.
+    pub group_names: Vec<String>,
+    /// Fields; `position` is always present.
+    pub fields: Vec<Field>,
+}
+
+impl ParticleFields {
+    /// The field called `name`.
+    pub fn field(&self, name: &str) -> Option<&Field> {
+        self.fields.iter().find(|field| field.name == name)
+    }
+}
+
+/// One named field of a particle set.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Field {
+    /// Name, a standard term of the field such as `pressure`.
+    pub name: String,
+    /// SI unit, such as `Pa`.
+    pub unit: String,
+    /// Numbers per particle.
+    pub components: usize,
+    /// Values, particle by particle.
+    pub values: Vec<f64>,
+}
+
+/// A run that can not go on, with the guilty particle.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Divergence {
+    /// Half-step.
+    pub at: StepStage,
+    /// Particle id among the owner's, where one is guilty.
+    pub particle: Option<u32>,
+    /// Where it is \[m\].
+    pub position: Option<[f64; 2]>,
+    /// Quantity that broke its limit, with unit.
+    pub quantity: String,
+    /// Its value.
+    pub value: f64,
+    /// What is allowed, in words.
+    pub allowed: String,
+    /// What to do about it.
+    pub hint: String,
+}
+
+impl std::fmt::Display for Divergence {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "diverged at {}: {} = {:.6e}", self.at, self.quantity, self.value)?;
+        if let Some(particle) = self.particle {
+            write!(f, " of particle {particle}")?;
+        }
+        if let Some([x, y]) = self.position {
+            write!(f, " at ({x:.4}, {y:.4}) m")?;
+        }
+        write!(f, "; allowed: {}; {}", self.allowed, self.hint)
+    }
+}
+
+/// Why a participant ended its run before the end time.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", tag = "kind", content = "detail")]
+pub enum Fault {
+    /// The physics broke down.
+    Diverged(Divergence),
+    /// The books do not balance.
+    Ledger(Breach),
+    /// The partner computed a half-step from another frame than the one sent for it.
+    StaleFrame {
+        /// Half-step that was computed from it.
+        at: StepStage,
+        /// Digest of the frame sent for that half-step.
+        sent: u32,
+        /// Digest of the frame that the partner used.
+        used: u32,
+    },
+    /// The partner's frame did not cover what own particles can meet.
+    Coverage {
+        /// Half-step.
+        at: StepStage,
+        /// Missing reach \[m\].
+        shortfall: f64,
+    },
+    /// Both sides hold different times or steps.
+    Clock {
+        /// Half-step.
+        at: StepStage,
+        /// What differs.
+        difference: String,
+    },
+    /// The partner is lost or was refused.
+    Peer {
+        /// Half-step.
+        at: StepStage,
+        /// What happened.
+        message: String,
+    },
+    /// The run was given up from outside.
+    Aborted {
+        /// Half-step.
+        at: StepStage,
+    },
+}
+
+impl std::fmt::Display for Fault {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Fault::Diverged(divergence) => divergence.fmt(f),
+            Fault::Ledger(breach) => breach.fmt(f),
+            Fault::StaleFrame { at, sent, used } => write!(
+                f,
+                "stale frame at {at}: the partner computed this half-step from a frame of digest {used:08x}, \
+                 but the one sent for it has digest {sent:08x}; it used an older or altered state"
+            ),
+            Fault::Coverage { at, shortfall } => write!(
+                f,
+                "incomplete frame at {at}: the partner's particles cover {shortfall:.3e} m too little of the \
+                 interface; it moved further in one half-step than the margin allows"
+            ),
+            Fault::Clock { at, difference } => write!(f, "clocks differ at {at}: {difference}"),
+            Fault::Peer { at, message } => write!(f, "exchange failed at {at}: {message}"),
+            Fault::Aborted { at } => write!(f, "given up from outside at {at}"),
+        }
+    }
+}

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use crate::exchange::{Exchange, Extent, Frame, InterfaceStates, PeerError, PreviousStage};
 use crate::ledger::{Energies, InterfaceSums, StageBooks, TorqueCheck, balance_breaches, imbalance};
-use crate::setup::{BreachAction, InterfaceLaw, RunSetup};
+use crate::setup::{BreachAction, RunSetup};
 use crate::solver::{Counts, Fault, ParticleFields, Solver};
 use crate::stage::{Clock, Stage, StageTime, StepStage};
 
@@ -213,7 +213,6 @@ impl<'a, S: Solver + ?Sized> Runner<'a, S> {
         clock: &Clock,
     ) -> Self {
         let empty = || Frame::empty(clock.stage(Stage::Predictor));
-        let central = setup.coupling.is_none_or(|c| c.law == InterfaceLaw::Wall);
         let mut own = empty();
         own.extent.clone_from(solver.extent());
         Self {
@@ -226,13 +225,7 @@ impl<'a, S: Solver + ?Sized> Runner<'a, S> {
             before: None,
             waited: Duration::ZERO,
             breaches: 0,
-            torque: if setup.domain.is_periodic() {
-                TorqueCheck::Skipped
-            } else if central {
-                TorqueCheck::Central
-            } else {
-                TorqueCheck::WithCouple
-            },
+            torque: TorqueCheck::of(setup),
             setup,
         }
     }

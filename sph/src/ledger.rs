@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::setup::LedgerPolicy;
+use crate::setup::{InterfaceLaw, LedgerPolicy, RunSetup};
 use crate::stage::StepStage;
 use crate::vector::Vector;
 
@@ -23,6 +23,18 @@ pub struct InterfaceSums {
     pub power: f64,
     /// Number of pairs.
     pub pairs: u64,
+}
+
+impl std::ops::AddAssign for InterfaceSums {
+    fn add_assign(&mut self, other: Self) {
+        self.force += other.force;
+        self.gross_force += other.gross_force;
+        self.torque += other.torque;
+        self.gross_torque += other.gross_torque;
+        self.couple += other.couple;
+        self.power += other.power;
+        self.pairs += other.pairs;
+    }
 }
 
 /// A named change of one side's momentum that is not a pair force between owners.
@@ -144,6 +156,19 @@ pub enum TorqueCheck {
     WithCouple,
     /// A periodic direction leaves torque without meaning.
     Skipped,
+}
+
+impl TorqueCheck {
+    /// The check that fits the interface law and the domain of a run.
+    pub fn of(run: &RunSetup) -> Self {
+        if run.domain.is_periodic() {
+            Self::Skipped
+        } else if run.coupling.is_none_or(|coupling| coupling.law == InterfaceLaw::Wall) {
+            Self::Central
+        } else {
+            Self::WithCouple
+        }
+    }
 }
 
 /// Compares both sides' sums of one half-step.

@@ -4,12 +4,21 @@
 //! x_ij = x_i − x_j, v_ij = v_i − v_j. Units are SI; in two dimensions extensive quantities are per metre of depth.
 //! `Eq. (n)` are the equations of the source document as read in `docs/method.md`.
 
+pub mod body_force;
 pub mod domain;
 pub mod driver;
 pub mod exchange;
+pub mod expression;
 pub mod kernel;
 pub mod ledger;
+pub mod motion;
 pub mod setup;
+pub mod shapes;
 pub mod solver;
 pub mod stage;
 pub mod vector;
+pub mod equation_of_state;
+pub mod extent;
+pub mod interface;
+pub mod neighbours;
+pub mod sums;

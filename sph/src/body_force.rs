@@ -1,0 +1,99 @@
+//! The acceleration that acts on all matter.
+
+use crate::expression::{ComponentError, Expression};
+use crate::setup::BodyForce;
+use crate::vector::Vector;
+
+/// Constant gravity plus, where a scene names them, expressions of `x`, `y` \[m\] and `t` \[s\].
+#[derive(Clone, Debug, PartialEq)]
+pub struct BodyForceField {
+    gravity: Vector,
+    expressions: Option<[Expression; 2]>,
+}
+
+impl BodyForceField {
+    /// Names of the variables in the order of evaluation.
+    pub const VARIABLES: [&'static str; 3] = ["x", "y", "t"];
+
+    /// The field that `body_force` describes; empty texts and constants are cheap.
+    ///
+    /// # Errors
+    /// When a text is no expression of `x`, `y`, `t`.
+    pub fn new(body_force: &BodyForce) -> Result<Self, ComponentError> {
+        let mut field = Self { gravity: body_force.gravity, expressions: None };
+        let Some(texts) = &body_force.expressions else { return Ok(field) };
+        let parse = |component, text: &str| {
+            let text = if text.trim().is_empty() { "0" } else { text };
+            Expression::parse_component(component, text, &Self::VARIABLES)
+        };
+        let [x, y] = [parse("body force x", &texts[0])?, parse("body force y", &texts[1])?];
+        if (x.constant(), y.constant()) != (Some(0.0), Some(0.0)) {
+            field.expressions = Some([x, y]);
+        }
+        Ok(field)
+    }
+
+    /// A field of gravity alone \[m/s²\].
+    pub fn uniform(gravity: Vector) -> Self {
+        Self { gravity, expressions: None }
+    }
+
+    /// The constant part \[m/s²\].
+    pub fn gravity(&self) -> Vector {
+        self.gravity
+    }
+
+    /// Whether the acceleration is the constant part everywhere and always.
+    pub fn is_uniform(&self) -> bool {
+        self.expressions.is_none()
+    }
+
+    /// Acceleration \[m/s²\] at `position` \[m\] and `time` \[s\].
+    #[inline]
+    pub fn acceleration(&self, position: &Vector, time: f64) -> Vector {
+        match &self.expressions {
+            None => self.gravity,
+            Some([x, y]) => {
+                let values = [position.x, position.y, time];
+                self.gravity + Vector::new(x.eval(&values), y.eval(&values))
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn field(x: &str, y: &str) -> BodyForceField {
+        let expressions = Some([x.to_owned(), y.to_owned()]);
+        BodyForceField::new(&BodyForce { gravity: Vector::new(0.0, -9.81), expressions })
+            .expect("valid field")
+    }
+
+    #[test]
+    fn expressions_add_to_gravity() {
+        let sloshing = field("0.5*cos(t)", "x - y");
+        assert!(!sloshing.is_uniform());
+        let acceleration = sloshing.acceleration(&Vector::new(3.0, 1.0), 0.0);
+        assert_eq!(acceleration, Vector::new(0.5, -9.81 + 2.0));
+        assert_eq!(sloshing.gravity(), Vector::new(0.0, -9.81));
+    }
+
+    #[test]
+    fn without_expressions_gravity_acts_alone() {
+        let plain = BodyForceField::new(&BodyForce { gravity: Vector::new(0.1, -9.81), expressions: None });
+        assert_eq!(plain, Ok(BodyForceField::uniform(Vector::new(0.1, -9.81))));
+        let empty = field("", "0*2");
+        assert!(empty.is_uniform());
+        assert_eq!(empty.acceleration(&Vector::new(3.0, 1.0), 7.0), Vector::new(0.0, -9.81));
+    }
+
+    #[test]
+    fn errors_name_the_component() {
+        let expressions = Some(["0".to_owned(), "2*z".to_owned()]);
+        let error =
+            BodyForceField::new(&BodyForce { gravity: Vector::zeros(), expressions }).expect_err("no z");
+        assert!(error.to_string().starts_with("body force y = \"2*z\": character 3"), "{error}");
+    }
+}

@@ -1,0 +1,82 @@
+//! Equation of state of a weakly compressible fluid, Eq. (3).
+
+/// Tait's equation of state.
+///
+/// ```text
+/// p = p₀·[(ρ/ρ₀)^γ − 1],  p₀ = ρ₀c₀²/γ                             Eq. (3)
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tait {
+    rest_density: f64,
+    stiffness: f64,
+    exponent: f64,
+}
+
+impl Tait {
+    /// Rest density ρ₀ \[kg/m³\], sound speed c₀ \[m/s\], exponent γ \[-\].
+    pub fn new(rest_density: f64, sound_speed: f64, exponent: f64) -> Self {
+        Self { rest_density, stiffness: rest_density * sound_speed * sound_speed / exponent, exponent }
+    }
+
+    /// Pressure \[Pa\] at `density` \[kg/m³\].
+    ///
+    /// ```
+    /// // Linear limit γ = 1: p = c₀²(ρ − ρ₀) = 100 · 10 Pa.
+    /// let water = sph::equation_of_state::Tait::new(1000.0, 10.0, 1.0);
+    /// assert!((water.pressure(1010.0) - 1000.0).abs() < 1e-9);
+    /// ```
+    #[inline]
+    pub fn pressure(&self, density: f64) -> f64 {
+        let ratio = density / self.rest_density;
+        let power = if self.exponent == 7.0 {
+            let cube = ratio * ratio * ratio;
+            cube * cube * ratio
+        } else {
+            ratio.powf(self.exponent)
+        };
+        self.stiffness * (power - 1.0)
+    }
+
+    /// Density \[kg/m³\] at `pressure` \[Pa\]: the inverse; a pressure below −p₀ gives density zero.
+    #[inline]
+    pub fn density(&self, pressure: f64) -> f64 {
+        self.rest_density * (pressure / self.stiffness + 1.0).max(0.0).powf(1.0 / self.exponent)
+    }
+
+    /// Compression energy per mass \[J/kg\]: ∫ p/ρ² dρ from ρ₀ to `density`.
+    ///
+    /// ```text
+    /// e = p₀/ρ₀·[ (q^(γ−1) − 1)/(γ − 1) + 1/q − 1 ],  q = ρ/ρ₀
+    /// ```
+    pub fn compression_energy(&self, density: f64) -> f64 {
+        let q = density / self.rest_density;
+        let power = if (self.exponent - 1.0).abs() < 1e-12 {
+            q.ln()
+        } else {
+            (q.powf(self.exponent - 1.0) - 1.0) / (self.exponent - 1.0)
+        };
+        self.stiffness / self.rest_density * (power + 1.0 / q - 1.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn density_inverts_pressure_and_energy_integrates_it() {
+        for exponent in [1.0, 1.4, 7.0] {
+            let water = Tait::new(1000.0, 20.0, exponent);
+            for rho in [960.0, 1000.0, 1003.0, 1080.0] {
+                assert!((water.density(water.pressure(rho)) - rho).abs() < 1e-9);
+                let step = 1e-2;
+                let slope = (water.compression_energy(rho + step) - water.compression_energy(rho - step)) / (2.0 * step);
+                // Central difference of a function of curvature ~1e-4 J m⁶/kg³: error below 1e-7.
+                assert!((slope - water.pressure(rho) / (rho * rho)).abs() < 1e-6);
+            }
+            // dp/dρ at rest is c₀² = 400 m²/s².
+            let slope = (water.pressure(1000.01) - water.pressure(999.99)) / 0.02;
+            assert!((slope - 400.0).abs() < 1e-3);
+        }
+    }
+}

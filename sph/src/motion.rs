@@ -1,0 +1,225 @@
+//! Prescribed rigid motion of walls and supports.
+
+use crate::expression::{ComponentError, Derivatives, Expression};
+use crate::setup::Motion;
+use crate::vector::Vector;
+
+/// A prescribed rigid motion: x = pivot + R(a)·(X − pivot) + d, with a(t) and d(t) given by expressions.
+///
+/// Velocity and acceleration follow from exact derivatives; see [`crate::expression`] for jumps and kinks.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RigidMotion {
+    displacement: [Option<Expression>; 2],
+    angle: Option<Expression>,
+    pivot: Vector,
+}
+
+/// A rigid motion at one time; evaluates any number of positions cheaply.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MotionState {
+    pivot: Vector,
+    displacement: Vector,
+    displacement_rate: Vector,
+    displacement_acceleration: Vector,
+    rotation: Option<Rotation>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Rotation {
+    sine: f64,
+    cosine: f64,
+    rate: f64,
+    acceleration: f64,
+}
+
+impl Rotation {
+    fn apply(&self, v: &Vector) -> Vector {
+        Vector::new(self.cosine * v.x - self.sine * v.y, self.sine * v.x + self.cosine * v.y)
+    }
+}
+
+/// `v` turned by a right angle counter-clockwise: ω × v = ω · `turned(v)`.
+fn turned(v: &Vector) -> Vector {
+    Vector::new(-v.y, v.x)
+}
+
+impl RigidMotion {
+    /// The motion that `motion` describes; an empty text means none.
+    ///
+    /// # Errors
+    /// When a text is no expression of `t`.
+    pub fn new(motion: &Motion) -> Result<Self, ComponentError> {
+        let parse = |component, text: &str| {
+            if text.trim().is_empty() {
+                return Ok(None);
+            }
+            let expression = Expression::parse_component(component, text, &["t"])?;
+            // Left out rather than evaluated, so that positions at rest keep their bits.
+            Ok(Some(expression).filter(|e| e.constant() != Some(0.0)))
+        };
+        Ok(Self {
+            displacement: [
+                parse("displacement x", &motion.displacement[0])?,
+                parse("displacement y", &motion.displacement[1])?,
+            ],
+            angle: parse("angle", &motion.angle)?,
+            pivot: motion.pivot,
+        })
+    }
+
+    /// The motion at `time` \[s\].
+    pub fn at(&self, time: f64) -> MotionState {
+        let derivatives = |expression: &Option<Expression>| {
+            expression.as_ref().map_or_else(Derivatives::default, |e| e.derivatives(&[time], 0))
+        };
+        let [x, y] = [derivatives(&self.displacement[0]), derivatives(&self.displacement[1])];
+        let rotation = self.angle.as_ref().map(|angle| {
+            let a = angle.derivatives(&[time], 0);
+            let (sine, cosine) = a.value.sin_cos();
+            Rotation { sine, cosine, rate: a.first, acceleration: a.second }
+        });
+        MotionState {
+            pivot: self.pivot,
+            displacement: Vector::new(x.value, y.value),
+            displacement_rate: Vector::new(x.first, y.first),
+            displacement_acceleration: Vector::new(x.second, y.second),
+            rotation,
+        }
+    }
+
+    /// Position \[m\] at `time` \[s\] of the point that is at `start` \[m\] in the undisplaced body.
+    pub fn position(&self, start: &Vector, time: f64) -> Vector {
+        self.at(time).position(start)
+    }
+
+    /// Velocity \[m/s\] at `time` \[s\] of the point that is at `start` \[m\] in the undisplaced body.
+    pub fn velocity(&self, start: &Vector, time: f64) -> Vector {
+        self.at(time).velocity(start)
+    }
+
+    /// Acceleration \[m/s²\] at `time` \[s\] of the point that is at `start` \[m\] in the undisplaced body.
+    pub fn acceleration(&self, start: &Vector, time: f64) -> Vector {
+        self.at(time).acceleration(start)
+    }
+
+    /// A direction of the undisplaced body, e.g. a normal, as it points at `time` \[s\].
+    pub fn rotate(&self, direction: &Vector, time: f64) -> Vector {
+        self.at(time).rotate(direction)
+    }
+}
+
+impl MotionState {
+    /// Position x = pivot + R·(X − pivot) + d \[m\] of the point `start` X \[m\].
+    pub fn position(&self, start: &Vector) -> Vector {
+        match &self.rotation {
+            None => start + self.displacement,
+            Some(rotation) => self.pivot + rotation.apply(&(start - self.pivot)) + self.displacement,
+        }
+    }
+
+    /// Velocity ω × r + ḋ \[m/s\] of the point `start` X \[m\], with r = R·(X − pivot).
+    pub fn velocity(&self, start: &Vector) -> Vector {
+        match &self.rotation {
+            None => self.displacement_rate,
+            Some(rotation) => {
+                let r = rotation.apply(&(start - self.pivot));
+                turned(&r) * rotation.rate + self.displacement_rate
+            }
+        }
+    }
+
+    /// Acceleration ω̇ × r − ω² r + d̈ \[m/s²\] of the point `start` X \[m\], with r = R·(X − pivot).
+    pub fn acceleration(&self, start: &Vector) -> Vector {
+        match &self.rotation {
+            None => self.displacement_acceleration,
+            Some(rotation) => {
+                let r = rotation.apply(&(start - self.pivot));
+                turned(&r) * rotation.acceleration - r * rotation.rate.powi(2)
+                    + self.displacement_acceleration
+            }
+        }
+    }
+
+    /// A direction of the undisplaced body as it points now.
+    pub fn rotate(&self, direction: &Vector) -> Vector {
+        self.rotation.as_ref().map_or(*direction, |rotation| rotation.apply(direction))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::{FRAC_PI_2, PI};
+
+    fn motion(x: &str, y: &str, angle: &str, pivot: Vector) -> RigidMotion {
+        let displacement = [x.to_owned(), y.to_owned()];
+        RigidMotion::new(&Motion { displacement, angle: angle.to_owned(), pivot }).expect("valid motion")
+    }
+
+    #[test]
+    fn no_motion_keeps_every_bit() {
+        let still = motion("", "0", " 0*1 ", Vector::new(0.1, 0.7));
+        let start = Vector::new(0.3, 0.123_456_789);
+        assert_eq!(still.position(&start, 5.0), start);
+        assert_eq!(still.velocity(&start, 5.0), Vector::zeros());
+        assert_eq!(still.acceleration(&start, 5.0), Vector::zeros());
+        assert_eq!(still.rotate(&start, 5.0), start);
+    }
+
+    #[test]
+    fn harmonic_displacement_has_its_known_rates() {
+        let shaken = motion("0.1*sin(2*pi*t)", "-t^2", "", Vector::zeros());
+        let start = Vector::new(1.0, 2.0);
+        let quarter = 0.25;
+        // Round-off of a few operations on numbers up to 4.
+        let close = |a: Vector, b: Vector| assert!((a - b).norm() < 1e-14, "{a} {b}");
+        close(shaken.position(&start, quarter), Vector::new(1.1, 2.0 - 0.0625));
+        close(shaken.velocity(&start, quarter), Vector::new(0.0, -0.5));
+        close(shaken.acceleration(&start, quarter), Vector::new(-0.1 * 4.0 * PI * PI, -2.0));
+    }
+
+    #[test]
+    fn rotation_turns_counter_clockwise_about_the_pivot() {
+        let pivot = Vector::new(1.0, 1.0);
+        let turning = motion("", "", "pi/2*t", pivot);
+        let close = |a: Vector, b: Vector| assert!((a - b).norm() < 1e-14, "{a} {b}");
+        close(turning.position(&pivot, 0.7), pivot);
+        close(turning.position(&Vector::new(3.0, 1.0), 1.0), Vector::new(1.0, 3.0));
+        close(turning.rotate(&Vector::x(), 1.0), Vector::y());
+        // Speed ω r along the tangent, acceleration ω² r toward the pivot.
+        close(turning.velocity(&Vector::new(3.0, 1.0), 1.0), Vector::new(-2.0 * FRAC_PI_2, 0.0));
+        close(turning.acceleration(&Vector::new(3.0, 1.0), 1.0), Vector::new(0.0, -2.0 * FRAC_PI_2.powi(2)));
+    }
+
+    #[test]
+    fn velocity_and_acceleration_are_the_derivatives_of_position() {
+        let mixed = motion("0.3*t^2", "sin(3*t)", "0.5*cos(2*t) + t^3", Vector::new(-0.4, 0.2));
+        let start = Vector::new(0.9, 0.5);
+        for time in [0.0, 0.3, 1.1] {
+            let h = 1e-4;
+            let at = |t| mixed.position(&start, t);
+            let velocity = (at(time + h) - at(time - h)) / (2.0 * h);
+            let acceleration = (at(time + h) - at(time) * 2.0 + at(time - h)) / (h * h);
+            // Truncation h²·(third and fourth derivatives, up to 1e3)/12; round-off 1e-16/h² = 1e-8.
+            assert!((mixed.velocity(&start, time) - velocity).norm() < 1e-5);
+            assert!((mixed.acceleration(&start, time) - acceleration).norm() < 1e-5);
+        }
+    }
+
+    #[test]
+    fn rigid_motion_keeps_distances() {
+        let mixed = motion("t", "t^2", "3*t", Vector::new(0.3, 0.4));
+        let (a, b) = (Vector::new(0.0, 0.0), Vector::new(0.6, 0.8));
+        let distance = (mixed.position(&a, 0.77) - mixed.position(&b, 0.77)).norm();
+        assert!((distance - 1.0).abs() < 1e-14);
+    }
+
+    #[test]
+    fn errors_name_the_component() {
+        let displacement = ["0".to_owned(), "x+1".to_owned()];
+        let error = RigidMotion::new(&Motion { displacement, angle: String::new(), pivot: Vector::zeros() })
+            .expect_err("x is no variable of a motion");
+        let message = error.to_string();
+        assert!(message.starts_with("displacement y = \"x+1\": character 1: unknown name `x`"), "{message}");
+    }
+}

@@ -1,0 +1,365 @@
+//! Cell-linked neighbour search, exact in periodic directions.
+
+use rayon::prelude::*;
+
+use crate::domain::Domain;
+use crate::vector::{DIMENSIONS, Vector};
+
+/// Targets per task of a list build.
+const TASK: usize = 512;
+
+/// For each target the indices of its neighbours among the sources.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct NeighbourList {
+    offsets: Vec<u32>,
+    indices: Vec<u32>,
+}
+
+impl NeighbourList {
+    /// A list of `targets` targets without neighbours.
+    pub fn empty(targets: usize) -> Self {
+        Self { offsets: vec![0; targets + 1], indices: Vec::new() }
+    }
+
+    /// Neighbours of target `i`.
+    #[inline]
+    pub fn of(&self, i: usize) -> &[u32] {
+        &self.indices[self.offsets[i] as usize..self.offsets[i + 1] as usize]
+    }
+
+    /// Number of targets.
+    pub fn targets(&self) -> usize {
+        self.offsets.len().saturating_sub(1)
+    }
+
+    /// Number of pairs.
+    pub fn pairs(&self) -> usize {
+        self.indices.len()
+    }
+
+    fn from_rows(rows: &[(Vec<u32>, Vec<u32>)]) -> Self {
+        let pairs = rows.iter().map(|(_, indices)| indices.len()).sum();
+        let mut list = Self { offsets: vec![0], indices: Vec::with_capacity(pairs) };
+        let mut end = 0;
+        for (counts, indices) in rows {
+            for count in counts {
+                end += count;
+                list.offsets.push(end);
+            }
+            list.indices.extend_from_slice(indices);
+        }
+        list
+    }
+}
+
+/// Sources binned into cells of an edge at least the search radius.
+#[derive(Clone, Debug)]
+pub struct CellGrid {
+    lower: Vector,
+    inverse_edge: Vector,
+    counts: [usize; DIMENSIONS],
+    periodic: [bool; DIMENSIONS],
+    starts: Vec<u32>,
+    entries: Vec<u32>,
+}
+
+impl CellGrid {
+    /// Bins `sources` for searches within `radius` \[m\].
+    ///
+    /// A periodic direction must measure at least 2·`radius`, so that a pair meets through one image only.
+    pub fn new(domain: &Domain, sources: &[Vector], radius: f64) -> Self {
+        let (mut lower, mut upper) = bounds(sources);
+        for axis in 0..DIMENSIONS {
+            if domain.periodic[axis] {
+                (lower[axis], upper[axis]) = (domain.lower[axis], domain.upper[axis]);
+            }
+        }
+        // One stray particle must not cost memory: cells grow until they are not many more than the sources.
+        let limit = 4 * sources.len() + 64;
+        let mut edge = radius;
+        let mut counts = cell_counts(&(upper - lower), edge);
+        while counts[0].saturating_mul(counts[1]) > limit {
+            edge *= 2.0;
+            counts = cell_counts(&(upper - lower), edge);
+        }
+        let inverse_edge = Vector::from_fn(|axis, _| {
+            let size = upper[axis] - lower[axis];
+            if domain.periodic[axis] { counts[axis] as f64 / size } else { 1.0 / edge }
+        });
+        let mut grid =
+            Self { lower, inverse_edge, counts, periodic: domain.periodic, starts: Vec::new(), entries: Vec::new() };
+        grid.bin(domain, sources);
+        grid
+    }
+
+    /// Counting sort by cell; within a cell sources keep their order.
+    fn bin(&mut self, domain: &Domain, sources: &[Vector]) {
+        let cells: Vec<u32> = sources.par_iter().map(|x| self.cell_index(domain, x)).collect();
+        self.starts = vec![0; self.counts[0] * self.counts[1] + 1];
+        for cell in &cells {
+            self.starts[*cell as usize + 1] += 1;
+        }
+        for k in 1..self.starts.len() {
+            self.starts[k] += self.starts[k - 1];
+        }
+        let mut next = self.starts.clone();
+        self.entries = vec![0; sources.len()];
+        for (source, cell) in (0u32..).zip(&cells) {
+            let slot = &mut next[*cell as usize];
+            self.entries[*slot as usize] = source;
+            *slot += 1;
+        }
+    }
+
+    /// Source indices sorted by cell, rows of cells from low to high y.
+    pub fn into_order(self) -> Vec<u32> {
+        self.entries
+    }
+
+    /// All sources closer than `radius` \[m\] to each target; `exclude_self` leaves out source i for target i.
+    ///
+    /// `radius` must not exceed the one the grid was made for. The order of a target's neighbours is by cell, then
+    /// by source index, and does not depend on the number of threads.
+    pub fn list(
+        &self,
+        domain: &Domain,
+        targets: &[Vector],
+        sources: &[Vector],
+        radius: f64,
+        exclude_self: bool,
+    ) -> NeighbourList {
+        let rows: Vec<(Vec<u32>, Vec<u32>)> = targets
+            .par_chunks(TASK)
+            .enumerate()
+            .map(|(task, chunk)| {
+                let mut counts = Vec::with_capacity(chunk.len());
+                let mut indices = Vec::with_capacity(chunk.len() * 24);
+                for (k, x) in chunk.iter().enumerate() {
+                    let own = exclude_self.then_some(task * TASK + k);
+                    let before = indices.len();
+                    self.collect(domain, x, sources, radius, own, &mut indices);
+                    counts.push((indices.len() - before) as u32);
+                }
+                (counts, indices)
+            })
+            .collect();
+        NeighbourList::from_rows(&rows)
+    }
+
+    fn collect(
+        &self,
+        domain: &Domain,
+        x: &Vector,
+        sources: &[Vector],
+        radius: f64,
+        own: Option<usize>,
+        found: &mut Vec<u32>,
+    ) {
+        if sources.is_empty() {
+            return;
+        }
+        let radius_squared = radius * radius;
+        let x = &domain.wrapped(x);
+        let (columns, rows) = (self.span(x, 0), self.span(x, 1));
+        for row in rows.iter() {
+            for column in columns.iter() {
+                let cell = row * self.counts[0] + column;
+                for &j in &self.entries[self.starts[cell] as usize..self.starts[cell + 1] as usize] {
+                    let x_ij = domain.separation(x, &sources[j as usize]);
+                    if x_ij.norm_squared() < radius_squared && own != Some(j as usize) {
+                        found.push(j);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Cells along `axis` that can hold neighbours of a particle at `x`.
+    fn span(&self, x: &Vector, axis: usize) -> Span {
+        let count = self.counts[axis];
+        let position = (x[axis] - self.lower[axis]) * self.inverse_edge[axis];
+        if self.periodic[axis] {
+            if count <= 3 {
+                return Span { first: 0, length: count, count };
+            }
+            let centre = (position.max(0.0) as usize).min(count - 1);
+            return Span { first: centre + count - 1, length: 3, count };
+        }
+        // Saturating conversions: a target may lie far outside the sources.
+        let low = (position - 1.0).floor().max(0.0) as usize;
+        let high = (position + 1.0).floor();
+        if high < 0.0 || low >= count {
+            return Span { first: 0, length: 0, count };
+        }
+        let high = (high as usize).min(count - 1);
+        Span { first: low, length: high + 1 - low, count }
+    }
+
+    fn cell_index(&self, domain: &Domain, x: &Vector) -> u32 {
+        let x = domain.wrapped(x);
+        let along = |axis: usize| {
+            let position = (x[axis] - self.lower[axis]) * self.inverse_edge[axis];
+            (position.max(0.0) as usize).min(self.counts[axis] - 1)
+        };
+        (along(1) * self.counts[0] + along(0)) as u32
+    }
+}
+
+/// A run of cells along one axis, wrapping at `count`.
+struct Span {
+    first: usize,
+    length: usize,
+    count: usize,
+}
+
+impl Span {
+    fn iter(&self) -> impl Iterator<Item = usize> + '_ {
+        (self.first..self.first + self.length).map(|k| k % self.count)
+    }
+}
+
+/// The permutation that sorts `positions` by cells of edge at least `cell` \[m\]: entry k is the old index.
+pub fn cell_order(domain: &Domain, positions: &[Vector], cell: f64) -> Vec<u32> {
+    CellGrid::new(domain, positions, cell).into_order()
+}
+
+/// Largest distance \[m\] between corresponding positions; infinite if any is not finite.
+pub fn largest_displacement(domain: &Domain, now: &[Vector], then: &[Vector]) -> f64 {
+    let squared = now
+        .par_iter()
+        .with_min_len(2048)
+        .zip(then)
+        .map(|(a, b)| {
+            let d = domain.separation(a, b).norm_squared();
+            if d.is_nan() { f64::INFINITY } else { d }
+        })
+        .reduce(|| 0.0, f64::max);
+    squared.sqrt()
+}
+
+fn bounds(positions: &[Vector]) -> (Vector, Vector) {
+    let mut lower = Vector::repeat(f64::INFINITY);
+    let mut upper = Vector::repeat(f64::NEG_INFINITY);
+    for x in positions {
+        lower = lower.inf(x);
+        upper = upper.sup(x);
+    }
+    if positions.is_empty() { (Vector::zeros(), Vector::zeros()) } else { (lower, upper) }
+}
+
+/// Cells of edge at least `edge` over `size`; at least one along each axis.
+fn cell_counts(size: &Vector, edge: f64) -> [usize; DIMENSIONS] {
+    // Float-to-integer conversion saturates; the caller bounds the product.
+    std::array::from_fn(|axis| ((size[axis] / edge).floor() as usize).max(1))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Pseudo-random positions over the box, some exactly on cell borders.
+    fn scatter(domain: &Domain, n: usize, seed: u64) -> Vec<Vector> {
+        let mut state = seed;
+        let mut next = || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 11) as f64 / (1u64 << 53) as f64
+        };
+        let size = domain.size();
+        (0..n)
+            .map(|k| {
+                let (u, v) = (next(), next());
+                let snap = |u: f64| if k % 3 == 0 { (u * 10.0).floor() / 10.0 } else { u };
+                domain.lower + Vector::new(snap(u) * size.x, snap(v) * size.y)
+            })
+            .collect()
+    }
+
+    fn brute_force(domain: &Domain, targets: &[Vector], sources: &[Vector], radius: f64, own: bool) -> Vec<Vec<u32>> {
+        targets
+            .iter()
+            .enumerate()
+            .map(|(i, x)| {
+                (0..sources.len())
+                    .filter(|j| !(own && *j == i))
+                    .filter(|j| domain.separation(x, &sources[*j]).norm_squared() < radius * radius)
+                    .map(|j| j as u32)
+                    .collect()
+            })
+            .collect()
+    }
+
+    fn sorted_rows(list: &NeighbourList) -> Vec<Vec<u32>> {
+        (0..list.targets())
+            .map(|i| {
+                let mut row = list.of(i).to_vec();
+                row.sort_unstable();
+                row
+            })
+            .collect()
+    }
+
+    #[test]
+    fn lists_equal_brute_force_also_on_cell_borders_and_across_periodic_sides() {
+        for periodic in [[false, false], [true, false], [false, true], [true, true]] {
+            let domain = Domain { lower: Vector::new(-0.3, 0.2), upper: Vector::new(0.7, 1.2), periodic };
+            for (seed, radius) in [(1, 0.1), (2, 0.23), (3, 0.49), (4, 0.03)] {
+                let positions = scatter(&domain, 300, seed);
+                let others = scatter(&domain, 150, seed + 100);
+                let grid = CellGrid::new(&domain, &positions, radius);
+                let list = grid.list(&domain, &positions, &positions, radius, true);
+                assert_eq!(sorted_rows(&list), brute_force(&domain, &positions, &positions, radius, true));
+                let list = grid.list(&domain, &others, &positions, radius, false);
+                assert_eq!(sorted_rows(&list), brute_force(&domain, &others, &positions, radius, false));
+            }
+        }
+    }
+
+    #[test]
+    fn targets_outside_the_sources_are_found() {
+        let domain = Domain { lower: Vector::zeros(), upper: Vector::new(1.0, 1.0), periodic: [false; 2] };
+        let sources = [Vector::new(0.5, 0.5), Vector::new(0.55, 0.5)];
+        let targets = [Vector::new(0.41, 0.5), Vector::new(0.64, 0.5), Vector::new(-9.0, 0.5), Vector::new(0.5, 7.0)];
+        let grid = CellGrid::new(&domain, &sources, 0.1);
+        let list = grid.list(&domain, &targets, &sources, 0.1, false);
+        assert_eq!(sorted_rows(&list), brute_force(&domain, &targets, &sources, 0.1, false));
+        assert_eq!(list.of(0), [0]);
+    }
+
+    #[test]
+    fn a_stray_particle_does_not_cost_memory() {
+        let domain = Domain { lower: Vector::zeros(), upper: Vector::new(1.0, 1.0), periodic: [false; 2] };
+        let mut positions = scatter(&domain, 100, 9);
+        positions.push(Vector::new(1e12, -1e9));
+        let grid = CellGrid::new(&domain, &positions, 0.05);
+        assert!(grid.starts.len() < 1000);
+        let list = grid.list(&domain, &positions, &positions, 0.05, true);
+        assert_eq!(sorted_rows(&list), brute_force(&domain, &positions, &positions, 0.05, true));
+    }
+
+    #[test]
+    fn lists_have_the_same_order_on_any_number_of_threads() {
+        let domain = Domain { lower: Vector::zeros(), upper: Vector::new(1.0, 1.0), periodic: [true, false] };
+        let positions = scatter(&domain, 3000, 5);
+        let build = |threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| {
+                CellGrid::new(&domain, &positions, 0.05).list(&domain, &positions, &positions, 0.05, true)
+            })
+        };
+        assert_eq!(build(1), build(4));
+    }
+
+    #[test]
+    fn cell_order_is_a_permutation_that_keeps_rows_together() {
+        let domain = Domain { lower: Vector::zeros(), upper: Vector::new(1.0, 1.0), periodic: [false; 2] };
+        let positions = scatter(&domain, 500, 6);
+        let order = cell_order(&domain, &positions, 0.2);
+        let mut seen = order.clone();
+        seen.sort_unstable();
+        assert_eq!(seen, (0..500).collect::<Vec<_>>());
+        let lower = bounds(&positions).0.y;
+        let rows: Vec<i64> =
+            order.iter().map(|k| ((positions[*k as usize].y - lower) * (1.0 / 0.2)).floor().min(3.0) as i64).collect();
+        assert!(rows.is_sorted());
+    }
+}

@@ -1,1 +1,3 @@
-//! fluid-server
+//! The fluid solver: physics, and the service around it.
+
+pub mod physics;

@@ -1,1 +1,3 @@
 //! solid-server
+
+pub mod physics;

@@ -48,17 +48,56 @@ impl BodyForceField {
         self.expressions.is_none()
     }
 
+    /// The field at `time` \[s\], for use with many positions: what does not depend on them is evaluated here.
+    pub fn at(&self, time: f64) -> BodyForceAt<'_> {
+        match &self.expressions {
+            Some(expressions) if expressions.iter().any(|e| e.uses(0) || e.uses(1)) => {
+                BodyForceAt::Varying { gravity: self.gravity, expressions, time }
+            }
+            _ => BodyForceAt::Uniform(self.acceleration(&Vector::zeros(), time)),
+        }
+    }
+
     /// Acceleration \[m/s²\] at `position` \[m\] and `time` \[s\].
     #[inline]
     pub fn acceleration(&self, position: &Vector, time: f64) -> Vector {
         match &self.expressions {
             None => self.gravity,
-            Some([x, y]) => {
-                let values = [position.x, position.y, time];
-                self.gravity + Vector::new(x.eval(&values), y.eval(&values))
-            }
+            Some(expressions) => sum(&self.gravity, expressions, position, time),
         }
     }
+}
+
+/// A body force at one time; the same bits as [`BodyForceField::acceleration`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum BodyForceAt<'a> {
+    /// The same acceleration everywhere \[m/s²\].
+    Uniform(Vector),
+    /// An acceleration that depends on the position.
+    Varying {
+        /// Constant part \[m/s²\].
+        gravity: Vector,
+        /// What is added to it \[m/s²\].
+        expressions: &'a [Expression; 2],
+        /// Time \[s\].
+        time: f64,
+    },
+}
+
+impl BodyForceAt<'_> {
+    /// Acceleration \[m/s²\] at `position` \[m\].
+    #[inline]
+    pub fn acceleration(&self, position: &Vector) -> Vector {
+        match self {
+            Self::Uniform(acceleration) => *acceleration,
+            Self::Varying { gravity, expressions, time } => sum(gravity, expressions, position, *time),
+        }
+    }
+}
+
+fn sum(gravity: &Vector, [x, y]: &[Expression; 2], position: &Vector, time: f64) -> Vector {
+    let values = [position.x, position.y, time];
+    gravity + Vector::new(x.eval(&values), y.eval(&values))
 }
 
 #[cfg(test)]
@@ -87,6 +126,17 @@ mod tests {
         let empty = field("", "0*2");
         assert!(empty.is_uniform());
         assert_eq!(empty.acceleration(&Vector::new(3.0, 1.0), 7.0), Vector::new(0.0, -9.81));
+    }
+
+    #[test]
+    fn at_one_time_the_field_has_the_same_bits() {
+        let position = Vector::new(0.3, -0.7);
+        for (x, y, uniform) in [("sin(t)", "", true), ("t", "x*t", false), ("y", "1/3", false)] {
+            let field = field(x, y);
+            let at = field.at(0.9);
+            assert_eq!(matches!(at, BodyForceAt::Uniform(_)), uniform, "{x}, {y}");
+            assert_eq!(at.acceleration(&position), field.acceleration(&position, 0.9));
+        }
     }
 
     #[test]

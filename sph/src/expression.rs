@@ -37,7 +37,7 @@ pub const MAXIMUM_LENGTH: usize = 4096;
 pub const MAXIMUM_DEPTH: usize = 32;
 
 /// Most operands that wait at one time while an expression is evaluated.
-const STACK_SIZE: usize = 64;
+const STACK_SIZE: usize = 32;
 
 /// A checked expression, ready to be evaluated any number of times from any thread.
 ///
@@ -259,8 +259,17 @@ impl Expression {
         }
     }
 
+    /// Whether the value can depend on the variable number `variable`.
+    pub fn uses(&self, variable: usize) -> bool {
+        self.program.contains(&Instruction::Variable(variable))
+    }
+
     fn check(&self, values: &[f64]) {
-        assert!(values.len() >= self.variables, "an expression of {} variables has no values", self.variables);
+        assert!(
+            values.len() >= self.variables,
+            "an expression of {} variables has no values",
+            self.variables
+        );
     }
 
     #[inline]

@@ -87,6 +87,13 @@ impl Account {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Accounts([Vector; Account::ALL.len()]);
 
+impl From<[Vector; Account::ALL.len()]> for Accounts {
+    /// Accounts of these forces \[N/m\], in the order of [`Account::ALL`].
+    fn from(forces: [Vector; Account::ALL.len()]) -> Self {
+        Self(forces)
+    }
+}
+
 impl Accounts {
     /// Force of `account` \[N/m\].
     pub fn get(&self, account: Account) -> Vector {

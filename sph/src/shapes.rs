@@ -9,9 +9,7 @@ mod lattice;
 mod validate;
 
 pub use boundary::{Boundary, CORNER_ANGLE, SurfacePoint};
-pub use lattice::{
-    LayerParticle, OpenSides, displace, fill, lattice_points, layers_around, wall_fill,
-};
+pub use lattice::{LayerParticle, OpenSides, displace, fill, lattice_points, layers_around, wall_fill};
 pub use validate::{MAXIMUM_NESTING, MAXIMUM_VERTICES};
 
 use crate::vector::Vector;
@@ -104,11 +102,9 @@ impl Shape {
         match self {
             Self::Rectangle { lower, upper } => Self::Rectangle { lower: lower + by, upper: upper + by },
             Self::Circle { centre, radius } => Self::Circle { centre: centre + by, radius: *radius },
-            Self::Ring { centre, inner_radius, outer_radius } => Self::Ring {
-                centre: centre + by,
-                inner_radius: *inner_radius,
-                outer_radius: *outer_radius,
-            },
+            Self::Ring { centre, inner_radius, outer_radius } => {
+                Self::Ring { centre: centre + by, inner_radius: *inner_radius, outer_radius: *outer_radius }
+            }
             Self::Polygon { vertices } => {
                 Self::Polygon { vertices: vertices.iter().map(|vertex| vertex + by).collect() }
             }

@@ -7,7 +7,7 @@ use crate::ledger::{Breach, Energies, StageBooks};
 use crate::stage::{StageTime, StepStage};
 
 /// Part that a solver plays in a run.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Role {
     /// Owns the fluid and its walls.

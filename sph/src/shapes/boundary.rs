@@ -153,10 +153,11 @@ impl Edge {
             | (Self::Arc { centre, radius, .. }, Self::Segment { start, end, .. }) => {
                 let along = (end - start).normalize();
                 let middle = start + along * (centre - start).dot(&along);
-                let half_square = radius * radius - (centre - middle).norm_squared();
-                if half_square > 0.0 {
-                    let half = along * half_square.sqrt();
-                    for point in [middle - half, middle + half] {
+                let off_centre = (centre - middle).norm();
+                if off_centre <= radius + tolerance {
+                    // Where line and circle only touch, both points are the middle.
+                    let half = along * (radius * radius - off_centre * off_centre).max(0.0).sqrt();
+                    for point in [middle - half, middle, middle + half] {
                         if other.nearest(&point).0 <= tolerance {
                             self.cut_at(&point, tolerance, cuts);
                         }
@@ -166,12 +167,15 @@ impl Edge {
             (Self::Arc { centre: a, radius: r, .. }, Self::Arc { centre: b, radius: s, .. }) => {
                 let between = b - a;
                 let distance = between.norm();
-                if distance > tolerance && distance < r + s && distance > (r - s).abs() {
+                if distance > tolerance
+                    && distance <= r + s + tolerance
+                    && distance >= (r - s).abs() - tolerance
+                {
                     let along = (distance * distance + r * r - s * s) / (2.0 * distance);
                     let half = (r * r - along * along).max(0.0).sqrt();
                     let unit = between / distance;
                     let beside = Vector::new(-unit.y, unit.x) * half;
-                    for point in [a + unit * along - beside, a + unit * along + beside] {
+                    for point in [a + unit * along - beside, a + unit * along, a + unit * along + beside] {
                         self.cut_at(&point, tolerance, cuts);
                     }
                 }

@@ -153,6 +153,16 @@ fn boundaries_of_composed_shapes_drop_what_is_covered() {
     // An arch: half circle on a square.
     let arch = Shape::Union(vec![rectangle(-1.0, 0.0, 2.0, 1.0), circle(0.0, 1.0, 1.0)]);
     assert!((arch.boundary().length() - (1.0 + 2.0 + 1.0 + PI)).abs() < 1e-6);
+    // A disc cut in two by a strip of half its width: each side loses a sixth of the circle and gains a chord.
+    let parted = minus(circle(0.0, 0.0, 1.0), rectangle(-2.0, -0.5, 4.0, 1.0));
+    assert!((parted.boundary().length() - (4.0 / 3.0 * PI + 2.0 * 3.0_f64.sqrt())).abs() < 1e-6);
+    // One disc inside another that it touches, on the right where angles begin and on the left.
+    for x in [0.5, -0.5] {
+        let touching = minus(circle(0.0, 0.0, 1.0), circle(x, 0.0, 0.5));
+        assert!((touching.boundary().length() - 3.0 * PI).abs() < 1e-6);
+        let filled = Shape::Union(vec![circle(0.0, 0.0, 1.0), circle(x, 0.0, 0.5)]);
+        assert!((filled.boundary().length() - 2.0 * PI).abs() < 1e-6);
+    }
     // A notch through the upper side: three new sides for the one removed.
     let notched = minus(rectangle(0.0, 0.0, 3.0, 2.0), rectangle(1.0, 1.0, 1.0, 5.0));
     assert!((notched.boundary().length() - 12.0).abs() < 1e-6);

@@ -1,0 +1,114 @@
+//! Interface law and servers as a case file writes them.
+
+use std::path::Path;
+
+use serde::Serialize;
+use sph::setup::InterfaceLaw;
+
+use crate::case::mistakes::Mistake;
+use crate::case::reader::{Allowed, Choice, Table};
+
+/// `[interface]`.
+#[derive(Clone, Debug, Serialize)]
+#[allow(missing_docs)]
+pub struct InterfaceTable {
+    pub law: Choice<InterfaceLaw>,
+    /// Distance beyond the support radius at which particles are sent to spare, in spacings of the fluid.
+    pub margin_spacings: f64,
+}
+
+impl InterfaceTable {
+    /// Reads the table.
+    pub fn read(mut table: Table<'_>) -> Self {
+        const LAWS: [(&str, InterfaceLaw); 3] = [
+            ("wall", InterfaceLaw::Wall),
+            ("wall-no-slip", InterfaceLaw::WallNoSlip),
+            ("plain-sum", InterfaceLaw::PlainSum),
+        ];
+        const MARGIN: Allowed = Allowed::new(0.0, 20.0, (false, true), 1.0, "a number above 0 and at most 20");
+        let read = Self {
+            law: table.choice_or_first("law", &LAWS),
+            margin_spacings: table.number_or("margin_spacings", &MARGIN, 1.0).value,
+        };
+        table.finish();
+        read
+    }
+}
+
+/// `[servers]`: addresses of running servers or commands that start them; by default the built-in ones.
+#[derive(Clone, Debug, Default, Serialize)]
+#[allow(missing_docs)]
+pub struct ServersTable {
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fluid_address: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fluid_command: Option<Vec<String>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub solid_address: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub solid_command: Option<Vec<String>>,
+}
+
+impl ServersTable {
+    /// Reads the table.
+    pub fn read(mut table: Table<'_>) -> Self {
+        let read = Self {
+            fluid_address: read_address(&mut table, "fluid_address"),
+            fluid_command: read_command(&mut table, "fluid_command"),
+            solid_address: read_address(&mut table, "solid_address"),
+            solid_command: read_command(&mut table, "solid_command"),
+        };
+        for (address, command) in [("fluid_address", "fluid_command"), ("solid_address", "solid_command")] {
+            if table.has(address) && table.has(command) {
+                let mistake = Mistake::new(&table.place_of(command), format!("`{address}` is given as well"));
+                table.mistake(mistake.hint("keep the address of a running server or the command that starts one"));
+            }
+        }
+        table.finish();
+        read
+    }
+
+    /// Whether anything is written.
+    pub fn is_empty(&self) -> bool {
+        self.fluid_address.is_none()
+            && self.fluid_command.is_none()
+            && self.solid_address.is_none()
+            && self.solid_command.is_none()
+    }
+}
+
+fn read_address(table: &mut Table<'_>, key: &'static str) -> Option<String> {
+    let text = table.optional_text(key)?;
+    let bare = text.value.strip_prefix("http://").unwrap_or(&text.value);
+    let good = bare.rsplit_once(':').is_some_and(|(host, port)| {
+        let plain = host.chars().all(|c| c.is_ascii_alphanumeric() || "-._:[]".contains(c));
+        !host.is_empty() && plain && port.parse::<u16>().is_ok_and(|port| port > 0)
+    });
+    if !good {
+        let mistake = Mistake::new(&text.place, "not an address").value(table.written(&text.place));
+        table.mistake(mistake.allowed("HOST:PORT, such as \"127.0.0.1:7001\""));
+    }
+    Some(text.value)
+}
+
+/// A command line; a word that names a file of the case's folder becomes its full path.
+fn read_command(table: &mut Table<'_>, key: &'static str) -> Option<Vec<String>> {
+    let words = table.optional_texts(key)?;
+    if words.value.first().is_none_or(String::is_empty) {
+        let mistake = Mistake::new(&words.place, "names no program").value(table.written(&words.place));
+        table.mistake(mistake.allowed("a program and its arguments, such as [\"python3\", \"solver.py\"]"));
+    }
+    Some(words.value.iter().map(|word| absolute(table.directory, word)).collect())
+}
+
+/// The full path of `word` when it names a file in `directory`, otherwise `word`.
+fn absolute(directory: &Path, word: &str) -> String {
+    let path = directory.join(word);
+    if word.is_empty() || !path.is_file() {
+        return word.to_owned();
+    }
+    std::path::absolute(&path)
+        .ok()
+        .and_then(|path| path.to_str().map(str::to_owned))
+        .unwrap_or_else(|| word.to_owned())
+}

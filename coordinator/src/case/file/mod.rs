@@ -1,0 +1,110 @@
+//! The case file as written: one struct per table, every default filled in, nothing checked across tables.
+//!
+//! The structs write themselves as TOML under the names of their fields, which are the keys of the format.
+
+pub mod fluid;
+pub mod formula;
+pub mod interface;
+pub mod probe;
+pub mod run;
+pub mod shape;
+pub mod solid;
+pub mod wall;
+
+use serde::Serialize;
+
+use crate::case::mistakes::Mistake;
+use crate::case::reader::{At, Table};
+use fluid::FluidTable;
+use interface::{InterfaceTable, ServersTable};
+use probe::ProbeTable;
+use run::{BodyForceTable, DomainTable, LedgerTable, OutputsTable, TimeTable};
+use solid::SolidTable;
+use wall::WallTable;
+
+/// A whole case file.
+#[derive(Clone, Debug, Serialize)]
+#[allow(missing_docs)]
+pub struct CaseFile {
+    pub name: At<String>,
+    /// Output folder of the run whose final state this one starts from.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub start_from: Option<At<String>>,
+    pub domain: DomainTable,
+    pub body_force: BodyForceTable,
+    pub time: TimeTable,
+    pub outputs: OutputsTable,
+    pub ledger: LedgerTable,
+    #[serde(skip_serializing_if = "ServersTable::is_empty")]
+    pub servers: ServersTable,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub interface: Option<InterfaceTable>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fluid: Option<FluidTable>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub solid: Option<SolidTable>,
+    #[serde(rename = "wall")]
+    pub walls: Vec<WallTable>,
+    #[serde(rename = "probe")]
+    pub probes: Vec<ProbeTable>,
+}
+
+impl CaseFile {
+    /// Reads the whole file.
+    pub fn read(mut root: Table<'_>) -> Self {
+        let name = root.name("name");
+        let start_from = root.optional_text("start_from").map(|mut folder| {
+            let path = root.directory.join(&folder.value);
+            // A case written out elsewhere must still find it.
+            if let Some(full) = std::path::absolute(path).ok().and_then(|path| path.to_str().map(str::to_owned)) {
+                folder.value = full;
+            }
+            folder
+        });
+        let domain = root.required_table("domain").map_or_else(
+            || DomainTable::unwritten(&root.place_of("domain")),
+            DomainTable::read,
+        );
+        let body_force = BodyForceTable::read(root.table_or_empty("body_force"));
+        let time = root
+            .required_table("time")
+            .map_or_else(|| TimeTable::unwritten(&root.place_of("time")), TimeTable::read);
+        let outputs = OutputsTable::read(root.table_or_empty("outputs"), &time);
+        let ledger = LedgerTable::read(root.table_or_empty("ledger"));
+        let servers = ServersTable::read(root.table_or_empty("servers"));
+        let fluid = root.optional_table("fluid").map(FluidTable::read);
+        let spacing = fluid.as_ref().map(|fluid| fluid.particle_spacing_m.value);
+        let solid = root.optional_table("solid").map(|table| SolidTable::read(table, spacing));
+        let coupled = fluid.is_some() && solid.is_some();
+        let interface = if coupled {
+            Some(InterfaceTable::read(root.table_or_empty("interface")))
+        } else {
+            if let Some(table) = root.optional_table("interface") {
+                root.mistake(Mistake::new(table.place(), "needs both a `fluid` and a `solid`").hint("leave it out"));
+            }
+            None
+        };
+        if !root.has("fluid") && !root.has("solid") {
+            let mistake = Mistake::new(root.place(), "the case has neither a `fluid` nor a `solid`");
+            root.mistake(mistake.hint("add a table [fluid] or [solid]"));
+        }
+        let walls = root.tables("wall").into_iter().map(WallTable::read).collect();
+        let probes = root.tables("probe").into_iter().filter_map(ProbeTable::read).collect();
+        root.finish();
+        Self {
+            name,
+            start_from,
+            domain,
+            body_force,
+            time,
+            outputs,
+            ledger,
+            servers,
+            interface,
+            fluid,
+            solid,
+            walls,
+            probes,
+        }
+    }
+}

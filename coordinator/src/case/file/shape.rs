@@ -1,0 +1,202 @@
+//! Shapes as a case file writes them.
+
+use std::path::Path;
+
+use serde::Serialize;
+use sph::shapes::{MAXIMUM_NESTING, MAXIMUM_VERTICES, Shape};
+use sph::vector::Vector;
+
+use crate::case::files::{read_text, resolved};
+use crate::case::mistakes::Mistake;
+use crate::case::reader::{Allowed, At, Table};
+
+/// Most primitives and corners that one shape may have: the work per particle grows with them.
+const MOST_PIECES: usize = 2 * MAXIMUM_VERTICES;
+
+/// A shape, lengths in metres.
+#[derive(Clone, Debug, Serialize)]
+#[serde(tag = "type", rename_all = "kebab-case")]
+#[allow(missing_docs)] // The keys are the documentation: each names its quantity and unit.
+pub enum ShapeTable {
+    Rectangle { lower_m: Vector, upper_m: Vector },
+    Circle { centre_m: Vector, radius_m: f64 },
+    Ring { centre_m: Vector, inner_radius_m: f64, outer_radius_m: f64 },
+    Polygon { vertices_m: Vec<Vector> },
+    Union { parts: Vec<ShapeTable> },
+    Difference { from: Box<ShapeTable>, minus: Vec<ShapeTable> },
+}
+
+#[derive(Clone, Copy)]
+enum Kind {
+    Rectangle,
+    Circle,
+    Ring,
+    Polygon,
+    Union,
+    Difference,
+}
+
+const KINDS: [(&str, Kind); 6] = [
+    ("rectangle", Kind::Rectangle),
+    ("circle", Kind::Circle),
+    ("ring", Kind::Ring),
+    ("polygon", Kind::Polygon),
+    ("union", Kind::Union),
+    ("difference", Kind::Difference),
+];
+
+impl ShapeTable {
+    /// Reads the shape under `key`, which must be written; `None` when it is wrong.
+    pub fn read(parent: &mut Table<'_>, key: &'static str) -> Option<At<Self>> {
+        let table = parent.required_table(key)?;
+        Self::read_whole(table)
+    }
+
+    /// Reads the shape under `key`, which may be left out.
+    pub fn read_optional(parent: &mut Table<'_>, key: &'static str) -> Option<At<Self>> {
+        let table = parent.optional_table(key)?;
+        Self::read_whole(table)
+    }
+
+    fn read_whole(mut table: Table<'_>) -> Option<At<Self>> {
+        let place = table.place().clone();
+        let shape = Self::read_table(&mut table, 0);
+        let valid = match shape.as_ref().filter(|_| table.intact()) {
+            Some(shape) => shape.check().map_err(|problem| table.mistake(Mistake::new(&place, problem))).is_ok(),
+            None => false,
+        };
+        (table.finish() && valid).then_some(())?;
+        Some(At { value: shape?, place })
+    }
+
+    fn check(&self) -> Result<(), String> {
+        let pieces = self.pieces();
+        if pieces > MOST_PIECES {
+            return Err(format!("has {pieces} corners and parts; at most {MOST_PIECES} are allowed"));
+        }
+        self.to_shape().validate()
+    }
+
+    fn read_table(table: &mut Table<'_>, depth: usize) -> Option<Self> {
+        if depth > MAXIMUM_NESTING {
+            let problem = format!("shapes are nested more than {MAXIMUM_NESTING} deep");
+            table.mistake(Mistake::new(table.place(), problem).hint("draw a polygon instead"));
+            return None;
+        }
+        let Some(kind) = table.choice("type", &KINDS) else {
+            table.abandon();
+            return None;
+        };
+        Some(match kind.value {
+            Kind::Rectangle => Self::Rectangle {
+                lower_m: table.vector("lower_m").value,
+                upper_m: table.vector("upper_m").value,
+            },
+            Kind::Circle => Self::Circle {
+                centre_m: table.vector("centre_m").value,
+                radius_m: table.number("radius_m", &Allowed::POSITIVE).value,
+            },
+            Kind::Ring => Self::Ring {
+                centre_m: table.vector("centre_m").value,
+                inner_radius_m: table.number("inner_radius_m", &Allowed::POSITIVE).value,
+                outer_radius_m: table.number("outer_radius_m", &Allowed::POSITIVE).value,
+            },
+            Kind::Polygon => Self::Polygon { vertices_m: read_polygon(table)? },
+            Kind::Union => Self::Union { parts: Self::read_parts(table, "parts", depth) },
+            Kind::Difference => {
+                let from = table.required_table("from");
+                let minus = Self::read_parts(table, "minus", depth);
+                Self::Difference { from: Box::new(Self::read_part(from?, depth)?), minus }
+            }
+        })
+    }
+
+    fn read_parts(table: &mut Table<'_>, key: &'static str, depth: usize) -> Vec<Self> {
+        let parts = table.tables(key);
+        if parts.is_empty() && table.intact() {
+            let place = table.place_of(key);
+            table.mistake(Mistake::new(&place, "needs at least one shape"));
+        }
+        parts.into_iter().filter_map(|part| Self::read_part(part, depth)).collect()
+    }
+
+    fn read_part(mut table: Table<'_>, depth: usize) -> Option<Self> {
+        let shape = Self::read_table(&mut table, depth + 1);
+        if table.finish() { shape } else { None }
+    }
+
+    /// Number of corners and primitives.
+    pub fn pieces(&self) -> usize {
+        let sum = |parts: &[Self]| parts.iter().map(Self::pieces).sum::<usize>();
+        match self {
+            Self::Rectangle { .. } => 4,
+            Self::Circle { .. } => 1,
+            Self::Ring { .. } => 2,
+            Self::Polygon { vertices_m } => vertices_m.len(),
+            Self::Union { parts } => sum(parts),
+            Self::Difference { from, minus } => from.pieces() + sum(minus),
+        }
+    }
+
+    /// The region of the plane that it means.
+    pub fn to_shape(&self) -> Shape {
+        let all = |parts: &[Self]| parts.iter().map(Self::to_shape).collect();
+        match self {
+            Self::Rectangle { lower_m, upper_m } => Shape::Rectangle { lower: *lower_m, upper: *upper_m },
+            Self::Circle { centre_m, radius_m } => Shape::Circle { centre: *centre_m, radius: *radius_m },
+            Self::Ring { centre_m, inner_radius_m, outer_radius_m } => Shape::Ring {
+                centre: *centre_m,
+                inner_radius: *inner_radius_m,
+                outer_radius: *outer_radius_m,
+            },
+            Self::Polygon { vertices_m } => Shape::Polygon { vertices: vertices_m.clone() },
+            Self::Union { parts } => Shape::Union(all(parts)),
+            Self::Difference { from, minus } => Shape::Difference(Box::new(from.to_shape()), all(minus)),
+        }
+    }
+}
+
+/// Corners of a polygon, written inline or in a CSV file with columns `x_m` and `y_m`.
+fn read_polygon(table: &mut Table<'_>) -> Option<Vec<Vector>> {
+    if !table.has("file") {
+        return Some(table.points("vertices_m")?.value);
+    }
+    let file = table.text("file");
+    let path = resolved(table.directory, &file.value);
+    read_points(&path)
+        .map_err(|problem| {
+            let mistake = Mistake::new(&file.place, problem).value(&file.value);
+            table.mistake(
+                mistake.hint("give a CSV file with the header `x_m,y_m`; its path is taken from the case file's folder"),
+            );
+        })
+        .ok()
+}
+
+fn read_points(path: &Path) -> Result<Vec<Vector>, String> {
+    let text = read_text(path)?;
+    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).from_reader(text.as_bytes());
+    let header = reader.headers().map_err(|error| error.to_string())?.clone();
+    let column = |name: &str| {
+        header
+            .iter()
+            .position(|cell| cell == name)
+            .ok_or_else(|| format!("{} has no column `{name}`", path.display()))
+    };
+    let (x, y) = (column("x_m")?, column("y_m")?);
+    let mut points = Vec::new();
+    for record in reader.records() {
+        let record = record.map_err(|error| error.to_string())?;
+        let line = record.position().map_or(0, csv::Position::line);
+        let number = |index: usize| {
+            let cell = record.get(index).unwrap_or_default();
+            let bad = || format!("{} line {line}: `{cell}` is no finite number", path.display());
+            cell.parse().ok().filter(|value: &f64| value.is_finite()).ok_or_else(bad)
+        };
+        points.push(Vector::new(number(x)?, number(y)?));
+        if points.len() > MAXIMUM_VERTICES {
+            return Err(format!("{} has more than {MAXIMUM_VERTICES} points", path.display()));
+        }
+    }
+    Ok(points)
+}

@@ -1,0 +1,323 @@
+//! Solids, their materials, supports and contact as a case file writes them.
+
+use serde::Serialize;
+use sph::setup::{ContactLaw, ElasticMaterial, Formulation, Support, UpdatedLagrangian};
+use sph::vector::Vector;
+
+use super::fluid::DampingTable;
+use super::formula;
+use super::run::{AXES, MotionTable};
+use super::shape::ShapeTable;
+use crate::case::mistakes::Mistake;
+use crate::case::reader::{Allowed, At, Choice, Table, Written};
+
+/// `[solid]`.
+#[derive(Clone, Debug, Serialize)]
+#[allow(missing_docs)]
+pub struct SolidTable {
+    pub particle_spacing_m: At<f64>,
+    pub kernel_ratio: At<f64>,
+    pub lost_particle_limit: u64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub damping: Option<DampingTable>,
+    pub contact: ContactTable,
+    #[serde(rename = "body")]
+    pub bodies: Vec<BodyTable>,
+    #[serde(skip)]
+    pub intact: bool,
+}
+
+impl SolidTable {
+    /// Reads the table; the spacing is the fluid's unless it is written.
+    pub fn read(mut table: Table<'_>, fluid_spacing: Option<f64>) -> Self {
+        let particle_spacing_m = match fluid_spacing {
+            Some(spacing) => table.number_or("particle_spacing_m", &Allowed::POSITIVE, spacing),
+            None => table.number("particle_spacing_m", &Allowed::POSITIVE),
+        };
+        let kernel_ratio = table.number_or("kernel_ratio", &Allowed::KERNEL_RATIO, 1.3);
+        let lost_particle_limit = table.count_or("lost_particle_limit", 0..1_000_000_001, 0).value;
+        let damping = DampingTable::read(&mut table);
+        let contact = ContactTable::read(table.table_or_empty("contact"));
+        let intact = table.intact();
+        let ratio = kernel_ratio.value;
+        let bodies = table.tables("body").into_iter().map(|body| BodyTable::read(body, ratio)).collect();
+        table.finish();
+        Self { particle_spacing_m, kernel_ratio, lost_particle_limit, damping, contact, bodies, intact }
+    }
+
+    /// Widest smoothing length of all bodies \[m\].
+    pub fn smoothing_length(&self) -> f64 {
+        let widest = self.bodies.iter().filter_map(BodyTable::kernel_ratio).fold(self.kernel_ratio.value, f64::max);
+        widest * self.particle_spacing_m.value
+    }
+}
+
+/// `[solid.contact]`.
+#[derive(Clone, Debug, Serialize)]
+#[serde(tag = "law", rename_all = "kebab-case")]
+#[allow(missing_docs)]
+pub enum ContactTable {
+    Repulsion { stiffness: f64, distance: f64, damping: f64 },
+    Sums,
+}
+
+impl ContactTable {
+    fn read(mut table: Table<'_>) -> Self {
+        const DISTANCE: Allowed = Allowed::new(0.0, 3.0, (false, true), 1.0, "a number above 0 and at most 3");
+        let law = table.choice_or_first("law", &[("repulsion", false), ("sums", true)]);
+        let read = match law.value {
+            true => Self::Sums,
+            false => Self::Repulsion {
+                stiffness: table.number_or("stiffness", &Allowed::POSITIVE, 0.5).value,
+                distance: table.number_or("distance", &DISTANCE, 1.0).value,
+                damping: table.number_or("damping", &Allowed::NOT_NEGATIVE, 0.2).value,
+            },
+        };
+        table.finish();
+        read
+    }
+
+    /// What the solvers are told.
+    pub fn to_setup(&self) -> ContactLaw {
+        match *self {
+            Self::Repulsion { stiffness, distance, damping } => ContactLaw::Repulsion { stiffness, distance, damping },
+            Self::Sums => ContactLaw::Sums,
+        }
+    }
+}
+
+/// `[[solid.body]]`.
+#[derive(Clone, Debug, Serialize)]
+#[allow(missing_docs)]
+pub struct BodyTable {
+    pub name: At<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub shape: Option<At<ShapeTable>>,
+    pub material: MaterialTable,
+    pub formulation: FormulationTable,
+    /// Expressions of x and y.
+    pub velocity_m_s: [At<Written>; 2],
+    /// Rotation about the centre of mass at the start.
+    pub rotation_speed_rad_s: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub lattice_origin_m: Option<At<Vector>>,
+    #[serde(rename = "support")]
+    pub supports: Vec<SupportTable>,
+    #[serde(skip)]
+    pub intact: bool,
+}
+
+impl BodyTable {
+    fn read(mut table: Table<'_>, kernel_ratio: f64) -> Self {
+        let name = table.name("name");
+        let shape = ShapeTable::read(&mut table, "shape");
+        let material = MaterialTable::read(&mut table);
+        let formulation = FormulationTable::read(table.table_or_empty("formulation"), kernel_ratio);
+        let velocity_m_s = formula::read_pair(&mut table, "velocity_m_s", &["x", "y"])
+            .unwrap_or_else(|| formula::zeros(&table.place_of("velocity_m_s")));
+        let rotation_speed_rad_s = table.number_or("rotation_speed_rad_s", &Allowed::FINITE, 0.0).value;
+        let lattice_origin_m = table.optional_vector("lattice_origin_m");
+        let supports = table.tables("support").into_iter().map(SupportTable::read).collect();
+        Self {
+            name,
+            shape,
+            material,
+            formulation,
+            velocity_m_s,
+            rotation_speed_rad_s,
+            lattice_origin_m,
+            supports,
+            intact: table.finish(),
+        }
+    }
+
+    /// h/Δx of a deformable body.
+    pub fn kernel_ratio(&self) -> Option<f64> {
+        match &self.formulation {
+            FormulationTable::UpdatedLagrangian { kernel_ratio, .. } => Some(*kernel_ratio),
+            FormulationTable::Rigid => None,
+        }
+    }
+}
+
+/// `material`: two elastic constants, K and G or E and ν.
+#[derive(Clone, Debug, Serialize)]
+#[allow(missing_docs)]
+pub struct MaterialTable {
+    pub density_kg_m3: f64,
+    #[serde(flatten)]
+    pub moduli: Moduli,
+}
+
+/// The pair of elastic constants that a case names.
+#[derive(Clone, Debug, Serialize)]
+#[serde(untagged)]
+#[allow(missing_docs)]
+pub enum Moduli {
+    BulkShear { bulk_modulus_pa: f64, shear_modulus_pa: f64 },
+    YoungPoisson { young_modulus_pa: f64, poisson_ratio: f64 },
+}
+
+impl MaterialTable {
+    fn read(parent: &mut Table<'_>) -> Self {
+        // Above, the bulk modulus overflows any time step.
+        const POISSON: Allowed =
+            Allowed::new(-1.0, 0.5, (false, false), 0.0, "a number above -1 and below 0.5 (0.49 for nearly incompressible)");
+        let fallback = Moduli::BulkShear { bulk_modulus_pa: 1.0, shear_modulus_pa: 1.0 };
+        let Some(mut table) = parent.required_table("material") else {
+            return Self { density_kg_m3: 1.0, moduli: fallback };
+        };
+        let density_kg_m3 = table.number("density_kg_m3", &Allowed::POSITIVE).value;
+        let bulk_shear = ["bulk_modulus_pa", "shear_modulus_pa"].iter().any(|key| table.has(key));
+        let young_poisson = ["young_modulus_pa", "poisson_ratio"].iter().any(|key| table.has(key));
+        if bulk_shear && young_poisson {
+            let mistake = Mistake::new(table.place(), "names elastic constants of both pairs");
+            table.mistake(mistake.allowed(
+                "either `bulk_modulus_pa` and `shear_modulus_pa`, or `young_modulus_pa` and `poisson_ratio`",
+            ));
+        }
+        let moduli = if bulk_shear {
+            Moduli::BulkShear {
+                bulk_modulus_pa: table.number("bulk_modulus_pa", &Allowed::POSITIVE).value,
+                shear_modulus_pa: table.number("shear_modulus_pa", &Allowed::POSITIVE).value,
+            }
+        } else {
+            Moduli::YoungPoisson {
+                young_modulus_pa: table.number("young_modulus_pa", &Allowed::POSITIVE).value,
+                poisson_ratio: table.number("poisson_ratio", &POISSON).value,
+            }
+        };
+        table.finish();
+        Self { density_kg_m3, moduli }
+    }
+
+    /// What the solvers are told.
+    pub fn to_setup(&self) -> ElasticMaterial {
+        let (bulk_modulus, shear_modulus) = match self.moduli {
+            Moduli::BulkShear { bulk_modulus_pa, shear_modulus_pa } => (bulk_modulus_pa, shear_modulus_pa),
+            // Isotropic elasticity: K = E/(3(1 − 2ν)), G = E/(2(1 + ν)).
+            Moduli::YoungPoisson { young_modulus_pa: e, poisson_ratio: nu } => {
+                (e / (3.0 * (1.0 - 2.0 * nu)), e / (2.0 * (1.0 + nu)))
+            }
+        };
+        ElasticMaterial { density: self.density_kg_m3, bulk_modulus, shear_modulus }
+    }
+}
+
+/// `formulation`.
+#[derive(Clone, Debug, Serialize)]
+#[serde(tag = "type", rename_all = "kebab-case")]
+#[allow(missing_docs)]
+pub enum FormulationTable {
+    UpdatedLagrangian {
+        kernel_ratio: f64,
+        gradient_correction: bool,
+        artificial_viscosity_a: f64,
+        artificial_viscosity_b: f64,
+        lambda: f64,
+        artificial_stress: f64,
+        artificial_stress_exponent: f64,
+    },
+    Rigid,
+}
+
+#[derive(Clone, Copy)]
+enum FormulationKind {
+    UpdatedLagrangian,
+    Rigid,
+}
+
+impl FormulationTable {
+    fn read(mut table: Table<'_>, kernel_ratio: f64) -> Self {
+        const KINDS: [(&str, FormulationKind); 2] = [
+            ("updated-lagrangian", FormulationKind::UpdatedLagrangian),
+            ("rigid", FormulationKind::Rigid),
+        ];
+        const EXPONENT: Allowed = Allowed::new(0.0, 20.0, (false, true), 4.0, "a number above 0 and at most 20");
+        let read = match table.choice_or_first("type", &KINDS).value {
+            FormulationKind::Rigid => Self::Rigid,
+            FormulationKind::UpdatedLagrangian => Self::UpdatedLagrangian {
+                kernel_ratio: table.number_or("kernel_ratio", &Allowed::KERNEL_RATIO, kernel_ratio).value,
+                gradient_correction: table.flag_or("gradient_correction", true),
+                artificial_viscosity_a: table.number_or("artificial_viscosity_a", &Allowed::NOT_NEGATIVE, 1.0).value,
+                artificial_viscosity_b: table.number_or("artificial_viscosity_b", &Allowed::NOT_NEGATIVE, 1.0).value,
+                lambda: table.number_or("lambda", &Allowed::SHARE, 0.01).value,
+                artificial_stress: table.number_or("artificial_stress", &Allowed::SHARE, 0.3).value,
+                artificial_stress_exponent: table.number_or("artificial_stress_exponent", &EXPONENT, 4.0).value,
+            },
+        };
+        table.finish();
+        read
+    }
+
+    /// What the solvers are told, for particles of `spacing` \[m\].
+    pub fn to_setup(&self, spacing: f64) -> Formulation {
+        match *self {
+            Self::Rigid => Formulation::Rigid,
+            Self::UpdatedLagrangian {
+                kernel_ratio,
+                gradient_correction,
+                artificial_viscosity_a,
+                artificial_viscosity_b,
+                lambda,
+                artificial_stress,
+                artificial_stress_exponent,
+            } => Formulation::UpdatedLagrangian(UpdatedLagrangian {
+                smoothing_length: kernel_ratio * spacing,
+                gradient_correction,
+                viscosity_a: artificial_viscosity_a,
+                viscosity_b: artificial_viscosity_b,
+                lambda,
+                artificial_stress,
+                artificial_stress_exponent,
+            }),
+        }
+    }
+}
+
+/// `[[solid.body.support]]`.
+#[derive(Clone, Debug, Serialize)]
+#[allow(missing_docs)]
+pub struct SupportTable {
+    pub name: At<String>,
+    /// Particles inside this shape at the start are held.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub shape: Option<At<ShapeTable>>,
+    /// Components that are held: both for a clamp, one for a roller.
+    pub held: Vec<Choice<usize>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub motion: Option<MotionTable>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub release_time_s: Option<f64>,
+}
+
+impl SupportTable {
+    fn read(mut table: Table<'_>) -> Self {
+        let name = table.name("name");
+        let shape = ShapeTable::read(&mut table, "shape");
+        let both = || {
+            let place = table.place().clone();
+            AXES.map(|(word, value)| Choice { word, value, place: place.clone() }).to_vec()
+        };
+        let default = both();
+        let held = table.words("held", &AXES);
+        if held.as_ref().is_some_and(Vec::is_empty) && table.intact() {
+            let mistake = Mistake::new(&table.place_of("held"), "holds no component");
+            table.mistake(mistake.value("[]").allowed("[\"x\"], [\"y\"] or [\"x\", \"y\"]"));
+        }
+        let motion = MotionTable::read(&mut table);
+        let release_time_s = table.optional_number("release_time_s", &Allowed::FINITE);
+        table.finish();
+        Self { name, shape, held: held.unwrap_or(default), motion, release_time_s }
+    }
+
+    /// What the solvers are told.
+    pub fn to_setup(&self) -> Support {
+        Support {
+            name: self.name.value.clone(),
+            held: std::array::from_fn(|axis| self.held.iter().any(|choice| choice.value == axis)),
+            motion: self.motion.as_ref().map(MotionTable::to_setup),
+            release_time: self.release_time_s,
+        }
+    }
+}

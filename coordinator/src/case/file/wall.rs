@@ -1,0 +1,93 @@
+//! Walls as a case file writes them.
+
+use serde::Serialize;
+use sph::setup::WallCondition;
+use sph::vector::Vector;
+
+use super::run::{MotionTable, SIDES, Side};
+use super::shape::ShapeTable;
+use crate::case::reader::{Allowed, At, Choice, Table};
+
+/// `[[wall]]`.
+#[derive(Clone, Debug, Serialize)]
+#[allow(missing_docs)]
+pub struct WallTable {
+    pub name: At<String>,
+    #[serde(rename = "type")]
+    pub kind: Choice<WallKind>,
+    /// Inside of a container, by default the domain; the body of a solid wall.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub shape: Option<At<ShapeTable>>,
+    /// Sides of a container without a wall.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub open_sides: Option<Vec<Choice<Side>>>,
+    /// Rows of particles; by default enough for the widest kernel and one more.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub layers: Option<u64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub lattice_origin_m: Option<At<Vector>>,
+    pub condition: Choice<WallCondition>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub motion: Option<MotionTable>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub release_time_s: Option<f64>,
+    #[serde(skip)]
+    pub intact: bool,
+}
+
+/// Where the particles of a wall lie.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum WallKind {
+    /// In layers around the outside of a shape.
+    Container,
+    /// Inside a shape.
+    Solid,
+}
+
+impl WallTable {
+    /// Reads the table.
+    pub fn read(mut table: Table<'_>) -> Self {
+        let kinds = [("container", WallKind::Container), ("solid", WallKind::Solid)];
+        let name = table.name("name");
+        let found = table.choice("type", &kinds);
+        let kind = found.unwrap_or_else(|| {
+            table.abandon();
+            Choice { word: "container", value: WallKind::Container, place: table.place_of("type") }
+        });
+        let (shape, open_sides) = match kind.value {
+            WallKind::Container => (
+                ShapeTable::read_optional(&mut table, "shape"),
+                Some(table.words("open_sides", &SIDES).unwrap_or_default()),
+            ),
+            WallKind::Solid => (ShapeTable::read(&mut table, "shape"), None),
+        };
+        let layers = table.optional_count("layers", 1..101);
+        let lattice_origin_m = table.optional_vector("lattice_origin_m");
+        let condition = table
+            .choice_or_first("condition", &[("slip", WallCondition::Slip), ("no-slip", WallCondition::NoSlip)]);
+        let motion = MotionTable::read(&mut table);
+        let release_time_s = table.optional_number("release_time_s", &Allowed::FINITE);
+        Self {
+            name,
+            kind,
+            shape,
+            open_sides,
+            layers,
+            lattice_origin_m,
+            condition,
+            motion,
+            release_time_s,
+            intact: table.finish(),
+        }
+    }
+
+    /// What the solvers are told.
+    pub fn to_setup(&self) -> sph::setup::WallSetup {
+        sph::setup::WallSetup {
+            name: self.name.value.clone(),
+            condition: self.condition.value,
+            motion: self.motion.as_ref().map(MotionTable::to_setup),
+            release_time: self.release_time_s,
+        }
+    }
+}

@@ -1,0 +1,34 @@
+//! Reading small text files that a case names.
+
+use std::path::{Path, PathBuf};
+
+/// Largest text file that is read \[bytes\].
+pub const LARGEST_FILE: u64 = 4 << 20;
+
+/// `name` as seen from `directory`.
+pub fn resolved(directory: &Path, name: &str) -> PathBuf {
+    directory.join(name)
+}
+
+/// The whole of a regular UTF-8 text file of at most [`LARGEST_FILE`] bytes.
+///
+/// # Errors
+/// What is wrong, in words that name the file.
+pub fn read_text(path: &Path) -> Result<String, String> {
+    let shown = path.display();
+    let facts = std::fs::metadata(path).map_err(|error| match error.kind() {
+        std::io::ErrorKind::NotFound => format!("no such file: {shown}"),
+        _ => format!("cannot read {shown}: {error}"),
+    })?;
+    // A device or pipe could go on for ever.
+    if !facts.is_file() {
+        return Err(format!("{shown} is not a regular file"));
+    }
+    if facts.len() > LARGEST_FILE {
+        return Err(format!("{shown} has {} bytes; at most {LARGEST_FILE} are read", facts.len()));
+    }
+    std::fs::read_to_string(path).map_err(|error| match error.kind() {
+        std::io::ErrorKind::InvalidData => format!("{shown} is not UTF-8 text"),
+        _ => format!("cannot read {shown}: {error}"),
+    })
+}

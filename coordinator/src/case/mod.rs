@@ -1,0 +1,333 @@
+//! Case files: what a user writes, checked once and turned into what the solvers are told.
+//!
+//! A file is read into [`file::CaseFile`], which holds what was written with every default filled in. [`load`] lays
+//! out its particles and checks everything across tables; the [`Case`] that results is never checked again.
+//! All mistakes of a file are reported at once, see [`CaseErrors`].
+
+pub mod file;
+mod files;
+pub mod limits;
+mod mistakes;
+mod names;
+mod reader;
+mod restart;
+mod scene;
+mod summary;
+#[cfg(test)]
+mod tests;
+
+use std::path::Path;
+
+use sph::setup::{Coupling, FluidSetup, OutputPlan, RunSetup, SolidSetup};
+use toml::de::DeTable;
+
+pub use files::LARGEST_FILE;
+pub use mistakes::{CaseErrors, Mistake, Place, Position};
+pub use names::Probes;
+pub use restart::Loader;
+pub use summary::{Count, Stabiliser, Summary};
+
+use file::CaseFile;
+use file::run::{SIDES, Side, StepTable};
+use file::wall::WallKind;
+use mistakes::Mistakes;
+use reader::{Choice, Table};
+use scene::Scene;
+
+/// A case as meant: everything in it fits together.
+#[derive(Clone, Debug)]
+pub struct Case {
+    /// Name of the case.
+    pub name: String,
+    /// Where the servers come from.
+    pub servers: Servers,
+    /// What a run leaves behind.
+    pub outputs: Outputs,
+    file: CaseFile,
+    scene: Scene,
+    probes: Probes,
+}
+
+/// Where both servers of a run come from; of no meaning where the case has no such participant.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Servers {
+    /// The fluid server.
+    pub fluid: Server,
+    /// The solid server.
+    pub solid: Server,
+}
+
+/// Where a server comes from.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub enum Server {
+    /// The one that belongs to this program.
+    #[default]
+    BuiltIn,
+    /// One that listens already, at HOST:PORT.
+    Address(String),
+    /// A program to start, with its arguments; files of the case's folder stand as full paths.
+    Command(Vec<String>),
+}
+
+impl Server {
+    fn from_table(address: &Option<String>, command: &Option<Vec<String>>) -> Self {
+        match (address, command) {
+            (Some(address), _) => Self::Address(address.clone()),
+            (None, Some(command)) => Self::Command(command.clone()),
+            (None, None) => Self::BuiltIn,
+        }
+    }
+}
+
+/// What a run leaves behind, and when.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Outputs {
+    /// When snapshots and probe rows are due.
+    pub plan: OutputPlan,
+    /// A ledger row every so many steps.
+    pub ledger_every_steps: u64,
+    /// Times of the pictures in the report \[s\].
+    pub picture_times: Vec<f64>,
+}
+
+/// Reads and checks the case file at `path`; `final_state` reads the final states that it may start from.
+///
+/// # Errors
+/// All mistakes of the file.
+pub fn load(path: &Path, final_state: Loader<'_>) -> Result<Case, CaseErrors> {
+    let shown = path.display().to_string();
+    let text = files::read_text(path)
+        .map_err(|problem| CaseErrors::unreadable(shown.clone(), problem, "give the path of a case file (TOML)"))?;
+    let directory = path.parent().unwrap_or(Path::new(""));
+    parse(&text, &shown, directory, final_state)
+}
+
+/// Reads and checks the text of a case file; `name` stands for it in messages, file names in it are taken from
+/// `directory`.
+///
+/// # Errors
+/// All mistakes of the text.
+pub fn parse(text: &str, name: &str, directory: &Path, final_state: Loader<'_>) -> Result<Case, CaseErrors> {
+    let mistakes = Mistakes::default();
+    let case = build(text, directory, final_state, &mistakes);
+    match case {
+        Some(case) if mistakes.count() == 0 => Ok(case),
+        _ => Err(mistakes.into_errors(name.to_owned(), text.to_owned())),
+    }
+}
+
+fn build(text: &str, directory: &Path, final_state: Loader<'_>, mistakes: &Mistakes) -> Option<Case> {
+    let (document, errors) = DeTable::parse_recoverable(text);
+    for error in &errors {
+        let place = Place { key: String::new(), span: Some(error.span().unwrap_or(0..0)) };
+        let mistake = Mistake::new(&place, format!("not TOML: {}", error.message()));
+        mistakes.add(mistake.hint("see https://toml.io for the notation"));
+    }
+    if !errors.is_empty() {
+        return None;
+    }
+    let mut file = CaseFile::read(Table::root(document.get_ref(), text, directory, mistakes));
+    file.fill_in_defaults();
+    names::check_unique(&file, mistakes);
+    let mut scene = scene::build(&file, mistakes);
+    if mistakes.count() == 0 {
+        restart::apply(&file, &mut scene, final_state, mistakes);
+    }
+    let probes = names::probes(&file, &scene, mistakes);
+    let case = Case {
+        name: file.name.value.clone(),
+        servers: Servers {
+            fluid: Server::from_table(&file.servers.fluid_address, &file.servers.fluid_command),
+            solid: Server::from_table(&file.servers.solid_address, &file.servers.solid_command),
+        },
+        outputs: Outputs {
+            plan: file.outputs.plan(),
+            ledger_every_steps: file.outputs.ledger_every_steps,
+            picture_times: file.outputs.picture_times_s.clone(),
+        },
+        file,
+        scene,
+        probes,
+    };
+    case.check_time_step(mistakes);
+    Some(case)
+}
+
+impl CaseFile {
+    /// Defaults that depend on other tables: layers of walls and sides through which particles may leave.
+    fn fill_in_defaults(&mut self) {
+        let layers = self.default_layers();
+        for wall in &mut self.walls {
+            wall.layers.get_or_insert(layers);
+        }
+        if self.domain.outflow_sides.is_none() {
+            self.domain.outflow_sides = Some(self.open_rims());
+        }
+    }
+
+    /// Spacing of wall particles \[m\]: the fluid's where there is one.
+    pub fn wall_spacing(&self) -> Option<f64> {
+        match (&self.fluid, &self.solid) {
+            (Some(fluid), _) => fluid.intact.then_some(fluid.particle_spacing_m.value),
+            (None, Some(solid)) => solid.intact.then_some(solid.particle_spacing_m.value),
+            (None, None) => None,
+        }
+    }
+
+    /// Rows that fill the widest support behind a wall, and one more for fluid in violent flow.
+    fn default_layers(&self) -> u64 {
+        let rows = |smoothing_length: f64, spacing: f64| (2.0 * smoothing_length / spacing - 0.5).ceil();
+        let Some(spacing) = self.wall_spacing() else { return 3 };
+        let fluid = self.fluid.as_ref().map_or(0.0, |fluid| rows(fluid.smoothing_length(), spacing) + 1.0);
+        let solid = self.solid.as_ref().filter(|solid| solid.intact);
+        let solid = solid.map_or(0.0, |solid| rows(solid.smoothing_length(), spacing));
+        // At most 100 by the ranges of kernel ratios, unless both spacings differ widely.
+        fluid.max(solid).clamp(2.0, 100.0) as u64
+    }
+
+    /// Open sides of containers that coincide with sides of the domain.
+    fn open_rims(&self) -> Vec<Choice<Side>> {
+        let domain = self.domain.domain();
+        let coincides = |wall: &file::wall::WallTable, side: Side| {
+            let corner = |of: fn(&sph::shapes::Shape) -> sph::vector::Vector, fallback: sph::vector::Vector| {
+                wall.shape.as_ref().map_or(fallback, |shape| of(&shape.value.to_shape()))[side.axis]
+            };
+            if side.upper {
+                corner(|shape| shape.bounds().1, domain.upper) == domain.upper[side.axis]
+            } else {
+                corner(|shape| shape.bounds().0, domain.lower) == domain.lower[side.axis]
+            }
+        };
+        let open = |side: Side| {
+            !domain.periodic[side.axis]
+                && self.walls.iter().filter(|wall| wall.kind.value == WallKind::Container).any(|wall| {
+                    wall.open_sides.iter().flatten().any(|choice| choice.value == side) && coincides(wall, side)
+                })
+        };
+        SIDES
+            .into_iter()
+            .filter(|(_, side)| open(*side))
+            .map(|(word, value)| Choice { word, value, place: self.domain.lower_m.place.clone() })
+            .collect()
+    }
+}
+
+impl Case {
+    /// Refuses a fixed step above the stability limit, unless the case overrides it.
+    fn check_time_step(&self, mistakes: &Mistakes) {
+        let time = &self.file.time;
+        let StepTable::Fixed { time_step_s } = &time.step else { return };
+        let ready = time.intact
+            && self.file.fluid.as_ref().is_none_or(|fluid| fluid.intact)
+            && self.file.solid.as_ref().is_none_or(|s| s.intact && s.bodies.iter().all(|body| body.intact));
+        let limits = self.step_limits();
+        let Some(limit) = limits::governing(&limits, |limit| limit.stability).filter(|_| ready) else { return };
+        let largest = time.limit_factor.value * limit.stability;
+        if time_step_s.value > largest {
+            let mistake = Mistake::new(&time_step_s.place, "above the stability limit").value(time_step_s.value);
+            let recommended = limits::governing(&limits, |l| l.recommended).map_or(largest, |l| l.recommended);
+            mistakes.add(
+                mistake
+                    .allowed(format!("at most {largest:.4e} s ({})", limit.origin))
+                    .hint(format!("use {recommended:.2e} s, or raise `time.limit_factor` to try a larger step")),
+            );
+        }
+    }
+
+    /// Whether the case has a fluid.
+    pub fn has_fluid(&self) -> bool {
+        self.file.fluid.is_some()
+    }
+
+    /// Whether the case has a solid.
+    pub fn has_solid(&self) -> bool {
+        self.file.solid.is_some()
+    }
+
+    /// The written case behind this one, with every default filled in.
+    pub fn file(&self) -> &CaseFile {
+        &self.file
+    }
+
+    /// Probes of both solvers.
+    pub fn probes(&self) -> &Probes {
+        &self.probes
+    }
+
+    /// All particles at the start.
+    pub(crate) fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    /// The part that both participants are told alike; the run's id is the name of the case.
+    pub fn run_setup(&self) -> RunSetup {
+        let file = &self.file;
+        let coupling = match (&file.fluid, &file.solid, &file.interface) {
+            (Some(fluid), Some(solid), Some(interface)) => Some(Coupling {
+                law: interface.law.value,
+                fluid: fluid.constants(),
+                solid_spacing: solid.particle_spacing_m.value,
+                margin: interface.margin_spacings * fluid.particle_spacing_m.value,
+            }),
+            _ => None,
+        };
+        RunSetup {
+            run_id: self.name.clone(),
+            domain: file.domain.domain(),
+            time: file.time.to_setup(),
+            body_force: file.body_force.to_setup(),
+            outputs: self.outputs.plan,
+            ledger: file.ledger.to_setup(),
+            coupling,
+        }
+    }
+
+    /// What the fluid solver is told; `None` without a fluid.
+    pub fn fluid_setup(&self) -> Option<FluidSetup> {
+        let fluid = self.file.fluid.as_ref()?;
+        Some(FluidSetup {
+            run: self.run_setup(),
+            constants: fluid.constants(),
+            diffusion: fluid.diffusion(),
+            damping: fluid.damping.as_ref().map(file::fluid::DampingTable::to_setup),
+            regions: fluid.regions.iter().map(|region| region.name.value.clone()).collect(),
+            walls: self.file.walls.iter().map(file::wall::WallTable::to_setup).collect(),
+            particles: self.scene.fluid.clone(),
+            wall_particles: self.scene.walls.clone(),
+            probes: self.probes.fluid.clone(),
+            outflow: self.file.domain.outflow(),
+            lost_particle_limit: fluid.lost_particle_limit,
+        })
+    }
+
+    /// What the solid solver is told; `None` without a solid.
+    pub fn solid_setup(&self) -> Option<SolidSetup> {
+        let solid = self.file.solid.as_ref()?;
+        let spacing = solid.particle_spacing_m.value;
+        let body = |body: &file::solid::BodyTable| sph::setup::BodySetup {
+            name: body.name.value.clone(),
+            material: body.material.to_setup(),
+            formulation: body.formulation.to_setup(spacing),
+            supports: body.supports.iter().map(file::solid::SupportTable::to_setup).collect(),
+        };
+        Some(SolidSetup {
+            run: self.run_setup(),
+            particle_spacing: spacing,
+            bodies: solid.bodies.iter().map(body).collect(),
+            particles: self.scene.solid.clone(),
+            contact: solid.contact.to_setup(),
+            walls: self.file.walls.iter().map(file::wall::WallTable::to_setup).collect(),
+            wall_particles: self.scene.walls.clone(),
+            damping: solid.damping.as_ref().map(file::fluid::DampingTable::to_setup),
+            probes: self.probes.solid.clone(),
+            lost_particle_limit: solid.lost_particle_limit,
+        })
+    }
+
+    /// The case file with every default written out and nothing left in other files but final states and programs,
+    /// which stand as full paths; it reads back as the same case.
+    pub fn resolved_toml(&self) -> String {
+        // The structs hold numbers, texts, lists and tables only: TOML can say all of them.
+        toml::to_string(&self.file).unwrap_or_default()
+    }
+}

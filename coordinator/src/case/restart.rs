@@ -1,0 +1,141 @@
+//! Start from the final state of another run.
+
+use std::path::Path;
+
+use sph::setup::{FluidParticles, SolidParticles};
+use sph::solver::{Field, ParticleFields};
+use sph::vector::{SymmetricTensor, Vector};
+
+use super::file::CaseFile;
+use super::mistakes::{Mistake, Mistakes};
+use super::scene::{MOST_PARTICLES, Scene};
+
+/// Reads the final state of one side: the path is `DIR/final/fluid` or `DIR/final/solid`, without an ending.
+pub type Loader<'a> = &'a dyn Fn(&Path) -> Result<ParticleFields, String>;
+
+/// Replaces the particles of regions and bodies that both runs have by their final state.
+///
+/// Regions take over whatever particles they have then. Bodies must have the same particles; their supports stay
+/// those of this case. Names that only this case has start as it says.
+pub fn apply(file: &CaseFile, scene: &mut Scene, load: Loader<'_>, mistakes: &Mistakes) {
+    let Some(folder) = &file.start_from else { return };
+    let directory = Path::new(&folder.value).join("final");
+    let mut taken = 0;
+    let mut report = |side: &str, result: Result<usize, String>| match result {
+        Ok(count) => taken += count,
+        Err(problem) => {
+            let mistake = Mistake::new(&folder.place, format!("{side}: {problem}")).value(&folder.value);
+            mistakes.add(mistake.hint("name the output folder of a run that ended, with a matching case"));
+        }
+    };
+    if let Some(fluid) = &file.fluid {
+        let names: Vec<&str> = fluid.regions.iter().map(|region| region.name.value.as_str()).collect();
+        let state = load(&directory.join("fluid"));
+        report("fluid", state.and_then(|state| restore_fluid(&names, &state, &mut scene.fluid)));
+    }
+    if let Some(solid) = &file.solid {
+        let names: Vec<&str> = solid.bodies.iter().map(|body| body.name.value.as_str()).collect();
+        let state = load(&directory.join("solid"));
+        report("solid", state.and_then(|state| restore_solid(&names, &state, &mut scene.solid)));
+    }
+    if taken == 0 && mistakes.count() == 0 {
+        let mistake = Mistake::new(&folder.place, "no region or body of this case has a name of that run");
+        mistakes.add(mistake.value(&folder.value).hint("use the same names in both cases"));
+    }
+}
+
+/// Values of a field that must be there with `components` numbers per particle, all finite.
+fn field<'a>(state: &'a ParticleFields, name: &str, components: usize) -> Result<&'a Field, String> {
+    let field = state.field(name).ok_or_else(|| format!("the state has no field `{name}`"))?;
+    if field.components != components || field.values.len() != components * state.id.len() {
+        return Err(format!("field `{name}` must have {components} numbers per particle"));
+    }
+    match field.values.iter().all(|value| value.is_finite()) {
+        true => Ok(field),
+        false => Err(format!("field `{name}` holds numbers that are not finite")),
+    }
+}
+
+fn vector(field: &Field, particle: usize) -> Vector {
+    Vector::new(field.values[2 * particle], field.values[2 * particle + 1])
+}
+
+/// Particles of `state` that belong to the group called `name`, in the order of the state.
+fn members(state: &ParticleFields, name: &str) -> Vec<usize> {
+    let group = state.group_names.iter().position(|group| group == name).and_then(|k| u32::try_from(k).ok());
+    (0..state.group.len()).filter(|&k| Some(state.group[k]) == group).collect()
+}
+
+fn check_size(state: &ParticleFields) -> Result<(), String> {
+    if state.id.len() > MOST_PARTICLES || state.group.len() != state.id.len() {
+        return Err("the state has too many particles or lacks their groups".to_owned());
+    }
+    Ok(())
+}
+
+fn restore_fluid(names: &[&str], state: &ParticleFields, particles: &mut FluidParticles) -> Result<usize, String> {
+    check_size(state)?;
+    let position = field(state, "position", 2)?;
+    let velocity = field(state, "velocity", 2)?;
+    let density = field(state, "density", 1)?;
+    let mass = field(state, "mass", 1)?;
+    let laid = std::mem::take(particles);
+    let mut taken = 0;
+    for (region, name) in (0u32..).zip(names) {
+        let found = members(state, name);
+        taken += found.len();
+        let mut add = |m: f64, x: Vector, v: Vector, rho: f64| {
+            particles.region.push(region);
+            particles.mass.push(m);
+            particles.position.push(x);
+            particles.velocity.push(v);
+            particles.density.push(rho);
+        };
+        if found.is_empty() {
+            for k in (0..laid.id.len()).filter(|&k| laid.region[k] == region) {
+                add(laid.mass[k], laid.position[k], laid.velocity[k], laid.density[k]);
+            }
+        }
+        for k in found {
+            if !(mass.values[k] > 0.0 && density.values[k] > 0.0) {
+                return Err(format!("particle {} of `{name}` has no mass or density", state.id[k]));
+            }
+            add(mass.values[k], vector(position, k), vector(velocity, k), density.values[k]);
+        }
+    }
+    particles.id = (0u32..).take(particles.mass.len()).collect();
+    Ok(taken)
+}
+
+fn restore_solid(names: &[&str], state: &ParticleFields, particles: &mut SolidParticles) -> Result<usize, String> {
+    check_size(state)?;
+    let position = field(state, "position", 2)?;
+    let velocity = field(state, "velocity", 2)?;
+    let density = field(state, "density", 1)?;
+    let stress = field(state, "deviatoric_stress", 3)?;
+    let reference = field(state, "reference_position", 2).ok();
+    let mut taken = 0;
+    for (body, name) in (0u32..).zip(names) {
+        let found = members(state, name);
+        let own: Vec<usize> = (0..particles.id.len()).filter(|&k| particles.body[k] == body).collect();
+        if found.is_empty() {
+            continue;
+        }
+        if found.len() != own.len() {
+            return Err(format!("body `{name}` has {} particles there and {} here", found.len(), own.len()));
+        }
+        taken += found.len();
+        for (k, s) in own.into_iter().zip(found) {
+            if let Some(reference) = reference {
+                particles.reference_position[k] = vector(reference, s);
+            }
+            particles.position[k] = vector(position, s);
+            particles.velocity[k] = vector(velocity, s);
+            particles.density[k] = density.values[s];
+            let components = &stress.values[3 * s..3 * s + 3];
+            particles.deviatoric_stress[k] =
+                SymmetricTensor { xx: components[0], yy: components[1], xy: components[2] };
+        }
+    }
+    Ok(taken)
+}

@@ -1,0 +1,86 @@
+//! Filling shapes with particles within stated limits on count and work.
+
+use sph::shapes::{Shape, fill, lattice_points};
+use sph::vector::Vector;
+
+use crate::case::file::shape::ShapeTable;
+use crate::case::mistakes::{Mistake, Mistakes};
+use crate::case::reader::At;
+
+/// Most particles of a scene, walls included.
+pub const MOST_PARTICLES: usize = 5_000_000;
+
+/// Most lattice points in the box around a shape: a slender slanted shape has many more than particles.
+const MOST_LATTICE_POINTS: f64 = 4.0 * MOST_PARTICLES as f64;
+
+/// Most lattice points times pieces of the shape: some seconds of work.
+const MOST_WORK: f64 = 4e9;
+
+/// Farthest from the lattice origin, in spacings, that positions stay exact on the lattice.
+const FARTHEST: f64 = 1e8;
+
+/// The one lattice of a scene; counts what is laid on it.
+pub struct Lattice<'a> {
+    /// Corner of the lattice \[m\].
+    pub origin: Vector,
+    /// Where mistakes go.
+    pub mistakes: &'a Mistakes,
+    left: usize,
+}
+
+impl<'a> Lattice<'a> {
+    /// An empty lattice.
+    pub fn new(origin: Vector, mistakes: &'a Mistakes) -> Self {
+        Self { origin, mistakes, left: MOST_PARTICLES }
+    }
+
+    /// Whether `shape` may be laid out with `spacing` \[m\]; `margin` \[m\] is examined around it.
+    pub fn permits(&self, written: &At<ShapeTable>, shape: &Shape, spacing: f64, margin: f64) -> bool {
+        let (lower, upper) = shape.bounds();
+        let reach = [lower, upper].iter().map(|x| (x - self.origin).amax()).fold(margin, f64::max) / spacing;
+        let points = lattice_points(shape, spacing, margin);
+        let too_much = if !(points <= MOST_LATTICE_POINTS) {
+            format!("its box holds {points:.2e} lattice points; at most {MOST_LATTICE_POINTS:.0e} are examined")
+        } else if points * written.value.pieces() as f64 > MOST_WORK {
+            format!("{} corners and parts are too many for {points:.2e} lattice points", written.value.pieces())
+        } else if !(reach <= FARTHEST) {
+            format!("lies {reach:.2e} spacings from the lattice origin; at most {FARTHEST:.0e} are allowed")
+        } else {
+            return true;
+        };
+        let mistake = Mistake::new(&written.place, too_much);
+        self.mistakes.add(mistake.hint(format!("check its size against the particle spacing of {spacing} m")));
+        false
+    }
+
+    /// Particles of `shape`; none, with a mistake, when there are too many or none.
+    pub fn fill(&mut self, written: &At<ShapeTable>, spacing: f64, origin: Option<&At<Vector>>) -> Vec<Vector> {
+        let shape = written.value.to_shape();
+        if !self.permits(written, &shape, spacing, 0.0) {
+            return Vec::new();
+        }
+        let positions = fill(&shape, spacing, origin.map_or(self.origin, |at| at.value));
+        if positions.is_empty() {
+            let mistake = Mistake::new(&written.place, "holds no particle");
+            self.mistakes
+                .add(mistake.hint(format!("make it larger than the particle spacing of {spacing} m")));
+        }
+        if self.take(written, positions.len()) { positions } else { Vec::new() }
+    }
+
+    /// Books `count` particles; whether the scene may have them.
+    pub fn take(&mut self, written: &At<ShapeTable>, count: usize) -> bool {
+        let enough = count <= self.left;
+        if !enough {
+            let problem = "makes the scene too large".to_owned();
+            let mistake = Mistake::new(&written.place, problem);
+            self.mistakes.add(
+                mistake
+                    .allowed(format!("at most {MOST_PARTICLES} particles"))
+                    .hint("use a larger particle spacing"),
+            );
+        }
+        self.left = self.left.saturating_sub(count);
+        enough
+    }
+}

@@ -1,0 +1,112 @@
+//! The scene that a case means: all particles at the start, and every check that needs them.
+
+mod fluid;
+mod lattice;
+mod overlap;
+mod solid;
+mod start;
+mod wall;
+
+use sph::domain::Domain;
+use sph::setup::{FluidParticles, SolidParticles, WallParticles};
+
+use super::file::CaseFile;
+use super::mistakes::{Mistake, Mistakes};
+pub use lattice::MOST_PARTICLES;
+use lattice::Lattice;
+
+/// All particles at the start.
+#[derive(Clone, Debug, Default)]
+pub struct Scene {
+    /// Fluid.
+    pub fluid: FluidParticles,
+    /// Walls.
+    pub walls: WallParticles,
+    /// Solids.
+    pub solid: SolidParticles,
+    /// What was left out where shapes meet, in words.
+    pub cuts: Vec<String>,
+    /// What deserves a second look, in words.
+    pub warnings: Vec<String>,
+}
+
+/// Lays out everything that is written without mistakes; reports what does not fit together.
+pub fn build(file: &CaseFile, mistakes: &Mistakes) -> Scene {
+    let mut scene = Scene::default();
+    if !file.domain.intact || !spacings_fit(file, mistakes) {
+        return scene;
+    }
+    let domain = file.domain.domain();
+    let mut lattice = Lattice::new(file.domain.lattice_origin_m, mistakes);
+    if let Some(solid) = file.solid.as_ref().filter(|solid| solid.intact) {
+        solid::lay_out(solid, &domain, &mut lattice, &mut scene);
+    }
+    wall::lay_out(file, &domain, &mut lattice, &mut scene);
+    if let Some(fluid) = file.fluid.as_ref().filter(|fluid| fluid.intact) {
+        fluid::lay_out(file, fluid, &domain, &mut lattice, &mut scene);
+    }
+    scene
+}
+
+/// Whether periods hold whole numbers of spacings, and enough of them.
+fn spacings_fit(file: &CaseFile, mistakes: &Mistakes) -> bool {
+    // Pairs must meet through one image only: twice the support radius and a skin.
+    const LEAST_SMOOTHING_LENGTHS: f64 = 5.0;
+    let before = mistakes.count();
+    let domain = file.domain.domain();
+    let fluid = file.fluid.as_ref().filter(|fluid| fluid.intact);
+    let solid = file.solid.as_ref().filter(|solid| solid.intact);
+    let lengths = [
+        fluid.map(|fluid| ("fluid", &fluid.particle_spacing_m, fluid.smoothing_length())),
+        solid.map(|solid| ("solid", &solid.particle_spacing_m, solid.smoothing_length())),
+    ];
+    for (owner, spacing, smoothing_length) in lengths.into_iter().flatten() {
+        for choice in &file.domain.periodic {
+            let period = domain.size()[choice.value];
+            let count = (period / spacing.value).round();
+            if (period / spacing.value - count).abs() > 1e-6 * count.max(1.0) {
+                let problem = format!(
+                    "the {owner}'s spacing of {} m does not divide the period of {period} m along {}",
+                    spacing.value, choice.word
+                );
+                let hint = format!("{} m is the nearest that does", period / count.max(1.0));
+                mistakes.add(Mistake::new(&spacing.place, problem).hint(hint));
+            } else if period < LEAST_SMOOTHING_LENGTHS * smoothing_length {
+                let problem = format!("the period of {period} m along {} is too short for the {owner}", choice.word);
+                let least = LEAST_SMOOTHING_LENGTHS * smoothing_length;
+                mistakes.add(
+                    Mistake::new(&choice.place, problem).allowed(format!("at least 5 h = {least} m")),
+                );
+            }
+        }
+    }
+    mistakes.count() == before
+}
+
+/// Index for a particle, body, region or wall; counts are limited far below 2³².
+fn index(k: usize) -> u32 {
+    u32::try_from(k).unwrap_or(u32::MAX)
+}
+
+/// `(x, y) m`.
+fn shown(x: &sph::vector::Vector) -> String {
+    format!("({:.6}, {:.6}) m", x.x, x.y)
+}
+
+/// Reports the first of `outside`, the particles of `what` that lie outside the domain.
+fn report_outside<'a>(
+    mistake: Mistake,
+    what: &str,
+    domain: &Domain,
+    outside: impl Iterator<Item = &'a sph::vector::Vector>,
+    mistakes: &Mistakes,
+) {
+    let mut outside = outside.filter(|x| !domain.contains(x)).peekable();
+    if let Some(first) = outside.peek().copied() {
+        let count = outside.count();
+        let problem = format!("{what} leaves the domain: {count} particles outside, one at {}", shown(first));
+        let allowed =
+            format!("x from {} to {}, y from {} to {}", domain.lower.x, domain.upper.x, domain.lower.y, domain.upper.y);
+        mistakes.add(Mistake { problem, ..mistake }.allowed(allowed).hint("move the shape or enlarge `domain`"));
+    }
+}

@@ -1,0 +1,157 @@
+//! Velocity, pressure and density at the start.
+
+use sph::equation_of_state::Tait;
+use sph::expression::Expression;
+use sph::kernel::CubicSpline;
+use sph::setup::{FluidConstants, GradientCorrection};
+use sph::vector::Vector;
+
+use super::shown;
+use crate::case::file::fluid::{HydrostaticLattice, ParticleMass, StartTable};
+use crate::case::mistakes::{Mistake, Mistakes, Place};
+use crate::case::reader::{At, Written};
+
+/// Values of a pair of expressions of x and y at `positions`.
+pub fn field(pair: &[At<Written>; 2], positions: &[Vector], mistakes: &Mistakes) -> Vec<Vector> {
+    let [x, y] = pair.each_ref().map(|written| values(written, positions, mistakes));
+    x.into_iter().zip(y).map(|(x, y)| Vector::new(x, y)).collect()
+}
+
+/// Values of an expression of x and y at `positions`; a mistake where one is not finite.
+pub fn values(written: &At<Written>, positions: &[Vector], mistakes: &Mistakes) -> Vec<f64> {
+    let text = match &written.value {
+        Written::Number(number) => return vec![*number; positions.len()],
+        Written::Text(text) => text,
+    };
+    // A text that is no expression has been reported where it was read.
+    let Ok(expression) = Expression::parse(text, &["x", "y"]) else { return vec![0.0; positions.len()] };
+    let values: Vec<f64> = positions.iter().map(|x| expression.eval(&[x.x, x.y])).collect();
+    if let Some(k) = values.iter().position(|value| !value.is_finite()) {
+        let problem = format!("is {} at {}", values[k], shown(&positions[k]));
+        mistakes.add(Mistake::new(&written.place, problem).value(text).allowed("finite values in the whole shape"));
+    }
+    values
+}
+
+/// Particles of a region at the start.
+pub struct Started {
+    /// Masses \[kg/m\].
+    pub mass: Vec<f64>,
+    /// Densities \[kg/m³\].
+    pub density: Vec<f64>,
+}
+
+/// Gives the particles of a region their mass and density; a consistent hydrostatic start moves them too.
+pub fn start(
+    table: &StartTable,
+    place: &Place,
+    constants: &FluidConstants,
+    gravity: Vector,
+    positions: &mut [Vector],
+    mistakes: &Mistakes,
+) -> Started {
+    let volume = constants.particle_spacing * constants.particle_spacing;
+    let rest_mass = constants.rest_density * volume;
+    let count = positions.len();
+    let at_rest = || Started { mass: vec![rest_mass; count], density: vec![constants.rest_density; count] };
+    let tait = Tait::new(constants.rest_density, constants.sound_speed, constants.exponent);
+    match table {
+        StartTable::Rest => at_rest(),
+        StartTable::Hydrostatic { surface_m, lattice } => {
+            let Some(column) = Hydrostatics::new(constants, gravity, *surface_m, lattice.value) else {
+                let mistake = Mistake::new(place, "a hydrostatic start needs gravity");
+                mistakes.add(mistake.hint("set `body_force.gravity_m_s2`"));
+                return at_rest();
+            };
+            let density = column.settle(&tait, positions, lattice.value);
+            Started { mass: vec![rest_mass; count], density }
+        }
+        StartTable::Pressure { pressure_pa, particle_mass } => {
+            let pressure = values(pressure_pa, positions, mistakes);
+            let density: Vec<f64> = pressure.iter().map(|p| tait.density(*p)).collect();
+            // Beyond these the weakly compressible model has no meaning.
+            let sound = |rho: &f64| (0.5..=2.0).contains(&(rho / constants.rest_density));
+            if let Some(k) = density.iter().position(|rho| !sound(rho)) {
+                let problem = format!("{} Pa at {} means a density of {} kg/m³", pressure[k], shown(&positions[k]), density[k]);
+                let mistake = Mistake::new(&pressure_pa.place, problem);
+                mistakes.add(mistake.hint("check the pressure, or raise `fluid.sound_speed_m_s`"));
+            }
+            let mass = match particle_mass.value {
+                ParticleMass::Rest => vec![rest_mass; count],
+                ParticleMass::FromDensity => density.iter().map(|rho| rho * volume).collect(),
+            };
+            Started { mass, density }
+        }
+    }
+}
+
+/// A column of fluid at rest under its own weight.
+///
+/// ```text
+/// p = ρ₀ g d / M',  d = depth below the surface, counted in rest volume
+/// ```
+/// M' is the lattice moment where the kernel gradient is not corrected: the sums (17) and (22) are adjoint, so they
+/// balance this pressure and no other. It is 1 otherwise.
+struct Hydrostatics {
+    up: Vector,
+    surface: f64,
+    /// dp/dd \[Pa/m\].
+    slope: f64,
+    /// dp/dd over the stiffness p₀ \[1/m\].
+    steepness: f64,
+    exponent: f64,
+    spacing: f64,
+}
+
+impl Hydrostatics {
+    fn new(constants: &FluidConstants, gravity: Vector, surface: f64, lattice: HydrostaticLattice) -> Option<Self> {
+        let g = gravity.norm();
+        let moment = match (lattice, constants.correction) {
+            (HydrostaticLattice::Consistent, GradientCorrection::None) => {
+                CubicSpline::new(constants.smoothing_length).lattice_moment(constants.particle_spacing)
+            }
+            _ => 1.0,
+        };
+        let slope = constants.rest_density * g / moment;
+        let stiffness = constants.rest_density * constants.sound_speed.powi(2) / constants.exponent;
+        (g > 0.0).then(|| Self {
+            up: -gravity / g,
+            surface,
+            slope,
+            steepness: slope / stiffness,
+            exponent: constants.exponent,
+            spacing: constants.particle_spacing,
+        })
+    }
+
+    /// Height of the compressed fluid \[m\] whose rest height is `depth` \[m\]: ∫ ρ₀/ρ dd with ρ/ρ₀ = (1 + kd)^(1/γ).
+    fn compressed(&self, depth: f64) -> f64 {
+        let (k, gamma) = (self.steepness, self.exponent);
+        if depth <= 0.0 {
+            depth
+        } else if gamma == 1.0 {
+            (k * depth).ln_1p() / k
+        } else {
+            let power = 1.0 - 1.0 / gamma;
+            (power * (k * depth).ln_1p()).exp_m1() / (k * power)
+        }
+    }
+
+    /// Densities; on the consistent lattice, rows move down onto those below.
+    fn settle(&self, tait: &Tait, positions: &mut [Vector], lattice: HydrostaticLattice) -> Vec<f64> {
+        let lowest = positions.iter().map(|x| x.dot(&self.up)).fold(f64::INFINITY, f64::min);
+        let base = lowest - 0.5 * self.spacing;
+        let whole = self.compressed(self.surface - base);
+        positions
+            .iter_mut()
+            .map(|x| {
+                let height = x.dot(&self.up);
+                let depth = self.surface - height;
+                if lattice == HydrostaticLattice::Consistent {
+                    *x += self.up * (base + whole - self.compressed(depth) - height);
+                }
+                tait.density(self.slope * depth.max(0.0))
+            })
+            .collect()
+    }
+}

@@ -1,0 +1,169 @@
+//! Particles of the walls.
+
+use sph::domain::Domain;
+use sph::shapes::{LayerParticle, OpenSides, Shape, layers_around, wall_fill};
+use sph::vector::Vector;
+
+use super::lattice::Lattice;
+use super::overlap::{first_clashes, overlaps};
+use super::{Scene, index, shown};
+use crate::case::file::CaseFile;
+use crate::case::file::run::Side;
+use crate::case::file::shape::ShapeTable;
+use crate::case::file::wall::{WallKind, WallTable};
+use crate::case::mistakes::Mistake;
+use crate::case::reader::At;
+
+/// Lays out all walls, cut where held solids enter them.
+pub fn lay_out(file: &CaseFile, domain: &Domain, lattice: &mut Lattice<'_>, scene: &mut Scene) {
+    let Some(spacing) = file.wall_spacing() else { return };
+    for (k, wall) in file.walls.iter().enumerate() {
+        if wall.intact {
+            let particles = lay_out_wall(file, wall, spacing, domain, lattice, scene);
+            scene.walls.wall.extend(std::iter::repeat_n(index(k), particles.len()));
+            scene.walls.position.extend(particles.iter().map(|particle| particle.position));
+            scene.walls.normal.extend(particles.iter().map(|particle| particle.normal));
+        }
+    }
+    for clash in first_clashes(domain, &scene.walls.position, &scene.walls.wall, spacing) {
+        let names = [clash.groups.0, clash.groups.1].map(|wall| &file.walls[wall as usize].name);
+        let problem = format!("overlaps the wall `{}` at {}", names[0].value, shown(&clash.position));
+        let mistake = Mistake::new(&names[1].place, problem).value(&names[1].value);
+        lattice.mistakes.add(mistake.hint("make the shapes disjoint, for example with a difference"));
+    }
+    cut_by_solids(file, spacing, domain, lattice, scene);
+}
+
+fn lay_out_wall(
+    file: &CaseFile,
+    wall: &WallTable,
+    spacing: f64,
+    domain: &Domain,
+    lattice: &mut Lattice<'_>,
+    scene: &mut Scene,
+) -> Vec<LayerParticle> {
+    let whole_domain = || At {
+        value: ShapeTable::Rectangle { lower_m: domain.lower, upper_m: domain.upper },
+        place: wall.name.place.clone(),
+    };
+    let written = wall.shape.clone().unwrap_or_else(whole_domain);
+    let shape = written.value.to_shape();
+    // Filled in before the scene is built.
+    let layers = wall.layers.map_or(1, |layers| u32::try_from(layers).unwrap_or(u32::MAX));
+    let thickness = f64::from(layers) * spacing;
+    if !lattice.permits(&written, &shape, spacing, thickness) {
+        return Vec::new();
+    }
+    let origin = wall.lattice_origin_m.as_ref().map_or(lattice.origin, |at| at.value);
+    let particles = match wall.kind.value {
+        WallKind::Container => {
+            scene.warnings.extend(off_lattice(wall, &written.value, spacing, origin));
+            layers_around(&shape, spacing, layers, origin, open_sides(wall, domain))
+        }
+        WallKind::Solid => skin(&shape, spacing, origin, thickness),
+    };
+    if particles.is_empty() {
+        let mistake = Mistake::new(&written.place, "the wall has no particle");
+        lattice.mistakes.add(mistake.hint("make it larger, or close one of its sides"));
+    }
+    for choice in &file.domain.periodic {
+        let axis = choice.value;
+        let beyond = |x: &Vector| x[axis] < domain.lower[axis] || x[axis] >= domain.upper[axis];
+        if let Some(particle) = particles.iter().find(|particle| beyond(&particle.position)) {
+            let problem = format!(
+                "wall `{}` reaches across the periodic side along {}, at {}",
+                wall.name.value,
+                choice.word,
+                shown(&particle.position)
+            );
+            lattice.mistakes.add(Mistake::new(&written.place, problem).hint("end it at the side of the domain"));
+        }
+    }
+    if lattice.take(&written, particles.len()) { particles } else { Vec::new() }
+}
+
+/// The outer layers of a solid wall: what lies deeper is never met.
+fn skin(shape: &Shape, spacing: f64, origin: Vector, thickness: f64) -> Vec<LayerParticle> {
+    let boundary = shape.boundary();
+    let mut particles = wall_fill(shape, spacing, origin);
+    particles.retain(|particle| -boundary.surface(&particle.position).distance < thickness);
+    particles
+}
+
+/// Sides without a wall: those named, and both across a periodic direction.
+fn open_sides(wall: &WallTable, domain: &Domain) -> OpenSides {
+    let named = |axis, upper| {
+        wall.open_sides.iter().flatten().any(|choice| choice.value == Side { axis, upper })
+    };
+    OpenSides {
+        lower: std::array::from_fn(|axis| domain.periodic[axis] || named(axis, false)),
+        upper: std::array::from_fn(|axis| domain.periodic[axis] || named(axis, true)),
+    }
+}
+
+/// Warns of a box whose sides do not lie between two rows of the lattice.
+fn off_lattice(wall: &WallTable, shape: &ShapeTable, spacing: f64, origin: Vector) -> Option<String> {
+    let ShapeTable::Rectangle { lower_m, upper_m } = shape else { return None };
+    let offset = |position: f64, axis: usize| {
+        let rows = (position - origin[axis]) / spacing;
+        rows - rows.round()
+    };
+    let (axis, rows, position) = [lower_m, upper_m]
+        .into_iter()
+        .flat_map(|corner| (0..2).map(move |axis| (axis, corner[axis])))
+        .map(|(axis, position)| (axis, offset(position, axis), position))
+        .find(|(_, rows, _)| rows.abs() > 1e-6)?;
+    let axis = ["x", "y"][axis];
+    Some(format!(
+        "wall `{}`: its side at {axis} = {position} m lies {:.2} spacings off the lattice; fluid will not fit against \
+         it closely (sizes that are whole multiples of {spacing} m do)",
+        wall.name.value,
+        rows.abs()
+    ))
+}
+
+/// Removes wall particles where held particles of a solid stand; a free one there is a mistake.
+fn cut_by_solids(file: &CaseFile, spacing: f64, domain: &Domain, lattice: &Lattice<'_>, scene: &mut Scene) {
+    let Some(solid) = &file.solid else { return };
+    let list = overlaps(
+        domain,
+        &scene.walls.position,
+        &scene.solid.position,
+        [spacing, solid.particle_spacing_m.value],
+    );
+    let mut reported = Vec::new();
+    let mut kept = Vec::with_capacity(scene.walls.position.len());
+    for k in 0..scene.walls.position.len() {
+        kept.push(list.of(k).is_empty());
+        let Some(&free) = list.of(k).iter().find(|&&s| scene.solid.support[s as usize] == 0) else { continue };
+        // Next to a held particle a free one may stand slightly inside the wall: the support's edge lies there.
+        if list.of(k).iter().any(|&s| scene.solid.support[s as usize] > 0) {
+            continue;
+        }
+        let clash = (scene.solid.body[free as usize], scene.walls.wall[k]);
+        if reported.contains(&clash) {
+            continue;
+        }
+        reported.push(clash);
+        let (body, wall) = (&solid.bodies[clash.0 as usize].name, &file.walls[clash.1 as usize].name);
+        let problem = format!("overlaps the wall `{}` at {}", wall.value, shown(&scene.walls.position[k]));
+        let mistake = Mistake::new(&body.place, problem).value(&body.value);
+        lattice.mistakes.add(mistake.hint("move it out of the wall, or hold the part inside with a support"));
+    }
+    for (k, wall) in file.walls.iter().enumerate() {
+        let cut = (0..kept.len()).filter(|&p| scene.walls.wall[p] == index(k) && !kept[p]).count();
+        if cut > 0 {
+            scene.cuts.push(format!("wall `{}`: {cut} particles make way for held solids", wall.name.value));
+        }
+    }
+    let walls = &mut scene.walls;
+    retain(&mut walls.wall, &kept);
+    retain(&mut walls.position, &kept);
+    retain(&mut walls.normal, &kept);
+}
+
+/// Keeps the entries of `list` for which `kept` says so.
+pub fn retain<T>(list: &mut Vec<T>, kept: &[bool]) {
+    let mut kept = kept.iter();
+    list.retain(|_| kept.next().copied().unwrap_or(true));
+}

@@ -1,0 +1,361 @@
+//! What `check` and the run header tell about a case.
+
+use std::fmt;
+
+use sph::setup::StepPolicy;
+
+use super::Case;
+use super::file::solid::{ContactTable, FormulationTable};
+use super::limits::{self, StepLimit};
+
+/// Seconds of one core per fluid particle and half-step: all passes over the neighbour list.
+const FLUID_COST: f64 = 400e-9;
+
+/// Seconds of one core per updated-Lagrangian particle and half-step.
+const SOLID_COST: f64 = 500e-9;
+
+/// Seconds of one core per wall particle and half-step.
+const WALL_COST: f64 = 30e-9;
+
+/// Half-steps per step.
+const STAGES: f64 = 2.0;
+
+/// Fewest times the largest speed that the sound speed should be, so that density stays within 1 %.
+const SOUND_SPEED_RATIO: f64 = 10.0;
+
+/// A named set of particles.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Count {
+    /// `fluid region`, `body` or `wall`.
+    pub kind: &'static str,
+    /// Name.
+    pub name: String,
+    /// Particles that move by their own equations, or all of a wall.
+    pub particles: usize,
+    /// Particles that supports hold.
+    pub held: usize,
+}
+
+/// A stabiliser that is switched on.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Stabiliser {
+    /// What it acts on.
+    pub owner: String,
+    /// Name, coefficients and source.
+    pub text: String,
+}
+
+/// Facts of a case that can be told before it runs.
+#[derive(Clone, Debug)]
+pub struct Summary {
+    /// Name of the case.
+    pub name: String,
+    /// Particles by region, body and wall.
+    pub counts: Vec<Count>,
+    /// Limits of the time step.
+    pub limits: Vec<StepLimit>,
+    /// Step of the run, or the first of an adaptive run \[s\].
+    pub time_step: f64,
+    /// Whether steps have one size.
+    pub fixed: bool,
+    /// Step over the smallest recommended one \[-\].
+    pub ratio_to_recommended: f64,
+    /// Step over the smallest stability limit \[-\].
+    pub ratio_to_limit: f64,
+    /// Allowed ratio when the case overrides it.
+    pub limit_override: Option<f64>,
+    /// Steps of the run, estimated when adaptive.
+    pub steps: u64,
+    /// Forecast of the run time on one core \[s\].
+    pub forecast: f64,
+    /// Constants that decide the answer, in words.
+    pub constants: Vec<String>,
+    /// Stabilisers that are switched on.
+    pub stabilisers: Vec<Stabiliser>,
+    /// Particles left out where shapes meet, in words.
+    pub cuts: Vec<String>,
+    /// What deserves a second look.
+    pub warnings: Vec<String>,
+}
+
+impl Case {
+    /// Facts of the case for `check` and the run header.
+    pub fn summary(&self) -> Summary {
+        let limits = self.step_limits();
+        let stability = limits::governing(&limits, |limit| limit.stability).map_or(f64::INFINITY, |l| l.stability);
+        let recommended =
+            limits::governing(&limits, |limit| limit.recommended).map_or(f64::INFINITY, |l| l.recommended);
+        let plan = self.file.time.to_setup();
+        let (time_step, fixed) = match plan.step {
+            StepPolicy::Fixed { time_step } => (time_step, true),
+            StepPolicy::Adaptive { factor, maximum, .. } => ((factor * stability).min(maximum), false),
+        };
+        let steps = ((plan.end_time - plan.start_time) / time_step - 1e-6).ceil().max(0.0);
+        let scene = &self.scene;
+        let cost = FLUID_COST * scene.fluid.id.len() as f64
+            + SOLID_COST * scene.solid.id.len() as f64
+            + WALL_COST * scene.walls.wall.len() as f64;
+        let mut summary = Summary {
+            name: self.name.clone(),
+            counts: self.counts(),
+            time_step,
+            fixed,
+            ratio_to_recommended: time_step / recommended,
+            ratio_to_limit: time_step / stability,
+            limit_override: Some(self.file.time.limit_factor.value).filter(|factor| *factor != 1.0),
+            // Saturates for absurd inputs.
+            steps: steps as u64,
+            forecast: steps * STAGES * cost,
+            constants: self.constants(),
+            stabilisers: self.stabilisers(),
+            cuts: scene.cuts.clone(),
+            warnings: scene.warnings.clone(),
+            limits,
+        };
+        summary.warnings.extend(self.step_warning(&summary));
+        summary.warnings.extend(self.sound_speed_warning());
+        summary
+    }
+
+    /// Limits of the time step of everything in the scene at the start.
+    pub(super) fn step_limits(&self) -> Vec<StepLimit> {
+        let mut found = Vec::new();
+        let mut add = |origin: String, stability: f64, fraction: f64| {
+            found.push(StepLimit { origin, stability, recommended: fraction * stability });
+        };
+        if let Some(fluid) = &self.file.fluid {
+            let constants = fluid.constants();
+            let h = constants.smoothing_length;
+            let speed = self.scene.fluid.velocity.iter().map(|v| v.norm()).fold(0.0, f64::max);
+            let acoustic = limits::acoustic(h, constants.sound_speed, speed);
+            let fraction = limits::recommended_acoustic_fraction(constants.viscosity_a);
+            add("fluid, acoustic h/(c0 + v)".to_owned(), acoustic, fraction);
+            if constants.dynamic_viscosity > 0.0 {
+                let viscosity = constants.dynamic_viscosity / constants.rest_density;
+                add("fluid, viscous h²/(8 ν)".to_owned(), limits::viscous(h, viscosity), 1.0);
+            }
+            if let Some(damping) = &fluid.damping {
+                add("fluid, damping 1/k".to_owned(), limits::damping(damping.rate_per_s), 0.5);
+            }
+        }
+        if let Some(solid) = &self.file.solid {
+            for body in &solid.bodies {
+                let FormulationTable::UpdatedLagrangian { kernel_ratio, artificial_viscosity_a, .. } = body.formulation
+                else {
+                    continue;
+                };
+                let h = kernel_ratio * solid.particle_spacing_m.value;
+                let limit = limits::elastic(h, body.material.to_setup().longitudinal_speed());
+                let fraction = limits::recommended_elastic_fraction(artificial_viscosity_a);
+                add(format!("body `{}`, elastic h/c_L", body.name.value), limit, fraction);
+            }
+            if let Some(damping) = &solid.damping {
+                add("solid, damping 1/k".to_owned(), limits::damping(damping.rate_per_s), 0.5);
+            }
+        }
+        found
+    }
+
+    fn counts(&self) -> Vec<Count> {
+        let mut counts = Vec::new();
+        let in_group = |groups: &[u32], k: usize| groups.iter().filter(|group| **group as usize == k).count();
+        for (k, region) in self.file.fluid.iter().flat_map(|fluid| &fluid.regions).enumerate() {
+            let particles = in_group(&self.scene.fluid.region, k);
+            counts.push(Count { kind: "fluid region", name: region.name.value.clone(), particles, held: 0 });
+        }
+        let solid = &self.scene.solid;
+        for (k, body) in self.file.solid.iter().flat_map(|solid| &solid.bodies).enumerate() {
+            let own = || solid.body.iter().zip(&solid.support).filter(move |(body, _)| **body as usize == k);
+            let held = own().filter(|(_, support)| **support > 0).count();
+            let particles = own().count() - held;
+            counts.push(Count { kind: "body", name: body.name.value.clone(), particles, held });
+        }
+        for (k, wall) in self.file.walls.iter().enumerate() {
+            let particles = in_group(&self.scene.walls.wall, k);
+            counts.push(Count { kind: "wall", name: wall.name.value.clone(), particles, held: 0 });
+        }
+        counts
+    }
+
+    fn constants(&self) -> Vec<String> {
+        let mut lines = Vec::new();
+        if let Some(fluid) = &self.file.fluid {
+            lines.push(format!(
+                "fluid: Δx = {} m, h/Δx = {}, ρ0 = {} kg/m³, c0 = {} m/s, γ = {}, μ = {} Pa s, gradient correction {}",
+                fluid.particle_spacing_m.value,
+                fluid.kernel_ratio.value,
+                fluid.rest_density_kg_m3.value,
+                fluid.sound_speed_m_s.value,
+                fluid.exponent,
+                fluid.dynamic_viscosity_pa_s,
+                fluid.gradient_correction.word
+            ));
+        }
+        if let Some(solid) = &self.file.solid {
+            lines.push(format!("solid: Δx = {} m", solid.particle_spacing_m.value));
+            for body in &solid.bodies {
+                let material = body.material.to_setup();
+                let kind = match &body.formulation {
+                    FormulationTable::Rigid => "rigid".to_owned(),
+                    FormulationTable::UpdatedLagrangian { kernel_ratio, gradient_correction, .. } => {
+                        let correction = if *gradient_correction { "with" } else { "without" };
+                        format!("updated-lagrangian, h/Δx = {kernel_ratio}, {correction} gradient correction")
+                    }
+                };
+                lines.push(format!(
+                    "body `{}`: ρ0 = {} kg/m³, K = {:.6e} Pa, G = {:.6e} Pa, c_L = {:.2} m/s, {kind}",
+                    body.name.value,
+                    material.density,
+                    material.bulk_modulus,
+                    material.shear_modulus,
+                    material.longitudinal_speed()
+                ));
+            }
+        }
+        if let Some(interface) = &self.file.interface {
+            lines.push(format!("interface: law {}, margin {} Δx", interface.law.word, interface.margin_spacings));
+        }
+        lines
+    }
+
+    fn stabilisers(&self) -> Vec<Stabiliser> {
+        let mut found = Vec::new();
+        let mut add = |owner: &str, text: String| found.push(Stabiliser { owner: owner.to_owned(), text });
+        if let Some(fluid) = &self.file.fluid {
+            if let Some(delta) = fluid.density_diffusion_delta {
+                let word = fluid.density_diffusion.word;
+                add("fluid", format!("density diffusion {word}, δ = {delta}, Eq. (18)-(20)"));
+            }
+            let (a, b) = (fluid.artificial_viscosity_a, fluid.artificial_viscosity_b);
+            if a > 0.0 || b > 0.0 {
+                add("fluid", format!("artificial viscosity, A = {a}, B = {b}, λ = {}, Eq. (23)-(24)", fluid.lambda));
+            }
+            if let Some(damping) = &fluid.damping {
+                add("fluid", format!("damping of the start, k = {} 1/s until {} s", damping.rate_per_s, damping.until_s));
+            }
+        }
+        let Some(solid) = &self.file.solid else { return found };
+        for body in &solid.bodies {
+            let FormulationTable::UpdatedLagrangian {
+                artificial_viscosity_a: a,
+                artificial_viscosity_b: b,
+                lambda,
+                artificial_stress: stress,
+                artificial_stress_exponent: exponent,
+                ..
+            } = body.formulation
+            else {
+                continue;
+            };
+            let owner = format!("body `{}`", body.name.value);
+            if a > 0.0 || b > 0.0 {
+                add(&owner, format!("artificial viscosity, A = {a}, B = {b}, λ = {lambda}, Eq. (23)-(24)"));
+            }
+            if stress > 0.0 {
+                add(&owner, format!("artificial stress, ε = {stress}, n = {exponent}, Eq. (25)-(26)"));
+            }
+        }
+        if let Some(damping) = &solid.damping {
+            add("solid", format!("damping of the start, k = {} 1/s until {} s", damping.rate_per_s, damping.until_s));
+        }
+        match solid.contact {
+            ContactTable::Sums => add("contact", "through the sums, Eq. (22) and section 4.1".to_owned()),
+            ContactTable::Repulsion { stiffness, distance, damping } => add(
+                "contact",
+                format!("repulsion, stiffness {stiffness} K, distance {distance} Δx, damping {damping} of critical"),
+            ),
+        }
+        found
+    }
+
+    fn step_warning(&self, summary: &Summary) -> Option<String> {
+        // A step of exactly the recommended size must not warn.
+        (summary.ratio_to_recommended > 1.0 + 1e-9).then(|| {
+            format!(
+                "the time step of {:.3e} s is {:.2} times the recommended one",
+                summary.time_step, summary.ratio_to_recommended
+            )
+        })
+    }
+
+    /// Warns when the fluid can move faster than a tenth of its sound speed.
+    fn sound_speed_warning(&self) -> Option<String> {
+        let fluid = self.file.fluid.as_ref()?;
+        let gravity = self.file.body_force.gravity_m_s2;
+        let heights = self.scene.fluid.position.iter().map(|x| -x.dot(&gravity));
+        let (lowest, highest) =
+            heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), h| (low.min(h), high.max(h)));
+        // g·height: a fall through all of the fluid gives √(2gH).
+        let fall = (2.0 * (highest - lowest).max(0.0)).sqrt();
+        let speed = self.scene.fluid.velocity.iter().map(|v| v.norm()).fold(fall, f64::max);
+        let sound_speed = fluid.sound_speed_m_s.value;
+        (sound_speed < SOUND_SPEED_RATIO * speed).then(|| {
+            format!(
+                "the sound speed of {sound_speed} m/s is {:.1} times the speed {speed:.2} m/s that the fluid can reach; \
+                 below {SOUND_SPEED_RATIO} times its density varies by more than 1 %",
+                sound_speed / speed
+            )
+        })
+    }
+}
+
+impl fmt::Display for Summary {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "case `{}`", self.name)?;
+        writeln!(f, "\nparticles")?;
+        for count in &self.counts {
+            write!(f, "  {:<13} {:<20} {:>9}", count.kind, count.name, count.particles)?;
+            if count.held > 0 {
+                write!(f, "  and {} held", count.held)?;
+            }
+            writeln!(f)?;
+        }
+        for cut in &self.cuts {
+            writeln!(f, "  {cut}")?;
+        }
+        writeln!(f, "\nconstants")?;
+        for line in &self.constants {
+            writeln!(f, "  {line}")?;
+        }
+        writeln!(f, "\nstabilisers")?;
+        for stabiliser in &self.stabilisers {
+            writeln!(f, "  {}: {}", stabiliser.owner, stabiliser.text)?;
+        }
+        writeln!(f, "\ntime step limits                             stability   recommended")?;
+        for limit in &self.limits {
+            writeln!(f, "  {:<40} {:>9.3e} s   {:>9.3e} s", limit.origin, limit.stability, limit.recommended)?;
+        }
+        let kind = if self.fixed { "fixed" } else { "adaptive, first" };
+        writeln!(
+            f,
+            "  step ({kind}) {:.4e} s: {:.2} of the recommended, {:.2} of the stability limit",
+            self.time_step, self.ratio_to_recommended, self.ratio_to_limit
+        )?;
+        if let Some(factor) = self.limit_override {
+            writeln!(f, "  the case overrides the limit: steps up to {factor} of the stability limit are allowed")?;
+        }
+        let about = if self.fixed { "" } else { "about " };
+        writeln!(
+            f,
+            "\n{about}{} steps; forecast {} on one core ({:.0} ns per fluid, {:.0} ns per solid particle and half-step)",
+            self.steps,
+            duration(self.forecast),
+            FLUID_COST * 1e9,
+            SOLID_COST * 1e9
+        )?;
+        for warning in &self.warnings {
+            writeln!(f, "warning: {warning}")?;
+        }
+        Ok(())
+    }
+}
+
+/// Seconds in words.
+fn duration(seconds: f64) -> String {
+    match seconds {
+        s if s < 120.0 => format!("{s:.1} s"),
+        s if s < 7200.0 => format!("{:.0} min", s / 60.0),
+        s if s < 172_800.0 => format!("{:.1} h", s / 3600.0),
+        s => format!("{:.1} days", s / 86_400.0),
+    }
+}

@@ -1,0 +1,164 @@
+//! The command line.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::{Args, Parser, Subcommand};
+
+use crate::failure::{Failure, Kind};
+use crate::launch::Source;
+
+/// Couples a fluid solver and an elastic-solid solver in lock-step and audits their interface.
+#[derive(Debug, Parser)]
+#[command(name = "coordinator", version, after_help = exit_codes())]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Run a case; starts both servers on this machine unless told otherwise.
+    Run(RunArguments),
+    /// Check a case without running it: mistakes, particle counts, time-step limits, forecast run time.
+    Check(CheckArguments),
+    /// A fluid server; `run` starts it.
+    #[command(name = "node-fluid", hide = true, disable_help_flag = true)]
+    NodeFluid(NodeArguments),
+    /// A solid server; `run` starts it.
+    #[command(name = "node-solid", hide = true, disable_help_flag = true)]
+    NodeSolid(NodeArguments),
+}
+
+/// Arguments that go to the server as they are.
+#[derive(Debug, Args)]
+struct NodeArguments {
+    #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
+    arguments: Vec<String>,
+}
+
+/// Arguments of `run`.
+#[derive(Debug, Args)]
+pub struct RunArguments {
+    /// Case file.
+    pub case: PathBuf,
+    /// Folder for the results [default: results/<name of the case file>].
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Replace the results of an earlier run in that folder.
+    #[arg(long)]
+    pub force: bool,
+    /// Both solvers as threads of this process, without servers; the results have the same bits.
+    #[arg(long, conflicts_with_all = ["fluid", "solid", "fluid_bin", "solid_bin"])]
+    pub in_process: bool,
+    /// Use the fluid server that listens at this address.
+    #[arg(long, value_name = "HOST:PORT", conflicts_with = "fluid_bin")]
+    pub fluid: Option<String>,
+    /// Use the solid server that listens at this address.
+    #[arg(long, value_name = "HOST:PORT", conflicts_with = "solid_bin")]
+    pub solid: Option<String>,
+    /// Start this program as the fluid server.
+    #[arg(long, value_name = "PROGRAM")]
+    pub fluid_bin: Option<PathBuf>,
+    /// Start this program as the solid server.
+    #[arg(long, value_name = "PROGRAM")]
+    pub solid_bin: Option<PathBuf>,
+    /// Compute threads of each solver started here [default: all cores].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub threads: Option<u16>,
+    /// Steps granted ahead of the slowest solver; 1 is strict lock-step.
+    #[arg(long, value_name = "STEPS", default_value_t = 64, value_parser = clap::value_parser!(u64).range(1..=100_000))]
+    pub window: u64,
+    /// No progress bar and no run header.
+    #[arg(long, short)]
+    pub quiet: bool,
+}
+
+impl RunArguments {
+    /// Where the fluid server comes from, if the command line says so.
+    pub fn fluid_source(&self) -> Option<Source> {
+        source(self.fluid.as_ref(), self.fluid_bin.as_ref())
+    }
+
+    /// Where the solid server comes from, if the command line says so.
+    pub fn solid_source(&self) -> Option<Source> {
+        source(self.solid.as_ref(), self.solid_bin.as_ref())
+    }
+}
+
+fn source(address: Option<&String>, program: Option<&PathBuf>) -> Option<Source> {
+    match (address, program) {
+        (Some(address), _) => Some(Source::Address(address.clone())),
+        (None, Some(program)) => Some(Source::Program(program.clone())),
+        (None, None) => None,
+    }
+}
+
+/// Arguments of `check`.
+#[derive(Debug, Args)]
+pub struct CheckArguments {
+    /// Case file.
+    pub case: PathBuf,
+    /// Draw the initial particles to this PNG.
+    #[arg(long, value_name = "PNG")]
+    pub picture: Option<PathBuf>,
+    /// Print the case as resolved, with every default written out.
+    #[arg(long)]
+    pub resolved: bool,
+}
+
+/// Table of exit codes for the help.
+fn exit_codes() -> String {
+    let mut text = String::from("Exit codes:\n   0  success\n");
+    for kind in Kind::ALL {
+        text.push_str(&format!("  {:>2}  {}\n", kind.code(), kind.meaning()));
+    }
+    text
+}
+
+/// Runs the command line of this process.
+pub fn main() -> ExitCode {
+    let result = match Cli::parse().command {
+        Command::Run(arguments) => crate::run::run(&arguments),
+        Command::Check(arguments) => crate::check::check(&arguments),
+        Command::NodeFluid(node) => return fluid_server::main_with(server_arguments("fluid-server", node)),
+        Command::NodeSolid(node) => return solid_server::main_with(server_arguments("solid-server", node)),
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => report(&failure),
+    }
+}
+
+fn server_arguments(name: &str, node: NodeArguments) -> Vec<String> {
+    std::iter::once(name.to_owned()).chain(node.arguments).collect()
+}
+
+fn report(failure: &Failure) -> ExitCode {
+    eprintln!("error: {}", failure.message);
+    failure.exit_code()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_command_line_is_consistent_and_lists_the_exit_codes() {
+        Cli::command().debug_assert();
+        let help = Cli::command().render_long_help().to_string();
+        for kind in Kind::ALL {
+            assert!(help.contains(kind.meaning()), "{help}");
+        }
+        assert!(!help.contains("node-fluid"));
+    }
+
+    #[test]
+    fn exit_codes_differ() {
+        let mut codes: Vec<u8> = Kind::ALL.iter().map(|kind| kind.code()).collect();
+        codes.sort_unstable();
+        codes.dedup();
+        assert_eq!(codes.len(), Kind::ALL.len());
+    }
+}

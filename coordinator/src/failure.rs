@@ -1,0 +1,108 @@
+//! Failures of a command, by kind; the kind decides the exit code.
+
+use std::process::ExitCode;
+
+/// Kind of failure; each has an exit code of its own.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// The command line or the case is wrong.
+    Input,
+    /// An output cannot be written, or would overwrite something.
+    Output,
+    /// A server cannot be started or reached, or is not a fitting solver.
+    Server,
+    /// The physics broke down: not finite, a limit broken, particles lost.
+    Diverged,
+    /// The ledger does not balance, or frames were stale.
+    Ledger,
+    /// The partner or the connection was lost during the run.
+    Lost,
+    /// The run was stopped from outside before its end.
+    Stopped,
+    /// A fault of this program.
+    Internal,
+}
+
+impl Kind {
+    /// All kinds, for the table in the help.
+    pub const ALL: [Kind; 8] = [
+        Kind::Input,
+        Kind::Output,
+        Kind::Server,
+        Kind::Diverged,
+        Kind::Ledger,
+        Kind::Lost,
+        Kind::Stopped,
+        Kind::Internal,
+    ];
+
+    /// Exit code; 0 is success and 2 is also what the command-line parser uses.
+    pub fn code(self) -> u8 {
+        match self {
+            Kind::Input => 2,
+            Kind::Output => 3,
+            Kind::Server => 4,
+            Kind::Diverged => 5,
+            Kind::Ledger => 6,
+            Kind::Lost => 7,
+            Kind::Stopped => 8,
+            Kind::Internal => 70,
+        }
+    }
+
+    /// Meaning in the help.
+    pub fn meaning(self) -> &'static str {
+        match self {
+            Kind::Input => "the command line or the case file is wrong",
+            Kind::Output => "an output cannot be written or would overwrite something",
+            Kind::Server => "a server cannot be started or reached, or does not fit",
+            Kind::Diverged => "the physics broke down, with the guilty particle named",
+            Kind::Ledger => "the ledger does not balance or a frame was stale",
+            Kind::Lost => "a partner or a connection was lost during the run",
+            Kind::Stopped => "stopped from outside before the end time, outputs complete",
+            Kind::Internal => "a fault of this program",
+        }
+    }
+}
+
+/// A failed command: what happened and which kind it is.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{message}")]
+pub struct Failure {
+    /// Kind, for the exit code.
+    pub kind: Kind,
+    /// What happened, where, what is allowed and what to do.
+    pub message: String,
+}
+
+impl Failure {
+    /// A failure of `kind`.
+    pub fn new(kind: Kind, message: impl Into<String>) -> Self {
+        Self { kind, message: message.into() }
+    }
+
+    /// The command line or the case is wrong.
+    pub fn input(message: impl Into<String>) -> Self {
+        Self::new(Kind::Input, message)
+    }
+
+    /// An output cannot be written.
+    pub fn output(message: impl Into<String>) -> Self {
+        Self::new(Kind::Output, message)
+    }
+
+    /// A server cannot be started or reached, or does not fit.
+    pub fn server(message: impl Into<String>) -> Self {
+        Self::new(Kind::Server, message)
+    }
+
+    /// A fault of this program.
+    pub fn internal(message: impl Into<String>) -> Self {
+        Self::new(Kind::Internal, message)
+    }
+
+    /// Exit code of the process.
+    pub fn exit_code(&self) -> ExitCode {
+        ExitCode::from(self.kind.code())
+    }
+}

@@ -1,0 +1,102 @@
+//! Both solvers as threads of this process: the same driver, the same frames, a channel instead of a network.
+
+use std::sync::mpsc;
+use std::thread::JoinHandle;
+
+use sph::driver::{self, Command, Link};
+use sph::exchange::{Exchange, Extent, in_process_pair};
+use sph::setup::{FluidSetup, RunSetup, SolidSetup};
+use sph::solver::{Role, Solver};
+use tokio::sync::mpsc::Sender;
+
+use crate::failure::Failure;
+use crate::participants::EventResult;
+
+/// A participant that runs as a thread.
+pub struct ThreadParticipant {
+    /// Which side it is.
+    pub role: Role,
+    /// Its command channel.
+    pub commands: mpsc::Sender<Command>,
+    thread: JoinHandle<()>,
+}
+
+impl ThreadParticipant {
+    /// Waits for the thread to end.
+    pub fn join(self) {
+        drop(self.commands);
+        // A panic of the solver has already closed its event channel, which the caller reports.
+        drop(self.thread.join());
+    }
+}
+
+/// Starts the participants that have a set-up; events arrive through `events`, in order for each role.
+///
+/// # Errors
+/// When a solver refuses its set-up, with all reasons.
+pub fn start(
+    fluid: Option<FluidSetup>,
+    solid: Option<SolidSetup>,
+    threads: Option<usize>,
+    events: &Sender<(Role, EventResult)>,
+) -> Result<Vec<ThreadParticipant>, Failure> {
+    let mut solvers: Vec<(Box<dyn Solver>, RunSetup)> = Vec::new();
+    if let Some(setup) = fluid {
+        let run = setup.run.clone();
+        let solver = fluid_server::physics::FluidSolver::new(setup).map_err(|e| refused(Role::Fluid, &e))?;
+        solvers.push((Box::new(solver), run));
+    }
+    if let Some(setup) = solid {
+        let run = setup.run.clone();
+        let solver = solid_server::physics::SolidSolver::new(setup).map_err(|e| refused(Role::Solid, &e))?;
+        solvers.push((Box::new(solver), run));
+    }
+    let first_limit = solvers.iter().map(|(solver, _)| solver.time_step_limit()).fold(f64::INFINITY, f64::min);
+    let extents: Vec<Extent> = solvers.iter().map(|(solver, _)| solver.extent().clone()).collect();
+    let mut exchanges: Vec<Option<Box<dyn Exchange>>> = vec![None, None];
+    if solvers.len() == 2 {
+        let (a, b) = in_process_pair();
+        exchanges = vec![Some(Box::new(a)), Some(Box::new(b))];
+    }
+    let mut participants = Vec::new();
+    for (k, ((solver, run), exchange)) in solvers.into_iter().zip(exchanges).enumerate() {
+        // With two participants, the partner of 0 is 1 and of 1 is 0.
+        let partner_extent = extents.get(1 - k).cloned().unwrap_or_default();
+        let link = Link { partner_extent, first_limit };
+        participants.push(spawn(solver, run, link, exchange, threads, events.clone())?);
+    }
+    Ok(participants)
+}
+
+fn spawn(
+    mut solver: Box<dyn Solver>,
+    run: RunSetup,
+    link: Link,
+    exchange: Option<Box<dyn Exchange>>,
+    threads: Option<usize>,
+    events: Sender<(Role, EventResult)>,
+) -> Result<ThreadParticipant, Failure> {
+    let role = solver.role();
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(threads.unwrap_or(0))
+        .thread_name(move |k| format!("{role}-{k}"))
+        .build()
+        .map_err(|e| Failure::internal(format!("cannot start the {role}'s threads: {e}")))?;
+    let (commands, receiver) = mpsc::channel();
+    let thread = std::thread::Builder::new()
+        .name(role.to_string())
+        .spawn(move || {
+            pool.install(|| {
+                driver::run(&mut *solver, &run, &link, exchange, &receiver, &mut |event| {
+                    // A closed channel means that the run is being given up; the driver sees it on its commands.
+                    drop(events.blocking_send((role, Ok(event))));
+                });
+            });
+        })
+        .map_err(|e| Failure::internal(format!("cannot start the {role}'s thread: {e}")))?;
+    Ok(ThreadParticipant { role, commands, thread })
+}
+
+fn refused(role: Role, problems: &[String]) -> Failure {
+    Failure::input(format!("the {role} solver refuses the case:\n  {}", problems.join("\n  ")))
+}

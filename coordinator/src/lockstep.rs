@@ -1,0 +1,193 @@
+//! Lock-step as the coordinator sees it: who has completed what, whether the books balance, what may be granted next.
+//!
+//! Pure bookkeeping without I/O: events in, matched steps out.
+
+use std::collections::VecDeque;
+
+use sph::driver::StepReport;
+use sph::ledger::{Breach, Imbalance, TorqueCheck, balance_breaches, imbalance, momentum_breach};
+use sph::setup::LedgerPolicy;
+use sph::solver::Role;
+use sph::stage::{Stage, StepStage};
+use sph::vector::Vector;
+
+/// A step that every participant has completed, with its checks.
+#[derive(Clone, Debug)]
+pub struct MatchedStep {
+    /// Report of the fluid, where there is one.
+    pub fluid: Option<StepReport>,
+    /// Report of the solid, where there is one.
+    pub solid: Option<StepReport>,
+    /// Imbalance of predictor and corrector; zero without a partner.
+    pub imbalance: [Imbalance; 2],
+    /// Residual of the momentum check, the worst of both sides and stages \[-\].
+    pub momentum_residual: f64,
+    /// Failed checks.
+    pub breaches: Vec<(Option<Role>, Breach)>,
+    /// Impulse that crossed the interface so far, on the fluid and on the solid \[N s/m\]; corrector passes only.
+    pub impulse: [Vector; 2],
+}
+
+impl MatchedStep {
+    /// The report of either side; sides agree on step and time.
+    pub fn any(&self) -> &StepReport {
+        match (&self.fluid, &self.solid) {
+            (Some(report), _) | (None, Some(report)) => report,
+            (None, None) => unreachable!("a matched step has at least one report"),
+        }
+    }
+
+    /// The report of `role`.
+    pub fn of(&self, role: Role) -> Option<&StepReport> {
+        match role {
+            Role::Fluid => self.fluid.as_ref(),
+            Role::Solid => self.solid.as_ref(),
+        }
+    }
+}
+
+/// Matches the step reports of the participants and checks their books.
+#[derive(Debug)]
+pub struct LockStep {
+    policy: LedgerPolicy,
+    torque: TorqueCheck,
+    participants: Vec<Role>,
+    waiting: [VecDeque<StepReport>; 2],
+    impulse: [Vector; 2],
+    completed: u64,
+}
+
+fn slot(role: Role) -> usize {
+    match role {
+        Role::Fluid => 0,
+        Role::Solid => 1,
+    }
+}
+
+impl LockStep {
+    /// Lock-step of `participants` under `policy`.
+    pub fn new(participants: Vec<Role>, policy: LedgerPolicy, torque: TorqueCheck) -> Self {
+        Self {
+            policy,
+            torque,
+            participants,
+            waiting: [VecDeque::new(), VecDeque::new()],
+            impulse: [Vector::zeros(); 2],
+            completed: 0,
+        }
+    }
+
+    /// Steps that all participants have completed.
+    pub fn completed(&self) -> u64 {
+        self.completed
+    }
+
+    /// Takes the report of `role` and returns the step that it completes, if it does.
+    pub fn report(&mut self, role: Role, report: StepReport) -> Option<MatchedStep> {
+        self.waiting[slot(role)].push_back(report);
+        if self.participants.iter().any(|role| self.waiting[slot(*role)].is_empty()) {
+            return None;
+        }
+        let [fluid, solid] = &mut self.waiting;
+        let matched = self.matched(fluid.pop_front(), solid.pop_front());
+        self.completed += 1;
+        Some(matched)
+    }
+
+    fn matched(&mut self, fluid: Option<StepReport>, solid: Option<StepReport>) -> MatchedStep {
+        let mut imbalances = [Imbalance::default(); 2];
+        let mut breaches = Vec::new();
+        let mut momentum_residual: f64 = 0.0;
+        for (k, stage) in Stage::BOTH.into_iter().enumerate() {
+            if let (Some(fluid), Some(solid)) = (&fluid, &solid) {
+                let at = StepStage { step: fluid.step, stage };
+                imbalances[k] = imbalance(&fluid.books[k].interface, &solid.books[k].interface, self.torque);
+                breaches.extend(balance_breaches(at, &imbalances[k], &self.policy).into_iter().map(|b| (None, b)));
+            }
+            for (role, report) in [(Role::Fluid, &fluid), (Role::Solid, &solid)] {
+                let Some(report) = report else { continue };
+                let at = StepStage { step: report.step, stage };
+                momentum_residual = momentum_residual.max(report.books[k].momentum_residual());
+                breaches
+                    .extend(momentum_breach(at, &report.books[k], &self.policy).into_iter().map(|b| (Some(role), b)));
+            }
+        }
+        for (role, report) in [(Role::Fluid, &fluid), (Role::Solid, &solid)] {
+            if let Some(report) = report {
+                let corrector = &report.books[1];
+                self.impulse[slot(role)] += corrector.duration * corrector.interface.force;
+            }
+        }
+        MatchedStep { fluid, solid, imbalance: imbalances, momentum_residual, breaches, impulse: self.impulse }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use sph::ledger::{InterfaceSums, StageBooks};
+
+    fn report(step: u64, force: Vector) -> StepReport {
+        let interface = InterfaceSums {
+            force,
+            gross_force: 10.0,
+            gross_torque: 10.0,
+            ..InterfaceSums::default()
+        };
+        let books = |duration: f64| StageBooks {
+            interface,
+            duration,
+            momentum_change: duration * force,
+            gross_momentum: 1.0,
+            ..StageBooks::default()
+        };
+        StepReport { step, time_step: 0.1, books: [books(0.05), books(0.1)], ..StepReport::default() }
+    }
+
+    fn coupled() -> LockStep {
+        LockStep::new(vec![Role::Fluid, Role::Solid], LedgerPolicy::default(), TorqueCheck::Central)
+    }
+
+    #[test]
+    fn a_step_is_complete_when_both_sides_are() {
+        let mut lockstep = coupled();
+        let force = Vector::new(3.0, -1.0);
+        assert!(lockstep.report(Role::Fluid, report(0, force)).is_none());
+        assert!(lockstep.report(Role::Fluid, report(1, force)).is_none());
+        let matched = lockstep.report(Role::Solid, report(0, -force)).unwrap();
+        assert!(matched.breaches.is_empty());
+        assert_eq!(matched.any().step, 0);
+        assert_eq!(lockstep.completed(), 1);
+        let matched = lockstep.report(Role::Solid, report(1, -force)).unwrap();
+        // Two corrector passes of 0.1 s.
+        assert!((matched.impulse[0] - 0.2 * force).norm() < 1e-15);
+        assert_eq!(matched.impulse[0], -matched.impulse[1]);
+    }
+
+    #[test]
+    fn a_force_without_reaction_is_a_breach_of_both_stages() {
+        let mut lockstep = coupled();
+        lockstep.report(Role::Fluid, report(0, Vector::new(3.0, 0.0)));
+        let matched = lockstep.report(Role::Solid, report(0, Vector::new(-2.999, 0.0))).unwrap();
+        assert_eq!(matched.breaches.len(), 2);
+        assert!(matched.breaches[0].1.to_string().contains("stale"), "{}", matched.breaches[0].1);
+    }
+
+    #[test]
+    fn a_side_that_does_not_integrate_its_books_is_named() {
+        let mut lockstep = coupled();
+        let force = Vector::new(3.0, 0.0);
+        lockstep.report(Role::Fluid, report(0, force));
+        let mut solid = report(0, -force);
+        solid.books[1].momentum_change *= 1.01;
+        let matched = lockstep.report(Role::Solid, solid).unwrap();
+        assert_eq!(matched.breaches.len(), 1);
+        assert_eq!(matched.breaches[0].0, Some(Role::Solid));
+    }
+
+    #[test]
+    fn one_participant_needs_no_partner() {
+        let mut lockstep = LockStep::new(vec![Role::Solid], LedgerPolicy::default(), TorqueCheck::Central);
+        assert!(lockstep.report(Role::Solid, report(0, Vector::zeros())).is_some());
+    }
+}

@@ -1,0 +1,331 @@
+//! `ledger.csv`: what crossed the interface, what else changed each side's momentum, and whether it balances.
+//!
+//! A row stands for all steps since the row before it. Imbalances and residuals are the worst of these steps, so that
+//! no half-step escapes; forces, torques and power are those of the last corrector pass; impulses and work are sums
+//! over all accepted corrector passes since the start. So `momentum_change = interface_impulse + Σ account impulses`
+//! holds in every row, check (b), and `fluid_interface_impulse = −solid_interface_impulse`, check (a).
+
+use std::path::{Path, PathBuf};
+
+use sph::driver::StepReport;
+use sph::ledger::{Account, Imbalance};
+use sph::solver::Role;
+use sph::stage::{Stage, StepStage};
+use sph::vector::Vector;
+
+use super::directory::OutputError;
+use super::table::TableFile;
+
+/// Columns before those of the sides.
+const COMMON: [&str; 5] = ["step", "t_s", "time_step_s", "imbalance_force", "imbalance_torque"];
+
+/// Columns of a side before its accounts.
+const INTERFACE: [&str; 14] = [
+    "force_x_n_per_m",
+    "force_y_n_per_m",
+    "gross_force_n_per_m",
+    "torque_n",
+    "gross_torque_n",
+    "couple_n",
+    "power_w_per_m",
+    "pairs",
+    "interface_impulse_x_n_s_per_m",
+    "interface_impulse_y_n_s_per_m",
+    "interface_work_j_per_m",
+    "momentum_change_x_n_s_per_m",
+    "momentum_change_y_n_s_per_m",
+    "momentum_residual",
+];
+
+/// Columns of a side after its accounts.
+const ENERGIES: [&str; 3] = ["kinetic_energy_j_per_m", "potential_energy_j_per_m", "internal_energy_j_per_m"];
+
+/// Column names of `ledger.csv` for the sides that take part.
+pub fn columns(sides: &[Role]) -> Vec<String> {
+    let mut names: Vec<String> = COMMON.map(String::from).into();
+    for side in sides {
+        names.extend(INTERFACE.iter().map(|name| format!("{side}_{name}")));
+        for account in Account::ALL {
+            names.extend(["x", "y"].map(|axis| format!("{side}_{}_impulse_{axis}_n_s_per_m", account.name())));
+        }
+        names.extend(ENERGIES.iter().map(|name| format!("{side}_{name}")));
+    }
+    names
+}
+
+/// The largest value of a check and the half-step where it occurred; NaN is larger than everything.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Largest {
+    /// The value \[-\].
+    pub value: f64,
+    /// Where; `None` when every value was zero.
+    pub at: Option<StepStage>,
+}
+
+impl Largest {
+    /// Takes `value` when it is larger.
+    pub fn take(&mut self, value: f64, at: StepStage) {
+        if value > self.value || (value.is_nan() && !self.value.is_nan()) {
+            *self = Self { value, at: Some(at) };
+        }
+    }
+}
+
+/// Largest relative imbalances and residuals of a run.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Extremes {
+    /// Force, check (a).
+    pub force: Largest,
+    /// Torque, check (a).
+    pub torque: Largest,
+    /// Momentum of the fluid and of the solid, check (b).
+    pub momentum: [Largest; 2],
+}
+
+/// Sums of one side over the accepted corrector passes.
+#[derive(Clone, Copy, Debug, Default)]
+struct SideSums {
+    impulse: Vector,
+    work: f64,
+    momentum_change: Vector,
+    accounts: [Vector; Account::ALL.len()],
+    /// Worst residual since the last row.
+    residual: Largest,
+}
+
+/// Writer of `ledger.csv`.
+pub struct LedgerFile {
+    file: TableFile,
+    sides: Vec<Role>,
+    sums: [SideSums; 2],
+    /// Worst imbalances since the last row: force, torque.
+    since_row: [Largest; 2],
+    extremes: Extremes,
+    /// Reports of the last step, not yet in a row.
+    pending: Option<[Option<StepReport>; 2]>,
+    row: Vec<f64>,
+}
+
+impl LedgerFile {
+    /// Starts the file for the sides that take part.
+    ///
+    /// # Errors
+    /// When it cannot be written.
+    pub fn create(path: &Path, sides: &[Role]) -> Result<Self, OutputError> {
+        Ok(Self {
+            file: TableFile::create(path, &columns(sides))?,
+            sides: sides.to_vec(),
+            sums: [SideSums::default(); 2],
+            since_row: [Largest::default(); 2],
+            extremes: Extremes::default(),
+            pending: None,
+            row: Vec::new(),
+        })
+    }
+
+    /// Books a completed step; `imbalance` is that of predictor and corrector.
+    pub fn record(&mut self, fluid: Option<&StepReport>, solid: Option<&StepReport>, imbalance: &[Imbalance; 2]) {
+        let reports = [fluid, solid];
+        let Some(step) = reports.iter().flatten().map(|report| report.step).next() else { return };
+        for (imbalance, stage) in imbalance.iter().zip(Stage::BOTH) {
+            let at = StepStage { step, stage };
+            for largest in [&mut self.since_row[0], &mut self.extremes.force] {
+                largest.take(imbalance.force, at);
+            }
+            for largest in [&mut self.since_row[1], &mut self.extremes.torque] {
+                largest.take(imbalance.torque, at);
+            }
+        }
+        for (k, report) in reports.into_iter().enumerate() {
+            let Some(report) = report else { continue };
+            let sums = &mut self.sums[k];
+            for (books, stage) in report.books.iter().zip(Stage::BOTH) {
+                let residual = books.momentum_residual();
+                for largest in [&mut sums.residual, &mut self.extremes.momentum[k]] {
+                    largest.take(residual, StepStage { step, stage });
+                }
+            }
+            let [_, corrector] = &report.books;
+            sums.impulse += corrector.duration * corrector.interface.force;
+            sums.work += corrector.duration * corrector.interface.power;
+            sums.momentum_change += corrector.momentum_change;
+            for (sum, account) in sums.accounts.iter_mut().zip(Account::ALL) {
+                *sum += corrector.duration * corrector.accounts.get(account);
+            }
+        }
+        self.pending = Some([fluid.copied(), solid.copied()]);
+    }
+
+    /// Writes a row for the steps since the last one; none when there are none.
+    ///
+    /// # Errors
+    /// When it cannot be written.
+    pub fn write_row(&mut self) -> Result<(), OutputError> {
+        let Some(reports) = self.pending.take() else { return Ok(()) };
+        let Some(any) = reports.iter().flatten().next() else { return Ok(()) };
+        self.row.clear();
+        // Exact: step counts stay far below 2^53.
+        let completed = (any.step + 1) as f64;
+        self.row.extend([completed, any.end_time, any.time_step]);
+        self.row.extend(self.since_row.map(|largest| largest.value));
+        for side in &self.sides {
+            let k = slot(*side);
+            match &reports[k] {
+                Some(report) => push_side(&mut self.row, report, &self.sums[k]),
+                None => self.row.extend(std::iter::repeat_n(f64::NAN, side_width())),
+            }
+            self.sums[k].residual = Largest::default();
+        }
+        self.since_row = [Largest::default(); 2];
+        self.file.push(&self.row)
+    }
+
+    /// Largest imbalances and residuals so far.
+    pub fn extremes(&self) -> &Extremes {
+        &self.extremes
+    }
+
+    /// Writes the last steps and gives the file its final name.
+    ///
+    /// # Errors
+    /// When it cannot be written.
+    pub fn finish(mut self) -> Result<PathBuf, OutputError> {
+        self.write_row()?;
+        self.file.finish()
+    }
+}
+
+fn side_width() -> usize {
+    INTERFACE.len() + 2 * Account::ALL.len() + ENERGIES.len()
+}
+
+/// Values in the order of [`INTERFACE`], accounts, [`ENERGIES`].
+fn push_side(row: &mut Vec<f64>, report: &StepReport, sums: &SideSums) {
+    let interface = &report.books[1].interface;
+    row.extend([
+        interface.force.x,
+        interface.force.y,
+        interface.gross_force,
+        interface.torque,
+        interface.gross_torque,
+        interface.couple,
+        interface.power,
+        // Exact: pair counts stay far below 2^53.
+        interface.pairs as f64,
+        sums.impulse.x,
+        sums.impulse.y,
+        sums.work,
+        sums.momentum_change.x,
+        sums.momentum_change.y,
+        sums.residual.value,
+    ]);
+    row.extend(sums.accounts.iter().flat_map(|impulse| [impulse.x, impulse.y]));
+    row.extend([report.energies.kinetic, report.energies.potential, report.energies.internal]);
+}
+
+fn slot(role: Role) -> usize {
+    match role {
+        Role::Fluid => 0,
+        Role::Solid => 1,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use sph::ledger::{Accounts, Energies, InterfaceSums, StageBooks};
+
+    use super::*;
+    use crate::output::table::Table;
+
+    /// A step of 0.1 s under an interface force and gravity, whose books balance.
+    fn report(step: u64, force: Vector, weight: Vector) -> StepReport {
+        let books = |duration: f64| {
+            let mut accounts = Accounts::default();
+            accounts.add(Account::BodyForce, weight);
+            StageBooks {
+                interface: InterfaceSums { force, gross_force: 9.0, power: 2.0, pairs: 7, ..Default::default() },
+                accounts,
+                duration,
+                momentum_change: duration * (force + weight),
+                gross_momentum: 10.0,
+            }
+        };
+        StepReport {
+            step,
+            end_time: 0.1 * (step + 1) as f64,
+            time_step: 0.1,
+            books: [books(0.05), books(0.1)],
+            energies: Energies { kinetic: 1.5, potential: 2.5, internal: 3.5 },
+            ..StepReport::default()
+        }
+    }
+
+    fn imbalance(force: f64) -> Imbalance {
+        Imbalance { force, torque: 0.5 * force }
+    }
+
+    #[test]
+    fn rows_hold_the_worst_imbalance_and_the_impulse_of_all_steps() {
+        let root = tempfile::tempdir().unwrap();
+        let path = root.path().join("ledger.csv");
+        let mut file = LedgerFile::create(&path, &[Role::Fluid, Role::Solid]).unwrap();
+        let (force, weight) = (Vector::new(3.0, -1.0), Vector::new(0.0, -9.81));
+        for step in 0..5 {
+            let worst = if step == 1 { 4e-14 } else { 1e-15 };
+            let (fluid, solid) = (report(step, force, weight), report(step, -force, weight));
+            file.record(Some(&fluid), Some(&solid), &[imbalance(worst), imbalance(2e-15)]);
+            if step == 2 {
+                file.write_row().unwrap();
+                file.write_row().unwrap();
+            }
+        }
+        let extremes = *file.extremes();
+        assert_eq!(extremes.force.value, 4e-14);
+        assert_eq!(extremes.torque.at, Some(StepStage { step: 1, stage: Stage::Predictor }));
+        file.finish().unwrap();
+
+        let table = Table::read(&path).unwrap();
+        let column = |name: &str| table.column(name).unwrap_or_else(|| panic!("no column {name}"));
+        assert_eq!(column("step"), [3.0, 5.0]);
+        assert_eq!(column("imbalance_force"), [4e-14, 2e-15]);
+        assert_eq!(column("fluid_pairs"), [7.0, 7.0]);
+        assert_eq!(column("solid_internal_energy_j_per_m"), [3.5, 3.5]);
+        for axis in ["x", "y"] {
+            let fluid = column(&format!("fluid_interface_impulse_{axis}_n_s_per_m"));
+            let solid = column(&format!("solid_interface_impulse_{axis}_n_s_per_m"));
+            assert!(fluid.iter().zip(&solid).all(|(f, s)| f + s == 0.0));
+            let change = column(&format!("fluid_momentum_change_{axis}_n_s_per_m"));
+            let weight = column(&format!("fluid_body_force_impulse_{axis}_n_s_per_m"));
+            for k in 0..2 {
+                // Sums of five numbers of order one.
+                assert!((change[k] - fluid[k] - weight[k]).abs() < 1e-14);
+            }
+        }
+        // Five corrector passes of 0.1 s; the predictor's are not accepted.
+        assert!((column("fluid_interface_impulse_x_n_s_per_m")[1] - 1.5).abs() < 1e-14);
+        assert!((column("fluid_interface_work_j_per_m")[1] - 1.0).abs() < 1e-14);
+    }
+
+    #[test]
+    fn a_residual_that_is_no_number_is_the_largest() {
+        let mut largest = Largest::default();
+        for (step, value) in [1e-14, f64::NAN, 1.0].into_iter().enumerate() {
+            largest.take(value, StepStage { step: step as u64, stage: Stage::Corrector });
+        }
+        assert!(largest.value.is_nan());
+        assert_eq!(largest.at.map(|at| at.step), Some(1));
+    }
+
+    #[test]
+    fn one_side_alone_has_its_own_columns_only() {
+        let root = tempfile::tempdir().unwrap();
+        let path = root.path().join("ledger.csv");
+        let mut file = LedgerFile::create(&path, &[Role::Solid]).unwrap();
+        file.record(None, Some(&report(0, Vector::zeros(), Vector::zeros())), &[Imbalance::default(); 2]);
+        file.finish().unwrap();
+        let table = Table::read(&path).unwrap();
+        assert_eq!(table.columns().len(), COMMON.len() + side_width());
+        assert!(table.columns().iter().all(|name| !name.starts_with("fluid")));
+        assert_eq!(table.rows(), 1);
+    }
+}

@@ -1,0 +1,26 @@
+//! Everything a run leaves behind: tables, particle files, final states, summary and report.
+//!
+//! | file | written by | content |
+//! |---|---|---|
+//! | `probes.csv` | [`probes`] | every probe over time |
+//! | `ledger.csv` | [`ledger`] | what crossed the interface, and whether it balances |
+//! | `snapshots/` | [`vtk`] | particle fields for ParaView and PyVista, one `.pvd` per side |
+//! | `final/*.state` | [`state`] | all particles with full precision, from which another run can start |
+//! | `summary.json` | [`summary`] | verdict and figures of the run |
+//! | `report.html` | [`report`] | pictures and facts in one file |
+//!
+//! A file is written beside its place and renamed when complete, so that no half-written file looks complete. Tables
+//! that grow during a run are called `*.partial` until the run ends, and the folder holds [`directory::MARKER`] until
+//! all of its outputs are complete.
+
+pub mod directory;
+pub mod font;
+pub mod ledger;
+pub mod plots;
+pub mod probes;
+pub mod process;
+pub mod report;
+pub mod state;
+pub mod summary;
+pub mod table;
+pub mod vtk;

@@ -1,0 +1,267 @@
+//! `summary.json`: verdict and figures of a run, for programs.
+
+use std::collections::BTreeMap;
+use std::io::{self, Write};
+use std::path::Path;
+
+use serde::Serialize;
+use sph::solver::Counts;
+use sph::stage::StepStage;
+
+use super::directory::{OutputError, write_file};
+use super::ledger::{Extremes, Largest};
+use super::process::Process;
+
+/// Version of the layout of `summary.json`; keys are only ever added within a version.
+pub const FORMAT: u32 = 1;
+
+/// How a run ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Verdict {
+    /// The end time was reached.
+    Completed,
+    /// Stopped from outside at a step boundary; outputs are complete up to there.
+    Stopped,
+    /// Ended by a fault; outputs hold all that was known then.
+    Failed,
+}
+
+impl std::fmt::Display for Verdict {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Verdict::Completed => "completed",
+            Verdict::Stopped => "stopped",
+            Verdict::Failed => "failed",
+        })
+    }
+}
+
+/// Everything that `summary.json` holds.
+#[derive(Clone, Debug, Serialize)]
+pub struct Summary {
+    /// Layout of this file, [`FORMAT`].
+    pub format: u32,
+    /// Title or name of the case.
+    pub case: String,
+    /// Name of the run.
+    pub run_id: String,
+    /// How the run ended.
+    pub verdict: Verdict,
+    /// Why, in a sentence; names step, stage, particle and quantity of a fault.
+    pub reason: String,
+    /// Completed steps.
+    pub steps: u64,
+    /// Simulated time from the start to the last completed step.
+    pub simulated: Span,
+    /// Wall-clock time from the first grant to the last report \[s\].
+    pub wall_seconds: f64,
+    /// Smallest and largest size of a step; `None` when no step was completed.
+    pub time_step: Option<StepSizes>,
+    /// Particle-stages per second of wall-clock time, both sides together, walls not counted.
+    pub particle_stages_per_second: Option<f64>,
+    /// Interface ledger.
+    pub ledger: LedgerSummary,
+    /// The fluid side, where there is one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fluid: Option<Participant>,
+    /// The solid side, where there is one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub solid: Option<Participant>,
+    /// The coordinator's own process.
+    pub coordinator: Process,
+    /// Whether all ran in one process.
+    pub in_process: bool,
+    /// SHA-256, as hex, of the resolved case.
+    pub case_digest: String,
+    /// Versions of programs and protocol by name.
+    pub versions: BTreeMap<String, String>,
+    /// Things that the user should know of.
+    pub warnings: Vec<String>,
+}
+
+/// A span of simulated time.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Span {
+    /// Start \[s\].
+    pub start_s: f64,
+    /// End \[s\].
+    pub end_s: f64,
+}
+
+/// Smallest and largest step of a run.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct StepSizes {
+    /// Smallest \[s\].
+    pub smallest_s: f64,
+    /// Largest \[s\].
+    pub largest_s: f64,
+}
+
+impl StepSizes {
+    /// `sizes` widened to hold a step of `size` \[s\].
+    pub fn with(sizes: Option<Self>, size: f64) -> Self {
+        match sizes {
+            Some(s) => Self { smallest_s: s.smallest_s.min(size), largest_s: s.largest_s.max(size) },
+            None => Self { smallest_s: size, largest_s: size },
+        }
+    }
+}
+
+/// Results of the ledger's checks.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct LedgerSummary {
+    /// Half-step checks that failed.
+    pub breaches: u64,
+    /// The first failed checks in words.
+    pub first_breaches: Vec<String>,
+    /// Check (a), force: |F_fluid + F_solid| over gross.
+    pub largest_force_imbalance: Worst,
+    /// Check (a), torque.
+    pub largest_torque_imbalance: Worst,
+    /// Check (b) of the fluid.
+    pub largest_fluid_momentum_residual: Worst,
+    /// Check (b) of the solid.
+    pub largest_solid_momentum_residual: Worst,
+}
+
+impl LedgerSummary {
+    /// Failed checks, first those to quote, and the extremes that the ledger kept.
+    pub fn new(breaches: u64, first_breaches: Vec<String>, extremes: &Extremes) -> Self {
+        Self {
+            breaches,
+            first_breaches,
+            largest_force_imbalance: extremes.force.into(),
+            largest_torque_imbalance: extremes.torque.into(),
+            largest_fluid_momentum_residual: extremes.momentum[0].into(),
+            largest_solid_momentum_residual: extremes.momentum[1].into(),
+        }
+    }
+}
+
+/// Worst value of a check relative to gross \[-\], and where it occurred.
+#[derive(Clone, Copy, Debug, Default, Serialize)]
+pub struct Worst {
+    /// The value; `null` when it is no finite number.
+    pub value: Option<f64>,
+    /// Half-step; `null` when every value was zero.
+    pub at: Option<StepStage>,
+}
+
+impl From<Largest> for Worst {
+    fn from(largest: Largest) -> Self {
+        Self { value: Some(largest.value).filter(|value| value.is_finite()), at: largest.at }
+    }
+}
+
+/// One side of the run.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct Participant {
+    /// Name and version that the solver gives itself.
+    pub solver: String,
+    /// Where it was reached; `in-process` where it was no process of its own.
+    pub address: String,
+    /// Facts that the solver counted: particles, walls, list builds, lost, outflow.
+    pub counts: Counts,
+    /// Sum of the wall time of its steps \[s\].
+    pub step_seconds: f64,
+    /// Part of it spent waiting for the partner's frames \[s\].
+    pub waited_seconds: f64,
+    /// `waited_seconds` over `step_seconds` \[-\].
+    pub waited_share: Option<f64>,
+    /// Its process, where it is known.
+    pub process: Process,
+    /// SHA-256, as hex, of all particles at the end.
+    pub state_digest: String,
+}
+
+impl Participant {
+    /// Fills both waits and the share.
+    pub fn set_waits(&mut self, step_seconds: f64, waited_seconds: f64) {
+        self.step_seconds = step_seconds;
+        self.waited_seconds = waited_seconds;
+        self.waited_share = (step_seconds > 0.0).then_some(waited_seconds / step_seconds);
+    }
+}
+
+impl Summary {
+    /// Writes the summary to `path`.
+    ///
+    /// # Errors
+    /// When the file cannot be written.
+    pub fn write(&self, path: &Path) -> Result<(), OutputError> {
+        write_file(path, |file| {
+            serde_json::to_writer_pretty(&mut *file, self).map_err(io::Error::from)?;
+            file.write_all(b"\n")
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use sph::stage::Stage;
+
+    use super::*;
+
+    fn summary() -> Summary {
+        let mut fluid = Participant { solver: "fluid-server 0.1.0".into(), ..Participant::default() };
+        fluid.counts = Counts { particles: 100, wall_particles: 20, lost: 1, outflow: 2, ..Counts::default() };
+        fluid.set_waits(4.0, 1.0);
+        let extremes = Extremes {
+            force: Largest { value: 3e-15, at: Some(StepStage { step: 7, stage: Stage::Corrector }) },
+            torque: Largest { value: f64::INFINITY, at: Some(StepStage::FIRST) },
+            ..Extremes::default()
+        };
+        Summary {
+            format: FORMAT,
+            case: "still water".into(),
+            run_id: "r-1".into(),
+            verdict: Verdict::Failed,
+            reason: "ledger breach".into(),
+            steps: 10,
+            simulated: Span { start_s: 0.0, end_s: 0.1 },
+            wall_seconds: 5.0,
+            time_step: Some(StepSizes::with(Some(StepSizes::with(None, 2e-5)), 1e-5)),
+            particle_stages_per_second: Some(1e6),
+            ledger: LedgerSummary::new(1, vec!["a breach".into()], &extremes),
+            fluid: Some(fluid),
+            solid: None,
+            coordinator: Process { peak_memory_bytes: Some(1 << 20), cpu_seconds: None },
+            in_process: false,
+            case_digest: "00".into(),
+            versions: BTreeMap::from([("coordinator".to_string(), "0.1.0".to_string())]),
+            warnings: vec![],
+        }
+    }
+
+    #[test]
+    fn programs_find_every_figure_under_its_key() {
+        let root = tempfile::tempdir().unwrap();
+        let path = root.path().join("summary.json");
+        summary().write(&path).unwrap();
+        let json: serde_json::Value = serde_json::from_slice(&std::fs::read(&path).unwrap()).unwrap();
+        let expect = |pointer: &str, value: serde_json::Value| {
+            assert_eq!(json.pointer(pointer), Some(&value), "{pointer}");
+        };
+        expect("/verdict", "failed".into());
+        expect("/time_step/smallest_s", 1e-5.into());
+        expect("/time_step/largest_s", 2e-5.into());
+        expect("/fluid/waited_share", 0.25.into());
+        expect("/fluid/counts/particles", 100.into());
+        expect("/fluid/counts/outflow", 2.into());
+        expect("/ledger/largest_force_imbalance/value", 3e-15.into());
+        expect("/ledger/largest_force_imbalance/at/step", 7.into());
+        expect("/ledger/largest_force_imbalance/at/stage", "corrector".into());
+        expect("/ledger/largest_torque_imbalance/value", serde_json::Value::Null);
+        expect("/ledger/largest_torque_imbalance/at/stage", "predictor".into());
+        expect("/coordinator/peak_memory_bytes", (1 << 20).into());
+        assert!(json.get("solid").is_none(), "a side that took no part has no entry");
+    }
+
+    #[test]
+    fn a_side_without_steps_has_no_share_of_waiting() {
+        let mut side = Participant::default();
+        side.set_waits(0.0, 0.0);
+        assert_eq!(side.waited_share, None);
+    }
+}

@@ -1,0 +1,323 @@
+//! Snapshots as VTK XML PolyData (`.vtp`) with one collection (`.pvd`) per side.
+//!
+//! Arrays are appended raw in one block each, compressed by zlib; positions and vectors have three components with
+//! z = 0, as VTK expects. Units stand in the arrays' `UNITS_LABEL`. Format: the VTK user's guide, "VTK XML formats".
+
+use std::fmt::Write as _;
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+use flate2::Compression;
+use flate2::write::ZlibEncoder;
+use sph::solver::{Field, ParticleFields};
+
+use super::directory::{OutputError, write_file};
+use super::state;
+
+/// Bytes per compressed block: readers hold one at a time.
+const BLOCK: usize = 1 << 18;
+
+/// Snapshots of one side, in time order.
+#[derive(Debug)]
+pub struct Series {
+    folder: PathBuf,
+    side: String,
+    /// File name and time of each complete snapshot.
+    files: Vec<(String, f64)>,
+}
+
+impl Series {
+    /// A series of `side`, `fluid` or `solid`, in `folder`.
+    pub fn new(folder: &Path, side: impl ToString) -> Self {
+        Self { folder: folder.to_path_buf(), side: side.to_string(), files: Vec::new() }
+    }
+
+    /// Writes a snapshot, then the collection with it: at any moment the collection names complete files only.
+    ///
+    /// # Errors
+    /// When a file cannot be written or the arrays of `particles` do not fit each other.
+    pub fn write(&mut self, particles: &ParticleFields) -> Result<(), OutputError> {
+        let name = format!("{}_{:08}.vtp", self.side, particles.step);
+        write_particles(&self.folder.join(&name), particles)?;
+        // A run that is stopped at an output boundary reports it twice.
+        if self.files.last().is_none_or(|(last, _)| *last != name) {
+            self.files.push((name, particles.time));
+        }
+        write_file(&self.folder.join(format!("{}.pvd", self.side)), |file| {
+            writeln!(file, "<?xml version=\"1.0\"?>")?;
+            writeln!(file, "<VTKFile type=\"Collection\" version=\"0.1\" byte_order=\"LittleEndian\">")?;
+            writeln!(file, "  <Collection>")?;
+            for (name, time) in &self.files {
+                writeln!(file, "    <DataSet timestep=\"{time:?}\" part=\"0\" file=\"{name}\"/>")?;
+            }
+            writeln!(file, "  </Collection>")?;
+            writeln!(file, "</VTKFile>")
+        })
+    }
+}
+
+/// Writes `particles` as one `.vtp` file.
+///
+/// # Errors
+/// When the file cannot be written, there is no `position`, or the arrays do not fit each other.
+pub fn write_particles(path: &Path, particles: &ParticleFields) -> Result<(), OutputError> {
+    state::check(particles).map_err(|reason| OutputError::content(path, reason))?;
+    let position = particles
+        .field("position")
+        .filter(|field| (1..=3).contains(&field.components))
+        .ok_or_else(|| OutputError::content(path, "the particles have no `position` of 1 to 3 components"))?;
+    write_file(path, |file| {
+        let mut appended = Appended::default();
+        let header = header(particles, position, &mut appended)?;
+        file.write_all(header.as_bytes())?;
+        file.write_all(b"  <AppendedData encoding=\"raw\">\n    _")?;
+        file.write_all(&appended.bytes)?;
+        file.write_all(b"\n  </AppendedData>\n</VTKFile>\n")
+    })
+}
+
+/// The XML part; fills `appended` with what it refers to.
+fn header(particles: &ParticleFields, position: &Field, appended: &mut Appended) -> io::Result<String> {
+    let n = particles.id.len();
+    let mut xml = String::new();
+    xml.push_str(
+        "<?xml version=\"1.0\"?>\n\
+         <VTKFile type=\"PolyData\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\" \
+         compressor=\"vtkZLibDataCompressor\">\n  <PolyData>\n    <FieldData>\n",
+    );
+    let tuple = "NumberOfTuples=\"1\"";
+    let time = appended.add(particles.time.to_le_bytes())?;
+    array(&mut xml, "Float64", "TimeValue", tuple, time, "s");
+    let step = appended.add(particles.step.to_le_bytes())?;
+    array(&mut xml, "UInt64", "step", tuple, step, "");
+    // A string array holds the characters' codes, each string closed by 0.
+    let _ = write!(
+        xml,
+        "      <Array type=\"String\" Name=\"group_names\" NumberOfTuples=\"{}\" format=\"ascii\">",
+        particles.group_names.len()
+    );
+    for byte in particles.group_names.iter().flat_map(|name| name.bytes().chain([0])) {
+        let _ = write!(xml, " {byte}");
+    }
+    xml.push_str(" </Array>\n    </FieldData>\n");
+    let _ = writeln!(
+        xml,
+        "    <Piece NumberOfPoints=\"{n}\" NumberOfVerts=\"{n}\" NumberOfLines=\"0\" NumberOfStrips=\"0\" NumberOfPolys=\"0\">"
+    );
+    xml.push_str("      <PointData>\n");
+    for (name, numbers) in [("id", &particles.id), ("group", &particles.group)] {
+        let offset = appended.add(numbers.iter().flat_map(|number| number.to_le_bytes()))?;
+        array(&mut xml, "UInt32", name, "", offset, "");
+    }
+    for field in particles.fields.iter().filter(|field| field.name != position.name) {
+        let offset = appended.add(padded(field))?;
+        array(&mut xml, "Float64", &field.name, &components(field), offset, &field.unit);
+    }
+    xml.push_str("      </PointData>\n      <Points>\n");
+    let triples = position.values.chunks(position.components).flat_map(|x| {
+        (0..3).flat_map(|axis| x.get(axis).copied().unwrap_or(0.0).to_le_bytes())
+    });
+    let offset = appended.add(triples)?;
+    array(&mut xml, "Float64", "Points", "NumberOfComponents=\"3\"", offset, &position.unit);
+    xml.push_str("      </Points>\n      <Verts>\n");
+    // One vertex per particle: viewers draw cells, not bare points.
+    let offset = appended.add((0u64..).take(n).flat_map(u64::to_le_bytes))?;
+    array(&mut xml, "Int64", "connectivity", "", offset, "");
+    let offset = appended.add((1u64..).take(n).flat_map(u64::to_le_bytes))?;
+    array(&mut xml, "Int64", "offsets", "", offset, "");
+    xml.push_str("      </Verts>\n    </Piece>\n  </PolyData>\n");
+    Ok(xml)
+}
+
+/// Values of a field, two components padded to three.
+fn padded(field: &Field) -> impl Iterator<Item = u8> {
+    let padding: &[f64] = if field.components == 2 { &[0.0] } else { &[] };
+    field
+        .values
+        .chunks(field.components)
+        .flat_map(move |values| values.iter().chain(padding))
+        .flat_map(|value| value.to_le_bytes())
+}
+
+/// Number and, where they are no axes, names of the components.
+fn components(field: &Field) -> String {
+    let names = if field.components == 3 && field.name.contains("stress") {
+        " ComponentName0=\"xx\" ComponentName1=\"yy\" ComponentName2=\"xy\""
+    } else {
+        ""
+    };
+    let count = if field.components == 2 { 3 } else { field.components };
+    format!("NumberOfComponents=\"{count}\"{names}")
+}
+
+/// One `DataArray` element that refers to appended data.
+fn array(xml: &mut String, kind: &str, name: &str, attributes: &str, offset: usize, unit: &str) {
+    let name = escaped(name);
+    let _ = write!(xml, "        <DataArray type=\"{kind}\" Name=\"{name}\" {attributes} ");
+    let _ = write!(xml, "format=\"appended\" offset=\"{offset}\"");
+    if unit.is_empty() {
+        xml.push_str("/>\n");
+    } else {
+        let key = "InformationKey name=\"UNITS_LABEL\" location=\"vtkDataArray\"";
+        let _ = writeln!(xml, "><{key}>{}</InformationKey></DataArray>", escaped(unit));
+    }
+}
+
+fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}
+
+/// Appended data: per array a header of `u64` (blocks, block size, size of a last partial block, compressed sizes)
+/// and the compressed blocks.
+#[derive(Default)]
+struct Appended {
+    bytes: Vec<u8>,
+    block: Vec<u8>,
+}
+
+impl Appended {
+    /// Adds an array and returns its offset.
+    fn add(&mut self, values: impl IntoIterator<Item = u8>) -> io::Result<usize> {
+        let offset = self.bytes.len();
+        let mut values = values.into_iter();
+        let mut sizes: Vec<usize> = Vec::new();
+        let mut compressed = Vec::new();
+        let mut last = 0;
+        loop {
+            self.block.clear();
+            self.block.extend(values.by_ref().take(BLOCK));
+            if self.block.is_empty() {
+                break;
+            }
+            let before = compressed.len();
+            let mut encoder = ZlibEncoder::new(&mut compressed, Compression::fast());
+            encoder.write_all(&self.block)?;
+            encoder.finish()?;
+            sizes.push(compressed.len() - before);
+            last = self.block.len();
+        }
+        let partial = if last == BLOCK { 0 } else { last };
+        for number in [sizes.len(), BLOCK, partial].into_iter().chain(sizes) {
+            // A usize fits in 64 bits on every platform that Rust supports.
+            self.bytes.extend((number as u64).to_le_bytes());
+        }
+        self.bytes.append(&mut compressed);
+        Ok(offset)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use flate2::read::ZlibDecoder;
+
+    use super::*;
+
+    fn particles(n: u32) -> ParticleFields {
+        let field = |name: &str, unit: &str, components: u32| Field {
+            name: name.into(),
+            unit: unit.into(),
+            components: components as usize,
+            values: (0..n * components).map(|k| f64::from(k).sin() / f64::from(components)).collect(),
+        };
+        ParticleFields {
+            step: 42,
+            time: 0.125,
+            id: (0..n).rev().collect(),
+            group: (0..n).map(|k| k % 2).collect(),
+            group_names: vec!["water".into(), "a<b".into()],
+            fields: vec![
+                field("position", "m", 2),
+                field("velocity", "m/s", 2),
+                field("pressure", "Pa", 1),
+                field("stress", "Pa", 3),
+            ],
+        }
+    }
+
+    /// Decoded bytes of the appended array called `name`, and its element.
+    fn decode(file: &[u8], name: &str) -> (Vec<u8>, String) {
+        let marker = b"encoding=\"raw\">\n    _";
+        let data = file.windows(marker.len()).position(|w| w == marker).unwrap() + marker.len();
+        let xml = String::from_utf8(file[..data].to_vec()).unwrap();
+        let element = xml.lines().find(|line| line.contains(&format!("Name=\"{name}\""))).unwrap().to_string();
+        let offset = element.split("offset=\"").nth(1).unwrap().split('"').next().unwrap();
+        let data = &file[data + offset.parse::<usize>().unwrap()..];
+        let word = |k: usize| u64::from_le_bytes(data[8 * k..8 * k + 8].try_into().unwrap()) as usize;
+        let (blocks, block, partial) = (word(0), word(1), word(2));
+        let mut at = 8 * (3 + blocks);
+        let mut bytes = Vec::new();
+        for k in 0..blocks {
+            let before = bytes.len();
+            io::Read::read_to_end(&mut ZlibDecoder::new(&data[at..at + word(3 + k)]), &mut bytes).unwrap();
+            let expected = if k + 1 == blocks && partial > 0 { partial } else { block };
+            assert_eq!(bytes.len() - before, expected);
+            at += word(3 + k);
+        }
+        (bytes, element)
+    }
+
+    fn floats(bytes: &[u8]) -> Vec<f64> {
+        bytes.chunks(8).map(|b| f64::from_le_bytes(b.try_into().unwrap())).collect()
+    }
+
+    #[test]
+    fn arrays_decode_to_what_was_written() {
+        let root = tempfile::tempdir().unwrap();
+        let path = root.path().join("fluid.vtp");
+        // 20,000 particles: several blocks, the last one partial.
+        for n in [0, 5, 20_000] {
+            let particles = particles(n);
+            write_particles(&path, &particles).unwrap();
+            let file = fs::read(&path).unwrap();
+            let (pressure, element) = decode(&file, "pressure");
+            assert_eq!(floats(&pressure), particles.fields[2].values);
+            assert!(element.contains(">Pa<") && element.contains("NumberOfComponents=\"1\""), "{element}");
+            let (velocity, element) = decode(&file, "velocity");
+            assert!(element.contains("NumberOfComponents=\"3\""));
+            let expected: Vec<f64> =
+                particles.fields[1].values.chunks(2).flat_map(|v| [v[0], v[1], 0.0]).collect();
+            assert_eq!(floats(&velocity), expected);
+            assert!(decode(&file, "stress").1.contains("ComponentName2=\"xy\""));
+            assert_eq!(decode(&file, "Points").0.len(), 24 * n as usize);
+            let ids: Vec<u8> = particles.id.iter().flat_map(|id| id.to_le_bytes()).collect();
+            assert_eq!(decode(&file, "id").0, ids);
+            assert_eq!(floats(&decode(&file, "TimeValue").0), [0.125]);
+        }
+    }
+
+    #[test]
+    fn a_block_border_leaves_no_partial_block() {
+        let mut appended = Appended::default();
+        appended.add(std::iter::repeat_n(7u8, 2 * BLOCK)).unwrap();
+        let word = |k: usize| u64::from_le_bytes(appended.bytes[8 * k..8 * k + 8].try_into().unwrap());
+        assert_eq!((word(0), word(2)), (2, 0));
+    }
+
+    #[test]
+    fn the_collection_names_every_snapshot_once_with_its_time() {
+        let root = tempfile::tempdir().unwrap();
+        let mut series = Series::new(root.path(), "fluid");
+        let mut particles = particles(3);
+        for (step, time) in [(0, 0.0), (10, 0.1 + 0.2), (10, 0.1 + 0.2)] {
+            (particles.step, particles.time) = (step, time);
+            series.write(&particles).unwrap();
+        }
+        let collection = fs::read_to_string(root.path().join("fluid.pvd")).unwrap();
+        assert_eq!(collection.matches("<DataSet").count(), 2);
+        assert!(collection.contains("timestep=\"0.30000000000000004\""));
+        assert!(collection.contains("file=\"fluid_00000010.vtp\""));
+        assert!(root.path().join("fluid_00000000.vtp").exists());
+        assert_eq!(fs::read_dir(root.path()).unwrap().count(), 3);
+    }
+
+    #[test]
+    fn particles_without_position_are_refused() {
+        let root = tempfile::tempdir().unwrap();
+        let mut particles = particles(3);
+        particles.fields.remove(0);
+        let message = write_particles(&root.path().join("x.vtp"), &particles).unwrap_err().to_string();
+        assert!(message.contains("position"), "{message}");
+    }
+}

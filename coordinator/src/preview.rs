@@ -1,0 +1,221 @@
+//! A picture of a scene before it runs: every particle, coloured by what it belongs to.
+
+use std::path::Path;
+
+use anyhow::Context;
+use plotters::coord::types::RangedCoordf64;
+use plotters::prelude::*;
+use sph::setup::{FluidProbeKind, SolidProbeKind};
+use sph::vector::Vector;
+
+use crate::case::Case;
+use crate::output::font;
+
+/// Colours of fluid regions.
+const FLUIDS: [RGBColor; 4] =
+    [RGBColor(70, 130, 200), RGBColor(120, 185, 225), RGBColor(40, 80, 150), RGBColor(90, 200, 200)];
+
+/// Colours of bodies.
+const BODIES: [RGBColor; 6] = [
+    RGBColor(222, 120, 40),
+    RGBColor(90, 160, 70),
+    RGBColor(180, 80, 160),
+    RGBColor(200, 170, 40),
+    RGBColor(170, 60, 50),
+    RGBColor(130, 110, 90),
+];
+
+/// Colours of walls.
+const WALLS: [RGBColor; 3] = [RGBColor(120, 120, 120), RGBColor(170, 170, 170), RGBColor(80, 80, 95)];
+
+/// Particles that supports hold.
+const HELD: RGBColor = RGBColor(20, 20, 20);
+
+/// Probes.
+const PROBE: RGBColor = RGBColor(210, 0, 60);
+
+/// Longer side of the plot and the least shorter one [pixels].
+const LONG_SIDE: f64 = 1100.0;
+const LEAST_SIDE: f64 = 260.0;
+
+/// Space for axis labels, legend and title [pixels].
+const LABELS: u32 = 60;
+const LEGEND: u32 = 300;
+const MARGIN: u32 = 16;
+
+/// Height of a legend row and of text [pixels].
+const ROW: i32 = 22;
+const TEXT: i32 = 15;
+
+/// Draws the particles of `case` at the start to a PNG at `path`.
+///
+/// # Errors
+/// When the picture cannot be drawn or written.
+pub fn draw(case: &Case, path: &Path) -> anyhow::Result<()> {
+    font::register();
+    // The bitmap backend takes the format from the ending, and a half-written picture must not look complete.
+    let partial = path.with_extension("partial.png");
+    let groups = groups(case);
+    paint(case, &groups, &partial).with_context(|| format!("cannot draw {}", path.display()))?;
+    std::fs::rename(&partial, path).with_context(|| format!("cannot write {}", path.display()))
+}
+
+/// Particles of one colour.
+struct Group {
+    label: String,
+    colour: RGBColor,
+    spacing: f64,
+    positions: Vec<Vector>,
+}
+
+fn groups(case: &Case) -> Vec<Group> {
+    let (scene, file) = (case.scene(), case.file());
+    let members = |groups: &[u32], positions: &[Vector], k: usize| -> Vec<Vector> {
+        groups.iter().zip(positions).filter(|(group, _)| **group as usize == k).map(|(_, x)| *x).collect()
+    };
+    let mut found = Vec::new();
+    let mut add = |kind: &str, name: &str, colour: RGBColor, spacing: f64, positions: Vec<Vector>| {
+        let label = format!("{kind} {name} ({})", positions.len());
+        found.push(Group { label, colour, spacing, positions });
+    };
+    let wall_spacing = file.wall_spacing().unwrap_or(1.0);
+    for (k, wall) in file.walls.iter().enumerate() {
+        let positions = members(&scene.walls.wall, &scene.walls.position, k);
+        add("wall", &wall.name.value, WALLS[k % WALLS.len()], wall_spacing, positions);
+    }
+    if let Some(fluid) = &file.fluid {
+        for (k, region) in fluid.regions.iter().enumerate() {
+            let positions = members(&scene.fluid.region, &scene.fluid.position, k);
+            add("fluid", &region.name.value, FLUIDS[k % FLUIDS.len()], fluid.particle_spacing_m.value, positions);
+        }
+    }
+    let Some(solid) = &file.solid else { return found };
+    let spacing = solid.particle_spacing_m.value;
+    for (k, body) in solid.bodies.iter().enumerate() {
+        let positions = members(&scene.solid.body, &scene.solid.position, k);
+        add("body", &body.name.value, BODIES[k % BODIES.len()], spacing, positions);
+    }
+    let held = scene.solid.position.iter().zip(&scene.solid.support).filter(|(_, support)| **support > 0);
+    let held: Vec<Vector> = held.map(|(x, _)| *x).collect();
+    if !held.is_empty() {
+        add("held by supports", "", HELD, 0.5 * spacing, held);
+    }
+    found
+}
+
+type Picture<'a> = DrawingArea<BitMapBackend<'a>, plotters::coord::Shift>;
+type Chart<'a> = ChartContext<'a, BitMapBackend<'a>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
+
+fn paint(case: &Case, groups: &[Group], path: &Path) -> anyhow::Result<()> {
+    let (lower, upper) = frame(case, groups);
+    let size = upper - lower;
+    let scale = LONG_SIDE / size.amax();
+    // Rounded and within a few thousand pixels.
+    let pixels = |length: f64| (scale * length).max(LEAST_SIDE).round() as u32;
+    let (width, height) = (pixels(size.x), pixels(size.y));
+    let legend_height = ROW.unsigned_abs() * (groups.len() as u32 + 3) + 2 * MARGIN;
+    let total = (width + LABELS + 2 * MARGIN + LEGEND, (height + LABELS + 3 * MARGIN).max(legend_height));
+    let root = BitMapBackend::new(path, total).into_drawing_area();
+    root.fill(&WHITE)?;
+    let (left, right) = root.split_horizontally(total.0 - LEGEND);
+    let mut chart = ChartBuilder::on(&left)
+        .margin(MARGIN)
+        .x_label_area_size(LABELS)
+        .y_label_area_size(LABELS)
+        .caption(format!("{}: particles at the start", case.name), (font::FAMILY, 18))
+        .build_cartesian_2d(lower.x..upper.x, lower.y..upper.y)?;
+    chart
+        .configure_mesh()
+        .x_desc("x in m")
+        .y_desc("y in m")
+        .light_line_style(WHITE)
+        .bold_line_style(RGBColor(225, 225, 225))
+        .label_style((font::FAMILY, TEXT))
+        .axis_desc_style((font::FAMILY, TEXT))
+        .draw()?;
+    let plotted = chart.plotting_area().dim_in_pixel();
+    let scale = (f64::from(plotted.0) / size.x).min(f64::from(plotted.1) / size.y);
+    for group in groups {
+        // A little less than touching, and never invisible.
+        let radius = (0.42 * scale * group.spacing).max(1.0).round() as i32;
+        chart.draw_series(
+            group.positions.iter().map(|x| Circle::new((x.x, x.y), radius, group.colour.filled())),
+        )?;
+    }
+    draw_domain(&mut chart, case)?;
+    draw_probes(&mut chart, case)?;
+    draw_legend(&right, groups, !probe_marks(case).is_empty())?;
+    root.present()?;
+    Ok(())
+}
+
+/// Box around the domain and all particles, and a little more; square pixels.
+fn frame(case: &Case, groups: &[Group]) -> (Vector, Vector) {
+    let domain = case.file().domain.domain();
+    let spacing = groups.iter().map(|group| group.spacing).fold(0.0, f64::max);
+    let mut lower = domain.lower;
+    let mut upper = domain.upper;
+    for x in groups.iter().flat_map(|group| &group.positions) {
+        lower = lower.inf(x);
+        upper = upper.sup(x);
+    }
+    let margin = (0.02 * (upper - lower).amax()).max(spacing);
+    lower.add_scalar_mut(-margin);
+    upper.add_scalar_mut(margin);
+    // A slender scene gets at least the least side, at the same scale in both directions.
+    let least = (upper - lower).amax() * LEAST_SIDE / LONG_SIDE;
+    for axis in 0..2 {
+        let missing = (least - (upper[axis] - lower[axis])).max(0.0);
+        lower[axis] -= 0.5 * missing;
+        upper[axis] += 0.5 * missing;
+    }
+    (lower, upper)
+}
+
+fn draw_domain(chart: &mut Chart<'_>, case: &Case) -> anyhow::Result<()> {
+    let domain = case.file().domain.domain();
+    let corners = [(domain.lower.x, domain.lower.y), (domain.upper.x, domain.upper.y)];
+    chart.draw_series(std::iter::once(Rectangle::new(corners, BLACK.mix(0.35).stroke_width(1))))?;
+    Ok(())
+}
+
+/// Names and positions of the probes that have one.
+fn probe_marks(case: &Case) -> Vec<(String, Vector)> {
+    let probes = case.probes();
+    let domain = case.file().domain.domain();
+    let fluid = probes.fluid.iter().filter_map(|probe| match probe.kind {
+        FluidProbeKind::Point(x) => Some((probe.name.clone(), x)),
+        FluidProbeKind::WaterLevel(x) => Some((probe.name.clone(), Vector::new(x, domain.upper.y))),
+        _ => None,
+    });
+    let solid = probes.solid.iter().filter_map(|probe| match probe.kind {
+        SolidProbeKind::MaterialPoint { reference_position, .. } => Some((probe.name.clone(), reference_position)),
+        _ => None,
+    });
+    fluid.chain(solid).collect()
+}
+
+fn draw_probes(chart: &mut Chart<'_>, case: &Case) -> anyhow::Result<()> {
+    let marks = probe_marks(case);
+    chart.draw_series(marks.iter().map(|(_, x)| Cross::new((x.x, x.y), 6, PROBE.stroke_width(2))))?;
+    chart.draw_series(marks.iter().map(|(name, x)| {
+        EmptyElement::at((x.x, x.y))
+            + Text::new(name.clone(), (8, -18), (font::FAMILY, TEXT - 2).into_font().color(&PROBE))
+    }))?;
+    Ok(())
+}
+
+fn draw_legend(area: &Picture<'_>, groups: &[Group], probes: bool) -> anyhow::Result<()> {
+    let style = (font::FAMILY, TEXT).into_font();
+    let mut y = 3 * ROW;
+    for group in groups {
+        area.draw(&Circle::new((10, y), 6, group.colour.filled()))?;
+        area.draw(&Text::new(group.label.clone(), (24, y - TEXT / 2), style.clone()))?;
+        y += ROW;
+    }
+    if probes {
+        area.draw(&Cross::new((10, y), 6, PROBE.stroke_width(2)))?;
+        area.draw(&Text::new("probes", (24, y - TEXT / 2), style))?;
+    }
+    Ok(())
+}

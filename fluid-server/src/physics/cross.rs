@@ -1,0 +1,227 @@
+//! The fluid's side of the interface: who is sent, and what the solid's particles add.
+
+use rayon::prelude::*;
+use sph::body_force::BodyForceField;
+use sph::domain::Domain;
+use sph::exchange::{Extent, InterfaceStates};
+use sph::extent::{ExtentTracker, ReachMap};
+use sph::interface::Interface;
+use sph::ledger::InterfaceSums;
+use sph::setup::{Coupling, InterfaceLaw};
+
+use super::gradients::{Gradients, MomentSums};
+use super::lists::Lists;
+use super::model::FluidModel;
+use super::pair::Record;
+use super::rates::Rates;
+use super::state::FluidState;
+
+/// Edge of the boxes that describe the fluid's extent, in support radii.
+const EXTENT_CELL: f64 = 4.0;
+
+/// Interface particles per task.
+const TASK: usize = 32;
+
+/// What a fluid with a partner keeps besides its own fields.
+#[derive(Debug)]
+pub struct Cross {
+    coupling: Coupling,
+    domain: Domain,
+    interface: Interface,
+    tracker: ExtentTracker,
+    reach: ReachMap,
+    /// Whether each fluid particle lies within reach.
+    inside: Vec<bool>,
+    /// Index of the fluid particle behind each interface state.
+    members: Vec<u32>,
+    known_ids: Vec<u32>,
+    set_version: u64,
+    largest: u64,
+    sums: InterfaceSums,
+    moments: Vec<MomentSums>,
+    density_rates: Vec<f64>,
+}
+
+impl Cross {
+    /// A side of `coupling` without particles.
+    pub fn new(coupling: &Coupling, domain: &Domain, body_force: &BodyForceField) -> Self {
+        let support = 2.0 * coupling.fluid.smoothing_length;
+        Self {
+            coupling: *coupling,
+            domain: *domain,
+            interface: Interface::new(coupling, domain, body_force.clone()),
+            tracker: ExtentTracker::new(domain, EXTENT_CELL * support),
+            reach: ReachMap::new(domain, support),
+            inside: Vec::new(),
+            members: Vec::new(),
+            known_ids: Vec::new(),
+            set_version: 0,
+            largest: 0,
+            sums: InterfaceSums::default(),
+            moments: Vec::new(),
+            density_rates: Vec::new(),
+        }
+    }
+
+    /// Describes where the fluid is until the lists are built anew.
+    pub fn update_extent(&mut self, state: &FluidState) {
+        // Lists are built anew when a particle has moved by half the skin.
+        let slack = 0.5 * Lists::skin(self.coupling.fluid.particle_spacing);
+        self.tracker.update(&state.position, slack);
+    }
+
+    /// Where the fluid is.
+    pub fn extent(&self) -> &Extent {
+        self.tracker.extent()
+    }
+
+    /// Largest number of interface particles sent in a stage.
+    pub fn largest(&self) -> u64 {
+        self.largest
+    }
+
+    /// Interface sums of the last evaluation.
+    pub fn sums(&self) -> InterfaceSums {
+        self.sums
+    }
+
+    /// See [`sph::solver::Solver::covered_by`].
+    ///
+    /// # Errors
+    /// The shortfall \[m\].
+    pub fn covered_by(&self, state: &FluidState, extent: &Extent, reach: f64) -> Result<(), f64> {
+        let support = 2.0 * self.coupling.fluid.smoothing_length;
+        self.tracker.shortfall(extent, &state.position, support, reach)
+    }
+
+    /// Fills `states` with the particles within `reach` \[m\] of `partner`, ids ascending; returns the set's version.
+    pub fn select(
+        &mut self,
+        state: &FluidState,
+        fluid: &[Record],
+        partner: &Extent,
+        reach: f64,
+        states: &mut InterfaceStates,
+    ) -> u64 {
+        self.reach.update(partner, reach);
+        let map = &self.reach;
+        self.inside.resize(state.len(), false);
+        self.inside.par_iter_mut().zip(&state.position).with_min_len(1024).for_each(|(inside, x)| {
+            *inside = map.contains(x);
+        });
+        self.members.clear();
+        self.members.extend((0u32..).zip(&self.inside).filter(|(_, inside)| **inside).map(|(i, _)| i));
+        self.members.sort_unstable_by_key(|i| state.id[*i as usize]);
+        states.clear();
+        for &i in &self.members {
+            let i = i as usize;
+            states.id.push(state.id[i]);
+            states.group.push(state.region[i]);
+            states.mass.push(state.mass[i]);
+            states.position.push(state.position[i]);
+            states.velocity.push(state.velocity[i]);
+            states.density.push(state.density[i]);
+            states.pressure.push(fluid[i].pressure);
+        }
+        self.largest = self.largest.max(states.len() as u64);
+        if states.id != self.known_ids {
+            self.known_ids.clone_from(&states.id);
+            self.set_version += 1;
+        }
+        self.set_version
+    }
+
+    /// Cross lists, dummy states and pair forces of this stage.
+    pub fn update(&mut self, time: f64, own: &InterfaceStates, partner: &InterfaceStates) {
+        self.interface.update(time, own, partner);
+        self.sums = self.interface.fluid_forces(own, partner);
+    }
+
+    /// Whether the solid's density means something to the fluid's density gradient and diffusion.
+    ///
+    /// In the plain sum it is that of another material.
+    pub fn density_meets(&self) -> bool {
+        self.coupling.law != InterfaceLaw::PlainSum
+    }
+
+    /// Adds the solid's particles to the sums of the gradient pass, each particle's once.
+    ///
+    /// The velocity gradient feels the whole velocity of the solid, or with slip only the approach along x_ij.
+    pub fn add_moments(
+        &mut self,
+        model: &FluidModel,
+        own: &InterfaceStates,
+        partner: &InterfaceStates,
+        gradients: &mut Gradients,
+    ) {
+        if !model.passes.moments() && !model.passes.viscosity {
+            return;
+        }
+        let meets = self.density_meets();
+        let slips = self.coupling.law == InterfaceLaw::Wall;
+        let Self { interface, domain, moments, .. } = self;
+        let kernel = &model.law.kernel;
+        moments.resize(own.len(), MomentSums::default());
+        moments.par_iter_mut().with_min_len(TASK).enumerate().for_each(|(k, sums)| {
+            *sums = MomentSums::default();
+            for &s in interface.solid_neighbours(k) {
+                let s = s as usize;
+                let dummy = interface.dummy(s);
+                let d = domain.separation(&own.position[k], &partner.position[s]);
+                let mut v_sf = partner.velocity[s] - own.velocity[k];
+                if slips {
+                    v_sf = d * (v_sf.dot(&d) / d.norm_squared().max(f64::MIN_POSITIVE));
+                }
+                let density = if meets { dummy.density - own.density[k] } else { 0.0 };
+                let volume = dummy.mass / dummy.density;
+                sums.add::<true, true>(kernel, [d.x, d.y], volume, density, [v_sf.x, v_sf.y]);
+            }
+        });
+        for (i, sums) in self.members.iter().zip(&self.moments) {
+            gradients.sums[*i as usize].merge(sums);
+        }
+    }
+
+    /// Adds the solid's part to the rates, each particle's once: continuity, diffusion and force.
+    ///
+    /// ```text
+    /// ρ_f Σ V_s v_fs·∇W  +  δ h c₀ Σ V_s [2 (ρ_f − ρ_s) x²/(x² + λh²) − 2 ∇ρ_f·x_fs] (dW/dr)/r
+    /// ```
+    /// The second sum is left out in the plain sum, where ρ_s is that of another material.
+    pub fn add_rates(
+        &mut self,
+        model: &FluidModel,
+        state: &FluidState,
+        own: &InterfaceStates,
+        partner: &InterfaceStates,
+        gradients: &Gradients,
+        rates: &mut [Rates],
+    ) {
+        let diffusion = if self.density_meets() { model.diffusion } else { 0.0 };
+        let Self { interface, domain, members, density_rates, .. } = self;
+        density_rates.resize(own.len(), 0.0);
+        density_rates.par_iter_mut().with_min_len(TASK).enumerate().for_each(|(k, rate)| {
+            let rho = own.density[k];
+            let gradient =
+                if model.passes.density_gradient { gradients.density[members[k] as usize] } else { [0.0; 2] };
+            let (mut continuity, mut exchange) = (0.0, 0.0);
+            for &s in interface.solid_neighbours(k) {
+                let s = s as usize;
+                let dummy = interface.dummy(s);
+                let d = domain.separation(&own.position[k], &partner.position[s]);
+                let square = d.norm_squared();
+                let weight = dummy.mass / dummy.density * model.cross_kernel.gradient_factor(square);
+                continuity += weight * (own.velocity[k] - partner.velocity[s]).dot(&d);
+                let psi = 2.0 * (rho - dummy.density) * square / (square + model.law.regularisation)
+                    - 2.0 * (gradient[0] * d.x + gradient[1] * d.y);
+                exchange += weight * psi;
+            }
+            *rate = rho * continuity + diffusion * exchange;
+        });
+        for (k, i) in self.members.iter().enumerate() {
+            let i = *i as usize;
+            rates[i].density += self.density_rates[k];
+            rates[i].acceleration += self.interface.force(k) / state.mass[i];
+        }
+    }
+}

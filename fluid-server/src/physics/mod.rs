@@ -1,0 +1,163 @@
+//! The fluid: weakly compressible SPH with walls, Eq. (1)-(4), (17)-(24), (27)-(28).
+//!
+//! Readings and gaps of the source that this module fills:
+//! - walls enter (17) and (23) with the velocity of Eq. (27), so that a slip wall does not drag;
+//! - walls take the density gradient, L_i and viscous stress of the particle they act on, the last one mirrored
+//!   where the wall slips;
+//! - where a solid is the partner, `sph::interface` gives its dummy state and the pair forces, and the fluid adds it
+//!   to continuity, diffusion and the gradient pass;
+//! - with L_i, pairs inside the fluid and toward walls use it in (17) and (22); diffusion and artificial viscosity
+//!   use the plain gradient.
+
+use sph::exchange::{Extent, InterfaceStates};
+use sph::ledger::{Energies, StageBooks};
+use sph::setup::FluidSetup;
+use sph::solver::{Counts, Divergence, ParticleFields, Role, Solver};
+use sph::stage::{StageTime, StepStage};
+
+use model::FluidModel;
+use state::FluidState;
+use workspace::Workspace;
+
+mod advance;
+mod checks;
+mod cross;
+mod fields;
+mod gradients;
+mod leaving;
+mod lists;
+mod model;
+mod pair;
+mod probes;
+mod rates;
+mod state;
+mod walls;
+mod workspace;
+
+#[cfg(test)]
+mod tests;
+
+/// The fluid solver of one run.
+#[derive(Debug)]
+pub struct FluidSolver {
+    model: FluidModel,
+    state: FluidState,
+    workspace: Workspace,
+    /// The extent of a fluid without partner.
+    no_extent: Extent,
+}
+
+impl FluidSolver {
+    /// A solver at the start of the run that `setup` describes.
+    ///
+    /// # Errors
+    /// Everything in the set-up that can not be run.
+    pub fn new(setup: FluidSetup) -> Result<Self, Vec<String>> {
+        let (model, state) = FluidModel::new(setup)?;
+        let mut workspace = Workspace::new(&model);
+        if let Some(cross) = &mut workspace.cross {
+            cross.update_extent(&state);
+        }
+        workspace.largest_speed = checks::check_state(&model, &state, StepStage::FIRST)
+            .map_err(|divergence| vec![format!("the first state can not be run: {divergence}")])?;
+        Ok(Self { model, state, workspace, no_extent: Extent::default() })
+    }
+
+    /// State and workspace of an evaluation at a step boundary of `time` \[s\], apart from the run.
+    ///
+    /// `None` when the state can not be evaluated, as after a divergence. The partner's particles are left out: they
+    /// reach walls only through L_i.
+    fn evaluated(&self, step: u64, time: f64) -> Option<(FluidState, Workspace)> {
+        let at = StepStage { step, ..StepStage::FIRST };
+        let (mut state, mut workspace) = (self.state.clone(), Workspace::default());
+        let stage = StageTime { at, step_start: time, time_step: 0.0 };
+        workspace.begin_stage(&self.model, &mut state, &stage).ok()?;
+        workspace.evaluate_own(&self.model, time);
+        let none = InterfaceStates::default();
+        workspace.evaluate_cross(&self.model, &state, time, &none, &none);
+        Some((state, workspace))
+    }
+}
+
+impl Solver for FluidSolver {
+    fn role(&self) -> Role {
+        Role::Fluid
+    }
+
+    fn begin_stage(&mut self, time: &StageTime) -> Result<(), Divergence> {
+        self.workspace.begin_stage(&self.model, &mut self.state, time)
+    }
+
+    fn time_step_limit(&self) -> f64 {
+        self.model.time_step_limit(self.workspace.largest_speed, self.state.largest_acceleration)
+    }
+
+    fn extent(&self) -> &Extent {
+        self.workspace.cross.as_ref().map_or(&self.no_extent, |cross| cross.extent())
+    }
+
+    fn interface(&mut self, partner: &Extent, reach: f64, states: &mut InterfaceStates) -> u64 {
+        let Workspace { cross, fluid, .. } = &mut self.workspace;
+        match cross {
+            Some(cross) => cross.select(&self.state, fluid, partner, reach, states),
+            None => {
+                states.clear();
+                0
+            }
+        }
+    }
+
+    fn covered_by(&self, extent: &Extent, reach: f64) -> Result<(), f64> {
+        self.workspace.cross.as_ref().map_or(Ok(()), |cross| cross.covered_by(&self.state, extent, reach))
+    }
+
+    fn evaluate_own(&mut self, time: &StageTime) {
+        self.workspace.evaluate_own(&self.model, time.state_time());
+    }
+
+    fn evaluate_cross(&mut self, time: &StageTime, own: &InterfaceStates, partner: &InterfaceStates) {
+        self.workspace.evaluate_cross(&self.model, &self.state, time.state_time(), own, partner);
+    }
+
+    fn advance(&mut self, time: &StageTime) -> Result<StageBooks, Divergence> {
+        // The state is checked when the next stage begins, or, at the end of a step, before anything reads it.
+        Ok(advance::advance(&self.model, &mut self.state, &mut self.workspace, time))
+    }
+
+    fn end_step(&mut self, time: &StageTime) -> Result<(), Divergence> {
+        checks::check_state(&self.model, &self.state, time.at)?;
+        leaving::remove_departed(&self.model, &mut self.state, &self.workspace, time)
+    }
+
+    fn energies(&self) -> Energies {
+        let sums = probes::region_sums(&self.model, &self.state, None);
+        Energies { kinetic: sums.kinetic, potential: sums.potential, internal: sums.compression }
+    }
+
+    fn probes(&self, time: f64, values: &mut Vec<f64>) {
+        let wall_forces = || match self.evaluated(0, time) {
+            Some((state, workspace)) => workspace.wall_forces(&self.model, &state, time),
+            None => vec![sph::vector::Vector::repeat(f64::NAN); self.model.walls.names.len()],
+        };
+        probes::values(&self.model, &self.state, wall_forces, values);
+    }
+
+    fn snapshot(&self, step: u64, time: f64) -> ParticleFields {
+        let evaluated = self.evaluated(step, time);
+        let walls = evaluated.as_ref().map_or(&self.workspace.walls, |(_, workspace)| &workspace.walls);
+        let mut field = walls.field.clone();
+        field.place(&self.model.walls, &self.model.domain, time);
+        fields::particle_fields(&self.model, &self.state, &field, &walls.records, step, time)
+    }
+
+    fn counts(&self) -> Counts {
+        Counts {
+            particles: self.state.len() as u64,
+            wall_particles: self.model.walls.len() as u64,
+            list_builds: self.state.list_builds,
+            lost: self.state.lost,
+            outflow: self.state.outflow,
+            largest_interface: self.workspace.cross.as_ref().map_or(0, |cross| cross.largest()),
+        }
+    }
+}

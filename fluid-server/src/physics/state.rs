@@ -1,0 +1,104 @@
+//! What a checkpoint of the fluid holds.
+
+use sph::domain::Domain;
+use sph::vector::Vector;
+
+/// The fluid at a step boundary; everything else follows from it and the model.
+///
+/// The order of the particles is part of the state: it decides the order of every sum.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct FluidState {
+    /// Identity of each particle.
+    pub id: Vec<u32>,
+    /// Region of each particle.
+    pub region: Vec<u32>,
+    /// Mass per depth \[kg/m\].
+    pub mass: Vec<f64>,
+    /// Position \[m\].
+    pub position: Vec<Vector>,
+    /// Velocity \[m/s\].
+    pub velocity: Vec<Vector>,
+    /// Density \[kg/m³\].
+    pub density: Vec<f64>,
+    /// From what the neighbour lists were built; `None` when they must be built anew.
+    pub list_origin: Option<ListOrigin>,
+    /// Momentum of the particles removed at the end of the last step \[kg/s\], booked in the next.
+    pub removed_momentum: Vector,
+    /// Largest acceleration of the last stage \[m/s²\].
+    pub largest_acceleration: f64,
+    /// Particles that crossed a wall.
+    pub lost: u64,
+    /// Particles that left over an open rim or through an outflow side.
+    pub outflow: u64,
+    /// Neighbour list builds.
+    pub list_builds: u64,
+}
+
+/// What the content and order of the neighbour lists follow from.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ListOrigin {
+    /// Time to which moving walls belong \[s\].
+    pub time: f64,
+    /// Positions of the fluid \[m\].
+    pub position: Vec<Vector>,
+}
+
+/// The state at the start of a step, from which both stages advance, Eq. (30)-(31).
+#[derive(Clone, Debug, Default)]
+pub struct Base {
+    /// Position \[m\].
+    pub position: Vec<Vector>,
+    /// Velocity \[m/s\].
+    pub velocity: Vec<Vector>,
+    /// Density \[kg/m³\].
+    pub density: Vec<f64>,
+}
+
+impl FluidState {
+    /// Number of particles.
+    pub fn len(&self) -> usize {
+        self.id.len()
+    }
+
+    /// Sorts the particles, with `base` where it is in use, by `order`: entry k is the old index.
+    pub fn reorder(&mut self, base: &mut Base, order: &[u32]) {
+        let Self { id, region, mass, position, velocity, density, .. } = self;
+        reorder(id, order);
+        reorder(region, order);
+        reorder(mass, order);
+        reorder(position, order);
+        reorder(velocity, order);
+        reorder(density, order);
+        if base.position.len() == order.len() {
+            reorder(&mut base.position, order);
+            reorder(&mut base.velocity, order);
+            reorder(&mut base.density, order);
+        }
+    }
+
+    /// Moves particles back into the box along periodic directions, with their positions in `base`.
+    pub fn wrap(&mut self, base: &mut Base, domain: &Domain) {
+        if !domain.is_periodic() {
+            return;
+        }
+        let has_base = base.position.len() == self.position.len();
+        for (i, x) in self.position.iter_mut().enumerate() {
+            let wrapped = domain.wrapped(x);
+            if has_base {
+                base.position[i] += wrapped - *x;
+            }
+            *x = wrapped;
+        }
+    }
+
+    /// Keeps the particles for which `keep` says so; neighbour lists are void afterwards.
+    pub fn retain(&mut self, keep: impl Fn(usize) -> bool) {
+        let order: Vec<u32> = (0u32..).zip(0..self.len()).filter(|(_, i)| keep(*i)).map(|(k, _)| k).collect();
+        self.reorder(&mut Base::default(), &order);
+        self.list_origin = None;
+    }
+}
+
+fn reorder<T: Copy>(values: &mut Vec<T>, order: &[u32]) {
+    *values = order.iter().map(|k| values[*k as usize]).collect();
+}

@@ -1,0 +1,10 @@
+//! Laws of the fluid, tested on whole solvers.
+
+mod conservation;
+mod coupling;
+mod invariance;
+mod leaving;
+mod reports;
+mod settling;
+mod support;
+mod walls;

@@ -1,0 +1,223 @@
+//! Walls: prescribed motion, and the state that wall particles show to the fluid, Eq. (27)-(28).
+
+use rayon::prelude::*;
+use sph::domain::Domain;
+use sph::motion::{MotionState, RigidMotion};
+use sph::setup::{WallCondition, WallParticles, WallSetup};
+use sph::vector::Vector;
+
+use super::lists::Lists;
+use super::model::FluidModel;
+use super::pair::{Geometry, Record};
+
+/// Wall particles per task.
+const TASK: usize = 64;
+
+/// What is known of the walls before the run.
+#[derive(Clone, Debug)]
+pub struct WallModel {
+    /// Name of each wall.
+    pub names: Vec<String>,
+    /// Wall of each particle.
+    pub wall: Vec<u32>,
+    /// Mass per depth of a wall particle, ρ₀Δx² \[kg/m\].
+    pub mass: f64,
+    /// Unit normal into the fluid by which crossings are told; zero where there is none.
+    pub face_normal: Vec<Vector>,
+    start: Vec<Vector>,
+    /// Unit normal of the mirror in Eq. (27); zero where both components are reversed.
+    mirror_normal: Vec<Vector>,
+    motion: Vec<Option<RigidMotion>>,
+    release_time: Vec<Option<f64>>,
+}
+
+impl WallModel {
+    /// The walls of a set-up whose indices are in range; `mass` per depth of a particle \[kg/m\].
+    ///
+    /// # Errors
+    /// All expressions of motions that are wrong.
+    pub fn new(
+        walls: &[WallSetup],
+        particles: &WallParticles,
+        mass: f64,
+        support_radius: f64,
+        domain: &Domain,
+    ) -> Result<Self, Vec<String>> {
+        let mut errors = Vec::new();
+        let mut motion = Vec::with_capacity(walls.len());
+        for wall in walls {
+            match wall.motion.as_ref().map(RigidMotion::new).transpose() {
+                Ok(parsed) => motion.push(parsed),
+                Err(error) => errors.push(format!("motion of wall `{}`: {error}", wall.name)),
+            }
+        }
+        if !errors.is_empty() {
+            return Err(errors);
+        }
+        let slips = |w: usize| walls[particles.wall[w] as usize].condition == WallCondition::Slip;
+        let mirror_normal = (0..particles.position.len())
+            .map(|w| if slips(w) { particles.normal[w] } else { Vector::zeros() })
+            .collect();
+        Ok(Self {
+            names: walls.iter().map(|wall| wall.name.clone()).collect(),
+            wall: particles.wall.clone(),
+            mass,
+            face_normal: face_normals(particles, support_radius, domain),
+            start: particles.position.clone(),
+            mirror_normal,
+            motion,
+            release_time: walls.iter().map(|wall| wall.release_time).collect(),
+        })
+    }
+
+    /// Number of wall particles.
+    pub fn len(&self) -> usize {
+        self.wall.len()
+    }
+
+    /// Whether any wall has a prescribed motion.
+    pub fn moves(&self) -> bool {
+        self.motion.iter().any(Option::is_some)
+    }
+
+    /// Whether wall `wall` (index) acts at `time` \[s\].
+    pub fn acts(&self, wall: u32, time: f64) -> bool {
+        self.release_time[wall as usize].is_none_or(|release| time < release)
+    }
+
+    /// Motion of each wall at `time` \[s\]; `None` for a wall at rest.
+    pub fn motions_at(&self, time: f64) -> Vec<Option<MotionState>> {
+        self.motion.iter().map(|motion| motion.as_ref().map(|m| m.at(time))).collect()
+    }
+
+    /// Position \[m\] and face normal of particle `w` while the walls are as `motions` say.
+    pub fn placed(&self, w: usize, motions: &[Option<MotionState>]) -> (Vector, Vector) {
+        match &motions[self.wall[w] as usize] {
+            None => (self.start[w], self.face_normal[w]),
+            Some(motion) => (motion.position(&self.start[w]), motion.rotate(&self.face_normal[w])),
+        }
+    }
+}
+
+/// Given normals, and where faces meet the mean direction of the normals of the same wall nearby.
+fn face_normals(particles: &WallParticles, support_radius: f64, domain: &Domain) -> Vec<Vector> {
+    let mean_nearby = |w: usize| -> Vector {
+        let near = |v: &usize| {
+            particles.wall[*v] == particles.wall[w]
+                && domain.separation(&particles.position[w], &particles.position[*v]).norm() < support_radius
+        };
+        (0..particles.wall.len()).filter(near).map(|v| particles.normal[v]).sum()
+    };
+    let given = |w: usize| {
+        let normal = particles.normal[w];
+        if normal.norm_squared() > 0.0 { normal } else { mean_nearby(w) }
+    };
+    (0..particles.wall.len()).map(|w| given(w).try_normalize(1e-6).unwrap_or_else(Vector::zeros)).collect()
+}
+
+/// Kinematics of the wall particles at one time.
+#[derive(Clone, Debug, Default)]
+pub struct WallField {
+    /// Position \[m\].
+    pub position: Vec<Vector>,
+    /// Velocity \[m/s\].
+    velocity: Vec<Vector>,
+    /// Acceleration \[m/s²\].
+    acceleration: Vec<Vector>,
+    /// Normal of the mirror in Eq. (27), zero where both components are reversed.
+    pub mirror_normal: Vec<Vector>,
+}
+
+impl WallField {
+    /// Places the walls as they are at `time` \[s\].
+    pub fn place(&mut self, walls: &WallModel, domain: &Domain, time: f64) {
+        if self.position.len() != walls.len() {
+            self.position = walls.start.iter().map(|x| domain.wrapped(x)).collect();
+            self.velocity = vec![Vector::zeros(); walls.len()];
+            self.acceleration = vec![Vector::zeros(); walls.len()];
+            self.mirror_normal.clone_from(&walls.mirror_normal);
+        }
+        if !walls.moves() {
+            return;
+        }
+        let motions = walls.motions_at(time);
+        for w in 0..walls.len() {
+            if let Some(motion) = &motions[walls.wall[w] as usize] {
+                let start = &walls.start[w];
+                self.position[w] = domain.wrapped(&motion.position(start));
+                self.velocity[w] = motion.velocity(start);
+                self.acceleration[w] = motion.acceleration(start);
+                self.mirror_normal[w] = motion.rotate(&walls.mirror_normal[w]);
+            }
+        }
+    }
+}
+
+/// The walls as the fluid meets them in one stage.
+#[derive(Clone, Debug, Default)]
+pub struct WallStates {
+    /// Kinematics.
+    pub field: WallField,
+    /// State of each wall particle; volume zero where it does not act.
+    pub records: Vec<Record>,
+}
+
+impl WallStates {
+    /// Fills the state of each wall particle from the fluid around it at `time` \[s\].
+    ///
+    /// ```text
+    /// p_w = Σ [p_j + ρ_j (f − a_w)·(x_w − x_j)] W_wj / Σ W_wj                                Eq. (28)
+    /// v_w = v_f − 2 [(v_f − v_wall)·n] n   slip;   2 v_wall − v_f   no slip, corners         Eq. (27)
+    /// ρ_w from p_w by the inverse of Eq. (3)
+    /// ```
+    /// v_f is the Shepard mean of the fluid's velocity, a_w the known acceleration of a moving wall. A particle
+    /// without fluid in its support, or of a released wall, does not act. The density follows the pressure down to
+    /// the density at which a run stops.
+    pub fn extrapolate<G: Geometry>(
+        &mut self,
+        geometry: G,
+        model: &FluidModel,
+        lists: &Lists,
+        fluid: &[Record],
+        time: f64,
+    ) {
+        let Self { field, records } = self;
+        records.resize(model.walls.len(), Record::default());
+        let body_force = model.body_force.at(time);
+        records.par_iter_mut().with_min_len(TASK).enumerate().for_each(|(w, record)| {
+            let x = &field.position[w];
+            *record = Record { x: x.x, y: x.y, density: model.constants.rest_density, ..Record::default() };
+            let neighbours = lists.fluid_of_walls.of(w);
+            if neighbours.is_empty() || !model.walls.acts(model.walls.wall[w], time) {
+                return;
+            }
+            let drive = body_force.acceleration(x) - field.acceleration[w];
+            let (mut weight, mut pressure, mut velocity) = (0.0, 0.0, Vector::zeros());
+            for &j in neighbours {
+                let j = &fluid[j as usize];
+                let [d_x, d_y] = geometry.separation(record, j);
+                let kernel = model.kernel.value((d_x * d_x + d_y * d_y).sqrt());
+                weight += kernel;
+                pressure += kernel * (j.pressure + j.density * (drive.x * d_x + drive.y * d_y));
+                velocity += Vector::new(j.v_x, j.v_y) * kernel;
+            }
+            if weight > 0.0 {
+                let velocity = mirrored(&(velocity / weight), &field.velocity[w], &field.mirror_normal[w]);
+                record.v_x = velocity.x;
+                record.v_y = velocity.y;
+                record.pressure = pressure / weight;
+                record.density = model.wall_density(record.pressure);
+                record.volume = model.walls.mass / record.density;
+            }
+        });
+    }
+}
+
+/// Velocity of a wall particle toward the fluid, Eq. (27): mirrored along `normal`, or wholly where that is zero.
+pub fn mirrored(fluid: &Vector, wall: &Vector, normal: &Vector) -> Vector {
+    if normal.norm_squared() > 0.0 {
+        fluid - normal * (2.0 * (fluid - wall).dot(normal))
+    } else {
+        2.0 * wall - fluid
+    }
+}

@@ -1,0 +1,420 @@
+//! A server as the coordinator sees it.
+
+use std::time::Duration;
+
+use sph::driver::{Command, Event, FailureReport, FinalReport};
+use sph::setup::ParticipantSetup;
+use sph::solver::ParticleFields;
+use tokio::sync::{mpsc, watch};
+use tokio_stream::wrappers::ReceiverStream;
+use tonic::Streaming;
+use tonic::transport::Channel;
+
+use crate::convert::{
+    BatchItem, Beat, Convert, Path, SnapshotAssembler, WireError, decode_batch, encode_command,
+};
+use crate::description::{Description, LinkPlan, OpenReport, PROTOCOL};
+use crate::error::{RpcCode, RpcError};
+use crate::limits::MAX_MESSAGE_BYTES;
+use crate::transport::{self, Token};
+use crate::wire;
+use crate::wire::participant_client::ParticipantClient as WireClient;
+
+/// Epoch of a run that was never restored.
+const FIRST_EPOCH: u32 = 0;
+/// Commands that may wait for the transport.
+const PENDING_COMMANDS: usize = 16;
+/// Events that may wait for the coordinator; then the server waits.
+const PENDING_EVENTS: usize = 256;
+
+/// Longest waits for a server's answers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Deadlines {
+    /// To accept a connection.
+    pub connect: Duration,
+    /// To describe itself, link, close.
+    pub call: Duration,
+    /// To build its solver.
+    pub open: Duration,
+    /// Between two signs of life during a run; servers give one each second.
+    pub silence: Duration,
+}
+
+impl Default for Deadlines {
+    fn default() -> Self {
+        Self {
+            connect: Duration::from_secs(10),
+            call: Duration::from_secs(30),
+            open: Duration::from_secs(300),
+            silence: Duration::from_secs(60),
+        }
+    }
+}
+
+/// Secret of a run and the name of who holds it; both servers of a run get the same.
+#[derive(Clone, Debug)]
+pub struct RunAccess {
+    token: Token,
+    holder: String,
+}
+
+impl RunAccess {
+    /// A fresh secret; `holder` is what a second coordinator is told, such as program, host and process.
+    ///
+    /// # Errors
+    /// When the system has no random numbers.
+    pub fn new(holder: &str) -> Result<Self, RpcError> {
+        let token = Token::fresh().map_err(|e| RpcError::new(RpcCode::Internal, "Open", "this machine", e))?;
+        Ok(Self { token, holder: holder.chars().take(60).collect() })
+    }
+}
+
+/// A connection to one server.
+///
+/// ```no_run
+/// # async fn example(setup: sph::setup::ParticipantSetup, link: proto::description::LinkPlan) -> Result<(), proto::RpcError> {
+/// use proto::client::{Deadlines, ParticipantClient, RunAccess};
+/// let access = RunAccess::new("coordinator 17")?;
+/// let mut fluid = ParticipantClient::connect("127.0.0.1:4000", Deadlines::default()).await?;
+/// let report = fluid.open(&setup, &access).await?;
+/// fluid.link(&link).await?;
+/// let (commands, mut events) = fluid.run().await?;
+/// commands.send(sph::driver::Command::GrantThrough(100))?;
+/// while let Some(event) = events.recv().await {
+///     println!("{:?}", event?);
+/// }
+/// fluid.close().await
+/// # }
+/// ```
+#[derive(Clone, Debug)]
+pub struct ParticipantClient {
+    inner: WireClient<Channel>,
+    address: String,
+    deadlines: Deadlines,
+    run: Option<(String, Token)>,
+}
+
+impl ParticipantClient {
+    /// Connects to the server at `address`, "host:port".
+    ///
+    /// # Errors
+    /// When nothing accepts the connection in time.
+    pub async fn connect(address: &str, deadlines: Deadlines) -> Result<Self, RpcError> {
+        let channel = transport::connect(address, deadlines.connect)
+            .await
+            .map_err(|problem| RpcError::new(RpcCode::Unavailable, "connect", address, problem))?;
+        let inner = WireClient::new(channel).max_decoding_message_size(MAX_MESSAGE_BYTES);
+        Ok(Self { inner, address: address.to_owned(), deadlines, run: None })
+    }
+
+    /// Address of the server.
+    pub fn address(&self) -> &str {
+        &self.address
+    }
+
+    /// What the server is and can do.
+    ///
+    /// # Errors
+    /// When it does not answer, or is no solver of this protocol.
+    pub async fn describe(&mut self) -> Result<Description, RpcError> {
+        let deadline = self.deadlines.call;
+        let answer = self.inner.describe(wire::DescribeRequest {});
+        let reply = within(deadline, "Describe", &self.address, answer).await.map_err(|mut error| {
+            if matches!(error.code, RpcCode::Unsupported | RpcCode::Internal) {
+                error.message.push_str("; the server is no solver of protocol fsi.v1");
+            }
+            error
+        })?;
+        self.accept("Describe", Description::from_wire(&reply, &Path::root("description")))
+    }
+
+    /// Opens a run and tells what the solver will really do; `link`, `run` and `close` are for this run.
+    ///
+    /// # Errors
+    /// When another run is held, or with all problems of the set-up.
+    pub async fn open(&mut self, setup: &ParticipantSetup, access: &RunAccess) -> Result<OpenReport, RpcError> {
+        use wire::open_request::Setup;
+        let run_id = setup.run().run_id.clone();
+        let request = wire::OpenRequest {
+            protocol: Some(PROTOCOL.to_wire()),
+            token: access.token.text().to_owned(),
+            holder: access.holder.clone(),
+            setup: Some(match setup {
+                ParticipantSetup::Fluid(fluid) => Setup::Fluid(fluid.to_wire()),
+                ParticipantSetup::Solid(solid) => Setup::Solid(solid.to_wire()),
+            }),
+        };
+        let reply = within(self.deadlines.open, "Open", &self.address, self.inner.open(request)).await?;
+        self.run = Some((run_id.clone(), access.token.clone()));
+        let report = self.accept("Open", OpenReport::from_wire(&reply, &Path::root("reply")))?;
+        if report.run_id != run_id {
+            let message = format!("the reply is for run {:?}, expected {run_id:?}", report.run_id);
+            return Err(self.error(RpcCode::Malformed, "Open", message));
+        }
+        Ok(report)
+    }
+
+    /// Tells the solver of its partner. Link the listening side first: the dialling side calls it at once.
+    ///
+    /// # Errors
+    /// When the partner cannot be reached or refuses.
+    pub async fn link(&mut self, plan: &LinkPlan) -> Result<(), RpcError> {
+        let (run_id, token) = self.opened("Link")?;
+        let request = token.attach(wire::LinkRequest { run_id, ..plan.to_wire() });
+        within(self.deadlines.call, "Link", &self.address, self.inner.link(request)).await.map(drop)
+    }
+
+    /// Starts the run: commands go in, events come out until the last one, `Finished` or `Failed`.
+    ///
+    /// The solver steps only as far as it is granted.
+    ///
+    /// # Errors
+    /// When the run is not linked.
+    pub async fn run(&mut self) -> Result<(CommandSender, EventReceiver), RpcError> {
+        let (run_id, token) = self.opened("Run")?;
+        let deadline = self.deadlines.call;
+        // Opened first, so that no snapshot is taken before anybody listens.
+        let request = token.attach(wire::SnapshotsRequest { run_id: run_id.clone() });
+        let snapshots = within(deadline, "Snapshots", &self.address, self.inner.snapshots(request)).await?;
+        let (to_server, wire_commands) = mpsc::channel(PENDING_COMMANDS);
+        let request = token.attach(ReceiverStream::new(wire_commands));
+        let batches = within(deadline, "Run", &self.address, self.inner.run(request)).await?;
+        let (commands, ordered) = mpsc::unbounded_channel();
+        let (events, received) = mpsc::channel(PENDING_EVENTS);
+        let (beats, latest_beat) = watch::channel(None);
+        let run = RunStreams {
+            run_id: run_id.clone(),
+            address: self.address.clone(),
+            silence: self.deadlines.silence,
+            batches,
+            snapshots,
+            assembler: SnapshotAssembler::default(),
+            events: events.clone(),
+            beats,
+        };
+        tokio::spawn(forward_commands(run_id, ordered, to_server, events));
+        tokio::spawn(run.forward());
+        let sender = CommandSender { commands, address: self.address.clone() };
+        Ok((sender, EventReceiver { events: received, latest_beat }))
+    }
+
+    /// Ends the run, whatever its state, and frees the server; does nothing when there is none.
+    ///
+    /// # Errors
+    /// When the server does not answer.
+    pub async fn close(&mut self) -> Result<(), RpcError> {
+        let Some((run_id, token)) = self.run.take() else { return Ok(()) };
+        let request = token.attach(wire::CloseRequest { run_id });
+        within(self.deadlines.call, "Close", &self.address, self.inner.close(request)).await.map(drop)
+    }
+
+    fn opened(&self, call: &'static str) -> Result<(String, Token), RpcError> {
+        self.run
+            .clone()
+            .ok_or_else(|| self.error(RpcCode::FailedPrecondition, call, "no run was opened on this connection"))
+    }
+
+    fn accept<T>(&self, call: &'static str, reply: Result<T, WireError>) -> Result<T, RpcError> {
+        reply.map_err(|e| self.error(RpcCode::Malformed, call, e.to_string()))
+    }
+
+    fn error(&self, code: RpcCode, call: &'static str, message: impl Into<String>) -> RpcError {
+        RpcError::new(code, call, &self.address, message)
+    }
+}
+
+/// The answer of a call, bounded in time.
+async fn within<T>(
+    deadline: Duration,
+    call: &'static str,
+    address: &str,
+    answer: impl Future<Output = Result<tonic::Response<T>, tonic::Status>>,
+) -> Result<T, RpcError> {
+    match tokio::time::timeout(deadline, answer).await {
+        Ok(Ok(reply)) => Ok(reply.into_inner()),
+        Ok(Err(status)) => Err(RpcError::from_status(call, address, &status)),
+        Err(_) => {
+            let message = format!("no answer within {} s", deadline.as_secs_f64());
+            Err(RpcError::new(RpcCode::DeadlineExceeded, call, address, message))
+        }
+    }
+}
+
+/// The way of commands to a running participant. May be dropped or cloned freely.
+#[derive(Clone, Debug)]
+pub struct CommandSender {
+    commands: mpsc::UnboundedSender<Command>,
+    address: String,
+}
+
+impl CommandSender {
+    /// Sends a command without waiting.
+    ///
+    /// # Errors
+    /// When the run is over; its last event tells why.
+    pub fn send(&self, command: Command) -> Result<(), RpcError> {
+        self.commands
+            .send(command)
+            .map_err(|_| RpcError::new(RpcCode::FailedPrecondition, "Run", &self.address, "the run is over"))
+    }
+}
+
+/// Events of a running participant in their order, snapshots and final states complete. Dropping it gives the run up.
+#[derive(Debug)]
+pub struct EventReceiver {
+    events: mpsc::Receiver<Result<Event, RpcError>>,
+    latest_beat: watch::Receiver<Option<Beat>>,
+}
+
+impl EventReceiver {
+    /// The next event; an error or `Finished` or `Failed` is the last, then there is `None`.
+    ///
+    /// Nothing is lost when the future is dropped before it completes.
+    pub async fn recv(&mut self) -> Option<Result<Event, RpcError>> {
+        self.events.recv().await
+    }
+
+    /// The server's last sign of life.
+    pub fn latest_beat(&self) -> Option<Beat> {
+        *self.latest_beat.borrow()
+    }
+}
+
+/// Passes commands on until the run is over; keeps the server's request side open till then.
+async fn forward_commands(
+    run_id: String,
+    mut ordered: mpsc::UnboundedReceiver<Command>,
+    to_server: mpsc::Sender<wire::Command>,
+    events: mpsc::Sender<Result<Event, RpcError>>,
+) {
+    loop {
+        let command = tokio::select! {
+            () = to_server.closed() => return,
+            () = events.closed() => return,
+            command = ordered.recv() => command,
+        };
+        let Some(command) = command else { break };
+        if to_server.send(encode_command(&run_id, FIRST_EPOCH, command)).await.is_err() {
+            return;
+        }
+    }
+    tokio::select! {
+        () = to_server.closed() => {}
+        () = events.closed() => {}
+    }
+}
+
+/// The server's streams of one run.
+struct RunStreams {
+    run_id: String,
+    address: String,
+    silence: Duration,
+    batches: Streaming<wire::EventBatch>,
+    snapshots: Streaming<wire::SnapshotChunk>,
+    assembler: SnapshotAssembler,
+    events: mpsc::Sender<Result<Event, RpcError>>,
+    beats: watch::Sender<Option<Beat>>,
+}
+
+impl RunStreams {
+    /// Passes events on until the last one or an error, or until nobody listens.
+    async fn forward(mut self) {
+        let events = self.events.clone();
+        let outcome = tokio::select! {
+            () = events.closed() => return,
+            outcome = self.forward_all() => outcome,
+        };
+        if let Err(error) = outcome {
+            // Whoever stopped listening needs no error.
+            drop(events.send(Err(error)).await);
+        }
+    }
+
+    async fn forward_all(&mut self) -> Result<(), RpcError> {
+        loop {
+            let batch = self.next_batch().await?;
+            if batch.run_id != self.run_id || batch.epoch != FIRST_EPOCH {
+                let text = format!(
+                    "events are of run {:?}, epoch {}; expected {:?}, epoch {FIRST_EPOCH}",
+                    batch.run_id, batch.epoch, self.run_id
+                );
+                return Err(self.malformed(text));
+            }
+            for item in decode_batch(&batch).map_err(|e| self.malformed(e.to_string()))? {
+                if let Some((event, last)) = self.event(item).await? {
+                    if self.events.send(Ok(event)).await.is_err() || last {
+                        return Ok(());
+                    }
+                }
+            }
+        }
+    }
+
+    async fn next_batch(&mut self) -> Result<wire::EventBatch, RpcError> {
+        match tokio::time::timeout(self.silence, self.batches.message()).await {
+            Ok(Ok(Some(batch))) => Ok(batch),
+            Ok(Ok(None)) => Err(self.lost("the server ended the stream before its last event")),
+            Ok(Err(status)) => Err(RpcError::from_status("Run", &self.address, &status)),
+            Err(_) => Err(self.silent()),
+        }
+    }
+
+    /// An item as an event, and whether it is the last; `None` for a sign of life.
+    async fn event(&mut self, item: BatchItem) -> Result<Option<(Event, bool)>, RpcError> {
+        Ok(Some(match item {
+            BatchItem::Beat(beat) => {
+                self.beats.send_replace(Some(beat));
+                return Ok(None);
+            }
+            BatchItem::Step(report) => (Event::Step(*report), false),
+            BatchItem::Probes(values) => (Event::Probes(values), false),
+            BatchItem::Snapshot { index, .. } => (Event::Snapshot(self.snapshot(index).await?), false),
+            BatchItem::Finished { step, time, reached_end, counts, state_index } => {
+                let state = self.snapshot(state_index).await?;
+                (Event::Finished(FinalReport { step, time, reached_end, counts, state }), true)
+            }
+            BatchItem::Failed { fault, step, time, counts, state_index } => {
+                let state = self.snapshot(state_index).await?;
+                (Event::Failed(FailureReport { fault: *fault, step, time, counts, state }), true)
+            }
+        }))
+    }
+
+    /// Snapshot number `expected`, which is next on its stream.
+    async fn snapshot(&mut self, expected: u64) -> Result<ParticleFields, RpcError> {
+        loop {
+            let chunk = match tokio::time::timeout(self.silence, self.snapshots.message()).await {
+                Ok(Ok(Some(chunk))) => chunk,
+                Ok(Ok(None)) => {
+                    return Err(self.lost(&format!("the server ended its snapshots before number {expected}")));
+                }
+                Ok(Err(status)) => return Err(RpcError::from_status("Snapshots", &self.address, &status)),
+                Err(_) => return Err(self.silent()),
+            };
+            match self.assembler.take(chunk).map_err(|e| self.malformed(e.to_string()))? {
+                None => {}
+                Some((index, snapshot)) if index == expected => return Ok(snapshot),
+                Some((index, _)) => {
+                    return Err(self.malformed(format!("snapshot {index} came, expected {expected}")));
+                }
+            }
+        }
+    }
+
+    fn malformed(&self, message: impl Into<String>) -> RpcError {
+        RpcError::new(RpcCode::Malformed, "Run", &self.address, message)
+    }
+
+    fn lost(&self, message: &str) -> RpcError {
+        RpcError::new(RpcCode::Unavailable, "Run", &self.address, message)
+    }
+
+    fn silent(&self) -> RpcError {
+        let doing = self.beats.borrow().map_or_else(
+            || "it never gave one".to_owned(),
+            |beat| format!("at the last one it had completed {} steps and was {:?}", beat.step, beat.phase),
+        );
+        let message = format!("no sign of life for {} s; {doing}", self.silence.as_secs_f64());
+        RpcError::new(RpcCode::DeadlineExceeded, "Run", &self.address, message)
+    }
+}

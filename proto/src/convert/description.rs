@@ -1,0 +1,328 @@
+//! The handshake.
+
+use std::time::Duration;
+
+use bytes::{BufMut, BytesMut};
+use sph::exchange::Extent;
+use sph::setup::InterfaceLaw;
+use sph::solver::Role;
+use sph::vector::Vector;
+
+use super::arrays::unpack_all;
+use super::{
+    Choice, Convert, Path, WireError, choice, finite, length, list, name, not_negative, optional,
+    positive_or_infinite, required, text, wires,
+};
+use crate::description::{
+    Capabilities, Constants, CouplingKind, Description, Fact, FieldSpec, FrameField, Limits, LinkPlan,
+    OpenReport, Partner, ProtocolVersion,
+};
+use crate::limits::{MAX_BOXES, MAX_LIST};
+use crate::wire;
+
+impl Choice for CouplingKind {
+    const ALL: &'static [Self] = &[CouplingKind::States, CouplingKind::Loads];
+
+    fn code(self) -> i32 {
+        let wire = match self {
+            CouplingKind::States => wire::CouplingKind::States,
+            CouplingKind::Loads => wire::CouplingKind::Loads,
+        };
+        wire.into()
+    }
+}
+
+impl Choice for FrameField {
+    const ALL: &'static [Self] = &[
+        FrameField::Position,
+        FrameField::Velocity,
+        FrameField::Density,
+        FrameField::Pressure,
+        FrameField::Stress,
+    ];
+
+    fn code(self) -> i32 {
+        let wire = match self {
+            FrameField::Position => wire::Field::Position,
+            FrameField::Velocity => wire::Field::Velocity,
+            FrameField::Density => wire::Field::Density,
+            FrameField::Pressure => wire::Field::Pressure,
+            FrameField::Stress => wire::Field::Stress,
+        };
+        wire.into()
+    }
+}
+
+fn codes<T: Choice>(values: &[T]) -> Vec<i32> {
+    values.iter().map(|value| value.code()).collect()
+}
+
+/// Choices that are known here; a later version may add others, which this one cannot use.
+fn known<T: Choice>(codes: &[i32], at: &Path<'_>) -> Result<Vec<T>, WireError> {
+    length(codes.len(), MAX_LIST, at)?;
+    Ok(codes.iter().filter_map(|code| choice(*code, at).ok()).collect())
+}
+
+impl Convert for ProtocolVersion {
+    type Wire = wire::ProtocolVersion;
+
+    fn to_wire(&self) -> wire::ProtocolVersion {
+        wire::ProtocolVersion { major: self.major, minor: self.minor }
+    }
+
+    fn from_wire(wire: &wire::ProtocolVersion, _at: &Path<'_>) -> Result<Self, WireError> {
+        Ok(Self { major: wire.major, minor: wire.minor })
+    }
+}
+
+impl Convert for FieldSpec {
+    type Wire = wire::FieldSpec;
+
+    fn to_wire(&self) -> wire::FieldSpec {
+        wire::FieldSpec { field: self.field.code(), unit: self.unit.clone(), components: self.components }
+    }
+
+    fn from_wire(wire: &wire::FieldSpec, at: &Path<'_>) -> Result<Self, WireError> {
+        Ok(Self {
+            field: choice(wire.field, &at.field("field"))?,
+            unit: name(&wire.unit, &at.field("unit"))?,
+            components: wire.components,
+        })
+    }
+}
+
+impl Convert for Extent {
+    type Wire = wire::Extent;
+
+    fn to_wire(&self) -> wire::Extent {
+        let mut boxes = BytesMut::with_capacity(32 * self.boxes.len());
+        for (lower, upper) in &self.boxes {
+            for value in [lower.x, lower.y, upper.x, upper.y] {
+                boxes.put_f64_le(value);
+            }
+        }
+        wire::Extent { version: self.version, boxes_m: boxes.freeze() }
+    }
+
+    fn from_wire(wire: &wire::Extent, at: &Path<'_>) -> Result<Self, WireError> {
+        let at = at.field("boxes_m");
+        if !wire.boxes_m.len().is_multiple_of(32) {
+            let problem = format!("has {} bytes, must have 32 for each box", wire.boxes_m.len());
+            return Err(at.error(problem));
+        }
+        length(wire.boxes_m.len() / 32, MAX_BOXES, &at)?;
+        let numbers = unpack_all(&wire.boxes_m, &at)?;
+        let mut boxes = Vec::with_capacity(numbers.len() / 4);
+        for corner in numbers.chunks_exact(4) {
+            let (lower, upper) = (Vector::new(corner[0], corner[1]), Vector::new(corner[2], corner[3]));
+            let ordered = lower.x <= upper.x && lower.y <= upper.y;
+            if !(ordered && corner.iter().all(|value| value.is_finite())) {
+                let problem = format!("of box number {} are {corner:?}, must be finite with lower <= upper", boxes.len());
+                return Err(at.error(problem));
+            }
+            boxes.push((lower, upper));
+        }
+        Ok(Self { version: wire.version, boxes })
+    }
+}
+
+impl Convert for Limits {
+    type Wire = wire::Limits;
+
+    fn to_wire(&self) -> wire::Limits {
+        wire::Limits {
+            runs: self.runs,
+            max_message_bytes: self.max_message_bytes,
+            max_frame_bytes: self.max_frame_bytes,
+            lease_s: self.lease.as_secs_f64(),
+        }
+    }
+
+    fn from_wire(wire: &wire::Limits, at: &Path<'_>) -> Result<Self, WireError> {
+        let seconds = not_negative(wire.lease_s, &at.field("lease_s"))?;
+        Ok(Self {
+            runs: wire.runs,
+            max_message_bytes: wire.max_message_bytes,
+            max_frame_bytes: wire.max_frame_bytes,
+            lease: Duration::try_from_secs_f64(seconds).unwrap_or(Duration::MAX),
+        })
+    }
+}
+
+impl Convert for Capabilities {
+    type Wire = wire::Capabilities;
+
+    fn to_wire(&self) -> wire::Capabilities {
+        let Self { checkpoint, deterministic, adaptive_step, expressions } = *self;
+        wire::Capabilities { checkpoint, deterministic, adaptive_step, expressions }
+    }
+
+    fn from_wire(wire: &wire::Capabilities, _at: &Path<'_>) -> Result<Self, WireError> {
+        let wire::Capabilities { checkpoint, deterministic, adaptive_step, expressions } = *wire;
+        Ok(Self { checkpoint, deterministic, adaptive_step, expressions })
+    }
+}
+
+impl Convert for Description {
+    type Wire = wire::Description;
+
+    fn to_wire(&self) -> wire::Description {
+        let [lowest, highest] = self.protocols;
+        wire::Description {
+            name: self.name.clone(),
+            version: self.version.clone(),
+            build: self.build.clone(),
+            language: self.language.clone(),
+            lowest_protocol: Some(lowest.to_wire()),
+            highest_protocol: Some(highest.to_wire()),
+            roles: codes(&self.roles),
+            dimensions: self.dimensions,
+            coupling_kinds: codes(&self.coupling_kinds),
+            interface_laws: codes(&self.interface_laws),
+            arithmetic: self.arithmetic.clone(),
+            capabilities: Some(self.capabilities.to_wire()),
+            limits: Some(self.limits.to_wire()),
+        }
+    }
+
+    fn from_wire(wire: &wire::Description, at: &Path<'_>) -> Result<Self, WireError> {
+        Ok(Self {
+            name: name(&wire.name, &at.field("name"))?,
+            version: text(&wire.version, &at.field("version"))?,
+            build: text(&wire.build, &at.field("build"))?,
+            language: text(&wire.language, &at.field("language"))?,
+            protocols: [
+                required(&wire.lowest_protocol, &at.field("lowest_protocol"))?,
+                required(&wire.highest_protocol, &at.field("highest_protocol"))?,
+            ],
+            roles: known::<Role>(&wire.roles, &at.field("roles"))?,
+            dimensions: wire.dimensions,
+            coupling_kinds: known(&wire.coupling_kinds, &at.field("coupling_kinds"))?,
+            interface_laws: known::<InterfaceLaw>(&wire.interface_laws, &at.field("interface_laws"))?,
+            arithmetic: text(&wire.arithmetic, &at.field("arithmetic"))?,
+            capabilities: optional(&wire.capabilities, &at.field("capabilities"))?.unwrap_or_default(),
+            limits: required(&wire.limits, &at.field("limits"))?,
+        })
+    }
+}
+
+impl Convert for Constants {
+    type Wire = wire::Constants;
+
+    fn to_wire(&self) -> wire::Constants {
+        wire::Constants {
+            kernel: self.kernel.clone(),
+            body_force: Some(self.body_force.to_wire()),
+            coupling: self.coupling.as_ref().map(Convert::to_wire),
+            domain: Some(self.domain.to_wire()),
+            time: Some(self.time.to_wire()),
+        }
+    }
+
+    fn from_wire(wire: &wire::Constants, at: &Path<'_>) -> Result<Self, WireError> {
+        Ok(Self {
+            kernel: name(&wire.kernel, &at.field("kernel"))?,
+            body_force: required(&wire.body_force, &at.field("body_force"))?,
+            coupling: optional(&wire.coupling, &at.field("coupling"))?,
+            domain: required(&wire.domain, &at.field("domain"))?,
+            time: required(&wire.time, &at.field("time"))?,
+        })
+    }
+}
+
+impl Convert for Fact {
+    type Wire = wire::Fact;
+
+    fn to_wire(&self) -> wire::Fact {
+        wire::Fact { name: self.name.clone(), value: self.value, unit: self.unit.clone() }
+    }
+
+    fn from_wire(wire: &wire::Fact, at: &Path<'_>) -> Result<Self, WireError> {
+        Ok(Self {
+            name: name(&wire.name, &at.field("name"))?,
+            value: finite(wire.value, &at.field("value"))?,
+            unit: text(&wire.unit, &at.field("unit"))?,
+        })
+    }
+}
+
+impl Convert for OpenReport {
+    type Wire = wire::OpenReply;
+
+    fn to_wire(&self) -> wire::OpenReply {
+        wire::OpenReply {
+            run_id: self.run_id.clone(),
+            role: self.role.code(),
+            protocol: Some(self.protocol.to_wire()),
+            name: self.name.clone(),
+            version: self.version.clone(),
+            arithmetic: self.arithmetic.clone(),
+            constants: Some(self.constants.to_wire()),
+            fields_sent: wires(&self.fields_sent),
+            fields_needed: wires(&self.fields_needed),
+            extent: Some(self.extent.to_wire()),
+            time_step_limit_s: self.time_step_limit,
+            counts: Some(self.counts.to_wire()),
+            facts: wires(&self.facts),
+            coupling_kind: self.coupling_kind.code(),
+        }
+    }
+
+    fn from_wire(wire: &wire::OpenReply, at: &Path<'_>) -> Result<Self, WireError> {
+        Ok(Self {
+            run_id: name(&wire.run_id, &at.field("run_id"))?,
+            role: choice(wire.role, &at.field("role"))?,
+            protocol: required(&wire.protocol, &at.field("protocol"))?,
+            name: name(&wire.name, &at.field("name"))?,
+            version: text(&wire.version, &at.field("version"))?,
+            arithmetic: text(&wire.arithmetic, &at.field("arithmetic"))?,
+            coupling_kind: choice(wire.coupling_kind, &at.field("coupling_kind"))?,
+            constants: required(&wire.constants, &at.field("constants"))?,
+            fields_sent: list(&wire.fields_sent, at, "fields_sent")?,
+            fields_needed: list(&wire.fields_needed, at, "fields_needed")?,
+            extent: required(&wire.extent, &at.field("extent"))?,
+            time_step_limit: positive_or_infinite(wire.time_step_limit_s, &at.field("time_step_limit_s"))?,
+            counts: required(&wire.counts, &at.field("counts"))?,
+            facts: list(&wire.facts, at, "facts")?,
+        })
+    }
+}
+
+/// A link request belongs to a run, which the caller compares.
+impl Convert for LinkPlan {
+    type Wire = wire::LinkRequest;
+
+    fn to_wire(&self) -> wire::LinkRequest {
+        use wire::link_request::Partner as Wire;
+        let partner = match &self.partner {
+            Partner::Alone => Wire::Alone(wire::Unit {}),
+            Partner::Dial(address) => Wire::Dial(address.clone()),
+            Partner::Listen => Wire::Listen(wire::Unit {}),
+        };
+        wire::LinkRequest {
+            run_id: String::new(),
+            first_limit_s: self.first_limit,
+            partner_extent: Some(self.partner_extent.to_wire()),
+            partner: Some(partner),
+        }
+    }
+
+    fn from_wire(wire: &wire::LinkRequest, at: &Path<'_>) -> Result<Self, WireError> {
+        use wire::link_request::Partner as Wire;
+        let partner = match &wire.partner {
+            Some(Wire::Alone(_)) => Partner::Alone,
+            Some(Wire::Dial(address)) => Partner::Dial(name(address, &at.field("dial"))?),
+            Some(Wire::Listen(_)) => Partner::Listen,
+            None => return Err(at.field("partner").error("is missing, must be `alone`, `dial` or `listen`")),
+        };
+        let partner_extent: Option<Extent> = optional(&wire.partner_extent, &at.field("partner_extent"))?;
+        if partner_extent.is_none() && partner != Partner::Alone {
+            return Err(at.field("partner_extent").error("is missing"));
+        }
+        Ok(Self {
+            first_limit: positive_or_infinite(wire.first_limit_s, &at.field("first_limit_s"))?,
+            partner_extent: partner_extent.unwrap_or_default(),
+            partner,
+        })
+    }
+}

@@ -1,0 +1,295 @@
+//! Half-step frames. Writer and reader keep what the protocol sends only on change.
+
+use bytes::Bytes;
+use sph::exchange::{Extent, Frame, InterfaceStates, PreviousStage};
+use sph::setup::InterfaceLaw;
+use sph::solver::Role;
+use sph::stage::{StageTime, StepStage};
+
+use super::arrays::{index_count, pack, pack_indices, unpack_ids, unpack_indices, unpack_into, unpack_positive};
+use super::{Choice, Convert, Path, WireError, choice, count, finite, not_negative, optional, positive, positive_or_infinite, required};
+use crate::description::FrameField;
+use crate::limits::MAX_PARTICLES;
+use crate::wire;
+
+/// Makes the messages of own frames.
+pub(crate) struct FrameWriter {
+    run_id: String,
+    epoch: u32,
+    sends_stress: bool,
+    sent_set: Option<u64>,
+    /// Version of the own extent that the partner has.
+    told_extent: u64,
+}
+
+impl FrameWriter {
+    /// A writer of `role` under `law`, whose partner knows extent `told_extent` from the hand-shake.
+    pub(crate) fn new(run_id: &str, epoch: u32, role: Role, law: InterfaceLaw, told_extent: u64) -> Self {
+        let sends_stress = FrameField::sent_by(role, law).contains(&FrameField::Stress);
+        Self { run_id: run_id.to_owned(), epoch, sends_stress, sent_set: None, told_extent }
+    }
+
+    /// The message of `frame`.
+    pub(crate) fn write(&mut self, frame: &Frame) -> wire::Frame {
+        let states = &frame.states;
+        let set = (self.sent_set != Some(frame.set_version)).then(|| wire::ParticleSet {
+            ids: pack_indices(&states.id),
+            groups: pack_indices(&states.group),
+            masses_kg_per_m: pack(&states.mass),
+        });
+        self.sent_set = Some(frame.set_version);
+        let extent = (self.told_extent != frame.extent.version).then(|| frame.extent.to_wire());
+        self.told_extent = frame.extent.version;
+        let mut blocks = vec![
+            block(FrameField::Position, pack(&states.position)),
+            block(FrameField::Velocity, pack(&states.velocity)),
+            block(FrameField::Density, pack(&states.density)),
+            block(FrameField::Pressure, pack(&states.pressure)),
+        ];
+        if self.sends_stress || !states.stress.is_empty() {
+            blocks.push(block(FrameField::Stress, pack(&states.stress)));
+        }
+        wire::Frame {
+            run_id: self.run_id.clone(),
+            epoch: self.epoch,
+            step: frame.time.at.step,
+            stage: frame.time.at.stage.code(),
+            iteration: 0,
+            step_start_s_bits: frame.time.step_start.to_bits(),
+            time_step_s_bits: frame.time.time_step.to_bits(),
+            set_version: frame.set_version,
+            count: count(states.len()),
+            set,
+            blocks,
+            digest: frame.digest(),
+            extent_version: frame.extent.version,
+            extent,
+            partner_extent_version: frame.partner_extent_version,
+            reach_m: frame.reach,
+            time_step_limit_s: frame.time_step_limit,
+            previous: frame.previous.as_ref().map(Convert::to_wire),
+            farewell: None,
+        }
+    }
+
+    /// The message that ends the stream.
+    pub(crate) fn farewell(&self, reason: &str) -> wire::Frame {
+        wire::Frame {
+            run_id: self.run_id.clone(),
+            epoch: self.epoch,
+            farewell: Some(wire::Farewell { reason: reason.to_owned() }),
+            ..wire::Frame::default()
+        }
+    }
+}
+
+fn block(field: FrameField, data: Bytes) -> wire::Block {
+    wire::Block { field: field.code(), data }
+}
+
+impl Convert for PreviousStage {
+    type Wire = wire::PreviousStage;
+
+    fn to_wire(&self) -> wire::PreviousStage {
+        wire::PreviousStage {
+            at: Some(self.at.to_wire()),
+            sums: Some(self.sums.to_wire()),
+            used_digest: self.used_digest,
+        }
+    }
+
+    fn from_wire(wire: &wire::PreviousStage, at: &Path<'_>) -> Result<Self, WireError> {
+        Ok(Self {
+            at: required(&wire.at, &at.field("at"))?,
+            sums: required(&wire.sums, &at.field("sums"))?,
+            used_digest: wire.used_digest,
+        })
+    }
+}
+
+/// What a message of the partner was.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) enum ReceivedFrame {
+    /// The frame of the expected half-step.
+    Frame,
+    /// The partner has ended, for this reason.
+    Farewell(String),
+}
+
+/// Checks the partner's messages and makes frames of them.
+pub(crate) struct FrameReader {
+    run_id: String,
+    epoch: u32,
+    required: &'static [FrameField],
+    last: Option<StepStage>,
+    set: Option<KnownSet>,
+    extent: Extent,
+}
+
+/// The last set that came.
+struct KnownSet {
+    version: u64,
+    id: Vec<u32>,
+    group: Vec<u32>,
+    mass: Vec<f64>,
+}
+
+impl FrameReader {
+    /// A reader for frames of `partner` under `law`, whose extent is `extent` from the hand-shake.
+    pub(crate) fn new(run_id: &str, epoch: u32, partner: Role, law: InterfaceLaw, extent: Extent) -> Self {
+        Self {
+            run_id: run_id.to_owned(),
+            epoch,
+            required: FrameField::sent_by(partner, law),
+            last: None,
+            set: None,
+            extent,
+        }
+    }
+
+    /// Checks that `wire` is the partner's frame of half-step `expected` and fills `frame` from it.
+    pub(crate) fn read(
+        &mut self,
+        wire: &wire::Frame,
+        expected: StepStage,
+        frame: &mut Frame,
+    ) -> Result<ReceivedFrame, WireError> {
+        let at = Path::root("frame");
+        if wire.run_id != self.run_id {
+            let problem = format!("is {:?}, expected {:?}", wire.run_id, self.run_id);
+            return Err(at.field("run_id").error(problem));
+        }
+        if wire.epoch != self.epoch {
+            return Err(at.field("epoch").error(format!("is {}, expected {}", wire.epoch, self.epoch)));
+        }
+        if let Some(farewell) = &wire.farewell {
+            return Ok(ReceivedFrame::Farewell(farewell.reason.chars().take(1000).collect()));
+        }
+        self.check_order(wire, expected, &at)?;
+        frame.time = StageTime {
+            at: expected,
+            step_start: finite(f64::from_bits(wire.step_start_s_bits), &at.field("step_start_s_bits"))?,
+            time_step: positive(f64::from_bits(wire.time_step_s_bits), &at.field("time_step_s_bits"))?,
+        };
+        self.read_set(wire, &at)?;
+        self.read_states(wire, &mut frame.states, &at)?;
+        frame.set_version = wire.set_version;
+        let digest = frame.digest();
+        if digest != wire.digest {
+            let problem = format!("is {:08x}, but the data have {digest:08x} (DATA_LOSS)", wire.digest);
+            return Err(at.field("digest").error(problem));
+        }
+        self.read_extent(wire, &at)?;
+        frame.extent.clone_from(&self.extent);
+        frame.partner_extent_version = wire.partner_extent_version;
+        frame.reach = not_negative(wire.reach_m, &at.field("reach_m"))?;
+        frame.time_step_limit = positive_or_infinite(wire.time_step_limit_s, &at.field("time_step_limit_s"))?;
+        frame.previous = optional(&wire.previous, &at.field("previous"))?;
+        self.last = Some(expected);
+        Ok(ReceivedFrame::Frame)
+    }
+
+    fn check_order(&self, wire: &wire::Frame, expected: StepStage, at: &Path<'_>) -> Result<(), WireError> {
+        let got = StepStage { step: wire.step, stage: choice(wire.stage, &at.field("stage"))? };
+        if got != expected {
+            let remark = match self.last {
+                Some(last) if got == last => ", which came before: a duplicate",
+                Some(last) if got < last => ", which is past",
+                _ => "",
+            };
+            return Err(at.error(format!("expected that of {expected}, got {got}{remark}")));
+        }
+        if wire.iteration != 0 {
+            let problem = format!("is {}, expected 0", wire.iteration);
+            return Err(at.field("iteration").error(problem));
+        }
+        Ok(())
+    }
+
+    fn read_set(&mut self, wire: &wire::Frame, at: &Path<'_>) -> Result<(), WireError> {
+        let Some(set) = &wire.set else {
+            return match &self.set {
+                Some(known) if known.version == wire.set_version => Ok(()),
+                Some(known) => {
+                    let problem = format!("is {} without a set, the last set was {}", wire.set_version, known.version);
+                    Err(at.field("set_version").error(problem))
+                }
+                None => Err(at.field("set").error("is missing in the first frame")),
+            };
+        };
+        let at = at.field("set");
+        let count = index_count(&set.ids, &at.field("ids"))?;
+        self.set = Some(KnownSet {
+            version: wire.set_version,
+            id: unpack_ids(&set.ids, count, &at.field("ids"))?,
+            group: unpack_indices(&set.groups, count, &at.field("groups"))?,
+            mass: unpack_positive(&set.masses_kg_per_m, count, &at.field("masses_kg_per_m"))?,
+        });
+        Ok(())
+    }
+
+    fn read_states(
+        &self,
+        wire: &wire::Frame,
+        states: &mut InterfaceStates,
+        at: &Path<'_>,
+    ) -> Result<(), WireError> {
+        let Some(known) = &self.set else { return Err(at.field("set").error("is missing")) };
+        let count = known.id.len();
+        if count > MAX_PARTICLES || wire.count != super::count(count) {
+            let problem = format!("is {}, but the set has {count} particles", wire.count);
+            return Err(at.field("count").error(problem));
+        }
+        states.clear();
+        states.id.extend_from_slice(&known.id);
+        states.group.extend_from_slice(&known.group);
+        states.mass.extend_from_slice(&known.mass);
+        let mut found = Vec::with_capacity(wire.blocks.len().min(FrameField::ALL.len()));
+        for (k, block) in wire.blocks.iter().enumerate() {
+            let at = at.item("blocks", k);
+            let field: FrameField = choice(block.field, &at.field("field"))?;
+            if found.contains(&field) {
+                return Err(at.field("field").error(format!("repeats the {}", field.name())));
+            }
+            found.push(field);
+            let at = at.field(field.name());
+            match field {
+                FrameField::Position => unpack_into(&block.data, count, &mut states.position, &at)?,
+                FrameField::Velocity => unpack_into(&block.data, count, &mut states.velocity, &at)?,
+                FrameField::Density => {
+                    unpack_into(&block.data, count, &mut states.density, &at)?;
+                    if let Some(i) = states.density.iter().position(|density| *density <= 0.0) {
+                        let problem = format!("of particle number {i} is {:?}, must be positive", states.density[i]);
+                        return Err(at.error(problem));
+                    }
+                }
+                FrameField::Pressure => unpack_into(&block.data, count, &mut states.pressure, &at)?,
+                FrameField::Stress => unpack_into(&block.data, count, &mut states.stress, &at)?,
+            }
+        }
+        match self.required.iter().find(|field| !found.contains(field)) {
+            None => Ok(()),
+            Some(missing) => Err(at.field("blocks").error(format!("lack the {}", missing.name()))),
+        }
+    }
+
+    fn read_extent(&mut self, wire: &wire::Frame, at: &Path<'_>) -> Result<(), WireError> {
+        match &wire.extent {
+            Some(extent) => {
+                let extent: Extent = Convert::from_wire(extent, &at.field("extent"))?;
+                if extent.version != wire.extent_version {
+                    let problem = format!("is {}, extent_version is {}", extent.version, wire.extent_version);
+                    return Err(at.field("extent").field("version").error(problem));
+                }
+                self.extent = extent;
+                Ok(())
+            }
+            None if wire.extent_version == self.extent.version => Ok(()),
+            None => {
+                let problem =
+                    format!("is {} without an extent, the last was {}", wire.extent_version, self.extent.version);
+                Err(at.field("extent_version").error(problem))
+            }
+        }
+    }
+}

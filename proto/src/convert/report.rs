@@ -1,0 +1,255 @@
+//! Books, facts and faults: numbers of a report may be anything, so that a breakdown can be told.
+
+use sph::ledger::{Account, Accounts, Breach, Check, Energies, InterfaceSums, StageBooks};
+use sph::solver::{Counts, Divergence, Fault};
+use sph::stage::StepStage;
+use sph::vector::Vector;
+
+use super::{Choice, Convert, Path, WireError, any_vector, choice, required, text};
+use crate::wire;
+
+impl Choice for Check {
+    const ALL: &'static [Self] = &[Check::Force, Check::Torque, Check::Momentum];
+
+    fn code(self) -> i32 {
+        let wire = match self {
+            Check::Force => wire::Check::Force,
+            Check::Torque => wire::Check::Torque,
+            Check::Momentum => wire::Check::Momentum,
+        };
+        wire.into()
+    }
+}
+
+impl Convert for StepStage {
+    type Wire = wire::StepStage;
+
+    fn to_wire(&self) -> wire::StepStage {
+        wire::StepStage { step: self.step, stage: self.stage.code() }
+    }
+
+    fn from_wire(wire: &wire::StepStage, at: &Path<'_>) -> Result<Self, WireError> {
+        Ok(Self { step: wire.step, stage: choice(wire.stage, &at.field("stage"))? })
+    }
+}
+
+impl Convert for InterfaceSums {
+    type Wire = wire::InterfaceSums;
+
+    fn to_wire(&self) -> wire::InterfaceSums {
+        wire::InterfaceSums {
+            force_n_per_m: Some(self.force.to_wire()),
+            gross_force_n_per_m: self.gross_force,
+            torque_n: self.torque,
+            gross_torque_n: self.gross_torque,
+            couple_n: self.couple,
+            power_w_per_m: self.power,
+            pairs: self.pairs,
+        }
+    }
+
+    fn from_wire(wire: &wire::InterfaceSums, _at: &Path<'_>) -> Result<Self, WireError> {
+        Ok(Self {
+            force: any_vector(&wire.force_n_per_m),
+            gross_force: wire.gross_force_n_per_m,
+            torque: wire.torque_n,
+            gross_torque: wire.gross_torque_n,
+            couple: wire.couple_n,
+            power: wire.power_w_per_m,
+            pairs: wire.pairs,
+        })
+    }
+}
+
+impl Convert for Accounts {
+    type Wire = wire::Accounts;
+
+    fn to_wire(&self) -> wire::Accounts {
+        let force = |account| Some(self.get(account).to_wire());
+        wire::Accounts {
+            body_force_n_per_m: force(Account::BodyForce),
+            walls_n_per_m: force(Account::Walls),
+            supports_n_per_m: force(Account::Supports),
+            wall_contact_n_per_m: force(Account::WallContact),
+            damping_n_per_m: force(Account::Damping),
+            stabilisers_n_per_m: force(Account::Stabilisers),
+            removed_n_per_m: force(Account::Removed),
+        }
+    }
+
+    fn from_wire(wire: &wire::Accounts, _at: &Path<'_>) -> Result<Self, WireError> {
+        let forces: [Vector; Account::ALL.len()] = Account::ALL.map(|account| {
+            any_vector(match account {
+                Account::BodyForce => &wire.body_force_n_per_m,
+                Account::Walls => &wire.walls_n_per_m,
+                Account::Supports => &wire.supports_n_per_m,
+                Account::WallContact => &wire.wall_contact_n_per_m,
+                Account::Damping => &wire.damping_n_per_m,
+                Account::Stabilisers => &wire.stabilisers_n_per_m,
+                Account::Removed => &wire.removed_n_per_m,
+            })
+        });
+        Ok(Self::from(forces))
+    }
+}
+
+impl Convert for StageBooks {
+    type Wire = wire::StageBooks;
+
+    fn to_wire(&self) -> wire::StageBooks {
+        wire::StageBooks {
+            interface: Some(self.interface.to_wire()),
+            accounts: Some(self.accounts.to_wire()),
+            duration_s: self.duration,
+            momentum_change_kg_per_s: Some(self.momentum_change.to_wire()),
+            gross_momentum_kg_per_s: self.gross_momentum,
+        }
+    }
+
+    fn from_wire(wire: &wire::StageBooks, at: &Path<'_>) -> Result<Self, WireError> {
+        Ok(Self {
+            interface: required(&wire.interface, &at.field("interface"))?,
+            accounts: required(&wire.accounts, &at.field("accounts"))?,
+            duration: wire.duration_s,
+            momentum_change: any_vector(&wire.momentum_change_kg_per_s),
+            gross_momentum: wire.gross_momentum_kg_per_s,
+        })
+    }
+}
+
+impl Convert for Energies {
+    type Wire = wire::Energies;
+
+    fn to_wire(&self) -> wire::Energies {
+        wire::Energies {
+            kinetic_j_per_m: self.kinetic,
+            potential_j_per_m: self.potential,
+            internal_j_per_m: self.internal,
+        }
+    }
+
+    fn from_wire(wire: &wire::Energies, _at: &Path<'_>) -> Result<Self, WireError> {
+        Ok(Self {
+            kinetic: wire.kinetic_j_per_m,
+            potential: wire.potential_j_per_m,
+            internal: wire.internal_j_per_m,
+        })
+    }
+}
+
+impl Convert for Counts {
+    type Wire = wire::Counts;
+
+    fn to_wire(&self) -> wire::Counts {
+        let Self { particles, wall_particles, list_builds, lost, outflow, largest_interface } = *self;
+        wire::Counts { particles, wall_particles, list_builds, lost, outflow, largest_interface }
+    }
+
+    fn from_wire(wire: &wire::Counts, _at: &Path<'_>) -> Result<Self, WireError> {
+        let wire::Counts { particles, wall_particles, list_builds, lost, outflow, largest_interface } = *wire;
+        Ok(Self { particles, wall_particles, list_builds, lost, outflow, largest_interface })
+    }
+}
+
+impl Convert for Divergence {
+    type Wire = wire::Divergence;
+
+    fn to_wire(&self) -> wire::Divergence {
+        wire::Divergence {
+            at: Some(self.at.to_wire()),
+            particle: self.particle,
+            position_m: self.position.map(|[x, y]| wire::Vector { x, y }),
+            quantity: self.quantity.clone(),
+            value: self.value,
+            allowed: self.allowed.clone(),
+            hint: self.hint.clone(),
+        }
+    }
+
+    fn from_wire(wire: &wire::Divergence, at: &Path<'_>) -> Result<Self, WireError> {
+        Ok(Self {
+            at: required(&wire.at, &at.field("at"))?,
+            particle: wire.particle,
+            position: wire.position_m.as_ref().map(|position| [position.x, position.y]),
+            quantity: text(&wire.quantity, &at.field("quantity"))?,
+            value: wire.value,
+            allowed: text(&wire.allowed, &at.field("allowed"))?,
+            hint: text(&wire.hint, &at.field("hint"))?,
+        })
+    }
+}
+
+impl Convert for Breach {
+    type Wire = wire::Breach;
+
+    fn to_wire(&self) -> wire::Breach {
+        wire::Breach {
+            at: Some(self.at.to_wire()),
+            check: self.check.code(),
+            residual: self.residual,
+            tolerance: self.tolerance,
+        }
+    }
+
+    fn from_wire(wire: &wire::Breach, at: &Path<'_>) -> Result<Self, WireError> {
+        Ok(Self {
+            at: required(&wire.at, &at.field("at"))?,
+            check: choice(wire.check, &at.field("check"))?,
+            residual: wire.residual,
+            tolerance: wire.tolerance,
+        })
+    }
+}
+
+impl Convert for Fault {
+    type Wire = wire::Fault;
+
+    fn to_wire(&self) -> wire::Fault {
+        use wire::fault::Kind;
+        let kind = match self {
+            Fault::Diverged(divergence) => Kind::Diverged(divergence.to_wire()),
+            Fault::Ledger(breach) => Kind::Ledger(breach.to_wire()),
+            Fault::StaleFrame { at, sent, used } => {
+                Kind::StaleFrame(wire::StaleFrame { at: Some(at.to_wire()), sent: *sent, used: *used })
+            }
+            Fault::Coverage { at, shortfall } => {
+                Kind::Coverage(wire::CoverageGap { at: Some(at.to_wire()), shortfall_m: *shortfall })
+            }
+            Fault::Clock { at, difference } => Kind::Clock(wire::ClockDifference {
+                at: Some(at.to_wire()),
+                difference: difference.clone(),
+            }),
+            Fault::Peer { at, message } => {
+                Kind::Peer(wire::PeerFault { at: Some(at.to_wire()), message: message.clone() })
+            }
+            Fault::Aborted { at } => Kind::Aborted(wire::Aborted { at: Some(at.to_wire()) }),
+        };
+        wire::Fault { kind: Some(kind) }
+    }
+
+    fn from_wire(wire: &wire::Fault, at: &Path<'_>) -> Result<Self, WireError> {
+        use wire::fault::Kind;
+        let when = |stage: &Option<wire::StepStage>| required(stage, &at.field("at"));
+        Ok(match &wire.kind {
+            Some(Kind::Diverged(divergence)) => {
+                Fault::Diverged(Divergence::from_wire(divergence, &at.field("diverged"))?)
+            }
+            Some(Kind::Ledger(breach)) => Fault::Ledger(Breach::from_wire(breach, &at.field("ledger"))?),
+            Some(Kind::StaleFrame(stale)) => {
+                Fault::StaleFrame { at: when(&stale.at)?, sent: stale.sent, used: stale.used }
+            }
+            Some(Kind::Coverage(gap)) => {
+                Fault::Coverage { at: when(&gap.at)?, shortfall: gap.shortfall_m }
+            }
+            Some(Kind::Clock(clock)) => Fault::Clock {
+                at: when(&clock.at)?,
+                difference: text(&clock.difference, &at.field("difference"))?,
+            },
+            Some(Kind::Peer(peer)) => {
+                Fault::Peer { at: when(&peer.at)?, message: text(&peer.message, &at.field("message"))? }
+            }
+            Some(Kind::Aborted(aborted)) => Fault::Aborted { at: when(&aborted.at)? },
+            None => return Err(at.field("kind").error("is missing or of a later version of the protocol")),
+        })
+    }
+}

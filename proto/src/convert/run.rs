@@ -1,0 +1,414 @@
+//! The part of a set-up that both participants receive.
+
+use sph::domain::Domain;
+use sph::setup::{
+    BodyForce, BreachAction, Coupling, Damping, FluidConstants, GradientCorrection, InterfaceLaw,
+    LedgerPolicy, Motion, OutputPlan, RunSetup, StepPolicy, TimePlan, WallCondition, WallParticles,
+    WallSetup,
+};
+use sph::solver::Role;
+use sph::stage::Stage;
+use sph::vector::DIMENSIONS;
+
+use super::arrays::{index_count, pack, pack_indices, unpack, unpack_indices_below};
+use super::{
+    Choice, Convert, Path, WireError, choice, finite, flags_from_wire, flags_to_wire, fraction, name,
+    not_negative, optional, positive, positive_or_infinite, required, text,
+};
+use crate::wire;
+
+impl Choice for Role {
+    const ALL: &'static [Self] = &[Role::Fluid, Role::Solid];
+
+    fn code(self) -> i32 {
+        let wire = match self {
+            Role::Fluid => wire::Role::Fluid,
+            Role::Solid => wire::Role::Solid,
+        };
+        wire.into()
+    }
+}
+
+impl Choice for Stage {
+    const ALL: &'static [Self] = &Stage::BOTH;
+
+    fn code(self) -> i32 {
+        let wire = match self {
+            Stage::Predictor => wire::Stage::Predictor,
+            Stage::Corrector => wire::Stage::Corrector,
+        };
+        wire.into()
+    }
+}
+
+impl Choice for BreachAction {
+    const ALL: &'static [Self] = &[BreachAction::Warn, BreachAction::Stop];
+
+    fn code(self) -> i32 {
+        let wire = match self {
+            BreachAction::Warn => wire::BreachAction::Warn,
+            BreachAction::Stop => wire::BreachAction::Stop,
+        };
+        wire.into()
+    }
+}
+
+impl Choice for InterfaceLaw {
+    const ALL: &'static [Self] = &[InterfaceLaw::Wall, InterfaceLaw::WallNoSlip, InterfaceLaw::PlainSum];
+
+    fn code(self) -> i32 {
+        let wire = match self {
+            InterfaceLaw::Wall => wire::InterfaceLaw::Wall,
+            InterfaceLaw::WallNoSlip => wire::InterfaceLaw::WallNoSlip,
+            InterfaceLaw::PlainSum => wire::InterfaceLaw::PlainSum,
+        };
+        wire.into()
+    }
+}
+
+impl Choice for GradientCorrection {
+    const ALL: &'static [Self] =
+        &[GradientCorrection::None, GradientCorrection::LatticeMoment, GradientCorrection::Renormalised];
+
+    fn code(self) -> i32 {
+        let wire = match self {
+            GradientCorrection::None => wire::GradientCorrection::None,
+            GradientCorrection::LatticeMoment => wire::GradientCorrection::LatticeMoment,
+            GradientCorrection::Renormalised => wire::GradientCorrection::Renormalised,
+        };
+        wire.into()
+    }
+}
+
+impl Choice for WallCondition {
+    const ALL: &'static [Self] = &[WallCondition::Slip, WallCondition::NoSlip];
+
+    fn code(self) -> i32 {
+        let wire = match self {
+            WallCondition::Slip => wire::WallCondition::Slip,
+            WallCondition::NoSlip => wire::WallCondition::NoSlip,
+        };
+        wire.into()
+    }
+}
+
+impl Convert for RunSetup {
+    type Wire = wire::RunSetup;
+
+    fn to_wire(&self) -> wire::RunSetup {
+        let Self { run_id, domain, time, body_force, outputs, ledger, coupling } = self;
+        wire::RunSetup {
+            run_id: run_id.clone(),
+            domain: Some(domain.to_wire()),
+            time: Some(time.to_wire()),
+            body_force: Some(body_force.to_wire()),
+            outputs: Some(outputs.to_wire()),
+            ledger: Some(ledger.to_wire()),
+            coupling: coupling.as_ref().map(Convert::to_wire),
+        }
+    }
+
+    fn from_wire(wire: &wire::RunSetup, at: &Path<'_>) -> Result<Self, WireError> {
+        Ok(Self {
+            run_id: name(&wire.run_id, &at.field("run_id"))?,
+            domain: required(&wire.domain, &at.field("domain"))?,
+            time: required(&wire.time, &at.field("time"))?,
+            body_force: required(&wire.body_force, &at.field("body_force"))?,
+            outputs: required(&wire.outputs, &at.field("outputs"))?,
+            ledger: required(&wire.ledger, &at.field("ledger"))?,
+            coupling: optional(&wire.coupling, &at.field("coupling"))?,
+        })
+    }
+}
+
+impl Convert for Domain {
+    type Wire = wire::Domain;
+
+    fn to_wire(&self) -> wire::Domain {
+        wire::Domain {
+            lower_m: Some(self.lower.to_wire()),
+            upper_m: Some(self.upper.to_wire()),
+            periodic: flags_to_wire(self.periodic),
+        }
+    }
+
+    fn from_wire(wire: &wire::Domain, at: &Path<'_>) -> Result<Self, WireError> {
+        let domain = Self {
+            lower: required(&wire.lower_m, &at.field("lower_m"))?,
+            upper: required(&wire.upper_m, &at.field("upper_m"))?,
+            periodic: flags_from_wire(&wire.periodic),
+        };
+        for axis in 0..DIMENSIONS {
+            let (lower, upper) = (domain.lower[axis], domain.upper[axis]);
+            if lower >= upper {
+                let at = at.field("upper_m");
+                return Err(at.error(format!("is {upper:?} on axis {axis}, must exceed lower_m {lower:?}")));
+            }
+            // Products of positions with the size must stay finite.
+            positive(upper - lower, &at.field("upper_m"))?;
+        }
+        Ok(domain)
+    }
+}
+
+impl Convert for TimePlan {
+    type Wire = wire::TimePlan;
+
+    fn to_wire(&self) -> wire::TimePlan {
+        use wire::time_plan::Step;
+        let step = match self.step {
+            StepPolicy::Fixed { time_step } => Step::Fixed(wire::FixedStep { time_step_s: time_step }),
+            StepPolicy::Adaptive { factor, maximum, growth } => {
+                Step::Adaptive(wire::AdaptiveStep { factor, maximum_s: maximum, growth })
+            }
+        };
+        wire::TimePlan { start_time_s: self.start_time, end_time_s: self.end_time, step: Some(step) }
+    }
+
+    fn from_wire(wire: &wire::TimePlan, at: &Path<'_>) -> Result<Self, WireError> {
+        use wire::time_plan::Step;
+        let start_time = finite(wire.start_time_s, &at.field("start_time_s"))?;
+        let end_time = finite(wire.end_time_s, &at.field("end_time_s"))?;
+        if end_time < start_time {
+            let problem = format!("is {end_time:?}, must not lie before start_time_s {start_time:?}");
+            return Err(at.field("end_time_s").error(problem));
+        }
+        let step = match &wire.step {
+            Some(Step::Fixed(step)) => {
+                let at = at.field("fixed");
+                StepPolicy::Fixed { time_step: positive(step.time_step_s, &at.field("time_step_s"))? }
+            }
+            Some(Step::Adaptive(step)) => {
+                let at = at.field("adaptive");
+                let growth = positive_or_infinite(step.growth, &at.field("growth"))?;
+                if growth <= 1.0 {
+                    return Err(at.field("growth").error(format!("is {growth:?}, must be above 1")));
+                }
+                StepPolicy::Adaptive {
+                    factor: fraction(step.factor, &at.field("factor"))?,
+                    maximum: positive_or_infinite(step.maximum_s, &at.field("maximum_s"))?,
+                    growth,
+                }
+            }
+            None => return Err(at.field("step").error("is missing, must be `fixed` or `adaptive`")),
+        };
+        Ok(Self { start_time, end_time, step })
+    }
+}
+
+/// One text per axis.
+pub(super) type TextPair = [String; DIMENSIONS];
+
+impl Convert for TextPair {
+    type Wire = wire::ExpressionPair;
+
+    fn to_wire(&self) -> wire::ExpressionPair {
+        let [x, y] = self;
+        wire::ExpressionPair { x: x.clone(), y: y.clone() }
+    }
+
+    fn from_wire(wire: &wire::ExpressionPair, at: &Path<'_>) -> Result<Self, WireError> {
+        Ok([text(&wire.x, &at.field("x"))?, text(&wire.y, &at.field("y"))?])
+    }
+}
+
+impl Convert for BodyForce {
+    type Wire = wire::BodyForce;
+
+    fn to_wire(&self) -> wire::BodyForce {
+        wire::BodyForce {
+            gravity_m_per_s2: Some(self.gravity.to_wire()),
+            expressions_m_per_s2: self.expressions.as_ref().map(Convert::to_wire),
+        }
+    }
+
+    fn from_wire(wire: &wire::BodyForce, at: &Path<'_>) -> Result<Self, WireError> {
+        Ok(Self {
+            gravity: required(&wire.gravity_m_per_s2, &at.field("gravity_m_per_s2"))?,
+            expressions: optional(&wire.expressions_m_per_s2, &at.field("expressions_m_per_s2"))?,
+        })
+    }
+}
+
+impl Convert for OutputPlan {
+    type Wire = wire::OutputPlan;
+
+    fn to_wire(&self) -> wire::OutputPlan {
+        wire::OutputPlan {
+            snapshot_interval_s: self.snapshot_interval,
+            probe_interval_s: self.probe_interval,
+        }
+    }
+
+    fn from_wire(wire: &wire::OutputPlan, at: &Path<'_>) -> Result<Self, WireError> {
+        let interval = |value: Option<f64>, name| value.map(|v| positive(v, &at.field(name))).transpose();
+        Ok(Self {
+            snapshot_interval: interval(wire.snapshot_interval_s, "snapshot_interval_s")?,
+            probe_interval: interval(wire.probe_interval_s, "probe_interval_s")?,
+        })
+    }
+}
+
+impl Convert for LedgerPolicy {
+    type Wire = wire::LedgerPolicy;
+
+    fn to_wire(&self) -> wire::LedgerPolicy {
+        wire::LedgerPolicy {
+            action: self.action.code(),
+            balance_tolerance: self.balance_tolerance,
+            momentum_tolerance: self.momentum_tolerance,
+        }
+    }
+
+    fn from_wire(wire: &wire::LedgerPolicy, at: &Path<'_>) -> Result<Self, WireError> {
+        Ok(Self {
+            action: choice(wire.action, &at.field("action"))?,
+            balance_tolerance: not_negative(wire.balance_tolerance, &at.field("balance_tolerance"))?,
+            momentum_tolerance: not_negative(wire.momentum_tolerance, &at.field("momentum_tolerance"))?,
+        })
+    }
+}
+
+impl Convert for Coupling {
+    type Wire = wire::Coupling;
+
+    fn to_wire(&self) -> wire::Coupling {
+        wire::Coupling {
+            law: self.law.code(),
+            fluid: Some(self.fluid.to_wire()),
+            solid_spacing_m: self.solid_spacing,
+            margin_m: self.margin,
+        }
+    }
+
+    fn from_wire(wire: &wire::Coupling, at: &Path<'_>) -> Result<Self, WireError> {
+        Ok(Self {
+            law: choice(wire.law, &at.field("law"))?,
+            fluid: required(&wire.fluid, &at.field("fluid"))?,
+            solid_spacing: positive(wire.solid_spacing_m, &at.field("solid_spacing_m"))?,
+            margin: not_negative(wire.margin_m, &at.field("margin_m"))?,
+        })
+    }
+}
+
+impl Convert for FluidConstants {
+    type Wire = wire::FluidConstants;
+
+    fn to_wire(&self) -> wire::FluidConstants {
+        wire::FluidConstants {
+            rest_density_kg_per_m3: self.rest_density,
+            sound_speed_m_per_s: self.sound_speed,
+            exponent: self.exponent,
+            dynamic_viscosity_pa_s: self.dynamic_viscosity,
+            smoothing_length_m: self.smoothing_length,
+            particle_spacing_m: self.particle_spacing,
+            viscosity_a: self.viscosity_a,
+            viscosity_b: self.viscosity_b,
+            lambda: self.lambda,
+            correction: self.correction.code(),
+        }
+    }
+
+    fn from_wire(wire: &wire::FluidConstants, at: &Path<'_>) -> Result<Self, WireError> {
+        Ok(Self {
+            rest_density: positive(wire.rest_density_kg_per_m3, &at.field("rest_density_kg_per_m3"))?,
+            sound_speed: positive(wire.sound_speed_m_per_s, &at.field("sound_speed_m_per_s"))?,
+            exponent: positive(wire.exponent, &at.field("exponent"))?,
+            dynamic_viscosity: not_negative(
+                wire.dynamic_viscosity_pa_s,
+                &at.field("dynamic_viscosity_pa_s"),
+            )?,
+            smoothing_length: positive(wire.smoothing_length_m, &at.field("smoothing_length_m"))?,
+            particle_spacing: positive(wire.particle_spacing_m, &at.field("particle_spacing_m"))?,
+            viscosity_a: not_negative(wire.viscosity_a, &at.field("viscosity_a"))?,
+            viscosity_b: not_negative(wire.viscosity_b, &at.field("viscosity_b"))?,
+            lambda: not_negative(wire.lambda, &at.field("lambda"))?,
+            correction: choice(wire.correction, &at.field("correction"))?,
+        })
+    }
+}
+
+impl Convert for Damping {
+    type Wire = wire::Damping;
+
+    fn to_wire(&self) -> wire::Damping {
+        wire::Damping { rate_per_s: self.rate, until_s: self.until }
+    }
+
+    fn from_wire(wire: &wire::Damping, at: &Path<'_>) -> Result<Self, WireError> {
+        Ok(Self {
+            rate: not_negative(wire.rate_per_s, &at.field("rate_per_s"))?,
+            until: finite(wire.until_s, &at.field("until_s"))?,
+        })
+    }
+}
+
+impl Convert for Motion {
+    type Wire = wire::Motion;
+
+    fn to_wire(&self) -> wire::Motion {
+        wire::Motion {
+            displacement_m: Some(self.displacement.to_wire()),
+            angle_rad: self.angle.clone(),
+            pivot_m: Some(self.pivot.to_wire()),
+        }
+    }
+
+    fn from_wire(wire: &wire::Motion, at: &Path<'_>) -> Result<Self, WireError> {
+        Ok(Self {
+            displacement: required(&wire.displacement_m, &at.field("displacement_m"))?,
+            angle: text(&wire.angle_rad, &at.field("angle_rad"))?,
+            pivot: required(&wire.pivot_m, &at.field("pivot_m"))?,
+        })
+    }
+}
+
+/// A time of release, which may be absent.
+pub(super) fn release_time(wire: Option<f64>, at: &Path<'_>) -> Result<Option<f64>, WireError> {
+    wire.map(|time| finite(time, &at.field("release_time_s"))).transpose()
+}
+
+impl Convert for WallSetup {
+    type Wire = wire::WallSetup;
+
+    fn to_wire(&self) -> wire::WallSetup {
+        wire::WallSetup {
+            name: self.name.clone(),
+            condition: self.condition.code(),
+            motion: self.motion.as_ref().map(Convert::to_wire),
+            release_time_s: self.release_time,
+        }
+    }
+
+    fn from_wire(wire: &wire::WallSetup, at: &Path<'_>) -> Result<Self, WireError> {
+        Ok(Self {
+            name: name(&wire.name, &at.field("name"))?,
+            condition: choice(wire.condition, &at.field("condition"))?,
+            motion: optional(&wire.motion, &at.field("motion"))?,
+            release_time: release_time(wire.release_time_s, at)?,
+        })
+    }
+}
+
+pub(super) fn wall_particles_to_wire(particles: &WallParticles) -> wire::WallParticles {
+    wire::WallParticles {
+        walls: pack_indices(&particles.wall),
+        positions_m: pack(&particles.position),
+        normals: pack(&particles.normal),
+    }
+}
+
+/// Wall particles of `walls` walls; an absent message has none.
+pub(super) fn wall_particles_from_wire(
+    wire: &Option<wire::WallParticles>,
+    walls: usize,
+    at: &Path<'_>,
+) -> Result<WallParticles, WireError> {
+    let Some(wire) = wire else { return Ok(WallParticles::default()) };
+    let count = index_count(&wire.walls, &at.field("walls"))?;
+    Ok(WallParticles {
+        wall: unpack_indices_below(&wire.walls, count, walls, "walls", &at.field("walls"))?,
+        position: unpack(&wire.positions_m, count, &at.field("positions_m"))?,
+        normal: unpack(&wire.normals, count, &at.field("normals"))?,
+    })
+}

@@ -1,0 +1,335 @@
+//! The set-up of a solid solver.
+
+use sph::setup::{
+    BodySetup, ContactLaw, ElasticMaterial, Formulation, SolidParticles, SolidProbe, SolidProbeKind,
+    SolidSetup, Support, UpdatedLagrangian,
+};
+
+use super::arrays::{
+    index_count, pack, pack_indices, unpack, unpack_ids, unpack_indices, unpack_indices_below,
+    unpack_positive,
+};
+use super::run::{release_time, wall_particles_from_wire, wall_particles_to_wire};
+use super::{
+    Convert, Path, WireError, flags_from_wire, flags_to_wire, index, list, name, not_negative,
+    optional, positive, required, wires,
+};
+use crate::wire;
+
+impl Convert for SolidSetup {
+    type Wire = wire::SolidSetup;
+
+    fn to_wire(&self) -> wire::SolidSetup {
+        let Self {
+            run,
+            particle_spacing,
+            bodies,
+            particles,
+            contact,
+            walls,
+            wall_particles,
+            damping,
+            probes,
+            lost_particle_limit,
+        } = self;
+        wire::SolidSetup {
+            run: Some(run.to_wire()),
+            particle_spacing_m: *particle_spacing,
+            bodies: wires(bodies),
+            particles: Some(particles_to_wire(particles)),
+            contact: Some(contact.to_wire()),
+            walls: wires(walls),
+            wall_particles: Some(wall_particles_to_wire(wall_particles)),
+            damping: damping.as_ref().map(Convert::to_wire),
+            probes: wires(probes),
+            lost_particle_limit: *lost_particle_limit,
+        }
+    }
+
+    fn from_wire(wire: &wire::SolidSetup, at: &Path<'_>) -> Result<Self, WireError> {
+        let bodies: Vec<BodySetup> = list(&wire.bodies, at, "bodies")?;
+        let walls: Vec<_> = list(&wire.walls, at, "walls")?;
+        let probes: Vec<SolidProbe> = list(&wire.probes, at, "probes")?;
+        for (k, probe) in probes.iter().enumerate() {
+            check_probe(probe, &bodies, &at.item("probes", k))?;
+        }
+        Ok(Self {
+            run: required(&wire.run, &at.field("run"))?,
+            particle_spacing: positive(wire.particle_spacing_m, &at.field("particle_spacing_m"))?,
+            particles: particles_from_wire(&wire.particles, &bodies, &at.field("particles"))?,
+            contact: required(&wire.contact, &at.field("contact"))?,
+            wall_particles: wall_particles_from_wire(
+                &wire.wall_particles,
+                walls.len(),
+                &at.field("wall_particles"),
+            )?,
+            bodies,
+            walls,
+            damping: optional(&wire.damping, &at.field("damping"))?,
+            probes,
+            lost_particle_limit: wire.lost_particle_limit,
+        })
+    }
+}
+
+/// Checks that a probe points at a body, and a support, that exists.
+fn check_probe(probe: &SolidProbe, bodies: &[BodySetup], at: &Path<'_>) -> Result<(), WireError> {
+    let of_body = |body: u32| index(body, bodies.len(), "bodies", &at.field("body"));
+    match &probe.kind {
+        SolidProbeKind::MaterialPoint { body, .. }
+        | SolidProbeKind::Motion(body)
+        | SolidProbeKind::BodyForce(body)
+        | SolidProbeKind::Sums(Some(body)) => of_body(*body).map(drop),
+        SolidProbeKind::Sums(None) => Ok(()),
+        SolidProbeKind::Reaction { body, support } => {
+            of_body(*body)?;
+            let supports =
+                usize::try_from(*body).ok().and_then(|b| bodies.get(b)).map_or(0, |b| b.supports.len());
+            index(*support, supports, "supports of the body", &at.field("support")).map(drop)
+        }
+    }
+}
+
+fn particles_to_wire(particles: &SolidParticles) -> wire::SolidParticles {
+    wire::SolidParticles {
+        ids: pack_indices(&particles.id),
+        bodies: pack_indices(&particles.body),
+        supports: pack_indices(&particles.support),
+        masses_kg_per_m: pack(&particles.mass),
+        reference_positions_m: pack(&particles.reference_position),
+        positions_m: pack(&particles.position),
+        velocities_m_per_s: pack(&particles.velocity),
+        densities_kg_per_m3: pack(&particles.density),
+        deviatoric_stresses_pa: pack(&particles.deviatoric_stress),
+    }
+}
+
+fn particles_from_wire(
+    wire: &Option<wire::SolidParticles>,
+    bodies: &[BodySetup],
+    at: &Path<'_>,
+) -> Result<SolidParticles, WireError> {
+    let Some(wire) = wire else { return Ok(SolidParticles::default()) };
+    let count = index_count(&wire.ids, &at.field("ids"))?;
+    let body = unpack_indices_below(&wire.bodies, count, bodies.len(), "bodies", &at.field("bodies"))?;
+    if let Some(k) = body.windows(2).position(|pair| pair[0] > pair[1]) {
+        let problem = format!("must be in the order of bodies, but particle number {k} is of body {}", body[k]);
+        return Err(at.field("bodies").error(format!("{problem} and the next of {}", body[k + 1])));
+    }
+    let support = unpack_indices(&wire.supports, count, &at.field("supports"))?;
+    for (k, (body, support)) in body.iter().zip(&support).enumerate() {
+        let supports =
+            usize::try_from(*body).ok().and_then(|b| bodies.get(b)).map_or(0, |b| b.supports.len());
+        if usize::try_from(*support).map_or(true, |s| s > supports) {
+            let problem = format!("of particle number {k} is {support}, but body {body} has {supports} supports");
+            return Err(at.field("supports").error(problem));
+        }
+    }
+    Ok(SolidParticles {
+        id: unpack_ids(&wire.ids, count, &at.field("ids"))?,
+        body,
+        support,
+        mass: unpack_positive(&wire.masses_kg_per_m, count, &at.field("masses_kg_per_m"))?,
+        reference_position: unpack(
+            &wire.reference_positions_m,
+            count,
+            &at.field("reference_positions_m"),
+        )?,
+        position: unpack(&wire.positions_m, count, &at.field("positions_m"))?,
+        velocity: unpack(&wire.velocities_m_per_s, count, &at.field("velocities_m_per_s"))?,
+        density: unpack_positive(&wire.densities_kg_per_m3, count, &at.field("densities_kg_per_m3"))?,
+        deviatoric_stress: unpack(
+            &wire.deviatoric_stresses_pa,
+            count,
+            &at.field("deviatoric_stresses_pa"),
+        )?,
+    })
+}
+
+impl Convert for BodySetup {
+    type Wire = wire::BodySetup;
+
+    fn to_wire(&self) -> wire::BodySetup {
+        use wire::body_setup::Formulation as Wire;
+        let formulation = match &self.formulation {
+            Formulation::UpdatedLagrangian(constants) => Wire::UpdatedLagrangian(constants.to_wire()),
+            Formulation::Rigid => Wire::Rigid(wire::Unit {}),
+        };
+        wire::BodySetup {
+            name: self.name.clone(),
+            material: Some(self.material.to_wire()),
+            formulation: Some(formulation),
+            supports: wires(&self.supports),
+        }
+    }
+
+    fn from_wire(wire: &wire::BodySetup, at: &Path<'_>) -> Result<Self, WireError> {
+        use wire::body_setup::Formulation as Wire;
+        let formulation = match &wire.formulation {
+            Some(Wire::UpdatedLagrangian(constants)) => Formulation::UpdatedLagrangian(
+                UpdatedLagrangian::from_wire(constants, &at.field("updated_lagrangian"))?,
+            ),
+            Some(Wire::Rigid(_)) => Formulation::Rigid,
+            None => {
+                let at = at.field("formulation");
+                return Err(at.error("is missing or of a later version of the protocol"));
+            }
+        };
+        Ok(Self {
+            name: name(&wire.name, &at.field("name"))?,
+            material: required(&wire.material, &at.field("material"))?,
+            formulation,
+            supports: list(&wire.supports, at, "supports")?,
+        })
+    }
+}
+
+impl Convert for ElasticMaterial {
+    type Wire = wire::ElasticMaterial;
+
+    fn to_wire(&self) -> wire::ElasticMaterial {
+        wire::ElasticMaterial {
+            density_kg_per_m3: self.density,
+            bulk_modulus_pa: self.bulk_modulus,
+            shear_modulus_pa: self.shear_modulus,
+        }
+    }
+
+    fn from_wire(wire: &wire::ElasticMaterial, at: &Path<'_>) -> Result<Self, WireError> {
+        Ok(Self {
+            density: positive(wire.density_kg_per_m3, &at.field("density_kg_per_m3"))?,
+            bulk_modulus: positive(wire.bulk_modulus_pa, &at.field("bulk_modulus_pa"))?,
+            shear_modulus: not_negative(wire.shear_modulus_pa, &at.field("shear_modulus_pa"))?,
+        })
+    }
+}
+
+impl Convert for UpdatedLagrangian {
+    type Wire = wire::UpdatedLagrangian;
+
+    fn to_wire(&self) -> wire::UpdatedLagrangian {
+        wire::UpdatedLagrangian {
+            smoothing_length_m: self.smoothing_length,
+            gradient_correction: self.gradient_correction,
+            viscosity_a: self.viscosity_a,
+            viscosity_b: self.viscosity_b,
+            lambda: self.lambda,
+            artificial_stress: self.artificial_stress,
+            artificial_stress_exponent: self.artificial_stress_exponent,
+        }
+    }
+
+    fn from_wire(wire: &wire::UpdatedLagrangian, at: &Path<'_>) -> Result<Self, WireError> {
+        Ok(Self {
+            smoothing_length: positive(wire.smoothing_length_m, &at.field("smoothing_length_m"))?,
+            gradient_correction: wire.gradient_correction,
+            viscosity_a: not_negative(wire.viscosity_a, &at.field("viscosity_a"))?,
+            viscosity_b: not_negative(wire.viscosity_b, &at.field("viscosity_b"))?,
+            lambda: not_negative(wire.lambda, &at.field("lambda"))?,
+            artificial_stress: not_negative(wire.artificial_stress, &at.field("artificial_stress"))?,
+            artificial_stress_exponent: not_negative(
+                wire.artificial_stress_exponent,
+                &at.field("artificial_stress_exponent"),
+            )?,
+        })
+    }
+}
+
+impl Convert for Support {
+    type Wire = wire::Support;
+
+    fn to_wire(&self) -> wire::Support {
+        wire::Support {
+            name: self.name.clone(),
+            held: flags_to_wire(self.held),
+            motion: self.motion.as_ref().map(Convert::to_wire),
+            release_time_s: self.release_time,
+        }
+    }
+
+    fn from_wire(wire: &wire::Support, at: &Path<'_>) -> Result<Self, WireError> {
+        Ok(Self {
+            name: name(&wire.name, &at.field("name"))?,
+            held: flags_from_wire(&wire.held),
+            motion: optional(&wire.motion, &at.field("motion"))?,
+            release_time: release_time(wire.release_time_s, at)?,
+        })
+    }
+}
+
+impl Convert for ContactLaw {
+    type Wire = wire::ContactLaw;
+
+    fn to_wire(&self) -> wire::ContactLaw {
+        use wire::contact_law::Law;
+        let law = match *self {
+            ContactLaw::Repulsion { stiffness, distance, damping } => {
+                Law::Repulsion(wire::Repulsion { stiffness, distance, damping })
+            }
+            ContactLaw::Sums => Law::Sums(wire::Unit {}),
+        };
+        wire::ContactLaw { law: Some(law) }
+    }
+
+    fn from_wire(wire: &wire::ContactLaw, at: &Path<'_>) -> Result<Self, WireError> {
+        use wire::contact_law::Law;
+        match &wire.law {
+            Some(Law::Repulsion(law)) => {
+                let at = at.field("repulsion");
+                Ok(Self::Repulsion {
+                    stiffness: not_negative(law.stiffness, &at.field("stiffness"))?,
+                    distance: not_negative(law.distance, &at.field("distance"))?,
+                    damping: not_negative(law.damping, &at.field("damping"))?,
+                })
+            }
+            Some(Law::Sums(_)) => Ok(Self::Sums),
+            None => Err(at.field("law").error("is missing or of a later version of the protocol")),
+        }
+    }
+}
+
+impl Convert for SolidProbe {
+    type Wire = wire::SolidProbe;
+
+    fn to_wire(&self) -> wire::SolidProbe {
+        use wire::solid_probe::Kind;
+        let kind = match &self.kind {
+            SolidProbeKind::MaterialPoint { body, reference_position } => {
+                Kind::MaterialPoint(wire::MaterialPoint {
+                    body: *body,
+                    reference_position_m: Some(reference_position.to_wire()),
+                })
+            }
+            SolidProbeKind::Motion(body) => Kind::Motion(*body),
+            SolidProbeKind::BodyForce(body) => Kind::BodyForce(*body),
+            SolidProbeKind::Reaction { body, support } => {
+                Kind::Reaction(wire::Reaction { body: *body, support: *support })
+            }
+            SolidProbeKind::Sums(Some(body)) => Kind::Sums(*body),
+            SolidProbeKind::Sums(None) => Kind::AllSums(wire::Unit {}),
+        };
+        wire::SolidProbe { name: self.name.clone(), kind: Some(kind) }
+    }
+
+    fn from_wire(wire: &wire::SolidProbe, at: &Path<'_>) -> Result<Self, WireError> {
+        use wire::solid_probe::Kind;
+        let kind = match &wire.kind {
+            Some(Kind::MaterialPoint(point)) => SolidProbeKind::MaterialPoint {
+                body: point.body,
+                reference_position: required(
+                    &point.reference_position_m,
+                    &at.field("reference_position_m"),
+                )?,
+            },
+            Some(Kind::Motion(body)) => SolidProbeKind::Motion(*body),
+            Some(Kind::BodyForce(body)) => SolidProbeKind::BodyForce(*body),
+            Some(Kind::Reaction(reaction)) => {
+                SolidProbeKind::Reaction { body: reaction.body, support: reaction.support }
+            }
+            Some(Kind::Sums(body)) => SolidProbeKind::Sums(Some(*body)),
+            Some(Kind::AllSums(_)) => SolidProbeKind::Sums(None),
+            None => return Err(at.field("kind").error("is missing or of a later version of the protocol")),
+        };
+        Ok(Self { name: name(&wire.name, &at.field("name"))?, kind })
+    }
+}

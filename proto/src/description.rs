@@ -1,0 +1,246 @@
+//! What participants tell about themselves before a run: the handshake in types of the program.
+
+use std::fmt;
+use std::time::Duration;
+
+use sph::domain::Domain;
+use sph::exchange::Extent;
+use sph::kernel::CubicSpline;
+use sph::setup::{BodyForce, Coupling, InterfaceLaw, RunSetup, TimePlan};
+use sph::solver::{Counts, Role};
+
+/// Version of the protocol.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct ProtocolVersion {
+    /// Peers of one major version understand each other.
+    pub major: u32,
+    /// Features of a higher minor version are used when both sides have it.
+    pub minor: u32,
+}
+
+/// Version that this crate speaks.
+pub const PROTOCOL: ProtocolVersion = ProtocolVersion { major: 1, minor: 0 };
+
+impl fmt::Display for ProtocolVersion {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}.{}", self.major, self.minor)
+    }
+}
+
+/// What a solid offers to the fluid and gets from it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CouplingKind {
+    /// Both sides receive the other's interface states and evaluate the same pair law.
+    States,
+    /// The solid sends samples and receives the force on each; of a later version.
+    Loads,
+}
+
+/// A field of interface states.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FrameField {
+    /// x \[m\].
+    Position,
+    /// v \[m/s\].
+    Velocity,
+    /// ρ \[kg/m³\].
+    Density,
+    /// p \[Pa\].
+    Pressure,
+    /// σ \[Pa\].
+    Stress,
+}
+
+impl FrameField {
+    /// Name in messages.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Position => "position",
+            Self::Velocity => "velocity",
+            Self::Density => "density",
+            Self::Pressure => "pressure",
+            Self::Stress => "stress",
+        }
+    }
+
+    /// The field as the protocol defines it.
+    pub fn spec(self) -> FieldSpec {
+        let (unit, components) = match self {
+            Self::Position => ("m", 2),
+            Self::Velocity => ("m/s", 2),
+            Self::Density => ("kg/m3", 1),
+            Self::Pressure => ("Pa", 1),
+            Self::Stress => ("Pa", 3),
+        };
+        FieldSpec { field: self, unit: unit.into(), components }
+    }
+
+    /// Fields that the frames of `role` carry under `law`.
+    pub fn sent_by(role: Role, law: InterfaceLaw) -> &'static [FrameField] {
+        use FrameField::{Density, Position, Pressure, Stress, Velocity};
+        match (role, law) {
+            (Role::Solid, InterfaceLaw::PlainSum) => &[Position, Velocity, Density, Pressure, Stress],
+            _ => &[Position, Velocity, Density, Pressure],
+        }
+    }
+}
+
+/// A field as a participant declares it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct FieldSpec {
+    /// Which field.
+    pub field: FrameField,
+    /// SI unit as the protocol spells it.
+    pub unit: String,
+    /// Numbers per particle.
+    pub components: u32,
+}
+
+/// What a solver offers beyond the minimum.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Capabilities {
+    /// Checkpoint and restore.
+    pub checkpoint: bool,
+    /// The same set-up gives the same bits on any number of threads.
+    pub deterministic: bool,
+    /// Steps of changing size.
+    pub adaptive_step: bool,
+    /// Evaluates expressions.
+    pub expressions: bool,
+}
+
+/// Sizes and times that a server keeps to.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Limits {
+    /// Runs at a time.
+    pub runs: u32,
+    /// Largest message of the control plane \[bytes\].
+    pub max_message_bytes: u64,
+    /// Largest half-step frame \[bytes\].
+    pub max_frame_bytes: u64,
+    /// A run that is not being stepped ends when no call came for this long.
+    pub lease: Duration,
+}
+
+/// What a solver is and can do.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Description {
+    /// Name of the program.
+    pub name: String,
+    /// Its version.
+    pub version: String,
+    /// What else tells builds apart.
+    pub build: String,
+    /// Language in which it is written.
+    pub language: String,
+    /// Lowest and highest protocol version that it understands.
+    pub protocols: [ProtocolVersion; 2],
+    /// Roles that it can take.
+    pub roles: Vec<Role>,
+    /// Number of space dimensions.
+    pub dimensions: u32,
+    /// Kinds of coupling that it offers.
+    pub coupling_kinds: Vec<CouplingKind>,
+    /// Interface laws that it offers.
+    pub interface_laws: Vec<InterfaceLaw>,
+    /// How floating-point sums are made.
+    pub arithmetic: String,
+    /// What it offers beyond the minimum.
+    pub capabilities: Capabilities,
+    /// Sizes and times that it keeps to.
+    pub limits: Limits,
+}
+
+/// Constants that both sides must hold alike.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Constants {
+    /// Name of the kernel.
+    pub kernel: String,
+    /// Acceleration acting on all matter.
+    pub body_force: BodyForce,
+    /// Facts of the interface; `None` without a partner.
+    pub coupling: Option<Coupling>,
+    /// Box and periodic directions.
+    pub domain: Domain,
+    /// Steps and end of the run.
+    pub time: TimePlan,
+}
+
+impl Constants {
+    /// Constants of a solver that takes every one from `run` unchanged.
+    pub fn of(run: &RunSetup) -> Self {
+        Self {
+            kernel: CubicSpline::NAME.into(),
+            body_force: run.body_force.clone(),
+            coupling: run.coupling,
+            domain: run.domain,
+            time: run.time,
+        }
+    }
+}
+
+/// A number for the run header.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Fact {
+    /// Name.
+    pub name: String,
+    /// Value.
+    pub value: f64,
+    /// SI unit.
+    pub unit: String,
+}
+
+/// What a solver will really do in an opened run.
+#[derive(Clone, Debug, PartialEq)]
+pub struct OpenReport {
+    /// Run that was opened.
+    pub run_id: String,
+    /// Role that it takes.
+    pub role: Role,
+    /// Protocol version that it speaks.
+    pub protocol: ProtocolVersion,
+    /// Name of the program.
+    pub name: String,
+    /// Its version.
+    pub version: String,
+    /// How floating-point sums are made.
+    pub arithmetic: String,
+    /// Kind of coupling that it uses.
+    pub coupling_kind: CouplingKind,
+    /// Constants that it really uses.
+    pub constants: Constants,
+    /// Interface fields that it sends.
+    pub fields_sent: Vec<FieldSpec>,
+    /// Interface fields that it needs from its partner.
+    pub fields_needed: Vec<FieldSpec>,
+    /// Where its particles are at the start.
+    pub extent: Extent,
+    /// Largest stable first step \[s\].
+    pub time_step_limit: f64,
+    /// Particles at the start.
+    pub counts: Counts,
+    /// Further numbers for the run header.
+    pub facts: Vec<Fact>,
+}
+
+/// Where the partner of a participant is.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Partner {
+    /// There is none.
+    Alone,
+    /// It listens at this address.
+    Dial(String),
+    /// It will call.
+    Listen,
+}
+
+/// What a participant is told of its partner.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LinkPlan {
+    /// Smaller of both sides' limits for the first step \[s\].
+    pub first_limit: f64,
+    /// The partner's extent at the start; empty without partner.
+    pub partner_extent: Extent,
+    /// Where the partner is.
+    pub partner: Partner,
+}

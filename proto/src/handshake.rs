@@ -1,0 +1,128 @@
+//! Comparison of what participants say, before step 1: all differences at once.
+
+use sph::setup::{Coupling, RunSetup, StepPolicy};
+use sph::solver::Role;
+use sph::vector::DIMENSIONS;
+
+use crate::description::{Constants, CouplingKind, Description, FieldSpec, OpenReport, PROTOCOL};
+
+/// Why a server of `description` cannot play `role` in `run`; empty when it can.
+pub fn unfit(description: &Description, role: Role, run: &RunSetup) -> Vec<String> {
+    let who = format!("{} {}", description.name, description.version);
+    let mut reasons = Vec::new();
+    let [lowest, highest] = description.protocols;
+    if PROTOCOL < lowest || lowest.major != PROTOCOL.major && highest.major != PROTOCOL.major {
+        reasons.push(format!("{who} speaks protocol {lowest} to {highest}, this coordinator {PROTOCOL}"));
+    }
+    if !description.roles.contains(&role) {
+        let roles: Vec<String> = description.roles.iter().map(Role::to_string).collect();
+        reasons.push(format!("{who} plays {}, needed is {role}", roles.join(" or ")));
+    }
+    if u32::try_from(DIMENSIONS) != Ok(description.dimensions) {
+        reasons.push(format!("{who} computes in {} dimensions, the case in {DIMENSIONS}", description.dimensions));
+    }
+    if let Some(coupling) = &run.coupling {
+        if !description.coupling_kinds.contains(&CouplingKind::States) {
+            let kinds = &description.coupling_kinds;
+            reasons.push(format!("{who} couples by {kinds:?}, needed is {:?}", CouplingKind::States));
+        }
+        if !description.interface_laws.contains(&coupling.law) {
+            let laws = &description.interface_laws;
+            reasons.push(format!("{who} offers interface laws {laws:?}, the case asks for {:?}", coupling.law));
+        }
+    }
+    if matches!(run.time.step, StepPolicy::Adaptive { .. }) && !description.capabilities.adaptive_step {
+        reasons.push(format!("{who} takes fixed time steps only, the case asks for adaptive ones"));
+    }
+    if run.body_force.expressions.is_some() && !description.capabilities.expressions {
+        reasons.push(format!("{who} evaluates no expressions, the case's body force has them"));
+    }
+    reasons
+}
+
+/// All differences between the two sides of a coupled run, each with both values; empty when they fit.
+pub fn mismatches(fluid: &OpenReport, solid: &OpenReport) -> Vec<String> {
+    let mut found = Differences(Vec::new());
+    if fluid.role != Role::Fluid || solid.role != Role::Solid {
+        found.0.push(format!("roles: {} and {}, must be fluid and solid", fluid.role, solid.role));
+    }
+    found.compare("run id", &fluid.run_id, &solid.run_id);
+    found.compare("protocol major version", &fluid.protocol.major, &solid.protocol.major);
+    found.compare("coupling kind", &fluid.coupling_kind, &solid.coupling_kind);
+    found.constants(&fluid.constants, &solid.constants);
+    found.fields("fluid", &fluid.fields_needed, "solid", &solid.fields_sent);
+    found.fields("solid", &solid.fields_needed, "fluid", &fluid.fields_sent);
+    found.0
+}
+
+struct Differences(Vec<String>);
+
+impl Differences {
+    fn compare<T: PartialEq + std::fmt::Debug>(&mut self, what: &str, fluid: &T, solid: &T) {
+        if fluid != solid {
+            self.0.push(format!("{what}: {fluid:?} at the fluid, {solid:?} at the solid"));
+        }
+    }
+
+    /// Compares by bits: both sides must compute with the same number.
+    fn number(&mut self, what: &str, unit: &str, fluid: f64, solid: f64) {
+        if fluid.to_bits() != solid.to_bits() {
+            self.0.push(format!("{what}: {fluid:?} {unit} at the fluid, {solid:?} {unit} at the solid"));
+        }
+    }
+
+    fn constants(&mut self, fluid: &Constants, solid: &Constants) {
+        self.compare("kernel", &fluid.kernel, &solid.kernel);
+        for (axis, name) in ["x", "y"].into_iter().enumerate() {
+            let (f, s) = (&fluid.body_force.gravity, &solid.body_force.gravity);
+            self.number(&format!("gravity {name}"), "m/s2", f[axis], s[axis]);
+            let (f, s) = (&fluid.domain, &solid.domain);
+            self.number(&format!("domain lower {name}"), "m", f.lower[axis], s.lower[axis]);
+            self.number(&format!("domain upper {name}"), "m", f.upper[axis], s.upper[axis]);
+        }
+        self.compare("body force", &fluid.body_force.expressions, &solid.body_force.expressions);
+        self.compare("periodic directions", &fluid.domain.periodic, &solid.domain.periodic);
+        self.number("start time", "s", fluid.time.start_time, solid.time.start_time);
+        self.number("end time", "s", fluid.time.end_time, solid.time.end_time);
+        self.compare("time step", &fluid.time.step, &solid.time.step);
+        match (&fluid.coupling, &solid.coupling) {
+            (Some(fluid), Some(solid)) => self.coupling(fluid, solid),
+            (fluid, solid) => self.compare("coupling present", &fluid.is_some(), &solid.is_some()),
+        }
+    }
+
+    fn coupling(&mut self, fluid: &Coupling, solid: &Coupling) {
+        self.compare("interface law", &fluid.law, &solid.law);
+        self.compare("kernel-gradient correction", &fluid.fluid.correction, &solid.fluid.correction);
+        self.number("solid particle spacing", "m", fluid.solid_spacing, solid.solid_spacing);
+        self.number("margin", "m", fluid.margin, solid.margin);
+        let (f, s) = (&fluid.fluid, &solid.fluid);
+        for (what, unit, f, s) in [
+            ("rest density", "kg/m3", f.rest_density, s.rest_density),
+            ("sound speed", "m/s", f.sound_speed, s.sound_speed),
+            ("exponent of the equation of state", "", f.exponent, s.exponent),
+            ("dynamic viscosity", "Pa s", f.dynamic_viscosity, s.dynamic_viscosity),
+            ("smoothing length", "m", f.smoothing_length, s.smoothing_length),
+            ("fluid particle spacing", "m", f.particle_spacing, s.particle_spacing),
+            ("artificial viscosity A", "", f.viscosity_a, s.viscosity_a),
+            ("artificial viscosity B", "", f.viscosity_b, s.viscosity_b),
+            ("lambda", "", f.lambda, s.lambda),
+        ] {
+            self.number(what, unit, f, s);
+        }
+    }
+
+    fn fields(&mut self, receiver: &str, needed: &[FieldSpec], sender: &str, sent: &[FieldSpec]) {
+        for need in needed {
+            let name = need.field.name();
+            match sent.iter().find(|spec| spec.field == need.field) {
+                None => self.0.push(format!("field {name}: the {receiver} needs it, the {sender} does not send it")),
+                Some(spec) if spec != need => self.0.push(format!(
+                    "field {name}: the {receiver} needs {} numbers in {}, the {sender} sends {} in {}",
+                    need.components, need.unit, spec.components, spec.unit
+                )),
+                Some(_) => {}
+            }
+        }
+    }
+}

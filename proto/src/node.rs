@@ -1,0 +1,140 @@
+//! The main function that both server programs share.
+
+use std::ffi::OsString;
+use std::io::{Read, Write};
+use std::net::SocketAddr;
+use std::process::ExitCode;
+use std::time::Duration;
+
+use clap::Parser;
+use tokio_util::sync::CancellationToken;
+use tracing_subscriber::EnvFilter;
+
+use crate::service::{ServeError, ServeOptions, Server, SolverFactory};
+use crate::transport::is_loopback;
+
+/// Command line was wrong, or asked for what is not allowed.
+const EXIT_USAGE: u8 = 2;
+/// The address is taken.
+const EXIT_ADDRESS: u8 = 3;
+/// The server failed.
+const EXIT_FAILED: u8 = 1;
+
+/// Options of a server program.
+#[derive(Debug, Parser)]
+#[command(
+    version,
+    about = "A solver that takes part in coupled runs.",
+    long_about = "A solver that takes part in coupled runs. It prints one line, `LISTEN <addr>`, when it is ready, logs \
+                  to stderr (filter: RUST_LOG) and ends in order on SIGTERM or SIGINT; a second signal ends it at once.",
+    after_help = "Exit codes: 0 ended in order, 1 failed, 2 wrong usage, 3 the address is taken."
+)]
+pub struct NodeArgs {
+    /// Address to listen on; port 0 takes any free one.
+    #[arg(long, value_name = "ADDR", default_value = "127.0.0.1:0")]
+    pub listen: SocketAddr,
+    /// Compute threads; all cores when left out.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    pub threads: Option<u16>,
+    /// Close a run that nobody asks for after this long, in seconds.
+    #[arg(long, value_name = "S", default_value_t = 120, value_parser = clap::value_parser!(u64).range(1..))]
+    pub lease: u64,
+    /// Listen beyond this machine although everyone who reaches the port can use the server, unencrypted.
+    #[arg(long)]
+    pub insecure: bool,
+    /// End when standard input closes, as it does when the program that started this one ends.
+    #[arg(long)]
+    pub exit_with_parent: bool,
+}
+
+/// Runs a server program: parses `args` (the first is the program's name), serves until told to end.
+pub fn main_with<F: SolverFactory>(args: impl IntoIterator<Item = OsString>, factory: F) -> ExitCode {
+    let args = match NodeArgs::try_parse_from(args) {
+        Ok(args) => args,
+        Err(error) => {
+            // Help and version are no errors; nothing is left to tell when even stderr is gone.
+            drop(error.print());
+            return if error.use_stderr() { ExitCode::from(EXIT_USAGE) } else { ExitCode::SUCCESS };
+        }
+    };
+    let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new("info"));
+    // A subscriber that is set already keeps its place.
+    drop(tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr).try_init());
+    if !is_loopback(&args.listen) && !args.insecure {
+        eprintln!(
+            "error: `--listen {}` reaches beyond this machine, and everyone who reaches the port could use the \
+             server, unencrypted; listen on 127.0.0.1, or add `--insecure` to accept that risk",
+            args.listen
+        );
+        return ExitCode::from(EXIT_USAGE);
+    }
+    // Two workers for I/O: one may be busy with a large message while the other serves frames.
+    let runtime = match tokio::runtime::Builder::new_multi_thread().worker_threads(2).enable_all().build() {
+        Ok(runtime) => runtime,
+        Err(error) => {
+            eprintln!("error: cannot start the runtime: {error}");
+            return ExitCode::from(EXIT_FAILED);
+        }
+    };
+    let code = match runtime.block_on(serve(&args, factory)) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::from(if matches!(error, ServeError::Bind { .. }) { EXIT_ADDRESS } else { EXIT_FAILED })
+        }
+    };
+    // A solver in the middle of a step must not hold up the end.
+    runtime.shutdown_timeout(Duration::from_secs(1));
+    code
+}
+
+async fn serve<F: SolverFactory>(args: &NodeArgs, factory: F) -> Result<(), ServeError> {
+    let mut options = ServeOptions { lease: Duration::from_secs(args.lease), ..ServeOptions::default() };
+    if let Some(threads) = args.threads {
+        options.threads = usize::from(threads);
+    }
+    let server = Server::bind(args.listen)?;
+    let stop = CancellationToken::new();
+    stop_on_signals(&stop).map_err(|e| ServeError::Transport(format!("cannot watch for signals: {e}")))?;
+    if args.exit_with_parent {
+        stop_with_input(&stop).map_err(|e| ServeError::Transport(format!("cannot watch standard input: {e}")))?;
+    }
+    let mut stdout = std::io::stdout();
+    // Whoever closed the pipe does not wait for the address.
+    drop(writeln!(stdout, "LISTEN {}", server.address()).and_then(|()| stdout.flush()));
+    tracing::info!(address = %server.address(), threads = options.threads, "listening");
+    server.serve(factory, options, stop.cancelled()).await
+}
+
+/// Ends in order at the first SIGTERM or SIGINT, at once at the second.
+fn stop_on_signals(stop: &CancellationToken) -> std::io::Result<()> {
+    use tokio::signal::unix::{SignalKind, signal};
+    let mut terminate = signal(SignalKind::terminate())?;
+    let mut interrupt = signal(SignalKind::interrupt())?;
+    let stop = stop.clone();
+    tokio::spawn(async move {
+        loop {
+            tokio::select! {
+                _ = terminate.recv() => {}
+                _ = interrupt.recv() => {}
+            }
+            if stop.is_cancelled() {
+                std::process::exit(i32::from(EXIT_FAILED));
+            }
+            stop.cancel();
+        }
+    });
+    Ok(())
+}
+
+/// Ends in order when standard input closes. Reading blocks, so it has a thread of its own that may be left behind.
+fn stop_with_input(stop: &CancellationToken) -> std::io::Result<()> {
+    let stop = stop.clone();
+    std::thread::Builder::new().name("stdin".into()).spawn(move || {
+        let mut buffer = [0; 64];
+        let mut stdin = std::io::stdin().lock();
+        while matches!(stdin.read(&mut buffer), Ok(count) if count > 0) {}
+        stop.cancel();
+    })?;
+    Ok(())
+}

@@ -1,0 +1,39 @@
+//! Elastic and rigid bodies as particles.
+//!
+//! One [`SolidSolver`] owns several bodies. How a body turns its state into stress and internal forces is its
+//! formulation, a trait with two implementers: the updated-Lagrangian one of the source document and the rigid body.
+//! Supports, contact, walls and the interface with the fluid act on all bodies alike and are no part of it.
+//!
+//! ```text
+//! formulation   what a body does by itself: stress, own-body sums, rates, advance
+//! contact_*     between bodies and toward walls      supports   held particles
+//! coupling      interface with the fluid             probes, report   what is read off
+//! model, state, workspace   constant, checkpointed, disposable
+//! ```
+
+mod advance;
+mod build;
+mod checks;
+mod contact_repulsion;
+mod contact_sums;
+mod coupling;
+mod elasticity;
+mod formulation;
+mod lists;
+mod material_point;
+mod model;
+mod pair_law;
+mod particles;
+mod probes;
+mod report;
+mod rigid;
+mod solver;
+mod supports;
+mod updated_lagrangian;
+mod walls;
+mod workspace;
+
+#[cfg(test)]
+mod tests;
+
+pub use solver::SolidSolver;

@@ -1,0 +1,139 @@
+//! Constant facts of a run of solids.
+
+use std::ops::Range;
+
+use sph::body_force::BodyForceField;
+use sph::domain::Domain;
+use sph::setup::{Damping, ElasticMaterial, SolidProbeKind};
+use sph::stage::StageTime;
+use sph::vector::Vector;
+
+use super::contact_repulsion::Repulsion;
+use super::contact_sums::SumContact;
+use super::formulation::{BodyConstants, BodyFormulation};
+use super::material_point::MaterialPoint;
+use super::supports::{Support, acts};
+use super::walls::Walls;
+
+/// Constant facts of a run.
+pub(super) struct SolidModel {
+    pub domain: Domain,
+    /// Spacing of the particles Δx \[m\].
+    pub spacing: f64,
+    pub bodies: Vec<Body>,
+    pub particles: ParticleConstants,
+    pub contact: ContactModel,
+    pub walls: Walls,
+    pub body_force: BodyForceField,
+    pub damping: Option<Damping>,
+    pub probes: Vec<Probe>,
+    /// The run stops when more particles than this are outside the domain.
+    pub lost_particle_limit: u64,
+}
+
+/// One body.
+pub(super) struct Body {
+    pub name: String,
+    /// Its particles.
+    pub range: Range<usize>,
+    pub material: ElasticMaterial,
+    pub formulation: Box<dyn BodyFormulation>,
+    pub supports: Vec<Support>,
+    /// Time \[s\] until which contact with each wall particle is left out; empty without supports.
+    pub wall_exemption: Vec<f64>,
+    /// Whether a probe reads the body's angle.
+    pub tracks_angle: bool,
+}
+
+/// What each particle keeps throughout the run.
+pub(super) struct ParticleConstants {
+    pub id: Vec<u32>,
+    /// Index of the body.
+    pub body: Vec<u32>,
+    /// 0 free, k the body's support k−1.
+    pub support: Vec<u32>,
+    /// Mass per depth \[kg/m\].
+    pub mass: Vec<f64>,
+    /// Position in the undeformed body \[m\].
+    pub reference_position: Vec<Vector>,
+}
+
+/// How bodies touch each other and walls.
+pub(super) enum ContactModel {
+    /// Central repulsion.
+    Repulsion(Repulsion),
+    /// The document's sums.
+    Sums(SumContact),
+}
+
+/// What a probe reports; the set-up's kinds with what is precomputed for them.
+pub(super) enum Probe {
+    /// A material point.
+    MaterialPoint(MaterialPoint),
+    /// Any other kind, which needs no preparation.
+    Plain(SolidProbeKind),
+}
+
+impl ContactModel {
+    /// Distance within which particles of different owners touch \[m\].
+    pub fn radius(&self) -> f64 {
+        match self {
+            Self::Repulsion(repulsion) => repulsion.distance,
+            Self::Sums(sums) => sums.support_radius,
+        }
+    }
+
+    /// Distance from held particles within which walls are left out of the contact \[m\].
+    pub fn clearance(&self) -> f64 {
+        match self {
+            Self::Repulsion(repulsion) => 2.0 * repulsion.distance,
+            Self::Sums(sums) => sums.support_radius,
+        }
+    }
+}
+
+impl SolidModel {
+    /// Number of particles.
+    pub fn len(&self) -> usize {
+        self.particles.mass.len()
+    }
+
+    /// Constants of `body` as its formulation needs them.
+    pub fn constants<'a>(&'a self, body: &'a Body) -> BodyConstants<'a> {
+        BodyConstants {
+            domain: &self.domain,
+            mass: &self.particles.mass[body.range.clone()],
+            supports: &body.supports,
+        }
+    }
+
+    /// The body of particle `i`.
+    pub fn body_of(&self, i: usize) -> &Body {
+        &self.bodies[self.particles.body[i] as usize]
+    }
+
+    /// The support that holds particle `i` in the step of `time`.
+    pub fn acting_support(&self, i: usize, time: &StageTime) -> Option<&Support> {
+        let k = self.particles.support[i];
+        (k > 0).then(|| &self.body_of(i).supports[k as usize - 1]).filter(|support| support.acts(time))
+    }
+
+    /// Whether particle `i` can touch walls: not while all its components are held.
+    pub fn touches_walls(&self, i: usize, time: &StageTime) -> bool {
+        !self.acting_support(i, time).is_some_and(Support::holds_fully)
+    }
+
+    /// Whether contact of a body with wall particle `w` counts in the step of `time`.
+    ///
+    /// A clamp continues its body into the wall, so the wall beside the clamp is in touch with it from the start. Wall
+    /// particles within [`ContactModel::clearance`] of a fully held particle at the start do not act on the body while
+    /// that support does.
+    pub fn wall_acts_on(&self, body: &Body, w: usize, time: &StageTime) -> bool {
+        self.walls.acts(w, time) && !body.wall_exemption.get(w).is_some_and(|until| acts(*until, time))
+    }
+
+    /// Rate of linear damping in the step of `time` \[1/s\].
+    pub fn damping_rate(&self, time: &StageTime) -> f64 {
+        self.damping.filter(|damping| acts(damping.until, time)).map_or(0.0, |damping| damping.rate)
+    }
+}

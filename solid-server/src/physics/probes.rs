@@ -1,0 +1,83 @@
+//! Values of the probes at a step boundary.
+
+use sph::setup::SolidProbeKind;
+use sph::vector::{Vector, cross};
+
+use super::material_point::MaterialPoint;
+use super::model::{Probe, SolidModel};
+use super::report::{BodySums, body_sums, material_position, second_moments, stress_of};
+use super::workspace::{SolidState, StressFields};
+
+/// Appends the values of all probes, columns as `SolidProbeKind::columns` lists them.
+///
+/// Forces and reactions are those of the last corrector, that is half a step before the boundary; at the start of a run
+/// they are zero. Angular momentum is taken about the centre of the domain.
+pub(super) fn probe_values(model: &SolidModel, state: &SolidState, values: &mut Vec<f64>) {
+    let reads_stress = model.probes.iter().any(|probe| matches!(probe, Probe::MaterialPoint(_)));
+    let stress = reads_stress.then(|| stress_of(model, state));
+    for probe in &model.probes {
+        match probe {
+            Probe::MaterialPoint(point) => {
+                if let Some(stress) = &stress {
+                    material_point(model, state, stress, point, values);
+                }
+            }
+            Probe::Plain(kind) => plain(model, state, kind, values),
+        }
+    }
+}
+
+fn material_point(
+    model: &SolidModel,
+    state: &SolidState,
+    stress: &StressFields,
+    point: &MaterialPoint,
+    values: &mut Vec<f64>,
+) {
+    let displacement =
+        point.mean(|i| material_position(model, state, i) - model.particles.reference_position[i]);
+    let velocity = point.mean(|i| state.particles.velocity[i]);
+    let normal = point.mean(|i| Vector::new(stress.cauchy[i].xx, stress.cauchy[i].yy));
+    let shear = point.mean(|i| Vector::new(stress.cauchy[i].xy, 0.0));
+    values.extend([displacement.x, displacement.y, velocity.x, velocity.y, normal.x, normal.y, shear.x]);
+}
+
+fn plain(model: &SolidModel, state: &SolidState, kind: &SolidProbeKind, values: &mut Vec<f64>) {
+    match kind {
+        // Prepared as `Probe::MaterialPoint` when the model is built.
+        SolidProbeKind::MaterialPoint { .. } => {}
+        SolidProbeKind::Motion(body) => motion(model, state, *body as usize, values),
+        SolidProbeKind::BodyForce(body) => push(values, &state.last.fluid_force[*body as usize]),
+        SolidProbeKind::Reaction { body, support } => {
+            push(values, &state.last.reactions[*body as usize][*support as usize]);
+        }
+        SolidProbeKind::Sums(body) => {
+            let range = body.map_or(0..model.len(), |body| model.bodies[body as usize].range.clone());
+            let sums = body_sums(model, state, &range);
+            let moments = second_moments(model, state, &range, &sums);
+            values.push(sums.mass);
+            push(values, &sums.momentum);
+            values.extend([sums.angular_momentum, sums.kinetic, sums.potential, sums.strain]);
+            push(values, &sums.centre());
+            values.extend([moments.xx, moments.yy, moments.xy]);
+        }
+    }
+}
+
+fn push(values: &mut Vec<f64>, vector: &Vector) {
+    values.extend([vector.x, vector.y]);
+}
+
+/// Centre, velocity, angle and angular velocity; the latter is angular momentum over moment of inertia.
+fn motion(model: &SolidModel, state: &SolidState, body: usize, values: &mut Vec<f64>) {
+    let range = &model.bodies[body].range;
+    let sums: BodySums = body_sums(model, state, range);
+    let (centre, velocity) = (sums.centre(), sums.momentum / sums.mass);
+    let moments = second_moments(model, state, range, &sums);
+    let inertia = sums.mass * (moments.xx + moments.yy);
+    let arm = centre - model.domain.torque_origin();
+    let spin = sums.angular_momentum - cross(&arm, &sums.momentum);
+    push(values, &centre);
+    push(values, &velocity);
+    values.extend([state.angles[body], if inertia > 0.0 { spin / inertia } else { 0.0 }]);
+}

@@ -1,0 +1,169 @@
+//! A body that keeps its shape: three degrees of freedom, no stress.
+
+use std::ops::AddAssign;
+
+use rayon::prelude::*;
+
+use sph::sums::ordered_sum;
+use sph::vector::{SymmetricTensor, Vector, cross};
+
+use super::formulation::{
+    BodyConstants, BodyFormulation, BodyStep, RateViewMut, StressView, StressViewMut,
+};
+use super::lists::{Rows, TASK};
+use super::pair_law::{PairSums, SumLaw};
+use super::particles::{ParticleView, ParticleViewMut, RigidState, winding_offset};
+
+/// A rigid body: M dV/dt = ΣF, I dω/dt = Σ r × F, by the midpoint rule of Eq. (30)-(31).
+///
+/// Particles are placed by centre and angle each time, so that the shape stays rigid to round-off however long the
+/// run. Only forces from outside move it; neither stress nor density evolves.
+pub(super) struct RigidBody {
+    /// Mass per depth \[kg/m\].
+    mass: f64,
+    /// Moment of inertia about the centre per depth \[kg m\].
+    inertia: f64,
+    /// Particles relative to the centre at the start \[m\].
+    arms: Vec<Vector>,
+    /// For each support the origin of the centre, see `PrescribedMotion::origin` \[m\].
+    origins: Vec<Vector>,
+}
+
+/// Resultant of the forces on a body.
+#[derive(Clone, Copy, Default)]
+struct Wrench {
+    /// Force \[N/m\].
+    force: Vector,
+    /// Torque about the centre \[N\].
+    torque: f64,
+}
+
+impl AddAssign for Wrench {
+    fn add_assign(&mut self, other: Self) {
+        self.force += other.force;
+        self.torque += other.torque;
+    }
+}
+
+impl RigidBody {
+    /// A body of particles at `position` \[m\], connected across periodic sides, and its motion at the start: that of
+    /// equal momentum and angular momentum.
+    pub fn new(constants: &BodyConstants<'_>, position: &[Vector], velocity: &[Vector]) -> (Self, RigidState) {
+        let m = constants.mass;
+        let n = position.len();
+        let mass: f64 = ordered_sum(n, |i| m[i]);
+        let centre = ordered_sum::<Vector, _>(n, |i| position[i] * m[i]) / mass;
+        let mean_velocity = ordered_sum::<Vector, _>(n, |i| velocity[i] * m[i]) / mass;
+        let arms: Vec<Vector> = position.iter().map(|x| x - centre).collect();
+        let inertia: f64 = ordered_sum(n, |i| m[i] * arms[i].norm_squared());
+        let angular_momentum: f64 = ordered_sum(n, |i| m[i] * cross(&arms[i], &velocity[i]));
+        let origins = constants.supports.iter().map(|support| support.origin(&centre)).collect();
+        let angular_velocity = if inertia > 0.0 { angular_momentum / inertia } else { 0.0 };
+        let state = RigidState { centre, velocity: mean_velocity, angle: 0.0, angular_velocity };
+        (Self { mass, inertia, arms, origins }, state)
+    }
+
+    /// Imposes the supports that act in the step of `time`, at `target` \[s\].
+    fn hold(&self, step: &BodyStep<'_>, target: f64, next: &mut RigidState) {
+        for (support, origin) in step.constants.supports.iter().zip(&self.origins) {
+            if support.acts(step.time) {
+                support.target(target).hold_rigid(origin, step.base_rigid, next);
+            }
+        }
+    }
+
+    /// Writes positions and velocities that belong to `motion`.
+    pub fn place(
+        &self,
+        constants: &BodyConstants<'_>,
+        motion: &RigidState,
+        windings: &[[i32; 2]],
+        particles: ParticleViewMut<'_>,
+    ) {
+        let (sine, cosine) = motion.angle.sin_cos();
+        let omega = motion.angular_velocity;
+        particles
+            .position
+            .par_iter_mut()
+            .zip(particles.velocity)
+            .with_min_len(8 * TASK)
+            .enumerate()
+            .for_each(|(i, (x, v))| {
+                let arm = turned(&self.arms[i], sine, cosine);
+                *x = motion.centre + arm - winding_offset(constants.domain, &windings[i]);
+                *v = motion.velocity + Vector::new(-omega * arm.y, omega * arm.x);
+            });
+    }
+}
+
+/// `arm` turned by the angle of this sine and cosine.
+#[inline]
+fn turned(arm: &Vector, sine: f64, cosine: f64) -> Vector {
+    Vector::new(cosine * arm.x - sine * arm.y, sine * arm.x + cosine * arm.y)
+}
+
+impl BodyFormulation for RigidBody {
+    fn update_stress(&self, _state: &ParticleView<'_>, stress: StressViewMut<'_>) {
+        stress.pressure.fill(0.0);
+        stress.cauchy.fill(SymmetricTensor::default());
+        stress.artificial.fill(SymmetricTensor::default());
+    }
+
+    fn list_radius(&self) -> Option<f64> {
+        None
+    }
+
+    fn evaluate(
+        &self,
+        _constants: &BodyConstants<'_>,
+        _stage: &ParticleView<'_>,
+        _stress: &StressView<'_>,
+        _neighbours: &Rows,
+        sums: &mut [PairSums],
+    ) {
+        sums.fill(PairSums::default());
+    }
+
+    fn complete(&self, _stage: &ParticleView<'_>, _sums: &[PairSums], rates: RateViewMut<'_>) {
+        rates.density.fill(0.0);
+        rates.deviatoric_stress.fill(SymmetricTensor::default());
+    }
+
+    fn advance(&self, step: &BodyStep<'_>, next: ParticleViewMut<'_>, next_rigid: &mut RigidState) {
+        let (base, stage) = (step.base_rigid, step.stage_rigid);
+        let (sine, cosine) = stage.angle.sin_cos();
+        let wrench: Wrench = ordered_sum(self.arms.len(), |i| Wrench {
+            force: step.force[i],
+            torque: cross(&turned(&self.arms[i], sine, cosine), &step.force[i]),
+        });
+        let duration = step.time.duration();
+        let angular_acceleration = if self.inertia > 0.0 { wrench.torque / self.inertia } else { 0.0 };
+        *next_rigid = RigidState {
+            centre: base.centre + stage.velocity * duration,
+            velocity: base.velocity + wrench.force * (duration / self.mass),
+            angle: base.angle + stage.angular_velocity * duration,
+            angular_velocity: base.angular_velocity + angular_acceleration * duration,
+        };
+        self.hold(step, step.time.target_time(), next_rigid);
+        next.density.copy_from_slice(step.base.density);
+        next.deviatoric_stress.copy_from_slice(step.base.deviatoric_stress);
+        let particles = ParticleViewMut { position: next.position, velocity: next.velocity, ..next };
+        self.place(&step.constants, next_rigid, step.windings, particles);
+    }
+
+    fn is_rigid(&self) -> bool {
+        true
+    }
+
+    fn sum_law(&self) -> Option<&SumLaw> {
+        None
+    }
+
+    fn time_step_limit(&self) -> f64 {
+        f64::INFINITY
+    }
+
+    fn strain_energy(&self, _state: &ParticleView<'_>, _mass: f64, _i: usize) -> f64 {
+        0.0
+    }
+}

@@ -1,0 +1,8 @@
+//! Whole-solver tests, each stepped through the `Solver` trait as the driver does it.
+
+mod bodies;
+mod contact;
+mod coupling;
+mod elastic;
+mod scenes;
+mod supports;

@@ -1,0 +1,64 @@
+//! Walls as the solids meet them.
+
+use sph::motion::RigidMotion;
+use sph::stage::StageTime;
+use sph::vector::Vector;
+
+use super::supports::acts;
+
+/// Constant facts of all walls.
+pub(super) struct Walls {
+    /// Motion and release of each wall.
+    pub walls: Vec<Wall>,
+    /// Index of the wall of each wall particle.
+    pub wall_of: Vec<u32>,
+    /// Positions at the start \[m\].
+    pub start: Vec<Vector>,
+}
+
+/// Constant facts of one wall.
+pub(super) struct Wall {
+    /// Prescribed motion; `None` for a wall at rest.
+    pub motion: Option<RigidMotion>,
+    /// Time from which it no longer acts \[s\].
+    pub release_time: f64,
+    /// Indices of its particles.
+    pub particles: Vec<usize>,
+}
+
+/// Wall particles at one stage.
+#[derive(Debug, Default)]
+pub(super) struct WallState {
+    /// Position \[m\].
+    pub position: Vec<Vector>,
+    /// Velocity \[m/s\].
+    pub velocity: Vec<Vector>,
+}
+
+impl Walls {
+    /// Number of wall particles.
+    pub fn len(&self) -> usize {
+        self.start.len()
+    }
+
+    /// Whether wall particle `w` acts in the step of `time`.
+    pub fn acts(&self, w: usize, time: &StageTime) -> bool {
+        acts(self.walls[self.wall_of[w] as usize].release_time, time)
+    }
+
+    /// Wall particles at the start.
+    pub fn at_start(&self) -> WallState {
+        WallState { position: self.start.clone(), velocity: vec![Vector::zeros(); self.len()] }
+    }
+
+    /// Moves the particles of moving walls to where they are at `time` \[s\].
+    pub fn move_to(&self, time: f64, state: &mut WallState) {
+        for wall in &self.walls {
+            let Some(motion) = wall.motion.as_ref().map(|motion| motion.at(time)) else { continue };
+            for &w in &wall.particles {
+                state.position[w] = motion.position(&self.start[w]);
+                state.velocity[w] = motion.velocity(&self.start[w]);
+            }
+        }
+    }
+}

@@ -1,0 +1,160 @@
+//! What a checkpoint holds, and what can be thrown away.
+
+use std::ops::Range;
+
+use sph::ledger::InterfaceSums;
+use sph::vector::{SymmetricTensor, Vector};
+
+use super::contact_repulsion::ContactSums;
+use super::coupling::FluidLink;
+use super::formulation::{RateView, RateViewMut, StressView, StressViewMut};
+use super::lists::{ContactLists, OwnLists};
+use super::pair_law::PairSums;
+use super::particles::{Particles, RigidState};
+use super::walls::WallState;
+
+/// All that evolves, at a step boundary.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct SolidState {
+    /// φⁿ.
+    pub particles: Particles,
+    /// Motion of each body that is rigid; the others' entries stay as they are.
+    pub rigid: Vec<RigidState>,
+    /// Whole periods by which each particle has been wrapped, by axis.
+    pub windings: Vec<[i32; 2]>,
+    /// Best-fit angle of each body relative to its reference, continuous over turns \[rad\].
+    pub angles: Vec<f64>,
+    /// What the last corrector left to report.
+    pub last: LastStage,
+}
+
+/// What the last accepted stage left to report and to judge the next step by.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct LastStage {
+    /// Force of the fluid on each body \[N/m\].
+    pub fluid_force: Vec<Vector>,
+    /// Reaction of each support on its body, by body \[N/m\].
+    pub reactions: Vec<Vec<Vector>>,
+    /// Largest acceleration of a particle \[m/s²\].
+    pub largest_acceleration: f64,
+    /// Largest frequency of a particle on its contacts \[rad/s\].
+    pub contact_frequency: f64,
+    /// Particles outside the domain.
+    pub outside: u64,
+}
+
+/// Stress of all particles.
+#[derive(Debug, Default)]
+pub(super) struct StressFields {
+    /// Pressure \[Pa\].
+    pub pressure: Vec<f64>,
+    /// Cauchy stress \[Pa\].
+    pub cauchy: Vec<SymmetricTensor>,
+    /// Artificial stress R_i of Eq. (25) \[m⁵/(kg s²)\].
+    pub artificial: Vec<SymmetricTensor>,
+}
+
+/// Rates of all particles' own variables.
+#[derive(Debug, Default)]
+pub(super) struct Rates {
+    /// dρ/dt \[kg/(m³ s)\].
+    pub density: Vec<f64>,
+    /// ds/dt \[Pa/s\].
+    pub deviatoric_stress: Vec<SymmetricTensor>,
+}
+
+/// Forces on one particle by origin \[N/m\].
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct ParticleForces {
+    /// From the fluid.
+    pub fluid: Vector,
+    /// Gravity and other body forces.
+    pub body_force: Vector,
+    /// Linear damping.
+    pub damping: Vector,
+}
+
+/// Disposable buffers, reused from stage to stage.
+#[derive(Debug)]
+pub(super) struct Workspace {
+    /// State at which the stage evaluates.
+    pub stage: Particles,
+    pub stage_rigid: Vec<RigidState>,
+    /// State that the stage makes.
+    pub next: Particles,
+    pub next_rigid: Vec<RigidState>,
+    pub stress: StressFields,
+    /// Own-body sums, then all that belong in the rates.
+    pub sums: Vec<PairSums>,
+    pub rates: Rates,
+    pub contact: Vec<ContactSums>,
+    pub forces: Vec<ParticleForces>,
+    /// Sum of all forces on each particle \[N/m\].
+    pub total_force: Vec<Vector>,
+    /// Lists of each body; empty for formulations that need none.
+    pub own_lists: Vec<Option<OwnLists>>,
+    pub contact_lists: ContactLists,
+    pub walls: WallState,
+    /// Pressure of wall particles toward solids \[Pa\].
+    pub wall_pressure: Vec<f64>,
+    /// Reactions of the stage, by body and support \[N/m\].
+    pub reactions: Vec<Vec<Vector>>,
+    /// Link to the fluid; `None` when the run has one participant.
+    pub fluid: Option<FluidLink>,
+    /// Sums over pair forces with the fluid in this stage.
+    pub interface_sums: InterfaceSums,
+    pub list_builds: u64,
+}
+
+impl StressFields {
+    /// Fields of `count` particles.
+    pub fn new(count: usize) -> Self {
+        Self {
+            pressure: vec![0.0; count],
+            cauchy: vec![SymmetricTensor::default(); count],
+            artificial: vec![SymmetricTensor::default(); count],
+        }
+    }
+
+    /// The part of one body.
+    pub fn view(&self, range: &Range<usize>) -> StressView<'_> {
+        StressView { cauchy: &self.cauchy[range.clone()], artificial: &self.artificial[range.clone()] }
+    }
+
+    /// As [`StressFields::view`], to be written.
+    pub fn view_mut(&mut self, range: &Range<usize>) -> StressViewMut<'_> {
+        StressViewMut {
+            pressure: &mut self.pressure[range.clone()],
+            cauchy: &mut self.cauchy[range.clone()],
+            artificial: &mut self.artificial[range.clone()],
+        }
+    }
+
+    /// Deviator of the stress of particle `i` \[Pa\].
+    pub fn deviator(&self, i: usize) -> SymmetricTensor {
+        self.cauchy[i].plus(&SymmetricTensor::isotropic(self.pressure[i]))
+    }
+}
+
+impl Rates {
+    /// Rates of `count` particles.
+    pub fn new(count: usize) -> Self {
+        Self { density: vec![0.0; count], deviatoric_stress: vec![SymmetricTensor::default(); count] }
+    }
+
+    /// The part of one body.
+    pub fn view(&self, range: &Range<usize>) -> RateView<'_> {
+        RateView {
+            density: &self.density[range.clone()],
+            deviatoric_stress: &self.deviatoric_stress[range.clone()],
+        }
+    }
+
+    /// As [`Rates::view`], to be written.
+    pub fn view_mut(&mut self, range: &Range<usize>) -> RateViewMut<'_> {
+        RateViewMut {
+            density: &mut self.density[range.clone()],
+            deviatoric_stress: &mut self.deviatoric_stress[range.clone()],
+        }
+    }
+}

@@ -1,5 +1,6 @@
 //! The command line.
 
+use std::ffi::OsString;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -89,7 +90,7 @@ impl RunArguments {
 fn source(address: Option<&String>, program: Option<&PathBuf>) -> Option<Source> {
     match (address, program) {
         (Some(address), _) => Some(Source::Address(address.clone())),
-        (None, Some(program)) => Some(Source::Program(program.clone())),
+        (None, Some(program)) => Some(Source::Program(vec![program.to_string_lossy().into_owned()])),
         (None, None) => None,
     }
 }
@@ -130,8 +131,8 @@ pub fn main() -> ExitCode {
     }
 }
 
-fn server_arguments(name: &str, node: NodeArguments) -> Vec<String> {
-    std::iter::once(name.to_owned()).chain(node.arguments).collect()
+fn server_arguments(name: &str, node: NodeArguments) -> Vec<OsString> {
+    std::iter::once(name.to_owned()).chain(node.arguments).map(OsString::from).collect()
 }
 
 fn report(failure: &Failure) -> ExitCode {

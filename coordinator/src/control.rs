@@ -47,7 +47,7 @@ pub async fn drive(
     participants: &mut Participants,
     run: &RunSetup,
     window: u64,
-    recorder: &mut Recorder,
+    recorder: &mut Recorder<'_>,
     wishes: &mut Receiver<StopWish>,
 ) -> Result<Ending, Failure> {
     let mut control = Control::new(participants.roles(), run, window);
@@ -90,7 +90,7 @@ impl Control {
     async fn run(
         &mut self,
         participants: &mut Participants,
-        recorder: &mut Recorder,
+        recorder: &mut Recorder<'_>,
         wishes: &mut Receiver<StopWish>,
     ) -> Result<Ending, Failure> {
         while !self.running.is_empty() {
@@ -127,7 +127,7 @@ impl Control {
         role: Role,
         event: Event,
         participants: &Participants,
-        recorder: &mut Recorder,
+        recorder: &mut Recorder<'_>,
     ) -> Result<(), Failure> {
         match event {
             Event::Step(report) => {

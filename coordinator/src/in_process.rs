@@ -86,7 +86,7 @@ fn spawn(
     let thread = std::thread::Builder::new()
         .name(role.to_string())
         .spawn(move || {
-            pool.install(|| {
+            pool.install(move || {
                 driver::run(&mut *solver, &run, &link, exchange, &receiver, &mut |event| {
                     // A closed channel means that the run is being given up; the driver sees it on its commands.
                     drop(events.blocking_send((role, Ok(event))));

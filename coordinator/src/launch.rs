@@ -1,7 +1,7 @@
 //! Starting servers as child processes of the coordinator, and ending them.
 
 use std::fs::File;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::Stdio;
 use std::time::Duration;
 
@@ -21,8 +21,8 @@ const END_DEADLINE: Duration = Duration::from_secs(5);
 pub enum Source {
     /// This executable, run again with a hidden sub-command.
     Own,
-    /// Another program that takes `--listen ADDR` and prints `LISTEN <addr>`.
-    Program(PathBuf),
+    /// Another program with its arguments; it takes `--listen ADDR` besides and prints `LISTEN <addr>`.
+    Program(Vec<String>),
     /// A server that already listens.
     Address(String),
 }
@@ -52,7 +52,14 @@ impl Server {
                 command.arg(format!("node-{role}"));
                 command
             }
-            Source::Program(program) => Command::new(program),
+            Source::Program(words) => {
+                let [program, arguments @ ..] = words.as_slice() else {
+                    return Err(Failure::input(format!("the command of the {role} server is empty")));
+                };
+                let mut command = Command::new(program);
+                command.args(arguments);
+                command
+            }
         };
         command.args(["--listen", "127.0.0.1:0"]);
         if *source == Source::Own {
@@ -75,7 +82,7 @@ impl Server {
             .map_err(|e| {
                 Failure::server(format!(
                     "cannot start the {role} server `{program}`: {e}; check the path given by --{role}-bin or by \
-                     `servers.{role}` of the case"
+                     `[servers]` of the case"
                 ))
             })?;
         let address = Self::read_address(role, &program, &mut child, log).await?;

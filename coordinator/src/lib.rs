@@ -1,3 +1,28 @@
-//! coordinator
+//! The coordinator: reads case files, starts and steps the solvers in lock-step, audits their interface, writes results.
+//!
+//! | module | what it does |
+//! |---|---|
+//! | [`case`] | case files: parse once, all mistakes at once |
+//! | [`launch`], [`remote`], [`in_process`] | the solvers as servers or as threads |
+//! | [`control`], [`lockstep`] | grants, events, checks of the books |
+//! | [`recorder`], [`output`] | everything that a run leaves behind |
+//! | [`run`], [`check`], [`cli`] | the commands |
+//!
+//! It computes no force.
 
+pub mod case;
+pub mod check;
+pub mod cli;
+pub mod control;
+pub mod failure;
+pub mod header;
+pub mod in_process;
+pub mod launch;
+pub mod lockstep;
 pub mod output;
+pub mod participants;
+pub mod preview;
+pub mod progress;
+pub mod recorder;
+pub mod remote;
+pub mod run;

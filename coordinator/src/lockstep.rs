@@ -88,8 +88,8 @@ impl LockStep {
         if self.participants.iter().any(|role| self.waiting[slot(*role)].is_empty()) {
             return None;
         }
-        let [fluid, solid] = &mut self.waiting;
-        let matched = self.matched(fluid.pop_front(), solid.pop_front());
+        let (fluid, solid) = (self.waiting[0].pop_front(), self.waiting[1].pop_front());
+        let matched = self.matched(fluid, solid);
         self.completed += 1;
         Some(matched)
     }

@@ -1,2 +1,5 @@
-//! Starts and steps a coupled run.
-fn main() {}
+//! Starts and steps a coupled run; see `coordinator --help`.
+
+fn main() -> std::process::ExitCode {
+    coordinator::cli::main()
+}

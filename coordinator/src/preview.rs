@@ -43,6 +43,9 @@ const LABELS: u32 = 60;
 const LEGEND: u32 = 300;
 const MARGIN: u32 = 16;
 
+/// Smallest radius at which a disc looks like one [pixels].
+const LEAST_RADIUS: f64 = 3.0;
+
 /// Height of a legend row and of text [pixels].
 const ROW: i32 = 22;
 const TEXT: i32 = 15;
@@ -75,25 +78,31 @@ fn groups(case: &Case) -> Vec<Group> {
     };
     let mut found = Vec::new();
     let mut add = |kind: &str, name: &str, colour: RGBColor, spacing: f64, positions: Vec<Vector>| {
-        let label = format!("{kind} {name} ({})", positions.len());
+        let label = format!("{kind}{name} ({})", positions.len());
         found.push(Group { label, colour, spacing, positions });
     };
     let wall_spacing = file.wall_spacing().unwrap_or(1.0);
     for (k, wall) in file.walls.iter().enumerate() {
         let positions = members(&scene.walls.wall, &scene.walls.position, k);
-        add("wall", &wall.name.value, WALLS[k % WALLS.len()], wall_spacing, positions);
+        add("wall ", &wall.name.value, WALLS[k % WALLS.len()], wall_spacing, positions);
     }
     if let Some(fluid) = &file.fluid {
         for (k, region) in fluid.regions.iter().enumerate() {
             let positions = members(&scene.fluid.region, &scene.fluid.position, k);
-            add("fluid", &region.name.value, FLUIDS[k % FLUIDS.len()], fluid.particle_spacing_m.value, positions);
+            add(
+                "fluid ",
+                &region.name.value,
+                FLUIDS[k % FLUIDS.len()],
+                fluid.particle_spacing_m.value,
+                positions,
+            );
         }
     }
     let Some(solid) = &file.solid else { return found };
     let spacing = solid.particle_spacing_m.value;
     for (k, body) in solid.bodies.iter().enumerate() {
         let positions = members(&scene.solid.body, &scene.solid.position, k);
-        add("body", &body.name.value, BODIES[k % BODIES.len()], spacing, positions);
+        add("body ", &body.name.value, BODIES[k % BODIES.len()], spacing, positions);
     }
     let held = scene.solid.position.iter().zip(&scene.solid.support).filter(|(_, support)| **support > 0);
     let held: Vec<Vector> = held.map(|(x, _)| *x).collect();
@@ -136,16 +145,31 @@ fn paint(case: &Case, groups: &[Group], path: &Path) -> anyhow::Result<()> {
     let plotted = chart.plotting_area().dim_in_pixel();
     let scale = (f64::from(plotted.0) / size.x).min(f64::from(plotted.1) / size.y);
     for group in groups {
-        // A little less than touching, and never invisible.
-        let radius = (0.42 * scale * group.spacing).max(1.0).round() as i32;
-        chart.draw_series(
-            group.positions.iter().map(|x| Circle::new((x.x, x.y), radius, group.colour.filled())),
-        )?;
+        draw_group(&mut chart, group, scale)?;
     }
     draw_domain(&mut chart, case)?;
     draw_probes(&mut chart, case)?;
     draw_legend(&right, groups, !probe_marks(case).is_empty())?;
     root.present()?;
+    Ok(())
+}
+
+/// Particles as discs, or as their cells where discs would be a few pixels only; `scale` in pixels per metre.
+fn draw_group(chart: &mut Chart<'_>, group: &Group, scale: f64) -> anyhow::Result<()> {
+    let style = group.colour.filled();
+    let radius = 0.45 * scale * group.spacing;
+    if radius >= LEAST_RADIUS {
+        let discs = group.positions.iter().map(|x| Circle::new((x.x, x.y), radius.round() as i32, style));
+        chart.draw_series(discs)?;
+    } else {
+        // At least a pixel wide.
+        let half = (0.5 * group.spacing).max(0.5 / scale);
+        let cells = group
+            .positions
+            .iter()
+            .map(|x| Rectangle::new([(x.x - half, x.y - half), (x.x + half, x.y + half)], style));
+        chart.draw_series(cells)?;
+    }
     Ok(())
 }
 
@@ -189,7 +213,9 @@ fn probe_marks(case: &Case) -> Vec<(String, Vector)> {
         _ => None,
     });
     let solid = probes.solid.iter().filter_map(|probe| match probe.kind {
-        SolidProbeKind::MaterialPoint { reference_position, .. } => Some((probe.name.clone(), reference_position)),
+        SolidProbeKind::MaterialPoint { reference_position, .. } => {
+            Some((probe.name.clone(), reference_position))
+        }
         _ => None,
     });
     fluid.chain(solid).collect()
@@ -198,10 +224,24 @@ fn probe_marks(case: &Case) -> Vec<(String, Vector)> {
 fn draw_probes(chart: &mut Chart<'_>, case: &Case) -> anyhow::Result<()> {
     let marks = probe_marks(case);
     chart.draw_series(marks.iter().map(|(_, x)| Cross::new((x.x, x.y), 6, PROBE.stroke_width(2))))?;
-    chart.draw_series(marks.iter().map(|(name, x)| {
-        EmptyElement::at((x.x, x.y))
-            + Text::new(name.clone(), (8, -18), (font::FAMILY, TEXT - 2).into_font().color(&PROBE))
-    }))?;
+    // Labels climb until they are clear of those before.
+    let mut taken: Vec<(i32, i32, i32)> = Vec::new();
+    for (name, x) in &marks {
+        let (left, centre) = chart.backend_coord(&(x.x, x.y));
+        // About the width of a letter; names have at most 64.
+        let width = name.chars().map(|_| TEXT / 2 + 1).sum::<i32>();
+        let clashes =
+            |y: i32| taken.iter().any(|(l, w, t)| left < l + w && *l < left + width && (y - t).abs() < TEXT);
+        let mut y = centre - TEXT;
+        while clashes(y) {
+            y -= TEXT / 2;
+        }
+        taken.push((left, width, y));
+        let style = (font::FAMILY, TEXT - 2).into_font().color(&PROBE);
+        chart.draw_series(std::iter::once(
+            EmptyElement::at((x.x, x.y)) + Text::new(name.clone(), (9, y - centre), style),
+        ))?;
+    }
     Ok(())
 }
 
@@ -218,4 +258,37 @@ fn draw_legend(area: &Picture<'_>, groups: &[Group], probes: bool) -> anyhow::Re
         area.draw(&Text::new("probes", (24, y - TEXT / 2), style))?;
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_picture_shows_every_group_in_its_colour_and_replaces_no_half_picture() {
+        let case = Path::new(env!("CARGO_MANIFEST_DIR")).join("../cases/drifting_body_coarse.toml");
+        let case = crate::case::load(&case, &|_| Err(String::new())).unwrap();
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("scene.png");
+        draw(&case, &path).unwrap();
+        let entries = std::fs::read_dir(folder.path()).unwrap().count();
+        assert_eq!(entries, 1, "the partial picture is renamed");
+        let bytes = std::fs::read(&path).unwrap();
+        assert!(bytes.starts_with(b"\x89PNG\r\n\x1a\n"));
+        // Drawn in memory once more to look at its pixels.
+        let groups = groups(&case);
+        assert_eq!(groups.len(), 6);
+        assert!(bytes.len() > 10_000, "{} bytes", bytes.len());
+        let labels: Vec<&str> = groups.iter().map(|group| group.label.as_str()).collect();
+        assert!(labels.contains(&"body body (81)") && labels.contains(&"held by supports (9)"), "{labels:?}");
+    }
+
+    #[test]
+    fn a_folder_that_does_not_exist_is_reported() {
+        let case = Path::new(env!("CARGO_MANIFEST_DIR")).join("../cases/drifting_body_coarse.toml");
+        let case = crate::case::load(&case, &|_| Err(String::new())).unwrap();
+        let folder = tempfile::tempdir().unwrap();
+        let error = draw(&case, &folder.path().join("no/such/scene.png")).unwrap_err();
+        assert!(format!("{error:#}").contains("cannot draw"), "{error:#}");
+    }
 }

@@ -1,3 +1,47 @@
 //! The fluid solver: physics, and the service around it.
 
+use std::ffi::OsString;
+use std::process::ExitCode;
+
+use proto::description::{Constants, Description, Fact};
+use proto::service::{Opened, SetupProblems, SolverFactory};
+use sph::setup::{Coupling, ParticipantSetup};
+use sph::solver::Role;
+
 pub mod physics;
+
+/// Makes fluid solvers for the service.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct FluidFactory;
+
+impl SolverFactory for FluidFactory {
+    fn describe(&self) -> Description {
+        Description::of_solver("fluid-server", env!("CARGO_PKG_VERSION"), Role::Fluid, proto::node::ARITHMETIC)
+    }
+
+    fn open(&self, setup: ParticipantSetup) -> Result<Opened, SetupProblems> {
+        let ParticipantSetup::Fluid(setup) = setup else {
+            return Err(SetupProblems(vec!["`open.setup`: is for a solid, must be for a fluid".into()]));
+        };
+        let fluid = setup.constants;
+        let mut constants = Constants::of(&setup.run);
+        // The fluid computes with its own constants, whatever the interface was told.
+        constants.coupling = constants.coupling.map(|coupling| Coupling { fluid, ..coupling });
+        let facts = [
+            ("rest_density", fluid.rest_density, "kg/m3"),
+            ("sound_speed", fluid.sound_speed, "m/s"),
+            ("smoothing_length", fluid.smoothing_length, "m"),
+            ("particle_spacing", fluid.particle_spacing, "m"),
+        ];
+        let facts = facts
+            .map(|(name, value, unit)| Fact { name: name.into(), value, unit: unit.into() })
+            .into();
+        let solver = physics::FluidSolver::new(setup).map_err(SetupProblems)?;
+        Ok(Opened { solver: Box::new(solver), constants, facts })
+    }
+}
+
+/// Runs the server program on `args`, the program's name first; see [`proto::node::NodeArgs`].
+pub fn main_with(args: impl IntoIterator<Item = OsString>) -> ExitCode {
+    proto::node::main_with(args, FluidFactory)
+}

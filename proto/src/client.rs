@@ -54,7 +54,7 @@ impl Default for Deadlines {
 /// Secret of a run and the name of who holds it; both servers of a run get the same.
 #[derive(Clone, Debug)]
 pub struct RunAccess {
-    token: Token,
+    pub(crate) token: Token,
     holder: String,
 }
 

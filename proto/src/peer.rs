@@ -22,6 +22,10 @@ use crate::wire;
 const OUTBOUND_FRAMES: usize = 4;
 /// Wait for the partner's first frame to open a connection to it.
 const CONNECT_TIMEOUT: Duration = Duration::from_secs(10);
+/// Wait for the partner's end after the own one: dropping a stream sooner would cut frames that are still on the way.
+const LINGER: Duration = Duration::from_secs(20);
+/// The same for a run that was given up: time for the farewell to leave.
+const LINGER_CANCELLED: Duration = Duration::from_millis(300);
 /// Wait for response headers, so that a refusal is seen in `Link`.
 const HEADER_TIMEOUT: Duration = Duration::from_secs(5);
 
@@ -179,9 +183,31 @@ async fn expire(deadline: Option<Duration>) -> Duration {
 impl Drop for GrpcPeer {
     fn drop(&mut self) {
         let farewell = self.writer.farewell(&self.monitor.farewell());
-        // A partner that is gone needs none.
-        drop(self.outbound.try_send(farewell));
+        let (outbound, arriving, inbound) = (self.outbound.clone(), self.arriving.take(), self.inbound.take());
+        let cancel = self.cancel.clone();
+        self.runtime.spawn(async move {
+            // A partner that is gone needs neither farewell nor patience.
+            tokio::select! {
+                () = linger(farewell, outbound, arriving, inbound) => {}
+                () = tokio::time::sleep(LINGER) => {}
+                () = async { cancel.cancelled().await; tokio::time::sleep(LINGER_CANCELLED).await } => {}
+            }
+        });
     }
+}
+
+/// Says farewell, ends the own half of the stream and hears the partner out.
+async fn linger(
+    farewell: wire::Frame,
+    outbound: mpsc::Sender<wire::Frame>,
+    mut arriving: Option<oneshot::Receiver<Inbound>>,
+    mut inbound: Option<tonic::Streaming<wire::Frame>>,
+) {
+    if outbound.send(farewell).await.is_err() {
+        return;
+    }
+    drop(outbound);
+    while GrpcPeer::next(&mut arriving, &mut inbound).await.is_ok() {}
 }
 
 /// Calls the partner's Exchange at `address` and hands its stream to `slot`.

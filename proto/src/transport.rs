@@ -39,7 +39,7 @@ impl Token {
             Ok(Self(text.to_owned()))
         } else {
             // The value stays unsaid: it may be a secret with a slip.
-            Err(format!("`token`: must have {MIN_TOKEN_BYTES} to {MAX_NAME_BYTES} printable ASCII characters"))
+            Err(format!("must have {MIN_TOKEN_BYTES} to {MAX_NAME_BYTES} printable ASCII characters"))
         }
     }
 

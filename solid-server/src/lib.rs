@@ -1,3 +1,55 @@
-//! solid-server
+//! The solid solver: physics, and the service around it.
+
+use std::ffi::OsString;
+use std::process::ExitCode;
+
+use proto::description::{Constants, Description, Fact};
+use proto::service::{Opened, SetupProblems, SolverFactory};
+use sph::setup::{Coupling, ParticipantSetup};
+use sph::solver::Role;
 
 pub mod physics;
+
+/// Makes solid solvers for the service.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct SolidFactory;
+
+impl SolverFactory for SolidFactory {
+    fn describe(&self) -> Description {
+        Description::of_solver("solid-server", env!("CARGO_PKG_VERSION"), Role::Solid, proto::node::ARITHMETIC)
+    }
+
+    fn open(&self, setup: ParticipantSetup) -> Result<Opened, SetupProblems> {
+        let ParticipantSetup::Solid(setup) = setup else {
+            return Err(SetupProblems(vec!["`open.setup`: is for a fluid, must be for a solid".into()]));
+        };
+        let mut constants = Constants::of(&setup.run);
+        // The solid computes with its own spacing, whatever the interface was told.
+        let solid_spacing = setup.particle_spacing;
+        constants.coupling = constants.coupling.map(|coupling| Coupling { solid_spacing, ..coupling });
+        let mut facts = vec![Fact { name: "particle_spacing".into(), value: solid_spacing, unit: "m".into() }];
+        for body in &setup.bodies {
+            let material = &body.material;
+            facts.extend(
+                [
+                    ("density", material.density, "kg/m3"),
+                    ("bulk_modulus", material.bulk_modulus, "Pa"),
+                    ("shear_modulus", material.shear_modulus, "Pa"),
+                    ("longitudinal_speed", material.longitudinal_speed(), "m/s"),
+                ]
+                .map(|(name, value, unit)| Fact {
+                    name: format!("{}.{name}", body.name),
+                    value,
+                    unit: unit.into(),
+                }),
+            );
+        }
+        let solver = physics::SolidSolver::new(setup).map_err(SetupProblems)?;
+        Ok(Opened { solver: Box::new(solver), constants, facts })
+    }
+}
+
+/// Runs the server program on `args`, the program's name first; see [`proto::node::NodeArgs`].
+pub fn main_with(args: impl IntoIterator<Item = OsString>) -> ExitCode {
+    proto::node::main_with(args, SolidFactory)
+}

@@ -187,7 +187,8 @@ impl CaseErrors {
             None => {
                 groups.push(title.element(annotate_snippets::Origin::path(&self.file)));
                 if let Some(allowed) = &mistake.allowed {
-                    groups.push(Group::with_title(Level::NOTE.secondary_title(format!("allowed: {allowed}"))));
+                    groups
+                        .push(Group::with_title(Level::NOTE.secondary_title(format!("allowed: {allowed}"))));
                 }
             }
         }
@@ -218,7 +219,8 @@ pub fn suggestion<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> O
         .into_iter()
         .map(|candidate| {
             // A forgotten or different unit at the end is the commonest slip.
-            let unit = candidate.starts_with(&format!("{word}_")) || word.starts_with(&format!("{candidate}_"));
+            let unit =
+                candidate.starts_with(&format!("{word}_")) || word.starts_with(&format!("{candidate}_"));
             let distance = if unit { 1 } else { strsim::damerau_levenshtein(&word, candidate) };
             (distance, candidate)
         })

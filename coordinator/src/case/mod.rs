@@ -96,21 +96,21 @@ pub struct Outputs {
 /// All mistakes of the file.
 pub fn load(path: &Path, final_state: Loader<'_>) -> Result<Case, CaseErrors> {
     let shown = path.display().to_string();
-    let text = files::read_text(path)
-        .map_err(|problem| CaseErrors::unreadable(shown.clone(), problem, "give the path of a case file (TOML)"))?;
+    let text = files::read_text(path).map_err(|problem| {
+        CaseErrors::unreadable(shown.clone(), problem, "give the path of a case file (TOML)")
+    })?;
     let directory = path.parent().unwrap_or(Path::new(""));
     parse(&text, &shown, directory, final_state)
 }
 
 /// Reads and checks the text of a case file; `name` stands for it in messages, file names in it are taken from
-/// `directory`.
+/// `directory`, and `final_state` reads the final states that it may start from.
 ///
 /// # Errors
 /// All mistakes of the text.
 pub fn parse(text: &str, name: &str, directory: &Path, final_state: Loader<'_>) -> Result<Case, CaseErrors> {
     let mistakes = Mistakes::default();
-    let case = build(text, directory, final_state, &mistakes);
-    match case {
+    match build(text, directory, final_state, &mistakes) {
         Some(case) if mistakes.count() == 0 => Ok(case),
         _ => Err(mistakes.into_errors(name.to_owned(), text.to_owned())),
     }
@@ -168,7 +168,7 @@ impl CaseFile {
     /// Spacing of wall particles \[m\]: the fluid's where there is one.
     pub fn wall_spacing(&self) -> Option<f64> {
         match (&self.fluid, &self.solid) {
-            (Some(fluid), _) => fluid.intact.then_some(fluid.particle_spacing_m.value),
+            (Some(fluid), _) => fluid.lattice_intact.then_some(fluid.particle_spacing_m.value),
             (None, Some(solid)) => solid.intact.then_some(solid.particle_spacing_m.value),
             (None, None) => None,
         }
@@ -189,7 +189,8 @@ impl CaseFile {
     fn open_rims(&self) -> Vec<Choice<Side>> {
         let domain = self.domain.domain();
         let coincides = |wall: &file::wall::WallTable, side: Side| {
-            let corner = |of: fn(&sph::shapes::Shape) -> sph::vector::Vector, fallback: sph::vector::Vector| {
+            let corner = |of: fn(&sph::shapes::Shape) -> sph::vector::Vector,
+                          fallback: sph::vector::Vector| {
                 wall.shape.as_ref().map_or(fallback, |shape| of(&shape.value.to_shape()))[side.axis]
             };
             if side.upper {
@@ -201,7 +202,8 @@ impl CaseFile {
         let open = |side: Side| {
             !domain.periodic[side.axis]
                 && self.walls.iter().filter(|wall| wall.kind.value == WallKind::Container).any(|wall| {
-                    wall.open_sides.iter().flatten().any(|choice| choice.value == side) && coincides(wall, side)
+                    wall.open_sides.iter().flatten().any(|choice| choice.value == side)
+                        && coincides(wall, side)
                 })
         };
         SIDES
@@ -221,15 +223,19 @@ impl Case {
             && self.file.fluid.as_ref().is_none_or(|fluid| fluid.intact)
             && self.file.solid.as_ref().is_none_or(|s| s.intact && s.bodies.iter().all(|body| body.intact));
         let limits = self.step_limits();
-        let Some(limit) = limits::governing(&limits, |limit| limit.stability).filter(|_| ready) else { return };
+        let Some(limit) = limits::governing(&limits, |limit| limit.stability).filter(|_| ready) else {
+            return;
+        };
         let largest = time.limit_factor.value * limit.stability;
         if time_step_s.value > largest {
-            let mistake = Mistake::new(&time_step_s.place, "above the stability limit").value(time_step_s.value);
-            let recommended = limits::governing(&limits, |l| l.recommended).map_or(largest, |l| l.recommended);
+            let mistake =
+                Mistake::new(&time_step_s.place, "above the stability limit").value(time_step_s.value);
+            let recommended =
+                limits::governing(&limits, |l| l.recommended).map_or(largest, |l| l.recommended);
             mistakes.add(
-                mistake
-                    .allowed(format!("at most {largest:.4e} s ({})", limit.origin))
-                    .hint(format!("use {recommended:.2e} s, or raise `time.limit_factor` to try a larger step")),
+                mistake.allowed(format!("at most {largest:.4e} s ({})", limit.origin)).hint(format!(
+                    "use {recommended:.2e} s, or raise `time.limit_factor` to try a larger step"
+                )),
             );
         }
     }
@@ -328,6 +334,7 @@ impl Case {
     /// which stand as full paths; it reads back as the same case.
     pub fn resolved_toml(&self) -> String {
         // The structs hold numbers, texts, lists and tables only: TOML can say all of them.
-        toml::to_string(&self.file).unwrap_or_default()
+        toml::to_string(&self.file)
+            .unwrap_or_else(|error| format!("# the case cannot be written out: {error}\n"))
     }
 }

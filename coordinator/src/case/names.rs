@@ -37,7 +37,8 @@ fn unique<'a>(what: &str, names: impl Iterator<Item = &'a At<String>>, mistakes:
     for name in names {
         // A name that is missing has been reported as such.
         if !name.value.is_empty() && !seen.insert(&name.value) {
-            let mistake = Mistake::new(&name.place, format!("another {what} has this name")).value(&name.value);
+            let mistake =
+                Mistake::new(&name.place, format!("another {what} has this name")).value(&name.value);
             mistakes.add(mistake.hint("give each its own name"));
         }
     }
@@ -112,10 +113,8 @@ impl Resolver<'_> {
         match self.table.kind.value {
             ProbeKind::MaterialPoint => {
                 let (body, at) = (body?, self.table.at_m.as_ref()?);
-                self.inside_body(solid, body, at).then_some(SolidProbeKind::MaterialPoint {
-                    body,
-                    reference_position: at.value,
-                })
+                self.inside_body(solid, body, at)
+                    .then_some(SolidProbeKind::MaterialPoint { body, reference_position: at.value })
             }
             ProbeKind::BodyMotion => Some(SolidProbeKind::Motion(body?)),
             ProbeKind::BodyForce => Some(SolidProbeKind::BodyForce(body?)),
@@ -145,7 +144,8 @@ impl Resolver<'_> {
         let names: Vec<&str> = names.map(|name| name.value.as_str()).collect();
         let found = names.iter().position(|name| *name == wanted.value).and_then(|k| u32::try_from(k).ok());
         if found.is_none() {
-            let mistake = Mistake::new(&wanted.place, format!("no {what} has this name")).value(&wanted.value);
+            let mistake =
+                Mistake::new(&wanted.place, format!("no {what} has this name")).value(&wanted.value);
             self.mistakes.add(mistake.hint(suggest(&wanted.value, &names)));
         }
         found
@@ -173,7 +173,8 @@ impl Resolver<'_> {
         let inside = nearest <= solid.particle_spacing_m.value;
         if !inside {
             let name = &solid.bodies[body as usize].name.value;
-            let problem = format!("lies outside the body `{name}`: its nearest particle is {nearest:.3e} m away");
+            let problem =
+                format!("lies outside the body `{name}`: its nearest particle is {nearest:.3e} m away");
             let allowed = format!("within one particle spacing, {} m", solid.particle_spacing_m.value);
             self.mistakes.add(Mistake::new(&at.place, problem).allowed(allowed));
         }

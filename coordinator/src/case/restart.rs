@@ -10,7 +10,7 @@ use super::file::CaseFile;
 use super::mistakes::{Mistake, Mistakes};
 use super::scene::{MOST_PARTICLES, Scene};
 
-/// Reads the final state of one side: the path is `DIR/final/fluid` or `DIR/final/solid`, without an ending.
+/// Reads the final state of one side from `DIR/final/fluid.state` or `DIR/final/solid.state`.
 pub type Loader<'a> = &'a dyn Fn(&Path) -> Result<ParticleFields, String>;
 
 /// Replaces the particles of regions and bodies that both runs have by their final state.
@@ -30,12 +30,12 @@ pub fn apply(file: &CaseFile, scene: &mut Scene, load: Loader<'_>, mistakes: &Mi
     };
     if let Some(fluid) = &file.fluid {
         let names: Vec<&str> = fluid.regions.iter().map(|region| region.name.value.as_str()).collect();
-        let state = load(&directory.join("fluid"));
+        let state = load(&directory.join("fluid.state"));
         report("fluid", state.and_then(|state| restore_fluid(&names, &state, &mut scene.fluid)));
     }
     if let Some(solid) = &file.solid {
         let names: Vec<&str> = solid.bodies.iter().map(|body| body.name.value.as_str()).collect();
-        let state = load(&directory.join("solid"));
+        let state = load(&directory.join("solid.state"));
         report("solid", state.and_then(|state| restore_solid(&names, &state, &mut scene.solid)));
     }
     if taken == 0 && mistakes.count() == 0 {
@@ -60,10 +60,12 @@ fn vector(field: &Field, particle: usize) -> Vector {
     Vector::new(field.values[2 * particle], field.values[2 * particle + 1])
 }
 
-/// Particles of `state` that belong to the group called `name`, in the order of the state.
+/// Particles of `state` that belong to the group called `name`, by ascending id.
 fn members(state: &ParticleFields, name: &str) -> Vec<usize> {
     let group = state.group_names.iter().position(|group| group == name).and_then(|k| u32::try_from(k).ok());
-    (0..state.group.len()).filter(|&k| Some(state.group[k]) == group).collect()
+    let mut found: Vec<usize> = (0..state.group.len()).filter(|&k| Some(state.group[k]) == group).collect();
+    found.sort_by_key(|k| state.id[*k]);
+    found
 }
 
 fn check_size(state: &ParticleFields) -> Result<(), String> {
@@ -73,7 +75,11 @@ fn check_size(state: &ParticleFields) -> Result<(), String> {
     Ok(())
 }
 
-fn restore_fluid(names: &[&str], state: &ParticleFields, particles: &mut FluidParticles) -> Result<usize, String> {
+fn restore_fluid(
+    names: &[&str],
+    state: &ParticleFields,
+    particles: &mut FluidParticles,
+) -> Result<usize, String> {
     check_size(state)?;
     let position = field(state, "position", 2)?;
     let velocity = field(state, "velocity", 2)?;
@@ -107,7 +113,11 @@ fn restore_fluid(names: &[&str], state: &ParticleFields, particles: &mut FluidPa
     Ok(taken)
 }
 
-fn restore_solid(names: &[&str], state: &ParticleFields, particles: &mut SolidParticles) -> Result<usize, String> {
+fn restore_solid(
+    names: &[&str],
+    state: &ParticleFields,
+    particles: &mut SolidParticles,
+) -> Result<usize, String> {
     check_size(state)?;
     let position = field(state, "position", 2)?;
     let velocity = field(state, "velocity", 2)?;

@@ -1,7 +1,5 @@
 //! What `check` and the run header tell about a case.
 
-use std::fmt;
-
 use sph::setup::StepPolicy;
 
 use super::Case;
@@ -68,6 +66,8 @@ pub struct Summary {
     pub steps: u64,
     /// Forecast of the run time on one core \[s\].
     pub forecast: f64,
+    /// Cost model of the forecast, in words.
+    pub forecast_basis: String,
     /// Constants that decide the answer, in words.
     pub constants: Vec<String>,
     /// Stabilisers that are switched on.
@@ -82,7 +82,8 @@ impl Case {
     /// Facts of the case for `check` and the run header.
     pub fn summary(&self) -> Summary {
         let limits = self.step_limits();
-        let stability = limits::governing(&limits, |limit| limit.stability).map_or(f64::INFINITY, |l| l.stability);
+        let stability =
+            limits::governing(&limits, |limit| limit.stability).map_or(f64::INFINITY, |l| l.stability);
         let recommended =
             limits::governing(&limits, |limit| limit.recommended).map_or(f64::INFINITY, |l| l.recommended);
         let plan = self.file.time.to_setup();
@@ -106,6 +107,12 @@ impl Case {
             // Saturates for absurd inputs.
             steps: steps as u64,
             forecast: steps * STAGES * cost,
+            forecast_basis: format!(
+                "{:.0} ns per fluid, {:.0} ns per solid and {:.0} ns per wall particle and half-step",
+                FLUID_COST * 1e9,
+                SOLID_COST * 1e9,
+                WALL_COST * 1e9
+            ),
             constants: self.constants(),
             stabilisers: self.stabilisers(),
             cuts: scene.cuts.clone(),
@@ -140,7 +147,8 @@ impl Case {
         }
         if let Some(solid) = &self.file.solid {
             for body in &solid.bodies {
-                let FormulationTable::UpdatedLagrangian { kernel_ratio, artificial_viscosity_a, .. } = body.formulation
+                let FormulationTable::UpdatedLagrangian { kernel_ratio, artificial_viscosity_a, .. } =
+                    body.formulation
                 else {
                     continue;
                 };
@@ -213,7 +221,10 @@ impl Case {
             }
         }
         if let Some(interface) = &self.file.interface {
-            lines.push(format!("interface: law {}, margin {} Δx", interface.law.word, interface.margin_spacings));
+            lines.push(format!(
+                "interface: law {}, margin {} Δx",
+                interface.law.word, interface.margin_spacings
+            ));
         }
         lines
     }
@@ -228,10 +239,19 @@ impl Case {
             }
             let (a, b) = (fluid.artificial_viscosity_a, fluid.artificial_viscosity_b);
             if a > 0.0 || b > 0.0 {
-                add("fluid", format!("artificial viscosity, A = {a}, B = {b}, λ = {}, Eq. (23)-(24)", fluid.lambda));
+                add(
+                    "fluid",
+                    format!("artificial viscosity, A = {a}, B = {b}, λ = {}, Eq. (23)-(24)", fluid.lambda),
+                );
             }
             if let Some(damping) = &fluid.damping {
-                add("fluid", format!("damping of the start, k = {} 1/s until {} s", damping.rate_per_s, damping.until_s));
+                add(
+                    "fluid",
+                    format!(
+                        "damping of the start, k = {} 1/s until {} s",
+                        damping.rate_per_s, damping.until_s
+                    ),
+                );
             }
         }
         let Some(solid) = &self.file.solid else { return found };
@@ -256,13 +276,18 @@ impl Case {
             }
         }
         if let Some(damping) = &solid.damping {
-            add("solid", format!("damping of the start, k = {} 1/s until {} s", damping.rate_per_s, damping.until_s));
+            add(
+                "solid",
+                format!("damping of the start, k = {} 1/s until {} s", damping.rate_per_s, damping.until_s),
+            );
         }
         match solid.contact {
             ContactTable::Sums => add("contact", "through the sums, Eq. (22) and section 4.1".to_owned()),
             ContactTable::Repulsion { stiffness, distance, damping } => add(
                 "contact",
-                format!("repulsion, stiffness {stiffness} K, distance {distance} Δx, damping {damping} of critical"),
+                format!(
+                    "repulsion, stiffness {stiffness} K, distance {distance} Δx, damping {damping} of critical"
+                ),
             ),
         }
         found
@@ -296,66 +321,5 @@ impl Case {
                 sound_speed / speed
             )
         })
-    }
-}
-
-impl fmt::Display for Summary {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(f, "case `{}`", self.name)?;
-        writeln!(f, "\nparticles")?;
-        for count in &self.counts {
-            write!(f, "  {:<13} {:<20} {:>9}", count.kind, count.name, count.particles)?;
-            if count.held > 0 {
-                write!(f, "  and {} held", count.held)?;
-            }
-            writeln!(f)?;
-        }
-        for cut in &self.cuts {
-            writeln!(f, "  {cut}")?;
-        }
-        writeln!(f, "\nconstants")?;
-        for line in &self.constants {
-            writeln!(f, "  {line}")?;
-        }
-        writeln!(f, "\nstabilisers")?;
-        for stabiliser in &self.stabilisers {
-            writeln!(f, "  {}: {}", stabiliser.owner, stabiliser.text)?;
-        }
-        writeln!(f, "\ntime step limits                             stability   recommended")?;
-        for limit in &self.limits {
-            writeln!(f, "  {:<40} {:>9.3e} s   {:>9.3e} s", limit.origin, limit.stability, limit.recommended)?;
-        }
-        let kind = if self.fixed { "fixed" } else { "adaptive, first" };
-        writeln!(
-            f,
-            "  step ({kind}) {:.4e} s: {:.2} of the recommended, {:.2} of the stability limit",
-            self.time_step, self.ratio_to_recommended, self.ratio_to_limit
-        )?;
-        if let Some(factor) = self.limit_override {
-            writeln!(f, "  the case overrides the limit: steps up to {factor} of the stability limit are allowed")?;
-        }
-        let about = if self.fixed { "" } else { "about " };
-        writeln!(
-            f,
-            "\n{about}{} steps; forecast {} on one core ({:.0} ns per fluid, {:.0} ns per solid particle and half-step)",
-            self.steps,
-            duration(self.forecast),
-            FLUID_COST * 1e9,
-            SOLID_COST * 1e9
-        )?;
-        for warning in &self.warnings {
-            writeln!(f, "warning: {warning}")?;
-        }
-        Ok(())
-    }
-}
-
-/// Seconds in words.
-fn duration(seconds: f64) -> String {
-    match seconds {
-        s if s < 120.0 => format!("{s:.1} s"),
-        s if s < 7200.0 => format!("{:.0} min", s / 60.0),
-        s if s < 172_800.0 => format!("{:.1} h", s / 3600.0),
-        s => format!("{:.1} days", s / 86_400.0),
     }
 }

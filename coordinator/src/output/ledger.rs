@@ -46,7 +46,8 @@ pub fn columns(sides: &[Role]) -> Vec<String> {
     for side in sides {
         names.extend(INTERFACE.iter().map(|name| format!("{side}_{name}")));
         for account in Account::ALL {
-            names.extend(["x", "y"].map(|axis| format!("{side}_{}_impulse_{axis}_n_s_per_m", account.name())));
+            names
+                .extend(["x", "y"].map(|axis| format!("{side}_{}_impulse_{axis}_n_s_per_m", account.name())));
         }
         names.extend(ENERGIES.iter().map(|name| format!("{side}_{name}")));
     }
@@ -124,7 +125,12 @@ impl LedgerFile {
     }
 
     /// Books a completed step; `imbalance` is that of predictor and corrector.
-    pub fn record(&mut self, fluid: Option<&StepReport>, solid: Option<&StepReport>, imbalance: &[Imbalance; 2]) {
+    pub fn record(
+        &mut self,
+        fluid: Option<&StepReport>,
+        solid: Option<&StepReport>,
+        imbalance: &[Imbalance; 2],
+    ) {
         let reports = [fluid, solid];
         let Some(step) = reports.iter().flatten().map(|report| report.step).next() else { return };
         for (imbalance, stage) in imbalance.iter().zip(Stage::BOTH) {
@@ -243,7 +249,13 @@ mod tests {
             let mut accounts = Accounts::default();
             accounts.add(Account::BodyForce, weight);
             StageBooks {
-                interface: InterfaceSums { force, gross_force: 9.0, power: 2.0, pairs: 7, ..Default::default() },
+                interface: InterfaceSums {
+                    force,
+                    gross_force: 9.0,
+                    power: 2.0,
+                    pairs: 7,
+                    ..Default::default()
+                },
                 accounts,
                 duration,
                 momentum_change: duration * (force + weight),

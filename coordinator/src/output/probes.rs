@@ -93,7 +93,8 @@ impl ProbeFile {
     /// Writes the row of the earliest waiting step; a step that was written before is dropped.
     fn write_earliest(&mut self) -> Result<(), OutputError> {
         let fronts = self.sides.iter().filter_map(|side| side.waiting.front());
-        let Some((step, time)) = fronts.map(|front| (front.step, front.time)).min_by_key(|front| front.0) else {
+        let Some((step, time)) = fronts.map(|front| (front.step, front.time)).min_by_key(|front| front.0)
+        else {
             return Ok(());
         };
         self.row.clear();

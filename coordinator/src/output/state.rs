@@ -57,7 +57,8 @@ pub fn read(path: &Path) -> Result<ParticleFields, String> {
         return Err(bad("is no file".into()));
     }
     let (mut magic, mut version, mut length) = ([0; 8], [0; 4], [0; 8]);
-    let head = [&mut magic[..], &mut version, &mut length].into_iter().try_for_each(|part| file.read_exact(part));
+    let head =
+        [&mut magic[..], &mut version, &mut length].into_iter().try_for_each(|part| file.read_exact(part));
     if head.is_err() || magic != MAGIC {
         return Err(bad("is no final state of a run (`final/fluid.state` or `final/solid.state`)".into()));
     }
@@ -116,7 +117,8 @@ pub(super) fn check(state: &ParticleFields) -> Result<(), String> {
     if state.group.len() != n {
         return Err(format!("{} group indices for {n} particles", state.group.len()));
     }
-    if let Some(group) = state.group.iter().find(|g| !usize::try_from(**g).is_ok_and(|g| g < state.group_names.len()))
+    if let Some(group) =
+        state.group.iter().find(|g| !usize::try_from(**g).is_ok_and(|g| g < state.group_names.len()))
     {
         return Err(format!("group index {group} with {} groups", state.group_names.len()));
     }
@@ -196,8 +198,10 @@ impl<'a> Body<'a> {
     }
 
     fn bytes(&mut self, count: usize) -> Result<&'a [u8], String> {
-        let (bytes, rest) =
-            self.0.split_at_checked(count).ok_or_else(|| format!("{count} bytes announced, {} left", self.0.len()))?;
+        let (bytes, rest) = self
+            .0
+            .split_at_checked(count)
+            .ok_or_else(|| format!("{count} bytes announced, {} left", self.0.len()))?;
         self.0 = rest;
         Ok(bytes)
     }

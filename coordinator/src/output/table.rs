@@ -118,9 +118,7 @@ impl TableFile {
 
     fn record<I: IntoIterator<Item = T>, T: AsRef<[u8]>>(&mut self, fields: I) -> Result<(), OutputError> {
         let written = self.writer.write_record(fields).map_err(std::io::Error::other);
-        written
-            .and_then(|()| self.writer.flush())
-            .map_err(|e| OutputError::file("write", &self.partial, e))
+        written.and_then(|()| self.writer.flush()).map_err(|e| OutputError::file("write", &self.partial, e))
     }
 
     /// Gives the file its final name.
@@ -176,6 +174,9 @@ mod tests {
         assert!(table.column("a").unwrap()[0].is_nan());
         fs::write(&path, "t_s,a\n0.0,high\n").unwrap();
         let message = Table::read(&path).unwrap_err().to_string();
-        assert!(message.contains("line 2") && message.contains("`a`") && message.contains("high"), "{message}");
+        assert!(
+            message.contains("line 2") && message.contains("`a`") && message.contains("high"),
+            "{message}"
+        );
     }
 }

@@ -114,9 +114,10 @@ fn header(particles: &ParticleFields, position: &Field, appended: &mut Appended)
         array(&mut xml, "Float64", &field.name, &components(field), offset, &field.unit);
     }
     xml.push_str("      </PointData>\n      <Points>\n");
-    let triples = position.values.chunks(position.components).flat_map(|x| {
-        (0..3).flat_map(|axis| x.get(axis).copied().unwrap_or(0.0).to_le_bytes())
-    });
+    let triples = position
+        .values
+        .chunks(position.components)
+        .flat_map(|x| (0..3).flat_map(|axis| x.get(axis).copied().unwrap_or(0.0).to_le_bytes()));
     let offset = appended.add(triples)?;
     array(&mut xml, "Float64", "Points", "NumberOfComponents=\"3\"", offset, &position.unit);
     xml.push_str("      </Points>\n      <Verts>\n");
@@ -241,7 +242,8 @@ mod tests {
         let marker = b"encoding=\"raw\">\n    _";
         let data = file.windows(marker.len()).position(|w| w == marker).unwrap() + marker.len();
         let xml = String::from_utf8(file[..data].to_vec()).unwrap();
-        let element = xml.lines().find(|line| line.contains(&format!("Name=\"{name}\""))).unwrap().to_string();
+        let element =
+            xml.lines().find(|line| line.contains(&format!("Name=\"{name}\""))).unwrap().to_string();
         let offset = element.split("offset=\"").nth(1).unwrap().split('"').next().unwrap();
         let data = &file[data + offset.parse::<usize>().unwrap()..];
         let word = |k: usize| u64::from_le_bytes(data[8 * k..8 * k + 8].try_into().unwrap()) as usize;

@@ -9,6 +9,7 @@ use sph::sums::ordered_sum;
 use sph::vector::Vector;
 
 use super::model::FluidModel;
+use super::pair::Record;
 use super::rates::Rates;
 use super::state::{Base, FluidState};
 use super::workspace::Workspace;
@@ -62,14 +63,14 @@ pub fn advance(
     workspace: &mut Workspace,
     time: &StageTime,
 ) -> StageBooks {
-    let Workspace { base, rates, cross, .. } = workspace;
+    let Workspace { base, fluid, rates, cross, .. } = workspace;
     if time.at.stage == Stage::Predictor {
         base.position.clone_from(&state.position);
         base.velocity.clone_from(&state.velocity);
         base.density.clone_from(&state.density);
     }
     let duration = time.duration();
-    let forces = forces(model, state, rates, time);
+    let forces = forces(model, state, fluid, rates, time);
     move_from_base(state, base, rates, duration);
     // Summed from the moved state, not from the forces: the books are checked against it.
     let momentum = ordered_sum(state.len(), |i| {
@@ -100,18 +101,23 @@ fn accounts(forces: &Forces, removed: Vector, duration: f64) -> Accounts {
 ///
 /// The scale of round-off in the momentum check counts for each particle, besides m|v| and m|a|, the size |p|V/h of
 /// the pair forces that cancel in its acceleration.
-fn forces(model: &FluidModel, state: &FluidState, rates: &[Rates], time: &StageTime) -> Forces {
+fn forces(
+    model: &FluidModel,
+    state: &FluidState,
+    fluid: &[Record],
+    rates: &[Rates],
+    time: &StageTime,
+) -> Forces {
     let damping = model.damping_rate(time.state_time());
     let inverse_h = 1.0 / model.constants.smoothing_length;
     ordered_sum(state.len(), |i| {
         let (m, rates) = (state.mass[i], &rates[i]);
         let acceleration = rates.acceleration.norm();
-        let pressure = model.equation_of_state.pressure(state.density[i]).abs();
         Forces {
             body: rates.body * m,
             walls: rates.walls * m,
             damping: state.velocity[i] * (-damping * m),
-            gross: m * (acceleration + pressure * inverse_h / state.density[i]),
+            gross: m * acceleration + fluid[i].pressure.abs() * fluid[i].volume * inverse_h,
             largest_acceleration: acceleration,
         }
     })

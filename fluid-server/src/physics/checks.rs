@@ -22,13 +22,14 @@ struct Findings {
 ///
 /// # Errors
 /// The first particle that is not.
-pub fn check_state(model: &FluidModel, state: &FluidState, at: StepStage) -> Result<f64, Divergence> {
+pub fn check_state(model: &FluidModel, state: &FluidState, at: StepStage) -> Result<f64, Box<Divergence>> {
     let square_limit = model.constants.sound_speed.powi(2);
+    let rest_density = model.constants.rest_density;
     let healthy = |i: usize, square_speed: f64| {
-        let (x, q) = (&state.position[i], state.density[i] / model.constants.rest_density);
+        let x = &state.position[i];
         // Written so that NaN fails.
         square_speed < square_limit
-            && (q - 1.0).abs() < LARGEST_COMPRESSION
+            && (state.density[i] - rest_density).abs() < LARGEST_COMPRESSION * rest_density
             && x.x.is_finite()
             && x.y.is_finite()
     };
@@ -48,7 +49,7 @@ pub fn check_state(model: &FluidModel, state: &FluidState, at: StepStage) -> Res
     if findings.first_bad == usize::MAX {
         Ok(findings.largest_square_speed.sqrt())
     } else {
-        Err(diagnosis(model, state, at, findings.first_bad))
+        Err(Box::new(diagnosis(model, state, at, findings.first_bad)))
     }
 }
 

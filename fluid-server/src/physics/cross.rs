@@ -160,7 +160,6 @@ impl Cross {
         let meets = self.density_meets();
         let slips = self.coupling.law == InterfaceLaw::Wall;
         let Self { interface, domain, moments, .. } = self;
-        let kernel = &model.law.kernel;
         moments.resize(own.len(), MomentSums::default());
         moments.par_iter_mut().with_min_len(TASK).enumerate().for_each(|(k, sums)| {
             *sums = MomentSums::default();
@@ -174,7 +173,8 @@ impl Cross {
                 }
                 let density = if meets { dummy.density - own.density[k] } else { 0.0 };
                 let volume = dummy.mass / dummy.density;
-                sums.add::<true, true>(kernel, [d.x, d.y], volume, density, [v_sf.x, v_sf.y]);
+                let gradient_factor = model.gradient_scale * model.kernel.gradient_factor(d.norm());
+                sums.add_pair(&d, volume * gradient_factor, density, &v_sf);
             }
         });
         for (i, sums) in self.members.iter().zip(&self.moments) {
@@ -210,7 +210,9 @@ impl Cross {
                 let dummy = interface.dummy(s);
                 let d = domain.separation(&own.position[k], &partner.position[s]);
                 let square = d.norm_squared();
-                let weight = dummy.mass / dummy.density * model.cross_kernel.gradient_factor(square);
+                let gradient_factor =
+                    model.cross_gradient_scale * model.kernel.gradient_factor(square.sqrt());
+                let weight = dummy.mass / dummy.density * gradient_factor;
                 continuity += weight * (own.velocity[k] - partner.velocity[s]).dot(&d);
                 let psi = 2.0 * (rho - dummy.density) * square / (square + model.law.regularisation)
                     - 2.0 * (gradient[0] * d.x + gradient[1] * d.y);

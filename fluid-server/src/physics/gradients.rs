@@ -1,10 +1,12 @@
 //! The pass before the rates: moments, renormalised density gradient and viscous stress, Eq. (4), (20)-(21).
 
 use rayon::prelude::*;
+use sph::vector::Vector;
 
+use super::lanes::Lanes;
 use super::lists::Lists;
 use super::model::{FluidModel, Passes};
-use super::pair::{Geometry, IDENTITY, Matrix, PairKernel, Record, Symmetric};
+use super::pair::{Batch, Geometry, IDENTITY, Matrix, PairKernel, Record, Symmetric, for_each_batch};
 use super::rates::TASK;
 
 /// Below this determinant of the moment matrix the density gradient counts as zero: too few neighbours define it.
@@ -24,38 +26,69 @@ pub struct MomentSums {
     velocity: Matrix,
 }
 
-impl MomentSums {
-    /// Adds a neighbour at separation `d` = x_ij with ρ_j − ρ_i and v_j − v_i.
+/// [`MomentSums`] being gathered, batch by batch.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct MomentBatches {
+    moment: [Lanes; 3],
+    density: [Lanes; 2],
+    velocity: [Lanes; 4],
+}
+
+impl MomentBatches {
+    /// Adds the neighbours of `batch` of a particle of density `rho`.
     #[inline(always)]
     pub fn add<const MOMENTS: bool, const VISCOUS: bool>(
         &mut self,
         kernel: &PairKernel,
-        d: [f64; 2],
-        volume: f64,
-        density: f64,
-        velocity: [f64; 2],
+        rho: f64,
+        batch: &Batch,
     ) {
-        let [x, y] = d;
-        let weight = volume * kernel.gradient_factor(x * x + y * y);
+        let Batch { x, y, v_x, v_y, density, volume, .. } = *batch;
+        let weight = volume * kernel.gradient_factor(batch.square());
+        let (weight_x, weight_y) = (weight * x, weight * y);
         if MOMENTS {
-            self.moment[0] -= weight * x * x;
-            self.moment[1] -= weight * x * y;
-            self.moment[2] -= weight * y * y;
-            self.density[0] += weight * density * x;
-            self.density[1] += weight * density * y;
+            self.moment[0] -= weight_x * x;
+            self.moment[1] -= weight_x * y;
+            self.moment[2] -= weight_y * y;
+            let difference = density - Lanes::splat(rho);
+            self.density[0] += difference * weight_x;
+            self.density[1] += difference * weight_y;
         }
         if VISCOUS {
-            let [v_x, v_y] = velocity;
-            self.velocity[0] += weight * v_x * x;
-            self.velocity[1] += weight * v_x * y;
-            self.velocity[2] += weight * v_y * x;
-            self.velocity[3] += weight * v_y * y;
+            // v_j − v_i = −v_ij
+            self.velocity[0] -= v_x * weight_x;
+            self.velocity[1] -= v_x * weight_y;
+            self.velocity[2] -= v_y * weight_x;
+            self.velocity[3] -= v_y * weight_y;
         }
+    }
+
+    /// The sums over all batches.
+    #[inline(always)]
+    pub fn total(&self) -> MomentSums {
+        MomentSums {
+            moment: self.moment.map(Lanes::sum),
+            density: self.density.map(Lanes::sum),
+            velocity: self.velocity.map(Lanes::sum),
+        }
+    }
+}
+
+impl MomentSums {
+    /// Adds one neighbour of another owner at separation `d` = x_ij \[m\], with `weight` = V_j (dW/dr)/r \[1/m²\],
+    /// ρ_j − ρ_i \[kg/m³\] and v_j − v_i \[m/s\].
+    pub fn add_pair(&mut self, d: &Vector, weight: f64, density: f64, velocity: &Vector) {
+        let w = d * weight;
+        for (sum, term) in self.moment.iter_mut().zip([w.x * d.x, w.x * d.y, w.y * d.y]) {
+            *sum -= term;
+        }
+        let v = velocity;
+        add(&mut self.density, &[density * w.x, density * w.y]);
+        add(&mut self.velocity, &[v.x * w.x, v.x * w.y, v.y * w.x, v.y * w.y]);
     }
 
     /// Adds the sums over another owner's particles.
     pub fn merge(&mut self, other: &Self) {
-        let add = |own: &mut [f64], other: &[f64]| own.iter_mut().zip(other).for_each(|(a, b)| *a += b);
         add(&mut self.moment, &other.moment);
         add(&mut self.density, &other.density);
         add(&mut self.velocity, &other.velocity);
@@ -67,6 +100,10 @@ impl MomentSums {
         let determinant = xx * yy - xy * xy;
         (determinant >= smallest).then(|| [yy / determinant, -xy / determinant, xx / determinant])
     }
+}
+
+fn add(own: &mut [f64], other: &[f64]) {
+    own.iter_mut().zip(other).for_each(|(a, b)| *a += b);
 }
 
 /// What the pass makes for each fluid particle; arrays a scene does not need stay empty.
@@ -116,17 +153,15 @@ impl Gradients {
         let kernel = &model.law.kernel;
         self.sums.resize(fluid.len(), MomentSums::default());
         self.sums.par_iter_mut().with_min_len(TASK).enumerate().for_each(|(i, sums)| {
-            let i_record = &fluid[i];
-            let mut gathered = MomentSums::default();
-            let mut add = |j: &Record| {
-                let d = geometry.separation(i_record, j);
-                let velocity = [j.v_x - i_record.v_x, j.v_y - i_record.v_y];
-                let density = j.density - i_record.density;
-                gathered.add::<MOMENTS, VISCOUS>(kernel, d, j.volume, density, velocity);
-            };
-            lists.fluid.of(i).iter().for_each(|j| add(&fluid[*j as usize]));
-            lists.walls.of(i).iter().for_each(|w| add(&walls[*w as usize]));
-            *sums = gathered;
+            let own = &fluid[i];
+            let mut batches = MomentBatches::default();
+            for (list, others) in [(&lists.fluid, fluid), (&lists.walls, walls)] {
+                for_each_batch(list.of(i), |indices, count| {
+                    let batch = Batch::gather(geometry, own, others, indices, count);
+                    batches.add::<MOMENTS, VISCOUS>(kernel, own.density, &batch);
+                });
+            }
+            *sums = batches.total();
         });
     }
 

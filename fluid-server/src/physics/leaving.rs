@@ -43,7 +43,7 @@ pub fn remove_departed(
     state: &mut FluidState,
     workspace: &Workspace,
     time: &StageTime,
-) -> Result<(), Divergence> {
+) -> Result<(), Box<Divergence>> {
     state.removed_momentum = Vector::zeros();
     let watch = Watch {
         model,
@@ -73,7 +73,7 @@ pub fn remove_departed(
         state.removed_momentum += state.velocity[i] * state.mass[i];
     }
     if let Some((id, x)) = guilty {
-        return Err(Divergence {
+        return Err(Box::new(Divergence {
             at: time.at,
             particle: Some(id),
             position: Some([x.x, x.y]),
@@ -83,7 +83,7 @@ pub fn remove_departed(
             hint: "the particle crossed a wall or a closed side of the domain; use a smaller time step, more wall \
                    layers, or declare the side as outflow"
                 .into(),
-        });
+        }));
     }
     state.retain(|i| departed[i].is_none());
     Ok(())

@@ -24,6 +24,7 @@ mod checks;
 mod cross;
 mod fields;
 mod gradients;
+mod lanes;
 mod leaving;
 mod lists;
 mod model;
@@ -85,7 +86,7 @@ impl Solver for FluidSolver {
     }
 
     fn begin_stage(&mut self, time: &StageTime) -> Result<(), Divergence> {
-        self.workspace.begin_stage(&self.model, &mut self.state, time)
+        self.workspace.begin_stage(&self.model, &mut self.state, time).map_err(|divergence| *divergence)
     }
 
     fn time_step_limit(&self) -> f64 {
@@ -125,8 +126,9 @@ impl Solver for FluidSolver {
     }
 
     fn end_step(&mut self, time: &StageTime) -> Result<(), Divergence> {
-        checks::check_state(&self.model, &self.state, time.at)?;
-        leaving::remove_departed(&self.model, &mut self.state, &self.workspace, time)
+        checks::check_state(&self.model, &self.state, time.at)
+            .and_then(|_| leaving::remove_departed(&self.model, &mut self.state, &self.workspace, time))
+            .map_err(|divergence| *divergence)
     }
 
     fn energies(&self) -> Energies {

@@ -31,8 +31,10 @@ pub struct FluidModel {
     pub kernel: CubicSpline,
     /// Pair laws among the fluid and toward walls.
     pub law: PairLaw,
-    /// Kernel gradient toward solids: 1/M or 1, never L_i.
-    pub cross_kernel: PairKernel,
+    /// Factor on the kernel gradient of own pairs: 1/M or 1 \[-\].
+    pub gradient_scale: f64,
+    /// Factor on the kernel gradient toward solids: 1/M or 1, also where own pairs use L_i \[-\].
+    pub cross_gradient_scale: f64,
     /// δ h c₀ of Eq. (18) \[m²/s\]; zero without diffusion.
     pub diffusion: f64,
     /// What the gradient pass makes.
@@ -93,7 +95,7 @@ impl FluidModel {
         let FluidSetup { run, constants, particles, .. } = setup;
         let kernel = CubicSpline::new(constants.smoothing_length);
         let lattice_scale = 1.0 / kernel.lattice_moment(constants.particle_spacing);
-        let (scale, cross_scale) = match constants.correction {
+        let (gradient_scale, cross_gradient_scale) = match constants.correction {
             GradientCorrection::None => (1.0, 1.0),
             GradientCorrection::LatticeMoment => (lattice_scale, lattice_scale),
             GradientCorrection::Renormalised => (1.0, lattice_scale),
@@ -121,13 +123,14 @@ impl FluidModel {
             equation_of_state: Tait::new(constants.rest_density, constants.sound_speed, constants.exponent),
             kernel,
             law: PairLaw {
-                kernel: PairKernel::new(&kernel, scale),
+                kernel: PairKernel::new(&kernel, gradient_scale),
                 smoothing_length: h,
                 regularisation: constants.lambda * h * h,
                 viscosity_a: constants.viscosity_a * constants.sound_speed,
                 viscosity_b: constants.viscosity_b,
             },
-            cross_kernel: PairKernel::new(&kernel, cross_scale),
+            gradient_scale,
+            cross_gradient_scale,
             diffusion: delta * h * constants.sound_speed,
             passes: Passes {
                 density_gradient: matches!(setup.diffusion, DensityDiffusion::Renormalised { .. }),

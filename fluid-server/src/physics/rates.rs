@@ -4,9 +4,10 @@ use rayon::prelude::*;
 use sph::vector::Vector;
 
 use super::gradients::{Gradients, mirrored_stress, momentum_tensor};
+use super::lanes::Lanes;
 use super::lists::Lists;
 use super::model::FluidModel;
-use super::pair::{Geometry, IDENTITY, Matrix, PairSums, Record};
+use super::pair::{Batch, Geometry, IDENTITY, Matrix, Own, PairSums, Record, for_each_batch, gather};
 use super::state::FluidState;
 use super::walls::WallStates;
 
@@ -67,37 +68,41 @@ impl StageFields<'_> {
         let damping = model.damping_rate(self.time);
         let body_force = model.body_force.at(self.time);
         rates.par_iter_mut().with_min_len(TASK).enumerate().for_each(|(i, rates)| {
-            let own = &fluid[i];
-            let mut sums = self.sums::<GRADIENT, TENSOR>(i);
-            for &j in lists.fluid.of(i) {
-                let j = j as usize;
-                let gradient = if GRADIENT { gradients.density[j] } else { [0.0; 2] };
-                let tensor = if TENSOR { gradients.tensor[j] } else { [0.0; 4] };
-                sums.add(geometry.separation(own, &fluid[j]), &fluid[j], gradient, tensor);
-            }
-            let walls = self.wall_sums::<G, GRADIENT, TENSOR>(geometry, i, |_| true);
+            let own = self.own::<GRADIENT, TENSOR>(i);
+            let mut sums = PairSums::<GRADIENT, TENSOR>::default();
+            for_each_batch(lists.fluid.of(i), |indices, count| {
+                let batch = Batch::gather(geometry, own.record, fluid, indices, count);
+                let gradient =
+                    if GRADIENT { gather(indices, |j| gradients.density[j]) } else { Default::default() };
+                let tensor =
+                    if TENSOR { gather(indices, |j| gradients.tensor[j]) } else { Default::default() };
+                sums.add(&model.law, &own, &batch, gradient, tensor);
+            });
+            let walls = self.wall_sums(geometry, i, &own, |_| true);
             let [by_fluid, by_walls] = [&sums, &walls].map(|sums| {
-                let [x, y] = sums.stress_divergence;
-                Vector::new(x, y) / -own.density
+                let [x, y] = sums.stress_divergence();
+                Vector::new(x, y) / -own.record.density
             });
             let body = body_force.acceleration(&state.position[i]);
             *rates = Rates {
                 acceleration: by_fluid + by_walls + body - state.velocity[i] * damping,
                 walls: by_walls,
                 body,
-                density: own.density * (sums.continuity + walls.continuity)
-                    + model.diffusion * (sums.diffusion + walls.diffusion),
+                density: own.record.density * (sums.continuity() + walls.continuity())
+                    + model.diffusion * (sums.diffusion() + walls.diffusion()),
             };
         });
     }
 
     #[inline(always)]
-    fn sums<const GRADIENT: bool, const TENSOR: bool>(&self, i: usize) -> PairSums<'_, GRADIENT, TENSOR> {
+    fn own<const GRADIENT: bool, const TENSOR: bool>(&self, i: usize) -> Own<'_> {
         let gradients = self.gradients;
-        let gradient = if GRADIENT { gradients.density[i] } else { [0.0; 2] };
-        let (tensor, correction) =
-            if TENSOR { (gradients.tensor[i], gradients.correction[i]) } else { ([0.0; 4], IDENTITY) };
-        PairSums::new(&self.model.law, &self.fluid[i], gradient, tensor, correction)
+        Own {
+            record: &self.fluid[i],
+            density_gradient: if GRADIENT { gradients.density[i] } else { [0.0; 2] },
+            tensor: if TENSOR { gradients.tensor[i] } else { [0.0; 4] },
+            correction: if TENSOR { gradients.correction[i] } else { IDENTITY },
+        }
     }
 
     /// Sums of particle `i` over the wall particles for which `include` says so.
@@ -108,18 +113,19 @@ impl StageFields<'_> {
         &self,
         geometry: G,
         i: usize,
+        own: &Own,
         include: impl Fn(usize) -> bool,
-    ) -> PairSums<'_, GRADIENT, TENSOR> {
-        let mut sums = self.sums::<GRADIENT, TENSOR>(i);
-        let gradient = if GRADIENT { self.gradients.density[i] } else { [0.0; 2] };
-        for &w in self.lists.walls.of(i) {
-            let w = w as usize;
-            let record = &self.walls.records[w];
-            if record.volume > 0.0 && include(w) {
-                let tensor = if TENSOR { self.wall_tensor(i, w) } else { [0.0; 4] };
-                sums.add(geometry.separation(&self.fluid[i], record), record, gradient, tensor);
-            }
-        }
+    ) -> PairSums<GRADIENT, TENSOR> {
+        let mut sums = PairSums::default();
+        let gradient = own.density_gradient.map(Lanes::splat);
+        for_each_batch(self.lists.walls.of(i), |indices, count| {
+            let mut batch = Batch::gather(geometry, own.record, &self.walls.records, indices, count);
+            let included = gather(indices, |w| [f64::from(u8::from(include(w)))]);
+            batch.volume = batch.volume * included[0];
+            let tensor =
+                if TENSOR { gather(indices, |w| self.wall_tensor(i, w)) } else { Default::default() };
+            sums.add(&self.model.law, own, &batch, gradient, tensor);
+        });
         sums
     }
 
@@ -133,13 +139,14 @@ impl StageFields<'_> {
     pub fn wall_force<G: Geometry>(&self, geometry: G, wall: u32) -> Vector {
         let part_of_wall = |w: usize| self.model.walls.wall[w] == wall;
         let force = |i: usize| {
-            let volume = self.fluid[i].volume;
             let [x, y] = if self.model.passes.tensor() {
-                self.wall_sums::<G, false, true>(geometry, i, part_of_wall).stress_divergence
+                let own = self.own::<false, true>(i);
+                self.wall_sums::<G, false, true>(geometry, i, &own, part_of_wall).stress_divergence()
             } else {
-                self.wall_sums::<G, false, false>(geometry, i, part_of_wall).stress_divergence
+                let own = self.own::<false, false>(i);
+                self.wall_sums::<G, false, false>(geometry, i, &own, part_of_wall).stress_divergence()
             };
-            Vector::new(x, y) * volume
+            Vector::new(x, y) * self.fluid[i].volume
         };
         sph::sums::ordered_sum(self.fluid.len(), force)
     }

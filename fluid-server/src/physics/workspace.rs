@@ -53,7 +53,7 @@ impl Workspace {
         model: &FluidModel,
         state: &mut FluidState,
         time: &StageTime,
-    ) -> Result<(), Divergence> {
+    ) -> Result<(), Box<Divergence>> {
         self.largest_speed = check_state(model, state, time.at)?;
         self.walls.field.place(&model.walls, &model.domain, time.state_time());
         self.lists.restore(model, state);

@@ -134,7 +134,7 @@ impl Convert for Limits {
             runs: self.runs,
             max_message_bytes: self.max_message_bytes,
             max_frame_bytes: self.max_frame_bytes,
-            lease_s: self.lease.as_secs_f64(),
+            lease_s: Some(self.lease.as_secs_f64()),
         }
     }
 
@@ -234,12 +234,12 @@ impl Convert for Fact {
     type Wire = wire::Fact;
 
     fn to_wire(&self) -> wire::Fact {
-        wire::Fact { name: self.name.clone(), value: self.value, unit: self.unit.clone() }
+        wire::Fact { name: self.name.clone(), value: Some(self.value), unit: self.unit.clone() }
     }
 
     fn from_wire(wire: &wire::Fact, at: &Path<'_>) -> Result<Self, WireError> {
         Ok(Self {
-            name: name(&wire.name, &at.field("name"))?,
+            name: text(&wire.name, &at.field("name"))?,
             value: finite(wire.value, &at.field("value"))?,
             unit: text(&wire.unit, &at.field("unit"))?,
         })
@@ -261,7 +261,7 @@ impl Convert for OpenReport {
             fields_sent: wires(&self.fields_sent),
             fields_needed: wires(&self.fields_needed),
             extent: Some(self.extent.to_wire()),
-            time_step_limit_s: self.time_step_limit,
+            time_step_limit_s: Some(self.time_step_limit),
             counts: Some(self.counts.to_wire()),
             facts: wires(&self.facts),
             coupling_kind: self.coupling_kind.code(),
@@ -301,7 +301,7 @@ impl Convert for LinkPlan {
         };
         wire::LinkRequest {
             run_id: String::new(),
-            first_limit_s: self.first_limit,
+            first_limit_s: Some(self.first_limit),
             partner_extent: Some(self.partner_extent.to_wire()),
             partner: Some(partner),
         }

@@ -133,7 +133,7 @@ impl BatchItem {
             Self::Beat(beat) => Body::Beat(wire::Beat {
                 step: beat.step,
                 phase: beat.phase.code(),
-                since_last_step_s: beat.since_last_step,
+                since_last_step_s: Some(beat.since_last_step),
             }),
         }
     }
@@ -202,8 +202,8 @@ impl Convert for StepReport {
             energies: Some(self.energies.to_wire()),
             own_interface_particles: own,
             partner_interface_particles: partner,
-            elapsed_s: self.elapsed,
-            waited_s: self.waited,
+            elapsed_s: Some(self.elapsed),
+            waited_s: Some(self.waited),
             breaches: self.breaches,
         }
     }

@@ -102,9 +102,9 @@ impl Convert for FluidSetup {
 fn diffusion_to_wire(diffusion: DensityDiffusion) -> Option<wire::DensityDiffusion> {
     match diffusion {
         DensityDiffusion::None => None,
-        DensityDiffusion::Plain { delta } => Some(wire::DensityDiffusion { delta, renormalised: false }),
+        DensityDiffusion::Plain { delta } => Some(wire::DensityDiffusion { delta: Some(delta), renormalised: false }),
         DensityDiffusion::Renormalised { delta } => {
-            Some(wire::DensityDiffusion { delta, renormalised: true })
+            Some(wire::DensityDiffusion { delta: Some(delta), renormalised: true })
         }
     }
 }

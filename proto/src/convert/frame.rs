@@ -65,8 +65,8 @@ impl FrameWriter {
             extent_version: frame.extent.version,
             extent,
             partner_extent_version: frame.partner_extent_version,
-            reach_m: frame.reach,
-            time_step_limit_s: frame.time_step_limit,
+            reach_m: Some(frame.reach),
+            time_step_limit_s: Some(frame.time_step_limit),
             previous: frame.previous.as_ref().map(Convert::to_wire),
             farewell: None,
         }

@@ -137,32 +137,41 @@ pub(crate) fn length(length: usize, limit: usize, at: &Path<'_>) -> Result<(), W
 }
 
 fn number(
-    value: f64,
+    value: impl Into<Option<f64>>,
     at: &Path<'_>,
     allowed: &str,
     accept: impl Fn(f64) -> bool,
 ) -> Result<f64, WireError> {
-    if accept(value) { Ok(value) } else { Err(at.error(format!("is {value:?}, must be {allowed}"))) }
+    match value.into() {
+        Some(value) if accept(value) => Ok(value),
+        Some(value) => Err(at.error(format!("is {value:?}, must be {allowed}"))),
+        None => Err(at.error(format!("is missing, must be {allowed}"))),
+    }
 }
 
-pub(crate) fn finite(value: f64, at: &Path<'_>) -> Result<f64, WireError> {
+/// A number of a report, which may be anything; absent ones are zero.
+pub(crate) fn any_number(value: Option<f64>) -> f64 {
+    value.unwrap_or(0.0)
+}
+
+pub(crate) fn finite(value: impl Into<Option<f64>>, at: &Path<'_>) -> Result<f64, WireError> {
     number(value, at, "finite", f64::is_finite)
 }
 
-pub(crate) fn positive(value: f64, at: &Path<'_>) -> Result<f64, WireError> {
+pub(crate) fn positive(value: impl Into<Option<f64>>, at: &Path<'_>) -> Result<f64, WireError> {
     number(value, at, "positive and finite", |v| v.is_finite() && v > 0.0)
 }
 
-pub(crate) fn positive_or_infinite(value: f64, at: &Path<'_>) -> Result<f64, WireError> {
+pub(crate) fn positive_or_infinite(value: impl Into<Option<f64>>, at: &Path<'_>) -> Result<f64, WireError> {
     number(value, at, "positive", |v| v > 0.0)
 }
 
-pub(crate) fn not_negative(value: f64, at: &Path<'_>) -> Result<f64, WireError> {
+pub(crate) fn not_negative(value: impl Into<Option<f64>>, at: &Path<'_>) -> Result<f64, WireError> {
     number(value, at, "zero or positive, and finite", |v| v.is_finite() && v >= 0.0)
 }
 
 /// `value` in the half-open interval (0, 1].
-pub(crate) fn fraction(value: f64, at: &Path<'_>) -> Result<f64, WireError> {
+pub(crate) fn fraction(value: impl Into<Option<f64>>, at: &Path<'_>) -> Result<f64, WireError> {
     number(value, at, "above 0 and at most 1", |v| v > 0.0 && v <= 1.0)
 }
 
@@ -205,7 +214,7 @@ impl Convert for Vector {
     type Wire = wire::Vector;
 
     fn to_wire(&self) -> wire::Vector {
-        wire::Vector { x: self.x, y: self.y }
+        wire::Vector { x: Some(self.x), y: Some(self.y) }
     }
 
     fn from_wire(wire: &wire::Vector, at: &Path<'_>) -> Result<Self, WireError> {
@@ -215,7 +224,7 @@ impl Convert for Vector {
 
 /// A vector of a report, which may be anything.
 pub(crate) fn any_vector(wire: &Option<wire::Vector>) -> Vector {
-    wire.as_ref().map_or_else(Vector::zeros, |v| Vector::new(v.x, v.y))
+    wire.as_ref().map_or_else(Vector::zeros, |v| Vector::new(any_number(v.x), any_number(v.y)))
 }
 
 pub(crate) fn flags_to_wire(flags: [bool; DIMENSIONS]) -> Option<wire::Flags> {

@@ -5,7 +5,7 @@ use sph::solver::{Counts, Divergence, Fault};
 use sph::stage::StepStage;
 use sph::vector::Vector;
 
-use super::{Choice, Convert, Path, WireError, any_vector, choice, required, text};
+use super::{Choice, Convert, Path, WireError, any_number, any_vector, choice, required, text};
 use crate::wire;
 
 impl Choice for Check {
@@ -39,11 +39,11 @@ impl Convert for InterfaceSums {
     fn to_wire(&self) -> wire::InterfaceSums {
         wire::InterfaceSums {
             force_n_per_m: Some(self.force.to_wire()),
-            gross_force_n_per_m: self.gross_force,
-            torque_n: self.torque,
-            gross_torque_n: self.gross_torque,
-            couple_n: self.couple,
-            power_w_per_m: self.power,
+            gross_force_n_per_m: Some(self.gross_force),
+            torque_n: Some(self.torque),
+            gross_torque_n: Some(self.gross_torque),
+            couple_n: Some(self.couple),
+            power_w_per_m: Some(self.power),
             pairs: self.pairs,
         }
     }
@@ -51,11 +51,11 @@ impl Convert for InterfaceSums {
     fn from_wire(wire: &wire::InterfaceSums, _at: &Path<'_>) -> Result<Self, WireError> {
         Ok(Self {
             force: any_vector(&wire.force_n_per_m),
-            gross_force: wire.gross_force_n_per_m,
-            torque: wire.torque_n,
-            gross_torque: wire.gross_torque_n,
-            couple: wire.couple_n,
-            power: wire.power_w_per_m,
+            gross_force: any_number(wire.gross_force_n_per_m),
+            torque: any_number(wire.torque_n),
+            gross_torque: any_number(wire.gross_torque_n),
+            couple: any_number(wire.couple_n),
+            power: any_number(wire.power_w_per_m),
             pairs: wire.pairs,
         })
     }
@@ -100,9 +100,9 @@ impl Convert for StageBooks {
         wire::StageBooks {
             interface: Some(self.interface.to_wire()),
             accounts: Some(self.accounts.to_wire()),
-            duration_s: self.duration,
+            duration_s: Some(self.duration),
             momentum_change_kg_per_s: Some(self.momentum_change.to_wire()),
-            gross_momentum_kg_per_s: self.gross_momentum,
+            gross_momentum_kg_per_s: Some(self.gross_momentum),
         }
     }
 
@@ -110,9 +110,9 @@ impl Convert for StageBooks {
         Ok(Self {
             interface: required(&wire.interface, &at.field("interface"))?,
             accounts: required(&wire.accounts, &at.field("accounts"))?,
-            duration: wire.duration_s,
+            duration: any_number(wire.duration_s),
             momentum_change: any_vector(&wire.momentum_change_kg_per_s),
-            gross_momentum: wire.gross_momentum_kg_per_s,
+            gross_momentum: any_number(wire.gross_momentum_kg_per_s),
         })
     }
 }
@@ -122,17 +122,17 @@ impl Convert for Energies {
 
     fn to_wire(&self) -> wire::Energies {
         wire::Energies {
-            kinetic_j_per_m: self.kinetic,
-            potential_j_per_m: self.potential,
-            internal_j_per_m: self.internal,
+            kinetic_j_per_m: Some(self.kinetic),
+            potential_j_per_m: Some(self.potential),
+            internal_j_per_m: Some(self.internal),
         }
     }
 
     fn from_wire(wire: &wire::Energies, _at: &Path<'_>) -> Result<Self, WireError> {
         Ok(Self {
-            kinetic: wire.kinetic_j_per_m,
-            potential: wire.potential_j_per_m,
-            internal: wire.internal_j_per_m,
+            kinetic: any_number(wire.kinetic_j_per_m),
+            potential: any_number(wire.potential_j_per_m),
+            internal: any_number(wire.internal_j_per_m),
         })
     }
 }
@@ -158,9 +158,9 @@ impl Convert for Divergence {
         wire::Divergence {
             at: Some(self.at.to_wire()),
             particle: self.particle,
-            position_m: self.position.map(|[x, y]| wire::Vector { x, y }),
+            position_m: self.position.map(|[x, y]| wire::Vector { x: Some(x), y: Some(y) }),
             quantity: self.quantity.clone(),
-            value: self.value,
+            value: Some(self.value),
             allowed: self.allowed.clone(),
             hint: self.hint.clone(),
         }
@@ -170,9 +170,9 @@ impl Convert for Divergence {
         Ok(Self {
             at: required(&wire.at, &at.field("at"))?,
             particle: wire.particle,
-            position: wire.position_m.as_ref().map(|position| [position.x, position.y]),
+            position: wire.position_m.as_ref().map(|position| [any_number(position.x), any_number(position.y)]),
             quantity: text(&wire.quantity, &at.field("quantity"))?,
-            value: wire.value,
+            value: any_number(wire.value),
             allowed: text(&wire.allowed, &at.field("allowed"))?,
             hint: text(&wire.hint, &at.field("hint"))?,
         })
@@ -186,8 +186,8 @@ impl Convert for Breach {
         wire::Breach {
             at: Some(self.at.to_wire()),
             check: self.check.code(),
-            residual: self.residual,
-            tolerance: self.tolerance,
+            residual: Some(self.residual),
+            tolerance: Some(self.tolerance),
         }
     }
 
@@ -195,8 +195,8 @@ impl Convert for Breach {
         Ok(Self {
             at: required(&wire.at, &at.field("at"))?,
             check: choice(wire.check, &at.field("check"))?,
-            residual: wire.residual,
-            tolerance: wire.tolerance,
+            residual: any_number(wire.residual),
+            tolerance: any_number(wire.tolerance),
         })
     }
 }
@@ -213,7 +213,7 @@ impl Convert for Fault {
                 Kind::StaleFrame(wire::StaleFrame { at: Some(at.to_wire()), sent: *sent, used: *used })
             }
             Fault::Coverage { at, shortfall } => {
-                Kind::Coverage(wire::CoverageGap { at: Some(at.to_wire()), shortfall_m: *shortfall })
+                Kind::Coverage(wire::CoverageGap { at: Some(at.to_wire()), shortfall_m: Some(*shortfall) })
             }
             Fault::Clock { at, difference } => Kind::Clock(wire::ClockDifference {
                 at: Some(at.to_wire()),
@@ -239,7 +239,7 @@ impl Convert for Fault {
                 Fault::StaleFrame { at: when(&stale.at)?, sent: stale.sent, used: stale.used }
             }
             Some(Kind::Coverage(gap)) => {
-                Fault::Coverage { at: when(&gap.at)?, shortfall: gap.shortfall_m }
+                Fault::Coverage { at: when(&gap.at)?, shortfall: any_number(gap.shortfall_m) }
             }
             Some(Kind::Clock(clock)) => Fault::Clock {
                 at: when(&clock.at)?,

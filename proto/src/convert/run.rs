@@ -157,12 +157,16 @@ impl Convert for TimePlan {
     fn to_wire(&self) -> wire::TimePlan {
         use wire::time_plan::Step;
         let step = match self.step {
-            StepPolicy::Fixed { time_step } => Step::Fixed(wire::FixedStep { time_step_s: time_step }),
+            StepPolicy::Fixed { time_step } => Step::Fixed(wire::FixedStep { time_step_s: Some(time_step) }),
             StepPolicy::Adaptive { factor, maximum, growth } => {
-                Step::Adaptive(wire::AdaptiveStep { factor, maximum_s: maximum, growth })
+                Step::Adaptive(wire::AdaptiveStep {
+                    factor: Some(factor),
+                    maximum_s: Some(maximum),
+                    growth: Some(growth),
+                })
             }
         };
-        wire::TimePlan { start_time_s: self.start_time, end_time_s: self.end_time, step: Some(step) }
+        wire::TimePlan { start_time_s: Some(self.start_time), end_time_s: Some(self.end_time), step: Some(step) }
     }
 
     fn from_wire(wire: &wire::TimePlan, at: &Path<'_>) -> Result<Self, WireError> {
@@ -255,8 +259,8 @@ impl Convert for LedgerPolicy {
     fn to_wire(&self) -> wire::LedgerPolicy {
         wire::LedgerPolicy {
             action: self.action.code(),
-            balance_tolerance: self.balance_tolerance,
-            momentum_tolerance: self.momentum_tolerance,
+            balance_tolerance: Some(self.balance_tolerance),
+            momentum_tolerance: Some(self.momentum_tolerance),
         }
     }
 
@@ -276,8 +280,8 @@ impl Convert for Coupling {
         wire::Coupling {
             law: self.law.code(),
             fluid: Some(self.fluid.to_wire()),
-            solid_spacing_m: self.solid_spacing,
-            margin_m: self.margin,
+            solid_spacing_m: Some(self.solid_spacing),
+            margin_m: Some(self.margin),
         }
     }
 
@@ -296,15 +300,15 @@ impl Convert for FluidConstants {
 
     fn to_wire(&self) -> wire::FluidConstants {
         wire::FluidConstants {
-            rest_density_kg_per_m3: self.rest_density,
-            sound_speed_m_per_s: self.sound_speed,
-            exponent: self.exponent,
-            dynamic_viscosity_pa_s: self.dynamic_viscosity,
-            smoothing_length_m: self.smoothing_length,
-            particle_spacing_m: self.particle_spacing,
-            viscosity_a: self.viscosity_a,
-            viscosity_b: self.viscosity_b,
-            lambda: self.lambda,
+            rest_density_kg_per_m3: Some(self.rest_density),
+            sound_speed_m_per_s: Some(self.sound_speed),
+            exponent: Some(self.exponent),
+            dynamic_viscosity_pa_s: Some(self.dynamic_viscosity),
+            smoothing_length_m: Some(self.smoothing_length),
+            particle_spacing_m: Some(self.particle_spacing),
+            viscosity_a: Some(self.viscosity_a),
+            viscosity_b: Some(self.viscosity_b),
+            lambda: Some(self.lambda),
             correction: self.correction.code(),
         }
     }
@@ -332,7 +336,7 @@ impl Convert for Damping {
     type Wire = wire::Damping;
 
     fn to_wire(&self) -> wire::Damping {
-        wire::Damping { rate_per_s: self.rate, until_s: self.until }
+        wire::Damping { rate_per_s: Some(self.rate), until_s: Some(self.until) }
     }
 
     fn from_wire(wire: &wire::Damping, at: &Path<'_>) -> Result<Self, WireError> {

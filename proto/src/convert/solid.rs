@@ -34,7 +34,7 @@ impl Convert for SolidSetup {
         } = self;
         wire::SolidSetup {
             run: Some(run.to_wire()),
-            particle_spacing_m: *particle_spacing,
+            particle_spacing_m: Some(*particle_spacing),
             bodies: wires(bodies),
             particles: Some(particles_to_wire(particles)),
             contact: Some(contact.to_wire()),
@@ -189,9 +189,9 @@ impl Convert for ElasticMaterial {
 
     fn to_wire(&self) -> wire::ElasticMaterial {
         wire::ElasticMaterial {
-            density_kg_per_m3: self.density,
-            bulk_modulus_pa: self.bulk_modulus,
-            shear_modulus_pa: self.shear_modulus,
+            density_kg_per_m3: Some(self.density),
+            bulk_modulus_pa: Some(self.bulk_modulus),
+            shear_modulus_pa: Some(self.shear_modulus),
         }
     }
 
@@ -209,13 +209,13 @@ impl Convert for UpdatedLagrangian {
 
     fn to_wire(&self) -> wire::UpdatedLagrangian {
         wire::UpdatedLagrangian {
-            smoothing_length_m: self.smoothing_length,
+            smoothing_length_m: Some(self.smoothing_length),
             gradient_correction: self.gradient_correction,
-            viscosity_a: self.viscosity_a,
-            viscosity_b: self.viscosity_b,
-            lambda: self.lambda,
-            artificial_stress: self.artificial_stress,
-            artificial_stress_exponent: self.artificial_stress_exponent,
+            viscosity_a: Some(self.viscosity_a),
+            viscosity_b: Some(self.viscosity_b),
+            lambda: Some(self.lambda),
+            artificial_stress: Some(self.artificial_stress),
+            artificial_stress_exponent: Some(self.artificial_stress_exponent),
         }
     }
 
@@ -264,7 +264,11 @@ impl Convert for ContactLaw {
         use wire::contact_law::Law;
         let law = match *self {
             ContactLaw::Repulsion { stiffness, distance, damping } => {
-                Law::Repulsion(wire::Repulsion { stiffness, distance, damping })
+                Law::Repulsion(wire::Repulsion {
+                    stiffness: Some(stiffness),
+                    distance: Some(distance),
+                    damping: Some(damping),
+                })
             }
             ContactLaw::Sums => Law::Sums(wire::Unit {}),
         };

@@ -255,7 +255,7 @@ impl Commands {
             self.pulse.granted.fetch_max(step, Ordering::Relaxed);
         }
         // The thread may just have ended by itself.
-        drop(self.orders.send(command));
+        let _ = self.orders.send(command);
         if command == Command::Abort {
             // The order is read between steps; this ends a wait for the partner.
             self.abort.cancel();

@@ -67,7 +67,7 @@ impl<F: SolverFactory> wire::participant_server::Participant for Skin<F> {
                 version.major, version.minor
             )));
         }
-        let token = Token::parse(&request.token).map_err(|problem| Status::invalid_argument(format!("`open.{problem}")))?;
+        let token = Token::parse(&request.token).map_err(|problem| Status::invalid_argument(format!("`open.token`: {problem}")))?;
         if request.holder.len() > MAX_NAME_BYTES {
             return Err(Status::invalid_argument(format!("`open.holder`: at most {MAX_NAME_BYTES} bytes are allowed")));
         }

@@ -1,1 +1,10 @@
+//! Tests of the protocol: conversions, services and clients, with small solvers in place of the physics.
 
+mod descriptor;
+mod fake;
+mod frames;
+mod life_cycle;
+mod reports;
+mod runs;
+mod setups;
+mod streams;

@@ -13,7 +13,12 @@ use super::particles::winding_offset;
 use super::workspace::{SolidState, Workspace};
 
 /// Moves every body from φⁿ in `state` to `workspace.next`, supports included, Eq. (30) or (31).
-pub(super) fn move_bodies(model: &SolidModel, state: &SolidState, workspace: &mut Workspace, time: &StageTime) {
+pub(super) fn move_bodies(
+    model: &SolidModel,
+    state: &SolidState,
+    workspace: &mut Workspace,
+    time: &StageTime,
+) {
     let Workspace { stage, stage_rigid, next, next_rigid, rates, total_force, reactions, .. } = workspace;
     for (k, body) in model.bodies.iter().enumerate() {
         let range = &body.range;

@@ -6,11 +6,7 @@ use sph::body_force::BodyForceField;
 use sph::domain::Domain;
 use sph::kernel::CubicSpline;
 use sph::ledger::InterfaceSums;
-use sph::motion::RigidMotion;
-use sph::neighbours::CellGrid;
-use sph::setup::{
-    BodySetup, ContactLaw, Formulation, InterfaceLaw, SolidParticles, SolidProbeKind, SolidSetup, WallSetup,
-};
+use sph::setup::{BodySetup, ContactLaw, Formulation, InterfaceLaw, SolidParticles, SolidSetup};
 use sph::stage::{StageTime, StepStage};
 use sph::vector::{DIMENSIONS, Vector};
 
@@ -19,15 +15,15 @@ use super::contact_sums::SumContact;
 use super::coupling::FluidLink;
 use super::formulation::{BodyConstants, BodyFormulation};
 use super::lists::{ContactLists, OwnLists};
-use super::material_point::MaterialPoint;
-use super::model::{Body, ContactModel, ParticleConstants, Probe, SolidModel};
+use super::model::{Body, ContactModel, ParticleConstants, SolidModel};
 use super::pair_law::PairSums;
 use super::particles::{Particles, RigidState, winding_offset};
+use super::probes::build_probes;
 use super::report::best_fit_angle;
 use super::rigid::RigidBody;
-use super::supports::{HeldParticle, PrescribedMotion, Support};
+use super::supports::{build_supports, hold_velocities, wall_exemption};
 use super::updated_lagrangian::UpdatedLagrangianBody;
-use super::walls::{Wall, Walls};
+use super::walls::Walls;
 use super::workspace::{LastStage, ParticleForces, Rates, SolidState, StressFields, Workspace};
 
 /// Skin of own-body lists in particle spacings: large enough for a hundred steps of a turning body.
@@ -48,45 +44,12 @@ pub(super) fn build(setup: SolidSetup) -> Result<(SolidModel, SolidState), Vec<S
         density: setup.particles.density.clone(),
         deviatoric_stress: setup.particles.deviatoric_stress.clone(),
     };
-    let windings = initial_windings(&domain, &ranges, &setup.particles.reference_position, &particles.position);
-    let walls = build_walls(&setup, &mut errors);
+    let windings =
+        initial_windings(&domain, &ranges, &setup.particles.reference_position, &particles.position);
+    let walls = Walls::new(&setup, &mut errors);
     let contact = build_contact(&setup);
-    let mut bodies = Vec::new();
-    let mut rigid = Vec::new();
-    for (body, range) in setup.bodies.iter().zip(&ranges) {
-        let connected: Vec<Vector> = range
-            .clone()
-            .map(|i| particles.position[i] + winding_offset(&domain, &windings[i]))
-            .collect();
-        let members = &setup.particles.support[range.clone()];
-        let supports = build_supports(body, members, &connected, start_time, &mut errors);
-        hold_velocities(&supports, start_time, &mut particles.velocity[range.clone()]);
-        let constants =
-            BodyConstants { domain: &domain, mass: &setup.particles.mass[range.clone()], supports: &supports };
-        let velocity = &particles.velocity[range.clone()];
-        let (formulation, motion): (Box<dyn BodyFormulation>, _) = match &body.formulation {
-            Formulation::UpdatedLagrangian(law) => (
-                Box::new(UpdatedLagrangianBody::new(law, &body.material, setup.particle_spacing)),
-                RigidState::default(),
-            ),
-            Formulation::Rigid => {
-                let (body, motion) = RigidBody::new(&constants, &connected, velocity);
-                body.place(&constants, &motion, &windings[range.clone()], particles.view_mut(range));
-                (Box::new(body), motion)
-            }
-        };
-        let wall_exemption = wall_exemption(&domain, &supports, &connected, &walls, contact.clearance());
-        rigid.push(motion);
-        bodies.push(Body {
-            name: body.name.clone(),
-            range: range.clone(),
-            material: body.material,
-            formulation,
-            supports,
-            wall_exemption,
-            tracks_angle: false,
-        });
-    }
+    let (mut bodies, rigid) =
+        build_bodies(&setup, &ranges, &contact, &walls, &windings, &mut particles, &mut errors);
     let body_force = BodyForceField::new(&setup.run.body_force).unwrap_or_else(|error| {
         errors.push(error.to_string());
         BodyForceField::uniform(setup.run.body_force.gravity)
@@ -116,6 +79,55 @@ pub(super) fn build(setup: SolidSetup) -> Result<(SolidModel, SolidState), Vec<S
         .and_then(|()| super::checks::check_domain(&model, &state.particles, &start))
         .map_err(|divergence| vec![format!("the initial state is not usable: {divergence}")])?;
     Ok((model, state))
+}
+
+/// Bodies and their rigid motions; held velocities and the motion of rigid bodies are written to `particles`.
+fn build_bodies(
+    setup: &SolidSetup,
+    ranges: &[Range<usize>],
+    contact: &ContactModel,
+    walls: &Walls,
+    windings: &[[i32; 2]],
+    particles: &mut Particles,
+    errors: &mut Vec<String>,
+) -> (Vec<Body>, Vec<RigidState>) {
+    let domain = &setup.run.domain;
+    let start_time = setup.run.time.start_time;
+    let mut bodies = Vec::new();
+    let mut rigid = Vec::new();
+    for (body, range) in setup.bodies.iter().zip(ranges) {
+        let connected: Vec<Vector> =
+            range.clone().map(|i| particles.position[i] + winding_offset(domain, &windings[i])).collect();
+        let members = &setup.particles.support[range.clone()];
+        let supports = build_supports(body, members, &connected, start_time, errors);
+        hold_velocities(&supports, start_time, &mut particles.velocity[range.clone()]);
+        let constants =
+            BodyConstants { domain, mass: &setup.particles.mass[range.clone()], supports: &supports };
+        let velocity = &particles.velocity[range.clone()];
+        let (formulation, motion): (Box<dyn BodyFormulation>, _) = match &body.formulation {
+            Formulation::UpdatedLagrangian(law) => (
+                Box::new(UpdatedLagrangianBody::new(law, &body.material, setup.particle_spacing)),
+                RigidState::default(),
+            ),
+            Formulation::Rigid => {
+                let (body, motion) = RigidBody::new(&constants, &connected, velocity);
+                body.place(&constants, &motion, &windings[range.clone()], particles.view_mut(range));
+                (Box::new(body), motion)
+            }
+        };
+        let wall_exemption = wall_exemption(domain, &supports, &connected, &walls.start, contact.clearance());
+        rigid.push(motion);
+        bodies.push(Body {
+            name: body.name.clone(),
+            range: range.clone(),
+            material: body.material,
+            formulation,
+            supports,
+            wall_exemption,
+            tracks_angle: false,
+        });
+    }
+    (bodies, rigid)
 }
 
 /// Buffers for `model` in `state`.
@@ -252,67 +264,6 @@ fn initial_windings(
     windings
 }
 
-fn build_supports(
-    body: &BodySetup,
-    members: &[u32],
-    position: &[Vector],
-    start_time: f64,
-    errors: &mut Vec<String>,
-) -> Vec<Support> {
-    let build = |(k, setup): (u32, &sph::setup::Support)| {
-        let motion = setup.motion.as_ref().and_then(|motion| match RigidMotion::new(motion) {
-            Ok(parsed) => Some(PrescribedMotion::new(parsed, motion.pivot, start_time)),
-            Err(error) => {
-                errors.push(format!("support `{}` of body `{}`: {error}", setup.name, body.name));
-                None
-            }
-        });
-        let mut support = Support {
-            held: setup.held,
-            motion,
-            release_time: setup.release_time.unwrap_or(f64::INFINITY),
-            particles: Vec::new(),
-        };
-        support.particles = (0..members.len())
-            .filter(|i| members[*i] == k)
-            .map(|particle| HeldParticle { particle, origin: support.origin(&position[particle]) })
-            .collect();
-        support
-    };
-    (1u32..).zip(&body.supports).map(build).collect()
-}
-
-/// Gives held components the velocity of their support, so that the first step does not jolt them.
-fn hold_velocities(supports: &[Support], start_time: f64, velocity: &mut [Vector]) {
-    for support in supports.iter().filter(|support| support.release_time > start_time) {
-        let target = support.target(start_time);
-        for held in &support.particles {
-            let mut place = held.origin;
-            target.hold(&held.origin, &held.origin, &mut place, &mut velocity[held.particle]);
-        }
-    }
-}
-
-fn build_walls(setup: &SolidSetup, errors: &mut Vec<String>) -> Walls {
-    let wall_of = setup.wall_particles.wall.clone();
-    let build = |(k, wall): (u32, &WallSetup)| {
-        let motion = wall.motion.as_ref().and_then(|motion| match RigidMotion::new(motion) {
-            Ok(motion) => Some(motion),
-            Err(error) => {
-                errors.push(format!("wall `{}`: {error}", wall.name));
-                None
-            }
-        });
-        Wall {
-            motion,
-            release_time: wall.release_time.unwrap_or(f64::INFINITY),
-            particles: (0..wall_of.len()).filter(|w| wall_of[*w] == k).collect(),
-        }
-    };
-    let walls = (0u32..).zip(&setup.walls).map(build).collect();
-    Walls { walls, wall_of, start: setup.wall_particles.position.clone() }
-}
-
 fn build_contact(setup: &SolidSetup) -> ContactModel {
     match setup.contact {
         ContactLaw::Repulsion { stiffness, distance, damping } => ContactModel::Repulsion(Repulsion {
@@ -322,77 +273,15 @@ fn build_contact(setup: &SolidSetup) -> ContactModel {
         }),
         ContactLaw::Sums => {
             let support = |body: &BodySetup| match &body.formulation {
-                Formulation::UpdatedLagrangian(law) => CubicSpline::new(law.smoothing_length).support_radius(),
+                Formulation::UpdatedLagrangian(law) => {
+                    CubicSpline::new(law.smoothing_length).support_radius()
+                }
                 Formulation::Rigid => 0.0,
             };
             let support_radius = setup.bodies.iter().map(support).fold(0.0, f64::max);
             ContactModel::Sums(SumContact { support_radius })
         }
     }
-}
-
-/// Time until which each wall particle is left out of the contact with a body, see [`SolidModel::wall_acts_on`].
-fn wall_exemption(
-    domain: &Domain,
-    supports: &[Support],
-    position: &[Vector],
-    walls: &Walls,
-    radius: f64,
-) -> Vec<f64> {
-    if supports.is_empty() {
-        return Vec::new();
-    }
-    let mut until = vec![f64::NEG_INFINITY; walls.len()];
-    for support in supports.iter().filter(|support| support.holds_fully()) {
-        let held: Vec<Vector> = support.particles.iter().map(|held| position[held.particle]).collect();
-        let near = CellGrid::new(domain, &held, radius).list(domain, &walls.start, &held, radius, false);
-        for w in (0..walls.len()).filter(|w| !near.of(*w).is_empty()) {
-            until[w] = until[w].max(support.release_time);
-        }
-    }
-    until
-}
-
-fn build_probes(setup: &SolidSetup, bodies: &mut [Body], errors: &mut Vec<String>) -> Vec<Probe> {
-    let mut probes = Vec::new();
-    for probe in &setup.probes {
-        let name = &probe.name;
-        let body = match &probe.kind {
-            SolidProbeKind::MaterialPoint { body, .. } | SolidProbeKind::Reaction { body, .. } => Some(*body),
-            SolidProbeKind::Motion(body) | SolidProbeKind::BodyForce(body) => Some(*body),
-            SolidProbeKind::Sums(body) => *body,
-        };
-        let count = bodies.len();
-        let Some(body) = body.map(|body| bodies.get_mut(body as usize)) else {
-            probes.push(Probe::Plain(probe.kind.clone()));
-            continue;
-        };
-        let Some(body) = body else {
-            errors.push(format!("probe `{name}`: its body does not exist; there are {count}"));
-            continue;
-        };
-        match &probe.kind {
-            SolidProbeKind::MaterialPoint { reference_position: at, .. } => {
-                let reference = &setup.particles.reference_position[body.range.clone()];
-                match MaterialPoint::new(at, body.range.start, reference, setup.particle_spacing) {
-                    Ok(point) => probes.push(Probe::MaterialPoint(point)),
-                    Err(distance) => errors.push(format!(
-                        "probe `{name}`: ({}, {}) m lies {distance:.3e} m from the nearest particle of body `{}`; it \
-                         must lie in the undeformed body",
-                        at.x, at.y, body.name
-                    )),
-                }
-                continue;
-            }
-            SolidProbeKind::Motion(_) => body.tracks_angle = true,
-            SolidProbeKind::Reaction { support, .. } if *support as usize >= body.supports.len() => {
-                errors.push(format!("probe `{name}`: body `{}` has no support {support}", body.name));
-            }
-            _ => {}
-        }
-        probes.push(Probe::Plain(probe.kind.clone()));
-    }
-    probes
 }
 
 /// Bodies that take part in sums with others need a stress, and one kernel between them.
@@ -402,7 +291,9 @@ fn check_sums(model: &SolidModel, law: Option<InterfaceLaw>, errors: &mut Vec<St
     let mut first = None;
     for body in &model.bodies {
         let Some(law) = body.formulation.sum_law() else {
-            for (used, what) in [(contact_sums, "contact through the sums"), (plain_sum, "the plain-sum interface")] {
+            for (used, what) in
+                [(contact_sums, "contact through the sums"), (plain_sum, "the plain-sum interface")]
+            {
                 if used {
                     errors.push(format!(
                         "body `{}` is rigid and has no stress, which {what} needs; make it elastic or choose another law",
@@ -426,12 +317,15 @@ fn check_sums(model: &SolidModel, law: Option<InterfaceLaw>, errors: &mut Vec<St
 /// A pair may meet through one image only.
 fn check_periods(model: &SolidModel, errors: &mut Vec<String>) {
     let own = model.bodies.iter().filter_map(|body| body.formulation.list_radius()).fold(0.0, f64::max);
-    let needed = 2.0 * (own + OWN_SKIN * model.spacing).max(model.contact.radius() + CONTACT_SKIN * model.spacing);
+    let needed =
+        2.0 * (own + OWN_SKIN * model.spacing).max(model.contact.radius() + CONTACT_SKIN * model.spacing);
     for axis in (0..DIMENSIONS).filter(|axis| model.domain.periodic[*axis]) {
         let period = model.domain.size()[axis];
         if period < needed {
             let name = ["x", "y"][axis];
-            errors.push(format!("period of {period} m along {name} is too short: the solids need {needed:.4} m"));
+            errors.push(format!(
+                "period of {period} m along {name} is too short: the solids need {needed:.4} m"
+            ));
         }
     }
 }

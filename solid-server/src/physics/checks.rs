@@ -20,7 +20,7 @@ const LARGEST_SHEAR: f64 = 1.0;
 ///
 /// # Errors
 /// When a quantity is not finite, density or shear leave their range, or a particle outruns the waves in its body.
-pub(super) fn check(model: &SolidModel, particles: &Particles, at: StepStage) -> Result<(), Divergence> {
+pub(super) fn check(model: &SolidModel, particles: &Particles, at: StepStage) -> Result<(), Box<Divergence>> {
     (0..particles.len())
         .into_par_iter()
         .with_min_len(1024)
@@ -39,7 +39,7 @@ pub(super) fn check_domain(
     model: &SolidModel,
     particles: &Particles,
     time: &sph::stage::StageTime,
-) -> Result<u64, Divergence> {
+) -> Result<u64, Box<Divergence>> {
     let is_outside = |i: &usize| {
         !model.domain.contains(&particles.position[*i]) && model.acting_support(*i, time).is_none()
     };
@@ -48,7 +48,7 @@ pub(super) fn check_domain(
         return Ok(outside);
     }
     let first = (0..particles.len()).find(is_outside);
-    Err(Divergence {
+    Err(Box::new(Divergence {
         at: time.at,
         particle: first.map(|i| model.particles.id[i]),
         position: first.map(|i| coordinates(&particles.position[i])),
@@ -58,8 +58,9 @@ pub(super) fn check_domain(
         ),
         value: outside as f64,
         allowed: format!("at most {}", model.lost_particle_limit),
-        hint: "the body left the scene: enlarge the domain, close it with walls, or end the run earlier".into(),
-    })
+        hint: "the body left the scene: enlarge the domain, close it with walls, or end the run earlier"
+            .into(),
+    }))
 }
 
 /// A limit that a particle broke.
@@ -124,8 +125,14 @@ fn broken_limit(model: &SolidModel, particles: &Particles, i: usize) -> Option<B
 }
 
 impl BrokenLimit {
-    fn divergence(self, model: &SolidModel, particles: &Particles, i: usize, at: StepStage) -> Divergence {
-        Divergence {
+    fn divergence(
+        self,
+        model: &SolidModel,
+        particles: &Particles,
+        i: usize,
+        at: StepStage,
+    ) -> Box<Divergence> {
+        Box::new(Divergence {
             at,
             particle: Some(model.particles.id[i]),
             position: Some(coordinates(&particles.position[i])),
@@ -133,7 +140,7 @@ impl BrokenLimit {
             value: self.value,
             allowed: self.allowed,
             hint: self.hint.into(),
-        }
+        })
     }
 }
 

@@ -90,10 +90,8 @@ impl Repulsion {
                 return;
             }
             let body = model.body_of(i);
-            let contact = Contact {
-                bulk_modulus: body.material.bulk_modulus,
-                reduced_mass: model.particles.mass[i],
-            };
+            let contact =
+                Contact { bulk_modulus: body.material.bulk_modulus, reduced_mass: model.particles.mass[i] };
             for w in row.iter().map(|w| *w as usize).filter(|w| model.wall_acts_on(body, *w, time)) {
                 let x_iw = model.domain.separation(&stage.position[i], &walls.position[w]);
                 let v_iw = stage.velocity[i] - walls.velocity[w];
@@ -109,10 +107,8 @@ impl Repulsion {
         let (a, b) = (i.min(j), i.max(j));
         let modulus = |k: usize| model.body_of(k).material.bulk_modulus;
         let (m_a, m_b) = (model.particles.mass[a], model.particles.mass[b]);
-        let contact = Contact {
-            bulk_modulus: modulus(a).min(modulus(b)),
-            reduced_mass: m_a * m_b / (m_a + m_b),
-        };
+        let contact =
+            Contact { bulk_modulus: modulus(a).min(modulus(b)), reduced_mass: m_a * m_b / (m_a + m_b) };
         let x_ab = model.domain.separation(&stage.position[a], &stage.position[b]);
         let v_ab = stage.velocity[a] - stage.velocity[b];
         let (force, stiffness) = self.force(&contact, &x_ab, &v_ab);
@@ -141,7 +137,8 @@ mod tests {
                 assert!(r < LAW.distance || along == 0.0);
             }
         }
-        let near = |depth: f64| LAW.force(&CONTACT, &Vector::new(0.01 - depth, 0.0), &Vector::new(-1.0, 0.0)).0;
+        let near =
+            |depth: f64| LAW.force(&CONTACT, &Vector::new(0.01 - depth, 0.0), &Vector::new(-1.0, 0.0)).0;
         // Stiffness 1e7 Pa and the onset of the dashpot: a depth of 1e-9 m gives about 0.01 N/m.
         assert!(near(1e-9).norm() < 0.1);
         assert!(near(1e-3).norm() > 1e4);

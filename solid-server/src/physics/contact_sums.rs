@@ -57,11 +57,13 @@ impl SumStage<'_> {
     /// Pressure of wall particle `w` toward solids \[Pa\], Eq. (28) over solid particles.
     ///
     /// ```text
-    /// p_w = Σ_i W_wi (p_i + ρ_i g·(x_w − x_i)) / Σ_i W_wi
+    /// p_w = Σ_i W_wi (p_i + ρ_i (g − a_w)·(x_w − x_i)) / Σ_i W_wi
     /// ```
+    ///
+    /// a_w is the prescribed acceleration of a moving wall.
     fn wall_pressure(&self, w: usize) -> f64 {
         let x_w = &self.walls.position[w];
-        let g = self.model.body_force.acceleration(x_w, self.time.state_time());
+        let g = self.model.body_force.acceleration(x_w, self.time.state_time()) - self.walls.acceleration[w];
         let (mut weighted, mut weight) = (0.0, 0.0);
         for i in self.lists.of_walls.of(w).iter().map(|i| *i as usize).filter(|i| self.meet(*i, w)) {
             let Some(law) = self.law(i) else { continue };
@@ -105,7 +107,11 @@ impl SumContact {
         sums: &mut [PairSums],
         contact: &mut [ContactSums],
     ) {
-        wall_pressure.par_iter_mut().with_min_len(TASK).enumerate().for_each(|(w, p)| *p = at.wall_pressure(w));
+        wall_pressure
+            .par_iter_mut()
+            .with_min_len(TASK)
+            .enumerate()
+            .for_each(|(w, p)| *p = at.wall_pressure(w));
         let wall_pressure = &*wall_pressure;
         sums.par_iter_mut().zip(contact).with_min_len(TASK).enumerate().for_each(|(i, (sums, contact))| {
             *contact = ContactSums::default();

@@ -81,7 +81,7 @@ pub(super) fn von_mises_stress(s: &SymmetricTensor) -> f64 {
 pub(super) fn artificial_stress(epsilon: f64, stress: &SymmetricTensor, density: f64) -> SymmetricTensor {
     let mean = 0.5 * (stress.xx + stress.yy);
     let half_difference = 0.5 * (stress.xx - stress.yy);
-    let radius = half_difference.hypot(stress.xy);
+    let radius = (half_difference * half_difference + stress.xy * stress.xy).sqrt();
     let factor = -epsilon / (density * density);
     let major = factor * (mean + radius).max(0.0);
     let minor = factor * (mean - radius).max(0.0);

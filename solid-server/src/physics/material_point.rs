@@ -40,17 +40,18 @@ impl MaterialPoint {
             radius *= 1.5;
         }
         let kernel = CubicSpline::new(0.5 * radius);
-        let basis = |k: usize| {
-            let offset = (reference[k] - at) / spacing;
-            Vector3::new(1.0, offset.x, offset.y)
-        };
+        let nearness = |k: usize| kernel.value(distance(k));
+        let total: f64 = near.iter().map(|k| nearness(*k)).sum();
+        let middle: Vector = near.iter().map(|k| reference[*k] * (nearness(*k) / total)).sum();
+        // About the middle of the particles, a direction in which they do not extend gets no slope.
+        let basis = |x: &Vector| Vector3::new(1.0, (x.x - middle.x) / spacing, (x.y - middle.y) / spacing);
         let mut moment = Matrix3::zeros();
         for &k in &near {
-            moment += basis(k) * basis(k).transpose() * kernel.value(distance(k));
+            moment += basis(&reference[k]) * basis(&reference[k]).transpose() * nearness(k);
         }
-        // The value of the fit at the point is its constant coefficient: first row of the inverse.
-        let row = pseudo_inverse(&moment).row(0).transpose();
-        let weights = near.iter().map(|&k| (first + k, kernel.value(distance(k)) * row.dot(&basis(k)))).collect();
+        let functional = pseudo_inverse(&moment) * basis(at);
+        let weights =
+            near.iter().map(|&k| (first + k, nearness(k) * functional.dot(&basis(&reference[k])))).collect();
         Ok(Self { weights })
     }
 

@@ -83,10 +83,10 @@ impl ContactModel {
         }
     }
 
-    /// Distance from held particles within which walls are left out of the contact \[m\].
+    /// Distance from held particles within which walls are left out of the contact \[m\]: two lattice columns.
     pub fn clearance(&self) -> f64 {
         match self {
-            Self::Repulsion(repulsion) => 2.0 * repulsion.distance,
+            Self::Repulsion(repulsion) => 2.5 * repulsion.distance,
             Self::Sums(sums) => sums.support_radius,
         }
     }

@@ -56,7 +56,7 @@ pub(super) fn corrected_gradient(gradient: &Tensor, moment: &SymmetricTensor) ->
     let m = moment;
     let mean = 0.5 * (m.xx + m.yy);
     let half_difference = 0.5 * (m.xx - m.yy);
-    let radius = half_difference.hypot(m.xy);
+    let radius = (half_difference * half_difference + m.xy * m.xy).sqrt();
     if mean - radius >= SMALLEST_MOMENT {
         let inverse = 1.0 / (m.xx * m.yy - m.xy * m.xy);
         return gradient * Tensor::new(m.yy * inverse, -m.xy * inverse, -m.xy * inverse, m.xx * inverse);
@@ -64,8 +64,7 @@ pub(super) fn corrected_gradient(gradient: &Tensor, moment: &SymmetricTensor) ->
     let factor = |eigenvalue: f64| if eigenvalue >= SMALLEST_MOMENT { 1.0 / eigenvalue } else { 1.0 };
     let (major, minor) = (factor(mean + radius), factor(mean - radius));
     let (centre, half_span) = (0.5 * (major + minor), 0.5 * (major - minor));
-    let (cosine, sine) =
-        if radius > 0.0 { (half_difference / radius, m.xy / radius) } else { (1.0, 0.0) };
+    let (cosine, sine) = if radius > 0.0 { (half_difference / radius, m.xy / radius) } else { (1.0, 0.0) };
     gradient
         * Tensor::new(
             centre + half_span * cosine,

@@ -76,7 +76,9 @@ impl Particles {
 #[inline]
 pub(super) fn winding_offset(domain: &Domain, windings: &[i32; 2]) -> Vector {
     let period = domain.size();
-    Vector::from_fn(|axis, _| if windings[axis] == 0 { 0.0 } else { f64::from(windings[axis]) * period[axis] })
+    Vector::from_fn(
+        |axis, _| if windings[axis] == 0 { 0.0 } else { f64::from(windings[axis]) * period[axis] },
+    )
 }
 
 /// Motion of a rigid body.

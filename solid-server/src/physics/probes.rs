@@ -1,12 +1,55 @@
 //! Values of the probes at a step boundary.
 
-use sph::setup::SolidProbeKind;
+use sph::setup::{SolidProbeKind, SolidSetup};
 use sph::vector::{Vector, cross};
 
 use super::material_point::MaterialPoint;
-use super::model::{Probe, SolidModel};
+use super::model::{Body, Probe, SolidModel};
 use super::report::{BodySums, body_sums, material_position, second_moments, stress_of};
 use super::workspace::{SolidState, StressFields};
+
+/// The probes of `setup` on `bodies`; what is wrong with them is added to `errors`.
+pub(super) fn build_probes(setup: &SolidSetup, bodies: &mut [Body], errors: &mut Vec<String>) -> Vec<Probe> {
+    let mut probes = Vec::new();
+    for probe in &setup.probes {
+        let name = &probe.name;
+        let body = match &probe.kind {
+            SolidProbeKind::MaterialPoint { body, .. } | SolidProbeKind::Reaction { body, .. } => Some(*body),
+            SolidProbeKind::Motion(body) | SolidProbeKind::BodyForce(body) => Some(*body),
+            SolidProbeKind::Sums(body) => *body,
+        };
+        let count = bodies.len();
+        let Some(body) = body.map(|body| bodies.get_mut(body as usize)) else {
+            probes.push(Probe::Plain(probe.kind.clone()));
+            continue;
+        };
+        let Some(body) = body else {
+            errors.push(format!("probe `{name}`: its body does not exist; there are {count}"));
+            continue;
+        };
+        match &probe.kind {
+            SolidProbeKind::MaterialPoint { reference_position: at, .. } => {
+                let reference = &setup.particles.reference_position[body.range.clone()];
+                match MaterialPoint::new(at, body.range.start, reference, setup.particle_spacing) {
+                    Ok(point) => probes.push(Probe::MaterialPoint(point)),
+                    Err(distance) => errors.push(format!(
+                        "probe `{name}`: ({}, {}) m lies {distance:.3e} m from the nearest particle of body `{}`; it \
+                         must lie in the undeformed body",
+                        at.x, at.y, body.name
+                    )),
+                }
+                continue;
+            }
+            SolidProbeKind::Motion(_) => body.tracks_angle = true,
+            SolidProbeKind::Reaction { support, .. } if *support as usize >= body.supports.len() => {
+                errors.push(format!("probe `{name}`: body `{}` has no support {support}", body.name));
+            }
+            _ => {}
+        }
+        probes.push(Probe::Plain(probe.kind.clone()));
+    }
+    probes
+}
 
 /// Appends the values of all probes, columns as `SolidProbeKind::columns` lists them.
 ///

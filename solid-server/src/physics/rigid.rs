@@ -7,9 +7,7 @@ use rayon::prelude::*;
 use sph::sums::ordered_sum;
 use sph::vector::{SymmetricTensor, Vector, cross};
 
-use super::formulation::{
-    BodyConstants, BodyFormulation, BodyStep, RateViewMut, StressView, StressViewMut,
-};
+use super::formulation::{BodyConstants, BodyFormulation, BodyStep, RateViewMut, StressView, StressViewMut};
 use super::lists::{Rows, TASK};
 use super::pair_law::{PairSums, SumLaw};
 use super::particles::{ParticleView, ParticleViewMut, RigidState, winding_offset};
@@ -48,7 +46,11 @@ impl AddAssign for Wrench {
 impl RigidBody {
     /// A body of particles at `position` \[m\], connected across periodic sides, and its motion at the start: that of
     /// equal momentum and angular momentum.
-    pub fn new(constants: &BodyConstants<'_>, position: &[Vector], velocity: &[Vector]) -> (Self, RigidState) {
+    pub fn new(
+        constants: &BodyConstants<'_>,
+        position: &[Vector],
+        velocity: &[Vector],
+    ) -> (Self, RigidState) {
         let m = constants.mass;
         let n = position.len();
         let mass: f64 = ordered_sum(n, |i| m[i]);

@@ -223,7 +223,7 @@ impl Solver for SolidSolver {
 
     fn advance(&mut self, time: &StageTime) -> Result<StageBooks, Divergence> {
         move_bodies(&self.model, &self.state, &mut self.workspace, time);
-        check(&self.model, &self.workspace.next, time.at)?;
+        check(&self.model, &self.workspace.next, time.at).map_err(|divergence| *divergence)?;
         let record = record(&self.model, &self.state, &self.workspace, time);
         match time.at.stage {
             Stage::Predictor => {
@@ -237,7 +237,8 @@ impl Solver for SolidSolver {
 
     fn end_step(&mut self, time: &StageTime) -> Result<(), Divergence> {
         self.wrap();
-        self.state.last.outside = check_domain(&self.model, &self.state.particles, time)?;
+        self.state.last.outside =
+            check_domain(&self.model, &self.state.particles, time).map_err(|divergence| *divergence)?;
         let SolidState { particles, windings, angles, .. } = &mut self.state;
         for (body, angle) in self.model.bodies.iter().zip(angles).filter(|(body, _)| body.tracks_angle) {
             *angle = best_fit_angle(&self.model, body, particles, windings, *angle);

@@ -1,6 +1,9 @@
 //! Supports: particles whose motion is prescribed in some or all components.
 
+use sph::domain::Domain;
 use sph::motion::{MotionState, RigidMotion};
+use sph::neighbours::CellGrid;
+use sph::setup::BodySetup;
 use sph::stage::StageTime;
 use sph::vector::{DIMENSIONS, Vector, cross};
 
@@ -137,6 +140,72 @@ impl PrescribedMotion {
     }
 }
 
+/// Supports of `body`, whose particles at `position` \[m\] belong to the supports `members`.
+///
+/// Expressions that do not parse are added to `errors`.
+pub(super) fn build_supports(
+    body: &BodySetup,
+    members: &[u32],
+    position: &[Vector],
+    start_time: f64,
+    errors: &mut Vec<String>,
+) -> Vec<Support> {
+    let build = |(k, setup): (u32, &sph::setup::Support)| {
+        let motion = setup.motion.as_ref().and_then(|motion| match RigidMotion::new(motion) {
+            Ok(parsed) => Some(PrescribedMotion::new(parsed, motion.pivot, start_time)),
+            Err(error) => {
+                errors.push(format!("support `{}` of body `{}`: {error}", setup.name, body.name));
+                None
+            }
+        });
+        let mut support = Support {
+            held: setup.held,
+            motion,
+            release_time: setup.release_time.unwrap_or(f64::INFINITY),
+            particles: Vec::new(),
+        };
+        support.particles = (0..members.len())
+            .filter(|i| members[*i] == k)
+            .map(|particle| HeldParticle { particle, origin: support.origin(&position[particle]) })
+            .collect();
+        support
+    };
+    (1u32..).zip(&body.supports).map(build).collect()
+}
+
+/// Gives held components the velocity of their support, so that the first step does not jolt them.
+pub(super) fn hold_velocities(supports: &[Support], start_time: f64, velocity: &mut [Vector]) {
+    for support in supports.iter().filter(|support| support.release_time > start_time) {
+        let target = support.target(start_time);
+        for held in &support.particles {
+            let mut place = held.origin;
+            target.hold(&held.origin, &held.origin, &mut place, &mut velocity[held.particle]);
+        }
+    }
+}
+
+/// Time until which each wall particle is left out of the contact with a body, see `SolidModel::wall_acts_on`.
+pub(super) fn wall_exemption(
+    domain: &Domain,
+    supports: &[Support],
+    position: &[Vector],
+    walls: &[Vector],
+    radius: f64,
+) -> Vec<f64> {
+    if supports.is_empty() {
+        return Vec::new();
+    }
+    let mut until = vec![f64::NEG_INFINITY; walls.len()];
+    for support in supports.iter().filter(|support| support.holds_fully()) {
+        let held: Vec<Vector> = support.particles.iter().map(|held| position[held.particle]).collect();
+        let near = CellGrid::new(domain, &held, radius).list(domain, walls, &held, radius, false);
+        for w in (0..walls.len()).filter(|w| !near.of(*w).is_empty()) {
+            until[w] = until[w].max(support.release_time);
+        }
+    }
+    until
+}
+
 /// `angle` plus whole turns, as near as possible to `near` \[rad\].
 pub(super) fn nearest_branch(angle: f64, near: f64) -> f64 {
     let turn = std::f64::consts::TAU;
@@ -159,11 +228,7 @@ mod tests {
 
     #[test]
     fn a_release_takes_effect_at_the_step_boundary_of_its_time() {
-        let at = |step_start| StageTime {
-            at: sph::stage::StepStage::FIRST,
-            step_start,
-            time_step: 1e-3,
-        };
+        let at = |step_start| StageTime { at: sph::stage::StepStage::FIRST, step_start, time_step: 1e-3 };
         assert!(acts(0.1, &at(0.099)));
         // 0.1 may come out of n·Δt an ulp early.
         assert!(!acts(0.1, &at(0.1 - 1e-17)));

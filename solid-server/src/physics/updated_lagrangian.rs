@@ -7,9 +7,7 @@ use sph::setup::{ElasticMaterial, UpdatedLagrangian};
 use super::elasticity::{
     artificial_stress, cauchy_stress, deviatoric_stress_rate, pressure, strain_energy_density,
 };
-use super::formulation::{
-    BodyConstants, BodyFormulation, BodyStep, RateViewMut, StressView, StressViewMut,
-};
+use super::formulation::{BodyConstants, BodyFormulation, BodyStep, RateViewMut, StressView, StressViewMut};
 use super::lists::{Rows, TASK};
 use super::pair_law::{PairParticle, PairSums, SumLaw, corrected_gradient};
 use super::particles::{ParticleView, ParticleViewMut, RigidState};

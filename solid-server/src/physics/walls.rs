@@ -1,6 +1,7 @@
 //! Walls as the solids meet them.
 
 use sph::motion::RigidMotion;
+use sph::setup::{SolidSetup, WallSetup};
 use sph::stage::StageTime;
 use sph::vector::Vector;
 
@@ -33,9 +34,32 @@ pub(super) struct WallState {
     pub position: Vec<Vector>,
     /// Velocity \[m/s\].
     pub velocity: Vec<Vector>,
+    /// Acceleration \[m/s²\].
+    pub acceleration: Vec<Vector>,
 }
 
 impl Walls {
+    /// The walls of `setup`; expressions that do not parse are added to `errors`.
+    pub fn new(setup: &SolidSetup, errors: &mut Vec<String>) -> Self {
+        let wall_of = setup.wall_particles.wall.clone();
+        let build = |(k, wall): (u32, &WallSetup)| {
+            let motion = wall.motion.as_ref().and_then(|motion| match RigidMotion::new(motion) {
+                Ok(motion) => Some(motion),
+                Err(error) => {
+                    errors.push(format!("wall `{}`: {error}", wall.name));
+                    None
+                }
+            });
+            Wall {
+                motion,
+                release_time: wall.release_time.unwrap_or(f64::INFINITY),
+                particles: (0..wall_of.len()).filter(|w| wall_of[*w] == k).collect(),
+            }
+        };
+        let walls = (0u32..).zip(&setup.walls).map(build).collect();
+        Self { walls, wall_of, start: setup.wall_particles.position.clone() }
+    }
+
     /// Number of wall particles.
     pub fn len(&self) -> usize {
         self.start.len()
@@ -48,7 +72,8 @@ impl Walls {
 
     /// Wall particles at the start.
     pub fn at_start(&self) -> WallState {
-        WallState { position: self.start.clone(), velocity: vec![Vector::zeros(); self.len()] }
+        let at_rest = vec![Vector::zeros(); self.len()];
+        WallState { position: self.start.clone(), velocity: at_rest.clone(), acceleration: at_rest }
     }
 
     /// Moves the particles of moving walls to where they are at `time` \[s\].
@@ -58,6 +83,7 @@ impl Walls {
             for &w in &wall.particles {
                 state.position[w] = motion.position(&self.start[w]);
                 state.velocity[w] = motion.velocity(&self.start[w]);
+                state.acceleration[w] = motion.acceleration(&self.start[w]);
             }
         }
     }

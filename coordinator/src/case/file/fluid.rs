@@ -33,6 +33,9 @@ pub struct FluidTable {
     pub damping: Option<DampingTable>,
     #[serde(rename = "region")]
     pub regions: Vec<RegionTable>,
+    /// Whether spacing and kernel ratio can be relied on.
+    #[serde(skip)]
+    pub lattice_intact: bool,
     #[serde(skip)]
     pub intact: bool,
 }
@@ -65,19 +68,23 @@ impl FluidTable {
     pub fn read(mut table: Table<'_>) -> Self {
         let particle_spacing_m = table.number("particle_spacing_m", &Allowed::POSITIVE);
         let kernel_ratio = table.number_or("kernel_ratio", &Allowed::KERNEL_RATIO, 1.2);
+        let lattice_intact = table.intact();
         let rest_density_kg_m3 = table.number("rest_density_kg_m3", &Allowed::POSITIVE);
         let sound_speed_m_s = table.number("sound_speed_m_s", &Allowed::POSITIVE);
         const EXPONENT: Allowed = Allowed::new(1.0, 20.0, (true, true), 7.0, "a number from 1 to 20");
         let exponent = table.number_or("exponent", &EXPONENT, 7.0).value;
-        let dynamic_viscosity_pa_s = table.number_or("dynamic_viscosity_pa_s", &Allowed::NOT_NEGATIVE, 0.0).value;
+        let dynamic_viscosity_pa_s =
+            table.number_or("dynamic_viscosity_pa_s", &Allowed::NOT_NEGATIVE, 0.0).value;
         let gradient_correction = table.choice_or_first("gradient_correction", &CORRECTIONS);
         let density_diffusion = table.choice_or_first("density_diffusion", &DIFFUSIONS);
         let density_diffusion_delta = match density_diffusion.value {
             DiffusionKind::None => None,
             _ => Some(table.number_or("density_diffusion_delta", &Allowed::POSITIVE, 0.1).value),
         };
-        let artificial_viscosity_a = table.number_or("artificial_viscosity_a", &Allowed::NOT_NEGATIVE, 0.1).value;
-        let artificial_viscosity_b = table.number_or("artificial_viscosity_b", &Allowed::NOT_NEGATIVE, 0.0).value;
+        let artificial_viscosity_a =
+            table.number_or("artificial_viscosity_a", &Allowed::NOT_NEGATIVE, 0.1).value;
+        let artificial_viscosity_b =
+            table.number_or("artificial_viscosity_b", &Allowed::NOT_NEGATIVE, 0.0).value;
         let lambda = table.number_or("lambda", &Allowed::SHARE, 0.01).value;
         let lost_particle_limit = table.count_or("lost_particle_limit", LOSS_LIMITS, 0).value;
         let damping = DampingTable::read(&mut table);
@@ -100,6 +107,7 @@ impl FluidTable {
             lost_particle_limit,
             damping,
             regions,
+            lattice_intact,
             intact,
         }
     }
@@ -228,7 +236,8 @@ enum StartKind {
 impl RegionTable {
     fn read(mut table: Table<'_>) -> Self {
         // Beyond half a spacing particles would change places.
-        const DISPLACEMENT: Allowed = Allowed::new(0.0, 0.5, (true, false), 0.0, "a number from 0 to below 0.5");
+        const DISPLACEMENT: Allowed =
+            Allowed::new(0.0, 0.5, (true, false), 0.0, "a number from 0 to below 0.5");
         let name = table.name("name");
         let shape = ShapeTable::read(&mut table, "shape");
         let velocity_m_s = formula::read_pair(&mut table, "velocity_m_s", &["x", "y"])
@@ -268,7 +277,10 @@ impl StartTable {
                 surface_m: table.number("surface_m", &Allowed::FINITE).value,
                 lattice: table.choice_or_first(
                     "lattice",
-                    &[("consistent", HydrostaticLattice::Consistent), ("uniform", HydrostaticLattice::Uniform)],
+                    &[
+                        ("consistent", HydrostaticLattice::Consistent),
+                        ("uniform", HydrostaticLattice::Uniform),
+                    ],
                 ),
             },
             Some(StartKind::Pressure) => Self::Pressure {

@@ -25,7 +25,8 @@ impl InterfaceTable {
             ("wall-no-slip", InterfaceLaw::WallNoSlip),
             ("plain-sum", InterfaceLaw::PlainSum),
         ];
-        const MARGIN: Allowed = Allowed::new(0.0, 20.0, (false, true), 1.0, "a number above 0 and at most 20");
+        const MARGIN: Allowed =
+            Allowed::new(0.0, 20.0, (false, true), 1.0, "a number above 0 and at most 20");
         let read = Self {
             law: table.choice_or_first("law", &LAWS),
             margin_spacings: table.number_or("margin_spacings", &MARGIN, 1.0).value,
@@ -61,7 +62,9 @@ impl ServersTable {
         for (address, command) in [("fluid_address", "fluid_command"), ("solid_address", "solid_command")] {
             if table.has(address) && table.has(command) {
                 let mistake = Mistake::new(&table.place_of(command), format!("`{address}` is given as well"));
-                table.mistake(mistake.hint("keep the address of a running server or the command that starts one"));
+                table.mistake(
+                    mistake.hint("keep the address of a running server or the command that starts one"),
+                );
             }
         }
         table.finish();

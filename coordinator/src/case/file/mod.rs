@@ -56,15 +56,16 @@ impl CaseFile {
         let start_from = root.optional_text("start_from").map(|mut folder| {
             let path = root.directory.join(&folder.value);
             // A case written out elsewhere must still find it.
-            if let Some(full) = std::path::absolute(path).ok().and_then(|path| path.to_str().map(str::to_owned)) {
+            if let Some(full) =
+                std::path::absolute(path).ok().and_then(|path| path.to_str().map(str::to_owned))
+            {
                 folder.value = full;
             }
             folder
         });
-        let domain = root.required_table("domain").map_or_else(
-            || DomainTable::unwritten(&root.place_of("domain")),
-            DomainTable::read,
-        );
+        let domain = root
+            .required_table("domain")
+            .map_or_else(|| DomainTable::unwritten(&root.place_of("domain")), DomainTable::read);
         let body_force = BodyForceTable::read(root.table_or_empty("body_force"));
         let time = root
             .required_table("time")
@@ -73,14 +74,15 @@ impl CaseFile {
         let ledger = LedgerTable::read(root.table_or_empty("ledger"));
         let servers = ServersTable::read(root.table_or_empty("servers"));
         let fluid = root.optional_table("fluid").map(FluidTable::read);
-        let spacing = fluid.as_ref().map(|fluid| fluid.particle_spacing_m.value);
-        let solid = root.optional_table("solid").map(|table| SolidTable::read(table, spacing));
+        let solid = root.optional_table("solid").map(|table| SolidTable::read(table, fluid.as_ref()));
         let coupled = fluid.is_some() && solid.is_some();
         let interface = if coupled {
             Some(InterfaceTable::read(root.table_or_empty("interface")))
         } else {
             if let Some(table) = root.optional_table("interface") {
-                root.mistake(Mistake::new(table.place(), "needs both a `fluid` and a `solid`").hint("leave it out"));
+                root.mistake(
+                    Mistake::new(table.place(), "needs both a `fluid` and a `solid`").hint("leave it out"),
+                );
             }
             None
         };

@@ -83,7 +83,8 @@ impl ProbeTable {
             table.finish();
             return None;
         };
-        let (mut at_m, mut x_m, mut region, mut wall, mut body, mut support) = (None, None, None, None, None, None);
+        let (mut at_m, mut x_m, mut region, mut wall, mut body, mut support) =
+            (None, None, None, None, None, None);
         match kind.value {
             ProbeKind::FluidPoint => at_m = Some(table.vector("at_m")),
             ProbeKind::WaterLevel => x_m = Some(table.number("x_m", &Allowed::FINITE)),

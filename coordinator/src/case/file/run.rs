@@ -87,9 +87,7 @@ impl DomainTable {
     /// Sides through which particles may leave.
     pub fn outflow(&self) -> Outflow {
         let sides = || self.outflow_sides.iter().flatten().map(|choice| choice.value);
-        let open = |upper| {
-            std::array::from_fn(|axis| sides().any(|side| side == Side { axis, upper }))
-        };
+        let open = |upper| std::array::from_fn(|axis| sides().any(|side| side == Side { axis, upper }));
         Outflow { lower: open(false), upper: open(true) }
     }
 }
@@ -174,9 +172,7 @@ impl TimeTable {
         }
         let span = (end_time_s.value - start_time_s).max(f64::MIN_POSITIVE);
         let limit_factor = table.number_or("limit_factor", &LIMIT, 1.0);
-        let mut step = StepTable::Fixed {
-            time_step_s: At { value: 1.0, place: end_time_s.place.clone() },
-        };
+        let mut step = StepTable::Fixed { time_step_s: At { value: 1.0, place: end_time_s.place.clone() } };
         if let Some(mut inner) = table.required_table("step") {
             let kinds = [("fixed", StepKind::Fixed), ("adaptive", StepKind::Adaptive)];
             match inner.choice("type", &kinds).map(|choice| choice.value) {

@@ -62,7 +62,9 @@ impl ShapeTable {
         let place = table.place().clone();
         let shape = Self::read_table(&mut table, 0);
         let valid = match shape.as_ref().filter(|_| table.intact()) {
-            Some(shape) => shape.check().map_err(|problem| table.mistake(Mistake::new(&place, problem))).is_ok(),
+            Some(shape) => {
+                shape.check().map_err(|problem| table.mistake(Mistake::new(&place, problem))).is_ok()
+            }
             None => false,
         };
         (table.finish() && valid).then_some(())?;
@@ -166,16 +168,17 @@ fn read_polygon(table: &mut Table<'_>) -> Option<Vec<Vector>> {
     read_points(&path)
         .map_err(|problem| {
             let mistake = Mistake::new(&file.place, problem).value(&file.value);
-            table.mistake(
-                mistake.hint("give a CSV file with the header `x_m,y_m`; its path is taken from the case file's folder"),
-            );
+            table.mistake(mistake.hint(
+                "give a CSV file with the header `x_m,y_m`; its path is taken from the case file's folder",
+            ));
         })
         .ok()
 }
 
 fn read_points(path: &Path) -> Result<Vec<Vector>, String> {
     let text = read_text(path)?;
-    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).from_reader(text.as_bytes());
+    let mut reader =
+        csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).from_reader(text.as_bytes());
     let header = reader.headers().map_err(|error| error.to_string())?.clone();
     let column = |name: &str| {
         header

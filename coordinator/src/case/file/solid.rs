@@ -4,7 +4,7 @@ use serde::Serialize;
 use sph::setup::{ContactLaw, ElasticMaterial, Formulation, Support, UpdatedLagrangian};
 use sph::vector::Vector;
 
-use super::fluid::DampingTable;
+use super::fluid::{DampingTable, FluidTable};
 use super::formula;
 use super::run::{AXES, MotionTable};
 use super::shape::ShapeTable;
@@ -29,16 +29,19 @@ pub struct SolidTable {
 
 impl SolidTable {
     /// Reads the table; the spacing is the fluid's unless it is written.
-    pub fn read(mut table: Table<'_>, fluid_spacing: Option<f64>) -> Self {
-        let particle_spacing_m = match fluid_spacing {
-            Some(spacing) => table.number_or("particle_spacing_m", &Allowed::POSITIVE, spacing),
+    pub fn read(mut table: Table<'_>, fluid: Option<&FluidTable>) -> Self {
+        let particle_spacing_m = match fluid {
+            Some(fluid) => {
+                table.number_or("particle_spacing_m", &Allowed::POSITIVE, fluid.particle_spacing_m.value)
+            }
             None => table.number("particle_spacing_m", &Allowed::POSITIVE),
         };
+        let known_spacing = table.has("particle_spacing_m") || fluid.is_none_or(|fluid| fluid.lattice_intact);
         let kernel_ratio = table.number_or("kernel_ratio", &Allowed::KERNEL_RATIO, 1.3);
         let lost_particle_limit = table.count_or("lost_particle_limit", 0..1_000_000_001, 0).value;
         let damping = DampingTable::read(&mut table);
         let contact = ContactTable::read(table.table_or_empty("contact"));
-        let intact = table.intact();
+        let intact = table.intact() && known_spacing;
         let ratio = kernel_ratio.value;
         let bodies = table.tables("body").into_iter().map(|body| BodyTable::read(body, ratio)).collect();
         table.finish();
@@ -47,7 +50,8 @@ impl SolidTable {
 
     /// Widest smoothing length of all bodies \[m\].
     pub fn smoothing_length(&self) -> f64 {
-        let widest = self.bodies.iter().filter_map(BodyTable::kernel_ratio).fold(self.kernel_ratio.value, f64::max);
+        let widest =
+            self.bodies.iter().filter_map(BodyTable::kernel_ratio).fold(self.kernel_ratio.value, f64::max);
         widest * self.particle_spacing_m.value
     }
 }
@@ -63,7 +67,8 @@ pub enum ContactTable {
 
 impl ContactTable {
     fn read(mut table: Table<'_>) -> Self {
-        const DISTANCE: Allowed = Allowed::new(0.0, 3.0, (false, true), 1.0, "a number above 0 and at most 3");
+        const DISTANCE: Allowed =
+            Allowed::new(0.0, 3.0, (false, true), 1.0, "a number above 0 and at most 3");
         let law = table.choice_or_first("law", &[("repulsion", false), ("sums", true)]);
         let read = match law.value {
             true => Self::Sums,
@@ -80,7 +85,9 @@ impl ContactTable {
     /// What the solvers are told.
     pub fn to_setup(&self) -> ContactLaw {
         match *self {
-            Self::Repulsion { stiffness, distance, damping } => ContactLaw::Repulsion { stiffness, distance, damping },
+            Self::Repulsion { stiffness, distance, damping } => {
+                ContactLaw::Repulsion { stiffness, distance, damping }
+            }
             Self::Sums => ContactLaw::Sums,
         }
     }
@@ -161,8 +168,13 @@ pub enum Moduli {
 impl MaterialTable {
     fn read(parent: &mut Table<'_>) -> Self {
         // Above, the bulk modulus overflows any time step.
-        const POISSON: Allowed =
-            Allowed::new(-1.0, 0.5, (false, false), 0.0, "a number above -1 and below 0.5 (0.49 for nearly incompressible)");
+        const POISSON: Allowed = Allowed::new(
+            -1.0,
+            0.5,
+            (false, false),
+            0.0,
+            "a number above -1 and below 0.5 (0.49 for nearly incompressible)",
+        );
         let fallback = Moduli::BulkShear { bulk_modulus_pa: 1.0, shear_modulus_pa: 1.0 };
         let Some(mut table) = parent.required_table("material") else {
             return Self { density_kg_m3: 1.0, moduli: fallback };
@@ -175,6 +187,7 @@ impl MaterialTable {
             table.mistake(mistake.allowed(
                 "either `bulk_modulus_pa` and `shear_modulus_pa`, or `young_modulus_pa` and `poisson_ratio`",
             ));
+            table.abandon();
         }
         let moduli = if bulk_shear {
             Moduli::BulkShear {
@@ -229,21 +242,26 @@ enum FormulationKind {
 
 impl FormulationTable {
     fn read(mut table: Table<'_>, kernel_ratio: f64) -> Self {
-        const KINDS: [(&str, FormulationKind); 2] = [
-            ("updated-lagrangian", FormulationKind::UpdatedLagrangian),
-            ("rigid", FormulationKind::Rigid),
-        ];
-        const EXPONENT: Allowed = Allowed::new(0.0, 20.0, (false, true), 4.0, "a number above 0 and at most 20");
+        const KINDS: [(&str, FormulationKind); 2] =
+            [("updated-lagrangian", FormulationKind::UpdatedLagrangian), ("rigid", FormulationKind::Rigid)];
+        const EXPONENT: Allowed =
+            Allowed::new(0.0, 20.0, (false, true), 4.0, "a number above 0 and at most 20");
         let read = match table.choice_or_first("type", &KINDS).value {
             FormulationKind::Rigid => Self::Rigid,
             FormulationKind::UpdatedLagrangian => Self::UpdatedLagrangian {
                 kernel_ratio: table.number_or("kernel_ratio", &Allowed::KERNEL_RATIO, kernel_ratio).value,
                 gradient_correction: table.flag_or("gradient_correction", true),
-                artificial_viscosity_a: table.number_or("artificial_viscosity_a", &Allowed::NOT_NEGATIVE, 1.0).value,
-                artificial_viscosity_b: table.number_or("artificial_viscosity_b", &Allowed::NOT_NEGATIVE, 1.0).value,
+                artificial_viscosity_a: table
+                    .number_or("artificial_viscosity_a", &Allowed::NOT_NEGATIVE, 1.0)
+                    .value,
+                artificial_viscosity_b: table
+                    .number_or("artificial_viscosity_b", &Allowed::NOT_NEGATIVE, 1.0)
+                    .value,
                 lambda: table.number_or("lambda", &Allowed::SHARE, 0.01).value,
                 artificial_stress: table.number_or("artificial_stress", &Allowed::SHARE, 0.3).value,
-                artificial_stress_exponent: table.number_or("artificial_stress_exponent", &EXPONENT, 4.0).value,
+                artificial_stress_exponent: table
+                    .number_or("artificial_stress_exponent", &EXPONENT, 4.0)
+                    .value,
             },
         };
         table.finish();

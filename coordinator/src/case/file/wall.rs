@@ -63,8 +63,10 @@ impl WallTable {
         };
         let layers = table.optional_count("layers", 1..101);
         let lattice_origin_m = table.optional_vector("lattice_origin_m");
-        let condition = table
-            .choice_or_first("condition", &[("slip", WallCondition::Slip), ("no-slip", WallCondition::NoSlip)]);
+        let condition = table.choice_or_first(
+            "condition",
+            &[("slip", WallCondition::Slip), ("no-slip", WallCondition::NoSlip)],
+        );
         let motion = MotionTable::read(&mut table);
         let release_time_s = table.optional_number("release_time_s", &Allowed::FINITE);
         Self {

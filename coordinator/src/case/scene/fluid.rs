@@ -14,7 +14,13 @@ use crate::case::file::fluid::{FluidTable, RegionTable};
 use crate::case::mistakes::Mistake;
 
 /// Lays out all regions, cut by solids and walls where they say so.
-pub fn lay_out(file: &CaseFile, fluid: &FluidTable, domain: &Domain, lattice: &mut Lattice<'_>, scene: &mut Scene) {
+pub fn lay_out(
+    file: &CaseFile,
+    fluid: &FluidTable,
+    domain: &Domain,
+    lattice: &mut Lattice<'_>,
+    scene: &mut Scene,
+) {
     let spacing = fluid.particle_spacing_m.value;
     let mut laid: Vec<(usize, Vec<Vector>)> = Vec::new();
     for (k, region) in fluid.regions.iter().enumerate() {
@@ -31,7 +37,12 @@ pub fn lay_out(file: &CaseFile, fluid: &FluidTable, domain: &Domain, lattice: &m
     for (k, mut positions) in laid {
         let region = &fluid.regions[k];
         if region.displacement_fraction > 0.0 {
-            displace(&mut positions, region.displacement_fraction * spacing, region.displacement_seed, domain);
+            displace(
+                &mut positions,
+                region.displacement_fraction * spacing,
+                region.displacement_seed,
+                domain,
+            );
         }
         let place = &region.name.place;
         let gravity = file.body_force.gravity_m_s2;
@@ -64,7 +75,8 @@ fn cut(
             solid.bodies.iter().filter_map(|body| Some(body.shape.as_ref()?.value.to_shape())).collect();
         let boxes: Vec<(Vector, Vector)> = shapes.iter().map(Shape::bounds).collect();
         let inside = |x: &Vector| {
-            let near = |(lower, upper): &(Vector, Vector)| (0..2).all(|k| (lower[k]..=upper[k]).contains(&x[k]));
+            let near =
+                |(lower, upper): &(Vector, Vector)| (0..2).all(|k| (lower[k]..=upper[k]).contains(&x[k]));
             shapes.iter().zip(&boxes).any(|(shape, around)| near(around) && shape.contains(x))
         };
         let list =
@@ -110,7 +122,9 @@ impl Obstacle {
         }
         let cut = kept.iter().filter(|kept| !**kept).count();
         retain(positions, kept);
-        scene.cuts.push(format!("region `{}`: {cut} particles make way for {}", region.name.value, self.name));
+        scene
+            .cuts
+            .push(format!("region `{}`: {cut} particles make way for {}", region.name.value, self.name));
     }
 }
 

@@ -39,22 +39,33 @@ impl<'a> Lattice<'a> {
         let (lower, upper) = shape.bounds();
         let reach = [lower, upper].iter().map(|x| (x - self.origin).amax()).fold(margin, f64::max) / spacing;
         let points = lattice_points(shape, spacing, margin);
-        let too_much = if !(points <= MOST_LATTICE_POINTS) {
-            format!("its box holds {points:.2e} lattice points; at most {MOST_LATTICE_POINTS:.0e} are examined")
-        } else if points * written.value.pieces() as f64 > MOST_WORK {
-            format!("{} corners and parts are too many for {points:.2e} lattice points", written.value.pieces())
-        } else if !(reach <= FARTHEST) {
+        let too_much = if exceeds(points, MOST_LATTICE_POINTS) {
+            format!(
+                "its box holds {points:.2e} lattice points; at most {MOST_LATTICE_POINTS:.0e} are examined"
+            )
+        } else if exceeds(points * written.value.pieces() as f64, MOST_WORK) {
+            format!(
+                "{} corners and parts are too many for {points:.2e} lattice points",
+                written.value.pieces()
+            )
+        } else if exceeds(reach, FARTHEST) {
             format!("lies {reach:.2e} spacings from the lattice origin; at most {FARTHEST:.0e} are allowed")
         } else {
             return true;
         };
         let mistake = Mistake::new(&written.place, too_much);
-        self.mistakes.add(mistake.hint(format!("check its size against the particle spacing of {spacing} m")));
+        self.mistakes
+            .add(mistake.hint(format!("check its size against the particle spacing of {spacing} m")));
         false
     }
 
     /// Particles of `shape`; none, with a mistake, when there are too many or none.
-    pub fn fill(&mut self, written: &At<ShapeTable>, spacing: f64, origin: Option<&At<Vector>>) -> Vec<Vector> {
+    pub fn fill(
+        &mut self,
+        written: &At<ShapeTable>,
+        spacing: f64,
+        origin: Option<&At<Vector>>,
+    ) -> Vec<Vector> {
         let shape = written.value.to_shape();
         if !self.permits(written, &shape, spacing, 0.0) {
             return Vec::new();
@@ -83,4 +94,9 @@ impl<'a> Lattice<'a> {
         self.left = self.left.saturating_sub(count);
         enough
     }
+}
+
+/// NaN exceeds everything.
+fn exceeds(value: f64, limit: f64) -> bool {
+    value.is_nan() || value > limit
 }

@@ -12,8 +12,8 @@ use sph::setup::{FluidParticles, SolidParticles, WallParticles};
 
 use super::file::CaseFile;
 use super::mistakes::{Mistake, Mistakes};
-pub use lattice::MOST_PARTICLES;
 use lattice::Lattice;
+pub use lattice::MOST_PARTICLES;
 
 /// All particles at the start.
 #[derive(Clone, Debug, Default)]
@@ -28,6 +28,8 @@ pub struct Scene {
     pub cuts: Vec<String>,
     /// What deserves a second look, in words.
     pub warnings: Vec<String>,
+    /// Bodies whose supports are wrong: what stands where it may not could be meant to be held.
+    unsupported: Vec<u32>,
 }
 
 /// Lays out everything that is written without mistakes; reports what does not fit together.
@@ -54,7 +56,7 @@ fn spacings_fit(file: &CaseFile, mistakes: &Mistakes) -> bool {
     const LEAST_SMOOTHING_LENGTHS: f64 = 5.0;
     let before = mistakes.count();
     let domain = file.domain.domain();
-    let fluid = file.fluid.as_ref().filter(|fluid| fluid.intact);
+    let fluid = file.fluid.as_ref().filter(|fluid| fluid.lattice_intact);
     let solid = file.solid.as_ref().filter(|solid| solid.intact);
     let lengths = [
         fluid.map(|fluid| ("fluid", &fluid.particle_spacing_m, fluid.smoothing_length())),
@@ -72,11 +74,11 @@ fn spacings_fit(file: &CaseFile, mistakes: &Mistakes) -> bool {
                 let hint = format!("{} m is the nearest that does", period / count.max(1.0));
                 mistakes.add(Mistake::new(&spacing.place, problem).hint(hint));
             } else if period < LEAST_SMOOTHING_LENGTHS * smoothing_length {
-                let problem = format!("the period of {period} m along {} is too short for the {owner}", choice.word);
+                let problem =
+                    format!("the period of {period} m along {} is too short for the {owner}", choice.word);
                 let least = LEAST_SMOOTHING_LENGTHS * smoothing_length;
-                mistakes.add(
-                    Mistake::new(&choice.place, problem).allowed(format!("at least 5 h = {least} m")),
-                );
+                mistakes
+                    .add(Mistake::new(&choice.place, problem).allowed(format!("at least 5 h = {least} m")));
             }
         }
     }
@@ -105,8 +107,11 @@ fn report_outside<'a>(
     if let Some(first) = outside.peek().copied() {
         let count = outside.count();
         let problem = format!("{what} leaves the domain: {count} particles outside, one at {}", shown(first));
-        let allowed =
-            format!("x from {} to {}, y from {} to {}", domain.lower.x, domain.upper.x, domain.lower.y, domain.upper.y);
-        mistakes.add(Mistake { problem, ..mistake }.allowed(allowed).hint("move the shape or enlarge `domain`"));
+        let allowed = format!(
+            "x from {} to {}, y from {} to {}",
+            domain.lower.x, domain.upper.x, domain.lower.y, domain.upper.y
+        );
+        mistakes
+            .add(Mistake { problem, ..mistake }.allowed(allowed).hint("move the shape or enlarge `domain`"));
     }
 }

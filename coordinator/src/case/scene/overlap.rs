@@ -11,7 +11,12 @@ use sph::vector::Vector;
 const CLOSENESS: f64 = 0.75;
 
 /// Sources within overlap of each target.
-pub fn overlaps(domain: &Domain, targets: &[Vector], sources: &[Vector], spacings: [f64; 2]) -> NeighbourList {
+pub fn overlaps(
+    domain: &Domain,
+    targets: &[Vector],
+    sources: &[Vector],
+    spacings: [f64; 2],
+) -> NeighbourList {
     if sources.is_empty() {
         return NeighbourList::empty(targets.len());
     }

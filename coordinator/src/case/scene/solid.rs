@@ -27,8 +27,13 @@ pub fn lay_out(solid: &SolidTable, domain: &Domain, lattice: &mut Lattice<'_>, s
     let particles = &scene.solid;
     for clash in first_clashes(domain, &particles.position, &particles.body, solid.particle_spacing_m.value) {
         let names = [clash.groups.0, clash.groups.1].map(|body| &solid.bodies[body as usize].name);
-        let mistake = Mistake::new(&names[1].place, format!("overlaps the body `{}` at {}", names[0].value, shown(&clash.position)));
-        lattice.mistakes.add(mistake.value(&names[1].value).hint("leave at least one particle spacing between bodies"));
+        let mistake = Mistake::new(
+            &names[1].place,
+            format!("overlaps the body `{}` at {}", names[0].value, shown(&clash.position)),
+        );
+        lattice
+            .mistakes
+            .add(mistake.value(&names[1].value).hint("leave at least one particle spacing between bodies"));
     }
 }
 
@@ -43,10 +48,15 @@ fn lay_out_body(
     let Some(shape) = &body.shape else { return };
     let spacing = solid.particle_spacing_m.value;
     let positions = lattice.fill(shape, spacing, body.lattice_origin_m.as_ref());
+    let before = lattice.mistakes.count();
     let supports = assign_supports(body, &positions, lattice.mistakes);
-    let free = positions.iter().zip(&supports).filter(|(_, support)| **support == 0).map(|(x, _)| x);
-    let mistake = Mistake::new(&shape.place, "").value(&body.name.value);
-    report_outside(mistake, &format!("body `{}`", body.name.value), domain, free, lattice.mistakes);
+    if lattice.mistakes.count() == before {
+        let free = positions.iter().zip(&supports).filter(|(_, support)| **support == 0).map(|(x, _)| x);
+        let mistake = Mistake::new(&shape.place, "").value(&body.name.value);
+        report_outside(mistake, &format!("body `{}`", body.name.value), domain, free, lattice.mistakes);
+    } else {
+        scene.unsupported.push(number);
+    }
     check_thickness(body, &positions, spacing, lattice.mistakes, &mut scene.warnings);
 
     let material = body.material.to_setup();
@@ -93,16 +103,20 @@ fn assign_supports(body: &BodyTable, positions: &[Vector], mistakes: &Mistakes) 
             } else if *slot <= index(k) {
                 let other = &body.supports[*slot as usize - 1].name.value;
                 let problem = format!("holds the particle at {} that `{other}` holds already", shown(x));
-                mistakes.add(Mistake::new(&written.place, problem).hint("make the shapes of the supports disjoint"));
+                mistakes.add(
+                    Mistake::new(&written.place, problem).hint("make the shapes of the supports disjoint"),
+                );
                 break;
             }
         }
         if held == 0 && !positions.is_empty() {
-            let problem = format!("support `{}` holds no particle of `{}`", support.name.value, body.name.value);
+            let problem =
+                format!("support `{}` holds no particle of `{}`", support.name.value, body.name.value);
             let mistake = Mistake::new(&written.place, problem);
-            mistakes.add(mistake.hint(
-                "its shape must contain centres of particles of the body as laid out at the start",
-            ));
+            mistakes
+                .add(mistake.hint(
+                    "its shape must contain centres of particles of the body as laid out at the start",
+                ));
         }
     }
     assigned
@@ -154,9 +168,7 @@ fn row_lengths(positions: &[Vector], spacing: f64, axis: usize) -> Vec<usize> {
     let across = 1 - axis;
     let mut order: Vec<usize> = (0..positions.len()).collect();
     let row = |k: usize| (positions[k][across] / spacing).round();
-    order.sort_by(|&a, &b| {
-        row(a).total_cmp(&row(b)).then(positions[a][axis].total_cmp(&positions[b][axis]))
-    });
+    order.sort_by(|&a, &b| row(a).total_cmp(&row(b)).then(positions[a][axis].total_cmp(&positions[b][axis])));
     let mut lengths = vec![0; positions.len()];
     let unbroken = |a: &usize, b: &usize| {
         row(*a) == row(*b) && (positions[*b][axis] - positions[*a][axis]).abs() < 1.5 * spacing

@@ -25,10 +25,13 @@ pub fn values(written: &At<Written>, positions: &[Vector], mistakes: &Mistakes) 
     };
     // A text that is no expression has been reported where it was read.
     let Ok(expression) = Expression::parse(text, &["x", "y"]) else { return vec![0.0; positions.len()] };
-    let values: Vec<f64> = positions.iter().map(|x| expression.eval(&[x.x, x.y])).collect();
+    let mut values: Vec<f64> = positions.iter().map(|x| expression.eval(&[x.x, x.y])).collect();
     if let Some(k) = values.iter().position(|value| !value.is_finite()) {
         let problem = format!("is {} at {}", values[k], shown(&positions[k]));
-        mistakes.add(Mistake::new(&written.place, problem).value(text).allowed("finite values in the whole shape"));
+        mistakes.add(
+            Mistake::new(&written.place, problem).value(text).allowed("finite values in the whole shape"),
+        );
+        values.fill(0.0);
     }
     values
 }
@@ -72,7 +75,12 @@ pub fn start(
             // Beyond these the weakly compressible model has no meaning.
             let sound = |rho: &f64| (0.5..=2.0).contains(&(rho / constants.rest_density));
             if let Some(k) = density.iter().position(|rho| !sound(rho)) {
-                let problem = format!("{} Pa at {} means a density of {} kg/m³", pressure[k], shown(&positions[k]), density[k]);
+                let problem = format!(
+                    "{} Pa at {} means a density of {} kg/m³",
+                    pressure[k],
+                    shown(&positions[k]),
+                    density[k]
+                );
                 let mistake = Mistake::new(&pressure_pa.place, problem);
                 mistakes.add(mistake.hint("check the pressure, or raise `fluid.sound_speed_m_s`"));
             }
@@ -104,7 +112,12 @@ struct Hydrostatics {
 }
 
 impl Hydrostatics {
-    fn new(constants: &FluidConstants, gravity: Vector, surface: f64, lattice: HydrostaticLattice) -> Option<Self> {
+    fn new(
+        constants: &FluidConstants,
+        gravity: Vector,
+        surface: f64,
+        lattice: HydrostaticLattice,
+    ) -> Option<Self> {
         let g = gravity.norm();
         let moment = match (lattice, constants.correction) {
             (HydrostaticLattice::Consistent, GradientCorrection::None) => {

@@ -76,7 +76,9 @@ fn lay_out_wall(
                 choice.word,
                 shown(&particle.position)
             );
-            lattice.mistakes.add(Mistake::new(&written.place, problem).hint("end it at the side of the domain"));
+            lattice
+                .mistakes
+                .add(Mistake::new(&written.place, problem).hint("end it at the side of the domain"));
         }
     }
     if lattice.take(&written, particles.len()) { particles } else { Vec::new() }
@@ -92,9 +94,8 @@ fn skin(shape: &Shape, spacing: f64, origin: Vector, thickness: f64) -> Vec<Laye
 
 /// Sides without a wall: those named, and both across a periodic direction.
 fn open_sides(wall: &WallTable, domain: &Domain) -> OpenSides {
-    let named = |axis, upper| {
-        wall.open_sides.iter().flatten().any(|choice| choice.value == Side { axis, upper })
-    };
+    let named =
+        |axis, upper| wall.open_sides.iter().flatten().any(|choice| choice.value == Side { axis, upper });
     OpenSides {
         lower: std::array::from_fn(|axis| domain.periodic[axis] || named(axis, false)),
         upper: std::array::from_fn(|axis| domain.periodic[axis] || named(axis, true)),
@@ -135,13 +136,15 @@ fn cut_by_solids(file: &CaseFile, spacing: f64, domain: &Domain, lattice: &Latti
     let mut kept = Vec::with_capacity(scene.walls.position.len());
     for k in 0..scene.walls.position.len() {
         kept.push(list.of(k).is_empty());
-        let Some(&free) = list.of(k).iter().find(|&&s| scene.solid.support[s as usize] == 0) else { continue };
+        let Some(&free) = list.of(k).iter().find(|&&s| scene.solid.support[s as usize] == 0) else {
+            continue;
+        };
         // Next to a held particle a free one may stand slightly inside the wall: the support's edge lies there.
         if list.of(k).iter().any(|&s| scene.solid.support[s as usize] > 0) {
             continue;
         }
         let clash = (scene.solid.body[free as usize], scene.walls.wall[k]);
-        if reported.contains(&clash) {
+        if reported.contains(&clash) || scene.unsupported.contains(&clash.0) {
             continue;
         }
         reported.push(clash);

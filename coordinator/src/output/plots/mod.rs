@@ -1,1 +1,20 @@
-//! x
+//! Pictures of a run: particle fields as PNG, quantities over time as SVG.
+
+pub mod chart;
+pub mod colour;
+pub mod field;
+pub mod gallery;
+pub mod quantities;
+pub mod scale;
+
+/// A picture that could not be drawn.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("cannot draw a picture: {0}")]
+pub struct PlotError(pub String);
+
+impl PlotError {
+    /// A failure of the drawing library.
+    pub fn new(cause: impl ToString) -> Self {
+        Self(cause.to_string())
+    }
+}

@@ -19,7 +19,8 @@ fn falling(speed: f64) -> FluidSetup {
 
 #[test]
 fn a_particle_that_breaks_a_limit_is_named() {
-    let cases: [(&str, fn(&mut FluidSetup)); 4] = [
+    type Spoil = fn(&mut FluidSetup);
+    let cases: [(&str, Spoil); 4] = [
         ("speed [m/s]", |s| s.particles.velocity[1].x = 25.0),
         ("density [kg/m³]", |s| s.particles.density[1] = 1400.0),
         ("density [kg/m³]", |s| s.particles.density[1] = 600.0),

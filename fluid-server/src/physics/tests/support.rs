@@ -152,7 +152,11 @@ pub fn evaluate(solver: &mut FluidSolver) {
 }
 
 /// One step without a partner.
-pub fn try_step(solver: &mut FluidSolver, step: u64, time_step: f64) -> Result<[StageBooks; 2], Divergence> {
+pub fn try_step(
+    solver: &mut FluidSolver,
+    step: u64,
+    time_step: f64,
+) -> Result<[StageBooks; 2], Box<Divergence>> {
     let mut books = [StageBooks::default(); 2];
     let none = InterfaceStates::default();
     for (k, stage) in Stage::BOTH.into_iter().enumerate() {

@@ -148,7 +148,10 @@ fn sums_and_energies_of_a_body_are_those_of_its_particles() {
     ];
     assert_eq!(values.len(), expected.len());
     for (k, (value, expected)) in values.iter().zip(expected).enumerate() {
-        assert!((value - expected).abs() < 1e-11 * expected.abs().max(1e-6), "column {k}: {value} {expected}");
+        assert!(
+            (value - expected).abs() < 1e-11 * expected.abs().max(1e-6),
+            "column {k}: {value} {expected}"
+        );
     }
     let energies = run.solver.energies();
     assert_eq!([energies.kinetic, energies.potential, energies.internal], [values[4], values[5], values[6]]);

@@ -118,7 +118,11 @@ fn a_wave_runs_along_a_bar_at_the_plane_strain_bar_speed() {
     let period = 2.0 * length / (modulus / RUBBER.density).sqrt();
     let mut run = Run::new(setup, 1e-5);
     let amplitude = |run: &Run| -> f64 {
-        run.vectors("velocity").iter().zip(run.vectors("reference_position")).map(|(v, x)| v.x * shape(&x)).sum()
+        run.vectors("velocity")
+            .iter()
+            .zip(run.vectors("reference_position"))
+            .map(|(v, x)| v.x * shape(&x))
+            .sum()
     };
     // The amplitude passes zero after a quarter period.
     let (mut before, mut crossing) = (amplitude(&run), 0.0);

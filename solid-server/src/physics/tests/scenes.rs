@@ -51,11 +51,7 @@ pub fn scene(spacing: f64) -> SolidSetup {
                 upper: Vector::new(1.0, 1.0),
                 periodic: [false; 2],
             },
-            time: TimePlan {
-                start_time: 0.0,
-                end_time: 1.0,
-                step: StepPolicy::Fixed { time_step: 1e-5 },
-            },
+            time: TimePlan { start_time: 0.0, end_time: 1.0, step: StepPolicy::Fixed { time_step: 1e-5 } },
             body_force: BodyForce { gravity: Vector::zeros(), expressions: None },
             outputs: OutputPlan { snapshot_interval: None, probe_interval: None },
             ledger: LedgerPolicy::default(),
@@ -171,7 +167,7 @@ impl Run {
     }
 
     /// One step; returns the books of its stages.
-    pub fn step(&mut self) -> Result<[StageBooks; 2], Divergence> {
+    pub fn step(&mut self) -> Result<[StageBooks; 2], Box<Divergence>> {
         let mut books = [StageBooks::default(); 2];
         let none = InterfaceStates::default();
         for (k, stage) in Stage::BOTH.into_iter().enumerate() {

@@ -1,0 +1,276 @@
+//! Particles at the start.
+
+use sph::domain::Domain;
+use sph::equation_of_state::Tait;
+use sph::kernel::CubicSpline;
+use sph::setup::{ContactLaw, Formulation, InterfaceLaw, StepPolicy, WallCondition};
+use sph::vector::Vector;
+
+use super::*;
+
+#[test]
+fn the_tank_is_laid_out_on_one_lattice() {
+    let case = good(TANK);
+    let (fluid, solid) = (case.fluid_setup().unwrap(), case.solid_setup().unwrap());
+    // 40 × 10 less 6 × 10 of the plate.
+    assert_eq!(fluid.particles.id.len(), 340);
+    assert_eq!(solid.particles.id.len(), 36 + 18 * 6);
+    assert_eq!(solid.particles.support.iter().filter(|support| **support == 1).count(), 18);
+    // Floor 40 × 3 less 18, two sides 30 × 3, corners of 9 without the one beyond 3 spacings.
+    assert_eq!(fluid.wall_particles.wall.len(), 120 - 18 + 180 + 16);
+    assert_eq!(fluid.run, solid.run);
+    assert_eq!(fluid.wall_particles, solid.wall_particles);
+    // The open rim of a container that fills the domain lets water out.
+    assert_eq!((fluid.outflow.upper, fluid.outflow.lower), ([false, true], [false, false]));
+    // Mass of a cell of 10 mm: 0.1 kg/m of water, 0.11 of the solid.
+    assert!(fluid.particles.mass.iter().all(|m| (m - 0.1).abs() < 1e-12));
+    assert!(solid.particles.mass.iter().all(|m| (m - 0.11).abs() < 1e-12));
+    assert!(solid.particles.id.iter().zip(0u32..).all(|(id, k)| *id == k));
+    assert!(fluid.wall_particles.normal.iter().all(|n| n.norm() < 1e-12 || (n.norm() - 1.0).abs() < 1e-12));
+}
+
+#[test]
+fn moduli_may_be_given_either_way() {
+    let solid = good(TANK).solid_setup().unwrap();
+    let [block, plate] = [&solid.bodies[0].material, &solid.bodies[1].material];
+    // E = 12 MPa, ν = 0.4: K = 20 MPa, G = 4.2857 MPa.
+    assert!((block.bulk_modulus / 20e6 - 1.0).abs() < 1e-12);
+    assert!((block.shear_modulus / 4.285714e6 - 1.0).abs() < 1e-6);
+    assert_eq!((plate.bulk_modulus, plate.shear_modulus), (20e6, 4.27e6));
+}
+
+/// A column of still water, periodic across, 100 rows of 3 mm deep.
+fn column(start: &str, correction: &str) -> Case {
+    good(&format!(
+        "name = \"column\"
+[domain]
+lower_m = [0.0, 0.0]
+upper_m = [0.03, 0.4]
+periodic = [\"x\"]
+[body_force]
+gravity_m_s2 = [0.0, -9.81]
+[time]
+end_time_s = 0.1
+step = {{ type = \"fixed\", time_step_s = 1e-4 }}
+[fluid]
+particle_spacing_m = 0.003
+rest_density_kg_m3 = 1000.0
+sound_speed_m_s = 17.16
+gradient_correction = \"{correction}\"
+[[fluid.region]]
+name = \"water\"
+shape = {{ type = \"rectangle\", lower_m = [0.0, 0.0], upper_m = [0.03, 0.3] }}
+start = {start}
+[[wall]]
+name = \"floor\"
+type = \"container\"
+open_sides = [\"top\"]
+"
+    ))
+}
+
+/// Vertical acceleration by Eq. (22) of the particle nearest to `height` [m], over g; 0 is at rest.
+fn imbalance(case: &Case, height: f64, moment: f64) -> f64 {
+    let setup = case.fluid_setup().unwrap();
+    let (c, particles) = (&setup.constants, &setup.particles);
+    let kernel = CubicSpline::new(c.smoothing_length);
+    let tait = Tait::new(c.rest_density, c.sound_speed, c.exponent);
+    let domain: Domain = setup.run.domain;
+    let distance = |k: usize| (particles.position[k] - Vector::new(0.015, height)).norm();
+    let i = (0..particles.id.len()).min_by(|a, b| distance(*a).total_cmp(&distance(*b))).unwrap();
+    let (rho_i, p_i) = (particles.density[i], tait.pressure(particles.density[i]));
+    let mut acceleration = 0.0;
+    for j in 0..particles.id.len() {
+        let x_ij = domain.separation(&particles.position[i], &particles.position[j]);
+        let (rho_j, p_j) = (particles.density[j], tait.pressure(particles.density[j]));
+        let gradient = kernel.gradient(&x_ij, x_ij.norm()) / moment;
+        acceleration -= particles.mass[j] * (p_i + p_j) / (rho_i * rho_j) * gradient.y;
+    }
+    (acceleration - 9.81) / 9.81
+}
+
+#[test]
+fn the_consistent_hydrostatic_start_is_at_rest_and_the_uniform_one_is_not() {
+    let moment = CubicSpline::new(1.2).lattice_moment(1.0);
+    let consistent = column("{ type = \"hydrostatic\", surface_m = 0.3 }", "lattice-moment");
+    // Ten rows above the floor the sums see no wall. What is left: the lattice moment of slightly compressed rows.
+    assert!(imbalance(&consistent, 0.03, moment).abs() < 4e-3, "{}", imbalance(&consistent, 0.03, moment));
+    let uniform =
+        column("{ type = \"hydrostatic\", surface_m = 0.3, lattice = \"uniform\" }", "lattice-moment");
+    // Volumes that do not fill the lattice pull by 2p/(ρc²) = 1.8 %.
+    assert!(imbalance(&uniform, 0.03, moment).abs() > 1.2e-2, "{}", imbalance(&uniform, 0.03, moment));
+    // Without correction the sums balance p = ρgd/M, which the start takes.
+    let letter = column("{ type = \"hydrostatic\", surface_m = 0.3 }", "none");
+    assert!(imbalance(&letter, 0.03, 1.0).abs() < 4e-3, "{}", imbalance(&letter, 0.03, 1.0));
+}
+
+#[test]
+fn a_hydrostatic_start_keeps_the_mass_and_sinks_by_its_compression() {
+    let setup =
+        column("{ type = \"hydrostatic\", surface_m = 0.3 }", "lattice-moment").fluid_setup().unwrap();
+    let mass: f64 = setup.particles.mass.iter().sum();
+    assert!((mass - 1000.0 * 0.03 * 0.3).abs() < 1e-9);
+    let top = setup.particles.position.iter().map(|x| x.y).fold(0.0, f64::max);
+    // Linear estimate: H·ρgH/(2ρc₀²) = 1.50 mm, of which γ = 7 takes 0.04 mm in second order.
+    assert!((0.2985 - top - 1.46e-3).abs() < 1e-5, "{top}");
+    let lowest =
+        setup.particles.position.iter().zip(&setup.particles.density).min_by(|a, b| a.0.y.total_cmp(&b.0.y));
+    let pressure = Tait::new(1000.0, 17.16, 7.0).pressure(*lowest.unwrap().1);
+    // Depth 298.5 mm in rest volume.
+    assert!((pressure - 1000.0 * 9.81 * 0.2985).abs() < 1e-6);
+}
+
+#[test]
+fn pressure_by_expression_fills_the_cells_or_keeps_the_mass() {
+    let start = |mass: &str| {
+        format!("{{ type = \"pressure\", pressure_pa = \"1e4*(0.3-y)\", particle_mass = \"{mass}\" }}")
+    };
+    for (word, constant_volume) in [("from-density", true), ("rest", false)] {
+        let particles = column(&start(word), "lattice-moment").fluid_setup().unwrap().particles;
+        let tait = Tait::new(1000.0, 17.16, 7.0);
+        for k in 0..particles.id.len() {
+            let wanted = 1e4 * (0.3 - particles.position[k].y);
+            assert!((tait.pressure(particles.density[k]) - wanted).abs() < 1e-6);
+            let volume = particles.mass[k] / particles.density[k];
+            assert_eq!((volume - 9e-6).abs() < 1e-15, constant_volume, "{volume}");
+        }
+    }
+}
+
+#[test]
+fn displaced_lattices_repeat_with_their_seed() {
+    let with = |seed: &str| {
+        let text = tank_with(&[(
+            "name = \"water\"",
+            &format!("name = \"water\"\ndisplacement_fraction = 0.1\ndisplacement_seed = {seed}"),
+        )]);
+        good(&text).fluid_setup().unwrap().particles.position
+    };
+    let (a, b, c) = (with("7"), with("7"), with("8"));
+    assert_eq!(a, b);
+    assert_ne!(a, c);
+    let rest = good(TANK).fluid_setup().unwrap().particles.position;
+    let largest = a.iter().zip(&rest).map(|(a, r)| (a - r).amax()).fold(0.0, f64::max);
+    assert!((0.9e-3..=1e-3).contains(&largest), "{largest}");
+}
+
+#[test]
+fn velocities_by_expression_and_rotation() {
+    let text = tank_with(&[
+        ("name = \"water\"", "name = \"water\"\nvelocity_m_s = [\"-x\", \"2*y\"]"),
+        ("name = \"block\"", "name = \"block\"\nvelocity_m_s = [1.5, 0]\nrotation_speed_rad_s = 10.0"),
+    ]);
+    let case = good(&text);
+    let fluid = case.fluid_setup().unwrap().particles;
+    assert!(fluid.position.iter().zip(&fluid.velocity).all(|(x, v)| *v == Vector::new(-x.x, 2.0 * x.y)));
+    let solid = case.solid_setup().unwrap().particles;
+    let centre = Vector::new(0.08, 0.18);
+    for k in 0..36 {
+        let r = solid.position[k] - centre;
+        let expected = Vector::new(1.5 - 10.0 * r.y, 10.0 * r.x);
+        assert!((solid.velocity[k] - expected).norm() < 1e-12);
+    }
+}
+
+#[test]
+fn a_body_may_have_a_lattice_of_its_own_and_water_keeps_clear_of_it() {
+    let text = tank_with(&[(
+        "lower_m = [0.05, 0.15], upper_m = [0.11, 0.21]",
+        "lower_m = [0.054, 0.057], upper_m = [0.114, 0.117]",
+    )]);
+    let text = text.replace("name = \"block\"", "name = \"block\"\nlattice_origin_m = [0.054, 0.057]");
+    let case = good(&text);
+    let (fluid, solid) = (case.fluid_setup().unwrap().particles, case.solid_setup().unwrap().particles);
+    assert_eq!(solid.body.iter().filter(|body| **body == 0).count(), 36);
+    let closest = fluid
+        .position
+        .iter()
+        .flat_map(|x| solid.position.iter().map(move |s| (x - s).norm()))
+        .fold(f64::INFINITY, f64::min);
+    // Three quarters of a spacing are kept; a whole one is not possible everywhere.
+    assert!((7.5e-3..11e-3).contains(&closest), "{closest}");
+}
+
+#[test]
+fn every_setting_reaches_the_solvers() {
+    let text = tank_with(&[
+        (
+            "step = { type = \"fixed\", time_step_s = 1e-5 }",
+            "step = { type = \"adaptive\", factor = 0.4, maximum_s = 2e-5, growth = 1.1 }",
+        ),
+        (
+            "[time]",
+            "[interface]\nlaw = \"wall-no-slip\"\nmargin_spacings = 2\n[ledger]\naction = \"warn\"\nbalance_tolerance = 1e-10\n[time]",
+        ),
+        ("[solid]\n", "[solid]\nparticle_spacing_m = 0.005\n[solid.contact]\nlaw = \"sums\"\n"),
+        (
+            "open_sides = [\"top\"]",
+            "open_sides = [\"top\"]\ncondition = \"no-slip\"\nrelease_time_s = 0.05\nmotion = { angle_rad = \"0.1*sin(t)\", pivot_m = [0.2, 0.0] }",
+        ),
+        ("name = \"block\"", "name = \"block\"\nformulation = { type = \"rigid\" }"),
+        (
+            "name = \"clamp\"",
+            "name = \"clamp\"\nheld = [\"y\"]\nrelease_time_s = 0.02\nmotion = { displacement_y_m = \"0.01*t\" }",
+        ),
+        (
+            "sound_speed_m_s = 30.0",
+            "sound_speed_m_s = 30.0\ndensity_diffusion = \"none\"\nlost_particle_limit = 3\ndamping = { rate_per_s = 5, until_s = 0.2 }",
+        ),
+    ]);
+    let case = good(&text);
+    let (fluid, solid) = (case.fluid_setup().unwrap(), case.solid_setup().unwrap());
+    assert_eq!(fluid.run.time.step, StepPolicy::Adaptive { factor: 0.4, maximum: 2e-5, growth: 1.1 });
+    let coupling = fluid.run.coupling.unwrap();
+    assert_eq!(
+        (coupling.law, coupling.margin, coupling.solid_spacing),
+        (InterfaceLaw::WallNoSlip, 0.02, 0.005)
+    );
+    assert_eq!(fluid.run.ledger.balance_tolerance, 1e-10);
+    assert_eq!(solid.contact, ContactLaw::Sums);
+    let wall = &fluid.walls[0];
+    assert_eq!((wall.condition, wall.release_time), (WallCondition::NoSlip, Some(0.05)));
+    assert_eq!(wall.motion.as_ref().map(|motion| motion.angle.as_str()), Some("0.1*sin(t)"));
+    assert_eq!(solid.bodies[0].formulation, Formulation::Rigid);
+    let support = &solid.bodies[1].supports[0];
+    assert_eq!((support.held, support.release_time), ([false, true], Some(0.02)));
+    assert_eq!(fluid.diffusion, sph::setup::DensityDiffusion::None);
+    assert_eq!((fluid.lost_particle_limit, fluid.damping.map(|damping| damping.rate)), (3, Some(5.0)));
+    assert_eq!(solid.particles.id.len(), 4 * (36 + 108));
+}
+
+#[test]
+fn a_polygon_may_come_from_a_file_and_the_resolved_case_needs_it_no_longer() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(
+        folder.path().join("block.csv"),
+        "# corners\nx_m, y_m\n0.05,0.15\n0.11,0.15\n0.11,0.21\n0.05,0.21\n",
+    )
+    .unwrap();
+    let text = tank_with(&[(
+        "{ type = \"rectangle\", lower_m = [0.05, 0.15], upper_m = [0.11, 0.21] }",
+        "{ type = \"polygon\", file = \"block.csv\" }",
+    )]);
+    let case = parse(&text, "case.toml", folder.path(), &|_| Err(String::new())).unwrap();
+    assert_eq!(case.solid_setup(), good(TANK).solid_setup());
+    assert_eq!(good(&case.resolved_toml()).solid_setup(), case.solid_setup());
+    std::fs::write(folder.path().join("block.csv"), "x_m,y_m\n0.05,zero\n").unwrap();
+    let errors = parse(&text, "case.toml", folder.path(), &|_| Err(String::new())).unwrap_err();
+    assert!(errors.to_string().contains("block.csv line 2: `zero` is no finite number"), "{errors}");
+}
+
+#[test]
+fn thin_bodies_and_slow_sound_are_warned_of() {
+    let text = tank_with(&[(
+        "lower_m = [0.05, 0.15], upper_m = [0.11, 0.21]",
+        "lower_m = [0.05, 0.15], upper_m = [0.08, 0.21]",
+    )]);
+    let warnings = good(&text).summary().warnings;
+    assert!(
+        warnings.iter().any(|warning| warning.contains("`block` is about 3 particles across")),
+        "{warnings:?}"
+    );
+    let text = tank_with(&[("sound_speed_m_s = 30.0", "sound_speed_m_s = 9.0")]);
+    let warnings = good(&text).summary().warnings;
+    assert!(warnings.iter().any(|warning| warning.contains("the sound speed of 9 m/s")), "{warnings:?}");
+    assert!(good(TANK).summary().warnings.is_empty(), "{:?}", good(TANK).summary().warnings);
+}

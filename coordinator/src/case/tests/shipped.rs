@@ -1,0 +1,119 @@
+//! The cases that come with the program, and reading back what `run` writes.
+
+use std::path::PathBuf;
+
+use super::*;
+use crate::case::load;
+
+/// A case that names every key.
+const EVERYTHING: &str = include_str!("../testdata/everything.toml");
+
+fn cases() -> Vec<PathBuf> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../cases");
+    let mut found: Vec<PathBuf> = std::fs::read_dir(folder)
+        .unwrap()
+        .map(|entry| entry.unwrap().path())
+        .filter(|path| path.extension().is_some_and(|ending| ending == "toml"))
+        .collect();
+    found.sort();
+    found
+}
+
+fn shipped(name: &str) -> Case {
+    let path = cases().into_iter().find(|path| path.file_stem().is_some_and(|stem| stem == name)).unwrap();
+    load(&path, &|_| Err(String::new())).unwrap_or_else(|errors| panic!("{errors}"))
+}
+
+/// Particles by kind and name, as `check` prints them.
+fn count(case: &Case, name: &str) -> (usize, usize) {
+    let counts = case.summary().counts;
+    let count = counts.iter().find(|count| count.name == name).unwrap();
+    (count.particles, count.held)
+}
+
+#[test]
+fn all_shipped_cases_load_and_are_named_after_their_files() {
+    assert!(cases().len() >= 4);
+    for path in cases() {
+        let case = load(&path, &|_| Err(String::new())).unwrap_or_else(|errors| panic!("{errors}"));
+        assert_eq!(path.file_stem().and_then(|stem| stem.to_str()), Some(case.name.as_str()));
+        let summary = case.summary();
+        assert!(summary.ratio_to_recommended <= 1.0, "{}", summary.ratio_to_recommended);
+        assert!(summary.forecast > 0.0);
+    }
+}
+
+#[test]
+fn resolved_cases_read_back_as_the_same_case() {
+    let mut texts: Vec<String> = cases().iter().map(|path| std::fs::read_to_string(path).unwrap()).collect();
+    texts.extend([TANK.to_owned(), EVERYTHING.to_owned()]);
+    for text in texts {
+        let case = good(&text);
+        let resolved = case.resolved_toml();
+        let again = good(&resolved);
+        assert_eq!(again.resolved_toml(), resolved);
+        assert_eq!(again.fluid_setup(), case.fluid_setup());
+        assert_eq!(again.solid_setup(), case.solid_setup());
+        assert_eq!((again.servers, again.outputs), (case.servers, case.outputs));
+    }
+}
+
+#[test]
+fn counts_of_case_5_2_are_exact() {
+    for name in ["drifting_body", "drifting_body_document"] {
+        let case = shipped(name);
+        // 73 × 146 and 219 × 4 less 6 × 4: 11,510.
+        assert_eq!(count(&case, "column"), (10_658, 0));
+        assert_eq!(count(&case, "floor_water"), (852, 0));
+        assert_eq!(count(&case, "body"), (324, 0));
+        // 6 × 40, and three rows in the clamp.
+        assert_eq!(count(&case, "plate"), (240, 18));
+    }
+    let coarse = shipped("drifting_body_coarse");
+    // 36 × 73; 110 × 2 less the four columns that meet the plate, which stands half a spacing off the lattice.
+    assert_eq!(count(&coarse, "column"), (2628, 0));
+    assert_eq!(count(&coarse, "floor_water"), (212, 0));
+    assert_eq!((count(&coarse, "body"), count(&coarse, "plate")), ((81, 0), (60, 9)));
+    assert_eq!(count(&shipped("still_water"), "water"), (16_700, 0));
+}
+
+#[test]
+fn the_summary_tells_what_decides_the_run() {
+    let summary = shipped("drifting_body").summary();
+    assert_eq!((summary.steps, summary.fixed, summary.limit_override), (40_000, true, None));
+    // 1.25e-5 s of h/c_L = 1.7012e-5 s, of which 0.8 is recommended.
+    assert!((summary.ratio_to_limit - 0.7348).abs() < 1e-4, "{}", summary.ratio_to_limit);
+    assert!((summary.ratio_to_recommended - 0.7348 / 0.8).abs() < 1e-4);
+    // 2 · 40,000 half-steps of 11,510 · 400 ns, 582 · 500 ns and the walls' share.
+    assert!((395.0..405.0).contains(&summary.forecast), "{}", summary.forecast);
+    let stabilisers: Vec<String> =
+        summary.stabilisers.iter().map(|s| format!("{}: {}", s.owner, s.text)).collect();
+    for words in
+        ["fluid: density diffusion renormalised, δ = 0.1", "body `plate`: artificial stress, ε = 0.3, n = 4"]
+    {
+        assert!(stabilisers.iter().any(|text| text.starts_with(words)), "{stabilisers:#?}");
+    }
+    let constants = summary.constants.join("\n");
+    assert!(constants.contains("h/Δx = 1.2") && constants.contains("law wall"), "{constants}");
+}
+
+#[test]
+fn every_key_of_the_format_is_documented() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../cases/FORMAT.md");
+    let documentation = std::fs::read_to_string(path).unwrap();
+    let resolved = good(EVERYTHING).resolved_toml();
+    let keys = resolved.lines().filter_map(|line| line.split_once(" = ").map(|(key, _)| key.to_owned()));
+    let tables = resolved
+        .lines()
+        .filter(|line| line.starts_with('['))
+        .flat_map(|line| line.trim_matches(['[', ']']).split('.').map(str::to_owned).collect::<Vec<_>>());
+    let is_word = |c: char| c.is_ascii_alphanumeric() || c == '_';
+    let words: std::collections::BTreeSet<&str> = documentation.split(|c| !is_word(c)).collect();
+    let mut count = 0;
+    for key in keys.chain(tables) {
+        count += 1;
+        assert!(words.contains(key.as_str()), "`{key}` is not in cases/FORMAT.md");
+    }
+    // A change of the notation must not make the test look at nothing.
+    assert!(count > 150, "{count} keys");
+}

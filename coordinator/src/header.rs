@@ -1,0 +1,135 @@
+//! The run header: every fact that decides the answer, on the screen and in the report.
+
+use sph::setup::{BreachAction, InterfaceLaw, StepPolicy};
+
+use crate::case::Case;
+use crate::output::summary::Summary;
+use crate::remote::Remote;
+
+/// A named fact.
+pub type Fact = (String, String);
+
+fn fact(name: &str, text: impl Into<String>) -> Fact {
+    (name.to_owned(), text.into())
+}
+
+/// Facts of a run before its first step.
+pub fn facts(case: &Case, remote: Option<&Remote>) -> Vec<Fact> {
+    let summary = case.summary();
+    let setup = case.run_setup();
+    let mut facts = vec![fact("case", case.name.clone())];
+    for count in &summary.counts {
+        let held = if count.held > 0 { format!(", {} of them held", count.held) } else { String::new() };
+        facts.push((format!("{} {}", count.kind, count.name), format!("{} particles{held}", count.particles)));
+    }
+    facts.push(fact("time step", time_step(&setup.time.step, summary.ratio_to_limit)));
+    if let Some(factor) = summary.limit_override {
+        facts.push(fact("time-step limit", format!("overridden by the case: {factor} of the stability limit")));
+    }
+    if let Some(coupling) = &setup.coupling {
+        let law = match coupling.law {
+            InterfaceLaw::Wall => "wall with reaction, slip",
+            InterfaceLaw::WallNoSlip => "wall with reaction, no-slip",
+            InterfaceLaw::PlainSum => "plain sum over all particles",
+        };
+        facts.push(fact("interface law", law));
+        facts.push(fact("interface margin", format!("{:.3e} m", coupling.margin)));
+        let action = match setup.ledger.action {
+            BreachAction::Warn => "warn",
+            BreachAction::Stop => "stop",
+        };
+        let tolerance = setup.ledger.balance_tolerance;
+        facts.push(fact("ledger", format!("{action} above {tolerance:.0e} of gross")));
+    }
+    facts.extend(summary.constants.iter().map(|text| fact("constants", text.clone())));
+    facts.extend(summary.stabilisers.iter().map(|s| fact(&format!("stabiliser of {}", s.owner), s.text.clone())));
+    for server in remote.iter().flat_map(|remote| &remote.servers) {
+        let report = &server.report;
+        facts.push((
+            format!("{} solver", report.role),
+            format!(
+                "{} {} at {}, protocol {}, arithmetic {}, stable step {:.3e} s",
+                report.name,
+                report.version,
+                server.address(),
+                report.protocol,
+                report.arithmetic,
+                report.time_step_limit
+            ),
+        ));
+    }
+    if remote.is_none() {
+        facts.push(fact("solvers", "threads of this process"));
+    }
+    facts.extend(summary.cuts.iter().map(|cut| fact("cut", cut.clone())));
+    facts
+}
+
+fn time_step(step: &StepPolicy, ratio: f64) -> String {
+    match step {
+        StepPolicy::Fixed { time_step } => format!("fixed, {time_step:.3e} s, {ratio:.2} of the stability limit"),
+        StepPolicy::Adaptive { factor, maximum, growth } => format!(
+            "adaptive, {factor} of both solvers' limits, at most {maximum:.3e} s, growing by at most {growth} a step"
+        ),
+    }
+}
+
+/// Results of a run, in words.
+pub fn results(summary: &Summary) -> Vec<Fact> {
+    let mut facts = vec![
+        fact("verdict", format!("{}: {}", summary.verdict, summary.reason)),
+        fact("simulated", format!("{:.6} s in {} steps", summary.simulated.end_s, summary.steps)),
+        fact("wall time", format!("{:.1} s", summary.wall_seconds)),
+    ];
+    if let Some(rate) = summary.particle_stages_per_second {
+        facts.push(fact("speed", format!("{rate:.3e} particle-stages per second")));
+    }
+    if summary.fluid.is_some() && summary.solid.is_some() {
+        let value = |worst: Option<f64>| worst.map_or("not finite".to_owned(), |v| format!("{v:.2e}"));
+        facts.push(fact(
+            "largest imbalance",
+            format!(
+                "force {}, torque {} of gross; {} breaches",
+                value(summary.ledger.largest_force_imbalance.value),
+                value(summary.ledger.largest_torque_imbalance.value),
+                summary.ledger.breaches
+            ),
+        ));
+    }
+    for (role, side) in [("fluid", &summary.fluid), ("solid", &summary.solid)] {
+        let Some(side) = side else { continue };
+        let waited = side.waited_share.map_or(String::new(), |share| {
+            format!(", waited {:.1} s for its partner ({:.1} % of its steps)", side.waited_seconds, 100.0 * share)
+        });
+        let memory = side.process.peak_memory_bytes.map_or(String::new(), |bytes| {
+            format!(", peak memory {:.0} MiB", bytes as f64 / f64::from(1 << 20))
+        });
+        let counts = &side.counts;
+        facts.push(fact(
+            &format!("{role} side"),
+            format!(
+                "{} particles at the end, {} lost, {} left as outflow, {} list builds{waited}{memory}",
+                counts.particles, counts.lost, counts.outflow, counts.list_builds
+            ),
+        ));
+    }
+    facts
+}
+
+/// Prints facts and warnings before a run.
+pub fn print_start(facts: &[Fact], warnings: &[String]) {
+    print(facts);
+    warnings.iter().for_each(|warning| eprintln!("warning: {warning}"));
+}
+
+fn print(facts: &[Fact]) {
+    let width = facts.iter().map(|(name, _)| name.chars().count()).max().unwrap_or(0);
+    for (name, text) in facts {
+        eprintln!("{name:width$}  {text}");
+    }
+}
+
+/// Prints the results of a run.
+pub fn print_results(summary: &Summary) {
+    print(&results(summary));
+}

@@ -1,0 +1,263 @@
+//! Writes what a run leaves behind, as it happens.
+
+use sph::driver::ProbeValues;
+use sph::solver::{Counts, ParticleFields, Role};
+
+use crate::case::Case;
+use crate::failure::Failure;
+use crate::lockstep::MatchedStep;
+use crate::output::directory::{self, OutputDirectory, OutputError};
+use crate::output::ledger::{Extremes, LedgerFile};
+use crate::output::probes::ProbeFile;
+use crate::output::plots::gallery::PairedSnapshot;
+use crate::output::state;
+use crate::output::summary::StepSizes;
+use crate::output::vtk::Series;
+use crate::progress::Progress;
+
+/// Breaches that the summary quotes.
+const QUOTED_BREACHES: usize = 10;
+
+impl From<OutputError> for Failure {
+    fn from(error: OutputError) -> Self {
+        Failure::output(error.to_string())
+    }
+}
+
+/// What is known of one side of the run.
+#[derive(Clone, Debug, Default)]
+pub struct Side {
+    /// Facts that the solver counted.
+    pub counts: Counts,
+    /// SHA-256 of all particles at the end, as hex.
+    pub state_digest: String,
+    /// Sum of the wall time of its steps \[s\].
+    pub step_seconds: f64,
+    /// Part of it spent waiting for the partner \[s\].
+    pub waited_seconds: f64,
+}
+
+/// Figures of the run so far.
+#[derive(Clone, Debug, Default)]
+pub struct Tally {
+    /// Steps that all participants have completed.
+    pub steps: u64,
+    /// Time at their end \[s\].
+    pub time: f64,
+    /// Smallest and largest step.
+    pub step_sizes: Option<StepSizes>,
+    /// Failed checks.
+    pub breaches: u64,
+    /// The first of them in words.
+    pub first_breaches: Vec<String>,
+    /// Fluid and solid.
+    pub sides: [Side; 2],
+}
+
+/// Writes tables, snapshots and final states, and keeps what the report needs.
+pub struct Recorder<'a> {
+    directory: &'a OutputDirectory,
+    probes: ProbeFile,
+    ledger: LedgerFile,
+    ledger_every_steps: u64,
+    ledger_row_due: bool,
+    series: [Series; 2],
+    pictures: Pictures,
+    progress: Progress,
+    tally: Tally,
+}
+
+/// What remains of a recorder when all files are complete.
+pub struct Recorded {
+    /// Figures of the run.
+    pub tally: Tally,
+    /// Largest imbalances.
+    pub extremes: Extremes,
+    /// Snapshots for pictures, in time order.
+    pub snapshots: Vec<PairedSnapshot>,
+}
+
+fn slot(role: Role) -> usize {
+    match role {
+        Role::Fluid => 0,
+        Role::Solid => 1,
+    }
+}
+
+impl<'a> Recorder<'a> {
+    /// A recorder into `directory` for a run of `case` by `roles`.
+    ///
+    /// # Errors
+    /// When a file cannot be written.
+    pub fn create(
+        directory: &'a OutputDirectory,
+        case: &Case,
+        roles: &[Role],
+        progress: Progress,
+    ) -> Result<Self, Failure> {
+        let probes = case.probes();
+        let snapshots = directory.file(directory::SNAPSHOTS);
+        let fluid = roles.contains(&Role::Fluid).then_some(probes.fluid.as_slice());
+        let solid = roles.contains(&Role::Solid).then_some(probes.solid.as_slice());
+        Ok(Self {
+            directory,
+            probes: ProbeFile::create(&directory.file(directory::PROBES), fluid, solid)?,
+            ledger: LedgerFile::create(&directory.file(directory::LEDGER), roles)?,
+            ledger_every_steps: case.outputs.ledger_every_steps.max(1),
+            ledger_row_due: false,
+            series: [Role::Fluid, Role::Solid].map(|role| Series::new(&snapshots, role)),
+            pictures: Pictures::new(case.outputs.picture_times.clone()),
+            progress,
+            tally: Tally { time: case.run_setup().time.start_time, ..Tally::default() },
+        })
+    }
+
+    /// Takes a step that all participants have completed.
+    ///
+    /// # Errors
+    /// When a file cannot be written.
+    pub fn step(&mut self, step: &MatchedStep) -> Result<(), Failure> {
+        self.ledger.record(step.fluid.as_ref(), step.solid.as_ref(), &step.imbalance);
+        let report = step.any();
+        self.tally.steps = report.step + 1;
+        self.tally.time = report.end_time;
+        self.tally.step_sizes = Some(StepSizes::with(self.tally.step_sizes, report.time_step));
+        for role in [Role::Fluid, Role::Solid] {
+            if let Some(report) = step.of(role) {
+                let side = &mut self.tally.sides[slot(role)];
+                side.step_seconds += report.elapsed;
+                side.waited_seconds += report.waited;
+            }
+        }
+        self.tally.breaches += step.breaches.len() as u64;
+        for (side, breach) in &step.breaches {
+            if self.tally.first_breaches.len() < QUOTED_BREACHES {
+                let whose = side.map(|role| format!("{role}: ")).unwrap_or_default();
+                self.tally.first_breaches.push(format!("{whose}{breach}"));
+            }
+        }
+        self.ledger_row_due = true;
+        if self.tally.steps.is_multiple_of(self.ledger_every_steps) || !step.breaches.is_empty() {
+            self.ledger.write_row()?;
+            self.ledger_row_due = false;
+        }
+        self.progress.step(&self.tally);
+        Ok(())
+    }
+
+    /// Takes probe values.
+    ///
+    /// # Errors
+    /// When a row cannot be written or does not fit.
+    pub fn probes(&mut self, role: Role, values: ProbeValues) -> Result<(), Failure> {
+        Ok(self.probes.take(role, values)?)
+    }
+
+    /// Takes a snapshot.
+    ///
+    /// # Errors
+    /// When a file cannot be written.
+    pub fn snapshot(&mut self, role: Role, fields: ParticleFields) -> Result<(), Failure> {
+        self.series[slot(role)].write(&fields)?;
+        self.pictures.take(role, fields);
+        Ok(())
+    }
+
+    /// Takes the last word of a participant.
+    ///
+    /// # Errors
+    /// When the final state cannot be written.
+    pub fn final_state(&mut self, role: Role, fields: &ParticleFields, counts: Counts) -> Result<(), Failure> {
+        let side = &mut self.tally.sides[slot(role)];
+        side.counts = counts;
+        side.state_digest = state::digest(fields);
+        Ok(state::write(&self.directory.final_state(&role.to_string()), fields)?)
+    }
+
+    /// Completes all tables.
+    ///
+    /// # Errors
+    /// When one cannot be written.
+    pub fn finish(mut self) -> Result<Recorded, Failure> {
+        self.progress.finish();
+        if self.ledger_row_due {
+            self.ledger.write_row()?;
+        }
+        let extremes = *self.ledger.extremes();
+        self.probes.finish()?;
+        self.ledger.finish()?;
+        Ok(Recorded { tally: self.tally, extremes, snapshots: self.pictures.kept })
+    }
+}
+
+/// Keeps the snapshots nearest after each wanted time, so that memory does not grow with the run.
+struct Pictures {
+    /// Times still wanted by fluid and solid, ascending.
+    wanted: [std::collections::VecDeque<f64>; 2],
+    kept: Vec<PairedSnapshot>,
+}
+
+impl Pictures {
+    fn new(mut times: Vec<f64>) -> Self {
+        times.sort_by(f64::total_cmp);
+        let wanted: std::collections::VecDeque<f64> = times.into();
+        Self { wanted: [wanted.clone(), wanted], kept: Vec::new() }
+    }
+
+    fn take(&mut self, role: Role, fields: ParticleFields) {
+        let wanted = &mut self.wanted[slot(role)];
+        // Snapshot times are decimal only up to the size of a step.
+        let reached = |time: &f64| fields.time >= time - 1e-9 * time.abs();
+        if !wanted.front().is_some_and(reached) {
+            return;
+        }
+        while wanted.front().is_some_and(reached) {
+            wanted.pop_front();
+        }
+        let time = fields.time;
+        let known = self.kept.iter().position(|pair| pair.time.to_bits() == time.to_bits());
+        let index = known.unwrap_or_else(|| {
+            let index = self.kept.partition_point(|pair| pair.time < time);
+            self.kept.insert(index, PairedSnapshot { time, fluid: None, solid: None });
+            index
+        });
+        match role {
+            Role::Fluid => self.kept[index].fluid = Some(fields),
+            Role::Solid => self.kept[index].solid = Some(fields),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn snapshot(time: f64) -> ParticleFields {
+        ParticleFields { time, ..ParticleFields::default() }
+    }
+
+    #[test]
+    fn one_snapshot_is_kept_for_each_wanted_time_and_sides_are_paired() {
+        let mut pictures = Pictures::new(vec![0.3, 0.0, 0.1]);
+        for k in 0..=40 {
+            pictures.take(Role::Fluid, snapshot(0.01 * f64::from(k)));
+        }
+        for k in 0..=40 {
+            pictures.take(Role::Solid, snapshot(0.01 * f64::from(k)));
+        }
+        let times: Vec<f64> = pictures.kept.iter().map(|pair| pair.time).collect();
+        assert_eq!(times.len(), 3, "{times:?}");
+        assert!((times[1] - 0.1).abs() < 1e-9 && (times[2] - 0.3).abs() < 1e-9);
+        assert!(pictures.kept.iter().all(|pair| pair.fluid.is_some() && pair.solid.is_some()));
+    }
+
+    #[test]
+    fn a_snapshot_that_serves_two_wanted_times_is_kept_once() {
+        let mut pictures = Pictures::new(vec![0.1, 0.12]);
+        pictures.take(Role::Solid, snapshot(0.0));
+        pictures.take(Role::Solid, snapshot(0.2));
+        pictures.take(Role::Solid, snapshot(0.4));
+        assert_eq!(pictures.kept.len(), 1);
+        assert!(pictures.kept[0].fluid.is_none());
+    }
+}

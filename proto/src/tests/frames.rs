@@ -1,0 +1,259 @@
+//! Frames on the wire: all bits survive, and every wrong frame is refused by name.
+
+use bytes::Bytes;
+use sph::exchange::{Extent, Frame, InterfaceStates, PreviousStage};
+use sph::ledger::InterfaceSums;
+use sph::setup::InterfaceLaw;
+use sph::solver::Role;
+use sph::stage::{Stage, StageTime, StepStage};
+use sph::vector::{SymmetricTensor, Vector};
+
+use crate::convert::{FrameReader, FrameWriter, ReceivedFrame};
+use crate::wire;
+
+const AT: StepStage = StepStage { step: 3, stage: Stage::Corrector };
+
+/// Numbers whose bits are easily lost.
+const AWKWARD: [f64; 4] = [-0.0, 5e-324, -f64::MAX, 0.1];
+
+fn extent(version: u64) -> Extent {
+    Extent { version, boxes: vec![(Vector::new(-1.0, -0.0), Vector::new(1.0, 0.5))] }
+}
+
+fn frame(at: StepStage) -> Frame {
+    Frame {
+        time: StageTime { at, step_start: 0.1 + 0.2, time_step: 1e-3 / 3.0 },
+        states: InterfaceStates {
+            id: vec![1, 5, 4_000_000_000],
+            group: vec![0, 0, 2],
+            mass: vec![0.1, 5e-324, 3.0],
+            position: vec![Vector::new(AWKWARD[0], AWKWARD[1]), Vector::new(AWKWARD[2], AWKWARD[3]), Vector::zeros()],
+            velocity: vec![Vector::new(-0.0, 1.0), Vector::new(2.0, -5e-324), Vector::new(1e300, 0.3)],
+            density: vec![1000.0, 999.999_999_9, 5e-324],
+            pressure: vec![-0.0, -1e5, 3.3],
+            stress: vec![SymmetricTensor { xx: -0.0, yy: 1.0, xy: 0.1 }; 3],
+        },
+        set_version: 4,
+        extent: extent(7),
+        partner_extent_version: 2,
+        reach: 0.25,
+        time_step_limit: f64::INFINITY,
+        previous: Some(PreviousStage {
+            at: StepStage { step: 3, stage: Stage::Predictor },
+            sums: InterfaceSums { force: Vector::new(-0.0, 2.0), gross_force: 3.0, pairs: 9, ..InterfaceSums::default() },
+            used_digest: 0xdead_beef,
+        }),
+    }
+}
+
+fn writer() -> FrameWriter {
+    FrameWriter::new("run", 0, Role::Solid, InterfaceLaw::PlainSum, 0)
+}
+
+fn reader() -> FrameReader {
+    FrameReader::new("run", 0, Role::Solid, InterfaceLaw::PlainSum, extent(7))
+}
+
+fn empty() -> Frame {
+    Frame::empty(StageTime { at: StepStage::FIRST, step_start: 0.0, time_step: 1.0 })
+}
+
+/// All numbers of a frame as text with every bit: `Debug` of a float is exact but for NaN.
+fn bits(frame: &Frame) -> String {
+    format!("{frame:?}")
+}
+
+/// What a reader says of a frame after `spoil`.
+fn refusal(spoil: impl FnOnce(&mut wire::Frame)) -> String {
+    let mut message = writer().write(&frame(AT));
+    spoil(&mut message);
+    match reader().read(&message, AT, &mut empty()) {
+        Ok(_) => "accepted".into(),
+        Err(error) => error.to_string(),
+    }
+}
+
+fn block(message: &mut wire::Frame, field: wire::Field) -> &mut wire::Block {
+    message.blocks.iter_mut().find(|block| block.field == i32::from(field)).unwrap()
+}
+
+fn set_number(data: &Bytes, index: usize, value: f64) -> Bytes {
+    let mut raw = data.to_vec();
+    raw[8 * index..8 * index + 8].copy_from_slice(&value.to_le_bytes());
+    raw.into()
+}
+
+#[test]
+fn a_frame_keeps_all_bits() {
+    let (mut writer, mut reader) = (writer(), reader());
+    let sent = frame(AT);
+    let encoded = prost::Message::encode_to_vec(&writer.write(&sent));
+    let message: wire::Frame = prost::Message::decode(encoded.as_slice()).unwrap();
+    let mut received = empty();
+    assert_eq!(reader.read(&message, AT, &mut received), Ok(ReceivedFrame::Frame));
+    assert_eq!(bits(&received), bits(&sent));
+    assert_eq!(received.digest(), sent.digest());
+}
+
+#[test]
+fn the_digest_is_that_of_the_proto_comment() {
+    // The bytes as peer.proto lists them, through another implementation of CRC-32.
+    let frame = frame(AT);
+    let mut bytes = Vec::new();
+    bytes.extend(AT.step.to_le_bytes());
+    bytes.extend(1_u64.to_le_bytes());
+    let s = &frame.states;
+    for i in 0..s.len() {
+        bytes.extend(u64::from(s.id[i]).to_le_bytes());
+        for value in [s.position[i].x, s.velocity[i].x, s.position[i].y, s.velocity[i].y, s.density[i], s.pressure[i]] {
+            bytes.extend(value.to_le_bytes());
+        }
+    }
+    for t in &s.stress {
+        bytes.extend([t.xx, t.yy, t.xy].iter().flat_map(|v| v.to_le_bytes()));
+    }
+    let mut crc = u32::MAX;
+    for byte in bytes {
+        crc ^= u32::from(byte);
+        for _ in 0..8 {
+            crc = if crc & 1 == 1 { (crc >> 1) ^ 0xEDB8_8320 } else { crc >> 1 };
+        }
+    }
+    assert_eq!(frame.digest(), !crc);
+    assert_eq!(writer().write(&frame).digest, !crc);
+}
+
+#[test]
+fn the_documented_order_of_the_digest_holds() {
+    // x, vx, y, vy: swapping vx and y changes the digest.
+    let mut other = frame(AT);
+    let (y, vx) = (other.states.position[0].y, other.states.velocity[0].x);
+    other.states.position[0].y = vx;
+    other.states.velocity[0].x = y;
+    assert_ne!(other.digest(), frame(AT).digest());
+}
+
+#[test]
+fn sets_and_extents_travel_only_when_they_change() {
+    let (mut writer, mut reader) = (writer(), reader());
+    let mut received = empty();
+    let first = writer.write(&frame(AT));
+    assert!(first.set.is_some() && first.extent.is_some());
+    reader.read(&first, AT, &mut received).unwrap();
+    let mut second = frame(AT.next());
+    second.states.position[0].x = 0.7;
+    let message = writer.write(&second);
+    assert!(message.set.is_none() && message.extent.is_none());
+    let mut received = empty();
+    reader.read(&message, AT.next(), &mut received).unwrap();
+    assert_eq!(bits(&received), bits(&second));
+    // A shrinking set and a new extent.
+    let at = AT.next().next();
+    let mut third = frame(at);
+    third.states = InterfaceStates::default();
+    third.set_version = 5;
+    third.extent = Extent { version: 8, boxes: Vec::new() };
+    let message = writer.write(&third);
+    assert!(message.set.is_some() && message.extent.is_some());
+    reader.read(&message, at, &mut received).unwrap();
+    assert_eq!(bits(&received), bits(&third));
+}
+
+#[test]
+fn unknown_sets_and_extents_are_refused() {
+    assert!(refusal(|m| m.set = None).contains("`frame.set`: is missing in the first frame"));
+    let (mut writer, mut reader) = (writer(), reader());
+    reader.read(&writer.write(&frame(AT)), AT, &mut empty()).unwrap();
+    let mut message = writer.write(&frame(AT.next()));
+    message.set_version = 9;
+    let error = reader.read(&message, AT.next(), &mut empty()).unwrap_err().to_string();
+    assert!(error.contains("`frame.set_version`: is 9 without a set, the last set was 4"), "{error}");
+    let error = refusal(|m| {
+        m.extent = None;
+        m.extent_version = 8;
+    });
+    assert!(error.contains("`frame.extent_version`: is 8 without an extent, the last was 7"), "{error}");
+    assert!(refusal(|m| m.extent_version = 9).contains("`frame.extent.version`: is 7, extent_version is 9"));
+}
+
+#[test]
+fn order_run_and_epoch_are_compared() {
+    assert!(refusal(|m| m.run_id = "other".into()).contains("`frame.run_id`: is \"other\", expected \"run\""));
+    assert!(refusal(|m| m.epoch = 1).contains("`frame.epoch`: is 1, expected 0"));
+    assert!(refusal(|m| m.iteration = 1).contains("`frame.iteration`: is 1, expected 0"));
+    assert!(refusal(|m| m.stage = 9).contains("`frame.stage`: is 9, must be one of 1 (Predictor), 2 (Corrector)"));
+    let early = refusal(|m| m.step = 4);
+    assert!(early.contains("expected that of step 3 corrector, got step 4 corrector"), "{early}");
+    let (mut writer, mut reader) = (writer(), reader());
+    let message = writer.write(&frame(AT));
+    reader.read(&message, AT, &mut empty()).unwrap();
+    let error = reader.read(&message, AT.next(), &mut empty()).unwrap_err().to_string();
+    assert!(error.contains("expected that of step 4 predictor") && error.contains("duplicate"), "{error}");
+}
+
+#[test]
+fn damaged_numbers_are_refused_by_field_and_particle() {
+    let error = refusal(|m| {
+        let density = block(m, wire::Field::Density);
+        density.data = set_number(&density.data, 1, f64::NAN);
+    });
+    assert!(error.contains(".density`: of particle number 1 is NaN, must be finite"), "{error}");
+    let error = refusal(|m| {
+        let velocity = block(m, wire::Field::Velocity);
+        velocity.data = set_number(&velocity.data, 5, f64::INFINITY);
+    });
+    assert!(error.contains(".velocity`: of particle number 2 is 1e300, inf"), "{error}");
+    let error = refusal(|m| {
+        let density = block(m, wire::Field::Density);
+        density.data = set_number(&density.data, 0, -1.0);
+    });
+    assert!(error.contains("must be positive"), "{error}");
+    let error = refusal(|m| {
+        let position = block(m, wire::Field::Position);
+        position.data = position.data.slice(..40);
+    });
+    assert!(error.contains(".position`: has 40 bytes, must have 3 particles x 2 numbers x 8 bytes"), "{error}");
+    let error = refusal(|m| {
+        let pressure = block(m, wire::Field::Pressure);
+        pressure.data = set_number(&pressure.data, 2, 3.300_000_1);
+    });
+    assert!(error.contains("`frame.digest`") && error.contains("DATA_LOSS"), "{error}");
+    assert!(refusal(|m| m.digest ^= 1).contains("DATA_LOSS"));
+    assert!(refusal(|m| m.count = 2).contains("`frame.count`: is 2, but the set has 3 particles"));
+    assert!(refusal(|m| m.count = u64::MAX).contains("`frame.count`"));
+}
+
+#[test]
+fn missing_repeated_and_unknown_blocks_are_refused() {
+    let stress = |m: &mut wire::Frame| m.blocks.retain(|b| b.field != i32::from(wire::Field::Stress));
+    assert!(refusal(stress).contains("`frame.blocks`: lack the stress"));
+    assert!(refusal(|m| m.blocks.clear()).contains("lack the position"));
+    assert!(refusal(|m| m.blocks.push(m.blocks[0].clone())).contains("repeats the position"));
+    assert!(refusal(|m| m.blocks[0].field = 77).contains("is 77, must be one of"));
+}
+
+#[test]
+fn other_numbers_of_a_frame_are_checked() {
+    assert!(refusal(|m| m.time_step_s_bits = 0).contains("`frame.time_step_s_bits`: is 0.0, must be positive"));
+    assert!(refusal(|m| m.step_start_s_bits = f64::NAN.to_bits()).contains("`frame.step_start_s_bits`: is NaN"));
+    assert!(refusal(|m| m.time_step_limit_s = Some(f64::NAN)).contains("`frame.time_step_limit_s`: is NaN"));
+    assert!(refusal(|m| m.reach_m = Some(-0.1)).contains("`frame.reach_m`"));
+    assert!(refusal(|m| m.previous.as_mut().unwrap().at = None).contains("`frame.previous.at`: is missing"));
+    let ids = |m: &mut wire::Frame| m.set.as_mut().unwrap().ids = Bytes::from_static(&[1; 12]);
+    assert!(refusal(ids).contains("`frame.set.ids`: must ascend strictly"));
+    let extent = |m: &mut wire::Frame| m.extent.as_mut().unwrap().boxes_m = Bytes::from_static(&[0; 31]);
+    assert!(refusal(extent).contains("has 31 bytes, must have 32 for each box"));
+    let reversed = |m: &mut wire::Frame| {
+        let extent = m.extent.as_mut().unwrap();
+        extent.boxes_m = set_number(&extent.boxes_m, 2, -9.0);
+    };
+    assert!(refusal(reversed).contains("lower <= upper"));
+    assert_eq!(refusal(|_| {}), "accepted");
+}
+
+#[test]
+fn a_farewell_tells_its_reason() {
+    let message = writer().farewell("diverged at step 3");
+    let read = reader().read(&message, AT, &mut empty());
+    assert_eq!(read, Ok(ReceivedFrame::Farewell("diverged at step 3".into())));
+}

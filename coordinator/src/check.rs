@@ -1,6 +1,6 @@
 //! `coordinator check`: a case without a run.
 
-use std::fmt::Write;
+
 
 use crate::case::Summary;
 use crate::cli::CheckArguments;
@@ -29,7 +29,10 @@ pub fn check(arguments: &CheckArguments) -> Result<(), Failure> {
 fn text(summary: &Summary) -> String {
     let mut text = format!("{}: no mistakes\n\nparticles\n", summary.name);
     // Writing to a string cannot fail.
-    let mut line = |line: String| drop(writeln!(text, "{line}"));
+    let mut line = |line: String| {
+        text.push_str(&line);
+        text.push('\n');
+    };
     for count in &summary.counts {
         let held = if count.held > 0 { format!("  ({} held)", count.held) } else { String::new() };
         line(format!("  {:>9}  {} {}{held}", count.particles, count.kind, count.name));

@@ -16,7 +16,12 @@ pub struct FluidFactory;
 
 impl SolverFactory for FluidFactory {
     fn describe(&self) -> Description {
-        Description::of_solver("fluid-server", env!("CARGO_PKG_VERSION"), Role::Fluid, proto::node::ARITHMETIC)
+        Description::of_solver(
+            "fluid-server",
+            env!("CARGO_PKG_VERSION"),
+            Role::Fluid,
+            proto::node::ARITHMETIC,
+        )
     }
 
     fn open(&self, setup: ParticipantSetup) -> Result<Opened, SetupProblems> {
@@ -33,9 +38,8 @@ impl SolverFactory for FluidFactory {
             ("smoothing_length", fluid.smoothing_length, "m"),
             ("particle_spacing", fluid.particle_spacing, "m"),
         ];
-        let facts = facts
-            .map(|(name, value, unit)| Fact { name: name.into(), value, unit: unit.into() })
-            .into();
+        let facts =
+            facts.map(|(name, value, unit)| Fact { name: name.into(), value, unit: unit.into() }).into();
         let solver = physics::FluidSolver::new(setup).map_err(SetupProblems)?;
         Ok(Opened { solver: Box::new(solver), constants, facts })
     }

@@ -7,6 +7,7 @@ use sph::setup::ParticipantSetup;
 use sph::solver::ParticleFields;
 use tokio::sync::{mpsc, watch};
 use tokio_stream::wrappers::ReceiverStream;
+use tokio_util::sync::CancellationToken;
 use tonic::Streaming;
 use tonic::transport::Channel;
 
@@ -64,7 +65,8 @@ impl RunAccess {
     /// # Errors
     /// When the system has no random numbers.
     pub fn new(holder: &str) -> Result<Self, RpcError> {
-        let token = Token::fresh().map_err(|e| RpcError::new(RpcCode::Internal, "Open", "this machine", e))?;
+        let token =
+            Token::fresh().map_err(|e| RpcError::new(RpcCode::Internal, "Open", "this machine", e))?;
         Ok(Self { token, holder: holder.chars().take(60).collect() })
     }
 }
@@ -132,7 +134,11 @@ impl ParticipantClient {
     ///
     /// # Errors
     /// When another run is held, or with all problems of the set-up.
-    pub async fn open(&mut self, setup: &ParticipantSetup, access: &RunAccess) -> Result<OpenReport, RpcError> {
+    pub async fn open(
+        &mut self,
+        setup: &ParticipantSetup,
+        access: &RunAccess,
+    ) -> Result<OpenReport, RpcError> {
         use wire::open_request::Setup;
         let run_id = setup.run().run_id.clone();
         let request = wire::OpenRequest {
@@ -182,6 +188,7 @@ impl ParticipantClient {
         let (commands, ordered) = mpsc::unbounded_channel();
         let (events, received) = mpsc::channel(PENDING_EVENTS);
         let (beats, latest_beat) = watch::channel(None);
+        let over = CancellationToken::new();
         let run = RunStreams {
             run_id: run_id.clone(),
             address: self.address.clone(),
@@ -189,12 +196,13 @@ impl ParticipantClient {
             batches,
             snapshots,
             assembler: SnapshotAssembler::default(),
-            events: events.clone(),
+            events,
             beats,
+            over: over.clone(),
         };
-        tokio::spawn(forward_commands(run_id, ordered, to_server, events));
+        tokio::spawn(forward_commands(run_id, ordered, to_server, over.clone()));
         tokio::spawn(run.forward());
-        let sender = CommandSender { commands, address: self.address.clone() };
+        let sender = CommandSender { commands, over, address: self.address.clone() };
         Ok((sender, EventReceiver { events: received, latest_beat }))
     }
 
@@ -209,9 +217,9 @@ impl ParticipantClient {
     }
 
     fn opened(&self, call: &'static str) -> Result<(String, Token), RpcError> {
-        self.run
-            .clone()
-            .ok_or_else(|| self.error(RpcCode::FailedPrecondition, call, "no run was opened on this connection"))
+        self.run.clone().ok_or_else(|| {
+            self.error(RpcCode::FailedPrecondition, call, "no run was opened on this connection")
+        })
     }
 
     fn accept<T>(&self, call: &'static str, reply: Result<T, WireError>) -> Result<T, RpcError> {
@@ -244,6 +252,7 @@ async fn within<T>(
 #[derive(Clone, Debug)]
 pub struct CommandSender {
     commands: mpsc::UnboundedSender<Command>,
+    over: CancellationToken,
     address: String,
 }
 
@@ -253,9 +262,10 @@ impl CommandSender {
     /// # Errors
     /// When the run is over; its last event tells why.
     pub fn send(&self, command: Command) -> Result<(), RpcError> {
-        self.commands
-            .send(command)
-            .map_err(|_| RpcError::new(RpcCode::FailedPrecondition, "Run", &self.address, "the run is over"))
+        if self.over.is_cancelled() || self.commands.send(command).is_err() {
+            return Err(RpcError::new(RpcCode::FailedPrecondition, "Run", &self.address, "the run is over"));
+        }
+        Ok(())
     }
 }
 
@@ -285,23 +295,18 @@ async fn forward_commands(
     run_id: String,
     mut ordered: mpsc::UnboundedReceiver<Command>,
     to_server: mpsc::Sender<wire::Command>,
-    events: mpsc::Sender<Result<Event, RpcError>>,
+    over: CancellationToken,
 ) {
     loop {
         let command = tokio::select! {
-            () = to_server.closed() => return,
-            () = events.closed() => return,
+            () = over.cancelled() => return,
             command = ordered.recv() => command,
         };
         let Some(command) = command else { break };
-        if to_server.send(encode_command(&run_id, FIRST_EPOCH, command)).await.is_err() {
-            return;
-        }
+        // A server that takes no more tells why on the stream of events.
+        drop(to_server.send(encode_command(&run_id, FIRST_EPOCH, command)).await);
     }
-    tokio::select! {
-        () = to_server.closed() => {}
-        () = events.closed() => {}
-    }
+    over.cancelled().await;
 }
 
 /// The server's streams of one run.
@@ -314,6 +319,8 @@ struct RunStreams {
     assembler: SnapshotAssembler,
     events: mpsc::Sender<Result<Event, RpcError>>,
     beats: watch::Sender<Option<Beat>>,
+    /// Cancelled when no more events come.
+    over: CancellationToken,
 }
 
 impl RunStreams {
@@ -321,13 +328,14 @@ impl RunStreams {
     async fn forward(mut self) {
         let events = self.events.clone();
         let outcome = tokio::select! {
-            () = events.closed() => return,
+            () = events.closed() => Ok(()),
             outcome = self.forward_all() => outcome,
         };
         if let Err(error) = outcome {
             // Whoever stopped listening needs no error.
             drop(events.send(Err(error)).await);
         }
+        self.over.cancel();
     }
 
     async fn forward_all(&mut self) -> Result<(), RpcError> {
@@ -341,10 +349,10 @@ impl RunStreams {
                 return Err(self.malformed(text));
             }
             for item in decode_batch(&batch).map_err(|e| self.malformed(e.to_string()))? {
-                if let Some((event, last)) = self.event(item).await? {
-                    if self.events.send(Ok(event)).await.is_err() || last {
-                        return Ok(());
-                    }
+                if let Some((event, last)) = self.event(item).await?
+                    && (self.events.send(Ok(event)).await.is_err() || last)
+                {
+                    return Ok(());
                 }
             }
         }
@@ -386,7 +394,9 @@ impl RunStreams {
             let chunk = match tokio::time::timeout(self.silence, self.snapshots.message()).await {
                 Ok(Ok(Some(chunk))) => chunk,
                 Ok(Ok(None)) => {
-                    return Err(self.lost(&format!("the server ended its snapshots before number {expected}")));
+                    return Err(
+                        self.lost(&format!("the server ended its snapshots before number {expected}"))
+                    );
                 }
                 Ok(Err(status)) => return Err(RpcError::from_status("Snapshots", &self.address, &status)),
                 Err(_) => return Err(self.silent()),

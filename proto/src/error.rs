@@ -42,12 +42,7 @@ pub struct RpcError {
 }
 
 impl RpcError {
-    pub(crate) fn new(
-        code: RpcCode,
-        call: &'static str,
-        address: &str,
-        message: impl Into<String>,
-    ) -> Self {
+    pub(crate) fn new(code: RpcCode, call: &'static str, address: &str, message: impl Into<String>) -> Self {
         Self { code, call, address: address.to_owned(), message: message.into() }
     }
 

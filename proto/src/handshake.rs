@@ -19,7 +19,10 @@ pub fn unfit(description: &Description, role: Role, run: &RunSetup) -> Vec<Strin
         reasons.push(format!("{who} plays {}, needed is {role}", roles.join(" or ")));
     }
     if u32::try_from(DIMENSIONS) != Ok(description.dimensions) {
-        reasons.push(format!("{who} computes in {} dimensions, the case in {DIMENSIONS}", description.dimensions));
+        reasons.push(format!(
+            "{who} computes in {} dimensions, the case in {DIMENSIONS}",
+            description.dimensions
+        ));
     }
     if let Some(coupling) = &run.coupling {
         if !description.coupling_kinds.contains(&CouplingKind::States) {
@@ -28,7 +31,8 @@ pub fn unfit(description: &Description, role: Role, run: &RunSetup) -> Vec<Strin
         }
         if !description.interface_laws.contains(&coupling.law) {
             let laws = &description.interface_laws;
-            reasons.push(format!("{who} offers interface laws {laws:?}, the case asks for {:?}", coupling.law));
+            reasons
+                .push(format!("{who} offers interface laws {laws:?}, the case asks for {:?}", coupling.law));
         }
     }
     if matches!(run.time.step, StepPolicy::Adaptive { .. }) && !description.capabilities.adaptive_step {
@@ -116,7 +120,9 @@ impl Differences {
         for need in needed {
             let name = need.field.name();
             match sent.iter().find(|spec| spec.field == need.field) {
-                None => self.0.push(format!("field {name}: the {receiver} needs it, the {sender} does not send it")),
+                None => self
+                    .0
+                    .push(format!("field {name}: the {receiver} needs it, the {sender} does not send it")),
                 Some(spec) if spec != need => self.0.push(format!(
                     "field {name}: the {receiver} needs {} numbers in {}, the {sender} sends {} in {}",
                     need.components, need.unit, spec.components, spec.unit

@@ -100,7 +100,8 @@ async fn serve<F: SolverFactory>(args: &NodeArgs, factory: F) -> Result<(), Serv
     let stop = CancellationToken::new();
     stop_on_signals(&stop).map_err(|e| ServeError::Transport(format!("cannot watch for signals: {e}")))?;
     if args.exit_with_parent {
-        stop_with_input(&stop).map_err(|e| ServeError::Transport(format!("cannot watch standard input: {e}")))?;
+        stop_with_input(&stop)
+            .map_err(|e| ServeError::Transport(format!("cannot watch standard input: {e}")))?;
     }
     let mut stdout = std::io::stdout();
     // Whoever closed the pipe does not wait for the address.

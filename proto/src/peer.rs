@@ -163,7 +163,9 @@ impl Exchange for GrpcPeer {
         monitor.waiting.store(false, Ordering::Relaxed);
         match self.reader.read(&message?, at, frame) {
             Ok(ReceivedFrame::Frame) => Ok(()),
-            Ok(ReceivedFrame::Farewell(reason)) => Err(PeerError::Lost(format!("it ended its run: {reason}"))),
+            Ok(ReceivedFrame::Farewell(reason)) => {
+                Err(PeerError::Lost(format!("it ended its run: {reason}")))
+            }
             Err(error) => Err(PeerError::Refused(error.to_string())),
         }
     }
@@ -183,7 +185,8 @@ async fn expire(deadline: Option<Duration>) -> Duration {
 impl Drop for GrpcPeer {
     fn drop(&mut self) {
         let farewell = self.writer.farewell(&self.monitor.farewell());
-        let (outbound, arriving, inbound) = (self.outbound.clone(), self.arriving.take(), self.inbound.take());
+        let (outbound, arriving, inbound) =
+            (self.outbound.clone(), self.arriving.take(), self.inbound.take());
         let cancel = self.cancel.clone();
         self.runtime.spawn(async move {
             // A partner that is gone needs neither farewell nor patience.
@@ -232,8 +235,7 @@ pub(crate) async fn dial(address: &str, token: &Token, slot: PeerSlot) -> Result
 }
 
 async fn call(channel: Channel, request: tonic::Request<ReceiverStream<wire::Frame>>) -> Inbound {
-    let mut client =
-        wire::peer_client::PeerClient::new(channel).max_decoding_message_size(MAX_FRAME_BYTES);
+    let mut client = wire::peer_client::PeerClient::new(channel).max_decoding_message_size(MAX_FRAME_BYTES);
     match client.exchange(request).await {
         Ok(response) => Ok(response.into_inner()),
         Err(status) => Err(format!("refused the exchange: {}", describe(&status))),

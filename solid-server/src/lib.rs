@@ -16,7 +16,12 @@ pub struct SolidFactory;
 
 impl SolverFactory for SolidFactory {
     fn describe(&self) -> Description {
-        Description::of_solver("solid-server", env!("CARGO_PKG_VERSION"), Role::Solid, proto::node::ARITHMETIC)
+        Description::of_solver(
+            "solid-server",
+            env!("CARGO_PKG_VERSION"),
+            Role::Solid,
+            proto::node::ARITHMETIC,
+        )
     }
 
     fn open(&self, setup: ParticipantSetup) -> Result<Opened, SetupProblems> {
@@ -27,7 +32,8 @@ impl SolverFactory for SolidFactory {
         // The solid computes with its own spacing, whatever the interface was told.
         let solid_spacing = setup.particle_spacing;
         constants.coupling = constants.coupling.map(|coupling| Coupling { solid_spacing, ..coupling });
-        let mut facts = vec![Fact { name: "particle_spacing".into(), value: solid_spacing, unit: "m".into() }];
+        let mut facts =
+            vec![Fact { name: "particle_spacing".into(), value: solid_spacing, unit: "m".into() }];
         for body in &setup.bodies {
             let material = &body.material;
             facts.extend(

@@ -188,9 +188,11 @@ impl CellGrid {
         // Saturating conversions: a target may lie far outside the sources.
         let low = (position - 1.0).floor().max(0.0) as usize;
         let high = (position + 1.0).floor();
-        if high < 0.0 || low >= count {
+        // The last cell reaches beyond `count`: sources past the whole number of cells are binned there.
+        if high < 0.0 || low > count {
             return Span { first: 0, length: 0, count };
         }
+        let low = low.min(count - 1);
         let high = (high as usize).min(count - 1);
         Span { first: low, length: high + 1 - low, count }
     }
@@ -256,6 +258,16 @@ fn cell_counts(size: &Vector, edge: f64) -> [usize; DIMENSIONS] {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn targets_beyond_the_sources_find_those_in_the_last_cell() {
+        let domain = Domain { lower: Vector::zeros(), upper: Vector::repeat(1.0), periodic: [false; 2] };
+        // 2.9 radii long: the last source lies past two whole cells and is binned in the second.
+        let sources = [Vector::zeros(), Vector::new(0.29, 0.0)];
+        let targets = [Vector::new(0.385, 0.0)];
+        let grid = CellGrid::new(&domain, &sources, 0.1);
+        assert_eq!(grid.list(&domain, &targets, &sources, 0.1, false).of(0), &[1]);
+    }
 
     /// Pseudo-random positions over the box, some exactly on cell borders.
     fn scatter(domain: &Domain, n: usize, seed: u64) -> Vec<Vector> {

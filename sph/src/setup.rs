@@ -187,6 +187,8 @@ pub struct FluidSetup {
     pub constants: FluidConstants,
     /// Density diffusion.
     pub diffusion: DensityDiffusion,
+    /// Repulsion by wall faces of particles that come closer than 3/4 Δx to the first layer \[-\]; zero leaves it out.
+    pub wall_repulsion: f64,
     /// Linear damping of the start; booked in the ledger.
     pub damping: Option<Damping>,
     /// Names of the fluid regions; `FluidParticles::region` indexes them.

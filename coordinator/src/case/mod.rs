@@ -295,6 +295,7 @@ impl Case {
             run: self.run_setup(),
             constants: fluid.constants(),
             diffusion: fluid.diffusion(),
+            wall_repulsion: fluid.wall_repulsion,
             damping: fluid.damping.as_ref().map(file::fluid::DampingTable::to_setup),
             regions: fluid.regions.iter().map(|region| region.name.value.clone()).collect(),
             walls: self.file.walls.iter().map(file::wall::WallTable::to_setup).collect(),

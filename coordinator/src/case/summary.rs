@@ -244,6 +244,10 @@ impl Case {
                     format!("artificial viscosity, A = {a}, B = {b}, λ = {}, Eq. (23)-(24)", fluid.lambda),
                 );
             }
+            if fluid.wall_repulsion > 0.0 && !self.file.walls.is_empty() {
+                let k = fluid.wall_repulsion;
+                add("fluid", format!("repulsion by wall faces closer than Δx/4, k = {k}"));
+            }
             if let Some(damping) = &fluid.damping {
                 add(
                     "fluid",

@@ -53,6 +53,8 @@ pub struct FluidModel {
     pub outflow: Outflow,
     /// Lost particles allowed.
     pub lost_particle_limit: u64,
+    /// Coefficient of the repulsion by wall faces \[-\].
+    pub wall_repulsion: f64,
     /// Facts of the interface.
     pub coupling: Option<Coupling>,
     /// Id of the first wall particle in snapshots: one beyond the fluid's largest.
@@ -107,7 +109,14 @@ impl FluidModel {
         };
         let mass = constants.rest_density * constants.particle_spacing.powi(2);
         let walls =
-            WallModel::new(&setup.walls, &setup.wall_particles, mass, kernel.support_radius(), &run.domain);
+            WallModel::new(
+            &setup.walls,
+            &setup.wall_particles,
+            mass,
+            constants.particle_spacing,
+            kernel.support_radius(),
+            &run.domain,
+        );
         let body_force = BodyForceField::new(&run.body_force).map_err(|e| vec![e.to_string()]);
         let (walls, body_force) = match (walls, body_force) {
             (Ok(walls), Ok(body_force)) => (walls, body_force),
@@ -143,6 +152,7 @@ impl FluidModel {
             walls,
             probes: setup.probes,
             outflow: setup.outflow,
+            wall_repulsion: setup.wall_repulsion,
             lost_particle_limit: setup.lost_particle_limit,
             coupling: run.coupling,
             first_wall_id: particles.id.iter().max().map_or(0, |id| id.saturating_add(1)),

@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 use sph::domain::Domain;
 use sph::motion::{MotionState, RigidMotion};
+use sph::neighbours::CellGrid;
 use sph::setup::{WallCondition, WallParticles, WallSetup};
 use sph::vector::Vector;
 
@@ -24,6 +25,8 @@ pub struct WallModel {
     pub mass: f64,
     /// Unit normal into the fluid by which crossings are told; zero where there is none.
     pub face_normal: Vec<Vector>,
+    /// Whether a particle lies at the face, with no other wall particle in front of it.
+    pub first_layer: Vec<bool>,
     start: Vec<Vector>,
     /// Unit normal of the mirror in Eq. (27); zero where both components are reversed.
     mirror_normal: Vec<Vector>,
@@ -40,6 +43,7 @@ impl WallModel {
         walls: &[WallSetup],
         particles: &WallParticles,
         mass: f64,
+        particle_spacing: f64,
         support_radius: f64,
         domain: &Domain,
     ) -> Result<Self, Vec<String>> {
@@ -58,11 +62,13 @@ impl WallModel {
         let mirror_normal = (0..particles.position.len())
             .map(|w| if slips(w) { particles.normal[w] } else { Vector::zeros() })
             .collect();
+        let face_normal = face_normals(particles, support_radius, domain);
         Ok(Self {
             names: walls.iter().map(|wall| wall.name.clone()).collect(),
             wall: particles.wall.clone(),
             mass,
-            face_normal: face_normals(particles, support_radius, domain),
+            first_layer: first_layers(particles, &face_normal, particle_spacing, domain),
+            face_normal,
             start: particles.position.clone(),
             mirror_normal,
             motion,
@@ -115,17 +121,40 @@ fn face_normals(particles: &WallParticles, support_radius: f64, domain: &Domain)
     (0..particles.wall.len()).map(|w| given(w).try_normalize(1e-6).unwrap_or_else(Vector::zeros)).collect()
 }
 
+/// Whether no wall particle stands in front of each one, between half and one and a half spacings along its normal.
+fn first_layers(
+    particles: &WallParticles,
+    face_normal: &[Vector],
+    particle_spacing: f64,
+    domain: &Domain,
+) -> Vec<bool> {
+    let positions = &particles.position;
+    let radius = 2.0 * particle_spacing;
+    let list = CellGrid::new(domain, positions, radius).list(domain, positions, positions, radius, true);
+    let stands_before = |w: usize, v: usize| {
+        let d = domain.separation(&positions[v], &positions[w]) / particle_spacing;
+        let height = d.dot(&face_normal[w]);
+        (0.5..1.5).contains(&height) && (d - face_normal[w] * height).norm() < 0.6
+    };
+    let is_first = |w: usize| {
+        face_normal[w].norm_squared() > 0.0 && !list.of(w).iter().any(|v| stands_before(w, *v as usize))
+    };
+    (0..positions.len()).map(is_first).collect()
+}
+
 /// Kinematics of the wall particles at one time.
 #[derive(Clone, Debug, Default)]
 pub struct WallField {
     /// Position \[m\].
     pub position: Vec<Vector>,
     /// Velocity \[m/s\].
-    velocity: Vec<Vector>,
+    pub velocity: Vec<Vector>,
     /// Acceleration \[m/s²\].
     acceleration: Vec<Vector>,
     /// Normal of the mirror in Eq. (27), zero where both components are reversed.
     pub mirror_normal: Vec<Vector>,
+    /// Unit normal of the face into the fluid.
+    pub face_normal: Vec<Vector>,
 }
 
 impl WallField {
@@ -136,6 +165,7 @@ impl WallField {
             self.velocity = vec![Vector::zeros(); walls.len()];
             self.acceleration = vec![Vector::zeros(); walls.len()];
             self.mirror_normal.clone_from(&walls.mirror_normal);
+            self.face_normal.clone_from(&walls.face_normal);
         }
         if !walls.moves() {
             return;
@@ -148,6 +178,7 @@ impl WallField {
                 self.velocity[w] = motion.velocity(start);
                 self.acceleration[w] = motion.acceleration(start);
                 self.mirror_normal[w] = motion.rotate(&walls.mirror_normal[w]);
+                self.face_normal[w] = motion.rotate(&walls.face_normal[w]);
             }
         }
     }

@@ -181,7 +181,7 @@ pub(super) fn unpack_indices(bytes: &[u8], count: usize, at: &Path<'_>) -> Resul
 /// Number of 32-bit values in `bytes`, within the limit of particles.
 pub(super) fn index_count(bytes: &[u8], at: &Path<'_>) -> Result<usize, WireError> {
     let count = bytes.len() / INDEX_BYTES;
-    if bytes.len() % INDEX_BYTES != 0 || count > MAX_PARTICLES {
+    if !bytes.len().is_multiple_of(INDEX_BYTES) || count > MAX_PARTICLES {
         return Err(at.error(format!(
             "has {} bytes, must be a multiple of 4 for at most {MAX_PARTICLES} particles",
             bytes.len()

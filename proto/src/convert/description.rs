@@ -117,7 +117,10 @@ impl Convert for Extent {
             let (lower, upper) = (Vector::new(corner[0], corner[1]), Vector::new(corner[2], corner[3]));
             let ordered = lower.x <= upper.x && lower.y <= upper.y;
             if !(ordered && corner.iter().all(|value| value.is_finite())) {
-                let problem = format!("of box number {} are {corner:?}, must be finite with lower <= upper", boxes.len());
+                let problem = format!(
+                    "of box number {} are {corner:?}, must be finite with lower <= upper",
+                    boxes.len()
+                );
                 return Err(at.error(problem));
             }
             boxes.push((lower, upper));

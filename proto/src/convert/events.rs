@@ -72,9 +72,9 @@ pub(crate) fn decode_command(wire: &wire::Command) -> Result<Command, WireError>
         Some(Order::GrantThrough(step)) => Ok(Command::GrantThrough(*step)),
         Some(Order::Stop(_)) => Ok(Command::Stop),
         Some(Order::Abort(_)) => Ok(Command::Abort),
-        None => {
-            Err(Path::root("command").field("order").error("is missing or of a later version of the protocol"))
-        }
+        None => Err(Path::root("command")
+            .field("order")
+            .error("is missing or of a later version of the protocol")),
     }
 }
 

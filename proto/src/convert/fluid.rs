@@ -1,8 +1,6 @@
 //! The set-up of a fluid solver.
 
-use sph::setup::{
-    DensityDiffusion, FluidParticles, FluidProbe, FluidProbeKind, FluidSetup, Outflow,
-};
+use sph::setup::{DensityDiffusion, FluidParticles, FluidProbe, FluidProbeKind, FluidSetup, Outflow};
 
 use super::arrays::{
     index_count, pack, pack_indices, unpack, unpack_ids, unpack_indices_below, unpack_positive,
@@ -23,6 +21,7 @@ impl Convert for FluidSetup {
             run,
             constants,
             diffusion,
+            wall_repulsion,
             damping,
             regions,
             walls,
@@ -47,6 +46,7 @@ impl Convert for FluidSetup {
                 upper: flags_to_wire(outflow.upper),
             }),
             lost_particle_limit: *lost_particle_limit,
+            wall_repulsion: Some(*wall_repulsion),
         }
     }
 
@@ -95,6 +95,7 @@ impl Convert for FluidSetup {
                 upper: flags_from_wire(&outflow.upper),
             },
             lost_particle_limit: wire.lost_particle_limit,
+            wall_repulsion: not_negative(wire.wall_repulsion.or(Some(0.0)), &at.field("wall_repulsion"))?,
         })
     }
 }
@@ -102,7 +103,9 @@ impl Convert for FluidSetup {
 fn diffusion_to_wire(diffusion: DensityDiffusion) -> Option<wire::DensityDiffusion> {
     match diffusion {
         DensityDiffusion::None => None,
-        DensityDiffusion::Plain { delta } => Some(wire::DensityDiffusion { delta: Some(delta), renormalised: false }),
+        DensityDiffusion::Plain { delta } => {
+            Some(wire::DensityDiffusion { delta: Some(delta), renormalised: false })
+        }
         DensityDiffusion::Renormalised { delta } => {
             Some(wire::DensityDiffusion { delta: Some(delta), renormalised: true })
         }
@@ -172,7 +175,9 @@ impl Convert for FluidProbe {
             Some(Kind::PointM(point)) => {
                 FluidProbeKind::Point(Convert::from_wire(point, &at.field("point_m"))?)
             }
-            Some(Kind::WaterLevelXM(x)) => FluidProbeKind::WaterLevel(finite(*x, &at.field("water_level_x_m"))?),
+            Some(Kind::WaterLevelXM(x)) => {
+                FluidProbeKind::WaterLevel(finite(*x, &at.field("water_level_x_m"))?)
+            }
             Some(Kind::Front(_)) => FluidProbeKind::Front,
             Some(Kind::Region(region)) => FluidProbeKind::Region(Some(*region)),
             Some(Kind::AllRegions(_)) => FluidProbeKind::Region(None),

@@ -6,8 +6,13 @@ use sph::setup::InterfaceLaw;
 use sph::solver::Role;
 use sph::stage::{StageTime, StepStage};
 
-use super::arrays::{index_count, pack, pack_indices, unpack_ids, unpack_indices, unpack_into, unpack_positive};
-use super::{Choice, Convert, Path, WireError, choice, count, finite, not_negative, optional, positive, positive_or_infinite, required};
+use super::arrays::{
+    index_count, pack, pack_indices, unpack_ids, unpack_indices, unpack_into, unpack_positive,
+};
+use super::{
+    Choice, Convert, Path, WireError, choice, count, finite, not_negative, optional, positive,
+    positive_or_infinite, required,
+};
 use crate::description::FrameField;
 use crate::limits::MAX_PARTICLES;
 use crate::wire;
@@ -211,7 +216,8 @@ impl FrameReader {
             return match &self.set {
                 Some(known) if known.version == wire.set_version => Ok(()),
                 Some(known) => {
-                    let problem = format!("is {} without a set, the last set was {}", wire.set_version, known.version);
+                    let problem =
+                        format!("is {} without a set, the last set was {}", wire.set_version, known.version);
                     Err(at.field("set_version").error(problem))
                 }
                 None => Err(at.field("set").error("is missing in the first frame")),
@@ -259,7 +265,8 @@ impl FrameReader {
                 FrameField::Density => {
                     unpack_into(&block.data, count, &mut states.density, &at)?;
                     if let Some(i) = states.density.iter().position(|density| *density <= 0.0) {
-                        let problem = format!("of particle number {i} is {:?}, must be positive", states.density[i]);
+                        let problem =
+                            format!("of particle number {i} is {:?}, must be positive", states.density[i]);
                         return Err(at.error(problem));
                     }
                 }
@@ -286,8 +293,10 @@ impl FrameReader {
             }
             None if wire.extent_version == self.extent.version => Ok(()),
             None => {
-                let problem =
-                    format!("is {} without an extent, the last was {}", wire.extent_version, self.extent.version);
+                let problem = format!(
+                    "is {} without an extent, the last was {}",
+                    wire.extent_version, self.extent.version
+                );
                 Err(at.field("extent_version").error(problem))
             }
         }

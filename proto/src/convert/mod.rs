@@ -13,8 +13,8 @@ mod run;
 mod snapshot;
 mod solid;
 
-pub use events::{Beat, Phase};
 pub(crate) use events::{BatchItem, decode_batch, decode_command, encode_batch, encode_command};
+pub use events::{Beat, Phase};
 pub(crate) use frame::{FrameReader, FrameWriter, ReceivedFrame};
 pub(crate) use snapshot::{SnapshotAssembler, snapshot_chunks};
 

@@ -170,7 +170,10 @@ impl Convert for Divergence {
         Ok(Self {
             at: required(&wire.at, &at.field("at"))?,
             particle: wire.particle,
-            position: wire.position_m.as_ref().map(|position| [any_number(position.x), any_number(position.y)]),
+            position: wire
+                .position_m
+                .as_ref()
+                .map(|position| [any_number(position.x), any_number(position.y)]),
             quantity: text(&wire.quantity, &at.field("quantity"))?,
             value: any_number(wire.value),
             allowed: text(&wire.allowed, &at.field("allowed"))?,
@@ -215,10 +218,9 @@ impl Convert for Fault {
             Fault::Coverage { at, shortfall } => {
                 Kind::Coverage(wire::CoverageGap { at: Some(at.to_wire()), shortfall_m: Some(*shortfall) })
             }
-            Fault::Clock { at, difference } => Kind::Clock(wire::ClockDifference {
-                at: Some(at.to_wire()),
-                difference: difference.clone(),
-            }),
+            Fault::Clock { at, difference } => {
+                Kind::Clock(wire::ClockDifference { at: Some(at.to_wire()), difference: difference.clone() })
+            }
             Fault::Peer { at, message } => {
                 Kind::Peer(wire::PeerFault { at: Some(at.to_wire()), message: message.clone() })
             }

@@ -158,15 +158,17 @@ impl Convert for TimePlan {
         use wire::time_plan::Step;
         let step = match self.step {
             StepPolicy::Fixed { time_step } => Step::Fixed(wire::FixedStep { time_step_s: Some(time_step) }),
-            StepPolicy::Adaptive { factor, maximum, growth } => {
-                Step::Adaptive(wire::AdaptiveStep {
-                    factor: Some(factor),
-                    maximum_s: Some(maximum),
-                    growth: Some(growth),
-                })
-            }
+            StepPolicy::Adaptive { factor, maximum, growth } => Step::Adaptive(wire::AdaptiveStep {
+                factor: Some(factor),
+                maximum_s: Some(maximum),
+                growth: Some(growth),
+            }),
         };
-        wire::TimePlan { start_time_s: Some(self.start_time), end_time_s: Some(self.end_time), step: Some(step) }
+        wire::TimePlan {
+            start_time_s: Some(self.start_time),
+            end_time_s: Some(self.end_time),
+            step: Some(step),
+        }
     }
 
     fn from_wire(wire: &wire::TimePlan, at: &Path<'_>) -> Result<Self, WireError> {

@@ -11,8 +11,8 @@ use super::arrays::{
 };
 use super::run::{release_time, wall_particles_from_wire, wall_particles_to_wire};
 use super::{
-    Convert, Path, WireError, flags_from_wire, flags_to_wire, index, list, name, not_negative,
-    optional, positive, required, wires,
+    Convert, Path, WireError, flags_from_wire, flags_to_wire, index, list, name, not_negative, optional,
+    positive, required, wires,
 };
 use crate::wire;
 
@@ -113,7 +113,8 @@ fn particles_from_wire(
     let count = index_count(&wire.ids, &at.field("ids"))?;
     let body = unpack_indices_below(&wire.bodies, count, bodies.len(), "bodies", &at.field("bodies"))?;
     if let Some(k) = body.windows(2).position(|pair| pair[0] > pair[1]) {
-        let problem = format!("must be in the order of bodies, but particle number {k} is of body {}", body[k]);
+        let problem =
+            format!("must be in the order of bodies, but particle number {k} is of body {}", body[k]);
         return Err(at.field("bodies").error(format!("{problem} and the next of {}", body[k + 1])));
     }
     let support = unpack_indices(&wire.supports, count, &at.field("supports"))?;
@@ -121,7 +122,8 @@ fn particles_from_wire(
         let supports =
             usize::try_from(*body).ok().and_then(|b| bodies.get(b)).map_or(0, |b| b.supports.len());
         if usize::try_from(*support).map_or(true, |s| s > supports) {
-            let problem = format!("of particle number {k} is {support}, but body {body} has {supports} supports");
+            let problem =
+                format!("of particle number {k} is {support}, but body {body} has {supports} supports");
             return Err(at.field("supports").error(problem));
         }
     }
@@ -130,19 +132,11 @@ fn particles_from_wire(
         body,
         support,
         mass: unpack_positive(&wire.masses_kg_per_m, count, &at.field("masses_kg_per_m"))?,
-        reference_position: unpack(
-            &wire.reference_positions_m,
-            count,
-            &at.field("reference_positions_m"),
-        )?,
+        reference_position: unpack(&wire.reference_positions_m, count, &at.field("reference_positions_m"))?,
         position: unpack(&wire.positions_m, count, &at.field("positions_m"))?,
         velocity: unpack(&wire.velocities_m_per_s, count, &at.field("velocities_m_per_s"))?,
         density: unpack_positive(&wire.densities_kg_per_m3, count, &at.field("densities_kg_per_m3"))?,
-        deviatoric_stress: unpack(
-            &wire.deviatoric_stresses_pa,
-            count,
-            &at.field("deviatoric_stresses_pa"),
-        )?,
+        deviatoric_stress: unpack(&wire.deviatoric_stresses_pa, count, &at.field("deviatoric_stresses_pa"))?,
     })
 }
 
@@ -263,13 +257,11 @@ impl Convert for ContactLaw {
     fn to_wire(&self) -> wire::ContactLaw {
         use wire::contact_law::Law;
         let law = match *self {
-            ContactLaw::Repulsion { stiffness, distance, damping } => {
-                Law::Repulsion(wire::Repulsion {
-                    stiffness: Some(stiffness),
-                    distance: Some(distance),
-                    damping: Some(damping),
-                })
-            }
+            ContactLaw::Repulsion { stiffness, distance, damping } => Law::Repulsion(wire::Repulsion {
+                stiffness: Some(stiffness),
+                distance: Some(distance),
+                damping: Some(damping),
+            }),
             ContactLaw::Sums => Law::Sums(wire::Unit {}),
         };
         wire::ContactLaw { law: Some(law) }
@@ -320,10 +312,7 @@ impl Convert for SolidProbe {
         let kind = match &wire.kind {
             Some(Kind::MaterialPoint(point)) => SolidProbeKind::MaterialPoint {
                 body: point.body,
-                reference_position: required(
-                    &point.reference_position_m,
-                    &at.field("reference_position_m"),
-                )?,
+                reference_position: required(&point.reference_position_m, &at.field("reference_position_m"))?,
             },
             Some(Kind::Motion(body)) => SolidProbeKind::Motion(*body),
             Some(Kind::BodyForce(body)) => SolidProbeKind::BodyForce(*body),

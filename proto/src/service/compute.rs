@@ -133,12 +133,7 @@ pub(super) fn start<F: Send + Sync + 'static>(
 }
 
 /// Runs the solver to its end on this thread.
-fn compute(
-    linked: Linked,
-    orders: &std_mpsc::Receiver<Command>,
-    said: &mpsc::Sender<Said>,
-    pulse: &Pulse,
-) {
+fn compute(linked: Linked, orders: &std_mpsc::Receiver<Command>, said: &mpsc::Sender<Said>, pulse: &Pulse) {
     let Linked { mut ready, link, peer, snapshots } = linked;
     let monitor = peer.as_ref().map(|peer| peer.monitor());
     let exchange = peer.map(|peer| Box::new(peer) as Box<dyn Exchange>);

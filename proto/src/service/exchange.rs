@@ -21,7 +21,8 @@ impl<F: SolverFactory> wire::peer_server::Peer for Skin<F> {
         let slot = {
             let mut slot = self.0.slot();
             // Whoever does not know the token learns nothing, not even whether there is a run.
-            let Some(session) = slot.as_mut().filter(|session| session.token.admits(request.metadata())) else {
+            let Some(session) = slot.as_mut().filter(|session| session.token.admits(request.metadata()))
+            else {
                 return Err(Status::permission_denied("not allowed"));
             };
             match (&session.state, session.peer_slot.take()) {

@@ -20,9 +20,7 @@ use sph::solver::{Role, Solver};
 use sph::vector::DIMENSIONS;
 use tonic::transport::server::TcpIncoming;
 
-use crate::description::{
-    Capabilities, Constants, CouplingKind, Description, Fact, Limits, PROTOCOL,
-};
+use crate::description::{Capabilities, Constants, CouplingKind, Description, Fact, Limits, PROTOCOL};
 use crate::limits::{MAX_FRAME_BYTES, MAX_MESSAGE_BYTES};
 use crate::transport;
 use crate::wire;
@@ -185,7 +183,8 @@ impl Server {
         let (health, health_service) = tonic_health::server::health_reporter();
         let participant = wire::participant_server::ParticipantServer::new(Skin(host.clone()))
             .max_decoding_message_size(MAX_MESSAGE_BYTES);
-        let peer = wire::peer_server::PeerServer::new(Skin(host.clone())).max_decoding_message_size(MAX_FRAME_BYTES);
+        let peer =
+            wire::peer_server::PeerServer::new(Skin(host.clone())).max_decoding_message_size(MAX_FRAME_BYTES);
         health.set_serving::<wire::participant_server::ParticipantServer<Skin<F>>>().await;
         health.set_serving::<wire::peer_server::PeerServer<Skin<F>>>().await;
         let stopping = host.shutdown.clone();

@@ -7,8 +7,8 @@ use sph::driver::Link;
 use sph::setup::ParticipantSetup;
 use sph::solver::{ParticleFields, Role, Solver};
 use tokio::sync::mpsc;
-use tokio_stream::wrappers::ReceiverStream;
 use tokio_stream::Stream;
+use tokio_stream::wrappers::ReceiverStream;
 use tokio_util::sync::CancellationToken;
 use tonic::{Request, Response, Status, Streaming};
 
@@ -37,7 +37,9 @@ fn invalid(error: &WireError) -> Status {
 }
 
 fn no_checkpoints(call: &str) -> Status {
-    Status::unimplemented(format!("`{call}` needs the capability `checkpoint`, which this server does not offer"))
+    Status::unimplemented(format!(
+        "`{call}` needs the capability `checkpoint`, which this server does not offer"
+    ))
 }
 
 fn decode_setup(setup: &Setup) -> Result<ParticipantSetup, WireError> {
@@ -54,7 +56,10 @@ impl<F: SolverFactory> wire::participant_server::Participant for Skin<F> {
     type SnapshotsStream = Reply<wire::SnapshotChunk>;
     type CheckpointStream = Reply<wire::CheckpointChunk>;
 
-    async fn describe(&self, _: Request<wire::DescribeRequest>) -> Result<Response<wire::Description>, Status> {
+    async fn describe(
+        &self,
+        _: Request<wire::DescribeRequest>,
+    ) -> Result<Response<wire::Description>, Status> {
         Ok(Response::new(self.0.description.to_wire()))
     }
 
@@ -67,9 +72,12 @@ impl<F: SolverFactory> wire::participant_server::Participant for Skin<F> {
                 version.major, version.minor
             )));
         }
-        let token = Token::parse(&request.token).map_err(|problem| Status::invalid_argument(format!("`open.token`: {problem}")))?;
+        let token = Token::parse(&request.token)
+            .map_err(|problem| Status::invalid_argument(format!("`open.token`: {problem}")))?;
         if request.holder.len() > MAX_NAME_BYTES {
-            return Err(Status::invalid_argument(format!("`open.holder`: at most {MAX_NAME_BYTES} bytes are allowed")));
+            return Err(Status::invalid_argument(format!(
+                "`open.holder`: at most {MAX_NAME_BYTES} bytes are allowed"
+            )));
         }
         let Some(setup) = request.setup else {
             return Err(Status::invalid_argument("`open.setup`: is missing, must be `fluid` or `solid`"));
@@ -85,7 +93,8 @@ impl<F: SolverFactory> wire::participant_server::Participant for Skin<F> {
             let cancel = reservation.cancel.clone();
             move || build(&host, &setup, &cancel)
         });
-        let (ready, report) = building.await.map_err(|e| Status::internal(format!("`Open` failed: {e}")))??;
+        let (ready, report) =
+            building.await.map_err(|e| Status::internal(format!("`Open` failed: {e}")))??;
         let (serial, reply) = (reservation.serial, report.to_wire());
         if !reservation.keep(ready) {
             return Err(Status::failed_precondition("the run was closed while it was being opened"));
@@ -120,22 +129,29 @@ impl<F: SolverFactory> wire::participant_server::Participant for Skin<F> {
             (None, _) => (None, None),
         };
         let link = Link { partner_extent: plan.partner_extent, first_limit: plan.first_limit };
-        self.0.with_session(serial, |session| match std::mem::replace(&mut session.state, State::Opening) {
-            State::Open(ready) => {
-                session.state = State::Linked(Box::new(Linked { ready: *ready, link, peer, snapshots: None }));
-                session.peer_slot = waiting;
-                Ok(())
-            }
-            other => {
-                session.state = other;
-                Err(session.refused("Link", "OPEN"))
-            }
-        })
-        .unwrap_or_else(|| Err(Status::failed_precondition("the run was closed while it was being linked")))?;
+        self.0
+            .with_session(serial, |session| match std::mem::replace(&mut session.state, State::Opening) {
+                State::Open(ready) => {
+                    session.state =
+                        State::Linked(Box::new(Linked { ready: *ready, link, peer, snapshots: None }));
+                    session.peer_slot = waiting;
+                    Ok(())
+                }
+                other => {
+                    session.state = other;
+                    Err(session.refused("Link", "OPEN"))
+                }
+            })
+            .unwrap_or_else(|| {
+                Err(Status::failed_precondition("the run was closed while it was being linked"))
+            })?;
         Ok(Response::new(wire::LinkReply { run_id: request.run_id }))
     }
 
-    async fn run(&self, request: Request<Streaming<wire::Command>>) -> Result<Response<Self::RunStream>, Status> {
+    async fn run(
+        &self,
+        request: Request<Streaming<wire::Command>>,
+    ) -> Result<Response<Self::RunStream>, Status> {
         let host = self.0.clone();
         let (metadata, _, commands) = request.into_parts();
         let mut slot = self.0.slot();
@@ -194,7 +210,10 @@ impl<F: SolverFactory> wire::participant_server::Participant for Skin<F> {
         Err(no_checkpoints("Restore"))
     }
 
-    async fn close(&self, request: Request<wire::CloseRequest>) -> Result<Response<wire::CloseReply>, Status> {
+    async fn close(
+        &self,
+        request: Request<wire::CloseRequest>,
+    ) -> Result<Response<wire::CloseReply>, Status> {
         let (metadata, _, request) = request.into_parts();
         let (serial, running, gone) = {
             let mut slot = self.0.slot();
@@ -227,10 +246,14 @@ impl<F: SolverFactory> Host<F> {
         let coupling = match (&plan.partner, &run.coupling) {
             (Partner::Alone, None) => return Ok(None),
             (Partner::Alone, Some(_)) => {
-                return Err(Status::invalid_argument("`link.partner`: is `alone`, but the run was opened with a coupling"));
+                return Err(Status::invalid_argument(
+                    "`link.partner`: is `alone`, but the run was opened with a coupling",
+                ));
             }
             (_, None) => {
-                return Err(Status::invalid_argument("`link.partner`: the run was opened without a coupling, must be `alone`"));
+                return Err(Status::invalid_argument(
+                    "`link.partner`: the run was opened without a coupling, must be `alone`",
+                ));
             }
             (_, Some(coupling)) => coupling,
         };
@@ -256,7 +279,8 @@ fn build<F: SolverFactory>(
     };
     let description = &host.description;
     if !description.roles.contains(&role) {
-        let text = format!("`open.setup`: is for a {role}, but {} plays {:?}", description.name, description.roles);
+        let text =
+            format!("`open.setup`: is for a {role}, but {} plays {:?}", description.name, description.roles);
         return Err(Status::invalid_argument(text));
     }
     if cancel.is_cancelled() {
@@ -265,7 +289,12 @@ fn build<F: SolverFactory>(
     let run = setup.run().clone();
     let opened = catch_unwind(AssertUnwindSafe(|| host.pool.install(|| host.factory.open(setup))));
     let Opened { solver, constants, facts } = opened
-        .map_err(|panic| Status::internal(status_text(format!("the solver failed in `Open`: {}", compute::panic_text(&*panic)))))?
+        .map_err(|panic| {
+            Status::internal(status_text(format!(
+                "the solver failed in `Open`: {}",
+                compute::panic_text(&*panic)
+            )))
+        })?
         .map_err(|SetupProblems(problems)| Status::invalid_argument(status_text(problems.join("\n"))))?;
     let fields = |role| match &run.coupling {
         Some(coupling) => FrameField::sent_by(role, coupling.law).iter().map(|field| field.spec()).collect(),

@@ -135,7 +135,12 @@ impl<F> Host<F> {
     }
 
     /// Takes the server for a run.
-    pub(super) fn reserve(&self, run_id: &str, token: Token, holder: &str) -> Result<Reservation<'_, F>, Status> {
+    pub(super) fn reserve(
+        &self,
+        run_id: &str,
+        token: Token,
+        holder: &str,
+    ) -> Result<Reservation<'_, F>, Status> {
         let mut slot = self.slot();
         if self.shutdown.is_cancelled() {
             return Err(Status::unavailable("the server is shutting down"));
@@ -178,9 +183,9 @@ impl<F> Host<F> {
             None => Err(Status::failed_precondition(format!(
                 "`{call}` is not allowed in state IDLE; expected: a run that was opened"
             ))),
-            Some(session) if session.run_id != run_id => Err(Status::failed_precondition(status_text(format!(
-                "`{call}` is for run {run_id:?}; expected: the run that is open here"
-            )))),
+            Some(session) if session.run_id != run_id => Err(Status::failed_precondition(status_text(
+                format!("`{call}` is for run {run_id:?}; expected: the run that is open here"),
+            ))),
             Some(session) if !session.token.admits(metadata) => Err(Status::permission_denied("not allowed")),
             Some(session) => {
                 session.last_call = Instant::now();
@@ -219,7 +224,10 @@ impl<F> Host<F> {
     pub(super) async fn watch_lease(self: Arc<Self>, serial: Serial, gone: CancellationToken) {
         while let Some(end) = self.lease_end(serial) {
             if end <= Instant::now() {
-                tracing::warn!(lease_s = self.options.lease.as_secs_f64(), "no call within the lease: run closed");
+                tracing::warn!(
+                    lease_s = self.options.lease.as_secs_f64(),
+                    "no call within the lease: run closed"
+                );
                 self.remove(serial);
                 return;
             }

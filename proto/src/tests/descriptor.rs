@@ -75,7 +75,9 @@ fn the_protocol_only_grows() {
     if std::env::var_os("UPDATE_DESCRIPTOR").is_some() {
         let path = concat!(env!("CARGO_MANIFEST_DIR"), "/src/tests/descriptor.txt");
         std::fs::write(path, now.join("\n") + "\n").unwrap();
-        panic!("descriptor.txt is written anew: read its difference, then test again without UPDATE_DESCRIPTOR");
+        panic!(
+            "descriptor.txt is written anew: read its difference, then test again without UPDATE_DESCRIPTOR"
+        );
     }
     let golden: BTreeSet<&str> = GOLDEN.lines().collect();
     let present: BTreeSet<&str> = now.iter().map(String::as_str).collect();
@@ -88,7 +90,8 @@ fn the_protocol_only_grows() {
 #[test]
 fn field_numbers_are_used_once() {
     let set = FileDescriptorSet::decode(wire::DESCRIPTORS).unwrap();
-    let messages = set.file.iter().filter(|file| file.package() == "fsi.v1").flat_map(|file| &file.message_type);
+    let messages =
+        set.file.iter().filter(|file| file.package() == "fsi.v1").flat_map(|file| &file.message_type);
     for message in messages {
         let numbers: BTreeSet<i32> = message.field.iter().map(|field| field.number()).collect();
         assert_eq!(numbers.len(), message.field.len(), "{}", message.name());

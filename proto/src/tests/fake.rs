@@ -9,7 +9,7 @@ use sph::ledger::{Energies, InterfaceSums, StageBooks};
 use sph::setup::{
     BodyForce, BodySetup, BreachAction, ContactLaw, Coupling, DensityDiffusion, ElasticMaterial,
     FluidConstants, FluidParticles, FluidSetup, Formulation, GradientCorrection, InterfaceLaw, LedgerPolicy,
-    OutputPlan, Outflow, ParticipantSetup, RunSetup, SolidParticles, SolidSetup, StepPolicy, TimePlan,
+    Outflow, OutputPlan, ParticipantSetup, RunSetup, SolidParticles, SolidSetup, StepPolicy, TimePlan,
     WallParticles,
 };
 use sph::solver::{Counts, Divergence, Field, ParticleFields, Role, Solver};
@@ -28,7 +28,7 @@ const RANGE: f64 = 0.2;
 /// Stiffness of the repulsion \[N/m²\].
 const STIFFNESS: f64 = 3000.0;
 
-/// Domain name of misbehaviour: the run id says what a fake solver does.
+/// A short coupled run. Some run ids make the fake solver misbehave: see `Row` and `RowFactory`.
 pub(crate) fn run_setup(run_id: &str, steps: u32) -> RunSetup {
     let time_step = 1e-3;
     RunSetup {
@@ -96,6 +96,7 @@ pub(crate) fn fluid_setup(run: RunSetup) -> ParticipantSetup {
         wall_particles: WallParticles::default(),
         probes: Vec::new(),
         outflow: Outflow::default(),
+        wall_repulsion: 1.0,
         lost_particle_limit: 0,
     })
 }
@@ -202,9 +203,11 @@ impl Row {
     }
 
     fn update_extent(&mut self) {
-        let inside = self.extent.boxes.iter().any(|(lower, upper)| {
-            self.states.position.iter().all(|x| *x >= *lower && *x <= *upper)
-        });
+        let inside = self
+            .extent
+            .boxes
+            .iter()
+            .any(|(lower, upper)| self.states.position.iter().all(|x| *x >= *lower && *x <= *upper));
         if inside {
             return;
         }
@@ -221,7 +224,7 @@ impl Row {
     }
 }
 
-/// Force on fluid mass `f` by solid mass `s`.
+/// Force on a fluid mass by a solid mass, x_fs apart.
 fn repulsion(x_fs: &Vector) -> Option<Vector> {
     let distance = x_fs.norm();
     (distance < RANGE).then(|| x_fs * (STIFFNESS * (RANGE - distance).powi(2) / distance))
@@ -309,7 +312,8 @@ impl Solver for Row {
         for k in 0..self.states.len() {
             let velocity = self.states.velocity[k];
             self.states.position[k] = self.position_start[k] + velocity * duration;
-            self.states.velocity[k] = self.velocity_start[k] + self.force[k] * (duration / self.states.mass[k]);
+            self.states.velocity[k] =
+                self.velocity_start[k] + self.force[k] * (duration / self.states.mass[k]);
         }
         let (after, gross_after) = self.momentum(&self.states.velocity);
         Ok(StageBooks {
@@ -453,7 +457,11 @@ pub(crate) async fn link(
     let s = solid.open(&setup(Role::Solid, run_id, steps), &access).await.unwrap();
     assert_eq!(crate::handshake::mismatches(&f, &s), Vec::<String>::new());
     let first_limit = f.time_step_limit.min(s.time_step_limit);
-    let plan = |partner_extent: &Extent, partner| LinkPlan { first_limit, partner_extent: partner_extent.clone(), partner };
+    let plan = |partner_extent: &Extent, partner| LinkPlan {
+        first_limit,
+        partner_extent: partner_extent.clone(),
+        partner,
+    };
     solid.link(&plan(&f.extent, Partner::Listen)).await.unwrap();
     fluid.link(&plan(&s.extent, Partner::Dial(solid.address().into()))).await.unwrap();
 }

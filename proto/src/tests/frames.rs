@@ -27,7 +27,11 @@ fn frame(at: StepStage) -> Frame {
             id: vec![1, 5, 4_000_000_000],
             group: vec![0, 0, 2],
             mass: vec![0.1, 5e-324, 3.0],
-            position: vec![Vector::new(AWKWARD[0], AWKWARD[1]), Vector::new(AWKWARD[2], AWKWARD[3]), Vector::zeros()],
+            position: vec![
+                Vector::new(AWKWARD[0], AWKWARD[1]),
+                Vector::new(AWKWARD[2], AWKWARD[3]),
+                Vector::zeros(),
+            ],
             velocity: vec![Vector::new(-0.0, 1.0), Vector::new(2.0, -5e-324), Vector::new(1e300, 0.3)],
             density: vec![1000.0, 999.999_999_9, 5e-324],
             pressure: vec![-0.0, -1e5, 3.3],
@@ -40,7 +44,12 @@ fn frame(at: StepStage) -> Frame {
         time_step_limit: f64::INFINITY,
         previous: Some(PreviousStage {
             at: StepStage { step: 3, stage: Stage::Predictor },
-            sums: InterfaceSums { force: Vector::new(-0.0, 2.0), gross_force: 3.0, pairs: 9, ..InterfaceSums::default() },
+            sums: InterfaceSums {
+                force: Vector::new(-0.0, 2.0),
+                gross_force: 3.0,
+                pairs: 9,
+                ..InterfaceSums::default()
+            },
             used_digest: 0xdead_beef,
         }),
     }
@@ -105,7 +114,9 @@ fn the_digest_is_that_of_the_proto_comment() {
     let s = &frame.states;
     for i in 0..s.len() {
         bytes.extend(u64::from(s.id[i]).to_le_bytes());
-        for value in [s.position[i].x, s.velocity[i].x, s.position[i].y, s.velocity[i].y, s.density[i], s.pressure[i]] {
+        for value in
+            [s.position[i].x, s.velocity[i].x, s.position[i].y, s.velocity[i].y, s.density[i], s.pressure[i]]
+        {
             bytes.extend(value.to_le_bytes());
         }
     }
@@ -178,10 +189,14 @@ fn unknown_sets_and_extents_are_refused() {
 
 #[test]
 fn order_run_and_epoch_are_compared() {
-    assert!(refusal(|m| m.run_id = "other".into()).contains("`frame.run_id`: is \"other\", expected \"run\""));
+    assert!(
+        refusal(|m| m.run_id = "other".into()).contains("`frame.run_id`: is \"other\", expected \"run\"")
+    );
     assert!(refusal(|m| m.epoch = 1).contains("`frame.epoch`: is 1, expected 0"));
     assert!(refusal(|m| m.iteration = 1).contains("`frame.iteration`: is 1, expected 0"));
-    assert!(refusal(|m| m.stage = 9).contains("`frame.stage`: is 9, must be one of 1 (Predictor), 2 (Corrector)"));
+    assert!(
+        refusal(|m| m.stage = 9).contains("`frame.stage`: is 9, must be one of 1 (Predictor), 2 (Corrector)")
+    );
     let early = refusal(|m| m.step = 4);
     assert!(early.contains("expected that of step 3 corrector, got step 4 corrector"), "{early}");
     let (mut writer, mut reader) = (writer(), reader());
@@ -212,7 +227,10 @@ fn damaged_numbers_are_refused_by_field_and_particle() {
         let position = block(m, wire::Field::Position);
         position.data = position.data.slice(..40);
     });
-    assert!(error.contains(".position`: has 40 bytes, must have 3 particles x 2 numbers x 8 bytes"), "{error}");
+    assert!(
+        error.contains(".position`: has 40 bytes, must have 3 particles x 2 numbers x 8 bytes"),
+        "{error}"
+    );
     let error = refusal(|m| {
         let pressure = block(m, wire::Field::Pressure);
         pressure.data = set_number(&pressure.data, 2, 3.300_000_1);
@@ -234,8 +252,12 @@ fn missing_repeated_and_unknown_blocks_are_refused() {
 
 #[test]
 fn other_numbers_of_a_frame_are_checked() {
-    assert!(refusal(|m| m.time_step_s_bits = 0).contains("`frame.time_step_s_bits`: is 0.0, must be positive"));
-    assert!(refusal(|m| m.step_start_s_bits = f64::NAN.to_bits()).contains("`frame.step_start_s_bits`: is NaN"));
+    assert!(
+        refusal(|m| m.time_step_s_bits = 0).contains("`frame.time_step_s_bits`: is 0.0, must be positive")
+    );
+    assert!(
+        refusal(|m| m.step_start_s_bits = f64::NAN.to_bits()).contains("`frame.step_start_s_bits`: is NaN")
+    );
     assert!(refusal(|m| m.time_step_limit_s = Some(f64::NAN)).contains("`frame.time_step_limit_s`: is NaN"));
     assert!(refusal(|m| m.reach_m = Some(-0.1)).contains("`frame.reach_m`"));
     assert!(refusal(|m| m.previous.as_mut().unwrap().at = None).contains("`frame.previous.at`: is missing"));

@@ -61,7 +61,9 @@ const CALLS: [Call; 9] = [
 
 /// The table: codes by state, in the order of `STATES`.
 fn expected(call: Call) -> [Code; 5] {
-    use Code::{FailedPrecondition as No, Ok as Yes, PermissionDenied, ResourceExhausted as Busy, Unimplemented};
+    use Code::{
+        FailedPrecondition as No, Ok as Yes, PermissionDenied, ResourceExhausted as Busy, Unimplemented,
+    };
     match call {
         Call::Describe | Call::Close => [Yes; 5],
         Call::Open => [Yes, Busy, Busy, Busy, Busy],
@@ -169,7 +171,9 @@ impl Walker {
                 self.frames.push(sender);
                 self.peer.exchange(self.token.attach(ReceiverStream::new(stream))).await.map(drop)
             }
-            Call::Close => self.participant.close(self.token.attach(wire::CloseRequest { run_id })).await.map(drop),
+            Call::Close => {
+                self.participant.close(self.token.attach(wire::CloseRequest { run_id })).await.map(drop)
+            }
         }
     }
 }
@@ -190,9 +194,14 @@ async fn every_call_in_every_state_is_answered_as_the_table_says() {
                 match expected {
                     Code::FailedPrecondition => {
                         let named = format!("{state:?}").to_uppercase();
-                        assert!(text.contains(&named) && text.contains("expected"), "{call:?} in {state:?}: {text}");
+                        assert!(
+                            text.contains(&named) && text.contains("expected"),
+                            "{call:?} in {state:?}: {text}"
+                        );
                     }
-                    Code::ResourceExhausted => assert!(text.contains("walker") && text.contains(" s,"), "{text}"),
+                    Code::ResourceExhausted => {
+                        assert!(text.contains("walker") && text.contains(" s,"), "{text}")
+                    }
                     Code::Unimplemented => assert!(text.contains("capability `checkpoint`"), "{text}"),
                     _ => assert_eq!(text, "not allowed"),
                 }
@@ -271,9 +280,21 @@ async fn requests_that_cannot_be_opened_are_refused_and_leave_the_server_usable(
     let mut request = good.clone();
     request.protocol = None;
     refused.push((request, Code::Unimplemented, "is 0.0"));
-    refused.push((wire::OpenRequest { token: "short".into(), ..good.clone() }, Code::InvalidArgument, "`open.token`"));
-    refused.push((wire::OpenRequest { holder: "x".repeat(257), ..good.clone() }, Code::InvalidArgument, "`open.holder`"));
-    refused.push((wire::OpenRequest { setup: None, ..good.clone() }, Code::InvalidArgument, "`open.setup`: is missing"));
+    refused.push((
+        wire::OpenRequest { token: "short".into(), ..good.clone() },
+        Code::InvalidArgument,
+        "`open.token`",
+    ));
+    refused.push((
+        wire::OpenRequest { holder: "x".repeat(257), ..good.clone() },
+        Code::InvalidArgument,
+        "`open.holder`",
+    ));
+    refused.push((
+        wire::OpenRequest { setup: None, ..good.clone() },
+        Code::InvalidArgument,
+        "`open.setup`: is missing",
+    ));
     let fluid = open_request(&alone(Role::Fluid, RUN, 3), &walker.token);
     refused.push((fluid, Code::InvalidArgument, "is for a fluid, but row plays [Solid]"));
     let bad = open_request(&alone(Role::Solid, "bad", 3), &walker.token);
@@ -308,7 +329,10 @@ async fn a_link_must_fit_the_set_up() {
     let port = std::net::TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap();
     let error = soon("the dial", client.link(&plan(Partner::Dial(port.to_string())))).await.unwrap_err();
     assert_eq!(error.code, RpcCode::Unavailable);
-    assert!(error.message.contains(&port.to_string()) && error.message.contains("cannot be reached"), "{error}");
+    assert!(
+        error.message.contains(&port.to_string()) && error.message.contains("cannot be reached"),
+        "{error}"
+    );
     // A server that has no such run.
     let other = TestServer::start(Role::Solid);
     let error = client.link(&plan(Partner::Dial(other.address.to_string()))).await.unwrap_err();

@@ -261,7 +261,11 @@ fn sides_that_fit_have_no_mismatch_and_others_have_all_at_once() {
         "field stress: the fluid needs it, the solid does not send it",
     ] {
         let expected_is_equal = expected.starts_with("interface law");
-        assert_eq!(found.iter().any(|line| line.contains(expected)), !expected_is_equal, "{expected}: {found:#?}");
+        assert_eq!(
+            found.iter().any(|line| line.contains(expected)),
+            !expected_is_equal,
+            "{expected}: {found:#?}"
+        );
     }
     assert_eq!(found.len(), 7, "{found:#?}");
     let swapped = handshake::mismatches(&solid, &fluid);

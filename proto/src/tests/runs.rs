@@ -1,14 +1,13 @@
 //! Coupled runs over real connections.
 
 use sph::driver::{Command, Event, FinalReport, Link};
-use sph::exchange::{Exchange, Frame, PeerError, in_process_pair};
+use sph::exchange::{Exchange, Extent, Frame, PeerError, in_process_pair};
 use sph::solver::{Fault, Role, Solver};
 use sph::stage::StepStage;
 
 use super::fake::{Pair, Row, alone, assert_usable, setup, soon};
 use crate::client::{EventReceiver, RunAccess};
 use crate::description::{LinkPlan, Partner};
-use sph::exchange::Extent;
 
 /// All events until the last.
 async fn collect(events: &mut EventReceiver) -> Vec<Event> {
@@ -89,10 +88,8 @@ async fn two_processes_and_one_give_the_same_bits() {
         fluid_commands.send(Command::GrantThrough(granted)).unwrap();
         solid_commands.send(Command::GrantThrough(granted)).unwrap();
     }
-    let (fluid, solid) = soon("the run", async {
-        tokio::join!(collect(&mut fluid_events), collect(&mut solid_events))
-    })
-    .await;
+    let (fluid, solid) =
+        soon("the run", async { tokio::join!(collect(&mut fluid_events), collect(&mut solid_events)) }).await;
     let expected = in_process(STEPS);
     assert_same(&timeless(&fluid), &timeless(&expected[0]));
     assert_same(&timeless(&solid), &timeless(&expected[1]));
@@ -121,10 +118,8 @@ async fn a_stop_ends_both_sides_at_the_end_of_the_grant() {
         commands.send(Command::GrantThrough(12)).unwrap();
         commands.send(Command::Stop).unwrap();
     }
-    let (fluid, solid) = soon("the run", async {
-        tokio::join!(collect(&mut fluid_events), collect(&mut solid_events))
-    })
-    .await;
+    let (fluid, solid) =
+        soon("the run", async { tokio::join!(collect(&mut fluid_events), collect(&mut solid_events)) }).await;
     assert_eq!((final_report(&fluid).step, final_report(&solid).step), (12, 12));
     assert!(!final_report(&fluid).reached_end);
     assert!(fluid_commands.send(Command::GrantThrough(13)).is_err());
@@ -138,20 +133,13 @@ async fn a_stop_ends_both_sides_at_the_end_of_the_grant() {
 
 #[tokio::test(flavor = "multi_thread")]
 async fn a_divergence_is_told_to_both_and_carries_its_state() {
-    let servers_run = "run";
-    let mut pair = Pair::linked(servers_run, 50).await;
-    // Both sides must open the same run id; only the solid of another pair diverges.
-    pair.fluid.close().await.unwrap();
-    pair.solid.close().await.unwrap();
-    super::fake::link(&mut pair.fluid, &mut pair.solid, "diverge", 50).await;
+    let mut pair = Pair::linked("diverge", 50).await;
     let (fluid_commands, mut fluid_events) = pair.fluid.run().await.unwrap();
     let (solid_commands, mut solid_events) = pair.solid.run().await.unwrap();
     fluid_commands.send(Command::GrantThrough(50)).unwrap();
     solid_commands.send(Command::GrantThrough(50)).unwrap();
-    let (fluid, _) = soon("the run", async {
-        tokio::join!(collect(&mut fluid_events), collect(&mut solid_events))
-    })
-    .await;
+    let (fluid, _) =
+        soon("the run", async { tokio::join!(collect(&mut fluid_events), collect(&mut solid_events)) }).await;
     match fluid.last() {
         Some(Event::Failed(report)) => {
             assert_eq!(report.step, 3);
@@ -173,10 +161,8 @@ async fn an_aborted_partner_says_farewell_with_its_reason() {
     solid_commands.send(Command::GrantThrough(20)).unwrap();
     fluid_commands.send(Command::GrantThrough(5)).unwrap();
     fluid_commands.send(Command::Stop).unwrap();
-    let (fluid, solid) = soon("the run", async {
-        tokio::join!(collect(&mut fluid_events), collect(&mut solid_events))
-    })
-    .await;
+    let (fluid, solid) =
+        soon("the run", async { tokio::join!(collect(&mut fluid_events), collect(&mut solid_events)) }).await;
     assert_eq!(final_report(&fluid).step, 5);
     let Some(Event::Failed(report)) = solid.last() else { panic!("{:?}", solid.last()) };
     let text = report.fault.to_string();
@@ -190,14 +176,17 @@ async fn one_participant_runs_alone_with_complete_snapshots() {
     let access = RunAccess::new("a test").unwrap();
     let report = client.open(&alone(Role::Solid, "alone", 20), &access).await.unwrap();
     assert!(report.constants.coupling.is_none() && report.fields_sent.is_empty());
-    let plan = LinkPlan { first_limit: f64::INFINITY, partner_extent: Extent::default(), partner: Partner::Alone };
+    let plan =
+        LinkPlan { first_limit: f64::INFINITY, partner_extent: Extent::default(), partner: Partner::Alone };
     client.link(&plan).await.unwrap();
     let (commands, mut events) = client.run().await.unwrap();
     commands.send(Command::GrantThrough(20)).unwrap();
     // The receiver alone keeps the run.
     drop(commands);
     let events = soon("the run", collect(&mut events)).await;
-    let snapshots = events.iter().filter(|event| matches!(event, Event::Snapshot(s) if s.id.len() == super::fake::MASSES));
+    let snapshots = events
+        .iter()
+        .filter(|event| matches!(event, Event::Snapshot(s) if s.id.len() == super::fake::MASSES));
     assert_eq!(snapshots.count(), 3);
     assert_eq!(final_report(&events).step, 20);
     client.close().await.unwrap();
@@ -224,7 +213,9 @@ fn the_driver_calls_a_cancelled_wait_an_abort() {
     let (commands, ordered) = std::sync::mpsc::channel();
     commands.send(Command::GrantThrough(5)).unwrap();
     let mut last = None;
-    sph::driver::run(&mut row, setup.run(), &link, Some(Box::new(Never)), &ordered, &mut |event| last = Some(event));
+    sph::driver::run(&mut row, setup.run(), &link, Some(Box::new(Never)), &ordered, &mut |event| {
+        last = Some(event)
+    });
     let Some(Event::Failed(report)) = last else { panic!("{last:?}") };
     assert!(matches!(report.fault, Fault::Aborted { .. }));
 }

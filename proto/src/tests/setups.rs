@@ -15,7 +15,11 @@ use crate::convert::{Convert, Path};
 use crate::wire;
 
 fn motion() -> Motion {
-    Motion { displacement: ["0.1*sin(t)".into(), String::new()], angle: "t^2".into(), pivot: Vector::new(-0.0, 0.5) }
+    Motion {
+        displacement: ["0.1*sin(t)".into(), String::new()],
+        angle: "t^2".into(),
+        pivot: Vector::new(-0.0, 0.5),
+    }
 }
 
 fn walls() -> Vec<WallSetup> {
@@ -57,6 +61,7 @@ fn fluid() -> FluidSetup {
     let run = run(policy, InterfaceLaw::WallNoSlip, GradientCorrection::Renormalised);
     let ParticipantSetup::Fluid(mut setup) = fake::fluid_setup(run) else { panic!() };
     setup.diffusion = DensityDiffusion::Renormalised { delta: 0.1 };
+    setup.wall_repulsion = 0.02;
     setup.damping = Some(Damping { rate: 3.0, until: 0.1 });
     setup.regions.push("rest".into());
     setup.walls = walls();
@@ -99,7 +104,12 @@ fn solid() -> SolidSetup {
         }),
         supports: vec![
             Support { name: "root".into(), held: [true, true], motion: None, release_time: None },
-            Support { name: "hand".into(), held: [false, true], motion: Some(motion()), release_time: Some(0.2) },
+            Support {
+                name: "hand".into(),
+                held: [false, true],
+                motion: Some(motion()),
+                release_time: Some(0.2),
+            },
         ],
     });
     let last = fake::MASSES - 1;
@@ -180,7 +190,8 @@ fn spoil_run(spoil: impl FnOnce(&mut wire::RunSetup)) -> String {
 
 #[test]
 fn wrong_numbers_are_refused_by_path() {
-    let error = spoil_run(|r| r.body_force.as_mut().unwrap().gravity_m_per_s2.as_mut().unwrap().y = Some(f64::NAN));
+    let error =
+        spoil_run(|r| r.body_force.as_mut().unwrap().gravity_m_per_s2.as_mut().unwrap().y = Some(f64::NAN));
     assert_eq!(error, "`open.run.body_force.gravity_m_per_s2.y`: is NaN, must be finite");
     let error = fluid_refusal(|m| m.constants.as_mut().unwrap().rest_density_kg_per_m3 = Some(0.0));
     assert_eq!(error, "`open.constants.rest_density_kg_per_m3`: is 0.0, must be positive and finite");
@@ -194,7 +205,9 @@ fn wrong_numbers_are_refused_by_path() {
         }));
     });
     assert!(error.contains("`open.run.time.adaptive.growth`: is 1.0, must be above 1"), "{error}");
-    let error = spoil_run(|r| r.domain.as_mut().unwrap().upper_m = Some(wire::Vector { x: Some(-1.0), y: Some(1.0) }));
+    let error = spoil_run(|r| {
+        r.domain.as_mut().unwrap().upper_m = Some(wire::Vector { x: Some(-1.0), y: Some(1.0) })
+    });
     assert!(error.contains("must exceed lower_m"), "{error}");
     let error = spoil_run(|r| r.time.as_mut().unwrap().end_time_s = None);
     assert_eq!(error, "`open.run.time.end_time_s`: is missing, must be finite");
@@ -214,7 +227,10 @@ fn wrong_arrays_are_refused_by_path() {
         p.velocities_m_per_s = p.velocities_m_per_s.slice(8..);
         m.particles = Some(p);
     });
-    assert!(error.contains("`open.particles.velocities_m_per_s`: has 632 bytes, must have 40 particles"), "{error}");
+    assert!(
+        error.contains("`open.particles.velocities_m_per_s`: has 632 bytes, must have 40 particles"),
+        "{error}"
+    );
     let error = fluid_refusal(|m| {
         let mut p = particles(m);
         p.ids = Bytes::from(vec![0; 160]);

@@ -7,7 +7,7 @@ use sph::driver::{Command, Event};
 use sph::exchange::{Extent, Frame};
 use sph::setup::InterfaceLaw;
 use sph::solver::{Fault, Role, Solver};
-use sph::stage::{Stage, StageTime, StepStage};
+use sph::stage::{StageTime, StepStage};
 use tokio::sync::mpsc;
 use tokio_stream::wrappers::ReceiverStream;
 
@@ -108,7 +108,9 @@ async fn damaged_frames_end_the_run_by_name() {
     let truncated = first_frame(|frame| damage(frame, 1, |data| data.truncate(100))).await;
     assert!(truncated.contains("velocity`: has 100 bytes"), "{truncated}");
     assert!(truncated.contains("step 0 predictor"), "{truncated}");
-    let nan = first_frame(|frame| damage(frame, 2, |data| data[..8].copy_from_slice(&f64::NAN.to_le_bytes()))).await;
+    let nan =
+        first_frame(|frame| damage(frame, 2, |data| data[..8].copy_from_slice(&f64::NAN.to_le_bytes())))
+            .await;
     assert!(nan.contains("density`: of particle number 0 is NaN"), "{nan}");
     let wrong_sum = first_frame(|frame| damage(frame, 0, |data| data[0] ^= 1)).await;
     assert!(wrong_sum.contains("DATA_LOSS"), "{wrong_sum}");
@@ -150,21 +152,11 @@ async fn a_partner_that_leaves_is_lost_with_or_without_farewell() {
     assert!(fault.contains("ended without a farewell"), "{fault}");
     // Both halves gone, as when its process dies.
     let mut script = Script::start().await;
-    let server = TestServer::start(Role::Solid);
     let spare = Script::start().await;
     script.from_solid = spare.from_solid;
     script.to_solid = spare.to_solid;
     let fault = script.fault().await;
     assert!(fault.contains("lost the partner"), "{fault}");
-    drop(server);
-}
-
-#[tokio::test(flavor = "multi_thread")]
-async fn stages_on_the_wire_are_those_of_the_stage_rule() {
-    assert_eq!(StepStage::FIRST.stage, Stage::Predictor);
-    let mut script = Script::start().await;
-    let frame = script.frame(StepStage { step: 0, stage: Stage::Corrector });
-    assert_eq!(frame.stage, i32::from(wire::Stage::Corrector));
 }
 
 #[tokio::test(flavor = "multi_thread")]

@@ -175,3 +175,51 @@ fn the_force_on_the_floor_is_the_reaction_to_the_walls_account() {
         assert!((Vector::new(values[0], values[1]) + account).norm() < 1e-12 * account.norm());
     }
 }
+
+#[test]
+fn repulsion_holds_a_particle_that_the_pair_forces_let_through() {
+    // One particle over a floor, driven in between two wall particles at a hundredth of the sound speed.
+    let depth_after = |repulsion: f64| {
+        let mut setup = empty_scene(0.02);
+        setup.wall_repulsion = repulsion;
+        setup.lost_particle_limit = 1;
+        add_floor(&mut setup, 0.1, 0.5, 30, WallCondition::Slip);
+        super::support::add_particle(&mut setup, Vector::new(0.4, 0.505), Vector::new(0.0, -0.2));
+        // No pressure: without it nothing else stops the particle.
+        setup.run.body_force.gravity = Vector::new(0.0, -9.81);
+        setup.diffusion = sph::setup::DensityDiffusion::None;
+        let mut solver = solver(setup);
+        let mut deepest = f64::INFINITY;
+        for step in 0..400 {
+            let books = try_step(&mut solver, step, 2e-4).unwrap();
+            assert!(books.iter().all(|books| books.momentum_residual() < 1e-12));
+            deepest = solver.state.position.iter().map(|x| x.y).fold(deepest, f64::min);
+        }
+        (deepest - 0.5) / 0.02
+    };
+    let (without, with) = (depth_after(0.0), depth_after(1.0));
+    assert!(with > -0.25, "held half-way to the first layer: {with} spacings");
+    assert!(without < with, "{without} {with}");
+}
+
+#[test]
+fn repulsion_leaves_water_at_rest_on_its_lattice_alone_and_is_booked() {
+    let account = |repulsion: f64, height: f64| {
+        let mut setup = moving_water(WallCondition::Slip);
+        setup.wall_repulsion = repulsion;
+        setup.particles.velocity.fill(Vector::zeros());
+        setup.particles.position.iter_mut().for_each(|x| x.y += height);
+        setup.probes.push(FluidProbe { name: "floor".into(), kind: FluidProbeKind::WallForce(0) });
+        let mut solver = solver(setup);
+        let mut values = Vec::new();
+        solver.probes(0.0, &mut values);
+        let books = try_step(&mut solver, 0, 1e-5).unwrap();
+        (books[0].accounts.get(Account::Walls).y, values[1])
+    };
+    assert_eq!(account(1.0, 0.0), (0.0, 0.0));
+    // 0.3 spacings too low: z = 0.7 Δx, below 0.75 Δx: 20 particles of mass m feel k (c₀/Δx)² 0.05 Δx.
+    let (force, reaction) = account(0.5, -0.006);
+    let expected = 20.0 * 1000.0 * 4e-4 * 0.5 * (20.0f64 / 0.02).powi(2) * 0.05 * 0.02;
+    assert!((force / expected - 1.0).abs() < 1e-9, "{force} {expected}");
+    assert!((reaction / expected + 1.0).abs() < 1e-9);
+}

@@ -1,7 +1,5 @@
 //! `coordinator check`: a case without a run.
 
-
-
 use crate::case::Summary;
 use crate::cli::CheckArguments;
 use crate::failure::Failure;

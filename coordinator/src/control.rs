@@ -116,7 +116,10 @@ impl Control {
         match wish {
             StopWish::AtBoundary => participants.command_all(Command::Stop),
             StopWish::Now => {
-                self.fail(Failure::new(Kind::Stopped, "given up at the second signal; outputs end where they are"));
+                self.fail(Failure::new(
+                    Kind::Stopped,
+                    "given up at the second signal; outputs end where they are",
+                ));
                 participants.command_all(Command::Abort);
             }
         }
@@ -190,7 +193,11 @@ impl Control {
             let message = format!("no last word from the {} solver", roles.join(" and the "));
             return Ending::Failed(Failure::new(Kind::Lost, message));
         }
-        if self.finished.values().all(|report| report.reached_end) { Ending::Completed } else { Ending::Stopped }
+        if self.finished.values().all(|report| report.reached_end) {
+            Ending::Completed
+        } else {
+            Ending::Stopped
+        }
     }
 }
 

@@ -20,11 +20,15 @@ pub fn facts(case: &Case, remote: Option<&Remote>) -> Vec<Fact> {
     let mut facts = vec![fact("case", case.name.clone())];
     for count in &summary.counts {
         let held = if count.held > 0 { format!(", {} of them held", count.held) } else { String::new() };
-        facts.push((format!("{} {}", count.kind, count.name), format!("{} particles{held}", count.particles)));
+        facts
+            .push((format!("{} {}", count.kind, count.name), format!("{} particles{held}", count.particles)));
     }
     facts.push(fact("time step", time_step(&setup.time.step, summary.ratio_to_limit)));
     if let Some(factor) = summary.limit_override {
-        facts.push(fact("time-step limit", format!("overridden by the case: {factor} of the stability limit")));
+        facts.push(fact(
+            "time-step limit",
+            format!("overridden by the case: {factor} of the stability limit"),
+        ));
     }
     if let Some(coupling) = &setup.coupling {
         let law = match coupling.law {
@@ -42,7 +46,9 @@ pub fn facts(case: &Case, remote: Option<&Remote>) -> Vec<Fact> {
         facts.push(fact("ledger", format!("{action} above {tolerance:.0e} of gross")));
     }
     facts.extend(summary.constants.iter().map(|text| fact("constants", text.clone())));
-    facts.extend(summary.stabilisers.iter().map(|s| fact(&format!("stabiliser of {}", s.owner), s.text.clone())));
+    facts.extend(
+        summary.stabilisers.iter().map(|s| fact(&format!("stabiliser of {}", s.owner), s.text.clone())),
+    );
     for server in remote.iter().flat_map(|remote| &remote.servers) {
         let report = &server.report;
         facts.push((
@@ -67,7 +73,9 @@ pub fn facts(case: &Case, remote: Option<&Remote>) -> Vec<Fact> {
 
 fn time_step(step: &StepPolicy, ratio: f64) -> String {
     match step {
-        StepPolicy::Fixed { time_step } => format!("fixed, {time_step:.3e} s, {ratio:.2} of the stability limit"),
+        StepPolicy::Fixed { time_step } => {
+            format!("fixed, {time_step:.3e} s, {ratio:.2} of the stability limit")
+        }
         StepPolicy::Adaptive { factor, maximum, growth } => format!(
             "adaptive, {factor} of both solvers' limits, at most {maximum:.3e} s, growing by at most {growth} a step"
         ),
@@ -99,7 +107,11 @@ pub fn results(summary: &Summary) -> Vec<Fact> {
     for (role, side) in [("fluid", &summary.fluid), ("solid", &summary.solid)] {
         let Some(side) = side else { continue };
         let waited = side.waited_share.map_or(String::new(), |share| {
-            format!(", waited {:.1} s for its partner ({:.1} % of its steps)", side.waited_seconds, 100.0 * share)
+            format!(
+                ", waited {:.1} s for its partner ({:.1} % of its steps)",
+                side.waited_seconds,
+                100.0 * share
+            )
         });
         let memory = side.process.peak_memory_bytes.map_or(String::new(), |bytes| {
             format!(", peak memory {:.0} MiB", bytes as f64 / f64::from(1 << 20))

@@ -51,7 +51,8 @@ pub fn start(
         let solver = solid_server::physics::SolidSolver::new(setup).map_err(|e| refused(Role::Solid, &e))?;
         solvers.push((Box::new(solver), run));
     }
-    let first_limit = solvers.iter().map(|(solver, _)| solver.time_step_limit()).fold(f64::INFINITY, f64::min);
+    let first_limit =
+        solvers.iter().map(|(solver, _)| solver.time_step_limit()).fold(f64::INFINITY, f64::min);
     let extents: Vec<Extent> = solvers.iter().map(|(solver, _)| solver.extent().clone()).collect();
     let mut exchanges: Vec<Option<Box<dyn Exchange>>> = vec![None, None];
     if solvers.len() == 2 {

@@ -42,12 +42,18 @@ impl Server {
     ///
     /// # Errors
     /// When the program cannot be started, ends at once, or prints no address in time.
-    pub async fn start(role: Role, source: &Source, threads: Option<usize>, log: &Path) -> Result<Self, Failure> {
+    pub async fn start(
+        role: Role,
+        source: &Source,
+        threads: Option<usize>,
+        log: &Path,
+    ) -> Result<Self, Failure> {
         let mut command = match source {
             Source::Address(address) => return Ok(Self { role, address: address.clone(), child: None }),
             Source::Own => {
-                let own = std::env::current_exe()
-                    .map_err(|e| Failure::server(format!("cannot find this executable to start the {role} server: {e}")))?;
+                let own = std::env::current_exe().map_err(|e| {
+                    Failure::server(format!("cannot find this executable to start the {role} server: {e}"))
+                })?;
                 let mut command = Command::new(own);
                 command.arg(format!("node-{role}"));
                 command
@@ -68,8 +74,9 @@ impl Server {
                 command.args(["--threads", &threads.to_string()]);
             }
         }
-        let errors = File::create(log)
-            .map_err(|e| Failure::output(format!("cannot write the {role} server's log `{}`: {e}", log.display())))?;
+        let errors = File::create(log).map_err(|e| {
+            Failure::output(format!("cannot write the {role} server's log `{}`: {e}", log.display()))
+        })?;
         let program = command.as_std().get_program().to_string_lossy().into_owned();
         let mut child = command
             .stdin(Stdio::piped())
@@ -89,7 +96,12 @@ impl Server {
         Ok(Self { role, address, child: Some(child) })
     }
 
-    async fn read_address(role: Role, program: &str, child: &mut Child, log: &Path) -> Result<String, Failure> {
+    async fn read_address(
+        role: Role,
+        program: &str,
+        child: &mut Child,
+        log: &Path,
+    ) -> Result<String, Failure> {
         let Some(output) = child.stdout.take() else {
             return Err(Failure::internal(format!("no pipe to the {role} server")));
         };

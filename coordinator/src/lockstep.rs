@@ -102,14 +102,17 @@ impl LockStep {
             if let (Some(fluid), Some(solid)) = (&fluid, &solid) {
                 let at = StepStage { step: fluid.step, stage };
                 imbalances[k] = imbalance(&fluid.books[k].interface, &solid.books[k].interface, self.torque);
-                breaches.extend(balance_breaches(at, &imbalances[k], &self.policy).into_iter().map(|b| (None, b)));
+                breaches.extend(
+                    balance_breaches(at, &imbalances[k], &self.policy).into_iter().map(|b| (None, b)),
+                );
             }
             for (role, report) in [(Role::Fluid, &fluid), (Role::Solid, &solid)] {
                 let Some(report) = report else { continue };
                 let at = StepStage { step: report.step, stage };
                 momentum_residual = momentum_residual.max(report.books[k].momentum_residual());
-                breaches
-                    .extend(momentum_breach(at, &report.books[k], &self.policy).into_iter().map(|b| (Some(role), b)));
+                breaches.extend(
+                    momentum_breach(at, &report.books[k], &self.policy).into_iter().map(|b| (Some(role), b)),
+                );
             }
         }
         for (role, report) in [(Role::Fluid, &fluid), (Role::Solid, &solid)] {
@@ -118,7 +121,14 @@ impl LockStep {
                 self.impulse[slot(role)] += corrector.duration * corrector.interface.force;
             }
         }
-        MatchedStep { fluid, solid, imbalance: imbalances, momentum_residual, breaches, impulse: self.impulse }
+        MatchedStep {
+            fluid,
+            solid,
+            imbalance: imbalances,
+            momentum_residual,
+            breaches,
+            impulse: self.impulse,
+        }
     }
 }
 
@@ -128,12 +138,8 @@ mod tests {
     use sph::ledger::{InterfaceSums, StageBooks};
 
     fn report(step: u64, force: Vector) -> StepReport {
-        let interface = InterfaceSums {
-            force,
-            gross_force: 10.0,
-            gross_torque: 10.0,
-            ..InterfaceSums::default()
-        };
+        let interface =
+            InterfaceSums { force, gross_force: 10.0, gross_torque: 10.0, ..InterfaceSums::default() };
         let books = |duration: f64| StageBooks {
             interface,
             duration,

@@ -8,8 +8,8 @@ use crate::failure::Failure;
 use crate::lockstep::MatchedStep;
 use crate::output::directory::{self, OutputDirectory, OutputError};
 use crate::output::ledger::{Extremes, LedgerFile};
-use crate::output::probes::ProbeFile;
 use crate::output::plots::gallery::PairedSnapshot;
+use crate::output::probes::ProbeFile;
 use crate::output::state;
 use crate::output::summary::StepSizes;
 use crate::output::vtk::Series;
@@ -167,7 +167,12 @@ impl<'a> Recorder<'a> {
     ///
     /// # Errors
     /// When the final state cannot be written.
-    pub fn final_state(&mut self, role: Role, fields: &ParticleFields, counts: Counts) -> Result<(), Failure> {
+    pub fn final_state(
+        &mut self,
+        role: Role,
+        fields: &ParticleFields,
+        counts: Counts,
+    ) -> Result<(), Failure> {
         let side = &mut self.tally.sides[slot(role)];
         side.counts = counts;
         side.state_digest = state::digest(fields);

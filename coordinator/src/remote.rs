@@ -83,16 +83,19 @@ impl Remote {
             let role = role_of(&plan.setup);
             let log: PathBuf = logs.join(format!("{role}-server.log"));
             let server = Server::start(role, &plan.source, threads, &log).await?;
-            let mut client = ParticipantClient::connect(&server.address, Deadlines::default()).await.map_err(|e| {
-                let hint = format!("is a {role} server listening at {}?", server.address);
-                Failure::server(format!("{e}; {hint}"))
-            })?;
+            let mut client =
+                ParticipantClient::connect(&server.address, Deadlines::default()).await.map_err(|e| {
+                    let hint = format!("is a {role} server listening at {}?", server.address);
+                    Failure::server(format!("{e}; {hint}"))
+                })?;
             let description = client.describe().await?;
             let reasons = handshake::unfit(&description, role, plan.setup.run());
             if !reasons.is_empty() {
                 let list = reasons.join("\n  ");
                 let at = &server.address;
-                return Err(Failure::server(format!("the server at {at} cannot be the {role} of this run:\n  {list}")));
+                return Err(Failure::server(format!(
+                    "the server at {at} cannot be the {role} of this run:\n  {list}"
+                )));
             }
             servers.push((server, client));
         }
@@ -119,7 +122,9 @@ impl Remote {
                 let differences = handshake::mismatches(&fluid.report, &solid.report);
                 if !differences.is_empty() {
                     let list = differences.join("\n  ");
-                    return Err(Failure::server(format!("fluid and solid server do not fit each other:\n  {list}")));
+                    return Err(Failure::server(format!(
+                        "fluid and solid server do not fit each other:\n  {list}"
+                    )));
                 }
                 solid.client.link(&plan(fluid.report.extent.clone(), Partner::Listen)).await?;
                 let address = Partner::Dial(solid.server.address.clone());

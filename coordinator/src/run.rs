@@ -58,7 +58,10 @@ pub fn run(arguments: &RunArguments) -> Result<(), Failure> {
         Ending::Completed => Ok(()),
         Ending::Stopped => Err(Failure::new(
             crate::failure::Kind::Stopped,
-            format!("stopped from outside before the end time; results up to there are complete in {}", out.display()),
+            format!(
+                "stopped from outside before the end time; results up to there are complete in {}",
+                out.display()
+            ),
         )),
         Ending::Failed(failure) => Err(failure),
     }
@@ -82,9 +85,15 @@ enum Solvers {
     Servers(Remote),
 }
 
-async fn run_in(arguments: &RunArguments, case: &Case, directory: &OutputDirectory) -> Result<Ending, Failure> {
+async fn run_in(
+    arguments: &RunArguments,
+    case: &Case,
+    directory: &OutputDirectory,
+) -> Result<Ending, Failure> {
     let resolved = case.resolved_toml();
-    write_file(&directory.file(directory::CASE), |file| std::io::Write::write_all(file, resolved.as_bytes()))?;
+    write_file(&directory.file(directory::CASE), |file| {
+        std::io::Write::write_all(file, resolved.as_bytes())
+    })?;
     let mut wishes = watch_signals()?;
     let (mut solvers, mut participants) = start(arguments, case, directory).await?;
     let facts = header::facts(case, solvers.remote());
@@ -96,7 +105,8 @@ async fn run_in(arguments: &RunArguments, case: &Case, directory: &OutputDirecto
     let progress = Progress::new(setup.time, arguments.quiet);
     let mut recorder = Recorder::create(directory, case, &roles, progress)?;
     let started = Instant::now();
-    let ending = control::drive(&mut participants, &setup, arguments.window, &mut recorder, &mut wishes).await;
+    let ending =
+        control::drive(&mut participants, &setup, arguments.window, &mut recorder, &mut wishes).await;
     let wall_seconds = started.elapsed().as_secs_f64();
     let sides = roles.iter().map(|role| (*role, solvers.participant(*role))).collect();
     drop(participants);
@@ -113,7 +123,12 @@ async fn run_in(arguments: &RunArguments, case: &Case, directory: &OutputDirecto
         negotiated: facts,
         warnings: summary.warnings.clone(),
         snapshots: recorded.snapshots,
-        walls: case.fluid_setup().iter().flat_map(|fluid| &fluid.walls).map(|wall| wall.name.clone()).collect(),
+        walls: case
+            .fluid_setup()
+            .iter()
+            .flat_map(|fluid| &fluid.walls)
+            .map(|wall| wall.name.clone())
+            .collect(),
         tolerance: setup.coupling.map(|_| setup.ledger.balance_tolerance),
         probes: Table::read(&directory.file(directory::PROBES))?,
         ledger: Table::read(&directory.file(directory::LEDGER))?,

@@ -28,6 +28,9 @@ const PENDING_COMMANDS: usize = 16;
 /// Events that may wait for the coordinator; then the server waits.
 const PENDING_EVENTS: usize = 256;
 
+/// Wait for the end of a stream after its last event.
+const STREAM_END: Duration = Duration::from_secs(2);
+
 /// Longest waits for a server's answers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Deadlines {
@@ -328,14 +331,16 @@ impl RunStreams {
     async fn forward(mut self) {
         let events = self.events.clone();
         let outcome = tokio::select! {
-            () = events.closed() => Ok(()),
+            () = events.closed() => return self.over.cancel(),
             outcome = self.forward_all() => outcome,
         };
-        if let Err(error) = outcome {
-            // Whoever stopped listening needs no error.
-            drop(events.send(Err(error)).await);
-        }
         self.over.cancel();
+        match outcome {
+            // The end of the stream says that the server, too, has ended the run.
+            Ok(()) => drop(tokio::time::timeout(STREAM_END, self.hear_out()).await),
+            // Whoever stopped listening needs no error.
+            Err(error) => drop(events.send(Err(error)).await),
+        }
     }
 
     async fn forward_all(&mut self) -> Result<(), RpcError> {
@@ -356,6 +361,10 @@ impl RunStreams {
                 }
             }
         }
+    }
+
+    async fn hear_out(&mut self) {
+        while let Ok(Some(_)) = self.batches.message().await {}
     }
 
     async fn next_batch(&mut self) -> Result<wire::EventBatch, RpcError> {

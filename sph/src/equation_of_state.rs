@@ -70,7 +70,8 @@ mod tests {
             for rho in [960.0, 1000.0, 1003.0, 1080.0] {
                 assert!((water.density(water.pressure(rho)) - rho).abs() < 1e-9);
                 let step = 1e-2;
-                let slope = (water.compression_energy(rho + step) - water.compression_energy(rho - step)) / (2.0 * step);
+                let slope = (water.compression_energy(rho + step) - water.compression_energy(rho - step))
+                    / (2.0 * step);
                 // Central difference of a function of curvature ~1e-4 J m⁶/kg³: error below 1e-7.
                 assert!((slope - water.pressure(rho) / (rho * rho)).abs() < 1e-6);
             }

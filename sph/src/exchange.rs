@@ -96,26 +96,50 @@ pub struct PreviousStage {
 impl Frame {
     /// Digest of what the pair forces depend on: half-step, ids and state bits.
     pub fn digest(&self) -> u32 {
-        let mut digest = crc32fast::Hasher::new();
-        let mut word = |bits: u64| digest.update(&bits.to_le_bytes());
-        word(self.time.at.step);
-        word(self.time.at.stage as u64);
+        // Small pieces are many times slower to digest than a full buffer.
+        let mut digest = WordDigest { hasher: crc32fast::Hasher::new(), buffer: [0; 4096], used: 0 };
+        digest.word(self.time.at.step);
+        digest.word(self.time.at.stage as u64);
         let s = &self.states;
         for i in 0..s.len() {
-            word(u64::from(s.id[i]));
+            digest.word(u64::from(s.id[i]));
             for axis in 0..DIMENSIONS {
-                word(s.position[i][axis].to_bits());
-                word(s.velocity[i][axis].to_bits());
+                digest.word(s.position[i][axis].to_bits());
+                digest.word(s.velocity[i][axis].to_bits());
             }
-            word(s.density[i].to_bits());
-            word(s.pressure[i].to_bits());
+            digest.word(s.density[i].to_bits());
+            digest.word(s.pressure[i].to_bits());
         }
         for stress in &s.stress {
-            word(stress.xx.to_bits());
-            word(stress.yy.to_bits());
-            word(stress.xy.to_bits());
+            digest.word(stress.xx.to_bits());
+            digest.word(stress.yy.to_bits());
+            digest.word(stress.xy.to_bits());
         }
-        digest.finalize()
+        digest.finish()
+    }
+}
+
+/// CRC-32 of 64-bit words in little-endian order.
+struct WordDigest {
+    hasher: crc32fast::Hasher,
+    buffer: [u8; 4096],
+    used: usize,
+}
+
+impl WordDigest {
+    #[inline]
+    fn word(&mut self, bits: u64) {
+        if self.used == self.buffer.len() {
+            self.hasher.update(&self.buffer);
+            self.used = 0;
+        }
+        self.buffer[self.used..self.used + 8].copy_from_slice(&bits.to_le_bytes());
+        self.used += 8;
+    }
+
+    fn finish(mut self) -> u32 {
+        self.hasher.update(&self.buffer[..self.used]);
+        self.hasher.finalize()
     }
 }
 

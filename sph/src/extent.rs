@@ -49,7 +49,11 @@ impl ExtentTracker {
             // Nothing moves by more than the slack between updates.
             0.0
         } else {
-            positions.par_iter().with_min_len(512).map(|x| gap(&self.domain, known, x)).reduce(|| 0.0, f64::max)
+            positions
+                .par_iter()
+                .with_min_len(512)
+                .map(|x| gap(&self.domain, known, x))
+                .reduce(|| 0.0, f64::max)
         };
         let missing = outside + support - reach;
         if missing > 0.0 { Err(missing) } else { Ok(()) }

@@ -121,9 +121,14 @@ impl Interface {
             InterfaceLaw::PlainSum => {
                 Dummy { pressure: solid.pressure[s], density: solid.density[s], mass: solid.mass[s] }
             }
-            InterfaceLaw::Wall | InterfaceLaw::WallNoSlip => {
-                law.wall_dummy(domain, &body_force.acceleration(&solid.position[s], time), fluid, solid, s, rows.of(s))
-            }
+            InterfaceLaw::Wall | InterfaceLaw::WallNoSlip => law.wall_dummy(
+                domain,
+                &body_force.acceleration(&solid.position[s], time),
+                fluid,
+                solid,
+                s,
+                rows.of(s),
+            ),
         }));
     }
 
@@ -297,7 +302,8 @@ impl PairLaw {
         let v_fs = fluid.velocity[f] - solid.velocity[s];
         let regular_square = distance * distance + self.lambda * self.kernel.smoothing_length().powi(2);
         let viscosity = self.artificial_viscosity(v_fs.dot(x_fs), regular_square, 0.5 * (rho_f + rho_s));
-        let central = -masses * ((fluid.pressure[f] + dummy.pressure) / (rho_f * rho_s) + viscosity) * gradient_factor;
+        let central =
+            -masses * ((fluid.pressure[f] + dummy.pressure) / (rho_f * rho_s) + viscosity) * gradient_factor;
         match self.law {
             InterfaceLaw::Wall => x_fs * central,
             InterfaceLaw::WallNoSlip => {
@@ -383,7 +389,10 @@ mod tests {
     }
 
     fn facing_patches(seed: u64) -> (InterfaceStates, InterfaceStates) {
-        (patch(Vector::new(0.2, 0.2), 8, 8, seed), patch(Vector::new(0.2 + 8.0 * SPACING, 0.2), 6, 8, seed + 7))
+        (
+            patch(Vector::new(0.2, 0.2), 8, 8, seed),
+            patch(Vector::new(0.2 + 8.0 * SPACING, 0.2), 6, 8, seed + 7),
+        )
     }
 
     #[test]
@@ -399,7 +408,9 @@ mod tests {
                 // Round-off of some hundred terms.
                 assert!((on_fluid.force + on_solid.force).norm() < 1e-14 * on_fluid.gross_force);
                 let net_torque = on_fluid.torque + on_solid.torque;
-                assert!((net_torque - on_fluid.couple - on_solid.couple).abs() < 1e-14 * on_fluid.gross_torque);
+                assert!(
+                    (net_torque - on_fluid.couple - on_solid.couple).abs() < 1e-14 * on_fluid.gross_torque
+                );
                 if law == InterfaceLaw::Wall {
                     assert!(net_torque.abs() < 1e-14 * on_fluid.gross_torque);
                 } else {

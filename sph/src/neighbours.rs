@@ -86,8 +86,14 @@ impl CellGrid {
             let size = upper[axis] - lower[axis];
             if domain.periodic[axis] { counts[axis] as f64 / size } else { 1.0 / edge }
         });
-        let mut grid =
-            Self { lower, inverse_edge, counts, periodic: domain.periodic, starts: Vec::new(), entries: Vec::new() };
+        let mut grid = Self {
+            lower,
+            inverse_edge,
+            counts,
+            periodic: domain.periodic,
+            starts: Vec::new(),
+            entries: Vec::new(),
+        };
         grid.bin(domain, sources);
         grid
     }
@@ -286,7 +292,13 @@ mod tests {
             .collect()
     }
 
-    fn brute_force(domain: &Domain, targets: &[Vector], sources: &[Vector], radius: f64, own: bool) -> Vec<Vec<u32>> {
+    fn brute_force(
+        domain: &Domain,
+        targets: &[Vector],
+        sources: &[Vector],
+        radius: f64,
+        own: bool,
+    ) -> Vec<Vec<u32>> {
         targets
             .iter()
             .enumerate()
@@ -330,7 +342,8 @@ mod tests {
     fn targets_outside_the_sources_are_found() {
         let domain = Domain { lower: Vector::zeros(), upper: Vector::new(1.0, 1.0), periodic: [false; 2] };
         let sources = [Vector::new(0.5, 0.5), Vector::new(0.55, 0.5)];
-        let targets = [Vector::new(0.41, 0.5), Vector::new(0.64, 0.5), Vector::new(-9.0, 0.5), Vector::new(0.5, 7.0)];
+        let targets =
+            [Vector::new(0.41, 0.5), Vector::new(0.64, 0.5), Vector::new(-9.0, 0.5), Vector::new(0.5, 7.0)];
         let grid = CellGrid::new(&domain, &sources, 0.1);
         let list = grid.list(&domain, &targets, &sources, 0.1, false);
         assert_eq!(sorted_rows(&list), brute_force(&domain, &targets, &sources, 0.1, false));
@@ -370,8 +383,10 @@ mod tests {
         seen.sort_unstable();
         assert_eq!(seen, (0..500).collect::<Vec<_>>());
         let lower = bounds(&positions).0.y;
-        let rows: Vec<i64> =
-            order.iter().map(|k| ((positions[*k as usize].y - lower) * (1.0 / 0.2)).floor().min(3.0) as i64).collect();
+        let rows: Vec<i64> = order
+            .iter()
+            .map(|k| ((positions[*k as usize].y - lower) * (1.0 / 0.2)).floor().min(3.0) as i64)
+            .collect();
         assert!(rows.is_sorted());
     }
 }

@@ -7,8 +7,8 @@ use sph::driver::{Command, Event, Link, run};
 use sph::exchange::{Exchange, Extent, Frame, InterfaceStates, PeerError, in_process_pair};
 use sph::ledger::{Energies, InterfaceSums, StageBooks};
 use sph::setup::{
-    BodyForce, BreachAction, Coupling, FluidConstants, GradientCorrection, InterfaceLaw, LedgerPolicy, OutputPlan,
-    RunSetup, StepPolicy, TimePlan,
+    BodyForce, BreachAction, Coupling, FluidConstants, GradientCorrection, InterfaceLaw, LedgerPolicy,
+    OutputPlan, RunSetup, StepPolicy, TimePlan,
 };
 use sph::solver::{Counts, Divergence, Fault, ParticleFields, Role, Solver};
 use sph::stage::{StageTime, StepStage};

@@ -108,8 +108,7 @@ impl FluidModel {
             DensityDiffusion::Plain { delta } | DensityDiffusion::Renormalised { delta } => delta,
         };
         let mass = constants.rest_density * constants.particle_spacing.powi(2);
-        let walls =
-            WallModel::new(
+        let walls = WallModel::new(
             &setup.walls,
             &setup.wall_particles,
             mass,

@@ -38,6 +38,10 @@ pub(super) struct RunHandle {
 }
 
 impl RunHandle {
+    pub(super) fn serial(&self) -> Serial {
+        self.serial
+    }
+
     pub(super) fn of(session: &Session) -> Self {
         Self {
             serial: session.serial,
@@ -240,8 +244,9 @@ impl Commands {
             }
         }
         if !self.pulse.ended.load(Ordering::Relaxed) {
-            self.order(Command::Abort);
+            // First: the end of the compute thread must find the run given up.
             self.cancel.cancel();
+            self.order(Command::Abort);
         }
     }
 
@@ -319,13 +324,19 @@ async fn forward_events<F>(
         drop(batches.send(Err(Status::internal(status_text(format!("the solver failed: {text}"))))).await);
         host.remove(run.serial);
     }
-    // Whoever cancelled the run does not come back for it.
-    let abandoned = run.cancel.is_cancelled();
     over.cancel();
+    // Decided under the lock, as Close does: whoever cancelled the run does not come back for it, or waits for its end.
+    let abandoned = host
+        .with_session(run.serial, |session| {
+            let abandoned = session.cancel.is_cancelled();
+            if !abandoned {
+                session.state = State::Ended;
+            }
+            abandoned
+        })
+        .unwrap_or(true);
     if abandoned {
         host.remove(run.serial);
-    } else {
-        host.with_session(run.serial, |session| session.state = State::Ended);
     }
     tracing::info!(run = run.run_id, abandoned, "run ended");
 }

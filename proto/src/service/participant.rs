@@ -2,6 +2,8 @@
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::pin::Pin;
+use std::sync::Arc;
+use std::task::{Context, Poll};
 
 use sph::driver::Link;
 use sph::setup::ParticipantSetup;
@@ -12,7 +14,7 @@ use tokio_stream::wrappers::ReceiverStream;
 use tokio_util::sync::CancellationToken;
 use tonic::{Request, Response, Status, Streaming};
 
-use super::session::{Host, Linked, Ready, Skin, State};
+use super::session::{Host, Linked, Ready, Serial, Skin, State};
 use super::{Opened, SetupProblems, SolverFactory, compute};
 use crate::convert::{Convert, FrameReader, FrameWriter, Path, WireError, snapshot_chunks};
 use crate::description::{CouplingKind, FrameField, LinkPlan, OpenReport, PROTOCOL, Partner};
@@ -164,8 +166,9 @@ impl<F: SolverFactory> wire::participant_server::Participant for Skin<F> {
             State::Linked(linked) => {
                 let run = compute::RunHandle::of(session);
                 drop(slot);
+                let guard = StreamGuard { host: host.clone(), serial: run.serial(), complete: false };
                 let events = compute::start(host, run, *linked, commands)?;
-                Ok(Response::new(Box::pin(ReceiverStream::new(events))))
+                Ok(Response::new(Box::pin(EventStream { events: ReceiverStream::new(events), guard })))
             }
             other => {
                 session.state = other;
@@ -263,6 +266,39 @@ impl<F: SolverFactory> Host<F> {
         let partner_extent = plan.partner_extent.clone();
         let reader = FrameReader::new(&run.run_id, FIRST_EPOCH, role.partner(), coupling.law, partner_extent);
         Ok(Some(GrpcPeer::new(writer, reader, abort, self.options.partner_deadline)))
+    }
+}
+
+/// Events of a run on their way; dropped before its end when the coordinator is gone.
+struct EventStream<F> {
+    events: ReceiverStream<Result<wire::EventBatch, Status>>,
+    guard: StreamGuard<F>,
+}
+
+/// Frees the server when the stream of events was not heard to its end.
+struct StreamGuard<F> {
+    host: Arc<Host<F>>,
+    serial: Serial,
+    complete: bool,
+}
+
+impl<F> Unpin for EventStream<F> {}
+
+impl<F> Stream for EventStream<F> {
+    type Item = Result<wire::EventBatch, Status>;
+
+    fn poll_next(mut self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<Option<Self::Item>> {
+        let item = Pin::new(&mut self.events).poll_next(context);
+        self.guard.complete |= matches!(item, Poll::Ready(None));
+        item
+    }
+}
+
+impl<F> Drop for StreamGuard<F> {
+    fn drop(&mut self) {
+        if !self.complete {
+            self.host.abandon(self.serial);
+        }
     }
 }
 

@@ -212,6 +212,17 @@ impl<F> Host<F> {
         }
     }
 
+    /// Ends run `serial`, whose coordinator is gone: at once, or when its compute thread has ended.
+    pub(super) fn abandon(&self, serial: Serial) {
+        let ended = self.with_session(serial, |session| {
+            session.cancel.cancel();
+            !matches!(session.state, State::Running)
+        });
+        if ended == Some(true) {
+            self.remove(serial);
+        }
+    }
+
     /// When the lease of run `serial` ends; `None` when the run no longer is.
     fn lease_end(&self, serial: Serial) -> Option<Instant> {
         self.with_session(serial, |session| match session.state {

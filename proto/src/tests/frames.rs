@@ -104,34 +104,49 @@ fn a_frame_keeps_all_bits() {
     assert_eq!(received.digest(), sent.digest());
 }
 
+/// `frame` with its particles repeated until the bytes exceed any buffer.
+fn long_frame() -> Frame {
+    let mut frame = frame(AT);
+    let one = frame.states.clone();
+    for _ in 0..100 {
+        frame.states.id.extend(&one.id);
+        frame.states.position.extend(&one.position);
+        frame.states.velocity.extend(&one.velocity);
+        frame.states.density.extend(&one.density);
+        frame.states.pressure.extend(&one.pressure);
+        frame.states.stress.extend(&one.stress);
+    }
+    frame
+}
+
 #[test]
 fn the_digest_is_that_of_the_proto_comment() {
-    // The bytes as peer.proto lists them, through another implementation of CRC-32.
-    let frame = frame(AT);
-    let mut bytes = Vec::new();
-    bytes.extend(AT.step.to_le_bytes());
-    bytes.extend(1_u64.to_le_bytes());
-    let s = &frame.states;
-    for i in 0..s.len() {
-        bytes.extend(u64::from(s.id[i]).to_le_bytes());
-        for value in
-            [s.position[i].x, s.velocity[i].x, s.position[i].y, s.velocity[i].y, s.density[i], s.pressure[i]]
-        {
-            bytes.extend(value.to_le_bytes());
+    for frame in [frame(AT), long_frame()] {
+        // The bytes as peer.proto lists them, through another implementation of CRC-32.
+        let mut bytes = Vec::new();
+        bytes.extend(AT.step.to_le_bytes());
+        bytes.extend(1_u64.to_le_bytes());
+        let s = &frame.states;
+        for i in 0..s.len() {
+            bytes.extend(u64::from(s.id[i]).to_le_bytes());
+            let (x, v) = (s.position[i], s.velocity[i]);
+            for value in [x.x, v.x, x.y, v.y, s.density[i], s.pressure[i]] {
+                bytes.extend(value.to_le_bytes());
+            }
         }
-    }
-    for t in &s.stress {
-        bytes.extend([t.xx, t.yy, t.xy].iter().flat_map(|v| v.to_le_bytes()));
-    }
-    let mut crc = u32::MAX;
-    for byte in bytes {
-        crc ^= u32::from(byte);
-        for _ in 0..8 {
-            crc = if crc & 1 == 1 { (crc >> 1) ^ 0xEDB8_8320 } else { crc >> 1 };
+        for t in &s.stress {
+            bytes.extend([t.xx, t.yy, t.xy].iter().flat_map(|v| v.to_le_bytes()));
         }
+        let mut crc = u32::MAX;
+        for byte in bytes {
+            crc ^= u32::from(byte);
+            for _ in 0..8 {
+                crc = if crc & 1 == 1 { (crc >> 1) ^ 0xEDB8_8320 } else { crc >> 1 };
+            }
+        }
+        assert_eq!(frame.digest(), !crc);
+        assert_eq!(writer().write(&frame).digest, !crc);
     }
-    assert_eq!(frame.digest(), !crc);
-    assert_eq!(writer().write(&frame).digest, !crc);
 }
 
 #[test]

@@ -1,6 +1,5 @@
 //! Tests of the protocol: conversions, services and clients, with small solvers in place of the physics.
 
-mod bench_tmp;
 mod descriptor;
 mod fake;
 mod frames;

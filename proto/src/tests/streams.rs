@@ -325,3 +325,29 @@ async fn descriptions_are_complete_and_repeatable() {
     assert_eq!((first.name.as_str(), first.roles.as_slice()), ("row", [Role::Solid].as_slice()));
     assert!(!first.capabilities.checkpoint && first.limits.runs == 1);
 }
+
+#[tokio::test(flavor = "multi_thread")]
+async fn health_and_reflection_answer() {
+    use tonic_health::pb::HealthCheckRequest;
+    use tonic_health::pb::health_check_response::ServingStatus;
+    use tonic_health::pb::health_client::HealthClient;
+    use tonic_reflection::pb::v1::ServerReflectionRequest;
+    use tonic_reflection::pb::v1::server_reflection_client::ServerReflectionClient;
+    use tonic_reflection::pb::v1::server_reflection_request::MessageRequest;
+    let server = TestServer::start(Role::Solid);
+    let channel = transport::connect(&server.address.to_string(), Duration::from_secs(5)).await.unwrap();
+    for service in ["", "fsi.v1.Participant", "fsi.v1.Peer"] {
+        let request = HealthCheckRequest { service: service.into() };
+        let reply = HealthClient::new(channel.clone()).check(request).await.unwrap().into_inner();
+        assert_eq!(reply.status(), ServingStatus::Serving, "{service}");
+    }
+    let question = MessageRequest::FileContainingSymbol("fsi.v1.Frame".into());
+    let request = ServerReflectionRequest { host: String::new(), message_request: Some(question) };
+    let mut answers = ServerReflectionClient::new(channel)
+        .server_reflection_info(tokio_stream::once(request))
+        .await
+        .unwrap()
+        .into_inner();
+    let answer = format!("{:?}", answers.message().await.unwrap().unwrap());
+    assert!(answer.contains("FileDescriptorResponse"), "{answer}");
+}

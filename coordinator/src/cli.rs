@@ -43,7 +43,7 @@ struct NodeArguments {
 pub struct RunArguments {
     /// Case file.
     pub case: PathBuf,
-    /// Folder for the results [default: results/<name of the case file>].
+    /// Folder for the results; `results` and the name of the case file when left out.
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
     /// Replace the results of an earlier run in that folder.

@@ -158,7 +158,7 @@ pub fn run<S: Solver + ?Sized>(
         if due.snapshot {
             report(Event::Snapshot(runner.solver.snapshot(clock.step(), clock.time())));
         }
-        while !clock.finished() && !(stopping && clock.step() >= granted) {
+        while !(clock.finished() || stopping && clock.step() >= granted) {
             let command =
                 if clock.step() < granted { commands.try_recv().ok() } else { commands.recv().ok() };
             match command {

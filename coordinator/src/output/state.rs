@@ -44,7 +44,7 @@ pub fn write(path: &Path, state: &ParticleFields) -> Result<(), OutputError> {
     })
 }
 
-/// Reads a state that [`write`] made. Nothing is allocated beyond the size that the file really has.
+/// Reads a state that [`write()`] made. Nothing is allocated beyond the size that the file really has.
 ///
 /// # Errors
 /// When it cannot be read or is no complete, undamaged final state; the message names the file and what is wrong.

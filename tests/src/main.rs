@@ -1,0 +1,5 @@
+//! The coordinator as the tests start it.
+
+fn main() -> std::process::ExitCode {
+    coordinator::cli::main()
+}

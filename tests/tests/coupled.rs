@@ -65,7 +65,8 @@ fn the_ledger_closes_and_the_results_are_complete() {
     let summary = run(&case, folder.path(), "out", &[]);
     assert_eq!(summary["verdict"], "completed");
     assert_eq!(summary["ledger"]["breaches"], 0);
-    for check in ["force_imbalance", "torque_imbalance", "fluid_momentum_residual", "solid_momentum_residual"] {
+    for check in ["force_imbalance", "torque_imbalance", "fluid_momentum_residual", "solid_momentum_residual"]
+    {
         let worst = summary["ledger"][format!("largest_{check}")]["value"].as_f64().unwrap();
         // The tolerance of the design; round-off of some hundred pair forces is a thousand times smaller.
         assert!(worst < 1e-12, "{check}: {worst:e}");
@@ -77,7 +78,9 @@ fn the_ledger_closes_and_the_results_are_complete() {
     }
     assert!(summary["particle_stages_per_second"].as_f64().unwrap() > 0.0);
     let out = folder.path().join("out");
-    for file in ["probes.csv", "ledger.csv", "case.toml", "report.html", "final/fluid.state", "final/solid.state"] {
+    for file in
+        ["probes.csv", "ledger.csv", "case.toml", "report.html", "final/fluid.state", "final/solid.state"]
+    {
         assert!(out.join(file).metadata().unwrap().len() > 0, "{file}");
     }
     assert!(!out.join("run.partial").exists());

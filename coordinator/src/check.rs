@@ -32,7 +32,7 @@ fn text(summary: &Summary) -> String {
         text.push('\n');
     };
     for count in &summary.counts {
-        let held = if count.held > 0 { format!("  ({} held)", count.held) } else { String::new() };
+        let held = if count.held > 0 { format!("  (and {} held)", count.held) } else { String::new() };
         line(format!("  {:>9}  {} {}{held}", count.particles, count.kind, count.name));
     }
     summary.cuts.iter().for_each(|cut| line(format!("  {cut}")));

@@ -19,7 +19,7 @@ pub fn facts(case: &Case, remote: Option<&Remote>) -> Vec<Fact> {
     let setup = case.run_setup();
     let mut facts = vec![fact("case", case.name.clone())];
     for count in &summary.counts {
-        let held = if count.held > 0 { format!(", {} of them held", count.held) } else { String::new() };
+        let held = if count.held > 0 { format!(", and {} held", count.held) } else { String::new() };
         facts
             .push((format!("{} {}", count.kind, count.name), format!("{} particles{held}", count.particles)));
     }

@@ -75,6 +75,10 @@ struct PairLaw {
     viscosity_b: f64,
     lambda: f64,
     dynamic_viscosity: f64,
+    /// Distance D within which pairs repel \[m\].
+    repulsion_distance: f64,
+    /// k (c₀/Δx)² of the repulsion \[1/s²\].
+    repulsion: f64,
 }
 
 impl Interface {
@@ -100,6 +104,8 @@ impl Interface {
                 viscosity_b: fluid.viscosity_b,
                 lambda: fluid.lambda,
                 dynamic_viscosity: fluid.dynamic_viscosity,
+                repulsion_distance: 0.375 * (fluid.particle_spacing + coupling.solid_spacing),
+                repulsion: coupling.repulsion * (fluid.sound_speed / fluid.particle_spacing).powi(2),
             },
             domain: *domain,
             body_force,
@@ -302,8 +308,8 @@ impl PairLaw {
         let v_fs = fluid.velocity[f] - solid.velocity[s];
         let regular_square = distance * distance + self.lambda * self.kernel.smoothing_length().powi(2);
         let viscosity = self.artificial_viscosity(v_fs.dot(x_fs), regular_square, 0.5 * (rho_f + rho_s));
-        let central =
-            -masses * ((fluid.pressure[f] + dummy.pressure) / (rho_f * rho_s) + viscosity) * gradient_factor;
+        let central = fluid.mass[f] * self.repulsion(distance)
+            - masses * ((fluid.pressure[f] + dummy.pressure) / (rho_f * rho_s) + viscosity) * gradient_factor;
         match self.law {
             InterfaceLaw::Wall => x_fs * central,
             InterfaceLaw::WallNoSlip => {
@@ -318,6 +324,16 @@ impl PairLaw {
                 stress.dot(x_fs) * (factor / (rho_f * rho_s)) - x_fs * (factor * viscosity)
             }
         }
+    }
+
+    /// Repulsion over distance and mass of the fluid particle \[1/s²\]: k (c₀/Δx)² (D − r)₊/r.
+    ///
+    /// Kernel gradients vanish where particles meet, so that pressure alone can not keep out a particle that has been
+    /// squeezed between two of the solid's. Coincident particles have no direction in which to part.
+    #[inline]
+    fn repulsion(&self, distance: f64) -> f64 {
+        let depth = self.repulsion_distance - distance;
+        if depth > 0.0 && distance > 0.0 { self.repulsion * depth / distance } else { 0.0 }
     }
 
     /// Π_ij of Eq. (23)-(24), zero for receding particles.
@@ -354,6 +370,7 @@ mod tests {
                 correction: GradientCorrection::LatticeMoment,
             },
             solid_spacing: SPACING,
+            repulsion: 0.5,
             margin: 0.5 * SPACING,
         }
     }
@@ -480,6 +497,18 @@ mod tests {
             // Eq. (28) is exact for a linear field of constant density: round-off only.
             assert!((interface.dummy(s).pressure - exact).abs() < 1e-9 * exact);
         }
+    }
+
+    #[test]
+    fn repulsion_keeps_close_pairs_apart_and_leaves_others_alone() {
+        let law = Interface::new(&coupling(InterfaceLaw::Wall), &domain(), gravity()).law;
+        // k (c₀/Δx)² (D − r)/r with k = 0.5, D = ¾ Δx, at r = ½ Δx.
+        let expected = 0.5 * (20.0f64 / SPACING).powi(2) * 0.5;
+        assert!((law.repulsion(0.5 * SPACING) / expected - 1.0).abs() < 1e-12);
+        assert_eq!(law.repulsion(0.751 * SPACING), 0.0);
+        assert_eq!(law.repulsion(0.0), 0.0);
+        let onset = law.repulsion(0.75 * SPACING * (1.0 - 1e-9));
+        assert!(onset >= 0.0 && onset < 1e-8 * expected, "sets in without a jump: {onset}");
     }
 
     #[test]

@@ -121,6 +121,8 @@ pub struct Coupling {
     pub fluid: FluidConstants,
     /// Spacing of the solid's particles \[m\].
     pub solid_spacing: f64,
+    /// Repulsion of fluid and solid particles that come closer than ¾ of their mean spacing \[-\]; zero leaves it out.
+    pub repulsion: f64,
     /// Largest distance beyond the support radius at which particles are sent to spare \[m\].
     pub margin: f64,
 }
@@ -187,7 +189,9 @@ pub struct FluidSetup {
     pub constants: FluidConstants,
     /// Density diffusion.
     pub diffusion: DensityDiffusion,
-    /// Repulsion by wall faces of particles that come closer than 3/4 Δx to the first layer \[-\]; zero leaves it out.
+    /// α of the acoustic damper, a bulk viscosity α ρ c₀ h on ∇·v \[-\]; zero leaves it out.
+    pub acoustic_damping: f64,
+    /// Repulsion by wall faces of particles that come closer than Δx/4 to a face \[-\]; zero leaves it out.
     pub wall_repulsion: f64,
     /// Linear damping of the start; booked in the ledger.
     pub damping: Option<Damping>,
@@ -310,6 +314,8 @@ pub enum FluidProbeKind {
     Region(Option<u32>),
     /// Force of the fluid on a wall (index) per metre of depth.
     WallForce(u32),
+    /// Number of fluid particles inside solids.
+    Immersed,
 }
 
 impl FluidProbeKind {
@@ -334,6 +340,7 @@ impl FluidProbeKind {
                 "second_moment_xy_m2",
             ],
             Self::WallForce(_) => &["force_x_n_per_m", "force_y_n_per_m"],
+            Self::Immersed => &["immersed_count"],
         }
     }
 }
@@ -506,6 +513,8 @@ pub enum SolidProbeKind {
     },
     /// Mass, momentum, energies and second moments of a body (index), or of all (`None`).
     Sums(Option<u32>),
+    /// Smallest distance from a particle of a body (index), or of any (`None`), to another body and to a wall.
+    Gap(Option<u32>),
 }
 
 impl SolidProbeKind {
@@ -544,6 +553,7 @@ impl SolidProbeKind {
                 "second_moment_yy_m2",
                 "second_moment_xy_m2",
             ],
+            Self::Gap(_) => &["gap_body_m", "gap_wall_m"],
         }
     }
 }

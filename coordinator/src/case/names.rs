@@ -86,6 +86,11 @@ impl Resolver<'_> {
                     .then_some(FluidProbeKind::WaterLevel(x.value))
             }
             ProbeKind::Front => Some(FluidProbeKind::Front),
+            ProbeKind::Immersed if self.file.solid.is_none() => {
+                self.without("solid");
+                None
+            }
+            ProbeKind::Immersed => Some(FluidProbeKind::Immersed),
             ProbeKind::FluidSums => match &self.table.region {
                 None => Some(FluidProbeKind::Region(None)),
                 Some(region) => {
@@ -126,6 +131,7 @@ impl Resolver<'_> {
                 Some(SolidProbeKind::Reaction { body, support })
             }
             ProbeKind::BodySums => Some(SolidProbeKind::Sums(body)),
+            ProbeKind::Gap => Some(SolidProbeKind::Gap(body)),
             _ => None,
         }
     }

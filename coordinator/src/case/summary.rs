@@ -244,6 +244,10 @@ impl Case {
                     format!("artificial viscosity, A = {a}, B = {b}, λ = {}, Eq. (23)-(24)", fluid.lambda),
                 );
             }
+            if fluid.acoustic_damping > 0.0 {
+                let alpha = fluid.acoustic_damping;
+                add("fluid", format!("acoustic damper, a bulk viscosity α ρ c₀ h, α = {alpha}"));
+            }
             if fluid.wall_repulsion > 0.0 && !self.file.walls.is_empty() {
                 let k = fluid.wall_repulsion;
                 add("fluid", format!("repulsion by wall faces closer than Δx/4, k = {k}"));
@@ -257,6 +261,9 @@ impl Case {
                     ),
                 );
             }
+        }
+        if let Some(k) = self.file.interface.as_ref().and_then(|table| table.repulsion).filter(|k| *k > 0.0) {
+            add("interface", format!("repulsion of pairs closer than ¾ Δx, k = {k}"));
         }
         let Some(solid) = &self.file.solid else { return found };
         for body in &solid.bodies {

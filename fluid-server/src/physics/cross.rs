@@ -7,7 +7,7 @@ use sph::exchange::{Extent, InterfaceStates};
 use sph::extent::{ExtentTracker, ReachMap};
 use sph::interface::Interface;
 use sph::ledger::InterfaceSums;
-use sph::setup::{Coupling, InterfaceLaw};
+use sph::setup::{Coupling, FluidProbeKind, InterfaceLaw};
 
 use super::gradients::{Gradients, MomentSums};
 use super::lists::Lists;
@@ -40,6 +40,7 @@ pub struct Cross {
     sums: InterfaceSums,
     moments: Vec<MomentSums>,
     density_rates: Vec<f64>,
+    immersed: u32,
 }
 
 impl Cross {
@@ -60,6 +61,7 @@ impl Cross {
             sums: InterfaceSums::default(),
             moments: Vec::new(),
             density_rates: Vec::new(),
+            immersed: 0,
         }
     }
 
@@ -78,6 +80,27 @@ impl Cross {
     /// Largest number of interface particles sent in a stage.
     pub fn largest(&self) -> u64 {
         self.largest
+    }
+
+    /// Number of fluid particles inside solids as of the last evaluation; counted where a probe asks for it.
+    pub fn immersed(&self) -> u32 {
+        self.immersed
+    }
+
+    /// Counts the fluid particles with more solid than not around them: Σ V_s W > ½, which is where the face is.
+    fn count_immersed(&mut self, model: &FluidModel, own: &InterfaceStates, partner: &InterfaceStates) {
+        if !model.probes.iter().any(|probe| probe.kind == FluidProbeKind::Immersed) {
+            return;
+        }
+        let share = |f: usize| -> f64 {
+            let weight = |s: &u32| {
+                let s = *s as usize;
+                let distance = self.domain.separation(&own.position[f], &partner.position[s]).norm();
+                partner.mass[s] / partner.density[s] * model.kernel.value(distance)
+            };
+            self.interface.solid_neighbours(f).iter().map(weight).sum()
+        };
+        self.immersed = (0..own.len()).map(|f| u32::from(share(f) > 0.5)).sum();
     }
 
     /// Interface sums of the last evaluation.
@@ -154,7 +177,7 @@ impl Cross {
         partner: &InterfaceStates,
         gradients: &mut Gradients,
     ) {
-        if !model.passes.moments() && !model.passes.viscosity {
+        if !model.passes.moments() && !model.passes.velocity_gradient() {
             return;
         }
         let meets = self.density_meets();
@@ -197,6 +220,7 @@ impl Cross {
         gradients: &Gradients,
         rates: &mut [Rates],
     ) {
+        self.count_immersed(model, own, partner);
         let diffusion = if self.density_meets() { model.diffusion } else { 0.0 };
         let Self { interface, domain, members, density_rates, .. } = self;
         density_rates.resize(own.len(), 0.0);

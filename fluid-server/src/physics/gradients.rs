@@ -5,7 +5,7 @@ use sph::vector::Vector;
 
 use super::lanes::Lanes;
 use super::lists::Lists;
-use super::model::{FluidModel, Passes};
+use super::model::FluidModel;
 use super::pair::{Batch, Geometry, IDENTITY, Matrix, PairKernel, Record, Symmetric, for_each_batch};
 use super::rates::TASK;
 
@@ -24,6 +24,8 @@ pub struct MomentSums {
     density: [f64; 2],
     /// Σ V_j (v_j − v_i) ⊗ ∇W \[1/s\].
     velocity: Matrix,
+    /// Share of another owner's particles in the moments: ½ Σ V_j (x_j − x_i)·∇W over them \[-\].
+    solid_share: f64,
 }
 
 /// [`MomentSums`] being gathered, batch by batch.
@@ -37,7 +39,7 @@ pub struct MomentBatches {
 impl MomentBatches {
     /// Adds the neighbours of `batch` of a particle of density `rho`.
     #[inline(always)]
-    pub fn add<const MOMENTS: bool, const VISCOUS: bool>(
+    pub fn add<const MOMENTS: bool, const VELOCITY: bool>(
         &mut self,
         kernel: &PairKernel,
         rho: f64,
@@ -54,7 +56,7 @@ impl MomentBatches {
             self.density[0] += difference * weight_x;
             self.density[1] += difference * weight_y;
         }
-        if VISCOUS {
+        if VELOCITY {
             // v_j − v_i = −v_ij
             self.velocity[0] -= v_x * weight_x;
             self.velocity[1] -= v_x * weight_y;
@@ -70,6 +72,7 @@ impl MomentBatches {
             moment: self.moment.map(Lanes::sum),
             density: self.density.map(Lanes::sum),
             velocity: self.velocity.map(Lanes::sum),
+            solid_share: 0.0,
         }
     }
 }
@@ -82,6 +85,7 @@ impl MomentSums {
         for (sum, term) in self.moment.iter_mut().zip([w.x * d.x, w.x * d.y, w.y * d.y]) {
             *sum -= term;
         }
+        self.solid_share -= 0.5 * w.dot(d);
         let v = velocity;
         add(&mut self.density, &[density * w.x, density * w.y]);
         add(&mut self.velocity, &[v.x * w.x, v.x * w.y, v.y * w.x, v.y * w.y]);
@@ -92,6 +96,7 @@ impl MomentSums {
         add(&mut self.moment, &other.moment);
         add(&mut self.density, &other.density);
         add(&mut self.velocity, &other.velocity);
+        self.solid_share += other.solid_share;
     }
 
     /// Inverse of the moment matrix; `None` below the `smallest` determinant.
@@ -113,6 +118,8 @@ pub struct Gradients {
     pub sums: Vec<MomentSums>,
     /// ∇ρ of Eq. (20) \[kg/m⁴\].
     pub density: Vec<[f64; 2]>,
+    /// q of the acoustic damper \[Pa\].
+    pub damper: Vec<f64>,
     /// L_i of Eq. (21), or the unit matrix where it is not asked for.
     pub correction: Vec<Symmetric>,
     /// Viscous stress τ of Eq. (4) \[Pa\].
@@ -133,8 +140,7 @@ impl Gradients {
         fluid: &[Record],
         walls: &[Record],
     ) {
-        let Passes { viscosity, .. } = model.passes;
-        match (model.passes.moments(), viscosity) {
+        match (model.passes.moments(), model.passes.velocity_gradient()) {
             (false, false) => {}
             (true, false) => self.gather::<G, true, false>(geometry, model, lists, fluid, walls),
             (false, true) => self.gather::<G, false, true>(geometry, model, lists, fluid, walls),
@@ -142,7 +148,7 @@ impl Gradients {
         }
     }
 
-    fn gather<G: Geometry, const MOMENTS: bool, const VISCOUS: bool>(
+    fn gather<G: Geometry, const MOMENTS: bool, const VELOCITY: bool>(
         &mut self,
         geometry: G,
         model: &FluidModel,
@@ -158,7 +164,7 @@ impl Gradients {
             for (list, others) in [(&lists.fluid, fluid), (&lists.walls, walls)] {
                 for_each_batch(list.of(i), |indices, count| {
                     let batch = Batch::gather(geometry, own, others, indices, count);
-                    batches.add::<MOMENTS, VISCOUS>(kernel, own.density, &batch);
+                    batches.add::<MOMENTS, VELOCITY>(kernel, own.density, &batch);
                 });
             }
             *sums = batches.total();
@@ -179,6 +185,28 @@ impl Gradients {
                 }
                 None => [0.0; 2],
             };
+        });
+    }
+
+    /// Adds the pressure of the acoustic damper to that of each particle in `fluid`, for the momentum equation alone.
+    ///
+    /// ```text
+    /// q_i = −α ρ_i c₀ h (∇·v)_i (1 − 4 s_i)₊
+    /// ```
+    /// A bulk viscosity: it damps sound and leaves vortices alone, as the term of Sun, Pilloton, Antuono & Colagrossi
+    /// (2023). s_i is the share of solids in the support; near them it fades, since what a solid particle would have
+    /// to answer follows from states of this stage that are not exchanged.
+    pub fn add_damper(&mut self, model: &FluidModel, fluid: &mut [Record]) {
+        if !model.passes.damper {
+            return;
+        }
+        self.damper.resize(fluid.len(), 0.0);
+        let results = (fluid, &mut self.damper, &self.sums);
+        results.into_par_iter().with_min_len(TASK).for_each(|(record, damper, sums)| {
+            let divergence = sums.velocity[0] + sums.velocity[3];
+            let clear = (1.0 - 4.0 * sums.solid_share).max(0.0);
+            *damper = -model.acoustic_diffusivity * record.density * divergence * clear;
+            record.pressure += *damper;
         });
     }
 

@@ -141,7 +141,8 @@ impl Solver for FluidSolver {
             Some((state, workspace)) => workspace.wall_forces(&self.model, &state, time),
             None => vec![sph::vector::Vector::repeat(f64::NAN); self.model.walls.names.len()],
         };
-        probes::values(&self.model, &self.state, wall_forces, values);
+        let immersed = self.workspace.cross.as_ref().map_or(0, |cross| cross.immersed());
+        probes::values(&self.model, &self.state, wall_forces, immersed, values);
     }
 
     fn snapshot(&self, step: u64, time: f64) -> ParticleFields {

@@ -37,6 +37,8 @@ pub struct FluidModel {
     pub cross_gradient_scale: f64,
     /// δ h c₀ of Eq. (18) \[m²/s\]; zero without diffusion.
     pub diffusion: f64,
+    /// α c₀ h of the acoustic damper \[m²/s\]; zero without it.
+    pub acoustic_diffusivity: f64,
     /// What the gradient pass makes.
     pub passes: Passes,
     /// Body force.
@@ -70,12 +72,19 @@ pub struct Passes {
     pub correction: bool,
     /// Viscous stress of Eq. (4).
     pub viscosity: bool,
+    /// Pressure of the acoustic damper.
+    pub damper: bool,
 }
 
 impl Passes {
     /// Whether the pass over moments is needed at all.
     pub fn moments(self) -> bool {
         self.density_gradient || self.correction
+    }
+
+    /// Whether the velocity gradient is needed, or its trace at least.
+    pub fn velocity_gradient(self) -> bool {
+        self.viscosity || self.damper
     }
 
     /// Whether momentum needs T = −σ·L as a tensor instead of a pressure.
@@ -140,10 +149,12 @@ impl FluidModel {
             gradient_scale,
             cross_gradient_scale,
             diffusion: delta * h * constants.sound_speed,
+            acoustic_diffusivity: setup.acoustic_damping * h * constants.sound_speed,
             passes: Passes {
                 density_gradient: matches!(setup.diffusion, DensityDiffusion::Renormalised { .. }),
                 correction: constants.correction == GradientCorrection::Renormalised,
                 viscosity: constants.dynamic_viscosity > 0.0,
+                damper: setup.acoustic_damping > 0.0,
             },
             body_force,
             damping: setup.damping,
@@ -192,7 +203,7 @@ impl FluidModel {
     /// Largest stable step \[s\] for the given largest speed \[m/s\] and acceleration \[m/s²\].
     ///
     /// ```text
-    /// min( h/(c₀ + |v|),  ¼ √(h/|a|),  ⅛ h²/ν )
+    /// min( h/(c₀ + |v|),  ¼ √(h/|a|),  ⅛ h²/ν,  h/(α c₀) )
     /// ```
     pub fn time_step_limit(&self, speed: f64, acceleration: f64) -> f64 {
         let (c, h) = (&self.constants, self.constants.smoothing_length);
@@ -202,6 +213,9 @@ impl FluidModel {
         }
         if c.dynamic_viscosity > 0.0 {
             limit = limit.min(0.125 * h * h * c.rest_density / c.dynamic_viscosity);
+        }
+        if self.acoustic_diffusivity > 0.0 {
+            limit = limit.min(h * h / self.acoustic_diffusivity);
         }
         limit
     }

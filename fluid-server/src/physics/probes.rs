@@ -17,11 +17,13 @@ const LINK_LENGTH: f64 = 1.5;
 /// Share of the connected fluid that lies behind the reported front.
 const FRONT_PERCENTILE: f64 = 0.995;
 
-/// Values of `model`'s probes; `wall_forces` gives the force on each wall \[N/m\], asked for when a probe needs it.
+/// Values of `model`'s probes; `wall_forces` gives the force on each wall \[N/m\], asked for when a probe needs it,
+/// `immersed` is the number of particles inside solids.
 pub fn values(
     model: &FluidModel,
     state: &FluidState,
     wall_forces: impl FnOnce() -> Vec<Vector>,
+    immersed: u32,
     values: &mut Vec<f64>,
 ) {
     let connected = OnceCell::new();
@@ -42,6 +44,7 @@ pub fn values(
                 let force = &forces[*wall as usize];
                 values.extend([force.x, force.y]);
             }
+            FluidProbeKind::Immersed => values.push(f64::from(immersed)),
         }
     }
 }

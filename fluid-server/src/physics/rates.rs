@@ -109,7 +109,7 @@ impl StageFields<'_> {
 
     /// Sums of particle `i` over the wall particles for which `include` says so.
     ///
-    /// A wall takes ∇ρ and L of the particle, and its viscous stress, mirrored where it slips.
+    /// A wall takes ∇ρ, L and damper of the particle, and its viscous stress, mirrored where it slips.
     #[inline(always)]
     fn wall_sums<G: Geometry, const GRADIENT: bool, const TENSOR: bool>(
         &self,
@@ -120,10 +120,12 @@ impl StageFields<'_> {
     ) -> PairSums<GRADIENT, TENSOR> {
         let mut sums = PairSums::default();
         let gradient = own.density_gradient.map(Lanes::splat);
+        let damper = Lanes::splat(self.damper(i));
         for_each_batch(self.lists.walls.of(i), |indices, count| {
             let mut batch = Batch::gather(geometry, own.record, &self.walls.records, indices, count);
             let included = gather(indices, |w| [f64::from(u8::from(include(w)))]);
             batch.volume = batch.volume * included[0];
+            batch.pressure = batch.pressure + damper;
             let tensor =
                 if TENSOR { gather(indices, |w| self.wall_tensor(i, w)) } else { Default::default() };
             sums.add(&self.model.law, own, &batch, gradient, tensor);
@@ -131,31 +133,34 @@ impl StageFields<'_> {
         sums
     }
 
+    /// q of the acoustic damper of particle `i` \[Pa\].
+    fn damper(&self, i: usize) -> f64 {
+        if self.model.passes.damper { self.gradients.damper[i] } else { 0.0 }
+    }
+
     fn wall_tensor(&self, i: usize, w: usize) -> Matrix {
         let normal = &self.walls.field.mirror_normal[w];
         let stress = mirrored_stress(&self.gradients.viscous_stress[i], [normal.x, normal.y]);
-        momentum_tensor(self.walls.records[w].pressure, &stress, &self.gradients.correction[i])
+        let pressure = self.walls.records[w].pressure + self.damper(i);
+        momentum_tensor(pressure, &stress, &self.gradients.correction[i])
     }
 
     /// Repulsion \[m/s²\] of particle `i` by the faces of the walls for which `include` says so.
     ///
     /// ```text
-    /// a = Σ_w (1 − |t_w|/Δx)₊ · k (c₀/Δx)² (¾Δx − z_w)₊ · (1 − 4 v_n/c₀)₊ · n_w
+    /// a = Σ_w (1 − |t_w|/Δx)₊ · k (c₀/Δx)² (¾Δx − z_w)₊ · n_w
     /// ```
-    /// z_w is the height over a particle w of the first layer, t_w the distance beside it, v_n the normal velocity
-    /// relative to the wall. The weights add up to one along a face, so that it is smooth; a particle at rest on the
-    /// lattice (z = Δx) feels nothing. The pair forces vanish where a particle meets a wall particle, so that they
-    /// alone can not hold a particle that has been pressed into the layer. The last factor damps the rebound and
-    /// never pulls (Hunt & Crossley 1975).
+    /// z_w is the height over a particle w of the first layer, half a spacing behind the face, and t_w the distance
+    /// beside it. The weights add up to one along a face, so that it is smooth; a particle at rest on the lattice
+    /// (z = Δx) feels nothing. The pair forces vanish where a particle meets a wall particle, so that they alone can
+    /// not hold a particle that has been pressed into the layer.
     fn wall_repulsion<G: Geometry>(&self, geometry: G, i: usize, include: impl Fn(usize) -> bool) -> Vector {
         let Self { model, fluid, walls, .. } = self;
         if model.wall_repulsion == 0.0 {
             return Vector::zeros();
         }
         let spacing = model.constants.particle_spacing;
-        let sound_speed = model.constants.sound_speed;
-        let stiffness = model.wall_repulsion * (sound_speed / spacing).powi(2);
-        let velocity = Vector::new(fluid[i].v_x, fluid[i].v_y);
+        let stiffness = model.wall_repulsion * (model.constants.sound_speed / spacing).powi(2);
         let mut acceleration = Vector::zeros();
         for &w in self.lists.walls.of(i) {
             let w = w as usize;
@@ -173,9 +178,7 @@ impl StageFields<'_> {
             if depth <= 0.0 || height < -spacing || beside >= 1.0 {
                 continue;
             }
-            let leaving = (velocity - walls.field.velocity[w]).dot(normal);
-            let damping = (1.0 - 4.0 * leaving / sound_speed).max(0.0);
-            acceleration += normal * ((1.0 - beside) * stiffness * depth * damping);
+            acceleration += normal * ((1.0 - beside) * stiffness * depth);
         }
         acceleration
     }

@@ -114,6 +114,7 @@ impl Workspace {
         if cross.as_ref().is_none_or(Cross::density_meets) {
             self.gradients.finish_density(model);
         }
+        self.gradients.add_damper(model, &mut self.fluid);
         self.gradients.finish_tensors(model, &self.fluid);
         let mut rates = std::mem::take(&mut self.rates);
         let fields = self.fields(model, state, time);

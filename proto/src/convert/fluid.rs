@@ -21,6 +21,7 @@ impl Convert for FluidSetup {
             run,
             constants,
             diffusion,
+            acoustic_damping,
             wall_repulsion,
             damping,
             regions,
@@ -47,6 +48,7 @@ impl Convert for FluidSetup {
             }),
             lost_particle_limit: *lost_particle_limit,
             wall_repulsion: Some(*wall_repulsion),
+            acoustic_damping: Some(*acoustic_damping),
         }
     }
 
@@ -72,6 +74,7 @@ impl Convert for FluidSetup {
                 FluidProbeKind::Point(_)
                 | FluidProbeKind::WaterLevel(_)
                 | FluidProbeKind::Front
+                | FluidProbeKind::Immersed
                 | FluidProbeKind::Region(None) => {}
             }
         }
@@ -96,6 +99,10 @@ impl Convert for FluidSetup {
             },
             lost_particle_limit: wire.lost_particle_limit,
             wall_repulsion: not_negative(wire.wall_repulsion.or(Some(0.0)), &at.field("wall_repulsion"))?,
+            acoustic_damping: not_negative(
+                wire.acoustic_damping.or(Some(0.0)),
+                &at.field("acoustic_damping"),
+            )?,
         })
     }
 }
@@ -165,6 +172,7 @@ impl Convert for FluidProbe {
             FluidProbeKind::Region(Some(region)) => Kind::Region(*region),
             FluidProbeKind::Region(None) => Kind::AllRegions(wire::Unit {}),
             FluidProbeKind::WallForce(wall) => Kind::WallForce(*wall),
+            FluidProbeKind::Immersed => Kind::Immersed(wire::Unit {}),
         };
         wire::FluidProbe { name: self.name.clone(), kind: Some(kind) }
     }
@@ -182,6 +190,7 @@ impl Convert for FluidProbe {
             Some(Kind::Region(region)) => FluidProbeKind::Region(Some(*region)),
             Some(Kind::AllRegions(_)) => FluidProbeKind::Region(None),
             Some(Kind::WallForce(wall)) => FluidProbeKind::WallForce(*wall),
+            Some(Kind::Immersed(_)) => FluidProbeKind::Immersed,
             None => return Err(at.field("kind").error("is missing or of a later version of the protocol")),
         };
         Ok(Self { name: name(&wire.name, &at.field("name"))?, kind })

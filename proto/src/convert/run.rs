@@ -284,6 +284,7 @@ impl Convert for Coupling {
             fluid: Some(self.fluid.to_wire()),
             solid_spacing_m: Some(self.solid_spacing),
             margin_m: Some(self.margin),
+            repulsion: Some(self.repulsion),
         }
     }
 
@@ -293,6 +294,7 @@ impl Convert for Coupling {
             fluid: required(&wire.fluid, &at.field("fluid"))?,
             solid_spacing: positive(wire.solid_spacing_m, &at.field("solid_spacing_m"))?,
             margin: not_negative(wire.margin_m, &at.field("margin_m"))?,
+            repulsion: not_negative(wire.repulsion.or(Some(0.0)), &at.field("repulsion"))?,
         })
     }
 }

@@ -79,8 +79,9 @@ fn check_probe(probe: &SolidProbe, bodies: &[BodySetup], at: &Path<'_>) -> Resul
         SolidProbeKind::MaterialPoint { body, .. }
         | SolidProbeKind::Motion(body)
         | SolidProbeKind::BodyForce(body)
+        | SolidProbeKind::Gap(Some(body))
         | SolidProbeKind::Sums(Some(body)) => of_body(*body).map(drop),
-        SolidProbeKind::Sums(None) => Ok(()),
+        SolidProbeKind::Sums(None) | SolidProbeKind::Gap(None) => Ok(()),
         SolidProbeKind::Reaction { body, support } => {
             of_body(*body)?;
             let supports =
@@ -303,6 +304,8 @@ impl Convert for SolidProbe {
             }
             SolidProbeKind::Sums(Some(body)) => Kind::Sums(*body),
             SolidProbeKind::Sums(None) => Kind::AllSums(wire::Unit {}),
+            SolidProbeKind::Gap(Some(body)) => Kind::Gap(*body),
+            SolidProbeKind::Gap(None) => Kind::AllGaps(wire::Unit {}),
         };
         wire::SolidProbe { name: self.name.clone(), kind: Some(kind) }
     }
@@ -321,6 +324,8 @@ impl Convert for SolidProbe {
             }
             Some(Kind::Sums(body)) => SolidProbeKind::Sums(Some(*body)),
             Some(Kind::AllSums(_)) => SolidProbeKind::Sums(None),
+            Some(Kind::Gap(body)) => SolidProbeKind::Gap(Some(*body)),
+            Some(Kind::AllGaps(_)) => SolidProbeKind::Gap(None),
             None => return Err(at.field("kind").error("is missing or of a later version of the protocol")),
         };
         Ok(Self { name: name(&wire.name, &at.field("name"))?, kind })

@@ -47,6 +47,7 @@ pub(crate) fn run_setup(run_id: &str, steps: u32) -> RunSetup {
             law: InterfaceLaw::Wall,
             fluid: constants(),
             solid_spacing: 0.01,
+            repulsion: 0.5,
             margin: 0.05,
         }),
     }
@@ -97,6 +98,7 @@ pub(crate) fn fluid_setup(run: RunSetup) -> ParticipantSetup {
         probes: Vec::new(),
         outflow: Outflow::default(),
         wall_repulsion: 1.0,
+        acoustic_damping: 0.0,
         lost_particle_limit: 0,
     })
 }

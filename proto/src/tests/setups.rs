@@ -62,6 +62,7 @@ fn fluid() -> FluidSetup {
     let ParticipantSetup::Fluid(mut setup) = fake::fluid_setup(run) else { panic!() };
     setup.diffusion = DensityDiffusion::Renormalised { delta: 0.1 };
     setup.wall_repulsion = 0.02;
+    setup.acoustic_damping = 0.3;
     setup.damping = Some(Damping { rate: 3.0, until: 0.1 });
     setup.regions.push("rest".into());
     setup.walls = walls();
@@ -75,6 +76,7 @@ fn fluid() -> FluidSetup {
         FluidProbeKind::Region(Some(1)),
         FluidProbeKind::Region(None),
         FluidProbeKind::WallForce(1),
+        FluidProbeKind::Immersed,
     ];
     setup.probes = kinds
         .into_iter()
@@ -127,6 +129,8 @@ fn solid() -> SolidSetup {
         SolidProbeKind::Reaction { body: 1, support: 1 },
         SolidProbeKind::Sums(Some(0)),
         SolidProbeKind::Sums(None),
+        SolidProbeKind::Gap(Some(1)),
+        SolidProbeKind::Gap(None),
     ];
     setup.probes = kinds
         .into_iter()

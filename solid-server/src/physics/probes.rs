@@ -1,5 +1,6 @@
 //! Values of the probes at a step boundary.
 
+use sph::neighbours::CellGrid;
 use sph::setup::{SolidProbeKind, SolidSetup};
 use sph::vector::{Vector, cross};
 
@@ -16,7 +17,7 @@ pub(super) fn build_probes(setup: &SolidSetup, bodies: &mut [Body], errors: &mut
         let body = match &probe.kind {
             SolidProbeKind::MaterialPoint { body, .. } | SolidProbeKind::Reaction { body, .. } => Some(*body),
             SolidProbeKind::Motion(body) | SolidProbeKind::BodyForce(body) => Some(*body),
-            SolidProbeKind::Sums(body) => *body,
+            SolidProbeKind::Sums(body) | SolidProbeKind::Gap(body) => *body,
         };
         let count = bodies.len();
         let Some(body) = body.map(|body| bodies.get_mut(body as usize)) else {
@@ -55,7 +56,7 @@ pub(super) fn build_probes(setup: &SolidSetup, bodies: &mut [Body], errors: &mut
 ///
 /// Forces and reactions are those of the last corrector, that is half a step before the boundary; at the start of a run
 /// they are zero. Angular momentum is taken about the centre of the domain.
-pub(super) fn probe_values(model: &SolidModel, state: &SolidState, values: &mut Vec<f64>) {
+pub(super) fn probe_values(model: &SolidModel, state: &SolidState, time: f64, values: &mut Vec<f64>) {
     let reads_stress = model.probes.iter().any(|probe| matches!(probe, Probe::MaterialPoint(_)));
     let stress = reads_stress.then(|| stress_of(model, state));
     for probe in &model.probes {
@@ -65,7 +66,7 @@ pub(super) fn probe_values(model: &SolidModel, state: &SolidState, values: &mut 
                     material_point(model, state, stress, point, values);
                 }
             }
-            Probe::Plain(kind) => plain(model, state, kind, values),
+            Probe::Plain(kind) => plain(model, state, time, kind, values),
         }
     }
 }
@@ -85,7 +86,7 @@ fn material_point(
     values.extend([displacement.x, displacement.y, velocity.x, velocity.y, normal.x, normal.y, shear.x]);
 }
 
-fn plain(model: &SolidModel, state: &SolidState, kind: &SolidProbeKind, values: &mut Vec<f64>) {
+fn plain(model: &SolidModel, state: &SolidState, time: f64, kind: &SolidProbeKind, values: &mut Vec<f64>) {
     match kind {
         // Prepared as `Probe::MaterialPoint` when the model is built.
         SolidProbeKind::MaterialPoint { .. } => {}
@@ -94,6 +95,7 @@ fn plain(model: &SolidModel, state: &SolidState, kind: &SolidProbeKind, values: 
         SolidProbeKind::Reaction { body, support } => {
             push(values, &state.last.reactions[*body as usize][*support as usize]);
         }
+        SolidProbeKind::Gap(body) => values.extend(gaps(model, state, time, *body)),
         SolidProbeKind::Sums(body) => {
             let range = body.map_or(0..model.len(), |body| model.bodies[body as usize].range.clone());
             let sums = body_sums(model, state, &range);
@@ -105,6 +107,31 @@ fn plain(model: &SolidModel, state: &SolidState, kind: &SolidProbeKind, values: 
             values.extend([moments.xx, moments.yy, moments.xy]);
         }
     }
+}
+
+/// Smallest distance \[m\] from a particle of `body`, or of any, to one of another body, and from a free one to a wall's.
+///
+/// Not a number where there is none within three spacings.
+fn gaps(model: &SolidModel, state: &SolidState, time: f64, body: Option<u32>) -> [f64; 2] {
+    let reach = 3.0 * model.spacing;
+    let mut walls = model.walls.at_start();
+    model.walls.move_to(time, &mut walls);
+    let position = &state.particles.position;
+    let range = body.map_or(0..model.len(), |body| model.bodies[body as usize].range.clone());
+    let smallest = |others: &[Vector], counts: &dyn Fn(usize, usize) -> bool| {
+        let own = &position[range.clone()];
+        let list = CellGrid::new(&model.domain, others, reach).list(&model.domain, own, others, reach, false);
+        let pairs =
+            range.clone().enumerate().flat_map(|(k, i)| list.of(k).iter().map(move |j| (i, *j as usize)));
+        let distance = |(i, j): (usize, usize)| model.domain.separation(&position[i], &others[j]).norm();
+        pairs.filter(|(i, j)| counts(*i, *j)).map(distance).fold(f64::NAN, f64::min)
+    };
+    let other_body = |i: usize, j: usize| model.particles.body[i] != model.particles.body[j];
+    let meets_wall = |i: usize, w: usize| {
+        let wall = &model.walls.walls[model.walls.wall_of[w] as usize];
+        model.particles.support[i] == 0 && time < wall.release_time
+    };
+    [smallest(position, &other_body), smallest(&walls.position, &meets_wall)]
 }
 
 fn push(values: &mut Vec<f64>, vector: &Vector) {

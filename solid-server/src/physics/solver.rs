@@ -250,8 +250,8 @@ impl Solver for SolidSolver {
         energies(&self.model, &self.state, &(0..self.model.len()))
     }
 
-    fn probes(&self, _time: f64, values: &mut Vec<f64>) {
-        probe_values(&self.model, &self.state, values);
+    fn probes(&self, time: f64, values: &mut Vec<f64>) {
+        probe_values(&self.model, &self.state, time, values);
     }
 
     fn snapshot(&self, step: u64, time: f64) -> ParticleFields {

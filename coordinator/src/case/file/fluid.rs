@@ -28,6 +28,7 @@ pub struct FluidTable {
     pub artificial_viscosity_a: f64,
     pub artificial_viscosity_b: f64,
     pub lambda: f64,
+    pub acoustic_damping: f64,
     pub wall_repulsion: f64,
     pub lost_particle_limit: u64,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -87,6 +88,7 @@ impl FluidTable {
         let artificial_viscosity_b =
             table.number_or("artificial_viscosity_b", &Allowed::NOT_NEGATIVE, 0.0).value;
         let lambda = table.number_or("lambda", &Allowed::SHARE, 0.01).value;
+        let acoustic_damping = table.number_or("acoustic_damping", &Allowed::NOT_NEGATIVE, 1.0).value;
         let wall_repulsion = table.number_or("wall_repulsion", &Allowed::NOT_NEGATIVE, 1.0).value;
         let lost_particle_limit = table.count_or("lost_particle_limit", LOSS_LIMITS, 0).value;
         let damping = DampingTable::read(&mut table);
@@ -106,6 +108,7 @@ impl FluidTable {
             artificial_viscosity_a,
             artificial_viscosity_b,
             lambda,
+            acoustic_damping,
             wall_repulsion,
             lost_particle_limit,
             damping,

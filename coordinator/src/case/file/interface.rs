@@ -13,6 +13,9 @@ use crate::case::reader::{Allowed, Choice, Table};
 #[allow(missing_docs)]
 pub struct InterfaceTable {
     pub law: Choice<InterfaceLaw>,
+    /// Coefficient of the repulsion of close pairs; only in the wall laws.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub repulsion: Option<f64>,
     /// Distance beyond the support radius at which particles are sent to spare, in spacings of the fluid.
     pub margin_spacings: f64,
 }
@@ -27,8 +30,11 @@ impl InterfaceTable {
         ];
         const MARGIN: Allowed =
             Allowed::new(0.0, 20.0, (false, true), 1.0, "a number above 0 and at most 20");
+        let law = table.choice_or_first("law", &LAWS);
+        let repels = law.value != InterfaceLaw::PlainSum;
         let read = Self {
-            law: table.choice_or_first("law", &LAWS),
+            law,
+            repulsion: repels.then(|| table.number_or("repulsion", &Allowed::NOT_NEGATIVE, 1.0).value),
             margin_spacings: table.number_or("margin_spacings", &MARGIN, 1.0).value,
         };
         table.finish();

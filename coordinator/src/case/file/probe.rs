@@ -41,6 +41,8 @@ pub enum ProbeKind {
     FluidSums,
     /// Force of the fluid on a wall.
     WallForce,
+    /// Fluid particles inside solids.
+    Immersed,
     /// Displacement, velocity and stress of a material point.
     MaterialPoint,
     /// Centre of mass, velocity and angle of a body.
@@ -51,26 +53,38 @@ pub enum ProbeKind {
     SupportReaction,
     /// Sums over a body or all solids.
     BodySums,
+    /// Smallest distance of a body, or any, to others and to walls.
+    Gap,
 }
 
 /// Words for the kinds.
-pub const KINDS: [(&str, ProbeKind); 10] = [
+pub const KINDS: [(&str, ProbeKind); 12] = [
     ("fluid-point", ProbeKind::FluidPoint),
     ("water-level", ProbeKind::WaterLevel),
     ("front", ProbeKind::Front),
     ("fluid-sums", ProbeKind::FluidSums),
     ("wall-force", ProbeKind::WallForce),
+    ("immersed-fluid", ProbeKind::Immersed),
     ("material-point", ProbeKind::MaterialPoint),
     ("body-motion", ProbeKind::BodyMotion),
     ("body-force", ProbeKind::BodyForce),
     ("support-reaction", ProbeKind::SupportReaction),
     ("body-sums", ProbeKind::BodySums),
+    ("gap", ProbeKind::Gap),
 ];
 
 impl ProbeKind {
     /// Whether the fluid solver reports it; the solid solver does otherwise.
     pub fn of_fluid(self) -> bool {
-        matches!(self, Self::FluidPoint | Self::WaterLevel | Self::Front | Self::FluidSums | Self::WallForce)
+        matches!(
+            self,
+            Self::FluidPoint
+                | Self::WaterLevel
+                | Self::Front
+                | Self::FluidSums
+                | Self::WallForce
+                | Self::Immersed
+        )
     }
 }
 
@@ -88,7 +102,7 @@ impl ProbeTable {
         match kind.value {
             ProbeKind::FluidPoint => at_m = Some(table.vector("at_m")),
             ProbeKind::WaterLevel => x_m = Some(table.number("x_m", &Allowed::FINITE)),
-            ProbeKind::Front => {}
+            ProbeKind::Front | ProbeKind::Immersed => {}
             ProbeKind::FluidSums => region = table.optional_name("region"),
             ProbeKind::WallForce => wall = Some(table.name("wall")),
             ProbeKind::MaterialPoint => (body, at_m) = (Some(table.name("body")), Some(table.vector("at_m"))),
@@ -96,7 +110,7 @@ impl ProbeTable {
             ProbeKind::SupportReaction => {
                 (body, support) = (Some(table.name("body")), Some(table.name("support")));
             }
-            ProbeKind::BodySums => body = table.optional_name("body"),
+            ProbeKind::BodySums | ProbeKind::Gap => body = table.optional_name("body"),
         }
         Some(Self { name, kind, at_m, x_m, region, wall, body, support, intact: table.finish() })
     }

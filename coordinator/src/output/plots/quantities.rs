@@ -15,7 +15,7 @@ const fn family(stem: &'static str, unit_key: &'static str, unit: &'static str) 
 }
 
 /// All quantities that probes report, longer stems before shorter ones that end them.
-const FAMILIES: [Family; 15] = [
+const FAMILIES: [Family; 17] = [
     family("angular_momentum", "kg_m_per_s", "kg m/s"),
     family("angular_velocity", "rad_s", "rad/s"),
     family("second_moment", "m2", "m²"),
@@ -25,18 +25,20 @@ const FAMILIES: [Family; 15] = [
     family("pressure", "pa", "Pa"),
     family("velocity", "m_s", "m/s"),
     family("stress", "pa", "Pa"),
+    family("immersed", "count", "particles"),
     family("centre", "m", "m"),
     family("front", "m", "m"),
     family("force", "n_per_m", "N/m"),
     family("level", "m", "m"),
     family("angle", "rad", "rad"),
     family("mass", "kg_per_m", "kg/m"),
+    family("gap", "m", "m"),
 ];
 
 /// Kinds of energy, which stand before the stem.
 const ENERGIES: [&str; 4] = ["kinetic", "potential", "compression", "strain"];
 /// Components, which stand after the stem; the empty one is a scalar.
-const COMPONENTS: [&str; 6] = ["", "x", "y", "xx", "yy", "xy"];
+const COMPONENTS: [&str; 8] = ["", "x", "y", "xx", "yy", "xy", "body", "wall"];
 
 /// What a column of `probes.csv` means.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -124,6 +126,7 @@ mod tests {
             FluidProbeKind::Front,
             FluidProbeKind::Region(None),
             FluidProbeKind::WallForce(0),
+            FluidProbeKind::Immersed,
         ];
         let solid = [
             SolidProbeKind::MaterialPoint { body: 0, reference_position: Vector::zeros() },
@@ -131,6 +134,7 @@ mod tests {
             SolidProbeKind::BodyForce(0),
             SolidProbeKind::Reaction { body: 0, support: 0 },
             SolidProbeKind::Sums(None),
+            SolidProbeKind::Gap(None),
         ];
         let suffixes = fluid.iter().map(|k| k.columns()).chain(solid.iter().map(|k| k.columns())).flatten();
         for suffix in suffixes {

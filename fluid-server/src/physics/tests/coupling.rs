@@ -2,7 +2,9 @@
 
 use sph::exchange::{Extent, InterfaceStates};
 use sph::interface::Interface;
-use sph::setup::{Coupling, DensityDiffusion, FluidSetup, GradientCorrection, InterfaceLaw};
+use sph::setup::{
+    Coupling, DensityDiffusion, FluidProbe, FluidProbeKind, FluidSetup, GradientCorrection, InterfaceLaw,
+};
 use sph::solver::Solver;
 use sph::stage::Stage;
 use sph::vector::{SymmetricTensor, Vector};
@@ -18,8 +20,13 @@ fn coupled(law: InterfaceLaw, correction: GradientCorrection, diffusion: Density
     add_block(&mut setup, Vector::new(0.2, 0.2), 12, 10);
     setup.constants.correction = correction;
     setup.diffusion = diffusion;
-    setup.run.coupling =
-        Some(Coupling { law, fluid: setup.constants, solid_spacing: 0.02, margin: REACH - 0.048 });
+    setup.run.coupling = Some(Coupling {
+        law,
+        fluid: setup.constants,
+        solid_spacing: 0.02,
+        repulsion: 0.5,
+        margin: REACH - 0.048,
+    });
     let mut noise = Noise(8);
     for i in 0..setup.particles.id.len() {
         setup.particles.position[i] += noise.vector() * 0.002;
@@ -220,4 +227,25 @@ fn coverage_is_measured_against_the_known_extent() {
     assert!(solver.covered_by(&far, REACH).is_err());
     // A fluid that has a coupling but no partner near runs as alone.
     run(&mut solver, 2, 1e-4);
+}
+
+#[test]
+fn water_inside_a_solid_is_counted() {
+    let immersed = |x: Vector| {
+        let mut setup =
+            coupled(InterfaceLaw::Wall, GradientCorrection::LatticeMoment, DensityDiffusion::None);
+        setup.probes.push(FluidProbe { name: "inside".into(), kind: FluidProbeKind::Immersed });
+        // One particle moves; all others lie left of the face at x = 0.44 m.
+        setup.particles.position[0] = x;
+        let mut solver = solver(setup);
+        step(&mut solver, REACH, &solid());
+        let mut values = Vec::new();
+        solver.probes(0.0, &mut values);
+        values[0]
+    };
+    assert_eq!(immersed(Vector::new(0.3, 0.6)), 0.0);
+    // A little before the face, a little behind it, and between the layers.
+    assert_eq!(immersed(Vector::new(0.435, 0.3)), 0.0);
+    assert_eq!(immersed(Vector::new(0.447, 0.3)), 1.0);
+    assert_eq!(immersed(Vector::new(0.48, 0.3)), 1.0);
 }

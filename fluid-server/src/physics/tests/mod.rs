@@ -2,6 +2,7 @@
 
 mod conservation;
 mod coupling;
+mod damper;
 mod invariance;
 mod leaving;
 mod reports;

@@ -75,6 +75,7 @@ pub fn empty_scene(spacing: f64) -> FluidSetup {
         wall_particles: WallParticles::default(),
         probes: Vec::new(),
         outflow: Outflow::default(),
+        acoustic_damping: 0.0,
         wall_repulsion: 0.0,
         lost_particle_limit: 0,
     }

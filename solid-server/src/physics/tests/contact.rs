@@ -19,6 +19,7 @@ fn collision(contact: ContactLaw) -> Run {
     set_velocity(&mut setup, |x| if x.x < 0.0 { Vector::new(2.0, 0.0) } else { Vector::zeros() });
     add_probe(&mut setup, SolidProbeKind::Motion(0));
     add_probe(&mut setup, SolidProbeKind::Motion(1));
+    add_probe(&mut setup, SolidProbeKind::Gap(None));
     Run::new(setup, 5e-6)
 }
 
@@ -38,6 +39,9 @@ fn blocks_bounce_apart_and_keep_their_momentum() {
     }
     let probes = run.probes();
     let (left, right) = (probes[2], probes[8]);
+    let gap = probes[12];
+    assert!((gap - closest_pair(&run)).abs() < 1e-15 || gap.is_nan() && closest_pair(&run) > 3.0 * SPACING);
+    assert!(probes[13].is_nan(), "there is no wall");
     assert!((left + right - 2.0).abs() < 1e-12, "{left} {right}");
     // They part, slower than they met.
     assert!(right - left > 0.5 && right - left < 2.0, "{left} {right}");

@@ -29,6 +29,7 @@ fn coupling(law: InterfaceLaw) -> Coupling {
             correction: GradientCorrection::LatticeMoment,
         },
         solid_spacing: SPACING,
+        repulsion: 0.5,
         margin: SPACING,
     }
 }

@@ -159,7 +159,9 @@ fn server_arguments(name: &str, node: NodeArguments) -> Vec<OsString> {
 }
 
 fn report(failure: &Failure) -> ExitCode {
-    eprintln!("error: {}", failure.message);
+    // A list of mistakes comes with its own marks.
+    let mark = if failure.message.starts_with("error") { "" } else { "error: " };
+    eprintln!("{mark}{}", failure.message);
     failure.exit_code()
 }
 

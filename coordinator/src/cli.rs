@@ -7,9 +7,12 @@ use std::process::ExitCode;
 use clap::{Args, Parser, Subcommand};
 
 use crate::failure::{Failure, Kind};
+use crate::guard::{self, Guard};
 use crate::launch::Source;
 
 /// Couples a fluid solver and an elastic-solid solver in lock-step and audits their interface.
+///
+/// Start with `run cases/drifting_body_coarse.toml`. cases/FORMAT.md lists every key of a case file.
 #[derive(Debug, Parser)]
 #[command(name = "coordinator", version, after_help = exit_codes())]
 struct Cli {
@@ -19,9 +22,16 @@ struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// Run a case; starts both servers on this machine unless told otherwise.
+    /// Run a case; starts the servers it needs on this machine unless told otherwise.
+    ///
+    /// A case with a fluid needs a fluid server, one with solids a solid server. The results are summary.json,
+    /// report.html, probes.csv, ledger.csv, case.toml with every default, snapshots/ for ParaView, final/ from which
+    /// another case can start, and logs/ of the servers. Ctrl-C or SIGTERM stop at a step boundary with outputs
+    /// complete; a second one gives up at once.
+    #[command(after_help = exit_codes())]
     Run(RunArguments),
     /// Check a case without running it: mistakes, particle counts, time-step limits, forecast run time.
+    #[command(after_help = exit_codes())]
     Check(CheckArguments),
     /// A fluid server; `run` starts it.
     #[command(name = "node-fluid", hide = true, disable_help_flag = true)]
@@ -29,6 +39,15 @@ enum Command {
     /// A solid server; `run` starts it.
     #[command(name = "node-solid", hide = true, disable_help_flag = true)]
     NodeSolid(NodeArguments),
+    /// Ends another program with the coordinator; `run` starts it.
+    #[command(name = Guard::COMMAND, hide = true)]
+    NodeGuard(GuardArguments),
+}
+
+/// Arguments of a guard.
+#[derive(Debug, Args)]
+struct GuardArguments {
+    process: i32,
 }
 
 /// Arguments that go to the server as they are.
@@ -41,33 +60,33 @@ struct NodeArguments {
 /// Arguments of `run`.
 #[derive(Debug, Args)]
 pub struct RunArguments {
-    /// Case file.
+    /// Case file, TOML; see cases/FORMAT.md.
     pub case: PathBuf,
-    /// Folder for the results; `results` and the name of the case file when left out.
+    /// Folder for the results [default: results/ and the name of the case file].
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// Replace the results of an earlier run in that folder.
+    /// Replace the results of an earlier run in that folder, which are refused otherwise.
     #[arg(long)]
     pub force: bool,
-    /// Both solvers as threads of this process, without servers; the results have the same bits.
+    /// Run the solvers as threads of this process instead of servers; the results have the same bits.
     #[arg(long, conflicts_with_all = ["fluid", "solid", "fluid_bin", "solid_bin"])]
     pub in_process: bool,
-    /// Use the fluid server that listens at this address.
+    /// Use the fluid server that listens at this address, over the case's `[servers]`.
     #[arg(long, value_name = "HOST:PORT", conflicts_with = "fluid_bin")]
     pub fluid: Option<String>,
-    /// Use the solid server that listens at this address.
+    /// Use the solid server that listens at this address, over the case's `[servers]`.
     #[arg(long, value_name = "HOST:PORT", conflicts_with = "solid_bin")]
     pub solid: Option<String>,
-    /// Start this program as the fluid server.
+    /// Start this program as the fluid server: it gets `--listen ADDR` and prints `LISTEN <addr>` when ready.
     #[arg(long, value_name = "PROGRAM")]
     pub fluid_bin: Option<PathBuf>,
-    /// Start this program as the solid server.
+    /// Start this program as the solid server, likewise.
     #[arg(long, value_name = "PROGRAM")]
     pub solid_bin: Option<PathBuf>,
-    /// Compute threads of each solver started here [default: all cores].
+    /// Compute threads of each built-in solver [default: all cores]; the results do not depend on it.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub threads: Option<u16>,
-    /// Steps granted ahead of the slowest solver; 1 is strict lock-step.
+    /// Steps that solvers may take before they wait for the coordinator; 1 is strict lock-step.
     #[arg(long, value_name = "STEPS", default_value_t = 64, value_parser = clap::value_parser!(u64).range(1..=100_000))]
     pub window: u64,
     /// No progress bar and no run header.
@@ -98,7 +117,7 @@ fn source(address: Option<&String>, program: Option<&PathBuf>) -> Option<Source>
 /// Arguments of `check`.
 #[derive(Debug, Args)]
 pub struct CheckArguments {
-    /// Case file.
+    /// Case file, TOML; see cases/FORMAT.md.
     pub case: PathBuf,
     /// Draw the initial particles to this PNG.
     #[arg(long, value_name = "PNG")]
@@ -123,6 +142,10 @@ pub fn main() -> ExitCode {
         Command::Run(arguments) => crate::run::run(&arguments),
         Command::Check(arguments) => crate::check::check(&arguments),
         Command::NodeFluid(node) => return fluid_server::main_with(server_arguments("fluid-server", node)),
+        Command::NodeGuard(guarded) => {
+            guard::watch(guarded.process);
+            return ExitCode::SUCCESS;
+        }
         Command::NodeSolid(node) => return solid_server::main_with(server_arguments("solid-server", node)),
     };
     match result {
@@ -136,7 +159,9 @@ fn server_arguments(name: &str, node: NodeArguments) -> Vec<OsString> {
 }
 
 fn report(failure: &Failure) -> ExitCode {
-    eprintln!("error: {}", failure.message);
+    // A list of mistakes comes with its own marks.
+    let mark = if failure.message.starts_with("error") { "" } else { "error: " };
+    eprintln!("{mark}{}", failure.message);
     failure.exit_code()
 }
 
@@ -152,7 +177,7 @@ mod tests {
         for kind in Kind::ALL {
             assert!(help.contains(kind.meaning()), "{help}");
         }
-        assert!(!help.contains("node-fluid"));
+        assert!(!help.contains("node-"));
     }
 
     #[test]

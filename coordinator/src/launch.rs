@@ -10,6 +10,7 @@ use tokio::io::{AsyncBufReadExt, BufReader};
 use tokio::process::{Child, Command};
 
 use crate::failure::Failure;
+use crate::guard::Guard;
 
 /// A child that has not reported its address by then is given up.
 const START_DEADLINE: Duration = Duration::from_secs(30);
@@ -21,7 +22,8 @@ const END_DEADLINE: Duration = Duration::from_secs(5);
 pub enum Source {
     /// This executable, run again with a hidden sub-command.
     Own,
-    /// Another program with its arguments; it takes `--listen ADDR` besides and prints `LISTEN <addr>`.
+    /// Another program with its arguments; it takes `--listen ADDR` besides and prints `LISTEN <addr>`. It ends with
+    /// this process, whether or not it watches its standard input.
     Program(Vec<String>),
     /// A server that already listens.
     Address(String),
@@ -35,6 +37,7 @@ pub struct Server {
     /// `host:port` at which it listens.
     pub address: String,
     child: Option<Child>,
+    guard: Option<Guard>,
 }
 
 impl Server {
@@ -49,7 +52,9 @@ impl Server {
         log: &Path,
     ) -> Result<Self, Failure> {
         let mut command = match source {
-            Source::Address(address) => return Ok(Self { role, address: address.clone(), child: None }),
+            Source::Address(address) => {
+                return Ok(Self { role, address: address.clone(), child: None, guard: None });
+            }
             Source::Own => {
                 let own = std::env::current_exe().map_err(|e| {
                     Failure::server(format!("cannot find this executable to start the {role} server: {e}"))
@@ -92,8 +97,14 @@ impl Server {
                      `[servers]` of the case"
                 ))
             })?;
+        let guard = match (source, child.id()) {
+            (Source::Program(_), Some(process)) => Some(Guard::start(process).map_err(|e| {
+                Failure::server(format!("cannot start the guard of the {role} server `{program}`: {e}"))
+            })?),
+            _ => None,
+        };
         let address = Self::read_address(role, &program, &mut child, log).await?;
-        Ok(Self { role, address, child: Some(child) })
+        Ok(Self { role, address, child: Some(child), guard })
     }
 
     async fn read_address(
@@ -131,6 +142,9 @@ impl Server {
 
     /// Ends a child that this coordinator started: closes its input, waits, kills it if need be.
     pub async fn end(mut self) {
+        if let Some(guard) = self.guard.take() {
+            guard.end().await;
+        }
         let Some(child) = self.child.as_mut() else { return };
         drop(child.stdin.take());
         if tokio::time::timeout(END_DEADLINE, child.wait()).await.is_err() {

@@ -3,7 +3,7 @@
 //! | module | what it does |
 //! |---|---|
 //! | [`case`] | case files: parse once, all mistakes at once |
-//! | [`launch`], [`remote`], [`in_process`] | the solvers as servers or as threads |
+//! | [`launch`], [`guard`], [`remote`], [`in_process`] | the solvers as servers or as threads |
 //! | [`control`], [`lockstep`] | grants, events, checks of the books |
 //! | [`recorder`], [`output`] | everything that a run leaves behind |
 //! | [`run`], [`check`], [`cli`] | the commands |
@@ -15,6 +15,7 @@ pub mod check;
 pub mod cli;
 pub mod control;
 pub mod failure;
+pub mod guard;
 pub mod header;
 pub mod in_process;
 pub mod launch;

@@ -57,13 +57,6 @@ pub struct LockStep {
     completed: u64,
 }
 
-fn slot(role: Role) -> usize {
-    match role {
-        Role::Fluid => 0,
-        Role::Solid => 1,
-    }
-}
-
 impl LockStep {
     /// Lock-step of `participants` under `policy`.
     pub fn new(participants: Vec<Role>, policy: LedgerPolicy, torque: TorqueCheck) -> Self {
@@ -84,8 +77,8 @@ impl LockStep {
 
     /// Takes the report of `role` and returns the step that it completes, if it does.
     pub fn report(&mut self, role: Role, report: StepReport) -> Option<MatchedStep> {
-        self.waiting[slot(role)].push_back(report);
-        if self.participants.iter().any(|role| self.waiting[slot(*role)].is_empty()) {
+        self.waiting[role.index()].push_back(report);
+        if self.participants.iter().any(|role| self.waiting[role.index()].is_empty()) {
             return None;
         }
         let (fluid, solid) = (self.waiting[0].pop_front(), self.waiting[1].pop_front());
@@ -118,7 +111,7 @@ impl LockStep {
         for (role, report) in [(Role::Fluid, &fluid), (Role::Solid, &solid)] {
             if let Some(report) = report {
                 let corrector = &report.books[1];
-                self.impulse[slot(role)] += corrector.duration * corrector.interface.force;
+                self.impulse[role.index()] += corrector.duration * corrector.interface.force;
             }
         }
         MatchedStep {

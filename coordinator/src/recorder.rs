@@ -8,7 +8,7 @@ use crate::failure::Failure;
 use crate::lockstep::MatchedStep;
 use crate::output::directory::{self, OutputDirectory, OutputError};
 use crate::output::ledger::{Extremes, LedgerFile};
-use crate::output::plots::gallery::PairedSnapshot;
+use crate::output::plots::gallery::{PairedSnapshot, Pictures};
 use crate::output::probes::ProbeFile;
 use crate::output::state;
 use crate::output::summary::StepSizes;
@@ -77,13 +77,6 @@ pub struct Recorded {
     pub snapshots: Vec<PairedSnapshot>,
 }
 
-fn slot(role: Role) -> usize {
-    match role {
-        Role::Fluid => 0,
-        Role::Solid => 1,
-    }
-}
-
 impl<'a> Recorder<'a> {
     /// A recorder into `directory` for a run of `case` by `roles`.
     ///
@@ -124,7 +117,7 @@ impl<'a> Recorder<'a> {
         self.tally.step_sizes = Some(StepSizes::with(self.tally.step_sizes, report.time_step));
         for role in [Role::Fluid, Role::Solid] {
             if let Some(report) = step.of(role) {
-                let side = &mut self.tally.sides[slot(role)];
+                let side = &mut self.tally.sides[role.index()];
                 side.step_seconds += report.elapsed;
                 side.waited_seconds += report.waited;
             }
@@ -158,7 +151,7 @@ impl<'a> Recorder<'a> {
     /// # Errors
     /// When a file cannot be written.
     pub fn snapshot(&mut self, role: Role, fields: ParticleFields) -> Result<(), Failure> {
-        self.series[slot(role)].write(&fields)?;
+        self.series[role.index()].write(&fields)?;
         self.pictures.take(role, fields);
         Ok(())
     }
@@ -173,7 +166,7 @@ impl<'a> Recorder<'a> {
         fields: &ParticleFields,
         counts: Counts,
     ) -> Result<(), Failure> {
-        let side = &mut self.tally.sides[slot(role)];
+        let side = &mut self.tally.sides[role.index()];
         side.counts = counts;
         side.state_digest = state::digest(fields);
         Ok(state::write(&self.directory.final_state(&role.to_string()), fields)?)
@@ -191,78 +184,6 @@ impl<'a> Recorder<'a> {
         let extremes = *self.ledger.extremes();
         self.probes.finish()?;
         self.ledger.finish()?;
-        Ok(Recorded { tally: self.tally, extremes, snapshots: self.pictures.kept })
-    }
-}
-
-/// Keeps the snapshots nearest after each wanted time, so that memory does not grow with the run.
-struct Pictures {
-    /// Times still wanted by fluid and solid, ascending.
-    wanted: [std::collections::VecDeque<f64>; 2],
-    kept: Vec<PairedSnapshot>,
-}
-
-impl Pictures {
-    fn new(mut times: Vec<f64>) -> Self {
-        times.sort_by(f64::total_cmp);
-        let wanted: std::collections::VecDeque<f64> = times.into();
-        Self { wanted: [wanted.clone(), wanted], kept: Vec::new() }
-    }
-
-    fn take(&mut self, role: Role, fields: ParticleFields) {
-        let wanted = &mut self.wanted[slot(role)];
-        // Snapshot times are decimal only up to the size of a step.
-        let reached = |time: &f64| fields.time >= time - 1e-9 * time.abs();
-        if !wanted.front().is_some_and(reached) {
-            return;
-        }
-        while wanted.front().is_some_and(reached) {
-            wanted.pop_front();
-        }
-        let time = fields.time;
-        let known = self.kept.iter().position(|pair| pair.time.to_bits() == time.to_bits());
-        let index = known.unwrap_or_else(|| {
-            let index = self.kept.partition_point(|pair| pair.time < time);
-            self.kept.insert(index, PairedSnapshot { time, fluid: None, solid: None });
-            index
-        });
-        match role {
-            Role::Fluid => self.kept[index].fluid = Some(fields),
-            Role::Solid => self.kept[index].solid = Some(fields),
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn snapshot(time: f64) -> ParticleFields {
-        ParticleFields { time, ..ParticleFields::default() }
-    }
-
-    #[test]
-    fn one_snapshot_is_kept_for_each_wanted_time_and_sides_are_paired() {
-        let mut pictures = Pictures::new(vec![0.3, 0.0, 0.1]);
-        for k in 0..=40 {
-            pictures.take(Role::Fluid, snapshot(0.01 * f64::from(k)));
-        }
-        for k in 0..=40 {
-            pictures.take(Role::Solid, snapshot(0.01 * f64::from(k)));
-        }
-        let times: Vec<f64> = pictures.kept.iter().map(|pair| pair.time).collect();
-        assert_eq!(times.len(), 3, "{times:?}");
-        assert!((times[1] - 0.1).abs() < 1e-9 && (times[2] - 0.3).abs() < 1e-9);
-        assert!(pictures.kept.iter().all(|pair| pair.fluid.is_some() && pair.solid.is_some()));
-    }
-
-    #[test]
-    fn a_snapshot_that_serves_two_wanted_times_is_kept_once() {
-        let mut pictures = Pictures::new(vec![0.1, 0.12]);
-        pictures.take(Role::Solid, snapshot(0.0));
-        pictures.take(Role::Solid, snapshot(0.2));
-        pictures.take(Role::Solid, snapshot(0.4));
-        assert_eq!(pictures.kept.len(), 1);
-        assert!(pictures.kept[0].fluid.is_none());
+        Ok(Recorded { tally: self.tally, extremes, snapshots: self.pictures.finish() })
     }
 }

@@ -83,12 +83,17 @@ impl Remote {
             let role = role_of(&plan.setup);
             let log: PathBuf = logs.join(format!("{role}-server.log"));
             let server = Server::start(role, &plan.source, threads, &log).await?;
+            let unreachable = |e: RpcError| {
+                let at = &server.address;
+                Failure::server(format!(
+                    "{e}; start a {role} server that listens at {at}, or give another address by `--{role}` or \
+                     `[servers]` of the case"
+                ))
+            };
+            let deadlines = Deadlines::default();
             let mut client =
-                ParticipantClient::connect(&server.address, Deadlines::default()).await.map_err(|e| {
-                    let hint = format!("is a {role} server listening at {}?", server.address);
-                    Failure::server(format!("{e}; {hint}"))
-                })?;
-            let description = client.describe().await?;
+                ParticipantClient::connect(&server.address, deadlines).await.map_err(unreachable)?;
+            let description = client.describe().await.map_err(unreachable)?;
             let reasons = handshake::unfit(&description, role, plan.setup.run());
             if !reasons.is_empty() {
                 let list = reasons.join("\n  ");

@@ -257,11 +257,11 @@ fn summarise(
     };
     let mut participants = [None, None];
     for (role, mut participant) in sides {
-        let side = &tally.sides[usize::from(role == Role::Solid)];
+        let side = &tally.sides[role.index()];
         participant.counts = side.counts;
         participant.state_digest.clone_from(&side.state_digest);
         participant.set_waits(side.step_seconds, side.waited_seconds);
-        participants[usize::from(role == Role::Solid)] = Some(participant);
+        participants[role.index()] = Some(participant);
     }
     let particles: u64 = tally.sides.iter().map(|side| side.counts.particles).sum();
     let [fluid, solid] = participants;

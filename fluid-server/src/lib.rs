@@ -16,12 +16,7 @@ pub struct FluidFactory;
 
 impl SolverFactory for FluidFactory {
     fn describe(&self) -> Description {
-        Description::of_solver(
-            "fluid-server",
-            env!("CARGO_PKG_VERSION"),
-            Role::Fluid,
-            proto::node::ARITHMETIC,
-        )
+        Description::of_solver("fluid-server", env!("CARGO_PKG_VERSION"), Role::Fluid, physics::ARITHMETIC)
     }
 
     fn open(&self, setup: ParticipantSetup) -> Result<Opened, SetupProblems> {

@@ -36,7 +36,9 @@ const STREAM_END: Duration = Duration::from_secs(2);
 pub struct Deadlines {
     /// To accept a connection.
     pub connect: Duration,
-    /// To describe itself, link, close.
+    /// To describe itself, which takes no work: whoever stays silent is no solver.
+    pub describe: Duration,
+    /// To link, close.
     pub call: Duration,
     /// To build its solver.
     pub open: Duration,
@@ -48,6 +50,7 @@ impl Default for Deadlines {
     fn default() -> Self {
         Self {
             connect: Duration::from_secs(10),
+            describe: Duration::from_secs(10),
             call: Duration::from_secs(30),
             open: Duration::from_secs(300),
             silence: Duration::from_secs(60),
@@ -122,12 +125,10 @@ impl ParticipantClient {
     /// # Errors
     /// When it does not answer, or is no solver of this protocol.
     pub async fn describe(&mut self) -> Result<Description, RpcError> {
-        let deadline = self.deadlines.call;
+        let deadline = self.deadlines.describe;
         let answer = self.inner.describe(wire::DescribeRequest {});
         let reply = within(deadline, "Describe", &self.address, answer).await.map_err(|mut error| {
-            if matches!(error.code, RpcCode::Unsupported | RpcCode::Internal) {
-                error.message.push_str("; the server is no solver of protocol fsi.v1");
-            }
+            error.message.push_str("; what listens there seems to be no solver of protocol fsi.v1");
             error
         })?;
         self.accept("Describe", Description::from_wire(&reply, &Path::root("description")))

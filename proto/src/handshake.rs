@@ -12,7 +12,7 @@ pub fn unfit(description: &Description, role: Role, run: &RunSetup) -> Vec<Strin
     let mut reasons = Vec::new();
     let [lowest, highest] = description.protocols;
     if PROTOCOL < lowest || lowest.major != PROTOCOL.major && highest.major != PROTOCOL.major {
-        reasons.push(format!("{who} speaks protocol {lowest} to {highest}, this coordinator {PROTOCOL}"));
+        reasons.push(format!("{who} speaks protocol {lowest} to {highest}, this coordinator {PROTOCOL}; use releases that share one"));
     }
     if !description.roles.contains(&role) {
         let roles: Vec<String> = description.roles.iter().map(Role::to_string).collect();

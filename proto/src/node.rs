@@ -13,9 +13,6 @@ use tracing_subscriber::EnvFilter;
 use crate::service::{ServeError, ServeOptions, Server, SolverFactory};
 use crate::transport::is_loopback;
 
-/// How solvers of this workspace sum: one number at a time, in the order of the lists.
-pub const ARITHMETIC: &str = "f64 scalar";
-
 /// Command line was wrong, or asked for what is not allowed.
 const EXIT_USAGE: u8 = 2;
 /// The address is taken.

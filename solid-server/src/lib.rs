@@ -16,12 +16,7 @@ pub struct SolidFactory;
 
 impl SolverFactory for SolidFactory {
     fn describe(&self) -> Description {
-        Description::of_solver(
-            "solid-server",
-            env!("CARGO_PKG_VERSION"),
-            Role::Solid,
-            proto::node::ARITHMETIC,
-        )
+        Description::of_solver("solid-server", env!("CARGO_PKG_VERSION"), Role::Solid, physics::ARITHMETIC)
     }
 
     fn open(&self, setup: ParticipantSetup) -> Result<Opened, SetupProblems> {

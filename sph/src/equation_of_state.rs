@@ -1,5 +1,9 @@
 //! Equation of state of a weakly compressible fluid, Eq. (3).
 
+/// Largest relative change of density with which a run goes on \[-\]; walls and interface particles show none larger
+/// in tension.
+pub const LARGEST_COMPRESSION: f64 = 0.3;
+
 /// Tait's equation of state.
 ///
 /// ```text
@@ -28,12 +32,7 @@ impl Tait {
     #[inline]
     pub fn pressure(&self, density: f64) -> f64 {
         let ratio = density / self.rest_density;
-        let power = if self.exponent == 7.0 {
-            let cube = ratio * ratio * ratio;
-            cube * cube * ratio
-        } else {
-            ratio.powf(self.exponent)
-        };
+        let power = if self.exponent == 7.0 { sixth_power(ratio) * ratio } else { ratio.powf(self.exponent) };
         self.stiffness * (power - 1.0)
     }
 
@@ -41,6 +40,15 @@ impl Tait {
     #[inline]
     pub fn density(&self, pressure: f64) -> f64 {
         self.rest_density * (pressure / self.stiffness + 1.0).max(0.0).powf(1.0 / self.exponent)
+    }
+
+    /// Density \[kg/m³\] that a wall or interface particle shows to the fluid at `pressure` \[Pa\].
+    ///
+    /// It follows the pressure down to the density at which a run stops: the inverse alone would reach zero, by which
+    /// pair forces divide.
+    #[inline]
+    pub fn wall_density(&self, pressure: f64) -> f64 {
+        self.density(pressure).max((1.0 - LARGEST_COMPRESSION) * self.rest_density)
     }
 
     /// Compression energy per mass \[J/kg\]: ∫ p/ρ² dρ from ρ₀ to `density`.
@@ -52,11 +60,19 @@ impl Tait {
         let q = density / self.rest_density;
         let power = if (self.exponent - 1.0).abs() < 1e-12 {
             q.ln()
+        } else if self.exponent == 7.0 {
+            (sixth_power(q) - 1.0) / 6.0
         } else {
             (q.powf(self.exponent - 1.0) - 1.0) / (self.exponent - 1.0)
         };
         self.stiffness / self.rest_density * (power + 1.0 / q - 1.0)
     }
+}
+
+#[inline]
+fn sixth_power(x: f64) -> f64 {
+    let cube = x * x * x;
+    cube * cube
 }
 
 #[cfg(test)]
@@ -78,6 +94,18 @@ mod tests {
             // dp/dρ at rest is c₀² = 400 m²/s².
             let slope = (water.pressure(1000.01) - water.pressure(999.99)) / 0.02;
             assert!((slope - 400.0).abs() < 1e-3);
+        }
+    }
+    #[test]
+    fn walls_show_a_density_in_any_tension() {
+        let water = Tait::new(1000.0, 20.0, 7.0);
+        // p₀ = ρ₀c₀²/γ = 57,143 Pa; at −p₀ and below the inverse is zero.
+        for pressure in [-57_142.0, -57_143.0, -1e9] {
+            assert_eq!(water.wall_density(pressure), 700.0, "{pressure} Pa");
+        }
+        // p(0.7 ρ₀) = −52,437 Pa: above it the inverse holds.
+        for pressure in [-5e4, 0.0, 1e5] {
+            assert_eq!(water.wall_density(pressure).to_bits(), water.density(pressure).to_bits());
         }
     }
 }

@@ -285,7 +285,7 @@ impl PairLaw {
         let pressure = if weight > 0.0 { weighted / weight } else { 0.0 };
         Dummy {
             pressure,
-            density: self.equation_of_state.density(pressure),
+            density: self.equation_of_state.wall_density(pressure),
             mass: self.rest_density * solid.mass[s] / solid.density[s],
         }
     }

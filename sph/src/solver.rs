@@ -24,6 +24,14 @@ impl Role {
             Role::Solid => Role::Fluid,
         }
     }
+
+    /// Place in arrays that hold one thing for each side: the fluid's first.
+    pub fn index(self) -> usize {
+        match self {
+            Role::Fluid => 0,
+            Role::Solid => 1,
+        }
+    }
 }
 
 impl std::fmt::Display for Role {

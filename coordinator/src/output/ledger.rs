@@ -175,7 +175,7 @@ impl LedgerFile {
         self.row.extend([completed, any.end_time, any.time_step]);
         self.row.extend(self.since_row.map(|largest| largest.value));
         for side in &self.sides {
-            let k = slot(*side);
+            let k = side.index();
             match &reports[k] {
                 Some(report) => push_side(&mut self.row, report, &self.sums[k]),
                 None => self.row.extend(std::iter::repeat_n(f64::NAN, side_width())),
@@ -227,13 +227,6 @@ fn push_side(row: &mut Vec<f64>, report: &StepReport, sums: &SideSums) {
     ]);
     row.extend(sums.accounts.iter().flat_map(|impulse| [impulse.x, impulse.y]));
     row.extend([report.energies.kinetic, report.energies.potential, report.energies.internal]);
-}
-
-fn slot(role: Role) -> usize {
-    match role {
-        Role::Fluid => 0,
-        Role::Solid => 1,
-    }
 }
 
 #[cfg(test)]

@@ -66,7 +66,7 @@ impl ProbeFile {
     /// # Errors
     /// When a row cannot be written, or the number of values is not that of the columns.
     pub fn take(&mut self, role: Role, values: ProbeValues) -> Result<(), OutputError> {
-        let side = &mut self.sides[slot(role)];
+        let side = &mut self.sides[role.index()];
         if values.values.len() != side.columns || !side.takes_part {
             let (got, expected) = (values.values.len(), side.columns);
             let reason = format!("the {role} solver sent {got} probe values, the case asks for {expected}");
@@ -112,13 +112,6 @@ impl ProbeFile {
         }
         self.last_step = Some(step);
         self.file.push(&self.row)
-    }
-}
-
-fn slot(role: Role) -> usize {
-    match role {
-        Role::Fluid => 0,
-        Role::Solid => 1,
     }
 }
 

@@ -12,9 +12,6 @@ use super::plots::PlotError;
 use super::plots::gallery::PairedSnapshot;
 use super::table::Table;
 
-/// How many times the fields are shown at.
-pub const PICTURES: usize = 6;
-
 /// Everything that a report shows.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ReportData {

@@ -1,10 +1,11 @@
 //! What a healthy state looks like; a run that leaves it stops and says where.
 
 use rayon::prelude::*;
+use sph::equation_of_state::LARGEST_COMPRESSION;
 use sph::solver::Divergence;
 use sph::stage::StepStage;
 
-use super::model::{FluidModel, LARGEST_COMPRESSION};
+use super::model::FluidModel;
 use super::state::FluidState;
 
 /// Particles per task.

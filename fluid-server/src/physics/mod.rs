@@ -38,6 +38,8 @@ mod workspace;
 #[cfg(test)]
 mod tests;
 
+pub use lanes::ARITHMETIC;
+
 /// The fluid solver of one run.
 #[derive(Debug)]
 pub struct FluidSolver {

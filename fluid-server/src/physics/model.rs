@@ -15,9 +15,6 @@ use super::pair::{PairKernel, PairLaw};
 use super::state::FluidState;
 use super::walls::WallModel;
 
-/// Largest |ρ/ρ₀ − 1| of a healthy weakly compressible run; a run beyond it stops.
-pub const LARGEST_COMPRESSION: f64 = 0.3;
-
 /// What is constant during a run.
 #[derive(Clone, Debug)]
 pub struct FluidModel {
@@ -187,12 +184,6 @@ impl FluidModel {
             largest_acceleration,
             ..FluidState::default()
         }
-    }
-
-    /// Density of a wall particle at `pressure` \[Pa\], not below the density at which a run stops.
-    pub fn wall_density(&self, pressure: f64) -> f64 {
-        let lowest = (1.0 - LARGEST_COMPRESSION) * self.constants.rest_density;
-        self.equation_of_state.density(pressure).max(lowest)
     }
 
     /// Rate k of the linear damping at `time` \[1/s\].

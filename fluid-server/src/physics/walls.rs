@@ -237,7 +237,7 @@ impl WallStates {
                 record.v_x = velocity.x;
                 record.v_y = velocity.y;
                 record.pressure = pressure / weight;
-                record.density = model.wall_density(record.pressure);
+                record.density = model.equation_of_state.wall_density(record.pressure);
                 record.volume = model.walls.mass / record.density;
             }
         });

@@ -37,3 +37,6 @@ mod workspace;
 mod tests;
 
 pub use solver::SolidSolver;
+
+/// How sums over neighbours are made, for the handshake: one at a time, in the order of the lists.
+pub const ARITHMETIC: &str = "f64 scalar";

@@ -221,11 +221,15 @@ impl OutputsTable {
     /// Pictures of a report when a case names no times.
     const DEFAULT_PICTURES: u8 = 6;
 
+    /// Steps between rows of the ledger: a row has some eighty numbers, and one a step would outgrow all other outputs.
+    const DEFAULT_LEDGER_STEPS: u64 = 10;
+
     /// Reads the table; times are checked against `time`.
     pub fn read(mut table: Table<'_>, time: &TimeTable) -> Self {
         let snapshot_interval_s = table.optional_number("snapshot_interval_s", &Allowed::POSITIVE);
         let probe_interval_s = table.optional_number("probe_interval_s", &Allowed::POSITIVE);
-        let ledger_every_steps = table.count_or("ledger_every_steps", 1..1_000_001, 1).value;
+        let ledger_every_steps =
+            table.count_or("ledger_every_steps", 1..1_000_001, Self::DEFAULT_LEDGER_STEPS).value;
         let (start, end) = (time.start_time_s, time.end_time_s.value);
         let pictures = table.optional_numbers("picture_times_s", &Allowed::FINITE);
         if let Some(times) = pictures.as_ref().filter(|_| time.intact)

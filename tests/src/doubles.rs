@@ -1,0 +1,190 @@
+//! Doubles around the real solvers: one thing is wrong with each.
+
+use std::net::SocketAddr;
+
+use proto::description::{Description, ProtocolVersion};
+use proto::service::{Opened, ServeOptions, Server, SetupProblems, SolverFactory};
+use sph::exchange::{Exchange, Extent, Frame, InterfaceStates, PeerError};
+use sph::ledger::{Energies, StageBooks};
+use sph::setup::ParticipantSetup;
+use sph::solver::{Counts, Divergence, ParticleFields, Role, Solver};
+use sph::stage::{StageTime, StepStage};
+use tokio::sync::oneshot;
+
+/// What is wrong with a [`Double`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Wrong {
+    /// It speaks this protocol version only.
+    Protocol(ProtocolVersion),
+    /// It computes with this sound speed of the fluid \[m/s\], whatever it was told.
+    SoundSpeed(f64),
+    /// It computes the forces of this half-step from the partner's states of the one before.
+    Stale(StepStage),
+}
+
+/// The real solid solver with one thing wrong.
+#[derive(Clone, Copy, Debug)]
+pub struct Double(pub Wrong);
+
+impl SolverFactory for Double {
+    fn describe(&self) -> Description {
+        let mut description = solid_server::SolidFactory.describe();
+        if let Wrong::Protocol(version) = self.0 {
+            description.protocols = [version; 2];
+        }
+        description
+    }
+
+    fn open(&self, setup: ParticipantSetup) -> Result<Opened, SetupProblems> {
+        let mut opened = solid_server::SolidFactory.open(setup)?;
+        match self.0 {
+            Wrong::SoundSpeed(speed) => {
+                if let Some(coupling) = &mut opened.constants.coupling {
+                    coupling.fluid.sound_speed = speed;
+                }
+            }
+            Wrong::Stale(at) => {
+                let last = InterfaceStates::default();
+                opened.solver = Box::new(StaleSolver { solver: opened.solver, at, last });
+            }
+            Wrong::Protocol(_) => {}
+        }
+        Ok(opened)
+    }
+}
+
+/// A server of this process; dropping it ends it.
+#[derive(Debug)]
+pub struct Served {
+    /// Where it listens.
+    pub address: SocketAddr,
+    stop: Option<oneshot::Sender<()>>,
+    thread: Option<std::thread::JoinHandle<()>>,
+}
+
+/// Serves solvers of `factory` on a port of this machine.
+pub fn serve(factory: impl SolverFactory) -> Served {
+    let (stop, stopped) = oneshot::channel();
+    let (tell, told) = std::sync::mpsc::channel();
+    let thread = std::thread::spawn(move || {
+        let runtime =
+            tokio::runtime::Builder::new_multi_thread().worker_threads(2).enable_all().build().unwrap();
+        runtime.block_on(async move {
+            let server = Server::bind("127.0.0.1:0".parse().unwrap()).unwrap();
+            tell.send(server.address()).unwrap();
+            let stopped = async { drop(stopped.await) };
+            server
+                .serve(factory, ServeOptions { threads: 1, ..ServeOptions::default() }, stopped)
+                .await
+                .unwrap();
+        });
+    });
+    Served { address: told.recv().unwrap(), stop: Some(stop), thread: Some(thread) }
+}
+
+impl Drop for Served {
+    fn drop(&mut self) {
+        drop(self.stop.take());
+        if let Some(thread) = self.thread.take() {
+            let ended = thread.join();
+            assert!(ended.is_ok() || std::thread::panicking(), "the server panicked");
+        }
+    }
+}
+
+/// A solver that computes one half-step from old states of its partner.
+struct StaleSolver {
+    solver: Box<dyn Solver>,
+    at: StepStage,
+    last: InterfaceStates,
+}
+
+impl Solver for StaleSolver {
+    fn evaluate_cross(&mut self, time: &StageTime, own: &InterfaceStates, partner: &InterfaceStates) {
+        let used = if time.at == self.at { &self.last } else { partner };
+        self.solver.evaluate_cross(time, own, used);
+        self.last.clone_from(partner);
+    }
+
+    fn role(&self) -> Role {
+        self.solver.role()
+    }
+
+    fn begin_stage(&mut self, time: &StageTime) -> Result<(), Divergence> {
+        self.solver.begin_stage(time)
+    }
+
+    fn time_step_limit(&self) -> f64 {
+        self.solver.time_step_limit()
+    }
+
+    fn extent(&self) -> &Extent {
+        self.solver.extent()
+    }
+
+    fn interface(&mut self, partner: &Extent, reach: f64, states: &mut InterfaceStates) -> u64 {
+        self.solver.interface(partner, reach, states)
+    }
+
+    fn covered_by(&self, extent: &Extent, reach: f64) -> Result<(), f64> {
+        self.solver.covered_by(extent, reach)
+    }
+
+    fn evaluate_own(&mut self, time: &StageTime) {
+        self.solver.evaluate_own(time);
+    }
+
+    fn advance(&mut self, time: &StageTime) -> Result<StageBooks, Divergence> {
+        self.solver.advance(time)
+    }
+
+    fn end_step(&mut self, time: &StageTime) -> Result<(), Divergence> {
+        self.solver.end_step(time)
+    }
+
+    fn energies(&self) -> Energies {
+        self.solver.energies()
+    }
+
+    fn probes(&self, time: f64, values: &mut Vec<f64>) {
+        self.solver.probes(time, values);
+    }
+
+    fn snapshot(&self, step: u64, time: f64) -> ParticleFields {
+        self.solver.snapshot(step, time)
+    }
+
+    fn counts(&self) -> Counts {
+        self.solver.counts()
+    }
+}
+
+/// An exchange that delivers at one half-step what the partner sent for the one before, under the present time.
+pub struct StaleExchange<E> {
+    exchange: E,
+    at: StepStage,
+    last: InterfaceStates,
+}
+
+impl<E: Exchange> StaleExchange<E> {
+    /// `exchange` with a stale frame at `at`.
+    pub fn new(exchange: E, at: StepStage) -> Self {
+        Self { exchange, at, last: InterfaceStates::default() }
+    }
+}
+
+impl<E: Exchange> Exchange for StaleExchange<E> {
+    fn send(&mut self, frame: &Frame) -> Result<(), PeerError> {
+        self.exchange.send(frame)
+    }
+
+    fn receive(&mut self, at: StepStage, frame: &mut Frame) -> Result<(), PeerError> {
+        self.exchange.receive(at, frame)?;
+        let fresh = frame.states.clone();
+        if at == self.at {
+            frame.states.clone_from(&self.last);
+        }
+        self.last = fresh;
+        Ok(())
+    }
+}

@@ -1,0 +1,98 @@
+//! Runs that end before their end time, and servers that must not outlive them.
+
+use tests::bench::{Bench, text};
+
+/// Far more simulated time than a test waits for.
+const LONG: (&str, &str) = ("end_time_s = 0.002", "end_time_s = 100.0");
+
+fn bench() -> Bench {
+    Bench::new(env!("CARGO_BIN_EXE_tidelock-node"))
+}
+
+#[test]
+fn a_signal_stops_at_a_step_boundary_with_results_complete() {
+    for signal in ["INT", "TERM"] {
+        let bench = bench();
+        let mut run = bench.start(&bench.tank("case.toml", &[LONG]), "out");
+        assert_eq!(run.servers.len(), 2);
+        run.signal(signal);
+        let (status, message) = run.end();
+        assert_eq!(status.code(), Some(8), "{signal}: {message}");
+        assert!(message.contains("step boundary") && message.contains("complete"), "{message}");
+        run.servers_end();
+
+        let summary = bench.summary("out");
+        assert_eq!(summary["verdict"], "stopped", "{signal}");
+        let steps = summary["steps"].as_u64().unwrap();
+        assert!(steps > 0);
+        // Times are sums of steps of 4e-5 s: round-off of some thousand additions.
+        let end = summary["simulated"]["end_s"].as_f64().unwrap();
+        assert!((end - 4e-5 * steps as f64).abs() < 1e-9 * end, "{end} s after {steps} steps");
+        let out = bench.path("out");
+        for file in ["probes.csv", "ledger.csv", "case.toml", "report.html", "snapshots/solid.pvd"] {
+            assert!(out.join(file).metadata().unwrap().len() > 0, "{signal}: {file}");
+        }
+        assert!(!out.join("run.partial").exists());
+        // Both sides ended at the same step: from these states another run can go on.
+        for side in ["fluid", "solid"] {
+            let state = coordinator::output::state::read(&out.join(format!("final/{side}.state"))).unwrap();
+            assert_eq!(state.step, steps, "{side}");
+        }
+        let last = std::fs::read_to_string(out.join("ledger.csv")).unwrap();
+        assert!(last.lines().last().unwrap().starts_with(&format!("{steps}.0,")), "{signal}");
+    }
+}
+
+#[test]
+fn a_second_signal_gives_up_at_once_and_leaves_no_server() {
+    let bench = bench();
+    let mut run = bench.start(&bench.tank("case.toml", &[LONG]), "out");
+    run.signal("INT");
+    run.signal("TERM");
+    let (status, message) = run.end();
+    assert_eq!(status.code(), Some(8), "{message}");
+    run.servers_end();
+}
+
+#[test]
+fn servers_end_with_a_coordinator_that_is_killed() {
+    let bench = bench();
+    let mut run = bench.start(&bench.tank("case.toml", &[LONG]), "out");
+    assert_eq!(run.servers.len(), 2);
+    run.signal("KILL");
+    run.end();
+    run.servers_end();
+    assert!(bench.path("out").join("run.partial").exists(), "half a run must not look complete");
+    assert!(!bench.path("out").join("summary.json").exists());
+    assert!(!bench.path("out").join("probes.csv").exists());
+}
+
+#[test]
+fn other_programs_end_with_a_coordinator_that_is_killed_though_they_do_not_watch_it() {
+    let bench = bench();
+    // Without the flag by which the coordinator makes its own servers watch their input.
+    let program = env!("CARGO_BIN_EXE_tidelock-node");
+    let servers = format!("[servers]\nsolid_command = [{program:?}, \"node-solid\"]\n[fluid]");
+    let case = bench.tank("case.toml", &[LONG, ("[fluid]", &servers)]);
+    let mut run = bench.start(&case, "out");
+    // Two servers and the guard of one.
+    assert_eq!(run.servers.len(), 3);
+    run.signal("KILL");
+    run.end();
+    run.servers_end();
+}
+
+#[test]
+fn other_programs_and_their_guards_end_with_the_run() {
+    let bench = bench();
+    let program = env!("CARGO_BIN_EXE_tidelock-node");
+    let servers = format!("[servers]\nsolid_command = [{program:?}, \"node-solid\"]\n[fluid]");
+    let case = bench.tank("case.toml", &[LONG, ("[fluid]", &servers)]);
+    let mut run = bench.start(&case, "out");
+    run.signal("INT");
+    let (status, message) = run.end();
+    assert_eq!(status.code(), Some(8), "{message}");
+    run.servers_end();
+    assert_eq!(bench.summary("out")["verdict"], "stopped");
+    assert!(message.contains(text(&bench.path("out"))), "{message}");
+}

@@ -1,5 +1,6 @@
 //! Tests across real server processes; the program that they start is `tidelock-node`, the coordinator under a name of
-//! its own.
+//! its own. [`validation`] holds the verification suite that the program `validate` runs.
 
 pub mod bench;
 pub mod doubles;
+pub mod validation;

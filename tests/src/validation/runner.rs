@@ -1,0 +1,175 @@
+//! Running a member through the coordinator, in this process, and what its folder holds afterwards.
+
+use std::path::{Path, PathBuf};
+
+use coordinator::cli::RunArguments;
+use coordinator::output::directory;
+use coordinator::output::process::Process;
+use coordinator::output::state;
+use coordinator::output::table::Table;
+use sph::solver::ParticleFields;
+
+use super::template;
+use super::{Case, Member, snapshot};
+
+/// How members are run.
+#[derive(Clone, Debug)]
+pub struct Options {
+    /// Folder for everything.
+    pub out: PathBuf,
+    /// Compute threads; `None` for all cores.
+    pub threads: Option<u16>,
+    /// Further values replaced in every case file.
+    pub changes: Vec<(String, toml::Value)>,
+    /// Use results that are already in the folder.
+    pub reuse: bool,
+}
+
+/// A finished run.
+#[derive(Debug)]
+pub struct Run {
+    /// What was run.
+    pub member: Member,
+    /// Folder of its results.
+    pub folder: PathBuf,
+    /// The case as it was run.
+    pub case: toml::Table,
+    /// All probes.
+    pub probes: Table,
+    /// `summary.json`.
+    pub summary: serde_json::Value,
+    /// CPU time, user and system \[s\].
+    pub cpu_seconds: f64,
+}
+
+/// Name of the file that keeps the CPU time of a run.
+const CPU_FILE: &str = "cpu_seconds.txt";
+
+impl Run {
+    /// Runs `member` of `case`.
+    ///
+    /// # Errors
+    /// When the case file is wrong or the run fails.
+    pub fn of(case: &dyn Case, member: Member, options: &Options) -> Result<Self, String> {
+        let folder = options.out.join(case.name()).join(member.label());
+        let results = folder.join("results");
+        let file = template::folder().join(member.file).with_extension("toml");
+        let changes: Vec<_> = member.changes.iter().chain(&options.changes).cloned().collect();
+        let text = template::instantiate(&file, &changes)?;
+        let case_file = folder.join(member.file).with_extension("toml");
+        let done = results.join(directory::SUMMARY).exists()
+            && std::fs::read_to_string(&case_file).is_ok_and(|before| before == text);
+        if !(options.reuse && done) {
+            std::fs::create_dir_all(&folder)
+                .map_err(|e| format!("`{}` cannot be made: {e}", folder.display()))?;
+            write(&case_file, &text)?;
+            let cpu_before = cpu_seconds();
+            coordinator::run::run(&arguments(case_file.clone(), results.clone(), options.threads))
+                .map_err(|failure| format!("{}: {}", member.label(), failure.message))?;
+            write(&folder.join(CPU_FILE), &format!("{}\n", cpu_seconds() - cpu_before))?;
+        }
+        Self::read(member, folder, &case_file)
+    }
+
+    fn read(member: Member, folder: PathBuf, case_file: &Path) -> Result<Self, String> {
+        let results = folder.join("results");
+        let read = |path: PathBuf| {
+            std::fs::read_to_string(&path).map_err(|e| format!("`{}` cannot be read: {e}", path.display()))
+        };
+        let probes = Table::read(&results.join(directory::PROBES)).map_err(|e| e.to_string())?;
+        let summary = serde_json::from_str(&read(results.join(directory::SUMMARY))?)
+            .map_err(|e| format!("{}: {e}", results.join(directory::SUMMARY).display()))?;
+        let case = read(case_file.to_path_buf())?.parse().map_err(|e| format!("{e}"))?;
+        let cpu_seconds = read(folder.join(CPU_FILE))?.trim().parse().unwrap_or(f64::NAN);
+        Ok(Self { member, folder, case, probes, summary, cpu_seconds })
+    }
+
+    /// Values of the probe column `name`, one per row.
+    ///
+    /// # Errors
+    /// When there is no such column.
+    pub fn column(&self, name: &str) -> Result<Vec<f64>, String> {
+        self.probes
+            .column(name)
+            .ok_or_else(|| format!("`{}` has no probe column `{name}`", self.folder.display()))
+    }
+
+    /// Rows of the probes as (time \[s\], value of the column `name`).
+    ///
+    /// # Errors
+    /// When there is no such column.
+    pub fn history(&self, name: &str) -> Result<Vec<(f64, f64)>, String> {
+        Ok(self.column("t_s")?.into_iter().zip(self.column(name)?).collect())
+    }
+
+    /// All fluid and wall particles at the end.
+    ///
+    /// # Errors
+    /// When they cannot be read.
+    pub fn final_fluid(&self) -> Result<ParticleFields, String> {
+        state::read(&self.folder.join("results/final/fluid.state"))
+    }
+
+    /// Times \[s\] and files of the fluid's snapshots, in order.
+    ///
+    /// # Errors
+    /// When they cannot be read.
+    pub fn fluid_snapshots(&self) -> Result<Vec<(f64, PathBuf)>, String> {
+        snapshot::series(&self.folder.join("results/snapshots/fluid.pvd"))
+    }
+
+    /// The number at `path` of the case, such as `fluid.sound_speed_m_s`.
+    ///
+    /// # Errors
+    /// When the case does not hold it.
+    pub fn number(&self, path: &str) -> Result<f64, String> {
+        let mut steps = path.split('.');
+        let first = steps.next().and_then(|key| self.case.get(key));
+        let value = steps.try_fold(first, |value, key| Some(value?.get(key)));
+        let value = value.flatten().and_then(|v| v.as_float().or(v.as_integer().map(|n| n as f64)));
+        value.ok_or_else(|| format!("the case holds no number `{path}`"))
+    }
+
+    /// Settings of the fluid in one line: c0, h/Δx, A, B, correction, diffusion, shifting, step.
+    pub fn settings(&self) -> String {
+        let Some(fluid) = self.case.get("fluid").and_then(toml::Value::as_table) else {
+            return String::new();
+        };
+        let shown = ["sound_speed_m_s", "kernel_ratio", "artificial_viscosity_a", "artificial_viscosity_b"]
+            .into_iter()
+            .chain(["dynamic_viscosity_pa_s", "gradient_correction", "density_diffusion_delta", "shifting"]);
+        let mut parts: Vec<String> =
+            shown.filter_map(|key| fluid.get(key).map(|value| format!("{key} = {value}"))).collect();
+        parts.extend(self.case.get("time").and_then(|t| t.get("step")).map(|step| format!("step = {step}")));
+        parts.join("; ").replace('\n', " ")
+    }
+
+    /// Fluid particles lost.
+    pub fn lost(&self) -> f64 {
+        self.summary.pointer("/fluid/counts/lost").and_then(serde_json::Value::as_f64).unwrap_or(f64::NAN)
+    }
+}
+
+fn arguments(case: PathBuf, out: PathBuf, threads: Option<u16>) -> RunArguments {
+    RunArguments {
+        case,
+        out: Some(out),
+        force: true,
+        in_process: true,
+        fluid: None,
+        solid: None,
+        fluid_bin: None,
+        solid_bin: None,
+        threads,
+        window: 64,
+        quiet: true,
+    }
+}
+
+fn cpu_seconds() -> f64 {
+    Process::own().cpu_seconds.unwrap_or(f64::NAN)
+}
+
+fn write(path: &Path, text: &str) -> Result<(), String> {
+    std::fs::write(path, text).map_err(|e| format!("`{}` cannot be written: {e}", path.display()))
+}

@@ -52,7 +52,7 @@ pub trait Case: Sync {
 /// One run of a case.
 #[derive(Clone, Debug)]
 pub struct Member {
-    /// Case file in `cases/validation/`, without ending.
+    /// Case file from `cases/validation/` on, without ending.
     pub file: &'static str,
     /// Scheme or variant, such as `recommended`.
     pub scheme: &'static str,
@@ -90,9 +90,14 @@ impl Member {
         Self { quick: true, ..self }
     }
 
+    /// Name of the case file without folder and ending.
+    pub fn stem(&self) -> &'static str {
+        self.file.rsplit('/').next().unwrap_or(self.file)
+    }
+
     /// Name of its folder.
     pub fn label(&self) -> String {
-        format!("{}_{}_{}", self.file, self.scheme.replace([' ', '/'], "-"), self.spacing)
+        format!("{}_{}_{}", self.stem(), self.scheme.replace([' ', '/'], "-"), self.spacing)
     }
 }
 

@@ -56,7 +56,7 @@ impl Run {
         let file = template::folder().join(member.file).with_extension("toml");
         let changes: Vec<_> = member.changes.iter().chain(&options.changes).cloned().collect();
         let text = template::instantiate(&file, &changes)?;
-        let case_file = folder.join(member.file).with_extension("toml");
+        let case_file = folder.join(member.stem()).with_extension("toml");
         let done = results.join(directory::SUMMARY).exists()
             && std::fs::read_to_string(&case_file).is_ok_and(|before| before == text);
         if !(options.reuse && done) {
@@ -142,6 +142,15 @@ impl Run {
             shown.filter_map(|key| fluid.get(key).map(|value| format!("{key} = {value}"))).collect();
         parts.extend(self.case.get("time").and_then(|t| t.get("step")).map(|step| format!("step = {step}")));
         parts.join("; ").replace('\n', " ")
+    }
+
+    /// The number at the JSON pointer `place` of `summary.json`.
+    ///
+    /// # Errors
+    /// When there is none.
+    pub fn count(&self, place: &str) -> Result<f64, String> {
+        let value = self.summary.pointer(place).and_then(serde_json::Value::as_f64);
+        value.ok_or_else(|| format!("`{}`: the summary holds no number `{place}`", self.folder.display()))
     }
 
     /// Fluid particles lost.

@@ -21,7 +21,8 @@ pub fn instantiate(path: &Path, changes: &[(String, toml::Value)]) -> Result<Str
     toml::to_string(&table).map_err(|e| e.to_string())
 }
 
-/// Sets the value at `path`, a dotted path in which numbers index lists; tables on the way are made.
+/// Sets the value at `path`, a dotted path in which numbers index lists and a last `-` appends to one; tables on the
+/// way are made.
 ///
 /// # Errors
 /// When the path leads through a number or text, or past the end of a list.
@@ -49,6 +50,7 @@ pub fn set(table: &mut toml::Table, path: &str, value: toml::Value) -> Result<()
         toml::Value::Table(table) => {
             table.insert(last.to_owned(), value);
         }
+        toml::Value::Array(list) if last == "-" => list.push(value),
         toml::Value::Array(list) => {
             let entry = last.parse::<usize>().ok().and_then(|k| list.get_mut(k));
             *entry.ok_or_else(|| format!("`{path}`: the list has no entry `{last}`"))? = value;
@@ -71,6 +73,8 @@ mod tests {
         assert_eq!(table["a"]["b"].as_integer(), Some(5));
         assert_eq!(table["c"][0]["d"][1].as_integer(), Some(7));
         assert_eq!(table["a"]["new"]["deep"].as_integer(), Some(9));
+        set(&mut table, "c.0.d.-", 8.into()).unwrap();
+        assert_eq!(table["c"][0]["d"].as_array().unwrap().len(), 3);
         assert!(set(&mut table, "c.1.d", 1.into()).unwrap_err().contains("no entry `1`"));
         assert!(set(&mut table, "a.b.c", 1.into()).unwrap_err().contains("plain value"));
     }

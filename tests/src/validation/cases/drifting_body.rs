@@ -1,0 +1,166 @@
+//! Case 5.2: a collapsing water column carries an elastic body against an elastic plate.
+//!
+//! What is judged is what every sound scheme agrees on; after the body has touched the floor its path is chaotic, so
+//! path and passage are told only. The time mean of σ_yy at the foot is taken over 0.20-0.25 s, when body and water load
+//! the plate and bend it away: tension on the left, compression on the right (the document's Fig. 6).
+
+use crate::validation::{Case, Figure, Goal, Member, Plot, Run, series};
+
+/// See the module.
+pub struct DriftingBody;
+
+/// Left face of the plate and its width \[m\].
+const PLATE: (f64, f64) = (0.398, 0.012);
+/// Rows at the foot whose stress is averaged.
+const ROWS: usize = 3;
+/// Columns across the plate at which the stress is read.
+const COLUMNS: usize = 6;
+
+/// Name of the probe in a column and row of the foot, from the left and from the floor.
+fn foot(column: usize, row: usize) -> String {
+    format!("foot_{column}_{row}")
+}
+
+fn member(file: &'static str, spacing: f64) -> Member {
+    let mut member = Member::new(file, spacing);
+    for column in 0..COLUMNS {
+        for row in 0..ROWS {
+            let x = PLATE.0 + PLATE.1 * (column as f64 + 0.5) / COLUMNS as f64;
+            let y = 0.002 * (row as f64 + 0.5);
+            let mut probe = toml::Table::new();
+            probe.insert("name".into(), foot(column, row).into());
+            probe.insert("type".into(), "material-point".into());
+            probe.insert("body".into(), "plate".into());
+            probe.insert("at_m".into(), vec![x, y].into());
+            member = member.with("probe.-", probe);
+        }
+    }
+    member
+}
+
+/// Mean over rows and over 0.20-0.25 s of σ_yy in each column \[Pa\].
+fn foot_stress(run: &Run) -> Result<Vec<f64>, String> {
+    let mean = |column: usize| -> Result<f64, String> {
+        let means = (0..ROWS).map(|row| {
+            let history = run.history(&format!("{}_stress_yy_pa", foot(column, row)))?;
+            Ok(series::mean(&history, 0.20, 0.25))
+        });
+        Ok(means.sum::<Result<f64, String>>()? / ROWS as f64)
+    };
+    (0..COLUMNS).map(mean).collect()
+}
+
+/// Displacement of the tip \[m\] over time.
+fn tip(run: &Run) -> Result<Vec<(f64, f64)>, String> {
+    let x = run.history("tip_displacement_x_m")?;
+    let y = run.column("tip_displacement_y_m")?;
+    Ok(x.into_iter().zip(y).map(|((t, x), y)| (t, x.hypot(y))).collect())
+}
+
+impl Case for DriftingBody {
+    fn name(&self) -> &'static str {
+        "drifting_body"
+    }
+
+    fn about(&self) -> &'static str {
+        "case 5.2: arrival at the plate, bending of its foot, no overlap, no leak, closed books"
+    }
+
+    fn members(&self) -> Vec<Member> {
+        vec![
+            member("../drifting_body_coarse", 0.004).scheme("3 across the plate"),
+            member("../drifting_body", 0.002),
+        ]
+    }
+
+    fn figures(&self, run: &Run) -> Result<Vec<Figure>, String> {
+        let spacing = run.member.spacing;
+        let smallest = |name: &str| -> Result<f64, String> {
+            Ok(run.column(name)?.into_iter().fold(f64::INFINITY, f64::min) / spacing)
+        };
+        let counted = ["particles", "outflow", "lost"].map(|kind| run.count(&format!("/fluid/counts/{kind}")));
+        let start: f64 = counted.into_iter().sum::<Result<f64, String>>()?;
+        let immersed = series::largest(run.column("water_in_solids_immersed_count")?);
+        let (x, y) = (run.history("body_centre_x_m")?, run.history("body_centre_y_m")?);
+        let stress = foot_stress(run)?;
+        let (left, right) = stress.split_at(COLUMNS / 2);
+        let ledger = |check: &str| run.count(&format!("/ledger/largest_{check}/value"));
+        Ok(vec![
+            Figure::judged(
+                "tip moves by 1 mm at [s]",
+                series::first_reach(&tip(run)?, 1e-3),
+                Goal::Between(0.18, 0.26),
+            ),
+            Figure::judged(
+                "body centre above 0.06 m at [s]",
+                series::first_reach(&y, 0.06),
+                Goal::AtMost(0.40),
+            ),
+            Figure::told(
+                "body centre passes the plate's right face at [s]",
+                series::first_reach(&x, PLATE.0 + PLATE.1),
+            ),
+            Figure::told("body centre x at the end [m]", x.last().map_or(f64::NAN, |p| p.1)),
+            Figure::told("body centre y at the end [m]", y.last().map_or(f64::NAN, |p| p.1)),
+            Figure::judged(
+                "smallest mean sigma_yy, left columns of the foot [Pa]",
+                left.iter().copied().fold(f64::INFINITY, f64::min),
+                Goal::AtLeast(f64::MIN_POSITIVE),
+            ),
+            Figure::judged(
+                "largest mean sigma_yy, right columns of the foot [Pa]",
+                right.iter().copied().fold(f64::NEG_INFINITY, f64::max),
+                Goal::AtMost(-f64::MIN_POSITIVE),
+            ),
+            Figure::judged(
+                "closest pair of two bodies over spacing",
+                smallest("closest_gap_body_m")?,
+                Goal::AtLeast(0.5),
+            ),
+            Figure::judged(
+                "closest pair of body and wall over spacing",
+                smallest("closest_gap_wall_m")?,
+                Goal::AtLeast(0.5),
+            ),
+            Figure::judged(
+                "largest share of water inside solids [%]",
+                100.0 * immersed / start,
+                Goal::AtMost(0.2),
+            ),
+            Figure::judged("water through walls [particles]", run.lost(), Goal::AtMost(0.0)),
+            Figure::told("water over the rim [particles]", run.count("/fluid/counts/outflow")?),
+            Figure::judged(
+                "largest imbalance of force, of gross",
+                ledger("force_imbalance")?,
+                Goal::AtMost(1e-12),
+            ),
+            Figure::judged(
+                "largest imbalance of torque, of gross",
+                ledger("torque_imbalance")?,
+                Goal::AtMost(1e-12),
+            ),
+            Figure::judged(
+                "largest residual of momentum, fluid",
+                ledger("fluid_momentum_residual")?,
+                Goal::AtMost(1e-12),
+            ),
+            Figure::judged(
+                "largest residual of momentum, solid",
+                ledger("solid_momentum_residual")?,
+                Goal::AtMost(1e-12),
+            ),
+        ])
+    }
+
+    fn plots(&self, runs: &[Run]) -> Result<Vec<Plot>, String> {
+        let mut tips = Plot::new("tip", "t [s]", "displacement of the plate's tip [m]");
+        let mut paths = Plot::new("path", "x [m]", "y [m], centre of the body");
+        for run in runs {
+            let label = format!("{} m", run.member.spacing);
+            tips.line(label.clone(), tip(run)?);
+            let path = run.column("body_centre_x_m")?.into_iter().zip(run.column("body_centre_y_m")?);
+            paths.line(label, path.collect());
+        }
+        Ok(vec![tips, paths])
+    }
+}

@@ -12,6 +12,7 @@ use crate::exchange::InterfaceStates;
 use crate::kernel::CubicSpline;
 use crate::ledger::InterfaceSums;
 use crate::neighbours::CellGrid;
+use crate::repulsion::Repulsion;
 use crate::setup::{Coupling, GradientCorrection, InterfaceLaw};
 use crate::sums::ordered_sum;
 use crate::vector::{SymmetricTensor, Vector, cross};
@@ -75,10 +76,8 @@ struct PairLaw {
     viscosity_b: f64,
     lambda: f64,
     dynamic_viscosity: f64,
-    /// Distance D within which pairs repel \[m\].
-    repulsion_distance: f64,
-    /// k (c₀/Δx)² of the repulsion \[1/s²\].
-    repulsion: f64,
+    /// Repulsion of close pairs.
+    repulsion: Repulsion,
 }
 
 impl Interface {
@@ -104,8 +103,12 @@ impl Interface {
                 viscosity_b: fluid.viscosity_b,
                 lambda: fluid.lambda,
                 dynamic_viscosity: fluid.dynamic_viscosity,
-                repulsion_distance: 0.375 * (fluid.particle_spacing + coupling.solid_spacing),
-                repulsion: coupling.repulsion * (fluid.sound_speed / fluid.particle_spacing).powi(2),
+                repulsion: Repulsion::new(
+                    coupling.repulsion,
+                    0.5 * (fluid.particle_spacing + coupling.solid_spacing),
+                    fluid.particle_spacing,
+                    fluid.sound_speed,
+                ),
             },
             domain: *domain,
             body_force,
@@ -306,9 +309,10 @@ impl PairLaw {
         let (rho_f, rho_s) = (fluid.density[f], dummy.density);
         let masses = fluid.mass[f] * dummy.mass;
         let v_fs = fluid.velocity[f] - solid.velocity[s];
+        let approach = v_fs.dot(x_fs);
         let regular_square = distance * distance + self.lambda * self.kernel.smoothing_length().powi(2);
-        let viscosity = self.artificial_viscosity(v_fs.dot(x_fs), regular_square, 0.5 * (rho_f + rho_s));
-        let central = fluid.mass[f] * self.repulsion(distance)
+        let viscosity = self.artificial_viscosity(approach, regular_square, 0.5 * (rho_f + rho_s));
+        let central = fluid.mass[f] * self.repulsion(distance, approach)
             - masses * ((fluid.pressure[f] + dummy.pressure) / (rho_f * rho_s) + viscosity) * gradient_factor;
         match self.law {
             InterfaceLaw::Wall => x_fs * central,
@@ -326,14 +330,16 @@ impl PairLaw {
         }
     }
 
-    /// Repulsion over distance and mass of the fluid particle \[1/s²\]: k (c₀/Δx)² (D − r)₊/r.
+    /// Repulsion over distance and mass of the fluid particle \[1/s²\], for v_fs·x_fs.
     ///
-    /// Kernel gradients vanish where particles meet, so that pressure alone can not keep out a particle that has been
-    /// squeezed between two of the solid's. Coincident particles have no direction in which to part.
+    /// Pressure alone can not keep out a particle that has been squeezed between two of the solid's. Coincident
+    /// particles have no direction in which to part.
     #[inline]
-    fn repulsion(&self, distance: f64) -> f64 {
-        let depth = self.repulsion_distance - distance;
-        if depth > 0.0 && distance > 0.0 { self.repulsion * depth / distance } else { 0.0 }
+    fn repulsion(&self, distance: f64, approach: f64) -> f64 {
+        if distance >= self.repulsion.distance() || distance == 0.0 {
+            return 0.0;
+        }
+        self.repulsion.acceleration(distance, approach / distance) / distance
     }
 
     /// Π_ij of Eq. (23)-(24), zero for receding particles.
@@ -502,13 +508,12 @@ mod tests {
     #[test]
     fn repulsion_keeps_close_pairs_apart_and_leaves_others_alone() {
         let law = Interface::new(&coupling(InterfaceLaw::Wall), &domain(), gravity()).law;
-        // k (c₀/Δx)² (D − r)/r with k = 0.5, D = ¾ Δx, at r = ½ Δx.
+        // k (c₀/Δx)² (D − r)/r with k = 0.5, D = ¾ Δx, at rest at r = ½ Δx.
         let expected = 0.5 * (20.0f64 / SPACING).powi(2) * 0.5;
-        assert!((law.repulsion(0.5 * SPACING) / expected - 1.0).abs() < 1e-12);
-        assert_eq!(law.repulsion(0.751 * SPACING), 0.0);
-        assert_eq!(law.repulsion(0.0), 0.0);
-        let onset = law.repulsion(0.75 * SPACING * (1.0 - 1e-9));
-        assert!(onset >= 0.0 && onset < 1e-8 * expected, "sets in without a jump: {onset}");
+        assert!((law.repulsion(0.5 * SPACING, 0.0) / expected - 1.0).abs() < 1e-12);
+        assert!(law.repulsion(0.5 * SPACING, -1e-3) > expected, "approaching pairs feel the dashpot");
+        assert_eq!(law.repulsion(0.751 * SPACING, -1e-3), 0.0);
+        assert_eq!(law.repulsion(0.0, 0.0), 0.0);
     }
 
     #[test]

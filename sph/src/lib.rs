@@ -16,6 +16,7 @@ pub mod kernel;
 pub mod ledger;
 pub mod motion;
 pub mod neighbours;
+pub mod repulsion;
 pub mod setup;
 pub mod shapes;
 pub mod solver;

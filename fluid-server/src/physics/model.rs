@@ -4,6 +4,7 @@ use sph::body_force::BodyForceField;
 use sph::domain::Domain;
 use sph::equation_of_state::Tait;
 use sph::kernel::CubicSpline;
+use sph::repulsion::Repulsion;
 use sph::setup::{
     Coupling, Damping, DensityDiffusion, FluidConstants, FluidParticles, FluidProbe, FluidProbeKind,
     FluidSetup, GradientCorrection, Outflow, WallParticles,
@@ -52,8 +53,8 @@ pub struct FluidModel {
     pub outflow: Outflow,
     /// Lost particles allowed.
     pub lost_particle_limit: u64,
-    /// Coefficient of the repulsion by wall faces \[-\].
-    pub wall_repulsion: f64,
+    /// Repulsion by wall faces.
+    pub wall_repulsion: Repulsion,
     /// Facts of the interface.
     pub coupling: Option<Coupling>,
     /// Id of the first wall particle in snapshots: one beyond the fluid's largest.
@@ -159,7 +160,12 @@ impl FluidModel {
             walls,
             probes: setup.probes,
             outflow: setup.outflow,
-            wall_repulsion: setup.wall_repulsion,
+            wall_repulsion: Repulsion::new(
+                setup.wall_repulsion,
+                constants.particle_spacing,
+                constants.particle_spacing,
+                constants.sound_speed,
+            ),
             lost_particle_limit: setup.lost_particle_limit,
             coupling: run.coupling,
             first_wall_id: particles.id.iter().max().map_or(0, |id| id.saturating_add(1)),

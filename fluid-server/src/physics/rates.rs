@@ -148,19 +148,19 @@ impl StageFields<'_> {
     /// Repulsion \[m/s²\] of particle `i` by the faces of the walls for which `include` says so.
     ///
     /// ```text
-    /// a = Σ_w (1 − |t_w|/Δx)₊ · k (c₀/Δx)² (¾Δx − z_w)₊ · n_w
+    /// a = Σ_w (1 − |t_w|/Δx)₊ · a(z_w, v_n) · n_w
     /// ```
-    /// z_w is the height over a particle w of the first layer, half a spacing behind the face, and t_w the distance
+    /// a is [`sph::repulsion::Repulsion`], v_n the normal velocity relative to the wall, z_w is the height over a particle w of the first layer, half a spacing behind the face, and t_w the distance
     /// beside it. The weights add up to one along a face, so that it is smooth; a particle at rest on the lattice
     /// (z = Δx) feels nothing. The pair forces vanish where a particle meets a wall particle, so that they alone can
     /// not hold a particle that has been pressed into the layer.
     fn wall_repulsion<G: Geometry>(&self, geometry: G, i: usize, include: impl Fn(usize) -> bool) -> Vector {
         let Self { model, fluid, walls, .. } = self;
-        if model.wall_repulsion == 0.0 {
+        if !model.wall_repulsion.acts() {
             return Vector::zeros();
         }
         let spacing = model.constants.particle_spacing;
-        let stiffness = model.wall_repulsion * (model.constants.sound_speed / spacing).powi(2);
+        let velocity = Vector::new(fluid[i].v_x, fluid[i].v_y);
         let mut acceleration = Vector::zeros();
         for &w in self.lists.walls.of(i) {
             let w = w as usize;
@@ -173,12 +173,13 @@ impl StageFields<'_> {
             let normal = &walls.field.face_normal[w];
             let height = d.dot(normal);
             let beside = (d - normal * height).norm() / spacing;
-            let depth = 0.75 * spacing - height;
             // Deeper than a layer it is the next face that counts, such as the far side of a thin wall.
-            if depth <= 0.0 || height < -spacing || beside >= 1.0 {
+            if height >= model.wall_repulsion.distance() || height < -spacing || beside >= 1.0 {
                 continue;
             }
-            acceleration += normal * ((1.0 - beside) * stiffness * depth);
+            let leaving = (velocity - walls.field.velocity[w]).dot(normal);
+            let repulsion = model.wall_repulsion.acceleration(height, leaving);
+            acceleration += normal * ((1.0 - beside) * repulsion);
         }
         acceleration
     }

@@ -78,7 +78,8 @@ impl Case for DriftingBody {
         let smallest = |name: &str| -> Result<f64, String> {
             Ok(run.column(name)?.into_iter().fold(f64::INFINITY, f64::min) / spacing)
         };
-        let counted = ["particles", "outflow", "lost"].map(|kind| run.count(&format!("/fluid/counts/{kind}")));
+        let counted =
+            ["particles", "outflow", "lost"].map(|kind| run.count(&format!("/fluid/counts/{kind}")));
         let start: f64 = counted.into_iter().sum::<Result<f64, String>>()?;
         let immersed = series::largest(run.column("water_in_solids_immersed_count")?);
         let (x, y) = (run.history("body_centre_x_m")?, run.history("body_centre_y_m")?);

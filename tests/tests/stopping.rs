@@ -1,6 +1,6 @@
 //! Runs that end before their end time, and servers that must not outlive them.
 
-use tests::bench::{Bench, text};
+use tests::bench::{Bench, Running, text};
 
 /// Far more simulated time than a test waits for.
 const LONG: (&str, &str) = ("end_time_s = 0.002", "end_time_s = 100.0");
@@ -67,14 +67,18 @@ fn servers_end_with_a_coordinator_that_is_killed() {
     assert!(!bench.path("out").join("probes.csv").exists());
 }
 
+/// Starts a long run whose solid server is a program that does not watch its input: it lacks the flag by which the
+/// coordinator makes its own servers do so.
+fn start_with_another_program(bench: &Bench) -> Running {
+    let program = env!("CARGO_BIN_EXE_tidelock-node");
+    let servers = format!("[servers]\nsolid_command = [{program:?}, \"node-solid\"]\n[fluid]");
+    bench.start(&bench.tank("case.toml", &[LONG, ("[fluid]", &servers)]), "out")
+}
+
 #[test]
 fn other_programs_end_with_a_coordinator_that_is_killed_though_they_do_not_watch_it() {
     let bench = bench();
-    // Without the flag by which the coordinator makes its own servers watch their input.
-    let program = env!("CARGO_BIN_EXE_tidelock-node");
-    let servers = format!("[servers]\nsolid_command = [{program:?}, \"node-solid\"]\n[fluid]");
-    let case = bench.tank("case.toml", &[LONG, ("[fluid]", &servers)]);
-    let mut run = bench.start(&case, "out");
+    let mut run = start_with_another_program(&bench);
     // Two servers and the guard of one.
     assert_eq!(run.servers.len(), 3);
     run.signal("KILL");
@@ -85,10 +89,7 @@ fn other_programs_end_with_a_coordinator_that_is_killed_though_they_do_not_watch
 #[test]
 fn other_programs_and_their_guards_end_with_the_run() {
     let bench = bench();
-    let program = env!("CARGO_BIN_EXE_tidelock-node");
-    let servers = format!("[servers]\nsolid_command = [{program:?}, \"node-solid\"]\n[fluid]");
-    let case = bench.tank("case.toml", &[LONG, ("[fluid]", &servers)]);
-    let mut run = bench.start(&case, "out");
+    let mut run = start_with_another_program(&bench);
     run.signal("INT");
     let (status, message) = run.end();
     assert_eq!(status.code(), Some(8), "{message}");

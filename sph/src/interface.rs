@@ -508,11 +508,11 @@ mod tests {
     #[test]
     fn repulsion_keeps_close_pairs_apart_and_leaves_others_alone() {
         let law = Interface::new(&coupling(InterfaceLaw::Wall), &domain(), gravity()).law;
-        // k (c₀/Δx)² (D − r)/r with k = 0.5, D = ¾ Δx, at rest at r = ½ Δx.
-        let expected = 0.5 * (20.0f64 / SPACING).powi(2) * 0.5;
+        // k (c₀/Δx)² (D − r)/r with k = 0.5, D = 0.6 Δx, at rest at r = ½ Δx.
+        let expected = 0.5 * (20.0f64 / SPACING).powi(2) * 0.2;
         assert!((law.repulsion(0.5 * SPACING, 0.0) / expected - 1.0).abs() < 1e-12);
         assert!(law.repulsion(0.5 * SPACING, -1e-3) > expected, "approaching pairs feel the dashpot");
-        assert_eq!(law.repulsion(0.751 * SPACING, -1e-3), 0.0);
+        assert_eq!(law.repulsion(0.601 * SPACING, -1e-3), 0.0);
         assert_eq!(law.repulsion(0.0, 0.0), 0.0);
     }
 

@@ -121,7 +121,7 @@ pub struct Coupling {
     pub fluid: FluidConstants,
     /// Spacing of the solid's particles \[m\].
     pub solid_spacing: f64,
-    /// Repulsion of fluid and solid particles that come closer than ¾ of their mean spacing \[-\]; zero leaves it out.
+    /// Repulsion of fluid and solid particles that come closer than 0.6 of their mean spacing \[-\]; zero leaves it out.
     pub repulsion: f64,
     /// Largest distance beyond the support radius at which particles are sent to spare \[m\].
     pub margin: f64,
@@ -191,7 +191,7 @@ pub struct FluidSetup {
     pub diffusion: DensityDiffusion,
     /// α of the acoustic damper, a bulk viscosity α ρ c₀ h on ∇·v \[-\]; zero leaves it out.
     pub acoustic_damping: f64,
-    /// Repulsion by wall faces of particles that come closer than Δx/4 to a face \[-\]; zero leaves it out.
+    /// Repulsion by wall faces of particles that come closer than Δx/10 to a face \[-\]; zero leaves it out.
     pub wall_repulsion: f64,
     /// Linear damping of the start; booked in the ledger.
     pub damping: Option<Damping>,

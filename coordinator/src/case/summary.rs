@@ -250,7 +250,7 @@ impl Case {
             }
             if fluid.wall_repulsion > 0.0 && !self.file.walls.is_empty() {
                 let k = fluid.wall_repulsion;
-                add("fluid", format!("repulsion by wall faces closer than Δx/4, k = {k}"));
+                add("fluid", format!("repulsion by wall faces closer than Δx/10, k = {k}"));
             }
             if let Some(damping) = &fluid.damping {
                 add(
@@ -263,7 +263,7 @@ impl Case {
             }
         }
         if let Some(k) = self.file.interface.as_ref().and_then(|table| table.repulsion).filter(|k| *k > 0.0) {
-            add("interface", format!("repulsion of pairs closer than ¾ Δx, k = {k}"));
+            add("interface", format!("repulsion of pairs closer than 0.6 Δx, k = {k}"));
         }
         let Some(solid) = &self.file.solid else { return found };
         for body in &solid.bodies {

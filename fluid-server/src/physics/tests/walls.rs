@@ -178,20 +178,19 @@ fn the_force_on_the_floor_is_the_reaction_to_the_walls_account() {
 
 #[test]
 fn repulsion_holds_a_particle_that_the_pair_forces_let_through() {
-    // One particle over a floor, driven in between two wall particles at a hundredth of the sound speed.
+    // One particle over a floor, pressed in between two wall particles as by a jet: 5 km/s² for 4 ms.
     let depth_after = |repulsion: f64| {
         let mut setup = empty_scene(0.02);
         setup.wall_repulsion = repulsion;
         setup.lost_particle_limit = 1;
         add_floor(&mut setup, 0.1, 0.5, 30, WallCondition::Slip);
-        super::support::add_particle(&mut setup, Vector::new(0.4, 0.505), Vector::new(0.0, -0.2));
-        // No pressure: without it nothing else stops the particle.
-        setup.run.body_force.gravity = Vector::new(0.0, -9.81);
+        super::support::add_particle(&mut setup, Vector::new(0.4, 0.505), Vector::zeros());
+        setup.run.body_force.gravity = Vector::new(0.0, -5000.0);
         setup.diffusion = sph::setup::DensityDiffusion::None;
         let mut solver = solver(setup);
         let mut deepest = f64::INFINITY;
         for step in 0..400 {
-            let books = try_step(&mut solver, step, 2e-4).unwrap();
+            let books = try_step(&mut solver, step, 1e-5).unwrap();
             assert!(books.iter().all(|books| books.momentum_residual() < 1e-12));
             deepest = solver.state.position.iter().map(|x| x.y).fold(deepest, f64::min);
         }
@@ -217,9 +216,9 @@ fn repulsion_leaves_water_at_rest_on_its_lattice_alone_and_is_booked() {
         (books[0].accounts.get(Account::Walls).y, values[1])
     };
     assert_eq!(account(1.0, 0.0), (0.0, 0.0));
-    // 0.3 spacings too low: z = 0.7 Δx, below 0.75 Δx: 20 particles of mass m feel k (c₀/Δx)² 0.05 Δx.
-    let (force, reaction) = account(0.5, -0.006);
-    let expected = 20.0 * 1000.0 * 4e-4 * 0.5 * (20.0f64 / 0.02).powi(2) * 0.05 * 0.02;
+    // Half a spacing too low: z = 0.5 Δx, below 0.6 Δx: 20 particles of mass m feel k (c₀/Δx)² 0.1 Δx.
+    let (force, reaction) = account(0.5, -0.01);
+    let expected = 20.0 * 1000.0 * 4e-4 * 0.5 * (20.0f64 / 0.02).powi(2) * 0.1 * 0.02;
     assert!((force / expected - 1.0).abs() < 1e-9, "{force} {expected}");
     assert!((reaction / expected + 1.0).abs() < 1e-9);
 }

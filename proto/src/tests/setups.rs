@@ -3,9 +3,9 @@
 use bytes::Bytes;
 use sph::setup::{
     BodyForce, BodySetup, BreachAction, ContactLaw, Damping, DensityDiffusion, ElasticMaterial, FluidProbe,
-    FluidProbeKind, FluidSetup, Formulation, GradientCorrection, InterfaceLaw, Motion, Outflow,
-    ParticipantSetup, RunSetup, SolidProbe, SolidProbeKind, SolidSetup, StepPolicy, Support,
-    UpdatedLagrangian, WallCondition, WallParticles, WallSetup,
+    FluidProbeKind, FluidSetup, Formulation, GradientCorrection, HyperelasticLaw, InterfaceLaw, Motion,
+    Outflow, ParticipantSetup, RunSetup, SolidProbe, SolidProbeKind, SolidSetup, SolidStepping, StepPolicy,
+    SubstepCount, Support, TotalLagrangian, UpdatedLagrangian, WallCondition, WallParticles, WallSetup,
 };
 use sph::solver::Role;
 use sph::vector::{SymmetricTensor, Vector};
@@ -112,6 +112,19 @@ fn solid() -> SolidSetup {
             },
         ],
     });
+    setup.bodies.push(BodySetup {
+        name: "ring".into(),
+        material: ElasticMaterial { density: 900.0, bulk_modulus: 1e7, shear_modulus: 3e6 },
+        formulation: Formulation::TotalLagrangian(TotalLagrangian {
+            smoothing_length: 0.0015,
+            law: HyperelasticLaw::NeoHookean,
+            hourglass: 0.3,
+            viscosity_a: 0.0,
+            viscosity_b: 0.7,
+        }),
+        supports: Vec::new(),
+    });
+    setup.stepping = SolidStepping::Substeps(SubstepCount::Fixed(4));
     let last = fake::MASSES - 1;
     setup.particles.body[last] = 1;
     setup.particles.support[last] = 2;

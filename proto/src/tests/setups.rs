@@ -230,6 +230,18 @@ fn wrong_numbers_are_refused_by_path() {
     assert!(spoil_run(|r| r.time = None).contains("`open.run.time`: is missing"));
     let error = solid_refusal(|m| m.bodies[1].supports[1].release_time_s = Some(f64::INFINITY));
     assert!(error.contains("`open.bodies[1].supports[1].release_time_s`: is inf"), "{error}");
+    let fixed = |count| wire::Substeps { count: Some(wire::substeps::Count::Fixed(count)) };
+    for count in [0, 3] {
+        let error = solid_refusal(|m| m.substeps = Some(fixed(count)));
+        assert_eq!(error, format!("`open.substeps.fixed`: is {count}, must be even and at least 2"));
+    }
+    let error = solid_refusal(|m| {
+        let Some(wire::body_setup::Formulation::TotalLagrangian(law)) = &mut m.bodies[2].formulation else {
+            panic!()
+        };
+        law.law = 0;
+    });
+    assert!(error.contains("total_lagrangian.law`: is 0, must be one of"), "{error}");
 }
 
 #[test]
@@ -275,7 +287,7 @@ fn probes_must_point_at_what_exists() {
     assert!(error.contains("`open.probes[5].wall_force`"), "{error}");
     assert!(fluid_refusal(|m| m.probes[0].kind = None).contains("`open.probes[0].kind`: is missing"));
     for kind in [
-        wire::solid_probe::Kind::Motion(2),
+        wire::solid_probe::Kind::Motion(3),
         wire::solid_probe::Kind::Sums(u32::MAX),
         wire::solid_probe::Kind::Reaction(wire::Reaction { body: 0, support: 0 }),
         wire::solid_probe::Kind::Reaction(wire::Reaction { body: 1, support: 2 }),

@@ -364,10 +364,31 @@ pub struct SolidSetup {
     pub wall_particles: WallParticles,
     /// Linear damping of the start; booked in the ledger.
     pub damping: Option<Damping>,
+    /// How the solids advance within a step.
+    pub stepping: SolidStepping,
     /// What to report at probe times.
     pub probes: Vec<SolidProbe>,
     /// The run stops when more particles than this leave the domain.
     pub lost_particle_limit: u64,
+}
+
+/// How the solids advance within one step of the run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SolidStepping {
+    /// By the stage rule itself, Eq. (30)-(31). Weakly unstable without artificial viscosity.
+    StageRule,
+    /// By velocity-Verlet sub-steps under the frozen force of the fluid: half of them in the predictor, all in the
+    /// corrector.
+    Substeps(SubstepCount),
+}
+
+/// Number of sub-steps per step.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SubstepCount {
+    /// This many, an even number.
+    Fixed(u32),
+    /// As many as the solid's own limit asks for.
+    Automatic,
 }
 
 /// One body.
@@ -399,6 +420,16 @@ impl ElasticMaterial {
     pub fn longitudinal_speed(&self) -> f64 {
         ((self.bulk_modulus + 4.0 / 3.0 * self.shear_modulus) / self.density).sqrt()
     }
+
+    /// Young's modulus E = 9KG/(3K + G) \[Pa\].
+    pub fn young_modulus(&self) -> f64 {
+        9.0 * self.bulk_modulus * self.shear_modulus / (3.0 * self.bulk_modulus + self.shear_modulus)
+    }
+
+    /// First Lamé constant λ = K − 2G/3 \[Pa\].
+    pub fn first_lame_constant(&self) -> f64 {
+        self.bulk_modulus - 2.0 / 3.0 * self.shear_modulus
+    }
 }
 
 /// How a body is discretised.
@@ -406,6 +437,8 @@ impl ElasticMaterial {
 pub enum Formulation {
     /// The document's: Eq. (5)-(8), (17), (25)-(26).
     UpdatedLagrangian(UpdatedLagrangian),
+    /// Deformation gradient and nominal stress in the reference configuration.
+    TotalLagrangian(TotalLagrangian),
     /// Moves with three degrees of freedom and takes no stress.
     Rigid,
 }
@@ -427,6 +460,30 @@ pub struct UpdatedLagrangian {
     pub artificial_stress: f64,
     /// n of Eq. (26) \[-\].
     pub artificial_stress_exponent: f64,
+}
+
+/// Constants of the total-Lagrangian formulation.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TotalLagrangian {
+    /// Smoothing length h of the stencil in the reference configuration \[m\].
+    pub smoothing_length: f64,
+    /// Stress as a function of the deformation gradient.
+    pub law: HyperelasticLaw,
+    /// Hourglass coefficient ζ \[-\]; zero leaves the control out.
+    pub hourglass: f64,
+    /// Artificial viscosity A of Eq. (23) \[-\].
+    pub viscosity_a: f64,
+    /// Artificial viscosity B of Eq. (23) \[-\].
+    pub viscosity_b: f64,
+}
+
+/// Stress as a function of the deformation gradient F, in plane strain.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum HyperelasticLaw {
+    /// S = λ tr(E) I + 2G E, E = ½(FᵀF − I): Hooke's law for large rotations and small strains.
+    StVenantKirchhoff,
+    /// σ = (G (FFᵀ − I) + λ ln J I)/J: resists compression to nothing.
+    NeoHookean,
 }
 
 /// How held particles move.

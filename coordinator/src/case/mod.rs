@@ -328,6 +328,7 @@ impl Case {
             walls: self.file.walls.iter().map(file::wall::WallTable::to_setup).collect(),
             wall_particles: self.scene.walls.clone(),
             damping: solid.damping.as_ref().map(file::fluid::DampingTable::to_setup),
+            stepping: solid.substeps.to_setup(),
             probes: self.probes.solid.clone(),
             lost_particle_limit: solid.lost_particle_limit,
         })

@@ -178,6 +178,22 @@ impl<'t> Table<'t> {
         number
     }
 
+    /// A whole number or one of a list of words; may be left out.
+    pub fn optional_count_or_word<T: Clone>(
+        &mut self,
+        key: &'static str,
+        allowed: Range<u64>,
+        options: &[(&'static str, T)],
+    ) -> Option<Result<u64, Choice<T>>> {
+        let is_text =
+            self.entries.and_then(|entries| entries.get(key)).is_some_and(|value| value.get_ref().is_str());
+        if !is_text {
+            return self.optional_count(key, allowed).map(Ok);
+        }
+        let (value, place) = self.take(key)?;
+        self.as_choice(value, place, options).map(Err)
+    }
+
     /// Yes or no, with a default.
     pub fn flag_or(&mut self, key: &'static str, default: bool) -> bool {
         let Some((value, place)) = self.take(key) else { return default };

@@ -1,9 +1,9 @@
 //! What `check` and the run header tell about a case.
 
-use sph::setup::StepPolicy;
+use sph::setup::{SolidStepping, StepPolicy, SubstepCount};
 
 use super::Case;
-use super::file::solid::{ContactTable, FormulationTable};
+use super::file::solid::{BodyTable, ContactTable, FormulationTable, SolidTable};
 use super::limits::{self, StepLimit};
 
 /// Seconds of one core per fluid particle and half-step: all passes over the neighbour list.
@@ -147,15 +147,10 @@ impl Case {
         }
         if let Some(solid) = &self.file.solid {
             for body in &solid.bodies {
-                let FormulationTable::UpdatedLagrangian { kernel_ratio, artificial_viscosity_a, .. } =
-                    body.formulation
-                else {
-                    continue;
-                };
-                let h = kernel_ratio * solid.particle_spacing_m.value;
-                let limit = limits::elastic(h, body.material.to_setup().longitudinal_speed());
-                let fraction = limits::recommended_elastic_fraction(artificial_viscosity_a);
-                add(format!("body `{}`, elastic h/c_L", body.name.value), limit, fraction);
+                let limit = body_limit(solid, body);
+                if let Some((origin, limit, fraction)) = limit {
+                    add(format!("body `{}`, {origin}", body.name.value), limit, fraction);
+                }
             }
             if let Some(damping) = &solid.damping {
                 add("solid, damping 1/k".to_owned(), limits::damping(damping.rate_per_s), 0.5);
@@ -200,7 +195,16 @@ impl Case {
             ));
         }
         if let Some(solid) = &self.file.solid {
-            lines.push(format!("solid: Δx = {} m", solid.particle_spacing_m.value));
+            let stepping = match solid.substeps.to_setup() {
+                SolidStepping::StageRule => "advances by the stage rule, Eq. (30)-(31)".to_owned(),
+                SolidStepping::Substeps(SubstepCount::Fixed(count)) => {
+                    format!("{count} velocity-Verlet sub-steps per step")
+                }
+                SolidStepping::Substeps(SubstepCount::Automatic) => {
+                    "as many velocity-Verlet sub-steps per step as its limit asks for".to_owned()
+                }
+            };
+            lines.push(format!("solid: Δx = {} m, {stepping}", solid.particle_spacing_m.value));
             for body in &solid.bodies {
                 let material = body.material.to_setup();
                 let kind = match &body.formulation {
@@ -208,6 +212,9 @@ impl Case {
                     FormulationTable::UpdatedLagrangian { kernel_ratio, gradient_correction, .. } => {
                         let correction = if *gradient_correction { "with" } else { "without" };
                         format!("updated-lagrangian, h/Δx = {kernel_ratio}, {correction} gradient correction")
+                    }
+                    FormulationTable::TotalLagrangian { kernel_ratio, law, .. } => {
+                        format!("total-lagrangian, {}, h/Δx = {kernel_ratio}", law.word)
                     }
                 };
                 lines.push(format!(
@@ -267,24 +274,37 @@ impl Case {
         }
         let Some(solid) = &self.file.solid else { return found };
         for body in &solid.bodies {
-            let FormulationTable::UpdatedLagrangian {
-                artificial_viscosity_a: a,
-                artificial_viscosity_b: b,
-                lambda,
-                artificial_stress: stress,
-                artificial_stress_exponent: exponent,
-                ..
-            } = body.formulation
-            else {
-                continue;
-            };
             let owner = format!("body `{}`", body.name.value);
-            if a > 0.0 || b > 0.0 {
-                add(&owner, format!("artificial viscosity, A = {a}, B = {b}, λ = {lambda}, Eq. (23)-(24)"));
-            }
-            if stress > 0.0 {
-                add(&owner, format!("artificial stress, ε = {stress}, n = {exponent}, Eq. (25)-(26)"));
-            }
+            let viscosity = |a: f64, b: f64, lambda: f64| {
+                (a > 0.0 || b > 0.0)
+                    .then(|| format!("artificial viscosity, A = {a}, B = {b}, λ = {lambda}, Eq. (23)-(24)"))
+            };
+            let texts = match body.formulation {
+                FormulationTable::UpdatedLagrangian {
+                    artificial_viscosity_a,
+                    artificial_viscosity_b,
+                    lambda,
+                    artificial_stress: stress,
+                    artificial_stress_exponent: exponent,
+                    ..
+                } => [
+                    viscosity(artificial_viscosity_a, artificial_viscosity_b, lambda),
+                    (stress > 0.0)
+                        .then(|| format!("artificial stress, ε = {stress}, n = {exponent}, Eq. (25)-(26)")),
+                ],
+                FormulationTable::TotalLagrangian {
+                    artificial_viscosity_a,
+                    artificial_viscosity_b,
+                    hourglass,
+                    ..
+                } => [
+                    viscosity(artificial_viscosity_a, artificial_viscosity_b, 0.01),
+                    (hourglass > 0.0)
+                        .then(|| format!("hourglass control, ζ = {hourglass} of Young's modulus")),
+                ],
+                FormulationTable::Rigid => [None, None],
+            };
+            texts.into_iter().flatten().for_each(|text| add(&owner, text));
         }
         if let Some(damping) = &solid.damping {
             add(
@@ -332,5 +352,36 @@ impl Case {
                 sound_speed / speed
             )
         })
+    }
+}
+
+/// What limits the step by the waves of `body`: origin, stability limit \[s\] and the fraction to use.
+fn body_limit(solid: &SolidTable, body: &BodyTable) -> Option<(String, f64, f64)> {
+    let spacing = solid.particle_spacing_m.value;
+    let speed = body.material.to_setup().longitudinal_speed();
+    let count = match solid.substeps.to_setup() {
+        SolidStepping::StageRule => None,
+        SolidStepping::Substeps(SubstepCount::Fixed(count)) => Some(f64::from(count)),
+        // The solid takes as many as it needs.
+        SolidStepping::Substeps(SubstepCount::Automatic) => return None,
+    };
+    match (body.formulation.clone(), count) {
+        (FormulationTable::Rigid, _) => None,
+        (
+            FormulationTable::UpdatedLagrangian { kernel_ratio, artificial_viscosity_a, .. }
+            | FormulationTable::TotalLagrangian { kernel_ratio, artificial_viscosity_a, .. },
+            None,
+        ) => {
+            let fraction = limits::recommended_elastic_fraction(artificial_viscosity_a);
+            Some(("elastic h/c_L".to_owned(), limits::elastic(kernel_ratio * spacing, speed), fraction))
+        }
+        (FormulationTable::UpdatedLagrangian { kernel_ratio, .. }, Some(count)) => {
+            let limit = 0.6 * count * limits::elastic(kernel_ratio * spacing, speed);
+            Some((format!("{count} sub-steps of 0.6 h/c_L"), limit, 0.8))
+        }
+        (FormulationTable::TotalLagrangian { .. }, Some(count)) => {
+            let limit = count * limits::reference_elastic(spacing, speed);
+            Some((format!("{count} sub-steps of Δx/c_L"), limit, 0.8))
+        }
     }
 }

@@ -1,8 +1,8 @@
 //! The set-up of a solid solver.
 
 use sph::setup::{
-    BodySetup, ContactLaw, ElasticMaterial, Formulation, SolidParticles, SolidProbe, SolidProbeKind,
-    SolidSetup, Support, UpdatedLagrangian,
+    BodySetup, ContactLaw, ElasticMaterial, Formulation, HyperelasticLaw, SolidParticles, SolidProbe,
+    SolidProbeKind, SolidSetup, SolidStepping, SubstepCount, Support, TotalLagrangian, UpdatedLagrangian,
 };
 
 use super::arrays::{
@@ -11,8 +11,8 @@ use super::arrays::{
 };
 use super::run::{release_time, wall_particles_from_wire, wall_particles_to_wire};
 use super::{
-    Convert, Path, WireError, flags_from_wire, flags_to_wire, index, list, name, not_negative, optional,
-    positive, required, wires,
+    Choice, Convert, Path, WireError, choice, flags_from_wire, flags_to_wire, index, list, name,
+    not_negative, optional, positive, required, wires,
 };
 use crate::wire;
 
@@ -29,6 +29,7 @@ impl Convert for SolidSetup {
             walls,
             wall_particles,
             damping,
+            stepping,
             probes,
             lost_particle_limit,
         } = self;
@@ -43,6 +44,7 @@ impl Convert for SolidSetup {
             damping: damping.as_ref().map(Convert::to_wire),
             probes: wires(probes),
             lost_particle_limit: *lost_particle_limit,
+            substeps: substeps_to_wire(*stepping),
         }
     }
 
@@ -66,10 +68,35 @@ impl Convert for SolidSetup {
             bodies,
             walls,
             damping: optional(&wire.damping, &at.field("damping"))?,
+            stepping: substeps_from_wire(wire.substeps.as_ref(), &at.field("substeps"))?,
             probes,
             lost_particle_limit: wire.lost_particle_limit,
         })
     }
+}
+
+fn substeps_to_wire(stepping: SolidStepping) -> Option<wire::Substeps> {
+    use wire::substeps::Count;
+    let count = match stepping {
+        SolidStepping::StageRule => return None,
+        SolidStepping::Substeps(SubstepCount::Fixed(count)) => Count::Fixed(count),
+        SolidStepping::Substeps(SubstepCount::Automatic) => Count::Automatic(wire::Unit {}),
+    };
+    Some(wire::Substeps { count: Some(count) })
+}
+
+fn substeps_from_wire(wire: Option<&wire::Substeps>, at: &Path<'_>) -> Result<SolidStepping, WireError> {
+    use wire::substeps::Count;
+    let Some(wire) = wire else { return Ok(SolidStepping::StageRule) };
+    let count = match wire.count {
+        Some(Count::Fixed(count)) if count > 0 && count % 2 == 0 => SubstepCount::Fixed(count),
+        Some(Count::Fixed(count)) => {
+            return Err(at.field("fixed").error(format!("is {count}, must be even and at least 2")));
+        }
+        Some(Count::Automatic(_)) => SubstepCount::Automatic,
+        None => return Err(at.field("count").error("is missing or of a later version of the protocol")),
+    };
+    Ok(SolidStepping::Substeps(count))
 }
 
 /// Checks that a probe points at a body, and a support, that exists.
@@ -148,6 +175,7 @@ impl Convert for BodySetup {
         use wire::body_setup::Formulation as Wire;
         let formulation = match &self.formulation {
             Formulation::UpdatedLagrangian(constants) => Wire::UpdatedLagrangian(constants.to_wire()),
+            Formulation::TotalLagrangian(constants) => Wire::TotalLagrangian(constants.to_wire()),
             Formulation::Rigid => Wire::Rigid(wire::Unit {}),
         };
         wire::BodySetup {
@@ -163,6 +191,9 @@ impl Convert for BodySetup {
         let formulation = match &wire.formulation {
             Some(Wire::UpdatedLagrangian(constants)) => Formulation::UpdatedLagrangian(
                 UpdatedLagrangian::from_wire(constants, &at.field("updated_lagrangian"))?,
+            ),
+            Some(Wire::TotalLagrangian(constants)) => Formulation::TotalLagrangian(
+                TotalLagrangian::from_wire(constants, &at.field("total_lagrangian"))?,
             ),
             Some(Wire::Rigid(_)) => Formulation::Rigid,
             None => {
@@ -226,6 +257,42 @@ impl Convert for UpdatedLagrangian {
                 wire.artificial_stress_exponent,
                 &at.field("artificial_stress_exponent"),
             )?,
+        })
+    }
+}
+
+impl Choice for HyperelasticLaw {
+    const ALL: &'static [Self] = &[HyperelasticLaw::StVenantKirchhoff, HyperelasticLaw::NeoHookean];
+
+    fn code(self) -> i32 {
+        let wire = match self {
+            HyperelasticLaw::StVenantKirchhoff => wire::HyperelasticLaw::StVenantKirchhoff,
+            HyperelasticLaw::NeoHookean => wire::HyperelasticLaw::NeoHookean,
+        };
+        wire.into()
+    }
+}
+
+impl Convert for TotalLagrangian {
+    type Wire = wire::TotalLagrangian;
+
+    fn to_wire(&self) -> wire::TotalLagrangian {
+        wire::TotalLagrangian {
+            smoothing_length_m: Some(self.smoothing_length),
+            law: self.law.code(),
+            hourglass: Some(self.hourglass),
+            viscosity_a: Some(self.viscosity_a),
+            viscosity_b: Some(self.viscosity_b),
+        }
+    }
+
+    fn from_wire(wire: &wire::TotalLagrangian, at: &Path<'_>) -> Result<Self, WireError> {
+        Ok(Self {
+            smoothing_length: positive(wire.smoothing_length_m, &at.field("smoothing_length_m"))?,
+            law: choice(wire.law, &at.field("law"))?,
+            hourglass: not_negative(wire.hourglass, &at.field("hourglass"))?,
+            viscosity_a: not_negative(wire.viscosity_a, &at.field("viscosity_a"))?,
+            viscosity_b: not_negative(wire.viscosity_b, &at.field("viscosity_b"))?,
         })
     }
 }

@@ -9,8 +9,8 @@ use sph::ledger::{Energies, InterfaceSums, StageBooks};
 use sph::setup::{
     BodyForce, BodySetup, BreachAction, ContactLaw, Coupling, DensityDiffusion, ElasticMaterial,
     FluidConstants, FluidParticles, FluidSetup, Formulation, GradientCorrection, InterfaceLaw, LedgerPolicy,
-    Outflow, OutputPlan, ParticipantSetup, RunSetup, SolidParticles, SolidSetup, StepPolicy, TimePlan,
-    WallParticles,
+    Outflow, OutputPlan, ParticipantSetup, RunSetup, SolidParticles, SolidSetup, SolidStepping, StepPolicy,
+    TimePlan, WallParticles,
 };
 use sph::solver::{Counts, Divergence, Field, ParticleFields, Role, Solver};
 use sph::stage::{Stage, StageTime};
@@ -129,6 +129,7 @@ pub(crate) fn solid_setup(run: RunSetup) -> ParticipantSetup {
         walls: Vec::new(),
         wall_particles: WallParticles::default(),
         damping: None,
+        stepping: SolidStepping::StageRule,
         probes: Vec::new(),
         lost_particle_limit: 0,
     })

@@ -3,9 +3,9 @@
 use bytes::Bytes;
 use sph::setup::{
     BodyForce, BodySetup, BreachAction, ContactLaw, Damping, DensityDiffusion, ElasticMaterial, FluidProbe,
-    FluidProbeKind, FluidSetup, Formulation, GradientCorrection, InterfaceLaw, Motion, Outflow,
-    ParticipantSetup, RunSetup, SolidProbe, SolidProbeKind, SolidSetup, StepPolicy, Support,
-    UpdatedLagrangian, WallCondition, WallParticles, WallSetup,
+    FluidProbeKind, FluidSetup, Formulation, GradientCorrection, HyperelasticLaw, InterfaceLaw, Motion,
+    Outflow, ParticipantSetup, RunSetup, SolidProbe, SolidProbeKind, SolidSetup, SolidStepping, StepPolicy,
+    SubstepCount, Support, TotalLagrangian, UpdatedLagrangian, WallCondition, WallParticles, WallSetup,
 };
 use sph::solver::Role;
 use sph::vector::{SymmetricTensor, Vector};
@@ -114,6 +114,19 @@ fn solid() -> SolidSetup {
             },
         ],
     });
+    setup.bodies.push(BodySetup {
+        name: "ring".into(),
+        material: ElasticMaterial { density: 900.0, bulk_modulus: 1e7, shear_modulus: 3e6 },
+        formulation: Formulation::TotalLagrangian(TotalLagrangian {
+            smoothing_length: 0.0015,
+            law: HyperelasticLaw::NeoHookean,
+            hourglass: 0.3,
+            viscosity_a: 0.0,
+            viscosity_b: 0.7,
+        }),
+        supports: Vec::new(),
+    });
+    setup.stepping = SolidStepping::Substeps(SubstepCount::Fixed(4));
     let last = fake::MASSES - 1;
     setup.particles.body[last] = 1;
     setup.particles.support[last] = 2;
@@ -221,6 +234,18 @@ fn wrong_numbers_are_refused_by_path() {
     assert!(spoil_run(|r| r.time = None).contains("`open.run.time`: is missing"));
     let error = solid_refusal(|m| m.bodies[1].supports[1].release_time_s = Some(f64::INFINITY));
     assert!(error.contains("`open.bodies[1].supports[1].release_time_s`: is inf"), "{error}");
+    let fixed = |count| wire::Substeps { count: Some(wire::substeps::Count::Fixed(count)) };
+    for count in [0, 3] {
+        let error = solid_refusal(|m| m.substeps = Some(fixed(count)));
+        assert_eq!(error, format!("`open.substeps.fixed`: is {count}, must be even and at least 2"));
+    }
+    let error = solid_refusal(|m| {
+        let Some(wire::body_setup::Formulation::TotalLagrangian(law)) = &mut m.bodies[2].formulation else {
+            panic!()
+        };
+        law.law = 0;
+    });
+    assert!(error.contains("total_lagrangian.law`: is 0, must be one of"), "{error}");
 }
 
 #[test]
@@ -266,7 +291,7 @@ fn probes_must_point_at_what_exists() {
     assert!(error.contains("`open.probes[5].wall_force`"), "{error}");
     assert!(fluid_refusal(|m| m.probes[0].kind = None).contains("`open.probes[0].kind`: is missing"));
     for kind in [
-        wire::solid_probe::Kind::Motion(2),
+        wire::solid_probe::Kind::Motion(3),
         wire::solid_probe::Kind::Sums(u32::MAX),
         wire::solid_probe::Kind::Reaction(wire::Reaction { body: 0, support: 0 }),
         wire::solid_probe::Kind::Reaction(wire::Reaction { body: 1, support: 2 }),

@@ -9,7 +9,7 @@ use sph::vector::{DIMENSIONS, Vector};
 
 use super::formulation::BodyStep;
 use super::model::{Body, SolidModel};
-use super::particles::winding_offset;
+use super::particles::{Particles, winding_offset};
 use super::workspace::{SolidState, Workspace};
 
 /// Moves every body from φⁿ in `state` to `workspace.next`, supports included, Eq. (30) or (31).
@@ -19,7 +19,7 @@ pub(super) fn move_bodies(
     workspace: &mut Workspace,
     time: &StageTime,
 ) {
-    let Workspace { stage, stage_rigid, next, next_rigid, rates, total_force, reactions, .. } = workspace;
+    let Workspace { stage, stage_rigid, next, next_rigid, rates, total_force, .. } = workspace;
     for (k, body) in model.bodies.iter().enumerate() {
         let range = &body.range;
         let step = BodyStep {
@@ -34,67 +34,101 @@ pub(super) fn move_bodies(
             rates: rates.view(range),
         };
         body.formulation.advance(&step, next.view_mut(range), &mut next_rigid[k]);
-        let next_velocity = &mut next.velocity[range.clone()];
-        if body.formulation.is_rigid() {
-            rigid_reactions(body, &step, next_velocity, &mut reactions[k]);
-        } else {
-            hold(body, &step, &mut next.position[range.clone()], next_velocity, &mut reactions[k]);
+    }
+    let target = time.target_time();
+    hold(model, state, time, target, Held::Positions, next);
+    hold(model, state, time, target, Held::Velocities, next);
+    take_reactions(model, state, workspace, time);
+}
+
+/// What supports impose at one moment.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Held {
+    Positions,
+    Velocities,
+}
+
+/// Imposes the supports on the particles of deformable bodies, as they are to be at `target` \[s\].
+pub(super) fn hold(
+    model: &SolidModel,
+    state: &SolidState,
+    time: &StageTime,
+    target: f64,
+    what: Held,
+    particles: &mut Particles,
+) {
+    for body in model.bodies.iter().filter(|body| !body.formulation.is_rigid()) {
+        for support in body.supports.iter().filter(|support| support.acts(time)) {
+            let target = support.target(target);
+            for held in &support.particles {
+                let i = body.range.start + held.particle;
+                let offset = winding_offset(&model.domain, &state.windings[i]);
+                let base = state.particles.position[i] + offset;
+                let (mut place, mut velocity) = (base, particles.velocity[i]);
+                target.hold(&held.origin, &base, &mut place, &mut velocity);
+                for axis in (0..DIMENSIONS).filter(|axis| support.held[*axis]) {
+                    match what {
+                        Held::Positions => particles.position[i][axis] = place[axis] - offset[axis],
+                        Held::Velocities => particles.velocity[i][axis] = velocity[axis],
+                    }
+                }
+            }
         }
     }
 }
 
-/// Imposes the supports on the particles of a deformable body, and takes their reactions \[N/m\].
-///
-/// The reaction is what the support adds to all other forces to give the particle its prescribed motion.
-fn hold(
-    body: &Body,
-    step: &BodyStep<'_>,
-    position: &mut [Vector],
-    velocity: &mut [Vector],
-    reactions: &mut [Vector],
+/// Reactions of all supports \[N/m\]: what they added to `workspace.total_force` in the stage to give the particles
+/// their prescribed motion.
+pub(super) fn take_reactions(
+    model: &SolidModel,
+    state: &SolidState,
+    workspace: &mut Workspace,
+    time: &StageTime,
 ) {
-    for (support, reaction) in body.supports.iter().zip(reactions) {
-        *reaction = Vector::zeros();
-        if !support.acts(step.time) {
+    let Workspace { next, total_force, reactions, .. } = workspace;
+    for (body, reactions) in model.bodies.iter().zip(reactions) {
+        let missing = |i: usize| {
+            let i = body.range.start + i;
+            let change = next.velocity[i] - state.particles.velocity[i];
+            change * (model.particles.mass[i] / time.duration()) - total_force[i]
+        };
+        reactions.fill(Vector::zeros());
+        if body.formulation.is_rigid() {
+            rigid_reactions(body, time, missing, reactions);
             continue;
         }
-        let target = support.target(step.time.target_time());
-        for held in &support.particles {
-            let i = held.particle;
-            let offset = winding_offset(step.constants.domain, &step.windings[i]);
-            let base = step.base.position[i] + offset;
-            let mut place = position[i] + offset;
-            target.hold(&held.origin, &base, &mut place, &mut velocity[i]);
-            let missing = missing_force(step, i, &velocity[i]);
-            for axis in (0..DIMENSIONS).filter(|axis| support.held[*axis]) {
-                position[i][axis] = place[axis] - offset[axis];
-                reaction[axis] += missing[axis];
+        for (support, reaction) in
+            body.supports.iter().zip(reactions).filter(|(support, _)| support.acts(time))
+        {
+            for held in &support.particles {
+                let missing = missing(held.particle);
+                for axis in (0..DIMENSIONS).filter(|axis| support.held[*axis]) {
+                    reaction[axis] += missing[axis];
+                }
             }
         }
     }
 }
 
 /// Shares what supports add to the resultant of a rigid body among them, by the number of particles they hold.
-fn rigid_reactions(body: &Body, step: &BodyStep<'_>, velocity: &[Vector], reactions: &mut [Vector]) {
-    reactions.fill(Vector::zeros());
-    let acting = |axis: usize| {
-        body.supports.iter().enumerate().filter(move |(_, s)| s.held[axis] && s.acts(step.time))
-    };
+fn rigid_reactions(
+    body: &Body,
+    time: &StageTime,
+    missing: impl Fn(usize) -> Vector + Sync,
+    reactions: &mut [Vector],
+) {
+    let acting =
+        |axis: usize| body.supports.iter().enumerate().filter(move |(_, s)| s.held[axis] && s.acts(time));
     if (0..DIMENSIONS).all(|axis| acting(axis).next().is_none()) {
         return;
     }
-    let missing: Vector = ordered_sum(velocity.len(), |i| missing_force(step, i, &velocity[i]));
+    let missing: Vector = ordered_sum(body.range.len(), missing);
     for axis in 0..DIMENSIONS {
         let held: usize = acting(axis).map(|(_, support)| support.particles.len()).sum();
         for (k, support) in acting(axis) {
             reactions[k][axis] = missing[axis] * support.particles.len() as f64 / held as f64;
         }
     }
-}
-
-/// Force \[N/m\] that particle `i` lacks to arrive at `velocity`.
-fn missing_force(step: &BodyStep<'_>, i: usize, velocity: &Vector) -> Vector {
-    (velocity - step.base.velocity[i]) * (step.constants.mass[i] / step.time.duration()) - step.force[i]
 }
 
 /// Sums over all particles that the books need.
@@ -108,6 +142,7 @@ struct BookSums {
     wall_contact: Vector,
     largest_acceleration: f64,
     largest_contact_rate: f64,
+    stiffening: f64,
 }
 
 impl AddAssign for BookSums {
@@ -121,6 +156,7 @@ impl AddAssign for BookSums {
         self.wall_contact += other.wall_contact;
         self.largest_acceleration = self.largest_acceleration.max(other.largest_acceleration);
         self.largest_contact_rate = self.largest_contact_rate.max(other.largest_contact_rate);
+        self.stiffening = self.stiffening.max(other.stiffening);
     }
 }
 
@@ -131,6 +167,8 @@ pub(super) struct StageRecord {
     pub largest_acceleration: f64,
     /// Largest frequency of a particle on its contacts \[rad/s\].
     pub contact_frequency: f64,
+    /// Largest ratio of a particle's tangent stiffness to that at rest \[-\].
+    pub stiffening: f64,
 }
 
 /// Takes the books of a stage.
@@ -145,22 +183,20 @@ pub(super) fn record(
     let (base, next) = (&state.particles.velocity, &workspace.next.velocity);
     let sums: BookSums = ordered_sum(model.len(), |i| {
         let mass = model.particles.mass[i];
-        let (forces, contact) = (&workspace.forces[i], &workspace.contact[i]);
+        let forces = &workspace.mean_forces[i];
+        let body = model.body_of(i);
+        let stress = workspace.stress.view(&body.range);
         let change = next[i] - base[i];
         BookSums {
             momentum_change: change * mass,
             gross_momentum: mass * (base[i].norm() + next[i].norm()),
-            gross_force: workspace.sums[i].force.norm()
-                + contact.bodies.norm()
-                + contact.walls.norm()
-                + forces.fluid.norm()
-                + forces.body_force.norm()
-                + forces.damping.norm(),
+            gross_force: forces.gross + workspace.fluid_force[i].norm(),
             body_force: forces.body_force,
             damping: forces.damping,
-            wall_contact: contact.walls,
+            wall_contact: forces.walls,
             largest_acceleration: change.norm() / time.duration(),
-            largest_contact_rate: 2.0 * contact.stiffness / mass,
+            largest_contact_rate: 2.0 * forces.contact_stiffness / mass,
+            stiffening: body.formulation.stiffening(&stress, i - body.range.start),
         }
     });
     let mut accounts = Accounts::default();
@@ -181,5 +217,6 @@ pub(super) fn record(
         },
         largest_acceleration: sums.largest_acceleration,
         contact_frequency: sums.largest_contact_rate.sqrt(),
+        stiffening: sums.stiffening,
     }
 }

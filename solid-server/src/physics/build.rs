@@ -6,7 +6,9 @@ use sph::body_force::BodyForceField;
 use sph::domain::Domain;
 use sph::kernel::CubicSpline;
 use sph::ledger::InterfaceSums;
-use sph::setup::{BodySetup, ContactLaw, Formulation, InterfaceLaw, SolidParticles, SolidSetup};
+use sph::setup::{
+    BodySetup, ContactLaw, Formulation, InterfaceLaw, SolidParticles, SolidSetup, SolidStepping, SubstepCount,
+};
 use sph::stage::{StageTime, StepStage};
 use sph::vector::{DIMENSIONS, Vector};
 
@@ -22,6 +24,7 @@ use super::probes::build_probes;
 use super::report::best_fit_angle;
 use super::rigid::RigidBody;
 use super::supports::{build_supports, hold_velocities, wall_exemption};
+use super::total_lagrangian::TotalLagrangianBody;
 use super::updated_lagrangian::UpdatedLagrangianBody;
 use super::walls::Walls;
 use super::workspace::{LastStage, ParticleForces, Rates, SolidState, StressFields, Workspace};
@@ -65,6 +68,7 @@ pub(super) fn build(setup: SolidSetup) -> Result<(SolidModel, SolidState), Vec<S
         walls,
         body_force,
         damping: setup.damping,
+        stepping: setup.stepping,
         probes,
         lost_particle_limit: setup.lost_particle_limit,
     };
@@ -109,6 +113,12 @@ fn build_bodies(
                 Box::new(UpdatedLagrangianBody::new(law, &body.material, setup.particle_spacing)),
                 RigidState::default(),
             ),
+            Formulation::TotalLagrangian(law) => {
+                let reference = &setup.particles.reference_position[range.clone()];
+                let spacing = setup.particle_spacing;
+                let body = TotalLagrangianBody::new(law, &body.material, &constants, reference, spacing);
+                (Box::new(body), RigidState::default())
+            }
             Formulation::Rigid => {
                 let (body, motion) = RigidBody::new(&constants, &connected, velocity);
                 body.place(&constants, &motion, &windings[range.clone()], particles.view_mut(range));
@@ -150,7 +160,11 @@ pub(super) fn build_workspace(
         rates: Rates::new(n),
         contact: vec![ContactSums::default(); n],
         forces: vec![ParticleForces::default(); n],
+        start_forces: vec![ParticleForces::default(); n],
+        mean_forces: vec![ParticleForces::default(); n],
+        fluid_force: vec![Vector::zeros(); n],
         total_force: vec![Vector::zeros(); n],
+        velocity_gain: vec![Vector::zeros(); n],
         own_lists: model.bodies.iter().map(own_list).collect(),
         contact_lists: ContactLists::new(model.contact.radius(), CONTACT_SKIN * model.spacing, n, walls),
         walls: model.walls.at_start(),
@@ -276,7 +290,7 @@ fn build_contact(setup: &SolidSetup) -> ContactModel {
                 Formulation::UpdatedLagrangian(law) => {
                     CubicSpline::new(law.smoothing_length).support_radius()
                 }
-                Formulation::Rigid => 0.0,
+                Formulation::TotalLagrangian(_) | Formulation::Rigid => 0.0,
             };
             let support_radius = setup.bodies.iter().map(support).fold(0.0, f64::max);
             ContactModel::Sums(SumContact { support_radius })
@@ -288,6 +302,17 @@ fn build_contact(setup: &SolidSetup) -> ContactModel {
 fn check_sums(model: &SolidModel, law: Option<InterfaceLaw>, errors: &mut Vec<String>) {
     let contact_sums = matches!(model.contact, ContactModel::Sums(_));
     let plain_sum = law == Some(InterfaceLaw::PlainSum);
+    if plain_sum && model.stepping != SolidStepping::StageRule {
+        errors.push(
+            "the plain-sum interface needs the stage rule: the fluid takes part in the stress of the solid, which can \
+             not be frozen over sub-steps"
+                .into(),
+        );
+    }
+    if matches!(model.stepping, SolidStepping::Substeps(SubstepCount::Fixed(count)) if count == 0 || count % 2 > 0)
+    {
+        errors.push("the number of sub-steps must be even and at least 2".into());
+    }
     let mut first = None;
     for body in &model.bodies {
         let Some(law) = body.formulation.sum_law() else {
@@ -296,7 +321,7 @@ fn check_sums(model: &SolidModel, law: Option<InterfaceLaw>, errors: &mut Vec<St
             {
                 if used {
                     errors.push(format!(
-                        "body `{}` is rigid and has no stress, which {what} needs; make it elastic or choose another law",
+                        "body `{}` is not updated-Lagrangian, which {what} needs; make it so or choose another law",
                         body.name
                     ));
                 }

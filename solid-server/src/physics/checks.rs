@@ -10,12 +10,6 @@ use super::elasticity::squared_deviator;
 use super::model::SolidModel;
 use super::particles::Particles;
 
-/// Smallest and largest ρ/ρ₀ of an elastic particle \[-\].
-const DENSITY_RATIOS: (f64, f64) = (0.5, 2.0);
-
-/// Largest equivalent elastic shear strain √(s:s)/(2G) of an elastic particle \[-\].
-const LARGEST_SHEAR: f64 = 1.0;
-
 /// Fails with the first particle, by index, of `particles` that breaks a limit.
 ///
 /// # Errors
@@ -71,8 +65,8 @@ struct BrokenLimit {
     hint: &'static str,
 }
 
-const SHORTER_STEP: &str = "the step may be too long for the solid: reduce the time step, or raise its artificial \
-                            viscosity A";
+const SHORTER_STEP: &str = "the step may be too long for the solid: reduce the time step, raise the number of its \
+                            sub-steps, or its artificial viscosity A";
 
 fn broken_limit(model: &SolidModel, particles: &Particles, i: usize) -> Option<BrokenLimit> {
     let body = model.body_of(i);
@@ -105,8 +99,9 @@ fn broken_limit(model: &SolidModel, particles: &Particles, i: usize) -> Option<B
     if body.formulation.is_rigid() {
         return None;
     }
+    let limits = body.formulation.limits();
     let ratio = rho / body.material.density;
-    let (smallest, largest) = DENSITY_RATIOS;
+    let (smallest, largest) = limits.density_ratios;
     if !(smallest..=largest).contains(&ratio) {
         return Some(BrokenLimit {
             quantity: "density over rest density [-]",
@@ -116,10 +111,10 @@ fn broken_limit(model: &SolidModel, particles: &Particles, i: usize) -> Option<B
         });
     }
     let shear = squared_deviator(s).sqrt() / (2.0 * body.material.shear_modulus);
-    (shear > LARGEST_SHEAR).then(|| BrokenLimit {
+    (shear > limits.largest_shear).then(|| BrokenLimit {
         quantity: "elastic shear strain sqrt(s:s)/(2G) [-]",
         value: shear,
-        allowed: format!("at most {LARGEST_SHEAR}"),
+        allowed: format!("at most {}", limits.largest_shear),
         hint: "the body is deformed beyond what the elastic law can mean: reduce the load or the time step",
     })
 }

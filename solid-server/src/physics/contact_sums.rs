@@ -28,6 +28,8 @@ pub(super) struct SumContact {
 pub(super) struct SumStage<'a> {
     pub model: &'a SolidModel,
     pub time: &'a StageTime,
+    /// Time of the state \[s\].
+    pub at: f64,
     pub stage: &'a Particles,
     pub stress: &'a StressFields,
     pub lists: &'a ContactLists,
@@ -63,7 +65,7 @@ impl SumStage<'_> {
     /// a_w is the prescribed acceleration of a moving wall.
     fn wall_pressure(&self, w: usize) -> f64 {
         let x_w = &self.walls.position[w];
-        let g = self.model.body_force.acceleration(x_w, self.time.state_time()) - self.walls.acceleration[w];
+        let g = self.model.body_force.acceleration(x_w, self.at) - self.walls.acceleration[w];
         let (mut weighted, mut weight) = (0.0, 0.0);
         for i in self.lists.of_walls.of(w).iter().map(|i| *i as usize).filter(|i| self.meet(*i, w)) {
             let Some(law) = self.law(i) else { continue };

@@ -15,7 +15,7 @@ use sph::vector::Vector;
 use super::model::SolidModel;
 use super::pair_law::PairSums;
 use super::particles::Particles;
-use super::workspace::{ParticleForces, StressFields};
+use super::workspace::StressFields;
 
 /// What the solids need to meet a fluid.
 #[derive(Debug)]
@@ -137,7 +137,7 @@ impl FluidLink {
         self.set_version
     }
 
-    /// Forces of the fluid at `time` \[s\]; `own` is what [`FluidLink::select`] filled in this stage.
+    /// Forces of the fluid at `time` \[s\], written to `forces` \[N/m\]; `own` is what [`FluidLink::select`] filled in this stage.
     ///
     /// Where the law is one sum over all particles, the fluid's particles enter the gradients of `sums` too.
     pub fn evaluate(
@@ -146,13 +146,13 @@ impl FluidLink {
         own: &InterfaceStates,
         fluid: &InterfaceStates,
         sums: &mut [PairSums],
-        forces: &mut [ParticleForces],
+        forces: &mut [Vector],
     ) -> InterfaceSums {
         self.interface.update(time, fluid, own);
         let total = self.interface.solid_forces(fluid, own);
-        forces.par_iter_mut().with_min_len(4096).for_each(|forces| forces.fluid = Vector::zeros());
+        forces.par_iter_mut().with_min_len(4096).for_each(|force| *force = Vector::zeros());
         for (s, i) in self.sent.iter().enumerate() {
-            forces[*i as usize].fluid = self.interface.force(s);
+            forces[*i as usize] = self.interface.force(s);
         }
         if self.law == InterfaceLaw::PlainSum {
             for (s, i) in self.sent.iter().enumerate() {

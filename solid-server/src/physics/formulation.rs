@@ -2,7 +2,7 @@
 
 use sph::domain::Domain;
 use sph::stage::StageTime;
-use sph::vector::{SymmetricTensor, Vector};
+use sph::vector::{SymmetricTensor, Tensor, Vector};
 
 use super::lists::Rows;
 use super::pair_law::{PairSums, SumLaw};
@@ -22,10 +22,16 @@ pub(super) struct BodyConstants<'a> {
 /// Stress of a body's particles at one stage.
 #[derive(Clone, Copy)]
 pub(super) struct StressView<'a> {
+    /// Pressure \[Pa\].
+    pub pressure: &'a [f64],
     /// Cauchy stress \[Pa\].
     pub cauchy: &'a [SymmetricTensor],
     /// Artificial stress R_i of Eq. (25) \[m⁵/(kg s²)\].
     pub artificial: &'a [SymmetricTensor],
+    /// Deformation gradient F \[-\]; used by total-Lagrangian bodies alone.
+    pub deformation: &'a [Tensor],
+    /// Nominal stress as pair forces use it, `Reference::pair_stress` \[Pa\]; likewise.
+    pub nominal: &'a [Tensor],
 }
 
 /// As [`StressView`], to be written.
@@ -34,6 +40,16 @@ pub(super) struct StressViewMut<'a> {
     pub pressure: &'a mut [f64],
     pub cauchy: &'a mut [SymmetricTensor],
     pub artificial: &'a mut [SymmetricTensor],
+    pub deformation: &'a mut [Tensor],
+    pub nominal: &'a mut [Tensor],
+}
+
+/// Quantities of the state that follow from positions where the formulation says so.
+pub(super) struct DerivedView<'a> {
+    /// Density \[kg/m³\].
+    pub density: &'a mut [f64],
+    /// Deviatoric stress \[Pa\].
+    pub deviatoric_stress: &'a mut [SymmetricTensor],
 }
 
 /// Rates of a body's own variables.
@@ -69,13 +85,62 @@ pub(super) struct BodyStep<'a> {
     pub rates: RateView<'a>,
 }
 
+/// What changes the velocities of a body within a sub-step.
+#[derive(Clone, Copy)]
+pub(super) struct BodyKick<'a> {
+    pub constants: BodyConstants<'a>,
+    pub time: &'a StageTime,
+    /// Duration of the kick \[s\].
+    pub duration: f64,
+    /// Time at which the new velocities hold \[s\].
+    pub target: f64,
+    /// Force on each particle of whatever origin \[N/m\].
+    pub force: &'a [Vector],
+    /// Motion at the start of the step.
+    pub base_rigid: &'a RigidState,
+    pub windings: &'a [[i32; 2]],
+}
+
+/// What moves a body within a sub-step.
+#[derive(Clone, Copy)]
+pub(super) struct BodyDrift<'a> {
+    pub constants: BodyConstants<'a>,
+    pub time: &'a StageTime,
+    /// Duration of the drift \[s\].
+    pub duration: f64,
+    /// Time at which the new positions hold \[s\].
+    pub target: f64,
+    /// Own-body and foreign sums in the middle of the drift; empty where [`BodyFormulation::evolves`] is false.
+    pub sums: &'a [PairSums],
+    /// Motion at the start of the step.
+    pub base_rigid: &'a RigidState,
+    pub windings: &'a [[i32; 2]],
+}
+
+/// Bounds outside which a body's state has no meaning.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Limits {
+    /// Smallest and largest ρ/ρ₀ \[-\].
+    pub density_ratios: (f64, f64),
+    /// Largest equivalent elastic shear strain √(s:s)/(2G) \[-\].
+    pub largest_shear: f64,
+}
+
 /// How one body turns its state into stress, internal forces and rates.
 ///
 /// Slices hold the particles of the body alone. A formulation is constant: what evolves is in the state, what is
 /// disposable in the workspace. Forces between owners, contact, walls and supports are added by the solver.
 pub(super) trait BodyFormulation: Send + Sync {
     /// Pressure and stress of a state.
-    fn update_stress(&self, state: &ParticleView<'_>, stress: StressViewMut<'_>);
+    fn update_stress(
+        &self,
+        constants: &BodyConstants<'_>,
+        state: &ParticleView<'_>,
+        stress: StressViewMut<'_>,
+    );
+
+    /// Overwrites what follows from the stress just updated; bodies whose density and stress evolve leave it.
+    fn derive(&self, _stress: &StressView<'_>, _derived: DerivedView<'_>) {}
 
     /// Radius \[m\] of the own-body neighbour lists in the current configuration; `None` when it needs none.
     fn list_radius(&self) -> Option<f64>;
@@ -96,15 +161,47 @@ pub(super) trait BodyFormulation: Send + Sync {
     /// Moves the body from φⁿ by the stage's duration, Eq. (30) or (31).
     fn advance(&self, step: &BodyStep<'_>, next: ParticleViewMut<'_>, next_rigid: &mut RigidState);
 
+    /// Velocities follow the forces: v ← v + f Δt/m, particle by particle unless the body is rigid.
+    fn kick(&self, kick: &BodyKick<'_>, particles: ParticleViewMut<'_>, _motion: &mut RigidState) {
+        for (i, v) in particles.velocity.iter_mut().enumerate() {
+            *v += kick.force[i] * (kick.duration / kick.constants.mass[i]);
+        }
+    }
+
+    /// Positions follow the velocities: x ← x + v Δt, and so does what evolves with their gradient.
+    fn drift(&self, drift: &BodyDrift<'_>, particles: ParticleViewMut<'_>, _motion: &mut RigidState) {
+        for (x, v) in particles.position.iter_mut().zip(particles.velocity.iter()) {
+            *x += v * drift.duration;
+        }
+    }
+
+    /// Whether density and stress evolve with the velocity gradient, so that a drift needs sums in its middle.
+    fn evolves(&self) -> bool {
+        false
+    }
+
     /// Whether internal constraints of the body, not its particles one by one, carry what supports hold.
     fn is_rigid(&self) -> bool;
 
     /// Law by which its particles take part in sums with those of other bodies, walls or the fluid.
     fn sum_law(&self) -> Option<&SumLaw>;
 
-    /// Largest stable step by the waves inside the body \[s\].
-    fn time_step_limit(&self) -> f64;
+    /// Largest stable step of Eq. (30)-(31) by the waves inside the body \[s\].
+    fn stage_rule_limit(&self) -> f64;
 
-    /// Strain energy per metre of depth of particle `i` of mass `mass` \[kg/m\] \[J/m\].
-    fn strain_energy(&self, state: &ParticleView<'_>, mass: f64, i: usize) -> f64;
+    /// Largest stable sub-step by the waves inside the undeformed body \[s\].
+    fn substep_limit(&self) -> f64;
+
+    /// Tangent stiffness at particle `i` over that of the undeformed body \[-\].
+    fn stiffening(&self, _stress: &StressView<'_>, _i: usize) -> f64 {
+        1.0
+    }
+
+    /// Bounds of a meaningful state.
+    fn limits(&self) -> Limits {
+        Limits { density_ratios: (0.5, 2.0), largest_shear: 1.0 }
+    }
+
+    /// Strain energy per metre of depth of particle `i` \[J/m\].
+    fn strain_energy(&self, constants: &BodyConstants<'_>, state: &ParticleView<'_>, i: usize) -> f64;
 }

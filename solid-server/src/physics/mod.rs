@@ -1,11 +1,13 @@
 //! Elastic and rigid bodies as particles.
 //!
 //! One [`SolidSolver`] owns several bodies. How a body turns its state into stress and internal forces is its
-//! formulation, a trait with two implementers: the updated-Lagrangian one of the source document and the rigid body.
+//! formulation, a trait with three implementers: the updated-Lagrangian one of the source document, the total-Lagrangian
+//! one and the rigid body.
 //! Supports, contact, walls and the interface with the fluid act on all bodies alike and are no part of it.
 //!
 //! ```text
 //! formulation   what a body does by itself: stress, own-body sums, rates, advance
+//! evaluate, advance, substeps   forces of a state, and the two ways to step on
 //! contact_*     between bodies and toward walls      supports   held particles
 //! coupling      interface with the fluid             probes, report   what is read off
 //! model, state, workspace   constant, checkpointed, disposable
@@ -18,17 +20,22 @@ mod contact_repulsion;
 mod contact_sums;
 mod coupling;
 mod elasticity;
+mod evaluate;
 mod formulation;
+mod hyperelastic;
 mod lists;
 mod material_point;
 mod model;
 mod pair_law;
 mod particles;
 mod probes;
+mod reference;
 mod report;
 mod rigid;
 mod solver;
+mod substeps;
 mod supports;
+mod total_lagrangian;
 mod updated_lagrangian;
 mod walls;
 mod workspace;

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use sph::body_force::BodyForceField;
 use sph::domain::Domain;
-use sph::setup::{Damping, ElasticMaterial, SolidProbeKind};
+use sph::setup::{Damping, ElasticMaterial, SolidProbeKind, SolidStepping};
 use sph::stage::StageTime;
 use sph::vector::Vector;
 
@@ -26,6 +26,7 @@ pub(super) struct SolidModel {
     pub walls: Walls,
     pub body_force: BodyForceField,
     pub damping: Option<Damping>,
+    pub stepping: SolidStepping,
     pub probes: Vec<Probe>,
     /// The run stops when more particles than this are outside the domain.
     pub lost_particle_limit: u64,

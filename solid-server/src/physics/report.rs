@@ -72,8 +72,8 @@ pub(super) fn body_sums(model: &SolidModel, state: &SolidState, range: &Range<us
             kinetic: 0.5 * mass * v.norm_squared(),
             potential: -mass * gravity.dot(&x),
             strain: body.formulation.strain_energy(
+                &model.constants(body),
                 &state.particles.view(&body.range),
-                mass,
                 i - body.range.start,
             ),
             first_moment: x * mass,
@@ -144,7 +144,8 @@ pub(super) fn best_fit_angle(
 pub(super) fn stress_of(model: &SolidModel, state: &SolidState) -> StressFields {
     let mut stress = StressFields::new(model.len());
     for body in &model.bodies {
-        body.formulation.update_stress(&state.particles.view(&body.range), stress.view_mut(&body.range));
+        let particles = state.particles.view(&body.range);
+        body.formulation.update_stress(&model.constants(body), &particles, stress.view_mut(&body.range));
     }
     stress
 }

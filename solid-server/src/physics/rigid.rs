@@ -4,13 +4,17 @@ use std::ops::AddAssign;
 
 use rayon::prelude::*;
 
+use sph::stage::StageTime;
 use sph::sums::ordered_sum;
 use sph::vector::{SymmetricTensor, Vector, cross};
 
-use super::formulation::{BodyConstants, BodyFormulation, BodyStep, RateViewMut, StressView, StressViewMut};
+use super::formulation::{
+    BodyConstants, BodyDrift, BodyFormulation, BodyKick, BodyStep, RateViewMut, StressView, StressViewMut,
+};
 use super::lists::{Rows, TASK};
 use super::pair_law::{PairSums, SumLaw};
 use super::particles::{ParticleView, ParticleViewMut, RigidState, winding_offset};
+use super::supports::Support;
 
 /// A rigid body: M dV/dt = ΣF, I dω/dt = Σ r × F, by the midpoint rule of Eq. (30)-(31).
 ///
@@ -65,13 +69,35 @@ impl RigidBody {
         (Self { mass, inertia, arms, origins }, state)
     }
 
-    /// Imposes the supports that act in the step of `time`, at `target` \[s\].
-    fn hold(&self, step: &BodyStep<'_>, target: f64, next: &mut RigidState) {
-        for (support, origin) in step.constants.supports.iter().zip(&self.origins) {
-            if support.acts(step.time) {
-                support.target(target).hold_rigid(origin, step.base_rigid, next);
-            }
+    /// `motion` with the supports imposed that act in the step of `time`, at `target` \[s\].
+    fn held(
+        &self,
+        supports: &[Support],
+        time: &StageTime,
+        target: f64,
+        base: &RigidState,
+        mut motion: RigidState,
+    ) -> RigidState {
+        for (support, origin) in supports.iter().zip(&self.origins).filter(|(support, _)| support.acts(time))
+        {
+            support.target(target).hold_rigid(origin, base, &mut motion);
         }
+        motion
+    }
+
+    /// Resultant of `force` \[N/m\] on a body turned by `angle` \[rad\].
+    fn wrench(&self, angle: f64, force: &[Vector]) -> Wrench {
+        let (sine, cosine) = angle.sin_cos();
+        ordered_sum(self.arms.len(), |i| Wrench {
+            force: force[i],
+            torque: cross(&turned(&self.arms[i], sine, cosine), &force[i]),
+        })
+    }
+
+    /// Velocity and angular velocity gained in `duration` \[s\].
+    fn gain(&self, wrench: &Wrench, duration: f64) -> (Vector, f64) {
+        let angular_acceleration = if self.inertia > 0.0 { wrench.torque / self.inertia } else { 0.0 };
+        (wrench.force * (duration / self.mass), angular_acceleration * duration)
     }
 
     /// Writes positions and velocities that belong to `motion`.
@@ -105,7 +131,12 @@ fn turned(arm: &Vector, sine: f64, cosine: f64) -> Vector {
 }
 
 impl BodyFormulation for RigidBody {
-    fn update_stress(&self, _state: &ParticleView<'_>, stress: StressViewMut<'_>) {
+    fn update_stress(
+        &self,
+        _constants: &BodyConstants<'_>,
+        _state: &ParticleView<'_>,
+        stress: StressViewMut<'_>,
+    ) {
         stress.pressure.fill(0.0);
         stress.cauchy.fill(SymmetricTensor::default());
         stress.artificial.fill(SymmetricTensor::default());
@@ -133,24 +164,38 @@ impl BodyFormulation for RigidBody {
 
     fn advance(&self, step: &BodyStep<'_>, next: ParticleViewMut<'_>, next_rigid: &mut RigidState) {
         let (base, stage) = (step.base_rigid, step.stage_rigid);
-        let (sine, cosine) = stage.angle.sin_cos();
-        let wrench: Wrench = ordered_sum(self.arms.len(), |i| Wrench {
-            force: step.force[i],
-            torque: cross(&turned(&self.arms[i], sine, cosine), &step.force[i]),
-        });
         let duration = step.time.duration();
-        let angular_acceleration = if self.inertia > 0.0 { wrench.torque / self.inertia } else { 0.0 };
-        *next_rigid = RigidState {
+        let (gain, spin) = self.gain(&self.wrench(stage.angle, step.force), duration);
+        let free = RigidState {
             centre: base.centre + stage.velocity * duration,
-            velocity: base.velocity + wrench.force * (duration / self.mass),
+            velocity: base.velocity + gain,
             angle: base.angle + stage.angular_velocity * duration,
-            angular_velocity: base.angular_velocity + angular_acceleration * duration,
+            angular_velocity: base.angular_velocity + spin,
         };
-        self.hold(step, step.time.target_time(), next_rigid);
+        *next_rigid = self.held(step.constants.supports, step.time, step.time.target_time(), base, free);
         next.density.copy_from_slice(step.base.density);
         next.deviatoric_stress.copy_from_slice(step.base.deviatoric_stress);
         let particles = ParticleViewMut { position: next.position, velocity: next.velocity, ..next };
         self.place(&step.constants, next_rigid, step.windings, particles);
+    }
+
+    fn kick(&self, kick: &BodyKick<'_>, particles: ParticleViewMut<'_>, motion: &mut RigidState) {
+        let (gain, spin) = self.gain(&self.wrench(motion.angle, kick.force), kick.duration);
+        motion.velocity += gain;
+        motion.angular_velocity += spin;
+        let held = self.held(kick.constants.supports, kick.time, kick.target, kick.base_rigid, *motion);
+        motion.velocity = held.velocity;
+        motion.angular_velocity = held.angular_velocity;
+        self.place(&kick.constants, motion, kick.windings, particles);
+    }
+
+    fn drift(&self, drift: &BodyDrift<'_>, particles: ParticleViewMut<'_>, motion: &mut RigidState) {
+        motion.centre += motion.velocity * drift.duration;
+        motion.angle += motion.angular_velocity * drift.duration;
+        let held = self.held(drift.constants.supports, drift.time, drift.target, drift.base_rigid, *motion);
+        motion.centre = held.centre;
+        motion.angle = held.angle;
+        self.place(&drift.constants, motion, drift.windings, particles);
     }
 
     fn is_rigid(&self) -> bool {
@@ -161,11 +206,15 @@ impl BodyFormulation for RigidBody {
         None
     }
 
-    fn time_step_limit(&self) -> f64 {
+    fn stage_rule_limit(&self) -> f64 {
         f64::INFINITY
     }
 
-    fn strain_energy(&self, _state: &ParticleView<'_>, _mass: f64, _i: usize) -> f64 {
+    fn substep_limit(&self) -> f64 {
+        f64::INFINITY
+    }
+
+    fn strain_energy(&self, _constants: &BodyConstants<'_>, _state: &ParticleView<'_>, _i: usize) -> f64 {
         0.0
     }
 }

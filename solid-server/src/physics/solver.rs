@@ -1,30 +1,27 @@
 //! The solid side of a run, stepped by the half-step driver.
 
-use rayon::prelude::*;
-
 use sph::exchange::{Extent, InterfaceStates};
 use sph::ledger::{Energies, StageBooks};
-use sph::setup::SolidSetup;
+use sph::setup::{SolidSetup, SolidStepping};
 use sph::solver::{Counts, Divergence, ParticleFields, Role, Solver};
 use sph::stage::{Stage, StageTime};
 use sph::sums::ordered_sum;
-use sph::vector::Vector;
 
-use super::advance::{move_bodies, record};
+use super::advance::{StageRecord, move_bodies, record};
 use super::build::{build, build_workspace};
 use super::checks::{check, check_domain};
-use super::contact_sums::SumStage;
-use super::lists::{Rows, TASK};
-use super::model::{ContactModel, SolidModel};
+use super::evaluate::{evaluate_pairs, refresh_lists, sum_forces, total_forces, update_stress};
+use super::model::SolidModel;
 use super::probes::probe_values;
 use super::report::{best_fit_angle, energies, snapshot};
+use super::substeps::{move_by_substeps, step_limit};
 use super::workspace::{SolidState, Workspace};
 
 /// Several elastic or rigid bodies in one domain.
 ///
-/// The stated limit of the time step is the smallest of: the limit of each body's waves (for the updated-Lagrangian
-/// formulation CFL(A)·h/c_L with CFL = A^⅓ up to A = 1), 1/ω of the stiffest contact of the stage before, and
-/// ¼ √(Δx/a) for the largest acceleration a of that stage.
+/// The stated limit of the time step is the smallest of: the limit of each body's waves under the stepping of the case,
+/// 1/ω of the stiffest contact of the stage before, both times the number of sub-steps, and ¼ √(Δx/a) for the largest
+/// acceleration a of that stage.
 pub struct SolidSolver {
     pub(super) model: SolidModel,
     pub(super) state: SolidState,
@@ -46,67 +43,6 @@ impl SolidSolver {
         Ok(Self { model, state, workspace, no_extent: Extent::default() })
     }
 
-    /// Pressure and stress of the stage state.
-    fn update_stress(&mut self) {
-        let Workspace { stage, stress, .. } = &mut self.workspace;
-        for body in &self.model.bodies {
-            body.formulation.update_stress(&stage.view(&body.range), stress.view_mut(&body.range));
-        }
-    }
-
-    fn refresh_lists(&mut self) {
-        let Workspace { stage, own_lists, contact_lists, walls, list_builds, .. } = &mut self.workspace;
-        let domain = &self.model.domain;
-        for (body, lists) in self.model.bodies.iter().zip(own_lists) {
-            if let Some(lists) = lists {
-                *list_builds += u64::from(lists.refresh(domain, &stage.position[body.range.clone()]));
-            }
-        }
-        let members = &self.model.particles.body;
-        *list_builds += u64::from(contact_lists.refresh(domain, &stage.position, &walls.position, members));
-    }
-
-    /// Contact of bodies with each other and with walls.
-    fn evaluate_contact(&mut self, time: &StageTime) {
-        let Workspace { stage, stress, sums, contact, contact_lists, walls, wall_pressure, .. } =
-            &mut self.workspace;
-        let model = &self.model;
-        match &model.contact {
-            ContactModel::Repulsion(law) => {
-                law.evaluate(model, time, stage, contact_lists, walls, contact);
-            }
-            ContactModel::Sums(law) => {
-                let at = SumStage { model, time, stage, stress, lists: contact_lists, walls };
-                law.evaluate(&at, wall_pressure, sums, contact);
-            }
-        }
-    }
-
-    /// Forces that need no neighbours, and the total of all.
-    fn total_forces(&mut self, time: &StageTime) {
-        let Workspace { stage, sums, contact, forces, total_force, .. } = &mut self.workspace;
-        let model = &self.model;
-        let (state_time, damping_rate) = (time.state_time(), model.damping_rate(time));
-        forces.par_iter_mut().zip(total_force).with_min_len(8 * TASK).enumerate().for_each(
-            |(i, (forces, total))| {
-                let mass = model.particles.mass[i];
-                forces.body_force = model.body_force.acceleration(&stage.position[i], state_time) * mass;
-                // Damping acts on free particles; a support would only take it up again.
-                forces.damping = if damping_rate == 0.0 || model.acting_support(i, time).is_some() {
-                    Vector::zeros()
-                } else {
-                    stage.velocity[i] * (-damping_rate * mass)
-                };
-                *total = sums[i].force
-                    + contact[i].bodies
-                    + contact[i].walls
-                    + forces.fluid
-                    + forces.body_force
-                    + forces.damping;
-            },
-        );
-    }
-
     fn complete_rates(&mut self) {
         let Workspace { stage, sums, rates, .. } = &mut self.workspace;
         for body in &self.model.bodies {
@@ -116,16 +52,17 @@ impl SolidSolver {
     }
 
     /// Takes the corrector's result as the state at the new step boundary.
-    fn accept(&mut self, largest_acceleration: f64, contact_frequency: f64) {
+    fn accept(&mut self, record: &StageRecord) {
         let Self { model, state, workspace, .. } = self;
         std::mem::swap(&mut state.particles, &mut workspace.next);
         std::mem::swap(&mut state.rigid, &mut workspace.next_rigid);
         let last = &mut state.last;
-        last.largest_acceleration = largest_acceleration;
-        last.contact_frequency = contact_frequency;
+        last.largest_acceleration = record.largest_acceleration;
+        last.contact_frequency = record.contact_frequency;
+        last.stiffening = record.stiffening;
         for (fluid_force, body) in last.fluid_force.iter_mut().zip(&model.bodies) {
-            let forces = &workspace.forces[body.range.clone()];
-            *fluid_force = ordered_sum(forces.len(), |i| forces[i].fluid);
+            let forces = &workspace.fluid_force[body.range.clone()];
+            *fluid_force = ordered_sum(forces.len(), |i| forces[i]);
         }
         for (accepted, reactions) in last.reactions.iter_mut().zip(&workspace.reactions) {
             accepted.copy_from_slice(reactions);
@@ -160,9 +97,12 @@ impl Solver for SolidSolver {
             self.workspace.stage.copy_from(&self.state.particles);
             self.workspace.stage_rigid.clone_from(&self.state.rigid);
         }
-        self.model.walls.move_to(time.state_time(), &mut self.workspace.walls);
-        self.update_stress();
-        self.refresh_lists();
+        // A pass of sub-steps leaves the corrector all that belongs to its state.
+        if time.at.stage == Stage::Predictor || self.model.stepping == SolidStepping::StageRule {
+            self.model.walls.move_to(time.state_time(), &mut self.workspace.walls);
+            update_stress(&self.model, &mut self.workspace);
+            refresh_lists(&self.model, &mut self.workspace);
+        }
         if let Some(link) = &mut self.workspace.fluid {
             link.track(&self.workspace.stage.position);
         }
@@ -170,10 +110,8 @@ impl Solver for SolidSolver {
     }
 
     fn time_step_limit(&self) -> f64 {
-        let last = &self.state.last;
-        let waves = self.model.bodies.iter().map(|body| body.formulation.time_step_limit());
-        let force = 0.25 * (self.model.spacing / last.largest_acceleration).sqrt();
-        waves.fold(force.min(1.0 / last.contact_frequency), f64::min)
+        let force = 0.25 * (self.model.spacing / self.state.last.largest_acceleration).sqrt();
+        force.min(step_limit(&self.model, &self.state))
     }
 
     fn extent(&self) -> &Extent {
@@ -197,32 +135,41 @@ impl Solver for SolidSolver {
     }
 
     fn evaluate_own(&mut self, time: &StageTime) {
-        let Workspace { stage, stress, sums, own_lists, .. } = &mut self.workspace;
-        let none = Rows::default();
-        for (body, lists) in self.model.bodies.iter().zip(own_lists) {
-            let range = &body.range;
-            body.formulation.evaluate(
-                &self.model.constants(body),
-                &stage.view(range),
-                &stress.view(range),
-                lists.as_ref().map_or(&none, |lists| &lists.rows),
-                &mut sums[range.clone()],
-            );
+        let at = time.state_time();
+        match (self.model.stepping, time.at.stage) {
+            (SolidStepping::StageRule, _) => evaluate_pairs(&self.model, &mut self.workspace, time, at),
+            // Both passes of sub-steps start from the forces at the start of the step.
+            (SolidStepping::Substeps(_), Stage::Predictor) => {
+                evaluate_pairs(&self.model, &mut self.workspace, time, at);
+                sum_forces(&self.model, &mut self.workspace, time, at);
+                self.workspace.start_forces.clone_from(&self.workspace.forces);
+            }
+            (SolidStepping::Substeps(_), Stage::Corrector) => {}
         }
-        self.evaluate_contact(time);
     }
 
     fn evaluate_cross(&mut self, time: &StageTime, own: &InterfaceStates, partner: &InterfaceStates) {
-        let Workspace { fluid, sums, forces, interface_sums, .. } = &mut self.workspace;
+        let Workspace { fluid, sums, fluid_force, interface_sums, .. } = &mut self.workspace;
         if let Some(link) = fluid {
-            *interface_sums = link.evaluate(time.state_time(), own, partner, sums, forces);
+            *interface_sums = link.evaluate(time.state_time(), own, partner, sums, fluid_force);
         }
-        self.total_forces(time);
-        self.complete_rates();
+        if self.model.stepping == SolidStepping::StageRule {
+            sum_forces(&self.model, &mut self.workspace, time, time.state_time());
+            let Workspace { forces, mean_forces, fluid_force, total_force, .. } = &mut self.workspace;
+            total_forces(forces, fluid_force, total_force);
+            mean_forces.clone_from(forces);
+            self.complete_rates();
+        }
     }
 
+    /// With sub-steps, forces of the solids on themselves are evaluated within.
     fn advance(&mut self, time: &StageTime) -> Result<StageBooks, Divergence> {
-        move_bodies(&self.model, &self.state, &mut self.workspace, time);
+        match self.model.stepping {
+            SolidStepping::StageRule => move_bodies(&self.model, &self.state, &mut self.workspace, time),
+            SolidStepping::Substeps(count) => {
+                move_by_substeps(&self.model, &self.state, &mut self.workspace, time, count);
+            }
+        }
         check(&self.model, &self.workspace.next, time.at).map_err(|divergence| *divergence)?;
         let record = record(&self.model, &self.state, &self.workspace, time);
         match time.at.stage {
@@ -230,7 +177,7 @@ impl Solver for SolidSolver {
                 std::mem::swap(&mut self.workspace.stage, &mut self.workspace.next);
                 std::mem::swap(&mut self.workspace.stage_rigid, &mut self.workspace.next_rigid);
             }
-            Stage::Corrector => self.accept(record.largest_acceleration, record.contact_frequency),
+            Stage::Corrector => self.accept(&record),
         }
         Ok(record.books)
     }

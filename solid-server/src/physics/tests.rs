@@ -5,4 +5,6 @@ mod contact;
 mod coupling;
 mod elastic;
 mod scenes;
+mod substeps;
 mod supports;
+mod total;

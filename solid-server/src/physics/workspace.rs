@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use sph::ledger::InterfaceSums;
-use sph::vector::{SymmetricTensor, Vector};
+use sph::vector::{SymmetricTensor, Tensor, Vector};
 
 use super::contact_repulsion::ContactSums;
 use super::coupling::FluidLink;
@@ -39,6 +39,8 @@ pub(super) struct LastStage {
     pub largest_acceleration: f64,
     /// Largest frequency of a particle on its contacts \[rad/s\].
     pub contact_frequency: f64,
+    /// Largest ratio of a particle's tangent stiffness to that at rest \[-\].
+    pub stiffening: f64,
     /// Particles outside the domain.
     pub outside: u64,
 }
@@ -52,6 +54,10 @@ pub(super) struct StressFields {
     pub cauchy: Vec<SymmetricTensor>,
     /// Artificial stress R_i of Eq. (25) \[m⁵/(kg s²)\].
     pub artificial: Vec<SymmetricTensor>,
+    /// Deformation gradient \[-\]; of total-Lagrangian bodies.
+    pub deformation: Vec<Tensor>,
+    /// Nominal stress as pair forces use it \[Pa\]; likewise.
+    pub nominal: Vec<Tensor>,
 }
 
 /// Rates of all particles' own variables.
@@ -63,15 +69,33 @@ pub(super) struct Rates {
     pub deviatoric_stress: Vec<SymmetricTensor>,
 }
 
-/// Forces on one particle by origin \[N/m\].
+/// Forces on one particle by origin \[N/m\], that of the fluid apart.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct ParticleForces {
-    /// From the fluid.
-    pub fluid: Vector,
     /// Gravity and other body forces.
     pub body_force: Vector,
     /// Linear damping.
     pub damping: Vector,
+    /// Contact with walls.
+    pub walls: Vector,
+    /// Sum of all, those of particles of its own and other bodies included.
+    pub total: Vector,
+    /// Sum of the magnitudes.
+    pub gross: f64,
+    /// Sum of the stiffness of all contacts \[Pa\].
+    pub contact_stiffness: f64,
+}
+
+impl ParticleForces {
+    /// Adds `weight` times `other`; of the stiffness the larger stays.
+    pub fn add(&mut self, weight: f64, other: &Self) {
+        self.body_force += other.body_force * weight;
+        self.damping += other.damping * weight;
+        self.walls += other.walls * weight;
+        self.total += other.total * weight;
+        self.gross += other.gross * weight;
+        self.contact_stiffness = self.contact_stiffness.max(other.contact_stiffness);
+    }
 }
 
 /// Disposable buffers, reused from stage to stage.
@@ -88,9 +112,18 @@ pub(super) struct Workspace {
     pub sums: Vec<PairSums>,
     pub rates: Rates,
     pub contact: Vec<ContactSums>,
+    /// Forces of the latest evaluation.
     pub forces: Vec<ParticleForces>,
+    /// Forces at the start of the step, where each pass of sub-steps starts anew.
+    pub start_forces: Vec<ParticleForces>,
+    /// Forces that moved the stage, means over its sub-steps.
+    pub mean_forces: Vec<ParticleForces>,
+    /// Force of the fluid on each particle in this stage \[N/m\].
+    pub fluid_force: Vec<Vector>,
     /// Sum of all forces on each particle \[N/m\].
     pub total_force: Vec<Vector>,
+    /// Velocity gained in the first half of a sub-step \[m/s\].
+    pub velocity_gain: Vec<Vector>,
     /// Lists of each body; empty for formulations that need none.
     pub own_lists: Vec<Option<OwnLists>>,
     pub contact_lists: ContactLists,
@@ -113,12 +146,20 @@ impl StressFields {
             pressure: vec![0.0; count],
             cauchy: vec![SymmetricTensor::default(); count],
             artificial: vec![SymmetricTensor::default(); count],
+            deformation: vec![Tensor::identity(); count],
+            nominal: vec![Tensor::zeros(); count],
         }
     }
 
     /// The part of one body.
     pub fn view(&self, range: &Range<usize>) -> StressView<'_> {
-        StressView { cauchy: &self.cauchy[range.clone()], artificial: &self.artificial[range.clone()] }
+        StressView {
+            pressure: &self.pressure[range.clone()],
+            cauchy: &self.cauchy[range.clone()],
+            artificial: &self.artificial[range.clone()],
+            deformation: &self.deformation[range.clone()],
+            nominal: &self.nominal[range.clone()],
+        }
     }
 
     /// As [`StressFields::view`], to be written.
@@ -127,6 +168,8 @@ impl StressFields {
             pressure: &mut self.pressure[range.clone()],
             cauchy: &mut self.cauchy[range.clone()],
             artificial: &mut self.artificial[range.clone()],
+            deformation: &mut self.deformation[range.clone()],
+            nominal: &mut self.nominal[range.clone()],
         }
     }
 

@@ -1,7 +1,10 @@
 //! Solids, their materials, supports and contact as a case file writes them.
 
 use serde::Serialize;
-use sph::setup::{ContactLaw, ElasticMaterial, Formulation, Support, UpdatedLagrangian};
+use sph::setup::{
+    ContactLaw, ElasticMaterial, Formulation, HyperelasticLaw, SolidStepping, SubstepCount, Support,
+    TotalLagrangian, UpdatedLagrangian,
+};
 use sph::vector::Vector;
 
 use super::fluid::{DampingTable, FluidTable};
@@ -18,6 +21,7 @@ pub struct SolidTable {
     pub particle_spacing_m: At<f64>,
     pub kernel_ratio: At<f64>,
     pub lost_particle_limit: u64,
+    pub substeps: SubstepsKey,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub damping: Option<DampingTable>,
     pub contact: ContactTable,
@@ -40,12 +44,29 @@ impl SolidTable {
         let kernel_ratio = table.number_or("kernel_ratio", &Allowed::KERNEL_RATIO, 1.3);
         let lost_particle_limit = table.count_or("lost_particle_limit", 0..1_000_000_001, 0).value;
         let damping = DampingTable::read(&mut table);
+        let substeps = SubstepsKey::read(&mut table);
         let contact = ContactTable::read(table.table_or_empty("contact"));
         let intact = table.intact() && known_spacing;
         let ratio = kernel_ratio.value;
-        let bodies = table.tables("body").into_iter().map(|body| BodyTable::read(body, ratio)).collect();
+        let bodies: Vec<BodyTable> =
+            table.tables("body").into_iter().map(|body| BodyTable::read(body, ratio)).collect();
+        let total = |body: &BodyTable| matches!(body.formulation, FormulationTable::TotalLagrangian { .. });
+        let substeps = substeps.unwrap_or(SubstepsKey::Word(if bodies.iter().any(total) {
+            SubstepsWord::Auto
+        } else {
+            SubstepsWord::None
+        }));
         table.finish();
-        Self { particle_spacing_m, kernel_ratio, lost_particle_limit, damping, contact, bodies, intact }
+        Self {
+            particle_spacing_m,
+            kernel_ratio,
+            lost_particle_limit,
+            damping,
+            substeps,
+            contact,
+            bodies,
+            intact,
+        }
     }
 
     /// Widest smoothing length of all bodies \[m\].
@@ -53,6 +74,50 @@ impl SolidTable {
         let widest =
             self.bodies.iter().filter_map(BodyTable::kernel_ratio).fold(self.kernel_ratio.value, f64::max);
         widest * self.particle_spacing_m.value
+    }
+}
+
+/// `substeps`: a number, or how it is found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(untagged)]
+#[allow(missing_docs)]
+pub enum SubstepsKey {
+    Count(u32),
+    Word(SubstepsWord),
+}
+
+/// Words of `substeps`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+#[allow(missing_docs)]
+pub enum SubstepsWord {
+    None,
+    Auto,
+}
+
+impl SubstepsKey {
+    fn read(table: &mut Table<'_>) -> Option<Self> {
+        const WORDS: [(&str, SubstepsWord); 2] = [("auto", SubstepsWord::Auto), ("none", SubstepsWord::None)];
+        let found = table.optional_count_or_word("substeps", 2..10_001, &WORDS)?;
+        let count = match found {
+            Err(word) => return Some(Self::Word(word.value)),
+            Ok(count) => u32::try_from(count).ok()?,
+        };
+        if count % 2 != 0 {
+            let mistake = Mistake::new(&table.place_of("substeps"), "not an even number").value(count);
+            table.mistake(mistake.allowed("an even number from 2 to 10000, \"auto\" or \"none\""));
+            return None;
+        }
+        Some(Self::Count(count))
+    }
+
+    /// What the solvers are told.
+    pub fn to_setup(self) -> SolidStepping {
+        match self {
+            Self::Count(count) => SolidStepping::Substeps(SubstepCount::Fixed(count)),
+            Self::Word(SubstepsWord::Auto) => SolidStepping::Substeps(SubstepCount::Automatic),
+            Self::Word(SubstepsWord::None) => SolidStepping::StageRule,
+        }
     }
 }
 
@@ -138,11 +203,11 @@ impl BodyTable {
         }
     }
 
-    /// h/Δx of a deformable body.
+    /// h/Δx of sums in the current configuration; only the updated-Lagrangian body takes such.
     pub fn kernel_ratio(&self) -> Option<f64> {
         match &self.formulation {
             FormulationTable::UpdatedLagrangian { kernel_ratio, .. } => Some(*kernel_ratio),
-            FormulationTable::Rigid => None,
+            FormulationTable::TotalLagrangian { .. } | FormulationTable::Rigid => None,
         }
     }
 }
@@ -231,23 +296,51 @@ pub enum FormulationTable {
         artificial_stress: f64,
         artificial_stress_exponent: f64,
     },
+    TotalLagrangian {
+        law: Choice<HyperelasticLaw>,
+        kernel_ratio: f64,
+        hourglass: f64,
+        artificial_viscosity_a: f64,
+        artificial_viscosity_b: f64,
+    },
     Rigid,
 }
 
 #[derive(Clone, Copy)]
 enum FormulationKind {
     UpdatedLagrangian,
+    TotalLagrangian,
     Rigid,
 }
 
 impl FormulationTable {
     fn read(mut table: Table<'_>, kernel_ratio: f64) -> Self {
-        const KINDS: [(&str, FormulationKind); 2] =
-            [("updated-lagrangian", FormulationKind::UpdatedLagrangian), ("rigid", FormulationKind::Rigid)];
+        const KINDS: [(&str, FormulationKind); 3] = [
+            ("updated-lagrangian", FormulationKind::UpdatedLagrangian),
+            ("total-lagrangian", FormulationKind::TotalLagrangian),
+            ("rigid", FormulationKind::Rigid),
+        ];
+        const LAWS: [(&str, HyperelasticLaw); 2] = [
+            ("neo-hookean", HyperelasticLaw::NeoHookean),
+            ("st-venant-kirchhoff", HyperelasticLaw::StVenantKirchhoff),
+        ];
+        // Below 0.6 the support does not reach past the nearest neighbours by a margin.
+        const STENCIL_RATIO: Allowed = Allowed::new(0.6, 3.0, (true, true), 0.75, "a number from 0.6 to 3");
         const EXPONENT: Allowed =
             Allowed::new(0.0, 20.0, (false, true), 4.0, "a number above 0 and at most 20");
         let read = match table.choice_or_first("type", &KINDS).value {
             FormulationKind::Rigid => Self::Rigid,
+            FormulationKind::TotalLagrangian => Self::TotalLagrangian {
+                law: table.choice_or_first("law", &LAWS),
+                kernel_ratio: table.number_or("kernel_ratio", &STENCIL_RATIO, 0.75).value,
+                hourglass: table.number_or("hourglass", &Allowed::NOT_NEGATIVE, 0.3).value,
+                artificial_viscosity_a: table
+                    .number_or("artificial_viscosity_a", &Allowed::NOT_NEGATIVE, 0.0)
+                    .value,
+                artificial_viscosity_b: table
+                    .number_or("artificial_viscosity_b", &Allowed::NOT_NEGATIVE, 0.0)
+                    .value,
+            },
             FormulationKind::UpdatedLagrangian => Self::UpdatedLagrangian {
                 kernel_ratio: table.number_or("kernel_ratio", &Allowed::KERNEL_RATIO, kernel_ratio).value,
                 gradient_correction: table.flag_or("gradient_correction", true),
@@ -272,6 +365,19 @@ impl FormulationTable {
     pub fn to_setup(&self, spacing: f64) -> Formulation {
         match *self {
             Self::Rigid => Formulation::Rigid,
+            Self::TotalLagrangian {
+                ref law,
+                kernel_ratio,
+                hourglass,
+                artificial_viscosity_a,
+                artificial_viscosity_b,
+            } => Formulation::TotalLagrangian(TotalLagrangian {
+                smoothing_length: kernel_ratio * spacing,
+                law: law.value,
+                hourglass,
+                viscosity_a: artificial_viscosity_a,
+                viscosity_b: artificial_viscosity_b,
+            }),
             Self::UpdatedLagrangian {
                 kernel_ratio,
                 gradient_correction,

@@ -13,7 +13,7 @@ use super::scenes::{Run, add_elastic, add_probe, block, scene};
 
 const SPACING: f64 = 2e-3;
 
-fn coupling(law: InterfaceLaw) -> Coupling {
+pub fn coupling(law: InterfaceLaw) -> Coupling {
     Coupling {
         law,
         fluid: FluidConstants {

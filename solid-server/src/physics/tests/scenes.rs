@@ -4,9 +4,10 @@ use sph::domain::Domain;
 use sph::exchange::InterfaceStates;
 use sph::ledger::StageBooks;
 use sph::setup::{
-    BodyForce, BodySetup, ContactLaw, ElasticMaterial, Formulation, LedgerPolicy, OutputPlan, RunSetup,
-    SolidParticles, SolidProbe, SolidProbeKind, SolidSetup, StepPolicy, Support, TimePlan, UpdatedLagrangian,
-    WallCondition, WallParticles, WallSetup,
+    BodyForce, BodySetup, ContactLaw, ElasticMaterial, Formulation, HyperelasticLaw, LedgerPolicy,
+    OutputPlan, RunSetup, SolidParticles, SolidProbe, SolidProbeKind, SolidSetup, SolidStepping, StepPolicy,
+    SubstepCount, Support, TimePlan, TotalLagrangian, UpdatedLagrangian, WallCondition, WallParticles,
+    WallSetup,
 };
 use sph::solver::{Divergence, Solver};
 use sph::stage::{Stage, StageTime, StepStage};
@@ -32,6 +33,17 @@ pub fn updated_lagrangian(spacing: f64) -> UpdatedLagrangian {
         artificial_stress: 0.3,
         artificial_stress_exponent: 4.0,
     }
+}
+
+/// The total-Lagrangian constants that case files default to.
+pub fn total_lagrangian(spacing: f64, law: HyperelasticLaw) -> Formulation {
+    Formulation::TotalLagrangian(TotalLagrangian {
+        smoothing_length: 0.75 * spacing,
+        law,
+        hourglass: 0.3,
+        viscosity_a: 0.0,
+        viscosity_b: 0.0,
+    })
 }
 
 /// Particles of a rectangle of `columns` × `rows` cells whose lower left corner is at `corner` \[m\].
@@ -64,6 +76,7 @@ pub fn scene(spacing: f64) -> SolidSetup {
         walls: Vec::new(),
         wall_particles: WallParticles::default(),
         damping: None,
+        stepping: SolidStepping::StageRule,
         probes: Vec::new(),
         lost_particle_limit: 0,
     }
@@ -131,6 +144,21 @@ pub fn add_wall(setup: &mut SolidSetup, positions: &[Vector]) {
         setup.wall_particles.position.push(*x);
         setup.wall_particles.normal.push(Vector::new(0.0, 1.0));
     }
+}
+
+/// Adds a total-Lagrangian neo-Hookean body to a scene with `substeps` sub-steps per step.
+pub fn add_total(setup: &mut SolidSetup, substeps: u32, positions: &[Vector]) -> u32 {
+    setup.stepping = SolidStepping::Substeps(SubstepCount::Fixed(substeps));
+    let formulation = total_lagrangian(setup.particle_spacing, HyperelasticLaw::NeoHookean);
+    add_body(setup, formulation, positions)
+}
+
+/// Gives all bodies `material`, at rest density.
+pub fn set_material(setup: &mut SolidSetup, material: ElasticMaterial) {
+    let cell = setup.particle_spacing * setup.particle_spacing;
+    setup.bodies.iter_mut().for_each(|body| body.material = material);
+    setup.particles.mass.fill(material.density * cell);
+    setup.particles.density.fill(material.density);
 }
 
 /// Sets velocities from positions.

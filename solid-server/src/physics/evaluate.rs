@@ -1,0 +1,101 @@
+//! Stress, sums and forces of all bodies at one state.
+
+use rayon::prelude::*;
+
+use sph::stage::StageTime;
+use sph::vector::Vector;
+
+use super::contact_sums::SumStage;
+use super::formulation::DerivedView;
+use super::lists::{Rows, TASK};
+use super::model::{ContactModel, SolidModel};
+use super::workspace::{ParticleForces, Workspace};
+
+/// Pressure and stress of the stage state, and what of the state follows from them.
+pub(super) fn update_stress(model: &SolidModel, workspace: &mut Workspace) {
+    let Workspace { stage, stress, .. } = workspace;
+    for body in &model.bodies {
+        let range = &body.range;
+        body.formulation.update_stress(&model.constants(body), &stage.view(range), stress.view_mut(range));
+        let derived = DerivedView {
+            density: &mut stage.density[range.clone()],
+            deviatoric_stress: &mut stage.deviatoric_stress[range.clone()],
+        };
+        body.formulation.derive(&stress.view(range), derived);
+    }
+}
+
+/// Renews neighbour lists that have aged.
+pub(super) fn refresh_lists(model: &SolidModel, workspace: &mut Workspace) {
+    let Workspace { stage, own_lists, contact_lists, walls, list_builds, .. } = workspace;
+    let domain = &model.domain;
+    for (body, lists) in model.bodies.iter().zip(own_lists) {
+        if let Some(lists) = lists {
+            *list_builds += u64::from(lists.refresh(domain, &stage.position[body.range.clone()]));
+        }
+    }
+    let members = &model.particles.body;
+    *list_builds += u64::from(contact_lists.refresh(domain, &stage.position, &walls.position, members));
+}
+
+/// Sums over pairs of the solids among themselves and with walls, at the stage state of time `at` \[s\].
+pub(super) fn evaluate_pairs(model: &SolidModel, workspace: &mut Workspace, time: &StageTime, at: f64) {
+    let Workspace { stage, stress, sums, own_lists, .. } = workspace;
+    let none = Rows::default();
+    for (body, lists) in model.bodies.iter().zip(own_lists) {
+        let range = &body.range;
+        body.formulation.evaluate(
+            &model.constants(body),
+            &stage.view(range),
+            &stress.view(range),
+            lists.as_ref().map_or(&none, |lists| &lists.rows),
+            &mut sums[range.clone()],
+        );
+    }
+    evaluate_contact(model, workspace, time, at);
+}
+
+/// Contact of bodies with each other and with walls.
+fn evaluate_contact(model: &SolidModel, workspace: &mut Workspace, time: &StageTime, at: f64) {
+    let Workspace { stage, stress, sums, contact, contact_lists: lists, walls, wall_pressure, .. } =
+        workspace;
+    match &model.contact {
+        ContactModel::Repulsion(law) => law.evaluate(model, time, stage, lists, walls, contact),
+        ContactModel::Sums(law) => {
+            let at = SumStage { model, time, at, stage, stress, lists, walls };
+            law.evaluate(&at, wall_pressure, sums, contact);
+        }
+    }
+}
+
+/// Forces on all particles but those of the fluid, at the stage state of time `at` \[s\].
+pub(super) fn sum_forces(model: &SolidModel, workspace: &mut Workspace, time: &StageTime, at: f64) {
+    let Workspace { stage, sums, contact, forces, .. } = workspace;
+    let damping_rate = model.damping_rate(time);
+    forces.par_iter_mut().with_min_len(8 * TASK).enumerate().for_each(|(i, forces)| {
+        let mass = model.particles.mass[i];
+        let body_force = model.body_force.acceleration(&stage.position[i], at) * mass;
+        // Damping acts on free particles; a support would only take it up again.
+        let damping = if damping_rate == 0.0 || model.acting_support(i, time).is_some() {
+            Vector::zeros()
+        } else {
+            stage.velocity[i] * (-damping_rate * mass)
+        };
+        let parts = [sums[i].force, contact[i].bodies, contact[i].walls, body_force, damping];
+        *forces = ParticleForces {
+            body_force,
+            damping,
+            walls: contact[i].walls,
+            total: parts.iter().sum(),
+            gross: parts.iter().map(|force| force.norm()).sum(),
+            contact_stiffness: contact[i].stiffness,
+        };
+    });
+}
+
+/// Adds the fluid's force to `forces`, the others' of each particle.
+pub(super) fn total_forces(forces: &[ParticleForces], fluid: &[Vector], total: &mut [Vector]) {
+    for ((total, forces), fluid) in total.iter_mut().zip(forces).zip(fluid) {
+        *total = forces.total + fluid;
+    }
+}

@@ -1,0 +1,431 @@
+//! Neighbours of a body in its undeformed configuration: fixed lists, weights and correction matrices.
+
+use rayon::prelude::*;
+
+use sph::domain::Domain;
+use sph::kernel::CubicSpline;
+use sph::neighbours::CellGrid;
+use sph::sums::ordered_sum;
+use sph::vector::{Tensor, Vector};
+
+use super::lists::TASK;
+
+/// A neighbour in the reference configuration.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct ReferencePair {
+    /// Index of the neighbour within the body.
+    pub neighbour: u32,
+    pub kind: PairKind,
+    /// a_ij = −V_i V_j (dW/dr)/r at the reference distance \[-\], the same number from either side.
+    pub weight: f64,
+    /// X_ij \[m\]; X_ib of the boundary point where one particle is anchored.
+    pub separation: Vector,
+}
+
+/// What a pair takes part in.
+///
+/// A particle that is held for good is anchored: its material is rigid. What a free particle meets there is not the
+/// anchored particle but a boundary point half-way to it, which the anchored ones carry along: so a clamp acts at the
+/// face midway between the last held and the first free row, not up to a spacing behind it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum PairKind {
+    /// Both are free, or both anchored.
+    Inner,
+    /// The neighbour is anchored.
+    ToAnchor,
+    /// The particle is anchored, the neighbour free: a force alone.
+    FromAnchor,
+}
+
+/// Weight of a boundary point over that of the particle at twice its distance.
+///
+/// One-sided differences at ½ΔX and −ΔX are exact for quadratic fields with weights inverse to the cubed distance.
+const BOUNDARY_WEIGHT: f64 = 8.0;
+
+/// What a particle knows of the deformation around it.
+#[derive(Clone, Copy, Debug)]
+struct Correction {
+    /// Inverse of Σ_j a_ij X_ij ⊗ X_ij, zero along a direction without neighbours \[1/m²\].
+    inverse: Tensor,
+    /// Unit vector of the one direction with neighbours, when all lie on one line.
+    line: Option<Vector>,
+}
+
+/// The reference configuration of a body.
+#[derive(Debug)]
+pub(super) struct Reference {
+    offsets: Vec<u32>,
+    pairs: Vec<ReferencePair>,
+    corrections: Vec<Correction>,
+    /// Whether each particle is held for good.
+    anchored: Vec<bool>,
+    /// Reference volumes per depth V \[m²\].
+    pub volume: Vec<f64>,
+}
+
+/// Ratio of the eigenvalues of the moment matrix below which all neighbours count as lying on one line.
+const COLLINEAR: f64 = 1e-6;
+
+/// Rounds of the power iteration; the top of the spectrum is found within some per cent.
+const ROUNDS: usize = 60;
+
+impl Reference {
+    /// Particles at `position` \[m\] with volumes `volume` \[m²\] and a stencil of the support of `kernel`.
+    pub fn new(
+        domain: &Domain,
+        position: &[Vector],
+        volume: Vec<f64>,
+        anchored: Vec<bool>,
+        kernel: &CubicSpline,
+    ) -> Self {
+        let radius = kernel.support_radius();
+        let list = CellGrid::new(domain, position, radius).list(domain, position, position, radius, true);
+        let mut offsets = vec![0];
+        let mut pairs = Vec::new();
+        let mut corrections = Vec::new();
+        for i in 0..position.len() {
+            let start = pairs.len();
+            for &j in list.of(i) {
+                let separation = domain.separation(&position[i], &position[j as usize]);
+                let weight = -volume[i] * volume[j as usize] * kernel.gradient_factor(separation.norm());
+                if weight > 0.0 {
+                    let ends = (anchored[i], anchored[j as usize]);
+                    pairs.push(ReferencePair::new(j, ends, weight, separation));
+                }
+            }
+            pairs[start..].sort_unstable_by_key(|pair| pair.neighbour);
+            // Pairs of one body stay far below 2^32.
+            offsets.push(pairs.len() as u32);
+            corrections.push(Correction::of(&pairs[start..]));
+        }
+        Self { offsets, pairs, corrections, anchored, volume }
+    }
+
+    /// Neighbours of particle `i`, ascending.
+    #[inline]
+    pub fn of(&self, i: usize) -> &[ReferencePair] {
+        &self.pairs[self.offsets[i] as usize..self.offsets[i + 1] as usize]
+    }
+
+    /// Whether particle `i` is held for good.
+    pub fn is_anchored(&self, i: usize) -> bool {
+        self.anchored[i]
+    }
+
+    /// Gradient at particle `i` of what changes by `change` from its neighbour or boundary point to itself.
+    ///
+    /// ```text
+    /// (Σ_j a_ij u_ij ⊗ X_ij) (Σ_j a_ij X_ij ⊗ X_ij)⁻¹
+    /// ```
+    /// Exact for linear fields wherever the neighbours span the plane.
+    #[inline]
+    pub fn gradient(&self, i: usize, change: impl Fn(&ReferencePair) -> Vector) -> Tensor {
+        let mut sum = Tensor::zeros();
+        for pair in self.of(i).iter().filter(|pair| pair.kind != PairKind::FromAnchor) {
+            sum += change(pair) * (pair.separation * pair.weight).transpose();
+        }
+        sum * self.corrections[i].inverse
+    }
+
+    /// Deformation gradient F of particle `i` \[-\] when its neighbours are at `x_ij` \[m\].
+    ///
+    /// Along a direction without neighbours the material turns with the rest and is not strained.
+    #[inline]
+    pub fn deformation_gradient(&self, i: usize, x_ij: impl Fn(&ReferencePair) -> Vector) -> Tensor {
+        let known = self.gradient(i, x_ij);
+        match &self.corrections[i].line {
+            None => known,
+            Some(line) if *line == Vector::zeros() => Tensor::identity(),
+            Some(line) => {
+                let along = known * line;
+                let length = along.norm();
+                let normal = Vector::new(-along.y, along.x) / length;
+                known + normal * Vector::new(-line.y, line.x).transpose()
+            }
+        }
+    }
+
+    /// x_ij \[m\] of `pair` of particle `i`, for particles at `position` \[m\].
+    ///
+    /// Boundary points turn with the anchored particles around theirs.
+    #[inline]
+    pub fn separation(&self, domain: &Domain, position: &[Vector], i: usize, pair: &ReferencePair) -> Vector {
+        let j = pair.neighbour as usize;
+        match pair.kind {
+            PairKind::Inner => domain.separation(&position[i], &position[j]),
+            PairKind::ToAnchor => self.from_boundary(domain, position, i, j, &pair.separation),
+            PairKind::FromAnchor => -self.from_boundary(domain, position, j, i, &-pair.separation),
+        }
+    }
+
+    /// x_ib \[m\] of free particle `i` for its boundary point with anchored particle `j`, `separation` X_ib \[m\].
+    fn from_boundary(
+        &self,
+        domain: &Domain,
+        position: &[Vector],
+        i: usize,
+        j: usize,
+        separation: &Vector,
+    ) -> Vector {
+        let among_anchored =
+            |pair: &ReferencePair| domain.separation(&position[j], &position[pair.neighbour as usize]);
+        let turn = self.deformation_gradient(j, among_anchored);
+        domain.separation(&position[i], &position[j]) - turn * separation
+    }
+
+    /// V_i P (Σ_j a_ij X_ij ⊗ X_ij)⁻¹ \[Pa\]: what the nominal stress `p` \[Pa\] of particle `i` adds to pair forces.
+    #[inline]
+    pub fn pair_stress(&self, i: usize, p: &Tensor) -> Tensor {
+        if self.anchored[i] { Tensor::zeros() } else { p * self.corrections[i].inverse * self.volume[i] }
+    }
+
+    /// Largest angular frequency \[rad/s\] of small vibrations, for a linear stress law and masses `mass` \[kg/m\].
+    ///
+    /// Power iteration from a checkerboard, which is near the stiffest modes of a lattice.
+    pub fn largest_frequency(
+        &self,
+        mass: &[f64],
+        hourglass_modulus: f64,
+        stress: impl Fn(&Tensor) -> Tensor + Sync,
+    ) -> f64 {
+        let n = mass.len();
+        let mut u: Vec<Vector> = (0..n)
+            .map(|i| {
+                if self.anchored[i] {
+                    return Vector::zeros();
+                }
+                let phase = if i % 2 == 0 { 1.0 } else { -1.0 };
+                Vector::new(phase, 0.7 * phase + 0.01 * (i % 7) as f64)
+            })
+            .collect();
+        let mut square = 0.0;
+        for _ in 0..ROUNDS {
+            // Anchored particles and boundary points stay.
+            let change = |i: usize, pair: &ReferencePair| u[i] - u[pair.neighbour as usize];
+            let gradients: Vec<Tensor> = (0..n)
+                .into_par_iter()
+                .with_min_len(TASK)
+                .map(|i| self.gradient(i, |pair| change(i, pair)))
+                .collect();
+            let nominal: Vec<Tensor> = (0..n).map(|i| self.pair_stress(i, &stress(&gradients[i]))).collect();
+            let next: Vec<Vector> = (0..n)
+                .into_par_iter()
+                .with_min_len(TASK)
+                .map(|i| {
+                    if self.anchored[i] {
+                        return Vector::zeros();
+                    }
+                    let change = |pair: &ReferencePair| change(i, pair);
+                    self.force(i, &nominal, &gradients, hourglass_modulus, change) / -mass[i]
+                })
+                .collect();
+            let length = ordered_sum::<f64, _>(n, |i| next[i].norm_squared() * mass[i]).sqrt();
+            if length == 0.0 {
+                return 0.0;
+            }
+            let before = ordered_sum::<f64, _>(n, |i| u[i].norm_squared() * mass[i]).sqrt();
+            square = length / before;
+            u = next.into_iter().map(|v| v / length).collect();
+        }
+        square.sqrt()
+    }
+
+    /// Force on particle `i` \[N/m\] by stresses and hourglass control.
+    ///
+    /// ```text
+    /// f_i = −Σ_j a_ij ((Q_i + Q_j) X_ij + k (2 x_ij − (F_i + F_j) X_ij)),  Q = V P (Σ a X ⊗ X)⁻¹
+    /// ```
+    ///
+    /// It is minus the derivative of Σ V ψ(F) + ½ k Σ_ij a_ij |x_ij − F_i X_ij|² by x_i: the weights of the second sum
+    /// are those of F, so that the derivative of F drops out of it (Silling 2017). Energy, momentum and angular
+    /// momentum are therefore kept. `hourglass_modulus` is k \[Pa/m²·m²\]; `nominal` holds Q.
+    #[inline]
+    pub fn force(
+        &self,
+        i: usize,
+        nominal: &[Tensor],
+        deformation: &[Tensor],
+        hourglass_modulus: f64,
+        x_ij: impl Fn(&ReferencePair) -> Vector,
+    ) -> Vector {
+        let mut force = Vector::zeros();
+        for pair in self.of(i) {
+            let j = pair.neighbour as usize;
+            // A boundary point has neither stress nor deformation of its own.
+            let (stress, deformation, sides) = match pair.kind {
+                PairKind::Inner if self.anchored[i] => continue,
+                PairKind::Inner => (nominal[i] + nominal[j], deformation[i] + deformation[j], 2.0),
+                PairKind::ToAnchor => (nominal[i], deformation[i], 1.0),
+                PairKind::FromAnchor => (nominal[j], deformation[j], 1.0),
+            };
+            let misfit = x_ij(pair) * sides - deformation * pair.separation;
+            force -= (stress * pair.separation + misfit * hourglass_modulus) * pair.weight;
+        }
+        force
+    }
+
+    /// Energy of the hourglass control of particle `i` \[J/m\]: ½ k Σ_j a_ij |x_ij − F_i X_ij|².
+    pub fn hourglass_energy(
+        &self,
+        i: usize,
+        deformation: &Tensor,
+        hourglass_modulus: f64,
+        x_ij: impl Fn(&ReferencePair) -> Vector,
+    ) -> f64 {
+        let misfit: f64 = self
+            .of(i)
+            .iter()
+            .map(|pair| pair.weight * (x_ij(pair) - deformation * pair.separation).norm_squared())
+            .sum();
+        0.5 * hourglass_modulus * misfit
+    }
+}
+
+impl ReferencePair {
+    /// A pair whose particle and neighbour are anchored as `ends` says.
+    fn new(neighbour: u32, ends: (bool, bool), weight: f64, separation: Vector) -> Self {
+        let kind = match ends {
+            (false, true) => PairKind::ToAnchor,
+            (true, false) => PairKind::FromAnchor,
+            _ => PairKind::Inner,
+        };
+        let (factor, part) = if kind == PairKind::Inner { (1.0, 1.0) } else { (BOUNDARY_WEIGHT, 0.5) };
+        Self { neighbour, kind, weight: weight * factor, separation: separation * part }
+    }
+}
+
+impl Correction {
+    fn of(pairs: &[ReferencePair]) -> Self {
+        let mut moment = Tensor::zeros();
+        for pair in pairs.iter().filter(|pair| pair.kind != PairKind::FromAnchor) {
+            moment += pair.separation * (pair.separation * pair.weight).transpose();
+        }
+        let mean = 0.5 * moment.trace();
+        let half_difference = 0.5 * (moment[(0, 0)] - moment[(1, 1)]);
+        let radius = half_difference.hypot(moment[(0, 1)]);
+        let (major, minor) = (mean + radius, mean - radius);
+        if major <= 0.0 {
+            return Self { inverse: Tensor::zeros(), line: Some(Vector::zeros()) };
+        }
+        if minor > COLLINEAR * major {
+            let determinant = moment.determinant();
+            let inverse =
+                Tensor::new(moment[(1, 1)], -moment[(0, 1)], -moment[(1, 0)], moment[(0, 0)]) / determinant;
+            return Self { inverse, line: None };
+        }
+        let angle = 0.5 * moment[(0, 1)].atan2(half_difference);
+        let line = Vector::new(angle.cos(), angle.sin());
+        Self { inverse: line * line.transpose() / major, line: Some(line) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn open() -> Domain {
+        Domain { lower: Vector::new(-9.0, -9.0), upper: Vector::new(9.0, 9.0), periodic: [false; 2] }
+    }
+
+    fn lattice(columns: u32, rows: u32) -> (Vec<Vector>, Reference) {
+        anchored_lattice(columns, rows, 0)
+    }
+
+    /// A lattice whose first columns are anchored.
+    fn anchored_lattice(columns: u32, rows: u32, anchored: u32) -> (Vec<Vector>, Reference) {
+        let position: Vec<Vector> = (0..columns * rows)
+            .map(|k| Vector::new(f64::from(k % columns), f64::from(k / columns)))
+            .collect();
+        let volume = vec![1.0; position.len()];
+        let held = (0..columns * rows).map(|k| k % columns < anchored).collect();
+        let reference = Reference::new(&open(), &position, volume, held, &CubicSpline::new(0.8));
+        (position, reference)
+    }
+
+    #[test]
+    fn linear_maps_are_met_exactly_up_to_corners() {
+        let map = Tensor::new(1.2, -0.7, 0.4, 0.9);
+        for (columns, rows, anchored) in [(6, 5, 0), (2, 2, 0), (7, 2, 0), (6, 5, 2)] {
+            let (position, reference) = anchored_lattice(columns, rows, anchored);
+            for i in 0..position.len() {
+                let f = reference.deformation_gradient(i, |pair| map * pair.separation);
+                assert!((f - map).norm() < 1e-13, "{columns} x {rows}, particle {i}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_single_row_turns_without_strain_across() {
+        let (_, reference) = lattice(5, 1);
+        let (sine, cosine) = 0.8f64.sin_cos();
+        let turn = Tensor::new(cosine, -sine, sine, cosine);
+        let f = reference.deformation_gradient(2, |pair| turn * pair.separation * 1.5);
+        assert!((f - turn * Tensor::new(1.5, 0.0, 0.0, 1.0)).norm() < 1e-13);
+        let lonely = lattice(1, 1).1.deformation_gradient(0, |_| Vector::zeros());
+        assert_eq!(lonely, Tensor::identity());
+    }
+
+    #[test]
+    fn forces_are_minus_the_derivative_of_the_energy() {
+        derivative_of_the_energy(0);
+        // Two anchored columns: forces on the free particles.
+        derivative_of_the_energy(2);
+    }
+
+    fn derivative_of_the_energy(anchored: u32) {
+        let (mut x, reference) = anchored_lattice(5, 3, anchored);
+        for (k, x) in x.iter_mut().enumerate().filter(|(k, _)| !reference.is_anchored(*k)) {
+            *x += Vector::new((1.3 * k as f64).sin(), (2.1 * k as f64).cos()) * 0.1;
+        }
+        let law = super::super::hyperelastic::Hyperelastic::new(
+            sph::setup::HyperelasticLaw::NeoHookean,
+            &sph::setup::ElasticMaterial { density: 1.0, bulk_modulus: 2.0, shear_modulus: 1.0 },
+        );
+        let n = x.len();
+        let k = 0.7;
+        let deformation = |x: &[Vector]| -> Vec<Tensor> {
+            (0..n)
+                .map(|i| reference.deformation_gradient(i, |p| reference.separation(&open(), x, i, p)))
+                .collect()
+        };
+        let energy = |x: &[Vector]| -> f64 {
+            let f = deformation(x);
+            (0..n)
+                .filter(|i| !reference.is_anchored(*i))
+                .map(|i| {
+                    let x_ij = |p: &ReferencePair| reference.separation(&open(), x, i, p);
+                    law.energy_density(&f[i]) + reference.hourglass_energy(i, &f[i], k, x_ij)
+                })
+                .sum()
+        };
+        let f = deformation(&x);
+        let nominal: Vec<Tensor> =
+            (0..n).map(|i| reference.pair_stress(i, &law.stress(&f[i]).nominal)).collect();
+        let on = |i: usize| reference.force(i, &nominal, &f, k, |p| reference.separation(&open(), &x, i, p));
+        // What the anchors take is what the others lack.
+        assert!((0..n).map(on).sum::<Vector>().norm() < 1e-13);
+        for i in (0..n).filter(|i| !reference.is_anchored(*i)) {
+            let force = on(i);
+            for axis in 0..2 {
+                let shifted = |by: f64| {
+                    let mut x = x.clone();
+                    x[i][axis] += by;
+                    energy(&x)
+                };
+                let slope = (shifted(1e-6) - shifted(-1e-6)) / 2e-6;
+                // Central difference of an energy of order one.
+                assert!((force[axis] + slope).abs() < 1e-8, "particle {i} axis {axis}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_largest_frequency_is_that_of_a_chain() {
+        // A row of unit masses and P = ∂u/∂X: central differences make springs across two spacings, the ends one.
+        let (_, reference) = lattice(40, 1);
+        let mass = vec![1.0; 40];
+        let omega = reference.largest_frequency(&mass, 0.0, |gradient| *gradient);
+        // Infinite chain of central differences: ω = sin(kΔX) at most 1; the ends stiffen it, at most to 4.
+        assert!(omega > 1.0 && omega < 2.0, "{omega}");
+    }
+}

@@ -1,6 +1,9 @@
 //! The set-up of a fluid solver.
 
-use sph::setup::{DensityDiffusion, FluidParticles, FluidProbe, FluidProbeKind, FluidSetup, Outflow};
+use sph::setup::{
+    DensityDiffusion, FluidParticles, FluidProbe, FluidProbeKind, FluidSetup, OrderControl, Outflow,
+    ViscousForm,
+};
 
 use super::arrays::{
     index_count, pack, pack_indices, unpack, unpack_ids, unpack_indices_below, unpack_positive,
@@ -22,6 +25,8 @@ impl Convert for FluidSetup {
             constants,
             diffusion,
             wall_repulsion,
+            viscous_form,
+            order,
             damping,
             regions,
             walls,
@@ -47,6 +52,11 @@ impl Convert for FluidSetup {
             }),
             lost_particle_limit: *lost_particle_limit,
             wall_repulsion: Some(*wall_repulsion),
+            viscous_stress: *viscous_form == ViscousForm::Stress,
+            order: order.map(|order| wire::OrderControl {
+                shifting: Some(order.shifting),
+                tensile_control: order.tensile_control,
+            }),
         }
     }
 
@@ -95,6 +105,8 @@ impl Convert for FluidSetup {
                 upper: flags_from_wire(&outflow.upper),
             },
             lost_particle_limit: wire.lost_particle_limit,
+            viscous_form: if wire.viscous_stress { ViscousForm::Stress } else { ViscousForm::Pairwise },
+            order: wire.order.as_ref().map(|order| order_from_wire(order, &at.field("order"))).transpose()?,
             wall_repulsion: not_negative(wire.wall_repulsion.or(Some(0.0)), &at.field("wall_repulsion"))?,
         })
     }
@@ -122,6 +134,13 @@ fn diffusion_from_wire(
         DensityDiffusion::Renormalised { delta }
     } else {
         DensityDiffusion::Plain { delta }
+    })
+}
+
+fn order_from_wire(wire: &wire::OrderControl, at: &Path<'_>) -> Result<OrderControl, WireError> {
+    Ok(OrderControl {
+        shifting: not_negative(wire.shifting, &at.field("shifting"))?,
+        tensile_control: wire.tensile_control,
     })
 }
 

@@ -97,6 +97,8 @@ pub(crate) fn fluid_setup(run: RunSetup) -> ParticipantSetup {
         probes: Vec::new(),
         outflow: Outflow::default(),
         wall_repulsion: 1.0,
+        order: None,
+        viscous_form: sph::setup::ViscousForm::Pairwise,
         lost_particle_limit: 0,
     })
 }

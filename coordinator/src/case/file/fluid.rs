@@ -1,7 +1,7 @@
 //! The fluid and its regions as a case file writes them.
 
 use serde::Serialize;
-use sph::setup::{Damping, DensityDiffusion, FluidConstants, GradientCorrection};
+use sph::setup::{Damping, DensityDiffusion, FluidConstants, GradientCorrection, OrderControl, ViscousForm};
 use sph::vector::Vector;
 
 use super::formula;
@@ -21,6 +21,7 @@ pub struct FluidTable {
     pub sound_speed_m_s: At<f64>,
     pub exponent: f64,
     pub dynamic_viscosity_pa_s: f64,
+    pub viscous_form: Choice<ViscousForm>,
     pub gradient_correction: Choice<GradientCorrection>,
     pub density_diffusion: Choice<DiffusionKind>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -29,6 +30,8 @@ pub struct FluidTable {
     pub artificial_viscosity_b: f64,
     pub lambda: f64,
     pub wall_repulsion: f64,
+    pub shifting: f64,
+    pub tensile_control: bool,
     pub lost_particle_limit: u64,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub damping: Option<DampingTable>,
@@ -58,11 +61,15 @@ const DIFFUSIONS: [(&str, DiffusionKind); 3] = [
     ("none", DiffusionKind::None),
 ];
 
-const CORRECTIONS: [(&str, GradientCorrection); 3] = [
+const CORRECTIONS: [(&str, GradientCorrection); 4] = [
     ("lattice-moment", GradientCorrection::LatticeMoment),
+    ("continuity", GradientCorrection::Continuity),
     ("renormalised", GradientCorrection::Renormalised),
     ("none", GradientCorrection::None),
 ];
+
+const VISCOUS_FORMS: [(&str, ViscousForm); 2] =
+    [("pairwise", ViscousForm::Pairwise), ("stress", ViscousForm::Stress)];
 
 impl FluidTable {
     /// Reads the table.
@@ -76,6 +83,7 @@ impl FluidTable {
         let exponent = table.number_or("exponent", &EXPONENT, 7.0).value;
         let dynamic_viscosity_pa_s =
             table.number_or("dynamic_viscosity_pa_s", &Allowed::NOT_NEGATIVE, 0.0).value;
+        let viscous_form = table.choice_or_first("viscous_form", &VISCOUS_FORMS);
         let gradient_correction = table.choice_or_first("gradient_correction", &CORRECTIONS);
         let density_diffusion = table.choice_or_first("density_diffusion", &DIFFUSIONS);
         let density_diffusion_delta = match density_diffusion.value {
@@ -88,6 +96,8 @@ impl FluidTable {
             table.number_or("artificial_viscosity_b", &Allowed::NOT_NEGATIVE, 0.0).value;
         let lambda = table.number_or("lambda", &Allowed::SHARE, 0.01).value;
         let wall_repulsion = table.number_or("wall_repulsion", &Allowed::NOT_NEGATIVE, 1.0).value;
+        let shifting = table.number_or("shifting", &Allowed::NOT_NEGATIVE, 0.0).value;
+        let tensile_control = table.flag_or("tensile_control", false);
         let lost_particle_limit = table.count_or("lost_particle_limit", LOSS_LIMITS, 0).value;
         let damping = DampingTable::read(&mut table);
         let intact = table.intact();
@@ -100,6 +110,7 @@ impl FluidTable {
             sound_speed_m_s,
             exponent,
             dynamic_viscosity_pa_s,
+            viscous_form,
             gradient_correction,
             density_diffusion,
             density_diffusion_delta,
@@ -107,6 +118,8 @@ impl FluidTable {
             artificial_viscosity_b,
             lambda,
             wall_repulsion,
+            shifting,
+            tensile_control,
             lost_particle_limit,
             damping,
             regions,
@@ -134,6 +147,12 @@ impl FluidTable {
             lambda: self.lambda,
             correction: self.gradient_correction.value,
         }
+    }
+
+    /// Shifting and tensile control, where the case names either.
+    pub fn order_control(&self) -> Option<OrderControl> {
+        let Self { shifting, tensile_control, .. } = *self;
+        (shifting > 0.0 || tensile_control).then_some(OrderControl { shifting, tensile_control })
     }
 
     /// Density diffusion with its coefficient.

@@ -2,11 +2,28 @@
 
 use super::Case;
 
+mod bore;
+mod channel;
+mod dam_break;
+mod dam_break_pressure;
 mod drop;
 mod square_patch;
+mod standing_wave;
+mod still_water;
 mod taylor_green;
 
 /// All cases, in the order in which they are run.
 pub fn all() -> Vec<&'static dyn Case> {
-    vec![&drop::Drop, &square_patch::SquarePatch, &taylor_green::TaylorGreen]
+    vec![
+        &channel::COUETTE,
+        &channel::POISEUILLE,
+        &drop::Drop,
+        &square_patch::SquarePatch,
+        &taylor_green::TaylorGreen,
+        &still_water::StillWater,
+        &dam_break::DamBreak,
+        &dam_break_pressure::DamBreakPressure,
+        &bore::Bore,
+        &standing_wave::StandingWave,
+    ]
 }

@@ -87,9 +87,9 @@ impl Interface {
         let kernel = CubicSpline::new(fluid.smoothing_length);
         let gradient_scale = match fluid.correction {
             GradientCorrection::None => 1.0,
-            GradientCorrection::LatticeMoment | GradientCorrection::Renormalised => {
-                1.0 / kernel.lattice_moment(fluid.particle_spacing)
-            }
+            GradientCorrection::LatticeMoment
+            | GradientCorrection::Continuity
+            | GradientCorrection::Renormalised => 1.0 / kernel.lattice_moment(fluid.particle_spacing),
         };
         Self {
             law: PairLaw {

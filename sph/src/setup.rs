@@ -159,6 +159,8 @@ pub enum GradientCorrection {
     None,
     /// ∇W divided by the lattice moment M, a constant.
     LatticeMoment,
+    /// L_i of Eq. (21) in (17), ∇W divided by M in (22).
+    Continuity,
     /// L_i of Eq. (21) in (17), p_i L_i + p_j L_j in (22); fluid-solid pairs use M.
     Renormalised,
 }
@@ -193,6 +195,10 @@ pub struct FluidSetup {
     pub acoustic_damping: f64,
     /// Repulsion by wall faces of particles that come closer than Δx/10 to a face \[-\]; zero leaves it out.
     pub wall_repulsion: f64,
+    /// Form of the viscous force.
+    pub viscous_form: ViscousForm,
+    /// Shifting and tensile control; `None` leaves both out.
+    pub order: Option<OrderControl>,
     /// Linear damping of the start; booked in the ledger.
     pub damping: Option<Damping>,
     /// Names of the fluid regions; `FluidParticles::region` indexes them.
@@ -209,6 +215,25 @@ pub struct FluidSetup {
     pub outflow: Outflow,
     /// The run stops when more particles than this are lost.
     pub lost_particle_limit: u64,
+}
+
+/// Form of the viscous force of Eq. (4).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ViscousForm {
+    /// Σ V_j 2μ (dW/dr)/r v_ij (Morris et al. 1997): a pair force that also damps velocities that alternate from
+    /// particle to particle.
+    Pairwise,
+    /// Divergence of the stress of Eq. (4): the document's letter, blind to alternating velocities.
+    Stress,
+}
+
+/// Control of the order of fluid particles, off at and near the free surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OrderControl {
+    /// Coefficient C of the shifting \[-\] (Lind et al. 2012; Sun et al. 2017).
+    pub shifting: f64,
+    /// Whether pairs of negative pressure push apart instead of pulling together (Sun et al. 2018).
+    pub tensile_control: bool,
 }
 
 /// Linear damping −k v of all free particles until a time.

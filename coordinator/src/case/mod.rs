@@ -298,6 +298,8 @@ impl Case {
             diffusion: fluid.diffusion(),
             acoustic_damping: fluid.acoustic_damping,
             wall_repulsion: fluid.wall_repulsion,
+            viscous_form: fluid.viscous_form.value,
+            order: fluid.order_control(),
             damping: fluid.damping.as_ref().map(file::fluid::DampingTable::to_setup),
             regions: fluid.regions.iter().map(|region| region.name.value.clone()).collect(),
             walls: self.file.walls.iter().map(file::wall::WallTable::to_setup).collect(),

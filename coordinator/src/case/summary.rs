@@ -259,6 +259,12 @@ impl Case {
                 let k = fluid.wall_repulsion;
                 add("fluid", format!("repulsion by wall faces closer than Δx/10, k = {k}"));
             }
+            if fluid.shifting > 0.0 {
+                add("fluid", format!("particle shifting away from the surface, C = {}", fluid.shifting));
+            }
+            if fluid.tensile_control {
+                add("fluid", "tensile control where pressure is negative, away from the surface".into());
+            }
             if let Some(damping) = &fluid.damping {
                 add(
                     "fluid",

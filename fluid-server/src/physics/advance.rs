@@ -23,6 +23,7 @@ struct Forces {
     body: Vector,
     walls: Vector,
     damping: Vector,
+    stabilisers: Vector,
     gross: f64,
     largest_acceleration: f64,
 }
@@ -32,6 +33,7 @@ impl AddAssign for Forces {
         self.body += other.body;
         self.walls += other.walls;
         self.damping += other.damping;
+        self.stabilisers += other.stabilisers;
         self.gross += other.gross;
         self.largest_acceleration = self.largest_acceleration.max(other.largest_acceleration);
     }
@@ -92,6 +94,7 @@ fn accounts(forces: &Forces, removed: Vector, duration: f64) -> Accounts {
     accounts.add(Account::BodyForce, forces.body);
     accounts.add(Account::Walls, forces.walls);
     accounts.add(Account::Damping, forces.damping);
+    accounts.add(Account::Stabilisers, forces.stabilisers);
     // Particles leave at step boundaries: the next step carries their momentum off in both of its stages.
     accounts.add(Account::Removed, -removed / duration);
     accounts
@@ -117,6 +120,7 @@ fn forces(
             body: rates.body * m,
             walls: rates.walls * m,
             damping: state.velocity[i] * (-damping * m),
+            stabilisers: rates.stabilisers * m,
             gross: m * acceleration + fluid[i].pressure.abs() * fluid[i].volume * inverse_h,
             largest_acceleration: acceleration,
         }
@@ -127,8 +131,8 @@ fn move_from_base(state: &mut FluidState, base: &Base, rates: &[Rates], duration
     let FluidState { position, velocity, density, .. } = state;
     (position, velocity, density).into_par_iter().with_min_len(TASK).enumerate().for_each(
         |(i, (x, v, rho))| {
-            // The position moves with the velocity of the stage state.
-            *x = base.position[i] + *v * duration;
+            // The position moves with the velocity of the stage state, and with the shift.
+            *x = base.position[i] + (*v + rates[i].shift) * duration;
             *v = base.velocity[i] + rates[i].acceleration * duration;
             *rho = base.density[i] + rates[i].density * duration;
         },

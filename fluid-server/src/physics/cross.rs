@@ -14,6 +14,7 @@ use super::lists::Lists;
 use super::model::FluidModel;
 use super::pair::Record;
 use super::rates::Rates;
+use super::shifting::{Order, OrderSums};
 use super::state::FluidState;
 
 /// Edge of the boxes that describe the fluid's extent, in support radii.
@@ -202,6 +203,33 @@ impl Cross {
         });
         for (i, sums) in self.members.iter().zip(&self.moments) {
             gradients.sums[*i as usize].merge(sums);
+        }
+    }
+
+    /// Adds the solid's particles to the sums of the order control, each particle's once: toward them is no surface.
+    pub fn add_order(
+        &mut self,
+        model: &FluidModel,
+        own: &InterfaceStates,
+        partner: &InterfaceStates,
+        order: &mut Order,
+    ) {
+        if model.order.is_none() {
+            return;
+        }
+        let Self { interface, domain, members, .. } = self;
+        let at_spacing = model.kernel.value(model.constants.particle_spacing);
+        for (k, i) in members.iter().enumerate() {
+            let mut sums = OrderSums::default();
+            for &s in interface.solid_neighbours(k) {
+                let s = s as usize;
+                let dummy = interface.dummy(s);
+                let d = domain.separation(&own.position[k], &partner.position[s]);
+                let r = d.norm();
+                let factor = model.gradient_scale * model.kernel.gradient_factor(r);
+                sums.add_pair(&d, dummy.mass / dummy.density * factor, model.kernel.value(r) / at_spacing);
+            }
+            order.sums[*i as usize].merge(&sums);
         }
     }
 

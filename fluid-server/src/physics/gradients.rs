@@ -217,7 +217,7 @@ impl Gradients {
     /// ```
     pub fn finish_tensors(&mut self, model: &FluidModel, fluid: &[Record]) {
         let passes = model.passes;
-        if !passes.tensor() {
+        if !passes.tensor() && !passes.correction {
             return;
         }
         let n = fluid.len();
@@ -236,7 +236,8 @@ impl Gradients {
                 } else {
                     Symmetric::default()
                 };
-                *tensor = momentum_tensor(fluid[i].pressure, stress, correction);
+                let in_momentum = if passes.momentum_correction { *correction } else { IDENTITY };
+                *tensor = momentum_tensor(fluid[i].pressure, stress, &in_momentum);
             },
         );
     }

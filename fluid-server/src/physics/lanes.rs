@@ -53,6 +53,12 @@ impl Lanes {
         Self(d.simd_lt(-half).select(d + period, shifted))
     }
 
+    /// The lanes as an array.
+    #[inline(always)]
+    pub fn to_array(self) -> [f64; LANES] {
+        self.0.to_array()
+    }
+
     /// Sum over the lanes, in the same order whatever the machine.
     #[inline(always)]
     pub fn sum(self) -> f64 {

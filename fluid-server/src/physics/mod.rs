@@ -31,6 +31,7 @@ mod model;
 mod pair;
 mod probes;
 mod rates;
+mod shifting;
 mod state;
 mod walls;
 mod workspace;

@@ -7,7 +7,7 @@ use sph::kernel::CubicSpline;
 use sph::repulsion::Repulsion;
 use sph::setup::{
     Coupling, Damping, DensityDiffusion, FluidConstants, FluidParticles, FluidProbe, FluidProbeKind,
-    FluidSetup, GradientCorrection, Outflow, WallParticles,
+    FluidSetup, GradientCorrection, OrderControl, Outflow, ViscousForm, WallParticles,
 };
 use sph::vector::Vector;
 
@@ -55,6 +55,8 @@ pub struct FluidModel {
     pub lost_particle_limit: u64,
     /// Repulsion by wall faces.
     pub wall_repulsion: Repulsion,
+    /// Shifting and tensile control.
+    pub order: Option<OrderControl>,
     /// Facts of the interface.
     pub coupling: Option<Coupling>,
     /// Id of the first wall particle in snapshots: one beyond the fluid's largest.
@@ -66,8 +68,10 @@ pub struct FluidModel {
 pub struct Passes {
     /// ∇ρ of Eq. (20), for Eq. (19).
     pub density_gradient: bool,
-    /// L_i of Eq. (21) in Eq. (17) and (22).
+    /// L_i of Eq. (21) in Eq. (17).
     pub correction: bool,
+    /// L_i in Eq. (22) too.
+    pub momentum_correction: bool,
     /// Viscous stress of Eq. (4).
     pub viscosity: bool,
     /// Pressure of the acoustic damper.
@@ -87,7 +91,7 @@ impl Passes {
 
     /// Whether momentum needs T = −σ·L as a tensor instead of a pressure.
     pub fn tensor(self) -> bool {
-        self.correction || self.viscosity
+        self.momentum_correction || self.viscosity
     }
 }
 
@@ -106,7 +110,9 @@ impl FluidModel {
         let lattice_scale = 1.0 / kernel.lattice_moment(constants.particle_spacing);
         let (gradient_scale, cross_gradient_scale) = match constants.correction {
             GradientCorrection::None => (1.0, 1.0),
-            GradientCorrection::LatticeMoment => (lattice_scale, lattice_scale),
+            GradientCorrection::LatticeMoment | GradientCorrection::Continuity => {
+                (lattice_scale, lattice_scale)
+            }
             GradientCorrection::Renormalised => (1.0, lattice_scale),
         };
         let h = constants.smoothing_length;
@@ -143,6 +149,10 @@ impl FluidModel {
                 regularisation: constants.lambda * h * h,
                 viscosity_a: constants.viscosity_a * constants.sound_speed,
                 viscosity_b: constants.viscosity_b,
+                twice_viscosity: match setup.viscous_form {
+                    ViscousForm::Pairwise => 2.0 * constants.dynamic_viscosity,
+                    ViscousForm::Stress => 0.0,
+                },
             },
             gradient_scale,
             cross_gradient_scale,
@@ -150,8 +160,12 @@ impl FluidModel {
             acoustic_diffusivity: setup.acoustic_damping * h * constants.sound_speed,
             passes: Passes {
                 density_gradient: matches!(setup.diffusion, DensityDiffusion::Renormalised { .. }),
-                correction: constants.correction == GradientCorrection::Renormalised,
-                viscosity: constants.dynamic_viscosity > 0.0,
+                correction: matches!(
+                    constants.correction,
+                    GradientCorrection::Continuity | GradientCorrection::Renormalised
+                ),
+                momentum_correction: constants.correction == GradientCorrection::Renormalised,
+                viscosity: constants.dynamic_viscosity > 0.0 && setup.viscous_form == ViscousForm::Stress,
                 damper: setup.acoustic_damping > 0.0,
             },
             body_force,
@@ -167,6 +181,7 @@ impl FluidModel {
                 constants.sound_speed,
             ),
             lost_particle_limit: setup.lost_particle_limit,
+            order: setup.order,
             coupling: run.coupling,
             first_wall_id: particles.id.iter().max().map_or(0, |id| id.saturating_add(1)),
         };

@@ -208,6 +208,8 @@ pub struct PairLaw {
     pub viscosity_a: f64,
     /// B \[-\].
     pub viscosity_b: f64,
+    /// 2μ of the viscous pair force \[Pa s\]; zero leaves it out.
+    pub twice_viscosity: f64,
 }
 
 /// Symmetric 2 × 2 matrix: components 11, 12, 22.
@@ -228,14 +230,14 @@ pub struct Own<'a> {
     pub density_gradient: [f64; 2],
     /// T = −σ·L \[Pa\].
     pub tensor: Matrix,
-    /// L_i of Eq. (21).
+    /// L_i of Eq. (21) in (17), or the unit matrix.
     pub correction: Symmetric,
 }
 
 /// The sums (17), (18) and (22) of one particle i, batch by batch.
 ///
 /// With `GRADIENT`, ψ of Eq. (19) has its bracket; without, it is that of Molteni & Colagrossi (2009). With
-/// `TENSOR`, each particle carries T = −σ·L instead of a pressure and (17) uses L_i.
+/// `TENSOR`, each particle carries T = −σ·L instead of a pressure.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct PairSums<const GRADIENT: bool, const TENSOR: bool> {
     continuity: Lanes,
@@ -244,7 +246,7 @@ pub struct PairSums<const GRADIENT: bool, const TENSOR: bool> {
 }
 
 impl<const GRADIENT: bool, const TENSOR: bool> PairSums<GRADIENT, TENSOR> {
-    /// Adds the neighbours of `batch` with their density gradients and T_j.
+    /// Adds the neighbours of `batch` with their density gradients, T_j and the part of v_ij that viscosity resists.
     #[inline(always)]
     pub fn add(
         &mut self,
@@ -253,6 +255,7 @@ impl<const GRADIENT: bool, const TENSOR: bool> PairSums<GRADIENT, TENSOR> {
         batch: &Batch,
         density_gradient: [Lanes; 2],
         tensor: [Lanes; 4],
+        slip: [Lanes; 2],
     ) {
         let Batch { x, y, v_x, v_y, density, pressure, volume } = *batch;
         let rho = Lanes::splat(own.record.density);
@@ -274,14 +277,19 @@ impl<const GRADIENT: bool, const TENSOR: bool> PairSums<GRADIENT, TENSOR> {
             let t: [Lanes; 4] = std::array::from_fn(|k| Lanes::splat(own.tensor[k]) + tensor[k]);
             self.stress_divergence[0] += weight * (t[0] * x + t[1] * y + viscosity * x);
             self.stress_divergence[1] += weight * (t[2] * x + t[3] * y + viscosity * y);
-            let l = &own.correction;
-            self.continuity += weight * (v_x * (l[0] * x + l[1] * y) + v_y * (l[1] * x + l[2] * y));
         } else {
             let factor = weight * (Lanes::splat(own.record.pressure) + pressure + viscosity);
             self.stress_divergence[0] += factor * x;
             self.stress_divergence[1] += factor * y;
-            self.continuity += weight * approach;
         }
+        if law.twice_viscosity > 0.0 {
+            // −2μ V_j (dW/dr)/r v_ij (Morris et al. 1997), divided by M as the kernel gradient is: exact on a lattice.
+            let drag = law.twice_viscosity * weight;
+            self.stress_divergence[0] -= drag * slip[0];
+            self.stress_divergence[1] -= drag * slip[1];
+        }
+        let l = &own.correction;
+        self.continuity += weight * (v_x * (l[0] * x + l[1] * y) + v_y * (l[1] * x + l[2] * y));
 
         let mut psi = 2.0 * (rho - density) * (square * regular);
         if GRADIENT {

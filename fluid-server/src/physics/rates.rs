@@ -4,7 +4,7 @@ use rayon::prelude::*;
 use sph::vector::Vector;
 
 use super::gradients::{Gradients, mirrored_stress, momentum_tensor};
-use super::lanes::Lanes;
+use super::lanes::{LANES, Lanes};
 use super::lists::Lists;
 use super::model::FluidModel;
 use super::pair::{Batch, Geometry, IDENTITY, Matrix, Own, PairSums, Record, for_each_batch, gather};
@@ -23,6 +23,10 @@ pub struct Rates {
     pub walls: Vector,
     /// Part of it by the body force \[m/s²\].
     pub body: Vector,
+    /// Part of it by stabilisers that are not antisymmetric \[m/s²\].
+    pub stabilisers: Vector,
+    /// Velocity by which the position is shifted besides \[m/s\].
+    pub shift: Vector,
     /// Density rate \[kg/(m³ s)\].
     pub density: f64,
 }
@@ -76,7 +80,7 @@ impl StageFields<'_> {
                     if GRADIENT { gather(indices, |j| gradients.density[j]) } else { Default::default() };
                 let tensor =
                     if TENSOR { gather(indices, |j| gradients.tensor[j]) } else { Default::default() };
-                sums.add(&model.law, &own, &batch, gradient, tensor);
+                sums.add(&model.law, &own, &batch, gradient, tensor, [batch.v_x, batch.v_y]);
             });
             let walls = self.wall_sums(geometry, i, &own, |_| true);
             let repulsion = self.wall_repulsion(geometry, i, |_| true);
@@ -92,6 +96,7 @@ impl StageFields<'_> {
                 body,
                 density: own.record.density * (sums.continuity() + walls.continuity())
                     + model.diffusion * (sums.diffusion() + walls.diffusion()),
+                ..Rates::default()
             };
         });
     }
@@ -103,7 +108,7 @@ impl StageFields<'_> {
             record: &self.fluid[i],
             density_gradient: if GRADIENT { gradients.density[i] } else { [0.0; 2] },
             tensor: if TENSOR { gradients.tensor[i] } else { [0.0; 4] },
-            correction: if TENSOR { gradients.correction[i] } else { IDENTITY },
+            correction: if self.model.passes.correction { gradients.correction[i] } else { IDENTITY },
         }
     }
 
@@ -128,7 +133,12 @@ impl StageFields<'_> {
             batch.pressure = batch.pressure + damper;
             let tensor =
                 if TENSOR { gather(indices, |w| self.wall_tensor(i, w)) } else { Default::default() };
-            sums.add(&self.model.law, own, &batch, gradient, tensor);
+            let slip = if self.model.law.twice_viscosity > 0.0 {
+                self.resisted(indices, &batch)
+            } else {
+                Default::default()
+            };
+            sums.add(&self.model.law, own, &batch, gradient, tensor, slip);
         });
         sums
     }
@@ -138,11 +148,23 @@ impl StageFields<'_> {
         if self.model.passes.damper { self.gradients.damper[i] } else { 0.0 }
     }
 
+    /// The part of the velocity relative to walls that viscosity resists: all of it, or where they slip that along
+    /// their normal.
+    #[inline(always)]
+    fn resisted(&self, indices: [u32; LANES], batch: &Batch) -> [Lanes; 2] {
+        let [n_x, n_y] = gather(indices, |w| self.walls.field.mirror_normal[w].into());
+        let slips = n_x * n_x + n_y * n_y;
+        let across = batch.v_x * n_x + batch.v_y * n_y;
+        let along = Lanes::splat(1.0) - slips;
+        [along * batch.v_x + across * n_x, along * batch.v_y + across * n_y]
+    }
+
     fn wall_tensor(&self, i: usize, w: usize) -> Matrix {
         let normal = &self.walls.field.mirror_normal[w];
         let stress = mirrored_stress(&self.gradients.viscous_stress[i], [normal.x, normal.y]);
-        let pressure = self.walls.records[w].pressure + self.damper(i);
-        momentum_tensor(pressure, &stress, &self.gradients.correction[i])
+        let passes = self.model.passes;
+        let correction = if passes.momentum_correction { self.gradients.correction[i] } else { IDENTITY };
+        momentum_tensor(self.walls.records[w].pressure + self.damper(i), &stress, &correction)
     }
 
     /// Repulsion \[m/s²\] of particle `i` by the faces of the walls for which `include` says so.
@@ -150,10 +172,11 @@ impl StageFields<'_> {
     /// ```text
     /// a = Σ_w (1 − |t_w|/Δx)₊ · a(z_w, v_n) · n_w
     /// ```
-    /// a is [`sph::repulsion::Repulsion`], v_n the normal velocity relative to the wall, z_w is the height over a particle w of the first layer, half a spacing behind the face, and t_w the distance
-    /// beside it. The weights add up to one along a face, so that it is smooth; a particle at rest on the lattice
-    /// (z = Δx) feels nothing. The pair forces vanish where a particle meets a wall particle, so that they alone can
-    /// not hold a particle that has been pressed into the layer.
+    /// a is [`sph::repulsion::Repulsion`], v_n the normal velocity relative to the wall, z_w the height over a particle
+    /// w of the first layer, half a spacing behind the face, and t_w the distance beside it. The weights add up to one
+    /// along a face, so that it is smooth; a particle at rest on the lattice (z = Δx) feels nothing. The pair forces
+    /// vanish where a particle meets a wall particle, so that they alone can not hold a particle that has been pressed
+    /// into the layer.
     fn wall_repulsion<G: Geometry>(&self, geometry: G, i: usize, include: impl Fn(usize) -> bool) -> Vector {
         let Self { model, fluid, walls, .. } = self;
         if !model.wall_repulsion.acts() {

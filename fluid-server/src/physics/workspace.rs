@@ -13,6 +13,7 @@ use super::lists::Lists;
 use super::model::FluidModel;
 use super::pair::{Open, Periodic, Record};
 use super::rates::{Rates, StageFields, TASK};
+use super::shifting::Order;
 use super::state::{Base, FluidState};
 use super::walls::WallStates;
 
@@ -29,6 +30,8 @@ pub struct Workspace {
     pub walls: WallStates,
     /// Results of the gradient pass.
     pub gradients: Gradients,
+    /// Shifting and tensile control.
+    pub order: Order,
     /// Rates of the stage.
     pub rates: Vec<Rates>,
     /// Largest speed of the stage state \[m/s\].
@@ -81,14 +84,16 @@ impl Workspace {
 
     /// Walls, and the sums of the gradient pass over own particles, at `time` \[s\].
     pub fn evaluate_own(&mut self, model: &FluidModel, time: f64) {
-        let Self { lists, fluid, walls, gradients, .. } = self;
+        let Self { lists, fluid, walls, gradients, order, .. } = self;
         if model.domain.is_periodic() {
             let geometry = Periodic::new(&model.domain);
             walls.extrapolate(geometry, model, lists, fluid, time);
             gradients.accumulate(geometry, model, lists, fluid, &walls.records);
+            order.accumulate(geometry, model, lists, fluid, &walls.records);
         } else {
             walls.extrapolate(Open, model, lists, fluid, time);
             gradients.accumulate(Open, model, lists, fluid, &walls.records);
+            order.accumulate(Open, model, lists, fluid, &walls.records);
         }
     }
 
@@ -110,12 +115,14 @@ impl Workspace {
                 self.gradients.finish_density(model);
             }
             cross.add_moments(model, own, partner, &mut self.gradients);
+            cross.add_order(model, own, partner, &mut self.order);
         }
         if cross.as_ref().is_none_or(Cross::density_meets) {
             self.gradients.finish_density(model);
         }
         self.gradients.add_damper(model, &mut self.fluid);
         self.gradients.finish_tensors(model, &self.fluid);
+        self.finish_order(model);
         let mut rates = std::mem::take(&mut self.rates);
         let fields = self.fields(model, state, time);
         if model.domain.is_periodic() {
@@ -126,8 +133,19 @@ impl Workspace {
         if let Some(cross) = &mut cross {
             cross.add_rates(model, state, own, partner, &self.gradients, &mut rates);
         }
+        self.order.add_to(model, &mut rates);
         self.rates = rates;
         self.cross = cross;
+    }
+
+    fn finish_order(&mut self, model: &FluidModel) {
+        let Self { lists, fluid, walls, order, .. } = self;
+        let walls = &walls.records;
+        if model.domain.is_periodic() {
+            order.finish(Periodic::new(&model.domain), model, lists, fluid, walls);
+        } else {
+            order.finish(Open, model, lists, fluid, walls);
+        }
     }
 
     /// Force of the fluid on each wall \[N/m\] as of the last evaluation, at `time` \[s\].

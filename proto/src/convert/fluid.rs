@@ -1,6 +1,9 @@
 //! The set-up of a fluid solver.
 
-use sph::setup::{DensityDiffusion, FluidParticles, FluidProbe, FluidProbeKind, FluidSetup, Outflow};
+use sph::setup::{
+    DensityDiffusion, FluidParticles, FluidProbe, FluidProbeKind, FluidSetup, OrderControl, Outflow,
+    ViscousForm,
+};
 
 use super::arrays::{
     index_count, pack, pack_indices, unpack, unpack_ids, unpack_indices_below, unpack_positive,
@@ -23,6 +26,8 @@ impl Convert for FluidSetup {
             diffusion,
             acoustic_damping,
             wall_repulsion,
+            viscous_form,
+            order,
             damping,
             regions,
             walls,
@@ -49,6 +54,11 @@ impl Convert for FluidSetup {
             lost_particle_limit: *lost_particle_limit,
             wall_repulsion: Some(*wall_repulsion),
             acoustic_damping: Some(*acoustic_damping),
+            viscous_stress: *viscous_form == ViscousForm::Stress,
+            order: order.map(|order| wire::OrderControl {
+                shifting: Some(order.shifting),
+                tensile_control: order.tensile_control,
+            }),
         }
     }
 
@@ -98,6 +108,8 @@ impl Convert for FluidSetup {
                 upper: flags_from_wire(&outflow.upper),
             },
             lost_particle_limit: wire.lost_particle_limit,
+            viscous_form: if wire.viscous_stress { ViscousForm::Stress } else { ViscousForm::Pairwise },
+            order: wire.order.as_ref().map(|order| order_from_wire(order, &at.field("order"))).transpose()?,
             wall_repulsion: not_negative(wire.wall_repulsion.or(Some(0.0)), &at.field("wall_repulsion"))?,
             acoustic_damping: not_negative(
                 wire.acoustic_damping.or(Some(0.0)),
@@ -129,6 +141,13 @@ fn diffusion_from_wire(
         DensityDiffusion::Renormalised { delta }
     } else {
         DensityDiffusion::Plain { delta }
+    })
+}
+
+fn order_from_wire(wire: &wire::OrderControl, at: &Path<'_>) -> Result<OrderControl, WireError> {
+    Ok(OrderControl {
+        shifting: not_negative(wire.shifting, &at.field("shifting"))?,
+        tensile_control: wire.tensile_control,
     })
 }
 

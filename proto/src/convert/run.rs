@@ -67,13 +67,18 @@ impl Choice for InterfaceLaw {
 }
 
 impl Choice for GradientCorrection {
-    const ALL: &'static [Self] =
-        &[GradientCorrection::None, GradientCorrection::LatticeMoment, GradientCorrection::Renormalised];
+    const ALL: &'static [Self] = &[
+        GradientCorrection::None,
+        GradientCorrection::LatticeMoment,
+        GradientCorrection::Continuity,
+        GradientCorrection::Renormalised,
+    ];
 
     fn code(self) -> i32 {
         let wire = match self {
             GradientCorrection::None => wire::GradientCorrection::None,
             GradientCorrection::LatticeMoment => wire::GradientCorrection::LatticeMoment,
+            GradientCorrection::Continuity => wire::GradientCorrection::Continuity,
             GradientCorrection::Renormalised => wire::GradientCorrection::Renormalised,
         };
         wire.into()

@@ -99,6 +99,8 @@ pub(crate) fn fluid_setup(run: RunSetup) -> ParticipantSetup {
         outflow: Outflow::default(),
         wall_repulsion: 1.0,
         acoustic_damping: 0.0,
+        order: None,
+        viscous_form: sph::setup::ViscousForm::Pairwise,
         lost_particle_limit: 0,
     })
 }

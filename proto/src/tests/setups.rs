@@ -63,6 +63,8 @@ fn fluid() -> FluidSetup {
     setup.diffusion = DensityDiffusion::Renormalised { delta: 0.1 };
     setup.wall_repulsion = 0.02;
     setup.acoustic_damping = 0.3;
+    setup.viscous_form = sph::setup::ViscousForm::Stress;
+    setup.order = Some(sph::setup::OrderControl { shifting: 0.7, tensile_control: true });
     setup.damping = Some(Damping { rate: 3.0, until: 0.1 });
     setup.regions.push("rest".into());
     setup.walls = walls();

@@ -138,6 +138,7 @@ fn run_case(case: &dyn Case, arguments: &Arguments, options: &Options) -> Result
     }
     let rows = report::rows(case.name(), &results);
     report::print(&rows);
+    std::fs::create_dir_all(&options.out).map_err(|e| e.to_string())?;
     for plot in case.plots(&runs)? {
         plot.write(&options.out.join(format!("{}_{}.svg", case.name(), plot.name)))?;
     }

@@ -125,8 +125,12 @@ impl Run {
     pub fn number(&self, path: &str) -> Result<f64, String> {
         let mut steps = path.split('.');
         let first = steps.next().and_then(|key| self.case.get(key));
-        let value = steps.try_fold(first, |value, key| Some(value?.get(key)));
-        let value = value.flatten().and_then(|v| v.as_float().or(v.as_integer().map(|n| n as f64)));
+        let entry = |value: Option<&'_ toml::Value>, key: &str| match key.parse::<usize>() {
+            Ok(index) => value?.get(index).cloned(),
+            Err(_) => value?.get(key).cloned(),
+        };
+        let value = steps.fold(first.cloned(), |value, key| entry(value.as_ref(), key));
+        let value = value.and_then(|v| v.as_float().or(v.as_integer().map(|n| n as f64)));
         value.ok_or_else(|| format!("the case holds no number `{path}`"))
     }
 
@@ -137,7 +141,8 @@ impl Run {
         };
         let shown = ["sound_speed_m_s", "kernel_ratio", "artificial_viscosity_a", "artificial_viscosity_b"]
             .into_iter()
-            .chain(["dynamic_viscosity_pa_s", "gradient_correction", "density_diffusion_delta", "shifting"]);
+            .chain(["dynamic_viscosity_pa_s", "gradient_correction", "density_diffusion_delta"])
+            .chain(["shifting", "tensile_control"]);
         let mut parts: Vec<String> =
             shown.filter_map(|key| fluid.get(key).map(|value| format!("{key} = {value}"))).collect();
         parts.extend(self.case.get("time").and_then(|t| t.get("step")).map(|step| format!("step = {step}")));

@@ -1,7 +1,7 @@
 //! The fluid and its regions as a case file writes them.
 
 use serde::Serialize;
-use sph::setup::{Damping, DensityDiffusion, FluidConstants, GradientCorrection};
+use sph::setup::{Damping, DensityDiffusion, FluidConstants, GradientCorrection, OrderControl, ViscousForm};
 use sph::vector::Vector;
 
 use super::formula;
@@ -21,6 +21,7 @@ pub struct FluidTable {
     pub sound_speed_m_s: At<f64>,
     pub exponent: f64,
     pub dynamic_viscosity_pa_s: f64,
+    pub viscous_form: Choice<ViscousForm>,
     pub gradient_correction: Choice<GradientCorrection>,
     pub density_diffusion: Choice<DiffusionKind>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -30,6 +31,8 @@ pub struct FluidTable {
     pub lambda: f64,
     pub acoustic_damping: f64,
     pub wall_repulsion: f64,
+    pub shifting: f64,
+    pub tensile_control: bool,
     pub lost_particle_limit: u64,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub damping: Option<DampingTable>,
@@ -59,11 +62,15 @@ const DIFFUSIONS: [(&str, DiffusionKind); 3] = [
     ("none", DiffusionKind::None),
 ];
 
-const CORRECTIONS: [(&str, GradientCorrection); 3] = [
+const CORRECTIONS: [(&str, GradientCorrection); 4] = [
     ("lattice-moment", GradientCorrection::LatticeMoment),
+    ("continuity", GradientCorrection::Continuity),
     ("renormalised", GradientCorrection::Renormalised),
     ("none", GradientCorrection::None),
 ];
+
+const VISCOUS_FORMS: [(&str, ViscousForm); 2] =
+    [("pairwise", ViscousForm::Pairwise), ("stress", ViscousForm::Stress)];
 
 impl FluidTable {
     /// Reads the table.
@@ -77,6 +84,7 @@ impl FluidTable {
         let exponent = table.number_or("exponent", &EXPONENT, 7.0).value;
         let dynamic_viscosity_pa_s =
             table.number_or("dynamic_viscosity_pa_s", &Allowed::NOT_NEGATIVE, 0.0).value;
+        let viscous_form = table.choice_or_first("viscous_form", &VISCOUS_FORMS);
         let gradient_correction = table.choice_or_first("gradient_correction", &CORRECTIONS);
         let density_diffusion = table.choice_or_first("density_diffusion", &DIFFUSIONS);
         let density_diffusion_delta = match density_diffusion.value {
@@ -90,6 +98,8 @@ impl FluidTable {
         let lambda = table.number_or("lambda", &Allowed::SHARE, 0.01).value;
         let acoustic_damping = table.number_or("acoustic_damping", &Allowed::NOT_NEGATIVE, 1.0).value;
         let wall_repulsion = table.number_or("wall_repulsion", &Allowed::NOT_NEGATIVE, 1.0).value;
+        let shifting = table.number_or("shifting", &Allowed::NOT_NEGATIVE, 0.0).value;
+        let tensile_control = table.flag_or("tensile_control", false);
         let lost_particle_limit = table.count_or("lost_particle_limit", LOSS_LIMITS, 0).value;
         let damping = DampingTable::read(&mut table);
         let intact = table.intact();
@@ -102,6 +112,7 @@ impl FluidTable {
             sound_speed_m_s,
             exponent,
             dynamic_viscosity_pa_s,
+            viscous_form,
             gradient_correction,
             density_diffusion,
             density_diffusion_delta,
@@ -110,6 +121,8 @@ impl FluidTable {
             lambda,
             acoustic_damping,
             wall_repulsion,
+            shifting,
+            tensile_control,
             lost_particle_limit,
             damping,
             regions,
@@ -137,6 +150,12 @@ impl FluidTable {
             lambda: self.lambda,
             correction: self.gradient_correction.value,
         }
+    }
+
+    /// Shifting and tensile control, where the case names either.
+    pub fn order_control(&self) -> Option<OrderControl> {
+        let Self { shifting, tensile_control, .. } = *self;
+        (shifting > 0.0 || tensile_control).then_some(OrderControl { shifting, tensile_control })
     }
 
     /// Density diffusion with its coefficient.

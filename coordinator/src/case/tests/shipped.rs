@@ -10,8 +10,9 @@ const EVERYTHING: &str = include_str!("../testdata/everything.toml");
 
 fn cases() -> Vec<PathBuf> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../cases");
-    let mut found: Vec<PathBuf> = std::fs::read_dir(folder)
-        .unwrap()
+    let entries = |folder: PathBuf| std::fs::read_dir(folder).unwrap();
+    let mut found: Vec<PathBuf> = entries(folder.clone())
+        .chain(entries(folder.join("validation")))
         .map(|entry| entry.unwrap().path())
         .filter(|path| path.extension().is_some_and(|ending| ending == "toml"))
         .collect();

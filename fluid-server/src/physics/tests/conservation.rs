@@ -1,10 +1,10 @@
 //! Momentum, angular momentum and mass on random patches.
 
 use sph::ledger::Account;
-use sph::setup::{Damping, DensityDiffusion, GradientCorrection};
+use sph::setup::{Damping, DensityDiffusion, GradientCorrection, ViscousForm};
 use sph::vector::{Vector, cross};
 
-use super::support::{dam_break, evaluate, largest_residual, random_patch, run, solver, variants};
+use super::support::{ORDERED, dam_break, evaluate, largest_residual, random_patch, run, solver, variants};
 use crate::physics::FluidSolver;
 
 const SEEDS: [u64; 3] = [1, 2, 3];
@@ -24,11 +24,14 @@ fn force_sums(solver: &FluidSolver) -> (Vector, f64, f64) {
 #[test]
 fn internal_forces_cancel_for_every_variant() {
     for (correction, diffusion) in variants() {
-        for viscosity in [0.0, 5.0] {
+        for (viscosity, form) in
+            [(0.0, ViscousForm::Pairwise), (5.0, ViscousForm::Pairwise), (5.0, ViscousForm::Stress)]
+        {
             for seed in SEEDS {
                 let mut setup = random_patch(seed);
                 setup.constants.correction = correction;
                 setup.constants.dynamic_viscosity = viscosity;
+                setup.viscous_form = form;
                 setup.diffusion = diffusion;
                 let mut solver = solver(setup);
                 evaluate(&mut solver);
@@ -36,7 +39,7 @@ fn internal_forces_cancel_for_every_variant() {
                 assert!(gross > 1.0);
                 // Round-off of some 1600 pairs, each to 1e-15 of about the gross over the particles.
                 assert!(force.norm() < 1e-13 * gross, "{correction:?} {diffusion:?}: {force} of {gross}");
-                // Pair forces are central unless L_i or the viscous stress turns them.
+                // Pair forces are central unless L_i or viscosity turns them.
                 if correction != GradientCorrection::Renormalised && viscosity == 0.0 {
                     assert!(
                         torque.abs() < 1e-13 * gross,
@@ -134,6 +137,7 @@ fn the_books_close_over_many_steps_of_a_dam_break() {
         setup.constants.dynamic_viscosity = 0.01;
         setup.diffusion = diffusion;
         setup.damping = Some(Damping { rate: 5.0, until: 0.01 });
+        setup.order = ORDERED;
         let mut solver = solver(setup);
         let books = run(&mut solver, 60, 4e-4);
         let residual = largest_residual(&books);

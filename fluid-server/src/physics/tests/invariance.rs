@@ -4,7 +4,7 @@ use sph::domain::Domain;
 use sph::setup::{FluidSetup, GradientCorrection};
 use sph::vector::Vector;
 
-use super::support::{dam_break, random_patch, run, solver, variants};
+use super::support::{ORDERED, dam_break, random_patch, run, solver, variants};
 use crate::physics::FluidSolver;
 
 /// (position, velocity, density) of each particle by id.
@@ -29,6 +29,7 @@ fn a_moving_frame_changes_nothing() {
             let mut setup = random_patch(5);
             setup.constants.correction = correction;
             setup.diffusion = diffusion;
+            setup.order = ORDERED;
             setup.particles.velocity.iter_mut().for_each(|v| *v += velocity);
             by_id(&finished(setup, steps))
         };
@@ -48,6 +49,7 @@ fn a_patch_across_a_periodic_border_moves_like_one_in_the_open() {
     for correction in [GradientCorrection::LatticeMoment, GradientCorrection::Renormalised] {
         let mut setup = random_patch(6);
         setup.constants.correction = correction;
+        setup.order = ORDERED;
         let open = by_id(&finished(setup.clone(), steps));
         let shift = Vector::new(0.51, 0.49);
         setup.run.domain =
@@ -78,6 +80,7 @@ fn one_two_and_four_threads_give_the_same_bits() {
                     let mut setup = dam_break();
                     setup.constants.correction = correction;
                     setup.diffusion = diffusion;
+                    setup.order = ORDERED;
                     let mut solver = solver(setup);
                     let books = run(&mut solver, 100, 4e-4);
                     (solver.state, books)

@@ -7,5 +7,6 @@ mod invariance;
 mod leaving;
 mod reports;
 mod settling;
+mod shifting;
 mod support;
 mod walls;

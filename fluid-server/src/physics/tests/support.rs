@@ -5,8 +5,8 @@ use sph::exchange::InterfaceStates;
 use sph::ledger::StageBooks;
 use sph::setup::{
     BodyForce, DensityDiffusion, FluidConstants, FluidParticles, FluidSetup, GradientCorrection,
-    LedgerPolicy, Outflow, OutputPlan, RunSetup, StepPolicy, TimePlan, WallCondition, WallParticles,
-    WallSetup,
+    LedgerPolicy, OrderControl, Outflow, OutputPlan, RunSetup, StepPolicy, TimePlan, ViscousForm,
+    WallCondition, WallParticles, WallSetup,
 };
 use sph::solver::{Divergence, Solver};
 use sph::stage::{Stage, StageTime, StepStage};
@@ -16,8 +16,12 @@ use crate::physics::FluidSolver;
 
 /// Every combination of gradient correction and density diffusion.
 pub fn variants() -> Vec<(GradientCorrection, DensityDiffusion)> {
-    let corrections =
-        [GradientCorrection::None, GradientCorrection::LatticeMoment, GradientCorrection::Renormalised];
+    let corrections = [
+        GradientCorrection::None,
+        GradientCorrection::LatticeMoment,
+        GradientCorrection::Continuity,
+        GradientCorrection::Renormalised,
+    ];
     let diffusions = [
         DensityDiffusion::None,
         DensityDiffusion::Plain { delta: 0.1 },
@@ -25,6 +29,9 @@ pub fn variants() -> Vec<(GradientCorrection, DensityDiffusion)> {
     ];
     corrections.into_iter().flat_map(|c| diffusions.into_iter().map(move |d| (c, d))).collect()
 }
+
+/// Shifting and tensile control at once.
+pub const ORDERED: Option<OrderControl> = Some(OrderControl { shifting: 1.0, tensile_control: true });
 
 /// Numbers between −1 and 1 that look random (splitmix64).
 pub struct Noise(pub u64);
@@ -69,6 +76,8 @@ pub fn empty_scene(spacing: f64) -> FluidSetup {
         },
         diffusion: DensityDiffusion::Renormalised { delta: 0.1 },
         damping: None,
+        order: None,
+        viscous_form: ViscousForm::Pairwise,
         regions: vec!["water".into()],
         walls: Vec::new(),
         particles: FluidParticles::default(),

@@ -2,12 +2,30 @@
 
 use super::Case;
 
+mod bore;
+mod channel;
+mod dam_break;
+mod dam_break_pressure;
 mod drifting_body;
 mod drop;
 mod square_patch;
+mod standing_wave;
+mod still_water;
 mod taylor_green;
 
 /// All cases, in the order in which they are run.
 pub fn all() -> Vec<&'static dyn Case> {
-    vec![&drop::Drop, &square_patch::SquarePatch, &taylor_green::TaylorGreen, &drifting_body::DriftingBody]
+    vec![
+        &channel::COUETTE,
+        &channel::POISEUILLE,
+        &drop::Drop,
+        &square_patch::SquarePatch,
+        &taylor_green::TaylorGreen,
+        &still_water::StillWater,
+        &dam_break::DamBreak,
+        &dam_break_pressure::DamBreakPressure,
+        &bore::Bore,
+        &standing_wave::StandingWave,
+        &drifting_body::DriftingBody,
+    ]
 }

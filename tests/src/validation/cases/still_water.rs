@@ -1,0 +1,114 @@
+//! Case 5.1: still water, settled and ringing, against the hydrostatic pressure.
+
+use crate::validation::{Case, Figure, Goal, Member, Plot, Run, series};
+
+/// See the module.
+pub struct StillWater;
+
+const DENSITY: f64 = 1000.0;
+const GRAVITY: f64 = 9.81;
+const WIDTH: f64 = 0.501;
+
+/// Probes: name, height above the floor \[m\], tolerance.
+const PROBES: [(&str, f64, f64); 5] = [
+    ("p1", 0.005, 0.001),
+    ("d24", 0.06, 0.005),
+    ("d18", 0.12, 0.005),
+    ("d12", 0.18, 0.005),
+    ("d06", 0.24, 0.005),
+];
+
+impl Case for StillWater {
+    fn name(&self) -> &'static str {
+        "still_water"
+    }
+
+    fn about(&self) -> &'static str {
+        "case 5.1: pressure of still water, damped to rest and ringing for 15 s"
+    }
+
+    fn members(&self) -> Vec<Member> {
+        let ringing = |scheme, a: f64, b: f64, correction: &str| {
+            let step: toml::Table = "type = \"fixed\"\ntime_step_s = 1e-4".parse().unwrap_or_default();
+            Member::new("still_water_undamped", 0.003)
+                .scheme(scheme)
+                .with("fluid.artificial_viscosity_a", a)
+                .with("fluid.artificial_viscosity_b", b)
+                .with("fluid.gradient_correction", correction)
+                .with("time.step", step)
+        };
+        vec![
+            // 83 columns of 6 mm are 0.498 m.
+            Member::new("still_water", 0.006).quick(),
+            Member::new("still_water", 0.003),
+            ringing("document, undamped", 1.0, 1.0, "none")
+                .with("fluid.shifting", 0.0)
+                .with("fluid.tensile_control", false),
+            ringing("recommended, undamped", 0.1, 0.0, "continuity"),
+        ]
+    }
+
+    fn figures(&self, run: &Run) -> Result<Vec<Figure>, String> {
+        let lost = Figure::judged("particles lost", run.lost(), Goal::AtMost(0.0));
+        let mut figures = if run.member.file == "still_water" { settled(run)? } else { ringing(run)? };
+        figures.push(lost);
+        Ok(figures)
+    }
+
+    fn plots(&self, runs: &[Run]) -> Result<Vec<Plot>, String> {
+        let mut plot = Plot::new("p1", "t [s]", "pressure at P1 [Pa]");
+        for run in runs {
+            plot.line(
+                format!("{} {} m", run.member.scheme, run.member.spacing),
+                run.history("p1_pressure_pa")?,
+            );
+        }
+        Ok(vec![plot])
+    }
+}
+
+/// Pressures over the last tenth of the run against ρ g times the depth below the surface.
+///
+/// The surface stands at Σ(m/ρ)/width: the water is a little compressed.
+fn settled(run: &Run) -> Result<Vec<Figure>, String> {
+    let state = run.final_fluid()?;
+    let field = |name: &str| state.field(name).ok_or_else(|| format!("no field `{name}`"));
+    let (mass, density) = (field("mass")?, field("density")?);
+    let fluid = || (0..state.group.len()).filter(|i| state.group[*i] == 0);
+    let volume: f64 = fluid().map(|i| mass.values[i] / density.values[i]).sum();
+    // The tank is as wide as its columns.
+    let columns = (WIDTH / run.member.spacing + 1e-6).floor();
+    let surface = volume / (columns * run.member.spacing);
+    let mut figures = vec![Figure::told("height of the surface [m]", surface)];
+    for (name, height, tolerance) in PROBES {
+        let history = run.history(&format!("{name}_pressure_pa"))?;
+        let end = history.last().map_or(f64::NAN, |row| row.0);
+        let mean = series::mean(&history, 0.9 * end, end);
+        let exact = DENSITY * GRAVITY * (surface - height);
+        // 6 mm particles see P1 through a kernel that the floor cuts at 5 mm.
+        let tolerance = if run.member.spacing > 0.004 { 0.01 } else { tolerance };
+        figures.push(Figure::compared(format!("pressure at {height} m [Pa]"), mean, exact, tolerance));
+    }
+    Ok(figures)
+}
+
+fn ringing(run: &Run) -> Result<Vec<Figure>, String> {
+    let mean = series::mean(&run.history("p1_pressure_pa")?, 10.0, 15.0);
+    let exact = DENSITY * GRAVITY * 0.295;
+    let tolerance = if run.member.scheme.starts_with("document") { 0.012 } else { 0.003 };
+    let kinetic = run.history("water_kinetic_energy_j_per_m")?;
+    let peaks: Vec<f64> = (0..15)
+        .map(f64::from)
+        .map(|t| series::largest(series::window(&kinetic, t, t + 1.0).into_iter().map(|p| p.1)))
+        .collect();
+    let rises = peaks.windows(2).skip(1).filter(|p| p[1] > p[0]).count();
+    Ok(vec![
+        Figure::compared("mean pressure at P1, 10 to 15 s [Pa]", mean, exact, tolerance),
+        Figure::judged(
+            "seconds after the first whose largest kinetic energy rose",
+            rises as f64,
+            Goal::AtMost(0.0),
+        ),
+        Figure::told("largest kinetic energy, last second over first", peaks[14] / peaks[0]),
+    ])
+}

@@ -1,0 +1,52 @@
+//! Short members of the verification suite: each has to meet its goals.
+
+use tests::validation::runner::{Options, Run};
+use tests::validation::{cases, template};
+
+/// Runs the quick members of `name` and checks every goal; `expected` is the least number of goals.
+fn meets_its_goals(name: &str, expected: usize) {
+    let folder = tempfile::tempdir().unwrap();
+    let options =
+        Options { out: folder.path().to_path_buf(), threads: Some(1), changes: Vec::new(), reuse: false };
+    let case = cases::all().into_iter().find(|case| case.name() == name).unwrap();
+    let mut judged = 0;
+    for member in case.members().into_iter().filter(|member| member.quick) {
+        let run = Run::of(case, member, &options).unwrap();
+        for figure in case.figures(&run).unwrap() {
+            assert_ne!(figure.passes(), Some(false), "{figure:?}");
+            judged += usize::from(figure.passes().is_some());
+        }
+    }
+    assert!(judged >= expected, "{judged} goals");
+}
+
+#[test]
+fn a_drop_stretches_as_it_should() {
+    meets_its_goals("drop", 3);
+}
+
+#[test]
+fn a_square_patch_turns_without_voids() {
+    meets_its_goals("square_patch", 6);
+}
+
+#[test]
+fn a_small_dam_break_keeps_its_energy_and_its_particles() {
+    meets_its_goals("dam_break", 2);
+}
+
+#[test]
+fn all_members_have_case_files_and_places_of_their_own() {
+    let mut labels = Vec::new();
+    for case in cases::all() {
+        for member in case.members() {
+            let file = template::folder().join(member.file).with_extension("toml");
+            template::instantiate(&file, &member.changes).unwrap();
+            labels.push(format!("{}/{}", case.name(), member.label()));
+        }
+    }
+    let count = labels.len();
+    labels.sort();
+    labels.dedup();
+    assert_eq!(labels.len(), count);
+}

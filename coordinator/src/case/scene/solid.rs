@@ -5,6 +5,7 @@ use sph::setup::SolidParticles;
 use sph::vector::{SymmetricTensor, Vector};
 
 use super::lattice::Lattice;
+use super::loads::faces;
 use super::overlap::first_clashes;
 use super::start::field;
 use super::{Scene, index, report_outside, shown};
@@ -19,6 +20,7 @@ const LEAST_ACROSS: usize = 2;
 
 /// Lays out all bodies.
 pub fn lay_out(solid: &SolidTable, domain: &Domain, lattice: &mut Lattice<'_>, scene: &mut Scene) {
+    scene.loads = vec![Vec::new(); solid.bodies.len()];
     for (k, body) in solid.bodies.iter().enumerate() {
         if body.intact {
             lay_out_body(solid, index(k), body, domain, lattice, scene);
@@ -57,6 +59,7 @@ fn lay_out_body(
     } else {
         scene.unsupported.push(number);
     }
+    scene.loads[number as usize] = faces(body, &positions, spacing, lattice.mistakes);
     check_thickness(body, &positions, spacing, lattice.mistakes, &mut scene.warnings);
 
     let material = body.material.to_setup();

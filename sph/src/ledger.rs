@@ -41,7 +41,7 @@ impl std::ops::AddAssign for InterfaceSums {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Account {
-    /// Gravity and other body forces.
+    /// Gravity, other body forces and surface loads.
     BodyForce,
     /// Fixed and moving walls of the fluid.
     Walls,

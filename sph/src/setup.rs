@@ -427,6 +427,32 @@ pub struct BodySetup {
     pub formulation: Formulation,
     /// Supports; `SolidParticles::support` indexes them from 1, 0 is free.
     pub supports: Vec<Support>,
+    /// Expressions of `x`, `y`, `t` for an acceleration of this body alone, added to the run's \[m/s²\].
+    pub acceleration: Option<[String; DIMENSIONS]>,
+    /// Loads on its surface.
+    pub loads: Vec<SurfaceLoad>,
+}
+
+/// A load on part of a body's surface.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SurfaceLoad {
+    /// Name.
+    pub name: String,
+    /// What acts there.
+    pub law: LoadLaw,
+    /// Particle of each loaded face: index within the body.
+    pub particles: Vec<u32>,
+    /// Outward area vector of each face of the undeformed body per depth \[m\].
+    pub areas: Vec<Vector>,
+}
+
+/// What a surface load does; expressions of `x`, `y` (present position) and `t`.
+#[derive(Clone, Debug, PartialEq)]
+pub enum LoadLaw {
+    /// Pressure on the deformed surface, along its present normal \[Pa\].
+    Pressure(String),
+    /// Force per area of the undeformed surface, of given direction \[Pa\].
+    Traction([String; DIMENSIONS]),
 }
 
 /// Isotropic elastic constants, Eq. (5)-(7).

@@ -315,16 +315,18 @@ impl Case {
     pub fn solid_setup(&self) -> Option<SolidSetup> {
         let solid = self.file.solid.as_ref()?;
         let spacing = solid.particle_spacing_m.value;
-        let body = |body: &file::solid::BodyTable| sph::setup::BodySetup {
+        let body = |(k, body): (usize, &file::solid::BodyTable)| sph::setup::BodySetup {
             name: body.name.value.clone(),
             material: body.material.to_setup(),
             formulation: body.formulation.to_setup(spacing),
             supports: body.supports.iter().map(file::solid::SupportTable::to_setup).collect(),
+            acceleration: body.acceleration_m_s2.as_ref().map(|pair| pair.each_ref().map(|w| w.value.text())),
+            loads: self.scene.loads.get(k).cloned().unwrap_or_default(),
         };
         Some(SolidSetup {
             run: self.run_setup(),
             particle_spacing: spacing,
-            bodies: solid.bodies.iter().map(body).collect(),
+            bodies: solid.bodies.iter().enumerate().map(body).collect(),
             particles: self.scene.solid.clone(),
             contact: solid.contact.to_setup(),
             walls: self.file.walls.iter().map(file::wall::WallTable::to_setup).collect(),

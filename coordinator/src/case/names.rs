@@ -27,6 +27,7 @@ pub fn check_unique(file: &CaseFile, mistakes: &Mistakes) {
     unique("body", bodies().map(|body| &body.name), mistakes);
     for body in bodies() {
         unique("support", body.supports.iter().map(|support| &support.name), mistakes);
+        unique("load", body.loads.iter().map(|load| &load.name), mistakes);
     }
     unique("wall", file.walls.iter().map(|wall| &wall.name), mistakes);
     unique("probe", file.probes.iter().map(|probe| &probe.name), mistakes);

@@ -1,8 +1,9 @@
 //! The set-up of a solid solver.
 
 use sph::setup::{
-    BodySetup, ContactLaw, ElasticMaterial, Formulation, HyperelasticLaw, SolidParticles, SolidProbe,
-    SolidProbeKind, SolidSetup, SolidStepping, SubstepCount, Support, TotalLagrangian, UpdatedLagrangian,
+    BodySetup, ContactLaw, ElasticMaterial, Formulation, HyperelasticLaw, LoadLaw, SolidParticles,
+    SolidProbe, SolidProbeKind, SolidSetup, SolidStepping, SubstepCount, Support, SurfaceLoad,
+    TotalLagrangian, UpdatedLagrangian,
 };
 
 use super::arrays::{
@@ -12,7 +13,7 @@ use super::arrays::{
 use super::run::{release_time, wall_particles_from_wire, wall_particles_to_wire};
 use super::{
     Choice, Convert, Path, WireError, choice, flags_from_wire, flags_to_wire, index, list, name,
-    not_negative, optional, positive, required, wires,
+    not_negative, optional, positive, required, text, wires,
 };
 use crate::wire;
 
@@ -183,6 +184,8 @@ impl Convert for BodySetup {
             material: Some(self.material.to_wire()),
             formulation: Some(formulation),
             supports: wires(&self.supports),
+            acceleration_m_per_s2: self.acceleration.as_ref().map(Convert::to_wire),
+            loads: wires(&self.loads),
         }
     }
 
@@ -206,6 +209,44 @@ impl Convert for BodySetup {
             material: required(&wire.material, &at.field("material"))?,
             formulation,
             supports: list(&wire.supports, at, "supports")?,
+            acceleration: optional(&wire.acceleration_m_per_s2, &at.field("acceleration_m_per_s2"))?,
+            loads: list(&wire.loads, at, "loads")?,
+        })
+    }
+}
+
+impl Convert for SurfaceLoad {
+    type Wire = wire::SurfaceLoad;
+
+    fn to_wire(&self) -> wire::SurfaceLoad {
+        use wire::surface_load::Law;
+        let law = match &self.law {
+            LoadLaw::Pressure(pressure) => Law::PressurePa(pressure.clone()),
+            LoadLaw::Traction(traction) => Law::TractionPa(traction.to_wire()),
+        };
+        wire::SurfaceLoad {
+            name: self.name.clone(),
+            law: Some(law),
+            particles: pack_indices(&self.particles),
+            areas_m: pack(&self.areas),
+        }
+    }
+
+    fn from_wire(wire: &wire::SurfaceLoad, at: &Path<'_>) -> Result<Self, WireError> {
+        use wire::surface_load::Law;
+        let law = match &wire.law {
+            Some(Law::PressurePa(pressure)) => LoadLaw::Pressure(text(pressure, &at.field("pressure_pa"))?),
+            Some(Law::TractionPa(traction)) => {
+                LoadLaw::Traction(<[String; 2]>::from_wire(traction, &at.field("traction_pa"))?)
+            }
+            None => return Err(at.field("law").error("is missing or of a later version of the protocol")),
+        };
+        let count = index_count(&wire.particles, &at.field("particles"))?;
+        Ok(Self {
+            name: name(&wire.name, &at.field("name"))?,
+            law,
+            particles: unpack_indices(&wire.particles, count, &at.field("particles"))?,
+            areas: unpack(&wire.areas_m, count, &at.field("areas_m"))?,
         })
     }
 }

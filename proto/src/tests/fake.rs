@@ -115,6 +115,8 @@ pub(crate) fn solid_setup(run: RunSetup) -> ParticipantSetup {
             material: ElasticMaterial { density: 1100.0, bulk_modulus: 2e7, shear_modulus: 4e6 },
             formulation: Formulation::Rigid,
             supports: Vec::new(),
+            acceleration: None,
+            loads: Vec::new(),
         }],
         particles: SolidParticles {
             id: (0..MASSES as u32).collect(),

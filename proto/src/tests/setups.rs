@@ -3,9 +3,10 @@
 use bytes::Bytes;
 use sph::setup::{
     BodyForce, BodySetup, BreachAction, ContactLaw, Damping, DensityDiffusion, ElasticMaterial, FluidProbe,
-    FluidProbeKind, FluidSetup, Formulation, GradientCorrection, HyperelasticLaw, InterfaceLaw, Motion,
-    Outflow, ParticipantSetup, RunSetup, SolidProbe, SolidProbeKind, SolidSetup, SolidStepping, StepPolicy,
-    SubstepCount, Support, TotalLagrangian, UpdatedLagrangian, WallCondition, WallParticles, WallSetup,
+    FluidProbeKind, FluidSetup, Formulation, GradientCorrection, HyperelasticLaw, InterfaceLaw, LoadLaw,
+    Motion, Outflow, ParticipantSetup, RunSetup, SolidProbe, SolidProbeKind, SolidSetup, SolidStepping,
+    StepPolicy, SubstepCount, Support, SurfaceLoad, TotalLagrangian, UpdatedLagrangian, WallCondition,
+    WallParticles, WallSetup,
 };
 use sph::solver::Role;
 use sph::vector::{SymmetricTensor, Vector};
@@ -115,6 +116,21 @@ fn solid() -> SolidSetup {
                 release_time: Some(0.2),
             },
         ],
+        acceleration: Some(["0".into(), "-9.81*t".into()]),
+        loads: vec![
+            SurfaceLoad {
+                name: "wind".into(),
+                law: LoadLaw::Pressure("1000*sin(t)".into()),
+                particles: vec![0],
+                areas: vec![Vector::new(-0.0, 0.01)],
+            },
+            SurfaceLoad {
+                name: "rope".into(),
+                law: LoadLaw::Traction(["1".into(), "t*x".into()]),
+                particles: Vec::new(),
+                areas: Vec::new(),
+            },
+        ],
     });
     setup.bodies.push(BodySetup {
         name: "ring".into(),
@@ -127,6 +143,8 @@ fn solid() -> SolidSetup {
             viscosity_b: 0.7,
         }),
         supports: Vec::new(),
+        acceleration: None,
+        loads: Vec::new(),
     });
     setup.stepping = SolidStepping::Substeps(SubstepCount::Fixed(4));
     let last = fake::MASSES - 1;

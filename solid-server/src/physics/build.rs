@@ -7,7 +7,8 @@ use sph::domain::Domain;
 use sph::kernel::CubicSpline;
 use sph::ledger::InterfaceSums;
 use sph::setup::{
-    BodySetup, ContactLaw, Formulation, InterfaceLaw, SolidParticles, SolidSetup, SolidStepping, SubstepCount,
+    BodyForce, BodySetup, ContactLaw, Formulation, InterfaceLaw, SolidParticles, SolidSetup, SolidStepping,
+    SubstepCount,
 };
 use sph::stage::{StageTime, StepStage};
 use sph::vector::{DIMENSIONS, Vector};
@@ -17,6 +18,7 @@ use super::contact_sums::SumContact;
 use super::coupling::FluidLink;
 use super::formulation::{BodyConstants, BodyFormulation};
 use super::lists::{ContactLists, OwnLists};
+use super::loads::Load;
 use super::model::{Body, ContactModel, ParticleConstants, SolidModel};
 use super::pair_law::PairSums;
 use super::particles::{Particles, RigidState, winding_offset};
@@ -133,11 +135,46 @@ fn build_bodies(
             material: body.material,
             formulation,
             supports,
+            acceleration: acceleration(body, errors),
+            loads: loads(body, range.len(), errors),
             wall_exemption,
             tracks_angle: false,
         });
     }
     (bodies, rigid)
+}
+
+/// The acceleration of `body` alone.
+fn acceleration(body: &BodySetup, errors: &mut Vec<String>) -> Option<BodyForceField> {
+    let expressions = body.acceleration.clone()?;
+    BodyForceField::new(&BodyForce { gravity: Vector::zeros(), expressions: Some(expressions) })
+        .map_err(|error| errors.push(format!("body `{}`: {error}", body.name)))
+        .ok()
+}
+
+/// The loads on `body` of `count` particles.
+fn loads(body: &BodySetup, count: usize, errors: &mut Vec<String>) -> Vec<Load> {
+    let mut loads = Vec::new();
+    for setup in &body.loads {
+        let mut refuse = |problem: &str| {
+            errors.push(format!("load `{}` of body `{}`: {problem}", setup.name, body.name));
+        };
+        if setup.particles.iter().any(|i| *i as usize >= count) || setup.particles.len() != setup.areas.len()
+        {
+            refuse("its faces do not fit the body's particles");
+            continue;
+        }
+        match Load::new(setup) {
+            Ok(load) if load.follows() && !matches!(body.formulation, Formulation::TotalLagrangian(_)) => {
+                refuse(
+                    "a pressure follows the deformed surface, which only a total-Lagrangian body knows; give a traction",
+                );
+            }
+            Ok(load) => loads.push(load),
+            Err(error) => refuse(&error.to_string()),
+        }
+    }
+    loads
 }
 
 /// Buffers for `model` in `state`.
@@ -159,6 +196,11 @@ pub(super) fn build_workspace(
         sums: vec![PairSums::default(); n],
         rates: Rates::new(n),
         contact: vec![ContactSums::default(); n],
+        loads: if model.bodies.iter().any(|body| body.acceleration.is_some() || !body.loads.is_empty()) {
+            vec![Vector::zeros(); n]
+        } else {
+            Vec::new()
+        },
         forces: vec![ParticleForces::default(); n],
         start_forces: vec![ParticleForces::default(); n],
         mean_forces: vec![ParticleForces::default(); n],

@@ -6,7 +6,7 @@ use sph::stage::StageTime;
 use sph::vector::Vector;
 
 use super::contact_sums::SumStage;
-use super::formulation::DerivedView;
+use super::formulation::{DerivedView, StressViewMut};
 use super::lists::{Rows, TASK};
 use super::model::{ContactModel, SolidModel};
 use super::workspace::{ParticleForces, Workspace};
@@ -40,6 +40,7 @@ pub(super) fn refresh_lists(model: &SolidModel, workspace: &mut Workspace) {
 
 /// Sums over pairs of the solids among themselves and with walls, at the stage state of time `at` \[s\].
 pub(super) fn evaluate_pairs(model: &SolidModel, workspace: &mut Workspace, time: &StageTime, at: f64) {
+    prescribe_loads(model, workspace, at);
     let Workspace { stage, stress, sums, own_lists, .. } = workspace;
     let none = Rows::default();
     for (body, lists) in model.bodies.iter().zip(own_lists) {
@@ -68,13 +69,41 @@ fn evaluate_contact(model: &SolidModel, workspace: &mut Workspace, time: &StageT
     }
 }
 
+/// Loads that are prescribed to act on bodies, at the stage state of time `at` \[s\], and their share in its stress.
+///
+/// A surface load acts at the face, half a spacing outside the particle.
+fn prescribe_loads(model: &SolidModel, workspace: &mut Workspace, at: f64) {
+    let Workspace { stage, stress, loads, .. } = workspace;
+    if loads.is_empty() {
+        return;
+    }
+    loads.fill(Vector::zeros());
+    for body in &model.bodies {
+        let (position, forces) = (&stage.position[body.range.clone()], &mut loads[body.range.clone()]);
+        if let Some(field) = &body.acceleration {
+            let mass = &model.particles.mass[body.range.clone()];
+            for (force, (x, m)) in forces.iter_mut().zip(position.iter().zip(mass)) {
+                *force = field.acceleration(x, at) * *m;
+            }
+        }
+        let StressViewMut { deformation, nominal, .. } = stress.view_mut(&body.range);
+        for load in &body.loads {
+            load.forces(at, position, deformation, |i, force, to_face| {
+                forces[i] += force;
+                nominal[i] += body.formulation.load_stress(i, &(force * to_face.transpose()));
+            });
+        }
+    }
+}
+
 /// Forces on all particles but those of the fluid, at the stage state of time `at` \[s\].
 pub(super) fn sum_forces(model: &SolidModel, workspace: &mut Workspace, time: &StageTime, at: f64) {
-    let Workspace { stage, sums, contact, forces, .. } = workspace;
+    let Workspace { stage, sums, contact, forces, loads, .. } = workspace;
     let damping_rate = model.damping_rate(time);
     forces.par_iter_mut().with_min_len(8 * TASK).enumerate().for_each(|(i, forces)| {
         let mass = model.particles.mass[i];
-        let body_force = model.body_force.acceleration(&stage.position[i], at) * mass;
+        let load = loads.get(i).copied().unwrap_or_default();
+        let body_force = model.body_force.acceleration(&stage.position[i], at) * mass + load;
         // Damping acts on free particles; a support would only take it up again.
         let damping = if damping_rate == 0.0 || model.acting_support(i, time).is_some() {
             Vector::zeros()

@@ -145,6 +145,11 @@ pub(super) trait BodyFormulation: Send + Sync {
     /// Radius \[m\] of the own-body neighbour lists in the current configuration; `None` when it needs none.
     fn list_radius(&self) -> Option<f64>;
 
+    /// What a load of `moment` f ⊗ X \[N\] about particle `i` adds to its nominal stress as pair forces use it \[Pa\].
+    fn load_stress(&self, _i: usize, _moment: &Tensor) -> Tensor {
+        Tensor::zeros()
+    }
+
     /// Sums over own-body pairs.
     fn evaluate(
         &self,

@@ -3,6 +3,8 @@
 use sph::setup::{ElasticMaterial, HyperelasticLaw};
 use sph::vector::{SymmetricTensor, Tensor};
 
+use super::loads::cofactor;
+
 /// A hyperelastic material.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Hyperelastic {
@@ -126,12 +128,6 @@ impl Hyperelastic {
             }
         }
     }
-}
-
-/// Cofactor matrix J F⁻ᵀ.
-#[inline]
-fn cofactor(f: &Tensor) -> Tensor {
-    Tensor::new(f[(1, 1)], -f[(1, 0)], -f[(0, 1)], f[(0, 0)])
 }
 
 #[inline]

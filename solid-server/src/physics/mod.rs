@@ -8,6 +8,7 @@
 //! ```text
 //! formulation   what a body does by itself: stress, own-body sums, rates, advance
 //! evaluate, advance, substeps   forces of a state, and the two ways to step on
+//! loads         what is prescribed to act on bodies
 //! contact_*     between bodies and toward walls      supports   held particles
 //! coupling      interface with the fluid             probes, report   what is read off
 //! model, state, workspace   constant, checkpointed, disposable
@@ -24,6 +25,7 @@ mod evaluate;
 mod formulation;
 mod hyperelastic;
 mod lists;
+mod loads;
 mod material_point;
 mod model;
 mod pair_law;

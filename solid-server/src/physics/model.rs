@@ -11,6 +11,7 @@ use sph::vector::Vector;
 use super::contact_repulsion::Repulsion;
 use super::contact_sums::SumContact;
 use super::formulation::{BodyConstants, BodyFormulation};
+use super::loads::Load;
 use super::material_point::MaterialPoint;
 use super::supports::{Support, acts};
 use super::walls::Walls;
@@ -40,6 +41,9 @@ pub(super) struct Body {
     pub material: ElasticMaterial,
     pub formulation: Box<dyn BodyFormulation>,
     pub supports: Vec<Support>,
+    /// Acceleration of this body alone.
+    pub acceleration: Option<BodyForceField>,
+    pub loads: Vec<Load>,
     /// Time \[s\] until which contact with each wall particle is left out; empty without supports.
     pub wall_exemption: Vec<f64>,
     /// Whether a probe reads the body's angle.

@@ -176,7 +176,13 @@ impl Reference {
     /// V_i P (Σ_j a_ij X_ij ⊗ X_ij)⁻¹ \[Pa\]: what the nominal stress `p` \[Pa\] of particle `i` adds to pair forces.
     #[inline]
     pub fn pair_stress(&self, i: usize, p: &Tensor) -> Tensor {
-        if self.anchored[i] { Tensor::zeros() } else { p * self.corrections[i].inverse * self.volume[i] }
+        self.moment_stress(i, p) * self.volume[i]
+    }
+
+    /// `moment` (Σ_j a_ij X_ij ⊗ X_ij)⁻¹, nothing where the material is rigid.
+    #[inline]
+    pub fn moment_stress(&self, i: usize, moment: &Tensor) -> Tensor {
+        if self.anchored[i] { Tensor::zeros() } else { moment * self.corrections[i].inverse }
     }
 
     /// Largest angular frequency \[rad/s\] of small vibrations, for a linear stress law and masses `mass` \[kg/m\].

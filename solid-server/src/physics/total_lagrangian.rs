@@ -139,6 +139,11 @@ impl BodyFormulation for TotalLagrangianBody {
         }
     }
 
+    /// The virtual work of a force at x_i + F_i X is that of the force on i and of its moment on F_i.
+    fn load_stress(&self, i: usize, moment: &Tensor) -> Tensor {
+        self.reference.moment_stress(i, moment) * -1.0
+    }
+
     fn list_radius(&self) -> Option<f64> {
         None
     }

@@ -112,6 +112,8 @@ pub(super) struct Workspace {
     pub sums: Vec<PairSums>,
     pub rates: Rates,
     pub contact: Vec<ContactSums>,
+    /// Prescribed loads on each particle; empty where no body has any \[N/m\].
+    pub loads: Vec<Vector>,
     /// Forces of the latest evaluation.
     pub forces: Vec<ParticleForces>,
     /// Forces at the start of the step, where each pass of sub-steps starts anew.

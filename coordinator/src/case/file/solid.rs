@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 use sph::setup::{
-    ContactLaw, ElasticMaterial, Formulation, HyperelasticLaw, SolidStepping, SubstepCount, Support,
+    ContactLaw, ElasticMaterial, Formulation, HyperelasticLaw, LoadLaw, SolidStepping, SubstepCount, Support,
     TotalLagrangian, UpdatedLagrangian,
 };
 use sph::vector::Vector;
@@ -173,8 +173,13 @@ pub struct BodyTable {
     pub rotation_speed_rad_s: f64,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub lattice_origin_m: Option<At<Vector>>,
+    /// Expressions of x, y and t.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub acceleration_m_s2: Option<[At<Written>; 2]>,
     #[serde(rename = "support")]
     pub supports: Vec<SupportTable>,
+    #[serde(rename = "load")]
+    pub loads: Vec<LoadTable>,
     #[serde(skip)]
     pub intact: bool,
 }
@@ -189,7 +194,9 @@ impl BodyTable {
             .unwrap_or_else(|| formula::zeros(&table.place_of("velocity_m_s")));
         let rotation_speed_rad_s = table.number_or("rotation_speed_rad_s", &Allowed::FINITE, 0.0).value;
         let lattice_origin_m = table.optional_vector("lattice_origin_m");
+        let acceleration_m_s2 = formula::read_pair(&mut table, "acceleration_m_s2", &["x", "y", "t"]);
         let supports = table.tables("support").into_iter().map(SupportTable::read).collect();
+        let loads = table.tables("load").into_iter().map(LoadTable::read).collect();
         Self {
             name,
             shape,
@@ -198,7 +205,9 @@ impl BodyTable {
             velocity_m_s,
             rotation_speed_rad_s,
             lattice_origin_m,
+            acceleration_m_s2,
             supports,
+            loads,
             intact: table.finish(),
         }
     }
@@ -395,6 +404,48 @@ impl FormulationTable {
                 artificial_stress,
                 artificial_stress_exponent,
             }),
+        }
+    }
+}
+
+/// `[[solid.body.load]]`.
+#[derive(Clone, Debug, Serialize)]
+#[allow(missing_docs)]
+pub struct LoadTable {
+    pub name: At<String>,
+    /// Outer faces whose middle lies inside this shape at the start are loaded.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub shape: Option<At<ShapeTable>>,
+    /// Expressions of x, y and t.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub pressure_pa: Option<At<Written>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub traction_pa: Option<[At<Written>; 2]>,
+}
+
+impl LoadTable {
+    const VARIABLES: [&'static str; 3] = ["x", "y", "t"];
+
+    fn read(mut table: Table<'_>) -> Self {
+        let name = table.name("name");
+        let shape = ShapeTable::read(&mut table, "shape");
+        let pressure_pa =
+            table.has("pressure_pa").then(|| formula::read(&mut table, "pressure_pa", &Self::VARIABLES));
+        let traction_pa = formula::read_pair(&mut table, "traction_pa", &Self::VARIABLES);
+        if pressure_pa.is_some() == traction_pa.is_some() && table.intact() {
+            let mistake = Mistake::new(table.place(), "does not say what acts");
+            table.mistake(mistake.allowed("either `pressure_pa` or `traction_pa`"));
+        }
+        table.finish();
+        Self { name, shape, pressure_pa, traction_pa }
+    }
+
+    /// What the solvers are told; `None` if the table is wrong.
+    pub fn to_law(&self) -> Option<LoadLaw> {
+        match (&self.pressure_pa, &self.traction_pa) {
+            (Some(pressure), None) => Some(LoadLaw::Pressure(pressure.value.text())),
+            (None, Some(traction)) => Some(LoadLaw::Traction(traction.each_ref().map(|w| w.value.text()))),
+            _ => None,
         }
     }
 }

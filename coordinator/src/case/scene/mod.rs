@@ -2,13 +2,14 @@
 
 mod fluid;
 mod lattice;
+mod loads;
 mod overlap;
 mod solid;
 mod start;
 mod wall;
 
 use sph::domain::Domain;
-use sph::setup::{FluidParticles, SolidParticles, WallParticles};
+use sph::setup::{FluidParticles, SolidParticles, SurfaceLoad, WallParticles};
 
 use super::file::CaseFile;
 use super::mistakes::{Mistake, Mistakes};
@@ -24,6 +25,8 @@ pub struct Scene {
     pub walls: WallParticles,
     /// Solids.
     pub solid: SolidParticles,
+    /// Loads on the surface of each body, in the order of the bodies.
+    pub loads: Vec<Vec<SurfaceLoad>>,
     /// What was left out where shapes meet, in words.
     pub cuts: Vec<String>,
     /// What deserves a second look, in words.

@@ -91,6 +91,8 @@ pub fn add_body(setup: &mut SolidSetup, formulation: Formulation, positions: &[V
         material: RUBBER,
         formulation,
         supports: Vec::new(),
+        acceleration: None,
+        loads: Vec::new(),
     });
     let p = &mut setup.particles;
     for x in positions {

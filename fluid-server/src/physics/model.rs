@@ -74,12 +74,14 @@ pub struct Passes {
     pub momentum_correction: bool,
     /// Viscous stress of Eq. (4).
     pub viscosity: bool,
+    /// Viscous pair force.
+    pub pair_viscosity: bool,
 }
 
 impl Passes {
     /// Whether the pass over moments is needed at all.
     pub fn moments(self) -> bool {
-        self.density_gradient || self.correction
+        self.density_gradient || self.correction || self.pair_viscosity
     }
 
     /// Whether momentum needs T = −σ·L as a tensor instead of a pressure.
@@ -142,10 +144,7 @@ impl FluidModel {
                 regularisation: constants.lambda * h * h,
                 viscosity_a: constants.viscosity_a * constants.sound_speed,
                 viscosity_b: constants.viscosity_b,
-                twice_viscosity: match setup.viscous_form {
-                    ViscousForm::Pairwise => 2.0 * constants.dynamic_viscosity,
-                    ViscousForm::Stress => 0.0,
-                },
+                viscous: constants.dynamic_viscosity > 0.0 && setup.viscous_form == ViscousForm::Pairwise,
             },
             gradient_scale,
             cross_gradient_scale,
@@ -158,6 +157,8 @@ impl FluidModel {
                 ),
                 momentum_correction: constants.correction == GradientCorrection::Renormalised,
                 viscosity: constants.dynamic_viscosity > 0.0 && setup.viscous_form == ViscousForm::Stress,
+                pair_viscosity: constants.dynamic_viscosity > 0.0
+                    && setup.viscous_form == ViscousForm::Pairwise,
             },
             body_force,
             damping: setup.damping,

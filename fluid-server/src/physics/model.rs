@@ -208,11 +208,11 @@ impl FluidModel {
     /// Largest stable step \[s\] for the given largest speed \[m/s\] and acceleration \[m/s²\].
     ///
     /// ```text
-    /// min( h/(c₀ + |v|),  ¼ √(h/|a|),  ⅛ h²/ν )
+    /// min( s h/(c₀ + |v|),  ¼ √(h/|a|),  ⅛ h²/ν )
     /// ```
     pub fn time_step_limit(&self, speed: f64, acceleration: f64) -> f64 {
         let (c, h) = (&self.constants, self.constants.smoothing_length);
-        let mut limit = h / (c.sound_speed + speed);
+        let mut limit = c.acoustic_limit(speed);
         if acceleration > 0.0 {
             limit = limit.min(0.25 * (h / acceleration).sqrt());
         }

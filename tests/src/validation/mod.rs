@@ -92,7 +92,12 @@ impl Member {
 
     /// Name of its folder.
     pub fn label(&self) -> String {
-        format!("{}_{}_{}", self.file, self.scheme.replace([' ', '/'], "-"), self.spacing)
+        format!(
+            "{}_{}_{}",
+            self.file,
+            self.scheme.replace(|c: char| !c.is_ascii_alphanumeric(), "-"),
+            self.spacing
+        )
     }
 }
 

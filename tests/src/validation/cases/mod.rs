@@ -7,6 +7,7 @@ mod channel;
 mod dam_break;
 mod dam_break_pressure;
 mod drop;
+mod hard;
 mod square_patch;
 mod standing_wave;
 mod still_water;
@@ -25,5 +26,6 @@ pub fn all() -> Vec<&'static dyn Case> {
         &dam_break_pressure::DamBreakPressure,
         &bore::Bore,
         &standing_wave::StandingWave,
+        &hard::Hard,
     ]
 }

@@ -152,6 +152,25 @@ pub struct FluidConstants {
     pub correction: GradientCorrection,
 }
 
+/// Fraction of h/(c₀ + |v|) up to which the midpoint rule runs a violent flow, for A of 0.5 and above and below it.
+///
+/// The rule damps nothing itself, so that the artificial viscosity decides: a dam break with A = 1 ran at 1.0; with
+/// A = 0.1 it kept its energy at 0.6, gained 5 % at 0.7 and broke at 0.95.
+const STABLE_FRACTIONS: (f64, f64) = (1.0, 0.6);
+
+impl FluidConstants {
+    /// Acoustic limit of the time step \[s\] at the largest speed `speed` \[m/s\].
+    ///
+    /// ```text
+    /// s h/(c₀ + |v|),  s = 1 for A ≥ 0.5, else 0.6
+    /// ```
+    pub fn acoustic_limit(&self, speed: f64) -> f64 {
+        let (viscous, nearly_inviscid) = STABLE_FRACTIONS;
+        let fraction = if self.viscosity_a >= 0.5 { viscous } else { nearly_inviscid };
+        fraction * self.smoothing_length / (self.sound_speed + speed)
+    }
+}
+
 /// Correction of the kernel gradient in the fluid's sums (17) and (22).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum GradientCorrection {

@@ -134,9 +134,8 @@ impl Case {
             let constants = fluid.constants();
             let h = constants.smoothing_length;
             let speed = self.scene.fluid.velocity.iter().map(|v| v.norm()).fold(0.0, f64::max);
-            let acoustic = limits::acoustic(h, constants.sound_speed, speed);
-            let fraction = limits::recommended_acoustic_fraction(constants.viscosity_a);
-            add("fluid, acoustic h/(c0 + v)".to_owned(), acoustic, fraction);
+            let fraction = limits::RECOMMENDED_ACOUSTIC_FRACTION;
+            add("fluid, acoustic h/(c0 + v)".to_owned(), constants.acoustic_limit(speed), fraction);
             if constants.dynamic_viscosity > 0.0 {
                 let viscosity = constants.dynamic_viscosity / constants.rest_density;
                 add("fluid, viscous h²/(8 ν)".to_owned(), limits::viscous(h, viscosity), 1.0);

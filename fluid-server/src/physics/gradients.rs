@@ -99,6 +99,11 @@ impl MomentSums {
         self.solid_share += other.solid_share;
     }
 
+    /// Half the trace of the moment matrix: 1 for complete and even neighbours \[-\].
+    pub fn mean_moment(&self) -> f64 {
+        0.5 * (self.moment[0] + self.moment[2])
+    }
+
     /// Inverse of the moment matrix; `None` below the `smallest` determinant.
     fn inverse(&self, smallest: f64) -> Option<Symmetric> {
         let [xx, xy, yy] = self.moment;
@@ -126,6 +131,8 @@ pub struct Gradients {
     pub viscous_stress: Vec<Symmetric>,
     /// T = −σ·L \[Pa\].
     pub tensor: Vec<Matrix>,
+    /// Viscosity in the viscous pair force \[Pa s\].
+    pub viscosity: Vec<f64>,
 }
 
 impl Gradients {

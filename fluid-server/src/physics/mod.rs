@@ -33,6 +33,7 @@ mod probes;
 mod rates;
 mod shifting;
 mod state;
+mod viscosity;
 mod walls;
 mod workspace;
 

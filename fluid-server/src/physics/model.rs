@@ -76,12 +76,14 @@ pub struct Passes {
     pub viscosity: bool,
     /// Pressure of the acoustic damper.
     pub damper: bool,
+    /// Viscous pair force.
+    pub pair_viscosity: bool,
 }
 
 impl Passes {
     /// Whether the pass over moments is needed at all.
     pub fn moments(self) -> bool {
-        self.density_gradient || self.correction
+        self.density_gradient || self.correction || self.pair_viscosity
     }
 
     /// Whether the velocity gradient is needed, or its trace at least.
@@ -149,10 +151,7 @@ impl FluidModel {
                 regularisation: constants.lambda * h * h,
                 viscosity_a: constants.viscosity_a * constants.sound_speed,
                 viscosity_b: constants.viscosity_b,
-                twice_viscosity: match setup.viscous_form {
-                    ViscousForm::Pairwise => 2.0 * constants.dynamic_viscosity,
-                    ViscousForm::Stress => 0.0,
-                },
+                viscous: constants.dynamic_viscosity > 0.0 && setup.viscous_form == ViscousForm::Pairwise,
             },
             gradient_scale,
             cross_gradient_scale,
@@ -167,6 +166,8 @@ impl FluidModel {
                 momentum_correction: constants.correction == GradientCorrection::Renormalised,
                 viscosity: constants.dynamic_viscosity > 0.0 && setup.viscous_form == ViscousForm::Stress,
                 damper: setup.acoustic_damping > 0.0,
+                pair_viscosity: constants.dynamic_viscosity > 0.0
+                    && setup.viscous_form == ViscousForm::Pairwise,
             },
             body_force,
             damping: setup.damping,
@@ -215,11 +216,11 @@ impl FluidModel {
     /// Largest stable step \[s\] for the given largest speed \[m/s\] and acceleration \[m/s²\].
     ///
     /// ```text
-    /// min( h/(c₀ + |v|),  ¼ √(h/|a|),  ⅛ h²/ν,  h/(α c₀) )
+    /// min( s h/(c₀ + |v|),  ¼ √(h/|a|),  ⅛ h²/ν,  h/(α c₀) )
     /// ```
     pub fn time_step_limit(&self, speed: f64, acceleration: f64) -> f64 {
         let (c, h) = (&self.constants, self.constants.smoothing_length);
-        let mut limit = h / (c.sound_speed + speed);
+        let mut limit = c.acoustic_limit(speed);
         if acceleration > 0.0 {
             limit = limit.min(0.25 * (h / acceleration).sqrt());
         }

@@ -4,6 +4,7 @@ use sph::domain::Domain;
 use sph::kernel::CubicSpline;
 
 use super::lanes::{LANES, Lanes};
+use super::viscosity::drag;
 
 /// Distances below this fraction of h count as this fraction: keeps 1/r finite at r = 0, where the factor of x_ij
 /// stays right to 1e-8.
@@ -208,8 +209,8 @@ pub struct PairLaw {
     pub viscosity_a: f64,
     /// B \[-\].
     pub viscosity_b: f64,
-    /// 2μ of the viscous pair force \[Pa s\]; zero leaves it out.
-    pub twice_viscosity: f64,
+    /// Whether there is a viscous pair force.
+    pub viscous: bool,
 }
 
 /// Symmetric 2 × 2 matrix: components 11, 12, 22.
@@ -234,6 +235,15 @@ pub struct Own<'a> {
     pub correction: Symmetric,
 }
 
+/// What the viscous pair force needs of a batch; zero where there is none.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Friction {
+    /// μ_i + μ_j \[Pa s\].
+    pub viscosity: Lanes,
+    /// The part of v_ij that viscosity resists \[m/s\].
+    pub slip: [Lanes; 2],
+}
+
 /// The sums (17), (18) and (22) of one particle i, batch by batch.
 ///
 /// With `GRADIENT`, ψ of Eq. (19) has its bracket; without, it is that of Molteni & Colagrossi (2009). With
@@ -246,7 +256,7 @@ pub struct PairSums<const GRADIENT: bool, const TENSOR: bool> {
 }
 
 impl<const GRADIENT: bool, const TENSOR: bool> PairSums<GRADIENT, TENSOR> {
-    /// Adds the neighbours of `batch` with their density gradients, T_j and the part of v_ij that viscosity resists.
+    /// Adds the neighbours of `batch` with their density gradients, T_j and viscosity.
     #[inline(always)]
     pub fn add(
         &mut self,
@@ -255,7 +265,7 @@ impl<const GRADIENT: bool, const TENSOR: bool> PairSums<GRADIENT, TENSOR> {
         batch: &Batch,
         density_gradient: [Lanes; 2],
         tensor: [Lanes; 4],
-        slip: [Lanes; 2],
+        friction: Friction,
     ) {
         let Batch { x, y, v_x, v_y, density, pressure, volume } = *batch;
         let rho = Lanes::splat(own.record.density);
@@ -282,11 +292,10 @@ impl<const GRADIENT: bool, const TENSOR: bool> PairSums<GRADIENT, TENSOR> {
             self.stress_divergence[0] += factor * x;
             self.stress_divergence[1] += factor * y;
         }
-        if law.twice_viscosity > 0.0 {
-            // −2μ V_j (dW/dr)/r v_ij (Morris et al. 1997), divided by M as the kernel gradient is: exact on a lattice.
-            let drag = law.twice_viscosity * weight;
-            self.stress_divergence[0] -= drag * slip[0];
-            self.stress_divergence[1] -= drag * slip[1];
+        if law.viscous {
+            let [x, y] = drag(friction.viscosity, weight, friction.slip);
+            self.stress_divergence[0] += x;
+            self.stress_divergence[1] += y;
         }
         let l = &own.correction;
         self.continuity += weight * (v_x * (l[0] * x + l[1] * y) + v_y * (l[1] * x + l[2] * y));

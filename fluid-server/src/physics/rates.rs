@@ -7,7 +7,9 @@ use super::gradients::{Gradients, mirrored_stress, momentum_tensor};
 use super::lanes::{LANES, Lanes};
 use super::lists::Lists;
 use super::model::FluidModel;
-use super::pair::{Batch, Geometry, IDENTITY, Matrix, Own, PairSums, Record, for_each_batch, gather};
+use super::pair::{
+    Batch, Friction, Geometry, IDENTITY, Matrix, Own, PairSums, Record, for_each_batch, gather,
+};
 use super::state::FluidState;
 use super::walls::WallStates;
 
@@ -80,7 +82,14 @@ impl StageFields<'_> {
                     if GRADIENT { gather(indices, |j| gradients.density[j]) } else { Default::default() };
                 let tensor =
                     if TENSOR { gather(indices, |j| gradients.tensor[j]) } else { Default::default() };
-                sums.add(&model.law, &own, &batch, gradient, tensor, [batch.v_x, batch.v_y]);
+                let friction = if model.law.viscous {
+                    let [viscosity] = gather(indices, |j| [gradients.viscosity[j]]);
+                    let viscosity = Lanes::splat(gradients.viscosity[i]) + viscosity;
+                    Friction { viscosity, slip: [batch.v_x, batch.v_y] }
+                } else {
+                    Friction::default()
+                };
+                sums.add(&model.law, &own, &batch, gradient, tensor, friction);
             });
             let walls = self.wall_sums(geometry, i, &own, |_| true);
             let repulsion = self.wall_repulsion(geometry, i, |_| true);
@@ -133,12 +142,13 @@ impl StageFields<'_> {
             batch.pressure = batch.pressure + damper;
             let tensor =
                 if TENSOR { gather(indices, |w| self.wall_tensor(i, w)) } else { Default::default() };
-            let slip = if self.model.law.twice_viscosity > 0.0 {
-                self.resisted(indices, &batch)
+            let friction = if self.model.law.viscous {
+                let viscosity = Lanes::splat(2.0 * self.gradients.viscosity[i]);
+                Friction { viscosity, slip: self.resisted(indices, &batch) }
             } else {
-                Default::default()
+                Friction::default()
             };
-            sums.add(&self.model.law, own, &batch, gradient, tensor, slip);
+            sums.add(&self.model.law, own, &batch, gradient, tensor, friction);
         });
         sums
     }

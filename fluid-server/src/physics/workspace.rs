@@ -122,6 +122,7 @@ impl Workspace {
         }
         self.gradients.add_damper(model, &mut self.fluid);
         self.gradients.finish_tensors(model, &self.fluid);
+        self.gradients.finish_viscosity(model);
         self.finish_order(model);
         let mut rates = std::mem::take(&mut self.rates);
         let fields = self.fields(model, state, time);

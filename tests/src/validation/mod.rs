@@ -97,7 +97,12 @@ impl Member {
 
     /// Name of its folder.
     pub fn label(&self) -> String {
-        format!("{}_{}_{}", self.stem(), self.scheme.replace([' ', '/'], "-"), self.spacing)
+        format!(
+            "{}_{}_{}",
+            self.stem(),
+            self.scheme.replace(|c: char| !c.is_ascii_alphanumeric(), "-"),
+            self.spacing
+        )
     }
 }
 

@@ -153,7 +153,7 @@ fn the_step_limit_is_the_smallest_of_three() {
     add_block(&mut setup, Vector::new(0.4, 0.4), 3, 3);
     setup.particles.velocity[4].x = 4.0;
     let h = 0.024;
-    assert!((solver(setup.clone()).time_step_limit() - h / 24.0).abs() < 1e-15);
+    assert!((solver(setup.clone()).time_step_limit() - 0.6 * h / 24.0).abs() < 1e-15);
     let mut heavy = setup.clone();
     heavy.run.body_force.gravity.y = -1e5;
     assert!((solver(heavy).time_step_limit() - 0.25 * (h / 1e5f64).sqrt()).abs() < 1e-15);

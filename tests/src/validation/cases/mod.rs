@@ -8,6 +8,7 @@ mod dam_break;
 mod dam_break_pressure;
 mod drifting_body;
 mod drop;
+mod hard;
 mod square_patch;
 mod standing_wave;
 mod still_water;
@@ -26,6 +27,7 @@ pub fn all() -> Vec<&'static dyn Case> {
         &dam_break_pressure::DamBreakPressure,
         &bore::Bore,
         &standing_wave::StandingWave,
+        &hard::Hard,
         &drifting_body::DriftingBody,
     ]
 }

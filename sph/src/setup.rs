@@ -152,21 +152,22 @@ pub struct FluidConstants {
     pub correction: GradientCorrection,
 }
 
-/// Fraction of h/(c₀ + |v|) up to which the midpoint rule runs a violent flow, for A of 0.5 and above and below it.
+/// Fraction of h/(c₀ + |v|) up to which the midpoint rule runs a violent flow, with sound damped and nearly undamped.
 ///
-/// The rule damps nothing itself, so that the artificial viscosity decides: a dam break with A = 1 ran at 1.0; with
-/// A = 0.1 it kept its energy at 0.6, gained 5 % at 0.7 and broke at 0.95.
+/// The rule damps nothing itself. A dam break with A = 1, or with A = 0.1 and the acoustic damper at 0.5, ran at 1.0;
+/// with A = 0.1 alone it kept its energy at 0.6, gained 5 % at 0.7 and broke at 0.95.
 const STABLE_FRACTIONS: (f64, f64) = (1.0, 0.6);
 
 impl FluidConstants {
-    /// Acoustic limit of the time step \[s\] at the largest speed `speed` \[m/s\].
+    /// Acoustic limit of the time step \[s\] at the largest speed `speed` \[m/s\], with the coefficient α of the
+    /// acoustic damper.
     ///
     /// ```text
-    /// s h/(c₀ + |v|),  s = 1 for A ≥ 0.5, else 0.6
+    /// s h/(c₀ + |v|),  s = 1 for A ≥ 0.5 or α ≥ 0.5, else 0.6
     /// ```
-    pub fn acoustic_limit(&self, speed: f64) -> f64 {
-        let (viscous, nearly_inviscid) = STABLE_FRACTIONS;
-        let fraction = if self.viscosity_a >= 0.5 { viscous } else { nearly_inviscid };
+    pub fn acoustic_limit(&self, speed: f64, acoustic_damping: f64) -> f64 {
+        let (damped, nearly_undamped) = STABLE_FRACTIONS;
+        let fraction = if self.viscosity_a.max(acoustic_damping) >= 0.5 { damped } else { nearly_undamped };
         fraction * self.smoothing_length / (self.sound_speed + speed)
     }
 }

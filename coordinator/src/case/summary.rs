@@ -135,7 +135,11 @@ impl Case {
             let h = constants.smoothing_length;
             let speed = self.scene.fluid.velocity.iter().map(|v| v.norm()).fold(0.0, f64::max);
             let fraction = limits::RECOMMENDED_ACOUSTIC_FRACTION;
-            add("fluid, acoustic h/(c0 + v)".to_owned(), constants.acoustic_limit(speed), fraction);
+            add(
+                "fluid, acoustic h/(c0 + v)".to_owned(),
+                constants.acoustic_limit(speed, fluid.acoustic_damping),
+                fraction,
+            );
             if constants.dynamic_viscosity > 0.0 {
                 let viscosity = constants.dynamic_viscosity / constants.rest_density;
                 add("fluid, viscous h²/(8 ν)".to_owned(), limits::viscous(h, viscosity), 1.0);

@@ -220,7 +220,7 @@ impl FluidModel {
     /// ```
     pub fn time_step_limit(&self, speed: f64, acceleration: f64) -> f64 {
         let (c, h) = (&self.constants, self.constants.smoothing_length);
-        let mut limit = c.acoustic_limit(speed);
+        let mut limit = c.acoustic_limit(speed, self.acoustic_diffusivity / (c.sound_speed * h));
         if acceleration > 0.0 {
             limit = limit.min(0.25 * (h / acceleration).sqrt());
         }

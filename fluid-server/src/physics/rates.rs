@@ -139,7 +139,7 @@ impl StageFields<'_> {
             let mut batch = Batch::gather(geometry, own.record, &self.walls.records, indices, count);
             let included = gather(indices, |w| [f64::from(u8::from(include(w)))]);
             batch.volume = batch.volume * included[0];
-            batch.pressure = batch.pressure + damper;
+            batch.pressure += damper;
             let tensor =
                 if TENSOR { gather(indices, |w| self.wall_tensor(i, w)) } else { Default::default() };
             let friction = if self.model.law.viscous {

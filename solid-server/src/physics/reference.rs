@@ -153,13 +153,13 @@ impl Reference {
         let j = pair.neighbour as usize;
         match pair.kind {
             PairKind::Inner => domain.separation(&position[i], &position[j]),
-            PairKind::ToAnchor => self.from_boundary(domain, position, i, j, &pair.separation),
-            PairKind::FromAnchor => -self.from_boundary(domain, position, j, i, &-pair.separation),
+            PairKind::ToAnchor => self.boundary_separation(domain, position, i, j, &pair.separation),
+            PairKind::FromAnchor => -self.boundary_separation(domain, position, j, i, &-pair.separation),
         }
     }
 
     /// x_ib \[m\] of free particle `i` for its boundary point with anchored particle `j`, `separation` X_ib \[m\].
-    fn from_boundary(
+    fn boundary_separation(
         &self,
         domain: &Domain,
         position: &[Vector],

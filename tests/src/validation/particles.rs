@@ -129,7 +129,7 @@ mod tests {
     fn noise_is_told_from_a_smooth_field() {
         let position = lattice(40);
         let n = position.len();
-        let alternating = |k: usize| if (k % 40 + k / 40) % 2 == 0 { 10.0 } else { -10.0 };
+        let alternating = |k: usize| if (k % 40 + k / 40).is_multiple_of(2) { 10.0 } else { -10.0 };
         let snapshot = |noisy: bool| Snapshot {
             pressure: (0..n)
                 .map(|k| 5.0 * position[k].x + if noisy { alternating(k) } else { 0.0 })

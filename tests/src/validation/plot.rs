@@ -23,9 +23,12 @@ pub struct Plot {
     pub x: String,
     /// Label of the ordinate with its unit.
     pub y: String,
-    /// Name, kind and points of each series.
-    pub series: Vec<(String, Mark, Vec<(f64, f64)>)>,
+    /// All series.
+    pub series: Vec<Series>,
 }
+
+/// Name, kind and points of a series.
+pub type Series = (String, Mark, Vec<(f64, f64)>);
 
 impl Plot {
     /// An empty plot.

@@ -7,7 +7,7 @@ use wide::f64x4;
 /// Neighbours handled together. It decides the grouping of every sum over neighbours and so its last bits.
 pub const LANES: usize = 4;
 
-/// How sums over neighbours are made, for the handshake: [`LANES`] at a time.
+/// How sums over neighbours are made, for the handshake: `LANES` at a time.
 pub const ARITHMETIC: &str = "f64x4";
 
 /// One number per neighbour of a batch.

@@ -14,6 +14,17 @@ pub enum Mark {
     Points,
 }
 
+/// One series of a plot.
+#[derive(Clone, Debug)]
+pub struct Series {
+    /// Name in the legend.
+    pub name: String,
+    /// How it is drawn.
+    pub mark: Mark,
+    /// Points.
+    pub points: Vec<(f64, f64)>,
+}
+
 /// A plot of series over one abscissa.
 #[derive(Clone, Debug)]
 pub struct Plot {
@@ -23,12 +34,9 @@ pub struct Plot {
     pub x: String,
     /// Label of the ordinate with its unit.
     pub y: String,
-    /// All series.
+    /// What is drawn.
     pub series: Vec<Series>,
 }
-
-/// Name, kind and points of a series.
-pub type Series = (String, Mark, Vec<(f64, f64)>);
 
 impl Plot {
     /// An empty plot.
@@ -38,12 +46,12 @@ impl Plot {
 
     /// Adds a connected series.
     pub fn line(&mut self, name: impl Into<String>, points: Vec<(f64, f64)>) {
-        self.series.push((name.into(), Mark::Line, points));
+        self.series.push(Series { name: name.into(), mark: Mark::Line, points });
     }
 
     /// Adds dots.
     pub fn points(&mut self, name: impl Into<String>, points: Vec<(f64, f64)>) {
-        self.series.push((name.into(), Mark::Points, points));
+        self.series.push(Series { name: name.into(), mark: Mark::Points, points });
     }
 
     /// Writes the plot; nothing where there is nothing to draw.
@@ -52,7 +60,7 @@ impl Plot {
     /// When it cannot be drawn or written.
     pub fn write(&self, path: &Path) -> Result<(), String> {
         font::register();
-        let points = || self.series.iter().flat_map(|(_, _, points)| points);
+        let points = || self.series.iter().flat_map(|series| &series.points);
         let finite = || points().filter(|p| p.0.is_finite() && p.1.is_finite());
         let range = |pick: fn(&(f64, f64)) -> f64| {
             let low = finite().map(pick).fold(f64::INFINITY, f64::min);
@@ -88,7 +96,7 @@ impl Plot {
             .label_style((font::FAMILY, 15))
             .axis_desc_style((font::FAMILY, 17))
             .draw()?;
-        for (k, (name, mark, points)) in self.series.iter().enumerate() {
+        for (k, Series { name, mark, points }) in self.series.iter().enumerate() {
             let colour = Palette99::pick(k).to_rgba();
             let finite = points.iter().copied().filter(|p| p.0.is_finite() && p.1.is_finite());
             let drawn = match mark {

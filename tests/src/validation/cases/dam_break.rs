@@ -35,8 +35,11 @@ impl Case for DamBreak {
             Member::new("dam_break", 0.004)
                 .scheme("recommended, long tank")
                 .with("domain.upper_m", vec![1.46, 0.584])
-                .with("time.end_time_s", 0.3),
-            Member::new("dam_break", 0.002).with("time.end_time_s", 0.3),
+                .with("time.end_time_s", 0.3)
+                .with("outputs.picture_times_s", vec![0.1, 0.2, 0.3]),
+            Member::new("dam_break", 0.002)
+                .with("time.end_time_s", 0.3)
+                .with("outputs.picture_times_s", vec![0.1, 0.2, 0.3]),
         ]
     }
 

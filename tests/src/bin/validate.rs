@@ -21,7 +21,7 @@ struct Arguments {
     /// Only the short members.
     #[arg(long)]
     quick: bool,
-    /// Only members at this particle spacing [m].
+    /// Only members at this particle spacing, in metres.
     #[arg(long, value_name = "METRES")]
     spacing: Option<f64>,
     /// Only members of this scheme.

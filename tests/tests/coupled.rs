@@ -6,10 +6,10 @@ fn bench() -> Bench {
     Bench::new(env!("CARGO_BIN_EXE_tidelock-node"))
 }
 
-#[test]
-fn two_processes_equal_one_process_bit_for_bit_on_any_number_of_threads() {
+/// Runs the coarse case to `end_time` \[s\] in every way that must not matter and compares the digests of all particles.
+fn every_way_of_running_agrees(end_time: f64) {
     let bench = bench();
-    let case = bench.coarse(0.02, &[]);
+    let case = bench.coarse(end_time, &[]);
     let split = bench.run(&case, "split", &[]);
     let reference = digests(&split);
     assert_eq!(digests(&bench.run(&case, "one", &["--in-process"])), reference);
@@ -19,6 +19,17 @@ fn two_processes_equal_one_process_bit_for_bit_on_any_number_of_threads() {
     }
     // Strict lock-step grants one step at a time; it changes nothing either.
     assert_eq!(digests(&bench.run(&case, "window", &["--window", "1"])), reference);
+}
+
+#[test]
+fn two_processes_equal_one_process_bit_for_bit_on_any_number_of_threads() {
+    every_way_of_running_agrees(0.02);
+}
+
+#[test]
+#[ignore = "takes some minutes; run it by `cargo test --release -p tests -- --ignored`"]
+fn the_whole_coarse_case_agrees_bit_for_bit() {
+    every_way_of_running_agrees(0.5);
 }
 
 #[test]

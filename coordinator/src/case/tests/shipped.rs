@@ -81,16 +81,16 @@ fn counts_of_case_5_2_are_exact() {
 #[test]
 fn the_summary_tells_what_decides_the_run() {
     let summary = shipped("drifting_body").summary();
-    assert_eq!((summary.steps, summary.fixed, summary.limit_override), (40_000, true, None));
-    // 1.25e-5 s of h/c_L = 1.7012e-5 s, of which 0.8 is recommended.
-    assert!((summary.ratio_to_limit - 0.7348).abs() < 1e-4, "{}", summary.ratio_to_limit);
-    assert!((summary.ratio_to_recommended - 0.7348 / 0.8).abs() < 1e-4);
-    // 2 · 40,000 half-steps of 11,510 · 400 ns, 582 · 500 ns and the walls' share.
-    assert!((395.0..405.0).contains(&summary.forecast), "{}", summary.forecast);
+    assert_eq!((summary.steps, summary.fixed, summary.limit_override), (10_000, true, None));
+    // 5e-5 s of h/c₀ = 9.6e-5 s, of which 0.8 is recommended; the solids take sub-steps.
+    assert!((summary.ratio_to_limit - 0.5208).abs() < 1e-4, "{}", summary.ratio_to_limit);
+    assert!((summary.ratio_to_recommended - 0.5208 / 0.8).abs() < 1e-4);
+    // 2 · 10,000 half-steps of 11,510 · 400 ns, 582 · 500 ns and the walls' share.
+    assert!((97.0..101.0).contains(&summary.forecast), "{}", summary.forecast);
     let stabilisers: Vec<String> =
         summary.stabilisers.iter().map(|s| format!("{}: {}", s.owner, s.text)).collect();
     for words in
-        ["fluid: density diffusion renormalised, δ = 0.1", "body `plate`: artificial stress, ε = 0.3, n = 4"]
+        ["fluid: density diffusion renormalised, δ = 0.1", "body `plate`: hourglass control, ζ = 0.3"]
     {
         assert!(stabilisers.iter().any(|text| text.starts_with(words)), "{stabilisers:#?}");
     }

@@ -1,0 +1,135 @@
+//! What both participants are told alike.
+
+use super::FluidConstants;
+use crate::domain::Domain;
+use crate::vector::{DIMENSIONS, Vector};
+
+/// Set-up that both participants of a run receive alike.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RunSetup {
+    /// Name of the run; every message carries it.
+    pub run_id: String,
+    /// Box and periodic directions.
+    pub domain: Domain,
+    /// Steps and end of the run.
+    pub time: TimePlan,
+    /// Acceleration acting on all matter.
+    pub body_force: BodyForce,
+    /// When outputs are due.
+    pub outputs: OutputPlan,
+    /// How ledger checks are acted on.
+    pub ledger: LedgerPolicy,
+    /// Facts of the interface; `None` when the run has one participant.
+    pub coupling: Option<Coupling>,
+}
+
+/// Steps and end of a run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TimePlan {
+    /// Time at which the run starts \[s\].
+    pub start_time: f64,
+    /// The run ends at the first step boundary at or after this time \[s\].
+    pub end_time: f64,
+    /// How a step's size is chosen.
+    pub step: StepPolicy,
+}
+
+/// How a step's size is chosen; both sides apply the same rule to the same bits.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum StepPolicy {
+    /// Every step has this size \[s\].
+    Fixed {
+        /// Step size Δt \[s\].
+        time_step: f64,
+    },
+    /// The smaller of both solvers' limits.
+    Adaptive {
+        /// Fraction of the stated stability limit to use, in (0, 1].
+        factor: f64,
+        /// Largest step \[s\].
+        maximum: f64,
+        /// Largest ratio of one step to the one before it, above 1; shrinking is immediate.
+        growth: f64,
+    },
+}
+
+/// When outputs are due: at the first step boundary at or after each multiple of the interval.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OutputPlan {
+    /// Time between snapshots \[s\]; `None` for the first and last only.
+    pub snapshot_interval: Option<f64>,
+    /// Time between probe rows \[s\]; `None` for the first and last only.
+    pub probe_interval: Option<f64>,
+}
+
+/// What to do when a ledger check fails.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BreachAction {
+    /// Count and report it, go on.
+    Warn,
+    /// Stop the run.
+    Stop,
+}
+
+/// Tolerances of the ledger and what a breach does.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LedgerPolicy {
+    /// What a breach does.
+    pub action: BreachAction,
+    /// Largest |F_fluid + F_solid| over gross force, and likewise for torque \[-\].
+    pub balance_tolerance: f64,
+    /// Largest |ΔP − impulse| over gross impulse of one side \[-\].
+    pub momentum_tolerance: f64,
+}
+
+impl Default for LedgerPolicy {
+    /// Stop at 1e-12 of gross: round-off of sums of some 10⁴ pair forces is near 1e-14.
+    fn default() -> Self {
+        Self { action: BreachAction::Stop, balance_tolerance: 1e-12, momentum_tolerance: 1e-12 }
+    }
+}
+
+/// Acceleration acting on all matter: constant gravity plus an optional expression of x, y, t.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BodyForce {
+    /// Constant part g \[m/s²\].
+    pub gravity: Vector,
+    /// Expressions of `x`, `y`, `t` for the components added to gravity \[m/s²\].
+    pub expressions: Option<[String; DIMENSIONS]>,
+}
+
+/// Law between fluid particles and interface particles of a solid.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum InterfaceLaw {
+    /// Interface particles act on the fluid as wall particles with the dummy pressure of Eq. (28), and the exact
+    /// reaction acts on the solid. Slip.
+    Wall,
+    /// As `Wall`, with viscous friction against the solid's velocity.
+    WallNoSlip,
+    /// One sum over all particles whoever owns them, Eq. (17), (22), (25): closest to the document's letter.
+    PlainSum,
+}
+
+/// Facts of the interface that both sides must hold alike.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Coupling {
+    /// Pair law.
+    pub law: InterfaceLaw,
+    /// The fluid's constants; they are used for fluid-solid pairs on both sides.
+    pub fluid: FluidConstants,
+    /// Spacing of the solid's particles \[m\].
+    pub solid_spacing: f64,
+    /// Repulsion of fluid and solid particles that come closer than 0.6 of their mean spacing \[-\]; zero leaves it out.
+    pub repulsion: f64,
+    /// Largest distance beyond the support radius at which particles are sent to spare \[m\].
+    pub margin: f64,
+}
+
+/// Linear damping −k v of all free particles until a time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Damping {
+    /// k \[1/s\].
+    pub rate: f64,
+    /// Damping ends at this time \[s\].
+    pub until: f64,
+}

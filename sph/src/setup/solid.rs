@@ -1,0 +1,300 @@
+//! What a solid solver is told.
+
+use super::{Damping, Motion, RunSetup, WallParticles, WallSetup};
+use crate::vector::{DIMENSIONS, SymmetricTensor, Vector};
+
+/// Everything a solid solver is told.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SolidSetup {
+    /// Common part.
+    pub run: RunSetup,
+    /// Spacing of the particles Δx \[m\].
+    pub particle_spacing: f64,
+    /// Bodies; `SolidParticles::body` indexes them.
+    pub bodies: Vec<BodySetup>,
+    /// Particles of all bodies at the start.
+    pub particles: SolidParticles,
+    /// How bodies touch each other and walls.
+    pub contact: ContactLaw,
+    /// Walls as the solids meet them; `wall_particles.wall` indexes them.
+    pub walls: Vec<WallSetup>,
+    /// Wall particles that a solid can touch.
+    pub wall_particles: WallParticles,
+    /// Linear damping of the start; booked in the ledger.
+    pub damping: Option<Damping>,
+    /// How the solids advance within a step.
+    pub stepping: SolidStepping,
+    /// What to report at probe times.
+    pub probes: Vec<SolidProbe>,
+    /// The run stops when more particles than this leave the domain.
+    pub lost_particle_limit: u64,
+}
+
+/// How the solids advance within one step of the run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SolidStepping {
+    /// By the stage rule itself, Eq. (30)-(31). Weakly unstable without artificial viscosity.
+    StageRule,
+    /// By velocity-Verlet sub-steps under the frozen force of the fluid: half of them in the predictor, all in the
+    /// corrector.
+    Substeps(SubstepCount),
+}
+
+/// Number of sub-steps per step.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SubstepCount {
+    /// This many, an even number.
+    Fixed(u32),
+    /// As many as the solid's own limit asks for.
+    Automatic,
+}
+
+/// One body.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BodySetup {
+    /// Name.
+    pub name: String,
+    /// Elastic constants.
+    pub material: ElasticMaterial,
+    /// How the body is discretised.
+    pub formulation: Formulation,
+    /// Supports; `SolidParticles::support` indexes them from 1, 0 is free.
+    pub supports: Vec<Support>,
+    /// Expressions of `x`, `y`, `t` for an acceleration of this body alone, added to the run's \[m/s²\].
+    pub acceleration: Option<[String; DIMENSIONS]>,
+    /// Loads on its surface.
+    pub loads: Vec<SurfaceLoad>,
+}
+
+/// A load on part of a body's surface.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SurfaceLoad {
+    /// Name.
+    pub name: String,
+    /// What acts there.
+    pub law: LoadLaw,
+    /// Particle of each loaded face: index within the body.
+    pub particles: Vec<u32>,
+    /// Outward area vector of each face of the undeformed body per depth \[m\].
+    pub areas: Vec<Vector>,
+}
+
+/// What a surface load does; expressions of `x`, `y` (present position) and `t`.
+#[derive(Clone, Debug, PartialEq)]
+pub enum LoadLaw {
+    /// Pressure on the deformed surface, along its present normal \[Pa\].
+    Pressure(String),
+    /// Force per area of the undeformed surface, of given direction \[Pa\].
+    Traction([String; DIMENSIONS]),
+}
+
+/// Isotropic elastic constants, Eq. (5)-(7).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ElasticMaterial {
+    /// Rest density ρ₀ \[kg/m³\].
+    pub density: f64,
+    /// Bulk modulus K \[Pa\].
+    pub bulk_modulus: f64,
+    /// Shear modulus G \[Pa\].
+    pub shear_modulus: f64,
+}
+
+impl ElasticMaterial {
+    /// Speed of longitudinal waves c_L = √((K + 4G/3)/ρ₀) \[m/s\].
+    pub fn longitudinal_speed(&self) -> f64 {
+        ((self.bulk_modulus + 4.0 / 3.0 * self.shear_modulus) / self.density).sqrt()
+    }
+
+    /// Young's modulus E = 9KG/(3K + G) \[Pa\].
+    pub fn young_modulus(&self) -> f64 {
+        9.0 * self.bulk_modulus * self.shear_modulus / (3.0 * self.bulk_modulus + self.shear_modulus)
+    }
+
+    /// First Lamé constant λ = K − 2G/3 \[Pa\].
+    pub fn first_lame_constant(&self) -> f64 {
+        self.bulk_modulus - 2.0 / 3.0 * self.shear_modulus
+    }
+}
+
+/// How a body is discretised.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Formulation {
+    /// The document's: Eq. (5)-(8), (17), (25)-(26).
+    UpdatedLagrangian(UpdatedLagrangian),
+    /// Deformation gradient and nominal stress in the reference configuration.
+    TotalLagrangian(TotalLagrangian),
+    /// Moves with three degrees of freedom and takes no stress.
+    Rigid,
+}
+
+/// Constants of the updated-Lagrangian formulation.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct UpdatedLagrangian {
+    /// Smoothing length h \[m\].
+    pub smoothing_length: f64,
+    /// Whether the velocity gradient is corrected by L_i; without it the body cannot rotate.
+    pub gradient_correction: bool,
+    /// Artificial viscosity A of Eq. (23) \[-\].
+    pub viscosity_a: f64,
+    /// Artificial viscosity B of Eq. (23) \[-\].
+    pub viscosity_b: f64,
+    /// λ of Eq. (24) \[-\].
+    pub lambda: f64,
+    /// ε of the artificial stress, Eq. (25) \[-\]; zero leaves it out.
+    pub artificial_stress: f64,
+    /// n of Eq. (26) \[-\].
+    pub artificial_stress_exponent: f64,
+}
+
+/// Constants of the total-Lagrangian formulation.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TotalLagrangian {
+    /// Smoothing length h of the stencil in the reference configuration \[m\].
+    pub smoothing_length: f64,
+    /// Stress as a function of the deformation gradient.
+    pub law: HyperelasticLaw,
+    /// Hourglass coefficient ζ \[-\]; zero leaves the control out.
+    pub hourglass: f64,
+    /// Artificial viscosity A of Eq. (23) \[-\].
+    pub viscosity_a: f64,
+    /// Artificial viscosity B of Eq. (23) \[-\].
+    pub viscosity_b: f64,
+}
+
+/// Stress as a function of the deformation gradient F, in plane strain.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum HyperelasticLaw {
+    /// S = λ tr(E) I + 2G E, E = ½(FᵀF − I): Hooke's law for large rotations and small strains.
+    StVenantKirchhoff,
+    /// σ = (G (FFᵀ − I) + λ ln J I)/J: resists compression to nothing.
+    NeoHookean,
+}
+
+/// How held particles move.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Support {
+    /// Name, used by reaction probes.
+    pub name: String,
+    /// Components held: x, y.
+    pub held: [bool; DIMENSIONS],
+    /// Prescribed motion of the held components; `None` holds them at rest.
+    pub motion: Option<Motion>,
+    /// The support ceases to act at this time \[s\].
+    pub release_time: Option<f64>,
+}
+
+/// Solid particles, one entry per particle in each array; particles of a body are contiguous, bodies in order.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct SolidParticles {
+    /// Identity, unique among the solid's particles, ascending.
+    pub id: Vec<u32>,
+    /// Index of the body.
+    pub body: Vec<u32>,
+    /// 0 free, k the body's support k−1.
+    pub support: Vec<u32>,
+    /// Mass per depth \[kg/m\].
+    pub mass: Vec<f64>,
+    /// Position in the undeformed body \[m\]: displacements and material points refer to it.
+    pub reference_position: Vec<Vector>,
+    /// Position \[m\].
+    pub position: Vec<Vector>,
+    /// Velocity \[m/s\].
+    pub velocity: Vec<Vector>,
+    /// Density \[kg/m³\].
+    pub density: Vec<f64>,
+    /// Deviatoric stress s \[Pa\].
+    pub deviatoric_stress: Vec<SymmetricTensor>,
+}
+
+/// How bodies touch each other and walls.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ContactLaw {
+    /// Central repulsion that never pulls, between bodies and toward walls.
+    Repulsion {
+        /// Stiffness as a fraction of the softer bulk modulus \[-\].
+        stiffness: f64,
+        /// Distance at which it sets in, in particle spacings \[-\].
+        distance: f64,
+        /// Damping of the approach as a fraction of critical \[-\].
+        damping: f64,
+    },
+    /// The document's: bodies meet in the sums (22), walls by section 4.1.
+    Sums,
+}
+
+/// A named quantity of the solids to report at probe times; columns per kind are fixed by `columns`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SolidProbe {
+    /// Name of the probe.
+    pub name: String,
+    /// What it reports.
+    pub kind: SolidProbeKind,
+}
+
+/// What a solid probe reports.
+#[derive(Clone, Debug, PartialEq)]
+pub enum SolidProbeKind {
+    /// Displacement, velocity and stress of the material at a reference position \[m\] of a body (index).
+    MaterialPoint {
+        /// Index of the body.
+        body: u32,
+        /// Position in the undeformed body \[m\].
+        reference_position: Vector,
+    },
+    /// Centre of mass, velocity, angle and angular velocity of a body (index).
+    Motion(u32),
+    /// Force of the fluid on a body (index) per metre of depth.
+    BodyForce(u32),
+    /// Reaction of a support (body index, support index) on the body per metre of depth.
+    Reaction {
+        /// Index of the body.
+        body: u32,
+        /// Index of the body's support.
+        support: u32,
+    },
+    /// Mass, momentum, energies and second moments of a body (index), or of all (`None`).
+    Sums(Option<u32>),
+    /// Smallest distance from a particle of a body (index), or of any (`None`), to another body and to a wall.
+    Gap(Option<u32>),
+}
+
+impl SolidProbeKind {
+    /// Column suffixes `<quantity>_<unit>` in the order in which values are reported.
+    pub fn columns(&self) -> &'static [&'static str] {
+        match self {
+            Self::MaterialPoint { .. } => &[
+                "displacement_x_m",
+                "displacement_y_m",
+                "velocity_x_m_s",
+                "velocity_y_m_s",
+                "stress_xx_pa",
+                "stress_yy_pa",
+                "stress_xy_pa",
+            ],
+            Self::Motion(_) => &[
+                "centre_x_m",
+                "centre_y_m",
+                "velocity_x_m_s",
+                "velocity_y_m_s",
+                "angle_rad",
+                "angular_velocity_rad_s",
+            ],
+            Self::BodyForce(_) | Self::Reaction { .. } => &["force_x_n_per_m", "force_y_n_per_m"],
+            Self::Sums(_) => &[
+                "mass_kg_per_m",
+                "momentum_x_kg_per_s",
+                "momentum_y_kg_per_s",
+                "angular_momentum_kg_m_per_s",
+                "kinetic_energy_j_per_m",
+                "potential_energy_j_per_m",
+                "strain_energy_j_per_m",
+                "centre_x_m",
+                "centre_y_m",
+                "second_moment_xx_m2",
+                "second_moment_yy_m2",
+                "second_moment_xy_m2",
+            ],
+            Self::Gap(_) => &["gap_body_m", "gap_wall_m"],
+        }
+    }
+}

@@ -104,6 +104,15 @@ impl MomentSums {
         0.5 * (self.moment[0] + self.moment[2])
     }
 
+    /// ∇·v \[1/s\], by L_i where the neighbours define it.
+    fn divergence(&self) -> f64 {
+        let [xx, xy, yx, yy] = self.velocity;
+        match self.inverse(SMALLEST_CORRECTION_DETERMINANT) {
+            Some(l) => xx * l[0] + (xy + yx) * l[1] + yy * l[2],
+            None => xx + yy,
+        }
+    }
+
     /// Inverse of the moment matrix; `None` below the `smallest` determinant.
     fn inverse(&self, smallest: f64) -> Option<Symmetric> {
         let [xx, xy, yy] = self.moment;
@@ -210,7 +219,7 @@ impl Gradients {
         self.damper.resize(fluid.len(), 0.0);
         let results = (fluid, &mut self.damper, &self.sums);
         results.into_par_iter().with_min_len(TASK).for_each(|(record, damper, sums)| {
-            let divergence = sums.velocity[0] + sums.velocity[3];
+            let divergence = sums.divergence();
             let clear = (1.0 - 4.0 * sums.solid_share).max(0.0);
             *damper = -model.acoustic_diffusivity * record.density * divergence * clear;
             record.pressure += *damper;

@@ -16,6 +16,9 @@ const ROUND_OFF: f64 = 1e-9;
 /// How far beside an edge its two sides are examined, as a fraction of the shape's diagonal.
 const SIDE_OFFSET: f64 = 1e-7;
 
+/// Where along an edge it is examined whether something covers it.
+const COVER_SAMPLES: [f64; 9] = [0.02, 0.14, 0.26, 0.38, 0.5, 0.62, 0.74, 0.86, 0.98];
+
 /// The nearest surface of a shape as seen from a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SurfacePoint {
@@ -36,7 +39,7 @@ pub struct Boundary {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Edge {
+pub(super) enum Edge {
     Segment {
         start: Vector,
         end: Vector,
@@ -201,6 +204,20 @@ impl Edge {
         }
     }
 
+    /// Points from one end to the other with the shape on the left, arcs in chords of at most `chord` \[m\].
+    pub(super) fn traced(&self, chord: f64) -> Vec<Vector> {
+        let (pieces, shape_on_left) = match *self {
+            Self::Segment { start, end, normal } => (1.0, cross(&normal, &(end - start)) > 0.0),
+            Self::Arc { outward, .. } => ((self.length() / chord).ceil().max(12.0), outward > 0.0),
+        };
+        let fractions = std::iter::successors(Some(0.0), |k| Some(k + 1.0)).take_while(|k| *k <= pieces);
+        let mut points: Vec<Vector> = fractions.map(|k| self.at(k / pieces).0).collect();
+        if !shape_on_left {
+            points.reverse();
+        }
+        points
+    }
+
     /// Box around the edge or more.
     fn bounds(&self) -> (Vector, Vector) {
         match *self {
@@ -257,6 +274,25 @@ impl Boundary {
             _ => clipped(shape, &lists, size),
         };
         Self { shape: shape.clone(), edges, size }
+    }
+
+    /// The boundary without the edges that are covered: at all of some points along them, `reach` \[m\] away on the side
+    /// outside the shape (`outside`) or inside, `covered` holds.
+    #[must_use]
+    pub fn uncovered(mut self, outside: bool, reach: f64, covered: impl Fn(&Vector) -> bool) -> Self {
+        let side = if outside { reach } else { -reach };
+        self.edges.retain(|edge| {
+            COVER_SAMPLES.iter().any(|fraction| {
+                let (point, normal) = edge.at(*fraction);
+                !covered(&(point + normal * side))
+            })
+        });
+        self
+    }
+
+    /// The edges, in no stated order.
+    pub(super) fn edges(&self) -> &[Edge] {
+        &self.edges
     }
 
     /// Length of the boundary \[m\].

@@ -70,18 +70,18 @@ pub fn fill(shape: &Shape, spacing: f64, origin: Vector) -> Vec<Vector> {
     lattice(shape, spacing, origin, 0.0).filter(|point| shape.contains(&nudged(point, spacing))).collect()
 }
 
-/// Wall particles around `container`: the lattice points outside that lie within `layers`·`spacing` of its surface.
+/// Wall particles around `container` of the given `boundary`: the lattice points outside that lie within `layers`·`spacing` of its surface.
 ///
 /// Normals point into the container. Behind a convex corner of the container the layers end on a circle about it, and
 /// normals are zero. Particles beyond the plane of an open side are left out; the walls beside it reach up to it.
 pub fn layers_around(
     container: &Shape,
+    boundary: &Boundary,
     spacing: f64,
     layers: u32,
     origin: Vector,
     open: OpenSides,
 ) -> Vec<LayerParticle> {
-    let boundary = container.boundary();
     let thickness = f64::from(layers) * spacing;
     let (lower, upper) = container.bounds();
     let beyond_open_side = |point: &Vector| {
@@ -96,27 +96,26 @@ pub fn layers_around(
             !container.contains(&point) && !beyond_open_side(&point)
         })
         .filter_map(|position| {
-            let (distance, outward) = face_normal(&boundary, &position, spacing);
+            let (distance, outward) = face_normal(boundary, &position, spacing);
             // A layer ends half a spacing short of its thickness; the slack only absorbs round-off.
             (distance < thickness + 1e-6 * spacing).then_some(LayerParticle { position, normal: -outward })
         })
         .collect()
 }
 
-/// Wall particles that fill `shape`, a solid wall; normals point out of its nearest face.
-pub fn wall_fill(shape: &Shape, spacing: f64, origin: Vector) -> Vec<LayerParticle> {
-    let boundary = shape.boundary();
+/// Wall particles that fill `shape` of the given `boundary`, a solid wall; normals point out of its nearest face.
+pub fn wall_fill(shape: &Shape, boundary: &Boundary, spacing: f64, origin: Vector) -> Vec<LayerParticle> {
     fill(shape, spacing, origin)
         .into_iter()
         .map(|position| {
-            let (_, normal) = face_normal(&boundary, &position, spacing);
+            let (_, normal) = face_normal(boundary, &position, spacing);
             LayerParticle { position, normal }
         })
         .collect()
 }
 
 /// Distance of `position` from the surface and outward normal of the nearest face, zero where faces meet.
-fn face_normal(boundary: &Boundary, position: &Vector, spacing: f64) -> (f64, Vector) {
+pub(super) fn face_normal(boundary: &Boundary, position: &Vector, spacing: f64) -> (f64, Vector) {
     let nearest = boundary.surface_within(position, 1e-6 * spacing);
     let normal = if nearest.at_vertex { Vector::zeros() } else { nearest.normal };
     (nearest.distance.abs(), normal)

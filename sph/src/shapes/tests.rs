@@ -182,7 +182,7 @@ fn tank_walls_have_the_closed_form_count_and_inward_normals() {
     let (columns, rows, layers) = (292_u32, 292_u32, 3_u32);
     let tank = rectangle(0.0, 0.0, 0.584, 0.584);
     let open = OpenSides { upper: [false, true], ..OpenSides::default() };
-    let walls = layers_around(&tank, spacing, layers, Vector::zeros(), open);
+    let walls = layers_around(&tank, &tank.boundary(), spacing, layers, Vector::zeros(), open);
     // Behind each corner the cells whose centres lie within three spacings of it: all nine but the outermost.
     let corner = (0..9_u32)
         .filter(|cell| at(f64::from(cell % 3) + 0.5, f64::from(cell / 3) + 0.5).norm() < f64::from(layers))
@@ -202,7 +202,8 @@ fn tank_walls_have_the_closed_form_count_and_inward_normals() {
     }
     let rim = walls.iter().map(|wall| wall.position.y).fold(0.0, f64::max);
     assert!((rim - 0.583).abs() < 1e-12, "the side walls end at the rim, not below");
-    let closed = layers_around(&tank, spacing, layers, Vector::zeros(), OpenSides::default());
+    let closed =
+        layers_around(&tank, &tank.boundary(), spacing, layers, Vector::zeros(), OpenSides::default());
     assert_eq!(closed.len(), usize::try_from(layers * 2 * (columns + rows)).expect("small") + 4 * corner);
 }
 
@@ -216,7 +217,14 @@ fn walls_and_filling_of_a_container_do_not_meet() {
         Shape::Polygon { vertices: vec![at(0.0, 0.0), at(0.4, 0.1), at(0.2, 0.35)] },
     ] {
         let inner = fill(&container, spacing, Vector::zeros());
-        let walls = layers_around(&container, spacing, 3, Vector::zeros(), OpenSides::default());
+        let walls = layers_around(
+            &container,
+            &container.boundary(),
+            spacing,
+            3,
+            Vector::zeros(),
+            OpenSides::default(),
+        );
         let mut all: Vec<Vector> =
             inner.iter().copied().chain(walls.iter().map(|wall| wall.position)).collect();
         let count = all.len();
@@ -239,7 +247,7 @@ fn walls_and_filling_of_a_container_do_not_meet() {
 fn a_step_in_a_tank_has_its_own_normals() {
     // Floor at y = 0 left of x = 0.2; step of height 0.1 right of it.
     let tank = minus(rectangle(0.0, 0.0, 0.4, 0.3), rectangle(0.2, -0.1, 0.3, 0.2));
-    let walls = layers_around(&tank, 0.01, 3, Vector::zeros(), OpenSides::default());
+    let walls = layers_around(&tank, &tank.boundary(), 0.01, 3, Vector::zeros(), OpenSides::default());
     let normal_at = |x: f64, y: f64| {
         walls.iter().find(|wall| (wall.position - at(x, y)).norm() < 1e-9).expect("wall particle").normal
     };
@@ -263,7 +271,9 @@ fn round_walls_have_radial_normals_also_when_drawn_with_many_edges() {
     for (container, tolerance) in
         [(circle(0.0, 0.0, 1.0), 1e-12), (Shape::Polygon { vertices }, 2.0 * PI / 90.0)]
     {
-        for wall in layers_around(&container, 0.05, 3, Vector::zeros(), OpenSides::default()) {
+        for wall in
+            layers_around(&container, &container.boundary(), 0.05, 3, Vector::zeros(), OpenSides::default())
+        {
             let inward = -wall.position.normalize();
             // Half the turn from edge to edge, twice that where the nearest edge changes.
             assert!((wall.normal - inward).norm() < tolerance, "{} at {}", wall.normal, wall.position);
@@ -273,7 +283,7 @@ fn round_walls_have_radial_normals_also_when_drawn_with_many_edges() {
 
 #[test]
 fn a_solid_wall_faces_outward_and_its_corner_diagonals_have_no_normal() {
-    let walls = wall_fill(&rectangle(0.0, 0.0, 1.0, 0.4), 0.1, Vector::zeros());
+    let walls = wall_fill(&rectangle(0.0, 0.0, 1.0, 0.4), &rectangle(0.0, 0.0, 1.0, 0.4).boundary(), 0.1, Vector::zeros());
     assert_eq!(walls.len(), 40);
     let normal_at = |column: usize, row: usize| walls[10 * row + column].normal;
     assert_eq!(normal_at(0, 0), at(0.0, 0.0));
@@ -283,7 +293,7 @@ fn a_solid_wall_faces_outward_and_its_corner_diagonals_have_no_normal() {
     assert_eq!(normal_at(1, 0), at(0.0, -1.0));
     assert_eq!(normal_at(5, 3), at(0.0, 1.0));
     // Middle row of an odd number: both faces equally near, one line of normals.
-    let plate = wall_fill(&rectangle(0.0, 0.0, 1.0, 0.3), 0.1, Vector::zeros());
+    let plate = wall_fill(&rectangle(0.0, 0.0, 1.0, 0.3), &rectangle(0.0, 0.0, 1.0, 0.3).boundary(), 0.1, Vector::zeros());
     assert_eq!(plate[15].normal.x, 0.0);
     assert_eq!(plate[15].normal.y.abs(), 1.0);
 }

@@ -24,6 +24,7 @@ pub struct WallTable {
     /// Rows of particles; by default enough for the widest kernel and one more.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub layers: Option<u64>,
+    pub layout: Choice<WallLayout>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub lattice_origin_m: Option<At<Vector>>,
     pub condition: Choice<WallCondition>,
@@ -44,6 +45,15 @@ pub enum WallKind {
     Solid,
 }
 
+/// How the particles of a wall are laid out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum WallLayout {
+    /// In layers along the faces; on the lattice where all of these run along it.
+    Fitted,
+    /// On the lattice: faces that do not run along it become staircases.
+    Lattice,
+}
+
 impl WallTable {
     /// Reads the table.
     pub fn read(mut table: Table<'_>) -> Self {
@@ -62,6 +72,8 @@ impl WallTable {
             WallKind::Solid => (ShapeTable::read(&mut table, "shape"), None),
         };
         let layers = table.optional_count("layers", 1..101);
+        let layout = table
+            .choice_or_first("layout", &[("fitted", WallLayout::Fitted), ("lattice", WallLayout::Lattice)]);
         let lattice_origin_m = table.optional_vector("lattice_origin_m");
         let condition = table.choice_or_first(
             "condition",
@@ -75,6 +87,7 @@ impl WallTable {
             shape,
             open_sides,
             layers,
+            layout,
             lattice_origin_m,
             condition,
             motion,

@@ -1,16 +1,19 @@
 //! Particles of the walls.
 
 use sph::domain::Domain;
-use sph::shapes::{LayerParticle, OpenSides, Shape, layers_around, wall_fill};
+use sph::shapes::{
+    Boundary, LayerParticle, OpenSides, Shape, Side, layers_along, layers_around, runs_along_lattice,
+    wall_fill,
+};
 use sph::vector::Vector;
 
 use super::lattice::Lattice;
 use super::overlap::{first_clashes, overlaps};
 use super::{Scene, index, shown};
 use crate::case::file::CaseFile;
-use crate::case::file::run::Side;
+use crate::case::file::run::Side as DomainSide;
 use crate::case::file::shape::ShapeTable;
-use crate::case::file::wall::{WallKind, WallTable};
+use crate::case::file::wall::{WallKind, WallLayout, WallTable};
 use crate::case::mistakes::Mistake;
 use crate::case::reader::At;
 
@@ -42,25 +45,29 @@ fn lay_out_wall(
     lattice: &mut Lattice<'_>,
     scene: &mut Scene,
 ) -> Vec<LayerParticle> {
-    let whole_domain = || At {
-        value: ShapeTable::Rectangle { lower_m: domain.lower, upper_m: domain.upper },
-        place: wall.name.place.clone(),
-    };
-    let written = wall.shape.clone().unwrap_or_else(whole_domain);
+    let written = written_shape(wall, domain);
     let shape = written.value.to_shape();
-    // Filled in before the scene is built.
     let layers = wall.layers.map_or(1, |layers| u32::try_from(layers).unwrap_or(u32::MAX));
-    let thickness = f64::from(layers) * spacing;
+    let thickness = layers_of(wall) * spacing;
     if !lattice.permits(&written, &shape, spacing, thickness) {
         return Vec::new();
     }
     let origin = wall.lattice_origin_m.as_ref().map_or(lattice.origin, |at| at.value);
-    let particles = match wall.kind.value {
-        WallKind::Container => {
-            scene.warnings.extend(off_lattice(wall, &written.value, spacing, origin));
-            layers_around(&shape, spacing, layers, origin, open_sides(wall, domain))
-        }
-        WallKind::Solid => skin(&shape, spacing, origin, thickness),
+    let container = wall.kind.value == WallKind::Container;
+    if container {
+        scene.warnings.extend(off_lattice(wall, &written.value, spacing, origin));
+    }
+    let on_lattice = wall.layout.value == WallLayout::Lattice || runs_along_lattice(&shape, spacing, &origin);
+    let open = open_sides(wall, domain);
+    // A face against another wall is none: water never meets it, and it would bend the normals of corners.
+    let others: Vec<Material> = materials(file, wall, spacing, domain);
+    let covered = |point: &Vector| others.iter().any(|other| other.holds(point));
+    let boundary = shape.boundary().uncovered(!container, 0.5 * spacing, covered);
+    let particles = match (container, on_lattice) {
+        (true, true) => layers_around(&shape, &boundary, spacing, layers, origin, open),
+        (true, false) => layers_along(&shape, &boundary, spacing, layers, Side::Outside(open)),
+        (false, true) => skin(&shape, &boundary, spacing, origin, thickness),
+        (false, false) => layers_along(&shape, &boundary, spacing, layers, Side::Inside),
     };
     if particles.is_empty() {
         let mistake = Mistake::new(&written.place, "the wall has no particle");
@@ -84,18 +91,78 @@ fn lay_out_wall(
     if lattice.take(&written, particles.len()) { particles } else { Vec::new() }
 }
 
+/// Where the stuff of a wall is.
+struct Material {
+    shape: Shape,
+    boundary: Boundary,
+    thickness: f64,
+    container: bool,
+    open: OpenSides,
+}
+
+impl Material {
+    fn holds(&self, point: &Vector) -> bool {
+        let inside = self.shape.contains(point);
+        if !self.container {
+            return inside;
+        }
+        let (lower, upper) = self.shape.bounds();
+        let beyond_open_side = (0..2).any(|axis| {
+            (self.open.lower[axis] && point[axis] < lower[axis])
+                || (self.open.upper[axis] && point[axis] >= upper[axis])
+        });
+        !inside && !beyond_open_side && self.boundary.surface(point).distance < self.thickness
+    }
+}
+
+/// All walls but `wall`.
+fn materials(file: &CaseFile, wall: &WallTable, spacing: f64, domain: &Domain) -> Vec<Material> {
+    let others = file.walls.iter().filter(|other| other.intact && !std::ptr::eq(*other, wall));
+    others
+        .map(|other| {
+            let shape = written_shape(other, domain).value.to_shape();
+            Material {
+                boundary: shape.boundary(),
+                shape,
+                thickness: layers_of(other) * spacing,
+                container: other.kind.value == WallKind::Container,
+                open: open_sides(other, domain),
+            }
+        })
+        .collect()
+}
+
+/// The shape of a wall; a container without one surrounds the domain.
+fn written_shape(wall: &WallTable, domain: &Domain) -> At<ShapeTable> {
+    wall.shape.clone().unwrap_or_else(|| At {
+        value: ShapeTable::Rectangle { lower_m: domain.lower, upper_m: domain.upper },
+        place: wall.name.place.clone(),
+    })
+}
+
+/// Layers of a wall; they are filled in before the scene is built.
+fn layers_of(wall: &WallTable) -> f64 {
+    wall.layers.map_or(1.0, |layers| layers as f64)
+}
+
 /// The outer layers of a solid wall: what lies deeper is never met.
-fn skin(shape: &Shape, spacing: f64, origin: Vector, thickness: f64) -> Vec<LayerParticle> {
-    let boundary = shape.boundary();
-    let mut particles = wall_fill(shape, spacing, origin);
+fn skin(
+    shape: &Shape,
+    boundary: &Boundary,
+    spacing: f64,
+    origin: Vector,
+    thickness: f64,
+) -> Vec<LayerParticle> {
+    let mut particles = wall_fill(shape, boundary, spacing, origin);
     particles.retain(|particle| -boundary.surface(&particle.position).distance < thickness);
     particles
 }
 
 /// Sides without a wall: those named, and both across a periodic direction.
 fn open_sides(wall: &WallTable, domain: &Domain) -> OpenSides {
-    let named =
-        |axis, upper| wall.open_sides.iter().flatten().any(|choice| choice.value == Side { axis, upper });
+    let named = |axis, upper| {
+        wall.open_sides.iter().flatten().any(|choice| choice.value == DomainSide { axis, upper })
+    };
     OpenSides {
         lower: std::array::from_fn(|axis| domain.periodic[axis] || named(axis, false)),
         upper: std::array::from_fn(|axis| domain.periodic[axis] || named(axis, true)),

@@ -1,0 +1,315 @@
+//! Wall particles in layers along the boundary of a shape, whatever its slope.
+//!
+//! On the square lattice a slanted or curved wall is a staircase: water meets its steps, not the face. Here each layer
+//! is the boundary offset by its depth, with mitred corners, and particles stand along it at even distances as close to
+//! the spacing as its length allows. Where the boundary runs along the lattice both ways give the same particles.
+
+use std::collections::HashMap;
+
+use super::boundary::{Boundary, CORNER_ANGLE};
+use super::lattice::{LayerParticle, OpenSides, face_normal};
+use crate::shapes::Shape;
+use crate::vector::Vector;
+
+/// Nearer particles than this fraction of the spacing would crowd: where layers of two faces meet one of them stays.
+const CLOSENESS: f64 = 0.75;
+
+/// A particle may lie this fraction of the spacing nearer to the boundary than its layer; nearer ones belong to a face
+/// on the other side of a sharp corner.
+const SLACK: f64 = 0.15;
+
+/// Longest mitre in units of the depth: behind sharper corners the layers end.
+const LONGEST_MITRE: f64 = 2.0;
+
+/// On which side of the boundary the wall is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Side {
+    /// Around the shape, a container; these sides of the box around it stay open.
+    Outside(OpenSides),
+    /// Inside the shape, a solid wall.
+    Inside,
+}
+
+/// Particles of `layers` layers along the given `boundary` of `shape`, outer layer first.
+///
+/// Normals point away from the wall, as those of [`super::layers_around`] and [`super::wall_fill`].
+pub fn layers_along(
+    shape: &Shape,
+    boundary: &Boundary,
+    spacing: f64,
+    layers: u32,
+    side: Side,
+) -> Vec<LayerParticle> {
+    let (lower, upper) = shape.bounds();
+    let tolerance = 1e-6 * spacing;
+    let open = match side {
+        Side::Outside(open) => open,
+        Side::Inside => OpenSides::default(),
+    };
+    let on_open_side = |a: &Vector, b: &Vector| {
+        (0..2).any(|axis| {
+            let at = |plane: f64| (a[axis] - plane).abs() < tolerance && (b[axis] - plane).abs() < tolerance;
+            (open.lower[axis] && at(lower[axis])) || (open.upper[axis] && at(upper[axis]))
+        })
+    };
+    let beyond_open_side = |x: &Vector| {
+        (0..2).any(|axis| {
+            (open.lower[axis] && x[axis] < lower[axis] - tolerance)
+                || (open.upper[axis] && x[axis] > upper[axis] + tolerance)
+        })
+    };
+    let into_wall = if side == Side::Inside { -1.0 } else { 1.0 };
+    let thickness = f64::from(layers) * spacing;
+    let lines = polylines(boundary.traced(0.05 * spacing), tolerance, on_open_side);
+    let mut crowd = Crowd::new(CLOSENESS * spacing);
+    let mut particles = Vec::new();
+    for layer in 0..layers {
+        let depth = (f64::from(layer) + 0.5) * spacing;
+        for position in lines.iter().flat_map(|line| line.stations(depth, into_wall, spacing)) {
+            let (distance, outward) = face_normal(boundary, &position, spacing);
+            let in_layers = distance >= depth - SLACK * spacing && distance < thickness + tolerance;
+            let right_side = shape.contains(&position) == (side == Side::Inside);
+            if in_layers && right_side && !beyond_open_side(&position) && crowd.admit(&position) {
+                particles.push(LayerParticle { position, normal: outward * -into_wall });
+            }
+        }
+    }
+    particles
+}
+
+/// Whether every edge of `shape` runs along the lattice of `spacing` \[m\] at `origin`, between two of its rows.
+pub fn runs_along_lattice(shape: &Shape, spacing: f64, origin: &Vector) -> bool {
+    let on_plane = |x: f64, axis: usize| {
+        let rows = (x - origin[axis]) / spacing;
+        (rows - rows.round()).abs() < 1e-6
+    };
+    shape.boundary().traced(spacing).iter().all(|edge| {
+        edge.windows(2).all(|pair| {
+            (0..2).any(|axis| {
+                (pair[0][axis] - pair[1][axis]).abs() < 1e-6 * spacing && on_plane(pair[0][axis], axis)
+            })
+        })
+    })
+}
+
+/// A connected part of the boundary, with the shape on its left.
+struct Polyline {
+    points: Vec<Vector>,
+    closed: bool,
+}
+
+/// Joins `edges` end to start; those for which `leave_out` says so are not part of the wall.
+fn polylines(
+    edges: Vec<Vec<Vector>>,
+    tolerance: f64,
+    leave_out: impl Fn(&Vector, &Vector) -> bool,
+) -> Vec<Polyline> {
+    let mut edges: Vec<Option<Vec<Vector>>> =
+        edges.into_iter().filter(|edge| !leave_out(&edge[0], &edge[edge.len() - 1])).map(Some).collect();
+    let ends = |edge: &[Vector]| (edge[0], edge[edge.len() - 1]);
+    let mut starts: HashMap<(i64, i64), Vec<usize>> = HashMap::new();
+    let mut finishes: HashMap<(i64, i64), Vec<usize>> = HashMap::new();
+    for (k, edge) in edges.iter().flatten().enumerate() {
+        let (start, end) = ends(edge);
+        starts.entry(cell(&start, tolerance)).or_default().push(k);
+        finishes.entry(cell(&end, tolerance)).or_default().push(k);
+    }
+    let met = |x: &Vector, places: &HashMap<(i64, i64), Vec<usize>>| -> Vec<usize> {
+        around(cell(x, tolerance)).filter_map(|c| places.get(&c)).flatten().copied().collect()
+    };
+    // Open lines first, from their free starts; what is left is closed.
+    let free: Vec<usize> = (0..edges.len())
+        .filter(|k| edges[*k].as_ref().is_some_and(|edge| met(&edge[0], &finishes).is_empty()))
+        .collect();
+    let mut lines = Vec::new();
+    for first in free.into_iter().chain(0..edges.len()) {
+        let Some(mut points) = edges[first].take() else { continue };
+        loop {
+            let end = points[points.len() - 1];
+            let next = met(&end, &starts).into_iter().find(|k| edges[*k].is_some());
+            let Some(edge) = next.and_then(|k| edges[k].take()) else { break };
+            points.extend_from_slice(&edge[1..]);
+        }
+        let closed = (points[0] - points[points.len() - 1]).norm() < 2.0 * tolerance;
+        if closed {
+            points.pop();
+        }
+        lines.push(Polyline { points, closed });
+    }
+    lines
+}
+
+/// Cell of a grid with cells of `size` \[m\].
+fn cell(x: &Vector, size: f64) -> (i64, i64) {
+    // A whole number of an f64 saturates; scenes are far smaller than 2^63 cells.
+    let index = |x: f64| (x / size).floor() as i64;
+    (index(x.x), index(x.y))
+}
+
+/// A cell and those around it.
+fn around((x, y): (i64, i64)) -> impl Iterator<Item = (i64, i64)> {
+    (-1..=1).flat_map(move |i| (-1..=1).map(move |j| (x + i, y + j)))
+}
+
+impl Polyline {
+    fn at(&self, k: usize) -> Vector {
+        self.points[k % self.points.len()]
+    }
+
+    /// Directions of the segments that meet at point `k`, before and after it; one is missing at a free end.
+    fn directions(&self, k: usize) -> (Option<Vector>, Option<Vector>) {
+        let n = self.points.len();
+        let k = k % n;
+        let unit = |a: Vector, b: Vector| (b - a).try_normalize(0.0);
+        let before = (k > 0 || self.closed).then(|| unit(self.at(k + n - 1), self.at(k))).flatten();
+        let after = (k + 1 < n || self.closed).then(|| unit(self.at(k), self.at(k + 1))).flatten();
+        (before, after)
+    }
+
+    fn is_corner(&self, k: usize) -> bool {
+        match self.directions(k) {
+            (Some(before), Some(after)) => before.dot(&after) < CORNER_ANGLE.cos(),
+            _ => false,
+        }
+    }
+
+    /// Point `k` moved by `depth` \[m\] into the wall, on the line of the segment after it, or before it.
+    ///
+    /// Offset lines of two segments meet at d (m₁ + m₂)/(1 + m₁·m₂) from their common point, m their normals.
+    fn offset(&self, k: usize, depth: f64, into_wall: f64, of_segment_before: bool) -> Vector {
+        let normal = |t: Vector| Vector::new(t.y, -t.x) * into_wall;
+        let x = self.at(k);
+        match self.directions(k) {
+            (Some(before), Some(after)) => {
+                let (m, n) = (normal(before), normal(after));
+                let (own, other, along) = if of_segment_before { (m, n, before) } else { (n, m, -after) };
+                let mitre = other.dot(&along) / (1.0 + m.dot(&n)).max(1e-9);
+                x + own * depth + along * (depth * mitre.min(LONGEST_MITRE))
+            }
+            (Some(t), None) | (None, Some(t)) => x + normal(t) * depth,
+            (None, None) => x,
+        }
+    }
+
+    /// Where particles of the layer at `depth` \[m\] stand.
+    fn stations(&self, depth: f64, into_wall: f64, spacing: f64) -> Vec<Vector> {
+        let n = self.points.len();
+        let corners: Vec<usize> = (0..n).filter(|k| self.is_corner(*k)).collect();
+        let mut stations = Vec::new();
+        let mut run = |from: usize, to: usize, from_corner: bool, to_corner: bool| {
+            let line: Vec<Vector> = (from..=to).map(|k| self.offset(k, depth, into_wall, k == to)).collect();
+            // A run that a corner on each side has used up points backwards.
+            let (chord, inset) = (self.at(to) - self.at(from), line[line.len() - 1] - line[0]);
+            if to == from + 1 && chord.dot(&inset) < 0.0 {
+                return;
+            }
+            stations.extend(spread(&line, from_corner, to_corner, spacing));
+        };
+        match (corners.first(), self.closed) {
+            (None, true) => stations_on_loop(
+                &(0..=n).map(|k| self.offset(k, depth, into_wall, false)).collect::<Vec<_>>(),
+                spacing,
+                &mut stations,
+            ),
+            (Some(&first), true) => {
+                let ends = corners.iter().skip(1).copied().chain([first + n]);
+                corners.iter().zip(ends).for_each(|(from, to)| run(*from, to, true, true));
+            }
+            (_, false) => {
+                let starts = std::iter::once(0).chain(corners.iter().copied());
+                let ends = corners.iter().copied().chain([n - 1]);
+                for (from, to) in starts.zip(ends) {
+                    run(from, to, from != 0, to != n - 1);
+                }
+            }
+        }
+        stations
+    }
+}
+
+/// Even stations along `line`: one on the corner where it starts, none on the one where it ends (the next line starts
+/// there), half a step from free ends.
+fn spread(line: &[Vector], from_corner: bool, to_corner: bool, spacing: f64) -> Vec<Vector> {
+    let length = length(line);
+    let spacings = length / spacing;
+    let (count, step, first) = match (from_corner, to_corner) {
+        (true, true) => {
+            let n = spacings.round().max(1.0);
+            (n, length / n, 0.0)
+        }
+        (false, false) => {
+            let n = spacings.round().max(1.0);
+            (n, length / n, 0.5)
+        }
+        (true, false) => {
+            let n = (spacings + 0.5).round().max(1.0);
+            (n, length / (n - 0.5), 0.0)
+        }
+        (false, true) => {
+            let n = (spacings + 0.5).round().max(1.0);
+            (n - 1.0, length / (n - 0.5), 0.5)
+        }
+    };
+    stations(line, first, count, step)
+}
+
+fn stations_on_loop(line: &[Vector], spacing: f64, found: &mut Vec<Vector>) {
+    let length = length(line);
+    let n = (length / spacing).round().max(1.0);
+    found.extend(stations(line, 0.0, n, length / n));
+}
+
+fn length(line: &[Vector]) -> f64 {
+    line.windows(2).map(|pair| (pair[1] - pair[0]).norm()).sum()
+}
+
+/// Points of `line` at the lengths (first + k)·step, k below `count`.
+fn stations(line: &[Vector], first: f64, count: f64, step: f64) -> Vec<Vector> {
+    let mut found = Vec::new();
+    let (mut k, mut passed) = (0.0, 0.0);
+    for pair in line.windows(2) {
+        let along = pair[1] - pair[0];
+        let length = along.norm();
+        while k < count && (first + k) * step <= passed + length * (1.0 + 1e-12) {
+            if length > 0.0 {
+                found.push(pair[0] + along * (((first + k) * step - passed) / length).clamp(0.0, 1.0));
+            }
+            k += 1.0;
+        }
+        passed += length;
+    }
+    found
+}
+
+/// Positions that keep their distance.
+struct Crowd {
+    distance: f64,
+    cells: HashMap<(i64, i64), Vec<Vector>>,
+}
+
+impl Crowd {
+    fn new(distance: f64) -> Self {
+        Self { distance, cells: HashMap::new() }
+    }
+
+    /// Takes `x` in unless it is too close to one that is in.
+    fn admit(&mut self, x: &Vector) -> bool {
+        let own = cell(x, self.distance);
+        let mut near = around(own).filter_map(|c| self.cells.get(&c)).flatten();
+        let free = near.all(|y| (x - y).norm() >= self.distance);
+        if free {
+            self.cells.entry(own).or_default().push(*x);
+        }
+        free
+    }
+}
+
+impl Boundary {
+    /// The edges as chains of points with the shape on their left; arcs in chords of at most `chord` \[m\].
+    fn traced(&self, chord: f64) -> Vec<Vec<Vector>> {
+        self.edges().iter().map(|edge| edge.traced(chord)).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests;

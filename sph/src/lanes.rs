@@ -20,10 +20,19 @@ pub const WIDTH: usize = 4;
 
 /// One number for each of [`WIDTH`] particles.
 pub trait Lanes:
-    Copy + Default + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self>
+    Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self>
 {
+    /// Zero in each lane.
+    fn zero() -> Self;
+
     /// The same number in each lane.
     fn splat(value: f64) -> Self;
+
+    /// Four numbers, each in all lanes of a result.
+    #[inline(always)]
+    fn splat_each([a, b, c, d]: [f64; 4]) -> [Self; 4] {
+        [Self::splat(a), Self::splat(b), Self::splat(c), Self::splat(d)]
+    }
 
     /// The numbers of an array.
     fn from_array(values: [f64; WIDTH]) -> Self;

@@ -61,7 +61,7 @@ impl<const MOMENTS: bool, const VELOCITY: bool, const ORDER: bool> Wanted for Su
 }
 
 /// [`NeighbourSums`] being gathered, batch by batch.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 struct Batches<L> {
     moment: [L; 3],
     density: [L; 2],
@@ -72,6 +72,19 @@ struct Batches<L> {
 }
 
 impl<L: Lanes> Batches<L> {
+    #[inline(always)]
+    fn zero() -> Self {
+        let zero = L::zero();
+        Self {
+            moment: [zero; 3],
+            density: [zero; 2],
+            velocity: [zero; 4],
+            concentration: [zero; 2],
+            pairing: [zero; 2],
+            square_speed: zero,
+        }
+    }
+
     /// Adds the neighbours of `batch` of a particle of density `rho`; `fluid` tells whether they are fluid.
     #[inline(always)]
     fn add<W: Wanted>(&mut self, model: &FluidModel, ratio: &Ratio, rho: L, batch: &Batch<L>, fluid: bool) {
@@ -120,7 +133,7 @@ impl<L: Lanes> Batches<L> {
             let [xx, xy, yy, d_x] = L::sums([a, b, c, d]);
             sums.moment = [xx, xy, yy];
             let [p_x, p_y] = self.pairing;
-            let [d_y, p_x, p_y, _] = L::sums([e, p_x, p_y, L::default()]);
+            let [d_y, p_x, p_y, _] = L::sums([e, p_x, p_y, L::zero()]);
             (sums.density, sums.pairing) = ([d_x, d_y], [p_x, p_y]);
         }
         if W::VELOCITY {
@@ -128,7 +141,7 @@ impl<L: Lanes> Batches<L> {
         }
         if W::ORDER {
             let [x, y] = self.concentration;
-            let [x, y, _, _] = L::sums([x, y, L::default(), L::default()]);
+            let [x, y, _, _] = L::sums([x, y, L::zero(), L::zero()]);
             sums.concentration = [x, y];
             sums.square_speed = self.square_speed.to_array().into_iter().fold(0.0, f64::max);
         }
@@ -376,9 +389,9 @@ impl<G: Geometry, W: Wanted> Kernel for Gather<'_, G, W> {
         let Scene { geometry, model, lists, fluid, walls } = *scene;
         for k in 0..count {
             let i = first + k;
-            let motion = fluid[i].motion.map(L::splat);
+            let motion = L::splat_each(fluid[i].motion);
             let rho = L::splat(fluid[i].density());
-            let mut batches = Batches::<L>::default();
+            let mut batches = Batches::<L>::zero();
             for indices in lists.fluid.of(i) {
                 let batch = Batch::gather(geometry, &motion, fluid, *indices);
                 batches.add::<W>(model, &ratio, rho, &batch, true);

@@ -109,7 +109,7 @@ impl Geometry for Periodic {
     fn nearest<L: Lanes>(self, difference: L, axis: usize) -> L {
         let (half, period) = (L::splat(self.half[axis]), L::splat(self.period[axis]));
         let d = half.choose_below(difference, difference - period, difference);
-        difference.choose_below(L::default() - half, difference + period, d)
+        difference.choose_below(L::zero() - half, difference + period, d)
     }
 
     #[inline(always)]
@@ -152,8 +152,8 @@ impl PairKernel {
     #[inline(always)]
     pub fn slope<L: Lanes>(&self, square: L) -> (L, L) {
         let s = (L::splat(self.inverse_h) * square.sqrt()).max(L::splat(SMALLEST_RATIO));
-        let outer = (L::splat(2.0) - s).max(L::default());
-        let inner = (L::splat(1.0) - s).max(L::default());
+        let outer = (L::splat(2.0) - s).max(L::zero());
+        let inner = (L::splat(1.0) - s).max(L::zero());
         let slope = L::splat(3.0 * self.norm) * (inner * inner);
         (s, slope.minus_product(L::splat(0.75 * self.norm) * outer, outer))
     }
@@ -167,7 +167,7 @@ impl PairKernel {
 }
 
 /// A batch of neighbours as particle i meets them.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub struct Batch<L> {
     /// x_ij \[m\].
     pub x: L,
@@ -241,7 +241,7 @@ pub type Matrix = [f64; 4];
 pub const IDENTITY: Symmetric = [1.0, 0.0, 1.0];
 
 /// What particle i brings into its pairs, the same in each lane.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub struct Own<L> {
     /// x, y \[m\], v_x, v_y \[m/s\].
     pub motion: [L; 4],
@@ -258,7 +258,7 @@ pub struct Own<L> {
 }
 
 /// What the viscous pair force needs of a batch; zero where there is none.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub struct Friction<L> {
     /// μ_i + μ_j \[Pa s\].
     pub viscosity: L,
@@ -267,7 +267,7 @@ pub struct Friction<L> {
 }
 
 /// What the pass before the rates has found of a batch.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub struct Found<L> {
     /// ∇ρ \[kg/m⁴\].
     pub density_gradient: [L; 2],
@@ -275,6 +275,16 @@ pub struct Found<L> {
     pub tensor: [L; 4],
     /// Viscosity.
     pub friction: Friction<L>,
+}
+
+impl<L: Lanes> Found<L> {
+    /// Nothing.
+    #[inline(always)]
+    pub fn nothing() -> Self {
+        let zero = L::zero();
+        let friction = Friction { viscosity: zero, slip: [zero; 2] };
+        Self { density_gradient: [zero; 2], tensor: [zero; 4], friction }
+    }
 }
 
 /// What a pair sum computes besides its plain terms.
@@ -301,7 +311,7 @@ impl<const FOUND: bool, const TENSOR: bool, const CORRECTION: bool> Terms
 }
 
 /// The sums (17), (18) and (22) of one particle i, batch by batch.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub struct PairSums<L> {
     continuity: L,
     diffusion: L,
@@ -320,6 +330,13 @@ pub struct PairTotals {
 }
 
 impl<L: Lanes> PairSums<L> {
+    /// Sums over nothing.
+    #[inline(always)]
+    pub fn zero() -> Self {
+        let zero = L::zero();
+        Self { continuity: zero, diffusion: zero, stress_divergence: [zero; 2] }
+    }
+
     /// Adds the neighbours of `batch`.
     #[inline(always)]
     pub fn add<T: Terms>(&mut self, law: &PairLaw, own: &Own<L>, batch: &Batch<L>, found: &Found<L>) {
@@ -337,10 +354,9 @@ impl<L: Lanes> PairSums<L> {
         let regular = inverse * density_sum;
 
         // Π_ij of Eq. (23)-(24) times ρ_i ρ_j; θ is zero for receding pairs.
-        let theta = L::splat(law.smoothing_length) * (approach.min(L::default()) * regular);
+        let theta = L::splat(law.smoothing_length) * (approach.min(L::zero()) * regular);
         let twice_reduced = L::splat(2.0) * (rho * density) * (inverse * regularised);
-        let slowed =
-            (L::default() - L::splat(law.viscosity_a)).plus_product(L::splat(law.viscosity_b), theta);
+        let slowed = (L::zero() - L::splat(law.viscosity_a)).plus_product(L::splat(law.viscosity_b), theta);
         let viscosity = theta * slowed * twice_reduced;
 
         let [s_x, s_y] = &mut self.stress_divergence;
@@ -429,7 +445,7 @@ mod tests {
 
         #[inline(always)]
         fn run<L: Lanes>(self) -> [[f64; WIDTH]; 2] {
-            let batch = Batch::gather(self.0, &self.1.motion.map(L::splat), &self.2, [0, 1, 2, 3]);
+            let batch = Batch::gather(self.0, &L::splat_each(self.1.motion), &self.2, [0, 1, 2, 3]);
             [batch.x.to_array(), batch.y.to_array()]
         }
     }

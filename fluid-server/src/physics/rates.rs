@@ -98,18 +98,15 @@ impl<G: Geometry> StageFields<'_, G> {
         let (fluid, gradients) = (&self.scene.fluid[i], self.gradients);
         let [pressure, _, g_x, g_y] =
             if T::FOUND { gradients.shown[i] } else { [fluid.pressure(), 0.0, 0.0, 0.0] };
-        let (passes, correction) = (self.scene.model.passes, T::CORRECTION);
+        let corrected = T::CORRECTION && self.scene.model.passes.correction;
+        let l = if corrected { gradients.local[i].correction } else { IDENTITY };
         Own {
-            motion: fluid.motion.map(L::splat),
+            motion: L::splat_each(fluid.motion),
             density: L::splat(fluid.density()),
             pressure: L::splat(pressure),
             density_gradient: [L::splat(g_x), L::splat(g_y)],
-            tensor: if T::TENSOR { gradients.tensor[i].map(L::splat) } else { Default::default() },
-            correction: if correction && passes.correction {
-                gradients.local[i].correction.map(L::splat)
-            } else {
-                IDENTITY.map(L::splat)
-            },
+            tensor: if T::TENSOR { L::splat_each(gradients.tensor[i]) } else { [L::zero(); 4] },
+            correction: [L::splat(l[0]), L::splat(l[1]), L::splat(l[2])],
         }
     }
 
@@ -118,11 +115,11 @@ impl<G: Geometry> StageFields<'_, G> {
     fn fluid_sums<L: Lanes, T: Terms>(&self, i: usize, own: &Own<L>) -> (PairSums<L>, L) {
         let Scene { geometry, model, lists, fluid, .. } = self.scene;
         let gradients = self.gradients;
-        let (mut sums, mut nearest) = (PairSums::default(), L::splat(f64::INFINITY));
+        let (mut sums, mut nearest) = (PairSums::zero(), L::splat(f64::INFINITY));
         for indices in lists.fluid.of(i) {
             let indices = *indices;
             let mut batch = Batch::gather(geometry, &own.motion, fluid, indices);
-            let mut found = Found::default();
+            let mut found = Found::nothing();
             if T::FOUND {
                 let [pressure, mark, g_x, g_y] = gather_columns(indices, &gradients.shown);
                 batch.pressure = pressure;
@@ -148,7 +145,7 @@ impl<G: Geometry> StageFields<'_, G> {
     fn wall_sums<L: Lanes, T: Terms>(&self, i: usize, own: &Own<L>, wall: Option<u32>) -> PairSums<L> {
         let Scene { geometry, model, lists, walls, .. } = self.scene;
         let damper = L::splat(self.damper(i));
-        let mut sums = PairSums::default();
+        let mut sums = PairSums::zero();
         for indices in lists.walls.of(i) {
             let indices = *indices;
             let mut batch = Batch::gather(geometry, &own.motion, walls, indices);
@@ -157,7 +154,7 @@ impl<G: Geometry> StageFields<'_, G> {
                 batch.volume = batch.volume * L::from_array(indices.map(included));
             }
             batch.pressure = batch.pressure + damper;
-            let mut found = Found { density_gradient: own.density_gradient, ..Found::default() };
+            let mut found = Found { density_gradient: own.density_gradient, ..Found::nothing() };
             if T::TENSOR {
                 let [a, b, c, d] = indices.map(|w| self.wall_tensor(i, w as usize));
                 found.tensor = L::columns([&a, &b, &c, &d]);

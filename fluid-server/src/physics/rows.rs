@@ -245,6 +245,6 @@ impl<G: Geometry> Kernel for Fill<'_, G> {
 fn load<L: Lanes>(values: &[f64], at: usize) -> L {
     match values[at..].first_chunk() {
         Some(values) => L::from_array(*values),
-        None => L::default(),
+        None => L::zero(),
     }
 }

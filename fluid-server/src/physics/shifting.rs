@@ -73,8 +73,8 @@ impl Ratio {
     /// R (W(r)/W(Δx))⁴ and how much a neighbour at s = r/h counts for the speed.
     #[inline(always)]
     pub fn pairing<L: Lanes>(self, s: L) -> (L, L) {
-        let outer = (L::splat(2.0) - s).max(L::default());
-        let inner = (L::splat(1.0) - s).max(L::default());
+        let outer = (L::splat(2.0) - s).max(L::zero());
+        let inner = (L::splat(1.0) - s).max(L::zero());
         let outer_cube = L::splat(0.25 * self.norm) * outer * (outer * outer);
         let ratio = outer_cube.minus_product(L::splat(self.norm) * inner, inner * inner);
         let square_ratio = ratio * ratio;
@@ -208,9 +208,9 @@ pub fn control<L: Lanes, G: Geometry>(
 #[inline(always)]
 fn outward<L: Lanes, G: Geometry>(scene: &Scene<G>, i: usize, shown: &[[f64; 4]], eigenvalue: f64) -> Vector {
     let Scene { geometry, model, lists, fluid, .. } = *scene;
-    let motion = fluid[i].motion.map(L::splat);
+    let motion = L::splat_each(fluid[i].motion);
     let (own, limit, marked) = (L::splat(eigenvalue), L::splat(-0.5 * SURFACE_MARK), L::splat(SURFACE_MARK));
-    let (mut x, mut y) = (L::default(), L::default());
+    let (mut x, mut y) = (L::zero(), L::zero());
     for indices in lists.fluid.of(i) {
         let batch = Batch::gather(geometry, &motion, fluid, *indices);
         let [_, mark, ..]: [L; 4] = gather_columns(*indices, shown);
@@ -219,7 +219,7 @@ fn outward<L: Lanes, G: Geometry>(scene: &Scene<G>, i: usize, shown: &[[f64; 4]]
         x = x.minus_product(weight, batch.x);
         y = y.minus_product(weight, batch.y);
     }
-    let [x, y, ..] = L::sums([x, y, L::default(), L::default()]);
+    let [x, y, ..] = L::sums([x, y, L::zero(), L::zero()]);
     Vector::new(x, y).try_normalize(1e-12).unwrap_or_else(Vector::zeros)
 }
 

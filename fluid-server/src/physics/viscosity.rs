@@ -20,5 +20,5 @@ pub fn corrected(viscosity: f64, sums: &NeighbourSums) -> f64 {
 /// `weight` = V_j (dW/dr)/r \[1/m²\], `slip` the part of v_ij that viscosity resists.
 #[inline(always)]
 pub fn drag<L: Lanes>(viscosity: L, weight: L, slip: [L; 2]) -> [L; 2] {
-    slip.map(|v| L::default() - viscosity * weight * v)
+    slip.map(|v| L::zero() - viscosity * weight * v)
 }

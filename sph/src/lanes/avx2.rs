@@ -10,7 +10,8 @@ use std::arch::x86_64::{
     __m256d, _CMP_LT_OQ, _mm_loadu_pd, _mm256_add_pd, _mm256_blendv_pd, _mm256_castpd128_pd256,
     _mm256_cmp_pd, _mm256_div_pd, _mm256_fmadd_pd, _mm256_fnmadd_pd, _mm256_hadd_pd, _mm256_insertf128_pd,
     _mm256_loadu_pd, _mm256_max_pd, _mm256_min_pd, _mm256_movemask_pd, _mm256_mul_pd, _mm256_permute2f128_pd,
-    _mm256_set1_pd, _mm256_sqrt_pd, _mm256_storeu_pd, _mm256_sub_pd, _mm256_unpackhi_pd, _mm256_unpacklo_pd,
+    _mm256_set1_pd, _mm256_setzero_pd, _mm256_sqrt_pd, _mm256_storeu_pd, _mm256_sub_pd, _mm256_unpackhi_pd,
+    _mm256_unpacklo_pd,
 };
 use std::ops::{Add, Div, Mul, Sub};
 
@@ -39,13 +40,6 @@ fn compiled<K: Kernel>(kernel: K) -> K::Output {
 pub struct Avx2(__m256d);
 
 // SAFETY of all that follows: see the module's description; the loads and stores take arrays of the register's size.
-
-impl Default for Avx2 {
-    #[inline(always)]
-    fn default() -> Self {
-        Self::splat(0.0)
-    }
-}
 
 impl Add for Avx2 {
     type Output = Self;
@@ -91,6 +85,11 @@ fn halves(low: &[f64; 4], high: &[f64; 4], at: usize) -> __m256d {
 }
 
 impl Lanes for Avx2 {
+    #[inline(always)]
+    fn zero() -> Self {
+        Self(unsafe { _mm256_setzero_pd() })
+    }
+
     #[inline(always)]
     fn splat(value: f64) -> Self {
         Self(unsafe { _mm256_set1_pd(value) })

@@ -5,7 +5,7 @@ use std::ops::{Add, Div, Mul, Sub};
 use super::{Lanes, WIDTH};
 
 /// Lanes as an array.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 #[repr(align(32))]
 pub struct Portable([f64; WIDTH]);
 
@@ -50,6 +50,11 @@ impl Div for Portable {
 }
 
 impl Lanes for Portable {
+    #[inline(always)]
+    fn zero() -> Self {
+        Self([0.0; WIDTH])
+    }
+
     #[inline(always)]
     fn splat(value: f64) -> Self {
         Self([value; WIDTH])

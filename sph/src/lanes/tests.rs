@@ -14,7 +14,7 @@ impl Kernel for Operations {
         let columns = L::columns([&rows[0], &rows[1], &rows[2], &rows[3]]);
         let mut results: Vec<L> =
             vec![a + b, a - b, a * b, a / b, b.sqrt(), a.max(b), a.min(b), L::splat(7.0)];
-        results.extend([a.plus_product(a, b), a.minus_product(a, b), a.choose_below(b, a, b), L::default()]);
+        results.extend([a.plus_product(a, b), a.minus_product(a, b), a.choose_below(b, a, b), L::zero()]);
         results.extend(columns);
         let mut numbers: Vec<f64> = results.into_iter().flat_map(L::to_array).collect();
         numbers.push(f64::from(a.below(b)));

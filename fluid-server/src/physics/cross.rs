@@ -14,7 +14,7 @@ use super::lists::Lists;
 use super::model::FluidModel;
 use super::pair::{Geometry, Record};
 use super::rates::Rates;
-use super::shifting::Ratio;
+use super::shifting::pairing_of;
 use super::state::FluidState;
 
 /// Edge of the boxes that describe the fluid's extent, in support radii.
@@ -201,7 +201,7 @@ impl Cross {
                 let density = if meets { dummy.density - own.density[k] } else { 0.0 };
                 let volume = dummy.mass / dummy.density;
                 let gradient_factor = model.gradient_scale * model.kernel.gradient_factor(r);
-                let pairing = Ratio::pairing_of(model.kernel.value(r) / at_spacing);
+                let pairing = pairing_of(model.kernel.value(r) / at_spacing);
                 sums.add_pair(&d, volume * gradient_factor, density, &v_sf, pairing);
             }
         });

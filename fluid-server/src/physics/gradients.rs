@@ -8,7 +8,7 @@ use sph::vector::Vector;
 
 use super::lists::Lists;
 use super::model::{FluidModel, Passes};
-use super::pair::{Batch, Geometry, IDENTITY, Matrix, Record, Symmetric};
+use super::pair::{Batch, Geometry, IDENTITY, KernelLanes, Matrix, Record, Symmetric};
 use super::shifting::{NO_ORDER, OrderLocal, Ratio, Surroundings};
 use super::tasks::{Split, for_each_task};
 use super::viscosity::corrected;
@@ -60,6 +60,12 @@ impl<const MOMENTS: bool, const VELOCITY: bool, const ORDER: bool> Wanted for Su
     const ORDER: bool = ORDER;
 }
 
+/// What the pass takes of the kernel.
+struct Kernels<L> {
+    kernel: KernelLanes<L>,
+    ratio: Ratio<L>,
+}
+
 /// [`NeighbourSums`] being gathered, batch by batch.
 #[derive(Clone, Copy, Debug)]
 struct Batches<L> {
@@ -87,9 +93,9 @@ impl<L: Lanes> Batches<L> {
 
     /// Adds the neighbours of `batch` of a particle of density `rho`; `fluid` tells whether they are fluid.
     #[inline(always)]
-    fn add<W: Wanted>(&mut self, model: &FluidModel, ratio: &Ratio, rho: L, batch: &Batch<L>, fluid: bool) {
+    fn add<W: Wanted>(&mut self, law: &Kernels<L>, rho: L, batch: &Batch<L>, fluid: bool) {
         let Batch { x, y, square, v_x, v_y, density, volume, .. } = *batch;
-        let (s, slope) = model.law.kernel.slope(square);
+        let (s, slope) = law.kernel.slope(square);
         let weight = volume * slope / s;
         let (weight_x, weight_y) = (weight * x, weight * y);
         if W::MOMENTS {
@@ -111,7 +117,7 @@ impl<L: Lanes> Batches<L> {
             *yy = yy.minus_product(v_y, weight_y);
         }
         if W::ORDER {
-            let (factor, nearness) = ratio.pairing(s);
+            let (factor, nearness) = law.ratio.pairing(s);
             self.concentration = [self.concentration[0] + weight_x, self.concentration[1] + weight_y];
             let [p_x, p_y] = &mut self.pairing;
             *p_x = p_x.plus_product(factor, weight_x);
@@ -319,18 +325,10 @@ impl Gradients {
     }
 
     fn gather<G: Geometry, W: Wanted>(&mut self, scene: &Scene<G>, _: W) {
-        let ratio = Ratio::new(scene.model);
         let arithmetic = scene.model.arithmetic;
         for_each_task(scene.fluid.len(), self.results(), &|particles, results| {
             let wanted = PhantomData::<W>;
-            arithmetic.run(Gather {
-                scene,
-                wanted,
-                ratio,
-                first: particles.start,
-                count: particles.len(),
-                results,
-            });
+            arithmetic.run(Gather { scene, wanted, first: particles.start, count: particles.len(), results });
         });
     }
 
@@ -346,11 +344,12 @@ impl Gradients {
     ) {
         for (i, added) in members.iter().zip(partner) {
             let i = *i as usize;
-            let alone = self.sums[i];
             self.sums[i].merge(added);
-            let of_density = if density_meets { self.sums[i] } else { alone };
-            let sums = self.sums[i];
-            self.results().put(i, finish(scene, i, &sums, &of_density));
+            let mut finished = finish(scene, i, &self.sums[i]);
+            if let (false, Some([.., x, y])) = (density_meets, self.shown.get(i)) {
+                [finished.shown[2], finished.shown[3]] = [*x, *y];
+            }
+            self.results().put(i, finished);
         }
     }
 
@@ -374,7 +373,6 @@ impl Gradients {
 struct Gather<'a, G, W> {
     scene: &'a Scene<'a, G>,
     wanted: PhantomData<W>,
-    ratio: Ratio,
     first: usize,
     count: usize,
     results: Results<'a>,
@@ -385,8 +383,9 @@ impl<G: Geometry, W: Wanted> Kernel for Gather<'_, G, W> {
 
     #[inline(always)]
     fn run<L: Lanes>(self) {
-        let Self { scene, ratio, first, count, mut results, .. } = self;
+        let Self { scene, first, count, mut results, .. } = self;
         let Scene { geometry, model, lists, fluid, walls } = *scene;
+        let law = Kernels { kernel: model.law.kernel.lanes(), ratio: Ratio::new(model) };
         for k in 0..count {
             let i = first + k;
             let motion = L::splat_each(fluid[i].motion);
@@ -394,17 +393,17 @@ impl<G: Geometry, W: Wanted> Kernel for Gather<'_, G, W> {
             let mut batches = Batches::<L>::zero();
             for indices in lists.fluid.of(i) {
                 let batch = Batch::gather(geometry, &motion, fluid, *indices);
-                batches.add::<W>(model, &ratio, rho, &batch, true);
+                batches.add::<W>(&law, rho, &batch, true);
             }
             for indices in lists.walls.of(i) {
                 let batch = Batch::gather(geometry, &motion, walls, *indices);
-                batches.add::<W>(model, &ratio, rho, &batch, false);
+                batches.add::<W>(&law, rho, &batch, false);
             }
             let sums = batches.total::<W>();
             if let Some(kept) = results.sums.get_mut(k) {
                 *kept = sums;
             }
-            results.put(k, finish(scene, i, &sums, &sums));
+            results.put(k, finish(scene, i, &sums));
         }
     }
 }
@@ -445,12 +444,7 @@ fn put<T>(values: &mut [T], k: usize, value: T) {
 /// τ = μ [∇v + (∇v)ᵀ − ⅔ (∇·v) I],  T = (p I − τ)·L
 /// ```
 #[inline(always)]
-fn finish<G: Geometry>(
-    scene: &Scene<G>,
-    i: usize,
-    sums: &NeighbourSums,
-    of_density: &NeighbourSums,
-) -> Finished {
+fn finish<G: Geometry>(scene: &Scene<G>, i: usize, sums: &NeighbourSums) -> Finished {
     let model = scene.model;
     let (passes, viscosity) = (model.passes, model.constants.dynamic_viscosity);
     let (determinant, inverse) = sums.inverse();
@@ -458,7 +452,12 @@ fn finish<G: Geometry>(
     let correction = if passes.correction && well_placed { inverse } else { IDENTITY };
     let damper = damper(model, sums, scene.fluid[i].density());
     let pressure = scene.fluid[i].pressure() + damper;
-    let [g_x, g_y] = if passes.density_gradient { density_gradient(of_density) } else { [0.0; 2] };
+    let ([x, y], [xx, xy, yy]) = (sums.density, inverse);
+    let [g_x, g_y] = if passes.density_gradient && determinant >= SMALLEST_GRADIENT_DETERMINANT {
+        [xx * x + xy * y, xy * x + yy * y]
+    } else {
+        [0.0; 2]
+    };
     let (order, mark) = if passes.order {
         let around = Surroundings { scene, i, sums, inverse: well_placed.then_some(inverse) };
         around.order()
@@ -485,16 +484,6 @@ fn finish<G: Geometry>(
         tensor,
         viscosity,
     }
-}
-
-/// ∇ρ, Eq. (20).
-fn density_gradient(sums: &NeighbourSums) -> [f64; 2] {
-    let (determinant, l) = sums.inverse();
-    if determinant < SMALLEST_GRADIENT_DETERMINANT {
-        return [0.0; 2];
-    }
-    let [x, y] = sums.density;
-    [l[0] * x + l[1] * y, l[1] * x + l[2] * y]
 }
 
 /// Pressure of the acoustic damper \[Pa\], which acts in the momentum equation alone.

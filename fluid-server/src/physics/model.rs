@@ -166,7 +166,6 @@ impl FluidModel {
                 regularisation: constants.lambda * h * h,
                 viscosity_a: constants.viscosity_a * constants.sound_speed,
                 viscosity_b: constants.viscosity_b,
-                viscous: constants.dynamic_viscosity > 0.0 && setup.viscous_form == ViscousForm::Pairwise,
             },
             gradient_scale,
             cross_gradient_scale,

@@ -144,23 +144,45 @@ impl PairKernel {
         Self { inverse_h, norm }
     }
 
+    /// Its constants in lanes.
+    #[inline(always)]
+    pub fn lanes<L: Lanes>(&self) -> KernelLanes<L> {
+        KernelLanes {
+            inverse_h: L::splat(self.inverse_h),
+            smallest: L::splat(SMALLEST_RATIO),
+            inner: L::splat(3.0 * self.norm),
+            outer: L::splat(0.75 * self.norm),
+        }
+    }
+}
+
+/// [`PairKernel`] in lanes.
+#[derive(Clone, Copy, Debug)]
+pub struct KernelLanes<L> {
+    inverse_h: L,
+    smallest: L,
+    inner: L,
+    outer: L,
+}
+
+impl<L: Lanes> KernelLanes<L> {
     /// s and s h⁴·7π/10·(dW/dr)/r at r² \[m²\]; the second is exactly zero from 2h on.
     ///
     /// ```text
     /// h⁴·7π/10·(dW/dr)/r = [3·max(1−s, 0)² − 3/4·max(2−s, 0)²]/s,  s = r/h
     /// ```
     #[inline(always)]
-    pub fn slope<L: Lanes>(&self, square: L) -> (L, L) {
-        let s = (L::splat(self.inverse_h) * square.sqrt()).max(L::splat(SMALLEST_RATIO));
+    pub fn slope(&self, square: L) -> (L, L) {
+        let s = (self.inverse_h * square.sqrt()).max(self.smallest);
         let outer = (L::splat(2.0) - s).max(L::zero());
         let inner = (L::splat(1.0) - s).max(L::zero());
-        let slope = L::splat(3.0 * self.norm) * (inner * inner);
-        (s, slope.minus_product(L::splat(0.75 * self.norm) * outer, outer))
+        let slope = self.inner * (inner * inner);
+        (s, slope.minus_product(self.outer * outer, outer))
     }
 
     /// (dW/dr)/r \[1/m⁴\] at r² \[m²\], so that ∇_i W_ij is this times x_ij; exactly zero from 2h on.
     #[inline(always)]
-    pub fn gradient_factor<L: Lanes>(&self, square: L) -> L {
+    pub fn gradient_factor(&self, square: L) -> L {
         let (s, slope) = self.slope(square);
         slope / s
     }
@@ -227,8 +249,30 @@ pub struct PairLaw {
     pub viscosity_a: f64,
     /// B \[-\].
     pub viscosity_b: f64,
-    /// Whether there is a viscous pair force.
-    pub viscous: bool,
+}
+
+impl PairLaw {
+    /// The constants in lanes.
+    #[inline(always)]
+    pub fn lanes<L: Lanes>(&self) -> LawLanes<L> {
+        LawLanes {
+            kernel: self.kernel.lanes(),
+            smoothing_length: L::splat(self.smoothing_length),
+            regularisation: L::splat(self.regularisation),
+            viscosity_a: L::splat(self.viscosity_a),
+            viscosity_b: L::splat(self.viscosity_b),
+        }
+    }
+}
+
+/// [`PairLaw`] in lanes.
+#[derive(Clone, Copy, Debug)]
+pub struct LawLanes<L> {
+    kernel: KernelLanes<L>,
+    smoothing_length: L,
+    regularisation: L,
+    viscosity_a: L,
+    viscosity_b: L,
 }
 
 /// Symmetric 2 × 2 matrix: components 11, 12, 22.
@@ -247,6 +291,8 @@ pub struct Own<L> {
     pub motion: [L; 4],
     /// ρ \[kg/m³\].
     pub density: L,
+    /// 2ρ \[kg/m³\].
+    pub twice_density: L,
     /// p with damper \[Pa\].
     pub pressure: L,
     /// ∇ρ of Eq. (20) \[kg/m⁴\].
@@ -296,18 +342,21 @@ pub trait Terms: Copy + Send + Sync {
     const TENSOR: bool;
     /// L_i in Eq. (17).
     const CORRECTION: bool;
+    /// A viscous pair force.
+    const VISCOUS: bool;
 }
 
-/// [`Terms`] by three flags.
+/// [`Terms`] by flags.
 #[derive(Clone, Copy, Debug)]
-pub struct With<const FOUND: bool, const TENSOR: bool, const CORRECTION: bool>;
+pub struct With<const FOUND: bool, const TENSOR: bool, const CORRECTION: bool, const VISCOUS: bool>;
 
-impl<const FOUND: bool, const TENSOR: bool, const CORRECTION: bool> Terms
-    for With<FOUND, TENSOR, CORRECTION>
+impl<const FOUND: bool, const TENSOR: bool, const CORRECTION: bool, const VISCOUS: bool> Terms
+    for With<FOUND, TENSOR, CORRECTION, VISCOUS>
 {
     const FOUND: bool = FOUND;
     const TENSOR: bool = TENSOR;
     const CORRECTION: bool = CORRECTION;
+    const VISCOUS: bool = VISCOUS;
 }
 
 /// The sums (17), (18) and (22) of one particle i, batch by batch.
@@ -339,14 +388,14 @@ impl<L: Lanes> PairSums<L> {
 
     /// Adds the neighbours of `batch`.
     #[inline(always)]
-    pub fn add<T: Terms>(&mut self, law: &PairLaw, own: &Own<L>, batch: &Batch<L>, found: &Found<L>) {
+    pub fn add<T: Terms>(&mut self, law: &LawLanes<L>, own: &Own<L>, batch: &Batch<L>, found: &Found<L>) {
         let Batch { x, y, square, v_x, v_y, density, pressure, volume } = *batch;
         let rho = own.density;
         let approach = (v_x * x).plus_product(v_y, y);
 
         // One division for 1/s of the kernel, 1/(x² + λh²) and 1/(ρ_i + ρ_j).
         let (s, slope) = law.kernel.slope(square);
-        let (regularised, density_sum) = (square + L::splat(law.regularisation), rho + density);
+        let (regularised, density_sum) = (square + law.regularisation, rho + density);
         let both = regularised * density_sum;
         let inverse = L::splat(1.0) / (s * both);
         let weight = volume * slope * (both * inverse);
@@ -354,22 +403,22 @@ impl<L: Lanes> PairSums<L> {
         let regular = inverse * density_sum;
 
         // Π_ij of Eq. (23)-(24) times ρ_i ρ_j; θ is zero for receding pairs.
-        let theta = L::splat(law.smoothing_length) * (approach.min(L::zero()) * regular);
-        let twice_reduced = L::splat(2.0) * (rho * density) * (inverse * regularised);
-        let slowed = (L::zero() - L::splat(law.viscosity_a)).plus_product(L::splat(law.viscosity_b), theta);
+        let theta = law.smoothing_length * (approach.min(L::zero()) * regular);
+        let twice_reduced = own.twice_density * density * (inverse * regularised);
+        let slowed = law.viscosity_a.minus_product(law.viscosity_b, theta);
         let viscosity = theta * slowed * twice_reduced;
 
         let [s_x, s_y] = &mut self.stress_divergence;
         if T::TENSOR {
             let t = |k: usize| own.tensor[k] + found.tensor[k];
-            *s_x = s_x.plus_product(weight, (t(0) * x).plus_product(t(1), y).plus_product(viscosity, x));
-            *s_y = s_y.plus_product(weight, (t(2) * x).plus_product(t(3), y).plus_product(viscosity, y));
+            *s_x = s_x.plus_product(weight, (t(0) * x).plus_product(t(1), y).minus_product(viscosity, x));
+            *s_y = s_y.plus_product(weight, (t(2) * x).plus_product(t(3), y).minus_product(viscosity, y));
         } else {
-            let factor = weight * (own.pressure + pressure + viscosity);
+            let factor = weight * (own.pressure + pressure - viscosity);
             *s_x = s_x.plus_product(factor, x);
             *s_y = s_y.plus_product(factor, y);
         }
-        if law.viscous {
+        if T::VISCOUS {
             let [x, y] = drag(found.friction.viscosity, weight, found.friction.slip);
             *s_x = *s_x + x;
             *s_y = *s_y + y;
@@ -383,7 +432,7 @@ impl<L: Lanes> PairSums<L> {
         };
         self.continuity = self.continuity.plus_product(weight, flux);
 
-        let mut psi = L::splat(2.0) * (rho - density) * (square * regular);
+        let mut psi = own.twice_density.minus_product(L::splat(2.0), density) * (square * regular);
         if T::FOUND {
             let [g_x, g_y] = own.density_gradient;
             let [g_xj, g_yj] = found.density_gradient;
@@ -415,7 +464,7 @@ mod tests {
 
         #[inline(always)]
         fn run<L: Lanes>(self) -> [f64; WIDTH] {
-            self.0.gradient_factor(L::from_array(self.1.map(|r| r * r))).to_array()
+            self.0.lanes().gradient_factor(L::from_array(self.1.map(|r| r * r))).to_array()
         }
     }
 

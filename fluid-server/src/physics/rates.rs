@@ -9,7 +9,8 @@ use sph::vector::Vector;
 
 use super::gradients::{Gradients, Scene, mirrored_stress, momentum_tensor};
 use super::pair::{
-    Batch, Found, Friction, Geometry, IDENTITY, Matrix, Own, PairSums, Terms, With, gather, gather_columns,
+    Batch, Found, Friction, Geometry, IDENTITY, LawLanes, Matrix, Own, PairSums, Terms, With, gather,
+    gather_columns,
 };
 use super::shifting::{self, Control, nearest_surface};
 use super::state::FluidState;
@@ -66,13 +67,22 @@ impl<G: Geometry> StageFields<'_, G> {
     pub fn rates(&self, rates: &mut Vec<Rates>, outer: &mut Vec<OuterForces>) {
         let passes = self.scene.model.passes;
         rates.resize(self.scene.fluid.len(), Rates::default());
+        if passes.pair_viscosity {
+            self.choose::<true>(rates, outer);
+        } else {
+            self.choose::<false>(rates, outer);
+        }
+    }
+
+    fn choose<const VISCOUS: bool>(&self, rates: &mut [Rates], outer: &mut Vec<OuterForces>) {
+        let passes = self.scene.model.passes;
         match (passes.shown(), passes.tensor(), passes.correction) {
-            (false, false, false) => self.gather(With::<false, false, false>, rates, outer),
-            (true, false, false) => self.gather(With::<true, false, false>, rates, outer),
-            (false, false, true) => self.gather(With::<false, false, true>, rates, outer),
-            (true, false, true) => self.gather(With::<true, false, true>, rates, outer),
-            (false, true, _) => self.gather(With::<false, true, true>, rates, outer),
-            (true, true, _) => self.gather(With::<true, true, true>, rates, outer),
+            (false, false, false) => self.gather(With::<false, false, false, VISCOUS>, rates, outer),
+            (true, false, false) => self.gather(With::<true, false, false, VISCOUS>, rates, outer),
+            (false, false, true) => self.gather(With::<false, false, true, VISCOUS>, rates, outer),
+            (true, false, true) => self.gather(With::<true, false, true, VISCOUS>, rates, outer),
+            (false, true, _) => self.gather(With::<false, true, true, VISCOUS>, rates, outer),
+            (true, true, _) => self.gather(With::<true, true, true, VISCOUS>, rates, outer),
         }
     }
 
@@ -103,6 +113,7 @@ impl<G: Geometry> StageFields<'_, G> {
         Own {
             motion: L::splat_each(fluid.motion),
             density: L::splat(fluid.density()),
+            twice_density: L::splat(2.0 * fluid.density()),
             pressure: L::splat(pressure),
             density_gradient: [L::splat(g_x), L::splat(g_y)],
             tensor: if T::TENSOR { L::splat_each(gradients.tensor[i]) } else { [L::zero(); 4] },
@@ -112,16 +123,18 @@ impl<G: Geometry> StageFields<'_, G> {
 
     /// Sums of particle `i` over its fluid neighbours, and r² of the nearest of them at the free surface \[m²\].
     #[inline(always)]
-    fn fluid_sums<L: Lanes, T: Terms>(&self, i: usize, own: &Own<L>) -> (PairSums<L>, L) {
-        let Scene { geometry, model, lists, fluid, .. } = self.scene;
+    fn fluid_sums<L: Lanes, T: Terms>(&self, law: &LawLanes<L>, i: usize, own: &Own<L>) -> (PairSums<L>, L) {
+        let Scene { geometry, lists, fluid, .. } = self.scene;
         let gradients = self.gradients;
+        // The same length, as one check of an index then serves both.
+        let shown = if T::FOUND { &gradients.shown[..fluid.len()] } else { &[] };
         let (mut sums, mut nearest) = (PairSums::zero(), L::splat(f64::INFINITY));
         for indices in lists.fluid.of(i) {
             let indices = *indices;
             let mut batch = Batch::gather(geometry, &own.motion, fluid, indices);
             let mut found = Found::nothing();
             if T::FOUND {
-                let [pressure, mark, g_x, g_y] = gather_columns(indices, &gradients.shown);
+                let [pressure, mark, g_x, g_y] = gather_columns(indices, shown);
                 batch.pressure = pressure;
                 found.density_gradient = [g_x, g_y];
                 nearest = nearest_surface(nearest, mark, batch.square);
@@ -129,11 +142,11 @@ impl<G: Geometry> StageFields<'_, G> {
             if T::TENSOR {
                 found.tensor = gather_columns(indices, &gradients.tensor);
             }
-            if model.law.viscous {
+            if T::VISCOUS {
                 let viscosity = L::splat(gradients.viscosity[i]) + gather(indices, &gradients.viscosity);
                 found.friction = Friction { viscosity, slip: [batch.v_x, batch.v_y] };
             }
-            sums.add::<T>(&model.law, own, &batch, &found);
+            sums.add::<T>(law, own, &batch, &found);
         }
         (sums, nearest)
     }
@@ -142,7 +155,13 @@ impl<G: Geometry> StageFields<'_, G> {
     ///
     /// A wall takes ∇ρ, L and damper of the particle, and its viscous stress, mirrored where it slips.
     #[inline(always)]
-    fn wall_sums<L: Lanes, T: Terms>(&self, i: usize, own: &Own<L>, wall: Option<u32>) -> PairSums<L> {
+    fn wall_sums<L: Lanes, T: Terms>(
+        &self,
+        law: &LawLanes<L>,
+        i: usize,
+        own: &Own<L>,
+        wall: Option<u32>,
+    ) -> PairSums<L> {
         let Scene { geometry, model, lists, walls, .. } = self.scene;
         let damper = L::splat(self.damper(i));
         let mut sums = PairSums::zero();
@@ -159,11 +178,11 @@ impl<G: Geometry> StageFields<'_, G> {
                 let [a, b, c, d] = indices.map(|w| self.wall_tensor(i, w as usize));
                 found.tensor = L::columns([&a, &b, &c, &d]);
             }
-            if model.law.viscous {
+            if T::VISCOUS {
                 let viscosity = L::splat(2.0 * self.gradients.viscosity[i]);
                 found.friction = Friction { viscosity, slip: self.resisted(indices, &batch) };
             }
-            sums.add::<T>(&model.law, own, &batch, &found);
+            sums.add::<T>(law, own, &batch, &found);
         }
         sums
     }
@@ -250,14 +269,14 @@ impl<G: Geometry> StageFields<'_, G> {
             let divergence = if tensor {
                 self.scene.model.arithmetic.run(WallForce {
                     fields,
-                    terms: PhantomData::<With<false, true, false>>,
+                    terms: PhantomData::<With<false, true, false, false>>,
                     i,
                     wall,
                 })
             } else {
                 self.scene.model.arithmetic.run(WallForce {
                     fields,
-                    terms: PhantomData::<With<false, false, false>>,
+                    terms: PhantomData::<With<false, false, false, false>>,
                     i,
                     wall,
                 })
@@ -283,7 +302,8 @@ impl<G: Geometry, T: Terms> Kernel for WallForce<'_, G, T> {
     fn run<L: Lanes>(self) -> Vector {
         let mut own = self.fields.own::<L, T>(self.i);
         own.pressure = own.pressure + L::splat(self.fields.damper(self.i));
-        self.fields.wall_sums::<L, T>(self.i, &own, Some(self.wall)).total().stress_divergence
+        let law = self.fields.scene.model.law.lanes();
+        self.fields.wall_sums::<L, T>(&law, self.i, &own, Some(self.wall)).total().stress_divergence
     }
 }
 
@@ -306,11 +326,12 @@ impl<G: Geometry, T: Terms> Kernel for Evaluate<'_, G, T> {
         let StageFields { scene, state, gradients, time, .. } = fields;
         let model = scene.model;
         let damping = model.damping_rate(*time);
+        let law = model.law.lanes::<L>();
         for (k, rates) in rates.iter_mut().enumerate() {
             let i = first + k;
             let own = fields.own::<L, T>(i);
-            let (sums, nearest) = fields.fluid_sums::<L, T>(i, &own);
-            let (sums, walls) = (sums.total(), fields.wall_sums::<L, T>(i, &own, None).total());
+            let (sums, nearest) = fields.fluid_sums::<L, T>(&law, i, &own);
+            let (sums, walls) = (sums.total(), fields.wall_sums::<L, T>(&law, i, &own, None).total());
             let rho = scene.fluid[i].density();
             let by_fluid = sums.stress_divergence / -rho;
             let by_walls = walls.stress_divergence / -rho + fields.wall_repulsion(i, None);

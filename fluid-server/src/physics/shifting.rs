@@ -56,35 +56,37 @@ pub struct Control {
 
 /// The kernel beside its gradient, for W/W(Δx).
 #[derive(Clone, Copy, Debug)]
-pub struct Ratio {
-    /// 1 over (2−s)³/4 − (1−s)³ at s = Δx/h.
-    norm: f64,
+pub struct Ratio<L> {
+    /// 1/4 and 1 over (2−s)³/4 − (1−s)³ at s = Δx/h.
+    outer: L,
+    inner: L,
 }
 
-impl Ratio {
+impl<L: Lanes> Ratio<L> {
     /// The ratio of `model`'s kernel.
+    #[inline(always)]
     pub fn new(model: &FluidModel) -> Self {
         let c = &model.constants;
         let s = c.particle_spacing / c.smoothing_length;
         let value = 0.25 * (2.0 - s).max(0.0).powi(3) - (1.0 - s).max(0.0).powi(3);
-        Self { norm: 1.0 / value }
+        Self { outer: L::splat(0.25 / value), inner: L::splat(1.0 / value) }
     }
 
     /// R (W(r)/W(Δx))⁴ and how much a neighbour at s = r/h counts for the speed.
     #[inline(always)]
-    pub fn pairing<L: Lanes>(self, s: L) -> (L, L) {
+    pub fn pairing(&self, s: L) -> (L, L) {
         let outer = (L::splat(2.0) - s).max(L::zero());
         let inner = (L::splat(1.0) - s).max(L::zero());
-        let outer_cube = L::splat(0.25 * self.norm) * outer * (outer * outer);
-        let ratio = outer_cube.minus_product(L::splat(self.norm) * inner, inner * inner);
+        let outer_cube = self.outer * outer * (outer * outer);
+        let ratio = outer_cube.minus_product(self.inner * inner, inner * inner);
         let square_ratio = ratio * ratio;
         (L::splat(PAIRING) * (square_ratio * square_ratio), outer.min(L::splat(1.0)))
     }
+}
 
-    /// R (W/W(Δx))⁴ of one pair, where `ratio` is W/W(Δx).
-    pub fn pairing_of(ratio: f64) -> f64 {
-        PAIRING * ratio.powi(4)
-    }
+/// R (W/W(Δx))⁴ of one pair, where `ratio` is W/W(Δx).
+pub fn pairing_of(ratio: f64) -> f64 {
+    PAIRING * ratio.powi(4)
 }
 
 /// One particle and the sums over its neighbours.
@@ -210,12 +212,13 @@ fn outward<L: Lanes, G: Geometry>(scene: &Scene<G>, i: usize, shown: &[[f64; 4]]
     let Scene { geometry, model, lists, fluid, .. } = *scene;
     let motion = L::splat_each(fluid[i].motion);
     let (own, limit, marked) = (L::splat(eigenvalue), L::splat(-0.5 * SURFACE_MARK), L::splat(SURFACE_MARK));
+    let kernel = model.law.kernel.lanes();
     let (mut x, mut y) = (L::zero(), L::zero());
     for indices in lists.fluid.of(i) {
         let batch = Batch::gather(geometry, &motion, fluid, *indices);
         let [_, mark, ..]: [L; 4] = gather_columns(*indices, shown);
         let other = mark.choose_below(limit, mark + marked, mark);
-        let weight = batch.volume * model.law.kernel.gradient_factor(batch.square) * (other - own);
+        let weight = batch.volume * kernel.gradient_factor(batch.square) * (other - own);
         x = x.minus_product(weight, batch.x);
         y = y.minus_product(weight, batch.y);
     }

@@ -16,7 +16,12 @@ pub struct FluidFactory;
 
 impl SolverFactory for FluidFactory {
     fn describe(&self) -> Description {
-        Description::of_solver("fluid-server", env!("CARGO_PKG_VERSION"), Role::Fluid, physics::ARITHMETIC)
+        Description::of_solver(
+            "fluid-server",
+            env!("CARGO_PKG_VERSION"),
+            Role::Fluid,
+            sph::lanes::Arithmetic::best().name(),
+        )
     }
 
     fn open(&self, setup: ParticipantSetup) -> Result<Opened, SetupProblems> {

@@ -13,6 +13,7 @@ pub mod expression;
 pub mod extent;
 pub mod interface;
 pub mod kernel;
+pub mod lanes;
 pub mod ledger;
 pub mod motion;
 pub mod neighbours;

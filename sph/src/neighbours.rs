@@ -1,5 +1,7 @@
 //! Cell-linked neighbour search, exact in periodic directions.
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
 use crate::domain::Domain;
@@ -53,7 +55,7 @@ impl NeighbourList {
 }
 
 /// Sources binned into cells of an edge at least the search radius.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct CellGrid {
     lower: Vector,
     inverse_edge: Vector,
@@ -61,6 +63,8 @@ pub struct CellGrid {
     periodic: [bool; DIMENSIONS],
     starts: Vec<u32>,
     entries: Vec<u32>,
+    /// Cell of each source.
+    cells: Vec<u32>,
 }
 
 impl CellGrid {
@@ -68,6 +72,13 @@ impl CellGrid {
     ///
     /// A periodic direction must measure at least 2·`radius`, so that a pair meets through one image only.
     pub fn new(domain: &Domain, sources: &[Vector], radius: f64) -> Self {
+        let mut grid = Self::default();
+        grid.renew(domain, sources, radius);
+        grid
+    }
+
+    /// Bins `sources` anew as [`CellGrid::new`] does, in the same memory.
+    pub fn renew(&mut self, domain: &Domain, sources: &[Vector], radius: f64) {
         let (mut lower, mut upper) = bounds(sources);
         for axis in 0..DIMENSIONS {
             if domain.periodic[axis] {
@@ -82,44 +93,66 @@ impl CellGrid {
             edge *= 2.0;
             counts = cell_counts(&(upper - lower), edge);
         }
-        let inverse_edge = Vector::from_fn(|axis, _| {
+        self.inverse_edge = Vector::from_fn(|axis, _| {
             let size = upper[axis] - lower[axis];
             if domain.periodic[axis] { counts[axis] as f64 / size } else { 1.0 / edge }
         });
-        let mut grid = Self {
-            lower,
-            inverse_edge,
-            counts,
-            periodic: domain.periodic,
-            starts: Vec::new(),
-            entries: Vec::new(),
-        };
-        grid.bin(domain, sources);
-        grid
+        (self.lower, self.counts, self.periodic) = (lower, counts, domain.periodic);
+        self.bin(domain, sources);
     }
 
     /// Counting sort by cell; within a cell sources keep their order.
     fn bin(&mut self, domain: &Domain, sources: &[Vector]) {
-        let cells: Vec<u32> = sources.par_iter().map(|x| self.cell_index(domain, x)).collect();
-        self.starts = vec![0; self.counts[0] * self.counts[1] + 1];
-        for cell in &cells {
+        let mut cells = std::mem::take(&mut self.cells);
+        cells.resize(sources.len(), 0);
+        let each = cells.par_iter_mut().zip(sources).with_min_len(TASK);
+        each.for_each(|(cell, x)| *cell = self.cell_index(domain, x));
+        self.cells = cells;
+        self.starts.clear();
+        self.starts.resize(self.counts[0] * self.counts[1] + 1, 0);
+        for cell in &self.cells {
             self.starts[*cell as usize + 1] += 1;
         }
         for k in 1..self.starts.len() {
             self.starts[k] += self.starts[k - 1];
         }
-        let mut next = self.starts.clone();
-        self.entries = vec![0; sources.len()];
-        for (source, cell) in (0u32..).zip(&cells) {
-            let slot = &mut next[*cell as usize];
+        self.entries.resize(sources.len(), 0);
+        for (source, cell) in (0u32..).zip(&self.cells) {
+            let slot = &mut self.starts[*cell as usize];
             self.entries[*slot as usize] = source;
             *slot += 1;
         }
+        // Each start has moved to its cell's end, where the next one starts.
+        let last = self.starts.len() - 1;
+        self.starts.copy_within(..last, 1);
+        self.starts[0] = 0;
     }
 
     /// Source indices sorted by cell, rows of cells from low to high y.
-    pub fn into_order(self) -> Vec<u32> {
-        self.entries
+    pub fn order(&self) -> &[u32] {
+        &self.entries
+    }
+
+    /// Ranges of [`CellGrid::order`] that together hold all sources that can lie within the radius of `x`, a position
+    /// inside the box along periodic directions; some may be empty.
+    #[inline]
+    pub fn ranges(&self, x: &Vector) -> [Range<usize>; 2 * 3] {
+        let mut ranges: [Range<usize>; 6] = Default::default();
+        if self.entries.is_empty() {
+            return ranges;
+        }
+        let (columns, rows) = (self.span(x, 0), self.span(x, 1));
+        for (row, ranges) in rows.iter().zip(ranges.chunks_exact_mut(2)) {
+            // Cells of a row follow each other; a span beyond the last column goes on at the first.
+            let row = row * self.counts[0];
+            let first = columns.first % columns.count;
+            let wrapped = (first + columns.length).saturating_sub(columns.count);
+            let parts = [first..first + columns.length - wrapped, 0..wrapped];
+            for (range, cells) in ranges.iter_mut().zip(parts) {
+                *range = self.starts[row + cells.start] as usize..self.starts[row + cells.end] as usize;
+            }
+        }
+        ranges
     }
 
     /// All sources closer than `radius` \[m\] to each target; `exclude_self` leaves out source i for target i.
@@ -226,11 +259,6 @@ impl Span {
     }
 }
 
-/// The permutation that sorts `positions` by cells of edge at least `cell` \[m\]: entry k is the old index.
-pub fn cell_order(domain: &Domain, positions: &[Vector], cell: f64) -> Vec<u32> {
-    CellGrid::new(domain, positions, cell).into_order()
-}
-
 /// Largest distance \[m\] between corresponding positions; infinite if any is not finite.
 pub fn largest_displacement(domain: &Domain, now: &[Vector], then: &[Vector]) -> f64 {
     let squared = now
@@ -246,13 +274,15 @@ pub fn largest_displacement(domain: &Domain, now: &[Vector], then: &[Vector]) ->
 }
 
 fn bounds(positions: &[Vector]) -> (Vector, Vector) {
-    let mut lower = Vector::repeat(f64::INFINITY);
-    let mut upper = Vector::repeat(f64::NEG_INFINITY);
-    for x in positions {
-        lower = lower.inf(x);
-        upper = upper.sup(x);
+    if positions.is_empty() {
+        return (Vector::zeros(), Vector::zeros());
     }
-    if positions.is_empty() { (Vector::zeros(), Vector::zeros()) } else { (lower, upper) }
+    let none = || (Vector::repeat(f64::INFINITY), Vector::repeat(f64::NEG_INFINITY));
+    positions
+        .par_iter()
+        .with_min_len(2048)
+        .fold(none, |(lower, upper), x| (lower.inf(x), upper.sup(x)))
+        .reduce(none, |a, b| (a.0.inf(&b.0), a.1.sup(&b.1)))
 }
 
 /// Cells of edge at least `edge` over `size`; at least one along each axis.
@@ -378,7 +408,7 @@ mod tests {
     fn cell_order_is_a_permutation_that_keeps_rows_together() {
         let domain = Domain { lower: Vector::zeros(), upper: Vector::new(1.0, 1.0), periodic: [false; 2] };
         let positions = scatter(&domain, 500, 6);
-        let order = cell_order(&domain, &positions, 0.2);
+        let order = CellGrid::new(&domain, &positions, 0.2).order().to_vec();
         let mut seen = order.clone();
         seen.sort_unstable();
         assert_eq!(seen, (0..500).collect::<Vec<_>>());

@@ -2,54 +2,38 @@
 
 use std::ops::AddAssign;
 
-use rayon::prelude::*;
 use sph::ledger::{Account, Accounts, StageBooks};
 use sph::stage::{Stage, StageTime};
-use sph::sums::ordered_sum;
 use sph::vector::Vector;
 
 use super::model::FluidModel;
 use super::pair::Record;
-use super::rates::Rates;
-use super::state::{Base, FluidState};
+use super::rates::{OuterForces, Rates};
+use super::state::FluidState;
+use super::tasks::{PerTask, for_each_task, per_task};
 use super::workspace::Workspace;
 
-/// Particles per task.
-const TASK: usize = 1024;
-
-/// Sums over all particles of the forces of a stage.
+/// Sums over particles of the forces of a stage and of what they did to the momentum.
 #[derive(Clone, Copy, Debug, Default)]
-struct Forces {
-    body: Vector,
-    walls: Vector,
+pub struct Books {
     damping: Vector,
     stabilisers: Vector,
     gross: f64,
     largest_acceleration: f64,
+    /// Σ m (v − vⁿ) \[kg/s\].
+    momentum: Vector,
+    /// Σ m |v| + m |vⁿ| \[kg/s\].
+    gross_momentum: f64,
 }
 
-impl AddAssign for Forces {
+impl AddAssign for Books {
     fn add_assign(&mut self, other: Self) {
-        self.body += other.body;
-        self.walls += other.walls;
         self.damping += other.damping;
         self.stabilisers += other.stabilisers;
         self.gross += other.gross;
         self.largest_acceleration = self.largest_acceleration.max(other.largest_acceleration);
-    }
-}
-
-/// Sums over all particles of m (v − vⁿ) and of m |v| + m |vⁿ| \[kg/s\].
-#[derive(Clone, Copy, Debug, Default)]
-struct MomentumChange {
-    net: Vector,
-    gross: f64,
-}
-
-impl AddAssign for MomentumChange {
-    fn add_assign(&mut self, other: Self) {
-        self.net += other.net;
-        self.gross += other.gross;
+        self.momentum += other.momentum;
+        self.gross_momentum += other.gross_momentum;
     }
 }
 
@@ -65,76 +49,96 @@ pub fn advance(
     workspace: &mut Workspace,
     time: &StageTime,
 ) -> StageBooks {
-    let Workspace { base, fluid, rates, cross, .. } = workspace;
+    let Workspace { base, fluid, rates, cross, outer, books, .. } = workspace;
+    let n = state.len();
     if time.at.stage == Stage::Predictor {
-        base.position.clone_from(&state.position);
-        base.velocity.clone_from(&state.velocity);
-        base.density.clone_from(&state.density);
+        base.position.resize(n, Vector::zeros());
+        base.velocity.resize(n, Vector::zeros());
+        base.density.resize(n, 0.0);
     }
-    let duration = time.duration();
-    let forces = forces(model, state, fluid, rates, time);
-    move_from_base(state, base, rates, duration);
-    // Summed from the moved state, not from the forces: the books are checked against it.
-    let momentum = ordered_sum(state.len(), |i| {
-        let (m, v, v_base) = (state.mass[i], state.velocity[i], base.velocity[i]);
-        MomentumChange { net: (v - v_base) * m, gross: m * (v.norm() + v_base.norm()) }
+    let step = Step {
+        duration: time.duration(),
+        predictor: time.at.stage == Stage::Predictor,
+        damping: model.damping_rate(time.state_time()),
+        inverse_h: 1.0 / model.constants.smoothing_length,
+        fluid,
+        rates,
+        mass: &state.mass,
+    };
+    let moving = (&mut state.position[..], (&mut state.velocity[..], &mut state.density[..]));
+    let from = (&mut base.position[..], (&mut base.velocity[..], &mut base.density[..]));
+    let results = ((moving, from), per_task(books, n));
+    for_each_task(n, results, &|particles, (((x, (v, rho)), (x_0, (v_0, rho_0))), PerTask(books))| {
+        for (k, i) in particles.enumerate() {
+            let moved = [&mut x[k], &mut x_0[k]];
+            step.particle(i, moved, [&mut v[k], &mut v_0[k]], [&mut rho[k], &mut rho_0[k]], &mut books[0]);
+        }
     });
-    state.largest_acceleration = forces.largest_acceleration;
+    let (mut total, mut forces) = (Books::default(), OuterForces::default());
+    books.iter().for_each(|books| total += *books);
+    outer.iter().for_each(|outer| forces += *outer);
+    state.largest_acceleration = total.largest_acceleration;
+    let duration = step.duration;
     StageBooks {
         interface: cross.as_ref().map(|cross| cross.sums()).unwrap_or_default(),
-        accounts: accounts(&forces, state.removed_momentum, duration),
+        accounts: accounts(&total, &forces, state.removed_momentum, duration),
         duration,
-        momentum_change: momentum.net - state.removed_momentum,
-        gross_momentum: momentum.gross + duration * forces.gross + state.removed_momentum.norm(),
+        momentum_change: total.momentum - state.removed_momentum,
+        gross_momentum: total.gross_momentum + duration * total.gross + state.removed_momentum.norm(),
     }
 }
 
-fn accounts(forces: &Forces, removed: Vector, duration: f64) -> Accounts {
+fn accounts(books: &Books, forces: &OuterForces, removed: Vector, duration: f64) -> Accounts {
     let mut accounts = Accounts::default();
     accounts.add(Account::BodyForce, forces.body);
     accounts.add(Account::Walls, forces.walls);
-    accounts.add(Account::Damping, forces.damping);
-    accounts.add(Account::Stabilisers, forces.stabilisers);
+    accounts.add(Account::Damping, books.damping);
+    accounts.add(Account::Stabilisers, books.stabilisers);
     // Particles leave at step boundaries: the next step carries their momentum off in both of its stages.
     accounts.add(Account::Removed, -removed / duration);
     accounts
 }
 
-/// Sums of the stage's forces, taken before anything moves.
-///
-/// The scale of round-off in the momentum check counts for each particle, besides m|v| and m|a|, the size |p|V/h of
-/// the pair forces that cancel in its acceleration.
-fn forces(
-    model: &FluidModel,
-    state: &FluidState,
-    fluid: &[Record],
-    rates: &[Rates],
-    time: &StageTime,
-) -> Forces {
-    let damping = model.damping_rate(time.state_time());
-    let inverse_h = 1.0 / model.constants.smoothing_length;
-    ordered_sum(state.len(), |i| {
-        let (m, rates) = (state.mass[i], &rates[i]);
-        let acceleration = rates.acceleration.norm();
-        Forces {
-            body: rates.body * m,
-            walls: rates.walls * m,
-            damping: state.velocity[i] * (-damping * m),
-            stabilisers: rates.stabilisers * m,
-            gross: m * acceleration + fluid[i].pressure.abs() * fluid[i].volume * inverse_h,
-            largest_acceleration: acceleration,
-        }
-    })
+/// One stage's view on a particle.
+struct Step<'a> {
+    duration: f64,
+    predictor: bool,
+    damping: f64,
+    inverse_h: f64,
+    fluid: &'a [Record],
+    rates: &'a [Rates],
+    mass: &'a [f64],
 }
 
-fn move_from_base(state: &mut FluidState, base: &Base, rates: &[Rates], duration: f64) {
-    let FluidState { position, velocity, density, .. } = state;
-    (position, velocity, density).into_par_iter().with_min_len(TASK).enumerate().for_each(
-        |(i, (x, v, rho))| {
-            // The position moves with the velocity of the stage state, and with the shift.
-            *x = base.position[i] + (*v + rates[i].shift) * duration;
-            *v = base.velocity[i] + rates[i].acceleration * duration;
-            *rho = base.density[i] + rates[i].density * duration;
-        },
-    );
+impl Step<'_> {
+    /// Moves particle `i`, whose values now and at the start of the step are given, and books what happens.
+    ///
+    /// The scale of round-off in the momentum check counts for each particle, besides m|v| and m|a|, the size |p|V/h of
+    /// the pair forces that cancel in its acceleration. The momentum is taken from the moved state, not from the
+    /// forces: the books are checked against it.
+    #[inline]
+    fn particle(
+        &self,
+        i: usize,
+        [x, x_0]: [&mut Vector; 2],
+        [v, v_0]: [&mut Vector; 2],
+        [rho, rho_0]: [&mut f64; 2],
+        books: &mut Books,
+    ) {
+        let (m, rates, fluid) = (self.mass[i], &self.rates[i], &self.fluid[i]);
+        if self.predictor {
+            (*x_0, *v_0, *rho_0) = (*x, *v, *rho);
+        }
+        let acceleration = rates.acceleration.norm();
+        books.damping += *v * (-self.damping * m);
+        books.stabilisers += rates.stabilisers * m;
+        books.gross += m * acceleration + fluid.pressure().abs() * fluid.volume() * self.inverse_h;
+        books.largest_acceleration = books.largest_acceleration.max(acceleration);
+        // The position moves with the velocity of the stage state, and with the shift.
+        *x = *x_0 + (*v + rates.shift) * self.duration;
+        *v = *v_0 + rates.acceleration * self.duration;
+        *rho = *rho_0 + rates.density * self.duration;
+        books.momentum += (*v - *v_0) * m;
+        books.gross_momentum += m * (v.norm() + v_0.norm());
+    }
 }

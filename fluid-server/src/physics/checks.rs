@@ -12,11 +12,65 @@ use super::state::FluidState;
 const TASK: usize = 2048;
 
 /// What the check gathers over the particles.
-#[derive(Clone, Copy)]
-struct Findings {
+#[derive(Clone, Copy, Debug)]
+pub struct Findings {
     /// First particle that breaks a limit.
     first_bad: usize,
     largest_square_speed: f64,
+    /// Square of the largest displacement since the lists were built \[m²\]; infinite where there are none.
+    pub largest_square_displacement: f64,
+}
+
+impl Default for Findings {
+    fn default() -> Self {
+        Self { first_bad: usize::MAX, largest_square_speed: 0.0, largest_square_displacement: 0.0 }
+    }
+}
+
+impl Findings {
+    /// Adds particle `i`.
+    #[inline]
+    pub fn add(&mut self, model: &FluidModel, state: &FluidState, i: usize) {
+        let (x, rest_density) = (&state.position[i], model.constants.rest_density);
+        let square_speed = state.velocity[i].norm_squared();
+        // Written so that NaN fails.
+        let healthy = square_speed < model.constants.sound_speed.powi(2)
+            && (state.density[i] - rest_density).abs() < LARGEST_COMPRESSION * rest_density
+            && x.x.is_finite()
+            && x.y.is_finite();
+        if !healthy {
+            self.first_bad = self.first_bad.min(i);
+        }
+        self.largest_square_speed = self.largest_square_speed.max(square_speed);
+    }
+
+    /// The findings of both.
+    pub fn with(self, other: Self) -> Self {
+        Self {
+            first_bad: self.first_bad.min(other.first_bad),
+            largest_square_speed: self.largest_square_speed.max(other.largest_square_speed),
+            largest_square_displacement: self
+                .largest_square_displacement
+                .max(other.largest_square_displacement),
+        }
+    }
+
+    /// Largest speed \[m/s\].
+    ///
+    /// # Errors
+    /// The first particle that is not healthy.
+    pub fn verdict(
+        &self,
+        model: &FluidModel,
+        state: &FluidState,
+        at: StepStage,
+    ) -> Result<f64, Box<Divergence>> {
+        if self.first_bad == usize::MAX {
+            Ok(self.largest_square_speed.sqrt())
+        } else {
+            Err(Box::new(diagnosis(model, state, at, self.first_bad)))
+        }
+    }
 }
 
 /// Largest speed \[m/s\] of a state that is finite and within the limits of weak compressibility.
@@ -24,34 +78,13 @@ struct Findings {
 /// # Errors
 /// The first particle that is not.
 pub fn check_state(model: &FluidModel, state: &FluidState, at: StepStage) -> Result<f64, Box<Divergence>> {
-    let square_limit = model.constants.sound_speed.powi(2);
-    let rest_density = model.constants.rest_density;
-    let healthy = |i: usize, square_speed: f64| {
-        let x = &state.position[i];
-        // Written so that NaN fails.
-        square_speed < square_limit
-            && (state.density[i] - rest_density).abs() < LARGEST_COMPRESSION * rest_density
-            && x.x.is_finite()
-            && x.y.is_finite()
+    let with = |mut findings: Findings, i: usize| {
+        findings.add(model, state, i);
+        findings
     };
-    let none = || Findings { first_bad: usize::MAX, largest_square_speed: 0.0 };
-    let findings = (0..state.len())
-        .into_par_iter()
-        .with_min_len(TASK)
-        .map(|i| {
-            let square_speed = state.velocity[i].norm_squared();
-            let first_bad = if healthy(i, square_speed) { usize::MAX } else { i };
-            Findings { first_bad, largest_square_speed: square_speed }
-        })
-        .reduce(none, |a, b| Findings {
-            first_bad: a.first_bad.min(b.first_bad),
-            largest_square_speed: a.largest_square_speed.max(b.largest_square_speed),
-        });
-    if findings.first_bad == usize::MAX {
-        Ok(findings.largest_square_speed.sqrt())
-    } else {
-        Err(Box::new(diagnosis(model, state, at, findings.first_bad)))
-    }
+    let particles = (0..state.len()).into_par_iter().with_min_len(TASK);
+    let findings = particles.fold(Findings::default, with).reduce(Findings::default, Findings::with);
+    findings.verdict(model, state, at)
 }
 
 /// What is wrong with particle `i`.

@@ -9,12 +9,12 @@ use sph::interface::Interface;
 use sph::ledger::InterfaceSums;
 use sph::setup::{Coupling, FluidProbeKind, InterfaceLaw};
 
-use super::gradients::{Gradients, MomentSums};
+use super::gradients::{Gradients, NeighbourSums, Scene};
 use super::lists::Lists;
 use super::model::FluidModel;
-use super::pair::Record;
+use super::pair::{Geometry, Record};
 use super::rates::Rates;
-use super::shifting::{Order, OrderSums};
+use super::shifting::pairing_of;
 use super::state::FluidState;
 
 /// Edge of the boxes that describe the fluid's extent, in support radii.
@@ -39,7 +39,7 @@ pub struct Cross {
     set_version: u64,
     largest: u64,
     sums: InterfaceSums,
-    moments: Vec<MomentSums>,
+    moments: Vec<NeighbourSums>,
     density_rates: Vec<f64>,
     immersed: u32,
 }
@@ -145,7 +145,7 @@ impl Cross {
             states.position.push(state.position[i]);
             states.velocity.push(state.velocity[i]);
             states.density.push(state.density[i]);
-            states.pressure.push(fluid[i].pressure);
+            states.pressure.push(fluid[i].pressure());
         }
         self.largest = self.largest.max(states.len() as u64);
         if states.id != self.known_ids {
@@ -168,69 +168,44 @@ impl Cross {
         self.coupling.law != InterfaceLaw::PlainSum
     }
 
-    /// Adds the solid's particles to the sums of the gradient pass, each particle's once.
+    /// Adds the solid's particles to the sums of the gradient pass, each particle's once: toward them is no surface.
     ///
     /// The velocity gradient feels the whole velocity of the solid, or with slip only the approach along x_ij.
-    pub fn add_moments(
+    pub fn add_moments<G: Geometry>(
         &mut self,
-        model: &FluidModel,
+        scene: &Scene<G>,
         own: &InterfaceStates,
         partner: &InterfaceStates,
         gradients: &mut Gradients,
     ) {
-        if !model.passes.moments() && !model.passes.velocity_gradient() {
+        let model = scene.model;
+        if !model.passes.any() {
             return;
         }
         let meets = self.density_meets();
         let slips = self.coupling.law == InterfaceLaw::Wall;
-        let Self { interface, domain, moments, .. } = self;
-        moments.resize(own.len(), MomentSums::default());
+        let at_spacing = model.kernel.value(model.constants.particle_spacing);
+        let Self { interface, domain, moments, members, .. } = self;
+        moments.resize(own.len(), NeighbourSums::default());
         moments.par_iter_mut().with_min_len(TASK).enumerate().for_each(|(k, sums)| {
-            *sums = MomentSums::default();
+            *sums = NeighbourSums::default();
             for &s in interface.solid_neighbours(k) {
                 let s = s as usize;
                 let dummy = interface.dummy(s);
                 let d = domain.separation(&own.position[k], &partner.position[s]);
+                let r = d.norm();
                 let mut v_sf = partner.velocity[s] - own.velocity[k];
                 if slips {
                     v_sf = d * (v_sf.dot(&d) / d.norm_squared().max(f64::MIN_POSITIVE));
                 }
                 let density = if meets { dummy.density - own.density[k] } else { 0.0 };
                 let volume = dummy.mass / dummy.density;
-                let gradient_factor = model.gradient_scale * model.kernel.gradient_factor(d.norm());
-                sums.add_pair(&d, volume * gradient_factor, density, &v_sf);
+                let gradient_factor = model.gradient_scale * model.kernel.gradient_factor(r);
+                let pairing = pairing_of(model.kernel.value(r) / at_spacing);
+                sums.add_pair(&d, volume * gradient_factor, density, &v_sf, pairing);
             }
         });
-        for (i, sums) in self.members.iter().zip(&self.moments) {
-            gradients.sums[*i as usize].merge(sums);
-        }
-    }
-
-    /// Adds the solid's particles to the sums of the order control, each particle's once: toward them is no surface.
-    pub fn add_order(
-        &mut self,
-        model: &FluidModel,
-        own: &InterfaceStates,
-        partner: &InterfaceStates,
-        order: &mut Order,
-    ) {
-        if model.order.is_none() {
-            return;
-        }
-        let Self { interface, domain, members, .. } = self;
-        let at_spacing = model.kernel.value(model.constants.particle_spacing);
-        for (k, i) in members.iter().enumerate() {
-            let mut sums = OrderSums::default();
-            for &s in interface.solid_neighbours(k) {
-                let s = s as usize;
-                let dummy = interface.dummy(s);
-                let d = domain.separation(&own.position[k], &partner.position[s]);
-                let r = d.norm();
-                let factor = model.gradient_scale * model.kernel.gradient_factor(r);
-                sums.add_pair(&d, dummy.mass / dummy.density * factor, model.kernel.value(r) / at_spacing);
-            }
-            order.sums[*i as usize].merge(&sums);
-        }
+        gradients.merge(scene, members, moments, meets);
     }
 
     /// Adds the solid's part to the rates, each particle's once: continuity, diffusion and force.
@@ -254,8 +229,12 @@ impl Cross {
         density_rates.resize(own.len(), 0.0);
         density_rates.par_iter_mut().with_min_len(TASK).enumerate().for_each(|(k, rate)| {
             let rho = own.density[k];
-            let gradient =
-                if model.passes.density_gradient { gradients.density[members[k] as usize] } else { [0.0; 2] };
+            let gradient = if model.passes.density_gradient {
+                let [.., x, y] = gradients.shown[members[k] as usize];
+                [x, y]
+            } else {
+                [0.0; 2]
+            };
             let (mut continuity, mut exchange) = (0.0, 0.0);
             for &s in interface.solid_neighbours(k) {
                 let s = s as usize;

@@ -42,9 +42,9 @@ pub fn particle_fields(
     let equation_of_state = &model.equation_of_state;
     let fields = vec![
         vector("position", "m", &|i| state.position[i].into(), &|w| field.position[w].into()),
-        vector("velocity", "m/s", &|i| state.velocity[i].into(), &|w| [shown(w).v_x, shown(w).v_y]),
-        scalar("density", "kg/m3", &|i| state.density[i], &|w| shown(w).density),
-        scalar("pressure", "Pa", &|i| equation_of_state.pressure(state.density[i]), &|w| shown(w).pressure),
+        vector("velocity", "m/s", &|i| state.velocity[i].into(), &|w| shown(w).velocity().into()),
+        scalar("density", "kg/m3", &|i| state.density[i], &|w| shown(w).density()),
+        scalar("pressure", "Pa", &|i| equation_of_state.pressure(state.density[i]), &|w| shown(w).pressure()),
         scalar("mass", "kg/m", &|i| state.mass[i], &|_| model.walls.mass),
     ];
     ParticleFields {

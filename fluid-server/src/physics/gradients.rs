@@ -1,13 +1,17 @@
-//! The pass before the rates: moments, renormalised density gradient and viscous stress, Eq. (4), (20)-(21).
+//! The pass before the rates: moments, renormalised density gradient and viscous stress, Eq. (4), (20)-(21), and the
+//! sums of the order control.
 
-use rayon::prelude::*;
+use std::marker::PhantomData;
+
+use sph::lanes::{Kernel, Lanes};
 use sph::vector::Vector;
 
-use super::lanes::Lanes;
 use super::lists::Lists;
-use super::model::FluidModel;
-use super::pair::{Batch, Geometry, IDENTITY, Matrix, PairKernel, Record, Symmetric, for_each_batch};
-use super::rates::TASK;
+use super::model::{FluidModel, Passes};
+use super::pair::{Batch, Geometry, IDENTITY, KernelLanes, Matrix, Record, Symmetric};
+use super::shifting::{NO_ORDER, OrderLocal, Ratio, Surroundings};
+use super::tasks::{Split, for_each_task};
+use super::viscosity::corrected;
 
 /// Below this determinant of the moment matrix the density gradient counts as zero: too few neighbours define it.
 const SMALLEST_GRADIENT_DETERMINANT: f64 = 1e-3;
@@ -17,70 +21,144 @@ const SMALLEST_CORRECTION_DETERMINANT: f64 = 0.3;
 
 /// Raw sums over the neighbours of one particle.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct MomentSums {
+pub struct NeighbourSums {
     /// Σ V_j (x_j − x_i) ⊗ ∇W \[-\], the inverse of L_i in Eq. (21).
-    moment: Symmetric,
+    pub moment: Symmetric,
     /// Σ V_j (ρ_j − ρ_i) ∇W \[kg/m⁴\].
-    density: [f64; 2],
-    /// Σ V_j (v_j − v_i) ⊗ ∇W \[1/s\].
-    velocity: Matrix,
+    pub density: [f64; 2],
+    /// Σ V_j (v_j − v_i) ⊗ ∇W over own particles \[1/s\].
+    pub velocity: Matrix,
+    /// The same over another owner's particles \[1/s\].
+    pub solid_velocity: Matrix,
     /// Share of another owner's particles in the moments: ½ Σ V_j (x_j − x_i)·∇W over them \[-\].
-    solid_share: f64,
+    pub solid_share: f64,
+    /// Σ V_j ∇W \[1/m\].
+    pub concentration: [f64; 2],
+    /// Σ V_j R (W/W(Δx))⁴ ∇W \[1/m\].
+    pub pairing: [f64; 2],
+    /// Largest |v_ij|² of the fluid near by, fading out between h and 2h \[m²/s²\].
+    pub square_speed: f64,
 }
 
-/// [`MomentSums`] being gathered, batch by batch.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct MomentBatches {
-    moment: [Lanes; 3],
-    density: [Lanes; 2],
-    velocity: [Lanes; 4],
+/// Which sums a pass makes.
+trait Wanted: Copy + Send + Sync {
+    /// Moments and density gradient.
+    const MOMENTS: bool;
+    /// Velocity gradient.
+    const VELOCITY: bool;
+    /// Sums of the order control.
+    const ORDER: bool;
 }
 
-impl MomentBatches {
-    /// Adds the neighbours of `batch` of a particle of density `rho`.
+/// [`Wanted`] by three flags.
+#[derive(Clone, Copy, Debug)]
+struct Sums<const MOMENTS: bool, const VELOCITY: bool, const ORDER: bool>;
+
+impl<const MOMENTS: bool, const VELOCITY: bool, const ORDER: bool> Wanted for Sums<MOMENTS, VELOCITY, ORDER> {
+    const MOMENTS: bool = MOMENTS;
+    const VELOCITY: bool = VELOCITY;
+    const ORDER: bool = ORDER;
+}
+
+/// What the pass takes of the kernel.
+struct Kernels<L> {
+    kernel: KernelLanes<L>,
+    ratio: Ratio<L>,
+}
+
+/// [`NeighbourSums`] being gathered, batch by batch.
+#[derive(Clone, Copy, Debug)]
+struct Batches<L> {
+    moment: [L; 3],
+    density: [L; 2],
+    velocity: [L; 4],
+    concentration: [L; 2],
+    pairing: [L; 2],
+    square_speed: L,
+}
+
+impl<L: Lanes> Batches<L> {
     #[inline(always)]
-    pub fn add<const MOMENTS: bool, const VELOCITY: bool>(
-        &mut self,
-        kernel: &PairKernel,
-        rho: f64,
-        batch: &Batch,
-    ) {
-        let Batch { x, y, v_x, v_y, density, volume, .. } = *batch;
-        let weight = volume * kernel.gradient_factor(batch.square());
-        let (weight_x, weight_y) = (weight * x, weight * y);
-        if MOMENTS {
-            self.moment[0] -= weight_x * x;
-            self.moment[1] -= weight_x * y;
-            self.moment[2] -= weight_y * y;
-            let difference = density - Lanes::splat(rho);
-            self.density[0] += difference * weight_x;
-            self.density[1] += difference * weight_y;
+    fn zero() -> Self {
+        let zero = L::zero();
+        Self {
+            moment: [zero; 3],
+            density: [zero; 2],
+            velocity: [zero; 4],
+            concentration: [zero; 2],
+            pairing: [zero; 2],
+            square_speed: zero,
         }
-        if VELOCITY {
+    }
+
+    /// Adds the neighbours of `batch` of a particle of density `rho`; `fluid` tells whether they are fluid.
+    #[inline(always)]
+    fn add<W: Wanted>(&mut self, law: &Kernels<L>, rho: L, batch: &Batch<L>, fluid: bool) {
+        let Batch { x, y, square, v_x, v_y, density, volume, .. } = *batch;
+        let (s, slope) = law.kernel.slope(square);
+        let weight = volume * slope / s;
+        let (weight_x, weight_y) = (weight * x, weight * y);
+        if W::MOMENTS {
+            let [xx, xy, yy] = &mut self.moment;
+            *xx = xx.minus_product(weight_x, x);
+            *xy = xy.minus_product(weight_x, y);
+            *yy = yy.minus_product(weight_y, y);
+            let difference = density - rho;
+            let [d_x, d_y] = &mut self.density;
+            *d_x = d_x.plus_product(difference, weight_x);
+            *d_y = d_y.plus_product(difference, weight_y);
+        }
+        if W::VELOCITY {
             // v_j − v_i = −v_ij
-            self.velocity[0] -= v_x * weight_x;
-            self.velocity[1] -= v_x * weight_y;
-            self.velocity[2] -= v_y * weight_x;
-            self.velocity[3] -= v_y * weight_y;
+            let [xx, xy, yx, yy] = &mut self.velocity;
+            *xx = xx.minus_product(v_x, weight_x);
+            *xy = xy.minus_product(v_x, weight_y);
+            *yx = yx.minus_product(v_y, weight_x);
+            *yy = yy.minus_product(v_y, weight_y);
+        }
+        if W::ORDER {
+            let (factor, nearness) = law.ratio.pairing(s);
+            self.concentration = [self.concentration[0] + weight_x, self.concentration[1] + weight_y];
+            let [p_x, p_y] = &mut self.pairing;
+            *p_x = p_x.plus_product(factor, weight_x);
+            *p_y = p_y.plus_product(factor, weight_y);
+            if fluid {
+                let square_speed = (v_x * v_x).plus_product(v_y, v_y);
+                self.square_speed = self.square_speed.max(nearness * nearness * square_speed);
+            }
         }
     }
 
     /// The sums over all batches.
     #[inline(always)]
-    pub fn total(&self) -> MomentSums {
-        MomentSums {
-            moment: self.moment.map(Lanes::sum),
-            density: self.density.map(Lanes::sum),
-            velocity: self.velocity.map(Lanes::sum),
-            solid_share: 0.0,
+    fn total<W: Wanted>(&self) -> NeighbourSums {
+        let mut sums = NeighbourSums::default();
+        if W::MOMENTS {
+            let [a, b, c] = self.moment;
+            let [d, e] = self.density;
+            let [xx, xy, yy, d_x] = L::sums([a, b, c, d]);
+            sums.moment = [xx, xy, yy];
+            let [p_x, p_y] = self.pairing;
+            let [d_y, p_x, p_y, _] = L::sums([e, p_x, p_y, L::zero()]);
+            (sums.density, sums.pairing) = ([d_x, d_y], [p_x, p_y]);
         }
+        if W::VELOCITY {
+            sums.velocity = L::sums(self.velocity);
+        }
+        if W::ORDER {
+            let [x, y] = self.concentration;
+            let [x, y, _, _] = L::sums([x, y, L::zero(), L::zero()]);
+            sums.concentration = [x, y];
+            sums.square_speed = self.square_speed.to_array().into_iter().fold(0.0, f64::max);
+        }
+        sums
     }
 }
 
-impl MomentSums {
+impl NeighbourSums {
     /// Adds one neighbour of another owner at separation `d` = x_ij \[m\], with `weight` = V_j (dW/dr)/r \[1/m²\],
-    /// ρ_j − ρ_i \[kg/m³\] and v_j − v_i \[m/s\].
-    pub fn add_pair(&mut self, d: &Vector, weight: f64, density: f64, velocity: &Vector) {
+    /// ρ_j − ρ_i \[kg/m³\], v_j − v_i \[m/s\] and the factor R (W/W(Δx))⁴.
+    pub fn add_pair(&mut self, d: &Vector, weight: f64, density: f64, velocity: &Vector, pairing: f64) {
         let w = d * weight;
         for (sum, term) in self.moment.iter_mut().zip([w.x * d.x, w.x * d.y, w.y * d.y]) {
             *sum -= term;
@@ -88,14 +166,18 @@ impl MomentSums {
         self.solid_share -= 0.5 * w.dot(d);
         let v = velocity;
         add(&mut self.density, &[density * w.x, density * w.y]);
-        add(&mut self.velocity, &[v.x * w.x, v.x * w.y, v.y * w.x, v.y * w.y]);
+        add(&mut self.solid_velocity, &[v.x * w.x, v.x * w.y, v.y * w.x, v.y * w.y]);
+        add(&mut self.concentration, &[w.x, w.y]);
+        add(&mut self.pairing, &[pairing * w.x, pairing * w.y]);
     }
 
     /// Adds the sums over another owner's particles.
     pub fn merge(&mut self, other: &Self) {
         add(&mut self.moment, &other.moment);
         add(&mut self.density, &other.density);
-        add(&mut self.velocity, &other.velocity);
+        add(&mut self.solid_velocity, &other.solid_velocity);
+        add(&mut self.concentration, &other.concentration);
+        add(&mut self.pairing, &other.pairing);
         self.solid_share += other.solid_share;
     }
 
@@ -104,20 +186,19 @@ impl MomentSums {
         0.5 * (self.moment[0] + self.moment[2])
     }
 
-    /// ∇·v \[1/s\], by L_i where the neighbours define it.
-    fn divergence(&self) -> f64 {
-        let [xx, xy, yx, yy] = self.velocity;
-        match self.inverse(SMALLEST_CORRECTION_DETERMINANT) {
-            Some(l) => xx * l[0] + (xy + yx) * l[1] + yy * l[2],
-            None => xx + yy,
-        }
-    }
-
-    /// Inverse of the moment matrix; `None` below the `smallest` determinant.
-    fn inverse(&self, smallest: f64) -> Option<Symmetric> {
+    /// Determinant of the moment matrix, and its inverse where that is not zero.
+    fn inverse(&self) -> (f64, Symmetric) {
         let [xx, xy, yy] = self.moment;
         let determinant = xx * yy - xy * xy;
-        (determinant >= smallest).then(|| [yy / determinant, -xy / determinant, xx / determinant])
+        let inverse = 1.0 / determinant;
+        (determinant, [yy * inverse, -xy * inverse, xx * inverse])
+    }
+
+    /// ∇v before correction, another owner's particles included \[1/s\].
+    fn velocity_gradient(&self) -> Matrix {
+        let mut gradient = self.velocity;
+        add(&mut gradient, &self.solid_velocity);
+        gradient
     }
 }
 
@@ -125,163 +206,345 @@ fn add(own: &mut [f64], other: &[f64]) {
     own.iter_mut().zip(other).for_each(|(a, b)| *a += b);
 }
 
-/// What the pass makes for each fluid particle; arrays a scene does not need stay empty.
+/// What a particle keeps of the pass for itself.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Local {
+    /// L_i of Eq. (21), or the unit matrix where it is not asked for.
+    pub correction: Symmetric,
+    /// q of the acoustic damper \[Pa\].
+    pub damper: f64,
+}
+
+/// What the pass makes for each fluid particle; arrays that a scene does not need stay empty.
 #[derive(Debug, Default)]
 pub struct Gradients {
-    /// Raw sums.
-    pub sums: Vec<MomentSums>,
-    /// ∇ρ of Eq. (20) \[kg/m⁴\].
-    pub density: Vec<[f64; 2]>,
-    /// q of the acoustic damper \[Pa\].
-    pub damper: Vec<f64>,
-    /// L_i of Eq. (21), or the unit matrix where it is not asked for.
-    pub correction: Vec<Symmetric>,
-    /// Viscous stress τ of Eq. (4) \[Pa\].
-    pub viscous_stress: Vec<Symmetric>,
+    /// Raw sums, where there is a partner.
+    sums: Vec<NeighbourSums>,
+    /// What neighbours read: p with damper \[Pa\], mark of the order control, ∇ρ of Eq. (20) \[kg/m⁴\].
+    pub shown: Vec<[f64; 4]>,
+    /// What a particle keeps for itself.
+    pub local: Vec<Local>,
+    /// What the order control keeps.
+    pub order: Vec<OrderLocal>,
+    /// Viscous stress τ of Eq. (4), or the part of it that the viscous pair force leaves out \[Pa\].
+    pub viscous_stress: Vec<Matrix>,
     /// T = −σ·L \[Pa\].
     pub tensor: Vec<Matrix>,
     /// Viscosity in the viscous pair force \[Pa s\].
     pub viscosity: Vec<f64>,
 }
 
-impl Gradients {
-    /// Sums over fluid and walls.
-    ///
-    /// Walls enter with their density by Eq. (28) and their velocity by Eq. (27).
-    pub fn accumulate<G: Geometry>(
-        &mut self,
-        geometry: G,
-        model: &FluidModel,
-        lists: &Lists,
-        fluid: &[Record],
-        walls: &[Record],
-    ) {
-        match (model.passes.moments(), model.passes.velocity_gradient()) {
-            (false, false) => {}
-            (true, false) => self.gather::<G, true, false>(geometry, model, lists, fluid, walls),
-            (false, true) => self.gather::<G, false, true>(geometry, model, lists, fluid, walls),
-            (true, true) => self.gather::<G, true, true>(geometry, model, lists, fluid, walls),
-        }
-    }
+/// A task's part of [`Gradients`].
+struct Results<'a> {
+    sums: &'a mut [NeighbourSums],
+    shown: &'a mut [[f64; 4]],
+    local: &'a mut [Local],
+    order: &'a mut [OrderLocal],
+    viscous_stress: &'a mut [Matrix],
+    tensor: &'a mut [Matrix],
+    viscosity: &'a mut [f64],
+}
 
-    fn gather<G: Geometry, const MOMENTS: bool, const VELOCITY: bool>(
-        &mut self,
-        geometry: G,
-        model: &FluidModel,
-        lists: &Lists,
-        fluid: &[Record],
-        walls: &[Record],
-    ) {
-        let kernel = &model.law.kernel;
-        self.sums.resize(fluid.len(), MomentSums::default());
-        self.sums.par_iter_mut().with_min_len(TASK).enumerate().for_each(|(i, sums)| {
-            let own = &fluid[i];
-            let mut batches = MomentBatches::default();
-            for (list, others) in [(&lists.fluid, fluid), (&lists.walls, walls)] {
-                for_each_batch(list.of(i), |indices, count| {
-                    let batch = Batch::gather(geometry, own, others, indices, count);
-                    batches.add::<MOMENTS, VELOCITY>(kernel, own.density, &batch);
-                });
-            }
-            *sums = batches.total();
-        });
-    }
-
-    /// ∇ρ from the present sums, Eq. (20).
-    pub fn finish_density(&mut self, model: &FluidModel) {
-        if !model.passes.density_gradient {
-            return;
-        }
-        self.density.resize(self.sums.len(), [0.0; 2]);
-        self.density.par_iter_mut().zip(&self.sums).with_min_len(TASK).for_each(|(gradient, sums)| {
-            *gradient = match sums.inverse(SMALLEST_GRADIENT_DETERMINANT) {
-                Some(l) => {
-                    let [x, y] = sums.density;
-                    [l[0] * x + l[1] * y, l[1] * x + l[2] * y]
-                }
-                None => [0.0; 2],
-            };
-        });
-    }
-
-    /// Adds the pressure of the acoustic damper to that of each particle in `fluid`, for the momentum equation alone.
-    ///
-    /// ```text
-    /// q_i = −α ρ_i c₀ h (∇·v)_i (1 − 4 s_i)₊
-    /// ```
-    /// A bulk viscosity: it damps sound and leaves vortices alone, as the term of Sun, Pilloton, Antuono & Colagrossi
-    /// (2023). s_i is the share of solids in the support; near them it fades, since what a solid particle would have
-    /// to answer follows from states of this stage that are not exchanged.
-    pub fn add_damper(&mut self, model: &FluidModel, fluid: &mut [Record]) {
-        if !model.passes.damper {
-            return;
-        }
-        self.damper.resize(fluid.len(), 0.0);
-        let results = (fluid, &mut self.damper, &self.sums);
-        results.into_par_iter().with_min_len(TASK).for_each(|(record, damper, sums)| {
-            let divergence = sums.divergence();
-            let clear = (1.0 - 4.0 * sums.solid_share).max(0.0);
-            *damper = -model.acoustic_diffusivity * record.density * divergence * clear;
-            record.pressure += *damper;
-        });
-    }
-
-    /// L_i, viscous stress and T from the present sums, Eq. (4) and (21).
-    ///
-    /// ```text
-    /// τ = μ [∇v + (∇v)ᵀ − ⅔ (∇·v) I],  T = (p I − τ)·L
-    /// ```
-    pub fn finish_tensors(&mut self, model: &FluidModel, fluid: &[Record]) {
-        let passes = model.passes;
-        if !passes.tensor() && !passes.correction {
-            return;
-        }
-        let n = fluid.len();
-        self.correction.resize(n, IDENTITY);
-        self.viscous_stress.resize(n, Symmetric::default());
-        self.tensor.resize(n, Matrix::default());
-        let viscosity = model.constants.dynamic_viscosity;
-        let results = (&mut self.correction, &mut self.viscous_stress, &mut self.tensor);
-        results.into_par_iter().with_min_len(TASK).enumerate().for_each(
-            |(i, (correction, stress, tensor))| {
-                let sums = &self.sums[i];
-                let inverse = || sums.inverse(SMALLEST_CORRECTION_DETERMINANT);
-                *correction = passes.correction.then(inverse).flatten().unwrap_or(IDENTITY);
-                *stress = if passes.viscosity {
-                    viscous_stress(viscosity, &times(&sums.velocity, correction))
-                } else {
-                    Symmetric::default()
-                };
-                let in_momentum = if passes.momentum_correction { *correction } else { IDENTITY };
-                *tensor = momentum_tensor(fluid[i].pressure, stress, &in_momentum);
+impl Split for Results<'_> {
+    fn split(self, at: usize) -> (Self, Self) {
+        let (sums, shown, local) = (self.sums.split(at), self.shown.split(at), self.local.split(at));
+        let (order, viscous_stress) = (self.order.split(at), self.viscous_stress.split(at));
+        let (tensor, viscosity) = (self.tensor.split(at), self.viscosity.split(at));
+        (
+            Self {
+                sums: sums.0,
+                shown: shown.0,
+                local: local.0,
+                order: order.0,
+                viscous_stress: viscous_stress.0,
+                tensor: tensor.0,
+                viscosity: viscosity.0,
             },
-        );
+            Self {
+                sums: sums.1,
+                shown: shown.1,
+                local: local.1,
+                order: order.1,
+                viscous_stress: viscous_stress.1,
+                tensor: tensor.1,
+                viscosity: viscosity.1,
+            },
+        )
     }
+}
+
+/// The fluid and its surroundings in one stage.
+#[derive(Clone, Copy)]
+pub struct Scene<'a, G> {
+    /// Nearest images.
+    pub geometry: G,
+    /// Constants.
+    pub model: &'a FluidModel,
+    /// Neighbours.
+    pub lists: &'a Lists,
+    /// Fluid as neighbours read it.
+    pub fluid: &'a [Record],
+    /// Walls as neighbours read them, and one that does not act.
+    pub walls: &'a [Record],
+}
+
+impl Gradients {
+    /// Arrays for `particles`, as far as the scene needs them.
+    fn resize(&mut self, passes: Passes, particles: usize, partner: bool) {
+        let of = |needed: bool| if needed { particles } else { 0 };
+        self.sums.resize(of(partner), NeighbourSums::default());
+        self.shown.resize(of(passes.shown()), [0.0; 4]);
+        self.local.resize(of(passes.correction || passes.damper), Local::default());
+        self.order.resize(of(passes.order), OrderLocal::default());
+        self.viscous_stress.resize(of(passes.viscosity || passes.pair_viscosity), Matrix::default());
+        self.tensor.resize(of(passes.tensor()), Matrix::default());
+        self.viscosity.resize(of(passes.pair_viscosity), 0.0);
+    }
+
+    /// Sums over fluid and walls, and what follows from them.
+    ///
+    /// Walls enter with their density by Eq. (28) and their velocity by Eq. (27). With a `partner` the sums are kept, so
+    /// that its particles can be added.
+    pub fn accumulate<G: Geometry>(&mut self, scene: &Scene<G>, partner: bool) {
+        let passes = scene.model.passes;
+        if !passes.any() {
+            return;
+        }
+        self.resize(passes, scene.fluid.len(), partner);
+        match (passes.order, passes.moments(), passes.velocity_gradient()) {
+            (true, ..) => self.gather(scene, Sums::<true, true, true>),
+            (false, true, true) => self.gather(scene, Sums::<true, true, false>),
+            (false, true, false) => self.gather(scene, Sums::<true, false, false>),
+            (false, false, _) => self.gather(scene, Sums::<false, true, false>),
+        }
+    }
+
+    fn results(&mut self) -> Results<'_> {
+        let Self { sums, shown, local, order, viscous_stress, tensor, viscosity } = self;
+        Results { sums, shown, local, order, viscous_stress, tensor, viscosity }
+    }
+
+    fn gather<G: Geometry, W: Wanted>(&mut self, scene: &Scene<G>, _: W) {
+        let arithmetic = scene.model.arithmetic;
+        for_each_task(scene.fluid.len(), self.results(), &|particles, results| {
+            let wanted = PhantomData::<W>;
+            arithmetic.run(Gather { scene, wanted, first: particles.start, count: particles.len(), results });
+        });
+    }
+
+    /// Adds the sums over a partner's particles to those of `members`, and makes anew what follows from them.
+    ///
+    /// `density_meets` tells whether the partner's density means something to ∇ρ.
+    pub fn merge<G: Geometry>(
+        &mut self,
+        scene: &Scene<G>,
+        members: &[u32],
+        partner: &[NeighbourSums],
+        density_meets: bool,
+    ) {
+        for (i, added) in members.iter().zip(partner) {
+            let i = *i as usize;
+            self.sums[i].merge(added);
+            let mut finished = finish(scene, i, &self.sums[i]);
+            if let (false, Some([.., x, y])) = (density_meets, self.shown.get(i)) {
+                [finished.shown[2], finished.shown[3]] = [*x, *y];
+            }
+            self.results().put(i, finished);
+        }
+    }
+
+    /// Bytes in use.
+    pub fn bytes(&self) -> usize {
+        fn bytes<T>(values: &Vec<T>) -> usize {
+            values.capacity() * size_of::<T>()
+        }
+        let Self { sums, shown, local, order, viscous_stress, tensor, viscosity } = self;
+        bytes(sums)
+            + bytes(shown)
+            + bytes(local)
+            + bytes(order)
+            + bytes(viscous_stress)
+            + bytes(tensor)
+            + bytes(viscosity)
+    }
+}
+
+/// The pass over the particles of one task.
+struct Gather<'a, G, W> {
+    scene: &'a Scene<'a, G>,
+    wanted: PhantomData<W>,
+    first: usize,
+    count: usize,
+    results: Results<'a>,
+}
+
+impl<G: Geometry, W: Wanted> Kernel for Gather<'_, G, W> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let Self { scene, first, count, mut results, .. } = self;
+        let Scene { geometry, model, lists, fluid, walls } = *scene;
+        let law = Kernels { kernel: model.law.kernel.lanes(), ratio: Ratio::new(model) };
+        for k in 0..count {
+            let i = first + k;
+            let motion = L::splat_each(fluid[i].motion);
+            let rho = L::splat(fluid[i].density());
+            let mut batches = Batches::<L>::zero();
+            for indices in lists.fluid.of(i) {
+                let batch = Batch::gather(geometry, &motion, fluid, *indices);
+                batches.add::<W>(&law, rho, &batch, true);
+            }
+            for indices in lists.walls.of(i) {
+                let batch = Batch::gather(geometry, &motion, walls, *indices);
+                batches.add::<W>(&law, rho, &batch, false);
+            }
+            let sums = batches.total::<W>();
+            if let Some(kept) = results.sums.get_mut(k) {
+                *kept = sums;
+            }
+            results.put(k, finish(scene, i, &sums));
+        }
+    }
+}
+
+/// What follows for one particle.
+struct Finished {
+    shown: [f64; 4],
+    local: Local,
+    order: OrderLocal,
+    viscous_stress: Matrix,
+    tensor: Matrix,
+    viscosity: f64,
+}
+
+impl Results<'_> {
+    #[inline(always)]
+    fn put(&mut self, k: usize, finished: Finished) {
+        put(self.shown, k, finished.shown);
+        put(self.local, k, finished.local);
+        put(self.order, k, finished.order);
+        put(self.viscous_stress, k, finished.viscous_stress);
+        put(self.tensor, k, finished.tensor);
+        put(self.viscosity, k, finished.viscosity);
+    }
+}
+
+/// Writes `value` where the array is there.
+#[inline(always)]
+fn put<T>(values: &mut [T], k: usize, value: T) {
+    if let Some(place) = values.get_mut(k) {
+        *place = value;
+    }
+}
+
+/// ∇ρ, damper, L_i, viscous stress, T and order of particle `i` from its sums, Eq. (4) and (20)-(21).
+///
+/// ```text
+/// τ = μ [∇v + (∇v)ᵀ − ⅔ (∇·v) I],  T = (p I − τ)·L
+/// ```
+#[inline(always)]
+fn finish<G: Geometry>(scene: &Scene<G>, i: usize, sums: &NeighbourSums) -> Finished {
+    let model = scene.model;
+    let (passes, viscosity) = (model.passes, model.constants.dynamic_viscosity);
+    let (determinant, inverse) = sums.inverse();
+    let well_placed = determinant >= SMALLEST_CORRECTION_DETERMINANT;
+    let correction = if passes.correction && well_placed { inverse } else { IDENTITY };
+    let trusted = well_placed.then_some(inverse);
+    let damper = damper(model, sums, trusted, scene.fluid[i].density());
+    let pressure = scene.fluid[i].pressure() + damper;
+    let ([x, y], [xx, xy, yy]) = (sums.density, inverse);
+    let [g_x, g_y] = if passes.density_gradient && determinant >= SMALLEST_GRADIENT_DETERMINANT {
+        [xx * x + xy * y, xy * x + yy * y]
+    } else {
+        [0.0; 2]
+    };
+    let (order, mark) = if passes.order {
+        let around = Surroundings { scene, i, sums, inverse: trusted };
+        around.order()
+    } else {
+        (OrderLocal::default(), NO_ORDER)
+    };
+    let viscous_stress = if passes.viscosity {
+        viscous_stress(viscosity, &times(&sums.velocity_gradient(), &correction))
+    } else if passes.pair_viscosity {
+        let gradient = sums.velocity_gradient();
+        transposed_stress(viscosity, &trusted.map_or(gradient, |l| times(&gradient, &l)))
+    } else {
+        Matrix::default()
+    };
+    let in_momentum = if passes.momentum_correction { correction } else { IDENTITY };
+    let tensor = if passes.tensor() {
+        momentum_tensor(pressure, &viscous_stress, &in_momentum)
+    } else {
+        Matrix::default()
+    };
+    let viscosity = if passes.pair_viscosity { corrected(viscosity, sums) } else { 0.0 };
+    Finished {
+        shown: [pressure, mark, g_x, g_y],
+        local: Local { correction, damper },
+        order,
+        viscous_stress,
+        tensor,
+        viscosity,
+    }
+}
+
+/// Pressure of the acoustic damper \[Pa\], which acts in the momentum equation alone.
+///
+/// ```text
+/// q_i = −α ρ_i c₀ h (∇·v)_i (1 − 4 s_i)₊
+/// ```
+/// A bulk viscosity: it damps sound and leaves vortices alone, as the term of Sun, Pilloton, Antuono & Colagrossi
+/// (2023). s_i is the share of solids in the support; near them it fades, since what a solid particle would have to
+/// answer follows from states of this stage that are not exchanged.
+///
+/// ∇·v is read through `inverse` = L_i: on disordered particles the plain sum does not vanish for a solenoidal field.
+fn damper(model: &FluidModel, sums: &NeighbourSums, inverse: Option<Symmetric>, density: f64) -> f64 {
+    if !model.passes.damper {
+        return 0.0;
+    }
+    let [v_xx, v_xy, v_yx, v_yy] = sums.velocity_gradient();
+    let [xx, xy, yy] = inverse.unwrap_or(IDENTITY);
+    let divergence = v_xx * xx + (v_xy + v_yx) * xy + v_yy * yy;
+    let clear = (1.0 - 4.0 * sums.solid_share).max(0.0);
+    -model.acoustic_diffusivity * density * divergence * clear
 }
 
 /// τ of Eq. (4) \[Pa\] from the velocity gradient ∂v_a/∂x_b \[1/s\].
-fn viscous_stress(viscosity: f64, gradient: &Matrix) -> Symmetric {
+fn viscous_stress(viscosity: f64, gradient: &Matrix) -> Matrix {
     let [xx, xy, yx, yy] = *gradient;
     let third = 2.0 / 3.0 * (xx + yy);
-    [viscosity * (2.0 * xx - third), viscosity * (xy + yx), viscosity * (2.0 * yy - third)]
+    let shear = viscosity * (xy + yx);
+    [viscosity * (2.0 * xx - third), shear, shear, viscosity * (2.0 * yy - third)]
+}
+
+/// The viscous stress \[Pa\] less that of the pair force, from the velocity gradient ∂v_a/∂x_b \[1/s\].
+///
+/// ```text
+/// μ [(∇v)ᵀ − (∇·v) I]
+/// ```
+/// It has no divergence, but it pulls at a free surface: the pair force alone leaves ∂v/∂n = 0 there instead of no
+/// traction, and so half of the dissipation of a wave (Colagrossi et al. 2011).
+fn transposed_stress(viscosity: f64, gradient: &Matrix) -> Matrix {
+    let [xx, xy, yx, yy] = *gradient;
+    [-viscosity * yy, viscosity * yx, viscosity * xy, -viscosity * xx]
 }
 
 /// T = (p I − τ)·L \[Pa\].
-pub fn momentum_tensor(pressure: f64, stress: &Symmetric, correction: &Symmetric) -> Matrix {
-    times(&[pressure - stress[0], -stress[1], -stress[1], pressure - stress[2]], correction)
+pub fn momentum_tensor(pressure: f64, stress: &Matrix, correction: &Symmetric) -> Matrix {
+    times(&[pressure - stress[0], -stress[1], -stress[2], pressure - stress[3]], correction)
 }
 
 /// `stress` mirrored at a plane of unit `normal`; unchanged for a zero normal.
 ///
 /// A slip wall shows the mirror image and so no shear; a wall that reverses the velocity shows the stress itself.
-pub fn mirrored_stress(stress: &Symmetric, normal: [f64; 2]) -> Symmetric {
+pub fn mirrored_stress(stress: &Matrix, normal: [f64; 2]) -> Matrix {
     let [n_x, n_y] = normal;
     // R = I − 2 n nᵀ
     let (a, b, d) = (1.0 - 2.0 * n_x * n_x, -2.0 * n_x * n_y, 1.0 - 2.0 * n_y * n_y);
-    let [xx, xy, yy] = *stress;
-    let (u, v) = (a * xx + b * xy, a * xy + b * yy);
-    let (s, t) = (b * xx + d * xy, b * xy + d * yy);
-    [u * a + v * b, u * b + v * d, s * b + t * d]
+    let [xx, xy, yx, yy] = *stress;
+    times(&[a * xx + b * yx, a * xy + b * yy, b * xx + d * yx, b * xy + d * yy], &[a, b, d])
 }
 
 fn times(m: &Matrix, l: &Symmetric) -> Matrix {
@@ -300,23 +563,32 @@ mod tests {
     #[test]
     fn a_slip_wall_mirrors_shear_away() {
         // Mirrored at a plane of normal y, the shear changes sign; along 45° the axes swap.
-        assert_eq!(mirrored_stress(&[1.0, 2.0, 3.0], [0.0, 1.0]), [1.0, -2.0, 3.0]);
+        assert_eq!(mirrored_stress(&[1.0, 2.0, 4.0, 3.0], [0.0, 1.0]), [1.0, -2.0, -4.0, 3.0]);
         let n = std::f64::consts::FRAC_1_SQRT_2;
-        let swapped = mirrored_stress(&[1.0, 2.0, 3.0], [n, n]);
-        for (found, expected) in swapped.iter().zip([3.0, 2.0, 1.0]) {
+        let swapped = mirrored_stress(&[1.0, 2.0, 4.0, 3.0], [n, n]);
+        for (found, expected) in swapped.iter().zip([3.0, 4.0, 2.0, 1.0]) {
             // Round-off of n² = 1/2.
             assert!((found - expected).abs() < 1e-14);
         }
-        assert_eq!(mirrored_stress(&[1.0, 2.0, 3.0], [0.0, 0.0]), [1.0, 2.0, 3.0]);
+        assert_eq!(mirrored_stress(&[1.0, 2.0, 4.0, 3.0], [0.0, 0.0]), [1.0, 2.0, 4.0, 3.0]);
     }
 
     #[test]
     fn viscous_stress_of_expansion_and_shear() {
         // Simple shear ∂v_x/∂y = 5: τ_xy = μ·5, no normal stress.
-        assert_eq!(viscous_stress(2.0, &[0.0, 5.0, 0.0, 0.0]), [0.0, 10.0, 0.0]);
+        assert_eq!(viscous_stress(2.0, &[0.0, 5.0, 0.0, 0.0]), [0.0, 10.0, 10.0, 0.0]);
         // Expansion ∂v_x/∂x = ∂v_y/∂y = 3: 2μ·3 − ⅔μ·6 = μ·2.
-        let [xx, xy, yy] = viscous_stress(2.0, &[3.0, 0.0, 0.0, 3.0]);
+        let [xx, xy, _, yy] = viscous_stress(2.0, &[3.0, 0.0, 0.0, 3.0]);
         assert!((xx - 4.0).abs() < 1e-14 && xy == 0.0 && (yy - 4.0).abs() < 1e-14);
-        assert_eq!(viscous_stress(2.0, &[0.0, 4.0, -4.0, 0.0]), [0.0, 0.0, 0.0]);
+        assert_eq!(viscous_stress(2.0, &[0.0, 4.0, -4.0, 0.0]), [0.0; 4]);
+    }
+
+    #[test]
+    fn pair_force_and_transposed_stress_make_up_the_viscous_stress() {
+        // Of the pair force the stress is μ ∇v. Together they are that of Eq. (4) where ∇·v = 0.
+        let gradient = [3.0, 5.0, -2.0, -3.0];
+        let rest = transposed_stress(2.0, &gradient);
+        let whole: Vec<f64> = gradient.iter().zip(rest).map(|(g, rest)| 2.0 * g + rest).collect();
+        assert_eq!(whole, viscous_stress(2.0, &gradient));
     }
 }

@@ -107,8 +107,8 @@ impl Watch<'_> {
         {
             return Some(departure);
         }
-        let crossed = |w: &u32| self.crossed(i, *w as usize);
-        self.workspace.lists.walls.of(i).iter().any(crossed).then_some(Departure::Lost)
+        let crossed = |w: usize| self.crossed(i, w);
+        self.workspace.lists.walls.neighbours(i).any(crossed).then_some(Departure::Lost)
     }
 
     fn beyond_a_side(&self, x: &Vector) -> Option<Departure> {

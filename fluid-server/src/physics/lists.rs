@@ -1,27 +1,50 @@
 //! Neighbour lists with a skin, and the cell-sorted order of the fluid.
 
-use sph::neighbours::{CellGrid, NeighbourList, cell_order, largest_displacement};
+use sph::neighbours::largest_displacement;
+use sph::vector::Vector;
 
 use super::model::FluidModel;
-use super::state::{Base, FluidState, ListOrigin};
+use super::pair::{Geometry, Open, Periodic};
+use super::rows::{Order, Padding, Rows, Search, Sources};
+use super::state::{Base, FluidState, ListOrigin, Scratch};
 use super::walls::WallField;
 
 /// Width of the skin around the support radius in particle spacings. The optimum is flat between 0.1 and 0.3.
 const SKIN: f64 = 0.2;
 
 /// Lists of all pairs closer than support radius plus skin.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct Lists {
     /// Fluid neighbours of each fluid particle.
-    pub fluid: NeighbourList,
+    pub fluid: Rows,
     /// Wall neighbours of each fluid particle.
-    pub walls: NeighbourList,
+    pub walls: Rows,
     /// Fluid neighbours of each wall particle.
-    pub fluid_of_walls: NeighbourList,
+    pub fluid_of_walls: Rows,
+    /// Fluid by cells.
+    fluid_sources: Sources,
+    /// Walls by cells.
+    wall_sources: Sources,
+    scratch: Scratch,
     /// Positions of moving walls when the lists were built.
     wall_origin: WallField,
     /// Whether the lists belong to the state's `list_origin`.
     current: bool,
+}
+
+impl Default for Lists {
+    fn default() -> Self {
+        Self {
+            fluid: Rows::default(),
+            walls: Rows::default(),
+            fluid_of_walls: Rows::default(),
+            fluid_sources: Sources::new(Order::ByCell),
+            wall_sources: Sources::new(Order::AsGiven),
+            scratch: Scratch::default(),
+            wall_origin: WallField::default(),
+            current: false,
+        }
+    }
 }
 
 impl Lists {
@@ -30,48 +53,84 @@ impl Lists {
         SKIN * spacing
     }
 
-    /// Whether a particle moved so far that the lists may miss a pair.
+    /// Whether particles moved so far that the lists may miss a pair; `moved` is the fluid's largest displacement since
+    /// they were built \[m\].
     ///
     /// Two particles approach by at most twice the largest displacement, hence half the skin each.
-    pub fn outdated(&self, model: &FluidModel, state: &FluidState, walls: &WallField) -> bool {
-        let Some(origin) = &state.list_origin else { return true };
+    pub fn outdated(&self, model: &FluidModel, moved: f64, walls: &WallField) -> bool {
         let limit = 0.5 * Self::skin(model.constants.particle_spacing);
-        let moved = |now, then| largest_displacement(&model.domain, now, then) > limit;
-        moved(&state.position, &origin.position)
-            || (model.walls.moves() && moved(&walls.position, &self.wall_origin.position))
+        let walls_moved = || largest_displacement(&model.domain, &walls.position, &self.wall_origin.position);
+        moved > limit || (model.walls.moves() && walls_moved() > limit)
     }
 
     /// Sorts the particles by cells and builds the lists for the present state at `time` \[s\].
     pub fn rebuild(&mut self, model: &FluidModel, state: &mut FluidState, base: &mut Base, time: f64) {
         state.wrap(base, &model.domain);
-        let order = cell_order(&model.domain, &state.position, self.radius(model));
-        state.reorder(base, &order);
+        self.fluid_sources.renew(&model.domain, &state.position, Self::radius(model));
+        state.reorder(base, self.fluid_sources.order(), &mut self.scratch);
         let origin = state.list_origin.get_or_insert_default();
         origin.time = time;
         origin.position.clone_from(&state.position);
         state.list_builds += 1;
-        self.build(model, origin);
+        self.build(model, &origin.position, origin.time);
     }
 
-    /// Builds the lists that belong to `origin` unless they are present, as after a restore.
+    /// Builds the lists that belong to the state's origin unless they are present, as after a restore.
     pub fn restore(&mut self, model: &FluidModel, state: &FluidState) {
         if let (false, Some(origin)) = (self.current, &state.list_origin) {
-            self.build(model, origin);
+            self.fluid_sources.renew(&model.domain, &origin.position, Self::radius(model));
+            let ListOrigin { time, position } = origin;
+            self.build(model, position, *time);
         }
     }
 
-    fn radius(&self, model: &FluidModel) -> f64 {
+    /// Bytes in use.
+    pub fn bytes(&self) -> usize {
+        [&self.fluid, &self.walls, &self.fluid_of_walls].into_iter().map(Rows::bytes).sum::<usize>()
+            + self.fluid_sources.bytes()
+            + self.wall_sources.bytes()
+            + self.scratch.bytes()
+    }
+
+    fn radius(model: &FluidModel) -> f64 {
         model.kernel.support_radius() + Self::skin(model.constants.particle_spacing)
     }
 
-    fn build(&mut self, model: &FluidModel, origin: &ListOrigin) {
-        let (domain, radius) = (&model.domain, self.radius(model));
-        self.wall_origin.place(&model.walls, domain, origin.time);
-        let (fluid, walls) = (&origin.position, &self.wall_origin.position);
-        let grid = CellGrid::new(domain, fluid, radius);
-        self.fluid = grid.list(domain, fluid, fluid, radius, true);
-        self.fluid_of_walls = grid.list(domain, walls, fluid, radius, false);
-        self.walls = CellGrid::new(domain, walls, radius).list(domain, fluid, walls, radius, false);
+    /// Builds the lists of a fluid whose particles are sorted and binned, with walls as of `time` \[s\].
+    fn build(&mut self, model: &FluidModel, fluid: &[Vector], time: f64) {
+        let (domain, radius) = (&model.domain, Self::radius(model));
+        if model.walls.moves() || !self.current {
+            self.wall_origin.place(&model.walls, domain, time);
+            self.wall_sources.renew(domain, &self.wall_origin.position, radius);
+        }
+        if domain.is_periodic() {
+            self.fill(model, Periodic::new(domain), fluid);
+        } else {
+            self.fill(model, Open, fluid);
+        }
         self.current = true;
+    }
+
+    fn fill<G: Geometry>(&mut self, model: &FluidModel, geometry: G, fluid: &[Vector]) {
+        let Self {
+            fluid_sources: of_fluid,
+            wall_sources: of_walls,
+            wall_origin,
+            fluid: fluid_rows,
+            walls: wall_rows,
+            fluid_of_walls,
+            ..
+        } = self;
+        let search = Search {
+            arithmetic: model.arithmetic,
+            geometry,
+            domain: &model.domain,
+            radius: Self::radius(model),
+        };
+        let walls = &wall_origin.position;
+        // The records of walls end with one that does not act.
+        fluid_rows.build(&search, of_fluid, fluid, Padding::Target);
+        wall_rows.build(&search, of_walls, fluid, Padding::Index(walls.len() as u32));
+        fluid_of_walls.build(&search, of_fluid, walls, Padding::Index(u32::MAX));
     }
 }

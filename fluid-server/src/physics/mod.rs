@@ -10,6 +10,7 @@
 //!   use the plain gradient.
 
 use sph::exchange::{Extent, InterfaceStates};
+use sph::lanes::Arithmetic;
 use sph::ledger::{Energies, StageBooks};
 use sph::setup::FluidSetup;
 use sph::solver::{Counts, Divergence, ParticleFields, Role, Solver};
@@ -24,23 +25,22 @@ mod checks;
 mod cross;
 mod fields;
 mod gradients;
-mod lanes;
 mod leaving;
 mod lists;
 mod model;
 mod pair;
 mod probes;
 mod rates;
+mod rows;
 mod shifting;
 mod state;
+mod tasks;
 mod viscosity;
 mod walls;
 mod workspace;
 
 #[cfg(test)]
 mod tests;
-
-pub use lanes::ARITHMETIC;
 
 /// The fluid solver of one run.
 #[derive(Debug)]
@@ -53,12 +53,20 @@ pub struct FluidSolver {
 }
 
 impl FluidSolver {
-    /// A solver at the start of the run that `setup` describes.
+    /// A solver at the start of the run that `setup` describes, with the best arithmetic of this machine.
     ///
     /// # Errors
     /// Everything in the set-up that can not be run.
     pub fn new(setup: FluidSetup) -> Result<Self, Vec<String>> {
-        let (model, state) = FluidModel::new(setup)?;
+        Self::with_arithmetic(setup, Arithmetic::best())
+    }
+
+    /// A solver at the start of the run that `setup` describes.
+    ///
+    /// # Errors
+    /// Everything in the set-up that can not be run.
+    pub fn with_arithmetic(setup: FluidSetup, arithmetic: Arithmetic) -> Result<Self, Vec<String>> {
+        let (model, state) = FluidModel::new(setup, arithmetic)?;
         let mut workspace = Workspace::new(&model);
         if let Some(cross) = &mut workspace.cross {
             cross.update_extent(&state);

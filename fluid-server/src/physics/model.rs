@@ -4,6 +4,7 @@ use sph::body_force::BodyForceField;
 use sph::domain::Domain;
 use sph::equation_of_state::Tait;
 use sph::kernel::CubicSpline;
+use sph::lanes::Arithmetic;
 use sph::repulsion::Repulsion;
 use sph::setup::{
     Coupling, Damping, DensityDiffusion, FluidConstants, FluidParticles, FluidProbe, FluidProbeKind,
@@ -37,6 +38,8 @@ pub struct FluidModel {
     pub diffusion: f64,
     /// α c₀ h of the acoustic damper \[m²/s\]; zero without it.
     pub acoustic_diffusivity: f64,
+    /// How sums over neighbours are computed.
+    pub arithmetic: Arithmetic,
     /// What the gradient pass makes.
     pub passes: Passes,
     /// Body force.
@@ -78,22 +81,34 @@ pub struct Passes {
     pub damper: bool,
     /// Viscous pair force.
     pub pair_viscosity: bool,
+    /// Shifting or tensile control.
+    pub order: bool,
 }
 
 impl Passes {
-    /// Whether the pass over moments is needed at all.
+    /// Whether the pass is needed at all.
+    pub fn any(self) -> bool {
+        self.moments() || self.velocity_gradient() || self.order
+    }
+
+    /// Whether neighbours read results of the pass.
+    pub fn shown(self) -> bool {
+        self.density_gradient || self.damper || self.order
+    }
+
+    /// Whether moments are needed.
     pub fn moments(self) -> bool {
         self.density_gradient || self.correction || self.pair_viscosity
     }
 
     /// Whether the velocity gradient is needed, or its trace at least.
     pub fn velocity_gradient(self) -> bool {
-        self.viscosity || self.damper
+        self.viscosity || self.pair_viscosity || self.damper
     }
 
     /// Whether momentum needs T = −σ·L as a tensor instead of a pressure.
     pub fn tensor(self) -> bool {
-        self.momentum_correction || self.viscosity
+        self.momentum_correction || self.viscosity || self.pair_viscosity
     }
 }
 
@@ -102,7 +117,7 @@ impl FluidModel {
     ///
     /// # Errors
     /// Everything in the set-up that can not be run.
-    pub fn new(setup: FluidSetup) -> Result<(Self, FluidState), Vec<String>> {
+    pub fn new(setup: FluidSetup, arithmetic: Arithmetic) -> Result<(Self, FluidState), Vec<String>> {
         let mut errors = setup_errors(&setup);
         if !errors.is_empty() {
             return Err(errors);
@@ -151,12 +166,12 @@ impl FluidModel {
                 regularisation: constants.lambda * h * h,
                 viscosity_a: constants.viscosity_a * constants.sound_speed,
                 viscosity_b: constants.viscosity_b,
-                viscous: constants.dynamic_viscosity > 0.0 && setup.viscous_form == ViscousForm::Pairwise,
             },
             gradient_scale,
             cross_gradient_scale,
             diffusion: delta * h * constants.sound_speed,
             acoustic_diffusivity: setup.acoustic_damping * h * constants.sound_speed,
+            arithmetic,
             passes: Passes {
                 density_gradient: matches!(setup.diffusion, DensityDiffusion::Renormalised { .. }),
                 correction: matches!(
@@ -168,6 +183,7 @@ impl FluidModel {
                 damper: setup.acoustic_damping > 0.0,
                 pair_viscosity: constants.dynamic_viscosity > 0.0
                     && setup.viscous_form == ViscousForm::Pairwise,
+                order: setup.order.is_some(),
             },
             body_force,
             damping: setup.damping,

@@ -1,30 +1,27 @@
 //! Rates of change of every fluid particle, Eq. (17)-(19), (22)-(24).
 
-use rayon::prelude::*;
+use std::marker::PhantomData;
+use std::ops::AddAssign;
+
+use sph::body_force::BodyForceAt;
+use sph::lanes::{Kernel, Lanes, WIDTH};
 use sph::vector::Vector;
 
-use super::gradients::{Gradients, mirrored_stress, momentum_tensor};
-use super::lanes::{LANES, Lanes};
-use super::lists::Lists;
-use super::model::FluidModel;
+use super::gradients::{Gradients, Scene, mirrored_stress, momentum_tensor};
 use super::pair::{
-    Batch, Friction, Geometry, IDENTITY, Matrix, Own, PairSums, Record, for_each_batch, gather,
+    Batch, Found, Friction, Geometry, IDENTITY, LawLanes, Matrix, Own, PairSums, Terms, With, gather,
+    gather_columns,
 };
+use super::shifting::{self, Control, nearest_surface};
 use super::state::FluidState;
-use super::walls::WallStates;
-
-/// Fluid particles per task.
-pub const TASK: usize = 256;
+use super::tasks::{PerTask, for_each_task, per_task};
+use super::walls::WallField;
 
 /// Rates of one particle.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Rates {
     /// Acceleration \[m/s²\].
     pub acceleration: Vector,
-    /// Part of it by walls \[m/s²\].
-    pub walls: Vector,
-    /// Part of it by the body force \[m/s²\].
-    pub body: Vector,
     /// Part of it by stabilisers that are not antisymmetric \[m/s²\].
     pub stabilisers: Vector,
     /// Velocity by which the position is shifted besides \[m/s\].
@@ -33,151 +30,199 @@ pub struct Rates {
     pub density: f64,
 }
 
+/// Sums over the particles of one task \[N/m\].
+#[derive(Clone, Copy, Debug, Default)]
+pub struct OuterForces {
+    /// Body force.
+    pub body: Vector,
+    /// Force by walls.
+    pub walls: Vector,
+}
+
+impl AddAssign for OuterForces {
+    fn add_assign(&mut self, other: Self) {
+        self.body += other.body;
+        self.walls += other.walls;
+    }
+}
+
 /// What the rates are computed from.
 #[derive(Clone, Copy)]
-pub struct StageFields<'a> {
-    /// Constants.
-    pub model: &'a FluidModel,
+pub struct StageFields<'a, G> {
+    /// Fluid and walls.
+    pub scene: Scene<'a, G>,
     /// State.
     pub state: &'a FluidState,
-    /// Neighbours.
-    pub lists: &'a Lists,
-    /// Fluid as neighbours read it.
-    pub fluid: &'a [Record],
-    /// Walls as neighbours read them.
-    pub walls: &'a WallStates,
+    /// Kinematics of the walls.
+    pub field: &'a WallField,
     /// Results of the gradient pass.
     pub gradients: &'a Gradients,
     /// Time of the stage state \[s\].
     pub time: f64,
 }
 
-impl StageFields<'_> {
-    /// Rates by the fluid itself, walls, body force and damping into `rates`.
-    pub fn rates<G: Geometry>(&self, geometry: G, rates: &mut Vec<Rates>) {
-        let passes = self.model.passes;
-        rates.resize(self.fluid.len(), Rates::default());
-        match (passes.density_gradient, passes.tensor()) {
-            (false, false) => self.gather::<G, false, false>(geometry, rates),
-            (true, false) => self.gather::<G, true, false>(geometry, rates),
-            (false, true) => self.gather::<G, false, true>(geometry, rates),
-            (true, true) => self.gather::<G, true, true>(geometry, rates),
+impl<G: Geometry> StageFields<'_, G> {
+    /// Rates by the fluid itself, walls, body force, damping and order control into `rates`; `outer` gets the sums of
+    /// each task.
+    pub fn rates(&self, rates: &mut Vec<Rates>, outer: &mut Vec<OuterForces>) {
+        let passes = self.scene.model.passes;
+        rates.resize(self.scene.fluid.len(), Rates::default());
+        if passes.pair_viscosity {
+            self.choose::<true>(rates, outer);
+        } else {
+            self.choose::<false>(rates, outer);
         }
     }
 
-    fn gather<G: Geometry, const GRADIENT: bool, const TENSOR: bool>(
-        &self,
-        geometry: G,
-        rates: &mut [Rates],
-    ) {
-        let Self { model, state, lists, fluid, gradients, .. } = self;
-        let damping = model.damping_rate(self.time);
-        let body_force = model.body_force.at(self.time);
-        rates.par_iter_mut().with_min_len(TASK).enumerate().for_each(|(i, rates)| {
-            let own = self.own::<GRADIENT, TENSOR>(i);
-            let mut sums = PairSums::<GRADIENT, TENSOR>::default();
-            for_each_batch(lists.fluid.of(i), |indices, count| {
-                let batch = Batch::gather(geometry, own.record, fluid, indices, count);
-                let gradient =
-                    if GRADIENT { gather(indices, |j| gradients.density[j]) } else { Default::default() };
-                let tensor =
-                    if TENSOR { gather(indices, |j| gradients.tensor[j]) } else { Default::default() };
-                let friction = if model.law.viscous {
-                    let [viscosity] = gather(indices, |j| [gradients.viscosity[j]]);
-                    let viscosity = Lanes::splat(gradients.viscosity[i]) + viscosity;
-                    Friction { viscosity, slip: [batch.v_x, batch.v_y] }
-                } else {
-                    Friction::default()
-                };
-                sums.add(&model.law, &own, &batch, gradient, tensor, friction);
+    fn choose<const VISCOUS: bool>(&self, rates: &mut [Rates], outer: &mut Vec<OuterForces>) {
+        let passes = self.scene.model.passes;
+        match (passes.shown(), passes.tensor(), passes.correction) {
+            (false, false, false) => self.gather(With::<false, false, false, VISCOUS>, rates, outer),
+            (true, false, false) => self.gather(With::<true, false, false, VISCOUS>, rates, outer),
+            (false, false, true) => self.gather(With::<false, false, true, VISCOUS>, rates, outer),
+            (true, false, true) => self.gather(With::<true, false, true, VISCOUS>, rates, outer),
+            (false, true, _) => self.gather(With::<false, true, true, VISCOUS>, rates, outer),
+            (true, true, _) => self.gather(With::<true, true, true, VISCOUS>, rates, outer),
+        }
+    }
+
+    fn gather<T: Terms>(&self, _: T, rates: &mut [Rates], outer: &mut Vec<OuterForces>) {
+        let model = self.scene.model;
+        let body_force = &model.body_force.at(self.time);
+        let results = (rates, per_task(outer, self.scene.fluid.len()));
+        for_each_task(self.scene.fluid.len(), results, &|particles, (rates, PerTask(outer))| {
+            let first = particles.start;
+            model.arithmetic.run(Evaluate {
+                fields: self,
+                terms: PhantomData::<T>,
+                body_force,
+                first,
+                rates,
+                outer: &mut outer[0],
             });
-            let walls = self.wall_sums(geometry, i, &own, |_| true);
-            let repulsion = self.wall_repulsion(geometry, i, |_| true);
-            let [by_fluid, by_walls] = [&sums, &walls].map(|sums| {
-                let [x, y] = sums.stress_divergence();
-                Vector::new(x, y) / -own.record.density
-            });
-            let by_walls = by_walls + repulsion;
-            let body = body_force.acceleration(&state.position[i]);
-            *rates = Rates {
-                acceleration: by_fluid + by_walls + body - state.velocity[i] * damping,
-                walls: by_walls,
-                body,
-                density: own.record.density * (sums.continuity() + walls.continuity())
-                    + model.diffusion * (sums.diffusion() + walls.diffusion()),
-                ..Rates::default()
-            };
         });
     }
 
     #[inline(always)]
-    fn own<const GRADIENT: bool, const TENSOR: bool>(&self, i: usize) -> Own<'_> {
-        let gradients = self.gradients;
+    fn own<L: Lanes, T: Terms>(&self, i: usize) -> Own<L> {
+        let (fluid, gradients) = (&self.scene.fluid[i], self.gradients);
+        let [pressure, _, g_x, g_y] =
+            if T::FOUND { gradients.shown[i] } else { [fluid.pressure(), 0.0, 0.0, 0.0] };
+        let corrected = T::CORRECTION && self.scene.model.passes.correction;
+        let l = if corrected { gradients.local[i].correction } else { IDENTITY };
         Own {
-            record: &self.fluid[i],
-            density_gradient: if GRADIENT { gradients.density[i] } else { [0.0; 2] },
-            tensor: if TENSOR { gradients.tensor[i] } else { [0.0; 4] },
-            correction: if self.model.passes.correction { gradients.correction[i] } else { IDENTITY },
+            motion: L::splat_each(fluid.motion),
+            density: L::splat(fluid.density()),
+            twice_density: L::splat(2.0 * fluid.density()),
+            pressure: L::splat(pressure),
+            density_gradient: [L::splat(g_x), L::splat(g_y)],
+            tensor: if T::TENSOR { L::splat_each(gradients.tensor[i]) } else { [L::zero(); 4] },
+            correction: [L::splat(l[0]), L::splat(l[1]), L::splat(l[2])],
         }
     }
 
-    /// Sums of particle `i` over the wall particles for which `include` says so.
+    /// Sums of particle `i` over its fluid neighbours, and r² of the nearest of them at the free surface \[m²\].
+    #[inline(always)]
+    fn fluid_sums<L: Lanes, T: Terms>(&self, law: &LawLanes<L>, i: usize, own: &Own<L>) -> (PairSums<L>, L) {
+        let Scene { geometry, lists, fluid, .. } = self.scene;
+        let gradients = self.gradients;
+        // The same length, as one check of an index then serves both.
+        let shown = if T::FOUND { &gradients.shown[..fluid.len()] } else { &[] };
+        let (mut sums, mut nearest) = (PairSums::zero(), L::splat(f64::INFINITY));
+        for indices in lists.fluid.of(i) {
+            let indices = *indices;
+            let mut batch = Batch::gather(geometry, &own.motion, fluid, indices);
+            let mut found = Found::nothing();
+            if T::FOUND {
+                let [pressure, mark, g_x, g_y] = gather_columns(indices, shown);
+                batch.pressure = pressure;
+                found.density_gradient = [g_x, g_y];
+                nearest = nearest_surface(nearest, mark, batch.square);
+            }
+            if T::TENSOR {
+                found.tensor = gather_columns(indices, &gradients.tensor);
+            }
+            if T::VISCOUS {
+                let viscosity = L::splat(gradients.viscosity[i]) + gather(indices, &gradients.viscosity);
+                found.friction = Friction { viscosity, slip: [batch.v_x, batch.v_y] };
+            }
+            sums.add::<T>(law, own, &batch, &found);
+        }
+        (sums, nearest)
+    }
+
+    /// Sums of particle `i` over the particles of `wall`, or of all walls.
     ///
     /// A wall takes ∇ρ, L and damper of the particle, and its viscous stress, mirrored where it slips.
     #[inline(always)]
-    fn wall_sums<G: Geometry, const GRADIENT: bool, const TENSOR: bool>(
+    fn wall_sums<L: Lanes, T: Terms>(
         &self,
-        geometry: G,
+        law: &LawLanes<L>,
         i: usize,
-        own: &Own,
-        include: impl Fn(usize) -> bool,
-    ) -> PairSums<GRADIENT, TENSOR> {
-        let mut sums = PairSums::default();
-        let gradient = own.density_gradient.map(Lanes::splat);
-        let damper = Lanes::splat(self.damper(i));
-        for_each_batch(self.lists.walls.of(i), |indices, count| {
-            let mut batch = Batch::gather(geometry, own.record, &self.walls.records, indices, count);
-            let included = gather(indices, |w| [f64::from(u8::from(include(w)))]);
-            batch.volume = batch.volume * included[0];
-            batch.pressure += damper;
-            let tensor =
-                if TENSOR { gather(indices, |w| self.wall_tensor(i, w)) } else { Default::default() };
-            let friction = if self.model.law.viscous {
-                let viscosity = Lanes::splat(2.0 * self.gradients.viscosity[i]);
-                Friction { viscosity, slip: self.resisted(indices, &batch) }
-            } else {
-                Friction::default()
-            };
-            sums.add(&self.model.law, own, &batch, gradient, tensor, friction);
-        });
+        own: &Own<L>,
+        wall: Option<u32>,
+    ) -> PairSums<L> {
+        let Scene { geometry, model, lists, walls, .. } = self.scene;
+        let damper = L::splat(self.damper(i));
+        let mut sums = PairSums::zero();
+        for indices in lists.walls.of(i) {
+            let indices = *indices;
+            let mut batch = Batch::gather(geometry, &own.motion, walls, indices);
+            if let Some(wall) = wall {
+                let included = |w: u32| f64::from(u8::from(model.walls.wall.get(w as usize) == Some(&wall)));
+                batch.volume = batch.volume * L::from_array(indices.map(included));
+            }
+            batch.pressure = batch.pressure + damper;
+            let mut found = Found { density_gradient: own.density_gradient, ..Found::nothing() };
+            if T::TENSOR {
+                let [a, b, c, d] = indices.map(|w| self.wall_tensor(i, w as usize));
+                found.tensor = L::columns([&a, &b, &c, &d]);
+            }
+            if T::VISCOUS {
+                let viscosity = L::splat(2.0 * self.gradients.viscosity[i]);
+                found.friction = Friction { viscosity, slip: self.resisted(indices, &batch) };
+            }
+            sums.add::<T>(law, own, &batch, &found);
+        }
         sums
     }
 
     /// q of the acoustic damper of particle `i` \[Pa\].
     fn damper(&self, i: usize) -> f64 {
-        if self.model.passes.damper { self.gradients.damper[i] } else { 0.0 }
+        if self.scene.model.passes.damper { self.gradients.local[i].damper } else { 0.0 }
     }
 
     /// The part of the velocity relative to walls that viscosity resists: all of it, or where they slip that along
     /// their normal.
     #[inline(always)]
-    fn resisted(&self, indices: [u32; LANES], batch: &Batch) -> [Lanes; 2] {
-        let [n_x, n_y] = gather(indices, |w| self.walls.field.mirror_normal[w].into());
-        let slips = n_x * n_x + n_y * n_y;
-        let across = batch.v_x * n_x + batch.v_y * n_y;
-        let along = Lanes::splat(1.0) - slips;
-        [along * batch.v_x + across * n_x, along * batch.v_y + across * n_y]
+    fn resisted<L: Lanes>(&self, indices: [u32; WIDTH], batch: &Batch<L>) -> [L; 2] {
+        let normals = indices.map(|w| self.mirror_normal(w as usize));
+        let (n_x, n_y) = (L::from_array(normals.map(|n| n.x)), L::from_array(normals.map(|n| n.y)));
+        let slips = (n_x * n_x).plus_product(n_y, n_y);
+        let across = (batch.v_x * n_x).plus_product(batch.v_y, n_y);
+        let along = L::splat(1.0) - slips;
+        [(along * batch.v_x).plus_product(across, n_x), (along * batch.v_y).plus_product(across, n_y)]
+    }
+
+    /// Normal of the mirror of wall particle `w`; none for the one that does not act.
+    fn mirror_normal(&self, w: usize) -> Vector {
+        self.field.mirror_normal.get(w).copied().unwrap_or_default()
     }
 
     fn wall_tensor(&self, i: usize, w: usize) -> Matrix {
-        let normal = &self.walls.field.mirror_normal[w];
-        let stress = mirrored_stress(&self.gradients.viscous_stress[i], [normal.x, normal.y]);
-        let passes = self.model.passes;
-        let correction = if passes.momentum_correction { self.gradients.correction[i] } else { IDENTITY };
-        momentum_tensor(self.walls.records[w].pressure + self.damper(i), &stress, &correction)
+        let normal = self.mirror_normal(w);
+        let passes = self.scene.model.passes;
+        let stress = if passes.viscosity || passes.pair_viscosity {
+            mirrored_stress(&self.gradients.viscous_stress[i], [normal.x, normal.y])
+        } else {
+            Default::default()
+        };
+        let correction =
+            if passes.momentum_correction { self.gradients.local[i].correction } else { IDENTITY };
+        momentum_tensor(self.scene.walls[w].pressure() + self.damper(i), &stress, &correction)
     }
 
-    /// Repulsion \[m/s²\] of particle `i` by the faces of the walls for which `include` says so.
+    /// Repulsion \[m/s²\] of particle `i` by the faces of `wall`, or of all walls.
     ///
     /// ```text
     /// a = Σ_w (1 − |t_w|/Δx)₊ · a(z_w, v_n) · n_w
@@ -187,30 +232,29 @@ impl StageFields<'_> {
     /// along a face, so that it is smooth; a particle at rest on the lattice (z = Δx) feels nothing. The pair forces
     /// vanish where a particle meets a wall particle, so that they alone can not hold a particle that has been pressed
     /// into the layer.
-    fn wall_repulsion<G: Geometry>(&self, geometry: G, i: usize, include: impl Fn(usize) -> bool) -> Vector {
-        let Self { model, fluid, walls, .. } = self;
+    fn wall_repulsion(&self, i: usize, wall: Option<u32>) -> Vector {
+        let Scene { geometry, model, lists, fluid, walls } = self.scene;
         if !model.wall_repulsion.acts() {
             return Vector::zeros();
         }
         let spacing = model.constants.particle_spacing;
-        let velocity = Vector::new(fluid[i].v_x, fluid[i].v_y);
+        let velocity = fluid[i].velocity();
         let mut acceleration = Vector::zeros();
-        for &w in self.lists.walls.of(i) {
-            let w = w as usize;
+        for w in lists.walls.neighbours(i) {
+            let included = wall.is_none_or(|wall| model.walls.wall[w] == wall);
             // A wall particle without volume does not act.
-            if !model.walls.first_layer[w] || walls.records[w].volume == 0.0 || !include(w) {
+            if !model.walls.first_layer[w] || walls[w].volume() == 0.0 || !included {
                 continue;
             }
-            let [x, y] = geometry.separation(&fluid[i], &walls.records[w]);
-            let d = Vector::new(x, y);
-            let normal = &walls.field.face_normal[w];
+            let d = geometry.separation(&fluid[i], &walls[w]);
+            let normal = &self.field.face_normal[w];
             let height = d.dot(normal);
             let beside = (d - normal * height).norm() / spacing;
             // Deeper than a layer it is the next face that counts, such as the far side of a thin wall.
             if height >= model.wall_repulsion.distance() || height < -spacing || beside >= 1.0 {
                 continue;
             }
-            let leaving = (velocity - walls.field.velocity[w]).dot(normal);
+            let leaving = (velocity - self.field.velocity[w]).dot(normal);
             let repulsion = model.wall_repulsion.acceleration(height, leaving);
             acceleration += normal * ((1.0 - beside) * repulsion);
         }
@@ -218,19 +262,94 @@ impl StageFields<'_> {
     }
 
     /// Force of the fluid on wall `wall` (index) \[N/m\].
-    pub fn wall_force<G: Geometry>(&self, geometry: G, wall: u32) -> Vector {
-        let part_of_wall = |w: usize| self.model.walls.wall[w] == wall;
-        let force = |i: usize| {
-            let [x, y] = if self.model.passes.tensor() {
-                let own = self.own::<false, true>(i);
-                self.wall_sums::<G, false, true>(geometry, i, &own, part_of_wall).stress_divergence()
+    pub fn wall_force(&self, wall: u32) -> Vector {
+        let tensor = self.scene.model.passes.tensor();
+        sph::sums::ordered_sum(self.scene.fluid.len(), |i| {
+            let fields = self;
+            let divergence = if tensor {
+                self.scene.model.arithmetic.run(WallForce {
+                    fields,
+                    terms: PhantomData::<With<false, true, false, false>>,
+                    i,
+                    wall,
+                })
             } else {
-                let own = self.own::<false, false>(i);
-                self.wall_sums::<G, false, false>(geometry, i, &own, part_of_wall).stress_divergence()
+                self.scene.model.arithmetic.run(WallForce {
+                    fields,
+                    terms: PhantomData::<With<false, false, false, false>>,
+                    i,
+                    wall,
+                })
             };
-            let repulsion = self.wall_repulsion(geometry, i, part_of_wall);
-            Vector::new(x, y) * self.fluid[i].volume - repulsion * self.state.mass[i]
-        };
-        sph::sums::ordered_sum(self.fluid.len(), force)
+            let repulsion = self.wall_repulsion(i, Some(wall));
+            divergence * self.scene.fluid[i].volume() - repulsion * self.state.mass[i]
+        })
+    }
+}
+
+/// Σ V_w [...]·∇W of particle `i` over one wall \[Pa/m\].
+struct WallForce<'a, G, T> {
+    fields: &'a StageFields<'a, G>,
+    terms: PhantomData<T>,
+    i: usize,
+    wall: u32,
+}
+
+impl<G: Geometry, T: Terms> Kernel for WallForce<'_, G, T> {
+    type Output = Vector;
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> Vector {
+        let mut own = self.fields.own::<L, T>(self.i);
+        own.pressure = own.pressure + L::splat(self.fields.damper(self.i));
+        let law = self.fields.scene.model.law.lanes();
+        self.fields.wall_sums::<L, T>(&law, self.i, &own, Some(self.wall)).total().stress_divergence
+    }
+}
+
+/// The rates of the particles of one task.
+struct Evaluate<'a, G, T> {
+    fields: &'a StageFields<'a, G>,
+    terms: PhantomData<T>,
+    body_force: &'a BodyForceAt<'a>,
+    first: usize,
+    rates: &'a mut [Rates],
+    outer: &'a mut OuterForces,
+}
+
+impl<G: Geometry, T: Terms> Kernel for Evaluate<'_, G, T> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let Self { fields, body_force, first, rates, outer, .. } = self;
+        let StageFields { scene, state, gradients, time, .. } = fields;
+        let model = scene.model;
+        let damping = model.damping_rate(*time);
+        let law = model.law.lanes::<L>();
+        for (k, rates) in rates.iter_mut().enumerate() {
+            let i = first + k;
+            let own = fields.own::<L, T>(i);
+            let (sums, nearest) = fields.fluid_sums::<L, T>(&law, i, &own);
+            let (sums, walls) = (sums.total(), fields.wall_sums::<L, T>(&law, i, &own, None).total());
+            let rho = scene.fluid[i].density();
+            let by_fluid = sums.stress_divergence / -rho;
+            let by_walls = walls.stress_divergence / -rho + fields.wall_repulsion(i, None);
+            let body = body_force.acceleration(&state.position[i]);
+            let mut control = Control::default();
+            if let (true, Some(order)) = (T::FOUND, &model.order) {
+                let nearest = nearest.to_array().into_iter().fold(f64::INFINITY, f64::min);
+                let local = &gradients.order[i];
+                control = shifting::control::<L, G>(order, scene, i, &gradients.shown, nearest, local);
+            }
+            *rates = Rates {
+                acceleration: by_fluid + by_walls + body - state.velocity[i] * damping + control.acceleration,
+                stabilisers: control.acceleration,
+                shift: control.shift,
+                density: rho * (sums.continuity + walls.continuity)
+                    + model.diffusion * (sums.diffusion + walls.diffusion),
+            };
+            *outer += OuterForces { body: body * state.mass[i], walls: by_walls * state.mass[i] };
+        }
     }
 }

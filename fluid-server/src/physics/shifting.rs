@@ -8,16 +8,14 @@
 //! - Tensile control (Sun et al. 2018) replaces p_i + p_j by p_j − p_i where p_i is negative, inside the fluid. It is
 //!   not antisymmetric: its force stands in the ledger under the stabilisers.
 
-use rayon::prelude::*;
-use sph::neighbours::NeighbourList;
+use sph::lanes::Lanes;
 use sph::setup::OrderControl;
 use sph::vector::Vector;
 
-use super::lanes::{LANES, Lanes};
-use super::lists::Lists;
+use super::gradients::{NeighbourSums, Scene};
 use super::model::FluidModel;
-use super::pair::{Batch, Geometry, Matrix, Record, Symmetric, for_each_batch};
-use super::rates::{Rates, TASK};
+use super::pair::{Batch, Geometry, Matrix, Record, Symmetric, gather_columns};
+use super::rows::Rows;
 
 /// Smallest eigenvalue of the moment matrix below which a particle lies at the free surface (Marrone et al. 2010).
 const SURFACE: f64 = 0.75;
@@ -28,19 +26,23 @@ const SPRAY: f64 = 0.3;
 /// R and n of the anti-pairing term R (W/W(Δx))ⁿ (Monaghan 2000).
 const PAIRING: f64 = 0.2;
 
-/// Sums over the neighbours of one particle.
+/// Mark of a particle at the free surface: its eigenvalue, which lies within ±2, less this.
+const SURFACE_MARK: f64 = 16.0;
+
+/// Mark of a particle in a scene without order control.
+pub const NO_ORDER: f64 = 0.0;
+
+/// What a particle keeps of its sums until its place is known.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct OrderSums {
-    /// Σ V_j (x_j − x_i) ⊗ ∇W \[-\].
-    moment: Symmetric,
+pub struct OrderLocal {
     /// Σ V_j ∇W \[1/m\].
-    concentration: [f64; 2],
-    /// Σ V_j R (W/W(Δx))⁴ ∇W \[1/m\].
-    pairing: [f64; 2],
-    /// Σ V_j (v_j − v_i) ⊗ ∇W \[1/s\].
-    velocity: Matrix,
-    /// Largest |v_ij|² of the fluid near by, fading out between h and 2h \[m²/s²\].
-    square_speed: f64,
+    pub concentration: Vector,
+    /// Σ V_j [1 + R (W/W(Δx))⁴] ∇W \[1/m\].
+    crowding: Vector,
+    /// Largest relative speed of neighbours U_i \[m/s\].
+    speed: f64,
+    /// ∇v corrected by L_i; zero where too few neighbours define it \[1/s\].
+    velocity_gradient: Matrix,
 }
 
 /// What follows for one particle.
@@ -52,198 +54,100 @@ pub struct Control {
     pub acceleration: Vector,
 }
 
-/// Results of the pass; empty where the case names no control.
-#[derive(Debug, Default)]
-pub struct Order {
-    /// Sums over own particles and walls, then over a partner's.
-    pub sums: Vec<OrderSums>,
-    /// Smallest eigenvalue of each particle's moment matrix.
-    eigenvalue: Vec<f64>,
-    /// Whether each particle lies at the free surface.
-    surface: Vec<bool>,
-    control: Vec<Control>,
-}
-
 /// The kernel beside its gradient, for W/W(Δx).
 #[derive(Clone, Copy, Debug)]
-struct Ratio {
-    inverse_h: f64,
-    /// 1 over (2−s)³/4 − (1−s)³ at s = Δx/h.
-    norm: f64,
+pub struct Ratio<L> {
+    /// 1/4 and 1 over (2−s)³/4 − (1−s)³ at s = Δx/h.
+    outer: L,
+    inner: L,
 }
 
-impl Ratio {
-    fn new(model: &FluidModel) -> Self {
+impl<L: Lanes> Ratio<L> {
+    /// The ratio of `model`'s kernel.
+    #[inline(always)]
+    pub fn new(model: &FluidModel) -> Self {
         let c = &model.constants;
         let s = c.particle_spacing / c.smoothing_length;
         let value = 0.25 * (2.0 - s).max(0.0).powi(3) - (1.0 - s).max(0.0).powi(3);
-        Self { inverse_h: 1.0 / c.smoothing_length, norm: 1.0 / value }
+        Self { outer: L::splat(0.25 / value), inner: L::splat(1.0 / value) }
     }
 
-    /// R (W(r)/W(Δx))⁴ and how much a neighbour at r² \[m²\] counts for the speed.
+    /// R (W(r)/W(Δx))⁴ and how much a neighbour at s = r/h counts for the speed.
     #[inline(always)]
-    fn pairing(self, square: Lanes) -> (Lanes, Lanes) {
-        let s = self.inverse_h * square.sqrt();
-        let outer = (Lanes::splat(2.0) - s).at_least(0.0);
-        let inner = (Lanes::splat(1.0) - s).at_least(0.0);
-        let ratio = self.norm * (0.25 * (outer * outer * outer) - inner * inner * inner);
+    pub fn pairing(&self, s: L) -> (L, L) {
+        let outer = (L::splat(2.0) - s).max(L::zero());
+        let inner = (L::splat(1.0) - s).max(L::zero());
+        let outer_cube = self.outer * outer * (outer * outer);
+        let ratio = outer_cube.minus_product(self.inner * inner, inner * inner);
         let square_ratio = ratio * ratio;
-        (PAIRING * (square_ratio * square_ratio), outer.at_most(1.0))
+        (L::splat(PAIRING) * (square_ratio * square_ratio), outer.min(L::splat(1.0)))
     }
 }
 
-impl OrderSums {
-    /// Smallest eigenvalue of the moment matrix.
-    fn smallest_eigenvalue(&self) -> f64 {
-        let [xx, xy, yy] = self.moment;
-        0.5 * (xx + yy) - (0.25 * (xx - yy).powi(2) + xy * xy).sqrt()
+/// R (W/W(Δx))⁴ of one pair, where `ratio` is W/W(Δx).
+pub fn pairing_of(ratio: f64) -> f64 {
+    PAIRING * ratio.powi(4)
+}
+
+/// One particle and the sums over its neighbours.
+pub struct Surroundings<'a, G> {
+    /// Fluid and walls.
+    pub scene: &'a Scene<'a, G>,
+    /// The particle.
+    pub i: usize,
+    /// Its sums.
+    pub sums: &'a NeighbourSums,
+    /// L_i, where enough neighbours define it.
+    pub inverse: Option<Symmetric>,
+}
+
+impl<G: Geometry> Surroundings<'_, G> {
+    /// What the particle keeps, and the mark by which its neighbours tell whether it lies at the free surface.
+    #[inline(always)]
+    pub fn order(&self) -> (OrderLocal, f64) {
+        let Self { sums, inverse, .. } = self;
+        let eigenvalue = smallest_eigenvalue(&sums.moment);
+        let mark =
+            if eigenvalue < SURFACE && self.cone_is_empty() { eigenvalue - SURFACE_MARK } else { eigenvalue };
+        let velocity_gradient = inverse.map_or([0.0; 4], |[xx, xy, yy]| {
+            let v = &sums.velocity;
+            let row = |a: f64, b: f64| (a * xx + b * xy, a * xy + b * yy);
+            let ((a, b), (c, d)) = (row(v[0], v[1]), row(v[2], v[3]));
+            [a, b, c, d]
+        });
+        let concentration = Vector::from(sums.concentration);
+        let local = OrderLocal {
+            concentration,
+            crowding: concentration + Vector::from(sums.pairing),
+            speed: sums.square_speed.sqrt(),
+            velocity_gradient,
+        };
+        (local, mark)
     }
 
-    /// δu·∇v \[m/s²\]: how fast the velocity of the fluid changes where a shift by `shift` \[m/s\] leads.
-    fn velocity_change(&self, shift: &Vector) -> Vector {
-        let [xx, xy, yy] = self.moment;
-        let determinant = xx * yy - xy * xy;
-        if determinant < 0.3 {
-            return Vector::zeros();
-        }
-        // L δu, so that ∇v is corrected by L_i.
-        let s = Vector::new(yy * shift.x - xy * shift.y, xx * shift.y - xy * shift.x) / determinant;
-        let v = &self.velocity;
-        Vector::new(v[0] * s.x + v[1] * s.y, v[2] * s.x + v[3] * s.y)
-    }
-
-    /// Σ V_j ∇W \[1/m\].
-    pub fn concentration_gradient(&self) -> Vector {
-        self.concentration.into()
-    }
-
-    /// Adds one neighbour of another owner at separation `d` = x_ij \[m\], with `weight` = V_j (dW/dr)/r \[1/m²\] and
-    /// W/W(Δx).
-    pub fn add_pair(&mut self, d: &Vector, weight: f64, ratio: f64) {
-        let w = d * weight;
-        for (sum, term) in self.moment.iter_mut().zip([w.x * d.x, w.x * d.y, w.y * d.y]) {
-            *sum -= term;
-        }
-        for axis in 0..2 {
-            self.concentration[axis] += w[axis];
-            self.pairing[axis] += PAIRING * ratio.powi(4) * w[axis];
-        }
-    }
-
-    /// Adds the sums over another owner's particles.
-    pub fn merge(&mut self, other: &Self) {
-        self.moment.iter_mut().zip(other.moment).for_each(|(a, b)| *a += b);
-        self.concentration.iter_mut().zip(other.concentration).for_each(|(a, b)| *a += b);
-        self.pairing.iter_mut().zip(other.pairing).for_each(|(a, b)| *a += b);
+    /// Whether no neighbour lies in the cone of half-angle 45° along −Σ V_j ∇W, away from the crowd.
+    ///
+    /// Tells the surface from disorder inside, which lowers the eigenvalue too (Marrone et al. 2010).
+    fn cone_is_empty(&self) -> bool {
+        let Scene { geometry, model, lists, fluid, walls } = *self.scene;
+        let crowd = Vector::from(self.sums.concentration);
+        let Some(outward) = (-crowd).try_normalize(1e-12) else { return false };
+        let support = model.kernel.support_radius();
+        let outside = |other: &Record| {
+            let d = geometry.separation(other, &fluid[self.i]);
+            let r = d.norm();
+            r >= support || d.dot(&outward) < std::f64::consts::FRAC_1_SQRT_2 * r
+        };
+        let all_outside =
+            |rows: &Rows, others: &[Record]| rows.neighbours(self.i).all(|j| outside(&others[j]));
+        all_outside(&lists.fluid, fluid) && all_outside(&lists.walls, walls)
     }
 }
 
-impl Order {
-    /// Sums over fluid and walls.
-    pub fn accumulate<G: Geometry>(
-        &mut self,
-        geometry: G,
-        model: &FluidModel,
-        lists: &Lists,
-        fluid: &[Record],
-        walls: &[Record],
-    ) {
-        if model.order.is_none() {
-            return;
-        }
-        let (kernel, ratio) = (&model.law.kernel, Ratio::new(model));
-        self.sums.resize(fluid.len(), OrderSums::default());
-        self.sums.par_iter_mut().with_min_len(TASK).enumerate().for_each(|(i, sums)| {
-            let own = &fluid[i];
-            let mut moment = [Lanes::default(); 3];
-            let mut concentration = [Lanes::default(); 2];
-            let mut pairing = [Lanes::default(); 2];
-            let mut velocity = [Lanes::default(); 4];
-            let mut speed = [0.0_f64; LANES];
-            for (list, others, is_fluid) in [(&lists.fluid, fluid, true), (&lists.walls, walls, false)] {
-                for_each_batch(list.of(i), |indices, count| {
-                    let batch = Batch::gather(geometry, own, others, indices, count);
-                    let square = batch.square();
-                    let (factor, nearness) = ratio.pairing(square);
-                    let weight = batch.volume * kernel.gradient_factor(square);
-                    let (weight_x, weight_y) = (weight * batch.x, weight * batch.y);
-                    moment[0] -= weight_x * batch.x;
-                    moment[1] -= weight_x * batch.y;
-                    moment[2] -= weight_y * batch.y;
-                    concentration[0] += weight_x;
-                    concentration[1] += weight_y;
-                    pairing[0] += factor * weight_x;
-                    pairing[1] += factor * weight_y;
-                    // v_j − v_i = −v_ij
-                    velocity[0] -= batch.v_x * weight_x;
-                    velocity[1] -= batch.v_x * weight_y;
-                    velocity[2] -= batch.v_y * weight_x;
-                    velocity[3] -= batch.v_y * weight_y;
-                    if is_fluid {
-                        let v = nearness * nearness * (batch.v_x * batch.v_x + batch.v_y * batch.v_y);
-                        speed.iter_mut().zip(v.to_array()).for_each(|(most, v)| *most = most.max(v));
-                    }
-                });
-            }
-            *sums = OrderSums {
-                moment: moment.map(Lanes::sum),
-                concentration: concentration.map(Lanes::sum),
-                pairing: pairing.map(Lanes::sum),
-                velocity: velocity.map(Lanes::sum),
-                square_speed: speed.into_iter().fold(0.0, f64::max),
-            };
-        });
-    }
-
-    /// Shifts and accelerations from the present sums.
-    pub fn finish<G: Geometry>(
-        &mut self,
-        geometry: G,
-        model: &FluidModel,
-        lists: &Lists,
-        fluid: &[Record],
-        walls: &[Record],
-    ) {
-        let Some(order) = &model.order else { return };
-        let Self { sums, eigenvalue, surface, control } = self;
-        eigenvalue.resize(sums.len(), 0.0);
-        eigenvalue.par_iter_mut().zip(&*sums).with_min_len(TASK).for_each(|(value, sums)| {
-            *value = sums.smallest_eigenvalue();
-        });
-        let eigenvalue = &*eigenvalue;
-        surface.resize(sums.len(), false);
-        surface.par_iter_mut().with_min_len(TASK).enumerate().for_each(|(i, surface)| {
-            *surface = eigenvalue[i] < SURFACE
-                && cone_is_empty(
-                    geometry,
-                    model,
-                    &sums[i],
-                    i,
-                    [(&lists.fluid, fluid), (&lists.walls, walls)],
-                );
-        });
-        let surface = &*surface;
-        control.resize(sums.len(), Control::default());
-        control.par_iter_mut().with_min_len(TASK).enumerate().for_each(|(i, control)| {
-            let place = Place::of(geometry, model, i, eigenvalue, surface, lists, fluid);
-            let shift = shift(order, model, &sums[i], &place);
-            let advection = sums[i].velocity_change(&shift);
-            *control =
-                Control { shift, acceleration: tensile(order, &sums[i], &place, &fluid[i]) + advection };
-        });
-    }
-
-    /// Adds the control to the rates.
-    pub fn add_to(&self, model: &FluidModel, rates: &mut [Rates]) {
-        if model.order.is_none() {
-            return;
-        }
-        rates.par_iter_mut().zip(&self.control).with_min_len(TASK).for_each(|(rates, control)| {
-            rates.shift = control.shift;
-            rates.stabilisers += control.acceleration;
-            rates.acceleration += control.acceleration;
-        });
-    }
+/// Smallest eigenvalue of a moment matrix.
+fn smallest_eigenvalue(moment: &Symmetric) -> f64 {
+    let [xx, xy, yy] = *moment;
+    0.5 * (xx + yy) - (0.25 * (xx - yy).powi(2) + xy * xy).sqrt()
 }
 
 /// Where a particle lies relative to the free surface.
@@ -259,64 +163,67 @@ enum Place {
     Alone,
 }
 
-impl Place {
-    fn of<G: Geometry>(
-        geometry: G,
-        model: &FluidModel,
-        i: usize,
-        eigenvalue: &[f64],
-        surface: &[bool],
-        lists: &Lists,
-        fluid: &[Record],
-    ) -> Self {
-        if eigenvalue[i] < SPRAY {
-            return Self::Alone;
-        }
-        let support = model.kernel.support_radius();
-        let (mut near, mut outward) = (false, Vector::zeros());
-        for &j in lists.fluid.of(i) {
-            let j = j as usize;
-            let [x, y] = geometry.separation(&fluid[i], &fluid[j]);
-            let d = Vector::new(x, y);
-            let distance = d.norm();
-            if distance >= support {
-                continue;
-            }
-            near |= surface[j];
-            // −∇λ: the eigenvalue falls toward the surface.
-            let weight = fluid[j].volume * model.kernel.gradient_factor(distance);
-            outward -= d * (weight * (eigenvalue[j] - eigenvalue[i]));
-        }
-        let normal = || outward.try_normalize(1e-12).unwrap_or_else(Vector::zeros);
-        match (surface[i], near) {
-            (true, _) => Self::Surface(normal()),
-            (false, true) => Self::Near(normal()),
-            (false, false) => Self::Inside,
-        }
+/// Whether a mark is that of a particle at the surface, and its eigenvalue.
+#[inline(always)]
+fn read_mark(mark: f64) -> (bool, f64) {
+    if mark < -0.5 * SURFACE_MARK { (true, mark + SURFACE_MARK) } else { (false, mark) }
+}
+
+/// r² of the nearest neighbour at the surface \[m²\], batch by batch.
+#[inline(always)]
+pub fn nearest_surface<L: Lanes>(nearest: L, marks: L, square: L) -> L {
+    let beyond = L::splat(f64::INFINITY);
+    nearest.min(marks.choose_below(L::splat(-0.5 * SURFACE_MARK), square, beyond))
+}
+
+/// Shift and acceleration of particle `i`; `shown` are the marks of all, `nearest` is r² of the nearest neighbour at
+/// the surface \[m²\].
+#[inline(always)]
+pub fn control<L: Lanes, G: Geometry>(
+    order: &OrderControl,
+    scene: &Scene<G>,
+    i: usize,
+    shown: &[[f64; 4]],
+    nearest: f64,
+    local: &OrderLocal,
+) -> Control {
+    let (at_surface, eigenvalue) = read_mark(shown[i][1]);
+    let near = nearest < scene.model.kernel.support_radius().powi(2);
+    let place = if eigenvalue < SPRAY {
+        Place::Alone
+    } else if at_surface || near {
+        let normal = outward::<L, G>(scene, i, shown, eigenvalue);
+        if at_surface { Place::Surface(normal) } else { Place::Near(normal) }
+    } else {
+        Place::Inside
+    };
+    let shift = shift(order, scene.model, local, &place);
+    let v = &local.velocity_gradient;
+    let advection = Vector::new(v[0] * shift.x + v[1] * shift.y, v[2] * shift.x + v[3] * shift.y);
+    Control {
+        shift,
+        acceleration: tensile(order, local, &place, shown[i][0], scene.fluid[i].density()) + advection,
     }
 }
 
-/// Whether no neighbour of particle `i` lies in the cone of half-angle 45° along −Σ V_j ∇W, away from the crowd.
-///
-/// Tells the surface from disorder inside, which lowers the eigenvalue too (Marrone et al. 2010).
-fn cone_is_empty<G: Geometry>(
-    geometry: G,
-    model: &FluidModel,
-    sums: &OrderSums,
-    i: usize,
-    neighbours: [(&NeighbourList, &[Record]); 2],
-) -> bool {
-    let Some(outward) = (-sums.concentration_gradient()).try_normalize(1e-12) else { return false };
-    let support = model.kernel.support_radius();
-    let [(_, fluid), _] = neighbours;
-    neighbours.into_iter().all(|(list, others)| {
-        list.of(i).iter().all(|j| {
-            let [x, y] = geometry.separation(&others[*j as usize], &fluid[i]);
-            let d = Vector::new(x, y);
-            let r = d.norm();
-            r >= support || d.dot(&outward) < std::f64::consts::FRAC_1_SQRT_2 * r
-        })
-    })
+/// Unit normal out of the fluid, −∇λ: the eigenvalue falls toward the surface.
+#[inline(always)]
+fn outward<L: Lanes, G: Geometry>(scene: &Scene<G>, i: usize, shown: &[[f64; 4]], eigenvalue: f64) -> Vector {
+    let Scene { geometry, model, lists, fluid, .. } = *scene;
+    let motion = L::splat_each(fluid[i].motion);
+    let (own, limit, marked) = (L::splat(eigenvalue), L::splat(-0.5 * SURFACE_MARK), L::splat(SURFACE_MARK));
+    let kernel = model.law.kernel.lanes();
+    let (mut x, mut y) = (L::zero(), L::zero());
+    for indices in lists.fluid.of(i) {
+        let batch = Batch::gather(geometry, &motion, fluid, *indices);
+        let [_, mark, ..]: [L; 4] = gather_columns(*indices, shown);
+        let other = mark.choose_below(limit, mark + marked, mark);
+        let weight = batch.volume * kernel.gradient_factor(batch.square) * (other - own);
+        x = x.minus_product(weight, batch.x);
+        y = y.minus_product(weight, batch.y);
+    }
+    let [x, y, ..] = L::sums([x, y, L::zero(), L::zero()]);
+    Vector::new(x, y).try_normalize(1e-12).unwrap_or_else(Vector::zeros)
 }
 
 /// Velocity of the shift \[m/s\].
@@ -326,17 +233,16 @@ fn cone_is_empty<G: Geometry>(
 /// ```
 /// U_i is the largest relative speed of neighbours: a fluid that moves as one is left alone. No shift at the surface,
 /// none along its normal near it.
-fn shift(order: &OrderControl, model: &FluidModel, sums: &OrderSums, place: &Place) -> Vector {
-    let speed = sums.square_speed.sqrt();
-    let [x, y] = [0, 1].map(|axis| sums.concentration[axis] + sums.pairing[axis]);
+fn shift(order: &OrderControl, model: &FluidModel, local: &OrderLocal, place: &Place) -> Vector {
+    let OrderLocal { speed, crowding, .. } = *local;
     let scale = -order.shifting * 2.0 * model.constants.smoothing_length * speed;
     let shift = match place {
         Place::Alone => return Vector::zeros(),
         Place::Near(normal) | Place::Surface(normal) => {
-            let shift = Vector::new(x, y) * scale;
+            let shift = crowding * scale;
             shift - normal * shift.dot(normal)
         }
-        Place::Inside => Vector::new(x, y) * scale,
+        Place::Inside => crowding * scale,
     };
     shift.cap_magnitude(0.5 * speed)
 }
@@ -346,9 +252,9 @@ fn shift(order: &OrderControl, model: &FluidModel, sums: &OrderSums, place: &Pla
 /// ```text
 /// 2 p_i/ρ_i Σ_j V_j ∇W                                                     Sun et al. 2018
 /// ```
-fn tensile(order: &OrderControl, sums: &OrderSums, place: &Place, own: &Record) -> Vector {
-    if !order.tensile_control || own.pressure >= 0.0 || *place != Place::Inside {
+fn tensile(order: &OrderControl, local: &OrderLocal, place: &Place, pressure: f64, density: f64) -> Vector {
+    if !order.tensile_control || pressure >= 0.0 || *place != Place::Inside {
         return Vector::zeros();
     }
-    sums.concentration_gradient() * (2.0 * own.pressure / own.density)
+    local.concentration * (2.0 * pressure / density)
 }

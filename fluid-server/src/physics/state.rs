@@ -1,7 +1,10 @@
 //! What a checkpoint of the fluid holds.
 
+use rayon::prelude::*;
 use sph::domain::Domain;
 use sph::vector::Vector;
+
+use super::tasks::TASK;
 
 /// The fluid at a step boundary; everything else follows from it and the model.
 ///
@@ -61,18 +64,22 @@ impl FluidState {
     }
 
     /// Sorts the particles, with `base` where it is in use, by `order`: entry k is the old index.
-    pub fn reorder(&mut self, base: &mut Base, order: &[u32]) {
+    pub fn reorder(&mut self, base: &mut Base, order: &[u32], scratch: &mut Scratch) {
         let Self { id, region, mass, position, velocity, density, .. } = self;
-        reorder(id, order);
-        reorder(region, order);
-        reorder(mass, order);
-        reorder(position, order);
-        reorder(velocity, order);
-        reorder(density, order);
+        let Scratch { integers, numbers, vectors } = scratch;
+        for values in [id, region] {
+            reorder(values, order, integers);
+        }
+        for values in [mass, density] {
+            reorder(values, order, numbers);
+        }
+        for values in [position, velocity] {
+            reorder(values, order, vectors);
+        }
         if base.position.len() == order.len() {
-            reorder(&mut base.position, order);
-            reorder(&mut base.velocity, order);
-            reorder(&mut base.density, order);
+            reorder(&mut base.position, order, vectors);
+            reorder(&mut base.velocity, order, vectors);
+            reorder(&mut base.density, order, numbers);
         }
     }
 
@@ -94,11 +101,27 @@ impl FluidState {
     /// Keeps the particles for which `keep` says so; neighbour lists are void afterwards.
     pub fn retain(&mut self, keep: impl Fn(usize) -> bool) {
         let order: Vec<u32> = (0u32..).zip(0..self.len()).filter(|(_, i)| keep(*i)).map(|(k, _)| k).collect();
-        self.reorder(&mut Base::default(), &order);
+        self.reorder(&mut Base::default(), &order, &mut Scratch::default());
         self.list_origin = None;
     }
 }
 
-fn reorder<T: Copy>(values: &mut Vec<T>, order: &[u32]) {
-    *values = order.iter().map(|k| values[*k as usize]).collect();
+/// Memory for sorting.
+#[derive(Debug, Default)]
+pub struct Scratch {
+    integers: Vec<u32>,
+    numbers: Vec<f64>,
+    vectors: Vec<Vector>,
+}
+
+impl Scratch {
+    /// Bytes in use.
+    pub fn bytes(&self) -> usize {
+        4 * self.integers.capacity() + 8 * self.numbers.capacity() + 16 * self.vectors.capacity()
+    }
+}
+
+fn reorder<T: Copy + Send + Sync>(values: &mut Vec<T>, order: &[u32], scratch: &mut Vec<T>) {
+    order.par_iter().with_min_len(TASK).map(|k| values[*k as usize]).collect_into_vec(scratch);
+    std::mem::swap(values, scratch);
 }

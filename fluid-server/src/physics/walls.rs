@@ -189,7 +189,7 @@ impl WallField {
 pub struct WallStates {
     /// Kinematics.
     pub field: WallField,
-    /// State of each wall particle; volume zero where it does not act.
+    /// State of each wall particle, volume zero where it does not act, and one more that never acts.
     pub records: Vec<Record>,
 }
 
@@ -213,32 +213,34 @@ impl WallStates {
         time: f64,
     ) {
         let Self { field, records } = self;
-        records.resize(model.walls.len(), Record::default());
+        // The last one does not act: it fills batches of neighbours.
+        records.resize(model.walls.len() + 1, Record::default());
+        let rest_density = model.constants.rest_density;
+        let silent = |x: &Vector| Record::new(x, &Vector::zeros(), rest_density, 0.0, 0.0);
+        records[model.walls.len()] = silent(&model.domain.lower);
         let body_force = model.body_force.at(time);
-        records.par_iter_mut().with_min_len(TASK).enumerate().for_each(|(w, record)| {
+        let acting = &mut records[..model.walls.len()];
+        acting.par_iter_mut().with_min_len(TASK).enumerate().for_each(|(w, record)| {
             let x = &field.position[w];
-            *record = Record { x: x.x, y: x.y, density: model.constants.rest_density, ..Record::default() };
-            let neighbours = lists.fluid_of_walls.of(w);
-            if neighbours.is_empty() || !model.walls.acts(model.walls.wall[w], time) {
+            *record = silent(x);
+            if !model.walls.acts(model.walls.wall[w], time) {
                 return;
             }
             let drive = body_force.acceleration(x) - field.acceleration[w];
             let (mut weight, mut pressure, mut velocity) = (0.0, 0.0, Vector::zeros());
-            for &j in neighbours {
-                let j = &fluid[j as usize];
-                let [d_x, d_y] = geometry.separation(record, j);
-                let kernel = model.kernel.value((d_x * d_x + d_y * d_y).sqrt());
+            for j in lists.fluid_of_walls.neighbours(w) {
+                let j = &fluid[j];
+                let d = geometry.separation(record, j);
+                let kernel = model.kernel.value(d.norm());
                 weight += kernel;
-                pressure += kernel * (j.pressure + j.density * (drive.x * d_x + drive.y * d_y));
-                velocity += Vector::new(j.v_x, j.v_y) * kernel;
+                pressure += kernel * (j.pressure() + j.density() * drive.dot(&d));
+                velocity += j.velocity() * kernel;
             }
             if weight > 0.0 {
                 let velocity = mirrored(&(velocity / weight), &field.velocity[w], &field.mirror_normal[w]);
-                record.v_x = velocity.x;
-                record.v_y = velocity.y;
-                record.pressure = pressure / weight;
-                record.density = model.equation_of_state.wall_density(record.pressure);
-                record.volume = model.walls.mass / record.density;
+                let pressure = pressure / weight;
+                let density = model.equation_of_state.wall_density(pressure);
+                *record = Record::new(x, &velocity, density, pressure, model.walls.mass / density);
             }
         });
     }

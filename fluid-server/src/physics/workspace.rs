@@ -1,20 +1,20 @@
 //! What can be thrown away at any step boundary, and one evaluation of the rates.
 
-use rayon::prelude::*;
 use sph::exchange::InterfaceStates;
 use sph::solver::Divergence;
 use sph::stage::StageTime;
 use sph::vector::Vector;
 
-use super::checks::check_state;
+use super::advance::Books;
+use super::checks::Findings;
 use super::cross::Cross;
-use super::gradients::Gradients;
+use super::gradients::{Gradients, Scene};
 use super::lists::Lists;
 use super::model::FluidModel;
-use super::pair::{Open, Periodic, Record};
-use super::rates::{Rates, StageFields, TASK};
-use super::shifting::Order;
+use super::pair::{Geometry, Open, Periodic, Record};
+use super::rates::{OuterForces, Rates, StageFields};
 use super::state::{Base, FluidState};
+use super::tasks::{PerTask, for_each_task, per_task};
 use super::walls::WallStates;
 
 /// Everything that follows from model and state.
@@ -30,10 +30,14 @@ pub struct Workspace {
     pub walls: WallStates,
     /// Results of the gradient pass.
     pub gradients: Gradients,
-    /// Shifting and tensile control.
-    pub order: Order,
     /// Rates of the stage.
     pub rates: Vec<Rates>,
+    /// Forces from outside, by task.
+    pub outer: Vec<OuterForces>,
+    /// What happened to the momentum in the stage, by task.
+    pub books: Vec<Books>,
+    /// Health of the particles, by task.
+    findings: Vec<Findings>,
     /// Largest speed of the stage state \[m/s\].
     pub largest_speed: f64,
     /// The fluid's side of the interface, with a partner.
@@ -57,44 +61,55 @@ impl Workspace {
         state: &mut FluidState,
         time: &StageTime,
     ) -> Result<(), Box<Divergence>> {
-        self.largest_speed = check_state(model, state, time.at)?;
+        let findings = self.read(model, state);
+        self.largest_speed = findings.verdict(model, state, time.at)?;
         self.walls.field.place(&model.walls, &model.domain, time.state_time());
         self.lists.restore(model, state);
-        if self.lists.outdated(model, state, &self.walls.field) {
+        let moved = findings.largest_square_displacement.sqrt();
+        if self.lists.outdated(model, moved, &self.walls.field) {
             self.lists.rebuild(model, state, &mut self.base, time.state_time());
             if let Some(cross) = &mut self.cross {
                 cross.update_extent(state);
             }
+            self.read(model, state);
         }
-        self.fluid.resize(state.len(), Record::default());
-        self.fluid.par_iter_mut().with_min_len(4 * TASK).enumerate().for_each(|(i, record)| {
-            let (x, v, density) = (&state.position[i], &state.velocity[i], state.density[i]);
-            *record = Record {
-                x: x.x,
-                y: x.y,
-                v_x: v.x,
-                v_y: v.y,
-                density,
-                pressure: model.equation_of_state.pressure(density),
-                volume: state.mass[i] / density,
-            };
-        });
         Ok(())
     }
 
-    /// Walls, and the sums of the gradient pass over own particles, at `time` \[s\].
+    /// Fills the records of the fluid and looks at every particle.
+    fn read(&mut self, model: &FluidModel, state: &FluidState) -> Findings {
+        self.fluid.resize(state.len(), Record::default());
+        let origin = state.list_origin.as_ref().map(|origin| &origin.position[..]);
+        let results = (&mut self.fluid[..], per_task(&mut self.findings, state.len()));
+        for_each_task(state.len(), results, &|particles, (records, PerTask(findings))| {
+            for (i, record) in particles.zip(records) {
+                let (x, v, density) = (&state.position[i], &state.velocity[i], state.density[i]);
+                let pressure = model.equation_of_state.pressure(density);
+                *record = Record::new(x, v, density, pressure, state.mass[i] / density);
+                findings[0].add(model, state, i);
+                let square = origin
+                    .map_or(f64::INFINITY, |origin| model.domain.separation(x, &origin[i]).norm_squared());
+                let most = &mut findings[0].largest_square_displacement;
+                *most = most.max(square);
+            }
+        });
+        self.findings.iter().copied().fold(Findings::default(), Findings::with)
+    }
+
+    /// Walls, and the gradient pass over own particles, at `time` \[s\].
     pub fn evaluate_own(&mut self, model: &FluidModel, time: f64) {
-        let Self { lists, fluid, walls, gradients, order, .. } = self;
         if model.domain.is_periodic() {
-            let geometry = Periodic::new(&model.domain);
-            walls.extrapolate(geometry, model, lists, fluid, time);
-            gradients.accumulate(geometry, model, lists, fluid, &walls.records);
-            order.accumulate(geometry, model, lists, fluid, &walls.records);
+            self.own(Periodic::new(&model.domain), model, time);
         } else {
-            walls.extrapolate(Open, model, lists, fluid, time);
-            gradients.accumulate(Open, model, lists, fluid, &walls.records);
-            order.accumulate(Open, model, lists, fluid, &walls.records);
+            self.own(Open, model, time);
         }
+    }
+
+    fn own<G: Geometry>(&mut self, geometry: G, model: &FluidModel, time: f64) {
+        let Self { lists, fluid, walls, gradients, cross, .. } = self;
+        walls.extrapolate(geometry, model, lists, fluid, time);
+        let scene = Scene { geometry, model, lists, fluid, walls: &walls.records };
+        gradients.accumulate(&scene, cross.is_some());
     }
 
     /// Completes the gradients by the partner's particles and computes all rates at `time` \[s\].
@@ -108,71 +123,52 @@ impl Workspace {
         own: &InterfaceStates,
         partner: &InterfaceStates,
     ) {
-        let mut cross = self.cross.take();
-        if let Some(cross) = &mut cross {
-            cross.update(time, own, partner);
-            if !cross.density_meets() {
-                self.gradients.finish_density(model);
-            }
-            cross.add_moments(model, own, partner, &mut self.gradients);
-            cross.add_order(model, own, partner, &mut self.order);
-        }
-        if cross.as_ref().is_none_or(Cross::density_meets) {
-            self.gradients.finish_density(model);
-        }
-        self.gradients.add_damper(model, &mut self.fluid);
-        self.gradients.finish_tensors(model, &self.fluid);
-        self.gradients.finish_viscosity(model);
-        self.finish_order(model);
-        let mut rates = std::mem::take(&mut self.rates);
-        let fields = self.fields(model, state, time);
         if model.domain.is_periodic() {
-            fields.rates(Periodic::new(&model.domain), &mut rates);
+            self.cross(Periodic::new(&model.domain), model, state, time, [own, partner]);
         } else {
-            fields.rates(Open, &mut rates);
+            self.cross(Open, model, state, time, [own, partner]);
         }
-        if let Some(cross) = &mut cross {
-            cross.add_rates(model, state, own, partner, &self.gradients, &mut rates);
-        }
-        self.order.add_to(model, &mut rates);
-        self.rates = rates;
-        self.cross = cross;
     }
 
-    fn finish_order(&mut self, model: &FluidModel) {
-        let Self { lists, fluid, walls, order, .. } = self;
-        let walls = &walls.records;
-        if model.domain.is_periodic() {
-            order.finish(Periodic::new(&model.domain), model, lists, fluid, walls);
-        } else {
-            order.finish(Open, model, lists, fluid, walls);
+    fn cross<G: Geometry>(
+        &mut self,
+        geometry: G,
+        model: &FluidModel,
+        state: &FluidState,
+        time: f64,
+        [own, partner]: [&InterfaceStates; 2],
+    ) {
+        let Self { lists, fluid, walls, gradients, cross, rates, outer, .. } = self;
+        let scene = Scene { geometry, model, lists, fluid, walls: &walls.records };
+        if let Some(cross) = cross {
+            cross.update(time, own, partner);
+            cross.add_moments(&scene, own, partner, gradients);
+        }
+        StageFields { scene, state, field: &walls.field, gradients, time }.rates(rates, outer);
+        if let Some(cross) = cross {
+            cross.add_rates(model, state, own, partner, gradients, rates);
         }
     }
 
     /// Force of the fluid on each wall \[N/m\] as of the last evaluation, at `time` \[s\].
     pub fn wall_forces(&self, model: &FluidModel, state: &FluidState, time: f64) -> Vec<Vector> {
-        let fields = self.fields(model, state, time);
-        (0u32..)
-            .take(model.walls.names.len())
-            .map(|wall| {
-                if model.domain.is_periodic() {
-                    fields.wall_force(Periodic::new(&model.domain), wall)
-                } else {
-                    fields.wall_force(Open, wall)
-                }
-            })
-            .collect()
+        if model.domain.is_periodic() {
+            self.forces(Periodic::new(&model.domain), model, state, time)
+        } else {
+            self.forces(Open, model, state, time)
+        }
     }
 
-    fn fields<'a>(&'a self, model: &'a FluidModel, state: &'a FluidState, time: f64) -> StageFields<'a> {
-        StageFields {
-            model,
-            state,
-            lists: &self.lists,
-            fluid: &self.fluid,
-            walls: &self.walls,
-            gradients: &self.gradients,
-            time,
-        }
+    fn forces<G: Geometry>(
+        &self,
+        geometry: G,
+        model: &FluidModel,
+        state: &FluidState,
+        time: f64,
+    ) -> Vec<Vector> {
+        let Self { lists, fluid, walls, gradients, .. } = self;
+        let scene = Scene { geometry, model, lists, fluid, walls: &walls.records };
+        let fields = StageFields { scene, state, field: &walls.field, gradients, time };
+        (0u32..).take(model.walls.names.len()).map(|wall| fields.wall_force(wall)).collect()
     }
 }

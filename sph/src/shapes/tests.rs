@@ -283,7 +283,12 @@ fn round_walls_have_radial_normals_also_when_drawn_with_many_edges() {
 
 #[test]
 fn a_solid_wall_faces_outward_and_its_corner_diagonals_have_no_normal() {
-    let walls = wall_fill(&rectangle(0.0, 0.0, 1.0, 0.4), &rectangle(0.0, 0.0, 1.0, 0.4).boundary(), 0.1, Vector::zeros());
+    let walls = wall_fill(
+        &rectangle(0.0, 0.0, 1.0, 0.4),
+        &rectangle(0.0, 0.0, 1.0, 0.4).boundary(),
+        0.1,
+        Vector::zeros(),
+    );
     assert_eq!(walls.len(), 40);
     let normal_at = |column: usize, row: usize| walls[10 * row + column].normal;
     assert_eq!(normal_at(0, 0), at(0.0, 0.0));
@@ -293,7 +298,12 @@ fn a_solid_wall_faces_outward_and_its_corner_diagonals_have_no_normal() {
     assert_eq!(normal_at(1, 0), at(0.0, -1.0));
     assert_eq!(normal_at(5, 3), at(0.0, 1.0));
     // Middle row of an odd number: both faces equally near, one line of normals.
-    let plate = wall_fill(&rectangle(0.0, 0.0, 1.0, 0.3), &rectangle(0.0, 0.0, 1.0, 0.3).boundary(), 0.1, Vector::zeros());
+    let plate = wall_fill(
+        &rectangle(0.0, 0.0, 1.0, 0.3),
+        &rectangle(0.0, 0.0, 1.0, 0.3).boundary(),
+        0.1,
+        Vector::zeros(),
+    );
     assert_eq!(plate[15].normal.x, 0.0);
     assert_eq!(plate[15].normal.y.abs(), 1.0);
 }

@@ -4,6 +4,7 @@
 //! replaced) and says what to read off each. To add one, write the file and list it in [`cases::all`].
 
 pub mod cases;
+pub mod energy;
 pub mod particles;
 pub mod plot;
 pub mod report;
@@ -62,12 +63,14 @@ pub struct Member {
     pub changes: Vec<(String, toml::Value)>,
     /// Whether `--quick` runs it.
     pub quick: bool,
+    /// Whether it may stop before its end, if it says truly why.
+    pub may_stop: bool,
 }
 
 impl Member {
     /// A member of the recommended settings at `spacing` \[m\].
     pub fn new(file: &'static str, spacing: f64) -> Self {
-        Self { file, scheme: "recommended", spacing, changes: Vec::new(), quick: false }
+        Self { file, scheme: "recommended", spacing, changes: Vec::new(), quick: false, may_stop: false }
             .with("fluid.particle_spacing_m", spacing)
     }
 
@@ -88,6 +91,12 @@ impl Member {
     #[must_use]
     pub fn quick(self) -> Self {
         Self { quick: true, ..self }
+    }
+
+    /// The same, which may stop with a diagnosis.
+    #[must_use]
+    pub fn may_stop(self) -> Self {
+        Self { may_stop: true, ..self }
     }
 
     /// Name of the case file without folder and ending.

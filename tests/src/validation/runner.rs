@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use coordinator::cli::RunArguments;
+use coordinator::failure::Kind;
 use coordinator::output::directory;
 use coordinator::output::process::Process;
 use coordinator::output::state;
@@ -64,8 +65,12 @@ impl Run {
                 .map_err(|e| format!("`{}` cannot be made: {e}", folder.display()))?;
             write(&case_file, &text)?;
             let cpu_before = cpu_seconds();
-            coordinator::run::run(&arguments(case_file.clone(), results.clone(), options.threads))
-                .map_err(|failure| format!("{}: {}", member.label(), failure.message))?;
+            match coordinator::run::run(&arguments(case_file.clone(), results.clone(), options.threads)) {
+                Err(failure) if !(member.may_stop && failure.kind == Kind::Diverged) => {
+                    return Err(format!("{}: {}", member.label(), failure.message));
+                }
+                _ => {}
+            }
             write(&folder.join(CPU_FILE), &format!("{}\n", cpu_seconds() - cpu_before))?;
         }
         Self::read(member, folder, &case_file)
@@ -156,6 +161,12 @@ impl Run {
     pub fn count(&self, place: &str) -> Result<f64, String> {
         let value = self.summary.pointer(place).and_then(serde_json::Value::as_f64);
         value.ok_or_else(|| format!("`{}`: the summary holds no number `{place}`", self.folder.display()))
+    }
+
+    /// Why the run stopped before its end; `None` when it did not.
+    pub fn stopped(&self) -> Option<&str> {
+        let text = |place: &str| self.summary.pointer(place).and_then(serde_json::Value::as_str);
+        (text("/verdict") != Some("completed")).then(|| text("/reason").unwrap_or("no reason given"))
     }
 
     /// Fluid particles lost.

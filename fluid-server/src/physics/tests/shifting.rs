@@ -27,8 +27,8 @@ fn stirred() -> FluidSetup {
 fn crowding(setup: &FluidSetup) -> f64 {
     let mut solver = solver(FluidSetup { order: ORDERED, ..setup.clone() });
     evaluate(&mut solver);
-    let sums = &solver.workspace.order.sums;
-    (sums.iter().map(|s| s.concentration_gradient().norm_squared()).sum::<f64>() / sums.len() as f64).sqrt()
+    let local = &solver.workspace.gradients.order;
+    (local.iter().map(|local| local.concentration.norm_squared()).sum::<f64>() / local.len() as f64).sqrt()
 }
 
 #[test]

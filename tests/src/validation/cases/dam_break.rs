@@ -6,7 +6,7 @@ use coordinator::output::table::Table;
 
 use crate::validation::particles::{domain_around, pressure_noise, smallest_distance};
 use crate::validation::snapshot::Snapshot;
-use crate::validation::{Case, Figure, Goal, Member, Plot, Run, series};
+use crate::validation::{Case, Figure, Goal, Member, Plot, Run, energy, series};
 
 /// See the module.
 pub struct DamBreak;
@@ -60,18 +60,13 @@ impl Case for DamBreak {
             ),
             Figure::judged("lead of the front in T", lead(&front, &measured), goal(Goal::AtMost(0.25))),
         ];
-        let energies = energies(run)?;
+        let energies = energy::total(run, "water")?;
         let start = energies[0].1;
-        let rise = series::largest_rise(&energies.iter().map(|e| e.1).collect::<Vec<_>>());
         let left = series::at(&energies, 0.25) / start;
         let left_goal = if spacing < 0.003 { Goal::AtLeast(0.90) } else { Goal::None };
         figures.extend([
             Figure::judged("total energy at 0.25 s over that of the start", left, left_goal),
-            Figure::judged(
-                "rise of energy over an earlier minimum, of the start",
-                rise / start,
-                Goal::AtMost(0.002),
-            ),
+            energy::rise(run, "water")?,
             Figure::judged("particles lost", run.lost(), Goal::AtMost(0.0)),
         ]);
         figures.extend(of_snapshots(run)?);
@@ -83,15 +78,15 @@ impl Case for DamBreak {
         for (points, name) in measured()?.into_iter().zip(["a = 1.125 in", "a = 2.25 in"]) {
             plot.points(format!("Martin & Moyce, {name}"), points);
         }
-        let mut energy = Plot::new("energy", "t [s]", "total energy over that of the start");
+        let mut energies = Plot::new("energy", "t [s]", "total energy over that of the start");
         for run in runs {
             let name = format!("{} {} m", run.member.scheme, run.member.spacing);
             plot.line(name.clone(), front(run)?.into_iter().filter(|p| p.1 < 4.0).collect());
-            let history = energies(run)?;
+            let history = energy::total(run, "water")?;
             let start = history[0].1;
-            energy.line(name, history.into_iter().map(|(t, e)| (t, e / start)).collect());
+            energies.line(name, history.into_iter().map(|(t, e)| (t, e / start)).collect());
         }
-        Ok(vec![plot, energy])
+        Ok(vec![plot, energies])
     }
 }
 
@@ -121,16 +116,6 @@ fn of_snapshots(run: &Run) -> Result<Vec<Figure>, String> {
         ));
     }
     Ok(figures)
-}
-
-/// Kinetic, potential and compression energy \[J/m\] over time \[s\].
-fn energies(run: &Run) -> Result<Vec<(f64, f64)>, String> {
-    let parts = ["kinetic", "potential", "compression"].map(|kind| format!("water_{kind}_energy_j_per_m"));
-    let mut total = run.history(&parts[0])?;
-    for part in &parts[1..] {
-        total.iter_mut().zip(run.column(part)?).for_each(|(sum, e)| sum.1 += e);
-    }
-    Ok(total)
 }
 
 /// Front over width against T = t √(2g/a).

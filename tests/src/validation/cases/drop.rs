@@ -59,12 +59,21 @@ impl Case for Drop {
 
     fn comparison(&self, runs: &[Run]) -> Result<Vec<Figure>, String> {
         let [first, .., last] = runs else { return Ok(Vec::new()) };
+        // Of the drop as the lattice makes it: its edge has steps, so that its axes miss those of the circle at first
+        // by some tenths of a percent, up or down as the spacing happens to fall.
         let error = |run: &Run| -> Result<f64, String> {
-            let figures = self.figures(run)?;
-            Ok(figures[1].error().unwrap_or(f64::NAN).abs())
+            let moment = run.history(&format!("{PROBE}_second_moment_yy_m2"))?;
+            let ends = moment.first().zip(moment.last()).ok_or("no probe row")?;
+            let ((_, start), (end, moment)) = ends;
+            Ok((moment / start).sqrt() / semi_axes(*end)[1] - 1.0)
         };
-        let order = (error(first)? / error(last)?).ln() / (first.member.spacing / last.member.spacing).ln();
-        Ok(vec![Figure::judged("observed order of the long semi-axis", order, Goal::AtLeast(0.8))])
+        let order =
+            (error(first)? / error(last)?).abs().ln() / (first.member.spacing / last.member.spacing).ln();
+        Ok(vec![Figure::judged(
+            "observed order of the long semi-axis over that of the start",
+            order,
+            Goal::AtLeast(0.8),
+        )])
     }
 
     fn plots(&self, runs: &[Run]) -> Result<Vec<Plot>, String> {

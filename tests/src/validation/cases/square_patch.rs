@@ -4,7 +4,7 @@ use sph::vector::Vector;
 
 use crate::validation::particles::{domain_around, smallest_distance, widest_gap};
 use crate::validation::snapshot::Snapshot;
-use crate::validation::{Case, Figure, Goal, Member, Plot, Run, series};
+use crate::validation::{Case, Figure, Goal, Member, Plot, Run, energy, series};
 
 /// See the module.
 pub struct SquarePatch;
@@ -38,9 +38,6 @@ impl Case for SquarePatch {
         let (xx, yy) = (end(&column("second_moment_xx_m2")?), end(&column("second_moment_yy_m2")?));
         // Of a turned square both are equal, and the mixed one is zero by the symmetry of a quarter turn.
         let mixed = end(&column("second_moment_xy_m2")?) / xx;
-        let total =
-            |k: usize| -> Result<f64, String> { Ok(kinetic[k] + column("compression_energy_j_per_m")?[k]) };
-        let energies: Vec<f64> = (0..kinetic.len()).map(total).collect::<Result<_, _>>()?;
         Ok(vec![
             Figure::judged("widest gap over spacing", gap / spacing, Goal::AtMost(2.0)),
             Figure::judged("closest pair over spacing", closest / spacing, Goal::AtLeast(0.5)),
@@ -56,11 +53,7 @@ impl Case for SquarePatch {
             ),
             Figure::compared("second moment xx over yy", xx / yy, 1.0, 0.01),
             Figure::judged("second moment |xy| over xx", mixed.abs(), Goal::AtMost(0.01)),
-            Figure::judged(
-                "rise of energy over an earlier minimum, of the start",
-                series::largest_rise(&energies) / energies[0],
-                Goal::AtMost(0.002),
-            ),
+            energy::rise(run, "patch")?,
         ])
     }
 

@@ -1,0 +1,148 @@
+//! The benchmark's water: a block between a floor and two walls, slightly stirred.
+
+use sph::domain::Domain;
+use sph::setup::{
+    BodyForce, DensityDiffusion, FluidConstants, FluidParticles, FluidSetup, GradientCorrection,
+    LedgerPolicy, OrderControl, Outflow, OutputPlan, RunSetup, StepPolicy, TimePlan, ViscousForm,
+    WallCondition, WallParticles, WallSetup,
+};
+use sph::vector::Vector;
+
+/// Height of the block \[m\].
+const HEIGHT: f64 = 0.3;
+/// Speed of drifting blocks \[m/s\].
+const DRIFT: f64 = 1.0;
+
+/// What a benchmark's scene names.
+#[derive(Clone, Copy)]
+pub struct Settings {
+    correction: GradientCorrection,
+    diffusion: DensityDiffusion,
+    order: Option<OrderControl>,
+    acoustic_damping: f64,
+    walls: bool,
+}
+
+/// The settings that are recommended for water, and the acoustic damper.
+pub const RECOMMENDED: Settings = Settings {
+    correction: GradientCorrection::Continuity,
+    diffusion: DensityDiffusion::Renormalised { delta: 0.1 },
+    order: Some(OrderControl { shifting: 1.0, tensile_control: true }),
+    acoustic_damping: 1.0,
+    walls: true,
+};
+
+/// No pass before the rates.
+pub const LEAN: Settings = Settings {
+    correction: GradientCorrection::LatticeMoment,
+    diffusion: DensityDiffusion::Plain { delta: 0.1 },
+    order: None,
+    acoustic_damping: 0.0,
+    walls: true,
+};
+
+/// A free block that moves as one.
+pub const DRIFTING: Settings = Settings { walls: false, ..LEAN };
+
+/// Step \[s\] in half of which a drifting block of `particles` moves by a quarter of a spacing.
+pub fn drift_step(particles: usize) -> f64 {
+    0.5 * spacing(particles) / DRIFT
+}
+
+fn spacing(particles: usize) -> f64 {
+    HEIGHT / (particles as f64).sqrt()
+}
+
+/// Numbers between -0.5 and 0.5 that look random, the same in each run.
+fn noise(k: usize) -> f64 {
+    let mixed = (k as u64 + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    let mixed = (mixed ^ (mixed >> 29)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    ((mixed ^ (mixed >> 32)) >> 11) as f64 / (1u64 << 53) as f64 - 0.5
+}
+
+/// A square block of about `particles` particles.
+pub fn block(settings: Settings, particles: usize) -> FluidSetup {
+    let spacing = spacing(particles);
+    let rows = (HEIGHT / spacing).round() as usize;
+    let gravity = Vector::new(0.0, if settings.walls { -9.81 } else { 0.0 });
+    let (rest_density, sound_speed) = (1000.0, 20.0);
+    let mut fluid = FluidParticles::default();
+    for k in 0..rows * rows {
+        let (column, row) = (k % rows, k / rows);
+        let stir = Vector::new(noise(4 * k), noise(4 * k + 1)) * (0.1 * spacing);
+        let x = Vector::new(column as f64 + 0.5, row as f64 + 0.5) * spacing;
+        let own = Vector::new(noise(4 * k + 2), noise(4 * k + 3)) * 0.01;
+        fluid.id.push(u32::try_from(k).unwrap_or_else(|_| panic!("too many particles")));
+        fluid.region.push(0);
+        fluid.mass.push(rest_density * spacing * spacing);
+        fluid.position.push(x + stir);
+        fluid.velocity.push(if settings.walls { own } else { Vector::repeat(DRIFT) });
+        let depth = HEIGHT - x.y;
+        fluid.density.push(rest_density * (1.0 - gravity.y * depth / (sound_speed * sound_speed)));
+    }
+    FluidSetup {
+        run: RunSetup {
+            run_id: "bench".into(),
+            domain: Domain {
+                lower: Vector::repeat(-0.1 * HEIGHT),
+                upper: Vector::repeat(1e6 * HEIGHT),
+                periodic: [false; 2],
+            },
+            time: TimePlan { start_time: 0.0, end_time: 1.0, step: StepPolicy::Fixed { time_step: 1e-5 } },
+            body_force: BodyForce { gravity, expressions: None },
+            outputs: OutputPlan { snapshot_interval: None, probe_interval: None },
+            ledger: LedgerPolicy::default(),
+            coupling: None,
+        },
+        constants: FluidConstants {
+            rest_density,
+            sound_speed,
+            exponent: 7.0,
+            dynamic_viscosity: 0.0,
+            smoothing_length: 1.2 * spacing,
+            particle_spacing: spacing,
+            viscosity_a: 0.1,
+            viscosity_b: 0.0,
+            lambda: 0.01,
+            correction: settings.correction,
+        },
+        diffusion: settings.diffusion,
+        damping: None,
+        order: settings.order,
+        viscous_form: ViscousForm::Pairwise,
+        regions: vec!["water".into()],
+        walls: vec![WallSetup {
+            name: "tank".into(),
+            condition: WallCondition::Slip,
+            motion: None,
+            release_time: None,
+        }],
+        particles: fluid,
+        wall_particles: if settings.walls { tank(rows, spacing) } else { WallParticles::default() },
+        probes: Vec::new(),
+        outflow: Outflow::default(),
+        acoustic_damping: settings.acoustic_damping,
+        wall_repulsion: 0.0,
+        lost_particle_limit: 0,
+    }
+}
+
+/// Three layers below and beside the block.
+fn tank(rows: usize, spacing: f64) -> WallParticles {
+    let mut walls = WallParticles::default();
+    let mut add = |column: f64, row: f64, normal: Vector| {
+        walls.wall.push(0);
+        walls.position.push(Vector::new(column + 0.5, row + 0.5) * spacing);
+        walls.normal.push(normal);
+    };
+    for layer in 1..=3 {
+        let depth = f64::from(layer);
+        for k in 0..rows {
+            let along = k as f64;
+            add(along, -depth, Vector::new(0.0, 1.0));
+            add(-depth, along, Vector::new(1.0, 0.0));
+            add(rows as f64 - 1.0 + depth, along, Vector::new(-1.0, 0.0));
+        }
+    }
+    walls
+}

@@ -1,0 +1,45 @@
+//! The machine, and the figures of the run as one table.
+
+use std::path::Path;
+
+/// Prints processor, cores and version.
+pub fn machine() {
+    let processor = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let model = processor.lines().find_map(|line| line.strip_prefix("model name"));
+    let model = model.map_or("unknown processor", |rest| rest.trim_start_matches([' ', '\t', ':']));
+    let cores = std::thread::available_parallelism().map_or(0, usize::from);
+    println!("{model}, {cores} cores, arithmetic {}", sph::lanes::Arithmetic::best().name());
+}
+
+/// Prints the medians that criterion stored, per particle and over the fixed kernel's.
+pub fn print() {
+    let target = std::env::var("CARGO_TARGET_DIR").unwrap_or_else(|_| "target".into());
+    let folder = Path::new(&target).join("criterion");
+    let median = |name: &str| -> Option<f64> {
+        let text = std::fs::read_to_string(folder.join(name).join("new/estimates.json")).ok()?;
+        let estimates: serde_json::Value = serde_json::from_str(&text).ok()?;
+        estimates["median"]["point_estimate"].as_f64()
+    };
+    let Some(fixed) = median("fixed/kernel").map(|time| time / 4096.0) else { return };
+    println!("\nCPU ns per particle-stage (times the {fixed:.2} ns of the fixed kernel)");
+    println!("{:24}{:>18}{:>18}{:>18}", "", "10k", "100k", "1M");
+    for (group, passes) in [
+        ("recommended", ["begin", "own", "cross", "advance", "stage"].as_slice()),
+        ("lean", &["begin", "own", "cross", "advance", "stage"]),
+        ("build", &["begin"]),
+    ] {
+        for pass in passes {
+            print!("{:24}", format!("{group} {pass}"));
+            for particles in super::SIZES {
+                match median(&format!("{group}/{pass}/{particles}")) {
+                    Some(time) => {
+                        let time = time / particles as f64;
+                        print!("{:>18}", format!("{time:.1} ({:.0})", time / fixed));
+                    }
+                    None => print!("{:>18}", "-"),
+                }
+            }
+            println!();
+        }
+    }
+}

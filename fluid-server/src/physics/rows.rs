@@ -1,0 +1,250 @@
+//! Neighbour lists in whole batches of lanes.
+
+use rayon::prelude::*;
+use sph::domain::Domain;
+use sph::lanes::{Arithmetic, Kernel, Lanes, WIDTH};
+use sph::neighbours::CellGrid;
+use sph::vector::Vector;
+
+use super::pair::Geometry;
+use super::tasks::TASK;
+
+/// The set bits of each number below 16, lowest first.
+const SET_BITS: [[u32; WIDTH]; 16] = set_bits();
+
+const fn set_bits() -> [[u32; WIDTH]; 16] {
+    let mut table = [[0; WIDTH]; 16];
+    let mut bits = 0;
+    while bits < 16 {
+        let (mut lane, mut count) = (0, 0);
+        while lane < WIDTH {
+            if bits >> lane & 1 == 1 {
+                // Below WIDTH.
+                table[bits][count] = lane as u32;
+                count += 1;
+            }
+            lane += 1;
+        }
+        bits += 1;
+    }
+    table
+}
+
+/// What fills the last batch of a row: a neighbour that adds nothing to a sum.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Padding {
+    /// The target itself, which is left out of its own row.
+    #[default]
+    Target,
+    /// This index, beyond the sources.
+    Index(u32),
+}
+
+/// By which indices sources are known.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Order {
+    /// Those before they were binned.
+    #[default]
+    AsGiven,
+    /// Those in the order of cells: whoever owns the sources sorts them by it.
+    ByCell,
+}
+
+/// Sources in the order of their cells.
+#[derive(Debug, Default)]
+pub struct Sources {
+    kept: Order,
+    grid: CellGrid,
+    /// Coordinates in that order, and a batch more.
+    x: Vec<f64>,
+    y: Vec<f64>,
+}
+
+impl Sources {
+    /// No sources yet.
+    pub fn new(kept: Order) -> Self {
+        Self { kept, ..Self::default() }
+    }
+
+    /// Bins `positions` \[m\] for searches within `radius` \[m\].
+    pub fn renew(&mut self, domain: &Domain, positions: &[Vector], radius: f64) {
+        self.grid.renew(domain, positions, radius);
+        let Self { grid, x, y, .. } = self;
+        let order = grid.order();
+        for (axis, sorted) in [(0, x), (1, y)] {
+            sorted.resize(order.len() + WIDTH, 0.0);
+            let each = sorted.par_iter_mut().zip(order).with_min_len(TASK);
+            each.for_each(|(x, k)| *x = domain.wrapped(&positions[*k as usize])[axis]);
+        }
+    }
+
+    /// Bytes in use, without the cells.
+    pub fn bytes(&self) -> usize {
+        8 * (self.x.capacity() + self.y.capacity()) + 8 * self.order().len()
+    }
+
+    /// Old index of each source in the order of cells.
+    pub fn order(&self) -> &[u32] {
+        self.grid.order()
+    }
+}
+
+/// How neighbours are sought.
+#[derive(Clone, Copy, Debug)]
+pub struct Search<'a, G> {
+    /// Instructions.
+    pub arithmetic: Arithmetic,
+    /// Nearest images.
+    pub geometry: G,
+    /// The box.
+    pub domain: &'a Domain,
+    /// Distance below which a source is a neighbour \[m\].
+    pub radius: f64,
+}
+
+/// For each target the indices of its neighbours, in batches.
+#[derive(Debug, Default)]
+pub struct Rows {
+    chunks: Vec<Chunk>,
+    padding: Padding,
+}
+
+/// Rows of [`TASK`] targets.
+#[derive(Debug, Default)]
+struct Chunk {
+    /// End of each row, in batches.
+    ends: Vec<u32>,
+    /// Indices; there may be room at the end.
+    indices: Vec<u32>,
+}
+
+impl Rows {
+    /// The row of target `i`.
+    #[inline(always)]
+    pub fn of(&self, i: usize) -> &[[u32; WIDTH]] {
+        self.chunks[i / TASK].row(i % TASK)
+    }
+
+    /// The neighbours of target `i` one by one.
+    pub fn neighbours(&self, i: usize) -> impl Iterator<Item = usize> + '_ {
+        let padding = match self.padding {
+            Padding::Target => i,
+            Padding::Index(index) => index as usize,
+        };
+        self.of(i).as_flattened().iter().map(|j| *j as usize).filter(move |j| *j != padding)
+    }
+
+    /// Bytes in use.
+    pub fn bytes(&self) -> usize {
+        self.chunks.iter().map(|chunk| 4 * (chunk.ends.capacity() + chunk.indices.capacity())).sum()
+    }
+
+    /// All sources closer than the radius of `search` to each of `targets` \[m\].
+    ///
+    /// With [`Padding::Target`] the targets are the sources, sorted by cells already. Neighbours follow each other by
+    /// cell, then as in [`Sources::order`].
+    pub fn build<G: Geometry>(
+        &mut self,
+        search: &Search<G>,
+        sources: &Sources,
+        targets: &[Vector],
+        padding: Padding,
+    ) {
+        self.padding = padding;
+        self.chunks.resize_with(targets.len().div_ceil(TASK), Chunk::default);
+        let each = self.chunks.par_iter_mut().zip(targets.par_chunks(TASK)).enumerate();
+        each.for_each(|(task, (chunk, targets))| {
+            search.arithmetic.run(Fill { search, sources, targets, first: task * TASK, padding, chunk });
+        });
+    }
+}
+
+impl Chunk {
+    #[inline(always)]
+    fn row(&self, k: usize) -> &[[u32; WIDTH]] {
+        let start = if k == 0 { 0 } else { self.ends[k - 1] };
+        let indices = &self.indices[WIDTH * start as usize..WIDTH * self.ends[k] as usize];
+        indices.as_chunks().0
+    }
+}
+
+/// Fills the rows of one chunk.
+struct Fill<'a, G> {
+    search: &'a Search<'a, G>,
+    sources: &'a Sources,
+    targets: &'a [Vector],
+    first: usize,
+    padding: Padding,
+    chunk: &'a mut Chunk,
+}
+
+impl<G: Geometry> Kernel for Fill<'_, G> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let Self { search, sources, targets, first, padding, chunk } = self;
+        let Search { geometry, domain, radius, .. } = *search;
+        let square_radius = L::splat(radius * radius);
+        let Chunk { ends, indices } = chunk;
+        ends.clear();
+        let mut used = 0;
+        for (k, target) in targets.iter().enumerate() {
+            let target = domain.wrapped(target);
+            let (x, y) = (L::splat(target.x), L::splat(target.y));
+            let own = if padding == Padding::Target { first + k } else { usize::MAX };
+            let start = used;
+            for range in sources.grid.ranges(&target) {
+                let room = used + range.len() + 2 * WIDTH;
+                if indices.len() < room {
+                    indices.resize(room, 0);
+                }
+                let mut at = range.start;
+                while at < range.end {
+                    let d_x = geometry.nearest(x - load::<L>(&sources.x, at), 0);
+                    let d_y = geometry.nearest(y - load::<L>(&sources.y, at), 1);
+                    let mut bits = (d_x * d_x).plus_product(d_y, d_y).below(square_radius);
+                    if range.end - at < WIDTH {
+                        bits &= (1 << (range.end - at)) - 1;
+                    }
+                    let itself = own.wrapping_sub(at);
+                    if itself < WIDTH {
+                        bits &= !(1 << itself);
+                    }
+                    // Below 2^32, as the entries of the grid are.
+                    let base = at as u32;
+                    let lanes = SET_BITS[usize::from(bits)];
+                    indices[used..used + WIDTH].copy_from_slice(&lanes.map(|lane| base + lane));
+                    used += bits.count_ones() as usize;
+                    at += WIDTH;
+                }
+            }
+            let fill = match padding {
+                Padding::Target => own as u32,
+                Padding::Index(index) => index,
+            };
+            if let Order::AsGiven = sources.kept {
+                let order = sources.order();
+                indices[start..used].iter_mut().for_each(|k| *k = order[*k as usize]);
+            }
+            while used % WIDTH > 0 {
+                indices[used] = fill;
+                used += 1;
+            }
+            ends.push((used / WIDTH) as u32);
+        }
+        // Room for some growth, not for more.
+        if indices.capacity() > used + used / 4 + 64 * WIDTH {
+            indices.truncate(used + used / 16 + 16 * WIDTH);
+            indices.shrink_to_fit();
+        }
+    }
+}
+
+#[inline(always)]
+fn load<L: Lanes>(values: &[f64], at: usize) -> L {
+    match values[at..].first_chunk() {
+        Some(values) => L::from_array(*values),
+        None => L::zero(),
+    }
+}

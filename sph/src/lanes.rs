@@ -1,0 +1,191 @@
+//! Four particles at a time: arithmetic on lanes, and the choice of instructions at run time.
+//!
+//! A pass over pairs is a [`Kernel`], written once for any [`Lanes`]; [`Arithmetic::run`] executes it with the
+//! instructions of one arithmetic path. Each path gives the same bits wherever and on however many threads it runs;
+//! two paths differ in round-off, since one of them fuses products with sums.
+
+use std::ops::{Add, Div, Mul, Sub};
+
+use serde::{Deserialize, Serialize};
+
+#[cfg(target_arch = "x86_64")]
+mod avx2;
+mod portable;
+
+#[cfg(test)]
+mod tests;
+
+/// Number of lanes.
+pub const WIDTH: usize = 4;
+
+/// One number for each of [`WIDTH`] particles.
+pub trait Lanes:
+    Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self>
+{
+    /// Zero in each lane.
+    fn zero() -> Self;
+
+    /// The same number in each lane.
+    fn splat(value: f64) -> Self;
+
+    /// Four numbers, each in all lanes of a result.
+    #[inline(always)]
+    fn splat_each([a, b, c, d]: [f64; 4]) -> [Self; 4] {
+        [Self::splat(a), Self::splat(b), Self::splat(c), Self::splat(d)]
+    }
+
+    /// The numbers of an array.
+    fn from_array(values: [f64; WIDTH]) -> Self;
+
+    /// The lanes as an array.
+    fn to_array(self) -> [f64; WIDTH];
+
+    /// `self + a·b`, rounded once where the path fuses.
+    fn plus_product(self, a: Self, b: Self) -> Self;
+
+    /// `self − a·b`, rounded once where the path fuses.
+    fn minus_product(self, a: Self, b: Self) -> Self;
+
+    /// Square root.
+    fn sqrt(self) -> Self;
+
+    /// The larger of each lane and that of `other`; NaN may give either.
+    fn max(self, other: Self) -> Self;
+
+    /// The smaller of each lane and that of `other`; NaN may give either.
+    fn min(self, other: Self) -> Self;
+
+    /// Bit l is set where lane l of `self` is below that of `other`.
+    fn below(self, other: Self) -> u8;
+
+    /// `yes` where `self` is below `limit`, else `no`.
+    fn choose_below(self, limit: Self, yes: Self, no: Self) -> Self;
+
+    /// Transposes: lane l of result k is `rows[l][k]`.
+    fn columns(rows: [&[f64; 4]; WIDTH]) -> [Self; 4];
+
+    /// Sum over the lanes of each value: (0 + 1) + (2 + 3).
+    fn sums(values: [Self; 4]) -> [f64; 4];
+}
+
+/// Work that [`Arithmetic::run`] executes; `run` and what it calls must be `#[inline(always)]`, so that all of it is
+/// compiled for the instructions of the path.
+pub trait Kernel {
+    /// Result.
+    type Output;
+
+    /// Does the work.
+    fn run<L: Lanes>(self) -> Self::Output;
+}
+
+/// How numbers are computed: decides the last bits of every sum over neighbours.
+///
+/// A value exists only for a path that this machine can execute.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Arithmetic(Path);
+
+/// An arithmetic path by name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Path {
+    /// Products and sums are rounded one by one, by instructions that every machine has.
+    Portable,
+    /// AVX2 instructions of x86-64 with fused multiply-add.
+    Avx2,
+}
+
+impl Path {
+    /// All paths, the fastest first.
+    pub const ALL: [Self; 2] = [Self::Avx2, Self::Portable];
+
+    /// Name in the handshake, the run header and checkpoints.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Portable => "f64x4-portable",
+            Self::Avx2 => "f64x4-avx2-fma",
+        }
+    }
+
+    /// Name as an option of a program.
+    pub fn option(self) -> &'static str {
+        match self {
+            Self::Portable => "portable",
+            Self::Avx2 => "avx2",
+        }
+    }
+}
+
+impl std::str::FromStr for Path {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        Self::ALL
+            .into_iter()
+            .find(|path| path.option() == text)
+            .ok_or_else(|| format!("arithmetic `{text}` is unknown; choose `portable` or `avx2`"))
+    }
+}
+
+impl std::fmt::Display for Path {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(self.option())
+    }
+}
+
+impl Arithmetic {
+    /// The fastest path of this machine.
+    pub fn best() -> Self {
+        Path::ALL.into_iter().find_map(|path| Self::of(path).ok()).unwrap_or(Self(Path::Portable))
+    }
+
+    /// The given path.
+    ///
+    /// # Errors
+    /// When this machine can not execute it.
+    pub fn of(path: Path) -> Result<Self, String> {
+        let available = match path {
+            Path::Portable => true,
+            #[cfg(target_arch = "x86_64")]
+            Path::Avx2 => avx2::available(),
+            #[cfg(not(target_arch = "x86_64"))]
+            Path::Avx2 => false,
+        };
+        if available {
+            Ok(Self(path))
+        } else {
+            Err(format!(
+                "arithmetic `{path}` needs a processor with AVX2 and FMA, which this machine lacks; choose `portable`"
+            ))
+        }
+    }
+
+    /// `path`, or the best of this machine.
+    ///
+    /// # Errors
+    /// When this machine can not execute `path`.
+    pub fn of_or_best(path: Option<Path>) -> Result<Self, String> {
+        path.map_or_else(|| Ok(Self::best()), Self::of)
+    }
+
+    /// All paths of this machine.
+    pub fn all() -> impl Iterator<Item = Self> {
+        Path::ALL.into_iter().filter_map(|path| Self::of(path).ok())
+    }
+
+    /// Name in the handshake, the run header and checkpoints.
+    pub fn name(self) -> &'static str {
+        self.0.name()
+    }
+
+    /// Executes `kernel`.
+    #[inline]
+    pub fn run<K: Kernel>(self, kernel: K) -> K::Output {
+        match self.0 {
+            Path::Portable => kernel.run::<portable::Portable>(),
+            #[cfg(target_arch = "x86_64")]
+            Path::Avx2 => avx2::run(kernel),
+            #[cfg(not(target_arch = "x86_64"))]
+            Path::Avx2 => kernel.run::<portable::Portable>(),
+        }
+    }
+}

@@ -2,8 +2,8 @@
 //!
 //! Regions, bodies and containers are [`Shape`]s; [`fill`] puts particles into one, [`layers_around`] puts wall
 //! particles around one, [`wall_fill`] makes one a wall. These lie on one square lattice with points at
-//! origin + (k + 1/2)·spacing, so that shapes that share a side share no particle and leave no gap. Walls that do not run
-//! along the lattice get [`layers_along`] their faces instead.
+//! origin + (k + 1/2)·spacing, so that shapes that share a side share no particle and leave no gap. Walls with slanted
+//! or curved faces get [`layers_along`] their faces instead.
 
 mod boundary;
 mod fitted;
@@ -11,7 +11,7 @@ mod lattice;
 mod validate;
 
 pub use boundary::{Boundary, CORNER_ANGLE, SurfacePoint};
-pub use fitted::{Side, layers_along, runs_along_lattice};
+pub use fitted::{Side, is_axis_parallel, layers_along};
 pub use lattice::{LayerParticle, OpenSides, displace, fill, lattice_points, layers_around, wall_fill};
 pub use validate::{MAXIMUM_NESTING, MAXIMUM_VERTICES};
 

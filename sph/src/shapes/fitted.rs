@@ -77,19 +77,14 @@ pub fn layers_along(
     particles
 }
 
-/// Whether every edge of `shape` runs along the lattice of `spacing` \[m\] at `origin`, between two of its rows.
-pub fn runs_along_lattice(shape: &Shape, spacing: f64, origin: &Vector) -> bool {
-    let on_plane = |x: f64, axis: usize| {
-        let rows = (x - origin[axis]) / spacing;
-        (rows - rows.round()).abs() < 1e-6
-    };
-    shape.boundary().traced(spacing).iter().all(|edge| {
-        edge.windows(2).all(|pair| {
-            (0..2).any(|axis| {
-                (pair[0][axis] - pair[1][axis]).abs() < 1e-6 * spacing && on_plane(pair[0][axis], axis)
-            })
-        })
-    })
+/// Whether every edge of `shape` is parallel to an axis, within a millionth of `spacing` \[m\].
+pub fn is_axis_parallel(shape: &Shape, spacing: f64) -> bool {
+    let parallel = |a: &Vector, b: &Vector| (0..2).any(|axis| (a[axis] - b[axis]).abs() < 1e-6 * spacing);
+    shape
+        .boundary()
+        .traced(spacing)
+        .iter()
+        .all(|edge| edge.windows(2).all(|pair| parallel(&pair[0], &pair[1])))
 }
 
 /// A connected part of the boundary, with the shape on its left.

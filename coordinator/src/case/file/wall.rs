@@ -48,7 +48,9 @@ pub enum WallKind {
 /// How the particles of a wall are laid out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum WallLayout {
-    /// In layers along the faces; on the lattice where all of these run along it.
+    /// On the lattice where all faces are parallel to its axes, else along the faces.
+    Auto,
+    /// In layers along the faces.
     Fitted,
     /// On the lattice: faces that do not run along it become staircases.
     Lattice,
@@ -72,8 +74,10 @@ impl WallTable {
             WallKind::Solid => (ShapeTable::read(&mut table, "shape"), None),
         };
         let layers = table.optional_count("layers", 1..101);
-        let layout = table
-            .choice_or_first("layout", &[("fitted", WallLayout::Fitted), ("lattice", WallLayout::Lattice)]);
+        let layout = table.choice_or_first(
+            "layout",
+            &[("auto", WallLayout::Auto), ("fitted", WallLayout::Fitted), ("lattice", WallLayout::Lattice)],
+        );
         let lattice_origin_m = table.optional_vector("lattice_origin_m");
         let condition = table.choice_or_first(
             "condition",

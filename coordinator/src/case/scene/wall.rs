@@ -2,8 +2,7 @@
 
 use sph::domain::Domain;
 use sph::shapes::{
-    Boundary, LayerParticle, OpenSides, Shape, Side, layers_along, layers_around, runs_along_lattice,
-    wall_fill,
+    Boundary, LayerParticle, OpenSides, Shape, Side, is_axis_parallel, layers_along, layers_around, wall_fill,
 };
 use sph::vector::Vector;
 
@@ -57,7 +56,7 @@ fn lay_out_wall(
     if container {
         scene.warnings.extend(off_lattice(wall, &written.value, spacing, origin));
     }
-    let on_lattice = wall.layout.value == WallLayout::Lattice || runs_along_lattice(&shape, spacing, &origin);
+    let on_lattice = wall.layout.value == WallLayout::Lattice || is_axis_parallel(&shape, spacing, &origin);
     let open = open_sides(wall, domain);
     // A face against another wall is none: water never meets it, and it would bend the normals of corners.
     let others: Vec<Material> = materials(file, wall, spacing, domain);

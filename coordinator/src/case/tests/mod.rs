@@ -5,6 +5,7 @@ mod mistakes;
 mod restart;
 mod scene;
 mod shipped;
+mod walls;
 
 use std::path::Path;
 

@@ -53,8 +53,7 @@ fn along_the_lattice_layers_are_those_of_the_lattice() {
     // Equally near two faces: the lattice gives no normal on the diagonal of a corner, nor do layers.
     found.sort_by(|a, b| a.position.x.total_cmp(&b.position.x));
     assert_same(&found, &expected);
-    assert!(runs_along_lattice(&l, 0.05, &Vector::zeros()));
-    assert!(!runs_along_lattice(&l, 0.05, &at(0.01, 0.0)));
+    assert!(is_axis_parallel(&l, 0.05));
 }
 
 #[test]
@@ -74,7 +73,8 @@ fn a_turned_shape_has_the_turned_layers() {
             &straight,
         );
     }
-    assert!(!runs_along_lattice(&polygon(&turned_vertices), 0.05, &Vector::zeros()));
+    assert!(!is_axis_parallel(&polygon(&turned_vertices), 0.05));
+    assert!(!is_axis_parallel(&Shape::Circle { centre: at(0.0, 0.0), radius: 1.0 }, 0.05));
 }
 
 #[test]

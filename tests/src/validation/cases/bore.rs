@@ -9,8 +9,8 @@ pub struct Bore;
 const DEPTH: f64 = 0.1;
 const PISTON: f64 = 0.6987;
 const GRAVITY: f64 = 9.81;
-/// Gauges: probe and place \[m\].
-const GAUGES: [(&str, f64); 4] = [("x16", 1.6), ("x20", 2.0), ("x24", 2.4), ("x28", 2.8)];
+/// Gauges: probe and place \[m\]. Before them the bore still steepens and its first crest plunges.
+const GAUGES: [(&str, f64); 4] = [("x28", 2.8), ("x34", 3.4), ("x40", 4.0), ("x46", 4.6)];
 
 impl Case for Bore {
     fn name(&self) -> &'static str {

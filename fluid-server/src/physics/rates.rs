@@ -263,24 +263,19 @@ impl<G: Geometry> StageFields<'_, G> {
 
     /// Force of the fluid on wall `wall` (index) \[N/m\].
     pub fn wall_force(&self, wall: u32) -> Vector {
-        let tensor = self.scene.model.passes.tensor();
+        let passes = self.scene.model.passes;
+        match (passes.tensor(), passes.pair_viscosity) {
+            (false, false) => self.sum_wall_force(With::<false, false, false, false>, wall),
+            (false, true) => self.sum_wall_force(With::<false, false, false, true>, wall),
+            (true, false) => self.sum_wall_force(With::<false, true, false, false>, wall),
+            (true, true) => self.sum_wall_force(With::<false, true, false, true>, wall),
+        }
+    }
+
+    fn sum_wall_force<T: Terms>(&self, _: T, wall: u32) -> Vector {
         sph::sums::ordered_sum(self.scene.fluid.len(), |i| {
-            let fields = self;
-            let divergence = if tensor {
-                self.scene.model.arithmetic.run(WallForce {
-                    fields,
-                    terms: PhantomData::<With<false, true, false, false>>,
-                    i,
-                    wall,
-                })
-            } else {
-                self.scene.model.arithmetic.run(WallForce {
-                    fields,
-                    terms: PhantomData::<With<false, false, false, false>>,
-                    i,
-                    wall,
-                })
-            };
+            let kernel = WallForce { fields: self, terms: PhantomData::<T>, i, wall };
+            let divergence = self.scene.model.arithmetic.run(kernel);
             let repulsion = self.wall_repulsion(i, Some(wall));
             divergence * self.scene.fluid[i].volume() - repulsion * self.state.mass[i]
         })

@@ -57,7 +57,24 @@ pub struct Base {
     pub density: Vec<f64>,
 }
 
+impl Base {
+    /// Bytes in use.
+    pub fn bytes(&self) -> usize {
+        8 * self.density.capacity()
+            + size_of::<Vector>() * (self.position.capacity() + self.velocity.capacity())
+    }
+}
+
 impl FluidState {
+    /// Bytes in use.
+    pub fn bytes(&self) -> usize {
+        let Self { id, region, mass, position, velocity, density, list_origin, .. } = self;
+        let origin = list_origin.as_ref().map_or(0, |origin| origin.position.capacity());
+        4 * (id.capacity() + region.capacity())
+            + 8 * (mass.capacity() + density.capacity())
+            + size_of::<Vector>() * (position.capacity() + velocity.capacity() + origin)
+    }
+
     /// Number of particles.
     pub fn len(&self) -> usize {
         self.id.len()

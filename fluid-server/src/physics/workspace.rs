@@ -51,6 +51,15 @@ impl Workspace {
         Self { cross: model.coupling.as_ref().map(cross), ..Self::default() }
     }
 
+    /// Bytes in use for particles, without those of a partner.
+    pub fn bytes(&self) -> usize {
+        self.base.bytes()
+            + self.lists.bytes()
+            + size_of::<Record>() * self.fluid.capacity()
+            + self.gradients.bytes()
+            + size_of::<Rates>() * self.rates.capacity()
+    }
+
     /// Checks the state, places the walls, renews the lists where needed and computes pressures.
     ///
     /// # Errors

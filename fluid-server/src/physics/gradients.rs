@@ -206,15 +206,6 @@ fn add(own: &mut [f64], other: &[f64]) {
     own.iter_mut().zip(other).for_each(|(a, b)| *a += b);
 }
 
-/// What a particle keeps of the pass for itself.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Local {
-    /// L_i of Eq. (21), or the unit matrix where it is not asked for.
-    pub correction: Symmetric,
-    /// q of the acoustic damper \[Pa\].
-    pub damper: f64,
-}
-
 /// What the pass makes for each fluid particle; arrays that a scene does not need stay empty.
 #[derive(Debug, Default)]
 pub struct Gradients {
@@ -222,8 +213,8 @@ pub struct Gradients {
     sums: Vec<NeighbourSums>,
     /// What neighbours read: p with damper \[Pa\], mark of the order control, ∇ρ of Eq. (20) \[kg/m⁴\].
     pub shown: Vec<[f64; 4]>,
-    /// What a particle keeps for itself.
-    pub local: Vec<Local>,
+    /// L_i of Eq. (21), or the unit matrix where few neighbours define it.
+    pub correction: Vec<Symmetric>,
     /// What the order control keeps.
     pub order: Vec<OrderLocal>,
     /// Viscous stress τ of Eq. (4) \[Pa\].
@@ -238,7 +229,7 @@ pub struct Gradients {
 struct Results<'a> {
     sums: &'a mut [NeighbourSums],
     shown: &'a mut [[f64; 4]],
-    local: &'a mut [Local],
+    correction: &'a mut [Symmetric],
     order: &'a mut [OrderLocal],
     viscous_stress: &'a mut [Symmetric],
     tensor: &'a mut [Matrix],
@@ -247,14 +238,15 @@ struct Results<'a> {
 
 impl Split for Results<'_> {
     fn split(self, at: usize) -> (Self, Self) {
-        let (sums, shown, local) = (self.sums.split(at), self.shown.split(at), self.local.split(at));
+        let (sums, shown) = (self.sums.split(at), self.shown.split(at));
+        let correction = self.correction.split(at);
         let (order, viscous_stress) = (self.order.split(at), self.viscous_stress.split(at));
         let (tensor, viscosity) = (self.tensor.split(at), self.viscosity.split(at));
         (
             Self {
                 sums: sums.0,
                 shown: shown.0,
-                local: local.0,
+                correction: correction.0,
                 order: order.0,
                 viscous_stress: viscous_stress.0,
                 tensor: tensor.0,
@@ -263,7 +255,7 @@ impl Split for Results<'_> {
             Self {
                 sums: sums.1,
                 shown: shown.1,
-                local: local.1,
+                correction: correction.1,
                 order: order.1,
                 viscous_stress: viscous_stress.1,
                 tensor: tensor.1,
@@ -294,7 +286,7 @@ impl Gradients {
         let of = |needed: bool| if needed { particles } else { 0 };
         self.sums.resize(of(partner), NeighbourSums::default());
         self.shown.resize(of(passes.shown()), [0.0; 4]);
-        self.local.resize(of(passes.correction || passes.damper), Local::default());
+        self.correction.resize(of(passes.correction), Symmetric::default());
         self.order.resize(of(passes.order), OrderLocal::default());
         self.viscous_stress.resize(of(passes.viscosity), Symmetric::default());
         self.tensor.resize(of(passes.tensor()), Matrix::default());
@@ -320,8 +312,8 @@ impl Gradients {
     }
 
     fn results(&mut self) -> Results<'_> {
-        let Self { sums, shown, local, order, viscous_stress, tensor, viscosity } = self;
-        Results { sums, shown, local, order, viscous_stress, tensor, viscosity }
+        let Self { sums, shown, correction, order, viscous_stress, tensor, viscosity } = self;
+        Results { sums, shown, correction, order, viscous_stress, tensor, viscosity }
     }
 
     fn gather<G: Geometry, W: Wanted>(&mut self, scene: &Scene<G>, _: W) {
@@ -358,10 +350,10 @@ impl Gradients {
         fn bytes<T>(values: &Vec<T>) -> usize {
             values.capacity() * size_of::<T>()
         }
-        let Self { sums, shown, local, order, viscous_stress, tensor, viscosity } = self;
+        let Self { sums, shown, correction, order, viscous_stress, tensor, viscosity } = self;
         bytes(sums)
             + bytes(shown)
-            + bytes(local)
+            + bytes(correction)
             + bytes(order)
             + bytes(viscous_stress)
             + bytes(tensor)
@@ -411,7 +403,7 @@ impl<G: Geometry, W: Wanted> Kernel for Gather<'_, G, W> {
 /// What follows for one particle.
 struct Finished {
     shown: [f64; 4],
-    local: Local,
+    correction: Symmetric,
     order: OrderLocal,
     viscous_stress: Symmetric,
     tensor: Matrix,
@@ -422,7 +414,7 @@ impl Results<'_> {
     #[inline(always)]
     fn put(&mut self, k: usize, finished: Finished) {
         put(self.shown, k, finished.shown);
-        put(self.local, k, finished.local);
+        put(self.correction, k, finished.correction);
         put(self.order, k, finished.order);
         put(self.viscous_stress, k, finished.viscous_stress);
         put(self.tensor, k, finished.tensor);
@@ -476,14 +468,7 @@ fn finish<G: Geometry>(scene: &Scene<G>, i: usize, sums: &NeighbourSums) -> Fini
         Matrix::default()
     };
     let viscosity = if passes.pair_viscosity { corrected(viscosity, sums) } else { 0.0 };
-    Finished {
-        shown: [pressure, mark, g_x, g_y],
-        local: Local { correction, damper },
-        order,
-        viscous_stress,
-        tensor,
-        viscosity,
-    }
+    Finished { shown: [pressure, mark, g_x, g_y], correction, order, viscous_stress, tensor, viscosity }
 }
 
 /// Pressure of the acoustic damper \[Pa\], which acts in the momentum equation alone.

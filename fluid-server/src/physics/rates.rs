@@ -22,8 +22,6 @@ use super::walls::WallField;
 pub struct Rates {
     /// Acceleration \[m/s²\].
     pub acceleration: Vector,
-    /// Part of it by stabilisers that are not antisymmetric \[m/s²\].
-    pub stabilisers: Vector,
     /// Velocity by which the position is shifted besides \[m/s\].
     pub shift: Vector,
     /// Density rate \[kg/(m³ s)\].
@@ -37,12 +35,15 @@ pub struct OuterForces {
     pub body: Vector,
     /// Force by walls.
     pub walls: Vector,
+    /// Force by stabilisers that are not antisymmetric.
+    pub stabilisers: Vector,
 }
 
 impl AddAssign for OuterForces {
     fn add_assign(&mut self, other: Self) {
         self.body += other.body;
         self.walls += other.walls;
+        self.stabilisers += other.stabilisers;
     }
 }
 
@@ -109,7 +110,7 @@ impl<G: Geometry> StageFields<'_, G> {
         let [pressure, _, g_x, g_y] =
             if T::FOUND { gradients.shown[i] } else { [fluid.pressure(), 0.0, 0.0, 0.0] };
         let corrected = T::CORRECTION && self.scene.model.passes.correction;
-        let l = if corrected { gradients.local[i].correction } else { IDENTITY };
+        let l = if corrected { gradients.correction[i] } else { IDENTITY };
         Own {
             motion: L::splat_each(fluid.motion),
             density: L::splat(fluid.density()),
@@ -189,7 +190,11 @@ impl<G: Geometry> StageFields<'_, G> {
 
     /// q of the acoustic damper of particle `i` \[Pa\].
     fn damper(&self, i: usize) -> f64 {
-        if self.scene.model.passes.damper { self.gradients.local[i].damper } else { 0.0 }
+        if self.scene.model.passes.damper {
+            self.gradients.shown[i][0] - self.scene.fluid[i].pressure()
+        } else {
+            0.0
+        }
     }
 
     /// The part of the velocity relative to walls that viscosity resists: all of it, or where they slip that along
@@ -217,8 +222,7 @@ impl<G: Geometry> StageFields<'_, G> {
         } else {
             Default::default()
         };
-        let correction =
-            if passes.momentum_correction { self.gradients.local[i].correction } else { IDENTITY };
+        let correction = if passes.momentum_correction { self.gradients.correction[i] } else { IDENTITY };
         momentum_tensor(self.scene.walls[w].pressure() + self.damper(i), &stress, &correction)
     }
 
@@ -339,12 +343,13 @@ impl<G: Geometry, T: Terms> Kernel for Evaluate<'_, G, T> {
             }
             *rates = Rates {
                 acceleration: by_fluid + by_walls + body - state.velocity[i] * damping + control.acceleration,
-                stabilisers: control.acceleration,
                 shift: control.shift,
                 density: rho * (sums.continuity + walls.continuity)
                     + model.diffusion * (sums.diffusion + walls.diffusion),
             };
-            *outer += OuterForces { body: body * state.mass[i], walls: by_walls * state.mass[i] };
+            let m = state.mass[i];
+            let stabilisers = control.acceleration * m;
+            *outer += OuterForces { body: body * m, walls: by_walls * m, stabilisers };
         }
     }
 }

@@ -7,8 +7,8 @@ use sph::stage::{Stage, StageTime};
 use sph::vector::Vector;
 
 use super::model::FluidModel;
-use super::pair::Record;
 use super::rates::{OuterForces, Rates};
+use super::record::Record;
 use super::state::FluidState;
 use super::tasks::{PerTask, for_each_task, per_task};
 use super::workspace::Workspace;

@@ -4,7 +4,7 @@ use sph::neighbours::largest_displacement;
 use sph::vector::Vector;
 
 use super::model::FluidModel;
-use super::pair::{Geometry, Open, Periodic};
+use super::record::{Geometry, Open, Periodic};
 use super::rows::{Order, Padding, Rows, Search, Sources};
 use super::state::{Base, FluidState, ListOrigin, Scratch};
 use super::walls::WallField;

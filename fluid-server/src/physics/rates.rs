@@ -8,10 +8,8 @@ use sph::lanes::{Kernel, Lanes, WIDTH};
 use sph::vector::Vector;
 
 use super::gradients::{Gradients, Scene, mirrored_stress, momentum_tensor};
-use super::pair::{
-    Batch, Found, Friction, Geometry, IDENTITY, LawLanes, Matrix, Own, PairSums, Terms, With, gather,
-    gather_columns,
-};
+use super::pair::{Found, Friction, IDENTITY, LawLanes, Matrix, Own, PairSums, Terms, With};
+use super::record::{Batch, Geometry, gather, gather_columns};
 use super::shifting::{self, Control, nearest_surface};
 use super::state::FluidState;
 use super::tasks::{PerTask, for_each_task, per_task};

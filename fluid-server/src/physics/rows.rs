@@ -6,7 +6,7 @@ use sph::lanes::{Arithmetic, Kernel, Lanes, WIDTH};
 use sph::neighbours::CellGrid;
 use sph::vector::Vector;
 
-use super::pair::Geometry;
+use super::record::Geometry;
 use super::tasks::TASK;
 
 /// The set bits of each number below 16, lowest first.

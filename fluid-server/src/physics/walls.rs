@@ -9,7 +9,7 @@ use sph::vector::Vector;
 
 use super::lists::Lists;
 use super::model::FluidModel;
-use super::pair::{Geometry, Record};
+use super::record::{Geometry, Record};
 
 /// Wall particles per task.
 const TASK: usize = 64;

@@ -7,7 +7,7 @@ use sph::vector::Vector;
 
 use super::support::{Noise, ORDERED, add_floor, dam_break, evaluate, random_patch};
 use crate::physics::FluidSolver;
-use crate::physics::pair::Record;
+use crate::physics::record::Record;
 
 /// The random patch with a floor under it, which reaches into the support.
 fn patch(seed: u64) -> FluidSetup {
@@ -101,13 +101,13 @@ fn lanes_give_the_plain_sums_within_round_off_on_each_path() {
         let rates = &solver.workspace.rates;
         let acceleration = scale(&|i| rates[i].acceleration.norm());
         let density = scale(&|i| rates[i].density.abs());
-        for i in 0..solver.state.len() {
+        for (i, found) in rates.iter().enumerate() {
             let (expected_acceleration, expected_density) = plain.rates(i);
             // Some 30 terms that cancel in part, each with a handful of roundings; L_i at the rim multiplies by 10.
             let allowed = 1e-12;
-            let difference = (rates[i].acceleration - expected_acceleration).norm();
+            let difference = (found.acceleration - expected_acceleration).norm();
             assert!(difference < allowed * acceleration, "{} {i}: {difference:e}", arithmetic.name());
-            let difference = (rates[i].density - expected_density).abs();
+            let difference = (found.density - expected_density).abs();
             assert!(difference < allowed * density, "{} {i}: {difference:e}", arithmetic.name());
         }
     }

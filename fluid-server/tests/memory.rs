@@ -1,6 +1,6 @@
 //! Memory: none is asked for in a steady step, and not much for a particle.
 
-#[path = "../benches/scene.rs"]
+#[path = "../benches/stage/scene.rs"]
 #[allow(dead_code, reason = "the benchmark takes more of it")]
 mod scene;
 

@@ -86,6 +86,10 @@ pub struct RunArguments {
     /// Compute threads of each built-in solver [default: all cores]; the results do not depend on it.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub threads: Option<u16>,
+    /// How built-in solvers compute sums over neighbours: `portable` or `avx2` [default: the fastest of this machine]; it
+    /// decides the last bits of results.
+    #[arg(long, value_name = "PATH")]
+    pub arithmetic: Option<sph::lanes::Path>,
     /// Steps that solvers may take before they wait for the coordinator; 1 is strict lock-step.
     #[arg(long, value_name = "STEPS", default_value_t = 64, value_parser = clap::value_parser!(u64).range(1..=100_000))]
     pub window: u64,

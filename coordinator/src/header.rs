@@ -1,5 +1,6 @@
 //! The run header: every fact that decides the answer, on the screen and in the report.
 
+use sph::lanes::Arithmetic;
 use sph::setup::{BreachAction, InterfaceLaw, StepPolicy};
 
 use crate::case::Case;
@@ -65,7 +66,8 @@ pub fn facts(case: &Case, remote: Option<&Remote>) -> Vec<Fact> {
         ));
     }
     if remote.is_none() {
-        facts.push(fact("solvers", "threads of this process"));
+        let arithmetic = Arithmetic::chosen().name();
+        facts.push(fact("solvers", format!("threads of this process; arithmetic of the fluid {arithmetic}")));
     }
     facts.extend(summary.cuts.iter().map(|cut| fact("cut", cut.clone())));
     facts

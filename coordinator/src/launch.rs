@@ -78,6 +78,9 @@ impl Server {
             if let Some(threads) = threads {
                 command.args(["--threads", &threads.to_string()]);
             }
+            if let Some(path) = sph::lanes::forced() {
+                command.args(["--arithmetic", path.option()]);
+            }
         }
         let errors = File::create(log).map_err(|e| {
             Failure::output(format!("cannot write the {role} server's log `{}`: {e}", log.display()))

@@ -38,6 +38,9 @@ const LOGS: &str = "logs";
 /// When the case is wrong, a server is not to be had, an output cannot be written, or the run ends out of order; what
 /// was computed until then is written in every case.
 pub fn run(arguments: &RunArguments) -> Result<(), Failure> {
+    if let Some(path) = arguments.arithmetic {
+        sph::lanes::force(path).map_err(Failure::input)?;
+    }
     let case = load(&arguments.case)?;
     let out = arguments.out.clone().unwrap_or_else(|| default_folder(&arguments.case));
     let existing = if arguments.force { Existing::Replace } else { Existing::Refuse };
@@ -258,7 +261,7 @@ fn summarise(
     let mut participants = [None, None];
     for (role, mut participant) in sides {
         let side = &tally.sides[role.index()];
-        participant.counts = side.counts;
+        participant.set_counts(side.counts);
         participant.state_digest.clone_from(&side.state_digest);
         participant.set_waits(side.step_seconds, side.waited_seconds);
         participants[role.index()] = Some(participant);

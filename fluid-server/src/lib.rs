@@ -20,7 +20,7 @@ impl SolverFactory for FluidFactory {
             "fluid-server",
             env!("CARGO_PKG_VERSION"),
             Role::Fluid,
-            sph::lanes::Arithmetic::best().name(),
+            sph::lanes::Arithmetic::chosen().name(),
         )
     }
 

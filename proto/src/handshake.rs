@@ -1,5 +1,6 @@
 //! Comparison of what participants say, before step 1: all differences at once.
 
+use sph::lanes::Path;
 use sph::setup::{Coupling, RunSetup, StepPolicy};
 use sph::solver::Role;
 use sph::vector::DIMENSIONS;
@@ -34,6 +35,15 @@ pub fn unfit(description: &Description, role: Role, run: &RunSetup) -> Vec<Strin
             reasons
                 .push(format!("{who} offers interface laws {laws:?}, the case asks for {:?}", coupling.law));
         }
+    }
+    // A solver that does not compute in lanes has no path to choose.
+    if let (Some(said), Some(forced)) = (Path::named(&description.arithmetic), sph::lanes::forced())
+        && said != forced
+    {
+        let (said, forced) = (said.name(), forced.option());
+        reasons.push(format!(
+            "{who} computes with arithmetic {said}, the command line says `{forced}`; start it with `--arithmetic {forced}`"
+        ));
     }
     if matches!(run.time.step, StepPolicy::Adaptive { .. }) && !description.capabilities.adaptive_step {
         reasons.push(format!("{who} takes fixed time steps only, the case asks for adaptive ones"));

@@ -36,6 +36,10 @@ pub struct NodeArgs {
     /// Compute threads; all cores when left out.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     pub threads: Option<u16>,
+    /// How sums over neighbours are computed, where the solver does so in lanes: `portable` or `avx2` [default: the
+    /// fastest of this machine]; it decides the last bits of results.
+    #[arg(long, value_name = "PATH")]
+    pub arithmetic: Option<sph::lanes::Path>,
     /// Close a run that nobody asks for after this long, in seconds.
     #[arg(long, value_name = "S", default_value_t = 120, value_parser = clap::value_parser!(u64).range(1..))]
     pub lease: u64,
@@ -66,6 +70,10 @@ pub fn main_with<F: SolverFactory>(args: impl IntoIterator<Item = OsString>, fac
              server, unencrypted; listen on 127.0.0.1, or add `--insecure` to accept that risk",
             args.listen
         );
+        return ExitCode::from(EXIT_USAGE);
+    }
+    if let Some(Err(problem)) = args.arithmetic.map(sph::lanes::force) {
+        eprintln!("error: {problem}");
         return ExitCode::from(EXIT_USAGE);
     }
     // Two workers for I/O: one may be busy with a large message while the other serves frames.

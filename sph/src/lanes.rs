@@ -5,6 +5,7 @@
 //! two paths differ in round-off, since one of them fuses products with sums.
 
 use std::ops::{Add, Div, Mul, Sub};
+use std::sync::OnceLock;
 
 use serde::{Deserialize, Serialize};
 
@@ -94,6 +95,28 @@ pub enum Path {
     Avx2,
 }
 
+/// What the command line says, for the whole process: which instructions it executes is no matter of a run.
+static FORCED: OnceLock<Arithmetic> = OnceLock::new();
+
+/// Makes this process take `path` for every solver that it makes from now on.
+///
+/// # Errors
+/// When this machine can not execute it, or another one was forced before.
+pub fn force(path: Path) -> Result<(), String> {
+    let wanted = Arithmetic::of(path)?;
+    let set = *FORCED.get_or_init(|| wanted);
+    if set == wanted {
+        Ok(())
+    } else {
+        Err(format!("arithmetic `{path}` comes too late: this process takes `{}`", set.0))
+    }
+}
+
+/// The path that this process was told to take.
+pub fn forced() -> Option<Path> {
+    FORCED.get().map(|arithmetic| arithmetic.0)
+}
+
 impl Path {
     /// All paths, the fastest first.
     pub const ALL: [Self; 2] = [Self::Avx2, Self::Portable];
@@ -104,6 +127,11 @@ impl Path {
             Self::Portable => "f64x4-portable",
             Self::Avx2 => "f64x4-avx2-fma",
         }
+    }
+
+    /// The path of this name.
+    pub fn named(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|path| path.name() == name)
     }
 
     /// Name as an option of a program.
@@ -159,12 +187,9 @@ impl Arithmetic {
         }
     }
 
-    /// `path`, or the best of this machine.
-    ///
-    /// # Errors
-    /// When this machine can not execute `path`.
-    pub fn of_or_best(path: Option<Path>) -> Result<Self, String> {
-        path.map_or_else(|| Ok(Self::best()), Self::of)
+    /// The path that this process was told to take, or else the fastest of this machine.
+    pub fn chosen() -> Self {
+        FORCED.get().copied().unwrap_or_else(Self::best)
     }
 
     /// All paths of this machine.

@@ -133,6 +133,11 @@ impl CellGrid {
         &self.entries
     }
 
+    /// [`CellGrid::order`], and memory for as many numbers that is free until the next sources.
+    pub fn order_and_spare(&mut self) -> (&[u32], &mut Vec<u32>) {
+        (&self.entries, &mut self.cells)
+    }
+
     /// Ranges of [`CellGrid::order`] that together hold all sources that can lie within the radius of `x`, a position
     /// inside the box along periodic directions; some may be empty.
     #[inline]

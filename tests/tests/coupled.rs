@@ -27,6 +27,26 @@ fn two_processes_equal_one_process_bit_for_bit_on_any_number_of_threads() {
 }
 
 #[test]
+fn each_arithmetic_path_agrees_with_itself_and_is_told() {
+    let bench = bench();
+    let case = bench.coarse(0.004, &[]);
+    let mut of_paths = Vec::new();
+    for path in sph::lanes::Arithmetic::all() {
+        let option = if path.name() == "f64x4-portable" { "portable" } else { "avx2" };
+        let force = ["--arithmetic", option];
+        let split = bench.run(&case, &format!("split-{option}"), &force);
+        let one = bench.run(&case, &format!("one-{option}"), &["--in-process", force[0], force[1]]);
+        assert_eq!(digests(&split), digests(&one), "{option}");
+        let report = std::fs::read_to_string(bench.path(&format!("split-{option}/report.html"))).unwrap();
+        assert!(report.contains(path.name()), "the report names {}", path.name());
+        of_paths.push(digests(&split));
+    }
+    // Fused products round otherwise: were the digests equal, the option would do nothing.
+    assert!(of_paths.windows(2).all(|pair| pair[0] != pair[1]));
+    bench.refused(&["run", text(&case), "--arithmetic", "sse"], 2, &["portable", "avx2"]);
+}
+
+#[test]
 #[ignore = "takes some minutes; run it by `cargo test --release -p tests -- --ignored`"]
 fn the_whole_coarse_case_agrees_bit_for_bit() {
     every_way_of_running_agrees(0.5);
@@ -47,6 +67,7 @@ fn the_ledger_closes_and_the_results_are_complete() {
     }
     for side in ["fluid", "solid"] {
         assert!(summary[side]["process"]["peak_memory_bytes"].as_u64().unwrap() > 1 << 20, "{side}");
+        assert!(summary[side]["peak_memory_bytes_per_particle"].as_f64().unwrap() > 100.0, "{side}");
         assert!(summary[side]["waited_seconds"].as_f64().unwrap() >= 0.0);
         assert_eq!(summary[side]["counts"]["lost"], 0);
     }

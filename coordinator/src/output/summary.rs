@@ -171,11 +171,22 @@ pub struct Participant {
     pub waited_share: Option<f64>,
     /// Its process, where it is known.
     pub process: Process,
+    /// Peak memory of the process over its particles and wall particles \[bytes\]; the program itself counts too.
+    pub peak_memory_bytes_per_particle: Option<f64>,
     /// SHA-256, as hex, of all particles at the end.
     pub state_digest: String,
 }
 
 impl Participant {
+    /// Fills the counts and what follows from them.
+    pub fn set_counts(&mut self, counts: Counts) {
+        self.counts = counts;
+        let particles = counts.particles + counts.wall_particles;
+        // Both far below 2^53.
+        let share = |bytes: u64| (particles > 0).then(|| bytes as f64 / particles as f64);
+        self.peak_memory_bytes_per_particle = self.process.peak_memory_bytes.and_then(share);
+    }
+
     /// Fills both waits and the share.
     pub fn set_waits(&mut self, step_seconds: f64, waited_seconds: f64) {
         self.step_seconds = step_seconds;

@@ -7,8 +7,8 @@ use sph::stage::{Stage, StageTime};
 use sph::vector::Vector;
 
 use super::model::FluidModel;
-use super::pair::Record;
 use super::rates::{OuterForces, Rates};
+use super::record::Record;
 use super::state::FluidState;
 use super::tasks::{PerTask, for_each_task, per_task};
 use super::workspace::Workspace;
@@ -17,7 +17,6 @@ use super::workspace::Workspace;
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Books {
     damping: Vector,
-    stabilisers: Vector,
     gross: f64,
     largest_acceleration: f64,
     /// Σ m (v − vⁿ) \[kg/s\].
@@ -29,7 +28,6 @@ pub struct Books {
 impl AddAssign for Books {
     fn add_assign(&mut self, other: Self) {
         self.damping += other.damping;
-        self.stabilisers += other.stabilisers;
         self.gross += other.gross;
         self.largest_acceleration = self.largest_acceleration.max(other.largest_acceleration);
         self.momentum += other.momentum;
@@ -93,7 +91,7 @@ fn accounts(books: &Books, forces: &OuterForces, removed: Vector, duration: f64)
     accounts.add(Account::BodyForce, forces.body);
     accounts.add(Account::Walls, forces.walls);
     accounts.add(Account::Damping, books.damping);
-    accounts.add(Account::Stabilisers, books.stabilisers);
+    accounts.add(Account::Stabilisers, forces.stabilisers);
     // Particles leave at step boundaries: the next step carries their momentum off in both of its stages.
     accounts.add(Account::Removed, -removed / duration);
     accounts
@@ -131,7 +129,6 @@ impl Step<'_> {
         }
         let acceleration = rates.acceleration.norm();
         books.damping += *v * (-self.damping * m);
-        books.stabilisers += rates.stabilisers * m;
         books.gross += m * acceleration + fluid.pressure().abs() * fluid.volume() * self.inverse_h;
         books.largest_acceleration = books.largest_acceleration.max(acceleration);
         // The position moves with the velocity of the stage state, and with the shift.

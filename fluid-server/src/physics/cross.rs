@@ -9,11 +9,12 @@ use sph::interface::Interface;
 use sph::ledger::InterfaceSums;
 use sph::setup::{Coupling, FluidProbeKind, InterfaceLaw};
 
-use super::gradients::{Gradients, NeighbourSums, Scene};
+use super::gradients::{Gradients, Scene};
 use super::lists::Lists;
 use super::model::FluidModel;
-use super::pair::{Geometry, Record};
+use super::moments::NeighbourSums;
 use super::rates::Rates;
+use super::record::{Geometry, Record};
 use super::shifting::pairing_of;
 use super::state::FluidState;
 

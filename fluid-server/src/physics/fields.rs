@@ -3,7 +3,7 @@
 use sph::solver::{Field, ParticleFields};
 
 use super::model::FluidModel;
-use super::pair::Record;
+use super::record::Record;
 use super::state::FluidState;
 use super::walls::WallField;
 

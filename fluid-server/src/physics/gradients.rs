@@ -4,11 +4,12 @@
 use std::marker::PhantomData;
 
 use sph::lanes::{Kernel, Lanes};
-use sph::vector::Vector;
 
 use super::lists::Lists;
 use super::model::{FluidModel, Passes};
-use super::pair::{Batch, Geometry, IDENTITY, KernelLanes, Matrix, Record, Symmetric};
+use super::moments::{Batches, Kernels, NeighbourSums, Sums, Wanted};
+use super::pair::{IDENTITY, Matrix, Symmetric};
+use super::record::{Batch, Geometry, Record};
 use super::shifting::{NO_ORDER, OrderLocal, Ratio, Surroundings};
 use super::tasks::{Split, for_each_task};
 use super::viscosity::corrected;
@@ -19,202 +20,6 @@ const SMALLEST_GRADIENT_DETERMINANT: f64 = 1e-3;
 /// Below this determinant L_i is the unit matrix: at spray a large L_i does more harm than the error it cures.
 const SMALLEST_CORRECTION_DETERMINANT: f64 = 0.3;
 
-/// Raw sums over the neighbours of one particle.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct NeighbourSums {
-    /// Σ V_j (x_j − x_i) ⊗ ∇W \[-\], the inverse of L_i in Eq. (21).
-    pub moment: Symmetric,
-    /// Σ V_j (ρ_j − ρ_i) ∇W \[kg/m⁴\].
-    pub density: [f64; 2],
-    /// Σ V_j (v_j − v_i) ⊗ ∇W over own particles \[1/s\].
-    pub velocity: Matrix,
-    /// The same over another owner's particles \[1/s\].
-    pub solid_velocity: Matrix,
-    /// Share of another owner's particles in the moments: ½ Σ V_j (x_j − x_i)·∇W over them \[-\].
-    pub solid_share: f64,
-    /// Σ V_j ∇W \[1/m\].
-    pub concentration: [f64; 2],
-    /// Σ V_j R (W/W(Δx))⁴ ∇W \[1/m\].
-    pub pairing: [f64; 2],
-    /// Largest |v_ij|² of the fluid near by, fading out between h and 2h \[m²/s²\].
-    pub square_speed: f64,
-}
-
-/// Which sums a pass makes.
-trait Wanted: Copy + Send + Sync {
-    /// Moments and density gradient.
-    const MOMENTS: bool;
-    /// Velocity gradient.
-    const VELOCITY: bool;
-    /// Sums of the order control.
-    const ORDER: bool;
-}
-
-/// [`Wanted`] by three flags.
-#[derive(Clone, Copy, Debug)]
-struct Sums<const MOMENTS: bool, const VELOCITY: bool, const ORDER: bool>;
-
-impl<const MOMENTS: bool, const VELOCITY: bool, const ORDER: bool> Wanted for Sums<MOMENTS, VELOCITY, ORDER> {
-    const MOMENTS: bool = MOMENTS;
-    const VELOCITY: bool = VELOCITY;
-    const ORDER: bool = ORDER;
-}
-
-/// What the pass takes of the kernel.
-struct Kernels<L> {
-    kernel: KernelLanes<L>,
-    ratio: Ratio<L>,
-}
-
-/// [`NeighbourSums`] being gathered, batch by batch.
-#[derive(Clone, Copy, Debug)]
-struct Batches<L> {
-    moment: [L; 3],
-    density: [L; 2],
-    velocity: [L; 4],
-    concentration: [L; 2],
-    pairing: [L; 2],
-    square_speed: L,
-}
-
-impl<L: Lanes> Batches<L> {
-    #[inline(always)]
-    fn zero() -> Self {
-        let zero = L::zero();
-        Self {
-            moment: [zero; 3],
-            density: [zero; 2],
-            velocity: [zero; 4],
-            concentration: [zero; 2],
-            pairing: [zero; 2],
-            square_speed: zero,
-        }
-    }
-
-    /// Adds the neighbours of `batch` of a particle of density `rho`; `fluid` tells whether they are fluid.
-    #[inline(always)]
-    fn add<W: Wanted>(&mut self, law: &Kernels<L>, rho: L, batch: &Batch<L>, fluid: bool) {
-        let Batch { x, y, square, v_x, v_y, density, volume, .. } = *batch;
-        let (s, slope) = law.kernel.slope(square);
-        let weight = volume * slope / s;
-        let (weight_x, weight_y) = (weight * x, weight * y);
-        if W::MOMENTS {
-            let [xx, xy, yy] = &mut self.moment;
-            *xx = xx.minus_product(weight_x, x);
-            *xy = xy.minus_product(weight_x, y);
-            *yy = yy.minus_product(weight_y, y);
-            let difference = density - rho;
-            let [d_x, d_y] = &mut self.density;
-            *d_x = d_x.plus_product(difference, weight_x);
-            *d_y = d_y.plus_product(difference, weight_y);
-        }
-        if W::VELOCITY {
-            // v_j − v_i = −v_ij
-            let [xx, xy, yx, yy] = &mut self.velocity;
-            *xx = xx.minus_product(v_x, weight_x);
-            *xy = xy.minus_product(v_x, weight_y);
-            *yx = yx.minus_product(v_y, weight_x);
-            *yy = yy.minus_product(v_y, weight_y);
-        }
-        if W::ORDER {
-            let (factor, nearness) = law.ratio.pairing(s);
-            self.concentration = [self.concentration[0] + weight_x, self.concentration[1] + weight_y];
-            let [p_x, p_y] = &mut self.pairing;
-            *p_x = p_x.plus_product(factor, weight_x);
-            *p_y = p_y.plus_product(factor, weight_y);
-            if fluid {
-                let square_speed = (v_x * v_x).plus_product(v_y, v_y);
-                self.square_speed = self.square_speed.max(nearness * nearness * square_speed);
-            }
-        }
-    }
-
-    /// The sums over all batches.
-    #[inline(always)]
-    fn total<W: Wanted>(&self) -> NeighbourSums {
-        let mut sums = NeighbourSums::default();
-        if W::MOMENTS {
-            let [a, b, c] = self.moment;
-            let [d, e] = self.density;
-            let [xx, xy, yy, d_x] = L::sums([a, b, c, d]);
-            sums.moment = [xx, xy, yy];
-            let [p_x, p_y] = self.pairing;
-            let [d_y, p_x, p_y, _] = L::sums([e, p_x, p_y, L::zero()]);
-            (sums.density, sums.pairing) = ([d_x, d_y], [p_x, p_y]);
-        }
-        if W::VELOCITY {
-            sums.velocity = L::sums(self.velocity);
-        }
-        if W::ORDER {
-            let [x, y] = self.concentration;
-            let [x, y, _, _] = L::sums([x, y, L::zero(), L::zero()]);
-            sums.concentration = [x, y];
-            sums.square_speed = self.square_speed.to_array().into_iter().fold(0.0, f64::max);
-        }
-        sums
-    }
-}
-
-impl NeighbourSums {
-    /// Adds one neighbour of another owner at separation `d` = x_ij \[m\], with `weight` = V_j (dW/dr)/r \[1/m²\],
-    /// ρ_j − ρ_i \[kg/m³\], v_j − v_i \[m/s\] and the factor R (W/W(Δx))⁴.
-    pub fn add_pair(&mut self, d: &Vector, weight: f64, density: f64, velocity: &Vector, pairing: f64) {
-        let w = d * weight;
-        for (sum, term) in self.moment.iter_mut().zip([w.x * d.x, w.x * d.y, w.y * d.y]) {
-            *sum -= term;
-        }
-        self.solid_share -= 0.5 * w.dot(d);
-        let v = velocity;
-        add(&mut self.density, &[density * w.x, density * w.y]);
-        add(&mut self.solid_velocity, &[v.x * w.x, v.x * w.y, v.y * w.x, v.y * w.y]);
-        add(&mut self.concentration, &[w.x, w.y]);
-        add(&mut self.pairing, &[pairing * w.x, pairing * w.y]);
-    }
-
-    /// Adds the sums over another owner's particles.
-    pub fn merge(&mut self, other: &Self) {
-        add(&mut self.moment, &other.moment);
-        add(&mut self.density, &other.density);
-        add(&mut self.solid_velocity, &other.solid_velocity);
-        add(&mut self.concentration, &other.concentration);
-        add(&mut self.pairing, &other.pairing);
-        self.solid_share += other.solid_share;
-    }
-
-    /// Half the trace of the moment matrix: 1 for complete and even neighbours \[-\].
-    pub fn mean_moment(&self) -> f64 {
-        0.5 * (self.moment[0] + self.moment[2])
-    }
-
-    /// Determinant of the moment matrix, and its inverse where that is not zero.
-    fn inverse(&self) -> (f64, Symmetric) {
-        let [xx, xy, yy] = self.moment;
-        let determinant = xx * yy - xy * xy;
-        let inverse = 1.0 / determinant;
-        (determinant, [yy * inverse, -xy * inverse, xx * inverse])
-    }
-
-    /// ∇v before correction, another owner's particles included \[1/s\].
-    fn velocity_gradient(&self) -> Matrix {
-        let mut gradient = self.velocity;
-        add(&mut gradient, &self.solid_velocity);
-        gradient
-    }
-}
-
-fn add(own: &mut [f64], other: &[f64]) {
-    own.iter_mut().zip(other).for_each(|(a, b)| *a += b);
-}
-
-/// What a particle keeps of the pass for itself.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Local {
-    /// L_i of Eq. (21), or the unit matrix where it is not asked for.
-    pub correction: Symmetric,
-    /// q of the acoustic damper \[Pa\].
-    pub damper: f64,
-}
-
 /// What the pass makes for each fluid particle; arrays that a scene does not need stay empty.
 #[derive(Debug, Default)]
 pub struct Gradients {
@@ -222,8 +27,8 @@ pub struct Gradients {
     sums: Vec<NeighbourSums>,
     /// What neighbours read: p with damper \[Pa\], mark of the order control, ∇ρ of Eq. (20) \[kg/m⁴\].
     pub shown: Vec<[f64; 4]>,
-    /// What a particle keeps for itself.
-    pub local: Vec<Local>,
+    /// L_i of Eq. (21), or the unit matrix where few neighbours define it.
+    pub correction: Vec<Symmetric>,
     /// What the order control keeps.
     pub order: Vec<OrderLocal>,
     /// Viscous stress τ of Eq. (4), or the part of it that the viscous pair force leaves out \[Pa\].
@@ -238,7 +43,7 @@ pub struct Gradients {
 struct Results<'a> {
     sums: &'a mut [NeighbourSums],
     shown: &'a mut [[f64; 4]],
-    local: &'a mut [Local],
+    correction: &'a mut [Symmetric],
     order: &'a mut [OrderLocal],
     viscous_stress: &'a mut [Matrix],
     tensor: &'a mut [Matrix],
@@ -247,14 +52,15 @@ struct Results<'a> {
 
 impl Split for Results<'_> {
     fn split(self, at: usize) -> (Self, Self) {
-        let (sums, shown, local) = (self.sums.split(at), self.shown.split(at), self.local.split(at));
+        let (sums, shown) = (self.sums.split(at), self.shown.split(at));
+        let correction = self.correction.split(at);
         let (order, viscous_stress) = (self.order.split(at), self.viscous_stress.split(at));
         let (tensor, viscosity) = (self.tensor.split(at), self.viscosity.split(at));
         (
             Self {
                 sums: sums.0,
                 shown: shown.0,
-                local: local.0,
+                correction: correction.0,
                 order: order.0,
                 viscous_stress: viscous_stress.0,
                 tensor: tensor.0,
@@ -263,7 +69,7 @@ impl Split for Results<'_> {
             Self {
                 sums: sums.1,
                 shown: shown.1,
-                local: local.1,
+                correction: correction.1,
                 order: order.1,
                 viscous_stress: viscous_stress.1,
                 tensor: tensor.1,
@@ -294,7 +100,7 @@ impl Gradients {
         let of = |needed: bool| if needed { particles } else { 0 };
         self.sums.resize(of(partner), NeighbourSums::default());
         self.shown.resize(of(passes.shown()), [0.0; 4]);
-        self.local.resize(of(passes.correction || passes.damper), Local::default());
+        self.correction.resize(of(passes.correction), Symmetric::default());
         self.order.resize(of(passes.order), OrderLocal::default());
         self.viscous_stress.resize(of(passes.viscosity || passes.pair_viscosity), Matrix::default());
         self.tensor.resize(of(passes.tensor()), Matrix::default());
@@ -320,8 +126,8 @@ impl Gradients {
     }
 
     fn results(&mut self) -> Results<'_> {
-        let Self { sums, shown, local, order, viscous_stress, tensor, viscosity } = self;
-        Results { sums, shown, local, order, viscous_stress, tensor, viscosity }
+        let Self { sums, shown, correction, order, viscous_stress, tensor, viscosity } = self;
+        Results { sums, shown, correction, order, viscous_stress, tensor, viscosity }
     }
 
     fn gather<G: Geometry, W: Wanted>(&mut self, scene: &Scene<G>, _: W) {
@@ -358,10 +164,10 @@ impl Gradients {
         fn bytes<T>(values: &Vec<T>) -> usize {
             values.capacity() * size_of::<T>()
         }
-        let Self { sums, shown, local, order, viscous_stress, tensor, viscosity } = self;
+        let Self { sums, shown, correction, order, viscous_stress, tensor, viscosity } = self;
         bytes(sums)
             + bytes(shown)
-            + bytes(local)
+            + bytes(correction)
             + bytes(order)
             + bytes(viscous_stress)
             + bytes(tensor)
@@ -411,7 +217,7 @@ impl<G: Geometry, W: Wanted> Kernel for Gather<'_, G, W> {
 /// What follows for one particle.
 struct Finished {
     shown: [f64; 4],
-    local: Local,
+    correction: Symmetric,
     order: OrderLocal,
     viscous_stress: Matrix,
     tensor: Matrix,
@@ -422,7 +228,7 @@ impl Results<'_> {
     #[inline(always)]
     fn put(&mut self, k: usize, finished: Finished) {
         put(self.shown, k, finished.shown);
-        put(self.local, k, finished.local);
+        put(self.correction, k, finished.correction);
         put(self.order, k, finished.order);
         put(self.viscous_stress, k, finished.viscous_stress);
         put(self.tensor, k, finished.tensor);
@@ -480,14 +286,7 @@ fn finish<G: Geometry>(scene: &Scene<G>, i: usize, sums: &NeighbourSums) -> Fini
         Matrix::default()
     };
     let viscosity = if passes.pair_viscosity { corrected(viscosity, sums) } else { 0.0 };
-    Finished {
-        shown: [pressure, mark, g_x, g_y],
-        local: Local { correction, damper },
-        order,
-        viscous_stress,
-        tensor,
-        viscosity,
-    }
+    Finished { shown: [pressure, mark, g_x, g_y], correction, order, viscous_stress, tensor, viscosity }
 }
 
 /// Pressure of the acoustic damper \[Pa\], which acts in the momentum equation alone.

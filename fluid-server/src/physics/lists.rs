@@ -4,7 +4,7 @@ use sph::neighbours::largest_displacement;
 use sph::vector::Vector;
 
 use super::model::FluidModel;
-use super::pair::{Geometry, Open, Periodic};
+use super::record::{Geometry, Open, Periodic};
 use super::rows::{Order, Padding, Rows, Search, Sources};
 use super::state::{Base, FluidState, ListOrigin, Scratch};
 use super::walls::WallField;
@@ -25,7 +25,8 @@ pub struct Lists {
     fluid_sources: Sources,
     /// Walls by cells.
     wall_sources: Sources,
-    scratch: Scratch,
+    /// Memory for sorting.
+    numbers: Vec<f64>,
     /// Positions of moving walls when the lists were built.
     wall_origin: WallField,
     /// Whether the lists belong to the state's `list_origin`.
@@ -40,7 +41,7 @@ impl Default for Lists {
             fluid_of_walls: Rows::default(),
             fluid_sources: Sources::new(Order::ByCell),
             wall_sources: Sources::new(Order::AsGiven),
-            scratch: Scratch::default(),
+            numbers: Vec::new(),
             wall_origin: WallField::default(),
             current: false,
         }
@@ -66,8 +67,9 @@ impl Lists {
     /// Sorts the particles by cells and builds the lists for the present state at `time` \[s\].
     pub fn rebuild(&mut self, model: &FluidModel, state: &mut FluidState, base: &mut Base, time: f64) {
         state.wrap(base, &model.domain);
-        self.fluid_sources.renew(&model.domain, &state.position, Self::radius(model));
-        state.reorder(base, self.fluid_sources.order(), &mut self.scratch);
+        self.fluid_sources.bin(&model.domain, &state.position, Self::radius(model));
+        let (order, integers) = self.fluid_sources.order_and_spare();
+        state.reorder(base, order, Scratch { integers, numbers: &mut self.numbers });
         let origin = state.list_origin.get_or_insert_default();
         origin.time = time;
         origin.position.clone_from(&state.position);
@@ -78,7 +80,7 @@ impl Lists {
     /// Builds the lists that belong to the state's origin unless they are present, as after a restore.
     pub fn restore(&mut self, model: &FluidModel, state: &FluidState) {
         if let (false, Some(origin)) = (self.current, &state.list_origin) {
-            self.fluid_sources.renew(&model.domain, &origin.position, Self::radius(model));
+            self.fluid_sources.bin(&model.domain, &origin.position, Self::radius(model));
             let ListOrigin { time, position } = origin;
             self.build(model, position, *time);
         }
@@ -89,7 +91,7 @@ impl Lists {
         [&self.fluid, &self.walls, &self.fluid_of_walls].into_iter().map(Rows::bytes).sum::<usize>()
             + self.fluid_sources.bytes()
             + self.wall_sources.bytes()
-            + self.scratch.bytes()
+            + 8 * self.numbers.capacity()
     }
 
     fn radius(model: &FluidModel) -> f64 {
@@ -101,8 +103,10 @@ impl Lists {
         let (domain, radius) = (&model.domain, Self::radius(model));
         if model.walls.moves() || !self.current {
             self.wall_origin.place(&model.walls, domain, time);
-            self.wall_sources.renew(domain, &self.wall_origin.position, radius);
+            self.wall_sources.bin(domain, &self.wall_origin.position, radius);
+            self.wall_sources.place(domain, &self.wall_origin.position);
         }
+        self.fluid_sources.place(domain, fluid);
         if domain.is_periodic() {
             self.fill(model, Periodic::new(domain), fluid);
         } else {

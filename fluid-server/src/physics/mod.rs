@@ -28,9 +28,11 @@ mod gradients;
 mod leaving;
 mod lists;
 mod model;
+mod moments;
 mod pair;
 mod probes;
 mod rates;
+mod record;
 mod rows;
 mod shifting;
 mod state;
@@ -53,12 +55,12 @@ pub struct FluidSolver {
 }
 
 impl FluidSolver {
-    /// A solver at the start of the run that `setup` describes, with the best arithmetic of this machine.
+    /// A solver at the start of the run that `setup` describes, with the arithmetic of this process.
     ///
     /// # Errors
     /// Everything in the set-up that can not be run.
     pub fn new(setup: FluidSetup) -> Result<Self, Vec<String>> {
-        Self::with_arithmetic(setup, Arithmetic::best())
+        Self::with_arithmetic(setup, Arithmetic::chosen())
     }
 
     /// A solver at the start of the run that `setup` describes.
@@ -74,6 +76,11 @@ impl FluidSolver {
         workspace.largest_speed = checks::check_state(&model, &state, StepStage::FIRST)
             .map_err(|divergence| vec![format!("the first state can not be run: {divergence}")])?;
         Ok(Self { model, state, workspace, no_extent: Extent::default() })
+    }
+
+    /// Memory that grows with the particles, in use by state and workspace \[bytes\].
+    pub fn memory(&self) -> usize {
+        self.state.bytes() + self.workspace.bytes()
     }
 
     /// State and workspace of an evaluation at a step boundary of `time` \[s\], apart from the run.

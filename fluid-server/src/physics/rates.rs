@@ -8,10 +8,8 @@ use sph::lanes::{Kernel, Lanes, WIDTH};
 use sph::vector::Vector;
 
 use super::gradients::{Gradients, Scene, mirrored_stress, momentum_tensor};
-use super::pair::{
-    Batch, Found, Friction, Geometry, IDENTITY, LawLanes, Matrix, Own, PairSums, Terms, With, gather,
-    gather_columns,
-};
+use super::pair::{Found, Friction, IDENTITY, LawLanes, Matrix, Own, PairSums, Terms, With};
+use super::record::{Batch, Geometry, gather, gather_columns};
 use super::shifting::{self, Control, nearest_surface};
 use super::state::FluidState;
 use super::tasks::{PerTask, for_each_task, per_task};
@@ -22,8 +20,6 @@ use super::walls::WallField;
 pub struct Rates {
     /// Acceleration \[m/s²\].
     pub acceleration: Vector,
-    /// Part of it by stabilisers that are not antisymmetric \[m/s²\].
-    pub stabilisers: Vector,
     /// Velocity by which the position is shifted besides \[m/s\].
     pub shift: Vector,
     /// Density rate \[kg/(m³ s)\].
@@ -37,12 +33,15 @@ pub struct OuterForces {
     pub body: Vector,
     /// Force by walls.
     pub walls: Vector,
+    /// Force by stabilisers that are not antisymmetric.
+    pub stabilisers: Vector,
 }
 
 impl AddAssign for OuterForces {
     fn add_assign(&mut self, other: Self) {
         self.body += other.body;
         self.walls += other.walls;
+        self.stabilisers += other.stabilisers;
     }
 }
 
@@ -109,7 +108,7 @@ impl<G: Geometry> StageFields<'_, G> {
         let [pressure, _, g_x, g_y] =
             if T::FOUND { gradients.shown[i] } else { [fluid.pressure(), 0.0, 0.0, 0.0] };
         let corrected = T::CORRECTION && self.scene.model.passes.correction;
-        let l = if corrected { gradients.local[i].correction } else { IDENTITY };
+        let l = if corrected { gradients.correction[i] } else { IDENTITY };
         Own {
             motion: L::splat_each(fluid.motion),
             density: L::splat(fluid.density()),
@@ -189,7 +188,11 @@ impl<G: Geometry> StageFields<'_, G> {
 
     /// q of the acoustic damper of particle `i` \[Pa\].
     fn damper(&self, i: usize) -> f64 {
-        if self.scene.model.passes.damper { self.gradients.local[i].damper } else { 0.0 }
+        if self.scene.model.passes.damper {
+            self.gradients.shown[i][0] - self.scene.fluid[i].pressure()
+        } else {
+            0.0
+        }
     }
 
     /// The part of the velocity relative to walls that viscosity resists: all of it, or where they slip that along
@@ -217,8 +220,7 @@ impl<G: Geometry> StageFields<'_, G> {
         } else {
             Default::default()
         };
-        let correction =
-            if passes.momentum_correction { self.gradients.local[i].correction } else { IDENTITY };
+        let correction = if passes.momentum_correction { self.gradients.correction[i] } else { IDENTITY };
         momentum_tensor(self.scene.walls[w].pressure() + self.damper(i), &stress, &correction)
     }
 
@@ -263,24 +265,19 @@ impl<G: Geometry> StageFields<'_, G> {
 
     /// Force of the fluid on wall `wall` (index) \[N/m\].
     pub fn wall_force(&self, wall: u32) -> Vector {
-        let tensor = self.scene.model.passes.tensor();
+        let passes = self.scene.model.passes;
+        match (passes.tensor(), passes.pair_viscosity) {
+            (false, false) => self.sum_wall_force(With::<false, false, false, false>, wall),
+            (false, true) => self.sum_wall_force(With::<false, false, false, true>, wall),
+            (true, false) => self.sum_wall_force(With::<false, true, false, false>, wall),
+            (true, true) => self.sum_wall_force(With::<false, true, false, true>, wall),
+        }
+    }
+
+    fn sum_wall_force<T: Terms>(&self, _: T, wall: u32) -> Vector {
         sph::sums::ordered_sum(self.scene.fluid.len(), |i| {
-            let fields = self;
-            let divergence = if tensor {
-                self.scene.model.arithmetic.run(WallForce {
-                    fields,
-                    terms: PhantomData::<With<false, true, false, false>>,
-                    i,
-                    wall,
-                })
-            } else {
-                self.scene.model.arithmetic.run(WallForce {
-                    fields,
-                    terms: PhantomData::<With<false, false, false, false>>,
-                    i,
-                    wall,
-                })
-            };
+            let kernel = WallForce { fields: self, terms: PhantomData::<T>, i, wall };
+            let divergence = self.scene.model.arithmetic.run(kernel);
             let repulsion = self.wall_repulsion(i, Some(wall));
             divergence * self.scene.fluid[i].volume() - repulsion * self.state.mass[i]
         })
@@ -344,12 +341,13 @@ impl<G: Geometry, T: Terms> Kernel for Evaluate<'_, G, T> {
             }
             *rates = Rates {
                 acceleration: by_fluid + by_walls + body - state.velocity[i] * damping + control.acceleration,
-                stabilisers: control.acceleration,
                 shift: control.shift,
                 density: rho * (sums.continuity + walls.continuity)
                     + model.diffusion * (sums.diffusion + walls.diffusion),
             };
-            *outer += OuterForces { body: body * state.mass[i], walls: by_walls * state.mass[i] };
+            let m = state.mass[i];
+            let stabilisers = control.acceleration * m;
+            *outer += OuterForces { body: body * m, walls: by_walls * m, stabilisers };
         }
     }
 }

@@ -6,7 +6,7 @@ use sph::lanes::{Arithmetic, Kernel, Lanes, WIDTH};
 use sph::neighbours::CellGrid;
 use sph::vector::Vector;
 
-use super::pair::Geometry;
+use super::record::Geometry;
 use super::tasks::TASK;
 
 /// The set bits of each number below 16, lowest first.
@@ -67,20 +67,32 @@ impl Sources {
     }
 
     /// Bins `positions` \[m\] for searches within `radius` \[m\].
-    pub fn renew(&mut self, domain: &Domain, positions: &[Vector], radius: f64) {
+    pub fn bin(&mut self, domain: &Domain, positions: &[Vector], radius: f64) {
         self.grid.renew(domain, positions, radius);
-        let Self { grid, x, y, .. } = self;
+    }
+
+    /// Takes the coordinates of the sources that were binned, now in the order that whoever owns them keeps.
+    pub fn place(&mut self, domain: &Domain, positions: &[Vector]) {
+        let Self { kept, grid, x, y } = self;
         let order = grid.order();
         for (axis, sorted) in [(0, x), (1, y)] {
             sorted.resize(order.len() + WIDTH, 0.0);
-            let each = sorted.par_iter_mut().zip(order).with_min_len(TASK);
-            each.for_each(|(x, k)| *x = domain.wrapped(&positions[*k as usize])[axis]);
+            let each = sorted.par_iter_mut().zip(order).enumerate().with_min_len(TASK);
+            each.for_each(|(place, (x, given))| {
+                let k = if *kept == Order::ByCell { place } else { *given as usize };
+                *x = domain.wrapped(&positions[k])[axis];
+            });
         }
     }
 
     /// Bytes in use, without the cells.
     pub fn bytes(&self) -> usize {
         8 * (self.x.capacity() + self.y.capacity()) + 8 * self.order().len()
+    }
+
+    /// [`Sources::order`], and memory for as many numbers that is free until the next binning.
+    pub fn order_and_spare(&mut self) -> (&[u32], &mut Vec<u32>) {
+        self.grid.order_and_spare()
     }
 
     /// Old index of each source in the order of cells.

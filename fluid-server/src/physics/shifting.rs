@@ -12,9 +12,11 @@ use sph::lanes::Lanes;
 use sph::setup::OrderControl;
 use sph::vector::Vector;
 
-use super::gradients::{NeighbourSums, Scene};
+use super::gradients::Scene;
 use super::model::FluidModel;
-use super::pair::{Batch, Geometry, Matrix, Record, Symmetric, gather_columns};
+use super::moments::NeighbourSums;
+use super::pair::{Matrix, Symmetric};
+use super::record::{Batch, Geometry, Record, gather_columns};
 use super::rows::Rows;
 
 /// Smallest eigenvalue of the moment matrix below which a particle lies at the free surface (Marrone et al. 2010).

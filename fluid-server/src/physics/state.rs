@@ -57,21 +57,40 @@ pub struct Base {
     pub density: Vec<f64>,
 }
 
+impl Base {
+    /// Bytes in use.
+    pub fn bytes(&self) -> usize {
+        8 * self.density.capacity()
+            + size_of::<Vector>() * (self.position.capacity() + self.velocity.capacity())
+    }
+}
+
 impl FluidState {
+    /// Bytes in use.
+    pub fn bytes(&self) -> usize {
+        let Self { id, region, mass, position, velocity, density, list_origin, .. } = self;
+        let origin = list_origin.as_ref().map_or(0, |origin| origin.position.capacity());
+        4 * (id.capacity() + region.capacity())
+            + 8 * (mass.capacity() + density.capacity())
+            + size_of::<Vector>() * (position.capacity() + velocity.capacity() + origin)
+    }
+
     /// Number of particles.
     pub fn len(&self) -> usize {
         self.id.len()
     }
 
     /// Sorts the particles, with `base` where it is in use, by `order`: entry k is the old index.
-    pub fn reorder(&mut self, base: &mut Base, order: &[u32], scratch: &mut Scratch) {
-        let Self { id, region, mass, position, velocity, density, .. } = self;
-        let Scratch { integers, numbers, vectors } = scratch;
+    ///
+    /// Positions of the last list build are lost: their memory serves for the sorting.
+    pub fn reorder(&mut self, base: &mut Base, order: &[u32], scratch: Scratch) {
+        let Self { id, region, mass, position, velocity, density, list_origin, .. } = self;
+        let vectors = &mut list_origin.get_or_insert_default().position;
         for values in [id, region] {
-            reorder(values, order, integers);
+            reorder(values, order, scratch.integers);
         }
         for values in [mass, density] {
-            reorder(values, order, numbers);
+            reorder(values, order, scratch.numbers);
         }
         for values in [position, velocity] {
             reorder(values, order, vectors);
@@ -79,7 +98,7 @@ impl FluidState {
         if base.position.len() == order.len() {
             reorder(&mut base.position, order, vectors);
             reorder(&mut base.velocity, order, vectors);
-            reorder(&mut base.density, order, numbers);
+            reorder(&mut base.density, order, scratch.numbers);
         }
     }
 
@@ -101,24 +120,22 @@ impl FluidState {
     /// Keeps the particles for which `keep` says so; neighbour lists are void afterwards.
     pub fn retain(&mut self, keep: impl Fn(usize) -> bool) {
         let order: Vec<u32> = (0u32..).zip(0..self.len()).filter(|(_, i)| keep(*i)).map(|(k, _)| k).collect();
-        self.reorder(&mut Base::default(), &order, &mut Scratch::default());
+        self.reorder(
+            &mut Base::default(),
+            &order,
+            Scratch { integers: &mut Vec::new(), numbers: &mut Vec::new() },
+        );
         self.list_origin = None;
     }
 }
 
 /// Memory for sorting.
-#[derive(Debug, Default)]
-pub struct Scratch {
-    integers: Vec<u32>,
-    numbers: Vec<f64>,
-    vectors: Vec<Vector>,
-}
-
-impl Scratch {
-    /// Bytes in use.
-    pub fn bytes(&self) -> usize {
-        4 * self.integers.capacity() + 8 * self.numbers.capacity() + 16 * self.vectors.capacity()
-    }
+#[derive(Debug)]
+pub struct Scratch<'a> {
+    /// For ids.
+    pub integers: &'a mut Vec<u32>,
+    /// For numbers.
+    pub numbers: &'a mut Vec<f64>,
 }
 
 fn reorder<T: Copy + Send + Sync>(values: &mut Vec<T>, order: &[u32], scratch: &mut Vec<T>) {

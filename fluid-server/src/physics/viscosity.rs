@@ -2,7 +2,7 @@
 
 use sph::lanes::Lanes;
 
-use super::gradients::NeighbourSums;
+use super::moments::NeighbourSums;
 
 /// Moments below and above this count as this: at a free surface half of the neighbours are missing by right.
 const MOMENT_RANGE: (f64, f64) = (0.9, 1.1);

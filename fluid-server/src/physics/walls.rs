@@ -9,7 +9,7 @@ use sph::vector::Vector;
 
 use super::lists::Lists;
 use super::model::FluidModel;
-use super::pair::{Geometry, Record};
+use super::record::{Geometry, Record};
 
 /// Wall particles per task.
 const TASK: usize = 64;
@@ -91,16 +91,19 @@ impl WallModel {
         self.release_time[wall as usize].is_none_or(|release| time < release)
     }
 
-    /// Motion of each wall at `time` \[s\]; `None` for a wall at rest.
+    /// Motion of each wall at `time` \[s\], `None` for a wall at rest; nothing where no wall moves.
     pub fn motions_at(&self, time: f64) -> Vec<Option<MotionState>> {
+        if !self.moves() {
+            return Vec::new();
+        }
         self.motion.iter().map(|motion| motion.as_ref().map(|m| m.at(time))).collect()
     }
 
     /// Position \[m\] and face normal of particle `w` while the walls are as `motions` say.
     pub fn placed(&self, w: usize, motions: &[Option<MotionState>]) -> (Vector, Vector) {
-        match &motions[self.wall[w] as usize] {
-            None => (self.start[w], self.face_normal[w]),
-            Some(motion) => (motion.position(&self.start[w]), motion.rotate(&self.face_normal[w])),
+        match motions.get(self.wall[w] as usize) {
+            None | Some(None) => (self.start[w], self.face_normal[w]),
+            Some(Some(motion)) => (motion.position(&self.start[w]), motion.rotate(&self.face_normal[w])),
         }
     }
 }

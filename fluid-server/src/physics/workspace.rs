@@ -11,8 +11,8 @@ use super::cross::Cross;
 use super::gradients::{Gradients, Scene};
 use super::lists::Lists;
 use super::model::FluidModel;
-use super::pair::{Geometry, Open, Periodic, Record};
 use super::rates::{OuterForces, Rates, StageFields};
+use super::record::{Geometry, Open, Periodic, Record};
 use super::state::{Base, FluidState};
 use super::tasks::{PerTask, for_each_task, per_task};
 use super::walls::WallStates;
@@ -49,6 +49,15 @@ impl Workspace {
     pub fn new(model: &FluidModel) -> Self {
         let cross = |coupling| Cross::new(coupling, &model.domain, &model.body_force);
         Self { cross: model.coupling.as_ref().map(cross), ..Self::default() }
+    }
+
+    /// Bytes in use for particles, without those of a partner.
+    pub fn bytes(&self) -> usize {
+        self.base.bytes()
+            + self.lists.bytes()
+            + size_of::<Record>() * self.fluid.capacity()
+            + self.gradients.bytes()
+            + size_of::<Rates>() * self.rates.capacity()
     }
 
     /// Checks the state, places the walls, renews the lists where needed and computes pressures.

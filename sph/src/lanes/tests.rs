@@ -96,5 +96,16 @@ fn an_unknown_path_is_refused_with_the_choices() {
     assert_eq!("avx2".parse(), Ok(Path::Avx2));
     let error = "sse".parse::<Path>().unwrap_err();
     assert!(error.contains("`sse`") && error.contains("`portable` or `avx2`"), "{error}");
-    assert_eq!(Arithmetic::of_or_best(Some(Path::Portable)).unwrap().name(), "f64x4-portable");
+    assert_eq!(Arithmetic::of(Path::Portable).unwrap().name(), "f64x4-portable");
+}
+
+#[test]
+fn a_path_is_forced_once_for_the_whole_process() {
+    assert_eq!((forced(), Arithmetic::chosen()), (None, Arithmetic::best()));
+    force(Path::Portable).unwrap();
+    force(Path::Portable).unwrap();
+    assert_eq!((forced(), Arithmetic::chosen().name()), (Some(Path::Portable), "f64x4-portable"));
+    if Arithmetic::of(Path::Avx2).is_ok() {
+        assert!(force(Path::Avx2).unwrap_err().contains("this process takes `portable`"));
+    }
 }

@@ -186,6 +186,7 @@ fn arguments(case: PathBuf, out: PathBuf, threads: Option<u16>) -> RunArguments 
         fluid_bin: None,
         solid_bin: None,
         threads,
+        arithmetic: None,
         window: 64,
         quiet: true,
     }

@@ -1,5 +1,6 @@
 //! Laws of the fluid, tested on whole solvers.
 
+mod arithmetic;
 mod conservation;
 mod coupling;
 mod damper;

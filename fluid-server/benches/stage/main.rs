@@ -24,8 +24,11 @@ use scene::Settings;
 /// Particles of the blocks.
 const SIZES: [usize; 3] = [10_000, 100_000, 1_000_000];
 
+/// A part of a stage.
+type Pass = fn(&mut Case);
+
 /// Parts of a stage, and the whole.
-const PASSES: [(&str, fn(&mut Case)); 5] = [
+const PASSES: [(&str, Pass); 5] = [
     ("begin", Case::begin),
     ("own", Case::own),
     ("cross", Case::cross),

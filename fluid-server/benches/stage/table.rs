@@ -8,7 +8,7 @@ pub fn machine() {
     let model = processor.lines().find_map(|line| line.strip_prefix("model name"));
     let model = model.map_or("unknown processor", |rest| rest.trim_start_matches([' ', '\t', ':']));
     let cores = std::thread::available_parallelism().map_or(0, usize::from);
-    println!("{model}, {cores} cores, arithmetic {}", sph::lanes::Arithmetic::best().name());
+    println!("{model}, {cores} cores, arithmetic {}", sph::lanes::Arithmetic::chosen().name());
 }
 
 /// Prints the medians that criterion stored, per particle and over the fixed kernel's.

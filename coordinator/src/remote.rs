@@ -6,7 +6,7 @@ use proto::client::{Deadlines, ParticipantClient, RunAccess};
 use proto::description::{LinkPlan, OpenReport, Partner};
 use proto::{RpcCode, RpcError, handshake};
 use sph::exchange::Extent;
-use sph::setup::ParticipantSetup;
+use sph::setup::{CouplingKind, ParticipantSetup};
 use sph::solver::Role;
 use tokio::sync::mpsc;
 
@@ -70,12 +70,18 @@ impl From<RpcError> for Failure {
 }
 
 impl Remote {
-    /// Starts or attaches to the servers of `plans`, compares what they say, and links them.
+    /// Starts or attaches to the servers of `plans`, compares what they say, and links them. The run is coupled by the
+    /// first of `kinds` that all servers offer.
     ///
     /// # Errors
     /// When a server cannot be started or reached, is no fitting solver, or refuses the set-up; all differences
     /// between both sides are named at once.
-    pub async fn start(plans: Vec<Plan>, threads: Option<usize>, logs: &Path) -> Result<Self, Failure> {
+    pub async fn start(
+        mut plans: Vec<Plan>,
+        kinds: &[CouplingKind],
+        threads: Option<usize>,
+        logs: &Path,
+    ) -> Result<Self, Failure> {
         let holder = format!("coordinator, process {}", std::process::id());
         let access = RunAccess::new(&holder)?;
         let mut servers = Vec::new();
@@ -94,7 +100,14 @@ impl Remote {
             let mut client =
                 ParticipantClient::connect(&server.address, deadlines).await.map_err(unreachable)?;
             let description = client.describe().await.map_err(unreachable)?;
-            let reasons = handshake::unfit(&description, role, plan.setup.run());
+            servers.push((server, client, description));
+        }
+        let descriptions: Vec<_> = servers.iter().map(|(_, _, description)| description).collect();
+        let kind = handshake::coupling_kind(kinds, &descriptions);
+        for (plan, (server, _, description)) in plans.iter_mut().zip(&servers) {
+            let role = role_of(&plan.setup);
+            plan.setup.set_coupling_kind(kind);
+            let reasons = handshake::unfit(description, role, plan.setup.run());
             if !reasons.is_empty() {
                 let list = reasons.join("\n  ");
                 let at = &server.address;
@@ -102,10 +115,9 @@ impl Remote {
                     "the server at {at} cannot be the {role} of this run:\n  {list}"
                 )));
             }
-            servers.push((server, client));
         }
         let mut opened = Vec::new();
-        for (plan, (server, mut client)) in plans.iter().zip(servers) {
+        for (plan, (server, mut client, _)) in plans.iter().zip(servers) {
             let report = client.open(&plan.setup, &access).await?;
             opened.push(RemoteParticipant { report, server, client });
         }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use sha2::{Digest, Sha256};
-use sph::setup::ParticipantSetup;
+use sph::setup::{CouplingKind, ParticipantSetup};
 use sph::solver::Role;
 use tokio::sync::mpsc;
 
@@ -101,7 +101,10 @@ async fn run_in(
         header::print_start(&facts, &case.summary().warnings);
     }
     let roles = participants.roles();
-    let setup = case.run_setup();
+    let mut setup = case.run_setup();
+    if let (Some(coupling), Some(kind)) = (&mut setup.coupling, solvers.coupling_kind()) {
+        coupling.kind = kind;
+    }
     let progress = Progress::new(setup.time, arguments.quiet);
     let mut recorder = Recorder::create(directory, case, &roles, progress)?;
     let started = Instant::now();
@@ -164,7 +167,7 @@ async fn start(
         let source = arguments.solid_source().unwrap_or_else(|| source_of(&case.servers.solid));
         plans.push(Plan { setup: ParticipantSetup::Solid(setup), source });
     }
-    let mut remote = Remote::start(plans, threads, &logs).await?;
+    let mut remote = Remote::start(plans, &case.coupling_kinds(), threads, &logs).await?;
     match remote.run().await {
         Ok(participants) => Ok((Solvers::Servers(remote), participants)),
         Err(failure) => {
@@ -188,6 +191,11 @@ impl Solvers {
             Solvers::Threads(_) => None,
             Solvers::Servers(remote) => Some(remote),
         }
+    }
+
+    /// The kind of coupling that the servers agreed on.
+    fn coupling_kind(&self) -> Option<CouplingKind> {
+        self.remote().and_then(|remote| remote.servers.first()).map(|server| server.report.coupling_kind)
     }
 
     /// Where the solver of `role` ran and what it used; taken before it ends.

@@ -3,10 +3,10 @@
 use std::sync::mpsc::Receiver;
 use std::time::{Duration, Instant};
 
-use crate::exchange::{Exchange, Extent, Frame, InterfaceStates, PeerError, PreviousStage};
+use crate::exchange::{Exchange, Extent, Frame, FrameContent, InterfaceStates, PeerError, PreviousStage};
 use crate::ledger::{Energies, InterfaceSums, StageBooks, TorqueCheck, balance_breaches, imbalance};
-use crate::setup::{BreachAction, RunSetup};
-use crate::solver::{Counts, Fault, ParticleFields, Solver};
+use crate::setup::{BreachAction, CouplingKind, RunSetup};
+use crate::solver::{Counts, Fault, NoLoads, ParticleFields, Role, Solver};
 use crate::stage::{Clock, Stage, StageTime, StepStage};
 
 /// What the coordinator tells a participant during a run.
@@ -108,11 +108,53 @@ pub struct Link {
     pub first_limit: f64,
 }
 
+/// How one side meets its partner in a half-step.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Meeting {
+    /// There is no partner.
+    Alone,
+    /// Both send states and evaluate the pair law.
+    States,
+    /// The fluid awaits samples and returns the force on each.
+    GivesLoads,
+    /// The solid sends samples and awaits the force on each.
+    TakesLoads,
+}
+
+impl Meeting {
+    fn of(role: Role, coupled: bool, setup: &RunSetup) -> Self {
+        let kind = setup.coupling.map(|coupling| coupling.kind).unwrap_or_default();
+        match (coupled, kind, role) {
+            (false, ..) => Self::Alone,
+            (true, CouplingKind::States, _) => Self::States,
+            (true, CouplingKind::Loads, Role::Fluid) => Self::GivesLoads,
+            (true, CouplingKind::Loads, Role::Solid) => Self::TakesLoads,
+        }
+    }
+
+    /// What the own frames carry.
+    fn content(self) -> FrameContent {
+        match self {
+            Self::Alone | Self::States => FrameContent::States,
+            Self::GivesLoads => FrameContent::Forces,
+            Self::TakesLoads => FrameContent::Samples,
+        }
+    }
+}
+
+/// Digests of the frames of one half-step: the one sent, and the partner's that was computed from.
+#[derive(Clone, Copy)]
+struct Digests {
+    sent: u32,
+    used: u32,
+}
+
 /// A run being stepped.
 struct Runner<'a, S: Solver + ?Sized> {
     solver: &'a mut S,
     exchange: Option<Box<dyn Exchange>>,
     setup: &'a RunSetup,
+    meeting: Meeting,
     partner_extent: Extent,
     /// Own extents that the partner may still refer to, newest last.
     known_extents: [Extent; 2],
@@ -129,8 +171,7 @@ struct Runner<'a, S: Solver + ?Sized> {
 struct Before {
     at: StepStage,
     sums: InterfaceSums,
-    sent_digest: u32,
-    used_digest: u32,
+    digests: Digests,
 }
 
 /// Runs `solver` to its end under `commands`, reporting through `report`.
@@ -215,7 +256,10 @@ impl<'a, S: Solver + ?Sized> Runner<'a, S> {
         let empty = || Frame::empty(clock.stage(Stage::Predictor));
         let mut own = empty();
         own.extent.clone_from(solver.extent());
+        let meeting = Meeting::of(solver.role(), exchange.is_some(), setup);
+        own.content = meeting.content();
         Self {
+            meeting,
             known_extents: [own.extent.clone(), own.extent.clone()],
             solver,
             exchange,
@@ -266,29 +310,78 @@ impl<'a, S: Solver + ?Sized> Runner<'a, S> {
     /// One half-step; returns its books and the smaller of both sides' limits for the next step \[s\].
     fn half_step(&mut self, time: &StageTime) -> Result<(StageBooks, f64), Fault> {
         self.solver.begin_stage(time).map_err(Fault::Diverged)?;
-        let mut limit = self.solver.time_step_limit();
-        let mut digests = None;
-        if self.exchange.is_some() {
-            let sent_digest = self.send(time, limit)?;
-            self.solver.evaluate_own(time);
-            let used_digest = self.receive(time)?;
-            limit = limit.min(self.partner.time_step_limit);
-            digests = Some((sent_digest, used_digest));
-        } else {
-            self.solver.evaluate_own(time);
-        }
-        self.solver.evaluate_cross(time, &self.own.states, &self.partner.states);
+        let own_limit = self.solver.time_step_limit();
+        let digests = self.evaluate(time, own_limit)?;
         let books = self.solver.advance(time).map_err(Fault::Diverged)?;
-        self.before = digests.map(|(sent_digest, used_digest)| Before {
-            at: time.at,
-            sums: books.interface,
-            sent_digest,
-            used_digest,
-        });
+        self.before = digests.map(|digests| Before { at: time.at, sums: books.interface, digests });
+        let limit = if digests.is_some() { own_limit.min(self.partner.time_step_limit) } else { own_limit };
         Ok((books, limit))
     }
 
-    fn send(&mut self, time: &StageTime, limit: f64) -> Result<u32, Fault> {
+    /// Exchange and rates of one half-step: the one place where the kinds of coupling differ.
+    ///
+    /// With loads the partner's work depends on this side's, so that the fluid answers before its own sums.
+    fn evaluate(&mut self, time: &StageTime, limit: f64) -> Result<Option<Digests>, Fault> {
+        let at = time.at;
+        let not_offered = |error: NoLoads| Fault::Peer { at, message: error.to_string() };
+        let digests = match self.meeting {
+            Meeting::Alone => {
+                self.solver.evaluate_own(time);
+                self.solver.evaluate_cross(time, &self.own.states, &self.partner.states);
+                return Ok(None);
+            }
+            Meeting::States => {
+                self.prepare(time, limit)?;
+                let sent = self.send(at)?;
+                self.solver.evaluate_own(time);
+                let used = self.receive(time)?;
+                self.solver.evaluate_cross(time, &self.own.states, &self.partner.states);
+                Digests { sent, used }
+            }
+            Meeting::GivesLoads => {
+                let used = self.receive(time)?;
+                self.prepare(time, limit)?;
+                let (own, samples) = (&mut self.own, &self.partner.states);
+                self.solver.reactions(time, &own.states, samples, &mut own.forces).map_err(not_offered)?;
+                own.set_version = self.partner.set_version;
+                let sent = self.send(at)?;
+                self.solver.evaluate_own(time);
+                self.solver.evaluate_cross(time, &self.own.states, &self.partner.states);
+                Digests { sent, used }
+            }
+            Meeting::TakesLoads => {
+                self.prepare(time, limit)?;
+                let sent = self.send(at)?;
+                self.solver.evaluate_own(time);
+                let used = self.receive(time)?;
+                self.check_forces(at)?;
+                self.solver
+                    .evaluate_loads(time, &self.own.states, &self.partner.forces)
+                    .map_err(not_offered)?;
+                Digests { sent, used }
+            }
+        };
+        Ok(Some(digests))
+    }
+
+    /// Whether the partner's forces belong to the samples that were sent.
+    fn check_forces(&self, at: StepStage) -> Result<(), Fault> {
+        let (own, partner) = (&self.own, &self.partner);
+        if (partner.set_version, partner.forces.len()) == (own.set_version, own.states.len()) {
+            return Ok(());
+        }
+        let message = format!(
+            "the frame of {at} has {} forces for set {}, sent were {} samples of set {}",
+            partner.forces.len(),
+            partner.set_version,
+            own.states.len(),
+            own.set_version
+        );
+        Err(Fault::Peer { at, message })
+    }
+
+    /// Fills the own frame.
+    fn prepare(&mut self, time: &StageTime, limit: f64) -> Result<(), Fault> {
         let Some(coupling) = &self.setup.coupling else {
             return Err(Fault::Peer { at: time.at, message: "the set-up has no coupling".into() });
         };
@@ -308,11 +401,16 @@ impl<'a, S: Solver + ?Sized> Runner<'a, S> {
         own.previous = self.before.as_ref().map(|b| PreviousStage {
             at: b.at,
             sums: b.sums,
-            used_digest: b.used_digest,
+            used_digest: b.digests.used,
         });
-        let digest = own.digest();
+        Ok(())
+    }
+
+    /// Sends the own frame and returns its digest.
+    fn send(&mut self, at: StepStage) -> Result<u32, Fault> {
+        let digest = self.own.digest();
         if let Some(exchange) = self.exchange.as_mut() {
-            exchange.send(own).map_err(|e| peer_fault(time.at, e))?;
+            exchange.send(&self.own).map_err(|e| peer_fault(at, e))?;
         }
         Ok(digest)
     }
@@ -364,8 +462,8 @@ impl<'a, S: Solver + ?Sized> Runner<'a, S> {
             return Err(Fault::Peer { at, message });
         };
         let mut faults = Vec::new();
-        if theirs.used_digest != ours.sent_digest {
-            faults.push(Fault::StaleFrame { at: ours.at, sent: ours.sent_digest, used: theirs.used_digest });
+        if theirs.used_digest != ours.digests.sent {
+            faults.push(Fault::StaleFrame { at: ours.at, sent: ours.digests.sent, used: theirs.used_digest });
         }
         let imbalance = imbalance(&ours.sums, &theirs.sums, self.torque);
         faults
@@ -390,7 +488,9 @@ impl Frame {
     pub fn empty(time: StageTime) -> Self {
         Self {
             time,
+            content: FrameContent::States,
             states: InterfaceStates::default(),
+            forces: Vec::new(),
             set_version: 0,
             extent: Extent::default(),
             partner_extent_version: 0,

@@ -289,7 +289,8 @@ impl PairLaw {
         Dummy {
             pressure,
             density: self.equation_of_state.wall_density(pressure),
-            mass: self.rest_density * solid.mass[s] / solid.density[s],
+            // In this order: samples of a solid that is coupled by loads carry the volume alone.
+            mass: self.rest_density * solid.volume(s),
         }
     }
 
@@ -356,12 +357,13 @@ impl PairLaw {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::setup::{BodyForce, FluidConstants};
+    use crate::setup::{BodyForce, CouplingKind, FluidConstants};
 
     const SPACING: f64 = 0.01;
 
     fn coupling(law: InterfaceLaw) -> Coupling {
         Coupling {
+            kind: CouplingKind::States,
             law,
             fluid: FluidConstants {
                 rest_density: 1000.0,

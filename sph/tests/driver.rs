@@ -7,8 +7,8 @@ use sph::driver::{Command, Event, Link, run};
 use sph::exchange::{Exchange, Extent, Frame, InterfaceStates, PeerError, in_process_pair};
 use sph::ledger::{Energies, InterfaceSums, StageBooks};
 use sph::setup::{
-    BodyForce, BreachAction, Coupling, FluidConstants, GradientCorrection, InterfaceLaw, LedgerPolicy,
-    OutputPlan, RunSetup, StepPolicy, TimePlan,
+    BodyForce, BreachAction, Coupling, CouplingKind, FluidConstants, GradientCorrection, InterfaceLaw,
+    LedgerPolicy, OutputPlan, RunSetup, StepPolicy, TimePlan,
 };
 use sph::solver::{Counts, Divergence, Fault, ParticleFields, Role, Solver};
 use sph::stage::{StageTime, StepStage};
@@ -143,6 +143,7 @@ fn setup(time_step: f64, end_time: f64, action: BreachAction) -> RunSetup {
         outputs: OutputPlan { snapshot_interval: None, probe_interval: None },
         ledger: LedgerPolicy { action, ..LedgerPolicy::default() },
         coupling: Some(Coupling {
+            kind: CouplingKind::States,
             law: InterfaceLaw::Wall,
             fluid: FluidConstants {
                 rest_density: 1.0,

@@ -18,7 +18,7 @@ mod tests;
 
 use std::path::Path;
 
-use sph::setup::{Coupling, FluidSetup, OutputPlan, RunSetup, SolidSetup};
+use sph::setup::{Coupling, CouplingKind, FluidSetup, InterfaceLaw, OutputPlan, RunSetup, SolidSetup};
 use toml::de::DeTable;
 
 pub use files::LARGEST_FILE;
@@ -270,6 +270,7 @@ impl Case {
         let file = &self.file;
         let coupling = match (&file.fluid, &file.solid, &file.interface) {
             (Some(fluid), Some(solid), Some(interface)) => Some(Coupling {
+                kind: self.coupling_kinds()[0],
                 law: interface.law.value,
                 fluid: fluid.constants(),
                 solid_spacing: solid.particle_spacing_m.value,
@@ -286,6 +287,18 @@ impl Case {
             outputs: self.outputs.plan,
             ledger: file.ledger.to_setup(),
             coupling,
+        }
+    }
+
+    /// Kinds of coupling that the run may use, the preferred one first: all, unless the case names one.
+    pub fn coupling_kinds(&self) -> Vec<CouplingKind> {
+        let named = self.file.interface.as_ref().and_then(|interface| interface.kind.as_ref());
+        match (named, &self.file.interface) {
+            (Some(kind), _) => vec![kind.value],
+            (None, Some(interface)) if interface.law.value == InterfaceLaw::PlainSum => {
+                vec![CouplingKind::States]
+            }
+            (None, _) => CouplingKind::ALL.to_vec(),
         }
     }
 

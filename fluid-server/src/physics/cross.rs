@@ -8,6 +8,7 @@ use sph::extent::{ExtentTracker, ReachMap};
 use sph::interface::Interface;
 use sph::ledger::InterfaceSums;
 use sph::setup::{Coupling, FluidProbeKind, InterfaceLaw};
+use sph::vector::Vector;
 
 use super::gradients::{Gradients, MomentSums};
 use super::lists::Lists;
@@ -97,7 +98,7 @@ impl Cross {
             let weight = |s: &u32| {
                 let s = *s as usize;
                 let distance = self.domain.separation(&own.position[f], &partner.position[s]).norm();
-                partner.mass[s] / partner.density[s] * model.kernel.value(distance)
+                partner.volume(s) * model.kernel.value(distance)
             };
             self.interface.solid_neighbours(f).iter().map(weight).sum()
         };
@@ -153,6 +154,20 @@ impl Cross {
             self.set_version += 1;
         }
         self.set_version
+    }
+
+    /// Force on each of the partner's `samples` \[N/m\] at `time` \[s\], written to `forces`.
+    pub fn reactions(
+        &mut self,
+        time: f64,
+        own: &InterfaceStates,
+        samples: &InterfaceStates,
+        forces: &mut Vec<Vector>,
+    ) {
+        self.interface.update(time, own, samples);
+        self.interface.solid_forces(own, samples);
+        forces.clear();
+        forces.extend((0..samples.len()).map(|s| self.interface.force(s)));
     }
 
     /// Cross lists, dummy states and pair forces of this stage.

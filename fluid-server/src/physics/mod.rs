@@ -12,8 +12,9 @@
 use sph::exchange::{Extent, InterfaceStates};
 use sph::ledger::{Energies, StageBooks};
 use sph::setup::FluidSetup;
-use sph::solver::{Counts, Divergence, ParticleFields, Role, Solver};
+use sph::solver::{Counts, Divergence, NoLoads, ParticleFields, Role, Solver};
 use sph::stage::{StageTime, StepStage};
+use sph::vector::Vector;
 
 use model::FluidModel;
 use state::FluidState;
@@ -122,6 +123,18 @@ impl Solver for FluidSolver {
 
     fn evaluate_cross(&mut self, time: &StageTime, own: &InterfaceStates, partner: &InterfaceStates) {
         self.workspace.evaluate_cross(&self.model, &self.state, time.state_time(), own, partner);
+    }
+
+    fn reactions(
+        &mut self,
+        time: &StageTime,
+        own: &InterfaceStates,
+        samples: &InterfaceStates,
+        forces: &mut Vec<Vector>,
+    ) -> Result<(), NoLoads> {
+        let cross = self.workspace.cross.as_mut().ok_or(NoLoads)?;
+        cross.reactions(time.state_time(), own, samples, forces);
+        Ok(())
     }
 
     fn advance(&mut self, time: &StageTime) -> Result<StageBooks, Divergence> {

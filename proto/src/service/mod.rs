@@ -63,7 +63,7 @@ impl Description {
             protocols: [PROTOCOL; 2],
             roles: vec![role],
             dimensions: u32::try_from(DIMENSIONS).unwrap_or(u32::MAX),
-            coupling_kinds: vec![CouplingKind::States],
+            coupling_kinds: CouplingKind::ALL.to_vec(),
             interface_laws: vec![InterfaceLaw::Wall, InterfaceLaw::WallNoSlip, InterfaceLaw::PlainSum],
             arithmetic: arithmetic.into(),
             capabilities: Capabilities {

@@ -17,7 +17,7 @@ use tonic::{Request, Response, Status, Streaming};
 use super::session::{Host, Linked, Ready, Serial, Skin, State};
 use super::{Opened, SetupProblems, SolverFactory, compute};
 use crate::convert::{Convert, FrameReader, FrameWriter, Path, WireError, snapshot_chunks};
-use crate::description::{CouplingKind, FrameField, LinkPlan, OpenReport, PROTOCOL, Partner};
+use crate::description::{FrameField, LinkPlan, OpenReport, PROTOCOL, Partner};
 use crate::error::status_text;
 use crate::limits::MAX_NAME_BYTES;
 use crate::peer::{self, GrpcPeer, PeerSlot};
@@ -262,9 +262,10 @@ impl<F: SolverFactory> Host<F> {
         };
         let role = ready.solver.role();
         let extent = ready.solver.extent().version;
-        let writer = FrameWriter::new(&run.run_id, FIRST_EPOCH, role, coupling.law, extent);
+        let fields = |role| FrameField::sent_by(role, coupling.law, coupling.kind);
+        let writer = FrameWriter::new(&run.run_id, FIRST_EPOCH, fields(role), extent);
         let partner_extent = plan.partner_extent.clone();
-        let reader = FrameReader::new(&run.run_id, FIRST_EPOCH, role.partner(), coupling.law, partner_extent);
+        let reader = FrameReader::new(&run.run_id, FIRST_EPOCH, fields(role.partner()), partner_extent);
         Ok(Some(GrpcPeer::new(writer, reader, abort, self.options.partner_deadline)))
     }
 }
@@ -333,7 +334,9 @@ fn build<F: SolverFactory>(
         })?
         .map_err(|SetupProblems(problems)| Status::invalid_argument(status_text(problems.join("\n"))))?;
     let fields = |role| match &run.coupling {
-        Some(coupling) => FrameField::sent_by(role, coupling.law).iter().map(|field| field.spec()).collect(),
+        Some(coupling) => {
+            FrameField::sent_by(role, coupling.law, coupling.kind).iter().map(|field| field.spec()).collect()
+        }
         None => Vec::new(),
     };
     let report = OpenReport {
@@ -343,7 +346,7 @@ fn build<F: SolverFactory>(
         name: description.name.clone(),
         version: description.version.clone(),
         arithmetic: description.arithmetic.clone(),
-        coupling_kind: CouplingKind::States,
+        coupling_kind: run.coupling.map(|coupling| coupling.kind).unwrap_or_default(),
         constants,
         fields_sent: fields(role),
         fields_needed: fields(role.partner()),

@@ -7,10 +7,10 @@ use sph::domain::Domain;
 use sph::exchange::{Extent, InterfaceStates};
 use sph::ledger::{Energies, InterfaceSums, StageBooks};
 use sph::setup::{
-    BodyForce, BodySetup, BreachAction, ContactLaw, Coupling, DensityDiffusion, ElasticMaterial,
-    FluidConstants, FluidParticles, FluidSetup, Formulation, GradientCorrection, InterfaceLaw, LedgerPolicy,
-    Outflow, OutputPlan, ParticipantSetup, RunSetup, SolidParticles, SolidSetup, SolidStepping, StepPolicy,
-    TimePlan, WallParticles,
+    BodyForce, BodySetup, BreachAction, ContactLaw, Coupling, CouplingKind, DensityDiffusion,
+    ElasticMaterial, FluidConstants, FluidParticles, FluidSetup, Formulation, GradientCorrection,
+    InterfaceLaw, LedgerPolicy, Outflow, OutputPlan, ParticipantSetup, RunSetup, SolidParticles, SolidSetup,
+    SolidStepping, StepPolicy, TimePlan, WallParticles,
 };
 use sph::solver::{Counts, Divergence, Field, ParticleFields, Role, Solver};
 use sph::stage::{Stage, StageTime};
@@ -44,6 +44,7 @@ pub(crate) fn run_setup(run_id: &str, steps: u32) -> RunSetup {
         // Sums over some hundred pairs round near 1e-15.
         ledger: LedgerPolicy { action: BreachAction::Stop, ..LedgerPolicy::default() },
         coupling: Some(Coupling {
+            kind: CouplingKind::States,
             law: InterfaceLaw::Wall,
             fluid: constants(),
             solid_spacing: 0.01,

@@ -200,7 +200,8 @@ fn broken_snapshots_are_refused() {
 fn open_report(role: Role) -> OpenReport {
     let run = fake::run_setup("run", 5);
     let law = InterfaceLaw::PlainSum;
-    let fields = |role| FrameField::sent_by(role, law).iter().map(|f| f.spec()).collect();
+    let fields =
+        |role| FrameField::sent_by(role, law, CouplingKind::States).iter().map(|f| f.spec()).collect();
     OpenReport {
         run_id: "run".into(),
         role,
@@ -286,6 +287,6 @@ fn a_server_that_cannot_play_is_told_why() {
     description.protocols = [crate::description::ProtocolVersion { major: 2, minor: 0 }; 2];
     let reasons = handshake::unfit(&description, Role::Fluid, &run);
     assert_eq!(reasons.len(), 7, "{reasons:#?}");
-    assert!(reasons[0].contains("beam 3 speaks protocol 2.0 to 2.0, this coordinator 1.0"), "{reasons:#?}");
+    assert!(reasons[0].contains("beam 3 speaks protocol 2.0 to 2.0, this coordinator 1.1"), "{reasons:#?}");
     assert!(reasons[1].contains("plays solid, needed is fluid"), "{reasons:#?}");
 }

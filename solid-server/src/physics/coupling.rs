@@ -10,7 +10,8 @@ use sph::interface::Interface;
 use sph::kernel::CubicSpline;
 use sph::ledger::InterfaceSums;
 use sph::setup::{Coupling, InterfaceLaw};
-use sph::vector::Vector;
+use sph::sums::ordered_sum;
+use sph::vector::{Vector, cross};
 
 use super::model::SolidModel;
 use super::pair_law::PairSums;
@@ -160,6 +161,27 @@ impl FluidLink {
             }
         }
         total
+    }
+
+    /// Takes the `loads` \[N/m\] that the fluid returned for each of the `own` samples as forces on their particles.
+    pub fn apply(&self, own: &InterfaceStates, loads: &[Vector], forces: &mut [Vector]) -> InterfaceSums {
+        forces.fill(Vector::zeros());
+        for (load, i) in loads.iter().zip(&self.sent) {
+            forces[*i as usize] = *load;
+        }
+        let origin = self.domain.torque_origin();
+        ordered_sum(loads.len(), |s| {
+            let (force, arm) = (loads[s], own.position[s] - origin);
+            InterfaceSums {
+                force,
+                gross_force: force.norm(),
+                torque: cross(&arm, &force),
+                gross_torque: arm.norm() * force.norm(),
+                couple: 0.0,
+                power: force.dot(&own.velocity[s]),
+                pairs: u64::from(force != Vector::zeros()),
+            }
+        })
     }
 
     fn add_gradient(&self, own: &InterfaceStates, s: usize, fluid: &InterfaceStates, sums: &mut PairSums) {

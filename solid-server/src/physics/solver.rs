@@ -3,9 +3,10 @@
 use sph::exchange::{Extent, InterfaceStates};
 use sph::ledger::{Energies, StageBooks};
 use sph::setup::{SolidSetup, SolidStepping};
-use sph::solver::{Counts, Divergence, ParticleFields, Role, Solver};
+use sph::solver::{Counts, Divergence, NoLoads, ParticleFields, Role, Solver};
 use sph::stage::{Stage, StageTime};
 use sph::sums::ordered_sum;
+use sph::vector::Vector;
 
 use super::advance::{StageRecord, move_bodies, record};
 use super::build::{build, build_workspace};
@@ -48,6 +49,17 @@ impl SolidSolver {
         for body in &self.model.bodies {
             let range = &body.range;
             body.formulation.complete(&stage.view(range), &sums[range.clone()], rates.view_mut(range));
+        }
+    }
+
+    /// Forces and rates of the stage, once those of the fluid are known.
+    fn complete_stage(&mut self, time: &StageTime) {
+        if self.model.stepping == SolidStepping::StageRule {
+            sum_forces(&self.model, &mut self.workspace, time, time.state_time());
+            let Workspace { forces, mean_forces, fluid_force, total_force, .. } = &mut self.workspace;
+            total_forces(forces, fluid_force, total_force);
+            mean_forces.clone_from(forces);
+            self.complete_rates();
         }
     }
 
@@ -153,13 +165,20 @@ impl Solver for SolidSolver {
         if let Some(link) = fluid {
             *interface_sums = link.evaluate(time.state_time(), own, partner, sums, fluid_force);
         }
-        if self.model.stepping == SolidStepping::StageRule {
-            sum_forces(&self.model, &mut self.workspace, time, time.state_time());
-            let Workspace { forces, mean_forces, fluid_force, total_force, .. } = &mut self.workspace;
-            total_forces(forces, fluid_force, total_force);
-            mean_forces.clone_from(forces);
-            self.complete_rates();
-        }
+        self.complete_stage(time);
+    }
+
+    fn evaluate_loads(
+        &mut self,
+        time: &StageTime,
+        own: &InterfaceStates,
+        forces: &[Vector],
+    ) -> Result<(), NoLoads> {
+        let Workspace { fluid, fluid_force, interface_sums, .. } = &mut self.workspace;
+        let link = fluid.as_ref().ok_or(NoLoads)?;
+        *interface_sums = link.apply(own, forces, fluid_force);
+        self.complete_stage(time);
+        Ok(())
     }
 
     /// With sub-steps, forces of the solids on themselves are evaluated within.

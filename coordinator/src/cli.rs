@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand};
+use sph::setup::CouplingKind;
 
 use crate::failure::{Failure, Kind};
 use crate::guard::{self, Guard};
@@ -33,6 +34,12 @@ enum Command {
     /// Check a case without running it: mistakes, particle counts, time-step limits, forecast run time.
     #[command(after_help = exit_codes())]
     Check(CheckArguments),
+    /// Examine a running solver of any make: life cycle, refusals, damaged frames, invariances, order, checkpoints.
+    ///
+    /// It plays coordinator and partner, takes some seconds, prints a line for each check and leaves the solver free.
+    /// What the solver does not offer is printed as such. Try: `conform 127.0.0.1:7001 --junit conform.xml`.
+    #[command(after_help = exit_codes())]
+    Conform(ConformArguments),
     /// A fluid server; `run` starts it.
     #[command(name = "node-fluid", hide = true, disable_help_flag = true)]
     NodeFluid(NodeArguments),
@@ -127,6 +134,32 @@ pub struct CheckArguments {
     pub resolved: bool,
 }
 
+/// Arguments of `conform`.
+#[derive(Debug, Args)]
+pub struct ConformArguments {
+    /// Address of the solver.
+    #[arg(value_name = "HOST:PORT")]
+    pub address: Option<String>,
+    /// Write the outcome to this file as JUnit XML.
+    #[arg(long, value_name = "FILE")]
+    pub junit: Option<PathBuf>,
+    /// Kind of coupling to examine [default: the first that the solver offers].
+    #[arg(long, value_name = "KIND", value_parser = crate::conform::coupling_kind)]
+    pub kind: Option<CouplingKind>,
+    /// Only checks with this in their name.
+    #[arg(long, value_name = "TEXT")]
+    pub only: Option<String>,
+    /// Address of another process of the same solver, into which checkpoints are restored.
+    #[arg(long, value_name = "HOST:PORT")]
+    pub fresh: Option<String>,
+    /// Longest wait for any one answer, in seconds.
+    #[arg(long, value_name = "S", default_value_t = 10, value_parser = clap::value_parser!(u64).range(1..=600))]
+    pub deadline: u64,
+    /// List the checks.
+    #[arg(long)]
+    pub list: bool,
+}
+
 /// Table of exit codes for the help.
 fn exit_codes() -> String {
     let mut text = String::from("Exit codes:\n   0  success\n");
@@ -141,6 +174,7 @@ pub fn main() -> ExitCode {
     let result = match Cli::parse().command {
         Command::Run(arguments) => crate::run::run(&arguments),
         Command::Check(arguments) => crate::check::check(&arguments),
+        Command::Conform(arguments) => crate::conform::conform(&arguments),
         Command::NodeFluid(node) => return fluid_server::main_with(server_arguments("fluid-server", node)),
         Command::NodeGuard(guarded) => {
             guard::watch(guarded.process);

@@ -6,13 +6,14 @@
 //! | [`launch`], [`guard`], [`remote`], [`in_process`] | the solvers as servers or as threads |
 //! | [`control`], [`lockstep`] | grants, events, checks of the books |
 //! | [`recorder`], [`output`] | everything that a run leaves behind |
-//! | [`run`], [`check`], [`cli`] | the commands |
+//! | [`run`], [`check`], [`conform`], [`cli`] | the commands |
 //!
 //! It computes no force.
 
 pub mod case;
 pub mod check;
 pub mod cli;
+pub mod conform;
 pub mod control;
 pub mod failure;
 pub mod guard;

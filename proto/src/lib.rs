@@ -10,6 +10,7 @@
 //! ```
 
 pub mod client;
+pub mod conform;
 mod convert;
 pub mod description;
 mod error;
@@ -17,6 +18,7 @@ pub mod handshake;
 pub mod limits;
 pub mod node;
 mod peer;
+mod relay;
 pub mod service;
 mod transport;
 

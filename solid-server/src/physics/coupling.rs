@@ -6,12 +6,11 @@ use sph::body_force::BodyForceField;
 use sph::domain::Domain;
 use sph::exchange::{Extent, InterfaceStates};
 use sph::extent::{ExtentTracker, ReachMap};
-use sph::interface::Interface;
+use sph::interface::{Interface, load_sums};
 use sph::kernel::CubicSpline;
 use sph::ledger::InterfaceSums;
 use sph::setup::{Coupling, InterfaceLaw};
-use sph::sums::ordered_sum;
-use sph::vector::{Vector, cross};
+use sph::vector::Vector;
 
 use super::model::SolidModel;
 use super::pair_law::PairSums;
@@ -169,19 +168,7 @@ impl FluidLink {
         for (load, i) in loads.iter().zip(&self.sent) {
             forces[*i as usize] = *load;
         }
-        let origin = self.domain.torque_origin();
-        ordered_sum(loads.len(), |s| {
-            let (force, arm) = (loads[s], own.position[s] - origin);
-            InterfaceSums {
-                force,
-                gross_force: force.norm(),
-                torque: cross(&arm, &force),
-                gross_torque: arm.norm() * force.norm(),
-                couple: 0.0,
-                power: force.dot(&own.velocity[s]),
-                pairs: u64::from(force != Vector::zeros()),
-            }
-        })
+        load_sums(&self.domain, own, loads)
     }
 
     fn add_gradient(&self, own: &InterfaceStates, s: usize, fluid: &InterfaceStates, sums: &mut PairSums) {

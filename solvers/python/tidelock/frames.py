@@ -173,6 +173,8 @@ class Exchange:
 
     def read(self, frame, time: StageTime) -> tuple:
         """The forces of the partner's frame for `time`, and its limit for the next step [s]."""
+        if frame.ByteSize() > protocol.MAX_FRAME_BYTES:
+            raise PeerFault(f"`frame`: has {frame.ByteSize()} bytes, above the size limit of {protocol.MAX_FRAME_BYTES}")
         for name, got, wanted in [("run_id", frame.run_id, self.setup.run_id), ("epoch", frame.epoch, self.epoch)]:
             if got != wanted:
                 raise PeerFault(f"`frame.{name}`: is {got!r}, expected {wanted!r}")

@@ -68,6 +68,20 @@ impl Bench {
         self.write("case.toml", &lines.join("\n"))
     }
 
+    /// The shipped case `name`, each `from` replaced by its `to`.
+    pub fn shipped(&self, name: &str, changes: &[(&str, &str)]) -> PathBuf {
+        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+        let mut text = std::fs::read_to_string(root.join(format!("cases/{name}.toml"))).unwrap();
+        for (from, to) in changes {
+            assert!(text.contains(from), "{name} has no {from:?}");
+            text = text.replace(from, to);
+        }
+        // Words of a command are sought beside the case.
+        let solvers = std::fs::canonicalize(root.join("solvers")).unwrap();
+        let text = text.replace("../solvers", solvers.to_str().unwrap());
+        self.write(&format!("{name}.toml"), &text)
+    }
+
     fn command(&self, arguments: &[&str]) -> Command {
         let mut command = Command::new(&self.program);
         command.args(arguments);

@@ -6,6 +6,7 @@ use tonic::Code;
 use super::bench::{Bench, open_request};
 use super::scene::Scene;
 use super::{Finding, passed};
+use crate::description::PROTOCOL;
 use crate::transport::Token;
 use crate::wire;
 
@@ -25,6 +26,10 @@ pub(super) async fn complete(bench: &Bench) -> Finding {
         (d.dimensions != 2, "the number of dimensions is not 2"),
         (d.coupling_kinds.is_empty(), "no kind of coupling that this kit knows"),
         (d.interface_laws.is_empty(), "no interface law that this kit knows"),
+        (
+            lowest.major > PROTOCOL.major || highest.major < PROTOCOL.major,
+            "it does not speak the major protocol version of this kit",
+        ),
         (lowest > highest, "the lowest protocol version exceeds the highest"),
         (limits.runs == 0, "it takes no run at all"),
         (limits.max_message_bytes < 4 << 20, "messages of 4 MiB are too large for it"),

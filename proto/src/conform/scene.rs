@@ -36,6 +36,8 @@ pub(super) struct Scene {
     pub(super) touching: bool,
     /// Velocity of everything \[m/s\].
     pub(super) velocity: Vector,
+    /// Velocity of the water on top of that \[m/s\]: a partner that moves, so that old states are wrong ones.
+    pub(super) stream: Vector,
     pub(super) gravity: Vector,
     /// Relative compression of the water at the start.
     pub(super) compression: f64,
@@ -56,6 +58,7 @@ impl Scene {
             clamped: false,
             touching: false,
             velocity: Vector::zeros(),
+            stream: Vector::zeros(),
             gravity: Vector::zeros(),
             compression: 0.0,
             turned: false,
@@ -65,9 +68,10 @@ impl Scene {
         }
     }
 
-    /// Compressed water that pushes the solid.
+    /// Compressed water that moves against the solid.
     pub(super) fn pushing(kind: CouplingKind) -> Self {
-        Self { touching: true, compression: 0.01, ..Self::still(kind) }
+        let stream = Vector::new(0.5, 0.1);
+        Self { touching: true, compression: 0.01, stream, ..Self::still(kind) }
     }
 
     /// The set-up for `role`.
@@ -127,7 +131,7 @@ impl Scene {
             particles.region.push(0);
             particles.mass.push(density * SPACING * SPACING);
             particles.position.push(self.placed(position));
-            particles.velocity.push(self.directed(self.velocity));
+            particles.velocity.push(self.directed(self.velocity + self.stream));
             particles.density.push(density);
         }
         FluidSetup {

@@ -5,8 +5,9 @@ use std::time::{Duration, Instant};
 
 use crate::exchange::{Exchange, Extent, Frame, FrameContent, InterfaceStates, PeerError, PreviousStage};
 use crate::ledger::{Energies, InterfaceSums, StageBooks, TorqueCheck, balance_breaches, imbalance};
-use crate::setup::{BreachAction, CouplingKind, RunSetup};
-use crate::solver::{Counts, Fault, NoLoads, ParticleFields, Role, Solver};
+use crate::meeting::Meeting;
+use crate::setup::{BreachAction, RunSetup};
+use crate::solver::{Counts, Fault, NoLoads, ParticleFields, Solver};
 use crate::stage::{Clock, Stage, StageTime, StepStage};
 
 /// What the coordinator tells a participant during a run.
@@ -106,40 +107,6 @@ pub struct Link {
     pub partner_extent: Extent,
     /// Smaller of both sides' limits for the first step \[s\].
     pub first_limit: f64,
-}
-
-/// How one side meets its partner in a half-step.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Meeting {
-    /// There is no partner.
-    Alone,
-    /// Both send states and evaluate the pair law.
-    States,
-    /// The fluid awaits samples and returns the force on each.
-    GivesLoads,
-    /// The solid sends samples and awaits the force on each.
-    TakesLoads,
-}
-
-impl Meeting {
-    fn of(role: Role, coupled: bool, setup: &RunSetup) -> Self {
-        let kind = setup.coupling.map(|coupling| coupling.kind).unwrap_or_default();
-        match (coupled, kind, role) {
-            (false, ..) => Self::Alone,
-            (true, CouplingKind::States, _) => Self::States,
-            (true, CouplingKind::Loads, Role::Fluid) => Self::GivesLoads,
-            (true, CouplingKind::Loads, Role::Solid) => Self::TakesLoads,
-        }
-    }
-
-    /// What the own frames carry.
-    fn content(self) -> FrameContent {
-        match self {
-            Self::Alone | Self::States => FrameContent::States,
-            Self::GivesLoads => FrameContent::Forces,
-            Self::TakesLoads => FrameContent::Samples,
-        }
-    }
 }
 
 /// Digests of the frames of one half-step: the one sent, and the partner's that was computed from.

@@ -14,6 +14,7 @@ pub mod extent;
 pub mod interface;
 pub mod kernel;
 pub mod ledger;
+mod meeting;
 pub mod motion;
 pub mod neighbours;
 pub mod repulsion;

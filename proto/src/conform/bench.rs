@@ -181,8 +181,11 @@ impl Bench {
         let (commands, mut events) = client.run().await.map_err(|e| e.to_string())?;
         grant(&commands);
         let record = self.collect(&mut events).await;
-        client.close().await.map_err(|e| e.to_string())?;
-        record?.completed("the participant")
+        // What went wrong in the run comes first.
+        let closed = client.close().await;
+        let record = record?.completed("the participant")?;
+        closed.map_err(|e| e.to_string())?;
+        Ok(record)
     }
 
     /// Starts a run with a dummy; `tap` sees all frames.
@@ -245,10 +248,12 @@ impl Bench {
         let [own, partner] = &mut run.events;
         let (own, partner) = tokio::join!(self.collect(own), self.collect(partner));
         let [client, dummy] = &mut run.clients;
-        client.close().await.map_err(|e| e.to_string())?;
+        let closed = client.close().await;
         // The dummy ends with this process, if not now.
         drop(dummy.close().await);
-        Ok([own?, partner?])
+        let records = [own?, partner?];
+        closed.map_err(|e| e.to_string())?;
+        Ok(records)
     }
 
     /// Runs with a dummy; both sides must come to the end.

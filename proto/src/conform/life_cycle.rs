@@ -89,12 +89,12 @@ impl<'a> Walker<'a> {
             walker.call(Call::Run).await?.map_err(on_the_way(Call::Run))?;
         }
         if state == State::Ended {
-            walker.to_the_end().await?;
+            walker.finish().await?;
         }
         Ok(walker)
     }
 
-    async fn to_the_end(&mut self) -> Result<(), String> {
+    async fn finish(&mut self) -> Result<(), String> {
         let run_id = &self.setup.run().run_id;
         let Some(commands) = self.commands.first() else { return Err("there is no run".into()) };
         let grant = encode_command(run_id, 0, Command::GrantThrough(1 << 40));

@@ -9,6 +9,7 @@
 //!                                              fluid: peer::GrpcPeer --> service (Peer) of the solid
 //! ```
 
+pub mod checkpoint;
 pub mod client;
 mod convert;
 pub mod description;

@@ -17,6 +17,7 @@ pub mod ledger;
 pub mod motion;
 pub mod neighbours;
 pub mod repulsion;
+pub mod saved;
 pub mod setup;
 pub mod shapes;
 pub mod solver;

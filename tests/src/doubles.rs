@@ -6,6 +6,7 @@ use proto::description::{Description, ProtocolVersion};
 use proto::service::{Opened, ServeOptions, Server, SetupProblems, SolverFactory};
 use sph::exchange::{Exchange, Extent, Frame, InterfaceStates, PeerError};
 use sph::ledger::{Energies, StageBooks};
+use sph::saved::{RestoreError, SavedState};
 use sph::setup::ParticipantSetup;
 use sph::solver::{Counts, Divergence, ParticleFields, Role, Solver};
 use sph::stage::{StageTime, StepStage};
@@ -156,6 +157,14 @@ impl Solver for StaleSolver {
 
     fn counts(&self) -> Counts {
         self.solver.counts()
+    }
+
+    fn save(&self, state: &mut SavedState) {
+        self.solver.save(state);
+    }
+
+    fn restore(&mut self, state: &SavedState) -> Result<(), RestoreError> {
+        self.solver.restore(state)
     }
 }
 

@@ -150,9 +150,8 @@ async fn run_in(job: &Job) -> Result<Ending, Failure> {
         drop(run.recorder);
         from = keeper.store().newest().checkpoint;
         let step = from.as_ref().map_or(0, |checkpoint| checkpoint.step);
-        let text = format!("lost {lost}, going on from step {step}: {}", failure.message);
-        eprintln!("{text}; attempt {} of {most}", restarts.len() + 1);
-        tracing::warn!("{text}");
+        let text = format!("{}\nstarting {lost} again and going on from step {step}", failure.message);
+        eprintln!("{text}, restart {} of {most}", restarts.len() + 1);
         restarts.push(text);
     }
 }

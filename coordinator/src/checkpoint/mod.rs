@@ -11,7 +11,7 @@ mod manifest;
 mod store;
 
 pub use disk::{Disk, Files};
-pub use manifest::{MANIFEST, Manifest};
+pub use manifest::{MANIFEST, Manifest, seal};
 pub use store::{Found, Store, Written};
 
 use proto::checkpoint::CheckpointData;

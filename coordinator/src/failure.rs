@@ -63,7 +63,7 @@ impl Kind {
             Kind::Diverged => "the physics broke down, with the guilty particle named",
             Kind::Ledger => "the ledger does not balance or a frame was stale",
             Kind::Lost => "a partner or a connection was lost during the run",
-            Kind::Stopped => "stopped from outside before the end time, outputs complete",
+            Kind::Stopped => "stopped from outside before the end time, outputs complete; `resume` goes on",
             Kind::Nonconforming => "a participant fails a check of `conform`",
             Kind::Internal => "a fault of this program",
         }

@@ -50,6 +50,7 @@ pub fn facts(case: &Case, remote: Option<&Remote>) -> Vec<Fact> {
         let action = match setup.ledger.action {
             BreachAction::Warn => "warn",
             BreachAction::Stop => "stop",
+            BreachAction::StopAndCheckpoint => "stop with a checkpoint",
         };
         let tolerance = setup.ledger.balance_tolerance;
         facts.push(fact("ledger", format!("{action} above {tolerance:.0e} of gross")));

@@ -16,7 +16,9 @@ pub struct FluidFactory;
 
 impl SolverFactory for FluidFactory {
     fn describe(&self) -> Description {
-        Description::of_solver("fluid-server", env!("CARGO_PKG_VERSION"), Role::Fluid, physics::ARITHMETIC)
+        let version = env!("CARGO_PKG_VERSION");
+        let description = Description::of_solver("fluid-server", version, Role::Fluid, physics::ARITHMETIC);
+        Description { build: env!("TIDELOCK_BUILD").into(), ..description }
     }
 
     fn open(&self, setup: ParticipantSetup) -> Result<Opened, SetupProblems> {

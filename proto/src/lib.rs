@@ -9,6 +9,7 @@
 //!                                              fluid: peer::GrpcPeer --> service (Peer) of the solid
 //! ```
 
+pub mod checkpoint;
 pub mod client;
 pub mod conform;
 mod convert;

@@ -3,12 +3,15 @@
 use std::sync::mpsc::Receiver;
 use std::time::{Duration, Instant};
 
+use serde::{Deserialize, Serialize};
+
 use crate::exchange::{Exchange, Extent, Frame, FrameContent, InterfaceStates, PeerError, PreviousStage};
 use crate::ledger::{Energies, InterfaceSums, StageBooks, TorqueCheck, balance_breaches, imbalance};
 use crate::meeting::Meeting;
+use crate::saved::{RestoreError, SavedState};
 use crate::setup::{BreachAction, RunSetup};
 use crate::solver::{Counts, Fault, NoLoads, ParticleFields, Solver};
-use crate::stage::{Clock, Stage, StageTime, StepStage};
+use crate::stage::{Clock, ClockState, Stage, StageTime, StepStage};
 
 /// What the coordinator tells a participant during a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -19,6 +22,10 @@ pub enum Command {
     Stop,
     /// Give up at once.
     Abort,
+    /// Save the state at the boundary where the participant waits; changes nothing.
+    Checkpoint,
+    /// At the end time wait for [`Command::Stop`], so that a checkpoint can be taken there.
+    Hold,
 }
 
 /// What a participant tells the coordinator during a run.
@@ -30,10 +37,37 @@ pub enum Event {
     Probes(ProbeValues),
     /// Particle fields at a step boundary.
     Snapshot(ParticleFields),
+    /// The answer to [`Command::Checkpoint`].
+    Checkpoint(Box<Checkpoint>),
+    /// No further step is taken until the participant is told to stop: at the end time after [`Command::Hold`], or
+    /// after a breach under [`BreachAction::StopAndCheckpoint`].
+    Held(Held),
     /// The run ended in order; the last event.
     Finished(FinalReport),
     /// The run ended out of order; the last event.
     Failed(FailureReport),
+}
+
+/// Where a participant waits to be told to stop.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Held {
+    /// Completed steps.
+    pub step: u64,
+    /// Time \[s\].
+    pub time: f64,
+}
+
+/// The complete state of one side at a step boundary, before the outputs that are due there.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Checkpoint {
+    /// Completed steps.
+    pub step: u64,
+    /// Time \[s\].
+    pub time: f64,
+    /// Size of the next step \[s\].
+    pub time_step: f64,
+    /// Clock and solver.
+    pub state: SavedState,
 }
 
 /// Probe values at a step boundary, in the order of the set-up.
@@ -48,7 +82,7 @@ pub struct ProbeValues {
 }
 
 /// One completed step of one side.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct StepReport {
     /// Completed steps before this one.
     pub step: u64,
@@ -107,6 +141,8 @@ pub struct Link {
     pub partner_extent: Extent,
     /// Smaller of both sides' limits for the first step \[s\].
     pub first_limit: f64,
+    /// Where a restored run goes on, see [`restore`].
+    pub resume: Option<ClockState>,
 }
 
 /// Digests of the frames of one half-step: the one sent, and the partner's that was computed from.
@@ -132,6 +168,8 @@ struct Runner<'a, S: Solver + ?Sized> {
     waited: Duration,
     breaches: u64,
     torque: TorqueCheck,
+    /// A breach asked to stop at the next boundary.
+    stop_wanted: bool,
 }
 
 /// What the half-step before left to check.
@@ -152,10 +190,14 @@ pub fn run<S: Solver + ?Sized>(
     commands: &Receiver<Command>,
     report: &mut dyn FnMut(Event),
 ) {
-    let mut clock = Clock::new(setup.time, setup.outputs, link.first_limit);
+    let mut clock = match &link.resume {
+        Some(state) => Clock::resumed(setup.time, setup.outputs, state),
+        None => Clock::new(setup.time, setup.outputs, link.first_limit),
+    };
     let mut runner = Runner::new(solver, setup, link, exchange, &clock);
     let mut granted = 0;
     let mut stopping = false;
+    let (mut holds_at_end, mut held) = (false, false);
     loop {
         let due = clock.outputs_due();
         if due.probes {
@@ -166,18 +208,27 @@ pub fn run<S: Solver + ?Sized>(
         if due.snapshot {
             report(Event::Snapshot(runner.solver.snapshot(clock.step(), clock.time())));
         }
-        while !(clock.finished() || stopping && clock.step() >= granted) {
-            let command =
-                if clock.step() < granted { commands.try_recv().ok() } else { commands.recv().ok() };
+        loop {
+            if (runner.stop_wanted || clock.finished() && holds_at_end) && !held {
+                held = true;
+                report(Event::Held(Held { step: clock.step(), time: clock.time() }));
+            }
+            let waits = held || clock.finished() || clock.step() >= granted;
+            if waits && stopping || clock.finished() && !holds_at_end {
+                break;
+            }
+            let command = if waits { commands.recv().ok() } else { commands.try_recv().ok() };
             match command {
                 Some(Command::GrantThrough(step)) => granted = granted.max(step),
                 Some(Command::Stop) => stopping = true,
+                Some(Command::Hold) => holds_at_end = true,
+                Some(Command::Checkpoint) => report(Event::Checkpoint(Box::new(runner.checkpoint(&clock)))),
                 Some(Command::Abort) => {
                     let at = clock.stage(Stage::Predictor).at;
                     report(runner.failed(Fault::Aborted { at }, &clock));
                     return;
                 }
-                None if clock.step() < granted => break,
+                None if !waits => break,
                 // The coordinator's end of the channel is gone.
                 None => {
                     let at = clock.stage(Stage::Predictor).at;
@@ -186,7 +237,7 @@ pub fn run<S: Solver + ?Sized>(
                 }
             }
         }
-        if clock.finished() || clock.step() >= granted {
+        if held || clock.finished() || clock.step() >= granted {
             break;
         }
         match runner.step(&mut clock) {
@@ -210,6 +261,33 @@ pub fn run<S: Solver + ?Sized>(
         counts: runner.solver.counts(),
         state: runner.solver.snapshot(clock.step(), clock.time()),
     }));
+}
+
+const CLOCK_STEP: &str = "driver.step";
+const CLOCK_TIMES: &str = "driver.times";
+
+/// Takes `solver` back to a boundary that was saved by [`Command::Checkpoint`]; tells where the run goes on.
+///
+/// # Errors
+/// When an array is missing or does not fit the solver's set-up; the solver is then of no further use.
+pub fn restore<S: Solver + ?Sized>(solver: &mut S, state: &SavedState) -> Result<ClockState, RestoreError> {
+    let [step] = state.u64s(CLOCK_STEP)?;
+    let [time, time_step, elapsed_before] = state.numbers(CLOCK_TIMES)?;
+    if time_step <= 0.0 {
+        return Err(RestoreError::new(CLOCK_TIMES, format!("time step {time_step} s, must be positive")));
+    }
+    solver.restore(state)?;
+    Ok(ClockState { step, time, time_step, elapsed_before })
+}
+
+/// Saves what [`restore`] takes.
+pub fn save<S: Solver + ?Sized>(solver: &S, clock: &ClockState) -> Checkpoint {
+    let ClockState { step, time, time_step, elapsed_before } = *clock;
+    let mut state = SavedState::default();
+    state.put_u64(CLOCK_STEP, [step]);
+    state.put_f64(CLOCK_TIMES, [time, time_step, elapsed_before]);
+    solver.save(&mut state);
+    Checkpoint { step, time, time_step, state }
 }
 
 impl<'a, S: Solver + ?Sized> Runner<'a, S> {
@@ -237,6 +315,7 @@ impl<'a, S: Solver + ?Sized> Runner<'a, S> {
             waited: Duration::ZERO,
             breaches: 0,
             torque: TorqueCheck::of(setup),
+            stop_wanted: false,
             setup,
         }
     }
@@ -249,6 +328,10 @@ impl<'a, S: Solver + ?Sized> Runner<'a, S> {
             counts: self.solver.counts(),
             state: self.solver.snapshot(clock.step(), clock.time()),
         })
+    }
+
+    fn checkpoint(&self, clock: &Clock) -> Checkpoint {
+        save(&*self.solver, &clock.state())
     }
 
     /// One step: predictor and corrector.
@@ -438,6 +521,12 @@ impl<'a, S: Solver + ?Sized> Runner<'a, S> {
         self.breaches += faults.len() as u64;
         match (self.setup.ledger.action, faults.into_iter().next()) {
             (BreachAction::Stop, Some(fault)) => Err(fault),
+            // Which side used an old state is known to one side alone: both cannot stop at one boundary.
+            (BreachAction::StopAndCheckpoint, Some(fault @ Fault::StaleFrame { .. })) => Err(fault),
+            (BreachAction::StopAndCheckpoint, Some(_)) => {
+                self.stop_wanted = true;
+                Ok(())
+            }
             _ => Ok(()),
         }
     }

@@ -18,6 +18,7 @@ mod meeting;
 pub mod motion;
 pub mod neighbours;
 pub mod repulsion;
+pub mod saved;
 pub mod setup;
 pub mod shapes;
 pub mod solver;

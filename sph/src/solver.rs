@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::exchange::{Extent, InterfaceStates};
 use crate::ledger::{Breach, Energies, StageBooks};
+use crate::saved::{RestoreError, SavedState};
 use crate::stage::{StageTime, StepStage};
 use crate::vector::Vector;
 
@@ -143,6 +144,16 @@ pub trait Solver: Send {
 
     /// Facts of the run so far.
     fn counts(&self) -> Counts;
+
+    /// Saves the complete state at a step boundary: all that decides the bits of what follows. Changes nothing.
+    fn save(&self, state: &mut SavedState);
+
+    /// Takes over a state that [`Solver::save`] made for the same set-up; the end time alone may differ.
+    ///
+    /// # Errors
+    /// When an array is missing, does not fit the set-up or holds values that cannot be; the solver is then of no
+    /// further use.
+    fn restore(&mut self, state: &SavedState) -> Result<(), RestoreError>;
 }
 
 /// Facts of a solver's run so far.

@@ -7,6 +7,7 @@ use proto::description::{Description, ProtocolVersion};
 use proto::service::{Opened, ServeOptions, Server, SetupProblems, SolverFactory};
 use sph::exchange::{Exchange, Extent, Frame, InterfaceStates, PeerError};
 use sph::ledger::{Energies, StageBooks};
+use sph::saved::{RestoreError, SavedState};
 use sph::setup::ParticipantSetup;
 use sph::solver::{Counts, Divergence, ParticleFields, Role, Solver};
 use sph::stage::{StageTime, StepStage};
@@ -29,6 +30,8 @@ pub enum Wrong {
     NotANumber(StepStage),
     /// It takes this long over this half-step.
     Delay(StepStage, Duration),
+    /// Its checkpoints hold nothing, and it restores as much.
+    EmptyCheckpoint,
     /// It breaks down at this half-step.
     Drop(StepStage),
 }
@@ -189,6 +192,16 @@ impl Solver for WrongSolver {
 
     fn counts(&self) -> Counts {
         self.solver.counts()
+    }
+
+    fn save(&self, state: &mut SavedState) {
+        if self.wrong != Wrong::EmptyCheckpoint {
+            self.solver.save(state);
+        }
+    }
+
+    fn restore(&mut self, state: &SavedState) -> Result<(), RestoreError> {
+        if self.wrong == Wrong::EmptyCheckpoint { Ok(()) } else { self.solver.restore(state) }
     }
 }
 

@@ -74,6 +74,21 @@ impl Cross {
         self.tracker.update(&state.position, slack);
     }
 
+    /// What reports need of the evaluations so far: see [`Cross::restore`].
+    pub fn history(&self) -> [u64; 2] {
+        [self.largest, u64::from(self.immersed)]
+    }
+
+    /// Goes on from a restored `state`; `history` is what [`Cross::history`] gave.
+    ///
+    /// The extent is that of the last list build, whence particles may have moved by the slack.
+    pub fn restore(&mut self, state: &FluidState, history: [u64; 2]) {
+        let position = state.list_origin.as_ref().map_or(&state.position, |origin| &origin.position);
+        self.tracker.update(position, 0.5 * Lists::skin(self.coupling.fluid.particle_spacing));
+        self.largest = history[0];
+        self.immersed = u32::try_from(history[1]).unwrap_or(u32::MAX);
+    }
+
     /// Where the fluid is.
     pub fn extent(&self) -> &Extent {
         self.tracker.extent()

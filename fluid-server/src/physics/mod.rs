@@ -11,6 +11,7 @@
 
 use sph::exchange::{Extent, InterfaceStates};
 use sph::ledger::{Energies, StageBooks};
+use sph::saved::{RestoreError, SavedState};
 use sph::setup::FluidSetup;
 use sph::solver::{Counts, Divergence, NoLoads, ParticleFields, Role, Solver};
 use sph::stage::{StageTime, StepStage};
@@ -32,6 +33,7 @@ mod model;
 mod pair;
 mod probes;
 mod rates;
+mod saved;
 mod shifting;
 mod state;
 mod viscosity;
@@ -179,5 +181,24 @@ impl Solver for FluidSolver {
             outflow: self.state.outflow,
             largest_interface: self.workspace.cross.as_ref().map_or(0, |cross| cross.largest()),
         }
+    }
+
+    fn save(&self, saved: &mut SavedState) {
+        self.state.save(saved);
+        let cross = self.workspace.cross.as_ref();
+        saved.put_u64(saved::INTERFACE, cross.map_or([0; 2], |cross| cross.history()));
+    }
+
+    fn restore(&mut self, saved: &SavedState) -> Result<(), RestoreError> {
+        let state = FluidState::restored(&self.model, saved)?;
+        let history = saved.u64s(saved::INTERFACE)?;
+        let mut workspace = Workspace::new(&self.model);
+        if let Some(cross) = &mut workspace.cross {
+            cross.restore(&state, history);
+        }
+        workspace.largest_speed = checks::check_state(&self.model, &state, StepStage::FIRST)
+            .map_err(|divergence| RestoreError::new("state", divergence.to_string()))?;
+        (self.state, self.workspace) = (state, workspace);
+        Ok(())
     }
 }

@@ -6,6 +6,7 @@ use sph::equation_of_state::Tait;
 use sph::exchange::{Extent, InterfaceStates};
 use sph::interface::{Interface, load_sums};
 use sph::ledger::{Account, Accounts, Energies, InterfaceSums, StageBooks};
+use sph::saved::{RestoreError, SavedState};
 use sph::setup::{Coupling, ParticipantSetup};
 use sph::solver::{Counts, Divergence, Field, NoLoads, ParticleFields, Role, Solver};
 use sph::stage::{Stage, StageTime, StepStage};
@@ -255,5 +256,14 @@ impl Solver for Dummy {
 
     fn counts(&self) -> Counts {
         Counts { particles: self.states.len() as u64, ..Counts::default() }
+    }
+
+    fn save(&self, state: &mut SavedState) {
+        state.put_vectors("position", &self.states.position);
+    }
+
+    fn restore(&mut self, state: &SavedState) -> Result<(), RestoreError> {
+        self.states.position = state.vectors("position", self.states.len())?;
+        Ok(())
     }
 }

@@ -42,12 +42,13 @@ impl Choice for Stage {
 }
 
 impl Choice for BreachAction {
-    const ALL: &'static [Self] = &[BreachAction::Warn, BreachAction::Stop];
+    const ALL: &'static [Self] = &[BreachAction::Warn, BreachAction::Stop, BreachAction::StopAndCheckpoint];
 
     fn code(self) -> i32 {
         let wire = match self {
             BreachAction::Warn => wire::BreachAction::Warn,
             BreachAction::Stop => wire::BreachAction::Stop,
+            BreachAction::StopAndCheckpoint => wire::BreachAction::StopAndCheckpoint,
         };
         wire.into()
     }

@@ -3,8 +3,10 @@
 //! ```text
 //! participant.rs  the control plane's calls     exchange.rs  the data plane's call
 //! session.rs      the one object of a run       compute.rs   its compute thread and event stream
+//! checkpoint.rs   saving and restoring a run's state
 //! ```
 
+mod checkpoint;
 mod compute;
 mod exchange;
 mod participant;
@@ -67,7 +69,7 @@ impl Description {
             interface_laws: vec![InterfaceLaw::Wall, InterfaceLaw::WallNoSlip, InterfaceLaw::PlainSum],
             arithmetic: arithmetic.into(),
             capabilities: Capabilities {
-                checkpoint: false,
+                checkpoint: true,
                 deterministic: true,
                 adaptive_step: true,
                 expressions: true,

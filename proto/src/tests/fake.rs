@@ -6,6 +6,7 @@ use std::time::Duration;
 use sph::domain::Domain;
 use sph::exchange::{Extent, InterfaceStates};
 use sph::ledger::{Energies, InterfaceSums, StageBooks};
+use sph::saved::{RestoreError, SavedState};
 use sph::setup::{
     BodyForce, BodySetup, BreachAction, ContactLaw, Coupling, CouplingKind, DensityDiffusion,
     ElasticMaterial, FluidConstants, FluidParticles, FluidSetup, Formulation, GradientCorrection,
@@ -367,6 +368,18 @@ impl Solver for Row {
 
     fn counts(&self) -> Counts {
         Counts { particles: MASSES as u64, ..Counts::default() }
+    }
+
+    fn save(&self, state: &mut SavedState) {
+        state.put_vectors("position", &self.states.position);
+        state.put_vectors("velocity", &self.states.velocity);
+    }
+
+    fn restore(&mut self, state: &SavedState) -> Result<(), RestoreError> {
+        self.states.position = state.vectors("position", MASSES)?;
+        self.states.velocity = state.vectors("velocity", MASSES)?;
+        self.update_extent();
+        Ok(())
     }
 }
 

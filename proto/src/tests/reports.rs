@@ -88,7 +88,13 @@ fn items() -> Vec<BatchItem> {
         })),
         BatchItem::Probes(ProbeValues { step: 7, time: 0.3, values: vec![f64::NAN, -0.0, 5e-324] }),
         BatchItem::Snapshot { index: 2, step: 7, time: 0.3 },
-        BatchItem::Beat(Beat { step: 7, phase: Phase::WaitingForPartner, since_last_step: 0.5 }),
+        BatchItem::Beat(Beat {
+            step: 7,
+            phase: Phase::WaitingForPartner,
+            since_last_step: 0.5,
+            awaited: Some(sph::stage::StepStage::FIRST),
+        }),
+        BatchItem::Held(sph::driver::Held { step: 9, time: 0.25 }),
         BatchItem::Finished { step: 8, time: 0.4, reached_end: true, counts, state_index: 3 },
     ];
     items.extend(faults().into_iter().map(|fault| BatchItem::Failed {

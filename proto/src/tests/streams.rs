@@ -328,7 +328,7 @@ async fn descriptions_are_complete_and_repeatable() {
     let first = client.describe().await.unwrap();
     assert_eq!(first, client.describe().await.unwrap());
     assert_eq!((first.name.as_str(), first.roles.as_slice()), ("row", [Role::Solid].as_slice()));
-    assert!(!first.capabilities.checkpoint && first.limits.runs == 1);
+    assert!(first.capabilities.checkpoint && first.limits.runs == 1);
 }
 
 #[tokio::test(flavor = "multi_thread")]

@@ -77,6 +77,13 @@ impl FluidLink {
         }
     }
 
+    /// Goes on with particles restored to `positions` \[m\].
+    pub fn restore(&mut self, positions: &[Vector], largest_set: u64) {
+        self.tracked_at.clear();
+        self.track(positions);
+        self.largest_set = largest_set;
+    }
+
     /// Where own particles are.
     pub fn extent(&self) -> &Extent {
         self.tracker.extent()

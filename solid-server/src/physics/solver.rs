@@ -2,9 +2,10 @@
 
 use sph::exchange::{Extent, InterfaceStates};
 use sph::ledger::{Energies, StageBooks};
+use sph::saved::{RestoreError, SavedState};
 use sph::setup::{SolidSetup, SolidStepping};
 use sph::solver::{Counts, Divergence, NoLoads, ParticleFields, Role, Solver};
-use sph::stage::{Stage, StageTime};
+use sph::stage::{Stage, StageTime, StepStage};
 use sph::sums::ordered_sum;
 use sph::vector::Vector;
 
@@ -15,6 +16,7 @@ use super::evaluate::{evaluate_pairs, refresh_lists, sum_forces, total_forces, u
 use super::model::SolidModel;
 use super::probes::probe_values;
 use super::report::{best_fit_angle, energies, snapshot};
+use super::saved::HISTORY;
 use super::substeps::{move_by_substeps, step_limit};
 use super::workspace::{SolidState, Workspace};
 
@@ -233,5 +235,24 @@ impl Solver for SolidSolver {
             outflow: 0,
             largest_interface: self.workspace.fluid.as_ref().map_or(0, |link| link.largest_set),
         }
+    }
+
+    fn save(&self, saved: &mut SavedState) {
+        self.state.save(saved);
+        let counts = self.counts();
+        saved.put_u64(HISTORY, [counts.list_builds, counts.largest_interface]);
+    }
+
+    fn restore(&mut self, saved: &SavedState) -> Result<(), RestoreError> {
+        let state = SolidState::restored(&self.model, &self.state, saved)?;
+        check(&self.model, &state.particles, StepStage::FIRST)
+            .map_err(|divergence| RestoreError::new("state", divergence.to_string()))?;
+        let [list_builds, largest_set] = saved.u64s(HISTORY)?;
+        self.workspace.list_builds = list_builds;
+        if let Some(link) = &mut self.workspace.fluid {
+            link.restore(&state.particles.position, largest_set);
+        }
+        self.state = state;
+        Ok(())
     }
 }

@@ -69,6 +69,8 @@ pub enum BreachAction {
     Warn,
     /// Stop the run.
     Stop,
+    /// Stop the run at the end of the step, with a checkpoint.
+    StopAndCheckpoint,
 }
 
 /// Tolerances of the ledger and what a breach does.

@@ -97,6 +97,11 @@ impl ServersTable {
         read
     }
 
+    /// A table without a word.
+    pub fn none() -> Self {
+        Self { fluid_address: None, fluid_command: None, solid_address: None, solid_command: None }
+    }
+
     /// Whether anything is written.
     pub fn is_empty(&self) -> bool {
         self.fluid_address.is_none()

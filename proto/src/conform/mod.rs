@@ -1,6 +1,6 @@
 //! A black-box kit for any participant: does it keep to the protocol, and does it compute what it says?
 //!
-//! The kit plays coordinator and partner ([`dummy`]) and puts damaged frames on the wire by a relay. Each [`Check`] has
+//! The kit plays coordinator and partner and puts damaged frames on the wire by a relay. Each [`Check`] has
 //! one subject; what a participant does not offer is told as such and never counts as passed.
 
 use std::time::{Duration, Instant};

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand};
+use sph::setup::CouplingKind;
 
 use crate::failure::{Failure, Kind};
 use crate::guard::{self, Guard};
@@ -26,13 +27,24 @@ enum Command {
     ///
     /// A case with a fluid needs a fluid server, one with solids a solid server. The results are summary.json,
     /// report.html, probes.csv, ledger.csv, case.toml with every default, snapshots/ for ParaView, final/ from which
-    /// another case can start, and logs/ of the servers. Ctrl-C or SIGTERM stop at a step boundary with outputs
-    /// complete; a second one gives up at once.
+    /// another case can start, checkpoints/ from which `resume` goes on, and logs/ of the servers. Ctrl-C or SIGTERM
+    /// stop at a step boundary with a checkpoint and outputs complete; a second one gives up at once.
     #[command(after_help = exit_codes())]
     Run(RunArguments),
+    /// Go on with a run from its newest good checkpoint, to the same bits as if it had never been stopped.
+    ///
+    /// Servers come from where the case says; thread counts and addresses may be others than before.
+    #[command(after_help = exit_codes())]
+    Resume(ResumeArguments),
     /// Check a case without running it: mistakes, particle counts, time-step limits, forecast run time.
     #[command(after_help = exit_codes())]
     Check(CheckArguments),
+    /// Examine a running solver of any make: life cycle, refusals, damaged frames, invariances, order, checkpoints.
+    ///
+    /// It plays coordinator and partner, takes some seconds, prints a line for each check and leaves the solver free.
+    /// What the solver does not offer is printed as such. Try: `conform 127.0.0.1:7001 --junit conform.xml`.
+    #[command(after_help = exit_codes())]
+    Conform(ConformArguments),
     /// A fluid server; `run` starts it.
     #[command(name = "node-fluid", hide = true, disable_help_flag = true)]
     NodeFluid(NodeArguments),
@@ -68,6 +80,30 @@ pub struct RunArguments {
     /// Replace the results of an earlier run in that folder, which are refused otherwise.
     #[arg(long)]
     pub force: bool,
+    #[command(flatten)]
+    #[allow(missing_docs)]
+    pub options: RunOptions,
+}
+
+/// Arguments of `resume`.
+#[derive(Debug, Args)]
+pub struct ResumeArguments {
+    /// Folder with the results of the run.
+    pub folder: PathBuf,
+    /// End at this time instead, in seconds; also goes on with a run that reached its end.
+    #[arg(long, value_name = "T", allow_negative_numbers = true)]
+    pub until: Option<f64>,
+    /// Let another build of a solver take over; the results need not be those of an undisturbed run then.
+    #[arg(long)]
+    pub accept_other_build: bool,
+    #[command(flatten)]
+    #[allow(missing_docs)]
+    pub options: RunOptions,
+}
+
+/// How a case is run, new or resumed.
+#[derive(Clone, Debug, Default, Args)]
+pub struct RunOptions {
     /// Run the solvers as threads of this process instead of servers; the results have the same bits.
     #[arg(long, conflicts_with_all = ["fluid", "solid", "fluid_bin", "solid_bin"])]
     pub in_process: bool,
@@ -93,12 +129,40 @@ pub struct RunArguments {
     /// Steps that solvers may take before they wait for the coordinator; 1 is strict lock-step.
     #[arg(long, value_name = "STEPS", default_value_t = 64, value_parser = clap::value_parser!(u64).range(1..=100_000))]
     pub window: u64,
+    /// Take a checkpoint at every multiple of this number of steps, over the case's `[checkpoint]`.
+    #[arg(long, value_name = "STEPS", value_parser = clap::value_parser!(u64).range(1..=1_000_000_000))]
+    pub checkpoint_every_steps: Option<u64>,
+    /// Take a checkpoint after every so many seconds of wall time, likewise.
+    #[arg(long, value_name = "S", value_parser = positive_seconds)]
+    pub checkpoint_every_wall: Option<f64>,
+    /// Start lost servers again at most this often, likewise.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(..=1000))]
+    pub max_restarts: Option<u64>,
+    /// Take a server for lost that gives no sign of life for this many seconds, over the case's `[deadlines]`.
+    #[arg(long, value_name = "S", value_parser = positive_seconds)]
+    pub silence: Option<f64>,
     /// No progress bar and no run header.
     #[arg(long, short)]
     pub quiet: bool,
 }
 
-impl RunArguments {
+/// A positive number of seconds.
+fn positive_seconds(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(seconds) if seconds > 0.0 && seconds <= 1e9 => Ok(seconds),
+        _ => Err("must be a number of seconds above 0 and at most 1e9".into()),
+    }
+}
+
+impl RunOptions {
+    /// Makes this process compute as `--arithmetic` says.
+    ///
+    /// # Errors
+    /// When the machine cannot.
+    pub fn force_arithmetic(&self) -> Result<(), Failure> {
+        self.arithmetic.map_or(Ok(()), |path| sph::lanes::force(path).map_err(Failure::input))
+    }
+
     /// Where the fluid server comes from, if the command line says so.
     pub fn fluid_source(&self) -> Option<Source> {
         source(self.fluid.as_ref(), self.fluid_bin.as_ref())
@@ -131,6 +195,32 @@ pub struct CheckArguments {
     pub resolved: bool,
 }
 
+/// Arguments of `conform`.
+#[derive(Debug, Args)]
+pub struct ConformArguments {
+    /// Address of the solver.
+    #[arg(value_name = "HOST:PORT")]
+    pub address: Option<String>,
+    /// Write the outcome to this file as JUnit XML.
+    #[arg(long, value_name = "FILE")]
+    pub junit: Option<PathBuf>,
+    /// Kind of coupling to examine [default: the first that the solver offers].
+    #[arg(long, value_name = "KIND", value_parser = crate::conform::coupling_kind)]
+    pub kind: Option<CouplingKind>,
+    /// Only checks with this in their name.
+    #[arg(long, value_name = "TEXT")]
+    pub only: Option<String>,
+    /// Address of another process of the same solver, into which checkpoints are restored.
+    #[arg(long, value_name = "HOST:PORT")]
+    pub fresh: Option<String>,
+    /// Longest wait for any one answer, in seconds.
+    #[arg(long, value_name = "S", default_value_t = 10, value_parser = clap::value_parser!(u64).range(1..=600))]
+    pub deadline: u64,
+    /// List the checks.
+    #[arg(long)]
+    pub list: bool,
+}
+
 /// Table of exit codes for the help.
 fn exit_codes() -> String {
     let mut text = String::from("Exit codes:\n   0  success\n");
@@ -144,7 +234,9 @@ fn exit_codes() -> String {
 pub fn main() -> ExitCode {
     let result = match Cli::parse().command {
         Command::Run(arguments) => crate::run::run(&arguments),
+        Command::Resume(arguments) => crate::resume::resume(&arguments),
         Command::Check(arguments) => crate::check::check(&arguments),
+        Command::Conform(arguments) => crate::conform::conform(&arguments),
         Command::NodeFluid(node) => return fluid_server::main_with(server_arguments("fluid-server", node)),
         Command::NodeGuard(guarded) => {
             guard::watch(guarded.process);

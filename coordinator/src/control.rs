@@ -3,15 +3,18 @@
 use std::collections::BTreeMap;
 use std::time::Duration;
 
+use proto::checkpoint::CheckpointData;
 use sph::driver::{Command, Event, FinalReport};
 use sph::ledger::TorqueCheck;
 use sph::setup::{BreachAction, RunSetup};
 use sph::solver::{Fault, Role};
+use sph::vector::Vector;
 use tokio::sync::mpsc::Receiver;
 
 use crate::failure::{Failure, Kind};
+use crate::keeper::Keeper;
 use crate::lockstep::LockStep;
-use crate::participants::Participants;
+use crate::participants::{News, Participants};
 use crate::recorder::Recorder;
 
 /// A participant that does not end within this time after the run was given up is left behind.
@@ -35,11 +38,28 @@ pub enum Ending {
     Stopped,
     /// Out of order.
     Failed(Failure),
+    /// A solver or the way to it was lost: with the other, or another in its place, the run may go on.
+    Lost {
+        /// Solvers that were lost; none when only the way between them was.
+        roles: Vec<Role>,
+        /// What happened.
+        failure: Failure,
+    },
+}
+
+/// Where a run goes on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Resumed {
+    /// Completed steps.
+    pub step: u64,
+    /// Impulse that crossed the interface so far, on the fluid and on the solid \[N s/m\].
+    pub impulse: [Vector; 2],
 }
 
 /// Drives `participants` to the end of the run.
 ///
-/// `window` is the largest number of steps granted ahead of the slowest participant; 1 is strict lock-step.
+/// `window` is the largest number of steps granted ahead of the slowest participant; 1 is strict lock-step. Checkpoints
+/// are taken by `keeper` where all participants can save their state. A run that goes on starts at `resumed`.
 ///
 /// # Errors
 /// When an output cannot be written; the participants have been told to give up.
@@ -47,21 +67,37 @@ pub async fn drive(
     participants: &mut Participants,
     run: &RunSetup,
     window: u64,
+    resumed: Option<Resumed>,
     recorder: &mut Recorder<'_>,
+    keeper: &mut Keeper,
     wishes: &mut Receiver<StopWish>,
 ) -> Result<Ending, Failure> {
     let mut control = Control::new(participants.roles(), run, window);
-    participants.command_all(Command::GrantThrough(control.granted));
-    let ending = control.run(participants, recorder, wishes).await;
+    control.can_save = participants.checkpoints;
+    if let Some(resumed) = resumed {
+        control.lockstep.resume(resumed.step, resumed.impulse);
+        control.granted = resumed.step;
+    }
+    if control.can_save {
+        participants.command_all(Command::Hold);
+    }
+    control.pace(participants, keeper);
+    let ending = control.run(participants, recorder, keeper, wishes).await;
     if ending.is_err() {
         participants.command_all(Command::Abort);
     }
     ending
 }
 
+/// A checkpoint that is being taken.
+struct Taking {
+    step: u64,
+    sides: Vec<CheckpointData>,
+}
+
 struct Control {
     lockstep: LockStep,
-    stop_on_breach: bool,
+    action: BreachAction,
     window: u64,
     granted: u64,
     /// Participants that have not sent their last event.
@@ -69,21 +105,40 @@ struct Control {
     finished: BTreeMap<Role, FinalReport>,
     faults: Vec<(Role, Fault)>,
     failure: Option<Failure>,
+    lost: Vec<Role>,
+    /// A broken balance for which the run stops at a boundary.
+    breach: Option<Failure>,
+    /// Somebody wants the run to stop at a boundary.
     stopping: bool,
+    /// The participants have been told so.
+    stop_sent: bool,
+    can_save: bool,
+    taking: Option<Taking>,
+    /// A checkpoint is wanted at the end of the granted steps.
+    wanted: bool,
+    /// Boundary at which each participant holds until it is told to stop.
+    held: BTreeMap<Role, u64>,
 }
 
 impl Control {
     fn new(roles: Vec<Role>, run: &RunSetup, window: u64) -> Self {
         Self {
             lockstep: LockStep::new(roles.clone(), run.ledger, TorqueCheck::of(run)),
-            stop_on_breach: run.ledger.action == BreachAction::Stop,
+            action: run.ledger.action,
             window: window.max(1),
-            granted: window.max(1),
+            granted: 0,
             running: roles,
             finished: BTreeMap::new(),
             faults: Vec::new(),
             failure: None,
+            lost: Vec::new(),
+            breach: None,
             stopping: false,
+            stop_sent: false,
+            can_save: false,
+            taking: None,
+            wanted: false,
+            held: BTreeMap::new(),
         }
     }
 
@@ -91,30 +146,104 @@ impl Control {
         &mut self,
         participants: &mut Participants,
         recorder: &mut Recorder<'_>,
+        keeper: &mut Keeper,
         wishes: &mut Receiver<StopWish>,
     ) -> Result<Ending, Failure> {
         while !self.running.is_empty() {
             let given_up = self.failure.is_some() || !self.faults.is_empty();
             tokio::select! {
                 biased;
-                Some(wish) = wishes.recv() => self.wish(wish, participants),
-                event = participants.next_event() => {
-                    let Some((role, event)) = event else { break };
-                    match event {
-                        Ok(event) => self.event(role, event, participants, recorder)?,
+                Some(wish) = wishes.recv() => self.wish(wish, participants, keeper),
+                written = keeper.written() => written?,
+                news = participants.next_news() => {
+                    let Some((role, news)) = news else { break };
+                    match news {
+                        Ok(News::Event(event)) => self.event(role, *event, participants, recorder, keeper)?,
+                        Ok(News::Checkpoint(side)) => self.saved(*side, participants, recorder, keeper).await?,
                         Err(failure) => self.lost(role, failure, participants),
                     }
                 }
                 () = tokio::time::sleep(ABORT_DEADLINE), if given_up => break,
             }
         }
+        keeper.finish().await?;
         Ok(self.ending())
     }
 
-    fn wish(&mut self, wish: StopWish, participants: &Participants) {
+    /// Grants what may be granted, or asks for what is due at the boundary where all wait.
+    fn pace(&mut self, participants: &Participants, keeper: &mut Keeper) {
+        if self.taking.is_some() || self.stop_sent || self.failure.is_some() || !self.faults.is_empty() {
+            return;
+        }
+        let completed = self.lockstep.completed();
+        self.wanted |= self.can_save && keeper.due_by_clock();
+        let all_hold = self.held.len() == self.running.len() && self.held.values().all(|at| *at == completed);
+        if all_hold || completed == self.granted {
+            let ends = all_hold || self.stopping;
+            let due = ends || self.wanted || keeper.due_at(completed);
+            if self.can_save && due && completed > 0 {
+                self.wanted = false;
+                self.taking = Some(Taking { step: completed, sides: Vec::new() });
+                keeper.asked();
+                participants.ask_for_checkpoints(completed);
+                return;
+            }
+            if ends {
+                self.stop_sent = true;
+                participants.command_all(Command::Stop);
+                return;
+            }
+        }
+        let closing = self.stopping || self.wanted || !self.held.is_empty();
+        if !closing && completed + self.window / 2 >= self.granted {
+            let bound = if self.can_save { keeper.bound(completed) } else { u64::MAX };
+            let granted = (completed + self.window).min(bound);
+            if granted > self.granted {
+                self.granted = granted;
+                participants.command_all(Command::GrantThrough(granted));
+            }
+        }
+    }
+
+    /// Takes one side's share of a checkpoint; with the last the solvers go on.
+    async fn saved(
+        &mut self,
+        side: CheckpointData,
+        participants: &Participants,
+        recorder: &mut Recorder<'_>,
+        keeper: &mut Keeper,
+    ) -> Result<(), Failure> {
+        let Some(taking) = self.taking.as_mut() else { return Ok(()) };
+        if side.header.step != taking.step {
+            let (role, step, wanted) = (side.header.role, side.header.step, taking.step);
+            self.fail(Failure::internal(format!(
+                "the {role} solver saved its state at step {step}, wanted was step {wanted}"
+            )));
+            participants.command_all(Command::Abort);
+            return Ok(());
+        }
+        taking.sides.push(side);
+        if taking.sides.len() < participants.roles().len() {
+            return Ok(());
+        }
+        let Some(Taking { step, mut sides }) = self.taking.take() else { return Ok(()) };
+        sides.sort_by_key(|side| side.header.role);
+        keeper.keep(step, sides, recorder).await?;
+        if self.stopping || !self.held.is_empty() {
+            // A run that ends has its checkpoint on the disk before anything else happens.
+            keeper.finish().await?;
+            self.stop_sent = true;
+            participants.command_all(Command::Stop);
+            return Ok(());
+        }
+        self.pace(participants, keeper);
+        Ok(())
+    }
+
+    fn wish(&mut self, wish: StopWish, participants: &Participants, keeper: &mut Keeper) {
         self.stopping = true;
         match wish {
-            StopWish::AtBoundary => participants.command_all(Command::Stop),
+            StopWish::AtBoundary => self.pace(participants, keeper),
             StopWish::Now => {
                 self.fail(Failure::new(
                     Kind::Stopped,
@@ -131,20 +260,24 @@ impl Control {
         event: Event,
         participants: &Participants,
         recorder: &mut Recorder<'_>,
+        keeper: &mut Keeper,
     ) -> Result<(), Failure> {
         match event {
             Event::Step(report) => {
                 let Some(matched) = self.lockstep.report(role, report) else { return Ok(()) };
                 recorder.step(&matched)?;
-                if let (Some((side, breach)), true) = (matched.breaches.first(), self.stop_on_breach) {
+                if let Some((side, breach)) = matched.breaches.first() {
                     let whose = side.map(|role| format!(" of the {role}")).unwrap_or_default();
-                    self.fail(Failure::new(Kind::Ledger, format!("{breach}{whose}")));
-                    participants.command_all(Command::Abort);
-                } else if self.lockstep.completed() + self.window / 2 >= self.granted && !self.stopping {
-                    self.granted = self.lockstep.completed() + self.window;
-                    participants.command_all(Command::GrantThrough(self.granted));
+                    self.breached(Failure::new(Kind::Ledger, format!("{breach}{whose}")), participants);
                 }
+                self.pace(participants, keeper);
             }
+            Event::Held(held) => {
+                self.held.insert(role, held.step);
+                self.pace(participants, keeper);
+            }
+            // Servers answer beside their events, threads by `News::Checkpoint`.
+            Event::Checkpoint(_) => {}
             Event::Probes(values) => recorder.probes(role, values)?,
             Event::Snapshot(fields) => recorder.snapshot(role, fields)?,
             Event::Finished(report) => {
@@ -154,6 +287,9 @@ impl Control {
             }
             Event::Failed(report) => {
                 recorder.final_state(role, &report.state, report.counts)?;
+                if let Fault::Diverged(divergence) = &report.fault {
+                    recorder.divergence(divergence, &report.state)?;
+                }
                 recorder.snapshot(role, report.state)?;
                 self.running.retain(|r| *r != role);
                 self.faults.push((role, report.fault));
@@ -163,7 +299,29 @@ impl Control {
         Ok(())
     }
 
+    /// Acts on a broken balance as the case says.
+    fn breached(&mut self, failure: Failure, participants: &Participants) {
+        match self.action {
+            BreachAction::Warn => {}
+            BreachAction::StopAndCheckpoint if self.can_save => {
+                self.breach.get_or_insert(failure);
+                self.stopping = true;
+            }
+            BreachAction::Stop | BreachAction::StopAndCheckpoint => {
+                self.fail(failure);
+                participants.command_all(Command::Abort);
+            }
+        }
+    }
+
     fn lost(&mut self, role: Role, failure: Failure, participants: &Participants) {
+        if !self.running.contains(&role) {
+            // Its last word came already.
+            return;
+        }
+        if failure.kind == Kind::Lost {
+            self.lost.push(role);
+        }
         self.running.retain(|r| *r != role);
         let step = self.lockstep.completed();
         self.fail(Failure::new(
@@ -182,16 +340,33 @@ impl Control {
         if let Some((role, fault)) = self.faults.iter().min_by_key(|(_, fault)| rank(fault)) {
             // A participant that was only told to give up is not the cause.
             if self.failure.is_none() || rank(fault) < RANK_CONSEQUENCE {
-                return Ending::Failed(Failure::new(kind_of(fault), format!("{role} solver: {fault}")));
+                let failure = Failure::new(kind_of(fault), format!("{role} solver: {fault}"));
+                return match fault {
+                    Fault::Peer { .. } if !self.stopping => Ending::Lost { roles: Vec::new(), failure },
+                    _ => Ending::Failed(failure),
+                };
             }
         }
-        if let Some(failure) = self.failure.take() {
-            return Ending::Failed(failure);
+        if let Some(mut failure) = self.failure.take() {
+            for (role, fault) in &self.faults {
+                if let Fault::Peer { at, .. } = fault {
+                    failure.message.push_str(&format!("; the {role} solver missed it in {at}"));
+                }
+            }
+            return if self.lost.is_empty() || self.stopping {
+                Ending::Failed(failure)
+            } else {
+                Ending::Lost { roles: self.lost.clone(), failure }
+            };
+        }
+        if let Some(breach) = self.breach.take() {
+            return Ending::Failed(breach);
         }
         if !self.running.is_empty() {
             let roles: Vec<String> = self.running.iter().map(Role::to_string).collect();
             let message = format!("no last word from the {} solver", roles.join(" and the "));
-            return Ending::Failed(Failure::new(Kind::Lost, message));
+            let failure = Failure::new(Kind::Lost, message);
+            return Ending::Lost { roles: self.running.clone(), failure };
         }
         if self.finished.values().all(|report| report.reached_end) {
             Ending::Completed

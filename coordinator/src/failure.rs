@@ -19,13 +19,15 @@ pub enum Kind {
     Lost,
     /// The run was stopped from outside before its end.
     Stopped,
+    /// A participant fails a check of `conform`.
+    Nonconforming,
     /// A fault of this program.
     Internal,
 }
 
 impl Kind {
     /// All kinds, for the table in the help.
-    pub const ALL: [Kind; 8] = [
+    pub const ALL: [Kind; 9] = [
         Kind::Input,
         Kind::Output,
         Kind::Server,
@@ -33,6 +35,7 @@ impl Kind {
         Kind::Ledger,
         Kind::Lost,
         Kind::Stopped,
+        Kind::Nonconforming,
         Kind::Internal,
     ];
 
@@ -46,6 +49,7 @@ impl Kind {
             Kind::Ledger => 6,
             Kind::Lost => 7,
             Kind::Stopped => 8,
+            Kind::Nonconforming => 9,
             Kind::Internal => 70,
         }
     }
@@ -59,7 +63,8 @@ impl Kind {
             Kind::Diverged => "the physics broke down, with the guilty particle named",
             Kind::Ledger => "the ledger does not balance or a frame was stale",
             Kind::Lost => "a partner or a connection was lost during the run",
-            Kind::Stopped => "stopped from outside before the end time, outputs complete",
+            Kind::Stopped => "stopped from outside before the end time, outputs complete; `resume` goes on",
+            Kind::Nonconforming => "a participant fails a check of `conform`",
             Kind::Internal => "a fault of this program",
         }
     }

@@ -1,7 +1,7 @@
 //! The run header: every fact that decides the answer, on the screen and in the report.
 
 use sph::lanes::Arithmetic;
-use sph::setup::{BreachAction, InterfaceLaw, StepPolicy};
+use sph::setup::{BreachAction, CouplingKind, InterfaceLaw, StepPolicy};
 
 use crate::case::Case;
 use crate::output::summary::Summary;
@@ -38,10 +38,20 @@ pub fn facts(case: &Case, remote: Option<&Remote>) -> Vec<Fact> {
             InterfaceLaw::PlainSum => "plain sum over all particles",
         };
         facts.push(fact("interface law", law));
+        let agreed =
+            remote.and_then(|remote| remote.servers.first()).map(|server| server.report.coupling_kind);
+        facts.push(fact(
+            "coupling",
+            match agreed.unwrap_or(coupling.kind) {
+                CouplingKind::States => "states: both sides evaluate the pair law",
+                CouplingKind::Loads => "loads: the fluid returns the force on each sample of the solid",
+            },
+        ));
         facts.push(fact("interface margin", format!("{:.3e} m", coupling.margin)));
         let action = match setup.ledger.action {
             BreachAction::Warn => "warn",
             BreachAction::Stop => "stop",
+            BreachAction::StopAndCheckpoint => "stop with a checkpoint",
         };
         let tolerance = setup.ledger.balance_tolerance;
         facts.push(fact("ledger", format!("{action} above {tolerance:.0e} of gross")));

@@ -3,14 +3,19 @@
 use std::sync::mpsc;
 use std::thread::JoinHandle;
 
-use sph::driver::{self, Command, Link};
+use proto::checkpoint::{CheckpointData, CheckpointHeader, restore_solver};
+use proto::description::Description;
+use proto::service::SolverFactory;
+use sph::driver::{self, Command, Event, Link};
 use sph::exchange::{Exchange, Extent, in_process_pair};
 use sph::setup::{FluidSetup, RunSetup, SolidSetup};
 use sph::solver::{Role, Solver};
 use tokio::sync::mpsc::Sender;
 
+use crate::checkpoint::RunCheckpoint;
 use crate::failure::Failure;
-use crate::participants::EventResult;
+use crate::failure::Kind;
+use crate::participants::{News, NewsResult};
 
 /// A participant that runs as a thread.
 pub struct ThreadParticipant {
@@ -38,7 +43,8 @@ pub fn start(
     fluid: Option<FluidSetup>,
     solid: Option<SolidSetup>,
     threads: Option<usize>,
-    events: &Sender<(Role, EventResult)>,
+    resume: Option<&RunCheckpoint>,
+    events: &Sender<(Role, NewsResult)>,
 ) -> Result<Vec<ThreadParticipant>, Failure> {
     let mut solvers: Vec<(Box<dyn Solver>, RunSetup)> = Vec::new();
     if let Some(setup) = fluid {
@@ -51,6 +57,16 @@ pub fn start(
         let solver = solid_server::physics::SolidSolver::new(setup).map_err(|e| refused(Role::Solid, &e))?;
         solvers.push((Box::new(solver), run));
     }
+    let mut clocks = vec![None; solvers.len()];
+    if let Some(checkpoint) = resume {
+        for ((solver, _), clock) in solvers.iter_mut().zip(&mut clocks) {
+            let role = solver.role();
+            let failed = |problem| Failure::input(format!("the {role}'s checkpoint: {problem}"));
+            let side = checkpoint.sides.iter().find(|side| side.header.role == role);
+            let side = side.ok_or_else(|| failed("is missing".to_owned()))?;
+            *clock = Some(restore_solver(solver.as_mut(), side).map_err(failed)?);
+        }
+    }
     let first_limit =
         solvers.iter().map(|(solver, _)| solver.time_step_limit()).fold(f64::INFINITY, f64::min);
     let extents: Vec<Extent> = solvers.iter().map(|(solver, _)| solver.extent().clone()).collect();
@@ -60,10 +76,11 @@ pub fn start(
         exchanges = vec![Some(Box::new(a)), Some(Box::new(b))];
     }
     let mut participants = Vec::new();
-    for (k, ((solver, run), exchange)) in solvers.into_iter().zip(exchanges).enumerate() {
+    for (k, (((solver, run), exchange), resume)) in solvers.into_iter().zip(exchanges).zip(clocks).enumerate()
+    {
         // With two participants, the partner of 0 is 1 and of 1 is 0.
         let partner_extent = extents.get(1 - k).cloned().unwrap_or_default();
-        let link = Link { partner_extent, first_limit };
+        let link = Link { partner_extent, first_limit, resume };
         participants.push(spawn(solver, run, link, exchange, threads, events.clone())?);
     }
     Ok(participants)
@@ -75,7 +92,7 @@ fn spawn(
     link: Link,
     exchange: Option<Box<dyn Exchange>>,
     threads: Option<usize>,
-    events: Sender<(Role, EventResult)>,
+    events: Sender<(Role, NewsResult)>,
 ) -> Result<ThreadParticipant, Failure> {
     let role = solver.role();
     let pool = rayon::ThreadPoolBuilder::new()
@@ -88,14 +105,46 @@ fn spawn(
         .name(role.to_string())
         .spawn(move || {
             pool.install(move || {
+                let _told = ToldOfPanic { role, events: &events };
                 driver::run(&mut *solver, &run, &link, exchange, &receiver, &mut |event| {
+                    let news = match event {
+                        Event::Checkpoint(checkpoint) => {
+                            let header = CheckpointHeader::new(&description(role), role, &checkpoint);
+                            News::Checkpoint(Box::new(CheckpointData::new(header, &checkpoint)))
+                        }
+                        event => News::Event(Box::new(event)),
+                    };
                     // A closed channel means that the run is being given up; the driver sees it on its commands.
-                    drop(events.blocking_send((role, Ok(event))));
+                    drop(events.blocking_send((role, Ok(news))));
                 });
             });
         })
         .map_err(|e| Failure::internal(format!("cannot start the {role}'s thread: {e}")))?;
     Ok(ThreadParticipant { role, commands, thread })
+}
+
+/// What the solver of `role` in this program says of itself.
+pub fn description(role: Role) -> Description {
+    match role {
+        Role::Fluid => fluid_server::FluidFactory.describe(),
+        Role::Solid => solid_server::SolidFactory.describe(),
+    }
+}
+
+/// Tells when a solver's thread panics: nothing else would.
+struct ToldOfPanic<'a> {
+    role: Role,
+    events: &'a Sender<(Role, NewsResult)>,
+}
+
+impl Drop for ToldOfPanic<'_> {
+    fn drop(&mut self) {
+        if std::thread::panicking() {
+            let failure = Failure::new(Kind::Internal, format!("the {} solver panicked", self.role));
+            // Nobody listens when the run is being given up.
+            drop(self.events.blocking_send((self.role, Err(failure))));
+        }
+    }
 }
 
 fn refused(role: Role, problems: &[String]) -> Failure {

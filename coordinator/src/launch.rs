@@ -138,9 +138,25 @@ impl Server {
         Err(Failure::server(format!("the {role} server `{program}` is not usable: {problem}{}", tail(log))))
     }
 
+    /// Whether this coordinator started it.
+    pub fn is_child(&self) -> bool {
+        self.child.is_some()
+    }
+
     /// Process id of a child that this coordinator started.
     pub fn process_id(&self) -> Option<u32> {
         self.child.as_ref().and_then(Child::id)
+    }
+
+    /// Ends a child that this coordinator started at once, whatever it does.
+    pub async fn kill(mut self) {
+        if let Some(guard) = self.guard.take() {
+            guard.end().await;
+        }
+        if let Some(child) = self.child.as_mut() {
+            // Nothing is left to tell when even this fails: the child is reaped by the system.
+            drop(child.kill().await);
+        }
     }
 
     /// Ends a child that this coordinator started: closes its input, waits, kills it if need be.

@@ -6,18 +6,22 @@
 //! | [`launch`], [`guard`], [`remote`], [`in_process`] | the solvers as servers or as threads |
 //! | [`control`], [`lockstep`] | grants, events, checks of the books |
 //! | [`recorder`], [`output`] | everything that a run leaves behind |
-//! | [`run`], [`check`], [`cli`] | the commands |
+//! | [`checkpoint`], [`keeper`] | states from which a run goes on, and when they are taken |
+//! | [`run`], [`resume`], [`check`], [`conform`], [`cli`] | the commands |
 //!
 //! It computes no force.
 
 pub mod case;
 pub mod check;
+pub mod checkpoint;
 pub mod cli;
+pub mod conform;
 pub mod control;
 pub mod failure;
 pub mod guard;
 pub mod header;
 pub mod in_process;
+pub mod keeper;
 pub mod launch;
 pub mod lockstep;
 pub mod output;
@@ -26,4 +30,5 @@ pub mod preview;
 pub mod progress;
 pub mod recorder;
 pub mod remote;
+pub mod resume;
 pub mod run;

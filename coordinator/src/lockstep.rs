@@ -70,6 +70,11 @@ impl LockStep {
         }
     }
 
+    /// Goes on after `completed` steps, in which `impulse` \[N s/m\] crossed the interface.
+    pub fn resume(&mut self, completed: u64, impulse: [Vector; 2]) {
+        (self.completed, self.impulse) = (completed, impulse);
+    }
+
     /// Steps that all participants have completed.
     pub fn completed(&self) -> u64 {
         self.completed

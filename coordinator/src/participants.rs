@@ -2,34 +2,51 @@
 
 use std::sync::mpsc;
 
-use proto::client::CommandSender;
+use proto::checkpoint::CheckpointData;
+use proto::client::{CommandSender, ParticipantClient};
 use sph::driver::{Command, Event};
 use sph::solver::Role;
-use tokio::sync::mpsc::Receiver;
+use tokio::sync::mpsc::{Receiver, Sender};
 
-use crate::failure::Failure;
+use crate::failure::{Failure, Kind};
 
 /// The way to one participant.
 pub enum CommandLine {
     /// A thread of this process.
     Thread(mpsc::Sender<Command>),
     /// A server.
-    Server(CommandSender),
+    Server(CommandSender, Box<ParticipantClient>),
 }
 
-/// An event, or why there will be no more of them.
-pub type EventResult = Result<Event, Failure>;
+/// What is heard of a participant.
+pub enum News {
+    /// An event of its run.
+    Event(Box<Event>),
+    /// The checkpoint that it was asked for.
+    Checkpoint(Box<CheckpointData>),
+}
+
+/// News, or why there will be no more of them.
+pub type NewsResult = Result<News, Failure>;
 
 /// All participants of a run.
 pub struct Participants {
     lines: Vec<(Role, CommandLine)>,
-    events: Receiver<(Role, EventResult)>,
+    news: Receiver<(Role, NewsResult)>,
+    told: Sender<(Role, NewsResult)>,
+    /// Whether all of them can save their state.
+    pub checkpoints: bool,
 }
 
 impl Participants {
-    /// Participants that are reached by `lines` and heard through `events`.
-    pub fn new(lines: Vec<(Role, CommandLine)>, events: Receiver<(Role, EventResult)>) -> Self {
-        Self { lines, events }
+    /// Participants that are reached by `lines` and heard through `news`, whose other end is `told`.
+    pub fn new(
+        lines: Vec<(Role, CommandLine)>,
+        news: Receiver<(Role, NewsResult)>,
+        told: Sender<(Role, NewsResult)>,
+        checkpoints: bool,
+    ) -> Self {
+        Self { lines, news, told, checkpoints }
     }
 
     /// Roles that are filled.
@@ -42,13 +59,33 @@ impl Participants {
         for (_, line) in &self.lines {
             match line {
                 CommandLine::Thread(sender) => drop(sender.send(command)),
-                CommandLine::Server(sender) => drop(sender.send(command)),
+                CommandLine::Server(sender, _) => drop(sender.send(command)),
             }
         }
     }
 
-    /// The next event of any participant; `None` when all have gone.
-    pub async fn next_event(&mut self) -> Option<(Role, EventResult)> {
-        self.events.recv().await
+    /// Asks all for their state at the boundary of `step` completed steps, where they wait; it comes among the news.
+    pub fn ask_for_checkpoints(&self, step: u64) {
+        for (role, line) in &self.lines {
+            match line {
+                CommandLine::Thread(sender) => drop(sender.send(Command::Checkpoint)),
+                CommandLine::Server(_, client) => {
+                    let (role, mut client, told) = (*role, client.as_ref().clone(), self.told.clone());
+                    tokio::spawn(async move {
+                        let answer = client.checkpoint(step).await;
+                        let news = answer
+                            .map(|data| News::Checkpoint(Box::new(data)))
+                            .map_err(|e| Failure::new(Kind::Lost, e.to_string()));
+                        // A run that is over needs no checkpoint.
+                        drop(told.send((role, news)).await);
+                    });
+                }
+            }
+        }
+    }
+
+    /// The next news of any participant.
+    pub async fn next_news(&mut self) -> Option<(Role, NewsResult)> {
+        self.news.recv().await
     }
 }

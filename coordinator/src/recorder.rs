@@ -1,13 +1,19 @@
 //! Writes what a run leaves behind, as it happens.
 
+use std::fs::File;
+use std::path::PathBuf;
+
+use serde::{Deserialize, Serialize};
 use sph::driver::ProbeValues;
-use sph::solver::{Counts, ParticleFields, Role};
+use sph::solver::{Counts, Divergence, ParticleFields, Role};
+use sph::vector::Vector;
 
 use crate::case::Case;
 use crate::failure::Failure;
 use crate::lockstep::MatchedStep;
 use crate::output::directory::{self, OutputDirectory, OutputError};
-use crate::output::ledger::{Extremes, LedgerFile};
+use crate::output::ledger::{Extremes, LedgerFile, LedgerSums};
+use crate::output::neighbourhood;
 use crate::output::plots::gallery::{PairedSnapshot, Pictures};
 use crate::output::probes::ProbeFile;
 use crate::output::state;
@@ -18,6 +24,11 @@ use crate::progress::Progress;
 /// Breaches that the summary quotes.
 const QUOTED_BREACHES: usize = 10;
 
+/// Where the report's picture of `role` at `step` is kept.
+fn picture_file(directory: &OutputDirectory, role: Role, step: u64) -> PathBuf {
+    directory.file(directory::CHECKPOINTS).join(format!("picture_{role}_{step}.state"))
+}
+
 impl From<OutputError> for Failure {
     fn from(error: OutputError) -> Self {
         Failure::output(error.to_string())
@@ -25,7 +36,7 @@ impl From<OutputError> for Failure {
 }
 
 /// What is known of one side of the run.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Side {
     /// Facts that the solver counted.
     pub counts: Counts,
@@ -38,7 +49,7 @@ pub struct Side {
 }
 
 /// Figures of the run so far.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Tally {
     /// Steps that all participants have completed.
     pub steps: u64,
@@ -54,6 +65,22 @@ pub struct Tally {
     pub sides: [Side; 2],
 }
 
+/// What a recorder goes on from: everything before the outputs of one step boundary.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+pub struct RecorderState {
+    probes_length: u64,
+    ledger_length: u64,
+    ledger: LedgerSums,
+    ledger_row_due: bool,
+    /// File names and times of the fluid's and the solid's snapshots.
+    snapshots: [Vec<(String, f64)>; 2],
+    /// Snapshots that the report shows, by side and step; each is in a file of its own.
+    pictures: [Vec<u64>; 2],
+    tally: Tally,
+    /// Impulse that crossed the interface so far, on the fluid and on the solid \[N s/m\].
+    pub impulse: [Vector; 2],
+}
+
 /// Writes tables, snapshots and final states, and keeps what the report needs.
 pub struct Recorder<'a> {
     directory: &'a OutputDirectory,
@@ -65,6 +92,9 @@ pub struct Recorder<'a> {
     pictures: Pictures,
     progress: Progress,
     tally: Tally,
+    impulse: [Vector; 2],
+    /// Steps of the pictures that are in files already.
+    stored: [Vec<u64>; 2],
 }
 
 /// What remains of a recorder when all files are complete.
@@ -102,7 +132,78 @@ impl<'a> Recorder<'a> {
             pictures: Pictures::new(case.outputs.picture_times.clone()),
             progress,
             tally: Tally { time: case.run_setup().time.start_time, ..Tally::default() },
+            impulse: [Vector::zeros(); 2],
+            stored: [Vec::new(), Vec::new()],
         })
+    }
+
+    /// A recorder that goes on from `state`: what was written after it goes.
+    ///
+    /// # Errors
+    /// When a file that was there then is missing, is shorter, or cannot be written.
+    pub fn resume(
+        directory: &'a OutputDirectory,
+        case: &Case,
+        roles: &[Role],
+        progress: Progress,
+        state: &RecorderState,
+    ) -> Result<Self, Failure> {
+        let probes = case.probes();
+        let folder = directory.file(directory::SNAPSHOTS);
+        let fluid = roles.contains(&Role::Fluid).then_some(probes.fluid.as_slice());
+        let solid = roles.contains(&Role::Solid).then_some(probes.solid.as_slice());
+        let series = |role: Role| Series::resume(&folder, role, state.snapshots[role.index()].clone());
+        let ledger = directory.file(directory::LEDGER);
+        let mut pictures = Pictures::new(case.outputs.picture_times.clone());
+        for role in [Role::Fluid, Role::Solid] {
+            for step in &state.pictures[role.index()] {
+                let picture = state::read(&picture_file(directory, role, *step));
+                pictures.take(role, picture.map_err(Failure::output)?);
+            }
+        }
+        Ok(Self {
+            directory,
+            probes: ProbeFile::resume(&directory.file(directory::PROBES), fluid, solid, state.probes_length)?,
+            ledger: LedgerFile::resume(&ledger, roles, state.ledger_length, state.ledger.clone())?,
+            ledger_every_steps: case.outputs.ledger_every_steps.max(1),
+            ledger_row_due: state.ledger_row_due,
+            series: [series(Role::Fluid)?, series(Role::Solid)?],
+            pictures,
+            progress,
+            tally: state.tally.clone(),
+            impulse: state.impulse,
+            stored: state.pictures.clone(),
+        })
+    }
+
+    /// What a recorder goes on from at the boundary of `step` completed steps, whether or not the outputs that are due
+    /// there have come; and the handles of the tables, to be brought to the disk.
+    ///
+    /// # Errors
+    /// When a picture cannot be written.
+    pub fn state(&mut self, step: u64) -> Result<(RecorderState, [File; 2]), Failure> {
+        let folder = self.directory.file(directory::CHECKPOINTS);
+        std::fs::create_dir_all(&folder).map_err(|e| OutputError::file("create folder", &folder, e))?;
+        for pair in self.pictures.kept() {
+            for (role, fields) in [(Role::Fluid, &pair.fluid), (Role::Solid, &pair.solid)] {
+                let stored = &mut self.stored[role.index()];
+                if let Some(fields) = fields.as_ref().filter(|f| f.step < step && !stored.contains(&f.step)) {
+                    state::write(&picture_file(self.directory, role, fields.step), fields)?;
+                    stored.push(fields.step);
+                }
+            }
+        }
+        let saved = RecorderState {
+            probes_length: self.probes.length_before(step)?,
+            ledger_length: self.ledger.file().length()?,
+            ledger: self.ledger.sums().clone(),
+            ledger_row_due: self.ledger_row_due,
+            snapshots: self.series.each_ref().map(|series| series.files_before(step)),
+            pictures: self.stored.clone(),
+            tally: self.tally.clone(),
+            impulse: self.impulse,
+        };
+        Ok((saved, [self.probes.file().handle()?, self.ledger.file().handle()?]))
     }
 
     /// Takes a step that all participants have completed.
@@ -111,6 +212,7 @@ impl<'a> Recorder<'a> {
     /// When a file cannot be written.
     pub fn step(&mut self, step: &MatchedStep) -> Result<(), Failure> {
         self.ledger.record(step.fluid.as_ref(), step.solid.as_ref(), &step.imbalance);
+        self.impulse = step.impulse;
         let report = step.any();
         self.tally.steps = report.step + 1;
         self.tally.time = report.end_time;
@@ -154,6 +256,14 @@ impl<'a> Recorder<'a> {
         self.series[role.index()].write(&fields)?;
         self.pictures.take(role, fields);
         Ok(())
+    }
+
+    /// Lists the particles around the guilty one.
+    ///
+    /// # Errors
+    /// When the file cannot be written.
+    pub fn divergence(&self, divergence: &Divergence, fields: &ParticleFields) -> Result<(), Failure> {
+        Ok(neighbourhood::write(&self.directory.file(directory::DIVERGENCE), divergence, fields)?)
     }
 
     /// Takes the last word of a participant.

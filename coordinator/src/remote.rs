@@ -1,22 +1,28 @@
 //! Participants that are servers: start or attach, handshake, link.
 
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
+use proto::checkpoint::CheckpointData;
 use proto::client::{Deadlines, ParticipantClient, RunAccess};
-use proto::description::{LinkPlan, OpenReport, Partner};
+use proto::description::{Description, LinkPlan, OpenReport, Partner};
 use proto::{RpcCode, RpcError, handshake};
 use sph::exchange::Extent;
-use sph::setup::ParticipantSetup;
+use sph::setup::{CouplingKind, ParticipantSetup};
 use sph::solver::Role;
 use tokio::sync::mpsc;
 
+use crate::checkpoint::RunCheckpoint;
 use crate::failure::{Failure, Kind};
 use crate::launch::{Server, Source};
 use crate::output::process::Process;
-use crate::participants::{CommandLine, EventResult, Participants};
+use crate::participants::{CommandLine, News, NewsResult, Participants};
 
 /// Events that may wait for the coordinator.
 const PENDING_EVENTS: usize = 256;
+
+/// Wait for a server that is left to close a lost run.
+const CLOSE_DEADLINE: Duration = Duration::from_secs(5);
 
 /// One server with its connection and what it said.
 pub struct RemoteParticipant {
@@ -24,6 +30,8 @@ pub struct RemoteParticipant {
     pub report: OpenReport,
     server: Server,
     client: ParticipantClient,
+    /// Whether it can save its state.
+    saves: bool,
 }
 
 impl RemoteParticipant {
@@ -32,9 +40,73 @@ impl RemoteParticipant {
         &self.server.address
     }
 
+    /// Whether it was started for this run.
+    pub fn is_child(&self) -> bool {
+        self.server.is_child()
+    }
+
     /// Resources used so far, where the server is a child of this process.
     pub fn process(&self) -> Process {
         self.server.process_id().map(Process::of).unwrap_or_default()
+    }
+}
+
+/// What servers are started with.
+#[derive(Clone, Copy)]
+pub struct Start<'a> {
+    /// Kinds of coupling that the run may use, the preferred one first.
+    pub kinds: &'a [CouplingKind],
+    /// Compute threads of each.
+    pub threads: Option<usize>,
+    /// Folder of their logs.
+    pub logs: &'a Path,
+    /// Longest waits.
+    pub deadlines: Deadlines,
+    /// Where the run goes on.
+    pub resume: Option<Resume<'a>>,
+    /// Counts the attempts at the run from 0; each has logs of its own.
+    pub attempt: usize,
+}
+
+/// Where a run goes on.
+#[derive(Clone, Copy)]
+pub struct Resume<'a> {
+    /// State of both sides.
+    pub checkpoint: &'a RunCheckpoint,
+    /// Counts the times that the run was restored, from 1.
+    pub epoch: u32,
+    /// Another build of a solver may take over.
+    pub accept_other_build: bool,
+}
+
+impl Resume<'_> {
+    /// The state of `role`, as the solver that `description` describes may take it over.
+    ///
+    /// # Errors
+    /// When it may not, with all differences.
+    fn side_for(&self, role: Role, description: &Description) -> Result<CheckpointData, Failure> {
+        let side = self.checkpoint.sides.iter().find(|side| side.header.role == role);
+        let mut side = side.cloned().ok_or_else(|| {
+            Failure::input(format!("the checkpoint holds no {role} solver, but the case has one"))
+        })?;
+        let [fatal, build] = side.header.differences(description, role);
+        if !fatal.is_empty() {
+            let list = fatal.join("\n  ");
+            return Err(Failure::input(format!(
+                "the {role} solver cannot go on from the checkpoint:\n  {list}\nuse the program and a machine that wrote it"
+            )));
+        }
+        if !build.is_empty() && !self.accept_other_build {
+            let list = build.join("\n  ");
+            return Err(Failure::input(format!(
+                "the {role} solver is of another build than the checkpoint:\n  {list}\nuse the program that wrote it, or \
+                 add `--accept-other-build`: the results need not be those of an undisturbed run then"
+            )));
+        }
+        side.header.name.clone_from(&description.name);
+        side.header.version.clone_from(&description.version);
+        side.header.build.clone_from(&description.build);
+        Ok(side)
     }
 }
 
@@ -70,19 +142,21 @@ impl From<RpcError> for Failure {
 }
 
 impl Remote {
-    /// Starts or attaches to the servers of `plans`, compares what they say, and links them.
+    /// Starts or attaches to the servers of `plans`, compares what they say, and links them. The run is coupled by the
+    /// first of `with.kinds` that all servers offer.
     ///
     /// # Errors
     /// When a server cannot be started or reached, is no fitting solver, or refuses the set-up; all differences
     /// between both sides are named at once.
-    pub async fn start(plans: Vec<Plan>, threads: Option<usize>, logs: &Path) -> Result<Self, Failure> {
+    pub async fn start(mut plans: Vec<Plan>, with: Start<'_>) -> Result<Self, Failure> {
         let holder = format!("coordinator, process {}", std::process::id());
         let access = RunAccess::new(&holder)?;
         let mut servers = Vec::new();
         for plan in &plans {
             let role = role_of(&plan.setup);
-            let log: PathBuf = logs.join(format!("{role}-server.log"));
-            let server = Server::start(role, &plan.source, threads, &log).await?;
+            let attempt = if with.attempt == 0 { String::new() } else { format!("-{}", with.attempt) };
+            let log: PathBuf = with.logs.join(format!("{role}-server{attempt}.log"));
+            let server = Server::start(role, &plan.source, with.threads, &log).await?;
             let unreachable = |e: RpcError| {
                 let at = &server.address;
                 Failure::server(format!(
@@ -90,11 +164,17 @@ impl Remote {
                      `[servers]` of the case"
                 ))
             };
-            let deadlines = Deadlines::default();
             let mut client =
-                ParticipantClient::connect(&server.address, deadlines).await.map_err(unreachable)?;
+                ParticipantClient::connect(&server.address, with.deadlines).await.map_err(unreachable)?;
             let description = client.describe().await.map_err(unreachable)?;
-            let reasons = handshake::unfit(&description, role, plan.setup.run());
+            servers.push((server, client, description));
+        }
+        let descriptions: Vec<_> = servers.iter().map(|(_, _, description)| description).collect();
+        let kind = handshake::coupling_kind(with.kinds, &descriptions);
+        for (plan, (server, _, description)) in plans.iter_mut().zip(&servers) {
+            let role = role_of(&plan.setup);
+            plan.setup.set_coupling_kind(kind);
+            let reasons = handshake::unfit(description, role, plan.setup.run());
             if !reasons.is_empty() {
                 let list = reasons.join("\n  ");
                 let at = &server.address;
@@ -102,12 +182,19 @@ impl Remote {
                     "the server at {at} cannot be the {role} of this run:\n  {list}"
                 )));
             }
-            servers.push((server, client));
         }
         let mut opened = Vec::new();
-        for (plan, (server, mut client)) in plans.iter().zip(servers) {
-            let report = client.open(&plan.setup, &access).await?;
-            opened.push(RemoteParticipant { report, server, client });
+        for (plan, (server, mut client, description)) in plans.iter().zip(servers) {
+            let role = role_of(&plan.setup);
+            let side = with.resume.map(|resume| resume.side_for(role, &description)).transpose()?;
+            let saves = description.capabilities.checkpoint;
+            let mut report = client.open(&plan.setup, &access).await?;
+            if let (Some(side), Some(resume)) = (side, with.resume) {
+                let restored = client.restore(&side, resume.epoch).await?;
+                report.extent = restored.extent;
+                report.time_step_limit = restored.time_step_limit;
+            }
+            opened.push(RemoteParticipant { report, server, client, saves });
         }
         let mut remote = Self { servers: opened };
         if let Err(failure) = remote.link().await {
@@ -145,23 +232,39 @@ impl Remote {
     /// # Errors
     /// When a server does not take it up.
     pub async fn run(&mut self) -> Result<Participants, Failure> {
-        let (events, received) = mpsc::channel::<(Role, EventResult)>(PENDING_EVENTS);
+        let (events, received) = mpsc::channel::<(Role, NewsResult)>(PENDING_EVENTS);
         let mut lines = Vec::new();
         for server in &mut self.servers {
             let role = server.report.role;
             let (commands, mut incoming) = server.client.run().await?;
-            lines.push((role, CommandLine::Server(commands)));
+            lines.push((role, CommandLine::Server(commands, Box::new(server.client.clone()))));
             let events = events.clone();
             tokio::spawn(async move {
                 while let Some(event) = incoming.recv().await {
-                    let event = event.map_err(|e| Failure::new(Kind::Lost, e.to_string()));
+                    let event = event
+                        .map(|event| News::Event(Box::new(event)))
+                        .map_err(|e| Failure::new(Kind::Lost, e.to_string()));
                     if events.send((role, event)).await.is_err() {
                         return;
                     }
                 }
             });
         }
-        Ok(Participants::new(lines, received))
+        let checkpoints = self.servers.iter().all(|server| server.saves);
+        Ok(Participants::new(lines, received, events, checkpoints))
+    }
+
+    /// Ends the servers that were started for the run, those that do not answer too, and closes the run on the others.
+    pub async fn kill(self) {
+        for mut server in self.servers {
+            if server.is_child() {
+                server.server.kill().await;
+            } else {
+                // One that does not answer frees itself after its lease.
+                let closing = tokio::time::timeout(CLOSE_DEADLINE, server.client.close());
+                drop(closing.await);
+            }
+        }
     }
 
     /// Closes the run on all servers and ends those that were started for it.

@@ -2,30 +2,33 @@
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::time::Instant;
+use std::time::Duration;
 
 use sha2::{Digest, Sha256};
-use sph::setup::ParticipantSetup;
+use sph::setup::{CouplingKind, ParticipantSetup};
 use sph::solver::Role;
 use tokio::sync::mpsc;
 
 use crate::case::{self, Case};
-use crate::cli::RunArguments;
-use crate::control::{self, Ending, StopWish};
-use crate::failure::Failure;
+use crate::checkpoint::{RunCheckpoint, Store};
+use crate::cli::{RunArguments, RunOptions};
+use crate::control::{self, Ending, Resumed, StopWish};
+use crate::failure::{Failure, Kind};
 use crate::header;
 use crate::in_process::{self, ThreadParticipant};
+use crate::keeper::{Keeper, Schedule};
 use crate::launch::Source;
 use crate::output::directory::{self, Existing, OutputDirectory, write_file};
 use crate::output::process::Process;
 use crate::output::report::{self, ReportData};
 use crate::output::state;
-use crate::output::summary::{self, LedgerSummary, Participant, Span, Summary, Verdict};
+use crate::output::summary::{self, Checkpoints, LedgerSummary, Participant, Span, Summary, Verdict};
 use crate::output::table::Table;
-use crate::participants::{CommandLine, EventResult, Participants};
+use crate::participants::{CommandLine, NewsResult, Participants};
 use crate::progress::Progress;
 use crate::recorder::{Recorded, Recorder};
-use crate::remote::{Plan, Remote};
+use crate::remote::{Plan, Remote, Resume, Start};
+use crate::resume;
 
 /// Events that may wait for the coordinator when solvers are threads.
 const PENDING_EVENTS: usize = 256;
@@ -38,36 +41,67 @@ const LOGS: &str = "logs";
 /// When the case is wrong, a server is not to be had, an output cannot be written, or the run ends out of order; what
 /// was computed until then is written in every case.
 pub fn run(arguments: &RunArguments) -> Result<(), Failure> {
-    if let Some(path) = arguments.arithmetic {
-        sph::lanes::force(path).map_err(Failure::input)?;
-    }
+    arguments.options.force_arithmetic()?;
     let case = load(&arguments.case)?;
     let out = arguments.out.clone().unwrap_or_else(|| default_folder(&arguments.case));
     let existing = if arguments.force { Existing::Replace } else { Existing::Refuse };
     let directory = OutputDirectory::create(&out, existing)?;
+    let options = arguments.options.clone();
+    execute(&Job { case, directory, options, resume: None, accept_other_build: false })
+}
+
+/// A run to be made, or to go on.
+pub struct Job {
+    /// What is computed.
+    pub case: Case,
+    /// Where results go.
+    pub directory: OutputDirectory,
+    /// How it is run.
+    pub options: RunOptions,
+    /// Where it goes on.
+    pub resume: Option<RunCheckpoint>,
+    /// Another build of a solver may take over.
+    pub accept_other_build: bool,
+}
+
+/// Makes a run.
+///
+/// # Errors
+/// As [`run`].
+pub fn execute(job: &Job) -> Result<(), Failure> {
+    let out = job.directory.path();
     let runtime = tokio::runtime::Builder::new_current_thread()
         .enable_all()
         .build()
         .map_err(|e| Failure::internal(format!("cannot start the runtime: {e}")))?;
-    let outcome = runtime.block_on(run_in(arguments, &case, &directory));
+    let outcome = runtime.block_on(run_in(job));
     // Blocking readers of a child's output may linger; nothing waits for them.
     runtime.shutdown_background();
-    let ending = outcome?;
-    directory.complete()?;
-    if !arguments.quiet {
+    let ending = outcome.map_err(|failure| with_way_on(failure, job))?;
+    job.directory.complete()?;
+    if !job.options.quiet {
         eprintln!("results in {}", out.display());
     }
     match ending {
         Ending::Completed => Ok(()),
-        Ending::Stopped => Err(Failure::new(
-            crate::failure::Kind::Stopped,
-            format!(
-                "stopped from outside before the end time; results up to there are complete in {}",
-                out.display()
-            ),
-        )),
-        Ending::Failed(failure) => Err(failure),
+        Ending::Stopped => {
+            let text = "stopped from outside before the end time at a step boundary; results up to there are complete in";
+            Err(with_way_on(Failure::new(Kind::Stopped, format!("{text} {}", out.display())), job))
+        }
+        Ending::Failed(failure) | Ending::Lost { failure, .. } => Err(with_way_on(failure, job)),
     }
+}
+
+/// Adds the command that goes on, where there is a checkpoint and going on may help.
+fn with_way_on(mut failure: Failure, job: &Job) -> Failure {
+    let helps =
+        matches!(failure.kind, Kind::Lost | Kind::Stopped | Kind::Output | Kind::Ledger | Kind::Server);
+    let store = Store::new(job.directory.file(directory::CHECKPOINTS));
+    if helps && store.newest().checkpoint.is_some() {
+        let command = resume::command(job.directory.path());
+        failure.message.push_str(&format!("\ngo on from the last checkpoint with `{command}`"));
+    }
+    failure
 }
 
 /// Reads and checks a case file.
@@ -88,35 +122,175 @@ enum Solvers {
     Servers(Remote),
 }
 
-async fn run_in(
-    arguments: &RunArguments,
-    case: &Case,
-    directory: &OutputDirectory,
-) -> Result<Ending, Failure> {
+async fn run_in(job: &Job) -> Result<Ending, Failure> {
+    let Job { case, directory, options, .. } = job;
     let resolved = case.resolved_toml();
     write_file(&directory.file(directory::CASE), |file| {
         std::io::Write::write_all(file, resolved.as_bytes())
     })?;
     let mut wishes = watch_signals()?;
-    let (mut solvers, mut participants) = start(arguments, case, directory).await?;
-    let facts = header::facts(case, solvers.remote());
-    if !arguments.quiet {
-        header::print_start(&facts, &case.summary().warnings);
+    let mut keeper =
+        Keeper::new(directory.file(directory::CHECKPOINTS), schedule(case, options), case.identity());
+    let mut from = job.resume.clone();
+    let mut restarts: Vec<String> = Vec::new();
+    let most = options.max_restarts.unwrap_or(case.checkpoint().max_restarts);
+    loop {
+        let attempt = Attempt { job, from: from.as_ref(), number: restarts.len() };
+        let run = attempt.make(&mut keeper, &mut wishes).await?;
+        let (roles, failure) = match &run.ending {
+            Ending::Lost { roles, failure }
+                if (restarts.len() as u64) < most && run.solvers.may_restart(roles) =>
+            {
+                (roles, failure)
+            }
+            _ => return finish(job, &resolved, run, &keeper, restarts).await,
+        };
+        let lost = roles.iter().map(Role::to_string).collect::<Vec<_>>().join(" and ");
+        let lost = if lost.is_empty() { "the connection".to_owned() } else { format!("the {lost} solver") };
+        run.solvers.kill().await;
+        drop(run.recorder);
+        from = keeper.store().newest().checkpoint;
+        let step = from.as_ref().map_or(0, |checkpoint| checkpoint.step);
+        let text = format!("{}\nstarting {lost} again and going on from step {step}", failure.message);
+        eprintln!("{text}, restart {} of {most}", restarts.len() + 1);
+        restarts.push(text);
     }
-    let roles = participants.roles();
+}
+
+fn schedule(case: &Case, options: &RunOptions) -> Schedule {
+    let table = case.checkpoint();
+    Schedule {
+        every_steps: options.checkpoint_every_steps.or(table.every_steps),
+        every_wall: Duration::from_secs_f64(options.checkpoint_every_wall.unwrap_or(table.every_wall_s)),
+    }
+}
+
+/// One attempt at a run: from its start, or from a checkpoint.
+struct Attempt<'a> {
+    job: &'a Job,
+    from: Option<&'a RunCheckpoint>,
+    number: usize,
+}
+
+/// A run that has ended, its solvers still there.
+struct Made<'a> {
+    ending: Ending,
+    solvers: Solvers,
+    recorder: Recorder<'a>,
+    facts: Vec<header::Fact>,
+}
+
+impl<'a> Attempt<'a> {
+    async fn make(
+        &self,
+        keeper: &mut Keeper,
+        wishes: &mut mpsc::Receiver<StopWish>,
+    ) -> Result<Made<'a>, Failure> {
+        let Job { case, directory, options, .. } = self.job;
+        let (mut solvers, mut participants) = self.start().await?;
+        let facts = header::facts(case, solvers.remote());
+        if !options.quiet && self.number == 0 {
+            header::print_start(&facts, &case.summary().warnings);
+        }
+        let roles = participants.roles();
+        let mut setup = case.run_setup();
+        if let (Some(coupling), Some(kind)) = (&mut setup.coupling, solvers.coupling_kind()) {
+            coupling.kind = kind;
+        }
+        let progress = Progress::new(setup.time, options.quiet);
+        let (mut recorder, resumed) = match self.from {
+            Some(checkpoint) => {
+                keeper.resume(checkpoint);
+                let state = &checkpoint.outputs.recorder;
+                let resumed = Resumed { step: checkpoint.step, impulse: state.impulse };
+                (Recorder::resume(directory, case, &roles, progress, state)?, Some(resumed))
+            }
+            None => (Recorder::create(directory, case, &roles, progress)?, None),
+        };
+        let window = options.window;
+        let driven =
+            control::drive(&mut participants, &setup, window, resumed, &mut recorder, keeper, wishes).await;
+        drop(participants);
+        match driven {
+            Ok(ending) => Ok(Made { ending, solvers, recorder, facts }),
+            Err(failure) => {
+                solvers.end().await;
+                // The cause is told; what the tables hold stays under their partial names.
+                drop(recorder.finish());
+                Err(failure)
+            }
+        }
+    }
+
+    async fn start(&self) -> Result<(Solvers, Participants), Failure> {
+        let Job { case, directory, options, accept_other_build, .. } = self.job;
+        let threads = options.threads.map(usize::from);
+        if options.in_process {
+            let (events, received) = mpsc::channel::<(Role, NewsResult)>(PENDING_EVENTS);
+            let from = self.from;
+            let threads = in_process::start(case.fluid_setup(), case.solid_setup(), threads, from, &events)?;
+            let lines = threads.iter().map(|t| (t.role, CommandLine::Thread(t.commands.clone()))).collect();
+            return Ok((Solvers::Threads(threads), Participants::new(lines, received, events, true)));
+        }
+        let logs = directory.file(LOGS);
+        std::fs::create_dir_all(&logs)
+            .map_err(|e| Failure::output(format!("cannot create `{}`: {e}", logs.display())))?;
+        let mut plans = Vec::new();
+        if let Some(setup) = case.fluid_setup() {
+            let source = options.fluid_source().unwrap_or_else(|| source_of(&case.servers.fluid));
+            plans.push(Plan { setup: ParticipantSetup::Fluid(setup), source });
+        }
+        if let Some(setup) = case.solid_setup() {
+            let source = options.solid_source().unwrap_or_else(|| source_of(&case.servers.solid));
+            plans.push(Plan { setup: ParticipantSetup::Solid(setup), source });
+        }
+        let mut deadlines = case.deadlines();
+        if let Some(silence) = options.silence {
+            deadlines.silence = Duration::from_secs_f64(silence);
+        }
+        let accept_other_build = *accept_other_build;
+        // Attempts are limited to some thousand.
+        let epoch = u32::try_from(self.number + 1).unwrap_or(u32::MAX);
+        let resume = self.from.map(|checkpoint| Resume { checkpoint, epoch, accept_other_build });
+        let kinds = case.coupling_kinds();
+        let with = Start { kinds: &kinds, threads, logs: &logs, deadlines, resume, attempt: self.number };
+        let mut remote = Remote::start(plans, with).await?;
+        match remote.run().await {
+            Ok(participants) => Ok((Solvers::Servers(remote), participants)),
+            Err(failure) => {
+                remote.end().await;
+                Err(failure)
+            }
+        }
+    }
+}
+
+/// Completes the outputs of a run.
+async fn finish(
+    job: &Job,
+    resolved: &str,
+    run: Made<'_>,
+    keeper: &Keeper,
+    restarts: Vec<String>,
+) -> Result<Ending, Failure> {
+    let Job { case, directory, options, .. } = job;
+    let Made { ending, mut solvers, recorder, facts } = run;
     let setup = case.run_setup();
-    let progress = Progress::new(setup.time, arguments.quiet);
-    let mut recorder = Recorder::create(directory, case, &roles, progress)?;
-    let started = Instant::now();
-    let ending =
-        control::drive(&mut participants, &setup, arguments.window, &mut recorder, &mut wishes).await;
-    let wall_seconds = started.elapsed().as_secs_f64();
-    let sides = roles.iter().map(|role| (*role, solvers.participant(*role))).collect();
-    drop(participants);
-    solvers.end().await;
+    let roles = [Role::Fluid, Role::Solid];
+    let sides: Vec<_> = roles
+        .iter()
+        .filter(|role| has(case, **role))
+        .map(|role| (*role, solvers.participant(*role)))
+        .collect();
+    match ending {
+        Ending::Lost { .. } => solvers.kill().await,
+        _ => solvers.end().await,
+    }
     let recorded = recorder.finish()?;
-    let ending = ending?;
-    let summary = summarise(case, &resolved, &ending, wall_seconds, &recorded, sides, arguments.in_process);
+    let mut summary =
+        summarise(case, resolved, &ending, keeper.wall_seconds(), &recorded, sides, options.in_process);
+    summary.checkpoints = keeper.figures().clone();
+    summary.restarts = restarts;
     summary.write(&directory.file(directory::SUMMARY))?;
     let data = ReportData {
         title: case.name.clone(),
@@ -137,43 +311,16 @@ async fn run_in(
         ledger: Table::read(&directory.file(directory::LEDGER))?,
     };
     report::write(&directory.file(directory::REPORT), &data)?;
-    if !arguments.quiet {
+    if !options.quiet {
         header::print_results(&summary);
     }
     Ok(ending)
 }
 
-async fn start(
-    arguments: &RunArguments,
-    case: &Case,
-    directory: &OutputDirectory,
-) -> Result<(Solvers, Participants), Failure> {
-    let threads = arguments.threads.map(usize::from);
-    if arguments.in_process {
-        let (events, received) = mpsc::channel::<(Role, EventResult)>(PENDING_EVENTS);
-        let threads = in_process::start(case.fluid_setup(), case.solid_setup(), threads, &events)?;
-        let lines = threads.iter().map(|t| (t.role, CommandLine::Thread(t.commands.clone()))).collect();
-        return Ok((Solvers::Threads(threads), Participants::new(lines, received)));
-    }
-    let logs = directory.file(LOGS);
-    std::fs::create_dir_all(&logs)
-        .map_err(|e| Failure::output(format!("cannot create `{}`: {e}", logs.display())))?;
-    let mut plans = Vec::new();
-    if let Some(setup) = case.fluid_setup() {
-        let source = arguments.fluid_source().unwrap_or_else(|| source_of(&case.servers.fluid));
-        plans.push(Plan { setup: ParticipantSetup::Fluid(setup), source });
-    }
-    if let Some(setup) = case.solid_setup() {
-        let source = arguments.solid_source().unwrap_or_else(|| source_of(&case.servers.solid));
-        plans.push(Plan { setup: ParticipantSetup::Solid(setup), source });
-    }
-    let mut remote = Remote::start(plans, threads, &logs).await?;
-    match remote.run().await {
-        Ok(participants) => Ok((Solvers::Servers(remote), participants)),
-        Err(failure) => {
-            remote.end().await;
-            Err(failure)
-        }
+fn has(case: &Case, role: Role) -> bool {
+    match role {
+        Role::Fluid => case.file().fluid.is_some(),
+        Role::Solid => case.file().solid.is_some(),
     }
 }
 
@@ -191,6 +338,11 @@ impl Solvers {
             Solvers::Threads(_) => None,
             Solvers::Servers(remote) => Some(remote),
         }
+    }
+
+    /// The kind of coupling that the servers agreed on.
+    fn coupling_kind(&self) -> Option<CouplingKind> {
+        self.remote().and_then(|remote| remote.servers.first()).map(|server| server.report.coupling_kind)
     }
 
     /// Where the solver of `role` ran and what it used; taken before it ends.
@@ -216,6 +368,22 @@ impl Solvers {
             Solvers::Threads(threads) => threads.into_iter().for_each(ThreadParticipant::join),
             Solvers::Servers(remote) => remote.end().await,
         }
+    }
+
+    /// Ends the solvers though one of them may be frozen.
+    async fn kill(self) {
+        match self {
+            // A thread that hangs cannot be ended.
+            Solvers::Threads(_) => {}
+            Solvers::Servers(remote) => remote.kill().await,
+        }
+    }
+
+    /// Whether this program can start those of `roles` again.
+    fn may_restart(&self, roles: &[Role]) -> bool {
+        self.remote().is_some_and(|remote| {
+            remote.servers.iter().all(|s| !roles.contains(&s.report.role) || s.is_child())
+        })
     }
 }
 
@@ -256,7 +424,7 @@ fn summarise(
     let (verdict, reason) = match ending {
         Ending::Completed => (Verdict::Completed, "the end time was reached".to_owned()),
         Ending::Stopped => (Verdict::Stopped, "stopped from outside at a step boundary".to_owned()),
-        Ending::Failed(failure) => (Verdict::Failed, failure.message.clone()),
+        Ending::Failed(failure) | Ending::Lost { failure, .. } => (Verdict::Failed, failure.message.clone()),
     };
     let mut participants = [None, None];
     for (role, mut participant) in sides {
@@ -286,6 +454,8 @@ fn summarise(
         fluid,
         solid,
         coordinator: Process::own(),
+        checkpoints: Checkpoints::default(),
+        restarts: Vec::new(),
         in_process,
         case_digest: digest(resolved),
         versions: BTreeMap::from([

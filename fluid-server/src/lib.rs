@@ -5,6 +5,7 @@ use std::process::ExitCode;
 
 use proto::description::{Constants, Description, Fact};
 use proto::service::{Opened, SetupProblems, SolverFactory};
+use sph::lanes::Arithmetic;
 use sph::setup::{Coupling, ParticipantSetup};
 use sph::solver::Role;
 
@@ -16,12 +17,9 @@ pub struct FluidFactory;
 
 impl SolverFactory for FluidFactory {
     fn describe(&self) -> Description {
-        Description::of_solver(
-            "fluid-server",
-            env!("CARGO_PKG_VERSION"),
-            Role::Fluid,
-            sph::lanes::Arithmetic::chosen().name(),
-        )
+        let version = env!("CARGO_PKG_VERSION");
+        let description = Description::of_solver("fluid-server", version, Role::Fluid, Arithmetic::chosen().name());
+        Description { build: env!("TIDELOCK_BUILD").into(), ..description }
     }
 
     fn open(&self, setup: ParticipantSetup) -> Result<Opened, SetupProblems> {

@@ -11,6 +11,7 @@ use tokio_util::sync::CancellationToken;
 use tonic::Streaming;
 use tonic::transport::Channel;
 
+use crate::checkpoint::{CheckpointAssembler, CheckpointData, RestoreReport};
 use crate::convert::{
     BatchItem, Beat, Convert, Path, SnapshotAssembler, WireError, decode_batch, encode_command,
 };
@@ -21,8 +22,6 @@ use crate::transport::{self, Token};
 use crate::wire;
 use crate::wire::participant_client::ParticipantClient as WireClient;
 
-/// Epoch of a run that was never restored.
-const FIRST_EPOCH: u32 = 0;
 /// Commands that may wait for the transport.
 const PENDING_COMMANDS: usize = 16;
 /// Events that may wait for the coordinator; then the server waits.
@@ -53,7 +52,7 @@ impl Default for Deadlines {
             describe: Duration::from_secs(10),
             call: Duration::from_secs(30),
             open: Duration::from_secs(300),
-            silence: Duration::from_secs(60),
+            silence: Duration::from_secs(20),
         }
     }
 }
@@ -100,6 +99,8 @@ pub struct ParticipantClient {
     address: String,
     deadlines: Deadlines,
     run: Option<(String, Token)>,
+    /// Counts the restores of the run.
+    epoch: u32,
 }
 
 impl ParticipantClient {
@@ -112,7 +113,7 @@ impl ParticipantClient {
             .await
             .map_err(|problem| RpcError::new(RpcCode::Unavailable, "connect", address, problem))?;
         let inner = WireClient::new(channel).max_decoding_message_size(MAX_MESSAGE_BYTES);
-        Ok(Self { inner, address: address.to_owned(), deadlines, run: None })
+        Ok(Self { inner, address: address.to_owned(), deadlines, run: None, epoch: 0 })
     }
 
     /// Address of the server.
@@ -156,6 +157,7 @@ impl ParticipantClient {
         };
         let reply = within(self.deadlines.open, "Open", &self.address, self.inner.open(request)).await?;
         self.run = Some((run_id.clone(), access.token.clone()));
+        self.epoch = 0;
         let report = self.accept("Open", OpenReport::from_wire(&reply, &Path::root("reply")))?;
         if report.run_id != run_id {
             let message = format!("the reply is for run {:?}, expected {run_id:?}", report.run_id);
@@ -195,6 +197,7 @@ impl ParticipantClient {
         let over = CancellationToken::new();
         let run = RunStreams {
             run_id: run_id.clone(),
+            epoch: self.epoch,
             address: self.address.clone(),
             silence: self.deadlines.silence,
             batches,
@@ -204,10 +207,59 @@ impl ParticipantClient {
             beats,
             over: over.clone(),
         };
-        tokio::spawn(forward_commands(run_id, ordered, to_server, over.clone()));
+        tokio::spawn(forward_commands(run_id, self.epoch, ordered, to_server, over.clone()));
         tokio::spawn(run.forward());
         let sender = CommandSender { commands, over, address: self.address.clone() };
         Ok((sender, EventReceiver { events: received, latest_beat }))
+    }
+
+    /// The state at the boundary of `step` completed steps, where the solver must be waiting for a grant.
+    ///
+    /// # Errors
+    /// When the solver is elsewhere, or does not answer.
+    pub async fn checkpoint(&mut self, step: u64) -> Result<CheckpointData, RpcError> {
+        let (run_id, token) = self.opened("Checkpoint")?;
+        let request = token.attach(wire::CheckpointRequest { run_id, epoch: self.epoch, step });
+        let deadline = self.deadlines.call;
+        let mut chunks =
+            within(deadline, "Checkpoint", &self.address, self.inner.checkpoint(request)).await?;
+        let mut assembler = CheckpointAssembler::new(u64::MAX);
+        loop {
+            let chunk = within_stream(deadline, "Checkpoint", &self.address, chunks.message()).await?;
+            let Some(chunk) = chunk else {
+                let text = "the stream ended before its trailer";
+                return Err(self.error(RpcCode::Malformed, "Checkpoint", text));
+            };
+            if let Some(data) = self.accept("Checkpoint", assembler.take(chunk.part.map(Into::into)))? {
+                return Ok(data);
+            }
+        }
+    }
+
+    /// Replaces the state of the run just opened by `checkpoint`; the run then goes on under `epoch`, at least 1 and
+    /// the same on both sides.
+    ///
+    /// # Errors
+    /// When the server refuses it, naming the difference, or holds something else afterwards; the run is then over.
+    pub async fn restore(
+        &mut self,
+        checkpoint: &CheckpointData,
+        epoch: u32,
+    ) -> Result<RestoreReport, RpcError> {
+        let (run_id, token) = self.opened("Restore")?;
+        let chunks: Vec<_> = checkpoint
+            .parts()
+            .map(|part| wire::RestoreChunk { run_id: run_id.clone(), epoch, part: Some(part.into()) })
+            .collect();
+        let request = token.attach(tokio_stream::iter(chunks));
+        let answer = self.inner.restore(request);
+        let reply = within(self.deadlines.open, "Restore", &self.address, answer).await?;
+        if *reply.sha256 != checkpoint.sha256 {
+            let text = "the server holds another state than the one that it was given";
+            return Err(self.error(RpcCode::Malformed, "Restore", text));
+        }
+        self.epoch = epoch;
+        self.accept("Restore", RestoreReport::from_wire(&reply))
     }
 
     /// Ends the run, whatever its state, and frees the server; does nothing when there is none.
@@ -250,6 +302,16 @@ async fn within<T>(
             Err(RpcError::new(RpcCode::DeadlineExceeded, call, address, message))
         }
     }
+}
+
+/// The next message of a stream, bounded in time.
+async fn within_stream<T>(
+    deadline: Duration,
+    call: &'static str,
+    address: &str,
+    message: impl Future<Output = Result<Option<T>, tonic::Status>>,
+) -> Result<Option<T>, RpcError> {
+    within(deadline, call, address, async { message.await.map(tonic::Response::new) }).await
 }
 
 /// The way of commands to a running participant. May be dropped or cloned freely.
@@ -297,6 +359,7 @@ impl EventReceiver {
 /// Passes commands on until the run is over; keeps the server's request side open till then.
 async fn forward_commands(
     run_id: String,
+    epoch: u32,
     mut ordered: mpsc::UnboundedReceiver<Command>,
     to_server: mpsc::Sender<wire::Command>,
     over: CancellationToken,
@@ -308,7 +371,7 @@ async fn forward_commands(
         };
         let Some(command) = command else { break };
         // A server that takes no more tells why on the stream of events.
-        drop(to_server.send(encode_command(&run_id, FIRST_EPOCH, command)).await);
+        drop(to_server.send(encode_command(&run_id, epoch, command)).await);
     }
     over.cancelled().await;
 }
@@ -316,6 +379,7 @@ async fn forward_commands(
 /// The server's streams of one run.
 struct RunStreams {
     run_id: String,
+    epoch: u32,
     address: String,
     silence: Duration,
     batches: Streaming<wire::EventBatch>,
@@ -347,10 +411,10 @@ impl RunStreams {
     async fn forward_all(&mut self) -> Result<(), RpcError> {
         loop {
             let batch = self.next_batch().await?;
-            if batch.run_id != self.run_id || batch.epoch != FIRST_EPOCH {
+            if batch.run_id != self.run_id || batch.epoch != self.epoch {
                 let text = format!(
-                    "events are of run {:?}, epoch {}; expected {:?}, epoch {FIRST_EPOCH}",
-                    batch.run_id, batch.epoch, self.run_id
+                    "events are of run {:?}, epoch {}; expected {:?}, epoch {}",
+                    batch.run_id, batch.epoch, self.run_id, self.epoch
                 );
                 return Err(self.malformed(text));
             }
@@ -372,7 +436,11 @@ impl RunStreams {
         match tokio::time::timeout(self.silence, self.batches.message()).await {
             Ok(Ok(Some(batch))) => Ok(batch),
             Ok(Ok(None)) => Err(self.lost("the server ended the stream before its last event")),
-            Ok(Err(status)) => Err(RpcError::from_status("Run", &self.address, &status)),
+            Ok(Err(status)) => {
+                let mut error = RpcError::from_status("Run", &self.address, &status);
+                error.message = format!("{}; {}", error.message, self.doing());
+                Err(error)
+            }
             Err(_) => Err(self.silent()),
         }
     }
@@ -386,6 +454,7 @@ impl RunStreams {
             }
             BatchItem::Step(report) => (Event::Step(*report), false),
             BatchItem::Probes(values) => (Event::Probes(values), false),
+            BatchItem::Held(held) => (Event::Held(held), false),
             BatchItem::Snapshot { index, .. } => (Event::Snapshot(self.snapshot(index).await?), false),
             BatchItem::Finished { step, time, reached_end, counts, state_index } => {
                 let state = self.snapshot(state_index).await?;
@@ -426,14 +495,20 @@ impl RunStreams {
     }
 
     fn lost(&self, message: &str) -> RpcError {
+        let message = format!("{message}; {}", self.doing());
         RpcError::new(RpcCode::Unavailable, "Run", &self.address, message)
     }
 
+    /// What the server did when it was heard last.
+    fn doing(&self) -> String {
+        self.beats.borrow().map_or_else(
+            || "it never gave a sign of life".to_owned(),
+            |beat| format!("at its last sign of life it was {beat}"),
+        )
+    }
+
     fn silent(&self) -> RpcError {
-        let doing = self.beats.borrow().map_or_else(
-            || "it never gave one".to_owned(),
-            |beat| format!("at the last one it had completed {} steps and was {:?}", beat.step, beat.phase),
-        );
+        let doing = self.doing();
         let message = format!("no sign of life for {} s; {doing}", self.silence.as_secs_f64());
         RpcError::new(RpcCode::DeadlineExceeded, "Run", &self.address, message)
     }

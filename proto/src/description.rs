@@ -4,8 +4,9 @@ use std::fmt;
 use std::time::Duration;
 
 use sph::domain::Domain;
-use sph::exchange::Extent;
+use sph::exchange::{Extent, FrameContent};
 use sph::kernel::CubicSpline;
+pub use sph::setup::CouplingKind;
 use sph::setup::{BodyForce, Coupling, InterfaceLaw, RunSetup, TimePlan};
 use sph::solver::{Counts, Role};
 
@@ -19,21 +20,12 @@ pub struct ProtocolVersion {
 }
 
 /// Version that this crate speaks.
-pub const PROTOCOL: ProtocolVersion = ProtocolVersion { major: 1, minor: 0 };
+pub const PROTOCOL: ProtocolVersion = ProtocolVersion { major: 1, minor: 1 };
 
 impl fmt::Display for ProtocolVersion {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}.{}", self.major, self.minor)
     }
-}
-
-/// What a solid offers to the fluid and gets from it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum CouplingKind {
-    /// Both sides receive the other's interface states and evaluate the same pair law.
-    States,
-    /// The solid sends samples and receives the force on each; of a later version.
-    Loads,
 }
 
 /// A field of interface states.
@@ -49,6 +41,10 @@ pub enum FrameField {
     Pressure,
     /// σ \[Pa\].
     Stress,
+    /// Volume of a sample \[m²\].
+    Volume,
+    /// Force on a sample \[N/m\].
+    Force,
 }
 
 impl FrameField {
@@ -60,6 +56,8 @@ impl FrameField {
             Self::Density => "density",
             Self::Pressure => "pressure",
             Self::Stress => "stress",
+            Self::Volume => "volume",
+            Self::Force => "force",
         }
     }
 
@@ -71,16 +69,33 @@ impl FrameField {
             Self::Density => ("kg/m3", 1),
             Self::Pressure => ("Pa", 1),
             Self::Stress => ("Pa", 3),
+            Self::Volume => ("m2", 1),
+            Self::Force => ("N/m", 2),
         };
         FieldSpec { field: self, unit: unit.into(), components }
     }
 
-    /// Fields that the frames of `role` carry under `law`.
-    pub fn sent_by(role: Role, law: InterfaceLaw) -> &'static [FrameField] {
-        use FrameField::{Density, Position, Pressure, Stress, Velocity};
-        match (role, law) {
-            (Role::Solid, InterfaceLaw::PlainSum) => &[Position, Velocity, Density, Pressure, Stress],
-            _ => &[Position, Velocity, Density, Pressure],
+    /// Fields that the frames of `role` carry under `law` and `kind`.
+    pub fn sent_by(role: Role, law: InterfaceLaw, kind: CouplingKind) -> &'static [FrameField] {
+        use FrameField::{Density, Force, Position, Pressure, Stress, Velocity, Volume};
+        match (kind, role, law) {
+            (CouplingKind::Loads, Role::Fluid, _) => &[Force],
+            (CouplingKind::Loads, Role::Solid, _) => &[Position, Velocity, Volume],
+            (CouplingKind::States, Role::Solid, InterfaceLaw::PlainSum) => {
+                &[Position, Velocity, Density, Pressure, Stress]
+            }
+            (CouplingKind::States, ..) => &[Position, Velocity, Density, Pressure],
+        }
+    }
+
+    /// What frames of these fields are.
+    pub fn content(fields: &[FrameField]) -> FrameContent {
+        if fields.contains(&FrameField::Force) {
+            FrameContent::Forces
+        } else if fields.contains(&FrameField::Volume) {
+            FrameContent::Samples
+        } else {
+            FrameContent::States
         }
     }
 }

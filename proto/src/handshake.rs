@@ -7,6 +7,15 @@ use sph::vector::DIMENSIONS;
 
 use crate::description::{Constants, CouplingKind, Description, FieldSpec, OpenReport, PROTOCOL};
 
+/// The first of the kinds `acceptable` that every participant offers; the first of all when they share none, which
+/// [`unfit`] then tells.
+pub fn coupling_kind(acceptable: &[CouplingKind], descriptions: &[&Description]) -> CouplingKind {
+    let shared = |kind: &&CouplingKind| {
+        descriptions.iter().all(|description| description.coupling_kinds.contains(kind))
+    };
+    acceptable.iter().find(shared).or(acceptable.first()).copied().unwrap_or_default()
+}
+
 /// Why a server of `description` cannot play `role` in `run`; empty when it can.
 pub fn unfit(description: &Description, role: Role, run: &RunSetup) -> Vec<String> {
     let who = format!("{} {}", description.name, description.version);
@@ -26,9 +35,13 @@ pub fn unfit(description: &Description, role: Role, run: &RunSetup) -> Vec<Strin
         ));
     }
     if let Some(coupling) = &run.coupling {
-        if !description.coupling_kinds.contains(&CouplingKind::States) {
-            let kinds = &description.coupling_kinds;
-            reasons.push(format!("{who} couples by {kinds:?}, needed is {:?}", CouplingKind::States));
+        if !description.coupling_kinds.contains(&coupling.kind) {
+            let kinds: Vec<&str> = description.coupling_kinds.iter().map(|kind| kind.name()).collect();
+            reasons.push(format!(
+                "{who} couples by {}, needed is {}; set `interface.kind` of the case to what both sides offer",
+                kinds.join(" or "),
+                coupling.kind.name()
+            ));
         }
         if !description.interface_laws.contains(&coupling.law) {
             let laws = &description.interface_laws;
@@ -106,6 +119,7 @@ impl Differences {
     }
 
     fn coupling(&mut self, fluid: &Coupling, solid: &Coupling) {
+        self.compare("coupling kind of the set-up", &fluid.kind, &solid.kind);
         self.compare("interface law", &fluid.law, &solid.law);
         self.compare("kernel-gradient correction", &fluid.fluid.correction, &solid.fluid.correction);
         self.number("solid particle spacing", "m", fluid.solid_spacing, solid.solid_spacing);

@@ -9,7 +9,9 @@
 //!                                              fluid: peer::GrpcPeer --> service (Peer) of the solid
 //! ```
 
+pub mod checkpoint;
 pub mod client;
+pub mod conform;
 mod convert;
 pub mod description;
 mod error;
@@ -17,6 +19,7 @@ pub mod handshake;
 pub mod limits;
 pub mod node;
 mod peer;
+mod relay;
 pub mod service;
 mod transport;
 

@@ -11,6 +11,11 @@ pub const MAX_FRAME_BYTES: usize = 64 << 20;
 /// Largest piece of a snapshot or checkpoint \[bytes\].
 pub const CHUNK_BYTES: usize = 1 << 20;
 
+/// Bytes that are set aside for a stream of chunks before they have arrived.
+pub(crate) const EAGER_BYTES: usize = 64 << 20;
+/// Most arrays of a checkpoint.
+pub(crate) const MAX_ARRAYS: usize = 4096;
+
 /// Largest HTTP/2 frame \[bytes\]: a half-step frame goes out in one write, and wakes its reader once.
 pub(crate) const HTTP2_FRAME_BYTES: u32 = 1 << 20;
 

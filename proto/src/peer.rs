@@ -57,6 +57,7 @@ pub(crate) struct GrpcPeer {
 #[derive(Debug, Default)]
 pub(crate) struct PeerMonitor {
     waiting: AtomicBool,
+    awaited: Mutex<Option<StepStage>>,
     farewell: Mutex<Option<String>>,
 }
 
@@ -64,6 +65,15 @@ impl PeerMonitor {
     /// Whether the compute thread waits for the partner.
     pub(crate) fn is_waiting(&self) -> bool {
         self.waiting.load(Ordering::Relaxed)
+    }
+
+    /// Half-step of the frame that is or was awaited last.
+    pub(crate) fn awaited(&self) -> Option<StepStage> {
+        *self.awaited.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn set_awaited(&self, at: StepStage) {
+        *self.awaited.lock().unwrap_or_else(PoisonError::into_inner) = Some(at);
     }
 
     /// Sets what the partner is told at the end.
@@ -148,6 +158,7 @@ impl Exchange for GrpcPeer {
 
     fn receive(&mut self, at: StepStage, frame: &mut Frame) -> Result<(), PeerError> {
         let Self { runtime, arriving, inbound, cancel, deadline, monitor, .. } = self;
+        monitor.set_awaited(at);
         monitor.waiting.store(true, Ordering::Relaxed);
         let deadline = *deadline;
         let message = runtime.block_on(async {

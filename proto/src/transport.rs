@@ -12,7 +12,7 @@ use crate::limits::{
 };
 
 /// Metadata key of the run's token.
-const TOKEN_KEY: &str = "fsi-token";
+pub(crate) const TOKEN_KEY: &str = "fsi-token";
 
 /// Secret of a run: who knows it may speak for the run.
 #[derive(Clone)]

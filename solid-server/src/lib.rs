@@ -16,7 +16,9 @@ pub struct SolidFactory;
 
 impl SolverFactory for SolidFactory {
     fn describe(&self) -> Description {
-        Description::of_solver("solid-server", env!("CARGO_PKG_VERSION"), Role::Solid, physics::ARITHMETIC)
+        let version = env!("CARGO_PKG_VERSION");
+        let description = Description::of_solver("solid-server", version, Role::Solid, physics::ARITHMETIC);
+        Description { build: env!("TIDELOCK_BUILD").into(), ..description }
     }
 
     fn open(&self, setup: ParticipantSetup) -> Result<Opened, SetupProblems> {

@@ -3,11 +3,15 @@
 use std::sync::mpsc::Receiver;
 use std::time::{Duration, Instant};
 
-use crate::exchange::{Exchange, Extent, Frame, InterfaceStates, PeerError, PreviousStage};
+use serde::{Deserialize, Serialize};
+
+use crate::exchange::{Exchange, Extent, Frame, FrameContent, InterfaceStates, PeerError, PreviousStage};
 use crate::ledger::{Energies, InterfaceSums, StageBooks, TorqueCheck, balance_breaches, imbalance};
+use crate::meeting::Meeting;
+use crate::saved::{RestoreError, SavedState};
 use crate::setup::{BreachAction, RunSetup};
-use crate::solver::{Counts, Fault, ParticleFields, Solver};
-use crate::stage::{Clock, Stage, StageTime, StepStage};
+use crate::solver::{Counts, Fault, NoLoads, ParticleFields, Solver};
+use crate::stage::{Clock, ClockState, Stage, StageTime, StepStage};
 
 /// What the coordinator tells a participant during a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -18,6 +22,10 @@ pub enum Command {
     Stop,
     /// Give up at once.
     Abort,
+    /// Save the state at the boundary where the participant waits; changes nothing.
+    Checkpoint,
+    /// At the end time wait for [`Command::Stop`], so that a checkpoint can be taken there.
+    Hold,
 }
 
 /// What a participant tells the coordinator during a run.
@@ -29,10 +37,37 @@ pub enum Event {
     Probes(ProbeValues),
     /// Particle fields at a step boundary.
     Snapshot(ParticleFields),
+    /// The answer to [`Command::Checkpoint`].
+    Checkpoint(Box<Checkpoint>),
+    /// No further step is taken until the participant is told to stop: at the end time after [`Command::Hold`], or
+    /// after a breach under [`BreachAction::StopAndCheckpoint`].
+    Held(Held),
     /// The run ended in order; the last event.
     Finished(FinalReport),
     /// The run ended out of order; the last event.
     Failed(FailureReport),
+}
+
+/// Where a participant waits to be told to stop.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Held {
+    /// Completed steps.
+    pub step: u64,
+    /// Time \[s\].
+    pub time: f64,
+}
+
+/// The complete state of one side at a step boundary, before the outputs that are due there.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Checkpoint {
+    /// Completed steps.
+    pub step: u64,
+    /// Time \[s\].
+    pub time: f64,
+    /// Size of the next step \[s\].
+    pub time_step: f64,
+    /// Clock and solver.
+    pub state: SavedState,
 }
 
 /// Probe values at a step boundary, in the order of the set-up.
@@ -47,7 +82,7 @@ pub struct ProbeValues {
 }
 
 /// One completed step of one side.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct StepReport {
     /// Completed steps before this one.
     pub step: u64,
@@ -106,6 +141,15 @@ pub struct Link {
     pub partner_extent: Extent,
     /// Smaller of both sides' limits for the first step \[s\].
     pub first_limit: f64,
+    /// Where a restored run goes on, see [`restore`].
+    pub resume: Option<ClockState>,
+}
+
+/// Digests of the frames of one half-step: the one sent, and the partner's that was computed from.
+#[derive(Clone, Copy)]
+struct Digests {
+    sent: u32,
+    used: u32,
 }
 
 /// A run being stepped.
@@ -113,6 +157,7 @@ struct Runner<'a, S: Solver + ?Sized> {
     solver: &'a mut S,
     exchange: Option<Box<dyn Exchange>>,
     setup: &'a RunSetup,
+    meeting: Meeting,
     partner_extent: Extent,
     /// Own extents that the partner may still refer to, newest last.
     known_extents: [Extent; 2],
@@ -123,14 +168,15 @@ struct Runner<'a, S: Solver + ?Sized> {
     waited: Duration,
     breaches: u64,
     torque: TorqueCheck,
+    /// A breach asked to stop at the next boundary.
+    stop_wanted: bool,
 }
 
 /// What the half-step before left to check.
 struct Before {
     at: StepStage,
     sums: InterfaceSums,
-    sent_digest: u32,
-    used_digest: u32,
+    digests: Digests,
 }
 
 /// Runs `solver` to its end under `commands`, reporting through `report`.
@@ -144,10 +190,14 @@ pub fn run<S: Solver + ?Sized>(
     commands: &Receiver<Command>,
     report: &mut dyn FnMut(Event),
 ) {
-    let mut clock = Clock::new(setup.time, setup.outputs, link.first_limit);
+    let mut clock = match &link.resume {
+        Some(state) => Clock::resumed(setup.time, setup.outputs, state),
+        None => Clock::new(setup.time, setup.outputs, link.first_limit),
+    };
     let mut runner = Runner::new(solver, setup, link, exchange, &clock);
     let mut granted = 0;
     let mut stopping = false;
+    let (mut holds_at_end, mut held) = (false, false);
     loop {
         let due = clock.outputs_due();
         if due.probes {
@@ -158,18 +208,27 @@ pub fn run<S: Solver + ?Sized>(
         if due.snapshot {
             report(Event::Snapshot(runner.solver.snapshot(clock.step(), clock.time())));
         }
-        while !(clock.finished() || stopping && clock.step() >= granted) {
-            let command =
-                if clock.step() < granted { commands.try_recv().ok() } else { commands.recv().ok() };
+        loop {
+            if (runner.stop_wanted || clock.finished() && holds_at_end) && !held {
+                held = true;
+                report(Event::Held(Held { step: clock.step(), time: clock.time() }));
+            }
+            let waits = held || clock.finished() || clock.step() >= granted;
+            if waits && stopping || clock.finished() && !holds_at_end {
+                break;
+            }
+            let command = if waits { commands.recv().ok() } else { commands.try_recv().ok() };
             match command {
                 Some(Command::GrantThrough(step)) => granted = granted.max(step),
                 Some(Command::Stop) => stopping = true,
+                Some(Command::Hold) => holds_at_end = true,
+                Some(Command::Checkpoint) => report(Event::Checkpoint(Box::new(runner.checkpoint(&clock)))),
                 Some(Command::Abort) => {
                     let at = clock.stage(Stage::Predictor).at;
                     report(runner.failed(Fault::Aborted { at }, &clock));
                     return;
                 }
-                None if clock.step() < granted => break,
+                None if !waits => break,
                 // The coordinator's end of the channel is gone.
                 None => {
                     let at = clock.stage(Stage::Predictor).at;
@@ -178,7 +237,7 @@ pub fn run<S: Solver + ?Sized>(
                 }
             }
         }
-        if clock.finished() || clock.step() >= granted {
+        if held || clock.finished() || clock.step() >= granted {
             break;
         }
         match runner.step(&mut clock) {
@@ -204,6 +263,33 @@ pub fn run<S: Solver + ?Sized>(
     }));
 }
 
+const CLOCK_STEP: &str = "driver.step";
+const CLOCK_TIMES: &str = "driver.times";
+
+/// Takes `solver` back to a boundary that was saved by [`Command::Checkpoint`]; tells where the run goes on.
+///
+/// # Errors
+/// When an array is missing or does not fit the solver's set-up; the solver is then of no further use.
+pub fn restore<S: Solver + ?Sized>(solver: &mut S, state: &SavedState) -> Result<ClockState, RestoreError> {
+    let [step] = state.u64s(CLOCK_STEP)?;
+    let [time, time_step, elapsed_before] = state.numbers(CLOCK_TIMES)?;
+    if time_step <= 0.0 {
+        return Err(RestoreError::new(CLOCK_TIMES, format!("time step {time_step} s, must be positive")));
+    }
+    solver.restore(state)?;
+    Ok(ClockState { step, time, time_step, elapsed_before })
+}
+
+/// Saves what [`restore`] takes.
+pub fn save<S: Solver + ?Sized>(solver: &S, clock: &ClockState) -> Checkpoint {
+    let ClockState { step, time, time_step, elapsed_before } = *clock;
+    let mut state = SavedState::default();
+    state.put_u64(CLOCK_STEP, [step]);
+    state.put_f64(CLOCK_TIMES, [time, time_step, elapsed_before]);
+    solver.save(&mut state);
+    Checkpoint { step, time, time_step, state }
+}
+
 impl<'a, S: Solver + ?Sized> Runner<'a, S> {
     fn new(
         solver: &'a mut S,
@@ -215,7 +301,10 @@ impl<'a, S: Solver + ?Sized> Runner<'a, S> {
         let empty = || Frame::empty(clock.stage(Stage::Predictor));
         let mut own = empty();
         own.extent.clone_from(solver.extent());
+        let meeting = Meeting::of(solver.role(), exchange.is_some(), setup);
+        own.content = meeting.content();
         Self {
+            meeting,
             known_extents: [own.extent.clone(), own.extent.clone()],
             solver,
             exchange,
@@ -226,6 +315,7 @@ impl<'a, S: Solver + ?Sized> Runner<'a, S> {
             waited: Duration::ZERO,
             breaches: 0,
             torque: TorqueCheck::of(setup),
+            stop_wanted: false,
             setup,
         }
     }
@@ -238,6 +328,10 @@ impl<'a, S: Solver + ?Sized> Runner<'a, S> {
             counts: self.solver.counts(),
             state: self.solver.snapshot(clock.step(), clock.time()),
         })
+    }
+
+    fn checkpoint(&self, clock: &Clock) -> Checkpoint {
+        save(&*self.solver, &clock.state())
     }
 
     /// One step: predictor and corrector.
@@ -266,29 +360,78 @@ impl<'a, S: Solver + ?Sized> Runner<'a, S> {
     /// One half-step; returns its books and the smaller of both sides' limits for the next step \[s\].
     fn half_step(&mut self, time: &StageTime) -> Result<(StageBooks, f64), Fault> {
         self.solver.begin_stage(time).map_err(Fault::Diverged)?;
-        let mut limit = self.solver.time_step_limit();
-        let mut digests = None;
-        if self.exchange.is_some() {
-            let sent_digest = self.send(time, limit)?;
-            self.solver.evaluate_own(time);
-            let used_digest = self.receive(time)?;
-            limit = limit.min(self.partner.time_step_limit);
-            digests = Some((sent_digest, used_digest));
-        } else {
-            self.solver.evaluate_own(time);
-        }
-        self.solver.evaluate_cross(time, &self.own.states, &self.partner.states);
+        let own_limit = self.solver.time_step_limit();
+        let digests = self.evaluate(time, own_limit)?;
         let books = self.solver.advance(time).map_err(Fault::Diverged)?;
-        self.before = digests.map(|(sent_digest, used_digest)| Before {
-            at: time.at,
-            sums: books.interface,
-            sent_digest,
-            used_digest,
-        });
+        self.before = digests.map(|digests| Before { at: time.at, sums: books.interface, digests });
+        let limit = if digests.is_some() { own_limit.min(self.partner.time_step_limit) } else { own_limit };
         Ok((books, limit))
     }
 
-    fn send(&mut self, time: &StageTime, limit: f64) -> Result<u32, Fault> {
+    /// Exchange and rates of one half-step: the one place where the kinds of coupling differ.
+    ///
+    /// With loads the partner's work depends on this side's, so that the fluid answers before its own sums.
+    fn evaluate(&mut self, time: &StageTime, limit: f64) -> Result<Option<Digests>, Fault> {
+        let at = time.at;
+        let not_offered = |error: NoLoads| Fault::Peer { at, message: error.to_string() };
+        let digests = match self.meeting {
+            Meeting::Alone => {
+                self.solver.evaluate_own(time);
+                self.solver.evaluate_cross(time, &self.own.states, &self.partner.states);
+                return Ok(None);
+            }
+            Meeting::States => {
+                self.prepare(time, limit)?;
+                let sent = self.send(at)?;
+                self.solver.evaluate_own(time);
+                let used = self.receive(time)?;
+                self.solver.evaluate_cross(time, &self.own.states, &self.partner.states);
+                Digests { sent, used }
+            }
+            Meeting::GivesLoads => {
+                let used = self.receive(time)?;
+                self.prepare(time, limit)?;
+                let (own, samples) = (&mut self.own, &self.partner.states);
+                self.solver.reactions(time, &own.states, samples, &mut own.forces).map_err(not_offered)?;
+                own.set_version = self.partner.set_version;
+                let sent = self.send(at)?;
+                self.solver.evaluate_own(time);
+                self.solver.evaluate_cross(time, &self.own.states, &self.partner.states);
+                Digests { sent, used }
+            }
+            Meeting::TakesLoads => {
+                self.prepare(time, limit)?;
+                let sent = self.send(at)?;
+                self.solver.evaluate_own(time);
+                let used = self.receive(time)?;
+                self.check_forces(at)?;
+                self.solver
+                    .evaluate_loads(time, &self.own.states, &self.partner.forces)
+                    .map_err(not_offered)?;
+                Digests { sent, used }
+            }
+        };
+        Ok(Some(digests))
+    }
+
+    /// Whether the partner's forces belong to the samples that were sent.
+    fn check_forces(&self, at: StepStage) -> Result<(), Fault> {
+        let (own, partner) = (&self.own, &self.partner);
+        if (partner.set_version, partner.forces.len()) == (own.set_version, own.states.len()) {
+            return Ok(());
+        }
+        let message = format!(
+            "the frame of {at} has {} forces for set {}, sent were {} samples of set {}",
+            partner.forces.len(),
+            partner.set_version,
+            own.states.len(),
+            own.set_version
+        );
+        Err(Fault::Peer { at, message })
+    }
+
+    /// Fills the own frame.
+    fn prepare(&mut self, time: &StageTime, limit: f64) -> Result<(), Fault> {
         let Some(coupling) = &self.setup.coupling else {
             return Err(Fault::Peer { at: time.at, message: "the set-up has no coupling".into() });
         };
@@ -308,11 +451,16 @@ impl<'a, S: Solver + ?Sized> Runner<'a, S> {
         own.previous = self.before.as_ref().map(|b| PreviousStage {
             at: b.at,
             sums: b.sums,
-            used_digest: b.used_digest,
+            used_digest: b.digests.used,
         });
-        let digest = own.digest();
+        Ok(())
+    }
+
+    /// Sends the own frame and returns its digest.
+    fn send(&mut self, at: StepStage) -> Result<u32, Fault> {
+        let digest = self.own.digest();
         if let Some(exchange) = self.exchange.as_mut() {
-            exchange.send(own).map_err(|e| peer_fault(time.at, e))?;
+            exchange.send(&self.own).map_err(|e| peer_fault(at, e))?;
         }
         Ok(digest)
     }
@@ -364,8 +512,8 @@ impl<'a, S: Solver + ?Sized> Runner<'a, S> {
             return Err(Fault::Peer { at, message });
         };
         let mut faults = Vec::new();
-        if theirs.used_digest != ours.sent_digest {
-            faults.push(Fault::StaleFrame { at: ours.at, sent: ours.sent_digest, used: theirs.used_digest });
+        if theirs.used_digest != ours.digests.sent {
+            faults.push(Fault::StaleFrame { at: ours.at, sent: ours.digests.sent, used: theirs.used_digest });
         }
         let imbalance = imbalance(&ours.sums, &theirs.sums, self.torque);
         faults
@@ -373,6 +521,12 @@ impl<'a, S: Solver + ?Sized> Runner<'a, S> {
         self.breaches += faults.len() as u64;
         match (self.setup.ledger.action, faults.into_iter().next()) {
             (BreachAction::Stop, Some(fault)) => Err(fault),
+            // Which side used an old state is known to one side alone: both cannot stop at one boundary.
+            (BreachAction::StopAndCheckpoint, Some(fault @ Fault::StaleFrame { .. })) => Err(fault),
+            (BreachAction::StopAndCheckpoint, Some(_)) => {
+                self.stop_wanted = true;
+                Ok(())
+            }
             _ => Ok(()),
         }
     }
@@ -390,7 +544,9 @@ impl Frame {
     pub fn empty(time: StageTime) -> Self {
         Self {
             time,
+            content: FrameContent::States,
             states: InterfaceStates::default(),
+            forces: Vec::new(),
             set_version: 0,
             extent: Extent::default(),
             partner_extent_version: 0,

@@ -36,6 +36,11 @@ impl InterfaceStates {
         self.id.is_empty()
     }
 
+    /// Volume per depth of particle `i` \[m²\].
+    pub fn volume(&self, i: usize) -> f64 {
+        self.mass[i] / self.density[i]
+    }
+
     /// Removes all particles, keeping the allocations.
     pub fn clear(&mut self) {
         let Self { id, group, mass, position, velocity, density, pressure, stress } = self;
@@ -48,6 +53,18 @@ impl InterfaceStates {
         pressure.clear();
         stress.clear();
     }
+}
+
+/// What the frames of one side carry.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum FrameContent {
+    /// States of particles, for the partner to evaluate the pair law with.
+    #[default]
+    States,
+    /// Samples of a solid that is coupled by loads: of its states the fluid uses position, velocity and volume m/ρ.
+    Samples,
+    /// The fluid's force on each sample of the partner's frame of the same half-step.
+    Forces,
 }
 
 /// Where one side's particles are: boxes whose union holds all of them that can meet the other side.
@@ -66,9 +83,14 @@ pub struct Extent {
 pub struct Frame {
     /// Half-step to which the states belong.
     pub time: StageTime,
-    /// States of the particles within reach of the partner.
+    /// Which of the following the partner gets.
+    pub content: FrameContent,
+    /// States of the particles within reach of the partner; not sent with [`FrameContent::Forces`].
     pub states: InterfaceStates,
-    /// Counts the changes of ids, groups and masses: when it is the partner's last, they are not sent again.
+    /// With [`FrameContent::Forces`], the force on each of the partner's samples \[N/m\]; otherwise empty.
+    pub forces: Vec<Vector>,
+    /// Counts the changes of ids, groups and masses: when it is the partner's last, they are not sent again. With
+    /// [`FrameContent::Forces`] that of the samples which the forces belong to.
     pub set_version: u64,
     /// Where the sender's particles are.
     pub extent: Extent,
@@ -94,26 +116,16 @@ pub struct PreviousStage {
 }
 
 impl Frame {
-    /// Digest of what the pair forces depend on: half-step, ids and state bits.
+    /// Digest of what the partner computes with: half-step, then ids and state bits, or forces.
     pub fn digest(&self) -> u32 {
         // Small pieces are many times slower to digest than a full buffer.
         let mut digest = WordDigest { hasher: crc32fast::Hasher::new(), buffer: [0; 4096], used: 0 };
         digest.word(self.time.at.step);
         digest.word(self.time.at.stage as u64);
-        let s = &self.states;
-        for i in 0..s.len() {
-            digest.word(u64::from(s.id[i]));
-            for axis in 0..DIMENSIONS {
-                digest.word(s.position[i][axis].to_bits());
-                digest.word(s.velocity[i][axis].to_bits());
-            }
-            digest.word(s.density[i].to_bits());
-            digest.word(s.pressure[i].to_bits());
-        }
-        for stress in &s.stress {
-            digest.word(stress.xx.to_bits());
-            digest.word(stress.yy.to_bits());
-            digest.word(stress.xy.to_bits());
+        match self.content {
+            FrameContent::States => digest.states(&self.states),
+            FrameContent::Samples => digest.samples(&self.states),
+            FrameContent::Forces => self.forces.iter().for_each(|force| digest.vector(force)),
         }
         digest.finish()
     }
@@ -135,6 +147,39 @@ impl WordDigest {
         }
         self.buffer[self.used..self.used + 8].copy_from_slice(&bits.to_le_bytes());
         self.used += 8;
+    }
+
+    fn vector(&mut self, vector: &Vector) {
+        vector.iter().for_each(|value| self.word(value.to_bits()));
+    }
+
+    #[inline]
+    fn motion(&mut self, s: &InterfaceStates, i: usize) {
+        self.word(u64::from(s.id[i]));
+        for axis in 0..DIMENSIONS {
+            self.word(s.position[i][axis].to_bits());
+            self.word(s.velocity[i][axis].to_bits());
+        }
+    }
+
+    fn states(&mut self, s: &InterfaceStates) {
+        for i in 0..s.len() {
+            self.motion(s, i);
+            self.word(s.density[i].to_bits());
+            self.word(s.pressure[i].to_bits());
+        }
+        for stress in &s.stress {
+            self.word(stress.xx.to_bits());
+            self.word(stress.yy.to_bits());
+            self.word(stress.xy.to_bits());
+        }
+    }
+
+    fn samples(&mut self, s: &InterfaceStates) {
+        for i in 0..s.len() {
+            self.motion(s, i);
+            self.word(s.volume(i).to_bits());
+        }
     }
 
     fn finish(mut self) -> u32 {

@@ -257,6 +257,24 @@ impl Interface {
     }
 }
 
+/// Sums of the `forces` \[N/m\] that act on `samples`: what a solid that is coupled by loads reports.
+pub fn load_sums(domain: &Domain, samples: &InterfaceStates, forces: &[Vector]) -> InterfaceSums {
+    let origin = domain.torque_origin();
+    ordered_sum(forces.len(), |s| {
+        let (force, arm) = (forces[s], samples.position[s] - origin);
+        InterfaceSums {
+            force,
+            gross_force: force.norm(),
+            torque: cross(&arm, &force),
+            gross_torque: arm.norm() * force.norm(),
+            // Only the fluid knows where its particles are.
+            couple: 0.0,
+            power: force.dot(&samples.velocity[s]),
+            pairs: u64::from(force != Vector::zeros()),
+        }
+    })
+}
+
 impl ParticleSums {
     fn add(&mut self, separation: &Vector, force: Vector) {
         self.force += force;
@@ -289,7 +307,8 @@ impl PairLaw {
         Dummy {
             pressure,
             density: self.equation_of_state.wall_density(pressure),
-            mass: self.rest_density * solid.mass[s] / solid.density[s],
+            // In this order: samples of a solid that is coupled by loads carry the volume alone.
+            mass: self.rest_density * solid.volume(s),
         }
     }
 
@@ -356,12 +375,13 @@ impl PairLaw {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::setup::{BodyForce, FluidConstants};
+    use crate::setup::{BodyForce, CouplingKind, FluidConstants};
 
     const SPACING: f64 = 0.01;
 
     fn coupling(law: InterfaceLaw) -> Coupling {
         Coupling {
+            kind: CouplingKind::States,
             law,
             fluid: FluidConstants {
                 rest_density: 1000.0,

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::setup::{InterfaceLaw, LedgerPolicy, RunSetup};
+use crate::setup::{CouplingKind, InterfaceLaw, LedgerPolicy, RunSetup};
 use crate::stage::StepStage;
 use crate::vector::Vector;
 
@@ -161,6 +161,8 @@ pub enum TorqueCheck {
     Central,
     /// They do not: torques cancel up to the couple Σ (x_i − x_j) × f_ij, which both sides report.
     WithCouple,
+    /// They do not, and the partner receives loads, so that the fluid alone knows the couple: it counts for both.
+    WithFluidCouple,
     /// A periodic direction leaves torque without meaning.
     Skipped,
 }
@@ -168,12 +170,12 @@ pub enum TorqueCheck {
 impl TorqueCheck {
     /// The check that fits the interface law and the domain of a run.
     pub fn of(run: &RunSetup) -> Self {
-        if run.domain.is_periodic() {
-            Self::Skipped
-        } else if run.coupling.is_none_or(|coupling| coupling.law == InterfaceLaw::Wall) {
-            Self::Central
-        } else {
-            Self::WithCouple
+        let Some(coupling) = &run.coupling else { return Self::Central };
+        match (coupling.law, coupling.kind) {
+            _ if run.domain.is_periodic() => Self::Skipped,
+            (InterfaceLaw::Wall, _) => Self::Central,
+            (_, CouplingKind::States) => Self::WithCouple,
+            (_, CouplingKind::Loads) => Self::WithFluidCouple,
         }
     }
 }
@@ -186,6 +188,10 @@ pub fn imbalance(ours: &InterfaceSums, theirs: &InterfaceSums, torque: TorqueChe
     let torque = match torque {
         TorqueCheck::Central => relative(net_torque.abs(), gross_torque),
         TorqueCheck::WithCouple => relative((net_torque - ours.couple - theirs.couple).abs(), gross_torque),
+        // The solid reports none.
+        TorqueCheck::WithFluidCouple => {
+            relative((net_torque - 2.0 * (ours.couple + theirs.couple)).abs(), gross_torque)
+        }
         TorqueCheck::Skipped => 0.0,
     };
     Imbalance { force: relative((ours.force + theirs.force).norm(), gross), torque }

@@ -30,4 +30,15 @@ impl ParticipantSetup {
             Self::Solid(setup) => &setup.run,
         }
     }
+
+    /// Chooses the kind of coupling; changes nothing in a run with one participant.
+    pub fn set_coupling_kind(&mut self, kind: CouplingKind) {
+        let run = match self {
+            Self::Fluid(setup) => &mut setup.run,
+            Self::Solid(setup) => &mut setup.run,
+        };
+        if let Some(coupling) = &mut run.coupling {
+            coupling.kind = kind;
+        }
+    }
 }

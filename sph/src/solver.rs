@@ -4,7 +4,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::exchange::{Extent, InterfaceStates};
 use crate::ledger::{Breach, Energies, StageBooks};
+use crate::saved::{RestoreError, SavedState};
 use crate::stage::{StageTime, StepStage};
+use crate::vector::Vector;
 
 /// Part that a solver plays in a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
@@ -42,6 +44,11 @@ impl std::fmt::Display for Role {
         })
     }
 }
+
+/// A solver was asked for a side of the coupling by loads that it does not play.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("this solver does not couple by loads in this role; choose another coupling kind")]
+pub struct NoLoads;
 
 /// A solver of either side, stepped by [`crate::driver::run`].
 ///
@@ -83,6 +90,37 @@ pub trait Solver: Send {
     /// `own` is what [`Solver::interface`] filled in this stage. Without a partner both are empty.
     fn evaluate_cross(&mut self, time: &StageTime, own: &InterfaceStates, partner: &InterfaceStates);
 
+    /// The fluid's side of coupling by loads: fills `forces` with the force of own particles on each of the partner's
+    /// `samples` \[N/m\], the exact reactions to what [`Solver::evaluate_cross`] adds for the same arguments.
+    ///
+    /// Needs [`Solver::begin_stage`] only, so that the partner waits for no other work.
+    ///
+    /// # Errors
+    /// When the solver does not offer it.
+    fn reactions(
+        &mut self,
+        _time: &StageTime,
+        _own: &InterfaceStates,
+        _samples: &InterfaceStates,
+        _forces: &mut Vec<Vector>,
+    ) -> Result<(), NoLoads> {
+        Err(NoLoads)
+    }
+
+    /// The solid's side of coupling by loads, in place of [`Solver::evaluate_cross`]: completes the rates with the
+    /// forces \[N/m\] that the partner returned for each of the `own` samples.
+    ///
+    /// # Errors
+    /// When the solver does not offer it.
+    fn evaluate_loads(
+        &mut self,
+        _time: &StageTime,
+        _own: &InterfaceStates,
+        _forces: &[Vector],
+    ) -> Result<(), NoLoads> {
+        Err(NoLoads)
+    }
+
     /// Moves the state from the start of the step by the stage's duration and the rates: Eq. (30) or (31).
     ///
     /// # Errors
@@ -106,6 +144,16 @@ pub trait Solver: Send {
 
     /// Facts of the run so far.
     fn counts(&self) -> Counts;
+
+    /// Saves the complete state at a step boundary: all that decides the bits of what follows. Changes nothing.
+    fn save(&self, state: &mut SavedState);
+
+    /// Takes over a state that [`Solver::save`] made for the same set-up; the end time alone may differ.
+    ///
+    /// # Errors
+    /// When an array is missing, does not fit the set-up or holds values that cannot be; the solver is then of no
+    /// further use.
+    fn restore(&mut self, state: &SavedState) -> Result<(), RestoreError>;
 }
 
 /// Facts of a solver's run so far.

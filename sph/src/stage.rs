@@ -121,7 +121,32 @@ pub struct Clock {
     elapsed_before: f64,
 }
 
+/// A clock at a boundary, for a checkpoint.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ClockState {
+    /// Completed steps.
+    pub step: u64,
+    /// Time tⁿ \[s\].
+    pub time: f64,
+    /// Δt of the step to come \[s\].
+    pub time_step: f64,
+    /// What counted as elapsed at the boundary before this one \[s\], which decides what outputs are due.
+    pub elapsed_before: f64,
+}
+
 impl Clock {
+    /// A clock that goes on from `state`. The end time may be another than in the run that was saved.
+    pub fn resumed(plan: TimePlan, outputs: OutputPlan, state: &ClockState) -> Self {
+        let ClockState { step, time, time_step, elapsed_before } = *state;
+        Self { plan, outputs, step, time, time_step, elapsed_before }
+    }
+
+    /// What [`Clock::resumed`] needs.
+    pub fn state(&self) -> ClockState {
+        let Self { step, time, time_step, elapsed_before, .. } = *self;
+        ClockState { step, time, time_step, elapsed_before }
+    }
+
     /// A clock at the start; `limit` is the smaller of both solvers' stated limits \[s\] for the first step.
     pub fn new(plan: TimePlan, outputs: OutputPlan, limit: f64) -> Self {
         let time_step = match plan.step {

@@ -6,9 +6,10 @@ use sph::domain::Domain;
 use sph::driver::{Command, Event, Link, run};
 use sph::exchange::{Exchange, Extent, Frame, InterfaceStates, PeerError, in_process_pair};
 use sph::ledger::{Energies, InterfaceSums, StageBooks};
+use sph::saved::{RestoreError, SavedState};
 use sph::setup::{
-    BodyForce, BreachAction, Coupling, FluidConstants, GradientCorrection, InterfaceLaw, LedgerPolicy,
-    OutputPlan, RunSetup, StepPolicy, TimePlan,
+    BodyForce, BreachAction, Coupling, CouplingKind, FluidConstants, GradientCorrection, InterfaceLaw,
+    LedgerPolicy, OutputPlan, RunSetup, StepPolicy, TimePlan,
 };
 use sph::solver::{Counts, Divergence, Fault, ParticleFields, Role, Solver};
 use sph::stage::{StageTime, StepStage};
@@ -132,6 +133,16 @@ impl Solver for Mass {
     fn counts(&self) -> Counts {
         Counts { particles: 1, ..Counts::default() }
     }
+
+    fn save(&self, state: &mut SavedState) {
+        state.put_vectors("motion", &[self.position, self.velocity]);
+    }
+
+    fn restore(&mut self, state: &SavedState) -> Result<(), RestoreError> {
+        let motion = state.vectors("motion", 2)?;
+        (self.position, self.velocity) = (motion[0], motion[1]);
+        Ok(())
+    }
 }
 
 fn setup(time_step: f64, end_time: f64, action: BreachAction) -> RunSetup {
@@ -143,6 +154,7 @@ fn setup(time_step: f64, end_time: f64, action: BreachAction) -> RunSetup {
         outputs: OutputPlan { snapshot_interval: None, probe_interval: None },
         ledger: LedgerPolicy { action, ..LedgerPolicy::default() },
         coupling: Some(Coupling {
+            kind: CouplingKind::States,
             law: InterfaceLaw::Wall,
             fluid: FluidConstants {
                 rest_density: 1.0,
@@ -178,7 +190,8 @@ fn run_pair(
 ) -> (Vec<Event>, Vec<Event>) {
     let (mut fluid, mut solid) = masses(&setup.domain);
     let (a, b) = in_process_pair();
-    let link = |partner: &Mass| Link { partner_extent: partner.extent.clone(), first_limit: 1.0 };
+    let link =
+        |partner: &Mass| Link { partner_extent: partner.extent.clone(), first_limit: 1.0, resume: None };
     let (fluid_link, solid_link) = (link(&solid), link(&fluid));
     let channel = || {
         let (sender, receiver) = mpsc::channel();
@@ -341,7 +354,7 @@ fn a_coordinator_that_is_gone_ends_the_run() {
     let (sender, receiver) = mpsc::channel::<Command>();
     drop(sender);
     let mut events = Vec::new();
-    let link = Link { partner_extent: Extent::default(), first_limit: 1.0 };
+    let link = Link { partner_extent: Extent::default(), first_limit: 1.0, resume: None };
     run(&mut fluid, &setup, &link, None, &receiver, &mut |e| events.push(e));
     assert!(matches!(fault(&events), Some(Fault::Aborted { .. })));
 }

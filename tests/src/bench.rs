@@ -51,6 +51,14 @@ impl Bench {
         self.write(name, &text)
     }
 
+    /// The tank's case until `end_time` \[s\], with so many sub-steps of the solids.
+    pub fn tank_to(&self, end_time: f64, substeps: Option<u32>) -> PathBuf {
+        let end = format!("end_time_s = {end_time}");
+        let stepping = substeps.map_or_else(String::new, |count| format!("\nsubsteps = {count}"));
+        let solid = format!("[solid]{stepping}");
+        self.tank("tank.toml", &[("end_time_s = 0.002", &end), ("[solid]", &solid)])
+    }
+
     /// The coarse drifting-body case cut to `end_time` \[s\], with lines that start with a key replaced.
     pub fn coarse(&self, end_time: f64, replace: &[(&str, &str)]) -> PathBuf {
         let shipped = Path::new(env!("CARGO_MANIFEST_DIR")).join("../cases/drifting_body_coarse.toml");
@@ -66,6 +74,20 @@ impl Bench {
             }
         }
         self.write("case.toml", &lines.join("\n"))
+    }
+
+    /// The shipped case `name`, each `from` replaced by its `to`.
+    pub fn shipped(&self, name: &str, changes: &[(&str, &str)]) -> PathBuf {
+        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+        let mut text = std::fs::read_to_string(root.join(format!("cases/{name}.toml"))).unwrap();
+        for (from, to) in changes {
+            assert!(text.contains(from), "{name} has no {from:?}");
+            text = text.replace(from, to);
+        }
+        // Words of a command are sought beside the case.
+        let solvers = std::fs::canonicalize(root.join("solvers")).unwrap();
+        let text = text.replace("../solvers", solvers.to_str().unwrap());
+        self.write(&format!("{name}.toml"), &text)
     }
 
     fn command(&self, arguments: &[&str]) -> Command {
@@ -207,12 +229,19 @@ fn stat(process: u32) -> Option<(String, u32)> {
     Some((rest.next()?.to_owned(), rest.next()?.parse().ok()?))
 }
 
+/// Words by which a process was started, from `/proc`; empty for one that is gone.
+pub fn command_line(process: u32) -> String {
+    let words = std::fs::read(format!("/proc/{process}/cmdline")).unwrap_or_default();
+    String::from_utf8_lossy(&words).replace('\0', " ")
+}
+
 /// Whether a process runs; one that only waits to be reaped does not.
 fn runs(process: u32) -> bool {
     stat(process).is_some_and(|(state, _)| state != "Z" && state != "X")
 }
 
-fn children_of(parent: u32) -> Vec<u32> {
+/// Child processes of `parent`.
+pub fn children_of(parent: u32) -> Vec<u32> {
     let processes = std::fs::read_dir("/proc").unwrap().flatten();
     processes
         .filter_map(|entry| entry.file_name().to_str()?.parse().ok())

@@ -1,11 +1,13 @@
 //! Doubles around the real solvers: one thing is wrong with each.
 
 use std::net::SocketAddr;
+use std::time::Duration;
 
 use proto::description::{Description, ProtocolVersion};
 use proto::service::{Opened, ServeOptions, Server, SetupProblems, SolverFactory};
 use sph::exchange::{Exchange, Extent, Frame, InterfaceStates, PeerError};
 use sph::ledger::{Energies, StageBooks};
+use sph::saved::{RestoreError, SavedState};
 use sph::setup::ParticipantSetup;
 use sph::solver::{Counts, Divergence, ParticleFields, Role, Solver};
 use sph::stage::{StageTime, StepStage};
@@ -18,8 +20,20 @@ pub enum Wrong {
     Protocol(ProtocolVersion),
     /// It computes with this sound speed of the fluid \[m/s\], whatever it was told.
     SoundSpeed(f64),
+    /// It says that it uses the gravity it was told, and uses this multiple of it.
+    Gravity(f64),
     /// It computes the forces of this half-step from the partner's states of the one before.
     Stale(StepStage),
+    /// It reports this multiple of the interface force at this half-step.
+    Force(StepStage, f64),
+    /// It sends a NaN at this half-step.
+    NotANumber(StepStage),
+    /// It takes this long over this half-step.
+    Delay(StepStage, Duration),
+    /// Its checkpoints hold nothing, and it restores as much.
+    EmptyCheckpoint,
+    /// It breaks down at this half-step.
+    Drop(StepStage),
 }
 
 /// The real solid solver with one thing wrong.
@@ -35,21 +49,23 @@ impl SolverFactory for Double {
         description
     }
 
-    fn open(&self, setup: ParticipantSetup) -> Result<Opened, SetupProblems> {
-        let mut opened = solid_server::SolidFactory.open(setup)?;
-        match self.0 {
-            Wrong::SoundSpeed(speed) => {
-                if let Some(coupling) = &mut opened.constants.coupling {
-                    coupling.fluid.sound_speed = speed;
-                }
-            }
-            Wrong::Stale(at) => {
-                let last = InterfaceStates::default();
-                opened.solver = Box::new(StaleSolver { solver: opened.solver, at, last });
-            }
-            Wrong::Protocol(_) => {}
+    fn open(&self, mut setup: ParticipantSetup) -> Result<Opened, SetupProblems> {
+        let told = setup.run().body_force.clone();
+        if let (Wrong::Gravity(factor), ParticipantSetup::Solid(solid)) = (self.0, &mut setup) {
+            solid.run.body_force.gravity *= factor;
         }
-        Ok(opened)
+        let mut opened = solid_server::SolidFactory.open(setup)?;
+        opened.constants.body_force = told;
+        if let (Wrong::SoundSpeed(speed), Some(coupling)) = (self.0, &mut opened.constants.coupling) {
+            coupling.fluid.sound_speed = speed;
+        }
+        let solver = WrongSolver {
+            solver: opened.solver,
+            wrong: self.0,
+            now: StepStage::FIRST,
+            last: InterfaceStates::default(),
+        };
+        Ok(Opened { solver: Box::new(solver), ..opened })
     }
 }
 
@@ -92,26 +108,54 @@ impl Drop for Served {
     }
 }
 
-/// A solver that computes one half-step from old states of its partner.
-struct StaleSolver {
+/// A solver that goes wrong during a run.
+struct WrongSolver {
     solver: Box<dyn Solver>,
-    at: StepStage,
+    wrong: Wrong,
+    now: StepStage,
+    /// The partner's states of the half-step before.
     last: InterfaceStates,
 }
 
-impl Solver for StaleSolver {
+impl Solver for WrongSolver {
     fn evaluate_cross(&mut self, time: &StageTime, own: &InterfaceStates, partner: &InterfaceStates) {
-        let used = if time.at == self.at { &self.last } else { partner };
+        let used = if self.wrong == Wrong::Stale(time.at) { &self.last } else { partner };
         self.solver.evaluate_cross(time, own, used);
         self.last.clone_from(partner);
     }
 
-    fn role(&self) -> Role {
-        self.solver.role()
+    fn begin_stage(&mut self, time: &StageTime) -> Result<(), Divergence> {
+        self.now = time.at;
+        match self.wrong {
+            Wrong::Delay(at, duration) if at == time.at => std::thread::sleep(duration),
+            Wrong::Drop(at) if at == time.at => panic!("seeded at {at}"),
+            _ => {}
+        }
+        self.solver.begin_stage(time)
     }
 
-    fn begin_stage(&mut self, time: &StageTime) -> Result<(), Divergence> {
-        self.solver.begin_stage(time)
+    fn interface(&mut self, partner: &Extent, reach: f64, states: &mut InterfaceStates) -> u64 {
+        let version = self.solver.interface(partner, reach, states);
+        match self.wrong {
+            Wrong::NotANumber(at) if at == self.now => {
+                states.velocity.iter_mut().take(1).for_each(|velocity| velocity.x = f64::NAN);
+            }
+            _ => {}
+        }
+        version
+    }
+
+    fn advance(&mut self, time: &StageTime) -> Result<StageBooks, Divergence> {
+        let mut books = self.solver.advance(time)?;
+        match self.wrong {
+            Wrong::Force(at, factor) if at == time.at => books.interface.force *= factor,
+            _ => {}
+        }
+        Ok(books)
+    }
+
+    fn role(&self) -> Role {
+        self.solver.role()
     }
 
     fn time_step_limit(&self) -> f64 {
@@ -122,20 +166,12 @@ impl Solver for StaleSolver {
         self.solver.extent()
     }
 
-    fn interface(&mut self, partner: &Extent, reach: f64, states: &mut InterfaceStates) -> u64 {
-        self.solver.interface(partner, reach, states)
-    }
-
     fn covered_by(&self, extent: &Extent, reach: f64) -> Result<(), f64> {
         self.solver.covered_by(extent, reach)
     }
 
     fn evaluate_own(&mut self, time: &StageTime) {
         self.solver.evaluate_own(time);
-    }
-
-    fn advance(&mut self, time: &StageTime) -> Result<StageBooks, Divergence> {
-        self.solver.advance(time)
     }
 
     fn end_step(&mut self, time: &StageTime) -> Result<(), Divergence> {
@@ -156,6 +192,16 @@ impl Solver for StaleSolver {
 
     fn counts(&self) -> Counts {
         self.solver.counts()
+    }
+
+    fn save(&self, state: &mut SavedState) {
+        if self.wrong != Wrong::EmptyCheckpoint {
+            self.solver.save(state);
+        }
+    }
+
+    fn restore(&mut self, state: &SavedState) -> Result<(), RestoreError> {
+        if self.wrong == Wrong::EmptyCheckpoint { Ok(()) } else { self.solver.restore(state) }
     }
 }
 

@@ -3,4 +3,5 @@
 
 pub mod bench;
 pub mod doubles;
+pub mod kill;
 pub mod validation;

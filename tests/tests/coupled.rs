@@ -47,6 +47,31 @@ fn each_arithmetic_path_agrees_with_itself_and_is_told() {
 }
 
 #[test]
+fn loads_and_states_of_one_solid_agree_bit_for_bit() {
+    let bench = bench();
+    let case = |kind: &str| {
+        bench.tank(&format!("{kind}.toml"), &[("[interface]", &format!("[interface]\nkind = \"{kind}\""))])
+    };
+    // The fluid evaluates the same pairs in the same order for the solid's samples as the solid for itself.
+    let states = bench.run(&case("states"), "states", &[]);
+    let loads = bench.run(&case("loads"), "loads", &[]);
+    assert_eq!(digests(&loads), digests(&states));
+    assert_eq!(digests(&bench.run(&case("loads"), "one", &["--in-process"])), digests(&states));
+    assert_eq!(loads["ledger"]["breaches"], 0);
+    let work = |summary: &serde_json::Value| summary["ledger"]["largest_force_imbalance"]["value"].as_f64();
+    // The solid sums the forces on its samples, the fluid those on its particles: two sums of their own.
+    assert!(work(&loads).is_some_and(|worst| worst < 1e-12), "{:?}", work(&loads));
+}
+
+#[test]
+fn loads_do_not_go_with_the_plain_sum() {
+    let bench = bench();
+    let interface = "[interface]\nkind = \"loads\"\nlaw = \"plain-sum\"";
+    let case = bench.tank("case.toml", &[("[interface]", interface)]);
+    bench.case_refused(&case, &["interface.kind", "plain-sum", "use the law `wall`"]);
+}
+
+#[test]
 #[ignore = "takes some minutes; run it by `cargo test --release -p tests -- --ignored`"]
 fn the_whole_coarse_case_agrees_bit_for_bit() {
     every_way_of_running_agrees(0.5);

@@ -18,7 +18,7 @@ mod tests;
 
 use std::path::Path;
 
-use sph::setup::{Coupling, FluidSetup, OutputPlan, RunSetup, SolidSetup};
+use sph::setup::{Coupling, CouplingKind, FluidSetup, InterfaceLaw, OutputPlan, RunSetup, SolidSetup};
 use toml::de::DeTable;
 
 pub use files::LARGEST_FILE;
@@ -270,6 +270,7 @@ impl Case {
         let file = &self.file;
         let coupling = match (&file.fluid, &file.solid, &file.interface) {
             (Some(fluid), Some(solid), Some(interface)) => Some(Coupling {
+                kind: self.coupling_kinds()[0],
                 law: interface.law.value,
                 fluid: fluid.constants(),
                 solid_spacing: solid.particle_spacing_m.value,
@@ -286,6 +287,18 @@ impl Case {
             outputs: self.outputs.plan,
             ledger: file.ledger.to_setup(),
             coupling,
+        }
+    }
+
+    /// Kinds of coupling that the run may use, the preferred one first: all, unless the case names one.
+    pub fn coupling_kinds(&self) -> Vec<CouplingKind> {
+        let named = self.file.interface.as_ref().and_then(|interface| interface.kind.as_ref());
+        match (named, &self.file.interface) {
+            (Some(kind), _) => vec![kind.value],
+            (None, Some(interface)) if interface.law.value == InterfaceLaw::PlainSum => {
+                vec![CouplingKind::States]
+            }
+            (None, _) => CouplingKind::ALL.to_vec(),
         }
     }
 
@@ -336,6 +349,58 @@ impl Case {
             probes: self.probes.solid.clone(),
             lost_particle_limit: solid.lost_particle_limit,
         })
+    }
+
+    /// Lets the run end at `time` \[s\] instead.
+    ///
+    /// # Errors
+    /// When the time is not finite or lies before the start.
+    pub fn set_end_time(&mut self, time: f64) -> Result<(), String> {
+        let start = self.file.time.start_time_s;
+        if !time.is_finite() || time < start {
+            return Err(format!("end time {time} s: must be a time of {start} s or later"));
+        }
+        self.file.time.end_time_s.value = time;
+        Ok(())
+    }
+
+    /// What decides the bits of a run: the case as resolved, without its end time, servers, checkpoints, deadlines and
+    /// pictures. A run may go on from a checkpoint of the same identity.
+    pub fn identity(&self) -> String {
+        let mut file = self.file.clone();
+        file.time.end_time_s.value = file.time.start_time_s;
+        file.outputs.picture_times_s = Vec::new();
+        file.servers = file::interface::ServersTable::none();
+        let text = toml::to_string(&file).unwrap_or_else(|error| format!("# {error}\n"));
+        let mut kept = String::new();
+        let mut leaving_out = false;
+        for line in text.lines() {
+            if line.starts_with('[') {
+                leaving_out = matches!(line, "[checkpoint]" | "[deadlines]");
+            }
+            if !leaving_out {
+                kept.push_str(line);
+                kept.push('\n');
+            }
+        }
+        kept
+    }
+
+    /// When checkpoints are taken and how often servers are started again.
+    pub fn checkpoint(&self) -> &file::safety::CheckpointTable {
+        &self.file.checkpoint
+    }
+
+    /// Longest waits for a server.
+    pub fn deadlines(&self) -> proto::client::Deadlines {
+        let table = &self.file.deadlines;
+        let seconds = std::time::Duration::from_secs_f64;
+        proto::client::Deadlines {
+            silence: seconds(table.silence_s),
+            call: seconds(table.call_s),
+            open: seconds(table.open_s),
+            ..Default::default()
+        }
     }
 
     /// The case file with every default written out and nothing left in other files but final states and programs,

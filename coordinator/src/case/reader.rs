@@ -268,6 +268,15 @@ impl<'t> Table<'t> {
         found.unwrap_or_else(|| Choice { word, value: value.clone(), place: self.place_of(key) })
     }
 
+    /// One of `options`, where `key` is written.
+    pub fn optional_choice<T: Clone>(
+        &mut self,
+        key: &'static str,
+        options: &[(&'static str, T)],
+    ) -> Option<Choice<T>> {
+        self.take(key).and_then(|(value, place)| self.as_choice(value, place, options))
+    }
+
     fn as_choice<T: Clone>(
         &self,
         value: &DeValue<'_>,

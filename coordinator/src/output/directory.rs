@@ -16,17 +16,21 @@ pub const SUMMARY: &str = "summary.json";
 pub const PROBES: &str = "probes.csv";
 /// Interface ledger over time.
 pub const LEDGER: &str = "ledger.csv";
+/// Particles around the guilty one.
+pub const DIVERGENCE: &str = "divergence.csv";
 /// The case as resolved.
 pub const CASE: &str = "case.toml";
 /// Pictures and facts.
 pub const REPORT: &str = "report.html";
 /// Folder of particle files.
 pub const SNAPSHOTS: &str = "snapshots";
+/// Folder of checkpoints.
+pub const CHECKPOINTS: &str = "checkpoints";
 /// Folder of final states.
 pub const FINAL: &str = "final";
 
 /// Files of a run at the top of its folder.
-const TOP_FILES: [&str; 5] = [SUMMARY, PROBES, LEDGER, CASE, REPORT];
+const TOP_FILES: [&str; 6] = [SUMMARY, PROBES, LEDGER, CASE, REPORT, DIVERGENCE];
 /// Sides as they appear in file names.
 const SIDES: [&str; 2] = ["fluid", "solid"];
 
@@ -148,6 +152,31 @@ impl OutputDirectory {
         Ok(Self { path: path.to_path_buf(), _marker: marker })
     }
 
+    /// Takes the folder of an earlier run to go on with it: summary and report go, all else stays.
+    ///
+    /// # Errors
+    /// When it is no folder of a run, when a run is writing into it, or when it cannot be written to.
+    pub fn reopen(path: &Path) -> Result<Self, OutputError> {
+        if !path.join(CHECKPOINTS).is_dir() {
+            return Err(OutputError::Refused {
+                path: path.to_path_buf(),
+                reason: format!("has no folder `{CHECKPOINTS}`"),
+                hint: "give the output folder of a run that took checkpoints",
+            });
+        }
+        let marker = take_marker(path)?;
+        for name in [SUMMARY, REPORT] {
+            let file = path.join(name);
+            match fs::remove_file(&file) {
+                Err(e) if e.kind() != io::ErrorKind::NotFound => {
+                    return Err(OutputError::file("remove", &file, e));
+                }
+                _ => {}
+            }
+        }
+        Ok(Self { path: path.to_path_buf(), _marker: marker })
+    }
+
     /// The folder.
     pub fn path(&self) -> &Path {
         &self.path
@@ -167,7 +196,7 @@ impl OutputDirectory {
     ///
     /// # Errors
     /// When the marker cannot be removed.
-    pub fn complete(self) -> Result<(), OutputError> {
+    pub fn complete(&self) -> Result<(), OutputError> {
         let marker = self.path.join(MARKER);
         fs::remove_file(&marker).map_err(|e| OutputError::file("remove", &marker, e))
     }
@@ -207,6 +236,13 @@ fn remove_results(path: &Path) -> Result<(), OutputError> {
         doomed.extend(
             entries.flatten().filter(|e| e.file_name().to_str().is_some_and(is_snapshot)).map(|e| e.path()),
         );
+    }
+    let checkpoints = path.join(CHECKPOINTS);
+    match fs::remove_dir_all(&checkpoints) {
+        Err(e) if !matches!(e.kind(), io::ErrorKind::NotFound | io::ErrorKind::NotADirectory) => {
+            return Err(OutputError::file("remove", &checkpoints, e));
+        }
+        _ => {}
     }
     for file in doomed {
         for file in [with_suffix(&file), file] {

@@ -7,6 +7,7 @@
 
 use std::path::{Path, PathBuf};
 
+use serde::{Deserialize, Serialize};
 use sph::driver::StepReport;
 use sph::ledger::{Account, Imbalance};
 use sph::solver::Role;
@@ -55,7 +56,7 @@ pub fn columns(sides: &[Role]) -> Vec<String> {
 }
 
 /// The largest value of a check and the half-step where it occurred; NaN is larger than everything.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Largest {
     /// The value \[-\].
     pub value: f64,
@@ -73,7 +74,7 @@ impl Largest {
 }
 
 /// Largest relative imbalances and residuals of a run.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Extremes {
     /// Force, check (a).
     pub force: Largest,
@@ -84,7 +85,7 @@ pub struct Extremes {
 }
 
 /// Sums of one side over the accepted corrector passes.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 struct SideSums {
     impulse: Vector,
     work: f64,
@@ -94,16 +95,22 @@ struct SideSums {
     residual: Largest,
 }
 
-/// Writer of `ledger.csv`.
-pub struct LedgerFile {
-    file: TableFile,
-    sides: Vec<Role>,
-    sums: [SideSums; 2],
+/// What the ledger has summed up, for a checkpoint.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+pub struct LedgerSums {
+    sides: [SideSums; 2],
     /// Worst imbalances since the last row: force, torque.
     since_row: [Largest; 2],
     extremes: Extremes,
     /// Reports of the last step, not yet in a row.
     pending: Option<[Option<StepReport>; 2]>,
+}
+
+/// Writer of `ledger.csv`.
+pub struct LedgerFile {
+    file: TableFile,
+    sides: Vec<Role>,
+    sums: LedgerSums,
     row: Vec<f64>,
 }
 
@@ -113,15 +120,27 @@ impl LedgerFile {
     /// # Errors
     /// When it cannot be written.
     pub fn create(path: &Path, sides: &[Role]) -> Result<Self, OutputError> {
-        Ok(Self {
-            file: TableFile::create(path, &columns(sides))?,
-            sides: sides.to_vec(),
-            sums: [SideSums::default(); 2],
-            since_row: [Largest::default(); 2],
-            extremes: Extremes::default(),
-            pending: None,
-            row: Vec::new(),
-        })
+        let file = TableFile::create(path, &columns(sides))?;
+        Ok(Self { file, sides: sides.to_vec(), sums: LedgerSums::default(), row: Vec::new() })
+    }
+
+    /// Goes on with the file of an earlier run from its first `length` bytes, with what it had summed up then.
+    ///
+    /// # Errors
+    /// As [`TableFile::resume`].
+    pub fn resume(path: &Path, sides: &[Role], length: u64, sums: LedgerSums) -> Result<Self, OutputError> {
+        let file = TableFile::resume(path, &columns(sides), length)?;
+        Ok(Self { file, sides: sides.to_vec(), sums, row: Vec::new() })
+    }
+
+    /// The file.
+    pub fn file(&self) -> &TableFile {
+        &self.file
+    }
+
+    /// What it has summed up.
+    pub fn sums(&self) -> &LedgerSums {
+        &self.sums
     }
 
     /// Books a completed step; `imbalance` is that of predictor and corrector.
@@ -135,19 +154,20 @@ impl LedgerFile {
         let Some(step) = reports.iter().flatten().map(|report| report.step).next() else { return };
         for (imbalance, stage) in imbalance.iter().zip(Stage::BOTH) {
             let at = StepStage { step, stage };
-            for largest in [&mut self.since_row[0], &mut self.extremes.force] {
+            for largest in [&mut self.sums.since_row[0], &mut self.sums.extremes.force] {
                 largest.take(imbalance.force, at);
             }
-            for largest in [&mut self.since_row[1], &mut self.extremes.torque] {
+            for largest in [&mut self.sums.since_row[1], &mut self.sums.extremes.torque] {
                 largest.take(imbalance.torque, at);
             }
         }
         for (k, report) in reports.into_iter().enumerate() {
             let Some(report) = report else { continue };
-            let sums = &mut self.sums[k];
+            let LedgerSums { sides, extremes, .. } = &mut self.sums;
+            let sums = &mut sides[k];
             for (books, stage) in report.books.iter().zip(Stage::BOTH) {
                 let residual = books.momentum_residual();
-                for largest in [&mut sums.residual, &mut self.extremes.momentum[k]] {
+                for largest in [&mut sums.residual, &mut extremes.momentum[k]] {
                     largest.take(residual, StepStage { step, stage });
                 }
             }
@@ -159,7 +179,7 @@ impl LedgerFile {
                 *sum += corrector.duration * corrector.accounts.get(account);
             }
         }
-        self.pending = Some([fluid.copied(), solid.copied()]);
+        self.sums.pending = Some([fluid.copied(), solid.copied()]);
     }
 
     /// Writes a row for the steps since the last one; none when there are none.
@@ -167,28 +187,28 @@ impl LedgerFile {
     /// # Errors
     /// When it cannot be written.
     pub fn write_row(&mut self) -> Result<(), OutputError> {
-        let Some(reports) = self.pending.take() else { return Ok(()) };
+        let Some(reports) = self.sums.pending.take() else { return Ok(()) };
         let Some(any) = reports.iter().flatten().next() else { return Ok(()) };
         self.row.clear();
         // Exact: step counts stay far below 2^53.
         let completed = (any.step + 1) as f64;
         self.row.extend([completed, any.end_time, any.time_step]);
-        self.row.extend(self.since_row.map(|largest| largest.value));
+        self.row.extend(self.sums.since_row.map(|largest| largest.value));
         for side in &self.sides {
             let k = side.index();
             match &reports[k] {
-                Some(report) => push_side(&mut self.row, report, &self.sums[k]),
+                Some(report) => push_side(&mut self.row, report, &self.sums.sides[k]),
                 None => self.row.extend(std::iter::repeat_n(f64::NAN, side_width())),
             }
-            self.sums[k].residual = Largest::default();
+            self.sums.sides[k].residual = Largest::default();
         }
-        self.since_row = [Largest::default(); 2];
+        self.sums.since_row = [Largest::default(); 2];
         self.file.push(&self.row)
     }
 
     /// Largest imbalances and residuals so far.
     pub fn extremes(&self) -> &Extremes {
-        &self.extremes
+        &self.sums.extremes
     }
 
     /// Writes the last steps and gives the file its final name.

@@ -6,6 +6,7 @@
 //! | `ledger.csv` | [`ledger`] | what crossed the interface, and whether it balances |
 //! | `snapshots/` | [`vtk`] | particle fields for ParaView and PyVista, one `.pvd` per side |
 //! | `final/*.state` | [`state`] | all particles with full precision, from which another run can start |
+//! | `divergence.csv` | [`neighbourhood`] | the guilty particle of a run that broke down, and those around it |
 //! | `summary.json` | [`summary`] | verdict and figures of the run |
 //! | `report.html` | [`report`] | pictures and facts in one file |
 //!
@@ -16,6 +17,7 @@
 pub mod directory;
 pub mod font;
 pub mod ledger;
+pub mod neighbourhood;
 pub mod plots;
 pub mod probes;
 pub mod process;

@@ -48,13 +48,35 @@ impl ProbeFile {
         fluid: Option<&[FluidProbe]>,
         solid: Option<&[SolidProbe]>,
     ) -> Result<Self, OutputError> {
+        Self::open(path, fluid, solid, |columns| TableFile::create(path, columns))
+    }
+
+    /// Goes on with the file of an earlier run from its first `length` bytes.
+    ///
+    /// # Errors
+    /// As [`TableFile::resume`].
+    pub fn resume(
+        path: &Path,
+        fluid: Option<&[FluidProbe]>,
+        solid: Option<&[SolidProbe]>,
+        length: u64,
+    ) -> Result<Self, OutputError> {
+        Self::open(path, fluid, solid, |columns| TableFile::resume(path, columns, length))
+    }
+
+    fn open(
+        path: &Path,
+        fluid: Option<&[FluidProbe]>,
+        solid: Option<&[SolidProbe]>,
+        open: impl FnOnce(&[String]) -> Result<TableFile, OutputError>,
+    ) -> Result<Self, OutputError> {
         let columns = columns(fluid.unwrap_or_default(), solid.unwrap_or_default());
         let of_fluid = fluid.iter().copied().flatten().map(|p| p.kind.columns().len()).sum();
         let of_solid = solid.iter().copied().flatten().map(|p| p.kind.columns().len()).sum();
         let side = |takes_part, columns| Side { takes_part, columns, waiting: VecDeque::new() };
         Ok(Self {
             path: path.to_path_buf(),
-            file: TableFile::create(path, &columns)?,
+            file: open(&columns)?,
             sides: [side(fluid.is_some(), of_fluid), side(solid.is_some(), of_solid)],
             last_step: None,
             row: Vec::with_capacity(columns.len()),
@@ -77,6 +99,19 @@ impl ProbeFile {
             self.write_earliest()?;
         }
         Ok(())
+    }
+
+    /// The file.
+    pub fn file(&self) -> &TableFile {
+        &self.file
+    }
+
+    /// Bytes before the row of `step` and those after it.
+    ///
+    /// # Errors
+    /// When the system does not tell.
+    pub fn length_before(&self, step: u64) -> Result<u64, OutputError> {
+        if self.last_step == Some(step) { Ok(self.file.length_before_last()) } else { self.file.length() }
     }
 
     /// Writes what is left, with NaN for a side that ended earlier, and gives the file its final name.

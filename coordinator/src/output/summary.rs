@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::io::{self, Write};
 use std::path::Path;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use sph::solver::Counts;
 use sph::stage::StepStage;
 
@@ -70,6 +70,10 @@ pub struct Summary {
     pub solid: Option<Participant>,
     /// The coordinator's own process.
     pub coordinator: Process,
+    /// Checkpoints that were taken.
+    pub checkpoints: Checkpoints,
+    /// Times that a lost server was started again, with the reason of each.
+    pub restarts: Vec<String>,
     /// Whether all ran in one process.
     pub in_process: bool,
     /// SHA-256, as hex, of the resolved case.
@@ -78,6 +82,23 @@ pub struct Summary {
     pub versions: BTreeMap<String, String>,
     /// Things that the user should know of.
     pub warnings: Vec<String>,
+}
+
+/// Checkpoints of a run, as far as this process took them.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Checkpoints {
+    /// Checkpoints written.
+    pub taken: u64,
+    /// Bytes of the largest.
+    pub largest_bytes: u64,
+    /// Wall time for which solvers waited for them, sum \[s\].
+    pub held_seconds: f64,
+    /// Wall time until they were on the disk, sum \[s\]; solvers go on meanwhile.
+    pub written_seconds: f64,
+    /// Completed steps of the last one.
+    pub last_step: Option<u64>,
+    /// Completed steps from which this process went on.
+    pub resumed_from: Option<u64>,
 }
 
 /// A span of simulated time.
@@ -90,7 +111,7 @@ pub struct Span {
 }
 
 /// Smallest and largest step of a run.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct StepSizes {
     /// Smallest \[s\].
     pub smallest_s: f64,
@@ -239,6 +260,8 @@ mod tests {
             fluid: Some(fluid),
             solid: None,
             coordinator: Process { peak_memory_bytes: Some(1 << 20), cpu_seconds: None },
+            checkpoints: Checkpoints::default(),
+            restarts: vec![],
             in_process: false,
             case_digest: "00".into(),
             versions: BTreeMap::from([("coordinator".to_string(), "0.1.0".to_string())]),

@@ -11,7 +11,7 @@ use flate2::Compression;
 use flate2::write::ZlibEncoder;
 use sph::solver::{Field, ParticleFields};
 
-use super::directory::{OutputError, write_file};
+use super::directory::{OutputError, PARTIAL, write_file};
 use super::state;
 
 /// Bytes per compressed block: readers hold one at a time.
@@ -32,17 +32,60 @@ impl Series {
         Self { folder: folder.to_path_buf(), side: side.to_string(), files: Vec::new() }
     }
 
+    /// The complete snapshots of steps before `step`.
+    pub fn files_before(&self, step: u64) -> Vec<(String, f64)> {
+        let bound = file_name(&self.side, step);
+        // Names of one side are of one length: they order as their steps do.
+        self.files.iter().filter(|(name, _)| *name < bound).cloned().collect()
+    }
+
+    /// Goes on after the snapshots `files` of an earlier run; what that run wrote later is removed.
+    ///
+    /// # Errors
+    /// When one of `files` is missing, or the folder cannot be written.
+    pub fn resume(
+        folder: &Path,
+        side: impl ToString,
+        files: Vec<(String, f64)>,
+    ) -> Result<Self, OutputError> {
+        let series = Self { folder: folder.to_path_buf(), side: side.to_string(), files };
+        for (name, _) in &series.files {
+            let path = folder.join(name);
+            if !path.is_file() {
+                return Err(OutputError::content(&path, "is missing, but was there at the checkpoint"));
+            }
+        }
+        let failed = |e| OutputError::file("read", folder, e);
+        for entry in std::fs::read_dir(folder).map_err(failed)? {
+            let entry = entry.map_err(failed)?;
+            let name = entry.file_name().to_string_lossy().into_owned();
+            let known = series.files.iter().any(|(known, _)| *known == name);
+            if is_snapshot_of(&series.side, &name) && !known {
+                std::fs::remove_file(entry.path())
+                    .map_err(|e| OutputError::file("remove", &entry.path(), e))?;
+            }
+        }
+        if !series.files.is_empty() {
+            series.write_collection()?;
+        }
+        Ok(series)
+    }
+
     /// Writes a snapshot, then the collection with it: at any moment the collection names complete files only.
     ///
     /// # Errors
     /// When a file cannot be written or the arrays of `particles` do not fit each other.
     pub fn write(&mut self, particles: &ParticleFields) -> Result<(), OutputError> {
-        let name = format!("{}_{:08}.vtp", self.side, particles.step);
+        let name = file_name(&self.side, particles.step);
         write_particles(&self.folder.join(&name), particles)?;
         // A run that is stopped at an output boundary reports it twice.
         if self.files.last().is_none_or(|(last, _)| *last != name) {
             self.files.push((name, particles.time));
         }
+        self.write_collection()
+    }
+
+    fn write_collection(&self) -> Result<(), OutputError> {
         write_file(&self.folder.join(format!("{}.pvd", self.side)), |file| {
             writeln!(file, "<?xml version=\"1.0\"?>")?;
             writeln!(file, "<VTKFile type=\"Collection\" version=\"0.1\" byte_order=\"LittleEndian\">")?;
@@ -54,6 +97,17 @@ impl Series {
             writeln!(file, "</VTKFile>")
         })
     }
+}
+
+fn file_name(side: &str, step: u64) -> String {
+    format!("{side}_{step:08}.vtp")
+}
+
+/// Whether a run gives `name` to a snapshot of `side`, complete or not.
+fn is_snapshot_of(side: &str, name: &str) -> bool {
+    let name = name.strip_suffix(PARTIAL).unwrap_or(name);
+    let digits = name.strip_prefix(side).and_then(|rest| rest.strip_prefix('_')?.strip_suffix(".vtp"));
+    digits.is_some_and(|digits| !digits.is_empty() && digits.bytes().all(|b| b.is_ascii_digit()))
 }
 
 /// Writes `particles` as one `.vtp` file.

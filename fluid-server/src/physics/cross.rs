@@ -8,6 +8,7 @@ use sph::extent::{ExtentTracker, ReachMap};
 use sph::interface::Interface;
 use sph::ledger::InterfaceSums;
 use sph::setup::{Coupling, FluidProbeKind, InterfaceLaw};
+use sph::vector::Vector;
 
 use super::gradients::{Gradients, Scene};
 use super::lists::Lists;
@@ -74,6 +75,21 @@ impl Cross {
         self.tracker.update(&state.position, slack);
     }
 
+    /// What reports need of the evaluations so far: see [`Cross::restore`].
+    pub fn history(&self) -> [u64; 2] {
+        [self.largest, u64::from(self.immersed)]
+    }
+
+    /// Goes on from a restored `state`; `history` is what [`Cross::history`] gave.
+    ///
+    /// The extent is that of the last list build, whence particles may have moved by the slack.
+    pub fn restore(&mut self, state: &FluidState, history: [u64; 2]) {
+        let position = state.list_origin.as_ref().map_or(&state.position, |origin| &origin.position);
+        self.tracker.update(position, 0.5 * Lists::skin(self.coupling.fluid.particle_spacing));
+        self.largest = history[0];
+        self.immersed = u32::try_from(history[1]).unwrap_or(u32::MAX);
+    }
+
     /// Where the fluid is.
     pub fn extent(&self) -> &Extent {
         self.tracker.extent()
@@ -98,7 +114,7 @@ impl Cross {
             let weight = |s: &u32| {
                 let s = *s as usize;
                 let distance = self.domain.separation(&own.position[f], &partner.position[s]).norm();
-                partner.mass[s] / partner.density[s] * model.kernel.value(distance)
+                partner.volume(s) * model.kernel.value(distance)
             };
             self.interface.solid_neighbours(f).iter().map(weight).sum()
         };
@@ -154,6 +170,20 @@ impl Cross {
             self.set_version += 1;
         }
         self.set_version
+    }
+
+    /// Force on each of the partner's `samples` \[N/m\] at `time` \[s\], written to `forces`.
+    pub fn reactions(
+        &mut self,
+        time: f64,
+        own: &InterfaceStates,
+        samples: &InterfaceStates,
+        forces: &mut Vec<Vector>,
+    ) {
+        self.interface.update(time, own, samples);
+        self.interface.solid_forces(own, samples);
+        forces.clear();
+        forces.extend((0..samples.len()).map(|s| self.interface.force(s)));
     }
 
     /// Cross lists, dummy states and pair forces of this stage.

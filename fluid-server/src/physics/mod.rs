@@ -12,9 +12,11 @@
 use sph::exchange::{Extent, InterfaceStates};
 use sph::lanes::Arithmetic;
 use sph::ledger::{Energies, StageBooks};
+use sph::saved::{RestoreError, SavedState};
 use sph::setup::FluidSetup;
-use sph::solver::{Counts, Divergence, ParticleFields, Role, Solver};
+use sph::solver::{Counts, Divergence, NoLoads, ParticleFields, Role, Solver};
 use sph::stage::{StageTime, StepStage};
+use sph::vector::Vector;
 
 use model::FluidModel;
 use state::FluidState;
@@ -34,6 +36,7 @@ mod probes;
 mod rates;
 mod record;
 mod rows;
+mod saved;
 mod shifting;
 mod state;
 mod tasks;
@@ -139,6 +142,18 @@ impl Solver for FluidSolver {
         self.workspace.evaluate_cross(&self.model, &self.state, time.state_time(), own, partner);
     }
 
+    fn reactions(
+        &mut self,
+        time: &StageTime,
+        own: &InterfaceStates,
+        samples: &InterfaceStates,
+        forces: &mut Vec<Vector>,
+    ) -> Result<(), NoLoads> {
+        let cross = self.workspace.cross.as_mut().ok_or(NoLoads)?;
+        cross.reactions(time.state_time(), own, samples, forces);
+        Ok(())
+    }
+
     fn advance(&mut self, time: &StageTime) -> Result<StageBooks, Divergence> {
         // The state is checked when the next stage begins, or, at the end of a step, before anything reads it.
         Ok(advance::advance(&self.model, &mut self.state, &mut self.workspace, time))
@@ -181,5 +196,24 @@ impl Solver for FluidSolver {
             outflow: self.state.outflow,
             largest_interface: self.workspace.cross.as_ref().map_or(0, |cross| cross.largest()),
         }
+    }
+
+    fn save(&self, saved: &mut SavedState) {
+        self.state.save(saved);
+        let cross = self.workspace.cross.as_ref();
+        saved.put_u64(saved::INTERFACE, cross.map_or([0; 2], |cross| cross.history()));
+    }
+
+    fn restore(&mut self, saved: &SavedState) -> Result<(), RestoreError> {
+        let state = FluidState::restored(&self.model, saved)?;
+        let history = saved.u64s(saved::INTERFACE)?;
+        let mut workspace = Workspace::new(&self.model);
+        if let Some(cross) = &mut workspace.cross {
+            cross.restore(&state, history);
+        }
+        workspace.largest_speed = checks::check_state(&self.model, &state, StepStage::FIRST)
+            .map_err(|divergence| RestoreError::new("state", divergence.to_string()))?;
+        (self.state, self.workspace) = (state, workspace);
+        Ok(())
     }
 }

@@ -21,7 +21,7 @@ use crate::limits::{MAX_BOXES, MAX_LIST};
 use crate::wire;
 
 impl Choice for CouplingKind {
-    const ALL: &'static [Self] = &[CouplingKind::States, CouplingKind::Loads];
+    const ALL: &'static [Self] = &CouplingKind::ALL;
 
     fn code(self) -> i32 {
         let wire = match self {
@@ -39,6 +39,8 @@ impl Choice for FrameField {
         FrameField::Density,
         FrameField::Pressure,
         FrameField::Stress,
+        FrameField::Volume,
+        FrameField::Force,
     ];
 
     fn code(self) -> i32 {
@@ -48,6 +50,8 @@ impl Choice for FrameField {
             FrameField::Density => wire::Field::Density,
             FrameField::Pressure => wire::Field::Pressure,
             FrameField::Stress => wire::Field::Stress,
+            FrameField::Volume => wire::Field::Volume,
+            FrameField::Force => wire::Field::Force,
         };
         wire.into()
     }

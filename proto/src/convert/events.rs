@@ -1,11 +1,12 @@
 //! Commands and events of the Run stream.
 
-use sph::driver::{Command, ProbeValues, StepReport};
+use sph::driver::{Command, Held, ProbeValues, StepReport};
 use sph::ledger::{Energies, StageBooks};
 use sph::solver::{Counts, Fault};
+use sph::stage::StepStage;
 
 use super::arrays::{pack, unpack_all};
-use super::{Choice, Convert, Path, WireError, choice, finite, length, required};
+use super::{Choice, Convert, Path, WireError, choice, finite, length, optional, required};
 use crate::limits::MAX_LIST;
 use crate::wire;
 
@@ -29,6 +30,8 @@ pub struct Beat {
     pub phase: Phase,
     /// Time since the last completed step \[s\].
     pub since_last_step: f64,
+    /// Half-step of the partner's frame that it awaited last.
+    pub awaited: Option<StepStage>,
 }
 
 /// One event as it travels: particle fields go beside it, by number.
@@ -40,6 +43,21 @@ pub(crate) enum BatchItem {
     Finished { step: u64, time: f64, reached_end: bool, counts: Counts, state_index: u64 },
     Failed { fault: Box<Fault>, step: u64, time: f64, counts: Counts, state_index: u64 },
     Beat(Beat),
+    Held(Held),
+}
+
+impl std::fmt::Display for Beat {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let doing = match self.phase {
+            Phase::Computing => "computing",
+            Phase::WaitingForPartner => "waiting for its partner",
+            Phase::WaitingForGrant => "waiting for a grant",
+        };
+        match self.awaited.filter(|at| at.step >= self.step) {
+            Some(at) => write!(f, "in {at}, {doing}"),
+            None => write!(f, "after {} completed steps, {doing}", self.step),
+        }
+    }
 }
 
 impl Choice for Phase {
@@ -61,6 +79,9 @@ pub(crate) fn encode_command(run_id: &str, epoch: u32, command: Command) -> wire
         Command::GrantThrough(step) => Order::GrantThrough(step),
         Command::Stop => Order::Stop(wire::Unit {}),
         Command::Abort => Order::Abort(wire::Unit {}),
+        Command::Hold => Order::Hold(wire::Unit {}),
+        // Has a call of its own; as an order it is empty, and refused.
+        Command::Checkpoint => return wire::Command { run_id: run_id.to_owned(), epoch, order: None },
     };
     wire::Command { run_id: run_id.to_owned(), epoch, order: Some(order) }
 }
@@ -72,6 +93,7 @@ pub(crate) fn decode_command(wire: &wire::Command) -> Result<Command, WireError>
         Some(Order::GrantThrough(step)) => Ok(Command::GrantThrough(*step)),
         Some(Order::Stop(_)) => Ok(Command::Stop),
         Some(Order::Abort(_)) => Ok(Command::Abort),
+        Some(Order::Hold(_)) => Ok(Command::Hold),
         None => Err(Path::root("command")
             .field("order")
             .error("is missing or of a later version of the protocol")),
@@ -134,7 +156,9 @@ impl BatchItem {
                 step: beat.step,
                 phase: beat.phase.code(),
                 since_last_step_s: Some(beat.since_last_step),
+                awaited: beat.awaited.map(|at| at.to_wire()),
             }),
+            Self::Held(held) => Body::Held(wire::Held { step: held.step, time_s_bits: held.time.to_bits() }),
         }
     }
 
@@ -181,8 +205,13 @@ impl BatchItem {
                     step: beat.step,
                     phase: choice(beat.phase, &at.field("phase"))?,
                     since_last_step: finite(beat.since_last_step_s, &at.field("since_last_step_s"))?,
+                    awaited: optional(&beat.awaited, &at.field("awaited"))?,
                 })
             }
+            Body::Held(held) => Self::Held(Held {
+                step: held.step,
+                time: time(held.time_s_bits, &at.field("held"), "time_s_bits")?,
+            }),
         })
     }
 }

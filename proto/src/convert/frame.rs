@@ -1,9 +1,7 @@
 //! Half-step frames. Writer and reader keep what the protocol sends only on change.
 
 use bytes::Bytes;
-use sph::exchange::{Extent, Frame, InterfaceStates, PreviousStage};
-use sph::setup::InterfaceLaw;
-use sph::solver::Role;
+use sph::exchange::{Extent, Frame, FrameContent, InterfaceStates, PreviousStage};
 use sph::stage::{StageTime, StepStage};
 
 use super::arrays::{
@@ -21,39 +19,33 @@ use crate::wire;
 pub(crate) struct FrameWriter {
     run_id: String,
     epoch: u32,
-    sends_stress: bool,
+    fields: &'static [FrameField],
     sent_set: Option<u64>,
     /// Version of the own extent that the partner has.
     told_extent: u64,
 }
 
 impl FrameWriter {
-    /// A writer of `role` under `law`, whose partner knows extent `told_extent` from the hand-shake.
-    pub(crate) fn new(run_id: &str, epoch: u32, role: Role, law: InterfaceLaw, told_extent: u64) -> Self {
-        let sends_stress = FrameField::sent_by(role, law).contains(&FrameField::Stress);
-        Self { run_id: run_id.to_owned(), epoch, sends_stress, sent_set: None, told_extent }
+    /// A writer of frames with `fields`, whose partner knows extent `told_extent` from the hand-shake.
+    pub(crate) fn new(run_id: &str, epoch: u32, fields: &'static [FrameField], told_extent: u64) -> Self {
+        Self { run_id: run_id.to_owned(), epoch, fields, sent_set: None, told_extent }
     }
 
     /// The message of `frame`.
     pub(crate) fn write(&mut self, frame: &Frame) -> wire::Frame {
         let states = &frame.states;
-        let set = (self.sent_set != Some(frame.set_version)).then(|| wire::ParticleSet {
+        let content = FrameField::content(self.fields);
+        let number = if content == FrameContent::Forces { frame.forces.len() } else { states.len() };
+        let changed = self.sent_set != Some(frame.set_version) && content != FrameContent::Forces;
+        let masses: &[f64] = if content == FrameContent::States { &states.mass } else { &[] };
+        let set = changed.then(|| wire::ParticleSet {
             ids: pack_indices(&states.id),
             groups: pack_indices(&states.group),
-            masses_kg_per_m: pack(&states.mass),
+            masses_kg_per_m: pack(masses),
         });
         self.sent_set = Some(frame.set_version);
         let extent = (self.told_extent != frame.extent.version).then(|| frame.extent.to_wire());
         self.told_extent = frame.extent.version;
-        let mut blocks = vec![
-            block(FrameField::Position, pack(&states.position)),
-            block(FrameField::Velocity, pack(&states.velocity)),
-            block(FrameField::Density, pack(&states.density)),
-            block(FrameField::Pressure, pack(&states.pressure)),
-        ];
-        if self.sends_stress || !states.stress.is_empty() {
-            blocks.push(block(FrameField::Stress, pack(&states.stress)));
-        }
         wire::Frame {
             run_id: self.run_id.clone(),
             epoch: self.epoch,
@@ -63,9 +55,9 @@ impl FrameWriter {
             step_start_s_bits: frame.time.step_start.to_bits(),
             time_step_s_bits: frame.time.time_step.to_bits(),
             set_version: frame.set_version,
-            count: count(states.len()),
+            count: count(number),
             set,
-            blocks,
+            blocks: self.fields.iter().map(|field| block(*field, frame)).collect(),
             digest: frame.digest(),
             extent_version: frame.extent.version,
             extent,
@@ -88,7 +80,17 @@ impl FrameWriter {
     }
 }
 
-fn block(field: FrameField, data: Bytes) -> wire::Block {
+fn block(field: FrameField, frame: &Frame) -> wire::Block {
+    let states = &frame.states;
+    let data: Bytes = match field {
+        FrameField::Position => pack(&states.position),
+        FrameField::Velocity => pack(&states.velocity),
+        FrameField::Density => pack(&states.density),
+        FrameField::Pressure => pack(&states.pressure),
+        FrameField::Stress => pack(&states.stress),
+        FrameField::Volume => pack(&(0..states.len()).map(|i| states.volume(i)).collect::<Vec<_>>()),
+        FrameField::Force => pack(&frame.forces),
+    };
     wire::Block { field: field.code(), data }
 }
 
@@ -140,16 +142,9 @@ struct KnownSet {
 }
 
 impl FrameReader {
-    /// A reader for frames of `partner` under `law`, whose extent is `extent` from the hand-shake.
-    pub(crate) fn new(run_id: &str, epoch: u32, partner: Role, law: InterfaceLaw, extent: Extent) -> Self {
-        Self {
-            run_id: run_id.to_owned(),
-            epoch,
-            required: FrameField::sent_by(partner, law),
-            last: None,
-            set: None,
-            extent,
-        }
+    /// A reader for frames with the fields `required` of a partner whose extent is `extent` from the hand-shake.
+    pub(crate) fn new(run_id: &str, epoch: u32, required: &'static [FrameField], extent: Extent) -> Self {
+        Self { run_id: run_id.to_owned(), epoch, required, last: None, set: None, extent }
     }
 
     /// Checks that `wire` is the partner's frame of half-step `expected` and fills `frame` from it.
@@ -176,8 +171,13 @@ impl FrameReader {
             step_start: finite(f64::from_bits(wire.step_start_s_bits), &at.field("step_start_s_bits"))?,
             time_step: positive(f64::from_bits(wire.time_step_s_bits), &at.field("time_step_s_bits"))?,
         };
-        self.read_set(wire, &at)?;
-        self.read_states(wire, &mut frame.states, &at)?;
+        frame.content = FrameField::content(self.required);
+        if frame.content == FrameContent::Forces {
+            self.read_forces(wire, frame, &at)?;
+        } else {
+            self.read_set(wire, &at)?;
+            self.read_states(wire, frame.content, &mut frame.states, &at)?;
+        }
         frame.set_version = wire.set_version;
         let digest = frame.digest();
         if digest != wire.digest {
@@ -225,18 +225,40 @@ impl FrameReader {
         };
         let at = at.field("set");
         let count = index_count(&set.ids, &at.field("ids"))?;
+        let samples = FrameField::content(self.required) == FrameContent::Samples;
+        let masses = if samples { 0 } else { count };
         self.set = Some(KnownSet {
             version: wire.set_version,
             id: unpack_ids(&set.ids, count, &at.field("ids"))?,
             group: unpack_indices(&set.groups, count, &at.field("groups"))?,
-            mass: unpack_positive(&set.masses_kg_per_m, count, &at.field("masses_kg_per_m"))?,
+            mass: unpack_positive(&set.masses_kg_per_m, masses, &at.field("masses_kg_per_m"))?,
         });
         Ok(())
+    }
+
+    /// Forces of the partner, which the receiver compares with the samples that it sent.
+    fn read_forces(&self, wire: &wire::Frame, frame: &mut Frame, at: &Path<'_>) -> Result<(), WireError> {
+        if wire.set.is_some() {
+            return Err(at.field("set").error("is given with forces, which belong to the receiver's set"));
+        }
+        let mut blocks = Blocks::new(self.required);
+        frame.states.clear();
+        let number = usize::try_from(wire.count).unwrap_or(usize::MAX);
+        for (k, block) in wire.blocks.iter().enumerate() {
+            let at = at.item("blocks", k);
+            let (field, at) = blocks.next(block, &at)?;
+            if field != FrameField::Force {
+                return Err(at.error("is no field of a frame of forces"));
+            }
+            unpack_into(&block.data, number, &mut frame.forces, &at)?;
+        }
+        blocks.complete(at)
     }
 
     fn read_states(
         &self,
         wire: &wire::Frame,
+        content: FrameContent,
         states: &mut InterfaceStates,
         at: &Path<'_>,
     ) -> Result<(), WireError> {
@@ -250,34 +272,35 @@ impl FrameReader {
         states.id.extend_from_slice(&known.id);
         states.group.extend_from_slice(&known.group);
         states.mass.extend_from_slice(&known.mass);
-        let mut found = Vec::with_capacity(wire.blocks.len().min(FrameField::ALL.len()));
+        let mut blocks = Blocks::new(self.required);
         for (k, block) in wire.blocks.iter().enumerate() {
             let at = at.item("blocks", k);
-            let field: FrameField = choice(block.field, &at.field("field"))?;
-            if found.contains(&field) {
-                return Err(at.field("field").error(format!("repeats the {}", field.name())));
-            }
-            found.push(field);
-            let at = at.field(field.name());
+            let (field, at) = blocks.next(block, &at)?;
             match field {
                 FrameField::Position => unpack_into(&block.data, count, &mut states.position, &at)?,
                 FrameField::Velocity => unpack_into(&block.data, count, &mut states.velocity, &at)?,
                 FrameField::Density => {
                     unpack_into(&block.data, count, &mut states.density, &at)?;
-                    if let Some(i) = states.density.iter().position(|density| *density <= 0.0) {
-                        let problem =
-                            format!("of particle number {i} is {:?}, must be positive", states.density[i]);
-                        return Err(at.error(problem));
-                    }
+                    all_positive(&states.density, &at)?;
                 }
+                FrameField::Volume => {
+                    unpack_into(&block.data, count, &mut states.mass, &at)?;
+                    all_positive(&states.mass, &at)?;
+                }
+                FrameField::Force => return Err(at.error("is no field of a frame of particles")),
                 FrameField::Pressure => unpack_into(&block.data, count, &mut states.pressure, &at)?,
                 FrameField::Stress => unpack_into(&block.data, count, &mut states.stress, &at)?,
             }
         }
-        match self.required.iter().find(|field| !found.contains(field)) {
-            None => Ok(()),
-            Some(missing) => Err(at.field("blocks").error(format!("lack the {}", missing.name()))),
+        blocks.complete(at)?;
+        if content == FrameContent::Samples {
+            // Only the volume m/ρ of a sample has a meaning.
+            states.density.clear();
+            states.density.resize(count, 1.0);
+            states.pressure.clear();
+            states.pressure.resize(count, 0.0);
         }
+        Ok(())
     }
 
     fn read_extent(&mut self, wire: &wire::Frame, at: &Path<'_>) -> Result<(), WireError> {
@@ -300,5 +323,45 @@ impl FrameReader {
                 Err(at.field("extent_version").error(problem))
             }
         }
+    }
+}
+
+/// The fields of a frame as they come.
+struct Blocks {
+    required: &'static [FrameField],
+    found: Vec<FrameField>,
+}
+
+impl Blocks {
+    fn new(required: &'static [FrameField]) -> Self {
+        Self { required, found: Vec::with_capacity(FrameField::ALL.len()) }
+    }
+
+    /// The field of `block`, which is found at `at`, and the place of its data.
+    fn next<'a>(
+        &mut self,
+        block: &wire::Block,
+        at: &'a Path<'a>,
+    ) -> Result<(FrameField, Path<'a>), WireError> {
+        let field: FrameField = choice(block.field, &at.field("field"))?;
+        if self.found.contains(&field) {
+            return Err(at.field("field").error(format!("repeats the {}", field.name())));
+        }
+        self.found.push(field);
+        Ok((field, at.field(field.name())))
+    }
+
+    fn complete(&self, at: &Path<'_>) -> Result<(), WireError> {
+        match self.required.iter().find(|field| !self.found.contains(field)) {
+            None => Ok(()),
+            Some(missing) => Err(at.field("blocks").error(format!("lack the {}", missing.name()))),
+        }
+    }
+}
+
+fn all_positive(values: &[f64], at: &Path<'_>) -> Result<(), WireError> {
+    match values.iter().position(|value| *value <= 0.0) {
+        None => Ok(()),
+        Some(i) => Err(at.error(format!("of particle number {i} is {:?}, must be positive", values[i]))),
     }
 }

@@ -10,12 +10,14 @@ mod fluid;
 mod frame;
 mod report;
 mod run;
+mod saved;
 mod snapshot;
 mod solid;
 
 pub(crate) use events::{BatchItem, decode_batch, decode_command, encode_batch, encode_command};
 pub use events::{Beat, Phase};
 pub(crate) use frame::{FrameReader, FrameWriter, ReceivedFrame};
+pub use saved::{decode_state, encode_state};
 pub(crate) use snapshot::{SnapshotAssembler, snapshot_chunks};
 
 use std::fmt;

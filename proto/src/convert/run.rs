@@ -2,9 +2,9 @@
 
 use sph::domain::Domain;
 use sph::setup::{
-    BodyForce, BreachAction, Coupling, Damping, FluidConstants, GradientCorrection, InterfaceLaw,
-    LedgerPolicy, Motion, OutputPlan, RunSetup, StepPolicy, TimePlan, WallCondition, WallParticles,
-    WallSetup,
+    BodyForce, BreachAction, Coupling, CouplingKind, Damping, FluidConstants, GradientCorrection,
+    InterfaceLaw, LedgerPolicy, Motion, OutputPlan, RunSetup, StepPolicy, TimePlan, WallCondition,
+    WallParticles, WallSetup,
 };
 use sph::solver::Role;
 use sph::stage::Stage;
@@ -42,12 +42,13 @@ impl Choice for Stage {
 }
 
 impl Choice for BreachAction {
-    const ALL: &'static [Self] = &[BreachAction::Warn, BreachAction::Stop];
+    const ALL: &'static [Self] = &[BreachAction::Warn, BreachAction::Stop, BreachAction::StopAndCheckpoint];
 
     fn code(self) -> i32 {
         let wire = match self {
             BreachAction::Warn => wire::BreachAction::Warn,
             BreachAction::Stop => wire::BreachAction::Stop,
+            BreachAction::StopAndCheckpoint => wire::BreachAction::StopAndCheckpoint,
         };
         wire.into()
     }
@@ -285,6 +286,7 @@ impl Convert for Coupling {
 
     fn to_wire(&self) -> wire::Coupling {
         wire::Coupling {
+            kind: self.kind.code(),
             law: self.law.code(),
             fluid: Some(self.fluid.to_wire()),
             solid_spacing_m: Some(self.solid_spacing),
@@ -294,8 +296,19 @@ impl Convert for Coupling {
     }
 
     fn from_wire(wire: &wire::Coupling, at: &Path<'_>) -> Result<Self, WireError> {
+        let law = choice(wire.law, &at.field("law"))?;
+        let kind = match wire.kind {
+            0 => CouplingKind::States,
+            kind => choice(kind, &at.field("kind"))?,
+        };
+        if kind == CouplingKind::Loads && law == InterfaceLaw::PlainSum {
+            let problem =
+                "is COUPLING_KIND_LOADS, which has no stress for INTERFACE_LAW_PLAIN_SUM; use a wall law";
+            return Err(at.field("kind").error(problem));
+        }
         Ok(Self {
-            law: choice(wire.law, &at.field("law"))?,
+            kind,
+            law,
             fluid: required(&wire.fluid, &at.field("fluid"))?,
             solid_spacing: positive(wire.solid_spacing_m, &at.field("solid_spacing_m"))?,
             margin: not_negative(wire.margin_m, &at.field("margin_m"))?,

@@ -5,7 +5,7 @@ use sph::solver::{Field, ParticleFields};
 
 use super::arrays::{unpack_any_into, unpack_indices_below};
 use super::{Path, WireError, count, finite, length, name, text};
-use crate::limits::{CHUNK_BYTES, MAX_LIST, MAX_PARTICLES};
+use crate::limits::{CHUNK_BYTES, EAGER_BYTES, MAX_LIST, MAX_PARTICLES};
 use crate::wire;
 use crate::wire::snapshot_chunk::Part;
 
@@ -13,8 +13,6 @@ use crate::wire::snapshot_chunk::Part;
 const MAX_COMPONENTS: usize = 9;
 /// Most fields of a snapshot.
 const MAX_FIELDS: usize = 256;
-/// Bytes that are set aside before they have arrived.
-const EAGER_BYTES: usize = 64 << 20;
 
 /// Snapshot number `index` as the chunks that carry it, header first.
 pub(crate) fn snapshot_chunks(

@@ -14,7 +14,7 @@ use tokio::sync::mpsc;
 use tokio_util::sync::CancellationToken;
 use tonic::{Status, Streaming};
 
-use super::participant::FIRST_EPOCH;
+use super::checkpoint::{Pending, Saver};
 use super::session::{Host, Linked, Serial, Session, State};
 use crate::convert::{BatchItem, Beat, Phase, decode_command, encode_batch};
 use crate::error::status_text;
@@ -33,6 +33,7 @@ const PENDING_BATCHES: usize = 4;
 pub(super) struct RunHandle {
     serial: Serial,
     run_id: String,
+    epoch: u32,
     cancel: CancellationToken,
     abort: CancellationToken,
 }
@@ -46,6 +47,7 @@ impl RunHandle {
         Self {
             serial: session.serial,
             run_id: session.run_id.clone(),
+            epoch: session.epoch,
             cancel: session.cancel.clone(),
             abort: session.abort.clone(),
         }
@@ -85,7 +87,8 @@ impl Pulse {
             Phase::Computing
         };
         let last_step = *self.last_step.lock().unwrap_or_else(PoisonError::into_inner);
-        Beat { step, phase, since_last_step: last_step.elapsed().as_secs_f64() }
+        let awaited = self.peer.as_ref().and_then(|peer| peer.awaited());
+        Beat { step, phase, since_last_step: last_step.elapsed().as_secs_f64(), awaited }
     }
 }
 
@@ -100,18 +103,22 @@ pub(super) fn start<F: Send + Sync + 'static>(
     let (orders, ordered) = std_mpsc::channel();
     let (batches, stream) = mpsc::channel(PENDING_BATCHES);
     let pulse = Arc::new(Pulse {
-        completed: AtomicU64::new(0),
+        completed: AtomicU64::new(linked.link.resume.map_or(0, |state| state.step)),
         granted: AtomicU64::new(0),
         last_step: Mutex::new(Instant::now()),
         ended: AtomicBool::new(false),
         peer: linked.peer.as_ref().map(|peer| peer.monitor()),
     });
+    let pending = Pending::default();
+    let saver = Saver::new(orders.clone(), pending.clone());
+    host.with_session(run.serial, |session| session.saver = Some(saver));
     let pool = host.pool.clone();
     let thread_pulse = pulse.clone();
     let thread = std::thread::Builder::new().name("run".into()).spawn(move || {
         let panicked = said.clone();
-        let computing =
-            AssertUnwindSafe(|| pool.install(move || compute(linked, &ordered, &said, &thread_pulse)));
+        let computing = AssertUnwindSafe(|| {
+            pool.install(move || compute(linked, &ordered, &said, &thread_pulse, &pending))
+        });
         if let Err(panic) = catch_unwind(computing) {
             // Nobody listens when the coordinator is gone too.
             drop(panicked.blocking_send(Said::Panicked(panic_text(&*panic))));
@@ -124,6 +131,7 @@ pub(super) fn start<F: Send + Sync + 'static>(
     let over = CancellationToken::new();
     let commands = Commands {
         run_id: run.run_id.clone(),
+        epoch: run.epoch,
         cancel: run.cancel.clone(),
         abort: run.abort.clone(),
         over: over.clone(),
@@ -137,11 +145,17 @@ pub(super) fn start<F: Send + Sync + 'static>(
 }
 
 /// Runs the solver to its end on this thread.
-fn compute(linked: Linked, orders: &std_mpsc::Receiver<Command>, said: &mpsc::Sender<Said>, pulse: &Pulse) {
+fn compute(
+    linked: Linked,
+    orders: &std_mpsc::Receiver<Command>,
+    said: &mpsc::Sender<Said>,
+    pulse: &Pulse,
+    pending: &Pending,
+) {
     let Linked { mut ready, link, peer, snapshots } = linked;
     let monitor = peer.as_ref().map(|peer| peer.monitor());
     let exchange = peer.map(|peer| Box::new(peer) as Box<dyn Exchange>);
-    let mut reporter = Reporter { said, snapshots, taken: 0, pulse, monitor };
+    let mut reporter = Reporter { said, snapshots, taken: 0, pulse, monitor, pending };
     driver::run(ready.solver.as_mut(), &ready.setup, &link, exchange, orders, &mut |event| {
         reporter.report(event);
     });
@@ -154,6 +168,7 @@ struct Reporter<'a> {
     taken: u64,
     pulse: &'a Pulse,
     monitor: Option<Arc<PeerMonitor>>,
+    pending: &'a Pending,
 }
 
 impl Reporter<'_> {
@@ -164,6 +179,9 @@ impl Reporter<'_> {
                 BatchItem::Step(Box::new(report))
             }
             Event::Probes(values) => BatchItem::Probes(values),
+            Event::Held(held) => BatchItem::Held(held),
+            // Goes the way that the call for it came.
+            Event::Checkpoint(checkpoint) => return self.pending.answer(*checkpoint),
             Event::Snapshot(fields) => {
                 let (step, time) = (fields.step, fields.time);
                 BatchItem::Snapshot { index: self.snapshot(fields), step, time }
@@ -212,6 +230,7 @@ impl Reporter<'_> {
 /// The way of commands to the compute thread.
 struct Commands {
     run_id: String,
+    epoch: u32,
     cancel: CancellationToken,
     abort: CancellationToken,
     /// The compute thread has ended.
@@ -263,10 +282,10 @@ impl Commands {
     }
 
     fn check(&self, message: &wire::Command) -> Result<Command, Status> {
-        if message.run_id != self.run_id || message.epoch != FIRST_EPOCH {
+        if message.run_id != self.run_id || message.epoch != self.epoch {
             let text = format!(
-                "a command is for run {:?}, epoch {}; expected: {:?}, epoch {FIRST_EPOCH}",
-                message.run_id, message.epoch, self.run_id
+                "a command is for run {:?}, epoch {}; expected: {:?}, epoch {}",
+                message.run_id, message.epoch, self.run_id, self.epoch
             );
             return Err(Status::failed_precondition(status_text(text)));
         }
@@ -316,7 +335,7 @@ async fn forward_events<F>(
             pulse.ended.store(true, Ordering::Relaxed);
         }
         if listening && !items.is_empty() {
-            drop(batches.send(Ok(encode_batch(&run.run_id, FIRST_EPOCH, &items))).await);
+            drop(batches.send(Ok(encode_batch(&run.run_id, run.epoch, &items))).await);
         }
     }
     if let Some(text) = defect {
@@ -332,6 +351,7 @@ async fn forward_events<F>(
             if !abandoned {
                 session.state = State::Ended;
             }
+            session.saver = None;
             abandoned
         })
         .unwrap_or(true);

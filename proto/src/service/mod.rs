@@ -3,8 +3,10 @@
 //! ```text
 //! participant.rs  the control plane's calls     exchange.rs  the data plane's call
 //! session.rs      the one object of a run       compute.rs   its compute thread and event stream
+//! checkpoint.rs   saving and restoring a run's state
 //! ```
 
+mod checkpoint;
 mod compute;
 mod exchange;
 mod participant;
@@ -63,11 +65,11 @@ impl Description {
             protocols: [PROTOCOL; 2],
             roles: vec![role],
             dimensions: u32::try_from(DIMENSIONS).unwrap_or(u32::MAX),
-            coupling_kinds: vec![CouplingKind::States],
+            coupling_kinds: CouplingKind::ALL.to_vec(),
             interface_laws: vec![InterfaceLaw::Wall, InterfaceLaw::WallNoSlip, InterfaceLaw::PlainSum],
             arithmetic: arithmetic.into(),
             capabilities: Capabilities {
-                checkpoint: false,
+                checkpoint: true,
                 deterministic: true,
                 adaptive_step: true,
                 expressions: true,

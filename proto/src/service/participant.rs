@@ -15,9 +15,9 @@ use tokio_util::sync::CancellationToken;
 use tonic::{Request, Response, Status, Streaming};
 
 use super::session::{Host, Linked, Ready, Serial, Skin, State};
-use super::{Opened, SetupProblems, SolverFactory, compute};
+use super::{Opened, SetupProblems, SolverFactory, checkpoint, compute};
 use crate::convert::{Convert, FrameReader, FrameWriter, Path, WireError, snapshot_chunks};
-use crate::description::{CouplingKind, FrameField, LinkPlan, OpenReport, PROTOCOL, Partner};
+use crate::description::{FrameField, LinkPlan, OpenReport, PROTOCOL, Partner};
 use crate::error::status_text;
 use crate::limits::MAX_NAME_BYTES;
 use crate::peer::{self, GrpcPeer, PeerSlot};
@@ -29,19 +29,11 @@ use crate::wire::open_request::Setup;
 const PENDING_SNAPSHOTS: usize = 2;
 /// Chunks of a snapshot that may wait for the transport.
 const PENDING_CHUNKS: usize = 4;
-/// Epoch of a run that was never restored.
-pub(super) const FIRST_EPOCH: u32 = 0;
 
-type Reply<T> = Pin<Box<dyn Stream<Item = Result<T, Status>> + Send>>;
+pub(super) type Reply<T> = Pin<Box<dyn Stream<Item = Result<T, Status>> + Send>>;
 
-fn invalid(error: &WireError) -> Status {
+pub(super) fn invalid(error: &WireError) -> Status {
     Status::invalid_argument(status_text(error.to_string()))
-}
-
-fn no_checkpoints(call: &str) -> Status {
-    Status::unimplemented(format!(
-        "`{call}` needs the capability `checkpoint`, which this server does not offer"
-    ))
 }
 
 fn decode_setup(setup: &Setup) -> Result<ParticipantSetup, WireError> {
@@ -116,7 +108,7 @@ impl<F: SolverFactory> wire::participant_server::Participant for Skin<F> {
             let session = Host::<F>::admit(&mut slot, "Link", &request.run_id, &metadata)?;
             let State::Open(ready) = &session.state else { return Err(session.refused("Link", "OPEN")) };
             let plan = LinkPlan::from_wire(&request, &Path::root("link")).map_err(|e| invalid(&e))?;
-            let peer = self.0.prepare_peer(&plan, ready, session.abort.clone())?;
+            let peer = self.0.prepare_peer(&plan, ready, session.epoch, session.abort.clone())?;
             (session.serial, session.token.clone(), plan, peer)
         };
         let (serial, token, plan, peer) = plan;
@@ -130,10 +122,11 @@ impl<F: SolverFactory> wire::participant_server::Participant for Skin<F> {
             (Some((peer, slot)), _) => (Some(peer), Some(slot)),
             (None, _) => (None, None),
         };
-        let link = Link { partner_extent: plan.partner_extent, first_limit: plan.first_limit };
+        let (partner_extent, first_limit) = (plan.partner_extent, plan.first_limit);
         self.0
             .with_session(serial, |session| match std::mem::replace(&mut session.state, State::Opening) {
                 State::Open(ready) => {
+                    let link = Link { partner_extent, first_limit, resume: ready.resume };
                     session.state =
                         State::Linked(Box::new(Linked { ready: *ready, link, peer, snapshots: None }));
                     session.peer_slot = waiting;
@@ -201,16 +194,16 @@ impl<F: SolverFactory> wire::participant_server::Participant for Skin<F> {
 
     async fn checkpoint(
         &self,
-        _: Request<wire::CheckpointRequest>,
+        request: Request<wire::CheckpointRequest>,
     ) -> Result<Response<Self::CheckpointStream>, Status> {
-        Err(no_checkpoints("Checkpoint"))
+        checkpoint::take(&self.0, request).await.map(Response::new)
     }
 
     async fn restore(
         &self,
-        _: Request<Streaming<wire::RestoreChunk>>,
+        request: Request<Streaming<wire::RestoreChunk>>,
     ) -> Result<Response<wire::RestoreReply>, Status> {
-        Err(no_checkpoints("Restore"))
+        checkpoint::restore(&self.0, request).await.map(Response::new)
     }
 
     async fn close(
@@ -243,6 +236,7 @@ impl<F: SolverFactory> Host<F> {
         &self,
         plan: &LinkPlan,
         ready: &Ready,
+        epoch: u32,
         abort: CancellationToken,
     ) -> Result<Option<(GrpcPeer, PeerSlot)>, Status> {
         let run = &ready.setup;
@@ -262,9 +256,10 @@ impl<F: SolverFactory> Host<F> {
         };
         let role = ready.solver.role();
         let extent = ready.solver.extent().version;
-        let writer = FrameWriter::new(&run.run_id, FIRST_EPOCH, role, coupling.law, extent);
+        let fields = |role| FrameField::sent_by(role, coupling.law, coupling.kind);
+        let writer = FrameWriter::new(&run.run_id, epoch, fields(role), extent);
         let partner_extent = plan.partner_extent.clone();
-        let reader = FrameReader::new(&run.run_id, FIRST_EPOCH, role.partner(), coupling.law, partner_extent);
+        let reader = FrameReader::new(&run.run_id, epoch, fields(role.partner()), partner_extent);
         Ok(Some(GrpcPeer::new(writer, reader, abort, self.options.partner_deadline)))
     }
 }
@@ -333,7 +328,9 @@ fn build<F: SolverFactory>(
         })?
         .map_err(|SetupProblems(problems)| Status::invalid_argument(status_text(problems.join("\n"))))?;
     let fields = |role| match &run.coupling {
-        Some(coupling) => FrameField::sent_by(role, coupling.law).iter().map(|field| field.spec()).collect(),
+        Some(coupling) => {
+            FrameField::sent_by(role, coupling.law, coupling.kind).iter().map(|field| field.spec()).collect()
+        }
         None => Vec::new(),
     };
     let report = OpenReport {
@@ -343,7 +340,7 @@ fn build<F: SolverFactory>(
         name: description.name.clone(),
         version: description.version.clone(),
         arithmetic: description.arithmetic.clone(),
-        coupling_kind: CouplingKind::States,
+        coupling_kind: run.coupling.map(|coupling| coupling.kind).unwrap_or_default(),
         constants,
         fields_sent: fields(role),
         fields_needed: fields(role.partner()),
@@ -352,7 +349,7 @@ fn build<F: SolverFactory>(
         counts: solver.counts(),
         facts,
     };
-    Ok((Ready { solver, setup: run }, report))
+    Ok((Ready { solver, setup: run, resume: None }, report))
 }
 
 fn first_limit(solver: &dyn Solver) -> Result<f64, Status> {

@@ -6,12 +6,14 @@ use std::time::Instant;
 
 use sph::driver::Link;
 use sph::setup::RunSetup;
-use sph::solver::{ParticleFields, Solver};
+use sph::solver::{ParticleFields, Role, Solver};
+use sph::stage::ClockState;
 use tokio::sync::mpsc;
 use tokio_util::sync::CancellationToken;
 use tonic::Status;
 use tonic::metadata::MetadataMap;
 
+use super::checkpoint::Saver;
 use super::{ServeError, ServeOptions, SolverFactory};
 use crate::description::Description;
 use crate::error::status_text;
@@ -42,6 +44,12 @@ pub(super) struct Session {
     pub(super) run_id: String,
     pub(super) token: Token,
     pub(super) state: State,
+    /// Side that the run's solver plays, known once it is open.
+    pub(super) role: Role,
+    /// Counts the restores of the run, by all servers alike.
+    pub(super) epoch: u32,
+    /// Asks the compute thread for checkpoints.
+    pub(super) saver: Option<Saver>,
     /// Ends everything that belongs to the run; cancelled by `Close`, by shutdown and when the coordinator is gone.
     pub(super) cancel: CancellationToken,
     /// Ends a wait for the partner; a child of `cancel`.
@@ -73,6 +81,8 @@ pub(super) enum State {
 pub(super) struct Ready {
     pub(super) solver: Box<dyn Solver>,
     pub(super) setup: RunSetup,
+    /// Where a restored run goes on.
+    pub(super) resume: Option<ClockState>,
 }
 
 /// A solver that knows its partner.
@@ -161,6 +171,9 @@ impl<F> Host<F> {
             run_id: run_id.to_owned(),
             token,
             state: State::Opening,
+            role: Role::Fluid,
+            epoch: 0,
+            saver: None,
             abort: cancel.child_token(),
             cancel: cancel.clone(),
             gone: CancellationToken::new(),
@@ -264,6 +277,7 @@ impl<F> Reservation<'_, F> {
         self.kept = true;
         self.host
             .with_session(self.serial, |session| {
+                session.role = ready.solver.role();
                 session.state = State::Open(Box::new(ready));
                 session.last_call = Instant::now();
             })

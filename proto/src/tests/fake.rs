@@ -6,11 +6,12 @@ use std::time::Duration;
 use sph::domain::Domain;
 use sph::exchange::{Extent, InterfaceStates};
 use sph::ledger::{Energies, InterfaceSums, StageBooks};
+use sph::saved::{RestoreError, SavedState};
 use sph::setup::{
-    BodyForce, BodySetup, BreachAction, ContactLaw, Coupling, DensityDiffusion, ElasticMaterial,
-    FluidConstants, FluidParticles, FluidSetup, Formulation, GradientCorrection, InterfaceLaw, LedgerPolicy,
-    Outflow, OutputPlan, ParticipantSetup, RunSetup, SolidParticles, SolidSetup, SolidStepping, StepPolicy,
-    TimePlan, WallParticles,
+    BodyForce, BodySetup, BreachAction, ContactLaw, Coupling, CouplingKind, DensityDiffusion,
+    ElasticMaterial, FluidConstants, FluidParticles, FluidSetup, Formulation, GradientCorrection,
+    InterfaceLaw, LedgerPolicy, Outflow, OutputPlan, ParticipantSetup, RunSetup, SolidParticles, SolidSetup,
+    SolidStepping, StepPolicy, TimePlan, WallParticles,
 };
 use sph::solver::{Counts, Divergence, Field, ParticleFields, Role, Solver};
 use sph::stage::{Stage, StageTime};
@@ -44,6 +45,7 @@ pub(crate) fn run_setup(run_id: &str, steps: u32) -> RunSetup {
         // Sums over some hundred pairs round near 1e-15.
         ledger: LedgerPolicy { action: BreachAction::Stop, ..LedgerPolicy::default() },
         coupling: Some(Coupling {
+            kind: CouplingKind::States,
             law: InterfaceLaw::Wall,
             fluid: constants(),
             solid_spacing: 0.01,
@@ -366,6 +368,18 @@ impl Solver for Row {
 
     fn counts(&self) -> Counts {
         Counts { particles: MASSES as u64, ..Counts::default() }
+    }
+
+    fn save(&self, state: &mut SavedState) {
+        state.put_vectors("position", &self.states.position);
+        state.put_vectors("velocity", &self.states.velocity);
+    }
+
+    fn restore(&mut self, state: &SavedState) -> Result<(), RestoreError> {
+        self.states.position = state.vectors("position", MASSES)?;
+        self.states.velocity = state.vectors("velocity", MASSES)?;
+        self.update_extent();
+        Ok(())
     }
 }
 

@@ -1,14 +1,15 @@
 //! Frames on the wire: all bits survive, and every wrong frame is refused by name.
 
 use bytes::Bytes;
-use sph::exchange::{Extent, Frame, InterfaceStates, PreviousStage};
+use sph::exchange::{Extent, Frame, FrameContent, InterfaceStates, PreviousStage};
 use sph::ledger::InterfaceSums;
-use sph::setup::InterfaceLaw;
+use sph::setup::{CouplingKind, InterfaceLaw};
 use sph::solver::Role;
 use sph::stage::{Stage, StageTime, StepStage};
 use sph::vector::{SymmetricTensor, Vector};
 
 use crate::convert::{FrameReader, FrameWriter, ReceivedFrame};
+use crate::description::FrameField;
 use crate::wire;
 
 const AT: StepStage = StepStage { step: 3, stage: Stage::Corrector };
@@ -23,6 +24,8 @@ fn extent(version: u64) -> Extent {
 fn frame(at: StepStage) -> Frame {
     Frame {
         time: StageTime { at, step_start: 0.1 + 0.2, time_step: 1e-3 / 3.0 },
+        content: FrameContent::States,
+        forces: Vec::new(),
         states: InterfaceStates {
             id: vec![1, 5, 4_000_000_000],
             group: vec![0, 0, 2],
@@ -55,12 +58,20 @@ fn frame(at: StepStage) -> Frame {
     }
 }
 
+fn fields(kind: CouplingKind) -> &'static [FrameField] {
+    FrameField::sent_by(
+        Role::Solid,
+        if kind == CouplingKind::States { InterfaceLaw::PlainSum } else { InterfaceLaw::Wall },
+        kind,
+    )
+}
+
 fn writer() -> FrameWriter {
-    FrameWriter::new("run", 0, Role::Solid, InterfaceLaw::PlainSum, 0)
+    FrameWriter::new("run", 0, fields(CouplingKind::States), 0)
 }
 
 fn reader() -> FrameReader {
-    FrameReader::new("run", 0, Role::Solid, InterfaceLaw::PlainSum, extent(7))
+    FrameReader::new("run", 0, fields(CouplingKind::States), extent(7))
 }
 
 fn empty() -> Frame {
@@ -293,4 +304,78 @@ fn a_farewell_tells_its_reason() {
     let message = writer().farewell("diverged at step 3");
     let read = reader().read(&message, AT, &mut empty());
     assert_eq!(read, Ok(ReceivedFrame::Farewell("diverged at step 3".into())));
+}
+
+/// A frame of samples, or of the forces on them.
+fn loads_frame(at: StepStage, role: Role) -> Frame {
+    let mut frame = frame(at);
+    frame.states.stress.clear();
+    match role {
+        Role::Solid => {
+            frame.content = FrameContent::Samples;
+            frame.states.mass = vec![0.1, 3.3, 3.0];
+            frame.states.density = vec![1.0, 4.0, 0.7];
+        }
+        Role::Fluid => {
+            frame.content = FrameContent::Forces;
+            frame.forces = vec![Vector::new(-0.0, 5e-324), Vector::new(1.0, -2.0)];
+        }
+    }
+    frame
+}
+
+fn loads_pair(role: Role) -> (FrameWriter, FrameReader) {
+    let fields = FrameField::sent_by(role, InterfaceLaw::Wall, CouplingKind::Loads);
+    (FrameWriter::new("run", 0, fields, 0), FrameReader::new("run", 0, fields, extent(7)))
+}
+
+#[test]
+fn samples_travel_as_position_velocity_and_volume() {
+    let (mut writer, mut reader) = loads_pair(Role::Solid);
+    let sent = loads_frame(AT, Role::Solid);
+    let message = writer.write(&sent);
+    assert_eq!(message.blocks.len(), 3);
+    assert!(message.set.as_ref().unwrap().masses_kg_per_m.is_empty());
+    let mut received = empty();
+    reader.read(&message, AT, &mut received).unwrap();
+    assert_eq!(
+        (&received.states.position, &received.states.velocity),
+        (&sent.states.position, &sent.states.velocity)
+    );
+    for i in 0..3 {
+        assert_eq!(received.states.volume(i).to_bits(), sent.states.volume(i).to_bits());
+    }
+    assert_eq!(received.digest(), sent.digest());
+    let mut spoilt = loads_pair(Role::Solid).0.write(&sent);
+    let volume = block(&mut spoilt, wire::Field::Volume);
+    volume.data = set_number(&volume.data, 1, 0.0);
+    let error = loads_pair(Role::Solid).1.read(&spoilt, AT, &mut empty()).unwrap_err().to_string();
+    assert!(error.contains(".volume`: of particle number 1 is 0.0, must be positive"), "{error}");
+}
+
+#[test]
+fn forces_travel_alone_and_name_the_set_they_answer() {
+    let (mut writer, mut reader) = loads_pair(Role::Fluid);
+    let sent = loads_frame(AT, Role::Fluid);
+    let message = writer.write(&sent);
+    assert!(message.set.is_none());
+    assert_eq!((message.blocks.len(), message.count, message.set_version), (1, 2, 4));
+    let mut received = empty();
+    reader.read(&message, AT, &mut received).unwrap();
+    assert_eq!(format!("{:?}", received.forces), format!("{:?}", sent.forces));
+    assert_eq!(received.digest(), sent.digest());
+    assert_ne!(sent.digest(), loads_frame(AT, Role::Solid).digest());
+    let refused = |spoil: fn(&mut wire::Frame)| {
+        let mut message = loads_pair(Role::Fluid).0.write(&sent);
+        spoil(&mut message);
+        loads_pair(Role::Fluid).1.read(&message, AT, &mut empty()).unwrap_err().to_string()
+    };
+    let nan = refused(|m| {
+        let force = block(m, wire::Field::Force);
+        force.data = set_number(&force.data, 3, f64::NAN);
+    });
+    assert!(nan.contains(".force`: of particle number 1 is 1.0, NaN"), "{nan}");
+    assert!(refused(|m| m.count = 3).contains(".force`: has 32 bytes"));
+    assert!(refused(|m| m.blocks.clear()).contains("lack the force"));
+    assert!(refused(|m| m.digest ^= 1).contains("DATA_LOSS"));
 }

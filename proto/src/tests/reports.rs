@@ -88,7 +88,13 @@ fn items() -> Vec<BatchItem> {
         })),
         BatchItem::Probes(ProbeValues { step: 7, time: 0.3, values: vec![f64::NAN, -0.0, 5e-324] }),
         BatchItem::Snapshot { index: 2, step: 7, time: 0.3 },
-        BatchItem::Beat(Beat { step: 7, phase: Phase::WaitingForPartner, since_last_step: 0.5 }),
+        BatchItem::Beat(Beat {
+            step: 7,
+            phase: Phase::WaitingForPartner,
+            since_last_step: 0.5,
+            awaited: Some(sph::stage::StepStage::FIRST),
+        }),
+        BatchItem::Held(sph::driver::Held { step: 9, time: 0.25 }),
         BatchItem::Finished { step: 8, time: 0.4, reached_end: true, counts, state_index: 3 },
     ];
     items.extend(faults().into_iter().map(|fault| BatchItem::Failed {
@@ -200,7 +206,8 @@ fn broken_snapshots_are_refused() {
 fn open_report(role: Role) -> OpenReport {
     let run = fake::run_setup("run", 5);
     let law = InterfaceLaw::PlainSum;
-    let fields = |role| FrameField::sent_by(role, law).iter().map(|f| f.spec()).collect();
+    let fields =
+        |role| FrameField::sent_by(role, law, CouplingKind::States).iter().map(|f| f.spec()).collect();
     OpenReport {
         run_id: "run".into(),
         role,
@@ -286,6 +293,6 @@ fn a_server_that_cannot_play_is_told_why() {
     description.protocols = [crate::description::ProtocolVersion { major: 2, minor: 0 }; 2];
     let reasons = handshake::unfit(&description, Role::Fluid, &run);
     assert_eq!(reasons.len(), 7, "{reasons:#?}");
-    assert!(reasons[0].contains("beam 3 speaks protocol 2.0 to 2.0, this coordinator 1.0"), "{reasons:#?}");
+    assert!(reasons[0].contains("beam 3 speaks protocol 2.0 to 2.0, this coordinator 1.1"), "{reasons:#?}");
     assert!(reasons[1].contains("plays solid, needed is fluid"), "{reasons:#?}");
 }

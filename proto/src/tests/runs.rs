@@ -61,7 +61,7 @@ fn in_process(steps: u32) -> [Vec<Event>; 2] {
     std::thread::scope(|scope| {
         let mut threads = Vec::new();
         for (k, mut row) in rows.into_iter().enumerate() {
-            let link = Link { partner_extent: extents[1 - k].clone(), first_limit };
+            let link = Link { partner_extent: extents[1 - k].clone(), first_limit, resume: None };
             let run = setups[k].run().clone();
             let exchange = exchanges[k].take().map(|e| Box::new(e) as Box<dyn Exchange>);
             threads.push(scope.spawn(move || {
@@ -209,7 +209,7 @@ impl Exchange for Never {
 fn the_driver_calls_a_cancelled_wait_an_abort() {
     let setup = setup(Role::Fluid, "run", 5);
     let mut row = Row::new(&setup);
-    let link = Link { partner_extent: Extent::default(), first_limit: 1.0 };
+    let link = Link { partner_extent: Extent::default(), first_limit: 1.0, resume: None };
     let (commands, ordered) = std::sync::mpsc::channel();
     commands.send(Command::GrantThrough(5)).unwrap();
     let mut last = None;

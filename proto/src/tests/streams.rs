@@ -5,7 +5,7 @@ use std::time::Duration;
 use bytes::Bytes;
 use sph::driver::{Command, Event};
 use sph::exchange::{Extent, Frame};
-use sph::setup::InterfaceLaw;
+use sph::setup::{CouplingKind, InterfaceLaw};
 use sph::solver::{Fault, Role, Solver};
 use sph::stage::{StageTime, StepStage};
 use tokio::sync::mpsc;
@@ -14,7 +14,7 @@ use tokio_stream::wrappers::ReceiverStream;
 use super::fake::{Pair, Row, TestServer, alone, assert_usable, setup, soon};
 use crate::client::{CommandSender, EventReceiver, ParticipantClient, RunAccess};
 use crate::convert::{FrameWriter, Phase};
-use crate::description::{LinkPlan, Partner};
+use crate::description::{FrameField, LinkPlan, Partner};
 use crate::error::RpcCode;
 use crate::limits::MAX_FRAME_BYTES;
 use crate::transport;
@@ -43,7 +43,12 @@ impl Script {
         client.open(&setup(Role::Solid, RUN, 100), &access).await.unwrap();
         let row = Row::new(&setup(Role::Fluid, RUN, 100));
         let partner_extent = row.extent().clone();
-        let writer = FrameWriter::new(RUN, 0, Role::Fluid, InterfaceLaw::Wall, partner_extent.version);
+        let writer = FrameWriter::new(
+            RUN,
+            0,
+            FrameField::sent_by(Role::Fluid, InterfaceLaw::Wall, CouplingKind::States),
+            partner_extent.version,
+        );
         let plan = LinkPlan { first_limit: 1e-3, partner_extent, partner: Partner::Listen };
         client.link(&plan).await.unwrap();
         let channel = transport::connect(&server.address.to_string(), Duration::from_secs(5)).await.unwrap();
@@ -323,7 +328,7 @@ async fn descriptions_are_complete_and_repeatable() {
     let first = client.describe().await.unwrap();
     assert_eq!(first, client.describe().await.unwrap());
     assert_eq!((first.name.as_str(), first.roles.as_slice()), ("row", [Role::Solid].as_slice()));
-    assert!(!first.capabilities.checkpoint && first.limits.runs == 1);
+    assert!(first.capabilities.checkpoint && first.limits.runs == 1);
 }
 
 #[tokio::test(flavor = "multi_thread")]

@@ -6,7 +6,7 @@ use sph::body_force::BodyForceField;
 use sph::domain::Domain;
 use sph::exchange::{Extent, InterfaceStates};
 use sph::extent::{ExtentTracker, ReachMap};
-use sph::interface::Interface;
+use sph::interface::{Interface, load_sums};
 use sph::kernel::CubicSpline;
 use sph::ledger::InterfaceSums;
 use sph::setup::{Coupling, InterfaceLaw};
@@ -75,6 +75,13 @@ impl FluidLink {
             self.tracked_at.clear();
             self.tracked_at.extend_from_slice(positions);
         }
+    }
+
+    /// Goes on with particles restored to `positions` \[m\].
+    pub fn restore(&mut self, positions: &[Vector], largest_set: u64) {
+        self.tracked_at.clear();
+        self.track(positions);
+        self.largest_set = largest_set;
     }
 
     /// Where own particles are.
@@ -160,6 +167,15 @@ impl FluidLink {
             }
         }
         total
+    }
+
+    /// Takes the `loads` \[N/m\] that the fluid returned for each of the `own` samples as forces on their particles.
+    pub fn apply(&self, own: &InterfaceStates, loads: &[Vector], forces: &mut [Vector]) -> InterfaceSums {
+        forces.fill(Vector::zeros());
+        for (load, i) in loads.iter().zip(&self.sent) {
+            forces[*i as usize] = *load;
+        }
+        load_sums(&self.domain, own, loads)
     }
 
     fn add_gradient(&self, own: &InterfaceStates, s: usize, fluid: &InterfaceStates, sums: &mut PairSums) {

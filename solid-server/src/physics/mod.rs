@@ -34,6 +34,7 @@ mod probes;
 mod reference;
 mod report;
 mod rigid;
+mod saved;
 mod solver;
 mod substeps;
 mod supports;

@@ -2,10 +2,12 @@
 
 use sph::exchange::{Extent, InterfaceStates};
 use sph::ledger::{Energies, StageBooks};
+use sph::saved::{RestoreError, SavedState};
 use sph::setup::{SolidSetup, SolidStepping};
-use sph::solver::{Counts, Divergence, ParticleFields, Role, Solver};
-use sph::stage::{Stage, StageTime};
+use sph::solver::{Counts, Divergence, NoLoads, ParticleFields, Role, Solver};
+use sph::stage::{Stage, StageTime, StepStage};
 use sph::sums::ordered_sum;
+use sph::vector::Vector;
 
 use super::advance::{StageRecord, move_bodies, record};
 use super::build::{build, build_workspace};
@@ -14,6 +16,7 @@ use super::evaluate::{evaluate_pairs, refresh_lists, sum_forces, total_forces, u
 use super::model::SolidModel;
 use super::probes::probe_values;
 use super::report::{best_fit_angle, energies, snapshot};
+use super::saved::HISTORY;
 use super::substeps::{move_by_substeps, step_limit};
 use super::workspace::{SolidState, Workspace};
 
@@ -48,6 +51,17 @@ impl SolidSolver {
         for body in &self.model.bodies {
             let range = &body.range;
             body.formulation.complete(&stage.view(range), &sums[range.clone()], rates.view_mut(range));
+        }
+    }
+
+    /// Forces and rates of the stage, once those of the fluid are known.
+    fn complete_stage(&mut self, time: &StageTime) {
+        if self.model.stepping == SolidStepping::StageRule {
+            sum_forces(&self.model, &mut self.workspace, time, time.state_time());
+            let Workspace { forces, mean_forces, fluid_force, total_force, .. } = &mut self.workspace;
+            total_forces(forces, fluid_force, total_force);
+            mean_forces.clone_from(forces);
+            self.complete_rates();
         }
     }
 
@@ -153,13 +167,20 @@ impl Solver for SolidSolver {
         if let Some(link) = fluid {
             *interface_sums = link.evaluate(time.state_time(), own, partner, sums, fluid_force);
         }
-        if self.model.stepping == SolidStepping::StageRule {
-            sum_forces(&self.model, &mut self.workspace, time, time.state_time());
-            let Workspace { forces, mean_forces, fluid_force, total_force, .. } = &mut self.workspace;
-            total_forces(forces, fluid_force, total_force);
-            mean_forces.clone_from(forces);
-            self.complete_rates();
-        }
+        self.complete_stage(time);
+    }
+
+    fn evaluate_loads(
+        &mut self,
+        time: &StageTime,
+        own: &InterfaceStates,
+        forces: &[Vector],
+    ) -> Result<(), NoLoads> {
+        let Workspace { fluid, fluid_force, interface_sums, .. } = &mut self.workspace;
+        let link = fluid.as_ref().ok_or(NoLoads)?;
+        *interface_sums = link.apply(own, forces, fluid_force);
+        self.complete_stage(time);
+        Ok(())
     }
 
     /// With sub-steps, forces of the solids on themselves are evaluated within.
@@ -214,5 +235,24 @@ impl Solver for SolidSolver {
             outflow: 0,
             largest_interface: self.workspace.fluid.as_ref().map_or(0, |link| link.largest_set),
         }
+    }
+
+    fn save(&self, saved: &mut SavedState) {
+        self.state.save(saved);
+        let counts = self.counts();
+        saved.put_u64(HISTORY, [counts.list_builds, counts.largest_interface]);
+    }
+
+    fn restore(&mut self, saved: &SavedState) -> Result<(), RestoreError> {
+        let state = SolidState::restored(&self.model, &self.state, saved)?;
+        check(&self.model, &state.particles, StepStage::FIRST)
+            .map_err(|divergence| RestoreError::new("state", divergence.to_string()))?;
+        let [list_builds, largest_set] = saved.u64s(HISTORY)?;
+        self.workspace.list_builds = list_builds;
+        if let Some(link) = &mut self.workspace.fluid {
+            link.restore(&state.particles.position, largest_set);
+        }
+        self.state = state;
+        Ok(())
     }
 }

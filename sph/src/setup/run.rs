@@ -69,6 +69,8 @@ pub enum BreachAction {
     Warn,
     /// Stop the run.
     Stop,
+    /// Stop the run at the end of the step, with a checkpoint.
+    StopAndCheckpoint,
 }
 
 /// Tolerances of the ledger and what a breach does.
@@ -98,6 +100,29 @@ pub struct BodyForce {
     pub expressions: Option<[String; DIMENSIONS]>,
 }
 
+/// What a solid offers to the fluid and gets from it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum CouplingKind {
+    /// Both sides receive the other's interface states and evaluate the same pair law on their own particles.
+    #[default]
+    States,
+    /// The solid sends samples of its body; the fluid evaluates the pair law and returns the force on each sample.
+    Loads,
+}
+
+impl CouplingKind {
+    /// All kinds, the preferred one first.
+    pub const ALL: [CouplingKind; 2] = [CouplingKind::States, CouplingKind::Loads];
+
+    /// Name in case files and messages.
+    pub fn name(self) -> &'static str {
+        match self {
+            CouplingKind::States => "states",
+            CouplingKind::Loads => "loads",
+        }
+    }
+}
+
 /// Law between fluid particles and interface particles of a solid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum InterfaceLaw {
@@ -113,6 +138,8 @@ pub enum InterfaceLaw {
 /// Facts of the interface that both sides must hold alike.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Coupling {
+    /// What the solid sends and receives.
+    pub kind: CouplingKind,
     /// Pair law.
     pub law: InterfaceLaw,
     /// The fluid's constants; they are used for fluid-solid pairs on both sides.

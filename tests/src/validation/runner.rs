@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use coordinator::cli::RunArguments;
+use coordinator::cli::{RunArguments, RunOptions};
 use coordinator::failure::Kind;
 use coordinator::output::directory;
 use coordinator::output::process::Process;
@@ -180,15 +180,7 @@ fn arguments(case: PathBuf, out: PathBuf, threads: Option<u16>) -> RunArguments 
         case,
         out: Some(out),
         force: true,
-        in_process: true,
-        fluid: None,
-        solid: None,
-        fluid_bin: None,
-        solid_bin: None,
-        threads,
-        arithmetic: None,
-        window: 64,
-        quiet: true,
+        options: RunOptions { in_process: true, threads, window: 64, quiet: true, ..RunOptions::default() },
     }
 }
 

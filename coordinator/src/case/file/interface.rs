@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use serde::Serialize;
-use sph::setup::InterfaceLaw;
+use sph::setup::{CouplingKind, InterfaceLaw};
 
 use crate::case::mistakes::Mistake;
 use crate::case::reader::{Allowed, Choice, Table};
@@ -13,6 +13,9 @@ use crate::case::reader::{Allowed, Choice, Table};
 #[allow(missing_docs)]
 pub struct InterfaceTable {
     pub law: Choice<InterfaceLaw>,
+    /// What the solid sends and receives; left to what the servers offer when absent.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub kind: Option<Choice<CouplingKind>>,
     /// Coefficient of the repulsion of close pairs; only in the wall laws.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub repulsion: Option<f64>,
@@ -31,15 +34,32 @@ impl InterfaceTable {
         const MARGIN: Allowed =
             Allowed::new(0.0, 20.0, (false, true), 1.0, "a number above 0 and at most 20");
         let law = table.choice_or_first("law", &LAWS);
+        let kind = read_kind(&mut table, law.value);
         let repels = law.value != InterfaceLaw::PlainSum;
         let read = Self {
             law,
+            kind,
             repulsion: repels.then(|| table.number_or("repulsion", &Allowed::NOT_NEGATIVE, 1.0).value),
             margin_spacings: table.number_or("margin_spacings", &MARGIN, 1.0).value,
         };
         table.finish();
         read
     }
+}
+
+/// The kind of coupling, where the case names one.
+fn read_kind(table: &mut Table<'_>, law: InterfaceLaw) -> Option<Choice<CouplingKind>> {
+    const KINDS: [(&str, CouplingKind); 2] =
+        [("states", CouplingKind::States), ("loads", CouplingKind::Loads)];
+    let kind = table.optional_choice("kind", &KINDS)?;
+    if kind.value == CouplingKind::Loads && law == InterfaceLaw::PlainSum {
+        let mistake = Mistake::new(
+            &kind.place,
+            "loads do not go with the law `plain-sum`, which needs the stress of the solid",
+        );
+        table.mistake(mistake.hint("use the law `wall` or `wall-no-slip`, or the kind `states`"));
+    }
+    Some(kind)
 }
 
 /// `[servers]`: addresses of running servers or commands that start them; by default the built-in ones.
@@ -75,6 +95,11 @@ impl ServersTable {
         }
         table.finish();
         read
+    }
+
+    /// A table without a word.
+    pub fn none() -> Self {
+        Self { fluid_address: None, fluid_command: None, solid_address: None, solid_command: None }
     }
 
     /// Whether anything is written.

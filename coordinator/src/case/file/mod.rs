@@ -7,6 +7,7 @@ pub mod formula;
 pub mod interface;
 pub mod probe;
 pub mod run;
+pub mod safety;
 pub mod shape;
 pub mod solid;
 pub mod wall;
@@ -19,6 +20,7 @@ use fluid::FluidTable;
 use interface::{InterfaceTable, ServersTable};
 use probe::ProbeTable;
 use run::{BodyForceTable, DomainTable, LedgerTable, OutputsTable, TimeTable};
+use safety::{CheckpointTable, DeadlinesTable};
 use solid::SolidTable;
 use wall::WallTable;
 
@@ -35,6 +37,8 @@ pub struct CaseFile {
     pub time: TimeTable,
     pub outputs: OutputsTable,
     pub ledger: LedgerTable,
+    pub checkpoint: CheckpointTable,
+    pub deadlines: DeadlinesTable,
     #[serde(skip_serializing_if = "ServersTable::is_empty")]
     pub servers: ServersTable,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -72,6 +76,8 @@ impl CaseFile {
             .map_or_else(|| TimeTable::unwritten(&root.place_of("time")), TimeTable::read);
         let outputs = OutputsTable::read(root.table_or_empty("outputs"), &time);
         let ledger = LedgerTable::read(root.table_or_empty("ledger"));
+        let checkpoint = CheckpointTable::read(root.table_or_empty("checkpoint"));
+        let deadlines = DeadlinesTable::read(root.table_or_empty("deadlines"));
         let servers = ServersTable::read(root.table_or_empty("servers"));
         let fluid = root.optional_table("fluid").map(FluidTable::read);
         let solid = root.optional_table("solid").map(|table| SolidTable::read(table, fluid.as_ref()));
@@ -101,6 +107,8 @@ impl CaseFile {
             time,
             outputs,
             ledger,
+            checkpoint,
+            deadlines,
             servers,
             interface,
             fluid,

@@ -253,6 +253,13 @@ impl OutputsTable {
     }
 }
 
+/// Names of what a failed balance does; the first is the default.
+const ACTIONS: [(&str, BreachAction); 3] = [
+    ("stop", BreachAction::Stop),
+    ("warn", BreachAction::Warn),
+    ("stop-and-checkpoint", BreachAction::StopAndCheckpoint),
+];
+
 /// `[ledger]`.
 #[derive(Clone, Debug, Serialize)]
 #[allow(missing_docs)]
@@ -267,8 +274,7 @@ impl LedgerTable {
     pub fn read(mut table: Table<'_>) -> Self {
         let default = LedgerPolicy::default();
         let read = Self {
-            action: table
-                .choice_or_first("action", &[("stop", BreachAction::Stop), ("warn", BreachAction::Warn)]),
+            action: table.choice_or_first("action", &ACTIONS),
             balance_tolerance: table
                 .number_or("balance_tolerance", &Allowed::POSITIVE, default.balance_tolerance)
                 .value,

@@ -54,6 +54,11 @@ impl Pictures {
         }
     }
 
+    /// Snapshots kept so far.
+    pub fn kept(&self) -> &[PairedSnapshot] {
+        &self.kept
+    }
+
     /// The snapshots in time order.
     pub fn finish(self) -> Vec<PairedSnapshot> {
         self.kept

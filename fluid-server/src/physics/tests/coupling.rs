@@ -3,7 +3,8 @@
 use sph::exchange::{Extent, InterfaceStates};
 use sph::interface::Interface;
 use sph::setup::{
-    Coupling, DensityDiffusion, FluidProbe, FluidProbeKind, FluidSetup, GradientCorrection, InterfaceLaw,
+    Coupling, CouplingKind, DensityDiffusion, FluidProbe, FluidProbeKind, FluidSetup, GradientCorrection,
+    InterfaceLaw,
 };
 use sph::solver::Solver;
 use sph::stage::Stage;
@@ -21,6 +22,7 @@ fn coupled(law: InterfaceLaw, correction: GradientCorrection, diffusion: Density
     setup.constants.correction = correction;
     setup.diffusion = diffusion;
     setup.run.coupling = Some(Coupling {
+        kind: CouplingKind::States,
         law,
         fluid: setup.constants,
         solid_spacing: 0.02,

@@ -4,7 +4,7 @@ use sph::body_force::BodyForceField;
 use sph::exchange::{Extent, InterfaceStates};
 use sph::interface::Interface;
 use sph::ledger::{StageBooks, TorqueCheck, imbalance};
-use sph::setup::{Coupling, FluidConstants, GradientCorrection, InterfaceLaw, SolidProbeKind};
+use sph::setup::{Coupling, CouplingKind, FluidConstants, GradientCorrection, InterfaceLaw, SolidProbeKind};
 use sph::solver::Solver;
 use sph::stage::Stage;
 use sph::vector::Vector;
@@ -15,6 +15,7 @@ const SPACING: f64 = 2e-3;
 
 pub fn coupling(law: InterfaceLaw) -> Coupling {
     Coupling {
+        kind: CouplingKind::States,
         law,
         fluid: FluidConstants {
             rest_density: 1000.0,

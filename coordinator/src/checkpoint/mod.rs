@@ -1,0 +1,69 @@
+//! Checkpoints of a run: both sides and the outputs at one step boundary, under one manifest.
+//!
+//! | file in `checkpoints/step_<n>/` | content |
+//! |---|---|
+//! | `manifest.json` | what the checkpoint belongs to, and the size and digest of each file |
+//! | `fluid.bin`, `solid.bin` | what the solver of that side saved; only the solver reads it |
+//! | `coordinator.bin` | sums, lengths of tables, names of snapshots, and the case |
+
+mod disk;
+mod manifest;
+mod store;
+
+pub use disk::{Disk, Files};
+pub use manifest::{MANIFEST, Manifest, seal};
+pub use store::{Found, Store, Written};
+
+use proto::checkpoint::CheckpointData;
+use serde::{Deserialize, Serialize};
+
+use crate::recorder::RecorderState;
+
+/// A checkpoint of a whole run.
+#[derive(Clone, Debug)]
+pub struct RunCheckpoint {
+    /// Completed steps.
+    pub step: u64,
+    /// Time \[s\].
+    pub time: f64,
+    /// The fluid and the solid, as far as they take part.
+    pub sides: Vec<CheckpointData>,
+    /// Outputs and sums.
+    pub outputs: OutputState,
+}
+
+/// What the coordinator itself must go on from.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct OutputState {
+    /// The case, as `Case::identity` gives it.
+    pub case: String,
+    /// Tables, snapshots, sums.
+    pub recorder: RecorderState,
+    /// Wall time of the run so far \[s\].
+    pub wall_seconds: f64,
+}
+
+impl RunCheckpoint {
+    /// How its case differs from `case`: the first line that does.
+    pub fn case_difference(&self, case: &str) -> Option<String> {
+        let saved = &self.outputs.case;
+        if saved == case {
+            return None;
+        }
+        let end = "(the end of the case)";
+        let (mut then, mut now) = (saved.lines(), case.lines());
+        let mut table = String::new();
+        loop {
+            let (a, b) = (then.next(), now.next());
+            if a != b {
+                let (a, b) = (a.unwrap_or(end), b.unwrap_or(end));
+                return Some(format!("in {table}: `{a}` in the checkpoint, `{b}` in the case"));
+            }
+            match a {
+                Some(line) if line.starts_with('[') => line.clone_into(&mut table),
+                Some(_) => {}
+                None => return Some("in its line ends".into()),
+            }
+        }
+    }
+}

@@ -1,0 +1,247 @@
+//! The folder of checkpoints: each is written beside its place and renamed when it is on the disk; two are kept.
+
+use std::fs;
+use std::io::{self, Read};
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use proto::checkpoint::CheckpointData;
+
+use super::disk::Files;
+use super::manifest::{FileFacts, MANIFEST, Manifest, data_file, digest};
+use super::{OutputState, RunCheckpoint};
+use crate::output::directory::{OutputError, PARTIAL};
+
+/// Checkpoints that are kept.
+const KEPT: usize = 2;
+/// Name of the coordinator's own file.
+const OUTPUTS: &str = "coordinator.bin";
+/// Longest manifest that is read \[bytes\].
+const LONGEST_MANIFEST: u64 = 1 << 20;
+/// Largest file of the coordinator that is read \[bytes\].
+const LARGEST_OUTPUTS: u64 = 1 << 30;
+
+/// The checkpoints of one run.
+#[derive(Clone, Debug)]
+pub struct Store {
+    folder: PathBuf,
+}
+
+/// A checkpoint that was written.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Written {
+    /// Completed steps.
+    pub step: u64,
+    /// Size.
+    pub bytes: u64,
+    /// Wall time that writing took.
+    pub duration: Duration,
+}
+
+/// The newest good checkpoint, and what is wrong with those that are newer.
+#[derive(Debug)]
+pub struct Found {
+    /// The checkpoint, if any is good.
+    pub checkpoint: Option<RunCheckpoint>,
+    /// Why others were passed over, each with its folder.
+    pub passed_over: Vec<String>,
+}
+
+fn name_of(step: u64) -> String {
+    format!("step_{step:012}")
+}
+
+fn step_of(name: &str) -> Option<u64> {
+    let digits = name.strip_prefix("step_")?;
+    (digits.len() == 12 && digits.bytes().all(|b| b.is_ascii_digit())).then(|| digits.parse().ok())?
+}
+
+impl Store {
+    /// The checkpoints in `folder`, which need not be there.
+    pub fn new(folder: PathBuf) -> Self {
+        Self { folder }
+    }
+
+    /// Steps of the checkpoints that are there, whatever their state, newest first.
+    fn steps(&self) -> Vec<u64> {
+        let entries = fs::read_dir(&self.folder).into_iter().flatten().flatten();
+        let mut steps: Vec<u64> = entries.filter_map(|entry| step_of(entry.file_name().to_str()?)).collect();
+        steps.sort_unstable_by(|a, b| b.cmp(a));
+        steps
+    }
+
+    /// Writes `checkpoint` and removes those before the last two.
+    ///
+    /// At any moment there is a good one, if there was one before: the new one gets its name when all of it is on the
+    /// disk, and only then an old one goes.
+    ///
+    /// # Errors
+    /// When the disk is full or refuses; earlier checkpoints are as they were.
+    pub fn write(&self, files: &mut dyn Files, checkpoint: &RunCheckpoint) -> Result<Written, OutputError> {
+        let started = Instant::now();
+        let place = self.folder.join(name_of(checkpoint.step));
+        let partial = self.folder.join(format!("{}{PARTIAL}", name_of(checkpoint.step)));
+        let failed = |e| OutputError::file("write checkpoint", &place, e);
+        // A run that goes on from this very boundary finds it written already.
+        if let Ok(present) = self.load(checkpoint.step)
+            && present.sides == checkpoint.sides
+        {
+            return Ok(Written { step: checkpoint.step, bytes: 0, duration: started.elapsed() });
+        }
+        if !self.folder.is_dir() {
+            files.create_folder(&self.folder).map_err(failed)?;
+            if let Some(parent) = self.folder.parent() {
+                files.sync(parent).map_err(failed)?;
+            }
+        }
+        let written = self.write_files(files, checkpoint, &partial);
+        let bytes = written.inspect_err(|_| {
+            // Half a checkpoint only takes room; what matters is why.
+            let _ = remove(files, &partial);
+        });
+        let bytes = bytes.map_err(failed)?;
+        remove(files, &place).map_err(failed)?;
+        files.rename(&partial, &place).map_err(failed)?;
+        files.sync(&self.folder).map_err(failed)?;
+        for step in self.steps().into_iter().filter(|step| *step < checkpoint.step).skip(KEPT - 1) {
+            let old = self.folder.join(name_of(step));
+            remove(files, &old).map_err(|e| OutputError::file("remove checkpoint", &old, e))?;
+        }
+        Ok(Written { step: checkpoint.step, bytes, duration: started.elapsed() })
+    }
+
+    fn write_files(
+        &self,
+        files: &mut dyn Files,
+        checkpoint: &RunCheckpoint,
+        partial: &Path,
+    ) -> io::Result<u64> {
+        remove(files, partial)?;
+        files.create_folder(partial)?;
+        let outputs = postcard::to_stdvec(&checkpoint.outputs).map_err(io::Error::other)?;
+        let manifest = Manifest::of(checkpoint, FileFacts::of(OUTPUTS, &outputs)).text();
+        let names: Vec<String> = checkpoint.sides.iter().map(|side| data_file(side.header.role)).collect();
+        let sides =
+            names.iter().zip(&checkpoint.sides).map(|(name, side)| (name.as_str(), side.data.as_slice()));
+        let mut bytes = 0;
+        for (name, content) in sides.chain([(OUTPUTS, outputs.as_slice()), (MANIFEST, manifest.as_bytes())]) {
+            let path = partial.join(name);
+            files.write(&path, content)?;
+            files.sync(&path)?;
+            bytes += content.len() as u64;
+        }
+        files.sync(partial)?;
+        Ok(bytes)
+    }
+
+    /// The newest good checkpoint.
+    pub fn newest(&self) -> Found {
+        let mut found = Found { checkpoint: None, passed_over: Vec::new() };
+        for step in self.steps() {
+            match self.load(step) {
+                Ok(checkpoint) => {
+                    found.checkpoint = Some(checkpoint);
+                    break;
+                }
+                Err(problem) => {
+                    let place = self.folder.join(name_of(step));
+                    found.passed_over.push(format!("checkpoint `{}`: {problem}", place.display()));
+                }
+            }
+        }
+        found
+    }
+
+    /// Removes what is newer than `step`: checkpoints that are damaged.
+    ///
+    /// # Errors
+    /// When the system refuses.
+    pub fn forget_after(&self, files: &mut dyn Files, step: u64) -> Result<(), OutputError> {
+        for newer in self.steps().into_iter().filter(|newer| *newer > step) {
+            let place = self.folder.join(name_of(newer));
+            remove(files, &place).map_err(|e| OutputError::file("remove checkpoint", &place, e))?;
+        }
+        Ok(())
+    }
+
+    /// The checkpoint of `step`, every digest compared.
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    pub fn load(&self, step: u64) -> Result<RunCheckpoint, String> {
+        let folder = self.folder.join(name_of(step));
+        let text = read(&folder.join(MANIFEST), LONGEST_MANIFEST)?;
+        let text = String::from_utf8(text).map_err(|_| format!("`{MANIFEST}` is no text"))?;
+        let manifest = Manifest::parse(&text).map_err(|problem| format!("`{MANIFEST}` {problem}"))?;
+        if manifest.step != step {
+            return Err(format!("`{MANIFEST}` is of step {}", manifest.step));
+        }
+        let mut sides = Vec::new();
+        for side in &manifest.sides {
+            if side.data.file != data_file(side.role) {
+                return Err(format!("`{MANIFEST}` names a file `{}`", side.data.file));
+            }
+            let data = read_checked(&folder, &side.data, u64::MAX)?;
+            let sha256 = proto::checkpoint::digest(&data);
+            sides.push(CheckpointData { header: manifest.header(side)?, data, sha256 });
+        }
+        if manifest.outputs.file != OUTPUTS {
+            return Err(format!("`{MANIFEST}` names a file `{}`", manifest.outputs.file));
+        }
+        let outputs = read_checked(&folder, &manifest.outputs, LARGEST_OUTPUTS)?;
+        let outputs: OutputState = postcard::from_bytes(&outputs)
+            .map_err(|e| format!("`{OUTPUTS}` is of another build of the coordinator: {e}"))?;
+        if digest(outputs.case.as_bytes()) != manifest.case_digest {
+            return Err(format!("`{OUTPUTS}` holds another case than `{MANIFEST}` says"));
+        }
+        Ok(RunCheckpoint { step, time: manifest.time_s, sides, outputs })
+    }
+}
+
+/// Content of a file of at most `largest` bytes.
+fn read(path: &Path, largest: u64) -> Result<Vec<u8>, String> {
+    let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let cannot = |e: io::Error| format!("`{name}` cannot be read: {e}");
+    let file = fs::File::open(path).map_err(cannot)?;
+    let length = file.metadata().map_err(cannot)?.len();
+    if length > largest {
+        return Err(format!("`{name}` has {length} bytes, at most {largest} are allowed"));
+    }
+    let mut content = Vec::new();
+    file.take(largest).read_to_end(&mut content).map_err(cannot)?;
+    Ok(content)
+}
+
+/// Content of a file as the manifest has it. Its size is compared before anything is read.
+fn read_checked(folder: &Path, facts: &FileFacts, largest: u64) -> Result<Vec<u8>, String> {
+    let path = folder.join(&facts.file);
+    let length = fs::metadata(&path).map_err(|e| format!("`{}` cannot be read: {e}", facts.file))?.len();
+    if length != facts.bytes {
+        return Err(format!("`{}` has {length} bytes, must have {}", facts.file, facts.bytes));
+    }
+    let content = read(&path, largest)?;
+    if digest(&content) != facts.sha256 {
+        return Err(format!("`{}` is damaged: its digest does not fit its content", facts.file));
+    }
+    Ok(content)
+}
+
+/// Removes a checkpoint, its manifest first: without it the rest counts for nothing.
+fn remove(files: &mut dyn Files, folder: &Path) -> io::Result<()> {
+    if !folder.is_dir() {
+        return Ok(());
+    }
+    let manifest = folder.join(MANIFEST);
+    if manifest.exists() {
+        files.remove_file(&manifest)?;
+    }
+    let mut names: Vec<PathBuf> = fs::read_dir(folder)?.flatten().map(|entry| entry.path()).collect();
+    names.sort();
+    for path in names {
+        files.remove_file(&path)?;
+    }
+    files.remove_folder(folder)
+}
+
+#[cfg(test)]
+mod tests;

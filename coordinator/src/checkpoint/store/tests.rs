@@ -1,0 +1,240 @@
+//! Writing under faults: power cuts between any two operations, full disks, damaged files.
+
+use std::io;
+
+use proto::checkpoint::CheckpointHeader;
+use sph::solver::Role;
+
+use super::*;
+use crate::checkpoint::Disk;
+use crate::recorder::RecorderState;
+
+fn checkpoint(step: u64) -> RunCheckpoint {
+    let side = |role| {
+        let data: Vec<u8> = (0..3000u64).map(|k| ((k * 31 + step) % 251) as u8).collect();
+        let header = CheckpointHeader {
+            format: "test/1".into(),
+            name: "solver".into(),
+            version: "1".into(),
+            build: "b".into(),
+            arithmetic: "f64".into(),
+            role,
+            step,
+            time: 0.1 * step as f64,
+            next_time_step: 0.1,
+        };
+        CheckpointData { header, sha256: proto::checkpoint::digest(&data), data }
+    };
+    RunCheckpoint {
+        step,
+        time: 0.1 * step as f64,
+        sides: vec![side(Role::Fluid), side(Role::Solid)],
+        outputs: OutputState {
+            case: "name = \"a\"\n[time]\nstep = 1\n".into(),
+            recorder: RecorderState::default(),
+            wall_seconds: 1.0 / 3.0,
+        },
+    }
+}
+
+fn store() -> (tempfile::TempDir, Store) {
+    let root = tempfile::tempdir().unwrap();
+    let store = Store::new(root.path().join("checkpoints"));
+    (root, store)
+}
+
+fn newest_step(store: &Store) -> Option<u64> {
+    store.newest().checkpoint.map(|checkpoint| checkpoint.step)
+}
+
+/// One file operation, paths relative to the root.
+#[derive(Clone, Debug)]
+enum Operation {
+    CreateFolder(PathBuf),
+    Write(PathBuf, Vec<u8>),
+    Sync(PathBuf),
+    Rename(PathBuf, PathBuf),
+    RemoveFile(PathBuf),
+    RemoveFolder(PathBuf),
+}
+
+/// The disk, with a record of what was asked of it; from operation `fails_at` on it is full.
+struct Recording {
+    root: PathBuf,
+    operations: Vec<Operation>,
+    fails_at: usize,
+}
+
+impl Recording {
+    fn new(root: &Path) -> Self {
+        Self { root: root.to_path_buf(), operations: Vec::new(), fails_at: usize::MAX }
+    }
+
+    fn note(&mut self, operation: impl FnOnce(&dyn Fn(&Path) -> PathBuf) -> Operation) -> io::Result<()> {
+        let root = self.root.clone();
+        let operation = operation(&|path: &Path| path.strip_prefix(&root).unwrap().to_path_buf());
+        if self.operations.len() >= self.fails_at && matches!(operation, Operation::Write(..)) {
+            return Err(io::ErrorKind::StorageFull.into());
+        }
+        self.operations.push(operation);
+        Ok(())
+    }
+}
+
+impl Files for Recording {
+    fn create_folder(&mut self, path: &Path) -> io::Result<()> {
+        self.note(|at| Operation::CreateFolder(at(path)))?;
+        Disk.create_folder(path)
+    }
+
+    fn write(&mut self, path: &Path, content: &[u8]) -> io::Result<()> {
+        self.note(|at| Operation::Write(at(path), content.to_vec()))?;
+        Disk.write(path, content)
+    }
+
+    fn sync(&mut self, path: &Path) -> io::Result<()> {
+        self.note(|at| Operation::Sync(at(path)))?;
+        Disk.sync(path)
+    }
+
+    fn rename(&mut self, from: &Path, to: &Path) -> io::Result<()> {
+        self.note(|at| Operation::Rename(at(from), at(to)))?;
+        Disk.rename(from, to)
+    }
+
+    fn remove_file(&mut self, path: &Path) -> io::Result<()> {
+        self.note(|at| Operation::RemoveFile(at(path)))?;
+        Disk.remove_file(path)
+    }
+
+    fn remove_folder(&mut self, path: &Path) -> io::Result<()> {
+        self.note(|at| Operation::RemoveFolder(at(path)))?;
+        Disk.remove_folder(path)
+    }
+}
+
+/// What a disk makes of operations whose effect was not asked to be on it when the power went.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Unsynced {
+    /// All of it is there.
+    Kept,
+    /// Contents are half there, new names are not.
+    Lost,
+    /// Contents are half there, new names are.
+    Half,
+}
+
+/// Does `operations` anew under `root`, as a disk holds them after a cut.
+fn replay(root: &Path, operations: &[Operation], unsynced: Unsynced) {
+    let synced = |after: usize, path: &Path| {
+        operations[after..].iter().any(|later| matches!(later, Operation::Sync(at) if at == path))
+    };
+    for (k, operation) in operations.iter().enumerate() {
+        match operation {
+            Operation::CreateFolder(path) => std::fs::create_dir(root.join(path)).unwrap(),
+            Operation::Write(path, content) => {
+                let whole = unsynced == Unsynced::Kept || synced(k, path);
+                let there = if whole { content.as_slice() } else { &content[..content.len() / 2] };
+                std::fs::write(root.join(path), there).unwrap();
+            }
+            Operation::Sync(_) => {}
+            Operation::Rename(from, to) => {
+                if unsynced != Unsynced::Lost || synced(k, to.parent().unwrap()) {
+                    std::fs::rename(root.join(from), root.join(to)).unwrap();
+                }
+            }
+            Operation::RemoveFile(path) => std::fs::remove_file(root.join(path)).unwrap(),
+            Operation::RemoveFolder(path) => std::fs::remove_dir(root.join(path)).unwrap(),
+        }
+    }
+}
+
+#[test]
+fn after_a_cut_between_any_two_operations_there_is_a_good_checkpoint() {
+    let (root, store) = store();
+    let mut files = Recording::new(root.path());
+    let mut first_done = 0;
+    for step in [10, 20, 30, 40] {
+        store.write(&mut files, &checkpoint(step)).unwrap();
+        first_done = if step == 10 { files.operations.len() } else { first_done };
+    }
+    assert!(files.operations.len() > 40, "{}", files.operations.len());
+    for cut in first_done..=files.operations.len() {
+        for unsynced in [Unsynced::Kept, Unsynced::Lost, Unsynced::Half] {
+            let copy = tempfile::tempdir().unwrap();
+            replay(copy.path(), &files.operations[..cut], unsynced);
+            let store = Store::new(copy.path().join("checkpoints"));
+            let step = newest_step(&store);
+            assert!(step.is_some(), "nothing good after {cut} operations, {unsynced:?}");
+            // The next run cleans up and goes on.
+            store.write(&mut Disk, &checkpoint(50)).unwrap();
+            assert_eq!(newest_step(&store), Some(50));
+        }
+    }
+}
+
+#[test]
+fn a_full_disk_leaves_the_last_checkpoint_and_says_what_to_do() {
+    let (root, store) = store();
+    store.write(&mut Disk, &checkpoint(10)).unwrap();
+    for fails_at in 0..8 {
+        let mut files = Recording { fails_at, ..Recording::new(root.path()) };
+        let Err(error) = store.write(&mut files, &checkpoint(20)) else { continue };
+        assert!(error.to_string().contains("free some space"), "{error}");
+        assert_eq!(newest_step(&store), Some(10), "failing at {fails_at}");
+        assert_eq!(std::fs::read_dir(root.path().join("checkpoints")).unwrap().count(), 1, "remains");
+    }
+    store.write(&mut Disk, &checkpoint(20)).unwrap();
+    assert_eq!(newest_step(&store), Some(20));
+}
+
+#[test]
+fn two_are_kept_and_come_back_as_they_were() {
+    let (_root, store) = store();
+    for step in [10, 20, 30] {
+        store.write(&mut Disk, &checkpoint(step)).unwrap();
+    }
+    assert_eq!(store.steps(), [30, 20]);
+    let back = store.load(30).unwrap();
+    assert_eq!(back.sides, checkpoint(30).sides);
+    assert_eq!(back.outputs.wall_seconds.to_bits(), (1.0f64 / 3.0).to_bits());
+    assert_eq!(back.time.to_bits(), checkpoint(30).time.to_bits());
+}
+
+#[test]
+fn every_damage_is_found_and_the_one_before_is_used() {
+    let (root, store) = store();
+    store.write(&mut Disk, &checkpoint(10)).unwrap();
+    store.write(&mut Disk, &checkpoint(20)).unwrap();
+    let folder = root.path().join("checkpoints").join(name_of(20));
+    for name in ["fluid.bin", "solid.bin", OUTPUTS, MANIFEST] {
+        let path = folder.join(name);
+        let good = std::fs::read(&path).unwrap();
+        let places = [0, good.len() / 3, good.len() - 1];
+        let flipped = places.map(|k| {
+            let mut bad = good.clone();
+            bad[k] ^= 0x04;
+            bad
+        });
+        let cut = good[..good.len() - 1].to_vec();
+        for bad in flipped.into_iter().chain([cut, Vec::new()]) {
+            std::fs::write(&path, bad).unwrap();
+            let found = store.newest();
+            assert_eq!(found.checkpoint.map(|checkpoint| checkpoint.step), Some(10), "{name}");
+            assert!(found.passed_over[0].contains("step_000000000020"), "{:?}", found.passed_over);
+        }
+        std::fs::remove_file(&path).unwrap();
+        assert_eq!(newest_step(&store), Some(10), "{name} is missing");
+        std::fs::write(&path, good).unwrap();
+        assert_eq!(newest_step(&store), Some(20));
+    }
+}
+
+#[test]
+fn another_case_is_named_by_its_first_different_line() {
+    let saved = checkpoint(10);
+    assert_eq!(saved.case_difference(&saved.outputs.case), None);
+    let other = saved.outputs.case.replace("step = 1", "step = 2");
+    let difference = saved.case_difference(&other).unwrap();
+    assert_eq!(difference, "in [time]: `step = 1` in the checkpoint, `step = 2` in the case");
+}

@@ -1,0 +1,169 @@
+//! When checkpoints of a run are due, and writing them while the solvers go on.
+
+use std::fs::File;
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+
+use proto::checkpoint::CheckpointData;
+use tokio::task::JoinHandle;
+
+use crate::checkpoint::{Disk, OutputState, RunCheckpoint, Store, Written};
+use crate::failure::Failure;
+use crate::output::directory::OutputError;
+use crate::output::summary::Checkpoints;
+use crate::recorder::Recorder;
+
+/// When checkpoints are due.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Schedule {
+    /// At every multiple of this number of steps.
+    pub every_steps: Option<u64>,
+    /// At the first boundary after this much wall time.
+    pub every_wall: Duration,
+}
+
+/// Takes checkpoints of one run.
+pub struct Keeper {
+    store: Store,
+    schedule: Schedule,
+    case: String,
+    started: Instant,
+    /// Wall time of the run before this process or attempt.
+    wall_before: f64,
+    last: Instant,
+    asked: Instant,
+    writing: Option<JoinHandle<Result<Written, OutputError>>>,
+    figures: Checkpoints,
+}
+
+impl Keeper {
+    /// A keeper of the checkpoints in `folder` of a run of `case`, as `Case::identity` gives it.
+    pub fn new(folder: PathBuf, schedule: Schedule, case: String) -> Self {
+        let now = Instant::now();
+        Self {
+            store: Store::new(folder),
+            schedule,
+            case,
+            started: now,
+            wall_before: 0.0,
+            last: now,
+            asked: now,
+            writing: None,
+            figures: Checkpoints::default(),
+        }
+    }
+
+    /// The checkpoints.
+    pub fn store(&self) -> &Store {
+        &self.store
+    }
+
+    /// Goes on from `checkpoint`.
+    pub fn resume(&mut self, checkpoint: &RunCheckpoint) {
+        self.wall_before = checkpoint.outputs.wall_seconds;
+        self.started = Instant::now();
+        self.last = self.started;
+        self.figures.resumed_from.get_or_insert(checkpoint.step);
+        self.figures.last_step = Some(checkpoint.step);
+    }
+
+    /// Wall time of the run so far \[s\].
+    pub fn wall_seconds(&self) -> f64 {
+        self.wall_before + self.started.elapsed().as_secs_f64()
+    }
+
+    /// The last boundary to which steps may be granted from that of `completed` on before a checkpoint.
+    pub fn bound(&self, completed: u64) -> u64 {
+        let next = |every: u64| (completed / every).saturating_add(1).saturating_mul(every);
+        self.schedule.every_steps.map_or(u64::MAX, next)
+    }
+
+    /// Whether one is due by the steps at the boundary of `completed`, where none was taken yet.
+    pub fn due_at(&self, completed: u64) -> bool {
+        completed > 0
+            && self.figures.last_step != Some(completed)
+            && self.schedule.every_steps.is_some_and(|every| completed.is_multiple_of(every))
+    }
+
+    /// Whether one is due by the clock; never while another is being written.
+    pub fn due_by_clock(&self) -> bool {
+        self.writing.is_none() && self.last.elapsed() >= self.schedule.every_wall
+    }
+
+    /// Notes that the solvers were asked and wait.
+    pub fn asked(&mut self) {
+        self.asked = Instant::now();
+    }
+
+    /// Takes the solvers' states at the boundary of `step`; they need not wait any longer. Writing goes on beside.
+    ///
+    /// # Errors
+    /// When the outputs, or the checkpoint before, could not be brought to the disk.
+    pub async fn keep(
+        &mut self,
+        step: u64,
+        sides: Vec<CheckpointData>,
+        recorder: &mut Recorder<'_>,
+    ) -> Result<(), Failure> {
+        self.finish().await?;
+        let (recorder, tables) = recorder.state(step)?;
+        let time = sides.first().map_or(0.0, |side| side.header.time);
+        let outputs = OutputState { case: self.case.clone(), recorder, wall_seconds: self.wall_seconds() };
+        let checkpoint = RunCheckpoint { step, time, sides, outputs };
+        self.figures.held_seconds += self.asked.elapsed().as_secs_f64();
+        self.last = Instant::now();
+        self.figures.last_step = Some(step);
+        let store = self.store.clone();
+        self.writing = Some(tokio::task::spawn_blocking(move || write(&store, &checkpoint, &tables)));
+        Ok(())
+    }
+
+    /// Waits until the last checkpoint is on the disk.
+    ///
+    /// # Errors
+    /// When it could not be written; earlier ones are as they were.
+    pub async fn finish(&mut self) -> Result<(), Failure> {
+        let Some(writing) = self.writing.as_mut() else { return Ok(()) };
+        let written = writing.await;
+        self.writing = None;
+        self.take(written)
+    }
+
+    /// Waits until a checkpoint that is being written is on the disk; for ever when there is none.
+    ///
+    /// # Errors
+    /// As [`Keeper::finish`].
+    pub async fn written(&mut self) -> Result<(), Failure> {
+        if self.writing.is_none() {
+            std::future::pending::<()>().await;
+        }
+        self.finish().await
+    }
+
+    fn take(
+        &mut self,
+        written: Result<Result<Written, OutputError>, tokio::task::JoinError>,
+    ) -> Result<(), Failure> {
+        let written = written.map_err(|e| Failure::internal(format!("writing a checkpoint failed: {e}")))?;
+        let written = written?;
+        self.figures.taken += 1;
+        self.figures.largest_bytes = self.figures.largest_bytes.max(written.bytes);
+        self.figures.written_seconds += written.duration.as_secs_f64();
+        Ok(())
+    }
+
+    /// Figures for the summary.
+    pub fn figures(&self) -> &Checkpoints {
+        &self.figures
+    }
+}
+
+/// Brings tables and checkpoint to the disk, in this order: what a checkpoint refers to is there before it.
+fn write(store: &Store, checkpoint: &RunCheckpoint, tables: &[File]) -> Result<Written, OutputError> {
+    for table in tables {
+        table
+            .sync_all()
+            .map_err(|e| OutputError::file("sync", std::path::Path::new("tables of the run"), e))?;
+    }
+    store.write(&mut Disk, checkpoint)
+}

@@ -1,0 +1,8 @@
+//! Names the build for checkpoints: another build may give other bits.
+
+#[path = "../build/sources.rs"]
+mod sources;
+
+fn main() {
+    sources::emit(&["src", "../sph/src"], &["../Cargo.lock", "../Cargo.toml"]);
+}

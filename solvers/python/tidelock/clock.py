@@ -1,0 +1,92 @@
+"""CLOCK RULE of peer.proto: both sides compute the same bits."""
+
+import math
+import struct
+from dataclasses import dataclass
+
+PREDICTOR, CORRECTOR = 1, 2
+STAGE_NAMES = {PREDICTOR: "predictor", CORRECTOR: "corrector"}
+
+
+def bits(value: float) -> int:
+    """The 64 bits of a float."""
+    return struct.unpack("<Q", struct.pack("<d", value))[0]
+
+
+def from_bits(value: int) -> float:
+    """The float of 64 bits."""
+    return struct.unpack("<d", struct.pack("<Q", value))[0]
+
+
+@dataclass(frozen=True)
+class StageTime:
+    """A half-step: step number, stage, start of the step [s], its size [s]."""
+
+    step: int
+    stage: int
+    start: float
+    time_step: float
+
+    @property
+    def duration(self) -> float:
+        """Time by which the stage advances from the start of the step [s]."""
+        return 0.5 * self.time_step if self.stage == PREDICTOR else self.time_step
+
+    @property
+    def state_time(self) -> float:
+        """Time of the stage state [s]."""
+        return self.start if self.stage == PREDICTOR else self.start + 0.5 * self.time_step
+
+    def __str__(self) -> str:
+        return f"step {self.step} {STAGE_NAMES[self.stage]}"
+
+
+class Clock:
+    """Steps, their sizes, the end and the outputs of a run."""
+
+    def __init__(self, plan, outputs, first_limit: float):
+        self.step, self.plan = 0, plan
+        self.start, self.end = plan.start_time_s, plan.end_time_s
+        self.time = self.start
+        self.intervals = {
+            "probes": outputs.probe_interval_s if outputs.HasField("probe_interval_s") else None,
+            "snapshot": outputs.snapshot_interval_s if outputs.HasField("snapshot_interval_s") else None,
+        }
+        if plan.WhichOneof("step") == "fixed":
+            self.time_step = plan.fixed.time_step_s
+        else:
+            adaptive = plan.adaptive
+            self.time_step = min(adaptive.factor * first_limit, adaptive.maximum_s)
+        self.counts = dict.fromkeys(self.intervals, -1)
+
+    def _elapsed(self) -> float:
+        return self.time - self.start + 1e-6 * self.time_step
+
+    def stage(self, stage: int) -> StageTime:
+        """The half-step of `stage` in the present step."""
+        return StageTime(self.step, stage, self.time, self.time_step)
+
+    def finished(self) -> bool:
+        """Whether the end is reached."""
+        return self._elapsed() >= self.end - self.start
+
+    def advance(self, limit: float) -> None:
+        """Goes to the next step; `limit` is the smaller of both sides' limits [s]."""
+        self.step += 1
+        if self.plan.WhichOneof("step") == "fixed":
+            self.time = self.start + self.step * self.time_step
+        else:
+            adaptive = self.plan.adaptive
+            self.time += self.time_step
+            wanted = min(adaptive.factor * limit, adaptive.maximum_s)
+            self.time_step = min(wanted, adaptive.growth * self.time_step)
+
+    def due(self) -> set:
+        """Names of the outputs that are due at the present boundary; call it once a boundary."""
+        found = set()
+        for name, interval in self.intervals.items():
+            count = 0 if interval is None else math.floor(self._elapsed() / interval)
+            if self.step == 0 or self.finished() or count > self.counts[name]:
+                found.add(name)
+            self.counts[name] = count
+        return found

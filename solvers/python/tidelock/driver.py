@@ -1,0 +1,247 @@
+"""Steps a solver: ONE HALF-STEP of peer.proto with the changes of LOADS, and the events of participant.proto."""
+
+import queue
+import threading
+import time as wall
+
+import numpy as np
+
+from . import protocol
+from .clock import CORRECTOR, PREDICTOR, Clock, StageTime, bits
+from .frames import Before, Exchange, PeerFault, Sums
+from .solver import Books, Diverged, probe_values
+
+MESSAGES = protocol.participant
+CHUNK_BYTES = 1 << 20
+BEAT_SECONDS = 1.0
+NO_MORE = object()
+
+
+class Aborted(Exception):
+    """Given up from outside."""
+
+
+class Run:
+    """One run: commands in, events and snapshots out, frames through two queues."""
+
+    def __init__(self, solver, link):
+        self.solver, self.setup = solver, solver.setup
+        run = self.setup.message.run
+        self.clock = Clock(run.time, run.outputs, link.first_limit_s)
+        self.coupled = self.setup.coupled
+        self.exchange = Exchange(self.setup, solver, link.partner_extent) if self.coupled else None
+        self.tolerance, self.stop_at_breach = run.ledger.balance_tolerance, run.ledger.action == 2
+        self.inbound, self.outbound = queue.Queue(), queue.Queue(maxsize=4)
+        self.events, self.snapshots = queue.Queue(maxsize=4096), queue.Queue(maxsize=8)
+        self.wants_snapshots = False
+        self.orders, self.granted, self.stopping, self.aborted = threading.Condition(), 0, False, False
+        self.state, self.books = solver.state, Books(solver.momentum(solver.state))
+        self.forces = np.zeros((len(solver.ids), 2))
+        self.before, self.index, self.breaches, self.waited, self.phase = None, 0, 0, 0.0, 3
+        self.last_step = wall.monotonic()
+
+    # Orders from the coordinator's thread.
+
+    def command(self, order) -> None:
+        """Takes a command."""
+        kind = order.WhichOneof("order")
+        with self.orders:
+            if kind == "grant_through":
+                self.granted = max(self.granted, order.grant_through)
+            elif kind == "stop":
+                self.stopping = True
+            elif kind == "abort":
+                self._give_up()
+            self.orders.notify_all()
+
+    def abort(self) -> None:
+        """Gives the run up at once."""
+        with self.orders:
+            self._give_up()
+            self.orders.notify_all()
+
+    def _give_up(self) -> None:
+        self.aborted = True
+        self.inbound.put(NO_MORE)
+
+    def beat(self):
+        """A sign of life."""
+        event = MESSAGES.Event()
+        event.beat.step, event.beat.phase = self.clock.step, self.phase
+        event.beat.since_last_step_s = wall.monotonic() - self.last_step
+        return event
+
+    # The compute thread.
+
+    def run(self) -> None:
+        """Runs to the end; the last event is Finished or Failed."""
+        try:
+            reason = self._steps()
+        except Exception as error:  # a defect of the solver ends the run, not the server
+            reason = f"the solver failed: {error!r}"
+            self.events.put(error)
+        if self.coupled:
+            self.outbound.put(self.exchange.farewell(reason))
+            self.outbound.put(NO_MORE)
+        self.events.put(NO_MORE)
+        self.snapshots.put(NO_MORE)
+
+    def _steps(self) -> str:
+        clock, at = self.clock, self.clock.stage(PREDICTOR)
+        try:
+            while True:
+                self._outputs(clock.due())
+                if clock.finished() or not self._may_step():
+                    break
+                at = clock.stage(PREDICTOR)
+                self._step()
+            if not clock.finished():
+                self._outputs({"probes"})
+        except (PeerFault, Diverged, Aborted) as fault:
+            self._failed(fault, getattr(fault, "half_step", at))
+            return f"failed at step {clock.step}: {fault}"
+        event = MESSAGES.Event()
+        finished = event.finished
+        finished.step, finished.time_s_bits, finished.reached_end = clock.step, bits(clock.time), clock.finished()
+        self._counts(finished.counts)
+        finished.state_index = self._snapshot()
+        self.events.put(event)
+        return f"finished at step {clock.step}"
+
+    def _may_step(self) -> bool:
+        with self.orders:
+            self.phase = 3
+            while not self.aborted and not self.stopping and self.granted <= self.clock.step:
+                self.orders.wait()
+            if self.aborted:
+                raise Aborted("given up from outside")
+            self.phase = 1
+            return self.granted > self.clock.step
+
+    def _step(self) -> None:
+        began, waited, breaches = wall.monotonic(), self.waited, self.breaches
+        event = MESSAGES.Event()
+        report = event.step
+        report.step, report.time_step_s_bits = self.clock.step, bits(self.clock.time_step)
+        start, limit = self.state, np.inf
+        for stage, books in [(PREDICTOR, report.predictor), (CORRECTOR, report.corrector)]:
+            time = self.clock.stage(stage)
+            try:
+                self.state, limit = self._half_step(start, self.state, time, books)
+            except (PeerFault, Diverged, Aborted) as fault:
+                fault.half_step = time
+                raise
+        self.clock.advance(limit)
+        report.end_time_s_bits = bits(self.clock.time)
+        energies = report.energies
+        energies.kinetic_j_per_m, energies.potential_j_per_m, energies.internal_j_per_m = self.solver.energies(self.state)
+        report.own_interface_particles = len(self.solver.ids) if self.coupled else 0
+        report.waited_s, report.breaches = self.waited - waited, self.breaches - breaches
+        self.last_step = wall.monotonic()
+        report.elapsed_s = self.last_step - began
+        self.events.put(event)
+
+    def _half_step(self, start, stage, time: StageTime, books) -> tuple:
+        position, velocity = self.solver.kinematics(stage)
+        if not (np.isfinite(position).all() and np.isfinite(velocity).all()):
+            raise Diverged("position and velocity of the samples [m, m/s]", np.nan, "finite values", "take a smaller time step")
+        limit = self.solver.time_step_limit(stage)
+        sums = Sums(np.zeros(2), 0.0, 0.0, 0.0, 0.0, 0.0, 0)
+        if self.coupled:
+            frame = self.exchange.frame(time, position, velocity, limit, self.before)
+            self.outbound.put(frame)
+            self.forces, used, partner_limit = self._receive(time)
+            limit = min(limit, partner_limit)
+            sums = Sums.of(self.forces, position, velocity, self.setup.origin)
+            self.before = Before(time, sums, frame.digest, used)
+        state, self.books = self.solver.advance(start, stage, self.forces, time)
+        self._write_books(books, sums, start, state, time)
+        return state, limit
+
+    def _receive(self, time: StageTime) -> tuple:
+        self.phase, began = 2, wall.monotonic()
+        frame = self.inbound.get()
+        self.phase = 1
+        self.waited += wall.monotonic() - began
+        if self.aborted:
+            raise Aborted("given up from outside")
+        if frame is NO_MORE:
+            raise PeerFault("lost the partner: its stream ended without a farewell")
+        forces, used, limit = self.exchange.read(frame, time)
+        faults = self.exchange.check_before(frame, self.before, self.tolerance)
+        self.breaches += len(faults)
+        if faults and self.stop_at_breach:
+            raise faults[0]
+        return forces, used, limit
+
+    def _write_books(self, wire, sums: Sums, start, state, time: StageTime) -> None:
+        sums.write(wire.interface)
+        own, before = self.books, self.solver.momentum(start)
+        for name in MESSAGES.Accounts.DESCRIPTOR.fields_by_name:
+            force = getattr(wire.accounts, name)
+            force.x, force.y = {"body_force_n_per_m": own.body_force, "supports_n_per_m": own.supports}.get(name, (0.0, 0.0))
+        wire.duration_s = time.duration
+        change = own.momentum - before
+        wire.momentum_change_kg_per_s.x, wire.momentum_change_kg_per_s.y = change
+        sizes = self._sum_of_momenta(start) + self._sum_of_momenta(state)
+        wire.gross_momentum_kg_per_s = sizes + time.duration * (own.gross + sums.gross_force)
+
+    def _sum_of_momenta(self, state) -> float:
+        return self.solver.mass @ np.linalg.norm(self.solver.kinematics(state)[1], axis=1)
+
+    # Outputs.
+
+    def _outputs(self, due: set) -> None:
+        if "probes" in due:
+            event = MESSAGES.Event()
+            event.probes.step, event.probes.time_s_bits = self.clock.step, bits(self.clock.time)
+            event.probes.values = probe_values(self.solver, self.state, self.forces, self.books).astype("<f8").tobytes()
+            self.events.put(event)
+        if "snapshot" in due:
+            index = self._snapshot()
+            event = MESSAGES.Event()
+            taken = event.snapshot
+            taken.index, taken.step, taken.time_s_bits = index, self.clock.step, bits(self.clock.time)
+            self.events.put(event)
+
+    def _snapshot(self) -> int:
+        index, self.index = self.index, self.index + 1
+        if not self.wants_snapshots:
+            return index
+        position, velocity = self.solver.kinematics(self.state)
+        fields = [("position", "m", position), ("velocity", "m/s", velocity), ("fluid_force", "N/m", self.forces),
+                  ("density", "kg/m3", self.solver.mass / self.solver.volume)]
+        first = MESSAGES.SnapshotChunk(run_id=self.setup.run_id)
+        header = first.header
+        header.index, header.step, header.time_s_bits = index, self.clock.step, bits(self.clock.time)
+        header.count = len(self.solver.ids)
+        header.group_names.extend(body.name for body in self.setup.bodies)
+        data = np.asarray(self.solver.ids, "<u4").tobytes() + np.asarray(self.solver.body, "<u4").tobytes()
+        for name, unit, values in fields:
+            header.fields.add(name=name, unit=unit, components=1 if values.ndim == 1 else values.shape[1])
+            data += np.ascontiguousarray(values, "<f8").tobytes()
+        self.snapshots.put(first)
+        for k in range(0, len(data), CHUNK_BYTES):
+            self.snapshots.put(MESSAGES.SnapshotChunk(run_id=self.setup.run_id, data=data[k : k + CHUNK_BYTES]))
+        return index
+
+    def _counts(self, counts) -> None:
+        counts.particles = len(self.solver.ids)
+        counts.largest_interface = len(self.solver.ids) if self.coupled else 0
+
+    def _failed(self, fault: Exception, at: StageTime) -> None:
+        event = MESSAGES.Event()
+        failed = event.failed
+        failed.step, failed.time_s_bits = self.clock.step, bits(self.clock.time)
+        self._counts(failed.counts)
+        if isinstance(fault, Aborted):
+            failed.fault.aborted.at.step, failed.fault.aborted.at.stage = at.step, at.stage
+        elif isinstance(fault, Diverged):
+            diverged = failed.fault.diverged
+            diverged.at.step, diverged.at.stage = at.step, at.stage
+            diverged.quantity, diverged.value = fault.quantity, fault.value
+            diverged.allowed, diverged.hint = fault.allowed, fault.hint
+        else:
+            fault.fill(failed.fault, at)
+        failed.state_index = self._snapshot()
+        self.events.put(event)

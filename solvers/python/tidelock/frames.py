@@ -1,0 +1,230 @@
+"""Half-step frames of a solid coupled by loads: LOADS, ORDER RULE, DIGEST and BALANCE of peer.proto."""
+
+import struct
+import zlib
+from dataclasses import dataclass
+
+import numpy as np
+
+from . import protocol
+from .clock import PREDICTOR, STAGE_NAMES, StageTime, bits, from_bits
+
+TYPES = protocol.types
+
+
+class PeerFault(Exception):
+    """The partner's frame was refused; `fill` writes the fault into a Fault message."""
+
+    def fill(self, fault, at: StageTime) -> None:
+        """Writes this fault."""
+        fault.peer.at.step, fault.peer.at.stage = at.step, at.stage
+        fault.peer.message = str(self)[:3000]
+
+
+class ClockFault(PeerFault):
+    """Both sides hold different times."""
+
+    def fill(self, fault, at):
+        fault.clock.at.step, fault.clock.at.stage = at.step, at.stage
+        fault.clock.difference = str(self)
+
+
+class LedgerFault(PeerFault):
+    """The books do not balance."""
+
+    def __init__(self, at, check: int, residual: float, tolerance: float):
+        super().__init__(f"ledger breach at {at}: check {check} is off by {residual:.2e} of gross, allowed {tolerance:.0e}")
+        self.at, self.check, self.residual, self.tolerance = at, check, residual, tolerance
+
+    def fill(self, fault, at):
+        breach = fault.ledger
+        breach.at.step, breach.at.stage, breach.check = self.at.step, self.at.stage, self.check
+        breach.residual, breach.tolerance = self.residual, self.tolerance
+
+
+class StaleFault(PeerFault):
+    """The partner computed from another frame than the one sent."""
+
+    def __init__(self, at, sent: int, used: int):
+        super().__init__(f"stale frame at {at}: sent was {sent:08x}, used {used:08x}")
+        self.at, self.sent, self.used = at, sent, used
+
+    def fill(self, fault, at):
+        stale = fault.stale_frame
+        stale.at.step, stale.at.stage, stale.sent, stale.used = self.at.step, self.at.stage, self.sent, self.used
+
+
+@dataclass
+class Sums:
+    """InterfaceSums of the forces on samples."""
+
+    force: np.ndarray
+    gross_force: float
+    torque: float
+    gross_torque: float
+    couple: float
+    power: float
+    pairs: int
+
+    @classmethod
+    def of(cls, forces, position, velocity, origin) -> "Sums":
+        """Sums of `forces` that act on samples, torques about `origin`."""
+        size, arm = np.linalg.norm(forces, axis=1), position - origin
+        torque = arm[:, 0] * forces[:, 1] - arm[:, 1] * forces[:, 0]
+        return cls(forces.sum(axis=0), size.sum(), torque.sum(), np.linalg.norm(arm, axis=1) @ size, 0.0,
+                   (forces * velocity).sum(), int((size > 0).sum()))
+
+    @classmethod
+    def read(cls, wire) -> "Sums":
+        """Sums of the wire."""
+        force = np.array([wire.force_n_per_m.x, wire.force_n_per_m.y])
+        return cls(force, wire.gross_force_n_per_m, wire.torque_n, wire.gross_torque_n, wire.couple_n,
+                   wire.power_w_per_m, wire.pairs)
+
+    def write(self, wire) -> None:
+        """Fills an InterfaceSums message."""
+        wire.force_n_per_m.x, wire.force_n_per_m.y = self.force
+        wire.gross_force_n_per_m, wire.torque_n = self.gross_force, self.torque
+        wire.gross_torque_n, wire.couple_n = self.gross_torque, self.couple
+        wire.power_w_per_m, wire.pairs = self.power, self.pairs
+
+
+@dataclass
+class Before:
+    """What the half-step before left to check."""
+
+    at: StageTime
+    sums: Sums
+    sent: int
+    used: int
+
+
+def _words(time: StageTime) -> bytes:
+    return struct.pack("<QQ", time.step, 0 if time.stage == PREDICTOR else 1)
+
+
+def digest_samples(time: StageTime, ids, position, velocity, volume) -> int:
+    """DIGEST of a frame of samples."""
+    words = np.empty((len(ids), 6), "<u8")
+    words[:, 0] = ids
+    columns = np.c_[position[:, 0], velocity[:, 0], position[:, 1], velocity[:, 1], volume].astype("<f8")
+    words[:, 1:] = np.ascontiguousarray(columns).view("<u8")
+    return zlib.crc32(words.tobytes(), zlib.crc32(_words(time)))
+
+
+def digest_forces(time: StageTime, data: bytes) -> int:
+    """DIGEST of a frame of forces."""
+    return zlib.crc32(data, zlib.crc32(_words(time)))
+
+
+class Exchange:
+    """Makes own frames and checks the partner's, one after the other."""
+
+    def __init__(self, setup, solver, partner_extent):
+        self.setup, self.solver = setup, solver
+        self.partner_extent_version = partner_extent.version
+        coupling = setup.message.run.coupling
+        self.reach = 2.0 * coupling.fluid.smoothing_length_m + coupling.margin_m
+        self.central = coupling.law == protocol.setup.InterfaceLaw.INTERFACE_LAW_WALL
+        self.extent, self.boxes = TYPES.Extent(), None
+        self.set_sent, self.epoch, self.last = False, 0, None
+
+    def update_extent(self, position) -> bool:
+        """Makes the extent anew when samples have left its box; tells whether it did."""
+        slack = self.setup.spacing
+        lower, upper = position.min(axis=0), position.max(axis=0)
+        if self.boxes is not None and (lower >= self.boxes[:2]).all() and (upper <= self.boxes[2:]).all():
+            return False
+        self.boxes = np.concatenate([lower - slack, upper + slack])
+        self.extent = TYPES.Extent(version=self.extent.version + 1, boxes_m=self.boxes.astype("<f8").tobytes())
+        return True
+
+    def frame(self, time: StageTime, position, velocity, limit: float, before: Before | None):
+        """The own frame of a half-step: all samples, which the EXTENT RULE always allows."""
+        solver = self.solver
+        frame = protocol.peer.Frame(
+            run_id=self.setup.run_id, epoch=self.epoch, step=time.step, stage=time.stage,
+            step_start_s_bits=bits(time.start), time_step_s_bits=bits(time.time_step), set_version=1,
+            count=len(solver.ids), partner_extent_version=self.partner_extent_version, reach_m=self.reach,
+            time_step_limit_s=limit, digest=digest_samples(time, solver.ids, position, velocity, solver.volume),
+        )
+        if not self.set_sent:
+            self.set_sent = True
+            frame.set.ids = np.asarray(solver.ids, "<u4").tobytes()
+            frame.set.groups = np.asarray(solver.body, "<u4").tobytes()
+        for field, values in [(TYPES.FIELD_POSITION, position), (TYPES.FIELD_VELOCITY, velocity),
+                              (TYPES.FIELD_VOLUME, solver.volume)]:
+            frame.blocks.add(field=field, data=np.ascontiguousarray(values, "<f8").tobytes())
+        if self.update_extent(position):
+            frame.extent.CopyFrom(self.extent)
+        frame.extent_version = self.extent.version
+        if before is not None:
+            previous = frame.previous
+            previous.at.step, previous.at.stage = before.at.step, before.at.stage
+            before.sums.write(previous.sums)
+            previous.used_digest = before.used
+        return frame
+
+    def farewell(self, reason: str):
+        """The last message of this side."""
+        frame = protocol.peer.Frame(run_id=self.setup.run_id, epoch=self.epoch)
+        frame.farewell.reason = reason[:1000]
+        return frame
+
+    def read(self, frame, time: StageTime) -> tuple:
+        """The forces of the partner's frame for `time`, and its limit for the next step [s]."""
+        if frame.ByteSize() > protocol.MAX_FRAME_BYTES:
+            raise PeerFault(f"`frame`: has {frame.ByteSize()} bytes, above the size limit of {protocol.MAX_FRAME_BYTES}")
+        for name, got, wanted in [("run_id", frame.run_id, self.setup.run_id), ("epoch", frame.epoch, self.epoch)]:
+            if got != wanted:
+                raise PeerFault(f"`frame.{name}`: is {got!r}, expected {wanted!r}")
+        if frame.HasField("farewell"):
+            raise PeerFault(f"it ended its run: {frame.farewell.reason}")
+        if (frame.step, frame.stage, frame.iteration) != (time.step, time.stage, 0):
+            remark = ", which came before: a duplicate" if (frame.step, frame.stage) == self.last else ""
+            stage = STAGE_NAMES.get(frame.stage, frame.stage)
+            raise PeerFault(f"`frame`: expected that of {time}, got step {frame.step} {stage}{remark}")
+        for name, ours, theirs in [("start of step", time.start, frame.step_start_s_bits),
+                                   ("time step", time.time_step, frame.time_step_s_bits)]:
+            if bits(ours) != theirs:
+                raise ClockFault(f"{name} [s] is {ours!r} here and {from_bits(theirs)!r} at the partner")
+        count = len(self.solver.ids)
+        if (frame.count, frame.set_version) != (count, 1):
+            raise PeerFault(f"`frame.count`: is {frame.count} for set {frame.set_version}, sent were {count} samples of set 1")
+        if [block.field for block in frame.blocks] != [TYPES.FIELD_FORCE]:
+            raise PeerFault("`frame.blocks`: must be the force, once")
+        data = frame.blocks[0].data
+        if len(data) != 16 * count:
+            raise PeerFault(f"`frame.blocks[0].force`: has {len(data)} bytes, must have {count} particles x 2 numbers x 8 bytes")
+        forces = np.frombuffer(data, "<f8").reshape(count, 2)
+        if not np.isfinite(forces).all():
+            bad = int(np.flatnonzero(~np.isfinite(forces).all(axis=1))[0])
+            raise PeerFault(f"`frame.blocks[0].force`: of particle number {bad} is {forces[bad]}, NaN or infinite; must be finite")
+        digest = digest_forces(time, data)
+        if digest != frame.digest:
+            raise PeerFault(f"`frame.digest`: is {frame.digest:08x}, but the data have {digest:08x} (DATA_LOSS)")
+        if not frame.time_step_limit_s > 0:
+            raise PeerFault(f"`frame.time_step_limit_s`: is {frame.time_step_limit_s}, must be positive")
+        if frame.HasField("extent"):
+            self.partner_extent_version = frame.extent.version
+        self.last = (frame.step, frame.stage)
+        return forces, digest, frame.time_step_limit_s
+
+    def check_before(self, frame, before: Before | None, tolerance: float) -> list:
+        """Faults that the partner's report of the half-step before shows."""
+        if before is None:
+            return []
+        theirs = frame.previous
+        if (theirs.at.step, theirs.at.stage) != (before.at.step, before.at.stage):
+            raise PeerFault(f"the frame lacks the sums of {before.at}")
+        faults = []
+        if theirs.used_digest != before.sent:
+            faults.append(StaleFault(before.at, before.sent, theirs.used_digest))
+        own, partner = before.sums, Sums.read(theirs.sums)
+        net = own.torque + partner.torque - (0.0 if self.central else 2.0 * partner.couple)
+        checks = [(1, np.linalg.norm(own.force + partner.force), max(own.gross_force, partner.gross_force)),
+                  (2, abs(net), max(own.gross_torque, partner.gross_torque))]
+        for check, residual, gross in checks:
+            if not residual <= tolerance * gross:
+                faults.append(LedgerFault(before.at, check, residual / gross if gross else np.inf, tolerance))
+        return faults

@@ -1,0 +1,67 @@
+"""The messages and services of package fsi.v1, generated from the .proto files at the first start.
+
+The files are found in `proto/proto` of this repository, or where the environment variable TIDELOCK_PROTO points. The
+stubs are kept beside this file, or in the system's temporary folder where that is read-only, under the digest of the
+files they were made of, so that they are never out of date.
+"""
+
+import hashlib
+import importlib
+import os
+import pathlib
+import sys
+import tempfile
+
+HERE = pathlib.Path(__file__).resolve().parent
+NAMES = ["types", "setup", "peer", "participant"]
+
+
+def _sources() -> pathlib.Path:
+    folder = pathlib.Path(os.environ.get("TIDELOCK_PROTO", HERE.parents[2] / "proto" / "proto"))
+    if not (folder / "fsi" / "v1" / "participant.proto").is_file():
+        raise SystemExit(f"no fsi/v1/participant.proto in {folder}: set TIDELOCK_PROTO to the folder that holds fsi/")
+    return folder
+
+
+def _generate(sources: pathlib.Path, target: pathlib.Path) -> None:
+    from grpc_tools import protoc
+
+    files = [str(sources / "fsi" / "v1" / f"{name}.proto") for name in NAMES]
+    target.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(dir=target.parent) as made:
+        out = [f"--python_out={made}", f"--grpc_python_out={made}"]
+        if protoc.main(["protoc", f"-I{sources}", *out, *files]) != 0:
+            raise SystemExit(f"protoc cannot read the files in {sources}")
+        whole = pathlib.Path(made) / "whole"
+        whole.mkdir()
+        (pathlib.Path(made) / "fsi").rename(whole / "fsi")
+        try:
+            whole.rename(target)
+        except OSError:
+            if not target.is_dir():  # else another start was faster
+                raise
+
+
+def _stubs() -> pathlib.Path:
+    sources = _sources()
+    digest = hashlib.sha256(sys.version.encode())
+    for name in NAMES:
+        digest.update((sources / "fsi" / "v1" / f"{name}.proto").read_bytes())
+    folder = HERE if os.access(HERE, os.W_OK) else pathlib.Path(tempfile.gettempdir()) / f"tidelock-{os.getuid()}"
+    target = folder / "_generated" / digest.hexdigest()[:16]
+    if not target.is_dir():
+        _generate(sources, target)
+    return target
+
+
+sys.path.insert(0, str(_stubs()))
+types, setup, peer, participant = (importlib.import_module(f"fsi.v1.{name}_pb2") for name in NAMES)
+peer_grpc, participant_grpc = (importlib.import_module(f"fsi.v1.{name}_pb2_grpc") for name in NAMES[2:])
+
+# Version of the files above; see ProtocolVersion.
+MAJOR, MINOR = 1, 1
+# Bounds of the protocol: bytes of a message on either plane, of a name, of a text.
+MAX_MESSAGE_BYTES = 256 << 20
+MAX_FRAME_BYTES = 64 << 20
+MAX_NAME_BYTES = 256
+MAX_TEXT_BYTES = 4096

@@ -1,0 +1,162 @@
+"""The set-up of a run, checked once."""
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from . import protocol
+
+
+class Refused(Exception):
+    """The set-up cannot be run: all problems, each with its place, value and what is allowed."""
+
+    def __init__(self, problems):
+        super().__init__("\n".join(problems))
+
+
+def unpack(data: bytes, count: int | None, components: int, place: str, kind: str = "<f8") -> np.ndarray:
+    """An array of the wire with `components` numbers for each of `count` particles."""
+    size = np.dtype(kind).itemsize * components
+    if len(data) % size or count is not None and len(data) != count * size:
+        wanted = "a multiple of" if count is None else f"{count} x"
+        raise Refused([f"`{place}`: has {len(data)} bytes, must have {wanted} {components} numbers x {size // components} bytes"])
+    values = np.frombuffer(data, kind)
+    if kind == "<f8" and not np.isfinite(values).all():
+        bad = int(np.flatnonzero(~np.isfinite(values))[0])
+        raise Refused([f"`{place}`: of particle number {bad // components} is {values[bad]}, must be finite"])
+    return values.reshape(-1, components) if components > 1 else values
+
+
+@dataclass
+class Body:
+    """A body: its name, elastic constants [Pa] and supports, and which of the particles are its own."""
+
+    name: str
+    bulk_modulus: float
+    shear_modulus: float
+    supports: list
+    particles: np.ndarray
+
+
+@dataclass
+class Setup:
+    """What a solid solver is told, in SI units per metre of depth; `message` is the SolidSetup itself."""
+
+    message: object
+    run_id: str = ""
+    gravity: np.ndarray = field(default_factory=lambda: np.zeros(2))
+    spacing: float = 0.0
+    origin: np.ndarray = field(default_factory=lambda: np.zeros(2))
+    bodies: list = field(default_factory=list)
+    ids: np.ndarray = None
+    body: np.ndarray = None
+    support: np.ndarray = None
+    mass: np.ndarray = None
+    volume: np.ndarray = None
+    reference: np.ndarray = None
+    position: np.ndarray = None
+    velocity: np.ndarray = None
+
+    def __post_init__(self):
+        problems = self._problems()
+        if problems:
+            raise Refused(problems)
+        run = self.message.run
+        self.run_id = run.run_id
+        gravity = run.body_force.gravity_m_per_s2
+        self.gravity = np.array([gravity.x, gravity.y])
+        self.spacing = self.message.particle_spacing_m
+        lower, upper = run.domain.lower_m, run.domain.upper_m
+        # The point that torques are about.
+        self.origin = np.array([0.5 * (lower.x + upper.x), 0.5 * (lower.y + upper.y)])
+        self._read_particles()
+
+    @property
+    def coupled(self) -> bool:
+        """Whether there is a fluid."""
+        return self.message.run.HasField("coupling")
+
+    def _problems(self) -> list:
+        message, run = self.message, self.message.run
+        found = []
+
+        def check(good, place, problem):
+            if not good:
+                found.append(f"`open.solid.{place}`: {problem}")
+
+        check(0 < len(run.run_id.encode()) <= protocol.MAX_NAME_BYTES, "run.run_id", "must have 1 to 256 bytes")
+        for name, value in [
+            ("run.domain.lower_m.x", run.domain.lower_m.x), ("run.domain.lower_m.y", run.domain.lower_m.y),
+            ("run.domain.upper_m.x", run.domain.upper_m.x), ("run.domain.upper_m.y", run.domain.upper_m.y),
+            ("run.body_force.gravity_m_per_s2.x", run.body_force.gravity_m_per_s2.x),
+            ("run.body_force.gravity_m_per_s2.y", run.body_force.gravity_m_per_s2.y),
+            ("run.time.start_time_s", run.time.start_time_s), ("run.time.end_time_s", run.time.end_time_s),
+        ]:
+            check(math.isfinite(value), name, f"is {value}, must be finite")
+        check(run.domain.lower_m.x < run.domain.upper_m.x and run.domain.lower_m.y < run.domain.upper_m.y,
+              "run.domain.upper_m", "must exceed lower_m")
+        check(run.body_force.HasField("gravity_m_per_s2"), "run.body_force.gravity_m_per_s2", "is missing")
+        step = run.time.WhichOneof("step")
+        check(step is not None, "run.time.step", "is missing, must be `fixed` or `adaptive`")
+        if step == "fixed":
+            size = run.time.fixed.time_step_s
+            check(0 < size < math.inf, "run.time.fixed.time_step_s", f"is {size}, must be positive and finite")
+        check(run.ledger.action in (1, 2), "run.ledger.action", f"is {run.ledger.action}, must be 1 (warn) or 2 (stop)")
+        check(0 < message.particle_spacing_m < math.inf, "particle_spacing_m",
+              f"is {message.particle_spacing_m}, must be positive and finite")
+        if run.HasField("coupling"):
+            kinds, laws = protocol.types.CouplingKind, protocol.setup.InterfaceLaw
+            check(run.coupling.kind == kinds.COUPLING_KIND_LOADS, "run.coupling.kind",
+                  f"is {run.coupling.kind}, this solver couples by 2 (loads)")
+            check(run.coupling.law in (laws.INTERFACE_LAW_WALL, laws.INTERFACE_LAW_WALL_NO_SLIP), "run.coupling.law",
+                  f"is {run.coupling.law}, must be 1 (wall) or 2 (wall-no-slip)")
+        # What this skin leaves out is refused, not ignored.
+        check(not run.body_force.HasField("expressions_m_per_s2"), "run.body_force.expressions_m_per_s2",
+              "this solver evaluates no expressions")
+        check(not (run.domain.periodic.x or run.domain.periodic.y), "run.domain.periodic",
+              "this solver knows no periodic directions")
+        check(not (message.HasField("damping") and message.damping.rate_per_s > 0), "damping", "is not offered by this solver")
+        for k, body in enumerate(message.bodies):
+            check(not body.HasField("acceleration_m_per_s2"), f"bodies[{k}].acceleration_m_per_s2",
+                  "this solver evaluates no expressions")
+            check(not body.loads, f"bodies[{k}].loads", "surface loads are not offered by this solver")
+            for support in body.supports:
+                check(not support.HasField("motion") and not support.HasField("release_time_s"),
+                      f"bodies[{k}].supports", "moving and released supports are not offered by this solver")
+        return found
+
+    def _read_particles(self) -> None:
+        particles, place = self.message.particles, "open.solid.particles"
+        self.ids = unpack(particles.ids, None, 1, f"{place}.ids", "<u4")
+        count = len(self.ids)
+        problems = []
+
+        def read(name, components=1, kind="<f8", positive=False, below=None):
+            try:
+                values = unpack(getattr(particles, name), count, components, f"{place}.{name}", kind)
+            except Refused as refused:
+                problems.append(str(refused))
+                return np.zeros((count, components)[: min(components, 2)])
+            if positive and (values <= 0).any():
+                problems.append(f"`{place}.{name}`: must be positive")
+            if below is not None and (values >= below).any():
+                problems.append(f"`{place}.{name}`: is {values.max()}, must be below {below}")
+            return values
+
+        if (np.diff(self.ids.astype(np.int64)) <= 0).any():
+            problems.append(f"`{place}.ids`: must ascend strictly")
+        self.body = read("bodies", kind="<u4", below=len(self.message.bodies))
+        self.support = read("supports", kind="<u4")
+        self.mass = read("masses_kg_per_m", positive=True)
+        density = read("densities_kg_per_m3", positive=True)
+        self.reference = read("reference_positions_m", 2)
+        self.position = read("positions_m", 2)
+        self.velocity = read("velocities_m_per_s", 2)
+        if problems:
+            raise Refused(problems)
+        self.volume = self.mass / density
+        for k, body in enumerate(self.message.bodies):
+            own = np.flatnonzero(self.body == k)
+            material = body.material
+            self.bodies.append(Body(body.name, material.bulk_modulus_pa, material.shear_modulus_pa, list(body.supports), own))

@@ -1,0 +1,140 @@
+"""What a solver in Python writes, and what follows from that for probes and outputs."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from .clock import StageTime
+from .setup import Setup
+
+PROBE_COLUMNS = {
+    "material_point": 7, "motion": 6, "body_force": 2, "reaction": 2, "sums": 12, "all_sums": 12, "gap": 2, "all_gaps": 2,
+}
+
+
+class Diverged(Exception):
+    """The physics broke down: which quantity (with unit), its value, what is allowed, what to do about it."""
+
+    def __init__(self, quantity: str, value: float, allowed: str, hint: str):
+        super().__init__(f"{quantity} = {value}; allowed: {allowed}; {hint}")
+        self.quantity, self.value, self.allowed, self.hint = quantity, value, allowed, hint
+
+
+@dataclass
+class Books:
+    """What a stage did, all forces [N/m] as means over its duration.
+
+    `momentum` [kg/s] is that of the new state, summed over the body itself and not from the forces; `gross` [N/m] is the
+    sum of the sizes of all forces on parts of the body, the scale of round-off.
+    """
+
+    momentum: np.ndarray
+    body_force: np.ndarray = field(default_factory=lambda: np.zeros(2))
+    supports: np.ndarray = field(default_factory=lambda: np.zeros(2))
+    gross: float = 0.0
+
+
+class Solver:
+    """A solid that is coupled by loads: samples out, forces in.
+
+    Subclass it, set `name`, and write `__init__`, `kinematics`, `momentum` and `advance`; the rest has defaults. A state
+    is whatever you like, such as an array: the skin keeps it and hands it back. `advance` never alters what it is given.
+    """
+
+    name, version = "solver", "1"
+    # Whether the same set-up gives the same bits each time.
+    deterministic = True
+
+    def __init__(self, setup: Setup):
+        """Reads the set-up, or raises `Refused` with all problems.
+
+        Must set `self.state`, the state at the start. The samples are the particles of the set-up (`setup.reference` are
+        their places in the undeformed body, `setup.volume` their volumes) unless `self.volume`, `self.ids` and
+        `self.body` are set.
+        """
+        self.setup = setup
+        self.ids, self.body, self.volume, self.mass = setup.ids, setup.body, setup.volume, setup.mass
+        self.state = None
+
+    def kinematics(self, state) -> tuple:
+        """Positions [m] and velocities [m/s] of the samples in `state`, one row each."""
+        raise NotImplementedError
+
+    def momentum(self, state) -> np.ndarray:
+        """Momentum of all bodies in `state` [kg/s]."""
+        raise NotImplementedError
+
+    def advance(self, start, stage, forces: np.ndarray, time: StageTime) -> tuple:
+        """The state after `time.duration` from `start`, and its `Books`.
+
+        `forces` [N/m] are those of the fluid on the samples in the `stage` state, which is `start` in the predictor and
+        the predictor's result in the corrector.
+        """
+        raise NotImplementedError
+
+    def time_step_limit(self, state) -> float:
+        """Largest stable next step [s]."""
+        return np.inf
+
+    def energies(self, state) -> tuple:
+        """Kinetic, potential and strain energy [J/m]."""
+        position, velocity = self.kinematics(state)
+        kinetic = 0.5 * self.mass @ (velocity**2).sum(axis=1)
+        return kinetic, -self.mass @ (position @ self.setup.gravity), 0.0
+
+    def angle(self, state, body: int) -> tuple:
+        """Angle of a body [rad] and its rate [rad/s], for probes."""
+        return np.nan, np.nan
+
+    def stress(self, state, point: np.ndarray) -> tuple:
+        """Stress xx, yy, xy [Pa] at a point of the undeformed body, for probes."""
+        return np.nan, np.nan, np.nan
+
+
+def probe_values(solver: Solver, state, forces: np.ndarray, books: Books) -> np.ndarray:
+    """All columns of all probes of the set-up, in their order."""
+    position, velocity = solver.kinematics(state)
+    values = []
+    for probe in solver.setup.message.probes:
+        kind = probe.WhichOneof("kind")
+        body = getattr(probe, kind) if kind in ("motion", "body_force", "sums") else None
+        own = slice(None) if body is None else solver.body == body
+        if kind == "material_point":
+            point = np.array([probe.material_point.reference_position_m.x, probe.material_point.reference_position_m.y])
+            own = solver.body == probe.material_point.body
+            weights = _weights(solver.setup.reference[own], point, solver.setup.spacing)
+            at, speed = weights @ position[own], weights @ velocity[own]
+            values += [*(at - point), *speed, *solver.stress(state, point)]
+        elif kind == "motion":
+            mass = solver.mass[own]
+            centre, speed = mass @ position[own] / mass.sum(), mass @ velocity[own] / mass.sum()
+            values += [*centre, *speed, *solver.angle(state, body)]
+        elif kind == "body_force":
+            values += list(forces[own].sum(axis=0))
+        elif kind == "reaction":
+            values += list(books.supports)
+        elif kind in ("sums", "all_sums"):
+            values += _sums(solver, state, position[own], velocity[own], solver.mass[own])
+        else:
+            values += [np.nan] * PROBE_COLUMNS[kind]
+    return np.array(values, dtype=float)
+
+
+def _weights(reference: np.ndarray, point: np.ndarray, spacing: float) -> np.ndarray:
+    """Weights of the samples at whose sum a linear field takes its value at `point`."""
+    distance = np.linalg.norm(reference - point, axis=1)
+    near = np.argsort(distance, kind="stable")[:6]
+    base = np.c_[np.ones(len(near)), (reference[near] - point) / spacing]
+    weights = np.zeros(len(reference))
+    weights[near] = np.linalg.pinv(base)[0]
+    return weights
+
+
+def _sums(solver: Solver, state, position, velocity, mass) -> list:
+    momentum = mass @ velocity
+    angular = mass @ (position[:, 0] * velocity[:, 1] - position[:, 1] * velocity[:, 0])
+    centre = mass @ position / mass.sum()
+    arm = position - centre
+    second = [mass @ (arm[:, 0] ** 2), mass @ (arm[:, 1] ** 2), mass @ (arm[:, 0] * arm[:, 1])]
+    energies = solver.energies(state)
+    return [mass.sum(), *momentum, angular, *energies, *centre, *(np.array(second) / mass.sum())]

@@ -1,0 +1,230 @@
+//! Checkpoints, going on from them, and servers that die or freeze, through real processes.
+
+use std::path::Path;
+use std::process::Command;
+
+use tests::bench::{Bench, children_of, digests, soon, text};
+use tests::kill::{Dice, Tally, Trials, same_results, server_of};
+
+const PROGRAM: &str = env!("CARGO_BIN_EXE_tidelock-node");
+
+fn bench() -> Bench {
+    Bench::new(PROGRAM)
+}
+
+/// Goes on with the run in `name`, which must succeed.
+fn resume(bench: &Bench, name: &str, further: &[&str]) -> String {
+    let out = bench.path(name);
+    let mut arguments = vec!["resume", text(&out), "--quiet"];
+    arguments.extend(further);
+    let output = bench.call(&arguments);
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.success(), "{said}");
+    said
+}
+
+/// Checkpoint folders of a run, oldest first.
+fn kept(out: &Path) -> Vec<String> {
+    let entries = std::fs::read_dir(out.join("checkpoints")).unwrap().flatten();
+    let names = entries.map(|entry| entry.file_name().to_string_lossy().into_owned());
+    let mut names: Vec<String> = names.filter(|name| name.starts_with("step_")).collect();
+    names.sort();
+    names
+}
+
+#[test]
+fn checkpoints_change_nothing_and_the_last_two_are_kept() {
+    for substeps in [None, Some(4)] {
+        let bench = bench();
+        let case = bench.tank_to(0.004, substeps);
+        let plain = bench.run(&case, "plain", &[]);
+        let many = bench.run(&case, "many", &["--checkpoint-every-steps", "7"]);
+        assert_eq!(digests(&plain), digests(&many));
+        same_results(&bench.path("plain"), &bench.path("many")).unwrap();
+        // Taking one must not make a list anew: 14 in 100 steps would show.
+        for side in ["fluid", "solid"] {
+            assert_eq!(plain[side]["counts"], many[side]["counts"], "{side}");
+        }
+        // Multiples of 7 up to 98, and the end.
+        assert_eq!(many["checkpoints"]["taken"], 15);
+        assert_eq!(plain["checkpoints"]["taken"], 1);
+        assert!(many["checkpoints"]["largest_bytes"].as_u64().unwrap() > 1000);
+        assert_eq!(kept(&bench.path("many")), ["step_000000000098", "step_000000000100"]);
+    }
+}
+
+#[test]
+fn a_finished_run_goes_on_to_a_later_end_with_the_bits_of_one_run() {
+    for (substeps, shorter) in [(None, "0.0019"), (Some(4), "0.0021")] {
+        let bench = bench();
+        let whole = bench.tank_to(0.004, substeps);
+        bench.run(&whole, "whole", &["--threads", "2"]);
+        let short = bench.tank_to(shorter.parse().unwrap(), substeps);
+        // In one process first, then on servers with other numbers of threads.
+        bench.run(&short, "parts", &["--in-process", "--threads", "1"]);
+        resume(&bench, "parts", &["--until", "0.003", "--threads", "2"]);
+        resume(&bench, "parts", &["--until", "0.004", "--threads", "1"]);
+        same_results(&bench.path("whole"), &bench.path("parts")).unwrap();
+        assert_eq!(bench.summary("parts")["verdict"], "completed");
+    }
+}
+
+#[test]
+fn a_stopped_run_goes_on_as_if_it_had_never_been_stopped() {
+    let bench = bench();
+    let case = bench.tank_to(0.1, None);
+    bench.run(&case, "whole", &[]);
+    let mut run = bench.start(&case, "stopped");
+    run.signal("TERM");
+    let (status, message) = run.end();
+    assert_eq!(status.code(), Some(8), "{message}");
+    assert!(message.contains("coordinator resume"), "{message}");
+    run.servers_end();
+    let steps = bench.summary("stopped")["steps"].as_u64().unwrap();
+    assert!(steps < 2500, "the run was over before the signal");
+    assert_eq!(kept(&bench.path("stopped")).last().unwrap(), &format!("step_{steps:012}"));
+    resume(&bench, "stopped", &[]);
+    same_results(&bench.path("whole"), &bench.path("stopped")).unwrap();
+    assert_eq!(bench.summary("stopped")["checkpoints"]["resumed_from"], steps);
+}
+
+#[test]
+fn another_case_and_a_damaged_checkpoint_are_told() {
+    let bench = bench();
+    let case = bench.tank_to(0.002, None);
+    bench.run(&case, "whole", &["--checkpoint-every-steps", "20"]);
+    bench.run(&case, "out", &["--checkpoint-every-steps", "20"]);
+    let out = bench.path("out");
+    let resolved = std::fs::read_to_string(out.join("case.toml")).unwrap();
+    let other = resolved.replace("sound_speed_m_s = 25.0", "sound_speed_m_s = 26.0");
+    assert_ne!(other, resolved);
+    std::fs::write(out.join("case.toml"), other).unwrap();
+    let words = ["sound_speed_m_s = 25.0", "sound_speed_m_s = 26.0", "[fluid]"];
+    bench.refused(&["resume", text(&out)], 2, &words);
+    std::fs::write(out.join("case.toml"), resolved).unwrap();
+    // The newest is damaged: the one before is used.
+    let data = out.join("checkpoints/step_000000000050/fluid.bin");
+    let mut bytes = std::fs::read(&data).unwrap();
+    let middle = bytes.len() / 2;
+    bytes[middle] ^= 1;
+    std::fs::write(&data, bytes).unwrap();
+    let said = resume(&bench, "out", &[]);
+    assert!(said.contains("passed over") && said.contains("step_000000000050"), "{said}");
+    assert_eq!(bench.summary("out")["checkpoints"]["resumed_from"], 40);
+    same_results(&bench.path("whole"), &out).unwrap();
+    // Neither is good.
+    for step in kept(&out) {
+        std::fs::write(out.join("checkpoints").join(step).join("manifest.json"), "{}").unwrap();
+    }
+    bench.refused(&["resume", text(&out)], 2, &["holds no good checkpoint", "manifest.json"]);
+}
+
+#[test]
+fn other_builds_and_arithmetic_paths_are_refused_by_name() {
+    let bench = bench();
+    let case = bench.tank_to(0.002, None);
+    bench.run(&case, "out", &[]);
+    let out = bench.path("out");
+    let manifest = out.join("checkpoints/step_000000000050/manifest.json");
+    let text_of = std::fs::read_to_string(&manifest).unwrap();
+    let mut json: serde_json::Value = serde_json::from_str(&text_of).unwrap();
+    let here = json["sides"][0]["build"].as_str().unwrap().to_owned();
+    for (key, value, flag_helps) in
+        [("build", "another", true), ("arithmetic", "f64x8", false), ("format", "other/9", false)]
+    {
+        let old = json["sides"][0][key].clone();
+        json["sides"][0][key] = value.into();
+        std::fs::write(&manifest, coordinator::checkpoint::seal(&json.to_string()).unwrap()).unwrap();
+        bench.refused(&["resume", text(&out), "--until", "0.003"], 2, &[value, "fluid"]);
+        if flag_helps {
+            bench.refused(&["resume", text(&out), "--until", "0.003"], 2, &[&here, "--accept-other-build"]);
+        } else {
+            let flagged = ["resume", text(&out), "--until", "0.003", "--accept-other-build"];
+            bench.refused(&flagged, 2, &[value]);
+        }
+        json["sides"][0][key] = old;
+    }
+    json["sides"][0]["build"] = "another".into();
+    std::fs::write(&manifest, coordinator::checkpoint::seal(&json.to_string()).unwrap()).unwrap();
+    resume(&bench, "out", &["--until", "0.003", "--accept-other-build"]);
+    assert_eq!(bench.summary("out")["steps"], 75);
+}
+
+#[test]
+fn killed_servers_and_coordinators_lose_nothing() {
+    let mut dice = Dice::new(7);
+    for (substeps, times) in [(None, 5), (Some(4), 5)] {
+        let trials = Trials::new(Path::new(PROGRAM), |bench| bench.tank_to(0.02, substeps));
+        let mut tally = Tally::default();
+        trials.run(times, &mut dice, &mut tally);
+        assert_eq!(tally.equal, times, "{:?}", tally.problems);
+    }
+}
+
+#[test]
+fn a_frozen_server_is_named_within_the_deadline_and_replaced() {
+    for frozen in ["solid", "fluid"] {
+        let bench = bench();
+        let case = bench.tank_to(0.4, None);
+        let out = bench.path("out");
+        let mut run = Command::new(PROGRAM)
+            .args(["run", text(&case), "--quiet", "--threads", "1", "--out", text(&out)])
+            .args(["--silence", "3", "--checkpoint-every-steps", "100"])
+            .stderr(std::process::Stdio::piped())
+            .spawn()
+            .unwrap();
+        soon("a checkpoint", || out.join("checkpoints").exists() && !kept(&out).is_empty());
+        let server = server_of(run.id(), &format!("node-{frozen}")).unwrap();
+        assert!(Command::new("kill").args(["-STOP", &server.to_string()]).status().unwrap().success());
+        soon("another server", || {
+            children_of(run.id()).iter().all(|child| *child != server)
+                && server_of(run.id(), &format!("node-{frozen}")).is_some()
+        });
+        assert!(Command::new("kill").args(["-TERM", &run.id().to_string()]).status().unwrap().success());
+        let status = run.wait().unwrap();
+        let said = std::io::read_to_string(run.stderr.take().unwrap()).unwrap();
+        assert!(said.contains(&format!("lost the {frozen} solver")), "{said}");
+        assert!(said.contains("no sign of life for 3 s") && said.contains("in step"), "{said}");
+        // The run may have ended by itself before the signal came.
+        assert!(matches!(status.code(), Some(0 | 8)), "{said}");
+    }
+}
+
+#[test]
+fn a_server_that_somebody_else_started_is_not_replaced_and_the_way_on_is_told() {
+    let bench = bench();
+    let case = bench.tank_to(0.4, None);
+    let out = bench.path("out");
+    let start = || {
+        let mut server = Command::new(PROGRAM)
+            .args(["node-solid", "--listen", "127.0.0.1:0"])
+            .stdout(std::process::Stdio::piped())
+            .stderr(std::process::Stdio::null())
+            .spawn()
+            .unwrap();
+        let mut line = String::new();
+        let mut lines = std::io::BufReader::new(server.stdout.take().unwrap());
+        std::io::BufRead::read_line(&mut lines, &mut line).unwrap();
+        (server, line.trim().strip_prefix("LISTEN ").unwrap().to_owned())
+    };
+    let (mut server, address) = start();
+    let mut run = Command::new(PROGRAM)
+        .args(["run", text(&case), "--quiet", "--threads", "1", "--out", text(&out), "--solid", &address])
+        .args(["--checkpoint-every-steps", "100"])
+        .stderr(std::process::Stdio::piped())
+        .spawn()
+        .unwrap();
+    soon("a checkpoint", || out.join("checkpoints").exists() && !kept(&out).is_empty());
+    server.kill().unwrap();
+    server.wait().unwrap();
+    let status = run.wait().unwrap();
+    let said = std::io::read_to_string(run.stderr.take().unwrap()).unwrap();
+    assert_eq!(status.code(), Some(7), "{said}");
+    assert!(said.contains("lost the solid solver") && said.contains("coordinator resume"), "{said}");
+    // Elsewhere, on another port, it goes on.
+    let (mut server, address) = start();
+    resume(&bench, "out", &["--solid", &address, "--until", "0.05"]);
+    assert_eq!(bench.summary("out")["verdict"], "completed");
+    server.kill().unwrap();
+    server.wait().unwrap();
+}

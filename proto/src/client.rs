@@ -30,6 +30,9 @@ const PENDING_EVENTS: usize = 256;
 /// Wait for the end of a stream after its last event.
 const STREAM_END: Duration = Duration::from_secs(2);
 
+/// Further wait for a sign of life when its time is over.
+const SECOND_LOOK: Duration = Duration::from_millis(500);
+
 /// Longest waits for a server's answers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Deadlines {
@@ -433,7 +436,12 @@ impl RunStreams {
     }
 
     async fn next_batch(&mut self) -> Result<wire::EventBatch, RpcError> {
-        match tokio::time::timeout(self.silence, self.batches.message()).await {
+        let mut heard = tokio::time::timeout(self.silence, self.batches.message()).await;
+        if heard.is_err() {
+            // A process that was stopped itself finds its time over before it has looked at what came meanwhile.
+            heard = tokio::time::timeout(SECOND_LOOK, self.batches.message()).await;
+        }
+        match heard {
             Ok(Ok(Some(batch))) => Ok(batch),
             Ok(Ok(None)) => Err(self.lost("the server ended the stream before its last event")),
             Ok(Err(status)) => {

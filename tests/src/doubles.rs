@@ -19,6 +19,8 @@ pub enum Wrong {
     Protocol(ProtocolVersion),
     /// It computes with this sound speed of the fluid \[m/s\], whatever it was told.
     SoundSpeed(f64),
+    /// It books a force of the interface at this half-step that did not act, here and in its own sums.
+    Skewed(StepStage),
     /// It computes the forces of this half-step from the partner's states of the one before.
     Stale(StepStage),
 }
@@ -47,6 +49,9 @@ impl SolverFactory for Double {
             Wrong::Stale(at) => {
                 let last = InterfaceStates::default();
                 opened.solver = Box::new(StaleSolver { solver: opened.solver, at, last });
+            }
+            Wrong::Skewed(at) => {
+                opened.solver = Box::new(SkewedSolver { solver: opened.solver, at });
             }
             Wrong::Protocol(_) => {}
         }
@@ -93,6 +98,67 @@ impl Drop for Served {
     }
 }
 
+/// What a double does as the solver that it stands for.
+macro_rules! delegated {
+    () => {
+        fn role(&self) -> Role {
+            self.solver.role()
+        }
+
+        fn begin_stage(&mut self, time: &StageTime) -> Result<(), Divergence> {
+            self.solver.begin_stage(time)
+        }
+
+        fn time_step_limit(&self) -> f64 {
+            self.solver.time_step_limit()
+        }
+
+        fn extent(&self) -> &Extent {
+            self.solver.extent()
+        }
+
+        fn interface(&mut self, partner: &Extent, reach: f64, states: &mut InterfaceStates) -> u64 {
+            self.solver.interface(partner, reach, states)
+        }
+
+        fn covered_by(&self, extent: &Extent, reach: f64) -> Result<(), f64> {
+            self.solver.covered_by(extent, reach)
+        }
+
+        fn evaluate_own(&mut self, time: &StageTime) {
+            self.solver.evaluate_own(time);
+        }
+
+        fn end_step(&mut self, time: &StageTime) -> Result<(), Divergence> {
+            self.solver.end_step(time)
+        }
+
+        fn energies(&self) -> Energies {
+            self.solver.energies()
+        }
+
+        fn probes(&self, time: f64, values: &mut Vec<f64>) {
+            self.solver.probes(time, values);
+        }
+
+        fn snapshot(&self, step: u64, time: f64) -> ParticleFields {
+            self.solver.snapshot(step, time)
+        }
+
+        fn counts(&self) -> Counts {
+            self.solver.counts()
+        }
+
+        fn save(&self, state: &mut SavedState) {
+            self.solver.save(state);
+        }
+
+        fn restore(&mut self, state: &SavedState) -> Result<(), RestoreError> {
+            self.solver.restore(state)
+        }
+    };
+}
+
 /// A solver that computes one half-step from old states of its partner.
 struct StaleSolver {
     solver: Box<dyn Solver>,
@@ -107,65 +173,33 @@ impl Solver for StaleSolver {
         self.last.clone_from(partner);
     }
 
-    fn role(&self) -> Role {
-        self.solver.role()
-    }
-
-    fn begin_stage(&mut self, time: &StageTime) -> Result<(), Divergence> {
-        self.solver.begin_stage(time)
-    }
-
-    fn time_step_limit(&self) -> f64 {
-        self.solver.time_step_limit()
-    }
-
-    fn extent(&self) -> &Extent {
-        self.solver.extent()
-    }
-
-    fn interface(&mut self, partner: &Extent, reach: f64, states: &mut InterfaceStates) -> u64 {
-        self.solver.interface(partner, reach, states)
-    }
-
-    fn covered_by(&self, extent: &Extent, reach: f64) -> Result<(), f64> {
-        self.solver.covered_by(extent, reach)
-    }
-
-    fn evaluate_own(&mut self, time: &StageTime) {
-        self.solver.evaluate_own(time);
-    }
+    delegated!();
 
     fn advance(&mut self, time: &StageTime) -> Result<StageBooks, Divergence> {
         self.solver.advance(time)
     }
+}
 
-    fn end_step(&mut self, time: &StageTime) -> Result<(), Divergence> {
-        self.solver.end_step(time)
+/// A solver whose interface sums at one half-step are not those of the forces that acted.
+struct SkewedSolver {
+    solver: Box<dyn Solver>,
+    at: StepStage,
+}
+
+impl Solver for SkewedSolver {
+    fn advance(&mut self, time: &StageTime) -> Result<StageBooks, Divergence> {
+        let mut books = self.solver.advance(time)?;
+        if time.at == self.at {
+            books.interface.force.x += 1e-3 * books.interface.gross_force;
+        }
+        Ok(books)
     }
 
-    fn energies(&self) -> Energies {
-        self.solver.energies()
+    fn evaluate_cross(&mut self, time: &StageTime, own: &InterfaceStates, partner: &InterfaceStates) {
+        self.solver.evaluate_cross(time, own, partner);
     }
 
-    fn probes(&self, time: f64, values: &mut Vec<f64>) {
-        self.solver.probes(time, values);
-    }
-
-    fn snapshot(&self, step: u64, time: f64) -> ParticleFields {
-        self.solver.snapshot(step, time)
-    }
-
-    fn counts(&self) -> Counts {
-        self.solver.counts()
-    }
-
-    fn save(&self, state: &mut SavedState) {
-        self.solver.save(state);
-    }
-
-    fn restore(&mut self, state: &SavedState) -> Result<(), RestoreError> {
-        self.solver.restore(state)
-    }
+    delegated!();
 }
 
 /// An exchange that delivers at one half-step what the partner sent for the one before, under the present time.

@@ -271,9 +271,8 @@ fn a_full_disk_ends_the_run_with_its_checkpoint_and_the_rest_follows_when_there_
 #[test]
 fn a_run_that_breaks_down_keeps_its_checkpoint_and_shows_the_guilty_particle() {
     let bench = bench();
-    // A plate that is dragged out of its clamp faster than anything can follow.
-    let broken =
-        ("name = \"clamp\"", "name = \"clamp\"\nmotion = { displacement_y_m = \"step(t - 0.001)*0.05\" }");
+    // A push after 1 ms, at step 25, that no step can follow.
+    let broken = ("name = \"block\"", "name = \"block\"\nacceleration_m_s2 = [\"step(t - 0.001)*1e9\", 0]");
     let case = bench.tank("case.toml", &[broken]);
     let out = bench.path("out");
     let arguments = ["run", text(&case), "--quiet", "--out", text(&out), "--checkpoint-every-steps", "10"];

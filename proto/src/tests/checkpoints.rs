@@ -96,7 +96,8 @@ async fn checkpoints_that_do_not_belong_are_refused_and_leave_the_server_free() 
         change(&mut data.header);
         data
     };
-    let other_data = |data: Vec<u8>| CheckpointData { header: good.header.clone(), sha256: digest(&data), data };
+    let other_data =
+        |data: Vec<u8>| CheckpointData { header: good.header.clone(), sha256: digest(&data), data };
     let mut shorter = decode_state(&good.data).unwrap();
     shorter.arrays.pop();
     let no_number = good.data.len() - 8;

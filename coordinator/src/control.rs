@@ -1,5 +1,7 @@
 //! The control loop of a run: grants, events, stops; outputs go to a recorder.
 
+mod faults;
+
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
@@ -17,6 +19,7 @@ use crate::keeper::Keeper;
 use crate::lockstep::LockStep;
 use crate::participants::{News, Participants};
 use crate::recorder::Recorder;
+use faults::{RANK_CONSEQUENCE, kind_of, rank};
 
 /// A participant that does not end within this time after the run was given up is left behind.
 const ABORT_DEADLINE: Duration = Duration::from_secs(20);
@@ -409,30 +412,5 @@ impl Control {
         } else {
             Ending::Stopped
         }
-    }
-}
-
-/// From this rank on a fault is what another failure left behind.
-const RANK_CONSEQUENCE: u8 = 5;
-
-/// Causes before consequences: when one side diverges, the other only sees its partner go.
-fn rank(fault: &Fault) -> u8 {
-    match fault {
-        Fault::Diverged(_) => 0,
-        Fault::StaleFrame { .. } => 1,
-        Fault::Ledger(_) => 2,
-        Fault::Coverage { .. } => 3,
-        Fault::Clock { .. } => 4,
-        Fault::Peer { .. } => RANK_CONSEQUENCE,
-        Fault::Aborted { .. } => RANK_CONSEQUENCE + 1,
-    }
-}
-
-fn kind_of(fault: &Fault) -> Kind {
-    match fault {
-        Fault::Diverged(_) => Kind::Diverged,
-        Fault::StaleFrame { .. } | Fault::Ledger(_) => Kind::Ledger,
-        Fault::Coverage { .. } | Fault::Clock { .. } | Fault::Peer { .. } => Kind::Lost,
-        Fault::Aborted { .. } => Kind::Stopped,
     }
 }

@@ -1,7 +1,9 @@
 //! The control loop of a run: grants, events, stops; outputs go to a recorder.
 
+mod faults;
+
 use std::collections::BTreeMap;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use proto::checkpoint::CheckpointData;
 use sph::driver::{Command, Event, FinalReport};
@@ -10,15 +12,24 @@ use sph::setup::{BreachAction, RunSetup};
 use sph::solver::{Fault, Role};
 use sph::vector::Vector;
 use tokio::sync::mpsc::Receiver;
+use tokio::time::Interval;
 
 use crate::failure::{Failure, Kind};
 use crate::keeper::Keeper;
 use crate::lockstep::LockStep;
 use crate::participants::{News, Participants};
 use crate::recorder::Recorder;
+use faults::{RANK_CONSEQUENCE, kind_of, rank};
 
 /// A participant that does not end within this time after the run was given up is left behind.
 const ABORT_DEADLINE: Duration = Duration::from_secs(20);
+
+/// Time between looks at the own clock.
+const TICK: Duration = Duration::from_secs(1);
+/// From this time between two looks on, this process was stopped or starved.
+const LONGEST_GAP: Duration = Duration::from_secs(5);
+/// A loss within this time after a pause is its consequence: servers give up a coordinator that does not answer.
+const PAUSE_MATTERS: Duration = Duration::from_secs(30);
 
 /// A wish from outside to end the run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -95,6 +106,12 @@ struct Taking {
     sides: Vec<CheckpointData>,
 }
 
+fn ticks() -> Interval {
+    let mut ticks = tokio::time::interval(TICK);
+    ticks.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Skip);
+    ticks
+}
+
 struct Control {
     lockstep: LockStep,
     action: BreachAction,
@@ -112,6 +129,10 @@ struct Control {
     stopping: bool,
     /// The participants have been told so.
     stop_sent: bool,
+    ticks: Interval,
+    ticked: Instant,
+    /// How long this process did not get to run, and when it did again.
+    paused: Option<(Duration, Instant)>,
     can_save: bool,
     taking: Option<Taking>,
     /// A checkpoint is wanted at the end of the granted steps.
@@ -135,6 +156,9 @@ impl Control {
             breach: None,
             stopping: false,
             stop_sent: false,
+            ticks: ticks(),
+            ticked: Instant::now(),
+            paused: None,
             can_save: false,
             taking: None,
             wanted: false,
@@ -153,6 +177,8 @@ impl Control {
             let given_up = self.failure.is_some() || !self.faults.is_empty();
             tokio::select! {
                 biased;
+                // First: whoever was stopped himself must know it before he takes others for silent.
+                _ = self.ticks.tick() => self.tick(),
                 Some(wish) = wishes.recv() => self.wish(wish, participants, keeper),
                 written = keeper.written() => written?,
                 news = participants.next_news() => {
@@ -240,6 +266,15 @@ impl Control {
         Ok(())
     }
 
+    /// Notes when this process did not get to run.
+    fn tick(&mut self) {
+        let gap = self.ticked.elapsed();
+        self.ticked = Instant::now();
+        if gap > LONGEST_GAP {
+            self.paused = Some((gap, self.ticked));
+        }
+    }
+
     fn wish(&mut self, wish: StopWish, participants: &Participants, keeper: &mut Keeper) {
         self.stopping = true;
         match wish {
@@ -314,7 +349,11 @@ impl Control {
         }
     }
 
-    fn lost(&mut self, role: Role, failure: Failure, participants: &Participants) {
+    fn lost(&mut self, role: Role, mut failure: Failure, participants: &Participants) {
+        if let Some((gap, _)) = self.paused.filter(|(_, when)| when.elapsed() < PAUSE_MATTERS) {
+            let text = format!("; before that this coordinator did not run for {:.0} s", gap.as_secs_f64());
+            failure.message.push_str(&text);
+        }
         if !self.running.contains(&role) {
             // Its last word came already.
             return;
@@ -349,8 +388,8 @@ impl Control {
         }
         if let Some(mut failure) = self.failure.take() {
             for (role, fault) in &self.faults {
-                if let Fault::Peer { at, .. } = fault {
-                    failure.message.push_str(&format!("; the {role} solver missed it in {at}"));
+                if let Fault::Peer { at, .. } | Fault::Aborted { at } = fault {
+                    failure.message.push_str(&format!("; the {role} solver was in {at} then"));
                 }
             }
             return if self.lost.is_empty() || self.stopping {
@@ -373,30 +412,5 @@ impl Control {
         } else {
             Ending::Stopped
         }
-    }
-}
-
-/// From this rank on a fault is what another failure left behind.
-const RANK_CONSEQUENCE: u8 = 5;
-
-/// Causes before consequences: when one side diverges, the other only sees its partner go.
-fn rank(fault: &Fault) -> u8 {
-    match fault {
-        Fault::Diverged(_) => 0,
-        Fault::StaleFrame { .. } => 1,
-        Fault::Ledger(_) => 2,
-        Fault::Coverage { .. } => 3,
-        Fault::Clock { .. } => 4,
-        Fault::Peer { .. } => RANK_CONSEQUENCE,
-        Fault::Aborted { .. } => RANK_CONSEQUENCE + 1,
-    }
-}
-
-fn kind_of(fault: &Fault) -> Kind {
-    match fault {
-        Fault::Diverged(_) => Kind::Diverged,
-        Fault::StaleFrame { .. } | Fault::Ledger(_) => Kind::Ledger,
-        Fault::Coverage { .. } | Fault::Clock { .. } | Fault::Peer { .. } => Kind::Lost,
-        Fault::Aborted { .. } => Kind::Stopped,
     }
 }

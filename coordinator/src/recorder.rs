@@ -128,7 +128,11 @@ impl<'a> Recorder<'a> {
             ledger: LedgerFile::create(&directory.file(directory::LEDGER), roles)?,
             ledger_every_steps: case.outputs.ledger_every_steps.max(1),
             ledger_row_due: false,
-            series: [Role::Fluid, Role::Solid].map(|role| Series::new(&snapshots, role)),
+            // A lost attempt that took no checkpoint may have left its last frame.
+            series: [
+                Series::resume(&snapshots, Role::Fluid, Vec::new())?,
+                Series::resume(&snapshots, Role::Solid, Vec::new())?,
+            ],
             pictures: Pictures::new(case.outputs.picture_times.clone()),
             progress,
             tally: Tally { time: case.run_setup().time.start_time, ..Tally::default() },

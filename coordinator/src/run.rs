@@ -1,10 +1,10 @@
 //! `coordinator run`: from a case file to results.
 
-use std::collections::BTreeMap;
+mod results;
+
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use sha2::{Digest, Sha256};
 use sph::setup::{CouplingKind, ParticipantSetup};
 use sph::solver::Role;
 use tokio::sync::mpsc;
@@ -19,14 +19,11 @@ use crate::in_process::{self, ThreadParticipant};
 use crate::keeper::{Keeper, Schedule};
 use crate::launch::Source;
 use crate::output::directory::{self, Existing, OutputDirectory, write_file};
-use crate::output::process::Process;
-use crate::output::report::{self, ReportData};
 use crate::output::state;
-use crate::output::summary::{self, Checkpoints, LedgerSummary, Participant, Span, Summary, Verdict};
-use crate::output::table::Table;
+use crate::output::summary::Participant;
 use crate::participants::{CommandLine, NewsResult, Participants};
 use crate::progress::Progress;
-use crate::recorder::{Recorded, Recorder};
+use crate::recorder::Recorder;
 use crate::remote::{Plan, Remote, Resume, Start};
 use crate::resume;
 
@@ -143,7 +140,7 @@ async fn run_in(job: &Job) -> Result<Ending, Failure> {
             {
                 (roles, failure)
             }
-            _ => return finish(job, &resolved, run, &keeper, restarts).await,
+            _ => return results::finish(job, &resolved, run, &keeper, restarts).await,
         };
         let lost = roles.iter().map(Role::to_string).collect::<Vec<_>>().join(" and ");
         let lost = if lost.is_empty() { "the connection".to_owned() } else { format!("the {lost} solver") };
@@ -265,65 +262,6 @@ impl<'a> Attempt<'a> {
     }
 }
 
-/// Completes the outputs of a run.
-async fn finish(
-    job: &Job,
-    resolved: &str,
-    run: Made<'_>,
-    keeper: &Keeper,
-    restarts: Vec<String>,
-) -> Result<Ending, Failure> {
-    let Job { case, directory, options, .. } = job;
-    let Made { ending, mut solvers, recorder, facts } = run;
-    let setup = case.run_setup();
-    let roles = [Role::Fluid, Role::Solid];
-    let sides: Vec<_> = roles
-        .iter()
-        .filter(|role| has(case, **role))
-        .map(|role| (*role, solvers.participant(*role)))
-        .collect();
-    match ending {
-        Ending::Lost { .. } => solvers.kill().await,
-        _ => solvers.end().await,
-    }
-    let recorded = recorder.finish()?;
-    let mut summary =
-        summarise(case, resolved, &ending, keeper.wall_seconds(), &recorded, sides, options.in_process);
-    summary.checkpoints = keeper.figures().clone();
-    summary.restarts = restarts;
-    summary.write(&directory.file(directory::SUMMARY))?;
-    let data = ReportData {
-        title: case.name.clone(),
-        verdict: summary.verdict.to_string(),
-        reason: summary.reason.clone(),
-        facts: header::results(&summary),
-        negotiated: facts,
-        warnings: summary.warnings.clone(),
-        snapshots: recorded.snapshots,
-        walls: case
-            .fluid_setup()
-            .iter()
-            .flat_map(|fluid| &fluid.walls)
-            .map(|wall| wall.name.clone())
-            .collect(),
-        tolerance: setup.coupling.map(|_| setup.ledger.balance_tolerance),
-        probes: Table::read(&directory.file(directory::PROBES))?,
-        ledger: Table::read(&directory.file(directory::LEDGER))?,
-    };
-    report::write(&directory.file(directory::REPORT), &data)?;
-    if !options.quiet {
-        header::print_results(&summary);
-    }
-    Ok(ending)
-}
-
-fn has(case: &Case, role: Role) -> bool {
-    match role {
-        Role::Fluid => case.file().fluid.is_some(),
-        Role::Solid => case.file().solid.is_some(),
-    }
-}
-
 fn source_of(server: &case::Server) -> Source {
     match server {
         case::Server::BuiltIn => Source::Own,
@@ -409,63 +347,4 @@ fn watch_signals() -> Result<mpsc::Receiver<StopWish>, Failure> {
         }
     });
     Ok(wishes)
-}
-
-fn summarise(
-    case: &Case,
-    resolved: &str,
-    ending: &Ending,
-    wall_seconds: f64,
-    recorded: &Recorded,
-    sides: Vec<(Role, Participant)>,
-    in_process: bool,
-) -> Summary {
-    let tally = &recorded.tally;
-    let (verdict, reason) = match ending {
-        Ending::Completed => (Verdict::Completed, "the end time was reached".to_owned()),
-        Ending::Stopped => (Verdict::Stopped, "stopped from outside at a step boundary".to_owned()),
-        Ending::Failed(failure) | Ending::Lost { failure, .. } => (Verdict::Failed, failure.message.clone()),
-    };
-    let mut participants = [None, None];
-    for (role, mut participant) in sides {
-        let side = &tally.sides[role.index()];
-        participant.set_counts(side.counts);
-        participant.state_digest.clone_from(&side.state_digest);
-        participant.set_waits(side.step_seconds, side.waited_seconds);
-        participants[role.index()] = Some(participant);
-    }
-    let particles: u64 = tally.sides.iter().map(|side| side.counts.particles).sum();
-    let [fluid, solid] = participants;
-    let start_s = case.run_setup().time.start_time;
-    Summary {
-        format: summary::FORMAT,
-        case: case.name.clone(),
-        run_id: case.run_setup().run_id,
-        verdict,
-        reason,
-        steps: tally.steps,
-        simulated: Span { start_s, end_s: tally.time },
-        wall_seconds,
-        time_step: tally.step_sizes,
-        // Counts far below 2^53.
-        particle_stages_per_second: (tally.steps > 0 && wall_seconds > 0.0)
-            .then(|| 2.0 * (tally.steps * particles) as f64 / wall_seconds),
-        ledger: LedgerSummary::new(tally.breaches, tally.first_breaches.clone(), &recorded.extremes),
-        fluid,
-        solid,
-        coordinator: Process::own(),
-        checkpoints: Checkpoints::default(),
-        restarts: Vec::new(),
-        in_process,
-        case_digest: digest(resolved),
-        versions: BTreeMap::from([
-            ("coordinator".to_owned(), env!("CARGO_PKG_VERSION").to_owned()),
-            ("protocol".to_owned(), proto::description::PROTOCOL.to_string()),
-        ]),
-        warnings: case.summary().warnings,
-    }
-}
-
-fn digest(text: &str) -> String {
-    Sha256::digest(text.as_bytes()).iter().map(|byte| format!("{byte:02x}")).collect()
 }

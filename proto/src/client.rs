@@ -1,5 +1,7 @@
 //! A server as the coordinator sees it.
 
+mod checkpoint;
+
 use std::time::Duration;
 
 use sph::driver::{Command, Event, FailureReport, FinalReport};
@@ -11,7 +13,6 @@ use tokio_util::sync::CancellationToken;
 use tonic::Streaming;
 use tonic::transport::Channel;
 
-use crate::checkpoint::{CheckpointAssembler, CheckpointData, RestoreReport};
 use crate::convert::{
     BatchItem, Beat, Convert, Path, SnapshotAssembler, WireError, decode_batch, encode_command,
 };
@@ -29,6 +30,9 @@ const PENDING_EVENTS: usize = 256;
 
 /// Wait for the end of a stream after its last event.
 const STREAM_END: Duration = Duration::from_secs(2);
+
+/// Further wait for a sign of life when its time is over.
+const SECOND_LOOK: Duration = Duration::from_millis(500);
 
 /// Longest waits for a server's answers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -213,55 +217,6 @@ impl ParticipantClient {
         Ok((sender, EventReceiver { events: received, latest_beat }))
     }
 
-    /// The state at the boundary of `step` completed steps, where the solver must be waiting for a grant.
-    ///
-    /// # Errors
-    /// When the solver is elsewhere, or does not answer.
-    pub async fn checkpoint(&mut self, step: u64) -> Result<CheckpointData, RpcError> {
-        let (run_id, token) = self.opened("Checkpoint")?;
-        let request = token.attach(wire::CheckpointRequest { run_id, epoch: self.epoch, step });
-        let deadline = self.deadlines.call;
-        let mut chunks =
-            within(deadline, "Checkpoint", &self.address, self.inner.checkpoint(request)).await?;
-        let mut assembler = CheckpointAssembler::new(u64::MAX);
-        loop {
-            let chunk = within_stream(deadline, "Checkpoint", &self.address, chunks.message()).await?;
-            let Some(chunk) = chunk else {
-                let text = "the stream ended before its trailer";
-                return Err(self.error(RpcCode::Malformed, "Checkpoint", text));
-            };
-            if let Some(data) = self.accept("Checkpoint", assembler.take(chunk.part.map(Into::into)))? {
-                return Ok(data);
-            }
-        }
-    }
-
-    /// Replaces the state of the run just opened by `checkpoint`; the run then goes on under `epoch`, at least 1 and
-    /// the same on both sides.
-    ///
-    /// # Errors
-    /// When the server refuses it, naming the difference, or holds something else afterwards; the run is then over.
-    pub async fn restore(
-        &mut self,
-        checkpoint: &CheckpointData,
-        epoch: u32,
-    ) -> Result<RestoreReport, RpcError> {
-        let (run_id, token) = self.opened("Restore")?;
-        let chunks: Vec<_> = checkpoint
-            .parts()
-            .map(|part| wire::RestoreChunk { run_id: run_id.clone(), epoch, part: Some(part.into()) })
-            .collect();
-        let request = token.attach(tokio_stream::iter(chunks));
-        let answer = self.inner.restore(request);
-        let reply = within(self.deadlines.open, "Restore", &self.address, answer).await?;
-        if *reply.sha256 != checkpoint.sha256 {
-            let text = "the server holds another state than the one that it was given";
-            return Err(self.error(RpcCode::Malformed, "Restore", text));
-        }
-        self.epoch = epoch;
-        self.accept("Restore", RestoreReport::from_wire(&reply))
-    }
-
     /// Ends the run, whatever its state, and frees the server; does nothing when there is none.
     ///
     /// # Errors
@@ -302,16 +257,6 @@ async fn within<T>(
             Err(RpcError::new(RpcCode::DeadlineExceeded, call, address, message))
         }
     }
-}
-
-/// The next message of a stream, bounded in time.
-async fn within_stream<T>(
-    deadline: Duration,
-    call: &'static str,
-    address: &str,
-    message: impl Future<Output = Result<Option<T>, tonic::Status>>,
-) -> Result<Option<T>, RpcError> {
-    within(deadline, call, address, async { message.await.map(tonic::Response::new) }).await
 }
 
 /// The way of commands to a running participant. May be dropped or cloned freely.
@@ -433,7 +378,12 @@ impl RunStreams {
     }
 
     async fn next_batch(&mut self) -> Result<wire::EventBatch, RpcError> {
-        match tokio::time::timeout(self.silence, self.batches.message()).await {
+        let mut heard = tokio::time::timeout(self.silence, self.batches.message()).await;
+        if heard.is_err() {
+            // A process that was stopped itself finds its time over before it has looked at what came meanwhile.
+            heard = tokio::time::timeout(SECOND_LOOK, self.batches.message()).await;
+        }
+        match heard {
             Ok(Ok(Some(batch))) => Ok(batch),
             Ok(Ok(None)) => Err(self.lost("the server ended the stream before its last event")),
             Ok(Err(status)) => {

@@ -26,6 +26,8 @@ pub enum Wrong {
     Stale(StepStage),
     /// It reports this multiple of the interface force at this half-step.
     Force(StepStage, f64),
+    /// It books a force of the interface at this half-step that did not act, here and in its own sums.
+    Skewed(StepStage),
     /// It sends a NaN at this half-step.
     NotANumber(StepStage),
     /// It takes this long over this half-step.
@@ -149,6 +151,9 @@ impl Solver for WrongSolver {
         let mut books = self.solver.advance(time)?;
         match self.wrong {
             Wrong::Force(at, factor) if at == time.at => books.interface.force *= factor,
+            Wrong::Skewed(at) if at == time.at => {
+                books.interface.force.x += 1e-3 * books.interface.gross_force;
+            }
             _ => {}
         }
         Ok(books)

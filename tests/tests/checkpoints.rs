@@ -228,3 +228,79 @@ fn a_server_that_somebody_else_started_is_not_replaced_and_the_way_on_is_told() 
     server.kill().unwrap();
     server.wait().unwrap();
 }
+
+#[test]
+fn a_coordinator_that_was_stopped_itself_takes_nobody_for_lost() {
+    let bench = bench();
+    let case = bench.tank_to(0.1, None);
+    bench.run(&case, "whole", &[]);
+    let mut run = bench.start(&case, "out");
+    run.signal("STOP");
+    // Longer than servers may be silent below, shorter than they keep a coordinator that does not answer.
+    std::thread::sleep(std::time::Duration::from_secs(21));
+    run.signal("CONT");
+    let (status, said) = run.end();
+    assert_eq!(status.code(), Some(0), "{said}");
+    assert!(!said.contains("lost"), "{said}");
+    same_results(&bench.path("whole"), &bench.path("out")).unwrap();
+}
+
+#[test]
+fn a_full_disk_ends_the_run_with_its_checkpoint_and_the_rest_follows_when_there_is_room() {
+    let bench = bench();
+    let case = bench.tank_to(0.02, None);
+    bench.run(&case, "whole", &[]);
+    let out = bench.path("out");
+    // Files may grow to 40 KiB: that of the ledger reaches it in the middle of the run, no checkpoint does.
+    let limited = format!(
+        "trap '' XFSZ; ulimit -f 40; exec {PROGRAM} run {} --quiet --out {} --checkpoint-every-steps 50",
+        text(&case),
+        text(&out)
+    );
+    let output = Command::new("bash").args(["-c", &limited]).output().unwrap();
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(3), "{said}");
+    assert!(said.contains("ledger.csv") && said.contains("free some space"), "{said}");
+    assert!(said.contains("coordinator resume"), "{said}");
+    assert!(!kept(&out).is_empty());
+    resume(&bench, "out", &[]);
+    assert!(bench.summary("out")["checkpoints"]["resumed_from"].as_u64().unwrap() > 0);
+    same_results(&bench.path("whole"), &out).unwrap();
+}
+
+#[test]
+fn a_run_that_breaks_down_keeps_its_checkpoint_and_shows_the_guilty_particle() {
+    let bench = bench();
+    // A push after 1 ms, at step 25, that no step can follow.
+    let broken = ("name = \"block\"", "name = \"block\"\nacceleration_m_s2 = [\"step(t - 0.001)*1e9\", 0]");
+    let case = bench.tank("case.toml", &[broken]);
+    let out = bench.path("out");
+    let arguments = ["run", text(&case), "--quiet", "--out", text(&out), "--checkpoint-every-steps", "10"];
+    bench.refused(&arguments, 5, &["diverged at step", "particle"]);
+    assert_eq!(kept(&out).last().unwrap(), "step_000000000020");
+    let table = std::fs::read_to_string(out.join("divergence.csv")).unwrap();
+    assert!(table.starts_with("id,group,distance_m,position_0_m"), "{table:.100}");
+    assert!(table.lines().count() > 10);
+}
+
+#[test]
+fn a_broken_balance_may_stop_the_run_with_a_checkpoint() {
+    let bench = bench();
+    let end = "end_time_s = 0.002";
+    let case = bench.tank(
+        "case.toml",
+        &[("[interface]", "[ledger]\naction = \"stop-and-checkpoint\"\n\n[interface]"), (end, end)],
+    );
+    let served =
+        tests::doubles::serve(tests::doubles::Double(tests::doubles::Wrong::Skewed(sph::stage::StepStage {
+            step: 20,
+            stage: sph::stage::Stage::Corrector,
+        })));
+    let out = bench.path("out");
+    let address = served.address.to_string();
+    let arguments = ["run", text(&case), "--quiet", "--out", text(&out), "--solid", &address];
+    bench.refused(&arguments, 6, &["step 20 corrector", "coordinator resume"]);
+    // Told with the next step's first frame, stopped at its end.
+    assert_eq!(kept(&out).last().unwrap(), "step_000000000022");
+    assert_eq!(bench.summary("out")["steps"], 22);
+}

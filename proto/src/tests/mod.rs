@@ -1,5 +1,6 @@
 //! Tests of the protocol: conversions, services and clients, with small solvers in place of the physics.
 
+mod checkpoints;
 mod descriptor;
 mod fake;
 mod frames;

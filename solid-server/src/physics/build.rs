@@ -13,7 +13,8 @@ use sph::setup::{
 use sph::stage::{StageTime, StepStage};
 use sph::vector::{DIMENSIONS, Vector};
 
-use super::contact_repulsion::{ContactSums, Repulsion};
+use super::contact_law::Level;
+use super::contact_repulsion::{ContactSums, Repulsion, Slips};
 use super::contact_sums::SumContact;
 use super::coupling::FluidLink;
 use super::formulation::{BodyConstants, BodyFormulation};
@@ -29,13 +30,17 @@ use super::supports::{build_supports, hold_velocities, wall_exemption};
 use super::total_lagrangian::TotalLagrangianBody;
 use super::updated_lagrangian::UpdatedLagrangianBody;
 use super::walls::Walls;
-use super::workspace::{LastStage, ParticleForces, Rates, SolidState, StressFields, Workspace};
+use super::workspace::{BodyContact, LastStage, ParticleForces, Rates, SolidState, StressFields, Workspace};
 
 /// Skin of own-body lists in particle spacings: large enough for a hundred steps of a turning body.
 const OWN_SKIN: f64 = 0.3;
 
 /// Skin of contact lists in particle spacings: contact rows are short, rebuilding them is what costs.
 const CONTACT_SKIN: f64 = 1.0;
+
+/// Undeformed distance from which parts of a body can touch each other, in supports of the contact's level: a body
+/// squeezed by a third does not yet feel itself.
+const OWN_CONTACT: f64 = 1.5;
 
 /// Model and initial state of `setup`, or all that is wrong with it.
 pub(super) fn build(setup: SolidSetup) -> Result<(SolidModel, SolidState), Vec<String>> {
@@ -79,7 +84,7 @@ pub(super) fn build(setup: SolidSetup) -> Result<(SolidModel, SolidState), Vec<S
     if !errors.is_empty() {
         return Err(errors);
     }
-    let state = initial_state(&model, particles, rigid, windings);
+    let state = initial_state(&model, particles, rigid, windings, start_time);
     let start = StageTime { at: StepStage::FIRST, step_start: start_time, time_step: 0.0 };
     super::checks::check(&model, &state.particles, start.at)
         .and_then(|()| super::checks::check_domain(&model, &state.particles, &start))
@@ -138,6 +143,7 @@ fn build_bodies(
             acceleration: acceleration(body, errors),
             loads: loads(body, range.len(), errors),
             wall_exemption,
+            touches_itself: matches!(body.formulation, Formulation::TotalLagrangian(_)),
             tracks_angle: false,
         });
     }
@@ -196,6 +202,9 @@ pub(super) fn build_workspace(
         sums: vec![PairSums::default(); n],
         rates: Rates::new(n),
         contact: vec![ContactSums::default(); n],
+        touches: Vec::new(),
+        slips: state.slips.clone(),
+        start_slips: state.slips.clone(),
         loads: if model.bodies.iter().any(|body| body.acceleration.is_some() || !body.loads.is_empty()) {
             vec![Vector::zeros(); n]
         } else {
@@ -225,15 +234,18 @@ fn initial_state(
     particles: Particles,
     rigid: Vec<RigidState>,
     windings: Vec<[i32; 2]>,
+    start_time: f64,
 ) -> SolidState {
     let mut state = SolidState {
         particles,
         rigid,
         windings,
         angles: vec![0.0; model.bodies.len()],
+        slips: Slips { time: start_time, entries: Vec::new() },
         last: LastStage {
             fluid_force: vec![Vector::zeros(); model.bodies.len()],
             reactions: model.bodies.iter().map(|b| vec![Vector::zeros(); b.supports.len()]).collect(),
+            contacts: vec![BodyContact::default(); model.bodies.len()],
             ..LastStage::default()
         },
     };
@@ -320,13 +332,34 @@ fn initial_windings(
     windings
 }
 
+/// Spacing of the wall particles \[m\]: the smallest distance of two of a wall, the bodies' where there is none.
+fn wall_spacing(setup: &SolidSetup) -> f64 {
+    let walls = &setup.wall_particles;
+    let distance = |k: usize| {
+        let next = (k + 1..walls.position.len()).take(1).filter(|next| walls.wall[*next] == walls.wall[k]);
+        next.map(|next| (walls.position[next] - walls.position[k]).norm()).fold(f64::INFINITY, f64::min)
+    };
+    let smallest = (0..walls.position.len()).map(distance).fold(f64::INFINITY, f64::min);
+    if smallest.is_finite() && smallest > 0.0 { smallest } else { setup.particle_spacing }
+}
+
 fn build_contact(setup: &SolidSetup) -> ContactModel {
     match setup.contact {
-        ContactLaw::Repulsion { stiffness, distance, damping } => ContactModel::Repulsion(Repulsion {
-            stiffness,
-            distance: distance * setup.particle_spacing,
-            damping,
-        }),
+        ContactLaw::Repulsion { stiffness, distance, damping, friction, self_contact } => {
+            let spacing = setup.particle_spacing;
+            let wall_spacing = wall_spacing(setup);
+            let to_walls = distance * 0.5 * (spacing + wall_spacing);
+            let bodies = Level::new(spacing, distance * spacing);
+            ContactModel::Repulsion(Repulsion {
+                stiffness,
+                damping,
+                friction,
+                bodies,
+                walls: Level::new(wall_spacing, to_walls),
+                bodies_from_walls: Level::new(spacing, to_walls),
+                own_distance: self_contact.then_some(OWN_CONTACT * bodies.support),
+            })
+        }
         ContactLaw::Sums => {
             let support = |body: &BodySetup| match &body.formulation {
                 Formulation::UpdatedLagrangian(law) => {

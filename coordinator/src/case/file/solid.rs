@@ -138,7 +138,7 @@ impl ContactTable {
         let read = match law.value {
             true => Self::Sums,
             false => Self::Repulsion {
-                stiffness: table.number_or("stiffness", &Allowed::POSITIVE, 0.5).value,
+                stiffness: table.number_or("stiffness", &Allowed::POSITIVE, 1.0).value,
                 distance: table.number_or("distance", &DISTANCE, 1.0).value,
                 damping: table.number_or("damping", &Allowed::NOT_NEGATIVE, 0.2).value,
                 friction: table.number_or("friction", &Allowed::NOT_NEGATIVE, 0.0).value,

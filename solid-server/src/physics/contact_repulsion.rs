@@ -16,8 +16,8 @@ use super::walls::WallState;
 /// Each particle s near another body o feels its depth δ in it, see [`Level`]:
 ///
 /// ```text
-/// p_s = [κ δ d/(d − δ) + w c δ'] dδ/dD,  at least 0;   f_sj = −p_s ΔX² (dW/dr)/r x_sj
-/// κ = kK/2,  c = 2ζ √(κ m),  w = min(1, 4 δ/d)
+/// p_s = (f + clamp(c δ', ±f)) dδ/dD,  f = κ δ d/(d − δ);   f_sj = −p_s ΔX² (dW/dr)/r x_sj
+/// κ = kK/2,  c = 2ζ √(κ m)
 /// ```
 ///
 /// The forces are minus the derivative of Σ Ψ(D_s), plus damping. Each is along x_sj and has its opposite on j, so
@@ -347,8 +347,9 @@ impl Repulsion {
         let (distance, gain) = (level.distance(), level.gain());
         let spring = Spring::new(contact.stiffness, depth, distance);
         let dashpot = 2.0 * self.damping * (contact.stiffness * contact.mass).sqrt();
-        let onset = (4.0 * depth / distance).min(1.0);
-        let slope = gain * (spring.force + onset * dashpot * gain * rate).max(0.0);
+        // Within the spring's force: no jump at the onset, no pull at the end, and the same loss however light the touch.
+        let damping = (dashpot * gain * rate).clamp(-spring.force, spring.force);
+        let slope = gain * (spring.force + damping);
         let normal = slope * gradient.norm();
         let rubs = self.friction > 0.0 && normal > 0.0;
         let friction = if rubs {

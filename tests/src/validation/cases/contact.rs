@@ -32,11 +32,17 @@ impl Case for Incline {
 
     fn members(&self) -> Vec<Member> {
         let member = |spacing| Member::solid("contact_incline", spacing);
+        let damping: toml::Table = "rate_per_s = 1000.0\nuntil_s = 0.05".parse().unwrap_or_default();
         vec![
             member(0.004).scheme("friction 0.3").quick(),
             member(0.002).scheme("friction 0.3"),
             member(0.004).scheme("smooth").with("solid.contact.friction", 0.0),
-            member(0.004).scheme("sticks").with("solid.contact.friction", 0.6),
+            // An undamped block hops by micrometres when gravity sets in, and creeps while it does.
+            member(0.004)
+                .scheme("sticks")
+                .with("solid.contact.friction", 0.6)
+                .with("solid.body.0.velocity_m_s", vec![0.0, 0.0])
+                .with("solid.damping", damping),
             Member::solid("contact_incline_tilted", 0.004).scheme("stairs"),
             Member::solid("contact_incline_tilted", 0.002).scheme("stairs"),
         ]
@@ -50,8 +56,9 @@ impl Case for Incline {
             let path = run.history("block_centre_x_m")?;
             // From when it has settled on the face.
             let creep = (series::at(&path, end) - series::at(&path, 0.1)) / run.member.spacing;
+            // Round-off; a slide would be of many spacings.
             return Ok(vec![
-                Figure::judged("creep from 0.1 s [dx]", creep, Goal::Between(-0.01, 0.01)),
+                Figure::judged("creep from 0.1 s [dx]", creep, Goal::Between(-1e-6, 1e-6)),
                 deepest,
             ]);
         }
@@ -133,10 +140,10 @@ impl Case for Fold {
     fn members(&self) -> Vec<Member> {
         let member = |file, spacing| Member::solid(file, spacing);
         vec![
-            member("contact_fold", 0.002).quick(),
-            member("contact_fold", 0.001).with("time.step.time_step_s", 5e-6),
-            member("contact_strike", 0.002),
-            member("contact_mixed", 0.002),
+            member("contact_fold", 0.002).scheme("onto itself").quick(),
+            member("contact_fold", 0.001).scheme("onto itself").with("time.step.time_step_s", 5e-6),
+            member("contact_strike", 0.002).scheme("hammer"),
+            member("contact_mixed", 0.002).scheme("both formulations"),
         ]
     }
 

@@ -13,8 +13,8 @@ use sph::setup::{
 use sph::stage::{StageTime, StepStage};
 use sph::vector::{DIMENSIONS, Vector};
 
-use super::contact_law::Level;
-use super::contact_repulsion::{ContactSums, Repulsion, Slips};
+use super::contact_friction::Slips;
+use super::contact_repulsion::{ContactSums, Levels, Repulsion};
 use super::contact_sums::SumContact;
 use super::coupling::FluidLink;
 use super::formulation::{BodyConstants, BodyFormulation};
@@ -37,10 +37,6 @@ const OWN_SKIN: f64 = 0.3;
 
 /// Skin of contact lists in particle spacings: contact rows are short, rebuilding them is what costs.
 const CONTACT_SKIN: f64 = 1.0;
-
-/// Undeformed distance from which parts of a body can touch each other, in supports of the contact's level: a body
-/// squeezed by a third does not yet feel itself.
-const OWN_CONTACT: f64 = 1.5;
 
 /// Model and initial state of `setup`, or all that is wrong with it.
 pub(super) fn build(setup: SolidSetup) -> Result<(SolidModel, SolidState), Vec<String>> {
@@ -332,33 +328,11 @@ fn initial_windings(
     windings
 }
 
-/// Spacing of the wall particles \[m\]: the smallest distance of two of a wall, the bodies' where there is none.
-fn wall_spacing(setup: &SolidSetup) -> f64 {
-    let walls = &setup.wall_particles;
-    let distance = |k: usize| {
-        let next = (k + 1..walls.position.len()).take(1).filter(|next| walls.wall[*next] == walls.wall[k]);
-        next.map(|next| (walls.position[next] - walls.position[k]).norm()).fold(f64::INFINITY, f64::min)
-    };
-    let smallest = (0..walls.position.len()).map(distance).fold(f64::INFINITY, f64::min);
-    if smallest.is_finite() && smallest > 0.0 { smallest } else { setup.particle_spacing }
-}
-
 fn build_contact(setup: &SolidSetup) -> ContactModel {
     match setup.contact {
         ContactLaw::Repulsion { stiffness, distance, damping, friction, self_contact } => {
-            let spacing = setup.particle_spacing;
-            let wall_spacing = wall_spacing(setup);
-            let to_walls = distance * 0.5 * (spacing + wall_spacing);
-            let bodies = Level::new(spacing, distance * spacing);
-            ContactModel::Repulsion(Repulsion {
-                stiffness,
-                damping,
-                friction,
-                bodies,
-                walls: Level::new(wall_spacing, to_walls),
-                bodies_from_walls: Level::new(spacing, to_walls),
-                own_distance: self_contact.then_some(OWN_CONTACT * bodies.support),
-            })
+            let (level, reach) = (Levels::new(setup, distance), self_contact);
+            ContactModel::Repulsion(Repulsion::new(stiffness, damping, friction, level, reach))
         }
         ContactLaw::Sums => {
             let support = |body: &BodySetup| match &body.formulation {

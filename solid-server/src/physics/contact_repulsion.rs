@@ -2,9 +2,11 @@
 
 use rayon::prelude::*;
 
+use sph::setup::SolidSetup;
 use sph::stage::StageTime;
-use sph::vector::{Vector, cross};
+use sph::vector::Vector;
 
+use super::contact_friction::{Friction, Grip, Near, Owner, Slips, TouchKey};
 use super::contact_law::{Level, Spring};
 use super::lists::{ContactLists, TASK};
 use super::model::{Body, SolidModel};
@@ -34,14 +36,24 @@ pub(super) struct Repulsion {
     pub damping: f64,
     /// Coulomb's coefficient of friction μ \[-\].
     pub friction: f64,
-    /// Level of bodies.
-    pub bodies: Level,
-    /// Level of walls, whose particles may have another spacing.
-    pub walls: Level,
-    /// Level of bodies as wall particles feel it.
-    pub bodies_from_walls: Level,
+    pub levels: Levels,
     /// Undeformed distance \[m\] from which particles of one body can touch; `None` without self-contact.
     pub own_distance: Option<f64>,
+}
+
+/// Undeformed distance from which parts of a body can touch each other, in supports of the contact's level: a body
+/// squeezed by a third does not yet feel itself.
+const OWN_CONTACT: f64 = 1.5;
+
+/// Levels by which particles feel each other.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Levels {
+    /// Of bodies.
+    pub bodies: Level,
+    /// Of walls, whose particles may have another spacing.
+    pub walls: Level,
+    /// Of bodies as wall particles feel it.
+    pub bodies_from_walls: Level,
 }
 
 /// One particle's contact in a stage.
@@ -57,18 +69,6 @@ pub(super) struct ContactSums {
     pub depth: f64,
 }
 
-/// What a particle touches.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum Owner {
-    /// The body of this index.
-    Body(u32),
-    /// All walls.
-    Walls,
-}
-
-/// Identity of a touch: the particle, or the number of particles plus the index of a wall particle, and what it touches.
-pub(super) type TouchKey = (u32, Owner);
-
 /// A particle that lies in a body or wall.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Touch {
@@ -79,39 +79,6 @@ pub(super) struct Touch {
     /// Bound of the stiffness over the gradient on one particle \[N\].
     stiffness: f64,
     friction: Friction,
-}
-
-/// Coulomb friction with stick, between a particle and the patch of particles that it touches.
-///
-/// ```text
-/// u = t·(v_s − v̄ − ω̄ × (x_s − x̄)),  s' = u,  T = −clamp(κ s + c u, ±μ N) t
-/// x̄, v̄: means over the patch by W_sj;  ω̄: its best-fit rotation;  N = p |∇D|,  t ⟂ ∇D
-/// ```
-///
-/// s is held at μN/κ while the contact slides: a spring holds what sticks, so that it does not creep. The patch takes up
-/// −T by the shares W_sj and the torque about x̄ as a rotation of the patch, so that force and torque cancel. This is the
-/// dual of u: rigid motion of both makes no friction, and what slides never gains energy.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Friction {
-    /// Elastic slip s \[m\].
-    pub slip: f64,
-    /// T on the particle \[N/m\].
-    force: Vector,
-    /// Torque of T about x̄ over the patch's Σ w (x − x̄)² \[N/m²\].
-    couple: f64,
-    /// x̄ − x_s \[m\].
-    centre: Vector,
-    /// Σ W_sj \[-\].
-    weight: f64,
-}
-
-/// Elastic slips of all touches at one time, ascending by key.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct Slips {
-    /// Time that they belong to \[s\].
-    pub time: f64,
-    /// Slip s of each touch \[m\].
-    pub entries: Vec<(TouchKey, f64)>,
 }
 
 /// The state at which contact is evaluated.
@@ -126,9 +93,6 @@ pub(super) struct ContactStage<'a> {
     pub walls: &'a WallState,
 }
 
-/// A neighbour in the other body: x_sj, v_sj.
-type Near = (Vector, Vector);
-
 /// Stiffness κ \[Pa\] and reduced mass \[kg/m\] of a contact.
 #[derive(Clone, Copy)]
 struct Contact {
@@ -141,66 +105,12 @@ impl Touch {
     #[inline]
     fn on_neighbour(&self, level: &Level, x_sj: &Vector) -> Vector {
         let r = x_sj.norm();
-        let mut force = x_sj * (self.slope * level.gradient_factor(r));
-        let friction = &self.friction;
-        if friction.weight > 0.0 {
-            let arm = -x_sj - friction.centre;
-            let share = level.weight(r) / friction.weight;
-            force -= (friction.force + Vector::new(-arm.y, arm.x) * friction.couple) * share;
-        }
-        force
+        x_sj * (self.slope * level.gradient_factor(r)) + self.friction.reaction(level, x_sj, r)
     }
 
     /// Bound of what one neighbour at distance `r` \[m\] adds to the stiffness of its contact \[Pa\].
     fn stiffness_at(&self, level: &Level, r: f64) -> f64 {
         self.stiffness * level.gradient_factor(r).abs() * r
-    }
-}
-
-impl Friction {
-    /// Friction at a contact of normal force `normal` \[N/m\] along ∇D `gradient`, `dt` \[s\] after `slip` \[m\].
-    fn new(
-        law: &Repulsion,
-        level: &Level,
-        contact: &Contact,
-        near: impl Iterator<Item = Near> + Clone,
-        (normal, gradient): (f64, &Vector),
-        (slip, dt): (f64, f64),
-    ) -> Self {
-        let weighted = || near.clone().map(|(x, v)| (level.weight(x.norm()), x, v));
-        let weight: f64 = weighted().map(|(w, _, _)| w).sum();
-        let centre: Vector = weighted().map(|(w, x, _)| x * (-w / weight)).sum();
-        let drift: Vector = weighted().map(|(w, _, v)| v * (-w / weight)).sum();
-        let inertia: f64 = weighted().map(|(w, x, _)| w / weight * (-x - centre).norm_squared()).sum();
-        // A patch of one particle can bear no couple, and so no friction.
-        if inertia <= 1e-6 * level.distance() * level.distance() {
-            return Self::default();
-        }
-        let spin = weighted().map(|(w, x, v)| w / weight * cross(&(-x - centre), &(-v - drift))).sum::<f64>();
-        let rotation = spin / inertia;
-        let arm = -centre;
-        let tangent = Vector::new(-gradient.y, gradient.x) / gradient.norm();
-        let speed = tangent.dot(&(-drift - Vector::new(-arm.y, arm.x) * rotation));
-        let bound = law.friction * normal;
-        let elastic = bound / contact.stiffness;
-        let slip = (slip + speed * dt).clamp(-elastic, elastic);
-        let dashpot = 2.0 * law.damping * (contact.stiffness * contact.mass).sqrt();
-        let along = -(contact.stiffness * slip + dashpot * speed).clamp(-bound, bound);
-        let force = tangent * along;
-        Self { slip, force, couple: cross(&arm, &force) / inertia, centre, weight }
-    }
-}
-
-impl Slips {
-    fn of(&self, key: &TouchKey) -> f64 {
-        self.entries.binary_search_by_key(key, |(key, _)| *key).map_or(0.0, |found| self.entries[found].1)
-    }
-
-    /// Takes over the slips of `touches`, which hold at `time` \[s\].
-    fn renew(&mut self, time: f64, touches: &[Touch]) {
-        self.time = time;
-        self.entries.clear();
-        self.entries.extend(touches.iter().map(|touch| (touch.key, touch.friction.slip)));
     }
 }
 
@@ -238,7 +148,42 @@ impl ContactStage<'_> {
     }
 }
 
+impl Levels {
+    /// Levels of the bodies and walls of `setup` that touch from `distance` mean spacings \[-\].
+    pub fn new(setup: &SolidSetup, distance: f64) -> Self {
+        let (spacing, wall_spacing) = (setup.particle_spacing, wall_spacing(setup));
+        let to_walls = distance * 0.5 * (spacing + wall_spacing);
+        Self {
+            bodies: Level::new(spacing, distance * spacing),
+            walls: Level::new(wall_spacing, to_walls),
+            bodies_from_walls: Level::new(spacing, to_walls),
+        }
+    }
+
+    /// Largest radius within which particles count \[m\].
+    pub fn support(&self) -> f64 {
+        self.bodies.support.max(self.walls.support).max(self.bodies_from_walls.support)
+    }
+}
+
+/// Spacing of the wall particles \[m\]: the smallest distance of two of a wall, the bodies' where there is none.
+fn wall_spacing(setup: &SolidSetup) -> f64 {
+    let walls = &setup.wall_particles;
+    let distance = |k: usize| {
+        let next = (k + 1..walls.position.len()).take(1).filter(|next| walls.wall[*next] == walls.wall[k]);
+        next.map(|next| (walls.position[next] - walls.position[k]).norm()).fold(f64::INFINITY, f64::min)
+    };
+    let smallest = (0..walls.position.len()).map(distance).fold(f64::INFINITY, f64::min);
+    if smallest.is_finite() && smallest > 0.0 { smallest } else { setup.particle_spacing }
+}
+
 impl Repulsion {
+    /// A repulsion of the given stiffness, damping and coefficient of friction; `self_contact` lets bodies touch themselves.
+    pub fn new(stiffness: f64, damping: f64, friction: f64, levels: Levels, self_contact: bool) -> Self {
+        let own_distance = self_contact.then_some(OWN_CONTACT * levels.bodies.support);
+        Self { stiffness, damping, friction, levels, own_distance }
+    }
+
     /// Contact forces on all particles, with the touches that make them; `slips` advance to the time of the stage.
     pub fn evaluate(
         &self,
@@ -248,7 +193,8 @@ impl Repulsion {
         sums: &mut [ContactSums],
     ) {
         self.find_touches(at, slips, touches);
-        slips.renew(at.at, if self.friction > 0.0 { touches } else { &[] });
+        let held: &[Touch] = if self.friction > 0.0 { touches } else { &[] };
+        slips.renew(at.at, held.iter().map(|touch| (touch.key, touch.friction.slip)));
         if touches.is_empty() {
             sums.fill(ContactSums::default());
             return;
@@ -287,12 +233,12 @@ impl Repulsion {
                 ..self.contact(body, Some(&model.bodies[other as usize]), mass)
             };
             let key = (i as u32, Owner::Body(other));
-            found.extend(self.touch(key, &self.bodies, &contact, near, (slips.of(&key), dt)));
+            found.extend(self.touch(key, &self.levels.bodies, &contact, near, (slips.of(&key), dt)));
         }
         let near = at.walls_of(i).map(|w| at.near_wall(i, w));
         let key = (i as u32, Owner::Walls);
         let contact = self.contact(body, None, mass);
-        found.extend(self.touch(key, &self.walls, &contact, near, (slips.of(&key), dt)));
+        found.extend(self.touch(key, &self.levels.walls, &contact, near, (slips.of(&key), dt)));
         found
     }
 
@@ -309,7 +255,13 @@ impl Repulsion {
                 None,
                 at.model.particles.mass[group[0] as usize],
             );
-            found.extend(self.touch(key, &self.bodies_from_walls, &contact, near, (slips.of(&key), dt)));
+            found.extend(self.touch(
+                key,
+                &self.levels.bodies_from_walls,
+                &contact,
+                near,
+                (slips.of(&key), dt),
+            ));
         }
         found
     }
@@ -353,7 +305,8 @@ impl Repulsion {
         let normal = slope * gradient.norm();
         let rubs = self.friction > 0.0 && normal > 0.0;
         let friction = if rubs {
-            Friction::new(self, level, contact, near, (normal, &gradient), slip)
+            let grip = Grip { stiffness: contact.stiffness, dashpot, bound: self.friction * normal };
+            Friction::new(level, &grip, near, &gradient, slip)
         } else {
             Friction::default()
         };
@@ -383,10 +336,10 @@ impl Repulsion {
             for &j in group {
                 let x_ij = at.near(i, j as usize).0;
                 if let Some(touch) = touch {
-                    add(touch, &self.bodies, &x_ij, false, 1.0);
+                    add(touch, &self.levels.bodies, &x_ij, false, 1.0);
                 }
                 if let Some(touch) = own((j, body)) {
-                    add(touch, &self.bodies, &x_ij, false, -1.0);
+                    add(touch, &self.levels.bodies, &x_ij, false, -1.0);
                 }
             }
         }
@@ -394,10 +347,10 @@ impl Repulsion {
         for w in at.walls_of(i) {
             let x_iw = at.near_wall(i, w).0;
             if let Some(touch) = touch {
-                add(touch, &self.walls, &x_iw, true, 1.0);
+                add(touch, &self.levels.walls, &x_iw, true, 1.0);
             }
             if let Some(touch) = own(((at.model.len() + w) as u32, body)) {
-                add(touch, &self.bodies_from_walls, &x_iw, true, -1.0);
+                add(touch, &self.levels.bodies_from_walls, &x_iw, true, -1.0);
             }
         }
         sums

@@ -17,6 +17,7 @@
 mod advance;
 mod build;
 mod checks;
+mod contact_friction;
 mod contact_law;
 mod contact_repulsion;
 mod contact_sums;

@@ -85,10 +85,7 @@ impl ContactModel {
     /// Distance within which particles of different owners touch \[m\].
     pub fn radius(&self) -> f64 {
         match self {
-            Self::Repulsion(law) => {
-                let levels = [law.bodies, law.walls, law.bodies_from_walls];
-                levels.iter().map(|level| level.support).fold(0.0, f64::max)
-            }
+            Self::Repulsion(law) => law.levels.support(),
             Self::Sums(sums) => sums.support_radius,
         }
     }
@@ -104,7 +101,7 @@ impl ContactModel {
     /// Distance from held particles within which walls are left out of the contact \[m\]: two lattice columns.
     pub fn clearance(&self) -> f64 {
         match self {
-            Self::Repulsion(law) => 2.5 * law.walls.distance(),
+            Self::Repulsion(law) => 2.5 * law.levels.walls.distance(),
             Self::Sums(sums) => sums.support_radius,
         }
     }

@@ -6,7 +6,8 @@ use sph::ledger::InterfaceSums;
 use sph::sums::ordered_sum;
 use sph::vector::{SymmetricTensor, Tensor, Vector};
 
-use super::contact_repulsion::{ContactSums, Slips, Touch};
+use super::contact_friction::Slips;
+use super::contact_repulsion::{ContactSums, Touch};
 use super::coupling::FluidLink;
 use super::formulation::{RateView, RateViewMut, StressView, StressViewMut};
 use super::lists::{ContactLists, OwnLists};

@@ -136,6 +136,15 @@ pub fn results(summary: &Summary) -> Vec<Fact> {
                 counts.particles, counts.lost, counts.outflow, counts.list_builds
             ),
         ));
+        if counts.contact_impulse_n_s_per_m > 0.0 {
+            facts.push(fact(
+                "contact",
+                format!(
+                    "deepest {:.2e} m, impulse {:.3e} N s/m",
+                    counts.deepest_contact_m, counts.contact_impulse_n_s_per_m
+                ),
+            ));
+        }
     }
     facts
 }

@@ -18,7 +18,8 @@ pub struct FluidFactory;
 impl SolverFactory for FluidFactory {
     fn describe(&self) -> Description {
         let version = env!("CARGO_PKG_VERSION");
-        let description = Description::of_solver("fluid-server", version, Role::Fluid, Arithmetic::chosen().name());
+        let description =
+            Description::of_solver("fluid-server", version, Role::Fluid, Arithmetic::chosen().name());
         Description { build: env!("TIDELOCK_BUILD").into(), ..description }
     }
 

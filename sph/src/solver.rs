@@ -157,7 +157,7 @@ pub trait Solver: Send {
 }
 
 /// Facts of a solver's run so far.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Counts {
     /// Particles that move by their own equations.
     pub particles: u64,
@@ -171,6 +171,10 @@ pub struct Counts {
     pub outflow: u64,
     /// Largest number of own interface particles sent in a frame.
     pub largest_interface: u64,
+    /// Deepest that a particle of a solid has been in another body, in a wall or in a distant part of its own \[m\].
+    pub deepest_contact_m: f64,
+    /// Sum over solid particles and time of the magnitudes of contact forces \[N s/m\].
+    pub contact_impulse_n_s_per_m: f64,
 }
 
 /// Particles with named fields, as written to snapshots and final states.

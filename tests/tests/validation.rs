@@ -36,6 +36,28 @@ fn a_small_dam_break_keeps_its_energy_and_its_particles() {
 }
 
 #[test]
+fn beams_and_bars_swing_and_bend_as_they_should() {
+    for (name, goals) in [("cantilever", 2), ("static_cantilever", 2), ("turek_hron", 1), ("elastic_bar", 4)]
+    {
+        meets_its_goals(name, goals);
+    }
+}
+
+#[test]
+fn free_solids_keep_momentum_and_energy() {
+    for (name, goals) in [("spinning_square", 2), ("rings", 3), ("solid_hard", 2)] {
+        meets_its_goals(name, goals);
+    }
+}
+
+#[test]
+fn bodies_slide_rest_and_fold_without_overlap() {
+    for (name, goals) in [("incline", 1), ("stack", 7), ("fold", 2)] {
+        meets_its_goals(name, goals);
+    }
+}
+
+#[test]
 fn all_members_have_case_files_and_places_of_their_own() {
     let mut labels = Vec::new();
     for case in cases::all() {

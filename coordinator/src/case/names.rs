@@ -133,6 +133,7 @@ impl Resolver<'_> {
             }
             ProbeKind::BodySums => Some(SolidProbeKind::Sums(body)),
             ProbeKind::Gap => Some(SolidProbeKind::Gap(body)),
+            ProbeKind::Contact => Some(SolidProbeKind::Contact(body)),
             _ => None,
         }
     }

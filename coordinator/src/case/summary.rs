@@ -323,10 +323,11 @@ impl Case {
         }
         match solid.contact {
             ContactTable::Sums => add("contact", "through the sums, Eq. (22) and section 4.1".to_owned()),
-            ContactTable::Repulsion { stiffness, distance, damping } => add(
+            ContactTable::Repulsion { stiffness, distance, damping, friction, .. } => add(
                 "contact",
                 format!(
-                    "repulsion, stiffness {stiffness} K, distance {distance} Δx, damping {damping} of critical"
+                    "repulsion, stiffness {stiffness} K, distance {distance} Δx, damping {damping} of critical, \
+                     friction {friction}"
                 ),
             ),
         }

@@ -195,6 +195,7 @@ impl Solver for FluidSolver {
             lost: self.state.lost,
             outflow: self.state.outflow,
             largest_interface: self.workspace.cross.as_ref().map_or(0, |cross| cross.largest()),
+            ..Counts::default()
         }
     }
 

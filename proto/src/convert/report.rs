@@ -141,13 +141,29 @@ impl Convert for Counts {
     type Wire = wire::Counts;
 
     fn to_wire(&self) -> wire::Counts {
-        let Self { particles, wall_particles, list_builds, lost, outflow, largest_interface } = *self;
-        wire::Counts { particles, wall_particles, list_builds, lost, outflow, largest_interface }
+        wire::Counts {
+            particles: self.particles,
+            wall_particles: self.wall_particles,
+            list_builds: self.list_builds,
+            lost: self.lost,
+            outflow: self.outflow,
+            largest_interface: self.largest_interface,
+            deepest_contact_m: self.deepest_contact_m,
+            contact_impulse_n_s_per_m: self.contact_impulse_n_s_per_m,
+        }
     }
 
     fn from_wire(wire: &wire::Counts, _at: &Path<'_>) -> Result<Self, WireError> {
-        let wire::Counts { particles, wall_particles, list_builds, lost, outflow, largest_interface } = *wire;
-        Ok(Self { particles, wall_particles, list_builds, lost, outflow, largest_interface })
+        Ok(Self {
+            particles: wire.particles,
+            wall_particles: wire.wall_particles,
+            list_builds: wire.list_builds,
+            lost: wire.lost,
+            outflow: wire.outflow,
+            largest_interface: wire.largest_interface,
+            deepest_contact_m: wire.deepest_contact_m,
+            contact_impulse_n_s_per_m: wire.contact_impulse_n_s_per_m,
+        })
     }
 }
 

@@ -108,8 +108,9 @@ fn check_probe(probe: &SolidProbe, bodies: &[BodySetup], at: &Path<'_>) -> Resul
         | SolidProbeKind::Motion(body)
         | SolidProbeKind::BodyForce(body)
         | SolidProbeKind::Gap(Some(body))
+        | SolidProbeKind::Contact(Some(body))
         | SolidProbeKind::Sums(Some(body)) => of_body(*body).map(drop),
-        SolidProbeKind::Sums(None) | SolidProbeKind::Gap(None) => Ok(()),
+        SolidProbeKind::Sums(None) | SolidProbeKind::Gap(None) | SolidProbeKind::Contact(None) => Ok(()),
         SolidProbeKind::Reaction { body, support } => {
             of_body(*body)?;
             let supports =
@@ -366,11 +367,15 @@ impl Convert for ContactLaw {
     fn to_wire(&self) -> wire::ContactLaw {
         use wire::contact_law::Law;
         let law = match *self {
-            ContactLaw::Repulsion { stiffness, distance, damping } => Law::Repulsion(wire::Repulsion {
-                stiffness: Some(stiffness),
-                distance: Some(distance),
-                damping: Some(damping),
-            }),
+            ContactLaw::Repulsion { stiffness, distance, damping, friction, self_contact } => {
+                Law::Repulsion(wire::Repulsion {
+                    stiffness: Some(stiffness),
+                    distance: Some(distance),
+                    damping: Some(damping),
+                    friction: Some(friction),
+                    self_contact,
+                })
+            }
             ContactLaw::Sums => Law::Sums(wire::Unit {}),
         };
         wire::ContactLaw { law: Some(law) }
@@ -385,6 +390,8 @@ impl Convert for ContactLaw {
                     stiffness: not_negative(law.stiffness, &at.field("stiffness"))?,
                     distance: not_negative(law.distance, &at.field("distance"))?,
                     damping: not_negative(law.damping, &at.field("damping"))?,
+                    friction: not_negative(law.friction.or(Some(0.0)), &at.field("friction"))?,
+                    self_contact: law.self_contact,
                 })
             }
             Some(Law::Sums(_)) => Ok(Self::Sums),
@@ -414,6 +421,8 @@ impl Convert for SolidProbe {
             SolidProbeKind::Sums(None) => Kind::AllSums(wire::Unit {}),
             SolidProbeKind::Gap(Some(body)) => Kind::Gap(*body),
             SolidProbeKind::Gap(None) => Kind::AllGaps(wire::Unit {}),
+            SolidProbeKind::Contact(Some(body)) => Kind::Contact(*body),
+            SolidProbeKind::Contact(None) => Kind::AllContacts(wire::Unit {}),
         };
         wire::SolidProbe { name: self.name.clone(), kind: Some(kind) }
     }
@@ -434,6 +443,8 @@ impl Convert for SolidProbe {
             Some(Kind::AllSums(_)) => SolidProbeKind::Sums(None),
             Some(Kind::Gap(body)) => SolidProbeKind::Gap(Some(*body)),
             Some(Kind::AllGaps(_)) => SolidProbeKind::Gap(None),
+            Some(Kind::Contact(body)) => SolidProbeKind::Contact(Some(*body)),
+            Some(Kind::AllContacts(_)) => SolidProbeKind::Contact(None),
             None => return Err(at.field("kind").error("is missing or of a later version of the protocol")),
         };
         Ok(Self { name: name(&wire.name, &at.field("name"))?, kind })

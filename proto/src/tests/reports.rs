@@ -72,8 +72,16 @@ fn faults() -> Vec<Fault> {
 }
 
 fn items() -> Vec<BatchItem> {
-    let counts =
-        Counts { particles: 1, wall_particles: 2, list_builds: 3, lost: 4, outflow: 5, largest_interface: 6 };
+    let counts = Counts {
+        particles: 1,
+        wall_particles: 2,
+        list_builds: 3,
+        lost: 4,
+        outflow: 5,
+        largest_interface: 6,
+        deepest_contact_m: 7e-3,
+        contact_impulse_n_s_per_m: 0.8,
+    };
     let mut items = vec![
         BatchItem::Step(Box::new(StepReport {
             step: 7,

@@ -152,7 +152,13 @@ fn solid() -> SolidSetup {
     setup.particles.support[last] = 2;
     setup.particles.deviatoric_stress[last] = SymmetricTensor { xx: -0.0, yy: 5e-324, xy: -1.0 / 3.0 };
     setup.particles.reference_position[last] = Vector::new(-0.0, 7.0);
-    setup.contact = ContactLaw::Repulsion { stiffness: 0.1, distance: 1.0, damping: 0.0 };
+    setup.contact = ContactLaw::Repulsion {
+        stiffness: 0.1,
+        distance: 1.0,
+        damping: 0.0,
+        friction: 0.3,
+        self_contact: true,
+    };
     setup.walls = walls();
     setup.wall_particles = wall_particles();
     let kinds = [
@@ -164,6 +170,8 @@ fn solid() -> SolidSetup {
         SolidProbeKind::Sums(None),
         SolidProbeKind::Gap(Some(1)),
         SolidProbeKind::Gap(None),
+        SolidProbeKind::Contact(Some(0)),
+        SolidProbeKind::Contact(None),
     ];
     setup.probes = kinds
         .into_iter()

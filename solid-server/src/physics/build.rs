@@ -13,7 +13,8 @@ use sph::setup::{
 use sph::stage::{StageTime, StepStage};
 use sph::vector::{DIMENSIONS, Vector};
 
-use super::contact_repulsion::{ContactSums, Repulsion};
+use super::contact_friction::Slips;
+use super::contact_repulsion::{ContactSums, Levels, Repulsion};
 use super::contact_sums::SumContact;
 use super::coupling::FluidLink;
 use super::formulation::{BodyConstants, BodyFormulation};
@@ -29,7 +30,7 @@ use super::supports::{build_supports, hold_velocities, wall_exemption};
 use super::total_lagrangian::TotalLagrangianBody;
 use super::updated_lagrangian::UpdatedLagrangianBody;
 use super::walls::Walls;
-use super::workspace::{LastStage, ParticleForces, Rates, SolidState, StressFields, Workspace};
+use super::workspace::{BodyContact, LastStage, ParticleForces, Rates, SolidState, StressFields, Workspace};
 
 /// Skin of own-body lists in particle spacings: large enough for a hundred steps of a turning body.
 const OWN_SKIN: f64 = 0.3;
@@ -79,7 +80,7 @@ pub(super) fn build(setup: SolidSetup) -> Result<(SolidModel, SolidState), Vec<S
     if !errors.is_empty() {
         return Err(errors);
     }
-    let state = initial_state(&model, particles, rigid, windings);
+    let state = initial_state(&model, particles, rigid, windings, start_time);
     let start = StageTime { at: StepStage::FIRST, step_start: start_time, time_step: 0.0 };
     super::checks::check(&model, &state.particles, start.at)
         .and_then(|()| super::checks::check_domain(&model, &state.particles, &start))
@@ -138,6 +139,7 @@ fn build_bodies(
             acceleration: acceleration(body, errors),
             loads: loads(body, range.len(), errors),
             wall_exemption,
+            touches_itself: matches!(body.formulation, Formulation::TotalLagrangian(_)),
             tracks_angle: false,
         });
     }
@@ -196,6 +198,9 @@ pub(super) fn build_workspace(
         sums: vec![PairSums::default(); n],
         rates: Rates::new(n),
         contact: vec![ContactSums::default(); n],
+        touches: Vec::new(),
+        slips: state.slips.clone(),
+        start_slips: state.slips.clone(),
         loads: if model.bodies.iter().any(|body| body.acceleration.is_some() || !body.loads.is_empty()) {
             vec![Vector::zeros(); n]
         } else {
@@ -225,15 +230,18 @@ fn initial_state(
     particles: Particles,
     rigid: Vec<RigidState>,
     windings: Vec<[i32; 2]>,
+    start_time: f64,
 ) -> SolidState {
     let mut state = SolidState {
         particles,
         rigid,
         windings,
         angles: vec![0.0; model.bodies.len()],
+        slips: Slips { time: start_time, entries: Vec::new() },
         last: LastStage {
             fluid_force: vec![Vector::zeros(); model.bodies.len()],
             reactions: model.bodies.iter().map(|b| vec![Vector::zeros(); b.supports.len()]).collect(),
+            contacts: vec![BodyContact::default(); model.bodies.len()],
             ..LastStage::default()
         },
     };
@@ -322,11 +330,10 @@ fn initial_windings(
 
 fn build_contact(setup: &SolidSetup) -> ContactModel {
     match setup.contact {
-        ContactLaw::Repulsion { stiffness, distance, damping } => ContactModel::Repulsion(Repulsion {
-            stiffness,
-            distance: distance * setup.particle_spacing,
-            damping,
-        }),
+        ContactLaw::Repulsion { stiffness, distance, damping, friction, self_contact } => {
+            let (level, reach) = (Levels::new(setup, distance), self_contact);
+            ContactModel::Repulsion(Repulsion::new(stiffness, damping, friction, level, reach))
+        }
         ContactLaw::Sums => {
             let support = |body: &BodySetup| match &body.formulation {
                 Formulation::UpdatedLagrangian(law) => {

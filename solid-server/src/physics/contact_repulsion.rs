@@ -1,153 +1,358 @@
-//! Contact by a central repulsion that never pulls.
+//! Contact by the depth of particles in other bodies: central, conservative but for its damping, never pulling.
 
 use rayon::prelude::*;
 
+use sph::setup::SolidSetup;
 use sph::stage::StageTime;
 use sph::vector::Vector;
 
+use super::contact_friction::{Friction, Grip, Near, Owner, Slips, TouchKey};
+use super::contact_law::{Level, Spring};
 use super::lists::{ContactLists, TASK};
-use super::model::SolidModel;
+use super::model::{Body, SolidModel};
 use super::particles::Particles;
 use super::walls::WallState;
 
-/// Repulsion between particles of different bodies, and of bodies and walls.
+/// Repulsion between particles of different bodies, of bodies and walls, and of parts of one body that meet.
+///
+/// Each particle s near another body o feels its depth δ in it, see [`Level`]:
 ///
 /// ```text
-/// f = max(0, kK (d − r) d/r + w c u) n,  r < d
-/// n = x_ab/r,  u = −v_ab·n,  c = 2ζ √(kK m),  w = min(1, 4 (d − r)/d)
+/// p_s = (f + clamp(c δ', ±f)) dδ/dD,  f = κ δ d/(d − δ);   f_sj = −p_s ΔX² (dW/dr)/r x_sj
+/// κ = kK/2,  c = 2ζ √(κ m)
 /// ```
 ///
-/// kK is the stiffness per metre of depth \[Pa\]: the given fraction k of the softer body's bulk modulus, a wall being
-/// the stiffer side. It sets in without a jump at the distance d and grows without bound as the particles meet, so
-/// that bodies do not pass through each other. ζ is the given fraction of critical damping for the pair's reduced
-/// mass m; it acts in full from a depth of d/4, and where parting would make it pull it ends.
+/// The forces are minus the derivative of Σ Ψ(D_s), plus damping. Each is along x_sj and has its opposite on j, so
+/// momentum and angular momentum are kept; together they are normal to the smoothed face. κ is half of the given
+/// fraction k of the softer body's bulk modulus, a wall being the stiffer side, since either side's particles feel
+/// their depth in the other. ζ is a fraction of critical damping for the reduced mass m of two particles. The force sets
+/// in without a jump and stiffens without bound up to where rows coincide, so that bodies do not pass through each
+/// other. Friction is that of [`Friction`].
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Repulsion {
     /// Stiffness k as a fraction of the bulk modulus \[-\].
     pub stiffness: f64,
-    /// Distance d at which it sets in \[m\].
-    pub distance: f64,
     /// Damping ζ as a fraction of critical \[-\].
     pub damping: f64,
+    /// Coulomb's coefficient of friction μ \[-\].
+    pub friction: f64,
+    pub levels: Levels,
+    /// Undeformed distance \[m\] from which particles of one body can touch; `None` without self-contact.
+    pub own_distance: Option<f64>,
+}
+
+/// Undeformed distance from which parts of a body can touch each other, in supports of the contact's level: a body
+/// squeezed by a third does not yet feel itself.
+const OWN_CONTACT: f64 = 1.5;
+
+/// Levels by which particles feel each other.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Levels {
+    /// Of bodies.
+    pub bodies: Level,
+    /// Of walls, whose particles may have another spacing.
+    pub walls: Level,
+    /// Of bodies as wall particles feel it.
+    pub bodies_from_walls: Level,
 }
 
 /// One particle's contact in a stage.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct ContactSums {
-    /// Force from other bodies \[N/m\].
+    /// Force from other bodies, or from distant parts of its own \[N/m\].
     pub bodies: Vector,
     /// Force from walls \[N/m\].
     pub walls: Vector,
-    /// Sum of the stiffness of all its contacts \[Pa\].
+    /// Bound of the stiffness of all its contacts \[Pa\].
     pub stiffness: f64,
+    /// Largest depth of its own in anything, or of a particle in what is around it \[m\].
+    pub depth: f64,
 }
 
-/// Two particles in touch: the softer bulk modulus \[Pa\] and the reduced mass \[kg/m\].
+/// A particle that lies in a body or wall.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Touch {
+    pub key: TouchKey,
+    /// Derivative p of the energy by the level, damping included \[N\].
+    slope: f64,
+    depth: f64,
+    /// Bound of the stiffness over the gradient on one particle \[N\].
+    stiffness: f64,
+    friction: Friction,
+}
+
+/// The state at which contact is evaluated.
+#[derive(Clone, Copy)]
+pub(super) struct ContactStage<'a> {
+    pub model: &'a SolidModel,
+    pub time: &'a StageTime,
+    /// Time of the state \[s\].
+    pub at: f64,
+    pub stage: &'a Particles,
+    pub lists: &'a ContactLists,
+    pub walls: &'a WallState,
+}
+
+/// Stiffness κ \[Pa\] and reduced mass \[kg/m\] of a contact.
 #[derive(Clone, Copy)]
 struct Contact {
-    bulk_modulus: f64,
-    reduced_mass: f64,
+    stiffness: f64,
+    mass: f64,
+}
+
+impl Touch {
+    /// Force \[N/m\] of the particle on a particle at x_sj \[m\] of what it touches.
+    #[inline]
+    fn on_neighbour(&self, level: &Level, x_sj: &Vector) -> Vector {
+        let r = x_sj.norm();
+        x_sj * (self.slope * level.gradient_factor(r)) + self.friction.reaction(level, x_sj, r)
+    }
+
+    /// Bound of what one neighbour at distance `r` \[m\] adds to the stiffness of its contact \[Pa\].
+    fn stiffness_at(&self, level: &Level, r: f64) -> f64 {
+        self.stiffness * level.gradient_factor(r).abs() * r
+    }
+}
+
+impl ContactStage<'_> {
+    fn near(&self, i: usize, j: usize) -> Near {
+        let Particles { position, velocity, .. } = self.stage;
+        (self.model.domain.separation(&position[i], &position[j]), velocity[i] - velocity[j])
+    }
+
+    fn near_wall(&self, i: usize, w: usize) -> Near {
+        let x_iw = self.model.domain.separation(&self.stage.position[i], &self.walls.position[w]);
+        (x_iw, self.stage.velocity[i] - self.walls.velocity[w])
+    }
+
+    /// The wall particles that can touch particle `i`.
+    fn walls_of(&self, i: usize) -> impl Iterator<Item = usize> + Clone + '_ {
+        let row = self.lists.walls.of(i);
+        let row = if row.is_empty() || !self.model.touches_walls(i, self.time) { &[] } else { row };
+        let body = self.model.body_of(i);
+        row.iter().map(|w| *w as usize).filter(move |w| self.model.wall_acts_on(body, *w, self.time))
+    }
+
+    /// The particles among `row` that wall particle `w` can touch.
+    fn of_wall<'a>(&'a self, w: usize, row: &'a [u32]) -> impl Iterator<Item = usize> + Clone + 'a {
+        let (model, time) = (self.model, self.time);
+        let acts =
+            move |i: &usize| model.touches_walls(*i, time) && model.wall_acts_on(model.body_of(*i), w, time);
+        row.iter().map(|i| *i as usize).filter(acts)
+    }
+
+    /// Rows of neighbours by body.
+    fn by_body<'a>(&'a self, row: &'a [u32]) -> impl Iterator<Item = (u32, &'a [u32])> + 'a {
+        let body = |i: &u32| self.model.particles.body[*i as usize];
+        row.chunk_by(move |a, b| body(a) == body(b)).map(move |group| (body(&group[0]), group))
+    }
+}
+
+impl Levels {
+    /// Levels of the bodies and walls of `setup` that touch from `distance` mean spacings \[-\].
+    pub fn new(setup: &SolidSetup, distance: f64) -> Self {
+        let (spacing, wall_spacing) = (setup.particle_spacing, wall_spacing(setup));
+        let to_walls = distance * 0.5 * (spacing + wall_spacing);
+        Self {
+            bodies: Level::new(spacing, distance * spacing),
+            walls: Level::new(wall_spacing, to_walls),
+            bodies_from_walls: Level::new(spacing, to_walls),
+        }
+    }
+
+    /// Largest radius within which particles count \[m\].
+    pub fn support(&self) -> f64 {
+        self.bodies.support.max(self.walls.support).max(self.bodies_from_walls.support)
+    }
+}
+
+/// Spacing of the wall particles \[m\]: the smallest distance of two of a wall, the bodies' where there is none.
+fn wall_spacing(setup: &SolidSetup) -> f64 {
+    let walls = &setup.wall_particles;
+    let distance = |k: usize| {
+        let next = (k + 1..walls.position.len()).take(1).filter(|next| walls.wall[*next] == walls.wall[k]);
+        next.map(|next| (walls.position[next] - walls.position[k]).norm()).fold(f64::INFINITY, f64::min)
+    };
+    let smallest = (0..walls.position.len()).map(distance).fold(f64::INFINITY, f64::min);
+    if smallest.is_finite() && smallest > 0.0 { smallest } else { setup.particle_spacing }
 }
 
 impl Repulsion {
-    /// Force on a of the pair \[N/m\] and its stiffness \[Pa\], for x_ab and v_ab.
-    #[inline]
-    fn force(&self, contact: &Contact, x_ab: &Vector, v_ab: &Vector) -> (Vector, f64) {
-        let r = x_ab.norm();
-        // Coincident particles have no direction of their own to part in.
-        if r >= self.distance || r == 0.0 {
-            return (Vector::zeros(), 0.0);
-        }
-        let stiffness = self.stiffness * contact.bulk_modulus;
-        let depth = self.distance - r;
-        let ratio = self.distance / r;
-        let closing = -v_ab.dot(x_ab) / r;
-        let dashpot = 2.0 * self.damping * (stiffness * contact.reduced_mass).sqrt();
-        let onset = (4.0 * depth / self.distance).min(1.0);
-        let magnitude = (stiffness * depth * ratio + onset * dashpot * closing).max(0.0);
-        (x_ab * (magnitude / r), stiffness * ratio * ratio)
+    /// A repulsion of the given stiffness, damping and coefficient of friction; `self_contact` lets bodies touch themselves.
+    pub fn new(stiffness: f64, damping: f64, friction: f64, levels: Levels, self_contact: bool) -> Self {
+        let own_distance = self_contact.then_some(OWN_CONTACT * levels.bodies.support);
+        Self { stiffness, damping, friction, levels, own_distance }
     }
 
-    /// Contact forces on all particles at the stage state.
+    /// Contact forces on all particles, with the touches that make them; `slips` advance to the time of the stage.
     pub fn evaluate(
         &self,
-        model: &SolidModel,
-        time: &StageTime,
-        stage: &Particles,
-        lists: &ContactLists,
-        walls: &WallState,
+        at: &ContactStage<'_>,
+        slips: &mut Slips,
+        touches: &mut Vec<Touch>,
         sums: &mut [ContactSums],
     ) {
+        self.find_touches(at, slips, touches);
+        let held: &[Touch] = if self.friction > 0.0 { touches } else { &[] };
+        slips.renew(at.at, held.iter().map(|touch| (touch.key, touch.friction.slip)));
+        if touches.is_empty() {
+            sums.fill(ContactSums::default());
+            return;
+        }
+        let touches: &[Touch] = touches;
         sums.par_iter_mut().with_min_len(8 * TASK).enumerate().for_each(|(i, sums)| {
-            *sums = ContactSums::default();
-            for &j in lists.bodies.of(i) {
-                let (force, stiffness) = self.between_bodies(model, stage, i, j as usize);
-                sums.bodies += force;
-                sums.stiffness += stiffness;
-            }
-            let row = lists.walls.of(i);
-            if row.is_empty() || !model.touches_walls(i, time) {
-                return;
-            }
-            let body = model.body_of(i);
-            let contact =
-                Contact { bulk_modulus: body.material.bulk_modulus, reduced_mass: model.particles.mass[i] };
-            for w in row.iter().map(|w| *w as usize).filter(|w| model.wall_acts_on(body, *w, time)) {
-                let x_iw = model.domain.separation(&stage.position[i], &walls.position[w]);
-                let v_iw = stage.velocity[i] - walls.velocity[w];
-                let (force, stiffness) = self.force(&contact, &x_iw, &v_iw);
-                sums.walls += force;
-                sums.stiffness += stiffness;
-            }
+            *sums = self.forces(at, touches, i);
         });
     }
 
-    /// Force on i from j of another body \[N/m\], bit for bit the opposite of that on j from i, and its stiffness.
-    fn between_bodies(&self, model: &SolidModel, stage: &Particles, i: usize, j: usize) -> (Vector, f64) {
-        let (a, b) = (i.min(j), i.max(j));
-        let modulus = |k: usize| model.body_of(k).material.bulk_modulus;
-        let (m_a, m_b) = (model.particles.mass[a], model.particles.mass[b]);
-        let contact =
-            Contact { bulk_modulus: modulus(a).min(modulus(b)), reduced_mass: m_a * m_b / (m_a + m_b) };
-        let x_ab = model.domain.separation(&stage.position[a], &stage.position[b]);
-        let v_ab = stage.velocity[a] - stage.velocity[b];
-        let (force, stiffness) = self.force(&contact, &x_ab, &v_ab);
-        (if i == a { force } else { -force }, stiffness)
+    /// All particles that lie in something else, ascending.
+    fn find_touches(&self, at: &ContactStage<'_>, slips: &Slips, touches: &mut Vec<Touch>) {
+        let dt = at.at - slips.time;
+        let count = at.model.len();
+        let find = |s: usize| -> Vec<Touch> {
+            match s.checked_sub(count) {
+                None => self.touches_of(at, slips, dt, s),
+                Some(w) => self.touches_of_wall(at, slips, dt, w),
+            }
+        };
+        touches.clear();
+        touches.par_extend(
+            (0..count + at.model.walls.len()).into_par_iter().with_min_len(8 * TASK).flat_map_iter(find),
+        );
     }
-}
 
-#[cfg(test)]
-mod tests {
-    use super::*;
+    fn touches_of(&self, at: &ContactStage<'_>, slips: &Slips, dt: f64, i: usize) -> Vec<Touch> {
+        let model = at.model;
+        let (body, mass) = (model.body_of(i), model.particles.mass[i]);
+        let mut found = Vec::new();
+        for (other, group) in at.by_body(at.lists.bodies.of(i)) {
+            let near = group.iter().map(|j| at.near(i, *j as usize));
+            let other_mass = model.particles.mass[group[0] as usize];
+            let contact = Contact {
+                mass: mass * other_mass / (mass + other_mass),
+                ..self.contact(body, Some(&model.bodies[other as usize]), mass)
+            };
+            let key = (i as u32, Owner::Body(other));
+            found.extend(self.touch(key, &self.levels.bodies, &contact, near, (slips.of(&key), dt)));
+        }
+        let near = at.walls_of(i).map(|w| at.near_wall(i, w));
+        let key = (i as u32, Owner::Walls);
+        let contact = self.contact(body, None, mass);
+        found.extend(self.touch(key, &self.levels.walls, &contact, near, (slips.of(&key), dt)));
+        found
+    }
 
-    const LAW: Repulsion = Repulsion { stiffness: 0.5, distance: 0.01, damping: 0.3 };
-    const CONTACT: Contact = Contact { bulk_modulus: 2e7, reduced_mass: 0.05 };
+    fn touches_of_wall(&self, at: &ContactStage<'_>, slips: &Slips, dt: f64, w: usize) -> Vec<Touch> {
+        let mut found = Vec::new();
+        for (body, group) in at.by_body(at.lists.of_walls.of(w)) {
+            let near = at.of_wall(w, group).map(|i| {
+                let (x, v) = at.near_wall(i, w);
+                (-x, -v)
+            });
+            let key = ((at.model.len() + w) as u32, Owner::Body(body));
+            let contact = self.contact(
+                &at.model.bodies[body as usize],
+                None,
+                at.model.particles.mass[group[0] as usize],
+            );
+            found.extend(self.touch(
+                key,
+                &self.levels.bodies_from_walls,
+                &contact,
+                near,
+                (slips.of(&key), dt),
+            ));
+        }
+        found
+    }
 
-    #[test]
-    fn repulsion_is_central_never_pulls_and_sets_in_without_a_jump() {
-        for k in 1..=200 {
-            let r = 1e-4 * f64::from(k);
-            let x_ab = Vector::new(0.6, 0.8) * r;
-            for u in [-50.0, -1.0, 0.0, 1.0, 50.0] {
-                let v_ab = x_ab / r * u + Vector::new(-0.8, 0.6) * 3.0;
-                let (force, _) = LAW.force(&CONTACT, &x_ab, &v_ab);
-                let along = force.dot(&x_ab) / r;
-                assert!(along >= 0.0, "pulls at {r} m, {u} m/s");
-                assert!((force - x_ab * (along / r)).norm() <= 1e-12 * along);
-                assert!(r < LAW.distance || along == 0.0);
+    /// Contact of `body` with `other` or a wall.
+    fn contact(&self, body: &Body, other: Option<&Body>, mass: f64) -> Contact {
+        let softer = other.map_or(f64::INFINITY, |other| other.material.bulk_modulus);
+        Contact { stiffness: 0.5 * self.stiffness * body.material.bulk_modulus.min(softer), mass }
+    }
+
+    /// The touch of a particle with the neighbours `near`, if it lies in them.
+    fn touch(
+        &self,
+        key: TouchKey,
+        level: &Level,
+        contact: &Contact,
+        near: impl Iterator<Item = Near> + Clone,
+        slip: (f64, f64),
+    ) -> Option<Touch> {
+        let (mut value, mut gradient, mut rate, mut reach) = (0.0, Vector::zeros(), 0.0, 0.0);
+        for (x, v) in near.clone() {
+            let r = x.norm();
+            if r < level.support {
+                let part = x * level.gradient_factor(r);
+                value += level.weight(r);
+                gradient += part;
+                rate += part.dot(&v);
+                reach += part.norm();
             }
         }
-        let near =
-            |depth: f64| LAW.force(&CONTACT, &Vector::new(0.01 - depth, 0.0), &Vector::new(-1.0, 0.0)).0;
-        // Stiffness 1e7 Pa and the onset of the dashpot: a depth of 1e-9 m gives about 0.01 N/m.
-        assert!(near(1e-9).norm() < 0.1);
-        assert!(near(1e-3).norm() > 1e4);
+        let depth = level.depth(value);
+        if depth <= 0.0 {
+            return None;
+        }
+        let (distance, gain) = (level.distance(), level.gain());
+        let spring = Spring::new(contact.stiffness, depth, distance);
+        let dashpot = 2.0 * self.damping * (contact.stiffness * contact.mass).sqrt();
+        // Within the spring's force: no jump at the onset, no pull at the end, and the same loss however light the touch.
+        let damping = (dashpot * gain * rate).clamp(-spring.force, spring.force);
+        let slope = gain * (spring.force + damping);
+        let normal = slope * gradient.norm();
+        let rubs = self.friction > 0.0 && normal > 0.0;
+        let friction = if rubs {
+            let grip = Grip { stiffness: contact.stiffness, dashpot, bound: self.friction * normal };
+            Friction::new(level, &grip, near, &gradient, slip)
+        } else {
+            Friction::default()
+        };
+        // Gershgorin's bound of the rows of p' ∇D ⊗ ∇D; what sticks is held as stiffly along the face.
+        let sides = if rubs { 2.0 } else { 1.0 };
+        let stiffness = sides * gain * gain * spring.slope * (gradient.norm() + reach);
+        Some(Touch { key, slope, depth, stiffness, friction })
     }
 
-    #[test]
-    fn stiffness_is_the_slope_of_the_force_at_onset() {
-        let force = |depth: f64| LAW.force(&CONTACT, &Vector::new(0.01 - depth, 0.0), &Vector::zeros()).0.x;
-        let slope = force(1e-8) / 1e-8;
-        assert!((slope / 1e7 - 1.0).abs() < 1e-5);
+    /// Contact of particle `i`: the reactions to its own touches, and the touches of others in its body.
+    fn forces(&self, at: &ContactStage<'_>, touches: &[Touch], i: usize) -> ContactSums {
+        let mut sums = ContactSums::default();
+        let own =
+            |key: TouchKey| touches.binary_search_by_key(&key, |touch| touch.key).ok().map(|k| &touches[k]);
+        let body = Owner::Body(at.model.particles.body[i]);
+        let mut add = |touch: &Touch, level: &Level, x_ij: &Vector, walls: bool, sign: f64| {
+            let (r, x_sj) = (x_ij.norm(), x_ij * sign);
+            if r < level.support {
+                let force = touch.on_neighbour(level, &x_sj) * -sign;
+                *(if walls { &mut sums.walls } else { &mut sums.bodies }) += force;
+                sums.stiffness += touch.stiffness_at(level, r);
+                sums.depth = sums.depth.max(touch.depth);
+            }
+        };
+        for (other, group) in at.by_body(at.lists.bodies.of(i)) {
+            let touch = own((i as u32, Owner::Body(other)));
+            for &j in group {
+                let x_ij = at.near(i, j as usize).0;
+                if let Some(touch) = touch {
+                    add(touch, &self.levels.bodies, &x_ij, false, 1.0);
+                }
+                if let Some(touch) = own((j, body)) {
+                    add(touch, &self.levels.bodies, &x_ij, false, -1.0);
+                }
+            }
+        }
+        let touch = own((i as u32, Owner::Walls));
+        for w in at.walls_of(i) {
+            let x_iw = at.near_wall(i, w).0;
+            if let Some(touch) = touch {
+                add(touch, &self.levels.walls, &x_iw, true, 1.0);
+            }
+            if let Some(touch) = own(((at.model.len() + w) as u32, body)) {
+                add(touch, &self.levels.bodies_from_walls, &x_iw, true, -1.0);
+            }
+        }
+        sums
     }
 }

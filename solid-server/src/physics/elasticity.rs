@@ -70,6 +70,14 @@ pub(super) fn von_mises_stress(s: &SymmetricTensor) -> f64 {
     (1.5 * squared_deviator(s)).sqrt()
 }
 
+/// Principal stresses in the plane \[Pa\], the larger first.
+#[inline]
+pub(super) fn principal_stresses(stress: &SymmetricTensor) -> [f64; 2] {
+    let mean = 0.5 * (stress.xx + stress.yy);
+    let radius = (0.5 * (stress.xx - stress.yy)).hypot(stress.xy);
+    [mean + radius, mean - radius]
+}
+
 /// Artificial stress R_i of one particle \[m⁵/(kg s²)\], to be added for both particles of a pair in Eq. (25).
 ///
 /// ```text

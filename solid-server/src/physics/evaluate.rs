@@ -5,6 +5,7 @@ use rayon::prelude::*;
 use sph::stage::StageTime;
 use sph::vector::Vector;
 
+use super::contact_repulsion::ContactStage;
 use super::contact_sums::SumStage;
 use super::formulation::{DerivedView, StressViewMut};
 use super::lists::{Rows, TASK};
@@ -34,8 +35,8 @@ pub(super) fn refresh_lists(model: &SolidModel, workspace: &mut Workspace) {
             *list_builds += u64::from(lists.refresh(domain, &stage.position[body.range.clone()]));
         }
     }
-    let members = &model.particles.body;
-    *list_builds += u64::from(contact_lists.refresh(domain, &stage.position, &walls.position, members));
+    let may_touch = model.has_contact().then_some(|i, j| model.may_touch(i, j));
+    *list_builds += u64::from(contact_lists.refresh(domain, &stage.position, &walls.position, may_touch));
 }
 
 /// Sums over pairs of the solids among themselves and with walls, at the stage state of time `at` \[s\].
@@ -61,7 +62,10 @@ fn evaluate_contact(model: &SolidModel, workspace: &mut Workspace, time: &StageT
     let Workspace { stage, stress, sums, contact, contact_lists: lists, walls, wall_pressure, .. } =
         workspace;
     match &model.contact {
-        ContactModel::Repulsion(law) => law.evaluate(model, time, stage, lists, walls, contact),
+        ContactModel::Repulsion(law) => {
+            let at = ContactStage { model, time, at, stage, lists, walls };
+            law.evaluate(&at, &mut workspace.slips, &mut workspace.touches, contact);
+        }
         ContactModel::Sums(law) => {
             let at = SumStage { model, time, at, stage, stress, lists, walls };
             law.evaluate(&at, wall_pressure, sums, contact);
@@ -117,7 +121,10 @@ pub(super) fn sum_forces(model: &SolidModel, workspace: &mut Workspace, time: &S
             walls: contact[i].walls,
             total: parts.iter().sum(),
             gross: parts.iter().map(|force| force.norm()).sum(),
+            contact: contact[i].bodies,
+            contact_gross: contact[i].bodies.norm() + contact[i].walls.norm(),
             contact_stiffness: contact[i].stiffness,
+            contact_depth: contact[i].depth,
         };
     });
 }

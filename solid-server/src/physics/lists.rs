@@ -116,10 +116,10 @@ impl OwnLists {
     }
 }
 
-/// Pairs of particles of different bodies, and of particles and walls.
+/// Pairs of particles of different bodies or of parts of one that may meet, and of particles and walls.
 #[derive(Debug)]
 pub(super) struct ContactLists {
-    /// For each particle those of other bodies.
+    /// For each particle those of other bodies, and of its own where `may_touch` says so.
     pub bodies: Rows,
     /// For each particle the wall particles.
     pub walls: Rows,
@@ -146,16 +146,23 @@ impl ContactLists {
     }
 
     /// Builds the lists anew if `positions` or `walls` have moved too far; says whether it did.
-    pub fn refresh(&mut self, domain: &Domain, positions: &[Vector], walls: &[Vector], body: &[u32]) -> bool {
-        let several = body.first() != body.last();
-        if (!several && walls.is_empty()) || !self.stale(domain, positions, walls) {
+    ///
+    /// `may_touch` says which pairs of particles count; without it none do.
+    pub fn refresh(
+        &mut self,
+        domain: &Domain,
+        positions: &[Vector],
+        walls: &[Vector],
+        may_touch: Option<impl Fn(usize, usize) -> bool>,
+    ) -> bool {
+        if (may_touch.is_none() && walls.is_empty()) || !self.stale(domain, positions, walls) {
             return false;
         }
         let radius = self.radius + self.skin;
         let grid = CellGrid::new(domain, positions, radius);
-        if several {
+        if let Some(may_touch) = may_touch {
             let list = grid.list(domain, positions, positions, radius, true);
-            self.bodies.fill(&list, |i, j| body[i] != body[j]);
+            self.bodies.fill(&list, may_touch);
         }
         if !walls.is_empty() {
             let list = grid.list(domain, walls, positions, radius, false);

@@ -9,7 +9,7 @@
 //! formulation   what a body does by itself: stress, own-body sums, rates, advance
 //! evaluate, advance, substeps   forces of a state, and the two ways to step on
 //! loads         what is prescribed to act on bodies
-//! contact_*     between bodies and toward walls      supports   held particles
+//! contact_*     among bodies and toward walls         supports   held particles
 //! coupling      interface with the fluid             probes, report   what is read off
 //! model, state, workspace   constant, checkpointed, disposable
 //! ```
@@ -17,6 +17,8 @@
 mod advance;
 mod build;
 mod checks;
+mod contact_friction;
+mod contact_law;
 mod contact_repulsion;
 mod contact_sums;
 mod coupling;

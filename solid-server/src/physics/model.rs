@@ -46,6 +46,8 @@ pub(super) struct Body {
     pub loads: Vec<Load>,
     /// Time \[s\] until which contact with each wall particle is left out; empty without supports.
     pub wall_exemption: Vec<f64>,
+    /// Whether parts of it that are far apart when undeformed may touch.
+    pub touches_itself: bool,
     /// Whether a probe reads the body's angle.
     pub tracks_angle: bool,
 }
@@ -65,7 +67,7 @@ pub(super) struct ParticleConstants {
 
 /// How bodies touch each other and walls.
 pub(super) enum ContactModel {
-    /// Central repulsion.
+    /// Repulsion by depth.
     Repulsion(Repulsion),
     /// The document's sums.
     Sums(SumContact),
@@ -83,15 +85,23 @@ impl ContactModel {
     /// Distance within which particles of different owners touch \[m\].
     pub fn radius(&self) -> f64 {
         match self {
-            Self::Repulsion(repulsion) => repulsion.distance,
+            Self::Repulsion(law) => law.levels.support(),
             Self::Sums(sums) => sums.support_radius,
+        }
+    }
+
+    /// Undeformed distance \[m\] from which particles of one body can touch each other.
+    pub fn own_distance(&self) -> Option<f64> {
+        match self {
+            Self::Repulsion(law) => law.own_distance,
+            Self::Sums(_) => None,
         }
     }
 
     /// Distance from held particles within which walls are left out of the contact \[m\]: two lattice columns.
     pub fn clearance(&self) -> f64 {
         match self {
-            Self::Repulsion(repulsion) => 2.5 * repulsion.distance,
+            Self::Repulsion(law) => 2.5 * law.levels.walls.distance(),
             Self::Sums(sums) => sums.support_radius,
         }
     }
@@ -115,6 +125,25 @@ impl SolidModel {
     /// The body of particle `i`.
     pub fn body_of(&self, i: usize) -> &Body {
         &self.bodies[self.particles.body[i] as usize]
+    }
+
+    /// Whether particles `i` and `j` may come to touch: they belong to different bodies or, where a body can touch itself,
+    /// are far apart when undeformed.
+    pub fn may_touch(&self, i: usize, j: usize) -> bool {
+        if self.particles.body[i] != self.particles.body[j] {
+            return true;
+        }
+        let reference = &self.particles.reference_position;
+        self.contact.own_distance().is_some_and(|distance| {
+            self.body_of(i).touches_itself
+                && self.domain.separation(&reference[i], &reference[j]).norm() > distance
+        })
+    }
+
+    /// Whether any two particles may touch.
+    pub fn has_contact(&self) -> bool {
+        self.bodies.len() > 1
+            || self.contact.own_distance().is_some() && self.bodies.iter().any(|body| body.touches_itself)
     }
 
     /// The support that holds particle `i` in the step of `time`.

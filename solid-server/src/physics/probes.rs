@@ -2,12 +2,15 @@
 
 use sph::neighbours::CellGrid;
 use sph::setup::{SolidProbeKind, SolidSetup};
-use sph::vector::{Vector, cross};
+use sph::vector::{SymmetricTensor, Vector, cross};
 
+use super::elasticity::{principal_stresses, von_mises_stress};
 use super::material_point::MaterialPoint;
 use super::model::{Body, Probe, SolidModel};
-use super::report::{BodySums, body_sums, material_position, second_moments, stress_of};
-use super::workspace::{SolidState, StressFields};
+use super::report::{
+    BodySums, body_sums, material_position, second_moments, strain_energy_density, stress_of,
+};
+use super::workspace::{BodyContact, SolidState, StressFields};
 
 /// The probes of `setup` on `bodies`; what is wrong with them is added to `errors`.
 pub(super) fn build_probes(setup: &SolidSetup, bodies: &mut [Body], errors: &mut Vec<String>) -> Vec<Probe> {
@@ -17,7 +20,7 @@ pub(super) fn build_probes(setup: &SolidSetup, bodies: &mut [Body], errors: &mut
         let body = match &probe.kind {
             SolidProbeKind::MaterialPoint { body, .. } | SolidProbeKind::Reaction { body, .. } => Some(*body),
             SolidProbeKind::Motion(body) | SolidProbeKind::BodyForce(body) => Some(*body),
-            SolidProbeKind::Sums(body) | SolidProbeKind::Gap(body) => *body,
+            SolidProbeKind::Sums(body) | SolidProbeKind::Gap(body) | SolidProbeKind::Contact(body) => *body,
         };
         let count = bodies.len();
         let Some(body) = body.map(|body| bodies.get_mut(body as usize)) else {
@@ -82,8 +85,15 @@ fn material_point(
         point.mean(|i| material_position(model, state, i) - model.particles.reference_position[i]);
     let velocity = point.mean(|i| state.particles.velocity[i]);
     let normal = point.mean(|i| Vector::new(stress.cauchy[i].xx, stress.cauchy[i].yy));
-    let shear = point.mean(|i| Vector::new(stress.cauchy[i].xy, 0.0));
-    values.extend([displacement.x, displacement.y, velocity.x, velocity.y, normal.x, normal.y, shear.x]);
+    let mixed = point.mean(|i| Vector::new(stress.cauchy[i].xy, stress.pressure[i]));
+    let energy = point.mean(|i| Vector::new(strain_energy_density(model, state, i), 0.0));
+    let cauchy = SymmetricTensor { xx: normal.x, yy: normal.y, xy: mixed.x };
+    let deviator = cauchy.plus(&SymmetricTensor::isotropic(mixed.y));
+    push(values, &displacement);
+    push(values, &velocity);
+    values.extend([cauchy.xx, cauchy.yy, cauchy.xy, von_mises_stress(&deviator)]);
+    values.extend(principal_stresses(&cauchy));
+    values.push(energy.x);
 }
 
 fn plain(model: &SolidModel, state: &SolidState, time: f64, kind: &SolidProbeKind, values: &mut Vec<f64>) {
@@ -96,6 +106,13 @@ fn plain(model: &SolidModel, state: &SolidState, time: f64, kind: &SolidProbeKin
             push(values, &state.last.reactions[*body as usize][*support as usize]);
         }
         SolidProbeKind::Gap(body) => values.extend(gaps(model, state, time, *body)),
+        SolidProbeKind::Contact(body) => {
+            let contacts = &state.last.contacts;
+            let contact = body.map_or_else(|| BodyContact::all(contacts), |body| contacts[body as usize]);
+            push(values, &contact.bodies);
+            push(values, &contact.walls);
+            values.extend([contact.deepest, contact.impulse]);
+        }
         SolidProbeKind::Sums(body) => {
             let range = body.map_or(0..model.len(), |body| model.bodies[body as usize].range.clone());
             let sums = body_sums(model, state, &range);

@@ -7,7 +7,7 @@ use sph::solver::{Field, ParticleFields};
 use sph::sums::ordered_sum;
 use sph::vector::{SymmetricTensor, Vector, cross};
 
-use super::elasticity::von_mises_stress;
+use super::elasticity::{principal_stresses, von_mises_stress};
 use super::model::{Body, SolidModel};
 use super::particles::{Particles, winding_offset};
 use super::supports::nearest_branch;
@@ -54,6 +54,14 @@ impl BodySums {
 /// Position of the material at particle `i` \[m\], periods that it crossed included.
 pub(super) fn material_position(model: &SolidModel, state: &SolidState, i: usize) -> Vector {
     state.particles.position[i] + winding_offset(&model.domain, &state.windings[i])
+}
+
+/// Strain energy of particle `i` per undeformed volume \[J/m³\].
+pub(super) fn strain_energy_density(model: &SolidModel, state: &SolidState, i: usize) -> f64 {
+    let body = model.body_of(i);
+    let particles = state.particles.view(&body.range);
+    let energy = body.formulation.strain_energy(&model.constants(body), &particles, i - body.range.start);
+    energy * body.material.density / model.particles.mass[i]
 }
 
 /// Sums over the particles of `range`.
@@ -191,6 +199,9 @@ pub(super) fn snapshot(model: &SolidModel, state: &SolidState, step: u64, time: 
             vector("reference_position", "m", &|i| reference[i]),
             scalar("mass", "kg/m", &|i| constants.mass[i]),
             scalar("von_mises", "Pa", &|i| von_mises_stress(&stress.deviator(i))),
+            scalar("principal_largest", "Pa", &|i| principal_stresses(&stress.cauchy[i])[0]),
+            scalar("principal_smallest", "Pa", &|i| principal_stresses(&stress.cauchy[i])[1]),
+            scalar("strain_energy_density", "J/m3", &|i| strain_energy_density(model, state, i)),
             scalar("support", "1", &|i| f64::from(constants.support[i])),
         ],
     }

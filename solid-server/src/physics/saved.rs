@@ -3,17 +3,36 @@
 use sph::saved::{RestoreError, SavedState};
 use sph::vector::Vector;
 
+use super::contact_friction::{Owner, Slips};
 use super::model::SolidModel;
 use super::particles::{Particles, RigidState};
-use super::workspace::{LastStage, SolidState};
+use super::workspace::{BodyContact, LastStage, SolidState};
 
 /// Neighbour list builds and the largest set of interface particles, for reports.
 pub(super) const HISTORY: &str = "solid.history";
 
+/// Stands for the walls where a saved slip names what is touched.
+const WALLS: u32 = u32::MAX;
+
+/// The slips that were saved: as many as there were touches.
+fn restored_slips(saved: &SavedState) -> Result<Slips, RestoreError> {
+    let [time] = saved.numbers("solid.slips.time")?;
+    let slips = saved.f64s("solid.slips.slip", None)?;
+    let particles = saved.u32s("solid.slips.particle", Some(slips.len()))?;
+    let owners = saved.u32s("solid.slips.owner", Some(slips.len()))?;
+    let owner = |of: u32| if of == WALLS { Owner::Walls } else { Owner::Body(of) };
+    let keys = particles.iter().zip(owners).map(|(particle, of)| (*particle, owner(*of)));
+    let entries: Vec<_> = keys.zip(slips.iter().copied()).collect();
+    if entries.windows(2).any(|pair| pair[0].0 >= pair[1].0) {
+        return Err(RestoreError::new("solid.slips.particle", "touches must ascend, each once"));
+    }
+    Ok(Slips { time, entries })
+}
+
 impl SolidState {
     /// Saves all of it. Lists are no part: their rows ascend by index, so that no sum depends on when they were built.
     pub fn save(&self, saved: &mut SavedState) {
-        let Self { particles, rigid, windings, angles, last } = self;
+        let Self { particles, rigid, windings, angles, slips, last } = self;
         saved.put_vectors("solid.position", &particles.position);
         saved.put_vectors("solid.velocity", &particles.velocity);
         saved.put_f64("solid.density", particles.density.iter().copied());
@@ -30,6 +49,16 @@ impl SolidState {
         let judged = [last.largest_acceleration, last.contact_frequency, last.stiffening];
         saved.put_f64("solid.last.judged", judged);
         saved.put_u64("solid.last.outside", [last.outside]);
+        let contact = |c: &BodyContact| [c.bodies.x, c.bodies.y, c.walls.x, c.walls.y, c.deepest, c.impulse];
+        saved.put_f64("solid.last.contacts", last.contacts.iter().flat_map(contact));
+        saved.put_f64("solid.slips.time", [slips.time]);
+        saved.put_u32("solid.slips.particle", slips.entries.iter().map(|((particle, _), _)| *particle));
+        let owner = |owner: Owner| match owner {
+            Owner::Body(body) => body,
+            Owner::Walls => WALLS,
+        };
+        saved.put_u32("solid.slips.owner", slips.entries.iter().map(|((_, of), _)| owner(*of)));
+        saved.put_f64("solid.slips.slip", slips.entries.iter().map(|(_, slip)| *slip));
     }
 
     /// The state of a run of `model` that was saved; `start`, the state at its start, tells numbers of things.
@@ -50,7 +79,15 @@ impl SolidState {
         let mut reactions = saved.vectors("solid.last.reactions", counts.iter().sum())?.into_iter();
         let [largest_acceleration, contact_frequency, stiffening] = saved.numbers("solid.last.judged")?;
         let [outside] = saved.u64s("solid.last.outside")?;
+        let contact = |c: &[f64]| BodyContact {
+            bodies: Vector::new(c[0], c[1]),
+            walls: Vector::new(c[2], c[3]),
+            deepest: c[4],
+            impulse: c[5],
+        };
+        let contacts = saved.f64s("solid.last.contacts", start.last.contacts.len().checked_mul(6))?;
         Ok(Self {
+            slips: restored_slips(saved)?,
             particles: Particles {
                 position: saved.vectors("solid.position", n)?,
                 velocity: saved.vectors("solid.velocity", n)?,
@@ -67,6 +104,7 @@ impl SolidState {
                 contact_frequency,
                 stiffening,
                 outside,
+                contacts: contacts.chunks_exact(6).map(contact).collect(),
             },
         })
     }

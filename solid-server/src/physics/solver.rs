@@ -18,7 +18,7 @@ use super::probes::probe_values;
 use super::report::{best_fit_angle, energies, snapshot};
 use super::saved::HISTORY;
 use super::substeps::{move_by_substeps, step_limit};
-use super::workspace::{SolidState, Workspace};
+use super::workspace::{BodyContact, SolidState, Workspace};
 
 /// Several elastic or rigid bodies in one domain.
 ///
@@ -65,11 +65,12 @@ impl SolidSolver {
         }
     }
 
-    /// Takes the corrector's result as the state at the new step boundary.
-    fn accept(&mut self, record: &StageRecord) {
+    /// Takes the corrector's result as the state at the new step boundary, `duration` \[s\] after the last.
+    fn accept(&mut self, record: &StageRecord, duration: f64) {
         let Self { model, state, workspace, .. } = self;
         std::mem::swap(&mut state.particles, &mut workspace.next);
         std::mem::swap(&mut state.rigid, &mut workspace.next_rigid);
+        state.slips.clone_from(&workspace.slips);
         let last = &mut state.last;
         last.largest_acceleration = record.largest_acceleration;
         last.contact_frequency = record.contact_frequency;
@@ -77,6 +78,9 @@ impl SolidSolver {
         for (fluid_force, body) in last.fluid_force.iter_mut().zip(&model.bodies) {
             let forces = &workspace.fluid_force[body.range.clone()];
             *fluid_force = ordered_sum(forces.len(), |i| forces[i]);
+        }
+        for (contact, body) in last.contacts.iter_mut().zip(&model.bodies) {
+            contact.follow(&workspace.mean_forces[body.range.clone()], duration);
         }
         for (accepted, reactions) in last.reactions.iter_mut().zip(&workspace.reactions) {
             accepted.copy_from_slice(reactions);
@@ -110,6 +114,7 @@ impl Solver for SolidSolver {
         if time.at.stage == Stage::Predictor {
             self.workspace.stage.copy_from(&self.state.particles);
             self.workspace.stage_rigid.clone_from(&self.state.rigid);
+            self.workspace.slips.clone_from(&self.state.slips);
         }
         // A pass of sub-steps leaves the corrector all that belongs to its state.
         if time.at.stage == Stage::Predictor || self.model.stepping == SolidStepping::StageRule {
@@ -157,6 +162,7 @@ impl Solver for SolidSolver {
                 evaluate_pairs(&self.model, &mut self.workspace, time, at);
                 sum_forces(&self.model, &mut self.workspace, time, at);
                 self.workspace.start_forces.clone_from(&self.workspace.forces);
+                self.workspace.start_slips.clone_from(&self.workspace.slips);
             }
             (SolidStepping::Substeps(_), Stage::Corrector) => {}
         }
@@ -198,7 +204,7 @@ impl Solver for SolidSolver {
                 std::mem::swap(&mut self.workspace.stage, &mut self.workspace.next);
                 std::mem::swap(&mut self.workspace.stage_rigid, &mut self.workspace.next_rigid);
             }
-            Stage::Corrector => self.accept(&record),
+            Stage::Corrector => self.accept(&record, time.duration()),
         }
         Ok(record.books)
     }
@@ -234,6 +240,8 @@ impl Solver for SolidSolver {
             lost: self.state.last.outside,
             outflow: 0,
             largest_interface: self.workspace.fluid.as_ref().map_or(0, |link| link.largest_set),
+            deepest_contact_m: BodyContact::all(&self.state.last.contacts).deepest,
+            contact_impulse_n_s_per_m: BodyContact::all(&self.state.last.contacts).impulse,
         }
     }
 

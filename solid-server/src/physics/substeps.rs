@@ -89,6 +89,7 @@ pub(super) fn move_by_substeps(
     workspace.next.copy_from(&state.particles);
     workspace.next_rigid.clone_from(&state.rigid);
     workspace.forces.clone_from(&workspace.start_forces);
+    workspace.slips.clone_from(&workspace.start_slips);
     workspace.mean_forces.fill(ParticleForces::default());
     let weight = 0.5 / f64::from(count);
     for k in 0..count {

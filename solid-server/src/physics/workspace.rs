@@ -3,9 +3,11 @@
 use std::ops::Range;
 
 use sph::ledger::InterfaceSums;
+use sph::sums::ordered_sum;
 use sph::vector::{SymmetricTensor, Tensor, Vector};
 
-use super::contact_repulsion::ContactSums;
+use super::contact_friction::Slips;
+use super::contact_repulsion::{ContactSums, Touch};
 use super::coupling::FluidLink;
 use super::formulation::{RateView, RateViewMut, StressView, StressViewMut};
 use super::lists::{ContactLists, OwnLists};
@@ -24,8 +26,44 @@ pub(super) struct SolidState {
     pub windings: Vec<[i32; 2]>,
     /// Best-fit angle of each body relative to its reference, continuous over turns \[rad\].
     pub angles: Vec<f64>,
+    /// Elastic slips of the contacts under friction.
+    pub slips: Slips,
     /// What the last corrector left to report.
     pub last: LastStage,
+}
+
+/// Contact of one body.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct BodyContact {
+    /// Force of other bodies in the last stage \[N/m\].
+    pub bodies: Vector,
+    /// Force of walls in the last stage \[N/m\].
+    pub walls: Vector,
+    /// Deepest that its particles have been in others, or theirs in it, so far \[m\].
+    pub deepest: f64,
+    /// Sum over particles and time of the magnitudes of contact forces so far \[N s/m\].
+    pub impulse: f64,
+}
+
+impl BodyContact {
+    /// Contact of all bodies together.
+    pub fn all(contacts: &[Self]) -> Self {
+        contacts.iter().fold(Self::default(), |sum, contact| Self {
+            bodies: sum.bodies + contact.bodies,
+            walls: sum.walls + contact.walls,
+            deepest: sum.deepest.max(contact.deepest),
+            impulse: sum.impulse + contact.impulse,
+        })
+    }
+
+    /// Takes in the forces on the body's particles in a stage of `duration` \[s\].
+    pub fn follow(&mut self, forces: &[ParticleForces], duration: f64) {
+        let n = forces.len();
+        self.bodies = ordered_sum(n, |i| forces[i].contact);
+        self.walls = ordered_sum(n, |i| forces[i].walls);
+        self.impulse += duration * ordered_sum::<f64, _>(n, |i| forces[i].contact_gross);
+        self.deepest = forces.iter().map(|forces| forces.contact_depth).fold(self.deepest, f64::max);
+    }
 }
 
 /// What the last accepted stage left to report and to judge the next step by.
@@ -35,6 +73,8 @@ pub(super) struct LastStage {
     pub fluid_force: Vec<Vector>,
     /// Reaction of each support on its body, by body \[N/m\].
     pub reactions: Vec<Vec<Vector>>,
+    /// Contact of each body.
+    pub contacts: Vec<BodyContact>,
     /// Largest acceleration of a particle \[m/s²\].
     pub largest_acceleration: f64,
     /// Largest frequency of a particle on its contacts \[rad/s\].
@@ -82,19 +122,28 @@ pub(super) struct ParticleForces {
     pub total: Vector,
     /// Sum of the magnitudes.
     pub gross: f64,
+    /// Contact with other bodies, or with distant parts of its own.
+    pub contact: Vector,
+    /// Sum of the magnitudes of both contact forces.
+    pub contact_gross: f64,
     /// Sum of the stiffness of all contacts \[Pa\].
     pub contact_stiffness: f64,
+    /// Largest depth in contact \[m\].
+    pub contact_depth: f64,
 }
 
 impl ParticleForces {
-    /// Adds `weight` times `other`; of the stiffness the larger stays.
+    /// Adds `weight` times `other`; of stiffness and depth the larger stays.
     pub fn add(&mut self, weight: f64, other: &Self) {
         self.body_force += other.body_force * weight;
         self.damping += other.damping * weight;
         self.walls += other.walls * weight;
         self.total += other.total * weight;
         self.gross += other.gross * weight;
+        self.contact += other.contact * weight;
+        self.contact_gross += other.contact_gross * weight;
         self.contact_stiffness = self.contact_stiffness.max(other.contact_stiffness);
+        self.contact_depth = self.contact_depth.max(other.contact_depth);
     }
 }
 
@@ -112,6 +161,11 @@ pub(super) struct Workspace {
     pub sums: Vec<PairSums>,
     pub rates: Rates,
     pub contact: Vec<ContactSums>,
+    /// Particles in touch at the latest evaluation.
+    pub touches: Vec<Touch>,
+    /// Slips at the latest evaluation, and those at the start of the step.
+    pub slips: Slips,
+    pub start_slips: Slips,
     /// Prescribed loads on each particle; empty where no body has any \[N/m\].
     pub loads: Vec<Vector>,
     /// Forces of the latest evaluation.

@@ -209,7 +209,7 @@ pub struct SolidParticles {
 /// How bodies touch each other and walls.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ContactLaw {
-    /// Central repulsion that never pulls, between bodies and toward walls.
+    /// Repulsion by the depth in the other that never pulls, between bodies and toward walls.
     Repulsion {
         /// Stiffness as a fraction of the softer bulk modulus \[-\].
         stiffness: f64,
@@ -217,6 +217,10 @@ pub enum ContactLaw {
         distance: f64,
         /// Damping of the approach as a fraction of critical \[-\].
         damping: f64,
+        /// Coulomb's coefficient of friction \[-\].
+        friction: f64,
+        /// Whether total-Lagrangian bodies also touch themselves.
+        self_contact: bool,
     },
     /// The document's: bodies meet in the sums (22), walls by section 4.1.
     Sums,
@@ -234,7 +238,7 @@ pub struct SolidProbe {
 /// What a solid probe reports.
 #[derive(Clone, Debug, PartialEq)]
 pub enum SolidProbeKind {
-    /// Displacement, velocity and stress of the material at a reference position \[m\] of a body (index).
+    /// Displacement, velocity, stress, its invariants and the strain energy of the material at a reference position \[m\] of a body (index).
     MaterialPoint {
         /// Index of the body.
         body: u32,
@@ -256,6 +260,8 @@ pub enum SolidProbeKind {
     Sums(Option<u32>),
     /// Smallest distance from a particle of a body (index), or of any (`None`), to another body and to a wall.
     Gap(Option<u32>),
+    /// Contact of a body (index), or of all (`None`): forces of other bodies and of walls, deepest penetration, impulse.
+    Contact(Option<u32>),
 }
 
 impl SolidProbeKind {
@@ -270,6 +276,10 @@ impl SolidProbeKind {
                 "stress_xx_pa",
                 "stress_yy_pa",
                 "stress_xy_pa",
+                "von_mises_pa",
+                "principal_largest_pa",
+                "principal_smallest_pa",
+                "strain_energy_density_j_per_m3",
             ],
             Self::Motion(_) => &[
                 "centre_x_m",
@@ -295,6 +305,14 @@ impl SolidProbeKind {
                 "second_moment_xy_m2",
             ],
             Self::Gap(_) => &["gap_body_m", "gap_wall_m"],
+            Self::Contact(_) => &[
+                "contact_bodies_x_n_per_m",
+                "contact_bodies_y_n_per_m",
+                "contact_walls_x_n_per_m",
+                "contact_walls_y_n_per_m",
+                "deepest_m",
+                "impulse_n_s_per_m",
+            ],
         }
     }
 }

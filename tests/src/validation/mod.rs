@@ -74,6 +74,12 @@ impl Member {
             .with("fluid.particle_spacing_m", spacing)
     }
 
+    /// A member of a case without fluid at `spacing` \[m\].
+    pub fn solid(file: &'static str, spacing: f64) -> Self {
+        Self { file, scheme: "recommended", spacing, changes: Vec::new(), quick: false }
+            .with("solid.particle_spacing_m", spacing)
+    }
+
     /// The same under another name of the scheme.
     #[must_use]
     pub fn scheme(self, scheme: &'static str) -> Self {

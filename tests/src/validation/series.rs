@@ -41,6 +41,17 @@ pub fn first_reach(points: &[(f64, f64)], level: f64) -> f64 {
     crossing.map_or(f64::NAN, |p| p[0].0 + (p[1].0 - p[0].0) * (level - p[0].1) / (p[1].1 - p[0].1))
 }
 
+/// Mean time between points where a history rises through its mean; not a number below two of them.
+pub fn mean_period(points: &[(f64, f64)]) -> f64 {
+    let mean = points.iter().map(|p| p.1).sum::<f64>() / points.len() as f64;
+    let rises: Vec<f64> =
+        points.windows(2).filter(|p| p[0].1 < mean && p[1].1 >= mean).map(|p| p[1].0).collect();
+    match rises[..] {
+        [first, .., last] => (last - first) / (rises.len() - 1) as f64,
+        _ => f64::NAN,
+    }
+}
+
 /// Largest value.
 pub fn largest(values: impl IntoIterator<Item = f64>) -> f64 {
     values.into_iter().fold(f64::NAN, f64::max)
@@ -130,6 +141,8 @@ mod tests {
     fn a_damped_oscillation_is_recovered() {
         let signal = |t: f64| 0.3 + (-0.07 * t).exp() * (0.05 * (1.76 * t).cos() - 0.01 * (1.76 * t).sin());
         let points: Vec<(f64, f64)> = (0..600).map(|k| 0.05 * f64::from(k)).map(|t| (t, signal(t))).collect();
+        // Rises are found to one sample in eight periods.
+        assert!((mean_period(&points) * 1.76 / std::f64::consts::TAU - 1.0).abs() < 0.01);
         let (mean, rate, omega) = damped_oscillation(&points, (0.1, 1.7));
         // The pattern search ends at steps of 1e-9.
         assert!((mean - 0.3).abs() < 1e-6 && (rate - 0.07).abs() < 1e-6 && (omega - 1.76).abs() < 1e-6);

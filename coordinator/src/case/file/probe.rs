@@ -55,10 +55,12 @@ pub enum ProbeKind {
     BodySums,
     /// Smallest distance of a body, or any, to others and to walls.
     Gap,
+    /// Forces, penetration and impulse of contact.
+    Contact,
 }
 
 /// Words for the kinds.
-pub const KINDS: [(&str, ProbeKind); 12] = [
+pub const KINDS: [(&str, ProbeKind); 13] = [
     ("fluid-point", ProbeKind::FluidPoint),
     ("water-level", ProbeKind::WaterLevel),
     ("front", ProbeKind::Front),
@@ -71,6 +73,7 @@ pub const KINDS: [(&str, ProbeKind); 12] = [
     ("support-reaction", ProbeKind::SupportReaction),
     ("body-sums", ProbeKind::BodySums),
     ("gap", ProbeKind::Gap),
+    ("contact", ProbeKind::Contact),
 ];
 
 impl ProbeKind {
@@ -110,7 +113,7 @@ impl ProbeTable {
             ProbeKind::SupportReaction => {
                 (body, support) = (Some(table.name("body")), Some(table.name("support")));
             }
-            ProbeKind::BodySums | ProbeKind::Gap => body = table.optional_name("body"),
+            ProbeKind::BodySums | ProbeKind::Gap | ProbeKind::Contact => body = table.optional_name("body"),
         }
         Some(Self { name, kind, at_m, x_m, region, wall, body, support, intact: table.finish() })
     }

@@ -126,7 +126,7 @@ impl SubstepsKey {
 #[serde(tag = "law", rename_all = "kebab-case")]
 #[allow(missing_docs)]
 pub enum ContactTable {
-    Repulsion { stiffness: f64, distance: f64, damping: f64 },
+    Repulsion { stiffness: f64, distance: f64, damping: f64, friction: f64, self_contact: bool },
     Sums,
 }
 
@@ -138,9 +138,11 @@ impl ContactTable {
         let read = match law.value {
             true => Self::Sums,
             false => Self::Repulsion {
-                stiffness: table.number_or("stiffness", &Allowed::POSITIVE, 0.5).value,
+                stiffness: table.number_or("stiffness", &Allowed::POSITIVE, 1.0).value,
                 distance: table.number_or("distance", &DISTANCE, 1.0).value,
                 damping: table.number_or("damping", &Allowed::NOT_NEGATIVE, 0.2).value,
+                friction: table.number_or("friction", &Allowed::NOT_NEGATIVE, 0.0).value,
+                self_contact: table.flag_or("self_contact", true),
             },
         };
         table.finish();
@@ -150,8 +152,8 @@ impl ContactTable {
     /// What the solvers are told.
     pub fn to_setup(&self) -> ContactLaw {
         match *self {
-            Self::Repulsion { stiffness, distance, damping } => {
-                ContactLaw::Repulsion { stiffness, distance, damping }
+            Self::Repulsion { stiffness, distance, damping, friction, self_contact } => {
+                ContactLaw::Repulsion { stiffness, distance, damping, friction, self_contact }
             }
             Self::Sums => ContactLaw::Sums,
         }

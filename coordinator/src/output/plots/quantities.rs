@@ -15,7 +15,10 @@ const fn family(stem: &'static str, unit_key: &'static str, unit: &'static str) 
 }
 
 /// All quantities that probes report, longer stems before shorter ones that end them.
-const FAMILIES: [Family; 17] = [
+const FAMILIES: [Family; 24] = [
+    family("strain_energy_density", "j_per_m3", "J/m³"),
+    family("contact_bodies", "n_per_m", "N/m"),
+    family("contact_walls", "n_per_m", "N/m"),
     family("angular_momentum", "kg_m_per_s", "kg m/s"),
     family("angular_velocity", "rad_s", "rad/s"),
     family("second_moment", "m2", "m²"),
@@ -25,7 +28,11 @@ const FAMILIES: [Family; 17] = [
     family("pressure", "pa", "Pa"),
     family("velocity", "m_s", "m/s"),
     family("stress", "pa", "Pa"),
+    family("principal", "pa", "Pa"),
+    family("von_mises", "pa", "Pa"),
     family("immersed", "count", "particles"),
+    family("impulse", "n_s_per_m", "N s/m"),
+    family("deepest", "m", "m"),
     family("centre", "m", "m"),
     family("front", "m", "m"),
     family("force", "n_per_m", "N/m"),
@@ -38,7 +45,7 @@ const FAMILIES: [Family; 17] = [
 /// Kinds of energy, which stand before the stem.
 const ENERGIES: [&str; 4] = ["kinetic", "potential", "compression", "strain"];
 /// Components, which stand after the stem; the empty one is a scalar.
-const COMPONENTS: [&str; 8] = ["", "x", "y", "xx", "yy", "xy", "body", "wall"];
+const COMPONENTS: [&str; 10] = ["", "x", "y", "xx", "yy", "xy", "body", "wall", "largest", "smallest"];
 
 /// What a column of `probes.csv` means.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -135,6 +142,7 @@ mod tests {
             SolidProbeKind::Reaction { body: 0, support: 0 },
             SolidProbeKind::Sums(None),
             SolidProbeKind::Gap(None),
+            SolidProbeKind::Contact(None),
         ];
         let suffixes = fluid.iter().map(|k| k.columns()).chain(solid.iter().map(|k| k.columns())).flatten();
         for suffix in suffixes {

@@ -191,3 +191,38 @@ fn all_mistakes_of_a_set_up_are_reported_at_once() {
     setup.particles.velocity.pop();
     assert!(SolidSolver::new(setup).is_err());
 }
+
+#[test]
+fn a_material_point_reads_the_invariants_of_its_stress() {
+    let mut setup = scene(SPACING);
+    add_elastic(&mut setup, &block(Vector::zeros(), 6, 6, SPACING));
+    let strain = 1e-3;
+    setup.particles.density.fill(RUBBER.density * (1.0 + strain));
+    setup.particles.deviatoric_stress.iter_mut().for_each(|s| s.xy = 3e3);
+    let at = Vector::new(3.0 * SPACING, 3.0 * SPACING);
+    add_probe(&mut setup, SolidProbeKind::MaterialPoint { body: 0, reference_position: at });
+    let run = Run::new(setup, 1e-6);
+    let values = run.probes();
+    let pressure = RUBBER.bulk_modulus * strain;
+    let energy = pressure * pressure / (2.0 * RUBBER.bulk_modulus) + 9e6 / (2.0 * RUBBER.shear_modulus);
+    // Pure shear of 3 kPa under pressure: von Mises √3 τ, principal stresses −p ± τ; energy per undeformed volume.
+    let expected = [
+        -pressure,
+        -pressure,
+        3e3,
+        3f64.sqrt() * 3e3,
+        3e3 - pressure,
+        -3e3 - pressure,
+        energy / (1.0 + strain),
+    ];
+    for (value, expected) in values[4..].iter().zip(expected) {
+        assert!((value / expected - 1.0).abs() < 1e-11, "{value} {expected}");
+    }
+    assert_eq!(values.len(), 11);
+    for (name, expected) in
+        [("von_mises", expected[3]), ("principal_largest", expected[4]), ("principal_smallest", expected[5])]
+    {
+        assert!((run.values(name)[7] / expected - 1.0).abs() < 1e-11, "{name}");
+    }
+    assert!((run.values("strain_energy_density")[7] * (1.0 + strain) / energy - 1.0).abs() < 1e-11);
+}

@@ -20,7 +20,17 @@ pub const RUBBER: ElasticMaterial =
     ElasticMaterial { density: 1100.0, bulk_modulus: 20e6, shear_modulus: 4.27e6 };
 
 /// The contact law of the scenes.
-pub const REPULSION: ContactLaw = ContactLaw::Repulsion { stiffness: 0.5, distance: 1.0, damping: 0.2 };
+pub const REPULSION: ContactLaw =
+    ContactLaw::Repulsion { stiffness: 0.5, distance: 1.0, damping: 0.2, friction: 0.0, self_contact: true };
+
+/// The same with another coefficient of friction.
+pub fn rough(coefficient: f64) -> ContactLaw {
+    let mut law = REPULSION;
+    if let ContactLaw::Repulsion { friction, .. } = &mut law {
+        *friction = coefficient;
+    }
+    law
+}
 
 /// The document's constants with the velocity gradient corrected.
 pub fn updated_lagrangian(spacing: f64) -> UpdatedLagrangian {

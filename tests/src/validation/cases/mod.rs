@@ -2,13 +2,17 @@
 
 use super::Case;
 
+mod beams;
 mod bore;
 mod channel;
+mod contact;
 mod dam_break;
 mod dam_break_pressure;
 mod drifting_body;
 mod drop;
+mod free_solids;
 mod hard;
+mod solid_hard;
 mod square_patch;
 mod standing_wave;
 mod still_water;
@@ -28,6 +32,16 @@ pub fn all() -> Vec<&'static dyn Case> {
         &bore::Bore,
         &standing_wave::StandingWave,
         &hard::Hard,
+        &beams::Cantilever,
+        &beams::StaticCantilever,
+        &beams::TurekHron,
+        &beams::ElasticBar,
+        &free_solids::SpinningSquare,
+        &free_solids::Rings,
+        &contact::Incline,
+        &contact::Stack,
+        &contact::Fold,
+        &solid_hard::SolidHard,
         &drifting_body::DriftingBody,
     ]
 }

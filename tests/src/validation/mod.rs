@@ -76,7 +76,7 @@ impl Member {
 
     /// A member of a case without fluid at `spacing` \[m\].
     pub fn solid(file: &'static str, spacing: f64) -> Self {
-        Self { file, scheme: "recommended", spacing, changes: Vec::new(), quick: false }
+        Self { file, scheme: "recommended", spacing, changes: Vec::new(), quick: false, may_stop: false }
             .with("solid.particle_spacing_m", spacing)
     }
 

@@ -56,7 +56,11 @@ fn lay_out_wall(
     if container {
         scene.warnings.extend(off_lattice(wall, &written.value, spacing, origin));
     }
-    let on_lattice = wall.layout.value == WallLayout::Lattice || is_axis_parallel(&shape, spacing, &origin);
+    let on_lattice = match wall.layout.value {
+        WallLayout::Auto => is_axis_parallel(&shape, spacing),
+        WallLayout::Fitted => false,
+        WallLayout::Lattice => true,
+    };
     let open = open_sides(wall, domain);
     // A face against another wall is none: water never meets it, and it would bend the normals of corners.
     let others: Vec<Material> = materials(file, wall, spacing, domain);

@@ -60,6 +60,7 @@ pub fn layers_along(
     };
     let into_wall = if side == Side::Inside { -1.0 } else { 1.0 };
     let thickness = f64::from(layers) * spacing;
+    let whole = shape.boundary();
     let lines = polylines(boundary.traced(0.05 * spacing), tolerance, on_open_side);
     let mut crowd = Crowd::new(CLOSENESS * spacing);
     let mut particles = Vec::new();
@@ -69,7 +70,9 @@ pub fn layers_along(
             let (distance, outward) = face_normal(boundary, &position, spacing);
             let in_layers = distance >= depth - SLACK * spacing && distance < thickness + tolerance;
             let right_side = shape.contains(&position) == (side == Side::Inside);
-            if in_layers && right_side && !beyond_open_side(&position) && crowd.admit(&position) {
+            // A face that is covered has no layer, but another wall behind it.
+            let clear = whole.surface(&position).distance.abs() >= (0.5 - SLACK) * spacing;
+            if in_layers && clear && right_side && !beyond_open_side(&position) && crowd.admit(&position) {
                 particles.push(LayerParticle { position, normal: outward * -into_wall });
             }
         }

@@ -20,6 +20,9 @@ const SMALLEST_GRADIENT_DETERMINANT: f64 = 1e-3;
 /// Below this determinant L_i is the unit matrix: at spray a large L_i does more harm than the error it cures.
 const SMALLEST_CORRECTION_DETERMINANT: f64 = 0.3;
 
+/// From this determinant on L_i holds fully in Eq. (22); the second row below a flat surface has more.
+const SURROUNDED_DETERMINANT: f64 = 0.6;
+
 /// What the pass makes for each fluid particle; arrays that a scene does not need stay empty.
 #[derive(Debug, Default)]
 pub struct Gradients {
@@ -279,7 +282,7 @@ fn finish<G: Geometry>(scene: &Scene<G>, i: usize, sums: &NeighbourSums) -> Fini
     } else {
         Matrix::default()
     };
-    let in_momentum = if passes.momentum_correction { correction } else { IDENTITY };
+    let in_momentum = if passes.momentum_correction { in_momentum(&correction) } else { IDENTITY };
     let tensor = if passes.tensor() {
         momentum_tensor(pressure, &viscous_stress, &in_momentum)
     } else {
@@ -328,6 +331,18 @@ fn viscous_stress(viscosity: f64, gradient: &Matrix) -> Matrix {
 fn transposed_stress(viscosity: f64, gradient: &Matrix) -> Matrix {
     let [xx, xy, yx, yy] = *gradient;
     [-viscosity * yy, viscosity * yx, viscosity * xy, -viscosity * xx]
+}
+
+/// L_i as Eq. (22) takes it: all of it where the neighbours surround the particle, none of it in spray.
+///
+/// Pressure forces by the L_i of few neighbours, all on one side, tear splashes apart.
+pub fn in_momentum(correction: &Symmetric) -> Symmetric {
+    let [xx, xy, yy] = *correction;
+    let determinant = 1.0 / (xx * yy - xy * xy);
+    let range = SURROUNDED_DETERMINANT - SMALLEST_CORRECTION_DETERMINANT;
+    let share = ((determinant - SMALLEST_CORRECTION_DETERMINANT) / range).clamp(0.0, 1.0);
+    let rest = 1.0 - share;
+    [share * xx + rest, share * xy, share * yy + rest]
 }
 
 /// T = (p I − τ)·L \[Pa\].

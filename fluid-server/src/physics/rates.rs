@@ -7,7 +7,7 @@ use sph::body_force::BodyForceAt;
 use sph::lanes::{Kernel, Lanes, WIDTH};
 use sph::vector::Vector;
 
-use super::gradients::{Gradients, Scene, mirrored_stress, momentum_tensor};
+use super::gradients::{Gradients, Scene, in_momentum, mirrored_stress, momentum_tensor};
 use super::pair::{Found, Friction, IDENTITY, LawLanes, Matrix, Own, PairSums, Terms, With};
 use super::record::{Batch, Geometry, gather, gather_columns};
 use super::shifting::{self, Control, nearest_surface};
@@ -220,7 +220,8 @@ impl<G: Geometry> StageFields<'_, G> {
         } else {
             Default::default()
         };
-        let correction = if passes.momentum_correction { self.gradients.correction[i] } else { IDENTITY };
+        let correction =
+            if passes.momentum_correction { in_momentum(&self.gradients.correction[i]) } else { IDENTITY };
         momentum_tensor(self.scene.walls[w].pressure() + self.damper(i), &stress, &correction)
     }
 

@@ -250,7 +250,16 @@ impl<'a> Attempt<'a> {
         let epoch = u32::try_from(self.number + 1).unwrap_or(u32::MAX);
         let resume = self.from.map(|checkpoint| Resume { checkpoint, epoch, accept_other_build });
         let kinds = case.coupling_kinds();
-        let with = Start { kinds: &kinds, threads, logs: &logs, deadlines, resume, attempt: self.number };
+        let security = options.security.over(&case.servers.files);
+        let with = Start {
+            kinds: &kinds,
+            threads,
+            logs: &logs,
+            deadlines,
+            security: &security,
+            resume,
+            attempt: self.number,
+        };
         let mut remote = Remote::start(plans, with).await?;
         match remote.run().await {
             Ok(participants) => Ok((Solvers::Servers(remote), participants)),

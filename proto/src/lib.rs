@@ -20,6 +20,7 @@ pub mod limits;
 pub mod node;
 mod peer;
 mod relay;
+pub mod security;
 pub mod service;
 mod transport;
 

@@ -18,6 +18,7 @@ mod tests;
 
 use std::path::Path;
 
+use proto::security::ClientFiles;
 use sph::setup::{Coupling, CouplingKind, FluidSetup, InterfaceLaw, OutputPlan, RunSetup, SolidSetup};
 use toml::de::DeTable;
 
@@ -55,6 +56,8 @@ pub struct Servers {
     pub fluid: Server,
     /// The solid server.
     pub solid: Server,
+    /// What is trusted and shown where servers demand it.
+    pub files: ClientFiles,
 }
 
 /// Where a server comes from.
@@ -139,6 +142,7 @@ fn build(text: &str, directory: &Path, final_state: Loader<'_>, mistakes: &Mista
         servers: Servers {
             fluid: Server::from_table(&file.servers.fluid_address, &file.servers.fluid_command),
             solid: Server::from_table(&file.servers.solid_address, &file.servers.solid_command),
+            files: file.servers.security_files(),
         },
         outputs: Outputs {
             plan: file.outputs.plan(),

@@ -283,6 +283,14 @@ pub fn main() -> ExitCode {
     }
 }
 
+/// Whether `words`, the program's name first, are a command line of this program, or the message that refuses them.
+///
+/// # Errors
+/// The message.
+pub fn accepts(words: &[OsString]) -> Result<(), String> {
+    Cli::try_parse_from(words).map(drop).map_err(|e| e.to_string())
+}
+
 fn server_arguments(name: &str, node: NodeArguments) -> Vec<OsString> {
     std::iter::once(name.to_owned()).chain(node.arguments).map(OsString::from).collect()
 }

@@ -239,10 +239,12 @@ impl Remote {
     pub async fn run(&mut self) -> Result<Participants, Failure> {
         let (events, received) = mpsc::channel::<(Role, NewsResult)>(PENDING_EVENTS);
         let mut lines = Vec::new();
+        let mut beats = Vec::new();
         for server in &mut self.servers {
             let role = server.report.role;
             let (commands, mut incoming) = server.client.run().await?;
             lines.push((role, CommandLine::Server(commands, Box::new(server.client.clone()))));
+            beats.push((role, incoming.beats()));
             let events = events.clone();
             tokio::spawn(async move {
                 while let Some(event) = incoming.recv().await {
@@ -256,7 +258,7 @@ impl Remote {
             });
         }
         let checkpoints = self.servers.iter().all(|server| server.saves);
-        Ok(Participants::new(lines, received, events, checkpoints))
+        Ok(Participants::new(lines, received, events, checkpoints).with_beats(beats))
     }
 
     /// Ends the servers that were started for the run, those that do not answer too, and closes the run on the others.

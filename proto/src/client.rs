@@ -313,6 +313,11 @@ impl EventReceiver {
         self.events.recv().await
     }
 
+    /// Where each sign of life of the server appears.
+    pub fn beats(&self) -> watch::Receiver<Option<Beat>> {
+        self.latest_beat.clone()
+    }
+
     /// The server's last sign of life.
     pub fn latest_beat(&self) -> Option<Beat> {
         *self.latest_beat.borrow()

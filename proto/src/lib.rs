@@ -16,6 +16,7 @@ mod convert;
 pub mod description;
 mod error;
 pub mod handshake;
+pub mod hostile;
 pub mod limits;
 pub mod node;
 mod peer;

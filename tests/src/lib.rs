@@ -4,6 +4,8 @@
 pub mod bench;
 pub mod certificates;
 pub mod doubles;
+pub mod fuzz;
 pub mod kill;
 pub mod nodes;
+pub mod soak;
 pub mod validation;

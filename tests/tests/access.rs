@@ -254,3 +254,11 @@ fn a_second_client_is_told_who_holds_the_server_and_since_when() {
     assert_eq!(status.code(), Some(8), "{message}");
     assert_eq!(bench.run(&case, "after", &["--solid", &solid.address])["verdict"], "completed");
 }
+
+#[test]
+fn servers_survive_good_and_bad_clients_in_a_row() {
+    let soak = tests::soak::Soak::new(Path::new(PROGRAM));
+    let soaked = soak.run(std::time::Instant::now()).unwrap();
+    assert!(soaked.good >= 2 * soaked.bad && soaked.bad >= 15, "{soaked:?}");
+    assert!(soaked.base.iter().all(|base| base.memory > 0 && base.handles > 0 && base.threads > 1));
+}

@@ -407,6 +407,16 @@ impl Case {
         }
     }
 
+    /// Least deadline of a step.
+    pub fn step_deadline(&self) -> std::time::Duration {
+        std::time::Duration::from_secs_f64(self.file.deadlines.step_s)
+    }
+
+    /// Longest wait for the disk to take outputs.
+    pub fn disk_deadline(&self) -> std::time::Duration {
+        std::time::Duration::from_secs_f64(self.file.deadlines.disk_s)
+    }
+
     /// The case file with every default written out and nothing left in other files but final states and programs,
     /// which stand as full paths; it reads back as the same case.
     pub fn resolved_toml(&self) -> String {

@@ -177,9 +177,9 @@ fn a_server_that_gives_signs_of_life_but_completes_no_step_is_found() {
     // Five times the least deadline stay for the first step; a step of the tank takes some 100 µs.
     let case = bench.tank("case.toml", &[("[outputs]", "[deadlines]\nstep_s = 2.0\n[outputs]")]);
     let started = std::time::Instant::now();
-    bench.run_refused(
-        &case,
-        &["--solid", &address],
+    let out = bench.path("out");
+    bench.refused(
+        &["run", text(&case), "--quiet", "--solid", &address, "--out", text(&out)],
         7,
         &["lost the solid solver after 12 completed steps", "completed no step for 2 s", "step_s"],
     );

@@ -109,9 +109,8 @@ fn a_disk_that_hangs_ends_the_run_within_its_deadline() {
         entry.file_name().to_str()?.strip_prefix("fluid_")?.strip_suffix(".vtp")?.parse::<u64>().ok()
     };
     let newest = std::fs::read_dir(&folder).unwrap().flatten().filter_map(step).max().unwrap();
-    let pipes: Vec<_> = (100..400)
-        .map(|k| folder.join(format!("fluid_{:08}.vtp.partial", newest + 10 * k)))
-        .collect();
+    let pipes: Vec<_> =
+        (100..400).map(|k| folder.join(format!("fluid_{:08}.vtp.partial", newest + 10 * k))).collect();
     assert!(std::process::Command::new("mkfifo").args(&pipes).status().unwrap().success());
     let (status, message) = run.end();
     assert_eq!(status.code(), Some(3), "{message}");

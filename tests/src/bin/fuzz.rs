@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use clap::Parser;
 use tests::bench::Bench;
-use tests::fuzz::{Seeds, Target, fuzz};
+use tests::fuzz::{Target, fuzz};
 
 /// Damages good input by dice and feeds it: nothing may panic, hang or take much memory. A finding is repeated by
 /// `--first NUMBER --count 1` with the same seed.

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand};
+use proto::security::ClientFiles;
 use sph::setup::CouplingKind;
 
 use crate::failure::{Failure, Kind};
@@ -119,6 +120,9 @@ pub struct RunOptions {
     /// Start this program as the solid server, likewise.
     #[arg(long, value_name = "PROGRAM")]
     pub solid_bin: Option<PathBuf>,
+    /// How servers elsewhere are known and know this program.
+    #[command(flatten)]
+    pub security: SecurityOptions,
     /// Compute threads of each built-in solver [default: all cores]; the results do not depend on it.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub threads: Option<u16>,
@@ -144,6 +148,35 @@ pub struct RunOptions {
     /// No progress bar and no run header.
     #[arg(long, short)]
     pub quiet: bool,
+}
+
+/// Files for servers that ask who calls, over the case's `[servers]`.
+#[derive(Clone, Debug, Default, Args)]
+pub struct SecurityOptions {
+    /// Authorities' certificates (PEM) that servers at `https://` addresses must be signed by.
+    #[arg(long, value_name = "FILE")]
+    pub tls_ca: Option<PathBuf>,
+    /// Certificate (PEM) to show to servers that demand one.
+    #[arg(long, value_name = "FILE", requires = "tls_key")]
+    pub tls_cert: Option<PathBuf>,
+    /// Private key of that certificate (PEM).
+    #[arg(long, value_name = "FILE", requires = "tls_cert")]
+    pub tls_key: Option<PathBuf>,
+    /// File with the access token of the servers.
+    #[arg(long, value_name = "FILE")]
+    pub token_file: Option<PathBuf>,
+}
+
+impl SecurityOptions {
+    /// These files, those of the case where none is given.
+    pub fn over(&self, case: &ClientFiles) -> ClientFiles {
+        let identity = self.tls_cert.clone().zip(self.tls_key.clone());
+        ClientFiles {
+            authority: self.tls_ca.clone().or_else(|| case.authority.clone()),
+            identity: identity.or_else(|| case.identity.clone()),
+            token: self.token_file.clone().or_else(|| case.token.clone()),
+        }
+    }
 }
 
 /// A positive number of seconds.
@@ -248,6 +281,14 @@ pub fn main() -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => report(&failure),
     }
+}
+
+/// Whether `words`, the program's name first, are a command line of this program, or the message that refuses them.
+///
+/// # Errors
+/// The message.
+pub fn accepts(words: &[OsString]) -> Result<(), String> {
+    Cli::try_parse_from(words).map(drop).map_err(|e| e.to_string())
 }
 
 fn server_arguments(name: &str, node: NodeArguments) -> Vec<OsString> {

@@ -1,12 +1,13 @@
-//! The control loop of a run: grants, events, stops; outputs go to a recorder.
+//! The control loop of a run: grants, events, stops; outputs go to a writer.
 
 mod faults;
+mod stall;
 
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
 use proto::checkpoint::CheckpointData;
-use sph::driver::{Command, Event, FinalReport};
+use sph::driver::{Command, Event, FailureReport, FinalReport};
 use sph::ledger::TorqueCheck;
 use sph::setup::{BreachAction, RunSetup};
 use sph::solver::{Fault, Role};
@@ -19,7 +20,9 @@ use crate::keeper::Keeper;
 use crate::lockstep::LockStep;
 use crate::participants::{News, Participants};
 use crate::recorder::Recorder;
+use crate::writer::Writer;
 use faults::{RANK_CONSEQUENCE, kind_of, rank};
+use stall::StepWatch;
 
 /// A participant that does not end within this time after the run was given up is left behind.
 const ABORT_DEADLINE: Duration = Duration::from_secs(20);
@@ -67,9 +70,18 @@ pub struct Resumed {
     pub impulse: [Vector; 2],
 }
 
+/// How fast a run may and must go.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pace {
+    /// Largest number of steps granted ahead of the slowest participant; 1 is strict lock-step.
+    pub window: u64,
+    /// Least deadline of a step; it grows with the steps measured.
+    pub step_deadline: Duration,
+}
+
 /// Drives `participants` to the end of the run.
 ///
-/// `window` is the largest number of steps granted ahead of the slowest participant; 1 is strict lock-step. Checkpoints
+/// Checkpoints
 /// are taken by `keeper` where all participants can save their state. A run that goes on starts at `resumed`.
 ///
 /// # Errors
@@ -77,13 +89,13 @@ pub struct Resumed {
 pub async fn drive(
     participants: &mut Participants,
     run: &RunSetup,
-    window: u64,
+    pace: Pace,
     resumed: Option<Resumed>,
-    recorder: &mut Recorder<'_>,
+    outputs: &Writer,
     keeper: &mut Keeper,
     wishes: &mut Receiver<StopWish>,
 ) -> Result<Ending, Failure> {
-    let mut control = Control::new(participants.roles(), run, window);
+    let mut control = Control::new(participants.roles(), run, pace);
     control.can_save = participants.checkpoints;
     if let Some(resumed) = resumed {
         control.lockstep.resume(resumed.step, resumed.impulse);
@@ -93,7 +105,7 @@ pub async fn drive(
         participants.command_all(Command::Hold);
     }
     control.pace(participants, keeper);
-    let ending = control.run(participants, recorder, keeper, wishes).await;
+    let ending = control.run(participants, outputs, keeper, wishes).await;
     if ending.is_err() {
         participants.command_all(Command::Abort);
     }
@@ -119,7 +131,8 @@ struct Control {
     granted: u64,
     /// Participants that have not sent their last event.
     running: Vec<Role>,
-    finished: BTreeMap<Role, FinalReport>,
+    /// Those that have, and whether they reached the end time.
+    finished: BTreeMap<Role, bool>,
     faults: Vec<(Role, Fault)>,
     failure: Option<Failure>,
     lost: Vec<Role>,
@@ -129,6 +142,7 @@ struct Control {
     stopping: bool,
     /// The participants have been told so.
     stop_sent: bool,
+    steps: StepWatch,
     ticks: Interval,
     ticked: Instant,
     /// How long this process did not get to run, and when it did again.
@@ -142,11 +156,11 @@ struct Control {
 }
 
 impl Control {
-    fn new(roles: Vec<Role>, run: &RunSetup, window: u64) -> Self {
+    fn new(roles: Vec<Role>, run: &RunSetup, pace: Pace) -> Self {
         Self {
             lockstep: LockStep::new(roles.clone(), run.ledger, TorqueCheck::of(run)),
             action: run.ledger.action,
-            window: window.max(1),
+            window: pace.window.max(1),
             granted: 0,
             running: roles,
             finished: BTreeMap::new(),
@@ -156,6 +170,7 @@ impl Control {
             breach: None,
             stopping: false,
             stop_sent: false,
+            steps: StepWatch::new(pace.step_deadline),
             ticks: ticks(),
             ticked: Instant::now(),
             paused: None,
@@ -169,7 +184,7 @@ impl Control {
     async fn run(
         &mut self,
         participants: &mut Participants,
-        recorder: &mut Recorder<'_>,
+        outputs: &Writer,
         keeper: &mut Keeper,
         wishes: &mut Receiver<StopWish>,
     ) -> Result<Ending, Failure> {
@@ -178,14 +193,14 @@ impl Control {
             tokio::select! {
                 biased;
                 // First: whoever was stopped himself must know it before he takes others for silent.
-                _ = self.ticks.tick() => self.tick(),
+                _ = self.ticks.tick() => self.tick(participants),
                 Some(wish) = wishes.recv() => self.wish(wish, participants, keeper),
                 written = keeper.written() => written?,
                 news = participants.next_news() => {
                     let Some((role, news)) = news else { break };
                     match news {
-                        Ok(News::Event(event)) => self.event(role, *event, participants, recorder, keeper)?,
-                        Ok(News::Checkpoint(side)) => self.saved(*side, participants, recorder, keeper).await?,
+                        Ok(News::Event(event)) => self.event(role, *event, participants, outputs, keeper).await?,
+                        Ok(News::Checkpoint(side)) => self.saved(*side, participants, outputs, keeper).await?,
                         Err(failure) => self.lost(role, failure, participants),
                     }
                 }
@@ -236,7 +251,7 @@ impl Control {
         &mut self,
         side: CheckpointData,
         participants: &Participants,
-        recorder: &mut Recorder<'_>,
+        outputs: &Writer,
         keeper: &mut Keeper,
     ) -> Result<(), Failure> {
         let Some(taking) = self.taking.as_mut() else { return Ok(()) };
@@ -254,7 +269,7 @@ impl Control {
         }
         let Some(Taking { step, mut sides }) = self.taking.take() else { return Ok(()) };
         sides.sort_by_key(|side| side.header.role);
-        keeper.keep(step, sides, recorder).await?;
+        keeper.keep(step, sides, outputs).await?;
         if self.stopping || !self.held.is_empty() {
             // A run that ends has its checkpoint on the disk before anything else happens.
             keeper.finish().await?;
@@ -267,12 +282,14 @@ impl Control {
     }
 
     /// Notes when this process did not get to run.
-    fn tick(&mut self) {
+    fn tick(&mut self, participants: &Participants) {
         let gap = self.ticked.elapsed();
         self.ticked = Instant::now();
         if gap > LONGEST_GAP {
             self.paused = Some((gap, self.ticked));
+            self.steps.rest();
         }
+        self.find_stalled(participants);
     }
 
     fn wish(&mut self, wish: StopWish, participants: &Participants, keeper: &mut Keeper) {
@@ -289,19 +306,21 @@ impl Control {
         }
     }
 
-    fn event(
+    async fn event(
         &mut self,
         role: Role,
         event: Event,
         participants: &Participants,
-        recorder: &mut Recorder<'_>,
+        outputs: &Writer,
         keeper: &mut Keeper,
     ) -> Result<(), Failure> {
         match event {
             Event::Step(report) => {
                 let Some(matched) = self.lockstep.report(role, report) else { return Ok(()) };
-                recorder.step(&matched)?;
-                if let Some((side, breach)) = matched.breaches.first() {
+                self.steps.completed(&matched);
+                let breach = matched.breaches.first().cloned();
+                outputs.order(move |recorder| recorder.step(&matched)).await?;
+                if let Some((side, breach)) = breach {
                     let whose = side.map(|role| format!(" of the {role}")).unwrap_or_default();
                     self.breached(Failure::new(Kind::Ledger, format!("{breach}{whose}")), participants);
                 }
@@ -313,21 +332,32 @@ impl Control {
             }
             // Servers answer beside their events, threads by `News::Checkpoint`.
             Event::Checkpoint(_) => {}
-            Event::Probes(values) => recorder.probes(role, values)?,
-            Event::Snapshot(fields) => recorder.snapshot(role, fields)?,
+            Event::Probes(values) => outputs.order(move |recorder| recorder.probes(role, values)).await?,
+            Event::Snapshot(fields) => {
+                outputs.order_frame(move |recorder| recorder.snapshot(role, fields)).await?;
+            }
             Event::Finished(report) => {
-                recorder.final_state(role, &report.state, report.counts)?;
                 self.running.retain(|r| *r != role);
-                self.finished.insert(role, report);
+                self.finished.insert(role, report.reached_end);
+                let FinalReport { state, counts, .. } = report;
+                outputs.order_frame(move |recorder| recorder.final_state(role, &state, counts)).await?;
             }
             Event::Failed(report) => {
-                recorder.final_state(role, &report.state, report.counts)?;
-                if let Fault::Diverged(divergence) = &report.fault {
-                    recorder.divergence(divergence, &report.state)?;
-                }
-                recorder.snapshot(role, report.state)?;
+                let FailureReport { fault, state, counts, .. } = report;
+                let divergence = match &fault {
+                    Fault::Diverged(divergence) => Some(divergence.clone()),
+                    _ => None,
+                };
+                let last_frame = move |recorder: &mut Recorder| {
+                    recorder.final_state(role, &state, counts)?;
+                    if let Some(divergence) = &divergence {
+                        recorder.divergence(divergence, &state)?;
+                    }
+                    recorder.snapshot(role, state)
+                };
+                outputs.order_frame(last_frame).await?;
                 self.running.retain(|r| *r != role);
-                self.faults.push((role, report.fault));
+                self.faults.push((role, fault));
                 participants.command_all(Command::Abort);
             }
         }
@@ -407,7 +437,7 @@ impl Control {
             let failure = Failure::new(Kind::Lost, message);
             return Ending::Lost { roles: self.running.clone(), failure };
         }
-        if self.finished.values().all(|report| report.reached_end) {
+        if self.finished.values().all(|reached_end| *reached_end) {
             Ending::Completed
         } else {
             Ending::Stopped

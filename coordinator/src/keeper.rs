@@ -11,7 +11,7 @@ use crate::checkpoint::{Disk, OutputState, RunCheckpoint, Store, Written};
 use crate::failure::Failure;
 use crate::output::directory::OutputError;
 use crate::output::summary::Checkpoints;
-use crate::recorder::Recorder;
+use crate::writer::Writer;
 
 /// When checkpoints are due.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,13 +32,16 @@ pub struct Keeper {
     wall_before: f64,
     last: Instant,
     asked: Instant,
+    /// Longest wait for the disk.
+    deadline: Duration,
     writing: Option<JoinHandle<Result<Written, OutputError>>>,
     figures: Checkpoints,
 }
 
 impl Keeper {
-    /// A keeper of the checkpoints in `folder` of a run of `case`, as `Case::identity` gives it.
-    pub fn new(folder: PathBuf, schedule: Schedule, case: String) -> Self {
+    /// A keeper of the checkpoints in `folder` of a run of `case`, as `Case::identity` gives it; one that the disk has not taken
+    /// within `deadline` ends the run.
+    pub fn new(folder: PathBuf, schedule: Schedule, deadline: Duration, case: String) -> Self {
         let now = Instant::now();
         Self {
             store: Store::new(folder),
@@ -48,6 +51,7 @@ impl Keeper {
             wall_before: 0.0,
             last: now,
             asked: now,
+            deadline,
             writing: None,
             figures: Checkpoints::default(),
         }
@@ -103,10 +107,10 @@ impl Keeper {
         &mut self,
         step: u64,
         sides: Vec<CheckpointData>,
-        recorder: &mut Recorder<'_>,
+        outputs: &Writer,
     ) -> Result<(), Failure> {
         self.finish().await?;
-        let (recorder, tables) = recorder.state(step)?;
+        let (recorder, tables) = outputs.state(step).await?;
         let time = sides.first().map_or(0.0, |side| side.header.time);
         let outputs = OutputState { case: self.case.clone(), recorder, wall_seconds: self.wall_seconds() };
         let checkpoint = RunCheckpoint { step, time, sides, outputs };
@@ -124,7 +128,12 @@ impl Keeper {
     /// When it could not be written; earlier ones are as they were.
     pub async fn finish(&mut self) -> Result<(), Failure> {
         let Some(writing) = self.writing.as_mut() else { return Ok(()) };
-        let written = writing.await;
+        let Ok(written) = tokio::time::timeout(self.deadline, writing).await else {
+            return Err(Failure::output(format!(
+                "the disk of the checkpoints has not taken one within {} s; look after it, or raise `[deadlines] disk_s`",
+                self.deadline.as_secs_f64()
+            )));
+        };
         self.writing = None;
         self.take(written)
     }
@@ -134,10 +143,11 @@ impl Keeper {
     /// # Errors
     /// As [`Keeper::finish`].
     pub async fn written(&mut self) -> Result<(), Failure> {
-        if self.writing.is_none() {
-            std::future::pending::<()>().await;
-        }
-        self.finish().await
+        let Some(writing) = self.writing.as_mut() else { return std::future::pending().await };
+        // Without a deadline: the run goes on meanwhile.
+        let written = writing.await;
+        self.writing = None;
+        self.take(written)
     }
 
     fn take(

@@ -5,6 +5,7 @@ use std::path::Path;
 use std::process::Stdio;
 use std::time::Duration;
 
+use proto::security::ClientFiles;
 use sph::solver::Role;
 use tokio::io::{AsyncBufReadExt, BufReader};
 use tokio::process::{Child, Command};
@@ -49,6 +50,7 @@ impl Server {
         role: Role,
         source: &Source,
         threads: Option<usize>,
+        security: &ClientFiles,
         log: &Path,
     ) -> Result<Self, Failure> {
         let mut command = match source {
@@ -77,6 +79,13 @@ impl Server {
             command.arg("--exit-with-parent");
             if let Some(threads) = threads {
                 command.args(["--threads", &threads.to_string()]);
+            }
+            // It may have to dial a partner elsewhere.
+            if let Some(authority) = &security.authority {
+                command.arg("--partner-ca").arg(authority);
+            }
+            if let Some((certificate, key)) = &security.identity {
+                command.arg("--partner-cert").arg(certificate).arg("--partner-key").arg(key);
             }
             if let Some(path) = sph::lanes::forced() {
                 command.args(["--arithmetic", path.option()]);

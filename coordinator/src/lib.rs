@@ -32,3 +32,4 @@ pub mod recorder;
 pub mod remote;
 pub mod resume;
 pub mod run;
+pub mod writer;

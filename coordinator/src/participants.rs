@@ -2,11 +2,13 @@
 
 use std::sync::mpsc;
 
+use proto::Beat;
 use proto::checkpoint::CheckpointData;
 use proto::client::{CommandSender, ParticipantClient};
 use sph::driver::{Command, Event};
 use sph::solver::Role;
 use tokio::sync::mpsc::{Receiver, Sender};
+use tokio::sync::watch;
 
 use crate::failure::{Failure, Kind};
 
@@ -34,6 +36,8 @@ pub struct Participants {
     lines: Vec<(Role, CommandLine)>,
     news: Receiver<(Role, NewsResult)>,
     told: Sender<(Role, NewsResult)>,
+    /// Where signs of life of servers appear.
+    beats: Vec<(Role, watch::Receiver<Option<Beat>>)>,
     /// Whether all of them can save their state.
     pub checkpoints: bool,
 }
@@ -46,7 +50,17 @@ impl Participants {
         told: Sender<(Role, NewsResult)>,
         checkpoints: bool,
     ) -> Self {
-        Self { lines, news, told, checkpoints }
+        Self { lines, news, told, beats: Vec::new(), checkpoints }
+    }
+
+    /// These, which are servers with the signs of life that appear in `beats`.
+    pub fn with_beats(self, beats: Vec<(Role, watch::Receiver<Option<Beat>>)>) -> Self {
+        Self { beats, ..self }
+    }
+
+    /// The last sign of life of the server that plays `role`.
+    pub fn latest_beat(&self, role: Role) -> Option<Beat> {
+        self.beats.iter().find(|(of, _)| *of == role).and_then(|(_, beats)| *beats.borrow())
     }
 
     /// Roles that are filled.

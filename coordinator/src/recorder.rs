@@ -2,6 +2,7 @@
 
 use std::fs::File;
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 use sph::driver::ProbeValues;
@@ -82,8 +83,8 @@ pub struct RecorderState {
 }
 
 /// Writes tables, snapshots and final states, and keeps what the report needs.
-pub struct Recorder<'a> {
-    directory: &'a OutputDirectory,
+pub struct Recorder {
+    directory: Arc<OutputDirectory>,
     probes: ProbeFile,
     ledger: LedgerFile,
     ledger_every_steps: u64,
@@ -107,13 +108,13 @@ pub struct Recorded {
     pub snapshots: Vec<PairedSnapshot>,
 }
 
-impl<'a> Recorder<'a> {
+impl Recorder {
     /// A recorder into `directory` for a run of `case` by `roles`.
     ///
     /// # Errors
     /// When a file cannot be written.
     pub fn create(
-        directory: &'a OutputDirectory,
+        directory: &Arc<OutputDirectory>,
         case: &Case,
         roles: &[Role],
         progress: Progress,
@@ -123,7 +124,7 @@ impl<'a> Recorder<'a> {
         let fluid = roles.contains(&Role::Fluid).then_some(probes.fluid.as_slice());
         let solid = roles.contains(&Role::Solid).then_some(probes.solid.as_slice());
         Ok(Self {
-            directory,
+            directory: directory.clone(),
             probes: ProbeFile::create(&directory.file(directory::PROBES), fluid, solid)?,
             ledger: LedgerFile::create(&directory.file(directory::LEDGER), roles)?,
             ledger_every_steps: case.outputs.ledger_every_steps.max(1),
@@ -146,7 +147,7 @@ impl<'a> Recorder<'a> {
     /// # Errors
     /// When a file that was there then is missing, is shorter, or cannot be written.
     pub fn resume(
-        directory: &'a OutputDirectory,
+        directory: &Arc<OutputDirectory>,
         case: &Case,
         roles: &[Role],
         progress: Progress,
@@ -166,7 +167,7 @@ impl<'a> Recorder<'a> {
             }
         }
         Ok(Self {
-            directory,
+            directory: directory.clone(),
             probes: ProbeFile::resume(&directory.file(directory::PROBES), fluid, solid, state.probes_length)?,
             ledger: LedgerFile::resume(&ledger, roles, state.ledger_length, state.ledger.clone())?,
             ledger_every_steps: case.outputs.ledger_every_steps.max(1),
@@ -192,7 +193,7 @@ impl<'a> Recorder<'a> {
             for (role, fields) in [(Role::Fluid, &pair.fluid), (Role::Solid, &pair.solid)] {
                 let stored = &mut self.stored[role.index()];
                 if let Some(fields) = fields.as_ref().filter(|f| f.step < step && !stored.contains(&f.step)) {
-                    state::write(&picture_file(self.directory, role, fields.step), fields)?;
+                    state::write(&picture_file(&self.directory, role, fields.step), fields)?;
                     stored.push(fields.step);
                 }
             }

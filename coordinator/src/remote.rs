@@ -6,6 +6,7 @@ use std::time::Duration;
 use proto::checkpoint::CheckpointData;
 use proto::client::{Deadlines, ParticipantClient, RunAccess};
 use proto::description::{Description, LinkPlan, OpenReport, Partner};
+use proto::security::{ClientFiles, ClientSecurity};
 use proto::{RpcCode, RpcError, handshake};
 use sph::exchange::Extent;
 use sph::setup::{CouplingKind, ParticipantSetup};
@@ -62,6 +63,8 @@ pub struct Start<'a> {
     pub logs: &'a Path,
     /// Longest waits.
     pub deadlines: Deadlines,
+    /// How servers are known and know this program.
+    pub security: &'a ClientFiles,
     /// Where the run goes on.
     pub resume: Option<Resume<'a>>,
     /// Counts the attempts at the run from 0; each has logs of its own.
@@ -151,12 +154,13 @@ impl Remote {
     pub async fn start(mut plans: Vec<Plan>, with: Start<'_>) -> Result<Self, Failure> {
         let holder = format!("coordinator, process {}", std::process::id());
         let access = RunAccess::new(&holder)?;
+        let security = ClientSecurity::load(with.security).map_err(Failure::input)?;
         let mut servers = Vec::new();
         for plan in &plans {
             let role = role_of(&plan.setup);
             let attempt = if with.attempt == 0 { String::new() } else { format!("-{}", with.attempt) };
             let log: PathBuf = with.logs.join(format!("{role}-server{attempt}.log"));
-            let server = Server::start(role, &plan.source, with.threads, &log).await?;
+            let server = Server::start(role, &plan.source, with.threads, with.security, &log).await?;
             let unreachable = |e: RpcError| {
                 let at = &server.address;
                 Failure::server(format!(
@@ -164,8 +168,9 @@ impl Remote {
                      `[servers]` of the case"
                 ))
             };
-            let mut client =
-                ParticipantClient::connect(&server.address, with.deadlines).await.map_err(unreachable)?;
+            let mut client = ParticipantClient::connect_secured(&server.address, with.deadlines, &security)
+                .await
+                .map_err(unreachable)?;
             let description = client.describe().await.map_err(unreachable)?;
             servers.push((server, client, description));
         }
@@ -234,10 +239,12 @@ impl Remote {
     pub async fn run(&mut self) -> Result<Participants, Failure> {
         let (events, received) = mpsc::channel::<(Role, NewsResult)>(PENDING_EVENTS);
         let mut lines = Vec::new();
+        let mut beats = Vec::new();
         for server in &mut self.servers {
             let role = server.report.role;
             let (commands, mut incoming) = server.client.run().await?;
             lines.push((role, CommandLine::Server(commands, Box::new(server.client.clone()))));
+            beats.push((role, incoming.beats()));
             let events = events.clone();
             tokio::spawn(async move {
                 while let Some(event) = incoming.recv().await {
@@ -251,7 +258,7 @@ impl Remote {
             });
         }
         let checkpoints = self.servers.iter().all(|server| server.saves);
-        Ok(Participants::new(lines, received, events, checkpoints))
+        Ok(Participants::new(lines, received, events, checkpoints).with_beats(beats))
     }
 
     /// Ends the servers that were started for the run, those that do not answer too, and closes the run on the others.

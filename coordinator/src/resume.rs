@@ -1,6 +1,7 @@
 //! `coordinator resume`: a run goes on from its newest good checkpoint.
 
 use std::path::Path;
+use std::sync::Arc;
 
 use crate::checkpoint::{Disk, RunCheckpoint, Store};
 use crate::cli::ResumeArguments;
@@ -16,7 +17,7 @@ use crate::run::{self, Job};
 pub fn resume(arguments: &ResumeArguments) -> Result<(), Failure> {
     arguments.options.force_arithmetic()?;
     let out = &arguments.folder;
-    let directory = OutputDirectory::reopen(out)?;
+    let directory = Arc::new(OutputDirectory::reopen(out)?);
     let mut case = run::load(&directory.file(directory::CASE))?;
     let checkpoint = newest(&directory)?;
     if let Some(difference) = checkpoint.case_difference(&case.identity()) {

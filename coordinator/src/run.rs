@@ -3,6 +3,7 @@
 mod results;
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::Duration;
 
 use sph::setup::{CouplingKind, ParticipantSetup};
@@ -12,7 +13,7 @@ use tokio::sync::mpsc;
 use crate::case::{self, Case};
 use crate::checkpoint::{RunCheckpoint, Store};
 use crate::cli::{RunArguments, RunOptions};
-use crate::control::{self, Ending, Resumed, StopWish};
+use crate::control::{self, Ending, Pace, Resumed, StopWish};
 use crate::failure::{Failure, Kind};
 use crate::header;
 use crate::in_process::{self, ThreadParticipant};
@@ -26,6 +27,7 @@ use crate::progress::Progress;
 use crate::recorder::Recorder;
 use crate::remote::{Plan, Remote, Resume, Start};
 use crate::resume;
+use crate::writer::Writer;
 
 /// Events that may wait for the coordinator when solvers are threads.
 const PENDING_EVENTS: usize = 256;
@@ -42,7 +44,7 @@ pub fn run(arguments: &RunArguments) -> Result<(), Failure> {
     let case = load(&arguments.case)?;
     let out = arguments.out.clone().unwrap_or_else(|| default_folder(&arguments.case));
     let existing = if arguments.force { Existing::Replace } else { Existing::Refuse };
-    let directory = OutputDirectory::create(&out, existing)?;
+    let directory = Arc::new(OutputDirectory::create(&out, existing)?);
     let options = arguments.options.clone();
     execute(&Job { case, directory, options, resume: None, accept_other_build: false })
 }
@@ -52,7 +54,7 @@ pub struct Job {
     /// What is computed.
     pub case: Case,
     /// Where results go.
-    pub directory: OutputDirectory,
+    pub directory: Arc<OutputDirectory>,
     /// How it is run.
     pub options: RunOptions,
     /// Where it goes on.
@@ -126,8 +128,12 @@ async fn run_in(job: &Job) -> Result<Ending, Failure> {
         std::io::Write::write_all(file, resolved.as_bytes())
     })?;
     let mut wishes = watch_signals()?;
-    let mut keeper =
-        Keeper::new(directory.file(directory::CHECKPOINTS), schedule(case, options), case.identity());
+    let mut keeper = Keeper::new(
+        directory.file(directory::CHECKPOINTS),
+        schedule(case, options),
+        case.disk_deadline(),
+        case.identity(),
+    );
     let mut from = job.resume.clone();
     let mut restarts: Vec<String> = Vec::new();
     let most = options.max_restarts.unwrap_or(case.checkpoint().max_restarts);
@@ -145,7 +151,8 @@ async fn run_in(job: &Job) -> Result<Ending, Failure> {
         let lost = roles.iter().map(Role::to_string).collect::<Vec<_>>().join(" and ");
         let lost = if lost.is_empty() { "the connection".to_owned() } else { format!("the {lost} solver") };
         run.solvers.kill().await;
-        drop(run.recorder);
+        // What is still queued belongs before what the next attempt cuts back.
+        run.outputs.close().await?;
         from = keeper.store().newest().checkpoint;
         let step = from.as_ref().map_or(0, |checkpoint| checkpoint.step);
         let text = format!("{}\nstarting {lost} again and going on from step {step}", failure.message);
@@ -170,19 +177,19 @@ struct Attempt<'a> {
 }
 
 /// A run that has ended, its solvers still there.
-struct Made<'a> {
+struct Made {
     ending: Ending,
     solvers: Solvers,
-    recorder: Recorder<'a>,
+    outputs: Writer,
     facts: Vec<header::Fact>,
 }
 
-impl<'a> Attempt<'a> {
+impl Attempt<'_> {
     async fn make(
         &self,
         keeper: &mut Keeper,
         wishes: &mut mpsc::Receiver<StopWish>,
-    ) -> Result<Made<'a>, Failure> {
+    ) -> Result<Made, Failure> {
         let Job { case, directory, options, .. } = self.job;
         let (mut solvers, mut participants) = self.start().await?;
         let facts = header::facts(case, solvers.remote());
@@ -195,7 +202,7 @@ impl<'a> Attempt<'a> {
             coupling.kind = kind;
         }
         let progress = Progress::new(setup.time, options.quiet);
-        let (mut recorder, resumed) = match self.from {
+        let (recorder, resumed) = match self.from {
             Some(checkpoint) => {
                 keeper.resume(checkpoint);
                 let state = &checkpoint.outputs.recorder;
@@ -204,16 +211,16 @@ impl<'a> Attempt<'a> {
             }
             None => (Recorder::create(directory, case, &roles, progress)?, None),
         };
-        let window = options.window;
-        let driven =
-            control::drive(&mut participants, &setup, window, resumed, &mut recorder, keeper, wishes).await;
+        let outputs = Writer::start(recorder, case.disk_deadline())?;
+        let pace = Pace { window: options.window, step_deadline: case.step_deadline() };
+        let driven = control::drive(&mut participants, &setup, pace, resumed, &outputs, keeper, wishes).await;
         drop(participants);
         match driven {
-            Ok(ending) => Ok(Made { ending, solvers, recorder, facts }),
+            Ok(ending) => Ok(Made { ending, solvers, outputs, facts }),
             Err(failure) => {
                 solvers.end().await;
                 // The cause is told; what the tables hold stays under their partial names.
-                drop(recorder.finish());
+                drop(outputs.finish().await);
                 Err(failure)
             }
         }
@@ -250,7 +257,16 @@ impl<'a> Attempt<'a> {
         let epoch = u32::try_from(self.number + 1).unwrap_or(u32::MAX);
         let resume = self.from.map(|checkpoint| Resume { checkpoint, epoch, accept_other_build });
         let kinds = case.coupling_kinds();
-        let with = Start { kinds: &kinds, threads, logs: &logs, deadlines, resume, attempt: self.number };
+        let security = options.security.over(&case.servers.files);
+        let with = Start {
+            kinds: &kinds,
+            threads,
+            logs: &logs,
+            deadlines,
+            security: &security,
+            resume,
+            attempt: self.number,
+        };
         let mut remote = Remote::start(plans, with).await?;
         match remote.run().await {
             Ok(participants) => Ok((Solvers::Servers(remote), participants)),

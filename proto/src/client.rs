@@ -11,6 +11,7 @@ use tokio::sync::{mpsc, watch};
 use tokio_stream::wrappers::ReceiverStream;
 use tokio_util::sync::CancellationToken;
 use tonic::Streaming;
+use tonic::service::interceptor::InterceptedService;
 use tonic::transport::Channel;
 
 use crate::convert::{
@@ -19,6 +20,7 @@ use crate::convert::{
 use crate::description::{Description, LinkPlan, OpenReport, PROTOCOL};
 use crate::error::{RpcCode, RpcError};
 use crate::limits::MAX_MESSAGE_BYTES;
+use crate::security::{ClientSecurity, ShowAccess};
 use crate::transport::{self, Token};
 use crate::wire;
 use crate::wire::participant_client::ParticipantClient as WireClient;
@@ -99,7 +101,7 @@ impl RunAccess {
 /// ```
 #[derive(Clone, Debug)]
 pub struct ParticipantClient {
-    inner: WireClient<Channel>,
+    inner: WireClient<InterceptedService<Channel, ShowAccess>>,
     address: String,
     deadlines: Deadlines,
     run: Option<(String, Token)>,
@@ -113,10 +115,24 @@ impl ParticipantClient {
     /// # Errors
     /// When nothing accepts the connection in time.
     pub async fn connect(address: &str, deadlines: Deadlines) -> Result<Self, RpcError> {
-        let channel = transport::connect(address, deadlines.connect)
+        Self::connect_secured(address, deadlines, &ClientSecurity::default()).await
+    }
+
+    /// Connects to the server at `address`, "host:port", or by TLS at "https://host:port", and shows it what
+    /// `security` holds.
+    ///
+    /// # Errors
+    /// When nothing accepts the connection in time, or either side does not trust the other.
+    pub async fn connect_secured(
+        address: &str,
+        deadlines: Deadlines,
+        security: &ClientSecurity,
+    ) -> Result<Self, RpcError> {
+        let channel = transport::connect_secured(address, deadlines.connect, security)
             .await
             .map_err(|problem| RpcError::new(RpcCode::Unavailable, "connect", address, problem))?;
-        let inner = WireClient::new(channel).max_decoding_message_size(MAX_MESSAGE_BYTES);
+        let inner = WireClient::with_interceptor(channel, security.shower())
+            .max_decoding_message_size(MAX_MESSAGE_BYTES);
         Ok(Self { inner, address: address.to_owned(), deadlines, run: None, epoch: 0 })
     }
 
@@ -133,7 +149,9 @@ impl ParticipantClient {
         let deadline = self.deadlines.describe;
         let answer = self.inner.describe(wire::DescribeRequest {});
         let reply = within(deadline, "Describe", &self.address, answer).await.map_err(|mut error| {
-            error.message.push_str("; what listens there seems to be no solver of protocol fsi.v1");
+            if error.code != RpcCode::PermissionDenied {
+                error.message.push_str("; what listens there seems to be no solver of protocol fsi.v1");
+            }
             error
         })?;
         self.accept("Describe", Description::from_wire(&reply, &Path::root("description")))
@@ -293,6 +311,11 @@ impl EventReceiver {
     /// Nothing is lost when the future is dropped before it completes.
     pub async fn recv(&mut self) -> Option<Result<Event, RpcError>> {
         self.events.recv().await
+    }
+
+    /// Where each sign of life of the server appears.
+    pub fn beats(&self) -> watch::Receiver<Option<Beat>> {
+        self.latest_beat.clone()
     }
 
     /// The server's last sign of life.

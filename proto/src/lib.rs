@@ -16,10 +16,12 @@ mod convert;
 pub mod description;
 mod error;
 pub mod handshake;
+pub mod hostile;
 pub mod limits;
 pub mod node;
 mod peer;
 mod relay;
+pub mod security;
 pub mod service;
 mod transport;
 

@@ -10,8 +10,8 @@ use clap::Parser;
 use tokio_util::sync::CancellationToken;
 use tracing_subscriber::EnvFilter;
 
+use crate::security::{ServerFiles, ServerSecurity};
 use crate::service::{ServeError, ServeOptions, Server, SolverFactory};
-use crate::transport::is_loopback;
 
 /// Command line was wrong, or asked for what is not allowed.
 const EXIT_USAGE: u8 = 2;
@@ -43,7 +43,11 @@ pub struct NodeArgs {
     /// Close a run that nobody asks for after this long, in seconds.
     #[arg(long, value_name = "S", default_value_t = 120, value_parser = clap::value_parser!(u64).range(1..))]
     pub lease: u64,
-    /// Listen beyond this machine although everyone who reaches the port can use the server, unencrypted.
+    /// Who may speak.
+    #[command(flatten)]
+    pub security: ServerFiles,
+    /// Listen beyond this machine without certificate or token: everyone who reaches the port can read along or use
+    /// the server.
     #[arg(long)]
     pub insecure: bool,
     /// End when standard input closes, as it does when the program that started this one ends.
@@ -64,12 +68,15 @@ pub fn main_with<F: SolverFactory>(args: impl IntoIterator<Item = OsString>, fac
     let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new("info"));
     // A subscriber that is set already keeps its place.
     drop(tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr).try_init());
-    if !is_loopback(&args.listen) && !args.insecure {
-        eprintln!(
-            "error: `--listen {}` reaches beyond this machine, and everyone who reaches the port could use the \
-             server, unencrypted; listen on 127.0.0.1, or add `--insecure` to accept that risk",
-            args.listen
-        );
+    let security = match ServerSecurity::load(&args.security) {
+        Ok(security) => security,
+        Err(problem) => {
+            eprintln!("error: {problem}");
+            return ExitCode::from(EXIT_USAGE);
+        }
+    };
+    if let Some(refusal) = security.refusal(&args.listen).filter(|_| !args.insecure) {
+        eprintln!("error: {refusal}");
         return ExitCode::from(EXIT_USAGE);
     }
     if let Some(Err(problem)) = args.arithmetic.map(sph::lanes::force) {
@@ -84,7 +91,7 @@ pub fn main_with<F: SolverFactory>(args: impl IntoIterator<Item = OsString>, fac
             return ExitCode::from(EXIT_FAILED);
         }
     };
-    let code = match runtime.block_on(serve(&args, factory)) {
+    let code = match runtime.block_on(serve(&args, security, factory)) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("error: {error}");
@@ -96,8 +103,13 @@ pub fn main_with<F: SolverFactory>(args: impl IntoIterator<Item = OsString>, fac
     code
 }
 
-async fn serve<F: SolverFactory>(args: &NodeArgs, factory: F) -> Result<(), ServeError> {
-    let mut options = ServeOptions { lease: Duration::from_secs(args.lease), ..ServeOptions::default() };
+async fn serve<F: SolverFactory>(
+    args: &NodeArgs,
+    security: ServerSecurity,
+    factory: F,
+) -> Result<(), ServeError> {
+    let lease = Duration::from_secs(args.lease);
+    let mut options = ServeOptions { lease, security, ..ServeOptions::default() };
     if let Some(threads) = args.threads {
         options.threads = usize::from(threads);
     }

@@ -15,6 +15,7 @@ use tonic::transport::Channel;
 use crate::convert::{FrameReader, FrameWriter, ReceivedFrame};
 use crate::error::describe;
 use crate::limits::MAX_FRAME_BYTES;
+use crate::security::ClientSecurity;
 use crate::transport::{self, Token};
 use crate::wire;
 
@@ -228,8 +229,13 @@ async fn linger(
 ///
 /// # Errors
 /// When the address cannot be reached, or the call is refused within a few seconds.
-pub(crate) async fn dial(address: &str, token: &Token, slot: PeerSlot) -> Result<(), String> {
-    let channel = transport::connect(address, CONNECT_TIMEOUT).await?;
+pub(crate) async fn dial(
+    address: &str,
+    token: &Token,
+    security: &ClientSecurity,
+    slot: PeerSlot,
+) -> Result<(), String> {
+    let channel = transport::connect_secured(address, CONNECT_TIMEOUT, security).await?;
     let request = token.attach(ReceiverStream::new(slot.outbound));
     let (refusal, refused) = oneshot::channel();
     tokio::spawn(async move {

@@ -10,6 +10,7 @@ use crate::limits::{
     CONNECTION_WINDOW_BYTES, HTTP2_FRAME_BYTES, KEEPALIVE_INTERVAL, KEEPALIVE_TIMEOUT, MAX_NAME_BYTES,
     MIN_TOKEN_BYTES, STREAM_WINDOW_BYTES,
 };
+use crate::security::ClientSecurity;
 
 /// Metadata key of the run's token.
 pub(crate) const TOKEN_KEY: &str = "fsi-token";
@@ -58,9 +59,14 @@ impl Token {
         request
     }
 
-    /// Whether `metadata` carry this token; takes the same time wherever the first difference lies.
+    /// Whether `metadata` carry this token.
     pub(crate) fn admits(&self, metadata: &MetadataMap) -> bool {
-        let Some(given) = metadata.get(TOKEN_KEY) else { return false };
+        self.is_in(metadata.get(TOKEN_KEY))
+    }
+
+    /// Whether `given` is this token; takes the same time wherever the first difference lies.
+    pub(crate) fn is_in(&self, given: Option<&MetadataValue<Ascii>>) -> bool {
+        let Some(given) = given else { return false };
         let (given, own) = (given.as_bytes(), self.0.as_bytes());
         if given.len() != own.len() {
             return false;
@@ -70,8 +76,17 @@ impl Token {
     }
 }
 
-/// Connects to `address`, "host:port" or "http://host:port".
+/// Connects to `address` without encryption, as [`connect_secured`].
 pub(crate) async fn connect(address: &str, timeout: Duration) -> Result<Channel, String> {
+    connect_secured(address, timeout, &ClientSecurity::default()).await
+}
+
+/// Connects to `address`, "host:port" or "http://host:port", or by TLS to "https://host:port".
+pub(crate) async fn connect_secured(
+    address: &str,
+    timeout: Duration,
+    security: &ClientSecurity,
+) -> Result<Channel, String> {
     let uri = if address.contains("://") { address.to_owned() } else { format!("http://{address}") };
     let endpoint = Endpoint::from_shared(uri)
         .map_err(|e| format!("is not an address of the form host:port: {e}"))?
@@ -83,6 +98,7 @@ pub(crate) async fn connect(address: &str, timeout: Duration) -> Result<Channel,
         .http2_keep_alive_interval(KEEPALIVE_INTERVAL)
         .keep_alive_timeout(KEEPALIVE_TIMEOUT)
         .keep_alive_while_idle(true);
+    let endpoint = security.apply(endpoint)?;
     match tokio::time::timeout(timeout, endpoint.connect()).await {
         Ok(Ok(channel)) => Ok(channel),
         Ok(Err(error)) => Err(format!("cannot be reached: {}", with_causes(&error))),

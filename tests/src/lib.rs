@@ -2,6 +2,10 @@
 //! its own. [`validation`] holds the verification suite that the program `validate` runs.
 
 pub mod bench;
+pub mod certificates;
 pub mod doubles;
+pub mod fuzz;
 pub mod kill;
+pub mod nodes;
+pub mod soak;
 pub mod validation;

@@ -167,3 +167,22 @@ fn an_output_folder_that_cannot_be_is_named() {
         );
     }
 }
+
+#[test]
+fn a_server_that_gives_signs_of_life_but_completes_no_step_is_found() {
+    let bench = bench();
+    let at = StepStage { step: 12, stage: Stage::Corrector };
+    let server = serve(Double(Wrong::Delay(at, std::time::Duration::from_secs(25))));
+    let address = server.address.to_string();
+    // Five times the least deadline stay for the first step; a step of the tank takes some 100 µs.
+    let case = bench.tank("case.toml", &[("[outputs]", "[deadlines]\nstep_s = 2.0\n[outputs]")]);
+    let started = std::time::Instant::now();
+    let out = bench.path("out");
+    bench.refused(
+        &["run", text(&case), "--quiet", "--solid", &address, "--out", text(&out)],
+        7,
+        &["lost the solid solver after 12 completed steps", "completed no step for 2 s", "step_s"],
+    );
+    // The deadline, a look each second, and time for the fluid and the report to end; far below the delay.
+    assert!(started.elapsed() < std::time::Duration::from_secs(15), "{:?}", started.elapsed());
+}

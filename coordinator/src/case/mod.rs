@@ -18,6 +18,7 @@ mod tests;
 
 use std::path::Path;
 
+use proto::security::ClientFiles;
 use sph::setup::{Coupling, CouplingKind, FluidSetup, InterfaceLaw, OutputPlan, RunSetup, SolidSetup};
 use toml::de::DeTable;
 
@@ -55,6 +56,8 @@ pub struct Servers {
     pub fluid: Server,
     /// The solid server.
     pub solid: Server,
+    /// What is trusted and shown where servers demand it.
+    pub files: ClientFiles,
 }
 
 /// Where a server comes from.
@@ -139,6 +142,7 @@ fn build(text: &str, directory: &Path, final_state: Loader<'_>, mistakes: &Mista
         servers: Servers {
             fluid: Server::from_table(&file.servers.fluid_address, &file.servers.fluid_command),
             solid: Server::from_table(&file.servers.solid_address, &file.servers.solid_command),
+            files: file.servers.security_files(),
         },
         outputs: Outputs {
             plan: file.outputs.plan(),
@@ -401,6 +405,16 @@ impl Case {
             open: seconds(table.open_s),
             ..Default::default()
         }
+    }
+
+    /// Least deadline of a step.
+    pub fn step_deadline(&self) -> std::time::Duration {
+        std::time::Duration::from_secs_f64(self.file.deadlines.step_s)
+    }
+
+    /// Longest wait for the disk to take outputs.
+    pub fn disk_deadline(&self) -> std::time::Duration {
+        std::time::Duration::from_secs_f64(self.file.deadlines.disk_s)
     }
 
     /// The case file with every default written out and nothing left in other files but final states and programs,

@@ -43,6 +43,24 @@ pub struct OutputState {
     pub wall_seconds: f64,
 }
 
+impl OutputState {
+    /// What `bytes` hold.
+    ///
+    /// # Errors
+    /// When they are of another layout.
+    pub fn parse(bytes: &[u8]) -> Result<Self, String> {
+        postcard::from_bytes(bytes).map_err(|e| e.to_string())
+    }
+
+    /// These as bytes.
+    ///
+    /// # Errors
+    /// Never, as far as is known: all of it has a layout.
+    pub fn to_bytes(&self) -> Result<Vec<u8>, String> {
+        postcard::to_stdvec(self).map_err(|e| e.to_string())
+    }
+}
+
 impl RunCheckpoint {
     /// How its case differs from `case`: the first line that does.
     pub fn case_difference(&self, case: &str) -> Option<String> {

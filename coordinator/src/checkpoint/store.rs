@@ -118,7 +118,7 @@ impl Store {
     ) -> io::Result<u64> {
         remove(files, partial)?;
         files.create_folder(partial)?;
-        let outputs = postcard::to_stdvec(&checkpoint.outputs).map_err(io::Error::other)?;
+        let outputs = checkpoint.outputs.to_bytes().map_err(io::Error::other)?;
         let manifest = Manifest::of(checkpoint, FileFacts::of(OUTPUTS, &outputs)).text();
         let names: Vec<String> = checkpoint.sides.iter().map(|side| data_file(side.header.role)).collect();
         let sides =
@@ -189,7 +189,7 @@ impl Store {
             return Err(format!("`{MANIFEST}` names a file `{}`", manifest.outputs.file));
         }
         let outputs = read_checked(&folder, &manifest.outputs, LARGEST_OUTPUTS)?;
-        let outputs: OutputState = postcard::from_bytes(&outputs)
+        let outputs = OutputState::parse(&outputs)
             .map_err(|e| format!("`{OUTPUTS}` is of another build of the coordinator: {e}"))?;
         if digest(outputs.case.as_bytes()) != manifest.case_digest {
             return Err(format!("`{OUTPUTS}` holds another case than `{MANIFEST}` says"));

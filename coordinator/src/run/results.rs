@@ -22,12 +22,12 @@ use crate::recorder::Recorded;
 pub(super) async fn finish(
     job: &Job,
     resolved: &str,
-    run: Made<'_>,
+    run: Made,
     keeper: &Keeper,
     restarts: Vec<String>,
 ) -> Result<Ending, Failure> {
     let Job { case, directory, options, .. } = job;
-    let Made { ending, mut solvers, recorder, facts } = run;
+    let Made { ending, mut solvers, outputs, facts } = run;
     let setup = case.run_setup();
     let roles = [Role::Fluid, Role::Solid];
     let sides: Vec<_> = roles
@@ -39,7 +39,7 @@ pub(super) async fn finish(
         Ending::Lost { .. } => solvers.kill().await,
         _ => solvers.end().await,
     }
-    let recorded = recorder.finish()?;
+    let recorded = outputs.finish().await?;
     let mut summary =
         summarise(case, resolved, &ending, keeper.wall_seconds(), &recorded, sides, options.in_process);
     summary.checkpoints = keeper.figures().clone();

@@ -20,10 +20,12 @@ use std::time::Duration;
 use sph::setup::{InterfaceLaw, ParticipantSetup};
 use sph::solver::{Role, Solver};
 use sph::vector::DIMENSIONS;
+use tonic::service::interceptor::InterceptedService;
 use tonic::transport::server::TcpIncoming;
 
 use crate::description::{Capabilities, Constants, CouplingKind, Description, Fact, Limits, PROTOCOL};
 use crate::limits::{MAX_FRAME_BYTES, MAX_MESSAGE_BYTES};
+use crate::security::ServerSecurity;
 use crate::transport;
 use crate::wire;
 use session::{Host, Skin};
@@ -90,6 +92,8 @@ pub struct ServeOptions {
     pub partner_deadline: Option<Duration>,
     /// Open streams are cut this long after a shutdown was asked for.
     pub shutdown_limit: Duration,
+    /// Who may speak.
+    pub security: ServerSecurity,
 }
 
 impl Default for ServeOptions {
@@ -99,6 +103,7 @@ impl Default for ServeOptions {
             lease: Duration::from_secs(120),
             partner_deadline: None,
             shutdown_limit: Duration::from_secs(5),
+            security: ServerSecurity::default(),
         }
     }
 }
@@ -190,7 +195,12 @@ impl Server {
         health.set_serving::<wire::participant_server::ParticipantServer<Skin<F>>>().await;
         health.set_serving::<wire::peer_server::PeerServer<Skin<F>>>().await;
         let stopping = host.shutdown.clone();
-        let serving = transport::server()
+        let mut server = transport::server();
+        if let Some(tls) = options.security.tls() {
+            server = server.tls_config(tls.clone()).map_err(|e| transport_error(&e))?;
+        }
+        let participant = InterceptedService::new(participant, options.security.gate());
+        let serving = server
             .add_service(health_service)
             .add_service(reflection)
             .add_service(participant)

@@ -114,9 +114,9 @@ impl<F: SolverFactory> wire::participant_server::Participant for Skin<F> {
         let (serial, token, plan, peer) = plan;
         let (peer, waiting) = match (peer, &plan.partner) {
             (Some((peer, slot)), Partner::Dial(address)) => {
-                peer::dial(address, &token, slot).await.map_err(|problem| {
-                    Status::unavailable(status_text(format!("the partner at {address} {problem}")))
-                })?;
+                peer::dial(address, &token, self.0.options.security.partner(), slot).await.map_err(
+                    |problem| Status::unavailable(status_text(format!("the partner at {address} {problem}"))),
+                )?;
                 (Some(peer), None)
             }
             (Some((peer, slot)), _) => (Some(peer), Some(slot)),

@@ -196,10 +196,11 @@ impl<F> Host<F> {
             None => Err(Status::failed_precondition(format!(
                 "`{call}` is not allowed in state IDLE; expected: a run that was opened"
             ))),
+            // First: whoever has no token learns nothing of the run.
+            Some(session) if !session.token.admits(metadata) => Err(Status::permission_denied("not allowed")),
             Some(session) if session.run_id != run_id => Err(Status::failed_precondition(status_text(
                 format!("`{call}` is for run {run_id:?}; expected: the run that is open here"),
             ))),
-            Some(session) if !session.token.admits(metadata) => Err(Status::permission_denied("not allowed")),
             Some(session) => {
                 session.last_call = Instant::now();
                 Ok(session)

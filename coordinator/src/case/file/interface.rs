@@ -1,7 +1,8 @@
 //! Interface law and servers as a case file writes them.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
+use proto::security::ClientFiles;
 use serde::Serialize;
 use sph::setup::{CouplingKind, InterfaceLaw};
 
@@ -63,7 +64,7 @@ fn read_kind(table: &mut Table<'_>, law: InterfaceLaw) -> Option<Choice<Coupling
 }
 
 /// `[servers]`: addresses of running servers or commands that start them; by default the built-in ones.
-#[derive(Clone, Debug, Default, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 #[allow(missing_docs)]
 pub struct ServersTable {
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -74,6 +75,14 @@ pub struct ServersTable {
     pub solid_address: Option<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub solid_command: Option<Vec<String>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ca_file: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub cert_file: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub key_file: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub token_file: Option<String>,
 }
 
 impl ServersTable {
@@ -84,7 +93,20 @@ impl ServersTable {
             fluid_command: read_command(&mut table, "fluid_command"),
             solid_address: read_address(&mut table, "solid_address"),
             solid_command: read_command(&mut table, "solid_command"),
+            ca_file: read_file_name(&mut table, "ca_file"),
+            cert_file: read_file_name(&mut table, "cert_file"),
+            key_file: read_file_name(&mut table, "key_file"),
+            token_file: read_file_name(&mut table, "token_file"),
         };
+        for (given, needed) in
+            [("cert_file", "key_file"), ("key_file", "cert_file"), ("cert_file", "ca_file")]
+        {
+            if table.has(given) && !table.has(needed) {
+                let mistake =
+                    Mistake::new(&table.place_of(given), format!("is of no use without `{needed}`"));
+                table.mistake(mistake.hint("give both, or neither"));
+            }
+        }
         for (address, command) in [("fluid_address", "fluid_command"), ("solid_address", "solid_command")] {
             if table.has(address) && table.has(command) {
                 let mistake = Mistake::new(&table.place_of(command), format!("`{address}` is given as well"));
@@ -99,30 +121,49 @@ impl ServersTable {
 
     /// A table without a word.
     pub fn none() -> Self {
-        Self { fluid_address: None, fluid_command: None, solid_address: None, solid_command: None }
+        Self::default()
+    }
+
+    /// Files by which servers are known, and by which they know this program.
+    pub fn security_files(&self) -> ClientFiles {
+        let path = |name: &Option<String>| name.as_ref().map(PathBuf::from);
+        ClientFiles {
+            authority: path(&self.ca_file),
+            identity: path(&self.cert_file).zip(path(&self.key_file)),
+            token: path(&self.token_file),
+        }
     }
 
     /// Whether anything is written.
     pub fn is_empty(&self) -> bool {
-        self.fluid_address.is_none()
-            && self.fluid_command.is_none()
-            && self.solid_address.is_none()
-            && self.solid_command.is_none()
+        *self == Self::none()
     }
 }
 
 fn read_address(table: &mut Table<'_>, key: &'static str) -> Option<String> {
     let text = table.optional_text(key)?;
-    let bare = text.value.strip_prefix("http://").unwrap_or(&text.value);
+    let schemes = ["http://", "https://"];
+    let bare = schemes.iter().find_map(|scheme| text.value.strip_prefix(scheme)).unwrap_or(&text.value);
     let good = bare.rsplit_once(':').is_some_and(|(host, port)| {
         let plain = host.chars().all(|c| c.is_ascii_alphanumeric() || "-._:[]".contains(c));
         !host.is_empty() && plain && port.parse::<u16>().is_ok_and(|port| port > 0)
     });
     if !good {
         let mistake = Mistake::new(&text.place, "not an address").value(table.written(&text.place));
-        table.mistake(mistake.allowed("HOST:PORT, such as \"127.0.0.1:7001\""));
+        table.mistake(mistake.allowed("HOST:PORT, such as \"127.0.0.1:7001\", or https://HOST:PORT"));
     }
     Some(text.value)
+}
+
+/// The full path of a file beside the case.
+fn read_file_name(table: &mut Table<'_>, key: &'static str) -> Option<String> {
+    let name = table.optional_text(key)?;
+    let path = absolute(table.directory, &name.value);
+    if !Path::new(&path).is_file() {
+        let mistake = Mistake::new(&name.place, "no such file").value(table.written(&name.place));
+        table.mistake(mistake.allowed("the path of a file, from the folder of the case"));
+    }
+    Some(path)
 }
 
 /// A command line; a word that names a file of the case's folder becomes its full path.

@@ -42,6 +42,10 @@ pub struct DeadlinesTable {
     pub silence_s: f64,
     pub call_s: f64,
     pub open_s: f64,
+    /// Least deadline of a step.
+    pub step_s: f64,
+    /// Longest wait for the disk to take outputs.
+    pub disk_s: f64,
 }
 
 impl DeadlinesTable {
@@ -54,6 +58,8 @@ impl DeadlinesTable {
             silence_s: table.number_or("silence_s", &SILENCE, 20.0).value,
             call_s: table.number_or("call_s", &WAIT, 30.0).value,
             open_s: table.number_or("open_s", &WAIT, 300.0).value,
+            step_s: table.number_or("step_s", &WAIT, 60.0).value,
+            disk_s: table.number_or("disk_s", &WAIT, 60.0).value,
         };
         table.finish();
         read

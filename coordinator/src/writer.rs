@@ -1,0 +1,170 @@
+//! The thread that writes outputs: a slow disk holds nobody up while its queue has room, and a disk that hangs ends the
+//! run within a deadline.
+
+use std::fs::File;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+
+use tokio::sync::{OwnedSemaphorePermit, Semaphore, mpsc, oneshot};
+
+use crate::failure::Failure;
+use crate::recorder::{Recorded, Recorder, RecorderState};
+
+/// Orders that may wait: steps and rows of probes, some kB each.
+const PENDING_ORDERS: usize = 4096;
+/// Frames of particles that may wait; they are large.
+const PENDING_FRAMES: usize = 4;
+
+type Task = Box<dyn FnOnce(&mut Recorder) -> Result<(), Failure> + Send>;
+
+enum Order {
+    Do(Task, Option<OwnedSemaphorePermit>),
+    Finish(oneshot::Sender<Result<Recorded, Failure>>),
+}
+
+/// A recorder on a thread of its own. Dropping it leaves the files as they are.
+pub struct Writer {
+    orders: mpsc::Sender<Order>,
+    frames: Arc<Semaphore>,
+    /// The first problem; nothing is written after it.
+    problem: Arc<Mutex<Option<Failure>>>,
+    /// Answers when the thread has ended.
+    ended: oneshot::Receiver<()>,
+    deadline: Duration,
+}
+
+impl Writer {
+    /// Starts the thread of `recorder`; waiting for the disk takes at most `deadline`.
+    ///
+    /// # Errors
+    /// When there is no thread to be had.
+    pub fn start(recorder: Recorder, deadline: Duration) -> Result<Self, Failure> {
+        let (orders, ordered) = mpsc::channel(PENDING_ORDERS);
+        let (end, ended) = oneshot::channel();
+        let problem = Arc::new(Mutex::new(None));
+        let first = problem.clone();
+        let work = move || {
+            write(recorder, ordered, &first);
+            // Nobody waits for the end of a run that was given up.
+            let _ = end.send(());
+        };
+        let thread = std::thread::Builder::new().name("outputs".into()).spawn(work);
+        thread.map_err(|e| Failure::internal(format!("cannot start the thread of the outputs: {e}")))?;
+        let frames = Arc::new(Semaphore::new(PENDING_FRAMES));
+        Ok(Self { orders, frames, problem, ended, deadline })
+    }
+
+    /// Has `task` done after those before it.
+    ///
+    /// # Errors
+    /// When one before failed, or the disk does not take them.
+    pub async fn order(
+        &self,
+        task: impl FnOnce(&mut Recorder) -> Result<(), Failure> + Send + 'static,
+    ) -> Result<(), Failure> {
+        self.send(Order::Do(Box::new(task), None)).await
+    }
+
+    /// Has `task` done, which holds the particles of a frame.
+    ///
+    /// # Errors
+    /// As [`Writer::order`].
+    pub async fn order_frame(
+        &self,
+        task: impl FnOnce(&mut Recorder) -> Result<(), Failure> + Send + 'static,
+    ) -> Result<(), Failure> {
+        let room = self.within(self.frames.clone().acquire_owned()).await?;
+        // Closed by nobody.
+        self.send(Order::Do(Box::new(task), room.ok())).await
+    }
+
+    /// As [`Recorder::state`], after all orders before.
+    ///
+    /// # Errors
+    /// As [`Writer::order`].
+    pub async fn state(&self, step: u64) -> Result<(RecorderState, [File; 2]), Failure> {
+        let (tell, told) = oneshot::channel();
+        self.order(move |recorder| {
+            // Whoever asked waits, or has given the run up.
+            drop(tell.send(recorder.state(step)?));
+            Ok(())
+        })
+        .await?;
+        self.within(told).await?.map_err(|_| self.problem())
+    }
+
+    /// Completes all tables.
+    ///
+    /// # Errors
+    /// When anything could not be written.
+    pub async fn finish(self) -> Result<Recorded, Failure> {
+        let (tell, told) = oneshot::channel();
+        self.send(Order::Finish(tell)).await?;
+        self.within(told).await?.map_err(|_| self.problem())?
+    }
+
+    /// Ends the thread and leaves the files as they are, for another writer.
+    ///
+    /// # Errors
+    /// When the disk hangs. What went wrong otherwise is of no matter any more.
+    pub async fn close(self) -> Result<(), Failure> {
+        let Self { orders, ended, deadline, .. } = self;
+        drop(orders);
+        match tokio::time::timeout(deadline, ended).await {
+            Ok(_) => Ok(()),
+            Err(_) => Err(hangs(deadline)),
+        }
+    }
+
+    async fn send(&self, order: Order) -> Result<(), Failure> {
+        if let Some(problem) = self.first_problem() {
+            return Err(problem);
+        }
+        self.within(self.orders.send(order)).await?.map_err(|_| self.problem())
+    }
+
+    /// What `waiting` gives, unless the disk hangs.
+    async fn within<T>(&self, waiting: impl Future<Output = T>) -> Result<T, Failure> {
+        match tokio::time::timeout(self.deadline, waiting).await {
+            Ok(answer) => Ok(answer),
+            Err(_) => {
+                let mut problem = self.problem.lock().unwrap_or_else(PoisonError::into_inner);
+                Err(problem.get_or_insert(hangs(self.deadline)).clone())
+            }
+        }
+    }
+
+    fn first_problem(&self) -> Option<Failure> {
+        self.problem.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    /// Why the thread does not answer.
+    fn problem(&self) -> Failure {
+        self.first_problem().unwrap_or_else(|| Failure::internal("the thread of the outputs has ended"))
+    }
+}
+
+fn hangs(deadline: Duration) -> Failure {
+    Failure::output(format!(
+        "the disk of the results has taken nothing for {} s; look after it, or raise `[deadlines] disk_s`",
+        deadline.as_secs_f64()
+    ))
+}
+
+/// Carries out orders until there are no more, or one fails.
+fn write(mut recorder: Recorder, mut orders: mpsc::Receiver<Order>, problem: &Mutex<Option<Failure>>) {
+    while let Some(order) = orders.blocking_recv() {
+        match order {
+            Order::Do(task, _room) => {
+                if let Err(failure) = task(&mut recorder) {
+                    problem.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(failure);
+                    return;
+                }
+            }
+            Order::Finish(tell) => {
+                drop(tell.send(recorder.finish()));
+                return;
+            }
+        }
+    }
+}

@@ -1,0 +1,49 @@
+//! Good and bad clients in a row on one pair of servers.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::time::{Duration, Instant};
+
+use clap::Parser;
+use tests::soak::Soak;
+
+/// Runs good and bad clients in a row on one pair of servers, a third of them bad: bytes that are no protocol, silent
+/// connections, runs that break down, coordinators that are killed or go away. Memory, handles and threads must return to
+/// the base.
+#[derive(Debug, Parser)]
+struct Arguments {
+    /// Time to go on.
+    #[arg(long, default_value_t = 60.0)]
+    minutes: f64,
+    /// Program under test [default: `tidelock-node` beside this one].
+    #[arg(long)]
+    program: Option<PathBuf>,
+}
+
+fn main() -> ExitCode {
+    let arguments = Arguments::parse();
+    let beside = || std::env::current_exe().ok().map(|own| own.with_file_name("tidelock-node"));
+    let Some(program) = arguments.program.or_else(beside).filter(|program| program.exists()) else {
+        eprintln!(
+            "error: no program `tidelock-node` beside this one; build it by `cargo build --release -p tests`"
+        );
+        return ExitCode::from(2);
+    };
+    let Ok(duration) = Duration::try_from_secs_f64(60.0 * arguments.minutes) else {
+        eprintln!("error: `--minutes {}`: must be a positive number", arguments.minutes);
+        return ExitCode::from(2);
+    };
+    match Soak::new(&program).run(Instant::now() + duration) {
+        Ok(soaked) => {
+            println!("{} good runs, {} bad clients", soaked.good, soaked.bad);
+            for (name, (base, end)) in ["fluid", "solid"].iter().zip(soaked.base.iter().zip(&soaked.end)) {
+                println!("{name}: base {base:?}, end {end:?}");
+            }
+            ExitCode::SUCCESS
+        }
+        Err(problem) => {
+            println!("{problem}");
+            ExitCode::FAILURE
+        }
+    }
+}

@@ -1,0 +1,268 @@
+//! Made-up input for everything that reads files, frames and command lines: good input, damaged by dice of a stated seed.
+//!
+//! Input number n of seed s is always the same, so that a finding is repeated by its number.
+
+use std::ffi::OsString;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::{Duration, Instant};
+
+use clap::{Parser, ValueEnum};
+use coordinator::checkpoint::{Manifest, OutputState, RunCheckpoint, Store, seal};
+use coordinator::output::process::Process;
+use proto::checkpoint::CheckpointData;
+use proto::node::NodeArgs;
+use sph::setup::ParticipantSetup;
+
+use crate::kill::Dice;
+
+/// An input that takes longer than this hangs: above the slowest good one by far.
+const HANGS: Duration = Duration::from_secs(60);
+
+/// What is fed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Target {
+    /// Case files, up to the particles of their scenes.
+    Cases,
+    /// Half-step frames of a partner.
+    Frames,
+    /// Messages of the control plane.
+    Messages,
+    /// Manifests, states of both solvers and the coordinator's share of a checkpoint.
+    Checkpoints,
+    /// Command lines of the coordinator and of servers.
+    Commands,
+}
+
+/// Good input to begin with.
+pub struct Seeds {
+    inputs: Vec<Vec<u8>>,
+    checkpoint: Option<RunCheckpoint>,
+}
+
+/// What was found.
+#[derive(Clone, Debug, Default)]
+pub struct Findings {
+    /// Inputs that were fed.
+    pub inputs: u64,
+    /// Inputs that were taken for good.
+    pub accepted: u64,
+    /// Numbers of the inputs at which something panicked, with the text.
+    pub panics: Vec<(u64, String)>,
+    /// Longest time for an input.
+    pub slowest: Duration,
+    /// Number of that input.
+    pub slowest_input: u64,
+    /// Growth of this process's peak memory \[bytes\].
+    pub memory_growth: u64,
+}
+
+/// Words that mean something to one of the readers.
+const WORDS: [&str; 40] = [
+    "-1",
+    "0",
+    "1e308",
+    "-1e308",
+    "1e-320",
+    "nan",
+    "inf",
+    "-inf",
+    "9223372036854775807",
+    "18446744073709551615",
+    "1e-9",
+    "0.5",
+    "true",
+    "\"\"",
+    "[]",
+    "{}",
+    "[",
+    "]",
+    "{",
+    "}",
+    "\n",
+    "=",
+    "[[",
+    "#",
+    "\"",
+    "'",
+    "\u{e4}",
+    "[solid]",
+    "[[wall]]",
+    "[[probe]]",
+    "type = ",
+    "name = ",
+    "sin(x)^t",
+    "((((((((",
+    "--",
+    "=-",
+    "--out",
+    "/dev/null",
+    "127.0.0.1:0",
+    "\0",
+];
+
+fn below(dice: &mut Dice, count: usize) -> usize {
+    // Counts of bytes and words are far below 2^53.
+    ((dice.fraction() * count as f64) as usize).min(count.saturating_sub(1))
+}
+
+/// A damaged copy of one of `seeds`.
+pub fn mutate(dice: &mut Dice, seeds: &[Vec<u8>]) -> Vec<u8> {
+    let mut input = seeds[below(dice, seeds.len())].clone();
+    for _ in 0..=below(dice, 5) {
+        let at = below(dice, input.len() + 1);
+        let end = (at + 1 + below(dice, 40)).min(input.len());
+        match below(dice, 9) {
+            0 if at < input.len() => input[at] ^= 1 << below(dice, 8),
+            1 if at < input.len() => input[at] = [0, 1, 0x7f, 0x80, 0xff][below(dice, 5)],
+            2 => drop(input.drain(at.min(end)..end)),
+            3 => {
+                let piece = input[at.min(end)..end].repeat(1 + below(dice, 20));
+                input.splice(at..at, piece);
+            }
+            4 => {
+                let other = &seeds[below(dice, seeds.len())];
+                let from = below(dice, other.len() + 1);
+                let to = (from + below(dice, 200)).min(other.len());
+                input.splice(at..at, other[from..to].iter().copied());
+            }
+            5 => drop(input.splice(at..at, WORDS[below(dice, WORDS.len())].bytes())),
+            6 => replace_number(dice, &mut input, at),
+            // Eight bytes of a number that is none, or is huge.
+            7 if at + 8 <= input.len() => {
+                let number = [f64::NAN, f64::INFINITY, -1e308, 5e-324, -0.0][below(dice, 5)];
+                input[at..at + 8].copy_from_slice(&number.to_le_bytes());
+            }
+            8 => input.truncate(at.max(1)),
+            _ => {}
+        }
+    }
+    input
+}
+
+/// Replaces the next number of a text at `at`.
+fn replace_number(dice: &mut Dice, input: &mut Vec<u8>, at: usize) {
+    let digit = |byte: &u8| byte.is_ascii_digit();
+    let Some(from) = input[at..].iter().position(digit).map(|k| at + k) else { return };
+    let part = |byte: &u8| byte.is_ascii_digit() || b".e+-_".contains(byte);
+    let to = input[from..].iter().position(|byte| !part(byte)).map_or(input.len(), |k| from + k);
+    input.splice(from..to, WORDS[below(dice, 12)].bytes());
+}
+
+impl Seeds {
+    /// Good input for `target`: `cases` are texts of cases, `results` a folder with a finished run.
+    pub fn new(target: Target, cases: &[String], results: &Path) -> Self {
+        let mut checkpoint = None;
+        let inputs = match target {
+            Target::Cases => cases.iter().map(|text| text.clone().into_bytes()).collect(),
+            Target::Frames => proto::hostile::frames(),
+            Target::Messages => {
+                let case = read_case(&cases[0]).expect("the first case is good");
+                let fluid = case.fluid_setup().map(ParticipantSetup::Fluid);
+                let solid = case.solid_setup().map(ParticipantSetup::Solid);
+                fluid.iter().chain(&solid).flat_map(proto::hostile::control).collect()
+            }
+            Target::Checkpoints => {
+                let found = Store::new(results.join("checkpoints")).newest();
+                let good = found.checkpoint.expect("the run left a checkpoint");
+                let folder = results.join(format!("checkpoints/step_{:012}", good.step));
+                let manifest = std::fs::read(folder.join("manifest.json")).unwrap();
+                let mut inputs = vec![manifest, good.outputs.to_bytes().unwrap()];
+                inputs.extend(good.sides.iter().map(|side| side.data.clone()));
+                checkpoint = Some(good);
+                inputs
+            }
+            Target::Commands => [
+                "run case.toml --out x --force --threads 2 --window 64 --silence 5 --fluid 127.0.0.1:1 --quiet",
+                "resume results/x --until 0.5 --accept-other-build --checkpoint-every-steps 10 --max-restarts 0",
+                "check case.toml --picture a.png --resolved",
+                "conform 127.0.0.1:7001 --junit x.xml --kind loads --deadline 10",
+                "node-fluid --listen 127.0.0.1:0 --threads 2",
+                "--listen 127.0.0.1:0 --threads 2 --lease 5 --arithmetic portable --insecure --tls-cert a --tls-key b",
+            ]
+            .iter()
+            .map(|line| line.as_bytes().to_vec())
+            .collect(),
+        };
+        Self { inputs, checkpoint }
+    }
+}
+
+fn read_case(text: &str) -> Result<coordinator::case::Case, String> {
+    let nowhere = |path: &Path| Err(format!("no such file: {}", path.display()));
+    coordinator::case::parse(text, "case.toml", Path::new("/nowhere"), &nowhere).map_err(|e| e.to_string())
+}
+
+/// Feeds one input; whether it was taken for good.
+fn feed(target: Target, seeds: &Seeds, input: &[u8]) -> bool {
+    match target {
+        Target::Cases => {
+            let text = String::from_utf8_lossy(input);
+            read_case(&text).is_ok_and(|case| case.fluid_setup().is_some() || case.solid_setup().is_some())
+        }
+        Target::Frames => proto::hostile::read_frame(input).is_ok_and(|taken| taken > 0),
+        Target::Messages => proto::hostile::read_control(input) > 0,
+        Target::Checkpoints => {
+            let text = String::from_utf8_lossy(input);
+            let sealed = seal(&text).is_ok_and(|text| Manifest::parse(&text).is_ok());
+            let outputs = OutputState::parse(input).is_ok();
+            let state = seeds.checkpoint.iter().flat_map(|good| &good.sides).any(|side| {
+                // With a digest that fits: what is read behind it is tried, too.
+                let sha256 = proto::checkpoint::digest(input);
+                CheckpointData { header: side.header.clone(), data: input.to_vec(), sha256 }.state().is_ok()
+            });
+            sealed | Manifest::parse(&text).is_ok() | outputs | state
+        }
+        Target::Commands => {
+            let text = String::from_utf8_lossy(input).into_owned();
+            let words: Vec<OsString> =
+                std::iter::once("coordinator").chain(text.split(' ')).map(OsString::from).collect();
+            coordinator::cli::accepts(&words).is_ok() | NodeArgs::try_parse_from(&words).is_ok()
+        }
+    }
+}
+
+/// Feeds inputs number `first` to `first + count` of `seed` to `target`. A hang ends the process with its number.
+pub fn fuzz(target: Target, seeds: &Seeds, seed: u64, first: u64, count: u64) -> Findings {
+    let watched = Arc::new(AtomicU64::new(first));
+    let watchdog = Arc::downgrade(&watched);
+    std::thread::spawn(move || {
+        let mut last = (u64::MAX, Instant::now());
+        while let Some(at) = watchdog.upgrade().map(|at| at.load(Ordering::Relaxed)) {
+            if at != last.0 {
+                last = (at, Instant::now());
+            } else if last.1.elapsed() > HANGS {
+                eprintln!("input {at} of seed {seed} hangs {target:?}");
+                std::process::exit(1);
+            }
+            std::thread::sleep(Duration::from_millis(200));
+        }
+    });
+    let memory = || Process::own().peak_memory_bytes.unwrap_or(0);
+    let before = memory();
+    let mut findings = Findings::default();
+    for number in first..first.saturating_add(count) {
+        watched.store(number, Ordering::Relaxed);
+        // Neighbouring numbers must not fall alike: the dice are shaken by a product.
+        let mut dice = Dice::new((seed ^ number.wrapping_mul(0xd134_2543_de82_ef95)).wrapping_add(number));
+        let input = mutate(&mut dice, &seeds.inputs);
+        let started = Instant::now();
+        match catch_unwind(AssertUnwindSafe(|| feed(target, seeds, &input))) {
+            Ok(accepted) => findings.accepted += u64::from(accepted),
+            Err(panic) => {
+                let text = panic.downcast_ref::<&str>().map(ToString::to_string);
+                let text = text.or_else(|| panic.downcast_ref::<String>().cloned()).unwrap_or_default();
+                findings.panics.push((number, text));
+            }
+        }
+        let took = started.elapsed();
+        if took > findings.slowest {
+            (findings.slowest, findings.slowest_input) = (took, number);
+        }
+        findings.inputs += 1;
+    }
+    findings.memory_growth = memory().saturating_sub(before);
+    findings
+}

@@ -1,0 +1,264 @@
+//! Who may speak to a server: every combination of certificates and tokens, and who holds it.
+
+use std::path::Path;
+use std::time::Duration;
+
+use proto::RpcCode;
+use proto::client::{Deadlines, ParticipantClient};
+use proto::security::{ClientFiles, ClientSecurity};
+use tempfile::TempDir;
+use tests::bench::{Bench, digests, text};
+use tests::certificates::{Authority, token};
+use tests::nodes::Node;
+
+const PROGRAM: &str = env!("CARGO_BIN_EXE_tidelock-node");
+
+/// What a server demands.
+#[derive(Clone, Copy, Debug)]
+struct Demands {
+    tls: bool,
+    certificate: bool,
+    token: bool,
+}
+
+/// What a caller does.
+#[derive(Clone, Copy, Debug)]
+struct Shows {
+    tls: bool,
+    /// None, the right or another authority's.
+    certificate: Option<bool>,
+    token: Option<bool>,
+    /// Whether it knows the server's authority.
+    trusts: bool,
+}
+
+struct Secrets {
+    folder: TempDir,
+    own: Authority,
+    other: Authority,
+}
+
+impl Secrets {
+    fn new() -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let (own, other) = (Authority::new(folder.path(), "own"), Authority::new(folder.path(), "other"));
+        token(folder.path(), "a");
+        token(folder.path(), "b");
+        Self { folder, own, other }
+    }
+
+    fn token(&self, right: bool) -> std::path::PathBuf {
+        self.folder.path().join(if right { "token-a" } else { "token-b" })
+    }
+
+    /// Arguments of a server.
+    fn server(&self, demands: Demands) -> Vec<String> {
+        let mut arguments = Vec::new();
+        let mut add = |option: &str, path: &Path| {
+            arguments.extend([option.to_owned(), text(path).to_owned()]);
+        };
+        if demands.tls {
+            add("--tls-cert", &self.own.file("server"));
+            add("--tls-key", &self.own.key("server"));
+            add("--partner-ca", &self.own.file("ca"));
+        }
+        if demands.certificate {
+            add("--tls-client-ca", &self.own.file("ca"));
+        }
+        if demands.token {
+            add("--token-file", &self.token(true));
+        }
+        arguments
+    }
+
+    fn start(&self, role: &str, demands: Demands) -> Node {
+        let arguments = self.server(demands);
+        let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
+        Node::start(Path::new(PROGRAM), role, &arguments)
+    }
+
+    /// Files of a caller.
+    fn caller(&self, shows: Shows) -> ClientFiles {
+        let trusted = if shows.trusts { &self.own } else { &self.other };
+        let identity = shows.certificate.map(|right| {
+            let of = if right { &self.own } else { &self.other };
+            (of.file("caller"), of.key("caller"))
+        });
+        ClientFiles {
+            authority: shows.tls.then(|| trusted.file("ca")),
+            identity: identity.filter(|_| shows.tls),
+            token: shows.token.map(|right| self.token(right)),
+        }
+    }
+}
+
+/// A description, as the first call of every coordinator; a refusal with its words.
+async fn describe(address: &str, files: &ClientFiles) -> Result<(), (RpcCode, String)> {
+    let security = ClientSecurity::load(files).unwrap();
+    let second = Duration::from_secs(1);
+    // A caller without TLS at a server with TLS gets no answer that it understands.
+    let deadlines = Deadlines { connect: 5 * second, describe: 5 * second, ..Deadlines::default() };
+    let refused = |e: proto::RpcError| (e.code, e.message);
+    let mut client =
+        ParticipantClient::connect_secured(address, deadlines, &security).await.map_err(refused)?;
+    client.describe().await.map(drop).map_err(refused)
+}
+
+#[tokio::test]
+async fn every_wrong_combination_of_certificates_and_tokens_is_refused_and_the_right_ones_work() {
+    let secrets = Secrets::new();
+    let both = [false, true];
+    let any = [None, Some(false), Some(true)];
+    let (mut let_in, mut refused) = (0, 0);
+    for (tls, certificate, with_token) in [
+        (false, false, false),
+        (false, false, true),
+        (true, false, false),
+        (true, false, true),
+        (true, true, false),
+        (true, true, true),
+    ] {
+        let demands = Demands { tls, certificate, token: with_token };
+        let node = secrets.start("solid", demands);
+        for (tls, token, (certificate, trusts)) in both.into_iter().flat_map(|tls| {
+            any.into_iter().flat_map(move |token| {
+                // Without TLS certificates have no meaning.
+                let shown = if tls {
+                    vec![(None, true), (Some(true), true), (Some(false), true), (Some(true), false)]
+                } else {
+                    vec![(None, true)]
+                };
+                shown.into_iter().map(move |c| (tls, token, c))
+            })
+        }) {
+            let shows = Shows { tls, certificate, token, trusts };
+            let right = tls == demands.tls
+                && (!tls || trusts)
+                && (!demands.certificate || certificate == Some(true))
+                && (!demands.token || token == Some(true));
+            let address = if tls { format!("https://{}", node.address) } else { node.address.clone() };
+            let answer = describe(&address, &secrets.caller(shows)).await;
+            assert_eq!(answer.is_ok(), right, "{demands:?} {shows:?}: {answer:?}");
+            match answer {
+                Ok(()) => let_in += 1,
+                Err((code, message)) => {
+                    refused += 1;
+                    if code == RpcCode::PermissionDenied {
+                        assert_eq!(message, "not allowed", "no word on what was wrong");
+                    }
+                    let secret = "a".repeat(20);
+                    assert!(!message.contains(&secret), "{message}");
+                }
+            }
+        }
+    }
+    // 6 kinds of servers, 15 kinds of callers.
+    assert_eq!(let_in + refused, 90);
+    assert!(let_in >= 12, "{let_in} were let in");
+}
+
+#[test]
+fn a_run_by_mutual_tls_and_tokens_gives_the_same_bits() {
+    let bench = Bench::new(PROGRAM);
+    let secrets = Secrets::new();
+    let demands = Demands { tls: true, certificate: true, token: true };
+    let (fluid, solid) = (secrets.start("fluid", demands), secrets.start("solid", demands));
+    let case = bench.tank("case.toml", &[]);
+    let plain = bench.run(&case, "plain", &["--threads", "1"]);
+    let [fluid, solid] = [fluid, solid].map(|node| (format!("https://{}", node.address), node));
+    let (ca, cert, key) = (secrets.own.file("ca"), secrets.own.file("caller"), secrets.own.key("caller"));
+    let (right, wrong) = (secrets.token(true), secrets.token(false));
+    let with = |token: &Path| -> Vec<String> {
+        let files = [("--tls-ca", &ca), ("--tls-cert", &cert), ("--tls-key", &key)];
+        let mut words = vec!["--fluid".to_owned(), fluid.0.clone(), "--solid".into(), solid.0.clone()];
+        words.extend(files.iter().flat_map(|(option, path)| [(*option).to_owned(), text(path).to_owned()]));
+        words.extend(["--token-file".to_owned(), text(token).to_owned()]);
+        words
+    };
+    fn borrow(words: &[String]) -> Vec<&str> {
+        words.iter().map(String::as_str).collect()
+    }
+    bench.run_refused(&case, &borrow(&with(&wrong)), 4, &["not allowed"]);
+    let secured = bench.run(&case, "secured", &borrow(&with(&right)));
+    assert_eq!(digests(&secured), digests(&plain));
+
+    // The same by the keys of the case, on the same servers.
+    let keys = format!(
+        "[servers]\nfluid_address = \"{}\"\nsolid_address = \"{}\"\nca_file = {ca:?}\ncert_file = {cert:?}\nkey_file = {key:?}\n\
+         token_file = {right:?}\n[outputs]",
+        fluid.0, solid.0
+    );
+    let case = bench.tank("keys.toml", &[("[outputs]", &keys)]);
+    assert_eq!(digests(&bench.run(&case, "keys", &[])), digests(&plain));
+    let written = std::fs::read_to_string(bench.path("keys").join("case.toml")).unwrap();
+    assert!(!written.contains(&"a".repeat(20)), "the secret itself goes nowhere");
+}
+
+#[test]
+fn a_partner_that_is_not_trusted_is_not_dialled() {
+    let bench = Bench::new(PROGRAM);
+    let secrets = Secrets::new();
+    let demands = Demands { tls: true, certificate: false, token: false };
+    let solid = secrets.start("solid", demands);
+    // The coordinator knows the solid's authority; the fluid that it finds at work knows another.
+    let other = secrets.other.file("ca");
+    let fluid = Node::start(Path::new(PROGRAM), "fluid", &["--partner-ca", text(&other)]);
+    let case = bench.tank("case.toml", &[]);
+    let (address, ca) = (format!("https://{}", solid.address), secrets.own.file("ca"));
+    let arguments = ["--fluid", &fluid.address, "--solid", &address, "--tls-ca", text(&ca)];
+    bench.run_refused(&case, &arguments, 4, &["Link", "certificate"]);
+    // A fluid that it starts itself is told.
+    let arguments = ["--solid", &address, "--tls-ca", text(&ca)];
+    assert_eq!(bench.run(&case, "own", &arguments)["verdict"], "completed");
+}
+
+#[test]
+fn a_server_beyond_this_machine_needs_certificate_and_token_or_a_word_that_names_the_risk() {
+    let bench = Bench::new(PROGRAM);
+    let secrets = Secrets::new();
+    let all = Demands { tls: true, certificate: true, token: true };
+    for (demands, words) in [
+        (Demands { tls: false, certificate: false, token: false }, ["--tls-cert", "--token-file"]),
+        (Demands { tls: false, certificate: false, token: true }, ["--tls-cert", "--insecure"]),
+        (Demands { token: false, ..all }, ["--token-file", "--insecure"]),
+    ] {
+        let arguments = secrets.server(demands);
+        let mut words_of = vec!["node-solid", "--listen", "0.0.0.0:0"];
+        words_of.extend(arguments.iter().map(String::as_str));
+        bench.refused(&words_of, 2, &words);
+    }
+    let arguments = secrets.server(all);
+    let mut given: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    given.extend(["--listen", "0.0.0.0:0"]);
+    assert!(Node::start(Path::new(PROGRAM), "solid", &given).address.starts_with("0.0.0.0:"));
+    Node::start(Path::new(PROGRAM), "solid", &["--listen", "0.0.0.0:0", "--insecure"]);
+}
+
+#[test]
+fn a_second_client_is_told_who_holds_the_server_and_since_when() {
+    let bench = Bench::new(PROGRAM);
+    let solid = Node::start(Path::new(PROGRAM), "solid", &[]);
+    let address = format!("[servers]\nsolid_address = \"{}\"\n[time]\nend_time_s = 100.0", solid.address);
+    let long = bench.tank("long.toml", &[("[time]\nend_time_s = 0.002", &address)]);
+    let mut first = bench.start(&long, "long");
+    let case = bench.tank("case.toml", &[]);
+    bench.run_refused(
+        &case,
+        &["--solid", &solid.address],
+        4,
+        &["busy", "held by coordinator, process", " s, state RUNNING"],
+    );
+    // The first one goes on undisturbed.
+    first.signal("INT");
+    let (status, message) = first.end();
+    assert_eq!(status.code(), Some(8), "{message}");
+    assert_eq!(bench.run(&case, "after", &["--solid", &solid.address])["verdict"], "completed");
+}
+
+#[test]
+fn servers_survive_good_and_bad_clients_in_a_row() {
+    let soak = tests::soak::Soak::new(Path::new(PROGRAM));
+    let soaked = soak.run(std::time::Instant::now()).unwrap();
+    assert!(soaked.good >= 2 * soaked.bad && soaked.bad >= 15, "{soaked:?}");
+    assert!(soaked.base.iter().all(|base| base.memory > 0 && base.handles > 0 && base.threads > 1));
+}

@@ -1,0 +1,48 @@
+//! Made-up input, some thousand of each kind; `--bin fuzz` feeds a million.
+
+use std::time::Duration;
+
+use tests::bench::Bench;
+use tests::fuzz::{Seeds, Target, fuzz};
+
+/// Seed of the inputs; any other does as well.
+const SEED: u64 = 7;
+
+fn survives(target: Target, count: u64) {
+    let bench = Bench::new(env!("CARGO_BIN_EXE_tidelock-node"));
+    let seeds: Seeds = bench.fuzz_seeds(target);
+    let found = fuzz(target, &seeds, SEED, 0, count);
+    assert!(found.panics.is_empty(), "{:?}", found.panics);
+    assert_eq!(found.inputs, count);
+    // Some survive the damage, or the seeds were no good input; most do not, or nothing was damaged.
+    assert!(found.accepted > 0 && found.accepted < count, "{found:?}");
+    // Far above what any takes, far below what a user would take for a hang.
+    assert!(found.slowest < Duration::from_secs(20), "{found:?}");
+    // A scene of the largest allowed number of particles fits; a length from the input, believed, would not.
+    assert!(found.memory_growth < 4 << 30, "{found:?}");
+}
+
+#[test]
+fn damaged_case_files_are_refused_in_order() {
+    survives(Target::Cases, 1500);
+}
+
+#[test]
+fn damaged_frames_are_refused_in_order() {
+    survives(Target::Frames, 20_000);
+}
+
+#[test]
+fn damaged_messages_are_refused_in_order() {
+    survives(Target::Messages, 5000);
+}
+
+#[test]
+fn damaged_checkpoints_are_refused_in_order() {
+    survives(Target::Checkpoints, 2000);
+}
+
+#[test]
+fn wrong_command_lines_are_refused_in_order() {
+    survives(Target::Commands, 1000);
+}

@@ -30,5 +30,6 @@ pub mod preview;
 pub mod progress;
 pub mod recorder;
 pub mod remote;
+pub mod replay;
 pub mod resume;
 pub mod run;

@@ -1,11 +1,15 @@
 //! Participants that are servers: start or attach, handshake, link.
 
+use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use proto::checkpoint::CheckpointData;
 use proto::client::{Deadlines, ParticipantClient, RunAccess};
 use proto::description::{Description, LinkPlan, OpenReport, Partner};
+use proto::player::{Player, Replayed};
+use proto::recording::{self, Recording, RecordingError, RecordingWriter};
+use proto::relay::FrameRelay;
 use proto::{RpcCode, RpcError, handshake};
 use sph::exchange::Extent;
 use sph::setup::{CouplingKind, ParticipantSetup};
@@ -52,7 +56,6 @@ impl RemoteParticipant {
 }
 
 /// What servers are started with.
-#[derive(Clone, Copy)]
 pub struct Start<'a> {
     /// Kinds of coupling that the run may use, the preferred one first.
     pub kinds: &'a [CouplingKind],
@@ -66,6 +69,41 @@ pub struct Start<'a> {
     pub resume: Option<Resume<'a>>,
     /// Counts the attempts at the run from 0; each has logs of its own.
     pub attempt: usize,
+    /// The way of the frames.
+    pub between: Between<'a>,
+}
+
+/// The way of the half-step frames between fluid and solid.
+pub enum Between<'a> {
+    /// From one server to the other.
+    Direct,
+    /// Through this process.
+    Relay(Relayed<'a>),
+    /// Those of one side come from a recording.
+    Recording(Recording),
+}
+
+/// How frames are relayed.
+pub struct Relayed<'a> {
+    /// Where the fluid calls.
+    pub listen: SocketAddr,
+    /// Where copies go.
+    pub recording: Option<&'a RecordingWriter>,
+    /// Name of the case.
+    pub case_name: String,
+    /// Digest of what decides its results.
+    pub case_digest: String,
+    /// Completed steps at the start.
+    pub first_step: u64,
+    /// Counts the restores.
+    pub epoch: u32,
+}
+
+/// What stands between the solvers of a run, or in the place of one; ends with the run.
+enum Go {
+    Direct,
+    Relay { relay: FrameRelay },
+    Player(Player),
 }
 
 /// Where a run goes on.
@@ -118,16 +156,81 @@ pub struct Plan {
     pub source: Source,
 }
 
+impl Relayed<'_> {
+    /// Starts the relay of `fluid` and `solid`, which have been opened.
+    async fn start(
+        &self,
+        fluid: &RemoteParticipant,
+        solid: &RemoteParticipant,
+        first_limit: f64,
+    ) -> Result<FrameRelay, Failure> {
+        let near = |address: &str| {
+            let host = address.rsplit_once(':').map_or(address, |(host, _)| host);
+            host.ends_with("localhost")
+                || host.trim_matches(['[', ']']).parse().is_ok_and(|ip: std::net::IpAddr| ip.is_loopback())
+        };
+        if self.listen.ip().is_loopback() && !near(&fluid.server.address) {
+            return Err(Failure::input(format!(
+                "frames cannot be relayed: the fluid server at {} does not reach {} of this machine; give an address that                  it reaches by `--relay-listen IP:PORT`",
+                fluid.server.address, self.listen
+            )));
+        }
+        if let Some(recording) = self.recording {
+            let solver = |side: &RemoteParticipant| format!("{} {}", side.report.name, side.report.version);
+            recording
+                .attempt(recording::Attempt {
+                    run_id: fluid.report.run_id.clone(),
+                    case_name: self.case_name.clone(),
+                    case_digest: self.case_digest.clone(),
+                    solvers: [solver(fluid), solver(solid)],
+                    coupling_kind: fluid.report.coupling_kind,
+                    epoch: self.epoch,
+                    first_step: self.first_step,
+                    first_limit,
+                    extents: [fluid.report.extent.clone(), solid.report.extent.clone()],
+                })
+                .await;
+        }
+        FrameRelay::start(self.listen, &solid.server.address, self.recording).map_err(Failure::server)
+    }
+}
+
+impl RemoteParticipant {
+    /// Links this side to a player of the other.
+    async fn replay(&mut self, recording: Recording, access: &RunAccess) -> Result<Player, Failure> {
+        let role = self.report.role;
+        let Some(attempt) = recording.attempts().first().cloned() else {
+            return Err(Failure::internal("a recording has an attempt"));
+        };
+        let player = Player::start(recording, role, access).map_err(Failure::input)?;
+        let partner = player.address().map_or(Partner::Listen, |address| Partner::Dial(address.to_string()));
+        let partner_extent = attempt.extents[role.partner().index()].clone();
+        let plan = LinkPlan { first_limit: attempt.first_limit, partner_extent, partner };
+        self.client.link(&plan).await?;
+        if role == Role::Solid {
+            player.dial(&self.server.address).await.map_err(Failure::server)?;
+        }
+        Ok(player)
+    }
+}
+
 /// All servers of a run.
 pub struct Remote {
     /// Servers in the order of the plans.
     pub servers: Vec<RemoteParticipant>,
+    go_between: Go,
 }
 
 fn role_of(setup: &ParticipantSetup) -> Role {
     match setup {
         ParticipantSetup::Fluid(_) => Role::Fluid,
         ParticipantSetup::Solid(_) => Role::Solid,
+    }
+}
+
+impl From<RecordingError> for Failure {
+    fn from(error: RecordingError) -> Self {
+        Failure::output(error.to_string())
     }
 }
 
@@ -196,20 +299,44 @@ impl Remote {
             }
             opened.push(RemoteParticipant { report, server, client, saves });
         }
-        let mut remote = Self { servers: opened };
-        if let Err(failure) = remote.link().await {
+        let mut remote = Self { servers: opened, go_between: Go::Direct };
+        if let Err(failure) = remote.link(with.between, &access).await {
             remote.end().await;
             return Err(failure);
         }
         Ok(remote)
     }
 
-    async fn link(&mut self) -> Result<(), Failure> {
+    /// The way of the frames, in words.
+    pub fn frames(&self) -> String {
+        match &self.go_between {
+            Go::Direct => "directly between the solvers".into(),
+            Go::Relay { relay } => format!("relayed by the coordinator at {}", relay.address()),
+            Go::Player(_) => "those of the partner from a recording".into(),
+        }
+    }
+
+    /// What came of a replay so far; `None` for a run of its own.
+    pub fn replayed(&self) -> Option<Replayed> {
+        match &self.go_between {
+            Go::Player(player) => Some(player.replayed()),
+            Go::Direct | Go::Relay { .. } => None,
+        }
+    }
+
+    async fn link(&mut self, between: Between<'_>, access: &RunAccess) -> Result<(), Failure> {
         let limits = self.servers.iter().map(|server| server.report.time_step_limit);
         let first_limit = limits.fold(f64::INFINITY, f64::min);
         let plan = |partner_extent: Extent, partner| LinkPlan { first_limit, partner_extent, partner };
         match self.servers.as_mut_slice() {
-            [alone] => alone.client.link(&plan(Extent::default(), Partner::Alone)).await?,
+            [alone] => match between {
+                Between::Recording(recording) => {
+                    self.go_between = Go::Player(alone.replay(recording, access).await?);
+                }
+                Between::Direct | Between::Relay(_) => {
+                    alone.client.link(&plan(Extent::default(), Partner::Alone)).await?
+                }
+            },
             [fluid, solid] => {
                 let differences = handshake::mismatches(&fluid.report, &solid.report);
                 if !differences.is_empty() {
@@ -219,8 +346,13 @@ impl Remote {
                     )));
                 }
                 solid.client.link(&plan(fluid.report.extent.clone(), Partner::Listen)).await?;
-                let address = Partner::Dial(solid.server.address.clone());
-                fluid.client.link(&plan(solid.report.extent.clone(), address)).await?;
+                let mut dialled = solid.server.address.clone();
+                if let Between::Relay(relayed) = between {
+                    let relay = relayed.start(fluid, solid, first_limit).await?;
+                    dialled = relay.address().to_string();
+                    self.go_between = Go::Relay { relay };
+                }
+                fluid.client.link(&plan(solid.report.extent.clone(), Partner::Dial(dialled))).await?;
             }
             _ => return Err(Failure::internal("a run has one fluid and one solid server at most")),
         }

@@ -19,7 +19,9 @@ pub mod handshake;
 pub mod limits;
 pub mod node;
 mod peer;
-mod relay;
+pub mod player;
+pub mod recording;
+pub mod relay;
 pub mod service;
 mod transport;
 

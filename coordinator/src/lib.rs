@@ -11,6 +11,7 @@
 //!
 //! It computes no force.
 
+pub mod between;
 pub mod case;
 pub mod check;
 pub mod checkpoint;

@@ -1,12 +1,13 @@
 //! `coordinator run`: from a case file to results.
 
 pub(crate) mod results;
+mod way;
 
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use proto::player::Replayed;
-use proto::recording::{Recording, RecordingWriter};
+use proto::recording::RecordingWriter;
 use sph::setup::{CouplingKind, ParticipantSetup};
 use sph::solver::Role;
 use tokio::sync::mpsc;
@@ -26,7 +27,7 @@ use crate::output::summary::Participant;
 use crate::participants::{CommandLine, NewsResult, Participants};
 use crate::progress::Progress;
 use crate::recorder::Recorder;
-use crate::remote::{Between, Plan, Relayed, Remote, Resume, Start};
+use crate::remote::{Plan, Remote, Resume, Start};
 use crate::resume;
 
 /// Events that may wait for the coordinator when solvers are threads.
@@ -300,39 +301,6 @@ impl<'a> Attempt<'a> {
                 Err(failure)
             }
         }
-    }
-}
-
-impl Attempt<'_> {
-    /// The way between the sides, and the kinds of coupling that it allows.
-    fn between(&self, kinds: Vec<CouplingKind>) -> Result<(Between<'_>, Vec<CouplingKind>), Failure> {
-        let Job { case, options, alone, .. } = self.job;
-        if let Some((_, path)) = alone {
-            let recording = Recording::open(path)?;
-            let recorded = recording.attempts().iter().map(|attempt| attempt.coupling_kind).collect();
-            return Ok((Between::Recording(recording), recorded));
-        }
-        let relayed = options.relay || options.record.is_some() || options.relay_listen.is_some();
-        if !(relayed || case.is_relayed()) {
-            return Ok((Between::Direct, kinds));
-        }
-        let listen = options.relay_listen.unwrap_or_else(|| std::net::SocketAddr::from(([127, 0, 0, 1], 0)));
-        if listen.ip().is_unspecified() {
-            return Err(Failure::input(format!(
-                "`--relay-listen {listen}`: names no address that the fluid server could call; give one of this machine"
-            )));
-        }
-        Ok((
-            Between::Relay(Relayed {
-                listen,
-                recording: self.recording,
-                case_name: case.name.clone(),
-                case_digest: results::digest(&case.identity()),
-                first_step: self.from.map_or(0, |checkpoint| checkpoint.step),
-                epoch: self.from.map_or(0, |_| u32::try_from(self.number + 1).unwrap_or(u32::MAX)),
-            }),
-            kinds,
-        ))
     }
 }
 

@@ -73,7 +73,7 @@ impl Watch {
                     Direction::ToSolid => Role::Fluid,
                 };
                 // A recording that has failed takes no more; the run goes on, and its end tells.
-                drop(records.send(Record::Frame(from, frame.clone())).await);
+                drop(records.send(Record::Frame(from, Box::new(frame.clone()))).await);
                 Pass::On(vec![frame])
             }
         }

@@ -140,7 +140,7 @@ fn clock(a: &wire::Frame, b: &wire::Frame) -> Option<Found> {
 }
 
 fn previous(a: &wire::Frame, b: &wire::Frame) -> Option<Found> {
-    let sums = |frame: &wire::Frame| frame.previous.as_ref().and_then(|previous| previous.sums.clone());
+    let sums = |frame: &wire::Frame| frame.previous.as_ref().and_then(|previous| previous.sums);
     let (Some(a), Some(b)) = (sums(a), sums(b)) else { return None };
     if a == b {
         return None;

@@ -56,9 +56,9 @@ fn record(path: &Path, velocity: impl Fn(u64) -> f64) {
         for step in 0..2 {
             for (k, stage) in [(0, Stage::Predictor), (1, Stage::Corrector)] {
                 // The order in which they pass is nobody's.
-                let solid = frame(step, stage, velocity(2 * step + k));
+                let solid = Box::new(frame(step, stage, velocity(2 * step + k)));
                 queue.send(Record::Frame(Role::Solid, solid)).await.ok().unwrap();
-                queue.send(Record::Frame(Role::Fluid, frame(step, stage, 1.0))).await.ok().unwrap();
+                queue.send(Record::Frame(Role::Fluid, Box::new(frame(step, stage, 1.0)))).await.ok().unwrap();
             }
         }
         assert_eq!(writer.finish().await, Ok(8));
@@ -114,7 +114,7 @@ fn a_later_attempt_replaces_the_frames_of_a_lost_one() {
         let writer = RecordingWriter::create(&path).unwrap();
         for (epoch, velocity) in [(0, 1.0), (1, 2.0)] {
             writer.attempt(attempt(epoch, 0)).await;
-            let solid = frame(0, Stage::Predictor, velocity);
+            let solid = Box::new(frame(0, Stage::Predictor, velocity));
             writer.queue().send(Record::Frame(Role::Solid, solid)).await.ok().unwrap();
         }
         writer.finish().await.unwrap();

@@ -19,7 +19,7 @@ const PENDING_RECORDS: usize = 32;
 /// What is to be written.
 pub(crate) enum Record {
     Attempt(Box<Attempt>),
-    Frame(Role, wire::Frame),
+    Frame(Role, Box<wire::Frame>),
     End,
 }
 

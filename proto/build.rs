@@ -3,7 +3,13 @@
 use std::path::PathBuf;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let files = ["fsi/v1/types.proto", "fsi/v1/setup.proto", "fsi/v1/participant.proto", "fsi/v1/peer.proto"];
+    let files = [
+        "fsi/v1/types.proto",
+        "fsi/v1/setup.proto",
+        "fsi/v1/participant.proto",
+        "fsi/v1/peer.proto",
+        "fsi/v1/recording.proto",
+    ];
     println!("cargo::rerun-if-changed=proto");
     let descriptors = protox::compile(files, ["proto"])?;
     let out = PathBuf::from(std::env::var("OUT_DIR")?);

@@ -1,12 +1,14 @@
 //! The command line.
 
 use std::ffi::OsString;
+use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand};
 use proto::security::ClientFiles;
 use sph::setup::CouplingKind;
+use sph::solver::Role;
 
 use crate::failure::{Failure, Kind};
 use crate::guard::{self, Guard};
@@ -46,6 +48,15 @@ enum Command {
     /// What the solver does not offer is printed as such. Try: `conform 127.0.0.1:7001 --junit conform.xml`.
     #[command(after_help = exit_codes())]
     Conform(ConformArguments),
+    /// Run one solver alone, its partner played from a recording, and compare what it sends with the recording.
+    ///
+    /// Make the recording by `run CASE --record FILE`. The solver comes from where `run` takes it and leaves the results of a
+    /// run. The exit code is 10 when it sends other bits than the recorded one.
+    #[command(after_help = exit_codes())]
+    Replay(ReplayArguments),
+    /// Compare two recordings and tell the first half-step and field in which they differ.
+    #[command(after_help = exit_codes())]
+    Compare(CompareArguments),
     /// A fluid server; `run` starts it.
     #[command(name = "node-fluid", hide = true, disable_help_flag = true)]
     NodeFluid(NodeArguments),
@@ -84,6 +95,36 @@ pub struct RunArguments {
     #[command(flatten)]
     #[allow(missing_docs)]
     pub options: RunOptions,
+}
+
+/// Arguments of `replay`.
+#[derive(Debug, Args)]
+pub struct ReplayArguments {
+    /// Case file of the recorded run.
+    pub case: PathBuf,
+    /// Recording of the whole run.
+    pub recording: PathBuf,
+    /// Side that runs; the other is played.
+    #[arg(long, value_name = "SIDE", value_parser = crate::replay::side)]
+    pub side: Role,
+    /// Folder for the results [default: results/ and the name of the case file with `_replay`].
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Replace the results of an earlier run in that folder, which are refused otherwise.
+    #[arg(long)]
+    pub force: bool,
+    #[command(flatten)]
+    #[allow(missing_docs)]
+    pub options: RunOptions,
+}
+
+/// Arguments of `compare`.
+#[derive(Debug, Args)]
+pub struct CompareArguments {
+    /// A recording.
+    pub first: PathBuf,
+    /// Another one.
+    pub second: PathBuf,
 }
 
 /// Arguments of `resume`.
@@ -145,6 +186,17 @@ pub struct RunOptions {
     /// Take a server for lost that gives no sign of life for this many seconds, over the case's `[deadlines]`.
     #[arg(long, value_name = "S", value_parser = positive_seconds)]
     pub silence: Option<f64>,
+    /// Pass the half-step frames through the coordinator instead of directly between the servers; the results have the same
+    /// bits.
+    #[arg(long, conflicts_with = "in_process")]
+    pub relay: bool,
+    /// Address at which the coordinator waits for the fluid server to relay its frames; must be within its reach [default:
+    /// 127.0.0.1:0, any free port].
+    #[arg(long, value_name = "IP:PORT")]
+    pub relay_listen: Option<SocketAddr>,
+    /// Record the half-step frames to this file, for `compare` and `replay`; relays them.
+    #[arg(long, value_name = "FILE", conflicts_with = "in_process")]
+    pub record: Option<PathBuf>,
     /// No progress bar and no run header.
     #[arg(long, short)]
     pub quiet: bool,
@@ -270,6 +322,8 @@ pub fn main() -> ExitCode {
         Command::Resume(arguments) => crate::resume::resume(&arguments),
         Command::Check(arguments) => crate::check::check(&arguments),
         Command::Conform(arguments) => crate::conform::conform(&arguments),
+        Command::Replay(arguments) => crate::replay::replay(&arguments),
+        Command::Compare(arguments) => crate::replay::compare(&arguments),
         Command::NodeFluid(node) => return fluid_server::main_with(server_arguments("fluid-server", node)),
         Command::NodeGuard(guarded) => {
             guard::watch(guarded.process);

@@ -21,13 +21,15 @@ pub enum Kind {
     Stopped,
     /// A participant fails a check of `conform`.
     Nonconforming,
+    /// Recordings differ, or a replay from its recording.
+    Different,
     /// A fault of this program.
     Internal,
 }
 
 impl Kind {
     /// All kinds, for the table in the help.
-    pub const ALL: [Kind; 9] = [
+    pub const ALL: [Kind; 10] = [
         Kind::Input,
         Kind::Output,
         Kind::Server,
@@ -36,6 +38,7 @@ impl Kind {
         Kind::Lost,
         Kind::Stopped,
         Kind::Nonconforming,
+        Kind::Different,
         Kind::Internal,
     ];
 
@@ -50,6 +53,7 @@ impl Kind {
             Kind::Lost => 7,
             Kind::Stopped => 8,
             Kind::Nonconforming => 9,
+            Kind::Different => 10,
             Kind::Internal => 70,
         }
     }
@@ -65,6 +69,7 @@ impl Kind {
             Kind::Lost => "a partner or a connection was lost during the run",
             Kind::Stopped => "stopped from outside before the end time, outputs complete; `resume` goes on",
             Kind::Nonconforming => "a participant fails a check of `conform`",
+            Kind::Different => "two recordings differ, or a replay from its recording",
             Kind::Internal => "a fault of this program",
         }
     }

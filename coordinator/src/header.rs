@@ -47,6 +47,7 @@ pub fn facts(case: &Case, remote: Option<&Remote>) -> Vec<Fact> {
                 CouplingKind::Loads => "loads: the fluid returns the force on each sample of the solid",
             },
         ));
+        facts.extend(remote.map(|remote| fact("frames", remote.frames())));
         facts.push(fact("interface margin", format!("{:.3e} m", coupling.margin)));
         let action = match setup.ledger.action {
             BreachAction::Warn => "warn",

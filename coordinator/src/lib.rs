@@ -11,6 +11,7 @@
 //!
 //! It computes no force.
 
+pub mod between;
 pub mod case;
 pub mod check;
 pub mod checkpoint;
@@ -30,6 +31,7 @@ pub mod preview;
 pub mod progress;
 pub mod recorder;
 pub mod remote;
+pub mod replay;
 pub mod resume;
 pub mod run;
 pub mod writer;

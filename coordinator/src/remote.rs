@@ -6,6 +6,7 @@ use std::time::Duration;
 use proto::checkpoint::CheckpointData;
 use proto::client::{Deadlines, ParticipantClient, RunAccess};
 use proto::description::{Description, LinkPlan, OpenReport, Partner};
+use proto::player::Replayed;
 use proto::security::{ClientFiles, ClientSecurity};
 use proto::{RpcCode, RpcError, handshake};
 use sph::exchange::Extent;
@@ -13,6 +14,7 @@ use sph::setup::{CouplingKind, ParticipantSetup};
 use sph::solver::Role;
 use tokio::sync::mpsc;
 
+use crate::between::{Between, Go};
 use crate::checkpoint::RunCheckpoint;
 use crate::failure::{Failure, Kind};
 use crate::launch::{Server, Source};
@@ -29,8 +31,8 @@ const CLOSE_DEADLINE: Duration = Duration::from_secs(5);
 pub struct RemoteParticipant {
     /// Its answer to the set-up.
     pub report: OpenReport,
-    server: Server,
-    client: ParticipantClient,
+    pub(crate) server: Server,
+    pub(crate) client: ParticipantClient,
     /// Whether it can save its state.
     saves: bool,
 }
@@ -53,7 +55,6 @@ impl RemoteParticipant {
 }
 
 /// What servers are started with.
-#[derive(Clone, Copy)]
 pub struct Start<'a> {
     /// Kinds of coupling that the run may use, the preferred one first.
     pub kinds: &'a [CouplingKind],
@@ -69,6 +70,8 @@ pub struct Start<'a> {
     pub resume: Option<Resume<'a>>,
     /// Counts the attempts at the run from 0; each has logs of its own.
     pub attempt: usize,
+    /// The way of the frames.
+    pub between: Between<'a>,
 }
 
 /// Where a run goes on.
@@ -125,6 +128,7 @@ pub struct Plan {
 pub struct Remote {
     /// Servers in the order of the plans.
     pub servers: Vec<RemoteParticipant>,
+    go_between: Go,
 }
 
 fn role_of(setup: &ParticipantSetup) -> Role {
@@ -201,20 +205,44 @@ impl Remote {
             }
             opened.push(RemoteParticipant { report, server, client, saves });
         }
-        let mut remote = Self { servers: opened };
-        if let Err(failure) = remote.link().await {
+        let mut remote = Self { servers: opened, go_between: Go::Direct };
+        if let Err(failure) = remote.link(with.between, &access).await {
             remote.end().await;
             return Err(failure);
         }
         Ok(remote)
     }
 
-    async fn link(&mut self) -> Result<(), Failure> {
+    /// The way of the frames, in words.
+    pub fn frames(&self) -> String {
+        match &self.go_between {
+            Go::Direct => "directly between the solvers".into(),
+            Go::Relay { relay } => format!("relayed by the coordinator at {}", relay.address()),
+            Go::Player(_) => "those of the partner from a recording".into(),
+        }
+    }
+
+    /// What came of a replay so far; `None` for a run of its own.
+    pub fn replayed(&self) -> Option<Replayed> {
+        match &self.go_between {
+            Go::Player(player) => Some(player.replayed()),
+            Go::Direct | Go::Relay { .. } => None,
+        }
+    }
+
+    async fn link(&mut self, between: Between<'_>, access: &RunAccess) -> Result<(), Failure> {
         let limits = self.servers.iter().map(|server| server.report.time_step_limit);
         let first_limit = limits.fold(f64::INFINITY, f64::min);
         let plan = |partner_extent: Extent, partner| LinkPlan { first_limit, partner_extent, partner };
         match self.servers.as_mut_slice() {
-            [alone] => alone.client.link(&plan(Extent::default(), Partner::Alone)).await?,
+            [alone] => match between {
+                Between::Recording(recording) => {
+                    self.go_between = Go::Player(alone.replay(recording, access).await?);
+                }
+                Between::Direct | Between::Relay(_) => {
+                    alone.client.link(&plan(Extent::default(), Partner::Alone)).await?
+                }
+            },
             [fluid, solid] => {
                 let differences = handshake::mismatches(&fluid.report, &solid.report);
                 if !differences.is_empty() {
@@ -224,8 +252,13 @@ impl Remote {
                     )));
                 }
                 solid.client.link(&plan(fluid.report.extent.clone(), Partner::Listen)).await?;
-                let address = Partner::Dial(solid.server.address.clone());
-                fluid.client.link(&plan(solid.report.extent.clone(), address)).await?;
+                let mut dialled = solid.server.address.clone();
+                if let Between::Relay(relayed) = between {
+                    let relay = relayed.start(fluid, solid, first_limit).await?;
+                    dialled = relay.address().to_string();
+                    self.go_between = Go::Relay { relay };
+                }
+                fluid.client.link(&plan(solid.report.extent.clone(), Partner::Dial(dialled))).await?;
             }
             _ => return Err(Failure::internal("a run has one fluid and one solid server at most")),
         }

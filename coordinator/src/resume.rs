@@ -33,13 +33,15 @@ pub fn resume(arguments: &ResumeArguments) -> Result<(), Failure> {
     if !arguments.options.quiet {
         eprintln!("going on at step {}, t = {} s", checkpoint.step, checkpoint.time);
     }
-    run::execute(&Job {
+    let resumed = run::execute(&Job {
         case,
         directory,
         options: arguments.options.clone(),
         resume: Some(checkpoint),
         accept_other_build: arguments.accept_other_build,
-    })
+        alone: None,
+    });
+    resumed.map(drop)
 }
 
 /// The newest good checkpoint of the run in `directory`; says which are not good, and removes them.

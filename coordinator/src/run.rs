@@ -1,11 +1,14 @@
 //! `coordinator run`: from a case file to results.
 
-mod results;
+pub(crate) mod results;
+mod way;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
+use proto::player::Replayed;
+use proto::recording::RecordingWriter;
 use sph::setup::{CouplingKind, ParticipantSetup};
 use sph::solver::Role;
 use tokio::sync::mpsc;
@@ -46,7 +49,7 @@ pub fn run(arguments: &RunArguments) -> Result<(), Failure> {
     let existing = if arguments.force { Existing::Replace } else { Existing::Refuse };
     let directory = Arc::new(OutputDirectory::create(&out, existing)?);
     let options = arguments.options.clone();
-    execute(&Job { case, directory, options, resume: None, accept_other_build: false })
+    execute(&Job { case, directory, options, resume: None, accept_other_build: false, alone: None }).map(drop)
 }
 
 /// A run to be made, or to go on.
@@ -61,13 +64,15 @@ pub struct Job {
     pub resume: Option<RunCheckpoint>,
     /// Another build of a solver may take over.
     pub accept_other_build: bool,
+    /// The only side that runs, and the recording from which the other is played.
+    pub alone: Option<(Role, PathBuf)>,
 }
 
-/// Makes a run.
+/// Makes a run; answers what came of a replay, if it was one.
 ///
 /// # Errors
 /// As [`run`].
-pub fn execute(job: &Job) -> Result<(), Failure> {
+pub fn execute(job: &Job) -> Result<Option<Replayed>, Failure> {
     let out = job.directory.path();
     let runtime = tokio::runtime::Builder::new_current_thread()
         .enable_all()
@@ -76,13 +81,15 @@ pub fn execute(job: &Job) -> Result<(), Failure> {
     let outcome = runtime.block_on(run_in(job));
     // Blocking readers of a child's output may linger; nothing waits for them.
     runtime.shutdown_background();
-    let ending = outcome.map_err(|failure| with_way_on(failure, job))?;
+    let (ending, replayed) = outcome.map_err(|failure| with_way_on(failure, job))?;
     job.directory.complete()?;
     if !job.options.quiet {
         eprintln!("results in {}", out.display());
     }
     match ending {
-        Ending::Completed => Ok(()),
+        Ending::Completed => Ok(replayed),
+        // Where it differs says more than the end to which that led.
+        _ if replayed.as_ref().is_some_and(|replayed| replayed.difference.is_some()) => Ok(replayed),
         Ending::Stopped => {
             let text = "stopped from outside before the end time at a step boundary; results up to there are complete in";
             Err(with_way_on(Failure::new(Kind::Stopped, format!("{text} {}", out.display())), job))
@@ -121,7 +128,32 @@ enum Solvers {
     Servers(Remote),
 }
 
-async fn run_in(job: &Job) -> Result<Ending, Failure> {
+async fn run_in(job: &Job) -> Result<(Ending, Option<Replayed>), Failure> {
+    let recording = match &job.options.record {
+        Some(path) if job.case.run_setup().coupling.is_some() => Some(RecordingWriter::create(path)?),
+        Some(_) => {
+            return Err(Failure::input("`--record`: the case has one side only, whose run has no frames"));
+        }
+        None => None,
+    };
+    let outcome = make_attempts(job, recording.as_ref()).await;
+    if let Some(recording) = recording {
+        let frames = recording.finish().await;
+        // A run that failed says why first.
+        if outcome.is_ok() {
+            let frames = frames?;
+            if !job.options.quiet {
+                eprintln!("{frames} frames recorded");
+            }
+        }
+    }
+    outcome
+}
+
+async fn make_attempts(
+    job: &Job,
+    recording: Option<&RecordingWriter>,
+) -> Result<(Ending, Option<Replayed>), Failure> {
     let Job { case, directory, options, .. } = job;
     let resolved = case.resolved_toml();
     write_file(&directory.file(directory::CASE), |file| {
@@ -136,9 +168,11 @@ async fn run_in(job: &Job) -> Result<Ending, Failure> {
     );
     let mut from = job.resume.clone();
     let mut restarts: Vec<String> = Vec::new();
-    let most = options.max_restarts.unwrap_or(case.checkpoint().max_restarts);
+    // A recording is no partner that could be started again.
+    let most =
+        if job.alone.is_some() { 0 } else { options.max_restarts.unwrap_or(case.checkpoint().max_restarts) };
     loop {
-        let attempt = Attempt { job, from: from.as_ref(), number: restarts.len() };
+        let attempt = Attempt { job, from: from.as_ref(), number: restarts.len(), recording };
         let run = attempt.make(&mut keeper, &mut wishes).await?;
         let (roles, failure) = match &run.ending {
             Ending::Lost { roles, failure }
@@ -146,7 +180,11 @@ async fn run_in(job: &Job) -> Result<Ending, Failure> {
             {
                 (roles, failure)
             }
-            _ => return results::finish(job, &resolved, run, &keeper, restarts).await,
+            _ => {
+                let replayed = run.solvers.remote().and_then(Remote::replayed);
+                let ending = results::finish(job, &resolved, run, &keeper, restarts).await?;
+                return Ok((ending, replayed));
+            }
         };
         let lost = roles.iter().map(Role::to_string).collect::<Vec<_>>().join(" and ");
         let lost = if lost.is_empty() { "the connection".to_owned() } else { format!("the {lost} solver") };
@@ -174,6 +212,7 @@ struct Attempt<'a> {
     job: &'a Job,
     from: Option<&'a RunCheckpoint>,
     number: usize,
+    recording: Option<&'a RecordingWriter>,
 }
 
 /// A run that has ended, its solvers still there.
@@ -240,11 +279,12 @@ impl Attempt<'_> {
         std::fs::create_dir_all(&logs)
             .map_err(|e| Failure::output(format!("cannot create `{}`: {e}", logs.display())))?;
         let mut plans = Vec::new();
-        if let Some(setup) = case.fluid_setup() {
+        let runs = |role| self.job.alone.as_ref().is_none_or(|(alone, _)| *alone == role);
+        if let Some(setup) = case.fluid_setup().filter(|_| runs(Role::Fluid)) {
             let source = options.fluid_source().unwrap_or_else(|| source_of(&case.servers.fluid));
             plans.push(Plan { setup: ParticipantSetup::Fluid(setup), source });
         }
-        if let Some(setup) = case.solid_setup() {
+        if let Some(setup) = case.solid_setup().filter(|_| runs(Role::Solid)) {
             let source = options.solid_source().unwrap_or_else(|| source_of(&case.servers.solid));
             plans.push(Plan { setup: ParticipantSetup::Solid(setup), source });
         }
@@ -258,6 +298,7 @@ impl Attempt<'_> {
         let resume = self.from.map(|checkpoint| Resume { checkpoint, epoch, accept_other_build });
         let kinds = case.coupling_kinds();
         let security = options.security.over(&case.servers.files);
+        let (between, kinds) = self.between(kinds)?;
         let with = Start {
             kinds: &kinds,
             threads,
@@ -266,6 +307,7 @@ impl Attempt<'_> {
             security: &security,
             resume,
             attempt: self.number,
+            between,
         };
         let mut remote = Remote::start(plans, with).await?;
         match remote.run().await {

@@ -1,12 +1,15 @@
 //! A Peer server between the two solvers of a run: the fluid dials it in the solid's place, and it dials the solid.
 //!
-//! It passes frames on as they are, so that neither side can tell, unless its tap changes them.
+//! It passes frames on as they are, so that neither side can tell, unless its tap changes them. A recording takes a copy of
+//! each before it goes on: the recording has all that a side has received.
 
 use std::net::SocketAddr;
 use std::pin::Pin;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
+use sph::solver::Role;
+use tokio::runtime::Runtime;
 use tokio::sync::mpsc;
 use tokio_stream::wrappers::ReceiverStream;
 use tokio_stream::{Stream, StreamExt};
@@ -15,6 +18,7 @@ use tonic::transport::server::TcpIncoming;
 use tonic::{Request, Response, Status, Streaming};
 
 use crate::limits::MAX_FRAME_BYTES;
+use crate::recording::{Record, RecordingWriter};
 use crate::transport;
 use crate::wire;
 use crate::wire::peer_client::PeerClient;
@@ -43,27 +47,72 @@ pub(crate) enum Pass {
 /// Sees every frame.
 pub(crate) type Tap = Box<dyn FnMut(Direction, wire::Frame) -> Pass + Send>;
 
+/// What a relay does with the frames that it passes.
+#[derive(Clone)]
+enum Watch {
+    /// Nothing.
+    None,
+    /// Shows them to a tap.
+    Tap(Arc<Mutex<Tap>>),
+    /// Sends a copy to a recording.
+    Record(mpsc::Sender<Record>),
+}
+
+impl Watch {
+    /// Takes a frame and says what becomes of it.
+    async fn pass(&self, direction: Direction, frame: wire::Frame) -> Pass {
+        match self {
+            Watch::None => Pass::On(vec![frame]),
+            Watch::Tap(tap) => {
+                let mut tap = tap.lock().unwrap_or_else(PoisonError::into_inner);
+                (*tap)(direction, frame)
+            }
+            Watch::Record(records) => {
+                let from = match direction {
+                    Direction::ToFluid => Role::Solid,
+                    Direction::ToSolid => Role::Fluid,
+                };
+                // A recording that has failed takes no more; the run goes on, and its end tells.
+                drop(records.send(Record::Frame(from, Box::new(frame.clone()))).await);
+                Pass::On(vec![frame])
+            }
+        }
+    }
+}
+
 /// A relay that serves; dropping it ends it.
+#[derive(Debug)]
 pub(crate) struct Relay {
     pub(crate) address: SocketAddr,
     stop: CancellationToken,
 }
 
+/// A relay for a run, on a thread of its own: nothing that the coordinator does holds frames up.
+#[derive(Debug)]
+pub struct FrameRelay {
+    relay: Relay,
+    runtime: Option<Runtime>,
+}
+
 struct RelayService {
     solid: String,
-    tap: Arc<Mutex<Tap>>,
+    watch: Watch,
     cut: CancellationToken,
 }
 
 impl Relay {
-    /// Listens on a port of this machine for the fluid of a run whose solid is at `solid`.
+    /// Listens on a port of this machine for the fluid of a run whose solid is at `solid`; `tap` sees all frames.
     pub(crate) fn start(solid: &str, tap: Tap) -> Result<Self, String> {
-        let listener = TcpIncoming::bind(SocketAddr::from(([127, 0, 0, 1], 0)));
-        let incoming = listener.map_err(|e| format!("a relay cannot listen: {e}"))?.with_nodelay(Some(true));
-        let address = incoming.local_addr().map_err(|e| format!("a relay cannot listen: {e}"))?;
+        let listen = SocketAddr::from(([127, 0, 0, 1], 0));
+        Self::serve(listen, solid, Watch::Tap(Arc::new(Mutex::new(tap))))
+    }
+
+    fn serve(listen: SocketAddr, solid: &str, watch: Watch) -> Result<Self, String> {
+        let cannot = |e: &dyn std::fmt::Display| format!("a relay cannot listen at {listen}: {e}");
+        let incoming = TcpIncoming::bind(listen).map_err(|e| cannot(&e))?.with_nodelay(Some(true));
+        let address = incoming.local_addr().map_err(|e| cannot(&e))?;
         let stop = CancellationToken::new();
-        let service =
-            RelayService { solid: solid.to_owned(), tap: Arc::new(Mutex::new(tap)), cut: stop.child_token() };
+        let service = RelayService { solid: solid.to_owned(), watch, cut: stop.child_token() };
         let peer = PeerServer::new(service).max_decoding_message_size(MAX_FRAME_BYTES);
         let stopped = stop.clone();
         tokio::spawn(async move {
@@ -78,6 +127,46 @@ impl Relay {
     }
 }
 
+impl FrameRelay {
+    /// Listens at `listen` for the fluid of a run whose solid is at `solid`, "host:port", and copies frames to
+    /// `recording`. Port 0 takes any free one. The solid still refuses whoever does not know the run's token.
+    ///
+    /// # Errors
+    /// When the address cannot be had, or a thread.
+    pub fn start(
+        listen: SocketAddr,
+        solid: &str,
+        recording: Option<&RecordingWriter>,
+    ) -> Result<Self, String> {
+        let runtime = tokio::runtime::Builder::new_multi_thread()
+            .worker_threads(1)
+            .thread_name("relay")
+            .enable_all()
+            .build()
+            .map_err(|e| format!("no thread for a relay: {e}"))?;
+        let watch = recording.map_or(Watch::None, |recording| Watch::Record(recording.queue()));
+        let relay = {
+            let _entered = runtime.enter();
+            Relay::serve(listen, solid, watch)?
+        };
+        Ok(Self { relay, runtime: Some(runtime) })
+    }
+
+    /// Where it listens.
+    pub fn address(&self) -> SocketAddr {
+        self.relay.address
+    }
+}
+
+impl Drop for FrameRelay {
+    fn drop(&mut self) {
+        self.relay.stop.cancel();
+        if let Some(runtime) = self.runtime.take() {
+            runtime.shutdown_background();
+        }
+    }
+}
+
 impl Drop for Relay {
     fn drop(&mut self) {
         self.stop.cancel();
@@ -85,9 +174,9 @@ impl Drop for Relay {
 }
 
 impl RelayService {
-    /// Passes `frames` through the tap until they end.
+    /// Passes `frames` on until they end.
     async fn forward(
-        tap: Arc<Mutex<Tap>>,
+        watch: Watch,
         cut: CancellationToken,
         direction: Direction,
         mut frames: Streaming<wire::Frame>,
@@ -101,12 +190,16 @@ impl RelayService {
                 }
                 frame = frames.message() => frame,
             };
-            let Ok(Some(frame)) = frame else { return };
-            let pass = {
-                let mut tap = tap.lock().unwrap_or_else(PoisonError::into_inner);
-                (*tap)(direction, frame)
+            let frame = match frame {
+                Ok(Some(frame)) => frame,
+                Ok(None) => return,
+                Err(status) => {
+                    // Why it broke off, where the other side can be told.
+                    drop(onward.send(Err(status)).await);
+                    return;
+                }
             };
-            match pass {
+            match watch.pass(direction, frame).await {
                 Pass::On(frames) => {
                     for frame in frames {
                         if onward.send(Ok(frame)).await.is_err() {
@@ -140,9 +233,9 @@ impl Peer for RelayService {
         let mut client = PeerClient::new(channel).max_decoding_message_size(MAX_FRAME_BYTES);
         let from_solid = client.exchange(call).await?.into_inner();
         let (to_fluid, answers) = mpsc::channel(PENDING_FRAMES);
-        let (tap, cut) = (self.tap.clone(), self.cut.clone());
-        tokio::spawn(Self::forward(tap.clone(), cut.clone(), Direction::ToSolid, from_fluid, to_solid));
-        tokio::spawn(Self::forward(tap, cut, Direction::ToFluid, from_solid, to_fluid));
+        let (watch, cut) = (self.watch.clone(), self.cut.clone());
+        tokio::spawn(Self::forward(watch.clone(), cut.clone(), Direction::ToSolid, from_fluid, to_solid));
+        tokio::spawn(Self::forward(watch, cut, Direction::ToFluid, from_solid, to_fluid));
         Ok(Response::new(Box::pin(ReceiverStream::new(answers))))
     }
 }

@@ -29,6 +29,7 @@ pub use restart::Loader;
 pub use summary::{Count, Stabiliser, Summary};
 
 use file::CaseFile;
+use file::interface::FramePath;
 use file::run::{SIDES, Side, StepTable};
 use file::wall::WallKind;
 use mistakes::Mistakes;
@@ -306,6 +307,11 @@ impl Case {
         }
     }
 
+    /// Whether the half-step frames go through the coordinator.
+    pub fn is_relayed(&self) -> bool {
+        self.file.interface.as_ref().is_some_and(|interface| interface.path.value == FramePath::Relay)
+    }
+
     /// What the fluid solver is told; `None` without a fluid.
     pub fn fluid_setup(&self) -> Option<FluidSetup> {
         let fluid = self.file.fluid.as_ref()?;
@@ -375,6 +381,9 @@ impl Case {
         file.time.end_time_s.value = file.time.start_time_s;
         file.outputs.picture_times_s = Vec::new();
         file.servers = file::interface::ServersTable::none();
+        if let Some(interface) = &mut file.interface {
+            interface.path = Choice { word: "direct", value: FramePath::Direct, ..interface.path.clone() };
+        }
         let text = toml::to_string(&file).unwrap_or_else(|error| format!("# {error}\n"));
         let mut kept = String::new();
         let mut leaving_out = false;

@@ -33,6 +33,7 @@ pub(super) async fn finish(
     let sides: Vec<_> = roles
         .iter()
         .filter(|role| has(case, **role))
+        .filter(|role| job.alone.as_ref().is_none_or(|(alone, _)| alone == *role))
         .map(|role| (*role, solvers.participant(*role)))
         .collect();
     match ending {
@@ -132,6 +133,6 @@ fn summarise(
     }
 }
 
-fn digest(text: &str) -> String {
+pub(crate) fn digest(text: &str) -> String {
     Sha256::digest(text.as_bytes()).iter().map(|byte| format!("{byte:02x}")).collect()
 }

@@ -9,6 +9,16 @@ use sph::setup::{CouplingKind, InterfaceLaw};
 use crate::case::mistakes::Mistake;
 use crate::case::reader::{Allowed, Choice, Table};
 
+/// Way of the half-step frames between the solvers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum FramePath {
+    /// From one to the other.
+    Direct,
+    /// Through the coordinator.
+    Relay,
+}
+
 /// `[interface]`.
 #[derive(Clone, Debug, Serialize)]
 #[allow(missing_docs)]
@@ -17,6 +27,8 @@ pub struct InterfaceTable {
     /// What the solid sends and receives; left to what the servers offer when absent.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub kind: Option<Choice<CouplingKind>>,
+    /// Way of the half-step frames.
+    pub path: Choice<FramePath>,
     /// Coefficient of the repulsion of close pairs; only in the wall laws.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub repulsion: Option<f64>,
@@ -34,12 +46,15 @@ impl InterfaceTable {
         ];
         const MARGIN: Allowed =
             Allowed::new(0.0, 20.0, (false, true), 1.0, "a number above 0 and at most 20");
+        const PATHS: [(&str, FramePath); 2] = [("direct", FramePath::Direct), ("relay", FramePath::Relay)];
         let law = table.choice_or_first("law", &LAWS);
+        let path = table.choice_or_first("path", &PATHS);
         let kind = read_kind(&mut table, law.value);
         let repels = law.value != InterfaceLaw::PlainSum;
         let read = Self {
             law,
             kind,
+            path,
             repulsion: repels.then(|| table.number_or("repulsion", &Allowed::NOT_NEGATIVE, 1.0).value),
             margin_spacings: table.number_or("margin_spacings", &MARGIN, 1.0).value,
         };

@@ -10,6 +10,7 @@ mod dam_break;
 mod dam_break_pressure;
 mod drifting_body;
 mod drop;
+mod floating;
 mod free_solids;
 mod hard;
 mod solid_hard;
@@ -43,5 +44,8 @@ pub fn all() -> Vec<&'static dyn Case> {
         &contact::Fold,
         &solid_hard::SolidHard,
         &drifting_body::DriftingBody,
+        &floating::DensityRatio,
+        &floating::Draught,
+        &floating::HydrostaticPlate,
     ]
 }

@@ -1,0 +1,212 @@
+//! Bodies lighter and heavier than water: added mass, Archimedes' draught, and a water column on an elastic plate.
+
+use crate::validation::{Case, Figure, Goal, Member, Plot, Run, series};
+
+/// A block of 0.1 to 10 times the density of water falls into it: light ones are where explicit exchange could fail.
+pub struct DensityRatio;
+
+/// A block on rails settles at the draught of Archimedes.
+pub struct Draught;
+
+/// A water column on a clamped aluminium plate.
+pub struct HydrostaticPlate;
+
+/// Water's rest density \[kg/m³\].
+const DENSITY: f64 = 1000.0;
+/// Gravity \[m/s²\].
+const GRAVITY: f64 = 9.81;
+
+/// Density of the block of `run` over that of water.
+fn ratio(run: &Run) -> Result<f64, String> {
+    let changed = run.member.changes.iter().find(|(path, _)| path.ends_with("density_kg_m3"));
+    let value = changed.and_then(|(_, value)| value.as_float());
+    Ok(value.ok_or("the member gives its block no density")? / DENSITY)
+}
+
+/// Steps and worst imbalances of a run that was coupled.
+fn coupling(run: &Run) -> Vec<Figure> {
+    let number =
+        |path: &str| run.summary.pointer(path).and_then(serde_json::Value::as_f64).unwrap_or(f64::NAN);
+    let worst = |what: &str| number(&format!("/ledger/largest_{what}/value"));
+    let residual = worst("fluid_momentum_residual").max(worst("solid_momentum_residual"));
+    vec![
+        Figure::told("steps", number("/steps")),
+        Figure::told("smallest step [s]", number("/time_step/smallest_s")),
+        // The design's tolerance of the ledger.
+        Figure::judged("largest imbalance of force, of gross", worst("force_imbalance"), Goal::AtMost(1e-12)),
+        Figure::judged("largest residual of momentum, of gross", residual, Goal::AtMost(1e-12)),
+    ]
+}
+
+impl Case for DensityRatio {
+    fn name(&self) -> &'static str {
+        "density_ratio"
+    }
+
+    fn about(&self) -> &'static str {
+        "a block of 0.1 to 10 times water's density falls into water: stable with explicit exchange"
+    }
+
+    fn members(&self) -> Vec<Member> {
+        let of = |scheme, density: f64| {
+            Member::new("density_ratio", 0.002)
+                .scheme(scheme)
+                .with("solid.body.0.material.density_kg_m3", density)
+        };
+        vec![
+            // It strikes the floor at 1 m/s and may tear the last row of water under it when it springs back.
+            of("10", 10_000.0).may_stop(),
+            of("1", 1000.0),
+            of("0.5", 500.0),
+            of("0.25", 250.0),
+            of("0.1", 100.0),
+        ]
+    }
+
+    fn figures(&self, run: &Run) -> Result<Vec<Figure>, String> {
+        if let Some(reason) = run.stopped() {
+            println!("  {} stopped: {reason}", run.member.label());
+        }
+        let end = run.column("t_s")?.last().copied().unwrap_or(f64::NAN);
+        // 0.5 s, but for the one that lands on the floor (after 0.17 s).
+        let due = if run.member.may_stop { 0.15 } else { 0.5 };
+        let mut figures = vec![
+            Figure::told("density over that of water", ratio(run)?),
+            Figure::judged("reached time [s]", end, Goal::AtLeast(due)),
+            Figure::judged("particles lost", run.lost(), Goal::AtMost(0.0)),
+            Figure::told(
+                "deepest centre [m]",
+                run.column("block_centre_y_m")?.into_iter().fold(f64::INFINITY, f64::min),
+            ),
+        ];
+        figures.extend(coupling(run));
+        Ok(figures)
+    }
+
+    fn plots(&self, runs: &[Run]) -> Result<Vec<Plot>, String> {
+        heights(runs)
+    }
+}
+
+/// Heights of the blocks over time.
+fn heights(runs: &[Run]) -> Result<Vec<Plot>, String> {
+    let mut plot = Plot::new("height", "t [s]", "centre of the block [m]");
+    for run in runs {
+        plot.line(run.member.scheme.to_owned(), run.history("block_centre_y_m")?);
+    }
+    Ok(vec![plot])
+}
+
+/// Width of the tank, width of the block and draught \[m\].
+const TANK: f64 = 0.2;
+const BLOCK: f64 = 0.04;
+const DRAUGHT: f64 = 0.05;
+/// Lower side of the block at the start, and depth of the water before the block cuts it \[m\].
+const START: f64 = 0.06;
+const DEPTH: f64 = 0.1;
+
+impl Case for Draught {
+    fn name(&self) -> &'static str {
+        "draught"
+    }
+
+    fn about(&self) -> &'static str {
+        "floating blocks settle at the draught of Archimedes, 25 particles deep"
+    }
+
+    fn members(&self) -> Vec<Member> {
+        let of = |scheme, ratio: f64| {
+            let height = DRAUGHT / ratio;
+            let mut shape = toml::Table::new();
+            shape.insert("type".into(), "rectangle".into());
+            shape.insert("lower_m".into(), vec![0.08, START].into());
+            shape.insert("upper_m".into(), vec![0.12, START + height].into());
+            Member::new("draught", 0.002)
+                .scheme(scheme)
+                .with("solid.body.0.material.density_kg_m3", ratio * DENSITY)
+                .with("solid.body.0.shape", shape)
+        };
+        vec![of("0.5", 0.5), of("0.25", 0.25), of("0.1", 0.1)]
+    }
+
+    fn figures(&self, run: &Run) -> Result<Vec<Figure>, String> {
+        let ratio = ratio(run)?;
+        let centre = run.history("block_centre_y_m")?;
+        let lower = |height: f64| height - 0.5 * DRAUGHT / ratio;
+        // Damping ends at 0.5 s.
+        let mean = lower(series::mean(&centre, 0.5, 0.8));
+        // Water keeps its area A: it stands at L with (L − b) the draught, L W − (L − b) w = A.
+        let area = TANK * DEPTH - BLOCK * (DEPTH - START);
+        let draught = (area - mean * TANK) / (TANK - BLOCK);
+        let late = series::window(&centre, 0.5, 0.8);
+        let span =
+            series::largest(late.iter().map(|row| row.1)) + series::largest(late.iter().map(|row| -row.1));
+        let mut figures = vec![
+            Figure::compared("draught, mean over 0.5 to 0.8 s [m]", draught, DRAUGHT, 0.02),
+            Figure::told("span of the heave then, over the draught", span / DRAUGHT),
+            Figure::judged("particles lost", run.lost(), Goal::AtMost(0.0)),
+        ];
+        figures.extend(coupling(run));
+        Ok(figures)
+    }
+
+    fn plots(&self, runs: &[Run]) -> Result<Vec<Plot>, String> {
+        heights(runs)
+    }
+}
+
+/// Thickness of the plate \[m\].
+const PLATE: f64 = 0.05;
+/// Three periods 4H/c₀ of the column \[s\].
+const WINDOW: (f64, f64) = (0.2, 0.5);
+
+impl Case for HydrostaticPlate {
+    fn name(&self) -> &'static str {
+        "hydrostatic_plate"
+    }
+
+    fn about(&self) -> &'static str {
+        "2 m of water on a clamped aluminium plate: load and deflection (Fourey et al. 2017; plane finite elements)"
+    }
+
+    fn members(&self) -> Vec<Member> {
+        vec![Member::new("hydrostatic_plate", PLATE / 4.0), Member::new("hydrostatic_plate", PLATE / 6.0)]
+    }
+
+    fn figures(&self, run: &Run) -> Result<Vec<Figure>, String> {
+        let mean =
+            |name: &str| -> Result<f64, String> { Ok(series::mean(&run.history(name)?, WINDOW.0, WINDOW.1)) };
+        // 2 m on 1 m of span.
+        let weight = -DENSITY * GRAVITY * 2.0;
+        // Plane finite elements at ν = 0.34 under water and own weight; 8 % is asked for at 10 particles across.
+        let deflection = Figure::compared(
+            "deflection of mid-span, mean over 0.2 to 0.5 s [m]",
+            mean("plate_mid_displacement_y_m")?,
+            -7.063e-5,
+            0.08,
+        );
+        let mut figures = vec![
+            Figure::compared(
+                "load, mean over 0.2 to 0.5 s [N/m]",
+                mean("plate_force_y_n_per_m")?,
+                weight,
+                0.01,
+            ),
+            deflection.report_only(),
+            Figure::judged("particles lost", run.lost(), Goal::AtMost(0.0)),
+        ];
+        figures.extend(coupling(run));
+        Ok(figures)
+    }
+
+    fn plots(&self, runs: &[Run]) -> Result<Vec<Plot>, String> {
+        let mut plot = Plot::new("deflection", "t [s]", "deflection of mid-span [m]");
+        for run in runs {
+            plot.line(
+                format!("{:.0} across", PLATE / run.member.spacing),
+                run.history("plate_mid_displacement_y_m")?,
+            );
+        }
+        Ok(vec![plot])
+    }
+}

@@ -41,7 +41,7 @@ pub struct Server {
 }
 
 impl Server {
-    /// Attaches to or starts the server of `role`; a child's log goes to `log`.
+    /// Attaches to or starts the server of `role`; a child's log goes to `log`, its part of a trace to `trace`.
     ///
     /// # Errors
     /// When the program cannot be started, ends at once, or prints no address in time.
@@ -50,6 +50,7 @@ impl Server {
         source: &Source,
         threads: Option<usize>,
         log: &Path,
+        trace: Option<&Path>,
     ) -> Result<Self, Failure> {
         let mut command = match source {
             Source::Address(address) => {
@@ -77,6 +78,9 @@ impl Server {
             command.arg("--exit-with-parent");
             if let Some(threads) = threads {
                 command.args(["--threads", &threads.to_string()]);
+            }
+            if let Some(trace) = trace {
+                command.arg("--trace").arg(trace);
             }
             if let Some(path) = sph::lanes::forced() {
                 command.args(["--arithmetic", path.option()]);

@@ -7,6 +7,8 @@
 //! | [`control`], [`lockstep`] | grants, events, checks of the books |
 //! | [`recorder`], [`output`] | everything that a run leaves behind |
 //! | [`checkpoint`], [`keeper`] | states from which a run goes on, and when they are taken |
+//! | [`study`] | what accuracy costs: `report` |
+//! | [`trace`] | what is done when, of all processes of a run |
 //! | [`run`], [`resume`], [`check`], [`conform`], [`cli`] | the commands |
 //!
 //! It computes no force.
@@ -32,3 +34,5 @@ pub mod recorder;
 pub mod remote;
 pub mod resume;
 pub mod run;
+pub mod study;
+pub mod trace;

@@ -4,9 +4,10 @@ use std::fs::File;
 use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
-use sph::driver::ProbeValues;
+use sph::driver::{ProbeValues, TRACE};
 use sph::solver::{Counts, Divergence, ParticleFields, Role};
 use sph::vector::Vector;
+use tracing::trace_span;
 
 use crate::case::Case;
 use crate::failure::Failure;
@@ -215,6 +216,7 @@ impl<'a> Recorder<'a> {
     /// # Errors
     /// When a file cannot be written.
     pub fn step(&mut self, step: &MatchedStep) -> Result<(), Failure> {
+        let _span = trace_span!(target: TRACE, "write step").entered();
         self.ledger.record(step.fluid.as_ref(), step.solid.as_ref(), &step.imbalance);
         self.impulse = step.impulse;
         let report = step.any();
@@ -249,6 +251,7 @@ impl<'a> Recorder<'a> {
     /// # Errors
     /// When a row cannot be written or does not fit.
     pub fn probes(&mut self, role: Role, values: ProbeValues) -> Result<(), Failure> {
+        let _span = trace_span!(target: TRACE, "write probes").entered();
         Ok(self.probes.take(role, values)?)
     }
 
@@ -257,6 +260,7 @@ impl<'a> Recorder<'a> {
     /// # Errors
     /// When a file cannot be written.
     pub fn snapshot(&mut self, role: Role, fields: ParticleFields) -> Result<(), Failure> {
+        let _span = trace_span!(target: TRACE, "write snapshot").entered();
         self.series[role.index()].write(&fields)?;
         self.pictures.take(role, fields);
         Ok(())

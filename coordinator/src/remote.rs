@@ -17,6 +17,7 @@ use crate::failure::{Failure, Kind};
 use crate::launch::{Server, Source};
 use crate::output::process::Process;
 use crate::participants::{CommandLine, News, NewsResult, Participants};
+use crate::trace;
 
 /// Events that may wait for the coordinator.
 const PENDING_EVENTS: usize = 256;
@@ -66,6 +67,8 @@ pub struct Start<'a> {
     pub resume: Option<Resume<'a>>,
     /// Counts the attempts at the run from 0; each has logs of its own.
     pub attempt: usize,
+    /// Folder for their parts of a trace, where one is wanted.
+    pub trace: Option<&'a Path>,
 }
 
 /// Where a run goes on.
@@ -156,7 +159,8 @@ impl Remote {
             let role = role_of(&plan.setup);
             let attempt = if with.attempt == 0 { String::new() } else { format!("-{}", with.attempt) };
             let log: PathBuf = with.logs.join(format!("{role}-server{attempt}.log"));
-            let server = Server::start(role, &plan.source, with.threads, &log).await?;
+            let part = with.trace.map(|folder| trace::part_of(folder, role, with.attempt));
+            let server = Server::start(role, &plan.source, with.threads, &log, part.as_deref()).await?;
             let unreachable = |e: RpcError| {
                 let at = &server.address;
                 Failure::server(format!(

@@ -26,6 +26,7 @@ use crate::progress::Progress;
 use crate::recorder::Recorder;
 use crate::remote::{Plan, Remote, Resume, Start};
 use crate::resume;
+use crate::trace::Trace;
 
 /// Events that may wait for the coordinator when solvers are threads.
 const PENDING_EVENTS: usize = 256;
@@ -71,11 +72,14 @@ pub fn execute(job: &Job) -> Result<(), Failure> {
         .enable_all()
         .build()
         .map_err(|e| Failure::internal(format!("cannot start the runtime: {e}")))?;
-    let outcome = runtime.block_on(run_in(job));
+    let trace = job.options.trace.as_deref().map(Trace::start).transpose()?;
+    let outcome = runtime.block_on(run_in(job, trace.as_ref()));
     // Blocking readers of a child's output may linger; nothing waits for them.
     runtime.shutdown_background();
+    let traced = trace.map_or(Ok(()), Trace::finish);
     let ending = outcome.map_err(|failure| with_way_on(failure, job))?;
     job.directory.complete()?;
+    traced?;
     if !job.options.quiet {
         eprintln!("results in {}", out.display());
     }
@@ -119,7 +123,7 @@ enum Solvers {
     Servers(Remote),
 }
 
-async fn run_in(job: &Job) -> Result<Ending, Failure> {
+async fn run_in(job: &Job, trace: Option<&Trace>) -> Result<Ending, Failure> {
     let Job { case, directory, options, .. } = job;
     let resolved = case.resolved_toml();
     write_file(&directory.file(directory::CASE), |file| {
@@ -132,7 +136,7 @@ async fn run_in(job: &Job) -> Result<Ending, Failure> {
     let mut restarts: Vec<String> = Vec::new();
     let most = options.max_restarts.unwrap_or(case.checkpoint().max_restarts);
     loop {
-        let attempt = Attempt { job, from: from.as_ref(), number: restarts.len() };
+        let attempt = Attempt { job, from: from.as_ref(), number: restarts.len(), trace };
         let run = attempt.make(&mut keeper, &mut wishes).await?;
         let (roles, failure) = match &run.ending {
             Ending::Lost { roles, failure }
@@ -167,6 +171,7 @@ struct Attempt<'a> {
     job: &'a Job,
     from: Option<&'a RunCheckpoint>,
     number: usize,
+    trace: Option<&'a Trace>,
 }
 
 /// A run that has ended, its solvers still there.
@@ -250,7 +255,15 @@ impl<'a> Attempt<'a> {
         let epoch = u32::try_from(self.number + 1).unwrap_or(u32::MAX);
         let resume = self.from.map(|checkpoint| Resume { checkpoint, epoch, accept_other_build });
         let kinds = case.coupling_kinds();
-        let with = Start { kinds: &kinds, threads, logs: &logs, deadlines, resume, attempt: self.number };
+        let with = Start {
+            kinds: &kinds,
+            threads,
+            logs: &logs,
+            deadlines,
+            resume,
+            attempt: self.number,
+            trace: self.trace.map(Trace::folder),
+        };
         let mut remote = Remote::start(plans, with).await?;
         match remote.run().await {
             Ok(participants) => Ok((Solvers::Servers(remote), participants)),

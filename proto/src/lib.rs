@@ -21,6 +21,7 @@ pub mod node;
 mod peer;
 mod relay;
 pub mod service;
+pub mod trace;
 mod transport;
 
 pub use convert::{Beat, Phase};

@@ -103,7 +103,7 @@ pub static ALL: [Study; 6] = [
         spacings: &[quick(0.1), quick(0.05), quick(0.025), full(0.0125)],
         schemes: &WATER,
         error: drop_error,
-        seconds: 0.05,
+        seconds: 0.03,
         full: false,
     },
     Study {
@@ -116,7 +116,7 @@ pub static ALL: [Study; 6] = [
         spacings: &[quick(0.04), quick(0.02), full(0.01), full(0.005)],
         schemes: &WATER,
         error: patch_error,
-        seconds: 0.3,
+        seconds: 0.17,
         full: false,
     },
     Study {
@@ -128,7 +128,7 @@ pub static ALL: [Study; 6] = [
         spacings: &[quick(0.04), quick(0.02), full(0.01)],
         schemes: &WATER,
         error: taylor_green_error,
-        seconds: 0.3,
+        seconds: 0.2,
         full: false,
     },
     Study {
@@ -141,7 +141,7 @@ pub static ALL: [Study; 6] = [
         spacings: &[quick(0.008), quick(0.004), full(0.002)],
         schemes: &WATER,
         error: dam_break_error,
-        seconds: 0.3,
+        seconds: 0.18,
         full: false,
     },
     Study {
@@ -153,7 +153,7 @@ pub static ALL: [Study; 6] = [
         spacings: &[quick(0.005), quick(0.01 / 3.0), full(0.002), full(0.001)],
         schemes: &PLATE,
         error: cantilever_error,
-        seconds: 3.0,
+        seconds: 1.2,
         full: false,
     },
     Study {
@@ -165,7 +165,7 @@ pub static ALL: [Study; 6] = [
         spacings: &[full(0.08), full(0.04), full(0.02)],
         schemes: &WATER,
         error: standing_wave_error,
-        seconds: 3.0,
+        seconds: 1.5,
         full: true,
     },
 ];

@@ -107,7 +107,7 @@ pub fn report(arguments: &ReportArguments) -> Result<(), Failure> {
         }
         let left: f64 = members[k + 1..].iter().map(|member| member.expected).sum();
         // Forecasts are from one machine; what was run here tells how this one compares.
-        let left = if forecast > 0.0 { left * spent / forecast } else { left };
+        let left = if forecast > 0.0 { left * spent / forecast } else { left }.max(0.0);
         let what = match (&measured.error, &measured.flaw) {
             (Some(error), _) => format!("error {:.3} %", 100.0 * error),
             (None, flaw) => flaw.clone().unwrap_or_default(),

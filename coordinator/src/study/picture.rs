@@ -79,14 +79,16 @@ impl Panel<'_> {
 
     fn range(&self, pick: fn((f64, f64)) -> f64) -> std::ops::Range<f64> {
         let values = || self.points().map(|(_, point)| pick(point));
-        // Room for marks at the border, and at least a decade for the labels.
+        // At least a decade for the labels, and room for marks at the border.
         let (low, high) = (values().fold(f64::INFINITY, f64::min), values().fold(0.0, f64::max));
         let middle = (low * high).sqrt();
         low.min(middle / 3.2) / 1.5..high.max(middle * 3.2) * 1.5
     }
 
     fn draw<'a, DB: DrawingBackend + 'a>(&self, area: &DrawingArea<DB, Shift>) -> Result<(), PlotError> {
-        let (x, y) = (self.range(|p| p.0), self.range(|p| p.1));
+        let (x, mut y) = (self.range(|p| p.0), self.range(|p| p.1));
+        // Room for the legend.
+        y.end *= (y.end / y.start).powf(0.55);
         let mut chart = ChartBuilder::on(area)
             .margin(12)
             .caption(self.title, (font::FAMILY, 20))
@@ -106,9 +108,7 @@ impl Panel<'_> {
             .axis_desc_style((font::FAMILY, 15))
             .draw()
             .map_err(PlotError::new)?;
-        let mut front: Vec<(f64, f64)> =
-            self.points().filter(|(row, _)| row.on_front).map(|(_, p)| p).collect();
-        front.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let front = staircase(self.points().filter(|(row, _)| row.on_front).map(|(_, p)| p).collect());
         chart
             .draw_series(LineSeries::new(front, INK.mix(0.75).stroke_width(2)))
             .map_err(PlotError::new)?
@@ -169,10 +169,36 @@ fn marks<'a, DB: DrawingBackend + 'a>(
     Ok(())
 }
 
+/// The smallest error that can be had for each cost, as corners of a line through the points of a front.
+fn staircase(mut front: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
+    front.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let corners = front.windows(2).flat_map(|pair| [(pair[1].0, pair[0].1), pair[1]]);
+    front.first().copied().into_iter().chain(corners).collect()
+}
+
+/// A mark of an axis, without the noise of its last bits.
 fn decimal(value: f64) -> String {
-    if value >= 1.0 { format!("{value:.0}") } else { format!("{value}") }
+    // The smallest marks that occur are thousandths.
+    let text = format!("{value:.4}");
+    text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
 fn percent(value: f64) -> String {
     format!("{} %", decimal(100.0 * value))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn marks_of_axes_are_short() {
+        assert_eq!([0.2 + 0.1, 10.0, 0.001].map(decimal), ["0.3", "10", "0.001"]);
+        assert_eq!(percent(0.02), "2 %");
+    }
+
+    #[test]
+    fn the_front_is_a_staircase_of_what_can_be_had_for_a_cost() {
+        assert_eq!(staircase(vec![(4.0, 1.0), (1.0, 3.0)]), [(1.0, 3.0), (4.0, 3.0), (4.0, 1.0)]);
+    }
 }

@@ -84,3 +84,36 @@ fn an_unknown_case_is_refused_with_those_there_are() {
     let failure = report(&arguments).unwrap_err();
     assert!(failure.message.contains("`drip`") && failure.message.contains("drop"), "{failure:?}");
 }
+
+#[test]
+fn a_finished_run_is_kept_until_its_case_or_its_maker_changes() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut arguments = ReportArguments {
+        cases: Vec::new(),
+        full: false,
+        out: folder.path().to_owned(),
+        fresh: false,
+        list: false,
+    };
+    let mut member = Study::members(0, false).unwrap().remove(0);
+    // The one test that records: a process does so once.
+    let totals = Totals::default();
+    trace::record(totals.clone()).unwrap();
+    let (first, kept) = measured(&member, &arguments, &totals).unwrap();
+    assert!(!kept && first.error.is_some_and(|error| error < 0.1), "{first:?}");
+    assert!(first.cpu_seconds > 0.0 && first.passes["own sums"] < first.cpu_seconds, "{first:?}");
+    let (again, kept) = measured(&member, &arguments, &totals).unwrap();
+    // Read back from decimal text, which may cost the last bit.
+    assert!(kept && (again.cpu_seconds / first.cpu_seconds - 1.0).abs() < 1e-12, "{again:?}");
+
+    let kept = folder.path().join("runs/drop").join(member.label()).join(MEASURED);
+    let stranger = Measured { made_by: "another build".into(), ..first };
+    std::fs::write(&kept, serde_json::to_vec(&stranger).unwrap()).unwrap();
+    assert!(!measured(&member, &arguments, &totals).unwrap().1, "another build made it");
+    std::fs::remove_file(&kept).unwrap();
+    assert!(!measured(&member, &arguments, &totals).unwrap().1, "it was not finished");
+    member.text.push_str("# other\n");
+    assert!(!measured(&member, &arguments, &totals).unwrap().1, "the case is another");
+    arguments.fresh = true;
+    assert!(!measured(&member, &arguments, &totals).unwrap().1, "all anew was asked for");
+}

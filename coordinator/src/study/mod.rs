@@ -105,9 +105,10 @@ pub fn report(arguments: &ReportArguments) -> Result<(), Failure> {
             spent += measured.process_cpu_seconds;
             forecast += member.expected;
         }
-        let left: f64 = members[k + 1..].iter().map(|member| member.expected).sum();
+        // From plus zero: the sum of nothing would be minus zero.
+        let left = members[k + 1..].iter().fold(0.0, |sum, member| sum + member.expected);
         // Forecasts are from one machine; what was run here tells how this one compares.
-        let left = if forecast > 0.0 { left * spent / forecast } else { left }.max(0.0);
+        let left = if forecast > 0.0 { left * spent / forecast } else { left };
         let what = match (&measured.error, &measured.flaw) {
             (Some(error), _) => format!("error {:.3} %", 100.0 * error),
             (None, flaw) => flaw.clone().unwrap_or_default(),

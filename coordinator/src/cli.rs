@@ -42,6 +42,12 @@ enum Command {
     /// Check a case without running it: mistakes, particle counts, time-step limits, forecast run time.
     #[command(after_help = exit_codes())]
     Check(CheckArguments),
+    /// Show what accuracy costs: runs cases with known answers over resolution, scheme and step, error against CPU time.
+    ///
+    /// The quick study takes under five minutes, `--full` as long as it says first. Finished runs are kept, so that a
+    /// study that was stopped goes on. Writes report.html, report.csv and report.png.
+    #[command(after_help = exit_codes())]
+    Report(ReportArguments),
     /// Examine a running solver of any make: life cycle, refusals, damaged frames, invariances, order, checkpoints.
     ///
     /// It plays coordinator and partner, takes some seconds, prints a line for each check and leaves the solver free.
@@ -197,6 +203,10 @@ pub struct RunOptions {
     /// Record the half-step frames to this file, for `compare` and `replay`; relays them.
     #[arg(long, value_name = "FILE", conflicts_with = "in_process")]
     pub record: Option<PathBuf>,
+    /// Write what solvers and coordinator do when to this file, for ui.perfetto.dev; servers that this command did not
+    /// start from its own program are not in it.
+    #[arg(long, value_name = "FILE")]
+    pub trace: Option<PathBuf>,
     /// No progress bar and no run header.
     #[arg(long, short)]
     pub quiet: bool,
@@ -280,6 +290,25 @@ pub struct CheckArguments {
     pub resolved: bool,
 }
 
+/// Arguments of `report`.
+#[derive(Debug, Args)]
+pub struct ReportArguments {
+    /// Cases to run; all when left out.
+    pub cases: Vec<String>,
+    /// Further resolutions, schemes, steps and cases.
+    #[arg(long)]
+    pub full: bool,
+    /// Folder for the report and all runs.
+    #[arg(long, value_name = "DIR", default_value = "results/report")]
+    pub out: PathBuf,
+    /// Make all runs anew; else those that this build has finished in that folder are kept.
+    #[arg(long)]
+    pub fresh: bool,
+    /// List the cases and what would be run.
+    #[arg(long)]
+    pub list: bool,
+}
+
 /// Arguments of `conform`.
 #[derive(Debug, Args)]
 pub struct ConformArguments {
@@ -321,6 +350,7 @@ pub fn main() -> ExitCode {
         Command::Run(arguments) => crate::run::run(&arguments),
         Command::Resume(arguments) => crate::resume::resume(&arguments),
         Command::Check(arguments) => crate::check::check(&arguments),
+        Command::Report(arguments) => crate::study::report(&arguments),
         Command::Conform(arguments) => crate::conform::conform(&arguments),
         Command::Replay(arguments) => crate::replay::replay(&arguments),
         Command::Compare(arguments) => crate::replay::compare(&arguments),

@@ -5,7 +5,9 @@ use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use proto::checkpoint::CheckpointData;
+use sph::driver::TRACE;
 use tokio::task::JoinHandle;
+use tracing::trace_span;
 
 use crate::checkpoint::{Disk, OutputState, RunCheckpoint, Store, Written};
 use crate::failure::Failure;
@@ -118,7 +120,10 @@ impl Keeper {
         self.last = Instant::now();
         self.figures.last_step = Some(step);
         let store = self.store.clone();
-        self.writing = Some(tokio::task::spawn_blocking(move || write(&store, &checkpoint, &tables)));
+        self.writing = Some(tokio::task::spawn_blocking(move || {
+            let _span = trace_span!(target: TRACE, "write checkpoint").entered();
+            write(&store, &checkpoint, &tables)
+        }));
         Ok(())
     }
 

@@ -42,7 +42,7 @@ pub struct Server {
 }
 
 impl Server {
-    /// Attaches to or starts the server of `role`; a child's log goes to `log`.
+    /// Attaches to or starts the server of `role`; a child's log goes to `log`, its part of a trace to `trace`.
     ///
     /// # Errors
     /// When the program cannot be started, ends at once, or prints no address in time.
@@ -52,6 +52,7 @@ impl Server {
         threads: Option<usize>,
         security: &ClientFiles,
         log: &Path,
+        trace: Option<&Path>,
     ) -> Result<Self, Failure> {
         let mut command = match source {
             Source::Address(address) => {
@@ -86,6 +87,9 @@ impl Server {
             }
             if let Some((certificate, key)) = &security.identity {
                 command.arg("--partner-cert").arg(certificate).arg("--partner-key").arg(key);
+            }
+            if let Some(trace) = trace {
+                command.arg("--trace").arg(trace);
             }
             if let Some(path) = sph::lanes::forced() {
                 command.args(["--arithmetic", path.option()]);

@@ -7,6 +7,8 @@
 //! | [`control`], [`lockstep`] | grants, events, checks of the books |
 //! | [`recorder`], [`output`] | everything that a run leaves behind |
 //! | [`checkpoint`], [`keeper`] | states from which a run goes on, and when they are taken |
+//! | [`study`] | what accuracy costs: `report` |
+//! | [`trace`] | what is done when, of all processes of a run |
 //! | [`run`], [`resume`], [`check`], [`conform`], [`cli`] | the commands |
 //!
 //! It computes no force.
@@ -34,4 +36,6 @@ pub mod remote;
 pub mod replay;
 pub mod resume;
 pub mod run;
+pub mod study;
+pub mod trace;
 pub mod writer;

@@ -5,9 +5,10 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
-use sph::driver::ProbeValues;
+use sph::driver::{ProbeValues, TRACE};
 use sph::solver::{Counts, Divergence, ParticleFields, Role};
 use sph::vector::Vector;
+use tracing::trace_span;
 
 use crate::case::Case;
 use crate::failure::Failure;
@@ -216,6 +217,7 @@ impl Recorder {
     /// # Errors
     /// When a file cannot be written.
     pub fn step(&mut self, step: &MatchedStep) -> Result<(), Failure> {
+        let _span = trace_span!(target: TRACE, "write step").entered();
         self.ledger.record(step.fluid.as_ref(), step.solid.as_ref(), &step.imbalance);
         self.impulse = step.impulse;
         let report = step.any();
@@ -250,6 +252,7 @@ impl Recorder {
     /// # Errors
     /// When a row cannot be written or does not fit.
     pub fn probes(&mut self, role: Role, values: ProbeValues) -> Result<(), Failure> {
+        let _span = trace_span!(target: TRACE, "write probes").entered();
         Ok(self.probes.take(role, values)?)
     }
 
@@ -258,6 +261,7 @@ impl Recorder {
     /// # Errors
     /// When a file cannot be written.
     pub fn snapshot(&mut self, role: Role, fields: ParticleFields) -> Result<(), Failure> {
+        let _span = trace_span!(target: TRACE, "write snapshot").entered();
         self.series[role.index()].write(&fields)?;
         self.pictures.take(role, fields);
         Ok(())

@@ -20,6 +20,7 @@ use crate::failure::{Failure, Kind};
 use crate::launch::{Server, Source};
 use crate::output::process::Process;
 use crate::participants::{CommandLine, News, NewsResult, Participants};
+use crate::trace;
 
 /// Events that may wait for the coordinator.
 const PENDING_EVENTS: usize = 256;
@@ -72,6 +73,8 @@ pub struct Start<'a> {
     pub attempt: usize,
     /// The way of the frames.
     pub between: Between<'a>,
+    /// Folder for their parts of a trace, where one is wanted.
+    pub trace: Option<&'a Path>,
 }
 
 /// Where a run goes on.
@@ -164,7 +167,9 @@ impl Remote {
             let role = role_of(&plan.setup);
             let attempt = if with.attempt == 0 { String::new() } else { format!("-{}", with.attempt) };
             let log: PathBuf = with.logs.join(format!("{role}-server{attempt}.log"));
-            let server = Server::start(role, &plan.source, with.threads, with.security, &log).await?;
+            let part = with.trace.map(|folder| trace::part_of(folder, role, with.attempt));
+            let server =
+                Server::start(role, &plan.source, with.threads, with.security, &log, part.as_deref()).await?;
             let unreachable = |e: RpcError| {
                 let at = &server.address;
                 Failure::server(format!(

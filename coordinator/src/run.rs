@@ -30,6 +30,7 @@ use crate::progress::Progress;
 use crate::recorder::Recorder;
 use crate::remote::{Plan, Remote, Resume, Start};
 use crate::resume;
+use crate::trace::Trace;
 use crate::writer::Writer;
 
 /// Events that may wait for the coordinator when solvers are threads.
@@ -78,11 +79,14 @@ pub fn execute(job: &Job) -> Result<Option<Replayed>, Failure> {
         .enable_all()
         .build()
         .map_err(|e| Failure::internal(format!("cannot start the runtime: {e}")))?;
-    let outcome = runtime.block_on(run_in(job));
+    let trace = job.options.trace.as_deref().map(Trace::start).transpose()?;
+    let outcome = runtime.block_on(run_in(job, trace.as_ref()));
     // Blocking readers of a child's output may linger; nothing waits for them.
     runtime.shutdown_background();
+    let traced = trace.map_or(Ok(()), Trace::finish);
     let (ending, replayed) = outcome.map_err(|failure| with_way_on(failure, job))?;
     job.directory.complete()?;
+    traced?;
     if !job.options.quiet {
         eprintln!("results in {}", out.display());
     }
@@ -128,7 +132,7 @@ enum Solvers {
     Servers(Remote),
 }
 
-async fn run_in(job: &Job) -> Result<(Ending, Option<Replayed>), Failure> {
+async fn run_in(job: &Job, trace: Option<&Trace>) -> Result<(Ending, Option<Replayed>), Failure> {
     let recording = match &job.options.record {
         Some(path) if job.case.run_setup().coupling.is_some() => Some(RecordingWriter::create(path)?),
         Some(_) => {
@@ -136,7 +140,7 @@ async fn run_in(job: &Job) -> Result<(Ending, Option<Replayed>), Failure> {
         }
         None => None,
     };
-    let outcome = make_attempts(job, recording.as_ref()).await;
+    let outcome = make_attempts(job, recording.as_ref(), trace).await;
     if let Some(recording) = recording {
         let frames = recording.finish().await;
         // A run that failed says why first.
@@ -153,6 +157,7 @@ async fn run_in(job: &Job) -> Result<(Ending, Option<Replayed>), Failure> {
 async fn make_attempts(
     job: &Job,
     recording: Option<&RecordingWriter>,
+    trace: Option<&Trace>,
 ) -> Result<(Ending, Option<Replayed>), Failure> {
     let Job { case, directory, options, .. } = job;
     let resolved = case.resolved_toml();
@@ -172,7 +177,7 @@ async fn make_attempts(
     let most =
         if job.alone.is_some() { 0 } else { options.max_restarts.unwrap_or(case.checkpoint().max_restarts) };
     loop {
-        let attempt = Attempt { job, from: from.as_ref(), number: restarts.len(), recording };
+        let attempt = Attempt { job, from: from.as_ref(), number: restarts.len(), recording, trace };
         let run = attempt.make(&mut keeper, &mut wishes).await?;
         let (roles, failure) = match &run.ending {
             Ending::Lost { roles, failure }
@@ -213,6 +218,7 @@ struct Attempt<'a> {
     from: Option<&'a RunCheckpoint>,
     number: usize,
     recording: Option<&'a RecordingWriter>,
+    trace: Option<&'a Trace>,
 }
 
 /// A run that has ended, its solvers still there.
@@ -308,6 +314,7 @@ impl Attempt<'_> {
             resume,
             attempt: self.number,
             between,
+            trace: self.trace.map(Trace::folder),
         };
         let mut remote = Remote::start(plans, with).await?;
         match remote.run().await {

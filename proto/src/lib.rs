@@ -25,6 +25,7 @@ pub mod recording;
 pub mod relay;
 pub mod security;
 pub mod service;
+pub mod trace;
 mod transport;
 
 pub use convert::{Beat, Phase};

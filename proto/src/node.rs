@@ -3,6 +3,7 @@
 use std::ffi::OsString;
 use std::io::{Read, Write};
 use std::net::SocketAddr;
+use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Duration;
 
@@ -12,6 +13,7 @@ use tracing_subscriber::EnvFilter;
 
 use crate::security::{ServerFiles, ServerSecurity};
 use crate::service::{ServeError, ServeOptions, Server, SolverFactory};
+use crate::trace::{self, Part};
 
 /// Command line was wrong, or asked for what is not allowed.
 const EXIT_USAGE: u8 = 2;
@@ -53,6 +55,9 @@ pub struct NodeArgs {
     /// End when standard input closes, as it does when the program that started this one ends.
     #[arg(long)]
     pub exit_with_parent: bool,
+    /// Write what the compute thread does when to this file, as a part of the trace of `run --trace`.
+    #[arg(long, value_name = "FILE")]
+    pub trace: Option<PathBuf>,
 }
 
 /// Runs a server program: parses `args` (the first is the program's name), serves until told to end.
@@ -66,10 +71,15 @@ pub fn main_with<F: SolverFactory>(args: impl IntoIterator<Item = OsString>, fac
         }
     };
     let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new("info"));
-    // A subscriber that is set already keeps its place.
-    drop(tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr).try_init());
     let security = match ServerSecurity::load(&args.security) {
         Ok(security) => security,
+        Err(problem) => {
+            eprintln!("error: {problem}");
+            return ExitCode::from(EXIT_USAGE);
+        }
+    };
+    let part = match record(&args, filter, &factory.describe().name) {
+        Ok(part) => part,
         Err(problem) => {
             eprintln!("error: {problem}");
             return ExitCode::from(EXIT_USAGE);
@@ -100,7 +110,23 @@ pub fn main_with<F: SolverFactory>(args: impl IntoIterator<Item = OsString>, fac
     };
     // A solver in the middle of a step must not hold up the end.
     runtime.shutdown_timeout(Duration::from_secs(1));
+    if let Some(Err(problem)) = part.map(|part| part.flush()) {
+        tracing::error!("the trace is not complete: {problem}");
+    }
     code
+}
+
+/// Starts the log, and the trace where one is wanted.
+fn record(args: &NodeArgs, filter: EnvFilter, title: &str) -> Result<Option<Part>, String> {
+    let Some(path) = &args.trace else {
+        // A subscriber that is set already keeps its place.
+        drop(tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr).try_init());
+        return Ok(None);
+    };
+    let part = Part::create(path, title)
+        .map_err(|e| format!("`--trace {}` cannot be written: {e}", path.display()))?;
+    trace::record_with_log(part.clone(), filter).map_err(|e| format!("`--trace`: {e}"))?;
+    Ok(Some(part))
 }
 
 async fn serve<F: SolverFactory>(

@@ -4,6 +4,7 @@ use std::sync::mpsc::Receiver;
 use std::time::{Duration, Instant};
 
 use serde::{Deserialize, Serialize};
+use tracing::trace_span;
 
 use crate::exchange::{Exchange, Extent, Frame, FrameContent, InterfaceStates, PeerError, PreviousStage};
 use crate::ledger::{Energies, InterfaceSums, StageBooks, TorqueCheck, balance_breaches, imbalance};
@@ -12,6 +13,9 @@ use crate::saved::{RestoreError, SavedState};
 use crate::setup::{BreachAction, RunSetup};
 use crate::solver::{Counts, Fault, NoLoads, ParticleFields, Solver};
 use crate::stage::{Clock, ClockState, Stage, StageTime, StepStage};
+
+/// Target of the spans that tell where the time of a run goes; they cost nothing unless somebody records them.
+pub const TRACE: &str = "tidelock::trace";
 
 /// What the coordinator tells a participant during a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -201,11 +205,13 @@ pub fn run<S: Solver + ?Sized>(
     loop {
         let due = clock.outputs_due();
         if due.probes {
+            let _span = trace_span!(target: TRACE, "probes").entered();
             let mut values = Vec::new();
             runner.solver.probes(clock.time(), &mut values);
             report(Event::Probes(ProbeValues { step: clock.step(), time: clock.time(), values }));
         }
         if due.snapshot {
+            let _span = trace_span!(target: TRACE, "snapshot").entered();
             report(Event::Snapshot(runner.solver.snapshot(clock.step(), clock.time())));
         }
         loop {
@@ -217,7 +223,12 @@ pub fn run<S: Solver + ?Sized>(
             if waits && stopping || clock.finished() && !holds_at_end {
                 break;
             }
-            let command = if waits { commands.recv().ok() } else { commands.try_recv().ok() };
+            let command = if waits {
+                let _span = trace_span!(target: TRACE, "wait for grant").entered();
+                commands.recv().ok()
+            } else {
+                commands.try_recv().ok()
+            };
             match command {
                 Some(Command::GrantThrough(step)) => granted = granted.max(step),
                 Some(Command::Stop) => stopping = true,
@@ -331,11 +342,13 @@ impl<'a, S: Solver + ?Sized> Runner<'a, S> {
     }
 
     fn checkpoint(&self, clock: &Clock) -> Checkpoint {
+        let _span = trace_span!(target: TRACE, "checkpoint", step = clock.step()).entered();
         save(&*self.solver, &clock.state())
     }
 
     /// One step: predictor and corrector.
     fn step(&mut self, clock: &mut Clock) -> Result<StepReport, Fault> {
+        let _span = trace_span!(target: TRACE, "step", step = clock.step()).entered();
         let started = Instant::now();
         let waited_before = self.waited;
         let breaches_before = self.breaches;
@@ -346,7 +359,9 @@ impl<'a, S: Solver + ?Sized> Runner<'a, S> {
             let time = clock.stage(stage);
             (report.books[k], limit) = self.half_step(&time)?;
         }
-        self.solver.end_step(&clock.stage(Stage::Corrector)).map_err(Fault::Diverged)?;
+        trace_span!(target: TRACE, "end of step")
+            .in_scope(|| self.solver.end_step(&clock.stage(Stage::Corrector)))
+            .map_err(Fault::Diverged)?;
         clock.advance(limit);
         report.end_time = clock.time();
         report.energies = self.solver.energies();
@@ -359,10 +374,15 @@ impl<'a, S: Solver + ?Sized> Runner<'a, S> {
 
     /// One half-step; returns its books and the smaller of both sides' limits for the next step \[s\].
     fn half_step(&mut self, time: &StageTime) -> Result<(StageBooks, f64), Fault> {
-        self.solver.begin_stage(time).map_err(Fault::Diverged)?;
+        let _span = trace_span!(target: TRACE, "stage", at = %time.at).entered();
+        trace_span!(target: TRACE, "begin stage")
+            .in_scope(|| self.solver.begin_stage(time))
+            .map_err(Fault::Diverged)?;
         let own_limit = self.solver.time_step_limit();
         let digests = self.evaluate(time, own_limit)?;
-        let books = self.solver.advance(time).map_err(Fault::Diverged)?;
+        let books = trace_span!(target: TRACE, "advance")
+            .in_scope(|| self.solver.advance(time))
+            .map_err(Fault::Diverged)?;
         self.before = digests.map(|digests| Before { at: time.at, sums: books.interface, digests });
         let limit = if digests.is_some() { own_limit.min(self.partner.time_step_limit) } else { own_limit };
         Ok((books, limit))
@@ -376,42 +396,54 @@ impl<'a, S: Solver + ?Sized> Runner<'a, S> {
         let not_offered = |error: NoLoads| Fault::Peer { at, message: error.to_string() };
         let digests = match self.meeting {
             Meeting::Alone => {
-                self.solver.evaluate_own(time);
-                self.solver.evaluate_cross(time, &self.own.states, &self.partner.states);
+                self.evaluate_own(time);
+                self.evaluate_cross(time);
                 return Ok(None);
             }
             Meeting::States => {
                 self.prepare(time, limit)?;
                 let sent = self.send(at)?;
-                self.solver.evaluate_own(time);
+                self.evaluate_own(time);
                 let used = self.receive(time)?;
-                self.solver.evaluate_cross(time, &self.own.states, &self.partner.states);
+                self.evaluate_cross(time);
                 Digests { sent, used }
             }
             Meeting::GivesLoads => {
                 let used = self.receive(time)?;
                 self.prepare(time, limit)?;
                 let (own, samples) = (&mut self.own, &self.partner.states);
-                self.solver.reactions(time, &own.states, samples, &mut own.forces).map_err(not_offered)?;
+                trace_span!(target: TRACE, "reactions")
+                    .in_scope(|| self.solver.reactions(time, &own.states, samples, &mut own.forces))
+                    .map_err(not_offered)?;
                 own.set_version = self.partner.set_version;
                 let sent = self.send(at)?;
-                self.solver.evaluate_own(time);
-                self.solver.evaluate_cross(time, &self.own.states, &self.partner.states);
+                self.evaluate_own(time);
+                self.evaluate_cross(time);
                 Digests { sent, used }
             }
             Meeting::TakesLoads => {
                 self.prepare(time, limit)?;
                 let sent = self.send(at)?;
-                self.solver.evaluate_own(time);
+                self.evaluate_own(time);
                 let used = self.receive(time)?;
                 self.check_forces(at)?;
-                self.solver
-                    .evaluate_loads(time, &self.own.states, &self.partner.forces)
+                trace_span!(target: TRACE, "cross sums")
+                    .in_scope(|| self.solver.evaluate_loads(time, &self.own.states, &self.partner.forces))
                     .map_err(not_offered)?;
                 Digests { sent, used }
             }
         };
         Ok(Some(digests))
+    }
+
+    fn evaluate_own(&mut self, time: &StageTime) {
+        let _span = trace_span!(target: TRACE, "own sums").entered();
+        self.solver.evaluate_own(time);
+    }
+
+    fn evaluate_cross(&mut self, time: &StageTime) {
+        let _span = trace_span!(target: TRACE, "cross sums").entered();
+        self.solver.evaluate_cross(time, &self.own.states, &self.partner.states);
     }
 
     /// Whether the partner's forces belong to the samples that were sent.
@@ -432,6 +464,7 @@ impl<'a, S: Solver + ?Sized> Runner<'a, S> {
 
     /// Fills the own frame.
     fn prepare(&mut self, time: &StageTime, limit: f64) -> Result<(), Fault> {
+        let _span = trace_span!(target: TRACE, "interface").entered();
         let Some(coupling) = &self.setup.coupling else {
             return Err(Fault::Peer { at: time.at, message: "the set-up has no coupling".into() });
         };
@@ -458,6 +491,7 @@ impl<'a, S: Solver + ?Sized> Runner<'a, S> {
 
     /// Sends the own frame and returns its digest.
     fn send(&mut self, at: StepStage) -> Result<u32, Fault> {
+        let _span = trace_span!(target: TRACE, "send").entered();
         let digest = self.own.digest();
         if let Some(exchange) = self.exchange.as_mut() {
             exchange.send(&self.own).map_err(|e| peer_fault(at, e))?;
@@ -468,6 +502,7 @@ impl<'a, S: Solver + ?Sized> Runner<'a, S> {
     fn receive(&mut self, time: &StageTime) -> Result<u32, Fault> {
         let at = time.at;
         if let Some(exchange) = self.exchange.as_mut() {
+            let _span = trace_span!(target: TRACE, "wait for partner").entered();
             let started = Instant::now();
             exchange.receive(at, &mut self.partner).map_err(|e| peer_fault(at, e))?;
             self.waited += started.elapsed();

@@ -1,7 +1,7 @@
 //! `report.html`: the run's facts and pictures in one file that needs no network.
 
 mod fields;
-mod page;
+pub(crate) mod page;
 mod series;
 
 use std::io::Write;

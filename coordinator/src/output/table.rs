@@ -53,13 +53,20 @@ impl Table {
     /// When the file cannot be read or a value is no number.
     pub fn read(path: &Path) -> Result<Self, OutputError> {
         let file = File::open(path).map_err(|e| OutputError::file("read", path, e))?;
-        let mut reader = csv::ReaderBuilder::new().flexible(true).from_reader(file);
-        let bad = |reason: String| OutputError::content(path, reason);
+        Self::parse(file).map_err(|reason| OutputError::content(path, reason))
+    }
+
+    /// As [`Table::read`], from anything that gives bytes.
+    ///
+    /// # Errors
+    /// When a value is no number, with its line and column.
+    pub fn parse(csv: impl io::Read) -> Result<Self, String> {
+        let mut reader = csv::ReaderBuilder::new().flexible(true).from_reader(csv);
         let columns: Vec<String> =
-            reader.headers().map_err(|e| bad(e.to_string()))?.iter().map(String::from).collect();
+            reader.headers().map_err(|e| e.to_string())?.iter().map(String::from).collect();
         let mut table = Self::new(columns);
         for record in reader.records() {
-            let record = record.map_err(|e| bad(e.to_string()))?;
+            let record = record.map_err(|e| e.to_string())?;
             if record.len() != table.columns.len() {
                 // Only a killed run leaves such a line, and only at the end.
                 break;
@@ -67,7 +74,7 @@ impl Table {
             for (value, column) in record.iter().zip(&table.columns) {
                 let value: f64 = value.trim().parse().map_err(|_| {
                     let line = record.position().map_or(0, |p| p.line());
-                    bad(format!("line {line}, column `{column}`: `{value}` is no number"))
+                    format!("line {line}, column `{column}`: `{value}` is no number")
                 })?;
                 table.values.push(value);
             }

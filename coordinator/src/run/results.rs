@@ -3,7 +3,9 @@
 use std::collections::BTreeMap;
 
 use sha2::{Digest, Sha256};
+use sph::driver::TRACE;
 use sph::solver::Role;
+use tracing::trace_span;
 
 use super::{Job, Made};
 use crate::case::Case;
@@ -64,7 +66,8 @@ pub(super) async fn finish(
         probes: Table::read(&directory.file(directory::PROBES))?,
         ledger: Table::read(&directory.file(directory::LEDGER))?,
     };
-    report::write(&directory.file(directory::REPORT), &data)?;
+    trace_span!(target: TRACE, "report")
+        .in_scope(|| report::write(&directory.file(directory::REPORT), &data))?;
     if !options.quiet {
         header::print_results(&summary);
     }

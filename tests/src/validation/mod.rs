@@ -9,10 +9,10 @@ pub mod particles;
 pub mod plot;
 pub mod report;
 pub mod runner;
-pub mod series;
 pub mod snapshot;
 pub mod template;
 
+pub use coordinator::study::series;
 pub use plot::Plot;
 pub use runner::Run;
 

@@ -2,12 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use coordinator::cli::{RunArguments, RunOptions};
 use coordinator::failure::Kind;
 use coordinator::output::directory;
-use coordinator::output::process::Process;
 use coordinator::output::state;
 use coordinator::output::table::Table;
+use coordinator::study::runner;
 use sph::solver::ParticleFields;
 
 use super::template;
@@ -64,14 +63,14 @@ impl Run {
             std::fs::create_dir_all(&folder)
                 .map_err(|e| format!("`{}` cannot be made: {e}", folder.display()))?;
             write(&case_file, &text)?;
-            let cpu_before = cpu_seconds();
-            match coordinator::run::run(&arguments(case_file.clone(), results.clone(), options.threads)) {
+            let made = runner::run(&case_file, &results, options.threads);
+            match made.outcome {
                 Err(failure) if !(member.may_stop && failure.kind == Kind::Diverged) => {
                     return Err(format!("{}: {}", member.label(), failure.message));
                 }
                 _ => {}
             }
-            write(&folder.join(CPU_FILE), &format!("{}\n", cpu_seconds() - cpu_before))?;
+            write(&folder.join(CPU_FILE), &format!("{}\n", made.cpu_seconds))?;
         }
         Self::read(member, folder, &case_file)
     }
@@ -173,19 +172,6 @@ impl Run {
     pub fn lost(&self) -> f64 {
         self.summary.pointer("/fluid/counts/lost").and_then(serde_json::Value::as_f64).unwrap_or(f64::NAN)
     }
-}
-
-fn arguments(case: PathBuf, out: PathBuf, threads: Option<u16>) -> RunArguments {
-    RunArguments {
-        case,
-        out: Some(out),
-        force: true,
-        options: RunOptions { in_process: true, threads, window: 64, quiet: true, ..RunOptions::default() },
-    }
-}
-
-fn cpu_seconds() -> f64 {
-    Process::own().cpu_seconds.unwrap_or(f64::NAN)
 }
 
 fn write(path: &Path, text: &str) -> Result<(), String> {

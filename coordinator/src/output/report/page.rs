@@ -55,20 +55,39 @@ pub fn svg_figure(title: &str, legend: &[(String, Rgb)], svg: Option<&str>, empt
 
 /// The whole page.
 pub fn page(data: &ReportData, sections: &[Section]) -> String {
-    let title = escaped(if data.title.is_empty() { "Run" } else { &data.title });
-    let mut html = format!(
-        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
-         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>{title}</title>\n\
-         <style>{STYLE}</style>\n</head>\n<body>\n<header>\n<h1>{title}</h1>\n"
-    );
+    let title = if data.title.is_empty() { "Run" } else { &data.title };
+    let mut head = String::new();
     if !data.verdict.is_empty() {
         let verdict = escaped(&data.verdict);
         let _ = writeln!(
-            html,
+            head,
             "<p><span class=\"verdict {verdict}\">{verdict}</span> {}</p>",
             escaped(&data.reason)
         );
     }
+    let mut before = String::new();
+    if !data.warnings.is_empty() {
+        before.push_str("<section id=\"warnings\" class=\"warnings\"><h2>Warnings</h2><ul>");
+        for warning in &data.warnings {
+            let _ = write!(before, "<li>{}</li>", escaped(warning));
+        }
+        before.push_str("</ul></section>\n");
+    }
+    before.push_str("<div class=\"tables\">\n");
+    table(&mut before, "facts", "Run", &data.facts);
+    table(&mut before, "negotiated", "Agreed before the run", &data.negotiated);
+    before.push_str("</div>\n");
+    document(title, &head, &before, sections)
+}
+
+/// A page that needs no network: title as text, below it `head`, then `before` and the sections, as HTML.
+pub fn document(title: &str, head: &str, before: &str, sections: &[Section]) -> String {
+    let title = escaped(title);
+    let mut html = format!(
+        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>{title}</title>\n\
+         <style>{STYLE}</style>\n</head>\n<body>\n<header>\n<h1>{title}</h1>\n{head}"
+    );
     if sections.len() > 1 {
         html.push_str("<nav>");
         for section in sections {
@@ -76,18 +95,7 @@ pub fn page(data: &ReportData, sections: &[Section]) -> String {
         }
         html.push_str("</nav>\n");
     }
-    html.push_str("</header>\n<main>\n");
-    if !data.warnings.is_empty() {
-        html.push_str("<section id=\"warnings\" class=\"warnings\"><h2>Warnings</h2><ul>");
-        for warning in &data.warnings {
-            let _ = write!(html, "<li>{}</li>", escaped(warning));
-        }
-        html.push_str("</ul></section>\n");
-    }
-    html.push_str("<div class=\"tables\">\n");
-    table(&mut html, "facts", "Run", &data.facts);
-    table(&mut html, "negotiated", "Agreed before the run", &data.negotiated);
-    html.push_str("</div>\n");
+    let _ = write!(html, "</header>\n<main>\n{before}");
     for section in sections {
         let _ = writeln!(
             html,
@@ -106,7 +114,8 @@ pub fn page(data: &ReportData, sections: &[Section]) -> String {
     html
 }
 
-fn table(html: &mut String, id: &str, headline: &str, rows: &[(String, String)]) {
+/// Appends a table of names and values, as text, under its own headline; nothing without rows.
+pub fn table(html: &mut String, id: &str, headline: &str, rows: &[(String, String)]) {
     if rows.is_empty() {
         return;
     }
@@ -142,6 +151,8 @@ th, td { padding: 0.22rem 0.5rem 0.22rem 0; text-align: left; vertical-align: to
 th { font-weight: 400; color: var(--soft); width: 42%; }
 td { overflow-wrap: anywhere; font-variant-numeric: tabular-nums; }
 .figures { display: grid; gap: 1rem; grid-template-columns: repeat(auto-fill, minmax(min(100%, 27rem), 1fr)); }
+figure.wide { grid-column: 1 / -1; overflow-x: auto; }
+tr.front td { font-weight: 600; }
 figure { margin: 0; padding: 0.7rem; background: var(--card); border: 1px solid var(--rule); border-radius: 0.5rem; }
 figure.field { background: #ffffff; display: flex; align-items: start; justify-content: center; }
 img { display: block; max-width: 100%; max-height: 40rem; height: auto; }

@@ -2,6 +2,8 @@
 
 use std::f64::consts::TAU;
 
+use coordinator::study::references;
+
 use crate::validation::{Case, Figure, Goal, Member, Plot, Run, series};
 
 /// Oscillating cantilever of Gray, Monaghan & Swift (2001).
@@ -16,8 +18,6 @@ pub struct TurekHron;
 /// First axial mode of a bar, and a bar that is loaded suddenly.
 pub struct ElasticBar;
 
-/// Period of the plate by plane finite elements, clamped at its root \[s\].
-const IDEAL_CLAMP: f64 = 0.2551;
 /// The same, gripped along both faces over 0.05 m \[s\].
 const SLOT_CLAMP: f64 = 0.2617;
 /// Thickness of the plate and of the flag \[m\].
@@ -51,10 +51,10 @@ impl Case for Cantilever {
 
     fn figures(&self, run: &Run) -> Result<Vec<Figure>, String> {
         let tip = run.history("tip_displacement_y_m")?;
-        let (_, rate, omega) = series::damped_oscillation(&tip, (0.0, TAU / series::mean_period(&tip)));
-        let (period, loss) = (TAU / omega, 1.0 - (-rate * TAU / omega).exp());
+        let (rate, period) = references::swing(&tip);
+        let loss = 1.0 - (-rate * period).exp();
         let end = tip.last().map_or(f64::NAN, |(t, _)| *t);
-        let reference = if run.member.scheme == "slot" { SLOT_CLAMP } else { IDEAL_CLAMP };
+        let reference = if run.member.scheme == "slot" { SLOT_CLAMP } else { references::CANTILEVER_PERIOD };
         let mut figures = match run.member.scheme {
             "ideal clamp" => vec![
                 Figure::compared("period [s]", period, reference, period_goal(run.member.spacing)),

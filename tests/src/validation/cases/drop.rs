@@ -1,12 +1,12 @@
 //! Stretching of a free drop (Monaghan 1994) against the exact ordinary differential equation.
 
+use coordinator::study::references::drop_semi_axes;
+
 use crate::validation::{Case, Figure, Goal, Member, Plot, Run, series};
 
 /// See the module.
 pub struct Drop;
 
-/// Rate of strain at the start \[1/s\].
-const STRAIN_RATE: f64 = 100.0;
 const PROBE: &str = "drop";
 
 impl Case for Drop {
@@ -24,7 +24,7 @@ impl Case for Drop {
 
     fn figures(&self, run: &Run) -> Result<Vec<Figure>, String> {
         let end = *run.column("t_s")?.last().ok_or("no probe row")?;
-        let [short, long] = semi_axes(end);
+        let [short, long] = drop_semi_axes(end);
         let moment = |axis: &str| -> Result<f64, String> {
             let column = run.column(&format!("{PROBE}_second_moment_{axis}_m2"))?;
             // The second moment of an ellipse along a semi-axis a is a²/4.
@@ -65,7 +65,7 @@ impl Case for Drop {
             let moment = run.history(&format!("{PROBE}_second_moment_yy_m2"))?;
             let ends = moment.first().zip(moment.last()).ok_or("no probe row")?;
             let ((_, start), (end, moment)) = ends;
-            Ok((moment / start).sqrt() / semi_axes(*end)[1] - 1.0)
+            Ok((moment / start).sqrt() / drop_semi_axes(*end)[1] - 1.0)
         };
         let order =
             (error(first)? / error(last)?).abs().ln() / (first.member.spacing / last.member.spacing).ln();
@@ -80,7 +80,7 @@ impl Case for Drop {
         let mut plot = Plot::new("axes", "t [s]", "semi-axis [m]");
         let times: Vec<f64> = (0..=38).map(|k| 2e-4 * f64::from(k)).collect();
         for axis in [0, 1] {
-            plot.points("exact", times.iter().map(|t| (*t, semi_axes(*t)[axis])).collect());
+            plot.points("exact", times.iter().map(|t| (*t, drop_semi_axes(*t)[axis])).collect());
         }
         for run in runs {
             for axis in ["xx", "yy"] {
@@ -99,45 +99,5 @@ impl Case for Drop {
             );
         }
         Ok(vec![plot, energy])
-    }
-}
-
-/// Semi-axes along x and y \[m\] at `time` \[s\] of the drop that starts as the unit circle with v = A₀ (−x, y).
-///
-/// ```text
-/// dA/dt = A² (b² − a²)/(a² + b²),  da/dt = A a,  db/dt = −A b,  v = A (x, −y);  A(0) = −A₀
-/// ```
-fn semi_axes(time: f64) -> [f64; 2] {
-    let rate = |[strain, a, b]: [f64; 3]| {
-        let (a2, b2) = (a * a, b * b);
-        [strain * strain * (b2 - a2) / (a2 + b2), strain * a, -strain * b]
-    };
-    let steps = 2000;
-    let dt = time / f64::from(steps);
-    let mut state = [-STRAIN_RATE, 1.0, 1.0];
-    let moved = |state: [f64; 3], rate: [f64; 3], by: f64| std::array::from_fn(|k| state[k] + by * rate[k]);
-    for _ in 0..steps {
-        // Runge-Kutta of fourth order.
-        let k1 = rate(state);
-        let k2 = rate(moved(state, k1, 0.5 * dt));
-        let k3 = rate(moved(state, k2, 0.5 * dt));
-        let k4 = rate(moved(state, k3, dt));
-        state = std::array::from_fn(|k| state[k] + dt / 6.0 * (k1[k] + 2.0 * k2[k] + 2.0 * k3[k] + k4[k]));
-    }
-    [state[1], state[2]]
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_exact_drop_keeps_its_area_and_its_known_end() {
-        let [a, b] = semi_axes(0.0076);
-        // The solution conserves a·b; the integrator has an error far below 1e-10 at these steps.
-        assert!((a * b - 1.0).abs() < 1e-10, "{a} {b}");
-        // Known semi-axes at A₀t = 0.8: about 0.500 and 2.000.
-        let [a, b] = semi_axes(0.008);
-        assert!((a - 0.5).abs() < 0.01 && (b - 2.0).abs() < 0.04, "{a} {b}");
     }
 }

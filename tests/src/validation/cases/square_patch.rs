@@ -1,8 +1,6 @@
 //! Rotation of a square patch of fluid: invariants, lattice order and voids under negative pressure.
 
-use sph::vector::Vector;
-
-use crate::validation::particles::{domain_around, smallest_distance, widest_gap};
+use crate::validation::particles::{domain_around, smallest_distance, surrounded, widest_gap};
 use crate::validation::snapshot::Snapshot;
 use crate::validation::{Case, Figure, Goal, Member, Plot, Run, energy, series};
 
@@ -29,7 +27,7 @@ impl Case for SquarePatch {
             let positions = Snapshot::read(&path, 1)?.position;
             let domain = domain_around(&positions, 2.0 * spacing);
             closest = closest.min(smallest_distance(&domain, &positions, spacing));
-            gap = gap.max(widest_gap(&domain, &positions, spacing, inside_of(&positions, spacing)));
+            gap = gap.max(widest_gap(&domain, &positions, spacing, surrounded(&positions, spacing)));
         }
         let column = |name: &str| run.column(&format!("patch_{name}"));
         let drift = |values: &[f64]| series::largest(values.iter().map(|v| (v / values[0] - 1.0).abs()));
@@ -68,34 +66,5 @@ impl Case for SquarePatch {
             }
         }
         Ok(vec![plot])
-    }
-}
-
-/// Whether a point lies in the bulk: particles stand around it in each of eight directions.
-///
-/// A void is inside the fluid when the fluid surrounds it; the thin arms of the patch count no farther than their
-/// particles.
-fn inside_of(positions: &[Vector], spacing: f64) -> impl Fn(&Vector) -> bool {
-    let radius = 6.0 * spacing;
-    let cell = move |x: f64| (x / radius).floor() as i64;
-    let mut cells: std::collections::HashMap<(i64, i64), Vec<Vector>> = std::collections::HashMap::new();
-    for x in positions {
-        cells.entry((cell(x.x), cell(x.y))).or_default().push(*x);
-    }
-    move |x| {
-        let mut sectors = [false; 8];
-        for column in -1..=1 {
-            for row in -1..=1 {
-                for p in cells.get(&(cell(x.x) + column, cell(x.y) + row)).into_iter().flatten() {
-                    let d = p - x;
-                    if d.norm() < radius {
-                        let turn = d.y.atan2(d.x) / std::f64::consts::TAU + 0.5;
-                        // In [0, 1], so the product is below 9.
-                        sectors[(8.0 * turn) as usize % 8] = true;
-                    }
-                }
-            }
-        }
-        sectors.iter().all(|s| *s)
     }
 }

@@ -2,15 +2,15 @@
 
 use std::f64::consts::PI;
 
+use coordinator::study::references;
+
 use crate::validation::{Case, Figure, Goal, Member, Plot, Run, series};
 
 /// See the module.
 pub struct StandingWave;
 
-/// Exact linear decay rate \[1/s\] and period \[s\] at Re = 250 with a free-slip bottom, g = H = 1:
-/// s² + g k T (1−S) + 2νk²s − 2νkmSsT coth(mH) = 0, m² = k² + s/ν, S = 2k²/(m²+k²), T = tanh kH.
-const DECAY: f64 = 0.070_554_629_2;
-const PERIOD: f64 = 3.568_104_29;
+const DECAY: f64 = references::STANDING_WAVE.0;
+const PERIOD: f64 = references::STANDING_WAVE.1;
 
 impl Case for StandingWave {
     fn name(&self) -> &'static str {

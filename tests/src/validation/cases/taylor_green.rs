@@ -1,7 +1,6 @@
 //! Decay of the Taylor-Green vortices in a periodic box against the exact Navier-Stokes solution.
 
-use std::f64::consts::PI;
-
+use coordinator::study::references;
 use sph::domain::Domain;
 use sph::vector::Vector;
 
@@ -11,9 +10,6 @@ use crate::validation::{Case, Figure, Goal, Member, Plot, Run, series};
 
 /// See the module.
 pub struct TaylorGreen;
-
-/// Reynolds number UL/ν of the case file.
-const REYNOLDS: f64 = 100.0;
 
 impl Case for TaylorGreen {
     fn name(&self) -> &'static str {
@@ -31,10 +27,7 @@ impl Case for TaylorGreen {
     fn figures(&self, run: &Run) -> Result<Vec<Figure>, String> {
         let spacing = run.member.spacing;
         let history = run.history("water_kinetic_energy_j_per_m")?;
-        let logarithms: Vec<(f64, f64)> = history.iter().map(|(t, e)| (*t, e.ln())).collect();
-        let (_, slope) = series::line(&series::window(&logarithms, 0.2, 1.5));
-        // Twice that of the velocity, −8π²/Re.
-        let exact = -16.0 * PI * PI / REYNOLDS;
+        let (slope, exact) = (references::slope_of_logarithm(&history), references::taylor_green_slope());
         let tolerance = if spacing > 0.015 { 0.02 } else { 0.01 };
         let domain = Domain { lower: Vector::zeros(), upper: Vector::repeat(1.0), periodic: [true, true] };
         let mut closest = f64::INFINITY;
@@ -52,7 +45,7 @@ impl Case for TaylorGreen {
     fn plots(&self, runs: &[Run]) -> Result<Vec<Plot>, String> {
         let mut plot = Plot::new("decay", "t [s]", "ln of kinetic energy over that of the start");
         let times = (0..=20).map(|k| 0.1 * f64::from(k));
-        plot.points("exact", times.map(|t| (t, -16.0 * PI * PI / REYNOLDS * t)).collect());
+        plot.points("exact", times.map(|t| (t, references::taylor_green_slope() * t)).collect());
         for run in runs {
             let history = run.history("water_kinetic_energy_j_per_m")?;
             let start = series::at(&history, 0.0);

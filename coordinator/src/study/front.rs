@@ -1,0 +1,37 @@
+//! What a set of runs tells together: which are worth their cost, and how fast errors fall.
+
+/// Which of the points (cost, error) lie on the Pareto front: no other is at least as good in both and better in one.
+/// Points with anything that is no number lie on none.
+pub fn pareto(points: &[(f64, f64)]) -> Vec<bool> {
+    let beats = |a: &(f64, f64), b: &(f64, f64)| a.0 <= b.0 && a.1 <= b.1 && (a.0 < b.0 || a.1 < b.1);
+    let numbers = |p: &(f64, f64)| p.0.is_finite() && p.1.is_finite();
+    points
+        .iter()
+        .map(|p| numbers(p) && !points.iter().any(|other| numbers(other) && beats(other, p)))
+        .collect()
+}
+
+/// Observed order between a coarser and a finer run, each given as (spacing, error).
+pub fn order(coarse: (f64, f64), fine: (f64, f64)) -> Option<f64> {
+    let order = (coarse.1 / fine.1).ln() / (coarse.0 / fine.0).ln();
+    order.is_finite().then_some(order)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_front_holds_what_nothing_beats() {
+        let points = [(1.0, 0.1), (2.0, 0.05), (2.0, 0.2), (3.0, 0.05), (4.0, 0.01), (0.5, f64::NAN)];
+        assert_eq!(pareto(&points), [true, true, false, false, true, false]);
+        // Two equal ones are both on it.
+        assert_eq!(pareto(&[(1.0, 1.0), (1.0, 1.0)]), [true, true]);
+    }
+
+    #[test]
+    fn a_quarter_of_the_error_at_half_the_spacing_is_second_order() {
+        assert_eq!(order((0.2, 0.04), (0.1, 0.01)), Some(2.0));
+        assert_eq!(order((0.2, 0.04), (0.1, 0.0)), None);
+    }
+}

@@ -56,6 +56,10 @@ impl Case for DensityRatio {
         vec![
             // It strikes the floor at 1 m/s and may tear the last row of water under it when it springs back.
             of("10", 10_000.0).may_stop(),
+            // Water pressed out from under it moves at some 10 m/s.
+            of("10, c0 = 36 m per s, no tensile control", 10_000.0)
+                .with("fluid.sound_speed_m_s", 36.0)
+                .with("fluid.tensile_control", false),
             of("1", 1000.0),
             of("0.5", 500.0),
             of("0.25", 250.0),

@@ -3,6 +3,7 @@
 use std::net::SocketAddr;
 
 use proto::recording::Recording;
+use proto::security::ClientFiles;
 use sph::setup::CouplingKind;
 
 use super::{Attempt, Job, results};
@@ -24,6 +25,12 @@ impl Attempt<'_> {
         let relayed = options.relay || options.record.is_some() || options.relay_listen.is_some();
         if !(relayed || case.is_relayed()) {
             return Ok((Between::Direct, kinds));
+        }
+        if options.security.over(&case.servers.files) != ClientFiles::default() {
+            return Err(Failure::input(
+                "relayed frames travel in the clear between the servers and this command, but the run has certificates or a \
+                 token: leave out `--relay`, `--relay-listen`, `--record` and `path = \"relay\"`, or the security options",
+            ));
         }
         let listen = options.relay_listen.unwrap_or_else(|| SocketAddr::from(([127, 0, 0, 1], 0)));
         if listen.ip().is_unspecified() {

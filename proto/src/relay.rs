@@ -184,6 +184,8 @@ impl RelayService {
     ) {
         loop {
             let frame = tokio::select! {
+                // Nothing passes a cut, however much is waiting.
+                biased;
                 () = cut.cancelled() => {
                     drop(onward.send(Err(Status::unavailable("the relay was cut"))).await);
                     return;

@@ -8,7 +8,8 @@ from .clock import StageTime
 from .setup import Setup
 
 PROBE_COLUMNS = {
-    "material_point": 7, "motion": 6, "body_force": 2, "reaction": 2, "sums": 12, "all_sums": 12, "gap": 2, "all_gaps": 2,
+    "material_point": 11, "motion": 6, "body_force": 2, "reaction": 2, "sums": 12, "all_sums": 12, "gap": 2, "all_gaps": 2,
+    "contact": 6, "all_contacts": 6,
 }
 
 
@@ -104,7 +105,9 @@ def probe_values(solver: Solver, state, forces: np.ndarray, books: Books) -> np.
             own = solver.body == probe.material_point.body
             weights = _weights(solver.setup.reference[own], point, solver.setup.spacing)
             at, speed = weights @ position[own], weights @ velocity[own]
-            values += [*(at - point), *speed, *solver.stress(state, point)]
+            stress = solver.stress(state, point)
+            # Von Mises stress needs the stress out of the plane, and energy the material: a Python solver tells neither.
+            values += [*(at - point), *speed, *stress, np.nan, *_principal(*stress), np.nan]
         elif kind == "motion":
             mass = solver.mass[own]
             centre, speed = mass @ position[own] / mass.sum(), mass @ velocity[own] / mass.sum()
@@ -118,6 +121,12 @@ def probe_values(solver: Solver, state, forces: np.ndarray, books: Books) -> np.
         else:
             values += [np.nan] * PROBE_COLUMNS[kind]
     return np.array(values, dtype=float)
+
+
+def _principal(xx: float, yy: float, xy: float) -> tuple:
+    """Largest and smallest principal stress in the plane [Pa]."""
+    mean, radius = 0.5 * (xx + yy), np.hypot(0.5 * (xx - yy), xy)
+    return mean + radius, mean - radius
 
 
 def _weights(reference: np.ndarray, point: np.ndarray, spacing: float) -> np.ndarray:

@@ -82,9 +82,9 @@ fn counts_of_case_5_2_are_exact() {
 fn the_summary_tells_what_decides_the_run() {
     let summary = shipped("drifting_body").summary();
     assert_eq!((summary.steps, summary.fixed, summary.limit_override), (10_000, true, None));
-    // 5e-5 s of h/c₀ = 9.6e-5 s, of which 0.8 is recommended; the solids take sub-steps.
-    assert!((summary.ratio_to_limit - 0.5208).abs() < 1e-4, "{}", summary.ratio_to_limit);
-    assert!((summary.ratio_to_recommended - 0.5208 / 0.8).abs() < 1e-4);
+    // 5e-5 s of h/c₀ = 1.04e-4 s, of which 0.8 is recommended; the solids take sub-steps.
+    assert!((summary.ratio_to_limit - 0.4808).abs() < 1e-4, "{}", summary.ratio_to_limit);
+    assert!((summary.ratio_to_recommended - 0.4808 / 0.8).abs() < 1e-4);
     // 2 · 10,000 half-steps of 11,510 · 400 ns, 582 · 500 ns and the walls' share.
     assert!((97.0..101.0).contains(&summary.forecast), "{}", summary.forecast);
     let stabilisers: Vec<String> =
@@ -95,7 +95,7 @@ fn the_summary_tells_what_decides_the_run() {
         assert!(stabilisers.iter().any(|text| text.starts_with(words)), "{stabilisers:#?}");
     }
     let constants = summary.constants.join("\n");
-    assert!(constants.contains("h/Δx = 1.2") && constants.contains("law wall"), "{constants}");
+    assert!(constants.contains("h/Δx = 1.3") && constants.contains("law wall"), "{constants}");
 }
 
 #[test]

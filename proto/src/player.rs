@@ -8,7 +8,7 @@ use std::time::Duration;
 use sph::solver::Role;
 use sph::stage::StepStage;
 use tokio::runtime::Runtime;
-use tokio::sync::mpsc;
+use tokio::sync::{mpsc, watch};
 use tokio_stream::Stream;
 use tokio_stream::wrappers::ReceiverStream;
 use tokio_util::sync::CancellationToken;
@@ -56,6 +56,8 @@ struct Shared {
     token: Token,
     recording: Mutex<Recording>,
     replayed: Mutex<Replayed>,
+    /// Frames of the examined side that were compared.
+    compared: watch::Sender<usize>,
 }
 
 impl Player {
@@ -91,6 +93,7 @@ impl Player {
             token: access.token.clone(),
             recording: Mutex::new(recording),
             replayed: Mutex::default(),
+            compared: watch::Sender::default(),
         });
         let mut player =
             Self { address: None, shared, stop: CancellationToken::new(), runtime: Some(runtime) };
@@ -183,13 +186,19 @@ impl Shared {
     }
 
     /// Sends all frames of the player's side, then a farewell; `send` says whether anybody takes them.
+    ///
+    /// A frame waits until that of the half-step before has been compared: it tells the examined side what its partner
+    /// computed from, and a side that finds itself contradicted ends the run.
     async fn feed<F: Future<Output = bool>>(&self, send: impl Fn(wire::Frame) -> F) {
         let side = self.examined.partner();
         let (half_steps, of) = {
             let recording = self.recording.lock().unwrap_or_else(PoisonError::into_inner);
             (recording.half_steps(side), recording.attempts().first().cloned())
         };
-        for at in half_steps {
+        let mut compared = self.compared.subscribe();
+        for (before, at) in half_steps.into_iter().enumerate() {
+            // The sender is this player's own.
+            let _ = compared.wait_for(|compared| *compared >= before).await;
             match self.recorded(at, side) {
                 Ok(Some(frame)) => {
                     if !send(frame).await {
@@ -211,7 +220,13 @@ impl Shared {
     }
 
     /// Compares all frames of the examined side with those of the recording.
-    async fn watch(&self, mut frames: Streaming<wire::Frame>) {
+    async fn watch(&self, frames: Streaming<wire::Frame>) {
+        self.compare(frames).await;
+        // Nothing is left to wait for.
+        self.compared.send_replace(usize::MAX);
+    }
+
+    async fn compare(&self, mut frames: Streaming<wire::Frame>) {
         let mut ids = Ids::default();
         while let Ok(Some(frame)) = frames.message().await {
             if frame.farewell.is_some() {
@@ -238,6 +253,8 @@ impl Shared {
                 None if replayed.difference.is_none() => replayed.equal_frames += 1,
                 None => {}
             }
+            drop(replayed);
+            self.compared.send_modify(|compared| *compared += 1);
         }
     }
 }

@@ -3,6 +3,7 @@
 use crate::case::Summary;
 use crate::cli::CheckArguments;
 use crate::failure::Failure;
+use crate::output::terminal::say;
 use crate::preview;
 
 /// Checks a case file and prints what a run would do.
@@ -12,9 +13,9 @@ use crate::preview;
 pub fn check(arguments: &CheckArguments) -> Result<(), Failure> {
     let case = crate::run::load(&arguments.case)?;
     if arguments.resolved {
-        print!("{}", case.resolved_toml());
+        say(case.resolved_toml().trim_end());
     } else {
-        print!("{}", text(&case.summary()));
+        say(text(&case.summary()).trim_end());
     }
     if let Some(picture) = &arguments.picture {
         preview::draw(&case, picture)

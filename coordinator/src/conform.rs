@@ -10,6 +10,7 @@ use sph::setup::CouplingKind;
 use crate::cli::ConformArguments;
 use crate::failure::{Failure, Kind};
 use crate::output::directory::write_file;
+use crate::output::terminal::say;
 
 /// Examines the participant at the given address, prints a table and writes the JUnit file.
 ///
@@ -18,7 +19,7 @@ use crate::output::directory::write_file;
 pub fn conform(arguments: &ConformArguments) -> Result<(), Failure> {
     if arguments.list {
         for check in Check::ALL {
-            println!("{:22} {}", check.name(), check.what());
+            say(format_args!("{:22} {}", check.name(), check.what()));
         }
         return Ok(());
     }
@@ -79,15 +80,13 @@ fn words(verdict: &Verdict) -> (&'static str, &str) {
 fn print(outcome: &Outcome) {
     let (word, text) = words(&outcome.verdict);
     let seconds = outcome.elapsed.as_secs_f64();
-    println!("{:22} {word:12} {seconds:6.2} s  {text}", outcome.check.name());
-    // Whoever closed the pipe reads no further.
-    drop(std::io::stdout().flush());
+    say(format_args!("{:22} {word:12} {seconds:6.2} s  {text}", outcome.check.name()));
 }
 
 fn print_end(address: &str, report: &Report) {
     let count = |word: &str| report.outcomes.iter().filter(|o| words(&o.verdict).0 == word).count();
     let description = &report.description;
-    println!(
+    say(format_args!(
         "\n{} {} at {address}, as {}, coupled by {}: {} passed, {} failed, {} not offered",
         description.name,
         description.version,
@@ -96,7 +95,7 @@ fn print_end(address: &str, report: &Report) {
         count("passed"),
         count("FAILED"),
         count("not offered")
-    );
+    ));
 }
 
 /// Writes the report in the form that test viewers read.

@@ -9,6 +9,7 @@ use sph::solver::Role;
 use crate::cli::{CompareArguments, ReplayArguments};
 use crate::failure::{Failure, Kind};
 use crate::output::directory::{Existing, OutputDirectory};
+use crate::output::terminal::say;
 use crate::run::{self, Job, results};
 
 /// Runs one side of a recorded run alone and compares what it sends with the recording.
@@ -100,7 +101,7 @@ pub fn compare(arguments: &CompareArguments) -> Result<(), Failure> {
             format!("after {equal} equal half-steps: only `{path}` has frames of {at}"),
         ));
     }
-    println!("{equal} half-steps, equal to the last bit");
+    say(format_args!("{equal} half-steps, equal to the last bit"));
     Ok(())
 }
 

@@ -3,8 +3,10 @@
 
 pub mod bench;
 pub mod certificates;
+pub mod delay;
 pub mod doubles;
 pub mod fuzz;
+pub mod idle;
 pub mod kill;
 pub mod nodes;
 pub mod soak;

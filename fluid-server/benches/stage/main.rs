@@ -24,6 +24,9 @@ use scene::Settings;
 /// Particles of the blocks.
 const SIZES: [usize; 3] = [10_000, 100_000, 1_000_000];
 
+/// Particles of the block on which features are compared.
+const FEATURE_PARTICLES: usize = 40_000;
+
 /// A part of a stage.
 type Pass = fn(&mut Case);
 
@@ -160,6 +163,18 @@ fn passes(criterion: &mut Criterion<CpuTime>, pool: &ThreadPool) {
     }
 }
 
+/// The whole stage of the recommended settings with one thing left out or added.
+fn features(criterion: &mut Criterion<CpuTime>, pool: &ThreadPool) {
+    let mut group = group(criterion, "features");
+    group.throughput(Throughput::Elements(FEATURE_PARTICLES as u64));
+    for (k, (_, settings)) in scene::FEATURES.into_iter().enumerate() {
+        let mut case = pool.install(|| Case::new(settings, FEATURE_PARTICLES, 1e-12));
+        group.bench_function(BenchmarkId::new("stage", k), |bencher| {
+            pool.install(|| bencher.iter(|| case.stage()));
+        });
+    }
+}
+
 /// The begin of a stage whose particles have drifted by more than the skin: order, lists and records.
 fn builds(criterion: &mut Criterion<CpuTime>, pool: &ThreadPool) {
     let mut group = group(criterion, "build");
@@ -220,6 +235,7 @@ fn main() {
     let one = pool(1);
     fixed_kernel(&mut criterion);
     passes(&mut criterion, &one);
+    features(&mut criterion, &one);
     builds(&mut criterion, &one);
     criterion.final_summary();
     table::print();

@@ -21,16 +21,39 @@ pub struct Settings {
     order: Option<OrderControl>,
     acoustic_damping: f64,
     walls: bool,
+    kernel_ratio: f64,
+    artificial_viscosity: f64,
+    dynamic_viscosity: f64,
 }
 
-/// The settings that are recommended for water, and the acoustic damper.
+/// The settings that are recommended for water, but at the kernel ratio of 20 neighbours.
 pub const RECOMMENDED: Settings = Settings {
-    correction: GradientCorrection::Continuity,
+    correction: GradientCorrection::Renormalised,
     diffusion: DensityDiffusion::Renormalised { delta: 0.1 },
-    order: Some(OrderControl { shifting: 1.0, tensile_control: true }),
+    order: Some(OrderControl { shifting: 2.0, tensile_control: true }),
     acoustic_damping: 1.0,
     walls: true,
+    kernel_ratio: 1.2,
+    artificial_viscosity: 0.1,
+    dynamic_viscosity: 0.0,
 };
+
+/// What is recommended for water.
+const WATER: Settings = Settings { kernel_ratio: 1.3, ..RECOMMENDED };
+
+/// The recommended settings, and the same with one thing left out or added.
+pub const FEATURES: [(&str, Settings); 10] = [
+    ("all", WATER),
+    ("h/dx 1.2", RECOMMENDED),
+    ("no L_i in (22)", Settings { correction: GradientCorrection::Continuity, ..WATER }),
+    ("no L_i", Settings { correction: GradientCorrection::LatticeMoment, ..WATER }),
+    ("plain diffusion", Settings { diffusion: DensityDiffusion::Plain { delta: 0.1 }, ..WATER }),
+    ("no shifting", Settings { order: Some(OrderControl { shifting: 0.0, tensile_control: true }), ..WATER }),
+    ("no order control", Settings { order: None, ..WATER }),
+    ("no acoustic damper", Settings { acoustic_damping: 0.0, ..WATER }),
+    ("no artificial viscosity", Settings { artificial_viscosity: 0.0, ..WATER }),
+    ("with viscosity", Settings { dynamic_viscosity: 1e-3, ..WATER }),
+];
 
 /// No pass before the rates.
 pub const LEAN: Settings = Settings {
@@ -38,7 +61,7 @@ pub const LEAN: Settings = Settings {
     diffusion: DensityDiffusion::Plain { delta: 0.1 },
     order: None,
     acoustic_damping: 0.0,
-    walls: true,
+    ..RECOMMENDED
 };
 
 /// A free block that moves as one.
@@ -98,10 +121,10 @@ pub fn block(settings: Settings, particles: usize) -> FluidSetup {
             rest_density,
             sound_speed,
             exponent: 7.0,
-            dynamic_viscosity: 0.0,
-            smoothing_length: 1.2 * spacing,
+            dynamic_viscosity: settings.dynamic_viscosity,
+            smoothing_length: settings.kernel_ratio * spacing,
             particle_spacing: spacing,
-            viscosity_a: 0.1,
+            viscosity_a: settings.artificial_viscosity,
             viscosity_b: 0.0,
             lambda: 0.01,
             correction: settings.correction,

@@ -42,4 +42,16 @@ pub fn print() {
             println!();
         }
     }
+    let whole = |k: usize| median(&format!("features/stage/{k}"));
+    let Some(all) = whole(0) else { return };
+    println!(
+        "\nCPU time of a stage of {} particles at h/dx 1.3, over that of all recommended settings",
+        super::FEATURE_PARTICLES
+    );
+    for (k, (name, _)) in super::scene::FEATURES.iter().enumerate() {
+        match whole(k) {
+            Some(time) => println!("{name:24}{:>8.1} %", 100.0 * time / all),
+            None => println!("{name:24}{:>10}", "-"),
+        }
+    }
 }

@@ -18,6 +18,10 @@ const CLOSENESS: f64 = 0.75;
 /// on the other side of a sharp corner.
 const SLACK: f64 = 0.15;
 
+/// Nearness of particles to a face that another wall covers, in units of the spacing: that wall's own stand half a
+/// spacing behind the face.
+const CLEARANCE: f64 = CLOSENESS - 0.5;
+
 /// Longest mitre in units of the depth: behind sharper corners the layers end.
 const LONGEST_MITRE: f64 = 2.0;
 
@@ -61,7 +65,10 @@ pub fn layers_along(
     let into_wall = if side == Side::Inside { -1.0 } else { 1.0 };
     let thickness = f64::from(layers) * spacing;
     let whole = shape.boundary();
-    let lines = polylines(boundary.traced(0.05 * spacing), tolerance, on_open_side);
+    let chord = 0.05 * spacing;
+    let mut lines = polylines(boundary.traced(chord), tolerance, on_open_side);
+    let edges = whole.traced(chord);
+    lines.iter_mut().for_each(|line| line.end_at(&edges, tolerance));
     let mut crowd = Crowd::new(CLOSENESS * spacing);
     let mut particles = Vec::new();
     for layer in 0..layers {
@@ -71,7 +78,7 @@ pub fn layers_along(
             let in_layers = distance >= depth - SLACK * spacing && distance < thickness + tolerance;
             let right_side = shape.contains(&position) == (side == Side::Inside);
             // A face that is covered has no layer, but another wall behind it.
-            let clear = whole.surface(&position).distance.abs() >= (0.5 - SLACK) * spacing;
+            let clear = whole.surface(&position).distance.abs() >= CLEARANCE * spacing - tolerance;
             if in_layers && clear && right_side && !beyond_open_side(&position) && crowd.admit(&position) {
                 particles.push(LayerParticle { position, normal: outward * -into_wall });
             }
@@ -94,6 +101,9 @@ pub fn is_axis_parallel(shape: &Shape, spacing: f64) -> bool {
 struct Polyline {
     points: Vec<Vector>,
     closed: bool,
+    /// Directions of the edges of the shape that lead to the start and away from the end and bear no layers, being
+    /// covered or open.
+    bare: [Option<Vector>; 2],
 }
 
 /// Joins `edges` end to start; those for which `leave_out` says so are not part of the wall.
@@ -132,7 +142,7 @@ fn polylines(
         if closed {
             points.pop();
         }
-        lines.push(Polyline { points, closed });
+        lines.push(Polyline { points, closed, bare: [None; 2] });
     }
     lines
 }
@@ -150,6 +160,22 @@ fn around((x, y): (i64, i64)) -> impl Iterator<Item = (i64, i64)> {
 }
 
 impl Polyline {
+    /// Finds among all `edges` of the shape those that go on beyond a free end.
+    fn end_at(&mut self, edges: &[Vec<Vector>], tolerance: f64) {
+        if self.closed {
+            return;
+        }
+        let (start, end) = (self.points[0], self.points[self.points.len() - 1]);
+        let meets = |a: &Vector, b: &Vector| (a - b).norm() < 2.0 * tolerance;
+        let direction = |a: Vector, b: Vector| (b - a).try_normalize(0.0);
+        let before = edges.iter().find(|edge| meets(&edge[edge.len() - 1], &start));
+        let after = edges.iter().find(|edge| meets(&edge[0], &end));
+        self.bare = [
+            before.and_then(|edge| direction(edge[edge.len() - 2], edge[edge.len() - 1])),
+            after.and_then(|edge| direction(edge[0], edge[1])),
+        ];
+    }
+
     fn at(&self, k: usize) -> Vector {
         self.points[k % self.points.len()]
     }
@@ -184,7 +210,9 @@ impl Polyline {
                 let mitre = other.dot(&along) / (1.0 + m.dot(&n)).max(1e-9);
                 x + own * depth + along * (depth * mitre.min(LONGEST_MITRE))
             }
-            (Some(t), None) | (None, Some(t)) => x + normal(t) * depth,
+            // On the line of the bare edge, where there is one.
+            (Some(t), None) => x + beside(t, normal(t), self.bare[1]) * depth,
+            (None, Some(t)) => x + beside(t, normal(t), self.bare[0]) * depth,
             (None, None) => x,
         }
     }
@@ -223,6 +251,13 @@ impl Polyline {
         }
         stations
     }
+}
+
+/// From the end of a line of direction `t` to that of its layer at unit depth, which lies on the line of direction `bare`.
+fn beside(t: Vector, into_wall: Vector, bare: Option<Vector>) -> Vector {
+    let skew = bare.map_or(0.0, |c| c.dot(&t) / c.dot(&into_wall));
+    // A bare edge that goes straight on has no place at that depth.
+    into_wall + if skew.abs() < LONGEST_MITRE { t * skew } else { Vector::zeros() }
 }
 
 /// Even stations along `line`: one on the corner where it starts, none on the one where it ends (the next line starts

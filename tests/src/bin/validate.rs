@@ -5,6 +5,7 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 use clap::Parser;
+use coordinator::output::terminal::say;
 use tests::validation::report::{self, Row};
 use tests::validation::runner::Options;
 use tests::validation::{Case, Member, Run, cases, template};
@@ -98,24 +99,27 @@ fn main() -> ExitCode {
     }
     let judged = || rows.iter().filter_map(|row| row.figure.passes());
     let (met, missed) = (judged().filter(|met| *met).count(), judged().filter(|met| !*met).count());
-    println!("{met} goals met, {missed} missed; table in {}", options.out.join("validation.md").display());
+    say(format_args!(
+        "{met} goals met, {missed} missed; table in {}",
+        options.out.join("validation.md").display()
+    ));
     ExitCode::from(u8::from(failed || missed > 0))
 }
 
 fn list<'a>(cases: impl Iterator<Item = &'a dyn Case>, arguments: &Arguments) {
     for case in cases {
-        println!("{}: {}", case.name(), case.about());
+        say(format_args!("{}: {}", case.name(), case.about()));
         for member in case.members().iter().filter(|member| arguments.takes(member)) {
             let file = template::folder().join(member.file).with_extension("toml");
             let quick = if member.quick { "  (quick)" } else { "" };
-            println!("    {} {} m{quick}  {}", member.scheme, member.spacing, file.display());
+            say(format_args!("    {} {} m{quick}  {}", member.scheme, member.spacing, file.display()));
         }
     }
 }
 
 /// Runs the members of `case`, prints and returns its rows and draws its plots.
 fn run_case(case: &dyn Case, arguments: &Arguments, options: &Options) -> Result<Vec<Row>, String> {
-    println!("{}: {}", case.name(), case.about());
+    say(format_args!("{}: {}", case.name(), case.about()));
     let mut runs = Vec::new();
     let mut failures = Vec::new();
     for member in case.members().into_iter().filter(|member| arguments.takes(member)) {
@@ -123,7 +127,7 @@ fn run_case(case: &dyn Case, arguments: &Arguments, options: &Options) -> Result
         let label = member.label();
         match Run::of(case, member, options) {
             Ok(run) => {
-                println!("  ran {label} in {:.1} s", started.elapsed().as_secs_f64());
+                say(format_args!("  ran {label} in {:.1} s", started.elapsed().as_secs_f64()));
                 runs.push(run);
             }
             Err(reason) => failures.push(reason),

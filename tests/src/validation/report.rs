@@ -3,6 +3,8 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
+use coordinator::output::terminal::say;
+
 use super::{Figure, Goal, Run};
 
 /// One figure of one run.
@@ -168,9 +170,9 @@ pub fn print(rows: &[Row]) {
         let reference =
             if reference.is_empty() { String::new() } else { format!("ref {reference} ({error})") };
         let order = if order.is_empty() { String::new() } else { format!("order {order}") };
-        println!(
+        say(format_args!(
             "  {met:>3}  {scheme} {spacing:<8} {name:<58} {value:>12}  {reference:<30} {goal:<18} {order}"
-        );
+        ));
     }
 }
 

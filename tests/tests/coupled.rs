@@ -1,29 +1,37 @@
 //! Whole runs through the command line: servers as separate processes against one process.
 
+use std::path::Path;
+
 use tests::bench::{Bench, digests, text};
 
 fn bench() -> Bench {
     Bench::new(env!("CARGO_BIN_EXE_tidelock-node"))
 }
 
-/// Runs the coarse case to `end_time` \[s\] in every way that must not matter and compares the digests of all particles.
-fn every_way_of_running_agrees(end_time: f64) {
-    let bench = bench();
-    let case = bench.coarse(end_time, &[]);
-    let split = bench.run(&case, "split", &[]);
+/// Runs `case` in every way that must not matter and compares the digests of all particles.
+fn every_way_of_running_agrees(bench: &Bench, case: &Path) {
+    let split = bench.run(case, "split", &[]);
     let reference = digests(&split);
-    assert_eq!(digests(&bench.run(&case, "one", &["--in-process"])), reference);
+    assert_eq!(digests(&bench.run(case, "one", &["--in-process"])), reference);
     for threads in ["1", "2", "4"] {
-        let summary = bench.run(&case, threads, &["--threads", threads]);
+        let summary = bench.run(case, threads, &["--threads", threads]);
         assert_eq!(digests(&summary), reference, "{threads} threads per server");
     }
     // Strict lock-step grants one step at a time; it changes nothing either.
-    assert_eq!(digests(&bench.run(&case, "window", &["--window", "1"])), reference);
+    assert_eq!(digests(&bench.run(case, "window", &["--window", "1"])), reference);
 }
 
 #[test]
 fn two_processes_equal_one_process_bit_for_bit_on_any_number_of_threads() {
-    every_way_of_running_agrees(0.02);
+    let bench = bench();
+    every_way_of_running_agrees(&bench, &bench.coarse(0.04, &[]));
+}
+
+#[test]
+fn the_document_s_solid_agrees_bit_for_bit_too() {
+    let bench = bench();
+    // Updated-Lagrangian bodies under the stage rule, by default.
+    every_way_of_running_agrees(&bench, &bench.tank_to(0.02, None));
 }
 
 #[test]
@@ -74,7 +82,8 @@ fn loads_do_not_go_with_the_plain_sum() {
 #[test]
 #[ignore = "takes some minutes; run it by `cargo test --release -p tests -- --ignored`"]
 fn the_whole_coarse_case_agrees_bit_for_bit() {
-    every_way_of_running_agrees(0.5);
+    let bench = bench();
+    every_way_of_running_agrees(&bench, &bench.coarse(0.5, &[]));
 }
 
 #[test]

@@ -49,12 +49,56 @@ pub fn pressure_noise(
     (squares.iter().sum::<f64>() / squares.len() as f64).sqrt()
 }
 
+/// Number of pieces that particles make of which two belong together when they are nearer than `reach` \[m\].
+pub fn pieces(positions: &[Vector], reach: f64) -> usize {
+    let domain = domain_around(positions, reach);
+    let list = CellGrid::new(&domain, positions, reach).list(&domain, positions, positions, reach, true);
+    let mut seen = vec![false; positions.len()];
+    let mut count = 0;
+    for start in 0..positions.len() {
+        let mut open = if seen[start] { Vec::new() } else { vec![start] };
+        count += open.len();
+        seen[start] = true;
+        while let Some(i) = open.pop() {
+            for j in list.of(i).iter().map(|j| *j as usize) {
+                if !seen[j] && (positions[i] - positions[j]).norm() < reach {
+                    seen[j] = true;
+                    open.push(j);
+                }
+            }
+        }
+    }
+    count
+}
+
+/// Largest distance \[m\] of a particle of `left` from the nearest mirror image, by x → −x, of one of `right`.
+pub fn asymmetry(left: &[Vector], right: &[Vector]) -> f64 {
+    let nearest = |x: &Vector| {
+        let image = Vector::new(-x.x, x.y);
+        right.iter().map(|other| (other - image).norm()).fold(f64::INFINITY, f64::min)
+    };
+    left.iter().map(nearest).fold(0.0, f64::max)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
     fn lattice(n: i32) -> Vec<Vector> {
         (0..n * n).map(|k| Vector::new(f64::from(k % n), f64::from(k / n))).collect()
+    }
+
+    #[test]
+    fn pieces_are_counted_and_mirror_images_compared() {
+        let left: Vec<Vector> = lattice(4).iter().map(|x| Vector::new(x.x - 8.0, x.y)).collect();
+        let mut right: Vec<Vector> = left.iter().map(|x| Vector::new(-x.x, x.y)).collect();
+        let all: Vec<Vector> = left.iter().chain(&right).copied().collect();
+        assert_eq!((pieces(&all, 1.5), pieces(&all, 10.5), pieces(&[], 1.0)), (2, 1, 0));
+        assert_eq!(asymmetry(&left, &right), 0.0);
+        // A corner breaks off; its neighbours are one away from where it was.
+        right[12].x += 2.0;
+        let broken: Vec<Vector> = left.iter().chain(&right).copied().collect();
+        assert_eq!((pieces(&broken, 1.5), asymmetry(&left, &right)), (3, 1.0));
     }
 
     #[test]

@@ -114,6 +114,14 @@ impl Run {
         state::read(&self.folder.join("results/final/fluid.state"))
     }
 
+    /// All solid particles at the end.
+    ///
+    /// # Errors
+    /// When they cannot be read.
+    pub fn final_solid(&self) -> Result<ParticleFields, String> {
+        state::read(&self.folder.join("results/final/solid.state"))
+    }
+
     /// Times \[s\] and files of the fluid's snapshots, in order.
     ///
     /// # Errors

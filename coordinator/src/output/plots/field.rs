@@ -20,6 +20,8 @@ const TITLE: u32 = 36;
 const TEXT: u32 = 29;
 /// plotters centres texts by their line height, which leaves digits a little high \[px\].
 const LOWER: i32 = 4;
+/// Least distance of two labels side by side \[px\].
+const GAP: i32 = 16;
 /// Ink of frames and texts.
 const INK: RGBColor = RGBColor(34, 34, 34);
 /// Particles reach a little beyond their own square, so that strained matter shows no gaps.
@@ -211,11 +213,17 @@ impl Layout {
         let wanted = |pixels: u32| (pixels as usize / 130).clamp(2, 7);
         let below = text(HPos::Center, VPos::Top, TEXT);
         let (marks, step) = ticks(self.view.lower[0], self.view.upper[0], wanted(self.plot.0));
+        let mut free_from = i32::MIN;
         for mark in marks {
             let x = left + self.place([mark, 0.0]).0.round() as i32;
             area.draw(&line(vec![(x, bottom), (x, bottom + 8)])).map_err(PlotError::new)?;
-            area.draw(&Text::new(label(mark, step), (x, bottom + 17), below.clone()))
-                .map_err(PlotError::new)?;
+            let label = label(mark, step);
+            let half = text_width(&label, TEXT) as i32 / 2;
+            // In a narrow picture every second label or so fits.
+            if x - half >= free_from {
+                free_from = x + half + GAP;
+                area.draw(&Text::new(label, (x, bottom + 17), below.clone())).map_err(PlotError::new)?;
+            }
         }
         let middle = left + self.plot.0 as i32 / 2;
         area.draw(&Text::new("x [m]", (middle, bottom + 54), below)).map_err(PlotError::new)?;

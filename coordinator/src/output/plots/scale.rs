@@ -4,7 +4,8 @@ use plotters::style::{IntoFont, TextStyle};
 
 use crate::output::font;
 
-/// Ticks at multiples of 1, 2 or 5 times a power of ten within [lower, upper], about `wanted` of them.
+/// Ticks at multiples of 1, 2 or 5 times a power of ten within [lower, upper], about `wanted` of them and at least two,
+/// since one alone shows no scale.
 ///
 /// Returns the ticks and their distance; no ticks when the range is empty or not finite.
 pub fn ticks(lower: f64, upper: f64, wanted: usize) -> (Vec<f64>, f64) {
@@ -14,8 +15,12 @@ pub fn ticks(lower: f64, upper: f64, wanted: usize) -> (Vec<f64>, f64) {
     }
     let raw = span / wanted as f64;
     let decade = 10f64.powf(raw.log10().floor());
-    let factor = [1.0, 2.0, 5.0, 10.0].into_iter().find(|f| f * decade >= raw * 0.999).unwrap_or(10.0);
-    let step = factor * decade;
+    let factors = [0.2, 0.5, 1.0, 2.0, 5.0, 10.0];
+    let fitting = factors.iter().position(|f| f * decade >= raw * 0.999).unwrap_or(factors.len() - 1);
+    // Ends of a range that lie just off two multiples leave one between them.
+    let count = |step: f64| (upper / step + 1e-3).floor() - (lower / step - 1e-3).ceil() + 1.0;
+    let several = factors[..=fitting].iter().rev().find(|factor| count(*factor * decade) >= 2.0);
+    let step = several.unwrap_or(&factors[0]) * decade;
     // A thousandth of a step absorbs the round-off of range ends that are ticks themselves.
     let first = (lower / step - 1e-3).ceil();
     let ticks = (0..=2 * wanted + 2)
@@ -144,6 +149,8 @@ mod tests {
         assert_eq!(labels(-1.2, 1.2), ["−1.0", "−0.5", "0.0", "0.5", "1.0"]);
         assert_eq!(labels(0.0, 4000.0), ["0", "1000", "2000", "3000", "4000"]);
         assert_eq!(labels(85.21001, 85.21009), ["85.21002", "85.21004", "85.21006", "85.21008"]);
+        // Steps of 0.05 would leave the zero alone.
+        assert_eq!(ticks(-0.04, 0.04, 2).0, [-0.04, -0.02, 0.0, 0.02, 0.04]);
         assert!(labels(1.0, 1.0).is_empty());
         assert!(labels(f64::NAN, 1.0).is_empty());
         for (a, b) in [(0.0, 0.584), (1e-9, 3e-9), (-7e12, 5.0), (0.013, 0.0131)] {

@@ -12,6 +12,9 @@ pub struct Cantilever;
 /// The same plate at rest under its weight.
 pub struct StaticCantilever;
 
+/// The plate of case 5.2 pushed sideways by its weight.
+pub struct PlateStiffness;
+
 /// Flag of Turek & Hron (2006) under its weight.
 pub struct TurekHron;
 
@@ -124,6 +127,62 @@ impl Case for StaticCantilever {
             Figure::compared("reaction over weight of the free part", reaction / weight, 1.0, 0.001),
             cost(run)?,
         ])
+    }
+}
+
+/// Tip deflection \[m\] of the plate of `plate_static.toml` by beam theory with shear, in plane strain:
+/// q L⁴/(8 E'I) + q L²/(2 κ G b), E' = E/(1 − ν²), κ = 5/6.
+fn plate_deflection() -> f64 {
+    let (bulk, shear): (f64, f64) = (20.0e6, 4.27e6);
+    let young = 9.0 * bulk * shear / (3.0 * bulk + shear);
+    let poisson = (3.0 * bulk - 2.0 * shear) / (6.0 * bulk + 2.0 * shear);
+    let (width, height): (f64, f64) = (0.012, 0.08);
+    let load = 1100.0 * width * 9.81;
+    let bending = young / (1.0 - poisson * poisson) * width.powi(3) / 12.0;
+    load * height.powi(4) / (8.0 * bending) + load * height.powi(2) / (2.0 * 5.0 / 6.0 * shear * width)
+}
+
+impl Case for PlateStiffness {
+    fn name(&self) -> &'static str {
+        "plate_stiffness"
+    }
+
+    fn about(&self) -> &'static str {
+        "static deflection of case 5.2's plate under its weight sideways against beam theory with shear"
+    }
+
+    fn members(&self) -> Vec<Member> {
+        let member = |scheme: &'static str, spacing: f64| {
+            // Three held rows, as in case 5.2.
+            let lower: toml::Value = vec![0.0, -3.0 * spacing].into();
+            solid("plate_static", scheme, spacing)
+                .with("solid.body.0.shape.lower_m", lower.clone())
+                .with("solid.body.0.support.0.shape.lower_m", lower)
+        };
+        let document = |spacing: f64| {
+            let mut formulation = toml::Table::new();
+            formulation.insert("type".into(), "updated-lagrangian".into());
+            formulation.insert("kernel_ratio".into(), 1.3.into());
+            member("the document's solid", spacing)
+                .with("solid.body.0.formulation", formulation)
+                .with("solid.substeps", "none")
+                .with("time.step.time_step_s", 1.25e-5 * spacing / 0.002)
+        };
+        vec![
+            member("total-lagrangian", 0.004).quick(),
+            member("total-lagrangian", 0.002),
+            member("total-lagrangian", 0.001),
+            document(0.004),
+            document(0.002),
+            document(0.001),
+        ]
+    }
+
+    fn figures(&self, run: &Run) -> Result<Vec<Figure>, String> {
+        let tip = last(run, "tip_displacement_x_m")?;
+        let figure = Figure::compared("tip deflection [m]", tip, plate_deflection(), 0.11);
+        let told = run.member.scheme != "total-lagrangian";
+        Ok(vec![if told { figure.report_only() } else { figure }, cost(run)?])
     }
 }
 

@@ -35,6 +35,7 @@ pub fn all() -> Vec<&'static dyn Case> {
         &hard::Hard,
         &beams::Cantilever,
         &beams::StaticCantilever,
+        &beams::PlateStiffness,
         &beams::TurekHron,
         &beams::ElasticBar,
         &free_solids::SpinningSquare,

@@ -4,6 +4,10 @@
 /// in tension.
 pub const LARGEST_COMPRESSION: f64 = 0.3;
 
+/// Largest share of cavities in the volume with which a run goes on \[-\]: particles some three spacings apart, beyond
+/// which they do not meet.
+const LARGEST_CAVITY: f64 = 0.9;
+
 /// Tait's equation of state.
 ///
 /// ```text
@@ -14,12 +18,40 @@ pub struct Tait {
     rest_density: f64,
     stiffness: f64,
     exponent: f64,
+    /// Lowest pressure \[Pa\], and the density at which Eq. (3) reaches it \[kg/m³\].
+    lowest: (f64, f64),
 }
 
 impl Tait {
     /// Rest density ρ₀ \[kg/m³\], sound speed c₀ \[m/s\], exponent γ \[-\].
     pub fn new(rest_density: f64, sound_speed: f64, exponent: f64) -> Self {
-        Self { rest_density, stiffness: rest_density * sound_speed * sound_speed / exponent, exponent }
+        let stiffness = rest_density * sound_speed * sound_speed / exponent;
+        Self { rest_density, stiffness, exponent, lowest: (f64::NEG_INFINITY, 0.0) }
+    }
+
+    /// The same for a fluid that bears no more than `tension` \[Pa\]: beyond it cavities open.
+    ///
+    /// ```text
+    /// p = max(Eq. (3), −tension)
+    /// ```
+    /// The density is then that of water with cavities. It keeps account of their volume, so that water feels pressure
+    /// again when they have closed, not before.
+    /// ```
+    /// let water = sph::equation_of_state::Tait::new(1000.0, 10.0, 1.0).bearing(2e3);
+    /// assert!((water.pressure(990.0) + 1e3).abs() < 1e-9);
+    /// assert_eq!(water.pressure(700.0), -2e3);
+    /// ```
+    #[must_use]
+    pub fn bearing(self, tension: f64) -> Self {
+        Self { lowest: (-tension, self.density(-tension)), ..self }
+    }
+
+    /// Lowest density at which a fluid is taken for sound \[kg/m³\].
+    ///
+    /// Eq. (3) means nothing in strong tension. Cavities may take any room that particles can be apart and still meet.
+    pub fn lowest_density(&self) -> f64 {
+        let share = if self.lowest.0.is_finite() { LARGEST_CAVITY } else { LARGEST_COMPRESSION };
+        (1.0 - share) * self.rest_density
     }
 
     /// Pressure \[Pa\] at `density` \[kg/m³\].
@@ -33,7 +65,7 @@ impl Tait {
     pub fn pressure(&self, density: f64) -> f64 {
         let ratio = density / self.rest_density;
         let power = if self.exponent == 7.0 { sixth_power(ratio) * ratio } else { ratio.powf(self.exponent) };
-        self.stiffness * (power - 1.0)
+        (self.stiffness * (power - 1.0)).max(self.lowest.0)
     }
 
     /// Density \[kg/m³\] at `pressure` \[Pa\]: the inverse; a pressure below −p₀ gives density zero.
@@ -56,8 +88,11 @@ impl Tait {
     /// ```text
     /// e = p₀/ρ₀·[ (q^(γ−1) − 1)/(γ − 1) + 1/q − 1 ],  q = ρ/ρ₀
     /// ```
+    /// Where cavities have opened the pressure is constant.
     pub fn compression_energy(&self, density: f64) -> f64 {
-        let q = density / self.rest_density;
+        let (lowest, whole) = self.lowest;
+        let cavities = if density < whole { lowest * (1.0 / whole - 1.0 / density) } else { 0.0 };
+        let q = density.max(whole) / self.rest_density;
         let power = if (self.exponent - 1.0).abs() < 1e-12 {
             q.ln()
         } else if self.exponent == 7.0 {
@@ -65,7 +100,7 @@ impl Tait {
         } else {
             (q.powf(self.exponent - 1.0) - 1.0) / (self.exponent - 1.0)
         };
-        self.stiffness / self.rest_density * (power + 1.0 / q - 1.0)
+        self.stiffness / self.rest_density * (power + 1.0 / q - 1.0) + cavities
     }
 }
 
@@ -96,6 +131,23 @@ mod tests {
             assert!((slope - 400.0).abs() < 1e-3);
         }
     }
+
+    #[test]
+    fn cavities_open_at_the_largest_tension_and_keep_energy_and_pressure_in_step() {
+        let water = Tait::new(1000.0, 20.0, 7.0).bearing(5e3);
+        assert_eq!(water.pressure(500.0), -5e3);
+        assert_eq!(water.pressure(1003.0), Tait::new(1000.0, 20.0, 7.0).pressure(1003.0));
+        for rho in [300.0, 985.0, 1003.0] {
+            let step = 1e-2;
+            let slope =
+                (water.compression_energy(rho + step) - water.compression_energy(rho - step)) / (2.0 * step);
+            // Central difference; at 300 kg/m³ the third derivative of p/ρ² is 1e-7 of it.
+            assert!((slope - water.pressure(rho) / (rho * rho)).abs() < 1e-6, "{rho}");
+        }
+        assert!((water.lowest_density() - 100.0).abs() < 1e-9);
+        assert!((Tait::new(1000.0, 20.0, 7.0).lowest_density() - 700.0).abs() < 1e-9);
+    }
+
     #[test]
     fn walls_show_a_density_in_any_tension() {
         let water = Tait::new(1000.0, 20.0, 7.0);

@@ -175,6 +175,9 @@ pub struct Counts {
     pub deepest_contact_m: f64,
     /// Sum over solid particles and time of the magnitudes of contact forces \[N s/m\].
     pub contact_impulse_n_s_per_m: f64,
+    /// Sub-steps that the solids have taken from step boundary to step boundary; those of predictors do not count.
+    #[serde(default)]
+    pub substeps: u64,
 }
 
 /// Particles with named fields, as written to snapshots and final states.

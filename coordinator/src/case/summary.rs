@@ -268,6 +268,9 @@ impl Case {
             if fluid.tensile_control {
                 add("fluid", "tensile control where pressure is negative, away from the surface".into());
             }
+            if let Some(tension) = fluid.tension_limit_pa {
+                add("fluid", format!("tension beyond {tension} Pa opens cavities"));
+            }
             if let Some(damping) = &fluid.damping {
                 add(
                     "fluid",

@@ -133,6 +133,7 @@ pub fn block(settings: Settings, particles: usize) -> FluidSetup {
         damping: None,
         order: settings.order,
         viscous_form: ViscousForm::Pairwise,
+        tension_limit: None,
         regions: vec!["water".into()],
         walls: vec![WallSetup {
             name: "tank".into(),

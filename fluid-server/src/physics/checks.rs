@@ -35,7 +35,8 @@ impl Findings {
         let square_speed = state.velocity[i].norm_squared();
         // Written so that NaN fails.
         let healthy = square_speed < model.constants.sound_speed.powi(2)
-            && (state.density[i] - rest_density).abs() < LARGEST_COMPRESSION * rest_density
+            && state.density[i] > model.equation_of_state.lowest_density()
+            && state.density[i] < (1.0 + LARGEST_COMPRESSION) * rest_density
             && x.x.is_finite()
             && x.y.is_finite();
         if !healthy {
@@ -108,13 +109,16 @@ fn diagnosis(model: &FluidModel, state: &FluidState, at: StepStage, i: usize) ->
             format!("{step}; else raise the sound speed, at least 10 times the largest speed"),
         )
     } else {
-        let (low, high) = ((1.0 - LARGEST_COMPRESSION) * rest, (1.0 + LARGEST_COMPRESSION) * rest);
+        let (low, high) = (model.equation_of_state.lowest_density(), (1.0 + LARGEST_COMPRESSION) * rest);
         let allowed = format!("{low} to {high} kg/m³");
         (
             "density [kg/m³]",
             density,
             allowed,
-            format!("{step}; else raise the sound speed or the artificial viscosity"),
+            format!(
+                "{step}; else raise the sound speed or the artificial viscosity, or set `tension_limit_pa` where \
+                 water is torn"
+            ),
         )
     };
     Divergence {

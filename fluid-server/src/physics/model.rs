@@ -155,10 +155,14 @@ impl FluidModel {
                 return Err(errors);
             }
         };
+        let water = Tait::new(constants.rest_density, constants.sound_speed, constants.exponent);
         let model = Self {
             domain: run.domain,
             constants,
-            equation_of_state: Tait::new(constants.rest_density, constants.sound_speed, constants.exponent),
+            equation_of_state: match setup.tension_limit {
+                Some(tension) => water.bearing(tension),
+                None => water,
+            },
             kernel,
             law: PairLaw {
                 kernel: PairKernel::new(&kernel, gradient_scale),

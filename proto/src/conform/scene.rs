@@ -141,6 +141,7 @@ impl Scene {
             acoustic_damping: 0.0,
             wall_repulsion: 0.0,
             viscous_form: ViscousForm::Pairwise,
+            tension_limit: None,
             order: None,
             damping: None,
             regions: vec!["water".into()],

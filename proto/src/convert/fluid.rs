@@ -11,7 +11,7 @@ use super::arrays::{
 use super::run::{wall_particles_from_wire, wall_particles_to_wire};
 use super::{
     Convert, Path, WireError, finite, flags_from_wire, flags_to_wire, index, length, list, name,
-    not_negative, optional, required, wires,
+    not_negative, optional, positive, required, wires,
 };
 use crate::limits::MAX_LIST;
 use crate::wire;
@@ -28,6 +28,7 @@ impl Convert for FluidSetup {
             wall_repulsion,
             viscous_form,
             order,
+            tension_limit,
             damping,
             regions,
             walls,
@@ -59,6 +60,7 @@ impl Convert for FluidSetup {
                 shifting: Some(order.shifting),
                 tensile_control: order.tensile_control,
             }),
+            tension_limit_pa: *tension_limit,
         }
     }
 
@@ -110,6 +112,10 @@ impl Convert for FluidSetup {
             lost_particle_limit: wire.lost_particle_limit,
             viscous_form: if wire.viscous_stress { ViscousForm::Stress } else { ViscousForm::Pairwise },
             order: wire.order.as_ref().map(|order| order_from_wire(order, &at.field("order"))).transpose()?,
+            tension_limit: wire
+                .tension_limit_pa
+                .map(|tension| positive(tension, &at.field("tension_limit_pa")))
+                .transpose()?,
             wall_repulsion: not_negative(wire.wall_repulsion.or(Some(0.0)), &at.field("wall_repulsion"))?,
             acoustic_damping: not_negative(
                 wire.acoustic_damping.or(Some(0.0)),

@@ -150,6 +150,7 @@ impl Convert for Counts {
             largest_interface: self.largest_interface,
             deepest_contact_m: self.deepest_contact_m,
             contact_impulse_n_s_per_m: self.contact_impulse_n_s_per_m,
+            substeps: self.substeps,
         }
     }
 
@@ -163,6 +164,7 @@ impl Convert for Counts {
             largest_interface: wire.largest_interface,
             deepest_contact_m: wire.deepest_contact_m,
             contact_impulse_n_s_per_m: wire.contact_impulse_n_s_per_m,
+            substeps: wire.substeps,
         })
     }
 }

@@ -103,6 +103,7 @@ pub(crate) fn fluid_setup(run: RunSetup) -> ParticipantSetup {
         acoustic_damping: 0.0,
         order: None,
         viscous_form: sph::setup::ViscousForm::Pairwise,
+        tension_limit: None,
         lost_particle_limit: 0,
     })
 }

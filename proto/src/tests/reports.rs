@@ -81,6 +81,7 @@ fn items() -> Vec<BatchItem> {
         largest_interface: 6,
         deepest_contact_m: 7e-3,
         contact_impulse_n_s_per_m: 0.8,
+        substeps: 9,
     };
     let mut items = vec![
         BatchItem::Step(Box::new(StepReport {

@@ -222,6 +222,7 @@ pub(super) fn build_workspace(
         }),
         interface_sums: InterfaceSums::default(),
         list_builds: 0,
+        substeps: 0,
     }
 }
 

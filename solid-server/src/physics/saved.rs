@@ -49,6 +49,7 @@ impl SolidState {
         let judged = [last.largest_acceleration, last.contact_frequency, last.stiffening];
         saved.put_f64("solid.last.judged", judged);
         saved.put_u64("solid.last.outside", [last.outside]);
+        saved.put_u64("solid.last.substeps", [last.substeps]);
         let contact = |c: &BodyContact| [c.bodies.x, c.bodies.y, c.walls.x, c.walls.y, c.deepest, c.impulse];
         saved.put_f64("solid.last.contacts", last.contacts.iter().flat_map(contact));
         saved.put_f64("solid.slips.time", [slips.time]);
@@ -79,6 +80,7 @@ impl SolidState {
         let mut reactions = saved.vectors("solid.last.reactions", counts.iter().sum())?.into_iter();
         let [largest_acceleration, contact_frequency, stiffening] = saved.numbers("solid.last.judged")?;
         let [outside] = saved.u64s("solid.last.outside")?;
+        let [substeps] = saved.u64s("solid.last.substeps")?;
         let contact = |c: &[f64]| BodyContact {
             bodies: Vector::new(c[0], c[1]),
             walls: Vector::new(c[2], c[3]),
@@ -104,6 +106,7 @@ impl SolidState {
                 contact_frequency,
                 stiffening,
                 outside,
+                substeps,
                 contacts: contacts.chunks_exact(6).map(contact).collect(),
             },
         })

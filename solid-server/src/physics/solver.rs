@@ -75,6 +75,7 @@ impl SolidSolver {
         last.largest_acceleration = record.largest_acceleration;
         last.contact_frequency = record.contact_frequency;
         last.stiffening = record.stiffening;
+        last.substeps += u64::from(workspace.substeps);
         for (fluid_force, body) in last.fluid_force.iter_mut().zip(&model.bodies) {
             let forces = &workspace.fluid_force[body.range.clone()];
             *fluid_force = ordered_sum(forces.len(), |i| forces[i]);
@@ -242,6 +243,7 @@ impl Solver for SolidSolver {
             largest_interface: self.workspace.fluid.as_ref().map_or(0, |link| link.largest_set),
             deepest_contact_m: BodyContact::all(&self.state.last.contacts).deepest,
             contact_impulse_n_s_per_m: BodyContact::all(&self.state.last.contacts).impulse,
+            substeps: self.state.last.substeps,
         }
     }
 

@@ -83,6 +83,7 @@ pub(super) fn move_by_substeps(
     count: SubstepCount,
 ) {
     let count = stage_substeps(model, state, count, time);
+    workspace.substeps = count;
     let duration = time.duration() / f64::from(count);
     let evolves = model.bodies.iter().any(|body| body.formulation.evolves());
     let pass = Pass { model, state, time, duration, evolves };

@@ -83,6 +83,8 @@ pub(super) struct LastStage {
     pub stiffening: f64,
     /// Particles outside the domain.
     pub outside: u64,
+    /// Sub-steps so far, see [`sph::solver::Counts`].
+    pub substeps: u64,
 }
 
 /// Stress of all particles.
@@ -193,6 +195,8 @@ pub(super) struct Workspace {
     /// Sums over pair forces with the fluid in this stage.
     pub interface_sums: InterfaceSums,
     pub list_builds: u64,
+    /// Sub-steps of the stage; none under the stage rule.
+    pub substeps: u32,
 }
 
 impl StressFields {

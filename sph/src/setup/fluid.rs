@@ -95,6 +95,9 @@ pub struct FluidSetup {
     pub viscous_form: ViscousForm,
     /// Shifting and tensile control; `None` leaves both out.
     pub order: Option<OrderControl>,
+    /// Largest tension that the fluid bears \[Pa\], see [`crate::equation_of_state::Tait::bearing`]; `None` for all that
+    /// Eq. (3) gives.
+    pub tension_limit: Option<f64>,
     /// Linear damping of the start; booked in the ledger.
     pub damping: Option<Damping>,
     /// Names of the fluid regions; `FluidParticles::region` indexes them.

@@ -33,6 +33,8 @@ pub struct FluidTable {
     pub wall_repulsion: f64,
     pub shifting: f64,
     pub tensile_control: bool,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tension_limit_pa: Option<f64>,
     pub lost_particle_limit: u64,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub damping: Option<DampingTable>,
@@ -100,6 +102,7 @@ impl FluidTable {
         let wall_repulsion = table.number_or("wall_repulsion", &Allowed::NOT_NEGATIVE, 1.0).value;
         let shifting = table.number_or("shifting", &Allowed::NOT_NEGATIVE, 0.0).value;
         let tensile_control = table.flag_or("tensile_control", false);
+        let tension_limit_pa = table.optional_number("tension_limit_pa", &Allowed::POSITIVE);
         let lost_particle_limit = table.count_or("lost_particle_limit", LOSS_LIMITS, 0).value;
         let damping = DampingTable::read(&mut table);
         let intact = table.intact();
@@ -123,6 +126,7 @@ impl FluidTable {
             wall_repulsion,
             shifting,
             tensile_control,
+            tension_limit_pa,
             lost_particle_limit,
             damping,
             regions,

@@ -78,6 +78,7 @@ pub fn empty_scene(spacing: f64) -> FluidSetup {
         damping: None,
         order: None,
         viscous_form: ViscousForm::Pairwise,
+        tension_limit: None,
         regions: vec!["water".into()],
         walls: Vec::new(),
         particles: FluidParticles::default(),

@@ -8,8 +8,10 @@ mod channel;
 mod contact;
 mod dam_break;
 mod dam_break_pressure;
+mod debris;
 mod drifting_body;
 mod drop;
+mod elastic;
 mod floating;
 mod free_solids;
 mod hard;
@@ -48,5 +50,8 @@ pub fn all() -> Vec<&'static dyn Case> {
         &floating::DensityRatio,
         &floating::Draught,
         &floating::HydrostaticPlate,
+        &elastic::Gate,
+        &elastic::Obstacle,
+        &debris::Debris,
     ]
 }

@@ -43,6 +43,16 @@ fn damaged_checkpoints_are_refused_in_order() {
 }
 
 #[test]
+fn a_damaged_checkpoint_is_passed_over_and_the_one_before_used() {
+    survives(Target::Stores, 1000);
+}
+
+#[test]
+fn damaged_states_that_fit_their_digest_break_no_solver() {
+    survives(Target::Restores, 300);
+}
+
+#[test]
 fn wrong_command_lines_are_refused_in_order() {
     survives(Target::Commands, 1000);
 }

@@ -84,20 +84,20 @@ impl Proxy {
     }
 }
 
-/// Damages the frame of `at` that goes in `direction`.
+/// Damages the first frame of `at` that goes in `direction`; a run that starts again meets no damage.
 fn tap(
     at: StepStage,
     direction: Direction,
     damage: Damage,
 ) -> impl FnMut(Direction, wire::Frame) -> Pass + Send {
-    let (mut last, mut withheld): (Option<wire::Frame>, bool) = (None, false);
+    let (mut last, mut withheld, mut done): (Option<wire::Frame>, bool, bool) = (None, false, false);
     move |goes, frame| {
         if goes != direction || withheld {
             return Pass::On(if goes == direction { Vec::new() } else { vec![frame] });
         }
         let before = last.replace(frame.clone());
         let is_at = frame.farewell.is_none() && (frame.step, frame.stage) == (at.step, at.stage.code());
-        if !is_at {
+        if !is_at || std::mem::replace(&mut done, true) {
             return Pass::On(vec![frame]);
         }
         match damage {

@@ -14,7 +14,7 @@ use crate::nodes::Node;
 
 /// Lease of the servers \[s\]: a client that goes away without a word costs this much. A coordinator that does not get to run
 /// for most of it is given up, so that it must bear a busy machine.
-const LEASE: &str = "6";
+const LEASE: &str = "3";
 /// A server that is not free by then has not survived its last client.
 const FREE: Duration = Duration::from_secs(30);
 /// Time between looks.

@@ -57,7 +57,11 @@ impl Kept {
     /// Puts `input` in the place of a file of the newest checkpoint; whether that is still as it was. The one before must be
     /// found otherwise, and the damage told.
     pub(super) fn find(&self, input: &[u8]) -> bool {
-        let (path, good) = &self.files[input.len() % self.files.len()];
+        // Every second one in its own place, as far as that can be told, others in any.
+        let alike = |good: &[u8]| good.iter().zip(input).take_while(|(a, b)| a == b).count();
+        let own = (0..self.files.len()).max_by_key(|k| alike(&self.files[*k].1)).unwrap_or(0);
+        let place = if input.len().is_multiple_of(2) { own } else { input.len() % self.files.len() };
+        let (path, good) = &self.files[place];
         std::fs::write(path, input).unwrap();
         let found = self.store.newest();
         std::fs::write(path, good).unwrap();

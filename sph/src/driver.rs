@@ -14,8 +14,8 @@ use crate::setup::{BreachAction, RunSetup, StepPolicy};
 use crate::solver::{Counts, Divergence, Fault, NoLoads, ParticleFields, Solver};
 use crate::stage::{Clock, ClockState, Stage, StageTime, StepStage};
 
-/// A fixed step beyond this multiple of its limit ends a run. A case may begin with as much, at its own risk.
-const LARGEST_STEP_OVER_LIMIT: f64 = 10.0;
+/// A fixed step beyond this multiple of its limit ends a run: three times what a case may begin with at its own risk.
+const LARGEST_STEP_OVER_LIMIT: f64 = 30.0;
 
 /// Target of the spans that tell where the time of a run goes; they cost nothing unless somebody records them.
 pub const TRACE: &str = "tidelock::trace";

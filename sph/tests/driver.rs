@@ -357,7 +357,7 @@ fn a_stop_ends_both_sides_at_the_granted_step_with_outputs_complete() {
 fn a_fixed_step_far_above_its_limit_ends_the_run_at_that_half_step() {
     let setup = setup(1e-3, 0.05, BreachAction::Stop);
     let from = StepStage { step: 7, stage: sph::stage::Stage::Corrector };
-    for (limit, stops) in [(1.1e-4, false), (0.9e-4, true), (f64::NAN, true)] {
+    for (limit, stops) in [(3.5e-5, false), (3.2e-5, true), (f64::NAN, true)] {
         let (mut fluid, _) = masses(&setup.domain);
         fluid.limit = (from, limit);
         let (sender, receiver) = mpsc::channel::<Command>();

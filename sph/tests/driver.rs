@@ -89,7 +89,9 @@ impl Solver for Mass {
     fn evaluate_own(&mut self, _time: &StageTime) {}
 
     fn evaluate_cross(&mut self, _time: &StageTime, own: &InterfaceStates, partner: &InterfaceStates) {
-        let separation = own.position[0] - partner.position[0];
+        // Alone it feels nothing.
+        let (Some(own), Some(partner)) = (own.position.first(), partner.position.first()) else { return };
+        let separation = own - partner;
         let length = separation.norm();
         self.force = separation * (-STIFFNESS * (length - REST_LENGTH) / length);
         let arm = self.position - self.origin;

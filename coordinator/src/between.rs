@@ -28,7 +28,7 @@ pub struct Relayed<'a> {
     /// Where the fluid calls.
     pub listen: SocketAddr,
     /// For the call of the fluid, and for that to the solid.
-    pub security: ServerSecurity,
+    pub security: Box<ServerSecurity>,
     /// Where copies go.
     pub recording: Option<&'a RecordingWriter>,
     /// Name of the case.
@@ -91,7 +91,7 @@ impl Relayed<'_> {
                 })
                 .await;
         }
-        FrameRelay::start(self.listen, &solid.server.address, self.security.clone(), self.recording)
+        FrameRelay::start(self.listen, &solid.server.address, self.security.as_ref().clone(), self.recording)
             .map_err(Failure::server)
     }
 }

@@ -27,7 +27,7 @@ impl Attempt<'_> {
             return Ok((Between::Direct, kinds));
         }
         let files = options.security.over(&case.servers.files);
-        let security = ServerSecurity::between(&files).map_err(Failure::input)?;
+        let security = Box::new(ServerSecurity::between(&files).map_err(Failure::input)?);
         let listen = options.relay_listen.unwrap_or_else(|| SocketAddr::from(([127, 0, 0, 1], 0)));
         if listen.ip().is_unspecified() {
             return Err(Failure::input(format!(

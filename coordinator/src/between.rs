@@ -7,6 +7,7 @@ use proto::description::{LinkPlan, Partner};
 use proto::player::Player;
 use proto::recording::{self, Recording, RecordingError, RecordingWriter};
 use proto::relay::FrameRelay;
+use proto::security::{ClientSecurity, ServerSecurity};
 use sph::solver::Role;
 
 use crate::failure::Failure;
@@ -26,6 +27,8 @@ pub enum Between<'a> {
 pub struct Relayed<'a> {
     /// Where the fluid calls.
     pub listen: SocketAddr,
+    /// For the call of the fluid, and for that to the solid.
+    pub security: Box<ServerSecurity>,
     /// Where copies go.
     pub recording: Option<&'a RecordingWriter>,
     /// Name of the case.
@@ -60,13 +63,15 @@ impl Relayed<'_> {
         first_limit: f64,
     ) -> Result<FrameRelay, Failure> {
         let near = |address: &str| {
-            let host = address.rsplit_once(':').map_or(address, |(host, _)| host);
+            let bare = address.rsplit_once("://").map_or(address, |(_, bare)| bare);
+            let host = bare.rsplit_once(':').map_or(bare, |(host, _)| host);
             host.ends_with("localhost")
                 || host.trim_matches(['[', ']']).parse().is_ok_and(|ip: std::net::IpAddr| ip.is_loopback())
         };
         if self.listen.ip().is_loopback() && !near(&fluid.server.address) {
             return Err(Failure::input(format!(
-                "frames cannot be relayed: the fluid server at {} does not reach {} of this machine; give an address that                  it reaches by `--relay-listen IP:PORT`",
+                "frames cannot be relayed: the fluid server at {} does not reach {} of this machine; give an address that it \
+                 reaches by `--relay-listen IP:PORT`",
                 fluid.server.address, self.listen
             )));
         }
@@ -86,7 +91,8 @@ impl Relayed<'_> {
                 })
                 .await;
         }
-        FrameRelay::start(self.listen, &solid.server.address, self.recording).map_err(Failure::server)
+        FrameRelay::start(self.listen, &solid.server.address, self.security.as_ref().clone(), self.recording)
+            .map_err(Failure::server)
     }
 }
 
@@ -96,6 +102,7 @@ impl RemoteParticipant {
         &mut self,
         recording: Recording,
         access: &RunAccess,
+        security: &ClientSecurity,
     ) -> Result<Player, Failure> {
         let role = self.report.role;
         let Some(attempt) = recording.attempts().first().cloned() else {
@@ -107,7 +114,7 @@ impl RemoteParticipant {
         let plan = LinkPlan { first_limit: attempt.first_limit, partner_extent, partner };
         self.client.link(&plan).await?;
         if role == Role::Solid {
-            player.dial(&self.server.address).await.map_err(Failure::server)?;
+            player.dial(&self.server.address, security).await.map_err(Failure::server)?;
         }
         Ok(player)
     }

@@ -2,7 +2,7 @@
 
 use std::ffi::OsString;
 use std::net::SocketAddr;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand};
@@ -13,6 +13,7 @@ use sph::solver::Role;
 use crate::failure::{Failure, Kind};
 use crate::guard::{self, Guard};
 use crate::launch::Source;
+use crate::output::directory::{Existing, OutputDirectory};
 
 /// Couples a fluid solver and an elastic-solid solver in lock-step and audits their interface.
 ///
@@ -92,7 +93,15 @@ struct NodeArguments {
 pub struct RunArguments {
     /// Case file, TOML; see cases/FORMAT.md.
     pub case: PathBuf,
-    /// Folder for the results [default: results/ and the name of the case file].
+    #[command(flatten)]
+    #[allow(missing_docs)]
+    pub new: NewRunOptions,
+}
+
+/// How a case is run anew, and where its results go.
+#[derive(Debug, Args)]
+pub struct NewRunOptions {
+    /// Folder for the results [default: results/ and the name of the case file, with `_replay` for a replay].
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
     /// Replace the results of an earlier run in that folder, which are refused otherwise.
@@ -101,6 +110,19 @@ pub struct RunArguments {
     #[command(flatten)]
     #[allow(missing_docs)]
     pub options: RunOptions,
+}
+
+impl NewRunOptions {
+    /// Makes the folder; without `--out` it has the name of `case` with `suffix`.
+    ///
+    /// # Errors
+    /// When it cannot be, or holds results that must stay.
+    pub fn create(&self, case: &Path, suffix: &str) -> Result<OutputDirectory, Failure> {
+        let name = case.file_stem().unwrap_or(case.as_os_str()).to_string_lossy();
+        let out = self.out.clone().unwrap_or_else(|| Path::new("results").join(format!("{name}{suffix}")));
+        let existing = if self.force { Existing::Replace } else { Existing::Refuse };
+        Ok(OutputDirectory::create(&out, existing)?)
+    }
 }
 
 /// Arguments of `replay`.
@@ -113,15 +135,9 @@ pub struct ReplayArguments {
     /// Side that runs; the other is played.
     #[arg(long, value_name = "SIDE", value_parser = crate::replay::side)]
     pub side: Role,
-    /// Folder for the results [default: results/ and the name of the case file with `_replay`].
-    #[arg(long, value_name = "DIR")]
-    pub out: Option<PathBuf>,
-    /// Replace the results of an earlier run in that folder, which are refused otherwise.
-    #[arg(long)]
-    pub force: bool,
     #[command(flatten)]
     #[allow(missing_docs)]
-    pub options: RunOptions,
+    pub new: NewRunOptions,
 }
 
 /// Arguments of `compare`.
@@ -200,6 +216,9 @@ pub struct RunOptions {
     /// 127.0.0.1:0, any free port].
     #[arg(long, value_name = "IP:PORT")]
     pub relay_listen: Option<SocketAddr>,
+    /// Relay at an address beyond this machine without certificate: everyone on the way can read the frames.
+    #[arg(long, requires = "relay_listen")]
+    pub relay_insecure: bool,
     /// Record the half-step frames to this file, for `compare` and `replay`; relays them.
     #[arg(long, value_name = "FILE", conflicts_with = "in_process")]
     pub record: Option<PathBuf>,
@@ -327,6 +346,9 @@ pub struct ConformArguments {
     /// Address of another process of the same solver, into which checkpoints are restored.
     #[arg(long, value_name = "HOST:PORT")]
     pub fresh: Option<String>,
+    /// How the solver is known and knows this program.
+    #[command(flatten)]
+    pub security: SecurityOptions,
     /// Longest wait for any one answer, in seconds.
     #[arg(long, value_name = "S", default_value_t = 10, value_parser = clap::value_parser!(u64).range(1..=600))]
     pub deadline: u64,

@@ -5,6 +5,7 @@ use std::path::Path;
 use std::time::Duration;
 
 use proto::conform::{Check, Options, Outcome, Report, Verdict, examine};
+use proto::security::{ClientFiles, ClientSecurity};
 use sph::setup::CouplingKind;
 
 use crate::cli::ConformArguments;
@@ -38,6 +39,8 @@ pub fn conform(arguments: &ConformArguments) -> Result<(), Failure> {
         kind: arguments.kind,
         fresh: arguments.fresh.clone(),
         only: arguments.only.clone(),
+        security: ClientSecurity::load(&arguments.security.over(&ClientFiles::default()))
+            .map_err(Failure::input)?,
     };
     let runtime = tokio::runtime::Builder::new_multi_thread()
         .worker_threads(2)

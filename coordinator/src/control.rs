@@ -356,6 +356,15 @@ impl Control {
                     recorder.snapshot(role, state)
                 };
                 outputs.order_frame(last_frame).await?;
+                if let Fault::Aborted { at } = &fault
+                    && self.failure.is_none()
+                    && self.faults.is_empty()
+                {
+                    // Nobody here told it to.
+                    let gave_up = format!("it gave the run up at {at}");
+                    self.lost(role, Failure::new(Kind::Lost, gave_up), participants);
+                    return Ok(());
+                }
                 self.running.retain(|r| *r != role);
                 self.faults.push((role, fault));
                 participants.command_all(Command::Abort);

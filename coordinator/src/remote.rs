@@ -211,7 +211,7 @@ impl Remote {
             opened.push(RemoteParticipant { report, server, client, saves });
         }
         let mut remote = Self { servers: opened, go_between: Go::Direct };
-        if let Err(failure) = remote.link(with.between, &access).await {
+        if let Err(failure) = remote.link(with.between, &access, &security).await {
             remote.end().await;
             return Err(failure);
         }
@@ -235,14 +235,19 @@ impl Remote {
         }
     }
 
-    async fn link(&mut self, between: Between<'_>, access: &RunAccess) -> Result<(), Failure> {
+    async fn link(
+        &mut self,
+        between: Between<'_>,
+        access: &RunAccess,
+        security: &ClientSecurity,
+    ) -> Result<(), Failure> {
         let limits = self.servers.iter().map(|server| server.report.time_step_limit);
         let first_limit = limits.fold(f64::INFINITY, f64::min);
         let plan = |partner_extent: Extent, partner| LinkPlan { first_limit, partner_extent, partner };
         match self.servers.as_mut_slice() {
             [alone] => match between {
                 Between::Recording(recording) => {
-                    self.go_between = Go::Player(alone.replay(recording, access).await?);
+                    self.go_between = Go::Player(alone.replay(recording, access, security).await?);
                 }
                 Between::Direct | Between::Relay(_) => {
                     alone.client.link(&plan(Extent::default(), Partner::Alone)).await?
@@ -260,7 +265,7 @@ impl Remote {
                 let mut dialled = solid.server.address.clone();
                 if let Between::Relay(relayed) = between {
                     let relay = relayed.start(fluid, solid, first_limit).await?;
-                    dialled = relay.address().to_string();
+                    dialled = relay.address();
                     self.go_between = Go::Relay { relay };
                 }
                 fluid.client.link(&plan(solid.report.extent.clone(), Partner::Dial(dialled))).await?;

@@ -1,6 +1,6 @@
 //! `coordinator replay` and `coordinator compare`: recordings of half-step frames.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 
 use proto::recording::{self, Recording};
@@ -8,7 +8,6 @@ use sph::solver::Role;
 
 use crate::cli::{CompareArguments, ReplayArguments};
 use crate::failure::{Failure, Kind};
-use crate::output::directory::{Existing, OutputDirectory};
 use crate::output::terminal::say;
 use crate::run::{self, Job, results};
 
@@ -17,8 +16,8 @@ use crate::run::{self, Job, results};
 /// # Errors
 /// When the recording is not one of the case from its start to its end, as [`run::run`], and when the side sends other bits.
 pub fn replay(arguments: &ReplayArguments) -> Result<(), Failure> {
-    arguments.options.force_arithmetic()?;
-    let (options, side) = (arguments.options.clone(), arguments.side);
+    arguments.new.options.force_arithmetic()?;
+    let (options, side) = (arguments.new.options.clone(), arguments.side);
     if options.in_process || options.relay || options.relay_listen.is_some() || options.record.is_some() {
         return Err(Failure::input(
             "`replay` runs one server against a recording; `--in-process`, `--relay`, `--relay-listen` and `--record` are \
@@ -28,9 +27,7 @@ pub fn replay(arguments: &ReplayArguments) -> Result<(), Failure> {
     let case = run::load(&arguments.case)?;
     let recording = Recording::open(&arguments.recording)?;
     check(&recording, &results::digest(&case.identity()), &arguments.case)?;
-    let out = arguments.out.clone().unwrap_or_else(|| default_folder(&arguments.case));
-    let existing = if arguments.force { Existing::Replace } else { Existing::Refuse };
-    let directory = OutputDirectory::create(&out, existing)?;
+    let directory = arguments.new.create(&arguments.case, "_replay")?;
     let quiet = options.quiet;
     let alone = Some((side, arguments.recording.clone()));
     let directory = Arc::new(directory);
@@ -114,9 +111,4 @@ pub fn side(word: &str) -> Result<Role, String> {
         .into_iter()
         .find(|role| role.to_string() == word)
         .ok_or_else(|| "must be `fluid` or `solid`".into())
-}
-
-fn default_folder(case: &Path) -> PathBuf {
-    let name = case.file_stem().unwrap_or(case.as_os_str()).to_string_lossy().into_owned();
-    Path::new("results").join(format!("{name}_replay"))
 }

@@ -22,7 +22,7 @@ use crate::header;
 use crate::in_process::{self, ThreadParticipant};
 use crate::keeper::{Keeper, Schedule};
 use crate::launch::Source;
-use crate::output::directory::{self, Existing, OutputDirectory, write_file};
+use crate::output::directory::{self, OutputDirectory, write_file};
 use crate::output::state;
 use crate::output::summary::Participant;
 use crate::participants::{CommandLine, NewsResult, Participants};
@@ -44,12 +44,10 @@ const LOGS: &str = "logs";
 /// When the case is wrong, a server is not to be had, an output cannot be written, or the run ends out of order; what
 /// was computed until then is written in every case.
 pub fn run(arguments: &RunArguments) -> Result<(), Failure> {
-    arguments.options.force_arithmetic()?;
+    arguments.new.options.force_arithmetic()?;
     let case = load(&arguments.case)?;
-    let out = arguments.out.clone().unwrap_or_else(|| default_folder(&arguments.case));
-    let existing = if arguments.force { Existing::Replace } else { Existing::Refuse };
-    let directory = Arc::new(OutputDirectory::create(&out, existing)?);
-    let options = arguments.options.clone();
+    let directory = Arc::new(arguments.new.create(&arguments.case, "")?);
+    let options = arguments.new.options.clone();
     execute(&Job { case, directory, options, resume: None, accept_other_build: false, alone: None }).map(drop)
 }
 
@@ -120,10 +118,6 @@ fn with_way_on(mut failure: Failure, job: &Job) -> Failure {
 /// All mistakes of the file.
 pub fn load(path: &Path) -> Result<Case, Failure> {
     case::load(path, &state::read).map_err(|errors| Failure::input(errors.to_string()))
-}
-
-fn default_folder(case: &Path) -> PathBuf {
-    Path::new("results").join(case.file_stem().unwrap_or(case.as_os_str()))
 }
 
 /// The solvers of a run, wherever they are.

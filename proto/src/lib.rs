@@ -21,6 +21,7 @@ pub mod limits;
 pub mod node;
 mod peer;
 pub mod player;
+pub mod proxy;
 pub mod recording;
 pub mod relay;
 pub mod security;

@@ -19,6 +19,8 @@ use crate::client::RunAccess;
 use crate::convert::{self, choice};
 use crate::limits::MAX_FRAME_BYTES;
 use crate::recording::{Difference, Ids, Recording, RecordingError, difference};
+use crate::security::{ClientSecurity, ServerSecurity};
+use crate::service::ServeOptions;
 use crate::transport::{self, Token};
 use crate::wire;
 use crate::wire::peer_client::PeerClient;
@@ -120,11 +122,13 @@ impl Player {
         let here = SocketAddr::from(([127, 0, 0, 1], 0));
         let incoming = TcpIncoming::bind(here).map_err(|e| cannot(&e))?.with_nodelay(Some(true));
         self.address = Some(incoming.local_addr().map_err(|e| cannot(&e))?);
+        let mut server = transport::server(&ServerSecurity::default(), ServeOptions::default().lease)
+            .map_err(|e| cannot(&e))?;
         let service = PlayerService(self.shared.clone());
         let peer = PeerServer::new(service).max_decoding_message_size(MAX_FRAME_BYTES);
         let stopped = self.stop.clone();
         runtime.spawn(async move {
-            let serving = transport::server().add_service(peer).serve_with_incoming(incoming);
+            let serving = server.add_service(peer).serve_with_incoming(incoming);
             tokio::select! {
                 () = stopped.cancelled() => {}
                 // The fluid sees a player that fails as a lost partner.
@@ -134,16 +138,16 @@ impl Player {
         Ok(())
     }
 
-    /// Calls the solid at `address`, which has been linked.
+    /// Calls the solid at `address`, which has been linked, by `security`.
     ///
     /// # Errors
     /// When it cannot be reached.
-    pub async fn dial(&self, address: &str) -> Result<(), String> {
+    pub async fn dial(&self, address: &str, security: &ClientSecurity) -> Result<(), String> {
         let Some(runtime) = &self.runtime else { return Ok(()) };
-        let (shared, address) = (self.shared.clone(), address.to_owned());
+        let (shared, address, security) = (self.shared.clone(), address.to_owned(), security.clone());
         let (connected, connection) = tokio::sync::oneshot::channel();
         runtime.spawn(async move {
-            let channel = match transport::connect(&address, CONNECT_TIMEOUT).await {
+            let channel = match transport::connect_secured(&address, CONNECT_TIMEOUT, &security).await {
                 Ok(channel) => channel,
                 Err(problem) => return drop(connected.send(Err(format!("{address} {problem}")))),
             };

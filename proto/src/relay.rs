@@ -19,6 +19,8 @@ use tonic::{Request, Response, Status, Streaming};
 
 use crate::limits::MAX_FRAME_BYTES;
 use crate::recording::{Record, RecordingWriter};
+use crate::security::ServerSecurity;
+use crate::service::ServeOptions;
 use crate::transport;
 use crate::wire;
 use crate::wire::peer_client::PeerClient;
@@ -91,32 +93,42 @@ pub(crate) struct Relay {
 #[derive(Debug)]
 pub struct FrameRelay {
     relay: Relay,
+    tls: bool,
     runtime: Option<Runtime>,
 }
 
-struct RelayService {
+pub(crate) struct RelayService {
     solid: String,
+    security: ServerSecurity,
     watch: Watch,
     cut: CancellationToken,
 }
 
 impl Relay {
-    /// Listens on a port of this machine for the fluid of a run whose solid is at `solid`; `tap` sees all frames.
-    pub(crate) fn start(solid: &str, tap: Tap) -> Result<Self, String> {
+    /// Listens on a port of this machine for the fluid of a run whose solid is at `solid`, which it calls by `security`;
+    /// `tap` sees all frames.
+    pub(crate) fn start(solid: &str, security: ServerSecurity, tap: Tap) -> Result<Self, String> {
         let listen = SocketAddr::from(([127, 0, 0, 1], 0));
-        Self::serve(listen, solid, Watch::Tap(Arc::new(Mutex::new(tap))))
+        Self::serve(listen, solid, security, Watch::Tap(Arc::new(Mutex::new(tap))))
     }
 
-    fn serve(listen: SocketAddr, solid: &str, watch: Watch) -> Result<Self, String> {
+    fn serve(
+        listen: SocketAddr,
+        solid: &str,
+        security: ServerSecurity,
+        watch: Watch,
+    ) -> Result<Self, String> {
         let cannot = |e: &dyn std::fmt::Display| format!("a relay cannot listen at {listen}: {e}");
         let incoming = TcpIncoming::bind(listen).map_err(|e| cannot(&e))?.with_nodelay(Some(true));
         let address = incoming.local_addr().map_err(|e| cannot(&e))?;
         let stop = CancellationToken::new();
-        let service = RelayService { solid: solid.to_owned(), watch, cut: stop.child_token() };
+        let mut server = transport::server(&security, ServeOptions::default().lease)
+            .map_err(|e| cannot(&transport::with_causes(&e)))?;
+        let service = RelayService { solid: solid.to_owned(), security, watch, cut: stop.child_token() };
         let peer = PeerServer::new(service).max_decoding_message_size(MAX_FRAME_BYTES);
         let stopped = stop.clone();
         tokio::spawn(async move {
-            let serving = transport::server().add_service(peer).serve_with_incoming(incoming);
+            let serving = server.add_service(peer).serve_with_incoming(incoming);
             tokio::select! {
                 () = stopped.cancelled() => {}
                 // The fluid sees a relay that fails as a lost partner.
@@ -128,14 +140,16 @@ impl Relay {
 }
 
 impl FrameRelay {
-    /// Listens at `listen` for the fluid of a run whose solid is at `solid`, "host:port", and copies frames to
-    /// `recording`. Port 0 takes any free one. The solid still refuses whoever does not know the run's token.
+    /// Listens at `listen` for the fluid of a run whose solid is at `solid`, "host:port" or "https://host:port", and copies
+    /// frames to `recording`. Port 0 takes any free one. `security` is for both ends. The solid still refuses whoever does
+    /// not know the run's token.
     ///
     /// # Errors
     /// When the address cannot be had, or a thread.
     pub fn start(
         listen: SocketAddr,
         solid: &str,
+        security: ServerSecurity,
         recording: Option<&RecordingWriter>,
     ) -> Result<Self, String> {
         let runtime = tokio::runtime::Builder::new_multi_thread()
@@ -145,16 +159,18 @@ impl FrameRelay {
             .build()
             .map_err(|e| format!("no thread for a relay: {e}"))?;
         let watch = recording.map_or(Watch::None, |recording| Watch::Record(recording.queue()));
+        let tls = security.has_tls();
         let relay = {
             let _entered = runtime.enter();
-            Relay::serve(listen, solid, watch)?
+            Relay::serve(listen, solid, security, watch)?
         };
-        Ok(Self { relay, runtime: Some(runtime) })
+        Ok(Self { relay, tls, runtime: Some(runtime) })
     }
 
-    /// Where it listens.
-    pub fn address(&self) -> SocketAddr {
-        self.relay.address
+    /// Where it listens, as the fluid calls it.
+    pub fn address(&self) -> String {
+        let scheme = if self.tls { "https://" } else { "" };
+        format!("{scheme}{}", self.relay.address)
     }
 }
 
@@ -174,6 +190,17 @@ impl Drop for Relay {
 }
 
 impl RelayService {
+    /// What stands before the solid at `solid`, "host:port"; `tap` sees all frames.
+    pub(crate) fn tapped(solid: &str, tap: Tap) -> Self {
+        let watch = Watch::Tap(Arc::new(Mutex::new(tap)));
+        Self {
+            solid: solid.to_owned(),
+            security: ServerSecurity::default(),
+            watch,
+            cut: CancellationToken::new(),
+        }
+    }
+
     /// Passes `frames` on until they end.
     async fn forward(
         watch: Watch,
@@ -223,7 +250,8 @@ impl Peer for RelayService {
         &self,
         request: Request<Streaming<wire::Frame>>,
     ) -> Result<Response<Self::ExchangeStream>, Status> {
-        let channel = transport::connect(&self.solid, CONNECT_TIMEOUT).await.map_err(Status::unavailable)?;
+        let channel = transport::connect_secured(&self.solid, CONNECT_TIMEOUT, self.security.partner());
+        let channel = channel.await.map_err(Status::unavailable)?;
         let (metadata, _, from_fluid) = request.into_parts();
         let (to_solid, frames) = mpsc::channel(PENDING_FRAMES);
         // An error at the solid's end of a request stream can only cut it.

@@ -12,7 +12,8 @@ use std::time::Duration;
 use clap::Args;
 use tonic::metadata::{Ascii, MetadataValue};
 use tonic::service::Interceptor;
-use tonic::transport::{Certificate, ClientTlsConfig, Endpoint, Identity, Server, ServerTlsConfig};
+use tonic::service::interceptor::InterceptedService;
+use tonic::transport::{Certificate, Channel, ClientTlsConfig, Endpoint, Identity, Server, ServerTlsConfig};
 use tonic::{Request, Status};
 
 use crate::transport::Token;
@@ -169,6 +170,11 @@ impl ClientSecurity {
         Ok(endpoint)
     }
 
+    /// `channel`, by which every call carries the access token.
+    pub(crate) fn over(&self, channel: Channel) -> SecuredChannel {
+        InterceptedService::new(channel, self.shower())
+    }
+
     /// Adds the access token to every call.
     pub(crate) fn shower(&self) -> ShowAccess {
         ShowAccess(self.access.as_ref().and_then(|token| token.text().parse().ok()))
@@ -213,6 +219,28 @@ impl ServerSecurity {
         Ok(Self { tls, access, partner })
     }
 
+    /// What stands between the servers of a run needs: with a certificate in `files` it speaks TLS by that one, and demands
+    /// one signed by the same authority. It shows the same to servers.
+    ///
+    /// # Errors
+    /// As [`ServerSecurity::load`].
+    pub fn between(files: &ClientFiles) -> Result<Self, String> {
+        let (tls_cert, tls_key) = files.identity.clone().unzip();
+        let tls_client_ca = tls_cert.as_ref().and(files.authority.clone());
+        let own = Self::load(&ServerFiles { tls_cert, tls_key, tls_client_ca, ..ServerFiles::default() })?;
+        Ok(Self { partner: ClientSecurity::load(files)?, ..own })
+    }
+
+    /// A server of this machine that calls its partner by `partner`.
+    pub(crate) fn calling(partner: ClientSecurity) -> Self {
+        Self { partner, ..Self::default() }
+    }
+
+    /// Whether it speaks TLS only.
+    pub fn has_tls(&self) -> bool {
+        self.tls.is_some()
+    }
+
     /// Why a server with these settings must not listen on `address`; `None` when it may.
     pub(crate) fn refusal(&self, address: &SocketAddr) -> Option<String> {
         if crate::transport::is_loopback(address) || (self.tls.is_some() && self.access.is_some()) {
@@ -245,6 +273,9 @@ impl ServerSecurity {
         AccessGate(self.access.clone())
     }
 }
+
+/// A connection by which every call carries the access token.
+pub(crate) type SecuredChannel = InterceptedService<Channel, ShowAccess>;
 
 /// A caller's end: shows the access token.
 #[derive(Clone, Debug)]

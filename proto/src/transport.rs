@@ -10,7 +10,7 @@ use crate::limits::{
     CONNECTION_WINDOW_BYTES, HTTP2_FRAME_BYTES, KEEPALIVE_INTERVAL, KEEPALIVE_TIMEOUT, MAX_NAME_BYTES,
     MIN_TOKEN_BYTES, STREAM_WINDOW_BYTES,
 };
-use crate::security::ClientSecurity;
+use crate::security::{ClientSecurity, ServerSecurity};
 
 /// Metadata key of the run's token.
 pub(crate) const TOKEN_KEY: &str = "fsi-token";
@@ -76,11 +76,6 @@ impl Token {
     }
 }
 
-/// Connects to `address` without encryption, as [`connect_secured`].
-pub(crate) async fn connect(address: &str, timeout: Duration) -> Result<Channel, String> {
-    connect_secured(address, timeout, &ClientSecurity::default()).await
-}
-
 /// Connects to `address`, "host:port" or "http://host:port", or by TLS to "https://host:port".
 pub(crate) async fn connect_secured(
     address: &str,
@@ -118,14 +113,29 @@ pub(crate) fn with_causes(error: &dyn std::error::Error) -> String {
     text
 }
 
-/// A server with the settings of this protocol; delays of the socket are set where it is bound.
-pub(crate) fn server() -> Server {
-    Server::builder()
+/// A server with the settings of this protocol; delays of the socket are set where it is bound. A caller that is frozen, or
+/// out of reach, is given up within `lease`, if that is shorter than what is usual.
+///
+/// # Errors
+/// When the certificate of `security` cannot be used.
+pub(crate) fn server(security: &ServerSecurity, lease: Duration) -> Result<Server, tonic::transport::Error> {
+    let [interval, timeout] = pings(lease);
+    let server = Server::builder()
         .initial_stream_window_size(STREAM_WINDOW_BYTES)
         .initial_connection_window_size(CONNECTION_WINDOW_BYTES)
         .max_frame_size(HTTP2_FRAME_BYTES)
-        .http2_keepalive_interval(Some(KEEPALIVE_INTERVAL))
-        .http2_keepalive_timeout(Some(KEEPALIVE_TIMEOUT))
+        .http2_keepalive_interval(Some(interval))
+        .http2_keepalive_timeout(Some(timeout));
+    match security.tls() {
+        Some(tls) => server.tls_config(tls.clone()),
+        None => Ok(server),
+    }
+}
+
+/// Time between HTTP/2 pings, and the wait for an answer. Together they are below `lease`, so that a run ends within it
+/// though its caller is frozen; pings are answered whatever a caller computes.
+fn pings(lease: Duration) -> [Duration; 2] {
+    [KEEPALIVE_INTERVAL.min(lease / 3), KEEPALIVE_TIMEOUT.min(lease / 2)]
 }
 
 /// Whether only this machine can reach `address`.
@@ -136,6 +146,19 @@ pub(crate) fn is_loopback(address: &SocketAddr) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_frozen_caller_is_given_up_within_the_lease() {
+        for seconds in [1, 5, 25, 120, 86400] {
+            let lease = Duration::from_secs(seconds);
+            let [interval, timeout] = pings(lease);
+            assert!(
+                interval + timeout < lease.min(Duration::from_secs(31)),
+                "{lease:?}: {interval:?}, {timeout:?}"
+            );
+        }
+        assert_eq!(pings(Duration::from_secs(120)), [KEEPALIVE_INTERVAL, KEEPALIVE_TIMEOUT]);
+    }
 
     #[test]
     fn tokens_admit_themselves_only() {

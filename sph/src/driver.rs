@@ -10,9 +10,12 @@ use crate::exchange::{Exchange, Extent, Frame, FrameContent, InterfaceStates, Pe
 use crate::ledger::{Energies, InterfaceSums, StageBooks, TorqueCheck, balance_breaches, imbalance};
 use crate::meeting::Meeting;
 use crate::saved::{RestoreError, SavedState};
-use crate::setup::{BreachAction, RunSetup};
-use crate::solver::{Counts, Fault, NoLoads, ParticleFields, Solver};
+use crate::setup::{BreachAction, RunSetup, StepPolicy};
+use crate::solver::{Counts, Divergence, Fault, NoLoads, ParticleFields, Solver};
 use crate::stage::{Clock, ClockState, Stage, StageTime, StepStage};
+
+/// A fixed step beyond this multiple of its limit ends a run: three times what a case may begin with at its own risk.
+const LARGEST_STEP_OVER_LIMIT: f64 = 30.0;
 
 /// Target of the spans that tell where the time of a run goes; they cost nothing unless somebody records them.
 pub const TRACE: &str = "tidelock::trace";
@@ -379,6 +382,7 @@ impl<'a, S: Solver + ?Sized> Runner<'a, S> {
             .in_scope(|| self.solver.begin_stage(time))
             .map_err(Fault::Diverged)?;
         let own_limit = self.solver.time_step_limit();
+        self.check_step(time, own_limit)?;
         let digests = self.evaluate(time, own_limit)?;
         let books = trace_span!(target: TRACE, "advance")
             .in_scope(|| self.solver.advance(time))
@@ -386,6 +390,25 @@ impl<'a, S: Solver + ?Sized> Runner<'a, S> {
         self.before = digests.map(|digests| Before { at: time.at, sums: books.interface, digests });
         let limit = if digests.is_some() { own_limit.min(self.partner.time_step_limit) } else { own_limit };
         Ok((books, limit))
+    }
+
+    /// Whether a fixed step is still one, by the own `limit` \[s\]; an adaptive one follows its limit by itself.
+    fn check_step(&self, time: &StageTime, limit: f64) -> Result<(), Fault> {
+        let StepPolicy::Fixed { .. } = self.setup.time.step else { return Ok(()) };
+        if time.time_step <= LARGEST_STEP_OVER_LIMIT * limit {
+            return Ok(());
+        }
+        Err(Fault::Diverged(Divergence {
+            at: time.at,
+            particle: None,
+            position: None,
+            quantity: "time step over its stability limit [-]".into(),
+            value: time.time_step / limit,
+            allowed: format!("at most {LARGEST_STEP_OVER_LIMIT}; the limit has become {limit:.3e} s"),
+            hint: "speeds, accelerations or contacts have grown far beyond those of the start: use a smaller step, or an \
+                   adaptive one"
+                .into(),
+        }))
     }
 
     /// Exchange and rates of one half-step: the one place where the kinds of coupling differ.

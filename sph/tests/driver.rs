@@ -29,6 +29,9 @@ struct Mass {
     base: (Vector, Vector),
     force: Vector,
     sums: InterfaceSums,
+    /// Largest stable step \[s\], from that half-step on.
+    limit: (StepStage, f64),
+    now: StepStage,
 }
 
 impl Mass {
@@ -43,6 +46,8 @@ impl Mass {
             base: (position, velocity),
             force: Vector::zeros(),
             sums: InterfaceSums::default(),
+            limit: (StepStage::FIRST, 1.0),
+            now: StepStage::FIRST,
         }
     }
 }
@@ -52,12 +57,13 @@ impl Solver for Mass {
         self.role
     }
 
-    fn begin_stage(&mut self, _time: &StageTime) -> Result<(), Divergence> {
+    fn begin_stage(&mut self, time: &StageTime) -> Result<(), Divergence> {
+        self.now = time.at;
         Ok(())
     }
 
     fn time_step_limit(&self) -> f64 {
-        1.0
+        if self.now >= self.limit.0 { self.limit.1 } else { 1.0 }
     }
 
     fn extent(&self) -> &Extent {
@@ -83,7 +89,9 @@ impl Solver for Mass {
     fn evaluate_own(&mut self, _time: &StageTime) {}
 
     fn evaluate_cross(&mut self, _time: &StageTime, own: &InterfaceStates, partner: &InterfaceStates) {
-        let separation = own.position[0] - partner.position[0];
+        // Alone it feels nothing.
+        let (Some(own), Some(partner)) = (own.position.first(), partner.position.first()) else { return };
+        let separation = own - partner;
         let length = separation.norm();
         self.force = separation * (-STIFFNESS * (length - REST_LENGTH) / length);
         let arm = self.position - self.origin;
@@ -344,6 +352,29 @@ fn a_stop_ends_both_sides_at_the_granted_step_with_outputs_complete() {
         let Some(Event::Finished(report)) = events.last() else { panic!("ends in order") };
         assert_eq!((report.step, report.reached_end), (12, false));
         assert!(matches!(events[events.len() - 2], Event::Probes(ref probes) if probes.step == 12));
+    }
+}
+
+#[test]
+fn a_fixed_step_far_above_its_limit_ends_the_run_at_that_half_step() {
+    let setup = setup(1e-3, 0.05, BreachAction::Stop);
+    let from = StepStage { step: 7, stage: sph::stage::Stage::Corrector };
+    for (limit, stops) in [(3.5e-5, false), (3.2e-5, true), (f64::NAN, true)] {
+        let (mut fluid, _) = masses(&setup.domain);
+        fluid.limit = (from, limit);
+        let (sender, receiver) = mpsc::channel::<Command>();
+        sender.send(Command::GrantThrough(u64::MAX)).unwrap();
+        let mut events = Vec::new();
+        let link = Link { partner_extent: Extent::default(), first_limit: 1.0, resume: None };
+        run(&mut fluid, &setup, &link, None, &receiver, &mut |e| events.push(e));
+        match fault(&events) {
+            Some(Fault::Diverged(divergence)) if stops => {
+                assert_eq!(divergence.at, from);
+                assert!(divergence.quantity.contains("time step"), "{divergence}");
+            }
+            None if !stops => {}
+            other => panic!("limit {limit}: {other:?}"),
+        }
     }
 }
 

@@ -84,9 +84,10 @@ impl Bench {
         for name in ["drifting_body_coarse", "obstacle"] {
             cases.push(std::fs::read_to_string(folder.join(format!("{name}.toml"))).unwrap());
         }
-        if target == Target::Checkpoints {
+        if [Target::Checkpoints, Target::Stores, Target::Restores].contains(&target) {
             let case = self.tank("seed.toml", &[]);
-            self.run(&case, "seed", &["--in-process", "--threads", "1"]);
+            let arguments = ["--in-process", "--threads", "1", "--checkpoint-every-steps", "40"];
+            self.run(&case, "seed", &arguments);
         }
         Seeds::new(target, &cases, &self.path("seed"))
     }
@@ -220,6 +221,30 @@ impl Drop for Running {
         drop(self.child.kill());
         drop(self.child.wait());
     }
+}
+
+/// Looks at every `look` whether `run` has written its first frame to the results in `out`, or has ended.
+pub fn wait_for_first_frame(out: &Path, run: &mut Child, look: Duration) {
+    let frame = out.join("snapshots/fluid_00000000.vtp");
+    let started = Instant::now();
+    while !frame.exists() && run.try_wait().unwrap().is_none() {
+        assert!(started.elapsed() < 4 * SOON, "no first frame");
+        std::thread::sleep(look);
+    }
+}
+
+/// Looks whether `out` holds a checkpoint; fails instead of hanging.
+pub fn wait_for_checkpoint(out: &Path) {
+    soon("a checkpoint", || out.join("checkpoints").exists() && !kept(out).is_empty());
+}
+
+/// Checkpoint folders of the results in `out`, oldest first.
+pub fn kept(out: &Path) -> Vec<String> {
+    let entries = std::fs::read_dir(out.join("checkpoints")).unwrap().flatten();
+    let names = entries.map(|entry| entry.file_name().to_string_lossy().into_owned());
+    let mut names: Vec<String> = names.filter(|name| name.starts_with("step_")).collect();
+    names.sort();
+    names
 }
 
 /// `path` as an argument.

@@ -34,6 +34,8 @@ pub enum Wrong {
     Delay(StepStage, Duration),
     /// Its checkpoints hold nothing, and it restores as much.
     EmptyCheckpoint,
+    /// It says at this half-step that no step as long as the present one is stable by far.
+    Limit(StepStage),
     /// It breaks down at this half-step.
     Drop(StepStage),
 }
@@ -164,7 +166,8 @@ impl Solver for WrongSolver {
     }
 
     fn time_step_limit(&self) -> f64 {
-        self.solver.time_step_limit()
+        let limit = self.solver.time_step_limit();
+        if self.wrong == Wrong::Limit(self.now) { 1e-3 * limit } else { limit }
     }
 
     fn extent(&self) -> &Extent {

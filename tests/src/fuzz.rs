@@ -2,6 +2,8 @@
 //!
 //! Input number n of seed s is always the same, so that a finding is repeated by its number.
 
+mod restoring;
+
 use std::ffi::OsString;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
@@ -17,6 +19,7 @@ use proto::node::NodeArgs;
 use sph::setup::ParticipantSetup;
 
 use crate::kill::Dice;
+use restoring::Kept;
 
 /// An input that takes longer than this hangs: above the slowest good one by far.
 const HANGS: Duration = Duration::from_secs(60);
@@ -32,6 +35,10 @@ pub enum Target {
     Messages,
     /// Manifests, states of both solvers and the coordinator's share of a checkpoint.
     Checkpoints,
+    /// A folder with two checkpoints, one file of the newer damaged: it must be found out, and the older used.
+    Stores,
+    /// States with digests that fit, into solvers that then step.
+    Restores,
     /// Command lines of the coordinator and of servers.
     Commands,
 }
@@ -40,6 +47,7 @@ pub enum Target {
 pub struct Seeds {
     inputs: Vec<Vec<u8>>,
     checkpoint: Option<RunCheckpoint>,
+    kept: Option<Kept>,
 }
 
 /// What was found.
@@ -154,7 +162,7 @@ fn replace_number(dice: &mut Dice, input: &mut Vec<u8>, at: usize) {
 impl Seeds {
     /// Good input for `target`: `cases` are texts of cases, `results` a folder with a finished run.
     pub fn new(target: Target, cases: &[String], results: &Path) -> Self {
-        let mut checkpoint = None;
+        let (mut checkpoint, mut kept) = (None, None);
         let inputs = match target {
             Target::Cases => cases.iter().map(|text| text.clone().into_bytes()).collect(),
             Target::Frames => proto::hostile::frames(),
@@ -174,6 +182,10 @@ impl Seeds {
                 checkpoint = Some(good);
                 inputs
             }
+            Target::Stores | Target::Restores => {
+                let found = kept.insert(Kept::of(results, &cases[0]));
+                if target == Target::Stores { found.files() } else { found.states() }
+            }
             Target::Commands => [
                 "run case.toml --out x --force --threads 2 --window 64 --silence 5 --fluid 127.0.0.1:1 --quiet",
                 "resume results/x --until 0.5 --accept-other-build --checkpoint-every-steps 10 --max-restarts 0",
@@ -186,7 +198,7 @@ impl Seeds {
             .map(|line| line.as_bytes().to_vec())
             .collect(),
         };
-        Self { inputs, checkpoint }
+        Self { inputs, checkpoint, kept }
     }
 }
 
@@ -215,6 +227,8 @@ fn feed(target: Target, seeds: &Seeds, input: &[u8]) -> bool {
             });
             sealed | Manifest::parse(&text).is_ok() | outputs | state
         }
+        Target::Stores => seeds.kept.as_ref().is_some_and(|kept| kept.find(input)),
+        Target::Restores => seeds.kept.as_ref().is_some_and(|kept| kept.take_over(input)),
         Target::Commands => {
             let text = String::from_utf8_lossy(input).into_owned();
             let words: Vec<OsString> =

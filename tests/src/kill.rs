@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-use crate::bench::{Bench, children_of, command_line, text};
+use crate::bench::{Bench, children_of, command_line, text, wait_for_first_frame};
 
 /// Steps between checkpoints.
 const EVERY_STEPS: &str = "40";
@@ -75,7 +75,7 @@ impl Trials {
         let case = write(&bench);
         let mut trials = Self { bench, program: program.into(), case, duration: Duration::ZERO };
         let mut run = trials.start("whole");
-        trials.wait_for_first_frame("whole", &mut run);
+        wait_for_first_frame(&trials.bench.path("whole"), &mut run, LOOK);
         let started = Instant::now();
         let status = wait(&mut run);
         assert_eq!(status, Some(0), "the undisturbed run");
@@ -91,23 +91,13 @@ impl Trials {
         command.stderr(Stdio::piped()).spawn().unwrap()
     }
 
-    /// Waits until the solvers step.
-    fn wait_for_first_frame(&self, name: &str, run: &mut Child) {
-        let frame = self.bench.path(name).join("snapshots/fluid_00000000.vtp");
-        let started = Instant::now();
-        while !frame.exists() && run.try_wait().unwrap().is_none() {
-            assert!(started.elapsed() < HANGS, "no first frame");
-            std::thread::sleep(LOOK);
-        }
-    }
-
     /// Kills `victim` after a fraction `when` of the undisturbed run's time and sees the run to its end; `None` when it
     /// had ended before.
     fn one(&self, victim: Victim, when: f64, tally: &mut Tally) -> Option<Result<(), String>> {
         // `--force` leaves no old frame that could be taken for a new one.
         drop(std::fs::remove_dir_all(self.bench.path("killed")));
         let mut run = self.start("killed");
-        self.wait_for_first_frame("killed", &mut run);
+        wait_for_first_frame(&self.bench.path("killed"), &mut run, LOOK);
         std::thread::sleep(self.duration.mul_f64(when));
         let target = match victim {
             Victim::Coordinator => Some(run.id()),

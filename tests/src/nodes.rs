@@ -1,8 +1,22 @@
 //! Servers as processes that a test starts by itself.
 
 use std::io::{BufRead, BufReader};
-use std::path::Path;
-use std::process::{Child, Command, Stdio};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, ExitCode, Stdio};
+
+/// The program under test: `given`, or `tidelock-node` beside this program.
+///
+/// # Errors
+/// When it is not there, which is said: the code with which to end.
+pub fn program(given: Option<PathBuf>) -> Result<PathBuf, ExitCode> {
+    let beside = || std::env::current_exe().ok().map(|own| own.with_file_name("tidelock-node"));
+    given.or_else(beside).filter(|program| program.exists()).ok_or_else(|| {
+        eprintln!(
+            "error: no program `tidelock-node` beside this one; build it by `cargo build --release -p tests`"
+        );
+        ExitCode::from(2)
+    })
+}
 
 /// A server process; it ends with this value.
 #[derive(Debug)]

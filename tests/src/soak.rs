@@ -9,11 +9,12 @@ use std::time::{Duration, Instant};
 use proto::client::{Deadlines, ParticipantClient, RunAccess};
 use sph::setup::ParticipantSetup;
 
-use crate::bench::{Bench, digests, text};
+use crate::bench::{Bench, digests, text, wait_for_first_frame};
 use crate::nodes::Node;
 
-/// Lease of the servers \[s\]: a client that goes away without a word costs this much.
-const LEASE: &str = "1";
+/// Lease of the servers \[s\]: a client that goes away without a word costs this much. A coordinator that does not get to run
+/// for most of it is given up, so that it must bear a busy machine.
+const LEASE: &str = "3";
 /// A server that is not free by then has not survived its last client.
 const FREE: Duration = Duration::from_secs(30);
 /// Time between looks.
@@ -93,6 +94,14 @@ impl Soak {
         self.nodes.each_ref().map(|node| Use::of(node.process()))
     }
 
+    /// A run of `case` on the servers into the folder `name`.
+    fn run_of(&self, case: &Path, name: &str) -> Command {
+        let mut command = Command::new(&self.program);
+        command.args(["run", text(case), "--quiet", "--force", "--out", text(&self.bench.path(name))]);
+        command.args(self.addresses());
+        command
+    }
+
     /// A run that must end well; its digests.
     fn good(&self) -> [serde_json::Value; 2] {
         let mut arguments = vec!["--force"];
@@ -139,10 +148,7 @@ impl Soak {
 
     /// A run whose physics break down.
     fn breaks_down(&self) {
-        let out = self.bench.path("broken");
-        let mut arguments = vec!["run", text(&self.broken), "--quiet", "--force", "--out", text(&out)];
-        arguments.extend(self.addresses());
-        let output = self.bench.call(&arguments);
+        let output = self.run_of(&self.broken, "broken").output().unwrap();
         assert!(!output.status.success(), "a broken case must not end well");
     }
 
@@ -151,17 +157,8 @@ impl Soak {
         let out = self.bench.path("dies");
         // A frame of an earlier run must not be taken for one of this.
         drop(std::fs::remove_dir_all(&out));
-        let mut run = Command::new(&self.program)
-            .args(["run", text(&self.long), "--quiet", "--force", "--out", text(&out)])
-            .args(self.addresses())
-            .stderr(Stdio::null())
-            .spawn()
-            .unwrap();
-        let frame = out.join("snapshots/fluid_00000000.vtp");
-        let started = Instant::now();
-        while !frame.exists() && started.elapsed() < FREE {
-            std::thread::sleep(LOOK);
-        }
+        let mut run = self.run_of(&self.long, "dies").stderr(Stdio::null()).spawn().unwrap();
+        wait_for_first_frame(&out, &mut run, LOOK);
         drop(run.kill());
         drop(run.wait());
     }
@@ -181,11 +178,8 @@ impl Soak {
     /// Waits until a good run is taken again; servers of a client that died are free after their lease at the latest.
     fn wait_until_free(&self) {
         let started = Instant::now();
-        let out = self.bench.path("probe");
-        let mut arguments = vec!["run", text(&self.case), "--quiet", "--force", "--out", text(&out)];
-        arguments.extend(self.addresses());
         loop {
-            let output = self.bench.call(&arguments);
+            let output = self.run_of(&self.case, "probe").output().unwrap();
             if output.status.success() {
                 return;
             }

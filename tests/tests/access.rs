@@ -175,9 +175,6 @@ fn a_run_by_mutual_tls_and_tokens_gives_the_same_bits() {
         words.extend(["--token-file".to_owned(), text(token).to_owned()]);
         words
     };
-    fn borrow(words: &[String]) -> Vec<&str> {
-        words.iter().map(String::as_str).collect()
-    }
     bench.run_refused(&case, &borrow(&with(&wrong)), 4, &["not allowed"]);
     let secured = bench.run(&case, "secured", &borrow(&with(&right)));
     assert_eq!(digests(&secured), digests(&plain));
@@ -192,6 +189,82 @@ fn a_run_by_mutual_tls_and_tokens_gives_the_same_bits() {
     assert_eq!(digests(&bench.run(&case, "keys", &[])), digests(&plain));
     let written = std::fs::read_to_string(bench.path("keys").join("case.toml")).unwrap();
     assert!(!written.contains(&"a".repeat(20)), "the secret itself goes nowhere");
+}
+
+/// `words` as they are borrowed.
+fn borrow(words: &[String]) -> Vec<&str> {
+    words.iter().map(String::as_str).collect()
+}
+
+impl Secrets {
+    /// Options of the coordinator for servers that demand all; it shows the certificate of `holder`.
+    fn options(&self, holder: &str, right: bool) -> Vec<String> {
+        let (ca, cert, key) = (self.own.file("ca"), self.own.file(holder), self.own.key(holder));
+        let token = self.token(right);
+        let files = [("--tls-ca", &ca), ("--tls-cert", &cert), ("--tls-key", &key), ("--token-file", &token)];
+        files.iter().flat_map(|(option, path)| [(*option).to_owned(), text(path).to_owned()]).collect()
+    }
+}
+
+#[test]
+fn secured_solvers_are_examined_as_all_others_by_those_who_may() {
+    let bench = Bench::new(PROGRAM);
+    let secrets = Secrets::new();
+    let demands = Demands { tls: true, certificate: true, token: true };
+    let [right, wrong] = [true, false].map(|right| secrets.options("caller", right));
+    // Raw calls, whole runs with a dummy that dials the solid, and the relay between both.
+    for (role, checks) in [("solid", "frame"), ("fluid", "state")] {
+        let node = secrets.start(role, demands);
+        let address = format!("https://{}", node.address);
+        let conform = ["conform", &address, "--only", checks];
+        let output = bench.call(&[&conform[..], &borrow(&right)].concat());
+        let table = String::from_utf8_lossy(&output.stdout).into_owned();
+        assert_eq!(output.status.code(), Some(0), "{table}{}", String::from_utf8_lossy(&output.stderr));
+        assert!(table.matches(" passed ").count() > 4, "{table}");
+        bench.refused(&[&conform[..], &borrow(&wrong)].concat(), 4, &["not allowed"]);
+        bench.refused(&conform, 4, &[&address, "no authority's certificate"]);
+    }
+}
+
+#[test]
+fn relayed_recorded_and_replayed_frames_of_a_secured_run_keep_its_bits() {
+    let bench = Bench::new(PROGRAM);
+    let secrets = Secrets::new();
+    let case = bench.tank("case.toml", &[]);
+    let plain = digests(&bench.run(&case, "plain", &["--threads", "1"]));
+    let demands = Demands { tls: true, certificate: true, token: true };
+    let nodes = ["fluid", "solid"].map(|role| secrets.start(role, demands));
+    let [fluid, solid] = nodes.each_ref().map(|node| format!("https://{}", node.address));
+    let servers = ["--fluid", &fluid, "--solid", &solid];
+    let file = bench.path("frames");
+    // The relay is a server too: its certificate must name this machine.
+    let right = secrets.options("server", true);
+    let recorded = [&servers[..], &borrow(&right), &["--record", text(&file)]].concat();
+    assert_eq!(digests(&bench.run(&case, "relayed", &recorded)), plain);
+    let page = std::fs::read_to_string(bench.path("relayed/report.html")).unwrap();
+    assert!(page.contains("relayed by the coordinator at https://127.0.0.1:"));
+    let other = secrets.options("caller", true);
+    bench.run_refused(
+        &case,
+        &[&servers[..], &borrow(&other), &["--relay"]].concat(),
+        4,
+        &["Link", "certificate"],
+    );
+    let out = bench.path("replayed");
+    let replay =
+        ["replay", text(&case), text(&file), "--side", "solid", "--solid", &solid, "--out", text(&out)];
+    let output = bench.call(&[&replay[..], &borrow(&right)].concat());
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+
+    // A token alone leaves the frames on this machine in the clear, as everything else.
+    let demands = Demands { tls: false, certificate: false, token: true };
+    let nodes = ["fluid", "solid"].map(|role| secrets.start(role, demands));
+    let token = secrets.token(true);
+    let servers = ["--fluid", &nodes[0].address, "--solid", &nodes[1].address, "--token-file", text(&token)];
+    assert_eq!(digests(&bench.run(&case, "token", &[&servers[..], &["--relay"]].concat())), plain);
+    // Beyond this machine that needs a word.
+    let elsewhere = [&servers[..], &["--relay-listen", "192.0.2.1:0"]].concat();
+    bench.run_refused(&case, &elsewhere, 2, &["192.0.2.1:0", "in the clear", "--relay-insecure"]);
 }
 
 #[test]

@@ -3,8 +3,9 @@
 use std::path::Path;
 use std::process::Command;
 
-use tests::bench::{Bench, children_of, digests, soon, text};
+use tests::bench::{Bench, children_of, digests, kept, soon, text, wait_for_checkpoint};
 use tests::kill::{Dice, Tally, Trials, same_results, server_of};
+use tests::nodes::Node;
 
 const PROGRAM: &str = env!("CARGO_BIN_EXE_tidelock-node");
 
@@ -21,15 +22,6 @@ fn resume(bench: &Bench, name: &str, further: &[&str]) -> String {
     let said = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(output.status.success(), "{said}");
     said
-}
-
-/// Checkpoint folders of a run, oldest first.
-fn kept(out: &Path) -> Vec<String> {
-    let entries = std::fs::read_dir(out.join("checkpoints")).unwrap().flatten();
-    let names = entries.map(|entry| entry.file_name().to_string_lossy().into_owned());
-    let mut names: Vec<String> = names.filter(|name| name.starts_with("step_")).collect();
-    names.sort();
-    names
 }
 
 #[test]
@@ -173,7 +165,7 @@ fn a_frozen_server_is_named_within_the_deadline_and_replaced() {
             .stderr(std::process::Stdio::piped())
             .spawn()
             .unwrap();
-        soon("a checkpoint", || out.join("checkpoints").exists() && !kept(&out).is_empty());
+        wait_for_checkpoint(&out);
         let server = server_of(run.id(), &format!("node-{frozen}")).unwrap();
         assert!(Command::new("kill").args(["-STOP", &server.to_string()]).status().unwrap().success());
         soon("another server", || {
@@ -195,38 +187,73 @@ fn a_server_that_somebody_else_started_is_not_replaced_and_the_way_on_is_told() 
     let bench = bench();
     let case = bench.tank_to(0.4, None);
     let out = bench.path("out");
-    let start = || {
-        let mut server = Command::new(PROGRAM)
-            .args(["node-solid", "--listen", "127.0.0.1:0"])
-            .stdout(std::process::Stdio::piped())
-            .stderr(std::process::Stdio::null())
-            .spawn()
-            .unwrap();
-        let mut line = String::new();
-        let mut lines = std::io::BufReader::new(server.stdout.take().unwrap());
-        std::io::BufRead::read_line(&mut lines, &mut line).unwrap();
-        (server, line.trim().strip_prefix("LISTEN ").unwrap().to_owned())
-    };
-    let (mut server, address) = start();
+    let start = || Node::start(Path::new(PROGRAM), "solid", &[]);
+    let server = start();
     let mut run = Command::new(PROGRAM)
-        .args(["run", text(&case), "--quiet", "--threads", "1", "--out", text(&out), "--solid", &address])
+        .args(["run", text(&case), "--quiet", "--threads", "1", "--out", text(&out)])
+        .args(["--solid", &server.address])
         .args(["--checkpoint-every-steps", "100"])
         .stderr(std::process::Stdio::piped())
         .spawn()
         .unwrap();
-    soon("a checkpoint", || out.join("checkpoints").exists() && !kept(&out).is_empty());
-    server.kill().unwrap();
-    server.wait().unwrap();
+    wait_for_checkpoint(&out);
+    drop(server);
     let status = run.wait().unwrap();
     let said = std::io::read_to_string(run.stderr.take().unwrap()).unwrap();
     assert_eq!(status.code(), Some(7), "{said}");
     assert!(said.contains("lost the solid solver") && said.contains("coordinator resume"), "{said}");
     // Elsewhere, on another port, it goes on.
-    let (mut server, address) = start();
-    resume(&bench, "out", &["--solid", &address, "--until", "0.05"]);
+    let server = start();
+    resume(&bench, "out", &["--solid", &server.address, "--until", "0.05"]);
     assert_eq!(bench.summary("out")["verdict"], "completed");
-    server.kill().unwrap();
-    server.wait().unwrap();
+}
+
+#[test]
+fn a_coordinator_frozen_beyond_the_lease_loses_its_servers_to_others_and_says_so_when_it_wakes() {
+    let bench = bench();
+    let case = bench.tank_to(0.4, None);
+    bench.run(&case, "whole", &["--threads", "1"]);
+    let short = bench.tank("short.toml", &[]);
+    let nodes = ["fluid", "solid"].map(|role| Node::start(Path::new(PROGRAM), role, &["--lease", "6"]));
+    let servers = ["--fluid", &nodes[0].address, "--solid", &nodes[1].address];
+    let out = bench.path("out");
+    let mut run = Command::new(PROGRAM)
+        .args(["run", text(&case), "--quiet", "--out", text(&out), "--checkpoint-every-steps", "100"])
+        .args(servers)
+        .stderr(std::process::Stdio::piped())
+        .spawn()
+        .unwrap();
+    let signal = |name: &str, process: u32| {
+        assert!(Command::new("kill").args([name, &process.to_string()]).status().unwrap().success());
+    };
+    wait_for_checkpoint(&out);
+    signal("-STOP", run.id());
+    let frozen = std::time::Instant::now();
+    bench.run_refused(&short, &servers, 4, &["busy", "held by coordinator, process"]);
+    loop {
+        let other = bench.path("other");
+        let mut arguments = vec!["run", text(&short), "--quiet", "--force", "--out", text(&other)];
+        arguments.extend(servers);
+        let output = bench.call(&arguments);
+        if output.status.success() {
+            break;
+        }
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(said.contains("busy"), "{said}");
+        // The lease, and time for the run itself on a busy machine; without a lease it takes 30 s.
+        assert!(frozen.elapsed() < std::time::Duration::from_secs(20), "{said}");
+    }
+    // Far longer than any two looks at the clock.
+    soon("the time that a coordinator takes for a pause", || frozen.elapsed().as_secs() > 7);
+    signal("-CONT", run.id());
+    let status = run.wait().unwrap();
+    let said = std::io::read_to_string(run.stderr.take().unwrap()).unwrap();
+    assert_eq!(status.code(), Some(7), "{said}");
+    for words in ["lost the ", "this coordinator did not run for", "coordinator resume"] {
+        assert!(said.contains(words), "no {words:?} in {said}");
+    }
+    resume(&bench, "out", &servers);
+    same_results(&bench.path("whole"), &out).unwrap();
 }
 
 #[test]

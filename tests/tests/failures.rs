@@ -3,11 +3,16 @@
 
 use std::io::{Read, Write};
 use std::net::TcpListener;
+use std::ops::RangeInclusive;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
 
 use proto::description::ProtocolVersion;
+use proto::proxy::{Damage, Proxy};
 use sph::stage::{Stage, StepStage};
-use tests::bench::{Bench, text};
+use tests::bench::{Bench, digests, kept, text};
 use tests::doubles::{Double, Wrong, serve};
+use tests::nodes::Node;
 
 fn bench() -> Bench {
     Bench::new(env!("CARGO_BIN_EXE_tidelock-node"))
@@ -181,8 +186,138 @@ fn a_server_that_gives_signs_of_life_but_completes_no_step_is_found() {
     bench.refused(
         &["run", text(&case), "--quiet", "--solid", &address, "--out", text(&out)],
         7,
-        &["lost the solid solver after 12 completed steps", "completed no step for 2 s", "step_s"],
+        &["lost the solid solver after 12 completed steps", "completed no step for", "step_s"],
     );
     // The deadline, a look each second, and time for the fluid and the report to end; far below the delay.
     assert!(started.elapsed() < std::time::Duration::from_secs(15), "{:?}", started.elapsed());
+}
+
+/// Half-step at which frames are damaged.
+const DAMAGED: StepStage = StepStage { step: 20, stage: Stage::Corrector };
+
+#[test]
+fn frames_damaged_on_the_way_end_the_run_by_name_or_cost_a_restart() {
+    let bench = bench();
+    // A step of the tank takes some 100 µs.
+    let case = bench.tank("case.toml", &[("[outputs]", "[deadlines]\nstep_s = 2.0\n[outputs]")]);
+    let whole = digests(&bench.run(&case, "whole", &[]));
+    let solid = Node::start(Path::new(env!("CARGO_BIN_EXE_tidelock-node")), "solid", &[]);
+    let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(3).enable_all().build().unwrap();
+    let (second, mut wrong) = (Duration::from_secs(1), Vec::new());
+    let out = bench.path("out");
+    for (damage, words) in [
+        (Damage::Cut, ["exchange failed at step 2", "lost the partner"]),
+        (Damage::Truncate, ["step 20 corrector", "bytes"]),
+        (Damage::Duplicate, ["step 21 predictor", "expected"]),
+        (Damage::Reorder, ["step 21 predictor", "expected"]),
+        (Damage::Withhold, ["after 20 completed steps", "completed no step for"]),
+        (Damage::Delay(6 * second), ["after 20 completed steps", "completed no step for"]),
+    ] {
+        for to_solid in [false, true] {
+            let proxy = runtime.block_on(Proxy::start(&solid.address, DAMAGED, to_solid, damage)).unwrap();
+            let address = proxy.address.to_string();
+            let started = Instant::now();
+            let arguments =
+                ["run", text(&case), "--quiet", "--force", "--out", text(&out), "--solid", &address];
+            let arguments = [&arguments[..], &["--max-restarts", "0"]].concat();
+            let output = bench.call(&arguments);
+            let said = String::from_utf8_lossy(&output.stderr).into_owned();
+            if output.status.code() != Some(7) || !words.iter().all(|word| said.contains(word)) {
+                wrong
+                    .push(format!("{damage:?}, to the solid: {to_solid}: {:?} {said}", output.status.code()));
+            }
+            // The deadline of a step, and time for both sides and the report to end.
+            assert!(started.elapsed() < 20 * second, "{damage:?}: {:?}", started.elapsed());
+        }
+    }
+    assert!(wrong.is_empty(), "{wrong:#?}");
+    // Slow is not lost; and what was damaged once comes right when the run starts again.
+    for damage in [Damage::Delay(second), Damage::Truncate] {
+        let proxy = runtime.block_on(Proxy::start(&solid.address, DAMAGED, true, damage)).unwrap();
+        let further = ["--force", "--solid", &proxy.address.to_string()];
+        let summary = bench.run(&case, "out", &further);
+        assert_eq!(digests(&summary), whole, "{damage:?}");
+        let restarts = summary["restarts"].as_array().map_or(0, Vec::len);
+        assert_eq!(restarts, usize::from(damage == Damage::Truncate), "{summary}");
+    }
+    runtime.shutdown_background();
+}
+
+/// Runs `case`, which must end with `code` and `words` in a step of `steps`; the checkpoint before must be left, and a last frame of
+/// each side.
+fn stops(
+    bench: &Bench,
+    case: &Path,
+    further: &[&str],
+    code: i32,
+    words: &[&str],
+    steps: RangeInclusive<u64>,
+) {
+    let out = bench.path("out");
+    let run =
+        ["run", text(case), "--quiet", "--force", "--out", text(&out), "--checkpoint-every-steps", "10"];
+    bench.refused(&[&run[..], further].concat(), code, words);
+    let summary = bench.summary("out");
+    assert_eq!(summary["verdict"], "failed");
+    let ended = summary["steps"].as_u64().unwrap();
+    assert_eq!(kept(&out).last().unwrap(), &format!("step_{:012}", ended / 10 * 10), "{words:?}");
+    assert!(steps.contains(&ended), "{words:?}: ended after {ended} steps");
+    for side in ["fluid", "solid"] {
+        let step = |entry: std::fs::DirEntry| {
+            entry
+                .file_name()
+                .to_str()?
+                .strip_prefix(side)?
+                .strip_prefix('_')?
+                .strip_suffix(".vtp")?
+                .parse()
+                .ok()
+        };
+        let last: Option<u64> =
+            std::fs::read_dir(out.join("snapshots")).unwrap().flatten().filter_map(step).max();
+        // Every tenth step has a frame anyway; the last one is of the step that broke.
+        assert!(
+            last.is_some_and(|last| steps.contains(&last)),
+            "{words:?}: last frame of the {side}: {last:?}"
+        );
+    }
+}
+
+/// The tank with the block's `acceleration` [m/s²].
+fn pushed(bench: &Bench, further: &[(&str, &str)], acceleration: &str) -> PathBuf {
+    let block = format!("name = \"block\"\nacceleration_m_s2 = {acceleration}");
+    bench.tank("case.toml", &[&[("name = \"block\"", block.as_str())], further].concat())
+}
+
+#[test]
+fn every_way_to_break_down_stops_at_once_with_a_last_frame_and_the_last_checkpoint() {
+    let bench = bench();
+    let table = bench.path("out/divergence.csv");
+    let guilty = || std::fs::read_to_string(&table).unwrap().lines().count() > 10;
+    // Root of a negative number from 1 ms on, at step 25.
+    let case = pushed(&bench, &[], "[\"sqrt(0.001 - t)\", 0]");
+    stops(&bench, &case, &[], 5, &["velocity [m/s] of body `block` = NaN", "particle"], 25..=26);
+    assert!(guilty());
+    // A push that no step can follow.
+    let case = pushed(&bench, &[], "[\"step(t - 0.001)*1e9\", 0]");
+    stops(&bench, &case, &[], 5, &["speed [m/s] of body `block`", "particle"], 25..=26);
+    assert!(guilty());
+    // A push that throws the block, 2 cm below the open top, out of the domain at 40 m/s: 13 steps of 1.6 mm.
+    let above =
+        ("lower_m = [0.04, 0.05], upper_m = [0.08, 0.09]", "lower_m = [0.04, 0.14], upper_m = [0.08, 0.18]");
+    let case = pushed(&bench, &[above], "[0, \"step(t - 0.001)*step(0.00104 - t)*1e6\"]");
+    stops(&bench, &case, &[], 5, &["outside the domain", "of body `block`", "at most 0"], 28..=45);
+    assert!(guilty());
+
+    let case = bench.tank("case.toml", &[]);
+    let at = StepStage { step: 24, stage: Stage::Corrector };
+    for (wrong, code, words) in [
+        (Wrong::Limit(at), 5, ["step 24 corrector", "time step over its stability limit"]),
+        (Wrong::Skewed(at), 6, ["step 24 corrector", "ledger breach"]),
+        (Wrong::Stale(at), 6, ["step 24 corrector", "stale"]),
+    ] {
+        let server = serve(Double(wrong));
+        let address = server.address.to_string();
+        stops(&bench, &case, &["--solid", &address], code, &words, 24..=25);
+    }
 }

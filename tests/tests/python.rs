@@ -4,10 +4,11 @@
 //! it is skipped; with the environment variable `TIDELOCK_REQUIRE_PYTHON` set, as `.ci/run` does, it fails.
 
 use std::io::BufRead;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 
-use tests::bench::{Bench, probe_rows, text};
+use tests::bench::{Bench, digests, probe_rows, soon, text, wait_for_first_frame};
+use tests::certificates::{Authority, token};
 
 fn bench() -> Bench {
     Bench::new(env!("CARGO_BIN_EXE_tidelock-node"))
@@ -35,11 +36,16 @@ struct Listening {
     address: String,
 }
 
+/// A script of `solvers/python`.
+fn script(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../solvers/python").join(name)
+}
+
 impl Listening {
-    fn start(script: &str) -> Self {
-        let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("../solvers/python").join(script);
+    fn start(name: &str, further: &[&str]) -> Self {
         let mut child = Command::new("python3")
-            .args([text(&script), "--listen", "127.0.0.1:0"])
+            .args([text(&script(name)), "--listen", "127.0.0.1:0"])
+            .args(further)
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
             .spawn()
@@ -118,13 +124,115 @@ fn the_solvers_in_python_conform() {
         return;
     }
     for script in ["rigid_body.py", "beam.py"] {
-        let server = Listening::start(script);
+        let server = Listening::start(script, &[]);
         let output = bench().call(&["conform", &server.address]);
         let table = String::from_utf8_lossy(&output.stdout).into_owned();
         assert_eq!(output.status.code(), Some(0), "{script}: {table}");
         assert!(table.contains("coupled by loads"), "{table}");
         assert_eq!(table.contains("order-oscillator       passed"), script == "rigid_body.py", "{table}");
     }
+}
+
+#[test]
+fn a_secured_solver_in_python_lets_in_those_who_may_and_nobody_else() {
+    if !python_is_there("a_secured_solver_in_python_lets_in_those_who_may_and_nobody_else") {
+        return;
+    }
+    let bench = bench();
+    let [own, other] = ["own", "other"].map(|name| Authority::new(&bench.path("."), name));
+    let [right, wrong] = ["a", "b"].map(|letter| token(&bench.path("."), letter));
+    let path = |path: PathBuf| text(&path).to_owned();
+    let (cert, key, ca) = (path(own.file("server")), path(own.key("server")), path(own.file("ca")));
+    let secured =
+        ["--tls-cert", &cert, "--tls-key", &key, "--tls-client-ca", &ca, "--token-file", text(&right)];
+    let server = Listening::start("rigid_body.py", &secured);
+    let address = format!("https://{}", server.address);
+    let options = |trusts: &Authority, shows: Option<&Authority>, token: Option<&Path>| -> Vec<String> {
+        let mut words = vec!["--tls-ca".to_owned(), path(trusts.file("ca"))];
+        if let Some(of) = shows {
+            words.extend([
+                "--tls-cert".into(),
+                path(of.file("caller")),
+                "--tls-key".into(),
+                path(of.key("caller")),
+            ]);
+        }
+        if let Some(file) = token {
+            words.extend(["--token-file".into(), text(file).into()]);
+        }
+        words
+    };
+    let good = options(&own, Some(&own), Some(&right));
+    let with = |words: &[&str], options: &[String]| -> Vec<String> {
+        words.iter().map(|word| (*word).to_owned()).chain(options.iter().cloned()).collect()
+    };
+    let examine = |address: &str, options: &[String]| {
+        let words = with(&["conform", address, "--only", "state", "--deadline", "5"], options);
+        bench.call(&words.iter().map(String::as_str).collect::<Vec<_>>())
+    };
+    let output = examine(&address, &good);
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stdout));
+    for (address, wrong) in [
+        (address.as_str(), options(&own, Some(&own), None)),
+        (&address, options(&own, Some(&own), Some(&wrong))),
+        (&address, options(&own, None, Some(&right))),
+        (&address, options(&own, Some(&other), Some(&right))),
+        (&address, options(&other, Some(&own), Some(&right))),
+        (&server.address, good.clone()),
+    ] {
+        let output = examine(address, &wrong);
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(4), "{wrong:?}: {said}");
+        assert!(!said.contains(&"a".repeat(20)), "{said}");
+    }
+    // A whole run, its exchange by TLS too.
+    let case = bench.shipped("floating_body_python", &[("end_time_s = 1.0", "end_time_s = 0.02")]);
+    let plain = bench.run(&case, "plain", &[]);
+    let words = with(&["--solid", &address], &good);
+    let words: Vec<&str> = words.iter().map(String::as_str).collect();
+    assert_eq!(digests(&bench.run(&case, "secured", &words)), digests(&plain));
+
+    for (further, words) in
+        [(&[][..], "--token-file"), (&secured[..6], "--token-file"), (&secured[6..], "--tls-cert")]
+    {
+        let script = script("rigid_body.py");
+        let arguments = [&[text(&script), "--listen", "0.0.0.0:0"], further].concat();
+        let output = Command::new("python3").args(arguments).output().unwrap();
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(2), "{said}");
+        assert!(said.contains(words) && said.contains("--insecure"), "{said}");
+    }
+}
+
+#[test]
+fn a_solver_in_python_is_free_within_the_lease_when_its_coordinator_is_frozen() {
+    if !python_is_there("a_solver_in_python_is_free_within_the_lease_when_its_coordinator_is_frozen") {
+        return;
+    }
+    let bench = bench();
+    let server = Listening::start("rigid_body.py", &["--lease", "6"]);
+    let case = bench.shipped("floating_body_python", &[]);
+    let out = bench.path("frozen");
+    let mut run = Command::new(env!("CARGO_BIN_EXE_tidelock-node"))
+        .args(["run", text(&case), "--quiet", "--solid", &server.address, "--out", text(&out)])
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    wait_for_first_frame(&out, &mut run, std::time::Duration::from_millis(20));
+    let process = run.id().to_string();
+    assert!(Command::new("kill").args(["-STOP", &process]).status().unwrap().success());
+    let frozen = std::time::Instant::now();
+    let mut busy = 0;
+    soon("a free server", || {
+        let output = bench.call(&["conform", &server.address, "--only", "description", "--deadline", "5"]);
+        busy += u32::from(!output.status.success());
+        output.status.success()
+    });
+    assert!(busy > 0, "it was held at first");
+    // The lease, and time for the kit on a busy machine; without a lease it takes 30 s.
+    assert!(frozen.elapsed() < std::time::Duration::from_secs(20), "{:?}", frozen.elapsed());
+    run.kill().unwrap();
+    run.wait().unwrap();
 }
 
 /// The solver that `docs/solvers.md` shows.

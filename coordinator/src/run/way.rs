@@ -3,7 +3,7 @@
 use std::net::SocketAddr;
 
 use proto::recording::Recording;
-use proto::security::ClientFiles;
+use proto::security::ServerSecurity;
 use sph::setup::CouplingKind;
 
 use super::{Attempt, Job, results};
@@ -26,21 +26,25 @@ impl Attempt<'_> {
         if !(relayed || case.is_relayed()) {
             return Ok((Between::Direct, kinds));
         }
-        if options.security.over(&case.servers.files) != ClientFiles::default() {
-            return Err(Failure::input(
-                "relayed frames travel in the clear between the servers and this command, but the run has certificates or a \
-                 token: leave out `--relay`, `--relay-listen`, `--record` and `path = \"relay\"`, or the security options",
-            ));
-        }
+        let files = options.security.over(&case.servers.files);
+        let security = Box::new(ServerSecurity::between(&files).map_err(Failure::input)?);
         let listen = options.relay_listen.unwrap_or_else(|| SocketAddr::from(([127, 0, 0, 1], 0)));
         if listen.ip().is_unspecified() {
             return Err(Failure::input(format!(
                 "`--relay-listen {listen}`: names no address that the fluid server could call; give one of this machine"
             )));
         }
+        if !(listen.ip().is_loopback() || security.has_tls() || options.relay_insecure) {
+            return Err(Failure::input(format!(
+                "`--relay-listen {listen}` reaches beyond this machine, where frames would travel in the clear; give a \
+                 certificate that names this address (`--tls-ca`, `--tls-cert`, `--tls-key`), or add `--relay-insecure` to \
+                 accept that risk"
+            )));
+        }
         Ok((
             Between::Relay(Relayed {
                 listen,
+                security,
                 recording: self.recording,
                 case_name: case.name.clone(),
                 case_digest: results::digest(&case.identity()),

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use proto::trace;
 
-use crate::cli::{RunArguments, RunOptions};
+use crate::cli::{NewRunOptions, RunArguments, RunOptions};
 use crate::failure::Failure;
 
 /// What became of a run.
@@ -19,9 +19,17 @@ pub struct Made {
 pub fn run(case_file: &Path, out: &Path, threads: Option<u16>) -> Made {
     let arguments = RunArguments {
         case: case_file.to_owned(),
-        out: Some(out.to_owned()),
-        force: true,
-        options: RunOptions { in_process: true, threads, window: 64, quiet: true, ..RunOptions::default() },
+        new: NewRunOptions {
+            out: Some(out.to_owned()),
+            force: true,
+            options: RunOptions {
+                in_process: true,
+                threads,
+                window: 64,
+                quiet: true,
+                ..RunOptions::default()
+            },
+        },
     };
     let before = trace::process_cpu();
     let outcome = crate::run::run(&arguments);

@@ -11,7 +11,6 @@ use sph::solver::{Fault, ParticleFields, Role};
 use sph::vector::Vector;
 use tokio::sync::oneshot;
 use tonic::Status;
-use tonic::transport::Channel;
 
 use super::dummy::{DummyFactory, Quirk};
 use super::scene::Scene;
@@ -22,6 +21,7 @@ use crate::description::{Description, LinkPlan, OpenReport, PROTOCOL, Partner};
 use crate::error::{RpcCode, RpcError};
 use crate::handshake;
 use crate::relay::{Relay, Tap};
+use crate::security::{ClientSecurity, SecuredChannel, ServerSecurity};
 use crate::service::{ServeOptions, Server};
 use crate::transport::Token;
 use crate::wire;
@@ -33,6 +33,7 @@ pub(super) struct Bench {
     pub(super) fresh: Option<String>,
     pub(super) deadline: Duration,
     pub(super) deadlines: Deadlines,
+    pub(super) security: ClientSecurity,
     pub(super) description: Description,
     pub(super) role: Role,
     pub(super) kind: CouplingKind,
@@ -78,13 +79,15 @@ pub(super) struct DummyServer {
 }
 
 impl DummyServer {
-    pub(super) fn start(role: Role, quirk: Quirk) -> Result<Self, String> {
+    /// A dummy that calls its partner by `security`.
+    pub(super) fn start(role: Role, quirk: Quirk, security: ClientSecurity) -> Result<Self, String> {
         let server = Server::bind(([127, 0, 0, 1], 0).into()).map_err(|e| e.to_string())?;
         let address = server.address().to_string();
         let (stop, stopped) = oneshot::channel::<()>();
         let options = ServeOptions {
             threads: 1,
             shutdown_limit: Duration::from_millis(100),
+            security: ServerSecurity::calling(security),
             ..ServeOptions::default()
         };
         tokio::spawn(async move {
@@ -119,6 +122,7 @@ impl Bench {
             fresh: options.fresh.clone(),
             deadline: options.deadline,
             deadlines,
+            security: options.security.clone(),
             description,
             role,
             kind,
@@ -160,8 +164,8 @@ impl Bench {
         &self,
         setup: &ParticipantSetup,
     ) -> Result<(ParticipantClient, OpenReport), String> {
-        let mut client =
-            ParticipantClient::connect(&self.address, self.deadlines).await.map_err(|e| e.to_string())?;
+        let client = ParticipantClient::connect_secured(&self.address, self.deadlines, &self.security);
+        let mut client = client.await.map_err(|e| e.to_string())?;
         let access = Self::access()?;
         self.opens(&setup.run().run_id, &access.token);
         let report = client.open(setup, &access).await.map_err(|e| e.to_string())?;
@@ -196,12 +200,12 @@ impl Bench {
         tap: Option<Tap>,
     ) -> Result<Coupled, String> {
         let partner = self.role.partner();
-        let dummy = DummyServer::start(partner, quirk)?;
+        let dummy = DummyServer::start(partner, quirk, self.security.clone())?;
         let access = Self::access()?;
         self.opens(&scene.setup(self.role).run().run_id, &access.token);
         let mut clients = Vec::new();
         for address in [&self.address, &dummy.address] {
-            let client = ParticipantClient::connect(address, self.deadlines).await;
+            let client = ParticipantClient::connect_secured(address, self.deadlines, &self.security).await;
             clients.push(client.map_err(|e| e.to_string())?);
         }
         let mut reports = Vec::new();
@@ -221,7 +225,8 @@ impl Bench {
         };
         clients[solid].link(&plan(fluid, Partner::Listen)).await.map_err(|e| e.to_string())?;
         let listening = clients[solid].address().to_owned();
-        let relay = tap.map(|tap| Relay::start(&listening, tap)).transpose()?;
+        let security = ServerSecurity::calling(self.security.clone());
+        let relay = tap.map(|tap| Relay::start(&listening, security, tap)).transpose()?;
         let dialled = relay.as_ref().map_or(listening, |relay| relay.address.to_string());
         clients[fluid].link(&plan(solid, Partner::Dial(dialled))).await.map_err(|e| e.to_string())?;
         let mut lines = Vec::new();
@@ -291,8 +296,8 @@ impl Bench {
     }
 
     /// A raw client.
-    pub(super) async fn raw(&self) -> Result<(WireClient<Channel>, Channel), String> {
-        let channel = connect(&self.address, self.deadline).await?;
+    pub(super) async fn raw(&self) -> Result<(WireClient<SecuredChannel>, SecuredChannel), String> {
+        let channel = connect(&self.address, self).await?;
         let limit = crate::limits::MAX_MESSAGE_BYTES;
         Ok((WireClient::new(channel.clone()).max_decoding_message_size(limit), channel))
     }

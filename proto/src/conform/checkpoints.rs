@@ -4,13 +4,13 @@ use bytes::Bytes;
 use sph::exchange::Extent;
 use tokio::sync::mpsc;
 use tokio_stream::wrappers::ReceiverStream;
-use tonic::transport::Channel;
 
 use super::bench::{Bench, open_request};
 use super::scene::Scene;
 use super::{Finding, connect, not_offered, passed};
 use crate::convert::{BatchItem, Convert, decode_batch, encode_command};
 use crate::description::{LinkPlan, Partner};
+use crate::security::SecuredChannel;
 use crate::transport::Token;
 use crate::wire;
 use crate::wire::participant_client::ParticipantClient as WireClient;
@@ -25,14 +25,14 @@ const EPOCHS: [u32; 2] = [0, 1];
 /// Raw calls for one run without partner.
 struct Replay<'a> {
     bench: &'a Bench,
-    client: WireClient<Channel>,
+    client: WireClient<SecuredChannel>,
     scene: Scene,
     token: Token,
 }
 
 impl<'a> Replay<'a> {
     async fn at(bench: &'a Bench, address: &str) -> Result<Self, String> {
-        let channel = connect(address, bench.deadline).await?;
+        let channel = connect(address, bench).await?;
         let scene = bench.fit(Scene {
             coupled: false,
             steps: STEPS,

@@ -96,7 +96,7 @@ struct Extended {
 }
 
 pub(super) async fn unknown_fields(bench: &Bench) -> Finding {
-    let channel = super::connect(&bench.address, bench.deadline).await?;
+    let channel = super::connect(&bench.address, bench).await?;
     let mut client = tonic::client::Grpc::new(channel);
     client.ready().await.map_err(|e| e.to_string())?;
     let codec = tonic_prost::ProstCodec::<Extended, wire::Description>::default();

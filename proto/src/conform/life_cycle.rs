@@ -4,7 +4,6 @@ use sph::exchange::Extent;
 use sph::setup::ParticipantSetup;
 use tokio::sync::mpsc;
 use tokio_stream::wrappers::ReceiverStream;
-use tonic::transport::Channel;
 use tonic::{Code, Status};
 
 use super::bench::{Bench, open_request};
@@ -12,6 +11,7 @@ use super::scene::Scene;
 use super::{Finding, passed};
 use crate::convert::{Convert, encode_command};
 use crate::description::{LinkPlan, Partner};
+use crate::security::SecuredChannel;
 use crate::transport::Token;
 use crate::wire;
 use crate::wire::participant_client::ParticipantClient as WireClient;
@@ -53,8 +53,8 @@ const CALLS: [Call; 8] = [
 /// A run brought to a state by raw calls. It has no partner, so that Exchange is never awaited.
 struct Walker<'a> {
     bench: &'a Bench,
-    client: WireClient<Channel>,
-    peer: PeerClient<Channel>,
+    client: WireClient<SecuredChannel>,
+    peer: PeerClient<SecuredChannel>,
     setup: ParticipantSetup,
     token: Token,
     /// Keep request streams open.

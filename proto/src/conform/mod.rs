@@ -11,6 +11,7 @@ use sph::solver::Role;
 use crate::client::{Deadlines, ParticipantClient};
 use crate::description::Description;
 use crate::error::RpcError;
+use crate::security::{ClientSecurity, SecuredChannel};
 use crate::transport;
 
 mod bench;
@@ -35,11 +36,19 @@ pub struct Options {
     pub fresh: Option<String>,
     /// Only checks whose name contains this.
     pub only: Option<String>,
+    /// How the participant is known, and what it is shown.
+    pub security: ClientSecurity,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { deadline: Duration::from_secs(10), kind: None, fresh: None, only: None }
+        Self {
+            deadline: Duration::from_secs(10),
+            kind: None,
+            fresh: None,
+            only: None,
+            security: ClientSecurity::default(),
+        }
     }
 }
 
@@ -187,7 +196,8 @@ pub async fn examine(
         call: options.deadline,
         ..Deadlines::default()
     };
-    let description = ParticipantClient::connect(address, deadlines).await?.describe().await?;
+    let mut client = ParticipantClient::connect_secured(address, deadlines, &options.security).await?;
+    let description = client.describe().await?;
     let bench = Bench::new(address, options, deadlines, description.clone()).await?;
     let mut report = Report { description, role: bench.role, kind: bench.kind, outcomes: Vec::new() };
     let chosen =
@@ -215,7 +225,8 @@ pub async fn examine(
     Ok(report)
 }
 
-/// A raw connection to `address`.
-async fn connect(address: &str, deadline: Duration) -> Result<tonic::transport::Channel, String> {
-    transport::connect(address, deadline).await.map_err(|problem| format!("{address} {problem}"))
+/// A raw connection to `address`, where the participant under examination or another process of it listens.
+async fn connect(address: &str, bench: &Bench) -> Result<SecuredChannel, String> {
+    let channel = transport::connect_secured(address, bench.deadline, &bench.security).await;
+    channel.map(|channel| bench.security.over(channel)).map_err(|problem| format!("{address} {problem}"))
 }

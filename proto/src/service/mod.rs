@@ -86,7 +86,8 @@ impl Description {
 pub struct ServeOptions {
     /// Threads of the pool that computes; at least one.
     pub threads: usize,
-    /// A run that is not being stepped ends when no call came for this long.
+    /// A run that is not being stepped ends when no call came for this long; one that is, when its coordinator does not
+    /// even answer pings.
     pub lease: Duration,
     /// Longest wait for a frame of the partner; `None` waits while the connection lives.
     pub partner_deadline: Option<Duration>,
@@ -195,10 +196,8 @@ impl Server {
         health.set_serving::<wire::participant_server::ParticipantServer<Skin<F>>>().await;
         health.set_serving::<wire::peer_server::PeerServer<Skin<F>>>().await;
         let stopping = host.shutdown.clone();
-        let mut server = transport::server();
-        if let Some(tls) = options.security.tls() {
-            server = server.tls_config(tls.clone()).map_err(|e| transport_error(&e))?;
-        }
+        let mut server =
+            transport::server(&options.security, options.lease).map_err(|e| transport_error(&e))?;
         let participant = InterceptedService::new(participant, options.security.gate());
         let serving = server
             .add_service(health_service)

@@ -118,7 +118,13 @@ struct Walker {
 impl Walker {
     async fn at(state: At) -> Self {
         let server = TestServer::start(Role::Solid);
-        let channel = transport::connect(&server.address.to_string(), Duration::from_secs(5)).await.unwrap();
+        let channel = transport::connect_secured(
+            &server.address.to_string(),
+            Duration::from_secs(5),
+            &Default::default(),
+        )
+        .await
+        .unwrap();
         let mut walker = Self {
             _server: server,
             token: Token::fresh().unwrap(),

@@ -51,7 +51,13 @@ impl Script {
         );
         let plan = LinkPlan { first_limit: 1e-3, partner_extent, partner: Partner::Listen };
         client.link(&plan).await.unwrap();
-        let channel = transport::connect(&server.address.to_string(), Duration::from_secs(5)).await.unwrap();
+        let channel = transport::connect_secured(
+            &server.address.to_string(),
+            Duration::from_secs(5),
+            &Default::default(),
+        )
+        .await
+        .unwrap();
         let (to_solid, frames) = mpsc::channel(4);
         let request = access.token.attach(ReceiverStream::new(frames));
         let from_solid = PeerClient::new(channel).exchange(request).await.unwrap().into_inner();
@@ -340,7 +346,10 @@ async fn health_and_reflection_answer() {
     use tonic_reflection::pb::v1::server_reflection_client::ServerReflectionClient;
     use tonic_reflection::pb::v1::server_reflection_request::MessageRequest;
     let server = TestServer::start(Role::Solid);
-    let channel = transport::connect(&server.address.to_string(), Duration::from_secs(5)).await.unwrap();
+    let channel =
+        transport::connect_secured(&server.address.to_string(), Duration::from_secs(5), &Default::default())
+            .await
+            .unwrap();
     for service in ["", "fsi.v1.Participant", "fsi.v1.Peer"] {
         let request = HealthCheckRequest { service: service.into() };
         let reply = HealthClient::new(channel.clone()).check(request).await.unwrap().into_inner();

@@ -38,7 +38,7 @@ class Run:
         self.state, self.books = solver.state, Books(solver.momentum(solver.state))
         self.forces = np.zeros((len(solver.ids), 2))
         self.before, self.index, self.breaches, self.waited, self.phase = None, 0, 0, 0.0, 3
-        self.last_step = wall.monotonic()
+        self.last_step = self.heard = wall.monotonic()
 
     # Orders from the coordinator's thread.
 
@@ -46,6 +46,7 @@ class Run:
         """Takes a command."""
         kind = order.WhichOneof("order")
         with self.orders:
+            self.heard = wall.monotonic()
             if kind == "grant_through":
                 self.granted = max(self.granted, order.grant_through)
             elif kind == "stop":
@@ -63,6 +64,11 @@ class Run:
     def _give_up(self) -> None:
         self.aborted = True
         self.inbound.put(NO_MORE)
+
+    def asked(self) -> float:
+        """When the coordinator was last asked for nothing, or gave its last order: it may be frozen since."""
+        with self.orders:
+            return self.heard if self.phase == 3 else wall.monotonic()
 
     def beat(self):
         """A sign of life."""
@@ -110,7 +116,7 @@ class Run:
 
     def _may_step(self) -> bool:
         with self.orders:
-            self.phase = 3
+            self.phase, self.heard = 3, wall.monotonic()
             while not self.aborted and not self.stopping and self.granted <= self.clock.step:
                 self.orders.wait()
             if self.aborted:

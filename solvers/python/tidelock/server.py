@@ -16,10 +16,10 @@ import numpy as np
 
 from . import protocol
 from .driver import BEAT_SECONDS, NO_MORE, Run
+from .security import Security
 from .setup import Refused, Setup
 
 MESSAGES, CODE = protocol.participant, grpc.StatusCode
-LOOPBACK = ("127.", "localhost", "[::1]")
 MAX_STATUS_BYTES = 3500
 KERNEL = "cubic-spline"
 
@@ -72,10 +72,12 @@ class Server(protocol.participant_grpc.ParticipantServicer, protocol.peer_grpc.P
             session.run.abort()
 
     def expire(self) -> None:
-        """Closes a run that nobody asks for any more."""
+        """Closes a run that nobody asks for any more, or whose coordinator has granted no step for that long."""
         session = self.session
-        idle = session and session.state != "RUNNING" and time.monotonic() - session.last_call > self.lease
-        if idle:
+        if session is None:
+            return
+        asked = session.run.asked() if session.state == "RUNNING" else session.last_call
+        if time.monotonic() - asked > self.lease:
             self._remove(session)
 
     def Describe(self, request, context):
@@ -266,16 +268,17 @@ def _arguments(factory):
     parser = argparse.ArgumentParser(description=factory.__doc__)
     parser.add_argument("--listen", metavar="ADDR", default="127.0.0.1:0", help="address to listen on; port 0 takes any free one")
     parser.add_argument("--lease", type=float, default=120.0, metavar="S", help="close a run that nobody asks for after this long")
-    parser.add_argument("--insecure", action="store_true", help="listen beyond this machine, unencrypted")
+    Security.add_options(parser)
     arguments = parser.parse_args()
-    if not arguments.listen.startswith(LOOPBACK) and not arguments.insecure:
-        parser.error(f"--listen {arguments.listen} reaches beyond this machine, unencrypted; add --insecure to accept that risk")
-    return arguments
+    try:
+        return arguments, Security(arguments)
+    except ValueError as problem:
+        parser.error(str(problem))
 
 
 def main(factory) -> None:
     """Serves solvers of class `factory` as the command line says; prints `LISTEN <addr>` when ready."""
-    arguments = _arguments(factory)
+    arguments, security = _arguments(factory)
     servicer = Server(factory, arguments.lease)
     options = [
         ("grpc.max_receive_message_length", protocol.MAX_MESSAGE_BYTES), ("grpc.max_send_message_length", -1),
@@ -283,11 +286,11 @@ def main(factory) -> None:
         ("grpc.http2.min_ping_interval_without_data_ms", 1000), ("grpc.keepalive_permit_without_calls", 1),
         ("grpc.http2.min_recv_ping_interval_without_data_ms", 1000), ("grpc.so_reuseport", 0),
     ]
-    server = grpc.server(futures.ThreadPoolExecutor(max_workers=16), options=options)
+    server = grpc.server(futures.ThreadPoolExecutor(max_workers=16), options=options, interceptors=security.interceptors())
     protocol.participant_grpc.add_ParticipantServicer_to_server(servicer, server)
     protocol.peer_grpc.add_PeerServicer_to_server(servicer, server)
     try:
-        port = server.add_insecure_port(arguments.listen)
+        port = security.listen(server, arguments.listen)
     except RuntimeError as error:
         print(f"error: cannot listen on {arguments.listen}: {error}; choose another port", file=sys.stderr)
         raise SystemExit(3) from error

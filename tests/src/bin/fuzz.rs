@@ -6,6 +6,7 @@ use std::process::ExitCode;
 use clap::Parser;
 use tests::bench::Bench;
 use tests::fuzz::{Target, fuzz};
+use tests::nodes;
 
 /// Damages good input by dice and feeds it: nothing may panic, hang or take much memory. A finding is repeated by
 /// `--first NUMBER --count 1` with the same seed.
@@ -34,13 +35,9 @@ const MEMORY_LIMIT: u64 = 4 << 30;
 
 fn main() -> ExitCode {
     let arguments = Arguments::parse();
-    let beside = || std::env::current_exe().ok().map(|own| own.with_file_name("tidelock-node"));
-    let program = arguments.program.or_else(beside).filter(|program| program.exists());
-    let Some(program) = program else {
-        eprintln!(
-            "error: no program `tidelock-node` beside this one; build it by `cargo build --release -p tests`"
-        );
-        return ExitCode::from(2);
+    let program = match nodes::program(arguments.program) {
+        Ok(program) => program,
+        Err(code) => return code,
     };
     let bench = Bench::new(&program.to_string_lossy());
     let seeds = bench.fuzz_seeds(arguments.target);

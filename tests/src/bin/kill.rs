@@ -3,14 +3,18 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use clap::Parser;
+use clap::{Parser, ValueEnum};
 use tests::kill::{Dice, Tally, Trials};
+use tests::nodes;
 
 /// Kills fluid server, solid server and coordinator in turn at random times of short runs, without and with sub-steps of
 /// the solids. Every run must end with the undisturbed run's tables, frames and final states, byte for byte.
 #[derive(Debug, Parser)]
 struct Arguments {
-    /// Number of kills for each of both cases.
+    /// How the solids step.
+    #[arg(long, default_value = "both")]
+    steps: Steps,
+    /// Number of kills for each way of stepping.
     #[arg(long, default_value_t = 100, value_parser = clap::value_parser!(u32).range(1..))]
     times: u32,
     /// Start of the random numbers.
@@ -21,18 +25,30 @@ struct Arguments {
     program: Option<PathBuf>,
 }
 
+/// How the solids of a case step.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Steps {
+    /// As the stage rule says, with the fluid.
+    Whole,
+    /// By 4 sub-steps.
+    Sub,
+    /// One after the other.
+    Both,
+}
+
 fn main() -> ExitCode {
     let arguments = Arguments::parse();
-    let beside = || std::env::current_exe().ok().map(|own| own.with_file_name("tidelock-node"));
-    let Some(program) = arguments.program.or_else(beside).filter(|program| program.exists()) else {
-        eprintln!(
-            "error: no program `tidelock-node` beside this one; build it by `cargo build --release -p tests`"
-        );
-        return ExitCode::from(2);
+    let program = match nodes::program(arguments.program) {
+        Ok(program) => program,
+        Err(code) => return code,
     };
     let mut dice = Dice::new(arguments.seed);
     let mut good = true;
-    for (name, substeps) in [("stage rule", None), ("4 sub-steps", Some(4))] {
+    for (steps, name, substeps) in [(Steps::Whole, "stage rule", None), (Steps::Sub, "4 sub-steps", Some(4))]
+    {
+        if ![steps, Steps::Both].contains(&arguments.steps) {
+            continue;
+        }
         let trials = Trials::new(&program, |bench| bench.tank_to(0.02, substeps));
         let mut tally = Tally::default();
         trials.run(arguments.times, &mut dice, &mut tally);

@@ -5,6 +5,7 @@ use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
 use clap::Parser;
+use tests::nodes;
 use tests::soak::Soak;
 
 /// Runs good and bad clients in a row on one pair of servers, a third of them bad: bytes that are no protocol, silent
@@ -22,12 +23,9 @@ struct Arguments {
 
 fn main() -> ExitCode {
     let arguments = Arguments::parse();
-    let beside = || std::env::current_exe().ok().map(|own| own.with_file_name("tidelock-node"));
-    let Some(program) = arguments.program.or_else(beside).filter(|program| program.exists()) else {
-        eprintln!(
-            "error: no program `tidelock-node` beside this one; build it by `cargo build --release -p tests`"
-        );
-        return ExitCode::from(2);
+    let program = match nodes::program(arguments.program) {
+        Ok(program) => program,
+        Err(code) => return code,
     };
     let Ok(duration) = Duration::try_from_secs_f64(60.0 * arguments.minutes) else {
         eprintln!("error: `--minutes {}`: must be a positive number", arguments.minutes);

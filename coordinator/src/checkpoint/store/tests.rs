@@ -118,10 +118,32 @@ impl Files for Recording {
 enum Unsynced {
     /// All of it is there.
     Kept,
-    /// Contents are half there, new names are not.
+    /// Contents are half there; folders, files and names that are new are not, and what was removed is.
     Lost,
-    /// Contents are half there, new names are.
+    /// Contents are half there, names are as they should.
     Half,
+    /// Each effect is there or not by dice with this seed: a disk may bring them down in any order.
+    Scattered(u64),
+}
+
+impl Unsynced {
+    /// Says of one effect after the other whether it is there.
+    fn dice(self) -> impl FnMut() -> bool {
+        let mut state = match self {
+            Self::Scattered(seed) => seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1,
+            Self::Kept | Self::Lost | Self::Half => 0,
+        };
+        move || match self {
+            Self::Kept | Self::Half => true,
+            Self::Lost => false,
+            Self::Scattered(_) => {
+                state ^= state >> 12;
+                state ^= state << 25;
+                state ^= state >> 27;
+                state.wrapping_mul(0x2545_f491_4f6c_dd1d) >> 63 == 1
+            }
+        }
+    }
 }
 
 /// Does `operations` anew under `root`, as a disk holds them after a cut.
@@ -129,22 +151,65 @@ fn replay(root: &Path, operations: &[Operation], unsynced: Unsynced) {
     let synced = |after: usize, path: &Path| {
         operations[after..].iter().any(|later| matches!(later, Operation::Sync(at) if at == path))
     };
+    let mut there = unsynced.dice();
     for (k, operation) in operations.iter().enumerate() {
+        let mut named = |path: &Path| synced(k, path.parent().unwrap()) || there();
+        // What builds on an effect that is lost is lost with it; a folder that keeps a file stays.
         match operation {
-            Operation::CreateFolder(path) => std::fs::create_dir(root.join(path)).unwrap(),
+            Operation::CreateFolder(path) => {
+                if named(path) {
+                    drop(std::fs::create_dir(root.join(path)));
+                }
+            }
             Operation::Write(path, content) => {
-                let whole = unsynced == Unsynced::Kept || synced(k, path);
+                let (named, whole) = (named(path), synced(k, path) || unsynced == Unsynced::Kept);
                 let there = if whole { content.as_slice() } else { &content[..content.len() / 2] };
-                std::fs::write(root.join(path), there).unwrap();
+                if named {
+                    drop(std::fs::write(root.join(path), there));
+                }
             }
             Operation::Sync(_) => {}
             Operation::Rename(from, to) => {
-                if unsynced != Unsynced::Lost || synced(k, to.parent().unwrap()) {
-                    std::fs::rename(root.join(from), root.join(to)).unwrap();
+                if named(to) {
+                    drop(std::fs::rename(root.join(from), root.join(to)));
                 }
             }
-            Operation::RemoveFile(path) => std::fs::remove_file(root.join(path)).unwrap(),
-            Operation::RemoveFolder(path) => std::fs::remove_dir(root.join(path)).unwrap(),
+            Operation::RemoveFile(path) => {
+                if named(path) {
+                    drop(std::fs::remove_file(root.join(path)));
+                }
+            }
+            Operation::RemoveFolder(path) => {
+                if named(path) {
+                    drop(std::fs::remove_dir(root.join(path)));
+                }
+            }
+        }
+    }
+}
+
+/// The newest good step after each cut from `first` on, under every fate of what was not synced.
+fn after_all_cuts(
+    operations: &[Operation],
+    first: usize,
+    mut look: impl FnMut(usize, Unsynced, Option<u64>),
+) {
+    let fates = [Unsynced::Kept, Unsynced::Lost, Unsynced::Half];
+    for cut in first..=operations.len() {
+        for unsynced in fates.into_iter().chain((0..20).map(Unsynced::Scattered)) {
+            let copy = tempfile::tempdir().unwrap();
+            replay(copy.path(), &operations[..cut], unsynced);
+            let store = Store::new(copy.path().join("checkpoints"));
+            let found = store.newest().checkpoint;
+            if let Some(found) = &found {
+                assert_eq!(found.sides, checkpoint(found.step).sides, "{cut}, {unsynced:?}");
+            }
+            look(cut, unsynced, found.map(|found| found.step));
+            // The next run cleans up and goes on; bringing each to the disk takes its time.
+            if !matches!(unsynced, Unsynced::Scattered(_)) {
+                store.write(&mut Disk, &checkpoint(50)).unwrap();
+                assert_eq!(newest_step(&store), Some(50));
+            }
         }
     }
 }
@@ -153,24 +218,52 @@ fn replay(root: &Path, operations: &[Operation], unsynced: Unsynced) {
 fn after_a_cut_between_any_two_operations_there_is_a_good_checkpoint() {
     let (root, store) = store();
     let mut files = Recording::new(root.path());
-    let mut first_done = 0;
+    let mut done = Vec::new();
     for step in [10, 20, 30, 40] {
         store.write(&mut files, &checkpoint(step)).unwrap();
-        first_done = if step == 10 { files.operations.len() } else { first_done };
+        done.push((files.operations.len(), step));
     }
     assert!(files.operations.len() > 40, "{}", files.operations.len());
-    for cut in first_done..=files.operations.len() {
-        for unsynced in [Unsynced::Kept, Unsynced::Lost, Unsynced::Half] {
-            let copy = tempfile::tempdir().unwrap();
-            replay(copy.path(), &files.operations[..cut], unsynced);
-            let store = Store::new(copy.path().join("checkpoints"));
-            let step = newest_step(&store);
-            assert!(step.is_some(), "nothing good after {cut} operations, {unsynced:?}");
-            // The next run cleans up and goes on.
-            store.write(&mut Disk, &checkpoint(50)).unwrap();
-            assert_eq!(newest_step(&store), Some(50));
-        }
+    after_all_cuts(&files.operations, done[0].0, |cut, unsynced, newest| {
+        // One that was reported as written is not lost any more.
+        let reported = done.iter().filter(|(operations, _)| *operations <= cut).map(|(_, step)| *step).max();
+        assert!(
+            newest >= reported,
+            "{newest:?} after {cut} operations, {unsynced:?}, {reported:?} was written"
+        );
+    });
+}
+
+#[test]
+fn after_a_cut_while_a_damaged_one_is_replaced_there_is_a_good_checkpoint() {
+    let (root, store) = store();
+    let mut files = Recording::new(root.path());
+    for step in [10, 20] {
+        store.write(&mut files, &checkpoint(step)).unwrap();
     }
+    let first = files.operations.len();
+    let data = root.path().join("checkpoints").join(name_of(20)).join("fluid.bin");
+    files.write(&data, b"damaged").unwrap();
+    files.sync(&data).unwrap();
+    store.forget_after(&mut files, 10).unwrap();
+    for step in [20, 30] {
+        store.write(&mut files, &checkpoint(step)).unwrap();
+    }
+    after_all_cuts(&files.operations, first, |cut, unsynced, newest| {
+        assert!(newest.is_some(), "nothing good after {cut} operations, {unsynced:?}");
+    });
+}
+
+#[test]
+fn the_same_state_of_another_build_leaves_the_checkpoint_as_it_is() {
+    let (root, store) = store();
+    store.write(&mut Disk, &checkpoint(10)).unwrap();
+    let mut files = Recording::new(root.path());
+    let mut other = checkpoint(10);
+    other.sides.iter_mut().for_each(|side| side.header.build = "other".into());
+    store.write(&mut files, &other).unwrap();
+    // To replace the only one would take it away for a moment.
+    assert!(files.operations.is_empty(), "{:?}", files.operations);
 }
 
 #[test]

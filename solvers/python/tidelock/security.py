@@ -1,0 +1,83 @@
+"""Who may speak: certificates, and the secret that a server asks of its callers. The options are those of the built-in servers."""
+
+import hmac
+import pathlib
+
+import grpc
+
+ACCESS_KEY = "fsi-access"
+GUARDED = "/fsi.v1.Participant/"
+LOOPBACK = ("127.", "localhost:", "[::1]:")
+
+
+class Gate(grpc.ServerInterceptor):
+    """Refuses calls of the control plane without the access token, and does not say what was wrong with it."""
+
+    def __init__(self, token: str):
+        self.token = token.encode()
+        # Of this kind it waits for no message of the caller, whatever the call.
+        self.refusal = grpc.stream_stream_rpc_method_handler(self._refuse)
+
+    @staticmethod
+    def _refuse(_requests, context):
+        context.abort(grpc.StatusCode.PERMISSION_DENIED, "not allowed")
+
+    def intercept_service(self, continuation, handler_call_details):
+        """Lets calls with the token pass; the peer stream has the run's own token."""
+        given = dict(handler_call_details.invocation_metadata).get(ACCESS_KEY, "")
+        guarded = handler_call_details.method.startswith(GUARDED)
+        if guarded and not hmac.compare_digest(given.encode(), self.token):
+            return self.refusal
+        return continuation(handler_call_details)
+
+
+class Security:
+    """What a server shows and demands, by its command line."""
+
+    @staticmethod
+    def add_options(parser) -> None:
+        """Adds the options."""
+        parser.add_argument("--tls-cert", metavar="FILE", help="certificate chain of this server (PEM); it then speaks TLS only")
+        parser.add_argument("--tls-key", metavar="FILE", help="private key of the certificate (PEM)")
+        parser.add_argument("--tls-client-ca", metavar="FILE", help="demand a certificate signed by one of these (PEM) of everyone who calls")
+        parser.add_argument("--token-file", metavar="FILE", help="demand the token in this file of every coordinator")
+        parser.add_argument("--insecure", action="store_true", help="listen beyond this machine without certificate or token: "
+                            "everyone who reaches the port can read along or use the server")
+
+    def __init__(self, arguments):
+        """Reads the files; raises ValueError with what is wrong."""
+        given = arguments.tls_cert, arguments.tls_key
+        if any(given) and not all(given) or arguments.tls_client_ca and not all(given):
+            raise ValueError("--tls-cert, --tls-key: both are needed, also for --tls-client-ca")
+        self.credentials, self.token = None, None
+        if all(given):
+            authority = _read(arguments.tls_client_ca) if arguments.tls_client_ca else None
+            pair = _read(arguments.tls_key), _read(arguments.tls_cert)
+            self.credentials = grpc.ssl_server_credentials([pair], authority, require_client_auth=authority is not None)
+        if arguments.token_file:
+            token = _read(arguments.token_file).decode(errors="replace").strip()
+            if not (16 <= len(token) <= 256 and all("!" <= letter <= "~" for letter in token)):
+                raise ValueError(f"--token-file {arguments.token_file}: must have 16 to 256 printable ASCII characters")
+            self.token = token
+        secured = self.credentials and self.token
+        if not (arguments.listen.startswith(LOOPBACK) or secured or arguments.insecure):
+            raise ValueError(f"--listen {arguments.listen} reaches beyond this machine, which needs --tls-cert, --tls-key and "
+                             "--token-file; listen on 127.0.0.1, or add --insecure to accept that everyone who reaches the port "
+                             "can read along or use the server")
+
+    def interceptors(self) -> list:
+        """What stands before the services."""
+        return [Gate(self.token)] if self.token else []
+
+    def listen(self, server, address: str) -> int:
+        """Takes `address` for `server` and returns the port; RuntimeError when it is taken or the certificate is none."""
+        if self.credentials:
+            return server.add_secure_port(address, self.credentials)
+        return server.add_insecure_port(address)
+
+
+def _read(path: str) -> bytes:
+    try:
+        return pathlib.Path(path).read_bytes()
+    except OSError as error:
+        raise ValueError(f"`{path}` cannot be read: {error}") from error

@@ -38,6 +38,9 @@ pub const RECOMMENDED: Settings = Settings {
     dynamic_viscosity: 0.0,
 };
 
+/// L_i in Eq. (17) alone.
+pub const CONTINUITY: Settings = Settings { correction: GradientCorrection::Continuity, ..RECOMMENDED };
+
 /// What is recommended for water.
 const WATER: Settings = Settings { kernel_ratio: 1.3, ..RECOMMENDED };
 

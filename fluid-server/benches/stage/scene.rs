@@ -48,7 +48,7 @@ const WATER: Settings = Settings { kernel_ratio: 1.3, ..RECOMMENDED };
 pub const FEATURES: [(&str, Settings); 10] = [
     ("all", WATER),
     ("h/dx 1.2", RECOMMENDED),
-    ("no L_i in (22)", Settings { correction: GradientCorrection::Continuity, ..WATER }),
+    ("no L_i in (22)", Settings { kernel_ratio: 1.3, ..CONTINUITY }),
     ("no L_i", Settings { correction: GradientCorrection::LatticeMoment, ..WATER }),
     ("plain diffusion", Settings { diffusion: DensityDiffusion::Plain { delta: 0.1 }, ..WATER }),
     ("no shifting", Settings { order: Some(OrderControl { shifting: 0.0, tensile_control: true }), ..WATER }),

@@ -187,14 +187,15 @@ impl Case {
         let mut lines = Vec::new();
         if let Some(fluid) = &self.file.fluid {
             lines.push(format!(
-                "fluid: Δx = {} m, h/Δx = {}, ρ0 = {} kg/m³, c0 = {} m/s, γ = {}, μ = {} Pa s, gradient correction {}",
+                "fluid: Δx = {} m, h/Δx = {}, ρ0 = {} kg/m³, c0 = {} m/s, γ = {}, μ = {} Pa s, gradient correction {}, gradients {}",
                 fluid.particle_spacing_m.value,
                 fluid.kernel_ratio.value,
                 fluid.rest_density_kg_m3.value,
                 fluid.sound_speed_m_s.value,
                 fluid.exponent,
                 fluid.dynamic_viscosity_pa_s,
-                fluid.gradient_correction.word
+                fluid.gradient_correction.word,
+                fluid.gradients.word
             ));
         }
         if let Some(solid) = &self.file.solid {
@@ -263,10 +264,15 @@ impl Case {
                 add("fluid", format!("repulsion by wall faces closer than Δx/10, k = {k}"));
             }
             if fluid.shifting > 0.0 {
-                add("fluid", format!("particle shifting away from the surface, C = {}", fluid.shifting));
+                let c = fluid.shifting;
+                add("fluid", format!("particle shifting away from surface and high pressure, C = {c}"));
             }
             if fluid.tensile_control {
-                add("fluid", "tensile control where pressure is negative, away from the surface".into());
+                add(
+                    "fluid",
+                    "tensile control where pressure is negative, down to -ρ0c0²/1000, away from the surface"
+                        .into(),
+                );
             }
             if let Some(tension) = fluid.tension_limit_pa {
                 add("fluid", format!("tension beyond {tension} Pa opens cavities"));

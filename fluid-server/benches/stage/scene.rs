@@ -137,6 +137,7 @@ pub fn block(settings: Settings, particles: usize) -> FluidSetup {
         order: settings.order,
         viscous_form: ViscousForm::Pairwise,
         tension_limit: None,
+        gradient_timing: sph::setup::GradientTiming::EachStep,
         regions: vec!["water".into()],
         walls: vec![WallSetup {
             name: "tank".into(),

@@ -20,15 +20,19 @@ const SMALLEST_GRADIENT_DETERMINANT: f64 = 1e-3;
 /// Below this determinant L_i is the unit matrix: at spray a large L_i does more harm than the error it cures.
 const SMALLEST_CORRECTION_DETERMINANT: f64 = 0.3;
 
-/// From this determinant on L_i holds fully in Eq. (22); the second row below a flat surface has more.
+/// From this determinant on L_i has its largest share in Eq. (22); the second row below a flat surface has more.
 const SURROUNDED_DETERMINANT: f64 = 0.6;
+
+/// Largest share of L_i in Eq. (22). The rest, the plain sum, restores the order of the particles under pressure: with
+/// L_i alone no arrangement is better than another, and still water goes on creeping and draws together.
+const LARGEST_SHARE: f64 = 0.9;
 
 /// What the pass makes for each fluid particle; arrays that a scene does not need stay empty.
 #[derive(Debug, Default)]
 pub struct Gradients {
     /// Raw sums, where there is a partner.
     sums: Vec<NeighbourSums>,
-    /// What neighbours read: p with damper \[Pa\], mark of the order control, ∇ρ of Eq. (20) \[kg/m⁴\].
+    /// What neighbours read: q of the damper \[Pa\], mark of the order control, ∇ρ of Eq. (20) \[kg/m⁴\].
     pub shown: Vec<[f64; 4]>,
     /// L_i of Eq. (21), or the unit matrix where few neighbours define it.
     pub correction: Vec<Symmetric>,
@@ -162,6 +166,30 @@ impl Gradients {
         }
     }
 
+    /// q of the acoustic damper of particle `i` \[Pa\].
+    #[inline(always)]
+    pub fn damper(&self, i: usize) -> f64 {
+        self.shown.get(i).map_or(0.0, |shown| shown[0])
+    }
+
+    /// Goes on with what the stage before has found, at the pressures of this one; the order of particles must be the
+    /// same.
+    pub fn carry_on<G: Geometry>(&mut self, scene: &Scene<G>) {
+        let model = scene.model;
+        if !model.passes.tensor() {
+            return;
+        }
+        let mut tensors = std::mem::take(&mut self.tensor);
+        for_each_task(scene.fluid.len(), &mut tensors[..], &|particles, tensors| {
+            for (i, of_particle) in particles.zip(tensors) {
+                let stress = self.viscous_stress.get(i).copied().unwrap_or_default();
+                let correction = self.correction.get(i).unwrap_or(&IDENTITY);
+                *of_particle = tensor(model, scene.fluid[i].pressure() + self.damper(i), &stress, correction);
+            }
+        });
+        self.tensor = tensors;
+    }
+
     /// Bytes in use.
     pub fn bytes(&self) -> usize {
         fn bytes<T>(values: &Vec<T>) -> usize {
@@ -282,14 +310,20 @@ fn finish<G: Geometry>(scene: &Scene<G>, i: usize, sums: &NeighbourSums) -> Fini
     } else {
         Matrix::default()
     };
-    let in_momentum = if passes.momentum_correction { in_momentum(&correction) } else { IDENTITY };
     let tensor = if passes.tensor() {
-        momentum_tensor(pressure, &viscous_stress, &in_momentum)
+        tensor(model, pressure, &viscous_stress, &correction)
     } else {
         Matrix::default()
     };
     let viscosity = if passes.pair_viscosity { corrected(viscosity, sums) } else { 0.0 };
-    Finished { shown: [pressure, mark, g_x, g_y], correction, order, viscous_stress, tensor, viscosity }
+    Finished { shown: [damper, mark, g_x, g_y], correction, order, viscous_stress, tensor, viscosity }
+}
+
+/// T \[Pa\] of a particle of `pressure` with damper \[Pa\], viscous `stress` \[Pa\] and L_i.
+#[inline(always)]
+fn tensor(model: &FluidModel, pressure: f64, stress: &Matrix, correction: &Symmetric) -> Matrix {
+    let shared = if model.passes.momentum_correction { in_momentum(model, correction) } else { IDENTITY };
+    momentum_tensor(pressure, stress, &shared)
 }
 
 /// Pressure of the acoustic damper \[Pa\], which acts in the momentum equation alone.
@@ -333,15 +367,16 @@ fn transposed_stress(viscosity: f64, gradient: &Matrix) -> Matrix {
     [-viscosity * yy, viscosity * yx, viscosity * xy, -viscosity * xx]
 }
 
-/// L_i as Eq. (22) takes it: all of it where the neighbours surround the particle, none of it in spray.
+/// L_i as Eq. (22) takes it: most of it where the neighbours surround the particle, none of it in spray.
 ///
 /// Pressure forces by the L_i of few neighbours, all on one side, tear splashes apart.
-pub fn in_momentum(correction: &Symmetric) -> Symmetric {
+/// The rest is that of the plain sum, 1/M I.
+pub fn in_momentum(model: &FluidModel, correction: &Symmetric) -> Symmetric {
     let [xx, xy, yy] = *correction;
     let determinant = 1.0 / (xx * yy - xy * xy);
     let range = SURROUNDED_DETERMINANT - SMALLEST_CORRECTION_DETERMINANT;
-    let share = ((determinant - SMALLEST_CORRECTION_DETERMINANT) / range).clamp(0.0, 1.0);
-    let rest = 1.0 - share;
+    let share = LARGEST_SHARE * ((determinant - SMALLEST_CORRECTION_DETERMINANT) / range).clamp(0.0, 1.0);
+    let rest = (1.0 - share) * model.cross_gradient_scale;
     [share * xx + rest, share * xy, share * yy + rest]
 }
 

@@ -105,15 +105,14 @@ impl<G: Geometry> StageFields<'_, G> {
     #[inline(always)]
     fn own<L: Lanes, T: Terms>(&self, i: usize) -> Own<L> {
         let (fluid, gradients) = (&self.scene.fluid[i], self.gradients);
-        let [pressure, _, g_x, g_y] =
-            if T::FOUND { gradients.shown[i] } else { [fluid.pressure(), 0.0, 0.0, 0.0] };
+        let [damper, _, g_x, g_y] = if T::FOUND { gradients.shown[i] } else { [0.0; 4] };
         let corrected = T::CORRECTION && self.scene.model.passes.correction;
         let l = if corrected { gradients.correction[i] } else { IDENTITY };
         Own {
             motion: L::splat_each(fluid.motion),
             density: L::splat(fluid.density()),
             twice_density: L::splat(2.0 * fluid.density()),
-            pressure: L::splat(pressure),
+            pressure: L::splat(fluid.pressure() + damper),
             density_gradient: [L::splat(g_x), L::splat(g_y)],
             tensor: if T::TENSOR { L::splat_each(gradients.tensor[i]) } else { [L::zero(); 4] },
             correction: [L::splat(l[0]), L::splat(l[1]), L::splat(l[2])],
@@ -133,8 +132,8 @@ impl<G: Geometry> StageFields<'_, G> {
             let mut batch = Batch::gather(geometry, &own.motion, fluid, indices);
             let mut found = Found::nothing();
             if T::FOUND {
-                let [pressure, mark, g_x, g_y] = gather_columns(indices, shown);
-                batch.pressure = pressure;
+                let [damper, mark, g_x, g_y] = gather_columns(indices, shown);
+                batch.pressure = batch.pressure + damper;
                 found.density_gradient = [g_x, g_y];
                 nearest = nearest_surface(nearest, mark, batch.square);
             }
@@ -188,11 +187,7 @@ impl<G: Geometry> StageFields<'_, G> {
 
     /// q of the acoustic damper of particle `i` \[Pa\].
     fn damper(&self, i: usize) -> f64 {
-        if self.scene.model.passes.damper {
-            self.gradients.shown[i][0] - self.scene.fluid[i].pressure()
-        } else {
-            0.0
-        }
+        self.gradients.damper(i)
     }
 
     /// The part of the velocity relative to walls that viscosity resists: all of it, or where they slip that along
@@ -214,14 +209,18 @@ impl<G: Geometry> StageFields<'_, G> {
 
     fn wall_tensor(&self, i: usize, w: usize) -> Matrix {
         let normal = self.mirror_normal(w);
-        let passes = self.scene.model.passes;
+        let model = self.scene.model;
+        let passes = model.passes;
         let stress = if passes.viscosity || passes.pair_viscosity {
             mirrored_stress(&self.gradients.viscous_stress[i], [normal.x, normal.y])
         } else {
             Default::default()
         };
-        let correction =
-            if passes.momentum_correction { in_momentum(&self.gradients.correction[i]) } else { IDENTITY };
+        let correction = if passes.momentum_correction {
+            in_momentum(model, &self.gradients.correction[i])
+        } else {
+            IDENTITY
+        };
         momentum_tensor(self.scene.walls[w].pressure() + self.damper(i), &stress, &correction)
     }
 

@@ -2,7 +2,7 @@
 
 use sph::exchange::InterfaceStates;
 use sph::solver::Divergence;
-use sph::stage::StageTime;
+use sph::stage::{Stage, StageTime};
 use sph::vector::Vector;
 
 use super::advance::Books;
@@ -30,6 +30,8 @@ pub struct Workspace {
     pub walls: WallStates,
     /// Results of the gradient pass.
     pub gradients: Gradients,
+    /// Whether this stage makes them, or goes on with those of the stage before.
+    makes_gradients: bool,
     /// Rates of the stage.
     pub rates: Vec<Rates>,
     /// Forces from outside, by task.
@@ -75,7 +77,10 @@ impl Workspace {
         self.walls.field.place(&model.walls, &model.domain, time.state_time());
         self.lists.restore(model, state);
         let moved = findings.largest_square_displacement.sqrt();
+        self.makes_gradients = time.at.stage == Stage::Predictor || !model.passes.once;
         if self.lists.outdated(model, moved, &self.walls.field) {
+            // The particles take another order.
+            self.makes_gradients = true;
             self.lists.rebuild(model, state, &mut self.base, time.state_time());
             if let Some(cross) = &mut self.cross {
                 cross.update_extent(state);
@@ -105,7 +110,7 @@ impl Workspace {
         self.findings.iter().copied().fold(Findings::default(), Findings::with)
     }
 
-    /// Walls, and the gradient pass over own particles, at `time` \[s\].
+    /// Walls, and the gradient pass over own particles where this stage makes it, at `time` \[s\].
     pub fn evaluate_own(&mut self, model: &FluidModel, time: f64) {
         if model.domain.is_periodic() {
             self.own(Periodic::new(&model.domain), model, time);
@@ -115,10 +120,14 @@ impl Workspace {
     }
 
     fn own<G: Geometry>(&mut self, geometry: G, model: &FluidModel, time: f64) {
-        let Self { lists, fluid, walls, gradients, cross, .. } = self;
+        let Self { lists, fluid, walls, gradients, makes_gradients, cross, .. } = self;
         walls.extrapolate(geometry, model, lists, fluid, time);
         let scene = Scene { geometry, model, lists, fluid, walls: &walls.records };
-        gradients.accumulate(&scene, cross.is_some());
+        if *makes_gradients {
+            gradients.accumulate(&scene, cross.is_some());
+        } else {
+            gradients.carry_on(&scene);
+        }
     }
 
     /// Completes the gradients by the partner's particles and computes all rates at `time` \[s\].
@@ -147,11 +156,13 @@ impl Workspace {
         time: f64,
         [own, partner]: [&InterfaceStates; 2],
     ) {
-        let Self { lists, fluid, walls, gradients, cross, rates, outer, .. } = self;
+        let Self { lists, fluid, walls, gradients, makes_gradients, cross, rates, outer, .. } = self;
         let scene = Scene { geometry, model, lists, fluid, walls: &walls.records };
         if let Some(cross) = cross {
             cross.update(time, own, partner);
-            cross.add_moments(&scene, own, partner, gradients);
+            if *makes_gradients {
+                cross.add_moments(&scene, own, partner, gradients);
+            }
         }
         StageFields { scene, state, field: &walls.field, gradients, time }.rates(rates, outer);
         if let Some(cross) = cross {

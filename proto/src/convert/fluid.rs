@@ -1,8 +1,8 @@
 //! The set-up of a fluid solver.
 
 use sph::setup::{
-    DensityDiffusion, FluidParticles, FluidProbe, FluidProbeKind, FluidSetup, OrderControl, Outflow,
-    ViscousForm,
+    DensityDiffusion, FluidParticles, FluidProbe, FluidProbeKind, FluidSetup, GradientTiming, OrderControl,
+    Outflow, ViscousForm,
 };
 
 use super::arrays::{
@@ -28,6 +28,7 @@ impl Convert for FluidSetup {
             wall_repulsion,
             viscous_form,
             order,
+            gradient_timing,
             tension_limit,
             damping,
             regions,
@@ -61,6 +62,7 @@ impl Convert for FluidSetup {
                 tensile_control: order.tensile_control,
             }),
             tension_limit_pa: *tension_limit,
+            gradients_each_step: *gradient_timing == GradientTiming::EachStep,
         }
     }
 
@@ -112,6 +114,10 @@ impl Convert for FluidSetup {
             lost_particle_limit: wire.lost_particle_limit,
             viscous_form: if wire.viscous_stress { ViscousForm::Stress } else { ViscousForm::Pairwise },
             order: wire.order.as_ref().map(|order| order_from_wire(order, &at.field("order"))).transpose()?,
+            gradient_timing: match wire.gradients_each_step {
+                true => GradientTiming::EachStep,
+                false => GradientTiming::EachStage,
+            },
             tension_limit: wire
                 .tension_limit_pa
                 .map(|tension| positive(tension, &at.field("tension_limit_pa")))

@@ -104,6 +104,7 @@ pub(crate) fn fluid_setup(run: RunSetup) -> ParticipantSetup {
         order: None,
         viscous_form: sph::setup::ViscousForm::Pairwise,
         tension_limit: None,
+        gradient_timing: sph::setup::GradientTiming::EachStage,
         lost_particle_limit: 0,
     })
 }

@@ -1,7 +1,9 @@
 //! The fluid and its regions as a case file writes them.
 
 use serde::Serialize;
-use sph::setup::{Damping, DensityDiffusion, FluidConstants, GradientCorrection, OrderControl, ViscousForm};
+use sph::setup::{
+    Damping, DensityDiffusion, FluidConstants, GradientCorrection, GradientTiming, OrderControl, ViscousForm,
+};
 use sph::vector::Vector;
 
 use super::formula;
@@ -35,6 +37,8 @@ pub struct FluidTable {
     pub tensile_control: bool,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tension_limit_pa: Option<f64>,
+    /// When the gradients are made.
+    pub gradients: Choice<GradientTiming>,
     pub lost_particle_limit: u64,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub damping: Option<DampingTable>,
@@ -74,6 +78,9 @@ const CORRECTIONS: [(&str, GradientCorrection); 4] = [
 const VISCOUS_FORMS: [(&str, ViscousForm); 2] =
     [("pairwise", ViscousForm::Pairwise), ("stress", ViscousForm::Stress)];
 
+const GRADIENT_TIMINGS: [(&str, GradientTiming); 2] =
+    [("each-step", GradientTiming::EachStep), ("each-stage", GradientTiming::EachStage)];
+
 impl FluidTable {
     /// Reads the table.
     pub fn read(mut table: Table<'_>) -> Self {
@@ -98,10 +105,11 @@ impl FluidTable {
         let artificial_viscosity_b =
             table.number_or("artificial_viscosity_b", &Allowed::NOT_NEGATIVE, 0.0).value;
         let lambda = table.number_or("lambda", &Allowed::SHARE, 0.01).value;
-        let acoustic_damping = table.number_or("acoustic_damping", &Allowed::NOT_NEGATIVE, 1.0).value;
+        let acoustic_damping = table.number_or("acoustic_damping", &Allowed::NOT_NEGATIVE, 0.4).value;
         let wall_repulsion = table.number_or("wall_repulsion", &Allowed::NOT_NEGATIVE, 1.0).value;
         let shifting = table.number_or("shifting", &Allowed::NOT_NEGATIVE, 0.0).value;
         let tensile_control = table.flag_or("tensile_control", false);
+        let gradients = table.choice_or_first("gradients", &GRADIENT_TIMINGS);
         let tension_limit_pa = table.optional_number("tension_limit_pa", &Allowed::POSITIVE);
         let lost_particle_limit = table.count_or("lost_particle_limit", LOSS_LIMITS, 0).value;
         let damping = DampingTable::read(&mut table);
@@ -126,6 +134,7 @@ impl FluidTable {
             wall_repulsion,
             shifting,
             tensile_control,
+            gradients,
             tension_limit_pa,
             lost_particle_limit,
             damping,

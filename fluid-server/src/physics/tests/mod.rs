@@ -10,4 +10,5 @@ mod reports;
 mod settling;
 mod shifting;
 mod support;
+mod timing;
 mod walls;

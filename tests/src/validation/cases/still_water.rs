@@ -39,6 +39,7 @@ impl Case for StillWater {
                 .with("fluid.artificial_viscosity_a", 1.0)
                 .with("fluid.artificial_viscosity_b", 1.0)
                 .with("fluid.gradient_correction", "none")
+                .with("fluid.gradients", "each-stage")
                 .with("fluid.acoustic_damping", 0.0)
                 .with("fluid.wall_repulsion", 0.0)
                 .with("fluid.shifting", 0.0)

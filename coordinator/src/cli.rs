@@ -186,7 +186,8 @@ pub struct RunOptions {
     /// How servers elsewhere are known and know this program.
     #[command(flatten)]
     pub security: SecurityOptions,
-    /// Compute threads of each built-in solver [default: all cores]; the results do not depend on it.
+    /// Compute threads of each built-in solver; the results do not depend on it [default: all cores, shared by numbers
+    /// of particles].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub threads: Option<u16>,
     /// How built-in solvers compute sums over neighbours: `portable` or `avx2` [default: the fastest of this machine]; it

@@ -16,6 +16,7 @@ use crate::checkpoint::RunCheckpoint;
 use crate::failure::Failure;
 use crate::failure::Kind;
 use crate::participants::{News, NewsResult};
+use crate::threads::Threads;
 
 /// A participant that runs as a thread.
 pub struct ThreadParticipant {
@@ -42,7 +43,7 @@ impl ThreadParticipant {
 pub fn start(
     fluid: Option<FluidSetup>,
     solid: Option<SolidSetup>,
-    threads: Option<usize>,
+    threads: Threads,
     resume: Option<&RunCheckpoint>,
     events: &Sender<(Role, NewsResult)>,
 ) -> Result<Vec<ThreadParticipant>, Failure> {
@@ -91,12 +92,12 @@ fn spawn(
     run: RunSetup,
     link: Link,
     exchange: Option<Box<dyn Exchange>>,
-    threads: Option<usize>,
+    threads: Threads,
     events: Sender<(Role, NewsResult)>,
 ) -> Result<ThreadParticipant, Failure> {
     let role = solver.role();
     let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(threads.unwrap_or(0))
+        .num_threads(threads.for_role(role))
         .thread_name(move |k| format!("{role}-{k}"))
         .build()
         .map_err(|e| Failure::internal(format!("cannot start the {role}'s threads: {e}")))?;

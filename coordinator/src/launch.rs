@@ -42,14 +42,14 @@ pub struct Server {
 }
 
 impl Server {
-    /// Attaches to or starts the server of `role`; a child's log goes to `log`, its part of a trace to `trace`.
+    /// Attaches to or starts the server of `role`, one of ours with compute `threads`; a child's log goes to `log`, its part of a trace to `trace`.
     ///
     /// # Errors
     /// When the program cannot be started, ends at once, or prints no address in time.
     pub async fn start(
         role: Role,
         source: &Source,
-        threads: Option<usize>,
+        threads: usize,
         security: &ClientFiles,
         log: &Path,
         trace: Option<&Path>,
@@ -78,9 +78,7 @@ impl Server {
         command.args(["--listen", "127.0.0.1:0"]);
         if *source == Source::Own {
             command.arg("--exit-with-parent");
-            if let Some(threads) = threads {
-                command.args(["--threads", &threads.to_string()]);
-            }
+            command.args(["--threads", &threads.to_string()]);
             // It may have to dial a partner elsewhere.
             if let Some(authority) = &security.authority {
                 command.arg("--partner-ca").arg(authority);

@@ -4,6 +4,7 @@
 //! |---|---|
 //! | [`case`] | case files: parse once, all mistakes at once |
 //! | [`launch`], [`guard`], [`remote`], [`in_process`] | the solvers as servers or as threads |
+//! | [`threads`] | how they share the cores of this machine |
 //! | [`control`], [`lockstep`] | grants, events, checks of the books |
 //! | [`recorder`], [`output`] | everything that a run leaves behind |
 //! | [`checkpoint`], [`keeper`] | states from which a run goes on, and when they are taken |
@@ -37,5 +38,6 @@ pub mod replay;
 pub mod resume;
 pub mod run;
 pub mod study;
+pub mod threads;
 pub mod trace;
 pub mod writer;

@@ -20,6 +20,7 @@ use crate::failure::{Failure, Kind};
 use crate::launch::{Server, Source};
 use crate::output::process::Process;
 use crate::participants::{CommandLine, News, NewsResult, Participants};
+use crate::threads::Threads;
 use crate::trace;
 
 /// Events that may wait for the coordinator.
@@ -60,7 +61,7 @@ pub struct Start<'a> {
     /// Kinds of coupling that the run may use, the preferred one first.
     pub kinds: &'a [CouplingKind],
     /// Compute threads of each.
-    pub threads: Option<usize>,
+    pub threads: Threads,
     /// Folder of their logs.
     pub logs: &'a Path,
     /// Longest waits.
@@ -168,8 +169,15 @@ impl Remote {
             let attempt = if with.attempt == 0 { String::new() } else { format!("-{}", with.attempt) };
             let log: PathBuf = with.logs.join(format!("{role}-server{attempt}.log"));
             let part = with.trace.map(|folder| trace::part_of(folder, role, with.attempt));
-            let server =
-                Server::start(role, &plan.source, with.threads, with.security, &log, part.as_deref()).await?;
+            let server = Server::start(
+                role,
+                &plan.source,
+                with.threads.for_role(role),
+                with.security,
+                &log,
+                part.as_deref(),
+            )
+            .await?;
             let unreachable = |e: RpcError| {
                 let at = &server.address;
                 Failure::server(format!(

@@ -30,6 +30,7 @@ use crate::progress::Progress;
 use crate::recorder::Recorder;
 use crate::remote::{Plan, Remote, Resume, Start};
 use crate::resume;
+use crate::threads::Threads;
 use crate::trace::Trace;
 use crate::writer::Writer;
 
@@ -267,13 +268,13 @@ impl Attempt<'_> {
 
     async fn start(&self) -> Result<(Solvers, Participants), Failure> {
         let Job { case, directory, options, accept_other_build, .. } = self.job;
-        let threads = options.threads.map(usize::from);
+        let threads = Threads::of(case, options.threads);
         if options.in_process {
             let (events, received) = mpsc::channel::<(Role, NewsResult)>(PENDING_EVENTS);
             let from = self.from;
-            let threads = in_process::start(case.fluid_setup(), case.solid_setup(), threads, from, &events)?;
-            let lines = threads.iter().map(|t| (t.role, CommandLine::Thread(t.commands.clone()))).collect();
-            return Ok((Solvers::Threads(threads), Participants::new(lines, received, events, true)));
+            let solvers = in_process::start(case.fluid_setup(), case.solid_setup(), threads, from, &events)?;
+            let lines = solvers.iter().map(|t| (t.role, CommandLine::Thread(t.commands.clone()))).collect();
+            return Ok((Solvers::Threads(solvers), Participants::new(lines, received, events, true)));
         }
         let logs = directory.file(LOGS);
         std::fs::create_dir_all(&logs)

@@ -312,6 +312,11 @@ impl Case {
         self.file.interface.as_ref().is_some_and(|interface| interface.path.value == FramePath::Relay)
     }
 
+    /// Particles that move, of fluid and solids.
+    pub fn particles(&self) -> [usize; 2] {
+        [self.scene.fluid.id.len(), self.scene.solid.id.len()]
+    }
+
     /// What the fluid solver is told; `None` without a fluid.
     pub fn fluid_setup(&self) -> Option<FluidSetup> {
         let fluid = self.file.fluid.as_ref()?;

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use coordinator::checkpoint::{RunCheckpoint, Store};
 use coordinator::failure::Kind;
 use coordinator::in_process;
+use coordinator::threads::Threads;
 use coordinator::participants::News;
 use proto::checkpoint::CheckpointData;
 use sph::driver::{Command, Event};
@@ -95,7 +96,8 @@ impl Kept {
         (side.data, side.sha256) = (input.to_vec(), sha256);
         let (fluid, solid) = self.setups.clone();
         let (events, mut told) = tokio::sync::mpsc::channel(PENDING_EVENTS);
-        let Ok(threads) = in_process::start(fluid, solid, Some(1), Some(&checkpoint), &events) else {
+        let each = Threads::each(1);
+        let Ok(threads) = in_process::start(fluid, solid, each, Some(&checkpoint), &events) else {
             return false;
         };
         drop(events);

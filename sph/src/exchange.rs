@@ -116,6 +116,22 @@ pub struct PreviousStage {
 }
 
 impl Frame {
+    /// A frame of `time` without particles.
+    pub fn empty(time: StageTime) -> Self {
+        Self {
+            time,
+            content: FrameContent::States,
+            states: InterfaceStates::default(),
+            forces: Vec::new(),
+            set_version: 0,
+            extent: Extent::default(),
+            partner_extent_version: 0,
+            reach: 0.0,
+            time_step_limit: f64::INFINITY,
+            previous: None,
+        }
+    }
+
     /// Digest of what the partner computes with: half-step, then ids and state bits, or forces.
     pub fn digest(&self) -> u32 {
         // Small pieces are many times slower to digest than a full buffer.

@@ -116,6 +116,7 @@ impl Scene {
                 solid_spacing: SPACING,
                 repulsion: 0.0,
                 margin: 2.0 * SPACING,
+                iterate: None,
             }),
         }
     }

@@ -65,6 +65,18 @@ impl<S: Solver + ?Sized> Runner<'_, S> {
         Ok(())
     }
 
+    /// Whether the partner's frame is of the `iteration` that is due in the half-step `at`.
+    pub(super) fn check_iteration(&self, at: StepStage, iteration: u32) -> Result<(), Fault> {
+        let partner = &self.partner;
+        let word = if partner.acceptance.is_some() { "the acceptance of " } else { "" };
+        if partner.iteration == iteration && partner.acceptance.is_none() {
+            return Ok(());
+        }
+        let message =
+            format!("expected iteration {iteration} of {at}, got {word}iteration {}", partner.iteration);
+        Err(Fault::Peer { at, message })
+    }
+
     /// Whether the partner sent all that own particles can meet; it chose by the extent of an earlier frame.
     pub(super) fn check_cover(&self, at: StepStage) -> Result<(), Fault> {
         let known = self.partner.partner_extent_version;

@@ -8,6 +8,7 @@ use super::checks::peer_fault;
 use super::messages::{Checkpoint, Event, FailureReport, StepReport};
 use super::{Link, TRACE, save};
 use crate::exchange::{Exchange, Extent, Frame, PreviousStage};
+use crate::iteration::Iteration;
 use crate::ledger::{InterfaceSums, StageBooks, TorqueCheck};
 use crate::meeting::Meeting;
 use crate::setup::RunSetup;
@@ -32,6 +33,13 @@ pub(super) struct Runner<'a, S: Solver + ?Sized> {
     pub(super) known_extents: [Extent; 2],
     pub(super) own: Frame,
     pub(super) partner: Frame,
+    /// Where the next frame comes while `partner` still counts.
+    pub(super) coming: Frame,
+    /// Iterations of a solid whose half-steps are iterated.
+    pub(super) iteration: Option<Iteration>,
+    /// Revisions of the corrector so far, and whether they ended before it had settled.
+    pub(super) iterations: u32,
+    pub(super) unsettled: bool,
     /// Sums and digests of the half-step before, for the check against the partner's report.
     pub(super) before: Option<Before>,
     pub(super) waited: Duration,
@@ -69,6 +77,10 @@ impl<'a, S: Solver + ?Sized> Runner<'a, S> {
             partner_extent: link.partner_extent.clone(),
             own,
             partner: empty(),
+            coming: empty(),
+            iteration: meeting.iteration(setup),
+            iterations: 0,
+            unsettled: false,
             before: None,
             waited: Duration::ZERO,
             breaches: 0,
@@ -102,6 +114,7 @@ impl<'a, S: Solver + ?Sized> Runner<'a, S> {
         let time_step = clock.time_step();
         let mut report = StepReport { step: clock.step(), time_step, ..StepReport::default() };
         let mut limit = f64::INFINITY;
+        (self.iterations, self.unsettled) = (0, false);
         for (k, stage) in Stage::BOTH.into_iter().enumerate() {
             let time = clock.stage(stage);
             (report.books[k], limit) = self.half_step(&time)?;
@@ -116,6 +129,7 @@ impl<'a, S: Solver + ?Sized> Runner<'a, S> {
         report.elapsed = started.elapsed().as_secs_f64();
         report.waited = (self.waited - waited_before).as_secs_f64();
         report.breaches = self.breaches - breaches_before;
+        (report.iterations, report.unsettled) = (self.iterations, self.unsettled);
         Ok(report)
     }
 
@@ -141,7 +155,6 @@ impl<'a, S: Solver + ?Sized> Runner<'a, S> {
     /// With loads the partner's work depends on this side's, so that the fluid answers before its own sums.
     fn evaluate(&mut self, time: &StageTime, limit: f64) -> Result<Option<Digests>, Fault> {
         let at = time.at;
-        let not_offered = |error: NoLoads| Fault::Peer { at, message: error.to_string() };
         let digests = match self.meeting {
             Meeting::Alone => {
                 self.evaluate_own(time);
@@ -149,42 +162,62 @@ impl<'a, S: Solver + ?Sized> Runner<'a, S> {
                 return Ok(None);
             }
             Meeting::States => {
-                self.prepare(time, limit)?;
+                self.prepare(time, limit, 0)?;
                 let sent = self.send(at)?;
                 self.evaluate_own(time);
-                let used = self.receive(time)?;
+                let used = self.receive(time, 0)?;
                 self.evaluate_cross(time);
                 Digests { sent, used }
             }
             Meeting::GivesLoads => {
-                let used = self.receive(time)?;
-                self.prepare(time, limit)?;
-                let (own, samples) = (&mut self.own, &self.partner.states);
-                trace_span!(target: TRACE, "reactions")
-                    .in_scope(|| self.solver.reactions(time, &own.states, samples, &mut own.forces))
-                    .map_err(not_offered)?;
-                own.set_version = self.partner.set_version;
-                let sent = self.send(at)?;
+                let used = self.receive(time, 0)?;
+                let sent = self.answer(time, limit, 0)?;
                 self.evaluate_own(time);
+                let digests = self.answer_revisions(time, limit, Digests { sent, used })?;
                 self.evaluate_cross(time);
-                Digests { sent, used }
+                digests
             }
             Meeting::TakesLoads => {
-                self.prepare(time, limit)?;
-                let sent = self.send(at)?;
-                self.evaluate_own(time);
-                let used = self.receive(time)?;
-                self.check_forces(at)?;
+                let digests = match self.iterated(at) {
+                    Some(plan) => self.settle(time, limit, &plan)?,
+                    None => self.load_once(time, limit)?,
+                };
                 trace_span!(target: TRACE, "cross sums")
                     .in_scope(|| self.solver.evaluate_loads(time, &self.own.states, &self.partner.forces))
-                    .map_err(not_offered)?;
-                Digests { sent, used }
+                    .map_err(|error| not_offered(at, error))?;
+                digests
             }
         };
         Ok(Some(digests))
     }
 
-    fn evaluate_own(&mut self, time: &StageTime) {
+    /// Sends samples and receives the force on each, once.
+    fn load_once(&mut self, time: &StageTime, limit: f64) -> Result<Digests, Fault> {
+        let at = time.at;
+        self.prepare(time, limit, 0)?;
+        let sent = self.send(at)?;
+        self.evaluate_own(time);
+        let used = self.receive(time, 0)?;
+        self.check_forces(at)?;
+        if let Some(iteration) = &mut self.iteration {
+            // The predictor: its forces are the first guess of the corrector's.
+            iteration.begin(&self.own.states, &self.partner.forces);
+        }
+        Ok(Digests { sent, used })
+    }
+
+    /// Sends the force on each of the partner's samples; returns the digest of that frame.
+    pub(super) fn answer(&mut self, time: &StageTime, limit: f64, iteration: u32) -> Result<u32, Fault> {
+        self.prepare(time, limit, iteration)?;
+        let (own, samples) = (&mut self.own, &self.partner.states);
+        trace_span!(target: TRACE, "reactions")
+            .in_scope(|| self.solver.reactions(time, &own.states, samples, &mut own.forces))
+            .map_err(|error| not_offered(time.at, error))?;
+        own.set_version = self.partner.set_version;
+        self.send(time.at)
+    }
+
+    pub(super) fn evaluate_own(&mut self, time: &StageTime) {
         let _span = trace_span!(target: TRACE, "own sums").entered();
         self.solver.evaluate_own(time);
     }
@@ -195,7 +228,7 @@ impl<'a, S: Solver + ?Sized> Runner<'a, S> {
     }
 
     /// Fills the own frame.
-    fn prepare(&mut self, time: &StageTime, limit: f64) -> Result<(), Fault> {
+    pub(super) fn prepare(&mut self, time: &StageTime, limit: f64, iteration: u32) -> Result<(), Fault> {
         let _span = trace_span!(target: TRACE, "interface").entered();
         let Some(coupling) = &self.setup.coupling else {
             return Err(Fault::Peer { at: time.at, message: "the set-up has no coupling".into() });
@@ -203,6 +236,7 @@ impl<'a, S: Solver + ?Sized> Runner<'a, S> {
         let reach = 2.0 * coupling.fluid.smoothing_length + coupling.margin;
         let own = &mut self.own;
         own.time = *time;
+        own.iteration = iteration;
         own.set_version = self.solver.interface(&self.partner_extent, reach, &mut own.states);
         own.partner_extent_version = self.partner_extent.version;
         own.reach = reach;
@@ -222,7 +256,7 @@ impl<'a, S: Solver + ?Sized> Runner<'a, S> {
     }
 
     /// Sends the own frame and returns its digest.
-    fn send(&mut self, at: StepStage) -> Result<u32, Fault> {
+    pub(super) fn send(&mut self, at: StepStage) -> Result<u32, Fault> {
         let _span = trace_span!(target: TRACE, "send").entered();
         let digest = self.own.digest();
         if let Some(exchange) = self.exchange.as_mut() {
@@ -231,7 +265,14 @@ impl<'a, S: Solver + ?Sized> Runner<'a, S> {
         Ok(digest)
     }
 
-    fn receive(&mut self, time: &StageTime) -> Result<u32, Fault> {
+    /// Takes the partner's frame of `iteration` and returns its digest.
+    pub(super) fn receive(&mut self, time: &StageTime, iteration: u32) -> Result<u32, Fault> {
+        self.next_frame(time)?;
+        self.take_frame(time.at, iteration)
+    }
+
+    /// Waits for the partner's next frame.
+    pub(super) fn next_frame(&mut self, time: &StageTime) -> Result<(), Fault> {
         let at = time.at;
         if let Some(exchange) = self.exchange.as_mut() {
             let _span = trace_span!(target: TRACE, "wait for partner").entered();
@@ -239,12 +280,23 @@ impl<'a, S: Solver + ?Sized> Runner<'a, S> {
             exchange.receive(at, &mut self.partner).map_err(|e| peer_fault(at, e))?;
             self.waited += started.elapsed();
         }
-        self.check_clock(time)?;
-        self.check_before(at)?;
+        self.check_clock(time)
+    }
+
+    /// Checks the frame that came and takes up what it tells; returns its digest.
+    pub(super) fn take_frame(&mut self, at: StepStage, iteration: u32) -> Result<u32, Fault> {
+        self.check_iteration(at, iteration)?;
+        if iteration == 0 {
+            self.check_before(at)?;
+        }
         self.check_cover(at)?;
         if self.partner.extent.version != self.partner_extent.version {
             self.partner_extent.clone_from(&self.partner.extent);
         }
         Ok(self.partner.digest())
     }
+}
+
+fn not_offered(at: StepStage, error: NoLoads) -> Fault {
+    Fault::Peer { at, message: error.to_string() }
 }

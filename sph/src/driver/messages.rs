@@ -95,6 +95,10 @@ pub struct StepReport {
     pub waited: f64,
     /// Breaches that the policy lets pass.
     pub breaches: u64,
+    /// Times that the samples of its corrector were revised; none unless half-steps are iterated.
+    pub iterations: u32,
+    /// Whether that reached its limit before the corrector had settled.
+    pub unsettled: bool,
 }
 
 /// How a run ended in order.

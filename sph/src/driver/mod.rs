@@ -6,6 +6,7 @@ use tracing::trace_span;
 
 mod checks;
 mod half_step;
+mod iterate;
 mod messages;
 mod saved;
 

@@ -8,8 +8,8 @@ use crate::exchange::InterfaceStates;
 use crate::setup::{Iterate, Relaxation};
 use crate::vector::Vector;
 
-/// First factor of Aitken's relaxation in a half-step: the second needs two residuals.
-const FIRST_FACTOR: f64 = 0.5;
+/// First factor of Aitken's relaxation in a half-step, before there are two residuals: enough for most bodies.
+const FIRST_FACTOR: f64 = 1.0;
 
 /// Bounds of Aitken's factor. Forces that resist motion ask for 1/(1 + λ) with λ > 0; outside of them two residuals that
 /// happen to be alike, or a body that meets the fluid only now, make it meaningless.

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-FIRST_FACTOR, SMALLEST_FACTOR = 0.5, 1e-3
+FIRST_FACTOR, SMALLEST_FACTOR = 1.0, 1e-3
 
 
 class Iteration:

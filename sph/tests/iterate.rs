@@ -328,10 +328,13 @@ fn the_limit_of_iterations_ends_the_run_or_is_counted() {
     }
 }
 
-/// Spoils the frames of one iteration on their way to the fluid.
+/// Changes a frame.
+type Spoil = fn(&mut Frame);
+
+/// Spoils the frames of one half-step on their way to the fluid.
 struct Spoiled {
     inner: Box<dyn Exchange>,
-    spoil: fn(&mut Frame),
+    spoil: Spoil,
 }
 
 impl Exchange for Spoiled {
@@ -352,7 +355,7 @@ impl Exchange for Spoiled {
 fn frames_out_of_sequence_are_refused_with_what_was_expected() {
     let law = Law { damper: 200.0, spring: 0.0 };
     let setup = setup(0.1, 1.0, Some(AITKEN));
-    let cases: [(fn(&mut Frame), &str); 4] = [
+    let cases: [(Spoil, &str); 4] = [
         (
             |frame| frame.iteration += u32::from(frame.iteration > 0),
             "expected iteration 1 of step 2 corrector, got iteration 2",

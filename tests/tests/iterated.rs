@@ -161,7 +161,7 @@ fn a_server_that_does_not_iterate_is_refused_before_the_first_step() {
     bench.run_refused(
         &case,
         &["--solid", &address],
-        2,
+        4,
         &["does not iterate", "leave out `interface.iterate`"],
     );
 }

@@ -97,17 +97,14 @@ fn the_rigid_body_in_python_iterates_as_the_built_in_one() {
         return;
     }
     let bench = bench();
-    let python = format!(
-        "[servers]\nsolid_command = [\"python3\", \"{}\"]\n\n[fluid]",
-        text(&script("rigid_body.py"))
-    );
+    let python = "[servers]\nsolid_command = [\"python3\", \"../solvers/python/rigid_body.py\"]\n\n[fluid]";
     let iterate = ("[fluid]", "[interface]\niterate = { tolerance = 1e-9 }\n\n[fluid]");
     // As heavy as a quarter of a row of water particles.
     let light = ("density_kg_m3 = 600.0", "density_kg_m3 = 20.0");
     let short = ("end_time_s = 1.0", "end_time_s = 0.05");
     let case = bench.shipped("floating_body", &[short, light, iterate]);
     let built_in = bench.run(&case, "built-in", &["--in-process"]);
-    let case = bench.shipped("floating_body", &[short, light, iterate, ("[fluid]", &python)]);
+    let case = bench.shipped("floating_body", &[short, light, iterate, ("[fluid]", python)]);
     let python = bench.run(&case, "python", &[]);
     for summary in [&built_in, &python] {
         assert_eq!(

@@ -1,7 +1,7 @@
 //! Half-step frames. Writer and reader keep what the protocol sends only on change.
 
 use bytes::Bytes;
-use sph::exchange::{Acceptance, Extent, Frame, FrameContent, InterfaceStates, PreviousStage};
+use sph::exchange::{Extent, Frame, FrameContent, InterfaceStates, PreviousStage};
 use sph::stage::{StageTime, StepStage};
 
 use super::arrays::{
@@ -102,23 +102,6 @@ fn block(field: FrameField, frame: &Frame) -> wire::Block {
         FrameField::Force => pack(&frame.forces),
     };
     wire::Block { field: field.code(), data }
-}
-
-impl Convert for Acceptance {
-    type Wire = wire::Acceptance;
-
-    fn to_wire(&self) -> wire::Acceptance {
-        wire::Acceptance { settled: self.settled, residual: Some(self.residual) }
-    }
-
-    fn from_wire(wire: &wire::Acceptance, at: &Path<'_>) -> Result<Self, WireError> {
-        let at = at.field("residual");
-        let residual = wire.residual.ok_or_else(|| at.error("is missing"))?;
-        if residual < 0.0 {
-            return Err(at.error(format!("is {residual:?}, must not be negative")));
-        }
-        Ok(Self { settled: wire.settled, residual })
-    }
 }
 
 impl Convert for PreviousStage {

@@ -311,6 +311,19 @@ fn a_loose_tolerance_leaves_the_bits_of_a_single_exchange() {
 }
 
 #[test]
+fn nothing_of_the_iterations_is_kept_for_the_next_step() {
+    let law = Law { damper: 200.0, spring: 80.0 };
+    // Loose, so that where iterations begin shows in where they end.
+    let loose = Some(Iterate { tolerance: 1e-2, relaxation: Relaxation::Fixed(0.2), ..AITKEN });
+    let [_, whole] = run_pair(&setup(0.1, 0.2, loose), law);
+    let [_, first] = run_pair(&setup(0.1, 0.1, loose), law);
+    let begin = |side: &mut Side| (side.position, side.velocity) = end(&first);
+    let [_, second] = run_sides(&setup(0.1, 0.1, loose), law, begin, |exchange| exchange);
+    assert_eq!(end(&whole), end(&second));
+    assert!(steps(&second)[0].iterations > 1);
+}
+
+#[test]
 fn the_limit_of_iterations_ends_the_run_or_is_counted() {
     let law = Law { damper: 200.0, spring: 0.0 };
     let short = Iterate { limit: 1, ..AITKEN };

@@ -33,7 +33,7 @@ pub enum Event {
     /// The answer to [`Command::Checkpoint`].
     Checkpoint(Box<Checkpoint>),
     /// No further step is taken until the participant is told to stop: at the end time after [`Command::Hold`], or
-    /// after a breach under [`BreachAction::StopAndCheckpoint`].
+    /// after a breach under [`BreachAction::StopAndCheckpoint`](crate::setup::BreachAction::StopAndCheckpoint).
     Held(Held),
     /// The run ended in order; the last event.
     Finished(FinalReport),

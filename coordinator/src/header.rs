@@ -1,7 +1,7 @@
 //! The run header: every fact that decides the answer, on the screen and in the report.
 
 use sph::lanes::Arithmetic;
-use sph::setup::{BreachAction, CouplingKind, InterfaceLaw, StepPolicy};
+use sph::setup::{BreachAction, CouplingKind, InterfaceLaw, Iterate, Relaxation, StepPolicy, Unsettled};
 
 use crate::case::Case;
 use crate::output::summary::Summary;
@@ -47,6 +47,7 @@ pub fn facts(case: &Case, remote: Option<&Remote>) -> Vec<Fact> {
                 CouplingKind::Loads => "loads: the fluid returns the force on each sample of the solid",
             },
         ));
+        facts.extend(coupling.iterate.as_ref().map(|plan| fact("iterated half-steps", iterated(plan))));
         facts.extend(remote.map(|remote| fact("frames", remote.frames())));
         facts.push(fact("interface margin", format!("{:.3e} m", coupling.margin)));
         let action = match setup.ledger.action {
@@ -95,6 +96,21 @@ fn time_step(step: &StepPolicy, ratio: f64) -> String {
     }
 }
 
+fn iterated(plan: &Iterate) -> String {
+    let relaxation = match plan.relaxation {
+        Relaxation::Fixed(factor) => format!("relaxation {factor}"),
+        Relaxation::Aitken => "Aitken's relaxation".to_owned(),
+    };
+    let then = match plan.unsettled {
+        Unsettled::Stop => "the run stops",
+        Unsettled::Accept => "the last is accepted and counted",
+    };
+    format!(
+        "{relaxation}, until forces agree to {:.0e} of gross; after {} iterations {then}",
+        plan.tolerance, plan.limit
+    )
+}
+
 /// Results of a run, in words.
 pub fn results(summary: &Summary) -> Vec<Fact> {
     let mut facts = vec![
@@ -116,6 +132,14 @@ pub fn results(summary: &Summary) -> Vec<Fact> {
                 summary.ledger.breaches
             ),
         ));
+    }
+    if let Some(iterations) = &summary.iterations {
+        let mean = iterations.mean.map_or(String::new(), |mean| format!("{mean:.2} a step, "));
+        let text = format!(
+            "{mean}at most {}; {} steps had not settled at the limit",
+            iterations.largest, iterations.unsettled_steps
+        );
+        facts.push(fact("iterations", text));
     }
     for (role, side) in [("fluid", &summary.fluid), ("solid", &summary.solid)] {
         let Some(side) = side else { continue };

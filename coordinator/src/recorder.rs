@@ -65,6 +65,19 @@ pub struct Tally {
     pub first_breaches: Vec<String>,
     /// Fluid and solid.
     pub sides: [Side; 2],
+    /// Iterations of half-steps.
+    pub iterations: Iterations,
+}
+
+/// How often the samples of correctors were revised.
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+pub struct Iterations {
+    /// Sum over all steps.
+    pub sum: u64,
+    /// Most in a step.
+    pub largest: u32,
+    /// Steps that reached the limit before they had settled.
+    pub unsettled: u64,
 }
 
 /// What a recorder goes on from: everything before the outputs of one step boundary.
@@ -231,6 +244,10 @@ impl Recorder {
                 side.waited_seconds += report.waited;
             }
         }
+        let iterations = &mut self.tally.iterations;
+        iterations.sum += u64::from(report.iterations);
+        iterations.largest = iterations.largest.max(report.iterations);
+        iterations.unsettled += u64::from(report.unsettled);
         self.tally.breaches += step.breaches.len() as u64;
         for (side, breach) in &step.breaches {
             if self.tally.first_breaches.len() < QUOTED_BREACHES {

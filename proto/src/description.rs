@@ -20,7 +20,7 @@ pub struct ProtocolVersion {
 }
 
 /// Version that this crate speaks.
-pub const PROTOCOL: ProtocolVersion = ProtocolVersion { major: 1, minor: 1 };
+pub const PROTOCOL: ProtocolVersion = ProtocolVersion { major: 1, minor: 2 };
 
 impl fmt::Display for ProtocolVersion {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -122,6 +122,8 @@ pub struct Capabilities {
     pub adaptive_step: bool,
     /// Evaluates expressions.
     pub expressions: bool,
+    /// Iterates half-steps in its role.
+    pub iterates: bool,
 }
 
 /// Sizes and times that a server keeps to.

@@ -61,6 +61,13 @@ pub fn unfit(description: &Description, role: Role, run: &RunSetup) -> Vec<Strin
     if matches!(run.time.step, StepPolicy::Adaptive { .. }) && !description.capabilities.adaptive_step {
         reasons.push(format!("{who} takes fixed time steps only, the case asks for adaptive ones"));
     }
+    let iterates = run.coupling.is_some_and(|coupling| coupling.iterate.is_some());
+    if iterates && !description.capabilities.iterates {
+        reasons.push(format!(
+            "{who} does not iterate half-steps, the case asks for it; leave out `interface.iterate` and take a step that one \
+             exchange bears, or use a solver that offers it"
+        ));
+    }
     if run.body_force.expressions.is_some() && !description.capabilities.expressions {
         reasons.push(format!("{who} evaluates no expressions, the case's body force has them"));
     }
@@ -121,6 +128,7 @@ impl Differences {
     fn coupling(&mut self, fluid: &Coupling, solid: &Coupling) {
         self.compare("coupling kind of the set-up", &fluid.kind, &solid.kind);
         self.compare("interface law", &fluid.law, &solid.law);
+        self.compare("iterated half-steps", &fluid.iterate, &solid.iterate);
         self.compare("kernel-gradient correction", &fluid.fluid.correction, &solid.fluid.correction);
         self.number("solid particle spacing", "m", fluid.solid_spacing, solid.solid_spacing);
         self.number("margin", "m", fluid.margin, solid.margin);

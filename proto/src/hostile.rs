@@ -22,6 +22,8 @@ fn fields(role: Role, kind: CouplingKind) -> &'static [FrameField] {
 fn frame(content: FrameContent) -> Frame {
     Frame {
         time: StageTime { at: StepStage::FIRST, step_start: 0.25, time_step: 1e-3 },
+        iteration: 0,
+        acceptance: None,
         content,
         forces: vec![Vector::new(1.0, -2.0); 3],
         states: InterfaceStates {

@@ -6,7 +6,6 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 use sph::solver::Role;
-use sph::stage::StepStage;
 use tokio::runtime::Runtime;
 use tokio::sync::{mpsc, watch};
 use tokio_stream::Stream;
@@ -16,9 +15,8 @@ use tonic::transport::server::TcpIncoming;
 use tonic::{Request, Response, Status, Streaming};
 
 use crate::client::RunAccess;
-use crate::convert::{self, choice};
 use crate::limits::MAX_FRAME_BYTES;
-use crate::recording::{Difference, Ids, Recording, RecordingError, difference};
+use crate::recording::{Difference, Ids, Moment, Recording, RecordingError, difference};
 use crate::security::{ClientSecurity, ServerSecurity};
 use crate::service::ServeOptions;
 use crate::transport::{self, Token};
@@ -185,22 +183,24 @@ impl Shared {
         self.replayed().problem.get_or_insert(problem);
     }
 
-    fn recorded(&self, at: StepStage, role: Role) -> Result<Option<wire::Frame>, RecordingError> {
+    fn recorded(&self, at: Moment, role: Role) -> Result<Option<wire::Frame>, RecordingError> {
         self.recording.lock().unwrap_or_else(PoisonError::into_inner).frame(at, role)
     }
 
     /// Sends all frames of the player's side, then a farewell; `send` says whether anybody takes them.
     ///
-    /// A frame waits until that of the half-step before has been compared: it tells the examined side what its partner
-    /// computed from, and a side that finds itself contradicted ends the run.
+    /// A frame waits until all frames of the examined side of earlier moments have been compared: it tells that side what
+    /// its partner computed from, and a side that finds itself contradicted ends the run.
     async fn feed<F: Future<Output = bool>>(&self, send: impl Fn(wire::Frame) -> F) {
         let side = self.examined.partner();
-        let (half_steps, of) = {
+        let (moments, examined, of) = {
             let recording = self.recording.lock().unwrap_or_else(PoisonError::into_inner);
-            (recording.half_steps(side), recording.attempts().first().cloned())
+            let of = recording.attempts().first().cloned();
+            (recording.moments(side), recording.moments(self.examined), of)
         };
         let mut compared = self.compared.subscribe();
-        for (before, at) in half_steps.into_iter().enumerate() {
+        for at in moments {
+            let before = examined.partition_point(|moment| *moment < at);
             // The sender is this player's own.
             let _ = compared.wait_for(|compared| *compared >= before).await;
             match self.recorded(at, side) {
@@ -237,10 +237,9 @@ impl Shared {
                 // The other half of the stream ends by itself.
                 continue;
             }
-            let Ok(stage) = choice(frame.stage, &convert::Path::root("frame")) else {
+            let Ok(at) = Moment::of(&frame) else {
                 return self.fail(format!("a frame of step {} has no stage", frame.step));
             };
-            let at = StepStage { step: frame.step, stage };
             let recorded = match self.recorded(at, self.examined) {
                 Ok(Some(recorded)) => recorded,
                 Ok(None) => return self.fail(format!("the recording has no frame of {at} to compare")),

@@ -83,6 +83,10 @@ pub struct Extent {
 pub struct Frame {
     /// Half-step to which the states belong.
     pub time: StageTime,
+    /// Repetition of the half-step; 0 unless it is iterated.
+    pub iteration: u32,
+    /// Ends an iterated half-step: its iteration stands, and of the frame nothing but clock and iteration counts.
+    pub acceptance: Option<Acceptance>,
     /// Which of the following the partner gets.
     pub content: FrameContent,
     /// States of the particles within reach of the partner; not sent with [`FrameContent::Forces`].
@@ -104,6 +108,15 @@ pub struct Frame {
     pub previous: Option<PreviousStage>,
 }
 
+/// The solid's word that an iterated half-step is done.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Acceptance {
+    /// Whether it has settled to the tolerance; otherwise the limit of iterations was reached.
+    pub settled: bool,
+    /// Largest residual of a body, see [`crate::setup::Iterate::tolerance`] \[-\].
+    pub residual: f64,
+}
+
 /// What a frame reports of the half-step before.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PreviousStage {
@@ -116,6 +129,24 @@ pub struct PreviousStage {
 }
 
 impl Frame {
+    /// A frame of `time` without particles.
+    pub fn empty(time: StageTime) -> Self {
+        Self {
+            time,
+            iteration: 0,
+            acceptance: None,
+            content: FrameContent::States,
+            states: InterfaceStates::default(),
+            forces: Vec::new(),
+            set_version: 0,
+            extent: Extent::default(),
+            partner_extent_version: 0,
+            reach: 0.0,
+            time_step_limit: f64::INFINITY,
+            previous: None,
+        }
+    }
+
     /// Digest of what the partner computes with: half-step, then ids and state bits, or forces.
     pub fn digest(&self) -> u32 {
         // Small pieces are many times slower to digest than a full buffer.
@@ -210,7 +241,7 @@ pub trait Exchange: Send {
     /// When the partner can no longer be reached.
     fn send(&mut self, frame: &Frame) -> Result<(), PeerError>;
 
-    /// Waits for the partner's frame of half-step `at` into `frame`, whose old content may be reused.
+    /// Waits for the partner's next frame of half-step `at` into `frame`, whose old content may be reused.
     ///
     /// # Errors
     /// When the partner is lost, or sends anything else than this half-step.

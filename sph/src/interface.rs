@@ -398,6 +398,7 @@ mod tests {
             solid_spacing: SPACING,
             repulsion: 0.5,
             margin: 0.5 * SPACING,
+            iterate: None,
         }
     }
 

@@ -12,6 +12,7 @@ pub mod exchange;
 pub mod expression;
 pub mod extent;
 pub mod interface;
+mod iteration;
 pub mod kernel;
 pub mod lanes;
 pub mod ledger;

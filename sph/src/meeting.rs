@@ -1,6 +1,7 @@
 //! The two kinds of coupling as the half-step driver sees them.
 
 use crate::exchange::FrameContent;
+use crate::iteration::Iteration;
 use crate::setup::{CouplingKind, RunSetup};
 use crate::solver::Role;
 
@@ -36,5 +37,11 @@ impl Meeting {
             Self::GivesLoads => FrameContent::Forces,
             Self::TakesLoads => FrameContent::Samples,
         }
+    }
+
+    /// The iterations of a solid whose half-steps are iterated.
+    pub(crate) fn iteration(self, setup: &RunSetup) -> Option<Iteration> {
+        let plan = setup.coupling.and_then(|coupling| coupling.iterate)?;
+        (self == Self::TakesLoads).then(|| Iteration::new(plan))
     }
 }

@@ -4,11 +4,13 @@
 //! conversion from the wire enforces. In two dimensions masses and forces are per metre of depth.
 
 mod fluid;
+mod iterate;
 mod run;
 mod solid;
 mod walls;
 
 pub use fluid::*;
+pub use iterate::*;
 pub use run::*;
 pub use solid::*;
 pub use walls::*;

@@ -50,6 +50,15 @@ impl std::fmt::Display for Role {
 #[error("this solver does not couple by loads in this role; choose another coupling kind")]
 pub struct NoLoads;
 
+/// Why a stage state was not taken anew.
+#[derive(Clone, Debug, PartialEq)]
+pub enum NotRevised {
+    /// The solver does not iterate half-steps.
+    NotOffered,
+    /// The new state is not finite or breaks a limit.
+    Diverged(Divergence),
+}
+
 /// A solver of either side, stepped by [`crate::driver::run`].
 ///
 /// One half-step is `begin_stage`, `interface`, `evaluate_own`, `evaluate_cross`, `advance`, in this order. Nothing
@@ -119,6 +128,23 @@ pub trait Solver: Send {
         _forces: &[Vector],
     ) -> Result<(), NoLoads> {
         Err(NoLoads)
+    }
+
+    /// The solid's side of an iterated half-step: takes the stage state of the corrector of `time` anew, from the start of
+    /// the step by Δt/2, with `forces` \[N/m\] on the `own` samples in place of those of the predictor; then what
+    /// [`Solver::begin_stage`] does with it. Forces that are not the partner's stay those of the predictor.
+    ///
+    /// Called before [`Solver::evaluate_own`] of the corrector, as often as it takes.
+    ///
+    /// # Errors
+    /// When the solver does not offer it, or the new state is not finite or breaks a limit.
+    fn revise(
+        &mut self,
+        _time: &StageTime,
+        _own: &InterfaceStates,
+        _forces: &[Vector],
+    ) -> Result<(), NotRevised> {
+        Err(NotRevised::NotOffered)
     }
 
     /// Moves the state from the start of the step by the stage's duration and the rates: Eq. (30) or (31).

@@ -179,6 +179,7 @@ fn setup(time_step: f64, end_time: f64, action: BreachAction) -> RunSetup {
             solid_spacing: 0.1,
             repulsion: 0.5,
             margin: 0.05,
+            iterate: None,
         }),
     }
 }

@@ -9,8 +9,9 @@ use sph::exchange::{Exchange, Extent, Frame, InterfaceStates, PeerError};
 use sph::ledger::{Energies, StageBooks};
 use sph::saved::{RestoreError, SavedState};
 use sph::setup::ParticipantSetup;
-use sph::solver::{Counts, Divergence, ParticleFields, Role, Solver};
+use sph::solver::{Counts, Divergence, NoLoads, NotRevised, ParticleFields, Role, Solver};
 use sph::stage::{StageTime, StepStage};
+use sph::vector::Vector;
 use tokio::sync::oneshot;
 
 /// What is wrong with a [`Double`].
@@ -38,6 +39,10 @@ pub enum Wrong {
     Limit(StepStage),
     /// It breaks down at this half-step.
     Drop(StepStage),
+    /// In iterated half-steps it says that it has settled without moving by the forces that came.
+    Unmoved,
+    /// It does not offer iterated half-steps.
+    NoIterations,
 }
 
 /// The real solid solver with one thing wrong.
@@ -47,8 +52,10 @@ pub struct Double(pub Wrong);
 impl SolverFactory for Double {
     fn describe(&self) -> Description {
         let mut description = solid_server::SolidFactory.describe();
-        if let Wrong::Protocol(version) = self.0 {
-            description.protocols = [version; 2];
+        match self.0 {
+            Wrong::Protocol(version) => description.protocols = [version; 2],
+            Wrong::NoIterations => description.capabilities.iterates = false,
+            _ => {}
         }
         description
     }
@@ -147,6 +154,24 @@ impl Solver for WrongSolver {
             _ => {}
         }
         version
+    }
+
+    fn evaluate_loads(
+        &mut self,
+        time: &StageTime,
+        own: &InterfaceStates,
+        forces: &[Vector],
+    ) -> Result<(), NoLoads> {
+        self.solver.evaluate_loads(time, own, forces)
+    }
+
+    fn revise(
+        &mut self,
+        time: &StageTime,
+        own: &InterfaceStates,
+        forces: &[Vector],
+    ) -> Result<(), NotRevised> {
+        if self.wrong == Wrong::Unmoved { Ok(()) } else { self.solver.revise(time, own, forces) }
     }
 
     fn advance(&mut self, time: &StageTime) -> Result<StageBooks, Divergence> {

@@ -32,7 +32,7 @@ fn line<'a>(table: &'a str, check: &str) -> &'a str {
 
 #[test]
 fn the_servers_of_this_workspace_conform() {
-    let offered = ["large-frame", "order-oscillator"];
+    let offered = ["large-frame", "order-oscillator", "iterated-half-step"];
     for (kind, table) in [
         ("states", examine(solid_server::SolidFactory, &["--kind", "states"])),
         ("loads", examine(solid_server::SolidFactory, &["--kind", "loads"])),
@@ -45,6 +45,8 @@ fn the_servers_of_this_workspace_conform() {
             assert!(offered.iter().any(|name| line.starts_with(name)), "{kind}: {line}");
         }
         assert!(line(&table, "action-reaction").contains(" passed "), "{table}");
+        let iterated = if kind == "loads" { " passed " } else { " not offered " };
+        assert!(line(&table, "iterated-half-step").contains(iterated), "{table}");
     }
 }
 
@@ -71,6 +73,13 @@ fn the_kit_names_each_seeded_fault() {
             assert!(line.contains(word), "{wrong:?}: no {word:?} in {line}");
         }
     }
+}
+
+#[test]
+fn a_solid_that_settles_without_moving_is_found_out() {
+    let (code, table) = examine(Double(Wrong::Unmoved), &["--kind", "loads", "--only", "iterated"]);
+    assert_eq!(code, Some(9), "{table}");
+    assert!(line(&table, "iterated-half-step").contains("do not satisfy the midpoint rule"), "{table}");
 }
 
 #[test]

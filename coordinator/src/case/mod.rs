@@ -281,6 +281,7 @@ impl Case {
                 solid_spacing: solid.particle_spacing_m.value,
                 repulsion: interface.repulsion.unwrap_or(0.0),
                 margin: interface.margin_spacings * fluid.particle_spacing_m.value,
+                iterate: interface.iterate.as_ref().map(file::interface::IterateTable::to_setup),
             }),
             _ => None,
         };
@@ -303,6 +304,7 @@ impl Case {
             (None, Some(interface)) if interface.law.value == InterfaceLaw::PlainSum => {
                 vec![CouplingKind::States]
             }
+            (None, Some(interface)) if interface.iterate.is_some() => vec![CouplingKind::Loads],
             (None, _) => CouplingKind::ALL.to_vec(),
         }
     }

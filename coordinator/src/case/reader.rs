@@ -185,13 +185,30 @@ impl<'t> Table<'t> {
         allowed: Range<u64>,
         options: &[(&'static str, T)],
     ) -> Option<Result<u64, Choice<T>>> {
-        let is_text =
-            self.entries.and_then(|entries| entries.get(key)).is_some_and(|value| value.get_ref().is_str());
-        if !is_text {
+        if !self.is_text(key) {
             return self.optional_count(key, allowed).map(Ok);
         }
         let (value, place) = self.take(key)?;
         self.as_choice(value, place, options).map(Err)
+    }
+
+    /// A number or one of a list of words, of which the first is the default.
+    pub fn number_or_word<T: Clone>(
+        &mut self,
+        key: &'static str,
+        allowed: &Allowed,
+        options: &[(&'static str, T)],
+    ) -> Result<f64, Choice<T>> {
+        if self.is_text(key) {
+            return Err(self.choice_or_first(key, options));
+        }
+        let (word, value) = &options[0];
+        let default = Choice { word, value: value.clone(), place: self.place_of(key) };
+        self.optional_number(key, allowed).ok_or(default)
+    }
+
+    fn is_text(&self, key: &str) -> bool {
+        self.entries.and_then(|entries| entries.get(key)).is_some_and(|value| value.get_ref().is_str())
     }
 
     /// Yes or no, with a default.

@@ -62,6 +62,9 @@ pub struct Summary {
     pub particle_stages_per_second: Option<f64>,
     /// Interface ledger.
     pub ledger: LedgerSummary,
+    /// Iterated half-steps, where the case has them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub iterations: Option<IterationSummary>,
     /// The fluid side, where there is one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fluid: Option<Participant>,
@@ -127,6 +130,17 @@ impl StepSizes {
             None => Self { smallest_s: size, largest_s: size },
         }
     }
+}
+
+/// How often the solid's samples were revised in the correctors of a run.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct IterationSummary {
+    /// Mean over all steps; `None` when no step was completed.
+    pub mean: Option<f64>,
+    /// Most in a step.
+    pub largest: u32,
+    /// Steps that reached the limit before they had settled.
+    pub unsettled_steps: u64,
 }
 
 /// Results of the ledger's checks.
@@ -257,6 +271,7 @@ mod tests {
             time_step: Some(StepSizes::with(Some(StepSizes::with(None, 2e-5)), 1e-5)),
             particle_stages_per_second: Some(1e6),
             ledger: LedgerSummary::new(1, vec!["a breach".into()], &extremes),
+            iterations: Some(IterationSummary { mean: Some(2.5), largest: 4, unsettled_steps: 1 }),
             fluid: Some(fluid),
             solid: None,
             coordinator: Process { peak_memory_bytes: Some(1 << 20), cpu_seconds: None },
@@ -290,6 +305,9 @@ mod tests {
         expect("/ledger/largest_torque_imbalance/value", serde_json::Value::Null);
         expect("/ledger/largest_torque_imbalance/at/stage", "predictor".into());
         expect("/coordinator/peak_memory_bytes", (1 << 20).into());
+        expect("/iterations/mean", 2.5.into());
+        expect("/iterations/largest", 4.into());
+        expect("/iterations/unsettled_steps", 1.into());
         assert!(json.get("solid").is_none(), "a side that took no part has no entry");
     }
 

@@ -18,7 +18,7 @@ use crate::output::process::Process;
 use crate::output::report::{self, ReportData};
 use crate::output::summary::{self, Checkpoints, LedgerSummary, Participant, Span, Summary, Verdict};
 use crate::output::table::Table;
-use crate::recorder::Recorded;
+use crate::recorder::{Iterations, Recorded};
 
 /// Completes the outputs of a run.
 pub(super) async fn finish(
@@ -121,6 +121,11 @@ fn summarise(
         particle_stages_per_second: (tally.steps > 0 && wall_seconds > 0.0)
             .then(|| 2.0 * (tally.steps * particles) as f64 / wall_seconds),
         ledger: LedgerSummary::new(tally.breaches, tally.first_breaches.clone(), &recorded.extremes),
+        iterations: case.run_setup().coupling.and_then(|coupling| coupling.iterate).map(|_| {
+            let Iterations { sum, largest, unsettled } = tally.iterations;
+            let mean = (tally.steps > 0).then(|| sum as f64 / tally.steps as f64);
+            summary::IterationSummary { mean, largest, unsettled_steps: unsettled }
+        }),
         fluid,
         solid,
         coordinator: Process::own(),

@@ -8,7 +8,7 @@ use sph::interface::{Interface, load_sums};
 use sph::ledger::{Account, Accounts, Energies, InterfaceSums, StageBooks};
 use sph::saved::{RestoreError, SavedState};
 use sph::setup::{Coupling, ParticipantSetup};
-use sph::solver::{Counts, Divergence, Field, NoLoads, ParticleFields, Role, Solver};
+use sph::solver::{Counts, Divergence, Field, NoLoads, NotRevised, ParticleFields, Role, Solver};
 use sph::stage::{Stage, StageTime, StepStage};
 use sph::vector::Vector;
 
@@ -22,6 +22,8 @@ pub(super) struct Quirk {
     /// As a fluid that gives loads: pulls each sample toward a place `1` \[m\] to the left of where it began, with this
     /// angular frequency `0` \[1/s\], in place of the pair law.
     pub(super) spring: Option<(f64, f64)>,
+    /// As a fluid that gives loads: slows each sample down at this rate \[1/s\], in place of the pair law.
+    pub(super) damper: Option<f64>,
     /// Sends a NaN at this half-step.
     pub(super) not_a_number: Option<StepStage>,
 }
@@ -54,8 +56,8 @@ struct Dummy {
     anchors: Vec<Vector>,
     extent: Extent,
     sums: InterfaceSums,
-    /// Whether the forces of this stage came from the spring.
-    sprung: bool,
+    /// Whether the forces of this stage were prescribed.
+    prescribes: bool,
 }
 
 impl Dummy {
@@ -101,24 +103,33 @@ impl Dummy {
             anchors: Vec::new(),
             extent,
             sums: InterfaceSums::default(),
-            sprung: false,
+            prescribes: false,
         })
     }
 
-    /// Forces of the spring on `samples`, and their reaction on the dummy.
-    fn pull(&mut self, samples: &InterfaceStates, forces: &mut Vec<Vector>, (rate, left): (f64, f64)) {
-        if self.anchors.is_empty() {
-            self.anchors.clone_from(&samples.position);
+    /// Acceleration of sample `s` that is prescribed in place of the pair law \[m/s²\].
+    fn prescribed(&mut self, samples: &InterfaceStates, s: usize) -> Option<Vector> {
+        if let Some((rate, left)) = self.quirk.spring {
+            if self.anchors.is_empty() {
+                self.anchors.clone_from(&samples.position);
+            }
+            return Some(-rate * rate * (samples.position[s] - self.anchors[s] + Vector::new(left, 0.0)));
         }
+        self.quirk.damper.map(|rate| -rate * samples.velocity[s])
+    }
+
+    /// Fills `forces` with prescribed ones on `samples`, and notes their reaction; whether there are any.
+    fn prescribe(&mut self, samples: &InterfaceStates, forces: &mut Vec<Vector>) -> bool {
         forces.clear();
-        forces.extend((0..samples.len()).map(|s| {
-            let displacement = samples.position[s] - self.anchors[s] + Vector::new(left, 0.0);
-            -rate * rate * SOLID_DENSITY * samples.volume(s) * displacement
-        }));
+        for s in 0..samples.len() {
+            let Some(acceleration) = self.prescribed(samples, s) else { return false };
+            forces.push(SOLID_DENSITY * samples.volume(s) * acceleration);
+        }
         let on_samples = load_sums(&self.domain, samples, forces);
         self.sums =
             InterfaceSums { force: -on_samples.force, torque: -on_samples.torque, power: 0.0, ..on_samples };
-        self.sprung = true;
+        self.prescribes = true;
+        true
     }
 }
 
@@ -160,7 +171,7 @@ impl Solver for Dummy {
     fn evaluate_own(&mut self, _: &StageTime) {}
 
     fn evaluate_cross(&mut self, time: &StageTime, own: &InterfaceStates, partner: &InterfaceStates) {
-        if std::mem::take(&mut self.sprung) {
+        if std::mem::take(&mut self.prescribes) {
             return;
         }
         let at = time.state_time();
@@ -183,9 +194,7 @@ impl Solver for Dummy {
         samples: &InterfaceStates,
         forces: &mut Vec<Vector>,
     ) -> Result<(), NoLoads> {
-        if let Some(spring) = self.quirk.spring {
-            self.pull(samples, forces, spring);
-        } else {
+        if !self.prescribe(samples, forces) {
             self.interface.update(time.state_time(), own, samples);
             self.interface.solid_forces(own, samples);
             forces.clear();
@@ -206,6 +215,11 @@ impl Solver for Dummy {
         forces: &[Vector],
     ) -> Result<(), NoLoads> {
         self.sums = load_sums(&self.domain, own, forces);
+        Ok(())
+    }
+
+    fn revise(&mut self, _: &StageTime, _: &InterfaceStates, _: &[Vector]) -> Result<(), NotRevised> {
+        // Nothing moves a dummy but its own velocity.
         Ok(())
     }
 

@@ -5,7 +5,7 @@ use sph::kernel::CubicSpline;
 use sph::setup::{
     BodyForce, BodySetup, BreachAction, ContactLaw, Coupling, CouplingKind, DensityDiffusion,
     ElasticMaterial, FluidConstants, FluidParticles, FluidSetup, Formulation, GradientCorrection,
-    HyperelasticLaw, InterfaceLaw, LedgerPolicy, Outflow, OutputPlan, ParticipantSetup, RunSetup,
+    HyperelasticLaw, InterfaceLaw, Iterate, LedgerPolicy, Outflow, OutputPlan, ParticipantSetup, RunSetup,
     SolidParticles, SolidSetup, SolidStepping, StepPolicy, Support, TimePlan, TotalLagrangian, ViscousForm,
     WallParticles,
 };
@@ -45,6 +45,8 @@ pub(super) struct Scene {
     pub(super) turned: bool,
     pub(super) time_step: f64,
     pub(super) steps: u32,
+    /// How half-steps are iterated.
+    pub(super) iterate: Option<Iterate>,
     /// Further particles of water, far from everything.
     pub(super) spare_water: u32,
 }
@@ -64,6 +66,7 @@ impl Scene {
             turned: false,
             time_step: TIME_STEP,
             steps: 20,
+            iterate: None,
             spare_water: 0,
         }
     }
@@ -116,6 +119,7 @@ impl Scene {
                 solid_spacing: SPACING,
                 repulsion: 0.0,
                 margin: 2.0 * SPACING,
+                iterate: self.iterate,
             }),
         }
     }

@@ -160,13 +160,13 @@ impl Convert for Capabilities {
     type Wire = wire::Capabilities;
 
     fn to_wire(&self) -> wire::Capabilities {
-        let Self { checkpoint, deterministic, adaptive_step, expressions } = *self;
-        wire::Capabilities { checkpoint, deterministic, adaptive_step, expressions }
+        let Self { checkpoint, deterministic, adaptive_step, expressions, iterates } = *self;
+        wire::Capabilities { checkpoint, deterministic, adaptive_step, expressions, iterates }
     }
 
     fn from_wire(wire: &wire::Capabilities, _at: &Path<'_>) -> Result<Self, WireError> {
-        let wire::Capabilities { checkpoint, deterministic, adaptive_step, expressions } = *wire;
-        Ok(Self { checkpoint, deterministic, adaptive_step, expressions })
+        let wire::Capabilities { checkpoint, deterministic, adaptive_step, expressions, iterates } = *wire;
+        Ok(Self { checkpoint, deterministic, adaptive_step, expressions, iterates })
     }
 }
 

@@ -234,6 +234,8 @@ impl Convert for StepReport {
             elapsed_s: Some(self.elapsed),
             waited_s: Some(self.waited),
             breaches: self.breaches,
+            iterations: self.iterations,
+            unsettled: self.unsettled,
         }
     }
 
@@ -251,6 +253,8 @@ impl Convert for StepReport {
             elapsed: finite(wire.elapsed_s, &at.field("elapsed_s"))?,
             waited: finite(wire.waited_s, &at.field("waited_s"))?,
             breaches: wire.breaches,
+            iterations: wire.iterations,
+            unsettled: wire.unsettled,
         })
     }
 }

@@ -33,6 +33,9 @@ impl FrameWriter {
 
     /// The message of `frame`.
     pub(crate) fn write(&mut self, frame: &Frame) -> wire::Frame {
+        if let Some(acceptance) = &frame.acceptance {
+            return wire::Frame { acceptance: Some(acceptance.to_wire()), ..self.head(frame) };
+        }
         let states = &frame.states;
         let content = FrameField::content(self.fields);
         let number = if content == FrameContent::Forces { frame.forces.len() } else { states.len() };
@@ -47,13 +50,6 @@ impl FrameWriter {
         let extent = (self.told_extent != frame.extent.version).then(|| frame.extent.to_wire());
         self.told_extent = frame.extent.version;
         wire::Frame {
-            run_id: self.run_id.clone(),
-            epoch: self.epoch,
-            step: frame.time.at.step,
-            stage: frame.time.at.stage.code(),
-            iteration: 0,
-            step_start_s_bits: frame.time.step_start.to_bits(),
-            time_step_s_bits: frame.time.time_step.to_bits(),
             set_version: frame.set_version,
             count: count(number),
             set,
@@ -65,7 +61,21 @@ impl FrameWriter {
             reach_m: Some(frame.reach),
             time_step_limit_s: Some(frame.time_step_limit),
             previous: frame.previous.as_ref().map(Convert::to_wire),
-            farewell: None,
+            ..self.head(frame)
+        }
+    }
+
+    /// What every frame of a half-step begins with.
+    fn head(&self, frame: &Frame) -> wire::Frame {
+        wire::Frame {
+            run_id: self.run_id.clone(),
+            epoch: self.epoch,
+            step: frame.time.at.step,
+            stage: frame.time.at.stage.code(),
+            iteration: frame.iteration,
+            step_start_s_bits: frame.time.step_start.to_bits(),
+            time_step_s_bits: frame.time.time_step.to_bits(),
+            ..wire::Frame::default()
         }
     }
 
@@ -128,7 +138,8 @@ pub(crate) struct FrameReader {
     run_id: String,
     epoch: u32,
     required: &'static [FrameField],
-    last: Option<StepStage>,
+    /// Half-step and iteration of the last frame.
+    last: Option<(StepStage, u32)>,
     set: Option<KnownSet>,
     extent: Extent,
 }
@@ -171,6 +182,11 @@ impl FrameReader {
             step_start: finite(f64::from_bits(wire.step_start_s_bits), &at.field("step_start_s_bits"))?,
             time_step: positive(f64::from_bits(wire.time_step_s_bits), &at.field("time_step_s_bits"))?,
         };
+        frame.iteration = wire.iteration;
+        frame.acceptance = optional(&wire.acceptance, &at.field("acceptance"))?;
+        if frame.acceptance.is_some() {
+            return Ok(ReceivedFrame::Frame);
+        }
         frame.content = FrameField::content(self.required);
         if frame.content == FrameContent::Forces {
             self.read_forces(wire, frame, &at)?;
@@ -190,7 +206,7 @@ impl FrameReader {
         frame.reach = not_negative(wire.reach_m, &at.field("reach_m"))?;
         frame.time_step_limit = positive_or_infinite(wire.time_step_limit_s, &at.field("time_step_limit_s"))?;
         frame.previous = optional(&wire.previous, &at.field("previous"))?;
-        self.last = Some(expected);
+        self.last = Some((expected, wire.iteration));
         Ok(ReceivedFrame::Frame)
     }
 
@@ -198,17 +214,28 @@ impl FrameReader {
         let got = StepStage { step: wire.step, stage: choice(wire.stage, &at.field("stage"))? };
         if got != expected {
             let remark = match self.last {
-                Some(last) if got == last => ", which came before: a duplicate",
-                Some(last) if got < last => ", which is past",
+                Some((last, _)) if got == last => ", which came before: a duplicate",
+                Some((last, _)) if got < last => ", which is past",
                 _ => "",
             };
             return Err(at.error(format!("expected that of {expected}, got {got}{remark}")));
         }
-        if wire.iteration != 0 {
-            let problem = format!("is {}, expected 0", wire.iteration);
-            return Err(at.field("iteration").error(problem));
+        // Only iterated half-steps ask for a second frame.
+        let due = match self.last {
+            Some((last, iteration)) if last == expected => iteration + 1,
+            _ => 0,
+        };
+        let (accepts, samples) =
+            (wire.acceptance.is_some(), FrameField::content(self.required) == FrameContent::Samples);
+        if wire.iteration == due && !accepts || accepts && samples && wire.iteration + 1 == due {
+            return Ok(());
         }
-        Ok(())
+        if accepts {
+            let problem =
+                format!("is of iteration {}, expected is a frame of iteration {due}", wire.iteration);
+            return Err(at.field("acceptance").error(problem));
+        }
+        Err(at.field("iteration").error(format!("is {}, expected {due}", wire.iteration)))
     }
 
     fn read_set(&mut self, wire: &wire::Frame, at: &Path<'_>) -> Result<(), WireError> {

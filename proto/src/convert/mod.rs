@@ -8,6 +8,7 @@ mod description;
 mod events;
 mod fluid;
 mod frame;
+mod iterate;
 mod report;
 mod run;
 mod saved;

@@ -292,6 +292,7 @@ impl Convert for Coupling {
             solid_spacing_m: Some(self.solid_spacing),
             margin_m: Some(self.margin),
             repulsion: Some(self.repulsion),
+            iterate: self.iterate.as_ref().map(Convert::to_wire),
         }
     }
 
@@ -306,6 +307,11 @@ impl Convert for Coupling {
                 "is COUPLING_KIND_LOADS, which has no stress for INTERFACE_LAW_PLAIN_SUM; use a wall law";
             return Err(at.field("kind").error(problem));
         }
+        if kind == CouplingKind::States && wire.iterate.is_some() {
+            return Err(at
+                .field("iterate")
+                .error("is given with COUPLING_KIND_STATES; only loads are iterated"));
+        }
         Ok(Self {
             kind,
             law,
@@ -313,6 +319,7 @@ impl Convert for Coupling {
             solid_spacing: positive(wire.solid_spacing_m, &at.field("solid_spacing_m"))?,
             margin: not_negative(wire.margin_m, &at.field("margin_m"))?,
             repulsion: not_negative(wire.repulsion.or(Some(0.0)), &at.field("repulsion"))?,
+            iterate: optional(&wire.iterate, &at.field("iterate"))?,
         })
     }
 }

@@ -5,9 +5,8 @@ use std::fmt;
 
 use sph::ledger::InterfaceSums;
 use sph::solver::Role;
-use sph::stage::StepStage;
 
-use super::{Recording, RecordingError};
+use super::{Moment, Recording, RecordingError};
 use crate::convert::{self, Convert, choice};
 use crate::description::FrameField;
 use crate::wire;
@@ -18,8 +17,8 @@ const SIDES: [Role; 2] = [Role::Fluid, Role::Solid];
 /// The first thing in which two frames of one half-step differ.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Difference {
-    /// Half-step of the frames.
-    pub at: StepStage,
+    /// Which frames.
+    pub at: Moment,
     /// Side that sent them.
     pub side: Role,
     /// What differs, with its unit.
@@ -49,8 +48,8 @@ pub struct Comparison {
     pub equal_half_steps: u64,
     /// The first difference.
     pub difference: Option<Difference>,
-    /// The half-step of the first frame that only one of them has, and which one (0 or 1).
-    pub alone: Option<(StepStage, usize)>,
+    /// The first frame that only one of them has, and which one (0 or 1).
+    pub alone: Option<(Moment, usize)>,
 }
 
 /// Compares two recordings half-step by half-step up to the first difference.
@@ -61,13 +60,17 @@ pub struct Comparison {
 /// # Errors
 /// When one of them cannot be read.
 pub fn compare(first: &mut Recording, second: &mut Recording) -> Result<Comparison, RecordingError> {
-    let mut halves: BTreeSet<StepStage> = BTreeSet::new();
+    let mut moments: BTreeSet<Moment> = BTreeSet::new();
     for recording in [&*first, &*second] {
-        SIDES.iter().for_each(|role| halves.extend(recording.half_steps(*role)));
+        SIDES.iter().for_each(|role| moments.extend(recording.moments(*role)));
     }
     let mut comparison = Comparison { equal_half_steps: 0, difference: None, alone: None };
     let mut ids = [Ids::default(), Ids::default()];
-    for at in halves {
+    let mut half_step = None;
+    for at in moments {
+        // One that has begun is equal once the next has.
+        comparison.equal_half_steps +=
+            u64::from(half_step.replace(at.at).is_some_and(|before| before != at.at));
         for side in SIDES {
             let frames = (first.frame(at, side)?, second.frame(at, side)?);
             match frames {
@@ -83,8 +86,8 @@ pub fn compare(first: &mut Recording, second: &mut Recording) -> Result<Comparis
                 return Ok(comparison);
             }
         }
-        comparison.equal_half_steps += 1;
     }
+    comparison.equal_half_steps += u64::from(half_step.is_some());
     Ok(comparison)
 }
 
@@ -111,13 +114,17 @@ fn numbers(bytes: &[u8]) -> impl Iterator<Item = f64> {
 
 /// The first thing in which frames `a` and `b` differ.
 pub(crate) fn difference(
-    at: StepStage,
+    at: Moment,
     side: Role,
     a: &wire::Frame,
     b: &wire::Frame,
     ids: &Ids,
 ) -> Option<Difference> {
-    let found = clock(a, b).or_else(|| previous(a, b)).or_else(|| set(a, b)).or_else(|| blocks(a, b, ids));
+    let found = clock(a, b)
+        .or_else(|| acceptance(a, b))
+        .or_else(|| previous(a, b))
+        .or_else(|| set(a, b))
+        .or_else(|| blocks(a, b, ids));
     let found = found.or_else(|| rest(a, b))?;
     Some(Difference { at, side, field: found.0, place: found.1, values: found.2 })
 }
@@ -137,6 +144,11 @@ fn clock(a: &wire::Frame, b: &wire::Frame) -> Option<Found> {
     let value = f64::from_bits;
     bits("start of the step [s]", value(a.step_start_s_bits), value(b.step_start_s_bits))
         .or_else(|| bits("time step [s]", value(a.time_step_s_bits), value(b.time_step_s_bits)))
+}
+
+fn acceptance(a: &wire::Frame, b: &wire::Frame) -> Option<Found> {
+    let residual = |frame: &wire::Frame| frame.acceptance.and_then(|word| word.residual).unwrap_or_default();
+    bits("residual of the iterations [-]", residual(a), residual(b))
 }
 
 fn previous(a: &wire::Frame, b: &wire::Frame) -> Option<Found> {

@@ -15,6 +15,7 @@ use std::path::{Path, PathBuf};
 use sph::exchange::Extent;
 use sph::setup::CouplingKind;
 use sph::solver::Role;
+use sph::stage::StepStage;
 
 use crate::convert::{self, Convert, WireError, choice, positive_or_infinite, required};
 use crate::limits::MAX_FRAME_BYTES;
@@ -101,6 +102,37 @@ impl Convert for Attempt {
                 required(&wire.solid_extent, &at.field("solid_extent"))?,
             ],
         })
+    }
+}
+
+/// Where a frame stands in a run: half-step, iteration, and the solid's acceptance after its samples.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Moment {
+    /// Half-step.
+    pub at: StepStage,
+    /// Repetition of it; 0 unless half-steps are iterated.
+    pub iteration: u32,
+    /// Whether the frame accepts that iteration.
+    pub accepts: bool,
+}
+
+impl Moment {
+    /// That of `frame`.
+    pub(crate) fn of(frame: &wire::Frame) -> Result<Self, WireError> {
+        let stage = choice(frame.stage, &convert::Path::root("frame").field("stage"))?;
+        let at = StepStage { step: frame.step, stage };
+        Ok(Self { at, iteration: frame.iteration, accepts: frame.acceptance.is_some() })
+    }
+}
+
+impl std::fmt::Display for Moment {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { at, iteration, accepts } = self;
+        match (iteration, accepts) {
+            (0, false) => at.fmt(f),
+            (_, false) => write!(f, "{at}, iteration {iteration}"),
+            (_, true) => write!(f, "{at}, acceptance of iteration {iteration}"),
+        }
     }
 }
 

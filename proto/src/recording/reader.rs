@@ -8,10 +8,11 @@ use std::path::{Path, PathBuf};
 use bytes::Bytes;
 use prost::Message;
 use sph::solver::Role;
-use sph::stage::StepStage;
 
-use super::{Attempt, HEAD_BYTES, MAGIC, RECORD_BYTES, RecordKind, RecordingError, VERSION, record_head};
-use crate::convert::{self, Convert, choice};
+use super::{
+    Attempt, HEAD_BYTES, MAGIC, Moment, RECORD_BYTES, RecordKind, RecordingError, VERSION, record_head,
+};
+use crate::convert::{self, Convert};
 use crate::limits::MAX_FRAME_BYTES;
 use crate::wire;
 
@@ -22,7 +23,7 @@ pub struct Recording {
     file: BufReader<File>,
     attempts: Vec<Attempt>,
     /// Where the record of each frame begins.
-    frames: BTreeMap<(StepStage, Role), u64>,
+    frames: BTreeMap<(Moment, Role), u64>,
     complete: bool,
 }
 
@@ -60,13 +61,13 @@ impl Recording {
         self.complete
     }
 
-    /// Half-steps of which there are frames of `role`, in order.
-    pub(crate) fn half_steps(&self, role: Role) -> Vec<StepStage> {
-        self.frames.keys().filter(|(_, of)| *of == role).map(|(at, _)| *at).collect()
+    /// Moments of the frames of `role`, in order.
+    pub(crate) fn moments(&self, role: Role) -> Vec<Moment> {
+        self.frames.keys().filter(|(_, of)| *of == role).map(|(moment, _)| *moment).collect()
     }
 
     /// The frame of `role` at `at`, if there is one.
-    pub(crate) fn frame(&mut self, at: StepStage, role: Role) -> Result<Option<wire::Frame>, RecordingError> {
+    pub(crate) fn frame(&mut self, at: Moment, role: Role) -> Result<Option<wire::Frame>, RecordingError> {
         let Some(offset) = self.frames.get(&(at, role)).copied() else { return Ok(None) };
         self.file.seek(SeekFrom::Start(offset)).map_err(|e| self.error(format!("cannot be read: {e}")))?;
         match self.record(offset)? {
@@ -127,9 +128,8 @@ impl Recording {
         if frame.farewell.is_some() {
             return Ok(());
         }
-        let stage = choice(frame.stage, &convert::Path::root("frame").field("stage"))
-            .map_err(|e| self.error(format!("at byte {offset}: {e}")))?;
-        self.frames.insert((StepStage { step: frame.step, stage }, role), offset);
+        let moment = Moment::of(&frame).map_err(|e| self.error(format!("at byte {offset}: {e}")))?;
+        self.frames.insert((moment, role), offset);
         Ok(())
     }
 

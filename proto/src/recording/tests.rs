@@ -6,7 +6,6 @@ use tempfile::TempDir;
 use super::*;
 use crate::convert::Choice;
 use crate::description::FrameField;
-use sph::stage::StepStage;
 
 /// Particles of each frame.
 const IDS: [u32; 3] = [4, 7, 9];
@@ -23,6 +22,11 @@ fn attempt(epoch: u32, first_step: u64) -> Attempt {
         first_limit: 0.1,
         extents: [Extent { version: 3, boxes: Vec::new() }, Extent::default()],
     }
+}
+
+/// The first frame of a half-step.
+fn first_of(at: StepStage) -> Moment {
+    Moment { at, iteration: 0, accepts: false }
 }
 
 /// A frame whose velocities begin with `velocity`.
@@ -78,10 +82,10 @@ fn what_was_written_is_read_bit_for_bit() {
     let mut recording = Recording::open(&path).unwrap();
     assert_eq!(recording.attempts(), [attempt(0, 0)]);
     assert!(recording.is_complete());
-    let at = StepStage { step: 1, stage: Stage::Predictor };
-    assert_eq!(recording.half_steps(Role::Solid).len(), 4);
+    let at = first_of(StepStage { step: 1, stage: Stage::Predictor });
+    assert_eq!(recording.moments(Role::Solid).len(), 4);
     assert_eq!(recording.frame(at, Role::Solid).unwrap(), Some(frame(1, Stage::Predictor, -0.0)));
-    let beyond = StepStage { step: 2, stage: Stage::Predictor };
+    let beyond = first_of(StepStage { step: 2, stage: Stage::Predictor });
     assert_eq!(recording.frame(beyond, Role::Solid).unwrap(), None);
     let again = RecordingWriter::create(&path).unwrap_err().to_string();
     assert!(again.contains("exists already") && again.contains("frames"), "{again}");
@@ -100,7 +104,7 @@ fn the_first_difference_is_named_to_the_last_bit() {
     let found = compare(&mut open(&path), &mut open(&other)).unwrap();
     assert_eq!(found.equal_half_steps, 2);
     let difference = found.difference.unwrap();
-    assert_eq!(difference.at, StepStage { step: 1, stage: Stage::Predictor });
+    assert_eq!(difference.at.at, StepStage { step: 1, stage: Stage::Predictor });
     assert_eq!((difference.side, difference.place), (Role::Solid, Some((1, Some(7)))));
     assert_eq!(difference.field, "component 1 of velocity [m/s]");
     assert_eq!(difference.values, ["0.0", "5e-324"]);
@@ -121,7 +125,7 @@ fn a_later_attempt_replaces_the_frames_of_a_lost_one() {
     });
     let mut recording = Recording::open(&path).unwrap();
     assert_eq!(recording.attempts().len(), 2);
-    let kept = recording.frame(StepStage::FIRST, Role::Solid).unwrap();
+    let kept = recording.frame(first_of(StepStage::FIRST), Role::Solid).unwrap();
     assert_eq!(kept, Some(frame(0, Stage::Predictor, 2.0)));
 }
 
@@ -134,8 +138,8 @@ fn a_recording_that_was_cut_off_keeps_what_it_has() {
     std::fs::write(&path, &bytes[..bytes.len() - 15]).unwrap();
     let recording = Recording::open(&path).unwrap();
     assert!(!recording.is_complete());
-    assert_eq!(recording.half_steps(Role::Fluid).len(), 3);
-    assert_eq!(recording.half_steps(Role::Solid).len(), 4);
+    assert_eq!(recording.moments(Role::Fluid).len(), 3);
+    assert_eq!(recording.moments(Role::Solid).len(), 4);
 }
 
 #[test]
@@ -160,4 +164,51 @@ fn what_is_no_sound_recording_is_refused_with_the_place() {
     refused(&|bytes| bytes[9..13].fill(255), &["damaged at byte 8", "4294967295 bytes", "67108864"]);
     refused(&|bytes| bytes[20] ^= 1, &["damaged at byte 8", "checksum"]);
     refused(&|bytes| bytes.truncate(8), &["holds no run"]);
+}
+
+/// Records a corrector of two iterations and its acceptance with this residual.
+fn record_iterated(path: &Path, residual: f64) {
+    let runtime = tokio::runtime::Builder::new_current_thread().build().unwrap();
+    runtime.block_on(async {
+        let writer = RecordingWriter::create(path).unwrap();
+        writer.attempt(attempt(0, 0)).await;
+        let word = wire::Acceptance { settled: true, residual: Some(residual) };
+        for iteration in 0..2 {
+            for role in [Role::Fluid, Role::Solid] {
+                let frame = wire::Frame { iteration, ..frame(0, Stage::Corrector, f64::from(iteration)) };
+                writer.queue().send(Record::Frame(role, Box::new(frame))).await.ok().unwrap();
+            }
+        }
+        let accepts = wire::Frame {
+            iteration: 1,
+            acceptance: Some(word),
+            blocks: Vec::new(),
+            ..frame(0, Stage::Corrector, 0.0)
+        };
+        writer.queue().send(Record::Frame(Role::Solid, Box::new(accepts))).await.ok().unwrap();
+        writer.finish().await.unwrap();
+    });
+}
+
+#[test]
+fn iterations_are_kept_apart_and_compared_each() {
+    let (folder, path) = bench();
+    record_iterated(&path, 1e-7);
+    let mut recording = Recording::open(&path).unwrap();
+    let moments: Vec<String> = recording.moments(Role::Solid).iter().map(Moment::to_string).collect();
+    let expected =
+        ["step 0 corrector", "step 0 corrector, iteration 1", "step 0 corrector, acceptance of iteration 1"];
+    assert_eq!(moments, expected);
+    let second = recording.moments(Role::Fluid)[1];
+    let kept = recording.frame(second, Role::Fluid).unwrap().unwrap();
+    assert_eq!(kept.blocks, frame(0, Stage::Corrector, 1.0).blocks);
+    let open = || Recording::open(&path).unwrap();
+    let same = compare(&mut open(), &mut open()).unwrap();
+    assert_eq!((same.equal_half_steps, same.difference, same.alone), (1, None, None));
+    let other = folder.path().join("other");
+    record_iterated(&other, 2e-7);
+    let found = compare(&mut open(), &mut Recording::open(&other).unwrap()).unwrap();
+    assert_eq!(found.equal_half_steps, 0);
+    let text = found.difference.unwrap().to_string();
+    assert!(text.contains("acceptance of iteration 1, frame of the solid: residual"), "{text}");
 }

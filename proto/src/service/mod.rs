@@ -75,6 +75,7 @@ impl Description {
                 deterministic: true,
                 adaptive_step: true,
                 expressions: true,
+                iterates: true,
             },
             limits: ServeOptions::default().limits(),
         }

@@ -10,8 +10,8 @@ use sph::saved::{RestoreError, SavedState};
 use sph::setup::{
     BodyForce, BodySetup, BreachAction, ContactLaw, Coupling, CouplingKind, DensityDiffusion,
     ElasticMaterial, FluidConstants, FluidParticles, FluidSetup, Formulation, GradientCorrection,
-    InterfaceLaw, LedgerPolicy, Outflow, OutputPlan, ParticipantSetup, RunSetup, SolidParticles, SolidSetup,
-    SolidStepping, StepPolicy, TimePlan, WallParticles,
+    InterfaceLaw, Iterate, LedgerPolicy, Outflow, OutputPlan, ParticipantSetup, Relaxation, RunSetup,
+    SolidParticles, SolidSetup, SolidStepping, StepPolicy, TimePlan, Unsettled, WallParticles,
 };
 use sph::solver::{Counts, Divergence, Field, ParticleFields, Role, Solver};
 use sph::stage::{Stage, StageTime};
@@ -51,9 +51,18 @@ pub(crate) fn run_setup(run_id: &str, steps: u32) -> RunSetup {
             solid_spacing: 0.01,
             repulsion: 0.5,
             margin: 0.05,
+            iterate: None,
         }),
     }
 }
+
+/// An iterated half-step.
+pub(crate) const ITERATE: Iterate = Iterate {
+    relaxation: Relaxation::Fixed(0.1 + 0.2),
+    tolerance: 1e-7 / 3.0,
+    limit: 17,
+    unsettled: Unsettled::Accept,
+};
 
 pub(crate) fn constants() -> FluidConstants {
     FluidConstants {

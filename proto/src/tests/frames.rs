@@ -1,7 +1,7 @@
 //! Frames on the wire: all bits survive, and every wrong frame is refused by name.
 
 use bytes::Bytes;
-use sph::exchange::{Extent, Frame, FrameContent, InterfaceStates, PreviousStage};
+use sph::exchange::{Acceptance, Extent, Frame, FrameContent, InterfaceStates, PreviousStage};
 use sph::ledger::InterfaceSums;
 use sph::setup::{CouplingKind, InterfaceLaw};
 use sph::solver::Role;
@@ -24,6 +24,8 @@ fn extent(version: u64) -> Extent {
 fn frame(at: StepStage) -> Frame {
     Frame {
         time: StageTime { at, step_start: 0.1 + 0.2, time_step: 1e-3 / 3.0 },
+        iteration: 0,
+        acceptance: None,
         content: FrameContent::States,
         forces: Vec::new(),
         states: InterfaceStates {
@@ -378,4 +380,48 @@ fn forces_travel_alone_and_name_the_set_they_answer() {
     assert!(refused(|m| m.count = 3).contains(".force`: has 32 bytes"));
     assert!(refused(|m| m.blocks.clear()).contains("lack the force"));
     assert!(refused(|m| m.digest ^= 1).contains("DATA_LOSS"));
+}
+
+#[test]
+fn iterations_follow_each_other_and_an_acceptance_ends_them() {
+    let (mut writer, mut reader) = loads_pair(Role::Solid);
+    let samples = |iteration: u32| Frame { iteration, ..loads_frame(AT, Role::Solid) };
+    let word = |iteration: u32| Frame {
+        acceptance: Some(Acceptance { settled: true, residual: 1e-7 }),
+        ..samples(iteration)
+    };
+    let mut received = empty();
+    for iteration in 0..3 {
+        reader.read(&writer.write(&samples(iteration)), AT, &mut received).unwrap();
+        assert_eq!((received.iteration, received.acceptance), (iteration, None));
+    }
+    let repeated = reader.read(&writer.write(&samples(2)), AT, &mut empty()).unwrap_err().to_string();
+    assert!(repeated.contains("`frame.iteration`: is 2, expected 3"), "{repeated}");
+    let old = reader.read(&writer.write(&word(1)), AT, &mut empty()).unwrap_err().to_string();
+    assert!(old.contains("`frame.acceptance`: is of iteration 1"), "{old}");
+    let message = writer.write(&word(2));
+    assert!(message.blocks.is_empty() && message.set.is_none() && message.previous.is_none());
+    reader.read(&message, AT, &mut received).unwrap();
+    assert_eq!((received.iteration, received.acceptance), (2, word(2).acceptance));
+    // The set of samples is known still.
+    let next = AT.next();
+    reader.read(&writer.write(&loads_frame(next, Role::Solid)), next, &mut received).unwrap();
+    assert_eq!((received.iteration, received.acceptance), (0, None));
+    // Forces have nothing to accept, and no half-step begins with an acceptance.
+    let forces = Frame { iteration: 0, ..loads_frame(AT, Role::Fluid) };
+    let (mut writer, mut reader) = loads_pair(Role::Fluid);
+    reader.read(&writer.write(&forces), AT, &mut empty()).unwrap();
+    let mut wrong = writer.write(&forces);
+    wrong.acceptance = message.acceptance;
+    assert!(reader.read(&wrong, AT, &mut empty()).unwrap_err().to_string().contains("`frame.acceptance`"));
+    let first = loads_pair(Role::Solid).1.read(&message, AT, &mut empty()).unwrap_err().to_string();
+    assert!(first.contains("`frame.acceptance`: is of iteration 2"), "{first}");
+    let mut negative = message.clone();
+    negative.acceptance = Some(wire::Acceptance { settled: true, residual: Some(-1.0) });
+    let (mut writer, mut reader) = loads_pair(Role::Solid);
+    for iteration in 0..3 {
+        reader.read(&writer.write(&samples(iteration)), AT, &mut empty()).unwrap();
+    }
+    let error = reader.read(&negative, AT, &mut empty()).unwrap_err().to_string();
+    assert!(error.contains("`frame.acceptance.residual`: is -1.0"), "{error}");
 }

@@ -94,6 +94,8 @@ fn items() -> Vec<BatchItem> {
             elapsed: 0.5,
             waited: 0.25,
             breaches: 1,
+            iterations: 3,
+            unsettled: true,
         })),
         BatchItem::Probes(ProbeValues { step: 7, time: 0.3, values: vec![f64::NAN, -0.0, 5e-324] }),
         BatchItem::Snapshot { index: 2, step: 7, time: 0.3 },
@@ -295,13 +297,21 @@ fn a_server_that_cannot_play_is_told_why() {
     run.body_force.expressions = Some(["x".into(), "t".into()]);
     let mut description = Description::of_solver("beam", "3", Role::Solid, "f64");
     assert_eq!(handshake::unfit(&description, Role::Solid, &run), Vec::<String>::new());
+    let coupling = run.coupling.as_mut().unwrap();
+    coupling.kind = CouplingKind::Loads;
+    coupling.iterate = Some(fake::ITERATE);
+    assert_eq!(handshake::unfit(&description, Role::Solid, &run), Vec::<String>::new());
+    description.capabilities.iterates = false;
+    let reasons = handshake::unfit(&description, Role::Solid, &run);
+    assert!(reasons.len() == 1 && reasons[0].contains("leave out `interface.iterate`"), "{reasons:#?}");
+    run.coupling.as_mut().unwrap().kind = CouplingKind::States;
     description.dimensions = 3;
     description.coupling_kinds = vec![CouplingKind::Loads];
     description.interface_laws.clear();
     description.capabilities = Default::default();
     description.protocols = [crate::description::ProtocolVersion { major: 2, minor: 0 }; 2];
     let reasons = handshake::unfit(&description, Role::Fluid, &run);
-    assert_eq!(reasons.len(), 7, "{reasons:#?}");
-    assert!(reasons[0].contains("beam 3 speaks protocol 2.0 to 2.0, this coordinator 1.1"), "{reasons:#?}");
+    assert_eq!(reasons.len(), 8, "{reasons:#?}");
+    assert!(reasons[0].contains("beam 3 speaks protocol 2.0 to 2.0, this coordinator 1.2"), "{reasons:#?}");
     assert!(reasons[1].contains("plays solid, needed is fluid"), "{reasons:#?}");
 }

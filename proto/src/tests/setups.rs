@@ -2,11 +2,11 @@
 
 use bytes::Bytes;
 use sph::setup::{
-    BodyForce, BodySetup, BreachAction, ContactLaw, Damping, DensityDiffusion, ElasticMaterial, FluidProbe,
-    FluidProbeKind, FluidSetup, Formulation, GradientCorrection, HyperelasticLaw, InterfaceLaw, LoadLaw,
-    Motion, Outflow, ParticipantSetup, RunSetup, SolidProbe, SolidProbeKind, SolidSetup, SolidStepping,
-    StepPolicy, SubstepCount, Support, SurfaceLoad, TotalLagrangian, UpdatedLagrangian, WallCondition,
-    WallParticles, WallSetup,
+    BodyForce, BodySetup, BreachAction, ContactLaw, CouplingKind, Damping, DensityDiffusion, ElasticMaterial,
+    FluidProbe, FluidProbeKind, FluidSetup, Formulation, GradientCorrection, HyperelasticLaw, InterfaceLaw,
+    LoadLaw, Motion, Outflow, ParticipantSetup, RunSetup, SolidProbe, SolidProbeKind, SolidSetup,
+    SolidStepping, StepPolicy, SubstepCount, Support, SurfaceLoad, TotalLagrangian, UpdatedLagrangian,
+    WallCondition, WallParticles, WallSetup,
 };
 use sph::solver::Role;
 use sph::vector::{SymmetricTensor, Vector};
@@ -54,6 +54,10 @@ fn run(step: StepPolicy, law: InterfaceLaw, correction: GradientCorrection) -> R
     let coupling = run.coupling.as_mut().unwrap();
     coupling.law = law;
     coupling.fluid.correction = correction;
+    if law == InterfaceLaw::WallNoSlip {
+        coupling.kind = CouplingKind::Loads;
+        coupling.iterate = Some(fake::ITERATE);
+    }
     run
 }
 

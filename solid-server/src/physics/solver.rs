@@ -4,7 +4,7 @@ use sph::exchange::{Extent, InterfaceStates};
 use sph::ledger::{Energies, StageBooks};
 use sph::saved::{RestoreError, SavedState};
 use sph::setup::{SolidSetup, SolidStepping};
-use sph::solver::{Counts, Divergence, NoLoads, ParticleFields, Role, Solver};
+use sph::solver::{Counts, Divergence, NoLoads, NotRevised, ParticleFields, Role, Solver};
 use sph::stage::{Stage, StageTime, StepStage};
 use sph::sums::ordered_sum;
 use sph::vector::Vector;
@@ -65,6 +65,37 @@ impl SolidSolver {
         }
     }
 
+    /// What follows from the stage state alone.
+    fn enter_stage(&mut self, time: &StageTime) {
+        // A pass of sub-steps leaves the corrector all that belongs to its state.
+        if time.at.stage == Stage::Predictor || self.model.stepping == SolidStepping::StageRule {
+            self.model.walls.move_to(time.state_time(), &mut self.workspace.walls);
+            update_stress(&self.model, &mut self.workspace);
+            refresh_lists(&self.model, &mut self.workspace);
+        }
+        if let Some(link) = &mut self.workspace.fluid {
+            link.track(&self.workspace.stage.position);
+        }
+    }
+
+    /// Moves all bodies from the start of the step to `workspace.next`, checked.
+    fn move_stage(&mut self, time: &StageTime) -> Result<(), Divergence> {
+        match self.model.stepping {
+            SolidStepping::StageRule => move_bodies(&self.model, &self.state, &mut self.workspace, time),
+            SolidStepping::Substeps(count) => {
+                move_by_substeps(&self.model, &self.state, &mut self.workspace, time, count);
+            }
+        }
+        check(&self.model, &self.workspace.next, time.at).map_err(|divergence| *divergence)
+    }
+
+    /// Takes the predictor's result as the stage state of the corrector.
+    fn take_prediction(&mut self) {
+        let Workspace { stage, stage_rigid, next, next_rigid, .. } = &mut self.workspace;
+        std::mem::swap(stage, next);
+        std::mem::swap(stage_rigid, next_rigid);
+    }
+
     /// Takes the corrector's result as the state at the new step boundary, `duration` \[s\] after the last.
     fn accept(&mut self, record: &StageRecord, duration: f64) {
         let Self { model, state, workspace, .. } = self;
@@ -117,15 +148,7 @@ impl Solver for SolidSolver {
             self.workspace.stage_rigid.clone_from(&self.state.rigid);
             self.workspace.slips.clone_from(&self.state.slips);
         }
-        // A pass of sub-steps leaves the corrector all that belongs to its state.
-        if time.at.stage == Stage::Predictor || self.model.stepping == SolidStepping::StageRule {
-            self.model.walls.move_to(time.state_time(), &mut self.workspace.walls);
-            update_stress(&self.model, &mut self.workspace);
-            refresh_lists(&self.model, &mut self.workspace);
-        }
-        if let Some(link) = &mut self.workspace.fluid {
-            link.track(&self.workspace.stage.position);
-        }
+        self.enter_stage(time);
         Ok(())
     }
 
@@ -190,21 +213,31 @@ impl Solver for SolidSolver {
         Ok(())
     }
 
+    fn revise(
+        &mut self,
+        time: &StageTime,
+        own: &InterfaceStates,
+        forces: &[Vector],
+    ) -> Result<(), NotRevised> {
+        let Workspace { fluid, fluid_force, forces: others, total_force, .. } = &mut self.workspace;
+        let link = fluid.as_ref().ok_or(NotRevised::NotOffered)?;
+        link.apply(own, forces, fluid_force);
+        // Sub-steps add up their own.
+        total_forces(others, fluid_force, total_force);
+        let predictor = StepStage { stage: Stage::Predictor, ..time.at };
+        self.move_stage(&StageTime { at: predictor, ..*time })
+            .map_err(|divergence| NotRevised::Diverged(Divergence { at: time.at, ..divergence }))?;
+        self.take_prediction();
+        self.enter_stage(time);
+        Ok(())
+    }
+
     /// With sub-steps, forces of the solids on themselves are evaluated within.
     fn advance(&mut self, time: &StageTime) -> Result<StageBooks, Divergence> {
-        match self.model.stepping {
-            SolidStepping::StageRule => move_bodies(&self.model, &self.state, &mut self.workspace, time),
-            SolidStepping::Substeps(count) => {
-                move_by_substeps(&self.model, &self.state, &mut self.workspace, time, count);
-            }
-        }
-        check(&self.model, &self.workspace.next, time.at).map_err(|divergence| *divergence)?;
+        self.move_stage(time)?;
         let record = record(&self.model, &self.state, &self.workspace, time);
         match time.at.stage {
-            Stage::Predictor => {
-                std::mem::swap(&mut self.workspace.stage, &mut self.workspace.next);
-                std::mem::swap(&mut self.workspace.stage_rigid, &mut self.workspace.next_rigid);
-            }
+            Stage::Predictor => self.take_prediction(),
             Stage::Corrector => self.accept(&record, time.duration()),
         }
         Ok(record.books)

@@ -3,12 +3,14 @@
 import queue
 import threading
 import time as wall
+from dataclasses import replace
 
 import numpy as np
 
 from . import protocol
 from .clock import CORRECTOR, PREDICTOR, Clock, StageTime, bits
 from .frames import Before, Exchange, PeerFault, Sums
+from .iteration import Iteration
 from .solver import Books, Diverged, probe_values
 
 MESSAGES = protocol.participant
@@ -30,6 +32,9 @@ class Run:
         self.clock = Clock(run.time, run.outputs, link.first_limit_s)
         self.coupled = self.setup.coupled
         self.exchange = Exchange(self.setup, solver, link.partner_extent) if self.coupled else None
+        self.iteration, self.iterations, self.unsettled = None, 0, False
+        if self.coupled and run.coupling.HasField("iterate"):
+            self.iteration = Iteration(run.coupling.iterate, solver.body)
         self.tolerance, self.stop_at_breach = run.ledger.balance_tolerance, run.ledger.action == 2
         self.inbound, self.outbound = queue.Queue(), queue.Queue(maxsize=4)
         self.events, self.snapshots = queue.Queue(maxsize=4096), queue.Queue(maxsize=8)
@@ -129,7 +134,7 @@ class Run:
         event = MESSAGES.Event()
         report = event.step
         report.step, report.time_step_s_bits = self.clock.step, bits(self.clock.time_step)
-        start, limit = self.state, np.inf
+        start, limit, self.iterations, self.unsettled = self.state, np.inf, 0, False
         for stage, books in [(PREDICTOR, report.predictor), (CORRECTOR, report.corrector)]:
             time = self.clock.stage(stage)
             try:
@@ -142,29 +147,64 @@ class Run:
         energies = report.energies
         energies.kinetic_j_per_m, energies.potential_j_per_m, energies.internal_j_per_m = self.solver.energies(self.state)
         report.own_interface_particles = len(self.solver.ids) if self.coupled else 0
+        report.iterations, report.unsettled = self.iterations, self.unsettled
         report.waited_s, report.breaches = self.waited - waited, self.breaches - breaches
         self.last_step = wall.monotonic()
         report.elapsed_s = self.last_step - began
         self.events.put(event)
 
     def _half_step(self, start, stage, time: StageTime, books) -> tuple:
-        position, velocity = self.solver.kinematics(stage)
-        if not (np.isfinite(position).all() and np.isfinite(velocity).all()):
-            raise Diverged("position and velocity of the samples [m, m/s]", np.nan, "finite values", "take a smaller time step")
         limit = self.solver.time_step_limit(stage)
         sums = Sums(np.zeros(2), 0.0, 0.0, 0.0, 0.0, 0.0, 0)
         if self.coupled:
-            frame = self.exchange.frame(time, position, velocity, limit, self.before)
-            self.outbound.put(frame)
-            self.forces, used, partner_limit = self._receive(time)
-            limit = min(limit, partner_limit)
-            sums = Sums.of(self.forces, position, velocity, self.setup.origin)
-            self.before = Before(time, sums, frame.digest, used)
+            stage, limit, sums = self._exchange(start, stage, time, limit)
+        else:
+            self._samples(stage)
         state, self.books = self.solver.advance(start, stage, self.forces, time)
         self._write_books(books, sums, start, state, time)
         return state, limit
 
-    def _receive(self, time: StageTime) -> tuple:
+    def _samples(self, stage) -> tuple:
+        position, velocity = self.solver.kinematics(stage)
+        if not (np.isfinite(position).all() and np.isfinite(velocity).all()):
+            raise Diverged("position and velocity of the samples [m, m/s]", np.nan, "finite values", "take a smaller time step")
+        return position, velocity
+
+    def _exchange(self, start, stage, time: StageTime, limit: float) -> tuple:
+        """Samples of the stage state for forces; in an iterated half-step until both fit. The state that they belong to."""
+        iteration, iterated = 0, self.iteration is not None and time.stage == CORRECTOR
+        while True:
+            position, velocity = self._samples(stage)
+            frame = self.exchange.frame(time, position, velocity, limit, self.before, iteration)
+            self.outbound.put(frame)
+            self.forces, used, partner_limit = self._receive(time, iteration)
+            if not iterated or self._accepts(time, iteration):
+                break
+            # The state at n + 1/2 anew, by the forces that fit it better.
+            half = replace(time, stage=PREDICTOR)
+            stage, _ = self.solver.advance(start, stage, self.iteration.relaxed(), half)
+            iteration += 1
+        if self.iteration is not None and not iterated:
+            self.iteration.begin(self.forces)
+        self.iterations = iteration
+        sums = Sums.of(self.forces, position, velocity, self.setup.origin)
+        self.before = Before(time, sums, frame.digest, used)
+        return stage, min(limit, partner_limit), sums
+
+    def _accepts(self, time: StageTime, iteration: int) -> bool:
+        plan, residual = self.iteration, self.iteration.compare(self.forces)
+        settled = residual <= plan.tolerance
+        if not settled and iteration < plan.limit:
+            return False
+        if not settled and not plan.accepts_unsettled:
+            raise Diverged(f"residual of the forces after {plan.limit} iterations of the half-step [-]", residual,
+                           f"at most {plan.tolerance:g}, the tolerance of `interface.iterate`",
+                           "use a smaller time step, or a higher limit or tolerance")
+        self.unsettled = not settled
+        self.outbound.put(self.exchange.acceptance(time, iteration, settled, residual))
+        return True
+
+    def _receive(self, time: StageTime, iteration: int) -> tuple:
         self.phase, began = 2, wall.monotonic()
         frame = self.inbound.get()
         self.phase = 1
@@ -173,11 +213,12 @@ class Run:
             raise Aborted("given up from outside")
         if frame is NO_MORE:
             raise PeerFault("lost the partner: its stream ended without a farewell")
-        forces, used, limit = self.exchange.read(frame, time)
-        faults = self.exchange.check_before(frame, self.before, self.tolerance)
-        self.breaches += len(faults)
-        if faults and self.stop_at_breach:
-            raise faults[0]
+        forces, used, limit = self.exchange.read(frame, time, iteration)
+        if iteration == 0:
+            faults = self.exchange.check_before(frame, self.before, self.tolerance)
+            self.breaches += len(faults)
+            if faults and self.stop_at_breach:
+                raise faults[0]
         return forces, used, limit
 
     def _write_books(self, wire, sums: Sums, start, state, time: StageTime) -> None:

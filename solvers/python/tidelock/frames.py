@@ -139,12 +139,23 @@ class Exchange:
         self.extent = TYPES.Extent(version=self.extent.version + 1, boxes_m=self.boxes.astype("<f8").tobytes())
         return True
 
-    def frame(self, time: StageTime, position, velocity, limit: float, before: Before | None):
+    def _head(self, time: StageTime, iteration: int, **fields):
+        return protocol.peer.Frame(
+            run_id=self.setup.run_id, epoch=self.epoch, step=time.step, stage=time.stage, iteration=iteration,
+            step_start_s_bits=bits(time.start), time_step_s_bits=bits(time.time_step), **fields,
+        )
+
+    def acceptance(self, time: StageTime, iteration: int, settled: bool, residual: float):
+        """The frame that ends an iterated half-step."""
+        frame = self._head(time, iteration)
+        frame.acceptance.settled, frame.acceptance.residual = settled, residual
+        return frame
+
+    def frame(self, time: StageTime, position, velocity, limit: float, before: Before | None, iteration: int = 0):
         """The own frame of a half-step: all samples, which the EXTENT RULE always allows."""
         solver = self.solver
-        frame = protocol.peer.Frame(
-            run_id=self.setup.run_id, epoch=self.epoch, step=time.step, stage=time.stage,
-            step_start_s_bits=bits(time.start), time_step_s_bits=bits(time.time_step), set_version=1,
+        frame = self._head(
+            time, iteration, set_version=1,
             count=len(solver.ids), partner_extent_version=self.partner_extent_version, reach_m=self.reach,
             time_step_limit_s=limit, digest=digest_samples(time, solver.ids, position, velocity, solver.volume),
         )
@@ -171,8 +182,8 @@ class Exchange:
         frame.farewell.reason = reason[:1000]
         return frame
 
-    def read(self, frame, time: StageTime) -> tuple:
-        """The forces of the partner's frame for `time`, and its limit for the next step [s]."""
+    def read(self, frame, time: StageTime, iteration: int = 0) -> tuple:
+        """The forces of the partner's frame for `time`, its digest, and its limit for the next step [s]."""
         if frame.ByteSize() > protocol.MAX_FRAME_BYTES:
             raise PeerFault(f"`frame`: has {frame.ByteSize()} bytes, above the size limit of {protocol.MAX_FRAME_BYTES}")
         for name, got, wanted in [("run_id", frame.run_id, self.setup.run_id), ("epoch", frame.epoch, self.epoch)]:
@@ -180,10 +191,12 @@ class Exchange:
                 raise PeerFault(f"`frame.{name}`: is {got!r}, expected {wanted!r}")
         if frame.HasField("farewell"):
             raise PeerFault(f"it ended its run: {frame.farewell.reason}")
-        if (frame.step, frame.stage, frame.iteration) != (time.step, time.stage, 0):
-            remark = ", which came before: a duplicate" if (frame.step, frame.stage) == self.last else ""
+        got, wanted = (frame.step, frame.stage, frame.iteration), (time.step, time.stage, iteration)
+        if got != wanted or frame.HasField("acceptance"):
+            remark = ", which came before: a duplicate" if got == self.last else ""
             stage = STAGE_NAMES.get(frame.stage, frame.stage)
-            raise PeerFault(f"`frame`: expected that of {time}, got step {frame.step} {stage}{remark}")
+            raise PeerFault(f"`frame`: expected iteration {iteration} of {time}, got iteration {frame.iteration} of "
+                            f"step {frame.step} {stage}{remark}")
         for name, ours, theirs in [("start of step", time.start, frame.step_start_s_bits),
                                    ("time step", time.time_step, frame.time_step_s_bits)]:
             if bits(ours) != theirs:
@@ -207,7 +220,7 @@ class Exchange:
             raise PeerFault(f"`frame.time_step_limit_s`: is {frame.time_step_limit_s}, must be positive")
         if frame.HasField("extent"):
             self.partner_extent_version = frame.extent.version
-        self.last = (frame.step, frame.stage)
+        self.last = (frame.step, frame.stage, frame.iteration)
         return forces, digest, frame.time_step_limit_s
 
     def check_before(self, frame, before: Before | None, tolerance: float) -> list:

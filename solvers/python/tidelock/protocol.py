@@ -59,7 +59,7 @@ types, setup, peer, participant = (importlib.import_module(f"fsi.v1.{name}_pb2")
 peer_grpc, participant_grpc = (importlib.import_module(f"fsi.v1.{name}_pb2_grpc") for name in NAMES[2:])
 
 # Version of the files above; see ProtocolVersion.
-MAJOR, MINOR = 1, 1
+MAJOR, MINOR = 1, 2
 # Bounds of the protocol: bytes of a message on either plane, of a name, of a text.
 MAX_MESSAGE_BYTES = 256 << 20
 MAX_FRAME_BYTES = 64 << 20

@@ -91,6 +91,7 @@ class Server(protocol.participant_grpc.ParticipantServicer, protocol.peer_grpc.P
         described.highest_protocol.major, described.highest_protocol.minor = protocol.MAJOR, protocol.MINOR
         described.capabilities.deterministic = self.factory.deterministic
         described.capabilities.adaptive_step = True
+        described.capabilities.iterates = True
         limits = described.limits
         limits.runs, limits.lease_s = 1, self.lease
         limits.max_message_bytes, limits.max_frame_bytes = protocol.MAX_MESSAGE_BYTES, protocol.MAX_FRAME_BYTES

@@ -1,6 +1,6 @@
 //! What both participants are told alike.
 
-use super::FluidConstants;
+use super::{FluidConstants, Iterate};
 use crate::domain::Domain;
 use crate::vector::{DIMENSIONS, Vector};
 
@@ -150,6 +150,8 @@ pub struct Coupling {
     pub repulsion: f64,
     /// Largest distance beyond the support radius at which particles are sent to spare \[m\].
     pub margin: f64,
+    /// How half-steps are iterated; only with loads, and without it each is evaluated once.
+    pub iterate: Option<Iterate>,
 }
 
 /// Linear damping −k v of all free particles until a time.

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use proto::security::ClientFiles;
 use serde::Serialize;
-use sph::setup::{CouplingKind, InterfaceLaw};
+use sph::setup::{CouplingKind, InterfaceLaw, Iterate, Relaxation, Unsettled};
 
 use crate::case::mistakes::Mistake;
 use crate::case::reader::{Allowed, Choice, Table};
@@ -34,6 +34,29 @@ pub struct InterfaceTable {
     pub repulsion: Option<f64>,
     /// Distance beyond the support radius at which particles are sent to spare, in spacings of the fluid.
     pub margin_spacings: f64,
+    /// How half-steps are iterated; not at all when absent.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub iterate: Option<IterateTable>,
+}
+
+/// `iterate` of `[interface]`.
+#[derive(Clone, Debug, Serialize)]
+#[allow(missing_docs)]
+pub struct IterateTable {
+    pub relaxation: RelaxationValue,
+    pub tolerance: f64,
+    pub limit: u64,
+    pub unsettled: Choice<Unsettled>,
+}
+
+/// A factor, or the word for Aitken's.
+#[derive(Clone, Debug, Serialize)]
+#[serde(untagged)]
+pub enum RelaxationValue {
+    /// A fixed factor.
+    Factor(f64),
+    /// Aitken's.
+    Word(Choice<()>),
 }
 
 impl InterfaceTable {
@@ -50,6 +73,8 @@ impl InterfaceTable {
         let law = table.choice_or_first("law", &LAWS);
         let path = table.choice_or_first("path", &PATHS);
         let kind = read_kind(&mut table, law.value);
+        let iterate = table.has("iterate").then(|| IterateTable::read(table.table_or_empty("iterate")));
+        check_iterated(&table, kind.as_ref(), law.value, iterate.is_some());
         let repels = law.value != InterfaceLaw::PlainSum;
         let read = Self {
             law,
@@ -57,6 +82,7 @@ impl InterfaceTable {
             path,
             repulsion: repels.then(|| table.number_or("repulsion", &Allowed::NOT_NEGATIVE, 1.0).value),
             margin_spacings: table.number_or("margin_spacings", &MARGIN, 1.0).value,
+            iterate,
         };
         table.finish();
         read
@@ -76,6 +102,50 @@ fn read_kind(table: &mut Table<'_>, law: InterfaceLaw) -> Option<Choice<Coupling
         table.mistake(mistake.hint("use the law `wall` or `wall-no-slip`, or the kind `states`"));
     }
     Some(kind)
+}
+
+/// Only loads are iterated.
+fn check_iterated(table: &Table<'_>, kind: Option<&Choice<CouplingKind>>, law: InterfaceLaw, iterated: bool) {
+    let hint = match kind {
+        _ if !iterated => return,
+        Some(kind) if kind.value == CouplingKind::States => "use `kind = \"loads\"`, or leave `iterate` out",
+        _ if law == InterfaceLaw::PlainSum => "use the law `wall` or `wall-no-slip`, or leave `iterate` out",
+        _ => return,
+    };
+    let mistake = Mistake::new(&table.place_of("iterate"), "only a coupling by loads is iterated");
+    table.mistake(mistake.hint(hint));
+}
+
+impl IterateTable {
+    /// Reads the table.
+    fn read(mut table: Table<'_>) -> Self {
+        const UNSETTLED: [(&str, Unsettled); 2] = [("stop", Unsettled::Stop), ("accept", Unsettled::Accept)];
+        const TOLERANCE: Allowed =
+            Allowed::new(0.0, 1.0, (false, false), 1e-6, "a number above 0 and below 1");
+        let relaxation = table.number_or_word("relaxation", &Allowed::FRACTION, &[("aitken", ())]);
+        let read = Self {
+            relaxation: relaxation.map_or_else(RelaxationValue::Word, RelaxationValue::Factor),
+            tolerance: table.number_or("tolerance", &TOLERANCE, 1e-6).value,
+            limit: table.count_or("limit", 1..1001, 50).value,
+            unsettled: table.choice_or_first("unsettled", &UNSETTLED),
+        };
+        table.finish();
+        read
+    }
+
+    /// What the solvers are told.
+    pub fn to_setup(&self) -> Iterate {
+        Iterate {
+            relaxation: match &self.relaxation {
+                RelaxationValue::Factor(factor) => Relaxation::Fixed(*factor),
+                RelaxationValue::Word(_) => Relaxation::Aitken,
+            },
+            tolerance: self.tolerance,
+            // At most 1000.
+            limit: u32::try_from(self.limit).unwrap_or(u32::MAX),
+            unsettled: self.unsettled.value,
+        }
+    }
 }
 
 /// `[servers]`: addresses of running servers or commands that start them; by default the built-in ones.

@@ -1,6 +1,7 @@
 //! Tests of the case format as a whole.
 
 mod hostile;
+mod iterated;
 mod mistakes;
 mod restart;
 mod scene;

@@ -28,6 +28,7 @@ fn coupled(law: InterfaceLaw, correction: GradientCorrection, diffusion: Density
         solid_spacing: 0.02,
         repulsion: 0.5,
         margin: REACH - 0.048,
+        iterate: None,
     });
     let mut noise = Noise(8);
     for i in 0..setup.particles.id.len() {

@@ -32,6 +32,7 @@ pub fn coupling(law: InterfaceLaw) -> Coupling {
         solid_spacing: SPACING,
         repulsion: 0.5,
         margin: SPACING,
+        iterate: None,
     }
 }
 

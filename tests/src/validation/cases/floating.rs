@@ -8,6 +8,9 @@ pub struct DensityRatio;
 /// A block on rails settles at the draught of Archimedes.
 pub struct Draught;
 
+/// A float lighter than a row of water particles, held under by a load: where one exchange a half-step fails.
+pub struct LightFloat;
+
 /// A water column on a clamped aluminium plate.
 pub struct HydrostaticPlate;
 
@@ -155,6 +158,61 @@ impl Case for Draught {
 
     fn plots(&self, runs: &[Run]) -> Result<Vec<Plot>, String> {
         heights(runs)
+    }
+}
+
+/// Height of the float's middle at its draught, and draught \[m\].
+const MIDDLE: f64 = 0.08;
+const FLOAT_DRAUGHT: f64 = 0.02;
+
+impl Case for LightFloat {
+    fn name(&self) -> &'static str {
+        "light_float"
+    }
+
+    fn about(&self) -> &'static str {
+        "a float of 0.02 times water's density under a load rests at the draught of Archimedes: iterated half-steps"
+    }
+
+    fn members(&self) -> Vec<Member> {
+        let of = |scheme, ratio: f64| {
+            // With its load it weighs as much as the water of half its height.
+            let load = toml::Value::from((1.0 - 0.5 / ratio) * GRAVITY);
+            Member::new("light_float", 0.004)
+                .scheme(scheme)
+                .with("solid.body.0.material.density_kg_m3", ratio * DENSITY)
+                .with("solid.body.0.acceleration_m_s2", vec![toml::Value::from(0.0), load])
+        };
+        vec![of("0.02", 0.02), of("0.05", 0.05), of("0.5", 0.5)]
+    }
+
+    fn figures(&self, run: &Run) -> Result<Vec<Figure>, String> {
+        let centre = run.history("float_centre_y_m")?;
+        let draught = FLOAT_DRAUGHT + MIDDLE - series::mean(&centre, 0.25, 0.5);
+        let speed = series::largest(run.column("float_velocity_y_m_s")?.into_iter().map(f64::abs));
+        let mut figures = vec![
+            Figure::compared("draught, mean over 0.25 to 0.5 s [m]", draught, FLOAT_DRAUGHT, 0.02),
+            // The speed of sound over 1000: water that finds its balance moves at some mm/s, a float that hops at 1 m/s.
+            Figure::judged("largest speed of the float [m/s]", speed, Goal::AtMost(0.015)),
+            Figure::told("iterations a step, mean", run.count("/iterations/mean")?),
+            Figure::told("iterations a step, most", run.count("/iterations/largest")?),
+            Figure::judged(
+                "steps that had not settled",
+                run.count("/iterations/unsettled_steps")?,
+                Goal::AtMost(0.0),
+            ),
+            Figure::judged("particles lost", run.lost(), Goal::AtMost(0.0)),
+        ];
+        figures.extend(coupling(run));
+        Ok(figures)
+    }
+
+    fn plots(&self, runs: &[Run]) -> Result<Vec<Plot>, String> {
+        let mut plot = Plot::new("height", "t [s]", "centre of the float [m]");
+        for run in runs {
+            plot.line(run.member.scheme.to_owned(), run.history("float_centre_y_m")?);
+        }
+        Ok(vec![plot])
     }
 }
 

@@ -49,6 +49,7 @@ pub fn all() -> Vec<&'static dyn Case> {
         &drifting_body::DriftingBody,
         &floating::DensityRatio,
         &floating::Draught,
+        &floating::LightFloat,
         &floating::HydrostaticPlate,
         &elastic::Gate,
         &elastic::Obstacle,

@@ -1,0 +1,42 @@
+"""ITERATED HALF-STEPS of peer.proto: the forces that move the samples of each body, relaxed until they fit."""
+
+import numpy as np
+
+FIRST_FACTOR, SMALLEST_FACTOR = 1.0, 1e-3
+
+
+class Iteration:
+    """The iterations of one half-step after another, as `Iterate` of the set-up asks for."""
+
+    def __init__(self, plan, body: np.ndarray):
+        self.factor = plan.factor if plan.HasField("factor") else None
+        self.tolerance, self.limit = plan.tolerance, plan.limit
+        self.accepts_unsettled = plan.unsettled == 2
+        self.body, self.count = body, int(body.max()) + 1
+
+    def _sums(self, values: np.ndarray) -> np.ndarray:
+        return np.bincount(self.body, values, self.count)
+
+    def begin(self, forces: np.ndarray) -> None:
+        """Begins a step, whose predictor has moved the samples by `forces`."""
+        self.applied, self.residual = forces, None
+        self.scale = self._sums(np.linalg.norm(forces, axis=1))
+        self.factors = np.full(self.count, FIRST_FACTOR if self.factor is None else self.factor)
+
+    def compare(self, forces: np.ndarray) -> float:
+        """Takes the forces that came for the samples; the largest residual of a body over its largest gross force."""
+        residual, before = forces - self.applied, self.residual
+        if before is not None and self.factor is None:
+            along = self._sums((before * (residual - before)).sum(axis=1))
+            square = self._sums(((residual - before) ** 2).sum(axis=1))
+            aitken = -self.factors * along / np.where(square > 0, square, 1.0)
+            self.factors = np.where(square > 0, np.clip(aitken, SMALLEST_FACTOR, 1.0), self.factors)
+        self.residual = residual
+        self.scale = np.maximum(self.scale, self._sums(np.linalg.norm(forces, axis=1)))
+        off = self._sums(np.linalg.norm(residual, axis=1))
+        return float((off / np.where(off > 0, self.scale, 1.0)).max())
+
+    def relaxed(self) -> np.ndarray:
+        """Forces to move the samples by in the next iteration."""
+        self.applied = self.applied + self.factors[self.body][:, None] * self.residual
+        return self.applied

@@ -1,0 +1,132 @@
+//! What coordinator and participant tell each other during a run.
+
+use serde::{Deserialize, Serialize};
+
+use crate::ledger::{Energies, StageBooks};
+use crate::saved::SavedState;
+use crate::solver::{Counts, Fault, ParticleFields};
+
+/// What the coordinator tells a participant during a run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Command {
+    /// Step until this many steps are completed; never lowers an earlier grant.
+    GrantThrough(u64),
+    /// Finish at the end of the granted steps, with outputs complete.
+    Stop,
+    /// Give up at once.
+    Abort,
+    /// Save the state at the boundary where the participant waits; changes nothing.
+    Checkpoint,
+    /// At the end time wait for [`Command::Stop`], so that a checkpoint can be taken there.
+    Hold,
+}
+
+/// What a participant tells the coordinator during a run.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Event {
+    /// A step is complete.
+    Step(StepReport),
+    /// Probe values at a step boundary.
+    Probes(ProbeValues),
+    /// Particle fields at a step boundary.
+    Snapshot(ParticleFields),
+    /// The answer to [`Command::Checkpoint`].
+    Checkpoint(Box<Checkpoint>),
+    /// No further step is taken until the participant is told to stop: at the end time after [`Command::Hold`], or
+    /// after a breach under [`BreachAction::StopAndCheckpoint`](crate::setup::BreachAction::StopAndCheckpoint).
+    Held(Held),
+    /// The run ended in order; the last event.
+    Finished(FinalReport),
+    /// The run ended out of order; the last event.
+    Failed(FailureReport),
+}
+
+/// Where a participant waits to be told to stop.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Held {
+    /// Completed steps.
+    pub step: u64,
+    /// Time \[s\].
+    pub time: f64,
+}
+
+/// The complete state of one side at a step boundary, before the outputs that are due there.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Checkpoint {
+    /// Completed steps.
+    pub step: u64,
+    /// Time \[s\].
+    pub time: f64,
+    /// Size of the next step \[s\].
+    pub time_step: f64,
+    /// Clock and solver.
+    pub state: SavedState,
+}
+
+/// Probe values at a step boundary, in the order of the set-up.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ProbeValues {
+    /// Completed steps.
+    pub step: u64,
+    /// Time \[s\].
+    pub time: f64,
+    /// Values.
+    pub values: Vec<f64>,
+}
+
+/// One completed step of one side.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct StepReport {
+    /// Completed steps before this one.
+    pub step: u64,
+    /// Time at its end \[s\].
+    pub end_time: f64,
+    /// Its size \[s\].
+    pub time_step: f64,
+    /// Books of predictor and corrector.
+    pub books: [StageBooks; 2],
+    /// Energies at its end.
+    pub energies: Energies,
+    /// Own and partner particles in the last frames.
+    pub interface_particles: [u64; 2],
+    /// Wall time of the step \[s\].
+    pub elapsed: f64,
+    /// Part of it spent waiting for the partner \[s\].
+    pub waited: f64,
+    /// Breaches that the policy lets pass.
+    pub breaches: u64,
+    /// Times that the samples of its corrector were revised; none unless half-steps are iterated.
+    pub iterations: u32,
+    /// Whether that reached its limit before the corrector had settled.
+    pub unsettled: bool,
+}
+
+/// How a run ended in order.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FinalReport {
+    /// Completed steps.
+    pub step: u64,
+    /// Time \[s\].
+    pub time: f64,
+    /// Whether the end time was reached; otherwise the run was stopped from outside.
+    pub reached_end: bool,
+    /// Facts of the run.
+    pub counts: Counts,
+    /// All particles with full precision.
+    pub state: ParticleFields,
+}
+
+/// How a run ended out of order.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FailureReport {
+    /// Why.
+    pub fault: Fault,
+    /// Completed steps.
+    pub step: u64,
+    /// Time \[s\].
+    pub time: f64,
+    /// Facts of the run.
+    pub counts: Counts,
+    /// All particles as they were when it happened.
+    pub state: ParticleFields,
+}

@@ -25,7 +25,7 @@ const SURROUNDED_DETERMINANT: f64 = 0.6;
 
 /// Largest share of L_i in Eq. (22). The rest, the plain sum, restores the order of the particles under pressure: with
 /// L_i alone no arrangement is better than another, and still water goes on creeping and draws together.
-const LARGEST_SHARE: f64 = 0.9;
+const LARGEST_SHARE: f64 = 0.8;
 
 /// What the pass makes for each fluid particle; arrays that a scene does not need stay empty.
 #[derive(Debug, Default)]

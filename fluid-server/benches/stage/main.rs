@@ -30,7 +30,7 @@ const FEATURE_PARTICLES: usize = 40_000;
 /// A part of a stage.
 type Pass = fn(&mut Case);
 
-/// Parts of a stage, and the whole.
+/// Parts of a predictor, and the whole stage, a mean of predictor and corrector.
 const PASSES: [(&str, Pass); 5] = [
     ("begin", Case::begin),
     ("own", Case::own),
@@ -135,11 +135,16 @@ impl Case {
         black_box(books.unwrap_or_else(|divergence| panic!("{divergence}")));
     }
 
+    /// Predictor and corrector in turn: what is made once a step counts half.
     fn stage(&mut self) {
         self.begin();
         self.own();
         self.cross();
         self.advance();
+        self.time.at.stage = match self.time.at.stage {
+            Stage::Predictor => Stage::Corrector,
+            Stage::Corrector => Stage::Predictor,
+        };
     }
 }
 

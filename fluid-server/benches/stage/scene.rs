@@ -3,8 +3,8 @@
 use sph::domain::Domain;
 use sph::setup::{
     BodyForce, DensityDiffusion, FluidConstants, FluidParticles, FluidSetup, GradientCorrection,
-    LedgerPolicy, OrderControl, Outflow, OutputPlan, RunSetup, StepPolicy, TimePlan, ViscousForm,
-    WallCondition, WallParticles, WallSetup,
+    GradientTiming, LedgerPolicy, OrderControl, Outflow, OutputPlan, RunSetup, StepPolicy, TimePlan,
+    ViscousForm, WallCondition, WallParticles, WallSetup,
 };
 use sph::vector::Vector;
 
@@ -24,6 +24,7 @@ pub struct Settings {
     kernel_ratio: f64,
     artificial_viscosity: f64,
     dynamic_viscosity: f64,
+    gradient_timing: GradientTiming,
 }
 
 /// The settings that are recommended for water, but at the kernel ratio of 20 neighbours.
@@ -31,11 +32,12 @@ pub const RECOMMENDED: Settings = Settings {
     correction: GradientCorrection::Renormalised,
     diffusion: DensityDiffusion::Renormalised { delta: 0.1 },
     order: Some(OrderControl { shifting: 2.0, tensile_control: true }),
-    acoustic_damping: 1.0,
+    acoustic_damping: 0.4,
     walls: true,
     kernel_ratio: 1.2,
     artificial_viscosity: 0.1,
     dynamic_viscosity: 0.0,
+    gradient_timing: GradientTiming::EachStep,
 };
 
 /// L_i in Eq. (17) alone.
@@ -45,8 +47,9 @@ pub const CONTINUITY: Settings = Settings { correction: GradientCorrection::Cont
 const WATER: Settings = Settings { kernel_ratio: 1.3, ..RECOMMENDED };
 
 /// The recommended settings, and the same with one thing left out or added.
-pub const FEATURES: [(&str, Settings); 10] = [
+pub const FEATURES: [(&str, Settings); 11] = [
     ("all", WATER),
+    ("gradients in each stage", Settings { gradient_timing: GradientTiming::EachStage, ..WATER }),
     ("h/dx 1.2", RECOMMENDED),
     ("no L_i in (22)", Settings { kernel_ratio: 1.3, ..CONTINUITY }),
     ("no L_i", Settings { correction: GradientCorrection::LatticeMoment, ..WATER }),
@@ -137,7 +140,7 @@ pub fn block(settings: Settings, particles: usize) -> FluidSetup {
         order: settings.order,
         viscous_form: ViscousForm::Pairwise,
         tension_limit: None,
-        gradient_timing: sph::setup::GradientTiming::EachStep,
+        gradient_timing: settings.gradient_timing,
         regions: vec!["water".into()],
         walls: vec![WallSetup {
             name: "tank".into(),

@@ -138,15 +138,25 @@ impl CellGrid {
         (&self.entries, &mut self.cells)
     }
 
-    /// Ranges of [`CellGrid::order`] that together hold all sources that can lie within the radius of `x`, a position
-    /// inside the box along periodic directions; some may be empty.
-    #[inline]
-    pub fn ranges(&self, x: &Vector) -> [Range<usize>; 2 * 3] {
+    /// The cell of `x`, a position inside the box along periodic directions; elsewhere it may lie outside the grid.
+    #[inline(always)]
+    pub fn cell(&self, x: &Vector) -> Cell {
+        // Saturating conversions: a target may lie far outside the sources. They round toward zero.
+        Cell(std::array::from_fn(|axis| {
+            let position = (x[axis] - self.lower[axis]) * self.inverse_edge[axis];
+            let toward_zero = position as i32;
+            if f64::from(toward_zero) > position { toward_zero.saturating_sub(1) } else { toward_zero }
+        }))
+    }
+
+    /// Ranges of [`CellGrid::order`] that together hold all sources that can lie within the radius of positions in
+    /// `cell`; some may be empty.
+    pub fn ranges(&self, cell: Cell) -> [Range<usize>; 2 * 3] {
         let mut ranges: [Range<usize>; 6] = Default::default();
         if self.entries.is_empty() {
             return ranges;
         }
-        let (columns, rows) = (self.span(x, 0), self.span(x, 1));
+        let (columns, rows) = (self.span(cell, 0), self.span(cell, 1));
         for (row, ranges) in rows.iter().zip(ranges.chunks_exact_mut(2)) {
             // Cells of a row follow each other; a span beyond the last column goes on at the first.
             let row = row * self.counts[0];
@@ -204,7 +214,8 @@ impl CellGrid {
         }
         let radius_squared = radius * radius;
         let x = &domain.wrapped(x);
-        let (columns, rows) = (self.span(x, 0), self.span(x, 1));
+        let cell = self.cell(x);
+        let (columns, rows) = (self.span(cell, 0), self.span(cell, 1));
         for row in rows.iter() {
             for column in columns.iter() {
                 let cell = row * self.counts[0] + column;
@@ -218,26 +229,22 @@ impl CellGrid {
         }
     }
 
-    /// Cells along `axis` that can hold neighbours of a particle at `x`.
-    fn span(&self, x: &Vector, axis: usize) -> Span {
-        let count = self.counts[axis];
-        let position = (x[axis] - self.lower[axis]) * self.inverse_edge[axis];
+    /// Cells along `axis` that can hold neighbours of a particle in `cell`.
+    fn span(&self, cell: Cell, axis: usize) -> Span {
+        let (count, cell) = (self.counts[axis], cell.0[axis]);
+        let inside = |k: i32| usize::try_from(k).unwrap_or(0).min(count - 1);
         if self.periodic[axis] {
             if count <= 3 {
                 return Span { first: 0, length: count, count };
             }
-            let centre = (position.max(0.0) as usize).min(count - 1);
-            return Span { first: centre + count - 1, length: 3, count };
+            return Span { first: inside(cell) + count - 1, length: 3, count };
         }
-        // Saturating conversions: a target may lie far outside the sources.
-        let low = (position - 1.0).floor().max(0.0) as usize;
-        let high = (position + 1.0).floor();
+        let (low, high) = (cell.saturating_sub(1), cell.saturating_add(1));
         // The last cell reaches beyond `count`: sources past the whole number of cells are binned there.
-        if high < 0.0 || low > count {
+        if high < 0 || usize::try_from(low).is_ok_and(|low| low > count) {
             return Span { first: 0, length: 0, count };
         }
-        let low = low.min(count - 1);
-        let high = (high as usize).min(count - 1);
+        let (low, high) = (inside(low), inside(high));
         Span { first: low, length: high + 1 - low, count }
     }
 
@@ -250,6 +257,10 @@ impl CellGrid {
         (along(1) * self.counts[0] + along(0)) as u32
     }
 }
+
+/// Column and row of a cell of a [`CellGrid`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Cell([i32; DIMENSIONS]);
 
 /// A run of cells along one axis, wrapping at `count`.
 struct Span {

@@ -330,7 +330,7 @@ impl Case {
             wall_repulsion: fluid.wall_repulsion,
             viscous_form: fluid.viscous_form.value,
             order: fluid.order_control(),
-            gradient_timing: fluid.gradients.value,
+            scheme: fluid.scheme.value,
             tension_limit: fluid.tension_limit_pa,
             damping: fluid.damping.as_ref().map(file::fluid::DampingTable::to_setup),
             regions: fluid.regions.iter().map(|region| region.name.value.clone()).collect(),

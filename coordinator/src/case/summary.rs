@@ -1,13 +1,13 @@
 //! What `check` and the run header tell about a case.
 
-use sph::setup::{SolidStepping, StepPolicy, SubstepCount};
+use sph::setup::{FluidScheme, SolidStepping, StepPolicy, SubstepCount};
 
 use super::Case;
 use super::file::solid::{BodyTable, ContactTable, FormulationTable, SolidTable};
 use super::limits::{self, StepLimit};
 
 /// Seconds of one core per fluid particle and half-step: all passes over the neighbour list.
-const FLUID_COST: f64 = 400e-9;
+const FLUID_COST: f64 = 250e-9;
 
 /// Seconds of one core per updated-Lagrangian particle and half-step.
 const SOLID_COST: f64 = 500e-9;
@@ -121,6 +121,7 @@ impl Case {
         };
         summary.warnings.extend(self.step_warning(&summary));
         summary.warnings.extend(self.sound_speed_warning());
+        summary.warnings.extend(self.iteration_warning());
         summary
     }
 
@@ -137,7 +138,7 @@ impl Case {
             let fraction = limits::RECOMMENDED_ACOUSTIC_FRACTION;
             add(
                 "fluid, acoustic h/(c0 + v)".to_owned(),
-                constants.acoustic_limit(speed, fluid.acoustic_damping),
+                constants.acoustic_limit(speed, fluid.acoustic_damping, fluid.scheme.value),
                 fraction,
             );
             if constants.dynamic_viscosity > 0.0 {
@@ -187,7 +188,7 @@ impl Case {
         let mut lines = Vec::new();
         if let Some(fluid) = &self.file.fluid {
             lines.push(format!(
-                "fluid: Δx = {} m, h/Δx = {}, ρ0 = {} kg/m³, c0 = {} m/s, γ = {}, μ = {} Pa s, gradient correction {}, gradients {}",
+                "fluid: Δx = {} m, h/Δx = {}, ρ0 = {} kg/m³, c0 = {} m/s, γ = {}, μ = {} Pa s, gradient correction {}, {}",
                 fluid.particle_spacing_m.value,
                 fluid.kernel_ratio.value,
                 fluid.rest_density_kg_m3.value,
@@ -195,7 +196,7 @@ impl Case {
                 fluid.exponent,
                 fluid.dynamic_viscosity_pa_s,
                 fluid.gradient_correction.word,
-                fluid.gradients.word
+                fluid.scheme.word
             ));
         }
         if let Some(solid) = &self.file.solid {
@@ -350,6 +351,18 @@ impl Case {
                 "the time step of {:.3e} s is {:.2} times the recommended one",
                 summary.time_step, summary.ratio_to_recommended
             )
+        })
+    }
+
+    /// Warns when half-steps are iterated that leave the fluid's forces as they are.
+    fn iteration_warning(&self) -> Option<String> {
+        let iterated = self.file.interface.as_ref().is_some_and(|interface| interface.iterate.is_some());
+        let leapfrog = self.file.fluid.as_ref().is_some_and(|f| f.scheme.value == FluidScheme::Leapfrog);
+        (iterated && leapfrog).then(|| {
+            "[interface] iterate: with the fluid's scheme `leapfrog` its pressure in the corrector does not depend on the \
+             solid's velocity of the same step, so that iterations change next to nothing; use `scheme = \
+             \"predictor-corrector\"` in [fluid]"
+                .to_owned()
         })
     }
 

@@ -30,13 +30,14 @@ const FEATURE_PARTICLES: usize = 40_000;
 /// A part of a stage.
 type Pass = fn(&mut Case);
 
-/// Parts of a predictor, and the whole stage, a mean of predictor and corrector.
-const PASSES: [(&str, Pass); 5] = [
-    ("begin", Case::begin),
-    ("own", Case::own),
-    ("cross", Case::cross),
-    ("advance", Case::advance),
-    ("stage", Case::stage),
+/// Parts of a step with the stage that they belong to, and the whole step.
+const PASSES: [(&str, Stage, Pass); 6] = [
+    ("begin", Stage::Predictor, Case::begin),
+    ("gradients", Stage::Predictor, Case::own),
+    ("tensors", Stage::Corrector, Case::own),
+    ("forces", Stage::Corrector, Case::cross),
+    ("advance", Stage::Corrector, Case::advance),
+    ("stage", Stage::Predictor, Case::step),
 ];
 
 /// CPU time of all threads of this process.
@@ -118,6 +119,11 @@ impl Case {
         case
     }
 
+    fn at(&mut self, stage: Stage) -> &mut Self {
+        self.time.at.stage = stage;
+        self
+    }
+
     fn begin(&mut self) {
         self.solver.begin_stage(&self.time).unwrap_or_else(|divergence| panic!("{divergence}"));
     }
@@ -135,16 +141,14 @@ impl Case {
         black_box(books.unwrap_or_else(|divergence| panic!("{divergence}")));
     }
 
-    /// Predictor and corrector in turn: what is made once a step counts half.
-    fn stage(&mut self) {
-        self.begin();
-        self.own();
-        self.cross();
-        self.advance();
-        self.time.at.stage = match self.time.at.stage {
-            Stage::Predictor => Stage::Corrector,
-            Stage::Corrector => Stage::Predictor,
-        };
+    /// Predictor and corrector.
+    fn step(&mut self) {
+        for stage in Stage::BOTH {
+            self.at(stage).begin();
+            self.own();
+            self.cross();
+            self.advance();
+        }
     }
 }
 
@@ -159,7 +163,8 @@ fn passes(criterion: &mut Criterion<CpuTime>, pool: &ThreadPool) {
             group.throughput(Throughput::Elements(particles as u64));
             // So short a step that no list is built anew.
             let mut case = pool.install(|| Case::new(settings, particles, 1e-12));
-            for (pass, run) in PASSES {
+            for (pass, stage, run) in PASSES {
+                pool.install(|| case.at(stage).begin());
                 group.bench_function(BenchmarkId::new(pass, particles), |bencher| {
                     pool.install(|| bencher.iter(|| run(&mut case)));
                 });
@@ -175,7 +180,7 @@ fn features(criterion: &mut Criterion<CpuTime>, pool: &ThreadPool) {
     for (k, (_, settings)) in scene::FEATURES.into_iter().enumerate() {
         let mut case = pool.install(|| Case::new(settings, FEATURE_PARTICLES, 1e-12));
         group.bench_function(BenchmarkId::new("stage", k), |bencher| {
-            pool.install(|| bencher.iter(|| case.stage()));
+            pool.install(|| bencher.iter(|| case.step()));
         });
     }
 }
@@ -221,14 +226,14 @@ fn fixed_kernel(criterion: &mut Criterion<CpuTime>) {
     });
 }
 
-/// Wall time per stage \[s\], the least of many, on this many threads.
+/// Wall time per step \[s\], the least of many, on this many threads.
 fn least_wall_time(particles: usize, threads: usize) -> f64 {
     let pool = pool(threads);
     let mut case = pool.install(|| Case::new(scene::RECOMMENDED, particles, 1e-12));
     let repeats = (3_000_000 / particles).max(5);
     let time = |case: &mut Case| {
         let start = Instant::now();
-        pool.install(|| case.stage());
+        pool.install(|| case.step());
         start.elapsed().as_secs_f64()
     };
     (0..repeats).map(|_| time(&mut case)).fold(f64::INFINITY, f64::min)

@@ -2,9 +2,9 @@
 
 use sph::domain::Domain;
 use sph::setup::{
-    BodyForce, DensityDiffusion, FluidConstants, FluidParticles, FluidSetup, GradientCorrection,
-    GradientTiming, LedgerPolicy, OrderControl, Outflow, OutputPlan, RunSetup, StepPolicy, TimePlan,
-    ViscousForm, WallCondition, WallParticles, WallSetup,
+    BodyForce, DensityDiffusion, FluidConstants, FluidParticles, FluidScheme, FluidSetup, GradientCorrection,
+    LedgerPolicy, OrderControl, Outflow, OutputPlan, RunSetup, StepPolicy, TimePlan, ViscousForm,
+    WallCondition, WallParticles, WallSetup,
 };
 use sph::vector::Vector;
 
@@ -24,7 +24,7 @@ pub struct Settings {
     kernel_ratio: f64,
     artificial_viscosity: f64,
     dynamic_viscosity: f64,
-    gradient_timing: GradientTiming,
+    scheme: FluidScheme,
 }
 
 /// The settings that are recommended for water, but at the kernel ratio of 20 neighbours.
@@ -32,12 +32,12 @@ pub const RECOMMENDED: Settings = Settings {
     correction: GradientCorrection::Renormalised,
     diffusion: DensityDiffusion::Renormalised { delta: 0.1 },
     order: Some(OrderControl { shifting: 2.0, tensile_control: true }),
-    acoustic_damping: 0.4,
+    acoustic_damping: 0.0,
     walls: true,
     kernel_ratio: 1.2,
     artificial_viscosity: 0.1,
     dynamic_viscosity: 0.0,
-    gradient_timing: GradientTiming::EachStep,
+    scheme: FluidScheme::Leapfrog,
 };
 
 /// L_i in Eq. (17) alone.
@@ -49,14 +49,14 @@ const WATER: Settings = Settings { kernel_ratio: 1.3, ..RECOMMENDED };
 /// The recommended settings, and the same with one thing left out or added.
 pub const FEATURES: [(&str, Settings); 11] = [
     ("all", WATER),
-    ("gradients in each stage", Settings { gradient_timing: GradientTiming::EachStage, ..WATER }),
+    ("predictor-corrector", Settings { scheme: FluidScheme::PredictorCorrector, ..WATER }),
     ("h/dx 1.2", RECOMMENDED),
     ("no L_i in (22)", Settings { kernel_ratio: 1.3, ..CONTINUITY }),
     ("no L_i", Settings { correction: GradientCorrection::LatticeMoment, ..WATER }),
     ("plain diffusion", Settings { diffusion: DensityDiffusion::Plain { delta: 0.1 }, ..WATER }),
     ("no shifting", Settings { order: Some(OrderControl { shifting: 0.0, tensile_control: true }), ..WATER }),
     ("no order control", Settings { order: None, ..WATER }),
-    ("no acoustic damper", Settings { acoustic_damping: 0.0, ..WATER }),
+    ("with acoustic damper", Settings { acoustic_damping: 0.4, ..WATER }),
     ("no artificial viscosity", Settings { artificial_viscosity: 0.0, ..WATER }),
     ("with viscosity", Settings { dynamic_viscosity: 1e-3, ..WATER }),
 ];
@@ -140,7 +140,7 @@ pub fn block(settings: Settings, particles: usize) -> FluidSetup {
         order: settings.order,
         viscous_form: ViscousForm::Pairwise,
         tension_limit: None,
-        gradient_timing: settings.gradient_timing,
+        scheme: settings.scheme,
         regions: vec!["water".into()],
         walls: vec![WallSetup {
             name: "tank".into(),

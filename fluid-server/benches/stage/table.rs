@@ -13,7 +13,8 @@ pub fn machine() {
 
 /// Prints the medians that criterion stored, per particle and over the fixed kernel's.
 pub fn print() {
-    let target = std::env::var("CARGO_TARGET_DIR").unwrap_or_else(|_| "target".into());
+    let beside = concat!(env!("CARGO_MANIFEST_DIR"), "/../target");
+    let target = std::env::var("CARGO_TARGET_DIR").unwrap_or_else(|_| beside.into());
     let folder = Path::new(&target).join("criterion");
     let median = |name: &str| -> Option<f64> {
         let text = std::fs::read_to_string(folder.join(name).join("new/estimates.json")).ok()?;
@@ -22,18 +23,20 @@ pub fn print() {
     };
     let Some(fixed) = median("fixed/kernel").map(|time| time / 4096.0) else { return };
     println!("\nCPU ns per particle-stage (times the {fixed:.2} ns of the fixed kernel)");
-    println!("{:24}{:>18}{:>18}{:>18}", "", "10k", "100k", "1M");
+    println!("{:28}{:>18}{:>18}{:>18}", "", "10k", "100k", "1M");
     for (group, passes) in [
-        ("recommended", ["begin", "own", "cross", "advance", "stage"].as_slice()),
-        ("lean", &["begin", "own", "cross", "advance", "stage"]),
+        ("recommended", super::PASSES.map(|(name, ..)| name).as_slice()),
+        ("lean", &super::PASSES.map(|(name, ..)| name)),
         ("build", &["begin"]),
     ] {
         for pass in passes {
-            print!("{:24}", format!("{group} {pass}"));
+            print!("{:28}", format!("{group} {pass}"));
             for particles in super::SIZES {
                 match median(&format!("{group}/{pass}/{particles}")) {
                     Some(time) => {
-                        let time = time / particles as f64;
+                        // Two stages make a step.
+                        let stages = if *pass == "stage" { 2.0 } else { 1.0 };
+                        let time = time / (stages * particles as f64);
                         print!("{:>18}", format!("{time:.1} ({:.0})", time / fixed));
                     }
                     None => print!("{:>18}", "-"),

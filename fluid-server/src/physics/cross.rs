@@ -14,7 +14,7 @@ use super::gradients::{Gradients, Scene};
 use super::lists::Lists;
 use super::model::FluidModel;
 use super::moments::NeighbourSums;
-use super::rates::Rates;
+use super::rates::{Part, Rates};
 use super::record::{Geometry, Record};
 use super::shifting::pairing_of;
 use super::state::FluidState;
@@ -160,7 +160,7 @@ impl Cross {
             states.group.push(state.region[i]);
             states.mass.push(state.mass[i]);
             states.position.push(state.position[i]);
-            states.velocity.push(state.velocity[i]);
+            states.velocity.push(fluid[i].velocity());
             states.density.push(state.density[i]);
             states.pressure.push(fluid[i].pressure());
         }
@@ -208,6 +208,7 @@ impl Cross {
         own: &InterfaceStates,
         partner: &InterfaceStates,
         gradients: &mut Gradients,
+        rates: &mut [Rates],
     ) {
         let model = scene.model;
         if !model.passes.any() {
@@ -236,10 +237,11 @@ impl Cross {
                 sums.add_pair(&d, volume * gradient_factor, density, &v_sf, pairing);
             }
         });
-        gradients.merge(scene, members, moments, meets);
+        gradients.merge(scene, members, moments, meets, rates);
     }
 
-    /// Adds the solid's part to the rates, each particle's once: continuity, diffusion and force.
+    /// Adds the solid's part to the rates, each particle's once: continuity, diffusion and force, as far as `part` asks
+    /// for them.
     ///
     /// ```text
     /// ρ_f Σ V_s v_fs·∇W  +  δ h c₀ Σ V_s [2 (ρ_f − ρ_s) x²/(x² + λh²) − 2 ∇ρ_f·x_fs] (dW/dr)/r
@@ -249,13 +251,14 @@ impl Cross {
         &mut self,
         model: &FluidModel,
         state: &FluidState,
-        own: &InterfaceStates,
-        partner: &InterfaceStates,
+        part: Part,
+        [own, partner]: [&InterfaceStates; 2],
         gradients: &Gradients,
         rates: &mut [Rates],
     ) {
         self.count_immersed(model, own, partner);
-        let diffusion = if self.density_meets() { model.diffusion } else { 0.0 };
+        let diffusion = if self.density_meets() && part != Part::Density { model.diffusion } else { 0.0 };
+        let flux = if part == Part::Momentum { 0.0 } else { 1.0 };
         let Self { interface, domain, members, density_rates, .. } = self;
         density_rates.resize(own.len(), 0.0);
         density_rates.par_iter_mut().with_min_len(TASK).enumerate().for_each(|(k, rate)| {
@@ -280,12 +283,14 @@ impl Cross {
                     - 2.0 * (gradient[0] * d.x + gradient[1] * d.y);
                 exchange += weight * psi;
             }
-            *rate = rho * continuity + diffusion * exchange;
+            *rate = flux * rho * continuity + diffusion * exchange;
         });
         for (k, i) in self.members.iter().enumerate() {
             let i = *i as usize;
             rates[i].density += self.density_rates[k];
-            rates[i].acceleration += self.interface.force(k) / state.mass[i];
+            if part != Part::Density {
+                rates[i].acceleration += self.interface.force(k) / state.mass[i];
+            }
         }
     }
 }

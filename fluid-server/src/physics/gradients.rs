@@ -9,6 +9,7 @@ use super::lists::Lists;
 use super::model::{FluidModel, Passes};
 use super::moments::{Batches, Kernels, NeighbourSums, Sums, Wanted};
 use super::pair::{IDENTITY, Matrix, Symmetric};
+use super::rates::Rates;
 use super::record::{Batch, Geometry, Record};
 use super::shifting::{NO_ORDER, OrderLocal, Ratio, Surroundings};
 use super::tasks::{Split, for_each_task};
@@ -20,8 +21,9 @@ const SMALLEST_GRADIENT_DETERMINANT: f64 = 1e-3;
 /// Below this determinant L_i is the unit matrix: at spray a large L_i does more harm than the error it cures.
 const SMALLEST_CORRECTION_DETERMINANT: f64 = 0.3;
 
-/// From this determinant on L_i has its largest share in Eq. (22); the second row below a flat surface has more.
-const SURROUNDED_DETERMINANT: f64 = 0.6;
+/// Determinants between which L_i fades into Eq. (22). At a surface it belongs to few neighbours on one side: pressure
+/// forces by it tear splashes apart, and raise the frequency of sound above what steps allow that are stable elsewhere.
+const MOMENTUM_DETERMINANTS: (f64, f64) = (0.4, 0.7);
 
 /// Largest share of L_i in Eq. (22). The rest, the plain sum, restores the order of the particles under pressure: with
 /// L_i alone no arrangement is better than another, and still water goes on creeping and draws together.
@@ -55,6 +57,8 @@ struct Results<'a> {
     viscous_stress: &'a mut [Matrix],
     tensor: &'a mut [Matrix],
     viscosity: &'a mut [f64],
+    /// Whose density rates the pass makes, with leapfrog.
+    rates: &'a mut [Rates],
 }
 
 impl Split for Results<'_> {
@@ -63,6 +67,7 @@ impl Split for Results<'_> {
         let correction = self.correction.split(at);
         let (order, viscous_stress) = (self.order.split(at), self.viscous_stress.split(at));
         let (tensor, viscosity) = (self.tensor.split(at), self.viscosity.split(at));
+        let rates = self.rates.split(at);
         (
             Self {
                 sums: sums.0,
@@ -72,6 +77,7 @@ impl Split for Results<'_> {
                 viscous_stress: viscous_stress.0,
                 tensor: tensor.0,
                 viscosity: viscosity.0,
+                rates: rates.0,
             },
             Self {
                 sums: sums.1,
@@ -81,6 +87,7 @@ impl Split for Results<'_> {
                 viscous_stress: viscous_stress.1,
                 tensor: tensor.1,
                 viscosity: viscosity.1,
+                rates: rates.1,
             },
         )
     }
@@ -117,29 +124,31 @@ impl Gradients {
     /// Sums over fluid and walls, and what follows from them.
     ///
     /// Walls enter with their density by Eq. (28) and their velocity by Eq. (27). With a `partner` the sums are kept, so
-    /// that its particles can be added.
-    pub fn accumulate<G: Geometry>(&mut self, scene: &Scene<G>, partner: bool) {
+    /// that its particles can be added. With leapfrog the density rates go to `rates`.
+    pub fn accumulate<G: Geometry>(&mut self, scene: &Scene<G>, partner: bool, rates: &mut Vec<Rates>) {
         let passes = scene.model.passes;
         if !passes.any() {
             return;
         }
         self.resize(passes, scene.fluid.len(), partner);
+        rates.resize(scene.fluid.len(), Rates::default());
         match (passes.order, passes.moments(), passes.velocity_gradient()) {
-            (true, ..) => self.gather(scene, Sums::<true, true, true>),
-            (false, true, true) => self.gather(scene, Sums::<true, true, false>),
-            (false, true, false) => self.gather(scene, Sums::<true, false, false>),
-            (false, false, _) => self.gather(scene, Sums::<false, true, false>),
+            (true, ..) => self.gather(scene, Sums::<true, true, true>, rates),
+            (false, true, true) => self.gather(scene, Sums::<true, true, false>, rates),
+            (false, true, false) => self.gather(scene, Sums::<true, false, false>, rates),
+            (false, false, _) => self.gather(scene, Sums::<false, true, false>, rates),
         }
     }
 
-    fn results(&mut self) -> Results<'_> {
+    fn results<'a>(&'a mut self, passes: Passes, rates: &'a mut [Rates]) -> Results<'a> {
         let Self { sums, shown, correction, order, viscous_stress, tensor, viscosity } = self;
-        Results { sums, shown, correction, order, viscous_stress, tensor, viscosity }
+        let rates = if passes.leapfrog { rates } else { &mut [] };
+        Results { sums, shown, correction, order, viscous_stress, tensor, viscosity, rates }
     }
 
-    fn gather<G: Geometry, W: Wanted>(&mut self, scene: &Scene<G>, _: W) {
+    fn gather<G: Geometry, W: Wanted>(&mut self, scene: &Scene<G>, _: W, rates: &mut [Rates]) {
         let arithmetic = scene.model.arithmetic;
-        for_each_task(scene.fluid.len(), self.results(), &|particles, results| {
+        for_each_task(scene.fluid.len(), self.results(scene.model.passes, rates), &|particles, results| {
             let wanted = PhantomData::<W>;
             arithmetic.run(Gather { scene, wanted, first: particles.start, count: particles.len(), results });
         });
@@ -154,6 +163,7 @@ impl Gradients {
         members: &[u32],
         partner: &[NeighbourSums],
         density_meets: bool,
+        rates: &mut [Rates],
     ) {
         for (i, added) in members.iter().zip(partner) {
             let i = *i as usize;
@@ -162,7 +172,7 @@ impl Gradients {
             if let (false, Some([.., x, y])) = (density_meets, self.shown.get(i)) {
                 [finished.shown[2], finished.shown[3]] = [*x, *y];
             }
-            self.results().put(i, finished);
+            self.results(scene.model.passes, rates).put(i, finished);
         }
     }
 
@@ -172,11 +182,11 @@ impl Gradients {
         self.shown.get(i).map_or(0.0, |shown| shown[0])
     }
 
-    /// Goes on with what the stage before has found, at the pressures of this one; the order of particles must be the
-    /// same.
-    pub fn carry_on<G: Geometry>(&mut self, scene: &Scene<G>) {
+    /// T of every particle at its present pressure, with what the pass has found; the order of particles must be the
+    /// same. With leapfrog alone, whose predictor makes none.
+    pub fn make_tensors<G: Geometry>(&mut self, scene: &Scene<G>) {
         let model = scene.model;
-        if !model.passes.tensor() {
+        if !(model.passes.tensor() && model.passes.leapfrog) {
             return;
         }
         let mut tensors = std::mem::take(&mut self.tensor);
@@ -253,6 +263,7 @@ struct Finished {
     viscous_stress: Matrix,
     tensor: Matrix,
     viscosity: f64,
+    density_rate: f64,
 }
 
 impl Results<'_> {
@@ -264,6 +275,9 @@ impl Results<'_> {
         put(self.viscous_stress, k, finished.viscous_stress);
         put(self.tensor, k, finished.tensor);
         put(self.viscosity, k, finished.viscosity);
+        if let Some(rates) = self.rates.get_mut(k) {
+            rates.density = finished.density_rate;
+        }
     }
 }
 
@@ -310,13 +324,21 @@ fn finish<G: Geometry>(scene: &Scene<G>, i: usize, sums: &NeighbourSums) -> Fini
     } else {
         Matrix::default()
     };
-    let tensor = if passes.tensor() {
+    // With leapfrog the pressure is still to come.
+    let tensor = if passes.tensor() && !passes.leapfrog {
         tensor(model, pressure, &viscous_stress, &correction)
     } else {
         Matrix::default()
     };
     let viscosity = if passes.pair_viscosity { corrected(viscosity, sums) } else { 0.0 };
-    Finished { shown: [damper, mark, g_x, g_y], correction, order, viscous_stress, tensor, viscosity }
+    let density_rate = if passes.leapfrog {
+        let [v_xx, .., v_yy] = times(&sums.velocity, &correction);
+        -scene.fluid[i].density() * (v_xx + v_yy)
+    } else {
+        0.0
+    };
+    let shown = [damper, mark, g_x, g_y];
+    Finished { shown, correction, order, viscous_stress, tensor, viscosity, density_rate }
 }
 
 /// T \[Pa\] of a particle of `pressure` with damper \[Pa\], viscous `stress` \[Pa\] and L_i.
@@ -367,15 +389,14 @@ fn transposed_stress(viscosity: f64, gradient: &Matrix) -> Matrix {
     [-viscosity * yy, viscosity * yx, viscosity * xy, -viscosity * xx]
 }
 
-/// L_i as Eq. (22) takes it: most of it where the neighbours surround the particle, none of it in spray.
+/// L_i as Eq. (22) takes it: most of it where the neighbours surround the particle, none of it at a surface.
 ///
-/// Pressure forces by the L_i of few neighbours, all on one side, tear splashes apart.
 /// The rest is that of the plain sum, 1/M I.
 pub fn in_momentum(model: &FluidModel, correction: &Symmetric) -> Symmetric {
     let [xx, xy, yy] = *correction;
     let determinant = 1.0 / (xx * yy - xy * xy);
-    let range = SURROUNDED_DETERMINANT - SMALLEST_CORRECTION_DETERMINANT;
-    let share = LARGEST_SHARE * ((determinant - SMALLEST_CORRECTION_DETERMINANT) / range).clamp(0.0, 1.0);
+    let (least, enough) = MOMENTUM_DETERMINANTS;
+    let share = LARGEST_SHARE * ((determinant - least) / (enough - least)).clamp(0.0, 1.0);
     let rest = (1.0 - share) * model.cross_gradient_scale;
     [share * xx + rest, share * xy, share * yy + rest]
 }

@@ -9,8 +9,8 @@ use super::rows::{Order, Padding, Rows, Search, Sources};
 use super::state::{Base, FluidState, ListOrigin, Scratch};
 use super::walls::WallField;
 
-/// Width of the skin around the support radius in particle spacings. The optimum is flat between 0.1 and 0.3.
-const SKIN: f64 = 0.2;
+/// Width of the skin around the support radius in particle spacings. The optimum is flat between 0.3 and 0.4.
+const SKIN: f64 = 0.3;
 
 /// Lists of all pairs closer than support radius plus skin.
 #[derive(Debug)]

@@ -95,9 +95,7 @@ impl FluidSolver {
         let (mut state, mut workspace) = (self.state.clone(), Workspace::default());
         let stage = StageTime { at, step_start: time, time_step: 0.0 };
         workspace.begin_stage(&self.model, &mut state, &stage).ok()?;
-        workspace.evaluate_own(&self.model, time);
-        let none = InterfaceStates::default();
-        workspace.evaluate_cross(&self.model, &state, time, &none, &none);
+        workspace.evaluate_outputs(&self.model, time);
         Some((state, workspace))
     }
 }

@@ -8,7 +8,7 @@ use sph::lanes::Arithmetic;
 use sph::repulsion::Repulsion;
 use sph::setup::{
     Coupling, Damping, DensityDiffusion, FluidConstants, FluidParticles, FluidProbe, FluidProbeKind,
-    FluidSetup, GradientCorrection, GradientTiming, OrderControl, Outflow, ViscousForm, WallParticles,
+    FluidScheme, FluidSetup, GradientCorrection, OrderControl, Outflow, ViscousForm, WallParticles,
 };
 use sph::vector::Vector;
 
@@ -16,9 +16,6 @@ use super::lists::Lists;
 use super::pair::{PairKernel, PairLaw};
 use super::state::FluidState;
 use super::walls::WallModel;
-
-/// Largest α c₀ Δt/h with a damper that lags by half a step.
-const LAGGING_DAMPER: f64 = 0.4;
 
 /// What is constant during a run.
 #[derive(Clone, Debug)]
@@ -41,6 +38,8 @@ pub struct FluidModel {
     pub diffusion: f64,
     /// α c₀ h of the acoustic damper \[m²/s\]; zero without it.
     pub acoustic_diffusivity: f64,
+    /// How it is stepped.
+    pub scheme: FluidScheme,
     /// How sums over neighbours are computed.
     pub arithmetic: Arithmetic,
     /// What the gradient pass makes.
@@ -86,14 +85,14 @@ pub struct Passes {
     pub pair_viscosity: bool,
     /// Shifting or tensile control.
     pub order: bool,
-    /// Whether the corrector goes on with what the predictor found.
-    pub once: bool,
+    /// Leapfrog: the pass makes the density rates, in the predictor alone, and the corrector goes on with the rest.
+    pub leapfrog: bool,
 }
 
 impl Passes {
     /// Whether the pass is needed at all.
     pub fn any(self) -> bool {
-        self.moments() || self.velocity_gradient() || self.order
+        self.moments() || self.velocity_gradient() || self.order || self.leapfrog
     }
 
     /// Whether neighbours read results of the pass.
@@ -106,9 +105,9 @@ impl Passes {
         self.density_gradient || self.correction || self.pair_viscosity
     }
 
-    /// Whether the velocity gradient is needed, or its trace at least.
+    /// Whether the velocity gradient is needed.
     pub fn velocity_gradient(self) -> bool {
-        self.viscosity || self.pair_viscosity || self.damper
+        self.viscosity || self.pair_viscosity || self.damper || self.leapfrog
     }
 
     /// Whether momentum needs T = −σ·L as a tensor instead of a pressure.
@@ -180,6 +179,7 @@ impl FluidModel {
             cross_gradient_scale,
             diffusion: delta * h * constants.sound_speed,
             acoustic_diffusivity: setup.acoustic_damping * h * constants.sound_speed,
+            scheme: setup.scheme,
             arithmetic,
             passes: Passes {
                 density_gradient: matches!(setup.diffusion, DensityDiffusion::Renormalised { .. }),
@@ -193,9 +193,7 @@ impl FluidModel {
                 pair_viscosity: constants.dynamic_viscosity > 0.0
                     && setup.viscous_form == ViscousForm::Pairwise,
                 order: setup.order.is_some(),
-                // The stress of Eq. (4) is the viscous force itself, which is to be of second order in time.
-                once: setup.gradient_timing == GradientTiming::EachStep
-                    && setup.viscous_form == ViscousForm::Pairwise,
+                leapfrog: setup.scheme == FluidScheme::Leapfrog,
             },
             body_force,
             damping: setup.damping,
@@ -224,7 +222,10 @@ impl FluidModel {
         // No stage has been evaluated yet: the body force stands in for the acceleration.
         let largest_acceleration =
             position.iter().map(|x| body_force.acceleration(x).norm()).fold(0.0, f64::max);
+        let kept = if self.passes.leapfrog { id.len() } else { 0 };
         FluidState {
+            density_rate: vec![0.0; kept],
+            acceleration: vec![Vector::zeros(); kept],
             id,
             region,
             mass,
@@ -249,22 +250,17 @@ impl FluidModel {
     /// Largest stable step \[s\] for the given largest speed \[m/s\] and acceleration \[m/s²\].
     ///
     /// ```text
-    /// min( s h/(c₀ + |v|),  ¼ √(h/|a|),  ⅛ h²/ν,  d h/(α c₀) )
+    /// min( acoustic limit,  ¼ √(h/|a|),  ⅛ h²/ν )
     /// ```
-    /// d = 1, or 0.4 where the damper of the corrector is that of the predictor: thrown water kept its energy up to
-    /// 0.38 and gained a percent at 0.47.
+    /// with [`FluidConstants::acoustic_limit`].
     pub fn time_step_limit(&self, speed: f64, acceleration: f64) -> f64 {
         let (c, h) = (&self.constants, self.constants.smoothing_length);
-        let mut limit = c.acoustic_limit(speed, self.acoustic_diffusivity / (c.sound_speed * h));
+        let mut limit = c.acoustic_limit(speed, self.acoustic_diffusivity / (c.sound_speed * h), self.scheme);
         if acceleration > 0.0 {
             limit = limit.min(0.25 * (h / acceleration).sqrt());
         }
         if c.dynamic_viscosity > 0.0 {
             limit = limit.min(0.125 * h * h * c.rest_density / c.dynamic_viscosity);
-        }
-        if self.acoustic_diffusivity > 0.0 {
-            let reach = if self.passes.once { LAGGING_DAMPER } else { 1.0 };
-            limit = limit.min(reach * h * h / self.acoustic_diffusivity);
         }
         limit
     }
@@ -311,6 +307,11 @@ fn constants_errors(setup: &FluidSetup, errors: &mut Vec<String>) {
         if !(value >= 0.0 && value.is_finite()) {
             errors.push(format!("{name} = {value}: must be finite and not negative"));
         }
+    }
+    if setup.scheme == FluidScheme::Leapfrog && setup.viscous_form == ViscousForm::Stress {
+        errors.push(
+            "the viscous stress of Eq. (4) needs both stages: scheme must be predictor-corrector".into(),
+        );
     }
     let (domain, smallest) =
         (&setup.run.domain, 4.0 * c.smoothing_length + 2.0 * Lists::skin(c.particle_spacing));

@@ -174,7 +174,9 @@ pub trait Terms: Copy + Send + Sync {
     const FOUND: bool;
     /// Each particle carries T = −σ·L instead of a pressure.
     const TENSOR: bool;
-    /// L_i in Eq. (17).
+    /// Eq. (17).
+    const CONTINUITY: bool;
+    /// L_i in it.
     const CORRECTION: bool;
     /// A viscous pair force.
     const VISCOUS: bool;
@@ -182,13 +184,25 @@ pub trait Terms: Copy + Send + Sync {
 
 /// [`Terms`] by flags.
 #[derive(Clone, Copy, Debug)]
-pub struct With<const FOUND: bool, const TENSOR: bool, const CORRECTION: bool, const VISCOUS: bool>;
+pub struct With<
+    const FOUND: bool,
+    const TENSOR: bool,
+    const CONTINUITY: bool,
+    const CORRECTION: bool,
+    const VISCOUS: bool,
+>;
 
-impl<const FOUND: bool, const TENSOR: bool, const CORRECTION: bool, const VISCOUS: bool> Terms
-    for With<FOUND, TENSOR, CORRECTION, VISCOUS>
+impl<
+    const FOUND: bool,
+    const TENSOR: bool,
+    const CONTINUITY: bool,
+    const CORRECTION: bool,
+    const VISCOUS: bool,
+> Terms for With<FOUND, TENSOR, CONTINUITY, CORRECTION, VISCOUS>
 {
     const FOUND: bool = FOUND;
     const TENSOR: bool = TENSOR;
+    const CONTINUITY: bool = CONTINUITY;
     const CORRECTION: bool = CORRECTION;
     const VISCOUS: bool = VISCOUS;
 }
@@ -257,14 +271,16 @@ impl<L: Lanes> PairSums<L> {
             *s_x = *s_x + x;
             *s_y = *s_y + y;
         }
-        let flux = if T::CORRECTION {
-            let l = &own.correction;
-            let (l_x, l_y) = ((l[0] * x).plus_product(l[1], y), (l[1] * x).plus_product(l[2], y));
-            (v_x * l_x).plus_product(v_y, l_y)
-        } else {
-            approach
-        };
-        self.continuity = self.continuity.plus_product(weight, flux);
+        if T::CONTINUITY {
+            let flux = if T::CORRECTION {
+                let l = &own.correction;
+                let (l_x, l_y) = ((l[0] * x).plus_product(l[1], y), (l[1] * x).plus_product(l[2], y));
+                (v_x * l_x).plus_product(v_y, l_y)
+            } else {
+                approach
+            };
+            self.continuity = self.continuity.plus_product(weight, flux);
+        }
 
         let mut psi = own.twice_density.minus_product(L::splat(2.0), density) * (square * regular);
         if T::FOUND {

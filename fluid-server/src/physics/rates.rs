@@ -5,9 +5,11 @@ use std::ops::AddAssign;
 
 use sph::body_force::BodyForceAt;
 use sph::lanes::{Kernel, Lanes, WIDTH};
+use sph::stage::Stage;
 use sph::vector::Vector;
 
 use super::gradients::{Gradients, Scene, in_momentum, mirrored_stress, momentum_tensor};
+use super::model::FluidModel;
 use super::pair::{Found, Friction, IDENTITY, LawLanes, Matrix, Own, PairSums, Terms, With};
 use super::record::{Batch, Geometry, gather, gather_columns};
 use super::shifting::{self, Control, nearest_surface};
@@ -58,6 +60,31 @@ pub struct StageFields<'a, G> {
     pub gradients: &'a Gradients,
     /// Time of the stage state \[s\].
     pub time: f64,
+    /// Which rates.
+    pub part: Part,
+}
+
+/// Which rates a stage computes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Part {
+    /// All, Eq. (30)-(31).
+    #[default]
+    Whole,
+    /// The predictor of leapfrog: Eq. (17).
+    Density,
+    /// The corrector of leapfrog: Eq. (22), the diffusion of Eq. (18) and the order control.
+    Momentum,
+}
+
+impl Part {
+    /// What `stage` computes for `model`.
+    pub fn of(model: &FluidModel, stage: Stage) -> Self {
+        match (model.passes.leapfrog, stage) {
+            (false, _) => Self::Whole,
+            (true, Stage::Predictor) => Self::Density,
+            (true, Stage::Corrector) => Self::Momentum,
+        }
+    }
 }
 
 impl<G: Geometry> StageFields<'_, G> {
@@ -66,7 +93,9 @@ impl<G: Geometry> StageFields<'_, G> {
     pub fn rates(&self, rates: &mut Vec<Rates>, outer: &mut Vec<OuterForces>) {
         let passes = self.scene.model.passes;
         rates.resize(self.scene.fluid.len(), Rates::default());
-        if passes.pair_viscosity {
+        if self.part == Part::Density {
+            // The gradient pass has made them.
+        } else if passes.pair_viscosity {
             self.choose::<true>(rates, outer);
         } else {
             self.choose::<false>(rates, outer);
@@ -75,13 +104,22 @@ impl<G: Geometry> StageFields<'_, G> {
 
     fn choose<const VISCOUS: bool>(&self, rates: &mut [Rates], outer: &mut Vec<OuterForces>) {
         let passes = self.scene.model.passes;
-        match (passes.shown(), passes.tensor(), passes.correction) {
-            (false, false, false) => self.gather(With::<false, false, false, VISCOUS>, rates, outer),
-            (true, false, false) => self.gather(With::<true, false, false, VISCOUS>, rates, outer),
-            (false, false, true) => self.gather(With::<false, false, true, VISCOUS>, rates, outer),
-            (true, false, true) => self.gather(With::<true, false, true, VISCOUS>, rates, outer),
-            (false, true, _) => self.gather(With::<false, true, true, VISCOUS>, rates, outer),
-            (true, true, _) => self.gather(With::<true, true, true, VISCOUS>, rates, outer),
+        let (shown, tensor) = (passes.shown(), passes.tensor());
+        if self.part == Part::Momentum {
+            return match (shown, tensor) {
+                (false, false) => self.gather(With::<false, false, false, false, VISCOUS>, rates, outer),
+                (true, false) => self.gather(With::<true, false, false, false, VISCOUS>, rates, outer),
+                (false, true) => self.gather(With::<false, true, false, false, VISCOUS>, rates, outer),
+                (true, true) => self.gather(With::<true, true, false, false, VISCOUS>, rates, outer),
+            };
+        }
+        match (shown, tensor, passes.correction) {
+            (false, false, false) => self.gather(With::<false, false, true, false, VISCOUS>, rates, outer),
+            (true, false, false) => self.gather(With::<true, false, true, false, VISCOUS>, rates, outer),
+            (false, false, true) => self.gather(With::<false, false, true, true, VISCOUS>, rates, outer),
+            (true, false, true) => self.gather(With::<true, false, true, true, VISCOUS>, rates, outer),
+            (false, true, _) => self.gather(With::<false, true, true, true, VISCOUS>, rates, outer),
+            (true, true, _) => self.gather(With::<true, true, true, true, VISCOUS>, rates, outer),
         }
     }
 
@@ -267,10 +305,10 @@ impl<G: Geometry> StageFields<'_, G> {
     pub fn wall_force(&self, wall: u32) -> Vector {
         let passes = self.scene.model.passes;
         match (passes.tensor(), passes.pair_viscosity) {
-            (false, false) => self.sum_wall_force(With::<false, false, false, false>, wall),
-            (false, true) => self.sum_wall_force(With::<false, false, false, true>, wall),
-            (true, false) => self.sum_wall_force(With::<false, true, false, false>, wall),
-            (true, true) => self.sum_wall_force(With::<false, true, false, true>, wall),
+            (false, false) => self.sum_wall_force(With::<false, false, false, false, false>, wall),
+            (false, true) => self.sum_wall_force(With::<false, false, false, false, true>, wall),
+            (true, false) => self.sum_wall_force(With::<false, true, false, false, false>, wall),
+            (true, true) => self.sum_wall_force(With::<false, true, false, false, true>, wall),
         }
     }
 
@@ -340,7 +378,8 @@ impl<G: Geometry, T: Terms> Kernel for Evaluate<'_, G, T> {
                 control = shifting::control::<L, G>(order, scene, i, &gradients.shown, nearest, local);
             }
             *rates = Rates {
-                acceleration: by_fluid + by_walls + body - state.velocity[i] * damping + control.acceleration,
+                acceleration: by_fluid + by_walls + body - scene.fluid[i].velocity() * damping
+                    + control.acceleration,
                 shift: control.shift,
                 density: rho * (sums.continuity + walls.continuity)
                     + model.diffusion * (sums.diffusion + walls.diffusion),

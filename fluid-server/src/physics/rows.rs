@@ -201,12 +201,18 @@ impl<G: Geometry> Kernel for Fill<'_, G> {
         let Chunk { ends, indices } = chunk;
         ends.clear();
         let mut used = 0;
+        // Most targets lie in the cell of the one before.
+        let mut around = None;
         for (k, target) in targets.iter().enumerate() {
             let target = domain.wrapped(target);
             let (x, y) = (L::splat(target.x), L::splat(target.y));
             let own = if padding == Padding::Target { first + k } else { usize::MAX };
             let start = used;
-            for range in sources.grid.ranges(&target) {
+            let cell = sources.grid.cell(&target);
+            if around.as_ref().is_none_or(|(known, _)| *known != cell) {
+                around = Some((cell, sources.grid.ranges(cell)));
+            }
+            for range in around.iter().flat_map(|(_, ranges)| ranges) {
                 let room = used + range.len() + 2 * WIDTH;
                 if indices.len() < room {
                     indices.resize(room, 0);

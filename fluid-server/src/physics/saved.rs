@@ -12,7 +12,18 @@ pub const INTERFACE: &str = "fluid.interface";
 impl FluidState {
     /// Saves all of it.
     pub fn save(&self, saved: &mut SavedState) {
-        let Self { id, region, mass, position, velocity, density, list_origin, .. } = self;
+        let Self {
+            id,
+            region,
+            mass,
+            position,
+            velocity,
+            density,
+            list_origin,
+            density_rate,
+            acceleration,
+            ..
+        } = self;
         saved.put_u32("fluid.id", id.iter().copied());
         saved.put_u32("fluid.region", region.iter().copied());
         saved.put_f64("fluid.mass", mass.iter().copied());
@@ -24,7 +35,9 @@ impl FluidState {
             saved.put_vectors("fluid.list_origin.position", &origin.position);
         }
         let removed = self.removed_momentum;
-        saved.put_f64("fluid.last_step", [removed.x, removed.y, self.largest_acceleration]);
+        saved.put_f64("fluid.last_step", [removed.x, removed.y, self.largest_acceleration, self.density_age]);
+        saved.put_f64("fluid.density_rate", density_rate.iter().copied());
+        saved.put_vectors("fluid.acceleration", acceleration);
         saved.put_u64("fluid.counts", [self.lost, self.outflow, self.list_builds]);
     }
 
@@ -63,7 +76,14 @@ impl FluidState {
             }
             false => None,
         };
-        let [removed_x, removed_y, largest_acceleration] = saved.numbers("fluid.last_step")?;
+        let [removed_x, removed_y, largest_acceleration, density_age] = saved.numbers("fluid.last_step")?;
+        if density_age < 0.0 {
+            return Err(RestoreError::new(
+                "fluid.last_step",
+                format!("holds a negative time, {density_age} s"),
+            ));
+        }
+        let kept = if model.passes.leapfrog { n } else { 0 };
         let [lost, outflow, list_builds] = saved.u64s("fluid.counts")?;
         Ok(Self {
             id: id.to_vec(),
@@ -75,6 +95,9 @@ impl FluidState {
             list_origin,
             removed_momentum: Vector::new(removed_x, removed_y),
             largest_acceleration,
+            density_rate: saved.f64s("fluid.density_rate", Some(kept))?.to_vec(),
+            acceleration: saved.vectors("fluid.acceleration", kept)?,
+            density_age,
             lost,
             outflow,
             list_builds,

@@ -29,6 +29,12 @@ pub struct FluidState {
     pub removed_momentum: Vector,
     /// Largest acceleration of the last stage \[m/s²\].
     pub largest_acceleration: f64,
+    /// Density rate at the start of the last step \[kg/(m³ s)\]; with leapfrog only.
+    pub density_rate: Vec<f64>,
+    /// Acceleration in the last step \[m/s²\]; with leapfrog only.
+    pub acceleration: Vec<Vector>,
+    /// Time from which on `density_rate` has made the density of the last boundary: half the last step \[s\].
+    pub density_age: f64,
     /// Particles that crossed a wall.
     pub lost: u64,
     /// Particles that left over an open rim or through an outflow side.
@@ -46,14 +52,14 @@ pub struct ListOrigin {
     pub position: Vec<Vector>,
 }
 
-/// The state at the start of a step, from which both stages advance, Eq. (30)-(31).
+/// The state at the start of a step, from which both stages advance.
 #[derive(Clone, Debug, Default)]
 pub struct Base {
     /// Position \[m\].
     pub position: Vec<Vector>,
-    /// Velocity \[m/s\].
+    /// Velocity \[m/s\]; empty with leapfrog.
     pub velocity: Vec<Vector>,
-    /// Density \[kg/m³\].
+    /// Density \[kg/m³\]; likewise.
     pub density: Vec<f64>,
 }
 
@@ -68,11 +74,23 @@ impl Base {
 impl FluidState {
     /// Bytes in use.
     pub fn bytes(&self) -> usize {
-        let Self { id, region, mass, position, velocity, density, list_origin, .. } = self;
+        let Self {
+            id,
+            region,
+            mass,
+            position,
+            velocity,
+            density,
+            list_origin,
+            density_rate,
+            acceleration,
+            ..
+        } = self;
         let origin = list_origin.as_ref().map_or(0, |origin| origin.position.capacity());
         4 * (id.capacity() + region.capacity())
-            + 8 * (mass.capacity() + density.capacity())
-            + size_of::<Vector>() * (position.capacity() + velocity.capacity() + origin)
+            + 8 * (mass.capacity() + density.capacity() + density_rate.capacity())
+            + size_of::<Vector>()
+                * (position.capacity() + velocity.capacity() + acceleration.capacity() + origin)
     }
 
     /// Number of particles.
@@ -84,21 +102,27 @@ impl FluidState {
     ///
     /// Positions of the last list build are lost: their memory serves for the sorting.
     pub fn reorder(&mut self, base: &mut Base, order: &[u32], scratch: Scratch) {
-        let Self { id, region, mass, position, velocity, density, list_origin, .. } = self;
+        let Self {
+            id,
+            region,
+            mass,
+            position,
+            velocity,
+            density,
+            list_origin,
+            density_rate,
+            acceleration,
+            ..
+        } = self;
         let vectors = &mut list_origin.get_or_insert_default().position;
         for values in [id, region] {
             reorder(values, order, scratch.integers);
         }
-        for values in [mass, density] {
+        for values in [mass, density, density_rate, &mut base.density] {
             reorder(values, order, scratch.numbers);
         }
-        for values in [position, velocity] {
+        for values in [position, velocity, acceleration, &mut base.position, &mut base.velocity] {
             reorder(values, order, vectors);
-        }
-        if base.position.len() == order.len() {
-            reorder(&mut base.position, order, vectors);
-            reorder(&mut base.velocity, order, vectors);
-            reorder(&mut base.density, order, scratch.numbers);
         }
     }
 
@@ -138,7 +162,11 @@ pub struct Scratch<'a> {
     pub numbers: &'a mut Vec<f64>,
 }
 
+/// Sorts `values`, unless the scheme leaves them empty.
 fn reorder<T: Copy + Send + Sync>(values: &mut Vec<T>, order: &[u32], scratch: &mut Vec<T>) {
+    if values.is_empty() {
+        return;
+    }
     order.par_iter().with_min_len(TASK).map(|k| values[*k as usize]).collect_into_vec(scratch);
     std::mem::swap(values, scratch);
 }

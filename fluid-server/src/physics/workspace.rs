@@ -2,7 +2,7 @@
 
 use sph::exchange::InterfaceStates;
 use sph::solver::Divergence;
-use sph::stage::{Stage, StageTime};
+use sph::stage::StageTime;
 use sph::vector::Vector;
 
 use super::advance::Books;
@@ -11,7 +11,7 @@ use super::cross::Cross;
 use super::gradients::{Gradients, Scene};
 use super::lists::Lists;
 use super::model::FluidModel;
-use super::rates::{OuterForces, Rates, StageFields};
+use super::rates::{OuterForces, Part, Rates, StageFields};
 use super::record::{Geometry, Open, Periodic, Record};
 use super::state::{Base, FluidState};
 use super::tasks::{PerTask, for_each_task, per_task};
@@ -32,6 +32,8 @@ pub struct Workspace {
     pub gradients: Gradients,
     /// Whether this stage makes them, or goes on with those of the stage before.
     makes_gradients: bool,
+    /// Which rates this stage computes.
+    pub part: Part,
     /// Rates of the stage.
     pub rates: Vec<Rates>,
     /// Forces from outside, by task.
@@ -72,26 +74,32 @@ impl Workspace {
         state: &mut FluidState,
         time: &StageTime,
     ) -> Result<(), Box<Divergence>> {
-        let findings = self.read(model, state);
+        self.part = Part::of(model, time.at.stage);
+        let findings = self.read(model, state, time.time_step);
         self.largest_speed = findings.verdict(model, state, time.at)?;
         self.walls.field.place(&model.walls, &model.domain, time.state_time());
         self.lists.restore(model, state);
         let moved = findings.largest_square_displacement.sqrt();
-        self.makes_gradients = time.at.stage == Stage::Predictor || !model.passes.once;
-        if self.lists.outdated(model, moved, &self.walls.field) {
+        self.makes_gradients = self.part != Part::Momentum;
+        // The corrector of leapfrog goes on with what belongs to the lists of the predictor.
+        let ahead = if self.part == Part::Density { 0.5 * time.time_step * self.largest_speed } else { 0.0 };
+        if self.lists.outdated(model, moved + ahead, &self.walls.field) {
             // The particles take another order.
             self.makes_gradients = true;
             self.lists.rebuild(model, state, &mut self.base, time.state_time());
             if let Some(cross) = &mut self.cross {
                 cross.update_extent(state);
             }
-            self.read(model, state);
+            self.read(model, state, time.time_step);
         }
         Ok(())
     }
 
     /// Fills the records of the fluid and looks at every particle.
-    fn read(&mut self, model: &FluidModel, state: &FluidState) -> Findings {
+    ///
+    /// The corrector of leapfrog extrapolates velocities to the middle of the step, vⁿ + Δt/2 aⁿ⁻¹ᐟ².
+    fn read(&mut self, model: &FluidModel, state: &FluidState, time_step: f64) -> Findings {
+        let ahead = (self.part == Part::Momentum).then_some(0.5 * time_step);
         self.fluid.resize(state.len(), Record::default());
         let origin = state.list_origin.as_ref().map(|origin| &origin.position[..]);
         let results = (&mut self.fluid[..], per_task(&mut self.findings, state.len()));
@@ -99,7 +107,8 @@ impl Workspace {
             for (i, record) in particles.zip(records) {
                 let (x, v, density) = (&state.position[i], &state.velocity[i], state.density[i]);
                 let pressure = model.equation_of_state.pressure(density);
-                *record = Record::new(x, v, density, pressure, state.mass[i] / density);
+                let v = ahead.map_or(*v, |ahead| v + state.acceleration[i] * ahead);
+                *record = Record::new(x, &v, density, pressure, state.mass[i] / density);
                 findings[0].add(model, state, i);
                 let square = origin
                     .map_or(f64::INFINITY, |origin| model.domain.separation(x, &origin[i]).norm_squared());
@@ -120,13 +129,13 @@ impl Workspace {
     }
 
     fn own<G: Geometry>(&mut self, geometry: G, model: &FluidModel, time: f64) {
-        let Self { lists, fluid, walls, gradients, makes_gradients, cross, .. } = self;
+        let Self { lists, fluid, walls, gradients, makes_gradients, cross, rates, .. } = self;
         walls.extrapolate(geometry, model, lists, fluid, time);
         let scene = Scene { geometry, model, lists, fluid, walls: &walls.records };
         if *makes_gradients {
-            gradients.accumulate(&scene, cross.is_some());
+            gradients.accumulate(&scene, cross.is_some(), rates);
         } else {
-            gradients.carry_on(&scene);
+            gradients.make_tensors(&scene);
         }
     }
 
@@ -156,18 +165,29 @@ impl Workspace {
         time: f64,
         [own, partner]: [&InterfaceStates; 2],
     ) {
-        let Self { lists, fluid, walls, gradients, makes_gradients, cross, rates, outer, .. } = self;
+        let Self { lists, fluid, walls, gradients, makes_gradients, part, cross, rates, outer, .. } = self;
+        let part = *part;
         let scene = Scene { geometry, model, lists, fluid, walls: &walls.records };
         if let Some(cross) = cross {
             cross.update(time, own, partner);
             if *makes_gradients {
-                cross.add_moments(&scene, own, partner, gradients);
+                cross.add_moments(&scene, own, partner, gradients, rates);
             }
         }
-        StageFields { scene, state, field: &walls.field, gradients, time }.rates(rates, outer);
-        if let Some(cross) = cross {
-            cross.add_rates(model, state, own, partner, gradients, rates);
+        if *makes_gradients && part == Part::Momentum {
+            gradients.make_tensors(&scene);
         }
+        StageFields { scene, state, field: &walls.field, gradients, time, part }.rates(rates, outer);
+        if let Some(cross) = cross {
+            cross.add_rates(model, state, part, [own, partner], gradients, rates);
+        }
+    }
+
+    /// Walls and gradients of the present state at a step boundary of `time` \[s\], for outputs.
+    pub fn evaluate_outputs(&mut self, model: &FluidModel, time: f64) {
+        self.evaluate_own(model, time);
+        let Self { lists, fluid, walls, gradients, .. } = self;
+        gradients.make_tensors(&Scene { geometry: Open, model, lists, fluid, walls: &walls.records });
     }
 
     /// Force of the fluid on each wall \[N/m\] as of the last evaluation, at `time` \[s\].
@@ -188,7 +208,7 @@ impl Workspace {
     ) -> Vec<Vector> {
         let Self { lists, fluid, walls, gradients, .. } = self;
         let scene = Scene { geometry, model, lists, fluid, walls: &walls.records };
-        let fields = StageFields { scene, state, field: &walls.field, gradients, time };
+        let fields = StageFields { scene, state, field: &walls.field, gradients, time, part: Part::Momentum };
         (0u32..).take(model.walls.names.len()).map(|wall| fields.wall_force(wall)).collect()
     }
 }

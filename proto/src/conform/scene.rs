@@ -146,7 +146,7 @@ impl Scene {
             wall_repulsion: 0.0,
             viscous_form: ViscousForm::Pairwise,
             tension_limit: None,
-            gradient_timing: sph::setup::GradientTiming::EachStage,
+            scheme: sph::setup::FluidScheme::PredictorCorrector,
             order: None,
             damping: None,
             regions: vec!["water".into()],

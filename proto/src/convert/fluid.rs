@@ -1,7 +1,7 @@
 //! The set-up of a fluid solver.
 
 use sph::setup::{
-    DensityDiffusion, FluidParticles, FluidProbe, FluidProbeKind, FluidSetup, GradientTiming, OrderControl,
+    DensityDiffusion, FluidParticles, FluidProbe, FluidProbeKind, FluidScheme, FluidSetup, OrderControl,
     Outflow, ViscousForm,
 };
 
@@ -28,7 +28,7 @@ impl Convert for FluidSetup {
             wall_repulsion,
             viscous_form,
             order,
-            gradient_timing,
+            scheme,
             tension_limit,
             damping,
             regions,
@@ -62,7 +62,7 @@ impl Convert for FluidSetup {
                 tensile_control: order.tensile_control,
             }),
             tension_limit_pa: *tension_limit,
-            gradients_each_step: *gradient_timing == GradientTiming::EachStep,
+            leapfrog: *scheme == FluidScheme::Leapfrog,
         }
     }
 
@@ -114,9 +114,9 @@ impl Convert for FluidSetup {
             lost_particle_limit: wire.lost_particle_limit,
             viscous_form: if wire.viscous_stress { ViscousForm::Stress } else { ViscousForm::Pairwise },
             order: wire.order.as_ref().map(|order| order_from_wire(order, &at.field("order"))).transpose()?,
-            gradient_timing: match wire.gradients_each_step {
-                true => GradientTiming::EachStep,
-                false => GradientTiming::EachStage,
+            scheme: match wire.leapfrog {
+                true => FluidScheme::Leapfrog,
+                false => FluidScheme::PredictorCorrector,
             },
             tension_limit: wire
                 .tension_limit_pa

@@ -113,7 +113,7 @@ pub(crate) fn fluid_setup(run: RunSetup) -> ParticipantSetup {
         order: None,
         viscous_form: sph::setup::ViscousForm::Pairwise,
         tension_limit: None,
-        gradient_timing: sph::setup::GradientTiming::EachStage,
+        scheme: sph::setup::FluidScheme::PredictorCorrector,
         lost_particle_limit: 0,
     })
 }

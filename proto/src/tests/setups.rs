@@ -71,7 +71,7 @@ fn fluid() -> FluidSetup {
     setup.viscous_form = sph::setup::ViscousForm::Stress;
     setup.order = Some(sph::setup::OrderControl { shifting: 0.7, tensile_control: true });
     setup.tension_limit = Some(7e3);
-    setup.gradient_timing = sph::setup::GradientTiming::EachStep;
+    setup.scheme = sph::setup::FluidScheme::Leapfrog;
     setup.damping = Some(Damping { rate: 3.0, until: 0.1 });
     setup.regions.push("rest".into());
     setup.walls = walls();

@@ -2,12 +2,13 @@
 
 use serde::Serialize;
 use sph::setup::{
-    Damping, DensityDiffusion, FluidConstants, GradientCorrection, GradientTiming, OrderControl, ViscousForm,
+    Damping, DensityDiffusion, FluidConstants, FluidScheme, GradientCorrection, OrderControl, ViscousForm,
 };
 use sph::vector::Vector;
 
 use super::formula;
 use super::shape::ShapeTable;
+use crate::case::mistakes::Mistake;
 use crate::case::reader::{Allowed, At, Choice, Table, Written};
 
 /// Particles that may be lost before a run stops.
@@ -37,8 +38,7 @@ pub struct FluidTable {
     pub tensile_control: bool,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tension_limit_pa: Option<f64>,
-    /// When the gradients are made.
-    pub gradients: Choice<GradientTiming>,
+    pub scheme: Choice<FluidScheme>,
     pub lost_particle_limit: u64,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub damping: Option<DampingTable>,
@@ -78,8 +78,8 @@ const CORRECTIONS: [(&str, GradientCorrection); 4] = [
 const VISCOUS_FORMS: [(&str, ViscousForm); 2] =
     [("pairwise", ViscousForm::Pairwise), ("stress", ViscousForm::Stress)];
 
-const GRADIENT_TIMINGS: [(&str, GradientTiming); 2] =
-    [("each-step", GradientTiming::EachStep), ("each-stage", GradientTiming::EachStage)];
+const SCHEMES: [(&str, FluidScheme); 2] =
+    [("leapfrog", FluidScheme::Leapfrog), ("predictor-corrector", FluidScheme::PredictorCorrector)];
 
 impl FluidTable {
     /// Reads the table.
@@ -105,11 +105,20 @@ impl FluidTable {
         let artificial_viscosity_b =
             table.number_or("artificial_viscosity_b", &Allowed::NOT_NEGATIVE, 0.0).value;
         let lambda = table.number_or("lambda", &Allowed::SHARE, 0.01).value;
-        let acoustic_damping = table.number_or("acoustic_damping", &Allowed::NOT_NEGATIVE, 0.4).value;
+        let acoustic_damping = table.number_or("acoustic_damping", &Allowed::NOT_NEGATIVE, 0.0).value;
         let wall_repulsion = table.number_or("wall_repulsion", &Allowed::NOT_NEGATIVE, 1.0).value;
         let shifting = table.number_or("shifting", &Allowed::NOT_NEGATIVE, 0.0).value;
         let tensile_control = table.flag_or("tensile_control", false);
-        let gradients = table.choice_or_first("gradients", &GRADIENT_TIMINGS);
+        let scheme = table.choice_or_first("scheme", &SCHEMES);
+        if (scheme.value, viscous_form.value) == (FluidScheme::Leapfrog, ViscousForm::Stress) {
+            let mistake = Mistake::new(
+                &table.place_of("viscous_form"),
+                "the viscous stress of Eq. (4) does not go with leapfrog, which sums no velocity gradient in the corrector",
+            );
+            table.mistake(
+                mistake.hint("use `viscous_form = \"pairwise\"`, or `scheme = \"predictor-corrector\"`"),
+            );
+        }
         let tension_limit_pa = table.optional_number("tension_limit_pa", &Allowed::POSITIVE);
         let lost_particle_limit = table.count_or("lost_particle_limit", LOSS_LIMITS, 0).value;
         let damping = DampingTable::read(&mut table);
@@ -134,7 +143,7 @@ impl FluidTable {
             wall_repulsion,
             shifting,
             tensile_control,
-            gradients,
+            scheme,
             tension_limit_pa,
             lost_particle_limit,
             damping,

@@ -81,12 +81,12 @@ fn counts_of_case_5_2_are_exact() {
 #[test]
 fn the_summary_tells_what_decides_the_run() {
     let summary = shipped("drifting_body").summary();
-    assert_eq!((summary.steps, summary.fixed, summary.limit_override), (10_000, true, None));
-    // 5e-5 s of h/c₀ = 1.04e-4 s, of which 0.8 is recommended; the solids take sub-steps.
-    assert!((summary.ratio_to_limit - 0.4808).abs() < 1e-4, "{}", summary.ratio_to_limit);
-    assert!((summary.ratio_to_recommended - 0.4808 / 0.8).abs() < 1e-4);
-    // 2 · 10,000 half-steps of 11,510 · 400 ns, 582 · 500 ns and the walls' share.
-    assert!((97.0..101.0).contains(&summary.forecast), "{}", summary.forecast);
+    assert_eq!((summary.steps, summary.fixed, summary.limit_override), (8_000, true, None));
+    // 6.25e-5 s of 1.2 h/c₀ = 1.248e-4 s, of which 0.8 is recommended; the solids take sub-steps.
+    assert!((summary.ratio_to_limit - 0.5008).abs() < 1e-4, "{}", summary.ratio_to_limit);
+    assert!((summary.ratio_to_recommended - 0.5008 / 0.8).abs() < 1e-4);
+    // 2 · 8,000 half-steps of 11,510 · 250 ns, 582 · 500 ns and the walls' share.
+    assert!((50.0..53.0).contains(&summary.forecast), "{}", summary.forecast);
     let stabilisers: Vec<String> =
         summary.stabilisers.iter().map(|s| format!("{}: {}", s.owner, s.text)).collect();
     for words in

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use sph::setup::{DensityDiffusion, GradientCorrection, GradientTiming, WallCondition};
+use sph::setup::{DensityDiffusion, FluidScheme, GradientCorrection, WallCondition};
 use sph::solver::Solver;
 use sph::vector::Vector;
 
@@ -42,14 +42,14 @@ fn rotation_feels_nothing_on_any_arrangement_of_particles() {
 #[test]
 fn a_standing_sound_wave_decays_at_the_rate_of_the_bulk_viscosity() {
     // u = u₀ sin kx in a periodic box decays as exp(−k² ν t/2), ν = α c₀ h.
-    for timing in [GradientTiming::EachStage, GradientTiming::EachStep] {
+    for timing in [FluidScheme::PredictorCorrector, FluidScheme::Leapfrog] {
         for correction in [GradientCorrection::LatticeMoment, GradientCorrection::Renormalised] {
             sound_wave_decays(timing, correction);
         }
     }
 }
 
-fn sound_wave_decays(timing: GradientTiming, correction: GradientCorrection) {
+fn sound_wave_decays(timing: FluidScheme, correction: GradientCorrection) {
     let (columns, rows, alpha, time_step, steps) = (50, 8, 0.5, 2e-4, 500);
     let mut setup = empty_scene(SPACING);
     setup.run.domain.upper = Vector::new(columns as f64 * SPACING, rows as f64 * SPACING);
@@ -58,7 +58,7 @@ fn sound_wave_decays(timing: GradientTiming, correction: GradientCorrection) {
     setup.constants.correction = correction;
     setup.diffusion = DensityDiffusion::None;
     setup.acoustic_damping = alpha;
-    setup.gradient_timing = timing;
+    setup.scheme = timing;
     add_block(&mut setup, Vector::zeros(), columns, rows);
     let k = 2.0 * PI / setup.run.domain.upper.x;
     for (v, x) in setup.particles.velocity.iter_mut().zip(&setup.particles.position) {

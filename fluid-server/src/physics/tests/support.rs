@@ -79,7 +79,7 @@ pub fn empty_scene(spacing: f64) -> FluidSetup {
         order: None,
         viscous_form: ViscousForm::Pairwise,
         tension_limit: None,
-        gradient_timing: sph::setup::GradientTiming::EachStage,
+        scheme: sph::setup::FluidScheme::PredictorCorrector,
         regions: vec!["water".into()],
         walls: Vec::new(),
         particles: FluidParticles::default(),

@@ -118,7 +118,8 @@ pub struct StageBooks {
     pub interface: InterfaceSums,
     /// Forces of all other origins.
     pub accounts: Accounts,
-    /// Time by which the stage advanced from the start of the step \[s\].
+    /// Time by which the stage advanced from the start of the step \[s\]; 0 where it moved no momentum, as in the predictor
+    /// of the fluid's leapfrog, whose interface forces only serve the partner.
     pub duration: f64,
     /// Σ m v after the stage minus Σ m v at the start of the step, summed over all particles \[kg/s\].
     pub momentum_change: Vector,

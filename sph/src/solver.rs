@@ -147,7 +147,8 @@ pub trait Solver: Send {
         Err(NotRevised::NotOffered)
     }
 
-    /// Moves the state from the start of the step by the stage's duration and the rates: Eq. (30) or (31).
+    /// Moves the state from the start of the step by the stage's duration and the rates: Eq. (30) or (31), or what the
+    /// solver's own scheme makes of the two stages.
     ///
     /// # Errors
     /// When the new state is not finite or breaks a limit.

@@ -17,7 +17,7 @@ impl Case for SquarePatch {
     }
 
     fn members(&self) -> Vec<Member> {
-        vec![Member::new("square_patch", 0.02), Member::new("square_patch", 0.01).quick()]
+        vec![Member::new("square_patch", 0.02).quick(), Member::new("square_patch", 0.01)]
     }
 
     fn figures(&self, run: &Run) -> Result<Vec<Figure>, String> {

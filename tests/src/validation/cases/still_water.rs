@@ -97,10 +97,6 @@ fn settled(run: &Run) -> Result<Vec<Figure>, String> {
     Ok(figures)
 }
 
-/// Kinetic energy of water at rest, of the largest in the first second: particles that settle move at a thirtieth of the
-/// speeds of the ring, and their energy goes up and down.
-const AT_REST: f64 = 1e-3;
-
 fn ringing(run: &Run) -> Result<Vec<Figure>, String> {
     let mean = series::mean(&run.history("p1_pressure_pa")?, 10.0, 15.0);
     let exact = DENSITY * GRAVITY * 0.295;
@@ -110,7 +106,7 @@ fn ringing(run: &Run) -> Result<Vec<Figure>, String> {
         .map(f64::from)
         .map(|t| series::largest(series::window(&kinetic, t, t + 1.0).into_iter().map(|p| p.1)))
         .collect();
-    let rises = peaks.windows(2).skip(1).filter(|p| p[1] > p[0].max(AT_REST * peaks[0])).count();
+    let rises = peaks.windows(2).skip(1).filter(|p| p[1] > p[0]).count();
     Ok(vec![
         Figure::compared("mean pressure at P1, 10 to 15 s [Pa]", mean, exact, tolerance),
         Figure::judged(

@@ -8,6 +8,7 @@
 
 mod checkpoint;
 mod compute;
+mod connection;
 mod exchange;
 mod participant;
 mod session;
@@ -20,6 +21,7 @@ use std::time::Duration;
 use sph::setup::{InterfaceLaw, ParticipantSetup};
 use sph::solver::{Role, Solver};
 use sph::vector::DIMENSIONS;
+use tokio_stream::StreamExt;
 use tonic::service::interceptor::InterceptedService;
 use tonic::transport::server::TcpIncoming;
 
@@ -200,12 +202,13 @@ impl Server {
         let mut server =
             transport::server(&options.security, options.lease).map_err(|e| transport_error(&e))?;
         let participant = InterceptedService::new(participant, options.security.gate());
+        let incoming = self.incoming.map(|stream| stream.map(connection::Tracked::new));
         let serving = server
             .add_service(health_service)
             .add_service(reflection)
             .add_service(participant)
             .add_service(peer)
-            .serve_with_incoming_shutdown(self.incoming, stopping.cancelled());
+            .serve_with_incoming_shutdown(incoming, stopping.cancelled());
         tokio::pin!(serving, shutdown);
         tokio::select! {
             result = &mut serving => return result.map_err(|e| transport_error(&e)),

@@ -14,6 +14,7 @@ use tokio_stream::wrappers::ReceiverStream;
 use tokio_util::sync::CancellationToken;
 use tonic::{Request, Response, Status, Streaming};
 
+use super::connection::Ended;
 use super::session::{Host, Linked, Ready, Serial, Skin, State};
 use super::{Opened, SetupProblems, SolverFactory, checkpoint, compute};
 use crate::convert::{Convert, FrameReader, FrameWriter, Path, WireError, snapshot_chunks};
@@ -148,7 +149,7 @@ impl<F: SolverFactory> wire::participant_server::Participant for Skin<F> {
         request: Request<Streaming<wire::Command>>,
     ) -> Result<Response<Self::RunStream>, Status> {
         let host = self.0.clone();
-        let (metadata, _, commands) = request.into_parts();
+        let (metadata, extensions, commands) = request.into_parts();
         let mut slot = self.0.slot();
         // The run id comes with each command; the token alone says whose call this is.
         let Some(run_id) = slot.as_ref().map(|session| session.run_id.clone()) else {
@@ -158,6 +159,9 @@ impl<F: SolverFactory> wire::participant_server::Participant for Skin<F> {
         match std::mem::replace(&mut session.state, State::Running) {
             State::Linked(linked) => {
                 let run = compute::RunHandle::of(session);
+                if let Some(ended) = Ended::of(&extensions) {
+                    tokio::spawn(host.clone().watch_connection(run.serial(), session.gone.clone(), ended));
+                }
                 drop(slot);
                 let guard = StreamGuard { host: host.clone(), serial: run.serial(), complete: false };
                 let events = compute::start(host, run, *linked, commands)?;

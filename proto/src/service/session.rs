@@ -237,6 +237,20 @@ impl<F> Host<F> {
         }
     }
 
+    /// Ends run `serial` with the connection of its `Run`: a run that ends just before its coordinator vanishes may have
+    /// sent all its events and waits for a `Close` that nobody will send.
+    pub(super) async fn watch_connection(
+        self: Arc<Self>,
+        serial: Serial,
+        gone: CancellationToken,
+        ended: CancellationToken,
+    ) {
+        tokio::select! {
+            () = gone.cancelled() => {}
+            () = ended.cancelled() => self.abandon(serial),
+        }
+    }
+
     /// When the lease of run `serial` ends; `None` when the run no longer is.
     fn lease_end(&self, serial: Serial) -> Option<Instant> {
         self.with_session(serial, |session| match session.state {

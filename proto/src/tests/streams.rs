@@ -183,7 +183,30 @@ async fn a_coordinator_that_vanishes_frees_both_servers() {
     let access = RunAccess::new("intruder").unwrap();
     let error = others[0].open(&alone(Role::Fluid, "other", 1), &access).await.unwrap_err();
     assert_eq!(error.code, RpcCode::Busy);
-    assert!(error.message.contains("held by a test for 0 s, state RUNNING"), "{error}");
+    assert!(error.message.contains("held by a test for"), "{error}");
+    assert!(error.message.contains("state RUNNING"), "{error}");
+    drop((fluid_commands, fluid_events, solid_commands, solid_events, pair.fluid, pair.solid));
+    soon("the fluid's server", assert_usable(&mut others[0], Role::Fluid)).await;
+    soon("the solid's server", assert_usable(&mut others[1], Role::Solid)).await;
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_run_that_nobody_closes_ends_with_its_connection() {
+    let mut pair = Pair::linked(RUN, 3).await;
+    let mut others = [pair.servers[0].client().await, pair.servers[1].client().await];
+    let (fluid_commands, mut fluid_events) = pair.fluid.run().await.unwrap();
+    let (solid_commands, mut solid_events) = pair.solid.run().await.unwrap();
+    fluid_commands.send(Command::GrantThrough(3)).unwrap();
+    solid_commands.send(Command::GrantThrough(3)).unwrap();
+    soon("the run", async {
+        while fluid_events.recv().await.is_some_and(|event| event.is_ok()) {}
+        while solid_events.recv().await.is_some_and(|event| event.is_ok()) {}
+    })
+    .await;
+    let access = RunAccess::new("the next").unwrap();
+    let error = others[0].open(&alone(Role::Fluid, "next", 1), &access).await.unwrap_err();
+    assert!(error.message.contains("state ENDED"), "{error}");
+    // All was heard, but `Close` was never called.
     drop((fluid_commands, fluid_events, solid_commands, solid_events, pair.fluid, pair.solid));
     soon("the fluid's server", assert_usable(&mut others[0], Role::Fluid)).await;
     soon("the solid's server", assert_usable(&mut others[1], Role::Solid)).await;

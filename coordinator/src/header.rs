@@ -79,7 +79,7 @@ pub fn facts(case: &Case, remote: Option<&Remote>) -> Vec<Fact> {
     }
     if remote.is_none() {
         let arithmetic = Arithmetic::chosen().name();
-        facts.push(fact("solvers", format!("threads of this process; arithmetic of the fluid {arithmetic}")));
+        facts.push(fact("solvers", format!("threads of this process, arithmetic {arithmetic}")));
     }
     facts.extend(summary.cuts.iter().map(|cut| fact("cut", cut.clone())));
     facts

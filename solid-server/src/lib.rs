@@ -5,6 +5,7 @@ use std::process::ExitCode;
 
 use proto::description::{Constants, Description, Fact};
 use proto::service::{Opened, SetupProblems, SolverFactory};
+use sph::lanes::Arithmetic;
 use sph::setup::{Coupling, ParticipantSetup};
 use sph::solver::Role;
 
@@ -17,7 +18,8 @@ pub struct SolidFactory;
 impl SolverFactory for SolidFactory {
     fn describe(&self) -> Description {
         let version = env!("CARGO_PKG_VERSION");
-        let description = Description::of_solver("solid-server", version, Role::Solid, physics::ARITHMETIC);
+        let description =
+            Description::of_solver("solid-server", version, Role::Solid, Arithmetic::chosen().name());
         Description { build: env!("TIDELOCK_BUILD").into(), ..description }
     }
 

@@ -135,8 +135,15 @@ pub struct ReachMap {
     lower: Vector,
     cell: f64,
     counts: [usize; DIMENSIONS],
-    /// Cells that may hold positions within reach.
-    near: Vec<bool>,
+    marks: Vec<Mark>,
+}
+
+/// Which positions of a cell are within reach.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Mark {
+    None,
+    Some,
+    All,
 }
 
 /// Cells of the map at most: 1 MiB.
@@ -159,7 +166,7 @@ impl ReachMap {
             lower: domain.lower,
             cell,
             counts,
-            near: vec![false; counts[0] * counts[1]],
+            marks: vec![Mark::None; counts[0] * counts[1]],
         }
     }
 
@@ -172,10 +179,17 @@ impl ReachMap {
         self.reach = reach;
         let half_diagonal = self.cell * std::f64::consts::FRAC_1_SQRT_2;
         let (domain, lower, cell, columns) = (&self.domain, &self.lower, self.cell, self.counts[0]);
-        self.near.par_iter_mut().with_min_len(1024).enumerate().for_each(|(k, near)| {
+        self.marks.par_iter_mut().with_min_len(1024).enumerate().for_each(|(k, mark)| {
             let (row, column) = (k / columns, k % columns);
             let centre = lower + Vector::new(column as f64 + 0.5, row as f64 + 0.5) * cell;
-            *near = gap(domain, extent, &centre) <= reach + half_diagonal;
+            let gap = gap(domain, extent, &centre);
+            *mark = if gap > reach + half_diagonal {
+                Mark::None
+            } else if gap < reach - half_diagonal {
+                Mark::All
+            } else {
+                Mark::Some
+            };
         });
     }
 
@@ -184,10 +198,12 @@ impl ReachMap {
         let x = self.domain.wrapped(x);
         let k = (x - self.lower) / self.cell;
         let inside = (0..DIMENSIONS).all(|axis| k[axis] >= 0.0 && k[axis] < self.counts[axis] as f64);
-        if inside && !self.near[k.y as usize * self.counts[0] + k.x as usize] {
-            return false;
+        let mark = if inside { self.marks[k.y as usize * self.counts[0] + k.x as usize] } else { Mark::Some };
+        match mark {
+            Mark::None => false,
+            Mark::Some => gap(&self.domain, &self.extent, &x) <= self.reach,
+            Mark::All => true,
         }
-        gap(&self.domain, &self.extent, &x) <= self.reach
     }
 }
 

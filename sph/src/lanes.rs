@@ -65,6 +65,9 @@ pub trait Lanes:
     /// Transposes: lane l of result k is `rows[l][k]`.
     fn columns(rows: [&[f64; 4]; WIDTH]) -> [Self; 4];
 
+    /// Transposes: lane l of result k is `rows[l][k]`.
+    fn halves(rows: [&[f64; 2]; WIDTH]) -> [Self; 2];
+
     /// Sum over the lanes of each value: (0 + 1) + (2 + 3).
     fn sums(values: [Self; 4]) -> [f64; 4];
 }

@@ -11,6 +11,7 @@ pub mod equation_of_state;
 pub mod exchange;
 pub mod expression;
 pub mod extent;
+pub mod geometry;
 pub mod interface;
 mod iteration;
 pub mod kernel;

@@ -6,7 +6,7 @@ use crate::exchange::{Extent, InterfaceStates};
 use crate::ledger::{Breach, Energies, StageBooks};
 use crate::saved::{RestoreError, SavedState};
 use crate::stage::{StageTime, StepStage};
-use crate::vector::Vector;
+use crate::vector::{DIMENSIONS, Vector};
 
 /// Part that a solver plays in a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
@@ -76,6 +76,13 @@ pub trait Solver: Send {
 
     /// Largest stable step \[s\] as judged from the present state.
     fn time_step_limit(&self) -> f64;
+
+    /// The particle that asks for the smallest step, with its position \[m\]; `None` where no single one does.
+    ///
+    /// Asked for only when a run breaks down over its step.
+    fn limiting_particle(&self) -> Option<(u32, [f64; DIMENSIONS])> {
+        None
+    }
 
     /// Where own particles are that can meet the partner.
     fn extent(&self) -> &Extent;

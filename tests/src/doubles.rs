@@ -195,6 +195,10 @@ impl Solver for WrongSolver {
         if self.wrong == Wrong::Limit(self.now) { 1e-3 * limit } else { limit }
     }
 
+    fn limiting_particle(&self) -> Option<(u32, [f64; 2])> {
+        self.solver.limiting_particle()
+    }
+
     fn extent(&self) -> &Extent {
         self.solver.extent()
     }

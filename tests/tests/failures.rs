@@ -210,8 +210,9 @@ fn frames_damaged_on_the_way_end_the_run_by_name_or_cost_a_restart() {
         (Damage::Truncate, ["step 20 corrector", "bytes"]),
         (Damage::Duplicate, ["step 21 predictor", "expected"]),
         (Damage::Reorder, ["step 21 predictor", "expected"]),
-        (Damage::Withhold, ["after 20 completed steps", "completed no step for"]),
-        (Damage::Delay(6 * second), ["after 20 completed steps", "completed no step for"]),
+        (Damage::Withhold, ["lost each other after 20 completed steps", "frame of step 20 corrector"]),
+        // It holds back the solid's signs of life as well.
+        (Damage::Delay(6 * second), ["after 20 completed steps", "the deadline by the steps before"]),
     ] {
         for to_solid in [false, true] {
             let proxy = runtime.block_on(Proxy::start(&solid.address, DAMAGED, to_solid, damage)).unwrap();
@@ -222,7 +223,10 @@ fn frames_damaged_on_the_way_end_the_run_by_name_or_cost_a_restart() {
             let arguments = [&arguments[..], &["--max-restarts", "0"]].concat();
             let output = bench.call(&arguments);
             let said = String::from_utf8_lossy(&output.stderr).into_owned();
-            if output.status.code() != Some(7) || !words.iter().all(|word| said.contains(word)) {
+            let ends = if to_solid { ["solid", "fluid"] } else { ["fluid", "solid"] };
+            let way = format!("the {} has not got the {}'s frame", ends[0], ends[1]);
+            let named = !words[0].contains("each other") || said.contains(&way);
+            if output.status.code() != Some(7) || !words.iter().all(|word| said.contains(word)) || !named {
                 wrong
                     .push(format!("{damage:?}, to the solid: {to_solid}: {:?} {said}", output.status.code()));
             }
@@ -312,12 +316,13 @@ fn every_way_to_break_down_stops_at_once_with_a_last_frame_and_the_last_checkpoi
     let case = bench.tank("case.toml", &[]);
     let at = StepStage { step: 24, stage: Stage::Corrector };
     for (wrong, code, words) in [
-        (Wrong::Limit(at), 5, ["step 24 corrector", "time step over its stability limit"]),
+        (Wrong::Limit(at), 5, ["step 24 corrector: time step over its stability limit", "of particle"]),
         (Wrong::Skewed(at), 6, ["step 24 corrector", "ledger breach"]),
         (Wrong::Stale(at), 6, ["step 24 corrector", "stale"]),
     ] {
         let server = serve(Double(wrong));
         let address = server.address.to_string();
         stops(&bench, &case, &["--solid", &address], code, &words, 24..=25);
+        assert_eq!(table.exists(), code == 5, "{words:?}");
     }
 }

@@ -1,9 +1,12 @@
 //! Finds solvers that give signs of life but complete no step.
 
+use std::cmp::Ordering;
 use std::time::{Duration, Instant};
 
 use proto::Phase;
+use sph::driver::Command;
 use sph::solver::Role;
+use sph::stage::{Stage, StepStage};
 
 use super::Control;
 use crate::failure::{Failure, Kind};
@@ -70,10 +73,15 @@ impl Control {
         let waits = |role: &Role| {
             participants.latest_beat(*role).is_some_and(|beat| beat.phase == Phase::WaitingForPartner)
         };
-        let (waiting, mut guilty): (Vec<Role>, Vec<Role>) = self.running.iter().copied().partition(waits);
+        let guilty: Vec<Role> = self.running.iter().copied().filter(|role| !waits(role)).collect();
         if guilty.is_empty() {
-            // Each waits for the other: the way between them is stuck.
-            guilty = waiting;
+            let completed = self.lockstep.completed();
+            // Signs of life may be late as well.
+            let awaited = |role| {
+                let awaited = participants.latest_beat(role).and_then(|beat| beat.awaited);
+                awaited.filter(|at| at.step >= completed)
+            };
+            return self.parted(missing([Role::Fluid, Role::Solid].map(awaited)), limit, participants);
         }
         for role in guilty {
             let doing =
@@ -86,11 +94,57 @@ impl Control {
             self.lost(role, Failure::new(Kind::Lost, text), participants);
         }
     }
+
+    /// Takes both solvers for lost: each waits for the other, and `missing` says for what.
+    fn parted(&mut self, missing: String, limit: Duration, participants: &Participants) {
+        self.lost.append(&mut self.running);
+        self.fail(Failure::new(
+            Kind::Lost,
+            format!(
+                "the solvers lost each other after {} completed steps: each has waited for the other for {:.0} s, the \
+                 deadline by the steps before; {missing}; `[deadlines] step_s` sets the least deadline",
+                self.lockstep.completed(),
+                limit.as_secs_f64()
+            ),
+        ));
+        participants.command_all(Command::Abort);
+    }
+}
+
+/// Which frame has not arrived, by the half-steps of the frames that fluid and solid await, as far as known.
+///
+/// Who waits for the later half-step has sent the frame of the earlier one, to continue.
+fn missing(awaited: [Option<StepStage>; 2]) -> String {
+    let order = |at: StepStage| (at.step, at.stage == Stage::Corrector);
+    let lacks = |receiver: Role, at: StepStage| {
+        format!("the {receiver} has not got the {}'s frame of {at}", receiver.partner())
+    };
+    match awaited {
+        [Some(by_fluid), Some(by_solid)] => match order(by_fluid).cmp(&order(by_solid)) {
+            Ordering::Less => lacks(Role::Fluid, by_fluid),
+            Ordering::Greater => lacks(Role::Solid, by_solid),
+            Ordering::Equal => format!("neither has got the other's frame of {by_fluid}"),
+        },
+        [Some(at), None] => lacks(Role::Fluid, at),
+        [None, Some(at)] => lacks(Role::Solid, at),
+        [None, None] => "which frame is missing is not known".into(),
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_frame_that_went_astray_is_the_earlier_one_that_is_awaited() {
+        let at = |step, stage| Some(StepStage { step, stage });
+        let (late, early) = (at(8, Stage::Predictor), at(7, Stage::Corrector));
+        assert_eq!(missing([late, early]), "the solid has not got the fluid's frame of step 7 corrector");
+        assert_eq!(missing([early, late]), "the fluid has not got the solid's frame of step 7 corrector");
+        assert_eq!(missing([late, late]), "neither has got the other's frame of step 8 predictor");
+        assert_eq!(missing([None, late]), "the solid has not got the fluid's frame of step 8 predictor");
+        assert_eq!(missing([None; 2]), "which frame is missing is not known");
+    }
 
     #[test]
     fn the_deadline_grows_with_the_longest_step_and_starts_anew_after_a_rest() {

@@ -1,7 +1,7 @@
 //! `ledger.csv`: what crossed the interface, what else changed each side's momentum, and whether it balances.
 //!
 //! A row stands for all steps since the row before it. Imbalances and residuals are the worst of these steps, so that
-//! no half-step escapes; forces, torques and power are those of the last corrector pass; impulses and work are sums
+//! no half-step escapes, iterations of a half-step the most (0 where none is iterated); forces, torques and power are those of the last corrector pass; impulses and work are sums
 //! over all accepted corrector passes since the start. So `momentum_change = interface_impulse + Σ account impulses`
 //! holds in every row, check (b), and `fluid_interface_impulse = −solid_interface_impulse`, check (a).
 
@@ -18,7 +18,8 @@ use super::directory::OutputError;
 use super::table::TableFile;
 
 /// Columns before those of the sides.
-const COMMON: [&str; 5] = ["step", "t_s", "time_step_s", "imbalance_force", "imbalance_torque"];
+const COMMON: [&str; 6] =
+    ["step", "t_s", "time_step_s", "imbalance_force", "imbalance_torque", "most_iterations"];
 
 /// Columns of a side before its accounts.
 const INTERFACE: [&str; 14] = [
@@ -101,6 +102,8 @@ pub struct LedgerSums {
     sides: [SideSums; 2],
     /// Worst imbalances since the last row: force, torque.
     since_row: [Largest; 2],
+    /// Most iterations of a half-step since the last row.
+    most_iterations: u32,
     extremes: Extremes,
     /// Reports of the last step, not yet in a row.
     pending: Option<[Option<StepReport>; 2]>,
@@ -163,7 +166,8 @@ impl LedgerFile {
         }
         for (k, report) in reports.into_iter().enumerate() {
             let Some(report) = report else { continue };
-            let LedgerSums { sides, extremes, .. } = &mut self.sums;
+            let LedgerSums { sides, extremes, most_iterations, .. } = &mut self.sums;
+            *most_iterations = report.iterations.max(*most_iterations);
             let sums = &mut sides[k];
             for (books, stage) in report.books.iter().zip(Stage::BOTH) {
                 let residual = books.momentum_residual();
@@ -194,6 +198,7 @@ impl LedgerFile {
         let completed = (any.step + 1) as f64;
         self.row.extend([completed, any.end_time, any.time_step]);
         self.row.extend(self.sums.since_row.map(|largest| largest.value));
+        self.row.push(self.sums.most_iterations.into());
         for side in &self.sides {
             let k = side.index();
             match &reports[k] {
@@ -203,6 +208,7 @@ impl LedgerFile {
             self.sums.sides[k].residual = Largest::default();
         }
         self.sums.since_row = [Largest::default(); 2];
+        self.sums.most_iterations = 0;
         self.file.push(&self.row)
     }
 
@@ -297,7 +303,8 @@ mod tests {
         let (force, weight) = (Vector::new(3.0, -1.0), Vector::new(0.0, -9.81));
         for step in 0..5 {
             let worst = if step == 1 { 4e-14 } else { 1e-15 };
-            let (fluid, solid) = (report(step, force, weight), report(step, -force, weight));
+            let (mut fluid, solid) = (report(step, force, weight), report(step, -force, weight));
+            fluid.iterations = 7 - step as u32;
             file.record(Some(&fluid), Some(&solid), &[imbalance(worst), imbalance(2e-15)]);
             if step == 2 {
                 file.write_row().unwrap();
@@ -313,6 +320,7 @@ mod tests {
         let column = |name: &str| table.column(name).unwrap_or_else(|| panic!("no column {name}"));
         assert_eq!(column("step"), [3.0, 5.0]);
         assert_eq!(column("imbalance_force"), [4e-14, 2e-15]);
+        assert_eq!(column("most_iterations"), [7.0, 4.0]);
         assert_eq!(column("fluid_pairs"), [7.0, 7.0]);
         assert_eq!(column("solid_internal_energy_j_per_m"), [3.5, 3.5]);
         for axis in ["x", "y"] {

@@ -60,12 +60,10 @@ pub fn advance(
 ) -> StageBooks {
     let Workspace { base, fluid, rates, cross, outer, books, part, .. } = workspace;
     let n = state.len();
-    if time.at.stage == Stage::Predictor {
+    if *part == Part::Whole && time.at.stage == Stage::Predictor {
         base.position.clone_from(&state.position);
-        if *part == Part::Whole {
-            base.velocity.clone_from(&state.velocity);
-            base.density.clone_from(&state.density);
-        }
+        base.velocity.clone_from(&state.velocity);
+        base.density.clone_from(&state.density);
     }
     let step = Step {
         part: *part,
@@ -115,6 +113,18 @@ pub fn advance(
         momentum_change: total.momentum - state.removed_momentum,
         gross_momentum: total.gross_momentum + duration * total.gross + state.removed_momentum.norm(),
     }
+}
+
+/// Where particle `i` was at the start of the step whose corrector made `state` \[m\].
+///
+/// With leapfrog it is found from the step itself, to round-off.
+pub fn start_of_step(state: &FluidState, workspace: &Workspace, time_step: f64, i: usize) -> Vector {
+    if workspace.part == Part::Whole {
+        return workspace.base.position[i];
+    }
+    let (x, v, rates) = (&state.position[i], &state.velocity[i], &workspace.rates[i]);
+    let mean_velocity = v - rates.acceleration * (0.5 * time_step);
+    x - (mean_velocity + rates.shift) * time_step
 }
 
 fn accounts(books: &Books, forces: &OuterForces, removed: Vector, duration: f64) -> Accounts {

@@ -5,6 +5,7 @@ use sph::body_force::BodyForceField;
 use sph::domain::Domain;
 use sph::exchange::{Extent, InterfaceStates};
 use sph::extent::{ExtentTracker, ReachMap};
+use sph::geometry::Geometry;
 use sph::interface::Interface;
 use sph::ledger::InterfaceSums;
 use sph::setup::{Coupling, FluidProbeKind, InterfaceLaw};
@@ -15,7 +16,7 @@ use super::lists::Lists;
 use super::model::FluidModel;
 use super::moments::NeighbourSums;
 use super::rates::{Part, Rates};
-use super::record::{Geometry, Record};
+use super::record::Record;
 use super::shifting::pairing_of;
 use super::state::FluidState;
 

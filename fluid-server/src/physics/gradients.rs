@@ -3,6 +3,7 @@
 
 use std::marker::PhantomData;
 
+use sph::geometry::Geometry;
 use sph::lanes::{Kernel, Lanes};
 
 use super::lists::Lists;
@@ -10,7 +11,7 @@ use super::model::{FluidModel, Passes};
 use super::moments::{Batches, Kernels, NeighbourSums, Sums, Wanted};
 use super::pair::{IDENTITY, Matrix, Symmetric};
 use super::rates::Rates;
-use super::record::{Batch, Geometry, Record};
+use super::record::{Batch, Record};
 use super::shifting::{NO_ORDER, OrderLocal, Ratio, Surroundings};
 use super::tasks::{Split, for_each_task};
 use super::viscosity::corrected;

@@ -6,6 +6,7 @@ use sph::solver::Divergence;
 use sph::stage::StageTime;
 use sph::vector::{DIMENSIONS, Vector};
 
+use super::advance::start_of_step;
 use super::model::FluidModel;
 use super::state::FluidState;
 use super::workspace::Workspace;
@@ -50,6 +51,7 @@ pub fn remove_departed(
         state,
         workspace,
         release_time: time.step_start,
+        time_step: time.time_step,
         before: model.walls.motions_at(time.step_start),
         after: model.walls.motions_at(time.target_time()),
     };
@@ -95,6 +97,7 @@ struct Watch<'a> {
     state: &'a FluidState,
     workspace: &'a Workspace,
     release_time: f64,
+    time_step: f64,
     before: Vec<Option<MotionState>>,
     after: Vec<Option<MotionState>>,
 }
@@ -146,6 +149,7 @@ impl Watch<'_> {
             return false;
         }
         let (x_w, normal) = walls.placed(w, &self.before);
-        model.domain.separation(&workspace.base.position[i], &x_w).dot(&normal) >= 0.0
+        let start = start_of_step(state, workspace, self.time_step, i);
+        model.domain.separation(&start, &x_w).dot(&normal) >= 0.0
     }
 }

@@ -1,10 +1,10 @@
 //! Neighbour lists with a skin, and the cell-sorted order of the fluid.
 
+use sph::geometry::{Geometry, Open, Periodic};
 use sph::neighbours::largest_displacement;
 use sph::vector::Vector;
 
 use super::model::FluidModel;
-use super::record::{Geometry, Open, Periodic};
 use super::rows::{Order, Padding, Rows, Search, Sources};
 use super::state::{Base, FluidState, ListOrigin, Scratch};
 use super::walls::WallField;
@@ -106,7 +106,6 @@ impl Lists {
             self.wall_sources.bin(domain, &self.wall_origin.position, radius);
             self.wall_sources.place(domain, &self.wall_origin.position);
         }
-        self.fluid_sources.place(domain, fluid);
         if domain.is_periodic() {
             self.fill(model, Periodic::new(domain), fluid);
         } else {
@@ -133,8 +132,8 @@ impl Lists {
         };
         let walls = &wall_origin.position;
         // The records of walls end with one that does not act.
-        fluid_rows.build(&search, of_fluid, fluid, Padding::Target);
-        wall_rows.build(&search, of_walls, fluid, Padding::Index(walls.len() as u32));
-        fluid_of_walls.build(&search, of_fluid, walls, Padding::Index(u32::MAX));
+        fluid_rows.build(&search, of_fluid, fluid, fluid, Padding::Target);
+        wall_rows.build(&search, of_walls, walls, fluid, Padding::Index(walls.len() as u32));
+        fluid_of_walls.build(&search, of_fluid, fluid, walls, Padding::Index(u32::MAX));
     }
 }

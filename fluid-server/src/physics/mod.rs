@@ -16,7 +16,7 @@ use sph::saved::{RestoreError, SavedState};
 use sph::setup::FluidSetup;
 use sph::solver::{Counts, Divergence, NoLoads, ParticleFields, Role, Solver};
 use sph::stage::{StageTime, StepStage};
-use sph::vector::Vector;
+use sph::vector::{DIMENSIONS, Vector};
 
 use model::FluidModel;
 use state::FluidState;
@@ -111,6 +111,17 @@ impl Solver for FluidSolver {
 
     fn time_step_limit(&self) -> f64 {
         self.model.time_step_limit(self.workspace.largest_speed, self.state.largest_acceleration)
+    }
+
+    fn limiting_particle(&self) -> Option<(u32, [f64; DIMENSIONS])> {
+        let Self { model, state, workspace, .. } = self;
+        // Accelerations stay with leapfrog alone; elsewhere speeds decide.
+        let limit = |i: usize| {
+            let acceleration = state.acceleration.get(i).map_or(0.0, Vector::norm);
+            model.time_step_limit(workspace.fluid[i].velocity().norm(), acceleration)
+        };
+        let i = (0..state.len()).min_by(|i, j| limit(*i).total_cmp(&limit(*j)))?;
+        Some((state.id[i], state.position[i].into()))
     }
 
     fn extent(&self) -> &Extent {

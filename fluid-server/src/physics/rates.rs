@@ -4,6 +4,7 @@ use std::marker::PhantomData;
 use std::ops::AddAssign;
 
 use sph::body_force::BodyForceAt;
+use sph::geometry::Geometry;
 use sph::lanes::{Kernel, Lanes, WIDTH};
 use sph::stage::Stage;
 use sph::vector::Vector;
@@ -11,7 +12,7 @@ use sph::vector::Vector;
 use super::gradients::{Gradients, Scene, in_momentum, mirrored_stress, momentum_tensor};
 use super::model::FluidModel;
 use super::pair::{Found, Friction, IDENTITY, LawLanes, Matrix, Own, PairSums, Terms, With};
-use super::record::{Batch, Geometry, gather, gather_columns};
+use super::record::{Batch, gather, gather_columns};
 use super::shifting::{self, Control, nearest_surface};
 use super::state::FluidState;
 use super::tasks::{PerTask, for_each_task, per_task};
@@ -286,7 +287,7 @@ impl<G: Geometry> StageFields<'_, G> {
             if !model.walls.first_layer[w] || walls[w].volume() == 0.0 || !included {
                 continue;
             }
-            let d = geometry.separation(&fluid[i], &walls[w]);
+            let d = geometry.separation(&fluid[i].position(), &walls[w].position());
             let normal = &self.field.face_normal[w];
             let height = d.dot(normal);
             let beside = (d - normal * height).norm() / spacing;

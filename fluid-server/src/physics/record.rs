@@ -1,6 +1,6 @@
-//! What a pair sum reads of a particle, and the separation of a pair.
+//! What a pair sum reads of a particle.
 
-use sph::domain::Domain;
+use sph::geometry::Geometry;
 use sph::lanes::{Lanes, WIDTH};
 use sph::vector::Vector;
 
@@ -55,73 +55,6 @@ impl Record {
     }
 }
 
-/// Nearest images; open and periodic boxes are different types, so that open ones pay nothing.
-pub trait Geometry: Copy + Send + Sync {
-    /// Difference of coordinates along `axis` \[m\], to the nearest image.
-    fn nearest<L: Lanes>(self, difference: L, axis: usize) -> L;
-
-    /// x_ij = x_i − x_j \[m\] of the nearest images.
-    fn separation(self, i: &Record, j: &Record) -> Vector;
-}
-
-/// A box without periodic directions.
-#[derive(Clone, Copy, Debug)]
-pub struct Open;
-
-impl Geometry for Open {
-    #[inline(always)]
-    fn nearest<L: Lanes>(self, difference: L, _axis: usize) -> L {
-        difference
-    }
-
-    #[inline(always)]
-    fn separation(self, i: &Record, j: &Record) -> Vector {
-        i.position() - j.position()
-    }
-}
-
-/// A box with periodic directions; positions lie less than half a period outside.
-#[derive(Clone, Copy, Debug)]
-pub struct Periodic {
-    period: [f64; 2],
-    /// Half a period; infinite along open directions.
-    half: [f64; 2],
-}
-
-impl Periodic {
-    /// The periods of `domain`.
-    pub fn new(domain: &Domain) -> Self {
-        let size = domain.size();
-        let half = |axis: usize| if domain.periodic[axis] { 0.5 * size[axis] } else { f64::INFINITY };
-        Self { period: [size.x, size.y], half: [half(0), half(1)] }
-    }
-}
-
-impl Geometry for Periodic {
-    #[inline(always)]
-    fn nearest<L: Lanes>(self, difference: L, axis: usize) -> L {
-        let (half, period) = (L::splat(self.half[axis]), L::splat(self.period[axis]));
-        let d = half.choose_below(difference, difference - period, difference);
-        difference.choose_below(L::zero() - half, difference + period, d)
-    }
-
-    #[inline(always)]
-    fn separation(self, i: &Record, j: &Record) -> Vector {
-        let d = i.position() - j.position();
-        let nearest = |d: f64, axis: usize| {
-            let (half, period) = (self.half[axis], self.period[axis]);
-            if d > half {
-                d - period
-            } else if d < -half {
-                d + period
-            } else {
-                d
-            }
-        };
-        Vector::new(nearest(d.x, 0), nearest(d.y, 1))
-    }
-}
-
 /// A batch of neighbours as particle i meets them.
 #[derive(Clone, Copy, Debug)]
 pub struct Batch<L> {
@@ -168,44 +101,4 @@ pub fn gather<L: Lanes>(indices: [u32; WIDTH], values: &[f64]) -> L {
 pub fn gather_columns<L: Lanes>(indices: [u32; WIDTH], values: &[[f64; 4]]) -> [L; 4] {
     let [a, b, c, d] = indices.map(|j| &values[j as usize]);
     L::columns([a, b, c, d])
-}
-
-#[cfg(test)]
-mod tests {
-    use sph::lanes::{Arithmetic, Kernel};
-
-    use super::*;
-
-    /// Separations of four neighbours in a batch.
-    struct Separations(Periodic, Record, [Record; WIDTH]);
-
-    impl Kernel for Separations {
-        type Output = [[f64; WIDTH]; 2];
-
-        #[inline(always)]
-        fn run<L: Lanes>(self) -> [[f64; WIDTH]; 2] {
-            let batch = Batch::gather(self.0, &L::splat_each(self.1.motion), &self.2, [0, 1, 2, 3]);
-            [batch.x.to_array(), batch.y.to_array()]
-        }
-    }
-
-    #[test]
-    fn periodic_separation_is_that_of_the_domain() {
-        let domain =
-            Domain { lower: Vector::new(-0.3, 0.0), upper: Vector::new(0.7, 0.5), periodic: [true, false] };
-        let geometry = Periodic::new(&domain);
-        let record = |x: &Vector| Record::new(x, &Vector::zeros(), 1.0, 0.0, 1.0);
-        let others = [(-0.28, 0.49), (0.68, 0.0), (0.1, 0.2), (0.2, 0.3)].map(|(x, y)| Vector::new(x, y));
-        for (x, y) in [(-0.29, 0.1), (0.69, 0.4), (0.2, 0.0), (0.71, 0.9), (-0.31, 0.3)] {
-            let x_i = Vector::new(x, y);
-            for arithmetic in Arithmetic::all() {
-                let [x, y] = arithmetic.run(Separations(geometry, record(&x_i), others.map(|x| record(&x))));
-                for (l, other) in others.iter().enumerate() {
-                    let expected = domain.separation(&x_i, other);
-                    assert_eq!(geometry.separation(&record(&x_i), &record(other)), expected);
-                    assert_eq!(Vector::new(x[l], y[l]), expected);
-                }
-            }
-        }
-    }
 }

@@ -2,11 +2,11 @@
 
 use rayon::prelude::*;
 use sph::domain::Domain;
+use sph::geometry::Geometry;
 use sph::lanes::{Arithmetic, Kernel, Lanes, WIDTH};
 use sph::neighbours::CellGrid;
 use sph::vector::Vector;
 
-use super::record::Geometry;
 use super::tasks::TASK;
 
 /// The set bits of each number below 16, lowest first.
@@ -55,9 +55,8 @@ pub enum Order {
 pub struct Sources {
     kept: Order,
     grid: CellGrid,
-    /// Coordinates in that order, and a batch more.
-    x: Vec<f64>,
-    y: Vec<f64>,
+    /// Positions in that order \[m\], where whoever owns the sources keeps another.
+    position: Vec<Vector>,
 }
 
 impl Sources {
@@ -71,23 +70,26 @@ impl Sources {
         self.grid.renew(domain, positions, radius);
     }
 
-    /// Takes the coordinates of the sources that were binned, now in the order that whoever owns them keeps.
+    /// Takes the positions \[m\] of the sources that were binned, unless whoever owns them has sorted them.
     pub fn place(&mut self, domain: &Domain, positions: &[Vector]) {
-        let Self { kept, grid, x, y } = self;
-        let order = grid.order();
-        for (axis, sorted) in [(0, x), (1, y)] {
-            sorted.resize(order.len() + WIDTH, 0.0);
-            let each = sorted.par_iter_mut().zip(order).enumerate().with_min_len(TASK);
-            each.for_each(|(place, (x, given))| {
-                let k = if *kept == Order::ByCell { place } else { *given as usize };
-                *x = domain.wrapped(&positions[k])[axis];
-            });
+        let Self { kept, grid, position } = self;
+        if *kept == Order::AsGiven {
+            position.clear();
+            position.extend(grid.order().iter().map(|given| domain.wrapped(&positions[*given as usize])));
+        }
+    }
+
+    /// The sources in the order of cells, of which `given` \[m\] are all, inside the box, where they are sorted.
+    fn placed<'a>(&'a self, given: &'a [Vector]) -> &'a [Vector] {
+        match self.kept {
+            Order::AsGiven => &self.position,
+            Order::ByCell => given,
         }
     }
 
     /// Bytes in use, without the cells.
     pub fn bytes(&self) -> usize {
-        8 * (self.x.capacity() + self.y.capacity()) + 8 * self.order().len()
+        size_of::<Vector>() * self.position.capacity() + 8 * self.order().len()
     }
 
     /// [`Sources::order`], and memory for as many numbers that is free until the next binning.
@@ -151,7 +153,7 @@ impl Rows {
         self.chunks.iter().map(|chunk| 4 * (chunk.ends.capacity() + chunk.indices.capacity())).sum()
     }
 
-    /// All sources closer than the radius of `search` to each of `targets` \[m\].
+    /// All sources, which are at `given` \[m\], closer than the radius of `search` to each of `targets` \[m\].
     ///
     /// With [`Padding::Target`] the targets are the sources, sorted by cells already. Neighbours follow each other by
     /// cell, then as in [`Sources::order`].
@@ -159,14 +161,17 @@ impl Rows {
         &mut self,
         search: &Search<G>,
         sources: &Sources,
+        given: &[Vector],
         targets: &[Vector],
         padding: Padding,
     ) {
+        let positions = sources.placed(given);
         self.padding = padding;
         self.chunks.resize_with(targets.len().div_ceil(TASK), Chunk::default);
         let each = self.chunks.par_iter_mut().zip(targets.par_chunks(TASK)).enumerate();
         each.for_each(|(task, (chunk, targets))| {
-            search.arithmetic.run(Fill { search, sources, targets, first: task * TASK, padding, chunk });
+            let first = task * TASK;
+            search.arithmetic.run(Fill { search, sources, positions, targets, first, padding, chunk });
         });
     }
 }
@@ -184,6 +189,8 @@ impl Chunk {
 struct Fill<'a, G> {
     search: &'a Search<'a, G>,
     sources: &'a Sources,
+    /// The sources in the order of cells \[m\].
+    positions: &'a [Vector],
     targets: &'a [Vector],
     first: usize,
     padding: Padding,
@@ -195,7 +202,7 @@ impl<G: Geometry> Kernel for Fill<'_, G> {
 
     #[inline(always)]
     fn run<L: Lanes>(self) {
-        let Self { search, sources, targets, first, padding, chunk } = self;
+        let Self { search, sources, positions, targets, first, padding, chunk } = self;
         let Search { geometry, domain, radius, .. } = *search;
         let square_radius = L::splat(radius * radius);
         let Chunk { ends, indices } = chunk;
@@ -219,8 +226,8 @@ impl<G: Geometry> Kernel for Fill<'_, G> {
                 }
                 let mut at = range.start;
                 while at < range.end {
-                    let d_x = geometry.nearest(x - load::<L>(&sources.x, at), 0);
-                    let d_y = geometry.nearest(y - load::<L>(&sources.y, at), 1);
+                    let [x_j, y_j] = load::<L>(positions, at);
+                    let (d_x, d_y) = (geometry.nearest(x - x_j, 0), geometry.nearest(y - y_j, 1));
                     let mut bits = (d_x * d_x).plus_product(d_y, d_y).below(square_radius);
                     if range.end - at < WIDTH {
                         bits &= (1 << (range.end - at)) - 1;
@@ -259,10 +266,10 @@ impl<G: Geometry> Kernel for Fill<'_, G> {
     }
 }
 
+/// A batch of `positions` from `at` on, filled up with the last one.
 #[inline(always)]
-fn load<L: Lanes>(values: &[f64], at: usize) -> L {
-    match values[at..].first_chunk() {
-        Some(values) => L::from_array(*values),
-        None => L::zero(),
-    }
+fn load<L: Lanes>(positions: &[Vector], at: usize) -> [L; 2] {
+    let last = positions.len() - 1;
+    let [a, b, c, d] = [0, 1, 2, 3].map(|lane| &positions[(at + lane).min(last)].data.0[0]);
+    L::halves([a, b, c, d])
 }

@@ -8,6 +8,7 @@
 //! - Tensile control (Sun et al. 2018) replaces p_i + p_j by p_j − p_i where p_i is negative, inside the fluid. It is
 //!   not antisymmetric: its force stands in the ledger under the stabilisers.
 
+use sph::geometry::Geometry;
 use sph::lanes::Lanes;
 use sph::setup::OrderControl;
 use sph::vector::Vector;
@@ -16,7 +17,7 @@ use super::gradients::Scene;
 use super::model::FluidModel;
 use super::moments::NeighbourSums;
 use super::pair::{Matrix, Symmetric};
-use super::record::{Batch, Geometry, Record, gather_columns};
+use super::record::{Batch, Record, gather_columns};
 use super::rows::Rows;
 
 /// Smallest eigenvalue of the moment matrix below which a particle lies at the free surface (Marrone et al. 2010).
@@ -153,7 +154,7 @@ impl<G: Geometry> Surroundings<'_, G> {
         let Some(outward) = (-crowd).try_normalize(1e-12) else { return false };
         let support = model.kernel.support_radius();
         let outside = |other: &Record| {
-            let d = geometry.separation(other, &fluid[self.i]);
+            let d = geometry.separation(&other.position(), &fluid[self.i].position());
             let r = d.norm();
             r >= support || d.dot(&outward) < std::f64::consts::FRAC_1_SQRT_2 * r
         };

@@ -52,14 +52,14 @@ pub struct ListOrigin {
     pub position: Vec<Vector>,
 }
 
-/// The state at the start of a step, from which both stages advance.
+/// The state at the start of a step, from which both stages of Eq. (30)-(31) advance; empty with leapfrog.
 #[derive(Clone, Debug, Default)]
 pub struct Base {
     /// Position \[m\].
     pub position: Vec<Vector>,
-    /// Velocity \[m/s\]; empty with leapfrog.
+    /// Velocity \[m/s\].
     pub velocity: Vec<Vector>,
-    /// Density \[kg/m³\]; likewise.
+    /// Density \[kg/m³\].
     pub density: Vec<f64>,
 }
 

@@ -2,6 +2,7 @@
 
 use rayon::prelude::*;
 use sph::domain::Domain;
+use sph::geometry::Geometry;
 use sph::motion::{MotionState, RigidMotion};
 use sph::neighbours::CellGrid;
 use sph::setup::{WallCondition, WallParticles, WallSetup};
@@ -9,7 +10,7 @@ use sph::vector::Vector;
 
 use super::lists::Lists;
 use super::model::FluidModel;
-use super::record::{Geometry, Record};
+use super::record::Record;
 
 /// Wall particles per task.
 const TASK: usize = 64;
@@ -233,7 +234,7 @@ impl WallStates {
             let (mut weight, mut pressure, mut velocity) = (0.0, 0.0, Vector::zeros());
             for j in lists.fluid_of_walls.neighbours(w) {
                 let j = &fluid[j];
-                let d = geometry.separation(record, j);
+                let d = geometry.separation(&record.position(), &j.position());
                 let kernel = model.kernel.value(d.norm());
                 weight += kernel;
                 pressure += kernel * (j.pressure() + j.density() * drive.dot(&d));

@@ -1,6 +1,7 @@
 //! What can be thrown away at any step boundary, and one evaluation of the rates.
 
 use sph::exchange::InterfaceStates;
+use sph::geometry::{Geometry, Open, Periodic};
 use sph::solver::Divergence;
 use sph::stage::StageTime;
 use sph::vector::Vector;
@@ -12,7 +13,7 @@ use super::gradients::{Gradients, Scene};
 use super::lists::Lists;
 use super::model::FluidModel;
 use super::rates::{OuterForces, Part, Rates, StageFields};
-use super::record::{Geometry, Open, Periodic, Record};
+use super::record::Record;
 use super::state::{Base, FluidState};
 use super::tasks::{PerTask, for_each_task, per_task};
 use super::walls::WallStates;

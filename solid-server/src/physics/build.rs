@@ -5,6 +5,7 @@ use std::ops::Range;
 use sph::body_force::BodyForceField;
 use sph::domain::Domain;
 use sph::kernel::CubicSpline;
+use sph::lanes::Arithmetic;
 use sph::ledger::InterfaceSums;
 use sph::setup::{
     BodyForce, BodySetup, ContactLaw, Formulation, InterfaceLaw, SolidParticles, SolidSetup, SolidStepping,
@@ -39,7 +40,10 @@ const OWN_SKIN: f64 = 0.3;
 const CONTACT_SKIN: f64 = 1.0;
 
 /// Model and initial state of `setup`, or all that is wrong with it.
-pub(super) fn build(setup: SolidSetup) -> Result<(SolidModel, SolidState), Vec<String>> {
+pub(super) fn build(
+    setup: SolidSetup,
+    arithmetic: Arithmetic,
+) -> Result<(SolidModel, SolidState), Vec<String>> {
     let ranges = check_arrays(&setup)?;
     let mut errors = Vec::new();
     let domain = setup.run.domain;
@@ -54,8 +58,15 @@ pub(super) fn build(setup: SolidSetup) -> Result<(SolidModel, SolidState), Vec<S
         initial_windings(&domain, &ranges, &setup.particles.reference_position, &particles.position);
     let walls = Walls::new(&setup, &mut errors);
     let contact = build_contact(&setup);
-    let (mut bodies, rigid) =
-        build_bodies(&setup, &ranges, &contact, &walls, &windings, &mut particles, &mut errors);
+    let (mut bodies, rigid) = build_bodies(
+        &setup,
+        &ranges,
+        arithmetic,
+        (&walls, contact.clearance()),
+        &windings,
+        &mut particles,
+        &mut errors,
+    );
     let body_force = BodyForceField::new(&setup.run.body_force).unwrap_or_else(|error| {
         errors.push(error.to_string());
         BodyForceField::uniform(setup.run.body_force.gravity)
@@ -92,8 +103,8 @@ pub(super) fn build(setup: SolidSetup) -> Result<(SolidModel, SolidState), Vec<S
 fn build_bodies(
     setup: &SolidSetup,
     ranges: &[Range<usize>],
-    contact: &ContactModel,
-    walls: &Walls,
+    arithmetic: Arithmetic,
+    (walls, clearance): (&Walls, f64),
     windings: &[[i32; 2]],
     particles: &mut Particles,
     errors: &mut Vec<String>,
@@ -119,7 +130,9 @@ fn build_bodies(
             Formulation::TotalLagrangian(law) => {
                 let reference = &setup.particles.reference_position[range.clone()];
                 let spacing = setup.particle_spacing;
-                let body = TotalLagrangianBody::new(law, &body.material, &constants, reference, spacing);
+                let material = &body.material;
+                let body =
+                    TotalLagrangianBody::new(law, material, &constants, reference, spacing, arithmetic);
                 (Box::new(body), RigidState::default())
             }
             Formulation::Rigid => {
@@ -128,7 +141,7 @@ fn build_bodies(
                 (Box::new(body), motion)
             }
         };
-        let wall_exemption = wall_exemption(domain, &supports, &connected, &walls.start, contact.clearance());
+        let wall_exemption = wall_exemption(domain, &supports, &connected, &walls.start, clearance);
         rigid.push(motion);
         bodies.push(Body {
             name: body.name.clone(),

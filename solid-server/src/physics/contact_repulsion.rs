@@ -3,7 +3,6 @@
 use rayon::prelude::*;
 
 use sph::setup::SolidSetup;
-use sph::stage::StageTime;
 use sph::vector::Vector;
 
 use super::contact_friction::{Friction, Grip, Near, Owner, Slips, TouchKey};
@@ -85,7 +84,6 @@ pub(super) struct Touch {
 #[derive(Clone, Copy)]
 pub(super) struct ContactStage<'a> {
     pub model: &'a SolidModel,
-    pub time: &'a StageTime,
     /// Time of the state \[s\].
     pub at: f64,
     pub stage: &'a Particles,
@@ -127,18 +125,7 @@ impl ContactStage<'_> {
 
     /// The wall particles that can touch particle `i`.
     fn walls_of(&self, i: usize) -> impl Iterator<Item = usize> + Clone + '_ {
-        let row = self.lists.walls.of(i);
-        let row = if row.is_empty() || !self.model.touches_walls(i, self.time) { &[] } else { row };
-        let body = self.model.body_of(i);
-        row.iter().map(|w| *w as usize).filter(move |w| self.model.wall_acts_on(body, *w, self.time))
-    }
-
-    /// The particles among `row` that wall particle `w` can touch.
-    fn of_wall<'a>(&'a self, w: usize, row: &'a [u32]) -> impl Iterator<Item = usize> + Clone + 'a {
-        let (model, time) = (self.model, self.time);
-        let acts =
-            move |i: &usize| model.touches_walls(*i, time) && model.wall_acts_on(model.body_of(*i), w, time);
-        row.iter().map(|i| *i as usize).filter(acts)
+        self.lists.walls.of(i).iter().map(|w| *w as usize)
     }
 
     /// Rows of neighbours by body.
@@ -216,9 +203,8 @@ impl Repulsion {
             }
         };
         touches.clear();
-        touches.par_extend(
-            (0..count + at.model.walls.len()).into_par_iter().with_min_len(8 * TASK).flat_map_iter(find),
-        );
+        let active = at.lists.active.par_iter().with_min_len(2 * TASK);
+        touches.par_extend(active.flat_map_iter(|s| find(*s as usize)));
     }
 
     fn touches_of(&self, at: &ContactStage<'_>, slips: &Slips, dt: f64, i: usize) -> Vec<Touch> {
@@ -245,8 +231,8 @@ impl Repulsion {
     fn touches_of_wall(&self, at: &ContactStage<'_>, slips: &Slips, dt: f64, w: usize) -> Vec<Touch> {
         let mut found = Vec::new();
         for (body, group) in at.by_body(at.lists.of_walls.of(w)) {
-            let near = at.of_wall(w, group).map(|i| {
-                let (x, v) = at.near_wall(i, w);
+            let near = group.iter().map(|i| {
+                let (x, v) = at.near_wall(*i as usize, w);
                 (-x, -v)
             });
             let key = ((at.model.len() + w) as u32, Owner::Body(body));
@@ -281,20 +267,19 @@ impl Repulsion {
         near: impl Iterator<Item = Near> + Clone,
         slip: (f64, f64),
     ) -> Option<Touch> {
-        let (mut value, mut gradient, mut rate, mut reach) = (0.0, Vector::zeros(), 0.0, 0.0);
-        for (x, v) in near.clone() {
-            let r = x.norm();
-            if r < level.support {
-                let part = x * level.gradient_factor(r);
-                value += level.weight(r);
-                gradient += part;
-                rate += part.dot(&v);
-                reach += part.norm();
-            }
-        }
-        let depth = level.depth(value);
+        let square = level.support * level.support;
+        let near = near.filter(|(x, _)| x.norm_squared() < square);
+        // Most lists meet nobody.
+        let depth = level.depth(near.clone().map(|(x, _)| level.weight(x.norm())).sum());
         if depth <= 0.0 {
             return None;
+        }
+        let (mut gradient, mut rate, mut reach) = (Vector::zeros(), 0.0, 0.0);
+        for (x, v) in near.clone() {
+            let part = x * level.gradient_factor(x.norm());
+            gradient += part;
+            rate += part.dot(&v);
+            reach += part.norm();
         }
         let (distance, gain) = (level.distance(), level.gain());
         let spring = Spring::new(contact.stiffness, depth, distance);

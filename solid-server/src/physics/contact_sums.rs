@@ -2,7 +2,6 @@
 
 use rayon::prelude::*;
 
-use sph::stage::StageTime;
 use sph::vector::SymmetricTensor;
 
 use super::contact_repulsion::ContactSums;
@@ -27,7 +26,6 @@ pub(super) struct SumContact {
 /// What contact through the sums reads.
 pub(super) struct SumStage<'a> {
     pub model: &'a SolidModel,
-    pub time: &'a StageTime,
     /// Time of the state \[s\].
     pub at: f64,
     pub stage: &'a Particles,
@@ -51,11 +49,6 @@ impl SumStage<'_> {
         self.model.body_of(i).formulation.sum_law()
     }
 
-    /// Whether particle `i` and wall particle `w` meet.
-    fn meet(&self, i: usize, w: usize) -> bool {
-        self.model.touches_walls(i, self.time) && self.model.wall_acts_on(self.model.body_of(i), w, self.time)
-    }
-
     /// Pressure of wall particle `w` toward solids \[Pa\], Eq. (28) over solid particles.
     ///
     /// ```text
@@ -67,7 +60,7 @@ impl SumStage<'_> {
         let x_w = &self.walls.position[w];
         let g = self.model.body_force.acceleration(x_w, self.at) - self.walls.acceleration[w];
         let (mut weighted, mut weight) = (0.0, 0.0);
-        for i in self.lists.of_walls.of(w).iter().map(|i| *i as usize).filter(|i| self.meet(*i, w)) {
+        for i in self.lists.of_walls.of(w).iter().map(|i| *i as usize) {
             let Some(law) = self.law(i) else { continue };
             let x_wi = self.model.domain.separation(x_w, &self.stage.position[i]);
             let kernel = law.kernel.value(x_wi.norm());
@@ -82,7 +75,7 @@ impl SumStage<'_> {
         let material = &self.model.body_of(i).material;
         let own = self.particle(i);
         let cell = self.model.spacing * self.model.spacing;
-        for w in self.lists.walls.of(i).iter().map(|w| *w as usize).filter(|w| self.meet(i, *w)) {
+        for w in self.lists.walls.of(i).iter().map(|w| *w as usize) {
             let wall = PairParticle {
                 mass: material.density * cell,
                 density: density(material, wall_pressure[w]),

@@ -8,7 +8,7 @@ use sph::vector::Vector;
 use super::contact_repulsion::ContactStage;
 use super::contact_sums::SumStage;
 use super::formulation::{DerivedView, StressViewMut};
-use super::lists::{Rows, TASK};
+use super::lists::{Meeting, Rows, TASK};
 use super::model::{ContactModel, SolidModel};
 use super::workspace::{ParticleForces, Workspace};
 
@@ -26,8 +26,8 @@ pub(super) fn update_stress(model: &SolidModel, workspace: &mut Workspace) {
     }
 }
 
-/// Renews neighbour lists that have aged.
-pub(super) fn refresh_lists(model: &SolidModel, workspace: &mut Workspace) {
+/// Renews neighbour lists that have aged, for the step of `time`.
+pub(super) fn refresh_lists(model: &SolidModel, workspace: &mut Workspace, time: &StageTime) {
     let Workspace { stage, own_lists, contact_lists, walls, list_builds, .. } = workspace;
     let domain = &model.domain;
     for (body, lists) in model.bodies.iter().zip(own_lists) {
@@ -35,12 +35,16 @@ pub(super) fn refresh_lists(model: &SolidModel, workspace: &mut Workspace) {
             *list_builds += u64::from(lists.refresh(domain, &stage.position[body.range.clone()]));
         }
     }
-    let may_touch = model.has_contact().then_some(|i, j| model.may_touch(i, j));
-    *list_builds += u64::from(contact_lists.refresh(domain, &stage.position, &walls.position, may_touch));
+    let meeting = Meeting {
+        particles: model.has_contact().then_some(|i, j| model.may_touch(i, j)),
+        walls: |i, w| model.meets_wall(i, w, time),
+        released: model.released(time),
+    };
+    *list_builds += u64::from(contact_lists.refresh(domain, &stage.position, &walls.position, &meeting));
 }
 
 /// Sums over pairs of the solids among themselves and with walls, at the stage state of time `at` \[s\].
-pub(super) fn evaluate_pairs(model: &SolidModel, workspace: &mut Workspace, time: &StageTime, at: f64) {
+pub(super) fn evaluate_pairs(model: &SolidModel, workspace: &mut Workspace, at: f64) {
     prescribe_loads(model, workspace, at);
     let Workspace { stage, stress, sums, own_lists, .. } = workspace;
     let none = Rows::default();
@@ -54,20 +58,20 @@ pub(super) fn evaluate_pairs(model: &SolidModel, workspace: &mut Workspace, time
             &mut sums[range.clone()],
         );
     }
-    evaluate_contact(model, workspace, time, at);
+    evaluate_contact(model, workspace, at);
 }
 
 /// Contact of bodies with each other and with walls.
-fn evaluate_contact(model: &SolidModel, workspace: &mut Workspace, time: &StageTime, at: f64) {
+fn evaluate_contact(model: &SolidModel, workspace: &mut Workspace, at: f64) {
     let Workspace { stage, stress, sums, contact, contact_lists: lists, walls, wall_pressure, .. } =
         workspace;
     match &model.contact {
         ContactModel::Repulsion(law) => {
-            let at = ContactStage { model, time, at, stage, lists, walls };
+            let at = ContactStage { model, at, stage, lists, walls };
             law.evaluate(&at, &mut workspace.slips, &mut workspace.touches, contact);
         }
         ContactModel::Sums(law) => {
-            let at = SumStage { model, time, at, stage, stress, lists, walls };
+            let at = SumStage { model, at, stage, stress, lists, walls };
             law.evaluate(&at, wall_pressure, sums, contact);
         }
     }
@@ -90,11 +94,11 @@ fn prescribe_loads(model: &SolidModel, workspace: &mut Workspace, at: f64) {
                 *force = field.acceleration(x, at) * *m;
             }
         }
-        let StressViewMut { deformation, nominal, .. } = stress.view_mut(&body.range);
+        let StressViewMut { deformation, shown, .. } = stress.view_mut(&body.range);
         for load in &body.loads {
             load.forces(at, position, deformation, |i, force, to_face| {
                 forces[i] += force;
-                nominal[i] += body.formulation.load_stress(i, &(force * to_face.transpose()));
+                shown[i] += body.formulation.load_shown(i, &(force * to_face.transpose()));
             });
         }
     }

@@ -30,8 +30,8 @@ pub(super) struct StressView<'a> {
     pub artificial: &'a [SymmetricTensor],
     /// Deformation gradient F \[-\]; used by total-Lagrangian bodies alone.
     pub deformation: &'a [Tensor],
-    /// Nominal stress as pair forces use it, `Reference::pair_stress` \[Pa\]; likewise.
-    pub nominal: &'a [Tensor],
+    /// What pair forces read of each particle, `Reference::shown` \[-\]; likewise.
+    pub shown: &'a [Tensor],
 }
 
 /// As [`StressView`], to be written.
@@ -41,7 +41,7 @@ pub(super) struct StressViewMut<'a> {
     pub cauchy: &'a mut [SymmetricTensor],
     pub artificial: &'a mut [SymmetricTensor],
     pub deformation: &'a mut [Tensor],
-    pub nominal: &'a mut [Tensor],
+    pub shown: &'a mut [Tensor],
 }
 
 /// Quantities of the state that follow from positions where the formulation says so.
@@ -145,8 +145,8 @@ pub(super) trait BodyFormulation: Send + Sync {
     /// Radius \[m\] of the own-body neighbour lists in the current configuration; `None` when it needs none.
     fn list_radius(&self) -> Option<f64>;
 
-    /// What a load of `moment` f ⊗ X \[N\] about particle `i` adds to its nominal stress as pair forces use it \[Pa\].
-    fn load_stress(&self, _i: usize, _moment: &Tensor) -> Tensor {
+    /// What a load of `moment` f ⊗ X \[N\] about particle `i` adds to what pair forces read of it \[-\].
+    fn load_shown(&self, _i: usize, _moment: &Tensor) -> Tensor {
         Tensor::zeros()
     }
 

@@ -116,15 +116,28 @@ impl OwnLists {
     }
 }
 
+/// Which pairs count as contacts.
+pub(super) struct Meeting<P, W> {
+    /// Whether two particles do; `None` where none do.
+    pub particles: Option<P>,
+    /// Whether a particle and a wall particle do.
+    pub walls: W,
+    /// Supports and walls that have let go so far: what `walls` says changes with it.
+    pub released: usize,
+}
+
 /// Pairs of particles of different bodies or of parts of one that may meet, and of particles and walls.
 #[derive(Debug)]
 pub(super) struct ContactLists {
-    /// For each particle those of other bodies, and of its own where `may_touch` says so.
+    /// For each particle those of other bodies, and of its own where that can touch itself.
     pub bodies: Rows,
-    /// For each particle the wall particles.
+    /// For each particle the wall particles that act on it.
     pub walls: Rows,
-    /// For each wall particle the particles.
+    /// For each wall particle the particles on which it acts.
     pub of_walls: Rows,
+    /// Ascending indices of the particles, then of the wall particles behind them, that have any pair.
+    pub active: Vec<u32>,
+    released: usize,
     radius: f64,
     skin: f64,
     built_at: Vec<Vector>,
@@ -138,6 +151,8 @@ impl ContactLists {
             bodies: Rows::empty(particles),
             walls: Rows::empty(particles),
             of_walls: Rows::empty(walls),
+            active: Vec::new(),
+            released: 0,
             radius,
             skin,
             built_at: Vec::new(),
@@ -145,30 +160,41 @@ impl ContactLists {
         }
     }
 
-    /// Builds the lists anew if `positions` or `walls` have moved too far; says whether it did.
-    ///
-    /// `may_touch` says which pairs of particles count; without it none do.
-    pub fn refresh(
+    /// Builds the lists anew if `positions` or `walls` have moved too far, or something let go; says whether it did.
+    pub fn refresh<P, W>(
         &mut self,
         domain: &Domain,
         positions: &[Vector],
         walls: &[Vector],
-        may_touch: Option<impl Fn(usize, usize) -> bool>,
-    ) -> bool {
-        if (may_touch.is_none() && walls.is_empty()) || !self.stale(domain, positions, walls) {
+        meeting: &Meeting<P, W>,
+    ) -> bool
+    where
+        P: Fn(usize, usize) -> bool,
+        W: Fn(usize, usize) -> bool,
+    {
+        let none = meeting.particles.is_none() && walls.is_empty();
+        if none || self.released == meeting.released && !self.stale(domain, positions, walls) {
             return false;
         }
         let radius = self.radius + self.skin;
         let grid = CellGrid::new(domain, positions, radius);
-        if let Some(may_touch) = may_touch {
+        if let Some(may_touch) = &meeting.particles {
             let list = grid.list(domain, positions, positions, radius, true);
             self.bodies.fill(&list, may_touch);
         }
         if !walls.is_empty() {
             let list = grid.list(domain, walls, positions, radius, false);
-            self.of_walls.fill(&list, |_, _| true);
+            self.of_walls.fill(&list, |w, i| (meeting.walls)(i, w));
             self.of_walls.transpose_into(positions.len(), &mut self.walls);
         }
+        let Self { bodies, walls: of_particles, of_walls, active, .. } = self;
+        let particles =
+            (0..positions.len()).filter(|i| !(bodies.of(*i).is_empty() && of_particles.of(*i).is_empty()));
+        let touched = (0..walls.len()).filter(|w| !of_walls.of(*w).is_empty()).map(|w| positions.len() + w);
+        active.clear();
+        // Particles and wall particles of a run stay below 2^32.
+        active.extend(particles.chain(touched).map(|k| k as u32));
+        self.released = meeting.released;
         self.built_at.clear();
         self.built_at.extend_from_slice(positions);
         self.walls_built_at.clear();

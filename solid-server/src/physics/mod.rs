@@ -38,6 +38,7 @@ mod report;
 mod rigid;
 mod saved;
 mod solver;
+mod stencil;
 mod substeps;
 mod supports;
 mod total_lagrangian;
@@ -49,6 +50,3 @@ mod workspace;
 mod tests;
 
 pub use solver::SolidSolver;
-
-/// How sums over neighbours are made, for the handshake: one at a time, in the order of the lists.
-pub const ARITHMETIC: &str = "f64 scalar";

@@ -152,18 +152,22 @@ impl SolidModel {
         (k > 0).then(|| &self.body_of(i).supports[k as usize - 1]).filter(|support| support.acts(time))
     }
 
-    /// Whether particle `i` can touch walls: not while all its components are held.
-    pub fn touches_walls(&self, i: usize, time: &StageTime) -> bool {
-        !self.acting_support(i, time).is_some_and(Support::holds_fully)
-    }
-
-    /// Whether contact of a body with wall particle `w` counts in the step of `time`.
+    /// Whether contact of particle `i` with wall particle `w` counts in the step of `time`: not while all components of
+    /// the particle are held.
     ///
     /// A clamp continues its body into the wall, so the wall beside the clamp is in touch with it from the start. Wall
     /// particles within [`ContactModel::clearance`] of a fully held particle at the start do not act on the body while
     /// that support does.
-    pub fn wall_acts_on(&self, body: &Body, w: usize, time: &StageTime) -> bool {
-        self.walls.acts(w, time) && !body.wall_exemption.get(w).is_some_and(|until| acts(*until, time))
+    pub fn meets_wall(&self, i: usize, w: usize, time: &StageTime) -> bool {
+        let held = self.acting_support(i, time).is_some_and(Support::holds_fully);
+        let exempt = self.body_of(i).wall_exemption.get(w).is_some_and(|until| acts(*until, time));
+        !held && !exempt && self.walls.acts(w, time)
+    }
+
+    /// How many supports and walls no longer act in the step of `time`: what [`Self::meets_wall`] says changes with it.
+    pub fn released(&self, time: &StageTime) -> usize {
+        let supports = self.bodies.iter().flat_map(|body| &body.supports);
+        supports.filter(|support| !acts(support.release_time, time)).count() + self.walls.released(time)
     }
 
     /// Rate of linear damping in the step of `time` \[1/s\].

@@ -9,6 +9,7 @@ use sph::sums::ordered_sum;
 use sph::vector::{Tensor, Vector};
 
 use super::lists::TASK;
+use super::stencil::Stencils;
 
 /// A neighbour in the reference configuration.
 #[derive(Clone, Copy, Debug)]
@@ -51,11 +52,42 @@ struct Correction {
     line: Option<Vector>,
 }
 
+/// Units of pair forces.
+///
+/// They are sums in units of the hourglass modulus, so that what rests in its reference cancels to the last bit.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct ForceUnits {
+    /// s: the modulus k of the hourglass control, or any other without it \[Pa\].
+    pub modulus: f64,
+    /// κ = k/s: 1 with hourglass control, 0 without \[-\].
+    pub hourglass: f64,
+}
+
+impl ForceUnits {
+    /// Units for hourglass control by `hourglass_modulus` \[Pa\] of a material of Young's modulus `young` \[Pa\].
+    pub fn new(hourglass_modulus: f64, young: f64) -> Self {
+        if hourglass_modulus > 0.0 {
+            Self { modulus: hourglass_modulus, hourglass: 1.0 }
+        } else {
+            Self { modulus: young, hourglass: 0.0 }
+        }
+    }
+
+    /// k \[Pa\].
+    pub fn hourglass_modulus(&self) -> f64 {
+        self.hourglass * self.modulus
+    }
+}
+
 /// The reference configuration of a body.
 #[derive(Debug)]
 pub(super) struct Reference {
     offsets: Vec<u32>,
     pairs: Vec<ReferencePair>,
+    /// The pairs of [`PairKind::Inner`], for sums four at a time.
+    pub stencils: Stencils,
+    /// Whether a particle has pairs of another kind.
+    bordering: Vec<bool>,
     corrections: Vec<Correction>,
     /// Whether each particle is held for good.
     anchored: Vec<bool>,
@@ -83,6 +115,8 @@ impl Reference {
         let mut offsets = vec![0];
         let mut pairs = Vec::new();
         let mut corrections = Vec::new();
+        let mut stencils = Stencils::new();
+        let mut bordering = Vec::new();
         for i in 0..position.len() {
             let start = pairs.len();
             for &j in list.of(i) {
@@ -96,15 +130,26 @@ impl Reference {
             pairs[start..].sort_unstable_by_key(|pair| pair.neighbour);
             // Pairs of one body stay far below 2^32.
             offsets.push(pairs.len() as u32);
-            corrections.push(Correction::of(&pairs[start..]));
+            let row = &pairs[start..];
+            corrections.push(Correction::of(row));
+            let inner = row.iter().filter(|pair| pair.kind == PairKind::Inner);
+            stencils.push(inner.map(|pair| (pair.neighbour, pair.weight, pair.separation)));
+            bordering.push(row.iter().any(|pair| pair.kind != PairKind::Inner));
         }
-        Self { offsets, pairs, corrections, anchored, volume }
+        Self { offsets, pairs, stencils, bordering, corrections, anchored, volume }
     }
 
     /// Neighbours of particle `i`, ascending.
     #[inline]
     pub fn of(&self, i: usize) -> &[ReferencePair] {
         &self.pairs[self.offsets[i] as usize..self.offsets[i + 1] as usize]
+    }
+
+    /// Pairs of particle `i` across the border of what is anchored.
+    #[inline]
+    pub fn across_border(&self, i: usize) -> impl Iterator<Item = &ReferencePair> {
+        let row = if self.bordering[i] { self.of(i) } else { &[] };
+        row.iter().filter(|pair| pair.kind != PairKind::Inner)
     }
 
     /// Whether particle `i` is held for good.
@@ -120,11 +165,7 @@ impl Reference {
     /// Exact for linear fields wherever the neighbours span the plane.
     #[inline]
     pub fn gradient(&self, i: usize, change: impl Fn(&ReferencePair) -> Vector) -> Tensor {
-        let mut sum = Tensor::zeros();
-        for pair in self.of(i).iter().filter(|pair| pair.kind != PairKind::FromAnchor) {
-            sum += change(pair) * (pair.separation * pair.weight).transpose();
-        }
-        sum * self.corrections[i].inverse
+        moment(self.of(i).iter(), change) * self.corrections[i].inverse
     }
 
     /// Deformation gradient F of particle `i` \[-\] when its neighbours are at `x_ij` \[m\].
@@ -132,7 +173,20 @@ impl Reference {
     /// Along a direction without neighbours the material turns with the rest and is not strained.
     #[inline]
     pub fn deformation_gradient(&self, i: usize, x_ij: impl Fn(&ReferencePair) -> Vector) -> Tensor {
-        let known = self.gradient(i, x_ij);
+        self.deformation_of(i, &moment(self.of(i).iter(), x_ij))
+    }
+
+    /// The same from Σ_j a_ij x_ij ⊗ X_ij over the inner pairs alone, for particles at `position` \[m\].
+    #[inline]
+    pub fn completed(&self, domain: &Domain, position: &[Vector], i: usize, inner: &Tensor) -> Tensor {
+        let x_ij = |pair: &ReferencePair| self.separation(domain, position, i, pair);
+        self.deformation_of(i, &(inner + moment(self.across_border(i), x_ij)))
+    }
+
+    /// F of particle `i` \[-\] from Σ_j a_ij x_ij ⊗ X_ij.
+    #[inline]
+    fn deformation_of(&self, i: usize, moment: &Tensor) -> Tensor {
+        let known = moment * self.corrections[i].inverse;
         match &self.corrections[i].line {
             None => known,
             Some(line) if *line == Vector::zeros() => Tensor::identity(),
@@ -173,16 +227,24 @@ impl Reference {
         domain.separation(&position[i], &position[j]) - turn * separation
     }
 
-    /// V_i P (Σ_j a_ij X_ij ⊗ X_ij)⁻¹ \[Pa\]: what the nominal stress `p` \[Pa\] of particle `i` adds to pair forces.
+    /// N_i \[-\]: what pair forces read of particle `i` with deformation gradient `f` \[-\] and nominal stress `p` \[Pa\].
+    ///
+    /// ```text
+    /// N = Q/s − κF,  Q_i = V_i P (Σ_j a_ij X_ij ⊗ X_ij)⁻¹
+    /// ```
+    /// Zero where the material is rigid, which has neither.
     #[inline]
-    pub fn pair_stress(&self, i: usize, p: &Tensor) -> Tensor {
-        self.moment_stress(i, p) * self.volume[i]
+    pub fn shown(&self, i: usize, f: &Tensor, p: &Tensor, units: &ForceUnits) -> Tensor {
+        if self.anchored[i] {
+            return Tensor::zeros();
+        }
+        self.moment_shown(i, &(p * self.volume[i]), units) - f * units.hourglass
     }
 
-    /// `moment` (Σ_j a_ij X_ij ⊗ X_ij)⁻¹, nothing where the material is rigid.
+    /// What the moment `moment` \[N\] about particle `i` adds to its N, nothing where the material is rigid.
     #[inline]
-    pub fn moment_stress(&self, i: usize, moment: &Tensor) -> Tensor {
-        if self.anchored[i] { Tensor::zeros() } else { moment * self.corrections[i].inverse }
+    pub fn moment_shown(&self, i: usize, moment: &Tensor, units: &ForceUnits) -> Tensor {
+        if self.anchored[i] { Tensor::zeros() } else { moment * self.corrections[i].inverse / units.modulus }
     }
 
     /// Largest angular frequency \[rad/s\] of small vibrations, for a linear stress law and masses `mass` \[kg/m\].
@@ -191,7 +253,7 @@ impl Reference {
     pub fn largest_frequency(
         &self,
         mass: &[f64],
-        hourglass_modulus: f64,
+        units: &ForceUnits,
         stress: impl Fn(&Tensor) -> Tensor + Sync,
     ) -> f64 {
         let n = mass.len();
@@ -213,7 +275,8 @@ impl Reference {
                 .with_min_len(TASK)
                 .map(|i| self.gradient(i, |pair| change(i, pair)))
                 .collect();
-            let nominal: Vec<Tensor> = (0..n).map(|i| self.pair_stress(i, &stress(&gradients[i]))).collect();
+            let shown: Vec<Tensor> =
+                (0..n).map(|i| self.shown(i, &gradients[i], &stress(&gradients[i]), units)).collect();
             let next: Vec<Vector> = (0..n)
                 .into_par_iter()
                 .with_min_len(TASK)
@@ -222,7 +285,7 @@ impl Reference {
                         return Vector::zeros();
                     }
                     let change = |pair: &ReferencePair| change(i, pair);
-                    self.force(i, &nominal, &gradients, hourglass_modulus, change) / -mass[i]
+                    self.force(i, self.of(i).iter(), &shown, units, change) / -mass[i]
                 })
                 .collect();
             let length = ordered_sum::<f64, _>(n, |i| next[i].norm_squared() * mass[i]).sqrt();
@@ -236,38 +299,36 @@ impl Reference {
         square.sqrt()
     }
 
-    /// Force on particle `i` \[N/m\] by stresses and hourglass control.
+    /// Force on particle `i` \[N/m\] by stresses and hourglass control, of `pairs` of it.
     ///
     /// ```text
-    /// f_i = −Σ_j a_ij ((Q_i + Q_j) X_ij + k (2 x_ij − (F_i + F_j) X_ij)),  Q = V P (Σ a X ⊗ X)⁻¹
+    /// f_i = −Σ_j a_ij ((Q_i + Q_j) X_ij + k (2 x_ij − (F_i + F_j) X_ij)) = −s Σ_j a_ij ((N_i + N_j) X_ij + 2κ x_ij)
     /// ```
     ///
     /// It is minus the derivative of Σ V ψ(F) + ½ k Σ_ij a_ij |x_ij − F_i X_ij|² by x_i: the weights of the second sum
     /// are those of F, so that the derivative of F drops out of it (Silling 2017). Energy, momentum and angular
-    /// momentum are therefore kept. `hourglass_modulus` is k \[Pa/m²·m²\]; `nominal` holds Q.
+    /// momentum are therefore kept. `shown` holds N of [`Self::shown`]; across the border of what is anchored
+    /// x_ij counts once, for only one end has an F.
     #[inline]
-    pub fn force(
+    pub fn force<'a>(
         &self,
         i: usize,
-        nominal: &[Tensor],
-        deformation: &[Tensor],
-        hourglass_modulus: f64,
+        pairs: impl Iterator<Item = &'a ReferencePair>,
+        shown: &[Tensor],
+        units: &ForceUnits,
         x_ij: impl Fn(&ReferencePair) -> Vector,
     ) -> Vector {
         let mut force = Vector::zeros();
-        for pair in self.of(i) {
-            let j = pair.neighbour as usize;
-            // A boundary point has neither stress nor deformation of its own.
-            let (stress, deformation, sides) = match pair.kind {
+        for pair in pairs {
+            let ends = match pair.kind {
                 PairKind::Inner if self.anchored[i] => continue,
-                PairKind::Inner => (nominal[i] + nominal[j], deformation[i] + deformation[j], 2.0),
-                PairKind::ToAnchor => (nominal[i], deformation[i], 1.0),
-                PairKind::FromAnchor => (nominal[j], deformation[j], 1.0),
+                PairKind::Inner => 2.0,
+                PairKind::ToAnchor | PairKind::FromAnchor => 1.0,
             };
-            let misfit = x_ij(pair) * sides - deformation * pair.separation;
-            force -= (stress * pair.separation + misfit * hourglass_modulus) * pair.weight;
+            let shown = shown[i] + shown[pair.neighbour as usize];
+            force -= (shown * pair.separation + x_ij(pair) * (ends * units.hourglass)) * pair.weight;
         }
-        force
+        force * units.modulus
     }
 
     /// Energy of the hourglass control of particle `i` \[J/m\]: ½ k Σ_j a_ij |x_ij − F_i X_ij|².
@@ -287,6 +348,18 @@ impl Reference {
     }
 }
 
+/// Σ_j a_ij u_ij ⊗ X_ij of `pairs` with `change` u_ij; forces alone go from the anchored to the free.
+#[inline]
+fn moment<'a>(
+    pairs: impl Iterator<Item = &'a ReferencePair>,
+    change: impl Fn(&ReferencePair) -> Vector,
+) -> Tensor {
+    pairs
+        .filter(|pair| pair.kind != PairKind::FromAnchor)
+        .map(|pair| change(pair) * (pair.separation * pair.weight).transpose())
+        .sum()
+}
+
 impl ReferencePair {
     /// A pair whose particle and neighbour are anchored as `ends` says.
     fn new(neighbour: u32, ends: (bool, bool), weight: f64, separation: Vector) -> Self {
@@ -302,10 +375,7 @@ impl ReferencePair {
 
 impl Correction {
     fn of(pairs: &[ReferencePair]) -> Self {
-        let mut moment = Tensor::zeros();
-        for pair in pairs.iter().filter(|pair| pair.kind != PairKind::FromAnchor) {
-            moment += pair.separation * (pair.separation * pair.weight).transpose();
-        }
+        let moment = moment(pairs.iter(), |pair| pair.separation);
         let mean = 0.5 * moment.trace();
         let half_difference = 0.5 * (moment[(0, 0)] - moment[(1, 1)]);
         let radius = half_difference.hypot(moment[(0, 1)]);
@@ -405,9 +475,13 @@ mod tests {
                 .sum()
         };
         let f = deformation(&x);
-        let nominal: Vec<Tensor> =
-            (0..n).map(|i| reference.pair_stress(i, &law.stress(&f[i]).nominal)).collect();
-        let on = |i: usize| reference.force(i, &nominal, &f, k, |p| reference.separation(&open(), &x, i, p));
+        let units = ForceUnits::new(k, 1.0);
+        let shown: Vec<Tensor> =
+            (0..n).map(|i| reference.shown(i, &f[i], &law.stress(&f[i]).nominal, &units)).collect();
+        let on = |i: usize| {
+            let x_ij = |p: &ReferencePair| reference.separation(&open(), &x, i, p);
+            reference.force(i, reference.of(i).iter(), &shown, &units, x_ij)
+        };
         // What the anchors take is what the others lack.
         assert!((0..n).map(on).sum::<Vector>().norm() < 1e-13);
         for i in (0..n).filter(|i| !reference.is_anchored(*i)) {
@@ -430,7 +504,7 @@ mod tests {
         // A row of unit masses and P = ∂u/∂X: central differences make springs across two spacings, the ends one.
         let (_, reference) = lattice(40, 1);
         let mass = vec![1.0; 40];
-        let omega = reference.largest_frequency(&mass, 0.0, |gradient| *gradient);
+        let omega = reference.largest_frequency(&mass, &ForceUnits::new(0.0, 1.0), |gradient| *gradient);
         // Infinite chain of central differences: ω = sin(kΔX) at most 1; the ends stiffen it, at most to 4.
         assert!(omega > 1.0 && omega < 2.0, "{omega}");
     }

@@ -1,13 +1,14 @@
 //! The solid side of a run, stepped by the half-step driver.
 
 use sph::exchange::{Extent, InterfaceStates};
+use sph::lanes::Arithmetic;
 use sph::ledger::{Energies, StageBooks};
 use sph::saved::{RestoreError, SavedState};
 use sph::setup::{SolidSetup, SolidStepping};
 use sph::solver::{Counts, Divergence, NoLoads, NotRevised, ParticleFields, Role, Solver};
 use sph::stage::{Stage, StageTime, StepStage};
 use sph::sums::ordered_sum;
-use sph::vector::Vector;
+use sph::vector::{DIMENSIONS, Vector};
 
 use super::advance::{StageRecord, move_bodies, record};
 use super::build::{build, build_workspace};
@@ -17,7 +18,7 @@ use super::model::SolidModel;
 use super::probes::probe_values;
 use super::report::{best_fit_angle, energies, snapshot};
 use super::saved::HISTORY;
-use super::substeps::{move_by_substeps, step_limit};
+use super::substeps::{largest_count, move_by_substeps, step_limit};
 use super::workspace::{BodyContact, SolidState, Workspace};
 
 /// Several elastic or rigid bodies in one domain.
@@ -40,8 +41,16 @@ impl SolidSolver {
     /// All that is wrong with the set-up: arrays that do not fit each other, expressions that do not parse, probes
     /// outside their body, laws that a body's formulation cannot serve, an initial state beyond the limits.
     pub fn new(setup: SolidSetup) -> Result<Self, Vec<String>> {
+        Self::with_arithmetic(setup, Arithmetic::chosen())
+    }
+
+    /// The same with the given arithmetic instead of that of this process.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn with_arithmetic(setup: SolidSetup, arithmetic: Arithmetic) -> Result<Self, Vec<String>> {
         let coupling = setup.run.coupling;
-        let (model, state) = build(setup)?;
+        let (model, state) = build(setup, arithmetic)?;
         let workspace = build_workspace(&model, &state, coupling.as_ref());
         Ok(Self { model, state, workspace, no_extent: Extent::default() })
     }
@@ -71,7 +80,7 @@ impl SolidSolver {
         if time.at.stage == Stage::Predictor || self.model.stepping == SolidStepping::StageRule {
             self.model.walls.move_to(time.state_time(), &mut self.workspace.walls);
             update_stress(&self.model, &mut self.workspace);
-            refresh_lists(&self.model, &mut self.workspace);
+            refresh_lists(&self.model, &mut self.workspace, time);
         }
         if let Some(link) = &mut self.workspace.fluid {
             link.track(&self.workspace.stage.position);
@@ -137,6 +146,11 @@ impl SolidSolver {
     }
 }
 
+/// Largest step \[s\] by the acceleration of a particle \[m/s²\].
+fn force_limit(model: &SolidModel, acceleration: f64) -> f64 {
+    0.25 * (model.spacing / acceleration).sqrt()
+}
+
 impl Solver for SolidSolver {
     fn role(&self) -> Role {
         Role::Solid
@@ -153,8 +167,24 @@ impl Solver for SolidSolver {
     }
 
     fn time_step_limit(&self) -> f64 {
-        let force = 0.25 * (self.model.spacing / self.state.last.largest_acceleration).sqrt();
-        force.min(step_limit(&self.model, &self.state))
+        force_limit(&self.model, self.state.last.largest_acceleration)
+            .min(step_limit(&self.model, &self.state))
+    }
+
+    fn limiting_particle(&self) -> Option<(u32, [f64; DIMENSIONS])> {
+        let Self { model, workspace, .. } = self;
+        let limit = |i: usize| {
+            let (mass, forces) = (model.particles.mass[i], &workspace.mean_forces[i]);
+            let acceleration = workspace.total_force[i].norm() / mass;
+            let body = model.body_of(i);
+            let stiffening =
+                body.formulation.stiffening(&workspace.stress.view(&body.range), i - body.range.start);
+            let waves = body.formulation.substep_limit() / stiffening.max(1.0).sqrt();
+            let contact = (mass / (2.0 * forces.contact_stiffness)).sqrt();
+            force_limit(model, acceleration).min(largest_count(model) * waves.min(contact))
+        };
+        let i = (0..model.len()).min_by(|i, j| limit(*i).total_cmp(&limit(*j)))?;
+        Some((model.particles.id[i], workspace.stage.position[i].into()))
     }
 
     fn extent(&self) -> &Extent {
@@ -180,10 +210,10 @@ impl Solver for SolidSolver {
     fn evaluate_own(&mut self, time: &StageTime) {
         let at = time.state_time();
         match (self.model.stepping, time.at.stage) {
-            (SolidStepping::StageRule, _) => evaluate_pairs(&self.model, &mut self.workspace, time, at),
+            (SolidStepping::StageRule, _) => evaluate_pairs(&self.model, &mut self.workspace, at),
             // Both passes of sub-steps start from the forces at the start of the step.
             (SolidStepping::Substeps(_), Stage::Predictor) => {
-                evaluate_pairs(&self.model, &mut self.workspace, time, at);
+                evaluate_pairs(&self.model, &mut self.workspace, at);
                 sum_forces(&self.model, &mut self.workspace, time, at);
                 self.workspace.start_forces.clone_from(&self.workspace.forces);
                 self.workspace.start_slips.clone_from(&self.workspace.slips);

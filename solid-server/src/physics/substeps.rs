@@ -29,10 +29,16 @@ pub(super) fn step_limit(model: &SolidModel, state: &SolidState) -> f64 {
             let waves = model.bodies.iter().map(|body| body.formulation.stage_rule_limit());
             waves.fold(1.0 / state.last.contact_frequency, f64::min)
         }
-        SolidStepping::Substeps(SubstepCount::Fixed(count)) => f64::from(count) * substep_limit(model, state),
-        SolidStepping::Substeps(SubstepCount::Automatic) => {
-            MOST_SUBSTEPS * AUTOMATIC_FRACTION * substep_limit(model, state)
-        }
+        SolidStepping::Substeps(_) => largest_count(model) * substep_limit(model, state),
+    }
+}
+
+/// The largest stable step over the largest stable sub-step.
+pub(super) fn largest_count(model: &SolidModel) -> f64 {
+    match model.stepping {
+        SolidStepping::StageRule => 1.0,
+        SolidStepping::Substeps(SubstepCount::Fixed(count)) => f64::from(count),
+        SolidStepping::Substeps(SubstepCount::Automatic) => MOST_SUBSTEPS * AUTOMATIC_FRACTION,
     }
 }
 
@@ -135,8 +141,8 @@ impl Pass<'_> {
         }
         self.model.walls.move_to(end, walls);
         update_stress(self.model, workspace);
-        refresh_lists(self.model, workspace);
-        evaluate_pairs(self.model, workspace, self.time, end);
+        refresh_lists(self.model, workspace, self.time);
+        evaluate_pairs(self.model, workspace, end);
         sum_forces(self.model, workspace, self.time, end);
         self.kick(workspace, end, weight);
     }
@@ -171,8 +177,8 @@ impl Pass<'_> {
             *x += v * (0.5 * self.duration);
         }
         self.model.walls.move_to(middle, walls);
-        refresh_lists(self.model, workspace);
-        evaluate_pairs(self.model, workspace, self.time, middle);
+        refresh_lists(self.model, workspace, self.time);
+        evaluate_pairs(self.model, workspace, middle);
     }
 
     fn drift(&self, workspace: &mut Workspace, target: f64) {

@@ -2,7 +2,9 @@
 
 use rayon::prelude::*;
 
+use sph::geometry::{Geometry, Open, Periodic};
 use sph::kernel::CubicSpline;
+use sph::lanes::Arithmetic;
 use sph::setup::{ElasticMaterial, TotalLagrangian};
 use sph::vector::{SymmetricTensor, Tensor, Vector};
 
@@ -13,12 +15,10 @@ use super::hyperelastic::Hyperelastic;
 use super::lists::{Rows, TASK};
 use super::pair_law::{PairSums, SumLaw};
 use super::particles::{ParticleView, ParticleViewMut, RigidState};
-use super::reference::{Reference, ReferencePair};
+use super::reference::{ForceUnits, Reference, ReferencePair};
+use super::stencil::{Bonds, Forces, Moments, Viscosity};
 use super::supports::Support;
 use super::updated_lagrangian::courant_limit;
-
-/// λ of Eq. (24) in the optional artificial viscosity \[-\].
-const LAMBDA: f64 = 0.01;
 
 /// Part of 2/ω to which velocity Verlet is used; the power iteration may miss some per cent of ω.
 const VERLET_FRACTION: f64 = 0.9;
@@ -35,10 +35,13 @@ pub(super) struct TotalLagrangianBody {
     material: ElasticMaterial,
     law: Hyperelastic,
     reference: Reference,
-    constants: TotalLagrangian,
     spacing: f64,
-    /// ζE over the lattice moment of the stencil \[Pa\].
-    hourglass_modulus: f64,
+    /// Those of pair forces; the hourglass modulus is ζE over the lattice moment of the stencil.
+    units: ForceUnits,
+    /// A of the artificial viscosity \[-\].
+    viscosity_a: f64,
+    viscosity: Option<Viscosity>,
+    arithmetic: Arithmetic,
     /// Largest angular frequency at rest \[rad/s\].
     largest_frequency: f64,
 }
@@ -51,6 +54,7 @@ impl TotalLagrangianBody {
         body: &BodyConstants<'_>,
         position: &[Vector],
         spacing: f64,
+        arithmetic: Arithmetic,
     ) -> Self {
         let kernel = CubicSpline::new(constants.smoothing_length);
         let volume = body.mass.iter().map(|mass| mass / material.density).collect();
@@ -61,53 +65,117 @@ impl TotalLagrangianBody {
         }
         let reference = Reference::new(body.domain, position, volume, anchored, &kernel);
         let law = Hyperelastic::new(constants.law, material);
-        let hourglass_modulus =
-            constants.hourglass * material.young_modulus() / kernel.lattice_moment(spacing);
+        let units = ForceUnits::new(
+            constants.hourglass * material.young_modulus() / kernel.lattice_moment(spacing),
+            material.young_modulus(),
+        );
         let largest_frequency =
-            reference.largest_frequency(body.mass, hourglass_modulus, |gradient| law.linear(gradient));
+            reference.largest_frequency(body.mass, &units, |gradient| law.linear(gradient));
+        let viscous = constants.viscosity_a > 0.0 || constants.viscosity_b > 0.0;
+        let viscosity = viscous.then(|| Viscosity {
+            smoothing_length: constants.smoothing_length,
+            speed: constants.viscosity_a * material.longitudinal_speed(),
+            quadratic: constants.viscosity_b,
+            density: material.density,
+        });
+        let viscosity_a = constants.viscosity_a;
         Self {
             material: *material,
             law,
             reference,
-            constants: *constants,
             spacing,
-            hourglass_modulus,
+            units,
+            viscosity_a,
+            viscosity,
+            arithmetic,
             largest_frequency,
         }
     }
 
-    /// Deformation gradient of particle `i` \[-\].
-    #[inline]
-    fn deformation_gradient(&self, body: &BodyConstants<'_>, position: &[Vector], i: usize) -> Tensor {
-        self.reference
-            .deformation_gradient(i, |pair| self.reference.separation(body.domain, position, i, pair))
+    /// Deformation gradients of the particles from `first` on \[-\], for the body at `position` \[m\].
+    fn deform<G: Geometry>(
+        &self,
+        geometry: G,
+        body: &BodyConstants<'_>,
+        position: &[Vector],
+        first: usize,
+        deformation: &mut [Tensor],
+    ) {
+        let stencils = &self.reference.stencils;
+        self.arithmetic.run(Moments { geometry, stencils, position, first, sums: deformation });
+        for (k, deformation) in deformation.iter_mut().enumerate() {
+            *deformation = self.reference.completed(body.domain, position, first + k, deformation);
+        }
     }
 
-    /// Artificial viscosity on particle `i` \[N/m\], Eq. (23)-(24) with the reference stencil.
-    ///
-    /// ```text
-    /// f_i = Σ_j a_ij ρ₀ (−A c_L θ + B θ²) x_ij,  θ = h v_ij·x_ij/(x_ij² + λh²) < 0
-    /// ```
-    fn viscous_force(&self, body: &BodyConstants<'_>, state: &ParticleView<'_>, i: usize) -> Vector {
-        let h = self.constants.smoothing_length;
-        let sound_speed = self.material.longitudinal_speed();
-        let mut force = Vector::zeros();
-        for pair in self.reference.of(i) {
+    /// The same in the box of the body.
+    fn deform_in_box(
+        &self,
+        body: &BodyConstants<'_>,
+        position: &[Vector],
+        first: usize,
+        deformation: &mut [Tensor],
+    ) {
+        if body.domain.is_periodic() {
+            self.deform(Periodic::new(body.domain), body, position, first, deformation);
+        } else {
+            self.deform(Open, body, position, first, deformation);
+        }
+    }
+
+    /// Forces of all pairs of the body \[N/m\].
+    fn pair_forces<G: Geometry>(
+        &self,
+        geometry: G,
+        body: &BodyConstants<'_>,
+        state: &ParticleView<'_>,
+        shown: &[Tensor],
+        sums: &mut [PairSums],
+    ) {
+        let bonds = Bonds {
+            geometry,
+            stencils: &self.reference.stencils,
+            position: state.position,
+            velocity: state.velocity,
+            shown,
+            units: self.units,
+            viscosity: self.viscosity,
+        };
+        sums.par_chunks_mut(TASK).enumerate().for_each(|(task, sums)| {
+            let first = task * TASK;
+            let mut forces = [Vector::zeros(); TASK];
+            let forces = &mut forces[..sums.len()];
+            self.arithmetic.run(Forces { bonds: &bonds, first, forces });
+            for (k, (sums, force)) in sums.iter_mut().zip(forces).enumerate() {
+                let i = first + k;
+                // Anchored material is rigid within.
+                let inner = if self.reference.is_anchored(i) { Vector::zeros() } else { *force };
+                *sums = PairSums {
+                    force: inner + self.border_force(body, state, shown, i),
+                    ..PairSums::default()
+                };
+            }
+        });
+    }
+
+    /// Force on particle `i` of its pairs across the border of what is anchored \[N/m\].
+    fn border_force(
+        &self,
+        body: &BodyConstants<'_>,
+        state: &ParticleView<'_>,
+        shown: &[Tensor],
+        i: usize,
+    ) -> Vector {
+        let x_ij = |pair: &ReferencePair| self.reference.separation(body.domain, state.position, i, pair);
+        let mut force = self.reference.force(i, self.reference.across_border(i), shown, &self.units, x_ij);
+        let Some(viscosity) = &self.viscosity else { return force };
+        for pair in self.reference.across_border(i) {
             let j = pair.neighbour as usize;
             let x_ij = body.domain.separation(&state.position[i], &state.position[j]);
             let approach = (state.velocity[i] - state.velocity[j]).dot(&x_ij);
-            if approach < 0.0 {
-                let theta = h * approach / (x_ij.norm_squared() + LAMBDA * h * h);
-                let damping =
-                    (self.constants.viscosity_b * theta - self.constants.viscosity_a * sound_speed) * theta;
-                force += x_ij * (pair.weight * self.material.density * damping);
-            }
+            force += x_ij * (pair.weight * viscosity.of_pair(x_ij.norm_squared(), approach));
         }
         force
-    }
-
-    fn is_viscous(&self) -> bool {
-        self.constants.viscosity_a > 0.0 || self.constants.viscosity_b > 0.0
     }
 }
 
@@ -115,18 +183,20 @@ impl BodyFormulation for TotalLagrangianBody {
     fn update_stress(&self, body: &BodyConstants<'_>, state: &ParticleView<'_>, stress: StressViewMut<'_>) {
         stress
             .pressure
-            .par_iter_mut()
-            .zip(stress.cauchy)
-            .zip(stress.deformation)
-            .zip(stress.nominal)
-            .with_min_len(TASK)
+            .par_chunks_mut(TASK)
+            .zip(stress.cauchy.par_chunks_mut(TASK))
+            .zip(stress.deformation.par_chunks_mut(TASK))
+            .zip(stress.shown.par_chunks_mut(TASK))
             .enumerate()
-            .for_each(|(i, (((p, cauchy), deformation), nominal))| {
-                *deformation = self.deformation_gradient(body, state.position, i);
-                let found = self.law.stress(deformation);
-                *nominal = self.reference.pair_stress(i, &found.nominal);
-                *cauchy = found.cauchy;
-                *p = found.pressure();
+            .for_each(|(task, (((pressure, cauchy), deformation), shown))| {
+                let first = task * TASK;
+                self.deform_in_box(body, state.position, first, deformation);
+                for (k, f) in deformation.iter().enumerate() {
+                    let found = self.law.stress(f);
+                    shown[k] = self.reference.shown(first + k, f, &found.nominal, &self.units);
+                    cauchy[k] = found.cauchy;
+                    pressure[k] = found.pressure();
+                }
             });
         stress.artificial.fill(SymmetricTensor::default());
     }
@@ -140,8 +210,8 @@ impl BodyFormulation for TotalLagrangianBody {
     }
 
     /// The virtual work of a force at x_i + F_i X is that of the force on i and of its moment on F_i.
-    fn load_stress(&self, i: usize, moment: &Tensor) -> Tensor {
-        self.reference.moment_stress(i, moment) * -1.0
+    fn load_shown(&self, i: usize, moment: &Tensor) -> Tensor {
+        -self.reference.moment_shown(i, moment, &self.units)
     }
 
     fn list_radius(&self) -> Option<f64> {
@@ -156,15 +226,11 @@ impl BodyFormulation for TotalLagrangianBody {
         _neighbours: &Rows,
         sums: &mut [PairSums],
     ) {
-        sums.par_iter_mut().with_min_len(TASK).enumerate().for_each(|(i, sums)| {
-            let x_ij = |pair: &ReferencePair| self.reference.separation(body.domain, stage.position, i, pair);
-            *sums = PairSums::default();
-            sums.force =
-                self.reference.force(i, stress.nominal, stress.deformation, self.hourglass_modulus, x_ij);
-            if self.is_viscous() {
-                sums.force += self.viscous_force(body, stage, i);
-            }
-        });
+        if body.domain.is_periodic() {
+            self.pair_forces(Periodic::new(body.domain), body, stage, stress.shown, sums);
+        } else {
+            self.pair_forces(Open, body, stage, stress.shown, sums);
+        }
     }
 
     fn complete(&self, _stage: &ParticleView<'_>, _sums: &[PairSums], rates: RateViewMut<'_>) {
@@ -179,11 +245,16 @@ impl BodyFormulation for TotalLagrangianBody {
             next.velocity[i] = step.base.velocity[i] + step.force[i] * (duration / step.constants.mass[i]);
         }
         let position: &[Vector] = next.position;
-        for i in 0..position.len() {
-            let deformation = self.deformation_gradient(&step.constants, position, i);
-            let stress = self.law.stress(&deformation);
-            next.density[i] = self.material.density / deformation.determinant();
-            next.deviatoric_stress[i] = stress.cauchy.plus(&SymmetricTensor::isotropic(stress.pressure()));
+        let derived = next.density.chunks_mut(TASK).zip(next.deviatoric_stress.chunks_mut(TASK));
+        for (task, (density, deviatoric_stress)) in derived.enumerate() {
+            let mut deformation = [Tensor::zeros(); TASK];
+            let deformation = &mut deformation[..density.len()];
+            self.deform_in_box(&step.constants, position, task * TASK, deformation);
+            for (k, f) in deformation.iter().enumerate() {
+                let stress = self.law.stress(f);
+                density[k] = self.material.density / f.determinant();
+                deviatoric_stress[k] = stress.cauchy.plus(&SymmetricTensor::isotropic(stress.pressure()));
+            }
         }
     }
 
@@ -196,13 +267,13 @@ impl BodyFormulation for TotalLagrangianBody {
     }
 
     fn stage_rule_limit(&self) -> f64 {
-        let courant = STAGE_RULE_COURANT * courant_limit(self.constants.viscosity_a);
+        let courant = STAGE_RULE_COURANT * courant_limit(self.viscosity_a);
         courant * 1.3 * self.spacing / self.material.longitudinal_speed()
     }
 
     /// 2/ω of velocity Verlet; viscosity, explicit, narrows it.
     fn substep_limit(&self) -> f64 {
-        let viscous = 1.0 + self.constants.viscosity_a;
+        let viscous = 1.0 + self.viscosity_a;
         if self.largest_frequency > 0.0 {
             VERLET_FRACTION * 2.0 / (self.largest_frequency * viscous)
         } else {
@@ -225,6 +296,6 @@ impl BodyFormulation for TotalLagrangianBody {
         let x_ij = |pair: &ReferencePair| self.reference.separation(body.domain, state.position, i, pair);
         let deformation = self.reference.deformation_gradient(i, x_ij);
         self.reference.volume[i] * self.law.energy_density(&deformation)
-            + self.reference.hourglass_energy(i, &deformation, self.hourglass_modulus, x_ij)
+            + self.reference.hourglass_energy(i, &deformation, self.units.hourglass_modulus(), x_ij)
     }
 }

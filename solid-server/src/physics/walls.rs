@@ -70,6 +70,11 @@ impl Walls {
         acts(self.walls[self.wall_of[w] as usize].release_time, time)
     }
 
+    /// How many walls no longer act in the step of `time`.
+    pub fn released(&self, time: &StageTime) -> usize {
+        self.walls.iter().filter(|wall| !acts(wall.release_time, time)).count()
+    }
+
     /// Wall particles at the start.
     pub fn at_start(&self) -> WallState {
         let at_rest = vec![Vector::zeros(); self.len()];

@@ -98,8 +98,8 @@ pub(super) struct StressFields {
     pub artificial: Vec<SymmetricTensor>,
     /// Deformation gradient \[-\]; of total-Lagrangian bodies.
     pub deformation: Vec<Tensor>,
-    /// Nominal stress as pair forces use it \[Pa\]; likewise.
-    pub nominal: Vec<Tensor>,
+    /// What pair forces read of each particle \[-\]; likewise.
+    pub shown: Vec<Tensor>,
 }
 
 /// Rates of all particles' own variables.
@@ -207,7 +207,7 @@ impl StressFields {
             cauchy: vec![SymmetricTensor::default(); count],
             artificial: vec![SymmetricTensor::default(); count],
             deformation: vec![Tensor::identity(); count],
-            nominal: vec![Tensor::zeros(); count],
+            shown: vec![Tensor::zeros(); count],
         }
     }
 
@@ -218,7 +218,7 @@ impl StressFields {
             cauchy: &self.cauchy[range.clone()],
             artificial: &self.artificial[range.clone()],
             deformation: &self.deformation[range.clone()],
-            nominal: &self.nominal[range.clone()],
+            shown: &self.shown[range.clone()],
         }
     }
 
@@ -229,7 +229,7 @@ impl StressFields {
             cauchy: &mut self.cauchy[range.clone()],
             artificial: &mut self.artificial[range.clone()],
             deformation: &mut self.deformation[range.clone()],
-            nominal: &mut self.nominal[range.clone()],
+            shown: &mut self.shown[range.clone()],
         }
     }
 

@@ -17,10 +17,11 @@ impl<S: Solver + ?Sized> Runner<'_, S> {
         if time.time_step <= LARGEST_STEP_OVER_LIMIT * limit {
             return Ok(());
         }
+        let guilty = self.solver.limiting_particle();
         Err(Fault::Diverged(Divergence {
             at: time.at,
-            particle: None,
-            position: None,
+            particle: guilty.map(|(id, _)| id),
+            position: guilty.map(|(_, position)| position),
             quantity: "time step over its stability limit [-]".into(),
             value: time.time_step / limit,
             allowed: format!("at most {LARGEST_STEP_OVER_LIMIT}; the limit has become {limit:.3e} s"),

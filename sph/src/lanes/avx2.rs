@@ -73,15 +73,20 @@ impl Div for Avx2 {
     }
 }
 
-/// Numbers `at` and `at + 1` of both rows in one register.
+/// Both rows in one register.
 #[inline(always)]
-fn halves(low: &[f64; 4], high: &[f64; 4], at: usize) -> __m256d {
-    assert!(at <= 2);
+fn two_pairs(low: &[f64; 2], high: &[f64; 2]) -> __m256d {
     unsafe {
-        let low = _mm_loadu_pd(low.as_ptr().add(at));
-        let high = _mm_loadu_pd(high.as_ptr().add(at));
+        let (low, high) = (_mm_loadu_pd(low.as_ptr()), _mm_loadu_pd(high.as_ptr()));
         _mm256_insertf128_pd::<1>(_mm256_castpd128_pd256(low), high)
     }
+}
+
+/// The first and the last two numbers of a row.
+#[inline(always)]
+fn split(row: &[f64; 4]) -> [&[f64; 2]; 2] {
+    let [low, high] = row.as_chunks::<2>().0 else { unreachable!("four numbers are two pairs") };
+    [low, high]
 }
 
 impl Lanes for Avx2 {
@@ -145,9 +150,9 @@ impl Lanes for Avx2 {
 
     #[inline(always)]
     fn columns(rows: [&[f64; 4]; WIDTH]) -> [Self; 4] {
-        let [a, b, c, d] = rows;
-        let (even, odd) = (halves(a, c, 0), halves(b, d, 0));
-        let (even_high, odd_high) = (halves(a, c, 2), halves(b, d, 2));
+        let [[a, a_high], [b, b_high], [c, c_high], [d, d_high]] = rows.map(split);
+        let (even, odd) = (two_pairs(a, c), two_pairs(b, d));
+        let (even_high, odd_high) = (two_pairs(a_high, c_high), two_pairs(b_high, d_high));
         unsafe {
             [
                 Self(_mm256_unpacklo_pd(even, odd)),
@@ -156,6 +161,13 @@ impl Lanes for Avx2 {
                 Self(_mm256_unpackhi_pd(even_high, odd_high)),
             ]
         }
+    }
+
+    #[inline(always)]
+    fn halves(rows: [&[f64; 2]; WIDTH]) -> [Self; 2] {
+        let [a, b, c, d] = rows;
+        let (even, odd) = (two_pairs(a, c), two_pairs(b, d));
+        unsafe { [Self(_mm256_unpacklo_pd(even, odd)), Self(_mm256_unpackhi_pd(even, odd))] }
     }
 
     #[inline(always)]

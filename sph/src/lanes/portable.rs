@@ -116,6 +116,12 @@ impl Lanes for Portable {
     }
 
     #[inline(always)]
+    fn halves(rows: [&[f64; 2]; WIDTH]) -> [Self; 2] {
+        let [a, b, c, d] = rows;
+        [0, 1].map(|k| Self([a[k], b[k], c[k], d[k]]))
+    }
+
+    #[inline(always)]
     fn sums(values: [Self; 4]) -> [f64; 4] {
         values.map(|Self([a, b, c, d])| (a + b) + (c + d))
     }

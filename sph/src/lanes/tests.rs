@@ -16,6 +16,7 @@ impl Kernel for Operations {
             vec![a + b, a - b, a * b, a / b, b.sqrt(), a.max(b), a.min(b), L::splat(7.0)];
         results.extend([a.plus_product(a, b), a.minus_product(a, b), a.choose_below(b, a, b), L::zero()]);
         results.extend(columns);
+        results.extend(L::halves([&[0.0, 1.0], &[2.0, 3.0], &[4.0, 5.0], &[6.0, 7.0]]));
         let mut numbers: Vec<f64> = results.into_iter().flat_map(L::to_array).collect();
         numbers.push(f64::from(a.below(b)));
         numbers.extend(L::sums(columns));
@@ -42,6 +43,8 @@ fn every_path_does_what_its_operations_say() {
         [1.0, 5.0, 9.0, 13.0],
         [2.0, 6.0, 10.0, 14.0],
         [3.0, 7.0, 11.0, 15.0],
+        [0.0, 2.0, 4.0, 6.0],
+        [1.0, 3.0, 5.0, 7.0],
     ]
     .into_iter()
     .flatten()

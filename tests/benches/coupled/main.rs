@@ -4,6 +4,8 @@
 //! cases are run as a user would, each side a process. Seconds of other work on the machine show in the wall times;
 //! user seconds, and the ratio to a fixed kernel loop timed before each row, move less.
 
+mod solids;
+
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -30,10 +32,12 @@ const REPEATS: usize = 5;
 /// A part: its title and what prints it.
 type Part = (&'static str, fn());
 
-const PARTS: [Part; 3] = [
+const PARTS: [Part; 5] = [
+    ("stages of the solids on one thread", solids::print),
     ("exchange of frames between solvers that compute nothing", exchange),
     ("delayed frames in the drifting-body case", delayed),
     ("whole cases", cases),
+    ("lock-step at 1e-5 s, whole", lock_step),
 ];
 
 fn main() {
@@ -147,6 +151,33 @@ fn cases() {
         ("fluid.sound_speed_m_s", 23.94.into()),
         ("solid.body.0.material.young_modulus_pa", 1e6.into()),
     ];
+    heading();
+    for (name, file, changes, further) in [
+        ("dam break, 2 mm, to 0.1 s", "validation/dam_break.toml", column, [].as_slice()),
+        ("elastic obstacle, 2 mm, to 0.1 s", "obstacle.toml", obstacle, &[]),
+        ("drifting body, 2 mm, to 0.5 s", "drifting_body.toml", &[], &[]),
+        ("the same in one process", "drifting_body.toml", &[], &["--in-process"]),
+    ] {
+        let case = instance(&bench, file, changes);
+        for threads in [Some("1"), Some("2"), None] {
+            row(&bench, name, &case, threads, further);
+        }
+    }
+}
+
+/// The drifting body with the document's step, in lock-step.
+fn lock_step() {
+    let bench = Bench::new(PROGRAM);
+    heading();
+    let step: &[(&str, toml::Value)] = &[("time.step.time_step_s", 1e-5.into())];
+    for (name, file) in
+        [("all as the document", "drifting_body_document.toml"), ("recommended", "drifting_body.toml")]
+    {
+        row(&bench, name, &instance(&bench, file, step), None, &[]);
+    }
+}
+
+fn heading() {
     println!(
         "{:34}{:>8}{:>9}{:>9}{:>8}{:>10}{:>14}{:>12}{:>12}{:>11}",
         "case",
@@ -160,25 +191,16 @@ fn cases() {
         "solid waits",
         "front, m"
     );
-    for (name, file, changes, further) in [
-        ("dam break, 2 mm, to 0.1 s", "validation/dam_break.toml", column, [].as_slice()),
-        ("elastic obstacle, 2 mm, to 0.1 s", "obstacle.toml", obstacle, &[]),
-        ("drifting body, 2 mm, to 0.5 s", "drifting_body.toml", &[], &[]),
-        ("the same in one process", "drifting_body.toml", &[], &["--in-process"]),
-    ] {
-        let case = instance(&bench, file, changes);
-        for threads in ["1", "2"] {
-            row(&bench, name, &case, threads, further);
-        }
-    }
 }
 
-fn row(bench: &Bench, name: &str, case: &Path, threads: &str, further: &[&str]) {
+/// Runs `case` with `threads` on each side, or with what the coordinator gives them by itself.
+fn row(bench: &Bench, name: &str, case: &Path, threads: Option<&str>, further: &[&str]) {
     let fixed = cost::fixed_kernel();
     let out = bench.path("whole");
     drop(std::fs::remove_dir_all(&out));
     let started = Instant::now();
-    let arguments = [&["--threads", threads], further].concat();
+    let arguments = threads.map_or(further.to_vec(), |threads| [&["--threads", threads], further].concat());
+    let threads = threads.unwrap_or("shared");
     let summary = bench.run(case, text(Path::new("whole")), &arguments);
     let wall = started.elapsed().as_secs_f64();
     let cpu: f64 = ["/coordinator/cpu_seconds", "/fluid/process/cpu_seconds", "/solid/process/cpu_seconds"]

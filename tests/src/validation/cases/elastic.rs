@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use coordinator::output::table::Table;
+use sph::vector::Vector;
 
 use super::floating::coupling;
 use crate::validation::snapshot::{self, Snapshot};
@@ -69,25 +70,34 @@ fn chord(run: &Run, tip: &str) -> Result<Vec<(f64, f64)>, String> {
     Ok(x.into_iter().zip(y).map(|((t, x), y)| (t, x.hypot(GATE - y))).collect())
 }
 
-/// Largest number of water particles in a snapshot that are within [`BEYOND`] of the gate's dry face, over its lower edge.
+/// Largest number of water particles in a snapshot that are within [`BEYOND`] of the gate's dry face and more than a
+/// spacing above its dry lower corner: the slanting edge below that corner is wet.
 ///
 /// Further away water stands higher than that edge without having passed the gate: the jet has a bore of its own.
 fn leaked(run: &Run) -> Result<f64, String> {
     let spacing = run.member.spacing;
     let solids = snapshot::series(&run.folder.join("results/snapshots/solid.pvd"))?;
+    let mut corner = None;
     let mut most: usize = 0;
     for ((_, water), (_, gate)) in run.fluid_snapshots()?.iter().zip(&solids) {
         let (water, gate) = (Snapshot::read(water, 1)?, Snapshot::read(gate, 1)?);
-        let lowest = gate.position.iter().map(|x| x.y).fold(f64::INFINITY, f64::min);
-        let beyond = |x: &&sph::vector::Vector| {
+        // Particles of solids keep their places in the file; at the start the gate hangs straight.
+        let corner = *corner.get_or_insert_with(|| dry_corner(&gate.position));
+        let edge = gate.position[corner].y + spacing;
+        let beyond = |x: &&Vector| {
             let level = gate.position.iter().filter(|g| (g.y - x.y).abs() < spacing);
             let face = level.map(|g| g.x).fold(f64::NAN, f64::max);
-            // The lower edge slants: a jet may stand as high as two rows of it.
-            x.y > lowest + 2.0 * spacing && x.y < GATE && x.x > face && x.x < face + BEYOND
+            x.y > edge && x.y < GATE && x.x > face && x.x < face + BEYOND
         };
         most = most.max(water.position.iter().filter(beyond).count());
     }
     Ok(most as f64)
+}
+
+/// Index of the lowest particle of those farthest to the right, which is the dry side.
+fn dry_corner(gate: &[Vector]) -> usize {
+    let score = |k: &usize| gate[*k].x - 1e-3 * gate[*k].y;
+    (0..gate.len()).max_by(|a, b| score(a).total_cmp(&score(b))).unwrap_or(0)
 }
 
 impl Case for Gate {

@@ -19,6 +19,7 @@ mod solid_hard;
 mod square_patch;
 mod standing_wave;
 mod still_water;
+mod substeps;
 mod taylor_green;
 
 /// All cases, in the order in which they are run.
@@ -47,6 +48,7 @@ pub fn all() -> Vec<&'static dyn Case> {
         &contact::Fold,
         &solid_hard::SolidHard,
         &drifting_body::DriftingBody,
+        &substeps::Substeps,
         &floating::DensityRatio,
         &floating::Draught,
         &floating::LightFloat,

@@ -1,0 +1,144 @@
+//! Cost of the solids' stages on one thread.
+
+use std::time::Instant;
+
+use coordinator::study::cost;
+use sph::domain::Domain;
+use sph::exchange::InterfaceStates;
+use sph::setup::{
+    BodyForce, BodySetup, ContactLaw, ElasticMaterial, Formulation, HyperelasticLaw, LedgerPolicy,
+    OutputPlan, RunSetup, SolidParticles, SolidSetup, SolidStepping, StepPolicy, SubstepCount, Support,
+    TimePlan, TotalLagrangian, UpdatedLagrangian, WallParticles,
+};
+use sph::solver::Solver;
+use sph::stage::{Stage, StageTime, StepStage};
+use sph::vector::{SymmetricTensor, Vector};
+
+/// Particles of the plates; the first is about that of the drifting-body case.
+const SIZES: [u32; 3] = [600, 10_000, 100_000];
+const SPACING: f64 = 0.002;
+const RUBBER: ElasticMaterial =
+    ElasticMaterial { density: 1100.0, bulk_modulus: 20e6, shear_modulus: 4.27e6 };
+/// Sub-steps of a step.
+const SUBSTEPS: u32 = 8;
+/// Particles evaluated for a figure, at least.
+const WORK: u32 = 4_000_000;
+
+/// A square plate, held at its left side, moving.
+fn plate(particles: u32, formulation: Formulation, stepping: SolidStepping) -> SolidSetup {
+    let side = f64::from(particles).sqrt().ceil() as u32;
+    let count = (side * side) as usize;
+    let position: Vec<Vector> = (0..side * side)
+        .map(|k| Vector::new(f64::from(k % side) + 0.5, f64::from(k / side) + 0.5) * SPACING)
+        .collect();
+    let particles = SolidParticles {
+        id: (0..side * side).collect(),
+        body: vec![0; count],
+        support: (0..side * side).map(|k| u32::from(k % side < 2)).collect(),
+        mass: vec![RUBBER.density * SPACING * SPACING; count],
+        velocity: position.iter().map(|x| Vector::new(0.1 * x.x, -0.2 * x.x)).collect(),
+        reference_position: position.clone(),
+        position,
+        density: vec![RUBBER.density; count],
+        deviatoric_stress: vec![SymmetricTensor::default(); count],
+    };
+    let clamp = Support { name: "clamp".into(), held: [true, true], motion: None, release_time: None };
+    SolidSetup {
+        run: RunSetup {
+            run_id: "benchmark".into(),
+            domain: Domain { lower: Vector::repeat(-1.0), upper: Vector::repeat(2.0), periodic: [false; 2] },
+            time: TimePlan { start_time: 0.0, end_time: 1.0, step: StepPolicy::Fixed { time_step: 1e-6 } },
+            body_force: BodyForce { gravity: Vector::new(0.0, -9.81), expressions: None },
+            outputs: OutputPlan { snapshot_interval: None, probe_interval: None },
+            ledger: LedgerPolicy::default(),
+            coupling: None,
+        },
+        particle_spacing: SPACING,
+        bodies: vec![BodySetup {
+            name: "plate".into(),
+            material: RUBBER,
+            formulation,
+            supports: vec![clamp],
+            acceleration: None,
+            loads: Vec::new(),
+        }],
+        particles,
+        contact: ContactLaw::Repulsion {
+            stiffness: 0.5,
+            distance: 1.0,
+            damping: 0.2,
+            friction: 0.0,
+            self_contact: false,
+        },
+        walls: Vec::new(),
+        wall_particles: WallParticles::default(),
+        damping: None,
+        stepping,
+        probes: Vec::new(),
+        lost_particle_limit: 0,
+    }
+}
+
+/// Seconds per step: the least of some, of no more than a microsecond each.
+fn seconds_per_step(setup: SolidSetup, steps: u32) -> f64 {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build();
+    let pool = pool.unwrap_or_else(|error| panic!("{error}"));
+    let none = InterfaceStates::default();
+    let time_step = 1e-6;
+    pool.install(|| {
+        let mut solver =
+            solid_server::physics::SolidSolver::new(setup).unwrap_or_else(|errors| panic!("{errors:?}"));
+        let mut step = |step: u32| {
+            let started = Instant::now();
+            for stage in Stage::BOTH {
+                let at = StepStage { step: u64::from(step), stage };
+                let time = StageTime { at, step_start: f64::from(step) * time_step, time_step };
+                let fault = |divergence| panic!("{divergence}");
+                solver.begin_stage(&time).unwrap_or_else(fault);
+                solver.evaluate_own(&time);
+                solver.evaluate_cross(&time, &none, &none);
+                let _books = solver.advance(&time).unwrap_or_else(|divergence| panic!("{divergence}"));
+            }
+            started.elapsed().as_secs_f64()
+        };
+        (0..steps.max(5)).map(&mut step).fold(f64::INFINITY, f64::min)
+    })
+}
+
+/// Nanoseconds per particle and sub-step, or stage.
+pub fn print() {
+    let total = Formulation::TotalLagrangian(TotalLagrangian {
+        smoothing_length: 0.75 * SPACING,
+        law: HyperelasticLaw::NeoHookean,
+        hourglass: 0.3,
+        viscosity_a: 0.2,
+        viscosity_b: 0.0,
+    });
+    let updated = Formulation::UpdatedLagrangian(UpdatedLagrangian {
+        smoothing_length: 1.3 * SPACING,
+        gradient_correction: true,
+        viscosity_a: 1.0,
+        viscosity_b: 1.0,
+        lambda: 0.01,
+        artificial_stress: 0.3,
+        artificial_stress_exponent: 4.0,
+    });
+    let substeps = SolidStepping::Substeps(SubstepCount::Fixed(SUBSTEPS));
+    let fixed = cost::fixed_kernel();
+    println!("{:44}{:>16}{:>16}{:>16}", "ns per particle (times the fixed kernel)", "600", "10k", "100k");
+    for (name, formulation, stepping, evaluations) in [
+        // The predictor takes half as many sub-steps, besides the forces at the start.
+        ("total-Lagrangian, a sub-step", total, substeps, SUBSTEPS + SUBSTEPS / 2),
+        ("the document's, a stage", updated, SolidStepping::StageRule, 2),
+    ] {
+        print!("{name:44}");
+        for particles in SIZES {
+            let steps = WORK / (particles * evaluations);
+            let time = seconds_per_step(plate(particles, formulation, stepping), steps);
+            let side = f64::from(particles).sqrt().ceil();
+            let each = time / (side * side * f64::from(evaluations));
+            print!("{:>16}", format!("{:.0} ({:.0})", 1e9 * each, each / fixed));
+        }
+        println!();
+    }
+}

@@ -139,13 +139,16 @@ impl Watch<'_> {
         let Self { model, state, workspace, .. } = self;
         let walls = &model.walls;
         let (x_w, normal) = walls.placed(w, &self.after);
-        if normal.norm_squared() == 0.0 || !walls.acts(walls.wall[w], self.release_time) {
-            return false;
-        }
         let d = model.domain.separation(&state.position[i], &x_w);
         let height = d.dot(&normal);
+        // Most are in front; without a normal there is no height.
+        if height >= 0.0 {
+            return false;
+        }
         let beside = (d - normal * height).norm();
-        if height >= 0.0 || beside > PLANE_HALF_WIDTH * model.constants.particle_spacing {
+        if beside > PLANE_HALF_WIDTH * model.constants.particle_spacing
+            || !walls.acts(walls.wall[w], self.release_time)
+        {
             return false;
         }
         let (x_w, normal) = walls.placed(w, &self.before);

@@ -103,10 +103,12 @@ fn heights(runs: &[Run]) -> Result<Vec<Plot>, String> {
     Ok(vec![plot])
 }
 
-/// Width of the tank, width of the block and draught \[m\].
-const TANK: f64 = 0.2;
-const BLOCK: f64 = 0.04;
+/// Draught \[m\].
 const DRAUGHT: f64 = 0.05;
+/// Water on either side of the block \[m\].
+const BESIDE: f64 = 0.08;
+/// Width of a block on rails \[m\].
+const NARROW: f64 = 0.04;
 /// Lower side of the block at the start, and depth of the water before the block cuts it \[m\].
 const START: f64 = 0.06;
 const DEPTH: f64 = 0.1;
@@ -121,35 +123,56 @@ impl Case for Draught {
     }
 
     fn members(&self) -> Vec<Member> {
-        let of = |scheme, ratio: f64| {
-            let height = DRAUGHT / ratio;
+        let rectangle = |lower: [f64; 2], upper: [f64; 2]| {
             let mut shape = toml::Table::new();
             shape.insert("type".into(), "rectangle".into());
-            shape.insert("lower_m".into(), vec![0.08, START].into());
-            shape.insert("upper_m".into(), vec![0.12, START + height].into());
+            shape.insert("lower_m".into(), lower.to_vec().into());
+            shape.insert("upper_m".into(), upper.to_vec().into());
+            shape
+        };
+        let of = |scheme, ratio: f64, width: f64| {
+            let tank = width + 2.0 * BESIDE;
+            let block = rectangle([BESIDE, START], [BESIDE + width, START + DRAUGHT / ratio]);
             Member::new("draught", 0.002)
                 .scheme(scheme)
                 .with("solid.body.0.material.density_kg_m3", ratio * DENSITY)
-                .with("solid.body.0.shape", shape)
+                .with("solid.body.0.shape", block)
+                .with("domain.upper_m", vec![tank, 0.7])
+                .with("fluid.region.0.shape", rectangle([0.0, 0.0], [tank, DEPTH]))
         };
-        vec![of("0.5", 0.5), of("0.25", 0.25), of("0.1", 0.1)]
+        let free = |scheme, ratio, width| {
+            of(scheme, ratio, width).with("solid.body.0.support", toml::Value::Array(Vec::new()))
+        };
+        // Wide enough to float upright: width²/(12 draught) is above the height of the weight over the displaced water's.
+        vec![
+            of("0.5", 0.5, NARROW),
+            of("0.25", 0.25, NARROW),
+            of("0.1", 0.1, NARROW),
+            free("0.5, free", 0.5, 0.2),
+            free("0.25, free", 0.25, 0.3),
+        ]
     }
 
     fn figures(&self, run: &Run) -> Result<Vec<Figure>, String> {
         let ratio = ratio(run)?;
+        let tank = run.number("domain.upper_m.0")?;
+        let block = tank - 2.0 * BESIDE;
         let centre = run.history("block_centre_y_m")?;
         let lower = |height: f64| height - 0.5 * DRAUGHT / ratio;
         // Damping ends at 0.5 s.
         let mean = lower(series::mean(&centre, 0.5, 0.8));
         // Water keeps its area A: it stands at L with (L − b) the draught, L W − (L − b) w = A.
-        let area = TANK * DEPTH - BLOCK * (DEPTH - START);
-        let draught = (area - mean * TANK) / (TANK - BLOCK);
+        let area = tank * DEPTH - block * (DEPTH - START);
+        let draught = (area - mean * tank) / (tank - block);
         let late = series::window(&centre, 0.5, 0.8);
         let span =
             series::largest(late.iter().map(|row| row.1)) + series::largest(late.iter().map(|row| -row.1));
+        let angle = series::largest(run.column("block_angle_rad")?.into_iter().map(f64::abs));
         let mut figures = vec![
             Figure::compared("draught, mean over 0.5 to 0.8 s [m]", draught, DRAUGHT, 0.02),
             Figure::told("span of the heave then, over the draught", span / DRAUGHT),
+            // A degree; a block on rails cannot, one too narrow falls over.
+            Figure::judged("largest angle [rad]", angle, Goal::AtMost(0.0175)),
             Figure::judged("particles lost", run.lost(), Goal::AtMost(0.0)),
         ];
         figures.extend(coupling(run));

@@ -64,9 +64,22 @@ fn spare_interface_particles_change_nothing() {
 
 #[test]
 fn a_run_goes_on_from_the_final_state_of_another() {
+    // The same particles in another order: round-off of sums over 300 numbers, carried through 25 steps.
+    goes_on("predictor-corrector", 1e-9);
+}
+
+#[test]
+fn leapfrog_starts_anew_from_a_final_state_close_to_where_it_would_have_gone() {
+    // A final state has the density of the boundary, and no acceleration of the step before; only a checkpoint holds both.
+    // Measured: 4e-5 of the pressure.
+    goes_on("leapfrog", 2e-4);
+}
+
+/// Whether a run of two parts ends where the whole one does, up to `tolerance`.
+fn goes_on(scheme: &str, tolerance: f64) {
     let bench = bench();
-    // Leapfrog starts anew from a final state, with its density at the boundary; only a checkpoint holds the rest.
-    let scheme = ("[fluid]", "[fluid]\nscheme = \"predictor-corrector\"");
+    let named = format!("[fluid]\nscheme = \"{scheme}\"");
+    let scheme = ("[fluid]", named.as_str());
     let whole = bench.tank("whole.toml", &[scheme]);
     bench.run(&whole, "whole", &[]);
     let half = [scheme, ("end_time_s = 0.002", "end_time_s = 0.001")];
@@ -84,9 +97,8 @@ fn a_run_goes_on_from_the_final_state_of_another() {
     let [first, last] = probe_rows(&bench.path("rest"));
     let [_, end_of_half] = probe_rows(&bench.path("half"));
     let [_, end_of_whole] = probe_rows(&bench.path("whole"));
-    // The same particles in another order: round-off of sums over 300 numbers at the start, carried through 25 steps
-    // at the end.
-    for (ours, theirs, tolerance) in [(first, end_of_half, 1e-13), (last, end_of_whole, 1e-9)] {
+    // What the start shows is round-off with either scheme.
+    for (ours, theirs, tolerance) in [(first, end_of_half, 1e-13), (last, end_of_whole, tolerance)] {
         for ((name, a), (_, b)) in ours.iter().zip(&theirs) {
             assert!((a - b).abs() <= tolerance * b.abs().max(1.0), "{name}: {a:e} and {b:e}");
         }

@@ -1,9 +1,10 @@
 //! `ledger.csv`: what crossed the interface, what else changed each side's momentum, and whether it balances.
 //!
 //! A row stands for all steps since the row before it. Imbalances and residuals are the worst of these steps, so that
-//! no half-step escapes, iterations of a half-step the most (0 where none is iterated); forces, torques and power are those of the last corrector pass; impulses and work are sums
-//! over all accepted corrector passes since the start. So `momentum_change = interface_impulse + Σ account impulses`
-//! holds in every row, check (b), and `fluid_interface_impulse = −solid_interface_impulse`, check (a).
+//! no half-step escapes, iterations the most of a half-step (0 where none is iterated); forces, torques and power are
+//! those of the last corrector pass; impulses and work are sums over all accepted corrector passes since the start. So
+//! `momentum_change = interface_impulse + Σ account impulses` holds in every row, check (b), and
+//! `fluid_interface_impulse = −solid_interface_impulse`, check (a).
 
 use std::path::{Path, PathBuf};
 

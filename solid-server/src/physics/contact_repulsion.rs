@@ -269,7 +269,7 @@ impl Repulsion {
     ) -> Option<Touch> {
         let square = level.support * level.support;
         let near = near.filter(|(x, _)| x.norm_squared() < square);
-        // Most lists meet nobody.
+        // Most rows of neighbours touch nobody.
         let depth = level.depth(near.clone().map(|(x, _)| level.weight(x.norm())).sum());
         if depth <= 0.0 {
             return None;

@@ -229,7 +229,7 @@ impl<G: Geometry> Bonds<'_, G> {
     }
 }
 
-/// T_xx, T_yx, T_xy, T_yy.
+/// T_xx, T_yx, T_xy, T_yy of a tensor.
 #[inline(always)]
 fn entries(tensor: &Tensor) -> [f64; 4] {
     let [[xx, yx], [xy, yy]] = tensor.data.0;

@@ -132,6 +132,17 @@ pub fn results(summary: &Summary) -> Vec<Fact> {
                 summary.ledger.breaches
             ),
         ));
+        let energy = &summary.ledger.interface_energy;
+        let share = energy
+            .drift_share
+            .map_or(String::new(), |share| format!(", {:.2} % of what passed to and fro", 100.0 * share));
+        facts.push(fact(
+            "interface energy",
+            format!(
+                "received by the fluid {:.4e} J/m, by the solid {:.4e} J/m; drift {:.1e} J/m{share}",
+                energy.fluid_received_j_per_m, energy.solid_received_j_per_m, energy.drift_j_per_m
+            ),
+        ));
     }
     if let Some(iterations) = &summary.iterations {
         let mean = iterations.mean.map_or(String::new(), |mean| format!("{mean:.2} a step, "));

@@ -14,7 +14,7 @@ use crate::case::Case;
 use crate::failure::Failure;
 use crate::lockstep::MatchedStep;
 use crate::output::directory::{self, OutputDirectory, OutputError};
-use crate::output::ledger::{Extremes, LedgerFile, LedgerSums};
+use crate::output::ledger::{Extremes, LedgerFile, LedgerSums, Work};
 use crate::output::neighbourhood;
 use crate::output::plots::gallery::{PairedSnapshot, Pictures};
 use crate::output::probes::ProbeFile;
@@ -118,6 +118,8 @@ pub struct Recorded {
     pub tally: Tally,
     /// Largest imbalances.
     pub extremes: Extremes,
+    /// Energy that crossed the interface.
+    pub work: Work,
     /// Snapshots for pictures, in time order.
     pub snapshots: Vec<PairedSnapshot>,
 }
@@ -317,9 +319,9 @@ impl Recorder {
         if self.ledger_row_due {
             self.ledger.write_row()?;
         }
-        let extremes = *self.ledger.extremes();
+        let (extremes, work) = (*self.ledger.extremes(), self.ledger.work());
         self.probes.finish()?;
         self.ledger.finish()?;
-        Ok(Recorded { tally: self.tally, extremes, snapshots: self.pictures.finish() })
+        Ok(Recorded { tally: self.tally, extremes, work, snapshots: self.pictures.finish() })
     }
 }

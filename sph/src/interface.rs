@@ -3,6 +3,9 @@
 //! Both solvers hold the same two sets of states, one own and one received, and evaluate the same pair function with
 //! the fluid particle first; the solid negates. That makes action equal reaction bit for bit.
 
+mod faces;
+mod lists;
+
 use rayon::prelude::*;
 
 use crate::body_force::BodyForceField;
@@ -11,22 +14,14 @@ use crate::equation_of_state::Tait;
 use crate::exchange::InterfaceStates;
 use crate::kernel::CubicSpline;
 use crate::ledger::InterfaceSums;
-use crate::neighbours::CellGrid;
 use crate::repulsion::Repulsion;
 use crate::setup::{Coupling, GradientCorrection, InterfaceLaw};
 use crate::sums::ordered_sum;
 use crate::vector::{SymmetricTensor, Vector, cross};
 
-/// State of an interface particle of the solid as the fluid feels it.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Dummy {
-    /// Pressure \[Pa\].
-    pub pressure: f64,
-    /// Density that belongs to the pressure \[kg/m³\].
-    pub density: f64,
-    /// Mass per depth \[kg/m\].
-    pub mass: f64,
-}
+pub use faces::Dummy;
+use faces::Faces;
+use lists::{CrossPair, Rows};
 
 /// Cross lists, dummy states and forces of one half-step; all buffers are reused.
 #[derive(Debug)]
@@ -36,21 +31,8 @@ pub struct Interface {
     body_force: BodyForceField,
     of_fluid: Rows,
     of_solid: Rows,
-    dummies: Vec<Dummy>,
+    faces: Faces,
     sums: Vec<ParticleSums>,
-}
-
-/// Rows of neighbour indices that keep their allocations.
-#[derive(Debug, Default)]
-struct Rows {
-    offsets: Vec<u32>,
-    indices: Vec<u32>,
-}
-
-impl Rows {
-    fn of(&self, i: usize) -> &[u32] {
-        &self.indices[self.offsets[i] as usize..self.offsets[i + 1] as usize]
-    }
 }
 
 /// What one particle receives across the interface.
@@ -114,7 +96,7 @@ impl Interface {
             body_force,
             of_fluid: Rows::default(),
             of_solid: Rows::default(),
-            dummies: Vec::new(),
+            faces: Faces::default(),
             sums: Vec::new(),
         }
     }
@@ -123,83 +105,34 @@ impl Interface {
     ///
     /// The lists hold exactly the pairs within the support radius, in id order, whatever else was sent.
     pub fn update(&mut self, time: f64, fluid: &InterfaceStates, solid: &InterfaceStates) {
-        self.build_lists(fluid, solid);
-        let (law, domain, body_force, rows) = (&self.law, &self.domain, &self.body_force, &self.of_solid);
-        self.dummies.clear();
-        self.dummies.extend((0..solid.len()).map(|s| match law.law {
-            InterfaceLaw::PlainSum => {
-                Dummy { pressure: solid.pressure[s], density: solid.density[s], mass: solid.mass[s] }
-            }
-            InterfaceLaw::Wall | InterfaceLaw::WallNoSlip => law.wall_dummy(
-                domain,
-                &body_force.acceleration(&solid.position[s], time),
-                fluid,
-                solid,
-                s,
-                rows.of(s),
-            ),
-        }));
-    }
-
-    fn build_lists(&mut self, fluid: &InterfaceStates, solid: &InterfaceStates) {
-        let support = self.law.kernel.support_radius();
-        let grid = CellGrid::new(&self.domain, &solid.position, support);
-        let list = grid.list(&self.domain, &fluid.position, &solid.position, support, false);
-        let Rows { offsets, indices } = &mut self.of_fluid;
-        offsets.clear();
-        indices.clear();
-        offsets.push(0);
-        for f in 0..fluid.len() {
-            let start = indices.len();
-            indices.extend_from_slice(list.of(f));
-            indices[start..].sort_unstable();
-            offsets.push(indices.len() as u32);
-        }
-        self.transpose(solid.len());
-    }
-
-    /// Rows of the solid from those of the fluid: the same pairs, fluid indices ascending.
-    fn transpose(&mut self, solids: usize) {
-        let Rows { offsets, indices } = &mut self.of_solid;
-        offsets.clear();
-        offsets.resize(solids + 1, 0);
-        for s in &self.of_fluid.indices {
-            offsets[*s as usize + 1] += 1;
-        }
-        for s in 0..solids {
-            offsets[s + 1] += offsets[s];
-        }
-        indices.clear();
-        indices.resize(self.of_fluid.indices.len(), 0);
-        // Fill backwards from the row ends, so that no second array of cursors is needed.
-        let fluids = self.of_fluid.offsets.len() - 1;
-        for f in (0..fluids).rev() {
-            for s in self.of_fluid.of(f) {
-                let end = &mut offsets[*s as usize + 1];
-                *end -= 1;
-                indices[*end as usize] = f as u32;
+        let Self { law, domain, body_force, of_fluid, of_solid, faces, .. } = self;
+        let support = law.kernel.support_radius();
+        of_fluid.find(domain, support, fluid, solid);
+        of_solid.transpose(of_fluid, solid.len());
+        match law.law {
+            InterfaceLaw::PlainSum => faces.whole(of_solid, |s| Dummy {
+                pressure: solid.pressure[s],
+                density: solid.density[s],
+                mass: solid.mass[s],
+            }),
+            InterfaceLaw::Wall | InterfaceLaw::WallNoSlip => {
+                faces.parted(domain, support, [fluid, solid], of_solid, |s, row, face| {
+                    let acceleration = body_force.acceleration(&solid.position[s], time);
+                    law.wall_dummy(domain, &acceleration, [fluid, solid], s, row, face)
+                });
             }
         }
-        // Each end now is its row's start: shift back.
-        for s in 0..solids {
-            offsets[s] = offsets[s + 1];
-        }
-        offsets[solids] = indices.len() as u32;
+        of_fluid.take_faces(of_solid);
     }
 
-    /// Indices of the solid's states within support of fluid state `f`, ascending.
-    pub fn solid_neighbours(&self, f: usize) -> &[u32] {
-        self.of_fluid.of(f)
+    /// The solid's states within support of fluid state `f`, indices ascending, with what `f` feels of each.
+    pub fn solids_near(&self, f: usize) -> impl Iterator<Item = (usize, &Dummy)> {
+        self.of_fluid.of(f).iter().map(|pair| (pair.other as usize, self.faces.dummy(pair)))
     }
 
-    /// Indices of the fluid's states within support of solid state `s`, ascending.
-    pub fn fluid_neighbours(&self, s: usize) -> &[u32] {
-        self.of_solid.of(s)
-    }
-
-    /// Solid state `s` as the fluid feels it.
-    pub fn dummy(&self, s: usize) -> Dummy {
-        self.dummies[s]
+    /// The fluid's states within support of solid state `s`, indices ascending, with what each feels of `s`.
+    pub fn fluids_near(&self, s: usize) -> impl Iterator<Item = (usize, &Dummy)> {
+        self.of_solid.of(s).iter().map(|pair| (pair.other as usize, self.faces.dummy(pair)))
     }
 
     /// Force on state `k` of the side summed last \[N/m\].
@@ -209,14 +142,14 @@ impl Interface {
 
     /// Forces on the fluid's states; read them by [`Interface::force`].
     pub fn fluid_forces(&mut self, fluid: &InterfaceStates, solid: &InterfaceStates) -> InterfaceSums {
-        let (law, domain, rows, dummies) = (&self.law, &self.domain, &self.of_fluid, &self.dummies);
+        let (law, domain, rows, faces) = (&self.law, &self.domain, &self.of_fluid, &self.faces);
         self.sums.clear();
         self.sums.resize(fluid.len(), ParticleSums::default());
         self.sums.par_iter_mut().with_min_len(64).enumerate().for_each(|(f, sums)| {
-            for &s in rows.of(f) {
-                let s = s as usize;
+            for pair in rows.of(f) {
+                let s = pair.other as usize;
                 let x_fs = domain.separation(&fluid.position[f], &solid.position[s]);
-                let force = law.force_on_fluid(&x_fs, fluid, f, solid, s, &dummies[s]);
+                let force = law.force_on_fluid(&x_fs, fluid, f, solid, s, faces.dummy(pair));
                 sums.add(&x_fs, force);
             }
         });
@@ -225,14 +158,14 @@ impl Interface {
 
     /// Forces on the solid's states; read them by [`Interface::force`].
     pub fn solid_forces(&mut self, fluid: &InterfaceStates, solid: &InterfaceStates) -> InterfaceSums {
-        let (law, domain, rows, dummies) = (&self.law, &self.domain, &self.of_solid, &self.dummies);
+        let (law, domain, rows, faces) = (&self.law, &self.domain, &self.of_solid, &self.faces);
         self.sums.clear();
         self.sums.resize(solid.len(), ParticleSums::default());
         self.sums.par_iter_mut().with_min_len(64).enumerate().for_each(|(s, sums)| {
-            for &f in rows.of(s) {
-                let f = f as usize;
+            for pair in rows.of(s) {
+                let f = pair.other as usize;
                 let x_fs = domain.separation(&fluid.position[f], &solid.position[s]);
-                let force = law.force_on_fluid(&x_fs, fluid, f, solid, s, &dummies[s]);
+                let force = law.force_on_fluid(&x_fs, fluid, f, solid, s, faces.dummy(pair));
                 sums.add(&-x_fs, -force);
             }
         });
@@ -285,19 +218,19 @@ impl ParticleSums {
 }
 
 impl PairLaw {
-    /// Dummy state by Eq. (28), without the solid's acceleration, which would make light solids unstable.
+    /// Dummy state of solid state `s` on `face` by Eq. (28), without the solid's acceleration, which would make light
+    /// solids unstable.
     fn wall_dummy(
         &self,
         domain: &Domain,
         body_force: &Vector,
-        fluid: &InterfaceStates,
-        solid: &InterfaceStates,
+        [fluid, solid]: [&InterfaceStates; 2],
         s: usize,
-        row: &[u32],
+        row: &[CrossPair],
+        face: u32,
     ) -> Dummy {
         let (mut weighted, mut weight) = (0.0, 0.0);
-        for &f in row {
-            let f = f as usize;
+        for f in row.iter().filter(|pair| pair.face == face).map(|pair| pair.other as usize) {
             let x_fs = domain.separation(&fluid.position[f], &solid.position[s]);
             let w = self.kernel.value(x_fs.norm());
             weighted += w * (fluid.pressure[f] - fluid.density[f] * body_force.dot(&x_fs));

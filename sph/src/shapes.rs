@@ -8,11 +8,13 @@
 mod boundary;
 mod fitted;
 mod lattice;
+mod thickness;
 mod validate;
 
 pub use boundary::{Boundary, CORNER_ANGLE, SurfacePoint};
 pub use fitted::{Side, is_axis_parallel, layers_along};
 pub use lattice::{LayerParticle, OpenSides, displace, fill, lattice_points, layers_around, wall_fill};
+pub use thickness::local_thickness;
 pub use validate::{MAXIMUM_NESTING, MAXIMUM_VERTICES};
 
 use crate::vector::Vector;

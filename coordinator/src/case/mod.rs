@@ -9,6 +9,7 @@ mod files;
 pub mod limits;
 mod mistakes;
 mod names;
+mod parting;
 mod reader;
 mod restart;
 mod scene;

@@ -122,6 +122,10 @@ impl Case {
         summary.warnings.extend(self.step_warning(&summary));
         summary.warnings.extend(self.sound_speed_warning());
         summary.warnings.extend(self.iteration_warning());
+        for body in self.parting() {
+            let lines = if body.holds() { &mut summary.constants } else { &mut summary.warnings };
+            lines.push(body.text());
+        }
         summary
     }
 

@@ -86,11 +86,29 @@ pub struct Extremes {
     pub momentum: [Largest; 2],
 }
 
+/// Energy that crossed the interface since the start \[J/m\].
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Work {
+    /// Work that the fluid and the solid received.
+    pub received: [f64; 2],
+    /// Mean of both sides' sums of |power| over time, that no to and fro cancels.
+    pub passed: f64,
+}
+
+impl Work {
+    /// What one side gave and the other did not receive.
+    pub fn drift(&self) -> f64 {
+        self.received[0] + self.received[1]
+    }
+}
+
 /// Sums of one side over the accepted corrector passes.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 struct SideSums {
     impulse: Vector,
     work: f64,
+    /// Sum of |power| over time.
+    passed: f64,
     momentum_change: Vector,
     accounts: [Vector; Account::ALL.len()],
     /// Worst residual since the last row.
@@ -178,7 +196,9 @@ impl LedgerFile {
             }
             let [_, corrector] = &report.books;
             sums.impulse += corrector.duration * corrector.interface.force;
-            sums.work += corrector.duration * corrector.interface.power;
+            let work = corrector.duration * corrector.interface.power;
+            sums.work += work;
+            sums.passed += work.abs();
             sums.momentum_change += corrector.momentum_change;
             for (sum, account) in sums.accounts.iter_mut().zip(Account::ALL) {
                 *sum += corrector.duration * corrector.accounts.get(account);
@@ -216,6 +236,12 @@ impl LedgerFile {
     /// Largest imbalances and residuals so far.
     pub fn extremes(&self) -> &Extremes {
         &self.sums.extremes
+    }
+
+    /// Energy that has crossed the interface so far.
+    pub fn work(&self) -> Work {
+        let [fluid, solid] = &self.sums.sides;
+        Work { received: [fluid.work, solid.work], passed: 0.5 * (fluid.passed + solid.passed) }
     }
 
     /// Writes the last steps and gives the file its final name.
@@ -304,8 +330,11 @@ mod tests {
         let (force, weight) = (Vector::new(3.0, -1.0), Vector::new(0.0, -9.81));
         for step in 0..5 {
             let worst = if step == 1 { 4e-14 } else { 1e-15 };
-            let (mut fluid, solid) = (report(step, force, weight), report(step, -force, weight));
+            let (mut fluid, mut solid) = (report(step, force, weight), report(step, -force, weight));
             fluid.iterations = 7 - step as u32;
+            if step > 0 {
+                solid.books[1].interface.power *= -1.0;
+            }
             file.record(Some(&fluid), Some(&solid), &[imbalance(worst), imbalance(2e-15)]);
             if step == 2 {
                 file.write_row().unwrap();
@@ -315,6 +344,10 @@ mod tests {
         let extremes = *file.extremes();
         assert_eq!(extremes.force.value, 4e-14);
         assert_eq!(extremes.torque.at, Some(StepStage { step: 1, stage: Stage::Predictor }));
+        // Five correctors of 0.1 s at 2 W/m on the fluid, four of them given by the solid and one received.
+        let work = file.work();
+        assert!((work.received[0] - 1.0).abs() < 1e-14 && (work.received[1] + 0.6).abs() < 1e-14);
+        assert!((work.passed - 1.0).abs() < 1e-14 && (work.drift() - 0.4).abs() < 1e-14);
         file.finish().unwrap();
 
         let table = Table::read(&path).unwrap();

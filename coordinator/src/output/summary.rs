@@ -9,7 +9,7 @@ use sph::solver::Counts;
 use sph::stage::StepStage;
 
 use super::directory::{OutputError, write_file};
-use super::ledger::{Extremes, Largest};
+use super::ledger::{Extremes, Largest, Work};
 use super::process::Process;
 
 /// Version of the layout of `summary.json`; keys are only ever added within a version.
@@ -158,11 +158,38 @@ pub struct LedgerSummary {
     pub largest_fluid_momentum_residual: Worst,
     /// Check (b) of the solid.
     pub largest_solid_momentum_residual: Worst,
+    /// Energy that crossed the interface.
+    pub interface_energy: InterfaceEnergy,
+}
+
+/// Energy that crossed the interface from the start to the last completed step.
+#[derive(Clone, Copy, Debug, Default, Serialize)]
+pub struct InterfaceEnergy {
+    /// Work that the fluid received \[J/m\].
+    pub fluid_received_j_per_m: f64,
+    /// Work that the solid received \[J/m\].
+    pub solid_received_j_per_m: f64,
+    /// Sum of both \[J/m\]: what one side gave and the other did not receive.
+    pub drift_j_per_m: f64,
+    /// Drift over the mean of both sides' sums of |power| over time \[-\]; `null` when nothing crossed.
+    pub drift_share: Option<f64>,
+}
+
+impl From<Work> for InterfaceEnergy {
+    fn from(work: Work) -> Self {
+        let [fluid, solid] = work.received;
+        Self {
+            fluid_received_j_per_m: fluid,
+            solid_received_j_per_m: solid,
+            drift_j_per_m: work.drift(),
+            drift_share: (work.passed > 0.0).then(|| work.drift() / work.passed),
+        }
+    }
 }
 
 impl LedgerSummary {
-    /// Failed checks, first those to quote, and the extremes that the ledger kept.
-    pub fn new(breaches: u64, first_breaches: Vec<String>, extremes: &Extremes) -> Self {
+    /// Failed checks, first those to quote, and the extremes and the energy that the ledger kept.
+    pub fn new(breaches: u64, first_breaches: Vec<String>, extremes: &Extremes, work: Work) -> Self {
         Self {
             breaches,
             first_breaches,
@@ -170,6 +197,7 @@ impl LedgerSummary {
             largest_torque_imbalance: extremes.torque.into(),
             largest_fluid_momentum_residual: extremes.momentum[0].into(),
             largest_solid_momentum_residual: extremes.momentum[1].into(),
+            interface_energy: work.into(),
         }
     }
 }
@@ -270,7 +298,12 @@ mod tests {
             wall_seconds: 5.0,
             time_step: Some(StepSizes::with(Some(StepSizes::with(None, 2e-5)), 1e-5)),
             particle_stages_per_second: Some(1e6),
-            ledger: LedgerSummary::new(1, vec!["a breach".into()], &extremes),
+            ledger: LedgerSummary::new(
+                1,
+                vec!["a breach".into()],
+                &extremes,
+                Work { received: [-2.0, 1.5], passed: 10.0 },
+            ),
             iterations: Some(IterationSummary { mean: Some(2.5), largest: 4, unsettled_steps: 1 }),
             fluid: Some(fluid),
             solid: None,
@@ -302,6 +335,9 @@ mod tests {
         expect("/ledger/largest_force_imbalance/value", 3e-15.into());
         expect("/ledger/largest_force_imbalance/at/step", 7.into());
         expect("/ledger/largest_force_imbalance/at/stage", "corrector".into());
+        expect("/ledger/interface_energy/solid_received_j_per_m", 1.5.into());
+        expect("/ledger/interface_energy/drift_j_per_m", (-0.5).into());
+        expect("/ledger/interface_energy/drift_share", (-0.05).into());
         expect("/ledger/largest_torque_imbalance/value", serde_json::Value::Null);
         expect("/ledger/largest_torque_imbalance/at/stage", "predictor".into());
         expect("/coordinator/peak_memory_bytes", (1 << 20).into());

@@ -120,7 +120,12 @@ fn summarise(
         // Counts far below 2^53.
         particle_stages_per_second: (tally.steps > 0 && wall_seconds > 0.0)
             .then(|| 2.0 * (tally.steps * particles) as f64 / wall_seconds),
-        ledger: LedgerSummary::new(tally.breaches, tally.first_breaches.clone(), &recorded.extremes),
+        ledger: LedgerSummary::new(
+            tally.breaches,
+            tally.first_breaches.clone(),
+            &recorded.extremes,
+            recorded.work,
+        ),
         iterations: case.run_setup().coupling.and_then(|coupling| coupling.iterate).map(|_| {
             let Iterations { sum, largest, unsettled } = tally.iterations;
             let mean = (tally.steps > 0).then(|| sum as f64 / tally.steps as f64);

@@ -112,12 +112,11 @@ impl Cross {
             return;
         }
         let share = |f: usize| -> f64 {
-            let weight = |s: &u32| {
-                let s = *s as usize;
+            let weight = |(s, _): (usize, _)| {
                 let distance = self.domain.separation(&own.position[f], &partner.position[s]).norm();
                 partner.volume(s) * model.kernel.value(distance)
             };
-            self.interface.solid_neighbours(f).iter().map(weight).sum()
+            self.interface.solids_near(f).map(weight).sum()
         };
         self.immersed = (0..own.len()).map(|f| u32::from(share(f) > 0.5)).sum();
     }
@@ -222,9 +221,7 @@ impl Cross {
         moments.resize(own.len(), NeighbourSums::default());
         moments.par_iter_mut().with_min_len(TASK).enumerate().for_each(|(k, sums)| {
             *sums = NeighbourSums::default();
-            for &s in interface.solid_neighbours(k) {
-                let s = s as usize;
-                let dummy = interface.dummy(s);
+            for (s, dummy) in interface.solids_near(k) {
                 let d = domain.separation(&own.position[k], &partner.position[s]);
                 let r = d.norm();
                 let mut v_sf = partner.velocity[s] - own.velocity[k];
@@ -271,9 +268,7 @@ impl Cross {
                 [0.0; 2]
             };
             let (mut continuity, mut exchange) = (0.0, 0.0);
-            for &s in interface.solid_neighbours(k) {
-                let s = s as usize;
-                let dummy = interface.dummy(s);
+            for (s, dummy) in interface.solids_near(k) {
                 let d = domain.separation(&own.position[k], &partner.position[s]);
                 let square = d.norm_squared();
                 let gradient_factor =

@@ -180,7 +180,7 @@ impl FluidLink {
 
     fn add_gradient(&self, own: &InterfaceStates, s: usize, fluid: &InterfaceStates, sums: &mut PairSums) {
         let mut foreign = PairSums::default();
-        for f in self.interface.fluid_neighbours(s).iter().map(|f| *f as usize) {
+        for (f, _) in self.interface.fluids_near(s) {
             let x_sf = self.domain.separation(&own.position[s], &fluid.position[f]);
             let v_sf = own.velocity[s] - fluid.velocity[f];
             let gradient_factor = self.kernel.gradient_factor(x_sf.norm());

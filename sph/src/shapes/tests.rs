@@ -404,3 +404,28 @@ fn a_spacing_far_too_small_is_seen_before_the_work() {
     assert!(lattice_points(&tank, 0.01, 0.0) >= f64::from(u32::try_from(filled).expect("small")));
     assert!(lattice_points(&tank, 1e-9, 0.0) > 1e17);
 }
+
+#[test]
+fn thickness_is_that_of_the_thinnest_part_and_corners_are_not_thin() {
+    let spacing = 0.1;
+    let thickness = |shape: &Shape| {
+        let points = fill(shape, spacing, Vector::zeros());
+        let mut found = local_thickness(shape, &points, spacing, 1.0);
+        found.sort_by(f64::total_cmp);
+        found
+    };
+    for rows in 1..=6 {
+        let rows = f64::from(rows);
+        let plate = thickness(&rectangle(0.0, 0.0, 3.0, rows * spacing));
+        // Beside its four corners.
+        assert!((plate[4] - rows * spacing).abs() < 1e-9, "{rows} rows: {plate:?}");
+    }
+    let square = thickness(&rectangle(0.0, 0.0, 2.0, 2.0));
+    assert!(square[0] > 4.5 * spacing && square[20] == 1.0, "{square:?}");
+    // A fin of two rows on a thick foot.
+    let finned = Shape::Union(vec![rectangle(0.0, 0.0, 2.0, 1.0), rectangle(0.9, 1.0, 1.1, 2.0)]);
+    let finned = thickness(&finned);
+    assert!((finned[0] - 0.2).abs() < 1e-9 && finned[30] > 0.4, "{finned:?}");
+    let disc = thickness(&circle(0.0, 0.0, 0.35));
+    assert!((disc[0] - 0.7).abs() < 0.1, "{disc:?}");
+}

@@ -26,6 +26,15 @@ fn ratio(run: &Run) -> Result<f64, String> {
     Ok(value.ok_or("the member gives its block no density")? / DENSITY)
 }
 
+/// The shape of a case file from `lower` to `upper` \[m\].
+pub(super) fn rectangle(lower: [f64; 2], upper: [f64; 2]) -> toml::Table {
+    let mut shape = toml::Table::new();
+    shape.insert("type".into(), "rectangle".into());
+    shape.insert("lower_m".into(), lower.to_vec().into());
+    shape.insert("upper_m".into(), upper.to_vec().into());
+    shape
+}
+
 /// Steps, sub-steps and worst imbalances of a run that was coupled.
 pub(super) fn coupling(run: &Run) -> Vec<Figure> {
     let number =
@@ -125,13 +134,6 @@ impl Case for Draught {
     }
 
     fn members(&self) -> Vec<Member> {
-        let rectangle = |lower: [f64; 2], upper: [f64; 2]| {
-            let mut shape = toml::Table::new();
-            shape.insert("type".into(), "rectangle".into());
-            shape.insert("lower_m".into(), lower.to_vec().into());
-            shape.insert("upper_m".into(), upper.to_vec().into());
-            shape
-        };
         let of = |scheme, ratio: f64, width: f64| {
             let tank = width + 2.0 * BESIDE;
             let block = rectangle([BESIDE, START], [BESIDE + width, START + DRAUGHT / ratio]);

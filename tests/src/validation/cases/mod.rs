@@ -21,6 +21,7 @@ mod standing_wave;
 mod still_water;
 mod substeps;
 mod taylor_green;
+mod thin_plate;
 
 /// All cases, in the order in which they are run.
 pub fn all() -> Vec<&'static dyn Case> {
@@ -53,6 +54,7 @@ pub fn all() -> Vec<&'static dyn Case> {
         &floating::Draught,
         &floating::LightFloat,
         &floating::HydrostaticPlate,
+        &thin_plate::ThinPlate,
         &elastic::Gate,
         &elastic::Obstacle,
         &debris::Debris,

@@ -9,14 +9,17 @@ fn meets_its_goals(name: &str, expected: usize) {
     let options =
         Options { out: folder.path().to_path_buf(), threads: Some(1), changes: Vec::new(), reuse: false };
     let case = cases::all().into_iter().find(|case| case.name() == name).unwrap();
-    let mut judged = 0;
+    let (mut figures, mut runs) = (Vec::new(), Vec::new());
     for member in case.members().into_iter().filter(|member| member.quick) {
         let run = Run::of(case, member, &options).unwrap();
-        for figure in case.figures(&run).unwrap() {
-            assert_ne!(figure.passes(), Some(false), "{figure:?}");
-            judged += usize::from(figure.passes().is_some());
-        }
+        figures.extend(case.figures(&run).unwrap());
+        runs.push(run);
     }
+    figures.extend(case.comparison(&runs).unwrap());
+    for figure in &figures {
+        assert_ne!(figure.passes(), Some(false), "{figure:?}");
+    }
+    let judged = figures.iter().filter(|figure| figure.passes().is_some()).count();
     assert!(judged >= expected, "{judged} goals");
 }
 
@@ -61,6 +64,11 @@ fn bodies_slide_rest_and_fold_without_overlap() {
     for (name, goals) in [("incline", 1), ("stack", 7), ("fold", 2)] {
         meets_its_goals(name, goals);
     }
+}
+
+#[test]
+fn a_thin_plate_parts_two_waters() {
+    meets_its_goals("thin_plate", 11);
 }
 
 #[test]

@@ -91,12 +91,13 @@ pub struct Extremes {
 pub struct Work {
     /// Work that the fluid and the solid received.
     pub received: [f64; 2],
-    /// Mean of both sides' sums of |power| over time, that no to and fro cancels.
+    /// Sum of |power| over time of the side where it is larger, which no to and fro cancels.
     pub passed: f64,
 }
 
 impl Work {
-    /// What one side gave and the other did not receive.
+    /// What one side gave and the other did not receive: lost in viscosity and repulsion between them, and in squeezing
+    /// the water at the face.
     pub fn drift(&self) -> f64 {
         self.received[0] + self.received[1]
     }
@@ -241,7 +242,7 @@ impl LedgerFile {
     /// Energy that has crossed the interface so far.
     pub fn work(&self) -> Work {
         let [fluid, solid] = &self.sums.sides;
-        Work { received: [fluid.work, solid.work], passed: 0.5 * (fluid.passed + solid.passed) }
+        Work { received: [fluid.work, solid.work], passed: fluid.passed.max(solid.passed) }
     }
 
     /// Writes the last steps and gives the file its final name.

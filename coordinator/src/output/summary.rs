@@ -169,9 +169,10 @@ pub struct InterfaceEnergy {
     pub fluid_received_j_per_m: f64,
     /// Work that the solid received \[J/m\].
     pub solid_received_j_per_m: f64,
-    /// Sum of both \[J/m\]: what one side gave and the other did not receive.
+    /// Sum of both \[J/m\]: what one side gave and the other did not receive, lost in viscosity and repulsion between
+    /// them and in squeezing the water at the face.
     pub drift_j_per_m: f64,
-    /// Drift over the mean of both sides' sums of |power| over time \[-\]; `null` when nothing crossed.
+    /// Drift over the larger of both sides' sums of |power| over time \[-\]; `null` when nothing crossed.
     pub drift_share: Option<f64>,
 }
 

@@ -259,6 +259,22 @@ fn a_polygon_may_come_from_a_file_and_the_resolved_case_needs_it_no_longer() {
 }
 
 #[test]
+fn bodies_tell_whether_they_part_waters() {
+    let parting = |upper: &str| {
+        let upper = format!("lower_m = [0.05, 0.15], upper_m = [{upper}, 0.21]");
+        let case = good(&tank_with(&[("lower_m = [0.05, 0.15], upper_m = [0.11, 0.21]", upper.as_str())]));
+        let summary = case.summary();
+        (summary.constants.join("\n"), summary.warnings.join("\n"))
+    };
+    let (constants, warnings) = parting("0.11");
+    assert!(constants.contains("body `block`, thick: water on one side does not feel"), "{constants}");
+    assert!(!warnings.contains("feels"), "{warnings}");
+    let (constants, _) = parting("0.08");
+    assert!(constants.contains("body `block`, 3 rows where thinnest"), "{constants}");
+    assert!(constants.contains("dummy pressures are kept per face"), "{constants}");
+}
+
+#[test]
 fn thin_bodies_and_slow_sound_are_warned_of() {
     let text = tank_with(&[(
         "lower_m = [0.05, 0.15], upper_m = [0.11, 0.21]",

@@ -54,8 +54,8 @@ impl Case for ThinPlate {
         vec![
             of("1 row", 1.0, DEEP),
             of("1 row, deeper", 1.0, DEEPER),
-            of("2 rows", 2.0, DEEP),
-            of("2 rows, deeper", 2.0, DEEPER),
+            of("2 rows", 2.0, DEEP).quick(),
+            of("2 rows, deeper", 2.0, DEEPER).quick(),
             of("3 rows", 3.0, DEEP),
             of("3 rows, deeper", 3.0, DEEPER),
             of("4 rows", 4.0, DEEP),
@@ -72,8 +72,8 @@ impl Case for ThinPlate {
         let middle = 0.5 * rows * SPACING;
         let beyond = (0..state.group.len())
             .filter(|i| state.group[*i] < 2 && (position.values[2 * i] > middle) != (state.group[*i] == 0));
-        // The floor bears a part of what acts on the lowest row: 3 % of the load at 0.1 m.
-        let load = Figure::compared("load, mean over 0.5 to 0.8 s [N/m]", load, exact, 0.02);
+        // Water is compressed by gH/c₀² = 0.3 to 0.4 %, and its surface known to a tenth of a row, 0.25 % of the height.
+        let load = Figure::compared("load, mean over 0.5 to 0.8 s [N/m]", load, exact, 0.01);
         let through = Figure::judged("particles beyond the plate", beyond.count() as f64, Goal::AtMost(0.0));
         let mut figures = vec![
             if rows > 1.0 { load } else { load.report_only() },

@@ -196,14 +196,46 @@ fn water_that_goes_around_an_edge_is_one() {
     let plate = patch(Vector::new(0.2 + 4.0 * SPACING, 0.2), 2, 12, 17);
     let mut interface = Interface::new(&coupling(InterfaceLaw::Wall), &domain(), gravity());
     interface.update(0.0, &fluid, &plate);
-    let faces = |s: usize| {
-        let pressures = interface.fluids_near(s).map(|(_, dummy)| dummy.pressure.to_bits());
-        pressures.collect::<std::collections::BTreeSet<_>>().len()
-    };
     for s in 0..plate.len() {
         // The two top rows have the water above within their support, and through it both sides.
-        assert_eq!(faces(s), if s / 2 >= 10 { 1 } else { 2 }, "state {s} of the plate");
+        assert_eq!(faces(&interface, s), if s / 2 >= 10 { 1 } else { 2 }, "state {s} of the plate");
     }
+}
+
+/// Different dummy states that the fluid feels of solid state `s`.
+fn faces(interface: &Interface, s: usize) -> usize {
+    let pressures = interface.fluids_near(s).map(|(_, dummy)| dummy.pressure.to_bits());
+    pressures.collect::<std::collections::BTreeSet<_>>().len()
+}
+
+#[test]
+fn drops_on_one_side_of_a_body_are_one_water() {
+    // Three apart by more than the support of 2.4 spacings, the outer ones within that of the same states.
+    let mut fluid = patch(Vector::new(0.2, 0.2), 1, 1, 18);
+    for (k, seed) in [(1.0, 23), (2.0, 24)] {
+        append(&mut fluid, &patch(Vector::new(0.2 + 3.0 * k * SPACING, 0.2), 1, 1, seed));
+    }
+    let body = patch(Vector::new(0.2 - 2.0 * SPACING, 0.2 + SPACING), 12, 4, 19);
+    let mut interface = Interface::new(&coupling(InterfaceLaw::Wall), &domain(), gravity());
+    interface.update(0.0, &fluid, &body);
+    let met: Vec<usize> = (0..body.len()).filter(|s| interface.fluids_near(*s).count() > 1).collect();
+    assert!(!met.is_empty());
+    assert!(met.iter().all(|s| faces(&interface, *s) == 1));
+}
+
+#[test]
+fn a_plate_parts_waters_at_its_foot_too() {
+    // It goes on for three rows below the waters.
+    let mut fluid = patch(Vector::new(0.2, 0.2), 4, 8, 20);
+    append(&mut fluid, &patch(Vector::new(0.2 + 6.0 * SPACING, 0.2), 4, 8, 21));
+    let plate = patch(Vector::new(0.2 + 4.0 * SPACING, 0.2 - 3.0 * SPACING), 2, 11, 22);
+    let mut interface = Interface::new(&coupling(InterfaceLaw::Wall), &domain(), gravity());
+    interface.update(0.0, &fluid, &plate);
+    let below = |s: &usize| plate.position[*s].y < 0.2 && interface.fluids_near(*s).any(|(f, _)| f < 32);
+    let both = |s: &usize| interface.fluids_near(*s).any(|(f, _)| f >= 32);
+    let foot: Vec<usize> = (0..plate.len()).filter(below).filter(both).collect();
+    assert!(!foot.is_empty());
+    assert!(foot.iter().all(|s| faces(&interface, *s) == 2));
 }
 
 #[test]

@@ -42,6 +42,7 @@ impl Domain {
     }
 
     /// `position` moved back into the box along periodic directions.
+    #[inline]
     pub fn wrapped(&self, position: &Vector) -> Vector {
         let mut x = *position;
         for axis in 0..DIMENSIONS {
@@ -58,6 +59,7 @@ impl Domain {
     }
 
     /// Whether `position` lies inside, periodic directions counting as inside.
+    #[inline]
     pub fn contains(&self, position: &Vector) -> bool {
         (0..DIMENSIONS).all(|axis| {
             self.periodic[axis] || (position[axis] >= self.lower[axis] && position[axis] <= self.upper[axis])

@@ -49,6 +49,7 @@ impl Tait {
     /// Lowest density at which a fluid is taken for sound \[kg/m³\].
     ///
     /// Eq. (3) means nothing in strong tension. Cavities may take any room that particles can be apart and still meet.
+    #[inline]
     pub fn lowest_density(&self) -> f64 {
         let share = if self.lowest.0.is_finite() { LARGEST_CAVITY } else { LARGEST_COMPRESSION };
         (1.0 - share) * self.rest_density
@@ -89,6 +90,7 @@ impl Tait {
     /// e = p₀/ρ₀·[ (q^(γ−1) − 1)/(γ − 1) + 1/q − 1 ],  q = ρ/ρ₀
     /// ```
     /// Where cavities have opened the pressure is constant.
+    #[inline]
     pub fn compression_energy(&self, density: f64) -> f64 {
         let (lowest, whole) = self.lowest;
         let cavities = if density < whole { lowest * (1.0 / whole - 1.0 / density) } else { 0.0 };

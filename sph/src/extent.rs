@@ -136,6 +136,8 @@ pub struct ReachMap {
     cell: f64,
     counts: [usize; DIMENSIONS],
     marks: Vec<Mark>,
+    /// Corners of a box outside which nothing is within reach; without bound along periodic directions.
+    bounds: (Vector, Vector),
 }
 
 /// Which positions of a cell are within reach.
@@ -167,6 +169,7 @@ impl ReachMap {
             cell,
             counts,
             marks: vec![Mark::None; counts[0] * counts[1]],
+            bounds: (Vector::repeat(f64::NEG_INFINITY), Vector::repeat(f64::INFINITY)),
         }
     }
 
@@ -177,6 +180,7 @@ impl ReachMap {
         }
         self.extent.clone_from(extent);
         self.reach = reach;
+        self.bounds = bounds_of(extent, reach, &self.domain);
         let half_diagonal = self.cell * std::f64::consts::FRAC_1_SQRT_2;
         let (domain, lower, cell, columns) = (&self.domain, &self.lower, self.cell, self.counts[0]);
         self.marks.par_iter_mut().with_min_len(1024).enumerate().for_each(|(k, mark)| {
@@ -194,7 +198,14 @@ impl ReachMap {
     }
 
     /// Whether `x` lies within reach.
+    #[inline]
     pub fn contains(&self, x: &Vector) -> bool {
+        let (lower, upper) = &self.bounds;
+        // Most of a large fluid is far from a small solid.
+        (0..DIMENSIONS).all(|axis| lower[axis] <= x[axis] && x[axis] <= upper[axis]) && self.looked_up(x)
+    }
+
+    fn looked_up(&self, x: &Vector) -> bool {
         let x = self.domain.wrapped(x);
         let k = (x - self.lower) / self.cell;
         let inside = (0..DIMENSIONS).all(|axis| k[axis] >= 0.0 && k[axis] < self.counts[axis] as f64);
@@ -205,6 +216,20 @@ impl ReachMap {
             Mark::All => true,
         }
     }
+}
+
+/// Box around all that lies within `reach` of `extent`, without bound along periodic directions.
+fn bounds_of(extent: &Extent, reach: f64, domain: &Domain) -> (Vector, Vector) {
+    let mut bounds = (Vector::repeat(f64::INFINITY), Vector::repeat(f64::NEG_INFINITY));
+    for (lower, upper) in &extent.boxes {
+        // A little more than the reach: distances are rounded.
+        bounds.0 = bounds.0.inf(&lower.add_scalar(-1.001 * reach));
+        bounds.1 = bounds.1.sup(&upper.add_scalar(1.001 * reach));
+    }
+    for axis in (0..DIMENSIONS).filter(|axis| domain.periodic[*axis]) {
+        (bounds.0[axis], bounds.1[axis]) = (f64::NEG_INFINITY, f64::INFINITY);
+    }
+    bounds
 }
 
 #[cfg(test)]

@@ -1,5 +1,7 @@
 //! The audit of what crosses the interface: sums per half-step and side, and the checks on them.
 
+use std::ops::AddAssign;
+
 use serde::{Deserialize, Serialize};
 
 use crate::setup::{CouplingKind, InterfaceLaw, LedgerPolicy, RunSetup};
@@ -144,6 +146,14 @@ pub struct Energies {
     pub potential: f64,
     /// Compression energy of a fluid, strain energy of a solid.
     pub internal: f64,
+}
+
+impl AddAssign for Energies {
+    fn add_assign(&mut self, other: Self) {
+        self.kinetic += other.kinetic;
+        self.potential += other.potential;
+        self.internal += other.internal;
+    }
 }
 
 /// Imbalance of one half-step, relative to gross: check (a).

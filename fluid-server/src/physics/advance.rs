@@ -58,7 +58,7 @@ pub fn advance(
     workspace: &mut Workspace,
     time: &StageTime,
 ) -> StageBooks {
-    let Workspace { base, fluid, rates, cross, outer, books, part, .. } = workspace;
+    let Workspace { base, fluid, rates, cross, outer, books, findings, part, .. } = workspace;
     let n = state.len();
     if *part == Part::Whole && time.at.stage == Stage::Predictor {
         base.position.clone_from(&state.position);
@@ -79,7 +79,12 @@ pub fn advance(
     };
     let moving = (&mut state.position[..], (&mut state.velocity[..], &mut state.density[..]));
     let kept = (&mut state.density_rate[..], &mut state.acceleration[..]);
-    for_each_task(n, ((moving, kept), per_task(books, n)), &|particles, ((moving, kept), PerTask(books))| {
+    // The next stage looks at what the predictor has made.
+    let ends_step = time.at.stage == Stage::Corrector;
+    let origin = state.list_origin.as_ref().map(|origin| &origin.position[..]);
+    let sums = (per_task(books, n), per_task(findings, n));
+    for_each_task(n, ((moving, kept), sums), &|particles, ((moving, kept), sums)| {
+        let (PerTask(books), PerTask(findings)) = sums;
         let (x, (v, rho)) = moving;
         let (density_rate, acceleration) = kept;
         for (k, i) in particles.enumerate() {
@@ -90,6 +95,9 @@ pub fn advance(
                 Part::Momentum => {
                     step.momentum(i, moving, (density_rate[k], &mut acceleration[k]), &mut books[0])
                 }
+            }
+            if ends_step {
+                findings[0].add(model, i, (&x[k], &v[k], rho[k]), origin.map(|origin| &origin[i]));
             }
         }
     });

@@ -4,12 +4,16 @@ use rayon::prelude::*;
 use sph::equation_of_state::LARGEST_COMPRESSION;
 use sph::solver::Divergence;
 use sph::stage::StepStage;
+use sph::vector::Vector;
 
 use super::model::FluidModel;
 use super::state::FluidState;
 
 /// Particles per task.
 const TASK: usize = 2048;
+
+/// Position \[m\], velocity \[m/s\] and density \[kg/m³\] of a particle.
+pub type Values<'a> = (&'a Vector, &'a Vector, f64);
 
 /// What the check gathers over the particles.
 #[derive(Clone, Copy, Debug)]
@@ -19,30 +23,46 @@ pub struct Findings {
     largest_square_speed: f64,
     /// Square of the largest displacement since the lists were built \[m²\]; infinite where there are none.
     pub largest_square_displacement: f64,
+    /// Whether a particle is outside the domain.
+    pub outside: bool,
 }
 
 impl Default for Findings {
     fn default() -> Self {
-        Self { first_bad: usize::MAX, largest_square_speed: 0.0, largest_square_displacement: 0.0 }
+        Self {
+            first_bad: usize::MAX,
+            largest_square_speed: 0.0,
+            largest_square_displacement: 0.0,
+            outside: false,
+        }
     }
 }
 
 impl Findings {
-    /// Adds particle `i`.
+    /// Adds particle `i` at `x`, which was at `origin` when the lists were built \[m\].
     #[inline]
-    pub fn add(&mut self, model: &FluidModel, state: &FluidState, i: usize) {
-        let (x, rest_density) = (&state.position[i], model.constants.rest_density);
-        let square_speed = state.velocity[i].norm_squared();
+    pub fn add(
+        &mut self,
+        model: &FluidModel,
+        i: usize,
+        (x, v, density): Values<'_>,
+        origin: Option<&Vector>,
+    ) {
+        let rest_density = model.constants.rest_density;
+        let square_speed = v.norm_squared();
         // Written so that NaN fails.
         let healthy = square_speed < model.constants.sound_speed.powi(2)
-            && state.density[i] > model.equation_of_state.lowest_density()
-            && state.density[i] < (1.0 + LARGEST_COMPRESSION) * rest_density
+            && density > model.equation_of_state.lowest_density()
+            && density < (1.0 + LARGEST_COMPRESSION) * rest_density
             && x.x.is_finite()
             && x.y.is_finite();
         if !healthy {
             self.first_bad = self.first_bad.min(i);
         }
         self.largest_square_speed = self.largest_square_speed.max(square_speed);
+        let square = origin.map_or(f64::INFINITY, |origin| model.domain.separation(x, origin).norm_squared());
+        self.largest_square_displacement = self.largest_square_displacement.max(square);
+        self.outside |= !model.domain.contains(x);
     }
 
     /// The findings of both.
@@ -53,6 +73,7 @@ impl Findings {
             largest_square_displacement: self
                 .largest_square_displacement
                 .max(other.largest_square_displacement),
+            outside: self.outside || other.outside,
         }
     }
 
@@ -80,7 +101,7 @@ impl Findings {
 /// The first particle that is not.
 pub fn check_state(model: &FluidModel, state: &FluidState, at: StepStage) -> Result<f64, Box<Divergence>> {
     let with = |mut findings: Findings, i: usize| {
-        findings.add(model, state, i);
+        findings.add(model, i, (&state.position[i], &state.velocity[i], state.density[i]), None);
         findings
     };
     let particles = (0..state.len()).into_par_iter().with_min_len(TASK);

@@ -7,6 +7,7 @@ use sph::stage::StageTime;
 use sph::vector::{DIMENSIONS, Vector};
 
 use super::advance::start_of_step;
+use super::checks::Findings;
 use super::model::FluidModel;
 use super::state::FluidState;
 use super::workspace::Workspace;
@@ -16,7 +17,7 @@ const TASK: usize = 2048;
 
 /// How far beside a wall particle its plane counts as wall, in particle spacings: half the distance to the next
 /// particle of the layer, and a little more for layers that are bent.
-const PLANE_HALF_WIDTH: f64 = 0.55;
+pub const PLANE_HALF_WIDTH: f64 = 0.55;
 
 /// How far outside a closed side of the domain a particle counts as lost, in particle spacings. Where walls line the
 /// domain, this is the depth of their first layer.
@@ -29,7 +30,7 @@ enum Departure {
     Lost,
 }
 
-/// Removes the particles that left during the step, at its end.
+/// Removes the particles that left during the step, at its end; `findings` are those of the state then.
 ///
 /// *Outflow*: the centre is outside the domain beyond an open side. *Lost*: the centre is outside beyond a closed
 /// side by half a spacing, or it passed between the particles of a wall layer in this step: from the front of a wall
@@ -43,6 +44,7 @@ pub fn remove_departed(
     model: &FluidModel,
     state: &mut FluidState,
     workspace: &Workspace,
+    findings: &Findings,
     time: &StageTime,
 ) -> Result<(), Box<Divergence>> {
     state.removed_momentum = Vector::zeros();
@@ -55,7 +57,11 @@ pub fn remove_departed(
         before: model.walls.motions_at(time.step_start),
         after: model.walls.motions_at(time.target_time()),
     };
-    let any = (0..state.len()).into_par_iter().with_min_len(TASK).any(|i| watch.departure(i).is_some());
+    let leaves = |i: usize| watch.departure(i).is_some();
+    let any = match workspace.lists.near_walls(model, findings.largest_square_displacement) {
+        Some(near) if !findings.outside => near.iter().any(|i| leaves(*i as usize)),
+        _ => (0..state.len()).into_par_iter().with_min_len(TASK).any(leaves),
+    };
     if !any {
         return Ok(());
     }

@@ -4,6 +4,7 @@ use sph::geometry::{Geometry, Open, Periodic};
 use sph::neighbours::largest_displacement;
 use sph::vector::Vector;
 
+use super::leaving::PLANE_HALF_WIDTH;
 use super::model::FluidModel;
 use super::rows::{Order, Padding, Rows, Search, Sources};
 use super::state::{Base, FluidState, ListOrigin, Scratch};
@@ -11,6 +12,10 @@ use super::walls::WallField;
 
 /// Width of the skin around the support radius in particle spacings. The optimum is flat between 0.3 and 0.4.
 const SKIN: f64 = 0.3;
+
+/// Largest displacement since the lists were built for which [`Lists::near_walls`] hold, in particle spacings: half the
+/// skin, and what a step may add.
+const NEAR: f64 = 0.25;
 
 /// Lists of all pairs closer than support radius plus skin.
 #[derive(Debug)]
@@ -29,6 +34,8 @@ pub struct Lists {
     numbers: Vec<f64>,
     /// Positions of moving walls when the lists were built.
     wall_origin: WallField,
+    /// Fluid particles that could pass a wall before they have moved by [`NEAR`]; only where no wall moves.
+    near_walls: Vec<u32>,
     /// Whether the lists belong to the state's `list_origin`.
     current: bool,
 }
@@ -43,6 +50,7 @@ impl Default for Lists {
             wall_sources: Sources::new(Order::AsGiven),
             numbers: Vec::new(),
             wall_origin: WallField::default(),
+            near_walls: Vec::new(),
             current: false,
         }
     }
@@ -86,12 +94,37 @@ impl Lists {
         }
     }
 
+    /// The only particles that can have passed a wall, when none has moved by more than the root of `square` \[m²\] since
+    /// the lists were built; `None` when that is not known.
+    pub fn near_walls(&self, model: &FluidModel, square: f64) -> Option<&[u32]> {
+        let holds = !model.walls.moves() && square <= (NEAR * model.constants.particle_spacing).powi(2);
+        holds.then_some(&self.near_walls[..])
+    }
+
+    /// Finds the particles that could be behind the plane of a wall particle, and within its width, after they have
+    /// moved by [`NEAR`] from before it: by twice that at most behind it.
+    fn find_near_walls(&mut self, model: &FluidModel, fluid: &[Vector]) {
+        self.near_walls.clear();
+        if model.walls.moves() {
+            return;
+        }
+        let reach = (NEAR + PLANE_HALF_WIDTH.hypot(2.0 * NEAR)) * model.constants.particle_spacing;
+        let is_near = |i: &u32| {
+            let i = *i as usize;
+            let distance = |w| model.domain.separation(&fluid[i], &self.wall_origin.position[w]);
+            self.walls.neighbours(i).any(|w| distance(w).norm_squared() <= reach * reach)
+        };
+        let near = (0u32..).take(fluid.len()).filter(is_near);
+        self.near_walls.extend(near);
+    }
+
     /// Bytes in use.
     pub fn bytes(&self) -> usize {
         [&self.fluid, &self.walls, &self.fluid_of_walls].into_iter().map(Rows::bytes).sum::<usize>()
             + self.fluid_sources.bytes()
             + self.wall_sources.bytes()
             + 8 * self.numbers.capacity()
+            + 4 * self.near_walls.capacity()
     }
 
     fn radius(model: &FluidModel) -> f64 {
@@ -111,6 +144,7 @@ impl Lists {
         } else {
             self.fill(model, Open, fluid);
         }
+        self.find_near_walls(model, fluid);
         self.current = true;
     }
 

@@ -164,19 +164,21 @@ impl Solver for FluidSolver {
     }
 
     fn advance(&mut self, time: &StageTime) -> Result<StageBooks, Divergence> {
-        // The state is checked when the next stage begins, or, at the end of a step, before anything reads it.
+        // What it finds in the new state is judged at the end of the step, or when the next stage begins.
         Ok(advance::advance(&self.model, &mut self.state, &mut self.workspace, time))
     }
 
     fn end_step(&mut self, time: &StageTime) -> Result<(), Divergence> {
-        checks::check_state(&self.model, &self.state, time.at)
-            .and_then(|_| leaving::remove_departed(&self.model, &mut self.state, &self.workspace, time))
+        let Self { model, state, workspace, .. } = self;
+        let findings = workspace.findings();
+        findings
+            .verdict(model, state, time.at)
+            .and_then(|_| leaving::remove_departed(model, state, workspace, &findings, time))
             .map_err(|divergence| *divergence)
     }
 
     fn energies(&self) -> Energies {
-        let sums = probes::region_sums(&self.model, &self.state, None);
-        Energies { kinetic: sums.kinetic, potential: sums.potential, internal: sums.compression }
+        probes::energies(&self.model, &self.state)
     }
 
     fn probes(&self, time: f64, values: &mut Vec<f64>) {

@@ -3,6 +3,7 @@
 use std::cell::OnceCell;
 use std::ops::AddAssign;
 
+use sph::ledger::Energies;
 use sph::neighbours::CellGrid;
 use sph::setup::FluidProbeKind;
 use sph::sums::ordered_sum;
@@ -125,11 +126,11 @@ pub struct RegionSums {
     /// Σ m x × v about the centre of the domain \[kg m/s\].
     angular_momentum: f64,
     /// Kinetic energy \[J/m\].
-    pub kinetic: f64,
+    kinetic: f64,
     /// Energy in constant gravity, zero at the origin of coordinates \[J/m\].
-    pub potential: f64,
+    potential: f64,
     /// Compression energy \[J/m\].
-    pub compression: f64,
+    compression: f64,
     /// Σ m (x − c)(x − c)/Σ m about the centre of mass c: xx, yy, xy \[m²\].
     second_moment: [f64; 3],
 }
@@ -145,6 +146,19 @@ impl AddAssign for RegionSums {
         self.compression += other.compression;
         self.second_moment.iter_mut().zip(other.second_moment).for_each(|(a, b)| *a += b);
     }
+}
+
+/// Energies of all fluid; positions count as they are, unwrapped.
+pub fn energies(model: &FluidModel, state: &FluidState) -> Energies {
+    let gravity = model.body_force.gravity();
+    ordered_sum(state.len(), |i| {
+        let (m, x, v) = (state.mass[i], state.position[i], state.velocity[i]);
+        Energies {
+            kinetic: 0.5 * m * v.norm_squared(),
+            potential: -m * gravity.dot(&x),
+            internal: m * model.equation_of_state.compression_energy(state.density[i]),
+        }
+    })
 }
 
 /// Sums over the particles of `region`, or of all fluid for `None`; positions count as they are, unwrapped.

@@ -42,7 +42,7 @@ pub struct Workspace {
     /// What happened to the momentum in the stage, by task.
     pub books: Vec<Books>,
     /// Health of the particles, by task.
-    findings: Vec<Findings>,
+    pub findings: Vec<Findings>,
     /// Largest speed of the stage state \[m/s\].
     pub largest_speed: f64,
     /// The fluid's side of the interface, with a partner.
@@ -108,15 +108,16 @@ impl Workspace {
             for (i, record) in particles.zip(records) {
                 let (x, v, density) = (&state.position[i], &state.velocity[i], state.density[i]);
                 let pressure = model.equation_of_state.pressure(density);
+                findings[0].add(model, i, (x, v, density), origin.map(|origin| &origin[i]));
                 let v = ahead.map_or(*v, |ahead| v + state.acceleration[i] * ahead);
                 *record = Record::new(x, &v, density, pressure, state.mass[i] / density);
-                findings[0].add(model, state, i);
-                let square = origin
-                    .map_or(f64::INFINITY, |origin| model.domain.separation(x, &origin[i]).norm_squared());
-                let most = &mut findings[0].largest_square_displacement;
-                *most = most.max(square);
             }
         });
+        self.findings()
+    }
+
+    /// What the last look at every particle found: at the beginning of a stage, or by the corrector.
+    pub fn findings(&self) -> Findings {
         self.findings.iter().copied().fold(Findings::default(), Findings::with)
     }
 

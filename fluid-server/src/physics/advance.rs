@@ -207,7 +207,7 @@ impl Step<'_> {
     /// The scale of round-off in the momentum check counts for each particle, besides m|v| and m|a|, the size |p|V/h of
     /// the pair forces that cancel in its acceleration. The momentum is taken from the moved state, not from the
     /// forces: the books are checked against it.
-    #[inline]
+    #[inline(always)]
     fn book(&self, i: usize, v_0: &Vector, v: &Vector, books: &mut Books) {
         let (m, fluid) = (self.mass[i], &self.fluid[i]);
         let acceleration = self.rates[i].acceleration.norm();

@@ -40,7 +40,7 @@ impl Default for Findings {
 
 impl Findings {
     /// Adds particle `i` at `x`, which was at `origin` when the lists were built \[m\].
-    #[inline]
+    #[inline(always)]
     pub fn add(
         &mut self,
         model: &FluidModel,

@@ -31,6 +31,9 @@ struct Waters {
     doubtful: Vec<u32>,
 }
 
+/// Longer rows are not parted: water in a support is some thirty particles, and work grows with their square.
+const LARGEST_ROW: usize = 256;
+
 /// Water that has no face yet.
 const OPEN: u32 = u32::MAX;
 
@@ -57,7 +60,7 @@ impl Waters {
             let one_sided = self.separations.iter().all(|x_fs| x_fs.dot(&mean) > 0.0);
             let waters = if self.is_one(square) { 1 } else { self.flood(square, row) };
             if one_sided && waters > 1 {
-                // Below every row count.
+                // Exact, as indices of pairs are.
                 self.doubtful.push(s as u32);
             }
             if one_sided || waters == 1 {
@@ -90,8 +93,11 @@ impl Waters {
         self.separations.extend(row.iter().map(separation));
     }
 
-    /// Whether all water is around the particle nearest to the state, as it nearly always is.
+    /// Whether all water is around the particle nearest to the state, as it nearly always is, or is no water.
     fn is_one(&self, square: f64) -> bool {
+        if self.separations.len() > LARGEST_ROW {
+            return true;
+        }
         let nearest = self.separations.iter().min_by(|a, b| a.norm_squared().total_cmp(&b.norm_squared()));
         nearest.is_none_or(|nearest| {
             self.separations.iter().all(|x_fs| (x_fs - nearest).norm_squared() < square)

@@ -1,5 +1,7 @@
 //! How thick a shape is around its points.
 
+use rayon::prelude::*;
+
 use super::{Boundary, Shape};
 use crate::domain::Domain;
 use crate::neighbours::CellGrid;
@@ -12,23 +14,29 @@ use crate::vector::Vector;
 /// between them.
 pub fn local_thickness(shape: &Shape, points: &[Vector], spacing: f64, limit: f64) -> Vec<f64> {
     let boundary = Boundary::new(shape);
-    let half = 0.5 * spacing;
+    let (half, largest) = (0.5 * spacing, 0.5 * limit);
+    let radius = |x: &Vector| -boundary.surface(x).distance;
+    let depth: Vec<f64> = points.par_iter().map(radius).collect();
+    // Most points of a large shape are too deep to matter, and so are discs around those.
+    let near = |margin: f64| points.iter().zip(&depth).filter(move |(_, depth)| **depth < largest + margin);
     let offsets = [[0.0, 0.0], [half, 0.0], [0.0, half], [half, half]].map(Vector::from);
-    let discs: Vec<(Vector, f64)> = points
-        .iter()
-        .flat_map(|x| offsets.map(|offset| x + offset))
-        .map(|centre| (centre, (-boundary.surface(&centre).distance).min(0.5 * limit)))
-        .filter(|(_, radius)| *radius > 0.0)
+    let centres: Vec<Vector> = near(spacing)
+        .flat_map(|(x, _)| offsets.map(|offset| x + offset))
+        .filter(|x| shape.contains(x))
         .collect();
-    let centres: Vec<Vector> = discs.iter().map(|(centre, _)| *centre).collect();
-    let reach = 0.5 * limit + half;
+    let radii: Vec<f64> = centres.par_iter().map(|x| radius(x).min(largest)).collect();
+    let targets: Vec<Vector> = near(0.0).map(|(x, _)| *x).collect();
+    let reach = largest + half;
     let domain = Domain { lower: Vector::zeros(), upper: Vector::zeros(), periodic: [false; 2] };
-    let near = CellGrid::new(&domain, &centres, reach).list(&domain, points, &centres, reach, false);
-    let diameter = |(k, x): (usize, &Vector)| {
-        let reaching = near.of(k).iter().map(|disc| discs[*disc as usize]);
+    let list = CellGrid::new(&domain, &centres, reach).list(&domain, &targets, &centres, reach, false);
+    let mut of_targets = targets.iter().enumerate().map(|(k, x)| {
+        let discs = list.of(k).iter().map(|disc| (centres[*disc as usize], radii[*disc as usize]));
         // The tolerance keeps discs that just reach a cell's centre.
-        let reaching = reaching.filter(|(centre, radius)| (x - centre).norm() <= radius + 1.01 * half);
+        let reaching = discs.filter(|(centre, radius)| (x - centre).norm() <= radius + 1.01 * half);
         reaching.map(|(_, radius)| 2.0 * radius).fold(0.0, f64::max)
-    };
-    points.iter().enumerate().map(diameter).collect()
+    });
+    depth
+        .iter()
+        .map(|depth| if *depth < largest { of_targets.next().unwrap_or(0.0) } else { limit })
+        .collect()
 }

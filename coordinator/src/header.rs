@@ -139,7 +139,7 @@ pub fn results(summary: &Summary) -> Vec<Fact> {
         facts.push(fact(
             "interface energy",
             format!(
-                "received by the fluid {:.4e} J/m, by the solid {:.4e} J/m; drift {:.1e} J/m{share}",
+                "received by the fluid {:.4e} J/m, by the solid {:.4e} J/m; drift, lost at the face, {:.1e} J/m{share}",
                 energy.fluid_received_j_per_m, energy.solid_received_j_per_m, energy.drift_j_per_m
             ),
         ));

@@ -27,7 +27,7 @@ const HANGS: Duration = Duration::from_secs(60);
 /// What is fed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Target {
-    /// Case files, up to the particles of their scenes.
+    /// Case files, up to the particles of their scenes and what `check` tells of them.
     Cases,
     /// Half-step frames of a partner.
     Frames,
@@ -212,7 +212,11 @@ fn feed(target: Target, seeds: &Seeds, input: &[u8]) -> bool {
     match target {
         Target::Cases => {
             let text = String::from_utf8_lossy(input);
-            read_case(&text).is_ok_and(|case| case.fluid_setup().is_some() || case.solid_setup().is_some())
+            read_case(&text).is_ok_and(|case| {
+                // What `check` and the header of a run tell.
+                std::hint::black_box(case.summary());
+                case.fluid_setup().is_some() || case.solid_setup().is_some()
+            })
         }
         Target::Frames => proto::hostile::read_frame(input).is_ok_and(|taken| taken > 0),
         Target::Messages => proto::hostile::read_control(input) > 0,

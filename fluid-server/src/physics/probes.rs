@@ -125,12 +125,8 @@ pub struct RegionSums {
     momentum: Vector,
     /// Σ m x × v about the centre of the domain \[kg m/s\].
     angular_momentum: f64,
-    /// Kinetic energy \[J/m\].
-    kinetic: f64,
-    /// Energy in constant gravity, zero at the origin of coordinates \[J/m\].
-    potential: f64,
-    /// Compression energy \[J/m\].
-    compression: f64,
+    /// Energies; the potential one is zero at the origin of coordinates.
+    energies: Energies,
     /// Σ m (x − c)(x − c)/Σ m about the centre of mass c: xx, yy, xy \[m²\].
     second_moment: [f64; 3],
 }
@@ -141,9 +137,7 @@ impl AddAssign for RegionSums {
         self.first_moment += other.first_moment;
         self.momentum += other.momentum;
         self.angular_momentum += other.angular_momentum;
-        self.kinetic += other.kinetic;
-        self.potential += other.potential;
-        self.compression += other.compression;
+        self.energies += other.energies;
         self.second_moment.iter_mut().zip(other.second_moment).for_each(|(a, b)| *a += b);
     }
 }
@@ -151,14 +145,18 @@ impl AddAssign for RegionSums {
 /// Energies of all fluid; positions count as they are, unwrapped.
 pub fn energies(model: &FluidModel, state: &FluidState) -> Energies {
     let gravity = model.body_force.gravity();
-    ordered_sum(state.len(), |i| {
-        let (m, x, v) = (state.mass[i], state.position[i], state.velocity[i]);
-        Energies {
-            kinetic: 0.5 * m * v.norm_squared(),
-            potential: -m * gravity.dot(&x),
-            internal: m * model.equation_of_state.compression_energy(state.density[i]),
-        }
-    })
+    ordered_sum(state.len(), |i| energies_of(model, state, &gravity, i))
+}
+
+/// Energies of particle `i`.
+#[inline]
+fn energies_of(model: &FluidModel, state: &FluidState, gravity: &Vector, i: usize) -> Energies {
+    let m = state.mass[i];
+    Energies {
+        kinetic: 0.5 * m * state.velocity[i].norm_squared(),
+        potential: -m * gravity.dot(&state.position[i]),
+        internal: m * model.equation_of_state.compression_energy(state.density[i]),
+    }
 }
 
 /// Sums over the particles of `region`, or of all fluid for `None`; positions count as they are, unwrapped.
@@ -176,9 +174,7 @@ pub fn region_sums(model: &FluidModel, state: &FluidState, region: Option<u32>) 
             first_moment: x * m,
             momentum: v * m,
             angular_momentum: m * cross(&(x - origin), &v),
-            kinetic: 0.5 * m * v.norm_squared(),
-            potential: -m * gravity.dot(&x),
-            compression: m * model.equation_of_state.compression_energy(state.density[i]),
+            energies: energies_of(model, state, &gravity, i),
             second_moment: [0.0; 3],
         }
     })
@@ -210,9 +206,9 @@ impl RegionSums {
             self.momentum.x,
             self.momentum.y,
             self.angular_momentum,
-            self.kinetic,
-            self.potential,
-            self.compression,
+            self.energies.kinetic,
+            self.energies.potential,
+            self.energies.internal,
             centre.x,
             centre.y,
             spread[0],

@@ -133,6 +133,17 @@ impl CellGrid {
         &self.entries
     }
 
+    /// Columns and rows of cells; cell k is in row k / columns.
+    pub fn counts(&self) -> [usize; DIMENSIONS] {
+        self.counts
+    }
+
+    /// Range of [`CellGrid::order`] that holds the sources in cell `k`.
+    #[inline]
+    pub fn of_cell(&self, k: usize) -> Range<usize> {
+        self.starts[k] as usize..self.starts[k + 1] as usize
+    }
+
     /// [`CellGrid::order`], and memory for as many numbers that is free until the next sources.
     pub fn order_and_spare(&mut self) -> (&[u32], &mut Vec<u32>) {
         (&self.entries, &mut self.cells)
@@ -261,6 +272,13 @@ impl CellGrid {
 /// Column and row of a cell of a [`CellGrid`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Cell([i32; DIMENSIONS]);
+
+impl Cell {
+    /// Column and row.
+    pub fn place(self) -> [i32; DIMENSIONS] {
+        self.0
+    }
+}
 
 /// A run of cells along one axis, wrapping at `count`.
 struct Span {

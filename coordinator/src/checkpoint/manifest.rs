@@ -11,7 +11,7 @@ use super::RunCheckpoint;
 pub const MANIFEST: &str = "manifest.json";
 
 /// Version of the layout of checkpoints. No other is read.
-const FORMAT: u32 = 4;
+const FORMAT: u32 = 5;
 
 /// A manifest. Times stand twice: to be read, and by their bits.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -185,7 +185,7 @@ fn features(criterion: &mut Criterion<CpuTime>, pool: &ThreadPool) {
     }
 }
 
-/// The begin of a stage whose particles have drifted by more than the skin: order, lists and records.
+/// The begin of a stage whose particles have drifted farther than lists bear: order, lists and records.
 fn builds(criterion: &mut Criterion<CpuTime>, pool: &ThreadPool) {
     let mut group = group(criterion, "build");
     for particles in SIZES {

@@ -6,6 +6,7 @@ use sph::ledger::{Account, Accounts, StageBooks};
 use sph::stage::{Stage, StageTime};
 use sph::vector::Vector;
 
+use super::checks::{Findings, Limits};
 use super::model::FluidModel;
 use super::rates::{OuterForces, Part, Rates};
 use super::record::Record;
@@ -81,13 +82,15 @@ pub fn advance(
     let kept = (&mut state.density_rate[..], &mut state.acceleration[..]);
     // The next stage looks at what the predictor has made.
     let ends_step = time.at.stage == Stage::Corrector;
-    let origin = state.list_origin.as_ref().map(|origin| &origin.position[..]);
     let sums = (per_task(books, n), per_task(findings, n));
+    let limits = Limits::of(model);
     for_each_task(n, ((moving, kept), sums), &|particles, ((moving, kept), sums)| {
         let (PerTask(books), PerTask(findings)) = sums;
         let (x, (v, rho)) = moving;
         let (density_rate, acceleration) = kept;
+        let mut found = Findings::default();
         for (k, i) in particles.enumerate() {
+            let before = x[k];
             let moving = (&mut x[k], &mut v[k], &mut rho[k]);
             match step.part {
                 Part::Whole => step.whole(i, moving, &mut books[0]),
@@ -96,10 +99,14 @@ pub fn advance(
                     step.momentum(i, moving, (density_rate[k], &mut acceleration[k]), &mut books[0])
                 }
             }
+            if step.part != Part::Density {
+                found.add_move(&(x[k] - before));
+            }
             if ends_step {
-                findings[0].add(model, i, (&x[k], &v[k], rho[k]), origin.map(|origin| &origin[i]));
+                found.add(&limits, i, (&x[k], &v[k], rho[k]), None);
             }
         }
+        findings[0] = found;
     });
     let (mut total, mut forces) = (Books::default(), OuterForces::default());
     books.iter().for_each(|books| total += *books);

@@ -1,6 +1,7 @@
 //! What a healthy state looks like; a run that leaves it stops and says where.
 
 use rayon::prelude::*;
+use sph::domain::Domain;
 use sph::equation_of_state::LARGEST_COMPRESSION;
 use sph::solver::Divergence;
 use sph::stage::StepStage;
@@ -15,6 +16,27 @@ const TASK: usize = 2048;
 /// Position \[m\], velocity \[m/s\] and density \[kg/m³\] of a particle.
 pub type Values<'a> = (&'a Vector, &'a Vector, f64);
 
+/// What the check compares with.
+#[derive(Clone, Copy, Debug)]
+pub struct Limits {
+    domain: Domain,
+    square_speed: f64,
+    densities: [f64; 2],
+}
+
+impl Limits {
+    /// The limits of `model`.
+    pub fn of(model: &FluidModel) -> Self {
+        let c = &model.constants;
+        let highest = (1.0 + LARGEST_COMPRESSION) * c.rest_density;
+        Self {
+            domain: model.domain,
+            square_speed: c.sound_speed.powi(2),
+            densities: [model.equation_of_state.lowest_density(), highest],
+        }
+    }
+}
+
 /// What the check gathers over the particles.
 #[derive(Clone, Copy, Debug)]
 pub struct Findings {
@@ -23,6 +45,9 @@ pub struct Findings {
     largest_square_speed: f64,
     /// Square of the largest displacement since the lists were built \[m²\]; infinite where there are none.
     pub largest_square_displacement: f64,
+    /// Square of the largest move in the stage that made the state \[m²\]; the predictor of leapfrog, which goes on at known
+    /// velocities, tells none.
+    pub largest_square_move: f64,
     /// Whether a particle is outside the domain.
     pub outside: bool,
 }
@@ -33,6 +58,7 @@ impl Default for Findings {
             first_bad: usize::MAX,
             largest_square_speed: 0.0,
             largest_square_displacement: 0.0,
+            largest_square_move: 0.0,
             outside: false,
         }
     }
@@ -41,28 +67,28 @@ impl Default for Findings {
 impl Findings {
     /// Adds particle `i` at `x`, which was at `origin` when the lists were built \[m\].
     #[inline(always)]
-    pub fn add(
-        &mut self,
-        model: &FluidModel,
-        i: usize,
-        (x, v, density): Values<'_>,
-        origin: Option<&Vector>,
-    ) {
-        let rest_density = model.constants.rest_density;
+    pub fn add(&mut self, limits: &Limits, i: usize, (x, v, density): Values<'_>, origin: Option<&Vector>) {
+        let Limits { domain, square_speed: limit, densities: [lowest, highest] } = limits;
         let square_speed = v.norm_squared();
         // Written so that NaN fails.
-        let healthy = square_speed < model.constants.sound_speed.powi(2)
-            && density > model.equation_of_state.lowest_density()
-            && density < (1.0 + LARGEST_COMPRESSION) * rest_density
-            && x.x.is_finite()
-            && x.y.is_finite();
+        let healthy = (square_speed < *limit)
+            & (density > *lowest)
+            & (density < *highest)
+            & x.x.is_finite()
+            & x.y.is_finite();
         if !healthy {
             self.first_bad = self.first_bad.min(i);
         }
-        self.largest_square_speed = self.largest_square_speed.max(square_speed);
-        let square = origin.map_or(f64::INFINITY, |origin| model.domain.separation(x, origin).norm_squared());
-        self.largest_square_displacement = self.largest_square_displacement.max(square);
-        self.outside |= !model.domain.contains(x);
+        raise(&mut self.largest_square_speed, square_speed);
+        let square = origin.map_or(f64::INFINITY, |origin| domain.separation(x, origin).norm_squared());
+        raise(&mut self.largest_square_displacement, square);
+        self.outside |= !domain.contains(x);
+    }
+
+    /// Adds a particle that has moved by `d` \[m\].
+    #[inline(always)]
+    pub fn add_move(&mut self, d: &Vector) {
+        raise(&mut self.largest_square_move, d.norm_squared());
     }
 
     /// The findings of both.
@@ -73,6 +99,7 @@ impl Findings {
             largest_square_displacement: self
                 .largest_square_displacement
                 .max(other.largest_square_displacement),
+            largest_square_move: self.largest_square_move.max(other.largest_square_move),
             outside: self.outside || other.outside,
         }
     }
@@ -95,13 +122,22 @@ impl Findings {
     }
 }
 
+/// Makes `largest` at least `value`; NaN is told otherwise.
+#[inline(always)]
+fn raise(largest: &mut f64, value: f64) {
+    if value > *largest {
+        *largest = value;
+    }
+}
+
 /// Largest speed \[m/s\] of a state that is finite and within the limits of weak compressibility.
 ///
 /// # Errors
 /// The first particle that is not.
 pub fn check_state(model: &FluidModel, state: &FluidState, at: StepStage) -> Result<f64, Box<Divergence>> {
+    let limits = Limits::of(model);
     let with = |mut findings: Findings, i: usize| {
-        findings.add(model, i, (&state.position[i], &state.velocity[i], state.density[i]), None);
+        findings.add(&limits, i, (&state.position[i], &state.velocity[i], state.density[i]), None);
         findings
     };
     let particles = (0..state.len()).into_par_iter().with_min_len(TASK);

@@ -71,9 +71,8 @@ impl Cross {
 
     /// Describes where the fluid is until the lists are built anew.
     pub fn update_extent(&mut self, state: &FluidState) {
-        // Lists are built anew when a particle has moved by half the skin.
-        let slack = 0.5 * Lists::skin(self.coupling.fluid.particle_spacing);
-        self.tracker.update(&state.position, slack);
+        // Lists are built anew before a particle has moved farther.
+        self.tracker.update(&state.position, Lists::farthest(self.coupling.fluid.particle_spacing));
     }
 
     /// What reports need of the evaluations so far: see [`Cross::restore`].
@@ -86,7 +85,7 @@ impl Cross {
     /// The extent is that of the last list build, whence particles may have moved by the slack.
     pub fn restore(&mut self, state: &FluidState, history: [u64; 2]) {
         let position = state.list_origin.as_ref().map_or(&state.position, |origin| &origin.position);
-        self.tracker.update(position, 0.5 * Lists::skin(self.coupling.fluid.particle_spacing));
+        self.tracker.update(position, Lists::farthest(self.coupling.fluid.particle_spacing));
         self.largest = history[0];
         self.immersed = u32::try_from(history[1]).unwrap_or(u32::MAX);
     }

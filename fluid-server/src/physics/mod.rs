@@ -25,6 +25,7 @@ use workspace::Workspace;
 mod advance;
 mod checks;
 mod cross;
+mod drift;
 mod fields;
 mod gradients;
 mod leaving;

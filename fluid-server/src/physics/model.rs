@@ -232,6 +232,7 @@ impl FluidModel {
             position,
             velocity,
             density,
+            list_skin: Lists::skins(self.constants.particle_spacing).first,
             largest_acceleration,
             ..FluidState::default()
         }
@@ -314,7 +315,7 @@ fn constants_errors(setup: &FluidSetup, errors: &mut Vec<String>) {
         );
     }
     let (domain, smallest) =
-        (&setup.run.domain, 4.0 * c.smoothing_length + 2.0 * Lists::skin(c.particle_spacing));
+        (&setup.run.domain, 4.0 * c.smoothing_length + 2.0 * Lists::skins(c.particle_spacing).thickest);
     for (axis, name) in ["x", "y"].into_iter().enumerate() {
         let size = domain.size()[axis];
         if domain.periodic[axis] && size < smallest {

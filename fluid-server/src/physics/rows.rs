@@ -87,6 +87,11 @@ impl Sources {
         }
     }
 
+    /// The cells.
+    pub fn grid(&self) -> &CellGrid {
+        &self.grid
+    }
+
     /// Bytes in use, without the cells.
     pub fn bytes(&self) -> usize {
         size_of::<Vector>() * self.position.capacity() + 8 * self.order().len()
@@ -224,14 +229,13 @@ impl<G: Geometry> Kernel for Fill<'_, G> {
                 if indices.len() < room {
                     indices.resize(room, 0);
                 }
-                let mut at = range.start;
-                while at < range.end {
-                    let [x_j, y_j] = load::<L>(positions, at);
+                let near = |batch: [&Vector; WIDTH]| {
+                    let [x_j, y_j] = L::halves(batch.map(|x| &x.data.0[0]));
                     let (d_x, d_y) = (geometry.nearest(x - x_j, 0), geometry.nearest(y - y_j, 1));
-                    let mut bits = (d_x * d_x).plus_product(d_y, d_y).below(square_radius);
-                    if range.end - at < WIDTH {
-                        bits &= (1 << (range.end - at)) - 1;
-                    }
+                    (d_x * d_x).plus_product(d_y, d_y).below(square_radius)
+                };
+                // Leaves the target itself out and keeps the indices of the set `bits`.
+                let mut keep = |mut bits: u8, at: usize| {
                     let itself = own.wrapping_sub(at);
                     if itself < WIDTH {
                         bits &= !(1 << itself);
@@ -241,7 +245,17 @@ impl<G: Geometry> Kernel for Fill<'_, G> {
                     let lanes = SET_BITS[usize::from(bits)];
                     indices[used..used + WIDTH].copy_from_slice(&lanes.map(|lane| base + lane));
                     used += bits.count_ones() as usize;
+                };
+                let (batches, rest) = positions[range.clone()].as_chunks::<WIDTH>();
+                let mut at = range.start;
+                for batch in batches {
+                    keep(near(batch.each_ref()), at);
                     at += WIDTH;
+                }
+                if let [first, others @ ..] = rest {
+                    let last =
+                        [first, others.first().unwrap_or(first), others.get(1).unwrap_or(first), first];
+                    keep(near(last) & ((1 << rest.len()) - 1), at);
                 }
             }
             let fill = match padding {
@@ -264,12 +278,4 @@ impl<G: Geometry> Kernel for Fill<'_, G> {
             indices.shrink_to_fit();
         }
     }
-}
-
-/// A batch of `positions` from `at` on, filled up with the last one.
-#[inline(always)]
-fn load<L: Lanes>(positions: &[Vector], at: usize) -> [L; 2] {
-    let last = positions.len() - 1;
-    let [a, b, c, d] = [0, 1, 2, 3].map(|lane| &positions[(at + lane).min(last)].data.0[0]);
-    L::halves([a, b, c, d])
 }

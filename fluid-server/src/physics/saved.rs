@@ -3,6 +3,7 @@
 use sph::saved::{RestoreError, SavedState};
 use sph::vector::Vector;
 
+use super::lists::{Lists, Skins};
 use super::model::FluidModel;
 use super::state::{FluidState, ListOrigin};
 
@@ -30,6 +31,7 @@ impl FluidState {
         saved.put_vectors("fluid.position", position);
         saved.put_vectors("fluid.velocity", velocity);
         saved.put_f64("fluid.density", density.iter().copied());
+        saved.put_f64("fluid.list_skin", [self.list_skin]);
         if let Some(origin) = list_origin {
             saved.put_f64("fluid.list_origin.time", [origin.time]);
             saved.put_vectors("fluid.list_origin.position", &origin.position);
@@ -76,6 +78,12 @@ impl FluidState {
             }
             false => None,
         };
+        let [list_skin] = saved.numbers("fluid.list_skin")?;
+        let Skins { thinnest, thickest, .. } = Lists::skins(model.constants.particle_spacing);
+        if !(thinnest..=thickest).contains(&list_skin) {
+            let problem = format!("holds {list_skin} m, must lie between {thinnest} and {thickest} m");
+            return Err(RestoreError::new("fluid.list_skin", problem));
+        }
         let [removed_x, removed_y, largest_acceleration, density_age] = saved.numbers("fluid.last_step")?;
         if density_age < 0.0 {
             return Err(RestoreError::new(
@@ -93,6 +101,7 @@ impl FluidState {
             velocity: saved.vectors("fluid.velocity", n)?,
             density: positive("fluid.density")?,
             list_origin,
+            list_skin,
             removed_momentum: Vector::new(removed_x, removed_y),
             largest_acceleration,
             density_rate: saved.f64s("fluid.density_rate", Some(kept))?.to_vec(),

@@ -25,6 +25,8 @@ pub struct FluidState {
     pub density: Vec<f64>,
     /// From what the neighbour lists were built; `None` when they must be built anew.
     pub list_origin: Option<ListOrigin>,
+    /// Skin of the neighbour lists \[m\].
+    pub list_skin: f64,
     /// Momentum of the particles removed at the end of the last step \[kg/s\], booked in the next.
     pub removed_momentum: Vector,
     /// Largest acceleration of the last stage \[m/s²\].

@@ -7,10 +7,10 @@ use sph::stage::StageTime;
 use sph::vector::Vector;
 
 use super::advance::Books;
-use super::checks::Findings;
+use super::checks::{Findings, Limits};
 use super::cross::Cross;
 use super::gradients::{Gradients, Scene};
-use super::lists::Lists;
+use super::lists::{Lists, Moves};
 use super::model::FluidModel;
 use super::rates::{OuterForces, Part, Rates, StageFields};
 use super::record::Record;
@@ -76,18 +76,19 @@ impl Workspace {
         time: &StageTime,
     ) -> Result<(), Box<Divergence>> {
         self.part = Part::of(model, time.at.stage);
+        let last = self.findings().largest_square_move.sqrt();
         let findings = self.read(model, state, time.time_step);
         self.largest_speed = findings.verdict(model, state, time.at)?;
         self.walls.field.place(&model.walls, &model.domain, time.state_time());
         self.lists.restore(model, state);
-        let moved = findings.largest_square_displacement.sqrt();
         self.makes_gradients = self.part != Part::Momentum;
         // The corrector of leapfrog goes on with what belongs to the lists of the predictor.
-        let ahead = if self.part == Part::Density { 0.5 * time.time_step * self.largest_speed } else { 0.0 };
-        if self.lists.outdated(model, moved + ahead, &self.walls.field) {
+        let ahead = if self.part == Part::Density { 0.5 * time.time_step } else { 0.0 };
+        let moves = Moves { last, ahead, speed: self.largest_speed };
+        if self.lists.outdated(model, state, &findings, moves, &self.walls.field) {
             // The particles take another order.
             self.makes_gradients = true;
-            self.lists.rebuild(model, state, &mut self.base, time.state_time());
+            self.lists.rebuild(model, state, &mut self.base, time, moves);
             if let Some(cross) = &mut self.cross {
                 cross.update_extent(state);
             }
@@ -103,15 +104,18 @@ impl Workspace {
         let ahead = (self.part == Part::Momentum).then_some(0.5 * time_step);
         self.fluid.resize(state.len(), Record::default());
         let origin = state.list_origin.as_ref().map(|origin| &origin.position[..]);
+        let limits = Limits::of(model);
         let results = (&mut self.fluid[..], per_task(&mut self.findings, state.len()));
         for_each_task(state.len(), results, &|particles, (records, PerTask(findings))| {
+            let mut found = Findings::default();
             for (i, record) in particles.zip(records) {
                 let (x, v, density) = (&state.position[i], &state.velocity[i], state.density[i]);
                 let pressure = model.equation_of_state.pressure(density);
-                findings[0].add(model, i, (x, v, density), origin.map(|origin| &origin[i]));
+                found.add(&limits, i, (x, v, density), origin.map(|origin| &origin[i]));
                 let v = ahead.map_or(*v, |ahead| v + state.acceleration[i] * ahead);
                 *record = Record::new(x, &v, density, pressure, state.mass[i] / density);
             }
+            findings[0] = found;
         });
         self.findings()
     }

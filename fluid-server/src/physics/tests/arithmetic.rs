@@ -147,7 +147,7 @@ fn lists_hold_every_pair_within_support_and_only_their_padding_besides() {
         let mut setup = setup.clone();
         setup.particles.position.iter_mut().for_each(|x| *x += noise.vector() * 0.004);
         let solver = evaluated(setup, arithmetic);
-        let radius = 2.0 * 0.024 + 0.3 * 0.02;
+        let radius = 2.0 * 0.024 + solver.state.list_skin;
         let position = &solver.state.position;
         for i in 0..solver.state.len() {
             let mut found: Vec<usize> = solver.workspace.lists.fluid.neighbours(i).collect();

@@ -6,6 +6,7 @@ mod coupling;
 mod damper;
 mod invariance;
 mod leaving;
+mod lists;
 mod reports;
 mod scheme;
 mod settling;

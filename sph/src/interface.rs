@@ -21,7 +21,7 @@ use crate::vector::{SymmetricTensor, Vector, cross};
 
 pub use faces::Dummy;
 use faces::Faces;
-use lists::{CrossPair, Rows};
+use lists::{CrossPair, Rows, Search};
 
 /// Cross lists, dummy states and forces of one half-step; all buffers are reused.
 #[derive(Debug)]
@@ -29,6 +29,7 @@ pub struct Interface {
     law: PairLaw,
     domain: Domain,
     body_force: BodyForceField,
+    search: Search,
     of_fluid: Rows,
     of_solid: Rows,
     faces: Faces,
@@ -94,6 +95,7 @@ impl Interface {
             },
             domain: *domain,
             body_force,
+            search: Search::default(),
             of_fluid: Rows::default(),
             of_solid: Rows::default(),
             faces: Faces::default(),
@@ -105,9 +107,9 @@ impl Interface {
     ///
     /// The lists hold exactly the pairs within the support radius, in id order, whatever else was sent.
     pub fn update(&mut self, time: f64, fluid: &InterfaceStates, solid: &InterfaceStates) {
-        let Self { law, domain, body_force, of_fluid, of_solid, faces, .. } = self;
+        let Self { law, domain, body_force, search, of_fluid, of_solid, faces, .. } = self;
         let support = law.kernel.support_radius();
-        of_fluid.find(domain, support, fluid, solid);
+        search.fill(domain, support, fluid, solid, of_fluid);
         of_solid.transpose(of_fluid, solid.len());
         match law.law {
             InterfaceLaw::PlainSum => faces.whole(of_solid, |s| Dummy {
@@ -123,6 +125,11 @@ impl Interface {
             }
         }
         of_fluid.take_faces(of_solid);
+    }
+
+    /// Whether any state of the solid is within support of fluid state `f`.
+    pub fn meets(&self, f: usize) -> bool {
+        !self.of_fluid.of(f).is_empty()
     }
 
     /// The solid's states within support of fluid state `f`, indices ascending, with what `f` feels of each.

@@ -42,6 +42,8 @@ pub struct Cross {
     set_version: u64,
     largest: u64,
     sums: InterfaceSums,
+    /// Interface states that meet particles of the partner, and the fluid particles behind them.
+    meeting: [Vec<u32>; 2],
     moments: Vec<NeighbourSums>,
     density_rates: Vec<f64>,
     immersed: u32,
@@ -63,6 +65,7 @@ impl Cross {
             set_version: 0,
             largest: 0,
             sums: InterfaceSums::default(),
+            meeting: Default::default(),
             moments: Vec::new(),
             density_rates: Vec::new(),
             immersed: 0,
@@ -216,9 +219,14 @@ impl Cross {
         let meets = self.density_meets();
         let slips = self.coupling.law == InterfaceLaw::Wall;
         let at_spacing = model.kernel.value(model.constants.particle_spacing);
-        let Self { interface, domain, moments, members, .. } = self;
-        moments.resize(own.len(), NeighbourSums::default());
-        moments.par_iter_mut().with_min_len(TASK).enumerate().for_each(|(k, sums)| {
+        let Self { interface, domain, moments, meeting: [states, particles], members, .. } = self;
+        states.clear();
+        states.extend((0u32..).take(own.len()).filter(|k| interface.meets(*k as usize)));
+        particles.clear();
+        particles.extend(states.iter().map(|k| members[*k as usize]));
+        moments.resize(states.len(), NeighbourSums::default());
+        moments.par_iter_mut().zip(&*states).with_min_len(TASK).for_each(|(sums, k)| {
+            let k = *k as usize;
             *sums = NeighbourSums::default();
             for (s, dummy) in interface.solids_near(k) {
                 let d = domain.separation(&own.position[k], &partner.position[s]);
@@ -234,7 +242,7 @@ impl Cross {
                 sums.add_pair(&d, volume * gradient_factor, density, &v_sf, pairing);
             }
         });
-        gradients.merge(scene, members, moments, meets, rates);
+        gradients.merge(scene, particles, moments, meets, rates);
     }
 
     /// Adds the solid's part to the rates, each particle's once: continuity, diffusion and force, as far as `part` asks

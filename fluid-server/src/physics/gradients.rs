@@ -3,6 +3,7 @@
 
 use std::marker::PhantomData;
 
+use rayon::prelude::*;
 use sph::geometry::Geometry;
 use sph::lanes::{Kernel, Lanes};
 
@@ -15,6 +16,9 @@ use super::record::{Batch, Record};
 use super::shifting::{NO_ORDER, OrderLocal, Ratio, Surroundings};
 use super::tasks::{Split, for_each_task};
 use super::viscosity::corrected;
+
+/// Particles per task of a merge.
+const MERGE_TASK: usize = 64;
 
 /// Below this determinant of the moment matrix the density gradient counts as zero: too few neighbours define it.
 const SMALLEST_GRADIENT_DETERMINANT: f64 = 1e-3;
@@ -47,6 +51,8 @@ pub struct Gradients {
     pub tensor: Vec<Matrix>,
     /// Viscosity in the viscous pair force \[Pa s\].
     pub viscosity: Vec<f64>,
+    /// What follows for particles that meet a partner's, until it is put in place.
+    merged: Vec<(NeighbourSums, Finished)>,
 }
 
 /// A task's part of [`Gradients`].
@@ -142,7 +148,7 @@ impl Gradients {
     }
 
     fn results<'a>(&'a mut self, passes: Passes, rates: &'a mut [Rates]) -> Results<'a> {
-        let Self { sums, shown, correction, order, viscous_stress, tensor, viscosity } = self;
+        let Self { sums, shown, correction, order, viscous_stress, tensor, viscosity, .. } = self;
         let rates = if passes.leapfrog { rates } else { &mut [] };
         Results { sums, shown, correction, order, viscous_stress, tensor, viscosity, rates }
     }
@@ -166,15 +172,25 @@ impl Gradients {
         density_meets: bool,
         rates: &mut [Rates],
     ) {
-        for (i, added) in members.iter().zip(partner) {
+        let mut merged = std::mem::take(&mut self.merged);
+        let each = members.par_iter().zip(partner).with_min_len(MERGE_TASK);
+        let of_both = each.map(|(i, added)| {
             let i = *i as usize;
-            self.sums[i].merge(added);
-            let mut finished = finish(scene, i, &self.sums[i]);
+            let mut sums = self.sums[i];
+            sums.merge(added);
+            let mut finished = finish(scene, i, &sums);
             if let (false, Some([.., x, y])) = (density_meets, self.shown.get(i)) {
                 [finished.shown[2], finished.shown[3]] = [*x, *y];
             }
+            (sums, finished)
+        });
+        of_both.collect_into_vec(&mut merged);
+        for (i, (sums, finished)) in members.iter().zip(&merged) {
+            let i = *i as usize;
+            self.sums[i] = *sums;
             self.results(scene.model.passes, rates).put(i, finished);
         }
+        self.merged = merged;
     }
 
     /// q of the acoustic damper of particle `i` \[Pa\].
@@ -206,7 +222,7 @@ impl Gradients {
         fn bytes<T>(values: &Vec<T>) -> usize {
             values.capacity() * size_of::<T>()
         }
-        let Self { sums, shown, correction, order, viscous_stress, tensor, viscosity } = self;
+        let Self { sums, shown, correction, order, viscous_stress, tensor, viscosity, merged } = self;
         bytes(sums)
             + bytes(shown)
             + bytes(correction)
@@ -214,6 +230,7 @@ impl Gradients {
             + bytes(viscous_stress)
             + bytes(tensor)
             + bytes(viscosity)
+            + bytes(merged)
     }
 }
 
@@ -251,12 +268,13 @@ impl<G: Geometry, W: Wanted> Kernel for Gather<'_, G, W> {
             if let Some(kept) = results.sums.get_mut(k) {
                 *kept = sums;
             }
-            results.put(k, finish(scene, i, &sums));
+            results.put(k, &finish(scene, i, &sums));
         }
     }
 }
 
 /// What follows for one particle.
+#[derive(Clone, Copy, Debug)]
 struct Finished {
     shown: [f64; 4],
     correction: Symmetric,
@@ -269,7 +287,7 @@ struct Finished {
 
 impl Results<'_> {
     #[inline(always)]
-    fn put(&mut self, k: usize, finished: Finished) {
+    fn put(&mut self, k: usize, finished: &Finished) {
         put(self.shown, k, finished.shown);
         put(self.correction, k, finished.correction);
         put(self.order, k, finished.order);

@@ -1,8 +1,14 @@
 //! Cross lists: the pairs within support, seen from either side.
 
+use rayon::prelude::*;
+
 use crate::domain::Domain;
 use crate::exchange::InterfaceStates;
 use crate::neighbours::CellGrid;
+use crate::vector::Vector;
+
+/// States per task.
+pub const TASK: usize = 64;
 
 /// A neighbour across the interface.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -11,6 +17,79 @@ pub struct CrossPair {
     pub other: u32,
     /// Index of the face of the solid's state that the pair acts through.
     pub face: u32,
+}
+
+/// Finds the pairs within support; buffers are reused.
+#[derive(Debug, Default)]
+pub struct Search {
+    grid: CellGrid,
+    /// Positions of the solid's states in the order of cells \[m\].
+    placed: Vec<Vector>,
+    found: Vec<Found>,
+}
+
+/// Rows of one task.
+#[derive(Debug, Default)]
+struct Found {
+    ends: Vec<u32>,
+    pairs: Vec<CrossPair>,
+}
+
+impl Search {
+    /// Fills `rows` of the fluid with exactly the pairs within `support` \[m\], faces not yet set.
+    pub fn fill(
+        &mut self,
+        domain: &Domain,
+        support: f64,
+        fluid: &InterfaceStates,
+        solid: &InterfaceStates,
+        rows: &mut Rows,
+    ) {
+        let Self { grid, placed, found } = self;
+        grid.renew(domain, &solid.position, support);
+        placed.clear();
+        placed.extend(grid.order().iter().map(|s| solid.position[*s as usize]));
+        found.resize_with(fluid.len().div_ceil(TASK), Found::default);
+        let (grid, square) = (&*grid, support * support);
+        found.par_iter_mut().zip(fluid.position.par_chunks(TASK)).for_each(
+            |(Found { ends, pairs }, task)| {
+                ends.clear();
+                pairs.clear();
+                for x in task {
+                    let x = domain.wrapped(x);
+                    let start = pairs.len();
+                    for k in grid.ranges(grid.cell(&x)).into_iter().flatten() {
+                        if domain.separation(&x, &placed[k]).norm_squared() < square {
+                            pairs.push(CrossPair { other: grid.order()[k], face: 0 });
+                        }
+                    }
+                    pairs[start..].sort_unstable_by_key(|pair| pair.other);
+                    ends.push(pairs.len() as u32);
+                }
+            },
+        );
+        rows.take(found);
+    }
+}
+
+/// Rows of the states of one task.
+#[derive(Debug)]
+pub struct TaskRows<'a> {
+    /// The first state.
+    pub first: usize,
+    offsets: &'a [u32],
+    pairs: &'a mut [CrossPair],
+}
+
+impl TaskRows<'_> {
+    /// Each state with its row.
+    pub fn each(&mut self, mut work: impl FnMut(usize, &mut [CrossPair])) {
+        let start = self.offsets[0];
+        for (k, ends) in self.offsets.windows(2).enumerate() {
+            let row = (ends[0] - start) as usize..(ends[1] - start) as usize;
+            work(self.first + k, &mut self.pairs[row]);
+        }
+    }
 }
 
 /// Rows of pairs that keep their allocations.
@@ -32,23 +111,34 @@ impl Rows {
         &mut self.pairs[self.offsets[i] as usize..self.offsets[i + 1] as usize]
     }
 
+    /// All rows, task by task.
+    pub fn tasks(&mut self) -> Vec<TaskRows<'_>> {
+        let count = self.len();
+        let mut pairs = &mut self.pairs[..];
+        let mut task = |first: usize| {
+            let offsets = &self.offsets[first..=count.min(first + TASK)];
+            let length = offsets[offsets.len() - 1] - offsets[0];
+            let (own, rest) = std::mem::take(&mut pairs).split_at_mut(length as usize);
+            pairs = rest;
+            TaskRows { first, offsets, pairs: own }
+        };
+        (0..count).step_by(TASK).map(&mut task).collect()
+    }
+
     /// Number of states.
     pub fn len(&self) -> usize {
         self.offsets.len() - 1
     }
 
-    /// Fills the rows of the fluid with exactly the pairs within `support` \[m\], faces not yet set.
-    pub fn find(&mut self, domain: &Domain, support: f64, fluid: &InterfaceStates, solid: &InterfaceStates) {
-        let grid = CellGrid::new(domain, &solid.position, support);
-        let list = grid.list(domain, &fluid.position, &solid.position, support, false);
+    /// Fills the rows with `found`, which follows task by task.
+    fn take(&mut self, found: &[Found]) {
         self.offsets.clear();
         self.pairs.clear();
         self.offsets.push(0);
-        for f in 0..fluid.len() {
-            let start = self.pairs.len();
-            self.pairs.extend(list.of(f).iter().map(|s| CrossPair { other: *s, face: 0 }));
-            self.pairs[start..].sort_unstable_by_key(|pair| pair.other);
-            self.offsets.push(self.pairs.len() as u32);
+        for Found { ends, pairs } in found {
+            let before = self.pairs.len() as u32;
+            self.offsets.extend(ends.iter().map(|end| before + end));
+            self.pairs.extend_from_slice(pairs);
         }
     }
 

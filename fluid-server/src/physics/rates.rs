@@ -11,7 +11,7 @@ use sph::vector::Vector;
 
 use super::gradients::{Gradients, Scene, in_momentum, mirrored_stress, momentum_tensor};
 use super::model::FluidModel;
-use super::pair::{Found, Friction, IDENTITY, LawLanes, Matrix, Own, PairSums, Terms, With};
+use super::pair::{Found, Friction, IDENTITY, LawLanes, Matrix, Own, PairSums, PairTotals, Terms, With};
 use super::record::{Batch, gather, gather_columns};
 use super::shifting::{self, Control, nearest_surface};
 use super::state::FluidState;
@@ -367,10 +367,14 @@ impl<G: Geometry, T: Terms> Kernel for Evaluate<'_, G, T> {
             let i = first + k;
             let own = fields.own::<L, T>(i);
             let (sums, nearest) = fields.fluid_sums::<L, T>(&law, i, &own);
-            let (sums, walls) = (sums.total(), fields.wall_sums::<L, T>(&law, i, &own, None).total());
-            let rho = scene.fluid[i].density();
+            let (sums, rho) = (sums.total(), scene.fluid[i].density());
             let by_fluid = sums.stress_divergence / -rho;
-            let by_walls = walls.stress_divergence / -rho + fields.wall_repulsion(i, None);
+            // Most particles are far from walls.
+            let (mut walls, mut by_walls) = (PairTotals::default(), Vector::zeros());
+            if !scene.lists.walls.of(i).is_empty() {
+                walls = fields.wall_sums::<L, T>(&law, i, &own, None).total();
+                by_walls = walls.stress_divergence / -rho + fields.wall_repulsion(i, None);
+            }
             let body = body_force.acceleration(&state.position[i]);
             let mut control = Control::default();
             if let (true, Some(order)) = (T::FOUND, &model.order) {

@@ -171,14 +171,12 @@ fn smallest_eigenvalue(moment: &Symmetric) -> f64 {
 }
 
 /// Where a particle lies relative to the free surface.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Place {
     /// No surface within the support.
     Inside,
-    /// A particle of the surface lies within the support; unit normal out of the fluid, zero where there is none.
-    Near(Vector),
-    /// At the surface; its unit normal likewise.
-    Surface(Vector),
+    /// At the surface, or one of its particles lies within the support.
+    Surface,
     /// Spray.
     Alone,
 }
@@ -212,18 +210,27 @@ pub fn control<L: Lanes, G: Geometry>(
     let place = if eigenvalue < SPRAY {
         Place::Alone
     } else if at_surface || near {
-        let normal = outward::<L, G>(scene, i, shown, eigenvalue);
-        if at_surface { Place::Surface(normal) } else { Place::Near(normal) }
+        Place::Surface
     } else {
         Place::Inside
     };
     let fluid = &scene.fluid[i];
-    let shift = shift(order, scene.model, local, &place) * disordered(local, fluid);
+    let share = disordered(local, fluid);
+    let shift = if place == Place::Alone || share == 0.0 {
+        Vector::zeros()
+    } else {
+        let normal = if place == Place::Surface {
+            outward::<L, G>(scene, i, shown, eigenvalue)
+        } else {
+            Vector::zeros()
+        };
+        shift(order, scene.model, local, &normal) * share
+    };
     let v = &local.velocity_gradient;
     let advection = Vector::new(v[0] * shift.x + v[1] * shift.y, v[2] * shift.x + v[3] * shift.y);
     let largest_tension = LARGEST_TENSION * scene.model.bulk_modulus();
     let pressure = (fluid.pressure() + shown[i][0]).max(-largest_tension);
-    Control { shift, acceleration: tensile(order, local, &place, pressure, fluid.density()) + advection }
+    Control { shift, acceleration: tensile(order, local, place, pressure, fluid.density()) + advection }
 }
 
 /// Unit normal out of the fluid, −∇λ: the eigenvalue falls toward the surface.
@@ -246,25 +253,18 @@ fn outward<L: Lanes, G: Geometry>(scene: &Scene<G>, i: usize, shown: &[[f64; 4]]
     Vector::new(x, y).try_normalize(1e-12).unwrap_or_else(Vector::zeros)
 }
 
-/// Velocity of the shift \[m/s\].
+/// Velocity of the shift \[m/s\]; `normal` is zero away from the surface.
 ///
 /// ```text
 /// δu_i = −C 2h U_i Σ_j V_j [1 + R (W_ij/W(Δx))⁴] ∇W,  |δu_i| ≤ U_i/2      Sun et al. 2017, 2019
 /// ```
 /// U_i is the largest relative speed of neighbours: a fluid that moves as one is left alone. No shift at the surface,
 /// none along its normal near it.
-fn shift(order: &OrderControl, model: &FluidModel, local: &OrderLocal, place: &Place) -> Vector {
+fn shift(order: &OrderControl, model: &FluidModel, local: &OrderLocal, normal: &Vector) -> Vector {
     let OrderLocal { speed, crowding, .. } = *local;
     let scale = -order.shifting * 2.0 * model.constants.smoothing_length * speed;
-    let shift = match place {
-        Place::Alone => return Vector::zeros(),
-        Place::Near(normal) | Place::Surface(normal) => {
-            let shift = crowding * scale;
-            shift - normal * shift.dot(normal)
-        }
-        Place::Inside => crowding * scale,
-    };
-    shift.cap_magnitude(0.5 * speed)
+    let shift = crowding * scale;
+    (shift - normal * shift.dot(normal)).cap_magnitude(0.5 * speed)
 }
 
 /// How much of the shift a particle takes: none where pressure orders it.
@@ -284,8 +284,8 @@ fn disordered(local: &OrderLocal, fluid: &Record) -> f64 {
 /// ```text
 /// 2 p_i/ρ_i Σ_j V_j ∇W                                                     Sun et al. 2018
 /// ```
-fn tensile(order: &OrderControl, local: &OrderLocal, place: &Place, pressure: f64, density: f64) -> Vector {
-    if !order.tensile_control || pressure >= 0.0 || *place != Place::Inside {
+fn tensile(order: &OrderControl, local: &OrderLocal, place: Place, pressure: f64, density: f64) -> Vector {
+    if !order.tensile_control || pressure >= 0.0 || place != Place::Inside {
         return Vector::zeros();
     }
     local.concentration * (2.0 * pressure / density)

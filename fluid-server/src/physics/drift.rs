@@ -8,6 +8,9 @@ use sph::vector::Vector;
 /// their neighbours and the next.
 const RINGS: isize = 2;
 
+/// The same beside walls, which may lie beyond the grid, whose last cells are up to two cells wide.
+const WALL_RINGS: isize = RINGS + 1;
+
 /// Cells per task.
 const TASK: usize = 128;
 
@@ -16,7 +19,7 @@ const TASK: usize = 128;
 pub struct Drift {
     /// Columns and rows of cells.
     counts: [usize; 2],
-    /// Whether a wall particle is in the cell or within two of it.
+    /// Whether a wall particle is in the cell or within [`WALL_RINGS`] of it.
     near_wall: Vec<bool>,
     /// Box of the displacements in each cell \[m\]; inverted where it is empty.
     boxes: Vec<Span>,
@@ -81,8 +84,8 @@ impl Drift {
             if last.replace((column, row)) == Some((column, row)) {
                 continue;
             }
-            for y in (row - RINGS).max(0)..=(row + RINGS).min(rows - 1) {
-                for x in (column - RINGS).max(0)..=(column + RINGS).min(columns - 1) {
+            for y in (row - WALL_RINGS).max(0)..=(row + WALL_RINGS).min(rows - 1) {
+                for x in (column - WALL_RINGS).max(0)..=(column + WALL_RINGS).min(columns - 1) {
                     self.near_wall[(y * columns + x).cast_unsigned()] = true;
                 }
             }

@@ -1,7 +1,7 @@
 //! How long neighbour lists last.
 
 use sph::saved::SavedState;
-use sph::setup::FluidScheme;
+use sph::setup::{FluidParticles, FluidScheme};
 use sph::solver::Solver;
 use sph::stage::Stage;
 
@@ -107,5 +107,31 @@ fn a_saved_skin_that_lists_never_have_is_refused() {
         other.put_f64("fluid.list_skin", [skin]);
         let error = solver.restore(&other).unwrap_err();
         assert!(error.to_string().contains("fluid.list_skin"), "{error}");
+    }
+}
+
+#[test]
+fn water_that_flies_as_one_finds_the_wall_before_it() {
+    // The width decides how far the last cell reaches beyond whole cells, the gap when lists are built.
+    for (columns, gap) in
+        (6..26).flat_map(|columns| (0..24).map(move |k| (columns, 0.03 + 5e-4 * f64::from(k))))
+    {
+        let mut setup = dam_break();
+        setup.particles = FluidParticles::default();
+        let lower = sph::vector::Vector::new(0.9 - gap - 0.02 * f64::from(columns), 0.5);
+        add_block(&mut setup, lower, columns as usize, 2);
+        setup.particles.velocity.iter_mut().for_each(|v| v.x = 4.0);
+        let mut solver = FluidSolver::new(setup).unwrap();
+        for step in 0..60 {
+            for stage in Stage::BOTH {
+                let time = stage_time(step, stage, 1e-4);
+                solver.begin_stage(&time).unwrap();
+                assert_eq!(missing(&solver), 0, "{columns} columns, gap {gap}, step {step}");
+                solver.evaluate_own(&time);
+                solver.evaluate_cross(&time, &Default::default(), &Default::default());
+                solver.advance(&time).unwrap();
+            }
+            solver.end_step(&stage_time(step, Stage::Corrector, 1e-4)).unwrap();
+        }
     }
 }

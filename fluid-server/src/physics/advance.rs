@@ -2,15 +2,17 @@
 
 use std::ops::AddAssign;
 
-use sph::ledger::{Account, Accounts, StageBooks};
+use sph::ledger::{Account, Accounts, Energies, StageBooks};
 use sph::stage::{Stage, StageTime};
 use sph::vector::Vector;
 
-use super::checks::{Findings, Limits};
+use super::checks::{Findings, Values};
+use super::look::Look;
 use super::model::FluidModel;
+use super::probes::energies_of;
 use super::rates::{OuterForces, Part, Rates};
 use super::record::Record;
-use super::state::{Base, FluidState};
+use super::state::FluidState;
 use super::tasks::{PerTask, for_each_task, per_task};
 use super::workspace::Workspace;
 
@@ -24,6 +26,8 @@ pub struct Books {
     momentum: Vector,
     /// Σ m |v| + m |vⁿ| \[kg/s\].
     gross_momentum: f64,
+    /// Of the state that ends a step.
+    energies: Energies,
 }
 
 impl AddAssign for Books {
@@ -33,10 +37,11 @@ impl AddAssign for Books {
         self.largest_acceleration = self.largest_acceleration.max(other.largest_acceleration);
         self.momentum += other.momentum;
         self.gross_momentum += other.gross_momentum;
+        self.energies += other.energies;
     }
 }
 
-/// Moves the state by the rates in `workspace`.
+/// Moves the state by the rates in `workspace`, and makes the records of the new one.
 ///
 /// The letter of the source:
 /// ```text
@@ -59,57 +64,66 @@ pub fn advance(
     workspace: &mut Workspace,
     time: &StageTime,
 ) -> StageBooks {
-    let Workspace { base, fluid, rates, cross, outer, books, findings, part, .. } = workspace;
+    let Workspace { base, fluid, rates, cross, outer, books, findings, part, current, energies, .. } = workspace;
     let n = state.len();
-    if *part == Part::Whole && time.at.stage == Stage::Predictor {
-        base.position.clone_from(&state.position);
-        base.velocity.clone_from(&state.velocity);
-        base.density.clone_from(&state.density);
+    if *part == Part::Whole {
+        base.resize(n);
     }
+    let FluidState { position, velocity, density, density_rate, acceleration, mass, list_origin, .. } = state;
     let step = Step {
         part: *part,
+        stage: time.at.stage,
         duration: time.duration(),
         half: 0.5 * time.time_step,
         density_age: state.density_age,
         damping: model.damping_rate(time.state_time()),
         inverse_h: 1.0 / model.constants.smoothing_length,
-        fluid,
+        gravity: model.body_force.gravity(),
+        model,
         rates,
-        mass: &state.mass,
-        base,
+        mass,
     };
-    let moving = (&mut state.position[..], (&mut state.velocity[..], &mut state.density[..]));
-    let kept = (&mut state.density_rate[..], &mut state.acceleration[..]);
-    // The next stage looks at what the predictor has made.
-    let ends_step = time.at.stage == Stage::Corrector;
+    let moving = (&mut position[..], (&mut velocity[..], &mut density[..]));
+    let kept = (&mut density_rate[..], &mut acceleration[..]);
+    let base = (&mut base.position[..], (&mut base.velocity[..], &mut base.density[..]));
     let sums = (per_task(books, n), per_task(findings, n));
-    let limits = Limits::of(model);
-    for_each_task(n, ((moving, kept), sums), &|particles, ((moving, kept), sums)| {
-        let (PerTask(books), PerTask(findings)) = sums;
+    let look = Look::new(model, list_origin.as_ref());
+    let results = (((moving, kept), (base, &mut fluid[..])), sums);
+    for_each_task(n, results, &|particles, (((moving, kept), (base, fluid)), sums)| {
+        let (PerTask(of_task), PerTask(findings)) = sums;
         let (x, (v, rho)) = moving;
+        let (x_0, (v_0, rho_0)) = base;
         let (density_rate, acceleration) = kept;
-        let mut found = Findings::default();
+        let (mut books, mut found) = (Books::default(), Findings::default());
         for (k, i) in particles.enumerate() {
             let before = x[k];
             let moving = (&mut x[k], &mut v[k], &mut rho[k]);
+            let mut shown_velocity = None;
             match step.part {
-                Part::Whole => step.whole(i, moving, &mut books[0]),
-                Part::Density => step.density(i, moving, &mut density_rate[k]),
+                Part::Whole => {
+                    step.whole(i, moving, (&mut x_0[k], &mut v_0[k], &mut rho_0[k]), &fluid[k], &mut books);
+                }
+                Part::Density => {
+                    step.density(i, moving, &mut density_rate[k]);
+                    shown_velocity = Some(v[k] + acceleration[k] * step.half);
+                }
                 Part::Momentum => {
-                    step.momentum(i, moving, (density_rate[k], &mut acceleration[k]), &mut books[0])
+                    let kept = (density_rate[k], &mut acceleration[k]);
+                    step.momentum(i, moving, kept, &fluid[k], &mut books);
                 }
             }
+            // Where particles go at known velocities it is known beforehand.
             if step.part != Part::Density {
                 found.add_move(&(x[k] - before));
             }
-            if ends_step {
-                found.add(&limits, i, (&x[k], &v[k], rho[k]), None);
-            }
+            fluid[k] = look.at(i, (&x[k], &v[k], rho[k]), step.mass[i], shown_velocity, &mut found);
         }
-        findings[0] = found;
+        (of_task[0], findings[0]) = (books, found);
     });
+    *current = true;
     let (mut total, mut forces) = (Books::default(), OuterForces::default());
     books.iter().for_each(|books| total += *books);
+    *energies = (time.at.stage == Stage::Corrector).then_some(total.energies);
     let interface = cross.as_ref().map(|cross| cross.sums()).unwrap_or_default();
     if *part == Part::Density {
         // The velocity of this stage is an extrapolation: no force has acted.
@@ -159,27 +173,38 @@ type Moving<'a> = (&'a mut Vector, &'a mut Vector, &'a mut f64);
 /// One stage's view on a particle.
 struct Step<'a> {
     part: Part,
+    stage: Stage,
     duration: f64,
     half: f64,
     density_age: f64,
     damping: f64,
     inverse_h: f64,
-    fluid: &'a [Record],
+    gravity: Vector,
+    model: &'a FluidModel,
     rates: &'a [Rates],
     mass: &'a [f64],
-    base: &'a Base,
 }
 
 impl Step<'_> {
-    /// Either stage of Eq. (30)-(31). The position moves with the velocity of the stage state, and with the shift.
+    /// Either stage of Eq. (30)-(31) from the state `base` at the start of the step, which the first one keeps. The
+    /// position moves with the velocity of the stage state, and with the shift.
     #[inline]
-    fn whole(&self, i: usize, (x, v, rho): Moving<'_>, books: &mut Books) {
-        let Self { rates, base, duration, .. } = self;
-        let rates = &rates[i];
-        *x = base.position[i] + (*v + rates.shift) * *duration;
-        *v = base.velocity[i] + rates.acceleration * *duration;
-        *rho = base.density[i] + rates.density * *duration;
-        self.book(i, &base.velocity[i], v, books);
+    fn whole(
+        &self,
+        i: usize,
+        (x, v, rho): Moving<'_>,
+        (x_0, v_0, rho_0): Moving<'_>,
+        shown: &Record,
+        books: &mut Books,
+    ) {
+        let (rates, duration) = (&self.rates[i], self.duration);
+        if self.stage == Stage::Predictor {
+            (*x_0, *v_0, *rho_0) = (*x, *v, *rho);
+        }
+        *x = *x_0 + (*v + rates.shift) * duration;
+        *v = *v_0 + rates.acceleration * duration;
+        *rho = *rho_0 + rates.density * duration;
+        self.book(i, v_0, (x, v, *rho), shown, books);
     }
 
     /// The predictor of leapfrog.
@@ -198,6 +223,7 @@ impl Step<'_> {
         i: usize,
         (x, v, rho): Moving<'_>,
         (density_rate, before): (f64, &mut Vector),
+        shown: &Record,
         books: &mut Books,
     ) {
         let Self { rates, half, duration, .. } = self;
@@ -206,22 +232,25 @@ impl Step<'_> {
         *x += *v * *half + rates.shift * *duration;
         *rho += rates.density * *duration + density_rate * *half;
         *before = rates.acceleration;
-        self.book(i, &start, v, books);
+        self.book(i, &start, (x, v, *rho), shown, books);
     }
 
-    /// Books what happened to particle `i`, which came from velocity `v_0` to `v`.
+    /// Books what happened to particle `i`, which was `shown` and came from velocity `v_0` to where it is now.
     ///
     /// The scale of round-off in the momentum check counts for each particle, besides m|v| and m|a|, the size |p|V/h of
     /// the pair forces that cancel in its acceleration. The momentum is taken from the moved state, not from the
     /// forces: the books are checked against it.
     #[inline(always)]
-    fn book(&self, i: usize, v_0: &Vector, v: &Vector, books: &mut Books) {
-        let (m, fluid) = (self.mass[i], &self.fluid[i]);
+    fn book(&self, i: usize, v_0: &Vector, now: Values<'_>, shown: &Record, books: &mut Books) {
+        let (m, (_, v, _)) = (self.mass[i], now);
         let acceleration = self.rates[i].acceleration.norm();
-        books.damping += fluid.velocity() * (-self.damping * m);
-        books.gross += m * acceleration + fluid.pressure().abs() * fluid.volume() * self.inverse_h;
+        books.damping += shown.velocity() * (-self.damping * m);
+        books.gross += m * acceleration + shown.pressure().abs() * shown.volume() * self.inverse_h;
         books.largest_acceleration = books.largest_acceleration.max(acceleration);
         books.momentum += (*v - *v_0) * m;
         books.gross_momentum += m * (v.norm() + v_0.norm());
+        if self.stage == Stage::Corrector {
+            books.energies += energies_of(self.model, &self.gravity, m, now);
+        }
     }
 }

@@ -199,6 +199,12 @@ impl Gradients {
         self.shown.get(i).map_or(0.0, |shown| shown[0])
     }
 
+    /// L_i of particle `i` as Eq. (22) takes it.
+    #[inline(always)]
+    pub fn in_momentum(&self, model: &FluidModel, i: usize) -> Symmetric {
+        self.correction.get(i).map_or(IDENTITY, |correction| in_momentum(model, correction))
+    }
+
     /// T of every particle at its present pressure, with what the pass has found; the order of particles must be the
     /// same. With leapfrog alone, whose predictor makes none.
     pub fn make_tensors<G: Geometry>(&mut self, scene: &Scene<G>) {
@@ -363,8 +369,7 @@ fn finish<G: Geometry>(scene: &Scene<G>, i: usize, sums: &NeighbourSums) -> Fini
 /// T \[Pa\] of a particle of `pressure` with damper \[Pa\], viscous `stress` \[Pa\] and L_i.
 #[inline(always)]
 fn tensor(model: &FluidModel, pressure: f64, stress: &Matrix, correction: &Symmetric) -> Matrix {
-    let shared = if model.passes.momentum_correction { in_momentum(model, correction) } else { IDENTITY };
-    momentum_tensor(pressure, stress, &shared)
+    momentum_tensor(pressure, stress, &in_momentum(model, correction))
 }
 
 /// Pressure of the acoustic damper \[Pa\], which acts in the momentum equation alone.
@@ -408,10 +413,15 @@ fn transposed_stress(viscosity: f64, gradient: &Matrix) -> Matrix {
     [-viscosity * yy, viscosity * yx, viscosity * xy, -viscosity * xx]
 }
 
-/// L_i as Eq. (22) takes it: most of it where the neighbours surround the particle, none of it at a surface.
+/// L_i as Eq. (22) takes it: most of it where the neighbours surround the particle, none of it at a surface; the unit
+/// matrix where the case does not correct momentum.
 ///
 /// The rest is that of the plain sum, 1/M I.
-pub fn in_momentum(model: &FluidModel, correction: &Symmetric) -> Symmetric {
+#[inline(always)]
+fn in_momentum(model: &FluidModel, correction: &Symmetric) -> Symmetric {
+    if !model.passes.momentum_correction {
+        return IDENTITY;
+    }
     let [xx, xy, yy] = *correction;
     let determinant = 1.0 / (xx * yy - xy * xy);
     let (least, enough) = MOMENTUM_DETERMINANTS;

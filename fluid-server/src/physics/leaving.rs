@@ -43,7 +43,7 @@ enum Departure {
 pub fn remove_departed(
     model: &FluidModel,
     state: &mut FluidState,
-    workspace: &Workspace,
+    workspace: &mut Workspace,
     findings: &Findings,
     time: &StageTime,
 ) -> Result<(), Box<Divergence>> {
@@ -94,6 +94,7 @@ pub fn remove_departed(
         }));
     }
     state.retain(|i| departed[i].is_none());
+    workspace.forget_state();
     Ok(())
 }
 

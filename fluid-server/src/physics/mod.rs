@@ -30,6 +30,7 @@ mod fields;
 mod gradients;
 mod leaving;
 mod lists;
+mod look;
 mod model;
 mod moments;
 mod pair;
@@ -179,7 +180,7 @@ impl Solver for FluidSolver {
     }
 
     fn energies(&self) -> Energies {
-        probes::energies(&self.model, &self.state)
+        self.workspace.energies.unwrap_or_else(|| probes::energies(&self.model, &self.state))
     }
 
     fn probes(&self, time: f64, values: &mut Vec<f64>) {

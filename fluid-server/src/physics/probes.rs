@@ -9,6 +9,7 @@ use sph::setup::FluidProbeKind;
 use sph::sums::ordered_sum;
 use sph::vector::{Vector, cross};
 
+use super::checks::Values;
 use super::model::FluidModel;
 use super::state::FluidState;
 
@@ -145,17 +146,17 @@ impl AddAssign for RegionSums {
 /// Energies of all fluid; positions count as they are, unwrapped.
 pub fn energies(model: &FluidModel, state: &FluidState) -> Energies {
     let gravity = model.body_force.gravity();
-    ordered_sum(state.len(), |i| energies_of(model, state, &gravity, i))
+    let values = |i: usize| (&state.position[i], &state.velocity[i], state.density[i]);
+    ordered_sum(state.len(), |i| energies_of(model, &gravity, state.mass[i], values(i)))
 }
 
-/// Energies of particle `i`.
+/// Energies of a particle of `mass` per depth \[kg/m\].
 #[inline]
-fn energies_of(model: &FluidModel, state: &FluidState, gravity: &Vector, i: usize) -> Energies {
-    let m = state.mass[i];
+pub fn energies_of(model: &FluidModel, gravity: &Vector, mass: f64, (x, v, rho): Values<'_>) -> Energies {
     Energies {
-        kinetic: 0.5 * m * state.velocity[i].norm_squared(),
-        potential: -m * gravity.dot(&state.position[i]),
-        internal: m * model.equation_of_state.compression_energy(state.density[i]),
+        kinetic: 0.5 * mass * v.norm_squared(),
+        potential: -mass * gravity.dot(x),
+        internal: mass * model.equation_of_state.compression_energy(rho),
     }
 }
 
@@ -174,7 +175,7 @@ pub fn region_sums(model: &FluidModel, state: &FluidState, region: Option<u32>) 
             first_moment: x * m,
             momentum: v * m,
             angular_momentum: m * cross(&(x - origin), &v),
-            energies: energies_of(model, state, &gravity, i),
+            energies: energies_of(model, &gravity, m, (&x, &v, state.density[i])),
             second_moment: [0.0; 3],
         }
     })

@@ -9,9 +9,9 @@ use sph::lanes::{Kernel, Lanes, WIDTH};
 use sph::stage::Stage;
 use sph::vector::Vector;
 
-use super::gradients::{Gradients, Scene, in_momentum, mirrored_stress, momentum_tensor};
+use super::gradients::{Gradients, Scene, mirrored_stress, momentum_tensor};
 use super::model::FluidModel;
-use super::pair::{Found, Friction, IDENTITY, LawLanes, Matrix, Own, PairSums, PairTotals, Terms, With};
+use super::pair::{Found, Friction, IDENTITY, LawLanes, Matrix, Own, PairSums, PairTotals, Symmetric, Terms, With};
 use super::record::{Batch, gather, gather_columns};
 use super::shifting::{self, Control, nearest_surface};
 use super::state::FluidState;
@@ -201,6 +201,7 @@ impl<G: Geometry> StageFields<'_, G> {
     ) -> PairSums<L> {
         let Scene { geometry, model, lists, walls, .. } = self.scene;
         let damper = L::splat(self.damper(i));
+        let correction = if T::TENSOR { self.gradients.in_momentum(model, i) } else { IDENTITY };
         let mut sums = PairSums::zero();
         for indices in lists.walls.of(i) {
             let indices = *indices;
@@ -212,7 +213,7 @@ impl<G: Geometry> StageFields<'_, G> {
             batch.pressure = batch.pressure + damper;
             let mut found = Found { density_gradient: own.density_gradient, ..Found::nothing() };
             if T::TENSOR {
-                let [a, b, c, d] = indices.map(|w| self.wall_tensor(i, w as usize));
+                let [a, b, c, d] = indices.map(|w| self.wall_tensor(i, w as usize, &correction));
                 found.tensor = L::columns([&a, &b, &c, &d]);
             }
             if T::VISCOUS {
@@ -246,21 +247,12 @@ impl<G: Geometry> StageFields<'_, G> {
         self.field.mirror_normal.get(w).copied().unwrap_or_default()
     }
 
-    fn wall_tensor(&self, i: usize, w: usize) -> Matrix {
+    /// T that wall particle `w` shows to particle `i`, with L_i as (22) takes it.
+    fn wall_tensor(&self, i: usize, w: usize, correction: &Symmetric) -> Matrix {
         let normal = self.mirror_normal(w);
-        let model = self.scene.model;
-        let passes = model.passes;
-        let stress = if passes.viscosity || passes.pair_viscosity {
-            mirrored_stress(&self.gradients.viscous_stress[i], [normal.x, normal.y])
-        } else {
-            Default::default()
-        };
-        let correction = if passes.momentum_correction {
-            in_momentum(model, &self.gradients.correction[i])
-        } else {
-            IDENTITY
-        };
-        momentum_tensor(self.scene.walls[w].pressure() + self.damper(i), &stress, &correction)
+        let stress = self.gradients.viscous_stress.get(i);
+        let stress = stress.map_or(Matrix::default(), |stress| mirrored_stress(stress, [normal.x, normal.y]));
+        momentum_tensor(self.scene.walls[w].pressure() + self.damper(i), &stress, correction)
     }
 
     /// Repulsion \[m/s²\] of particle `i` by the faces of `wall`, or of all walls.

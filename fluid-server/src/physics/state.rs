@@ -66,6 +66,13 @@ pub struct Base {
 }
 
 impl Base {
+    /// Arrays for `particles`.
+    pub fn resize(&mut self, particles: usize) {
+        self.position.resize(particles, Vector::zeros());
+        self.velocity.resize(particles, Vector::zeros());
+        self.density.resize(particles, 0.0);
+    }
+
     /// Bytes in use.
     pub fn bytes(&self) -> usize {
         8 * self.density.capacity()

@@ -2,15 +2,17 @@
 
 use sph::exchange::InterfaceStates;
 use sph::geometry::{Geometry, Open, Periodic};
+use sph::ledger::Energies;
 use sph::solver::Divergence;
 use sph::stage::StageTime;
 use sph::vector::Vector;
 
 use super::advance::Books;
-use super::checks::{Findings, Limits};
+use super::checks::Findings;
 use super::cross::Cross;
 use super::gradients::{Gradients, Scene};
 use super::lists::{Lists, Moves};
+use super::look::Look;
 use super::model::FluidModel;
 use super::rates::{OuterForces, Part, Rates, StageFields};
 use super::record::Record;
@@ -27,6 +29,8 @@ pub struct Workspace {
     pub lists: Lists,
     /// Fluid as neighbours read it.
     pub fluid: Vec<Record>,
+    /// Whether the last stage has left `fluid` and `findings` of its new state.
+    pub current: bool,
     /// Walls as neighbours read them.
     pub walls: WallStates,
     /// Results of the gradient pass.
@@ -43,6 +47,8 @@ pub struct Workspace {
     pub books: Vec<Books>,
     /// Health of the particles, by task.
     pub findings: Vec<Findings>,
+    /// Energies of the state that ended the last step, unless it has changed since.
+    pub energies: Option<Energies>,
     /// Largest speed of the stage state \[m/s\].
     pub largest_speed: f64,
     /// The fluid's side of the interface, with a partner.
@@ -77,7 +83,10 @@ impl Workspace {
     ) -> Result<(), Box<Divergence>> {
         self.part = Part::of(model, time.at.stage);
         let last = self.findings().largest_square_move.sqrt();
-        let findings = self.read(model, state, time.time_step);
+        if !std::mem::take(&mut self.current) {
+            self.read(model, state, time.time_step);
+        }
+        let findings = self.findings();
         self.largest_speed = findings.verdict(model, state, time.at)?;
         self.walls.field.place(&model.walls, &model.domain, time.state_time());
         self.lists.restore(model, state);
@@ -100,27 +109,28 @@ impl Workspace {
     /// Fills the records of the fluid and looks at every particle.
     ///
     /// The corrector of leapfrog extrapolates velocities to the middle of the step, vⁿ + Δt/2 aⁿ⁻¹ᐟ².
-    fn read(&mut self, model: &FluidModel, state: &FluidState, time_step: f64) -> Findings {
+    fn read(&mut self, model: &FluidModel, state: &FluidState, time_step: f64) {
         let ahead = (self.part == Part::Momentum).then_some(0.5 * time_step);
         self.fluid.resize(state.len(), Record::default());
-        let origin = state.list_origin.as_ref().map(|origin| &origin.position[..]);
-        let limits = Limits::of(model);
+        let look = Look::new(model, state.list_origin.as_ref());
         let results = (&mut self.fluid[..], per_task(&mut self.findings, state.len()));
         for_each_task(state.len(), results, &|particles, (records, PerTask(findings))| {
             let mut found = Findings::default();
             for (i, record) in particles.zip(records) {
-                let (x, v, density) = (&state.position[i], &state.velocity[i], state.density[i]);
-                let pressure = model.equation_of_state.pressure(density);
-                found.add(&limits, i, (x, v, density), origin.map(|origin| &origin[i]));
-                let v = ahead.map_or(*v, |ahead| v + state.acceleration[i] * ahead);
-                *record = Record::new(x, &v, density, pressure, state.mass[i] / density);
+                let (x, v) = (&state.position[i], &state.velocity[i]);
+                let velocity = ahead.map(|ahead| v + state.acceleration[i] * ahead);
+                *record = look.at(i, (x, v, state.density[i]), state.mass[i], velocity, &mut found);
             }
             findings[0] = found;
         });
-        self.findings()
     }
 
-    /// What the last look at every particle found: at the beginning of a stage, or by the corrector.
+    /// The state has changed otherwise than by a stage: what was made of it is void.
+    pub fn forget_state(&mut self) {
+        (self.current, self.energies) = (false, None);
+    }
+
+    /// What the last look at every particle found.
     pub fn findings(&self) -> Findings {
         self.findings.iter().copied().fold(Findings::default(), Findings::with)
     }

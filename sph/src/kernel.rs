@@ -1,6 +1,10 @@
 //! The cubic spline kernel in two dimensions, Eq. (10)-(11).
 
+mod pair;
+
 use crate::vector::Vector;
+
+pub use pair::{KernelLanes, PairKernel};
 
 /// Cubic spline W(r, h) with support radius 2h.
 ///

@@ -64,7 +64,8 @@ pub fn advance(
     workspace: &mut Workspace,
     time: &StageTime,
 ) -> StageBooks {
-    let Workspace { base, fluid, rates, cross, outer, books, findings, part, current, energies, .. } = workspace;
+    let Workspace { base, fluid, rates, cross, outer, books, findings, part, current, energies, .. } =
+        workspace;
     let n = state.len();
     if *part == Part::Whole {
         base.resize(n);

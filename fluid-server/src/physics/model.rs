@@ -3,7 +3,7 @@
 use sph::body_force::BodyForceField;
 use sph::domain::Domain;
 use sph::equation_of_state::Tait;
-use sph::kernel::CubicSpline;
+use sph::kernel::{CubicSpline, PairKernel};
 use sph::lanes::Arithmetic;
 use sph::repulsion::Repulsion;
 use sph::setup::{
@@ -13,7 +13,7 @@ use sph::setup::{
 use sph::vector::Vector;
 
 use super::lists::Lists;
-use super::pair::{PairKernel, PairLaw};
+use super::pair::PairLaw;
 use super::state::FluidState;
 use super::walls::WallModel;
 

@@ -1,9 +1,10 @@
 //! Sums over the neighbours of a particle that the rates need first, Eq. (4), (20)-(21), with those of the order control.
 
+use sph::kernel::KernelLanes;
 use sph::lanes::Lanes;
 use sph::vector::Vector;
 
-use super::pair::{KernelLanes, Matrix, Symmetric};
+use super::pair::{Matrix, Symmetric};
 use super::record::Batch;
 use super::shifting::Ratio;
 

@@ -11,7 +11,9 @@ use sph::vector::Vector;
 
 use super::gradients::{Gradients, Scene, mirrored_stress, momentum_tensor};
 use super::model::FluidModel;
-use super::pair::{Found, Friction, IDENTITY, LawLanes, Matrix, Own, PairSums, PairTotals, Symmetric, Terms, With};
+use super::pair::{
+    Found, Friction, IDENTITY, LawLanes, Matrix, Own, PairSums, PairTotals, Symmetric, Terms, With,
+};
 use super::record::{Batch, gather, gather_columns};
 use super::shifting::{self, Control, nearest_surface};
 use super::state::FluidState;

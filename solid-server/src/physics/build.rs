@@ -124,7 +124,7 @@ fn build_bodies(
         let velocity = &particles.velocity[range.clone()];
         let (formulation, motion): (Box<dyn BodyFormulation>, _) = match &body.formulation {
             Formulation::UpdatedLagrangian(law) => (
-                Box::new(UpdatedLagrangianBody::new(law, &body.material, setup.particle_spacing)),
+                Box::new(UpdatedLagrangianBody::new(law, &body.material, setup.particle_spacing, arithmetic)),
                 RigidState::default(),
             ),
             Formulation::TotalLagrangian(law) => {

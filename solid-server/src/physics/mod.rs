@@ -30,6 +30,7 @@ mod lists;
 mod loads;
 mod material_point;
 mod model;
+mod pair_lanes;
 mod pair_law;
 mod particles;
 mod probes;

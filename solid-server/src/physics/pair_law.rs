@@ -1,6 +1,6 @@
 //! What two solid particles exchange in the sums (17), (21) and (25).
 
-use sph::kernel::CubicSpline;
+use sph::kernel::{CubicSpline, PairKernel};
 use sph::setup::{ElasticMaterial, UpdatedLagrangian};
 use sph::vector::{SymmetricTensor, Tensor, Vector};
 
@@ -79,6 +79,8 @@ pub(super) fn corrected_gradient(gradient: &Tensor, moment: &SymmetricTensor) ->
 pub(super) struct SumLaw {
     /// Kernel, Eq. (10)-(11).
     pub kernel: CubicSpline,
+    /// Its gradient for lanes.
+    pub pair_kernel: PairKernel,
     /// Sound speed c of Eq. (23) \[m/s\]: the longitudinal wave speed, as for every stiff wave of the solid.
     pub sound_speed: f64,
     /// A of Eq. (23) \[-\].
@@ -101,6 +103,7 @@ impl SumLaw {
         let kernel = CubicSpline::new(constants.smoothing_length);
         Self {
             kernel,
+            pair_kernel: PairKernel::new(&kernel, 1.0),
             sound_speed: material.longitudinal_speed(),
             viscosity_a: constants.viscosity_a,
             viscosity_b: constants.viscosity_b,
@@ -164,6 +167,11 @@ impl SumLaw {
         let h = self.kernel.smoothing_length();
         let theta = h * approach / (square + self.lambda * h * h);
         (self.viscosity_b * theta - self.viscosity_a * self.sound_speed) * theta / mean_density
+    }
+
+    /// F of Eq. (26) at distance zero \[-\].
+    pub fn central_nearness(&self) -> f64 {
+        self.kernel.value(0.0) * self.inverse_reference_kernel
     }
 
     /// Fⁿ of Eq. (26) \[-\] at `distance` \[m\].

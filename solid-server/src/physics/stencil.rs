@@ -62,7 +62,7 @@ impl Stencils {
 
 /// Four rows of `values`.
 #[inline(always)]
-fn vectors<L: Lanes>(values: &[Vector], indices: [u32; WIDTH]) -> [L; 2] {
+pub(super) fn vectors<L: Lanes>(values: &[Vector], indices: [u32; WIDTH]) -> [L; 2] {
     let [a, b, c, d] = indices.map(|j| &values[j as usize].data.0[0]);
     L::halves([a, b, c, d])
 }
@@ -79,8 +79,9 @@ fn separations<L: Lanes, G: Geometry>(
     [geometry.nearest(own[0] - x, 0), geometry.nearest(own[1] - y, 1)]
 }
 
+/// A vector in each lane.
 #[inline(always)]
-fn splat<L: Lanes>(vector: &Vector) -> [L; 2] {
+pub(super) fn splat<L: Lanes>(vector: &Vector) -> [L; 2] {
     [L::splat(vector.x), L::splat(vector.y)]
 }
 

@@ -2,6 +2,8 @@
 
 use rayon::prelude::*;
 
+use sph::geometry::{Geometry, Open, Periodic};
+use sph::lanes::Arithmetic;
 use sph::setup::{ElasticMaterial, UpdatedLagrangian};
 use sph::vector::Tensor;
 
@@ -12,7 +14,8 @@ use super::formulation::{
     BodyConstants, BodyDrift, BodyFormulation, BodyStep, RateViewMut, StressView, StressViewMut,
 };
 use super::lists::{Rows, TASK};
-use super::pair_law::{PairParticle, PairSums, SumLaw, corrected_gradient};
+use super::pair_lanes::{Members, Pairs};
+use super::pair_law::{PairSums, SumLaw, corrected_gradient};
 use super::particles::{ParticleView, ParticleViewMut, RigidState};
 
 /// An elastic body whose density and stress evolve with the velocity gradient.
@@ -24,16 +27,36 @@ pub(super) struct UpdatedLagrangianBody {
     material: ElasticMaterial,
     law: SumLaw,
     gradient_correction: bool,
+    arithmetic: Arithmetic,
 }
 
 impl UpdatedLagrangianBody {
     /// A body of `material` on a lattice of `particle_spacing` \[m\].
-    pub fn new(constants: &UpdatedLagrangian, material: &ElasticMaterial, particle_spacing: f64) -> Self {
+    pub fn new(
+        constants: &UpdatedLagrangian,
+        material: &ElasticMaterial,
+        particle_spacing: f64,
+        arithmetic: Arithmetic,
+    ) -> Self {
         Self {
             material: *material,
             law: SumLaw::new(constants, material, particle_spacing),
             gradient_correction: constants.gradient_correction,
+            arithmetic,
         }
+    }
+
+    fn sum_pairs<G: Geometry>(
+        &self,
+        geometry: G,
+        members: Members<'_>,
+        neighbours: &Rows,
+        sums: &mut [PairSums],
+    ) {
+        let law = &self.law;
+        sums.par_chunks_mut(TASK).enumerate().for_each(|(task, sums)| {
+            self.arithmetic.run(Pairs { geometry, law, members, neighbours, first: task * TASK, sums });
+        });
     }
 
     fn velocity_gradient(&self, sums: &PairSums) -> Tensor {
@@ -80,22 +103,19 @@ impl BodyFormulation for UpdatedLagrangianBody {
         neighbours: &Rows,
         sums: &mut [PairSums],
     ) {
-        let particle = |i: usize| PairParticle {
-            mass: constants.mass[i],
-            density: stage.density[i],
-            velocity: stage.velocity[i],
-            stress: stress.cauchy[i],
-            artificial_stress: stress.artificial[i],
+        let members = Members {
+            position: stage.position,
+            velocity: stage.velocity,
+            mass: constants.mass,
+            density: stage.density,
+            stress: stress.cauchy,
+            artificial: stress.artificial,
         };
-        sums.par_iter_mut().with_min_len(TASK).enumerate().for_each(|(i, sums)| {
-            *sums = PairSums::default();
-            let own = particle(i);
-            for &j in neighbours.of(i) {
-                let j = j as usize;
-                let x_ij = constants.domain.separation(&stage.position[i], &stage.position[j]);
-                self.law.add_pair(sums, &own, &particle(j), &x_ij);
-            }
-        });
+        if constants.domain.is_periodic() {
+            self.sum_pairs(Periodic::new(constants.domain), members, neighbours, sums);
+        } else {
+            self.sum_pairs(Open, members, neighbours, sums);
+        }
     }
 
     fn complete(&self, stage: &ParticleView<'_>, sums: &[PairSums], rates: RateViewMut<'_>) {

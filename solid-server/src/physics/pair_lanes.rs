@@ -43,13 +43,17 @@ impl<G: Geometry> Kernel for Pairs<'_, G> {
     #[inline(always)]
     fn run<L: Lanes>(self) {
         let Self { geometry, law, members, neighbours, first, sums } = self;
-        let sums = sums.iter_mut().zip(first..);
+        // Loops, since a closure would not be compiled for the path's instructions.
         if law.artificial_stress == 0.0 {
             let law = LawLanes::<L, false>::new(law);
-            sums.for_each(|(sums, i)| *sums = law.sum(geometry, &members, neighbours.of(i), i));
+            for (k, sums) in sums.iter_mut().enumerate() {
+                *sums = law.sum(geometry, &members, neighbours.of(first + k), first + k);
+            }
         } else {
             let law = LawLanes::<L, true>::new(law);
-            sums.for_each(|(sums, i)| *sums = law.sum(geometry, &members, neighbours.of(i), i));
+            for (k, sums) in sums.iter_mut().enumerate() {
+                *sums = law.sum(geometry, &members, neighbours.of(first + k), first + k);
+            }
         }
     }
 }

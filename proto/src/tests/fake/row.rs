@@ -1,0 +1,270 @@
+//! A solver of a row of masses, and what makes it.
+
+use std::time::Duration;
+
+use sph::exchange::{Extent, InterfaceStates};
+use sph::ledger::{Energies, InterfaceSums, StageBooks};
+use sph::saved::{RestoreError, SavedState};
+use sph::setup::ParticipantSetup;
+use sph::solver::{Counts, Divergence, Field, ParticleFields, Role, Solver};
+use sph::stage::{Stage, StageTime};
+use sph::vector::Vector;
+
+use super::setups::{MASSES, RANGE};
+use crate::description::{Constants, Description};
+use crate::service::{Opened, SetupProblems, SolverFactory};
+
+/// Stiffness of the repulsion \[N/m²\].
+const STIFFNESS: f64 = 3000.0;
+
+/// A row of masses that the partner's row repels.
+pub(crate) struct Row {
+    role: Role,
+    run_id: String,
+    states: InterfaceStates,
+    set_version: u64,
+    position_start: Vec<Vector>,
+    velocity_start: Vec<Vector>,
+    force: Vec<Vector>,
+    sums: InterfaceSums,
+    extent: Extent,
+}
+
+impl Row {
+    pub(crate) fn new(setup: &ParticipantSetup) -> Self {
+        let mut states = InterfaceStates::default();
+        match setup {
+            ParticipantSetup::Fluid(s) => {
+                states.id.clone_from(&s.particles.id);
+                states.mass.clone_from(&s.particles.mass);
+                states.position.clone_from(&s.particles.position);
+                states.velocity.clone_from(&s.particles.velocity);
+                states.density.clone_from(&s.particles.density);
+            }
+            ParticipantSetup::Solid(s) => {
+                states.id.clone_from(&s.particles.id);
+                states.mass.clone_from(&s.particles.mass);
+                states.position.clone_from(&s.particles.position);
+                states.velocity.clone_from(&s.particles.velocity);
+                states.density.clone_from(&s.particles.density);
+            }
+        }
+        let count = states.id.len();
+        states.group = vec![0; count];
+        states.pressure = (0..count).map(|k| k as f64).collect();
+        let role = match setup {
+            ParticipantSetup::Fluid(_) => Role::Fluid,
+            ParticipantSetup::Solid(_) => Role::Solid,
+        };
+        let mut row = Self {
+            role,
+            run_id: setup.run().run_id.clone(),
+            position_start: states.position.clone(),
+            velocity_start: states.velocity.clone(),
+            force: vec![Vector::zeros(); count],
+            states,
+            set_version: 1,
+            sums: InterfaceSums::default(),
+            extent: Extent::default(),
+        };
+        row.update_extent();
+        row
+    }
+
+    fn update_extent(&mut self) {
+        let inside = self
+            .extent
+            .boxes
+            .iter()
+            .any(|(lower, upper)| self.states.position.iter().all(|x| *x >= *lower && *x <= *upper));
+        if inside {
+            return;
+        }
+        let first = self.states.position[0];
+        let slack = Vector::repeat(0.01);
+        let lower = self.states.position.iter().fold(first, |a, b| a.inf(b)) - slack;
+        let upper = self.states.position.iter().fold(first, |a, b| a.sup(b)) + slack;
+        self.extent = Extent { version: self.extent.version + 1, boxes: vec![(lower, upper)] };
+    }
+
+    fn momentum(&self, velocities: &[Vector]) -> (Vector, f64) {
+        let terms = || velocities.iter().zip(&self.states.mass).map(|(v, m)| v * *m);
+        (terms().sum(), terms().map(|p| p.norm()).sum())
+    }
+}
+
+/// Force on a fluid mass by a solid mass, x_fs apart.
+fn repulsion(x_fs: &Vector) -> Option<Vector> {
+    let distance = x_fs.norm();
+    (distance < RANGE).then(|| x_fs * (STIFFNESS * (RANGE - distance).powi(2) / distance))
+}
+
+impl Solver for Row {
+    fn role(&self) -> Role {
+        self.role
+    }
+
+    fn begin_stage(&mut self, time: &StageTime) -> Result<(), Divergence> {
+        assert!(!(self.run_id == "panic" && time.at.step == 3), "seeded panic");
+        if self.run_id == "diverge" && time.at.step == 3 {
+            return Err(Divergence {
+                at: time.at,
+                particle: Some(6),
+                position: Some([0.0, 1.0]),
+                quantity: "speed [m/s]".into(),
+                value: f64::NAN,
+                allowed: "finite".into(),
+                hint: "seeded by a test".into(),
+            });
+        }
+        if self.run_id == "slow" {
+            std::thread::sleep(Duration::from_millis(20));
+        }
+        if time.at.stage == Stage::Predictor {
+            self.position_start.clone_from(&self.states.position);
+            self.velocity_start.clone_from(&self.states.velocity);
+            // A new version of the same set: the wire must carry it again.
+            self.set_version = 1 + time.at.step / 5;
+        }
+        self.update_extent();
+        Ok(())
+    }
+
+    fn time_step_limit(&self) -> f64 {
+        match self.role {
+            Role::Fluid => 2e-3,
+            Role::Solid => f64::INFINITY,
+        }
+    }
+
+    fn extent(&self) -> &Extent {
+        &self.extent
+    }
+
+    fn interface(&mut self, _: &Extent, _: f64, states: &mut InterfaceStates) -> u64 {
+        states.clone_from(&self.states);
+        self.set_version
+    }
+
+    fn covered_by(&self, _: &Extent, _: f64) -> Result<(), f64> {
+        Ok(())
+    }
+
+    fn evaluate_own(&mut self, _: &StageTime) {}
+
+    fn evaluate_cross(&mut self, _: &StageTime, own: &InterfaceStates, partner: &InterfaceStates) {
+        self.sums = InterfaceSums::default();
+        self.force.fill(Vector::zeros());
+        for i in 0..own.len() {
+            for j in 0..partner.len() {
+                let (sign, x_fs) = match self.role {
+                    Role::Fluid => (1.0, own.position[i] - partner.position[j]),
+                    Role::Solid => (-1.0, partner.position[j] - own.position[i]),
+                };
+                if let Some(force) = repulsion(&x_fs).map(|force| force * sign) {
+                    self.force[i] += force;
+                    let sums = &mut self.sums;
+                    sums.force += force;
+                    sums.gross_force += force.norm();
+                    sums.torque += sph::vector::cross(&own.position[i], &force);
+                    sums.gross_torque += own.position[i].norm() * force.norm();
+                    sums.power += force.dot(&own.velocity[i]);
+                    sums.pairs += 1;
+                }
+            }
+        }
+    }
+
+    fn advance(&mut self, time: &StageTime) -> Result<StageBooks, Divergence> {
+        let duration = time.duration();
+        let (before, gross_before) = self.momentum(&self.velocity_start);
+        for k in 0..self.states.len() {
+            let velocity = self.states.velocity[k];
+            self.states.position[k] = self.position_start[k] + velocity * duration;
+            self.states.velocity[k] =
+                self.velocity_start[k] + self.force[k] * (duration / self.states.mass[k]);
+        }
+        let (after, gross_after) = self.momentum(&self.states.velocity);
+        Ok(StageBooks {
+            interface: self.sums,
+            duration,
+            momentum_change: after - before,
+            gross_momentum: gross_before + gross_after,
+            ..StageBooks::default()
+        })
+    }
+
+    fn end_step(&mut self, _: &StageTime) -> Result<(), Divergence> {
+        Ok(())
+    }
+
+    fn energies(&self) -> Energies {
+        Energies::default()
+    }
+
+    fn probes(&self, time: f64, values: &mut Vec<f64>) {
+        values.extend([time, f64::NAN, self.states.position[0].x]);
+    }
+
+    fn snapshot(&self, step: u64, time: f64) -> ParticleFields {
+        let field = |name: &str, unit: &str, values: &[Vector]| Field {
+            name: name.into(),
+            unit: unit.into(),
+            components: 2,
+            values: values.iter().flat_map(|v| [v.x, v.y]).collect(),
+        };
+        ParticleFields {
+            step,
+            time,
+            id: self.states.id.clone(),
+            group: self.states.group.clone(),
+            group_names: vec!["row".into()],
+            fields: vec![
+                field("position", "m", &self.states.position),
+                field("velocity", "m/s", &self.states.velocity),
+            ],
+        }
+    }
+
+    fn counts(&self) -> Counts {
+        Counts { particles: MASSES as u64, ..Counts::default() }
+    }
+
+    fn save(&self, state: &mut SavedState) {
+        state.put_vectors("position", &self.states.position);
+        state.put_vectors("velocity", &self.states.velocity);
+    }
+
+    fn restore(&mut self, state: &SavedState) -> Result<(), RestoreError> {
+        self.states.position = state.vectors("position", MASSES)?;
+        self.states.velocity = state.vectors("velocity", MASSES)?;
+        self.update_extent();
+        Ok(())
+    }
+}
+
+/// Makes rows.
+pub(crate) struct RowFactory(pub Role);
+
+impl SolverFactory for RowFactory {
+    fn describe(&self) -> Description {
+        Description::of_solver("row", "0.0.1", self.0, "f64 scalar")
+    }
+
+    fn open(&self, setup: ParticipantSetup) -> Result<Opened, SetupProblems> {
+        let problems = match setup.run().run_id.as_str() {
+            "bad" => vec!["first problem".into(), "second problem".into()],
+            "open-panic" => panic!("seeded panic in open"),
+            "open-slow" => {
+                std::thread::sleep(Duration::from_millis(300));
+                Vec::new()
+            }
+            _ => Vec::new(),
+        };
+        if !problems.is_empty() {
+            return Err(SetupProblems(problems));
+        }
+        let constants = Constants::of(setup.run());
+        Ok(Opened { solver: Box::new(Row::new(&setup)), constants, facts: Vec::new() })
+    }
+}

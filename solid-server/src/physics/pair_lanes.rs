@@ -323,6 +323,23 @@ mod tests {
             }
         }
 
+        /// Two of its particles.
+        fn only(&self, pair: [usize; 2]) -> Self {
+            fn both<T: Copy>(values: &[T], pair: [usize; 2]) -> Vec<T> {
+                pair.map(|k| values[k]).to_vec()
+            }
+            Self {
+                domain: self.domain,
+                law: self.law,
+                position: both(&self.position, pair),
+                velocity: both(&self.velocity, pair),
+                mass: both(&self.mass, pair),
+                density: both(&self.density, pair),
+                stress: both(&self.stress, pair),
+                artificial: both(&self.artificial, pair),
+            }
+        }
+
         fn members(&self) -> Members<'_> {
             Members {
                 position: &self.position,
@@ -408,17 +425,16 @@ mod tests {
 
     #[test]
     fn two_particles_feel_opposite_forces_to_the_last_bit() {
-        for (mut patch, arithmetic) in
-            Arithmetic::all().flat_map(|a| patches().into_iter().map(move |patch| (patch, a)))
+        for (patch, arithmetic) in
+            patches().iter().flat_map(|patch| Arithmetic::all().map(move |a| (patch, a)))
         {
-            for values in [&mut patch.position, &mut patch.velocity] {
-                values.truncate(2);
+            for i in 1..patch.mass.len() {
+                let two = patch.only([i - 1, i]);
+                let sums = two.sums(arithmetic, &two.rows(2.0 * SMOOTHING_LENGTH));
+                assert_eq!(sums[0].force, -sums[1].force, "{i}");
+                // At the ends of the lattice's rows they are out of reach.
+                assert!(i % 7 == 0 || sums[0].force.norm() > 1e-3, "{i}");
             }
-            patch.mass.truncate(2);
-            let rows = patch.rows(2.0 * SMOOTHING_LENGTH);
-            let sums = patch.sums(arithmetic, &rows);
-            assert!(sums[0].force.norm() > 0.1);
-            assert_eq!(sums[0].force, -sums[1].force);
         }
     }
 }

@@ -7,6 +7,7 @@ use sph::solver::Solver;
 use sph::stage::Stage;
 use sph::vector::Vector;
 
+use super::super::probes;
 use super::support::{add_block, add_floor, add_particle, empty_scene, run, solver, stage_time, try_step};
 
 /// A particle at rest, and one below it that falls at `speed` \[m/s\].
@@ -102,6 +103,29 @@ fn until_departure(setup: FluidSetup) -> (crate::physics::FluidSolver, [StageBoo
     }
     let books = try_step(&mut solver, step, 1e-4).unwrap();
     (solver, books)
+}
+
+#[test]
+fn energies_are_those_of_the_particles_that_are_left() {
+    let mut setup = falling(10.0);
+    setup.outflow.lower[1] = true;
+    let mut solver = solver(setup);
+    for step in 0..2000 {
+        try_step(&mut solver, step, 1e-4).unwrap();
+        let (found, summed) = (solver.energies(), probes::energies(&solver.model, &solver.state));
+        for (found, summed) in [
+            (found.kinetic, summed.kinetic),
+            (found.potential, summed.potential),
+            (found.internal, summed.internal),
+        ] {
+            // Two terms at most, in either order.
+            assert!((found - summed).abs() <= 1e-15 * summed.abs(), "step {step}: {found} {summed}");
+        }
+        if solver.counts().particles == 1 {
+            return;
+        }
+    }
+    panic!("nothing left");
 }
 
 #[test]

@@ -92,32 +92,38 @@ pub fn advance(
     let results = (((moving, kept), (base, &mut fluid[..])), sums);
     for_each_task(n, results, &|particles, (((moving, kept), (base, fluid)), sums)| {
         let (PerTask(of_task), PerTask(findings)) = sums;
+        // One length for all, so that no index is checked.
+        let n = particles.len();
         let (x, (v, rho)) = moving;
+        let (x, v, rho, fluid) = (&mut x[..n], &mut v[..n], &mut rho[..n], &mut fluid[..n]);
+        let (rates, mass) = (&step.rates[particles.clone()][..n], &step.mass[particles.clone()][..n]);
         let (x_0, (v_0, rho_0)) = base;
         let (density_rate, acceleration) = kept;
         let (mut books, mut found) = (Books::default(), Findings::default());
-        for (k, i) in particles.enumerate() {
+        for k in 0..n {
             let before = x[k];
+            let particle = Particle { mass: mass[k], rates: &rates[k], shown: &fluid[k] };
             let moving = (&mut x[k], &mut v[k], &mut rho[k]);
             let mut shown_velocity = None;
             match step.part {
                 Part::Whole => {
-                    step.whole(i, moving, (&mut x_0[k], &mut v_0[k], &mut rho_0[k]), &fluid[k], &mut books);
+                    step.whole(&particle, moving, (&mut x_0[k], &mut v_0[k], &mut rho_0[k]), &mut books);
                 }
                 Part::Density => {
-                    step.density(i, moving, &mut density_rate[k]);
+                    step.density(&particle, moving, &mut density_rate[k]);
                     shown_velocity = Some(v[k] + acceleration[k] * step.half);
                 }
                 Part::Momentum => {
                     let kept = (density_rate[k], &mut acceleration[k]);
-                    step.momentum(i, moving, kept, &fluid[k], &mut books);
+                    step.momentum(&particle, moving, kept, &mut books);
                 }
             }
             // Where particles go at known velocities it is known beforehand.
             if step.part != Part::Density {
                 found.add_move(&(x[k] - before));
             }
-            fluid[k] = look.at(i, (&x[k], &v[k], rho[k]), step.mass[i], shown_velocity, &mut found);
+            let i = particles.start + k;
+            fluid[k] = look.at(i, (&x[k], &v[k], rho[k]), mass[k], shown_velocity, &mut found);
         }
         (of_task[0], findings[0]) = (books, found);
     });
@@ -171,6 +177,15 @@ fn accounts(books: &Books, forces: &OuterForces, removed: Vector, duration: f64)
 /// Position, velocity and density of a particle.
 type Moving<'a> = (&'a mut Vector, &'a mut Vector, &'a mut f64);
 
+/// What is known of a particle before it is moved.
+struct Particle<'a> {
+    /// Mass per depth \[kg/m\].
+    mass: f64,
+    rates: &'a Rates,
+    /// What neighbours have read.
+    shown: &'a Record,
+}
+
 /// One stage's view on a particle.
 struct Step<'a> {
     part: Part,
@@ -189,62 +204,61 @@ struct Step<'a> {
 impl Step<'_> {
     /// Either stage of Eq. (30)-(31) from the state `base` at the start of the step, which the first one keeps. The
     /// position moves with the velocity of the stage state, and with the shift.
-    #[inline]
+    #[inline(always)]
     fn whole(
         &self,
-        i: usize,
+        particle: &Particle<'_>,
         (x, v, rho): Moving<'_>,
         (x_0, v_0, rho_0): Moving<'_>,
-        shown: &Record,
         books: &mut Books,
     ) {
-        let (rates, duration) = (&self.rates[i], self.duration);
+        let (rates, duration) = (particle.rates, self.duration);
         if self.stage == Stage::Predictor {
             (*x_0, *v_0, *rho_0) = (*x, *v, *rho);
         }
         *x = *x_0 + (*v + rates.shift) * duration;
         *v = *v_0 + rates.acceleration * duration;
         *rho = *rho_0 + rates.density * duration;
-        self.book(i, v_0, (x, v, *rho), shown, books);
+        self.book(particle, v_0, (x, v, *rho), books);
     }
 
     /// The predictor of leapfrog.
-    #[inline]
-    fn density(&self, i: usize, (x, v, rho): Moving<'_>, density_rate: &mut f64) {
-        let rate = self.rates[i].density;
+    #[inline(always)]
+    fn density(&self, particle: &Particle<'_>, (x, v, rho): Moving<'_>, density_rate: &mut f64) {
+        let rate = particle.rates.density;
         *x += *v * self.half;
         *rho += self.density_age * (rate - *density_rate) + self.half * rate;
         *density_rate = rate;
     }
 
     /// The corrector of leapfrog.
-    #[inline]
+    #[inline(always)]
     fn momentum(
         &self,
-        i: usize,
+        particle: &Particle<'_>,
         (x, v, rho): Moving<'_>,
         (density_rate, before): (f64, &mut Vector),
-        shown: &Record,
         books: &mut Books,
     ) {
-        let Self { rates, half, duration, .. } = self;
-        let (rates, start) = (&rates[i], *v);
+        let Self { half, duration, .. } = self;
+        let (rates, start) = (particle.rates, *v);
         *v += rates.acceleration * *duration;
         *x += *v * *half + rates.shift * *duration;
         *rho += rates.density * *duration + density_rate * *half;
         *before = rates.acceleration;
-        self.book(i, &start, (x, v, *rho), shown, books);
+        self.book(particle, &start, (x, v, *rho), books);
     }
 
-    /// Books what happened to particle `i`, which was `shown` and came from velocity `v_0` to where it is now.
+    /// Books what happened to a particle that came from velocity `v_0` to where it is now.
     ///
     /// The scale of round-off in the momentum check counts for each particle, besides m|v| and m|a|, the size |p|V/h of
     /// the pair forces that cancel in its acceleration. The momentum is taken from the moved state, not from the
     /// forces: the books are checked against it.
     #[inline(always)]
-    fn book(&self, i: usize, v_0: &Vector, now: Values<'_>, shown: &Record, books: &mut Books) {
-        let (m, (_, v, _)) = (self.mass[i], now);
-        let acceleration = self.rates[i].acceleration.norm();
+    fn book(&self, particle: &Particle<'_>, v_0: &Vector, now: Values<'_>, books: &mut Books) {
+        let Particle { mass: m, rates, shown } = *particle;
+        let (_, v, _) = now;
+        let acceleration = rates.acceleration.norm();
         books.damping += shown.velocity() * (-self.damping * m);
         books.gross += m * acceleration + shown.pressure().abs() * shown.volume() * self.inverse_h;
         books.largest_acceleration = books.largest_acceleration.max(acceleration);

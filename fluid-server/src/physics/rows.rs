@@ -202,6 +202,22 @@ struct Fill<'a, G> {
     chunk: &'a mut Chunk,
 }
 
+/// Bit l is set where position l of `batch` lies within a distance whose square is `square_radius` \[m²\] of `centre` \[m\].
+///
+/// No closure: it would not be compiled for the path's instructions where it is not inlined.
+#[inline(always)]
+fn near<L: Lanes, G: Geometry>(
+    geometry: G,
+    centre: &[L; 2],
+    square_radius: L,
+    batch: [&Vector; WIDTH],
+) -> u8 {
+    let [x, y] = *centre;
+    let [x_j, y_j] = L::halves(batch.map(|x| &x.data.0[0]));
+    let (d_x, d_y) = (geometry.nearest(x - x_j, 0), geometry.nearest(y - y_j, 1));
+    (d_x * d_x).plus_product(d_y, d_y).below(square_radius)
+}
+
 impl<G: Geometry> Kernel for Fill<'_, G> {
     type Output = ();
 
@@ -217,7 +233,7 @@ impl<G: Geometry> Kernel for Fill<'_, G> {
         let mut around = None;
         for (k, target) in targets.iter().enumerate() {
             let target = domain.wrapped(target);
-            let (x, y) = (L::splat(target.x), L::splat(target.y));
+            let centre = [L::splat(target.x), L::splat(target.y)];
             let own = if padding == Padding::Target { first + k } else { usize::MAX };
             let start = used;
             let cell = sources.grid.cell(&target);
@@ -229,11 +245,6 @@ impl<G: Geometry> Kernel for Fill<'_, G> {
                 if indices.len() < room {
                     indices.resize(room, 0);
                 }
-                let near = |batch: [&Vector; WIDTH]| {
-                    let [x_j, y_j] = L::halves(batch.map(|x| &x.data.0[0]));
-                    let (d_x, d_y) = (geometry.nearest(x - x_j, 0), geometry.nearest(y - y_j, 1));
-                    (d_x * d_x).plus_product(d_y, d_y).below(square_radius)
-                };
                 // Leaves the target itself out and keeps the indices of the set `bits`.
                 let mut keep = |mut bits: u8, at: usize| {
                     let itself = own.wrapping_sub(at);
@@ -249,13 +260,14 @@ impl<G: Geometry> Kernel for Fill<'_, G> {
                 let (batches, rest) = positions[range.clone()].as_chunks::<WIDTH>();
                 let mut at = range.start;
                 for batch in batches {
-                    keep(near(batch.each_ref()), at);
+                    keep(near(geometry, &centre, square_radius, batch.each_ref()), at);
                     at += WIDTH;
                 }
                 if let [first, others @ ..] = rest {
                     let last =
                         [first, others.first().unwrap_or(first), others.get(1).unwrap_or(first), first];
-                    keep(near(last) & ((1 << rest.len()) - 1), at);
+                    let bits = near(geometry, &centre, square_radius, last);
+                    keep(bits & ((1 << rest.len()) - 1), at);
                 }
             }
             let fill = match padding {

@@ -26,7 +26,7 @@ pub struct Books {
     momentum: Vector,
     /// Σ m |v| + m |vⁿ| \[kg/s\].
     gross_momentum: f64,
-    /// Of the state that ends a step.
+    /// Of the state that ends a step \[J/m\].
     energies: Energies,
 }
 
@@ -202,7 +202,7 @@ struct Step<'a> {
 }
 
 impl Step<'_> {
-    /// Either stage of Eq. (30)-(31) from the state `base` at the start of the step, which the first one keeps. The
+    /// Either stage of Eq. (30)-(31) from x_0, v_0 and ρ_0 at the start of the step, which the first one keeps. The
     /// position moves with the velocity of the stage state, and with the shift.
     #[inline(always)]
     fn whole(

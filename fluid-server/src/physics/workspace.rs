@@ -47,7 +47,7 @@ pub struct Workspace {
     pub books: Vec<Books>,
     /// Health of the particles, by task.
     pub findings: Vec<Findings>,
-    /// Energies of the state that ended the last step, unless it has changed since.
+    /// Energies of the state that ended the last step \[J/m\], unless it has changed since.
     pub energies: Option<Energies>,
     /// Largest speed of the stage state \[m/s\].
     pub largest_speed: f64,

@@ -68,7 +68,7 @@ struct LawLanes<'a, L, const ARTIFICIAL: bool> {
     viscosity_a: L,
     viscosity_b: L,
     /// W(0)/W(d₀) \[-\].
-    nearness: L,
+    central_nearness: L,
 }
 
 /// One particle in all lanes.
@@ -102,7 +102,7 @@ impl<'a, L: Lanes, const ARTIFICIAL: bool> LawLanes<'a, L, ARTIFICIAL> {
             regularisation: L::splat(law.lambda * h * h),
             viscosity_a: L::splat(law.viscosity_a * law.sound_speed),
             viscosity_b: L::splat(law.viscosity_b),
-            nearness: L::splat(law.central_nearness()),
+            central_nearness: L::splat(law.central_nearness()),
         }
     }
 
@@ -202,7 +202,7 @@ impl<'a, L: Lanes, const ARTIFICIAL: bool> LawLanes<'a, L, ARTIFICIAL> {
         let outer = (L::splat(2.0) - s).max(L::zero());
         let inner = (L::splat(1.0) - s).max(L::zero());
         let value = (L::splat(0.25) * outer * (outer * outer)).minus_product(inner * inner, inner);
-        let ratio = self.nearness * value;
+        let ratio = self.central_nearness * value;
         if self.law.exponent == 4.0 {
             (ratio * ratio) * (ratio * ratio)
         } else {
@@ -214,14 +214,13 @@ impl<'a, L: Lanes, const ARTIFICIAL: bool> LawLanes<'a, L, ARTIFICIAL> {
 impl<L: Lanes> Own<L> {
     #[inline(always)]
     fn new(members: &Members<'_>, i: usize) -> Self {
-        let tensor = |t: &SymmetricTensor| [L::splat(t.xx), L::splat(t.xy), L::splat(t.yy)];
         Self {
             position: splat(&members.position[i]),
             velocity: splat(&members.velocity[i]),
             mass: L::splat(members.mass[i]),
             density: L::splat(members.density[i]),
-            stress: tensor(&members.stress[i]),
-            artificial: tensor(&members.artificial[i]),
+            stress: splat_tensor(&members.stress[i]),
+            artificial: splat_tensor(&members.artificial[i]),
         }
     }
 }
@@ -240,6 +239,12 @@ impl<L: Lanes> Batches<L> {
             moment: SymmetricTensor { xx: m_xx, yy: m_yy, xy: m_xy },
         }
     }
+}
+
+/// Components 11, 12, 22 in each lane.
+#[inline(always)]
+fn splat_tensor<L: Lanes>(tensor: &SymmetricTensor) -> [L; 3] {
+    [L::splat(tensor.xx), L::splat(tensor.xy), L::splat(tensor.yy)]
 }
 
 /// Four of `values`.

@@ -40,6 +40,10 @@ const PASSES: [(&str, Stage, Pass); 6] = [
     ("stage", Stage::Predictor, Case::step),
 ];
 
+/// Begins of a stage that build lists: in an open box and in a periodic one.
+const BUILDS: [(&str, Settings); 2] =
+    [("begin", scene::DRIFTING), ("begin, periodic", scene::DRIFTING_PERIODIC)];
+
 /// CPU time of all threads of this process.
 struct CpuTime;
 
@@ -188,10 +192,12 @@ fn features(criterion: &mut Criterion<CpuTime>, pool: &ThreadPool) {
 /// The begin of a stage whose particles have drifted farther than lists bear: order, lists and records.
 fn builds(criterion: &mut Criterion<CpuTime>, pool: &ThreadPool) {
     let mut group = group(criterion, "build");
-    for particles in SIZES {
+    let cases =
+        BUILDS.iter().flat_map(|(name, settings)| SIZES.map(|particles| (name, *settings, particles)));
+    for (name, settings, particles) in cases {
         group.throughput(Throughput::Elements(particles as u64));
-        let mut case = pool.install(|| Case::new(scene::DRIFTING, particles, scene::drift_step(particles)));
-        group.bench_function(BenchmarkId::new("begin", particles), |bencher| {
+        let mut case = pool.install(|| Case::new(settings, particles, scene::drift_step(particles)));
+        group.bench_function(BenchmarkId::new(*name, particles), |bencher| {
             let mut build = || {
                 case.advance();
                 let start = cpu_nanoseconds();

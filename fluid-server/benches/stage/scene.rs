@@ -21,6 +21,7 @@ pub struct Settings {
     order: Option<OrderControl>,
     acoustic_damping: f64,
     walls: bool,
+    periodic: bool,
     kernel_ratio: f64,
     artificial_viscosity: f64,
     dynamic_viscosity: f64,
@@ -34,6 +35,7 @@ pub const RECOMMENDED: Settings = Settings {
     order: Some(OrderControl { shifting: 2.0, tensile_control: true }),
     acoustic_damping: 0.0,
     walls: true,
+    periodic: false,
     kernel_ratio: 1.2,
     artificial_viscosity: 0.1,
     dynamic_viscosity: 0.0,
@@ -72,6 +74,9 @@ pub const LEAN: Settings = Settings {
 
 /// A free block that moves as one.
 pub const DRIFTING: Settings = Settings { walls: false, ..LEAN };
+
+/// The same in a periodic box.
+pub const DRIFTING_PERIODIC: Settings = Settings { periodic: true, ..DRIFTING };
 
 /// Step \[s\] in half of which a drifting block of `particles` moves farther than lists bear: by 0.6 spacings.
 pub fn drift_step(particles: usize) -> f64 {
@@ -114,8 +119,9 @@ pub fn block(settings: Settings, particles: usize) -> FluidSetup {
             run_id: "bench".into(),
             domain: Domain {
                 lower: Vector::repeat(-0.1 * HEIGHT),
-                upper: Vector::repeat(1e6 * HEIGHT),
-                periodic: [false; 2],
+                // A free block may drift on for ever.
+                upper: Vector::repeat(if settings.periodic { 1.1 } else { 1e6 } * HEIGHT),
+                periodic: [settings.periodic; 2],
             },
             time: TimePlan { start_time: 0.0, end_time: 1.0, step: StepPolicy::Fixed { time_step: 1e-5 } },
             body_force: BodyForce { gravity, expressions: None },

@@ -27,7 +27,7 @@ pub fn print() {
     for (group, passes) in [
         ("recommended", super::PASSES.map(|(name, ..)| name).as_slice()),
         ("lean", &super::PASSES.map(|(name, ..)| name)),
-        ("build", &["begin"]),
+        ("build", &super::BUILDS.map(|(name, ..)| name)),
     ] {
         for pass in passes {
             print!("{:28}", format!("{group} {pass}"));

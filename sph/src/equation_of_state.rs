@@ -1,5 +1,9 @@
 //! Equation of state of a weakly compressible fluid, Eq. (3).
 
+use std::ops::Mul;
+
+use crate::lanes::Lanes;
+
 /// Largest relative change of density with which a run goes on \[-\]; walls and interface particles show none larger
 /// in tension.
 pub const LARGEST_COMPRESSION: f64 = 0.3;
@@ -69,6 +73,17 @@ impl Tait {
         (self.stiffness * (power - 1.0)).max(self.lowest.0)
     }
 
+    /// [`Tait::pressure`] of four particles, to the same bits.
+    #[inline(always)]
+    pub fn pressures<L: Lanes>(&self, density: L) -> L {
+        if self.exponent != 7.0 {
+            return L::from_array(density.to_array().map(|density| self.pressure(density)));
+        }
+        let ratio = density / L::splat(self.rest_density);
+        let power = sixth_power(ratio) * ratio;
+        (L::splat(self.stiffness) * (power - L::splat(1.0))).max(L::splat(self.lowest.0))
+    }
+
     /// Density \[kg/m³\] at `pressure` \[Pa\]: the inverse; a pressure below −p₀ gives density zero.
     #[inline]
     pub fn density(&self, pressure: f64) -> f64 {
@@ -104,16 +119,29 @@ impl Tait {
         };
         self.stiffness / self.rest_density * (power + 1.0 / q - 1.0) + cavities
     }
+
+    /// [`Tait::compression_energy`] of four particles, to the same bits.
+    #[inline(always)]
+    pub fn compression_energies<L: Lanes>(&self, density: L) -> L {
+        if self.exponent != 7.0 || self.lowest.0.is_finite() {
+            return L::from_array(density.to_array().map(|density| self.compression_energy(density)));
+        }
+        let (q, one) = (density / L::splat(self.rest_density), L::splat(1.0));
+        let power = (sixth_power(q) - one) / L::splat(6.0);
+        L::splat(self.stiffness / self.rest_density) * (power + one / q - one)
+    }
 }
 
-#[inline]
-fn sixth_power(x: f64) -> f64 {
+#[inline(always)]
+fn sixth_power<T: Copy + Mul<Output = T>>(x: T) -> T {
     let cube = x * x * x;
     cube * cube
 }
 
 #[cfg(test)]
 mod tests {
+    use crate::lanes::{Arithmetic, Kernel};
+
     use super::*;
 
     #[test]
@@ -131,6 +159,37 @@ mod tests {
             // dp/dρ at rest is c₀² = 400 m²/s².
             let slope = (water.pressure(1000.01) - water.pressure(999.99)) / 0.02;
             assert!((slope - 400.0).abs() < 1e-3);
+        }
+    }
+
+    /// Pressures and energies of four densities.
+    struct InLanes(Tait, [f64; 4]);
+
+    impl Kernel for InLanes {
+        type Output = [[f64; 4]; 2];
+
+        #[inline(always)]
+        fn run<L: Lanes>(self) -> [[f64; 4]; 2] {
+            let density = L::from_array(self.1);
+            [self.0.pressures(density).to_array(), self.0.compression_energies(density).to_array()]
+        }
+    }
+
+    #[test]
+    fn four_particles_have_the_bits_of_each_alone() {
+        let densities = [960.0, 1000.0, 1003.7, 1080.3];
+        for exponent in [1.0, 1.4, 7.0] {
+            for water in
+                [1000.0, f64::INFINITY].map(|tension| Tait::new(1000.0, 20.0, exponent).bearing(tension))
+            {
+                let alone = [
+                    densities.map(|rho| water.pressure(rho)),
+                    densities.map(|rho| water.compression_energy(rho)),
+                ];
+                for arithmetic in Arithmetic::all() {
+                    assert_eq!(arithmetic.run(InLanes(water, densities)), alone, "{exponent}");
+                }
+            }
         }
     }
 

@@ -28,6 +28,7 @@ pub struct InterfaceSums {
 }
 
 impl std::ops::AddAssign for InterfaceSums {
+    #[inline]
     fn add_assign(&mut self, other: Self) {
         self.force += other.force;
         self.gross_force += other.gross_force;
@@ -149,6 +150,7 @@ pub struct Energies {
 }
 
 impl AddAssign for Energies {
+    #[inline]
     fn add_assign(&mut self, other: Self) {
         self.kinetic += other.kinetic;
         self.potential += other.potential;

@@ -1,20 +1,24 @@
 //! What a healthy state looks like; a run that leaves it stops and says where.
 
-use rayon::prelude::*;
 use sph::domain::Domain;
 use sph::equation_of_state::LARGEST_COMPRESSION;
+use sph::lanes::{Kernel, Lanes, WIDTH};
 use sph::solver::Divergence;
 use sph::stage::StepStage;
 use sph::vector::Vector;
 
+use super::four::{abs, largest, numbers, vectors};
 use super::model::FluidModel;
 use super::state::FluidState;
 
-/// Particles per task.
-const TASK: usize = 2048;
+/// All bits of [`Lanes::below`].
+const ALL_LANES: u8 = (1 << WIDTH) - 1;
 
 /// Position \[m\], velocity \[m/s\] and density \[kg/m³\] of a particle.
 pub type Values<'a> = (&'a Vector, &'a Vector, f64);
+
+/// The same of four particles.
+pub type LaneValues<L> = ([L; 2], [L; 2], L);
 
 /// What the check compares with.
 #[derive(Clone, Copy, Debug)]
@@ -64,33 +68,88 @@ impl Default for Findings {
     }
 }
 
-impl Findings {
-    /// Adds particle `i` at `x`, which was at `origin` when the lists were built \[m\].
+/// [`Findings`] in lanes.
+#[derive(Clone, Copy, Debug)]
+pub struct LaneFindings<L> {
+    first_bad: usize,
+    square_speed: L,
+    square_displacement: L,
+    square_move: L,
+    outside: bool,
+}
+
+impl<L: Lanes> LaneFindings<L> {
+    /// Of no particle.
     #[inline(always)]
-    pub fn add(&mut self, limits: &Limits, i: usize, (x, v, density): Values<'_>, origin: Option<&Vector>) {
-        let Limits { domain, square_speed: limit, densities: [lowest, highest] } = limits;
-        let square_speed = v.norm_squared();
-        // Written so that NaN fails.
-        let healthy = (square_speed < *limit)
-            & (density > *lowest)
-            & (density < *highest)
-            & x.x.is_finite()
-            & x.y.is_finite();
-        if !healthy {
-            self.first_bad = self.first_bad.min(i);
+    pub fn none() -> Self {
+        let zero = L::zero();
+        Self {
+            first_bad: usize::MAX,
+            square_speed: zero,
+            square_displacement: zero,
+            square_move: zero,
+            outside: false,
         }
-        raise(&mut self.largest_square_speed, square_speed);
-        let square = origin.map_or(f64::INFINITY, |origin| domain.separation(x, origin).norm_squared());
-        raise(&mut self.largest_square_displacement, square);
-        self.outside |= !domain.contains(x);
     }
 
-    /// Adds a particle that has moved by `d` \[m\].
+    /// Adds the particles from `first` on, displaced by `displacement` since the lists were built \[m\].
     #[inline(always)]
-    pub fn add_move(&mut self, d: &Vector) {
-        raise(&mut self.largest_square_move, d.norm_squared());
+    pub fn add(
+        &mut self,
+        limits: &Limits,
+        first: usize,
+        values: LaneValues<L>,
+        displacement: Option<[L; 2]>,
+    ) {
+        let Limits { domain, square_speed: limit, densities: [lowest, highest] } = limits;
+        let ([x, y], [v_x, v_y], density) = values;
+        let (square_speed, infinite) = (v_x * v_x + v_y * v_y, L::splat(f64::INFINITY));
+        // NaN is below nothing and above nothing.
+        let healthy = square_speed.below(L::splat(*limit))
+            & L::splat(*lowest).below(density)
+            & density.below(L::splat(*highest))
+            & abs(x).below(infinite)
+            & abs(y).below(infinite);
+        let bad = healthy ^ ALL_LANES;
+        if bad != 0 {
+            self.first_bad = self.first_bad.min(first + bad.trailing_zeros() as usize);
+        }
+        self.square_speed = square_speed.max(self.square_speed);
+        let square = match displacement {
+            Some([x, y]) => x * x + y * y,
+            None => L::splat(f64::INFINITY),
+        };
+        self.square_displacement = square.max(self.square_displacement);
+        self.outside |= beyond(domain, 0, x) | beyond(domain, 1, y);
     }
 
+    /// Adds particles that have moved by `x` and `y` \[m\].
+    #[inline(always)]
+    pub fn add_move(&mut self, [x, y]: [L; 2]) {
+        self.square_move = (x * x + y * y).max(self.square_move);
+    }
+
+    /// The findings of all lanes.
+    #[inline(always)]
+    pub fn total(&self) -> Findings {
+        Findings {
+            first_bad: self.first_bad,
+            largest_square_speed: largest(self.square_speed),
+            largest_square_displacement: largest(self.square_displacement),
+            largest_square_move: largest(self.square_move),
+            outside: self.outside,
+        }
+    }
+}
+
+/// Whether a coordinate along `axis` is beyond the sides of `domain`.
+#[inline(always)]
+fn beyond<L: Lanes>(domain: &Domain, axis: usize, x: L) -> bool {
+    let (lower, upper) = (L::splat(domain.lower[axis]), L::splat(domain.upper[axis]));
+    !domain.periodic[axis] && (x.below(lower) | upper.below(x)) != 0
+}
+
+impl Findings {
     /// The findings of both.
     pub fn with(self, other: Self) -> Self {
         Self {
@@ -122,27 +181,33 @@ impl Findings {
     }
 }
 
-/// Makes `largest` at least `value`; NaN is told otherwise.
-#[inline(always)]
-fn raise(largest: &mut f64, value: f64) {
-    if value > *largest {
-        *largest = value;
-    }
-}
-
 /// Largest speed \[m/s\] of a state that is finite and within the limits of weak compressibility.
 ///
 /// # Errors
 /// The first particle that is not.
 pub fn check_state(model: &FluidModel, state: &FluidState, at: StepStage) -> Result<f64, Box<Divergence>> {
-    let limits = Limits::of(model);
-    let with = |mut findings: Findings, i: usize| {
-        findings.add(&limits, i, (&state.position[i], &state.velocity[i], state.density[i]), None);
-        findings
-    };
-    let particles = (0..state.len()).into_par_iter().with_min_len(TASK);
-    let findings = particles.fold(Findings::default, with).reduce(Findings::default, Findings::with);
-    findings.verdict(model, state, at)
+    model.arithmetic.run(Check { limits: Limits::of(model), state }).verdict(model, state, at)
+}
+
+/// A look at every particle, wherever it was before.
+struct Check<'a> {
+    limits: Limits,
+    state: &'a FluidState,
+}
+
+impl Kernel for Check<'_> {
+    type Output = Findings;
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> Findings {
+        let Self { limits, state: FluidState { position, velocity, density, .. } } = self;
+        let mut found = LaneFindings::<L>::none();
+        for first in (0..density.len()).step_by(WIDTH) {
+            let values = (vectors(position, first), vectors(velocity, first), numbers(density, first));
+            found.add(&limits, first, values, None);
+        }
+        found.total()
+    }
 }
 
 /// What is wrong with particle `i`.

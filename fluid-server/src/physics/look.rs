@@ -1,9 +1,12 @@
-//! What is made of each particle of a new state at once, while it is at hand: its record and whether it is healthy.
+//! What is made of the particles of a new state at once, while they are at hand: records and whether they are healthy.
 
 use sph::equation_of_state::Tait;
+use sph::geometry::{Geometry, Periodic};
+use sph::lanes::{Lanes, WIDTH};
 use sph::vector::Vector;
 
-use super::checks::{Findings, Limits, Values};
+use super::checks::{LaneFindings, LaneValues, Limits};
+use super::four::vectors;
 use super::model::FluidModel;
 use super::record::Record;
 use super::state::ListOrigin;
@@ -13,6 +16,7 @@ use super::state::ListOrigin;
 pub struct Look<'a> {
     equation_of_state: Tait,
     limits: Limits,
+    periodic: Option<Periodic>,
     origin: Option<&'a [Vector]>,
 }
 
@@ -22,25 +26,46 @@ impl<'a> Look<'a> {
         Self {
             equation_of_state: model.equation_of_state,
             limits: Limits::of(model),
+            periodic: model.domain.is_periodic().then(|| Periodic::new(&model.domain)),
             origin: origin.map(|origin| &origin.position[..]),
         }
     }
 
-    /// The record of particle `i` of `mass` per depth \[kg/m\], with what is found of it added to `found`.
+    /// The records of the particles from `first` on, of `mass` per depth \[kg/m\], with what is found of them added to
+    /// `found`.
     ///
-    /// It shows `velocity` \[m/s\] to its neighbours, or else its own.
+    /// They show `velocity` \[m/s\] to their neighbours, or else their own. No product is fused with a sum: the state
+    /// has the same bits on each path.
     #[inline(always)]
-    pub fn at(
+    pub fn at<L: Lanes>(
         &self,
-        i: usize,
-        values: Values<'_>,
-        mass: f64,
-        velocity: Option<Vector>,
-        found: &mut Findings,
-    ) -> Record {
-        let (x, v, density) = values;
-        found.add(&self.limits, i, values, self.origin.map(|origin| &origin[i]));
-        let pressure = self.equation_of_state.pressure(density);
-        Record::new(x, &velocity.unwrap_or(*v), density, pressure, mass / density)
+        first: usize,
+        values: LaneValues<L>,
+        mass: L,
+        velocity: Option<[L; 2]>,
+        found: &mut LaneFindings<L>,
+    ) -> [Record; WIDTH] {
+        let ([x, y], own_velocity, density) = values;
+        found.add(&self.limits, first, values, self.displacement(first, [x, y]));
+        let [v_x, v_y] = match velocity {
+            Some(velocity) => velocity,
+            None => own_velocity,
+        };
+        let pressure = self.equation_of_state.pressures(density);
+        Record::four([x, y, v_x, v_y], [density, pressure, mass / density])
+    }
+
+    /// How far particles are from where they were when the lists were built \[m\].
+    #[inline(always)]
+    fn displacement<L: Lanes>(&self, first: usize, [x, y]: [L; 2]) -> Option<[L; 2]> {
+        let [x_0, y_0] = match self.origin {
+            Some(origin) => vectors::<L>(origin, first),
+            None => return None,
+        };
+        let (x, y) = (x - x_0, y - y_0);
+        Some(match self.periodic {
+            Some(geometry) => [geometry.nearest(x, 0), geometry.nearest(y, 1)],
+            None => [x, y],
+        })
     }
 }

@@ -27,6 +27,7 @@ mod checks;
 mod cross;
 mod drift;
 mod fields;
+mod four;
 mod gradients;
 mod leaving;
 mod lists;

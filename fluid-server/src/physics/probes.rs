@@ -151,7 +151,7 @@ pub fn energies(model: &FluidModel, state: &FluidState) -> Energies {
 }
 
 /// Energies of a particle of `mass` per depth \[kg/m\].
-#[inline]
+#[inline(always)]
 pub fn energies_of(model: &FluidModel, gravity: &Vector, mass: f64, (x, v, rho): Values<'_>) -> Energies {
     Energies {
         kinetic: 0.5 * mass * v.norm_squared(),

@@ -4,6 +4,8 @@ use sph::geometry::Geometry;
 use sph::lanes::{Lanes, WIDTH};
 use sph::vector::Vector;
 
+use super::four::rows;
+
 /// State of a particle as its neighbours read it: one cache line.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[repr(align(64))]
@@ -22,6 +24,15 @@ impl Record {
             motion: [position.x, position.y, velocity.x, velocity.y],
             matter: [density, pressure, volume, 0.0],
         }
+    }
+
+    /// Four particles, from the numbers of [`Record::motion`] and from density, pressure and volume.
+    #[inline(always)]
+    pub fn four<L: Lanes>(motion: [L; 4], [density, pressure, volume]: [L; 3]) -> [Self; WIDTH] {
+        let [a, b, c, d] = rows(motion);
+        let [m_a, m_b, m_c, m_d] = rows([density, pressure, volume, L::zero()]);
+        let record = |motion, matter| Self { motion, matter };
+        [record(a, m_a), record(b, m_b), record(c, m_c), record(d, m_d)]
     }
 
     /// Position \[m\].

@@ -2,14 +2,16 @@
 
 use sph::exchange::InterfaceStates;
 use sph::geometry::{Geometry, Open, Periodic};
+use sph::lanes::{Kernel, Lanes, WIDTH};
 use sph::ledger::Energies;
 use sph::solver::Divergence;
 use sph::stage::StageTime;
 use sph::vector::Vector;
 
 use super::advance::Books;
-use super::checks::Findings;
+use super::checks::{Findings, LaneFindings};
 use super::cross::Cross;
+use super::four::{numbers, put, vectors};
 use super::gradients::{Gradients, Scene};
 use super::lists::{Lists, Moves};
 use super::look::Look;
@@ -112,16 +114,10 @@ impl Workspace {
     fn read(&mut self, model: &FluidModel, state: &FluidState, time_step: f64) {
         let ahead = (self.part == Part::Momentum).then_some(0.5 * time_step);
         self.fluid.resize(state.len(), Record::default());
-        let look = Look::new(model, state.list_origin.as_ref());
+        let look = &Look::new(model, state.list_origin.as_ref());
         let results = (&mut self.fluid[..], per_task(&mut self.findings, state.len()));
         for_each_task(state.len(), results, &|particles, (records, PerTask(findings))| {
-            let mut found = Findings::default();
-            for (i, record) in particles.zip(records) {
-                let (x, v) = (&state.position[i], &state.velocity[i]);
-                let velocity = ahead.map(|ahead| v + state.acceleration[i] * ahead);
-                *record = look.at(i, (x, v, state.density[i]), state.mass[i], velocity, &mut found);
-            }
-            findings[0] = found;
+            findings[0] = model.arithmetic.run(Read { look, state, ahead, first: particles.start, records });
         });
     }
 
@@ -226,5 +222,37 @@ impl Workspace {
         let scene = Scene { geometry, model, lists, fluid, walls: &walls.records };
         let fields = StageFields { scene, state, field: &walls.field, gradients, time, part: Part::Momentum };
         (0u32..).take(model.walls.names.len()).map(|wall| fields.wall_force(wall)).collect()
+    }
+}
+
+/// The pass over the particles of one task that makes their records.
+struct Read<'a> {
+    look: &'a Look<'a>,
+    state: &'a FluidState,
+    /// By how much velocities are extrapolated \[s\].
+    ahead: Option<f64>,
+    first: usize,
+    records: &'a mut [Record],
+}
+
+impl Kernel for Read<'_> {
+    type Output = Findings;
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> Findings {
+        let Self { look, state: FluidState { position, velocity, density, mass, acceleration, .. }, .. } =
+            self;
+        let mut found = LaneFindings::<L>::none();
+        for k in (0..self.records.len()).step_by(WIDTH) {
+            let i = self.first + k;
+            let (x, v, rho) = (vectors::<L>(position, i), vectors::<L>(velocity, i), numbers(density, i));
+            let mut shown = None;
+            if let Some(ahead) = self.ahead {
+                let (ahead, [a_x, a_y]) = (L::splat(ahead), vectors::<L>(acceleration, i));
+                shown = Some([v[0] + a_x * ahead, v[1] + a_y * ahead]);
+            }
+            put(self.records, k, look.at(i, (x, v, rho), numbers(mass, i), shown, &mut found));
+        }
+        found.total()
     }
 }

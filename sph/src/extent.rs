@@ -173,10 +173,10 @@ impl ReachMap {
         }
     }
 
-    /// Marks what lies within `reach` \[m\] of `extent`; does nothing when both are unchanged.
-    pub fn update(&mut self, extent: &Extent, reach: f64) {
+    /// Marks what lies within `reach` \[m\] of `extent`; does nothing, and says so, when both are unchanged.
+    pub fn update(&mut self, extent: &Extent, reach: f64) -> bool {
         if *extent == self.extent && reach == self.reach {
-            return;
+            return false;
         }
         self.extent.clone_from(extent);
         self.reach = reach;
@@ -195,6 +195,7 @@ impl ReachMap {
                 Mark::Some
             };
         });
+        true
     }
 
     /// Whether `x` lies within reach.

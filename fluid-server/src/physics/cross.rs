@@ -34,7 +34,11 @@ pub struct Cross {
     interface: Interface,
     tracker: ExtentTracker,
     reach: ReachMap,
-    /// Whether each fluid particle lies within reach.
+    /// What may come within reach until the lists are built anew.
+    vicinity: ReachMap,
+    /// The fluid particles there, ids ascending, and whether they are found yet.
+    candidates: (Vec<u32>, bool),
+    /// Whether each fluid particle is there.
     inside: Vec<bool>,
     /// Index of the fluid particle behind each interface state.
     members: Vec<u32>,
@@ -59,6 +63,8 @@ impl Cross {
             interface: Interface::new(coupling, domain, body_force.clone()),
             tracker: ExtentTracker::new(domain, EXTENT_CELL * support),
             reach: ReachMap::new(domain, support),
+            vicinity: ReachMap::new(domain, support),
+            candidates: (Vec::new(), false),
             inside: Vec::new(),
             members: Vec::new(),
             known_ids: Vec::new(),
@@ -75,7 +81,13 @@ impl Cross {
     /// Describes where the fluid is until the lists are built anew.
     pub fn update_extent(&mut self, state: &FluidState) {
         // Lists are built anew before a particle has moved farther.
-        self.tracker.update(&state.position, Lists::farthest(self.coupling.fluid.particle_spacing));
+        self.tracker.update(&state.position, self.farthest());
+        self.candidates.1 = false;
+    }
+
+    /// Largest displacement \[m\] of a particle between list builds.
+    fn farthest(&self) -> f64 {
+        Lists::farthest(self.coupling.fluid.particle_spacing)
     }
 
     /// What reports need of the evaluations so far: see [`Cross::restore`].
@@ -88,7 +100,8 @@ impl Cross {
     /// The extent is that of the last list build, whence particles may have moved by the slack.
     pub fn restore(&mut self, state: &FluidState, history: [u64; 2]) {
         let position = state.list_origin.as_ref().map_or(&state.position, |origin| &origin.position);
-        self.tracker.update(position, Lists::farthest(self.coupling.fluid.particle_spacing));
+        self.tracker.update(position, self.farthest());
+        self.candidates.1 = false;
         self.largest = history[0];
         self.immersed = u32::try_from(history[1]).unwrap_or(u32::MAX);
     }
@@ -147,14 +160,14 @@ impl Cross {
         states: &mut InterfaceStates,
     ) -> u64 {
         self.reach.update(partner, reach);
-        let map = &self.reach;
-        self.inside.resize(state.len(), false);
-        self.inside.par_iter_mut().zip(&state.position).with_min_len(1024).for_each(|(inside, x)| {
-            *inside = map.contains(x);
-        });
+        // Candidates may be found later than the lists: a particle then moves from one end of its way to the other.
+        let changed = self.vicinity.update(partner, reach + 2.0 * self.farthest());
+        if changed || !self.candidates.1 {
+            self.find_candidates(state);
+        }
+        let within = |i: &u32| self.reach.contains(&state.position[*i as usize]);
         self.members.clear();
-        self.members.extend((0u32..).zip(&self.inside).filter(|(_, inside)| **inside).map(|(i, _)| i));
-        self.members.sort_unstable_by_key(|i| state.id[*i as usize]);
+        self.members.extend(self.candidates.0.iter().copied().filter(within));
         states.clear();
         for &i in &self.members {
             let i = i as usize;
@@ -172,6 +185,19 @@ impl Cross {
             self.set_version += 1;
         }
         self.set_version
+    }
+
+    /// Finds the particles in the vicinity of the partner.
+    fn find_candidates(&mut self, state: &FluidState) {
+        let Self { vicinity, candidates: (candidates, known), inside, .. } = self;
+        inside.resize(state.len(), false);
+        inside.par_iter_mut().zip(&state.position).with_min_len(1024).for_each(|(inside, x)| {
+            *inside = vicinity.contains(x);
+        });
+        candidates.clear();
+        candidates.extend((0u32..).zip(&*inside).filter(|(_, inside)| **inside).map(|(i, _)| i));
+        candidates.sort_unstable_by_key(|i| state.id[*i as usize]);
+        *known = true;
     }
 
     /// Force on each of the partner's `samples` \[N/m\] at `time` \[s\], written to `forces`.

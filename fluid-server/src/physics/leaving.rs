@@ -58,9 +58,14 @@ pub fn remove_departed(
         after: model.walls.motions_at(time.target_time()),
     };
     let leaves = |i: usize| watch.departure(i).is_some();
+    let all = || (0..state.len()).into_par_iter().with_min_len(TASK);
+    let outside = |i: usize| !model.domain.contains(&state.position[i]);
     let any = match workspace.lists.near_walls(model, findings.largest_square_move) {
-        Some(near) if !findings.outside => near.iter().any(|i| leaves(*i as usize)),
-        _ => (0..state.len()).into_par_iter().with_min_len(TASK).any(leaves),
+        Some(near) => {
+            near.iter().any(|i| leaves(*i as usize))
+                || findings.outside && all().any(|i| outside(i) && leaves(i))
+        }
+        None => all().any(leaves),
     };
     if !any {
         return Ok(());

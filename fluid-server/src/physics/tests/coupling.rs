@@ -124,6 +124,41 @@ fn the_interface_holds_all_within_reach_in_id_order() {
 }
 
 #[test]
+fn the_interface_follows_particles_and_extents_between_list_builds() {
+    let mut setup = coupled(InterfaceLaw::Wall, GradientCorrection::LatticeMoment, DensityDiffusion::None);
+    setup.particles.velocity.iter_mut().for_each(|v| v.x += 2.0);
+    let mut solver = solver(setup);
+    let (none, mut own) = (InterfaceStates::default(), InterfaceStates::default());
+    let mut extent = extent();
+    let (mut last, mut changes) = ((0, Vec::new()), 0);
+    for step in 0..100 {
+        if step == 50 {
+            extent = Extent { version: 2, boxes: vec![(Vector::new(0.2, 0.1), Vector::new(0.3, 0.18))] };
+        }
+        for stage in Stage::BOTH {
+            let time = stage_time(step, stage, 2e-4);
+            solver.begin_stage(&time).unwrap();
+            solver.interface(&extent, REACH, &mut own);
+            let (lower, upper) = &extent.boxes[0];
+            let near = |x: &Vector| (x - x.sup(lower).inf(upper)).norm() <= REACH;
+            let state = &solver.state;
+            let mut expected: Vec<u32> =
+                (0..state.len()).filter(|i| near(&state.position[*i])).map(|i| state.id[i]).collect();
+            expected.sort_unstable();
+            assert_eq!(own.id, expected, "step {step}");
+            let seen = (solver.counts().list_builds, expected);
+            changes += u32::from(seen.0 == last.0 && seen.1 != last.1);
+            last = seen;
+            solver.evaluate_own(&time);
+            solver.evaluate_cross(&time, &own, &none);
+            solver.advance(&time).unwrap();
+        }
+        solver.end_step(&stage_time(step, Stage::Corrector, 2e-4)).unwrap();
+    }
+    assert!(changes >= 10 && last.0 >= 3, "{changes} changes between {} builds", last.0);
+}
+
+#[test]
 fn books_close_and_both_sides_agree_for_every_law() {
     for law in [InterfaceLaw::Wall, InterfaceLaw::WallNoSlip, InterfaceLaw::PlainSum] {
         for (correction, diffusion) in variants() {

@@ -23,6 +23,7 @@ use state::FluidState;
 use workspace::Workspace;
 
 mod advance;
+mod books;
 mod checks;
 mod cross;
 mod drift;
@@ -34,6 +35,7 @@ mod lists;
 mod look;
 mod model;
 mod moments;
+mod movement;
 mod pair;
 mod probes;
 mod rates;

@@ -8,7 +8,7 @@ use sph::solver::Divergence;
 use sph::stage::StageTime;
 use sph::vector::Vector;
 
-use super::advance::Books;
+use super::books::Books;
 use super::checks::{Findings, LaneFindings};
 use super::cross::Cross;
 use super::four::{numbers, put, vectors};

@@ -94,8 +94,14 @@ fn run(program: &Path, arguments: &Arguments, out: &Path) -> Result<Ran, String>
     let summary: Value = serde_json::from_str(&text).map_err(|e| format!("{}: {e}", path.display()))?;
     let wall = summary["wall_seconds"].as_f64().ok_or("summary.json has no `wall_seconds`")?;
     let digest = |side: &str| summary[side]["state_digest"].as_str().map(String::from);
+    let digests = [digest("fluid"), digest("solid")];
+    if digests.iter().all(Option::is_none) {
+        return Err(format!(
+            "`{name}` tells no `state_digest` in summary.json: the build is too old to compare"
+        ));
+    }
     std::fs::remove_dir_all(out).map_err(|e| format!("{}: {e}", out.display()))?;
-    Ok(Ran { wall, digests: [digest("fluid"), digest("solid")] })
+    Ok(Ran { wall, digests })
 }
 
 /// Median of at least one number.

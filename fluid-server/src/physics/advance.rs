@@ -1,10 +1,10 @@
 //! Advancing the state by the rates and the books of a stage.
 
-use sph::ledger::{Account, Accounts, StageBooks};
+use sph::ledger::{Account, Accounts, AngularBudget, StageBooks, TorqueAccount, Torques};
 use sph::stage::{Stage, StageTime};
 use sph::vector::Vector;
 
-use super::books::Books;
+use super::books::{AngularBooks, Books};
 use super::look::Look;
 use super::model::FluidModel;
 use super::movement::{Movement, Step};
@@ -52,6 +52,7 @@ pub fn advance(
         damping: model.damping_rate(time.state_time()),
         inverse_h: 1.0 / model.constants.smoothing_length,
         gravity: model.body_force.gravity(),
+        origin: (!model.domain.is_periodic()).then(|| model.domain.torque_origin()),
         equation_of_state: model.equation_of_state,
         rates,
         mass,
@@ -85,6 +86,9 @@ pub fn advance(
     StageBooks {
         interface,
         accounts: accounts(&total, &forces, state.removed_momentum, duration),
+        angular: step
+            .origin
+            .map(|_| angular_budget(&total.angular, &forces, state.removed_angular_momentum, duration)),
         duration,
         momentum_change: total.momentum - state.removed_momentum,
         gross_momentum: total.gross_momentum + duration * total.gross + state.removed_momentum.norm(),
@@ -105,11 +109,34 @@ pub fn start_of_step(state: &FluidState, workspace: &Workspace, time_step: f64, 
 
 fn accounts(books: &Books, forces: &OuterForces, removed: Vector, duration: f64) -> Accounts {
     let mut accounts = Accounts::default();
-    accounts.add(Account::BodyForce, forces.body);
-    accounts.add(Account::Walls, forces.walls);
+    accounts.add(Account::BodyForce, forces.body.force);
+    accounts.add(Account::Walls, forces.walls.force);
     accounts.add(Account::Damping, books.damping);
-    accounts.add(Account::Stabilisers, forces.stabilisers);
+    accounts.add(Account::Stabilisers, forces.stabilisers.force);
     // Particles leave at step boundaries: the next step carries their momentum off in both of its stages.
     accounts.add(Account::Removed, -removed / duration);
     accounts
+}
+
+/// As [`accounts`], for angular momentum, of which `removed` \[kg m/s\] has left.
+fn angular_budget(
+    books: &AngularBooks,
+    forces: &OuterForces,
+    removed: f64,
+    duration: f64,
+) -> AngularBudget {
+    let mut torques = Torques::default();
+    torques.add(TorqueAccount::BodyForce, forces.body.torque);
+    torques.add(TorqueAccount::Walls, forces.walls.torque);
+    torques.add(TorqueAccount::Damping, books.damping);
+    torques.add(TorqueAccount::Stabilisers, forces.stabilisers.torque);
+    torques.add(TorqueAccount::OwnForces, forces.own_torque);
+    torques.add(TorqueAccount::Removed, -removed / duration);
+    torques.add(TorqueAccount::Shifting, books.shifting / duration);
+    torques.add(TorqueAccount::TimeScheme, books.scheme / duration);
+    AngularBudget {
+        torques,
+        change: books.change - removed,
+        gross: books.gross_change + duration * books.gross_torque + removed.abs(),
+    }
 }

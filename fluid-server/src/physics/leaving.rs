@@ -4,7 +4,7 @@ use rayon::prelude::*;
 use sph::motion::MotionState;
 use sph::solver::Divergence;
 use sph::stage::StageTime;
-use sph::vector::{DIMENSIONS, Vector};
+use sph::vector::{DIMENSIONS, Vector, cross};
 
 use super::advance::start_of_step;
 use super::checks::Findings;
@@ -47,7 +47,7 @@ pub fn remove_departed(
     findings: &Findings,
     time: &StageTime,
 ) -> Result<(), Box<Divergence>> {
-    state.removed_momentum = Vector::zeros();
+    (state.removed_momentum, state.removed_angular_momentum) = (Vector::zeros(), 0.0);
     let watch = Watch {
         model,
         state,
@@ -83,7 +83,9 @@ pub fn remove_departed(
                 }
             }
         }
-        state.removed_momentum += state.velocity[i] * state.mass[i];
+        let momentum = state.velocity[i] * state.mass[i];
+        state.removed_momentum += momentum;
+        state.removed_angular_momentum += cross(&(state.position[i] - model.domain.torque_origin()), &momentum);
     }
     if let Some((id, x)) = guilty {
         return Err(Box::new(Divergence {

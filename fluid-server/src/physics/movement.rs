@@ -5,7 +5,7 @@ use sph::lanes::{Kernel, Lanes, WIDTH};
 use sph::stage::Stage;
 use sph::vector::Vector;
 
-use super::books::{Books, LaneBooks};
+use super::books::{Books, LaneAngularBooks, LaneBooks};
 use super::checks::{Findings, LaneFindings};
 use super::four::{abs, components, get, numbers, put, rows, vectors, weight};
 use super::look::Look;
@@ -58,7 +58,7 @@ impl Kernel for Movement<'_> {
                     let base = Moving { x: vectors(x_0, k), v: vectors(v_0, k), rho: numbers(rho_0, k) };
                     let end = step.whole(&rates, &base, start.v);
                     let shown = Shown::of(get(fluid, k), mass, weight(k, count));
-                    step.book(&shown, &rates, base.v, &end, &mut books);
+                    step.book(&shown, &rates, &Path { base: &base, stage: start.x, end: &end }, &mut books);
                     end
                 }
                 Part::Density => {
@@ -70,7 +70,8 @@ impl Kernel for Movement<'_> {
                 Part::Momentum => {
                     let end = step.momentum(&rates, &start, numbers(density_rate, k));
                     let shown = Shown::of(get(fluid, k), mass, weight(k, count));
-                    step.book(&shown, &rates, start.v, &end, &mut books);
+                    // (xⁿ + Δt/2 vⁿ) × vⁿ = xⁿ × vⁿ: the half-way place serves as that at the start.
+                    step.book(&shown, &rates, &Path { base: &start, stage: start.x, end: &end }, &mut books);
                     put(acceleration, k, rates.own_acceleration);
                     end
                 }
@@ -143,6 +144,16 @@ impl<L: Lanes> Shown<L> {
     }
 }
 
+/// From where to where a stage has moved four particles.
+struct Path<'a, L> {
+    /// The start of the step.
+    base: &'a Moving<L>,
+    /// Where the forces were evaluated \[m\].
+    stage: [L; 2],
+    /// The new state.
+    end: &'a Moving<L>,
+}
+
 /// What a stage does to the particles.
 pub struct Step<'a> {
     /// Which rates there are.
@@ -161,6 +172,8 @@ pub struct Step<'a> {
     pub inverse_h: f64,
     /// Constant part of the body force \[m/s²\].
     pub gravity: Vector,
+    /// Point about which torques are taken; without one angular momentum is left out \[m\].
+    pub origin: Option<Vector>,
     /// Of the energies.
     pub equation_of_state: Tait,
     /// Rates of all particles.
@@ -173,6 +186,18 @@ pub struct Step<'a> {
 #[inline(always)]
 fn add<L: Lanes>([a_x, a_y]: [L; 2], [b_x, b_y]: [L; 2], t: L) -> [L; 2] {
     [a_x + b_x * t, a_y + b_y * t]
+}
+
+/// `a − b`.
+#[inline(always)]
+fn minus<L: Lanes>([a_x, a_y]: [L; 2], [b_x, b_y]: [L; 2]) -> [L; 2] {
+    [a_x - b_x, a_y - b_y]
+}
+
+/// z component of `a × b`.
+#[inline(always)]
+fn cross<L: Lanes>([a_x, a_y]: [L; 2], [b_x, b_y]: [L; 2]) -> L {
+    a_x * b_y - a_y * b_x
 }
 
 /// Length of each vector.
@@ -216,7 +241,7 @@ impl Step<'_> {
         }
     }
 
-    /// Books what happened to particles that came from velocity `v_0` to where they are now.
+    /// Books what happened to particles on their `path`.
     ///
     /// The scale of round-off in the momentum check counts for each particle, besides m|v| and m|a|, the size |p|V/h of
     /// the pair forces that cancel in its acceleration. The momentum is taken from the moved state, not from the
@@ -226,17 +251,23 @@ impl Step<'_> {
         &self,
         shown: &Shown<L>,
         rates: &LaneRates<L>,
-        v_0: [L; 2],
-        now: &Moving<L>,
+        path: &Path<'_, L>,
         books: &mut LaneBooks<L>,
     ) {
+        let (now, v_0) = (path.end, path.base.v);
         let (m, v, acceleration) = (shown.mass, now.v, norm(rates.acceleration));
+        let gross_force = m * acceleration + abs(shown.pressure) * shown.volume * L::splat(self.inverse_h);
+        let gross_momentum = m * (norm(v) + norm(v_0));
         books.damping = add(books.damping, shown.velocity, L::splat(-self.damping) * m);
-        books.gross =
-            books.gross + (m * acceleration + abs(shown.pressure) * shown.volume * L::splat(self.inverse_h));
+        books.gross = books.gross + gross_force;
         books.largest_acceleration = acceleration.max(books.largest_acceleration);
         books.momentum = add(books.momentum, [v[0] - v_0[0], v[1] - v_0[1]], m);
-        books.gross_momentum = books.gross_momentum + m * (norm(v) + norm(v_0));
+        books.gross_momentum = books.gross_momentum + gross_momentum;
+        if let Some(origin) = self.origin {
+            let origin = [L::splat(origin.x), L::splat(origin.y)];
+            let gross = (gross_force, gross_momentum);
+            self.book_angular(shown, rates.shift, path, origin, gross, &mut books.angular);
+        }
         if self.stage == Stage::Corrector {
             // As `energies_of`.
             let ([x, y], [g_x, g_y]) = (now.x, self.gravity.data.0[0]);
@@ -245,5 +276,31 @@ impl Step<'_> {
             books.potential = books.potential - m * fall;
             books.internal = books.internal + m * self.equation_of_state.compression_energies(now.rho);
         }
+    }
+
+    /// The part of [`Self::book`] for angular momentum about `origin` \[m\]; `gross` are the particles' scales of force
+    /// \[N/m\] and momentum \[kg/s\].
+    #[inline(always)]
+    fn book_angular<L: Lanes>(
+        &self,
+        shown: &Shown<L>,
+        shift: [L; 2],
+        path: &Path<'_, L>,
+        origin: [L; 2],
+        gross: (L, L),
+        books: &mut LaneAngularBooks<L>,
+    ) {
+        let (m, arm, start, end) = (shown.mass, minus(path.stage, origin), path.base, path.end);
+        let (distance, duration) = (norm(arm), L::splat(self.duration));
+        let shifted = [shift[0] * duration, shift[1] * duration];
+        let after_stage = minus(minus(end.x, path.stage), shifted);
+        let before_stage = minus(path.stage, start.x);
+        let change = cross(minus(end.x, origin), end.v) - cross(minus(start.x, origin), start.v);
+        books.change = books.change + m * change;
+        books.gross_change = books.gross_change + distance * gross.1;
+        books.gross_torque = books.gross_torque + distance * gross.0;
+        books.damping = books.damping - L::splat(self.damping) * m * cross(arm, shown.velocity);
+        books.shifting = books.shifting + m * cross(shifted, end.v);
+        books.scheme = books.scheme + m * (cross(after_stage, end.v) + cross(before_stage, start.v));
     }
 }

@@ -7,7 +7,7 @@ use sph::body_force::BodyForceAt;
 use sph::geometry::Geometry;
 use sph::lanes::{Kernel, Lanes, WIDTH};
 use sph::stage::Stage;
-use sph::vector::Vector;
+use sph::vector::{Vector, cross};
 
 use super::gradients::{Gradients, Scene, mirrored_stress, momentum_tensor};
 use super::model::FluidModel;
@@ -31,15 +31,17 @@ pub struct Rates {
     pub density: f64,
 }
 
-/// Sums over the particles of one task \[N/m\].
+/// Sums over the particles of one task: forces \[N/m\], and torques about the domain's torque origin \[N\].
 #[derive(Clone, Copy, Debug, Default)]
 pub struct OuterForces {
     /// Body force.
-    pub body: Vector,
+    pub body: Wrench,
     /// Force by walls.
-    pub walls: Vector,
+    pub walls: Wrench,
     /// Force by stabilisers that are not antisymmetric.
-    pub stabilisers: Vector,
+    pub stabilisers: Wrench,
+    /// Torque of the fluid's forces on itself, which do not all act along the line between two particles.
+    pub own_torque: f64,
 }
 
 impl AddAssign for OuterForces {
@@ -47,6 +49,31 @@ impl AddAssign for OuterForces {
         self.body += other.body;
         self.walls += other.walls;
         self.stabilisers += other.stabilisers;
+        self.own_torque += other.own_torque;
+    }
+}
+
+/// A force \[N/m\] and its torque \[N\].
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Wrench {
+    /// Force.
+    pub force: Vector,
+    /// Torque.
+    pub torque: f64,
+}
+
+impl Wrench {
+    /// `force` that acts at `arm` \[m\] from the torque origin.
+    #[inline(always)]
+    fn at(arm: &Vector, force: Vector) -> Self {
+        Self { force, torque: cross(arm, &force) }
+    }
+}
+
+impl AddAssign for Wrench {
+    fn add_assign(&mut self, other: Self) {
+        self.force += other.force;
+        self.torque += other.torque;
     }
 }
 
@@ -355,7 +382,7 @@ impl<G: Geometry, T: Terms> Kernel for Evaluate<'_, G, T> {
         let Self { fields, body_force, first, rates, outer, .. } = self;
         let StageFields { scene, state, gradients, time, .. } = fields;
         let model = scene.model;
-        let damping = model.damping_rate(*time);
+        let (damping, origin) = (model.damping_rate(*time), model.domain.torque_origin());
         let law = model.law.lanes::<L>();
         for (k, rates) in rates.iter_mut().enumerate() {
             let i = first + k;
@@ -383,9 +410,13 @@ impl<G: Geometry, T: Terms> Kernel for Evaluate<'_, G, T> {
                 density: rho * (sums.continuity + walls.continuity)
                     + model.diffusion * (sums.diffusion + walls.diffusion),
             };
-            let m = state.mass[i];
-            let stabilisers = control.acceleration * m;
-            *outer += OuterForces { body: body * m, walls: by_walls * m, stabilisers };
+            let (m, arm) = (state.mass[i], state.position[i] - origin);
+            *outer += OuterForces {
+                body: Wrench::at(&arm, body * m),
+                walls: Wrench::at(&arm, by_walls * m),
+                stabilisers: Wrench::at(&arm, control.acceleration * m),
+                own_torque: cross(&arm, &(by_fluid * m)),
+            };
         }
     }
 }

@@ -36,8 +36,9 @@ impl FluidState {
             saved.put_f64("fluid.list_origin.time", [origin.time]);
             saved.put_vectors("fluid.list_origin.position", &origin.position);
         }
-        let removed = self.removed_momentum;
-        saved.put_f64("fluid.last_step", [removed.x, removed.y, self.largest_acceleration, self.density_age]);
+        let (removed, angular) = (self.removed_momentum, self.removed_angular_momentum);
+        let last_step = [removed.x, removed.y, angular, self.largest_acceleration, self.density_age];
+        saved.put_f64("fluid.last_step", last_step);
         saved.put_f64("fluid.density_rate", density_rate.iter().copied());
         saved.put_vectors("fluid.acceleration", acceleration);
         saved.put_u64("fluid.counts", [self.lost, self.outflow, self.list_builds]);
@@ -84,7 +85,8 @@ impl FluidState {
             let problem = format!("holds {list_skin} m, must lie between {thinnest} and {thickest} m");
             return Err(RestoreError::new("fluid.list_skin", problem));
         }
-        let [removed_x, removed_y, largest_acceleration, density_age] = saved.numbers("fluid.last_step")?;
+        let [removed_x, removed_y, removed_angular_momentum, largest_acceleration, density_age] =
+            saved.numbers("fluid.last_step")?;
         if density_age < 0.0 {
             return Err(RestoreError::new(
                 "fluid.last_step",
@@ -103,6 +105,7 @@ impl FluidState {
             list_origin,
             list_skin,
             removed_momentum: Vector::new(removed_x, removed_y),
+            removed_angular_momentum,
             largest_acceleration,
             density_rate: saved.f64s("fluid.density_rate", Some(kept))?.to_vec(),
             acceleration: saved.vectors("fluid.acceleration", kept)?,

@@ -29,6 +29,8 @@ pub struct FluidState {
     pub list_skin: f64,
     /// Momentum of the particles removed at the end of the last step \[kg/s\], booked in the next.
     pub removed_momentum: Vector,
+    /// Their angular momentum about the domain's torque origin \[kg m/s\].
+    pub removed_angular_momentum: f64,
     /// Largest acceleration of the last stage \[m/s²\].
     pub largest_acceleration: f64,
     /// Density rate at the start of the last step \[kg/(m³ s)\]; with leapfrog only.

@@ -111,7 +111,13 @@ impl RemoteParticipant {
         let player = Player::start(recording, role, access).map_err(Failure::input)?;
         let partner = player.address().map_or(Partner::Listen, |address| Partner::Dial(address.to_string()));
         let partner_extent = attempt.extents[role.partner().index()].clone();
-        let plan = LinkPlan { first_limit: attempt.first_limit, partner_extent, partner };
+        let plan = LinkPlan {
+            first_limit: attempt.first_limit,
+            partner_extent,
+            partner,
+            // A recording may be of a run that began from a checkpoint.
+            partner_particles: None,
+        };
         self.client.link(&plan).await?;
         if role == Role::Solid {
             player.dial(&self.server.address, security).await.map_err(Failure::server)?;

@@ -6,6 +6,7 @@ use std::thread::JoinHandle;
 use proto::checkpoint::{CheckpointData, CheckpointHeader, restore_solver};
 use proto::description::Description;
 use proto::service::SolverFactory;
+use sph::audit::PartnerParticles;
 use sph::driver::{self, Command, Event, Link};
 use sph::exchange::{Exchange, Extent, in_process_pair};
 use sph::setup::{FluidSetup, RunSetup, SolidSetup};
@@ -47,6 +48,7 @@ pub fn start(
     resume: Option<&RunCheckpoint>,
     events: &Sender<(Role, NewsResult)>,
 ) -> Result<Vec<ThreadParticipant>, Failure> {
+    let mut particles = solid.as_ref().map(PartnerParticles::of);
     let mut solvers: Vec<(Box<dyn Solver>, RunSetup)> = Vec::new();
     if let Some(setup) = fluid {
         let run = setup.run.clone();
@@ -76,12 +78,17 @@ pub fn start(
         let (a, b) = in_process_pair();
         exchanges = vec![Some(Box::new(a)), Some(Box::new(b))];
     }
+    let coupled = solvers.len() == 2;
     let mut participants = Vec::new();
     for (k, (((solver, run), exchange), resume)) in solvers.into_iter().zip(exchanges).zip(clocks).enumerate()
     {
         // With two participants, the partner of 0 is 1 and of 1 is 0.
         let partner_extent = extents.get(1 - k).cloned().unwrap_or_default();
-        let link = Link { partner_extent, first_limit, resume };
+        let partner_particles = match (solver.role(), coupled) {
+            (Role::Fluid, true) => particles.take(),
+            _ => None,
+        };
+        let link = Link { partner_extent, first_limit, resume, partner_particles };
         participants.push(spawn(solver, run, link, exchange, threads, events.clone())?);
     }
     Ok(participants)

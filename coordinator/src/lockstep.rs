@@ -5,7 +5,7 @@
 use std::collections::VecDeque;
 
 use sph::driver::StepReport;
-use sph::ledger::{Breach, Imbalance, TorqueCheck, balance_breaches, imbalance, momentum_breach};
+use sph::ledger::{Breach, Imbalance, TorqueCheck, balance_breaches, budget_breaches, imbalance};
 use sph::setup::LedgerPolicy;
 use sph::solver::Role;
 use sph::stage::{Stage, StepStage};
@@ -109,7 +109,7 @@ impl LockStep {
                 let at = StepStage { step: report.step, stage };
                 momentum_residual = momentum_residual.max(report.books[k].momentum_residual());
                 breaches.extend(
-                    momentum_breach(at, &report.books[k], &self.policy).into_iter().map(|b| (Some(role), b)),
+                    budget_breaches(at, &report.books[k], &self.policy).into_iter().map(|b| (Some(role), b)),
                 );
             }
         }
@@ -133,7 +133,7 @@ impl LockStep {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use sph::ledger::{InterfaceSums, StageBooks};
+    use sph::ledger::{AngularBudget, Check, InterfaceSums, StageBooks, TorqueAccount, Torques};
 
     fn report(step: u64, force: Vector) -> StepReport {
         let interface =
@@ -187,6 +187,22 @@ mod tests {
         let matched = lockstep.report(Role::Solid, solid).unwrap();
         assert_eq!(matched.breaches.len(), 1);
         assert_eq!(matched.breaches[0].0, Some(Role::Solid));
+    }
+
+    #[test]
+    fn a_side_that_turns_more_than_its_torques_say_is_named() {
+        let mut lockstep = LockStep::new(vec![Role::Solid], LedgerPolicy::default(), TorqueCheck::Central);
+        let mut solid = report(0, Vector::zeros());
+        let mut torques = Torques::default();
+        torques.add(TorqueAccount::BodyForce, 2.0);
+        let budget = AngularBudget { torques, change: 0.1 * 2.0, gross: 1.0 };
+        solid.books[1].angular = Some(budget);
+        assert!(lockstep.report(Role::Solid, solid).unwrap().breaches.is_empty());
+        solid.books[1].angular = Some(AngularBudget { change: 1.05 * budget.change, ..budget });
+        let matched = lockstep.report(Role::Solid, StepReport { step: 1, ..solid }).unwrap();
+        let [(role, breach)] = matched.breaches.as_slice() else { panic!("{:?}", matched.breaches) };
+        assert_eq!((*role, breach.check), (Some(Role::Solid), Check::AngularMomentum));
+        assert!((breach.residual - 0.01).abs() < 1e-15);
     }
 
     #[test]

@@ -9,8 +9,9 @@ use proto::description::{Description, LinkPlan, OpenReport, Partner};
 use proto::player::Replayed;
 use proto::security::{ClientFiles, ClientSecurity};
 use proto::{RpcCode, RpcError, handshake};
+use sph::audit::PartnerParticles;
 use sph::exchange::Extent;
-use sph::setup::{CouplingKind, ParticipantSetup};
+use sph::setup::{CouplingKind, ParticipantSetup, SolidSetup};
 use sph::solver::Role;
 use tokio::sync::mpsc;
 
@@ -219,7 +220,11 @@ impl Remote {
             opened.push(RemoteParticipant { report, server, client, saves });
         }
         let mut remote = Self { servers: opened, go_between: Go::Direct };
-        if let Err(failure) = remote.link(with.between, &access, &security).await {
+        let solid = plans.iter().find_map(|plan| match &plan.setup {
+            ParticipantSetup::Solid(setup) => Some(setup),
+            ParticipantSetup::Fluid(_) => None,
+        });
+        if let Err(failure) = remote.link(solid, with.between, &access, &security).await {
             remote.end().await;
             return Err(failure);
         }
@@ -245,13 +250,31 @@ impl Remote {
 
     async fn link(
         &mut self,
+        solid_setup: Option<&SolidSetup>,
         between: Between<'_>,
         access: &RunAccess,
         security: &ClientSecurity,
     ) -> Result<(), Failure> {
         let limits = self.servers.iter().map(|server| server.report.time_step_limit);
         let first_limit = limits.fold(f64::INFINITY, f64::min);
-        let plan = |partner_extent: Extent, partner| LinkPlan { first_limit, partner_extent, partner };
+        let plan = |partner_extent: Extent, partner| LinkPlan {
+            first_limit,
+            partner_extent,
+            partner,
+            partner_particles: None,
+        };
+        if let Some(setup) = solid_setup {
+            for server in self.servers.iter().filter(|server| server.report.role == Role::Solid) {
+                let differences = handshake::other_bodies(setup, &server.report);
+                if !differences.is_empty() {
+                    let list = differences.join("\n  ");
+                    return Err(Failure::server(format!(
+                        "the solid server at {} does not move the bodies of the set-up:\n  {list}",
+                        server.address()
+                    )));
+                }
+            }
+        }
         match self.servers.as_mut_slice() {
             [alone] => match between {
                 Between::Recording(recording) => {
@@ -276,7 +299,11 @@ impl Remote {
                     dialled = relay.address();
                     self.go_between = Go::Relay { relay };
                 }
-                fluid.client.link(&plan(solid.report.extent.clone(), Partner::Dial(dialled))).await?;
+                let plan = LinkPlan {
+                    partner_particles: solid_setup.map(PartnerParticles::of),
+                    ..plan(solid.report.extent.clone(), Partner::Dial(dialled))
+                };
+                fluid.client.link(&plan).await?;
             }
             _ => return Err(Failure::internal("a run has one fluid and one solid server at most")),
         }

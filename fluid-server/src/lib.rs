@@ -40,7 +40,7 @@ impl SolverFactory for FluidFactory {
         let facts =
             facts.map(|(name, value, unit)| Fact { name: name.into(), value, unit: unit.into() }).into();
         let solver = physics::FluidSolver::new(setup).map_err(SetupProblems)?;
-        Ok(Opened { solver: Box::new(solver), constants, facts })
+        Ok(Opened { solver: Box::new(solver), constants, facts, bodies: Vec::new() })
     }
 }
 

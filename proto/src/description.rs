@@ -3,6 +3,7 @@
 use std::fmt;
 use std::time::Duration;
 
+use sph::audit::PartnerParticles;
 use sph::domain::Domain;
 use sph::exchange::{Extent, FrameContent};
 use sph::kernel::CubicSpline;
@@ -20,7 +21,7 @@ pub struct ProtocolVersion {
 }
 
 /// Version that this crate speaks.
-pub const PROTOCOL: ProtocolVersion = ProtocolVersion { major: 1, minor: 2 };
+pub const PROTOCOL: ProtocolVersion = ProtocolVersion { major: 1, minor: 3 };
 
 impl fmt::Display for ProtocolVersion {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -238,6 +239,17 @@ pub struct OpenReport {
     pub counts: Counts,
     /// Further numbers for the run header.
     pub facts: Vec<Fact>,
+    /// What moves each body of a solid, in the order of its set-up; empty from a fluid and from solvers of 1.2.
+    pub bodies: Vec<BodyReport>,
+}
+
+/// What the equations of motion of a body use.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BodyReport {
+    /// Mass per depth \[kg/m\].
+    pub mass: f64,
+    /// Moment of inertia of a rigid body about its centre of mass per depth \[kg m\].
+    pub inertia: Option<f64>,
 }
 
 /// Where the partner of a participant is.
@@ -258,6 +270,8 @@ pub struct LinkPlan {
     pub first_limit: f64,
     /// The partner's extent at the start; empty without partner.
     pub partner_extent: Extent,
+    /// What the set-up says of a solid partner; `None` for a solid and without partner.
+    pub partner_particles: Option<PartnerParticles>,
     /// Where the partner is.
     pub partner: Partner,
 }

@@ -1,7 +1,7 @@
 //! Comparison of what participants say, before step 1: all differences at once.
 
 use sph::lanes::Path;
-use sph::setup::{Coupling, RunSetup, StepPolicy};
+use sph::setup::{Coupling, Formulation, RunSetup, SolidSetup, StepPolicy};
 use sph::solver::Role;
 use sph::vector::DIMENSIONS;
 
@@ -72,6 +72,37 @@ pub fn unfit(description: &Description, role: Role, run: &RunSetup) -> Vec<Strin
         reasons.push(format!("{who} evaluates no expressions, the case's body force has them"));
     }
     reasons
+}
+
+/// Relative difference that sums of the same masses may have \[-\].
+const SAME_MASS: f64 = 1e-9;
+
+/// All differences between the bodies of `setup` and those that the solid says it moves, each with both values; empty
+/// when they fit, and for a solver of a version that does not say.
+pub fn other_bodies(setup: &SolidSetup, report: &OpenReport) -> Vec<String> {
+    if report.bodies.is_empty() {
+        return Vec::new();
+    }
+    if report.bodies.len() != setup.bodies.len() {
+        return vec![format!("it has {} bodies, the set-up {}", report.bodies.len(), setup.bodies.len())];
+    }
+    let mut differences = Vec::new();
+    for ((body, said), k) in setup.bodies.iter().zip(&report.bodies).zip(0u32..) {
+        let particles = setup.particles.of_body(k);
+        let mut compare = |what: &str, unit: &str, said: f64, expected: f64| {
+            if !((said - expected).abs() <= SAME_MASS * expected) {
+                differences.push(format!(
+                    "{what} of body `{}`: {said:e} {unit}, the particles of the set-up have {expected:e} {unit}",
+                    body.name
+                ));
+            }
+        };
+        compare("mass", "kg/m", said.mass, particles.mass());
+        if let (Formulation::Rigid, Some(inertia)) = (&body.formulation, said.inertia) {
+            compare("moment of inertia", "kg m", inertia, particles.inertia());
+        }
+    }
+    differences
 }
 
 /// All differences between the two sides of a coupled run, each with both values; empty when they fit.

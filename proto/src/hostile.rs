@@ -1,6 +1,7 @@
 //! Doors through which made-up input is pushed: what a partner may send, read as the solvers read it.
 
 use prost::Message;
+use sph::audit::{MomentumReport, PartnerBody, PartnerParticles};
 use sph::exchange::{Extent, Frame, FrameContent, InterfaceStates, PreviousStage};
 use sph::ledger::InterfaceSums;
 use sph::setup::{CouplingKind, InterfaceLaw};
@@ -45,6 +46,7 @@ fn frame(content: FrameContent) -> Frame {
             at: StepStage::FIRST,
             sums: InterfaceSums { gross_force: 3.0, pairs: 9, ..InterfaceSums::default() },
             used_digest: 7,
+            momentum: Some(MomentumReport { gross: 1.0, ..MomentumReport::default() }),
         }),
     }
 }
@@ -105,6 +107,13 @@ pub fn control(setup: &sph::setup::ParticipantSetup) -> Vec<Vec<u8>> {
         first_limit: 1e-3,
         partner_extent: Extent { version: 1, boxes: vec![(Vector::zeros(), Vector::new(1.0, 0.5))] },
         partner: Partner::Listen,
+        partner_particles: Some(PartnerParticles {
+            id: vec![3],
+            body: vec![0],
+            mass: vec![1.0],
+            position: vec![Vector::zeros()],
+            bodies: vec![PartnerBody { name: "body".into(), cell_inertia: Some(0.5), driven: false }],
+        }),
     };
     let setup = match setup {
         sph::setup::ParticipantSetup::Fluid(fluid) => fluid.to_wire().encode_to_vec(),

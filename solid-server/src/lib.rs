@@ -3,7 +3,7 @@
 use std::ffi::OsString;
 use std::process::ExitCode;
 
-use proto::description::{Constants, Description, Fact};
+use proto::description::{BodyReport, Constants, Description, Fact};
 use proto::service::{Opened, SetupProblems, SolverFactory};
 use sph::lanes::Arithmetic;
 use sph::setup::{Coupling, ParticipantSetup};
@@ -50,7 +50,8 @@ impl SolverFactory for SolidFactory {
             );
         }
         let solver = physics::SolidSolver::new(setup).map_err(SetupProblems)?;
-        Ok(Opened { solver: Box::new(solver), constants, facts })
+        let bodies = solver.masses().map(|(mass, inertia)| BodyReport { mass, inertia }).collect();
+        Ok(Opened { solver: Box::new(solver), constants, facts, bodies })
     }
 }
 

@@ -1,5 +1,6 @@
 //! What two solvers swap at each half-step, and the trait by which they do.
 
+use crate::audit::MomentumReport;
 use crate::ledger::InterfaceSums;
 use crate::stage::{StageTime, StepStage};
 use crate::vector::{DIMENSIONS, SymmetricTensor, Vector};
@@ -126,6 +127,8 @@ pub struct PreviousStage {
     pub sums: InterfaceSums,
     /// Digest of the partner frame from which they were computed.
     pub used_digest: u32,
+    /// What a solid reports of its momentum.
+    pub momentum: Option<MomentumReport>,
 }
 
 impl Frame {

@@ -4,6 +4,7 @@
 //! x_ij = x_i − x_j, v_ij = v_i − v_j. Units are SI; in two dimensions extensive quantities are per metre of depth.
 //! `Eq. (n)` are the equations of the source document as read in `docs/method.md`.
 
+pub mod audit;
 pub mod body_force;
 pub mod domain;
 pub mod driver;

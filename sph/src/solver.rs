@@ -321,6 +321,13 @@ pub enum Fault {
         /// What happened.
         message: String,
     },
+    /// What the partner shows does not agree with its set-up or its own report.
+    Contradiction {
+        /// Half-step of the frame that shows it.
+        at: StepStage,
+        /// What does not agree.
+        message: String,
+    },
     /// The run was given up from outside.
     Aborted {
         /// Half-step.
@@ -345,6 +352,7 @@ impl std::fmt::Display for Fault {
             ),
             Fault::Clock { at, difference } => write!(f, "clocks differ at {at}: {difference}"),
             Fault::Peer { at, message } => write!(f, "exchange failed at {at}: {message}"),
+            Fault::Contradiction { at, message } => write!(f, "at {at}: {message}"),
             Fault::Aborted { at } => write!(f, "given up from outside at {at}"),
         }
     }

@@ -199,8 +199,12 @@ fn run_pair(
 ) -> (Vec<Event>, Vec<Event>) {
     let (mut fluid, mut solid) = masses(&setup.domain);
     let (a, b) = in_process_pair();
-    let link =
-        |partner: &Mass| Link { partner_extent: partner.extent.clone(), first_limit: 1.0, resume: None };
+    let link = |partner: &Mass| Link {
+        partner_extent: partner.extent.clone(),
+        first_limit: 1.0,
+        resume: None,
+        partner_particles: None,
+    };
     let (fluid_link, solid_link) = (link(&solid), link(&fluid));
     let channel = || {
         let (sender, receiver) = mpsc::channel();
@@ -366,7 +370,12 @@ fn a_fixed_step_far_above_its_limit_ends_the_run_at_that_half_step() {
         let (sender, receiver) = mpsc::channel::<Command>();
         sender.send(Command::GrantThrough(u64::MAX)).unwrap();
         let mut events = Vec::new();
-        let link = Link { partner_extent: Extent::default(), first_limit: 1.0, resume: None };
+        let link = Link {
+            partner_extent: Extent::default(),
+            first_limit: 1.0,
+            resume: None,
+            partner_particles: None,
+        };
         run(&mut fluid, &setup, &link, None, &receiver, &mut |e| events.push(e));
         match fault(&events) {
             Some(Fault::Diverged(divergence)) if stops => {
@@ -386,7 +395,8 @@ fn a_coordinator_that_is_gone_ends_the_run() {
     let (sender, receiver) = mpsc::channel::<Command>();
     drop(sender);
     let mut events = Vec::new();
-    let link = Link { partner_extent: Extent::default(), first_limit: 1.0, resume: None };
+    let link =
+        Link { partner_extent: Extent::default(), first_limit: 1.0, resume: None, partner_particles: None };
     run(&mut fluid, &setup, &link, None, &receiver, &mut |e| events.push(e));
     assert!(matches!(fault(&events), Some(Fault::Aborted { .. })));
 }

@@ -220,7 +220,12 @@ fn run_sides(
     let mut solid = Side::new(Role::Solid, law, &setup.domain);
     alter(&mut solid);
     let (a, b) = in_process_pair();
-    let link = Link { partner_extent: fluid.extent.clone(), first_limit: 1.0, resume: None };
+    let link = Link {
+        partner_extent: fluid.extent.clone(),
+        first_limit: 1.0,
+        resume: None,
+        partner_particles: None,
+    };
     let link = &link;
     let granted = || {
         let (sender, receiver) = mpsc::channel();

@@ -32,7 +32,7 @@ fn couple(margin: &str, double: impl Fn(Role, Box<dyn Exchange>) -> Box<dyn Exch
         let exchange = double(solver.role(), exchange);
         let setup = case.run_setup();
         std::thread::spawn(move || {
-            let link = Link { partner_extent: extent, first_limit, resume: None };
+            let link = Link { partner_extent: extent, first_limit, resume: None, partner_particles: None };
             let (commands, receiver) = mpsc::channel();
             commands.send(Command::GrantThrough(u64::MAX)).unwrap();
             let mut side = Side { steps: Vec::new(), fault: None, state: ParticleFields::default() };

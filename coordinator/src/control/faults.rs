@@ -15,6 +15,7 @@ pub(super) fn rank(fault: &Fault) -> u8 {
         Fault::Ledger(_) => 2,
         Fault::Coverage { .. } => 3,
         Fault::Clock { .. } => 4,
+        Fault::Contradiction { .. } => 2,
         Fault::Peer { .. } => RANK_CONSEQUENCE,
         Fault::Aborted { .. } => RANK_CONSEQUENCE + 1,
     }
@@ -24,7 +25,7 @@ pub(super) fn rank(fault: &Fault) -> u8 {
 pub(super) fn kind_of(fault: &Fault) -> Kind {
     match fault {
         Fault::Diverged(_) => Kind::Diverged,
-        Fault::StaleFrame { .. } | Fault::Ledger(_) => Kind::Ledger,
+        Fault::StaleFrame { .. } | Fault::Ledger(_) | Fault::Contradiction { .. } => Kind::Ledger,
         Fault::Coverage { .. } | Fault::Clock { .. } | Fault::Peer { .. } => Kind::Lost,
         Fault::Aborted { .. } => Kind::Stopped,
     }

@@ -4,13 +4,14 @@
 //! no half-step escapes, iterations the most of a half-step (0 where none is iterated); forces, torques and power are
 //! those of the last corrector pass; impulses and work are sums over all accepted corrector passes since the start. So
 //! `momentum_change = interface_impulse + Σ account impulses` holds in every row, check (b), and
-//! `fluid_interface_impulse = −solid_interface_impulse`, check (a).
+//! `fluid_interface_impulse = −solid_interface_impulse`, check (a). The same holds of angular momentum and angular
+//! impulses; these columns are NaN where a side has no such budget: in a periodic domain, and of solvers that report none.
 
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 use sph::driver::StepReport;
-use sph::ledger::{Account, Imbalance};
+use sph::ledger::{Account, Imbalance, StageBooks, TorqueAccount};
 use sph::solver::Role;
 use sph::stage::{Stage, StepStage};
 use sph::vector::Vector;
@@ -40,7 +41,11 @@ const INTERFACE: [&str; 14] = [
     "momentum_residual",
 ];
 
-/// Columns of a side after its accounts.
+/// Columns of a side after the accounts of its momentum.
+const ANGULAR: [&str; 3] =
+    ["interface_angular_impulse_n_s", "angular_momentum_change_n_s", "angular_momentum_residual"];
+
+/// Columns of a side after the accounts of its angular momentum.
 const ENERGIES: [&str; 3] = ["kinetic_energy_j_per_m", "potential_energy_j_per_m", "internal_energy_j_per_m"];
 
 /// Column names of `ledger.csv` for the sides that take part.
@@ -52,6 +57,10 @@ pub fn columns(sides: &[Role]) -> Vec<String> {
             names
                 .extend(["x", "y"].map(|axis| format!("{side}_{}_impulse_{axis}_n_s_per_m", account.name())));
         }
+        names.extend(ANGULAR.iter().map(|name| format!("{side}_{name}")));
+        names.extend(
+            TorqueAccount::ALL.map(|account| format!("{side}_{}_angular_impulse_n_s", account.name())),
+        );
         names.extend(ENERGIES.iter().map(|name| format!("{side}_{name}")));
     }
     names
@@ -84,6 +93,8 @@ pub struct Extremes {
     pub torque: Largest,
     /// Momentum of the fluid and of the solid, check (b).
     pub momentum: [Largest; 2],
+    /// Angular momentum of the fluid and of the solid, check (b).
+    pub angular: [Largest; 2],
 }
 
 /// Energy that crossed the interface since the start \[J/m\].
@@ -114,6 +125,33 @@ struct SideSums {
     accounts: [Vector; Account::ALL.len()],
     /// Worst residual since the last row.
     residual: Largest,
+    angular: AngularSums,
+}
+
+/// Sums of the angular momentum of one side; NaN where it has no budget.
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+struct AngularSums {
+    impulse: f64,
+    change: f64,
+    accounts: [f64; TorqueAccount::ALL.len()],
+    /// Worst residual since the last row.
+    residual: Largest,
+}
+
+impl AngularSums {
+    /// Adds an accepted corrector pass.
+    fn add(&mut self, books: &StageBooks) {
+        let Some(budget) = &books.angular else {
+            (self.impulse, self.change) = (f64::NAN, f64::NAN);
+            self.accounts = [f64::NAN; TorqueAccount::ALL.len()];
+            return;
+        };
+        self.impulse += books.duration * books.interface.torque;
+        self.change += budget.change;
+        for (sum, account) in self.accounts.iter_mut().zip(TorqueAccount::ALL) {
+            *sum += books.duration * budget.torques.get(account);
+        }
+    }
 }
 
 /// What the ledger has summed up, for a checkpoint.
@@ -194,6 +232,10 @@ impl LedgerFile {
                 for largest in [&mut sums.residual, &mut extremes.momentum[k]] {
                     largest.take(residual, StepStage { step, stage });
                 }
+                let residual = books.angular_residual();
+                for largest in [&mut sums.angular.residual, &mut extremes.angular[k]] {
+                    largest.take(residual, StepStage { step, stage });
+                }
             }
             let [_, corrector] = &report.books;
             sums.impulse += corrector.duration * corrector.interface.force;
@@ -201,6 +243,7 @@ impl LedgerFile {
             sums.work += work;
             sums.passed += work.abs();
             sums.momentum_change += corrector.momentum_change;
+            sums.angular.add(corrector);
             for (sum, account) in sums.accounts.iter_mut().zip(Account::ALL) {
                 *sum += corrector.duration * corrector.accounts.get(account);
             }
@@ -228,6 +271,7 @@ impl LedgerFile {
                 None => self.row.extend(std::iter::repeat_n(f64::NAN, side_width())),
             }
             self.sums.sides[k].residual = Largest::default();
+            self.sums.sides[k].angular.residual = Largest::default();
         }
         self.sums.since_row = [Largest::default(); 2];
         self.sums.most_iterations = 0;
@@ -256,10 +300,10 @@ impl LedgerFile {
 }
 
 fn side_width() -> usize {
-    INTERFACE.len() + 2 * Account::ALL.len() + ENERGIES.len()
+    INTERFACE.len() + 2 * Account::ALL.len() + ANGULAR.len() + TorqueAccount::ALL.len() + ENERGIES.len()
 }
 
-/// Values in the order of [`INTERFACE`], accounts, [`ENERGIES`].
+/// Values in the order of [`INTERFACE`], accounts, [`ANGULAR`], their accounts, [`ENERGIES`].
 fn push_side(row: &mut Vec<f64>, report: &StepReport, sums: &SideSums) {
     let interface = &report.books[1].interface;
     row.extend([
@@ -280,24 +324,30 @@ fn push_side(row: &mut Vec<f64>, report: &StepReport, sums: &SideSums) {
         sums.residual.value,
     ]);
     row.extend(sums.accounts.iter().flat_map(|impulse| [impulse.x, impulse.y]));
+    let angular = &sums.angular;
+    row.extend([angular.impulse, angular.change, angular.residual.value]);
+    row.extend(angular.accounts);
     row.extend([report.energies.kinetic, report.energies.potential, report.energies.internal]);
 }
 
 #[cfg(test)]
 mod tests {
-    use sph::ledger::{Accounts, Energies, InterfaceSums, StageBooks};
+    use sph::ledger::{Accounts, AngularBudget, Energies, InterfaceSums, Torques};
 
     use super::*;
     use crate::output::table::Table;
 
-    /// A step of 0.1 s under an interface force and gravity, whose books balance.
+    /// A step of 0.1 s under an interface force and gravity, whose books balance; torques are the x-components.
     fn report(step: u64, force: Vector, weight: Vector) -> StepReport {
         let books = |duration: f64| {
             let mut accounts = Accounts::default();
             accounts.add(Account::BodyForce, weight);
+            let mut torques = Torques::default();
+            torques.add(TorqueAccount::BodyForce, weight.y);
             StageBooks {
                 interface: InterfaceSums {
                     force,
+                    torque: force.x,
                     gross_force: 9.0,
                     power: 2.0,
                     pairs: 7,
@@ -307,6 +357,11 @@ mod tests {
                 duration,
                 momentum_change: duration * (force + weight),
                 gross_momentum: 10.0,
+                angular: Some(AngularBudget {
+                    torques,
+                    change: duration * (force.x + weight.y),
+                    gross: 10.0,
+                }),
             }
         };
         StepReport {
@@ -369,6 +424,11 @@ mod tests {
                 assert!((change[k] - fluid[k] - weight[k]).abs() < 1e-14);
             }
         }
+        let change = column("fluid_angular_momentum_change_n_s");
+        let impulse = column("fluid_interface_angular_impulse_n_s");
+        let weight = column("fluid_body_force_angular_impulse_n_s");
+        assert!((change[1] - impulse[1] - weight[1]).abs() < 1e-14 && impulse[1] > 1.0);
+        assert!(column("solid_angular_momentum_residual").iter().all(|residual| *residual < 1e-15));
         // Five corrector passes of 0.1 s; the predictor's are not accepted.
         assert!((column("fluid_interface_impulse_x_n_s_per_m")[1] - 1.5).abs() < 1e-14);
         assert!((column("fluid_interface_work_j_per_m")[1] - 1.0).abs() < 1e-14);

@@ -158,6 +158,10 @@ pub struct LedgerSummary {
     pub largest_fluid_momentum_residual: Worst,
     /// Check (b) of the solid.
     pub largest_solid_momentum_residual: Worst,
+    /// Check (b) of the fluid's angular momentum; zero where it has no budget.
+    pub largest_fluid_angular_momentum_residual: Worst,
+    /// Check (b) of the solid's angular momentum; zero where it has no budget.
+    pub largest_solid_angular_momentum_residual: Worst,
     /// Energy that crossed the interface.
     pub interface_energy: InterfaceEnergy,
 }
@@ -198,6 +202,8 @@ impl LedgerSummary {
             largest_torque_imbalance: extremes.torque.into(),
             largest_fluid_momentum_residual: extremes.momentum[0].into(),
             largest_solid_momentum_residual: extremes.momentum[1].into(),
+            largest_fluid_angular_momentum_residual: extremes.angular[0].into(),
+            largest_solid_angular_momentum_residual: extremes.angular[1].into(),
             interface_energy: work.into(),
         }
     }

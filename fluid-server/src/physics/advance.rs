@@ -119,12 +119,7 @@ fn accounts(books: &Books, forces: &OuterForces, removed: Vector, duration: f64)
 }
 
 /// As [`accounts`], for angular momentum, of which `removed` \[kg m/s\] has left.
-fn angular_budget(
-    books: &AngularBooks,
-    forces: &OuterForces,
-    removed: f64,
-    duration: f64,
-) -> AngularBudget {
+fn angular_budget(books: &AngularBooks, forces: &OuterForces, removed: f64, duration: f64) -> AngularBudget {
     let mut torques = Torques::default();
     torques.add(TorqueAccount::BodyForce, forces.body.torque);
     torques.add(TorqueAccount::Walls, forces.walls.torque);

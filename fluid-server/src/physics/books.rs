@@ -88,7 +88,14 @@ impl<L: Lanes> LaneAngularBooks<L> {
     #[inline(always)]
     fn none() -> Self {
         let zero = L::zero();
-        Self { change: zero, gross_change: zero, gross_torque: zero, damping: zero, shifting: zero, scheme: zero }
+        Self {
+            change: zero,
+            gross_change: zero,
+            gross_torque: zero,
+            damping: zero,
+            shifting: zero,
+            scheme: zero,
+        }
     }
 
     #[inline(always)]

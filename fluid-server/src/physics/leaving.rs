@@ -85,7 +85,8 @@ pub fn remove_departed(
         }
         let momentum = state.velocity[i] * state.mass[i];
         state.removed_momentum += momentum;
-        state.removed_angular_momentum += cross(&(state.position[i] - model.domain.torque_origin()), &momentum);
+        state.removed_angular_momentum +=
+            cross(&(state.position[i] - model.domain.torque_origin()), &momentum);
     }
     if let Some((id, x)) = guilty {
         return Err(Box::new(Divergence {

@@ -4,6 +4,7 @@ use std::collections::HashSet;
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
+use sph::audit::PartnerParticles;
 use sph::driver::{Command, Event, StepReport};
 use sph::exchange::Extent;
 use sph::setup::{CouplingKind, ParticipantSetup};
@@ -180,6 +181,7 @@ impl Bench {
             first_limit: report.time_step_limit,
             partner_extent: Extent::default(),
             partner: Partner::Alone,
+            partner_particles: None,
         };
         client.link(&plan).await.map_err(|e| e.to_string())?;
         let (commands, mut events) = client.run().await.map_err(|e| e.to_string())?;
@@ -218,17 +220,25 @@ impl Bench {
             return Err(format!("it does not fit its partner: {}", differences.join("; ")));
         }
         let first_limit = reports[0].time_step_limit.min(reports[1].time_step_limit);
-        let plan = |of: usize, partner| LinkPlan {
+        let plan = |of: usize, partner, partner_particles| LinkPlan {
             first_limit,
             partner_extent: reports[of].extent.clone(),
             partner,
+            partner_particles,
         };
-        clients[solid].link(&plan(fluid, Partner::Listen)).await.map_err(|e| e.to_string())?;
+        clients[solid].link(&plan(fluid, Partner::Listen, None)).await.map_err(|e| e.to_string())?;
         let listening = clients[solid].address().to_owned();
         let security = ServerSecurity::calling(self.security.clone());
         let relay = tap.map(|tap| Relay::start(&listening, security, tap)).transpose()?;
         let dialled = relay.as_ref().map_or(listening, |relay| relay.address.to_string());
-        clients[fluid].link(&plan(solid, Partner::Dial(dialled))).await.map_err(|e| e.to_string())?;
+        let particles = match scene.setup(Role::Solid) {
+            ParticipantSetup::Solid(setup) => Some(PartnerParticles::of(&setup)),
+            ParticipantSetup::Fluid(_) => None,
+        };
+        clients[fluid]
+            .link(&plan(solid, Partner::Dial(dialled), particles))
+            .await
+            .map_err(|e| e.to_string())?;
         let mut lines = Vec::new();
         for client in &mut clients {
             lines.push(client.run().await.map_err(|e| e.to_string())?);

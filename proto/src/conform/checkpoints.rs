@@ -57,7 +57,12 @@ impl<'a> Replay<'a> {
     }
 
     async fn link(&mut self, first_limit: f64) -> Result<(), String> {
-        let plan = LinkPlan { first_limit, partner_extent: Extent::default(), partner: Partner::Alone };
+        let plan = LinkPlan {
+            first_limit,
+            partner_extent: Extent::default(),
+            partner: Partner::Alone,
+            partner_particles: None,
+        };
         let request = wire::LinkRequest { run_id: self.run_id(), ..plan.to_wire() };
         let answer = self.client.link(self.token.attach(request));
         self.bench.within("Link", answer).await?.map(drop).map_err(|status| format!("Link: {status}"))

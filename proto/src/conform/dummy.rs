@@ -40,7 +40,7 @@ impl SolverFactory for DummyFactory {
     fn open(&self, setup: ParticipantSetup) -> Result<Opened, SetupProblems> {
         let constants = Constants::of(setup.run());
         let dummy = Dummy::new(&setup, self.1).map_err(|problem| SetupProblems(vec![problem]))?;
-        Ok(Opened { solver: Box::new(dummy), constants, facts: Vec::new() })
+        Ok(Opened { solver: Box::new(dummy), constants, facts: Vec::new(), bodies: Vec::new() })
     }
 }
 
@@ -239,6 +239,7 @@ impl Solver for Dummy {
             duration,
             momentum_change: Vector::zeros(),
             gross_momentum: gross + duration * self.sums.gross_force,
+            angular: None,
         })
     }
 

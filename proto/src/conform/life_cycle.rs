@@ -123,8 +123,12 @@ impl<'a> Walker<'a> {
                 bench.within(&name, client.restore(request)).await?.map(drop)
             }
             Call::Link => {
-                let plan =
-                    LinkPlan { first_limit: 1.0, partner_extent: Extent::default(), partner: Partner::Alone };
+                let plan = LinkPlan {
+                    first_limit: 1.0,
+                    partner_extent: Extent::default(),
+                    partner: Partner::Alone,
+                    partner_particles: None,
+                };
                 let request = token.attach(wire::LinkRequest { run_id, ..plan.to_wire() });
                 bench.within(&name, client.link(request)).await?.map(drop)
             }

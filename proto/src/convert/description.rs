@@ -14,8 +14,8 @@ use super::{
     positive_or_infinite, required, text, wires,
 };
 use crate::description::{
-    Capabilities, Constants, CouplingKind, Description, Fact, FieldSpec, FrameField, Limits, LinkPlan,
-    OpenReport, Partner, ProtocolVersion,
+    BodyReport, Capabilities, Constants, CouplingKind, Description, Fact, FieldSpec, FrameField, Limits,
+    LinkPlan, OpenReport, Partner, ProtocolVersion,
 };
 use crate::limits::{MAX_BOXES, MAX_LIST};
 use crate::wire;
@@ -272,6 +272,7 @@ impl Convert for OpenReport {
             counts: Some(self.counts.to_wire()),
             facts: wires(&self.facts),
             coupling_kind: self.coupling_kind.code(),
+            bodies: wires(&self.bodies),
         }
     }
 
@@ -291,6 +292,23 @@ impl Convert for OpenReport {
             time_step_limit: positive_or_infinite(wire.time_step_limit_s, &at.field("time_step_limit_s"))?,
             counts: required(&wire.counts, &at.field("counts"))?,
             facts: list(&wire.facts, at, "facts")?,
+            bodies: list(&wire.bodies, at, "bodies")?,
+        })
+    }
+}
+
+impl Convert for BodyReport {
+    type Wire = wire::BodyReport;
+
+    fn to_wire(&self) -> wire::BodyReport {
+        wire::BodyReport { mass_kg_per_m: Some(self.mass), inertia_kg_m: self.inertia }
+    }
+
+    fn from_wire(wire: &wire::BodyReport, at: &Path<'_>) -> Result<Self, WireError> {
+        let inertia = wire.inertia_kg_m.map(|value| finite(Some(value), &at.field("inertia_kg_m")));
+        Ok(Self {
+            mass: finite(wire.mass_kg_per_m, &at.field("mass_kg_per_m"))?,
+            inertia: inertia.transpose()?,
         })
     }
 }
@@ -311,6 +329,7 @@ impl Convert for LinkPlan {
             first_limit_s: Some(self.first_limit),
             partner_extent: Some(self.partner_extent.to_wire()),
             partner: Some(partner),
+            partner_particles: self.partner_particles.as_ref().map(Convert::to_wire),
         }
     }
 
@@ -330,6 +349,7 @@ impl Convert for LinkPlan {
             first_limit: positive_or_infinite(wire.first_limit_s, &at.field("first_limit_s"))?,
             partner_extent: partner_extent.unwrap_or_default(),
             partner,
+            partner_particles: optional(&wire.partner_particles, &at.field("partner_particles"))?,
         })
     }
 }

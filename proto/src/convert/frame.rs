@@ -112,6 +112,7 @@ impl Convert for PreviousStage {
             at: Some(self.at.to_wire()),
             sums: Some(self.sums.to_wire()),
             used_digest: self.used_digest,
+            momentum: self.momentum.as_ref().map(Convert::to_wire),
         }
     }
 
@@ -120,6 +121,7 @@ impl Convert for PreviousStage {
             at: required(&wire.at, &at.field("at"))?,
             sums: required(&wire.sums, &at.field("sums"))?,
             used_digest: wire.used_digest,
+            momentum: optional(&wire.momentum, &at.field("momentum"))?,
         })
     }
 }

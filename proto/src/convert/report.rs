@@ -1,21 +1,26 @@
 //! Books, facts and faults: numbers of a report may be anything, so that a breakdown can be told.
 
-use sph::ledger::{Account, Accounts, Breach, Check, Energies, InterfaceSums, StageBooks};
+use sph::audit::MomentumReport;
+use sph::ledger::{
+    Account, Accounts, AngularBudget, Breach, Check, Energies, InterfaceSums, StageBooks, TorqueAccount,
+    Torques,
+};
 use sph::solver::{Counts, Divergence, Fault};
 use sph::stage::StepStage;
 use sph::vector::Vector;
 
-use super::{Choice, Convert, Path, WireError, any_number, any_vector, choice, required, text};
+use super::{Choice, Convert, Path, WireError, any_number, any_vector, choice, optional, required, text};
 use crate::wire;
 
 impl Choice for Check {
-    const ALL: &'static [Self] = &[Check::Force, Check::Torque, Check::Momentum];
+    const ALL: &'static [Self] = &[Check::Force, Check::Torque, Check::Momentum, Check::AngularMomentum];
 
     fn code(self) -> i32 {
         let wire = match self {
             Check::Force => wire::Check::Force,
             Check::Torque => wire::Check::Torque,
             Check::Momentum => wire::Check::Momentum,
+            Check::AngularMomentum => wire::Check::AngularMomentum,
         };
         wire.into()
     }
@@ -103,6 +108,7 @@ impl Convert for StageBooks {
             duration_s: Some(self.duration),
             momentum_change_kg_per_s: Some(self.momentum_change.to_wire()),
             gross_momentum_kg_per_s: Some(self.gross_momentum),
+            angular: self.angular.as_ref().map(Convert::to_wire),
         }
     }
 
@@ -113,6 +119,88 @@ impl Convert for StageBooks {
             duration: any_number(wire.duration_s),
             momentum_change: any_vector(&wire.momentum_change_kg_per_s),
             gross_momentum: any_number(wire.gross_momentum_kg_per_s),
+            angular: optional(&wire.angular, &at.field("angular"))?,
+        })
+    }
+}
+
+impl Convert for AngularBudget {
+    type Wire = wire::AngularBudget;
+
+    fn to_wire(&self) -> wire::AngularBudget {
+        wire::AngularBudget {
+            torques: Some(self.torques.to_wire()),
+            angular_momentum_change_kg_m_per_s: Some(self.change),
+            gross_angular_momentum_kg_m_per_s: Some(self.gross),
+        }
+    }
+
+    fn from_wire(wire: &wire::AngularBudget, at: &Path<'_>) -> Result<Self, WireError> {
+        Ok(Self {
+            torques: required(&wire.torques, &at.field("torques"))?,
+            change: any_number(wire.angular_momentum_change_kg_m_per_s),
+            gross: any_number(wire.gross_angular_momentum_kg_m_per_s),
+        })
+    }
+}
+
+impl Convert for Torques {
+    type Wire = wire::Torques;
+
+    fn to_wire(&self) -> wire::Torques {
+        let torque = |account| Some(self.get(account));
+        wire::Torques {
+            body_force_n: torque(TorqueAccount::BodyForce),
+            walls_n: torque(TorqueAccount::Walls),
+            supports_n: torque(TorqueAccount::Supports),
+            wall_contact_n: torque(TorqueAccount::WallContact),
+            damping_n: torque(TorqueAccount::Damping),
+            stabilisers_n: torque(TorqueAccount::Stabilisers),
+            removed_n: torque(TorqueAccount::Removed),
+            body_contact_n: torque(TorqueAccount::BodyContact),
+            own_forces_n: torque(TorqueAccount::OwnForces),
+            shifting_n: torque(TorqueAccount::Shifting),
+            time_scheme_n: torque(TorqueAccount::TimeScheme),
+        }
+    }
+
+    fn from_wire(wire: &wire::Torques, _at: &Path<'_>) -> Result<Self, WireError> {
+        Ok(Self::from(TorqueAccount::ALL.map(|account| {
+            any_number(match account {
+                TorqueAccount::BodyForce => wire.body_force_n,
+                TorqueAccount::Walls => wire.walls_n,
+                TorqueAccount::Supports => wire.supports_n,
+                TorqueAccount::WallContact => wire.wall_contact_n,
+                TorqueAccount::Damping => wire.damping_n,
+                TorqueAccount::Stabilisers => wire.stabilisers_n,
+                TorqueAccount::Removed => wire.removed_n,
+                TorqueAccount::BodyContact => wire.body_contact_n,
+                TorqueAccount::OwnForces => wire.own_forces_n,
+                TorqueAccount::Shifting => wire.shifting_n,
+                TorqueAccount::TimeScheme => wire.time_scheme_n,
+            })
+        })))
+    }
+}
+
+impl Convert for MomentumReport {
+    type Wire = wire::MomentumReport;
+
+    fn to_wire(&self) -> wire::MomentumReport {
+        wire::MomentumReport {
+            change_kg_per_s: Some(self.change.to_wire()),
+            gross_kg_per_s: Some(self.gross),
+            angular_change_kg_m_per_s: self.angular.map(|[change, _]| change),
+            gross_angular_kg_m_per_s: self.angular.map(|[_, gross]| gross),
+        }
+    }
+
+    fn from_wire(wire: &wire::MomentumReport, _at: &Path<'_>) -> Result<Self, WireError> {
+        let angular = wire.angular_change_kg_m_per_s;
+        Ok(Self {
+            change: any_vector(&wire.change_kg_per_s),
+            gross: any_number(wire.gross_kg_per_s),
+            angular: angular.map(|change| [change, any_number(wire.gross_angular_kg_m_per_s)]),
         })
     }
 }
@@ -242,6 +330,9 @@ impl Convert for Fault {
             Fault::Peer { at, message } => {
                 Kind::Peer(wire::PeerFault { at: Some(at.to_wire()), message: message.clone() })
             }
+            Fault::Contradiction { at, message } => {
+                Kind::Contradiction(wire::Contradiction { at: Some(at.to_wire()), message: message.clone() })
+            }
             Fault::Aborted { at } => Kind::Aborted(wire::Aborted { at: Some(at.to_wire()) }),
         };
         wire::Fault { kind: Some(kind) }
@@ -268,6 +359,10 @@ impl Convert for Fault {
             Some(Kind::Peer(peer)) => {
                 Fault::Peer { at: when(&peer.at)?, message: text(&peer.message, &at.field("message"))? }
             }
+            Some(Kind::Contradiction(found)) => Fault::Contradiction {
+                at: when(&found.at)?,
+                message: text(&found.message, &at.field("message"))?,
+            },
             Some(Kind::Aborted(aborted)) => Fault::Aborted { at: when(&aborted.at)? },
             None => return Err(at.field("kind").error("is missing or of a later version of the protocol")),
         })

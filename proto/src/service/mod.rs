@@ -25,7 +25,9 @@ use tokio_stream::StreamExt;
 use tonic::service::interceptor::InterceptedService;
 use tonic::transport::server::TcpIncoming;
 
-use crate::description::{Capabilities, Constants, CouplingKind, Description, Fact, Limits, PROTOCOL};
+use crate::description::{
+    BodyReport, Capabilities, Constants, CouplingKind, Description, Fact, Limits, PROTOCOL,
+};
 use crate::limits::{MAX_FRAME_BYTES, MAX_MESSAGE_BYTES};
 use crate::security::ServerSecurity;
 use crate::transport;
@@ -52,6 +54,8 @@ pub struct Opened {
     pub constants: Constants,
     /// Further numbers for the run header.
     pub facts: Vec<Fact>,
+    /// What moves each body of a solid, taken from where its equations read it; empty for a fluid.
+    pub bodies: Vec<BodyReport>,
 }
 
 /// Why a solver cannot be built: each problem names place, value and what is allowed.

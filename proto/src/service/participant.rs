@@ -123,11 +123,11 @@ impl<F: SolverFactory> wire::participant_server::Participant for Skin<F> {
             (Some((peer, slot)), _) => (Some(peer), Some(slot)),
             (None, _) => (None, None),
         };
-        let (partner_extent, first_limit) = (plan.partner_extent, plan.first_limit);
+        let LinkPlan { partner_extent, first_limit, partner_particles, .. } = plan;
         self.0
             .with_session(serial, |session| match std::mem::replace(&mut session.state, State::Opening) {
                 State::Open(ready) => {
-                    let link = Link { partner_extent, first_limit, resume: ready.resume };
+                    let link = Link { partner_extent, first_limit, resume: ready.resume, partner_particles };
                     session.state =
                         State::Linked(Box::new(Linked { ready: *ready, link, peer, snapshots: None }));
                     session.peer_slot = waiting;
@@ -323,7 +323,7 @@ fn build<F: SolverFactory>(
     }
     let run = setup.run().clone();
     let opened = catch_unwind(AssertUnwindSafe(|| host.pool.install(|| host.factory.open(setup))));
-    let Opened { solver, constants, facts } = opened
+    let Opened { solver, constants, facts, bodies } = opened
         .map_err(|panic| {
             Status::internal(status_text(format!(
                 "the solver failed in `Open`: {}",
@@ -352,6 +352,7 @@ fn build<F: SolverFactory>(
         time_step_limit: first_limit(solver.as_ref())?,
         counts: solver.counts(),
         facts,
+        bodies,
     };
     Ok((Ready { solver, setup: run, resume: None }, report))
 }

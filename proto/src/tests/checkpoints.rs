@@ -80,6 +80,7 @@ async fn a_restored_run_ends_with_the_bits_of_one_that_was_never_saved() {
         first_limit: 1.0,
         partner_extent: extent.clone(),
         partner,
+        partner_particles: None,
     };
     solid.link(&plan(&f.extent, Partner::Listen)).await.unwrap();
     fluid.link(&plan(&s.extent, Partner::Dial(solid.address().into()))).await.unwrap();

@@ -1,6 +1,7 @@
 //! Frames on the wire: all bits survive, and every wrong frame is refused by name.
 
 use bytes::Bytes;
+use sph::audit::MomentumReport;
 use sph::exchange::{Acceptance, Extent, Frame, FrameContent, InterfaceStates, PreviousStage};
 use sph::ledger::InterfaceSums;
 use sph::setup::{CouplingKind, InterfaceLaw};
@@ -56,6 +57,11 @@ fn frame(at: StepStage) -> Frame {
                 ..InterfaceSums::default()
             },
             used_digest: 0xdead_beef,
+            momentum: Some(MomentumReport {
+                change: Vector::new(1.0, -0.0),
+                gross: 4.0,
+                angular: Some([-2.5, 5.0]),
+            }),
         }),
     }
 }

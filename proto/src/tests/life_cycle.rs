@@ -89,7 +89,12 @@ fn open_request(setup: &ParticipantSetup, token: &Token) -> wire::OpenRequest {
 }
 
 fn link_request(run_id: &str) -> wire::LinkRequest {
-    let plan = LinkPlan { first_limit: 1.0, partner_extent: Extent::default(), partner: Partner::Listen };
+    let plan = LinkPlan {
+        first_limit: 1.0,
+        partner_extent: Extent::default(),
+        partner: Partner::Listen,
+        partner_particles: None,
+    };
     wire::LinkRequest { run_id: run_id.into(), ..plan.to_wire() }
 }
 
@@ -340,7 +345,12 @@ async fn requests_that_cannot_be_opened_are_refused_and_leave_the_server_usable(
 async fn a_link_must_fit_the_set_up() {
     let server = TestServer::start(Role::Fluid);
     let mut client = server.client().await;
-    let plan = |partner| LinkPlan { first_limit: 1.0, partner_extent: Extent::default(), partner };
+    let plan = |partner| LinkPlan {
+        first_limit: 1.0,
+        partner_extent: Extent::default(),
+        partner,
+        partner_particles: None,
+    };
     assert_eq!(client.link(&plan(Partner::Alone)).await.unwrap_err().code, RpcCode::FailedPrecondition);
     client.open(&setup(Role::Fluid, RUN, 3), &RunAccess::new("x").unwrap()).await.unwrap();
     let error = client.link(&plan(Partner::Alone)).await.unwrap_err();

@@ -234,6 +234,7 @@ fn open_report(role: Role) -> OpenReport {
         time_step_limit: f64::INFINITY,
         counts: Counts { particles: 5, ..Counts::default() },
         facts: vec![Fact { name: "c".into(), value: 20.0, unit: "m/s".into() }],
+        bodies: vec![BodyReport { mass: 2.0, inertia: Some(0.25) }, BodyReport { mass: 1.0, inertia: None }],
     }
 }
 
@@ -245,7 +246,12 @@ fn the_hand_shake_survives() {
     let report = open_report(Role::Solid);
     assert_eq!(OpenReport::from_wire(&report.to_wire(), &root), Ok(report));
     for partner in [Partner::Alone, Partner::Listen, Partner::Dial("localhost:1".into())] {
-        let plan = LinkPlan { first_limit: 0.1, partner_extent: open_report(Role::Solid).extent, partner };
+        let plan = LinkPlan {
+            first_limit: 0.1,
+            partner_extent: open_report(Role::Solid).extent,
+            partner,
+            partner_particles: None,
+        };
         assert_eq!(LinkPlan::from_wire(&plan.to_wire(), &root), Ok(plan));
     }
     // Roles of a later version are left out, not refused.

@@ -61,7 +61,12 @@ fn in_process(steps: u32) -> [Vec<Event>; 2] {
     std::thread::scope(|scope| {
         let mut threads = Vec::new();
         for (k, mut row) in rows.into_iter().enumerate() {
-            let link = Link { partner_extent: extents[1 - k].clone(), first_limit, resume: None };
+            let link = Link {
+                partner_extent: extents[1 - k].clone(),
+                first_limit,
+                resume: None,
+                partner_particles: None,
+            };
             let run = setups[k].run().clone();
             let exchange = exchanges[k].take().map(|e| Box::new(e) as Box<dyn Exchange>);
             threads.push(scope.spawn(move || {
@@ -176,8 +181,12 @@ async fn one_participant_runs_alone_with_complete_snapshots() {
     let access = RunAccess::new("a test").unwrap();
     let report = client.open(&alone(Role::Solid, "alone", 20), &access).await.unwrap();
     assert!(report.constants.coupling.is_none() && report.fields_sent.is_empty());
-    let plan =
-        LinkPlan { first_limit: f64::INFINITY, partner_extent: Extent::default(), partner: Partner::Alone };
+    let plan = LinkPlan {
+        first_limit: f64::INFINITY,
+        partner_extent: Extent::default(),
+        partner: Partner::Alone,
+        partner_particles: None,
+    };
     client.link(&plan).await.unwrap();
     let (commands, mut events) = client.run().await.unwrap();
     commands.send(Command::GrantThrough(20)).unwrap();
@@ -209,7 +218,8 @@ impl Exchange for Never {
 fn the_driver_calls_a_cancelled_wait_an_abort() {
     let setup = setup(Role::Fluid, "run", 5);
     let mut row = Row::new(&setup);
-    let link = Link { partner_extent: Extent::default(), first_limit: 1.0, resume: None };
+    let link =
+        Link { partner_extent: Extent::default(), first_limit: 1.0, resume: None, partner_particles: None };
     let (commands, ordered) = std::sync::mpsc::channel();
     commands.send(Command::GrantThrough(5)).unwrap();
     let mut last = None;

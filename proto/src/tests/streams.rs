@@ -49,7 +49,8 @@ impl Script {
             FrameField::sent_by(Role::Fluid, InterfaceLaw::Wall, CouplingKind::States),
             partner_extent.version,
         );
-        let plan = LinkPlan { first_limit: 1e-3, partner_extent, partner: Partner::Listen };
+        let plan =
+            LinkPlan { first_limit: 1e-3, partner_extent, partner: Partner::Listen, partner_particles: None };
         client.link(&plan).await.unwrap();
         let channel = transport::connect_secured(
             &server.address.to_string(),
@@ -218,7 +219,12 @@ async fn a_wait_for_the_partner_ends_when_the_coordinator_does() {
     let server = TestServer::start(Role::Solid);
     let mut client = server.client().await;
     let mut other = server.client().await;
-    let plan = LinkPlan { first_limit: 1.0, partner_extent: Extent::default(), partner: Partner::Listen };
+    let plan = LinkPlan {
+        first_limit: 1.0,
+        partner_extent: Extent::default(),
+        partner: Partner::Listen,
+        partner_particles: None,
+    };
     client.open(&setup(Role::Solid, RUN, 10), &RunAccess::new("a").unwrap()).await.unwrap();
     client.link(&plan).await.unwrap();
     let (commands, mut events) = client.run().await.unwrap();
@@ -259,7 +265,12 @@ async fn closing_a_running_run_ends_it() {
     let server = TestServer::start(Role::Fluid);
     let mut client = server.client().await;
     client.open(&alone(Role::Fluid, "slow", 100_000), &RunAccess::new("a").unwrap()).await.unwrap();
-    let plan = LinkPlan { first_limit: 1.0, partner_extent: Extent::default(), partner: Partner::Alone };
+    let plan = LinkPlan {
+        first_limit: 1.0,
+        partner_extent: Extent::default(),
+        partner: Partner::Alone,
+        partner_particles: None,
+    };
     client.link(&plan).await.unwrap();
     let (commands, _events) = client.run().await.unwrap();
     commands.send(Command::GrantThrough(100_000)).unwrap();
@@ -297,7 +308,12 @@ async fn a_solver_that_panics_is_a_defect_told_and_survived() {
     let server = TestServer::start(Role::Fluid);
     let mut client = server.client().await;
     client.open(&alone(Role::Fluid, "panic", 10), &RunAccess::new("a").unwrap()).await.unwrap();
-    let plan = LinkPlan { first_limit: 1.0, partner_extent: Extent::default(), partner: Partner::Alone };
+    let plan = LinkPlan {
+        first_limit: 1.0,
+        partner_extent: Extent::default(),
+        partner: Partner::Alone,
+        partner_particles: None,
+    };
     client.link(&plan).await.unwrap();
     let (commands, mut events) = client.run().await.unwrap();
     commands.send(Command::GrantThrough(10)).unwrap();

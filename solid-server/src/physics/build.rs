@@ -18,7 +18,7 @@ use super::contact_friction::Slips;
 use super::contact_repulsion::{ContactSums, Levels, Repulsion};
 use super::contact_sums::SumContact;
 use super::coupling::FluidLink;
-use super::formulation::{BodyConstants, BodyFormulation};
+use super::formulation::{AngularImpulse, BodyConstants, BodyFormulation};
 use super::lists::{ContactLists, OwnLists};
 use super::loads::Load;
 use super::model::{Body, ContactModel, ParticleConstants, SolidModel};
@@ -31,7 +31,9 @@ use super::supports::{build_supports, hold_velocities, wall_exemption};
 use super::total_lagrangian::TotalLagrangianBody;
 use super::updated_lagrangian::UpdatedLagrangianBody;
 use super::walls::Walls;
-use super::workspace::{BodyContact, LastStage, ParticleForces, Rates, SolidState, StressFields, Workspace};
+use super::workspace::{
+    BodyContact, LastStage, ParticleForces, ParticleTorques, Rates, SolidState, StressFields, Workspace,
+};
 
 /// Skin of own-body lists in particle spacings: large enough for a hundred steps of a turning body.
 const OWN_SKIN: f64 = 0.3;
@@ -136,7 +138,8 @@ fn build_bodies(
                 (Box::new(body), RigidState::default())
             }
             Formulation::Rigid => {
-                let (body, motion) = RigidBody::new(&constants, &connected, velocity);
+                let (body, motion) =
+                    RigidBody::new(&constants, &connected, velocity, &particles.density[range.clone()]);
                 body.place(&constants, &motion, &windings[range.clone()], particles.view_mut(range));
                 (Box::new(body), motion)
             }
@@ -222,6 +225,9 @@ pub(super) fn build_workspace(
         forces: vec![ParticleForces::default(); n],
         start_forces: vec![ParticleForces::default(); n],
         mean_forces: vec![ParticleForces::default(); n],
+        mean_torques: vec![ParticleTorques::default(); n],
+        angular_impulse: AngularImpulse::default(),
+        exchange_position: Vec::new(),
         fluid_force: vec![Vector::zeros(); n],
         total_force: vec![Vector::zeros(); n],
         velocity_gain: vec![Vector::zeros(); n],

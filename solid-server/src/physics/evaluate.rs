@@ -10,7 +10,7 @@ use super::contact_sums::SumStage;
 use super::formulation::{DerivedView, StressViewMut};
 use super::lists::{Meeting, Rows, TASK};
 use super::model::{ContactModel, SolidModel};
-use super::workspace::{ParticleForces, Workspace};
+use super::workspace::{ParticleForces, ParticleTorques, Workspace};
 
 /// Pressure and stress of the stage state, and what of the state follows from them.
 pub(super) fn update_stress(model: &SolidModel, workspace: &mut Workspace) {
@@ -123,6 +123,7 @@ pub(super) fn sum_forces(model: &SolidModel, workspace: &mut Workspace, time: &S
             body_force,
             damping,
             walls: contact[i].walls,
+            own: sums[i].force,
             total: parts.iter().sum(),
             gross: parts.iter().map(|force| force.norm()).sum(),
             contact: contact[i].bodies,
@@ -138,4 +139,17 @@ pub(super) fn total_forces(forces: &[ParticleForces], fluid: &[Vector], total: &
     for ((total, forces), fluid) in total.iter_mut().zip(forces).zip(fluid) {
         *total = forces.total + fluid;
     }
+}
+
+/// Adds `weight` times the torques of `forces` on particles at `position` \[m\] about `origin` \[m\].
+pub(super) fn add_torques(
+    torques: &mut [ParticleTorques],
+    weight: f64,
+    origin: Vector,
+    position: &[Vector],
+    forces: &[ParticleForces],
+) {
+    torques.par_iter_mut().with_min_len(8 * TASK).enumerate().for_each(|(i, torques)| {
+        torques.add(weight, &(position[i] - origin), &forces[i]);
+    });
 }

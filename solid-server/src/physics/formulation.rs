@@ -1,5 +1,7 @@
 //! What a body does by itself, whichever way it is discretised.
 
+use std::ops::AddAssign;
+
 use sph::domain::Domain;
 use sph::stage::StageTime;
 use sph::vector::{SymmetricTensor, Tensor, Vector};
@@ -117,6 +119,32 @@ pub(super) struct BodyDrift<'a> {
     pub windings: &'a [[i32; 2]],
 }
 
+/// What changed the angular momentum of a body by other ways than its forces, about the domain's torque origin
+/// \[kg m/s\].
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct AngularImpulse {
+    /// Supports.
+    pub supports: f64,
+    /// The time scheme, [`sph::ledger::scheme_moment`].
+    pub scheme: f64,
+}
+
+impl AddAssign for AngularImpulse {
+    fn add_assign(&mut self, other: Self) {
+        self.supports += other.supports;
+        self.scheme += other.scheme;
+    }
+}
+
+/// What the equations of motion of a rigid body use.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct RigidInertia {
+    /// Moment of inertia about the centre of mass per depth \[kg m\].
+    pub total: f64,
+    /// The part of the cells about their own centres \[kg m\].
+    pub cells: f64,
+}
+
 /// Bounds outside which a body's state has no meaning.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Limits {
@@ -164,20 +192,41 @@ pub(super) trait BodyFormulation: Send + Sync {
     fn complete(&self, stage: &ParticleView<'_>, sums: &[PairSums], rates: RateViewMut<'_>);
 
     /// Moves the body from φⁿ by the stage's duration, Eq. (30) or (31).
-    fn advance(&self, step: &BodyStep<'_>, next: ParticleViewMut<'_>, next_rigid: &mut RigidState);
+    ///
+    /// Of a rigid body also what supports and scheme did to its angular momentum.
+    fn advance(
+        &self,
+        step: &BodyStep<'_>,
+        next: ParticleViewMut<'_>,
+        next_rigid: &mut RigidState,
+    ) -> AngularImpulse;
 
-    /// Velocities follow the forces: v ← v + f Δt/m, particle by particle unless the body is rigid.
-    fn kick(&self, kick: &BodyKick<'_>, particles: ParticleViewMut<'_>, _motion: &mut RigidState) {
+    /// Velocities follow the forces: v ← v + f Δt/m, particle by particle unless the body is rigid; [`AngularImpulse`] as in
+    /// [`BodyFormulation::advance`].
+    fn kick(
+        &self,
+        kick: &BodyKick<'_>,
+        particles: ParticleViewMut<'_>,
+        _motion: &mut RigidState,
+    ) -> AngularImpulse {
         for (i, v) in particles.velocity.iter_mut().enumerate() {
             *v += kick.force[i] * (kick.duration / kick.constants.mass[i]);
         }
+        AngularImpulse::default()
     }
 
-    /// Positions follow the velocities: x ← x + v Δt, and so does what evolves with their gradient.
-    fn drift(&self, drift: &BodyDrift<'_>, particles: ParticleViewMut<'_>, _motion: &mut RigidState) {
+    /// Positions follow the velocities: x ← x + v Δt, and so does what evolves with their gradient; [`AngularImpulse`] as in
+    /// [`BodyFormulation::advance`].
+    fn drift(
+        &self,
+        drift: &BodyDrift<'_>,
+        particles: ParticleViewMut<'_>,
+        _motion: &mut RigidState,
+    ) -> AngularImpulse {
         for (x, v) in particles.position.iter_mut().zip(particles.velocity.iter()) {
             *x += v * drift.duration;
         }
+        AngularImpulse::default()
     }
 
     /// Whether density and stress evolve with the velocity gradient, so that a drift needs sums in its middle.
@@ -187,6 +236,11 @@ pub(super) trait BodyFormulation: Send + Sync {
 
     /// Whether internal constraints of the body, not its particles one by one, carry what supports hold.
     fn is_rigid(&self) -> bool;
+
+    /// Moment of inertia of a body that is rigid.
+    fn inertia(&self) -> Option<RigidInertia> {
+        None
+    }
 
     /// Law by which its particles take part in sums with those of other bodies, walls or the fluid.
     fn sum_law(&self) -> Option<&SumLaw>;

@@ -108,6 +108,11 @@ impl ContactModel {
 }
 
 impl SolidModel {
+    /// Point about which torques are taken \[m\]; `None` in a periodic domain, where they have no meaning.
+    pub fn torque_origin(&self) -> Option<Vector> {
+        (!self.domain.is_periodic()).then(|| self.domain.torque_origin())
+    }
+
     /// Number of particles.
     pub fn len(&self) -> usize {
         self.particles.mass.len()

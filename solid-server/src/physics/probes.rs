@@ -161,7 +161,8 @@ fn motion(model: &SolidModel, state: &SolidState, body: usize, values: &mut Vec<
     let sums: BodySums = body_sums(model, state, range);
     let (centre, velocity) = (sums.centre(), sums.momentum / sums.mass);
     let moments = second_moments(model, state, range, &sums);
-    let inertia = sums.mass * (moments.xx + moments.yy);
+    let cells = model.bodies[body].formulation.inertia().map_or(0.0, |inertia| inertia.cells);
+    let inertia = sums.mass * (moments.xx + moments.yy) + cells;
     let arm = centre - model.domain.torque_origin();
     let spin = sums.angular_momentum - cross(&arm, &sums.momentum);
     push(values, &centre);

@@ -64,11 +64,11 @@ pub(super) fn strain_energy_density(model: &SolidModel, state: &SolidState, i: u
     energy * body.material.density / model.particles.mass[i]
 }
 
-/// Sums over the particles of `range`.
+/// Sums over the particles of `range`, one or more whole bodies; those of rigid bodies include the rotation of their cells.
 pub(super) fn body_sums(model: &SolidModel, state: &SolidState, range: &Range<usize>) -> BodySums {
     let origin = model.domain.torque_origin();
     let gravity = model.body_force.gravity();
-    ordered_sum(range.len(), |k| {
+    let mut sums: BodySums = ordered_sum(range.len(), |k| {
         let i = range.start + k;
         let body = model.body_of(i);
         let mass = model.particles.mass[i];
@@ -86,7 +86,16 @@ pub(super) fn body_sums(model: &SolidModel, state: &SolidState, range: &Range<us
             ),
             first_moment: x * mass,
         }
-    })
+    });
+    let whole = |body: &Body| range.start <= body.range.start && body.range.end <= range.end;
+    for (k, body) in model.bodies.iter().enumerate().filter(|(_, body)| whole(body)) {
+        if let Some(inertia) = body.formulation.inertia() {
+            let spin = state.rigid[k].angular_velocity;
+            sums.angular_momentum += inertia.cells * spin;
+            sums.kinetic += 0.5 * inertia.cells * spin * spin;
+        }
+    }
+    sums
 }
 
 /// Energies of the particles of `range`.

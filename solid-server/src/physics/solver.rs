@@ -13,13 +13,13 @@ use sph::vector::{DIMENSIONS, Vector};
 use super::advance::{StageRecord, move_bodies, record};
 use super::build::{build, build_workspace};
 use super::checks::{check, check_domain};
-use super::evaluate::{evaluate_pairs, refresh_lists, sum_forces, total_forces, update_stress};
+use super::evaluate::{add_torques, evaluate_pairs, refresh_lists, sum_forces, total_forces, update_stress};
 use super::model::SolidModel;
 use super::probes::probe_values;
 use super::report::{best_fit_angle, energies, snapshot};
 use super::saved::HISTORY;
 use super::substeps::{largest_count, move_by_substeps, step_limit};
-use super::workspace::{BodyContact, SolidState, Workspace};
+use super::workspace::{BodyContact, ParticleTorques, SolidState, Workspace};
 
 /// Several elastic or rigid bodies in one domain.
 ///
@@ -35,6 +35,15 @@ pub struct SolidSolver {
 }
 
 impl SolidSolver {
+    /// Mass \[kg/m\] of each body as its equations use it, and of a rigid one its moment of inertia \[kg m\].
+    pub fn masses(&self) -> impl Iterator<Item = (f64, Option<f64>)> + '_ {
+        self.model.bodies.iter().map(|body| {
+            let mass = &self.model.particles.mass[body.range.clone()];
+            let inertia = body.formulation.inertia().map(|inertia| inertia.total);
+            (ordered_sum(mass.len(), |i| mass[i]), inertia)
+        })
+    }
+
     /// A solver at the start of the run that `setup` describes.
     ///
     /// # Errors
@@ -67,9 +76,14 @@ impl SolidSolver {
     fn complete_stage(&mut self, time: &StageTime) {
         if self.model.stepping == SolidStepping::StageRule {
             sum_forces(&self.model, &mut self.workspace, time, time.state_time());
-            let Workspace { forces, mean_forces, fluid_force, total_force, .. } = &mut self.workspace;
+            let Workspace { stage, forces, mean_forces, mean_torques, fluid_force, total_force, .. } =
+                &mut self.workspace;
             total_forces(forces, fluid_force, total_force);
             mean_forces.clone_from(forces);
+            if let Some(origin) = self.model.torque_origin() {
+                mean_torques.fill(ParticleTorques::default());
+                add_torques(mean_torques, 1.0, origin, &stage.position, forces);
+            }
             self.complete_rates();
         }
     }

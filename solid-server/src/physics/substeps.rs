@@ -2,12 +2,13 @@
 
 use sph::setup::{SolidStepping, SubstepCount};
 use sph::stage::{Stage, StageTime};
+use sph::vector::cross;
 
 use super::advance::{Held, hold, take_reactions};
-use super::evaluate::{evaluate_pairs, refresh_lists, sum_forces, total_forces, update_stress};
-use super::formulation::{BodyDrift, BodyKick};
+use super::evaluate::{add_torques, evaluate_pairs, refresh_lists, sum_forces, total_forces, update_stress};
+use super::formulation::{AngularImpulse, BodyDrift, BodyKick};
 use super::model::SolidModel;
-use super::workspace::{ParticleForces, SolidState, Workspace};
+use super::workspace::{ParticleForces, ParticleTorques, SolidState, Workspace};
 
 /// Part of the stable sub-step to which an automatic number of sub-steps keeps; contact may stiffen within a step.
 const AUTOMATIC_FRACTION: f64 = 0.8;
@@ -98,6 +99,9 @@ pub(super) fn move_by_substeps(
     workspace.forces.clone_from(&workspace.start_forces);
     workspace.slips.clone_from(&workspace.start_slips);
     workspace.mean_forces.fill(ParticleForces::default());
+    workspace.mean_torques.fill(ParticleTorques::default());
+    workspace.angular_impulse = AngularImpulse::default();
+    workspace.exchange_position.clone_from(&workspace.stage.position);
     let weight = 0.5 / f64::from(count);
     for k in 0..count {
         pass.first_half(workspace, k, weight);
@@ -149,10 +153,26 @@ impl Pass<'_> {
 
     /// Half a sub-step of all velocities; books the forces with `weight`.
     fn kick(&self, workspace: &mut Workspace, target: f64, weight: f64) {
-        let Workspace { next, next_rigid, forces, mean_forces, fluid_force, total_force, .. } = workspace;
+        let Workspace {
+            next,
+            next_rigid,
+            forces,
+            mean_forces,
+            fluid_force,
+            total_force,
+            angular_impulse,
+            ..
+        } = workspace;
         total_forces(forces, fluid_force, total_force);
         for (mean, forces) in mean_forces.iter_mut().zip(forces.iter()) {
             mean.add(weight, forces);
+        }
+        if let Some(origin) = self.model.torque_origin() {
+            let (torques, at) = (&mut workspace.mean_torques, &workspace.exchange_position);
+            add_torques(torques, weight, origin, &next.position, forces);
+            for (i, torques) in torques.iter_mut().enumerate() {
+                torques.displaced += weight * cross(&(next.position[i] - at[i]), &fluid_force[i]);
+            }
         }
         for (k, body) in self.model.bodies.iter().enumerate() {
             let kick = BodyKick {
@@ -164,9 +184,9 @@ impl Pass<'_> {
                 base_rigid: &self.state.rigid[k],
                 windings: &self.state.windings[body.range.clone()],
             };
-            body.formulation.kick(&kick, next.view_mut(&body.range), &mut next_rigid[k]);
+            *angular_impulse += body.formulation.kick(&kick, next.view_mut(&body.range), &mut next_rigid[k]);
         }
-        hold(self.model, self.state, self.time, target, Held::Velocities, next);
+        angular_impulse.supports += hold(self.model, self.state, self.time, target, Held::Velocities, next);
     }
 
     /// Velocity gradients half a drift on.
@@ -182,7 +202,7 @@ impl Pass<'_> {
     }
 
     fn drift(&self, workspace: &mut Workspace, target: f64) {
-        let Workspace { next, next_rigid, sums, .. } = workspace;
+        let Workspace { next, next_rigid, sums, angular_impulse, .. } = workspace;
         for (k, body) in self.model.bodies.iter().enumerate() {
             let drift = BodyDrift {
                 constants: self.model.constants(body),
@@ -193,8 +213,9 @@ impl Pass<'_> {
                 base_rigid: &self.state.rigid[k],
                 windings: &self.state.windings[body.range.clone()],
             };
-            body.formulation.drift(&drift, next.view_mut(&body.range), &mut next_rigid[k]);
+            *angular_impulse +=
+                body.formulation.drift(&drift, next.view_mut(&body.range), &mut next_rigid[k]);
         }
-        hold(self.model, self.state, self.time, target, Held::Positions, next);
+        angular_impulse.scheme += hold(self.model, self.state, self.time, target, Held::Positions, next);
     }
 }

@@ -9,7 +9,8 @@ use sph::setup::{ElasticMaterial, TotalLagrangian};
 use sph::vector::{SymmetricTensor, Tensor, Vector};
 
 use super::formulation::{
-    BodyConstants, BodyFormulation, BodyStep, DerivedView, Limits, RateViewMut, StressView, StressViewMut,
+    AngularImpulse, BodyConstants, BodyFormulation, BodyStep, DerivedView, Limits, RateViewMut, StressView,
+    StressViewMut,
 };
 use super::hyperelastic::Hyperelastic;
 use super::lists::{Rows, TASK};
@@ -238,7 +239,12 @@ impl BodyFormulation for TotalLagrangianBody {
         rates.deviatoric_stress.fill(SymmetricTensor::default());
     }
 
-    fn advance(&self, step: &BodyStep<'_>, next: ParticleViewMut<'_>, _next_rigid: &mut RigidState) {
+    fn advance(
+        &self,
+        step: &BodyStep<'_>,
+        next: ParticleViewMut<'_>,
+        _next_rigid: &mut RigidState,
+    ) -> AngularImpulse {
         let duration = step.time.duration();
         for i in 0..step.base.position.len() {
             next.position[i] = step.base.position[i] + step.stage.velocity[i] * duration;
@@ -256,6 +262,7 @@ impl BodyFormulation for TotalLagrangianBody {
                 deviatoric_stress[k] = stress.cauchy.plus(&SymmetricTensor::isotropic(stress.pressure()));
             }
         }
+        AngularImpulse::default()
     }
 
     fn is_rigid(&self) -> bool {

@@ -11,7 +11,8 @@ use super::elasticity::{
     artificial_stress, cauchy_stress, deviatoric_stress_rate, pressure, strain_energy_density,
 };
 use super::formulation::{
-    BodyConstants, BodyDrift, BodyFormulation, BodyStep, RateViewMut, StressView, StressViewMut,
+    AngularImpulse, BodyConstants, BodyDrift, BodyFormulation, BodyStep, RateViewMut, StressView,
+    StressViewMut,
 };
 use super::lists::{Rows, TASK};
 use super::pair_lanes::{Members, Pairs};
@@ -136,7 +137,12 @@ impl BodyFormulation for UpdatedLagrangianBody {
             });
     }
 
-    fn advance(&self, step: &BodyStep<'_>, next: ParticleViewMut<'_>, _next_rigid: &mut RigidState) {
+    fn advance(
+        &self,
+        step: &BodyStep<'_>,
+        next: ParticleViewMut<'_>,
+        _next_rigid: &mut RigidState,
+    ) -> AngularImpulse {
         let duration = step.time.duration();
         let (base, stage, rates) = (&step.base, &step.stage, &step.rates);
         next.position
@@ -152,10 +158,16 @@ impl BodyFormulation for UpdatedLagrangianBody {
                 *rho = base.density[i] + rates.density[i] * duration;
                 *s = base.deviatoric_stress[i].plus(&rates.deviatoric_stress[i].scaled(duration));
             });
+        AngularImpulse::default()
     }
 
     /// Density and stress follow the gradient in the middle of the drift, both by the midpoint rule.
-    fn drift(&self, drift: &BodyDrift<'_>, particles: ParticleViewMut<'_>, _motion: &mut RigidState) {
+    fn drift(
+        &self,
+        drift: &BodyDrift<'_>,
+        particles: ParticleViewMut<'_>,
+        _motion: &mut RigidState,
+    ) -> AngularImpulse {
         let (duration, half) = (drift.duration, 0.5 * drift.duration);
         particles
             .position
@@ -173,6 +185,7 @@ impl BodyFormulation for UpdatedLagrangianBody {
                 let middle = s.plus(&rate(s).scaled(half));
                 *s = s.plus(&rate(&middle).scaled(duration));
             });
+        AngularImpulse::default()
     }
 
     fn evolves(&self) -> bool {

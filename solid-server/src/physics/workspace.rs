@@ -1,15 +1,15 @@
 //! What a checkpoint holds, and what can be thrown away.
 
-use std::ops::Range;
+use std::ops::{AddAssign, Range};
 
 use sph::ledger::InterfaceSums;
 use sph::sums::ordered_sum;
-use sph::vector::{SymmetricTensor, Tensor, Vector};
+use sph::vector::{SymmetricTensor, Tensor, Vector, cross};
 
 use super::contact_friction::Slips;
 use super::contact_repulsion::{ContactSums, Touch};
 use super::coupling::FluidLink;
-use super::formulation::{RateView, RateViewMut, StressView, StressViewMut};
+use super::formulation::{AngularImpulse, RateView, RateViewMut, StressView, StressViewMut};
 use super::lists::{ContactLists, OwnLists};
 use super::pair_law::PairSums;
 use super::particles::{Particles, RigidState};
@@ -120,6 +120,8 @@ pub(super) struct ParticleForces {
     pub damping: Vector,
     /// Contact with walls.
     pub walls: Vector,
+    /// Particles of its own body.
+    pub own: Vector,
     /// Sum of all, those of particles of its own and other bodies included.
     pub total: Vector,
     /// Sum of the magnitudes.
@@ -140,12 +142,52 @@ impl ParticleForces {
         self.body_force += other.body_force * weight;
         self.damping += other.damping * weight;
         self.walls += other.walls * weight;
+        self.own += other.own * weight;
         self.total += other.total * weight;
         self.gross += other.gross * weight;
         self.contact += other.contact * weight;
         self.contact_gross += other.contact_gross * weight;
         self.contact_stiffness = self.contact_stiffness.max(other.contact_stiffness);
         self.contact_depth = self.contact_depth.max(other.contact_depth);
+    }
+}
+
+/// Torques of [`ParticleForces`] about the domain's torque origin \[N\].
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct ParticleTorques {
+    /// Of gravity and other body forces.
+    pub body_force: f64,
+    /// Of linear damping.
+    pub damping: f64,
+    /// Of contact with walls.
+    pub walls: f64,
+    /// Of contact with other bodies, or with distant parts of its own.
+    pub contact: f64,
+    /// Of particles of its own body.
+    pub own: f64,
+    /// Of the fluid, which acts as in the exchange while the particle moves on: beyond that at its place there.
+    pub displaced: f64,
+}
+
+impl AddAssign for ParticleTorques {
+    fn add_assign(&mut self, other: Self) {
+        self.body_force += other.body_force;
+        self.damping += other.damping;
+        self.walls += other.walls;
+        self.contact += other.contact;
+        self.own += other.own;
+        self.displaced += other.displaced;
+    }
+}
+
+impl ParticleTorques {
+    /// Adds `weight` times the torques of `forces` at `arm` \[m\] from the torque origin.
+    pub fn add(&mut self, weight: f64, arm: &Vector, forces: &ParticleForces) {
+        self.body_force += weight * cross(arm, &forces.body_force);
+        self.damping += weight * cross(arm, &forces.damping);
+        self.walls += weight * cross(arm, &forces.walls);
+        self.contact += weight * cross(arm, &forces.contact);
+        self.own += weight * cross(arm, &forces.own);
     }
 }
 
@@ -176,6 +218,12 @@ pub(super) struct Workspace {
     pub start_forces: Vec<ParticleForces>,
     /// Forces that moved the stage, means over its sub-steps.
     pub mean_forces: Vec<ParticleForces>,
+    /// Torques of these, at the places where they acted.
+    pub mean_torques: Vec<ParticleTorques>,
+    /// What else the stage did to the angular momentum.
+    pub angular_impulse: AngularImpulse,
+    /// Where particles were when the forces of the fluid were exchanged; of sub-steps \[m\].
+    pub exchange_position: Vec<Vector>,
     /// Force of the fluid on each particle in this stage \[N/m\].
     pub fluid_force: Vec<Vector>,
     /// Sum of all forces on each particle \[N/m\].

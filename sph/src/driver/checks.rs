@@ -1,7 +1,7 @@
 //! What is checked in every half-step: step size, the partner's frame, the balance of the half-step before.
 
 use super::half_step::Runner;
-use crate::exchange::PeerError;
+use crate::exchange::{Frame, PeerError};
 use crate::ledger::{balance_breaches, imbalance};
 use crate::setup::{BreachAction, StepPolicy};
 use crate::solver::{Divergence, Fault, Solver};
@@ -106,11 +106,32 @@ impl<S: Solver + ?Sized> Runner<'_, S> {
         let imbalance = imbalance(&ours.sums, &theirs.sums, self.torque);
         faults
             .extend(balance_breaches(ours.at, &imbalance, &self.setup.ledger).into_iter().map(Fault::Ledger));
+        self.follow_policy(faults)
+    }
+
+    /// Whether what the partner shows agrees with its set-up and its reports.
+    pub(super) fn check_shown(&mut self) -> Result<(), Fault> {
+        let Some(audit) = &mut self.audit else { return Ok(()) };
+        let Frame { time, states, previous, .. } = &self.partner;
+        let report = previous.as_ref().and_then(|previous| previous.momentum.as_ref());
+        let found = audit.observe(time, states, report);
+        let fault = found.err().map(|message| Fault::Contradiction {
+            at: time.at,
+            message: format!("the {} contradicts itself: {message}", self.solver.role().partner()),
+        });
+        self.follow_policy(fault.into_iter().collect())
+    }
+
+    /// Counts `faults` of the audit and ends the run by the first of them where the case says so.
+    fn follow_policy(&mut self, faults: Vec<Fault>) -> Result<(), Fault> {
         self.breaches += faults.len() as u64;
         match (self.setup.ledger.action, faults.into_iter().next()) {
             (BreachAction::Stop, Some(fault)) => Err(fault),
-            // Which side used an old state is known to one side alone: both cannot stop at one boundary.
-            (BreachAction::StopAndCheckpoint, Some(fault @ Fault::StaleFrame { .. })) => Err(fault),
+            // These are known to one side alone: both cannot stop at one boundary.
+            (
+                BreachAction::StopAndCheckpoint,
+                Some(fault @ (Fault::StaleFrame { .. } | Fault::Contradiction { .. })),
+            ) => Err(fault),
             (BreachAction::StopAndCheckpoint, Some(_)) => {
                 self.stop_wanted = true;
                 Ok(())

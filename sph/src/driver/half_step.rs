@@ -7,12 +7,13 @@ use tracing::trace_span;
 use super::checks::peer_fault;
 use super::messages::{Checkpoint, Event, FailureReport, StepReport};
 use super::{Link, TRACE, save};
+use crate::audit::{Audit, MomentumReport};
 use crate::exchange::{Exchange, Extent, Frame, PreviousStage};
 use crate::iteration::Iteration;
 use crate::ledger::{InterfaceSums, StageBooks, TorqueCheck};
 use crate::meeting::Meeting;
 use crate::setup::RunSetup;
-use crate::solver::{Fault, NoLoads, Solver};
+use crate::solver::{Fault, NoLoads, Role, Solver};
 use crate::stage::{Clock, Stage, StageTime, StepStage};
 
 /// Digests of the frames of one half-step: the one sent, and the partner's that was computed from.
@@ -45,6 +46,8 @@ pub(super) struct Runner<'a, S: Solver + ?Sized> {
     pub(super) waited: Duration,
     pub(super) breaches: u64,
     pub(super) torque: TorqueCheck,
+    /// Holds the partner's frames against its set-up and its reports.
+    pub(super) audit: Option<Audit>,
     /// A breach asked to stop at the next boundary.
     pub(super) stop_wanted: bool,
 }
@@ -54,6 +57,8 @@ pub(super) struct Before {
     pub(super) at: StepStage,
     pub(super) sums: InterfaceSums,
     pub(super) digests: Digests,
+    /// Own momentum, for a partner that audits it.
+    pub(super) momentum: Option<MomentumReport>,
 }
 
 impl<'a, S: Solver + ?Sized> Runner<'a, S> {
@@ -85,6 +90,7 @@ impl<'a, S: Solver + ?Sized> Runner<'a, S> {
             waited: Duration::ZERO,
             breaches: 0,
             torque: TorqueCheck::of(setup),
+            audit: audit_of(setup, link),
             stop_wanted: false,
             setup,
         }
@@ -145,7 +151,8 @@ impl<'a, S: Solver + ?Sized> Runner<'a, S> {
         let books = trace_span!(target: TRACE, "advance")
             .in_scope(|| self.solver.advance(time))
             .map_err(Fault::Diverged)?;
-        self.before = digests.map(|digests| Before { at: time.at, sums: books.interface, digests });
+        let momentum = (self.solver.role() == Role::Solid).then(|| MomentumReport::from(&books));
+        self.before = digests.map(|digests| Before { at: time.at, sums: books.interface, digests, momentum });
         let limit = if digests.is_some() { own_limit.min(self.partner.time_step_limit) } else { own_limit };
         Ok((books, limit))
     }
@@ -251,6 +258,7 @@ impl<'a, S: Solver + ?Sized> Runner<'a, S> {
             at: b.at,
             sums: b.sums,
             used_digest: b.digests.used,
+            momentum: b.momentum,
         });
         Ok(())
     }
@@ -288,6 +296,9 @@ impl<'a, S: Solver + ?Sized> Runner<'a, S> {
         self.check_iteration(at, iteration)?;
         if iteration == 0 {
             self.check_before(at)?;
+            self.check_shown()?;
+        } else if let Some(audit) = &mut self.audit {
+            audit.revise(&self.partner.states);
         }
         self.check_cover(at)?;
         if self.partner.extent.version != self.partner_extent.version {
@@ -295,6 +306,13 @@ impl<'a, S: Solver + ?Sized> Runner<'a, S> {
         }
         Ok(self.partner.digest())
     }
+}
+
+/// The audit of the partner that `link` describes, if it does.
+fn audit_of(setup: &RunSetup, link: &Link) -> Option<Audit> {
+    let (particles, coupling) = (link.partner_particles.clone()?, setup.coupling.as_ref()?);
+    let scales = [coupling.solid_spacing, setup.ledger.momentum_tolerance];
+    Some(Audit::new(particles, setup.domain, coupling.kind, scales, link.resume.is_none()))
 }
 
 fn not_offered(at: StepStage, error: NoLoads) -> Fault {

@@ -13,6 +13,7 @@ mod saved;
 pub use messages::{Checkpoint, Command, Event, FailureReport, FinalReport, Held, ProbeValues, StepReport};
 pub use saved::{restore, save};
 
+use crate::audit::PartnerParticles;
 use crate::exchange::{Exchange, Extent};
 use crate::setup::RunSetup;
 use crate::solver::{Fault, Solver};
@@ -31,6 +32,8 @@ pub struct Link {
     pub first_limit: f64,
     /// Where a restored run goes on, see [`restore`].
     pub resume: Option<ClockState>,
+    /// What the set-up says of a solid partner, whose frames are held against it.
+    pub partner_particles: Option<PartnerParticles>,
 }
 
 /// Runs `solver` to its end under `commands`, reporting through `report`.

@@ -1,5 +1,7 @@
 //! What a solid solver is told.
 
+use std::ops::Range;
+
 use super::{Damping, Motion, RunSetup, WallParticles, WallSetup};
 use crate::vector::{DIMENSIONS, SymmetricTensor, Vector};
 
@@ -204,6 +206,43 @@ pub struct SolidParticles {
     pub density: Vec<f64>,
     /// Deviatoric stress s \[Pa\].
     pub deviatoric_stress: Vec<SymmetricTensor>,
+}
+
+impl SolidParticles {
+    /// The particles of body `k`.
+    pub fn of_body(&self, k: u32) -> BodyParticles<'_> {
+        let start = self.body.partition_point(|body| *body < k);
+        let end = self.body.partition_point(|body| *body <= k);
+        BodyParticles { particles: self, range: start..end }
+    }
+}
+
+/// The particles of one body.
+#[derive(Clone, Debug)]
+pub struct BodyParticles<'a> {
+    particles: &'a SolidParticles,
+    range: Range<usize>,
+}
+
+impl BodyParticles<'_> {
+    /// Mass per depth Σ m \[kg/m\].
+    pub fn mass(&self) -> f64 {
+        self.range.clone().map(|i| self.particles.mass[i]).sum()
+    }
+
+    /// Moment of inertia per depth of the particles' cells about their own centres, Σ m V/6 \[kg m\]: cells are squares.
+    pub fn cell_inertia(&self) -> f64 {
+        let SolidParticles { mass, density, .. } = self.particles;
+        self.range.clone().map(|i| mass[i] * mass[i] / (6.0 * density[i])).sum()
+    }
+
+    /// Moment of inertia per depth of a rigid body about its centre of mass, Σ m (|r|² + V/6) \[kg m\].
+    pub fn inertia(&self) -> f64 {
+        let SolidParticles { mass, reference_position: x, .. } = self.particles;
+        let own = || self.range.clone();
+        let centre = own().map(|i| x[i] * mass[i]).sum::<Vector>() / self.mass();
+        own().map(|i| mass[i] * (x[i] - centre).norm_squared()).sum::<f64>() + self.cell_inertia()
+    }
 }
 
 /// How bodies touch each other and walls.

@@ -46,8 +46,11 @@ pub fn ledger(table: &Table, tolerance: Option<f64>) -> Result<Option<Section>, 
     let both = [("imbalance_force", "force"), ("imbalance_torque", "torque")];
     let momentum = [("fluid_momentum_residual", "fluid"), ("solid_momentum_residual", "solid")];
     let action = ("Action = reaction: imbalance over gross", lines(table, &both));
-    let change = ("Momentum change = booked impulse: residual over gross", lines(table, &momentum));
-    for (title, lines) in coupled.then_some(action).into_iter().chain([change]) {
+    let change = ("Momentum change = impulse: residual over gross", lines(table, &momentum));
+    let angular =
+        [("fluid_angular_momentum_residual", "fluid"), ("solid_angular_momentum_residual", "solid")];
+    let turn = ("Angular momentum change = angular impulse: residual over gross", lines(table, &angular));
+    for (title, lines) in coupled.then_some(action).into_iter().chain([change, turn]) {
         let legend = legend(&lines);
         let chart =
             Chart { times: &times, lines, unit: "", vertical: Vertical::Logarithmic, level: tolerance };

@@ -169,8 +169,12 @@ fn the_driver_runs_a_fluid_without_partner() {
     setup.probes = vec![probe(FluidProbeKind::Front)];
     let run_setup = setup.run.clone();
     let mut solver = solver(setup);
-    let link =
-        Link { partner_extent: solver.extent().clone(), first_limit: solver.time_step_limit(), resume: None };
+    let link = Link {
+        partner_extent: solver.extent().clone(),
+        first_limit: solver.time_step_limit(),
+        resume: None,
+        partner_particles: None,
+    };
     let (sender, commands) = std::sync::mpsc::channel();
     sender.send(Command::GrantThrough(1_000_000)).unwrap();
     let mut events = Vec::new();

@@ -265,6 +265,6 @@ impl SolverFactory for RowFactory {
             return Err(SetupProblems(problems));
         }
         let constants = Constants::of(setup.run());
-        Ok(Opened { solver: Box::new(Row::new(&setup)), constants, facts: Vec::new() })
+        Ok(Opened { solver: Box::new(Row::new(&setup)), constants, facts: Vec::new(), bodies: Vec::new() })
     }
 }

@@ -86,6 +86,7 @@ pub(crate) async fn link(
         first_limit,
         partner_extent: partner_extent.clone(),
         partner,
+        partner_particles: None,
     };
     solid.link(&plan(&f.extent, Partner::Listen)).await.unwrap();
     fluid.link(&plan(&s.extent, Partner::Dial(solid.address().into()))).await.unwrap();

@@ -229,3 +229,17 @@ fn a_material_point_reads_the_invariants_of_its_stress() {
     }
     assert!((run.values("strain_energy_density")[7] * (1.0 + strain) / energy - 1.0).abs() < 1e-11);
 }
+
+#[test]
+fn a_rigid_block_turns_with_the_inertia_of_its_cells() {
+    // A block of n × n cells of edge d and mass m has M (n d)²/6; points of mass alone would have M ((n d)² − d²)/6.
+    for n in [1_u32, 4, 10] {
+        let mut setup = scene(SPACING);
+        add_body(&mut setup, Formulation::Rigid, &block(Vector::zeros(), n, n, SPACING));
+        let solver = SolidSolver::new(setup).unwrap();
+        let (mass, inertia) = solver.masses().next().unwrap();
+        let expected = mass * (f64::from(n) * SPACING).powi(2) / 6.0;
+        // Round-off of a sum over 100 cells.
+        assert!((inertia.unwrap() / expected - 1.0).abs() < 1e-12, "{n}");
+    }
+}

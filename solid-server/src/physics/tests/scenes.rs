@@ -216,7 +216,8 @@ impl Run {
             self.solver.evaluate_own(&time);
             self.solver.evaluate_cross(&time, &none, &none);
             books[k] = self.solver.advance(&time)?;
-            self.largest_residual = self.largest_residual.max(books[k].momentum_residual());
+            self.largest_residual =
+                self.largest_residual.max(books[k].momentum_residual()).max(books[k].angular_residual());
         }
         self.solver.end_step(&self.stage_time(Stage::Corrector))?;
         self.step += 1;

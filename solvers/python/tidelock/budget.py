@@ -75,7 +75,7 @@ class Auditor:
     def budget(self, start: Shown, stage: Shown, end: Shown, books: Books, gross_torque: float, duration: float):
         """The budget of a half-step, in which samples received forces of `gross_torque` [N]; None without one."""
         stated = books.torques
-        if self.rigid and (stated is not None or not np.any(books.supports)):
+        if self.rigid and (stated is not None or books.supports is None):
             stated = Torques() if stated is None else stated
             change = self._rigid_angular_momentum(end) - self._rigid_angular_momentum(start)
             torques = self._add_rigid_torques(stated, start, stage, end, duration)

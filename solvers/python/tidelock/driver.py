@@ -232,9 +232,10 @@ class Run:
     def _write_books(self, wire, sums: Sums, ends: tuple, budget: Budget | None, time: StageTime) -> None:
         sums.write(wire.interface)
         own, before = self.books, self.solver.momentum(ends[0].state)
+        supports = np.zeros(2) if own.supports is None else own.supports
         for name in MESSAGES.Accounts.DESCRIPTOR.fields_by_name:
             force = getattr(wire.accounts, name)
-            force.x, force.y = {"body_force_n_per_m": own.body_force, "supports_n_per_m": own.supports}.get(name, (0.0, 0.0))
+            force.x, force.y = {"body_force_n_per_m": own.body_force, "supports_n_per_m": supports}.get(name, (0.0, 0.0))
         wire.duration_s = time.duration
         change = own.momentum - before
         wire.momentum_change_kg_per_s.x, wire.momentum_change_kg_per_s.y = change

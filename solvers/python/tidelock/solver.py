@@ -44,13 +44,14 @@ class Books:
     """What a stage did, all forces [N/m] as means over its duration.
 
     `momentum` [kg/s] is that of the new state, summed over the body itself and not from the forces; `gross` [N/m] is the
-    sum of the sizes of all forces on parts of the body, the scale of round-off. Without `torques` there is no budget of
-    the angular momentum, except of rigid bodies without supports.
+    sum of the sizes of all forces on parts of the body, the scale of round-off. `supports` are
+    None where the solver has none. Without `torques` there is no budget of the angular momentum, except of rigid bodies
+    without supports.
     """
 
     momentum: np.ndarray
     body_force: np.ndarray = field(default_factory=lambda: np.zeros(2))
-    supports: np.ndarray = field(default_factory=lambda: np.zeros(2))
+    supports: np.ndarray | None = None
     gross: float = 0.0
     torques: Torques | None = None
 
@@ -153,7 +154,7 @@ def probe_values(solver: Solver, state, forces: np.ndarray, books: Books) -> np.
         elif kind == "body_force":
             values += list(forces[own].sum(axis=0))
         elif kind == "reaction":
-            values += list(books.supports)
+            values += [0.0, 0.0] if books.supports is None else list(books.supports)
         elif kind in ("sums", "all_sums"):
             values += _sums(solver, state, position[own], velocity[own], solver.mass[own])
         else:

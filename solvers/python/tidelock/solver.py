@@ -44,9 +44,8 @@ class Books:
     """What a stage did, all forces [N/m] as means over its duration.
 
     `momentum` [kg/s] is that of the new state, summed over the body itself and not from the forces; `gross` [N/m] is the
-    sum of the sizes of all forces on parts of the body, the scale of round-off. `supports` are
-    None where the solver has none. Without `torques` there is no budget of the angular momentum, except of rigid bodies
-    without supports.
+    sum of the sizes of all forces on parts of the body, the scale of round-off. `supports` is None in a solver that has
+    none. Without `torques` there is no budget of the angular momentum, except of rigid bodies without supports.
     """
 
     momentum: np.ndarray

@@ -10,7 +10,7 @@ limits no time step. Deflections are meant to stay below a tenth of the length.
 
 import numpy as np
 
-from tidelock import Books, Refused, Solver, main
+from tidelock import Books, Refused, Solver, Torques, main
 
 ELEMENTS = 24
 
@@ -43,6 +43,8 @@ class Beam(Solver):
         s, y = setup.reference @ self.axis, setup.reference @ self.across
         face = 0.5 * (s[held].max() + s[~held].min())
         self.s, self.y = np.where(held, 0.0, s - face), y - 0.5 * (y.max() + y.min())
+        # The torque origin from the middle of the clamp's face, along the axis and across.
+        self.about = setup.origin @ self.axis - face, setup.origin @ self.across - 0.5 * (y.max() + y.min())
         self.length, self.thickness = (s - face).max() + 0.5 * setup.spacing, np.ptp(y) + setup.spacing
 
     def _assemble(self, setup, held):
@@ -72,6 +74,9 @@ class Beam(Solver):
         self.omega, self.modes = np.sqrt(squares), inverse.T @ vectors
         self.gravity = weight * (setup.gravity @ self.across)
         self.uniform = np.tile([1.0, 0.0], ELEMENTS + 1)
+        # Deflections and slopes of the nodes in a rotation about the torque origin.
+        self.rotation = np.ones(size)
+        self.rotation[::2] = e * np.arange(ELEMENTS + 1) - self.about[0]
         self.mass_matrix = mass
         self._shape_functions(held, e, size)
 
@@ -97,6 +102,13 @@ class Beam(Solver):
     def momentum(self, state):
         return self.uniform @ self.mass_matrix @ self._nodes(state[1]) * self.across
 
+    def angular_momentum(self, state):
+        """That of the linear beam: its mass moves across the axis, at the places of the undeformed body."""
+        return self.rotation @ self.mass_matrix @ self._nodes(state[1])
+
+    def body_masses(self):
+        return [self._mass() + self.setup.mass[self.setup.support > 0].sum()]
+
     def advance(self, start, stage, forces, time):
         load = self.w.T @ (forces @ self.across) - self.slope.T @ (self.y * (forces @ self.axis)) + self.gravity
         still = (self.modes.T @ load[2:]) / self.omega**2
@@ -106,15 +118,33 @@ class Beam(Solver):
         # The clamp takes what the nodes at the root feel over the stage, and all forces along the axis.
         mean = still + (sin * offset + (1 - cos) * speed) / (self.omega * time.duration)
         change = self._nodes((state[1] - start[1]) / time.duration)
-        root = self.stiffness[0] @ self._nodes(mean) + self.mass_matrix[0] @ change - load[0]
+        root, moment = self.stiffness[:2] @ self._nodes(mean) + self.mass_matrix[:2] @ change - load[:2]
         on_held = forces[self.setup.support > 0].sum(axis=0)
         axial = (forces.sum(axis=0) + self._mass() * self.setup.gravity) @ self.axis
         supports = (root - on_held @ self.across) * self.across - axial * self.axis
         gravity = self._mass() * self.setup.gravity
         # Forces of the elements on their nodes, whose sum is all that the clamp feels.
-        internal = np.abs(self.stiffness[::2] * self._nodes(mean)).sum()
-        gross = internal + np.linalg.norm(gravity) + np.linalg.norm(forces, axis=1).sum()
-        return state, Books(self.momentum(state), body_force=gravity, supports=supports, gross=gross)
+        internal = np.abs(self.stiffness * self._nodes(mean)).sum(axis=1)
+        gross = internal[::2].sum() + np.linalg.norm(gravity) + np.linalg.norm(forces, axis=1).sum()
+        torques = self._torques(stage, forces, root, moment, np.abs(self.rotation) @ internal)
+        return state, Books(self.momentum(state), body_force=gravity, supports=supports, gross=gross, torques=torques)
+
+    def _torques(self, stage, forces, root, moment, internal):
+        """Torques with the force `root` across and the `moment` of the clamp; sizes of torques of elements `internal`.
+
+        A force at (s, y) turns the beam about the torque origin (s0, y0) by (s - s0) times its part across less y times
+        that along the axis: `rotation` times its load on the nodes. The clamp takes the part along the axis in the middle
+        of its face, and the forces on held samples where they act. In the linear beam forces act at the places of the
+        undeformed body: what they have at the displaced ones more is no torque of its, and own forces take it off.
+        """
+        held = self.setup.support > 0
+        along, across = self.about
+        places = self.setup.reference - self.setup.origin
+        axial = (forces[~held].sum(axis=0) + self._mass() * self.setup.gravity) @ self.axis
+        supports = moment - along * root - across * axial - _cross(places[held], forces[held]).sum()
+        weight = self.rotation @ self.gravity + across * self._mass() * (self.setup.gravity @ self.axis)
+        moved = self.kinematics(stage)[0] - self.setup.reference
+        return Torques(supports, body_force=weight, own_forces=-_cross(moved, forces).sum(), gross=internal)
 
     def _mass(self):
         return self.line_mass * self.length
@@ -123,6 +153,10 @@ class Beam(Solver):
         nodes = self._nodes(state[0])
         potential = -self.gravity @ nodes
         return 0.5 * (state[1] ** 2).sum(), potential, 0.5 * ((self.omega * state[0]) ** 2).sum()
+
+
+def _cross(a, b):
+    return a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
 
 
 if __name__ == "__main__":

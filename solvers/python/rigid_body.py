@@ -34,7 +34,10 @@ class RigidBodies(Solver):
         self.inertia = np.bincount(setup.body, own)
         self.state[:, V] = self._mean(setup.velocity)
         slip = setup.velocity - self.state[setup.body, V]
-        self.state[:, SPIN] = np.bincount(setup.body, setup.mass * _cross(self.arms, slip)) / self.inertia
+        # RIGID BODIES of setup.proto: keeps a rigid rotation; a single particle shows none.
+        spread = np.bincount(setup.body, setup.mass * (self.arms**2).sum(axis=1))
+        turning = np.bincount(setup.body, setup.mass * _cross(self.arms, slip))
+        np.divide(turning, spread, out=self.state[:, SPIN], where=spread > 1e-9 * self.inertia)
 
     def _mean(self, values):
         sums = [np.bincount(self.body, self.mass * column) for column in values.T]
@@ -50,6 +53,12 @@ class RigidBodies(Solver):
         arms, spin = self._arms(state), state[self.body, SPIN]
         turning = np.array([-spin * arms[:, 1], spin * arms[:, 0]]).T
         return state[self.body, X] + arms, state[self.body, V] + turning
+
+    def body_masses(self):
+        return self.total
+
+    def body_inertias(self):
+        return self.inertia
 
     def momentum(self, state):
         return self.total @ state[:, V]

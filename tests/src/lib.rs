@@ -9,5 +9,6 @@ pub mod fuzz;
 pub mod idle;
 pub mod kill;
 pub mod nodes;
+pub mod python;
 pub mod soak;
 pub mod validation;

@@ -1,33 +1,19 @@
-//! The solvers in Python: whole runs against the built-in solvers, and the conformance kit.
+//! The solvers in Python: whole runs against the built-in solvers, the conformance kit, and their own tests.
 //!
-//! They need `python3` with the packages of `solvers/python/requirements.txt`. Where these are missing a test says that
-//! it is skipped; with the environment variable `TIDELOCK_REQUIRE_PYTHON` set, as `.ci/run` does, it fails.
+//! For what they need see [`tests::python`].
 
 use std::io::BufRead;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 
+use sph::setup::SolidProbeKind;
+use sph::vector::Vector;
 use tests::bench::{Bench, digests, probe_rows, soon, text, wait_for_first_frame};
 use tests::certificates::{Authority, token};
+use tests::python::{self, python_is_there};
 
 fn bench() -> Bench {
     Bench::new(env!("CARGO_BIN_EXE_tidelock-node"))
-}
-
-/// Whether the solvers in Python can run here; says why not.
-fn python_is_there(test: &str) -> bool {
-    let output = Command::new("python3").args(["-c", "import grpc, grpc_tools.protoc, numpy"]).output();
-    let problem = match output {
-        Ok(output) if output.status.success() => return true,
-        Ok(output) => String::from_utf8_lossy(&output.stderr).lines().last().unwrap_or_default().to_owned(),
-        Err(error) => format!("python3: {error}"),
-    };
-    let text = format!(
-        "SKIPPED {test}: {problem}; install the packages of solvers/python/requirements.txt for python3 on the PATH"
-    );
-    assert!(std::env::var_os("TIDELOCK_REQUIRE_PYTHON").is_none(), "{text}");
-    eprintln!("{text}");
-    false
 }
 
 /// A solver in Python that listens; ended when dropped.
@@ -38,7 +24,7 @@ struct Listening {
 
 /// A script of `solvers/python`.
 fn script(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../solvers/python").join(name)
+    python::folder().join(name)
 }
 
 impl Listening {
@@ -271,8 +257,7 @@ fn a_solver_in_python_is_free_within_the_lease_when_its_coordinator_is_frozen() 
 fn example() -> String {
     let page = include_str!("../../docs/solvers.md");
     let code = page.split("```python\n").nth(1).and_then(|rest| rest.split("```").next());
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../solvers/python");
-    format!("import sys\nsys.path.insert(0, {:?})\n{}", text(&folder), code.unwrap())
+    python::import_path() + code.unwrap()
 }
 
 #[test]
@@ -298,4 +283,42 @@ fn a_scene_that_a_solver_in_python_cannot_play_is_refused_in_words() {
     let beam = [("rigid_body.py", "beam.py")];
     let case = bench.shipped("floating_body_python", &beam);
     bench.run_refused(&case, &[], 2, &["must be one body with one clamped end"]);
+}
+
+#[test]
+fn the_skin_passes_its_own_tests() {
+    if !python_is_there("the_skin_passes_its_own_tests") {
+        return;
+    }
+    let output =
+        Command::new("python3").args(["-m", "unittest"]).current_dir(python::folder()).output().unwrap();
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.success(), "{said}");
+    // None found is a success in older releases of Python.
+    assert!(said.contains("\nOK") && !said.contains("Ran 0 tests"), "{said}");
+}
+
+#[test]
+fn probes_in_python_have_the_columns_of_the_built_in_solver() {
+    if !python_is_there("probes_in_python_have_the_columns_of_the_built_in_solver") {
+        return;
+    }
+    let code = "from tidelock.solver import PROBE_COLUMNS\nfor kind in PROBE_COLUMNS.items(): print(*kind)";
+    let output = Command::new("python3").args(["-c", code]).current_dir(python::folder()).output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let kinds = [
+        ("material_point", SolidProbeKind::MaterialPoint { body: 0, reference_position: Vector::zeros() }),
+        ("motion", SolidProbeKind::Motion(0)),
+        ("body_force", SolidProbeKind::BodyForce(0)),
+        ("reaction", SolidProbeKind::Reaction { body: 0, support: 0 }),
+        ("sums", SolidProbeKind::Sums(Some(0))),
+        ("all_sums", SolidProbeKind::Sums(None)),
+        ("gap", SolidProbeKind::Gap(Some(0))),
+        ("all_gaps", SolidProbeKind::Gap(None)),
+        ("contact", SolidProbeKind::Contact(Some(0))),
+        ("all_contacts", SolidProbeKind::Contact(None)),
+    ];
+    let expected: String =
+        kinds.iter().map(|(name, kind)| format!("{name} {}\n", kind.columns().len())).collect();
+    assert_eq!(String::from_utf8_lossy(&output.stdout), expected);
 }

@@ -13,6 +13,6 @@
 from .clock import StageTime
 from .server import main
 from .setup import Refused, Setup
-from .solver import Books, Diverged, Solver
+from .solver import Books, Diverged, Solver, Torques
 
-__all__ = ["Books", "Diverged", "Refused", "Setup", "Solver", "StageTime", "main"]
+__all__ = ["Books", "Diverged", "Refused", "Setup", "Solver", "StageTime", "Torques", "main"]

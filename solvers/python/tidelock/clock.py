@@ -4,7 +4,9 @@ import math
 import struct
 from dataclasses import dataclass
 
-PREDICTOR, CORRECTOR = 1, 2
+from . import protocol
+
+PREDICTOR, CORRECTOR = protocol.types.STAGE_PREDICTOR, protocol.types.STAGE_CORRECTOR
 STAGE_NAMES = {PREDICTOR: "predictor", CORRECTOR: "corrector"}
 
 

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from . import protocol
+from .budget import Auditor, Budget, Shown
 from .clock import CORRECTOR, PREDICTOR, Clock, StageTime, bits
 from .frames import Before, Exchange, PeerFault, Sums
 from .iteration import Iteration
@@ -35,14 +36,17 @@ class Run:
         self.iteration, self.iterations, self.unsettled = None, 0, False
         if self.coupled and run.coupling.HasField("iterate"):
             self.iteration = Iteration(run.coupling.iterate, solver.body)
-        self.tolerance, self.stop_at_breach = run.ledger.balance_tolerance, run.ledger.action == 2
+        self.tolerance = run.ledger.balance_tolerance
+        self.stop_at_breach = run.ledger.action == protocol.setup.BREACH_ACTION_STOP
         self.inbound, self.outbound = queue.Queue(), queue.Queue(maxsize=4)
         self.events, self.snapshots = queue.Queue(maxsize=4096), queue.Queue(maxsize=8)
         self.wants_snapshots = False
         self.orders, self.granted, self.stopping, self.aborted = threading.Condition(), 0, False, False
         self.state, self.books = solver.state, Books(solver.momentum(solver.state))
+        self.auditor = Auditor(solver)
         self.forces = np.zeros((len(solver.ids), 2))
-        self.before, self.index, self.breaches, self.waited, self.phase = None, 0, 0, 0.0, 3
+        self.before, self.index, self.breaches, self.waited = None, 0, 0, 0.0
+        self.phase = MESSAGES.PHASE_WAITING_FOR_GRANT
         self.last_step = self.heard = wall.monotonic()
 
     # Orders from the coordinator's thread.
@@ -73,7 +77,7 @@ class Run:
     def asked(self) -> float:
         """When the coordinator was last asked for nothing, or gave its last order: it may be frozen since."""
         with self.orders:
-            return self.heard if self.phase == 3 else wall.monotonic()
+            return self.heard if self.phase == MESSAGES.PHASE_WAITING_FOR_GRANT else wall.monotonic()
 
     def beat(self):
         """A sign of life."""
@@ -121,12 +125,12 @@ class Run:
 
     def _may_step(self) -> bool:
         with self.orders:
-            self.phase, self.heard = 3, wall.monotonic()
+            self.phase, self.heard = MESSAGES.PHASE_WAITING_FOR_GRANT, wall.monotonic()
             while not self.aborted and not self.stopping and self.granted <= self.clock.step:
                 self.orders.wait()
             if self.aborted:
                 raise Aborted("given up from outside")
-            self.phase = 1
+            self.phase = MESSAGES.PHASE_COMPUTING
             return self.granted > self.clock.step
 
     def _step(self) -> None:
@@ -157,25 +161,29 @@ class Run:
         limit = self.solver.time_step_limit(stage)
         sums = Sums(np.zeros(2), 0.0, 0.0, 0.0, 0.0, 0.0, 0)
         if self.coupled:
-            stage, limit, sums = self._exchange(start, stage, time, limit)
+            shown, limit, sums = self._exchange(start, stage, time, limit)
         else:
-            self._samples(stage)
-        state, self.books = self.solver.advance(start, stage, self.forces, time)
-        self._write_books(books, sums, start, state, time)
+            shown = self._samples(stage)
+        state, self.books = self.solver.advance(start, shown.state, self.forces, time)
+        ends = Shown.of(self.solver, start), Shown.of(self.solver, state)
+        budget = self.auditor.budget(ends[0], shown, ends[1], self.books, sums.gross_torque, time.duration)
+        self._write_books(books, sums, ends, budget, time)
+        if self.before is not None:
+            self.before.momentum = _momentum_report(books, budget)
         return state, limit
 
-    def _samples(self, stage) -> tuple:
-        position, velocity = self.solver.kinematics(stage)
-        if not (np.isfinite(position).all() and np.isfinite(velocity).all()):
+    def _samples(self, stage) -> Shown:
+        shown = Shown.of(self.solver, stage)
+        if not (np.isfinite(shown.position).all() and np.isfinite(shown.velocity).all()):
             raise Diverged("position and velocity of the samples [m, m/s]", np.nan, "finite values", "take a smaller time step")
-        return position, velocity
+        return shown
 
     def _exchange(self, start, stage, time: StageTime, limit: float) -> tuple:
-        """Samples of the stage state for forces; in an iterated half-step until both fit. The state that they belong to."""
+        """Samples of the stage state for forces; in an iterated half-step until both fit. The samples that they act on."""
         iteration, iterated = 0, self.iteration is not None and time.stage == CORRECTOR
         while True:
-            position, velocity = self._samples(stage)
-            frame = self.exchange.frame(time, position, velocity, limit, self.before, iteration)
+            shown = self._samples(stage)
+            frame = self.exchange.frame(time, shown.position, shown.velocity, limit, self.before, iteration)
             self.outbound.put(frame)
             self.forces, used, partner_limit = self._receive(time, iteration)
             if not iterated or self._accepts(time, iteration):
@@ -187,9 +195,9 @@ class Run:
         if self.iteration is not None and not iterated:
             self.iteration.begin(self.forces)
         self.iterations = iteration
-        sums = Sums.of(self.forces, position, velocity, self.setup.origin)
+        sums = Sums.of(self.forces, shown.position, shown.velocity, self.setup.origin)
         self.before = Before(time, sums, frame.digest, used)
-        return stage, min(limit, partner_limit), sums
+        return shown, min(limit, partner_limit), sums
 
     def _accepts(self, time: StageTime, iteration: int) -> bool:
         plan, residual = self.iteration, self.iteration.compare(self.forces)
@@ -205,9 +213,9 @@ class Run:
         return True
 
     def _receive(self, time: StageTime, iteration: int) -> tuple:
-        self.phase, began = 2, wall.monotonic()
+        self.phase, began = MESSAGES.PHASE_WAITING_FOR_PARTNER, wall.monotonic()
         frame = self.inbound.get()
-        self.phase = 1
+        self.phase = MESSAGES.PHASE_COMPUTING
         self.waited += wall.monotonic() - began
         if self.aborted:
             raise Aborted("given up from outside")
@@ -221,20 +229,20 @@ class Run:
                 raise faults[0]
         return forces, used, limit
 
-    def _write_books(self, wire, sums: Sums, start, state, time: StageTime) -> None:
+    def _write_books(self, wire, sums: Sums, ends: tuple, budget: Budget | None, time: StageTime) -> None:
         sums.write(wire.interface)
-        own, before = self.books, self.solver.momentum(start)
+        own, before = self.books, self.solver.momentum(ends[0].state)
+        supports = np.zeros(2) if own.supports is None else own.supports
         for name in MESSAGES.Accounts.DESCRIPTOR.fields_by_name:
             force = getattr(wire.accounts, name)
-            force.x, force.y = {"body_force_n_per_m": own.body_force, "supports_n_per_m": own.supports}.get(name, (0.0, 0.0))
+            force.x, force.y = {"body_force_n_per_m": own.body_force, "supports_n_per_m": supports}.get(name, (0.0, 0.0))
         wire.duration_s = time.duration
         change = own.momentum - before
         wire.momentum_change_kg_per_s.x, wire.momentum_change_kg_per_s.y = change
-        sizes = self._sum_of_momenta(start) + self._sum_of_momenta(state)
+        sizes = sum(self.solver.mass @ np.linalg.norm(end.velocity, axis=1) for end in ends)
         wire.gross_momentum_kg_per_s = sizes + time.duration * (own.gross + sums.gross_force)
-
-    def _sum_of_momenta(self, state) -> float:
-        return self.solver.mass @ np.linalg.norm(self.solver.kinematics(state)[1], axis=1)
+        if budget is not None:
+            budget.write(wire.angular)
 
     # Outputs.
 
@@ -292,3 +300,12 @@ class Run:
             fault.fill(failed.fault, at)
         failed.state_index = self._snapshot()
         self.events.put(event)
+
+
+def _momentum_report(books, budget: Budget | None):
+    """MomentumReport of these StageBooks."""
+    report = protocol.peer.MomentumReport(gross_kg_per_s=books.gross_momentum_kg_per_s)
+    report.change_kg_per_s.CopyFrom(books.momentum_change_kg_per_s)
+    if budget is not None:
+        report.angular_change_kg_m_per_s, report.gross_angular_kg_m_per_s = budget.change, budget.gross
+    return report

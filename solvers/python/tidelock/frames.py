@@ -9,7 +9,8 @@ import numpy as np
 from . import protocol
 from .clock import PREDICTOR, STAGE_NAMES, StageTime, bits, from_bits
 
-TYPES = protocol.types
+TYPES, CHECKS = protocol.types, protocol.participant
+CHECK_NAMES = {CHECKS.CHECK_FORCE: "force", CHECKS.CHECK_TORQUE: "torque"}
 
 
 class PeerFault(Exception):
@@ -33,7 +34,7 @@ class LedgerFault(PeerFault):
     """The books do not balance."""
 
     def __init__(self, at, check: int, residual: float, tolerance: float):
-        super().__init__(f"ledger breach at {at}: check {check} is off by {residual:.2e} of gross, allowed {tolerance:.0e}")
+        super().__init__(f"ledger breach at {at}: {CHECK_NAMES[check]} is off by {residual:.2e} of gross, allowed {tolerance:.0e}")
         self.at, self.check, self.residual, self.tolerance = at, check, residual, tolerance
 
     def fill(self, fault, at):
@@ -91,12 +92,13 @@ class Sums:
 
 @dataclass
 class Before:
-    """What the half-step before left to check."""
+    """What the half-step before left to check, and what its books say of the momentum."""
 
     at: StageTime
     sums: Sums
     sent: int
     used: int
+    momentum: object = None
 
 
 def _words(time: StageTime) -> bytes:
@@ -125,7 +127,7 @@ class Exchange:
         self.partner_extent_version = partner_extent.version
         coupling = setup.message.run.coupling
         self.reach = 2.0 * coupling.fluid.smoothing_length_m + coupling.margin_m
-        self.central = coupling.law == protocol.setup.InterfaceLaw.INTERFACE_LAW_WALL
+        self.central = coupling.law == protocol.setup.INTERFACE_LAW_WALL
         self.extent, self.boxes = TYPES.Extent(), None
         self.set_sent, self.epoch, self.last = False, 0, None
 
@@ -174,6 +176,8 @@ class Exchange:
             previous.at.step, previous.at.stage = before.at.step, before.at.stage
             before.sums.write(previous.sums)
             previous.used_digest = before.used
+            if before.momentum is not None:
+                previous.momentum.CopyFrom(before.momentum)
         return frame
 
     def farewell(self, reason: str):
@@ -235,8 +239,8 @@ class Exchange:
             faults.append(StaleFault(before.at, before.sent, theirs.used_digest))
         own, partner = before.sums, Sums.read(theirs.sums)
         net = own.torque + partner.torque - (0.0 if self.central else 2.0 * partner.couple)
-        checks = [(1, np.linalg.norm(own.force + partner.force), max(own.gross_force, partner.gross_force)),
-                  (2, abs(net), max(own.gross_torque, partner.gross_torque))]
+        checks = [(CHECKS.CHECK_FORCE, np.linalg.norm(own.force + partner.force), max(own.gross_force, partner.gross_force)),
+                  (CHECKS.CHECK_TORQUE, abs(net), max(own.gross_torque, partner.gross_torque))]
         for check, residual, gross in checks:
             if not residual <= tolerance * gross:
                 faults.append(LedgerFault(before.at, check, residual / gross if gross else np.inf, tolerance))

@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from . import protocol
+
 FIRST_FACTOR, SMALLEST_FACTOR = 1.0, 1e-3
 
 
@@ -11,7 +13,7 @@ class Iteration:
     def __init__(self, plan, body: np.ndarray):
         self.factor = plan.factor if plan.HasField("factor") else None
         self.tolerance, self.limit = plan.tolerance, plan.limit
-        self.accepts_unsettled = plan.unsettled == 2
+        self.accepts_unsettled = plan.unsettled == protocol.setup.UNSETTLED_ACCEPT
         self.body, self.count = body, int(body.max()) + 1
 
     def _sums(self, values: np.ndarray) -> np.ndarray:

@@ -16,7 +16,8 @@ HERE = pathlib.Path(__file__).resolve().parent
 NAMES = ["types", "setup", "peer", "participant"]
 
 
-def _sources() -> pathlib.Path:
+def proto_folder() -> pathlib.Path:
+    """The folder that holds fsi/v1."""
     folder = pathlib.Path(os.environ.get("TIDELOCK_PROTO", HERE.parents[2] / "proto" / "proto"))
     if not (folder / "fsi" / "v1" / "participant.proto").is_file():
         raise SystemExit(f"no fsi/v1/participant.proto in {folder}: set TIDELOCK_PROTO to the folder that holds fsi/")
@@ -43,7 +44,7 @@ def _generate(sources: pathlib.Path, target: pathlib.Path) -> None:
 
 
 def _stubs() -> pathlib.Path:
-    sources = _sources()
+    sources = proto_folder()
     digest = hashlib.sha256(sys.version.encode())
     for name in NAMES:
         digest.update((sources / "fsi" / "v1" / f"{name}.proto").read_bytes())
@@ -59,7 +60,9 @@ types, setup, peer, participant = (importlib.import_module(f"fsi.v1.{name}_pb2")
 peer_grpc, participant_grpc = (importlib.import_module(f"fsi.v1.{name}_pb2_grpc") for name in NAMES[2:])
 
 # Version of the files above; see ProtocolVersion.
-MAJOR, MINOR = 1, 2
+MAJOR, MINOR = 1, 3
+# Interface laws that go with loads.
+INTERFACE_LAWS = [setup.INTERFACE_LAW_WALL, setup.INTERFACE_LAW_WALL_NO_SLIP]
 # Bounds of the protocol: bytes of a message on either plane, of a name, of a text.
 MAX_MESSAGE_BYTES = 256 << 20
 MAX_FRAME_BYTES = 64 << 20

@@ -83,8 +83,9 @@ class Server(protocol.participant_grpc.ParticipantServicer, protocol.peer_grpc.P
     def Describe(self, request, context):
         """What the solver is and can do."""
         described = MESSAGES.Description(
-            name=self.factory.name, version=self.factory.version, language="python", roles=[2], dimensions=2,
-            coupling_kinds=[protocol.types.COUPLING_KIND_LOADS], interface_laws=[1, 2],
+            name=self.factory.name, version=self.factory.version, language="python", dimensions=2,
+            roles=[protocol.types.ROLE_SOLID], coupling_kinds=[protocol.types.COUPLING_KIND_LOADS],
+            interface_laws=protocol.INTERFACE_LAWS,
             arithmetic=f"numpy {np.__version__}",
         )
         described.lowest_protocol.major, described.lowest_protocol.minor = protocol.MAJOR, 1
@@ -124,7 +125,7 @@ class Server(protocol.participant_grpc.ParticipantServicer, protocol.peer_grpc.P
     def _open_reply(self, solver):
         setup, run = solver.setup, solver.setup.message.run
         reply = MESSAGES.OpenReply(
-            run_id=setup.run_id, role=2, name=self.factory.name, version=self.factory.version,
+            run_id=setup.run_id, role=protocol.types.ROLE_SOLID, name=self.factory.name, version=self.factory.version,
             arithmetic=f"numpy {np.__version__}", coupling_kind=protocol.types.COUPLING_KIND_LOADS,
             time_step_limit_s=solver.time_step_limit(solver.state),
         )
@@ -146,6 +147,9 @@ class Server(protocol.participant_grpc.ParticipantServicer, protocol.peer_grpc.P
         box = np.concatenate([position.min(axis=0), position.max(axis=0)])
         reply.extent.boxes_m = box.astype("<f8").tobytes()
         reply.counts.particles = len(solver.ids)
+        masses, inertias = solver.body_masses(), solver.body_inertias()
+        for k in range(len(setup.bodies)):
+            reply.bodies.add(mass_kg_per_m=masses[k], inertia_kg_m=None if inertias is None else inertias[k])
         return reply
 
     def Link(self, request, context):

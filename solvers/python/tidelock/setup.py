@@ -7,6 +7,8 @@ import numpy as np
 
 from . import protocol
 
+SETUP = protocol.setup
+
 
 class Refused(Exception):
     """The set-up cannot be run: all problems, each with its place, value and what is allowed."""
@@ -30,13 +32,14 @@ def unpack(data: bytes, count: int | None, components: int, place: str, kind: st
 
 @dataclass
 class Body:
-    """A body: its name, elastic constants [Pa] and supports, and which of the particles are its own."""
+    """A body: its name, elastic constants [Pa], supports, which of the particles are its own, whether it is rigid."""
 
     name: str
     bulk_modulus: float
     shear_modulus: float
     supports: list
     particles: np.ndarray
+    rigid: bool
 
 
 @dataclass
@@ -102,15 +105,18 @@ class Setup:
         if step == "fixed":
             size = run.time.fixed.time_step_s
             check(0 < size < math.inf, "run.time.fixed.time_step_s", f"is {size}, must be positive and finite")
-        check(run.ledger.action in (1, 2), "run.ledger.action", f"is {run.ledger.action}, must be 1 (warn) or 2 (stop)")
+        warn, stop = SETUP.BREACH_ACTION_WARN, SETUP.BREACH_ACTION_STOP
+        check(run.ledger.action in (warn, stop), "run.ledger.action",
+              f"is {run.ledger.action}, must be {warn} (warn) or {stop} (stop)")
         check(0 < message.particle_spacing_m < math.inf, "particle_spacing_m",
               f"is {message.particle_spacing_m}, must be positive and finite")
         if run.HasField("coupling"):
-            kinds, laws = protocol.types.CouplingKind, protocol.setup.InterfaceLaw
-            check(run.coupling.kind == kinds.COUPLING_KIND_LOADS, "run.coupling.kind",
-                  f"is {run.coupling.kind}, this solver couples by 2 (loads)")
-            check(run.coupling.law in (laws.INTERFACE_LAW_WALL, laws.INTERFACE_LAW_WALL_NO_SLIP), "run.coupling.law",
-                  f"is {run.coupling.law}, must be 1 (wall) or 2 (wall-no-slip)")
+            loads = protocol.types.COUPLING_KIND_LOADS
+            check(run.coupling.kind == loads, "run.coupling.kind",
+                  f"is {run.coupling.kind}, this solver couples by {loads} (loads)")
+            slip, no_slip = protocol.INTERFACE_LAWS
+            check(run.coupling.law in (slip, no_slip), "run.coupling.law",
+                  f"is {run.coupling.law}, must be {slip} (wall) or {no_slip} (wall-no-slip)")
         # What this skin leaves out is refused, not ignored.
         check(not run.body_force.HasField("expressions_m_per_s2"), "run.body_force.expressions_m_per_s2",
               "this solver evaluates no expressions")
@@ -159,4 +165,6 @@ class Setup:
         for k, body in enumerate(self.message.bodies):
             own = np.flatnonzero(self.body == k)
             material = body.material
-            self.bodies.append(Body(body.name, material.bulk_modulus_pa, material.shear_modulus_pa, list(body.supports), own))
+            rigid = body.WhichOneof("formulation") == "rigid"
+            self.bodies.append(
+                Body(body.name, material.bulk_modulus_pa, material.shear_modulus_pa, list(body.supports), own, rigid))

@@ -7,6 +7,7 @@ import numpy as np
 from .clock import StageTime
 from .setup import Setup
 
+# Number of columns of each kind of SolidProbe, which setup.proto lists.
 PROBE_COLUMNS = {
     "material_point": 11, "motion": 6, "body_force": 2, "reaction": 2, "sums": 12, "all_sums": 12, "gap": 2, "all_gaps": 2,
     "contact": 6, "all_contacts": 6,
@@ -22,17 +23,36 @@ class Diverged(Exception):
 
 
 @dataclass
+class Torques:
+    """Torques about the centre of the domain, `setup.origin`, that the fluid does not exert, as means over a stage [N].
+
+    Of a solver that deforms: all of them. Of rigid bodies: what comes on top of weight and time scheme, which the skin
+    finds itself. `own_forces` are forces inside a body as far as they turn it, or what an approximation leaves out,
+    `time_scheme` what a change of places by itself does to the sum of m (x - x0) x v (Torques of participant.proto).
+    `gross` is the sum of the sizes of the torques on parts of the body, the scale of round-off.
+    """
+
+    supports: float = 0.0
+    body_force: float = 0.0
+    own_forces: float = 0.0
+    time_scheme: float = 0.0
+    gross: float = 0.0
+
+
+@dataclass
 class Books:
     """What a stage did, all forces [N/m] as means over its duration.
 
     `momentum` [kg/s] is that of the new state, summed over the body itself and not from the forces; `gross` [N/m] is the
-    sum of the sizes of all forces on parts of the body, the scale of round-off.
+    sum of the sizes of all forces on parts of the body, the scale of round-off. `supports` is None in a solver that has
+    none. Without `torques` there is no budget of the angular momentum, except of rigid bodies without supports.
     """
 
     momentum: np.ndarray
     body_force: np.ndarray = field(default_factory=lambda: np.zeros(2))
-    supports: np.ndarray = field(default_factory=lambda: np.zeros(2))
+    supports: np.ndarray | None = None
     gross: float = 0.0
+    torques: Torques | None = None
 
 
 class Solver:
@@ -72,6 +92,24 @@ class Solver:
         the predictor's result in the corrector.
         """
         raise NotImplementedError
+
+    def angular_momentum(self, state) -> float | None:
+        """Angular momentum about `setup.origin` of all bodies in `state` [kg m/s], not from torques; None for no budget.
+
+        Of rigid bodies, which the skin audits itself, it is not asked for.
+        """
+        return None
+
+    def body_masses(self):
+        """Mass of each body of the set-up [kg/m] as the equations of motion use it."""
+        return np.bincount(self.setup.body, self.setup.mass, len(self.setup.bodies))
+
+    def body_inertias(self):
+        """Moment of inertia of each body about its centre of mass [kg m] as the equations of motion use it.
+
+        None for a body that is not moved as a rigid one, or in place of the list when no body is.
+        """
+        return None
 
     def time_step_limit(self, state) -> float:
         """Largest stable next step [s]."""
@@ -115,7 +153,7 @@ def probe_values(solver: Solver, state, forces: np.ndarray, books: Books) -> np.
         elif kind == "body_force":
             values += list(forces[own].sum(axis=0))
         elif kind == "reaction":
-            values += list(books.supports)
+            values += [0.0, 0.0] if books.supports is None else list(books.supports)
         elif kind in ("sums", "all_sums"):
             values += _sums(solver, state, position[own], velocity[own], solver.mass[own])
         else:

@@ -1,0 +1,123 @@
+"""Set-ups, and a fluid that exerts random forces: a whole run of a solver without a server."""
+
+import threading
+
+import numpy as np
+
+from tidelock import Setup, protocol
+from tidelock.clock import StageTime
+from tidelock.driver import NO_MORE, Run
+from tidelock.frames import Sums, digest_forces
+
+SPACING = 0.01
+STEP = 1e-3
+
+
+def lattice(columns, rows, corner, angle=0.0):
+    """Places of a block of particles, turned about its corner [rad]."""
+    x, y = np.meshgrid(np.arange(columns) + 0.5, np.arange(rows) + 0.5)
+    cos, sin = np.cos(angle), np.sin(angle)
+    return np.array(corner) + SPACING * np.c_[x.ravel(), y.ravel()] @ np.array([[cos, sin], [-sin, cos]])
+
+
+def setup(blocks, formulation="rigid", held=None, velocity=None, gravity=(0.7, -9.81), iterate=False, steps=50):
+    """A Setup of bodies with particles at `blocks`, of which those numbered `held` are clamped."""
+    message = protocol.setup.SolidSetup(particle_spacing_m=SPACING)
+    run = message.run
+    run.run_id = "test"
+    run.domain.lower_m.x, run.domain.lower_m.y, run.domain.upper_m.x, run.domain.upper_m.y = -0.3, -0.5, 0.8, 0.6
+    run.body_force.gravity_m_per_s2.x, run.body_force.gravity_m_per_s2.y = gravity
+    run.time.start_time_s, run.time.end_time_s, run.time.fixed.time_step_s = 0.0, steps * STEP, STEP
+    run.ledger.action, run.ledger.balance_tolerance = protocol.setup.BREACH_ACTION_STOP, 1e-12
+    coupling = run.coupling
+    coupling.law, coupling.kind = protocol.setup.INTERFACE_LAW_WALL, protocol.types.COUPLING_KIND_LOADS
+    coupling.fluid.smoothing_length_m, coupling.margin_m = 0.013, 0.005
+    if iterate:
+        coupling.iterate.tolerance, coupling.iterate.limit = 1e-9, 3
+        coupling.iterate.unsettled = protocol.setup.UNSETTLED_ACCEPT
+    for k in range(len(blocks)):
+        body = message.bodies.add(name=f"body {k}")
+        body.material.bulk_modulus_pa, body.material.shear_modulus_pa = 2e6, 1e6
+        getattr(body, formulation).SetInParent()
+        if held is not None:
+            body.supports.add(name="clamp").held.x = True
+    places = np.concatenate(blocks)
+    count = len(places)
+    supports = np.zeros(count, "<u4")
+    supports[[] if held is None else held] = 1
+    density = 600.0 + 200.0 * np.sin(np.arange(count))
+    particles = message.particles
+    particles.ids = np.arange(count, dtype="<u4").tobytes()
+    particles.bodies = np.repeat(np.arange(len(blocks), dtype="<u4"), [len(block) for block in blocks]).tobytes()
+    particles.supports = supports.tobytes()
+    particles.masses_kg_per_m = (density * SPACING**2).tobytes()
+    particles.densities_kg_per_m3 = density.tobytes()
+    particles.reference_positions_m = particles.positions_m = places.tobytes()
+    particles.velocities_m_per_s = (np.zeros((count, 2)) if velocity is None else velocity).tobytes()
+    return Setup(message)
+
+
+class Played:
+    """A run of `solver` to its end, in which the fluid exerts random forces of some hundred N/m in all."""
+
+    def __init__(self, solver):
+        link = protocol.participant.LinkRequest(run_id="test", first_limit_s=1.0)
+        link.partner_extent.version = 1
+        self.run, self.solver = Run(solver, link), solver
+        self.frames, self.random = [], np.random.default_rng(5)
+        self.run.command(protocol.participant.Command(run_id="test", grant_through=10**6))
+        fluid = threading.Thread(target=self._fluid, daemon=True)
+        fluid.start()
+        self.run.run()
+        fluid.join(10.0)
+        events = list(iter(self.run.events.get_nowait, NO_MORE))
+        errors = [event for event in events if isinstance(event, Exception)]
+        if errors:
+            raise errors[0]
+        self.reports = [event.step for event in events if event.HasField("step")]
+        self.last = events[-1]
+
+    def _fluid(self):
+        previous, sums = protocol.peer.PreviousStage(), None
+        while (frame := self.run.outbound.get()) is not NO_MORE:
+            if frame.HasField("farewell") or frame.HasField("acceptance"):
+                continue
+            if frame.iteration == 0:
+                self.frames.append(frame)
+                if sums is not None:
+                    previous.at.step, previous.at.stage = self.frames[-2].step, self.frames[-2].stage
+                    sums.write(previous.sums)
+            position, velocity = arrays(frame)
+            forces = self.random.uniform(-3.0, 3.0, position.shape)
+            answer = protocol.peer.Frame(
+                run_id="test", step=frame.step, stage=frame.stage, iteration=frame.iteration,
+                step_start_s_bits=frame.step_start_s_bits, time_step_s_bits=frame.time_step_s_bits, set_version=1,
+                count=len(forces), time_step_limit_s=1.0)
+            data = forces.tobytes()
+            answer.digest = digest_forces(StageTime(frame.step, frame.stage, 0.0, STEP), data)
+            answer.blocks.add(field=protocol.types.FIELD_FORCE, data=data)
+            if len(self.frames) > 1:
+                answer.previous.CopyFrom(previous)
+            previous.used_digest = frame.digest
+            sums = Sums.of(-forces, position, velocity, self.solver.setup.origin)
+            self.run.inbound.put(answer)
+
+    def stages(self):
+        """Half-steps in order: their time as text, and their StageBooks."""
+        for report in self.reports:
+            yield f"step {report.step} predictor", report.predictor
+            yield f"step {report.step} corrector", report.corrector
+
+
+def arrays(frame):
+    """Positions and velocities in a frame of samples."""
+    blocks = {block.field: np.frombuffer(block.data, "<f8") for block in frame.blocks}
+    return (blocks[protocol.types.FIELD_POSITION].reshape(-1, 2), blocks[protocol.types.FIELD_VELOCITY].reshape(-1, 2))
+
+
+def residual(books):
+    """Residual of the check of the angular momentum over its gross, as StageBooks defines it."""
+    angular = books.angular
+    torques = sum(getattr(angular.torques, name) for name in angular.torques.DESCRIPTOR.fields_by_name)
+    change = books.duration_s * (books.interface.torque_n + torques)
+    return abs(angular.angular_momentum_change_kg_m_per_s - change) / angular.gross_angular_momentum_kg_m_per_s

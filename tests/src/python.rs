@@ -1,0 +1,36 @@
+//! The solvers in Python, for tests that start them.
+//!
+//! They need `python3` with the packages of `solvers/python/requirements.txt`. Where these are missing a test says that
+//! it is skipped; with the environment variable `TIDELOCK_REQUIRE_PYTHON` set, as `.ci/run` does, it fails.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// Whether the solvers in Python can run here; says why not.
+#[must_use]
+pub fn python_is_there(test: &str) -> bool {
+    let output = Command::new("python3").args(["-c", "import grpc, grpc_tools.protoc, numpy"]).output();
+    let problem = match output {
+        Ok(output) if output.status.success() => return true,
+        Ok(output) => String::from_utf8_lossy(&output.stderr).lines().last().unwrap_or_default().to_owned(),
+        Err(error) => format!("python3: {error}"),
+    };
+    let text = format!(
+        "SKIPPED {test}: {problem}; install the packages of solvers/python/requirements.txt for python3 on the PATH"
+    );
+    assert!(std::env::var_os("TIDELOCK_REQUIRE_PYTHON").is_none(), "{text}");
+    eprintln!("{text}");
+    false
+}
+
+/// The folder of the skin and its solvers.
+#[must_use]
+pub fn folder() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../solvers/python")
+}
+
+/// Lines that let a script elsewhere import the skin.
+#[must_use]
+pub fn import_path() -> String {
+    format!("import sys\nsys.path.insert(0, {:?})\n", folder().to_string_lossy())
+}

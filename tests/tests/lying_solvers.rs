@@ -1,0 +1,137 @@
+//! Solid solvers that compute one thing and say or show another: each is named at the first half-step where it shows.
+//!
+//! Each is a copy of `rigid_body.py` with a line replaced, in the case of `floating_body_python.toml` cut short. The
+//! block turns at the start, so that the water exerts a torque at once: that on the shipped one, which lies in the middle
+//! of the tank, is round-off.
+
+use std::path::PathBuf;
+
+use tests::bench::{Bench, text};
+use tests::python::{folder, import_path, python_is_there};
+
+const MASS: &str = "self.total = np.bincount(setup.body, setup.mass)";
+const INERTIA: &str = "self.inertia = np.bincount(setup.body, own)";
+const TORQUE: &str = "torque = np.bincount(self.body, _cross(self._arms(stage), forces))";
+const RATES: &str = "rates[:, V], rates[:, SPIN] = force / self.total[:, None], torque / self.inertia";
+const SHOWN: &str = "return state[self.body, X] + arms, state[self.body, V] + turning";
+
+/// A copy of `rigid_body.py` with lines replaced, and a case that runs it.
+fn case_of(bench: &Bench, lines: &[(&str, &str)]) -> PathBuf {
+    let mut code = std::fs::read_to_string(folder().join("rigid_body.py")).unwrap();
+    for (line, other) in lines {
+        assert_eq!(code.matches(line).count(), 1, "rigid_body.py has {line:?} once");
+        code = code.replace(line, other);
+    }
+    let script = bench.write("solver.py", &(import_path() + &code));
+    let rigid = "formulation = { type = \"rigid\" }";
+    bench.shipped(
+        "floating_body_python",
+        &[
+            ("end_time_s = 1.0", "end_time_s = 0.01"),
+            ("../solvers/python/rigid_body.py", text(&script)),
+            (rigid, &format!("{rigid}\nrotation_speed_rad_s = 2.0")),
+        ],
+    )
+}
+
+/// Runs a copy with `lines` replaced; the run must end by `code` with a message that holds all `words`.
+fn refused(test: &str, lines: &[(&str, &str)], code: i32, words: &[&str]) {
+    if !python_is_there(test) {
+        return;
+    }
+    let bench = Bench::new(env!("CARGO_BIN_EXE_tidelock-node"));
+    let case = case_of(&bench, lines);
+    bench.refused(&["run", text(&case), "--quiet", "--out", text(&bench.path("out"))], code, words);
+}
+
+#[test]
+fn an_honest_copy_runs_to_the_end() {
+    if !python_is_there("an_honest_copy_runs_to_the_end") {
+        return;
+    }
+    let bench = Bench::new(env!("CARGO_BIN_EXE_tidelock-node"));
+    let summary = bench.run(&case_of(&bench, &[]), "out", &[]);
+    assert_eq!((&summary["verdict"], &summary["ledger"]["breaches"]), (&"completed".into(), &0.into()));
+}
+
+#[test]
+fn more_torque_than_the_forces_give_is_named() {
+    let more = format!("torque = 1.05 * {}", TORQUE.strip_prefix("torque = ").unwrap());
+    refused(
+        "more_torque_than_the_forces_give_is_named",
+        &[(TORQUE, &more)],
+        6,
+        &["angular momentum", "solid", "step 0 predictor"],
+    );
+}
+
+#[test]
+fn more_inertia_than_the_particles_have_is_named() {
+    let more = format!("{INERTIA} * 1.05");
+    refused(
+        "more_inertia_than_the_particles_have_is_named",
+        &[(INERTIA, &more)],
+        4,
+        &["`block`", "moment of inertia", "kg m"],
+    );
+}
+
+#[test]
+fn more_inertia_than_is_said_is_named() {
+    let more = RATES.replace("self.inertia", "(1.05 * self.inertia)");
+    refused(
+        "more_inertia_than_is_said_is_named",
+        &[(RATES, &more)],
+        6,
+        &["angular momentum", "solid", "step 0 predictor"],
+    );
+}
+
+#[test]
+fn more_mass_than_the_set_up_has_is_named() {
+    let more = format!("{MASS} * 1.01");
+    refused("more_mass_than_the_set_up_has_is_named", &[(MASS, &more)], 4, &["`block`", "mass", "kg/m"]);
+}
+
+#[test]
+fn more_mass_than_is_said_is_named() {
+    // Its own momentum and books agree with each other.
+    let lines = [
+        (RATES, "rates[:, V] = force / (1.01 * self.total[:, None]); rates[:, SPIN] = torque / self.inertia"),
+        ("return self.total @ state[:, V]", "return 1.01 * self.total @ state[:, V]"),
+    ];
+    refused("more_mass_than_is_said_is_named", &lines, 6, &["mass", "momentum", "step 0 corrector"]);
+}
+
+#[test]
+fn samples_shown_beside_their_places_are_named() {
+    let beside = SHOWN.replace("+ arms", "+ arms + [0.002, 0.0]");
+    refused(
+        "samples_shown_beside_their_places_are_named",
+        &[(SHOWN, &beside)],
+        6,
+        &["`block`", "position", "2.000e-3 m", "step 0 predictor"],
+    );
+}
+
+#[test]
+fn velocities_shown_as_zero_are_named() {
+    let still = SHOWN.replace("state[self.body, V] + turning", "0.0 * turning");
+    refused(
+        "velocities_shown_as_zero_are_named",
+        &[(SHOWN, &still)],
+        6,
+        &["momentum", "velocities", "step 0 corrector"],
+    );
+}
+
+#[test]
+fn samples_shown_in_another_order_are_named() {
+    let reverse = SHOWN.replace("state[self.body, X] + arms", "(state[self.body, X] + arms)[::-1]");
+    refused(
+        "samples_shown_in_another_order_are_named",
+        &[(SHOWN, &reverse)],
+        6,
+        &["`block`", "place of particle", "another order", "step 0 predictor"],
+    );
+}

@@ -405,7 +405,7 @@ fn server_arguments(name: &str, node: NodeArguments) -> Vec<OsString> {
 fn report(failure: &Failure) -> ExitCode {
     // A list of mistakes comes with its own marks.
     let mark = if failure.message.starts_with("error") { "" } else { "error: " };
-    eprintln!("{mark}{}", failure.message);
+    terminal::note(format_args!("{mark}{}", failure.message));
     failure.exit_code()
 }
 

@@ -87,7 +87,7 @@ pub fn execute(job: &Job) -> Result<Option<Replayed>, Failure> {
     job.directory.complete()?;
     traced?;
     if !job.options.quiet {
-        eprintln!("results in {}", out.display());
+        terminal::note(format_args!("results in {}", out.display()));
     }
     match ending {
         Ending::Completed => Ok(replayed),
@@ -142,7 +142,7 @@ async fn run_in(job: &Job, trace: Option<&Trace>) -> Result<(Ending, Option<Repl
         if outcome.is_ok() {
             let frames = frames?;
             if !job.options.quiet {
-                eprintln!("{frames} frames recorded");
+                terminal::note(format_args!("{frames} frames recorded"));
             }
         }
     }
@@ -194,7 +194,7 @@ async fn make_attempts(
         from = keeper.store().newest().checkpoint;
         let step = from.as_ref().map_or(0, |checkpoint| checkpoint.step);
         let text = format!("{}\nstarting {lost} again and going on from step {step}", failure.message);
-        eprintln!("{text}, restart {} of {most}", restarts.len() + 1);
+        terminal::note(format_args!("{text}, restart {} of {most}", restarts.len() + 1));
         restarts.push(text);
     }
 }
@@ -402,7 +402,9 @@ fn watch_signals() -> Result<mpsc::Receiver<StopWish>, Failure> {
                 return;
             }
             if wish == StopWish::AtBoundary {
-                eprintln!("\nstopping at the next step boundary; a second signal gives up at once");
+                terminal::note(format_args!(
+                    "\nstopping at the next step boundary; a second signal gives up at once"
+                ));
             }
         }
     });

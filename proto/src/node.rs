@@ -74,37 +74,37 @@ pub fn main_with<F: SolverFactory>(args: impl IntoIterator<Item = OsString>, fac
     let security = match ServerSecurity::load(&args.security) {
         Ok(security) => security,
         Err(problem) => {
-            eprintln!("error: {problem}");
+            terminal::note(format_args!("error: {problem}"));
             return ExitCode::from(EXIT_USAGE);
         }
     };
     let part = match record(&args, filter, &factory.describe().name) {
         Ok(part) => part,
         Err(problem) => {
-            eprintln!("error: {problem}");
+            terminal::note(format_args!("error: {problem}"));
             return ExitCode::from(EXIT_USAGE);
         }
     };
     if let Some(refusal) = security.refusal(&args.listen).filter(|_| !args.insecure) {
-        eprintln!("error: {refusal}");
+        terminal::note(format_args!("error: {refusal}"));
         return ExitCode::from(EXIT_USAGE);
     }
     if let Some(Err(problem)) = args.arithmetic.map(sph::lanes::force) {
-        eprintln!("error: {problem}");
+        terminal::note(format_args!("error: {problem}"));
         return ExitCode::from(EXIT_USAGE);
     }
     // Two workers for I/O: one may be busy with a large message while the other serves frames.
     let runtime = match tokio::runtime::Builder::new_multi_thread().worker_threads(2).enable_all().build() {
         Ok(runtime) => runtime,
         Err(error) => {
-            eprintln!("error: cannot start the runtime: {error}");
+            terminal::note(format_args!("error: cannot start the runtime: {error}"));
             return ExitCode::from(EXIT_FAILED);
         }
     };
     let code = match runtime.block_on(serve(&args, security, factory)) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("error: {error}");
+            terminal::note(format_args!("error: {error}"));
             ExitCode::from(if matches!(error, ServeError::Bind { .. }) { EXIT_ADDRESS } else { EXIT_FAILED })
         }
     };

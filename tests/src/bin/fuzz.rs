@@ -44,7 +44,7 @@ fn main() -> ExitCode {
     // Panics are counted and told at the end.
     std::panic::set_hook(Box::new(|_| {}));
     let found = fuzz(arguments.target, &seeds, arguments.seed, arguments.first, arguments.count);
-    println!(
+    terminal::say(format_args!(
         "{:?}: {} inputs, {} taken for good, {} panics, slowest {:.3} s (input {}), memory grew by {} MiB",
         arguments.target,
         found.inputs,
@@ -53,9 +53,9 @@ fn main() -> ExitCode {
         found.slowest.as_secs_f64(),
         found.slowest_input,
         found.memory_growth >> 20
-    );
+    ));
     for (number, text) in found.panics.iter().take(20) {
-        println!("  input {number}: {text}");
+        terminal::say(format_args!("  input {number}: {text}"));
     }
     if found.panics.is_empty() && found.memory_growth < MEMORY_LIMIT {
         ExitCode::SUCCESS

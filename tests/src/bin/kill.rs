@@ -52,12 +52,12 @@ fn main() -> ExitCode {
         let trials = Trials::new(&program, |bench| bench.tank_to(0.02, substeps));
         let mut tally = Tally::default();
         trials.run(arguments.times, &mut dice, &mut tally);
-        println!(
+        terminal::say(format_args!(
             "{name}: {} of {} end bit-equal, {} of them started anew",
             tally.equal, tally.trials, tally.anew
-        );
+        ));
         for problem in &tally.problems {
-            println!("  {problem}");
+            terminal::say(format_args!("  {problem}"));
         }
         good &= tally.equal == tally.trials;
     }

@@ -11,6 +11,7 @@ use proto::player::Replayed;
 use proto::recording::RecordingWriter;
 use sph::setup::{CouplingKind, ParticipantSetup};
 use sph::solver::Role;
+use terminal::stop::StopSignals;
 use tokio::sync::mpsc;
 
 use crate::case::{self, Case};
@@ -385,19 +386,14 @@ impl Solvers {
     }
 }
 
-/// Ctrl-C or SIGTERM stop the run at a step boundary, a second one at once.
+/// The first request to end stops the run at a step boundary, the second one at once.
 fn watch_signals() -> Result<mpsc::Receiver<StopWish>, Failure> {
-    use tokio::signal::unix::{SignalKind, signal};
-    let failed = |e| Failure::internal(format!("cannot watch for signals: {e}"));
-    let mut interrupt = signal(SignalKind::interrupt()).map_err(failed)?;
-    let mut terminate = signal(SignalKind::terminate()).map_err(failed)?;
+    let mut signals =
+        StopSignals::listen().map_err(|e| Failure::internal(format!("cannot watch for signals: {e}")))?;
     let (sender, wishes) = mpsc::channel(4);
     tokio::spawn(async move {
         for wish in [StopWish::AtBoundary, StopWish::Now] {
-            tokio::select! {
-                _ = interrupt.recv() => {}
-                _ = terminate.recv() => {}
-            }
+            signals.next().await;
             if sender.send(wish).await.is_err() {
                 return;
             }

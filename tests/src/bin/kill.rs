@@ -37,7 +37,10 @@ enum Steps {
 }
 
 fn main() -> ExitCode {
-    let arguments = Arguments::parse();
+    terminal::program::run(|| run(Arguments::parse()))
+}
+
+fn run(arguments: Arguments) -> ExitCode {
     let program = match nodes::program(arguments.program) {
         Ok(program) => program,
         Err(code) => return code,

@@ -22,7 +22,10 @@ struct Arguments {
 }
 
 fn main() -> ExitCode {
-    let arguments = Arguments::parse();
+    terminal::program::run(|| run(Arguments::parse()))
+}
+
+fn run(arguments: Arguments) -> ExitCode {
     let program = match nodes::program(arguments.program) {
         Ok(program) => program,
         Err(code) => return code,

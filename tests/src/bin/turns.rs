@@ -37,13 +37,13 @@ struct Ran {
 }
 
 fn main() -> ExitCode {
-    match compare(&Arguments::parse()) {
+    terminal::program::run(|| match compare(&Arguments::parse()) {
         Ok(()) => ExitCode::SUCCESS,
         Err(message) => {
             terminal::note(format_args!("error: {message}"));
             ExitCode::FAILURE
         }
-    }
+    })
 }
 
 fn compare(arguments: &Arguments) -> Result<(), String> {

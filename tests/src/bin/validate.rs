@@ -60,7 +60,10 @@ impl Arguments {
 }
 
 fn main() -> ExitCode {
-    let arguments = Arguments::parse();
+    terminal::program::run(|| run(Arguments::parse()))
+}
+
+fn run(arguments: Arguments) -> ExitCode {
     let all = cases::all();
     if let Some(unknown) = arguments.cases.iter().find(|name| !all.iter().any(|case| case.name() == **name)) {
         let names: Vec<&str> = all.iter().map(|case| case.name()).collect();

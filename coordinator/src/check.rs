@@ -1,9 +1,10 @@
 //! `coordinator check`: a case without a run.
 
+use terminal::say;
+
 use crate::case::Summary;
 use crate::cli::CheckArguments;
 use crate::failure::Failure;
-use crate::output::terminal::say;
 use crate::preview;
 
 /// Checks a case file and prints what a run would do.
@@ -20,7 +21,7 @@ pub fn check(arguments: &CheckArguments) -> Result<(), Failure> {
     if let Some(picture) = &arguments.picture {
         preview::draw(&case, picture)
             .map_err(|e| Failure::output(format!("cannot draw `{}`: {e:#}", picture.display())))?;
-        eprintln!("initial particles drawn to {}", picture.display());
+        terminal::note(format_args!("initial particles drawn to {}", picture.display()));
     }
     Ok(())
 }

@@ -31,8 +31,9 @@ enum Command {
     ///
     /// A case with a fluid needs a fluid server, one with solids a solid server. The results are summary.json,
     /// report.html, probes.csv, ledger.csv, case.toml with every default, snapshots/ for ParaView, final/ from which
-    /// another case can start, checkpoints/ from which `resume` goes on, and logs/ of the servers. Ctrl-C or SIGTERM
-    /// stop at a step boundary with a checkpoint and outputs complete; a second one gives up at once.
+    /// another case can start, checkpoints/ from which `resume` goes on, and logs/ of the servers. Ctrl-C, SIGTERM
+    /// and SIGHUP stop at a step boundary with a checkpoint and outputs complete; a second Ctrl-C or SIGTERM gives up at
+    /// once. SIGHUP stays ignored where it was at the start, as by `nohup`.
     #[command(after_help = exit_codes())]
     Run(RunArguments),
     /// Go on with a run from its newest good checkpoint, to the same bits as if it had never been stopped.
@@ -405,7 +406,7 @@ fn server_arguments(name: &str, node: NodeArguments) -> Vec<OsString> {
 fn report(failure: &Failure) -> ExitCode {
     // A list of mistakes comes with its own marks.
     let mark = if failure.message.starts_with("error") { "" } else { "error: " };
-    eprintln!("{mark}{}", failure.message);
+    terminal::note(format_args!("{mark}{}", failure.message));
     failure.exit_code()
 }
 

@@ -7,11 +7,11 @@ use std::time::Duration;
 use proto::conform::{Check, Options, Outcome, Report, Verdict, examine};
 use proto::security::{ClientFiles, ClientSecurity};
 use sph::setup::CouplingKind;
+use terminal::say;
 
 use crate::cli::ConformArguments;
 use crate::failure::{Failure, Kind};
 use crate::output::directory::write_file;
-use crate::output::terminal::say;
 
 /// Examines the participant at the given address, prints a table and writes the JUnit file.
 ///

@@ -54,7 +54,7 @@ impl Kind {
             Kind::Stopped => 8,
             Kind::Nonconforming => 9,
             Kind::Different => 10,
-            Kind::Internal => 70,
+            Kind::Internal => terminal::program::FAULT,
         }
     }
 

@@ -188,13 +188,13 @@ pub fn results(summary: &Summary) -> Vec<Fact> {
 /// Prints facts and warnings before a run.
 pub fn print_start(facts: &[Fact], warnings: &[String]) {
     print(facts);
-    warnings.iter().for_each(|warning| eprintln!("warning: {warning}"));
+    warnings.iter().for_each(|warning| terminal::note(format_args!("warning: {warning}")));
 }
 
 fn print(facts: &[Fact]) {
     let width = facts.iter().map(|(name, _)| name.chars().count()).max().unwrap_or(0);
     for (name, text) in facts {
-        eprintln!("{name:width$}  {text}");
+        terminal::note(format_args!("{name:width$}  {text}"));
     }
 }
 

@@ -1,5 +1,5 @@
 //! Starts and steps a coupled run; see `coordinator --help`.
 
 fn main() -> std::process::ExitCode {
-    coordinator::cli::main()
+    terminal::program::run(coordinator::cli::main)
 }

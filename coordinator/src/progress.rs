@@ -75,7 +75,10 @@ impl Progress {
             }
             Kind::Lines => {
                 let left = if share > 0.0 { elapsed * (1.0 - share) / share } else { f64::INFINITY };
-                eprintln!("{:3.0} %  {text}, {elapsed:.0} s gone, {left:.0} s left", 100.0 * share);
+                terminal::note(format_args!(
+                    "{:3.0} %  {text}, {elapsed:.0} s gone, {left:.0} s left",
+                    100.0 * share
+                ));
             }
             Kind::Silent => {}
         }

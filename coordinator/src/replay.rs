@@ -5,10 +5,10 @@ use std::sync::Arc;
 
 use proto::recording::{self, Recording};
 use sph::solver::Role;
+use terminal::say;
 
 use crate::cli::{CompareArguments, ReplayArguments};
 use crate::failure::{Failure, Kind};
-use crate::output::terminal::say;
 use crate::run::{self, Job, results};
 
 /// Runs one side of a recorded run alone and compares what it sends with the recording.
@@ -47,10 +47,10 @@ pub fn replay(arguments: &ReplayArguments) -> Result<(), Failure> {
         }
         (None, None) => {
             if !quiet {
-                eprintln!(
+                terminal::note(format_args!(
                     "{} frames of the {side} equal the recording to the last bit",
                     replayed.equal_frames
-                );
+                ));
             }
             Ok(())
         }
@@ -82,7 +82,7 @@ pub fn compare(arguments: &CompareArguments) -> Result<(), Failure> {
     let mut recordings = [open(&arguments.first)?, open(&arguments.second)?];
     for recording in &recordings {
         if !recording.is_complete() {
-            eprintln!("warning: recording `{}` was cut off", recording.path().display());
+            terminal::note(format_args!("warning: recording `{}` was cut off", recording.path().display()));
         }
     }
     let [first, second] = &mut recordings;

@@ -31,7 +31,7 @@ pub fn resume(arguments: &ResumeArguments) -> Result<(), Failure> {
         case.set_end_time(time).map_err(|problem| Failure::input(format!("`--until`: {problem}")))?;
     }
     if !arguments.options.quiet {
-        eprintln!("going on at step {}, t = {} s", checkpoint.step, checkpoint.time);
+        terminal::note(format_args!("going on at step {}, t = {} s", checkpoint.step, checkpoint.time));
     }
     let resumed = run::execute(&Job {
         case,
@@ -52,7 +52,7 @@ pub fn newest(directory: &OutputDirectory) -> Result<RunCheckpoint, Failure> {
     let store = Store::new(directory.file(directory::CHECKPOINTS));
     let found = store.newest();
     for problem in &found.passed_over {
-        eprintln!("passed over: {problem}");
+        terminal::note(format_args!("passed over: {problem}"));
     }
     let Some(checkpoint) = found.checkpoint else {
         let list = found.passed_over.join("\n  ");

@@ -11,6 +11,7 @@ use proto::player::Replayed;
 use proto::recording::RecordingWriter;
 use sph::setup::{CouplingKind, ParticipantSetup};
 use sph::solver::Role;
+use terminal::stop::StopSignals;
 use tokio::sync::mpsc;
 
 use crate::case::{self, Case};
@@ -87,7 +88,7 @@ pub fn execute(job: &Job) -> Result<Option<Replayed>, Failure> {
     job.directory.complete()?;
     traced?;
     if !job.options.quiet {
-        eprintln!("results in {}", out.display());
+        terminal::note(format_args!("results in {}", out.display()));
     }
     match ending {
         Ending::Completed => Ok(replayed),
@@ -142,7 +143,7 @@ async fn run_in(job: &Job, trace: Option<&Trace>) -> Result<(Ending, Option<Repl
         if outcome.is_ok() {
             let frames = frames?;
             if !job.options.quiet {
-                eprintln!("{frames} frames recorded");
+                terminal::note(format_args!("{frames} frames recorded"));
             }
         }
     }
@@ -194,7 +195,7 @@ async fn make_attempts(
         from = keeper.store().newest().checkpoint;
         let step = from.as_ref().map_or(0, |checkpoint| checkpoint.step);
         let text = format!("{}\nstarting {lost} again and going on from step {step}", failure.message);
-        eprintln!("{text}, restart {} of {most}", restarts.len() + 1);
+        terminal::note(format_args!("{text}, restart {} of {most}", restarts.len() + 1));
         restarts.push(text);
     }
 }
@@ -385,24 +386,21 @@ impl Solvers {
     }
 }
 
-/// Ctrl-C or SIGTERM stop the run at a step boundary, a second one at once.
+/// The first request to end stops the run at a step boundary, the second one at once.
 fn watch_signals() -> Result<mpsc::Receiver<StopWish>, Failure> {
-    use tokio::signal::unix::{SignalKind, signal};
-    let failed = |e| Failure::internal(format!("cannot watch for signals: {e}"));
-    let mut interrupt = signal(SignalKind::interrupt()).map_err(failed)?;
-    let mut terminate = signal(SignalKind::terminate()).map_err(failed)?;
+    let mut signals =
+        StopSignals::listen().map_err(|e| Failure::internal(format!("cannot watch for signals: {e}")))?;
     let (sender, wishes) = mpsc::channel(4);
     tokio::spawn(async move {
         for wish in [StopWish::AtBoundary, StopWish::Now] {
-            tokio::select! {
-                _ = interrupt.recv() => {}
-                _ = terminate.recv() => {}
-            }
+            signals.next().await;
             if sender.send(wish).await.is_err() {
                 return;
             }
             if wish == StopWish::AtBoundary {
-                eprintln!("\nstopping at the next step boundary; a second signal gives up at once");
+                terminal::note(format_args!(
+                    "\nstopping at the next step boundary; a second signal gives up at once"
+                ));
             }
         }
     });

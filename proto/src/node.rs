@@ -8,6 +8,7 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 use clap::Parser;
+use terminal::stop::StopSignals;
 use tokio_util::sync::CancellationToken;
 use tracing_subscriber::EnvFilter;
 
@@ -28,8 +29,10 @@ const EXIT_FAILED: u8 = 1;
     version,
     about = "A solver that takes part in coupled runs.",
     long_about = "A solver that takes part in coupled runs. It prints one line, `LISTEN <addr>`, when it is ready, logs \
-                  to stderr (filter: RUST_LOG) and ends in order on SIGTERM or SIGINT; a second signal ends it at once.",
-    after_help = "Exit codes: 0 ended in order, 1 failed, 2 wrong usage, 3 the address is taken."
+                  to stderr (filter: RUST_LOG) and ends in order on SIGTERM, SIGINT or SIGHUP; a second SIGTERM or SIGINT ends it at \
+                  once. SIGHUP stays ignored where it was at the start.",
+    after_help = "Exit codes: 0 ended in order, 1 failed, 2 wrong usage, 3 the address is taken, 70 a fault of \
+                  this program."
 )]
 pub struct NodeArgs {
     /// Address to listen on; port 0 takes any free one.
@@ -74,37 +77,37 @@ pub fn main_with<F: SolverFactory>(args: impl IntoIterator<Item = OsString>, fac
     let security = match ServerSecurity::load(&args.security) {
         Ok(security) => security,
         Err(problem) => {
-            eprintln!("error: {problem}");
+            terminal::note(format_args!("error: {problem}"));
             return ExitCode::from(EXIT_USAGE);
         }
     };
     let part = match record(&args, filter, &factory.describe().name) {
         Ok(part) => part,
         Err(problem) => {
-            eprintln!("error: {problem}");
+            terminal::note(format_args!("error: {problem}"));
             return ExitCode::from(EXIT_USAGE);
         }
     };
     if let Some(refusal) = security.refusal(&args.listen).filter(|_| !args.insecure) {
-        eprintln!("error: {refusal}");
+        terminal::note(format_args!("error: {refusal}"));
         return ExitCode::from(EXIT_USAGE);
     }
     if let Some(Err(problem)) = args.arithmetic.map(sph::lanes::force) {
-        eprintln!("error: {problem}");
+        terminal::note(format_args!("error: {problem}"));
         return ExitCode::from(EXIT_USAGE);
     }
     // Two workers for I/O: one may be busy with a large message while the other serves frames.
     let runtime = match tokio::runtime::Builder::new_multi_thread().worker_threads(2).enable_all().build() {
         Ok(runtime) => runtime,
         Err(error) => {
-            eprintln!("error: cannot start the runtime: {error}");
+            terminal::note(format_args!("error: cannot start the runtime: {error}"));
             return ExitCode::from(EXIT_FAILED);
         }
     };
     let code = match runtime.block_on(serve(&args, security, factory)) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("error: {error}");
+            terminal::note(format_args!("error: {error}"));
             ExitCode::from(if matches!(error, ServeError::Bind { .. }) { EXIT_ADDRESS } else { EXIT_FAILED })
         }
     };
@@ -120,7 +123,9 @@ pub fn main_with<F: SolverFactory>(args: impl IntoIterator<Item = OsString>, fac
 fn record(args: &NodeArgs, filter: EnvFilter, title: &str) -> Result<Option<Part>, String> {
     let Some(path) = &args.trace else {
         // A subscriber that is set already keeps its place.
-        drop(tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr).try_init());
+        let log = tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr);
+        // A log that cannot be written must not end the server: it would be reported by a macro that panics.
+        drop(log.log_internal_errors(false).try_init());
         return Ok(None);
     };
     let part = Part::create(path, title)
@@ -153,18 +158,13 @@ async fn serve<F: SolverFactory>(
     server.serve(factory, options, stop.cancelled()).await
 }
 
-/// Ends in order at the first SIGTERM or SIGINT, at once at the second.
+/// Ends in order at the first request, at once at the second.
 fn stop_on_signals(stop: &CancellationToken) -> std::io::Result<()> {
-    use tokio::signal::unix::{SignalKind, signal};
-    let mut terminate = signal(SignalKind::terminate())?;
-    let mut interrupt = signal(SignalKind::interrupt())?;
+    let mut signals = StopSignals::listen()?;
     let stop = stop.clone();
     tokio::spawn(async move {
         loop {
-            tokio::select! {
-                _ = terminate.recv() => {}
-                _ = interrupt.recv() => {}
-            }
+            signals.next().await;
             if stop.is_cancelled() {
                 std::process::exit(i32::from(EXIT_FAILED));
             }

@@ -80,7 +80,8 @@ pub fn record(sink: impl Sink) -> Result<(), AlreadyRecording> {
 /// # Errors
 /// As [`record`].
 pub fn record_with_log(sink: impl Sink, filter: EnvFilter) -> Result<(), AlreadyRecording> {
-    let log = fmt::layer().with_writer(io::stderr).with_filter(filter);
+    // As in `node`: a log that cannot be written must not end the server.
+    let log = fmt::layer().with_writer(io::stderr).log_internal_errors(false).with_filter(filter);
     let subscriber = Registry::default().with(only_spans(sink)).with(log);
     subscriber::set_global_default(subscriber).map_err(|_| AlreadyRecording)
 }

@@ -1,5 +1,5 @@
 //! The solid server program.
 
 fn main() -> std::process::ExitCode {
-    solid_server::main_with(std::env::args_os())
+    terminal::program::run(|| solid_server::main_with(std::env::args_os()))
 }

@@ -503,7 +503,8 @@ mod tests {
     #[test]
     fn a_run_that_continues_is_not_held_against_the_start() {
         let mut later = Audit::new(particles(), domain(), CouplingKind::Loads, [SPACING, 1e-12], false);
-        let moved = |_: u64, states: &mut InterfaceStates| states.position.iter_mut().for_each(|x| x.x += 0.1);
+        let moved =
+            |_: u64, states: &mut InterfaceStates| states.position.iter_mut().for_each(|x| x.x += 0.1);
         assert_eq!(observe(&mut later, 3, &MomentumReport { angular: None, ..even() }, moved), Ok(()));
     }
 }

@@ -252,7 +252,7 @@ pub fn fuzz(target: Target, seeds: &Seeds, seed: u64, first: u64, count: u64) ->
             if at != last.0 {
                 last = (at, Instant::now());
             } else if last.1.elapsed() > HANGS {
-                eprintln!("input {at} of seed {seed} hangs {target:?}");
+                terminal::note(format_args!("input {at} of seed {seed} hangs {target:?}"));
                 std::process::exit(1);
             }
             std::thread::sleep(Duration::from_millis(200));

@@ -11,9 +11,9 @@ use std::process::{Child, Command, ExitCode, Stdio};
 pub fn program(given: Option<PathBuf>) -> Result<PathBuf, ExitCode> {
     let beside = || std::env::current_exe().ok().map(|own| own.with_file_name("tidelock-node"));
     given.or_else(beside).filter(|program| program.exists()).ok_or_else(|| {
-        eprintln!(
+        terminal::note(format_args!(
             "error: no program `tidelock-node` beside this one; build it by `cargo build --release -p tests`"
-        );
+        ));
         ExitCode::from(2)
     })
 }

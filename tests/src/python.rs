@@ -19,7 +19,7 @@ pub fn python_is_there(test: &str) -> bool {
         "SKIPPED {test}: {problem}; install the packages of solvers/python/requirements.txt for python3 on the PATH"
     );
     assert!(std::env::var_os("TIDELOCK_REQUIRE_PYTHON").is_none(), "{text}");
-    eprintln!("{text}");
+    terminal::note(format_args!("{text}"));
     false
 }
 

@@ -10,8 +10,6 @@
 //! | `summary.json` | [`summary`] | verdict and figures of the run |
 //! | `report.html` | [`report`] | pictures and facts in one file |
 //!
-//! [`terminal`] is what a command answers at once.
-//!
 //! A file is written beside its place and renamed when complete, so that no half-written file looks complete. Tables
 //! that grow during a run are called `*.partial` until the run ends, and the folder holds [`directory::MARKER`] until
 //! all of its outputs are complete.
@@ -27,5 +25,4 @@ pub mod report;
 pub mod state;
 pub mod summary;
 pub mod table;
-pub mod terminal;
 pub mod vtk;

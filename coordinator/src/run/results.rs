@@ -5,15 +5,17 @@ use std::collections::BTreeMap;
 use sha2::{Digest, Sha256};
 use sph::driver::TRACE;
 use sph::solver::Role;
+use terminal::program;
 use tracing::trace_span;
 
 use super::{Job, Made};
 use crate::case::Case;
 use crate::control::Ending;
 use crate::failure::Failure;
-use crate::header;
+use crate::header::{self, Fact};
 use crate::keeper::Keeper;
 use crate::output::directory;
+use crate::output::plots::gallery::PairedSnapshot;
 use crate::output::process::Process;
 use crate::output::report::{self, ReportData};
 use crate::output::summary::{self, Checkpoints, LedgerSummary, Participant, Span, Summary, Verdict};
@@ -30,7 +32,6 @@ pub(super) async fn finish(
 ) -> Result<Ending, Failure> {
     let Job { case, directory, options, .. } = job;
     let Made { ending, mut solvers, outputs, facts } = run;
-    let setup = case.run_setup();
     let roles = [Role::Fluid, Role::Solid];
     let sides: Vec<_> = roles
         .iter()
@@ -48,14 +49,41 @@ pub(super) async fn finish(
     summary.checkpoints = keeper.figures().clone();
     summary.restarts = restarts;
     summary.write(&directory.file(directory::SUMMARY))?;
+    let report = || write_report(job, &summary, facts, recorded.snapshots);
+    // The run has the exit code that it earned, whatever becomes of its pictures.
+    let written = trace_span!(target: TRACE, "report")
+        .in_scope(|| program::contain(report))
+        .unwrap_or_else(|panic| Err(Failure::internal(panic)));
+    if let Err(failure) = written {
+        terminal::note(format_args!(
+            "warning: `{}` is missing: {}; all other results are as they should be",
+            directory.file(directory::REPORT).display(),
+            failure.message
+        ));
+    }
+    if !options.quiet {
+        header::print_results(&summary);
+    }
+    Ok(ending)
+}
+
+/// Writes the report of a run whose tables and summary are complete.
+fn write_report(
+    job: &Job,
+    summary: &Summary,
+    facts: Vec<Fact>,
+    snapshots: Vec<PairedSnapshot>,
+) -> Result<(), Failure> {
+    let Job { case, directory, .. } = job;
+    let setup = case.run_setup();
     let data = ReportData {
         title: case.name.clone(),
         verdict: summary.verdict.to_string(),
         reason: summary.reason.clone(),
-        facts: header::results(&summary),
+        facts: header::results(summary),
         negotiated: facts,
         warnings: summary.warnings.clone(),
-        snapshots: recorded.snapshots,
+        snapshots,
         walls: case
             .fluid_setup()
             .iter()
@@ -66,12 +94,7 @@ pub(super) async fn finish(
         probes: Table::read(&directory.file(directory::PROBES))?,
         ledger: Table::read(&directory.file(directory::LEDGER))?,
     };
-    trace_span!(target: TRACE, "report")
-        .in_scope(|| report::write(&directory.file(directory::REPORT), &data))?;
-    if !options.quiet {
-        header::print_results(&summary);
-    }
-    Ok(ending)
+    Ok(report::write(&directory.file(directory::REPORT), &data)?)
 }
 
 fn has(case: &Case, role: Role) -> bool {

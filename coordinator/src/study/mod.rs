@@ -88,10 +88,15 @@ impl Row {
 pub fn report(arguments: &ReportArguments) -> Result<(), Failure> {
     let members = members(arguments)?;
     let expected: f64 = members.iter().map(|member| member.expected).sum();
-    println!("{} runs, about {expected:.0} s of CPU time on one core", members.len());
+    terminal::say(format_args!("{} runs, about {expected:.0} s of CPU time on one core", members.len()));
     if arguments.list {
         for member in &members {
-            println!("  {:<16} {:<44} {:>8.1} s", ALL[member.study].name, member.label(), member.expected);
+            terminal::say(format_args!(
+                "  {:<16} {:<44} {:>8.1} s",
+                ALL[member.study].name,
+                member.label(),
+                member.expected
+            ));
         }
         return Ok(());
     }
@@ -114,7 +119,7 @@ pub fn report(arguments: &ReportArguments) -> Result<(), Failure> {
             (None, flaw) => flaw.clone().unwrap_or_default(),
         };
         let how = if kept { "kept" } else { "ran" };
-        println!(
+        terminal::say(format_args!(
             "[{}/{}] {} {} {}: {what}, {:.2} s CPU; about {left:.0} s left",
             k + 1,
             members.len(),
@@ -122,13 +127,13 @@ pub fn report(arguments: &ReportArguments) -> Result<(), Failure> {
             ALL[member.study].name,
             member.label(),
             measured.cpu_seconds,
-        );
+        ));
         let (study, scheme, step, spacing) = (member.study, member.scheme, member.step, member.spacing);
         rows.push(Row { study, scheme, step, spacing, measured, on_front: false, order: None });
     }
     judge(&mut rows);
     write(&arguments.out, &rows, arguments)?;
-    println!("report in {}", arguments.out.join(directory::REPORT).display());
+    terminal::say(format_args!("report in {}", arguments.out.join(directory::REPORT).display()));
     Ok(())
 }
 

@@ -257,6 +257,9 @@ fn main() {
     table::print();
     for particles in [11_000, 100_000] {
         let [one, two] = [1, 2].map(|threads| least_wall_time(particles, threads));
-        println!("{particles} particles, wall time of one thread over two: {:.2}", one / two);
+        terminal::say(format_args!(
+            "{particles} particles, wall time of one thread over two: {:.2}",
+            one / two
+        ));
     }
 }

@@ -8,7 +8,10 @@ pub fn machine() {
     let model = processor.lines().find_map(|line| line.strip_prefix("model name"));
     let model = model.map_or("unknown processor", |rest| rest.trim_start_matches([' ', '\t', ':']));
     let cores = std::thread::available_parallelism().map_or(0, usize::from);
-    println!("{model}, {cores} cores, arithmetic {}", sph::lanes::Arithmetic::chosen().name());
+    terminal::say(format_args!(
+        "{model}, {cores} cores, arithmetic {}",
+        sph::lanes::Arithmetic::chosen().name()
+    ));
 }
 
 /// Prints the medians that criterion stored, per particle and over the fixed kernel's.
@@ -22,39 +25,39 @@ pub fn print() {
         estimates["median"]["point_estimate"].as_f64()
     };
     let Some(fixed) = median("fixed/kernel").map(|time| time / 4096.0) else { return };
-    println!("\nCPU ns per particle-stage (times the {fixed:.2} ns of the fixed kernel)");
-    println!("{:28}{:>18}{:>18}{:>18}", "", "10k", "100k", "1M");
+    terminal::say(format_args!("\nCPU ns per particle-stage (times the {fixed:.2} ns of the fixed kernel)"));
+    terminal::say(format_args!("{:28}{:>18}{:>18}{:>18}", "", "10k", "100k", "1M"));
     for (group, passes) in [
         ("recommended", super::PASSES.map(|(name, ..)| name).as_slice()),
         ("lean", &super::PASSES.map(|(name, ..)| name)),
         ("build", &super::BUILDS.map(|(name, ..)| name)),
     ] {
         for pass in passes {
-            print!("{:28}", format!("{group} {pass}"));
+            let mut row = format!("{:28}", format!("{group} {pass}"));
             for particles in super::SIZES {
                 match median(&format!("{group}/{pass}/{particles}")) {
                     Some(time) => {
                         // Two stages make a step.
                         let stages = if *pass == "stage" { 2.0 } else { 1.0 };
                         let time = time / (stages * particles as f64);
-                        print!("{:>18}", format!("{time:.1} ({:.0})", time / fixed));
+                        row += &format!("{:>18}", format!("{time:.1} ({:.0})", time / fixed));
                     }
-                    None => print!("{:>18}", "-"),
+                    None => row += &format!("{:>18}", "-"),
                 }
             }
-            println!();
+            terminal::say(row);
         }
     }
     let whole = |k: usize| median(&format!("features/stage/{k}"));
     let Some(all) = whole(0) else { return };
-    println!(
+    terminal::say(format_args!(
         "\nCPU time of a stage of {} particles at h/dx 1.3, over that of all recommended settings",
         super::FEATURE_PARTICLES
-    );
+    ));
     for (k, (name, _)) in super::scene::FEATURES.iter().enumerate() {
         match whole(k) {
-            Some(time) => println!("{name:24}{:>8.1} %", 100.0 * time / all),
-            None => println!("{name:24}{:>10}", "-"),
+            Some(time) => terminal::say(format_args!("{name:24}{:>8.1} %", 100.0 * time / all)),
+            None => terminal::say(format_args!("{name:24}{:>10}", "-")),
         }
     }
 }

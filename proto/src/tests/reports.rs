@@ -2,7 +2,10 @@
 
 use bytes::Bytes;
 use sph::driver::{Command, ProbeValues, StepReport};
-use sph::ledger::{Account, Accounts, Breach, Check, Energies, InterfaceSums, StageBooks};
+use sph::ledger::{
+    Account, Accounts, AngularBudget, Breach, Check, Energies, InterfaceSums, StageBooks, TorqueAccount,
+    Torques,
+};
 use sph::setup::InterfaceLaw;
 use sph::solver::{Counts, Divergence, Fault, Field, ParticleFields, Role};
 use sph::stage::{Stage, StepStage};
@@ -14,7 +17,8 @@ use crate::convert::{
     encode_command, snapshot_chunks,
 };
 use crate::description::{
-    Constants, CouplingKind, Description, Fact, FrameField, LinkPlan, OpenReport, PROTOCOL, Partner,
+    BodyReport, Constants, CouplingKind, Description, Fact, FrameField, LinkPlan, OpenReport, PROTOCOL,
+    Partner,
 };
 use crate::handshake;
 use crate::limits::CHUNK_BYTES;
@@ -39,6 +43,11 @@ fn books(scale: f64) -> StageBooks {
         duration: 1e-3,
         momentum_change: Vector::new(5e-324, -0.0),
         gross_momentum: f64::NAN,
+        angular: Some(AngularBudget {
+            torques: Torques::from(TorqueAccount::ALL.map(|account| -0.5 * account as u8 as f64)),
+            change: -0.0,
+            gross: f64::INFINITY,
+        }),
     }
 }
 

@@ -46,7 +46,7 @@ fn main() {
     let words: Vec<String> = std::env::args().skip(1).filter(|word| !word.starts_with('-')).collect();
     for (title, print) in PARTS {
         if words.is_empty() || words.iter().any(|word| title.contains(word.as_str())) {
-            println!("\n{title}");
+            terminal::say(format_args!("\n{title}"));
             print();
         }
     }
@@ -59,10 +59,10 @@ fn machine() {
     let cores = std::thread::available_parallelism().map_or(0, usize::from);
     let load = std::fs::read_to_string("/proc/loadavg").unwrap_or_default();
     let load = load.split(' ').next().unwrap_or("unknown");
-    println!(
+    terminal::say(format_args!(
         "{model}, {cores} cores, arithmetic {}, load average {load}",
         sph::lanes::Arithmetic::chosen().name()
-    );
+    ));
 }
 
 fn number(summary: &Value, pointer: &str) -> f64 {
@@ -77,7 +77,7 @@ fn median(mut values: Vec<f64>) -> f64 {
 /// Wall time of a half-step in which both sides only swap frames, check and book them.
 fn exchange() {
     let bench = Bench::new(PROGRAM);
-    println!("{:>12}{:>18}{:>22}", "particles", "us per half-step", "of it waiting, us");
+    terminal::say(format_args!("{:>12}{:>18}{:>22}", "particles", "us per half-step", "of it waiting, us"));
     for particles in INTERFACES {
         let idle = |role| serve(Idle { role, particles, own_sums: Duration::ZERO });
         let (fluid, solid) = (idle(Role::Fluid), idle(Role::Solid));
@@ -92,7 +92,7 @@ fn exchange() {
         };
         let measured: Vec<[f64; 2]> = (0..REPEATS).map(half_steps).collect();
         let [all, waited] = [0, 1].map(|k| median(measured.iter().map(|m| m[k]).collect()));
-        println!("{particles:>12}{all:>18.0}{waited:>22.0}");
+        terminal::say(format_args!("{particles:>12}{all:>18.0}{waited:>22.0}"));
     }
 }
 
@@ -110,7 +110,10 @@ fn delayed() {
     let short =
         [("time.end_time_s", 0.02.into()), ("outputs.picture_times_s", toml::Value::Array(Vec::new()))];
     let case = instance(&bench, "drifting_body.toml", &short);
-    println!("{:>10}{:>16}{:>20}{:>20}", "held, ms", "ms per step", "fluid waits, ms", "solid waits, ms");
+    terminal::say(format_args!(
+        "{:>10}{:>16}{:>20}{:>20}",
+        "held, ms", "ms per step", "fluid waits, ms", "solid waits, ms"
+    ));
     for delay in DELAYS {
         let solid = Node::start(Path::new(PROGRAM), "solid", &[]);
         let target = solid.address.parse().unwrap_or_else(|e| panic!("{e}"));
@@ -120,13 +123,13 @@ fn delayed() {
         let summary = bench.run(&case, &name, &["--solid", &address, "--threads", "1"]);
         let steps = number(&summary, "/steps");
         let per_step = |place: &str| 1e3 * number(&summary, place) / steps;
-        println!(
+        terminal::say(format_args!(
             "{:>10.1}{:>16.2}{:>20.3}{:>20.3}",
             1e3 * delay.as_secs_f64(),
             per_step("/fluid/step_seconds"),
             per_step("/fluid/waited_seconds"),
             per_step("/solid/waited_seconds")
-        );
+        ));
     }
 }
 
@@ -178,7 +181,7 @@ fn lock_step() {
 }
 
 fn heading() {
-    println!(
+    terminal::say(format_args!(
         "{:34}{:>8}{:>9}{:>9}{:>8}{:>10}{:>14}{:>12}{:>12}{:>11}",
         "case",
         "threads",
@@ -190,7 +193,7 @@ fn heading() {
         "fluid waits",
         "solid waits",
         "front, m"
-    );
+    ));
 }
 
 /// Runs `case` with `threads` on each side, or with what the coordinator gives them by itself.
@@ -219,12 +222,12 @@ fn row(bench: &Bench, name: &str, case: &Path, threads: Option<&str>, further: &
         .iter()
         .find(|(column, _)| column.starts_with("front"))
         .map_or("-".into(), |(_, at)| format!("{at:.4}"));
-    println!(
+    terminal::say(format_args!(
         "{name:34}{threads:>8}{wall:>9.2}{cpu:>9.2}{:>8}{:>10.0}{:>14.0}{:>12}{:>12}{front:>11}",
         number(&summary, "/steps"),
         1e9 * cpu / stages,
         cpu / stages / fixed,
         waits("fluid"),
         waits("solid")
-    );
+    ));
 }

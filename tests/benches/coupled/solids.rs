@@ -125,20 +125,23 @@ pub fn print() {
     });
     let substeps = SolidStepping::Substeps(SubstepCount::Fixed(SUBSTEPS));
     let fixed = cost::fixed_kernel();
-    println!("{:44}{:>16}{:>16}{:>16}", "ns per particle (times the fixed kernel)", "600", "10k", "100k");
+    terminal::say(format_args!(
+        "{:44}{:>16}{:>16}{:>16}",
+        "ns per particle (times the fixed kernel)", "600", "10k", "100k"
+    ));
     for (name, formulation, stepping, evaluations) in [
         // The predictor takes half as many sub-steps, besides the forces at the start.
         ("total-Lagrangian, a sub-step", total, substeps, SUBSTEPS + SUBSTEPS / 2),
         ("the document's, a stage", updated, SolidStepping::StageRule, 2),
     ] {
-        print!("{name:44}");
+        let mut row = format!("{name:44}");
         for particles in SIZES {
             let steps = WORK / (particles * evaluations);
             let time = seconds_per_step(plate(particles, formulation, stepping), steps);
             let side = f64::from(particles).sqrt().ceil();
             let each = time / (side * side * f64::from(evaluations));
-            print!("{:>16}", format!("{:.0} ({:.0})", 1e9 * each, each / fixed));
+            row += &format!("{:>16}", format!("{:.0} ({:.0})", 1e9 * each, each / fixed));
         }
-        println!();
+        terminal::say(row);
     }
 }

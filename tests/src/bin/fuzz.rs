@@ -34,7 +34,10 @@ struct Arguments {
 const MEMORY_LIMIT: u64 = 4 << 30;
 
 fn main() -> ExitCode {
-    let arguments = Arguments::parse();
+    terminal::program::run(|| run(Arguments::parse()))
+}
+
+fn run(arguments: Arguments) -> ExitCode {
     let program = match nodes::program(arguments.program) {
         Ok(program) => program,
         Err(code) => return code,
@@ -42,9 +45,11 @@ fn main() -> ExitCode {
     let bench = Bench::new(&program.to_string_lossy());
     let seeds = bench.fuzz_seeds(arguments.target);
     // Panics are counted and told at the end.
+    let printing = std::panic::take_hook();
     std::panic::set_hook(Box::new(|_| {}));
     let found = fuzz(arguments.target, &seeds, arguments.seed, arguments.first, arguments.count);
-    println!(
+    std::panic::set_hook(printing);
+    terminal::say(format_args!(
         "{:?}: {} inputs, {} taken for good, {} panics, slowest {:.3} s (input {}), memory grew by {} MiB",
         arguments.target,
         found.inputs,
@@ -53,9 +58,9 @@ fn main() -> ExitCode {
         found.slowest.as_secs_f64(),
         found.slowest_input,
         found.memory_growth >> 20
-    );
+    ));
     for (number, text) in found.panics.iter().take(20) {
-        println!("  input {number}: {text}");
+        terminal::say(format_args!("  input {number}: {text}"));
     }
     if found.panics.is_empty() && found.memory_growth < MEMORY_LIMIT {
         ExitCode::SUCCESS

@@ -37,7 +37,10 @@ enum Steps {
 }
 
 fn main() -> ExitCode {
-    let arguments = Arguments::parse();
+    terminal::program::run(|| run(Arguments::parse()))
+}
+
+fn run(arguments: Arguments) -> ExitCode {
     let program = match nodes::program(arguments.program) {
         Ok(program) => program,
         Err(code) => return code,
@@ -52,12 +55,12 @@ fn main() -> ExitCode {
         let trials = Trials::new(&program, |bench| bench.tank_to(0.02, substeps));
         let mut tally = Tally::default();
         trials.run(arguments.times, &mut dice, &mut tally);
-        println!(
+        terminal::say(format_args!(
             "{name}: {} of {} end bit-equal, {} of them started anew",
             tally.equal, tally.trials, tally.anew
-        );
+        ));
         for problem in &tally.problems {
-            println!("  {problem}");
+            terminal::say(format_args!("  {problem}"));
         }
         good &= tally.equal == tally.trials;
     }

@@ -22,25 +22,28 @@ struct Arguments {
 }
 
 fn main() -> ExitCode {
-    let arguments = Arguments::parse();
+    terminal::program::run(|| run(Arguments::parse()))
+}
+
+fn run(arguments: Arguments) -> ExitCode {
     let program = match nodes::program(arguments.program) {
         Ok(program) => program,
         Err(code) => return code,
     };
     let Ok(duration) = Duration::try_from_secs_f64(60.0 * arguments.minutes) else {
-        eprintln!("error: `--minutes {}`: must be a positive number", arguments.minutes);
+        terminal::note(format_args!("error: `--minutes {}`: must be a positive number", arguments.minutes));
         return ExitCode::from(2);
     };
     match Soak::new(&program).run(Instant::now() + duration) {
         Ok(soaked) => {
-            println!("{} good runs, {} bad clients", soaked.good, soaked.bad);
+            terminal::say(format_args!("{} good runs, {} bad clients", soaked.good, soaked.bad));
             for (name, (base, end)) in ["fluid", "solid"].iter().zip(soaked.base.iter().zip(&soaked.end)) {
-                println!("{name}: base {base:?}, end {end:?}");
+                terminal::say(format_args!("{name}: base {base:?}, end {end:?}"));
             }
             ExitCode::SUCCESS
         }
         Err(problem) => {
-            println!("{problem}");
+            terminal::say(format_args!("{problem}"));
             ExitCode::FAILURE
         }
     }

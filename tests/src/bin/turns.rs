@@ -37,20 +37,20 @@ struct Ran {
 }
 
 fn main() -> ExitCode {
-    match compare(&Arguments::parse()) {
+    terminal::program::run(|| match compare(&Arguments::parse()) {
         Ok(()) => ExitCode::SUCCESS,
         Err(message) => {
-            eprintln!("error: {message}");
+            terminal::note(format_args!("error: {message}"));
             ExitCode::FAILURE
         }
-    }
+    })
 }
 
 fn compare(arguments: &Arguments) -> Result<(), String> {
     let folder = tempfile::tempdir().map_err(|e| format!("no temporary folder: {e}"))?;
     let out = &folder.path().join("results");
     let (mut ratios, mut walls, mut same) = (Vec::new(), [Vec::new(), Vec::new()], true);
-    println!("{:>8}{:>12}{:>12}{:>8}", "round", "before, s", "after, s", "ratio");
+    terminal::say(format_args!("{:>8}{:>12}{:>12}{:>8}", "round", "before, s", "after, s", "ratio"));
     for round in 0..arguments.rounds {
         let run = |program: &Path| run(program, arguments, out);
         let (before, after) = if round % 2 == 0 {
@@ -64,18 +64,29 @@ fn compare(arguments: &Arguments) -> Result<(), String> {
         ratios.push(after.wall / before.wall);
         walls[0].push(before.wall);
         walls[1].push(after.wall);
-        println!(
+        terminal::say(format_args!(
             "{:>8}{:>12.2}{:>12.2}{:>8.3}",
             round + 1,
             before.wall,
             after.wall,
             after.wall / before.wall
-        );
+        ));
     }
     let shortest = |walls: &[f64]| walls.iter().copied().fold(f64::INFINITY, f64::min);
-    println!("{:>8}{:>12.2}{:>12.2}{:>8.3}", "median", median(&walls[0]), median(&walls[1]), median(&ratios));
-    println!("{:>8}{:>12.2}{:>12.2}", "shortest", shortest(&walls[0]), shortest(&walls[1]));
-    println!("final states: {}", if same { "the same bits" } else { "not the same bits" });
+    terminal::say(format_args!(
+        "{:>8}{:>12.2}{:>12.2}{:>8.3}",
+        "median",
+        median(&walls[0]),
+        median(&walls[1]),
+        median(&ratios)
+    ));
+    terminal::say(format_args!(
+        "{:>8}{:>12.2}{:>12.2}",
+        "shortest",
+        shortest(&walls[0]),
+        shortest(&walls[1])
+    ));
+    terminal::say(format_args!("final states: {}", if same { "the same bits" } else { "not the same bits" }));
     Ok(())
 }
 

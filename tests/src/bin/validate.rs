@@ -5,7 +5,7 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 use clap::Parser;
-use coordinator::output::terminal::say;
+use terminal::say;
 use tests::validation::report::{self, Row};
 use tests::validation::runner::Options;
 use tests::validation::{Case, Member, Run, cases, template};
@@ -60,11 +60,14 @@ impl Arguments {
 }
 
 fn main() -> ExitCode {
-    let arguments = Arguments::parse();
+    terminal::program::run(|| run(Arguments::parse()))
+}
+
+fn run(arguments: Arguments) -> ExitCode {
     let all = cases::all();
     if let Some(unknown) = arguments.cases.iter().find(|name| !all.iter().any(|case| case.name() == **name)) {
         let names: Vec<&str> = all.iter().map(|case| case.name()).collect();
-        eprintln!("error: no case `{unknown}`; there are {}", names.join(", "));
+        terminal::note(format_args!("error: no case `{unknown}`; there are {}", names.join(", ")));
         return ExitCode::from(2);
     }
     let chosen =
@@ -85,7 +88,7 @@ fn main() -> ExitCode {
         match run_case(case, &arguments, &options) {
             Ok(found) => rows.extend(found),
             Err(reason) => {
-                eprintln!("{}: {reason}", case.name());
+                terminal::note(format_args!("{}: {reason}", case.name()));
                 failed = true;
             }
         }
@@ -93,7 +96,7 @@ fn main() -> ExitCode {
             .map_err(|e| e.to_string())
             .and_then(|()| report::write(&options.out, &rows))
         {
-            eprintln!("error: {reason}");
+            terminal::note(format_args!("error: {reason}"));
             return ExitCode::from(1);
         }
     }

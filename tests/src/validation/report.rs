@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use coordinator::output::terminal::say;
+use terminal::say;
 
 use super::{Figure, Goal, Run};
 

@@ -268,9 +268,9 @@ impl Layout {
             let tick = PathElement::new(vec![(x, BAR_BOTTOM), (x, BAR_BOTTOM + 7)], INK.stroke_width(2));
             area.draw(&tick).map_err(PlotError::new)?;
             let label = label(mark, step);
-            // Labels at the ends stay on the canvas.
+            // Labels at the ends stay on the canvas, their first digits where they are wider than it.
             let half = text_width(&label, TEXT) as i32 / 2 + 2;
-            let x = x.clamp(half, self.canvas.0 as i32 - half);
+            let x = x.min(self.canvas.0 as i32 - half).max(half);
             area.draw(&Text::new(label, (x, BAR_BOTTOM + 14), style.clone())).map_err(PlotError::new)?;
         }
         Ok(())
@@ -312,6 +312,28 @@ mod tests {
         let mut pixels = vec![0; reader.output_buffer_size()];
         let info = reader.next_frame(&mut pixels).unwrap();
         (pixels, info)
+    }
+
+    #[test]
+    fn no_scale_and_no_view_is_too_extreme_to_draw() {
+        let ends = [0.0, 1.0, -1e308, 1e308, f64::MAX, 1e-308, 5e-324, f64::NAN, f64::INFINITY];
+        let dot = Dot { position: [0.5, 0.5], spacing: 0.1, colour: [0; 3] };
+        for lower in ends {
+            for upper in ends {
+                let unit = View { lower: [0.0; 2], upper: [1.0; 2] };
+                let scale = ColourScale { lower, upper, ..scale() };
+                let drawn = picture("t = 0 s", unit, &[dot], &scale);
+                assert!(drawn.is_ok(), "{lower:e} to {upper:e}: {drawn:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_label_wider_than_the_canvas_shows_its_first_digits() {
+        // Steps of 1e-17 about 1e300: over 300 digits.
+        let scale = ColourScale { lower: 1e300, upper: 1.000_000_000_000_001e300, ..scale() };
+        let view = View { lower: [0.0; 2], upper: [1.0; 2] };
+        assert!(picture("t = 0 s", view, &[], &scale).is_ok());
     }
 
     #[test]

@@ -59,8 +59,8 @@ impl Magnitude {
         if !(largest > 0.0 && largest.is_finite()) || (1e-2..1e4).contains(&largest) {
             return plain;
         }
-        // The clamp keeps the cast in range.
-        let exponent = (largest.log10() / 3.0 + 1e-9).floor().clamp(-30.0, 30.0) as i32 * 3;
+        // The clamp keeps the divisor within the finite and normal numbers.
+        let exponent = (largest.log10() / 3.0 + 1e-9).floor().clamp(-102.0, 102.0) as i32 * 3;
         let prefixed = unit.starts_with(['N', 'J', 'W']) || (unit.starts_with("Pa") && exponent > 0);
         let prefix = match exponent {
             9 => "G",
@@ -174,6 +174,10 @@ mod tests {
         assert_eq!(unit(0.0, "m"), "m");
         assert_eq!(unit(3e-13, "1"), "10⁻¹⁵");
         assert_eq!(Magnitude::of(3e5, "Pa").divisor, 1e3);
+        for largest in [f64::MAX, 1e308, 1e-308, 5e-324] {
+            let shown = largest / Magnitude::of(largest, "Pa").divisor;
+            assert!(shown < 1e3, "{largest:e} is shown as {shown:e}");
+        }
     }
 
     #[test]

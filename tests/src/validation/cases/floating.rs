@@ -82,7 +82,7 @@ impl Case for DensityRatio {
 
     fn figures(&self, run: &Run) -> Result<Vec<Figure>, String> {
         if let Some(reason) = run.stopped() {
-            println!("  {} stopped: {reason}", run.member.label());
+            terminal::say(format_args!("  {} stopped: {reason}", run.member.label()));
         }
         let end = run.column("t_s")?.last().copied().unwrap_or(f64::NAN);
         let mut figures = vec![

@@ -59,7 +59,7 @@ impl Case for Hard {
     fn figures(&self, run: &Run) -> Result<Vec<Figure>, String> {
         let end = run.column("t_s")?.last().copied().unwrap_or(f64::NAN);
         if let Some(reason) = run.stopped() {
-            println!("  {} stopped: {reason}", run.member.label());
+            terminal::say(format_args!("  {} stopped: {reason}", run.member.label()));
             return Ok(vec![Figure::told("stopped with a diagnosis at [s]", end)]);
         }
         let mut figures = vec![

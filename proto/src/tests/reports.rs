@@ -327,6 +327,6 @@ fn a_server_that_cannot_play_is_told_why() {
     description.protocols = [crate::description::ProtocolVersion { major: 2, minor: 0 }; 2];
     let reasons = handshake::unfit(&description, Role::Fluid, &run);
     assert_eq!(reasons.len(), 8, "{reasons:#?}");
-    assert!(reasons[0].contains("beam 3 speaks protocol 2.0 to 2.0, this coordinator 1.2"), "{reasons:#?}");
+    assert!(reasons[0].contains("beam 3 speaks protocol 2.0 to 2.0, this coordinator 1.3"), "{reasons:#?}");
     assert!(reasons[1].contains("plays solid, needed is fluid"), "{reasons:#?}");
 }

@@ -74,8 +74,10 @@ impl RigidBody {
         let cells: f64 = ordered_sum(n, |i| m[i] * m[i] / (6.0 * density[i]));
         let angular_momentum: f64 = ordered_sum(n, |i| m[i] * cross(&arms[i], &velocity[i]));
         let origins = constants.supports.iter().map(|support| support.origin(&centre)).collect();
-        let angular_velocity = if of_places > 0.0 { angular_momentum / of_places } else { 0.0 };
         let inertia = RigidInertia { total: of_places + cells, cells };
+        // Of a single particle nothing but round-off is left to divide.
+        let turns = of_places > 1e-9 * inertia.total;
+        let angular_velocity = if turns { angular_momentum / of_places } else { 0.0 };
         let state = RigidState { centre, velocity: mean_velocity, angle: 0.0, angular_velocity };
         (Self { mass, inertia, arms, origins }, state)
     }

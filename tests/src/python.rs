@@ -3,8 +3,9 @@
 //! They need `python3` with the packages of `solvers/python/requirements.txt`. Where these are missing a test says that
 //! it is skipped; with the environment variable `TIDELOCK_REQUIRE_PYTHON` set, as `.ci/run` does, it fails.
 
+use std::io::BufRead;
 use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::process::{Child, Command, Stdio};
 
 /// Whether the solvers in Python can run here; says why not.
 #[must_use]
@@ -33,4 +34,43 @@ pub fn folder() -> PathBuf {
 #[must_use]
 pub fn import_path() -> String {
     format!("import sys\nsys.path.insert(0, {:?})\n", folder().to_string_lossy())
+}
+
+/// A solver in Python that listens; ended when dropped.
+#[derive(Debug)]
+pub struct Listening {
+    child: Child,
+    /// Where it listens, host and port.
+    pub address: String,
+}
+
+impl Listening {
+    /// Starts `script` with `further` options.
+    ///
+    /// # Panics
+    /// When it does not say where it listens.
+    #[must_use]
+    pub fn start(script: &Path, further: &[&str]) -> Self {
+        let mut child = Command::new("python3")
+            .arg(script)
+            .args(["--listen", "127.0.0.1:0"])
+            .args(further)
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let mut line = String::new();
+        std::io::BufReader::new(child.stdout.take().unwrap()).read_line(&mut line).unwrap();
+        let address = line.trim().strip_prefix("LISTEN ").expect("LISTEN and the address").to_owned();
+        Self { child, address }
+    }
+}
+
+impl Drop for Listening {
+    fn drop(&mut self) {
+        // Closing its input ends it; killing makes sure.
+        drop(self.child.stdin.take());
+        drop(self.child.kill());
+        drop(self.child.wait());
+    }
 }

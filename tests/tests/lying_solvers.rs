@@ -7,7 +7,7 @@
 use std::path::PathBuf;
 
 use tests::bench::{Bench, text};
-use tests::python::{folder, import_path, python_is_there};
+use tests::python::{Listening, folder, import_path, python_is_there};
 
 const MASS: &str = "self.total = np.bincount(setup.body, setup.mass)";
 const INERTIA: &str = "self.inertia = np.bincount(setup.body, own)";
@@ -15,14 +15,19 @@ const TORQUE: &str = "torque = np.bincount(self.body, _cross(self._arms(stage), 
 const RATES: &str = "rates[:, V], rates[:, SPIN] = force / self.total[:, None], torque / self.inertia";
 const SHOWN: &str = "return state[self.body, X] + arms, state[self.body, V] + turning";
 
-/// A copy of `rigid_body.py` with lines replaced, and a case that runs it.
-fn case_of(bench: &Bench, lines: &[(&str, &str)]) -> PathBuf {
+/// A copy of `rigid_body.py` with lines replaced.
+fn script_of(bench: &Bench, lines: &[(&str, &str)]) -> PathBuf {
     let mut code = std::fs::read_to_string(folder().join("rigid_body.py")).unwrap();
     for (line, other) in lines {
         assert_eq!(code.matches(line).count(), 1, "rigid_body.py has {line:?} once");
         code = code.replace(line, other);
     }
-    let script = bench.write("solver.py", &(import_path() + &code));
+    bench.write("solver.py", &(import_path() + &code))
+}
+
+/// A case that runs a copy with `lines` replaced.
+fn case_of(bench: &Bench, lines: &[(&str, &str)]) -> PathBuf {
+    let script = script_of(bench, lines);
     let rigid = "formulation = { type = \"rigid\" }";
     bench.shipped(
         "floating_body_python",
@@ -134,4 +139,41 @@ fn samples_shown_in_another_order_are_named() {
         6,
         &["`block`", "place of particle", "another order", "step 0 predictor"],
     );
+}
+
+/// What `conform` says of a copy with `lines` replaced must hold all `words`.
+fn found_out(test: &str, lines: &[(&str, &str)], words: &[&str]) {
+    if !python_is_there(test) {
+        return;
+    }
+    let bench = Bench::new(env!("CARGO_BIN_EXE_tidelock-node"));
+    let solver = Listening::start(&script_of(&bench, lines), &[]);
+    let checks = ["body-masses", "angular-momentum"];
+    for check in checks {
+        let output = bench.call(&["conform", &solver.address, "--only", check]);
+        let said = String::from_utf8_lossy(&output.stdout).into_owned();
+        if output.status.code() == Some(9) {
+            assert!(words.iter().all(|word| said.contains(word)), "{words:?}: {said}");
+            return;
+        }
+        assert_eq!(output.status.code(), Some(0), "{said}");
+    }
+    panic!("{checks:?} find nothing");
+}
+
+#[test]
+fn conform_names_each_lie() {
+    let test = "conform_names_each_lie";
+    let more = format!("torque = 1.05 * {}", TORQUE.strip_prefix("torque = ").unwrap());
+    found_out(test, &[(TORQUE, &more)], &["angular momentum", "torque"]);
+    let more = format!("{INERTIA} * 1.05");
+    found_out(test, &[(INERTIA, &more)], &["moment of inertia of body `block`"]);
+    let more = format!("{MASS} * 1.01");
+    found_out(test, &[(MASS, &more)], &["mass of body `block`"]);
+    let beside = SHOWN.replace("+ arms", "+ arms + [0.002, 0.0]");
+    found_out(test, &[(SHOWN, &beside)], &["position", "beside its place"]);
+    let still = SHOWN.replace("state[self.body, V] + turning", "0.0 * turning");
+    found_out(test, &[(SHOWN, &still)], &["momentum", "velocities"]);
+    let reverse = SHOWN.replace("state[self.body, X] + arms", "(state[self.body, X] + arms)[::-1]");
+    found_out(test, &[(SHOWN, &reverse)], &["another order"]);
 }

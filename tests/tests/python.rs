@@ -2,54 +2,22 @@
 //!
 //! For what they need see [`tests::python`].
 
-use std::io::BufRead;
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
+use std::process::{Command, Stdio};
 
 use sph::setup::SolidProbeKind;
 use sph::vector::Vector;
 use tests::bench::{Bench, digests, probe_rows, soon, text, wait_for_first_frame};
 use tests::certificates::{Authority, token};
-use tests::python::{self, python_is_there};
+use tests::python::{self, Listening, python_is_there};
 
 fn bench() -> Bench {
     Bench::new(env!("CARGO_BIN_EXE_tidelock-node"))
 }
 
-/// A solver in Python that listens; ended when dropped.
-struct Listening {
-    child: Child,
-    address: String,
-}
-
 /// A script of `solvers/python`.
 fn script(name: &str) -> PathBuf {
     python::folder().join(name)
-}
-
-impl Listening {
-    fn start(name: &str, further: &[&str]) -> Self {
-        let mut child = Command::new("python3")
-            .args([text(&script(name)), "--listen", "127.0.0.1:0"])
-            .args(further)
-            .stdin(Stdio::piped())
-            .stdout(Stdio::piped())
-            .spawn()
-            .unwrap();
-        let mut line = String::new();
-        std::io::BufReader::new(child.stdout.take().unwrap()).read_line(&mut line).unwrap();
-        let address = line.trim().strip_prefix("LISTEN ").expect("LISTEN and the address").to_owned();
-        Self { child, address }
-    }
-}
-
-impl Drop for Listening {
-    fn drop(&mut self) {
-        // Closing its input ends it; killing makes sure.
-        drop(self.child.stdin.take());
-        drop(self.child.kill());
-        drop(self.child.wait());
-    }
 }
 
 fn value(row: &[(String, f64)], column: &str) -> f64 {
@@ -141,7 +109,7 @@ fn the_solvers_in_python_conform() {
         return;
     }
     for script in ["rigid_body.py", "beam.py"] {
-        let server = Listening::start(script, &[]);
+        let server = Listening::start(&self::script(script), &[]);
         let output = bench().call(&["conform", &server.address]);
         let table = String::from_utf8_lossy(&output.stdout).into_owned();
         assert_eq!(output.status.code(), Some(0), "{script}: {table}");
@@ -163,7 +131,7 @@ fn a_secured_solver_in_python_lets_in_those_who_may_and_nobody_else() {
     let (cert, key, ca) = (path(own.file("server")), path(own.key("server")), path(own.file("ca")));
     let secured =
         ["--tls-cert", &cert, "--tls-key", &key, "--tls-client-ca", &ca, "--token-file", text(&right)];
-    let server = Listening::start("rigid_body.py", &secured);
+    let server = Listening::start(&script("rigid_body.py"), &secured);
     let address = format!("https://{}", server.address);
     let options = |trusts: &Authority, shows: Option<&Authority>, token: Option<&Path>| -> Vec<String> {
         let mut words = vec!["--tls-ca".to_owned(), path(trusts.file("ca"))];
@@ -228,7 +196,7 @@ fn a_solver_in_python_is_free_within_the_lease_when_its_coordinator_is_frozen() 
         return;
     }
     let bench = bench();
-    let server = Listening::start("rigid_body.py", &["--lease", "6"]);
+    let server = Listening::start(&script("rigid_body.py"), &["--lease", "6"]);
     let case = bench.shipped("floating_body_python", &[]);
     let out = bench.path("frozen");
     let mut run = Command::new(env!("CARGO_BIN_EXE_tidelock-node"))

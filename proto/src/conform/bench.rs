@@ -274,6 +274,10 @@ impl Bench {
     /// Runs with a dummy; both sides must come to the end.
     pub(super) async fn completed(&self, scene: Scene, quirk: Quirk) -> Result<[Record; 2], String> {
         let [own, dummy] = self.run_coupled(scene, quirk, None).await?;
+        // The partner knows what is wrong with the participant; that it ended is a consequence.
+        if let Some(fault @ Fault::Contradiction { .. }) = &dummy.fault {
+            return Err(fault.to_string());
+        }
         Ok([own.completed("the participant")?, dummy.completed("its partner")?])
     }
 

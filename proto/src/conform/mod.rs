@@ -15,6 +15,7 @@ use crate::security::{ClientSecurity, SecuredChannel};
 use crate::transport;
 
 mod bench;
+mod bodies;
 mod checkpoints;
 mod describe;
 mod dummy;
@@ -159,6 +160,8 @@ checks! {
     FreeFlight "free-flight" "Without contact everything flies on, and no force is reported." => physics::free_flight;
     Rest "rest" "What is at rest beside a partner at rest stays so." => physics::rest;
     ActionReaction "action-reaction" "Forces and torques of both sides cancel; momentum changes as booked." => physics::action_reaction;
+    Masses "body-masses" "Mass and moment of inertia of bodies are those of the set-up." => bodies::masses;
+    AngularMomentum "angular-momentum" "Under an eccentric force the angular momentum changes as the torques say." => bodies::angular_momentum;
     Galilean "galilean" "A common velocity of everything changes no force." => physics::galilean;
     QuarterTurn "quarter-turn" "A quarter turn of everything turns the forces." => physics::quarter_turn;
     Oscillator "order-oscillator" "On an exact oscillator the error falls as the square of the step." => physics::oscillator;

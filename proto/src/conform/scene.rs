@@ -32,6 +32,10 @@ pub(super) struct Scene {
     pub(super) coupled: bool,
     /// Whether the solid's lowest rows are held.
     pub(super) clamped: bool,
+    /// Whether the solid is rigid.
+    pub(super) rigid: bool,
+    /// Spacings by which the water is higher than the middle of the solid.
+    pub(super) rise: u32,
     /// Whether water and solid touch; otherwise they are far apart.
     pub(super) touching: bool,
     /// Velocity of everything \[m/s\].
@@ -58,6 +62,8 @@ impl Scene {
             kind,
             coupled: true,
             clamped: false,
+            rigid: false,
+            rise: 0,
             touching: false,
             velocity: Vector::zeros(),
             stream: Vector::zeros(),
@@ -127,7 +133,7 @@ impl Scene {
     fn fluid(&self) -> FluidSetup {
         let mut particles = FluidParticles::default();
         let left = if self.touching { 0.39 } else { 0.1 };
-        let water = lattice(Vector::new(left, 0.47), WATER);
+        let water = lattice(Vector::new(left, 0.47 + SPACING * f64::from(self.rise)), WATER);
         let spare = far_rows(self.spare_water);
         let density = REST_DENSITY * (1.0 + self.compression);
         for (id, position) in (0u32..).zip(water.chain(spare)) {
@@ -180,13 +186,7 @@ impl Scene {
             bodies: vec![BodySetup {
                 name: "block".into(),
                 material: ElasticMaterial { density: SOLID_DENSITY, bulk_modulus: 2e6, shear_modulus: 1e6 },
-                formulation: Formulation::TotalLagrangian(TotalLagrangian {
-                    smoothing_length: 0.75 * SPACING,
-                    law: HyperelasticLaw::NeoHookean,
-                    hourglass: 0.3,
-                    viscosity_a: 0.0,
-                    viscosity_b: 0.0,
-                }),
+                formulation: if self.rigid { Formulation::Rigid } else { elastic() },
                 supports: if self.clamped { vec![clamp] } else { Vec::new() },
                 acceleration: None,
                 loads: Vec::new(),
@@ -207,6 +207,16 @@ impl Scene {
             lost_particle_limit: 0,
         }
     }
+}
+
+fn elastic() -> Formulation {
+    Formulation::TotalLagrangian(TotalLagrangian {
+        smoothing_length: 0.75 * SPACING,
+        law: HyperelasticLaw::NeoHookean,
+        hourglass: 0.3,
+        viscosity_a: 0.0,
+        viscosity_b: 0.0,
+    })
 }
 
 /// Constants of the water: no viscosity, so that forces are smooth.

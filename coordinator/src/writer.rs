@@ -85,12 +85,14 @@ impl Writer {
     pub async fn state(&self, step: u64) -> Result<(RecorderState, [File; 2]), Failure> {
         let (tell, told) = oneshot::channel();
         self.order(move |recorder| {
+            let state = recorder.state(step);
+            let failed = state.as_ref().err().cloned().map_or(Ok(()), Err);
             // Whoever asked waits, or has given the run up.
-            drop(tell.send(recorder.state(step)?));
-            Ok(())
+            drop(tell.send(state));
+            failed
         })
         .await?;
-        self.within(told).await?.map_err(|_| self.problem())
+        self.within(told).await?.map_err(|_| self.problem())?
     }
 
     /// Completes all tables.

@@ -17,6 +17,8 @@
 //! all of its outputs are complete.
 
 pub mod directory;
+pub(crate) mod earlier;
+pub mod files;
 pub mod font;
 pub mod ledger;
 pub mod neighbourhood;

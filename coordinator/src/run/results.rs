@@ -47,6 +47,7 @@ pub(super) async fn finish(
         summarise(case, resolved, &ending, keeper.wall_seconds(), &recorded, sides, options.in_process);
     summary.checkpoints = keeper.figures().clone();
     summary.restarts = restarts;
+    summary.warnings.extend(recorded.warnings.iter().cloned());
     summary.write(&directory.file(directory::SUMMARY))?;
     let data = ReportData {
         title: case.name.clone(),

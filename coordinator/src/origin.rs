@@ -55,7 +55,9 @@ pub fn reload(directory: &OutputDirectory, digests: &Digests) -> Result<Case, Fa
     }
     let read = |path: &Path| {
         let found = kept.iter().find(|(role, _)| role_of(path) == Some(*role));
-        found.map(|(_, state)| state.clone()).ok_or_else(|| "the checkpoint knows of no such state".to_owned())
+        found
+            .map(|(_, state)| state.clone())
+            .ok_or_else(|| "the checkpoint knows of no such state".to_owned())
     };
     case::load(&directory.file(directory::CASE), &read).map_err(|errors| Failure::input(errors.to_string()))
 }

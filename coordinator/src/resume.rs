@@ -29,7 +29,7 @@ pub fn resume(arguments: &ResumeArguments) -> Result<(), Failure> {
     if let Some(difference) = checkpoint.case_difference(&case.identity()) {
         return Err(Failure::input(format!(
             "the case in `{}` is not the one of the checkpoint; they differ {difference}\n\
-             give the case back its old values, or start it anew by `run`",
+             give the case back its old values, or repeat the run by `run --force`",
             out.display()
         )));
     }
@@ -39,7 +39,8 @@ pub fn resume(arguments: &ResumeArguments) -> Result<(), Failure> {
     let changed = if arguments.accept_changed_outputs { Changed::Accept } else { Changed::Refuse };
     if changed == Changed::Refuse {
         let takes_part = [(Role::Fluid, case.has_fluid()), (Role::Solid, case.has_solid())];
-        let roles: Vec<Role> = takes_part.into_iter().filter_map(|(role, does)| does.then_some(role)).collect();
+        let roles: Vec<Role> =
+            takes_part.into_iter().filter_map(|(role, does)| does.then_some(role)).collect();
         Recorder::examine(&directory, &case, &roles, &checkpoint.outputs.recorder)?;
     }
     if !arguments.options.quiet {
@@ -69,7 +70,7 @@ pub fn newest(directory: &OutputDirectory) -> Result<RunCheckpoint, Failure> {
     found.checkpoint.ok_or_else(|| {
         let list = found.passed_over.join("\n  ");
         Failure::input(format!(
-            "`{}` holds no good checkpoint; start the run again by `run --force`\n  {list}",
+            "`{}` holds no good checkpoint; repeat the run by `run --force`\n  {list}",
             directory.path().display()
         ))
     })

@@ -176,11 +176,13 @@ impl Trials {
         command.stderr(Stdio::piped()).spawn().unwrap()
     }
 
-    /// Makes `times` trials: the moments in turn, and the victims of each in turn.
-    pub fn run(&self, times: u32, dice: &mut Dice, tally: &mut Tally) {
+    /// Makes `times` trials: the moments with `only` in their name in turn, and the victims of each in turn.
+    pub fn run(&self, times: u32, only: &str, dice: &mut Dice, tally: &mut Tally) {
+        let chosen: Vec<usize> = (0..MOMENTS.len()).filter(|k| MOMENTS[*k].name.contains(only)).collect();
+        assert!(!chosen.is_empty(), "no moment has `{only}` in its name");
         let (mut done, mut missed) = (0, 0);
         while done < times {
-            let place = usize::try_from(done).unwrap_or(0) % MOMENTS.len();
+            let place = chosen[usize::try_from(done).unwrap_or(0) % chosen.len()];
             let moment = &MOMENTS[place];
             let turn = usize::try_from(tally.moments[place].trials).unwrap_or(0);
             let victim = moment.victims[turn % moment.victims.len()];

@@ -150,7 +150,7 @@ fn killed_servers_and_coordinators_lose_nothing() {
     for (substeps, times) in [(None, times), (Some(4), 5)] {
         let trials = Trials::new(Path::new(PROGRAM), |bench| bench.tank_to(0.02, substeps));
         let mut tally = Tally::default();
-        trials.run(times, &mut dice, &mut tally);
+        trials.run(times, "", &mut dice, &mut tally);
         assert_eq!(tally.sum().equal, times, "{tally}");
     }
 }

@@ -98,7 +98,9 @@ fn a_refused_resume_changes_nothing() {
     let out = bench.path("out");
     let good = std::fs::read(out.join("case.toml")).unwrap();
     let resume = ["resume", text(&out), "--until", "0.003"];
-    let with = |further: &[&'static str]| -> Vec<&str> { resume.iter().copied().chain(further.iter().copied()).collect() };
+    let with = |further: &[&'static str]| -> Vec<&str> {
+        resume.iter().copied().chain(further.iter().copied()).collect()
+    };
     // The case was changed.
     change(&out.join("case.toml"), "sound_speed_m_s = 25.0", "sound_speed_m_s = 26.0");
     for way in [&[][..], &["--in-process"]] {
@@ -187,7 +189,13 @@ fn a_run_that_started_from_another_is_resumed_without_it() {
     let good = std::fs::read(&kept).unwrap();
     let resume_it = ["resume", text(&out), "--until", "0.004"];
     std::fs::write(&kept, std::fs::read(out.join("final/fluid.state")).unwrap()).unwrap();
-    refused_unchanged(&bench, &out, &resume_it, 2, &["start_fluid.state", "another state", "put the file back"]);
+    refused_unchanged(
+        &bench,
+        &out,
+        &resume_it,
+        2,
+        &["start_fluid.state", "another state", "put the file back"],
+    );
     std::fs::remove_file(&kept).unwrap();
     refused_unchanged(&bench, &out, &resume_it, 2, &["start_fluid.state", "put the file back"]);
     std::fs::write(&kept, good).unwrap();
@@ -207,7 +215,8 @@ fn a_lost_picture_costs_a_warning() {
     let out = bench.path("out");
     let pictures = || -> Vec<PathBuf> {
         let entries = std::fs::read_dir(out.join("checkpoints")).unwrap().flatten().map(|entry| entry.path());
-        let mut found: Vec<PathBuf> = entries.filter(|path| path.extension().is_some_and(|e| e == "state")).collect();
+        let mut found: Vec<PathBuf> =
+            entries.filter(|path| path.extension().is_some_and(|e| e == "state")).collect();
         found.sort();
         found
     };
@@ -282,7 +291,7 @@ fn half_written_remains_of_a_killed_run_are_removed() {
         std::fs::create_dir(checkpoints.join(step)).unwrap();
         std::fs::write(checkpoints.join(step).join("fluid.bin"), "half").unwrap();
     }
-    for file in ["picture_fluid_30.state", "picture_solid_30.state.partial"] {
+    for file in ["picture_fluid_33.state", "picture_solid_33.state.partial"] {
         std::fs::write(checkpoints.join(file), "half").unwrap();
     }
     resume(&bench, "out", &[]);

@@ -78,7 +78,9 @@ impl Store {
     /// Names of the checkpoints that are there, half-written ones too.
     fn names(&self) -> Vec<String> {
         let entries = fs::read_dir(&self.folder).into_iter().flatten().flatten();
-        entries.filter_map(|entry| entry.file_name().into_string().ok().filter(|name| is_name(name))).collect()
+        entries
+            .filter_map(|entry| entry.file_name().into_string().ok().filter(|name| is_name(name)))
+            .collect()
     }
 
     /// Steps of the checkpoints that are there, whatever their state, newest first.

@@ -321,7 +321,9 @@ fn write_marker(marker: &mut File) -> io::Result<()> {
     Read::by_ref(marker).take(MARKER_TEXT.len() as u64).read_to_end(&mut start)?;
     if start.is_empty() {
         marker.rewind()?;
-        return marker.write_all(format!("{MARKER_TEXT}, or was killed before its outputs were complete.\n").as_bytes());
+        return marker.write_all(
+            format!("{MARKER_TEXT}, or was killed before its outputs were complete.\n").as_bytes(),
+        );
     }
     if start == MARKER_TEXT.as_bytes() { Ok(()) } else { Err(io::ErrorKind::InvalidData.into()) }
 }
@@ -361,7 +363,10 @@ mod tests {
             put(&root.path().join(name), text);
             put(&root.path().join("probes.csv"), "t_s\n");
             let message = OutputDirectory::create(root.path(), Existing::Replace).unwrap_err().to_string();
-            assert!(message.contains("no results of a run") && message.contains("--out"), "{name}: {message}");
+            assert!(
+                message.contains("no results of a run") && message.contains("--out"),
+                "{name}: {message}"
+            );
             assert_eq!(fs::read_to_string(root.path().join(name)).unwrap(), text);
             assert_eq!(fs::read_dir(root.path()).unwrap().count(), 2, "{name}");
         }

@@ -7,9 +7,7 @@ use std::fs;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
-use super::directory::{
-    CHECKPOINTS, FINAL, LOGS, MARKER, OutputError, SIDES, SNAPSHOTS, SUMMARY, TOP_FILES,
-};
+use super::directory::{CHECKPOINTS, FINAL, LOGS, MARKER, OutputError, SIDES, SNAPSHOTS, SUMMARY, TOP_FILES};
 use super::files::{PARTIAL, open_regular, remove_if_there, with_suffix};
 use super::summary;
 use crate::checkpoint;
@@ -89,7 +87,11 @@ impl Remains {
             for file in names_in(root, &place)? {
                 if !checkpoint::FILES.contains(&file.as_str()) {
                     let reason = format!("holds `{CHECKPOINTS}/{name}/{file}`, which no run wrote");
-                    return Err(refused(root, reason, "move it elsewhere or choose another folder with `--out`"));
+                    return Err(refused(
+                        root,
+                        reason,
+                        "move it elsewhere or choose another folder with `--out`",
+                    ));
                 }
                 self.file(root, place.join(file))?;
             }
@@ -138,7 +140,11 @@ fn absent(error: &io::Error) -> bool {
 }
 
 fn refused(root: &Path, reason: String, hint: &'static str) -> OutputError {
-    OutputError::Refused { path: root.to_path_buf(), reason: format!("{reason}, so nothing was changed"), hint }
+    OutputError::Refused {
+        path: root.to_path_buf(),
+        reason: format!("{reason}, so nothing was changed"),
+        hint,
+    }
 }
 
 /// Names of what is in `folder`, none where there is no folder; those that are no text are left out.

@@ -19,6 +19,9 @@ struct Arguments {
     /// Number of trials for each way of stepping; each kind of moment in turn.
     #[arg(long, default_value_t = 100, value_parser = clap::value_parser!(u32).range(1..))]
     times: u32,
+    /// Only the moments with this in their name.
+    #[arg(long, default_value = "")]
+    only: String,
     /// Start of the random numbers.
     #[arg(long, default_value_t = 1)]
     seed: u64,
@@ -53,7 +56,7 @@ fn main() -> ExitCode {
         }
         let trials = Trials::new(&program, |bench| bench.tank_to(0.02, substeps));
         let mut tally = Tally::default();
-        trials.run(arguments.times, &mut dice, &mut tally);
+        trials.run(arguments.times, &arguments.only, &mut dice, &mut tally);
         print!("{name}:\n{tally}");
         good &= tally.problems.is_empty();
     }

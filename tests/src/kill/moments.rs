@@ -5,14 +5,16 @@ use super::Victim;
 /// When a kill comes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Aim {
-    /// At a random time of the run, from its first frame on.
-    Anytime,
+    /// At a random time of this part of the run, in percent, from its first frame on.
+    Part(u32),
     /// At a random time up to so many milliseconds after the process was started, or after the last kill.
     Within(u32),
     /// As soon as a checkpoint is half written.
     HalfCheckpoint,
-    /// As soon as one of these files is there, or half written; `LAST` stands for the last step.
-    File(&'static str),
+    /// As soon as this file is there, or half written; `LAST` stands for the last step.
+    Begun(&'static str),
+    /// As soon as this file is there.
+    Complete(&'static str),
 }
 
 /// One kill of a trial.
@@ -53,33 +55,32 @@ const fn end(name: &'static str, hits: &'static [Hit]) -> Moment {
     moment(name, &[Victim::Coordinator], hits)
 }
 
+const ANYTIME: Aim = Aim::Part(100);
+
 const EACH: &[Victim] = &Victim::EACH;
 
 /// All kinds of trials.
 pub const MOMENTS: [Moment; 14] = [
-    moment("at a random time", EACH, &[at(Aim::Anytime)]),
+    moment("at a random time", EACH, &[at(ANYTIME)]),
     moment("0 to 80 ms after the start", EACH, &[at(Aim::Within(80))]),
     moment("while a checkpoint is written", EACH, &[at(Aim::HalfCheckpoint)]),
-    moment(
-        "0 to 80 ms into a resume",
-        EACH,
-        &[of(Victim::Coordinator, Aim::Anytime), at(Aim::Within(80))],
-    ),
-    moment("twice in a row", EACH, &[at(Aim::Anytime), at(Aim::Anytime)]),
+    moment("0 to 80 ms into a resume", EACH, &[of(Victim::Coordinator, Aim::Part(60)), at(Aim::Within(80))]),
+    moment("twice in a row", EACH, &[at(Aim::Part(40)), at(Aim::Part(40))]),
     moment(
         "one server after the other",
         &[Victim::Fluid, Victim::Solid],
-        &[of(Victim::Solid, Aim::Anytime), at(Aim::Within(30)), of(Victim::Fluid, Aim::Within(30))],
+        &[of(Victim::Solid, Aim::Part(60)), at(Aim::Within(30)), of(Victim::Fluid, Aim::Within(30))],
     ),
-    moment("all, then the resume while it writes a checkpoint", &[Victim::Coordinator, Victim::All], &[
-        of(Victim::All, Aim::Anytime),
-        at(Aim::HalfCheckpoint),
-    ]),
-    Moment { record: true, ..moment("with frames recorded", EACH, &[at(Aim::Anytime)]) },
-    end("end: last snapshot and collection", &[at(Aim::File("snapshots/fluid_LAST.vtp"))]),
-    end("end: final states", &[at(Aim::File("final/fluid.state"))]),
-    end("end: last checkpoint", &[at(Aim::File("checkpoints/step_LAST"))]),
-    end("end: tables", &[at(Aim::File("probes.csv"))]),
-    end("end: summary", &[at(Aim::File("summary.json"))]),
-    end("end: report", &[at(Aim::File("report.html"))]),
+    moment(
+        "all, then the resume while it writes a checkpoint",
+        &[Victim::Coordinator, Victim::All],
+        &[of(Victim::All, Aim::Part(40)), at(Aim::HalfCheckpoint)],
+    ),
+    Moment { record: true, ..moment("with frames recorded", EACH, &[at(ANYTIME)]) },
+    end("end: last snapshot and collection", &[at(Aim::Begun("snapshots/fluid_LAST.vtp"))]),
+    end("end: final states", &[at(Aim::Begun("final/fluid.state"))]),
+    end("end: last checkpoint", &[at(Aim::Begun("checkpoints/step_LAST"))]),
+    end("end: tables", &[at(Aim::Complete("probes.csv"))]),
+    end("end: summary", &[at(Aim::Begun("summary.json"))]),
+    end("end: report", &[at(Aim::Begun("report.html"))]),
 ];

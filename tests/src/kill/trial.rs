@@ -77,10 +77,12 @@ impl Trial<'_> {
     /// Waits for the moment of `aim`; whether the run lasts until then.
     fn wait_for(&mut self, aim: Aim, out: &Path, dice: &mut Dice) -> bool {
         match aim {
-            Aim::Anytime => {
+            Aim::Part(percent) => {
                 let frame = out.join("snapshots/fluid_00000000.vtp");
                 let there = self.wait_until(LOOK, || frame.exists());
-                std::thread::sleep(self.trials.duration.mul_f64(dice.fraction()));
+                std::thread::sleep(
+                    self.trials.duration.mul_f64(f64::from(percent) / 100.0 * dice.fraction()),
+                );
                 there
             }
             Aim::Within(most) => {
@@ -91,23 +93,27 @@ impl Trial<'_> {
                 // One of the first ten.
                 for _ in 0..=(10.0 * dice.fraction()) as u32 {
                     let half = || {
-                        let names = std::fs::read_dir(out.join("checkpoints")).into_iter().flatten().flatten();
+                        let names =
+                            std::fs::read_dir(out.join("checkpoints")).into_iter().flatten().flatten();
                         names.into_iter().any(|entry| {
                             let name = entry.file_name();
-                            name.to_str().is_some_and(|name| name.starts_with("step_") && name.ends_with(".partial"))
+                            name.to_str()
+                                .is_some_and(|name| name.starts_with("step_") && name.ends_with(".partial"))
                         })
                     };
-                    if !(self.wait_until(Duration::ZERO, || !half()) && self.wait_until(Duration::ZERO, half)) {
+                    if !(self.wait_until(Duration::ZERO, || !half()) && self.wait_until(Duration::ZERO, half))
+                    {
                         return false;
                     }
                 }
                 true
             }
-            Aim::File(name) => {
+            Aim::Begun(name) | Aim::Complete(name) => {
                 let width = if name.starts_with("checkpoints") { 12 } else { 8 };
                 let name = name.replace("LAST", &format!("{:0width$}", self.trials.last_step));
                 let (whole, half) = (out.join(&name), out.join(format!("{name}.partial")));
-                let there = self.wait_until(Duration::ZERO, || half.exists() || whole.exists());
+                let begun = || matches!(aim, Aim::Begun(_)) && half.exists();
+                let there = self.wait_until(Duration::ZERO, || begun() || whole.exists());
                 // Somewhere in what comes with it.
                 std::thread::sleep(Duration::from_millis(3).mul_f64(dice.fraction()));
                 there
@@ -178,9 +184,8 @@ fn is_clear(said: &str) -> bool {
     let nothing_to_resume = said.contains("no good checkpoint") && said.contains("run --force")
         || said.contains("has no folder `checkpoints`")
         || said.contains("give the output folder of a run");
-    let lost_at_the_start = ["the fluid", "the solid", "fluid server", "solid server"]
-        .iter()
-        .any(|who| said.contains(who))
-        && said.contains("error");
+    let lost_at_the_start =
+        ["the fluid", "the solid", "fluid server", "solid server"].iter().any(|who| said.contains(who))
+            && said.contains("error");
     nothing_to_resume || lost_at_the_start
 }

@@ -137,7 +137,11 @@ impl<R: Read> Body<R> {
     /// A number of groups or fields.
     fn names(&mut self) -> Result<u32, String> {
         let count = self.u32()?;
-        if count > MOST_NAMES { Err(format!("{count} groups or fields, more than {MOST_NAMES}")) } else { Ok(count) }
+        if count > MOST_NAMES {
+            Err(format!("{count} groups or fields, more than {MOST_NAMES}"))
+        } else {
+            Ok(count)
+        }
     }
 
     fn u64(&mut self) -> Result<u64, String> {

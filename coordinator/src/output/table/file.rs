@@ -76,7 +76,8 @@ impl TableFile {
             return match changed {
                 Changed::Refuse => Err(missing(path)),
                 Changed::Accept => {
-                    let warning = format!("`{}` was missing: it has no rows before the checkpoint", name(path));
+                    let warning =
+                        format!("`{}` was missing: it has no rows before the checkpoint", name(path));
                     Ok(Resumed { file: Self::create(path, columns)?, warning: Some(warning) })
                 }
             };

@@ -77,9 +77,11 @@ fn a_changed_digit_is_found_and_confined() {
     let (path, mark) = table(root.path(), 10_000);
     change(&path, "\n5000.0,", "\n5001.0,");
     let message = refusal(&path, &mark);
-    let numbers: Vec<u64> = message.split("line ").skip(1).map(|rest| {
-        rest.split(|c: char| !c.is_ascii_digit()).next().unwrap().parse().unwrap()
-    }).collect();
+    let numbers: Vec<u64> = message
+        .split("line ")
+        .skip(1)
+        .map(|rest| rest.split(|c: char| !c.is_ascii_digit()).next().unwrap().parse().unwrap())
+        .collect();
     assert!(numbers[0] <= 5002 && 5002 <= numbers[1], "{message}");
     assert!(numbers[1] - numbers[0] < 400, "{message}");
 }

@@ -1,13 +1,13 @@
 //! The output folder of a run: who may write into it.
 
-use std::fs::{self, File, TryLockError};
-use std::io::{self, Read, Seek, Write};
-use std::os::unix::fs::MetadataExt;
+use std::fs::{self, File};
+use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use super::earlier::{self, MARKER_TEXT, Remains};
+use super::earlier::{self, Remains};
 use super::files::remove_if_there;
+use super::marker::{self, take_marker};
 
 pub use super::files::{PARTIAL, write_file};
 
@@ -251,7 +251,7 @@ impl Drop for OutputDirectory {
     }
 }
 
-fn refused<T>(path: &Path, reason: &str, hint: &'static str) -> Result<T, OutputError> {
+pub(super) fn refused<T>(path: &Path, reason: &str, hint: &'static str) -> Result<T, OutputError> {
     Err(OutputError::Refused { path: path.to_path_buf(), reason: reason.to_owned(), hint })
 }
 
@@ -260,72 +260,12 @@ fn is_empty(path: &Path) -> Result<bool, OutputError> {
     let failed = |e| OutputError::file("read output folder", path, e);
     for entry in fs::read_dir(path).map_err(failed)? {
         let name = entry.map_err(failed)?.file_name();
-        let ours = |text: String| text.is_empty() || text.starts_with(MARKER_TEXT);
-        if name != MARKER || !earlier::marker_text(&path.join(MARKER)).is_ok_and(ours) {
+        let ours = |text: String| text.is_empty() || text.starts_with(marker::TEXT);
+        if name != MARKER || !marker::text(&path.join(MARKER)).is_ok_and(ours) {
             return Ok(false);
         }
     }
     Ok(true)
-}
-
-/// Creates where needed and locks the marker, and says whether it was created; a lock distinguishes a running run from
-/// one that was killed.
-fn take_marker(path: &Path) -> Result<(File, bool), OutputError> {
-    let file = path.join(MARKER);
-    let failed = |e| OutputError::file("write to output folder", path, e);
-    loop {
-        let is_new = match fs::symlink_metadata(&file) {
-            Ok(facts) if facts.is_file() => false,
-            Ok(_) => return no_marker(path),
-            Err(e) if e.kind() == io::ErrorKind::NotFound => true,
-            Err(e) => return Err(failed(e)),
-        };
-        let mut marker = match File::options().read(true).write(true).create_new(is_new).open(&file) {
-            Err(e) if matches!(e.kind(), io::ErrorKind::NotFound | io::ErrorKind::AlreadyExists) => continue,
-            opened => opened.map_err(failed)?,
-        };
-        // A file system without locks still has the marker.
-        if matches!(marker.try_lock(), Err(TryLockError::WouldBlock)) {
-            return refused(
-                path,
-                "is being written by another run",
-                "wait for it to end or choose another folder with `--out`",
-            );
-        }
-        // The run before may have removed it meanwhile: a lock on what has no name holds nobody off.
-        let here = marker.metadata().map_err(failed)?;
-        if !fs::symlink_metadata(&file).is_ok_and(|f| (f.dev(), f.ino()) == (here.dev(), here.ino())) {
-            continue;
-        }
-        if let Err(e) = write_marker(&mut marker) {
-            if is_new {
-                let _ = fs::remove_file(&file);
-            }
-            return match e.kind() {
-                io::ErrorKind::InvalidData => no_marker(path),
-                _ => Err(OutputError::file("write to", &file, e)),
-            };
-        }
-        return Ok((marker, is_new));
-    }
-}
-
-fn no_marker<T>(path: &Path) -> Result<T, OutputError> {
-    let reason = format!("holds a `{MARKER}` that no run wrote, so nothing was changed");
-    refused(path, &reason, "move that file elsewhere or choose another folder")
-}
-
-/// Gives an empty marker its text.
-fn write_marker(marker: &mut File) -> io::Result<()> {
-    let mut start = Vec::new();
-    Read::by_ref(marker).take(MARKER_TEXT.len() as u64).read_to_end(&mut start)?;
-    if start.is_empty() {
-        marker.rewind()?;
-        return marker.write_all(
-            format!("{MARKER_TEXT}, or was killed before its outputs were complete.\n").as_bytes(),
-        );
-    }
-    if start == MARKER_TEXT.as_bytes() { Ok(()) } else { Err(io::ErrorKind::InvalidData.into()) }
 }
 
 #[cfg(test)]

@@ -4,41 +4,18 @@
 //! that leaves them empty. Links are removed, never followed.
 
 use std::fs;
-use std::io::{self, Read};
+use std::io;
 use std::path::{Path, PathBuf};
 
 use super::directory::{CHECKPOINTS, FINAL, LOGS, MARKER, OutputError, SIDES, SNAPSHOTS, SUMMARY, TOP_FILES};
-use super::files::{PARTIAL, open_regular, remove_if_there, with_suffix};
-use super::summary;
+use super::files::{PARTIAL, remove_if_there, with_suffix};
+use super::{marker, summary};
 use crate::checkpoint;
-
-/// Start of the text in a [`MARKER`].
-pub(super) const MARKER_TEXT: &str = "A run is writing here";
-/// Longest marker that is read \[bytes\].
-const LONGEST_MARKER: u64 = 256;
 
 /// Whether `root` holds the marker or the summary of a run.
 pub(super) fn carries_mark(root: &Path) -> bool {
-    marker_text(&root.join(MARKER)).is_ok_and(|text| text.starts_with(MARKER_TEXT))
+    marker::text(&root.join(MARKER)).is_ok_and(|text| text.starts_with(marker::TEXT))
         || summary::is_of_a_run(&root.join(SUMMARY))
-}
-
-/// Content of the marker at `path`.
-///
-/// # Errors
-/// When there is none, or it is a link, longer than a marker, or no text.
-pub(super) fn marker_text(path: &Path) -> io::Result<String> {
-    let unfit = || io::Error::new(io::ErrorKind::InvalidInput, "it is no marker of a run");
-    if fs::symlink_metadata(path)?.is_symlink() {
-        return Err(unfit());
-    }
-    let (file, length) = open_regular(path)?;
-    if length > LONGEST_MARKER {
-        return Err(unfit());
-    }
-    let mut text = String::new();
-    file.take(LONGEST_MARKER).read_to_string(&mut text)?;
-    Ok(text)
 }
 
 /// Files and folders of an earlier run, in the order in which they go.

@@ -21,6 +21,7 @@ pub(crate) mod earlier;
 pub mod files;
 pub mod font;
 pub mod ledger;
+mod marker;
 pub mod neighbourhood;
 pub mod plots;
 pub mod probes;

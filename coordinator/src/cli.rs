@@ -13,6 +13,7 @@ use sph::solver::Role;
 use crate::failure::{Failure, Kind};
 use crate::guard::{self, Guard};
 use crate::launch::Source;
+use crate::origin::Origin;
 use crate::output::directory::{Existing, OutputDirectory};
 
 /// Couples a fluid solver and an elastic-solid solver in lock-step and audits their interface.
@@ -105,7 +106,8 @@ pub struct NewRunOptions {
     /// Folder for the results [default: results/ and the name of the case file, with `_replay` for a replay].
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// Replace the results of an earlier run in that folder, which are refused otherwise.
+    /// Replace the results of an earlier run in that folder, which are refused otherwise. Files of a run go by their names;
+    /// a folder that no run wrote to is refused.
     #[arg(long)]
     pub force: bool,
     #[command(flatten)]
@@ -114,13 +116,14 @@ pub struct NewRunOptions {
 }
 
 impl NewRunOptions {
-    /// Makes the folder; without `--out` it has the name of `case` with `suffix`.
+    /// Makes the folder; without `--out` it has the name of `case` with `suffix`. The run starts from `origin`.
     ///
     /// # Errors
     /// When it cannot be, or holds results that must stay.
-    pub fn create(&self, case: &Path, suffix: &str) -> Result<OutputDirectory, Failure> {
+    pub fn create(&self, case: &Path, suffix: &str, origin: &Origin) -> Result<OutputDirectory, Failure> {
         let name = case.file_stem().unwrap_or(case.as_os_str()).to_string_lossy();
         let out = self.out.clone().unwrap_or_else(|| Path::new("results").join(format!("{name}{suffix}")));
+        origin.must_not_be_in(&out)?;
         let existing = if self.force { Existing::Replace } else { Existing::Refuse };
         Ok(OutputDirectory::create(&out, existing)?)
     }
@@ -161,6 +164,10 @@ pub struct ResumeArguments {
     /// Let another build of a solver take over; the results need not be those of an undisturbed run then.
     #[arg(long)]
     pub accept_other_build: bool,
+    /// Continue though tables or snapshots were changed or removed since the run wrote them: with what is there, which
+    /// `summary.json` says.
+    #[arg(long)]
+    pub accept_changed_outputs: bool,
     #[command(flatten)]
     #[allow(missing_docs)]
     pub options: RunOptions,
@@ -370,6 +377,8 @@ fn exit_codes() -> String {
 
 /// Runs the command line of this process.
 pub fn main() -> ExitCode {
+    // Without it only the message is lost.
+    drop(proto::file_size::fail_beyond_largest_file());
     let result = match Cli::parse().command {
         Command::Run(arguments) => crate::run::run(&arguments),
         Command::Resume(arguments) => crate::resume::resume(&arguments),

@@ -11,6 +11,7 @@ use tracing::trace_span;
 
 use crate::checkpoint::{Disk, OutputState, RunCheckpoint, Store, Written};
 use crate::failure::Failure;
+use crate::origin::Digests;
 use crate::output::directory::OutputError;
 use crate::output::summary::Checkpoints;
 use crate::writer::Writer;
@@ -24,11 +25,20 @@ pub struct Schedule {
     pub every_wall: Duration,
 }
 
+/// What a checkpoint says of its case.
+#[derive(Clone, Debug)]
+pub struct CaseFacts {
+    /// As `Case::identity` gives it.
+    pub identity: String,
+    /// What the run started from.
+    pub origin: Digests,
+}
+
 /// Takes checkpoints of one run.
 pub struct Keeper {
     store: Store,
     schedule: Schedule,
-    case: String,
+    case: CaseFacts,
     started: Instant,
     /// Wall time of the run before this process or attempt.
     wall_before: f64,
@@ -41,9 +51,9 @@ pub struct Keeper {
 }
 
 impl Keeper {
-    /// A keeper of the checkpoints in `folder` of a run of `case`, as `Case::identity` gives it; one that the disk has not taken
-    /// within `deadline` ends the run.
-    pub fn new(folder: PathBuf, schedule: Schedule, deadline: Duration, case: String) -> Self {
+    /// A keeper of the checkpoints in `folder` of a run of `case`; one that the disk has not taken within `deadline` ends the
+    /// run.
+    pub fn new(folder: PathBuf, schedule: Schedule, deadline: Duration, case: CaseFacts) -> Self {
         let now = Instant::now();
         Self {
             store: Store::new(folder),
@@ -114,7 +124,8 @@ impl Keeper {
         self.finish().await?;
         let (recorder, tables) = outputs.state(step).await?;
         let time = sides.first().map_or(0.0, |side| side.header.time);
-        let outputs = OutputState { case: self.case.clone(), recorder, wall_seconds: self.wall_seconds() };
+        let CaseFacts { identity: case, origin } = self.case.clone();
+        let outputs = OutputState { case, recorder, wall_seconds: self.wall_seconds(), origin };
         let checkpoint = RunCheckpoint { step, time, sides, outputs };
         self.figures.held_seconds += self.asked.elapsed().as_secs_f64();
         self.last = Instant::now();

@@ -1,6 +1,5 @@
 //! Starting servers as child processes of the coordinator, and ending them.
 
-use std::fs::File;
 use std::path::Path;
 use std::process::Stdio;
 use std::time::Duration;
@@ -12,6 +11,7 @@ use tokio::process::{Child, Command};
 
 use crate::failure::Failure;
 use crate::guard::Guard;
+use crate::output::files::fresh;
 
 /// A child that has not reported its address by then is given up.
 const START_DEADLINE: Duration = Duration::from_secs(30);
@@ -93,7 +93,7 @@ impl Server {
                 command.args(["--arithmetic", path.option()]);
             }
         }
-        let errors = File::create(log).map_err(|e| {
+        let errors = fresh(log).map_err(|e| {
             Failure::output(format!("cannot write the {role} server's log `{}`: {e}", log.display()))
         })?;
         let program = command.as_std().get_program().to_string_lossy().into_owned();

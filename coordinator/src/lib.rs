@@ -7,7 +7,7 @@
 //! | [`threads`] | how they share the cores of this machine |
 //! | [`control`], [`lockstep`] | grants, events, checks of the books |
 //! | [`recorder`], [`output`] | everything that a run leaves behind |
-//! | [`checkpoint`], [`keeper`] | states from which a run goes on, and when they are taken |
+//! | [`checkpoint`], [`keeper`], [`origin`] | states from which a run goes on, when they are taken, and what it started from |
 //! | [`study`] | what accuracy costs: `report` |
 //! | [`trace`] | what is done when, of all processes of a run |
 //! | [`run`], [`resume`], [`check`], [`conform`], [`cli`] | the commands |
@@ -28,6 +28,7 @@ pub mod in_process;
 pub mod keeper;
 pub mod launch;
 pub mod lockstep;
+pub mod origin;
 pub mod output;
 pub mod participants;
 pub mod preview;

@@ -1,7 +1,8 @@
 //! Writes what a run leaves behind, as it happens.
 
+mod pictures;
+
 use std::fs::File;
-use std::path::PathBuf;
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
@@ -13,23 +14,22 @@ use tracing::trace_span;
 use crate::case::Case;
 use crate::failure::Failure;
 use crate::lockstep::MatchedStep;
-use crate::output::directory::{self, OutputDirectory, OutputError};
-use crate::output::ledger::{Extremes, LedgerFile, LedgerSums, Work};
+use crate::output::directory::{self, Changed, OutputDirectory, OutputError};
+use crate::output::ledger::{self, Extremes, LedgerFile, LedgerSums, Work};
 use crate::output::neighbourhood;
 use crate::output::plots::gallery::{PairedSnapshot, Pictures};
-use crate::output::probes::ProbeFile;
+use crate::output::probes::{self, ProbeFile};
 use crate::output::state;
 use crate::output::summary::StepSizes;
+use crate::output::table::{TableFile, TableMark};
 use crate::output::vtk::Series;
 use crate::progress::Progress;
 
+pub use pictures::forget_others as forget_other_pictures;
+use pictures::{picture_file, stored_pictures};
+
 /// Breaches that the summary quotes.
 const QUOTED_BREACHES: usize = 10;
-
-/// Where the report's picture of `role` at `step` is kept.
-fn picture_file(directory: &OutputDirectory, role: Role, step: u64) -> PathBuf {
-    directory.file(directory::CHECKPOINTS).join(format!("picture_{role}_{step}.state"))
-}
 
 impl From<OutputError> for Failure {
     fn from(error: OutputError) -> Self {
@@ -83,8 +83,8 @@ pub struct Iterations {
 /// What a recorder goes on from: everything before the outputs of one step boundary.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct RecorderState {
-    probes_length: u64,
-    ledger_length: u64,
+    probes: TableMark,
+    ledger_file: TableMark,
     ledger: LedgerSums,
     ledger_row_due: bool,
     /// File names and times of the fluid's and the solid's snapshots.
@@ -94,6 +94,8 @@ pub struct RecorderState {
     tally: Tally,
     /// Impulse that crossed the interface so far, on the fluid and on the solid \[N s/m\].
     pub impulse: [Vector; 2],
+    /// What must be said of outputs that were found changed.
+    warnings: Vec<String>,
 }
 
 /// Writes tables, snapshots and final states, and keeps what the report needs.
@@ -110,6 +112,7 @@ pub struct Recorder {
     impulse: [Vector; 2],
     /// Steps of the pictures that are in files already.
     stored: [Vec<u64>; 2],
+    warnings: Vec<String>,
 }
 
 /// What remains of a recorder when all files are complete.
@@ -122,6 +125,8 @@ pub struct Recorded {
     pub work: Work,
     /// Snapshots for pictures, in time order.
     pub snapshots: Vec<PairedSnapshot>,
+    /// What must be said of outputs that were found changed when the run continued.
+    pub warnings: Vec<String>,
 }
 
 impl Recorder {
@@ -147,53 +152,90 @@ impl Recorder {
             ledger_row_due: false,
             // A lost attempt that took no checkpoint may have left its last frame.
             series: [
-                Series::resume(&snapshots, Role::Fluid, Vec::new())?,
-                Series::resume(&snapshots, Role::Solid, Vec::new())?,
+                Series::resume(&snapshots, Role::Fluid, Vec::new())?.0,
+                Series::resume(&snapshots, Role::Solid, Vec::new())?.0,
             ],
             pictures: Pictures::new(case.outputs.picture_times.clone()),
             progress,
             tally: Tally { time: case.run_setup().time.start_time, ..Tally::default() },
             impulse: [Vector::zeros(); 2],
             stored: [Vec::new(), Vec::new()],
+            warnings: Vec::new(),
         })
     }
 
-    /// A recorder that goes on from `state`: what was written after it goes.
+    /// That `directory` holds what a run of `case` had written there at `state`. Nothing is changed.
     ///
     /// # Errors
-    /// When a file that was there then is missing, is shorter, or cannot be written.
+    /// When a table or a snapshot is missing or is not as it was.
+    pub fn examine(
+        directory: &OutputDirectory,
+        case: &Case,
+        roles: &[Role],
+        state: &RecorderState,
+    ) -> Result<(), Failure> {
+        let probes = case.probes();
+        let takes_part = |role: Role| roles.contains(&role);
+        let columns = probes::columns(
+            if takes_part(Role::Fluid) { &probes.fluid } else { &[] },
+            if takes_part(Role::Solid) { &probes.solid } else { &[] },
+        );
+        TableFile::examine(&directory.file(directory::PROBES), &columns, &state.probes)?;
+        let columns = ledger::columns(roles);
+        TableFile::examine(&directory.file(directory::LEDGER), &columns, &state.ledger_file)?;
+        for files in &state.snapshots {
+            Series::examine(&directory.file(directory::SNAPSHOTS), files)?;
+        }
+        Ok(())
+    }
+
+    /// A recorder that continues from `state`: what was written after it goes.
+    ///
+    /// # Errors
+    /// When a table is missing or is not as it was and `changed` says to refuse that, or a file cannot be written.
     pub fn resume(
         directory: &Arc<OutputDirectory>,
         case: &Case,
         roles: &[Role],
         progress: Progress,
         state: &RecorderState,
+        changed: Changed,
     ) -> Result<Self, Failure> {
         let probes = case.probes();
         let folder = directory.file(directory::SNAPSHOTS);
         let fluid = roles.contains(&Role::Fluid).then_some(probes.fluid.as_slice());
         let solid = roles.contains(&Role::Solid).then_some(probes.solid.as_slice());
-        let series = |role: Role| Series::resume(&folder, role, state.snapshots[role.index()].clone());
-        let ledger = directory.file(directory::LEDGER);
-        let mut pictures = Pictures::new(case.outputs.picture_times.clone());
-        for role in [Role::Fluid, Role::Solid] {
-            for step in &state.pictures[role.index()] {
-                let picture = state::read(&picture_file(directory, role, *step));
-                pictures.take(role, picture.map_err(Failure::output)?);
-            }
+        let mut news: Vec<String> = Vec::new();
+        let mut series = |role: Role| -> Result<Series, OutputError> {
+            let (series, missing) = Series::resume(&folder, role, state.snapshots[role.index()].clone())?;
+            news.extend(missing.iter().map(|name| format!("the snapshot `{name}` was missing")));
+            Ok(series)
+        };
+        let series = [series(Role::Fluid)?, series(Role::Solid)?];
+        let path = directory.file(directory::PROBES);
+        let (probes, said) = ProbeFile::resume(&path, fluid, solid, &state.probes, changed)?;
+        news.extend(said);
+        let path = directory.file(directory::LEDGER);
+        let (ledger, said) =
+            LedgerFile::resume(&path, roles, &state.ledger_file, state.ledger.clone(), changed)?;
+        news.extend(said);
+        let (pictures, stored) = stored_pictures(directory, case, state, &mut news);
+        for text in &news {
+            terminal::note(format_args!("warning: {text}"));
         }
         Ok(Self {
             directory: directory.clone(),
-            probes: ProbeFile::resume(&directory.file(directory::PROBES), fluid, solid, state.probes_length)?,
-            ledger: LedgerFile::resume(&ledger, roles, state.ledger_length, state.ledger.clone())?,
+            probes,
+            ledger,
             ledger_every_steps: case.outputs.ledger_every_steps.max(1),
             ledger_row_due: state.ledger_row_due,
-            series: [series(Role::Fluid)?, series(Role::Solid)?],
+            series,
             pictures,
             progress,
             tally: state.tally.clone(),
             impulse: state.impulse,
-            stored: state.pictures.clone(),
+            stored,
+            warnings: state.warnings.iter().cloned().chain(news).collect(),
         })
     }
 
@@ -215,14 +257,15 @@ impl Recorder {
             }
         }
         let saved = RecorderState {
-            probes_length: self.probes.length_before(step)?,
-            ledger_length: self.ledger.file().length()?,
+            probes: self.probes.mark_before(step),
+            ledger_file: self.ledger.file().mark(),
             ledger: self.ledger.sums().clone(),
             ledger_row_due: self.ledger_row_due,
             snapshots: self.series.each_ref().map(|series| series.files_before(step)),
             pictures: self.stored.clone(),
             tally: self.tally.clone(),
             impulse: self.impulse,
+            warnings: self.warnings.clone(),
         };
         Ok((saved, [self.probes.file().handle()?, self.ledger.file().handle()?]))
     }
@@ -322,6 +365,7 @@ impl Recorder {
         let (extremes, work) = (*self.ledger.extremes(), self.ledger.work());
         self.probes.finish()?;
         self.ledger.finish()?;
-        Ok(Recorded { tally: self.tally, extremes, work, snapshots: self.pictures.finish() })
+        let (snapshots, warnings) = (self.pictures.finish(), self.warnings);
+        Ok(Recorded { tally: self.tally, extremes, work, snapshots, warnings })
     }
 }

@@ -9,6 +9,7 @@ use terminal::say;
 
 use crate::cli::{CompareArguments, ReplayArguments};
 use crate::failure::{Failure, Kind};
+use crate::origin;
 use crate::run::{self, Job, results};
 
 /// Runs one side of a recorded run alone and compares what it sends with the recording.
@@ -24,14 +25,15 @@ pub fn replay(arguments: &ReplayArguments) -> Result<(), Failure> {
              for `run`",
         ));
     }
-    let case = run::load(&arguments.case)?;
+    let (case, origin) = origin::load(&arguments.case)?;
     let recording = Recording::open(&arguments.recording)?;
     check(&recording, &results::digest(&case.identity()), &arguments.case)?;
-    let directory = arguments.new.create(&arguments.case, "_replay")?;
+    let directory = arguments.new.create(&arguments.case, "_replay", &origin)?;
+    let origin = origin.keep(&directory)?;
     let quiet = options.quiet;
     let alone = Some((side, arguments.recording.clone()));
     let directory = Arc::new(directory);
-    let job = Job { case, directory, options, resume: None, accept_other_build: false, alone };
+    let job = Job { case, origin, directory, options, resume: None, alone };
     let replayed = run::execute(&job)?.unwrap_or_default();
     match (replayed.difference, replayed.problem) {
         (Some(difference), _) => Err(Failure::new(

@@ -1,68 +1,79 @@
-//! `coordinator resume`: a run goes on from its newest good checkpoint.
+//! `coordinator resume`: a run continues from its newest good checkpoint.
 
 use std::path::Path;
 use std::sync::Arc;
 
-use crate::checkpoint::{Disk, RunCheckpoint, Store};
+use sph::solver::Role;
+
+use crate::checkpoint::{RunCheckpoint, Store};
 use crate::cli::ResumeArguments;
 use crate::failure::Failure;
-use crate::output::directory::{self, OutputDirectory};
-use crate::run::{self, Job};
+use crate::origin;
+use crate::output::directory::{self, Changed, OutputDirectory};
+use crate::recorder::Recorder;
+use crate::run::{self, Job, Resumption};
 
-/// Goes on with the run in a folder as the command line says.
+/// Continues the run in a folder as the command line says. Nothing in the folder is changed before all solvers have taken
+/// the checkpoint over.
 ///
 /// # Errors
-/// When there is no good checkpoint, when it is of another case, format, build or arithmetic path, and as
-/// [`run::run`].
+/// When there is no good checkpoint, when it is of another case, format, build or arithmetic path, when outputs are not as
+/// they were, and as [`run::run`].
 pub fn resume(arguments: &ResumeArguments) -> Result<(), Failure> {
     arguments.options.force_arithmetic()?;
     let out = &arguments.folder;
     let directory = Arc::new(OutputDirectory::reopen(out)?);
-    let mut case = run::load(&directory.file(directory::CASE))?;
     let checkpoint = newest(&directory)?;
+    let origin = checkpoint.outputs.origin.clone();
+    let mut case = origin::reload(&directory, &origin)?;
     if let Some(difference) = checkpoint.case_difference(&case.identity()) {
         return Err(Failure::input(format!(
             "the case in `{}` is not the one of the checkpoint; they differ {difference}\n\
-             give the case back its old values, or start it anew by `run`",
+             give the case back its old values, or repeat the run by `run --force`",
             out.display()
         )));
     }
     if let Some(time) = arguments.until {
         case.set_end_time(time).map_err(|problem| Failure::input(format!("`--until`: {problem}")))?;
     }
-    if !arguments.options.quiet {
-        terminal::note(format_args!("going on at step {}, t = {} s", checkpoint.step, checkpoint.time));
+    let changed = if arguments.accept_changed_outputs { Changed::Accept } else { Changed::Refuse };
+    if changed == Changed::Refuse {
+        let takes_part = [(Role::Fluid, case.has_fluid()), (Role::Solid, case.has_solid())];
+        let roles: Vec<Role> =
+            takes_part.into_iter().filter_map(|(role, does)| does.then_some(role)).collect();
+        Recorder::examine(&directory, &case, &roles, &checkpoint.outputs.recorder)?;
     }
+    if !arguments.options.quiet {
+        terminal::note(format_args!("continuing at step {}, t = {} s", checkpoint.step, checkpoint.time));
+    }
+    let accept_other_build = arguments.accept_other_build;
     let resumed = run::execute(&Job {
         case,
+        origin,
         directory,
         options: arguments.options.clone(),
-        resume: Some(checkpoint),
-        accept_other_build: arguments.accept_other_build,
+        resume: Some(Resumption { checkpoint, accept_other_build, changed }),
         alone: None,
     });
     resumed.map(drop)
 }
 
-/// The newest good checkpoint of the run in `directory`; says which are not good, and removes them.
+/// The newest good checkpoint of the run in `directory`; says which are not good.
 ///
 /// # Errors
 /// When there is none.
 pub fn newest(directory: &OutputDirectory) -> Result<RunCheckpoint, Failure> {
-    let store = Store::new(directory.file(directory::CHECKPOINTS));
-    let found = store.newest();
+    let found = Store::new(directory.file(directory::CHECKPOINTS)).newest();
     for problem in &found.passed_over {
         terminal::note(format_args!("passed over: {problem}"));
     }
-    let Some(checkpoint) = found.checkpoint else {
+    found.checkpoint.ok_or_else(|| {
         let list = found.passed_over.join("\n  ");
-        return Err(Failure::input(format!(
-            "`{}` holds no good checkpoint; start the run anew by `run`\n  {list}",
+        Failure::input(format!(
+            "`{}` holds no good checkpoint; repeat the run by `run --force`\n  {list}",
             directory.path().display()
-        )));
-    };
-    store.forget_after(&mut Disk, checkpoint.step)?;
-    Ok(checkpoint)
+        ))
+    })
 }
 
 /// The command that goes on with the run in `folder`.

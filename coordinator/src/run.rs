@@ -1,6 +1,7 @@
 //! `coordinator run`: from a case file to results.
 
 pub(crate) mod results;
+mod take_over;
 mod way;
 
 use std::path::{Path, PathBuf};
@@ -21,10 +22,10 @@ use crate::control::{self, Ending, Pace, Resumed, StopWish};
 use crate::failure::{Failure, Kind};
 use crate::header;
 use crate::in_process::{self, ThreadParticipant};
-use crate::keeper::{Keeper, Schedule};
+use crate::keeper::{CaseFacts, Keeper, Schedule};
 use crate::launch::Source;
-use crate::output::directory::{self, OutputDirectory, write_file};
-use crate::output::state;
+use crate::origin::{self, Digests};
+use crate::output::directory::{self, Changed, OutputDirectory};
 use crate::output::summary::Participant;
 use crate::participants::{CommandLine, NewsResult, Participants};
 use crate::progress::Progress;
@@ -37,8 +38,6 @@ use crate::writer::Writer;
 
 /// Events that may wait for the coordinator when solvers are threads.
 const PENDING_EVENTS: usize = 256;
-/// Folder of server logs within the results.
-const LOGS: &str = "logs";
 
 /// Runs a case as the command line says.
 ///
@@ -47,26 +46,37 @@ const LOGS: &str = "logs";
 /// was computed until then is written in every case.
 pub fn run(arguments: &RunArguments) -> Result<(), Failure> {
     arguments.new.options.force_arithmetic()?;
-    let case = load(&arguments.case)?;
-    let directory = Arc::new(arguments.new.create(&arguments.case, "")?);
+    let (case, origin) = origin::load(&arguments.case)?;
+    let directory = Arc::new(arguments.new.create(&arguments.case, "", &origin)?);
+    let origin = origin.keep(&directory)?;
     let options = arguments.new.options.clone();
-    execute(&Job { case, directory, options, resume: None, accept_other_build: false, alone: None }).map(drop)
+    execute(&Job { case, origin, directory, options, resume: None, alone: None }).map(drop)
 }
 
 /// A run to be made, or to go on.
 pub struct Job {
     /// What is computed.
     pub case: Case,
+    /// What it started from.
+    pub origin: Digests,
     /// Where results go.
     pub directory: Arc<OutputDirectory>,
     /// How it is run.
     pub options: RunOptions,
-    /// Where it goes on.
-    pub resume: Option<RunCheckpoint>,
-    /// Another build of a solver may take over.
-    pub accept_other_build: bool,
+    /// Where it continues.
+    pub resume: Option<Resumption>,
     /// The only side that runs, and the recording from which the other is played.
     pub alone: Option<(Role, PathBuf)>,
+}
+
+/// Where a run continues, and what it may be that it was not.
+pub struct Resumption {
+    /// State of both sides and of the outputs.
+    pub checkpoint: RunCheckpoint,
+    /// Another build of a solver may take over.
+    pub accept_other_build: bool,
+    /// What to do with outputs that are not as they were.
+    pub changed: Changed,
 }
 
 /// Makes a run; answers what came of a replay, if it was one.
@@ -104,8 +114,9 @@ pub fn execute(job: &Job) -> Result<Option<Replayed>, Failure> {
 
 /// Adds the command that goes on, where there is a checkpoint and going on may help.
 fn with_way_on(mut failure: Failure, job: &Job) -> Failure {
-    let helps =
-        matches!(failure.kind, Kind::Lost | Kind::Stopped | Kind::Output | Kind::Ledger | Kind::Server);
+    // What was refused before anything was changed would be refused again.
+    let helps = job.directory.is_changed()
+        && matches!(failure.kind, Kind::Lost | Kind::Stopped | Kind::Output | Kind::Ledger | Kind::Server);
     let store = Store::new(job.directory.file(directory::CHECKPOINTS));
     if helps && store.newest().checkpoint.is_some() {
         let command = resume::command(job.directory.path());
@@ -119,7 +130,7 @@ fn with_way_on(mut failure: Failure, job: &Job) -> Failure {
 /// # Errors
 /// All mistakes of the file.
 pub fn load(path: &Path) -> Result<Case, Failure> {
-    case::load(path, &state::read).map_err(|errors| Failure::input(errors.to_string()))
+    origin::load(path).map(|(case, _)| case)
 }
 
 /// The solvers of a run, wherever they are.
@@ -157,23 +168,25 @@ async fn make_attempts(
 ) -> Result<(Ending, Option<Replayed>), Failure> {
     let Job { case, directory, options, .. } = job;
     let resolved = case.resolved_toml();
-    write_file(&directory.file(directory::CASE), |file| {
-        std::io::Write::write_all(file, resolved.as_bytes())
-    })?;
+    if job.resume.is_none() {
+        job.write_case()?;
+    }
     let mut wishes = watch_signals()?;
     let mut keeper = Keeper::new(
         directory.file(directory::CHECKPOINTS),
         schedule(case, options),
         case.disk_deadline(),
-        case.identity(),
+        CaseFacts { identity: case.identity(), origin: job.origin.clone() },
     );
-    let mut from = job.resume.clone();
+    let first_log = take_over::first_free_log(job);
+    let mut from = job.resume.as_ref().map(|resume| resume.checkpoint.clone());
     let mut restarts: Vec<String> = Vec::new();
     // A recording is no partner that could be started again.
     let most =
         if job.alone.is_some() { 0 } else { options.max_restarts.unwrap_or(case.checkpoint().max_restarts) };
     loop {
-        let attempt = Attempt { job, from: from.as_ref(), number: restarts.len(), recording, trace };
+        let number = restarts.len();
+        let attempt = Attempt { job, from: from.as_ref(), number, first_log, recording, trace };
         let run = attempt.make(&mut keeper, &mut wishes).await?;
         let (roles, failure) = match &run.ending {
             Ending::Lost { roles, failure }
@@ -213,6 +226,8 @@ struct Attempt<'a> {
     job: &'a Job,
     from: Option<&'a RunCheckpoint>,
     number: usize,
+    /// Number of the first attempt's logs.
+    first_log: usize,
     recording: Option<&'a RecordingWriter>,
     trace: Option<&'a Trace>,
 }
@@ -245,10 +260,16 @@ impl Attempt<'_> {
         let progress = Progress::new(setup.time, options.quiet);
         let (recorder, resumed) = match self.from {
             Some(checkpoint) => {
+                if let Err(failure) = self.take_over(checkpoint, keeper.store()) {
+                    drop(participants);
+                    solvers.end().await;
+                    return Err(failure);
+                }
                 keeper.resume(checkpoint);
                 let state = &checkpoint.outputs.recorder;
                 let resumed = Resumed { step: checkpoint.step, impulse: state.impulse };
-                (Recorder::resume(directory, case, &roles, progress, state)?, Some(resumed))
+                let changed = self.job.changed();
+                (Recorder::resume(directory, case, &roles, progress, state, changed)?, Some(resumed))
             }
             None => (Recorder::create(directory, case, &roles, progress)?, None),
         };
@@ -268,7 +289,7 @@ impl Attempt<'_> {
     }
 
     async fn start(&self) -> Result<(Solvers, Participants), Failure> {
-        let Job { case, directory, options, accept_other_build, .. } = self.job;
+        let Job { case, directory, options, .. } = self.job;
         let threads = Threads::of(case, options.threads);
         if options.in_process {
             let (events, received) = mpsc::channel::<(Role, NewsResult)>(PENDING_EVENTS);
@@ -277,7 +298,7 @@ impl Attempt<'_> {
             let lines = solvers.iter().map(|t| (t.role, CommandLine::Thread(t.commands.clone()))).collect();
             return Ok((Solvers::Threads(solvers), Participants::new(lines, received, events, true)));
         }
-        let logs = directory.file(LOGS);
+        let logs = directory.file(directory::LOGS);
         std::fs::create_dir_all(&logs)
             .map_err(|e| Failure::output(format!("cannot create `{}`: {e}", logs.display())))?;
         let mut plans = Vec::new();
@@ -294,7 +315,7 @@ impl Attempt<'_> {
         if let Some(silence) = options.silence {
             deadlines.silence = Duration::from_secs_f64(silence);
         }
-        let accept_other_build = *accept_other_build;
+        let accept_other_build = self.job.resume.as_ref().is_some_and(|resume| resume.accept_other_build);
         // Attempts are limited to some thousand.
         let epoch = u32::try_from(self.number + 1).unwrap_or(u32::MAX);
         let resume = self.from.map(|checkpoint| Resume { checkpoint, epoch, accept_other_build });
@@ -308,7 +329,7 @@ impl Attempt<'_> {
             deadlines,
             security: &security,
             resume,
-            attempt: self.number,
+            attempt: self.first_log + self.number,
             between,
             trace: self.trace.map(Trace::folder),
         };

@@ -85,12 +85,14 @@ impl Writer {
     pub async fn state(&self, step: u64) -> Result<(RecorderState, [File; 2]), Failure> {
         let (tell, told) = oneshot::channel();
         self.order(move |recorder| {
+            let state = recorder.state(step);
+            let failed = state.as_ref().err().cloned().map_or(Ok(()), Err);
             // Whoever asked waits, or has given the run up.
-            drop(tell.send(recorder.state(step)?));
-            Ok(())
+            drop(tell.send(state));
+            failed
         })
         .await?;
-        self.within(told).await?.map_err(|_| self.problem())
+        self.within(told).await?.map_err(|_| self.problem())?
     }
 
     /// Completes all tables.
@@ -165,6 +167,42 @@ fn write(mut recorder: Recorder, mut orders: mpsc::Receiver<Order>, problem: &Mu
                 drop(tell.send(recorder.finish()));
                 return;
             }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::case;
+    use crate::failure::Kind;
+    use crate::output::directory::{self, Existing, OutputDirectory};
+    use crate::progress::Progress;
+
+    #[test]
+    fn whoever_waits_for_a_state_that_cannot_be_stored_is_told_why() {
+        let root = tempfile::tempdir().unwrap();
+        let text = include_str!("case/testdata/everything.toml");
+        let none = |_: &Path| Err("no such file".to_owned());
+        let case = case::parse(text, "case.toml", Path::new("."), &none);
+        let case = case.unwrap();
+        let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap();
+        // Two threads race for the answer.
+        for attempt in 0..200 {
+            let out = root.path().join(attempt.to_string());
+            let directory = Arc::new(OutputDirectory::create(&out, Existing::Refuse).unwrap());
+            // As a disk without room for a folder.
+            std::fs::write(directory.file(directory::CHECKPOINTS), "").unwrap();
+            let progress = Progress::new(case.run_setup().time, true);
+            let recorder = Recorder::create(&directory, &case, &[], progress).unwrap();
+            let failure = runtime.block_on(async {
+                let writer = Writer::start(recorder, Duration::from_secs(60)).unwrap();
+                writer.state(1).await.unwrap_err()
+            });
+            assert_eq!(failure.kind, Kind::Output, "{failure}");
+            assert!(failure.message.contains(directory::CHECKPOINTS), "{failure}");
         }
     }
 }

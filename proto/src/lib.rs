@@ -15,6 +15,7 @@ pub mod conform;
 mod convert;
 pub mod description;
 mod error;
+pub mod file_size;
 pub mod handshake;
 pub mod hostile;
 pub mod limits;

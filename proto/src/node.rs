@@ -65,6 +65,8 @@ pub struct NodeArgs {
 
 /// Runs a server program: parses `args` (the first is the program's name), serves until told to end.
 pub fn main_with<F: SolverFactory>(args: impl IntoIterator<Item = OsString>, factory: F) -> ExitCode {
+    // Without it only the message is lost.
+    drop(crate::file_size::fail_beyond_largest_file());
     let args = match NodeArgs::try_parse_from(args) {
         Ok(args) => args,
         Err(error) => {

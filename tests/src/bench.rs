@@ -276,7 +276,7 @@ pub fn command_line(process: u32) -> String {
 }
 
 /// Whether a process runs; one that only waits to be reaped does not.
-fn runs(process: u32) -> bool {
+pub fn runs(process: u32) -> bool {
     stat(process).is_some_and(|(state, _)| state != "Z" && state != "X")
 }
 

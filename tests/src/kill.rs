@@ -1,12 +1,21 @@
-//! Kills a fluid server, a solid server or the coordinator somewhere in a run, and compares what comes out in the end with
-//! the results of an undisturbed run, bit for bit.
+//! Kills servers and coordinators at chosen moments of a run, sees the run to its end, and compares what comes out with the
+//! results of an undisturbed run, bit for bit.
 
-use std::fmt::Write as _;
+mod compare;
+mod moments;
+mod trial;
+
+use std::fmt;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
+use rustix::process::{Pid, Signal, kill_process};
+
 use crate::bench::{Bench, children_of, command_line, text, wait_for_first_frame};
+
+pub use compare::{same_files, same_results};
+pub use moments::{Aim, Hit, MOMENTS, Moment};
 
 /// Steps between checkpoints.
 const EVERY_STEPS: &str = "40";
@@ -22,21 +31,84 @@ pub enum Victim {
     Fluid,
     /// The solid server.
     Solid,
-    /// The coordinator; the run goes on by `resume`.
+    /// The coordinator; the run continues by `resume`.
     Coordinator,
+    /// Both servers.
+    Both,
+    /// Both servers and the coordinator.
+    All,
+}
+
+impl Victim {
+    /// All of them.
+    pub const EACH: [Self; 5] = [Self::Fluid, Self::Solid, Self::Coordinator, Self::Both, Self::All];
+
+    /// Those of the run of `coordinator` that are there.
+    fn processes(self, coordinator: u32) -> Vec<u32> {
+        let (fluid, solid) = (server_of(coordinator, "node-fluid"), server_of(coordinator, "node-solid"));
+        let found = match self {
+            Self::Fluid => [fluid, None, None],
+            Self::Solid => [solid, None, None],
+            Self::Coordinator => [Some(coordinator), None, None],
+            Self::Both => [fluid, solid, None],
+            Self::All => [Some(coordinator), fluid, solid],
+        };
+        found.into_iter().flatten().collect()
+    }
+}
+
+/// What became of the trials of one moment.
+#[derive(Clone, Debug, Default)]
+pub struct Count {
+    /// Trials.
+    pub trials: u32,
+    /// Trials that ended with the undisturbed run's bits and nothing stale.
+    pub equal: u32,
+    /// Of these, trials killed before the first checkpoint, which was said, so that the run was repeated.
+    pub repeated: u32,
+    /// Kills in them; one that hits several processes at once counts once.
+    pub kills: u32,
 }
 
 /// What a number of trials has shown.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct Tally {
-    /// Trials with a kill in the middle of the run.
-    pub trials: u32,
-    /// Trials that ended with the undisturbed run's bits.
-    pub equal: u32,
-    /// Trials in which the coordinator was killed before the first checkpoint, so that the run was started anew.
-    pub anew: u32,
-    /// What went wrong in the others.
+    /// By moment, as in [`MOMENTS`].
+    pub moments: Vec<Count>,
+    /// What went wrong.
     pub problems: Vec<String>,
+}
+
+impl Default for Tally {
+    fn default() -> Self {
+        Self { moments: vec![Count::default(); MOMENTS.len()], problems: Vec::new() }
+    }
+}
+
+impl Tally {
+    /// All moments together.
+    pub fn sum(&self) -> Count {
+        self.moments.iter().fold(Count::default(), |sum, count| Count {
+            trials: sum.trials + count.trials,
+            equal: sum.equal + count.equal,
+            repeated: sum.repeated + count.repeated,
+            kills: sum.kills + count.kills,
+        })
+    }
+}
+
+impl fmt::Display for Tally {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let line = |f: &mut fmt::Formatter<'_>, name: &str, count: &Count| {
+            let Count { trials, equal, repeated, kills } = count;
+            writeln!(f, "  {name}: {equal} of {trials} equal, {repeated} repeated, {kills} kills")
+        };
+        for (moment, count) in MOMENTS.iter().zip(&self.moments).filter(|(_, count)| count.trials > 0) {
+            line(f, moment.name, count)?;
+        }
+        line(f, "together", &self.sum())?;
+        self.problems.iter().try_for_each(|problem| writeln!(f, "  {problem}"))
+    }
 }
 
 /// A generator of numbers that are random enough for times of death (xorshift64*).
@@ -66,6 +138,8 @@ pub struct Trials {
     program: PathBuf,
     case: PathBuf,
     duration: Duration,
+    /// Completed steps at the end.
+    last_step: u64,
 }
 
 impl Trials {
@@ -73,118 +147,63 @@ impl Trials {
     pub fn new(program: &Path, write: impl FnOnce(&Bench) -> PathBuf) -> Self {
         let bench = Bench::new(text(program));
         let case = write(&bench);
-        let mut trials = Self { bench, program: program.into(), case, duration: Duration::ZERO };
-        let mut run = trials.start("whole");
+        let mut trials =
+            Self { bench, program: program.into(), case, duration: Duration::ZERO, last_step: 0 };
+        let mut run = trials.start("whole", None);
         wait_for_first_frame(&trials.bench.path("whole"), &mut run, LOOK);
         let started = Instant::now();
         let status = wait(&mut run);
         assert_eq!(status, Some(0), "the undisturbed run");
         trials.duration = started.elapsed();
+        trials.last_step = trials.bench.summary("whole")["steps"].as_u64().unwrap();
         trials
     }
 
-    fn start(&self, name: &str) -> Child {
+    fn start(&self, name: &str, record: Option<&Path>) -> Child {
         let out = self.bench.path(name);
         let mut command = Command::new(&self.program);
         command.args(["run", text(&self.case), "--quiet", "--threads", "1", "--force", "--out", text(&out)]);
         command.args(["--checkpoint-every-steps", EVERY_STEPS]);
+        command.args(record.into_iter().flat_map(|file| ["--record", text(file)]));
         command.stderr(Stdio::piped()).spawn().unwrap()
     }
 
-    /// Kills `victim` after a fraction `when` of the undisturbed run's time and sees the run to its end; `None` when it
-    /// had ended before.
-    fn one(&self, victim: Victim, when: f64, tally: &mut Tally) -> Option<Result<(), String>> {
-        // `--force` leaves no old frame that could be taken for a new one.
-        drop(std::fs::remove_dir_all(self.bench.path("killed")));
-        let mut run = self.start("killed");
-        wait_for_first_frame(&self.bench.path("killed"), &mut run, LOOK);
-        std::thread::sleep(self.duration.mul_f64(when));
-        let target = match victim {
-            Victim::Coordinator => Some(run.id()),
-            Victim::Fluid => server_of(run.id(), "node-fluid"),
-            Victim::Solid => server_of(run.id(), "node-solid"),
-        };
-        let hit = target.is_some_and(|process| run.try_wait().unwrap().is_none() && kill(process));
-        let mut status = wait(&mut run);
-        if !hit {
-            return None;
-        }
-        let mut said = std::io::read_to_string(run.stderr.take().unwrap()).unwrap_or_default();
-        if victim == Victim::Coordinator && status.is_none() {
-            let out = self.bench.path("killed");
-            let output =
-                self.bench.call(&["resume", text(&out), "--quiet", "--checkpoint-every-steps", EVERY_STEPS]);
-            status = output.status.code();
-            said = String::from_utf8_lossy(&output.stderr).into_owned();
-            if status == Some(2) && said.contains("anew") || said.contains("has no folder") {
-                tally.anew += 1;
-                status = wait(&mut self.start("killed"));
-            }
-        }
-        if status != Some(0) {
-            return Some(Err(format!("ended with {status:?}: {said}")));
-        }
-        Some(same_results(&self.bench.path("whole"), &self.bench.path("killed")))
+    fn resume(&self, name: &str) -> Child {
+        let out = self.bench.path(name);
+        let mut command = Command::new(&self.program);
+        command.args(["resume", text(&out), "--quiet", "--threads", "1"]);
+        command.args(["--checkpoint-every-steps", EVERY_STEPS]);
+        command.stderr(Stdio::piped()).spawn().unwrap()
     }
 
-    /// Makes `times` trials, each victim in turn.
-    pub fn run(&self, times: u32, dice: &mut Dice, tally: &mut Tally) {
-        let victims = [Victim::Fluid, Victim::Solid, Victim::Coordinator];
-        let mut missed = 0;
-        let mut done = 0;
+    /// Makes `times` trials: the moments with `only` in their name in turn, and the victims of each in turn.
+    pub fn run(&self, times: u32, only: &str, dice: &mut Dice, tally: &mut Tally) {
+        let chosen: Vec<usize> = (0..MOMENTS.len()).filter(|k| MOMENTS[*k].name.contains(only)).collect();
+        assert!(!chosen.is_empty(), "no moment has `{only}` in its name");
+        let (mut done, mut missed) = (0, 0);
         while done < times {
-            let victim = victims[usize::try_from(done % 3).unwrap_or(0)];
-            let when = dice.fraction();
-            let Some(result) = self.one(victim, when, tally) else {
+            let place = chosen[usize::try_from(done).unwrap_or(0) % chosen.len()];
+            let moment = &MOMENTS[place];
+            let turn = usize::try_from(tally.moments[place].trials).unwrap_or(0);
+            let victim = moment.victims[turn % moment.victims.len()];
+            let Some(made) = self.make(moment, victim, dice) else {
                 missed += 1;
                 assert!(missed < 10 * times + 20, "runs end before they can be hit");
                 continue;
             };
             done += 1;
-            tally.trials += 1;
-            match result {
-                Ok(()) => tally.equal += 1,
-                Err(problem) => tally.problems.push(format!("{victim:?} at {when:.3}: {problem}")),
+            let count = &mut tally.moments[place];
+            count.trials += 1;
+            count.kills += made.kills;
+            match made.outcome {
+                Ok(()) => {
+                    count.equal += 1;
+                    count.repeated += u32::from(made.repeated);
+                }
+                Err(problem) => tally.problems.push(format!("{}, {victim:?}: {problem}", moment.name)),
             }
         }
     }
-}
-
-/// Whether two folders of results hold the same tables, frames and final states, byte for byte.
-///
-/// # Errors
-/// The first difference.
-pub fn same_results(expected: &Path, found: &Path) -> Result<(), String> {
-    let mut names: Vec<String> = ["probes.csv", "ledger.csv"].map(String::from).to_vec();
-    for folder in ["snapshots", "final"] {
-        let list = |root: &Path| -> Result<Vec<String>, String> {
-            let entries = std::fs::read_dir(root.join(folder)).map_err(|e| format!("{folder}: {e}"))?;
-            let mut names: Vec<String> =
-                entries.flatten().map(|e| format!("{folder}/{}", e.file_name().to_string_lossy())).collect();
-            names.sort();
-            Ok(names)
-        };
-        let (a, b) = (list(expected)?, list(found)?);
-        if a != b {
-            let mut text = format!("other files in {folder}:");
-            for name in a.iter().filter(|name| !b.contains(name)) {
-                let _ = write!(text, " -{name}");
-            }
-            for name in b.iter().filter(|name| !a.contains(name)) {
-                let _ = write!(text, " +{name}");
-            }
-            return Err(text);
-        }
-        names.extend(a);
-    }
-    for name in names {
-        let read = |root: &Path| std::fs::read(root.join(&name)).map_err(|e| format!("{name}: {e}"));
-        let (a, b) = (read(expected)?, read(found)?);
-        if let Some(place) = (0..a.len().max(b.len())).find(|k| a.get(*k) != b.get(*k)) {
-            return Err(format!("{name} differs from byte {place} on ({} and {} bytes)", a.len(), b.len()));
-        }
-    }
-    Ok(())
 }
 
 /// The server of a coordinator, by the hidden sub-command that it was started with.
@@ -192,8 +211,11 @@ pub fn server_of(coordinator: u32, command: &str) -> Option<u32> {
     children_of(coordinator).into_iter().find(|child| command_line(*child).contains(command))
 }
 
-fn kill(process: u32) -> bool {
-    Command::new("kill").args(["-KILL", &process.to_string()]).status().is_ok_and(|status| status.success())
+/// Kills all of `processes` at once; whether any was there.
+fn kill(processes: &[u32]) -> bool {
+    let killed = processes.iter().filter_map(|process| Pid::from_raw(process.cast_signed()));
+    // All of them are tried, whatever became of one.
+    killed.map(|pid| kill_process(pid, Signal::KILL).is_ok()).fold(false, |any, one| any | one)
 }
 
 /// Waits for the end of `run`; its exit code, `None` for one that was killed.

@@ -27,6 +27,7 @@ pub use files::LARGEST_FILE;
 pub use mistakes::{CaseErrors, Mistake, Place, Position};
 pub use names::Probes;
 pub use restart::Loader;
+pub use scene::MOST_PARTICLES;
 pub use summary::{Count, Stabiliser, Summary};
 
 use file::CaseFile;

@@ -4,6 +4,8 @@ use std::fs::{self, File};
 use std::io::{self, Write};
 use std::path::Path;
 
+use crate::output::files::fresh;
+
 /// File operations. Implemented by [`Disk`], and in tests by a disk that fails or forgets.
 pub trait Files {
     /// Makes a folder.
@@ -12,7 +14,7 @@ pub trait Files {
     /// When the system refuses.
     fn create_folder(&mut self, path: &Path) -> io::Result<()>;
 
-    /// Writes a file anew; its content need not be on the disk afterwards.
+    /// Writes a new file in place of the one there; its content need not be on the disk afterwards.
     ///
     /// # Errors
     /// When the system refuses.
@@ -53,7 +55,7 @@ impl Files for Disk {
     }
 
     fn write(&mut self, path: &Path, content: &[u8]) -> io::Result<()> {
-        File::create(path)?.write_all(content)
+        fresh(path)?.write_all(content)
     }
 
     fn sync(&mut self, path: &Path) -> io::Result<()> {

@@ -11,7 +11,7 @@ use super::RunCheckpoint;
 pub const MANIFEST: &str = "manifest.json";
 
 /// Version of the layout of checkpoints. No other is read.
-const FORMAT: u32 = 5;
+const FORMAT: u32 = 6;
 
 /// A manifest. Times stand twice: to be read, and by their bits.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -160,7 +160,10 @@ impl Manifest {
         }
         let head: Head = serde_json::from_str(text).map_err(|e| format!("is no manifest: {e}"))?;
         if head.format != FORMAT {
-            return Err(format!("is of format {}, this program reads format {FORMAT}", head.format));
+            return Err(format!(
+                "is of format {}, this build of the coordinator reads format {FORMAT}; continue with the build that wrote it",
+                head.format
+            ));
         }
         let manifest: Self = serde_json::from_str(text).map_err(|e| format!("is no manifest: {e}"))?;
         let bare = Self { digest: String::new(), time_s: number(&manifest.time_s_bits)?, ..manifest.clone() };

@@ -4,7 +4,7 @@
 //! |---|---|
 //! | `manifest.json` | what the checkpoint belongs to, and the size and digest of each file |
 //! | `fluid.bin`, `solid.bin` | what the solver of that side saved; only the solver reads it |
-//! | `coordinator.bin` | sums, lengths of tables, names of snapshots, and the case |
+//! | `coordinator.bin` | sums, lengths and digests of tables, names of snapshots, and the case |
 
 mod disk;
 mod manifest;
@@ -12,11 +12,12 @@ mod store;
 
 pub use disk::{Disk, Files};
 pub use manifest::{MANIFEST, Manifest, seal};
-pub use store::{Found, Store, Written};
+pub use store::{FILES, Found, Store, Written, is_name};
 
 use proto::checkpoint::CheckpointData;
 use serde::{Deserialize, Serialize};
 
+use crate::origin::Digests;
 use crate::recorder::RecorderState;
 
 /// A checkpoint of a whole run.
@@ -41,6 +42,8 @@ pub struct OutputState {
     pub recorder: RecorderState,
     /// Wall time of the run so far \[s\].
     pub wall_seconds: f64,
+    /// Digests of the fluid's and the solid's state that the run started from, where it did.
+    pub origin: Digests,
 }
 
 impl OutputState {

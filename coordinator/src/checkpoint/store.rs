@@ -7,10 +7,13 @@ use std::time::{Duration, Instant};
 
 use proto::checkpoint::CheckpointData;
 
+use crate::case::MOST_PARTICLES;
+
 use super::disk::Files;
 use super::manifest::{FileFacts, MANIFEST, Manifest, data_file, digest};
 use super::{OutputState, RunCheckpoint};
 use crate::output::directory::{OutputError, PARTIAL};
+use crate::output::files::open_regular;
 
 /// Checkpoints that are kept.
 const KEPT: usize = 2;
@@ -20,6 +23,11 @@ const OUTPUTS: &str = "coordinator.bin";
 const LONGEST_MANIFEST: u64 = 1 << 20;
 /// Largest file of the coordinator that is read \[bytes\].
 const LARGEST_OUTPUTS: u64 = 1 << 30;
+/// Largest state of a solver that is read \[bytes\]: a kilobyte for each of the particles that a case may have.
+const LARGEST_STATE: u64 = (MOST_PARTICLES as u64) << 10;
+
+/// Files of a checkpoint, in the order in which they are removed: without its manifest the rest counts for nothing.
+pub const FILES: [&str; 4] = [MANIFEST, "fluid.bin", "solid.bin", OUTPUTS];
 
 /// The checkpoints of one run.
 #[derive(Clone, Debug)]
@@ -56,16 +64,28 @@ fn step_of(name: &str) -> Option<u64> {
     (digits.len() == 12 && digits.bytes().all(|b| b.is_ascii_digit())).then(|| digits.parse().ok())?
 }
 
+/// Whether a run gives this name to the folder of a checkpoint, complete or not.
+pub fn is_name(name: &str) -> bool {
+    step_of(name.strip_suffix(PARTIAL).unwrap_or(name)).is_some()
+}
+
 impl Store {
     /// The checkpoints in `folder`, which need not be there.
     pub fn new(folder: PathBuf) -> Self {
         Self { folder }
     }
 
+    /// Names of the checkpoints that are there, half-written ones too.
+    fn names(&self) -> Vec<String> {
+        let entries = fs::read_dir(&self.folder).into_iter().flatten().flatten();
+        entries
+            .filter_map(|entry| entry.file_name().into_string().ok().filter(|name| is_name(name)))
+            .collect()
+    }
+
     /// Steps of the checkpoints that are there, whatever their state, newest first.
     fn steps(&self) -> Vec<u64> {
-        let entries = fs::read_dir(&self.folder).into_iter().flatten().flatten();
-        let mut steps: Vec<u64> = entries.filter_map(|entry| step_of(entry.file_name().to_str()?)).collect();
+        let mut steps: Vec<u64> = self.names().iter().filter_map(|name| step_of(name)).collect();
         steps.sort_unstable_by(|a, b| b.cmp(a));
         steps
     }
@@ -82,8 +102,8 @@ impl Store {
         let place = self.folder.join(name_of(checkpoint.step));
         let partial = self.folder.join(format!("{}{PARTIAL}", name_of(checkpoint.step)));
         let failed = |e| OutputError::file("write checkpoint", &place, e);
-        // A run that goes on from this very boundary finds it written already. To write the same data anew for another build
-        // of a solver would leave none for a moment.
+        // A run that continues from this very boundary finds it written already. To replace it by the same data for another
+        // build of a solver would leave none for a moment.
         if let Ok(present) = self.load(checkpoint.step)
             && same_data(&present, checkpoint)
         {
@@ -153,14 +173,18 @@ impl Store {
         found
     }
 
-    /// Removes what is newer than `step`: checkpoints that are damaged.
+    /// Removes what is of no use beside the checkpoint of `step`: newer ones, which are damaged, and those that a killed run
+    /// left half written.
     ///
     /// # Errors
     /// When the system refuses.
-    pub fn forget_after(&self, files: &mut dyn Files, step: u64) -> Result<(), OutputError> {
-        for newer in self.steps().into_iter().filter(|newer| *newer > step) {
-            let place = self.folder.join(name_of(newer));
-            remove(files, &place).map_err(|e| OutputError::file("remove checkpoint", &place, e))?;
+    pub fn clear(&self, files: &mut dyn Files, step: u64) -> Result<(), OutputError> {
+        for name in self.names() {
+            let useless = step_of(&name).is_none_or(|newer| newer > step);
+            if useless {
+                let place = self.folder.join(name);
+                remove(files, &place).map_err(|e| OutputError::file("remove checkpoint", &place, e))?;
+            }
         }
         Ok(())
     }
@@ -171,7 +195,7 @@ impl Store {
     /// What is wrong with it.
     pub fn load(&self, step: u64) -> Result<RunCheckpoint, String> {
         let folder = self.folder.join(name_of(step));
-        let text = read(&folder.join(MANIFEST), LONGEST_MANIFEST)?;
+        let text = read(&folder.join(MANIFEST), LONGEST_MANIFEST, None)?;
         let text = String::from_utf8(text).map_err(|_| format!("`{MANIFEST}` is no text"))?;
         let manifest = Manifest::parse(&text).map_err(|problem| format!("`{MANIFEST}` {problem}"))?;
         if manifest.step != step {
@@ -182,7 +206,7 @@ impl Store {
             if side.data.file != data_file(side.role) {
                 return Err(format!("`{MANIFEST}` names a file `{}`", side.data.file));
             }
-            let data = read_checked(&folder, &side.data, u64::MAX)?;
+            let data = read_checked(&folder, &side.data, LARGEST_STATE)?;
             let sha256 = proto::checkpoint::digest(&data);
             sides.push(CheckpointData { header: manifest.header(side)?, data, sha256 });
         }
@@ -207,49 +231,52 @@ fn same_data(one: &RunCheckpoint, other: &RunCheckpoint) -> bool {
     data(one) == data(other)
 }
 
-/// Content of a file of at most `largest` bytes.
-fn read(path: &Path, largest: u64) -> Result<Vec<u8>, String> {
+/// Content of a file of at most `largest` bytes, and of `exact` where that is given.
+fn read(path: &Path, largest: u64, exact: Option<u64>) -> Result<Vec<u8>, String> {
     let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let cannot = |e: io::Error| format!("`{name}` cannot be read: {e}");
-    let file = fs::File::open(path).map_err(cannot)?;
-    let length = file.metadata().map_err(cannot)?.len();
+    let (file, length) = open_regular(path).map_err(cannot)?;
+    if let Some(exact) = exact.filter(|exact| *exact != length) {
+        return Err(format!("`{name}` has {length} bytes, must have {exact}"));
+    }
     if length > largest {
         return Err(format!("`{name}` has {length} bytes, at most {largest} are allowed"));
     }
     let mut content = Vec::new();
+    // Grows with what comes, whatever length the file claims.
     file.take(largest).read_to_end(&mut content).map_err(cannot)?;
     Ok(content)
 }
 
 /// Content of a file as the manifest has it. Its size is compared before anything is read.
 fn read_checked(folder: &Path, facts: &FileFacts, largest: u64) -> Result<Vec<u8>, String> {
-    let path = folder.join(&facts.file);
-    let length = fs::metadata(&path).map_err(|e| format!("`{}` cannot be read: {e}", facts.file))?.len();
-    if length != facts.bytes {
-        return Err(format!("`{}` has {length} bytes, must have {}", facts.file, facts.bytes));
-    }
-    let content = read(&path, largest)?;
+    let content = read(&folder.join(&facts.file), largest, Some(facts.bytes))?;
     if digest(&content) != facts.sha256 {
         return Err(format!("`{}` is damaged: its digest does not fit its content", facts.file));
     }
     Ok(content)
 }
 
-/// Removes a checkpoint, its manifest first: without it the rest counts for nothing.
+/// Removes the files of a checkpoint, and its folder when that leaves it empty; of a link the link itself.
 fn remove(files: &mut dyn Files, folder: &Path) -> io::Result<()> {
-    if !folder.is_dir() {
-        return Ok(());
+    match fs::symlink_metadata(folder) {
+        Ok(facts) if facts.is_dir() => {}
+        Ok(facts) if facts.is_symlink() => return files.remove_file(folder),
+        // A file of that name is no checkpoint.
+        Ok(_) => return Ok(()),
+        Err(e) if e.kind() == io::ErrorKind::NotFound => return Ok(()),
+        Err(e) => return Err(e),
     }
-    let manifest = folder.join(MANIFEST);
-    if manifest.exists() {
-        files.remove_file(&manifest)?;
+    for path in FILES.map(|name| folder.join(name)) {
+        if fs::symlink_metadata(&path).is_ok() {
+            files.remove_file(&path)?;
+        }
     }
-    let mut names: Vec<PathBuf> = fs::read_dir(folder)?.flatten().map(|entry| entry.path()).collect();
-    names.sort();
-    for path in names {
-        files.remove_file(&path)?;
+    match files.remove_folder(folder) {
+        // What else is in it is not the run's.
+        Err(e) if e.kind() == io::ErrorKind::DirectoryNotEmpty => Ok(()),
+        removed => removed,
     }
-    files.remove_folder(folder)
 }
 
 #[cfg(test)]

@@ -1,11 +1,15 @@
-//! The output folder of a run: who may write into it, and how a file becomes complete.
+//! The output folder of a run: who may write into it.
 
-use std::fs::{self, File, TryLockError};
-use std::io::{self, BufWriter, Write};
+use std::fs::{self, File};
+use std::io;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Suffix of a file that is still being written.
-pub const PARTIAL: &str = ".partial";
+use super::earlier::{self, Remains};
+use super::files::remove_if_there;
+use super::marker::{self, take_marker};
+
+pub use super::files::{PARTIAL, write_file};
 
 /// Present, and locked, while a run writes into the folder; removed when all outputs are complete.
 pub const MARKER: &str = "run.partial";
@@ -28,11 +32,13 @@ pub const SNAPSHOTS: &str = "snapshots";
 pub const CHECKPOINTS: &str = "checkpoints";
 /// Folder of final states.
 pub const FINAL: &str = "final";
+/// Folder of server logs.
+pub const LOGS: &str = "logs";
 
 /// Files of a run at the top of its folder.
-const TOP_FILES: [&str; 6] = [SUMMARY, PROBES, LEDGER, CASE, REPORT, DIVERGENCE];
+pub(super) const TOP_FILES: [&str; 6] = [SUMMARY, PROBES, LEDGER, CASE, REPORT, DIVERGENCE];
 /// Sides as they appear in file names.
-const SIDES: [&str; 2] = ["fluid", "solid"];
+pub(super) const SIDES: [&str; 2] = ["fluid", "solid"];
 
 /// An output that cannot be written, or must not be.
 #[derive(Debug, thiserror::Error)]
@@ -76,9 +82,10 @@ impl OutputError {
             io::ErrorKind::PermissionDenied | io::ErrorKind::ReadOnlyFilesystem => {
                 "make it writable or choose another folder with `--out`"
             }
-            io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded | io::ErrorKind::FileTooLarge => {
+            io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => {
                 "free some space or choose a folder on another disk with `--out`"
             }
+            io::ErrorKind::FileTooLarge => "raise the largest size of a file (`ulimit -f`)",
             io::ErrorKind::NotADirectory => {
                 "a part of this path is a file: choose another folder with `--out`"
             }
@@ -103,78 +110,111 @@ pub enum Existing {
     Replace,
 }
 
+/// What to do with outputs that are not as they were at the checkpoint from which a run continues.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Changed {
+    /// Refuse to continue.
+    Refuse,
+    /// Continue with what is there, and say so.
+    Accept,
+}
+
 /// The output folder of a run, held by this process until dropped.
 #[derive(Debug)]
 pub struct OutputDirectory {
     path: PathBuf,
     /// Open and locked for as long as the run lasts.
     _marker: File,
+    /// Whether this process made the marker.
+    is_new: bool,
+    /// Whether anything else was changed; until then the marker goes with this value.
+    changed: AtomicBool,
 }
 
 impl OutputDirectory {
     /// Takes `path` as the output folder, creating it where needed.
     ///
     /// # Errors
-    /// When the folder holds anything and `existing` says to refuse, when it holds files of the names that a run
-    /// writes but no run wrote them, when another run is writing into it, or when it cannot be written to. Nothing
-    /// has been changed in any of these cases.
+    /// When the folder holds anything and `existing` says to refuse, when it holds anything but no run's mark, when
+    /// something in it has the name of a run's file but is none, when another run is writing into it, or when it cannot be
+    /// written to. Nothing has been changed in any of these cases.
     pub fn create(path: &Path, existing: Existing) -> Result<Self, OutputError> {
-        let refused = |reason: &str, hint| {
-            Err(OutputError::Refused { path: path.to_path_buf(), reason: reason.to_string(), hint })
-        };
         if path.exists() && !path.is_dir() {
-            return refused("is a file", "choose another folder with `--out`");
+            return refused(path, "is a file", "choose another folder with `--out`");
         }
         fs::create_dir_all(path).map_err(|e| OutputError::file("create output folder", path, e))?;
-        let empty = fs::read_dir(path)
-            .map_err(|e| OutputError::file("read output folder", path, e))?
-            .next()
-            .is_none();
-        if !empty && existing == Existing::Refuse {
-            return refused(
+        let in_use = || {
+            refused(
+                path,
                 "exists and is not empty, so nothing was written",
                 "choose another folder with `--out`, or add `--force` to replace the results of the earlier run in it",
-            );
+            )
+        };
+        if !is_empty(path)? {
+            if existing == Existing::Refuse {
+                return in_use();
+            }
+            if !earlier::carries_mark(path) {
+                return refused(
+                    path,
+                    "is not empty and holds no results of a run (`run.partial`, or a `summary.json` that a run wrote), so \
+                     nothing was changed",
+                    "choose another folder with `--out`; `--force` replaces the results of an earlier run only",
+                );
+            }
         }
-        let of_a_run = path.join(SUMMARY).exists() || path.join(MARKER).exists();
-        if let Some(name) = TOP_FILES.iter().find(|name| !of_a_run && path.join(name).exists()) {
-            return refused(
-                &format!("holds a `{name}` that no run wrote, so nothing was written"),
-                "choose another folder with `--out`",
-            );
+        let taken = Self::take(path)?;
+        // Between the first look and the lock another run may have come and gone.
+        if existing == Existing::Refuse && !is_empty(path)? {
+            return in_use();
         }
-        let marker = take_marker(path)?;
-        remove_results(path)?;
+        let remains = Remains::of(path)?;
+        taken.changed.store(true, Ordering::Relaxed);
+        remains.remove()?;
         for folder in [SNAPSHOTS, FINAL] {
             let folder = path.join(folder);
             fs::create_dir_all(&folder).map_err(|e| OutputError::file("create folder", &folder, e))?;
         }
-        Ok(Self { path: path.to_path_buf(), _marker: marker })
+        Ok(taken)
     }
 
-    /// Takes the folder of an earlier run to go on with it: summary and report go, all else stays.
+    /// Takes the folder of an earlier run to continue with it. Nothing in it is changed before
+    /// [`OutputDirectory::take_over`].
     ///
     /// # Errors
     /// When it is no folder of a run, when a run is writing into it, or when it cannot be written to.
     pub fn reopen(path: &Path) -> Result<Self, OutputError> {
         if !path.join(CHECKPOINTS).is_dir() {
-            return Err(OutputError::Refused {
-                path: path.to_path_buf(),
-                reason: format!("has no folder `{CHECKPOINTS}`"),
-                hint: "give the output folder of a run that took checkpoints",
-            });
+            return refused(
+                path,
+                &format!("has no folder `{CHECKPOINTS}`"),
+                "give the output folder of a run that took checkpoints",
+            );
         }
-        let marker = take_marker(path)?;
+        Self::take(path)
+    }
+
+    fn take(path: &Path) -> Result<Self, OutputError> {
+        let (marker, is_new) = take_marker(path)?;
+        Ok(Self { path: path.to_path_buf(), _marker: marker, is_new, changed: AtomicBool::new(false) })
+    }
+
+    /// Begins to change the folder of an earlier run: its summary and its report are out of date from here on.
+    ///
+    /// # Errors
+    /// When one of them cannot be removed.
+    pub fn take_over(&self) -> Result<(), OutputError> {
+        self.changed.store(true, Ordering::Relaxed);
         for name in [SUMMARY, REPORT] {
-            let file = path.join(name);
-            match fs::remove_file(&file) {
-                Err(e) if e.kind() != io::ErrorKind::NotFound => {
-                    return Err(OutputError::file("remove", &file, e));
-                }
-                _ => {}
-            }
+            let file = self.path.join(name);
+            remove_if_there(&file).map_err(|e| OutputError::file("remove", &file, e))?;
         }
-        Ok(Self { path: path.to_path_buf(), _marker: marker })
+        Ok(())
+    }
+
+    /// Whether anything in the folder was changed.
+    pub fn is_changed(&self) -> bool {
+        self.changed.load(Ordering::Relaxed)
     }
 
     /// The folder.
@@ -202,101 +242,30 @@ impl OutputDirectory {
     }
 }
 
-/// Creates and locks the marker; a lock tells a running run from one that was killed.
-fn take_marker(path: &Path) -> Result<File, OutputError> {
-    let file = path.join(MARKER);
-    let mut marker = File::options()
-        .create(true)
-        .truncate(false)
-        .write(true)
-        .open(&file)
-        .map_err(|e| OutputError::file("write to output folder", path, e))?;
-    match marker.try_lock() {
-        Err(TryLockError::WouldBlock) => Err(OutputError::Refused {
-            path: path.to_path_buf(),
-            reason: "is being written by another run".into(),
-            hint: "wait for it to end or choose another folder with `--out`",
-        }),
-        // A file system without locks still has the marker.
-        Ok(()) | Err(TryLockError::Error(_)) => {
-            marker
-                .write_all(b"A run is writing here, or was killed before its outputs were complete.\n")
-                .map_err(|e| OutputError::file("write to", &file, e))?;
-            Ok(marker)
+impl Drop for OutputDirectory {
+    fn drop(&mut self) {
+        if self.is_new && !self.is_changed() {
+            // What was refused matters more than that this remains.
+            let _ = fs::remove_file(self.path.join(MARKER));
         }
     }
 }
 
-/// Removes what an earlier run wrote, by the names that a run gives.
-fn remove_results(path: &Path) -> Result<(), OutputError> {
-    let tops = TOP_FILES.iter().map(|name| path.join(name));
-    let states = SIDES.iter().map(|side| path.join(FINAL).join(format!("{side}.state")));
-    let mut doomed: Vec<PathBuf> = tops.chain(states).collect();
-    if let Ok(entries) = fs::read_dir(path.join(SNAPSHOTS)) {
-        doomed.extend(
-            entries.flatten().filter(|e| e.file_name().to_str().is_some_and(is_snapshot)).map(|e| e.path()),
-        );
-    }
-    let checkpoints = path.join(CHECKPOINTS);
-    match fs::remove_dir_all(&checkpoints) {
-        Err(e) if !matches!(e.kind(), io::ErrorKind::NotFound | io::ErrorKind::NotADirectory) => {
-            return Err(OutputError::file("remove", &checkpoints, e));
-        }
-        _ => {}
-    }
-    for file in doomed {
-        for file in [with_suffix(&file), file] {
-            match fs::remove_file(&file) {
-                Err(e) if !matches!(e.kind(), io::ErrorKind::NotFound | io::ErrorKind::NotADirectory) => {
-                    return Err(OutputError::file("remove", &file, e));
-                }
-                _ => {}
-            }
+pub(super) fn refused<T>(path: &Path, reason: &str, hint: &'static str) -> Result<T, OutputError> {
+    Err(OutputError::Refused { path: path.to_path_buf(), reason: reason.to_owned(), hint })
+}
+
+/// Whether there is nothing in `path` but, at most, the marker of a run that was killed before it wrote anything.
+fn is_empty(path: &Path) -> Result<bool, OutputError> {
+    let failed = |e| OutputError::file("read output folder", path, e);
+    for entry in fs::read_dir(path).map_err(failed)? {
+        let name = entry.map_err(failed)?.file_name();
+        let ours = |text: String| text.is_empty() || text.starts_with(marker::TEXT);
+        if name != MARKER || !marker::text(&path.join(MARKER)).is_ok_and(ours) {
+            return Ok(false);
         }
     }
-    Ok(())
-}
-
-/// Whether a run gives this name to a file in its snapshot folder.
-fn is_snapshot(name: &str) -> bool {
-    let name = name.strip_suffix(PARTIAL).unwrap_or(name);
-    SIDES.iter().filter_map(|side| name.strip_prefix(side)).any(|rest| {
-        rest == ".pvd"
-            || rest
-                .strip_prefix('_')
-                .and_then(|rest| rest.strip_suffix(".vtp"))
-                .is_some_and(|digits| !digits.is_empty() && digits.bytes().all(|b| b.is_ascii_digit()))
-    })
-}
-
-/// `path` with [`PARTIAL`] appended to its name.
-pub(super) fn with_suffix(path: &Path) -> PathBuf {
-    let mut name = path.as_os_str().to_os_string();
-    name.push(PARTIAL);
-    PathBuf::from(name)
-}
-
-/// Writes `path` under a name with [`PARTIAL`] and renames it when its content is on the disk.
-///
-/// # Errors
-/// When the file cannot be written; its place is then as it was before.
-pub fn write_file(
-    path: &Path,
-    content: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>,
-) -> Result<(), OutputError> {
-    let partial = with_suffix(path);
-    let written = File::create(&partial).and_then(|file| {
-        let mut writer = BufWriter::with_capacity(1 << 16, file);
-        content(&mut writer)?;
-        let file = writer.into_inner().map_err(io::IntoInnerError::into_error)?;
-        file.sync_data()?;
-        fs::rename(&partial, path)
-    });
-    written.map_err(|e| {
-        // The cause of the failure is what matters; the remains carry a name that says what they are.
-        let _ = fs::remove_file(&partial);
-        OutputError::file("write", path, e)
-    })
+    Ok(true)
 }
 
 #[cfg(test)]
@@ -320,34 +289,63 @@ mod tests {
     }
 
     #[test]
-    fn replacing_removes_what_a_run_wrote_and_nothing_else() {
-        let root = tempfile::tempdir().unwrap();
-        let path = root.path().join("results");
-        let run = OutputDirectory::create(&path, Existing::Refuse).unwrap();
-        let old = ["summary.json", "probes.csv.partial", "snapshots/fluid_000001.vtp", "final/solid.state"];
-        let mine = ["notes.txt", "snapshots/fluid_mean.vtp", "snapshots/solid_.vtp", "final/other.state"];
-        for name in old.iter().chain(&mine) {
-            put(&path.join(name), "x");
-        }
-        run.complete().unwrap();
-        OutputDirectory::create(&path, Existing::Replace).unwrap();
-        for name in old {
-            assert!(!path.join(name).exists(), "{name}");
-        }
-        for name in mine {
-            assert!(path.join(name).exists(), "{name}");
+    fn a_folder_without_a_mark_of_a_run_is_refused_and_left_alone() {
+        let foreign = [
+            ("notes.txt", "mine"),
+            ("case.toml", "mine"),
+            ("checkpoints/model.pt", "mine"),
+            ("summary.json", "{\"loss\": 0.1}"),
+            ("run.partial", "mine"),
+            ("run.partial/part", "mine"),
+        ];
+        for (name, text) in foreign {
+            let root = tempfile::tempdir().unwrap();
+            put(&root.path().join(name), text);
+            put(&root.path().join("probes.csv"), "t_s\n");
+            let message = OutputDirectory::create(root.path(), Existing::Replace).unwrap_err().to_string();
+            assert!(
+                message.contains("no results of a run") && message.contains("--out"),
+                "{name}: {message}"
+            );
+            assert_eq!(fs::read_to_string(root.path().join(name)).unwrap(), text);
+            assert_eq!(fs::read_dir(root.path()).unwrap().count(), 2, "{name}");
         }
     }
 
     #[test]
-    fn a_case_file_that_no_run_wrote_survives_replacing() {
+    fn a_marker_that_no_run_wrote_is_not_written_over() {
         let root = tempfile::tempdir().unwrap();
-        let case = root.path().join(CASE);
-        put(&case, "mine");
-        let message = OutputDirectory::create(root.path(), Existing::Replace).unwrap_err().to_string();
-        assert!(message.contains("case.toml"), "{message}");
-        assert_eq!(fs::read_to_string(&case).unwrap(), "mine");
-        assert!(!root.path().join(MARKER).exists());
+        put(&root.path().join(MARKER), "mine");
+        put(&root.path().join("checkpoints/x"), "");
+        let message = OutputDirectory::reopen(root.path()).unwrap_err().to_string();
+        assert!(message.contains("no run wrote") && message.contains("move that file"), "{message}");
+        assert_eq!(fs::read_to_string(root.path().join(MARKER)).unwrap(), "mine");
+        // Nor is what a link of that name points to.
+        fs::remove_file(root.path().join(MARKER)).unwrap();
+        std::os::unix::fs::symlink(root.path().join("elsewhere"), root.path().join(MARKER)).unwrap();
+        assert!(OutputDirectory::reopen(root.path()).unwrap_err().to_string().contains("no run wrote"));
+        assert!(!root.path().join("elsewhere").exists());
+    }
+
+    #[test]
+    fn a_folder_that_is_reopened_changes_when_it_is_taken_over() {
+        let root = tempfile::tempdir().unwrap();
+        for name in [SUMMARY, REPORT, "checkpoints/x"] {
+            put(&root.path().join(name), "x");
+        }
+        let there = |name: &str| root.path().join(name).exists();
+        let refused = OutputDirectory::reopen(root.path()).unwrap();
+        assert!(there(MARKER) && !refused.is_changed());
+        drop(refused);
+        assert!(there(SUMMARY) && there(REPORT) && !there(MARKER));
+        let resumed = OutputDirectory::reopen(root.path()).unwrap();
+        resumed.take_over().unwrap();
+        assert!(resumed.is_changed() && !there(SUMMARY) && !there(REPORT));
+        drop(resumed);
+        // As after a loss: the next one leaves the marker.
+        assert!(there(MARKER));
+        drop(OutputDirectory::reopen(root.path()).unwrap());
+        assert!(there(MARKER) && there("checkpoints/x"));
     }
 
     #[test]
@@ -376,19 +374,5 @@ mod tests {
         }
         let denied = OutputError::file("write", &file, io::Error::from(io::ErrorKind::PermissionDenied));
         assert!(denied.to_string().contains("make it writable"), "{denied}");
-    }
-
-    #[test]
-    fn a_failed_write_leaves_the_old_content_and_no_remains() {
-        let root = tempfile::tempdir().unwrap();
-        let path = root.path().join("table");
-        write_file(&path, |w| w.write_all(b"old")).unwrap();
-        let failed = write_file(&path, |w| {
-            w.write_all(b"half")?;
-            Err(io::Error::from(io::ErrorKind::StorageFull))
-        });
-        assert!(failed.unwrap_err().to_string().contains("free some space"));
-        assert_eq!(fs::read_to_string(&path).unwrap(), "old");
-        assert_eq!(fs::read_dir(root.path()).unwrap().count(), 1);
     }
 }

@@ -16,8 +16,8 @@ use sph::solver::Role;
 use sph::stage::{Stage, StepStage};
 use sph::vector::Vector;
 
-use super::directory::OutputError;
-use super::table::TableFile;
+use super::directory::{Changed, OutputError};
+use super::table::{Resumed, TableFile, TableMark};
 
 /// Columns before those of the sides.
 const COMMON: [&str; 6] =
@@ -185,13 +185,20 @@ impl LedgerFile {
         Ok(Self { file, sides: sides.to_vec(), sums: LedgerSums::default(), row: Vec::new() })
     }
 
-    /// Goes on with the file of an earlier run from its first `length` bytes, with what it had summed up then.
+    /// Continues the file of an earlier run from what it held at `mark`, with what it had summed up then; and what must be
+    /// said of it.
     ///
     /// # Errors
     /// As [`TableFile::resume`].
-    pub fn resume(path: &Path, sides: &[Role], length: u64, sums: LedgerSums) -> Result<Self, OutputError> {
-        let file = TableFile::resume(path, &columns(sides), length)?;
-        Ok(Self { file, sides: sides.to_vec(), sums, row: Vec::new() })
+    pub fn resume(
+        path: &Path,
+        sides: &[Role],
+        mark: &TableMark,
+        sums: LedgerSums,
+        changed: Changed,
+    ) -> Result<(Self, Option<String>), OutputError> {
+        let Resumed { file, warning } = TableFile::resume(path, &columns(sides), mark, changed)?;
+        Ok((Self { file, sides: sides.to_vec(), sums, row: Vec::new() }, warning))
     }
 
     /// The file.

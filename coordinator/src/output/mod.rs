@@ -15,8 +15,11 @@
 //! all of its outputs are complete.
 
 pub mod directory;
+pub(crate) mod earlier;
+pub mod files;
 pub mod font;
 pub mod ledger;
+mod marker;
 pub mod neighbourhood;
 pub mod plots;
 pub mod probes;

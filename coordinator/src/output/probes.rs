@@ -7,8 +7,8 @@ use sph::driver::ProbeValues;
 use sph::setup::{FluidProbe, SolidProbe};
 use sph::solver::Role;
 
-use super::directory::OutputError;
-use super::table::TableFile;
+use super::directory::{Changed, OutputError};
+use super::table::{Resumed, TableFile, TableMark};
 
 /// Column names of `probes.csv`: `t_s`, then `<probe>_<quantity>_<unit>`, the fluid's before the solid's.
 pub fn columns(fluid: &[FluidProbe], solid: &[SolidProbe]) -> Vec<String> {
@@ -51,7 +51,7 @@ impl ProbeFile {
         Self::open(path, fluid, solid, |columns| TableFile::create(path, columns))
     }
 
-    /// Goes on with the file of an earlier run from its first `length` bytes.
+    /// Continues the file of an earlier run from what it held at `mark`; with what must be said of it.
     ///
     /// # Errors
     /// As [`TableFile::resume`].
@@ -59,9 +59,16 @@ impl ProbeFile {
         path: &Path,
         fluid: Option<&[FluidProbe]>,
         solid: Option<&[SolidProbe]>,
-        length: u64,
-    ) -> Result<Self, OutputError> {
-        Self::open(path, fluid, solid, |columns| TableFile::resume(path, columns, length))
+        mark: &TableMark,
+        changed: Changed,
+    ) -> Result<(Self, Option<String>), OutputError> {
+        let mut said = None;
+        let file = Self::open(path, fluid, solid, |columns| {
+            let Resumed { file, warning } = TableFile::resume(path, columns, mark, changed)?;
+            said = warning;
+            Ok(file)
+        })?;
+        Ok((file, said))
     }
 
     fn open(
@@ -106,12 +113,9 @@ impl ProbeFile {
         &self.file
     }
 
-    /// Bytes before the row of `step` and those after it.
-    ///
-    /// # Errors
-    /// When the system does not tell.
-    pub fn length_before(&self, step: u64) -> Result<u64, OutputError> {
-        if self.last_step == Some(step) { Ok(self.file.length_before_last()) } else { self.file.length() }
+    /// What the file held before the row of `step` and those after it.
+    pub fn mark_before(&self, step: u64) -> TableMark {
+        if self.last_step == Some(step) { self.file.mark_before_last() } else { self.file.mark() }
     }
 
     /// Writes what is left, with NaN for a side that ended earlier, and gives the file its final name.

@@ -1,7 +1,7 @@
 //! `summary.json`: verdict and figures of a run, for programs.
 
 use std::collections::BTreeMap;
-use std::io::{self, Write};
+use std::io::{self, Read, Write};
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
@@ -9,14 +9,18 @@ use sph::solver::Counts;
 use sph::stage::StepStage;
 
 use super::directory::{OutputError, write_file};
+use super::files::open_regular;
 use super::ledger::{Extremes, Largest, Work};
 use super::process::Process;
 
 /// Version of the layout of `summary.json`; keys are only ever added within a version.
 pub const FORMAT: u32 = 1;
 
+/// Longest summary that is read \[bytes\].
+const LONGEST: u64 = 16 << 20;
+
 /// How a run ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Verdict {
     /// The end time was reached.
@@ -276,6 +280,33 @@ impl Summary {
             file.write_all(b"\n")
         })
     }
+}
+
+/// What every summary holds, whatever the build that wrote it.
+#[derive(Deserialize)]
+struct Head {
+    format: u32,
+    #[serde(rename = "run_id")]
+    _run_id: String,
+    #[serde(rename = "verdict")]
+    _verdict: Verdict,
+    #[serde(rename = "steps")]
+    _steps: u64,
+    case_digest: String,
+}
+
+/// Whether a run wrote the file at `path`.
+pub(super) fn is_of_a_run(path: &Path) -> bool {
+    let read = || -> io::Result<Vec<u8>> {
+        let mut text = Vec::new();
+        open_regular(path)?.0.take(LONGEST).read_to_end(&mut text)?;
+        Ok(text)
+    };
+    let head: Option<Head> = read().ok().and_then(|text| serde_json::from_slice(&text).ok());
+    head.is_some_and(|head| {
+        let digest = head.case_digest;
+        head.format > 0 && digest.len() == 64 && digest.bytes().all(|byte| byte.is_ascii_hexdigit())
+    })
 }
 
 #[cfg(test)]

@@ -1,10 +1,16 @@
-//! Tables of numbers as CSV: written row by row during a run, read back for the report.
+//! Tables of numbers as CSV: written row by row during a run by [`TableFile`], read back for the report.
 
-use std::fs::{self, File};
-use std::io::{self, Seek, SeekFrom};
-use std::path::{Path, PathBuf};
+mod file;
+mod mark;
 
-use super::directory::{OutputError, with_suffix};
+use std::fs::File;
+use std::io;
+use std::path::Path;
+
+use super::directory::OutputError;
+
+pub use file::{Resumed, TableFile};
+pub use mark::TableMark;
 
 /// A table of numbers in memory.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -83,123 +89,10 @@ impl Table {
     }
 }
 
-/// A CSV file that grows during a run, under a partial name until [`TableFile::finish`].
-///
-/// Numbers are the shortest decimals that read back to the same bits. Every row reaches the system at once, so that
-/// a run can be watched.
-pub struct TableFile {
-    path: PathBuf,
-    partial: PathBuf,
-    writer: csv::Writer<File>,
-    columns: usize,
-    before_last: u64,
-}
-
-impl TableFile {
-    /// Starts the file with its line of column names.
-    ///
-    /// # Errors
-    /// When it cannot be written.
-    pub fn create(path: &Path, columns: &[String]) -> Result<Self, OutputError> {
-        let partial = with_suffix(path);
-        let file = File::create(&partial).map_err(|e| OutputError::file("write", &partial, e))?;
-        let mut table = Self {
-            path: path.to_path_buf(),
-            writer: csv::Writer::from_writer(file),
-            partial,
-            columns: columns.len(),
-            before_last: 0,
-        };
-        table.record(columns)?;
-        Ok(table)
-    }
-
-    /// Goes on with the file of an earlier run, complete or not, from its first `length` bytes.
-    ///
-    /// # Errors
-    /// When there is no such file, it is shorter, has other columns, or cannot be written.
-    pub fn resume(path: &Path, columns: &[String], length: u64) -> Result<Self, OutputError> {
-        let partial = with_suffix(path);
-        if !partial.exists() {
-            fs::rename(path, &partial).map_err(|e| OutputError::file("go on with", path, e))?;
-        }
-        let failed = |e| OutputError::file("go on with", &partial, e);
-        let mut file = File::options().read(true).write(true).open(&partial).map_err(failed)?;
-        let found = file.metadata().map_err(failed)?.len();
-        if found < length {
-            let reason =
-                format!("has {found} bytes, but had {length} at the checkpoint; it was cut or replaced");
-            return Err(OutputError::content(&partial, reason));
-        }
-        file.set_len(length).map_err(failed)?;
-        let known = Self::read_columns(&file).map_err(failed)?;
-        if known != columns {
-            return Err(OutputError::content(&partial, "its columns are not those of this run"));
-        }
-        file.seek(SeekFrom::End(0)).map_err(failed)?;
-        let writer = csv::Writer::from_writer(file);
-        Ok(Self { path: path.to_path_buf(), writer, partial, columns: columns.len(), before_last: length })
-    }
-
-    fn read_columns(mut file: &File) -> io::Result<Vec<String>> {
-        file.seek(SeekFrom::Start(0))?;
-        let mut reader = csv::ReaderBuilder::new().flexible(true).from_reader(file);
-        Ok(reader.headers().map_err(io::Error::other)?.iter().map(String::from).collect())
-    }
-
-    /// Bytes so far.
-    ///
-    /// # Errors
-    /// When the system does not tell.
-    pub fn length(&self) -> Result<u64, OutputError> {
-        let metadata = self.writer.get_ref().metadata();
-        metadata.map(|data| data.len()).map_err(|e| OutputError::file("look at", &self.partial, e))
-    }
-
-    /// Bytes before the last row that was added.
-    pub fn length_before_last(&self) -> u64 {
-        self.before_last
-    }
-
-    /// A second handle of the file, by which it can be brought to the disk elsewhere.
-    ///
-    /// # Errors
-    /// When the system has no more handles.
-    pub fn handle(&self) -> Result<File, OutputError> {
-        self.writer.get_ref().try_clone().map_err(|e| OutputError::file("open", &self.partial, e))
-    }
-
-    /// Adds a row.
-    ///
-    /// # Errors
-    /// When it cannot be written or has another length than the line of names.
-    pub fn push(&mut self, row: &[f64]) -> Result<(), OutputError> {
-        if row.len() != self.columns {
-            let reason = format!("a row of {} values for {} columns", row.len(), self.columns);
-            return Err(OutputError::content(&self.path, reason));
-        }
-        self.before_last = self.length()?;
-        self.record(row.iter().map(|value| format!("{value:?}")))
-    }
-
-    fn record<I: IntoIterator<Item = T>, T: AsRef<[u8]>>(&mut self, fields: I) -> Result<(), OutputError> {
-        let written = self.writer.write_record(fields).map_err(std::io::Error::other);
-        written.and_then(|()| self.writer.flush()).map_err(|e| OutputError::file("write", &self.partial, e))
-    }
-
-    /// Gives the file its final name.
-    ///
-    /// # Errors
-    /// When it cannot be renamed.
-    pub fn finish(mut self) -> Result<PathBuf, OutputError> {
-        let flushed = self.writer.flush().and_then(|()| fs::rename(&self.partial, &self.path));
-        flushed.map_err(|e| OutputError::file("complete", &self.path, e))?;
-        Ok(self.path)
-    }
-}
-
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use super::*;
 
     #[test]

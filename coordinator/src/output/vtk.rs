@@ -39,22 +39,37 @@ impl Series {
         self.files.iter().filter(|(name, _)| *name < bound).cloned().collect()
     }
 
-    /// Goes on after the snapshots `files` of an earlier run; what that run wrote later is removed.
+    /// Those of `files`, the snapshots of an earlier run, that are not there.
+    fn missing<'a>(folder: &'a Path, files: &'a [(String, f64)]) -> impl Iterator<Item = &'a str> {
+        files.iter().map(|(name, _)| name.as_str()).filter(|name| !folder.join(name).is_file())
+    }
+
+    /// That `files`, the snapshots of an earlier run, are there. Nothing is changed.
     ///
     /// # Errors
-    /// When one of `files` is missing, or the folder cannot be written.
+    /// When one is missing.
+    pub fn examine(folder: &Path, files: &[(String, f64)]) -> Result<(), OutputError> {
+        Self::missing(folder, files).next().map_or(Ok(()), |name| {
+            let reason = "is missing, but was there at the checkpoint; put it back, or add `--accept-changed-outputs` to \
+                          continue without the snapshots that are gone";
+            Err(OutputError::content(&folder.join(name), reason))
+        })
+    }
+
+    /// Continues after the snapshots `files` of an earlier run, as far as they are there; what that run wrote later is
+    /// removed. Also answers which were not there.
+    ///
+    /// # Errors
+    /// When the folder cannot be written.
     pub fn resume(
         folder: &Path,
         side: impl ToString,
         files: Vec<(String, f64)>,
-    ) -> Result<Self, OutputError> {
+    ) -> Result<(Self, Vec<String>), OutputError> {
+        let missing: Vec<String> = Self::missing(folder, &files).map(String::from).collect();
+        let files = files.into_iter().filter(|(name, _)| !missing.contains(name)).collect();
         let series = Self { folder: folder.to_path_buf(), side: side.to_string(), files };
-        for (name, _) in &series.files {
-            let path = folder.join(name);
-            if !path.is_file() {
-                return Err(OutputError::content(&path, "is missing, but was there at the checkpoint"));
-            }
-        }
+        std::fs::create_dir_all(folder).map_err(|e| OutputError::file("create folder", folder, e))?;
         let failed = |e| OutputError::file("read", folder, e);
         for entry in std::fs::read_dir(folder).map_err(failed)? {
             let entry = entry.map_err(failed)?;
@@ -68,7 +83,7 @@ impl Series {
         if !series.files.is_empty() {
             series.write_collection()?;
         }
-        Ok(series)
+        Ok((series, missing))
     }
 
     /// Writes a snapshot, then the collection with it: at any moment the collection names complete files only.

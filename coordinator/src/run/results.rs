@@ -48,6 +48,7 @@ pub(super) async fn finish(
         summarise(case, resolved, &ending, keeper.wall_seconds(), &recorded, sides, options.in_process);
     summary.checkpoints = keeper.figures().clone();
     summary.restarts = restarts;
+    summary.warnings.extend(recorded.warnings.iter().cloned());
     summary.write(&directory.file(directory::SUMMARY))?;
     let report = || write_report(job, &summary, facts, recorded.snapshots);
     // The run has the exit code that it earned, whatever becomes of its pictures.

@@ -33,6 +33,7 @@ fn checkpoint(step: u64) -> RunCheckpoint {
             case: "name = \"a\"\n[time]\nstep = 1\n".into(),
             recorder: RecorderState::default(),
             wall_seconds: 1.0 / 3.0,
+            origin: [None, None],
         },
     }
 }
@@ -245,7 +246,7 @@ fn after_a_cut_while_a_damaged_one_is_replaced_there_is_a_good_checkpoint() {
     let data = root.path().join("checkpoints").join(name_of(20)).join("fluid.bin");
     files.write(&data, b"damaged").unwrap();
     files.sync(&data).unwrap();
-    store.forget_after(&mut files, 10).unwrap();
+    store.clear(&mut files, 10).unwrap();
     for step in [20, 30] {
         store.write(&mut files, &checkpoint(step)).unwrap();
     }
@@ -330,4 +331,74 @@ fn another_case_is_named_by_its_first_different_line() {
     let other = saved.outputs.case.replace("step = 1", "step = 2");
     let difference = saved.case_difference(&other).unwrap();
     assert_eq!(difference, "in [time]: `step = 1` in the checkpoint, `step = 2` in the case");
+}
+
+#[test]
+fn a_half_written_checkpoint_goes_and_links_are_not_followed() {
+    let (root, store) = store();
+    let folder = root.path().join("checkpoints");
+    for step in [10, 20, 30] {
+        store.write(&mut Disk, &checkpoint(step)).unwrap();
+    }
+    let elsewhere = root.path().join("elsewhere");
+    std::fs::create_dir(&elsewhere).unwrap();
+    std::fs::write(elsewhere.join("manifest.json"), "mine").unwrap();
+    let partial = |step| folder.join(format!("{}{PARTIAL}", name_of(step)));
+    std::fs::rename(folder.join(name_of(30)), partial(30)).unwrap();
+    std::os::unix::fs::symlink(&elsewhere, partial(40)).unwrap();
+    store.clear(&mut Disk, 20).unwrap();
+    assert!(!partial(30).exists() && !partial(40).is_symlink());
+    assert_eq!(newest_step(&store), Some(20));
+    // One in the place of the checkpoint that is being written.
+    std::os::unix::fs::symlink(&elsewhere, partial(40)).unwrap();
+    store.write(&mut Disk, &checkpoint(40)).unwrap();
+    assert_eq!(newest_step(&store), Some(40));
+    assert_eq!(std::fs::read_to_string(elsewhere.join("manifest.json")).unwrap(), "mine");
+    assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 2);
+}
+
+#[test]
+fn what_no_run_wrote_stays_in_a_checkpoint_s_folder() {
+    let (root, store) = store();
+    store.write(&mut Disk, &checkpoint(10)).unwrap();
+    let mine = root.path().join("checkpoints").join(name_of(10)).join("mine");
+    std::fs::write(&mine, "mine").unwrap();
+    for step in [20, 30, 40] {
+        store.write(&mut Disk, &checkpoint(step)).unwrap();
+    }
+    assert_eq!(std::fs::read_to_string(&mine).unwrap(), "mine");
+    assert_eq!(newest_step(&store), Some(40));
+    assert!(store.load(10).is_err());
+}
+
+#[test]
+fn pipes_and_sparse_files_are_refused_at_once() {
+    let (root, store) = store();
+    store.write(&mut Disk, &checkpoint(10)).unwrap();
+    let folder = root.path().join("checkpoints").join(name_of(10));
+    for name in FILES {
+        let path = folder.join(name);
+        let good = std::fs::read(&path).unwrap();
+        std::fs::File::options().write(true).open(&path).unwrap().set_len(200_000_000_000).unwrap();
+        assert!(store.load(10).unwrap_err().contains("200000000000 bytes"), "{name}");
+        std::fs::remove_file(&path).unwrap();
+        assert!(std::process::Command::new("mkfifo").arg(&path).status().unwrap().success());
+        assert!(store.load(10).unwrap_err().contains("no regular file"), "{name}");
+        std::fs::remove_file(&path).unwrap();
+        std::fs::write(&path, good).unwrap();
+    }
+    assert_eq!(newest_step(&store), Some(10));
+}
+
+#[test]
+fn a_checkpoint_of_another_format_names_both() {
+    let (root, store) = store();
+    store.write(&mut Disk, &checkpoint(10)).unwrap();
+    let manifest = root.path().join("checkpoints").join(name_of(10)).join(MANIFEST);
+    let text = std::fs::read_to_string(&manifest).unwrap();
+    std::fs::write(&manifest, text.replace("\"format\": 6", "\"format\": 5")).unwrap();
+    let said = store.newest().passed_over.remove(0);
+    for words in ["is of format 5", "reads format 6", "with the build that wrote it"] {
+        assert!(said.contains(words), "{said}");
+    }
 }

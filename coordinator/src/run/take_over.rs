@@ -1,0 +1,46 @@
+//! When a resumed run begins to change the folder of the earlier one: not before all solvers have taken its checkpoint over.
+
+use super::{Attempt, Job};
+use crate::checkpoint::{Disk, RunCheckpoint, Store};
+use crate::failure::Failure;
+use crate::output::directory::{self, Changed, OutputError, write_file};
+use crate::output::earlier;
+use crate::recorder;
+
+impl Job {
+    /// Writes the case as resolved.
+    pub(super) fn write_case(&self) -> Result<(), OutputError> {
+        let resolved = self.case.resolved_toml();
+        write_file(&self.directory.file(directory::CASE), |file| {
+            std::io::Write::write_all(file, resolved.as_bytes())
+        })
+    }
+
+    /// What to do with outputs that are not as they were.
+    pub(super) fn changed(&self) -> Changed {
+        self.resume.as_ref().map_or(Changed::Refuse, |resume| resume.changed)
+    }
+}
+
+impl Attempt<'_> {
+    /// Makes the folder that of a run which continues from `checkpoint`, all of whose solvers have taken it over.
+    pub(super) fn take_over(&self, checkpoint: &RunCheckpoint, store: &Store) -> Result<(), Failure> {
+        let directory = &self.job.directory;
+        directory.take_over()?;
+        if self.job.resume.is_some() && self.number == 0 {
+            self.job.write_case()?;
+        }
+        store.clear(&mut Disk, checkpoint.step)?;
+        Ok(recorder::forget_other_pictures(directory, &checkpoint.outputs.recorder)?)
+    }
+}
+
+/// Number of the first attempt's logs: a resumed run leaves those that are there.
+pub(super) fn first_free_log(job: &Job) -> usize {
+    if job.resume.is_none() {
+        return 0;
+    }
+    let entries = std::fs::read_dir(job.directory.file(directory::LOGS)).into_iter().flatten().flatten();
+    let numbers = entries.filter_map(|entry| earlier::log_number(entry.file_name().to_str()?));
+    numbers.max().map_or(0, |last| last.saturating_add(1))
+}

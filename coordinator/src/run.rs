@@ -1,5 +1,6 @@
 //! `coordinator run`: from a case file to results.
 
+mod losses;
 pub(crate) mod results;
 mod way;
 
@@ -22,6 +23,7 @@ use crate::header;
 use crate::in_process::{self, ThreadParticipant};
 use crate::keeper::{Keeper, Schedule};
 use crate::launch::Source;
+use crate::logs;
 use crate::output::directory::{self, OutputDirectory, write_file};
 use crate::output::state;
 use crate::output::summary::Participant;
@@ -33,6 +35,7 @@ use crate::resume;
 use crate::threads::Threads;
 use crate::trace::Trace;
 use crate::writer::Writer;
+use losses::Losses;
 
 /// Events that may wait for the coordinator when solvers are threads.
 const PENDING_EVENTS: usize = 256;
@@ -168,23 +171,17 @@ async fn make_attempts(
     );
     let mut from = job.resume.clone();
     let mut restarts: Vec<String> = Vec::new();
+    let mut losses = Losses::default();
     // A recording is no partner that could be started again.
     let most =
         if job.alone.is_some() { 0 } else { options.max_restarts.unwrap_or(case.checkpoint().max_restarts) };
     loop {
         let attempt = Attempt { job, from: from.as_ref(), number: restarts.len(), recording, trace };
-        let run = attempt.make(&mut keeper, &mut wishes).await?;
-        let (roles, failure) = match &run.ending {
-            Ending::Lost { roles, failure }
-                if (restarts.len() as u64) < most && run.solvers.may_restart(roles) =>
-            {
-                (roles, failure)
-            }
-            _ => {
-                let replayed = run.solvers.remote().and_then(Remote::replayed);
-                let ending = results::finish(job, &resolved, run, &keeper, restarts).await?;
-                return Ok((ending, replayed));
-            }
+        let mut run = attempt.make(&mut keeper, &mut wishes).await?;
+        let Some((roles, failure)) = run.lost(&mut losses, most).await else {
+            let replayed = run.solvers.remote().and_then(Remote::replayed);
+            let ending = results::finish(job, &resolved, run, &keeper, restarts).await?;
+            return Ok((ending, replayed));
         };
         let lost = roles.iter().map(Role::to_string).collect::<Vec<_>>().join(" and ");
         let lost = if lost.is_empty() { "the connection".to_owned() } else { format!("the {lost} solver") };
@@ -279,6 +276,9 @@ impl Attempt<'_> {
         let logs = directory.file(LOGS);
         std::fs::create_dir_all(&logs)
             .map_err(|e| Failure::output(format!("cannot create `{}`: {e}", logs.display())))?;
+        if self.number == 0 && self.job.resume.is_none() {
+            logs::clear(&logs)?;
+        }
         let mut plans = Vec::new();
         let runs = |role| self.job.alone.as_ref().is_none_or(|(alone, _)| *alone == role);
         if let Some(setup) = case.fluid_setup().filter(|_| runs(Role::Fluid)) {
@@ -332,6 +332,13 @@ fn source_of(server: &case::Server) -> Source {
 
 impl Solvers {
     fn remote(&self) -> Option<&Remote> {
+        match self {
+            Solvers::Threads(_) => None,
+            Solvers::Servers(remote) => Some(remote),
+        }
+    }
+
+    fn remote_mut(&mut self) -> Option<&mut Remote> {
         match self {
             Solvers::Threads(_) => None,
             Solvers::Servers(remote) => Some(remote),

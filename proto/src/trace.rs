@@ -8,7 +8,7 @@
 use std::cell::Cell;
 use std::fmt::Write as _;
 use std::fs::File;
-use std::io::{self, BufWriter, Write};
+use std::io::{self, BufWriter, IsTerminal, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -80,7 +80,7 @@ pub fn record(sink: impl Sink) -> Result<(), AlreadyRecording> {
 /// # Errors
 /// As [`record`].
 pub fn record_with_log(sink: impl Sink, filter: EnvFilter) -> Result<(), AlreadyRecording> {
-    let log = fmt::layer().with_writer(io::stderr).with_filter(filter);
+    let log = fmt::layer().with_writer(io::stderr).with_ansi(io::stderr().is_terminal()).with_filter(filter);
     let subscriber = Registry::default().with(only_spans(sink)).with(log);
     subscriber::set_global_default(subscriber).map_err(|_| AlreadyRecording)
 }

@@ -57,7 +57,10 @@ fn shapes(descriptors: &FileDescriptorSet) -> Result<String, std::fmt::Error> {
             lists += usize::from(repeated);
             let (number, name) = (field.number(), field.name());
             let entry = inner.map_or_else(|| entry(field).to_owned(), |k| format!("Entry::Message({k})"));
-            writeln!(text, "        Field {{ number: {number}, name: {name:?}, list: {list}, entry: {entry} }},")?;
+            writeln!(
+                text,
+                "        Field {{ number: {number}, name: {name:?}, list: {list}, entry: {entry} }},"
+            )?;
         }
         writeln!(text, "    ] }},")?;
     }

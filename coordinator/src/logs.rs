@@ -50,8 +50,9 @@ pub fn clear(folder: &Path) -> Result<(), Failure> {
             let path = folder.join(name(role, number));
             match fs::symlink_metadata(&path) {
                 Ok(facts) if facts.is_dir() => {}
-                Ok(_) => fs::remove_file(&path)
-                    .map_err(|e| Failure::output(format!("cannot remove the log `{}`: {e}", path.display())))?,
+                Ok(_) => fs::remove_file(&path).map_err(|e| {
+                    Failure::output(format!("cannot remove the log `{}`: {e}", path.display()))
+                })?,
                 Err(_) => break,
             }
         }

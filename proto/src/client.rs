@@ -493,7 +493,9 @@ impl RunStreams {
         match self.heard {
             Heard::Nothing => "it never gave a sign of life".to_owned(),
             Heard::Beat(beat) => format!("at its last sign of life it was {beat}"),
-            Heard::Completed(steps) => format!("its last sign of life was a report, after {steps} completed steps"),
+            Heard::Completed(steps) => {
+                format!("its last sign of life was a report, after {steps} completed steps")
+            }
         }
     }
 

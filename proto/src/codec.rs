@@ -220,7 +220,8 @@ mod tests {
 
     #[test]
     fn a_list_of_as_many_entries_as_allowed_passes_and_one_more_is_named_with_both_numbers() {
-        let bodies = |n| solid(wire::SolidSetup { bodies: vec![Default::default(); n], ..Default::default() });
+        let bodies =
+            |n| solid(wire::SolidSetup { bodies: vec![Default::default(); n], ..Default::default() });
         assert_eq!(check::<wire::OpenRequest>(&bodies(MAX_LIST).encode_to_vec()), Ok(()));
         assert_eq!(
             refusal(&bodies(MAX_LIST + 1)),

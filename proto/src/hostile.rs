@@ -100,9 +100,12 @@ pub fn read_control(bytes: &[u8]) -> u32 {
         .is_ok_and(|m| <sph::setup::FluidSetup as Convert>::from_wire(&m, &root).is_ok());
     let solid = codec::decode::<wire::SolidSetup>(bytes)
         .is_ok_and(|m| <sph::setup::SolidSetup as Convert>::from_wire(&m, &root).is_ok());
-    let link = codec::decode::<wire::LinkRequest>(bytes).is_ok_and(|m| LinkPlan::from_wire(&m, &root).is_ok());
-    let reply = codec::decode::<wire::OpenReply>(bytes).is_ok_and(|m| OpenReport::from_wire(&m, &root).is_ok());
-    let told = codec::decode::<wire::Description>(bytes).is_ok_and(|m| Description::from_wire(&m, &root).is_ok());
+    let link =
+        codec::decode::<wire::LinkRequest>(bytes).is_ok_and(|m| LinkPlan::from_wire(&m, &root).is_ok());
+    let reply =
+        codec::decode::<wire::OpenReply>(bytes).is_ok_and(|m| OpenReport::from_wire(&m, &root).is_ok());
+    let told =
+        codec::decode::<wire::Description>(bytes).is_ok_and(|m| Description::from_wire(&m, &root).is_ok());
     let command = codec::decode::<wire::Command>(bytes).is_ok_and(|m| decode_command(&m).is_ok());
     let events = codec::decode::<wire::EventBatch>(bytes).is_ok_and(|m| decode_batch(&m).is_ok());
     [fluid, solid, link, reply, told, command, events].into_iter().map(u32::from).sum()

@@ -13,8 +13,8 @@ use tokio_stream::wrappers::ReceiverStream;
 use tokio_util::sync::CancellationToken;
 use tonic::{Request, Response, Status, Streaming};
 
-use crate::connection::{Caller, Incoming};
 use crate::client::RunAccess;
+use crate::connection::{Caller, Incoming};
 use crate::limits::MAX_FRAME_BYTES;
 use crate::recording::{Difference, Ids, Moment, Recording, RecordingError, difference};
 use crate::security::{ClientSecurity, ServerSecurity};

@@ -126,7 +126,9 @@ mod tests {
         let mut input = sent.as_bytes();
         assert_eq!(AccessToken::receive(&mut input).unwrap().line(), token.line());
         assert_eq!(input, b"rest");
-        for (sent, words) in [("", "ended before"), ("0123456789abcdef", "ended before"), ("short\n", "16 to 256")] {
+        for (sent, words) in
+            [("", "ended before"), ("0123456789abcdef", "ended before"), ("short\n", "16 to 256")]
+        {
             let problem = AccessToken::receive(&mut sent.as_bytes()).unwrap_err();
             assert!(problem.contains(words) && !problem.contains("0123"), "{problem}");
         }

@@ -188,8 +188,9 @@ impl ServerSecurity {
         let mut secrets = Secrets::default();
         let mut tls = None;
         if let Some((certificate, key)) = &own {
-            let mut settings =
-                ServerTlsConfig::new().identity(secrets.identity(certificate, key)?).timeout(HANDSHAKE_TIMEOUT);
+            let mut settings = ServerTlsConfig::new()
+                .identity(secrets.identity(certificate, key)?)
+                .timeout(HANDSHAKE_TIMEOUT);
             if let Some(authority) = &files.tls_client_ca {
                 settings =
                     settings.client_ca_root(Certificate::from_pem(read("client authority", authority)?));

@@ -169,7 +169,11 @@ impl Recording {
         }
     }
 
-    fn decode<M: Message + Default + Counted>(&self, offset: u64, payload: Bytes) -> Result<M, RecordingError> {
+    fn decode<M: Message + Default + Counted>(
+        &self,
+        offset: u64,
+        payload: Bytes,
+    ) -> Result<M, RecordingError> {
         codec::decode(payload).map_err(|e| self.error(format!("is damaged at byte {offset}: {e}")))
     }
 }

@@ -1,6 +1,11 @@
-//! Compiles the .proto files without a system `protoc`.
+//! Compiles the .proto files without a system `protoc`, and writes down which of their fields are lists.
 
+use std::collections::BTreeMap;
+use std::fmt::Write;
 use std::path::PathBuf;
+
+use prost_types::field_descriptor_proto::{Label, Type};
+use prost_types::{DescriptorProto, FieldDescriptorProto, FileDescriptorSet};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let files = [
@@ -14,9 +19,77 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let descriptors = protox::compile(files, ["proto"])?;
     let out = PathBuf::from(std::env::var("OUT_DIR")?);
     std::fs::write(out.join("fsi.v1.bin"), prost::Message::encode_to_vec(&descriptors))?;
+    std::fs::write(out.join("shapes.rs"), shapes(&descriptors)?)?;
     tonic_prost_build::configure()
         // Particle arrays are taken from the receive buffer without a copy.
         .bytes(".fsi.v1")
+        // Lists are counted before they are decoded.
+        .codec_path("crate::codec::Bounded")
         .compile_fds(descriptors)?;
     Ok(())
+}
+
+/// The table of `codec.rs`: of each message the fields that are lists or messages, by their numbers.
+fn shapes(descriptors: &FileDescriptorSet) -> Result<String, std::fmt::Error> {
+    let mut messages = BTreeMap::new();
+    let mut public = Vec::new();
+    for file in &descriptors.file {
+        for message in &file.message_type {
+            let path = format!(".{}.{}", file.package(), message.name());
+            collect(&path, message, &mut messages);
+            public.push((message.name(), path));
+        }
+    }
+    let index: BTreeMap<&String, usize> = messages.keys().enumerate().map(|(k, path)| (path, k)).collect();
+    let mut text = String::from("pub(super) static SHAPES: &[Shape] = &[\n");
+    let mut lists = 0;
+    for message in messages.values() {
+        writeln!(text, "    Shape {{ name: {:?}, fields: &[", message.name())?;
+        let mut fields: Vec<_> = message.field.iter().collect();
+        fields.sort_by_key(|field| field.number());
+        for field in fields {
+            let inner = index.get(&field.type_name().to_owned()).filter(|_| field.r#type() == Type::Message);
+            let repeated = field.label() == Label::Repeated;
+            if !repeated && inner.is_none() {
+                continue;
+            }
+            let list = if repeated { format!("Some({lists})") } else { "None".into() };
+            lists += usize::from(repeated);
+            let (number, name) = (field.number(), field.name());
+            let entry = inner.map_or_else(|| entry(field).to_owned(), |k| format!("Entry::Message({k})"));
+            writeln!(
+                text,
+                "        Field {{ number: {number}, name: {name:?}, list: {list}, entry: {entry} }},"
+            )?;
+        }
+        writeln!(text, "    ] }},")?;
+    }
+    writeln!(text, "];\npub(super) const LISTS: usize = {lists};")?;
+    for (name, path) in &public {
+        if let Some(k) = index.get(path) {
+            writeln!(text, "impl Counted for crate::wire::{name} {{ const SHAPE: usize = {k}; }}")?;
+        }
+    }
+    Ok(text)
+}
+
+fn collect<'a>(
+    path: &str,
+    message: &'a DescriptorProto,
+    messages: &mut BTreeMap<String, &'a DescriptorProto>,
+) {
+    for nested in &message.nested_type {
+        collect(&format!("{path}.{}", nested.name()), nested, messages);
+    }
+    messages.insert(path.to_owned(), message);
+}
+
+/// How an entry that is no message travels.
+fn entry(field: &FieldDescriptorProto) -> &'static str {
+    match field.r#type() {
+        Type::String | Type::Bytes => "Entry::Text",
+        Type::Double | Type::Fixed64 | Type::Sfixed64 => "Entry::Packed64",
+        Type::Float | Type::Fixed32 | Type::Sfixed32 => "Entry::Packed32",
+        _ => "Entry::PackedVarint",
+    }
 }

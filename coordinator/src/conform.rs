@@ -11,6 +11,7 @@ use terminal::say;
 
 use crate::cli::ConformArguments;
 use crate::failure::{Failure, Kind};
+use crate::hints;
 use crate::output::directory::write_file;
 
 /// Examines the participant at the given address, prints a table and writes the JUnit file.
@@ -42,6 +43,9 @@ pub fn conform(arguments: &ConformArguments) -> Result<(), Failure> {
         security: ClientSecurity::load(&arguments.security.over(&ClientFiles::default()))
             .map_err(Failure::input)?,
     };
+    for warning in options.security.warnings() {
+        eprintln!("warning: {warning}");
+    }
     let runtime = tokio::runtime::Builder::new_multi_thread()
         .worker_threads(2)
         .enable_all()
@@ -49,7 +53,11 @@ pub fn conform(arguments: &ConformArguments) -> Result<(), Failure> {
         .map_err(|e| Failure::internal(format!("cannot start the runtime: {e}")))?;
     let report = runtime.block_on(examine(address, &options, print));
     runtime.shutdown_background();
-    let report = report?;
+    let report = report.map_err(|error| {
+        let remedy = hints::of_secrets(&error, &options.security).map(|remedy| format!("; {remedy}"));
+        let failure = Failure::from(error);
+        Failure { message: failure.message + &remedy.unwrap_or_default(), ..failure }
+    })?;
     print_end(address, &report);
     if let Some(path) = &arguments.junit {
         write_junit(path, address, &report)?;

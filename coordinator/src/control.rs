@@ -56,6 +56,8 @@ pub enum Ending {
     Lost {
         /// Solvers that were lost; none when only the way between them was.
         roles: Vec<Role>,
+        /// Step in which they were missed.
+        step: u64,
         /// What happened.
         failure: Failure,
     },
@@ -188,8 +190,13 @@ impl Control {
         keeper: &mut Keeper,
         wishes: &mut Receiver<StopWish>,
     ) -> Result<Ending, Failure> {
+        let mut since = None;
         while !self.running.is_empty() {
             let given_up = self.failure.is_some() || !self.faults.is_empty();
+            if given_up {
+                since.get_or_insert_with(Instant::now);
+            }
+            let last_word = since.unwrap_or_else(Instant::now) + ABORT_DEADLINE;
             tokio::select! {
                 biased;
                 // First: whoever was stopped himself must know it before he takes others for silent.
@@ -204,7 +211,7 @@ impl Control {
                         Err(failure) => self.lost(role, failure, participants),
                     }
                 }
-                () = tokio::time::sleep(ABORT_DEADLINE), if given_up => break,
+                () = tokio::time::sleep_until(last_word.into()), if given_up => break,
             }
         }
         keeper.finish().await?;
@@ -397,15 +404,23 @@ impl Control {
             // Its last word came already.
             return;
         }
+        self.running.retain(|r| *r != role);
+        match &mut self.failure {
+            // Both are lost, whoever was missed first.
+            Some(first) if failure.kind == Kind::Lost && !self.lost.is_empty() => {
+                first.message.push_str(&format!("; lost the {role} solver too: {}", failure.message));
+            }
+            _ => {
+                let step = self.lockstep.completed();
+                self.fail(Failure::new(
+                    failure.kind,
+                    format!("lost the {role} solver after {step} completed steps: {}", failure.message),
+                ));
+            }
+        }
         if failure.kind == Kind::Lost {
             self.lost.push(role);
         }
-        self.running.retain(|r| *r != role);
-        let step = self.lockstep.completed();
-        self.fail(Failure::new(
-            failure.kind,
-            format!("lost the {role} solver after {step} completed steps: {}", failure.message),
-        ));
         participants.command_all(Command::Abort);
     }
 
@@ -414,13 +429,24 @@ impl Control {
         self.failure.get_or_insert(failure);
     }
 
+    /// Step in which a lost participant was missed: that in which its partner waited, where known.
+    fn missed(&self) -> u64 {
+        let waited = self.faults.iter().find_map(|(_, fault)| match fault {
+            Fault::Peer { at, .. } | Fault::Aborted { at } => Some(at.step),
+            _ => None,
+        });
+        waited.unwrap_or_else(|| self.lockstep.completed())
+    }
+
     fn ending(&mut self) -> Ending {
         if let Some((role, fault)) = self.faults.iter().min_by_key(|(_, fault)| rank(fault)) {
             // A participant that was only told to give up is not the cause.
             if self.failure.is_none() || rank(fault) < RANK_CONSEQUENCE {
                 let failure = Failure::new(kind_of(fault), format!("{role} solver: {fault}"));
                 return match fault {
-                    Fault::Peer { .. } if !self.stopping => Ending::Lost { roles: Vec::new(), failure },
+                    Fault::Peer { at, .. } if !self.stopping => {
+                        Ending::Lost { roles: Vec::new(), step: at.step, failure }
+                    }
                     _ => Ending::Failed(failure),
                 };
             }
@@ -434,7 +460,7 @@ impl Control {
             return if self.lost.is_empty() || self.stopping {
                 Ending::Failed(failure)
             } else {
-                Ending::Lost { roles: self.lost.clone(), failure }
+                Ending::Lost { roles: self.lost.clone(), step: self.missed(), failure }
             };
         }
         if let Some(breach) = self.breach.take() {
@@ -444,7 +470,7 @@ impl Control {
             let roles: Vec<String> = self.running.iter().map(Role::to_string).collect();
             let message = format!("no last word from the {} solver", roles.join(" and the "));
             let failure = Failure::new(Kind::Lost, message);
-            return Ending::Lost { roles: self.running.clone(), failure };
+            return Ending::Lost { roles: self.running.clone(), step: self.missed(), failure };
         }
         if self.finished.values().all(|reached_end| *reached_end) {
             Ending::Completed

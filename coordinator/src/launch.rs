@@ -1,33 +1,50 @@
 //! Starting servers as child processes of the coordinator, and ending them.
 
-use std::path::Path;
-use std::process::Stdio;
+use std::path::{Path, PathBuf};
+use std::process::{ExitStatus, Stdio};
 use std::time::Duration;
 
-use proto::security::ClientFiles;
+use proto::security::{AccessToken, ClientFiles, ClientSecurity};
 use sph::solver::Role;
-use tokio::io::{AsyncBufReadExt, BufReader};
+use tokio::io::{AsyncBufReadExt, AsyncWriteExt, BufReader};
 use tokio::process::{Child, Command};
 
 use crate::failure::Failure;
 use crate::guard::Guard;
-use crate::output::files::fresh;
+use crate::logs;
 
 /// A child that has not reported its address by then is given up.
 const START_DEADLINE: Duration = Duration::from_secs(30);
 /// A child that has not ended by then, after its input was closed, is killed.
 const END_DEADLINE: Duration = Duration::from_secs(5);
+/// A child whose connection broke is given so long to show how it ended.
+const STATUS_DEADLINE: Duration = Duration::from_millis(500);
 
 /// Where a server comes from.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Source {
     /// This executable, run again with a hidden sub-command.
     Own,
-    /// Another program with its arguments; it takes `--listen ADDR` besides and prints `LISTEN <addr>`. It ends with
+    /// Another program with its arguments; it takes `--listen ADDR` too and prints `LISTEN <addr>`. It ends with
     /// this process, whether or not it watches its standard input.
     Program(Vec<String>),
     /// A server that already listens.
     Address(String),
+}
+
+/// What servers are started with.
+#[derive(Clone, Copy, Debug)]
+pub struct Launch<'a> {
+    /// Compute threads of one of ours.
+    pub threads: usize,
+    /// Files for the call of a partner elsewhere.
+    pub files: &'a ClientFiles,
+    /// What the user's files say.
+    pub security: &'a ClientSecurity,
+    /// Folder of logs.
+    pub logs: &'a Path,
+    /// File for its part of a trace.
+    pub trace: Option<&'a Path>,
 }
 
 /// A server that is ready for a connection.
@@ -37,67 +54,140 @@ pub struct Server {
     pub role: Role,
     /// `host:port` at which it listens.
     pub address: String,
-    child: Option<Child>,
+    /// What is shown to it.
+    pub security: ClientSecurity,
+    child: Option<Started>,
+}
+
+/// A server that this process has started.
+#[derive(Debug)]
+struct Started {
+    child: Child,
+    program: String,
+    log: PathBuf,
     guard: Option<Guard>,
 }
 
 impl Server {
-    /// Attaches to or starts the server of `role`, one of ours with compute `threads`; a child's log goes to `log`, its part of a trace to `trace`.
+    /// Attaches to or starts the server of `role`. A child demands an access token, or may do so, which goes through the
+    /// pipe to its standard input.
     ///
     /// # Errors
     /// When the program cannot be started, ends at once, or prints no address in time.
-    pub async fn start(
-        role: Role,
-        source: &Source,
-        threads: usize,
-        security: &ClientFiles,
-        log: &Path,
-        trace: Option<&Path>,
-    ) -> Result<Self, Failure> {
-        let mut command = match source {
+    pub async fn start(role: Role, source: &Source, with: Launch<'_>) -> Result<Self, Failure> {
+        let command = match source {
             Source::Address(address) => {
-                return Ok(Self { role, address: address.clone(), child: None, guard: None });
+                let (address, security) = (address.clone(), with.security.clone());
+                return Ok(Self { role, address, security, child: None });
             }
-            Source::Own => {
-                let own = std::env::current_exe().map_err(|e| {
-                    Failure::server(format!("cannot find this executable to start the {role} server: {e}"))
-                })?;
-                let mut command = Command::new(own);
-                command.arg(format!("node-{role}"));
-                command
-            }
+            Source::Own => own_command(role, with)?,
             Source::Program(words) => {
                 let [program, arguments @ ..] = words.as_slice() else {
                     return Err(Failure::input(format!("the command of the {role} server is empty")));
                 };
                 let mut command = Command::new(program);
-                command.args(arguments);
+                command.args(arguments).args(LISTEN).env(AccessToken::ANNOUNCEMENT, "1");
                 command
             }
         };
-        command.args(["--listen", "127.0.0.1:0"]);
-        if *source == Source::Own {
-            command.arg("--exit-with-parent");
-            command.args(["--threads", &threads.to_string()]);
-            // It may have to dial a partner elsewhere.
-            if let Some(authority) = &security.authority {
-                command.arg("--partner-ca").arg(authority);
-            }
-            if let Some((certificate, key)) = &security.identity {
-                command.arg("--partner-cert").arg(certificate).arg("--partner-key").arg(key);
-            }
-            if let Some(trace) = trace {
-                command.arg("--trace").arg(trace);
-            }
-            if let Some(path) = sph::lanes::forced() {
-                command.args(["--arithmetic", path.option()]);
-            }
+        // Another program may have been given the user's token by its arguments.
+        let given = with.security.access().filter(|_| *source != Source::Own);
+        let fresh = given.is_none();
+        let access = given.map_or_else(AccessToken::fresh, Ok).map_err(Failure::internal)?;
+        let mut started = Started::spawn(role, command, with.logs, *source != Source::Own)?;
+        started.tell(&access).await;
+        let address = started.address(role).await?;
+        // A program may listen elsewhere: no secret travels there unencrypted.
+        let security = if fresh && !is_private(&address) {
+            with.security.clone()
+        } else {
+            with.security.with_access(&access)
+        };
+        Ok(Self { role, address, security, child: Some(started) })
+    }
+
+    /// Whether this coordinator started it.
+    pub fn is_child(&self) -> bool {
+        self.child.is_some()
+    }
+
+    /// Process id of a child that this coordinator started.
+    pub fn process_id(&self) -> Option<u32> {
+        self.child.as_ref().and_then(|started| started.child.id())
+    }
+
+    /// Program and log of a child that this coordinator started.
+    pub fn program(&self) -> Option<(&str, &Path)> {
+        self.child.as_ref().map(|started| (started.program.as_str(), started.log.as_path()))
+    }
+
+    /// How a child ended that this coordinator started; `None` when it has not ended.
+    pub async fn ended(&mut self) -> Option<ExitStatus> {
+        let started = self.child.as_mut()?;
+        tokio::time::timeout(STATUS_DEADLINE, started.child.wait()).await.ok()?.ok()
+    }
+
+    /// Ends a child that this coordinator started at once, whatever it does.
+    pub async fn kill(mut self) {
+        if let Some(mut started) = self.child.take() {
+            started.unguard().await;
+            // Nothing is left to do when even this fails: the child is reaped by the system.
+            drop(started.child.kill().await);
         }
-        let errors = fresh(log).map_err(|e| {
-            Failure::output(format!("cannot write the {role} server's log `{}`: {e}", log.display()))
-        })?;
+    }
+
+    /// Ends a child that this coordinator started: closes its input, waits, kills it if need be.
+    pub async fn end(mut self) {
+        let Some(mut started) = self.child.take() else { return };
+        started.unguard().await;
+        drop(started.child.stdin.take());
+        if tokio::time::timeout(END_DEADLINE, started.child.wait()).await.is_err() {
+            // Nothing is left to do when even this fails: the child is reaped by the system.
+            drop(started.child.kill().await);
+        }
+    }
+}
+
+const LISTEN: [&str; 2] = ["--listen", "127.0.0.1:0"];
+
+/// The command of one of our servers.
+fn own_command(role: Role, with: Launch<'_>) -> Result<Command, Failure> {
+    let own = std::env::current_exe().map_err(|e| {
+        Failure::server(format!("cannot find this executable to start the {role} server: {e}"))
+    })?;
+    let mut command = Command::new(own);
+    command.arg(format!("node-{role}")).args(LISTEN).args(["--exit-with-parent", "--token-stdin"]);
+    command.args(["--threads", &with.threads.to_string()]);
+    // It may have to dial a partner elsewhere.
+    if let Some(authority) = &with.files.authority {
+        command.arg("--partner-ca").arg(authority);
+    }
+    if let Some((certificate, key)) = &with.files.identity {
+        command.arg("--partner-cert").arg(certificate).arg("--partner-key").arg(key);
+    }
+    if let Some(trace) = with.trace {
+        command.arg("--trace").arg(trace);
+    }
+    if let Some(path) = sph::lanes::forced() {
+        command.args(["--arithmetic", path.option()]);
+    }
+    Ok(command)
+}
+
+/// Whether what is sent to `address` stays on this machine or is encrypted.
+fn is_private(address: &str) -> bool {
+    let host = address.rsplit_once(':').map_or(address, |(host, _)| host);
+    let bare = host.strip_prefix("http://").unwrap_or(host).trim_matches(['[', ']']);
+    address.starts_with("https://")
+        || bare == "localhost"
+        || bare.parse().is_ok_and(|ip: std::net::IpAddr| ip.is_loopback())
+}
+
+impl Started {
+    fn spawn(role: Role, mut command: Command, logs: &Path, guarded: bool) -> Result<Self, Failure> {
+        let (errors, log) = logs::create(logs, role)?;
         let program = command.as_std().get_program().to_string_lossy().into_owned();
-        let mut child = command
+        let child = command
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
             .stderr(errors)
@@ -111,23 +201,23 @@ impl Server {
                      `[servers]` of the case"
                 ))
             })?;
-        let guard = match (source, child.id()) {
-            (Source::Program(_), Some(process)) => Some(Guard::start(process).map_err(|e| {
-                Failure::server(format!("cannot start the guard of the {role} server `{program}`: {e}"))
-            })?),
-            _ => None,
-        };
-        let address = Self::read_address(role, &program, &mut child, log).await?;
-        Ok(Self { role, address, child: Some(child), guard })
+        let guard = child.id().filter(|_| guarded).map(Guard::start).transpose().map_err(|e| {
+            Failure::server(format!("cannot start the guard of the {role} server `{program}`: {e}"))
+        })?;
+        Ok(Self { child, program, log, guard })
     }
 
-    async fn read_address(
-        role: Role,
-        program: &str,
-        child: &mut Child,
-        log: &Path,
-    ) -> Result<String, Failure> {
-        let Some(output) = child.stdout.take() else {
+    /// Sends the access token through the pipe, which then stays open as long as the child is wanted.
+    async fn tell(&mut self, access: &AccessToken) {
+        if let Some(input) = &mut self.child.stdin {
+            // A child that has ended, or has closed its input, shows when its address is read.
+            let _ = input.write_all(access.line().as_bytes()).await;
+        }
+    }
+
+    /// The address that the child prints.
+    async fn address(&mut self, role: Role) -> Result<String, Failure> {
+        let Some(output) = self.child.stdout.take() else {
             return Err(Failure::internal(format!("no pipe to the {role} server")));
         };
         let mut lines = BufReader::new(output).lines();
@@ -146,52 +236,36 @@ impl Server {
             Ok(Err(e)) => format!("its output cannot be read: {e}"),
             Err(_) => format!("it did not listen within {} s", START_DEADLINE.as_secs()),
         };
-        Err(Failure::server(format!("the {role} server `{program}` is not usable: {problem}{}", tail(log))))
+        Err(Failure::server(format!(
+            "the {role} server `{}` is not usable: {problem}{}",
+            self.program,
+            logs::tail(&self.log)
+        )))
     }
 
-    /// Whether this coordinator started it.
-    pub fn is_child(&self) -> bool {
-        self.child.is_some()
-    }
-
-    /// Process id of a child that this coordinator started.
-    pub fn process_id(&self) -> Option<u32> {
-        self.child.as_ref().and_then(Child::id)
-    }
-
-    /// Ends a child that this coordinator started at once, whatever it does.
-    pub async fn kill(mut self) {
+    async fn unguard(&mut self) {
         if let Some(guard) = self.guard.take() {
             guard.end().await;
-        }
-        if let Some(child) = self.child.as_mut() {
-            // Nothing is left to tell when even this fails: the child is reaped by the system.
-            drop(child.kill().await);
-        }
-    }
-
-    /// Ends a child that this coordinator started: closes its input, waits, kills it if need be.
-    pub async fn end(mut self) {
-        if let Some(guard) = self.guard.take() {
-            guard.end().await;
-        }
-        let Some(child) = self.child.as_mut() else { return };
-        drop(child.stdin.take());
-        if tokio::time::timeout(END_DEADLINE, child.wait()).await.is_err() {
-            // Nothing is left to tell when even this fails: the child is reaped by the system.
-            drop(child.kill().await);
         }
     }
 }
 
-/// Last lines of a log, for a message.
-pub fn tail(log: &Path) -> String {
-    const LINES: usize = 12;
-    let text = std::fs::read_to_string(log).unwrap_or_default();
-    let lines: Vec<&str> = text.lines().collect();
-    if lines.is_empty() {
-        return String::new();
+#[cfg(test)]
+mod tests {
+    use super::is_private;
+
+    #[test]
+    fn only_addresses_of_this_machine_and_encrypted_ones_are_private() {
+        for (address, private) in [
+            ("127.0.0.1:7001", true),
+            ("[::1]:7001", true),
+            ("localhost:7001", true),
+            ("http://127.0.0.1:7001", true),
+            ("https://192.0.2.1:7001", true),
+            ("192.0.2.1:7001", false),
+            ("127.0.0.1.example.org:7001", false),
+        ] {
+            assert_eq!(is_private(address), private, "{address}");
+        }
     }
-    let last = &lines[lines.len().saturating_sub(LINES)..];
-    format!("\nlast lines of its log `{}`:\n  {}", log.display(), last.join("\n  "))
 }

@@ -1,6 +1,6 @@
 //! Participants that are servers: start or attach, handshake, link.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::Duration;
 
 use proto::checkpoint::CheckpointData;
@@ -18,7 +18,8 @@ use tokio::sync::mpsc;
 use crate::between::{Between, Go};
 use crate::checkpoint::RunCheckpoint;
 use crate::failure::{Failure, Kind};
-use crate::launch::{Server, Source};
+use crate::hints;
+use crate::launch::{Launch, Server, Source};
 use crate::output::process::Process;
 use crate::participants::{CommandLine, News, NewsResult, Participants};
 use crate::threads::Threads;
@@ -71,7 +72,7 @@ pub struct Start<'a> {
     pub security: &'a ClientFiles,
     /// Where the run goes on.
     pub resume: Option<Resume<'a>>,
-    /// Counts the attempts at the run from 0; each has logs of its own.
+    /// Counts the attempts at the run from 0.
     pub attempt: usize,
     /// The way of the frames.
     pub between: Between<'a>,
@@ -136,6 +137,17 @@ pub struct Remote {
     go_between: Go,
 }
 
+/// A connection to `server`, and what it says of itself.
+async fn described(
+    server: &Server,
+    deadlines: Deadlines,
+) -> Result<(ParticipantClient, Description), RpcError> {
+    let client = ParticipantClient::connect_secured(&server.address, deadlines, &server.security);
+    let mut client = client.await?;
+    let description = client.describe().await?;
+    Ok((client, description))
+}
+
 fn role_of(setup: &ParticipantSetup) -> Role {
     match setup {
         ParticipantSetup::Fluid(_) => Role::Fluid,
@@ -164,33 +176,25 @@ impl Remote {
         let holder = format!("coordinator, process {}", std::process::id());
         let access = RunAccess::new(&holder)?;
         let security = ClientSecurity::load(with.security).map_err(Failure::input)?;
+        for warning in security.warnings().iter().filter(|_| with.attempt == 0) {
+            eprintln!("warning: {warning}");
+        }
         let mut servers = Vec::new();
         for plan in &plans {
             let role = role_of(&plan.setup);
-            let attempt = if with.attempt == 0 { String::new() } else { format!("-{}", with.attempt) };
-            let log: PathBuf = with.logs.join(format!("{role}-server{attempt}.log"));
             let part = with.trace.map(|folder| trace::part_of(folder, role, with.attempt));
-            let server = Server::start(
-                role,
-                &plan.source,
-                with.threads.for_role(role),
-                with.security,
-                &log,
-                part.as_deref(),
-            )
-            .await?;
-            let unreachable = |e: RpcError| {
-                let at = &server.address;
-                Failure::server(format!(
-                    "{e}; start a {role} server that listens at {at}, or give another address by `--{role}` or \
-                     `[servers]` of the case"
-                ))
+            let launch = Launch {
+                threads: with.threads.for_role(role),
+                files: with.security,
+                security: &security,
+                logs: with.logs,
+                trace: part.as_deref(),
             };
-            let mut client = ParticipantClient::connect_secured(&server.address, with.deadlines, &security)
-                .await
-                .map_err(unreachable)?;
-            let description = client.describe().await.map_err(unreachable)?;
-            servers.push((server, client, description));
+            let mut server = Server::start(role, &plan.source, launch).await?;
+            match described(&server, with.deadlines).await {
+                Ok((client, description)) => servers.push((server, client, description)),
+                Err(error) => return Err(hints::unreachable(error, &mut server).await),
+            }
         }
         let descriptions: Vec<_> = servers.iter().map(|(_, _, description)| description).collect();
         let kind = handshake::coupling_kind(with.kinds, &descriptions);
@@ -337,6 +341,17 @@ impl Remote {
         }
         let checkpoints = self.servers.iter().all(|server| server.saves);
         Ok(Participants::new(lines, received, events, checkpoints).with_beats(beats))
+    }
+
+    /// How the processes of the servers of `roles` ended that were started for the run, in words; those that have not are
+    /// left out.
+    pub async fn ends(&mut self, roles: &[Role]) -> Vec<(Role, String)> {
+        let mut ends = Vec::new();
+        for server in self.servers.iter_mut().filter(|server| roles.contains(&server.report.role)) {
+            let ended = server.server.ended().await;
+            ends.extend(ended.map(|status| (server.report.role, status.to_string())));
+        }
+        ends
     }
 
     /// Ends the servers that were started for the run, those that do not answer too, and closes the run on the others.

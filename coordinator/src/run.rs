@@ -1,5 +1,6 @@
 //! `coordinator run`: from a case file to results.
 
+mod losses;
 pub(crate) mod results;
 mod take_over;
 mod way;
@@ -35,6 +36,7 @@ use crate::resume;
 use crate::threads::Threads;
 use crate::trace::Trace;
 use crate::writer::Writer;
+use losses::Losses;
 
 /// Events that may wait for the coordinator when solvers are threads.
 const PENDING_EVENTS: usize = 256;
@@ -178,27 +180,19 @@ async fn make_attempts(
         case.disk_deadline(),
         CaseFacts { identity: case.identity(), origin: job.origin.clone() },
     );
-    let first_log = take_over::first_free_log(job);
     let mut from = job.resume.as_ref().map(|resume| resume.checkpoint.clone());
     let mut restarts: Vec<String> = Vec::new();
+    let mut losses = Losses::default();
     // A recording is no partner that could be started again.
     let most =
         if job.alone.is_some() { 0 } else { options.max_restarts.unwrap_or(case.checkpoint().max_restarts) };
     loop {
-        let number = restarts.len();
-        let attempt = Attempt { job, from: from.as_ref(), number, first_log, recording, trace };
-        let run = attempt.make(&mut keeper, &mut wishes).await?;
-        let (roles, failure) = match &run.ending {
-            Ending::Lost { roles, failure }
-                if (restarts.len() as u64) < most && run.solvers.may_restart(roles) =>
-            {
-                (roles, failure)
-            }
-            _ => {
-                let replayed = run.solvers.remote().and_then(Remote::replayed);
-                let ending = results::finish(job, &resolved, run, &keeper, restarts).await?;
-                return Ok((ending, replayed));
-            }
+        let attempt = Attempt { job, from: from.as_ref(), number: restarts.len(), recording, trace };
+        let mut run = attempt.make(&mut keeper, &mut wishes).await?;
+        let Some((roles, failure)) = run.lost(&mut losses, most).await else {
+            let replayed = run.solvers.remote().and_then(Remote::replayed);
+            let ending = results::finish(job, &resolved, run, &keeper, restarts).await?;
+            return Ok((ending, replayed));
         };
         let lost = roles.iter().map(Role::to_string).collect::<Vec<_>>().join(" and ");
         let lost = if lost.is_empty() { "the connection".to_owned() } else { format!("the {lost} solver") };
@@ -226,8 +220,6 @@ struct Attempt<'a> {
     job: &'a Job,
     from: Option<&'a RunCheckpoint>,
     number: usize,
-    /// Number of the first attempt's logs.
-    first_log: usize,
     recording: Option<&'a RecordingWriter>,
     trace: Option<&'a Trace>,
 }
@@ -329,7 +321,7 @@ impl Attempt<'_> {
             deadlines,
             security: &security,
             resume,
-            attempt: self.first_log + self.number,
+            attempt: self.number,
             between,
             trace: self.trace.map(Trace::folder),
         };
@@ -354,6 +346,13 @@ fn source_of(server: &case::Server) -> Source {
 
 impl Solvers {
     fn remote(&self) -> Option<&Remote> {
+        match self {
+            Solvers::Threads(_) => None,
+            Solvers::Servers(remote) => Some(remote),
+        }
+    }
+
+    fn remote_mut(&mut self) -> Option<&mut Remote> {
         match self {
             Solvers::Threads(_) => None,
             Solvers::Servers(remote) => Some(remote),

@@ -94,3 +94,33 @@ fn wrong_usage_and_taken_ports_have_codes_and_words_of_their_own() {
     let mut program = Program::start(&["--help"]);
     assert_eq!(program.end().code(), Some(0));
 }
+
+#[test]
+fn it_has_a_name_and_a_version_of_its_own() {
+    let mut program = Program::start(&["--version"]);
+    assert_eq!(program.line(), concat!("fluid-server ", env!("CARGO_PKG_VERSION"), "\n"));
+    assert_eq!(program.end().code(), Some(0));
+}
+
+#[test]
+fn its_log_has_no_escape_sequences_where_it_goes_to_no_terminal() {
+    let mut program = Program::start(&["--exit-with-parent", "--threads", "1"]);
+    address(&program.line());
+    drop(program.0.stdin.take());
+    assert_eq!(program.end().code(), Some(0));
+    let log = program.errors();
+    assert!(log.contains("listening") && !log.contains('\u{1b}'), "{log:?}");
+}
+
+#[test]
+fn a_token_that_is_announced_is_demanded_and_one_that_does_not_come_is_missed() {
+    for sent in ["", "short\n"] {
+        let mut program = Program::start(&["--token-stdin"]);
+        let mut input = program.0.stdin.take().unwrap();
+        std::io::Write::write_all(&mut input, sent.as_bytes()).unwrap();
+        drop(input);
+        assert_eq!(program.end().code(), Some(2));
+        let errors = program.errors();
+        assert!(errors.contains("access token"), "{errors}");
+    }
+}

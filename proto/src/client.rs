@@ -227,6 +227,7 @@ impl ParticipantClient {
             assembler: SnapshotAssembler::default(),
             events,
             beats,
+            heard: Heard::Nothing,
             over: over.clone(),
         };
         tokio::spawn(forward_commands(run_id, self.epoch, ordered, to_server, over.clone()));
@@ -344,6 +345,15 @@ async fn forward_commands(
     over.cancelled().await;
 }
 
+/// The last sign of life of a server.
+#[derive(Clone, Copy, Debug)]
+enum Heard {
+    Nothing,
+    Beat(Beat),
+    /// The report of a step, after which so many were completed.
+    Completed(u64),
+}
+
 /// The server's streams of one run.
 struct RunStreams {
     run_id: String,
@@ -355,6 +365,8 @@ struct RunStreams {
     assembler: SnapshotAssembler,
     events: mpsc::Sender<Result<Event, RpcError>>,
     beats: watch::Sender<Option<Beat>>,
+    /// What the last sign of life said.
+    heard: Heard,
     /// Cancelled when no more events come.
     over: CancellationToken,
 }
@@ -422,10 +434,14 @@ impl RunStreams {
     async fn event(&mut self, item: BatchItem) -> Result<Option<(Event, bool)>, RpcError> {
         Ok(Some(match item {
             BatchItem::Beat(beat) => {
+                self.heard = Heard::Beat(beat);
                 self.beats.send_replace(Some(beat));
                 return Ok(None);
             }
-            BatchItem::Step(report) => (Event::Step(*report), false),
+            BatchItem::Step(report) => {
+                self.heard = Heard::Completed(report.step + 1);
+                (Event::Step(*report), false)
+            }
             BatchItem::Probes(values) => (Event::Probes(values), false),
             BatchItem::Held(held) => (Event::Held(held), false),
             BatchItem::Snapshot { index, .. } => (Event::Snapshot(self.snapshot(index).await?), false),
@@ -474,10 +490,13 @@ impl RunStreams {
 
     /// What the server did when it was heard last.
     fn doing(&self) -> String {
-        self.beats.borrow().map_or_else(
-            || "it never gave a sign of life".to_owned(),
-            |beat| format!("at its last sign of life it was {beat}"),
-        )
+        match self.heard {
+            Heard::Nothing => "it never gave a sign of life".to_owned(),
+            Heard::Beat(beat) => format!("at its last sign of life it was {beat}"),
+            Heard::Completed(steps) => {
+                format!("its last sign of life was a report, after {steps} completed steps")
+            }
+        }
     }
 
     fn silent(&self) -> RpcError {

@@ -1,5 +1,8 @@
 //! Doors through which made-up input is pushed: what a partner may send, read as the solvers read it.
 
+use std::time::Duration;
+
+use bytes::{Buf, BufMut, Bytes};
 use prost::Message;
 use sph::audit::{MomentumReport, PartnerBody, PartnerParticles};
 use sph::exchange::{Extent, Frame, FrameContent, InterfaceStates, PreviousStage};
@@ -9,8 +12,16 @@ use sph::solver::Role;
 use sph::stage::{StageTime, StepStage};
 use sph::vector::{SymmetricTensor, Vector};
 
+use tonic::Status;
+use tonic::codec::{Codec, DecodeBuf, Decoder, EncodeBuf, Encoder};
+use tonic::codegen::http::uri::PathAndQuery;
+
+use crate::codec;
 use crate::convert::{FrameReader, FrameWriter};
 use crate::description::FrameField;
+use crate::error::RpcError;
+use crate::security::ClientSecurity;
+use crate::transport;
 use crate::wire;
 
 const RUN: &str = "run";
@@ -70,7 +81,7 @@ pub fn frames() -> Vec<Vec<u8>> {
 /// # Errors
 /// When it is no message at all.
 pub fn read_frame(bytes: &[u8]) -> Result<u32, String> {
-    let message = wire::Frame::decode(bytes).map_err(|e| e.to_string())?;
+    let message: wire::Frame = codec::decode(bytes)?;
     let mut taken = 0;
     for kind in CouplingKind::ALL {
         for role in [Role::Fluid, Role::Solid] {
@@ -87,15 +98,18 @@ pub fn read_control(bytes: &[u8]) -> u32 {
     use crate::convert::{Convert, Path, decode_batch, decode_command};
     use crate::description::{Description, LinkPlan, OpenReport};
     let root = Path::root("message");
-    let fluid = wire::FluidSetup::decode(bytes)
+    let fluid = codec::decode::<wire::FluidSetup>(bytes)
         .is_ok_and(|m| <sph::setup::FluidSetup as Convert>::from_wire(&m, &root).is_ok());
-    let solid = wire::SolidSetup::decode(bytes)
+    let solid = codec::decode::<wire::SolidSetup>(bytes)
         .is_ok_and(|m| <sph::setup::SolidSetup as Convert>::from_wire(&m, &root).is_ok());
-    let link = wire::LinkRequest::decode(bytes).is_ok_and(|m| LinkPlan::from_wire(&m, &root).is_ok());
-    let reply = wire::OpenReply::decode(bytes).is_ok_and(|m| OpenReport::from_wire(&m, &root).is_ok());
-    let told = wire::Description::decode(bytes).is_ok_and(|m| Description::from_wire(&m, &root).is_ok());
-    let command = wire::Command::decode(bytes).is_ok_and(|m| decode_command(&m).is_ok());
-    let events = wire::EventBatch::decode(bytes).is_ok_and(|m| decode_batch(&m).is_ok());
+    let link =
+        codec::decode::<wire::LinkRequest>(bytes).is_ok_and(|m| LinkPlan::from_wire(&m, &root).is_ok());
+    let reply =
+        codec::decode::<wire::OpenReply>(bytes).is_ok_and(|m| OpenReport::from_wire(&m, &root).is_ok());
+    let told =
+        codec::decode::<wire::Description>(bytes).is_ok_and(|m| Description::from_wire(&m, &root).is_ok());
+    let command = codec::decode::<wire::Command>(bytes).is_ok_and(|m| decode_command(&m).is_ok());
+    let events = codec::decode::<wire::EventBatch>(bytes).is_ok_and(|m| decode_batch(&m).is_ok());
     [fluid, solid, link, reply, told, command, events].into_iter().map(u32::from).sum()
 }
 
@@ -120,4 +134,87 @@ pub fn control(setup: &sph::setup::ParticipantSetup) -> Vec<Vec<u8>> {
         sph::setup::ParticipantSetup::Solid(solid) => solid.to_wire().encode_to_vec(),
     };
     vec![setup, link.to_wire().encode_to_vec()]
+}
+
+/// Messages as the bytes that they are.
+#[derive(Clone, Copy, Debug, Default)]
+struct Raw;
+
+impl Codec for Raw {
+    type Encode = Bytes;
+    type Decode = Bytes;
+    type Encoder = Self;
+    type Decoder = Self;
+
+    fn encoder(&mut self) -> Self {
+        Self
+    }
+
+    fn decoder(&mut self) -> Self {
+        Self
+    }
+}
+
+impl Encoder for Raw {
+    type Item = Bytes;
+    type Error = Status;
+
+    fn encode(&mut self, message: Bytes, into: &mut EncodeBuf<'_>) -> Result<(), Status> {
+        into.put(message);
+        Ok(())
+    }
+}
+
+impl Decoder for Raw {
+    type Item = Bytes;
+    type Error = Status;
+
+    fn decode(&mut self, message: &mut DecodeBuf<'_>) -> Result<Option<Bytes>, Status> {
+        Ok(Some(message.copy_to_bytes(message.remaining())))
+    }
+}
+
+/// Names of all calls, with service.
+pub const CALLS: [&str; 9] = [
+    "/fsi.v1.Participant/Describe",
+    "/fsi.v1.Participant/Open",
+    "/fsi.v1.Participant/Link",
+    "/fsi.v1.Participant/Run",
+    "/fsi.v1.Participant/Snapshots",
+    "/fsi.v1.Participant/Checkpoint",
+    "/fsi.v1.Participant/Restore",
+    "/fsi.v1.Participant/Close",
+    "/fsi.v1.Peer/Exchange",
+];
+
+/// Makes the call of `path`, such as one of [`CALLS`], at `address` by a connection of its own, with `message` as it is.
+///
+/// # Errors
+/// How the server refuses it.
+pub async fn call(address: &str, path: &'static str, message: Vec<u8>) -> Result<(), RpcError> {
+    const DEADLINE: Duration = Duration::from_secs(60);
+    let refused = |status: Status| RpcError::from_status(path, address, &status);
+    let channel = transport::connect_secured(address, DEADLINE, &ClientSecurity::default())
+        .await
+        .map_err(|problem| refused(Status::unavailable(problem)))?;
+    let mut client = tonic::client::Grpc::new(channel);
+    client.ready().await.map_err(|e| refused(Status::unavailable(transport::with_causes(&e))))?;
+    let request = tonic::Request::new(Bytes::from(message));
+    let answer = client.unary(request, PathAndQuery::from_static(path), Raw);
+    match tokio::time::timeout(DEADLINE, answer).await {
+        Ok(answer) => answer.map(drop).map_err(refused),
+        Err(_) => Err(refused(Status::deadline_exceeded("no answer"))),
+    }
+}
+
+/// An `Open` of a solid whose set-up has this many empty bodies, two bytes each.
+pub fn open_of_empty_bodies(bodies: usize) -> Vec<u8> {
+    let mut setup = Vec::with_capacity(2 * bodies + 16);
+    setup.resize(2 * bodies, 0);
+    // Field 3 of SolidSetup, length 0.
+    setup.iter_mut().step_by(2).for_each(|tag| *tag = 0x1a);
+    let mut length = Vec::new();
+    prost::encoding::encode_varint(setup.len() as u64, &mut length);
+    // Field 5 of OpenRequest.
+    [&[0x2a][..], &length, &setup].concat()
 }

@@ -11,7 +11,9 @@
 
 pub mod checkpoint;
 pub mod client;
+mod codec;
 pub mod conform;
+mod connection;
 mod convert;
 pub mod description;
 mod error;
@@ -25,6 +27,7 @@ pub mod player;
 pub mod proxy;
 pub mod recording;
 pub mod relay;
+mod secrets;
 pub mod security;
 pub mod service;
 pub mod trace;

@@ -27,8 +27,12 @@ pub(crate) const CONNECTION_WINDOW_BYTES: u32 = 16 << 20;
 pub(crate) const MAX_PARTICLES: usize = 1 << 26;
 /// Most boxes of an extent.
 pub(crate) const MAX_BOXES: usize = 1 << 20;
-/// Most entries of any other list.
+/// Most entries of any other list; of one field of a message, those in all its parts together.
 pub(crate) const MAX_LIST: usize = 1 << 16;
+/// Most events in one message: each takes more than a kilobyte once it is decoded.
+pub(crate) const MAX_EVENTS: usize = 1 << 12;
+/// Deepest nesting of messages that is walked; the decoder gives up before.
+pub(crate) const MAX_DEPTH: usize = 128;
 /// Longest name, run id or holder \[bytes\].
 pub(crate) const MAX_NAME_BYTES: usize = 256;
 /// Longest expression or message text \[bytes\].
@@ -38,6 +42,13 @@ pub(crate) const MIN_TOKEN_BYTES: usize = 16;
 
 /// Longest text of a gRPC status \[bytes\]: it travels in a header, and long headers break connections.
 pub(crate) const MAX_STATUS_BYTES: usize = 3500;
+
+/// Most connections of a server at a time: a run needs two.
+pub(crate) const MAX_CONNECTIONS: usize = 256;
+/// Most calls at work on one connection at a time: a run needs three.
+pub(crate) const MAX_STREAMS: u32 = 64;
+/// A connection that has brought no call by then is closed.
+pub(crate) const FIRST_CALL: Duration = Duration::from_secs(10);
 
 /// HTTP/2 ping: a partner whose process is frozen or whose cable is cut is lost after both.
 pub(crate) const KEEPALIVE_INTERVAL: Duration = Duration::from_secs(10);

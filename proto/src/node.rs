@@ -1,18 +1,19 @@
 //! The main function that both server programs share.
 
 use std::ffi::OsString;
-use std::io::{Read, Write};
+use std::io::{IsTerminal, Read, Write};
 use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Duration;
 
-use clap::Parser;
+use clap::{CommandFactory, FromArgMatches, Parser};
 use terminal::stop::StopSignals;
 use tokio_util::sync::CancellationToken;
 use tracing_subscriber::EnvFilter;
 
-use crate::security::{ServerFiles, ServerSecurity};
+use crate::description::Description;
+use crate::security::{AccessToken, ServerFiles, ServerSecurity};
 use crate::service::{ServeError, ServeOptions, Server, SolverFactory};
 use crate::trace::{self, Part};
 
@@ -51,6 +52,10 @@ pub struct NodeArgs {
     /// Who may speak.
     #[command(flatten)]
     pub security: ServerFiles,
+    /// Demand the token in the first line of standard input with every call; so does TIDELOCK_TOKEN_STDIN=1 in the
+    /// environment, unless there is a token file.
+    #[arg(long, conflicts_with = "token_file")]
+    pub token_stdin: bool,
     /// Listen beyond this machine without certificate or token: everyone who reaches the port can read along or use
     /// the server.
     #[arg(long)]
@@ -63,11 +68,32 @@ pub struct NodeArgs {
     pub trace: Option<PathBuf>,
 }
 
+impl NodeArgs {
+    /// The arguments of a program that is the solver of `description`; the first is its name.
+    fn parse_for(
+        description: &Description,
+        args: impl IntoIterator<Item = OsString>,
+    ) -> Result<Self, clap::Error> {
+        let command = Self::command().name(description.name.clone()).version(description.version.clone());
+        Self::from_arg_matches(&command.try_get_matches_from(args)?)
+    }
+
+    /// Who may speak, by files and by what the program that started this one says.
+    fn load_security(&self) -> Result<ServerSecurity, String> {
+        let security = ServerSecurity::load(&self.security)?;
+        let announced = std::env::var_os(AccessToken::ANNOUNCEMENT).is_some_and(|value| value == "1");
+        if self.token_stdin || (announced && self.security.token_file.is_none()) {
+            return AccessToken::receive(&mut std::io::stdin().lock()).map(|token| security.private(token));
+        }
+        Ok(security)
+    }
+}
+
 /// Runs a server program: parses `args` (the first is the program's name), serves until told to end.
 pub fn main_with<F: SolverFactory>(args: impl IntoIterator<Item = OsString>, factory: F) -> ExitCode {
     // Without it only the message is lost.
     drop(crate::file_size::fail_beyond_largest_file());
-    let args = match NodeArgs::try_parse_from(args) {
+    let args = match NodeArgs::parse_for(&factory.describe(), args) {
         Ok(args) => args,
         Err(error) => {
             // Help and version are no errors; nothing is left to tell when even stderr is gone.
@@ -76,7 +102,7 @@ pub fn main_with<F: SolverFactory>(args: impl IntoIterator<Item = OsString>, fac
         }
     };
     let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new("info"));
-    let security = match ServerSecurity::load(&args.security) {
+    let security = match args.load_security() {
         Ok(security) => security,
         Err(problem) => {
             terminal::note(format_args!("error: {problem}"));
@@ -97,6 +123,9 @@ pub fn main_with<F: SolverFactory>(args: impl IntoIterator<Item = OsString>, fac
     if let Some(Err(problem)) = args.arithmetic.map(sph::lanes::force) {
         terminal::note(format_args!("error: {problem}"));
         return ExitCode::from(EXIT_USAGE);
+    }
+    for warning in security.warnings() {
+        tracing::warn!("{warning}");
     }
     // Two workers for I/O: one may be busy with a large message while the other serves frames.
     let runtime = match tokio::runtime::Builder::new_multi_thread().worker_threads(2).enable_all().build() {
@@ -127,7 +156,8 @@ fn record(args: &NodeArgs, filter: EnvFilter, title: &str) -> Result<Option<Part
         // A subscriber that is set already keeps its place.
         let log = tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr);
         // A log that cannot be written must not end the server: it would be reported by a macro that panics.
-        drop(log.log_internal_errors(false).try_init());
+        let log = log.with_ansi(std::io::stderr().is_terminal()).log_internal_errors(false);
+        drop(log.try_init());
         return Ok(None);
     };
     let part = Part::create(path, title)

@@ -11,10 +11,10 @@ use tokio::sync::{mpsc, watch};
 use tokio_stream::Stream;
 use tokio_stream::wrappers::ReceiverStream;
 use tokio_util::sync::CancellationToken;
-use tonic::transport::server::TcpIncoming;
 use tonic::{Request, Response, Status, Streaming};
 
 use crate::client::RunAccess;
+use crate::connection::{Caller, Incoming};
 use crate::limits::MAX_FRAME_BYTES;
 use crate::recording::{Difference, Ids, Moment, Recording, RecordingError, difference};
 use crate::security::{ClientSecurity, ServerSecurity};
@@ -118,7 +118,7 @@ impl Player {
         let _entered = runtime.enter();
         let cannot = |e: &dyn std::fmt::Display| format!("a replay cannot listen: {e}");
         let here = SocketAddr::from(([127, 0, 0, 1], 0));
-        let incoming = TcpIncoming::bind(here).map_err(|e| cannot(&e))?.with_nodelay(Some(true));
+        let incoming = Incoming::bind(here).map_err(|e| cannot(&e))?;
         self.address = Some(incoming.local_addr().map_err(|e| cannot(&e))?);
         let mut server = transport::server(&ServerSecurity::default(), ServeOptions::default().lease)
             .map_err(|e| cannot(&e))?;
@@ -274,6 +274,9 @@ impl Peer for PlayerService {
     ) -> Result<Response<Self::ExchangeStream>, Status> {
         if !self.0.token.admits(request.metadata()) {
             return Err(Status::permission_denied("not allowed"));
+        }
+        if let Some(caller) = Caller::of(request.extensions()) {
+            caller.admitted();
         }
         let (frames, outbound) = mpsc::channel(PENDING_FRAMES);
         let (feeding, watching) = (self.0.clone(), self.0.clone());

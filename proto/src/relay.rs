@@ -14,9 +14,9 @@ use tokio::sync::mpsc;
 use tokio_stream::wrappers::ReceiverStream;
 use tokio_stream::{Stream, StreamExt};
 use tokio_util::sync::CancellationToken;
-use tonic::transport::server::TcpIncoming;
 use tonic::{Request, Response, Status, Streaming};
 
+use crate::connection::{Caller, Incoming};
 use crate::limits::MAX_FRAME_BYTES;
 use crate::recording::{Record, RecordingWriter};
 use crate::security::ServerSecurity;
@@ -119,7 +119,7 @@ impl Relay {
         watch: Watch,
     ) -> Result<Self, String> {
         let cannot = |e: &dyn std::fmt::Display| format!("a relay cannot listen at {listen}: {e}");
-        let incoming = TcpIncoming::bind(listen).map_err(|e| cannot(&e))?.with_nodelay(Some(true));
+        let incoming = Incoming::bind(listen).map_err(|e| cannot(&e))?;
         let address = incoming.local_addr().map_err(|e| cannot(&e))?;
         let stop = CancellationToken::new();
         let mut server = transport::server(&security, ServeOptions::default().lease)
@@ -250,6 +250,10 @@ impl Peer for RelayService {
         &self,
         request: Request<Streaming<wire::Frame>>,
     ) -> Result<Response<Self::ExchangeStream>, Status> {
+        let caller = Caller::of(request.extensions()).cloned();
+        if let Some(caller) = &caller {
+            caller.called();
+        }
         let channel = transport::connect_secured(&self.solid, CONNECT_TIMEOUT, self.security.partner());
         let channel = channel.await.map_err(Status::unavailable)?;
         let (metadata, _, from_fluid) = request.into_parts();
@@ -262,6 +266,10 @@ impl Peer for RelayService {
         }
         let mut client = PeerClient::new(channel).max_decoding_message_size(MAX_FRAME_BYTES);
         let from_solid = client.exchange(call).await?.into_inner();
+        // The solid knows the caller by the run's token.
+        if let Some(caller) = caller {
+            caller.admitted();
+        }
         let (to_fluid, answers) = mpsc::channel(PENDING_FRAMES);
         let (watch, cut) = (self.watch.clone(), self.cut.clone());
         tokio::spawn(Self::forward(watch.clone(), cut.clone(), Direction::ToSolid, from_fluid, to_solid));

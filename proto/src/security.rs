@@ -4,24 +4,24 @@
 //! every call of the control plane. The exchange between solvers is guarded by the run's own token, which only they and
 //! the coordinator know.
 
-use std::io::Read;
 use std::net::{IpAddr, SocketAddr};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Duration;
 
 use clap::Args;
 use tonic::metadata::{Ascii, MetadataValue};
 use tonic::service::Interceptor;
 use tonic::service::interceptor::InterceptedService;
-use tonic::transport::{Certificate, Channel, ClientTlsConfig, Endpoint, Identity, Server, ServerTlsConfig};
+use tonic::transport::{Certificate, Channel, ClientTlsConfig, Endpoint, Server, ServerTlsConfig};
 use tonic::{Request, Status};
 
+use crate::connection::Caller;
+pub use crate::secrets::AccessToken;
+use crate::secrets::{Secrets, read};
 use crate::transport::Token;
 
 /// Metadata key of a server's access token.
 const ACCESS_KEY: &str = "fsi-access";
-/// Largest certificate, key or token file \[bytes\]: a chain of some hundred certificates.
-const LARGEST_FILE: u64 = 1 << 20;
 /// Wait for a caller's part of the TLS handshake.
 const HANDSHAKE_TIMEOUT: Duration = Duration::from_secs(10);
 
@@ -30,6 +30,7 @@ const HANDSHAKE_TIMEOUT: Duration = Duration::from_secs(10);
 pub struct ClientSecurity {
     tls: Option<ClientTlsConfig>,
     access: Option<Token>,
+    warnings: Vec<String>,
 }
 
 /// What a server shows and demands.
@@ -37,8 +38,11 @@ pub struct ClientSecurity {
 pub struct ServerSecurity {
     tls: Option<ServerTlsConfig>,
     access: Option<Token>,
+    /// Health and reflection, too, are for those with the access token only.
+    private: bool,
     /// How it calls its partner.
     partner: ClientSecurity,
+    warnings: Vec<String>,
 }
 
 // Neither keys nor tokens belong into a log.
@@ -91,62 +95,48 @@ pub struct ServerFiles {
     pub partner_key: Option<PathBuf>,
 }
 
-/// The content of a small file; `what` says what it is for.
-fn read(what: &str, path: &Path) -> Result<Vec<u8>, String> {
-    let fail = |problem: String| format!("{what} `{}`: {problem}", path.display());
-    // A device or pipe could go on for ever.
-    let facts = std::fs::metadata(path).map_err(|e| fail(format!("cannot be read: {e}")))?;
-    if !facts.is_file() {
-        return Err(fail("is not a regular file".into()));
-    }
-    let file = std::fs::File::open(path).map_err(|e| fail(format!("cannot be read: {e}")))?;
-    let mut content = Vec::new();
-    file.take(LARGEST_FILE + 1)
-        .read_to_end(&mut content)
-        .map_err(|e| fail(format!("cannot be read: {e}")))?;
-    if content.is_empty() || content.len() as u64 > LARGEST_FILE {
-        return Err(fail(format!("has {} bytes or more, must have 1 to {LARGEST_FILE}", content.len())));
-    }
-    Ok(content)
-}
-
-fn read_identity(certificate: &Path, key: &Path) -> Result<Identity, String> {
-    Ok(Identity::from_pem(read("certificate", certificate)?, read("private key", key)?))
-}
-
-fn read_token(path: &Path) -> Result<Token, String> {
-    let content = read("token file", path)?;
-    let text = std::str::from_utf8(&content).unwrap_or_default();
-    Token::parse(text.trim())
-        .map_err(|problem| format!("token file `{}`: its text {problem}", path.display()))
-}
-
 impl ClientSecurity {
     /// Reads what `files` name.
     ///
     /// # Errors
     /// Which file cannot be read or is no certificate, key or token.
     pub fn load(files: &ClientFiles) -> Result<Self, String> {
-        let access = files.token.as_deref().map(read_token).transpose()?;
+        let mut secrets = Secrets::default();
+        let access = files.token.as_deref().map(|path| secrets.token(path)).transpose()?;
         let Some(authority) = &files.authority else {
             return if files.identity.is_some() {
                 Err("a certificate to show is of no use without the authority's, by which servers are known"
                     .into())
             } else {
-                Ok(Self { tls: None, access })
+                Ok(Self { tls: None, access, warnings: secrets.exposed })
             };
         };
         let certificates = Certificate::from_pem(read("authority's certificate", authority)?);
         let mut tls = ClientTlsConfig::new().ca_certificate(certificates);
         if let Some((certificate, key)) = &files.identity {
-            tls = tls.identity(read_identity(certificate, key)?);
+            tls = tls.identity(secrets.identity(certificate, key)?);
         }
         // Any address does: what is wrong with the files shows here.
         Endpoint::from_static("https://localhost:1").tls_config(tls.clone()).map_err(|e| {
             let text = crate::transport::with_causes(&e);
             format!("`{}` or the certificate to show cannot be used: {text}", authority.display())
         })?;
-        Ok(Self { tls: Some(tls), access })
+        Ok(Self { tls: Some(tls), access, warnings: secrets.exposed })
+    }
+
+    /// The same for a server that demands `access`.
+    pub fn with_access(&self, access: &AccessToken) -> Self {
+        Self { access: Some(access.0.clone()), ..self.clone() }
+    }
+
+    /// The access token that is shown to servers.
+    pub fn access(&self) -> Option<AccessToken> {
+        self.access.clone().map(AccessToken)
+    }
+
+    /// Files of secrets that other users can read.
+    pub fn warnings(&self) -> &[String] {
+        &self.warnings
     }
 
     /// Prepares `endpoint` at `uri` for TLS where the address asks for it.
@@ -195,10 +185,12 @@ impl ServerSecurity {
         let pair =
             |certificate: &Option<PathBuf>, key: &Option<PathBuf>| certificate.clone().zip(key.clone());
         let own = pair(&files.tls_cert, &files.tls_key);
+        let mut secrets = Secrets::default();
         let mut tls = None;
         if let Some((certificate, key)) = &own {
-            let mut settings =
-                ServerTlsConfig::new().identity(read_identity(certificate, key)?).timeout(HANDSHAKE_TIMEOUT);
+            let mut settings = ServerTlsConfig::new()
+                .identity(secrets.identity(certificate, key)?)
+                .timeout(HANDSHAKE_TIMEOUT);
             if let Some(authority) = &files.tls_client_ca {
                 settings =
                     settings.client_ca_root(Certificate::from_pem(read("client authority", authority)?));
@@ -215,8 +207,20 @@ impl ServerSecurity {
             identity: shown.filter(|_| files.partner_ca.is_some()),
             token: None,
         })?;
-        let access = files.token_file.as_deref().map(read_token).transpose()?;
-        Ok(Self { tls, access, partner })
+        let access = files.token_file.as_deref().map(|path| secrets.token(path)).transpose()?;
+        secrets.exposed.extend(partner.warnings.iter().cloned());
+        secrets.exposed.dedup();
+        Ok(Self { tls, access, private: false, partner, warnings: secrets.exposed })
+    }
+
+    /// These, for a server that one program has for itself: every call needs `access`.
+    pub(crate) fn private(self, access: AccessToken) -> Self {
+        Self { access: Some(access.0), private: true, ..self }
+    }
+
+    /// Files of secrets that other users can read.
+    pub fn warnings(&self) -> &[String] {
+        &self.warnings
     }
 
     /// What stands between the servers of a run needs: with a certificate in `files` it speaks TLS by that one, and demands
@@ -270,7 +274,12 @@ impl ServerSecurity {
 
     /// Lets calls with the access token pass.
     pub(crate) fn gate(&self) -> AccessGate {
-        AccessGate(self.access.clone())
+        AccessGate { access: self.access.clone(), note: Caller::admitted }
+    }
+
+    /// Lets all calls pass, unless the server is for one program only.
+    pub(crate) fn open_gate(&self) -> AccessGate {
+        AccessGate { access: self.access.clone().filter(|_| self.private), note: Caller::called }
     }
 }
 
@@ -292,15 +301,22 @@ impl Interceptor for ShowAccess {
 
 /// A server's end: refuses calls without the access token, and does not say what was wrong with it.
 #[derive(Clone)]
-pub(crate) struct AccessGate(Option<Token>);
+pub(crate) struct AccessGate {
+    access: Option<Token>,
+    /// What a call that passes means for its connection.
+    note: fn(&Caller),
+}
 
 impl Interceptor for AccessGate {
     fn call(&mut self, request: Request<()>) -> Result<Request<()>, Status> {
-        match &self.0 {
+        match &self.access {
             Some(token) if !token.is_in(request.metadata().get(ACCESS_KEY)) => {
                 Err(Status::permission_denied("not allowed"))
             }
-            _ => Ok(request),
+            _ => {
+                Caller::of(request.extensions()).into_iter().for_each(self.note);
+                Ok(request)
+            }
         }
     }
 }
@@ -310,7 +326,7 @@ mod tests {
     use super::*;
 
     fn with_access(token: &str) -> ClientSecurity {
-        ClientSecurity { tls: None, access: Some(Token::parse(token).unwrap()) }
+        ClientSecurity { access: Some(Token::parse(token).unwrap()), ..ClientSecurity::default() }
     }
 
     #[test]
@@ -342,7 +358,7 @@ mod tests {
             assert_eq!((refused.code(), refused.message()), (tonic::Code::PermissionDenied, "not allowed"));
         }
         assert!(gate("0123456789abcdef").call(Request::new(())).is_err());
-        assert!(AccessGate(None).call(Request::new(())).is_ok());
+        assert!(ServerSecurity::default().gate().call(Request::new(())).is_ok());
     }
 
     #[test]

@@ -8,7 +8,7 @@
 use std::cell::Cell;
 use std::fmt::Write as _;
 use std::fs::File;
-use std::io::{self, BufWriter, Write};
+use std::io::{self, BufWriter, IsTerminal, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -81,7 +81,11 @@ pub fn record(sink: impl Sink) -> Result<(), AlreadyRecording> {
 /// As [`record`].
 pub fn record_with_log(sink: impl Sink, filter: EnvFilter) -> Result<(), AlreadyRecording> {
     // As in `node`: a log that cannot be written must not end the server.
-    let log = fmt::layer().with_writer(io::stderr).log_internal_errors(false).with_filter(filter);
+    let log = fmt::layer()
+        .with_writer(io::stderr)
+        .with_ansi(io::stderr().is_terminal())
+        .log_internal_errors(false)
+        .with_filter(filter);
     let subscriber = Registry::default().with(only_spans(sink)).with(log);
     subscriber::set_global_default(subscriber).map_err(|_| AlreadyRecording)
 }

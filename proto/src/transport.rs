@@ -8,7 +8,7 @@ use tonic::transport::{Channel, Endpoint, Server};
 
 use crate::limits::{
     CONNECTION_WINDOW_BYTES, HTTP2_FRAME_BYTES, KEEPALIVE_INTERVAL, KEEPALIVE_TIMEOUT, MAX_NAME_BYTES,
-    MIN_TOKEN_BYTES, STREAM_WINDOW_BYTES,
+    MAX_STREAMS, MIN_TOKEN_BYTES, STREAM_WINDOW_BYTES,
 };
 use crate::security::{ClientSecurity, ServerSecurity};
 
@@ -121,6 +121,7 @@ pub(crate) fn with_causes(error: &dyn std::error::Error) -> String {
 pub(crate) fn server(security: &ServerSecurity, lease: Duration) -> Result<Server, tonic::transport::Error> {
     let [interval, timeout] = pings(lease);
     let server = Server::builder()
+        .max_concurrent_streams(MAX_STREAMS)
         .initial_stream_window_size(STREAM_WINDOW_BYTES)
         .initial_connection_window_size(CONNECTION_WINDOW_BYTES)
         .max_frame_size(HTTP2_FRAME_BYTES)

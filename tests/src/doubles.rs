@@ -39,6 +39,8 @@ pub enum Wrong {
     Limit(StepStage),
     /// It breaks down at this half-step.
     Drop(StepStage),
+    /// Its process ends at this half-step.
+    Exit(StepStage),
     /// In iterated half-steps it says that it has settled without moving by the forces that came.
     Unmoved,
     /// It does not offer iterated half-steps.
@@ -140,6 +142,7 @@ impl Solver for WrongSolver {
         match self.wrong {
             Wrong::Delay(at, duration) if at == time.at => std::thread::sleep(duration),
             Wrong::Drop(at) if at == time.at => panic!("seeded at {at}"),
+            Wrong::Exit(at) if at == time.at => std::process::exit(3),
             _ => {}
         }
         self.solver.begin_stage(time)

@@ -308,6 +308,75 @@ fn a_server_beyond_this_machine_needs_certificate_and_token_or_a_word_that_names
 }
 
 #[test]
+fn refusals_name_the_option_that_helps() {
+    let bench = Bench::new(PROGRAM);
+    let secrets = Secrets::new();
+    let case = bench.tank("case.toml", &[]);
+    let refused = |arguments: &[&str], words: &str| {
+        bench.run_refused(&case, arguments, 4, &[words]);
+        let said =
+            bench.call(&[&["run", text(&case), "--out", text(&bench.path("refused"))], arguments].concat());
+        let said = String::from_utf8_lossy(&said.stderr).into_owned();
+        for wrong in ["start a solid server", "no solver of protocol"] {
+            assert!(!said.contains(wrong), "{arguments:?}: {said}");
+        }
+    };
+    let [right, wrong] = [true, false].map(|right| secrets.token(right));
+    let node = secrets.start("solid", Demands { tls: false, certificate: false, token: true });
+    refused(
+        &["--solid", &node.address],
+        "demands an access token; give the file that holds it by `--token-file`",
+    );
+    refused(
+        &["--solid", &node.address, "--token-file", text(&wrong)],
+        "is not the one that the server demands",
+    );
+    bench.refused(&["conform", &node.address], 4, &["not allowed", "`--token-file`"]);
+
+    let node = secrets.start("solid", Demands { tls: true, certificate: true, token: false });
+    let address = format!("https://{}", node.address);
+    let (ca, other) = (secrets.own.file("ca"), secrets.other.file("ca"));
+    refused(&["--solid", &address], "is needed; give it by `--tls-ca`");
+    refused(&["--solid", &address, "--tls-ca", text(&other)], "is needed; give it by `--tls-ca`");
+    refused(&["--solid", &address, "--tls-ca", text(&ca)], "give one by `--tls-cert` and `--tls-key`");
+    let (cert, key) = (secrets.other.file("caller"), secrets.other.key("caller"));
+    let shown = ["--tls-ca", text(&ca), "--tls-cert", text(&cert), "--tls-key", text(&key)];
+    refused(
+        &[&["--solid", &address], &shown[..]].concat(),
+        "give one that its authority has signed by `--tls-cert`",
+    );
+    // A device is there, and no file.
+    let keys = "[servers]\ntoken_file = \"/dev/zero\"\n[outputs]";
+    let device = bench.tank("device.toml", &[("[outputs]", keys)]);
+    bench.case_refused(&device, &["token_file", "is not a regular file"]);
+    drop(right);
+}
+
+#[test]
+fn secrets_that_others_can_read_are_warned_of_by_server_and_coordinator() {
+    let bench = Bench::new(PROGRAM);
+    let secrets = Secrets::new();
+    let case = bench.tank("case.toml", &[]);
+    let token = secrets.token(true);
+    for (mode, warned) in [("644", true), ("600", false)] {
+        assert!(std::process::Command::new("chmod").args([mode, text(&token)]).status().unwrap().success());
+        let out = bench.path("out");
+        let options =
+            ["run", text(&case), "--quiet", "--force", "--out", text(&out), "--token-file", text(&token)];
+        let output = bench.call(&options);
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(output.status.success(), "{said}");
+        assert_eq!(said.contains(&format!("run `chmod 600 {}`", text(&token))), warned, "{mode}: {said}");
+        // A server says so in its log; with its address taken it ends by itself.
+        let taken = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+        let address = taken.local_addr().unwrap().to_string();
+        let output = bench.call(&["node-solid", "--token-file", text(&token), "--listen", &address]);
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(said.contains("chmod 600"), warned, "{mode}: {said}");
+    }
+}
+
+#[test]
 fn a_second_client_is_told_who_holds_the_server_and_since_when() {
     let bench = Bench::new(PROGRAM);
     let solid = Node::start(Path::new(PROGRAM), "solid", &[]);

@@ -166,18 +166,9 @@ fn is_snapshot(name: &str) -> bool {
 
 /// Whether a run gives this name to a server's log.
 fn is_log(name: &str) -> bool {
-    log_number(name).is_some()
-}
-
-/// Number of the attempt whose server wrote the log called `name`; none where no run gives that name.
-pub(crate) fn log_number(name: &str) -> Option<usize> {
-    SIDES.iter().find_map(|side| {
-        let rest = name.strip_prefix(side)?.strip_prefix("-server")?.strip_suffix(".log")?;
-        if rest.is_empty() {
-            return Some(0);
-        }
-        rest.strip_prefix('-').filter(|digits| is_number(digits))?.parse().ok()
-    })
+    SIDES.iter().filter_map(|side| name.strip_prefix(side)?.strip_prefix("-server")?.strip_suffix(".log")).any(
+        |number| number.is_empty() || number.strip_prefix('-').is_some_and(is_number),
+    )
 }
 
 /// Whether a run gives this name to a file beside its checkpoints: a picture of the report, or the state it started from.

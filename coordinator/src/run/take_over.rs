@@ -34,13 +34,3 @@ impl Attempt<'_> {
         Ok(recorder::forget_other_pictures(directory, &checkpoint.outputs.recorder)?)
     }
 }
-
-/// Number of the first attempt's logs: a resumed run leaves those that are there.
-pub(super) fn first_free_log(job: &Job) -> usize {
-    if job.resume.is_none() {
-        return 0;
-    }
-    let entries = std::fs::read_dir(job.directory.file(directory::LOGS)).into_iter().flatten().flatten();
-    let numbers = entries.filter_map(|entry| earlier::log_number(entry.file_name().to_str()?));
-    numbers.max().map_or(0, |last| last.saturating_add(1))
-}

@@ -12,6 +12,7 @@ use sph::solver::Role;
 use super::{
     Attempt, HEAD_BYTES, MAGIC, Moment, RECORD_BYTES, RecordKind, RecordingError, VERSION, record_head,
 };
+use crate::codec::{self, Counted};
 use crate::convert::{self, Convert};
 use crate::limits::MAX_FRAME_BYTES;
 use crate::wire;
@@ -168,7 +169,11 @@ impl Recording {
         }
     }
 
-    fn decode<M: Message + Default>(&self, offset: u64, payload: Bytes) -> Result<M, RecordingError> {
-        M::decode(payload).map_err(|e| self.error(format!("is damaged at byte {offset}: {e}")))
+    fn decode<M: Message + Default + Counted>(
+        &self,
+        offset: u64,
+        payload: Bytes,
+    ) -> Result<M, RecordingError> {
+        codec::decode(payload).map_err(|e| self.error(format!("is damaged at byte {offset}: {e}")))
     }
 }

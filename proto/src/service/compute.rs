@@ -307,6 +307,9 @@ async fn forward_events<F>(
     let mut heard = Vec::with_capacity(LARGEST_BATCH);
     let mut listening = true;
     let mut defect = None;
+    // Whether the run had been given up when its last event came: a coordinator that has heard that event may close the run
+    // before the compute thread has ended, which gives nothing up.
+    let mut given_up = None;
     loop {
         let mut items: Vec<BatchItem> = Vec::new();
         tokio::select! {
@@ -333,6 +336,7 @@ async fn forward_events<F>(
         }
         if items.iter().any(|item| matches!(item, BatchItem::Finished { .. } | BatchItem::Failed { .. })) {
             pulse.ended.store(true, Ordering::Relaxed);
+            given_up.get_or_insert(run.cancel.is_cancelled());
         }
         if listening && !items.is_empty() {
             drop(batches.send(Ok(encode_batch(&run.run_id, run.epoch, &items))).await);
@@ -345,19 +349,20 @@ async fn forward_events<F>(
     }
     over.cancel();
     // Decided under the lock, as Close does: whoever cancelled the run does not come back for it, or waits for its end.
-    let abandoned = host
+    let closed = host
         .with_session(run.serial, |session| {
-            let abandoned = session.cancel.is_cancelled();
-            if !abandoned {
+            let closed = session.cancel.is_cancelled();
+            if !closed {
                 session.state = State::Ended;
             }
             session.saver = None;
-            abandoned
+            closed
         })
         .unwrap_or(true);
-    if abandoned {
+    if closed {
         host.remove(run.serial);
     }
+    let abandoned = given_up.unwrap_or_else(|| run.cancel.is_cancelled());
     tracing::info!(run = run.run_id, abandoned, "run ended");
 }
 

@@ -8,6 +8,7 @@ use tonic::{Request, Response, Status, Streaming};
 
 use super::SolverFactory;
 use super::session::{Skin, State};
+use crate::connection::Caller;
 use crate::wire;
 
 #[tonic::async_trait]
@@ -25,6 +26,9 @@ impl<F: SolverFactory> wire::peer_server::Peer for Skin<F> {
             else {
                 return Err(Status::permission_denied("not allowed"));
             };
+            if let Some(caller) = Caller::of(request.extensions()) {
+                caller.admitted();
+            }
             match (&session.state, session.peer_slot.take()) {
                 (State::Linked(_) | State::Running, Some(peer_slot)) => peer_slot,
                 (State::Linked(_) | State::Running, None) => {

@@ -8,7 +8,6 @@
 
 mod checkpoint;
 mod compute;
-mod connection;
 mod exchange;
 mod participant;
 mod session;
@@ -21,10 +20,9 @@ use std::time::Duration;
 use sph::setup::{InterfaceLaw, ParticipantSetup};
 use sph::solver::{Role, Solver};
 use sph::vector::DIMENSIONS;
-use tokio_stream::StreamExt;
 use tonic::service::interceptor::InterceptedService;
-use tonic::transport::server::TcpIncoming;
 
+use crate::connection::Incoming;
 use crate::description::{
     BodyReport, Capabilities, Constants, CouplingKind, Description, Fact, Limits, PROTOCOL,
 };
@@ -156,7 +154,7 @@ pub enum ServeError {
 /// A server that holds its port and waits to serve.
 #[derive(Debug)]
 pub struct Server {
-    incoming: TcpIncoming,
+    incoming: Incoming,
     address: SocketAddr,
 }
 
@@ -167,8 +165,7 @@ impl Server {
     /// When the address is taken.
     pub fn bind(address: SocketAddr) -> Result<Self, ServeError> {
         let failed = |source| ServeError::Bind { address, source };
-        // The builder's own no-delay setting is ignored for a listener that is handed in.
-        let incoming = TcpIncoming::bind(address).map_err(failed)?.with_nodelay(Some(true));
+        let incoming = Incoming::bind(address).map_err(failed)?;
         let address = incoming.local_addr().map_err(failed)?;
         Ok(Self { incoming, address })
     }
@@ -206,13 +203,12 @@ impl Server {
         let mut server =
             transport::server(&options.security, options.lease).map_err(|e| transport_error(&e))?;
         let participant = InterceptedService::new(participant, options.security.gate());
-        let incoming = self.incoming.map(|stream| stream.map(connection::Tracked::new));
         let serving = server
-            .add_service(health_service)
-            .add_service(reflection)
+            .add_service(InterceptedService::new(health_service, options.security.open_gate()))
+            .add_service(InterceptedService::new(reflection, options.security.open_gate()))
             .add_service(participant)
             .add_service(peer)
-            .serve_with_incoming_shutdown(incoming, stopping.cancelled());
+            .serve_with_incoming_shutdown(self.incoming, stopping.cancelled());
         tokio::pin!(serving, shutdown);
         tokio::select! {
             result = &mut serving => return result.map_err(|e| transport_error(&e)),

@@ -14,9 +14,9 @@ use tokio_stream::wrappers::ReceiverStream;
 use tokio_util::sync::CancellationToken;
 use tonic::{Request, Response, Status, Streaming};
 
-use super::connection::Ended;
 use super::session::{Host, Linked, Ready, Serial, Skin, State};
 use super::{Opened, SetupProblems, SolverFactory, checkpoint, compute};
+use crate::connection::Caller;
 use crate::convert::{Convert, FrameReader, FrameWriter, Path, WireError, snapshot_chunks};
 use crate::description::{FrameField, LinkPlan, OpenReport, PROTOCOL, Partner};
 use crate::error::status_text;
@@ -159,8 +159,9 @@ impl<F: SolverFactory> wire::participant_server::Participant for Skin<F> {
         match std::mem::replace(&mut session.state, State::Running) {
             State::Linked(linked) => {
                 let run = compute::RunHandle::of(session);
-                if let Some(ended) = Ended::of(&extensions) {
-                    tokio::spawn(host.clone().watch_connection(run.serial(), session.gone.clone(), ended));
+                if let Some(caller) = Caller::of(&extensions) {
+                    let (gone, ended) = (session.gone.clone(), caller.ended());
+                    tokio::spawn(host.clone().watch_connection(run.serial(), gone, ended));
                 }
                 drop(slot);
                 let guard = StreamGuard { host: host.clone(), serial: run.serial(), complete: false };

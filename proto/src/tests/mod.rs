@@ -1,7 +1,9 @@
 //! Tests of the protocol: conversions, services and clients, with small solvers in place of the physics.
 
 mod checkpoints;
+mod connections;
 mod descriptor;
+mod endings;
 mod fake;
 mod frames;
 mod life_cycle;

@@ -1,11 +1,16 @@
 """Who may speak: certificates, and the secret that a server asks of its callers. The options are those of the built-in servers."""
 
 import hmac
+import os
 import pathlib
+import sys
 
 import grpc
 
 ACCESS_KEY = "fsi-access"
+# Says 1 where the first line of standard input is the access token.
+ANNOUNCEMENT = "TIDELOCK_TOKEN_STDIN"
+MAX_TOKEN_BYTES = 256
 GUARDED = "/fsi.v1.Participant/"
 LOOPBACK = ("127.", "localhost:", "[::1]:")
 
@@ -55,10 +60,10 @@ class Security:
             pair = _read(arguments.tls_key), _read(arguments.tls_cert)
             self.credentials = grpc.ssl_server_credentials([pair], authority, require_client_auth=authority is not None)
         if arguments.token_file:
-            token = _read(arguments.token_file).decode(errors="replace").strip()
-            if not (16 <= len(token) <= 256 and all("!" <= letter <= "~" for letter in token)):
-                raise ValueError(f"--token-file {arguments.token_file}: must have 16 to 256 printable ASCII characters")
-            self.token = token
+            self.token = _token(f"--token-file {arguments.token_file}", _read(arguments.token_file))
+        elif os.environ.get(ANNOUNCEMENT) == "1":
+            # What follows the line says nothing, and its end that the coordinator is gone.
+            self.token = _token("the first line of standard input, the access token,", sys.stdin.buffer.readline(MAX_TOKEN_BYTES + 2))
         secured = self.credentials and self.token
         if not (arguments.listen.startswith(LOOPBACK) or secured or arguments.insecure):
             raise ValueError(f"--listen {arguments.listen} reaches beyond this machine, which needs --tls-cert, --tls-key and "
@@ -74,6 +79,13 @@ class Security:
         if self.credentials:
             return server.add_secure_port(address, self.credentials)
         return server.add_insecure_port(address)
+
+
+def _token(what: str, content: bytes) -> str:
+    token = content.decode(errors="replace").strip()
+    if not (16 <= len(token) <= MAX_TOKEN_BYTES and all("!" <= letter <= "~" for letter in token)):
+        raise ValueError(f"{what}: must have 16 to {MAX_TOKEN_BYTES} printable ASCII characters")
+    return token
 
 
 def _read(path: str) -> bytes:

@@ -290,6 +290,7 @@ def main(factory) -> None:
         # The coordinator's pings come more often than the library's default allows.
         ("grpc.http2.min_ping_interval_without_data_ms", 1000), ("grpc.keepalive_permit_without_calls", 1),
         ("grpc.http2.min_recv_ping_interval_without_data_ms", 1000), ("grpc.so_reuseport", 0),
+        ("grpc.max_concurrent_streams", 64),
     ]
     server = grpc.server(futures.ThreadPoolExecutor(max_workers=16), options=options, interceptors=security.interceptors())
     protocol.participant_grpc.add_ParticipantServicer_to_server(servicer, server)

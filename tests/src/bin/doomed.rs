@@ -1,0 +1,11 @@
+//! A solid solver whose process ends in the middle of its run, at the same half-step each time.
+
+use std::process::ExitCode;
+
+use sph::stage::{Stage, StepStage};
+use tests::doubles::{Double, Wrong};
+
+fn main() -> ExitCode {
+    let at = StepStage { step: 20, stage: Stage::Corrector };
+    proto::node::main_with(std::env::args_os(), Double(Wrong::Exit(at)))
+}

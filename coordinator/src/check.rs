@@ -1,10 +1,15 @@
 //! `coordinator check`: a case without a run.
 
-use crate::case::Summary;
+use proto::service::{SetupProblems, SolverFactory, open_checked};
+use sph::setup::ParticipantSetup;
+use sph::solver::Role;
+
+use crate::case::{Case, Server, Summary};
 use crate::cli::CheckArguments;
 use crate::failure::Failure;
 use crate::output::terminal::say;
 use crate::preview;
+use crate::quote;
 
 /// Checks a case file and prints what a run would do.
 ///
@@ -12,6 +17,7 @@ use crate::preview;
 /// All mistakes of the file; a picture that cannot be written.
 pub fn check(arguments: &CheckArguments) -> Result<(), Failure> {
     let case = crate::run::load(&arguments.case)?;
+    open(&case)?;
     if arguments.resolved {
         say(case.resolved_toml().trim_end());
     } else {
@@ -19,17 +25,40 @@ pub fn check(arguments: &CheckArguments) -> Result<(), Failure> {
     }
     if let Some(picture) = &arguments.picture {
         preview::draw(&case, picture)
-            .map_err(|e| Failure::output(format!("cannot draw `{}`: {e:#}", picture.display())))?;
-        eprintln!("initial particles drawn to {}", picture.display());
+            .map_err(|e| Failure::output(format!("cannot draw `{}`: {e:#}", quote::path(picture))))?;
+        eprintln!("initial particles drawn to {}", quote::path(picture));
     }
     Ok(())
+}
+
+/// Builds the solvers of this program for `case` as `Open` does at the start of a run; solvers that the case names are
+/// left out.
+///
+/// # Errors
+/// All that a solver refuses.
+pub fn open(case: &Case) -> Result<(), Failure> {
+    let own = |server: &Server| *server == Server::BuiltIn;
+    // One after the other: each needs memory.
+    if let Some(setup) = case.fluid_setup().filter(|_| own(&case.servers.fluid)) {
+        try_open(Role::Fluid, &fluid_server::FluidFactory, ParticipantSetup::Fluid(setup))?;
+    }
+    if let Some(setup) = case.solid_setup().filter(|_| own(&case.servers.solid)) {
+        try_open(Role::Solid, &solid_server::SolidFactory, ParticipantSetup::Solid(setup))?;
+    }
+    Ok(())
+}
+
+fn try_open(role: Role, factory: &impl SolverFactory, setup: ParticipantSetup) -> Result<(), Failure> {
+    open_checked(factory, setup).map(drop).map_err(|SetupProblems(problems)| {
+        Failure::input(format!("the {role} solver refuses the case:\n  {}", problems.join("\n  ")))
+    })
 }
 
 fn text(summary: &Summary) -> String {
     let mut text = format!("{}: no mistakes\n\nparticles\n", summary.name);
     // Writing to a string cannot fail.
     let mut line = |line: String| {
-        text.push_str(&line);
+        text.push_str(&quote::clean(&line));
         text.push('\n');
     };
     for count in &summary.counts {
@@ -75,6 +104,7 @@ fn duration(seconds: f64) -> String {
     match seconds {
         s if s < 120.0 => format!("{s:.0} s"),
         s if s < 7200.0 => format!("{:.0} min", s / 60.0),
-        s => format!("{:.1} h", s / 3600.0),
+        s if s < 1e6 => format!("{:.1} h", s / 3600.0),
+        s => format!("{:.2e} days", s / 86_400.0),
     }
 }

@@ -118,7 +118,7 @@ fn with_way_on(mut failure: Failure, job: &Job) -> Failure {
 /// # Errors
 /// All mistakes of the file.
 pub fn load(path: &Path) -> Result<Case, Failure> {
-    case::load(path, &state::read).map_err(|errors| Failure::input(errors.to_string()))
+    case::load(path, &state::read).map_err(|errors| Failure::mistakes(&errors))
 }
 
 /// The solvers of a run, wherever they are.

@@ -1,5 +1,6 @@
 //! Start from the final state of another run.
 
+use std::collections::HashMap;
 use std::path::Path;
 
 use sph::setup::{FluidParticles, SolidParticles};
@@ -60,11 +61,20 @@ fn vector(field: &Field, particle: usize) -> Vector {
     Vector::new(field.values[2 * particle], field.values[2 * particle + 1])
 }
 
-/// Particles of `state` that belong to the group called `name`, by ascending id.
-fn members(state: &ParticleFields, name: &str) -> Vec<usize> {
-    let group = state.group_names.iter().position(|group| group == name).and_then(|k| u32::try_from(k).ok());
-    let mut found: Vec<usize> = (0..state.group.len()).filter(|&k| Some(state.group[k]) == group).collect();
-    found.sort_by_key(|k| state.id[*k]);
+/// Particles of `state` by the name of their group, each by ascending id.
+fn members(state: &ParticleFields) -> HashMap<&str, Vec<usize>> {
+    let mut of_group = vec![Vec::new(); state.group_names.len()];
+    for (k, group) in state.group.iter().enumerate() {
+        if let Some(members) = of_group.get_mut(*group as usize) {
+            members.push(k);
+        }
+    }
+    let mut found = HashMap::new();
+    for (name, mut members) in state.group_names.iter().zip(of_group) {
+        members.sort_by_key(|k| state.id[*k]);
+        // Of groups with one name the first counts.
+        found.entry(name.as_str()).or_insert(members);
+    }
     found
 }
 
@@ -86,9 +96,10 @@ fn restore_fluid(
     let density = field(state, "density", 1)?;
     let mass = field(state, "mass", 1)?;
     let laid = std::mem::take(particles);
+    let mut members = members(state);
     let mut taken = 0;
     for (region, name) in (0u32..).zip(names) {
-        let found = members(state, name);
+        let found = members.remove(*name).unwrap_or_default();
         taken += found.len();
         let mut add = |m: f64, x: Vector, v: Vector, rho: f64| {
             particles.region.push(region);
@@ -98,7 +109,9 @@ fn restore_fluid(
             particles.density.push(rho);
         };
         if found.is_empty() {
-            for k in (0..laid.id.len()).filter(|&k| laid.region[k] == region) {
+            // Regions follow each other.
+            let start = laid.region.partition_point(|other| *other < region);
+            for k in start..laid.region.partition_point(|other| *other <= region) {
                 add(laid.mass[k], laid.position[k], laid.velocity[k], laid.density[k]);
             }
         }
@@ -124,10 +137,12 @@ fn restore_solid(
     let density = field(state, "density", 1)?;
     let stress = field(state, "deviatoric_stress", 3)?;
     let reference = field(state, "reference_position", 2).ok();
+    let mut members = members(state);
     let mut taken = 0;
     for (body, name) in (0u32..).zip(names) {
-        let found = members(state, name);
-        let own: Vec<usize> = (0..particles.id.len()).filter(|&k| particles.body[k] == body).collect();
+        let found = members.remove(*name).unwrap_or_default();
+        let bodies = &particles.body;
+        let own = bodies.partition_point(|b| *b < body)..bodies.partition_point(|b| *b <= body);
         if found.is_empty() {
             continue;
         }
@@ -135,7 +150,7 @@ fn restore_solid(
             return Err(format!("body `{name}` has {} particles there and {} here", found.len(), own.len()));
         }
         taken += found.len();
-        for (k, s) in own.into_iter().zip(found) {
+        for (k, s) in own.zip(found) {
             if let Some(reference) = reference {
                 particles.reference_position[k] = vector(reference, s);
             }

@@ -17,11 +17,13 @@ use crate::quote;
 /// All mistakes of the file; a picture that cannot be written.
 pub fn check(arguments: &CheckArguments) -> Result<(), Failure> {
     let case = crate::run::load(&arguments.case)?;
-    open(&case)?;
+    let left_out = open(&case)?;
     if arguments.resolved {
         say(case.resolved_toml().trim_end());
     } else {
-        say(text(&case.summary()).trim_end());
+        let mut summary = case.summary();
+        summary.warnings.extend(left_out);
+        say(text(&summary).trim_end());
     }
     if let Some(picture) = &arguments.picture {
         preview::draw(&case, picture)
@@ -31,24 +33,49 @@ pub fn check(arguments: &CheckArguments) -> Result<(), Failure> {
     Ok(())
 }
 
+/// Memory of the solvers for each particle \[bytes\], measured; solids keep the pairs of their reference.
+const FLUID_BYTES: usize = 130;
+const SOLID_BYTES: usize = 1000;
+
+/// Most memory that a check takes for a solver \[bytes\].
+const MOST_BYTES: usize = 400 << 20;
+
 /// Builds the solvers of this program for `case` as `Open` does at the start of a run; solvers that the case names are
-/// left out.
+/// left out, and those of scenes so large that a check would need much memory: that is what the answer says.
 ///
 /// # Errors
 /// All that a solver refuses.
-pub fn open(case: &Case) -> Result<(), Failure> {
-    let own = |server: &Server| *server == Server::BuiltIn;
+pub fn open(case: &Case) -> Result<Vec<String>, Failure> {
+    let mut left_out = Vec::new();
+    let [fluid, solid] = case.particles();
+    let walls = case.wall_particles();
+    let mut asked = |role: Role, server: &Server, bytes: usize| {
+        let small = bytes <= MOST_BYTES;
+        if *server == Server::BuiltIn && !small {
+            let size = bytes >> 20;
+            left_out.push(format!(
+                "the {role} solver is asked when a run starts, not now: it needs some {size} MiB"
+            ));
+        }
+        *server == Server::BuiltIn && small
+    };
     // One after the other: each needs memory.
-    if let Some(setup) = case.fluid_setup().filter(|_| own(&case.servers.fluid)) {
-        try_open(Role::Fluid, &fluid_server::FluidFactory, ParticipantSetup::Fluid(setup))?;
+    if case.has_fluid() && asked(Role::Fluid, &case.servers.fluid, FLUID_BYTES * (fluid + walls)) {
+        try_open(Role::Fluid, &fluid_server::FluidFactory, case.fluid_setup().map(ParticipantSetup::Fluid))?;
     }
-    if let Some(setup) = case.solid_setup().filter(|_| own(&case.servers.solid)) {
-        try_open(Role::Solid, &solid_server::SolidFactory, ParticipantSetup::Solid(setup))?;
+    if case.has_solid() && asked(Role::Solid, &case.servers.solid, SOLID_BYTES * solid + FLUID_BYTES * walls)
+    {
+        try_open(Role::Solid, &solid_server::SolidFactory, case.solid_setup().map(ParticipantSetup::Solid))?;
     }
-    Ok(())
+    Ok(left_out)
 }
 
-fn try_open(role: Role, factory: &impl SolverFactory, setup: ParticipantSetup) -> Result<(), Failure> {
+fn try_open(
+    role: Role,
+    factory: &impl SolverFactory,
+    setup: Option<ParticipantSetup>,
+) -> Result<(), Failure> {
+    let Some(setup) = setup else { return Ok(()) };
     open_checked(factory, setup).map(drop).map_err(|SetupProblems(problems)| {
         Failure::input(format!("the {role} solver refuses the case:\n  {}", problems.join("\n  ")))
     })

@@ -4,7 +4,7 @@ use std::cell::{Cell, RefCell};
 use std::fmt;
 use std::ops::Range;
 
-use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
+use annotate_snippets::{AnnotationKind, Group, Level, Origin, Renderer, Snippet};
 
 use super::effort::Effort;
 use crate::quote;
@@ -14,6 +14,9 @@ const KEPT: usize = 200;
 
 /// Mistakes beyond this number are not printed.
 const PRINTED: usize = 50;
+
+/// Of lines of more bytes than these, a part around the mistake is shown.
+const LONGEST_SHOWN: usize = 8000;
 
 /// Of a value that spans more lines than this, the first is shown.
 const MOST_LINES: usize = 40;
@@ -219,16 +222,26 @@ impl CaseErrors {
         let mut groups = Vec::new();
         match &mistake.place.span {
             Some(span) => {
-                let (lines, span) = self.lines_of(span);
+                let position = mistake.position.unwrap_or(Position { line: 1, column: 1 });
+                let (mut lines, mut span) = self.lines_of(span);
+                let is_long = lines.len() > LONGEST_SHOWN;
+                if is_long {
+                    (lines, span) = around(lines, &span);
+                }
                 let annotation = AnnotationKind::Primary
                     .span(span)
                     .label(mistake.allowed.as_ref().map(|allowed| format!("allowed: {allowed}")));
-                let line = mistake.position.map_or(1, |position| position.line);
-                let snippet = Snippet::source(lines).line_start(line).path(&self.file);
-                groups.push(title.element(snippet.annotation(annotation)));
+                let snippet = Snippet::source(lines).line_start(position.line).annotation(annotation);
+                groups.push(if is_long {
+                    // The column in the file is not that in the part.
+                    let origin = Origin::path(&self.file).line(position.line).char_column(position.column);
+                    title.element(origin).element(snippet)
+                } else {
+                    title.element(snippet.path(&self.file))
+                });
             }
             None => {
-                groups.push(title.element(annotate_snippets::Origin::path(&self.file)));
+                groups.push(title.element(Origin::path(&self.file)));
                 if let Some(allowed) = &mistake.allowed {
                     groups
                         .push(Group::with_title(Level::NOTE.secondary_title(format!("allowed: {allowed}"))));
@@ -258,6 +271,23 @@ impl CaseErrors {
         let lines = source.get(start..line_end(end)).unwrap_or_default();
         (lines, span.start.saturating_sub(start)..end.saturating_sub(start))
     }
+}
+
+/// The part of `lines` around the start of `span`, and what of the span lies in it.
+fn around<'a>(lines: &'a str, span: &Range<usize>) -> (&'a str, Range<usize>) {
+    const MARGIN: usize = 60;
+    let boundary = |at: usize| (0..=at.min(lines.len())).rfind(|at| lines.is_char_boundary(*at)).unwrap_or(0);
+    let start = boundary(span.start.saturating_sub(MARGIN));
+    let shown = span.start..boundary(span.end.min(span.start + MARGIN)).max(span.start);
+    let part = lines.get(start..boundary(shown.end + MARGIN)).unwrap_or_default();
+    // One line of them.
+    let line_start =
+        part.get(..shown.start - start).and_then(|before| before.rfind('\n')).map_or(0, |at| at + 1);
+    let end = part.get(shown.start - start..).and_then(|rest| rest.find('\n'));
+    let end = end.map_or(part.len(), |at| shown.start - start + at);
+    let part = part.get(line_start..end).unwrap_or_default();
+    let moved = start + line_start;
+    (part, shown.start - moved..(shown.end - moved).min(part.len()))
 }
 
 impl fmt::Display for CaseErrors {

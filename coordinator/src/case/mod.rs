@@ -293,6 +293,11 @@ impl Case {
         [self.scene.fluid.id.len(), self.scene.solid.id.len()]
     }
 
+    /// Particles of walls.
+    pub fn wall_particles(&self) -> usize {
+        self.scene.walls.wall.len()
+    }
+
     /// What the fluid solver is told; `None` without a fluid.
     pub fn fluid_setup(&self) -> Option<FluidSetup> {
         let fluid = self.file.fluid.as_ref()?;

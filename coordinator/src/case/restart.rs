@@ -10,9 +10,25 @@ use sph::vector::{SymmetricTensor, Vector};
 use super::file::CaseFile;
 use super::mistakes::{Mistake, Mistakes};
 use super::scene::{MOST_PARTICLES, Scene};
+use crate::quote;
 
 /// Reads the final state of one side from `DIR/final/fluid.state` or `DIR/final/solid.state`.
 pub type Loader<'a> = &'a dyn Fn(&Path) -> Result<ParticleFields, String>;
+
+/// Largest file of a final state \[bytes\]: the most particles with fifty numbers each.
+const LARGEST_STATE: u64 = 400 * MOST_PARTICLES as u64;
+
+/// The state at `path`, unless the file there cannot be one: a device or pipe never ends.
+fn read(path: &Path, load: Loader<'_>) -> Result<ParticleFields, String> {
+    match std::fs::metadata(path) {
+        Ok(facts) if !facts.is_file() => Err(format!("{} is not a regular file", quote::path(path))),
+        Ok(facts) if facts.len() > LARGEST_STATE => {
+            let (shown, length) = (quote::path(path), facts.len());
+            Err(format!("{shown} has {length} bytes; a final state has at most {LARGEST_STATE}"))
+        }
+        _ => load(path),
+    }
+}
 
 /// Replaces the particles of regions and bodies that both runs have by their final state.
 ///
@@ -31,12 +47,12 @@ pub fn apply(file: &CaseFile, scene: &mut Scene, load: Loader<'_>, mistakes: &Mi
     };
     if let Some(fluid) = &file.fluid {
         let names: Vec<&str> = fluid.regions.iter().map(|region| region.name.value.as_str()).collect();
-        let state = load(&directory.join("fluid.state"));
+        let state = read(&directory.join("fluid.state"), load);
         report("fluid", state.and_then(|state| restore_fluid(&names, &state, &mut scene.fluid)));
     }
     if let Some(solid) = &file.solid {
         let names: Vec<&str> = solid.bodies.iter().map(|body| body.name.value.as_str()).collect();
-        let state = load(&directory.join("solid.state"));
+        let state = read(&directory.join("solid.state"), load);
         report("solid", state.and_then(|state| restore_solid(&names, &state, &mut scene.solid)));
     }
     if taken == 0 && mistakes.count() == 0 {

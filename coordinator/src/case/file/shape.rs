@@ -206,7 +206,7 @@ fn read_points(path: &Path) -> Result<Vec<Vector>, String> {
             let cell = record.get(index).unwrap_or_default();
             let bad = || {
                 format!(
-                    "{} line {line}: `{}` is no number that is {SOUND}",
+                    "{} line {line}: `{}` is no finite number, {SOUND}",
                     quote::path(path),
                     quote::quoted(cell)
                 )

@@ -1,11 +1,15 @@
 //! `coordinator check`: a case without a run.
 
+use proto::service::{SetupProblems, SolverFactory, open_checked};
+use sph::setup::ParticipantSetup;
+use sph::solver::Role;
 use terminal::say;
 
-use crate::case::Summary;
+use crate::case::{Case, Server, Summary};
 use crate::cli::CheckArguments;
 use crate::failure::Failure;
 use crate::preview;
+use crate::quote;
 
 /// Checks a case file and prints what a run would do.
 ///
@@ -13,24 +17,75 @@ use crate::preview;
 /// All mistakes of the file; a picture that cannot be written.
 pub fn check(arguments: &CheckArguments) -> Result<(), Failure> {
     let case = crate::run::load(&arguments.case)?;
+    let left_out = open(&case)?;
     if arguments.resolved {
         say(case.resolved_toml().trim_end());
     } else {
-        say(text(&case.summary()).trim_end());
+        let mut summary = case.summary();
+        summary.warnings.extend(left_out);
+        say(text(&summary).trim_end());
     }
     if let Some(picture) = &arguments.picture {
         preview::draw(&case, picture)
-            .map_err(|e| Failure::output(format!("cannot draw `{}`: {e:#}", picture.display())))?;
-        terminal::note(format_args!("initial particles drawn to {}", picture.display()));
+            .map_err(|e| Failure::output(format!("cannot draw `{}`: {e:#}", quote::path(picture))))?;
+        terminal::note(format_args!("initial particles drawn to {}", quote::path(picture)));
     }
     Ok(())
+}
+
+/// Memory of the solvers for each particle \[bytes\], measured; solids keep the pairs of their reference.
+const FLUID_BYTES: usize = 130;
+const SOLID_BYTES: usize = 1000;
+
+/// Most memory that a check takes for a solver \[bytes\].
+const MOST_BYTES: usize = 400 << 20;
+
+/// Builds the solvers of this program for `case` as `Open` does at the start of a run; solvers that the case names are
+/// left out, and those of scenes so large that a check would need much memory: that is what the answer says.
+///
+/// # Errors
+/// All that a solver refuses.
+pub fn open(case: &Case) -> Result<Vec<String>, Failure> {
+    let mut left_out = Vec::new();
+    let [fluid, solid] = case.particles();
+    let walls = case.wall_particles();
+    let mut asked = |role: Role, server: &Server, bytes: usize| {
+        let small = bytes <= MOST_BYTES;
+        if *server == Server::BuiltIn && !small {
+            let size = bytes >> 20;
+            left_out.push(format!(
+                "the {role} solver is asked when a run starts, not now: it needs some {size} MiB"
+            ));
+        }
+        *server == Server::BuiltIn && small
+    };
+    // One after the other: each needs memory.
+    if case.has_fluid() && asked(Role::Fluid, &case.servers.fluid, FLUID_BYTES * (fluid + walls)) {
+        try_open(Role::Fluid, &fluid_server::FluidFactory, case.fluid_setup().map(ParticipantSetup::Fluid))?;
+    }
+    if case.has_solid() && asked(Role::Solid, &case.servers.solid, SOLID_BYTES * solid + FLUID_BYTES * walls)
+    {
+        try_open(Role::Solid, &solid_server::SolidFactory, case.solid_setup().map(ParticipantSetup::Solid))?;
+    }
+    Ok(left_out)
+}
+
+fn try_open(
+    role: Role,
+    factory: &impl SolverFactory,
+    setup: Option<ParticipantSetup>,
+) -> Result<(), Failure> {
+    let Some(setup) = setup else { return Ok(()) };
+    open_checked(factory, setup).map(drop).map_err(|SetupProblems(problems)| {
+        Failure::input(format!("the {role} solver refuses the case:\n  {}", problems.join("\n  ")))
+    })
 }
 
 fn text(summary: &Summary) -> String {
     let mut text = format!("{}: no mistakes\n\nparticles\n", summary.name);
     // Writing to a string cannot fail.
     let mut line = |line: String| {
-        text.push_str(&line);
+        text.push_str(&quote::clean(&line));
         text.push('\n');
     };
     for count in &summary.counts {
@@ -76,6 +131,7 @@ fn duration(seconds: f64) -> String {
     match seconds {
         s if s < 120.0 => format!("{s:.0} s"),
         s if s < 7200.0 => format!("{:.0} min", s / 60.0),
-        s => format!("{:.1} h", s / 3600.0),
+        s if s < 1e6 => format!("{:.1} h", s / 3600.0),
+        s => format!("{:.2e} days", s / 86_400.0),
     }
 }

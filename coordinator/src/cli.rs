@@ -10,6 +10,7 @@ use proto::security::ClientFiles;
 use sph::setup::CouplingKind;
 use sph::solver::Role;
 
+use crate::colour;
 use crate::failure::{Failure, Kind};
 use crate::guard::{self, Guard};
 use crate::launch::Source;
@@ -415,7 +416,7 @@ fn server_arguments(name: &str, node: NodeArguments) -> Vec<OsString> {
 fn report(failure: &Failure) -> ExitCode {
     // A list of mistakes comes with its own marks.
     let mark = if failure.message.starts_with("error") { "" } else { "error: " };
-    terminal::note(format_args!("{mark}{}", failure.message));
+    terminal::note(format_args!("{mark}{}", failure.text(colour::on_stderr())));
     failure.exit_code()
 }
 

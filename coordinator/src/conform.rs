@@ -44,7 +44,7 @@ pub fn conform(arguments: &ConformArguments) -> Result<(), Failure> {
             .map_err(Failure::input)?,
     };
     for warning in options.security.warnings() {
-        eprintln!("warning: {warning}");
+        terminal::note(format_args!("warning: {warning}"));
     }
     let runtime = tokio::runtime::Builder::new_multi_thread()
         .worker_threads(2)

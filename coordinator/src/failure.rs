@@ -2,6 +2,9 @@
 
 use std::process::ExitCode;
 
+use crate::case::CaseErrors;
+use crate::quote;
+
 /// Kind of failure; each has an exit code of its own.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
@@ -81,14 +84,27 @@ impl Kind {
 pub struct Failure {
     /// Kind, for the exit code.
     pub kind: Kind,
-    /// What happened, where, what is allowed and what to do.
+    /// What happened, where, what is allowed and what to do; nothing in it acts on a terminal.
     pub message: String,
+    /// The same with the colours of a terminal, where there is such a form.
+    pub styled: Option<String>,
 }
 
 impl Failure {
     /// A failure of `kind`.
     pub fn new(kind: Kind, message: impl Into<String>) -> Self {
-        Self { kind, message: message.into() }
+        Self { kind, message: quote::clean(&message.into()).into_owned(), styled: None }
+    }
+
+    /// Mistakes of a case file.
+    pub fn mistakes(errors: &CaseErrors) -> Self {
+        // Both forms are clean already, and a list of mistakes may have long lines.
+        Self { kind: Kind::Input, message: errors.to_string(), styled: Some(errors.render(true)) }
+    }
+
+    /// The message, with colours if there are and `colours` are wanted.
+    pub fn text(&self, colours: bool) -> &str {
+        self.styled.as_deref().filter(|_| colours).unwrap_or(&self.message)
     }
 
     /// The command line or the case is wrong.

@@ -5,6 +5,7 @@ use sph::setup::{BreachAction, CouplingKind, InterfaceLaw, Iterate, Relaxation, 
 
 use crate::case::Case;
 use crate::output::summary::Summary;
+use crate::quote;
 use crate::remote::Remote;
 
 /// A named fact.
@@ -188,13 +189,13 @@ pub fn results(summary: &Summary) -> Vec<Fact> {
 /// Prints facts and warnings before a run.
 pub fn print_start(facts: &[Fact], warnings: &[String]) {
     print(facts);
-    warnings.iter().for_each(|warning| terminal::note(format_args!("warning: {warning}")));
+    warnings.iter().for_each(|warning| terminal::note(format_args!("warning: {}", quote::clean(warning))));
 }
 
 fn print(facts: &[Fact]) {
     let width = facts.iter().map(|(name, _)| name.chars().count()).max().unwrap_or(0);
     for (name, text) in facts {
-        terminal::note(format_args!("{name:width$}  {text}"));
+        terminal::note(format_args!("{:width$}  {}", quote::clean(name), quote::clean(text)));
     }
 }
 

@@ -10,6 +10,7 @@
 //! | [`checkpoint`], [`keeper`], [`origin`] | states from which a run goes on, when they are taken, and what it started from |
 //! | [`study`] | what accuracy costs: `report` |
 //! | [`trace`] | what is done when, of all processes of a run |
+//! | [`quote`], [`colour`] | text of users in messages; colours of messages |
 //! | [`run`], [`resume`], [`check`], [`conform`], [`cli`] | the commands |
 //!
 //! It computes no force.
@@ -19,6 +20,7 @@ pub mod case;
 pub mod check;
 pub mod checkpoint;
 pub mod cli;
+pub mod colour;
 pub mod conform;
 pub mod control;
 pub mod failure;
@@ -29,12 +31,13 @@ pub mod in_process;
 pub mod keeper;
 pub mod launch;
 pub mod lockstep;
-pub mod origin;
 mod logs;
+pub mod origin;
 pub mod output;
 pub mod participants;
 pub mod preview;
 pub mod progress;
+pub mod quote;
 pub mod recorder;
 pub mod remote;
 pub mod replay;

@@ -37,7 +37,7 @@ pub fn load(path: &Path) -> Result<(Case, Origin), Failure> {
         origin.files.push(path.to_path_buf());
         Ok(state)
     };
-    let case = case::load(path, &read).map_err(|errors| Failure::input(errors.to_string()))?;
+    let case = case::load(path, &read).map_err(|errors| Failure::mistakes(&errors))?;
     Ok((case, origin.into_inner()))
 }
 
@@ -59,7 +59,7 @@ pub fn reload(directory: &OutputDirectory, digests: &Digests) -> Result<Case, Fa
             .map(|(_, state)| state.clone())
             .ok_or_else(|| "the checkpoint knows of no such state".to_owned())
     };
-    case::load(&directory.file(directory::CASE), &read).map_err(|errors| Failure::input(errors.to_string()))
+    case::load(&directory.file(directory::CASE), &read).map_err(|errors| Failure::mistakes(&errors))
 }
 
 fn kept_state(directory: &OutputDirectory, role: Role, digest: &str) -> Result<ParticleFields, Failure> {

@@ -10,6 +10,7 @@ use sph::vector::Vector;
 
 use crate::case::Case;
 use crate::output::font;
+use crate::quote;
 
 /// Colours of fluid regions.
 const FLUIDS: [RGBColor; 4] =
@@ -43,6 +44,10 @@ const LABELS: u32 = 60;
 const LEGEND: u32 = 300;
 const MARGIN: u32 = 16;
 
+/// Most rows of the legend and most labels of probes: further ones would cover the picture.
+const MOST_ROWS: usize = 40;
+const MOST_LABELS: usize = 200;
+
 /// Smallest radius at which a disc looks like one [pixels].
 const LEAST_RADIUS: f64 = 3.0;
 
@@ -59,8 +64,8 @@ pub fn draw(case: &Case, path: &Path) -> anyhow::Result<()> {
     // The bitmap backend takes the format from the ending, and a half-written picture must not look complete.
     let partial = path.with_extension("partial.png");
     let groups = groups(case);
-    paint(case, &groups, &partial).with_context(|| format!("cannot draw {}", path.display()))?;
-    std::fs::rename(&partial, path).with_context(|| format!("cannot write {}", path.display()))
+    paint(case, &groups, &partial).with_context(|| format!("cannot draw {}", quote::path(path)))?;
+    std::fs::rename(&partial, path).with_context(|| format!("cannot write {}", quote::path(path)))
 }
 
 /// Particles of one colour.
@@ -73,8 +78,12 @@ struct Group {
 
 fn groups(case: &Case) -> Vec<Group> {
     let (scene, file) = (case.scene(), case.file());
-    let members = |groups: &[u32], positions: &[Vector], k: usize| -> Vec<Vector> {
-        groups.iter().zip(positions).filter(|(group, _)| **group as usize == k).map(|(_, x)| *x).collect()
+    let members = |groups: &[u32], positions: &[Vector], count: usize| {
+        let mut of_group = vec![Vec::new(); count];
+        for (group, x) in groups.iter().zip(positions) {
+            of_group[*group as usize].push(*x);
+        }
+        of_group.into_iter()
     };
     let mut found = Vec::new();
     let mut add = |kind: &str, name: &str, colour: RGBColor, spacing: f64, positions: Vec<Vector>| {
@@ -82,13 +91,13 @@ fn groups(case: &Case) -> Vec<Group> {
         found.push(Group { label, colour, spacing, positions });
     };
     let wall_spacing = file.wall_spacing().unwrap_or(1.0);
-    for (k, wall) in file.walls.iter().enumerate() {
-        let positions = members(&scene.walls.wall, &scene.walls.position, k);
+    let walls = members(&scene.walls.wall, &scene.walls.position, file.walls.len());
+    for (k, (wall, positions)) in file.walls.iter().zip(walls).enumerate() {
         add("wall ", &wall.name.value, WALLS[k % WALLS.len()], wall_spacing, positions);
     }
     if let Some(fluid) = &file.fluid {
-        for (k, region) in fluid.regions.iter().enumerate() {
-            let positions = members(&scene.fluid.region, &scene.fluid.position, k);
+        let regions = members(&scene.fluid.region, &scene.fluid.position, fluid.regions.len());
+        for (k, (region, positions)) in fluid.regions.iter().zip(regions).enumerate() {
             add(
                 "fluid ",
                 &region.name.value,
@@ -100,8 +109,8 @@ fn groups(case: &Case) -> Vec<Group> {
     }
     let Some(solid) = &file.solid else { return found };
     let spacing = solid.particle_spacing_m.value;
-    for (k, body) in solid.bodies.iter().enumerate() {
-        let positions = members(&scene.solid.body, &scene.solid.position, k);
+    let bodies = members(&scene.solid.body, &scene.solid.position, solid.bodies.len());
+    for (k, (body, positions)) in solid.bodies.iter().zip(bodies).enumerate() {
         add("body ", &body.name.value, BODIES[k % BODIES.len()], spacing, positions);
     }
     let held = scene.solid.position.iter().zip(&scene.solid.support).filter(|(_, support)| **support > 0);
@@ -122,7 +131,9 @@ fn paint(case: &Case, groups: &[Group], path: &Path) -> anyhow::Result<()> {
     // Rounded and within a few thousand pixels.
     let pixels = |length: f64| (scale * length).max(LEAST_SIDE).round() as u32;
     let (width, height) = (pixels(size.x), pixels(size.y));
-    let legend_height = ROW.unsigned_abs() * (groups.len() as u32 + 3) + 2 * MARGIN;
+    // At most a few dozen.
+    let rows = groups.len().min(MOST_ROWS) as u32;
+    let legend_height = ROW.unsigned_abs() * (rows + 4) + 2 * MARGIN;
     let total = (width + LABELS + 2 * MARGIN + LEGEND, (height + LABELS + 3 * MARGIN).max(legend_height));
     let root = BitMapBackend::new(path, total).into_drawing_area();
     root.fill(&WHITE)?;
@@ -226,7 +237,7 @@ fn draw_probes(chart: &mut Chart<'_>, case: &Case) -> anyhow::Result<()> {
     chart.draw_series(marks.iter().map(|(_, x)| Cross::new((x.x, x.y), 6, PROBE.stroke_width(2))))?;
     // Labels climb until they are clear of those before.
     let mut taken: Vec<(i32, i32, i32)> = Vec::new();
-    for (name, x) in &marks {
+    for (name, x) in marks.iter().take(MOST_LABELS) {
         let (left, centre) = chart.backend_coord(&(x.x, x.y));
         // About the width of a letter; names have at most 64.
         let width = name.chars().map(|_| TEXT / 2 + 1).sum::<i32>();
@@ -248,9 +259,14 @@ fn draw_probes(chart: &mut Chart<'_>, case: &Case) -> anyhow::Result<()> {
 fn draw_legend(area: &Picture<'_>, groups: &[Group], probes: bool) -> anyhow::Result<()> {
     let style = (font::FAMILY, TEXT).into_font();
     let mut y = 3 * ROW;
-    for group in groups {
+    for group in groups.iter().take(MOST_ROWS) {
         area.draw(&Circle::new((10, y), 6, group.colour.filled()))?;
         area.draw(&Text::new(group.label.clone(), (24, y - TEXT / 2), style.clone()))?;
+        y += ROW;
+    }
+    if groups.len() > MOST_ROWS {
+        let more = format!("and {} more", groups.len() - MOST_ROWS);
+        area.draw(&Text::new(more, (24, y - TEXT / 2), style.clone()))?;
         y += ROW;
     }
     if probes {

@@ -177,7 +177,7 @@ impl Remote {
         let access = RunAccess::new(&holder)?;
         let security = ClientSecurity::load(with.security).map_err(Failure::input)?;
         for warning in security.warnings().iter().filter(|_| with.attempt == 0) {
-            eprintln!("warning: {warning}");
+            terminal::note(format_args!("warning: {warning}"));
         }
         let mut servers = Vec::new();
         for plan in &plans {

@@ -5,6 +5,7 @@
 mod restoring;
 
 use std::ffi::OsString;
+use std::ops::Range;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use std::sync::Arc;
@@ -23,6 +24,9 @@ use restoring::Kept;
 
 /// An input that takes longer than this hangs: above the slowest good one by far.
 const HANGS: Duration = Duration::from_secs(60);
+
+/// Scenes of more particles are not given to solvers, which take memory for each.
+const MOST_OPENED: usize = 100_000;
 
 /// What is fed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -213,8 +217,14 @@ fn feed(target: Target, seeds: &Seeds, input: &[u8]) -> bool {
         Target::Cases => {
             let text = String::from_utf8_lossy(input);
             read_case(&text).is_ok_and(|case| {
-                // What `check` and the header of a run tell.
+                // What `check` and the header of a run show.
                 std::hint::black_box(case.summary());
+                // What the solvers refuse is a mistake at its key before they see it.
+                if case.particles().iter().sum::<usize>() < MOST_OPENED
+                    && let Err(refused) = coordinator::check::open(&case)
+                {
+                    panic!("accepted, but {refused}");
+                }
                 case.fluid_setup().is_some() || case.solid_setup().is_some()
             })
         }
@@ -244,6 +254,19 @@ fn feed(target: Target, seeds: &Seeds, input: &[u8]) -> bool {
 
 /// Feeds inputs number `first` to `first + count` of `seed` to `target`. A hang ends the process with its number.
 pub fn fuzz(target: Target, seeds: &Seeds, seed: u64, first: u64, count: u64) -> Findings {
+    fuzz_for(target, seeds, seed, first..first.saturating_add(count), Duration::MAX)
+}
+
+/// Feeds the inputs `numbers` of `seed` to `target` until `longest` is over. A hang ends the process with its number.
+pub fn fuzz_for(
+    target: Target,
+    seeds: &Seeds,
+    seed: u64,
+    numbers: Range<u64>,
+    longest: Duration,
+) -> Findings {
+    let begun = Instant::now();
+    let first = numbers.start;
     let watched = Arc::new(AtomicU64::new(first));
     let watchdog = Arc::downgrade(&watched);
     std::thread::spawn(move || {
@@ -261,7 +284,7 @@ pub fn fuzz(target: Target, seeds: &Seeds, seed: u64, first: u64, count: u64) ->
     let memory = || Process::own().peak_memory_bytes.unwrap_or(0);
     let before = memory();
     let mut findings = Findings::default();
-    for number in first..first.saturating_add(count) {
+    for number in numbers.take_while(|_| begun.elapsed() < longest) {
         watched.store(number, Ordering::Relaxed);
         // Neighbouring numbers must not fall alike: the dice are shaken by a product.
         let mut dice = Dice::new((seed ^ number.wrapping_mul(0xd134_2543_de82_ef95)).wrapping_add(number));

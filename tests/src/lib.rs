@@ -8,6 +8,7 @@ pub mod doubles;
 pub mod fuzz;
 pub mod idle;
 pub mod kill;
+pub mod mutants;
 pub mod nodes;
 pub mod python;
 pub mod soak;

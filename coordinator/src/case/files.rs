@@ -2,6 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::quote;
+
 /// Largest text file that is read \[bytes\].
 pub const LARGEST_FILE: u64 = 4 << 20;
 
@@ -15,7 +17,7 @@ pub fn resolved(directory: &Path, name: &str) -> PathBuf {
 /// # Errors
 /// What is wrong, in words that name the file.
 pub fn read_text(path: &Path) -> Result<String, String> {
-    let shown = path.display();
+    let shown = quote::path(path);
     let facts = std::fs::metadata(path).map_err(|error| match error.kind() {
         std::io::ErrorKind::NotFound => format!("no such file: {shown}"),
         _ => format!("cannot read {shown}: {error}"),

@@ -4,13 +4,22 @@ use std::cell::{Cell, RefCell};
 use std::fmt;
 use std::ops::Range;
 
-use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
+use annotate_snippets::{AnnotationKind, Group, Level, Origin, Renderer, Snippet};
+
+use super::effort::Effort;
+use crate::quote;
 
 /// Mistakes beyond this number are counted, not kept: a hostile file must not fill the memory.
 const KEPT: usize = 200;
 
 /// Mistakes beyond this number are not printed.
 const PRINTED: usize = 50;
+
+/// Of lines of more bytes than these, a part around the mistake is shown.
+const LONGEST_SHOWN: usize = 8000;
+
+/// Of a value that spans more lines than this, the first is shown.
+const MOST_LINES: usize = 40;
 
 /// Where a value stands in the case file.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -51,10 +60,10 @@ impl Mistake {
     /// A mistake at `place`.
     pub fn new(place: &Place, problem: impl Into<String>) -> Self {
         Self {
-            place: place.clone(),
+            place: Place { key: quote::key(&place.key), span: place.span.clone() },
             position: None,
             value: None,
-            problem: problem.into(),
+            problem: cleaned(problem),
             allowed: None,
             hint: None,
         }
@@ -62,19 +71,19 @@ impl Mistake {
 
     /// Adds the value as written.
     pub fn value(mut self, value: impl fmt::Display) -> Self {
-        self.value = Some(shortened(&value.to_string()));
+        self.value = Some(quote::quoted(&value.to_string()));
         self
     }
 
     /// Adds what is allowed.
     pub fn allowed(mut self, allowed: impl Into<String>) -> Self {
-        self.allowed = Some(allowed.into());
+        self.allowed = Some(cleaned(allowed));
         self
     }
 
     /// Adds what to do.
     pub fn hint(mut self, hint: impl Into<String>) -> Self {
-        self.hint = Some(hint.into());
+        self.hint = Some(cleaned(hint));
         self
     }
 
@@ -87,19 +96,16 @@ impl Mistake {
     }
 }
 
-/// The first characters of a long value.
-fn shortened(text: &str) -> String {
-    const LONGEST: usize = 60;
-    let mut characters = text.chars();
-    let start: String = characters.by_ref().take(LONGEST).collect();
-    if characters.next().is_some() { format!("{start}…") } else { start }
+fn cleaned(text: impl Into<String>) -> String {
+    quote::clean(&text.into()).into_owned()
 }
 
-/// Collects mistakes while a file is read.
+/// Collects mistakes while a file is read, and bounds what reading it may cost.
 #[derive(Debug, Default)]
 pub struct Mistakes {
     kept: RefCell<Vec<Mistake>>,
     count: Cell<usize>,
+    effort: Effort,
 }
 
 impl Mistakes {
@@ -116,23 +122,62 @@ impl Mistakes {
         self.count.get()
     }
 
+    /// Adds one mistake that stands for `count`.
+    pub fn add_many(&self, mistake: Mistake, count: usize) {
+        self.add(mistake);
+        self.count.set(self.count.get().saturating_add(count.saturating_sub(1)));
+    }
+
+    /// Whether further mistakes are only counted, so that words for them are of no use.
+    pub fn is_full(&self) -> bool {
+        self.count.get() >= KEPT
+    }
+
+    /// Takes `steps` of work, each about a nanosecond; whether there were enough left. The first time that there are
+    /// not, it is a mistake of what stands at `place`.
+    pub fn spend(&self, place: &Place, steps: f64) -> bool {
+        if self.effort.take(steps) {
+            return true;
+        }
+        if self.effort.is_first_refusal() {
+            let problem = "the case takes too much work to lay out";
+            let hint = "use a larger particle spacing, fewer corners of shapes, or fewer shapes on one spot";
+            self.add(Mistake::new(place, problem).hint(hint));
+        }
+        false
+    }
+
     /// The report on `source`, the text of `file`; in the order of the text.
     pub fn into_errors(self, file: String, source: String) -> CaseErrors {
         let mut mistakes = self.kept.into_inner();
         mistakes.sort_by_key(|mistake| mistake.place.span.as_ref().map_or(usize::MAX, |span| span.start));
+        let mut sweep = Sweep { source: &source, offset: 0, position: Position { line: 1, column: 1 } };
         for mistake in &mut mistakes {
-            mistake.position = mistake.place.span.as_ref().map(|span| position(&source, span.start));
+            mistake.position = mistake.place.span.as_ref().map(|span| sweep.to(span.start));
         }
-        CaseErrors { file, source, mistakes, count: self.count.get() }
+        CaseErrors { file: quote::path(file.as_ref()), source, mistakes, count: self.count.get() }
     }
 }
 
-fn position(source: &str, offset: usize) -> Position {
-    let before = source.get(..offset).unwrap_or(source);
-    let line_start = before.rfind('\n').map_or(0, |at| at + 1);
-    Position {
-        line: before.matches('\n').count() + 1,
-        column: before.get(line_start..).unwrap_or_default().chars().count() + 1,
+/// Goes through a text once for all positions in it.
+struct Sweep<'a> {
+    source: &'a str,
+    offset: usize,
+    position: Position,
+}
+
+impl Sweep<'_> {
+    /// Line and column at `offset`, which does not lie before the last one.
+    fn to(&mut self, offset: usize) -> Position {
+        let part = self.source.get(self.offset..offset).unwrap_or_default();
+        for c in part.chars() {
+            self.position = match (c, self.position) {
+                ('\n', at) => Position { line: at.line + 1, column: 1 },
+                (_, at) => Position { column: at.column + 1, ..at },
+            };
+        }
+        self.offset += part.len();
+        self.position
     }
 }
 
@@ -152,7 +197,7 @@ impl CaseErrors {
     /// Errors of a file that cannot be read at all.
     pub(super) fn unreadable(file: String, problem: String, hint: &str) -> Self {
         let mistake = Mistake::new(&Place::default(), problem).hint(hint);
-        Self { file, mistakes: vec![mistake], count: 1, source: String::new() }
+        Self { file: quote::path(file.as_ref()), mistakes: vec![mistake], count: 1, source: String::new() }
     }
 
     /// The report as for a compiler; `styled` adds colours for a terminal.
@@ -177,15 +222,26 @@ impl CaseErrors {
         let mut groups = Vec::new();
         match &mistake.place.span {
             Some(span) => {
+                let position = mistake.position.unwrap_or(Position { line: 1, column: 1 });
+                let (mut lines, mut span) = self.lines_of(span);
+                let is_long = lines.len() > LONGEST_SHOWN;
+                if is_long {
+                    (lines, span) = around(lines, &span);
+                }
                 let annotation = AnnotationKind::Primary
-                    .span(span.clone())
+                    .span(span)
                     .label(mistake.allowed.as_ref().map(|allowed| format!("allowed: {allowed}")));
-                groups.push(
-                    title.element(Snippet::source(&self.source).path(&self.file).annotation(annotation)),
-                );
+                let snippet = Snippet::source(lines).line_start(position.line).annotation(annotation);
+                groups.push(if is_long {
+                    // The column in the file is not that in the part.
+                    let origin = Origin::path(&self.file).line(position.line).char_column(position.column);
+                    title.element(origin).element(snippet)
+                } else {
+                    title.element(snippet.path(&self.file))
+                });
             }
             None => {
-                groups.push(title.element(annotate_snippets::Origin::path(&self.file)));
+                groups.push(title.element(Origin::path(&self.file)));
                 if let Some(allowed) = &mistake.allowed {
                     groups
                         .push(Group::with_title(Level::NOTE.secondary_title(format!("allowed: {allowed}"))));
@@ -197,6 +253,41 @@ impl CaseErrors {
         }
         groups
     }
+
+    /// The lines that hold `span`, and the span in them: no more of a large file is looked at.
+    fn lines_of(&self, span: &Range<usize>) -> (&str, Range<usize>) {
+        let source = self.source.as_str();
+        let before = source.get(..span.start).unwrap_or_default();
+        let start = before.rfind('\n').map_or(0, |at| at + 1);
+        let line_end = |from: usize| {
+            let rest = source.get(from..).unwrap_or_default();
+            rest.find('\n').map_or(source.len(), |at| from + at)
+        };
+        let within = source.get(span.clone()).unwrap_or_default();
+        let end = match within.matches('\n').nth(MOST_LINES) {
+            Some(_) => line_end(span.start),
+            None => span.end.min(source.len()),
+        };
+        let lines = source.get(start..line_end(end)).unwrap_or_default();
+        (lines, span.start.saturating_sub(start)..end.saturating_sub(start))
+    }
+}
+
+/// The part of `lines` around the start of `span`, and what of the span lies in it.
+fn around<'a>(lines: &'a str, span: &Range<usize>) -> (&'a str, Range<usize>) {
+    const MARGIN: usize = 60;
+    let boundary = |at: usize| (0..=at.min(lines.len())).rfind(|at| lines.is_char_boundary(*at)).unwrap_or(0);
+    let start = boundary(span.start.saturating_sub(MARGIN));
+    let shown = span.start..boundary(span.end.min(span.start + MARGIN)).max(span.start);
+    let part = lines.get(start..boundary(shown.end + MARGIN)).unwrap_or_default();
+    // One line of them.
+    let line_start =
+        part.get(..shown.start - start).and_then(|before| before.rfind('\n')).map_or(0, |at| at + 1);
+    let end = part.get(shown.start - start..).and_then(|rest| rest.find('\n'));
+    let end = end.map_or(part.len(), |at| shown.start - start + at);
+    let part = part.get(line_start..end).unwrap_or_default();
+    let moved = start + line_start;
+    (part, shown.start - moved..(shown.end - moved).min(part.len()))
 }
 
 impl fmt::Display for CaseErrors {
@@ -207,16 +298,22 @@ impl fmt::Display for CaseErrors {
 
 impl std::error::Error for CaseErrors {}
 
+/// Known words beyond this number are not compared with a mistyped one.
+const MOST_COMPARED: usize = 1000;
+
 /// The known word most like `word`, if any is like enough to be meant.
 pub fn suggestion<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     // Comparing long words costs time in the square of their length.
-    if word.chars().count() > 80 {
+    const LONGEST: usize = 80;
+    if word.chars().count() > LONGEST {
         return None;
     }
     let word = word.to_lowercase();
     let tolerance = (word.chars().count() / 3).max(2);
     known
         .into_iter()
+        .filter(|candidate| candidate.len() <= LONGEST)
+        .take(MOST_COMPARED)
         .map(|candidate| {
             // A forgotten or different unit at the end is the commonest slip.
             let unit =
@@ -232,8 +329,8 @@ pub fn suggestion<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> O
 /// `did you mean` for a mistyped `word`, or else the list of what is known.
 pub fn suggest(word: &str, known: &[&str]) -> String {
     match suggestion(word, known.iter().copied()) {
-        Some(candidate) => format!("did you mean `{candidate}`?"),
+        Some(candidate) => format!("did you mean `{}`?", quote::quoted(candidate)),
         None if known.is_empty() => "none is defined".to_owned(),
-        None => format!("known here: {}", known.join(", ")),
+        None => format!("known here: {}", quote::listed(known)),
     }
 }

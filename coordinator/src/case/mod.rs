@@ -4,15 +4,19 @@
 //! out its particles and checks everything across tables; the [`Case`] that results is never checked again.
 //! All mistakes of a file are reported at once, see [`CaseErrors`].
 
+mod effort;
 pub mod file;
 mod files;
 pub mod limits;
 mod mistakes;
 mod names;
+mod notation;
+mod opening;
 mod parting;
 mod reader;
 mod restart;
 mod scene;
+mod steps;
 mod summary;
 #[cfg(test)]
 mod tests;
@@ -21,7 +25,6 @@ use std::path::Path;
 
 use proto::security::ClientFiles;
 use sph::setup::{Coupling, CouplingKind, FluidSetup, InterfaceLaw, OutputPlan, RunSetup, SolidSetup};
-use toml::de::DeTable;
 
 pub use files::LARGEST_FILE;
 pub use mistakes::{CaseErrors, Mistake, Place, Position};
@@ -32,7 +35,7 @@ pub use summary::{Count, Stabiliser, Summary};
 
 use file::CaseFile;
 use file::interface::FramePath;
-use file::run::{SIDES, Side, StepTable};
+use file::run::{SIDES, Side};
 use file::wall::WallKind;
 use mistakes::Mistakes;
 use reader::{Choice, Table};
@@ -123,15 +126,7 @@ pub fn parse(text: &str, name: &str, directory: &Path, final_state: Loader<'_>) 
 }
 
 fn build(text: &str, directory: &Path, final_state: Loader<'_>, mistakes: &Mistakes) -> Option<Case> {
-    let (document, errors) = DeTable::parse_recoverable(text);
-    for error in &errors {
-        let place = Place { key: String::new(), span: Some(error.span().unwrap_or(0..0)) };
-        let mistake = Mistake::new(&place, format!("not TOML: {}", error.message()));
-        mistakes.add(mistake.hint("see https://toml.io for the notation"));
-    }
-    if !errors.is_empty() {
-        return None;
-    }
+    let document = notation::parse(text, mistakes)?;
     let mut file = CaseFile::read(Table::root(document.get_ref(), text, directory, mistakes));
     file.fill_in_defaults();
     names::check_unique(&file, mistakes);
@@ -157,6 +152,9 @@ fn build(text: &str, directory: &Path, final_state: Loader<'_>, mistakes: &Mista
         probes,
     };
     case.check_time_step(mistakes);
+    if mistakes.count() == 0 {
+        case.check_opening(mistakes);
+    }
     Some(case)
 }
 
@@ -222,31 +220,6 @@ impl CaseFile {
 }
 
 impl Case {
-    /// Refuses a fixed step above the stability limit, unless the case overrides it.
-    fn check_time_step(&self, mistakes: &Mistakes) {
-        let time = &self.file.time;
-        let StepTable::Fixed { time_step_s } = &time.step else { return };
-        let ready = time.intact
-            && self.file.fluid.as_ref().is_none_or(|fluid| fluid.intact)
-            && self.file.solid.as_ref().is_none_or(|s| s.intact && s.bodies.iter().all(|body| body.intact));
-        let limits = self.step_limits();
-        let Some(limit) = limits::governing(&limits, |limit| limit.stability).filter(|_| ready) else {
-            return;
-        };
-        let largest = time.limit_factor.value * limit.stability;
-        if time_step_s.value > largest {
-            let mistake =
-                Mistake::new(&time_step_s.place, "above the stability limit").value(time_step_s.value);
-            let recommended =
-                limits::governing(&limits, |l| l.recommended).map_or(largest, |l| l.recommended);
-            mistakes.add(
-                mistake.allowed(format!("at most {largest:.4e} s ({})", limit.origin)).hint(format!(
-                    "use {recommended:.2e} s, or raise `time.limit_factor` to try a larger step"
-                )),
-            );
-        }
-    }
-
     /// Whether the case has a fluid.
     pub fn has_fluid(&self) -> bool {
         self.file.fluid.is_some()
@@ -321,6 +294,11 @@ impl Case {
         [self.scene.fluid.id.len(), self.scene.solid.id.len()]
     }
 
+    /// Particles of walls.
+    pub fn wall_particles(&self) -> usize {
+        self.scene.walls.wall.len()
+    }
+
     /// What the fluid solver is told; `None` without a fluid.
     pub fn fluid_setup(&self) -> Option<FluidSetup> {
         let fluid = self.file.fluid.as_ref()?;
@@ -370,19 +348,6 @@ impl Case {
             probes: self.probes.solid.clone(),
             lost_particle_limit: solid.lost_particle_limit,
         })
-    }
-
-    /// Lets the run end at `time` \[s\] instead.
-    ///
-    /// # Errors
-    /// When the time is not finite or lies before the start.
-    pub fn set_end_time(&mut self, time: f64) -> Result<(), String> {
-        let start = self.file.time.start_time_s;
-        if !time.is_finite() || time < start {
-            return Err(format!("end time {time} s: must be a time of {start} s or later"));
-        }
-        self.file.time.end_time_s.value = time;
-        Ok(())
     }
 
     /// What decides the bits of a run: the case as resolved, without its end time, servers, checkpoints, deadlines and

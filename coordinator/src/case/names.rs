@@ -9,6 +9,7 @@ use super::file::solid::{BodyTable, SolidTable};
 use super::mistakes::{Mistake, Mistakes, Place, suggest};
 use super::reader::At;
 use super::scene::Scene;
+use crate::quote::quoted;
 
 /// Probes of both solvers.
 #[derive(Clone, Debug, Default)]
@@ -154,7 +155,9 @@ impl Resolver<'_> {
         if found.is_none() {
             let mistake =
                 Mistake::new(&wanted.place, format!("no {what} has this name")).value(&wanted.value);
-            self.mistakes.add(mistake.hint(suggest(&wanted.value, &names)));
+            // Comparing with all names takes time.
+            let hint = if self.mistakes.is_full() { String::new() } else { suggest(&wanted.value, &names) };
+            self.mistakes.add(mistake.hint(hint));
         }
         found
     }
@@ -173,14 +176,16 @@ impl Resolver<'_> {
     }
 
     fn inside_body(&self, solid: &SolidTable, body: u32, at: &At<Vector>) -> bool {
-        let particles = &self.scene.solid;
-        let own = particles.reference_position.iter().zip(&particles.body).filter(|(_, b)| **b == body);
-        let nearest = own.map(|(x, _)| (x - at.value).norm()).min_by(f64::total_cmp);
+        let own = &self.scene.solid.reference_position[self.scene.body_range(body)];
+        if !self.mistakes.spend(&at.place, 3.0 * own.len() as f64) {
+            return true;
+        }
+        let nearest = own.iter().map(|x| (x - at.value).norm()).min_by(f64::total_cmp);
         // A body that could not be laid out has been reported.
         let Some(nearest) = nearest else { return true };
         let inside = nearest <= solid.particle_spacing_m.value;
         if !inside {
-            let name = &solid.bodies[body as usize].name.value;
+            let name = quoted(&solid.bodies[body as usize].name.value);
             let problem =
                 format!("lies outside the body `{name}`: its nearest particle is {nearest:.3e} m away");
             let allowed = format!("within one particle spacing, {} m", solid.particle_spacing_m.value);

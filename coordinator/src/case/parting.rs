@@ -89,11 +89,10 @@ impl Case {
         let limit = 2.0 * support + spacing;
         let particles = &self.scene.solid;
         let mut found = Vec::new();
-        for (k, body) in solid.bodies.iter().enumerate() {
+        for (k, body) in (0u32..).zip(&solid.bodies) {
             let Some(shape) = &body.shape else { continue };
-            let own = particles.body.iter().zip(&particles.reference_position);
-            let points: Vec<_> = own.filter(|(body, _)| **body as usize == k).map(|(_, x)| *x).collect();
-            let mut thickness = local_thickness(&shape.value.to_shape(), &points, spacing, limit);
+            let points = &particles.reference_position[self.scene.body_range(k)];
+            let mut thickness = local_thickness(&shape.value.to_shape(), points, spacing, limit);
             thickness.sort_by(f64::total_cmp);
             let Some(thin) = thickness.get(LEAST_PARTICLES.min(thickness.len()).saturating_sub(1)) else {
                 continue;

@@ -12,7 +12,7 @@ use std::path::Path;
 use toml::de::{DeTable, DeValue};
 
 use super::mistakes::{Mistake, Mistakes, Place, suggest, suggestion};
-pub use value::{Allowed, At, Choice, Written};
+pub use value::{Allowed, At, Choice, SOUND, Written, is_bounded, is_sound};
 
 /// Longest list read from a file; anything longer is refused before it is looked at.
 pub const LONGEST_LIST: usize = 10_000;
@@ -72,6 +72,11 @@ impl<'t> Table<'t> {
     /// Where the table stands.
     pub fn place(&self) -> &Place {
         &self.place
+    }
+
+    /// Where mistakes go.
+    pub fn mistakes(&self) -> &'t Mistakes {
+        self.mistakes
     }
 
     /// Reports a mistake.
@@ -152,6 +157,11 @@ impl<'t> Table<'t> {
             self.mistake(
                 Mistake::new(place, "out of range").value(self.written(place)).allowed(allowed.words),
             );
+            return None;
+        }
+        if !is_sound(number) {
+            let mistake = Mistake::new(place, "out of range").value(self.written(place));
+            self.mistake(mistake.allowed(format!("{}; {SOUND}", allowed.words)));
             return None;
         }
         Some(number)
@@ -356,9 +366,14 @@ impl<'t> Table<'t> {
             if self.known.contains(&word) {
                 continue;
             }
+            let place = Place { key: String::new(), span: Some(key.span()) };
+            if self.mistakes.is_full() {
+                self.mistake(Mistake::new(&place, "unknown key"));
+                continue;
+            }
             let unused: Vec<&str> = self.known.iter().copied().filter(|known| !self.has(known)).collect();
             meant.extend(suggestion(word, unused.iter().copied()));
-            let place = Place { key: join(&self.place.key, word), span: Some(key.span()) };
+            let place = Place { key: join(&self.place.key, word), ..place };
             let mistake = Mistake::new(&place, "unknown key").hint(suggest(word, &unused));
             let is_table = value.get_ref().is_table();
             self.mistake(if is_table { mistake } else { mistake.value(self.written(&self.place_of(word))) });

@@ -1,5 +1,6 @@
 //! Start from the final state of another run.
 
+use std::collections::HashMap;
 use std::path::Path;
 
 use sph::setup::{FluidParticles, SolidParticles};
@@ -9,9 +10,25 @@ use sph::vector::{SymmetricTensor, Vector};
 use super::file::CaseFile;
 use super::mistakes::{Mistake, Mistakes};
 use super::scene::{MOST_PARTICLES, Scene};
+use crate::quote;
 
 /// Reads the final state of one side from `DIR/final/fluid.state` or `DIR/final/solid.state`.
 pub type Loader<'a> = &'a dyn Fn(&Path) -> Result<ParticleFields, String>;
+
+/// Largest file of a final state \[bytes\]: the most particles with fifty numbers each.
+const LARGEST_STATE: u64 = 400 * MOST_PARTICLES as u64;
+
+/// The state at `path`, unless the file there cannot be one: a device or pipe never ends.
+fn read(path: &Path, load: Loader<'_>) -> Result<ParticleFields, String> {
+    match std::fs::metadata(path) {
+        Ok(facts) if !facts.is_file() => Err(format!("{} is not a regular file", quote::path(path))),
+        Ok(facts) if facts.len() > LARGEST_STATE => {
+            let (shown, length) = (quote::path(path), facts.len());
+            Err(format!("{shown} has {length} bytes; a final state has at most {LARGEST_STATE}"))
+        }
+        _ => load(path),
+    }
+}
 
 /// Replaces the particles of regions and bodies that both runs have by their final state.
 ///
@@ -30,12 +47,12 @@ pub fn apply(file: &CaseFile, scene: &mut Scene, load: Loader<'_>, mistakes: &Mi
     };
     if let Some(fluid) = &file.fluid {
         let names: Vec<&str> = fluid.regions.iter().map(|region| region.name.value.as_str()).collect();
-        let state = load(&directory.join("fluid.state"));
+        let state = read(&directory.join("fluid.state"), load);
         report("fluid", state.and_then(|state| restore_fluid(&names, &state, &mut scene.fluid)));
     }
     if let Some(solid) = &file.solid {
         let names: Vec<&str> = solid.bodies.iter().map(|body| body.name.value.as_str()).collect();
-        let state = load(&directory.join("solid.state"));
+        let state = read(&directory.join("solid.state"), load);
         report("solid", state.and_then(|state| restore_solid(&names, &state, &mut scene.solid)));
     }
     if taken == 0 && mistakes.count() == 0 {
@@ -60,11 +77,20 @@ fn vector(field: &Field, particle: usize) -> Vector {
     Vector::new(field.values[2 * particle], field.values[2 * particle + 1])
 }
 
-/// Particles of `state` that belong to the group called `name`, by ascending id.
-fn members(state: &ParticleFields, name: &str) -> Vec<usize> {
-    let group = state.group_names.iter().position(|group| group == name).and_then(|k| u32::try_from(k).ok());
-    let mut found: Vec<usize> = (0..state.group.len()).filter(|&k| Some(state.group[k]) == group).collect();
-    found.sort_by_key(|k| state.id[*k]);
+/// Particles of `state` by the name of their group, each by ascending id.
+fn members(state: &ParticleFields) -> HashMap<&str, Vec<usize>> {
+    let mut of_group = vec![Vec::new(); state.group_names.len()];
+    for (k, group) in state.group.iter().enumerate() {
+        if let Some(members) = of_group.get_mut(*group as usize) {
+            members.push(k);
+        }
+    }
+    let mut found = HashMap::new();
+    for (name, mut members) in state.group_names.iter().zip(of_group) {
+        members.sort_by_key(|k| state.id[*k]);
+        // Of groups with one name the first counts.
+        found.entry(name.as_str()).or_insert(members);
+    }
     found
 }
 
@@ -86,9 +112,10 @@ fn restore_fluid(
     let density = field(state, "density", 1)?;
     let mass = field(state, "mass", 1)?;
     let laid = std::mem::take(particles);
+    let mut members = members(state);
     let mut taken = 0;
     for (region, name) in (0u32..).zip(names) {
-        let found = members(state, name);
+        let found = members.remove(*name).unwrap_or_default();
         taken += found.len();
         let mut add = |m: f64, x: Vector, v: Vector, rho: f64| {
             particles.region.push(region);
@@ -98,7 +125,9 @@ fn restore_fluid(
             particles.density.push(rho);
         };
         if found.is_empty() {
-            for k in (0..laid.id.len()).filter(|&k| laid.region[k] == region) {
+            // Regions follow each other.
+            let start = laid.region.partition_point(|other| *other < region);
+            for k in start..laid.region.partition_point(|other| *other <= region) {
                 add(laid.mass[k], laid.position[k], laid.velocity[k], laid.density[k]);
             }
         }
@@ -124,10 +153,12 @@ fn restore_solid(
     let density = field(state, "density", 1)?;
     let stress = field(state, "deviatoric_stress", 3)?;
     let reference = field(state, "reference_position", 2).ok();
+    let mut members = members(state);
     let mut taken = 0;
     for (body, name) in (0u32..).zip(names) {
-        let found = members(state, name);
-        let own: Vec<usize> = (0..particles.id.len()).filter(|&k| particles.body[k] == body).collect();
+        let found = members.remove(*name).unwrap_or_default();
+        let bodies = &particles.body;
+        let own = bodies.partition_point(|b| *b < body)..bodies.partition_point(|b| *b <= body);
         if found.is_empty() {
             continue;
         }
@@ -135,7 +166,7 @@ fn restore_solid(
             return Err(format!("body `{name}` has {} particles there and {} here", found.len(), own.len()));
         }
         taken += found.len();
-        for (k, s) in own.into_iter().zip(found) {
+        for (k, s) in own.zip(found) {
             if let Some(reference) = reference {
                 particles.reference_position[k] = vector(reference, s);
             }

@@ -5,6 +5,7 @@ use sph::setup::{FluidScheme, SolidStepping, StepPolicy, SubstepCount};
 use super::Case;
 use super::file::solid::{BodyTable, ContactTable, FormulationTable, SolidTable};
 use super::limits::{self, StepLimit};
+use super::scene::tally;
 
 /// Seconds of one core per fluid particle and half-step: all passes over the neighbour list.
 const FLUID_COST: f64 = 250e-9;
@@ -169,21 +170,22 @@ impl Case {
 
     fn counts(&self) -> Vec<Count> {
         let mut counts = Vec::new();
-        let in_group = |groups: &[u32], k: usize| groups.iter().filter(|group| **group as usize == k).count();
-        for (k, region) in self.file.fluid.iter().flat_map(|fluid| &fluid.regions).enumerate() {
-            let particles = in_group(&self.scene.fluid.region, k);
-            counts.push(Count { kind: "fluid region", name: region.name.value.clone(), particles, held: 0 });
+        let mut add = |kind, name: &str, particles, held| {
+            counts.push(Count { kind, name: name.to_owned(), particles, held });
+        };
+        let regions = self.file.fluid.as_ref().map_or(&[][..], |fluid| &fluid.regions);
+        for (region, particles) in regions.iter().zip(tally(&self.scene.fluid.region, regions.len())) {
+            add("fluid region", &region.name.value, particles, 0);
         }
-        let solid = &self.scene.solid;
-        for (k, body) in self.file.solid.iter().flat_map(|solid| &solid.bodies).enumerate() {
-            let own = || solid.body.iter().zip(&solid.support).filter(move |(body, _)| **body as usize == k);
-            let held = own().filter(|(_, support)| **support > 0).count();
-            let particles = own().count() - held;
-            counts.push(Count { kind: "body", name: body.name.value.clone(), particles, held });
+        let bodies = self.file.solid.as_ref().map_or(&[][..], |solid| &solid.bodies);
+        for (k, body) in (0u32..).zip(bodies) {
+            let supports = &self.scene.solid.support[self.scene.body_range(k)];
+            let held = supports.iter().filter(|support| **support > 0).count();
+            add("body", &body.name.value, supports.len() - held, held);
         }
-        for (k, wall) in self.file.walls.iter().enumerate() {
-            let particles = in_group(&self.scene.walls.wall, k);
-            counts.push(Count { kind: "wall", name: wall.name.value.clone(), particles, held: 0 });
+        let walls = &self.file.walls;
+        for (wall, particles) in walls.iter().zip(tally(&self.scene.walls.wall, walls.len())) {
+            add("wall", &wall.name.value, particles, 0);
         }
         counts
     }

@@ -166,9 +166,10 @@ fn is_snapshot(name: &str) -> bool {
 
 /// Whether a run gives this name to a server's log.
 fn is_log(name: &str) -> bool {
-    SIDES.iter().filter_map(|side| name.strip_prefix(side)?.strip_prefix("-server")?.strip_suffix(".log")).any(
-        |number| number.is_empty() || number.strip_prefix('-').is_some_and(is_number),
-    )
+    SIDES
+        .iter()
+        .filter_map(|side| name.strip_prefix(side)?.strip_prefix("-server")?.strip_suffix(".log"))
+        .any(|number| number.is_empty() || number.strip_prefix('-').is_some_and(is_number))
 }
 
 /// Whether a run gives this name to a file beside its checkpoints: a picture of the report, or the state it started from.

@@ -4,7 +4,6 @@ use super::{Attempt, Job};
 use crate::checkpoint::{Disk, RunCheckpoint, Store};
 use crate::failure::Failure;
 use crate::output::directory::{self, Changed, OutputError, write_file};
-use crate::output::earlier;
 use crate::recorder;
 
 impl Job {

@@ -60,6 +60,24 @@ pub struct Opened {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SetupProblems(pub Vec<String>);
 
+/// Builds a solver with its largest first step \[s\]: all that `Open` and a check before a run find wrong with a set-up.
+///
+/// # Errors
+/// All problems of the set-up.
+pub fn open_checked<F: SolverFactory + ?Sized>(
+    factory: &F,
+    setup: ParticipantSetup,
+) -> Result<(Opened, f64), SetupProblems> {
+    let opened = factory.open(setup)?;
+    let limit = opened.solver.time_step_limit();
+    if limit > 0.0 {
+        Ok((opened, limit))
+    } else {
+        let problem = format!("the set-up allows no time step: its limit is {limit:?} s");
+        Err(SetupProblems(vec![problem]))
+    }
+}
+
 impl Description {
     /// A solver of this workspace: states coupling, all laws, nothing optional but what it says.
     pub fn of_solver(name: &str, version: &str, role: Role, arithmetic: &str) -> Self {

@@ -7,7 +7,7 @@ use std::task::{Context, Poll};
 
 use sph::driver::Link;
 use sph::setup::ParticipantSetup;
-use sph::solver::{ParticleFields, Role, Solver};
+use sph::solver::{ParticleFields, Role};
 use tokio::sync::mpsc;
 use tokio_stream::Stream;
 use tokio_stream::wrappers::ReceiverStream;
@@ -15,7 +15,7 @@ use tokio_util::sync::CancellationToken;
 use tonic::{Request, Response, Status, Streaming};
 
 use super::session::{Host, Linked, Ready, Serial, Skin, State};
-use super::{Opened, SetupProblems, SolverFactory, checkpoint, compute};
+use super::{Opened, SetupProblems, SolverFactory, checkpoint, compute, open_checked};
 use crate::connection::Caller;
 use crate::convert::{Convert, FrameReader, FrameWriter, Path, WireError, snapshot_chunks};
 use crate::description::{FrameField, LinkPlan, OpenReport, PROTOCOL, Partner};
@@ -323,8 +323,8 @@ fn build<F: SolverFactory>(
         return Err(Status::cancelled("the run was closed while it was being opened"));
     }
     let run = setup.run().clone();
-    let opened = catch_unwind(AssertUnwindSafe(|| host.pool.install(|| host.factory.open(setup))));
-    let Opened { solver, constants, facts, bodies } = opened
+    let opened = catch_unwind(AssertUnwindSafe(|| host.pool.install(|| open_checked(&host.factory, setup))));
+    let (Opened { solver, constants, facts, bodies }, time_step_limit) = opened
         .map_err(|panic| {
             Status::internal(status_text(format!(
                 "the solver failed in `Open`: {}",
@@ -350,21 +350,12 @@ fn build<F: SolverFactory>(
         fields_sent: fields(role),
         fields_needed: fields(role.partner()),
         extent: solver.extent().clone(),
-        time_step_limit: first_limit(solver.as_ref())?,
+        time_step_limit,
         counts: solver.counts(),
         facts,
         bodies,
     };
     Ok((Ready { solver, setup: run, resume: None }, report))
-}
-
-fn first_limit(solver: &dyn Solver) -> Result<f64, Status> {
-    let limit = solver.time_step_limit();
-    if limit > 0.0 {
-        Ok(limit)
-    } else {
-        Err(Status::invalid_argument(format!("the set-up allows no time step: its limit is {limit:?} s")))
-    }
 }
 
 /// Cuts snapshots into chunks and sends them while anybody listens.

@@ -53,7 +53,12 @@ async fn linked(client: &mut ParticipantClient) {
     let access = RunAccess::new("a test").unwrap();
     let report = client.open(&alone(Role::Solid, "slow-end", 3), &access).await.unwrap();
     let first_limit = report.time_step_limit;
-    let plan = LinkPlan { first_limit, partner_extent: Extent::default(), partner: Partner::Alone };
+    let plan = LinkPlan {
+        first_limit,
+        partner_extent: Extent::default(),
+        partner: Partner::Alone,
+        partner_particles: None,
+    };
     client.link(&plan).await.unwrap();
 }
 

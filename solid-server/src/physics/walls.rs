@@ -42,7 +42,11 @@ impl Walls {
     /// The walls of `setup`; expressions that do not parse are added to `errors`.
     pub fn new(setup: &SolidSetup, errors: &mut Vec<String>) -> Self {
         let wall_of = setup.wall_particles.wall.clone();
-        let build = |(k, wall): (u32, &WallSetup)| {
+        let mut members = vec![Vec::new(); setup.walls.len()];
+        for (w, wall) in wall_of.iter().enumerate() {
+            members[*wall as usize].push(w);
+        }
+        let build = |(particles, wall): (Vec<usize>, &WallSetup)| {
             let motion = wall.motion.as_ref().and_then(|motion| match RigidMotion::new(motion) {
                 Ok(motion) => Some(motion),
                 Err(error) => {
@@ -50,13 +54,9 @@ impl Walls {
                     None
                 }
             });
-            Wall {
-                motion,
-                release_time: wall.release_time.unwrap_or(f64::INFINITY),
-                particles: (0..wall_of.len()).filter(|w| wall_of[*w] == k).collect(),
-            }
+            Wall { motion, release_time: wall.release_time.unwrap_or(f64::INFINITY), particles }
         };
-        let walls = (0u32..).zip(&setup.walls).map(build).collect();
+        let walls = members.into_iter().zip(&setup.walls).map(build).collect();
         Self { walls, wall_of, start: setup.wall_particles.position.clone() }
     }
 

@@ -2,22 +2,26 @@
 
 use std::path::PathBuf;
 use std::process::ExitCode;
+use std::time::{Duration, Instant};
 
-use clap::Parser;
+use clap::{Parser, ValueEnum};
 use tests::bench::Bench;
-use tests::fuzz::{Target, fuzz};
+use tests::fuzz::{Findings, Target, fuzz_for};
 use tests::nodes;
 
 /// Damages good input by dice and feeds it: nothing may panic, hang or take much memory. A finding is repeated by
-/// `--first NUMBER --count 1` with the same seed.
+/// `--target TARGET --first NUMBER --count 1` with the same seed.
 #[derive(Debug, Parser)]
 struct Arguments {
-    /// What is fed.
+    /// What is fed [default: all targets in turn].
     #[arg(long)]
-    target: Target,
-    /// Number of inputs.
+    target: Option<Target>,
+    /// Number of inputs for each target.
     #[arg(long, default_value_t = 1_000_000)]
     count: u64,
+    /// Longest time for all targets together, shared evenly, in seconds.
+    #[arg(long)]
+    seconds: Option<f64>,
     /// Start of the random numbers.
     #[arg(long, default_value_t = 1)]
     seed: u64,
@@ -42,16 +46,31 @@ fn run(arguments: Arguments) -> ExitCode {
         Ok(program) => program,
         Err(code) => return code,
     };
-    let bench = Bench::new(&program.to_string_lossy());
-    let seeds = bench.fuzz_seeds(arguments.target);
-    // Panics are counted and told at the end.
-    let printing = std::panic::take_hook();
+    let targets = arguments.target.map_or_else(|| Target::value_variants().to_vec(), |target| vec![target]);
+    let share = arguments.seconds.map_or(Duration::MAX, |seconds| {
+        // At most seven targets.
+        Duration::from_secs_f64(seconds.clamp(0.0, 1e9) / targets.len() as f64)
+    });
+    // Panics are counted and listed at the end.
     std::panic::set_hook(Box::new(|_| {}));
-    let found = fuzz(arguments.target, &seeds, arguments.seed, arguments.first, arguments.count);
-    std::panic::set_hook(printing);
+    let numbers = arguments.first..arguments.first.saturating_add(arguments.count);
+    let mut good = true;
+    for target in targets {
+        let begun = Instant::now();
+        let bench = Bench::new(&program.to_string_lossy());
+        let seeds = bench.fuzz_seeds(target);
+        // Making the seeds takes time as well.
+        let longest = share.saturating_sub(begun.elapsed());
+        let found = fuzz_for(target, &seeds, arguments.seed, numbers.clone(), longest);
+        print(target, &found);
+        good &= found.inputs > 0 && found.panics.is_empty() && found.memory_growth < MEMORY_LIMIT;
+    }
+    if good { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+}
+
+fn print(target: Target, found: &Findings) {
     terminal::say(format_args!(
-        "{:?}: {} inputs, {} taken for good, {} panics, slowest {:.3} s (input {}), memory grew by {} MiB",
-        arguments.target,
+        "{target:?}: {} inputs, {} accepted, {} panics, slowest {:.3} s (input {}), memory grew by {} MiB",
         found.inputs,
         found.accepted,
         found.panics.len(),
@@ -61,10 +80,5 @@ fn run(arguments: Arguments) -> ExitCode {
     ));
     for (number, text) in found.panics.iter().take(20) {
         terminal::say(format_args!("  input {number}: {text}"));
-    }
-    if found.panics.is_empty() && found.memory_growth < MEMORY_LIMIT {
-        ExitCode::SUCCESS
-    } else {
-        ExitCode::FAILURE
     }
 }

@@ -90,6 +90,8 @@ impl FluidTable {
         let rest_density_kg_m3 = table.number("rest_density_kg_m3", &Allowed::POSITIVE);
         let sound_speed_m_s = table.number("sound_speed_m_s", &Allowed::POSITIVE);
         const EXPONENT: Allowed = Allowed::new(1.0, 20.0, (true, true), 7.0, "a number from 1 to 20");
+        // The stable step is by about this factor shorter.
+        const DAMPER: Allowed = Allowed::new(0.0, 1e6, (true, true), 0.0, "a number from 0 to 1e6");
         let exponent = table.number_or("exponent", &EXPONENT, 7.0).value;
         let dynamic_viscosity_pa_s =
             table.number_or("dynamic_viscosity_pa_s", &Allowed::NOT_NEGATIVE, 0.0).value;
@@ -105,7 +107,7 @@ impl FluidTable {
         let artificial_viscosity_b =
             table.number_or("artificial_viscosity_b", &Allowed::NOT_NEGATIVE, 0.0).value;
         let lambda = table.number_or("lambda", &Allowed::SHARE, 0.01).value;
-        let acoustic_damping = table.number_or("acoustic_damping", &Allowed::NOT_NEGATIVE, 0.0).value;
+        let acoustic_damping = table.number_or("acoustic_damping", &DAMPER, 0.0).value;
         let wall_repulsion = table.number_or("wall_repulsion", &Allowed::NOT_NEGATIVE, 1.0).value;
         let shifting = table.number_or("shifting", &Allowed::NOT_NEGATIVE, 0.0).value;
         let tensile_control = table.flag_or("tensile_control", false);

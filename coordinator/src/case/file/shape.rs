@@ -6,9 +6,10 @@ use serde::Serialize;
 use sph::shapes::{MAXIMUM_NESTING, MAXIMUM_VERTICES, Shape};
 use sph::vector::Vector;
 
-use crate::case::files::{read_text, resolved};
-use crate::case::mistakes::Mistake;
-use crate::case::reader::{Allowed, At, Table};
+use crate::case::files::{LARGEST_FILE, read_text, resolved};
+use crate::case::mistakes::{Mistake, Mistakes, Place};
+use crate::case::reader::{Allowed, At, SOUND, Table, is_sound};
+use crate::quote;
 
 /// Most primitives and corners that one shape may have: the work per particle grows with them.
 const MOST_PIECES: usize = 2 * MAXIMUM_VERTICES;
@@ -62,19 +63,24 @@ impl ShapeTable {
         let place = table.place().clone();
         let shape = Self::read_table(&mut table, 0);
         let valid = match shape.as_ref().filter(|_| table.intact()) {
-            Some(shape) => {
-                shape.check().map_err(|problem| table.mistake(Mistake::new(&place, problem))).is_ok()
-            }
+            Some(shape) => shape
+                .check(&place, table.mistakes())
+                .map_err(|problem| table.mistake(Mistake::new(&place, problem)))
+                .is_ok(),
             None => false,
         };
         (table.finish() && valid).then_some(())?;
         Some(At { value: shape?, place })
     }
 
-    fn check(&self) -> Result<(), String> {
+    fn check(&self, place: &Place, mistakes: &Mistakes) -> Result<(), String> {
         let pieces = self.pieces();
         if pieces > MOST_PIECES {
             return Err(format!("has {pieces} corners and parts; at most {MOST_PIECES} are allowed"));
+        }
+        // Edges of a polygon are compared in pairs.
+        if !mistakes.spend(place, (pieces * pieces) as f64) {
+            return Err("was not examined: those before it took too much work".into());
         }
         self.to_shape().validate()
     }
@@ -165,6 +171,11 @@ fn read_polygon(table: &mut Table<'_>) -> Option<Vec<Vector>> {
     }
     let file = table.text("file");
     let path = resolved(table.directory, &file.value);
+    // A file may be named any number of times.
+    let steps = std::fs::metadata(&path).map_or(0.0, |facts| 20.0 * facts.len().min(LARGEST_FILE) as f64);
+    if !table.mistakes().spend(&file.place, steps) {
+        return None;
+    }
     read_points(&path)
         .map_err(|problem| {
             let mistake = Mistake::new(&file.place, problem).value(&file.value);
@@ -184,7 +195,7 @@ fn read_points(path: &Path) -> Result<Vec<Vector>, String> {
         header
             .iter()
             .position(|cell| cell == name)
-            .ok_or_else(|| format!("{} has no column `{name}`", path.display()))
+            .ok_or_else(|| format!("{} has no column `{name}`", quote::path(path)))
     };
     let (x, y) = (column("x_m")?, column("y_m")?);
     let mut points = Vec::new();
@@ -193,12 +204,18 @@ fn read_points(path: &Path) -> Result<Vec<Vector>, String> {
         let line = record.position().map_or(0, csv::Position::line);
         let number = |index: usize| {
             let cell = record.get(index).unwrap_or_default();
-            let bad = || format!("{} line {line}: `{cell}` is no finite number", path.display());
-            cell.parse().ok().filter(|value: &f64| value.is_finite()).ok_or_else(bad)
+            let bad = || {
+                format!(
+                    "{} line {line}: `{}` is no finite number, {SOUND}",
+                    quote::path(path),
+                    quote::quoted(cell)
+                )
+            };
+            cell.parse().ok().filter(|value: &f64| is_sound(*value)).ok_or_else(bad)
         };
         points.push(Vector::new(number(x)?, number(y)?));
         if points.len() > MAXIMUM_VERTICES {
-            return Err(format!("{} has more than {MAXIMUM_VERTICES} points", path.display()));
+            return Err(format!("{} has more than {MAXIMUM_VERTICES} points", quote::path(path)));
         }
     }
     Ok(points)

@@ -3,7 +3,7 @@
 use sph::vector::Vector;
 use toml::de::DeValue;
 
-use super::{Allowed, At, LONGEST_LIST, Table, Written, plain_number};
+use super::{Allowed, At, LONGEST_LIST, SOUND, Table, Written, is_sound, plain_number};
 use crate::case::mistakes::{Mistake, Place};
 
 impl<'t> Table<'t> {
@@ -27,19 +27,19 @@ impl<'t> Table<'t> {
     }
 
     fn as_vector(&self, value: &DeValue<'_>, place: &Place) -> Option<Vector> {
-        let words = "two finite numbers, [x, y]";
+        let words = format!("two finite numbers, [x, y], each {SOUND}");
         match value.as_array() {
             Some(list) if list.len() == 2 => {
                 let mut components = list.iter().map(|item| plain_number(item.get_ref()));
                 if let (Some(Some(x)), Some(Some(y))) = (components.next(), components.next())
-                    && x.is_finite()
-                    && y.is_finite()
+                    && is_sound(x)
+                    && is_sound(y)
                 {
                     return Some(Vector::new(x, y));
                 }
                 self.mistake(Mistake::new(place, "wrong value").value(self.written(place)).allowed(words));
             }
-            _ => self.wrong_type(value, place, words),
+            _ => self.wrong_type(value, place, &words),
         }
         None
     }

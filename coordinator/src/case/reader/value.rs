@@ -36,6 +36,23 @@ impl<T> Serialize for Choice<T> {
     }
 }
 
+/// Smallest and largest magnitude of a number that is not 0: between them products of a few numbers neither vanish nor
+/// overflow.
+const MAGNITUDES: std::ops::RangeInclusive<f64> = 1e-30..=1e30;
+
+/// [`is_sound`] in words.
+pub const SOUND: &str = "0 or a magnitude from 1e-30 to 1e30";
+
+/// Whether the solvers can compute with `value`: 0, or of a magnitude between 1e-30 and 1e30.
+pub fn is_sound(value: f64) -> bool {
+    value == 0.0 || MAGNITUDES.contains(&value.abs())
+}
+
+/// Whether `value` is a number that does not overflow soon: what expressions may give.
+pub fn is_bounded(value: f64) -> bool {
+    value.abs() <= *MAGNITUDES.end()
+}
+
 /// A range of numbers.
 #[derive(Clone, Copy, Debug)]
 pub struct Allowed {

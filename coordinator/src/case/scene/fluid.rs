@@ -1,17 +1,22 @@
 //! Particles of the fluid regions.
 
 use sph::domain::Domain;
-use sph::shapes::{Shape, displace};
+use sph::neighbours::CellGrid;
+use sph::shapes::displace;
 use sph::vector::Vector;
 
 use super::lattice::Lattice;
-use super::overlap::{first_clashes, overlaps};
+use super::overlap::{Crowd, first_clashes};
 use super::start::{field, start};
 use super::wall::retain;
 use super::{Scene, index, report_outside, shown};
 use crate::case::file::CaseFile;
 use crate::case::file::fluid::{FluidTable, RegionTable};
-use crate::case::mistakes::Mistake;
+use crate::case::file::shape::ShapeTable;
+use crate::case::file::solid::SolidTable;
+use crate::case::mistakes::{Mistake, Mistakes};
+use crate::case::reader::At;
+use crate::quote::quoted;
 
 /// Lays out all regions, cut by solids and walls where they say so.
 pub fn lay_out(
@@ -23,13 +28,22 @@ pub fn lay_out(
 ) {
     let spacing = fluid.particle_spacing_m.value;
     let mut laid: Vec<(usize, Vec<Vector>)> = Vec::new();
+    let Scene { fluid: particles, solid, walls, cuts, .. } = scene;
+    let obstacles = Obstacles {
+        solids: file
+            .solid
+            .as_ref()
+            .filter(|solid| solid.intact)
+            .map(|table| Solids::of(table, spacing, domain, &solid.position)),
+        walls: Crowd::new(domain, &walls.position, [spacing; 2]),
+    };
     for (k, region) in fluid.regions.iter().enumerate() {
         if let Some(shape) = region.shape.as_ref().filter(|_| region.intact) {
             let mut positions = lattice.fill(shape, spacing, region.lattice_origin_m.as_ref());
             let mistake = Mistake::new(&shape.place, "");
-            let what = format!("region `{}`", region.name.value);
+            let what = format!("region `{}`", quoted(&region.name.value));
             report_outside(mistake, &what, domain, positions.iter(), lattice.mistakes);
-            cut(file, fluid, region, domain, &mut positions, lattice, scene);
+            obstacles.cut(region, spacing, &mut positions, lattice, cuts);
             laid.push((k, positions));
         }
     }
@@ -48,7 +62,6 @@ pub fn lay_out(
         let gravity = file.body_force.gravity_m_s2;
         let started =
             start(&region.start, place, &fluid.constants(), gravity, &mut positions, lattice.mistakes);
-        let particles = &mut scene.fluid;
         particles.id.extend((particles.id.len()..particles.id.len() + positions.len()).map(index));
         particles.region.extend(std::iter::repeat_n(index(k), positions.len()));
         particles.mass.extend(started.mass);
@@ -58,41 +71,100 @@ pub fn lay_out(
     }
 }
 
-/// Removes the particles of a region that stand in solids or walls, or reports them.
-fn cut(
-    file: &CaseFile,
-    fluid: &FluidTable,
-    region: &RegionTable,
-    domain: &Domain,
-    positions: &mut Vec<Vector>,
-    lattice: &Lattice<'_>,
-    scene: &mut Scene,
-) {
-    let spacing = fluid.particle_spacing_m.value;
-    let before = positions.len();
-    if let Some(solid) = file.solid.as_ref().filter(|solid| solid.intact) {
-        let shapes: Vec<Shape> =
-            solid.bodies.iter().filter_map(|body| Some(body.shape.as_ref()?.value.to_shape())).collect();
-        let boxes: Vec<(Vector, Vector)> = shapes.iter().map(Shape::bounds).collect();
-        let inside = |x: &Vector| {
-            let near =
-                |(lower, upper): &(Vector, Vector)| (0..2).all(|k| (lower[k]..=upper[k]).contains(&x[k]));
-            shapes.iter().zip(&boxes).any(|(shape, around)| near(around) && shape.contains(x))
-        };
-        let list =
-            overlaps(domain, positions, &scene.solid.position, [spacing, solid.particle_spacing_m.value]);
-        let kept: Vec<bool> =
-            (0..positions.len()).map(|k| list.of(k).is_empty() && !inside(&positions[k])).collect();
-        let obstacle = Obstacle { name: "solids", key: "cut_by_solids", cuts: region.cut_by_solids };
-        obstacle.make_way(region, positions, &kept, lattice, scene);
+/// What stands where fluid may not.
+struct Obstacles<'a> {
+    solids: Option<Solids<'a>>,
+    walls: Crowd<'a>,
+}
+
+/// The bodies of a case as fluid meets them.
+struct Solids<'a> {
+    shapes: Vec<At<ShapeTable>>,
+    particles: Crowd<'a>,
+}
+
+impl<'a> Solids<'a> {
+    fn of(solid: &SolidTable, spacing: f64, domain: &'a Domain, positions: &'a [Vector]) -> Self {
+        Self {
+            shapes: solid.bodies.iter().filter_map(|body| body.shape.clone()).collect(),
+            particles: Crowd::new(domain, positions, [spacing, solid.particle_spacing_m.value]),
+        }
     }
-    let list = overlaps(domain, positions, &scene.walls.position, [spacing; 2]);
-    let kept: Vec<bool> = (0..positions.len()).map(|k| list.of(k).is_empty()).collect();
-    let obstacle = Obstacle { name: "walls", key: "cut_by_walls", cuts: region.cut_by_walls };
-    obstacle.make_way(region, positions, &kept, lattice, scene);
-    if positions.is_empty() && before > 0 {
-        let mistake = Mistake::new(&region.name.place, "no particle is left beside solids and walls");
-        lattice.mistakes.add(mistake.value(&region.name.value).hint("move or enlarge its shape"));
+
+    /// Which of `positions` \[m\] stand in a body.
+    fn hold(
+        &self,
+        positions: &[Vector],
+        spacing: f64,
+        region: &RegionTable,
+        mistakes: &Mistakes,
+    ) -> Vec<bool> {
+        let mut held = self.particles.touches(positions, &region.name.place, mistakes);
+        // Cells of some spacings, so that a body meets few positions that are not near it.
+        let open = Domain { lower: Vector::zeros(), upper: Vector::zeros(), periodic: [false; 2] };
+        let grid = CellGrid::new(&open, positions, 8.0 * spacing);
+        for written in &self.shapes {
+            let shape = written.value.to_shape();
+            let (lower, upper) = shape.bounds();
+            let within = |x: &Vector| (0..2).all(|k| (lower[k]..=upper[k]).contains(&x[k]));
+            let mut looked_at = 1.0;
+            for cell in cells_between(&grid, &lower, &upper) {
+                for &k in &grid.order()[grid.of_cell(cell)] {
+                    let (held, x) = (&mut held[k as usize], &positions[k as usize]);
+                    looked_at += 1.0;
+                    if !*held && within(x) {
+                        looked_at += written.value.pieces() as f64;
+                        *held = shape.contains(x);
+                    }
+                }
+            }
+            if !mistakes.spend(&region.name.place, looked_at) {
+                break;
+            }
+        }
+        held
+    }
+}
+
+/// Cells of `grid`, which has no periodic direction, that meet a box.
+fn cells_between(grid: &CellGrid, lower: &Vector, upper: &Vector) -> impl Iterator<Item = usize> {
+    let [columns, rows] = grid.counts();
+    let (low, high) = (grid.cell(lower).place(), grid.cell(upper).place());
+    let span = |axis: usize, count: usize| {
+        let inside = |k: i32| usize::try_from(k).unwrap_or(0).min(count.saturating_sub(1));
+        // Positions beyond the last whole cell are binned in it.
+        let meets = high[axis] >= 0 && usize::try_from(low[axis]).map_or(true, |low| low <= count);
+        if meets { inside(low[axis])..inside(high[axis]) + 1 } else { 0..0 }
+    };
+    let (across, up) = (span(0, columns), span(1, rows));
+    up.flat_map(move |row| across.clone().map(move |column| row * columns + column))
+}
+
+impl Obstacles<'_> {
+    /// Removes the particles of a region that stand in solids or walls, or reports them.
+    fn cut(
+        &self,
+        region: &RegionTable,
+        spacing: f64,
+        positions: &mut Vec<Vector>,
+        lattice: &Lattice<'_>,
+        cuts: &mut Vec<String>,
+    ) {
+        let before = positions.len();
+        if let Some(solids) = self.solids.as_ref().filter(|_| !positions.is_empty()) {
+            let held = solids.hold(positions, spacing, region, lattice.mistakes);
+            let kept: Vec<bool> = held.into_iter().map(|held| !held).collect();
+            let obstacle = Obstacle { name: "solids", key: "cut_by_solids", cuts: region.cut_by_solids };
+            obstacle.make_way(region, positions, &kept, lattice, cuts);
+        }
+        let held = self.walls.touches(positions, &region.name.place, lattice.mistakes);
+        let kept: Vec<bool> = held.into_iter().map(|held| !held).collect();
+        let obstacle = Obstacle { name: "walls", key: "cut_by_walls", cuts: region.cut_by_walls };
+        obstacle.make_way(region, positions, &kept, lattice, cuts);
+        if positions.is_empty() && before > 0 {
+            let mistake = Mistake::new(&region.name.place, "no particle is left beside solids and walls");
+            lattice.mistakes.add(mistake.value(&region.name.value).hint("move or enlarge its shape"));
+        }
     }
 }
 
@@ -111,7 +183,7 @@ impl Obstacle {
         positions: &mut Vec<Vector>,
         kept: &[bool],
         lattice: &Lattice<'_>,
-        scene: &mut Scene,
+        cuts: &mut Vec<String>,
     ) {
         let Some(first) = kept.iter().position(|kept| !kept) else { return };
         if !self.cuts {
@@ -122,9 +194,7 @@ impl Obstacle {
         }
         let cut = kept.iter().filter(|kept| !**kept).count();
         retain(positions, kept);
-        scene
-            .cuts
-            .push(format!("region `{}`: {cut} particles make way for {}", region.name.value, self.name));
+        cuts.push(format!("region `{}`: {cut} particles make way for {}", region.name.value, self.name));
     }
 }
 
@@ -132,10 +202,12 @@ fn report_clashes(fluid: &FluidTable, domain: &Domain, laid: &[(usize, Vec<Vecto
     let positions: Vec<Vector> = laid.iter().flat_map(|(_, positions)| positions).copied().collect();
     let regions: Vec<u32> =
         laid.iter().flat_map(|(k, positions)| std::iter::repeat_n(index(*k), positions.len())).collect();
-    for clash in first_clashes(domain, &positions, &regions, fluid.particle_spacing_m.value) {
+    let (spacing, mistakes) = (&fluid.particle_spacing_m, lattice.mistakes);
+    for clash in first_clashes(domain, &positions, &regions, spacing.value, &spacing.place, mistakes) {
         let names = [clash.groups.0, clash.groups.1].map(|region| &fluid.regions[region as usize].name);
-        let problem = format!("overlaps the region `{}` at {}", names[0].value, shown(&clash.position));
+        let problem =
+            format!("overlaps the region `{}` at {}", quoted(&names[0].value), shown(&clash.position));
         let mistake = Mistake::new(&names[1].place, problem).value(&names[1].value);
-        lattice.mistakes.add(mistake.hint("make the shapes disjoint, for example with a difference"));
+        mistakes.add(mistake.hint("make the shapes disjoint, for example with a difference"));
     }
 }

@@ -13,8 +13,8 @@ pub const MOST_PARTICLES: usize = 5_000_000;
 /// Most lattice points in the box around a shape: a slender slanted shape has many more than particles.
 const MOST_LATTICE_POINTS: f64 = 4.0 * MOST_PARTICLES as f64;
 
-/// Most lattice points times pieces of the shape: some seconds of work.
-const MOST_WORK: f64 = 4e9;
+/// Most lattice points times pieces of one shape: a second of work.
+const MOST_WORK: f64 = 1e9;
 
 /// Farthest from the lattice origin, in spacings, that positions stay exact on the lattice.
 const FARTHEST: f64 = 1e8;
@@ -51,7 +51,7 @@ impl<'a> Lattice<'a> {
         } else if exceeds(reach, FARTHEST) {
             format!("lies {reach:.2e} spacings from the lattice origin; at most {FARTHEST:.0e} are allowed")
         } else {
-            return true;
+            return self.mistakes.spend(&written.place, points * (2 + written.value.pieces()) as f64);
         };
         let mistake = Mistake::new(&written.place, too_much);
         self.mistakes

@@ -7,6 +7,7 @@ use sph::vector::Vector;
 
 use crate::case::file::solid::{BodyTable, LoadTable};
 use crate::case::mistakes::{Mistake, Mistakes};
+use crate::quote::quoted;
 
 /// Outward directions of a cell's faces.
 const SIDES: [(i64, i64); 4] = [(1, 0), (-1, 0), (0, 1), (0, -1)];
@@ -48,10 +49,13 @@ fn of_load(
 ) -> Option<SurfaceLoad> {
     let (written, law) = (load.shape.as_ref()?, load.to_law()?);
     let shape = written.value.to_shape();
+    if !mistakes.spend(&written.place, exposed.len() as f64 * (2 + written.value.pieces()) as f64) {
+        return None;
+    }
     let inside = |(i, normal): &&(usize, Vector)| shape.contains(&(positions[*i] + normal * (0.5 * spacing)));
     let taken: Vec<_> = exposed.iter().filter(inside).collect();
     if taken.is_empty() {
-        let problem = format!("load `{}` meets no face of the body's surface", load.name.value);
+        let problem = format!("load `{}` meets no face of the body's surface", quoted(&load.name.value));
         mistakes.add(
             Mistake::new(&written.place, problem)
                 .hint("its shape must contain middles of outer faces of the particles' cells"),

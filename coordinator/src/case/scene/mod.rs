@@ -8,6 +8,9 @@ mod solid;
 mod start;
 mod wall;
 
+use std::collections::BTreeSet;
+use std::ops::Range;
+
 use sph::domain::Domain;
 use sph::setup::{FluidParticles, SolidParticles, SurfaceLoad, WallParticles};
 
@@ -15,6 +18,7 @@ use super::file::CaseFile;
 use super::mistakes::{Mistake, Mistakes};
 use lattice::Lattice;
 pub use lattice::MOST_PARTICLES;
+pub use start::expression_steps;
 
 /// All particles at the start.
 #[derive(Clone, Debug, Default)]
@@ -32,7 +36,26 @@ pub struct Scene {
     /// What deserves a second look, in words.
     pub warnings: Vec<String>,
     /// Bodies whose supports are wrong: what stands where it may not could be meant to be held.
-    unsupported: Vec<u32>,
+    unsupported: BTreeSet<u32>,
+}
+
+impl Scene {
+    /// Where the particles of body `k` stand among those of all bodies, which follow each other.
+    pub fn body_range(&self, k: u32) -> Range<usize> {
+        let bodies = &self.solid.body;
+        bodies.partition_point(|body| *body < k)..bodies.partition_point(|body| *body <= k)
+    }
+}
+
+/// How many of `groups` are of each of the first `count`.
+pub fn tally(groups: &[u32], count: usize) -> Vec<usize> {
+    let mut found = vec![0; count];
+    for group in groups {
+        if let Some(slot) = found.get_mut(*group as usize) {
+            *slot += 1;
+        }
+    }
+    found
 }
 
 /// Lays out everything that is written without mistakes; reports what does not fit together.
@@ -47,6 +70,10 @@ pub fn build(file: &CaseFile, mistakes: &Mistakes) -> Scene {
         solid::lay_out(solid, &domain, &mut lattice, &mut scene);
     }
     wall::lay_out(file, &domain, &mut lattice, &mut scene);
+    // The solid solver looks for walls near each support.
+    let supports: usize =
+        file.solid.iter().flat_map(|solid| &solid.bodies).map(|body| body.supports.len()).sum();
+    mistakes.spend(&file.domain.lower_m.place, 5.0 * supports as f64 * scene.walls.wall.len() as f64);
     if let Some(fluid) = file.fluid.as_ref().filter(|fluid| fluid.intact) {
         fluid::lay_out(file, fluid, &domain, &mut lattice, &mut scene);
     }
@@ -94,8 +121,8 @@ fn index(k: usize) -> u32 {
 }
 
 /// `(x, y) m`.
-fn shown(x: &sph::vector::Vector) -> String {
-    format!("({:.6}, {:.6}) m", x.x, x.y)
+pub fn shown(x: &sph::vector::Vector) -> String {
+    if x.amax() < 1e7 { format!("({:.6}, {:.6}) m", x.x, x.y) } else { format!("({:e}, {:e}) m", x.x, x.y) }
 }
 
 /// Reports the first of `outside`, the particles of `what` that lie outside the domain.

@@ -1,8 +1,14 @@
 //! Which particles stand too close to particles of something else.
+//!
+//! Pairs are visited and not kept: where many things stand on one spot there are as many as particles squared.
+
+use std::collections::HashSet;
 
 use sph::domain::Domain;
-use sph::neighbours::{CellGrid, NeighbourList};
+use sph::neighbours::CellGrid;
 use sph::vector::Vector;
+
+use crate::case::mistakes::{Mistakes, Place};
 
 /// Particles closer than this fraction of the mean spacing overlap.
 ///
@@ -10,30 +16,101 @@ use sph::vector::Vector;
 /// fraction lies above √½, so that no point inside a filled square lattice escapes.
 const CLOSENESS: f64 = 0.75;
 
-/// Sources within overlap of each target.
-pub fn overlaps(
-    domain: &Domain,
-    targets: &[Vector],
-    sources: &[Vector],
-    spacings: [f64; 2],
-) -> NeighbourList {
-    if sources.is_empty() {
-        return NeighbourList::empty(targets.len());
-    }
-    let radius = CLOSENESS * 0.5 * (spacings[0] + spacings[1]);
-    CellGrid::new(domain, sources, radius).list(domain, targets, sources, radius, false)
+/// Overlaps of groups that are reported; a further one is found when these are mended.
+pub const MOST_CLASHES: usize = 20;
+
+/// Steps of work for a pair that is looked at.
+const PAIR_STEPS: f64 = 3.0;
+
+/// Particles that others may stand too close to.
+pub struct Crowd<'a> {
+    domain: &'a Domain,
+    positions: &'a [Vector],
+    radius: f64,
+    grid: CellGrid,
 }
 
-/// First pair of particles of one list that overlap though their groups differ: smaller group first.
-pub fn first_clashes(domain: &Domain, positions: &[Vector], groups: &[u32], spacing: f64) -> Vec<Clash> {
-    let list = overlaps(domain, positions, positions, [spacing; 2]);
+impl<'a> Crowd<'a> {
+    /// `positions` \[m\] of particles of one of the `spacings` \[m\], to be compared with particles of the other.
+    pub fn new(domain: &'a Domain, positions: &'a [Vector], spacings: [f64; 2]) -> Self {
+        let radius = CLOSENESS * 0.5 * (spacings[0] + spacings[1]);
+        Self { domain, positions, radius, grid: CellGrid::new(domain, positions, radius) }
+    }
+
+    /// Calls `found` with each particle that overlaps one at `x` \[m\], until it answers `false`; the number of particles
+    /// that were looked at.
+    fn visit(&self, x: &Vector, mut found: impl FnMut(usize) -> bool) -> usize {
+        let mut seen = 0;
+        if self.positions.is_empty() {
+            return seen;
+        }
+        let x = self.domain.wrapped(x);
+        for range in self.grid.ranges(self.grid.cell(&x)) {
+            for &j in &self.grid.order()[range] {
+                seen += 1;
+                let j = j as usize;
+                let square = self.domain.separation(&x, &self.positions[j]).norm_squared();
+                if square < self.radius * self.radius && !found(j) {
+                    return seen;
+                }
+            }
+        }
+        seen
+    }
+
+    /// Whether each of `targets` \[m\] overlaps a particle; all that are left do not when `mistakes` allow no more work.
+    pub fn touches(&self, targets: &[Vector], place: &Place, mistakes: &Mistakes) -> Vec<bool> {
+        let mut touches = vec![false; targets.len()];
+        for (touch, x) in touches.iter_mut().zip(targets) {
+            let seen = self.visit(x, |_| {
+                *touch = true;
+                false
+            });
+            if !mistakes.spend(place, PAIR_STEPS * (1 + seen) as f64) {
+                break;
+            }
+        }
+        touches
+    }
+
+    /// All particles that overlap one at `x` \[m\]; none when `mistakes` allow no more work.
+    pub fn around(&self, x: &Vector, found: &mut Vec<usize>, place: &Place, mistakes: &Mistakes) {
+        found.clear();
+        // A clear answer needs few of them, whatever stands here.
+        const ENOUGH: usize = 1000;
+        let seen = self.visit(x, |j| {
+            found.push(j);
+            found.len() < ENOUGH
+        });
+        if !mistakes.spend(place, PAIR_STEPS * (1 + seen) as f64) {
+            found.clear();
+        }
+    }
+}
+
+/// First pairs of particles of one list that overlap though their groups differ, one of each pair of groups; at most
+/// [`MOST_CLASHES`].
+pub fn first_clashes(
+    domain: &Domain,
+    positions: &[Vector],
+    groups: &[u32],
+    spacing: f64,
+    place: &Place,
+    mistakes: &Mistakes,
+) -> Vec<Clash> {
+    let crowd = Crowd::new(domain, positions, [spacing; 2]);
     let mut clashes: Vec<Clash> = Vec::new();
-    for (i, position) in positions.iter().enumerate() {
-        for &j in list.of(i) {
-            let (a, b) = (groups[i], groups[j as usize]);
-            if a < b && !clashes.iter().any(|clash| clash.groups == (a, b)) {
+    let mut known = HashSet::new();
+    for (position, &a) in positions.iter().zip(groups) {
+        let seen = crowd.visit(position, |j| {
+            let b = groups[j];
+            if a < b && known.insert((a, b)) {
                 clashes.push(Clash { groups: (a, b), position: *position });
             }
+            clashes.len() < MOST_CLASHES
+        });
+        if clashes.len() >= MOST_CLASHES || !mistakes.spend(place, PAIR_STEPS * seen as f64) {
+            break;
         }
     }
     clashes

@@ -11,6 +11,7 @@ use super::start::field;
 use super::{Scene, index, report_outside, shown};
 use crate::case::file::solid::{BodyTable, FormulationTable, SolidTable};
 use crate::case::mistakes::{Mistake, Mistakes};
+use crate::quote::quoted;
 
 /// Bodies with fewer particles across bend far too easily.
 const ENOUGH_ACROSS: usize = 6;
@@ -26,15 +27,17 @@ pub fn lay_out(solid: &SolidTable, domain: &Domain, lattice: &mut Lattice<'_>, s
             lay_out_body(solid, index(k), body, domain, lattice, scene);
         }
     }
-    let particles = &scene.solid;
-    for clash in first_clashes(domain, &particles.position, &particles.body, solid.particle_spacing_m.value) {
+    let (particles, spacing) = (&scene.solid, &solid.particle_spacing_m);
+    let mistakes = lattice.mistakes;
+    let clashes =
+        first_clashes(domain, &particles.position, &particles.body, spacing.value, &spacing.place, mistakes);
+    for clash in clashes {
         let names = [clash.groups.0, clash.groups.1].map(|body| &solid.bodies[body as usize].name);
         let mistake = Mistake::new(
             &names[1].place,
-            format!("overlaps the body `{}` at {}", names[0].value, shown(&clash.position)),
+            format!("overlaps the body `{}` at {}", quoted(&names[0].value), shown(&clash.position)),
         );
-        lattice
-            .mistakes
+        mistakes
             .add(mistake.value(&names[1].value).hint("leave at least one particle spacing between bodies"));
     }
 }
@@ -55,9 +58,15 @@ fn lay_out_body(
     if lattice.mistakes.count() == before {
         let free = positions.iter().zip(&supports).filter(|(_, support)| **support == 0).map(|(x, _)| x);
         let mistake = Mistake::new(&shape.place, "").value(&body.name.value);
-        report_outside(mistake, &format!("body `{}`", body.name.value), domain, free, lattice.mistakes);
+        report_outside(
+            mistake,
+            &format!("body `{}`", quoted(&body.name.value)),
+            domain,
+            free,
+            lattice.mistakes,
+        );
     } else {
-        scene.unsupported.push(number);
+        scene.unsupported.insert(number);
     }
     scene.loads[number as usize] = faces(body, &positions, spacing, lattice.mistakes);
     check_thickness(body, &positions, spacing, lattice.mistakes, &mut scene.warnings);
@@ -98,13 +107,16 @@ fn assign_supports(body: &BodyTable, positions: &[Vector], mistakes: &Mistakes) 
     for (k, support) in body.supports.iter().enumerate() {
         let Some(written) = &support.shape else { continue };
         let shape = written.value.to_shape();
+        if !mistakes.spend(&written.place, positions.len() as f64 * (2 + written.value.pieces()) as f64) {
+            break;
+        }
         let mut held = 0_usize;
         for (slot, x) in assigned.iter_mut().zip(positions).filter(|(_, x)| shape.contains(x)) {
             held += 1;
             if *slot == 0 {
                 *slot = index(k + 1);
             } else if *slot <= index(k) {
-                let other = &body.supports[*slot as usize - 1].name.value;
+                let other = quoted(&body.supports[*slot as usize - 1].name.value);
                 let problem = format!("holds the particle at {} that `{other}` holds already", shown(x));
                 mistakes.add(
                     Mistake::new(&written.place, problem).hint("make the shapes of the supports disjoint"),
@@ -113,8 +125,8 @@ fn assign_supports(body: &BodyTable, positions: &[Vector], mistakes: &Mistakes) 
             }
         }
         if held == 0 && !positions.is_empty() {
-            let problem =
-                format!("support `{}` holds no particle of `{}`", support.name.value, body.name.value);
+            let (name, of) = (quoted(&support.name.value), quoted(&body.name.value));
+            let problem = format!("support `{name}` holds no particle of `{of}`");
             let mistake = Mistake::new(&written.place, problem);
             mistakes
                 .add(mistake.hint(

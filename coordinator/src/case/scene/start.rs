@@ -9,7 +9,12 @@ use sph::vector::Vector;
 use super::shown;
 use crate::case::file::fluid::{HydrostaticLattice, ParticleMass, StartTable};
 use crate::case::mistakes::{Mistake, Mistakes, Place};
-use crate::case::reader::{At, Written};
+use crate::case::reader::{At, Written, is_bounded};
+
+/// Steps of work to evaluate the expression `text`: an instruction of some nanoseconds has two characters or more.
+pub fn expression_steps(text: &str) -> f64 {
+    2.0 * (1 + text.len()) as f64
+}
 
 /// Values of a pair of expressions of x and y at `positions`.
 pub fn field(pair: &[At<Written>; 2], positions: &[Vector], mistakes: &Mistakes) -> Vec<Vector> {
@@ -25,12 +30,14 @@ pub fn values(written: &At<Written>, positions: &[Vector], mistakes: &Mistakes) 
     };
     // A text that is no expression has been reported where it was read.
     let Ok(expression) = Expression::parse(text, &["x", "y"]) else { return vec![0.0; positions.len()] };
+    if !mistakes.spend(&written.place, expression_steps(text) * positions.len() as f64) {
+        return vec![0.0; positions.len()];
+    }
     let mut values: Vec<f64> = positions.iter().map(|x| expression.eval(&[x.x, x.y])).collect();
-    if let Some(k) = values.iter().position(|value| !value.is_finite()) {
-        let problem = format!("is {} at {}", values[k], shown(&positions[k]));
-        mistakes.add(
-            Mistake::new(&written.place, problem).value(text).allowed("finite values in the whole shape"),
-        );
+    if let Some(k) = values.iter().position(|value| !is_bounded(*value)) {
+        let problem = format!("is {:e} at {}", values[k], shown(&positions[k]));
+        let allowed = "finite values in the whole shape, of a magnitude of at most 1e30";
+        mistakes.add(Mistake::new(&written.place, problem).value(text).allowed(allowed));
         values.fill(0.0);
     }
     values

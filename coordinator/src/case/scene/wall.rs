@@ -1,5 +1,7 @@
 //! Particles of the walls.
 
+use std::collections::HashSet;
+
 use sph::domain::Domain;
 use sph::shapes::{
     Boundary, LayerParticle, OpenSides, Shape, Side, is_axis_parallel, layers_along, layers_around, wall_fill,
@@ -7,7 +9,7 @@ use sph::shapes::{
 use sph::vector::Vector;
 
 use super::lattice::Lattice;
-use super::overlap::{first_clashes, overlaps};
+use super::overlap::{Crowd, MOST_CLASHES, first_clashes};
 use super::{Scene, index, shown};
 use crate::case::file::CaseFile;
 use crate::case::file::run::Side as DomainSide;
@@ -15,21 +17,29 @@ use crate::case::file::shape::ShapeTable;
 use crate::case::file::wall::{WallKind, WallLayout, WallTable};
 use crate::case::mistakes::Mistake;
 use crate::case::reader::At;
+use crate::quote::quoted;
 
 /// Lays out all walls, cut where held solids enter them.
 pub fn lay_out(file: &CaseFile, domain: &Domain, lattice: &mut Lattice<'_>, scene: &mut Scene) {
     let Some(spacing) = file.wall_spacing() else { return };
+    let materials: Vec<Material> =
+        file.walls.iter().map(|wall| Material::of(wall, spacing, domain)).collect();
     for (k, wall) in file.walls.iter().enumerate() {
         if wall.intact {
-            let particles = lay_out_wall(file, wall, spacing, domain, lattice, scene);
+            let others = others(&materials, k, &file.walls);
+            let particles = lay_out_wall(file, wall, spacing, domain, &others, lattice, scene);
             scene.walls.wall.extend(std::iter::repeat_n(index(k), particles.len()));
             scene.walls.position.extend(particles.iter().map(|particle| particle.position));
             scene.walls.normal.extend(particles.iter().map(|particle| particle.normal));
         }
     }
-    for clash in first_clashes(domain, &scene.walls.position, &scene.walls.wall, spacing) {
+    let Some(first) = file.walls.first() else { return };
+    let walls = &scene.walls;
+    let place = &first.name.place;
+    for clash in first_clashes(domain, &walls.position, &walls.wall, spacing, place, lattice.mistakes) {
         let names = [clash.groups.0, clash.groups.1].map(|wall| &file.walls[wall as usize].name);
-        let problem = format!("overlaps the wall `{}` at {}", names[0].value, shown(&clash.position));
+        let problem =
+            format!("overlaps the wall `{}` at {}", quoted(&names[0].value), shown(&clash.position));
         let mistake = Mistake::new(&names[1].place, problem).value(&names[1].value);
         lattice.mistakes.add(mistake.hint("make the shapes disjoint, for example with a difference"));
     }
@@ -41,6 +51,7 @@ fn lay_out_wall(
     wall: &WallTable,
     spacing: f64,
     domain: &Domain,
+    others: &[&Material],
     lattice: &mut Lattice<'_>,
     scene: &mut Scene,
 ) -> Vec<LayerParticle> {
@@ -63,8 +74,10 @@ fn lay_out_wall(
     };
     let open = open_sides(wall, domain);
     // A face against another wall is none: water never meets it, and it would bend the normals of corners.
-    let others: Vec<Material> = materials(file, wall, spacing, domain);
-    let covered = |point: &Vector| others.iter().any(|other| other.holds(point));
+    let covered = |point: &Vector| {
+        let steps: f64 = others.iter().map(|other| other.steps).sum();
+        lattice.mistakes.spend(&written.place, steps) && others.iter().any(|other| other.holds(point))
+    };
     let boundary = shape.boundary().uncovered(!container, 0.5 * spacing, covered);
     let particles = match (container, on_lattice) {
         (true, true) => layers_around(&shape, &boundary, spacing, layers, origin, open),
@@ -82,7 +95,7 @@ fn lay_out_wall(
         if let Some(particle) = particles.iter().find(|particle| beyond(&particle.position)) {
             let problem = format!(
                 "wall `{}` reaches across the periodic side along {}, at {}",
-                wall.name.value,
+                quoted(&wall.name.value),
                 choice.word,
                 shown(&particle.position)
             );
@@ -101,9 +114,31 @@ struct Material {
     thickness: f64,
     container: bool,
     open: OpenSides,
+    /// A box around it and the points before its faces \[m\].
+    lower: Vector,
+    upper: Vector,
+    /// Steps of work for a point.
+    steps: f64,
 }
 
 impl Material {
+    fn of(wall: &WallTable, spacing: f64, domain: &Domain) -> Self {
+        let written = written_shape(wall, domain);
+        let shape = written.value.to_shape();
+        let thickness = layers_of(wall) * spacing;
+        let (lower, upper) = shape.bounds();
+        Self {
+            boundary: shape.boundary(),
+            shape,
+            thickness,
+            container: wall.kind.value == WallKind::Container,
+            open: open_sides(wall, domain),
+            lower: lower.add_scalar(-thickness - spacing),
+            upper: upper.add_scalar(thickness + spacing),
+            steps: 10.0 * (1 + written.value.pieces()) as f64,
+        }
+    }
+
     fn holds(&self, point: &Vector) -> bool {
         let inside = self.shape.contains(point);
         if !self.container {
@@ -118,21 +153,14 @@ impl Material {
     }
 }
 
-/// All walls but `wall`.
-fn materials(file: &CaseFile, wall: &WallTable, spacing: f64, domain: &Domain) -> Vec<Material> {
-    let others = file.walls.iter().filter(|other| other.intact && !std::ptr::eq(*other, wall));
-    others
-        .map(|other| {
-            let shape = written_shape(other, domain).value.to_shape();
-            Material {
-                boundary: shape.boundary(),
-                shape,
-                thickness: layers_of(other) * spacing,
-                container: other.kind.value == WallKind::Container,
-                open: open_sides(other, domain),
-            }
-        })
-        .collect()
+/// The walls that may hold points near the faces of wall `k`.
+fn others<'m>(materials: &'m [Material], k: usize, walls: &[WallTable]) -> Vec<&'m Material> {
+    let own = &materials[k];
+    let meets = |other: &Material| {
+        (0..2).all(|axis| own.lower[axis] <= other.upper[axis] && other.lower[axis] <= own.upper[axis])
+    };
+    let all = materials.iter().enumerate();
+    all.filter(|(j, other)| *j != k && walls[*j].intact && meets(other)).map(|(_, other)| other).collect()
 }
 
 /// The shape of a wall; a container without one surrounds the domain.
@@ -196,38 +224,32 @@ fn off_lattice(wall: &WallTable, shape: &ShapeTable, spacing: f64, origin: Vecto
 /// Removes wall particles where held particles of a solid stand; a free one there is a mistake.
 fn cut_by_solids(file: &CaseFile, spacing: f64, domain: &Domain, lattice: &Lattice<'_>, scene: &mut Scene) {
     let Some(solid) = &file.solid else { return };
-    let list = overlaps(
-        domain,
-        &scene.walls.position,
-        &scene.solid.position,
-        [spacing, solid.particle_spacing_m.value],
-    );
-    let mut reported = Vec::new();
+    let mut reported = HashSet::new();
     let mut kept = Vec::with_capacity(scene.walls.position.len());
-    for k in 0..scene.walls.position.len() {
-        kept.push(list.of(k).is_empty());
-        let Some(&free) = list.of(k).iter().find(|&&s| scene.solid.support[s as usize] == 0) else {
-            continue;
-        };
+    let mut cut = vec![0_usize; file.walls.len()];
+    let crowd = Crowd::new(domain, &scene.solid.position, [spacing, solid.particle_spacing_m.value]);
+    let mut near = Vec::new();
+    for (x, &wall) in scene.walls.position.iter().zip(&scene.walls.wall) {
+        crowd.around(x, &mut near, &solid.particle_spacing_m.place, lattice.mistakes);
+        kept.push(near.is_empty());
+        cut[wall as usize] += usize::from(!near.is_empty());
+        let held = |s: &usize| scene.solid.support[*s] > 0;
+        let Some(&free) = near.iter().find(|s| !held(s)) else { continue };
+        let clash = (scene.solid.body[free], wall);
         // Next to a held particle a free one may stand slightly inside the wall: the support's edge lies there.
-        if list.of(k).iter().any(|&s| scene.solid.support[s as usize] > 0) {
+        if near.iter().any(held) || scene.unsupported.contains(&clash.0) || reported.len() >= MOST_CLASHES {
             continue;
         }
-        let clash = (scene.solid.body[free as usize], scene.walls.wall[k]);
-        if reported.contains(&clash) || scene.unsupported.contains(&clash.0) {
-            continue;
+        if reported.insert(clash) {
+            let (body, wall) = (&solid.bodies[clash.0 as usize].name, &file.walls[wall as usize].name);
+            let problem = format!("overlaps the wall `{}` at {}", quoted(&wall.value), shown(x));
+            let mistake = Mistake::new(&body.place, problem).value(&body.value);
+            let hint = "move it out of the wall, or hold the part inside with a support";
+            lattice.mistakes.add(mistake.hint(hint));
         }
-        reported.push(clash);
-        let (body, wall) = (&solid.bodies[clash.0 as usize].name, &file.walls[clash.1 as usize].name);
-        let problem = format!("overlaps the wall `{}` at {}", wall.value, shown(&scene.walls.position[k]));
-        let mistake = Mistake::new(&body.place, problem).value(&body.value);
-        lattice.mistakes.add(mistake.hint("move it out of the wall, or hold the part inside with a support"));
     }
-    for (k, wall) in file.walls.iter().enumerate() {
-        let cut = (0..kept.len()).filter(|&p| scene.walls.wall[p] == index(k) && !kept[p]).count();
-        if cut > 0 {
-            scene.cuts.push(format!("wall `{}`: {cut} particles make way for held solids", wall.name.value));
-        }
+    for (wall, cut) in file.walls.iter().zip(cut).filter(|(_, cut)| *cut > 0) {
+        scene.cuts.push(format!("wall `{}`: {cut} particles make way for held solids", wall.name.value));
     }
     let walls = &mut scene.walls;
     retain(&mut walls.wall, &kept);

@@ -1,8 +1,10 @@
 //! Tests of the case format as a whole.
 
+mod bounded;
 mod hostile;
 mod iterated;
 mod mistakes;
+mod opening;
 mod restart;
 mod scene;
 mod shipped;

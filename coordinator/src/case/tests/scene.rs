@@ -202,7 +202,7 @@ fn every_setting_reaches_the_solvers() {
             "[time]",
             "[interface]\nlaw = \"wall-no-slip\"\nmargin_spacings = 2\n[ledger]\naction = \"warn\"\nbalance_tolerance = 1e-10\n[time]",
         ),
-        ("[solid]\n", "[solid]\nparticle_spacing_m = 0.005\n[solid.contact]\nlaw = \"sums\"\n"),
+        ("[solid]\n", "[solid]\nparticle_spacing_m = 0.005\n[solid.contact]\nfriction = 0.25\n"),
         (
             "open_sides = [\"top\"]",
             "open_sides = [\"top\"]\ncondition = \"no-slip\"\nrelease_time_s = 0.05\nmotion = { angle_rad = \"0.1*sin(t)\", pivot_m = [0.2, 0.0] }",
@@ -226,7 +226,7 @@ fn every_setting_reaches_the_solvers() {
         (InterfaceLaw::WallNoSlip, 0.02, 0.005)
     );
     assert_eq!(fluid.run.ledger.balance_tolerance, 1e-10);
-    assert_eq!(solid.contact, ContactLaw::Sums);
+    assert!(matches!(solid.contact, ContactLaw::Repulsion { friction: 0.25, .. }));
     let wall = &fluid.walls[0];
     assert_eq!((wall.condition, wall.release_time), (WallCondition::NoSlip, Some(0.05)));
     assert_eq!(wall.motion.as_ref().map(|motion| motion.angle.as_str()), Some("0.1*sin(t)"));

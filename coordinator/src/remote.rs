@@ -165,6 +165,17 @@ impl From<RpcError> for Failure {
     }
 }
 
+/// A failed call to the server of `role` while the run is being set up, where a lost server is not started again.
+fn at_start(role: Role, error: RpcError) -> Failure {
+    let lost = error.code == RpcCode::Unavailable;
+    let mut failure = Failure::from(error);
+    if lost {
+        let was = format!("the {role} server was lost before the first step: {}", failure.message);
+        failure.message = format!("{was}; look at its log, and repeat the command when it runs again");
+    }
+    failure
+}
+
 impl Remote {
     /// Starts or attaches to the servers of `plans`, compares what they say, and links them. The run is coupled by the
     /// first of `with.kinds` that all servers offer.
@@ -215,9 +226,9 @@ impl Remote {
             let role = role_of(&plan.setup);
             let side = with.resume.map(|resume| resume.side_for(role, &description)).transpose()?;
             let saves = description.capabilities.checkpoint;
-            let mut report = client.open(&plan.setup, &access).await?;
+            let mut report = client.open(&plan.setup, &access).await.map_err(|e| at_start(role, e))?;
             if let (Some(side), Some(resume)) = (side, with.resume) {
-                let restored = client.restore(&side, resume.epoch).await?;
+                let restored = client.restore(&side, resume.epoch).await.map_err(|e| at_start(role, e))?;
                 report.extent = restored.extent;
                 report.time_step_limit = restored.time_step_limit;
             }
@@ -296,18 +307,19 @@ impl Remote {
                         "fluid and solid server do not fit each other:\n  {list}"
                     )));
                 }
-                solid.client.link(&plan(fluid.report.extent.clone(), Partner::Listen)).await?;
+                let listens = plan(fluid.report.extent.clone(), Partner::Listen);
+                solid.client.link(&listens).await.map_err(|e| at_start(Role::Solid, e))?;
                 let mut dialled = solid.server.address.clone();
                 if let Between::Relay(relayed) = between {
                     let relay = relayed.start(fluid, solid, first_limit).await?;
                     dialled = relay.address();
                     self.go_between = Go::Relay { relay };
                 }
-                let plan = LinkPlan {
+                let dials = LinkPlan {
                     partner_particles: solid_setup.map(PartnerParticles::of),
                     ..plan(solid.report.extent.clone(), Partner::Dial(dialled))
                 };
-                fluid.client.link(&plan).await?;
+                fluid.client.link(&dials).await.map_err(|e| at_start(Role::Fluid, e))?;
             }
             _ => return Err(Failure::internal("a run has one fluid and one solid server at most")),
         }
@@ -324,7 +336,7 @@ impl Remote {
         let mut beats = Vec::new();
         for server in &mut self.servers {
             let role = server.report.role;
-            let (commands, mut incoming) = server.client.run().await?;
+            let (commands, mut incoming) = server.client.run().await.map_err(|e| at_start(role, e))?;
             lines.push((role, CommandLine::Server(commands, Box::new(server.client.clone()))));
             beats.push((role, incoming.beats()));
             let events = events.clone();

@@ -173,15 +173,15 @@ impl Store {
         found
     }
 
-    /// Removes what is of no use beside the checkpoint of `step`: newer ones, which are damaged, and those that a killed run
-    /// left half written.
+    /// Removes what is of no use beside the checkpoint of `step`: newer ones, which are damaged, older ones than are kept, and
+    /// those that a killed run left half written.
     ///
     /// # Errors
     /// When the system refuses.
     pub fn clear(&self, files: &mut dyn Files, step: u64) -> Result<(), OutputError> {
+        let kept: Vec<u64> = self.steps().into_iter().filter(|older| *older <= step).take(KEPT).collect();
         for name in self.names() {
-            let useless = step_of(&name).is_none_or(|newer| newer > step);
-            if useless {
+            if step_of(&name).is_none_or(|step| !kept.contains(&step)) {
                 let place = self.folder.join(name);
                 remove(files, &place).map_err(|e| OutputError::file("remove checkpoint", &place, e))?;
             }

@@ -52,7 +52,7 @@ impl Trials {
             trial.continue_if_killed();
             trial.hit(*hit, victim, &out, dice);
         }
-        let (repeated, mut outcome) = trial.to_the_end(&out);
+        let (repeated, mut outcome) = trial.see_through(&out);
         trial.nobody_is_left();
         outcome = outcome.and_then(|()| same_results(&self.bench.path("whole"), &out));
         outcome = outcome.and_then(|()| same_files(&self.bench.path("whole"), &out));
@@ -149,7 +149,7 @@ impl Trial<'_> {
     }
 
     /// Sees the run to its end; whether it had to be repeated, and what went wrong.
-    fn to_the_end(&mut self, out: &Path) -> (bool, Result<(), String>) {
+    fn see_through(&mut self, out: &Path) -> (bool, Result<(), String>) {
         let mut repeated = false;
         for _ in 0..MOST_RESUMES {
             let status = wait(&mut self.run);

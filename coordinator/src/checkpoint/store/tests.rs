@@ -358,6 +358,20 @@ fn a_half_written_checkpoint_goes_and_links_are_not_followed() {
 }
 
 #[test]
+fn what_a_kill_left_of_an_old_checkpoint_goes() {
+    let (root, store) = store();
+    for step in [10, 20, 30] {
+        store.write(&mut Disk, &checkpoint(step)).unwrap();
+    }
+    // Killed while the oldest was being removed: its manifest goes first.
+    let old = root.path().join("checkpoints").join(name_of(10));
+    std::fs::create_dir(&old).unwrap();
+    std::fs::write(old.join("fluid.bin"), "").unwrap();
+    store.clear(&mut Disk, 30).unwrap();
+    assert_eq!(store.steps(), [30, 20]);
+}
+
+#[test]
 fn what_no_run_wrote_stays_in_a_checkpoint_s_folder() {
     let (root, store) = store();
     store.write(&mut Disk, &checkpoint(10)).unwrap();

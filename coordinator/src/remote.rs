@@ -28,7 +28,7 @@ use crate::trace;
 /// Events that may wait for the coordinator.
 const PENDING_EVENTS: usize = 256;
 
-/// Wait for a server that is left to close a lost run.
+/// Wait for a server to close a run.
 const CLOSE_DEADLINE: Duration = Duration::from_secs(5);
 
 /// One server with its connection and what it said.
@@ -382,8 +382,8 @@ impl Remote {
     /// Closes the run on all servers and ends those that were started for it.
     pub async fn end(self) {
         for mut server in self.servers {
-            // The run is over either way; a server that does not answer is ended all the same.
-            drop(server.client.close().await);
+            // The run is over either way; a server that does not answer in time is ended all the same, or frees itself.
+            drop(tokio::time::timeout(CLOSE_DEADLINE, server.client.close()).await);
             server.server.end().await;
         }
     }

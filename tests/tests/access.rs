@@ -321,7 +321,7 @@ fn refusals_name_the_option_that_helps() {
             assert!(!said.contains(wrong), "{arguments:?}: {said}");
         }
     };
-    let [right, wrong] = [true, false].map(|right| secrets.token(right));
+    let wrong = secrets.token(false);
     let node = secrets.start("solid", Demands { tls: false, certificate: false, token: true });
     refused(
         &["--solid", &node.address],
@@ -345,11 +345,16 @@ fn refusals_name_the_option_that_helps() {
         &[&["--solid", &address], &shown[..]].concat(),
         "give one that its authority has signed by `--tls-cert`",
     );
-    // A device is there, and no file.
-    let keys = "[servers]\ntoken_file = \"/dev/zero\"\n[outputs]";
-    let device = bench.tank("device.toml", &[("[outputs]", keys)]);
-    bench.case_refused(&device, &["token_file", "is not a regular file"]);
-    drop(right);
+}
+
+#[test]
+fn a_device_in_the_place_of_a_token_file_is_not_said_to_be_missing() {
+    let bench = Bench::new(PROGRAM);
+    for (file, words) in [("/dev/zero", "is not a regular file"), ("/nowhere", "no such file")] {
+        let keys = format!("[servers]\ntoken_file = {file:?}\n[outputs]");
+        let case = bench.tank("case.toml", &[("[outputs]", &keys)]);
+        bench.case_refused(&case, &["token_file", words]);
+    }
 }
 
 #[test]

@@ -5,7 +5,7 @@ use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 use sph::stage::{Stage, StepStage};
-use tests::bench::{Bench, children_of, command_line, soon, text, wait_for_checkpoint, wait_for_first_frame};
+use tests::bench::{Bench, children_of, command_line, text, wait_for_checkpoint, wait_for_first_frame};
 use tests::doubles::{Double, Wrong, serve};
 
 const PROGRAM: &str = env!("CARGO_BIN_EXE_tidelock-node");
@@ -117,13 +117,16 @@ fn a_solver_that_hangs_does_not_hold_up_a_run_that_was_given_up() {
     signal("INT", run.id());
     std::thread::sleep(Duration::from_millis(200));
     signal("INT", run.id());
+    // 20 s for the last word of a solver, 5 s for its server to close the run, and time for all else.
     let mut status = None;
-    soon("the end", || {
+    while status.is_none() && asked.elapsed() < Duration::from_secs(40) {
+        std::thread::sleep(Duration::from_millis(50));
         status = run.try_wait().unwrap();
-        status.is_some()
+    }
+    let status = status.unwrap_or_else(|| {
+        run.kill().unwrap();
+        run.wait().unwrap()
     });
-    assert_eq!(status.unwrap().code(), Some(8));
-    // 20 s for the last word of a solver, and time for all else.
-    assert!(asked.elapsed() < Duration::from_secs(35), "{:?}", asked.elapsed());
+    assert_eq!(status.code(), Some(8), "after {:?}", asked.elapsed());
     assert!(Path::new(&out).join("summary.json").exists());
 }

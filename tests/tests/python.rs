@@ -191,6 +191,33 @@ fn a_secured_solver_in_python_lets_in_those_who_may_and_nobody_else() {
 }
 
 #[test]
+fn a_solver_in_python_demands_the_token_that_comes_through_its_standard_input() {
+    if !python_is_there("a_solver_in_python_demands_the_token_that_comes_through_its_standard_input") {
+        return;
+    }
+    let bench = bench();
+    let token = token(&bench.path(""), "a");
+    let mut child = Command::new("python3")
+        .args([text(&script("rigid_body.py")), "--listen", "127.0.0.1:0"])
+        .env("TIDELOCK_TOKEN_STDIN", "1")
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .spawn()
+        .unwrap();
+    // The pipe stays open as long as the solver is wanted.
+    let line = std::fs::read(&token).unwrap();
+    std::io::Write::write_all(child.stdin.as_mut().unwrap(), &line).unwrap();
+    let mut listens = String::new();
+    std::io::BufReader::new(child.stdout.take().unwrap()).read_line(&mut listens).unwrap();
+    let address = listens.trim().strip_prefix("LISTEN ").expect("LISTEN and the address").to_owned();
+    let server = Listening { child, address };
+    let examine = ["conform", &server.address, "--only", "description", "--deadline", "5"];
+    bench.refused(&examine, 4, &["not allowed", "--token-file"]);
+    let output = bench.call(&[&examine[..], &["--token-file", text(&token)]].concat());
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+}
+
+#[test]
 fn a_solver_in_python_is_free_within_the_lease_when_its_coordinator_is_frozen() {
     if !python_is_there("a_solver_in_python_is_free_within_the_lease_when_its_coordinator_is_frozen") {
         return;

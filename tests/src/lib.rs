@@ -10,4 +10,5 @@ pub mod idle;
 pub mod kill;
 pub mod nodes;
 pub mod soak;
+pub mod streams;
 pub mod validation;

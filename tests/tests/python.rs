@@ -26,8 +26,30 @@ fn python_is_there(test: &str) -> bool {
         "SKIPPED {test}: {problem}; install the packages of solvers/python/requirements.txt for python3 on the PATH"
     );
     assert!(std::env::var_os("TIDELOCK_REQUIRE_PYTHON").is_none(), "{text}");
-    terminal::note(format_args!("{text}"));
+    // Past the harness, which keeps the words of tests that pass to itself.
+    terminal::note(text);
     false
+}
+
+#[test]
+fn a_skipped_test_says_so_and_fails_where_python_is_required() {
+    let skipped = "the_solvers_in_python_conform";
+    let own = |required: bool| {
+        let mut command = Command::new(std::env::current_exe().unwrap());
+        command.args(["--exact", skipped]).env("PATH", "/nonexistent").env_remove("TIDELOCK_REQUIRE_PYTHON");
+        if required {
+            command.env("TIDELOCK_REQUIRE_PYTHON", "1");
+        }
+        command.output().unwrap()
+    };
+    let output = own(false);
+    let errors = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.success(), "{errors}");
+    assert!(
+        errors.contains(&format!("SKIPPED {skipped}")) && errors.contains("requirements.txt"),
+        "{errors}"
+    );
+    assert!(!own(true).status.success());
 }
 
 /// A solver in Python that listens; ended when dropped.

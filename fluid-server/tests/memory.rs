@@ -7,6 +7,7 @@ mod scene;
 use fluid_server::physics::FluidSolver;
 use sph::exchange::InterfaceStates;
 use sph::saved::SavedState;
+use sph::setup::{FluidProbe, FluidProbeKind};
 use sph::solver::Solver;
 use sph::stage::{Stage, StageTime, StepStage};
 
@@ -44,6 +45,32 @@ fn a_steady_step_allocates_nothing() {
             assert_eq!(used.count_total, 0, "{} bytes", used.bytes_total);
         });
     }
+}
+
+#[test]
+fn outputs_of_one_boundary_share_one_evaluation() {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+    let mut setup = scene::block(scene::RECOMMENDED, 4000);
+    setup.probes = vec![FluidProbe { name: "load".into(), kind: FluidProbeKind::WallForce(0) }];
+    let mut solver = FluidSolver::new(setup).unwrap();
+    pool.install(|| {
+        step(&mut solver, 0, 2e-5);
+        let asked = |solver: &FluidSolver, time: f64| {
+            let mut values = Vec::new();
+            let used = allocation_counter::measure(|| solver.probes(time, &mut values)).bytes_total;
+            assert!(values[1] < 0.0, "{values:?}");
+            used
+        };
+        let (first, second) = (asked(&solver, 2e-5), asked(&solver, 2e-5));
+        // What is left are the forces of some hundred particles near the wall.
+        assert!(second < first / 10, "{second} bytes after {first}");
+        let shared = allocation_counter::measure(|| drop(solver.snapshot(1, 2e-5))).bytes_total;
+        assert!(shared < first, "the snapshot takes its fields only: {shared} bytes after {first}");
+        // Another time or another state is evaluated for itself.
+        assert!(asked(&solver, 3e-5) > first / 2);
+        step(&mut solver, 1, 2e-5);
+        assert!(asked(&solver, 3e-5) > first / 2);
+    });
 }
 
 #[test]

@@ -17,7 +17,9 @@ impl Drop for Program {
 
 impl Program {
     fn start(args: &[&str]) -> Self {
-        let child = Command::new(env!("CARGO_BIN_EXE_fluid-server"))
+        // The tests themselves may run where a signal is ignored.
+        let child = Command::new("env")
+            .args(["--default-signal=HUP", env!("CARGO_BIN_EXE_fluid-server")])
             .args(args)
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
@@ -56,7 +58,7 @@ fn address(line: &str) -> SocketAddr {
 
 #[test]
 fn it_tells_its_address_and_ends_in_order_when_told() {
-    for signal in ["TERM", "INT"] {
+    for signal in ["TERM", "INT", "HUP"] {
         let mut program = Program::start(&["--threads", "1"]);
         let address = address(&program.line());
         assert!(address.ip().is_loopback() && address.port() != 0);

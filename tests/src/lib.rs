@@ -12,4 +12,5 @@ pub mod mutants;
 pub mod nodes;
 pub mod python;
 pub mod soak;
+pub mod streams;
 pub mod validation;

@@ -2,6 +2,7 @@
 //!
 //! For what they need see [`tests::python`].
 
+use std::io::BufRead;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
@@ -13,6 +14,27 @@ use tests::python::{self, Listening, python_is_there};
 
 fn bench() -> Bench {
     Bench::new(env!("CARGO_BIN_EXE_tidelock-node"))
+}
+
+#[test]
+fn a_skipped_test_says_so_and_fails_where_python_is_required() {
+    let skipped = "the_solvers_in_python_conform";
+    let own = |required: bool| {
+        let mut command = Command::new(std::env::current_exe().unwrap());
+        command.args(["--exact", skipped]).env("PATH", "/nonexistent").env_remove("TIDELOCK_REQUIRE_PYTHON");
+        if required {
+            command.env("TIDELOCK_REQUIRE_PYTHON", "1");
+        }
+        command.output().unwrap()
+    };
+    let output = own(false);
+    let errors = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.success(), "{errors}");
+    assert!(
+        errors.contains(&format!("SKIPPED {skipped}")) && errors.contains("requirements.txt"),
+        "{errors}"
+    );
+    assert!(!own(true).status.success());
 }
 
 /// A script of `solvers/python`.

@@ -21,6 +21,7 @@ use crate::output::report::{self, ReportData};
 use crate::output::summary::{self, Checkpoints, LedgerSummary, Participant, Span, Summary, Verdict};
 use crate::output::table::Table;
 use crate::recorder::{Iterations, Recorded};
+use crate::resume;
 
 /// Completes the outputs of a run.
 pub(super) async fn finish(
@@ -56,11 +57,15 @@ pub(super) async fn finish(
         .in_scope(|| program::contain(report))
         .unwrap_or_else(|panic| Err(Failure::internal(panic)));
     if let Err(failure) = written {
-        terminal::note(format_args!(
-            "warning: `{}` is missing: {}; all other results are as they should be",
-            directory.file(directory::REPORT).display(),
-            failure.message
-        ));
+        let path = directory.file(directory::REPORT);
+        terminal::note(format_args!("warning: the run has no report: {}", failure.message));
+        if matches!(ending, Ending::Completed) {
+            let command = resume::command(directory.path());
+            terminal::note(format_args!(
+                "all other results are complete; `{command}` makes `{}`",
+                path.display()
+            ));
+        }
     }
     if !options.quiet {
         header::print_results(&summary);

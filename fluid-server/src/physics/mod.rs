@@ -18,12 +18,14 @@ use sph::solver::{Counts, Divergence, NoLoads, ParticleFields, Role, Solver};
 use sph::stage::{StageTime, StepStage};
 use sph::vector::{DIMENSIONS, Vector};
 
+use boundary::Boundary;
 use model::FluidModel;
 use state::FluidState;
 use workspace::Workspace;
 
 mod advance;
 mod books;
+mod boundary;
 mod checks;
 mod cross;
 mod drift;
@@ -58,6 +60,8 @@ pub struct FluidSolver {
     model: FluidModel,
     state: FluidState,
     workspace: Workspace,
+    /// What outputs have evaluated at the present boundary.
+    boundary: Boundary,
     /// The extent of a fluid without partner.
     no_extent: Extent,
 }
@@ -83,25 +87,12 @@ impl FluidSolver {
         }
         workspace.largest_speed = checks::check_state(&model, &state, StepStage::FIRST)
             .map_err(|divergence| vec![format!("the first state can not be run: {divergence}")])?;
-        Ok(Self { model, state, workspace, no_extent: Extent::default() })
+        Ok(Self { model, state, workspace, boundary: Boundary::default(), no_extent: Extent::default() })
     }
 
     /// Memory that grows with the particles, in use by state and workspace \[bytes\].
     pub fn memory(&self) -> usize {
         self.state.bytes() + self.workspace.bytes()
-    }
-
-    /// State and workspace of an evaluation at a step boundary of `time` \[s\], apart from the run.
-    ///
-    /// `None` when the state can not be evaluated, as after a divergence. The partner's particles are left out: they
-    /// reach walls only through L_i.
-    fn evaluated(&self, step: u64, time: f64) -> Option<(FluidState, Workspace)> {
-        let at = StepStage { step, ..StepStage::FIRST };
-        let (mut state, mut workspace) = (self.state.clone(), Workspace::default());
-        let stage = StageTime { at, step_start: time, time_step: 0.0 };
-        workspace.begin_stage(&self.model, &mut state, &stage).ok()?;
-        workspace.evaluate_outputs(&self.model, time);
-        Some((state, workspace))
     }
 }
 
@@ -111,6 +102,7 @@ impl Solver for FluidSolver {
     }
 
     fn begin_stage(&mut self, time: &StageTime) -> Result<(), Divergence> {
+        self.boundary.leave();
         self.workspace.begin_stage(&self.model, &mut self.state, time).map_err(|divergence| *divergence)
     }
 
@@ -169,11 +161,13 @@ impl Solver for FluidSolver {
     }
 
     fn advance(&mut self, time: &StageTime) -> Result<StageBooks, Divergence> {
+        self.boundary.leave();
         // What it finds in the new state is judged at the end of the step, or when the next stage begins.
         Ok(advance::advance(&self.model, &mut self.state, &mut self.workspace, time))
     }
 
     fn end_step(&mut self, time: &StageTime) -> Result<(), Divergence> {
+        self.boundary.leave();
         let Self { model, state, workspace, .. } = self;
         let findings = workspace.findings();
         findings
@@ -187,8 +181,8 @@ impl Solver for FluidSolver {
     }
 
     fn probes(&self, time: f64, values: &mut Vec<f64>) {
-        let wall_forces = || match self.evaluated(0, time) {
-            Some((state, workspace)) => workspace.wall_forces(&self.model, &state, time),
+        let wall_forces = || match &self.boundary.evaluated(&self.model, &self.state, time).found {
+            Some((state, workspace)) => workspace.wall_forces(&self.model, state, time),
             None => vec![sph::vector::Vector::repeat(f64::NAN); self.model.walls.names.len()],
         };
         let immersed = self.workspace.cross.as_ref().map_or(0, |cross| cross.immersed());
@@ -196,8 +190,8 @@ impl Solver for FluidSolver {
     }
 
     fn snapshot(&self, step: u64, time: f64) -> ParticleFields {
-        let evaluated = self.evaluated(step, time);
-        let walls = evaluated.as_ref().map_or(&self.workspace.walls, |(_, workspace)| &workspace.walls);
+        let evaluated = self.boundary.evaluated(&self.model, &self.state, time);
+        let walls = evaluated.found.as_ref().map_or(&self.workspace.walls, |(_, workspace)| &workspace.walls);
         let mut field = walls.field.clone();
         field.place(&self.model.walls, &self.model.domain, time);
         fields::particle_fields(&self.model, &self.state, &field, &walls.records, step, time)
@@ -230,6 +224,7 @@ impl Solver for FluidSolver {
         }
         workspace.largest_speed = checks::check_state(&self.model, &state, StepStage::FIRST)
             .map_err(|divergence| RestoreError::new("state", divergence.to_string()))?;
+        self.boundary.leave();
         (self.state, self.workspace) = (state, workspace);
         Ok(())
     }

@@ -323,24 +323,60 @@ impl<G: Geometry> StageFields<'_, G> {
         acceleration
     }
 
-    /// Force of the fluid on wall `wall` (index) \[N/m\].
-    pub fn wall_force(&self, wall: u32) -> Vector {
+    /// Force of the fluid on each wall \[N/m\].
+    pub fn wall_forces(&self) -> Vec<Vector> {
         let passes = self.scene.model.passes;
         match (passes.tensor(), passes.pair_viscosity) {
-            (false, false) => self.sum_wall_force(With::<false, false, false, false, false>, wall),
-            (false, true) => self.sum_wall_force(With::<false, false, false, false, true>, wall),
-            (true, false) => self.sum_wall_force(With::<false, true, false, false, false>, wall),
-            (true, true) => self.sum_wall_force(With::<false, true, false, false, true>, wall),
+            (false, false) => self.sum_wall_forces(With::<false, false, false, false, false>),
+            (false, true) => self.sum_wall_forces(With::<false, false, false, false, true>),
+            (true, false) => self.sum_wall_forces(With::<false, true, false, false, false>),
+            (true, true) => self.sum_wall_forces(With::<false, true, false, false, true>),
         }
     }
 
-    fn sum_wall_force<T: Terms>(&self, _: T, wall: u32) -> Vector {
-        sph::sums::ordered_sum(self.scene.fluid.len(), |i| {
-            let kernel = WallForce { fields: self, terms: PhantomData::<T>, i, wall };
-            let divergence = self.scene.model.arithmetic.run(kernel);
-            let repulsion = self.wall_repulsion(i, Some(wall));
-            divergence * self.scene.fluid[i].volume() - repulsion * self.state.mass[i]
-        })
+    fn sum_wall_forces<T: Terms>(&self, _: T) -> Vec<Vector> {
+        let Scene { model, lists, fluid, .. } = self.scene;
+        let walls = &model.walls;
+        let mut forces: PerWall = sph::sums::ordered_sum(fluid.len(), |i| {
+            // Most particles are near no wall, and few near more than one.
+            let mut near: Vec<u32> = Vec::new();
+            for w in lists.walls.neighbours(i) {
+                if !near.contains(&walls.wall[w]) {
+                    near.push(walls.wall[w]);
+                }
+            }
+            let mut forces = PerWall::default();
+            for wall in near {
+                let kernel = WallForce { fields: self, terms: PhantomData::<T>, i, wall };
+                let divergence = model.arithmetic.run(kernel);
+                let repulsion = self.wall_repulsion(i, Some(wall));
+                *forces.of(wall as usize) = divergence * fluid[i].volume() - repulsion * self.state.mass[i];
+            }
+            forces
+        });
+        forces.0.resize(walls.names.len(), Vector::zeros());
+        forces.0
+    }
+}
+
+/// Force on each wall \[N/m\]; zero on those beyond the end.
+#[derive(Debug, Default)]
+struct PerWall(Vec<Vector>);
+
+impl PerWall {
+    fn of(&mut self, wall: usize) -> &mut Vector {
+        if self.0.len() <= wall {
+            self.0.resize(wall + 1, Vector::zeros());
+        }
+        &mut self.0[wall]
+    }
+}
+
+impl AddAssign for PerWall {
+    fn add_assign(&mut self, other: Self) {
+        for (wall, force) in other.0.into_iter().enumerate() {
+            *self.of(wall) += force;
+        }
     }
 }
 

@@ -220,8 +220,7 @@ impl Workspace {
     ) -> Vec<Vector> {
         let Self { lists, fluid, walls, gradients, .. } = self;
         let scene = Scene { geometry, model, lists, fluid, walls: &walls.records };
-        let fields = StageFields { scene, state, field: &walls.field, gradients, time, part: Part::Momentum };
-        (0u32..).take(model.walls.names.len()).map(|wall| fields.wall_force(wall)).collect()
+        StageFields { scene, state, field: &walls.field, gradients, time, part: Part::Momentum }.wall_forces()
     }
 }
 

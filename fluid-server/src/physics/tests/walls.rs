@@ -177,6 +177,29 @@ fn the_force_on_the_floor_is_the_reaction_to_the_walls_account() {
 }
 
 #[test]
+fn each_of_two_walls_has_its_own_force() {
+    let mut setup = empty_scene(0.02);
+    add_block(&mut setup, Vector::new(0.2, 0.5), 20, 8);
+    // The particles in the middle are near both.
+    add_floor(&mut setup, 0.1, 0.5, 12, WallCondition::Slip);
+    add_floor(&mut setup, 0.34, 0.5, 18, WallCondition::NoSlip);
+    setup.run.body_force.gravity = Vector::new(0.0, -9.81);
+    for wall in [1, 0] {
+        setup.probes.push(FluidProbe { name: "floor".into(), kind: FluidProbeKind::WallForce(wall) });
+    }
+    let mut solver = solver(setup);
+    run(&mut solver, 5, 1e-4);
+    let mut values = Vec::new();
+    solver.probes(5e-4, &mut values);
+    let [right, left] = [Vector::new(values[0], values[1]), Vector::new(values[2], values[3])];
+    let books = try_step(&mut solver, 5, 1e-4).unwrap();
+    let account = books[0].accounts.get(Account::Walls);
+    assert!((left + right + account).norm() < 1e-12 * account.norm());
+    // 7 and 13 of 20 columns.
+    assert!((left.y / right.y / (7.0 / 13.0) - 1.0).abs() < 0.1, "{left} {right}");
+}
+
+#[test]
 fn repulsion_holds_a_particle_that_the_pair_forces_let_through() {
     // One particle over a floor, pressed in between two wall particles as by a jet: 5 km/s² for 4 ms.
     let depth_after = |repulsion: f64| {

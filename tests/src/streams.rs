@@ -1,0 +1,123 @@
+//! Programs whose output and error streams are closed, full or left by their reader.
+
+use std::fs::File;
+use std::io::{Read, pipe};
+use std::os::fd::OwnedFd;
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::sync::mpsc;
+use std::thread::JoinHandle;
+
+use rustix::pty::{OpenptFlags, grantpt, ioctl_tiocgptpeer, openpt, unlockpt};
+
+/// A stream that cannot be written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Broken {
+    /// Closed before the program starts, as by `2>&-`.
+    Closed,
+    /// On a disk without room.
+    Full,
+    /// A pipe whose reader has left.
+    Left,
+}
+
+impl Broken {
+    /// All of them.
+    pub const ALL: [Broken; 3] = [Broken::Closed, Broken::Full, Broken::Left];
+}
+
+/// Which streams of a program are broken.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Which {
+    /// Standard output.
+    Output,
+    /// Standard error.
+    Errors,
+    /// Both.
+    Both,
+}
+
+impl Which {
+    /// All of them.
+    pub const ALL: [Which; 3] = [Which::Output, Which::Errors, Which::Both];
+}
+
+/// `program` with `arguments`; the streams `which` are `broken`, the other one is thrown away.
+pub fn command(program: &Path, arguments: &[&str], which: Which, broken: Broken) -> Command {
+    let redirection = match (broken, which) {
+        (Broken::Closed, Which::Output) => ">&-",
+        (Broken::Closed, Which::Errors) => "2>&-",
+        (Broken::Closed, Which::Both) => ">&- 2>&-",
+        _ => "",
+    };
+    // A shell alone can start a program without a stream.
+    let mut command = Command::new("sh");
+    command.args(["-c", &format!("exec \"$0\" \"$@\" {redirection}")]).arg(program).args(arguments);
+    command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
+    if which != Which::Errors {
+        command.stdout(stream(broken));
+    }
+    if which != Which::Output {
+        command.stderr(stream(broken));
+    }
+    command
+}
+
+fn stream(broken: Broken) -> Stdio {
+    match broken {
+        Broken::Closed => Stdio::null(),
+        Broken::Full => File::options().write(true).open("/dev/full").unwrap().into(),
+        Broken::Left => pipe().unwrap().1.into(),
+    }
+}
+
+/// A terminal on which a program writes its errors.
+#[derive(Debug)]
+pub struct Terminal {
+    reader: JoinHandle<()>,
+    leave: mpsc::Sender<()>,
+    shown: mpsc::Receiver<String>,
+}
+
+impl Terminal {
+    /// Starts `command` with standard error on a new terminal.
+    pub fn start(command: &mut Command) -> (Self, Child) {
+        let control = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY).unwrap();
+        grantpt(&control).unwrap();
+        unlockpt(&control).unwrap();
+        let side: OwnedFd = ioctl_tiocgptpeer(&control, OpenptFlags::RDWR | OpenptFlags::NOCTTY).unwrap();
+        let child = command.stderr(side).spawn().unwrap();
+        // The command keeps its end otherwise, and the terminal with it.
+        command.stderr(Stdio::null());
+        let (leave, left) = mpsc::channel();
+        let (show, shown) = mpsc::channel();
+        let reader = std::thread::spawn(move || {
+            let (mut control, mut bytes) = (File::from(control), [0; 4096]);
+            while left.try_recv().is_err() {
+                let Ok(count) = control.read(&mut bytes) else { return };
+                drop(show.send(String::from_utf8_lossy(&bytes[..count]).into_owned()));
+            }
+        });
+        (Self { reader, leave, shown }, child)
+    }
+
+    /// Waits until the program has shown `words`; everything until then.
+    pub fn wait_for(&self, words: &str) -> String {
+        let mut all = String::new();
+        while !all.contains(words) {
+            match self.shown.recv_timeout(std::time::Duration::from_secs(30)) {
+                Ok(text) => all.push_str(&text),
+                Err(e) => panic!("no {words:?} on the terminal ({e}):\n{all}"),
+            }
+        }
+        all
+    }
+
+    /// Closes the terminal under the program.
+    pub fn close(self) {
+        // The reader has ended already when the program closed its end.
+        let _ = self.leave.send(());
+        // It reads once more, then the terminal is gone.
+        self.reader.join().unwrap();
+    }
+}

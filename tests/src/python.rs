@@ -52,14 +52,22 @@ impl Listening {
     /// When it does not say where it listens.
     #[must_use]
     pub fn start(script: &Path, further: &[&str]) -> Self {
-        let mut child = Command::new("python3")
+        let child = Command::new("python3")
             .arg(script)
             .args(["--listen", "127.0.0.1:0"])
             .args(further)
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
-            .spawn()
-            .unwrap();
+            .spawn();
+        Self::of(child.unwrap())
+    }
+
+    /// The solver that `child` is.
+    ///
+    /// # Panics
+    /// When it does not say where it listens.
+    #[must_use]
+    pub fn of(mut child: Child) -> Self {
         let mut line = String::new();
         std::io::BufReader::new(child.stdout.take().unwrap()).read_line(&mut line).unwrap();
         let address = line.trim().strip_prefix("LISTEN ").expect("LISTEN and the address").to_owned();

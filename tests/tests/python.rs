@@ -2,7 +2,6 @@
 //!
 //! For what they need see [`tests::python`].
 
-use std::io::BufRead;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
@@ -229,10 +228,7 @@ fn a_solver_in_python_demands_the_token_that_comes_through_its_standard_input() 
     // The pipe stays open as long as the solver is wanted.
     let line = std::fs::read(&token).unwrap();
     std::io::Write::write_all(child.stdin.as_mut().unwrap(), &line).unwrap();
-    let mut listens = String::new();
-    std::io::BufReader::new(child.stdout.take().unwrap()).read_line(&mut listens).unwrap();
-    let address = listens.trim().strip_prefix("LISTEN ").expect("LISTEN and the address").to_owned();
-    let server = Listening { child, address };
+    let server = Listening::of(child);
     let examine = ["conform", &server.address, "--only", "description", "--deadline", "5"];
     bench.refused(&examine, 4, &["not allowed", "--token-file"]);
     let output = bench.call(&[&examine[..], &["--token-file", text(&token)]].concat());

@@ -173,6 +173,14 @@ pub fn results(summary: &Summary) -> Vec<Fact> {
                 counts.particles, counts.lost, counts.outflow, counts.list_builds
             ),
         ));
+        let angular = match role {
+            "fluid" => &summary.ledger.largest_fluid_angular_momentum_residual,
+            _ => &summary.ledger.largest_solid_angular_momentum_residual,
+        };
+        if angular.is_none() && summary.steps > 0 {
+            let why = "not audited: no budget of angular momentum was reported (a periodic domain has none)";
+            facts.push(fact(&format!("{role} torques"), why.into()));
+        }
         if counts.contact_impulse_n_s_per_m > 0.0 {
             facts.push(fact(
                 "contact",

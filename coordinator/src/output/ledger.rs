@@ -93,8 +93,8 @@ pub struct Extremes {
     pub torque: Largest,
     /// Momentum of the fluid and of the solid, check (b).
     pub momentum: [Largest; 2],
-    /// Angular momentum of the fluid and of the solid, check (b).
-    pub angular: [Largest; 2],
+    /// Angular momentum of the fluid and of the solid, check (b); `None` for a side that reports no budget.
+    pub angular: [Option<Largest>; 2],
 }
 
 /// Energy that crossed the interface since the start \[J/m\].
@@ -239,9 +239,12 @@ impl LedgerFile {
                 for largest in [&mut sums.residual, &mut extremes.momentum[k]] {
                     largest.take(residual, StepStage { step, stage });
                 }
-                let residual = books.angular_residual();
-                for largest in [&mut sums.angular.residual, &mut extremes.angular[k]] {
-                    largest.take(residual, StepStage { step, stage });
+                if books.angular.is_some() {
+                    let residual = books.angular_residual();
+                    let extreme = extremes.angular[k].get_or_insert_default();
+                    for largest in [&mut sums.angular.residual, extreme] {
+                        largest.take(residual, StepStage { step, stage });
+                    }
                 }
             }
             let [_, corrector] = &report.books;
@@ -407,6 +410,7 @@ mod tests {
         let extremes = *file.extremes();
         assert_eq!(extremes.force.value, 4e-14);
         assert_eq!(extremes.torque.at, Some(StepStage { step: 1, stage: Stage::Predictor }));
+        assert!(extremes.angular.iter().all(|largest| largest.is_some_and(|largest| largest.value < 1e-15)));
         // Five correctors of 0.1 s at 2 W/m on the fluid, four of them given by the solid and one received.
         let work = file.work();
         assert!((work.received[0] - 1.0).abs() < 1e-14 && (work.received[1] + 0.6).abs() < 1e-14);
@@ -456,11 +460,15 @@ mod tests {
         let root = tempfile::tempdir().unwrap();
         let path = root.path().join("ledger.csv");
         let mut file = LedgerFile::create(&path, &[Role::Solid]).unwrap();
-        file.record(None, Some(&report(0, Vector::zeros(), Vector::zeros())), &[Imbalance::default(); 2]);
+        let mut report = report(0, Vector::zeros(), Vector::zeros());
+        report.books.iter_mut().for_each(|books| books.angular = None);
+        file.record(None, Some(&report), &[Imbalance::default(); 2]);
+        assert_eq!(file.extremes().angular, [None; 2]);
         file.finish().unwrap();
         let table = Table::read(&path).unwrap();
         assert_eq!(table.columns().len(), COMMON.len() + side_width());
         assert!(table.columns().iter().all(|name| !name.starts_with("fluid")));
         assert_eq!(table.rows(), 1);
+        assert!(table.column("solid_angular_momentum_change_n_s").unwrap()[0].is_nan());
     }
 }

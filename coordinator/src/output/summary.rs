@@ -162,10 +162,10 @@ pub struct LedgerSummary {
     pub largest_fluid_momentum_residual: Worst,
     /// Check (b) of the solid.
     pub largest_solid_momentum_residual: Worst,
-    /// Check (b) of the fluid's angular momentum; zero where it has no budget.
-    pub largest_fluid_angular_momentum_residual: Worst,
-    /// Check (b) of the solid's angular momentum; zero where it has no budget.
-    pub largest_solid_angular_momentum_residual: Worst,
+    /// Check (b) of the fluid's angular momentum; `null` when it reported no budget, as in a periodic domain.
+    pub largest_fluid_angular_momentum_residual: Option<Worst>,
+    /// Check (b) of the solid's angular momentum; likewise.
+    pub largest_solid_angular_momentum_residual: Option<Worst>,
     /// Energy that crossed the interface.
     pub interface_energy: InterfaceEnergy,
 }
@@ -206,8 +206,8 @@ impl LedgerSummary {
             largest_torque_imbalance: extremes.torque.into(),
             largest_fluid_momentum_residual: extremes.momentum[0].into(),
             largest_solid_momentum_residual: extremes.momentum[1].into(),
-            largest_fluid_angular_momentum_residual: extremes.angular[0].into(),
-            largest_solid_angular_momentum_residual: extremes.angular[1].into(),
+            largest_fluid_angular_momentum_residual: extremes.angular[0].map(Worst::from),
+            largest_solid_angular_momentum_residual: extremes.angular[1].map(Worst::from),
             interface_energy: work.into(),
         }
     }

@@ -155,7 +155,8 @@ impl Trial<'_> {
             let status = wait(&mut self.run);
             let said = self.run.stderr.take().map(|from| std::io::read_to_string(from).unwrap_or_default());
             let said = said.unwrap_or_default();
-            let any = out.join("checkpoints").is_dir() && !kept(out).is_empty();
+            let complete = |name: &String| !name.ends_with(".partial");
+            let any = out.join("checkpoints").is_dir() && kept(out).iter().any(complete);
             match status {
                 Some(0) => return (repeated, Ok(())),
                 // Killed, or servers were lost while they were being started.

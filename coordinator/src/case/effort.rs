@@ -2,8 +2,8 @@
 
 use std::cell::Cell;
 
-/// Most steps of work, each about a nanosecond: a few seconds. The largest scene of rectangles takes a tenth of it.
-const MOST_STEPS: f64 = 2e9;
+/// Most steps of work, each about a nanosecond: a few seconds. The largest scene of rectangles takes a quarter of it.
+const MOST_STEPS: f64 = 1.5e9;
 
 /// Counts work while a case is laid out, so that one that would take hours is refused within seconds.
 #[derive(Debug, Default)]

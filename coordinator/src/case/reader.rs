@@ -29,7 +29,8 @@ pub struct Table<'t> {
     missing: Vec<&'static str>,
     /// Mistakes when the first key was read: tables of a list are made together and read one after the other.
     mistakes_before: Option<usize>,
-    abandoned: bool,
+    /// Missing keys when the table was given up.
+    abandoned: Option<usize>,
 }
 
 impl<'t> Table<'t> {
@@ -61,7 +62,7 @@ impl<'t> Table<'t> {
             known: Vec::new(),
             missing: Vec::new(),
             mistakes_before: None,
-            abandoned: false,
+            abandoned: None,
         }
     }
 
@@ -114,7 +115,7 @@ impl<'t> Table<'t> {
 
     /// Gives up on the keys that are left: what they may be depends on one that is wrong.
     pub fn abandon(&mut self) {
-        self.abandoned = true;
+        self.abandoned.get_or_insert(self.missing.len());
     }
 
     /// Like [`Table::take`], noting a key that is not written as missing.
@@ -360,8 +361,10 @@ impl<'t> Table<'t> {
     /// Ends reading: reports missing and unknown keys. Whether nothing was wrong in this table or its children.
     pub fn finish(mut self) -> bool {
         self.mistakes_before.get_or_insert(self.mistakes.count());
+        // Of a table that was given up only the keys that were missing until then are known.
+        let missing = &self.missing[..self.abandoned.unwrap_or(self.missing.len())];
         let mut meant = Vec::new();
-        for (key, value) in self.entries.filter(|_| !self.abandoned).into_iter().flat_map(DeTable::iter) {
+        for (key, value) in self.entries.into_iter().flat_map(DeTable::iter) {
             let word: &str = key.get_ref();
             if self.known.contains(&word) {
                 continue;
@@ -371,14 +374,21 @@ impl<'t> Table<'t> {
                 self.mistake(Mistake::new(&place, "unknown key"));
                 continue;
             }
-            let unused: Vec<&str> = self.known.iter().copied().filter(|known| !self.has(known)).collect();
-            meant.extend(suggestion(word, unused.iter().copied()));
+            let unused: Vec<&str> = match self.abandoned {
+                Some(_) => missing.to_vec(),
+                None => self.known.iter().copied().filter(|known| !self.has(known)).collect(),
+            };
+            let suggested = suggestion(word, unused.iter().copied());
+            if self.abandoned.is_some() && suggested.is_none() {
+                continue;
+            }
+            meant.extend(suggested);
             let place = Place { key: join(&self.place.key, word), ..place };
             let mistake = Mistake::new(&place, "unknown key").hint(suggest(word, &unused));
             let is_table = value.get_ref().is_table();
             self.mistake(if is_table { mistake } else { mistake.value(self.written(&self.place_of(word))) });
         }
-        for key in self.missing.iter().filter(|key| !meant.contains(key) && !self.abandoned) {
+        for key in missing.iter().filter(|key| !meant.contains(key)) {
             let place = Place { key: join(&self.place.key, key), span: self.place.span.clone() };
             self.mistake(Mistake::new(&place, "missing").hint(format!("add `{key}` here")));
         }

@@ -9,7 +9,7 @@ use super::lattice::Lattice;
 use super::overlap::{Crowd, first_clashes};
 use super::start::{field, start};
 use super::wall::retain;
-use super::{Scene, index, report_outside, shown};
+use super::{Scene, index, meets_itself, report_outside, shown};
 use crate::case::file::CaseFile;
 use crate::case::file::fluid::{FluidTable, RegionTable};
 use crate::case::file::shape::ShapeTable;
@@ -42,6 +42,9 @@ pub fn lay_out(
             let mut positions = lattice.fill(shape, spacing, region.lattice_origin_m.as_ref());
             let mistake = Mistake::new(&shape.place, "");
             let what = format!("region `{}`", quoted(&region.name.value));
+            if meets_itself(&shape.place, &what, file, &positions, spacing, lattice.mistakes) {
+                positions.clear();
+            }
             report_outside(mistake, &what, domain, positions.iter(), lattice.mistakes);
             obstacles.cut(region, spacing, &mut positions, lattice, cuts);
             laid.push((k, positions));

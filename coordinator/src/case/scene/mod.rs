@@ -15,7 +15,8 @@ use sph::domain::Domain;
 use sph::setup::{FluidParticles, SolidParticles, SurfaceLoad, WallParticles};
 
 use super::file::CaseFile;
-use super::mistakes::{Mistake, Mistakes};
+use super::mistakes::{Mistake, Mistakes, Place};
+use super::reader::Choice;
 use lattice::Lattice;
 pub use lattice::MOST_PARTICLES;
 pub use start::expression_steps;
@@ -67,7 +68,7 @@ pub fn build(file: &CaseFile, mistakes: &Mistakes) -> Scene {
     let domain = file.domain.domain();
     let mut lattice = Lattice::new(file.domain.lattice_origin_m, mistakes);
     if let Some(solid) = file.solid.as_ref().filter(|solid| solid.intact) {
-        solid::lay_out(solid, &domain, &mut lattice, &mut scene);
+        solid::lay_out(file, solid, &domain, &mut lattice, &mut scene);
     }
     wall::lay_out(file, &domain, &mut lattice, &mut scene);
     // The solid solver looks for walls near each support.
@@ -123,6 +124,28 @@ fn index(k: usize) -> u32 {
 /// `(x, y) m`.
 pub fn shown(x: &sph::vector::Vector) -> String {
     if x.amax() < 1e7 { format!("({:.6}, {:.6}) m", x.x, x.y) } else { format!("({:e}, {:e}) m", x.x, x.y) }
+}
+
+/// Whether `positions`, a row of `spacing` \[m\] or more, meet themselves through a periodic side; then that is a mistake.
+fn meets_itself(
+    shape: &Place,
+    what: &str,
+    file: &CaseFile,
+    positions: &[sph::vector::Vector],
+    spacing: f64,
+    mistakes: &Mistakes,
+) -> bool {
+    let domain = file.domain.domain();
+    let beyond = |choice: &&Choice<usize>| {
+        let along = || positions.iter().map(|x| x[choice.value]);
+        let (low, high) = (along().fold(f64::INFINITY, f64::min), along().fold(f64::NEG_INFINITY, f64::max));
+        high - low > domain.size()[choice.value] - 0.5 * spacing
+    };
+    let Some(choice) = file.domain.periodic.iter().find(beyond) else { return false };
+    let period = domain.size()[choice.value];
+    let problem = format!("{what} is wider than the period of {period} m along {}", choice.word);
+    mistakes.add(Mistake::new(shape, problem).hint("end it one spacing before it meets itself"));
+    true
 }
 
 /// Reports the first of `outside`, the particles of `what` that lie outside the domain.

@@ -8,7 +8,8 @@ use super::lattice::Lattice;
 use super::loads::faces;
 use super::overlap::first_clashes;
 use super::start::field;
-use super::{Scene, index, report_outside, shown};
+use super::{Scene, index, meets_itself, report_outside, shown};
+use crate::case::file::CaseFile;
 use crate::case::file::solid::{BodyTable, FormulationTable, SolidTable};
 use crate::case::mistakes::{Mistake, Mistakes};
 use crate::quote::quoted;
@@ -20,11 +21,17 @@ const ENOUGH_ACROSS: usize = 6;
 const LEAST_ACROSS: usize = 2;
 
 /// Lays out all bodies.
-pub fn lay_out(solid: &SolidTable, domain: &Domain, lattice: &mut Lattice<'_>, scene: &mut Scene) {
+pub fn lay_out(
+    file: &CaseFile,
+    solid: &SolidTable,
+    domain: &Domain,
+    lattice: &mut Lattice<'_>,
+    scene: &mut Scene,
+) {
     scene.loads = vec![Vec::new(); solid.bodies.len()];
     for (k, body) in solid.bodies.iter().enumerate() {
         if body.intact {
-            lay_out_body(solid, index(k), body, domain, lattice, scene);
+            lay_out_body(file, solid, index(k), body, domain, lattice, scene);
         }
     }
     let (particles, spacing) = (&scene.solid, &solid.particle_spacing_m);
@@ -43,6 +50,7 @@ pub fn lay_out(solid: &SolidTable, domain: &Domain, lattice: &mut Lattice<'_>, s
 }
 
 fn lay_out_body(
+    file: &CaseFile,
     solid: &SolidTable,
     number: u32,
     body: &BodyTable,
@@ -52,7 +60,11 @@ fn lay_out_body(
 ) {
     let Some(shape) = &body.shape else { return };
     let spacing = solid.particle_spacing_m.value;
-    let positions = lattice.fill(shape, spacing, body.lattice_origin_m.as_ref());
+    let mut positions = lattice.fill(shape, spacing, body.lattice_origin_m.as_ref());
+    let what = format!("body `{}`", quoted(&body.name.value));
+    if meets_itself(&shape.place, &what, file, &positions, spacing, lattice.mistakes) {
+        positions.clear();
+    }
     let before = lattice.mistakes.count();
     let supports = assign_supports(body, &positions, lattice.mistakes);
     if lattice.mistakes.count() == before {

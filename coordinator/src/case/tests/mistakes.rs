@@ -36,6 +36,19 @@ fn unknown_and_missing_keys() {
         &["unknown key", "known here:", "lost_particle_limit"],
     );
     expect("[[wall]]", "[walls]\n[[wall]]", "walls", &["`walls`: unknown key"]);
+    // What else a shape may have depends on the key that is missing.
+    expect(
+        "{ type = \"rectangle\", lower_m = [0.05",
+        "{ tyPe = \"rectangle\", lower_m = [0.05",
+        "tyPe",
+        &["`solid.body[0].shape.tyPe` = \"rectangle\": unknown key", "did you mean `type`?"],
+    );
+    expect(
+        "{ type = \"rectangle\", lower_m = [0.05",
+        "{ lower_m = [0.05",
+        "{ lower_m = [0.05",
+        &["`solid.body[0].shape.type`: missing", "add `type` here"],
+    );
 }
 
 #[test]
@@ -337,6 +350,24 @@ fn a_period_must_fit_the_lattice() {
     let text = tank_with(&[("upper_m = [0.4, 0.3]", "upper_m = [0.405, 0.3]\nperiodic = [\"x\"]")]);
     let errors = bad(&text);
     assert!(errors.to_string().contains("does not divide the period of 0.405 m along x"), "{errors}");
+}
+
+#[test]
+fn nothing_meets_itself_through_a_periodic_side() {
+    let periodic = ("upper_m = [0.4, 0.3]", "upper_m = [0.4, 0.3]\nperiodic = [\"x\"]");
+    let water = "lower_m = [0.0, 0.0], upper_m = [0.4, 0.1]";
+    let text = tank_with(&[periodic, (water, "lower_m = [0.0, 0.0], upper_m = [0.41, 0.1]")]);
+    let mistake = only_mistake(&text, "{ type = \"rectangle\", lower_m = [0.0, 0.0], upper_m = [0.41");
+    assert!(
+        mistake.problem.contains("region `water` is wider than the period of 0.4 m along x"),
+        "{mistake:?}"
+    );
+    good(&tank_with(&[periodic]));
+    let text = tank_with(&[
+        periodic,
+        ("lower_m = [0.05, 0.15], upper_m = [0.11", "lower_m = [0.05, 0.15], upper_m = [0.6"),
+    ]);
+    assert!(bad(&text).to_string().contains("body `block` is wider than the period"), "{}", bad(&text));
 }
 
 #[test]

@@ -179,7 +179,7 @@ pub fn results(summary: &Summary) -> Vec<Fact> {
         };
         if angular.is_none() && summary.steps > 0 {
             let why = "not audited: no budget of angular momentum was reported (a periodic domain has none)";
-            facts.push(fact(&format!("{role} torques"), why.into()));
+            facts.push(fact(&format!("{role} torques"), why));
         }
         if counts.contact_impulse_n_s_per_m > 0.0 {
             facts.push(fact(

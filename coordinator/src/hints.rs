@@ -41,6 +41,17 @@ pub(crate) fn of_secrets(error: &RpcError, security: &ClientSecurity) -> Option<
     } else if says(&["UnknownCA", "DecryptError", "BadCertificate", "CertificateUnknown"]) {
         "the server does not accept the certificate that it was shown; give one that its authority has signed by `--tls-cert` \
          and `--tls-key`"
+    } else if error.call == "Describe"
+        && error.address.starts_with("https://")
+        && error.code == RpcCode::Unavailable
+    {
+        // Its reason may be lost with the connection.
+        if security.shows_certificate() {
+            "if the server does not accept the certificate that it was shown, give one that its authority has signed by \
+             `--tls-cert` and `--tls-key`"
+        } else {
+            "if the server demands a certificate of its callers, give one by `--tls-cert` and `--tls-key`"
+        }
     } else if says(&["UnknownIssuer", "no authority's certificate"]) {
         "the certificate of the authority that has signed the server's is needed; give it by `--tls-ca`"
     } else {

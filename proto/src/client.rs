@@ -149,8 +149,8 @@ impl ParticipantClient {
         let deadline = self.deadlines.describe;
         let answer = self.inner.describe(wire::DescribeRequest {});
         let reply = within(deadline, "Describe", &self.address, answer).await.map_err(|mut error| {
-            // A refused certificate shows with the first call only, and whoever refuses it is a server of some kind.
-            let by_tls = ["alert", "certificate"].iter().any(|word| error.message.contains(word));
+            // A refused certificate shows with the first call only: by words, or by the end of the connection.
+            let by_tls = self.address.starts_with("https://") && error.code == RpcCode::Unavailable;
             if error.code != RpcCode::PermissionDenied && !by_tls {
                 error.message.push_str("; what listens there seems to be no solver of protocol fsi.v1");
             }

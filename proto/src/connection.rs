@@ -1,7 +1,7 @@
 //! Connections of a server: how many there are, how long one may bring no call, and when it ends.
 //!
-//! Whoever connects and makes no call is cut off soon, and first where connections are short, so that such callers keep nobody
-//! else out. A call without the token that the server demands counts as none.
+//! Whoever connects and makes no call is cut off soon, and first where connections are short, so that such callers do not keep
+//! others out. A call without the token that the server demands counts as none.
 
 use std::collections::BTreeMap;
 use std::io;

@@ -24,7 +24,7 @@ impl AccessToken {
     /// Environment variable that says `1` to a program whose first line of standard input is its access token.
     pub const ANNOUNCEMENT: &'static str = "TIDELOCK_TOKEN_STDIN";
 
-    /// A token that nobody can guess.
+    /// A token that cannot be guessed.
     ///
     /// # Errors
     /// When the system has no random numbers.

@@ -30,6 +30,8 @@ const HANDSHAKE_TIMEOUT: Duration = Duration::from_secs(10);
 pub struct ClientSecurity {
     tls: Option<ClientTlsConfig>,
     access: Option<Token>,
+    /// Whether it shows a certificate of its own.
+    identified: bool,
     warnings: Vec<String>,
 }
 
@@ -108,7 +110,7 @@ impl ClientSecurity {
                 Err("a certificate to show is of no use without the authority's, by which servers are known"
                     .into())
             } else {
-                Ok(Self { tls: None, access, warnings: secrets.exposed })
+                Ok(Self { access, warnings: secrets.exposed, ..Self::default() })
             };
         };
         let certificates = Certificate::from_pem(read("authority's certificate", authority)?);
@@ -121,7 +123,8 @@ impl ClientSecurity {
             let text = crate::transport::with_causes(&e);
             format!("`{}` or the certificate to show cannot be used: {text}", authority.display())
         })?;
-        Ok(Self { tls: Some(tls), access, warnings: secrets.exposed })
+        let identified = files.identity.is_some();
+        Ok(Self { tls: Some(tls), access, identified, warnings: secrets.exposed })
     }
 
     /// The same for a server that demands `access`.
@@ -132,6 +135,11 @@ impl ClientSecurity {
     /// The access token that is shown to servers.
     pub fn access(&self) -> Option<AccessToken> {
         self.access.clone().map(AccessToken)
+    }
+
+    /// Whether a certificate is shown to servers that demand one.
+    pub fn shows_certificate(&self) -> bool {
+        self.identified
     }
 
     /// Files of secrets that other users can read.

@@ -56,7 +56,7 @@ fn address(out: &Path, role: &str) -> String {
 }
 
 /// Every call at both servers of `run` must be refused; nothing that others can read holds the token.
-fn nobody_else_is_answered(run: &Running, out: &Path) {
+fn all_others_are_refused(run: &Running, out: &Path) {
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap();
     let others =
         ["/grpc.health.v1.Health/Check", "/grpc.reflection.v1.ServerReflection/ServerReflectionInfo"];
@@ -79,7 +79,7 @@ fn nobody_else_is_answered(run: &Running, out: &Path) {
 }
 
 #[test]
-fn servers_of_a_run_answer_nobody_else_and_the_run_keeps_its_bits() {
+fn servers_of_a_run_refuse_all_others_and_the_run_keeps_its_bits() {
     let bench = Bench::new(PROGRAM);
     let case = bench.tank_to(0.1, None);
     let whole = digests(&bench.run(&case, "whole", &[]));
@@ -89,7 +89,7 @@ fn servers_of_a_run_answer_nobody_else_and_the_run_keeps_its_bits() {
     let program = bench.tank("program.toml", &[(end, "end_time_s = 0.1"), ("[outputs]", &servers)]);
     for (case, name) in [(&case, "own"), (&program, "program")] {
         let mut run = bench.start(case, name);
-        nobody_else_is_answered(&run, &bench.path(name));
+        all_others_are_refused(&run, &bench.path(name));
         let (status, said) = run.end();
         assert_eq!(status.code(), Some(0), "{said}");
         assert_eq!(digests(&bench.summary(name)), whole, "{name}");
@@ -126,7 +126,7 @@ fn a_server_short_of_handles_waits_for_some_and_serves_again() {
     std::thread::sleep(Duration::from_secs(3));
     let used = ticks(node.process()) - before;
     assert!(used < 30, "{used} % of three seconds");
-    // Nobody lets go: those that bring no call are closed.
+    // None lets go: those that bring no call are closed.
     let out = bench.path("report.xml");
     soon("an answer", || {
         let arguments = ["conform", &node.address, "--only", "description", "--junit", text(&out)];

@@ -43,7 +43,7 @@ async fn a_connection_that_brings_no_call_is_closed_and_one_that_called_stays() 
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn callers_that_say_nothing_keep_nobody_out() {
+async fn callers_that_say_nothing_do_not_keep_others_out() {
     let server = TestServer::start(Role::Solid);
     let mut first = server.client().await;
     first.describe().await.unwrap();

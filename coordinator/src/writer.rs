@@ -181,23 +181,61 @@ mod tests {
     use crate::output::directory::{self, Existing, OutputDirectory};
     use crate::progress::Progress;
 
+    /// A recorder of the case with every key, in `out`.
+    fn recorder(out: &Path) -> (Recorder, Arc<OutputDirectory>) {
+        let text = include_str!("case/testdata/everything.toml");
+        let none = |_: &Path| Err("no such file".to_owned());
+        let case = case::parse(text, "case.toml", Path::new("."), &none).unwrap();
+        let directory = Arc::new(OutputDirectory::create(out, Existing::Refuse).unwrap());
+        let progress = Progress::new(case.run_setup().time, true);
+        (Recorder::create(&directory, &case, &[], progress).unwrap(), directory)
+    }
+
+    fn in_runtime<T>(work: impl Future<Output = T>) -> T {
+        tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap().block_on(work)
+    }
+
+    #[test]
+    fn a_disk_that_hangs_is_an_output_failure_after_the_deadline() {
+        let root = tempfile::tempdir().unwrap();
+        let (recorder, _directory) = recorder(&root.path().join("out"));
+        // The disk takes nothing until this is dropped.
+        let (disk, hung) = std::sync::mpsc::channel::<()>();
+        let hung = Arc::new(Mutex::new(hung));
+        let failure = in_runtime(async {
+            let writer = Writer::start(recorder, Duration::from_millis(50)).unwrap();
+            let frame = || {
+                let hung = hung.clone();
+                writer.order_frame(move |_| {
+                    let _ = hung.lock().unwrap_or_else(PoisonError::into_inner).recv();
+                    Ok(())
+                })
+            };
+            for _ in 0..PENDING_FRAMES {
+                frame().await.unwrap();
+            }
+            let failure = frame().await.unwrap_err();
+            // Whoever comes later is told at once, and what waits in the thread holds nobody up.
+            assert_eq!(writer.order(|_| Ok(())).await.unwrap_err(), failure);
+            assert_eq!(writer.close().await.unwrap_err().kind, Kind::Output);
+            failure
+        });
+        drop(disk);
+        assert_eq!(failure.kind, Kind::Output);
+        assert!(failure.message.contains("has taken nothing for 0.05 s"), "{failure}");
+        assert!(failure.message.contains("disk_s"), "{failure}");
+    }
+
     #[test]
     fn whoever_waits_for_a_state_that_cannot_be_stored_is_told_why() {
         let root = tempfile::tempdir().unwrap();
-        let text = include_str!("case/testdata/everything.toml");
-        let none = |_: &Path| Err("no such file".to_owned());
-        let case = case::parse(text, "case.toml", Path::new("."), &none);
-        let case = case.unwrap();
-        let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap();
         // Two threads race for the answer.
         for attempt in 0..200 {
             let out = root.path().join(attempt.to_string());
-            let directory = Arc::new(OutputDirectory::create(&out, Existing::Refuse).unwrap());
+            let (recorder, directory) = recorder(&out);
             // As a disk without room for a folder.
             std::fs::write(directory.file(directory::CHECKPOINTS), "").unwrap();
-            let progress = Progress::new(case.run_setup().time, true);
-            let recorder = Recorder::create(&directory, &case, &[], progress).unwrap();
-            let failure = runtime.block_on(async {
+            let failure = in_runtime(async {
                 let writer = Writer::start(recorder, Duration::from_secs(60)).unwrap();
                 writer.state(1).await.unwrap_err()
             });

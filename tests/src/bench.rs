@@ -60,6 +60,13 @@ impl Bench {
         self.tank("tank.toml", &[("end_time_s = 0.002", &end), ("[solid]", &solid)])
     }
 
+    /// The tank's case until `end_time` \[s\] for [`crate::idle::Idle`] solvers, which show other particles than the case has.
+    pub fn tank_for_idle(&self, end_time: f64) -> PathBuf {
+        let end = format!("end_time_s = {end_time}");
+        let warn = "[ledger]\naction = \"warn\"\n[solid]";
+        self.tank("tank.toml", &[("end_time_s = 0.002", &end), ("[solid]", warn)])
+    }
+
     /// The coarse drifting-body case cut to `end_time` \[s\], with lines that start with a key replaced.
     pub fn coarse(&self, end_time: f64, replace: &[(&str, &str)]) -> PathBuf {
         let shipped = Path::new(env!("CARGO_MANIFEST_DIR")).join("../cases/drifting_body_coarse.toml");

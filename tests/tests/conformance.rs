@@ -32,7 +32,7 @@ fn line<'a>(table: &'a str, check: &str) -> &'a str {
 
 #[test]
 fn the_servers_of_this_workspace_conform() {
-    let offered = ["large-frame", "order-oscillator", "iterated-half-step"];
+    let offered = ["large-frame", "order-oscillator", "iterated-half-step", "body-masses"];
     for (kind, table) in [
         ("states", examine(solid_server::SolidFactory, &["--kind", "states"])),
         ("loads", examine(solid_server::SolidFactory, &["--kind", "loads"])),
@@ -44,7 +44,9 @@ fn the_servers_of_this_workspace_conform() {
         for line in table.lines().filter(|line| line.contains(" not offered ")) {
             assert!(offered.iter().any(|name| line.starts_with(name)), "{kind}: {line}");
         }
-        assert!(line(&table, "action-reaction").contains(" passed "), "{table}");
+        for check in ["action-reaction", "angular-momentum"] {
+            assert!(line(&table, check).contains(" passed "), "{table}");
+        }
         let iterated = if kind == "loads" { " passed " } else { " not offered " };
         assert!(line(&table, "iterated-half-step").contains(iterated), "{table}");
     }

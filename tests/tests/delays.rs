@@ -14,7 +14,7 @@ fn wait(delay: Duration, own_sums: Duration) -> f64 {
     let idle = |role| serve(Idle { role, particles: 300, own_sums });
     let (fluid, solid) = (idle(Role::Fluid), idle(Role::Solid));
     let line = DelayLine::start(solid.address, delay);
-    let case = bench.tank_to(0.0004, None);
+    let case = bench.tank_for_idle(0.0004);
     let (fluid, solid) = (fluid.address.to_string(), line.address.to_string());
     let summary = bench.run(&case, "out", &["--fluid", &fluid, "--solid", &solid]);
     let half_steps = 2.0 * summary["steps"].as_f64().unwrap();

@@ -364,7 +364,7 @@ fn pipes_in_the_place_of_files_hold_nothing_up() {
     let next = bench.write("next.toml", &format!("start_from = \"out\"\n{tank}"));
     let (code, said) = within(&format!("{exec} check {}", text(&next)), Duration::from_secs(30));
     assert_eq!(code, Some(2), "{said}");
-    assert!(said.contains("solid.state") && said.contains("no regular file"), "{said}");
+    assert!(said.contains("solid.state") && said.contains("is not a regular file"), "{said}");
 }
 
 #[test]

@@ -82,7 +82,7 @@ fn exchange() {
         let idle = |role| serve(Idle { role, particles, own_sums: Duration::ZERO });
         let (fluid, solid) = (idle(Role::Fluid), idle(Role::Solid));
         let [fluid, solid] = [&fluid, &solid].map(|served| served.address.to_string());
-        let case = bench.tank_to(0.02, None);
+        let case = bench.tank_for_idle(0.02);
         let half_steps = |k: usize| {
             let name = format!("exchange_{particles}_{k}");
             let summary = bench.run(&case, &name, &["--fluid", &fluid, "--solid", &solid]);

@@ -33,7 +33,7 @@ pub enum Which {
     Output,
     /// Standard error.
     Errors,
-    /// Both.
+    /// Both; where they are closed, standard input too.
     Both,
 }
 
@@ -47,7 +47,7 @@ pub fn command(program: &Path, arguments: &[&str], which: Which, broken: Broken)
     let redirection = match (broken, which) {
         (Broken::Closed, Which::Output) => ">&-",
         (Broken::Closed, Which::Errors) => "2>&-",
-        (Broken::Closed, Which::Both) => ">&- 2>&-",
+        (Broken::Closed, Which::Both) => "<&- >&- 2>&-",
         _ => "",
     };
     // A shell alone can start a program without a stream.

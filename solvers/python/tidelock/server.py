@@ -303,7 +303,9 @@ def main(factory) -> None:
     server.start()
     print(f"LISTEN {arguments.listen.rsplit(':', 1)[0]}:{port}", flush=True)
     ended = threading.Event()
-    for number in (signal.SIGTERM, signal.SIGINT):
+    # Ignored where it was at the start, as by nohup.
+    hangup = () if signal.getsignal(signal.SIGHUP) == signal.SIG_IGN else (signal.SIGHUP,)
+    for number in (signal.SIGTERM, signal.SIGINT, *hangup):
         signal.signal(number, lambda *_: ended.set())
     if stat.S_ISFIFO(os.fstat(0).st_mode):
         # Started by a coordinator, which closes the pipe when the run is over.

@@ -90,7 +90,8 @@ pub fn other_bodies(setup: &SolidSetup, report: &OpenReport) -> Vec<String> {
     for ((body, said), k) in setup.bodies.iter().zip(&report.bodies).zip(0u32..) {
         let particles = setup.particles.of_body(k);
         let mut compare = |what: &str, unit: &str, said: f64, expected: f64| {
-            if !((said - expected).abs() <= SAME_MASS * expected) {
+            let error = (said - expected).abs();
+            if error.is_nan() || error > SAME_MASS * expected {
                 differences.push(format!(
                     "{what} of body `{}`: {said:e} {unit}, the particles of the set-up have {expected:e} {unit}",
                     body.name

@@ -5,7 +5,7 @@
 
 use crate::domain::Domain;
 use crate::exchange::InterfaceStates;
-use crate::ledger::StageBooks;
+use crate::ledger::{StageBooks, exceeds};
 use crate::setup::{CouplingKind, Formulation, SolidSetup};
 use crate::stage::{Stage, StageTime};
 use crate::sums::ordered_sum;
@@ -299,7 +299,7 @@ impl Audit {
     fn compare_momenta(&self, before: &Shown, now: &Shown, report: &MomentumReport) -> Result<(), String> {
         let change = now.momentum - before.momentum;
         let scale = report.gross + now.gross + before.gross;
-        if !((change - report.change).norm() <= self.tolerance * scale) {
+        if exceeds((change - report.change).norm(), self.tolerance * scale) {
             let ratio = report.change.norm() / change.norm();
             return Err(format!(
                 "it reports that its momentum changed by ({:.6e}, {:.6e}) kg/s, the velocities it shows and the masses of the \
@@ -313,7 +313,7 @@ impl Audit {
         };
         let change = now.angular - before.angular;
         let scale = gross + now.gross_angular + before.gross_angular;
-        if !((change - reported).abs() <= self.tolerance * scale) {
+        if exceeds((change - reported).abs(), self.tolerance * scale) {
             return Err(format!(
                 "it reports that its angular momentum changed by {reported:.6e} kg m/s, the motion it shows and the masses of \
                  the set-up give {change:.6e} kg m/s: its moment of inertia is not that of the set-up, or what is shown \
@@ -350,7 +350,7 @@ impl Audit {
             track.drift += moved - led;
             track.way += moved.norm().max(led.norm());
             let allowed = (DRIFT_SPACINGS * self.spacing).max(DRIFT_SHARE * track.way);
-            if !(track.drift.norm() <= allowed) {
+            if exceeds(track.drift.norm(), allowed) {
                 return Err(format!(
                     "the particles shown of body `{}` are on average {:.3e} m from where the velocities shown lead, after a way \
                      of {:.3e} m; allowed: {allowed:.3e} m; positions and velocities are not those of one motion",

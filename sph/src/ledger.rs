@@ -424,6 +424,6 @@ pub fn budget_breaches(at: StepStage, books: &StageBooks, policy: &LedgerPolicy)
 }
 
 /// NaN exceeds everything.
-fn exceeds(value: f64, tolerance: f64) -> bool {
+pub(crate) fn exceeds(value: f64, tolerance: f64) -> bool {
     value.is_nan() || value > tolerance
 }

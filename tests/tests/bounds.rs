@@ -30,7 +30,7 @@ async fn a_set_up_of_empty_entries_is_refused_by_name_in_little_memory() {
         assert!(refused.message.contains(words), "{refused}");
     }
     let peak = kilobytes(node.process(), "VmHWM:") >> 10;
-    println!("peak of the server: {peak} MiB");
+    terminal::say(format_args!("peak of the server: {peak} MiB"));
     assert!(peak < 300, "{peak} MiB");
     // Bytes that cost nothing were sent, and the server is as good as before.
     let mut client = ParticipantClient::connect(&node.address, Deadlines::default()).await.unwrap();

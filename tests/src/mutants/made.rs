@@ -164,7 +164,7 @@ fn with_shape(shape: &str) -> String {
 fn polygon(corners: usize) -> String {
     let corner = |k: usize| {
         let angle = std::f64::consts::TAU * k as f64 / corners as f64;
-        let radius = if k % 2 == 0 { 0.05 } else { 0.04 };
+        let radius = if k.is_multiple_of(2) { 0.05 } else { 0.04 };
         format!("[{:.6}, {:.6}],", 0.1 + radius * angle.cos(), 0.06 + radius * angle.sin())
     };
     format!("{{ type = \"polygon\", vertices_m = [{}] }}", (0..corners).map(corner).collect::<String>())

@@ -182,7 +182,7 @@ mod tests {
     use crate::progress::Progress;
 
     #[test]
-    fn whoever_waits_for_a_state_that_cannot_be_stored_is_told_why() {
+    fn whoever_waits_for_a_state_that_cannot_be_stored_learns_why() {
         let root = tempfile::tempdir().unwrap();
         let text = include_str!("case/testdata/everything.toml");
         let none = |_: &Path| Err("no such file".to_owned());

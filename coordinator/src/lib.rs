@@ -7,7 +7,7 @@
 //! | [`threads`] | how they share the cores of this machine |
 //! | [`control`], [`lockstep`] | grants, events, checks of the books |
 //! | [`recorder`], [`output`] | everything that a run leaves behind |
-//! | [`checkpoint`], [`keeper`], [`origin`] | states from which a run goes on, when they are taken, and what it started from |
+//! | [`checkpoint`], [`keeper`], [`origin`] | states from which a run continues, when they are taken, and what it started from |
 //! | [`study`] | what accuracy costs: `report` |
 //! | [`trace`] | what is done when, of all processes of a run |
 //! | [`quote`], [`colour`] | text of users in messages; colours of messages |

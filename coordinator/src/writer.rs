@@ -227,7 +227,7 @@ mod tests {
     }
 
     #[test]
-    fn whoever_waits_for_a_state_that_cannot_be_stored_is_told_why() {
+    fn whoever_waits_for_a_state_that_cannot_be_stored_learns_why() {
         let root = tempfile::tempdir().unwrap();
         // Two threads race for the answer.
         for attempt in 0..200 {

@@ -14,6 +14,6 @@ use tokio::signal::unix::{SignalKind, signal};
 pub fn fail_beyond_largest_file() -> io::Result<()> {
     let runtime = Builder::new_current_thread().enable_all().build()?;
     let _inside = runtime.enter();
-    // That nobody listens does not matter: a handler, once set, stays in place of the default.
+    // That the listener goes at once does not matter: a handler, once set, stays in place of the default.
     signal(SignalKind::from_raw(Signal::XFSZ.as_raw())).map(drop)
 }

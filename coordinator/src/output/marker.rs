@@ -55,7 +55,7 @@ pub(super) fn take_marker(path: &Path) -> Result<(File, bool), OutputError> {
                 "wait for it to end or choose another folder with `--out`",
             );
         }
-        // The run before may have removed it meanwhile: a lock on what has no name holds nobody off.
+        // The run before may have removed it meanwhile: a lock on a file without a name keeps no other run off.
         let here = marker.metadata().map_err(failed)?;
         if !fs::symlink_metadata(&file).is_ok_and(|f| (f.dev(), f.ino()) == (here.dev(), here.ino())) {
             continue;

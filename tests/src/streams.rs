@@ -8,6 +8,7 @@ use std::process::{Child, Command, Stdio};
 use std::sync::mpsc;
 use std::thread::JoinHandle;
 
+use crate::bench::soon;
 use rustix::pty::{OpenptFlags, grantpt, ioctl_tiocgptpeer, openpt, unlockpt};
 
 /// A stream that cannot be written.
@@ -71,6 +72,51 @@ fn stream(broken: Broken) -> Stdio {
     }
 }
 
+/// A program that ends with this value.
+#[derive(Debug)]
+pub struct Program(Child);
+
+impl Program {
+    /// Starts `command`.
+    pub fn start(command: &mut Command) -> Self {
+        Self(command.spawn().unwrap())
+    }
+
+    /// Process id.
+    pub fn id(&self) -> u32 {
+        self.0.id()
+    }
+
+    /// The running program.
+    pub fn child(&mut self) -> &mut Child {
+        &mut self.0
+    }
+
+    /// Sends a signal such as `INT`.
+    pub fn signal(&self, name: &str) {
+        let process = self.0.id().to_string();
+        assert!(Command::new("kill").args([&format!("-{name}"), &process]).status().unwrap().success());
+    }
+
+    /// Waits for its end; the exit code.
+    pub fn end(&mut self) -> Option<i32> {
+        let mut status = None;
+        soon("the end of the program", || {
+            status = self.0.try_wait().unwrap();
+            status.is_some()
+        });
+        status.and_then(|status| status.code())
+    }
+}
+
+impl Drop for Program {
+    fn drop(&mut self) {
+        // Ended already in a test that passes.
+        drop(self.0.kill());
+        drop(self.0.wait());
+    }
+}
+
 /// A terminal on which a program writes its errors.
 #[derive(Debug)]
 pub struct Terminal {
@@ -81,12 +127,14 @@ pub struct Terminal {
 
 impl Terminal {
     /// Starts `command` with standard error on a new terminal.
-    pub fn start(command: &mut Command) -> (Self, Child) {
-        let control = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY).unwrap();
+    pub fn start(command: &mut Command) -> (Self, Program) {
+        // The program must not hold the terminal open by itself.
+        let flags = OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC;
+        let control = openpt(flags).unwrap();
         grantpt(&control).unwrap();
         unlockpt(&control).unwrap();
-        let side: OwnedFd = ioctl_tiocgptpeer(&control, OpenptFlags::RDWR | OpenptFlags::NOCTTY).unwrap();
-        let child = command.stderr(side).spawn().unwrap();
+        let side: OwnedFd = ioctl_tiocgptpeer(&control, flags).unwrap();
+        let program = Program::start(command.stderr(side));
         // The command keeps its end otherwise, and the terminal with it.
         command.stderr(Stdio::null());
         let (leave, left) = mpsc::channel();
@@ -98,7 +146,7 @@ impl Terminal {
                 drop(show.send(String::from_utf8_lossy(&bytes[..count]).into_owned()));
             }
         });
-        (Self { reader, leave, shown }, child)
+        (Self { reader, leave, shown }, program)
     }
 
     /// Waits until the program has shown `words`; everything until then.

@@ -1,12 +1,12 @@
 //! No program panics, ends or changes its exit code because nobody can read what it prints.
 
-use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
+use std::path::Path;
+use std::process::{Command, Stdio};
 use std::time::Duration;
 
 use tests::bench::{Bench, children_of, digests, soon, text, wait_for_checkpoint, wait_for_first_frame};
 use tests::kill::server_of;
-use tests::streams::{Broken, Terminal, Which, command};
+use tests::streams::{Broken, Program, Terminal, Which, command};
 
 const PROGRAM: &str = env!("CARGO_BIN_EXE_tidelock-node");
 /// Far more simulated time than a test waits for.
@@ -75,11 +75,11 @@ fn no_program_of_the_tests_minds() {
 }
 
 /// A run of `case` into `out` whose error stream is broken, after its first checkpoint.
-fn quiet_run(case: &Path, out: &Path, further: &[&str], broken: Broken) -> Child {
+fn quiet_run(case: &Path, out: &Path, further: &[&str], broken: Broken) -> Program {
     let mut arguments =
         vec!["run", text(case), "--quiet", "--out", text(out), "--checkpoint-every-steps", "20"];
     arguments.extend(further);
-    let run = command(Path::new(PROGRAM), &arguments, Which::Errors, broken).spawn().unwrap();
+    let run = Program::start(&mut command(Path::new(PROGRAM), &arguments, Which::Errors, broken));
     wait_for_checkpoint(out);
     run
 }
@@ -98,7 +98,7 @@ fn a_lost_server_is_started_again_though_nobody_can_be_told() {
         let whole = bench.run(&case, "whole", &[]);
         let mut run = quiet_run(&case, &bench.path("out"), &["--max-restarts", "3"], broken);
         kill(server_of(run.id(), "node-solid").unwrap(), "KILL");
-        assert_eq!(run.wait().unwrap().code(), Some(0), "{broken:?}");
+        assert_eq!(run.end(), Some(0), "{broken:?}");
         let summary = bench.summary("out");
         assert_eq!(summary["restarts"].as_array().unwrap().len(), 1, "{broken:?}");
         assert_eq!(digests(&summary), digests(&whole));
@@ -110,8 +110,8 @@ fn a_run_stops_at_a_signal_though_nobody_can_be_told() {
     for broken in Broken::ALL {
         let bench = Bench::new(PROGRAM);
         let mut run = quiet_run(&bench.tank("case.toml", &[LONG]), &bench.path("out"), &[], broken);
-        kill(run.id(), "INT");
-        assert_eq!(run.wait().unwrap().code(), Some(8), "{broken:?}");
+        run.signal("INT");
+        assert_eq!(run.end(), Some(8), "{broken:?}");
         assert_eq!(bench.summary("out")["verdict"], "stopped");
     }
 }
@@ -126,24 +126,24 @@ fn a_run_outlives_its_terminal() {
     // The bar, which needs a terminal; lines would come every ten seconds.
     terminal.wait_for(" of 0.1000 s, step ");
     terminal.close();
-    assert!(run.try_wait().unwrap().is_none(), "the run was over before its terminal closed");
-    assert_eq!(run.wait().unwrap().code(), Some(0));
+    assert!(run.child().try_wait().unwrap().is_none(), "the run was over before its terminal closed");
+    assert_eq!(run.end(), Some(0));
     assert_eq!(bench.summary("out")["verdict"], "completed");
 }
 
 /// Starts the server of `role` with a broken error stream; process and address.
-fn server(role: &str, broken: Broken, address: &Path) -> (Child, String) {
-    let program: PathBuf = PROGRAM.into();
+fn server(role: &str, broken: Broken, address: &Path) -> (Program, String) {
     // Every event is logged: each line fails.
-    let mut command = command(&program, &[&format!("node-{role}"), "--threads", "1"], Which::Errors, broken);
+    let mut command =
+        command(Path::new(PROGRAM), &[&format!("node-{role}"), "--threads", "1"], Which::Errors, broken);
     command.env("RUST_LOG", "trace").stdout(std::fs::File::create(address).unwrap());
-    let child = command.spawn().unwrap();
+    let program = Program::start(&mut command);
     let mut line = String::new();
     soon("the address of the server", || {
         line = std::fs::read_to_string(address).unwrap();
         line.ends_with('\n')
     });
-    (child, line.trim_start_matches("LISTEN ").trim().to_owned())
+    (program, line.trim_start_matches("LISTEN ").trim().to_owned())
 }
 
 #[test]
@@ -160,8 +160,8 @@ fn servers_serve_though_their_log_cannot_be_written() {
             assert_eq!(digests(&summary), own, "{name}");
         }
         for server in [&mut fluid, &mut solid] {
-            kill(server.id(), "TERM");
-            assert_eq!(server.wait().unwrap().code(), Some(0), "{broken:?}");
+            server.signal("TERM");
+            assert_eq!(server.end(), Some(0), "{broken:?}");
         }
     }
 }
@@ -207,14 +207,14 @@ fn a_hangup_stops_a_run_like_a_request_to_end() {
     // The tests themselves may run where it is ignored.
     let mut command = Command::new("env");
     command.args(["--default-signal=HUP", PROGRAM, "run", text(&case), "--quiet", "--out", text(&out)]);
-    let mut run = command.stderr(Stdio::piped()).spawn().unwrap();
-    wait_for_first_frame(&out, &mut run, Duration::from_millis(5));
+    let mut run = Program::start(command.stderr(Stdio::piped()));
+    wait_for_first_frame(&out, run.child(), Duration::from_millis(5));
     // A terminal that closes sends it by itself and through the shell: twice is no second request.
-    kill(run.id(), "HUP");
-    kill(run.id(), "HUP");
-    let output = run.wait_with_output().unwrap();
-    let message = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(8), "{message}");
+    run.signal("HUP");
+    run.signal("HUP");
+    let code = run.end();
+    let message = std::io::read_to_string(run.child().stderr.take().unwrap()).unwrap();
+    assert_eq!(code, Some(8), "{message}");
     assert!(message.contains("stopping at the next step boundary"), "{message}");
     assert_eq!(bench.summary("out")["verdict"], "stopped");
     assert!(bench.call(&["resume", text(&out), "--quiet"]).status.success());
@@ -229,11 +229,11 @@ fn a_hangup_that_was_ignored_at_the_start_stays_ignored() {
     // As `nohup` does.
     let mut shell = Command::new("sh");
     shell.args(["-c", "trap '' HUP; exec \"$0\" \"$@\"", PROGRAM, "run", text(&case), "--quiet", "--out"]);
-    let mut run = shell.arg(&out).spawn().unwrap();
-    wait_for_first_frame(&out, &mut run, Duration::from_millis(5));
+    let mut run = Program::start(shell.arg(&out));
+    wait_for_first_frame(&out, run.child(), Duration::from_millis(5));
     for process in children_of(run.id()).into_iter().chain([run.id()]) {
         kill(process, "HUP");
     }
-    assert_eq!(run.wait().unwrap().code(), Some(0));
+    assert_eq!(run.end(), Some(0));
     assert_eq!(bench.summary("out")["verdict"], "completed");
 }

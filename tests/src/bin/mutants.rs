@@ -55,6 +55,9 @@ fn main() -> ExitCode {
             println!("  runs that ended with {code}: {count}");
         }
     }
+    for run in found.runs.iter().filter(|run| matches!(run.code, Some(2 | 4))) {
+        println!("  accepted, but its run ended with {:?}: {}", run.code, run.name);
+    }
     found.faults.iter().for_each(|fault| println!("fault: {fault}"));
     if found.faults.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }

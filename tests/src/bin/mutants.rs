@@ -63,6 +63,9 @@ fn run(arguments: Arguments) -> ExitCode {
             terminal::say(format_args!("  runs that ended with {code}: {count}"));
         }
     }
+    for run in found.runs.iter().filter(|run| matches!(run.code, Some(2 | 4))) {
+        terminal::say(format_args!("  accepted, but its run ended with {:?}: {}", run.code, run.name));
+    }
     found.faults.iter().for_each(|fault| terminal::say(format_args!("fault: {fault}")));
     if found.faults.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }

@@ -41,7 +41,10 @@ const VALUES: [&str; 24] = [
 pub fn replaced() -> Vec<Mutant> {
     let mut mutants = Vec::new();
     for (name, text) in CASES {
-        for (number, (from, to)) in values(text).into_iter().enumerate() {
+        // With servers of its own a case is not examined by those of this workspace.
+        let own = |line: &&str| !line.starts_with("fluid_address") && !line.starts_with("solid_command");
+        let text: String = text.split_inclusive('\n').filter(own).collect();
+        for (number, (from, to)) in values(&text).into_iter().enumerate() {
             for value in VALUES {
                 let changed = [&text[..from], value, &text[to..]].concat();
                 let name = format!("{name}, value {number} ({}) as {value}", &text[from..to]);

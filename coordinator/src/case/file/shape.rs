@@ -79,7 +79,7 @@ impl ShapeTable {
             return Err(format!("has {pieces} corners and parts; at most {MOST_PIECES} are allowed"));
         }
         // Edges of a polygon are compared in pairs.
-        if !mistakes.spend(place, 1.5 * (pieces * pieces) as f64) {
+        if !mistakes.spend(place, 2.5 * (pieces * pieces) as f64) {
             return Err("was not examined: those before it took too much work".into());
         }
         self.to_shape().validate()

@@ -10,7 +10,7 @@ use super::overlap::first_clashes;
 use super::start::field;
 use super::{Scene, index, meets_itself, report_outside, shown};
 use crate::case::file::CaseFile;
-use crate::case::file::solid::{BodyTable, FormulationTable, SolidTable};
+use crate::case::file::solid::{BodyTable, FormulationTable, SolidTable, SupportTable};
 use crate::case::mistakes::{Mistake, Mistakes};
 use crate::quote::quoted;
 
@@ -68,7 +68,12 @@ fn lay_out_body(
     let before = lattice.mistakes.count();
     let supports = assign_supports(body, &positions, lattice.mistakes);
     if lattice.mistakes.count() == before {
-        let free = positions.iter().zip(&supports).filter(|(_, support)| **support == 0).map(|(x, _)| x);
+        // A support that is released by then holds nothing.
+        let start = file.time.start_time_s;
+        let holds = |support: &SupportTable| support.release_time_s.is_none_or(|release| release > start);
+        let is_held =
+            |slot: u32| slot.checked_sub(1).and_then(|k| body.supports.get(k as usize)).is_some_and(holds);
+        let free = positions.iter().zip(&supports).filter(|(_, slot)| !is_held(**slot)).map(|(x, _)| x);
         let mistake = Mistake::new(&shape.place, "").value(&body.name.value);
         report_outside(
             mistake,

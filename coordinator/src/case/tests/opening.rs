@@ -86,6 +86,13 @@ fn states_beyond_the_limits_of_the_solvers() {
         "\"water\"",
         &["starts with a density of", "check `start` of the region"],
     );
+    // A support that is released at the start holds nothing outside the domain.
+    refused(
+        &[("name = \"clamp\"", "name = \"clamp\"\nrelease_time_s = 0.0")],
+        "{ type = \"rectangle\", lower_m = [0.2, -0.03], upper_m = [0.26, 0.15]",
+        &["body `plate` leaves the domain: 18 particles outside"],
+    );
+    opens(&tank_with(&[("name = \"clamp\"", "name = \"clamp\"\nrelease_time_s = 0.01")]));
     refused(
         &[("name = \"block\"", "name = \"block\"\nvelocity_m_s = [1e4, 0]")],
         "1e4, 0]",

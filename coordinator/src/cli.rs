@@ -33,7 +33,7 @@ enum Command {
     ///
     /// A case with a fluid needs a fluid server, one with solids a solid server. The results are summary.json,
     /// report.html, probes.csv, ledger.csv, case.toml with every default, snapshots/ for ParaView, final/ from which
-    /// another case can start, checkpoints/ from which `resume` goes on, and logs/ of the servers. Ctrl-C, SIGTERM
+    /// another case can start, checkpoints/ from which `resume` continues, and logs/ of the servers. Ctrl-C, SIGTERM
     /// and SIGHUP stop at a step boundary with a checkpoint and outputs complete; a second Ctrl-C or SIGTERM gives up at
     /// once. SIGHUP stays ignored where it was at the start, as by `nohup`.
     #[command(after_help = exit_codes())]

@@ -215,7 +215,7 @@ mod tests {
                 frame().await.unwrap();
             }
             let failure = frame().await.unwrap_err();
-            // Whoever comes later is told at once, and what waits in the thread holds nobody up.
+            // Later orders are refused at once, and the blocked thread does not hold up the end of the run.
             assert_eq!(writer.order(|_| Ok(())).await.unwrap_err(), failure);
             assert_eq!(writer.close().await.unwrap_err().kind, Kind::Output);
             failure

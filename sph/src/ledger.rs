@@ -222,7 +222,7 @@ pub fn scheme_moment(start: (&Vector, &Vector), stage: &Vector, end: (&Vector, &
 
 /// Change of one side's angular momentum in one half-step, about the domain's torque origin.
 ///
-/// The angular momentum is Σ m (x − x₀) × v over all own particles, and for each rigid body I_c ω besides, with the
+/// The angular momentum is Σ m (x − x₀) × v over all own particles, plus I_c ω for each rigid body, with the
 /// moment of inertia I_c = Σ m V/6 of its cells about their own centres.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct AngularBudget {

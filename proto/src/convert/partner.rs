@@ -1,4 +1,4 @@
-//! What a participant is told of its partner's particles.
+//! Conversions of the partner's particles as its set-up has them.
 
 use sph::audit::{PartnerBody, PartnerParticles};
 

@@ -1,16 +1,16 @@
 #!/usr/bin/env python3
-"""A clamped Euler-Bernoulli beam of linear finite elements, coupled by loads.
+"""A clamped Euler-Bernoulli beam of linear finite elements with force coupling.
 
-The body of the case gives everything: its support marks the clamp, its particles give length, thickness and mass, its
+The body of the case defines it: its support marks the clamp, its particles give length, thickness and mass, its
 material E' = E/(1 - nu²) of plane strain. Hermite elements carry the deflection w(s) across the axis; a sample at
-(s, y) moves by w across and -y w' along it. Forces go to the nodes by the transpose of the same shape functions, so that
-force, torque and work are kept. In the modes of the elements, the motion under the forces of a stage is exact: the beam
-limits no time step. Deflections are meant to stay below a tenth of the length.
+(s, y) moves by w across and -y w' along it. Forces are transferred to the nodes by the transpose of the same shape
+functions, so that force, torque and work are preserved. The motion under the forces of a stage is exact in the modes of
+the elements, so the beam does not limit the time step. Deflections should stay below a tenth of the length.
 """
 
 import numpy as np
 
-from tidelock import Books, Refused, Solver, Torques, main
+from tidelock import Refused, Solver, StageBudget, Torques, main
 
 ELEMENTS = 24
 
@@ -81,7 +81,7 @@ class Beam(Solver):
         self._shape_functions(held, e, size)
 
     def _shape_functions(self, held, e, size):
-        """Rows that take deflection and slope of each sample from the nodes; held samples do not move."""
+        """Rows that interpolate deflection and slope of each sample from the nodes; held samples do not move."""
         self.w, self.slope = np.zeros((len(self.s), size)), np.zeros((len(self.s), size))
         for i in np.flatnonzero(~held):
             n = min(int(self.s[i] / e), ELEMENTS - 1)
@@ -103,7 +103,7 @@ class Beam(Solver):
         return self.uniform @ self.mass_matrix @ self._nodes(state[1]) * self.across
 
     def angular_momentum(self, state):
-        """That of the linear beam: its mass moves across the axis, at the places of the undeformed body."""
+        """Angular momentum of the linear beam: its mass moves across the axis, at the undeformed positions."""
         return self.rotation @ self.mass_matrix @ self._nodes(state[1])
 
     def body_masses(self):
@@ -115,7 +115,7 @@ class Beam(Solver):
         cos, sin = np.cos(self.omega * time.duration), np.sin(self.omega * time.duration)
         offset, speed = start[0] - still, start[1] / self.omega
         state = np.array([still + cos * offset + sin * speed, self.omega * (cos * speed - sin * offset)])
-        # The clamp takes what the nodes at the root feel over the stage, and all forces along the axis.
+        # The clamp carries the mean forces of the root node over the stage, and all forces along the axis.
         mean = still + (sin * offset + (1 - cos) * speed) / (self.omega * time.duration)
         change = self._nodes((state[1] - start[1]) / time.duration)
         root, moment = self.stiffness[:2] @ self._nodes(mean) + self.mass_matrix[:2] @ change - load[:2]
@@ -123,19 +123,19 @@ class Beam(Solver):
         axial = (forces.sum(axis=0) + self._mass() * self.setup.gravity) @ self.axis
         supports = (root - on_held @ self.across) * self.across - axial * self.axis
         gravity = self._mass() * self.setup.gravity
-        # Forces of the elements on their nodes, whose sum is all that the clamp feels.
+        # Forces of the elements on their nodes, whose sum is the load of the clamp.
         internal = np.abs(self.stiffness * self._nodes(mean)).sum(axis=1)
         gross = internal[::2].sum() + np.linalg.norm(gravity) + np.linalg.norm(forces, axis=1).sum()
         torques = self._torques(stage, forces, root, moment, np.abs(self.rotation) @ internal)
-        return state, Books(self.momentum(state), body_force=gravity, supports=supports, gross=gross, torques=torques)
+        return state, StageBudget(self.momentum(state), body_force=gravity, supports=supports, gross=gross, torques=torques)
 
     def _torques(self, stage, forces, root, moment, internal):
-        """Torques with the force `root` across and the `moment` of the clamp; sizes of torques of elements `internal`.
+        """Torques; `root` and `moment` are force (across) and moment of the clamp, `internal` the scale of round-off.
 
-        A force at (s, y) turns the beam about the torque origin (s0, y0) by (s - s0) times its part across less y times
-        that along the axis: `rotation` times its load on the nodes. The clamp takes the part along the axis in the middle
-        of its face, and the forces on held samples where they act. In the linear beam forces act at the places of the
-        undeformed body: what they have at the displaced ones more is no torque of its, and own forces take it off.
+        A force at (s, y) has the torque (s - s0) times its component across minus (y - y0) times that along the axis
+        about the torque origin (s0, y0): `rotation` times its load on the nodes. The clamp carries the axial component in
+        the middle of its face, and the forces on held samples where they act. In the linear beam forces act at the
+        undeformed positions: `own_forces` subtracts the additional torque at the displaced ones.
         """
         held = self.setup.support > 0
         along, across = self.about

@@ -1,13 +1,13 @@
 #!/usr/bin/env python3
-"""Rigid bodies in the plane, coupled by loads: three degrees of freedom for each body of the case.
+"""Rigid bodies in the plane with force coupling: three degrees of freedom for each body of the case.
 
-Mass, centre and moment of inertia are those of the particles of the set-up, which stay fixed in their body and are its
-samples. Bodies meet the fluid only: neither walls nor each other.
+Mass, centre and moment of inertia are those of the particles of the set-up, which are fixed in their body and are its
+samples. Bodies interact with the fluid only: neither with walls nor with each other.
 """
 
 import numpy as np
 
-from tidelock import Books, Refused, Solver, main
+from tidelock import Refused, Solver, StageBudget, main
 
 # Columns of a state, one row for each body: centre [m], angle [rad], velocity [m/s], angular velocity [rad/s].
 X, ANGLE, V, SPIN = slice(0, 2), 2, slice(3, 5), 5
@@ -34,7 +34,7 @@ class RigidBodies(Solver):
         self.inertia = np.bincount(setup.body, own)
         self.state[:, V] = self._mean(setup.velocity)
         slip = setup.velocity - self.state[setup.body, V]
-        # RIGID BODIES of setup.proto: keeps a rigid rotation; a single particle shows none.
+        # RIGID BODIES of setup.proto: preserves a rigid rotation; a single particle has none.
         spread = np.bincount(setup.body, setup.mass * (self.arms**2).sum(axis=1))
         turning = np.bincount(setup.body, setup.mass * _cross(self.arms, slip))
         np.divide(turning, spread, out=self.state[:, SPIN], where=spread > 1e-9 * self.inertia)
@@ -74,7 +74,7 @@ class RigidBodies(Solver):
         state = start + time.duration * rates
         weight = self.total.sum() * self.setup.gravity
         gross = np.linalg.norm(weight) + np.linalg.norm(forces, axis=1).sum()
-        return state, Books(self.momentum(state), body_force=weight, gross=gross)
+        return state, StageBudget(self.momentum(state), body_force=weight, gross=gross)
 
     def energies(self, state):
         kinetic = 0.5 * self.total @ (state[:, V] ** 2).sum(axis=1) + 0.5 * self.inertia @ state[:, SPIN] ** 2

@@ -1,1 +1,1 @@
-"""Tests of the skin and its solvers: `python3 -m unittest` in the folder above."""
+"""Tests of the package and its solvers: `python3 -m unittest` in the folder above."""

@@ -14,14 +14,14 @@ STEP = 1e-3
 
 
 def lattice(columns, rows, corner, angle=0.0):
-    """Places of a block of particles, turned about its corner [rad]."""
+    """Positions of a block of particles, rotated about its corner [rad]."""
     x, y = np.meshgrid(np.arange(columns) + 0.5, np.arange(rows) + 0.5)
     cos, sin = np.cos(angle), np.sin(angle)
     return np.array(corner) + SPACING * np.c_[x.ravel(), y.ravel()] @ np.array([[cos, sin], [-sin, cos]])
 
 
 def setup(blocks, formulation="rigid", held=None, velocity=None, gravity=(0.7, -9.81), iterate=False, steps=50):
-    """A Setup of bodies with particles at `blocks`, of which those numbered `held` are clamped."""
+    """A Setup of bodies with particles at `blocks`, of which those with index in `held` are clamped."""
     message = protocol.setup.SolidSetup(particle_spacing_m=SPACING)
     run = message.run
     run.run_id = "test"
@@ -115,9 +115,9 @@ def arrays(frame):
     return (blocks[protocol.types.FIELD_POSITION].reshape(-1, 2), blocks[protocol.types.FIELD_VELOCITY].reshape(-1, 2))
 
 
-def residual(books):
+def residual(budget):
     """Residual of the check of the angular momentum over its gross, as StageBooks defines it."""
-    angular = books.angular
+    angular = budget.angular
     torques = sum(getattr(angular.torques, name) for name in angular.torques.DESCRIPTOR.fields_by_name)
-    change = books.duration_s * (books.interface.torque_n + torques)
+    change = budget.duration_s * (budget.interface.torque_n + torques)
     return abs(angular.angular_momentum_change_kg_m_per_s - change) / angular.gross_angular_momentum_kg_m_per_s

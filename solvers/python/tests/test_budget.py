@@ -1,4 +1,4 @@
-"""The budget of the angular momentum, and what frames and handshake say of the motion."""
+"""The budget of the angular momentum, and the reports of the motion in frames and handshake."""
 
 import unittest
 
@@ -6,7 +6,7 @@ import numpy as np
 
 import beam
 import rigid_body
-from tidelock import Books, Torques, protocol
+from tidelock import StageBudget, Torques, protocol
 from tidelock.clock import PREDICTOR
 from tidelock.server import Server
 
@@ -16,7 +16,7 @@ TOLERANCE = 1e-12
 
 
 def rigid(**options):
-    """Two bodies and a single particle; the first turns."""
+    """Two bodies and a single particle; the first rotates."""
     blocks = [scene.lattice(7, 4, (0.1, 0.2), 0.3), scene.lattice(1, 2, (0.4, -0.1)), scene.lattice(1, 1, (-0.2, 0.5))]
     velocity = np.tile([0.4, -0.2], (sum(len(block) for block in blocks), 1))
     arm = blocks[0] - blocks[0].mean(axis=0)
@@ -33,16 +33,16 @@ def cantilever(corner=(0.2, -0.3), across=False, **options):
 
 
 class MoreTorque(rigid_body.RigidBodies):
-    """Turns by 5 % more than the forces on its samples do."""
+    """Rotates 5 % more than the forces on its samples explain."""
 
     def advance(self, start, stage, forces, time):
-        state, books = super().advance(start, stage, forces, time)
+        state, budget = super().advance(start, stage, forces, time)
         state[:, rigid_body.SPIN] += 0.05 * (state - start)[:, rigid_body.SPIN]
-        return state, books
+        return state, budget
 
 
 class MoreInertia(rigid_body.RigidBodies):
-    """Has 5 % more inertia than its particles, and does not say so."""
+    """Has 5 % more inertia than it reports."""
 
     def advance(self, start, stage, forces, time):
         self.inertia, own = 1.05 * self.inertia, self.inertia
@@ -52,8 +52,8 @@ class MoreInertia(rigid_body.RigidBodies):
             self.inertia = own
 
 
-class ShownAtRest(rigid_body.RigidBodies):
-    """Moves, but shows no velocity."""
+class SentAtRest(rigid_body.RigidBodies):
+    """Moves, but sends zero velocities."""
 
     def kinematics(self, state):
         position, velocity = super().kinematics(state)
@@ -61,21 +61,21 @@ class ShownAtRest(rigid_body.RigidBodies):
 
 
 class Rail(rigid_body.RigidBodies):
-    """Slides along y and does not turn, on a rail that states its torque if `says`."""
+    """Slides along y without rotation, on a rail that reports its torque if `says`."""
 
     says = True
 
     def advance(self, start, stage, forces, time):
-        state, books = super().advance(start, stage, forces, time)
+        state, budget = super().advance(start, stage, forces, time)
         free = state.copy()
         state[:, 3], state[:, rigid_body.SPIN] = start[:, 3], start[:, rigid_body.SPIN]
         stopped = (state - free) / time.duration
-        books.momentum, books.supports = self.momentum(state), np.array([self.total @ stopped[:, 3], 0.0])
+        budget.momentum, budget.supports = self.momentum(state), np.array([self.total @ stopped[:, 3], 0.0])
         if self.says:
             arm = stage[:, 1] - self.setup.origin[1]
             held = self.inertia @ stopped[:, 5] - (self.total * arm) @ stopped[:, 3]
-            books.torques = Torques(supports=held, gross=abs(held))
-        return state, books
+            budget.torques = Torques(supports=held, gross=abs(held))
+        return state, budget
 
 
 class AngularBudget(unittest.TestCase):
@@ -84,28 +84,28 @@ class AngularBudget(unittest.TestCase):
         self.assertTrue(played.last.HasField("finished"), played.last)
         stages = list(played.stages())
         self.assertEqual(len(stages), half_steps)
-        for at, books in stages:
-            self.assertTrue(books.HasField("angular"), at)
-            self.assertLess(scene.residual(books), TOLERANCE, at)
+        for at, budget in stages:
+            self.assertTrue(budget.HasField("angular"), at)
+            self.assertLess(scene.residual(budget), TOLERANCE, at)
         # Not a sum of nothing: the forces turn the bodies.
-        turned = max(abs(books.duration_s * books.interface.torque_n) / books.angular.gross_angular_momentum_kg_m_per_s
-                     for _, books in stages)
+        turned = max(abs(budget.duration_s * budget.interface.torque_n) / budget.angular.gross_angular_momentum_kg_m_per_s
+                     for _, budget in stages)
         self.assertGreater(turned, 1e-5)
         return played
 
     def breaks_at_once(self, solver):
-        at, books = next(scene.Played(solver).stages())
+        at, budget = next(scene.Played(solver).stages())
         self.assertEqual(at, "step 0 predictor")
         # Far above round-off: a twentieth of the torque is missing.
-        self.assertGreater(scene.residual(books), 1e-5)
+        self.assertGreater(scene.residual(budget), 1e-5)
 
     def test_rigid_bodies_close_it(self):
         played = self.closes(rigid_body.RigidBodies(rigid()))
-        books = played.reports[-1].corrector
-        self.assertGreater(abs(books.angular.torques.time_scheme_n), 1e-6)
-        self.assertGreater(abs(books.angular.torques.body_force_n), 1e-3)
+        budget = played.reports[-1].corrector
+        self.assertGreater(abs(budget.angular.torques.time_scheme_n), 1e-6)
+        self.assertGreater(abs(budget.angular.torques.body_force_n), 1e-3)
 
-    def test_iterated_half_steps_close_it(self):
+    def test_implicit_coupling_closes_it(self):
         played = self.closes(rigid_body.RigidBodies(rigid(iterate=True)))
         self.assertTrue(all(report.iterations == 3 for report in played.reports))
 
@@ -125,9 +125,9 @@ class AngularBudget(unittest.TestCase):
     def test_supports_without_torques_leave_no_budget(self):
         solver = Rail(rigid())
         solver.says = False
-        for _, books in scene.Played(solver).stages():
-            self.assertFalse(books.HasField("angular"))
-            self.assertTrue(books.HasField("gross_momentum_kg_per_s"))
+        for _, budget in scene.Played(solver).stages():
+            self.assertFalse(budget.HasField("angular"))
+            self.assertTrue(budget.HasField("gross_momentum_kg_per_s"))
 
     def test_the_beam_closes_it(self):
         for across in [False, True]:
@@ -141,32 +141,32 @@ class AngularBudget(unittest.TestCase):
     def test_a_beam_that_leaves_out_what_the_displaced_forces_add_breaks_it(self):
         class Plain(beam.Beam):
             def advance(self, *given):
-                state, books = super().advance(*given)
-                books.torques.own_forces = 0.0
-                return state, books
+                state, budget = super().advance(*given)
+                budget.torques.own_forces = 0.0
+                return state, budget
 
-        worst = max(scene.residual(books) for _, books in scene.Played(Plain(cantilever())).stages())
+        worst = max(scene.residual(budget) for _, budget in scene.Played(Plain(cantilever())).stages())
         self.assertGreater(worst, 100 * TOLERANCE)
 
     def test_a_solver_that_deforms_and_states_no_torques_has_none(self):
         class Silent(beam.Beam):
             def advance(self, *given):
-                state, books = super().advance(*given)
-                return state, Books(books.momentum, books.body_force, books.supports, books.gross)
+                state, budget = super().advance(*given)
+                return state, StageBudget(budget.momentum, budget.body_force, budget.supports, budget.gross)
 
-        _, books = next(scene.Played(Silent(cantilever())).stages())
-        self.assertFalse(books.HasField("angular"))
+        _, budget = next(scene.Played(Silent(cantilever())).stages())
+        self.assertFalse(budget.HasField("angular"))
 
 
 def differences(played):
-    """What frames show of momentum and angular momentum against what they report, relative to gross: the worst of each.
+    """Largest difference of momentum and angular momentum in frames from their report, relative to gross.
 
-    As AUDIT OF WHAT IS SHOWN of peer.proto says, from frames and set-up alone.
+    AUDIT OF THE SOLID'S FRAMES of peer.proto, from frames and set-up alone.
     """
     setup, frames = played.solver.setup, played.frames
     cells = np.bincount(setup.body, setup.mass * setup.volume / 6.0)
 
-    def shown(frame):
+    def motion_of(frame):
         position, velocity = scene.arrays(frame)
         angular = setup.mass @ _cross(position - setup.origin, velocity)
         for k, body in enumerate(setup.bodies):
@@ -176,11 +176,11 @@ def differences(played):
                 angular += cells[k] * (mass @ _cross(arm, velocity[own])) / (mass @ (arm**2).sum(axis=1))
         return setup.mass @ velocity, angular
 
-    worst, start = [0.0, 0.0], shown(frames[0])
+    worst, start = [0.0, 0.0], motion_of(frames[0])
     for before, frame in zip(frames, frames[1:]):
         if before.stage == PREDICTOR:
-            start = shown(before)
-        momentum, angular = shown(frame)
+            start = motion_of(before)
+        momentum, angular = motion_of(frame)
         report = frame.previous.momentum
         change = np.array([report.change_kg_per_s.x, report.change_kg_per_s.y])
         off = np.linalg.norm(momentum - start[0] - change) / report.gross_kg_per_s
@@ -194,21 +194,21 @@ def _cross(a, b):
 
 
 class Reports(unittest.TestCase):
-    def test_frames_report_the_books_of_the_half_step_before(self):
+    def test_frames_report_the_budget_of_the_previous_half_step(self):
         played = scene.Played(rigid_body.RigidBodies(rigid()))
         self.assertFalse(played.frames[0].HasField("previous"))
-        for frame, (_, books) in zip(played.frames[1:], played.stages()):
+        for frame, (_, budget) in zip(played.frames[1:], played.stages()):
             report = frame.previous.momentum
-            self.assertEqual(report.change_kg_per_s, books.momentum_change_kg_per_s)
-            self.assertEqual(report.gross_kg_per_s, books.gross_momentum_kg_per_s)
-            self.assertEqual(report.angular_change_kg_m_per_s, books.angular.angular_momentum_change_kg_m_per_s)
-            self.assertEqual(report.gross_angular_kg_m_per_s, books.angular.gross_angular_momentum_kg_m_per_s)
+            self.assertEqual(report.change_kg_per_s, budget.momentum_change_kg_per_s)
+            self.assertEqual(report.gross_kg_per_s, budget.gross_momentum_kg_per_s)
+            self.assertEqual(report.angular_change_kg_m_per_s, budget.angular.angular_momentum_change_kg_m_per_s)
+            self.assertEqual(report.gross_angular_kg_m_per_s, budget.angular.gross_angular_momentum_kg_m_per_s)
 
-    def test_what_is_shown_agrees_with_what_is_reported(self):
+    def test_the_motion_in_frames_agrees_with_the_report(self):
         self.assertLess(max(differences(scene.Played(rigid_body.RigidBodies(rigid())))), TOLERANCE)
 
-    def test_velocities_shown_as_zero_do_not(self):
-        self.assertGreater(differences(scene.Played(ShownAtRest(rigid())))[0], 1e-3)
+    def test_velocities_sent_as_zero_do_not(self):
+        self.assertGreater(differences(scene.Played(SentAtRest(rigid())))[0], 1e-3)
 
     def test_without_a_budget_no_angular_change_is_reported(self):
         solver = Rail(rigid())
@@ -238,7 +238,7 @@ class Reports(unittest.TestCase):
         self.assertAlmostEqual(report.mass_kg_per_m / setup.mass.sum(), 1.0, delta=1e-14)
         self.assertFalse(report.HasField("inertia_kg_m"))
 
-    def test_the_skin_speaks_the_version_of_its_files(self):
+    def test_the_package_speaks_the_version_of_its_files(self):
         described = Server(rigid_body.RigidBodies, 60.0).Describe(None, None)
         self.assertEqual((described.highest_protocol.major, described.highest_protocol.minor), (1, 3))
         text = (protocol.proto_folder() / "fsi" / "v1" / "types.proto").read_text()

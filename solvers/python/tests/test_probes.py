@@ -26,8 +26,8 @@ class Columns(unittest.TestCase):
                     at.x = at.y = 2 * scene.SPACING
                 solver = rigid_body.RigidBodies(setup)
                 forces = np.zeros((len(solver.ids), 2))
-                _, books = solver.advance(solver.state, solver.state, forces, StageTime(0, PREDICTOR, 0.0, scene.STEP))
-                self.assertEqual(len(probe_values(solver, solver.state, forces, books)), columns)
+                _, budget = solver.advance(solver.state, solver.state, forces, StageTime(0, PREDICTOR, 0.0, scene.STEP))
+                self.assertEqual(len(probe_values(solver, solver.state, forces, budget)), columns)
 
     def test_every_kind_of_the_protocol_is_known(self):
         kinds = scene.protocol.setup.SolidProbe.DESCRIPTOR.oneofs_by_name["kind"].fields

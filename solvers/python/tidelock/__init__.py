@@ -1,4 +1,4 @@
-"""A skin for solid solvers in Python: a solver writes its physics, the skin speaks the protocol fsi.v1.
+"""Protocol fsi.v1 for solid solvers in Python: a solver defines its physics, this package the communication.
 
     from tidelock import Solver, main
 
@@ -7,12 +7,12 @@
 
     main(Piston)
 
-`docs/solvers.md` tells how, and `rigid_body.py` and `beam.py` beside this package are examples.
+See `docs/solvers.md`, and the examples `rigid_body.py` and `beam.py` next to this package.
 """
 
 from .clock import StageTime
 from .server import main
 from .setup import Refused, Setup
-from .solver import Books, Diverged, Solver, Torques
+from .solver import Diverged, Solver, StageBudget, Torques
 
-__all__ = ["Books", "Diverged", "Refused", "Setup", "Solver", "StageTime", "Torques", "main"]
+__all__ = ["Diverged", "Refused", "Setup", "Solver", "StageBudget", "StageTime", "Torques", "main"]

@@ -44,7 +44,7 @@ class StageTime:
 
 
 class Clock:
-    """Steps, their sizes, the end and the outputs of a run."""
+    """Steps, step sizes, end and outputs of a run."""
 
     def __init__(self, plan, outputs, first_limit: float):
         self.step, self.plan = 0, plan
@@ -65,7 +65,7 @@ class Clock:
         return self.time - self.start + 1e-6 * self.time_step
 
     def stage(self, stage: int) -> StageTime:
-        """The half-step of `stage` in the present step."""
+        """The half-step of `stage` in the current step."""
         return StageTime(self.step, stage, self.time, self.time_step)
 
     def finished(self) -> bool:
@@ -73,7 +73,7 @@ class Clock:
         return self._elapsed() >= self.end - self.start
 
     def advance(self, limit: float) -> None:
-        """Goes to the next step; `limit` is the smaller of both sides' limits [s]."""
+        """Advances to the next step; `limit` is the smaller of both sides' limits [s]."""
         self.step += 1
         if self.plan.WhichOneof("step") == "fixed":
             self.time = self.start + self.step * self.time_step
@@ -84,7 +84,7 @@ class Clock:
             self.time_step = min(wanted, adaptive.growth * self.time_step)
 
     def due(self) -> set:
-        """Names of the outputs that are due at the present boundary; call it once a boundary."""
+        """Names of the outputs that are due at the current boundary; call it once per boundary."""
         found = set()
         for name, interval in self.intervals.items():
             count = 0 if interval is None else math.floor(self._elapsed() / interval)

@@ -8,11 +8,11 @@ from dataclasses import replace
 import numpy as np
 
 from . import protocol
-from .budget import Auditor, Budget, Shown
+from .budget import AngularBudget, Auditor, SampleState
 from .clock import CORRECTOR, PREDICTOR, Clock, StageTime, bits
 from .frames import Before, Exchange, PeerFault, Sums
 from .iteration import Iteration
-from .solver import Books, Diverged, probe_values
+from .solver import Diverged, StageBudget, probe_values
 
 MESSAGES = protocol.participant
 CHUNK_BYTES = 1 << 20
@@ -21,7 +21,7 @@ NO_MORE = object()
 
 
 class Aborted(Exception):
-    """Given up from outside."""
+    """Aborted by the coordinator."""
 
 
 class Run:
@@ -42,7 +42,7 @@ class Run:
         self.events, self.snapshots = queue.Queue(maxsize=4096), queue.Queue(maxsize=8)
         self.wants_snapshots = False
         self.orders, self.granted, self.stopping, self.aborted = threading.Condition(), 0, False, False
-        self.state, self.books = solver.state, Books(solver.momentum(solver.state))
+        self.state, self.stage_budget = solver.state, StageBudget(solver.momentum(solver.state))
         self.auditor = Auditor(solver)
         self.forces = np.zeros((len(solver.ids), 2))
         self.before, self.index, self.breaches, self.waited = None, 0, 0, 0.0
@@ -65,7 +65,7 @@ class Run:
             self.orders.notify_all()
 
     def abort(self) -> None:
-        """Gives the run up at once."""
+        """Aborts the run at once."""
         with self.orders:
             self._give_up()
             self.orders.notify_all()
@@ -75,12 +75,12 @@ class Run:
         self.inbound.put(NO_MORE)
 
     def asked(self) -> float:
-        """When the coordinator was last asked for nothing, or gave its last order: it may be frozen since."""
+        """Time since which the run has waited for the coordinator, which may be suspended; now if it does not wait."""
         with self.orders:
             return self.heard if self.phase == MESSAGES.PHASE_WAITING_FOR_GRANT else wall.monotonic()
 
     def beat(self):
-        """A sign of life."""
+        """A heartbeat."""
         event = MESSAGES.Event()
         event.beat.step, event.beat.phase = self.clock.step, self.phase
         event.beat.since_last_step_s = wall.monotonic() - self.last_step
@@ -129,7 +129,7 @@ class Run:
             while not self.aborted and not self.stopping and self.granted <= self.clock.step:
                 self.orders.wait()
             if self.aborted:
-                raise Aborted("given up from outside")
+                raise Aborted("aborted by the coordinator")
             self.phase = MESSAGES.PHASE_COMPUTING
             return self.granted > self.clock.step
 
@@ -139,10 +139,10 @@ class Run:
         report = event.step
         report.step, report.time_step_s_bits = self.clock.step, bits(self.clock.time_step)
         start, limit, self.iterations, self.unsettled = self.state, np.inf, 0, False
-        for stage, books in [(PREDICTOR, report.predictor), (CORRECTOR, report.corrector)]:
+        for stage, message in [(PREDICTOR, report.predictor), (CORRECTOR, report.corrector)]:
             time = self.clock.stage(stage)
             try:
-                self.state, limit = self._half_step(start, self.state, time, books)
+                self.state, limit = self._half_step(start, self.state, time, message)
             except (PeerFault, Diverged, Aborted) as fault:
                 fault.half_step = time
                 raise
@@ -157,59 +157,59 @@ class Run:
         report.elapsed_s = self.last_step - began
         self.events.put(event)
 
-    def _half_step(self, start, stage, time: StageTime, books) -> tuple:
+    def _half_step(self, start, stage, time: StageTime, message) -> tuple:
         limit = self.solver.time_step_limit(stage)
         sums = Sums(np.zeros(2), 0.0, 0.0, 0.0, 0.0, 0.0, 0)
         if self.coupled:
-            shown, limit, sums = self._exchange(start, stage, time, limit)
+            samples, limit, sums = self._exchange(start, stage, time, limit)
         else:
-            shown = self._samples(stage)
-        state, self.books = self.solver.advance(start, shown.state, self.forces, time)
-        ends = Shown.of(self.solver, start), Shown.of(self.solver, state)
-        budget = self.auditor.budget(ends[0], shown, ends[1], self.books, sums.gross_torque, time.duration)
-        self._write_books(books, sums, ends, budget, time)
+            samples = self._samples(stage)
+        state, self.stage_budget = self.solver.advance(start, samples.state, self.forces, time)
+        ends = SampleState.of(self.solver, start), SampleState.of(self.solver, state)
+        budget = self.auditor.budget(ends[0], samples, ends[1], self.stage_budget, sums.gross_torque, time.duration)
+        self._write_budget(message, sums, ends, budget, time)
         if self.before is not None:
-            self.before.momentum = _momentum_report(books, budget)
+            self.before.momentum = _momentum_report(message, budget)
         return state, limit
 
-    def _samples(self, stage) -> Shown:
-        shown = Shown.of(self.solver, stage)
-        if not (np.isfinite(shown.position).all() and np.isfinite(shown.velocity).all()):
+    def _samples(self, stage) -> SampleState:
+        samples = SampleState.of(self.solver, stage)
+        if not (np.isfinite(samples.position).all() and np.isfinite(samples.velocity).all()):
             raise Diverged("position and velocity of the samples [m, m/s]", np.nan, "finite values", "take a smaller time step")
-        return shown
+        return samples
 
     def _exchange(self, start, stage, time: StageTime, limit: float) -> tuple:
-        """Samples of the stage state for forces; in an iterated half-step until both fit. The samples that they act on."""
+        """Sends the samples of the stage state and receives their forces; with implicit coupling until they converge."""
         iteration, iterated = 0, self.iteration is not None and time.stage == CORRECTOR
         while True:
-            shown = self._samples(stage)
-            frame = self.exchange.frame(time, shown.position, shown.velocity, limit, self.before, iteration)
+            samples = self._samples(stage)
+            frame = self.exchange.frame(time, samples.position, samples.velocity, limit, self.before, iteration)
             self.outbound.put(frame)
             self.forces, used, partner_limit = self._receive(time, iteration)
             if not iterated or self._accepts(time, iteration):
                 break
-            # The state at n + 1/2 anew, by the forces that fit it better.
+            # Recomputes the state at n + 1/2 with the relaxed forces.
             half = replace(time, stage=PREDICTOR)
             stage, _ = self.solver.advance(start, stage, self.iteration.relaxed(), half)
             iteration += 1
         if self.iteration is not None and not iterated:
             self.iteration.begin(self.forces)
         self.iterations = iteration
-        sums = Sums.of(self.forces, shown.position, shown.velocity, self.setup.origin)
+        sums = Sums.of(self.forces, samples.position, samples.velocity, self.setup.origin)
         self.before = Before(time, sums, frame.digest, used)
-        return shown, min(limit, partner_limit), sums
+        return samples, min(limit, partner_limit), sums
 
     def _accepts(self, time: StageTime, iteration: int) -> bool:
         plan, residual = self.iteration, self.iteration.compare(self.forces)
-        settled = residual <= plan.tolerance
-        if not settled and iteration < plan.limit:
+        converged = residual <= plan.tolerance
+        if not converged and iteration < plan.limit:
             return False
-        if not settled and not plan.accepts_unsettled:
+        if not converged and not plan.accepts_unsettled:
             raise Diverged(f"residual of the forces after {plan.limit} iterations of the half-step [-]", residual,
                            f"at most {plan.tolerance:g}, the tolerance of `interface.iterate`",
                            "use a smaller time step, or a higher limit or tolerance")
-        self.unsettled = not settled
-        self.outbound.put(self.exchange.acceptance(time, iteration, settled, residual))
+        self.unsettled = not converged
+        self.outbound.put(self.exchange.acceptance(time, iteration, converged, residual))
         return True
 
     def _receive(self, time: StageTime, iteration: int) -> tuple:
@@ -218,7 +218,7 @@ class Run:
         self.phase = MESSAGES.PHASE_COMPUTING
         self.waited += wall.monotonic() - began
         if self.aborted:
-            raise Aborted("given up from outside")
+            raise Aborted("aborted by the coordinator")
         if frame is NO_MORE:
             raise PeerFault("lost the partner: its stream ended without a farewell")
         forces, used, limit = self.exchange.read(frame, time, iteration)
@@ -229,9 +229,9 @@ class Run:
                 raise faults[0]
         return forces, used, limit
 
-    def _write_books(self, wire, sums: Sums, ends: tuple, budget: Budget | None, time: StageTime) -> None:
+    def _write_budget(self, wire, sums: Sums, ends: tuple, budget: AngularBudget | None, time: StageTime) -> None:
         sums.write(wire.interface)
-        own, before = self.books, self.solver.momentum(ends[0].state)
+        own, before = self.stage_budget, self.solver.momentum(ends[0].state)
         supports = np.zeros(2) if own.supports is None else own.supports
         for name in MESSAGES.Accounts.DESCRIPTOR.fields_by_name:
             force = getattr(wire.accounts, name)
@@ -250,7 +250,7 @@ class Run:
         if "probes" in due:
             event = MESSAGES.Event()
             event.probes.step, event.probes.time_s_bits = self.clock.step, bits(self.clock.time)
-            event.probes.values = probe_values(self.solver, self.state, self.forces, self.books).astype("<f8").tobytes()
+            event.probes.values = probe_values(self.solver, self.state, self.forces, self.stage_budget).astype("<f8").tobytes()
             self.events.put(event)
         if "snapshot" in due:
             index = self._snapshot()
@@ -302,10 +302,10 @@ class Run:
         self.events.put(event)
 
 
-def _momentum_report(books, budget: Budget | None):
-    """MomentumReport of these StageBooks."""
-    report = protocol.peer.MomentumReport(gross_kg_per_s=books.gross_momentum_kg_per_s)
-    report.change_kg_per_s.CopyFrom(books.momentum_change_kg_per_s)
+def _momentum_report(message, budget: AngularBudget | None):
+    """MomentumReport of a StageBooks message."""
+    report = protocol.peer.MomentumReport(gross_kg_per_s=message.gross_momentum_kg_per_s)
+    report.change_kg_per_s.CopyFrom(message.momentum_change_kg_per_s)
     if budget is not None:
         report.angular_change_kg_m_per_s, report.gross_angular_kg_m_per_s = budget.change, budget.gross
     return report

@@ -23,7 +23,7 @@ class PeerFault(Exception):
 
 
 class ClockFault(PeerFault):
-    """Both sides hold different times."""
+    """The clocks of the sides differ."""
 
     def fill(self, fault, at):
         fault.clock.at.step, fault.clock.at.stage = at.step, at.stage
@@ -31,7 +31,7 @@ class ClockFault(PeerFault):
 
 
 class LedgerFault(PeerFault):
-    """The books do not balance."""
+    """The ledger does not balance."""
 
     def __init__(self, at, check: int, residual: float, tolerance: float):
         super().__init__(f"ledger breach at {at}: {CHECK_NAMES[check]} is off by {residual:.2e} of gross, allowed {tolerance:.0e}")
@@ -77,7 +77,7 @@ class Sums:
 
     @classmethod
     def read(cls, wire) -> "Sums":
-        """Sums of the wire."""
+        """Reads an InterfaceSums message."""
         force = np.array([wire.force_n_per_m.x, wire.force_n_per_m.y])
         return cls(force, wire.gross_force_n_per_m, wire.torque_n, wire.gross_torque_n, wire.couple_n,
                    wire.power_w_per_m, wire.pairs)
@@ -92,7 +92,7 @@ class Sums:
 
 @dataclass
 class Before:
-    """What the half-step before left to check, and what its books say of the momentum."""
+    """Data of the previous half-step that the next frames check, and its momentum report."""
 
     at: StageTime
     sums: Sums
@@ -120,7 +120,7 @@ def digest_forces(time: StageTime, data: bytes) -> int:
 
 
 class Exchange:
-    """Makes own frames and checks the partner's, one after the other."""
+    """Builds own frames and checks the partner's, one after the other."""
 
     def __init__(self, setup, solver, partner_extent):
         self.setup, self.solver = setup, solver
@@ -132,7 +132,7 @@ class Exchange:
         self.set_sent, self.epoch, self.last = False, 0, None
 
     def update_extent(self, position) -> bool:
-        """Makes the extent anew when samples have left its box; tells whether it did."""
+        """Updates the extent when samples have left its box; returns whether it did."""
         slack = self.setup.spacing
         lower, upper = position.min(axis=0), position.max(axis=0)
         if self.boxes is not None and (lower >= self.boxes[:2]).all() and (upper <= self.boxes[2:]).all():
@@ -147,10 +147,10 @@ class Exchange:
             step_start_s_bits=bits(time.start), time_step_s_bits=bits(time.time_step), **fields,
         )
 
-    def acceptance(self, time: StageTime, iteration: int, settled: bool, residual: float):
-        """The frame that ends an iterated half-step."""
+    def acceptance(self, time: StageTime, iteration: int, converged: bool, residual: float):
+        """The frame that ends the iterations of a half-step."""
         frame = self._head(time, iteration)
-        frame.acceptance.settled, frame.acceptance.residual = settled, residual
+        frame.acceptance.settled, frame.acceptance.residual = converged, residual
         return frame
 
     def frame(self, time: StageTime, position, velocity, limit: float, before: Before | None, iteration: int = 0):
@@ -228,7 +228,7 @@ class Exchange:
         return forces, digest, frame.time_step_limit_s
 
     def check_before(self, frame, before: Before | None, tolerance: float) -> list:
-        """Faults that the partner's report of the half-step before shows."""
+        """Faults found in the partner's report of the previous half-step."""
         if before is None:
             return []
         theirs = frame.previous

@@ -1,4 +1,4 @@
-"""ITERATED HALF-STEPS of peer.proto: the forces that move the samples of each body, relaxed until they fit."""
+"""IMPLICIT COUPLING of peer.proto: relaxation of the forces on the samples of each body until they converge."""
 
 import numpy as np
 
@@ -8,7 +8,7 @@ FIRST_FACTOR, SMALLEST_FACTOR = 1.0, 1e-3
 
 
 class Iteration:
-    """The iterations of one half-step after another, as `Iterate` of the set-up asks for."""
+    """The iterations of the half-steps, by `Iterate` of the set-up."""
 
     def __init__(self, plan, body: np.ndarray):
         self.factor = plan.factor if plan.HasField("factor") else None
@@ -20,13 +20,13 @@ class Iteration:
         return np.bincount(self.body, values, self.count)
 
     def begin(self, forces: np.ndarray) -> None:
-        """Begins a step, whose predictor has moved the samples by `forces`."""
+        """Begins a step whose predictor moved the samples with `forces`."""
         self.applied, self.residual = forces, None
         self.scale = self._sums(np.linalg.norm(forces, axis=1))
         self.factors = np.full(self.count, FIRST_FACTOR if self.factor is None else self.factor)
 
     def compare(self, forces: np.ndarray) -> float:
-        """Takes the forces that came for the samples; the largest residual of a body over its largest gross force."""
+        """Takes the received forces; returns the largest residual of a body relative to its largest gross force."""
         residual, before = forces - self.applied, self.residual
         if before is not None and self.factor is None:
             along = self._sums((before * (residual - before)).sum(axis=1))
@@ -39,6 +39,6 @@ class Iteration:
         return float((off / np.where(off > 0, self.scale, 1.0)).max())
 
     def relaxed(self) -> np.ndarray:
-        """Forces to move the samples by in the next iteration."""
+        """Forces that move the samples in the next iteration."""
         self.applied = self.applied + self.factors[self.body][:, None] * self.residual
         return self.applied

@@ -1,8 +1,8 @@
 """The messages and services of package fsi.v1, generated from the .proto files at the first start.
 
 The files are found in `proto/proto` of this repository, or where the environment variable TIDELOCK_PROTO points. The
-stubs are kept beside this file, or in the system's temporary folder where that is read-only, under the digest of the
-files they were made of, so that they are never out of date.
+stubs are stored next to this file, or in the system's temporary folder if that is read-only, under the digest of the
+files from which they were generated, so that they are never out of date.
 """
 
 import hashlib
@@ -63,7 +63,7 @@ peer_grpc, participant_grpc = (importlib.import_module(f"fsi.v1.{name}_pb2_grpc"
 MAJOR, MINOR = 1, 3
 # Interface laws that go with loads.
 INTERFACE_LAWS = [setup.INTERFACE_LAW_WALL, setup.INTERFACE_LAW_WALL_NO_SLIP]
-# Bounds of the protocol: bytes of a message on either plane, of a name, of a text.
+# Limits of the protocol: bytes of a message on either plane, of a name, of a text.
 MAX_MESSAGE_BYTES = 256 << 20
 MAX_FRAME_BYTES = 64 << 20
 MAX_NAME_BYTES = 256

@@ -1,4 +1,4 @@
-"""Who may speak: certificates, and the secret that a server asks of its callers. The options are those of the built-in servers."""
+"""Authentication and encryption: certificates and the access token. The options are those of the built-in servers."""
 
 import hmac
 import os
@@ -8,7 +8,7 @@ import sys
 import grpc
 
 ACCESS_KEY = "fsi-access"
-# Says 1 where the first line of standard input is the access token.
+# Is 1 if the first line of standard input is the access token.
 ANNOUNCEMENT = "TIDELOCK_TOKEN_STDIN"
 MAX_TOKEN_BYTES = 256
 GUARDED = "/fsi.v1.Participant/"
@@ -16,11 +16,11 @@ LOOPBACK = ("127.", "localhost:", "[::1]:")
 
 
 class Gate(grpc.ServerInterceptor):
-    """Refuses calls of the control plane without the access token, and does not say what was wrong with it."""
+    """Refuses calls of the control plane without the access token, without giving a reason."""
 
     def __init__(self, token: str):
         self.token = token.encode()
-        # Of this kind it waits for no message of the caller, whatever the call.
+        # A handler of this kind waits for no message of the caller, whatever the call.
         self.refusal = grpc.stream_stream_rpc_method_handler(self._refuse)
 
     @staticmethod
@@ -28,7 +28,7 @@ class Gate(grpc.ServerInterceptor):
         context.abort(grpc.StatusCode.PERMISSION_DENIED, "not allowed")
 
     def intercept_service(self, continuation, handler_call_details):
-        """Lets calls with the token pass; the peer stream has the run's own token."""
+        """Accepts calls with the token; the peer stream has the run's own token."""
         given = dict(handler_call_details.invocation_metadata).get(ACCESS_KEY, "")
         guarded = handler_call_details.method.startswith(GUARDED)
         if guarded and not hmac.compare_digest(given.encode(), self.token):
@@ -37,7 +37,7 @@ class Gate(grpc.ServerInterceptor):
 
 
 class Security:
-    """What a server shows and demands, by its command line."""
+    """Credentials that a server presents and requires, from its command line."""
 
     @staticmethod
     def add_options(parser) -> None:
@@ -62,7 +62,7 @@ class Security:
         if arguments.token_file:
             self.token = _token(f"--token-file {arguments.token_file}", _read(arguments.token_file))
         elif os.environ.get(ANNOUNCEMENT) == "1":
-            # What follows the line says nothing, and its end that the coordinator is gone.
+            # The rest of the input is ignored; its end means that the coordinator is gone.
             self.token = _token("the first line of standard input, the access token,", sys.stdin.buffer.readline(MAX_TOKEN_BYTES + 2))
         secured = self.credentials and self.token
         if not (arguments.listen.startswith(LOOPBACK) or secured or arguments.insecure):
@@ -71,11 +71,11 @@ class Security:
                              "can read along or use the server")
 
     def interceptors(self) -> list:
-        """What stands before the services."""
+        """Interceptors of the services."""
         return [Gate(self.token)] if self.token else []
 
     def listen(self, server, address: str) -> int:
-        """Takes `address` for `server` and returns the port; RuntimeError when it is taken or the certificate is none."""
+        """Binds `server` to `address` and returns the port; RuntimeError if it is in use or the certificate is invalid."""
         if self.credentials:
             return server.add_secure_port(address, self.credentials)
         return server.add_insecure_port(address)

@@ -44,7 +44,7 @@ def _stop(context, code, text: str):
 
 
 class Server(protocol.participant_grpc.ParticipantServicer, protocol.peer_grpc.PeerServicer):
-    """A server of one run at a time for solvers that `factory` makes of a Setup."""
+    """A server of one run at a time; `factory` creates the solver from a Setup."""
 
     def __init__(self, factory, lease: float):
         self.factory, self.lease, self.lock, self.session = factory, lease, threading.RLock(), None
@@ -72,7 +72,7 @@ class Server(protocol.participant_grpc.ParticipantServicer, protocol.peer_grpc.P
             session.run.abort()
 
     def expire(self) -> None:
-        """Closes a run that nobody asks for any more, or whose coordinator has granted no step for that long."""
+        """Closes a run that has been idle, or whose coordinator has granted no step, for the lease."""
         session = self.session
         if session is None:
             return
@@ -132,7 +132,7 @@ class Server(protocol.participant_grpc.ParticipantServicer, protocol.peer_grpc.P
         reply.protocol.major, reply.protocol.minor = protocol.MAJOR, protocol.MINOR
         constants = reply.constants
         constants.kernel = KERNEL
-        # What the equations read, not what was sent.
+        # The values that the equations use, not an echo.
         constants.body_force.gravity_m_per_s2.x, constants.body_force.gravity_m_per_s2.y = setup.gravity
         constants.domain.CopyFrom(run.domain)
         constants.time.CopyFrom(run.time)
@@ -153,7 +153,7 @@ class Server(protocol.participant_grpc.ParticipantServicer, protocol.peer_grpc.P
         return reply
 
     def Link(self, request, context):
-        """Tells of the partner."""
+        """Stores the partner's extent and the first time-step limit."""
         with self.lock:
             session = self._admit(context, "Link", request.run_id, "OPEN")
             partner = request.WhichOneof("partner")
@@ -261,7 +261,7 @@ class Server(protocol.participant_grpc.ParticipantServicer, protocol.peer_grpc.P
                 for frame in request_iterator:
                     run.inbound.put(frame)
             except grpc.RpcError:
-                pass  # a lost partner: told by the end
+                pass  # a lost partner: reported by the end of the stream
             run.inbound.put(NO_MORE)
 
         threading.Thread(target=listen, daemon=True).start()
@@ -272,7 +272,7 @@ class Server(protocol.participant_grpc.ParticipantServicer, protocol.peer_grpc.P
 def _arguments(factory):
     parser = argparse.ArgumentParser(description=factory.__doc__)
     parser.add_argument("--listen", metavar="ADDR", default="127.0.0.1:0", help="address to listen on; port 0 takes any free one")
-    parser.add_argument("--lease", type=float, default=120.0, metavar="S", help="close a run that nobody asks for after this long")
+    parser.add_argument("--lease", type=float, default=120.0, metavar="S", help="close an idle run after this many seconds")
     Security.add_options(parser)
     arguments = parser.parse_args()
     try:
@@ -303,7 +303,7 @@ def main(factory) -> None:
     server.start()
     print(f"LISTEN {arguments.listen.rsplit(':', 1)[0]}:{port}", flush=True)
     ended = threading.Event()
-    # Ignored where it was at the start, as by nohup.
+    # Stays ignored if it was ignored at the start, as by nohup.
     hangup = () if signal.getsignal(signal.SIGHUP) == signal.SIG_IGN else (signal.SIGHUP,)
     for number in (signal.SIGTERM, signal.SIGINT, *hangup):
         signal.signal(number, lambda *_: ended.set())
@@ -313,6 +313,6 @@ def main(factory) -> None:
     while not ended.wait(1.0):
         servicer.expire()
     server.stop(grace=0.5).wait()
-    # Threads that still wait for a partner do not hold up the end.
+    # Threads that still wait for a partner must not delay the exit.
     sys.stdout.flush()
     os._exit(0)

@@ -18,7 +18,7 @@ class Refused(Exception):
 
 
 def unpack(data: bytes, count: int | None, components: int, place: str, kind: str = "<f8") -> np.ndarray:
-    """An array of the wire with `components` numbers for each of `count` particles."""
+    """Unpacks an array with `components` numbers for each of `count` particles."""
     size = np.dtype(kind).itemsize * components
     if len(data) % size or count is not None and len(data) != count * size:
         wanted = "a multiple of" if count is None else f"{count} x"
@@ -32,7 +32,7 @@ def unpack(data: bytes, count: int | None, components: int, place: str, kind: st
 
 @dataclass
 class Body:
-    """A body: its name, elastic constants [Pa], supports, which of the particles are its own, whether it is rigid."""
+    """A body: name, elastic constants [Pa], supports, indices of its particles, whether it is rigid."""
 
     name: str
     bulk_modulus: float
@@ -44,7 +44,7 @@ class Body:
 
 @dataclass
 class Setup:
-    """What a solid solver is told, in SI units per metre of depth; `message` is the SolidSetup itself."""
+    """Set-up of a solid solver, in SI units per metre of depth; `message` is the SolidSetup itself."""
 
     message: object
     run_id: str = ""
@@ -71,7 +71,7 @@ class Setup:
         self.gravity = np.array([gravity.x, gravity.y])
         self.spacing = self.message.particle_spacing_m
         lower, upper = run.domain.lower_m, run.domain.upper_m
-        # The point that torques are about.
+        # Reference point of torques.
         self.origin = np.array([0.5 * (lower.x + upper.x), 0.5 * (lower.y + upper.y)])
         self._read_particles()
 
@@ -117,7 +117,7 @@ class Setup:
             slip, no_slip = protocol.INTERFACE_LAWS
             check(run.coupling.law in (slip, no_slip), "run.coupling.law",
                   f"is {run.coupling.law}, must be {slip} (wall) or {no_slip} (wall-no-slip)")
-        # What this skin leaves out is refused, not ignored.
+        # What this package does not offer is refused, not ignored.
         check(not run.body_force.HasField("expressions_m_per_s2"), "run.body_force.expressions_m_per_s2",
               "this solver evaluates no expressions")
         check(not (run.domain.periodic.x or run.domain.periodic.y), "run.domain.periodic",

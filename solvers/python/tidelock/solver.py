@@ -1,4 +1,4 @@
-"""What a solver in Python writes, and what follows from that for probes and outputs."""
+"""The base class of a solver, and the values of its probes."""
 
 from dataclasses import dataclass, field
 
@@ -15,7 +15,7 @@ PROBE_COLUMNS = {
 
 
 class Diverged(Exception):
-    """The physics broke down: which quantity (with unit), its value, what is allowed, what to do about it."""
+    """The simulation diverged: which quantity (with unit), its value, what is allowed, what to do."""
 
     def __init__(self, quantity: str, value: float, allowed: str, hint: str):
         super().__init__(f"{quantity} = {value}; allowed: {allowed}; {hint}")
@@ -26,10 +26,10 @@ class Diverged(Exception):
 class Torques:
     """Torques about the centre of the domain, `setup.origin`, that the fluid does not exert, as means over a stage [N].
 
-    Of a solver that deforms: all of them. Of rigid bodies: what comes on top of weight and time scheme, which the skin
-    finds itself. `own_forces` are forces inside a body as far as they turn it, or what an approximation leaves out,
-    `time_scheme` what a change of places by itself does to the sum of m (x - x0) x v (Torques of participant.proto).
-    `gross` is the sum of the sizes of the torques on parts of the body, the scale of round-off.
+    A solver with deformable bodies returns all of them, one with rigid bodies those besides weight and time scheme,
+    which the package computes. `own_forces` is the torque of forces inside a body, or the remainder of an approximation.
+    `time_scheme` is the change of the sum of m (x - x0) x v by the motion of the positions alone (Torques of
+    participant.proto). `gross` is the sum of the magnitudes of the torques on parts of the body, the scale of round-off.
     """
 
     supports: float = 0.0
@@ -40,12 +40,13 @@ class Torques:
 
 
 @dataclass
-class Books:
-    """What a stage did, all forces [N/m] as means over its duration.
+class StageBudget:
+    """Momentum budget of a stage; all forces [N/m] are means over its duration.
 
     `momentum` [kg/s] is that of the new state, summed over the body itself and not from the forces; `gross` [N/m] is the
-    sum of the sizes of all forces on parts of the body, the scale of round-off. `supports` is None in a solver that has
-    none. Without `torques` there is no budget of the angular momentum, except of rigid bodies without supports.
+    sum of the magnitudes of all forces on parts of the body, the scale of round-off. `supports` is None in a solver
+    without supports. Without `torques` there is no budget of the angular momentum, except for rigid bodies without
+    supports.
     """
 
     momentum: np.ndarray
@@ -56,10 +57,11 @@ class Books:
 
 
 class Solver:
-    """A solid that is coupled by loads: samples out, forces in.
+    """A solid with force coupling: samples out, forces in.
 
-    Subclass it, set `name`, and write `__init__`, `kinematics`, `momentum` and `advance`; the rest has defaults. A state
-    is whatever you like, such as an array: the skin keeps it and hands it back. `advance` never alters what it is given.
+    Subclass it, set `name`, and define `__init__`, `kinematics`, `momentum` and `advance`; the rest has defaults. A state
+    may have any type, such as an array: the package stores it and passes it back. `advance` must not modify its
+    arguments.
     """
 
     name, version = "solver", "1"
@@ -70,7 +72,7 @@ class Solver:
         """Reads the set-up, or raises `Refused` with all problems.
 
         Must set `self.state`, the state at the start. The samples are the particles of the set-up (`setup.reference` are
-        their places in the undeformed body, `setup.volume` their volumes) unless `self.volume`, `self.ids` and
+        their positions in the undeformed body, `setup.volume` their volumes) unless `self.volume`, `self.ids` and
         `self.body` are set.
         """
         self.setup = setup
@@ -86,7 +88,7 @@ class Solver:
         raise NotImplementedError
 
     def advance(self, start, stage, forces: np.ndarray, time: StageTime) -> tuple:
-        """The state after `time.duration` from `start`, and its `Books`.
+        """The state after `time.duration` from `start`, and its `StageBudget`.
 
         `forces` [N/m] are those of the fluid on the samples in the `stage` state, which is `start` in the predictor and
         the predictor's result in the corrector.
@@ -96,18 +98,18 @@ class Solver:
     def angular_momentum(self, state) -> float | None:
         """Angular momentum about `setup.origin` of all bodies in `state` [kg m/s], not from torques; None for no budget.
 
-        Of rigid bodies, which the skin audits itself, it is not asked for.
+        Not called for rigid bodies, whose angular momentum the package computes.
         """
         return None
 
     def body_masses(self):
-        """Mass of each body of the set-up [kg/m] as the equations of motion use it."""
+        """Mass of each body of the set-up [kg/m] used in the equations of motion."""
         return np.bincount(self.setup.body, self.setup.mass, len(self.setup.bodies))
 
     def body_inertias(self):
-        """Moment of inertia of each body about its centre of mass [kg m] as the equations of motion use it.
+        """Moment of inertia of each body about its centre of mass [kg m] used in the equations of motion.
 
-        None for a body that is not moved as a rigid one, or in place of the list when no body is.
+        None for a body that is not rigid, or in place of the list when no body is.
         """
         return None
 
@@ -130,7 +132,7 @@ class Solver:
         return np.nan, np.nan, np.nan
 
 
-def probe_values(solver: Solver, state, forces: np.ndarray, books: Books) -> np.ndarray:
+def probe_values(solver: Solver, state, forces: np.ndarray, budget: StageBudget) -> np.ndarray:
     """All columns of all probes of the set-up, in their order."""
     position, velocity = solver.kinematics(state)
     values = []
@@ -144,7 +146,7 @@ def probe_values(solver: Solver, state, forces: np.ndarray, books: Books) -> np.
             weights = _weights(solver.setup.reference[own], point, solver.setup.spacing)
             at, speed = weights @ position[own], weights @ velocity[own]
             stress = solver.stress(state, point)
-            # Von Mises stress needs the stress out of the plane, and energy the material: a Python solver tells neither.
+            # Von Mises stress needs the out-of-plane stress, and energy the material: a Python solver provides neither.
             values += [*(at - point), *speed, *stress, np.nan, *_principal(*stress), np.nan]
         elif kind == "motion":
             mass = solver.mass[own]
@@ -153,7 +155,7 @@ def probe_values(solver: Solver, state, forces: np.ndarray, books: Books) -> np.
         elif kind == "body_force":
             values += list(forces[own].sum(axis=0))
         elif kind == "reaction":
-            values += [0.0, 0.0] if books.supports is None else list(books.supports)
+            values += [0.0, 0.0] if budget.supports is None else list(budget.supports)
         elif kind in ("sums", "all_sums"):
             values += _sums(solver, state, position[own], velocity[own], solver.mass[own])
         else:
@@ -168,7 +170,7 @@ def _principal(xx: float, yy: float, xy: float) -> tuple:
 
 
 def _weights(reference: np.ndarray, point: np.ndarray, spacing: float) -> np.ndarray:
-    """Weights of the samples at whose sum a linear field takes its value at `point`."""
+    """Weights of the samples that interpolate a linear field exactly at `point`."""
     distance = np.linalg.norm(reference - point, axis=1)
     near = np.argsort(distance, kind="stable")[:6]
     base = np.c_[np.ones(len(near)), (reference[near] - point) / spacing]

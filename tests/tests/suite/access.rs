@@ -3,15 +3,14 @@
 use std::path::Path;
 use std::time::Duration;
 
+use crate::{PROGRAM, bench};
 use proto::RpcCode;
 use proto::client::{Deadlines, ParticipantClient};
 use proto::security::{ClientFiles, ClientSecurity};
 use tempfile::TempDir;
-use tests::bench::{Bench, digests, text};
+use tests::bench::{digests, text};
 use tests::certificates::{Authority, token};
 use tests::nodes::Node;
-
-const PROGRAM: &str = env!("CARGO_BIN_EXE_tidelock-node");
 
 /// What a server demands.
 #[derive(Clone, Copy, Debug)]
@@ -159,7 +158,7 @@ async fn every_wrong_combination_of_certificates_and_tokens_is_refused_and_the_r
 
 #[test]
 fn a_run_by_mutual_tls_and_tokens_gives_the_same_bits() {
-    let bench = Bench::new(PROGRAM);
+    let bench = bench();
     let secrets = Secrets::new();
     let demands = Demands { tls: true, certificate: true, token: true };
     let (fluid, solid) = (secrets.start("fluid", demands), secrets.start("solid", demands));
@@ -208,7 +207,7 @@ impl Secrets {
 
 #[test]
 fn secured_solvers_are_examined_as_all_others_by_those_who_may() {
-    let bench = Bench::new(PROGRAM);
+    let bench = bench();
     let secrets = Secrets::new();
     let demands = Demands { tls: true, certificate: true, token: true };
     let [right, wrong] = [true, false].map(|right| secrets.options("caller", right));
@@ -228,7 +227,7 @@ fn secured_solvers_are_examined_as_all_others_by_those_who_may() {
 
 #[test]
 fn relayed_recorded_and_replayed_frames_of_a_secured_run_keep_its_bits() {
-    let bench = Bench::new(PROGRAM);
+    let bench = bench();
     let secrets = Secrets::new();
     let case = bench.tank("case.toml", &[]);
     let plain = digests(&bench.run(&case, "plain", &["--threads", "1"]));
@@ -269,7 +268,7 @@ fn relayed_recorded_and_replayed_frames_of_a_secured_run_keep_its_bits() {
 
 #[test]
 fn a_partner_that_is_not_trusted_is_not_dialled() {
-    let bench = Bench::new(PROGRAM);
+    let bench = bench();
     let secrets = Secrets::new();
     let demands = Demands { tls: true, certificate: false, token: false };
     let solid = secrets.start("solid", demands);
@@ -287,7 +286,7 @@ fn a_partner_that_is_not_trusted_is_not_dialled() {
 
 #[test]
 fn a_server_beyond_this_machine_needs_certificate_and_token_or_a_word_that_names_the_risk() {
-    let bench = Bench::new(PROGRAM);
+    let bench = bench();
     let secrets = Secrets::new();
     let all = Demands { tls: true, certificate: true, token: true };
     for (demands, words) in [
@@ -309,7 +308,7 @@ fn a_server_beyond_this_machine_needs_certificate_and_token_or_a_word_that_names
 
 #[test]
 fn refusals_name_the_option_that_helps() {
-    let bench = Bench::new(PROGRAM);
+    let bench = bench();
     let secrets = Secrets::new();
     let case = bench.tank("case.toml", &[]);
     let refused = |arguments: &[&str], words: &str| {
@@ -349,7 +348,7 @@ fn refusals_name_the_option_that_helps() {
 
 #[test]
 fn a_device_in_the_place_of_a_token_file_is_not_said_to_be_missing() {
-    let bench = Bench::new(PROGRAM);
+    let bench = bench();
     for (file, words) in [("/dev/zero", "is not a regular file"), ("/nowhere", "no such file")] {
         let keys = format!("[servers]\ntoken_file = {file:?}\n[outputs]");
         let case = bench.tank("case.toml", &[("[outputs]", &keys)]);
@@ -359,7 +358,7 @@ fn a_device_in_the_place_of_a_token_file_is_not_said_to_be_missing() {
 
 #[test]
 fn secrets_that_others_can_read_are_warned_of_by_server_and_coordinator() {
-    let bench = Bench::new(PROGRAM);
+    let bench = bench();
     let secrets = Secrets::new();
     let case = bench.tank("case.toml", &[]);
     let token = secrets.token(true);
@@ -383,7 +382,7 @@ fn secrets_that_others_can_read_are_warned_of_by_server_and_coordinator() {
 
 #[test]
 fn a_second_client_is_told_who_holds_the_server_and_since_when() {
-    let bench = Bench::new(PROGRAM);
+    let bench = bench();
     let solid = Node::start(Path::new(PROGRAM), "solid", &[]);
     let address = format!("[servers]\nsolid_address = \"{}\"\n[time]\nend_time_s = 100.0", solid.address);
     let long = bench.tank("long.toml", &[("[time]\nend_time_s = 0.002", &address)]);

@@ -2,12 +2,9 @@
 
 use std::path::Path;
 
+use crate::bench;
 use coordinator::output::state;
-use tests::bench::{Bench, digests, probe_rows};
-
-fn bench() -> Bench {
-    Bench::new(env!("CARGO_BIN_EXE_tidelock-node"))
-}
+use tests::bench::{digests, probe_rows};
 
 /// `text` without what stands from `from` to before `to`, and without the probes of the given names.
 fn without(text: &str, from: &str, to: &str, probes: &[&str]) -> String {

@@ -7,16 +7,13 @@ use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
+use crate::{PROGRAM, bench};
 use proto::description::ProtocolVersion;
 use proto::proxy::{Damage, Proxy};
 use sph::stage::{Stage, StepStage};
 use tests::bench::{Bench, digests, kept, text};
 use tests::doubles::{Double, Wrong, serve};
 use tests::nodes::Node;
-
-fn bench() -> Bench {
-    Bench::new(env!("CARGO_BIN_EXE_tidelock-node"))
-}
 
 #[test]
 fn a_taken_port_is_named() {
@@ -201,7 +198,7 @@ fn frames_damaged_on_the_way_end_the_run_by_name_or_cost_a_restart() {
     // A step of the tank takes some 100 µs.
     let case = bench.tank("case.toml", &[("[outputs]", "[deadlines]\nstep_s = 2.0\n[outputs]")]);
     let whole = digests(&bench.run(&case, "whole", &[]));
-    let solid = Node::start(Path::new(env!("CARGO_BIN_EXE_tidelock-node")), "solid", &[]);
+    let solid = Node::start(Path::new(PROGRAM), "solid", &[]);
     let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(3).enable_all().build().unwrap();
     let (second, mut wrong) = (Duration::from_secs(1), Vec::new());
     let out = bench.path("out");

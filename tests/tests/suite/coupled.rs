@@ -2,11 +2,8 @@
 
 use std::path::Path;
 
+use crate::bench;
 use tests::bench::{Bench, digests, text};
-
-fn bench() -> Bench {
-    Bench::new(env!("CARGO_BIN_EXE_tidelock-node"))
-}
 
 /// Runs `case` in every way that must not matter and compares the digests of all particles.
 fn every_way_of_running_agrees(bench: &Bench, case: &Path) {

@@ -6,6 +6,7 @@
 
 use std::path::PathBuf;
 
+use crate::bench;
 use tests::bench::{Bench, text};
 use tests::python::{Listening, folder, import_path, python_is_there};
 
@@ -44,7 +45,7 @@ fn refused(test: &str, lines: &[(&str, &str)], code: i32, words: &[&str]) {
     if !python_is_there(test) {
         return;
     }
-    let bench = Bench::new(env!("CARGO_BIN_EXE_tidelock-node"));
+    let bench = bench();
     let case = case_of(&bench, lines);
     bench.refused(&["run", text(&case), "--quiet", "--out", text(&bench.path("out"))], code, words);
 }
@@ -54,7 +55,7 @@ fn an_honest_copy_runs_to_the_end() {
     if !python_is_there("an_honest_copy_runs_to_the_end") {
         return;
     }
-    let bench = Bench::new(env!("CARGO_BIN_EXE_tidelock-node"));
+    let bench = bench();
     let summary = bench.run(&case_of(&bench, &[]), "out", &[]);
     assert_eq!((&summary["verdict"], &summary["ledger"]["breaches"]), (&"completed".into(), &0.into()));
 }
@@ -146,7 +147,7 @@ fn found_out(test: &str, lines: &[(&str, &str)], words: &[&str]) {
     if !python_is_there(test) {
         return;
     }
-    let bench = Bench::new(env!("CARGO_BIN_EXE_tidelock-node"));
+    let bench = bench();
     let solver = Listening::start(&script_of(&bench, lines), &[]);
     let checks = ["body-masses", "angular-momentum"];
     for check in checks {

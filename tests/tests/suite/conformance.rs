@@ -2,17 +2,14 @@
 
 use std::time::Duration;
 
+use crate::bench;
 use proto::description::ProtocolVersion;
 use proto::service::SolverFactory;
 use sph::stage::{Stage, StepStage};
-use tests::bench::{Bench, text};
+use tests::bench::text;
 use tests::doubles::{Double, Wrong, serve};
 
 const AT: StepStage = StepStage { step: 4, stage: Stage::Corrector };
-
-fn bench() -> Bench {
-    Bench::new(env!("CARGO_BIN_EXE_tidelock-node"))
-}
 
 /// Examines a server of `factory`; answers exit code and table.
 fn examine(factory: impl SolverFactory + Copy, further: &[&str]) -> (Option<i32>, String) {

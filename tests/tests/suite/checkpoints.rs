@@ -3,15 +3,10 @@
 use std::path::Path;
 use std::process::Command;
 
+use crate::{PROGRAM, bench};
 use tests::bench::{Bench, children_of, digests, kept, soon, text, wait_for_checkpoint};
 use tests::kill::{Dice, MOMENTS, Tally, Trials, same_results, server_of};
 use tests::nodes::Node;
-
-const PROGRAM: &str = env!("CARGO_BIN_EXE_tidelock-node");
-
-fn bench() -> Bench {
-    Bench::new(PROGRAM)
-}
 
 /// Goes on with the run in `name`, which must succeed.
 fn resume(bench: &Bench, name: &str, further: &[&str]) -> String {

@@ -8,14 +8,9 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
+use crate::{PROGRAM, bench};
 use tests::bench::{Bench, soon, text};
 use tests::kill::{same_files, same_results};
-
-const PROGRAM: &str = env!("CARGO_BIN_EXE_tidelock-node");
-
-fn bench() -> Bench {
-    Bench::new(PROGRAM)
-}
 
 /// Every file below `root`, logs apart, with its content.
 fn content(root: &Path) -> BTreeMap<PathBuf, Vec<u8>> {

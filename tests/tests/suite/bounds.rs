@@ -5,13 +5,12 @@ use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 use std::time::Duration;
 
+use crate::{PROGRAM, bench};
 use proto::RpcCode;
 use proto::client::{Deadlines, ParticipantClient};
 use proto::hostile::{CALLS, call, open_of_empty_bodies};
-use tests::bench::{Bench, Running, digests, soon, text};
+use tests::bench::{Running, digests, soon, text};
 use tests::nodes::Node;
-
-const PROGRAM: &str = env!("CARGO_BIN_EXE_tidelock-node");
 
 /// A line of the status of a process, in KiB.
 fn kilobytes(process: u32, key: &str) -> u64 {
@@ -80,7 +79,7 @@ fn all_others_are_refused(run: &Running, out: &Path) {
 
 #[test]
 fn servers_of_a_run_refuse_all_others_and_the_run_keeps_its_bits() {
-    let bench = Bench::new(PROGRAM);
+    let bench = bench();
     let case = bench.tank_to(0.1, None);
     let whole = digests(&bench.run(&case, "whole", &[]));
     // Built-in ones, and a program that takes the token because it is announced to it.
@@ -98,7 +97,7 @@ fn servers_of_a_run_refuse_all_others_and_the_run_keeps_its_bits() {
 
 #[test]
 fn a_program_that_knows_nothing_of_tokens_takes_part_as_before() {
-    let bench = Bench::new(PROGRAM);
+    let bench = bench();
     let whole = digests(&bench.run(&bench.tank("case.toml", &[]), "whole", &[]));
     let command = ["env", "-u", "TIDELOCK_TOKEN_STDIN", PROGRAM, "node-solid"];
     let servers = format!("[servers]\nsolid_command = {command:?}\n[outputs]");
@@ -116,7 +115,7 @@ fn ticks(process: u32) -> u64 {
 
 #[test]
 fn a_server_short_of_handles_waits_for_some_and_serves_again() {
-    let bench = Bench::new(PROGRAM);
+    let bench = bench();
     let script = bench.write("short", &format!("#!/bin/sh\nulimit -n 40\nexec {PROGRAM} \"$@\"\n"));
     std::fs::set_permissions(&script, std::fs::Permissions::from_mode(0o755)).unwrap();
     let node = Node::start(&script, "solid", &[]);

@@ -133,3 +133,32 @@ fn a_server_short_of_handles_waits_for_some_and_serves_again() {
     });
     drop(connections);
 }
+
+#[test]
+fn a_second_client_is_told_who_holds_the_server_and_since_when() {
+    let bench = bench();
+    let solid = Node::start(Path::new(PROGRAM), "solid", &[]);
+    let address = format!("[servers]\nsolid_address = \"{}\"\n[time]\nend_time_s = 100.0", solid.address);
+    let long = bench.tank("long.toml", &[("[time]\nend_time_s = 0.002", &address)]);
+    let mut first = bench.start(&long, "long");
+    let case = bench.tank("case.toml", &[]);
+    bench.run_refused(
+        &case,
+        &["--solid", &solid.address],
+        4,
+        &["busy", "held by coordinator, process", " s, state RUNNING"],
+    );
+    // The first one goes on undisturbed.
+    first.signal("INT");
+    let (status, message) = first.end();
+    assert_eq!(status.code(), Some(8), "{message}");
+    assert_eq!(bench.run(&case, "after", &["--solid", &solid.address])["verdict"], "completed");
+}
+
+#[test]
+fn servers_survive_good_and_bad_clients_in_a_row() {
+    let soak = tests::soak::Soak::new(Path::new(PROGRAM));
+    let soaked = soak.run(std::time::Instant::now()).unwrap();
+    assert!(soaked.good >= 2 * soaked.bad && soaked.bad >= 15, "{soaked:?}");
+    assert!(soaked.base.iter().all(|base| base.memory > 0 && base.handles > 0 && base.threads > 1));
+}

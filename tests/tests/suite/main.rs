@@ -21,6 +21,7 @@ mod python;
 mod recordings;
 mod restarts;
 mod results;
+mod special_files;
 mod stopping;
 mod streams;
 mod trace;

@@ -1,4 +1,4 @@
-//! What others may cost a server, and who they may be.
+//! Limits on what clients can cost a server.
 
 use std::net::TcpStream;
 use std::os::unix::fs::PermissionsExt;
@@ -135,7 +135,7 @@ fn a_server_short_of_handles_waits_for_some_and_serves_again() {
 }
 
 #[test]
-fn a_second_client_is_told_who_holds_the_server_and_since_when() {
+fn a_second_client_learns_who_holds_the_server_and_since_when() {
     let bench = bench();
     let solid = Node::start(Path::new(PROGRAM), "solid", &[]);
     let address = format!("[servers]\nsolid_address = \"{}\"\n[time]\nend_time_s = 100.0", solid.address);
@@ -148,7 +148,7 @@ fn a_second_client_is_told_who_holds_the_server_and_since_when() {
         4,
         &["busy", "held by coordinator, process", " s, state RUNNING"],
     );
-    // The first one goes on undisturbed.
+    // The first one continues undisturbed.
     first.signal("INT");
     let (status, message) = first.end();
     assert_eq!(status.code(), Some(8), "{message}");

@@ -1,4 +1,4 @@
-//! Colours of mistakes reach a terminal and only a terminal.
+//! Colours of error messages reach a terminal and only a terminal.
 
 use std::fs::File;
 use std::io::Read;
@@ -8,7 +8,7 @@ use crate::{PROGRAM, bench};
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 use tests::bench::Bench;
 
-/// `check` of a case with a mistake, in an environment of `variables` alone.
+/// `check` of a case with an error, in an environment of `variables` alone.
 fn check(bench: &Bench, variables: &[(&str, &str)]) -> Command {
     let case = bench.tank("bad.toml", &[("end_time_s", "end_time")]);
     let mut command = Command::new(PROGRAM);

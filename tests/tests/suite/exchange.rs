@@ -72,7 +72,7 @@ fn a_stale_frame_is_caught_at_its_half_step_by_the_side_that_sent_the_fresh_one(
                 }
                 other => panic!("{victim}, {stage:?}: {other:?}"),
             }
-            // At most one half-step later: a stale corrector is told with the next step's first frame.
+            // At most one half-step later: a stale corrector is detected with the next step's first frame.
             let steps = if stage == Stage::Predictor { 20 } else { 21 };
             assert_eq!(witness.steps.len(), steps, "{victim}, {stage:?}");
         }

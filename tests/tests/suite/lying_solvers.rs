@@ -110,11 +110,11 @@ fn more_mass_than_is_said_is_named() {
 }
 
 #[test]
-fn samples_shown_beside_their_places_are_named() {
-    let beside = SHOWN.replace("+ arms", "+ arms + [0.002, 0.0]");
+fn samples_away_from_their_places_are_named() {
+    let displaced = SHOWN.replace("+ arms", "+ arms + [0.002, 0.0]");
     refused(
-        "samples_shown_beside_their_places_are_named",
-        &[(SHOWN, &beside)],
+        "samples_away_from_their_places_are_named",
+        &[(SHOWN, &displaced)],
         6,
         &["`block`", "position", "2.000e-3 m", "step 0 predictor"],
     );
@@ -171,8 +171,8 @@ fn conform_names_each_lie() {
     found_out(test, &[(INERTIA, &more)], &["moment of inertia of body `block`"]);
     let more = format!("{MASS} * 1.01");
     found_out(test, &[(MASS, &more)], &["mass of body `block`"]);
-    let beside = SHOWN.replace("+ arms", "+ arms + [0.002, 0.0]");
-    found_out(test, &[(SHOWN, &beside)], &["position", "beside its place"]);
+    let displaced = SHOWN.replace("+ arms", "+ arms + [0.002, 0.0]");
+    found_out(test, &[(SHOWN, &displaced)], &["position", "beside its place"]);
     let still = SHOWN.replace("state[self.body, V] + turning", "0.0 * turning");
     found_out(test, &[(SHOWN, &still)], &["momentum", "velocities"]);
     let reverse = SHOWN.replace("state[self.body, X] + arms", "(state[self.body, X] + arms)[::-1]");

@@ -1,7 +1,7 @@
 //! Tests across real server processes, one module for each topic.
 //!
 //! All run in one process. A test that changes what the whole process sees (environment, current directory, arithmetic
-//! path, panic hook), or that measures time, is a program of its own beside this folder.
+//! path, panic hook), or that measures time, is a separate program in the folder above.
 
 mod access;
 mod bounds;

@@ -140,8 +140,8 @@ fn the_solvers_in_python_conform() {
 }
 
 #[test]
-fn a_secured_solver_in_python_lets_in_those_who_may_and_nobody_else() {
-    if !python_is_there("a_secured_solver_in_python_lets_in_those_who_may_and_nobody_else") {
+fn a_secured_solver_in_python_admits_authorised_clients_only() {
+    if !python_is_there("a_secured_solver_in_python_admits_authorised_clients_only") {
         return;
     }
     let bench = bench();

@@ -66,7 +66,7 @@ fn a_run_goes_on_from_the_final_state_of_another() {
 }
 
 #[test]
-fn leapfrog_starts_anew_from_a_final_state_close_to_where_it_would_have_gone() {
+fn leapfrog_starts_again_from_a_final_state_close_to_where_it_would_have_gone() {
     // A final state has the density of the boundary, and no acceleration of the step before; only a checkpoint holds both.
     // Measured: 4e-5 of the pressure.
     goes_on("leapfrog", 2e-4);
@@ -123,7 +123,7 @@ fn the_state_is_taken_over_bit_for_bit(case: &Path, earlier: &Path) {
             let particles = values.chunks(field.components);
             let mut sorted: Vec<Vec<u64>> =
                 particles.map(|p| p.iter().map(|v| v.to_bits()).collect()).collect();
-            // Whole sets are compared: each run numbers particles anew.
+            // Whole sets are compared: each run has its own numbers of particles.
             sorted.sort_unstable();
             sorted
         };

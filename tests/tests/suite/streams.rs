@@ -1,4 +1,4 @@
-//! No program panics, ends or changes its exit code because nobody can read what it prints.
+//! No program panics, ends or changes its exit code because its output cannot be written.
 
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -91,7 +91,7 @@ fn kill(process: u32, signal: &str) {
 }
 
 #[test]
-fn a_lost_server_is_started_again_though_nobody_can_be_told() {
+fn a_lost_server_is_started_again_though_nothing_can_be_printed() {
     for broken in Broken::ALL {
         let bench = bench();
         let case = bench.tank_to(0.05, None);
@@ -106,7 +106,7 @@ fn a_lost_server_is_started_again_though_nobody_can_be_told() {
 }
 
 #[test]
-fn a_run_stops_at_a_signal_though_nobody_can_be_told() {
+fn a_run_stops_at_a_signal_though_nothing_can_be_printed() {
     for broken in Broken::ALL {
         let bench = bench();
         let mut run = quiet_run(&bench.tank("case.toml", &[LONG]), &bench.path("out"), &[], broken);

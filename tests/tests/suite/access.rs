@@ -191,7 +191,7 @@ fn a_partner_that_is_not_trusted_is_not_dialled() {
     let (address, ca) = (format!("https://{}", solid.address), secrets.own.file("ca"));
     let arguments = ["--fluid", &fluid.address, "--solid", &address, "--tls-ca", text(&ca)];
     bench.run_refused(&case, &arguments, 4, &["Link", "certificate"]);
-    // A fluid server that it starts itself receives them.
+    // A fluid server that it starts itself gets its authorities.
     let arguments = ["--solid", &address, "--tls-ca", text(&ca)];
     assert_eq!(bench.run(&case, "own", &arguments)["verdict"], "completed");
 }

@@ -7,6 +7,10 @@ use std::io::BufRead;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 
+/// How to get what the solvers in Python need, as `.ci/run` does.
+const INSTALL: &str = "to run it: `python3 -m venv target/python && target/python/bin/pip install -r \
+    solvers/python/requirements.txt`, then put target/python/bin first on the PATH";
+
 /// Whether the solvers in Python can run here; says why not.
 #[must_use]
 pub fn python_is_there(test: &str) -> bool {
@@ -16,9 +20,7 @@ pub fn python_is_there(test: &str) -> bool {
         Ok(output) => String::from_utf8_lossy(&output.stderr).lines().last().unwrap_or_default().to_owned(),
         Err(error) => format!("python3: {error}"),
     };
-    let text = format!(
-        "SKIPPED {test}: {problem}; install the packages of solvers/python/requirements.txt for python3 on the PATH"
-    );
+    let text = format!("SKIPPED {test}: {problem}; {INSTALL}");
     assert!(std::env::var_os("TIDELOCK_REQUIRE_PYTHON").is_none(), "{text}");
     // Past the harness, which keeps the output of tests that pass to itself.
     terminal::note(text);

@@ -67,7 +67,7 @@ fn bodies_slide_rest_and_fold_without_overlap() {
 }
 
 #[test]
-fn a_thin_plate_parts_two_waters() {
+fn a_thin_plate_separates_two_fluid_regions() {
     meets_its_goals("thin_plate", 11);
 }
 

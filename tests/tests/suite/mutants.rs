@@ -3,11 +3,12 @@
 use std::path::Path;
 use std::time::Duration;
 
+use crate::PROGRAM;
 use tests::mutants::{Limits, Mutants};
 
 #[test]
 fn case_files_that_are_made_to_hurt_are_answered_soon_and_with_little_memory() {
-    let mutants = Mutants::new(Path::new(env!("CARGO_BIN_EXE_tidelock-node")), 23);
+    let mutants = Mutants::new(Path::new(PROGRAM), 23);
     assert!(mutants.count() > 300, "{}", mutants.count());
     // Far above what any takes on a machine of its own; the memory is a limit of the system.
     let limits = Limits { time: Duration::from_secs(20), memory: 500 << 20 };
@@ -20,7 +21,7 @@ fn case_files_that_are_made_to_hurt_are_answered_soon_and_with_little_memory() {
 
 #[test]
 fn accepted_cases_end_their_runs_in_order() {
-    let mutants = Mutants::new(Path::new(env!("CARGO_BIN_EXE_tidelock-node")), 301);
+    let mutants = Mutants::new(Path::new(PROGRAM), 301);
     let limits = Limits { time: Duration::from_secs(20), memory: 500 << 20 };
     let found = mutants.judge(limits, 2, true);
     assert!(found.faults.is_empty(), "{:#?}", found.faults);

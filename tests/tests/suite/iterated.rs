@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::bench;
 use serde_json::Value;
 use tests::bench::{Bench, digests, text};
 use tests::doubles::{Double, Wrong, serve};
@@ -12,10 +13,6 @@ const ITERATE: &str = "[interface]\niterate = { tolerance = 1e-9 }";
 
 /// The scheme whose forces answer to the solid within a step.
 const SCHEME: (&str, &str) = ("[fluid]", "[fluid]\nscheme = \"predictor-corrector\"");
-
-fn bench() -> Bench {
-    Bench::new(env!("CARGO_BIN_EXE_tidelock-node"))
-}
 
 fn tank(bench: &Bench, name: &str, changes: &[(&str, &str)]) -> PathBuf {
     let changes: Vec<_> = [("[interface]", ITERATE), SCHEME].iter().chain(changes).copied().collect();

@@ -2,17 +2,14 @@
 
 use std::time::Duration;
 
+use crate::bench;
 use proto::description::ProtocolVersion;
 use proto::service::SolverFactory;
 use sph::stage::{Stage, StepStage};
-use tests::bench::{Bench, text};
+use tests::bench::text;
 use tests::doubles::{Double, Wrong, serve};
 
 const AT: StepStage = StepStage { step: 4, stage: Stage::Corrector };
-
-fn bench() -> Bench {
-    Bench::new(env!("CARGO_BIN_EXE_tidelock-node"))
-}
 
 /// Examines a server of `factory`; answers exit code and table.
 fn examine(factory: impl SolverFactory + Copy, further: &[&str]) -> (Option<i32>, String) {
@@ -92,7 +89,7 @@ fn a_lie_that_keeps_the_books_is_found_by_its_own_check_only() {
 }
 
 #[test]
-fn another_protocol_is_told() {
+fn another_protocol_is_reported() {
     let version = ProtocolVersion { major: 2, minor: 0 };
     let (code, table) = examine(Double(Wrong::Protocol(version)), &["--only", "description"]);
     assert_eq!(code, Some(9), "{table}");

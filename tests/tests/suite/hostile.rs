@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use tests::bench::Bench;
+use crate::bench;
 use tests::fuzz::{Findings, Seeds, Target, fuzz};
 
 /// Seed of the inputs; any other does as well.
@@ -10,7 +10,7 @@ const SEED: u64 = 7;
 
 /// Feeds `count` inputs: nothing may panic, hang or take much memory.
 fn feeds(target: Target, count: u64) -> Findings {
-    let bench = Bench::new(env!("CARGO_BIN_EXE_tidelock-node"));
+    let bench = bench();
     let seeds: Seeds = bench.fuzz_seeds(target);
     let found = fuzz(target, &seeds, SEED, 0, count);
     assert!(found.panics.is_empty(), "{:?}", found.panics);

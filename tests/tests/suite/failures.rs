@@ -7,16 +7,13 @@ use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
+use crate::{PROGRAM, bench};
 use proto::description::ProtocolVersion;
 use proto::proxy::{Damage, Proxy};
 use sph::stage::{Stage, StepStage};
 use tests::bench::{Bench, digests, kept, text};
 use tests::doubles::{Double, Wrong, serve};
 use tests::nodes::Node;
-
-fn bench() -> Bench {
-    Bench::new(env!("CARGO_BIN_EXE_tidelock-node"))
-}
 
 #[test]
 fn a_taken_port_is_named() {
@@ -31,7 +28,7 @@ fn a_taken_port_is_named() {
 fn listener(answer: &'static [u8]) -> String {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let address = listener.local_addr().unwrap().to_string();
-    // Ends with the test's process: nobody closes a listener that waits.
+    // Ends with the test's process: a listener that waits is not closed.
     std::thread::spawn(move || {
         for connection in listener.incoming() {
             let mut connection = connection.unwrap();
@@ -46,7 +43,7 @@ fn listener(answer: &'static [u8]) -> String {
 }
 
 #[test]
-fn something_that_is_no_solver_is_told_from_one() {
+fn something_that_is_no_solver_is_recognised() {
     let bench = bench();
     let case = bench.tank("case.toml", &[]);
     for answer in
@@ -115,7 +112,7 @@ fn a_step_above_the_limit_is_refused() {
 }
 
 #[test]
-fn mistakes_of_the_scene_are_refused() {
+fn errors_of_the_scene_are_refused() {
     let bench = bench();
     let block = "lower_m = [0.04, 0.05], upper_m = [0.08, 0.09]";
     let plate = "lower_m = [0.14, -0.03], upper_m = [0.16, 0.06]";
@@ -201,7 +198,7 @@ fn frames_damaged_on_the_way_end_the_run_by_name_or_cost_a_restart() {
     // A step of the tank takes some 100 µs.
     let case = bench.tank("case.toml", &[("[outputs]", "[deadlines]\nstep_s = 2.0\n[outputs]")]);
     let whole = digests(&bench.run(&case, "whole", &[]));
-    let solid = Node::start(Path::new(env!("CARGO_BIN_EXE_tidelock-node")), "solid", &[]);
+    let solid = Node::start(Path::new(PROGRAM), "solid", &[]);
     let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(3).enable_all().build().unwrap();
     let (second, mut wrong) = (Duration::from_secs(1), Vec::new());
     let out = bench.path("out");
@@ -297,21 +294,21 @@ fn pushed(bench: &Bench, further: &[(&str, &str)], acceleration: &str) -> PathBu
 fn every_way_to_break_down_stops_at_once_with_a_last_frame_and_the_last_checkpoint() {
     let bench = bench();
     let table = bench.path("out/divergence.csv");
-    let guilty = || std::fs::read_to_string(&table).unwrap().lines().count() > 10;
+    let offending = || std::fs::read_to_string(&table).unwrap().lines().count() > 10;
     // Root of a negative number from 1 ms on, at step 25.
     let case = pushed(&bench, &[], "[\"sqrt(0.001 - t)\", 0]");
     stops(&bench, &case, &[], 5, &["velocity [m/s] of body `block` = NaN", "particle"], 25..=26);
-    assert!(guilty());
+    assert!(offending());
     // A push that no step can follow.
     let case = pushed(&bench, &[], "[\"step(t - 0.001)*1e9\", 0]");
     stops(&bench, &case, &[], 5, &["speed [m/s] of body `block`", "particle"], 25..=26);
-    assert!(guilty());
+    assert!(offending());
     // A push that throws the block, 2 cm below the open top, out of the domain at 40 m/s: 13 steps of 1.6 mm.
     let above =
         ("lower_m = [0.04, 0.05], upper_m = [0.08, 0.09]", "lower_m = [0.04, 0.14], upper_m = [0.08, 0.18]");
     let case = pushed(&bench, &[above], "[0, \"step(t - 0.001)*step(0.00104 - t)*1e6\"]");
     stops(&bench, &case, &[], 5, &["outside the domain", "of body `block`", "at most 0"], 28..=45);
-    assert!(guilty());
+    assert!(offending());
 
     let case = bench.tank("case.toml", &[]);
     let at = StepStage { step: 24, stage: Stage::Corrector };

@@ -1,17 +1,16 @@
-//! What others may cost a server, and who they may be.
+//! Limits on what clients can cost a server.
 
 use std::net::TcpStream;
 use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 use std::time::Duration;
 
+use crate::{PROGRAM, bench};
 use proto::RpcCode;
 use proto::client::{Deadlines, ParticipantClient};
 use proto::hostile::{CALLS, call, open_of_empty_bodies};
-use tests::bench::{Bench, Running, digests, soon, text};
+use tests::bench::{Running, digests, soon, text};
 use tests::nodes::Node;
-
-const PROGRAM: &str = env!("CARGO_BIN_EXE_tidelock-node");
 
 /// A line of the status of a process, in KiB.
 fn kilobytes(process: u32, key: &str) -> u64 {
@@ -80,7 +79,7 @@ fn all_others_are_refused(run: &Running, out: &Path) {
 
 #[test]
 fn servers_of_a_run_refuse_all_others_and_the_run_keeps_its_bits() {
-    let bench = Bench::new(PROGRAM);
+    let bench = bench();
     let case = bench.tank_to(0.1, None);
     let whole = digests(&bench.run(&case, "whole", &[]));
     // Built-in ones, and a program that takes the token because it is announced to it.
@@ -98,7 +97,7 @@ fn servers_of_a_run_refuse_all_others_and_the_run_keeps_its_bits() {
 
 #[test]
 fn a_program_that_knows_nothing_of_tokens_takes_part_as_before() {
-    let bench = Bench::new(PROGRAM);
+    let bench = bench();
     let whole = digests(&bench.run(&bench.tank("case.toml", &[]), "whole", &[]));
     let command = ["env", "-u", "TIDELOCK_TOKEN_STDIN", PROGRAM, "node-solid"];
     let servers = format!("[servers]\nsolid_command = {command:?}\n[outputs]");
@@ -116,7 +115,7 @@ fn ticks(process: u32) -> u64 {
 
 #[test]
 fn a_server_short_of_handles_waits_for_some_and_serves_again() {
-    let bench = Bench::new(PROGRAM);
+    let bench = bench();
     let script = bench.write("short", &format!("#!/bin/sh\nulimit -n 40\nexec {PROGRAM} \"$@\"\n"));
     std::fs::set_permissions(&script, std::fs::Permissions::from_mode(0o755)).unwrap();
     let node = Node::start(&script, "solid", &[]);
@@ -133,4 +132,33 @@ fn a_server_short_of_handles_waits_for_some_and_serves_again() {
         bench.call(&arguments).status.success()
     });
     drop(connections);
+}
+
+#[test]
+fn a_second_client_learns_who_holds_the_server_and_since_when() {
+    let bench = bench();
+    let solid = Node::start(Path::new(PROGRAM), "solid", &[]);
+    let address = format!("[servers]\nsolid_address = \"{}\"\n[time]\nend_time_s = 100.0", solid.address);
+    let long = bench.tank("long.toml", &[("[time]\nend_time_s = 0.002", &address)]);
+    let mut first = bench.start(&long, "long");
+    let case = bench.tank("case.toml", &[]);
+    bench.run_refused(
+        &case,
+        &["--solid", &solid.address],
+        4,
+        &["busy", "held by coordinator, process", " s, state RUNNING"],
+    );
+    // The first one continues undisturbed.
+    first.signal("INT");
+    let (status, message) = first.end();
+    assert_eq!(status.code(), Some(8), "{message}");
+    assert_eq!(bench.run(&case, "after", &["--solid", &solid.address])["verdict"], "completed");
+}
+
+#[test]
+fn servers_survive_good_and_bad_clients_in_a_row() {
+    let soak = tests::soak::Soak::new(Path::new(PROGRAM));
+    let soaked = soak.run(std::time::Instant::now()).unwrap();
+    assert!(soaked.good >= 2 * soaked.bad && soaked.bad >= 15, "{soaked:?}");
+    assert!(soaked.base.iter().all(|base| base.memory > 0 && base.handles > 0 && base.threads > 1));
 }

@@ -1,14 +1,14 @@
-//! No program panics, ends or changes its exit code because nobody can read what it prints.
+//! No program panics, ends or changes its exit code because its output cannot be written.
 
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
-use tests::bench::{Bench, children_of, digests, soon, text, wait_for_checkpoint, wait_for_first_frame};
+use crate::{PROGRAM, bench};
+use tests::bench::{children_of, digests, soon, text, wait_for_checkpoint, wait_for_first_frame};
 use tests::kill::server_of;
 use tests::streams::{Broken, Program, Terminal, Which, command};
 
-const PROGRAM: &str = env!("CARGO_BIN_EXE_tidelock-node");
 /// Far more simulated time than a test waits for.
 const LONG: (&str, &str) = ("end_time_s = 0.002", "end_time_s = 100.0");
 
@@ -29,7 +29,7 @@ fn every_way(program: &str, arguments: &[&str], expected: i32) {
 
 #[test]
 fn no_command_of_the_coordinator_minds() {
-    let bench = Bench::new(PROGRAM);
+    let bench = bench();
     let case = bench.tank("case.toml", &[]);
     let wrong = bench.tank("wrong.toml", &[("sound_speed_m_s = 25.0", "sound_speed = 25.0")]);
     let (out, picture) = (bench.path("out"), bench.path("picture.png"));
@@ -91,9 +91,9 @@ fn kill(process: u32, signal: &str) {
 }
 
 #[test]
-fn a_lost_server_is_started_again_though_nobody_can_be_told() {
+fn a_lost_server_is_started_again_though_nothing_can_be_printed() {
     for broken in Broken::ALL {
-        let bench = Bench::new(PROGRAM);
+        let bench = bench();
         let case = bench.tank_to(0.05, None);
         let whole = bench.run(&case, "whole", &[]);
         let mut run = quiet_run(&case, &bench.path("out"), &["--max-restarts", "3"], broken);
@@ -106,9 +106,9 @@ fn a_lost_server_is_started_again_though_nobody_can_be_told() {
 }
 
 #[test]
-fn a_run_stops_at_a_signal_though_nobody_can_be_told() {
+fn a_run_stops_at_a_signal_though_nothing_can_be_printed() {
     for broken in Broken::ALL {
-        let bench = Bench::new(PROGRAM);
+        let bench = bench();
         let mut run = quiet_run(&bench.tank("case.toml", &[LONG]), &bench.path("out"), &[], broken);
         run.signal("INT");
         assert_eq!(run.end(), Some(8), "{broken:?}");
@@ -118,7 +118,7 @@ fn a_run_stops_at_a_signal_though_nobody_can_be_told() {
 
 #[test]
 fn a_run_outlives_its_terminal() {
-    let bench = Bench::new(PROGRAM);
+    let bench = bench();
     let case = bench.tank_to(0.1, None);
     let out = bench.path("out");
     let mut coordinator = Command::new(PROGRAM);
@@ -148,7 +148,7 @@ fn server(role: &str, broken: Broken, address: &Path) -> (Program, String) {
 
 #[test]
 fn servers_serve_though_their_log_cannot_be_written() {
-    let bench = Bench::new(PROGRAM);
+    let bench = bench();
     let case = bench.tank("case.toml", &[]);
     let own = digests(&bench.run(&case, "own", &[]));
     for broken in Broken::ALL {
@@ -168,7 +168,7 @@ fn servers_serve_though_their_log_cannot_be_written() {
 
 #[test]
 fn a_report_that_cannot_be_written_leaves_the_exit_code_and_is_made_again() {
-    let bench = Bench::new(PROGRAM);
+    let bench = bench();
     let case = bench.tank_to(0.1, None);
     let mut run = bench.start(&case, "out");
     // In the way of the report: a folder that is not empty.
@@ -187,7 +187,7 @@ fn a_report_that_cannot_be_written_leaves_the_exit_code_and_is_made_again() {
 
 #[test]
 fn a_report_of_an_absurd_state_leaves_the_exit_code() {
-    let bench = Bench::new(PROGRAM);
+    let bench = bench();
     // Nothing at the start, so that the case is accepted.
     let force = "gravity_m_s2 = [0.0, -9.81]\nacceleration_m_s2 = [\"1e290*t\", \"0\"]";
     let case = bench.coarse(0.01, &[("gravity_m_s2", force)]);
@@ -200,7 +200,7 @@ fn a_report_of_an_absurd_state_leaves_the_exit_code() {
 
 #[test]
 fn a_hangup_stops_a_run_like_a_request_to_end() {
-    let bench = Bench::new(PROGRAM);
+    let bench = bench();
     let case = bench.tank_to(0.1, None);
     bench.run(&case, "whole", &[]);
     let out = bench.path("out");
@@ -223,7 +223,7 @@ fn a_hangup_stops_a_run_like_a_request_to_end() {
 
 #[test]
 fn a_hangup_that_was_ignored_at_the_start_stays_ignored() {
-    let bench = Bench::new(PROGRAM);
+    let bench = bench();
     let case = bench.tank_to(0.1, None);
     let out = bench.path("out");
     // As `nohup` does.

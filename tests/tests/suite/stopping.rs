@@ -1,13 +1,10 @@
 //! Runs that end before their end time, and servers that must not outlive them.
 
+use crate::{PROGRAM, bench};
 use tests::bench::{Bench, Running, text};
 
 /// Far more simulated time than a test waits for.
 const LONG: (&str, &str) = ("end_time_s = 0.002", "end_time_s = 100.0");
-
-fn bench() -> Bench {
-    Bench::new(env!("CARGO_BIN_EXE_tidelock-node"))
-}
 
 #[test]
 fn a_signal_stops_at_a_step_boundary_with_results_complete() {
@@ -70,8 +67,7 @@ fn servers_end_with_a_coordinator_that_is_killed() {
 /// Starts a long run whose solid server is a program that does not watch its input: it lacks the flag by which the
 /// coordinator makes its own servers do so.
 fn start_with_another_program(bench: &Bench) -> Running {
-    let program = env!("CARGO_BIN_EXE_tidelock-node");
-    let servers = format!("[servers]\nsolid_command = [{program:?}, \"node-solid\"]\n[fluid]");
+    let servers = format!("[servers]\nsolid_command = [{PROGRAM:?}, \"node-solid\"]\n[fluid]");
     bench.start(&bench.tank("case.toml", &[LONG, ("[fluid]", &servers)]), "out")
 }
 

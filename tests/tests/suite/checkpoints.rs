@@ -1,19 +1,14 @@
-//! Checkpoints, going on from them, and servers that die or freeze, through real processes.
+//! Checkpoints, resumed runs, and servers that die or freeze, through real processes.
 
 use std::path::Path;
 use std::process::Command;
 
+use crate::{PROGRAM, bench};
 use tests::bench::{Bench, children_of, digests, kept, soon, text, wait_for_checkpoint};
 use tests::kill::{Dice, MOMENTS, Tally, Trials, same_results, server_of};
 use tests::nodes::Node;
 
-const PROGRAM: &str = env!("CARGO_BIN_EXE_tidelock-node");
-
-fn bench() -> Bench {
-    Bench::new(PROGRAM)
-}
-
-/// Goes on with the run in `name`, which must succeed.
+/// Resumes the run in `name`, which must succeed.
 fn resume(bench: &Bench, name: &str, further: &[&str]) -> String {
     let out = bench.path(name);
     let mut arguments = vec!["resume", text(&out), "--quiet"];
@@ -33,7 +28,7 @@ fn checkpoints_change_nothing_and_the_last_two_are_kept() {
         let many = bench.run(&case, "many", &["--checkpoint-every-steps", "7"]);
         assert_eq!(digests(&plain), digests(&many));
         same_results(&bench.path("plain"), &bench.path("many")).unwrap();
-        // Taking one must not make a list anew: 14 in 100 steps would show.
+        // Taking one must not rebuild a list: 14 in 100 steps would show.
         for side in ["fluid", "solid"] {
             assert_eq!(plain[side]["counts"], many[side]["counts"], "{side}");
         }
@@ -81,7 +76,7 @@ fn a_stopped_run_goes_on_as_if_it_had_never_been_stopped() {
 }
 
 #[test]
-fn another_case_and_a_damaged_checkpoint_are_told() {
+fn another_case_and_a_damaged_checkpoint_are_reported() {
     let bench = bench();
     let case = bench.tank_to(0.002, None);
     bench.run(&case, "whole", &["--checkpoint-every-steps", "20"]);
@@ -185,7 +180,7 @@ fn a_frozen_server_is_named_within_the_deadline_and_replaced() {
 }
 
 #[test]
-fn a_server_that_somebody_else_started_is_not_replaced_and_the_way_on_is_told() {
+fn a_server_that_the_run_did_not_start_is_not_replaced_and_the_remedy_is_named() {
     let bench = bench();
     let case = bench.tank_to(0.4, None);
     let out = bench.path("out");
@@ -204,7 +199,7 @@ fn a_server_that_somebody_else_started_is_not_replaced_and_the_way_on_is_told() 
     let said = std::io::read_to_string(run.stderr.take().unwrap()).unwrap();
     assert_eq!(status.code(), Some(7), "{said}");
     assert!(said.contains("lost the solid solver") && said.contains("coordinator resume"), "{said}");
-    // Elsewhere, on another port, it goes on.
+    // On another port it continues.
     let server = start();
     resume(&bench, "out", &["--solid", &server.address, "--until", "0.05"]);
     assert_eq!(bench.summary("out")["verdict"], "completed");
@@ -259,7 +254,7 @@ fn a_coordinator_frozen_beyond_the_lease_loses_its_servers_to_others_and_says_so
 }
 
 #[test]
-fn a_coordinator_that_was_stopped_itself_takes_nobody_for_lost() {
+fn a_coordinator_that_was_stopped_itself_takes_no_server_for_lost() {
     let bench = bench();
     let case = bench.tank_to(0.1, None);
     bench.run(&case, "whole", &[]);
@@ -298,7 +293,7 @@ fn a_full_disk_ends_the_run_with_its_checkpoint_and_the_rest_follows_when_there_
 }
 
 #[test]
-fn a_run_that_breaks_down_keeps_its_checkpoint_and_shows_the_guilty_particle() {
+fn a_run_that_breaks_down_keeps_its_checkpoint_and_shows_the_offending_particle() {
     let bench = bench();
     // A push after 1 ms, at step 25, that no step can follow.
     let broken = ("name = \"block\"", "name = \"block\"\nacceleration_m_s2 = [\"step(t - 0.001)*1e9\", 0]");

@@ -2,11 +2,8 @@
 
 use std::path::Path;
 
+use crate::bench;
 use tests::bench::{Bench, digests, text};
-
-fn bench() -> Bench {
-    Bench::new(env!("CARGO_BIN_EXE_tidelock-node"))
-}
 
 /// Runs `case` in every way that must not matter and compares the digests of all particles.
 fn every_way_of_running_agrees(bench: &Bench, case: &Path) {
@@ -28,14 +25,14 @@ fn two_processes_equal_one_process_bit_for_bit_on_any_number_of_threads() {
 }
 
 #[test]
-fn the_document_s_solid_agrees_bit_for_bit_too() {
+fn the_solid_of_the_source_paper_agrees_bit_for_bit_too() {
     let bench = bench();
     // Updated-Lagrangian bodies under the stage rule, by default.
     every_way_of_running_agrees(&bench, &bench.tank_to(0.02, None));
 }
 
 #[test]
-fn each_arithmetic_path_agrees_with_itself_and_is_told() {
+fn each_arithmetic_path_agrees_with_itself_and_is_reported() {
     let bench = bench();
     let case = bench.coarse(0.004, &[]);
     let mut of_paths = Vec::new();
@@ -131,7 +128,7 @@ fn an_earlier_run_is_not_overwritten_without_the_flag() {
 }
 
 #[test]
-fn mistakes_of_a_case_are_told_with_place_and_remedy() {
+fn errors_of_a_case_are_reported_with_place_and_remedy() {
     let bench = bench();
     let case = bench.coarse(0.01, &[("sound_speed_m_s", "sound_sped_m_s = 25.0")]);
     let output = bench.call(&["check", text(&case)]);
@@ -144,7 +141,7 @@ fn mistakes_of_a_case_are_told_with_place_and_remedy() {
 fn an_address_without_a_server_is_named() {
     let bench = bench();
     let case = bench.coarse(0.01, &[]);
-    // Bound and dropped: nobody listens there now.
+    // Bound and dropped: the port is free now.
     let address = std::net::TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().to_string();
     let out = bench.path("out");
     let arguments = ["run", text(&case), "--quiet", "--out", text(&out), "--solid", &address];

@@ -4,11 +4,10 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
+use crate::{PROGRAM, bench};
 use sph::stage::{Stage, StepStage};
-use tests::bench::{Bench, children_of, command_line, text, wait_for_checkpoint, wait_for_first_frame};
+use tests::bench::{children_of, command_line, text, wait_for_checkpoint, wait_for_first_frame};
 use tests::doubles::{Double, Wrong, serve};
-
-const PROGRAM: &str = env!("CARGO_BIN_EXE_tidelock-node");
 
 fn signal(name: &str, process: u32) {
     let process = process.to_string();
@@ -17,7 +16,7 @@ fn signal(name: &str, process: u32) {
 
 #[test]
 fn servers_that_fall_silent_together_are_both_named_with_what_each_said_last() {
-    let bench = Bench::new(PROGRAM);
+    let bench = bench();
     let case = bench.tank_to(0.4, None);
     let out = bench.path("out");
     let mut run = Command::new(PROGRAM)
@@ -48,7 +47,7 @@ fn servers_that_fall_silent_together_are_both_named_with_what_each_said_last() {
 
 #[test]
 fn a_server_that_ends_at_the_same_step_each_time_is_not_started_a_third_time_again() {
-    let bench = Bench::new(PROGRAM);
+    let bench = bench();
     let case = bench.tank("case.toml", &[]);
     let out = bench.path("out");
     let doomed = env!("CARGO_BIN_EXE_doomed");
@@ -68,7 +67,7 @@ fn a_server_that_ends_at_the_same_step_each_time_is_not_started_a_third_time_aga
 
 #[test]
 fn resuming_keeps_the_logs_of_the_first_part_and_replacing_the_results_removes_them() {
-    let bench = Bench::new(PROGRAM);
+    let bench = bench();
     let case = bench.tank("case.toml", &[]);
     bench.run(&case, "out", &[]);
     let logs = bench.path("out/logs");
@@ -86,7 +85,7 @@ fn resuming_keeps_the_logs_of_the_first_part_and_replacing_the_results_removes_t
 
 #[test]
 fn a_server_that_cannot_start_shows_how_it_ended_and_its_log() {
-    let bench = Bench::new(PROGRAM);
+    let bench = bench();
     let case = bench.tank("case.toml", &[]);
     // It says where it listens, and ends.
     let script = bench.write("gone", "#!/bin/sh\necho 'LISTEN 127.0.0.1:9'\necho 'no licence' >&2\nexit 5\n");
@@ -101,7 +100,7 @@ fn a_server_that_cannot_start_shows_how_it_ended_and_its_log() {
 
 #[test]
 fn a_solver_that_hangs_does_not_hold_up_a_run_that_was_given_up() {
-    let bench = Bench::new(PROGRAM);
+    let bench = bench();
     let at = StepStage { step: 12, stage: Stage::Corrector };
     let server = serve(Double(Wrong::Delay(at, Duration::from_secs(60))));
     let address = server.address.to_string();

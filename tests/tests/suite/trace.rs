@@ -2,8 +2,9 @@
 
 use std::collections::BTreeMap;
 
+use crate::bench;
 use serde_json::Value;
-use tests::bench::{Bench, digests, text};
+use tests::bench::{digests, text};
 
 /// Start and end \[µs\] of the spans called `name`, by what they say of their half-step, for each process.
 fn spans(events: &[Value], name: &str) -> BTreeMap<String, BTreeMap<String, (f64, f64)>> {
@@ -23,7 +24,7 @@ fn spans(events: &[Value], name: &str) -> BTreeMap<String, BTreeMap<String, (f64
 
 #[test]
 fn a_trace_holds_both_servers_and_the_coordinator_on_one_axis() {
-    let bench = Bench::new(env!("CARGO_BIN_EXE_tidelock-node"));
+    let bench = bench();
     let case = bench.coarse(0.002, &[]);
     let trace = bench.path("trace.json");
     let traced = bench.run(&case, "traced", &["--trace", text(&trace)]);

@@ -6,6 +6,7 @@
 
 use std::path::PathBuf;
 
+use crate::bench;
 use tests::bench::{Bench, text};
 use tests::python::{Listening, folder, import_path, python_is_there};
 
@@ -44,7 +45,7 @@ fn refused(test: &str, lines: &[(&str, &str)], code: i32, words: &[&str]) {
     if !python_is_there(test) {
         return;
     }
-    let bench = Bench::new(env!("CARGO_BIN_EXE_tidelock-node"));
+    let bench = bench();
     let case = case_of(&bench, lines);
     bench.refused(&["run", text(&case), "--quiet", "--out", text(&bench.path("out"))], code, words);
 }
@@ -54,7 +55,7 @@ fn an_honest_copy_runs_to_the_end() {
     if !python_is_there("an_honest_copy_runs_to_the_end") {
         return;
     }
-    let bench = Bench::new(env!("CARGO_BIN_EXE_tidelock-node"));
+    let bench = bench();
     let summary = bench.run(&case_of(&bench, &[]), "out", &[]);
     assert_eq!((&summary["verdict"], &summary["ledger"]["breaches"]), (&"completed".into(), &0.into()));
 }
@@ -109,11 +110,11 @@ fn more_mass_than_is_said_is_named() {
 }
 
 #[test]
-fn samples_shown_beside_their_places_are_named() {
-    let beside = SHOWN.replace("+ arms", "+ arms + [0.002, 0.0]");
+fn samples_away_from_their_places_are_named() {
+    let displaced = SHOWN.replace("+ arms", "+ arms + [0.002, 0.0]");
     refused(
-        "samples_shown_beside_their_places_are_named",
-        &[(SHOWN, &beside)],
+        "samples_away_from_their_places_are_named",
+        &[(SHOWN, &displaced)],
         6,
         &["`block`", "position", "2.000e-3 m", "step 0 predictor"],
     );
@@ -146,7 +147,7 @@ fn found_out(test: &str, lines: &[(&str, &str)], words: &[&str]) {
     if !python_is_there(test) {
         return;
     }
-    let bench = Bench::new(env!("CARGO_BIN_EXE_tidelock-node"));
+    let bench = bench();
     let solver = Listening::start(&script_of(&bench, lines), &[]);
     let checks = ["body-masses", "angular-momentum"];
     for check in checks {
@@ -170,8 +171,8 @@ fn conform_names_each_lie() {
     found_out(test, &[(INERTIA, &more)], &["moment of inertia of body `block`"]);
     let more = format!("{MASS} * 1.01");
     found_out(test, &[(MASS, &more)], &["mass of body `block`"]);
-    let beside = SHOWN.replace("+ arms", "+ arms + [0.002, 0.0]");
-    found_out(test, &[(SHOWN, &beside)], &["position", "beside its place"]);
+    let displaced = SHOWN.replace("+ arms", "+ arms + [0.002, 0.0]");
+    found_out(test, &[(SHOWN, &displaced)], &["position", "beside its place"]);
     let still = SHOWN.replace("state[self.body, V] + turning", "0.0 * turning");
     found_out(test, &[(SHOWN, &still)], &["momentum", "velocities"]);
     let reverse = SHOWN.replace("state[self.body, X] + arms", "(state[self.body, X] + arms)[::-1]");

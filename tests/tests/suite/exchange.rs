@@ -2,11 +2,11 @@
 
 use std::sync::mpsc;
 
+use crate::bench;
 use sph::driver::{self, Command, Event, Link, StepReport};
 use sph::exchange::{Exchange, in_process_pair};
 use sph::solver::{Fault, ParticleFields, Role, Solver};
 use sph::stage::{Stage, StepStage};
-use tests::bench::Bench;
 use tests::doubles::StaleExchange;
 
 /// What one side reported.
@@ -18,7 +18,7 @@ struct Side {
 
 /// Runs the tank with `margin` spacings of spare particles; `double` may wrap the exchange of a role.
 fn couple(margin: &str, double: impl Fn(Role, Box<dyn Exchange>) -> Box<dyn Exchange>) -> [Side; 2] {
-    let bench = Bench::new(env!("CARGO_BIN_EXE_tidelock-node"));
+    let bench = bench();
     let case = bench.tank("case.toml", &[("margin_spacings = 1", &format!("margin_spacings = {margin}"))]);
     let case = coordinator::case::load(&case, &coordinator::output::state::read).unwrap();
     let fluid = fluid_server::physics::FluidSolver::new(case.fluid_setup().unwrap()).unwrap();
@@ -72,7 +72,7 @@ fn a_stale_frame_is_caught_at_its_half_step_by_the_side_that_sent_the_fresh_one(
                 }
                 other => panic!("{victim}, {stage:?}: {other:?}"),
             }
-            // At most one half-step later: a stale corrector is told with the next step's first frame.
+            // At most one half-step later: a stale corrector is detected with the next step's first frame.
             let steps = if stage == Stage::Predictor { 20 } else { 21 };
             assert_eq!(witness.steps.len(), steps, "{victim}, {stage:?}");
         }

@@ -1,10 +1,7 @@
 //! Frames through the coordinator: relayed, recorded, compared and replayed, with servers as separate processes.
 
-use tests::bench::{Bench, digests, text};
-
-fn bench() -> Bench {
-    Bench::new(env!("CARGO_BIN_EXE_tidelock-node"))
-}
+use crate::bench;
+use tests::bench::{digests, text};
 
 /// Half-steps of the tank's run: 2 ms in steps of 40 us.
 const HALF_STEPS: usize = 100;

@@ -2,12 +2,9 @@
 
 use std::path::Path;
 
+use crate::bench;
 use coordinator::output::state;
-use tests::bench::{Bench, digests, probe_rows};
-
-fn bench() -> Bench {
-    Bench::new(env!("CARGO_BIN_EXE_tidelock-node"))
-}
+use tests::bench::{digests, probe_rows};
 
 /// `text` without what stands from `from` to before `to`, and without the probes of the given names.
 fn without(text: &str, from: &str, to: &str, probes: &[&str]) -> String {
@@ -69,7 +66,7 @@ fn a_run_goes_on_from_the_final_state_of_another() {
 }
 
 #[test]
-fn leapfrog_starts_anew_from_a_final_state_close_to_where_it_would_have_gone() {
+fn leapfrog_starts_again_from_a_final_state_close_to_where_it_would_have_gone() {
     // A final state has the density of the boundary, and no acceleration of the step before; only a checkpoint holds both.
     // Measured: 4e-5 of the pressure.
     goes_on("leapfrog", 2e-4);
@@ -126,7 +123,7 @@ fn the_state_is_taken_over_bit_for_bit(case: &Path, earlier: &Path) {
             let particles = values.chunks(field.components);
             let mut sorted: Vec<Vec<u64>> =
                 particles.map(|p| p.iter().map(|v| v.to_bits()).collect()).collect();
-            // Whole sets are compared: each run numbers particles anew.
+            // Whole sets are compared: each run has its own numbers of particles.
             sorted.sort_unstable();
             sorted
         };

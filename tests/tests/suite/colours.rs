@@ -1,15 +1,14 @@
-//! Colours of mistakes reach a terminal and only a terminal.
+//! Colours of error messages reach a terminal and only a terminal.
 
 use std::fs::File;
 use std::io::Read;
 use std::process::{Command, Output, Stdio};
 
+use crate::{PROGRAM, bench};
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 use tests::bench::Bench;
 
-const PROGRAM: &str = env!("CARGO_BIN_EXE_tidelock-node");
-
-/// `check` of a case with a mistake, in an environment of `variables` alone.
+/// `check` of a case with an error, in an environment of `variables` alone.
 fn check(bench: &Bench, variables: &[(&str, &str)]) -> Command {
     let case = bench.tank("bad.toml", &[("end_time_s", "end_time")]);
     let mut command = Command::new(PROGRAM);
@@ -18,7 +17,7 @@ fn check(bench: &Bench, variables: &[(&str, &str)]) -> Command {
 }
 
 fn through_pipes(variables: &[(&str, &str)]) -> Output {
-    let bench = Bench::new(PROGRAM);
+    let bench = bench();
     check(&bench, variables).output().unwrap()
 }
 
@@ -29,7 +28,7 @@ fn on_terminal(variables: &[(&str, &str)]) -> String {
     unlockpt(&terminal).unwrap();
     let name = ptsname(&terminal, Vec::new()).unwrap();
     let slave = File::options().read(true).write(true).open(name.to_str().unwrap()).unwrap();
-    let bench = Bench::new(PROGRAM);
+    let bench = bench();
     let mut child = {
         let mut command = check(&bench, variables);
         command.stdout(Stdio::null()).stderr(slave).spawn().unwrap()

@@ -1,96 +1,17 @@
-//! Who may speak to a server: every combination of certificates and tokens, and who holds it.
+//! Authentication and encryption: every combination of certificates and tokens.
+
+mod secrets;
 
 use std::path::Path;
 use std::time::Duration;
 
+use crate::{PROGRAM, bench};
 use proto::RpcCode;
 use proto::client::{Deadlines, ParticipantClient};
 use proto::security::{ClientFiles, ClientSecurity};
-use tempfile::TempDir;
-use tests::bench::{Bench, digests, text};
-use tests::certificates::{Authority, token};
+use secrets::{Demands, Secrets, Shows};
+use tests::bench::{digests, text};
 use tests::nodes::Node;
-
-const PROGRAM: &str = env!("CARGO_BIN_EXE_tidelock-node");
-
-/// What a server demands.
-#[derive(Clone, Copy, Debug)]
-struct Demands {
-    tls: bool,
-    certificate: bool,
-    token: bool,
-}
-
-/// What a caller does.
-#[derive(Clone, Copy, Debug)]
-struct Shows {
-    tls: bool,
-    /// None, the right or another authority's.
-    certificate: Option<bool>,
-    token: Option<bool>,
-    /// Whether it knows the server's authority.
-    trusts: bool,
-}
-
-struct Secrets {
-    folder: TempDir,
-    own: Authority,
-    other: Authority,
-}
-
-impl Secrets {
-    fn new() -> Self {
-        let folder = tempfile::tempdir().unwrap();
-        let (own, other) = (Authority::new(folder.path(), "own"), Authority::new(folder.path(), "other"));
-        token(folder.path(), "a");
-        token(folder.path(), "b");
-        Self { folder, own, other }
-    }
-
-    fn token(&self, right: bool) -> std::path::PathBuf {
-        self.folder.path().join(if right { "token-a" } else { "token-b" })
-    }
-
-    /// Arguments of a server.
-    fn server(&self, demands: Demands) -> Vec<String> {
-        let mut arguments = Vec::new();
-        let mut add = |option: &str, path: &Path| {
-            arguments.extend([option.to_owned(), text(path).to_owned()]);
-        };
-        if demands.tls {
-            add("--tls-cert", &self.own.file("server"));
-            add("--tls-key", &self.own.key("server"));
-            add("--partner-ca", &self.own.file("ca"));
-        }
-        if demands.certificate {
-            add("--tls-client-ca", &self.own.file("ca"));
-        }
-        if demands.token {
-            add("--token-file", &self.token(true));
-        }
-        arguments
-    }
-
-    fn start(&self, role: &str, demands: Demands) -> Node {
-        let arguments = self.server(demands);
-        let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
-        Node::start(Path::new(PROGRAM), role, &arguments)
-    }
-
-    /// Files of a caller.
-    fn caller(&self, shows: Shows) -> ClientFiles {
-        let trusted = if shows.trusts { &self.own } else { &self.other };
-        let identity = shows.certificate.map(|right| {
-            let of = if right { &self.own } else { &self.other };
-            (of.file("caller"), of.key("caller"))
-        });
-        ClientFiles {
-            authority: shows.tls.then(|| trusted.file("ca")),
-            identity: identity.filter(|_| shows.tls),
-            token: shows.token.map(|right| self.token(right)),
-        }
-    }
-}
 
 /// A description, as the first call of every coordinator; a refusal with its words.
 async fn describe(address: &str, files: &ClientFiles) -> Result<(), (RpcCode, String)> {
@@ -159,7 +80,7 @@ async fn every_wrong_combination_of_certificates_and_tokens_is_refused_and_the_r
 
 #[test]
 fn a_run_by_mutual_tls_and_tokens_gives_the_same_bits() {
-    let bench = Bench::new(PROGRAM);
+    let bench = bench();
     let secrets = Secrets::new();
     let demands = Demands { tls: true, certificate: true, token: true };
     let (fluid, solid) = (secrets.start("fluid", demands), secrets.start("solid", demands));
@@ -196,19 +117,9 @@ fn borrow(words: &[String]) -> Vec<&str> {
     words.iter().map(String::as_str).collect()
 }
 
-impl Secrets {
-    /// Options of the coordinator for servers that demand all; it shows the certificate of `holder`.
-    fn options(&self, holder: &str, right: bool) -> Vec<String> {
-        let (ca, cert, key) = (self.own.file("ca"), self.own.file(holder), self.own.key(holder));
-        let token = self.token(right);
-        let files = [("--tls-ca", &ca), ("--tls-cert", &cert), ("--tls-key", &key), ("--token-file", &token)];
-        files.iter().flat_map(|(option, path)| [(*option).to_owned(), text(path).to_owned()]).collect()
-    }
-}
-
 #[test]
 fn secured_solvers_are_examined_as_all_others_by_those_who_may() {
-    let bench = Bench::new(PROGRAM);
+    let bench = bench();
     let secrets = Secrets::new();
     let demands = Demands { tls: true, certificate: true, token: true };
     let [right, wrong] = [true, false].map(|right| secrets.options("caller", right));
@@ -228,7 +139,7 @@ fn secured_solvers_are_examined_as_all_others_by_those_who_may() {
 
 #[test]
 fn relayed_recorded_and_replayed_frames_of_a_secured_run_keep_its_bits() {
-    let bench = Bench::new(PROGRAM);
+    let bench = bench();
     let secrets = Secrets::new();
     let case = bench.tank("case.toml", &[]);
     let plain = digests(&bench.run(&case, "plain", &["--threads", "1"]));
@@ -269,7 +180,7 @@ fn relayed_recorded_and_replayed_frames_of_a_secured_run_keep_its_bits() {
 
 #[test]
 fn a_partner_that_is_not_trusted_is_not_dialled() {
-    let bench = Bench::new(PROGRAM);
+    let bench = bench();
     let secrets = Secrets::new();
     let demands = Demands { tls: true, certificate: false, token: false };
     let solid = secrets.start("solid", demands);
@@ -280,14 +191,14 @@ fn a_partner_that_is_not_trusted_is_not_dialled() {
     let (address, ca) = (format!("https://{}", solid.address), secrets.own.file("ca"));
     let arguments = ["--fluid", &fluid.address, "--solid", &address, "--tls-ca", text(&ca)];
     bench.run_refused(&case, &arguments, 4, &["Link", "certificate"]);
-    // A fluid that it starts itself is told.
+    // A fluid server that it starts itself gets its authorities.
     let arguments = ["--solid", &address, "--tls-ca", text(&ca)];
     assert_eq!(bench.run(&case, "own", &arguments)["verdict"], "completed");
 }
 
 #[test]
 fn a_server_beyond_this_machine_needs_certificate_and_token_or_a_word_that_names_the_risk() {
-    let bench = Bench::new(PROGRAM);
+    let bench = bench();
     let secrets = Secrets::new();
     let all = Demands { tls: true, certificate: true, token: true };
     for (demands, words) in [
@@ -309,7 +220,7 @@ fn a_server_beyond_this_machine_needs_certificate_and_token_or_a_word_that_names
 
 #[test]
 fn refusals_name_the_option_that_helps() {
-    let bench = Bench::new(PROGRAM);
+    let bench = bench();
     let secrets = Secrets::new();
     let case = bench.tank("case.toml", &[]);
     let refused = |arguments: &[&str], words: &str| {
@@ -348,18 +259,8 @@ fn refusals_name_the_option_that_helps() {
 }
 
 #[test]
-fn a_device_in_the_place_of_a_token_file_is_not_said_to_be_missing() {
-    let bench = Bench::new(PROGRAM);
-    for (file, words) in [("/dev/zero", "is not a regular file"), ("/nowhere", "no such file")] {
-        let keys = format!("[servers]\ntoken_file = {file:?}\n[outputs]");
-        let case = bench.tank("case.toml", &[("[outputs]", &keys)]);
-        bench.case_refused(&case, &["token_file", words]);
-    }
-}
-
-#[test]
 fn secrets_that_others_can_read_are_warned_of_by_server_and_coordinator() {
-    let bench = Bench::new(PROGRAM);
+    let bench = bench();
     let secrets = Secrets::new();
     let case = bench.tank("case.toml", &[]);
     let token = secrets.token(true);
@@ -379,33 +280,4 @@ fn secrets_that_others_can_read_are_warned_of_by_server_and_coordinator() {
         let said = String::from_utf8_lossy(&output.stderr).into_owned();
         assert_eq!(said.contains("chmod 600"), warned, "{mode}: {said}");
     }
-}
-
-#[test]
-fn a_second_client_is_told_who_holds_the_server_and_since_when() {
-    let bench = Bench::new(PROGRAM);
-    let solid = Node::start(Path::new(PROGRAM), "solid", &[]);
-    let address = format!("[servers]\nsolid_address = \"{}\"\n[time]\nend_time_s = 100.0", solid.address);
-    let long = bench.tank("long.toml", &[("[time]\nend_time_s = 0.002", &address)]);
-    let mut first = bench.start(&long, "long");
-    let case = bench.tank("case.toml", &[]);
-    bench.run_refused(
-        &case,
-        &["--solid", &solid.address],
-        4,
-        &["busy", "held by coordinator, process", " s, state RUNNING"],
-    );
-    // The first one goes on undisturbed.
-    first.signal("INT");
-    let (status, message) = first.end();
-    assert_eq!(status.code(), Some(8), "{message}");
-    assert_eq!(bench.run(&case, "after", &["--solid", &solid.address])["verdict"], "completed");
-}
-
-#[test]
-fn servers_survive_good_and_bad_clients_in_a_row() {
-    let soak = tests::soak::Soak::new(Path::new(PROGRAM));
-    let soaked = soak.run(std::time::Instant::now()).unwrap();
-    assert!(soaked.good >= 2 * soaked.bad && soaked.bad >= 15, "{soaked:?}");
-    assert!(soaked.base.iter().all(|base| base.memory > 0 && base.handles > 0 && base.threads > 1));
 }

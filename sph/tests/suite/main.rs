@@ -1,0 +1,4 @@
+//! The half-step driver with analytic participants.
+
+mod driver;
+mod iterate;

@@ -15,7 +15,7 @@ use crate::failure::{Failure, Kind};
 use crate::guard::{self, Guard};
 use crate::launch::Source;
 use crate::origin::Origin;
-use crate::output::directory::{Existing, OutputDirectory};
+use crate::results::directory::{Existing, OutputDirectory};
 
 /// Couples a fluid solver and an elastic-solid solver in lock-step and audits their interface.
 ///

@@ -12,7 +12,7 @@ use terminal::say;
 use crate::cli::ConformArguments;
 use crate::failure::{Failure, Kind};
 use crate::hints;
-use crate::output::directory::write_file;
+use crate::results::directory::write_file;
 
 /// Examines the participant at the given address, prints a table and writes the JUnit file.
 ///

@@ -19,8 +19,8 @@ use crate::failure::{Failure, Kind};
 use crate::keeper::Keeper;
 use crate::lockstep::LockStep;
 use crate::participants::{News, Participants};
-use crate::recorder::Recorder;
-use crate::writer::Writer;
+use crate::results::recorder::Recorder;
+use crate::results::writer::Writer;
 use faults::{RANK_CONSEQUENCE, kind_of, rank};
 use stall::StepWatch;
 

@@ -4,9 +4,9 @@ use sph::lanes::Arithmetic;
 use sph::setup::{BreachAction, CouplingKind, InterfaceLaw, Iterate, Relaxation, StepPolicy, Unsettled};
 
 use crate::case::Case;
-use crate::output::summary::Summary;
 use crate::quote;
 use crate::remote::Remote;
+use crate::results::summary::Summary;
 
 /// A named fact.
 pub type Fact = (String, String);

@@ -12,9 +12,9 @@ use tracing::trace_span;
 use crate::checkpoint::{Disk, OutputState, RunCheckpoint, Store, Written};
 use crate::failure::Failure;
 use crate::origin::Digests;
-use crate::output::directory::OutputError;
-use crate::output::summary::Checkpoints;
-use crate::writer::Writer;
+use crate::results::directory::OutputError;
+use crate::results::summary::Checkpoints;
+use crate::results::writer::Writer;
 
 /// When checkpoints are due.
 #[derive(Clone, Copy, Debug, PartialEq)]

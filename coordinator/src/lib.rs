@@ -6,7 +6,7 @@
 //! | [`launch`], [`guard`], [`remote`], [`in_process`] | the solvers as servers or as threads |
 //! | [`threads`] | how they share the cores of this machine |
 //! | [`control`], [`lockstep`] | grants, events, checks of the books |
-//! | [`recorder`], [`output`] | everything that a run leaves behind |
+//! | [`results`] | everything that a run leaves behind |
 //! | [`checkpoint`], [`keeper`], [`origin`] | states from which a run continues, when they are taken, and what it started from |
 //! | [`study`] | what accuracy costs: `report` |
 //! | [`trace`] | what is done when, of all processes of a run |
@@ -33,17 +33,14 @@ pub mod launch;
 pub mod lockstep;
 mod logs;
 pub mod origin;
-pub mod output;
 pub mod participants;
 pub mod preview;
-pub mod progress;
 pub mod quote;
-pub mod recorder;
 pub mod remote;
 pub mod replay;
+pub mod results;
 pub mod resume;
 pub mod run;
 pub mod study;
 pub mod threads;
 pub mod trace;
-pub mod writer;

@@ -10,8 +10,8 @@ use sph::solver::{ParticleFields, Role};
 
 use crate::case::{self, Case};
 use crate::failure::Failure;
-use crate::output::directory::{self, OutputDirectory};
-use crate::output::state;
+use crate::results::directory::{self, OutputDirectory};
+use crate::results::state;
 
 /// The states that a run starts from; none for a run whose case says how it starts.
 #[derive(Clone, Debug, Default)]

@@ -9,8 +9,8 @@ use sph::setup::{FluidProbeKind, SolidProbeKind};
 use sph::vector::Vector;
 
 use crate::case::Case;
-use crate::output::font;
 use crate::quote;
+use crate::results::font;
 
 /// Colours of fluid regions.
 const FLUIDS: [RGBColor; 4] =

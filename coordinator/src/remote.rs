@@ -20,8 +20,8 @@ use crate::checkpoint::RunCheckpoint;
 use crate::failure::{Failure, Kind};
 use crate::hints;
 use crate::launch::{Launch, Server, Source};
-use crate::output::process::Process;
 use crate::participants::{CommandLine, News, NewsResult, Participants};
+use crate::results::process::Process;
 use crate::threads::Threads;
 use crate::trace;
 

@@ -26,16 +26,16 @@ use crate::in_process::{self, ThreadParticipant};
 use crate::keeper::{CaseFacts, Keeper, Schedule};
 use crate::launch::Source;
 use crate::origin::{self, Digests};
-use crate::output::directory::{self, Changed, OutputDirectory};
-use crate::output::summary::Participant;
 use crate::participants::{CommandLine, NewsResult, Participants};
-use crate::progress::Progress;
-use crate::recorder::Recorder;
 use crate::remote::{Plan, Remote, Resume, Start};
+use crate::results::directory::{self, Changed, OutputDirectory};
+use crate::results::progress::Progress;
+use crate::results::recorder::Recorder;
+use crate::results::summary::Participant;
+use crate::results::writer::Writer;
 use crate::resume;
 use crate::threads::Threads;
 use crate::trace::Trace;
-use crate::writer::Writer;
 use losses::Losses;
 
 /// Events that may wait for the coordinator when solvers are threads.

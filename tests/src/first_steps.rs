@@ -4,8 +4,8 @@ use std::path::Path;
 
 use coordinator::case::Case;
 use coordinator::in_process;
-use coordinator::output::state;
 use coordinator::participants::News;
+use coordinator::results::state;
 use coordinator::threads::Threads;
 use sph::driver::{Command, Event};
 use sph::solver::Role;

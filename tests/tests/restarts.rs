@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use coordinator::output::state;
+use coordinator::results::state;
 use tests::bench::{Bench, digests, probe_rows};
 
 fn bench() -> Bench {

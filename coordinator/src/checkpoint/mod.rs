@@ -18,7 +18,7 @@ use proto::checkpoint::CheckpointData;
 use serde::{Deserialize, Serialize};
 
 use crate::origin::Digests;
-use crate::recorder::RecorderState;
+use crate::results::recorder::RecorderState;
 
 /// A checkpoint of a whole run.
 #[derive(Clone, Debug)]

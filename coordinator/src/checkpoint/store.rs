@@ -12,8 +12,8 @@ use crate::case::MOST_PARTICLES;
 use super::disk::Files;
 use super::manifest::{FileFacts, MANIFEST, Manifest, data_file, digest};
 use super::{OutputState, RunCheckpoint};
-use crate::output::directory::{OutputError, PARTIAL};
-use crate::output::files::open_regular;
+use crate::results::directory::{OutputError, PARTIAL};
+use crate::results::files::open_regular;
 
 /// Checkpoints that are kept.
 const KEPT: usize = 2;

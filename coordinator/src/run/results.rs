@@ -14,13 +14,13 @@ use crate::control::Ending;
 use crate::failure::Failure;
 use crate::header::{self, Fact};
 use crate::keeper::Keeper;
-use crate::output::directory;
-use crate::output::plots::gallery::PairedSnapshot;
-use crate::output::process::Process;
-use crate::output::report::{self, ReportData};
-use crate::output::summary::{self, Checkpoints, LedgerSummary, Participant, Span, Summary, Verdict};
-use crate::output::table::Table;
-use crate::recorder::{Iterations, Recorded};
+use crate::results::directory;
+use crate::results::plots::gallery::PairedSnapshot;
+use crate::results::process::Process;
+use crate::results::recorder::{Iterations, Recorded};
+use crate::results::report::{self, ReportData};
+use crate::results::summary::{self, Checkpoints, LedgerSummary, Participant, Span, Summary, Verdict};
+use crate::results::table::Table;
 use crate::resume;
 
 /// Completes the outputs of a run.

@@ -3,8 +3,8 @@
 use super::{Attempt, Job};
 use crate::checkpoint::{Disk, RunCheckpoint, Store};
 use crate::failure::Failure;
-use crate::output::directory::{self, Changed, OutputError, write_file};
-use crate::recorder;
+use crate::results::directory::{self, Changed, OutputError, write_file};
+use crate::results::recorder;
 
 impl Job {
     /// Writes the case as resolved.

@@ -5,7 +5,7 @@ use toml::Value;
 use super::references::{self, drop_semi_axes};
 use super::results::Results;
 use super::series;
-use crate::output::table::Table;
+use crate::results::table::Table;
 
 /// Values to replace in a case file, by dotted path.
 pub type Changes = Vec<(String, Value)>;

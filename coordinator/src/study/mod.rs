@@ -27,8 +27,8 @@ use self::picture::Panel;
 use self::results::{Measured, Results};
 use crate::cli::ReportArguments;
 use crate::failure::{Failure, Kind};
-use crate::output::directory::{self, write_file};
-use crate::output::plots::field;
+use crate::results::directory::{self, write_file};
+use crate::results::plots::field;
 
 /// File that marks a run as finished.
 const MEASURED: &str = "measured.json";
@@ -258,7 +258,7 @@ fn write(out: &Path, rows: &[Row], arguments: &ReportArguments) -> Result<(), Fa
         .filter(|study| rows.iter().any(|row| row.study == *study))
         .map(|study| (study, panel(study, rows)))
         .collect();
-    let failed = |e: crate::output::plots::PlotError| Failure::output(e.to_string());
+    let failed = |e: crate::results::plots::PlotError| Failure::output(e.to_string());
     let html = page::html(&panels, arguments).map_err(failed)?;
     write_file(&out.join(directory::REPORT), |file| file.write_all(html.as_bytes()))?;
     write_file(&out.join("report.csv"), |file| file.write_all(csv(rows)?.as_slice()))?;

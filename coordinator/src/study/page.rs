@@ -6,8 +6,8 @@ use super::Row;
 use super::cases::ALL;
 use super::picture::{self, Panel};
 use crate::cli::ReportArguments;
-use crate::output::plots::PlotError;
-use crate::output::report::page::{Section, document, escaped, table};
+use crate::results::plots::PlotError;
+use crate::results::report::page::{Section, document, escaped, table};
 
 /// The whole page.
 ///

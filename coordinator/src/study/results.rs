@@ -8,9 +8,9 @@ use sph::vector::Vector;
 
 use super::cost::{PASSES, STEP};
 use super::order::{domain_around, surrounded, widest_gap};
-use crate::output::directory;
-use crate::output::state;
-use crate::output::table::Table;
+use crate::results::directory;
+use crate::results::state;
+use crate::results::table::Table;
 
 /// Outputs of a finished run.
 pub struct Results {

@@ -3,9 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use coordinator::failure::Kind;
-use coordinator::output::directory;
-use coordinator::output::state;
-use coordinator::output::table::Table;
+use coordinator::results::directory;
+use coordinator::results::state;
+use coordinator::results::table::Table;
 use coordinator::study::runner;
 use sph::solver::ParticleFields;
 

@@ -7,7 +7,7 @@ use sph::solver::Role;
 
 use super::*;
 use crate::checkpoint::Disk;
-use crate::recorder::RecorderState;
+use crate::results::recorder::RecorderState;
 
 fn checkpoint(step: u64) -> RunCheckpoint {
     let side = |role| {

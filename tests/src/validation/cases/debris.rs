@@ -9,8 +9,8 @@
 //! from the ledger; the momenta are sums over particles. What the stabilisers of the water add is left out: it must not
 //! matter.
 
-use coordinator::output::directory;
-use coordinator::output::table::Table;
+use coordinator::results::directory;
+use coordinator::results::table::Table;
 
 use super::floating::coupling;
 use crate::validation::{Case, Figure, Goal, Member, Plot, Run, series};

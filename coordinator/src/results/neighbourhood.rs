@@ -51,7 +51,7 @@ mod tests {
     use sph::stage::StepStage;
 
     use super::*;
-    use crate::output::table::Table;
+    use crate::results::table::Table;
 
     #[test]
     fn the_guilty_particle_comes_first_and_the_nearest_follow() {

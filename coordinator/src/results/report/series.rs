@@ -3,11 +3,11 @@
 use sph::solver::Role;
 
 use super::page::{Section, svg_figure};
-use crate::output::plots::PlotError;
-use crate::output::plots::chart::{Chart, Line, Vertical};
-use crate::output::plots::colour::{LINES, Rgb};
-use crate::output::plots::quantities::groups;
-use crate::output::table::Table;
+use crate::results::plots::PlotError;
+use crate::results::plots::chart::{Chart, Line, Vertical};
+use crate::results::plots::colour::{LINES, Rgb};
+use crate::results::plots::quantities::groups;
+use crate::results::table::Table;
 
 /// Every probe over time; `None` without rows or columns.
 pub fn probes(table: &Table) -> Result<Option<Section>, PlotError> {

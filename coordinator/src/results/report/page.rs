@@ -6,7 +6,7 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 
 use super::ReportData;
-use crate::output::plots::colour::Rgb;
+use crate::results::plots::colour::Rgb;
 
 /// A part of the page with its own headline.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -2,7 +2,7 @@
 
 use plotters::style::{IntoFont, TextStyle};
 
-use crate::output::font;
+use crate::results::font;
 
 /// Ticks at multiples of 1, 2 or 5 times a power of ten within [lower, upper], about `wanted` of them and at least two,
 /// since one alone shows no scale.

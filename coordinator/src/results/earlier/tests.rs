@@ -3,7 +3,7 @@
 use std::os::unix::fs::symlink;
 
 use super::*;
-use crate::output::directory::{Existing, OutputDirectory};
+use crate::results::directory::{Existing, OutputDirectory};
 
 const OLD: [&str; 14] = [
     "summary.json",

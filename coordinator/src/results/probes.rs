@@ -160,7 +160,7 @@ mod tests {
     use sph::vector::Vector;
 
     use super::*;
-    use crate::output::table::Table;
+    use crate::results::table::Table;
 
     fn fluid_probes() -> Vec<FluidProbe> {
         let probe = |name: &str, kind| FluidProbe { name: name.into(), kind };

@@ -6,7 +6,7 @@ use sph::solver::{Field, ParticleFields, Role};
 use sph::vector::Vector;
 
 use super::*;
-use crate::output::ledger::LedgerFile;
+use crate::results::ledger::LedgerFile;
 
 /// How many times the fields are shown at.
 const PICTURES: usize = 6;

@@ -8,7 +8,7 @@ use sph::solver::{Field, ParticleFields};
 
 use super::{FRAME, LONGEST_TEXT, MAGIC, VERSION, check};
 use crate::case::MOST_PARTICLES;
-use crate::output::files::open_regular;
+use crate::results::files::open_regular;
 
 /// Bytes before the body.
 const HEAD: u64 = 8 + 4 + 8;

@@ -4,11 +4,11 @@ use sph::solver::ParticleFields;
 
 use super::ReportData;
 use super::page::{Section, png_figure};
-use crate::output::plots::PlotError;
-use crate::output::plots::colour::{ColourMap, ColourScale, Rgb, SOLID, WALL, WATER};
-use crate::output::plots::field::{Dot, View, picture, positions, spacing};
-use crate::output::plots::gallery::PairedSnapshot;
-use crate::output::plots::scale::quantile;
+use crate::results::plots::PlotError;
+use crate::results::plots::colour::{ColourMap, ColourScale, Rgb, SOLID, WALL, WATER};
+use crate::results::plots::field::{Dot, View, picture, positions, spacing};
+use crate::results::plots::gallery::PairedSnapshot;
+use crate::results::plots::scale::quantile;
 
 /// Shares of all values that lie below and above the colours; they take the colours of the ends.
 const OUTLIERS: f64 = 0.005;

@@ -6,7 +6,7 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 use super::PlotError;
 use super::colour::LINES;
 use super::scale::{Magnitude, label, padded_range, superscript, text_width, ticks};
-use crate::output::font;
+use crate::results::font;
 
 /// Size of the drawing \[px\]; shown at about half of it.
 const SIZE: (u32, u32) = (1200, 520);

@@ -7,7 +7,7 @@ use sph::solver::ParticleFields;
 use super::PlotError;
 use super::colour::{ColourScale, Rgb};
 use super::scale::{Magnitude, label, text_width, ticks};
-use crate::output::font;
+use crate::results::font;
 
 /// Longest edge of the drawn region \[px\]; pictures are shown at about half of it, so that they stay crisp.
 const LONGEST: f64 = 960.0;
@@ -299,7 +299,7 @@ pub(crate) fn encode(pixels: &[u8], (width, height): (u32, u32)) -> Result<Vec<u
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::output::plots::colour::ColourMap;
+    use crate::results::plots::colour::ColourMap;
     use sph::solver::Field;
 
     fn scale() -> ColourScale {

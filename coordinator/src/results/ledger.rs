@@ -345,7 +345,7 @@ mod tests {
     use sph::ledger::{Accounts, AngularBudget, Energies, InterfaceSums, Torques};
 
     use super::*;
-    use crate::output::table::Table;
+    use crate::results::table::Table;
 
     /// A step of 0.1 s under an interface force and gravity, whose books balance; torques are the x-components.
     fn report(step: u64, force: Vector, weight: Vector) -> StepReport {

@@ -8,7 +8,7 @@ use std::time::Duration;
 use tokio::sync::{OwnedSemaphorePermit, Semaphore, mpsc, oneshot};
 
 use crate::failure::Failure;
-use crate::recorder::{Recorded, Recorder, RecorderState};
+use crate::results::recorder::{Recorded, Recorder, RecorderState};
 
 /// Orders that may wait: steps and rows of probes, some kB each.
 const PENDING_ORDERS: usize = 4096;
@@ -178,12 +178,12 @@ mod tests {
     use super::*;
     use crate::case;
     use crate::failure::Kind;
-    use crate::output::directory::{self, Existing, OutputDirectory};
-    use crate::progress::Progress;
+    use crate::results::directory::{self, Existing, OutputDirectory};
+    use crate::results::progress::Progress;
 
     /// A recorder of the case with every key, in `out`.
     fn recorder(out: &Path) -> (Recorder, Arc<OutputDirectory>) {
-        let text = include_str!("case/testdata/everything.toml");
+        let text = include_str!("../case/testdata/everything.toml");
         let none = |_: &Path| Err("no such file".to_owned());
         let case = case::parse(text, "case.toml", Path::new("."), &none).unwrap();
         let directory = Arc::new(OutputDirectory::create(out, Existing::Refuse).unwrap());

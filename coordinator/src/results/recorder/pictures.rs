@@ -6,11 +6,11 @@ use sph::solver::Role;
 
 use super::RecorderState;
 use crate::case::Case;
-use crate::output::directory::{self, OutputDirectory, OutputError};
-use crate::output::earlier;
-use crate::output::files::remove_if_there;
-use crate::output::plots::gallery::Pictures;
-use crate::output::state;
+use crate::results::directory::{self, OutputDirectory, OutputError};
+use crate::results::earlier;
+use crate::results::files::remove_if_there;
+use crate::results::plots::gallery::Pictures;
+use crate::results::state;
 
 /// Where the report's picture of `role` at `step` is kept.
 pub(super) fn picture_file(directory: &OutputDirectory, role: Role, step: u64) -> PathBuf {

@@ -9,8 +9,8 @@ use terminal::say;
 
 use crate::cli::{CompareArguments, ReplayArguments};
 use crate::failure::{Failure, Kind};
-use crate::origin;
-use crate::run::{self, Job, results};
+use crate::run::origin;
+use crate::run::{self, Job, completion};
 
 /// Runs one side of a recorded run alone and compares what it sends with the recording.
 ///
@@ -27,7 +27,7 @@ pub fn replay(arguments: &ReplayArguments) -> Result<(), Failure> {
     }
     let (case, origin) = origin::load(&arguments.case)?;
     let recording = Recording::open(&arguments.recording)?;
-    check(&recording, &results::digest(&case.identity()), &arguments.case)?;
+    check(&recording, &completion::digest(&case.identity()), &arguments.case)?;
     let directory = arguments.new.create(&arguments.case, "_replay", &origin)?;
     let origin = origin.keep(&directory)?;
     let quiet = options.quiet;

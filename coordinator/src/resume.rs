@@ -8,9 +8,9 @@ use sph::solver::Role;
 use crate::checkpoint::{RunCheckpoint, Store};
 use crate::cli::ResumeArguments;
 use crate::failure::Failure;
-use crate::origin;
 use crate::results::directory::{self, Changed, OutputDirectory};
 use crate::results::recorder::Recorder;
+use crate::run::origin;
 use crate::run::{self, Job, Resumption};
 
 /// Continues the run in a folder as the command line says. Nothing in the folder is changed before all solvers have taken

@@ -17,8 +17,8 @@ pub use store::{FILES, Found, Store, Written, is_name};
 use proto::checkpoint::CheckpointData;
 use serde::{Deserialize, Serialize};
 
-use crate::origin::Digests;
 use crate::results::recorder::RecorderState;
+use crate::run::origin::Digests;
 
 /// A checkpoint of a whole run.
 #[derive(Clone, Debug)]

@@ -13,7 +13,6 @@ use tracing::trace_span;
 
 use crate::case::Case;
 use crate::failure::Failure;
-use crate::lockstep::MatchedStep;
 use crate::results::directory::{self, Changed, OutputDirectory, OutputError};
 use crate::results::ledger::{self, Extremes, LedgerFile, LedgerSums, Work};
 use crate::results::neighbourhood;
@@ -24,6 +23,7 @@ use crate::results::state;
 use crate::results::summary::StepSizes;
 use crate::results::table::{TableFile, TableMark};
 use crate::results::vtk::Series;
+use crate::run::control::lockstep::MatchedStep;
 
 pub use pictures::forget_others as forget_other_pictures;
 use pictures::{picture_file, stored_pictures};

@@ -3,8 +3,8 @@
 use sph::solver::Role;
 
 use super::Made;
-use crate::control::Ending;
 use crate::failure::Failure;
+use crate::run::control::Ending;
 
 /// So many equal losses in a row are no accident: what ends a solver is in the run or in the solver.
 const ENOUGH: usize = 3;

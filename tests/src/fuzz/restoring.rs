@@ -4,9 +4,9 @@ use std::path::{Path, PathBuf};
 
 use coordinator::checkpoint::{RunCheckpoint, Store};
 use coordinator::failure::Kind;
-use coordinator::in_process;
-use coordinator::participants::News;
-use coordinator::threads::Threads;
+use coordinator::run::participants::in_process;
+use coordinator::run::participants::News;
+use coordinator::run::participants::threads::Threads;
 use proto::checkpoint::CheckpointData;
 use sph::driver::{Command, Event};
 use sph::setup::{FluidSetup, SolidSetup};

@@ -16,8 +16,8 @@ use tokio::sync::mpsc::Sender;
 use crate::checkpoint::RunCheckpoint;
 use crate::failure::Failure;
 use crate::failure::Kind;
-use crate::participants::{News, NewsResult};
-use crate::threads::Threads;
+use crate::run::participants::threads::Threads;
+use crate::run::participants::{News, NewsResult};
 
 /// A participant that runs as a thread.
 pub struct ThreadParticipant {

@@ -5,8 +5,8 @@ use sph::setup::{BreachAction, CouplingKind, InterfaceLaw, Iterate, Relaxation, 
 
 use crate::case::Case;
 use crate::quote;
-use crate::remote::Remote;
 use crate::results::summary::Summary;
+use crate::run::participants::remote::Remote;
 
 /// A named fact.
 pub type Fact = (String, String);

@@ -4,8 +4,8 @@ use proto::security::ClientSecurity;
 use proto::{RpcCode, RpcError};
 
 use crate::failure::Failure;
-use crate::launch::Server;
-use crate::logs;
+use crate::run::participants::launch::Server;
+use crate::run::participants::logs;
 
 /// The failure of a first call to `server`, with what to do about it.
 pub(crate) async fn unreachable(error: RpcError, server: &mut Server) -> Failure {

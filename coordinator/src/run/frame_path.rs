@@ -6,9 +6,9 @@ use proto::recording::Recording;
 use proto::security::ServerSecurity;
 use sph::setup::CouplingKind;
 
-use super::{Attempt, Job, results};
-use crate::between::{Between, Relayed};
+use super::{Attempt, Job, completion};
 use crate::failure::Failure;
+use crate::run::participants::frame_path::{Between, Relayed};
 
 impl Attempt<'_> {
     /// The way between the sides, and the kinds of coupling that it allows.
@@ -47,7 +47,7 @@ impl Attempt<'_> {
                 security,
                 recording: self.recording,
                 case_name: case.name.clone(),
-                case_digest: results::digest(&case.identity()),
+                case_digest: completion::digest(&case.identity()),
                 first_step: self.from.map_or(0, |checkpoint| checkpoint.step),
                 epoch: self.from.map_or(0, |_| u32::try_from(self.number + 1).unwrap_or(u32::MAX)),
             }),

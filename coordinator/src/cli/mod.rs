@@ -1,5 +1,7 @@
 //! The command line.
 
+mod colour;
+
 use std::ffi::OsString;
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
@@ -10,12 +12,11 @@ use proto::security::ClientFiles;
 use sph::setup::CouplingKind;
 use sph::solver::Role;
 
-use crate::colour;
 use crate::failure::{Failure, Kind};
-use crate::guard::{self, Guard};
-use crate::launch::Source;
-use crate::origin::Origin;
 use crate::results::directory::{Existing, OutputDirectory};
+use crate::run::origin::Origin;
+use crate::run::participants::guard::{self, Guard};
+use crate::run::participants::launch::Source;
 
 /// Couples a fluid solver and an elastic-solid solver in lock-step and audits their interface.
 ///

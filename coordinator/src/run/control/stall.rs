@@ -10,8 +10,8 @@ use sph::stage::{Stage, StepStage};
 
 use super::Control;
 use crate::failure::{Failure, Kind};
-use crate::lockstep::MatchedStep;
-use crate::participants::Participants;
+use crate::run::control::lockstep::MatchedStep;
+use crate::run::participants::Participants;
 
 /// A step may take this many times the longest one so far: list builds, other programs and snapshots fit in.
 const FACTOR: u32 = 100;

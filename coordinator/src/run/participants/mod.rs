@@ -1,5 +1,14 @@
 //! The participants of a run, whether they are threads or servers: commands to them, events from them.
 
+pub mod frame_path;
+pub mod guard;
+pub(crate) mod hints;
+pub mod in_process;
+pub mod launch;
+mod logs;
+pub mod remote;
+pub mod threads;
+
 use std::sync::mpsc;
 
 use proto::Beat;

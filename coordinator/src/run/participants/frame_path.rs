@@ -11,7 +11,7 @@ use proto::security::{ClientSecurity, ServerSecurity};
 use sph::solver::Role;
 
 use crate::failure::Failure;
-use crate::remote::RemoteParticipant;
+use crate::run::participants::remote::RemoteParticipant;
 
 /// The way of the half-step frames between fluid and solid.
 pub enum Between<'a> {

@@ -1,9 +1,15 @@
 //! `coordinator run`: from a case file to results.
 
+pub mod checkpoint_scheduler;
+pub(crate) mod completion;
+pub mod control;
+mod frame_path;
+pub mod header;
 mod losses;
-pub(crate) mod results;
+pub mod origin;
+pub mod participants;
 mod take_over;
-mod way;
+pub mod trace;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -19,23 +25,22 @@ use tokio::sync::mpsc;
 use crate::case::{self, Case};
 use crate::checkpoint::{RunCheckpoint, Store};
 use crate::cli::{RunArguments, RunOptions};
-use crate::control::{self, Ending, Pace, Resumed, StopWish};
 use crate::failure::{Failure, Kind};
-use crate::header;
-use crate::in_process::{self, ThreadParticipant};
-use crate::keeper::{CaseFacts, Keeper, Schedule};
-use crate::launch::Source;
-use crate::origin::{self, Digests};
-use crate::participants::{CommandLine, NewsResult, Participants};
-use crate::remote::{Plan, Remote, Resume, Start};
 use crate::results::directory::{self, Changed, OutputDirectory};
 use crate::results::progress::Progress;
 use crate::results::recorder::Recorder;
 use crate::results::summary::Participant;
 use crate::results::writer::Writer;
 use crate::resume;
-use crate::threads::Threads;
-use crate::trace::Trace;
+use crate::run::checkpoint_scheduler::{CaseFacts, Keeper, Schedule};
+use crate::run::control::{Ending, Pace, Resumed, StopWish};
+use crate::run::origin::Digests;
+use crate::run::participants::in_process::{self, ThreadParticipant};
+use crate::run::participants::launch::Source;
+use crate::run::participants::remote::{Plan, Remote, Resume, Start};
+use crate::run::participants::threads::Threads;
+use crate::run::participants::{CommandLine, NewsResult, Participants};
+use crate::run::trace::Trace;
 use losses::Losses;
 
 /// Events that may wait for the coordinator when solvers are threads.
@@ -191,7 +196,7 @@ async fn make_attempts(
         let mut run = attempt.make(&mut keeper, &mut wishes).await?;
         let Some((roles, failure)) = run.lost(&mut losses, most).await else {
             let replayed = run.solvers.remote().and_then(Remote::replayed);
-            let ending = results::finish(job, &resolved, run, &keeper, restarts).await?;
+            let ending = completion::finish(job, &resolved, run, &keeper, restarts).await?;
             return Ok((ending, replayed));
         };
         let lost = roles.iter().map(Role::to_string).collect::<Vec<_>>().join(" and ");

@@ -1,5 +1,7 @@
 //! `coordinator check`: a case without a run.
 
+mod preview;
+
 use proto::service::{SetupProblems, SolverFactory, open_checked};
 use sph::setup::ParticipantSetup;
 use sph::solver::Role;
@@ -8,7 +10,6 @@ use terminal::say;
 use crate::case::{Case, Server, Summary};
 use crate::cli::CheckArguments;
 use crate::failure::Failure;
-use crate::preview;
 use crate::quote;
 
 /// Checks a case file and prints what a run would do.

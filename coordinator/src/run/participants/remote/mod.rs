@@ -15,15 +15,15 @@ use sph::setup::{CouplingKind, ParticipantSetup, SolidSetup};
 use sph::solver::Role;
 use tokio::sync::mpsc;
 
-use crate::between::{Between, Go};
 use crate::checkpoint::RunCheckpoint;
 use crate::failure::{Failure, Kind};
-use crate::hints;
-use crate::launch::{Launch, Server, Source};
-use crate::participants::{CommandLine, News, NewsResult, Participants};
 use crate::results::process::Process;
-use crate::threads::Threads;
-use crate::trace;
+use crate::run::participants::frame_path::{Between, Go};
+use crate::run::participants::hints;
+use crate::run::participants::launch::{Launch, Server, Source};
+use crate::run::participants::threads::Threads;
+use crate::run::participants::{CommandLine, News, NewsResult, Participants};
+use crate::run::trace;
 
 /// Events that may wait for the coordinator.
 const PENDING_EVENTS: usize = 256;

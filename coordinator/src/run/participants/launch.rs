@@ -10,8 +10,8 @@ use tokio::io::{AsyncBufReadExt, AsyncWriteExt, BufReader};
 use tokio::process::{Child, Command};
 
 use crate::failure::Failure;
-use crate::guard::Guard;
-use crate::logs;
+use crate::run::participants::guard::Guard;
+use crate::run::participants::logs;
 
 /// A child that has not reported its address by then is given up.
 const START_DEADLINE: Duration = Duration::from_secs(30);

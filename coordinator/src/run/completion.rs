@@ -10,10 +10,7 @@ use tracing::trace_span;
 
 use super::{Job, Made};
 use crate::case::Case;
-use crate::control::Ending;
 use crate::failure::Failure;
-use crate::header::{self, Fact};
-use crate::keeper::Keeper;
 use crate::results::directory;
 use crate::results::plots::gallery::PairedSnapshot;
 use crate::results::process::Process;
@@ -22,6 +19,9 @@ use crate::results::report::{self, ReportData};
 use crate::results::summary::{self, Checkpoints, LedgerSummary, Participant, Span, Summary, Verdict};
 use crate::results::table::Table;
 use crate::resume;
+use crate::run::checkpoint_scheduler::Keeper;
+use crate::run::control::Ending;
+use crate::run::header::{self, Fact};
 
 /// Completes the outputs of a run.
 pub(super) async fn finish(

@@ -1,6 +1,7 @@
 //! The control loop of a run: grants, events, stops; outputs go to a writer.
 
 mod faults;
+pub mod lockstep;
 mod stall;
 
 use std::collections::BTreeMap;
@@ -16,11 +17,11 @@ use tokio::sync::mpsc::Receiver;
 use tokio::time::Interval;
 
 use crate::failure::{Failure, Kind};
-use crate::keeper::Keeper;
-use crate::lockstep::LockStep;
-use crate::participants::{News, Participants};
 use crate::results::recorder::Recorder;
 use crate::results::writer::Writer;
+use crate::run::checkpoint_scheduler::Keeper;
+use crate::run::control::lockstep::LockStep;
+use crate::run::participants::{News, Participants};
 use faults::{RANK_CONSEQUENCE, kind_of, rank};
 use stall::StepWatch;
 

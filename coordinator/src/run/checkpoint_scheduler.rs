@@ -11,10 +11,10 @@ use tracing::trace_span;
 
 use crate::checkpoint::{Disk, OutputState, RunCheckpoint, Store, Written};
 use crate::failure::Failure;
-use crate::origin::Digests;
 use crate::results::directory::OutputError;
 use crate::results::summary::Checkpoints;
 use crate::results::writer::Writer;
+use crate::run::origin::Digests;
 
 /// When checkpoints are due.
 #[derive(Clone, Copy, Debug, PartialEq)]

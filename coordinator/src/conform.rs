@@ -11,7 +11,7 @@ use terminal::say;
 
 use crate::cli::ConformArguments;
 use crate::failure::{Failure, Kind};
-use crate::results::directory::write_file;
+use crate::results::files::write_file;
 use crate::run::participants::hints;
 
 /// Examines the participant at the given address, prints a table and writes the JUnit file.

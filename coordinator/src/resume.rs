@@ -8,8 +8,10 @@ use sph::solver::Role;
 use crate::checkpoint::{RunCheckpoint, Store};
 use crate::cli::ResumeArguments;
 use crate::failure::Failure;
-use crate::results::directory::{self, Changed, OutputDirectory};
+use crate::results::directory::OutputDirectory;
+use crate::results::names;
 use crate::results::recorder::Recorder;
+use crate::results::table::Changed;
 use crate::run::origin;
 use crate::run::{self, Job, Resumption};
 
@@ -63,7 +65,7 @@ pub fn resume(arguments: &ResumeArguments) -> Result<(), Failure> {
 /// # Errors
 /// When there is none.
 pub fn newest(directory: &OutputDirectory) -> Result<RunCheckpoint, Failure> {
-    let found = Store::new(directory.file(directory::CHECKPOINTS)).newest();
+    let found = Store::new(directory.file(names::CHECKPOINTS)).newest();
     for problem in &found.passed_over {
         terminal::note(format_args!("passed over: {problem}"));
     }

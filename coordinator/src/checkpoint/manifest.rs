@@ -7,9 +7,6 @@ use sph::solver::Role;
 
 use super::RunCheckpoint;
 
-/// Name of the file.
-pub const MANIFEST: &str = "manifest.json";
-
 /// Version of the layout of checkpoints. No other is read.
 const FORMAT: u32 = 6;
 

@@ -1,105 +1,14 @@
 //! The output folder of a run: who may write into it.
 
 use std::fs::{self, File};
-use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::earlier::{self, Remains};
+use super::error::{OutputError, refused};
 use super::files::remove_if_there;
 use super::marker::{self, take_marker};
-
-pub use super::files::{PARTIAL, write_file};
-
-/// Present, and locked, while a run writes into the folder; removed when all outputs are complete.
-pub const MARKER: &str = "run.partial";
-
-/// Verdict and figures of the run.
-pub const SUMMARY: &str = "summary.json";
-/// Probe values over time.
-pub const PROBES: &str = "probes.csv";
-/// Interface ledger over time.
-pub const LEDGER: &str = "ledger.csv";
-/// Particles around the guilty one.
-pub const DIVERGENCE: &str = "divergence.csv";
-/// The case as resolved.
-pub const CASE: &str = "case.toml";
-/// Pictures and facts.
-pub const REPORT: &str = "report.html";
-/// Folder of particle files.
-pub const SNAPSHOTS: &str = "snapshots";
-/// Folder of checkpoints.
-pub const CHECKPOINTS: &str = "checkpoints";
-/// Folder of final states.
-pub const FINAL: &str = "final";
-/// Folder of server logs.
-pub const LOGS: &str = "logs";
-
-/// Files of a run at the top of its folder.
-pub(super) const TOP_FILES: [&str; 6] = [SUMMARY, PROBES, LEDGER, CASE, REPORT, DIVERGENCE];
-/// Sides as they appear in file names.
-pub(super) const SIDES: [&str; 2] = ["fluid", "solid"];
-
-/// An output that cannot be written, or must not be.
-#[derive(Debug, thiserror::Error)]
-pub enum OutputError {
-    /// The file system refused.
-    #[error("cannot {action} `{}`: {cause}; {hint}", path.display())]
-    File {
-        /// What was tried.
-        action: &'static str,
-        /// On which file or folder.
-        path: PathBuf,
-        /// What the system says.
-        cause: io::Error,
-        /// What to do about it.
-        hint: &'static str,
-    },
-    /// Writing would destroy something.
-    #[error("output folder `{}` {reason}; {hint}", path.display())]
-    Refused {
-        /// The folder.
-        path: PathBuf,
-        /// What is in the way.
-        reason: String,
-        /// What to do about it.
-        hint: &'static str,
-    },
-    /// A file or its content is not as it must be.
-    #[error("`{}`: {reason}", path.display())]
-    Content {
-        /// The file.
-        path: PathBuf,
-        /// What is wrong.
-        reason: String,
-    },
-}
-
-impl OutputError {
-    /// A refusal of the file system with the remedy that fits its cause.
-    pub fn file(action: &'static str, path: &Path, cause: io::Error) -> Self {
-        let hint = match cause.kind() {
-            io::ErrorKind::PermissionDenied | io::ErrorKind::ReadOnlyFilesystem => {
-                "make it writable or choose another folder with `--out`"
-            }
-            io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => {
-                "free some space or choose a folder on another disk with `--out`"
-            }
-            io::ErrorKind::FileTooLarge => "raise the largest size of a file (`ulimit -f`)",
-            io::ErrorKind::NotADirectory => {
-                "a part of this path is a file: choose another folder with `--out`"
-            }
-            io::ErrorKind::NotFound => "check the path",
-            _ => "check the disk or choose another folder with `--out`",
-        };
-        Self::File { action, path: path.to_path_buf(), cause, hint }
-    }
-
-    /// A file whose content is not as it must be.
-    pub fn content(path: &Path, reason: impl Into<String>) -> Self {
-        Self::Content { path: path.to_path_buf(), reason: reason.into() }
-    }
-}
+use super::names::{CHECKPOINTS, FINAL, MARKER, REPORT, SNAPSHOTS, SUMMARY};
 
 /// What to do with the results of an earlier run in the same folder.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -108,15 +17,6 @@ pub enum Existing {
     Refuse,
     /// Remove the files that the earlier run wrote, and nothing else.
     Replace,
-}
-
-/// What to do with outputs that are not as they were at the checkpoint from which a run continues.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Changed {
-    /// Refuse to continue.
-    Refuse,
-    /// Continue with what is there, and say so.
-    Accept,
 }
 
 /// The output folder of a run, held by this process until dropped.
@@ -249,10 +149,6 @@ impl Drop for OutputDirectory {
             let _ = fs::remove_file(self.path.join(MARKER));
         }
     }
-}
-
-pub(super) fn refused<T>(path: &Path, reason: &str, hint: &'static str) -> Result<T, OutputError> {
-    Err(OutputError::Refused { path: path.to_path_buf(), reason: reason.to_owned(), hint })
 }
 
 /// Whether there is nothing in `path` but, at most, the marker of a run that was killed before it wrote anything.

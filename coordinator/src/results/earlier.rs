@@ -7,10 +7,10 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use super::directory::{CHECKPOINTS, FINAL, LOGS, MARKER, OutputError, SIDES, SNAPSHOTS, SUMMARY, TOP_FILES};
-use super::files::{PARTIAL, remove_if_there, with_suffix};
+use super::error::OutputError;
+use super::files::{remove_if_there, with_suffix};
+use super::names::{self, CHECKPOINTS, FINAL, LOGS, MARKER, SNAPSHOTS, SUMMARY};
 use super::{marker, summary};
-use crate::checkpoint;
 
 /// Whether `root` holds the marker or the summary of a run.
 pub(super) fn carries_mark(root: &Path) -> bool {
@@ -32,15 +32,15 @@ impl Remains {
     /// When something else has the name of a run's file or folder, or a checkpoint's folder holds what no run writes.
     pub fn of(root: &Path) -> Result<Self, OutputError> {
         let mut found = Self::default();
-        for name in TOP_FILES {
+        for name in names::TOP_FILES {
             found.file(root, with_suffix(&root.join(name)))?;
             found.file(root, root.join(name))?;
         }
         for (folder, is_ours) in [
-            (FINAL, is_final as fn(&str) -> bool),
-            (SNAPSHOTS, is_snapshot),
-            (LOGS, is_log),
-            (CHECKPOINTS, is_beside_checkpoints),
+            (FINAL, names::is_final as fn(&str) -> bool),
+            (SNAPSHOTS, names::is_snapshot),
+            (LOGS, names::is_log),
+            (CHECKPOINTS, names::is_beside_checkpoints),
         ] {
             let folder = root.join(folder);
             for name in names_in(root, &folder)?.iter().filter(|name| is_ours(name)) {
@@ -54,7 +54,7 @@ impl Remains {
 
     fn checkpoints(&mut self, root: &Path) -> Result<(), OutputError> {
         let checkpoints = root.join(CHECKPOINTS);
-        for name in names_in(root, &checkpoints)?.iter().filter(|name| checkpoint::is_name(name)) {
+        for name in names_in(root, &checkpoints)?.iter().filter(|name| names::is_checkpoint(name)) {
             let place = checkpoints.join(name);
             let facts = fs::symlink_metadata(&place).map_err(|e| OutputError::file("look at", &place, e))?;
             if facts.is_symlink() {
@@ -62,7 +62,7 @@ impl Remains {
                 continue;
             }
             for file in names_in(root, &place)? {
-                if !checkpoint::FILES.contains(&file.as_str()) {
+                if !names::CHECKPOINT_FILES.contains(&file.as_str()) {
                     let reason = format!("holds `{CHECKPOINTS}/{name}/{file}`, which no run wrote");
                     return Err(refused(
                         root,
@@ -145,47 +145,6 @@ fn names_in(root: &Path, folder: &Path) -> Result<Vec<String>, OutputError> {
     Ok(names)
 }
 
-fn is_number(text: &str) -> bool {
-    !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit())
-}
-
-/// Whether a run gives this name to a final state.
-fn is_final(name: &str) -> bool {
-    let name = name.strip_suffix(PARTIAL).unwrap_or(name);
-    name.strip_suffix(".state").is_some_and(|side| SIDES.contains(&side))
-}
-
-/// Whether a run gives this name to a file in its snapshot folder.
-fn is_snapshot(name: &str) -> bool {
-    let name = name.strip_suffix(PARTIAL).unwrap_or(name);
-    SIDES.iter().filter_map(|side| name.strip_prefix(side)).any(|rest| {
-        let digits = rest.strip_prefix('_').and_then(|rest| rest.strip_suffix(".vtp"));
-        rest == ".pvd" || digits.is_some_and(is_number)
-    })
-}
-
-/// Whether a run gives this name to a server's log.
-fn is_log(name: &str) -> bool {
-    SIDES
-        .iter()
-        .filter_map(|side| name.strip_prefix(side)?.strip_prefix("-server")?.strip_suffix(".log"))
-        .any(|number| number.is_empty() || number.strip_prefix('-').is_some_and(is_number))
-}
-
-/// Whether a run gives this name to a file beside its checkpoints: a picture of the report, or the state it started from.
-fn is_beside_checkpoints(name: &str) -> bool {
-    let start = name.strip_suffix(PARTIAL).unwrap_or(name).strip_prefix("start_");
-    is_picture(name) || start.is_some_and(is_final)
-}
-
-/// Whether a run gives this name to the particles of a picture of the report.
-fn is_picture(name: &str) -> bool {
-    let name = name.strip_suffix(PARTIAL).unwrap_or(name);
-    let picture = name.strip_prefix("picture_").and_then(|rest| rest.strip_suffix(".state"));
-    let step = |side| picture?.strip_prefix(side)?.strip_prefix('_');
-    SIDES.into_iter().filter_map(step).any(is_number)
-}
-
 /// Pictures of the report in the folder of checkpoints `folder`, complete or not.
 ///
 /// # Errors
@@ -194,7 +153,7 @@ pub(crate) fn pictures_in(folder: &Path) -> io::Result<Vec<PathBuf>> {
     let mut found = Vec::new();
     for entry in fs::read_dir(folder)? {
         let entry = entry?;
-        if entry.file_name().to_str().is_some_and(is_picture) {
+        if entry.file_name().to_str().is_some_and(names::is_picture) {
             found.push(entry.path());
         }
     }

@@ -4,10 +4,8 @@ use std::fs::{self, File};
 use std::io::{self, BufWriter};
 use std::path::{Path, PathBuf};
 
-use super::directory::OutputError;
-
-/// Suffix of a file that is still being written.
-pub const PARTIAL: &str = ".partial";
+use super::error::OutputError;
+use super::names::PARTIAL;
 
 /// `path` with [`PARTIAL`] appended to its name.
 pub(super) fn with_suffix(path: &Path) -> PathBuf {

@@ -16,8 +16,8 @@ use sph::solver::Role;
 use sph::stage::{Stage, StepStage};
 use sph::vector::Vector;
 
-use super::directory::{Changed, OutputError};
-use super::table::{Resumed, TableFile, TableMark};
+use super::error::OutputError;
+use super::table::{Changed, Resumed, TableFile, TableMark};
 
 /// Columns before those of the sides.
 const COMMON: [&str; 6] =

@@ -5,8 +5,9 @@ use std::io::{self, Read, Seek, Write};
 use std::os::unix::fs::MetadataExt;
 use std::path::Path;
 
-use super::directory::{MARKER, OutputError, refused};
+use super::error::{OutputError, refused};
 use super::files::open_regular;
+use super::names::MARKER;
 
 /// Start of the text in a marker.
 pub(super) const TEXT: &str = "A run is writing here";

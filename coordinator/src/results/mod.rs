@@ -11,15 +11,18 @@
 //! | `report.html` | [`report`] | pictures and facts in one file |
 //!
 //! A file is written beside its place and renamed when complete, so that no half-written file looks complete. Tables
-//! that grow during a run are called `*.partial` until the run ends, and the folder holds [`directory::MARKER`] until
+//! that grow during a run are called `*.partial` until the run ends, and the folder holds [`names::MARKER`] until
 //! all of its outputs are complete.
 
 pub mod directory;
 pub(crate) mod earlier;
+pub mod error;
 pub mod files;
 pub mod font;
 pub mod ledger;
 mod marker;
+pub mod matched_step;
+pub mod names;
 pub mod neighbourhood;
 pub mod plots;
 pub mod probes;
@@ -30,5 +33,6 @@ pub mod report;
 pub mod state;
 pub mod summary;
 pub mod table;
+pub mod tally;
 pub mod vtk;
 pub mod writer;

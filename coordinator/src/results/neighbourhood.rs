@@ -4,7 +4,7 @@ use std::path::Path;
 
 use sph::solver::{Divergence, ParticleFields};
 
-use super::directory::OutputError;
+use super::error::OutputError;
 use super::table::TableFile;
 
 /// Particles that are listed: some three rows around the guilty one.

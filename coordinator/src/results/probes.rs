@@ -7,8 +7,8 @@ use sph::driver::ProbeValues;
 use sph::setup::{FluidProbe, SolidProbe};
 use sph::solver::Role;
 
-use super::directory::{Changed, OutputError};
-use super::table::{Resumed, TableFile, TableMark};
+use super::error::OutputError;
+use super::table::{Changed, Resumed, TableFile, TableMark};
 
 /// Column names of `probes.csv`: `t_s`, then `<probe>_<quantity>_<unit>`, the fluid's before the solid's.
 pub fn columns(fluid: &[FluidProbe], solid: &[SolidProbe]) -> Vec<String> {

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use sph::setup::TimePlan;
 
-use crate::results::recorder::Tally;
+use super::tally::Tally;
 
 /// Parts of the bar; finer than any terminal is wide.
 const PARTS: u64 = 10_000;

@@ -13,72 +13,23 @@ use tracing::trace_span;
 
 use crate::case::Case;
 use crate::failure::Failure;
-use crate::results::directory::{self, Changed, OutputDirectory, OutputError};
+use crate::results::directory::OutputDirectory;
+use crate::results::error::OutputError;
 use crate::results::ledger::{self, Extremes, LedgerFile, LedgerSums, Work};
+use crate::results::matched_step::MatchedStep;
+use crate::results::names;
 use crate::results::neighbourhood;
 use crate::results::plots::gallery::{PairedSnapshot, Pictures};
 use crate::results::probes::{self, ProbeFile};
 use crate::results::progress::Progress;
 use crate::results::state;
-use crate::results::summary::StepSizes;
+use crate::results::table::Changed;
 use crate::results::table::{TableFile, TableMark};
+use crate::results::tally::Tally;
 use crate::results::vtk::Series;
-use crate::run::control::lockstep::MatchedStep;
 
 pub use pictures::forget_others as forget_other_pictures;
 use pictures::{picture_file, stored_pictures};
-
-/// Breaches that the summary quotes.
-const QUOTED_BREACHES: usize = 10;
-
-impl From<OutputError> for Failure {
-    fn from(error: OutputError) -> Self {
-        Failure::output(error.to_string())
-    }
-}
-
-/// What is known of one side of the run.
-#[derive(Clone, Debug, Default, Serialize, Deserialize)]
-pub struct Side {
-    /// Facts that the solver counted.
-    pub counts: Counts,
-    /// SHA-256 of all particles at the end, as hex.
-    pub state_digest: String,
-    /// Sum of the wall time of its steps \[s\].
-    pub step_seconds: f64,
-    /// Part of it spent waiting for the partner \[s\].
-    pub waited_seconds: f64,
-}
-
-/// Figures of the run so far.
-#[derive(Clone, Debug, Default, Serialize, Deserialize)]
-pub struct Tally {
-    /// Steps that all participants have completed.
-    pub steps: u64,
-    /// Time at their end \[s\].
-    pub time: f64,
-    /// Smallest and largest step.
-    pub step_sizes: Option<StepSizes>,
-    /// Failed checks.
-    pub breaches: u64,
-    /// The first of them in words.
-    pub first_breaches: Vec<String>,
-    /// Fluid and solid.
-    pub sides: [Side; 2],
-    /// Iterations of half-steps.
-    pub iterations: Iterations,
-}
-
-/// How often the samples of correctors were revised.
-#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
-pub struct Iterations {
-    /// Sum over all steps.
-    pub sum: u64,
-    /// Most in a step.
-    pub largest: u32,
-    /// Steps that reached the limit before they had settled.
-    pub unsettled: u64,
-}
 
 /// What a recorder goes on from: everything before the outputs of one step boundary.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
@@ -141,13 +92,13 @@ impl Recorder {
         progress: Progress,
     ) -> Result<Self, Failure> {
         let probes = case.probes();
-        let snapshots = directory.file(directory::SNAPSHOTS);
+        let snapshots = directory.file(names::SNAPSHOTS);
         let fluid = roles.contains(&Role::Fluid).then_some(probes.fluid.as_slice());
         let solid = roles.contains(&Role::Solid).then_some(probes.solid.as_slice());
         Ok(Self {
             directory: directory.clone(),
-            probes: ProbeFile::create(&directory.file(directory::PROBES), fluid, solid)?,
-            ledger: LedgerFile::create(&directory.file(directory::LEDGER), roles)?,
+            probes: ProbeFile::create(&directory.file(names::PROBES), fluid, solid)?,
+            ledger: LedgerFile::create(&directory.file(names::LEDGER), roles)?,
             ledger_every_steps: case.outputs.ledger_every_steps.max(1),
             ledger_row_due: false,
             // A lost attempt that took no checkpoint may have left its last frame.
@@ -180,11 +131,11 @@ impl Recorder {
             if takes_part(Role::Fluid) { &probes.fluid } else { &[] },
             if takes_part(Role::Solid) { &probes.solid } else { &[] },
         );
-        TableFile::examine(&directory.file(directory::PROBES), &columns, &state.probes)?;
+        TableFile::examine(&directory.file(names::PROBES), &columns, &state.probes)?;
         let columns = ledger::columns(roles);
-        TableFile::examine(&directory.file(directory::LEDGER), &columns, &state.ledger_file)?;
+        TableFile::examine(&directory.file(names::LEDGER), &columns, &state.ledger_file)?;
         for files in &state.snapshots {
-            Series::examine(&directory.file(directory::SNAPSHOTS), files)?;
+            Series::examine(&directory.file(names::SNAPSHOTS), files)?;
         }
         Ok(())
     }
@@ -202,7 +153,7 @@ impl Recorder {
         changed: Changed,
     ) -> Result<Self, Failure> {
         let probes = case.probes();
-        let folder = directory.file(directory::SNAPSHOTS);
+        let folder = directory.file(names::SNAPSHOTS);
         let fluid = roles.contains(&Role::Fluid).then_some(probes.fluid.as_slice());
         let solid = roles.contains(&Role::Solid).then_some(probes.solid.as_slice());
         let mut news: Vec<String> = Vec::new();
@@ -212,10 +163,10 @@ impl Recorder {
             Ok(series)
         };
         let series = [series(Role::Fluid)?, series(Role::Solid)?];
-        let path = directory.file(directory::PROBES);
+        let path = directory.file(names::PROBES);
         let (probes, said) = ProbeFile::resume(&path, fluid, solid, &state.probes, changed)?;
         news.extend(said);
-        let path = directory.file(directory::LEDGER);
+        let path = directory.file(names::LEDGER);
         let (ledger, said) =
             LedgerFile::resume(&path, roles, &state.ledger_file, state.ledger.clone(), changed)?;
         news.extend(said);
@@ -245,7 +196,7 @@ impl Recorder {
     /// # Errors
     /// When a picture cannot be written.
     pub fn state(&mut self, step: u64) -> Result<(RecorderState, [File; 2]), Failure> {
-        let folder = self.directory.file(directory::CHECKPOINTS);
+        let folder = self.directory.file(names::CHECKPOINTS);
         std::fs::create_dir_all(&folder).map_err(|e| OutputError::file("create folder", &folder, e))?;
         for pair in self.pictures.kept() {
             for (role, fields) in [(Role::Fluid, &pair.fluid), (Role::Solid, &pair.solid)] {
@@ -278,28 +229,7 @@ impl Recorder {
         let _span = trace_span!(target: TRACE, "write step").entered();
         self.ledger.record(step.fluid.as_ref(), step.solid.as_ref(), &step.imbalance);
         self.impulse = step.impulse;
-        let report = step.any();
-        self.tally.steps = report.step + 1;
-        self.tally.time = report.end_time;
-        self.tally.step_sizes = Some(StepSizes::with(self.tally.step_sizes, report.time_step));
-        for role in [Role::Fluid, Role::Solid] {
-            if let Some(report) = step.of(role) {
-                let side = &mut self.tally.sides[role.index()];
-                side.step_seconds += report.elapsed;
-                side.waited_seconds += report.waited;
-            }
-        }
-        let iterations = &mut self.tally.iterations;
-        iterations.sum += u64::from(report.iterations);
-        iterations.largest = iterations.largest.max(report.iterations);
-        iterations.unsettled += u64::from(report.unsettled);
-        self.tally.breaches += step.breaches.len() as u64;
-        for (side, breach) in &step.breaches {
-            if self.tally.first_breaches.len() < QUOTED_BREACHES {
-                let whose = side.map(|role| format!("{role}: ")).unwrap_or_default();
-                self.tally.first_breaches.push(format!("{whose}{breach}"));
-            }
-        }
+        self.tally.add(step);
         self.ledger_row_due = true;
         if self.tally.steps.is_multiple_of(self.ledger_every_steps) || !step.breaches.is_empty() {
             self.ledger.write_row()?;
@@ -334,7 +264,7 @@ impl Recorder {
     /// # Errors
     /// When the file cannot be written.
     pub fn divergence(&self, divergence: &Divergence, fields: &ParticleFields) -> Result<(), Failure> {
-        Ok(neighbourhood::write(&self.directory.file(directory::DIVERGENCE), divergence, fields)?)
+        Ok(neighbourhood::write(&self.directory.file(names::DIVERGENCE), divergence, fields)?)
     }
 
     /// Takes the last word of a participant.

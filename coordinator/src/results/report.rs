@@ -7,7 +7,8 @@ mod series;
 use std::io::Write;
 use std::path::Path;
 
-use super::directory::{OutputError, write_file};
+use super::error::OutputError;
+use super::files::write_file;
 use super::plots::PlotError;
 use super::plots::gallery::PairedSnapshot;
 use super::table::Table;

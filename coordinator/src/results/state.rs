@@ -19,7 +19,8 @@ use flate2::CrcWriter;
 use sha2::{Digest, Sha256};
 use sph::solver::{Field, ParticleFields};
 
-use super::directory::{OutputError, write_file};
+use super::error::OutputError;
+use super::files::write_file;
 
 pub use reader::read;
 

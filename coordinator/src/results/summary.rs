@@ -8,8 +8,9 @@ use serde::{Deserialize, Serialize};
 use sph::solver::Counts;
 use sph::stage::StepStage;
 
-use super::directory::{OutputError, write_file};
+use super::error::OutputError;
 use super::files::open_regular;
+use super::files::write_file;
 use super::ledger::{Extremes, Largest, Work};
 use super::process::Process;
 

@@ -7,9 +7,9 @@ use std::fs::File;
 use std::io;
 use std::path::Path;
 
-use super::directory::OutputError;
+use super::error::OutputError;
 
-pub use file::{Resumed, TableFile};
+pub use file::{Changed, Resumed, TableFile};
 pub use mark::TableMark;
 
 /// A table of numbers in memory.

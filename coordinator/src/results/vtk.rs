@@ -11,7 +11,9 @@ use flate2::Compression;
 use flate2::write::ZlibEncoder;
 use sph::solver::{Field, ParticleFields};
 
-use super::directory::{OutputError, PARTIAL, write_file};
+use super::error::OutputError;
+use super::files::write_file;
+use super::names::PARTIAL;
 use super::state;
 
 /// Bytes per compressed block: readers hold one at a time.

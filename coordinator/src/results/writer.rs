@@ -178,7 +178,8 @@ mod tests {
     use super::*;
     use crate::case;
     use crate::failure::Kind;
-    use crate::results::directory::{self, Existing, OutputDirectory};
+    use crate::results::directory::{Existing, OutputDirectory};
+    use crate::results::names;
     use crate::results::progress::Progress;
 
     /// A recorder of the case with every key, in `out`.
@@ -234,13 +235,13 @@ mod tests {
             let out = root.path().join(attempt.to_string());
             let (recorder, directory) = recorder(&out);
             // As a disk without room for a folder.
-            std::fs::write(directory.file(directory::CHECKPOINTS), "").unwrap();
+            std::fs::write(directory.file(names::CHECKPOINTS), "").unwrap();
             let failure = in_runtime(async {
                 let writer = Writer::start(recorder, Duration::from_secs(60)).unwrap();
                 writer.state(1).await.unwrap_err()
             });
             assert_eq!(failure.kind, Kind::Output, "{failure}");
-            assert!(failure.message.contains(directory::CHECKPOINTS), "{failure}");
+            assert!(failure.message.contains(names::CHECKPOINTS), "{failure}");
         }
     }
 }

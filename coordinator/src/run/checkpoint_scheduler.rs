@@ -9,12 +9,11 @@ use sph::driver::TRACE;
 use tokio::task::JoinHandle;
 use tracing::trace_span;
 
-use crate::checkpoint::{Disk, OutputState, RunCheckpoint, Store, Written};
+use crate::checkpoint::{Disk, OriginDigests, OutputState, RunCheckpoint, Store, Written};
 use crate::failure::Failure;
-use crate::results::directory::OutputError;
+use crate::results::error::OutputError;
 use crate::results::summary::Checkpoints;
 use crate::results::writer::Writer;
-use crate::run::origin::Digests;
 
 /// When checkpoints are due.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,7 +30,7 @@ pub struct CaseFacts {
     /// As `Case::identity` gives it.
     pub identity: String,
     /// What the run started from.
-    pub origin: Digests,
+    pub origin: OriginDigests,
 }
 
 /// Takes checkpoints of one run.

@@ -11,13 +11,14 @@ use tracing::trace_span;
 use super::{Job, Made};
 use crate::case::Case;
 use crate::failure::Failure;
-use crate::results::directory;
+use crate::results::names;
 use crate::results::plots::gallery::PairedSnapshot;
 use crate::results::process::Process;
-use crate::results::recorder::{Iterations, Recorded};
+use crate::results::recorder::Recorded;
 use crate::results::report::{self, ReportData};
 use crate::results::summary::{self, Checkpoints, LedgerSummary, Participant, Span, Summary, Verdict};
 use crate::results::table::Table;
+use crate::results::tally::Iterations;
 use crate::resume;
 use crate::run::checkpoint_scheduler::Keeper;
 use crate::run::control::Ending;
@@ -50,14 +51,14 @@ pub(super) async fn finish(
     summary.checkpoints = keeper.figures().clone();
     summary.restarts = restarts;
     summary.warnings.extend(recorded.warnings.iter().cloned());
-    summary.write(&directory.file(directory::SUMMARY))?;
+    summary.write(&directory.file(names::SUMMARY))?;
     let report = || write_report(job, &summary, facts, recorded.snapshots);
     // The run has the exit code that it earned, whatever becomes of its pictures.
     let written = trace_span!(target: TRACE, "report")
         .in_scope(|| program::contain(report))
         .unwrap_or_else(|panic| Err(Failure::internal(panic)));
     if let Err(failure) = written {
-        let path = directory.file(directory::REPORT);
+        let path = directory.file(names::REPORT);
         terminal::note(format_args!("warning: the run has no report: {}", failure.message));
         if matches!(ending, Ending::Completed) {
             let command = resume::command(directory.path());
@@ -97,10 +98,10 @@ fn write_report(
             .map(|wall| wall.name.clone())
             .collect(),
         tolerance: setup.coupling.map(|_| setup.ledger.balance_tolerance),
-        probes: Table::read(&directory.file(directory::PROBES))?,
-        ledger: Table::read(&directory.file(directory::LEDGER))?,
+        probes: Table::read(&directory.file(names::PROBES))?,
+        ledger: Table::read(&directory.file(names::LEDGER))?,
     };
-    Ok(report::write(&directory.file(directory::REPORT), &data)?)
+    Ok(report::write(&directory.file(names::REPORT), &data)?)
 }
 
 fn has(case: &Case, role: Role) -> bool {

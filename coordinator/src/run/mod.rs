@@ -23,18 +23,19 @@ use terminal::stop::StopSignals;
 use tokio::sync::mpsc;
 
 use crate::case::{self, Case};
-use crate::checkpoint::{RunCheckpoint, Store};
+use crate::checkpoint::{OriginDigests, RunCheckpoint, Store};
 use crate::cli::{RunArguments, RunOptions};
 use crate::failure::{Failure, Kind};
-use crate::results::directory::{self, Changed, OutputDirectory};
+use crate::results::directory::OutputDirectory;
+use crate::results::names;
 use crate::results::progress::Progress;
 use crate::results::recorder::Recorder;
 use crate::results::summary::Participant;
+use crate::results::table::Changed;
 use crate::results::writer::Writer;
 use crate::resume;
 use crate::run::checkpoint_scheduler::{CaseFacts, Keeper, Schedule};
 use crate::run::control::{Ending, Pace, Resumed, StopWish};
-use crate::run::origin::Digests;
 use crate::run::participants::in_process::{self, ThreadParticipant};
 use crate::run::participants::launch::Source;
 use crate::run::participants::remote::{Plan, Remote, Resume, Start};
@@ -65,7 +66,7 @@ pub struct Job {
     /// What is computed.
     pub case: Case,
     /// What it started from.
-    pub origin: Digests,
+    pub origin: OriginDigests,
     /// Where results go.
     pub directory: Arc<OutputDirectory>,
     /// How it is run.
@@ -124,7 +125,7 @@ fn with_way_on(mut failure: Failure, job: &Job) -> Failure {
     // What was refused before anything was changed would be refused again.
     let helps = job.directory.is_changed()
         && matches!(failure.kind, Kind::Lost | Kind::Stopped | Kind::Output | Kind::Ledger | Kind::Server);
-    let store = Store::new(job.directory.file(directory::CHECKPOINTS));
+    let store = Store::new(job.directory.file(names::CHECKPOINTS));
     if helps && store.newest().checkpoint.is_some() {
         let command = resume::command(job.directory.path());
         failure.message.push_str(&format!("\ngo on from the last checkpoint with `{command}`"));
@@ -180,7 +181,7 @@ async fn make_attempts(
     }
     let mut wishes = watch_signals()?;
     let mut keeper = Keeper::new(
-        directory.file(directory::CHECKPOINTS),
+        directory.file(names::CHECKPOINTS),
         schedule(case, options),
         case.disk_deadline(),
         CaseFacts { identity: case.identity(), origin: job.origin.clone() },
@@ -295,7 +296,7 @@ impl Attempt<'_> {
             let lines = solvers.iter().map(|t| (t.role, CommandLine::Thread(t.commands.clone()))).collect();
             return Ok((Solvers::Threads(solvers), Participants::new(lines, received, events, true)));
         }
-        let logs = directory.file(directory::LOGS);
+        let logs = directory.file(names::LOGS);
         std::fs::create_dir_all(&logs)
             .map_err(|e| Failure::output(format!("cannot create `{}`: {e}", logs.display())))?;
         let mut plans = Vec::new();

@@ -9,8 +9,11 @@ use std::path::{Path, PathBuf};
 use sph::solver::{ParticleFields, Role};
 
 use crate::case::{self, Case};
+use crate::checkpoint::OriginDigests;
 use crate::failure::Failure;
-use crate::results::directory::{self, OutputDirectory};
+use crate::results::directory::OutputDirectory;
+use crate::results::error::OutputError;
+use crate::results::names;
 use crate::results::state;
 
 /// The states that a run starts from; none for a run whose case says how it starts.
@@ -20,9 +23,6 @@ pub struct Origin {
     /// Files that were read.
     files: Vec<PathBuf>,
 }
-
-/// Digests of the states of fluid and solid.
-pub type Digests = [Option<String>; 2];
 
 /// Reads and checks the case file at `path`, with the states that it starts from.
 ///
@@ -46,7 +46,7 @@ pub fn load(path: &Path) -> Result<(Case, Origin), Failure> {
 ///
 /// # Errors
 /// All mistakes of the file; a state that is not there or is another one.
-pub fn reload(directory: &OutputDirectory, digests: &Digests) -> Result<Case, Failure> {
+pub fn reload(directory: &OutputDirectory, digests: &OriginDigests) -> Result<Case, Failure> {
     let mut kept = Vec::new();
     for role in [Role::Fluid, Role::Solid] {
         if let Some(digest) = &digests[role.index()] {
@@ -59,7 +59,7 @@ pub fn reload(directory: &OutputDirectory, digests: &Digests) -> Result<Case, Fa
             .map(|(_, state)| state.clone())
             .ok_or_else(|| "the checkpoint knows of no such state".to_owned())
     };
-    case::load(&directory.file(directory::CASE), &read).map_err(|errors| Failure::mistakes(&errors))
+    case::load(&directory.file(names::CASE), &read).map_err(|errors| Failure::mistakes(&errors))
 }
 
 fn kept_state(directory: &OutputDirectory, role: Role, digest: &str) -> Result<ParticleFields, Failure> {
@@ -83,7 +83,7 @@ fn role_of(path: &Path) -> Option<Role> {
 
 /// Where the state that `role` started from is kept.
 fn kept_file(directory: &OutputDirectory, role: Role) -> PathBuf {
-    directory.file(directory::CHECKPOINTS).join(format!("start_{role}.state"))
+    directory.file(names::CHECKPOINTS).join(format!("start_{role}.state"))
 }
 
 impl Origin {
@@ -93,7 +93,7 @@ impl Origin {
     /// When one does, also by a link or by another spelling of the path.
     pub fn must_not_be_in(&self, out: &Path) -> Result<(), Failure> {
         let id = |path: &Path| fs::metadata(path).map(|facts| (facts.dev(), facts.ino())).ok();
-        let Some(written) = id(&out.join(directory::FINAL)) else { return Ok(()) };
+        let Some(written) = id(&out.join(names::FINAL)) else { return Ok(()) };
         let lies_there = |file: &&PathBuf| {
             let real = fs::canonicalize(file).ok();
             real.and_then(|file| id(file.parent()?)) == Some(written)
@@ -113,13 +113,13 @@ impl Origin {
     ///
     /// # Errors
     /// When they cannot be written.
-    pub fn keep(self, directory: &OutputDirectory) -> Result<Digests, Failure> {
+    pub fn keep(self, directory: &OutputDirectory) -> Result<OriginDigests, Failure> {
         let mut digests = [None, None];
         if self.states.is_empty() {
             return Ok(digests);
         }
-        let folder = directory.file(directory::CHECKPOINTS);
-        fs::create_dir_all(&folder).map_err(|e| directory::OutputError::file("create folder", &folder, e))?;
+        let folder = directory.file(names::CHECKPOINTS);
+        fs::create_dir_all(&folder).map_err(|e| OutputError::file("create folder", &folder, e))?;
         for (role, state) in &self.states {
             state::write(&kept_file(directory, *role), state)?;
             digests[role.index()] = Some(state::digest(state));

@@ -3,14 +3,17 @@
 use super::{Attempt, Job};
 use crate::checkpoint::{Disk, RunCheckpoint, Store};
 use crate::failure::Failure;
-use crate::results::directory::{self, Changed, OutputError, write_file};
+use crate::results::error::OutputError;
+use crate::results::files::write_file;
+use crate::results::names;
 use crate::results::recorder;
+use crate::results::table::Changed;
 
 impl Job {
     /// Writes the case as resolved.
     pub(super) fn write_case(&self) -> Result<(), OutputError> {
         let resolved = self.case.resolved_toml();
-        write_file(&self.directory.file(directory::CASE), |file| {
+        write_file(&self.directory.file(names::CASE), |file| {
             std::io::Write::write_all(file, resolved.as_bytes())
         })
     }

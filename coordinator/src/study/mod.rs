@@ -27,7 +27,8 @@ use self::picture::Panel;
 use self::results::{Measured, Results};
 use crate::cli::ReportArguments;
 use crate::failure::{Failure, Kind};
-use crate::results::directory::{self, write_file};
+use crate::results::files::write_file;
+use crate::results::names;
 use crate::results::plots::field;
 
 /// File that marks a run as finished.
@@ -133,7 +134,7 @@ pub fn report(arguments: &ReportArguments) -> Result<(), Failure> {
     }
     judge(&mut rows);
     write(&arguments.out, &rows, arguments)?;
-    terminal::say(format_args!("report in {}", arguments.out.join(directory::REPORT).display()));
+    terminal::say(format_args!("report in {}", arguments.out.join(names::REPORT).display()));
     Ok(())
 }
 
@@ -202,7 +203,7 @@ fn make(
         Err(failure) if failure.kind == Kind::Diverged => Some(failure.message),
         Err(failure) => return Err(failure),
     };
-    let summary = std::fs::read(out.join(directory::SUMMARY)).ok();
+    let summary = std::fs::read(out.join(names::SUMMARY)).ok();
     let summary: serde_json::Value =
         summary.and_then(|b| serde_json::from_slice(&b).ok()).unwrap_or_default();
     let count = |place: &str| summary.pointer(place).and_then(serde_json::Value::as_u64).unwrap_or_default();
@@ -260,7 +261,7 @@ fn write(out: &Path, rows: &[Row], arguments: &ReportArguments) -> Result<(), Fa
         .collect();
     let failed = |e: crate::results::plots::PlotError| Failure::output(e.to_string());
     let html = page::html(&panels, arguments).map_err(failed)?;
-    write_file(&out.join(directory::REPORT), |file| file.write_all(html.as_bytes()))?;
+    write_file(&out.join(names::REPORT), |file| file.write_all(html.as_bytes()))?;
     write_file(&out.join("report.csv"), |file| file.write_all(csv(rows)?.as_slice()))?;
     let panels: Vec<Panel<'_>> = panels.into_iter().map(|(_, panel)| panel).collect();
     let (pixels, size) = picture::pixels(&panels).map_err(failed)?;

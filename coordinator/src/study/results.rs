@@ -8,7 +8,7 @@ use sph::vector::Vector;
 
 use super::cost::{PASSES, STEP};
 use super::order::{domain_around, surrounded, widest_gap};
-use crate::results::directory;
+use crate::results::names;
 use crate::results::state;
 use crate::results::table::Table;
 
@@ -25,7 +25,7 @@ impl Results {
     /// # Errors
     /// When the probes cannot be read.
     pub fn read(folder: &Path, spacing: f64) -> Result<Self, String> {
-        let probes = Table::read(&folder.join(directory::PROBES)).map_err(|e| e.to_string())?;
+        let probes = Table::read(&folder.join(names::PROBES)).map_err(|e| e.to_string())?;
         Ok(Self { folder: folder.to_owned(), spacing, probes })
     }
 

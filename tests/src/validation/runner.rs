@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use coordinator::failure::Kind;
-use coordinator::results::directory;
+use coordinator::results::names;
 use coordinator::results::state;
 use coordinator::results::table::Table;
 use coordinator::study::runner;
@@ -57,7 +57,7 @@ impl Run {
         let changes: Vec<_> = member.changes.iter().chain(&options.changes).cloned().collect();
         let text = template::instantiate(&file, &changes)?;
         let case_file = folder.join(member.stem()).with_extension("toml");
-        let done = results.join(directory::SUMMARY).exists()
+        let done = results.join(names::SUMMARY).exists()
             && std::fs::read_to_string(&case_file).is_ok_and(|before| before == text);
         if !(options.reuse && done) {
             std::fs::create_dir_all(&folder)
@@ -80,9 +80,9 @@ impl Run {
         let read = |path: PathBuf| {
             std::fs::read_to_string(&path).map_err(|e| format!("`{}` cannot be read: {e}", path.display()))
         };
-        let probes = Table::read(&results.join(directory::PROBES)).map_err(|e| e.to_string())?;
-        let summary = serde_json::from_str(&read(results.join(directory::SUMMARY))?)
-            .map_err(|e| format!("{}: {e}", results.join(directory::SUMMARY).display()))?;
+        let probes = Table::read(&results.join(names::PROBES)).map_err(|e| e.to_string())?;
+        let summary = serde_json::from_str(&read(results.join(names::SUMMARY))?)
+            .map_err(|e| format!("{}: {e}", results.join(names::SUMMARY).display()))?;
         let case = read(case_file.to_path_buf())?.parse().map_err(|e| format!("{e}"))?;
         let cpu_seconds = read(folder.join(CPU_FILE))?.trim().parse().unwrap_or(f64::NAN);
         Ok(Self { member, folder, case, probes, summary, cpu_seconds })

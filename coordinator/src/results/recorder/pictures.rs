@@ -6,15 +6,17 @@ use sph::solver::Role;
 
 use super::RecorderState;
 use crate::case::Case;
-use crate::results::directory::{self, OutputDirectory, OutputError};
+use crate::results::directory::OutputDirectory;
 use crate::results::earlier;
+use crate::results::error::OutputError;
 use crate::results::files::remove_if_there;
+use crate::results::names;
 use crate::results::plots::gallery::Pictures;
 use crate::results::state;
 
 /// Where the report's picture of `role` at `step` is kept.
 pub(super) fn picture_file(directory: &OutputDirectory, role: Role, step: u64) -> PathBuf {
-    directory.file(directory::CHECKPOINTS).join(format!("picture_{role}_{step}.state"))
+    directory.file(names::CHECKPOINTS).join(format!("picture_{role}_{step}.state"))
 }
 
 /// The report's pictures that `state` names, and which of them are there; one that is lost is noted in `news`.
@@ -48,7 +50,7 @@ pub(super) fn stored_pictures(
 /// # Errors
 /// When the system refuses.
 pub fn forget_others(directory: &OutputDirectory, state: &RecorderState) -> Result<(), OutputError> {
-    let folder = directory.file(directory::CHECKPOINTS);
+    let folder = directory.file(names::CHECKPOINTS);
     let kept: Vec<PathBuf> = [Role::Fluid, Role::Solid]
         .into_iter()
         .flat_map(|role| state.pictures[role.index()].iter().map(move |step| (role, *step)))

@@ -4,7 +4,7 @@ use std::fs::{self, File};
 use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
-use super::super::directory::{Changed, OutputError};
+use super::super::error::OutputError;
 use super::super::files::{fresh, with_suffix};
 use super::mark::{Before, Difference, Marked, TableMark};
 
@@ -25,6 +25,15 @@ pub struct TableFile {
     columns: usize,
     row: Vec<u8>,
     before_last: Before,
+}
+
+/// What to do with outputs that are not as they were at the checkpoint from which a run continues.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Changed {
+    /// Refuse to continue.
+    Refuse,
+    /// Continue with what is there, and say so.
+    Accept,
 }
 
 /// A table of an earlier run, and what must be said of it.

@@ -10,7 +10,7 @@ use sph::stage::{Stage, StepStage};
 
 use super::Control;
 use crate::failure::{Failure, Kind};
-use crate::run::control::lockstep::MatchedStep;
+use crate::results::matched_step::MatchedStep;
 use crate::run::participants::Participants;
 
 /// A step may take this many times the longest one so far: list builds, other programs and snapshots fit in.

@@ -31,33 +31,6 @@ const PENDING_EVENTS: usize = 256;
 /// Wait for a server to close a run.
 const CLOSE_DEADLINE: Duration = Duration::from_secs(5);
 
-/// One server with its connection and what it said.
-pub struct RemoteParticipant {
-    /// Its answer to the set-up.
-    pub report: OpenReport,
-    pub(crate) server: Server,
-    pub(crate) client: ParticipantClient,
-    /// Whether it can save its state.
-    saves: bool,
-}
-
-impl RemoteParticipant {
-    /// Address at which it was reached.
-    pub fn address(&self) -> &str {
-        &self.server.address
-    }
-
-    /// Whether it was started for this run.
-    pub fn is_child(&self) -> bool {
-        self.server.is_child()
-    }
-
-    /// Resources used so far, where the server is a child of this process.
-    pub fn process(&self) -> Process {
-        self.server.process_id().map(Process::of).unwrap_or_default()
-    }
-}
-
 /// What servers are started with.
 pub struct Start<'a> {
     /// Kinds of coupling that the run may use, the preferred one first.
@@ -80,48 +53,6 @@ pub struct Start<'a> {
     pub trace: Option<&'a Path>,
 }
 
-/// Where a run goes on.
-#[derive(Clone, Copy)]
-pub struct Resume<'a> {
-    /// State of both sides.
-    pub checkpoint: &'a RunCheckpoint,
-    /// Counts the times that the run was restored, from 1.
-    pub epoch: u32,
-    /// Another build of a solver may take over.
-    pub accept_other_build: bool,
-}
-
-impl Resume<'_> {
-    /// The state of `role`, as the solver that `description` describes may take it over.
-    ///
-    /// # Errors
-    /// When it may not, with all differences.
-    fn side_for(&self, role: Role, description: &Description) -> Result<CheckpointData, Failure> {
-        let side = self.checkpoint.sides.iter().find(|side| side.header.role == role);
-        let mut side = side.cloned().ok_or_else(|| {
-            Failure::input(format!("the checkpoint holds no {role} solver, but the case has one"))
-        })?;
-        let [fatal, build] = side.header.differences(description, role);
-        if !fatal.is_empty() {
-            let list = fatal.join("\n  ");
-            return Err(Failure::input(format!(
-                "the {role} solver cannot go on from the checkpoint:\n  {list}\nuse the program and a machine that wrote it"
-            )));
-        }
-        if !build.is_empty() && !self.accept_other_build {
-            let list = build.join("\n  ");
-            return Err(Failure::input(format!(
-                "the {role} solver is of another build than the checkpoint:\n  {list}\nuse the program that wrote it, or \
-                 add `--accept-other-build`: the results need not be those of an undisturbed run then"
-            )));
-        }
-        side.header.name.clone_from(&description.name);
-        side.header.version.clone_from(&description.version);
-        side.header.build.clone_from(&description.build);
-        Ok(side)
-    }
-}
-
 /// What a server is started for.
 pub struct Plan {
     /// Set-up of the run.
@@ -137,43 +68,11 @@ pub struct Remote {
     go_between: Go,
 }
 
-/// A connection to `server`, and what it says of itself.
-async fn described(
-    server: &Server,
-    deadlines: Deadlines,
-) -> Result<(ParticipantClient, Description), RpcError> {
-    let client = ParticipantClient::connect_secured(&server.address, deadlines, &server.security);
-    let mut client = client.await?;
-    let description = client.describe().await?;
-    Ok((client, description))
-}
-
 fn role_of(setup: &ParticipantSetup) -> Role {
     match setup {
         ParticipantSetup::Fluid(_) => Role::Fluid,
         ParticipantSetup::Solid(_) => Role::Solid,
     }
-}
-
-impl From<RpcError> for Failure {
-    fn from(error: RpcError) -> Self {
-        let kind = match error.code {
-            RpcCode::InvalidArgument => Kind::Input,
-            _ => Kind::Server,
-        };
-        Failure::new(kind, error.to_string())
-    }
-}
-
-/// A failed call to the server of `role` while the run is being set up, where a lost server is not started again.
-fn at_start(role: Role, error: RpcError) -> Failure {
-    let lost = error.code == RpcCode::Unavailable;
-    let mut failure = Failure::from(error);
-    if lost {
-        let was = format!("the {role} server was lost before the first step: {}", failure.message);
-        failure.message = format!("{was}; look at its log, and repeat the command when it runs again");
-    }
-    failure
 }
 
 impl Remote {

@@ -7,10 +7,27 @@
 //! | [`results`] | everything that a run writes |
 //! | [`checkpoint`] | states from which a run continues |
 //! | [`resume`], [`replay`], [`check`], [`conform`] | the other commands |
+//! | [`messages`], [`failure`], [`quote`] | what is printed and returned |
 //! | [`study`] | what accuracy costs: `report` |
 //! | [`cli`] | the command line, which nothing else depends on |
 //!
 //! It computes no force.
+//!
+//! A run is a function: a request in, an outcome out.
+//!
+//! ```no_run
+//! use coordinator::run::{RunOptions, RunRequest, run};
+//!
+//! let request = RunRequest {
+//!     case: "cases/drifting_body_coarse.toml".into(),
+//!     out: Some("results/drifting_body".into()),
+//!     options: RunOptions { threads: Some(2), ..RunOptions::default() },
+//!     ..RunRequest::default()
+//! };
+//! let outcome = run(&request)?.completed()?;
+//! println!("{} steps in {:.1} s", outcome.summary.steps, outcome.summary.wall_seconds);
+//! # Ok::<(), coordinator::failure::Failure>(())
+//! ```
 
 pub mod case;
 pub mod check;
@@ -18,6 +35,7 @@ pub mod checkpoint;
 pub mod cli;
 pub mod conform;
 pub mod failure;
+pub mod messages;
 pub mod quote;
 pub mod replay;
 pub mod results;

@@ -3,9 +3,9 @@
 use std::path::Path;
 
 use coordinator::case::Case;
-use coordinator::run::participants::in_process;
-use coordinator::run::participants::News;
 use coordinator::results::state;
+use coordinator::run::participants::News;
+use coordinator::run::participants::in_process;
 use coordinator::run::participants::threads::Threads;
 use sph::driver::{Command, Event};
 use sph::solver::Role;

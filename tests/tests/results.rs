@@ -128,7 +128,7 @@ fn a_refused_resume_changes_nothing() {
         let said = String::from_utf8_lossy(&output.stderr).into_owned();
         assert!(matches!(output.status.code(), Some(2 | 4)), "{said}");
         // The same command would be refused again.
-        assert!(!said.contains("go on from the last checkpoint"), "{said}");
+        assert!(!said.contains("continue from the last checkpoint"), "{said}");
         assert!(before == content(&out), "{way:?} changed the results: {said}");
     }
     std::fs::write(newest.join("solid.bin"), data).unwrap();
@@ -344,7 +344,7 @@ fn pipes_in_the_place_of_files_hold_nothing_up() {
         let command = format!("{exec} resume {} --fluid 127.0.0.1:1 --quiet", text(&out));
         let (code, said) = within(&command, Duration::from_secs(30));
         assert!(matches!(code, Some(2..=4)), "{name}: {said}");
-        assert_eq!(said.contains("passed over"), passes, "{name}: {said}");
+        assert_eq!(said.contains("skipped checkpoint"), passes, "{name}: {said}");
         std::fs::remove_file(&path).unwrap();
         if let Some(kept) = kept {
             std::fs::write(&path, kept).unwrap();

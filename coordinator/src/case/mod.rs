@@ -25,6 +25,7 @@ use std::path::Path;
 
 use proto::security::ClientFiles;
 use sph::setup::{Coupling, CouplingKind, FluidSetup, InterfaceLaw, OutputPlan, RunSetup, SolidSetup};
+use sph::solver::Role;
 
 pub use files::LARGEST_FILE;
 pub use mistakes::{CaseErrors, Mistake, Place, Position};
@@ -220,14 +221,12 @@ impl CaseFile {
 }
 
 impl Case {
-    /// Whether the case has a fluid.
-    pub fn has_fluid(&self) -> bool {
-        self.file.fluid.is_some()
-    }
-
-    /// Whether the case has a solid.
-    pub fn has_solid(&self) -> bool {
-        self.file.solid.is_some()
+    /// Whether the case has a participant of `role`.
+    pub fn has(&self, role: Role) -> bool {
+        match role {
+            Role::Fluid => self.file.fluid.is_some(),
+            Role::Solid => self.file.solid.is_some(),
+        }
     }
 
     /// The written case behind this one, with every default filled in.

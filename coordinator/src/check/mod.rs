@@ -1,37 +1,37 @@
-//! `coordinator check`: a case without a run.
+//! A case without a run.
 
 mod preview;
+
+pub use preview::draw;
+
+use std::path::Path;
 
 use proto::service::{SetupProblems, SolverFactory, open_checked};
 use sph::setup::ParticipantSetup;
 use sph::solver::Role;
-use terminal::say;
 
 use crate::case::{Case, Server, Summary};
-use crate::cli::CheckArguments;
 use crate::failure::Failure;
 use crate::quote;
 
-/// Checks a case file and prints what a run would do.
+/// A case that a run accepts.
+pub struct Checked {
+    /// The case.
+    pub case: Case,
+    /// What a run of it would do.
+    pub summary: Summary,
+}
+
+/// Checks the case file at `path`, as a run does before its first step.
 ///
 /// # Errors
-/// All mistakes of the file; a picture that cannot be written.
-pub fn check(arguments: &CheckArguments) -> Result<(), Failure> {
-    let case = crate::run::load(&arguments.case)?;
+/// All errors of the file, and all that a built-in solver refuses.
+pub fn check(path: &Path) -> Result<Checked, Failure> {
+    let case = crate::run::load(path)?;
     let left_out = open(&case)?;
-    if arguments.resolved {
-        say(case.resolved_toml().trim_end());
-    } else {
-        let mut summary = case.summary();
-        summary.warnings.extend(left_out);
-        say(text(&summary).trim_end());
-    }
-    if let Some(picture) = &arguments.picture {
-        preview::draw(&case, picture)
-            .map_err(|e| Failure::output(format!("cannot draw `{}`: {e:#}", quote::path(picture))))?;
-        terminal::note(format_args!("initial particles drawn to {}", quote::path(picture)));
-    }
-    Ok(())
+    let mut summary = case.summary();
+    summary.warnings.extend(left_out);
+    Ok(Checked { case, summary })
 }
 
 /// Memory of the solvers for each particle \[bytes\], measured; solids keep the pairs of their reference.
@@ -61,10 +61,11 @@ pub fn open(case: &Case) -> Result<Vec<String>, Failure> {
         *server == Server::BuiltIn && small
     };
     // One after the other: each needs memory.
-    if case.has_fluid() && asked(Role::Fluid, &case.servers.fluid, FLUID_BYTES * (fluid + walls)) {
+    if case.has(Role::Fluid) && asked(Role::Fluid, &case.servers.fluid, FLUID_BYTES * (fluid + walls)) {
         try_open(Role::Fluid, &fluid_server::FluidFactory, case.fluid_setup().map(ParticipantSetup::Fluid))?;
     }
-    if case.has_solid() && asked(Role::Solid, &case.servers.solid, SOLID_BYTES * solid + FLUID_BYTES * walls)
+    if case.has(Role::Solid)
+        && asked(Role::Solid, &case.servers.solid, SOLID_BYTES * solid + FLUID_BYTES * walls)
     {
         try_open(Role::Solid, &solid_server::SolidFactory, case.solid_setup().map(ParticipantSetup::Solid))?;
     }
@@ -82,50 +83,54 @@ fn try_open(
     })
 }
 
-fn text(summary: &Summary) -> String {
-    let mut text = format!("{}: no mistakes\n\nparticles\n", summary.name);
-    // Writing to a string cannot fail.
-    let mut line = |line: String| {
-        text.push_str(&quote::clean(&line));
-        text.push('\n');
-    };
-    for count in &summary.counts {
-        let held = if count.held > 0 { format!("  (and {} held)", count.held) } else { String::new() };
-        line(format!("  {:>9}  {} {}{held}", count.particles, count.kind, count.name));
-    }
-    summary.cuts.iter().for_each(|cut| line(format!("  {cut}")));
-    line("\ntime step".into());
-    for limit in &summary.limits {
+impl Checked {
+    /// Counts, time steps, constants and warnings, in lines.
+    pub fn text(&self) -> String {
+        let summary = &self.summary;
+        let mut text = format!("{}: no mistakes\n\nparticles\n", summary.name);
+        // Writing to a string cannot fail.
+        let mut line = |line: String| {
+            text.push_str(&quote::clean(&line));
+            text.push('\n');
+        };
+        for count in &summary.counts {
+            let held = if count.held > 0 { format!("  (and {} held)", count.held) } else { String::new() };
+            line(format!("  {:>9}  {} {}{held}", count.particles, count.kind, count.name));
+        }
+        summary.cuts.iter().for_each(|cut| line(format!("  {cut}")));
+        line("\ntime step".into());
+        for limit in &summary.limits {
+            line(format!(
+                "  {:.3e} s stable, {:.3e} s recommended  ({})",
+                limit.stability, limit.recommended, limit.origin
+            ));
+        }
+        let kind = if summary.fixed { "fixed" } else { "first of an adaptive run" };
         line(format!(
-            "  {:.3e} s stable, {:.3e} s recommended  ({})",
-            limit.stability, limit.recommended, limit.origin
+            "  {:.3e} s chosen ({kind}): {:.2} of the stability limit, {:.2} of the recommended step",
+            summary.time_step, summary.ratio_to_limit, summary.ratio_to_recommended
         ));
+        if let Some(factor) = summary.limit_override {
+            line(format!("  the case overrides the limit by a factor of {factor}"));
+        }
+        line(format!(
+            "  {} steps; about {} on one core, at {}",
+            summary.steps,
+            duration(summary.forecast),
+            summary.forecast_basis
+        ));
+        line("\nconstants".into());
+        summary.constants.iter().for_each(|constant| line(format!("  {constant}")));
+        if !summary.stabilisers.is_empty() {
+            line("\nstabilisers".into());
+            summary.stabilisers.iter().for_each(|s| line(format!("  {}: {}", s.owner, s.text)));
+        }
+        if !summary.warnings.is_empty() {
+            line("\nwarnings".into());
+            summary.warnings.iter().for_each(|warning| line(format!("  {warning}")));
+        }
+        text
     }
-    let kind = if summary.fixed { "fixed" } else { "first of an adaptive run" };
-    line(format!(
-        "  {:.3e} s chosen ({kind}): {:.2} of the stability limit, {:.2} of the recommended step",
-        summary.time_step, summary.ratio_to_limit, summary.ratio_to_recommended
-    ));
-    if let Some(factor) = summary.limit_override {
-        line(format!("  the case overrides the limit by a factor of {factor}"));
-    }
-    line(format!(
-        "  {} steps; about {} on one core, at {}",
-        summary.steps,
-        duration(summary.forecast),
-        summary.forecast_basis
-    ));
-    line("\nconstants".into());
-    summary.constants.iter().for_each(|constant| line(format!("  {constant}")));
-    if !summary.stabilisers.is_empty() {
-        line("\nstabilisers".into());
-        summary.stabilisers.iter().for_each(|s| line(format!("  {}: {}", s.owner, s.text)));
-    }
-    if !summary.warnings.is_empty() {
-        line("\nwarnings".into());
-        summary.warnings.iter().for_each(|warning| line(format!("  {warning}")));
-    }
-    text
 }
 
 fn duration(seconds: f64) -> String {

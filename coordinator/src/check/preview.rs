@@ -2,13 +2,15 @@
 
 use std::path::Path;
 
-use anyhow::Context;
+use plotters::backend::DrawingBackend;
 use plotters::coord::types::RangedCoordf64;
+use plotters::drawing::DrawingAreaErrorKind;
 use plotters::prelude::*;
 use sph::setup::{FluidProbeKind, SolidProbeKind};
 use sph::vector::Vector;
 
 use crate::case::Case;
+use crate::failure::Failure;
 use crate::quote;
 use crate::results::font;
 
@@ -59,13 +61,16 @@ const TEXT: i32 = 15;
 ///
 /// # Errors
 /// When the picture cannot be drawn or written.
-pub fn draw(case: &Case, path: &Path) -> anyhow::Result<()> {
+pub fn draw(case: &Case, path: &Path) -> Result<(), Failure> {
     font::register();
+    let failed = |action: &str, e: &dyn std::fmt::Display| {
+        Failure::output(format!("cannot {action} `{}`: {e}", quote::path(path)))
+    };
     // The bitmap backend takes the format from the ending, and a half-written picture must not look complete.
     let partial = path.with_extension("partial.png");
     let groups = groups(case);
-    paint(case, &groups, &partial).with_context(|| format!("cannot draw {}", quote::path(path)))?;
-    std::fs::rename(&partial, path).with_context(|| format!("cannot write {}", quote::path(path)))
+    paint(case, &groups, &partial).map_err(|e| failed("draw", &e))?;
+    std::fs::rename(&partial, path).map_err(|e| failed("write", &e))
 }
 
 /// Particles of one colour.
@@ -121,10 +126,12 @@ fn groups(case: &Case) -> Vec<Group> {
     found
 }
 
+/// Outcome of the drawing library.
+type Drawn = Result<(), DrawingAreaErrorKind<<BitMapBackend<'static> as DrawingBackend>::ErrorType>>;
 type Picture<'a> = DrawingArea<BitMapBackend<'a>, plotters::coord::Shift>;
 type Chart<'a> = ChartContext<'a, BitMapBackend<'a>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
 
-fn paint(case: &Case, groups: &[Group], path: &Path) -> anyhow::Result<()> {
+fn paint(case: &Case, groups: &[Group], path: &Path) -> Drawn {
     let (lower, upper) = frame(case, groups);
     let size = upper - lower;
     let scale = LONG_SIDE / size.amax();
@@ -166,7 +173,7 @@ fn paint(case: &Case, groups: &[Group], path: &Path) -> anyhow::Result<()> {
 }
 
 /// Particles as discs, or as their cells where discs would be a few pixels only; `scale` in pixels per metre.
-fn draw_group(chart: &mut Chart<'_>, group: &Group, scale: f64) -> anyhow::Result<()> {
+fn draw_group(chart: &mut Chart<'_>, group: &Group, scale: f64) -> Drawn {
     let style = group.colour.filled();
     let radius = 0.45 * scale * group.spacing;
     if radius >= LEAST_RADIUS {
@@ -207,7 +214,7 @@ fn frame(case: &Case, groups: &[Group]) -> (Vector, Vector) {
     (lower, upper)
 }
 
-fn draw_domain(chart: &mut Chart<'_>, case: &Case) -> anyhow::Result<()> {
+fn draw_domain(chart: &mut Chart<'_>, case: &Case) -> Drawn {
     let domain = case.file().domain.domain();
     let corners = [(domain.lower.x, domain.lower.y), (domain.upper.x, domain.upper.y)];
     chart.draw_series(std::iter::once(Rectangle::new(corners, BLACK.mix(0.35).stroke_width(1))))?;
@@ -232,7 +239,7 @@ fn probe_marks(case: &Case) -> Vec<(String, Vector)> {
     fluid.chain(solid).collect()
 }
 
-fn draw_probes(chart: &mut Chart<'_>, case: &Case) -> anyhow::Result<()> {
+fn draw_probes(chart: &mut Chart<'_>, case: &Case) -> Drawn {
     let marks = probe_marks(case);
     chart.draw_series(marks.iter().map(|(_, x)| Cross::new((x.x, x.y), 6, PROBE.stroke_width(2))))?;
     // Labels climb until they are clear of those before.
@@ -256,7 +263,7 @@ fn draw_probes(chart: &mut Chart<'_>, case: &Case) -> anyhow::Result<()> {
     Ok(())
 }
 
-fn draw_legend(area: &Picture<'_>, groups: &[Group], probes: bool) -> anyhow::Result<()> {
+fn draw_legend(area: &Picture<'_>, groups: &[Group], probes: bool) -> Drawn {
     let style = (font::FAMILY, TEXT).into_font();
     let mut y = 3 * ROW;
     for group in groups.iter().take(MOST_ROWS) {
@@ -305,6 +312,6 @@ mod tests {
         let case = crate::case::load(&case, &|_| Err(String::new())).unwrap();
         let folder = tempfile::tempdir().unwrap();
         let error = draw(&case, &folder.path().join("no/such/scene.png")).unwrap_err();
-        assert!(format!("{error:#}").contains("cannot draw"), "{error:#}");
+        assert!(error.message.contains("cannot draw"), "{error}");
     }
 }

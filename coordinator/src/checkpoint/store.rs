@@ -49,8 +49,8 @@ pub struct Written {
 pub struct Found {
     /// The checkpoint, if any is good.
     pub checkpoint: Option<RunCheckpoint>,
-    /// Why others were passed over, each with its folder.
-    pub passed_over: Vec<String>,
+    /// Why others were skipped, each with its folder.
+    pub skipped: Vec<String>,
 }
 
 impl Store {
@@ -143,7 +143,7 @@ impl Store {
 
     /// The newest good checkpoint.
     pub fn newest(&self) -> Found {
-        let mut found = Found { checkpoint: None, passed_over: Vec::new() };
+        let mut found = Found { checkpoint: None, skipped: Vec::new() };
         for step in self.steps() {
             match self.load(step) {
                 Ok(checkpoint) => {
@@ -152,7 +152,7 @@ impl Store {
                 }
                 Err(problem) => {
                     let place = self.folder.join(checkpoint_name(step));
-                    found.passed_over.push(format!("checkpoint `{}`: {problem}", place.display()));
+                    found.skipped.push(format!("`{}`: {problem}", place.display()));
                 }
             }
         }

@@ -11,9 +11,10 @@ use super::marker::{self, take_marker};
 use super::names::{CHECKPOINTS, FINAL, MARKER, REPORT, SNAPSHOTS, SUMMARY};
 
 /// What to do with the results of an earlier run in the same folder.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Existing {
     /// Leave them and refuse to start.
+    #[default]
     Refuse,
     /// Remove the files that the earlier run wrote, and nothing else.
     Replace,
@@ -166,6 +167,8 @@ fn is_empty(path: &Path) -> Result<bool, OutputError> {
 
 #[cfg(test)]
 mod tests {
+    use std::io;
+
     use super::*;
 
     fn put(path: &Path, text: &str) {

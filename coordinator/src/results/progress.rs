@@ -7,6 +7,7 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use sph::setup::TimePlan;
 
 use super::tally::Tally;
+use crate::messages::Messages;
 
 /// Parts of the bar; finer than any terminal is wide.
 const PARTS: u64 = 10_000;
@@ -31,8 +32,8 @@ enum Kind {
 
 impl Progress {
     /// Progress through the times of `plan`.
-    pub fn new(plan: TimePlan, quiet: bool) -> Self {
-        let kind = if quiet {
+    pub fn new(plan: TimePlan, messages: Messages) -> Self {
+        let kind = if messages < Messages::All {
             Kind::Silent
         } else if std::io::stderr().is_terminal() {
             let bar = ProgressBar::with_draw_target(Some(PARTS), ProgressDrawTarget::stderr());

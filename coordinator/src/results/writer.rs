@@ -178,6 +178,7 @@ mod tests {
     use super::*;
     use crate::case;
     use crate::failure::Kind;
+    use crate::messages::Messages;
     use crate::results::directory::{Existing, OutputDirectory};
     use crate::results::names;
     use crate::results::progress::Progress;
@@ -188,7 +189,7 @@ mod tests {
         let none = |_: &Path| Err("no such file".to_owned());
         let case = case::parse(text, "case.toml", Path::new("."), &none).unwrap();
         let directory = Arc::new(OutputDirectory::create(out, Existing::Refuse).unwrap());
-        let progress = Progress::new(case.run_setup().time, true);
+        let progress = Progress::new(case.run_setup().time, Messages::None);
         (Recorder::create(&directory, &case, &[], progress).unwrap(), directory)
     }
 

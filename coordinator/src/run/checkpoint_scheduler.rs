@@ -34,7 +34,7 @@ pub struct CaseFacts {
 }
 
 /// Takes checkpoints of one run.
-pub struct Keeper {
+pub struct CheckpointScheduler {
     store: Store,
     schedule: Schedule,
     case: CaseFacts,
@@ -49,7 +49,7 @@ pub struct Keeper {
     figures: Checkpoints,
 }
 
-impl Keeper {
+impl CheckpointScheduler {
     /// A keeper of the checkpoints in `folder` of a run of `case`; one that the disk has not taken within `deadline` ends the
     /// run.
     pub fn new(folder: PathBuf, schedule: Schedule, deadline: Duration, case: CaseFacts) -> Self {
@@ -156,7 +156,7 @@ impl Keeper {
     /// Waits until a checkpoint that is being written is on the disk; for ever when there is none.
     ///
     /// # Errors
-    /// As [`Keeper::finish`].
+    /// As [`CheckpointScheduler::finish`].
     pub async fn written(&mut self) -> Result<(), Failure> {
         let Some(writing) = self.writing.as_mut() else { return std::future::pending().await };
         // Without a deadline: the run goes on meanwhile.

@@ -8,7 +8,12 @@ use sph::solver::Role;
 use terminal::program;
 use tracing::trace_span;
 
-use super::{Job, Made};
+use super::attempt::EndedAttempt;
+use super::checkpoint_scheduler::CheckpointScheduler;
+use super::control::Ending;
+use super::header::{self, Fact};
+use super::job::Job;
+use super::participants::hints;
 use crate::case::Case;
 use crate::failure::Failure;
 use crate::results::names;
@@ -19,36 +24,34 @@ use crate::results::report::{self, ReportData};
 use crate::results::summary::{self, Checkpoints, LedgerSummary, Participant, Span, Summary, Verdict};
 use crate::results::table::Table;
 use crate::results::tally::Iterations;
-use crate::resume;
-use crate::run::checkpoint_scheduler::Keeper;
-use crate::run::control::Ending;
-use crate::run::header::{self, Fact};
 
 /// Completes the outputs of a run.
 pub(super) async fn finish(
     job: &Job,
     resolved: &str,
-    run: Made,
-    keeper: &Keeper,
+    attempt: EndedAttempt,
+    scheduler: &CheckpointScheduler,
     restarts: Vec<String>,
-) -> Result<Ending, Failure> {
+) -> Result<(Ending, Summary), Failure> {
     let Job { case, directory, options, .. } = job;
-    let Made { ending, mut solvers, outputs, facts } = run;
-    let roles = [Role::Fluid, Role::Solid];
-    let sides: Vec<_> = roles
-        .iter()
-        .filter(|role| has(case, **role))
-        .filter(|role| job.alone.as_ref().is_none_or(|(alone, _)| alone == *role))
-        .map(|role| (*role, solvers.participant(*role)))
-        .collect();
+    let EndedAttempt { ending, mut solvers, outputs, facts } = attempt;
+    let roles = [Role::Fluid, Role::Solid].into_iter().filter(|role| job.runs(*role));
+    let sides: Vec<_> = roles.map(|role| (role, solvers.participant(role))).collect();
     match ending {
         Ending::Lost { .. } => solvers.kill().await,
         _ => solvers.end().await,
     }
     let recorded = outputs.finish().await?;
-    let mut summary =
-        summarise(case, resolved, &ending, keeper.wall_seconds(), &recorded, sides, options.in_process);
-    summary.checkpoints = keeper.figures().clone();
+    let mut summary = summarise(
+        case,
+        resolved,
+        &ending,
+        scheduler.wall_seconds(),
+        &recorded,
+        sides,
+        options.servers().is_none(),
+    );
+    summary.checkpoints = scheduler.figures().clone();
     summary.restarts = restarts;
     summary.warnings.extend(recorded.warnings.iter().cloned());
     summary.write(&directory.file(names::SUMMARY))?;
@@ -59,19 +62,17 @@ pub(super) async fn finish(
         .unwrap_or_else(|panic| Err(Failure::internal(panic)));
     if let Err(failure) = written {
         let path = directory.file(names::REPORT);
-        terminal::note(format_args!("warning: the run has no report: {}", failure.message));
+        options.messages.warning(format_args!("the run has no report: {}", failure.message));
         if matches!(ending, Ending::Completed) {
-            let command = resume::command(directory.path());
-            terminal::note(format_args!(
+            let command = hints::resume_command(directory.path());
+            options.messages.notice(format_args!(
                 "all other results are complete; `{command}` makes `{}`",
                 path.display()
             ));
         }
     }
-    if !options.quiet {
-        header::print_results(&summary);
-    }
-    Ok(ending)
+    header::print_results(&summary, options.messages);
+    Ok((ending, summary))
 }
 
 /// Writes the report of a run whose tables and summary are complete.
@@ -102,13 +103,6 @@ fn write_report(
         ledger: Table::read(&directory.file(names::LEDGER))?,
     };
     Ok(report::write(&directory.file(names::REPORT), &data)?)
-}
-
-fn has(case: &Case, role: Role) -> bool {
-    match role {
-        Role::Fluid => case.file().fluid.is_some(),
-        Role::Solid => case.file().solid.is_some(),
-    }
 }
 
 fn summarise(

@@ -4,6 +4,7 @@ use sph::lanes::Arithmetic;
 use sph::setup::{BreachAction, CouplingKind, InterfaceLaw, Iterate, Relaxation, StepPolicy, Unsettled};
 
 use crate::case::Case;
+use crate::messages::Messages;
 use crate::quote;
 use crate::results::summary::Summary;
 use crate::run::participants::remote::Remote;
@@ -195,19 +196,21 @@ pub fn results(summary: &Summary) -> Vec<Fact> {
 }
 
 /// Prints facts and warnings before a run.
-pub fn print_start(facts: &[Fact], warnings: &[String]) {
-    print(facts);
-    warnings.iter().for_each(|warning| terminal::note(format_args!("warning: {}", quote::clean(warning))));
+pub fn print_start(facts: &[Fact], warnings: &[String], messages: Messages) {
+    print(facts, messages);
+    for warning in warnings {
+        messages.progress(format_args!("warning: {}", quote::clean(warning)));
+    }
 }
 
-fn print(facts: &[Fact]) {
+fn print(facts: &[Fact], messages: Messages) {
     let width = facts.iter().map(|(name, _)| name.chars().count()).max().unwrap_or(0);
     for (name, text) in facts {
-        terminal::note(format_args!("{:width$}  {}", quote::clean(name), quote::clean(text)));
+        messages.progress(format_args!("{:width$}  {}", quote::clean(name), quote::clean(text)));
     }
 }
 
 /// Prints the results of a run.
-pub fn print_results(summary: &Summary) {
-    print(&results(summary));
+pub fn print_results(summary: &Summary, messages: Messages) {
+    print(&results(summary), messages);
 }

@@ -2,9 +2,9 @@
 
 use sph::solver::Role;
 
-use super::Made;
+use super::attempt::EndedAttempt;
+use super::control::Ending;
 use crate::failure::Failure;
-use crate::run::control::Ending;
 
 /// So many equal losses in a row are no accident: what ends a solver is in the run or in the solver.
 const ENOUGH: usize = 3;
@@ -40,7 +40,7 @@ impl Losses {
     }
 }
 
-impl Made {
+impl EndedAttempt {
     /// Notes in `losses` what was lost, says in the failure how it ended, and answers it where starting servers again may help:
     /// below `most` times.
     pub(super) async fn lost(&mut self, losses: &mut Losses, most: u64) -> Option<(Vec<Role>, Failure)> {

@@ -1,6 +1,7 @@
 //! When a resumed run begins to change the folder of the earlier one: not before all solvers have taken its checkpoint over.
 
-use super::{Attempt, Job};
+use super::attempt::Attempt;
+use super::job::Job;
 use crate::checkpoint::{Disk, RunCheckpoint, Store};
 use crate::failure::Failure;
 use crate::results::error::OutputError;

@@ -6,6 +6,7 @@ use coordinator::failure::Kind;
 use coordinator::results::names;
 use coordinator::results::state;
 use coordinator::results::table::Table;
+use coordinator::run::RunOutcome;
 use coordinator::study::runner;
 use sph::solver::ParticleFields;
 
@@ -63,14 +64,14 @@ impl Run {
             std::fs::create_dir_all(&folder)
                 .map_err(|e| format!("`{}` cannot be made: {e}", folder.display()))?;
             write(&case_file, &text)?;
-            let made = runner::run(&case_file, &results, options.threads);
-            match made.outcome {
+            let run = runner::run(&case_file, &results, options.threads);
+            match run.outcome.and_then(RunOutcome::completed) {
                 Err(failure) if !(member.may_stop && failure.kind == Kind::Diverged) => {
                     return Err(format!("{}: {}", member.label(), failure.message));
                 }
                 _ => {}
             }
-            write(&folder.join(CPU_FILE), &format!("{}\n", made.cpu_seconds))?;
+            write(&folder.join(CPU_FILE), &format!("{}\n", run.cpu_seconds))?;
         }
         Self::read(member, folder, &case_file)
     }

@@ -315,7 +315,7 @@ fn every_damage_is_found_and_the_one_before_is_used() {
             std::fs::write(&path, bad).unwrap();
             let found = store.newest();
             assert_eq!(found.checkpoint.map(|checkpoint| checkpoint.step), Some(10), "{name}");
-            assert!(found.passed_over[0].contains("step_000000000020"), "{:?}", found.passed_over);
+            assert!(found.skipped[0].contains("step_000000000020"), "{:?}", found.skipped);
         }
         std::fs::remove_file(&path).unwrap();
         assert_eq!(newest_step(&store), Some(10), "{name} is missing");
@@ -411,7 +411,7 @@ fn a_checkpoint_of_another_format_names_both() {
     let manifest = root.path().join("checkpoints").join(checkpoint_name(10)).join(MANIFEST);
     let text = std::fs::read_to_string(&manifest).unwrap();
     std::fs::write(&manifest, text.replace("\"format\": 6", "\"format\": 5")).unwrap();
-    let said = store.newest().passed_over.remove(0);
+    let said = store.newest().skipped.remove(0);
     for words in ["is of format 5", "reads format 6", "with the build that wrote it"] {
         assert!(said.contains(words), "{said}");
     }

@@ -28,9 +28,10 @@ pub struct TableFile {
 }
 
 /// What to do with outputs that are not as they were at the checkpoint from which a run continues.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Changed {
     /// Refuse to continue.
+    #[default]
     Refuse,
     /// Continue with what is there, and say so.
     Accept,

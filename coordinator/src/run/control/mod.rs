@@ -19,9 +19,10 @@ use tokio::time::Interval;
 use crate::failure::{Failure, Kind};
 use crate::results::recorder::Recorder;
 use crate::results::writer::Writer;
-use crate::run::checkpoint_scheduler::Keeper;
+use crate::run::checkpoint_scheduler::CheckpointScheduler;
 use crate::run::control::lockstep::LockStep;
 use crate::run::participants::{News, Participants};
+use crate::run::signals::StopRequest;
 use faults::{RANK_CONSEQUENCE, kind_of, rank};
 use stall::StepWatch;
 
@@ -34,15 +35,6 @@ const TICK: Duration = Duration::from_secs(1);
 const LONGEST_GAP: Duration = Duration::from_secs(5);
 /// A loss within this time after a pause is its consequence: servers give up a coordinator that does not answer.
 const PAUSE_MATTERS: Duration = Duration::from_secs(30);
-
-/// A wish from outside to end the run.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum StopWish {
-    /// At the end of the granted steps, outputs complete.
-    AtBoundary,
-    /// At once.
-    Now,
-}
 
 /// How a run ended.
 #[derive(Clone, Debug, PartialEq)]
@@ -66,7 +58,7 @@ pub enum Ending {
 
 /// Where a run goes on.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Resumed {
+pub struct ResumedAt {
     /// Completed steps.
     pub step: u64,
     /// Impulse that crossed the interface so far, on the fluid and on the solid \[N s/m\].
@@ -85,7 +77,7 @@ pub struct Pace {
 /// Drives `participants` to the end of the run.
 ///
 /// Checkpoints
-/// are taken by `keeper` where all participants can save their state. A run that goes on starts at `resumed`.
+/// are taken by `scheduler` where all participants can save their state. A run that goes on starts at `resumed`.
 ///
 /// # Errors
 /// When an output cannot be written; the participants have been told to give up.
@@ -93,10 +85,10 @@ pub async fn drive(
     participants: &mut Participants,
     run: &RunSetup,
     pace: Pace,
-    resumed: Option<Resumed>,
+    resumed: Option<ResumedAt>,
     outputs: &Writer,
-    keeper: &mut Keeper,
-    wishes: &mut Receiver<StopWish>,
+    scheduler: &mut CheckpointScheduler,
+    stops: &mut Receiver<StopRequest>,
 ) -> Result<Ending, Failure> {
     let mut control = Control::new(participants.roles(), run, pace);
     control.can_save = participants.checkpoints;
@@ -107,8 +99,8 @@ pub async fn drive(
     if control.can_save {
         participants.command_all(Command::Hold);
     }
-    control.pace(participants, keeper);
-    let ending = control.run(participants, outputs, keeper, wishes).await;
+    control.pace(participants, scheduler);
+    let ending = control.run(participants, outputs, scheduler, stops).await;
     if ending.is_err() {
         participants.command_all(Command::Abort);
     }
@@ -188,8 +180,8 @@ impl Control {
         &mut self,
         participants: &mut Participants,
         outputs: &Writer,
-        keeper: &mut Keeper,
-        wishes: &mut Receiver<StopWish>,
+        scheduler: &mut CheckpointScheduler,
+        stops: &mut Receiver<StopRequest>,
     ) -> Result<Ending, Failure> {
         let mut since = None;
         while !self.running.is_empty() {
@@ -202,38 +194,38 @@ impl Control {
                 biased;
                 // First: whoever was stopped himself must know it before he takes others for silent.
                 _ = self.ticks.tick() => self.tick(participants),
-                Some(wish) = wishes.recv() => self.wish(wish, participants, keeper),
-                written = keeper.written() => written?,
+                Some(request) = stops.recv() => self.stop(request, participants, scheduler),
+                written = scheduler.written() => written?,
                 news = participants.next_news() => {
                     let Some((role, news)) = news else { break };
                     match news {
-                        Ok(News::Event(event)) => self.event(role, *event, participants, outputs, keeper).await?,
-                        Ok(News::Checkpoint(side)) => self.saved(*side, participants, outputs, keeper).await?,
+                        Ok(News::Event(event)) => self.event(role, *event, participants, outputs, scheduler).await?,
+                        Ok(News::Checkpoint(side)) => self.saved(*side, participants, outputs, scheduler).await?,
                         Err(failure) => self.lost(role, failure, participants),
                     }
                 }
                 () = tokio::time::sleep_until(last_word.into()), if given_up => break,
             }
         }
-        keeper.finish().await?;
+        scheduler.finish().await?;
         Ok(self.ending())
     }
 
     /// Grants what may be granted, or asks for what is due at the boundary where all wait.
-    fn pace(&mut self, participants: &Participants, keeper: &mut Keeper) {
+    fn pace(&mut self, participants: &Participants, scheduler: &mut CheckpointScheduler) {
         if self.taking.is_some() || self.stop_sent || self.failure.is_some() || !self.faults.is_empty() {
             return;
         }
         let completed = self.lockstep.completed();
-        self.wanted |= self.can_save && keeper.due_by_clock();
+        self.wanted |= self.can_save && scheduler.due_by_clock();
         let all_hold = self.held.len() == self.running.len() && self.held.values().all(|at| *at == completed);
         if all_hold || completed == self.granted {
             let ends = all_hold || self.stopping;
-            let due = ends || self.wanted || keeper.due_at(completed);
+            let due = ends || self.wanted || scheduler.due_at(completed);
             if self.can_save && due && completed > 0 {
                 self.wanted = false;
                 self.taking = Some(Taking { step: completed, sides: Vec::new() });
-                keeper.asked();
+                scheduler.asked();
                 participants.ask_for_checkpoints(completed);
                 return;
             }
@@ -245,7 +237,7 @@ impl Control {
         }
         let closing = self.stopping || self.wanted || !self.held.is_empty();
         if !closing && completed + self.window / 2 >= self.granted {
-            let bound = if self.can_save { keeper.bound(completed) } else { u64::MAX };
+            let bound = if self.can_save { scheduler.bound(completed) } else { u64::MAX };
             let granted = (completed + self.window).min(bound);
             if granted > self.granted {
                 self.granted = granted;
@@ -260,7 +252,7 @@ impl Control {
         side: CheckpointData,
         participants: &Participants,
         outputs: &Writer,
-        keeper: &mut Keeper,
+        scheduler: &mut CheckpointScheduler,
     ) -> Result<(), Failure> {
         let Some(taking) = self.taking.as_mut() else { return Ok(()) };
         if side.header.step != taking.step {
@@ -277,15 +269,15 @@ impl Control {
         }
         let Some(Taking { step, mut sides }) = self.taking.take() else { return Ok(()) };
         sides.sort_by_key(|side| side.header.role);
-        keeper.keep(step, sides, outputs).await?;
+        scheduler.keep(step, sides, outputs).await?;
         if self.stopping || !self.held.is_empty() {
             // A run that ends has its checkpoint on the disk before anything else happens.
-            keeper.finish().await?;
+            scheduler.finish().await?;
             self.stop_sent = true;
             participants.command_all(Command::Stop);
             return Ok(());
         }
-        self.pace(participants, keeper);
+        self.pace(participants, scheduler);
         Ok(())
     }
 
@@ -300,11 +292,16 @@ impl Control {
         self.find_stalled(participants);
     }
 
-    fn wish(&mut self, wish: StopWish, participants: &Participants, keeper: &mut Keeper) {
+    fn stop(
+        &mut self,
+        request: StopRequest,
+        participants: &Participants,
+        scheduler: &mut CheckpointScheduler,
+    ) {
         self.stopping = true;
-        match wish {
-            StopWish::AtBoundary => self.pace(participants, keeper),
-            StopWish::Now => {
+        match request {
+            StopRequest::AtBoundary => self.pace(participants, scheduler),
+            StopRequest::Now => {
                 self.fail(Failure::new(
                     Kind::Stopped,
                     "given up at the second signal; outputs end where they are",
@@ -320,7 +317,7 @@ impl Control {
         event: Event,
         participants: &Participants,
         outputs: &Writer,
-        keeper: &mut Keeper,
+        scheduler: &mut CheckpointScheduler,
     ) -> Result<(), Failure> {
         match event {
             Event::Step(report) => {
@@ -332,11 +329,11 @@ impl Control {
                     let whose = side.map(|role| format!(" of the {role}")).unwrap_or_default();
                     self.breached(Failure::new(Kind::Ledger, format!("{breach}{whose}")), participants);
                 }
-                self.pace(participants, keeper);
+                self.pace(participants, scheduler);
             }
             Event::Held(held) => {
                 self.held.insert(role, held.step);
-                self.pace(participants, keeper);
+                self.pace(participants, scheduler);
             }
             // Servers answer beside their events, threads by `News::Checkpoint`.
             Event::Checkpoint(_) => {}

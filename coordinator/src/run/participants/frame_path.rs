@@ -1,4 +1,4 @@
-//! What stands between the solvers of a run: nothing, a relay, or a recording in the place of one of them.
+//! The path of the half-step frames between the solvers: direct, through a relay, or from a recording.
 
 use std::net::SocketAddr;
 
@@ -10,21 +10,21 @@ use proto::relay::FrameRelay;
 use proto::security::{ClientSecurity, ServerSecurity};
 use sph::solver::Role;
 
+use super::server::RemoteParticipant;
 use crate::failure::Failure;
-use crate::run::participants::remote::RemoteParticipant;
 
-/// The way of the half-step frames between fluid and solid.
-pub enum Between<'a> {
+/// The planned path of the half-step frames between fluid and solid.
+pub enum FramePath<'a> {
     /// From one server to the other.
     Direct,
     /// Through this process.
-    Relay(Relayed<'a>),
+    Relay(RelayPlan<'a>),
     /// Those of one side come from a recording.
     Recording(Recording),
 }
 
 /// How frames are relayed.
-pub struct Relayed<'a> {
+pub struct RelayPlan<'a> {
     /// Where the fluid calls.
     pub listen: SocketAddr,
     /// For the call of the fluid, and for that to the solid.
@@ -41,8 +41,8 @@ pub struct Relayed<'a> {
     pub epoch: u32,
 }
 
-/// What stands between the solvers of a run, or in the place of one; ends with the run.
-pub(crate) enum Go {
+/// The path in use; it ends with the run.
+pub(crate) enum OpenPath {
     Direct,
     Relay { relay: FrameRelay },
     Player(Player),
@@ -54,7 +54,7 @@ impl From<RecordingError> for Failure {
     }
 }
 
-impl Relayed<'_> {
+impl RelayPlan<'_> {
     /// Starts the relay of `fluid` and `solid`, which have been opened.
     pub(crate) async fn start(
         &self,

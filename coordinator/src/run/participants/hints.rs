@@ -1,4 +1,6 @@
-//! What to do when a server does not answer as a solver of the run.
+//! What to do after a failure: about a server that does not answer as a solver of the run, and how to continue.
+
+use std::path::Path;
 
 use proto::security::ClientSecurity;
 use proto::{RpcCode, RpcError};
@@ -57,4 +59,9 @@ pub(crate) fn of_secrets(error: &RpcError, security: &ClientSecurity) -> Option<
     } else {
         return None;
     })
+}
+
+/// The command that continues the run in `folder`.
+pub(crate) fn resume_command(folder: &Path) -> String {
+    format!("coordinator resume {}", folder.display())
 }

@@ -7,6 +7,8 @@ pub mod in_process;
 pub mod launch;
 mod logs;
 pub mod remote;
+pub mod restore;
+pub mod server;
 pub mod threads;
 
 use std::sync::mpsc;
@@ -21,15 +23,15 @@ use tokio::sync::watch;
 
 use crate::failure::{Failure, Kind};
 
-/// The way to one participant.
-pub enum CommandLine {
+/// Where commands to one participant go.
+pub enum CommandChannel {
     /// A thread of this process.
     Thread(mpsc::Sender<Command>),
     /// A server.
     Server(CommandSender, Box<ParticipantClient>),
 }
 
-/// What is heard of a participant.
+/// What a participant reports.
 pub enum News {
     /// An event of its run.
     Event(Box<Event>),
@@ -42,9 +44,9 @@ pub type NewsResult = Result<News, Failure>;
 
 /// All participants of a run.
 pub struct Participants {
-    lines: Vec<(Role, CommandLine)>,
+    lines: Vec<(Role, CommandChannel)>,
     news: Receiver<(Role, NewsResult)>,
-    told: Sender<(Role, NewsResult)>,
+    sender: Sender<(Role, NewsResult)>,
     /// Where signs of life of servers appear.
     beats: Vec<(Role, watch::Receiver<Option<Beat>>)>,
     /// Whether all of them can save their state.
@@ -52,14 +54,14 @@ pub struct Participants {
 }
 
 impl Participants {
-    /// Participants that are reached by `lines` and heard through `news`, whose other end is `told`.
+    /// Participants that are reached by `lines` and heard through `news`, whose other end is `sender`.
     pub fn new(
-        lines: Vec<(Role, CommandLine)>,
+        lines: Vec<(Role, CommandChannel)>,
         news: Receiver<(Role, NewsResult)>,
-        told: Sender<(Role, NewsResult)>,
+        sender: Sender<(Role, NewsResult)>,
         checkpoints: bool,
     ) -> Self {
-        Self { lines, news, told, beats: Vec::new(), checkpoints }
+        Self { lines, news, sender, beats: Vec::new(), checkpoints }
     }
 
     /// These, which are servers with the signs of life that appear in `beats`.
@@ -81,8 +83,8 @@ impl Participants {
     pub fn command_all(&self, command: Command) {
         for (_, line) in &self.lines {
             match line {
-                CommandLine::Thread(sender) => drop(sender.send(command)),
-                CommandLine::Server(sender, _) => drop(sender.send(command)),
+                CommandChannel::Thread(sender) => drop(sender.send(command)),
+                CommandChannel::Server(sender, _) => drop(sender.send(command)),
             }
         }
     }
@@ -91,16 +93,16 @@ impl Participants {
     pub fn ask_for_checkpoints(&self, step: u64) {
         for (role, line) in &self.lines {
             match line {
-                CommandLine::Thread(sender) => drop(sender.send(Command::Checkpoint)),
-                CommandLine::Server(_, client) => {
-                    let (role, mut client, told) = (*role, client.as_ref().clone(), self.told.clone());
+                CommandChannel::Thread(sender) => drop(sender.send(Command::Checkpoint)),
+                CommandChannel::Server(_, client) => {
+                    let (role, mut client, sender) = (*role, client.as_ref().clone(), self.sender.clone());
                     tokio::spawn(async move {
                         let answer = client.checkpoint(step).await;
                         let news = answer
                             .map(|data| News::Checkpoint(Box::new(data)))
                             .map_err(|e| Failure::new(Kind::Lost, e.to_string()));
                         // A run that is over needs no checkpoint.
-                        drop(told.send((role, news)).await);
+                        drop(sender.send((role, news)).await);
                     });
                 }
             }

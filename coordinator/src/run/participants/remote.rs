@@ -3,26 +3,25 @@
 use std::path::Path;
 use std::time::Duration;
 
-use proto::checkpoint::CheckpointData;
-use proto::client::{Deadlines, ParticipantClient, RunAccess};
-use proto::description::{Description, LinkPlan, OpenReport, Partner};
+use proto::client::{Deadlines, RunAccess};
+use proto::description::{LinkPlan, Partner};
+use proto::handshake;
 use proto::player::Replayed;
 use proto::security::{ClientFiles, ClientSecurity};
-use proto::{RpcCode, RpcError, handshake};
 use sph::audit::PartnerParticles;
 use sph::exchange::Extent;
 use sph::setup::{CouplingKind, ParticipantSetup, SolidSetup};
 use sph::solver::Role;
 use tokio::sync::mpsc;
 
-use crate::checkpoint::RunCheckpoint;
+use super::frame_path::{FramePath, OpenPath};
+use super::launch::{Launch, Server, Source};
+use super::restore::Restore;
+use super::server::{RemoteParticipant, at_start, describe};
+use super::threads::Threads;
+use super::{CommandChannel, News, NewsResult, Participants, hints};
 use crate::failure::{Failure, Kind};
-use crate::results::process::Process;
-use crate::run::participants::frame_path::{Between, Go};
-use crate::run::participants::hints;
-use crate::run::participants::launch::{Launch, Server, Source};
-use crate::run::participants::threads::Threads;
-use crate::run::participants::{CommandLine, News, NewsResult, Participants};
+use crate::messages::Messages;
 use crate::run::trace;
 
 /// Events that may wait for the coordinator.
@@ -43,14 +42,16 @@ pub struct Start<'a> {
     pub deadlines: Deadlines,
     /// How servers are known and know this program.
     pub security: &'a ClientFiles,
-    /// Where the run goes on.
-    pub resume: Option<Resume<'a>>,
+    /// Where the run continues.
+    pub restore: Option<Restore<'a>>,
     /// Counts the attempts at the run from 0.
     pub attempt: usize,
-    /// The way of the frames.
-    pub between: Between<'a>,
+    /// The path of the frames.
+    pub frame_path: FramePath<'a>,
     /// Folder for their parts of a trace, where one is wanted.
     pub trace: Option<&'a Path>,
+    /// What is printed.
+    pub messages: Messages,
 }
 
 /// What a server is started for.
@@ -65,7 +66,7 @@ pub struct Plan {
 pub struct Remote {
     /// Servers in the order of the plans.
     pub servers: Vec<RemoteParticipant>,
-    go_between: Go,
+    frame_path: OpenPath,
 }
 
 fn role_of(setup: &ParticipantSetup) -> Role {
@@ -87,7 +88,7 @@ impl Remote {
         let access = RunAccess::new(&holder)?;
         let security = ClientSecurity::load(with.security).map_err(Failure::input)?;
         for warning in security.warnings().iter().filter(|_| with.attempt == 0) {
-            terminal::note(format_args!("warning: {warning}"));
+            with.messages.warning(warning);
         }
         let mut servers = Vec::new();
         for plan in &plans {
@@ -101,7 +102,7 @@ impl Remote {
                 trace: part.as_deref(),
             };
             let mut server = Server::start(role, &plan.source, launch).await?;
-            match described(&server, with.deadlines).await {
+            match describe(&server, with.deadlines).await {
                 Ok((client, description)) => servers.push((server, client, description)),
                 Err(error) => return Err(hints::unreachable(error, &mut server).await),
             }
@@ -123,49 +124,49 @@ impl Remote {
         let mut opened = Vec::new();
         for (plan, (server, mut client, description)) in plans.iter().zip(servers) {
             let role = role_of(&plan.setup);
-            let side = with.resume.map(|resume| resume.side_for(role, &description)).transpose()?;
+            let side = with.restore.map(|restore| restore.side_for(role, &description)).transpose()?;
             let saves = description.capabilities.checkpoint;
             let mut report = client.open(&plan.setup, &access).await.map_err(|e| at_start(role, e))?;
-            if let (Some(side), Some(resume)) = (side, with.resume) {
-                let restored = client.restore(&side, resume.epoch).await.map_err(|e| at_start(role, e))?;
+            if let (Some(side), Some(restore)) = (side, with.restore) {
+                let restored = client.restore(&side, restore.epoch).await.map_err(|e| at_start(role, e))?;
                 report.extent = restored.extent;
                 report.time_step_limit = restored.time_step_limit;
             }
             opened.push(RemoteParticipant { report, server, client, saves });
         }
-        let mut remote = Self { servers: opened, go_between: Go::Direct };
+        let mut remote = Self { servers: opened, frame_path: OpenPath::Direct };
         let solid = plans.iter().find_map(|plan| match &plan.setup {
             ParticipantSetup::Solid(setup) => Some(setup),
             ParticipantSetup::Fluid(_) => None,
         });
-        if let Err(failure) = remote.link(solid, with.between, &access, &security).await {
+        if let Err(failure) = remote.link(solid, with.frame_path, &access, &security).await {
             remote.end().await;
             return Err(failure);
         }
         Ok(remote)
     }
 
-    /// The way of the frames, in words.
+    /// The path of the frames, in words.
     pub fn frames(&self) -> String {
-        match &self.go_between {
-            Go::Direct => "directly between the solvers".into(),
-            Go::Relay { relay } => format!("relayed by the coordinator at {}", relay.address()),
-            Go::Player(_) => "those of the partner from a recording".into(),
+        match &self.frame_path {
+            OpenPath::Direct => "directly between the solvers".into(),
+            OpenPath::Relay { relay } => format!("relayed by the coordinator at {}", relay.address()),
+            OpenPath::Player(_) => "those of the partner from a recording".into(),
         }
     }
 
     /// What came of a replay so far; `None` for a run of its own.
     pub fn replayed(&self) -> Option<Replayed> {
-        match &self.go_between {
-            Go::Player(player) => Some(player.replayed()),
-            Go::Direct | Go::Relay { .. } => None,
+        match &self.frame_path {
+            OpenPath::Player(player) => Some(player.replayed()),
+            OpenPath::Direct | OpenPath::Relay { .. } => None,
         }
     }
 
     async fn link(
         &mut self,
         solid_setup: Option<&SolidSetup>,
-        between: Between<'_>,
+        path: FramePath<'_>,
         access: &RunAccess,
         security: &ClientSecurity,
     ) -> Result<(), Failure> {
@@ -190,11 +191,11 @@ impl Remote {
             }
         }
         match self.servers.as_mut_slice() {
-            [alone] => match between {
-                Between::Recording(recording) => {
-                    self.go_between = Go::Player(alone.replay(recording, access, security).await?);
+            [alone] => match path {
+                FramePath::Recording(recording) => {
+                    self.frame_path = OpenPath::Player(alone.replay(recording, access, security).await?);
                 }
-                Between::Direct | Between::Relay(_) => {
+                FramePath::Direct | FramePath::Relay(_) => {
                     alone.client.link(&plan(Extent::default(), Partner::Alone)).await?
                 }
             },
@@ -209,10 +210,10 @@ impl Remote {
                 let listens = plan(fluid.report.extent.clone(), Partner::Listen);
                 solid.client.link(&listens).await.map_err(|e| at_start(Role::Solid, e))?;
                 let mut dialled = solid.server.address.clone();
-                if let Between::Relay(relayed) = between {
+                if let FramePath::Relay(relayed) = path {
                     let relay = relayed.start(fluid, solid, first_limit).await?;
                     dialled = relay.address();
-                    self.go_between = Go::Relay { relay };
+                    self.frame_path = OpenPath::Relay { relay };
                 }
                 let dials = LinkPlan {
                     partner_particles: solid_setup.map(PartnerParticles::of),
@@ -236,7 +237,7 @@ impl Remote {
         for server in &mut self.servers {
             let role = server.report.role;
             let (commands, mut incoming) = server.client.run().await.map_err(|e| at_start(role, e))?;
-            lines.push((role, CommandLine::Server(commands, Box::new(server.client.clone()))));
+            lines.push((role, CommandChannel::Server(commands, Box::new(server.client.clone()))));
             beats.push((role, incoming.beats()));
             let events = events.clone();
             tokio::spawn(async move {

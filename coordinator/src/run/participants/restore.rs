@@ -7,9 +7,9 @@ use sph::solver::Role;
 use crate::checkpoint::RunCheckpoint;
 use crate::failure::Failure;
 
-/// Where a run goes on.
+/// The checkpoint from which a run continues.
 #[derive(Clone, Copy)]
-pub struct Resume<'a> {
+pub struct Restore<'a> {
     /// State of both sides.
     pub checkpoint: &'a RunCheckpoint,
     /// Counts the times that the run was restored, from 1.
@@ -18,7 +18,7 @@ pub struct Resume<'a> {
     pub accept_other_build: bool,
 }
 
-impl Resume<'_> {
+impl Restore<'_> {
     /// The state of `role`, as the solver that `description` describes may take it over.
     ///
     /// # Errors

@@ -37,7 +37,7 @@ impl RemoteParticipant {
 }
 
 /// A connection to `server`, and what it says of itself.
-pub(super) async fn described(
+pub(super) async fn describe(
     server: &Server,
     deadlines: Deadlines,
 ) -> Result<(ParticipantClient, Description), RpcError> {

@@ -1,4 +1,4 @@
-//! The way of the half-step frames of a run.
+//! Which path the half-step frames of a run take.
 
 use std::net::SocketAddr;
 
@@ -6,35 +6,39 @@ use proto::recording::Recording;
 use proto::security::ServerSecurity;
 use sph::setup::CouplingKind;
 
-use super::{Attempt, Job, completion};
+use super::attempt::Attempt;
+use super::completion;
+use super::job::Job;
+use super::participants::frame_path::{FramePath, RelayPlan};
+use super::request::{RelayOptions, ServerOptions};
 use crate::failure::Failure;
-use crate::run::participants::frame_path::{Between, Relayed};
 
 impl Attempt<'_> {
-    /// The way between the sides, and the kinds of coupling that it allows.
-    pub(super) fn between(
+    /// The path between the sides, and the kinds of coupling that it allows.
+    pub(super) fn frame_path(
         &self,
+        servers: &ServerOptions,
         kinds: Vec<CouplingKind>,
-    ) -> Result<(Between<'_>, Vec<CouplingKind>), Failure> {
-        let Job { case, options, alone, .. } = self.job;
-        if let Some((_, path)) = alone {
-            let recording = Recording::open(path)?;
+    ) -> Result<(FramePath<'_>, Vec<CouplingKind>), Failure> {
+        let Job { case, replay, .. } = self.job;
+        if let Some(replay) = replay {
+            let recording = Recording::open(&replay.recording)?;
             let recorded = recording.attempts().iter().map(|attempt| attempt.coupling_kind).collect();
-            return Ok((Between::Recording(recording), recorded));
+            return Ok((FramePath::Recording(recording), recorded));
         }
-        let relayed = options.relay || options.record.is_some() || options.relay_listen.is_some();
-        if !(relayed || case.is_relayed()) {
-            return Ok((Between::Direct, kinds));
-        }
-        let files = options.security.over(&case.servers.files);
+        let default = case.is_relayed().then(RelayOptions::default);
+        let Some(relay) = servers.relay.clone().or(default) else {
+            return Ok((FramePath::Direct, kinds));
+        };
+        let files = servers.files(&case.servers.files);
         let security = Box::new(ServerSecurity::between(&files).map_err(Failure::input)?);
-        let listen = options.relay_listen.unwrap_or_else(|| SocketAddr::from(([127, 0, 0, 1], 0)));
+        let listen = relay.listen.unwrap_or_else(|| SocketAddr::from(([127, 0, 0, 1], 0)));
         if listen.ip().is_unspecified() {
             return Err(Failure::input(format!(
                 "`--relay-listen {listen}`: names no address that the fluid server could call; give one of this machine"
             )));
         }
-        if !(listen.ip().is_loopback() || security.has_tls() || options.relay_insecure) {
+        if !(listen.ip().is_loopback() || security.has_tls() || relay.insecure) {
             return Err(Failure::input(format!(
                 "`--relay-listen {listen}` reaches beyond this machine, where frames would travel in the clear; give a \
                  certificate that names this address (`--tls-ca`, `--tls-cert`, `--tls-key`), or add `--relay-insecure` to \
@@ -42,7 +46,7 @@ impl Attempt<'_> {
             )));
         }
         Ok((
-            Between::Relay(Relayed {
+            FramePath::Relay(RelayPlan {
                 listen,
                 security,
                 recording: self.recording,

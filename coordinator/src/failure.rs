@@ -96,9 +96,9 @@ impl Failure {
         Self { kind, message: quote::clean(&message.into()).into_owned(), styled: None }
     }
 
-    /// Mistakes of a case file.
-    pub fn mistakes(errors: &CaseErrors) -> Self {
-        // Both forms are clean already, and a list of mistakes may have long lines.
+    /// Errors of a case file.
+    pub fn case_errors(errors: &CaseErrors) -> Self {
+        // Both forms are clean already, and a list of errors may have long lines.
         Self { kind: Kind::Input, message: errors.to_string(), styled: Some(errors.render(true)) }
     }
 

@@ -2,13 +2,13 @@
 //!
 //! A file is read into [`file::CaseFile`], which holds what was written with every default filled in. [`load`] lays
 //! out its particles and checks everything across tables; the [`Case`] that results is never checked again.
-//! All mistakes of a file are reported at once, see [`CaseErrors`].
+//! All errors of a file are reported at once, see [`CaseErrors`].
 
 mod effort;
+mod errors;
 pub mod file;
 mod files;
 pub mod limits;
-mod mistakes;
 mod names;
 mod notation;
 mod opening;
@@ -27,18 +27,18 @@ use proto::security::ClientFiles;
 use sph::setup::{Coupling, CouplingKind, FluidSetup, InterfaceLaw, OutputPlan, RunSetup, SolidSetup};
 use sph::solver::Role;
 
+pub use errors::{CaseError, CaseErrors, Place, Position};
 pub use files::LARGEST_FILE;
-pub use mistakes::{CaseErrors, Mistake, Place, Position};
 pub use names::Probes;
 pub use restart::Loader;
 pub use scene::MOST_PARTICLES;
 pub use summary::{Count, Stabiliser, Summary};
 
+use errors::ErrorList;
 use file::CaseFile;
 use file::interface::FramePath;
 use file::run::{SIDES, Side};
 use file::wall::WallKind;
-use mistakes::Mistakes;
 use reader::{Choice, Table};
 use scene::Scene;
 
@@ -103,7 +103,7 @@ pub struct Outputs {
 /// Reads and checks the case file at `path`; `final_state` reads the final states that it may start from.
 ///
 /// # Errors
-/// All mistakes of the file.
+/// All errors of the file.
 pub fn load(path: &Path, final_state: Loader<'_>) -> Result<Case, CaseErrors> {
     let shown = path.display().to_string();
     let text = files::read_text(path).map_err(|problem| {
@@ -117,25 +117,25 @@ pub fn load(path: &Path, final_state: Loader<'_>) -> Result<Case, CaseErrors> {
 /// `directory`, and `final_state` reads the final states that it may start from.
 ///
 /// # Errors
-/// All mistakes of the text.
+/// All errors of the text.
 pub fn parse(text: &str, name: &str, directory: &Path, final_state: Loader<'_>) -> Result<Case, CaseErrors> {
-    let mistakes = Mistakes::default();
-    match build(text, directory, final_state, &mistakes) {
-        Some(case) if mistakes.count() == 0 => Ok(case),
-        _ => Err(mistakes.into_errors(name.to_owned(), text.to_owned())),
+    let errors = ErrorList::default();
+    match build(text, directory, final_state, &errors) {
+        Some(case) if errors.count() == 0 => Ok(case),
+        _ => Err(errors.into_errors(name.to_owned(), text.to_owned())),
     }
 }
 
-fn build(text: &str, directory: &Path, final_state: Loader<'_>, mistakes: &Mistakes) -> Option<Case> {
-    let document = notation::parse(text, mistakes)?;
-    let mut file = CaseFile::read(Table::root(document.get_ref(), text, directory, mistakes));
+fn build(text: &str, directory: &Path, final_state: Loader<'_>, errors: &ErrorList) -> Option<Case> {
+    let document = notation::parse(text, errors)?;
+    let mut file = CaseFile::read(Table::root(document.get_ref(), text, directory, errors));
     file.fill_in_defaults();
-    names::check_unique(&file, mistakes);
-    let mut scene = scene::build(&file, mistakes);
-    if mistakes.count() == 0 {
-        restart::apply(&file, &mut scene, final_state, mistakes);
+    names::check_unique(&file, errors);
+    let mut scene = scene::build(&file, errors);
+    if errors.count() == 0 {
+        restart::apply(&file, &mut scene, final_state, errors);
     }
-    let probes = names::probes(&file, &scene, mistakes);
+    let probes = names::probes(&file, &scene, errors);
     let case = Case {
         name: file.name.value.clone(),
         servers: Servers {
@@ -152,9 +152,9 @@ fn build(text: &str, directory: &Path, final_state: Loader<'_>, mistakes: &Mista
         scene,
         probes,
     };
-    case.check_time_step(mistakes);
-    if mistakes.count() == 0 {
-        case.check_opening(mistakes);
+    case.check_time_step(errors);
+    if errors.count() == 0 {
+        case.check_opening(errors);
     }
     Some(case)
 }

@@ -1,4 +1,4 @@
-//! Typed reading of TOML tables that collects every mistake instead of stopping at the first.
+//! Typed reading of TOML tables that collects every error instead of stopping at the first.
 //!
 //! A key that was asked for is known; [`Table::finish`] reports the others. A value that is missing or wrong is
 //! reported and replaced by a fallback, so that reading goes on; nothing is built from such a table later.
@@ -11,7 +11,7 @@ use std::path::Path;
 
 use toml::de::{DeTable, DeValue};
 
-use super::mistakes::{Mistake, Mistakes, Place, suggest, suggestion};
+use super::errors::{CaseError, ErrorList, Place, suggest, suggestion};
 pub use value::{Allowed, At, Choice, SOUND, Written, is_bounded, is_sound};
 
 /// Longest list read from a file; anything longer is refused before it is looked at.
@@ -19,7 +19,7 @@ pub const LONGEST_LIST: usize = 10_000;
 
 /// A table of the file while it is read.
 pub struct Table<'t> {
-    mistakes: &'t Mistakes,
+    errors: &'t ErrorList,
     /// Folder of the case file, against which file names are resolved.
     pub directory: &'t Path,
     source: &'t str,
@@ -27,8 +27,8 @@ pub struct Table<'t> {
     place: Place,
     known: Vec<&'static str>,
     missing: Vec<&'static str>,
-    /// Mistakes when the first key was read: tables of a list are made together and read one after the other.
-    mistakes_before: Option<usize>,
+    /// Errors when the first key was read: tables of a list are made together and read one after the other.
+    errors_before: Option<usize>,
     /// Missing keys when the table was given up.
     abandoned: Option<usize>,
 }
@@ -39,35 +39,35 @@ impl<'t> Table<'t> {
         entries: &'t DeTable<'t>,
         source: &'t str,
         directory: &'t Path,
-        mistakes: &'t Mistakes,
+        errors: &'t ErrorList,
     ) -> Self {
         // A missing key of the file itself is shown at its start.
         let place = Place { key: String::new(), span: Some(0..0) };
-        Self::at(mistakes, directory, source, Some(entries), place)
+        Self::at(errors, directory, source, Some(entries), place)
     }
 
     fn at(
-        mistakes: &'t Mistakes,
+        errors: &'t ErrorList,
         directory: &'t Path,
         source: &'t str,
         entries: Option<&'t DeTable<'t>>,
         place: Place,
     ) -> Self {
         Self {
-            mistakes,
+            errors,
             directory,
             source,
             entries,
             place,
             known: Vec::new(),
             missing: Vec::new(),
-            mistakes_before: None,
+            errors_before: None,
             abandoned: None,
         }
     }
 
     fn child(&self, entries: Option<&'t DeTable<'t>>, place: Place) -> Self {
-        Self::at(self.mistakes, self.directory, self.source, entries, place)
+        Self::at(self.errors, self.directory, self.source, entries, place)
     }
 
     /// Where the table stands.
@@ -75,14 +75,14 @@ impl<'t> Table<'t> {
         &self.place
     }
 
-    /// Where mistakes go.
-    pub fn mistakes(&self) -> &'t Mistakes {
-        self.mistakes
+    /// Where errors go.
+    pub fn errors(&self) -> &'t ErrorList {
+        self.errors
     }
 
-    /// Reports a mistake.
-    pub fn mistake(&self, mistake: Mistake) {
-        self.mistakes.add(mistake);
+    /// Reports an error.
+    pub fn error(&self, error: CaseError) {
+        self.errors.add(error);
     }
 
     /// Whether nothing was wrong in this table so far.
@@ -91,7 +91,7 @@ impl<'t> Table<'t> {
     }
 
     fn unharmed(&self) -> bool {
-        self.mistakes_before.is_none_or(|before| before == self.mistakes.count())
+        self.errors_before.is_none_or(|before| before == self.errors.count())
     }
 
     /// Whether the file names `key` here.
@@ -108,7 +108,7 @@ impl<'t> Table<'t> {
     /// The value of `key` as written.
     fn take(&mut self, key: &'static str) -> Option<(&'t DeValue<'t>, Place)> {
         self.known.push(key);
-        self.mistakes_before.get_or_insert(self.mistakes.count());
+        self.errors_before.get_or_insert(self.errors.count());
         let value = self.entries?.get(key)?;
         Some((value.get_ref(), Place { key: join(&self.place.key, key), span: Some(value.span()) }))
     }
@@ -155,14 +155,14 @@ impl<'t> Table<'t> {
             return None;
         };
         if !number.is_finite() || !allowed.holds(number) {
-            self.mistake(
-                Mistake::new(place, "out of range").value(self.written(place)).allowed(allowed.words),
+            self.error(
+                CaseError::new(place, "out of range").value(self.written(place)).allowed(allowed.words),
             );
             return None;
         }
         if !is_sound(number) {
-            let mistake = Mistake::new(place, "out of range").value(self.written(place));
-            self.mistake(mistake.allowed(format!("{}; {SOUND}", allowed.words)));
+            let error = CaseError::new(place, "out of range").value(self.written(place));
+            self.error(error.allowed(format!("{}; {SOUND}", allowed.words)));
             return None;
         }
         Some(number)
@@ -184,7 +184,7 @@ impl<'t> Table<'t> {
         let number = number.filter(|number| allowed.contains(number));
         if number.is_none() {
             let words = format!("a whole number from {} to {}", allowed.start, allowed.end - 1);
-            self.mistake(Mistake::new(&place, "out of range").value(self.written(&place)).allowed(words));
+            self.error(CaseError::new(&place, "out of range").value(self.written(&place)).allowed(words));
         }
         number
     }
@@ -270,8 +270,8 @@ impl<'t> Table<'t> {
         let good = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
         let written = !self.missing.iter().any(|key| name.place.key == join(&self.place.key, key));
         if written && (name.value.is_empty() || name.value.len() > 64 || !name.value.chars().all(good)) {
-            let mistake = Mistake::new(&name.place, "not a name").value(self.written(&name.place));
-            self.mistake(mistake.allowed("1 to 64 letters, digits, `_` or `-`"));
+            let error = CaseError::new(&name.place, "not a name").value(self.written(&name.place));
+            self.error(error.allowed("1 to 64 letters, digits, `_` or `-`"));
         }
     }
 
@@ -319,11 +319,11 @@ impl<'t> Table<'t> {
         };
         let found = options.iter().find(|(word, _)| *word == text);
         if found.is_none() {
-            let mistake = Mistake::new(&place, "unknown word").value(self.written(&place)).allowed(allowed);
+            let error = CaseError::new(&place, "unknown word").value(self.written(&place)).allowed(allowed);
             let hint = suggestion(text, words.iter().copied()).map(|word| format!("did you mean `{word}`?"));
-            self.mistake(match hint {
-                Some(hint) => mistake.hint(hint),
-                None => mistake,
+            self.error(match hint {
+                Some(hint) => error.hint(hint),
+                None => error,
             });
         }
         found.map(|(word, value)| Choice { word, value: value.clone(), place })
@@ -341,7 +341,7 @@ impl<'t> Table<'t> {
         for (item, place) in items {
             let Some(choice) = self.as_choice(item, place, options) else { continue };
             if found.iter().any(|earlier| earlier.word == choice.word) {
-                self.mistake(Mistake::new(&choice.place, "named twice").value(self.written(&choice.place)));
+                self.error(CaseError::new(&choice.place, "named twice").value(self.written(&choice.place)));
             }
             found.push(choice);
         }
@@ -350,7 +350,7 @@ impl<'t> Table<'t> {
 
     fn wrong_type(&self, value: &DeValue<'_>, place: &Place, allowed: &str) {
         let problem = format!("wrong type: {}", value.type_str());
-        self.mistake(Mistake::new(place, problem).value(self.written(place)).allowed(allowed));
+        self.error(CaseError::new(place, problem).value(self.written(place)).allowed(allowed));
     }
 
     /// The text of the file at `place`.
@@ -360,7 +360,7 @@ impl<'t> Table<'t> {
 
     /// Ends reading: reports missing and unknown keys. Whether nothing was wrong in this table or its children.
     pub fn finish(mut self) -> bool {
-        self.mistakes_before.get_or_insert(self.mistakes.count());
+        self.errors_before.get_or_insert(self.errors.count());
         // Of a table that was given up only the keys that were missing until then are known.
         let missing = &self.missing[..self.abandoned.unwrap_or(self.missing.len())];
         let mut meant = Vec::new();
@@ -370,8 +370,8 @@ impl<'t> Table<'t> {
                 continue;
             }
             let place = Place { key: String::new(), span: Some(key.span()) };
-            if self.mistakes.is_full() {
-                self.mistake(Mistake::new(&place, "unknown key"));
+            if self.errors.is_full() {
+                self.error(CaseError::new(&place, "unknown key"));
                 continue;
             }
             let unused: Vec<&str> = match self.abandoned {
@@ -384,13 +384,13 @@ impl<'t> Table<'t> {
             }
             meant.extend(suggested);
             let place = Place { key: join(&self.place.key, word), ..place };
-            let mistake = Mistake::new(&place, "unknown key").hint(suggest(word, &unused));
+            let error = CaseError::new(&place, "unknown key").hint(suggest(word, &unused));
             let is_table = value.get_ref().is_table();
-            self.mistake(if is_table { mistake } else { mistake.value(self.written(&self.place_of(word))) });
+            self.error(if is_table { error } else { error.value(self.written(&self.place_of(word))) });
         }
         for key in missing.iter().filter(|key| !meant.contains(key)) {
             let place = Place { key: join(&self.place.key, key), span: self.place.span.clone() };
-            self.mistake(Mistake::new(&place, "missing").hint(format!("add `{key}` here")));
+            self.error(CaseError::new(&place, "missing").hint(format!("add `{key}` here")));
         }
         self.unharmed()
     }

@@ -87,7 +87,7 @@ impl Checked {
     /// Counts, time steps, constants and warnings, in lines.
     pub fn text(&self) -> String {
         let summary = &self.summary;
-        let mut text = format!("{}: no mistakes\n\nparticles\n", summary.name);
+        let mut text = format!("{}: no errors\n\nparticles\n", summary.name);
         // Writing to a string cannot fail.
         let mut line = |line: String| {
             text.push_str(&quote::clean(&line));

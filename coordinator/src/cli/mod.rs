@@ -52,7 +52,7 @@ enum Command {
     /// Servers come from where the case says; thread counts and addresses may be others than before.
     #[command(after_help = exit_codes())]
     Resume(ResumeArguments),
-    /// Check a case without running it: mistakes, particle counts, time-step limits, forecast run time.
+    /// Check a case without running it: errors, particle counts, time-step limits, forecast run time.
     #[command(after_help = exit_codes())]
     Check(CheckArguments),
     /// Show what accuracy costs: runs cases with known answers over resolution, scheme and step, error against CPU time.
@@ -127,7 +127,7 @@ pub fn accepts(words: &[OsString]) -> Result<(), String> {
 }
 
 fn print_failure(failure: &Failure) -> ExitCode {
-    // A list of mistakes comes with its own marks.
+    // A list of errors comes with its own marks.
     let mark = if failure.message.starts_with("error") { "" } else { "error: " };
     terminal::note(format_args!("{mark}{}", failure.text(colour::on_stderr())));
     failure.exit_code()

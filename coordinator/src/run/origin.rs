@@ -27,7 +27,7 @@ pub struct Origin {
 /// Reads and checks the case file at `path`, with the states that it starts from.
 ///
 /// # Errors
-/// All mistakes of the file.
+/// All errors of the file.
 pub fn load(path: &Path) -> Result<(Case, Origin), Failure> {
     let origin = RefCell::new(Origin::default());
     let read = |path: &Path| {
@@ -37,7 +37,7 @@ pub fn load(path: &Path) -> Result<(Case, Origin), Failure> {
         origin.files.push(path.to_path_buf());
         Ok(state)
     };
-    let case = case::load(path, &read).map_err(|errors| Failure::mistakes(&errors))?;
+    let case = case::load(path, &read).map_err(|errors| Failure::case_errors(&errors))?;
     Ok((case, origin.into_inner()))
 }
 
@@ -45,7 +45,7 @@ pub fn load(path: &Path) -> Result<(Case, Origin), Failure> {
 /// must have `digests`.
 ///
 /// # Errors
-/// All mistakes of the file; a state that is not there or is another one.
+/// All errors of the file; a state that is not there or is another one.
 pub fn reload(directory: &OutputDirectory, digests: &OriginDigests) -> Result<Case, Failure> {
     let mut kept = Vec::new();
     for role in [Role::Fluid, Role::Solid] {
@@ -59,7 +59,7 @@ pub fn reload(directory: &OutputDirectory, digests: &OriginDigests) -> Result<Ca
             .map(|(_, state)| state.clone())
             .ok_or_else(|| "the checkpoint knows of no such state".to_owned())
     };
-    case::load(&directory.file(names::CASE), &read).map_err(|errors| Failure::mistakes(&errors))
+    case::load(&directory.file(names::CASE), &read).map_err(|errors| Failure::case_errors(&errors))
 }
 
 fn kept_state(directory: &OutputDirectory, role: Role, digest: &str) -> Result<ParticleFields, Failure> {

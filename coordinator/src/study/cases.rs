@@ -346,7 +346,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_member_is_a_case_without_mistakes_with_a_folder_of_its_own() {
+    fn every_member_is_a_case_without_errors_with_a_folder_of_its_own() {
         let mut labels = Vec::new();
         for (index, study) in ALL.iter().enumerate() {
             for member in Study::members(index, true).unwrap() {

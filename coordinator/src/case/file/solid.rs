@@ -11,7 +11,7 @@ use super::fluid::{DampingTable, FluidTable};
 use super::formula;
 use super::run::{AXES, MotionTable};
 use super::shape::ShapeTable;
-use crate::case::mistakes::Mistake;
+use crate::case::errors::CaseError;
 use crate::case::reader::{Allowed, At, Choice, Table, Written};
 
 /// `[solid]`.
@@ -104,8 +104,8 @@ impl SubstepsKey {
             Ok(count) => u32::try_from(count).ok()?,
         };
         if count % 2 != 0 {
-            let mistake = Mistake::new(&table.place_of("substeps"), "not an even number").value(count);
-            table.mistake(mistake.allowed("an even number from 2 to 10000, \"auto\" or \"none\""));
+            let error = CaseError::new(&table.place_of("substeps"), "not an even number").value(count);
+            table.error(error.allowed("an even number from 2 to 10000, \"auto\" or \"none\""));
             return None;
         }
         Some(Self::Count(count))
@@ -259,8 +259,8 @@ impl MaterialTable {
         let bulk_shear = ["bulk_modulus_pa", "shear_modulus_pa"].iter().any(|key| table.has(key));
         let young_poisson = ["young_modulus_pa", "poisson_ratio"].iter().any(|key| table.has(key));
         if bulk_shear && young_poisson {
-            let mistake = Mistake::new(table.place(), "names elastic constants of both pairs");
-            table.mistake(mistake.allowed(
+            let error = CaseError::new(table.place(), "names elastic constants of both pairs");
+            table.error(error.allowed(
                 "either `bulk_modulus_pa` and `shear_modulus_pa`, or `young_modulus_pa` and `poisson_ratio`",
             ));
             table.abandon();
@@ -435,8 +435,8 @@ impl LoadTable {
             table.has("pressure_pa").then(|| formula::read(&mut table, "pressure_pa", &Self::VARIABLES));
         let traction_pa = formula::read_pair(&mut table, "traction_pa", &Self::VARIABLES);
         if pressure_pa.is_some() == traction_pa.is_some() && table.intact() {
-            let mistake = Mistake::new(table.place(), "does not say what acts");
-            table.mistake(mistake.allowed("either `pressure_pa` or `traction_pa`"));
+            let error = CaseError::new(table.place(), "does not say what acts");
+            table.error(error.allowed("either `pressure_pa` or `traction_pa`"));
         }
         table.finish();
         Self { name, shape, pressure_pa, traction_pa }
@@ -479,8 +479,8 @@ impl SupportTable {
         let default = both();
         let held = table.words("held", &AXES);
         if held.as_ref().is_some_and(Vec::is_empty) && table.intact() {
-            let mistake = Mistake::new(&table.place_of("held"), "holds no component");
-            table.mistake(mistake.value("[]").allowed("[\"x\"], [\"y\"] or [\"x\", \"y\"]"));
+            let error = CaseError::new(&table.place_of("held"), "holds no component");
+            table.error(error.value("[]").allowed("[\"x\"], [\"y\"] or [\"x\", \"y\"]"));
         }
         let motion = MotionTable::read(&mut table);
         let release_time_s = table.optional_number("release_time_s", &Allowed::FINITE);

@@ -2,7 +2,7 @@
 
 use serde::{Serialize, Serializer};
 
-use crate::case::mistakes::Place;
+use crate::case::errors::Place;
 
 /// A value with its place in the file.
 #[derive(Clone, Debug)]

@@ -1,11 +1,11 @@
-//! Every kind of mistake is found where it stands, with what is allowed or what to do.
+//! Every kind of error is found where it stands, with what is allowed or what to do.
 
 use super::*;
 
-/// Reads [`TANK`] with `from` changed to `to`; the one mistake stands at `needle`, and its report holds all `words`.
+/// Reads [`TANK`] with `from` changed to `to`; the one error stands at `needle`, and its report holds all `words`.
 fn expect(from: &str, to: &str, needle: &str, words: &[&str]) {
     let text = tank_with(&[(from, to)]);
-    only_mistake(&text, needle);
+    only_error(&text, needle);
     let report = bad(&text).to_string();
     for word in words {
         assert!(report.contains(word), "`{word}` is missing in\n{report}");
@@ -104,18 +104,18 @@ fn names_that_are_doubled_or_refer_to_nothing() {
         ("\"plate\"\nat_m = [0.23, 0.15]", "\"block\"\nat_m = [0.1, 0.2]"),
     ]);
     let second = "\"block\"\nshape = { type = \"rectangle\", lower_m = [0.2";
-    assert!(only_mistake(&text, second).problem.contains("another body has this name"));
+    assert!(only_error(&text, second).problem.contains("another body has this name"));
     expect("name = \"gauge\"", "name = \"tip\"", "\"tip\"\ntype = \"fluid", &["another probe has this name"]);
     let reaction =
         "\n[[probe]]\nname = \"r\"\ntype = \"support-reaction\"\nbody = \"plate\"\nsupport = \"foot\"\n";
     let text = format!("{TANK}{reaction}");
-    assert!(only_mistake(&text, "\"foot\"").hint.is_some_and(|hint| hint.contains("clamp")));
+    assert!(only_error(&text, "\"foot\"").hint.is_some_and(|hint| hint.contains("clamp")));
     let force = "\n[[probe]]\nname = \"f\"\ntype = \"wall-force\"\nwall = \"bx\"\n";
     let text = format!("{TANK}{force}");
-    assert!(only_mistake(&text, "\"bx\"").hint.is_some_and(|hint| hint.contains("`box`")));
+    assert!(only_error(&text, "\"bx\"").hint.is_some_and(|hint| hint.contains("`box`")));
     let sums = "\n[[probe]]\nname = \"f\"\ntype = \"fluid-sums\"\nregion = \"watr\"\n";
     let text = format!("{TANK}{sums}");
-    assert!(only_mistake(&text, "\"watr\"").hint.is_some_and(|hint| hint.contains("`water`")));
+    assert!(only_error(&text, "\"watr\"").hint.is_some_and(|hint| hint.contains("`water`")));
 }
 
 #[test]
@@ -180,13 +180,13 @@ fn shapes_that_do_not_fit_together() {
     let blocks_shape =
         |text: &str| text.find("name = \"block\"").and_then(|at| text[at..].find(shape).map(|k| at + k));
     let text = tank_with(&[(block, "lower_m = [0.05, 0.25], upper_m = [0.11, 0.31]")]);
-    let mistake = only_mistake(&text, &text[blocks_shape(&text).unwrap()..]);
-    assert!(mistake.problem.contains("body `block` leaves the domain: 6 particles outside"), "{mistake:?}");
-    assert!(mistake.hint.is_some_and(|hint| hint.contains("enlarge `domain`")));
+    let error = only_error(&text, &text[blocks_shape(&text).unwrap()..]);
+    assert!(error.problem.contains("body `block` leaves the domain: 6 particles outside"), "{error:?}");
+    assert!(error.hint.is_some_and(|hint| hint.contains("enlarge `domain`")));
 
     let text = tank_with(&[(block, "lower_m = [0.16, 0.12], upper_m = [0.22, 0.18]")]);
-    let mistake = only_mistake(&text, "\"plate\"\nshape");
-    assert!(mistake.problem.contains("overlaps the body `block`"), "{mistake:?}");
+    let error = only_error(&text, "\"plate\"\nshape");
+    assert!(error.problem.contains("overlaps the body `block`"), "{error:?}");
 
     // A block that is not held sinks into the floor.
     let text = tank_with(&[
@@ -200,9 +200,9 @@ shape = { type = \"rectangle\", lower_m = [0.05, 0.0], upper_m = [0.11, 0.02] }
 [[solid.body.support]]",
         ),
     ]);
-    let mistake = only_mistake(&text, "\"block\"");
-    assert!(mistake.problem.contains("overlaps the wall `sill`"), "{mistake:?}");
-    assert!(mistake.hint.is_some_and(|hint| hint.contains("hold the part inside with a support")));
+    let error = only_error(&text, "\"block\"");
+    assert!(error.problem.contains("overlaps the wall `sill`"), "{error:?}");
+    assert!(error.hint.is_some_and(|hint| hint.contains("hold the part inside with a support")));
 
     expect(
         "name = \"water\"",
@@ -228,8 +228,8 @@ shape = { type = \"rectangle\", lower_m = [0.05, 0.0], upper_m = [0.11, 0.02] }
 fn shapes_that_hold_nothing() {
     let clamp = "lower_m = [0.2, -0.03], upper_m = [0.26, 0.0]";
     let text = tank_with(&[(clamp, "lower_m = [0.3, -0.03], upper_m = [0.36, 0.0]")]);
-    let mistake = only_mistake(&text, "{ type = \"rectangle\", lower_m = [0.3, -0.03]");
-    assert!(mistake.problem.contains("support `clamp` holds no particle of `plate`"));
+    let error = only_error(&text, "{ type = \"rectangle\", lower_m = [0.3, -0.03]");
+    assert!(error.problem.contains("support `clamp` holds no particle of `plate`"));
 
     expect(
         "upper_m = [0.4, 0.1]",
@@ -248,15 +248,15 @@ fn shapes_that_hold_nothing() {
         "lower_m = [0.05, 0.15], upper_m = [0.11, 0.21]",
         "lower_m = [0.05, 0.15], upper_m = [0.06, 0.21]",
     )]);
-    assert!(only_mistake(&thin, "\"block\"").problem.contains("1 particle across"));
+    assert!(only_error(&thin, "\"block\"").problem.contains("1 particle across"));
 }
 
 #[test]
 fn two_supports_of_one_particle() {
     let second = "[[solid.body.support]]\nname = \"roller\"\nheld = [\"x\"]\nshape = { type = \"rectangle\", lower_m = [0.19, -0.01], upper_m = [0.3, 0.01] }\n[[wall]]";
     let text = tank_with(&[("[[wall]]", second)]);
-    let mistake = only_mistake(&text, "{ type = \"rectangle\", lower_m = [0.19");
-    assert!(mistake.problem.contains("`clamp` holds already"), "{mistake:?}");
+    let error = only_error(&text, "{ type = \"rectangle\", lower_m = [0.19");
+    assert!(error.problem.contains("`clamp` holds already"), "{error:?}");
     let text = tank_with(&[("[[wall]]", &second.replace("[\"x\"]", "[]"))]);
     assert!(bad(&text).to_string().contains("holds no component"));
 }
@@ -276,27 +276,27 @@ fn probes_outside() {
         &["outside the body `plate`", "0.01 m"],
     );
     let text = format!("{TANK}\n[[probe]]\nname = \"level\"\ntype = \"water-level\"\nx_m = 0.5\n");
-    assert!(only_mistake(&text, "0.5\n").problem.contains("outside the domain"));
+    assert!(only_error(&text, "0.5\n").problem.contains("outside the domain"));
 }
 
 #[test]
 fn probes_of_a_side_that_is_not_there() {
     let fluid_only = &TANK[..TANK.find("[solid]").unwrap()];
     let text = format!("{fluid_only}[[probe]]\nname = \"m\"\ntype = \"body-motion\"\nbody = \"plate\"\n");
-    let mistake = only_mistake(&text, "\"body-motion\"");
-    assert!(mistake.problem.contains("the case has no `solid`"), "{mistake:?}");
+    let error = only_error(&text, "\"body-motion\"");
+    assert!(error.problem.contains("the case has no `solid`"), "{error:?}");
 }
 
 #[test]
 fn time_step_above_the_limit() {
     // c_L = √((20 + 4/3·4.27) MPa/1100) = 152.8 m/s, h = 13 mm: 8.506e-5 s.
     let text = tank_with(&[("time_step_s = 1e-5", "time_step_s = 1e-4")]);
-    let mistake = only_mistake(&text, "1e-4");
+    let error = only_error(&text, "1e-4");
     assert!(
-        mistake.allowed.as_ref().is_some_and(|text| text.contains("8.50") && text.contains("h/c_L")),
-        "{mistake:?}"
+        error.allowed.as_ref().is_some_and(|text| text.contains("8.50") && text.contains("h/c_L")),
+        "{error:?}"
     );
-    assert!(mistake.hint.is_some_and(|hint| hint.contains("time.limit_factor")));
+    assert!(error.hint.is_some_and(|hint| hint.contains("time.limit_factor")));
     // The case may take the responsibility; then the header says so.
     let text = text.replace("[time]", "[time]\nlimit_factor = 1.2");
     let summary = good(&text).summary();
@@ -342,7 +342,7 @@ fn tables_that_contradict_each_other() {
         ("[0.0, -9.81]", "[0.0, 0.0]"),
         (region, "name = \"water\"\nstart = { type = \"hydrostatic\", surface_m = 0.1 }"),
     ]);
-    assert!(only_mistake(&text, "\"water\"").hint.is_some_and(|hint| hint.contains("gravity_m_s2")));
+    assert!(only_error(&text, "\"water\"").hint.is_some_and(|hint| hint.contains("gravity_m_s2")));
 }
 
 #[test]
@@ -357,11 +357,8 @@ fn nothing_meets_itself_through_a_periodic_side() {
     let periodic = ("upper_m = [0.4, 0.3]", "upper_m = [0.4, 0.3]\nperiodic = [\"x\"]");
     let water = "lower_m = [0.0, 0.0], upper_m = [0.4, 0.1]";
     let text = tank_with(&[periodic, (water, "lower_m = [0.0, 0.0], upper_m = [0.41, 0.1]")]);
-    let mistake = only_mistake(&text, "{ type = \"rectangle\", lower_m = [0.0, 0.0], upper_m = [0.41");
-    assert!(
-        mistake.problem.contains("region `water` is wider than the period of 0.4 m along x"),
-        "{mistake:?}"
-    );
+    let error = only_error(&text, "{ type = \"rectangle\", lower_m = [0.0, 0.0], upper_m = [0.41");
+    assert!(error.problem.contains("region `water` is wider than the period of 0.4 m along x"), "{error:?}");
     good(&tank_with(&[periodic]));
     let text = tank_with(&[
         periodic,
@@ -371,7 +368,7 @@ fn nothing_meets_itself_through_a_periodic_side() {
 }
 
 #[test]
-fn all_mistakes_are_reported_at_once_in_the_order_of_the_text() {
+fn all_errors_are_reported_at_once_in_the_order_of_the_text() {
     let text = tank_with(&[
         ("end_time_s", "endtime_s"),
         ("1000.0", "-1"),
@@ -380,7 +377,7 @@ fn all_mistakes_are_reported_at_once_in_the_order_of_the_text() {
         ("body = \"plate\"", "body = \"plat\""),
     ]);
     let errors = bad(&text);
-    let keys: Vec<&str> = errors.mistakes.iter().map(|mistake| mistake.place.key.as_str()).collect();
+    let keys: Vec<&str> = errors.list.iter().map(|error| error.place.key.as_str()).collect();
     assert_eq!(
         keys,
         [
@@ -392,7 +389,7 @@ fn all_mistakes_are_reported_at_once_in_the_order_of_the_text() {
         ],
         "{errors}"
     );
-    assert!(errors.to_string().ends_with("5 mistakes in case.toml"));
+    assert!(errors.to_string().ends_with("5 errors in case.toml"));
 }
 
 #[test]
@@ -407,7 +404,7 @@ fn the_report_looks_like_a_compilers() {
   |
 help: did you mean `end_time_s`?
 
-1 mistake in case.toml";
+1 error in case.toml";
     assert_eq!(report, expected);
     assert!(bad(&text).render(true).contains("\u{1b}["), "a terminal gets colours");
 }
@@ -416,8 +413,8 @@ help: did you mean `end_time_s`?
 fn notation_that_is_not_toml() {
     let text = "name = \"a\nfoo = = 3\nfoo = 4\n";
     let errors = bad(text);
-    assert!(errors.mistakes.iter().all(|mistake| mistake.problem.contains("not TOML")), "{errors}");
-    assert_eq!(errors.mistakes[0].position.map(|position| position.line), Some(1));
+    assert!(errors.list.iter().all(|error| error.problem.contains("not TOML")), "{errors}");
+    assert_eq!(errors.list[0].position.map(|position| position.line), Some(1));
     let text = TANK.replace("name = \"tank\"", "name = \"tank\"\nname = \"tank\"");
     assert!(bad(&text).to_string().contains("duplicate key"));
 }

@@ -1,4 +1,4 @@
-//! Mistakes of a case file: all of them at once, each with its place and its remedy.
+//! Errors of a case file: all of them at once, each with its place and its remedy.
 
 use std::cell::{Cell, RefCell};
 use std::fmt;
@@ -9,13 +9,13 @@ use annotate_snippets::{AnnotationKind, Group, Level, Origin, Renderer, Snippet}
 use super::effort::Effort;
 use crate::quote;
 
-/// Mistakes beyond this number are counted, not kept: a hostile file must not fill the memory.
+/// Errors beyond this number are counted, not kept: a hostile file must not fill the memory.
 const KEPT: usize = 200;
 
-/// Mistakes beyond this number are not printed.
+/// Errors beyond this number are not printed.
 const PRINTED: usize = 50;
 
-/// Of lines of more bytes than these, a part around the mistake is shown.
+/// Of lines of more bytes than these, a part around the error is shown.
 const LONGEST_SHOWN: usize = 8000;
 
 /// Of a value that spans more lines than this, the first is shown.
@@ -26,7 +26,7 @@ const MOST_LINES: usize = 40;
 pub struct Place {
     /// Path of the key, such as `solid.body[1].material.density_kg_m3`.
     pub key: String,
-    /// Bytes of the file that hold it; `None` when the mistake has no place in the text.
+    /// Bytes of the file that hold it; `None` when the error has no place in the text.
     pub span: Option<Range<usize>>,
 }
 
@@ -39,12 +39,12 @@ pub struct Position {
     pub column: usize,
 }
 
-/// One mistake of a case file.
+/// One error of a case file.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Mistake {
+pub struct CaseError {
     /// Where.
     pub place: Place,
-    /// Line and column; `None` when the mistake has no place in the text.
+    /// Line and column; `None` when the error has no place in the text.
     pub position: Option<Position>,
     /// The value as written.
     pub value: Option<String>,
@@ -56,8 +56,8 @@ pub struct Mistake {
     pub hint: Option<String>,
 }
 
-impl Mistake {
-    /// A mistake at `place`.
+impl CaseError {
+    /// An error at `place`.
     pub fn new(place: &Place, problem: impl Into<String>) -> Self {
         Self {
             place: Place { key: quote::key(&place.key), span: place.span.clone() },
@@ -100,20 +100,20 @@ fn cleaned(text: impl Into<String>) -> String {
     quote::clean(&text.into()).into_owned()
 }
 
-/// Collects mistakes while a file is read, and bounds what reading it may cost.
+/// Collects errors while a file is read, and bounds what reading it may cost.
 #[derive(Debug, Default)]
-pub struct Mistakes {
-    kept: RefCell<Vec<Mistake>>,
+pub struct ErrorList {
+    kept: RefCell<Vec<CaseError>>,
     count: Cell<usize>,
     effort: Effort,
 }
 
-impl Mistakes {
+impl ErrorList {
     /// Adds one.
-    pub fn add(&self, mistake: Mistake) {
+    pub fn add(&self, error: CaseError) {
         self.count.set(self.count.get() + 1);
         if self.count.get() <= KEPT {
-            self.kept.borrow_mut().push(mistake);
+            self.kept.borrow_mut().push(error);
         }
     }
 
@@ -122,19 +122,19 @@ impl Mistakes {
         self.count.get()
     }
 
-    /// Adds one mistake that stands for `count`.
-    pub fn add_many(&self, mistake: Mistake, count: usize) {
-        self.add(mistake);
+    /// Adds one error that stands for `count`.
+    pub fn add_many(&self, error: CaseError, count: usize) {
+        self.add(error);
         self.count.set(self.count.get().saturating_add(count.saturating_sub(1)));
     }
 
-    /// Whether further mistakes are only counted, so that words for them are of no use.
+    /// Whether further errors are only counted, so that words for them are of no use.
     pub fn is_full(&self) -> bool {
         self.count.get() >= KEPT
     }
 
     /// Takes `steps` of work, each about a nanosecond; whether there were enough left. The first time that there are
-    /// not, it is a mistake of what stands at `place`.
+    /// not, it is an error of what stands at `place`.
     pub fn spend(&self, place: &Place, steps: f64) -> bool {
         if self.effort.take(steps) {
             return true;
@@ -142,20 +142,20 @@ impl Mistakes {
         if self.effort.is_first_refusal() {
             let problem = "the case takes too much work to lay out";
             let hint = "use a larger particle spacing, fewer corners of shapes, or fewer shapes on one spot";
-            self.add(Mistake::new(place, problem).hint(hint));
+            self.add(CaseError::new(place, problem).hint(hint));
         }
         false
     }
 
     /// The report on `source`, the text of `file`; in the order of the text.
     pub fn into_errors(self, file: String, source: String) -> CaseErrors {
-        let mut mistakes = self.kept.into_inner();
-        mistakes.sort_by_key(|mistake| mistake.place.span.as_ref().map_or(usize::MAX, |span| span.start));
+        let mut errors = self.kept.into_inner();
+        errors.sort_by_key(|error| error.place.span.as_ref().map_or(usize::MAX, |span| span.start));
         let mut sweep = Sweep { source: &source, offset: 0, position: Position { line: 1, column: 1 } };
-        for mistake in &mut mistakes {
-            mistake.position = mistake.place.span.as_ref().map(|span| sweep.to(span.start));
+        for error in &mut errors {
+            error.position = error.place.span.as_ref().map(|span| sweep.to(span.start));
         }
-        CaseErrors { file: quote::path(file.as_ref()), source, mistakes, count: self.count.get() }
+        CaseErrors { file: quote::path(file.as_ref()), source, list: errors, count: self.count.get() }
     }
 }
 
@@ -181,13 +181,13 @@ impl Sweep<'_> {
     }
 }
 
-/// All mistakes of one case file.
+/// All errors of one case file.
 #[derive(Clone, Debug)]
 pub struct CaseErrors {
     /// Path of the file as given.
     pub file: String,
-    /// The mistakes in the order of the text; a long list is cut.
-    pub mistakes: Vec<Mistake>,
+    /// The errors in the order of the text; a long list is cut.
+    pub list: Vec<CaseError>,
     /// How many there are, also those that were cut.
     pub count: usize,
     source: String,
@@ -196,33 +196,33 @@ pub struct CaseErrors {
 impl CaseErrors {
     /// Errors of a file that cannot be read at all.
     pub(super) fn unreadable(file: String, problem: String, hint: &str) -> Self {
-        let mistake = Mistake::new(&Place::default(), problem).hint(hint);
-        Self { file: quote::path(file.as_ref()), mistakes: vec![mistake], count: 1, source: String::new() }
+        let error = CaseError::new(&Place::default(), problem).hint(hint);
+        Self { file: quote::path(file.as_ref()), list: vec![error], count: 1, source: String::new() }
     }
 
     /// The report as for a compiler; `styled` adds colours for a terminal.
     pub fn render(&self, styled: bool) -> String {
         let renderer = if styled { Renderer::styled() } else { Renderer::plain() };
         let mut text = String::new();
-        for mistake in self.mistakes.iter().take(PRINTED) {
-            text.push_str(&renderer.render(&self.groups(mistake)));
+        for error in self.list.iter().take(PRINTED) {
+            text.push_str(&renderer.render(&self.groups(error)));
             text.push_str("\n\n");
         }
         let hidden = self.count.saturating_sub(PRINTED);
         if hidden > 0 {
             text.push_str(&format!("… and {hidden} more\n\n"));
         }
-        let plural = if self.count == 1 { "mistake" } else { "mistakes" };
+        let plural = if self.count == 1 { "error" } else { "errors" };
         text.push_str(&format!("{} {plural} in {}", self.count, self.file));
         text
     }
 
-    fn groups<'a>(&'a self, mistake: &'a Mistake) -> Vec<Group<'a>> {
-        let title = Level::ERROR.primary_title(mistake.title());
+    fn groups<'a>(&'a self, error: &'a CaseError) -> Vec<Group<'a>> {
+        let title = Level::ERROR.primary_title(error.title());
         let mut groups = Vec::new();
-        match &mistake.place.span {
+        match &error.place.span {
             Some(span) => {
-                let position = mistake.position.unwrap_or(Position { line: 1, column: 1 });
+                let position = error.position.unwrap_or(Position { line: 1, column: 1 });
                 let (mut lines, mut span) = self.lines_of(span);
                 let is_long = lines.len() > LONGEST_SHOWN;
                 if is_long {
@@ -230,7 +230,7 @@ impl CaseErrors {
                 }
                 let annotation = AnnotationKind::Primary
                     .span(span)
-                    .label(mistake.allowed.as_ref().map(|allowed| format!("allowed: {allowed}")));
+                    .label(error.allowed.as_ref().map(|allowed| format!("allowed: {allowed}")));
                 let snippet = Snippet::source(lines).line_start(position.line).annotation(annotation);
                 groups.push(if is_long {
                     // The column in the file is not that in the part.
@@ -242,13 +242,13 @@ impl CaseErrors {
             }
             None => {
                 groups.push(title.element(Origin::path(&self.file)));
-                if let Some(allowed) = &mistake.allowed {
+                if let Some(allowed) = &error.allowed {
                     groups
                         .push(Group::with_title(Level::NOTE.secondary_title(format!("allowed: {allowed}"))));
                 }
             }
         }
-        if let Some(hint) = &mistake.hint {
+        if let Some(hint) = &error.hint {
             groups.push(Group::with_title(Level::HELP.secondary_title(hint.as_str())));
         }
         groups

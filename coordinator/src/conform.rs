@@ -132,15 +132,15 @@ fn junit(address: &str, report: &Report) -> String {
 /// `text` as the value of an XML attribute or as content.
 fn escaped(text: &str) -> String {
     text.chars()
-        .map(|letter| match letter {
+        .map(|c| match c {
             '&' => "&amp;".into(),
             '<' => "&lt;".into(),
             '>' => "&gt;".into(),
             '"' => "&quot;".into(),
             '\n' => "&#10;".into(),
             // Not allowed in XML at all.
-            letter if letter.is_control() => " ".into(),
-            letter => letter.to_string(),
+            c if c.is_control() => " ".into(),
+            c => c.to_string(),
         })
         .collect()
 }

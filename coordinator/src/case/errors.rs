@@ -128,7 +128,7 @@ impl ErrorList {
         self.count.set(self.count.get().saturating_add(count.saturating_sub(1)));
     }
 
-    /// Whether further errors are only counted, so that words for them are of no use.
+    /// Whether further errors are only counted, so that they need no words.
     pub fn is_full(&self) -> bool {
         self.count.get() >= KEPT
     }
@@ -278,16 +278,16 @@ fn around<'a>(lines: &'a str, span: &Range<usize>) -> (&'a str, Range<usize>) {
     const MARGIN: usize = 60;
     let boundary = |at: usize| (0..=at.min(lines.len())).rfind(|at| lines.is_char_boundary(*at)).unwrap_or(0);
     let start = boundary(span.start.saturating_sub(MARGIN));
-    let shown = span.start..boundary(span.end.min(span.start + MARGIN)).max(span.start);
-    let part = lines.get(start..boundary(shown.end + MARGIN)).unwrap_or_default();
+    let part_span = span.start..boundary(span.end.min(span.start + MARGIN)).max(span.start);
+    let part = lines.get(start..boundary(part_span.end + MARGIN)).unwrap_or_default();
     // One line of them.
     let line_start =
-        part.get(..shown.start - start).and_then(|before| before.rfind('\n')).map_or(0, |at| at + 1);
-    let end = part.get(shown.start - start..).and_then(|rest| rest.find('\n'));
-    let end = end.map_or(part.len(), |at| shown.start - start + at);
+        part.get(..part_span.start - start).and_then(|before| before.rfind('\n')).map_or(0, |at| at + 1);
+    let end = part.get(part_span.start - start..).and_then(|rest| rest.find('\n'));
+    let end = end.map_or(part.len(), |at| part_span.start - start + at);
     let part = part.get(line_start..end).unwrap_or_default();
     let moved = start + line_start;
-    (part, shown.start - moved..(shown.end - moved).min(part.len()))
+    (part, part_span.start - moved..(part_span.end - moved).min(part.len()))
 }
 
 impl fmt::Display for CaseErrors {

@@ -1,4 +1,4 @@
-//! Case files: what a user writes, checked once and turned into what the solvers are told.
+//! Case files: what a user writes, checked once and turned into the set-up of the solvers.
 //!
 //! A file is read into [`file::CaseFile`], which holds what was written with every default filled in. [`load`] lays
 //! out its particles and checks everything across tables; the [`Case`] that results is never checked again.
@@ -12,10 +12,10 @@ pub mod limits;
 mod names;
 mod notation;
 mod opening;
-mod parting;
 mod reader;
 mod restart;
 mod scene;
+mod separation;
 mod steps;
 mod summary;
 #[cfg(test)]
@@ -63,7 +63,7 @@ pub struct Servers {
     pub fluid: Server,
     /// The solid server.
     pub solid: Server,
-    /// What is trusted and shown where servers demand it.
+    /// Certificates and token for servers elsewhere.
     pub files: ClientFiles,
 }
 
@@ -105,12 +105,12 @@ pub struct Outputs {
 /// # Errors
 /// All errors of the file.
 pub fn load(path: &Path, final_state: Loader<'_>) -> Result<Case, CaseErrors> {
-    let shown = path.display().to_string();
+    let name = path.display().to_string();
     let text = files::read_text(path).map_err(|problem| {
-        CaseErrors::unreadable(shown.clone(), problem, "give the path of a case file (TOML)")
+        CaseErrors::unreadable(name.clone(), problem, "give the path of a case file (TOML)")
     })?;
     let directory = path.parent().unwrap_or(Path::new(""));
-    parse(&text, &shown, directory, final_state)
+    parse(&text, &name, directory, final_state)
 }
 
 /// Reads and checks the text of a case file; `name` stands for it in messages, file names in it are taken from
@@ -244,7 +244,7 @@ impl Case {
         &self.scene
     }
 
-    /// The part that both participants are told alike; the run's id is the name of the case.
+    /// The part of the set-up that both participants share; the run's id is the name of the case.
     pub fn run_setup(&self) -> RunSetup {
         let file = &self.file;
         let coupling = match (&file.fluid, &file.solid, &file.interface) {
@@ -298,7 +298,7 @@ impl Case {
         self.scene.walls.wall.len()
     }
 
-    /// What the fluid solver is told; `None` without a fluid.
+    /// Set-up of the fluid solver; `None` without a fluid.
     pub fn fluid_setup(&self) -> Option<FluidSetup> {
         let fluid = self.file.fluid.as_ref()?;
         Some(FluidSetup {
@@ -322,7 +322,7 @@ impl Case {
         })
     }
 
-    /// What the solid solver is told; `None` without a solid.
+    /// Set-up of the solid solver; `None` without a solid.
     pub fn solid_setup(&self) -> Option<SolidSetup> {
         let solid = self.file.solid.as_ref()?;
         let spacing = solid.particle_spacing_m.value;
@@ -350,7 +350,7 @@ impl Case {
     }
 
     /// What decides the bits of a run: the case as resolved, without its end time, servers, checkpoints, deadlines and
-    /// pictures. A run may go on from a checkpoint of the same identity.
+    /// pictures. A run may continue from a checkpoint of the same identity.
     pub fn identity(&self) -> String {
         let mut file = self.file.clone();
         file.time.end_time_s.value = file.time.start_time_s;

@@ -10,7 +10,7 @@ use super::errors::{CaseError, ErrorList, Place};
 use super::file::run::MotionTable;
 use super::file::solid::{BodyTable, ContactTable, FormulationTable, SubstepsKey, SubstepsWord};
 use super::reader::{At, Written, is_bounded};
-use super::scene::{expression_steps, shown};
+use super::scene::{expression_steps, point_text};
 use super::{Case, Server};
 use crate::quote::quoted;
 
@@ -94,8 +94,12 @@ impl Case {
             }
             let too_fast = v.norm_squared() >= c0.powi(2);
             let error = if too_fast {
-                let problem =
-                    format!("region `{}` starts at {:.3e} m/s at {}", region.name.value, v.norm(), shown(x));
+                let problem = format!(
+                    "region `{}` starts at {:.3e} m/s at {}",
+                    region.name.value,
+                    v.norm(),
+                    point_text(x)
+                );
                 let error = CaseError::new(self.origin(&region.velocity_m_s[0].place), problem);
                 error
                     .allowed(format!("below `fluid.sound_speed_m_s` = {c0} m/s"))
@@ -104,7 +108,7 @@ impl Case {
                 let problem = format!(
                     "region `{}` starts with a density of {density:.6e} kg/m³ at {}",
                     region.name.value,
-                    shown(x)
+                    point_text(x)
                 );
                 let error = CaseError::new(self.origin(&region.name.place), problem);
                 error
@@ -210,7 +214,7 @@ fn has_values(written: &At<Written>, positions: &[Vector], time: f64, errors: &E
     }
     let value = |x: &Vector| expression.eval(&[x.x, x.y, time]);
     let Some(x) = positions.iter().find(|x| !is_bounded(value(x))) else { return true };
-    let place = if varies { format!(" at {}", shown(x)) } else { String::new() };
+    let place = if varies { format!(" at {}", point_text(x)) } else { String::new() };
     let problem = format!("is {:e}{place} at t = {time:e} s", value(x));
     errors.add(CaseError::new(&written.place, problem).value(quoted(text)).allowed(BOUNDED));
     false

@@ -1,7 +1,7 @@
 //! Typed reading of TOML tables that collects every error instead of stopping at the first.
 //!
 //! A key that was asked for is known; [`Table::finish`] reports the others. A value that is missing or wrong is
-//! reported and replaced by a fallback, so that reading goes on; nothing is built from such a table later.
+//! reported and replaced by a fallback, so that reading continues; nothing is built from such a table later.
 
 mod lists;
 mod value;
@@ -29,7 +29,7 @@ pub struct Table<'t> {
     missing: Vec<&'static str>,
     /// Errors when the first key was read: tables of a list are made together and read one after the other.
     errors_before: Option<usize>,
-    /// Missing keys when the table was given up.
+    /// Missing keys when reading of the table ended.
     abandoned: Option<usize>,
 }
 
@@ -361,7 +361,7 @@ impl<'t> Table<'t> {
     /// Ends reading: reports missing and unknown keys. Whether nothing was wrong in this table or its children.
     pub fn finish(mut self) -> bool {
         self.errors_before.get_or_insert(self.errors.count());
-        // Of a table that was given up only the keys that were missing until then are known.
+        // Of a table that was not read to its end only the keys that were missing until then are known.
         let missing = &self.missing[..self.abandoned.unwrap_or(self.missing.len())];
         let mut meant = Vec::new();
         for (key, value) in self.entries.into_iter().flat_map(DeTable::iter) {

@@ -23,8 +23,8 @@ fn read(path: &Path, load: Loader<'_>) -> Result<ParticleFields, String> {
     match std::fs::metadata(path) {
         Ok(facts) if !facts.is_file() => Err(format!("{} is not a regular file", quote::path(path))),
         Ok(facts) if facts.len() > LARGEST_STATE => {
-            let (shown, length) = (quote::path(path), facts.len());
-            Err(format!("{shown} has {length} bytes; a final state has at most {LARGEST_STATE}"))
+            let (quoted, length) = (quote::path(path), facts.len());
+            Err(format!("{quoted} has {length} bytes; a final state has at most {LARGEST_STATE}"))
         }
         _ => load(path),
     }

@@ -1,4 +1,4 @@
-//! What `check` and the run header tell about a case.
+//! What `check` and the run header report about a case.
 
 use sph::setup::{FluidScheme, SolidStepping, StepPolicy, SubstepCount};
 
@@ -44,7 +44,7 @@ pub struct Stabiliser {
     pub text: String,
 }
 
-/// Facts of a case that can be told before it runs.
+/// Facts of a case that are known before it runs.
 #[derive(Clone, Debug)]
 pub struct Summary {
     /// Name of the case.
@@ -123,8 +123,8 @@ impl Case {
         summary.warnings.extend(self.step_warning(&summary));
         summary.warnings.extend(self.sound_speed_warning());
         summary.warnings.extend(self.iteration_warning());
-        for body in self.parting() {
-            let lines = if body.holds() { &mut summary.constants } else { &mut summary.warnings };
+        for body in self.separations() {
+            let lines = if body.is_complete() { &mut summary.constants } else { &mut summary.warnings };
             lines.push(body.text());
         }
         summary

@@ -246,7 +246,7 @@ fn draw_probes(chart: &mut Chart<'_>, case: &Case) -> Drawn {
     let mut taken: Vec<(i32, i32, i32)> = Vec::new();
     for (name, x) in marks.iter().take(MOST_LABELS) {
         let (left, centre) = chart.backend_coord(&(x.x, x.y));
-        // About the width of a letter; names have at most 64.
+        // About the width of a character; names have at most 64.
         let width = name.chars().map(|_| TEXT / 2 + 1).sum::<i32>();
         let clashes =
             |y: i32| taken.iter().any(|(l, w, t)| left < l + w && *l < left + width && (y - t).abs() < TEXT);

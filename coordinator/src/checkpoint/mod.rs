@@ -35,7 +35,7 @@ pub struct RunCheckpoint {
     pub outputs: OutputState,
 }
 
-/// What the coordinator itself must go on from.
+/// What the coordinator itself continues from.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct OutputState {
     /// The case, as `Case::identity` gives it.

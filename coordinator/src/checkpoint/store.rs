@@ -159,7 +159,7 @@ impl Store {
         found
     }
 
-    /// Removes what is of no use beside the checkpoint of `step`: newer ones, which are damaged, older ones than are kept, and
+    /// Removes checkpoints other than that of `step`: newer ones, which are damaged, older ones than are kept, and
     /// those that a killed run left half written.
     ///
     /// # Errors

@@ -31,7 +31,7 @@ pub(super) struct ConformArguments {
     /// Address of another process of the same solver, into which checkpoints are restored.
     #[arg(long, value_name = "HOST:PORT")]
     fresh: Option<String>,
-    /// How the solver is known and knows this program.
+    /// TLS and token settings for remote solvers.
     #[command(flatten)]
     security: SecurityArguments,
     /// Longest wait for any one answer, in seconds.

@@ -38,18 +38,18 @@ struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// Run a case; starts the servers it needs on this machine unless told otherwise.
+    /// Run a case; starts the servers it needs on this machine by default.
     ///
     /// A case with a fluid needs a fluid server, one with solids a solid server. The results are summary.json,
     /// report.html, probes.csv, ledger.csv, case.toml with every default, snapshots/ for ParaView, final/ from which
     /// another case can start, checkpoints/ from which `resume` continues, and logs/ of the servers. Ctrl-C, SIGTERM
-    /// and SIGHUP stop at a step boundary with a checkpoint and outputs complete; a second Ctrl-C or SIGTERM gives up at
+    /// and SIGHUP stop at a step boundary with a checkpoint and outputs complete; a second Ctrl-C or SIGTERM aborts at
     /// once. SIGHUP stays ignored where it was at the start, as by `nohup`.
     #[command(after_help = exit_codes())]
     Run(RunArguments),
-    /// Go on with a run from its newest good checkpoint, to the same bits as if it had never been stopped.
+    /// Continue a run from its newest good checkpoint; the results are bit-identical to those of a run that was not stopped.
     ///
-    /// Servers come from where the case says; thread counts and addresses may be others than before.
+    /// Servers come from where the case says; thread counts and addresses may differ.
     #[command(after_help = exit_codes())]
     Resume(ResumeArguments),
     /// Check a case without running it: errors, particle counts, time-step limits, forecast run time.
@@ -58,7 +58,7 @@ enum Command {
     /// Show what accuracy costs: runs cases with known answers over resolution, scheme and step, error against CPU time.
     ///
     /// The quick study takes under five minutes, `--full` as long as it says first. Finished runs are kept, so that a
-    /// study that was stopped goes on. Writes report.html, report.csv and report.png.
+    /// study that was stopped continues. Writes report.html, report.csv and report.png.
     #[command(after_help = exit_codes())]
     Report(ReportArguments),
     /// Examine a running solver of any make: life cycle, refusals, damaged frames, invariances, order, checkpoints.
@@ -73,7 +73,7 @@ enum Command {
     /// run. The exit code is 10 when it sends other bits than the recorded one.
     #[command(after_help = exit_codes())]
     Replay(ReplayArguments),
-    /// Compare two recordings and tell the first half-step and field in which they differ.
+    /// Compare two recordings and report the first half-step and field in which they differ.
     #[command(after_help = exit_codes())]
     Compare(CompareArguments),
     /// A fluid server; `run` starts it.

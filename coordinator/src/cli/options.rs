@@ -14,7 +14,7 @@ use crate::run::{Placement, RelayOptions, RunOptions, ServerOptions};
 /// How a case is run, new or resumed.
 #[derive(Debug, Args)]
 pub(super) struct RunOptionArguments {
-    /// Run the solvers as threads of this process instead of servers; the results have the same bits.
+    /// Run the solvers as threads of this process instead of servers; the results are bit-identical.
     #[arg(long, conflicts_with_all = ["fluid", "solid", "fluid_bin", "solid_bin"])]
     in_process: bool,
     /// Use the fluid server that listens at this address, over the case's `[servers]`.
@@ -29,7 +29,7 @@ pub(super) struct RunOptionArguments {
     /// Start this program as the solid server, likewise.
     #[arg(long, value_name = "PROGRAM")]
     solid_bin: Option<PathBuf>,
-    /// How servers elsewhere are known and know this program.
+    /// TLS and token settings for remote servers.
     #[command(flatten)]
     security: SecurityArguments,
     /// Compute threads of each built-in solver; the results do not depend on it [default: all cores, shared by numbers
@@ -49,14 +49,14 @@ pub(super) struct RunOptionArguments {
     /// Take a checkpoint after every so many seconds of wall time, likewise.
     #[arg(long, value_name = "S", value_parser = positive_seconds)]
     checkpoint_every_wall: Option<f64>,
-    /// Start lost servers again at most this often, likewise.
+    /// Restart lost servers at most this often, likewise.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(..=1000))]
     max_restarts: Option<u64>,
-    /// Take a server for lost that gives no sign of life for this many seconds, over the case's `[deadlines]`.
+    /// Treat a server as lost after this many seconds without a sign of life, over the case's `[deadlines]`.
     #[arg(long, value_name = "S", value_parser = positive_seconds)]
     silence: Option<f64>,
-    /// Pass the half-step frames through the coordinator instead of directly between the servers; the results have the same
-    /// bits.
+    /// Pass the half-step frames through the coordinator instead of directly between the servers; the results are
+    /// bit-identical.
     #[arg(long, conflicts_with = "in_process")]
     relay: bool,
     /// Address at which the coordinator waits for the fluid server to relay its frames; must be within its reach [default:
@@ -69,7 +69,7 @@ pub(super) struct RunOptionArguments {
     /// Record the half-step frames to this file, for `compare` and `replay`; relays them.
     #[arg(long, value_name = "FILE", conflicts_with = "in_process")]
     record: Option<PathBuf>,
-    /// Write what solvers and coordinator do when to this file, for ui.perfetto.dev; servers that this command did not
+    /// Write a trace of solvers and coordinator to this file, for ui.perfetto.dev; servers that this command did not
     /// start from its own program are not in it.
     #[arg(long, value_name = "FILE")]
     trace: Option<PathBuf>,

@@ -20,7 +20,7 @@ pub(super) struct ReportArguments {
     /// Folder for the report and all runs.
     #[arg(long, value_name = "DIR", default_value = "results/report")]
     out: PathBuf,
-    /// Make all runs anew; else those that this build has finished in that folder are kept.
+    /// Repeat all runs; otherwise those that this build has finished in that folder are kept.
     #[arg(long)]
     fresh: bool,
     /// List the cases and what would be run.

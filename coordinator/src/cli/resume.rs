@@ -15,14 +15,14 @@ use crate::run::RunOutcome;
 pub(super) struct ResumeArguments {
     /// Folder with the results of the run.
     folder: PathBuf,
-    /// End at this time instead, in seconds; also goes on with a run that reached its end.
+    /// End at this time instead, in seconds; also continues a run that reached its end.
     #[arg(long, value_name = "T", allow_negative_numbers = true)]
     until: Option<f64>,
-    /// Let another build of a solver take over; the results need not be those of an undisturbed run then.
+    /// Let another build of a solver take over; the results may then differ from those of an undisturbed run.
     #[arg(long)]
     accept_other_build: bool,
-    /// Continue though tables or snapshots were changed or removed since the run wrote them: with what is there, which
-    /// `summary.json` says.
+    /// Continue though tables or snapshots were changed or removed since the run wrote them: with what is there, as noted in
+    /// `summary.json`.
     #[arg(long)]
     accept_changed_outputs: bool,
     #[command(flatten)]

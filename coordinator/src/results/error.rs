@@ -15,7 +15,7 @@ pub enum OutputError {
         action: &'static str,
         /// On which file or folder.
         path: PathBuf,
-        /// What the system says.
+        /// Answer of the system.
         cause: io::Error,
         /// What to do about it.
         hint: &'static str,

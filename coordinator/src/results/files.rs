@@ -37,7 +37,7 @@ pub fn fresh(path: &Path) -> io::Result<File> {
 /// Opens the regular file at `path`, which may be a link to one, for reading; with its length \[bytes\].
 ///
 /// # Errors
-/// When it cannot be opened, or is a pipe, device or folder, which could keep a reader for ever.
+/// When it cannot be opened, or is a pipe, device or folder, which could block a reader.
 pub fn open_regular(path: &Path) -> io::Result<(File, u64)> {
     let regular = |facts: fs::Metadata| match facts.is_file() {
         true => Ok(facts.len()),

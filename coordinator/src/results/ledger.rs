@@ -140,16 +140,16 @@ struct AngularSums {
 
 impl AngularSums {
     /// Adds an accepted corrector pass.
-    fn add(&mut self, books: &StageBooks) {
-        let Some(budget) = &books.angular else {
+    fn add(&mut self, stage: &StageBooks) {
+        let Some(budget) = &stage.angular else {
             (self.impulse, self.change) = (f64::NAN, f64::NAN);
             self.accounts = [f64::NAN; TorqueAccount::ALL.len()];
             return;
         };
-        self.impulse += books.duration * books.interface.torque;
+        self.impulse += stage.duration * stage.interface.torque;
         self.change += budget.change;
         for (sum, account) in self.accounts.iter_mut().zip(TorqueAccount::ALL) {
-            *sum += books.duration * budget.torques.get(account);
+            *sum += stage.duration * budget.torques.get(account);
         }
     }
 }
@@ -211,7 +211,7 @@ impl LedgerFile {
         &self.sums
     }
 
-    /// Books a completed step; `imbalance` is that of predictor and corrector.
+    /// Accounts for a completed step; `imbalance` is that of predictor and corrector.
     pub fn record(
         &mut self,
         fluid: Option<&StepReport>,
@@ -234,13 +234,13 @@ impl LedgerFile {
             let LedgerSums { sides, extremes, most_iterations, .. } = &mut self.sums;
             *most_iterations = report.iterations.max(*most_iterations);
             let sums = &mut sides[k];
-            for (books, stage) in report.books.iter().zip(Stage::BOTH) {
-                let residual = books.momentum_residual();
+            for (budget, stage) in report.books.iter().zip(Stage::BOTH) {
+                let residual = budget.momentum_residual();
                 for largest in [&mut sums.residual, &mut extremes.momentum[k]] {
                     largest.take(residual, StepStage { step, stage });
                 }
-                if books.angular.is_some() {
-                    let residual = books.angular_residual();
+                if budget.angular.is_some() {
+                    let residual = budget.angular_residual();
                     let extreme = extremes.angular[k].get_or_insert_default();
                     for largest in [&mut sums.angular.residual, extreme] {
                         largest.take(residual, StepStage { step, stage });
@@ -347,9 +347,9 @@ mod tests {
     use super::*;
     use crate::results::table::Table;
 
-    /// A step of 0.1 s under an interface force and gravity, whose books balance; torques are the x-components.
+    /// A step of 0.1 s under an interface force and gravity, whose budget balances; torques are the x-components.
     fn report(step: u64, force: Vector, weight: Vector) -> StepReport {
-        let books = |duration: f64| {
+        let budget = |duration: f64| {
             let mut accounts = Accounts::default();
             accounts.add(Account::BodyForce, weight);
             let mut torques = Torques::default();
@@ -378,7 +378,7 @@ mod tests {
             step,
             end_time: 0.1 * (step + 1) as f64,
             time_step: 0.1,
-            books: [books(0.05), books(0.1)],
+            books: [budget(0.05), budget(0.1)],
             energies: Energies { kinetic: 1.5, potential: 2.5, internal: 3.5 },
             ..StepReport::default()
         }
@@ -461,7 +461,7 @@ mod tests {
         let path = root.path().join("ledger.csv");
         let mut file = LedgerFile::create(&path, &[Role::Solid]).unwrap();
         let mut report = report(0, Vector::zeros(), Vector::zeros());
-        report.books.iter_mut().for_each(|books| books.angular = None);
+        report.books.iter_mut().for_each(|budget| budget.angular = None);
         file.record(None, Some(&report), &[Imbalance::default(); 2]);
         assert_eq!(file.extremes().angular, [None; 2]);
         file.finish().unwrap();

@@ -6,7 +6,7 @@
 //! | `ledger.csv` | [`ledger`] | what crossed the interface, and whether it balances |
 //! | `snapshots/` | [`vtk`] | particle fields for ParaView and PyVista, one `.pvd` per side |
 //! | `final/*.state` | [`state`] | all particles with full precision, from which another run can start |
-//! | `divergence.csv` | [`neighbourhood`] | the guilty particle of a run that broke down, and those around it |
+//! | `divergence.csv` | [`neighbourhood`] | the offending particle of a run that broke down, and those around it |
 //! | `summary.json` | [`summary`] | verdict and figures of the run |
 //! | `report.html` | [`report`] | pictures and facts in one file |
 //!

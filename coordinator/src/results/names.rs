@@ -12,7 +12,7 @@ pub const SUMMARY: &str = "summary.json";
 pub const PROBES: &str = "probes.csv";
 /// Interface ledger over time.
 pub const LEDGER: &str = "ledger.csv";
-/// Particles around the guilty one.
+/// Particles around the offending one.
 pub const DIVERGENCE: &str = "divergence.csv";
 /// The case as resolved.
 pub const CASE: &str = "case.toml";
@@ -82,7 +82,7 @@ pub(super) fn is_log(name: &str) -> bool {
         .any(|number| number.is_empty() || number.strip_prefix('-').is_some_and(is_number))
 }
 
-/// Whether a run gives this name to a file beside its checkpoints: a picture of the report, or the state it started from.
+/// Whether a run gives this name to a file in the folder of its checkpoints: a picture of the report, or the state it started from.
 pub(super) fn is_beside_checkpoints(name: &str) -> bool {
     let start = name.strip_suffix(PARTIAL).unwrap_or(name).strip_prefix("start_");
     is_picture(name) || start.is_some_and(is_final)

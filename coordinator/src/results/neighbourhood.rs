@@ -1,4 +1,4 @@
-//! `divergence.csv`: the guilty particle of a run that broke down, and those around it.
+//! `divergence.csv`: the offending particle of a run that broke down, and those around it.
 
 use std::path::Path;
 
@@ -7,7 +7,7 @@ use sph::solver::{Divergence, ParticleFields};
 use super::error::OutputError;
 use super::table::TableFile;
 
-/// Particles that are listed: some three rows around the guilty one.
+/// Particles that are listed: some three rows around the offending one.
 const LISTED: usize = 50;
 
 /// Writes the particles of `state` nearest to the place of `divergence`, nearest first; nothing where no place is known.
@@ -21,10 +21,10 @@ pub fn write(path: &Path, divergence: &Divergence, state: &ParticleFields) -> Re
     let position = state.field("position").filter(|field| field.components == 2);
     let (Some([x, y]), Some(position)) = (divergence.position, position) else { return Ok(()) };
     let distance = |i: usize| (position.values[2 * i] - x).hypot(position.values[2 * i + 1] - y);
-    let guilty = |i: usize| divergence.particle == Some(state.id[i]);
+    let offending = |i: usize| divergence.particle == Some(state.id[i]);
     let mut nearest: Vec<usize> = (0..state.id.len()).collect();
-    // The guilty particle first, also where its place is no number; others without a place last.
-    nearest.sort_by(|a, b| guilty(*b).cmp(&guilty(*a)).then(distance(*a).total_cmp(&distance(*b))));
+    // The offending particle first, also where its place is no number; others without a place last.
+    nearest.sort_by(|a, b| offending(*b).cmp(&offending(*a)).then(distance(*a).total_cmp(&distance(*b))));
     nearest.truncate(LISTED);
     let mut columns = ["id", "group", "distance_m"].map(String::from).to_vec();
     for field in &state.fields {
@@ -54,7 +54,7 @@ mod tests {
     use crate::results::table::Table;
 
     #[test]
-    fn the_guilty_particle_comes_first_and_the_nearest_follow() {
+    fn the_offending_particle_comes_first_and_the_nearest_follow() {
         let n: u32 = 200;
         let along = |k: u32| [0.1 * f64::from(k), 0.0];
         let field = |name: &str, unit: &str, components, values| Field {

@@ -51,7 +51,7 @@ impl ProbeFile {
         Self::open(path, fluid, solid, |columns| TableFile::create(path, columns))
     }
 
-    /// Continues the file of an earlier run from what it held at `mark`; with what must be said of it.
+    /// Continues the file of an earlier run from what it held at `mark`; with a warning about it, if any.
     ///
     /// # Errors
     /// As [`TableFile::resume`].

@@ -1,11 +1,11 @@
-//! What the system tells about the resources that a process used.
+//! Resources that a process used, as the system reports them.
 
 use serde::Serialize;
 
 /// Clock ticks per second in `/proc/<pid>/stat`: a constant of Linux's interface to programs.
 const TICKS_PER_SECOND: f64 = 100.0;
 
-/// Use of resources by one process; `null` where the system does not tell.
+/// Use of resources by one process; `null` where the system does not report it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Process {
     /// Peak resident memory \[bytes\].

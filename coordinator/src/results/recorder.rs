@@ -31,7 +31,7 @@ use crate::results::vtk::Series;
 pub use pictures::forget_others as forget_other_pictures;
 use pictures::{picture_file, stored_pictures};
 
-/// What a recorder goes on from: everything before the outputs of one step boundary.
+/// What a recorder continues from: everything before the outputs of one step boundary.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct RecorderState {
     probes: TableMark,
@@ -45,7 +45,7 @@ pub struct RecorderState {
     tally: Tally,
     /// Impulse that crossed the interface so far, on the fluid and on the solid \[N s/m\].
     pub impulse: [Vector; 2],
-    /// What must be said of outputs that were found changed.
+    /// Warnings about outputs that were found changed.
     warnings: Vec<String>,
 }
 
@@ -76,7 +76,7 @@ pub struct Recorded {
     pub work: Work,
     /// Snapshots for pictures, in time order.
     pub snapshots: Vec<PairedSnapshot>,
-    /// What must be said of outputs that were found changed when the run continued.
+    /// Warnings about outputs that were found changed when the run continued.
     pub warnings: Vec<String>,
 }
 
@@ -190,7 +190,7 @@ impl Recorder {
         })
     }
 
-    /// What a recorder goes on from at the boundary of `step` completed steps, whether or not the outputs that are due
+    /// What a recorder continues from at the boundary of `step` completed steps, whether or not the outputs that are due
     /// there have come; and the handles of the tables, to be brought to the disk.
     ///
     /// # Errors
@@ -259,7 +259,7 @@ impl Recorder {
         Ok(())
     }
 
-    /// Lists the particles around the guilty one.
+    /// Lists the particles around the offending one.
     ///
     /// # Errors
     /// When the file cannot be written.
@@ -267,7 +267,7 @@ impl Recorder {
         Ok(neighbourhood::write(&self.directory.file(names::DIVERGENCE), divergence, fields)?)
     }
 
-    /// Takes the last word of a participant.
+    /// Takes the final state of a participant.
     ///
     /// # Errors
     /// When the final state cannot be written.

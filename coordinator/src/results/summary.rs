@@ -101,7 +101,7 @@ pub struct Checkpoints {
     pub largest_bytes: u64,
     /// Wall time for which solvers waited for them, sum \[s\].
     pub held_seconds: f64,
-    /// Wall time until they were on the disk, sum \[s\]; solvers go on meanwhile.
+    /// Wall time until they were on the disk, sum \[s\]; the solvers continue meanwhile.
     pub written_seconds: f64,
     /// Completed steps of the last one.
     pub last_step: Option<u64>,
@@ -137,14 +137,14 @@ impl StepSizes {
     }
 }
 
-/// How often the solid's samples were revised in the correctors of a run.
+/// Iterations of implicitly coupled half-steps.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct IterationSummary {
     /// Mean over all steps; `None` when no step was completed.
     pub mean: Option<f64>,
     /// Most in a step.
     pub largest: u32,
-    /// Steps that reached the limit before they had settled.
+    /// Steps that reached the limit before they had converged.
     pub unsettled_steps: u64,
 }
 

@@ -41,15 +41,15 @@ pub struct Tally {
     pub iterations: Iterations,
 }
 
-/// How often the samples of correctors were revised.
+/// Iterations of implicitly coupled half-steps.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub struct Iterations {
     /// Sum over all steps.
     pub sum: u64,
     /// Most in a step.
     pub largest: u32,
-    /// Steps that reached the limit before they had settled.
-    pub unsettled: u64,
+    /// Steps that reached the limit before they had converged.
+    pub unconverged: u64,
 }
 
 impl Tally {
@@ -69,7 +69,7 @@ impl Tally {
         let iterations = &mut self.iterations;
         iterations.sum += u64::from(report.iterations);
         iterations.largest = iterations.largest.max(report.iterations);
-        iterations.unsettled += u64::from(report.unsettled);
+        iterations.unconverged += u64::from(report.unsettled);
         self.breaches += step.breaches.len() as u64;
         for (side, breach) in &step.breaches {
             if self.first_breaches.len() < QUOTED_BREACHES {

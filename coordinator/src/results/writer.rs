@@ -1,4 +1,4 @@
-//! The thread that writes outputs: a slow disk holds nobody up while its queue has room, and a disk that hangs ends the
+//! The thread that writes outputs: a slow disk delays no one while its queue has room, and a disk that hangs ends the
 //! run within a deadline.
 
 use std::fs::File;
@@ -45,7 +45,7 @@ impl Writer {
         let first = problem.clone();
         let work = move || {
             write(recorder, ordered, &first);
-            // Nobody waits for the end of a run that was given up.
+            // An aborted run does not wait for this.
             let _ = end.send(());
         };
         let thread = std::thread::Builder::new().name("outputs".into()).spawn(work);
@@ -74,7 +74,7 @@ impl Writer {
         task: impl FnOnce(&mut Recorder) -> Result<(), Failure> + Send + 'static,
     ) -> Result<(), Failure> {
         let room = self.within(self.frames.clone().acquire_owned()).await?;
-        // Closed by nobody.
+        // Never closed.
         self.send(Order::Do(Box::new(task), room.ok())).await
     }
 
@@ -83,16 +83,16 @@ impl Writer {
     /// # Errors
     /// As [`Writer::order`].
     pub async fn state(&self, step: u64) -> Result<(RecorderState, [File; 2]), Failure> {
-        let (tell, told) = oneshot::channel();
+        let (reply, answer) = oneshot::channel();
         self.order(move |recorder| {
             let state = recorder.state(step);
             let failed = state.as_ref().err().cloned().map_or(Ok(()), Err);
-            // Whoever asked waits, or has given the run up.
-            drop(tell.send(state));
+            // The caller waits, or the run was aborted.
+            drop(reply.send(state));
             failed
         })
         .await?;
-        self.within(told).await?.map_err(|_| self.problem())?
+        self.within(answer).await?.map_err(|_| self.problem())?
     }
 
     /// Completes all tables.
@@ -100,9 +100,9 @@ impl Writer {
     /// # Errors
     /// When anything could not be written.
     pub async fn finish(self) -> Result<Recorded, Failure> {
-        let (tell, told) = oneshot::channel();
-        self.send(Order::Finish(tell)).await?;
-        self.within(told).await?.map_err(|_| self.problem())?
+        let (reply, answer) = oneshot::channel();
+        self.send(Order::Finish(reply)).await?;
+        self.within(answer).await?.map_err(|_| self.problem())?
     }
 
     /// Ends the thread and leaves the files as they are, for another writer.
@@ -148,7 +148,7 @@ impl Writer {
 
 fn hangs(deadline: Duration) -> Failure {
     Failure::output(format!(
-        "the disk of the results has taken nothing for {} s; look after it, or raise `[deadlines] disk_s`",
+        "no output could be written for {} s (storage stalled?); check the disk, or raise `[deadlines] disk_s`",
         deadline.as_secs_f64()
     ))
 }
@@ -163,8 +163,8 @@ fn write(mut recorder: Recorder, mut orders: mpsc::Receiver<Order>, problem: &Mu
                     return;
                 }
             }
-            Order::Finish(tell) => {
-                drop(tell.send(recorder.finish()));
+            Order::Finish(reply) => {
+                drop(reply.send(recorder.finish()));
                 return;
             }
         }
@@ -224,7 +224,7 @@ mod tests {
         });
         drop(disk);
         assert_eq!(failure.kind, Kind::Output);
-        assert!(failure.message.contains("has taken nothing for 0.05 s"), "{failure}");
+        assert!(failure.message.contains("could be written for 0.05 s"), "{failure}");
         assert!(failure.message.contains("disk_s"), "{failure}");
     }
 

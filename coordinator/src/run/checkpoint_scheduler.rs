@@ -1,4 +1,4 @@
-//! When checkpoints of a run are due, and writing them while the solvers go on.
+//! When checkpoints of a run are due, and writing them while the solvers continue.
 
 use std::fs::File;
 use std::path::PathBuf;
@@ -24,7 +24,7 @@ pub struct Schedule {
     pub every_wall: Duration,
 }
 
-/// What a checkpoint says of its case.
+/// What a checkpoint records of its case.
 #[derive(Clone, Debug)]
 pub struct CaseFacts {
     /// As `Case::identity` gives it.
@@ -42,7 +42,7 @@ pub struct CheckpointScheduler {
     /// Wall time of the run before this process or attempt.
     wall_before: f64,
     last: Instant,
-    asked: Instant,
+    requested: Instant,
     /// Longest wait for the disk.
     deadline: Duration,
     writing: Option<JoinHandle<Result<Written, OutputError>>>,
@@ -50,7 +50,7 @@ pub struct CheckpointScheduler {
 }
 
 impl CheckpointScheduler {
-    /// A keeper of the checkpoints in `folder` of a run of `case`; one that the disk has not taken within `deadline` ends the
+    /// A scheduler of the checkpoints in `folder` of a run of `case`; one that is not on the disk within `deadline` ends the
     /// run.
     pub fn new(folder: PathBuf, schedule: Schedule, deadline: Duration, case: CaseFacts) -> Self {
         let now = Instant::now();
@@ -61,7 +61,7 @@ impl CheckpointScheduler {
             started: now,
             wall_before: 0.0,
             last: now,
-            asked: now,
+            requested: now,
             deadline,
             writing: None,
             figures: Checkpoints::default(),
@@ -73,7 +73,7 @@ impl CheckpointScheduler {
         &self.store
     }
 
-    /// Goes on from `checkpoint`.
+    /// Continues from `checkpoint`.
     pub fn resume(&mut self, checkpoint: &RunCheckpoint) {
         self.wall_before = checkpoint.outputs.wall_seconds;
         self.started = Instant::now();
@@ -105,16 +105,16 @@ impl CheckpointScheduler {
         self.writing.is_none() && self.last.elapsed() >= self.schedule.every_wall
     }
 
-    /// Notes that the solvers were asked and wait.
-    pub fn asked(&mut self) {
-        self.asked = Instant::now();
+    /// Notes that the solvers' states were requested; the solvers wait.
+    pub fn requested(&mut self) {
+        self.requested = Instant::now();
     }
 
-    /// Takes the solvers' states at the boundary of `step`; they need not wait any longer. Writing goes on beside.
+    /// Takes the solvers' states at the boundary of `step`; they need not wait any longer. Writing proceeds on a thread of its own.
     ///
     /// # Errors
     /// When the outputs, or the checkpoint before, could not be brought to the disk.
-    pub async fn keep(
+    pub async fn write(
         &mut self,
         step: u64,
         sides: Vec<CheckpointData>,
@@ -126,13 +126,13 @@ impl CheckpointScheduler {
         let CaseFacts { identity: case, origin } = self.case.clone();
         let outputs = OutputState { case, recorder, wall_seconds: self.wall_seconds(), origin };
         let checkpoint = RunCheckpoint { step, time, sides, outputs };
-        self.figures.held_seconds += self.asked.elapsed().as_secs_f64();
+        self.figures.held_seconds += self.requested.elapsed().as_secs_f64();
         self.last = Instant::now();
         self.figures.last_step = Some(step);
         let store = self.store.clone();
         self.writing = Some(tokio::task::spawn_blocking(move || {
             let _span = trace_span!(target: TRACE, "write checkpoint").entered();
-            write(&store, &checkpoint, &tables)
+            write_files(&store, &checkpoint, &tables)
         }));
         Ok(())
     }
@@ -145,7 +145,7 @@ impl CheckpointScheduler {
         let Some(writing) = self.writing.as_mut() else { return Ok(()) };
         let Ok(written) = tokio::time::timeout(self.deadline, writing).await else {
             return Err(Failure::output(format!(
-                "the disk of the checkpoints has not taken one within {} s; look after it, or raise `[deadlines] disk_s`",
+                "no checkpoint could be written within {} s (storage stalled?); check the disk, or raise `[deadlines] disk_s`",
                 self.deadline.as_secs_f64()
             )));
         };
@@ -153,13 +153,13 @@ impl CheckpointScheduler {
         self.take(written)
     }
 
-    /// Waits until a checkpoint that is being written is on the disk; for ever when there is none.
+    /// Waits until a checkpoint that is being written is on the disk; without end when there is none.
     ///
     /// # Errors
     /// As [`CheckpointScheduler::finish`].
     pub async fn written(&mut self) -> Result<(), Failure> {
         let Some(writing) = self.writing.as_mut() else { return std::future::pending().await };
-        // Without a deadline: the run goes on meanwhile.
+        // Without a deadline: the run continues meanwhile.
         let written = writing.await;
         self.writing = None;
         self.take(written)
@@ -184,7 +184,7 @@ impl CheckpointScheduler {
 }
 
 /// Brings tables and checkpoint to the disk, in this order: what a checkpoint refers to is there before it.
-fn write(store: &Store, checkpoint: &RunCheckpoint, tables: &[File]) -> Result<Written, OutputError> {
+fn write_files(store: &Store, checkpoint: &RunCheckpoint, tables: &[File]) -> Result<Written, OutputError> {
     for table in tables {
         table
             .sync_all()

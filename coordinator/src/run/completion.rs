@@ -151,9 +151,9 @@ fn summarise(
             recorded.work,
         ),
         iterations: case.run_setup().coupling.and_then(|coupling| coupling.iterate).map(|_| {
-            let Iterations { sum, largest, unsettled } = tally.iterations;
+            let Iterations { sum, largest, unconverged } = tally.iterations;
             let mean = (tally.steps > 0).then(|| sum as f64 / tally.steps as f64);
-            summary::IterationSummary { mean, largest, unsettled_steps: unsettled }
+            summary::IterationSummary { mean, largest, unsettled_steps: unconverged }
         }),
         fluid,
         solid,

@@ -149,7 +149,7 @@ pub fn results(summary: &Summary) -> Vec<Fact> {
     if let Some(iterations) = &summary.iterations {
         let mean = iterations.mean.map_or(String::new(), |mean| format!("{mean:.2} a step, "));
         let text = format!(
-            "{mean}at most {}; {} steps had not settled at the limit",
+            "{mean}at most {}; {} steps had not converged at the limit",
             iterations.largest, iterations.unsettled_steps
         );
         facts.push(fact("iterations", text));

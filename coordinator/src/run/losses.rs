@@ -41,7 +41,7 @@ impl Losses {
 }
 
 impl EndedAttempt {
-    /// Notes in `losses` what was lost, says in the failure how it ended, and answers it where starting servers again may help:
+    /// Notes in `losses` what was lost, says in the failure how it ended, and returns it where a restart may help:
     /// below `most` times.
     pub(super) async fn lost(&mut self, losses: &mut Losses, most: u64) -> Option<(Vec<Role>, Failure)> {
         let Ending::Lost { roles, step, failure } = &mut self.ending else { return None };

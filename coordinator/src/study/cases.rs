@@ -26,7 +26,7 @@ pub struct Study {
     spacings: &'static [Chosen<f64>],
     /// Schemes; the first is the recommended one.
     schemes: &'static [Chosen<Scheme>],
-    /// Relative error of a finished run; an `Err` says why the result is of no use.
+    /// Relative error of a finished run; an `Err` says why the result is not valid.
     pub error: fn(&Results) -> Result<f64, String>,
     /// CPU time of the coarsest member at its own step \[s\], for the forecast.
     seconds: f64,

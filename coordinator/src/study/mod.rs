@@ -1,7 +1,7 @@
 //! What accuracy costs. Cases with known answers are run over resolution, scheme and step; error
 //! against CPU time shows which settings are worth their cost.
 //!
-//! A case is an entry of [`cases::ALL`]. A run that this build has finished is not made again. The measures of error
+//! A case is an entry of [`cases::ALL`]. A run that this build has finished is not repeated. The measures of error
 //! are shared with the verification suite `validate`, which judges goals instead.
 
 pub mod cases;
@@ -174,7 +174,7 @@ fn members(request: &StudyRequest) -> Result<Vec<Member>, Failure> {
     Ok(members)
 }
 
-/// Runs a member, or reads what it left; tells whether it was kept.
+/// Runs a member, or reads what it left; returns whether it was kept.
 fn measured(member: &Member, request: &StudyRequest, totals: &Totals) -> Result<(Measured, bool), Failure> {
     let folder = request.out.join("runs").join(ALL[member.study].name).join(member.label());
     let (file, kept) = (folder.join("case.toml"), folder.join(MEASURED));

@@ -62,7 +62,7 @@ fn machine() -> String {
     format!("{model}, {cores} cores")
 }
 
-/// What the runs of a case say: the best of each scheme, and where the time goes on the front's finest.
+/// What the runs of a case show: the best of each scheme, and where the time goes on the front's finest.
 fn findings(panel: &Panel<'_>) -> String {
     let mut rows: Vec<(String, String)> = Vec::new();
     for scheme in &panel.schemes {

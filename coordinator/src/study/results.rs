@@ -58,9 +58,9 @@ impl Results {
 pub struct Measured {
     /// Builds of the solvers and arithmetic path that made it.
     pub made_by: String,
-    /// Relative error \[-\], if the result is of use.
+    /// Relative error \[-\], if the result is valid.
     pub error: Option<f64>,
-    /// Why it is of none: it stopped, or is torn.
+    /// Why it is not: the run stopped, or the fluid is torn.
     pub flaw: Option<String>,
     /// CPU time of all steps \[s\].
     pub cpu_seconds: f64,

@@ -160,7 +160,7 @@ impl FluidTable {
         self.kernel_ratio.value * self.particle_spacing_m.value
     }
 
-    /// What the solvers are told.
+    /// Set-up of the solvers.
     pub fn constants(&self) -> FluidConstants {
         FluidConstants {
             rest_density: self.rest_density_kg_m3.value,
@@ -212,7 +212,7 @@ impl DampingTable {
         Some(read)
     }
 
-    /// What the solvers are told.
+    /// Set-up of the solvers.
     pub fn to_setup(&self) -> Damping {
         Damping { rate: self.rate_per_s, until: self.until_s }
     }

@@ -133,7 +133,7 @@ impl IterateTable {
         read
     }
 
-    /// What the solvers are told.
+    /// Set-up of the solvers.
     pub fn to_setup(&self) -> Iterate {
         Iterate {
             relaxation: match &self.relaxation {
@@ -188,7 +188,7 @@ impl ServersTable {
         {
             if table.has(given) && !table.has(needed) {
                 let error =
-                    CaseError::new(&table.place_of(given), format!("is of no use without `{needed}`"));
+                    CaseError::new(&table.place_of(given), format!("has no effect without `{needed}`"));
                 table.error(error.hint("give both, or neither"));
             }
         }

@@ -111,7 +111,7 @@ impl BodyForceTable {
         Self { gravity_m_s2, acceleration_m_s2 }
     }
 
-    /// What the solvers are told.
+    /// Set-up of the solvers.
     pub fn to_setup(&self) -> sph::setup::BodyForce {
         let expressions =
             self.acceleration_m_s2.as_ref().map(|pair| pair.each_ref().map(|written| written.value.text()));
@@ -193,7 +193,7 @@ impl TimeTable {
         Self { start_time_s, end_time_s, step, limit_factor, intact: table.finish() }
     }
 
-    /// What the solvers are told.
+    /// Set-up of the solvers.
     pub fn to_setup(&self) -> TimePlan {
         let step = match &self.step {
             StepTable::Fixed { time_step_s } => StepPolicy::Fixed { time_step: time_step_s.value },
@@ -247,7 +247,7 @@ impl OutputsTable {
         Self { snapshot_interval_s, probe_interval_s, ledger_every_steps, picture_times_s }
     }
 
-    /// What the solvers are told.
+    /// Set-up of the solvers.
     pub fn plan(&self) -> OutputPlan {
         OutputPlan { snapshot_interval: self.snapshot_interval_s, probe_interval: self.probe_interval_s }
     }
@@ -286,7 +286,7 @@ impl LedgerTable {
         read
     }
 
-    /// What the solvers are told.
+    /// Set-up of the solvers.
     pub fn to_setup(&self) -> LedgerPolicy {
         LedgerPolicy {
             action: self.action.value,
@@ -324,7 +324,7 @@ impl MotionTable {
         Some(read)
     }
 
-    /// What the solvers are told.
+    /// Set-up of the solvers.
     pub fn to_setup(&self) -> Motion {
         Motion {
             displacement: [self.displacement_x_m.value.text(), self.displacement_y_m.value.text()],

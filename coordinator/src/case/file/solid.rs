@@ -111,7 +111,7 @@ impl SubstepsKey {
         Some(Self::Count(count))
     }
 
-    /// What the solvers are told.
+    /// Set-up of the solvers.
     pub fn to_setup(self) -> SolidStepping {
         match self {
             Self::Count(count) => SolidStepping::Substeps(SubstepCount::Fixed(count)),
@@ -149,7 +149,7 @@ impl ContactTable {
         read
     }
 
-    /// What the solvers are told.
+    /// Set-up of the solvers.
     pub fn to_setup(&self) -> ContactLaw {
         match *self {
             Self::Repulsion { stiffness, distance, damping, friction, self_contact } => {
@@ -280,7 +280,7 @@ impl MaterialTable {
         Self { density_kg_m3, moduli }
     }
 
-    /// What the solvers are told.
+    /// Set-up of the solvers.
     pub fn to_setup(&self) -> ElasticMaterial {
         let (bulk_modulus, shear_modulus) = match self.moduli {
             Moduli::BulkShear { bulk_modulus_pa, shear_modulus_pa } => (bulk_modulus_pa, shear_modulus_pa),
@@ -372,7 +372,7 @@ impl FormulationTable {
         read
     }
 
-    /// What the solvers are told, for particles of `spacing` \[m\].
+    /// Set-up of the solvers, for particles of `spacing` \[m\].
     pub fn to_setup(&self, spacing: f64) -> Formulation {
         match *self {
             Self::Rigid => Formulation::Rigid,
@@ -442,7 +442,7 @@ impl LoadTable {
         Self { name, shape, pressure_pa, traction_pa }
     }
 
-    /// What the solvers are told; `None` if the table is wrong.
+    /// Set-up of the solvers; `None` if the table is wrong.
     pub fn to_law(&self) -> Option<LoadLaw> {
         match (&self.pressure_pa, &self.traction_pa) {
             (Some(pressure), None) => Some(LoadLaw::Pressure(pressure.value.text())),
@@ -488,7 +488,7 @@ impl SupportTable {
         Self { name, shape, held: held.unwrap_or(default), motion, release_time_s }
     }
 
-    /// What the solvers are told.
+    /// Set-up of the solvers.
     pub fn to_setup(&self) -> Support {
         Support {
             name: self.name.value.clone(),

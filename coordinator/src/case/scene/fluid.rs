@@ -9,7 +9,7 @@ use super::lattice::Lattice;
 use super::overlap::{Crowd, first_clashes};
 use super::start::{field, start};
 use super::wall::retain;
-use super::{Scene, index, meets_itself, report_outside, shown};
+use super::{Scene, index, meets_itself, point_text, report_outside};
 use crate::case::errors::{CaseError, ErrorList};
 use crate::case::file::CaseFile;
 use crate::case::file::fluid::{FluidTable, RegionTable};
@@ -190,7 +190,7 @@ impl Obstacle {
     ) {
         let Some(first) = kept.iter().position(|kept| !kept) else { return };
         if !self.cuts {
-            let problem = format!("overlaps {} at {}", self.name, shown(&positions[first]));
+            let problem = format!("overlaps {} at {}", self.name, point_text(&positions[first]));
             let error = CaseError::new(&region.name.place, problem).value(&region.name.value);
             lattice.errors.add(error.hint(format!("set `{} = true` or change the shape", self.key)));
             return;
@@ -209,7 +209,7 @@ fn report_clashes(fluid: &FluidTable, domain: &Domain, laid: &[(usize, Vec<Vecto
     for clash in first_clashes(domain, &positions, &regions, spacing.value, &spacing.place, errors) {
         let names = [clash.groups.0, clash.groups.1].map(|region| &fluid.regions[region as usize].name);
         let problem =
-            format!("overlaps the region `{}` at {}", quoted(&names[0].value), shown(&clash.position));
+            format!("overlaps the region `{}` at {}", quoted(&names[0].value), point_text(&clash.position));
         let error = CaseError::new(&names[1].place, problem).value(&names[1].value);
         errors.add(error.hint("make the shapes disjoint, for example with a difference"));
     }

@@ -77,7 +77,7 @@ impl<'a> Lattice<'a> {
         if self.take(written, positions.len()) { positions } else { Vec::new() }
     }
 
-    /// Books `count` particles; whether the scene may have them.
+    /// Counts `count` particles in; whether the scene may have them.
     pub fn take(&mut self, written: &At<ShapeTable>, count: usize) -> bool {
         let enough = count <= self.left;
         if !enough {

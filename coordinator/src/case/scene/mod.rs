@@ -122,7 +122,7 @@ fn index(k: usize) -> u32 {
 }
 
 /// `(x, y) m`.
-pub fn shown(x: &sph::vector::Vector) -> String {
+pub fn point_text(x: &sph::vector::Vector) -> String {
     if x.amax() < 1e7 { format!("({:.6}, {:.6}) m", x.x, x.y) } else { format!("({:e}, {:e}) m", x.x, x.y) }
 }
 
@@ -159,7 +159,8 @@ fn report_outside<'a>(
     let mut outside = outside.filter(|x| !domain.contains(x)).peekable();
     if let Some(first) = outside.peek().copied() {
         let count = outside.count();
-        let problem = format!("{what} leaves the domain: {count} particles outside, one at {}", shown(first));
+        let problem =
+            format!("{what} leaves the domain: {count} particles outside, one at {}", point_text(first));
         let allowed = format!(
             "x from {} to {}, y from {} to {}",
             domain.lower.x, domain.upper.x, domain.lower.y, domain.upper.y

@@ -8,7 +8,7 @@ use super::lattice::Lattice;
 use super::loads::faces;
 use super::overlap::first_clashes;
 use super::start::field;
-use super::{Scene, index, meets_itself, report_outside, shown};
+use super::{Scene, index, meets_itself, point_text, report_outside};
 use crate::case::errors::{CaseError, ErrorList};
 use crate::case::file::CaseFile;
 use crate::case::file::solid::{BodyTable, FormulationTable, SolidTable, SupportTable};
@@ -42,7 +42,7 @@ pub fn lay_out(
         let names = [clash.groups.0, clash.groups.1].map(|body| &solid.bodies[body as usize].name);
         let error = CaseError::new(
             &names[1].place,
-            format!("overlaps the body `{}` at {}", quoted(&names[0].value), shown(&clash.position)),
+            format!("overlaps the body `{}` at {}", quoted(&names[0].value), point_text(&clash.position)),
         );
         errors.add(error.value(&names[1].value).hint("leave at least one particle spacing between bodies"));
     }
@@ -127,7 +127,7 @@ fn assign_supports(body: &BodyTable, positions: &[Vector], errors: &ErrorList) -
                 *slot = index(k + 1);
             } else if *slot <= index(k) {
                 let other = quoted(&body.supports[*slot as usize - 1].name.value);
-                let problem = format!("holds the particle at {} that `{other}` holds already", shown(x));
+                let problem = format!("holds the particle at {} that `{other}` holds already", point_text(x));
                 errors.add(
                     CaseError::new(&written.place, problem).hint("make the shapes of the supports disjoint"),
                 );

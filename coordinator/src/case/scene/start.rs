@@ -6,7 +6,7 @@ use sph::kernel::CubicSpline;
 use sph::setup::{FluidConstants, GradientCorrection};
 use sph::vector::Vector;
 
-use super::shown;
+use super::point_text;
 use crate::case::errors::{CaseError, ErrorList, Place};
 use crate::case::file::fluid::{HydrostaticLattice, ParticleMass, StartTable};
 use crate::case::reader::{At, Written, is_bounded};
@@ -35,7 +35,7 @@ pub fn values(written: &At<Written>, positions: &[Vector], errors: &ErrorList) -
     }
     let mut values: Vec<f64> = positions.iter().map(|x| expression.eval(&[x.x, x.y])).collect();
     if let Some(k) = values.iter().position(|value| !is_bounded(*value)) {
-        let problem = format!("is {:e} at {}", values[k], shown(&positions[k]));
+        let problem = format!("is {:e} at {}", values[k], point_text(&positions[k]));
         let allowed = "finite values in the whole shape, of a magnitude of at most 1e30";
         errors.add(CaseError::new(&written.place, problem).value(text).allowed(allowed));
         values.fill(0.0);
@@ -85,7 +85,7 @@ pub fn start(
                 let problem = format!(
                     "{} Pa at {} means a density of {} kg/m³",
                     pressure[k],
-                    shown(&positions[k]),
+                    point_text(&positions[k]),
                     density[k]
                 );
                 let error = CaseError::new(&pressure_pa.place, problem);

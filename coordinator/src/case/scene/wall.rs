@@ -10,7 +10,7 @@ use sph::vector::Vector;
 
 use super::lattice::Lattice;
 use super::overlap::{Crowd, MOST_CLASHES, first_clashes};
-use super::{Scene, index, shown};
+use super::{Scene, index, point_text};
 use crate::case::errors::CaseError;
 use crate::case::file::CaseFile;
 use crate::case::file::run::Side as DomainSide;
@@ -39,7 +39,7 @@ pub fn lay_out(file: &CaseFile, domain: &Domain, lattice: &mut Lattice<'_>, scen
     for clash in first_clashes(domain, &walls.position, &walls.wall, spacing, place, lattice.errors) {
         let names = [clash.groups.0, clash.groups.1].map(|wall| &file.walls[wall as usize].name);
         let problem =
-            format!("overlaps the wall `{}` at {}", quoted(&names[0].value), shown(&clash.position));
+            format!("overlaps the wall `{}` at {}", quoted(&names[0].value), point_text(&clash.position));
         let error = CaseError::new(&names[1].place, problem).value(&names[1].value);
         lattice.errors.add(error.hint("make the shapes disjoint, for example with a difference"));
     }
@@ -97,7 +97,7 @@ fn lay_out_wall(
                 "wall `{}` reaches across the periodic side along {}, at {}",
                 quoted(&wall.name.value),
                 choice.word,
-                shown(&particle.position)
+                point_text(&particle.position)
             );
             lattice
                 .errors
@@ -242,7 +242,7 @@ fn cut_by_solids(file: &CaseFile, spacing: f64, domain: &Domain, lattice: &Latti
         }
         if reported.insert(clash) {
             let (body, wall) = (&solid.bodies[clash.0 as usize].name, &file.walls[wall as usize].name);
-            let problem = format!("overlaps the wall `{}` at {}", quoted(&wall.value), shown(x));
+            let problem = format!("overlaps the wall `{}` at {}", quoted(&wall.value), point_text(x));
             let error = CaseError::new(&body.place, problem).value(&body.value);
             let hint = "move it out of the wall, or hold the part inside with a support";
             lattice.errors.add(error.hint(hint));

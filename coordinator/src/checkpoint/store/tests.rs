@@ -147,7 +147,7 @@ impl Unsynced {
     }
 }
 
-/// Does `operations` anew under `root`, as a disk holds them after a cut.
+/// Repeats `operations` under `root`, as a disk holds them after a cut.
 fn replay(root: &Path, operations: &[Operation], unsynced: Unsynced) {
     let synced = |after: usize, path: &Path| {
         operations[after..].iter().any(|later| matches!(later, Operation::Sync(at) if at == path))
@@ -206,7 +206,7 @@ fn after_all_cuts(
                 assert_eq!(found.sides, checkpoint(found.step).sides, "{cut}, {unsynced:?}");
             }
             look(cut, unsynced, found.map(|found| found.step));
-            // The next run cleans up and goes on; bringing each to the disk takes its time.
+            // The next run cleans up and continues; bringing each to the disk takes its time.
             if !matches!(unsynced, Unsynced::Scattered(_)) {
                 store.write(&mut Disk, &checkpoint(50)).unwrap();
                 assert_eq!(newest_step(&store), Some(50));

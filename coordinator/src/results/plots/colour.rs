@@ -12,7 +12,7 @@ pub const WATER: Rgb = [203, 231, 222];
 /// Values that are no number.
 pub const INVALID: Rgb = [255, 0, 200];
 
-/// Line colours after Okabe & Ito (2008), told apart with all common kinds of colour vision; the blue is lighter than
+/// Line colours after Okabe & Ito (2008), distinct with all common kinds of colour vision; the blue is lighter than
 /// theirs, to be seen on dark pages too.
 pub const LINES: [Rgb; 7] = [
     [38, 132, 200],

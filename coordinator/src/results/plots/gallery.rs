@@ -1,4 +1,4 @@
-//! Keeps the snapshots for the report while a run goes on, and only those.
+//! Keeps the snapshots for the report during a run, and only those.
 
 use std::collections::VecDeque;
 

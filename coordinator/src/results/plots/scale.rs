@@ -31,7 +31,7 @@ pub fn ticks(lower: f64, upper: f64, wanted: usize) -> (Vec<f64>, f64) {
     (ticks, step)
 }
 
-/// `value` with the decimals that tell ticks at distance `step` apart.
+/// `value` with the decimals that distinguish ticks at distance `step`.
 pub fn label(value: f64, step: f64) -> String {
     // Ticks are 1, 2 or 5 times a power of ten; the clamp keeps the cast in range.
     let decimals = (-step.log10() - 1e-9).ceil().clamp(0.0, 17.0) as usize;

@@ -1,4 +1,4 @@
-//! Particles of the report's pictures, kept beside the checkpoints.
+//! Particles of the report's pictures, kept in the folder of checkpoints.
 
 use std::path::PathBuf;
 
@@ -45,7 +45,7 @@ pub(super) fn stored_pictures(
     (pictures, stored)
 }
 
-/// Removes what was stored for the report beside the checkpoints and does not belong to `state`.
+/// Removes what was stored for the report in the folder of checkpoints and does not belong to `state`.
 ///
 /// # Errors
 /// When the system refuses.

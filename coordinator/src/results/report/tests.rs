@@ -181,7 +181,7 @@ fn ledger(sides: &[Role]) -> Table {
                 power: 0.5 * sign,
                 ..InterfaceSums::default()
             };
-            let books = |duration: f64| StageBooks {
+            let budget = |duration: f64| StageBooks {
                 interface,
                 duration,
                 momentum_change: duration * sign * force * (1.0 + 1e-15 * (2.0 + (900.0 * t).sin())),
@@ -192,7 +192,7 @@ fn ledger(sides: &[Role]) -> Table {
                 step,
                 end_time: t + 5e-4,
                 time_step: 5e-4,
-                books: [books(2.5e-4), books(5e-4)],
+                books: [budget(2.5e-4), budget(5e-4)],
                 energies: Energies { kinetic: 50.0 * t, potential: 60.0 - 52.0 * t, internal: 0.4 * t * t },
                 ..StepReport::default()
             }

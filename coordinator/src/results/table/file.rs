@@ -11,7 +11,7 @@ use super::mark::{Before, Difference, Marked, TableMark};
 /// What to do about a table that is not as it was at the checkpoint.
 const REMEDY: &str = "put it back as the run left it, add `--accept-changed-outputs` to continue with the rows that are \
                       there, which `summary.json` will say, or repeat the run by `run --force`";
-/// Longest line that is taken for a row \[bytes\].
+/// Longest line that is read as a row \[bytes\].
 const LONGEST_LINE: u64 = 1 << 20;
 
 /// A CSV file that grows during a run, under a partial name until [`TableFile::finish`].
@@ -37,7 +37,7 @@ pub enum Changed {
     Accept,
 }
 
-/// A table of an earlier run, and what must be said of it.
+/// A table of an earlier run, and a warning about it, if any.
 pub struct Resumed {
     /// The table.
     pub file: TableFile,

@@ -1,4 +1,4 @@
-//! Lock-step as the coordinator sees it: who has completed what, whether the books balance, what may be granted next.
+//! Lock-step as the coordinator sees it: who has completed what, whether the momentum budgets balance, what may be granted next.
 //!
 //! Pure bookkeeping without I/O: events in, matched steps out.
 
@@ -13,7 +13,7 @@ use sph::vector::Vector;
 
 use crate::results::matched_step::MatchedStep;
 
-/// Matches the step reports of the participants and checks their books.
+/// Matches the step reports of the participants and checks their momentum budgets.
 #[derive(Debug)]
 pub struct LockStep {
     policy: LedgerPolicy,
@@ -37,7 +37,7 @@ impl LockStep {
         }
     }
 
-    /// Goes on after `completed` steps, in which `impulse` \[N s/m\] crossed the interface.
+    /// Continues after `completed` steps, in which `impulse` \[N s/m\] crossed the interface.
     pub fn resume(&mut self, completed: u64, impulse: [Vector; 2]) {
         (self.completed, self.impulse) = (completed, impulse);
     }
@@ -105,14 +105,14 @@ mod tests {
     fn report(step: u64, force: Vector) -> StepReport {
         let interface =
             InterfaceSums { force, gross_force: 10.0, gross_torque: 10.0, ..InterfaceSums::default() };
-        let books = |duration: f64| StageBooks {
+        let budget = |duration: f64| StageBooks {
             interface,
             duration,
             momentum_change: duration * force,
             gross_momentum: 1.0,
             ..StageBooks::default()
         };
-        StepReport { step, time_step: 0.1, books: [books(0.05), books(0.1)], ..StepReport::default() }
+        StepReport { step, time_step: 0.1, books: [budget(0.05), budget(0.1)], ..StepReport::default() }
     }
 
     fn coupled() -> LockStep {

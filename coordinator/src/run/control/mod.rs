@@ -26,14 +26,14 @@ use crate::run::signals::StopRequest;
 use faults::{RANK_CONSEQUENCE, kind_of, rank};
 use stall::StepWatch;
 
-/// A participant that does not end within this time after the run was given up is left behind.
+/// A participant that does not end within this time after an abort is left behind.
 const ABORT_DEADLINE: Duration = Duration::from_secs(20);
 
 /// Time between looks at the own clock.
 const TICK: Duration = Duration::from_secs(1);
 /// From this time between two looks on, this process was stopped or starved.
 const LONGEST_GAP: Duration = Duration::from_secs(5);
-/// A loss within this time after a pause is its consequence: servers give up a coordinator that does not answer.
+/// A loss within this time after a pause is its consequence: servers abort when the coordinator does not answer.
 const PAUSE_MATTERS: Duration = Duration::from_secs(30);
 
 /// How a run ended.
@@ -45,9 +45,9 @@ pub enum Ending {
     Stopped,
     /// Out of order.
     Failed(Failure),
-    /// A solver or the way to it was lost: with the other, or another in its place, the run may go on.
+    /// A solver or the connection to it was lost: with the other, or another in its place, the run may continue.
     Lost {
-        /// Solvers that were lost; none when only the way between them was.
+        /// Solvers that were lost; none when only the connection between them was.
         roles: Vec<Role>,
         /// Step in which they were missed.
         step: u64,
@@ -56,7 +56,7 @@ pub enum Ending {
     },
 }
 
-/// Where a run goes on.
+/// Where a run continues.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ResumedAt {
     /// Completed steps.
@@ -76,11 +76,10 @@ pub struct Pace {
 
 /// Drives `participants` to the end of the run.
 ///
-/// Checkpoints
-/// are taken by `scheduler` where all participants can save their state. A run that goes on starts at `resumed`.
+/// `scheduler` takes checkpoints where all participants can save their state. A run that continues starts at `resumed`.
 ///
 /// # Errors
-/// When an output cannot be written; the participants have been told to give up.
+/// When an output cannot be written; the participants have been ordered to abort.
 pub async fn drive(
     participants: &mut Participants,
     run: &RunSetup,
@@ -133,21 +132,21 @@ struct Control {
     lost: Vec<Role>,
     /// A broken balance for which the run stops at a boundary.
     breach: Option<Failure>,
-    /// Somebody wants the run to stop at a boundary.
+    /// A stop at a boundary was requested.
     stopping: bool,
-    /// The participants have been told so.
+    /// The participants have been ordered to.
     stop_sent: bool,
     steps: StepWatch,
     ticks: Interval,
     ticked: Instant,
     /// How long this process did not get to run, and when it did again.
-    paused: Option<(Duration, Instant)>,
+    interrupted: Option<(Duration, Instant)>,
     can_save: bool,
     taking: Option<Taking>,
-    /// A checkpoint is wanted at the end of the granted steps.
-    wanted: bool,
-    /// Boundary at which each participant holds until it is told to stop.
-    held: BTreeMap<Role, u64>,
+    /// A checkpoint is due at the end of the granted steps.
+    checkpoint_due: bool,
+    /// Boundary at which each participant pauses until it is ordered to stop.
+    paused_at: BTreeMap<Role, u64>,
 }
 
 impl Control {
@@ -168,11 +167,11 @@ impl Control {
             steps: StepWatch::new(pace.step_deadline),
             ticks: ticks(),
             ticked: Instant::now(),
-            paused: None,
+            interrupted: None,
             can_save: false,
             taking: None,
-            wanted: false,
-            held: BTreeMap::new(),
+            checkpoint_due: false,
+            paused_at: BTreeMap::new(),
         }
     }
 
@@ -185,14 +184,14 @@ impl Control {
     ) -> Result<Ending, Failure> {
         let mut since = None;
         while !self.running.is_empty() {
-            let given_up = self.failure.is_some() || !self.faults.is_empty();
-            if given_up {
+            let aborting = self.failure.is_some() || !self.faults.is_empty();
+            if aborting {
                 since.get_or_insert_with(Instant::now);
             }
-            let last_word = since.unwrap_or_else(Instant::now) + ABORT_DEADLINE;
+            let final_reports_by = since.unwrap_or_else(Instant::now) + ABORT_DEADLINE;
             tokio::select! {
                 biased;
-                // First: whoever was stopped himself must know it before he takes others for silent.
+                // First: a coordinator that was stopped must know it before it treats others as silent.
                 _ = self.ticks.tick() => self.tick(participants),
                 Some(request) = stops.recv() => self.stop(request, participants, scheduler),
                 written = scheduler.written() => written?,
@@ -204,7 +203,7 @@ impl Control {
                         Err(failure) => self.lost(role, failure, participants),
                     }
                 }
-                () = tokio::time::sleep_until(last_word.into()), if given_up => break,
+                () = tokio::time::sleep_until(final_reports_by.into()), if aborting => break,
             }
         }
         scheduler.finish().await?;
@@ -217,15 +216,16 @@ impl Control {
             return;
         }
         let completed = self.lockstep.completed();
-        self.wanted |= self.can_save && scheduler.due_by_clock();
-        let all_hold = self.held.len() == self.running.len() && self.held.values().all(|at| *at == completed);
-        if all_hold || completed == self.granted {
-            let ends = all_hold || self.stopping;
-            let due = ends || self.wanted || scheduler.due_at(completed);
+        self.checkpoint_due |= self.can_save && scheduler.due_by_clock();
+        let all_pause =
+            self.paused_at.len() == self.running.len() && self.paused_at.values().all(|at| *at == completed);
+        if all_pause || completed == self.granted {
+            let ends = all_pause || self.stopping;
+            let due = ends || self.checkpoint_due || scheduler.due_at(completed);
             if self.can_save && due && completed > 0 {
-                self.wanted = false;
+                self.checkpoint_due = false;
                 self.taking = Some(Taking { step: completed, sides: Vec::new() });
-                scheduler.asked();
+                scheduler.requested();
                 participants.ask_for_checkpoints(completed);
                 return;
             }
@@ -235,7 +235,7 @@ impl Control {
                 return;
             }
         }
-        let closing = self.stopping || self.wanted || !self.held.is_empty();
+        let closing = self.stopping || self.checkpoint_due || !self.paused_at.is_empty();
         if !closing && completed + self.window / 2 >= self.granted {
             let bound = if self.can_save { scheduler.bound(completed) } else { u64::MAX };
             let granted = (completed + self.window).min(bound);
@@ -246,7 +246,7 @@ impl Control {
         }
     }
 
-    /// Takes one side's share of a checkpoint; with the last the solvers go on.
+    /// Takes one side's share of a checkpoint; with the last the solvers continue.
     async fn saved(
         &mut self,
         side: CheckpointData,
@@ -269,8 +269,8 @@ impl Control {
         }
         let Some(Taking { step, mut sides }) = self.taking.take() else { return Ok(()) };
         sides.sort_by_key(|side| side.header.role);
-        scheduler.keep(step, sides, outputs).await?;
-        if self.stopping || !self.held.is_empty() {
+        scheduler.write(step, sides, outputs).await?;
+        if self.stopping || !self.paused_at.is_empty() {
             // A run that ends has its checkpoint on the disk before anything else happens.
             scheduler.finish().await?;
             self.stop_sent = true;
@@ -286,7 +286,7 @@ impl Control {
         let gap = self.ticked.elapsed();
         self.ticked = Instant::now();
         if gap > LONGEST_GAP {
-            self.paused = Some((gap, self.ticked));
+            self.interrupted = Some((gap, self.ticked));
             self.steps.rest();
         }
         self.find_stalled(participants);
@@ -304,7 +304,7 @@ impl Control {
             StopRequest::Now => {
                 self.fail(Failure::new(
                     Kind::Stopped,
-                    "given up at the second signal; outputs end where they are",
+                    "aborted at the second signal; outputs end where they are",
                 ));
                 participants.command_all(Command::Abort);
             }
@@ -332,7 +332,7 @@ impl Control {
                 self.pace(participants, scheduler);
             }
             Event::Held(held) => {
-                self.held.insert(role, held.step);
+                self.paused_at.insert(role, held.step);
                 self.pace(participants, scheduler);
             }
             // Servers answer beside their events, threads by `News::Checkpoint`.
@@ -365,9 +365,9 @@ impl Control {
                     && self.failure.is_none()
                     && self.faults.is_empty()
                 {
-                    // Nobody here told it to.
-                    let gave_up = format!("it gave the run up at {at}");
-                    self.lost(role, Failure::new(Kind::Lost, gave_up), participants);
+                    // Not by an order from here.
+                    let aborted = format!("it aborted the run at {at}");
+                    self.lost(role, Failure::new(Kind::Lost, aborted), participants);
                     return Ok(());
                 }
                 self.running.retain(|r| *r != role);
@@ -394,12 +394,12 @@ impl Control {
     }
 
     fn lost(&mut self, role: Role, mut failure: Failure, participants: &Participants) {
-        if let Some((gap, _)) = self.paused.filter(|(_, when)| when.elapsed() < PAUSE_MATTERS) {
+        if let Some((gap, _)) = self.interrupted.filter(|(_, when)| when.elapsed() < PAUSE_MATTERS) {
             let text = format!("; before that this coordinator did not run for {:.0} s", gap.as_secs_f64());
             failure.message.push_str(&text);
         }
         if !self.running.contains(&role) {
-            // Its last word came already.
+            // Its final report came already.
             return;
         }
         self.running.retain(|r| *r != role);
@@ -438,7 +438,7 @@ impl Control {
 
     fn ending(&mut self) -> Ending {
         if let Some((role, fault)) = self.faults.iter().min_by_key(|(_, fault)| rank(fault)) {
-            // A participant that was only told to give up is not the cause.
+            // A participant that was only ordered to abort is not the cause.
             if self.failure.is_none() || rank(fault) < RANK_CONSEQUENCE {
                 let failure = Failure::new(kind_of(fault), format!("{role} solver: {fault}"));
                 return match fault {
@@ -466,7 +466,7 @@ impl Control {
         }
         if !self.running.is_empty() {
             let roles: Vec<String> = self.running.iter().map(Role::to_string).collect();
-            let message = format!("no last word from the {} solver", roles.join(" and the "));
+            let message = format!("no final report from the {} solver", roles.join(" and the "));
             let failure = Failure::new(Kind::Lost, message);
             return Ending::Lost { roles: self.running.clone(), step: self.missed(), failure };
         }

@@ -40,7 +40,7 @@ impl StepWatch {
         self.last = Instant::now();
     }
 
-    /// No step is due now: the time starts anew.
+    /// No step is due now: the time starts again.
     pub(super) fn rest(&mut self) {
         self.last = Instant::now();
     }
@@ -61,11 +61,11 @@ impl StepWatch {
 }
 
 impl Control {
-    /// Takes solvers for lost that complete no step within the deadline, whatever signs of life they give.
+    /// Treats solvers as lost that complete no step within the deadline, whatever signs of life they give.
     pub(super) fn find_stalled(&mut self, participants: &Participants) {
-        let given_up = self.failure.is_some() || !self.faults.is_empty();
-        let due = self.lockstep.completed() < self.granted && self.held.len() < self.running.len();
-        if given_up || !due || self.taking.is_some() {
+        let aborting = self.failure.is_some() || !self.faults.is_empty();
+        let due = self.lockstep.completed() < self.granted && self.paused_at.len() < self.running.len();
+        if aborting || !due || self.taking.is_some() {
             self.steps.rest();
             return;
         }
@@ -73,17 +73,17 @@ impl Control {
         let waits = |role: &Role| {
             participants.latest_beat(*role).is_some_and(|beat| beat.phase == Phase::WaitingForPartner)
         };
-        let guilty: Vec<Role> = self.running.iter().copied().filter(|role| !waits(role)).collect();
-        if guilty.is_empty() {
+        let stalled: Vec<Role> = self.running.iter().copied().filter(|role| !waits(role)).collect();
+        if stalled.is_empty() {
             let completed = self.lockstep.completed();
             // Signs of life may be late as well.
             let awaited = |role| {
                 let awaited = participants.latest_beat(role).and_then(|beat| beat.awaited);
                 awaited.filter(|at| at.step >= completed)
             };
-            return self.parted(missing([Role::Fluid, Role::Solid].map(awaited)), limit, participants);
+            return self.separated(missing([Role::Fluid, Role::Solid].map(awaited)), limit, participants);
         }
-        for role in guilty {
+        for role in stalled {
             let doing =
                 participants.latest_beat(role).map_or_else(String::new, |beat| format!("; it was {beat}"));
             let text = format!(
@@ -95,8 +95,8 @@ impl Control {
         }
     }
 
-    /// Takes both solvers for lost: each waits for the other, and `missing` says for what.
-    fn parted(&mut self, missing: String, limit: Duration, participants: &Participants) {
+    /// Treats both solvers as lost: each waits for the other, and `missing` says for what.
+    fn separated(&mut self, missing: String, limit: Duration, participants: &Participants) {
         self.lost.append(&mut self.running);
         self.fail(Failure::new(
             Kind::Lost,
@@ -147,7 +147,7 @@ mod tests {
     }
 
     #[test]
-    fn the_deadline_grows_with_the_longest_step_and_starts_anew_after_a_rest() {
+    fn the_deadline_grows_with_the_longest_step_and_starts_again_after_a_rest() {
         let second = Duration::from_secs(1);
         let mut watch = StepWatch::new(10 * second);
         let start = watch.last;

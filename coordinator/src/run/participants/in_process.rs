@@ -113,7 +113,7 @@ fn spawn(
         .name(role.to_string())
         .spawn(move || {
             pool.install(move || {
-                let _told = ToldOfPanic { role, events: &events };
+                let _told = PanicReport { role, events: &events };
                 driver::run(&mut *solver, &run, &link, exchange, &receiver, &mut |event| {
                     let news = match event {
                         Event::Checkpoint(checkpoint) => {
@@ -122,7 +122,7 @@ fn spawn(
                         }
                         event => News::Event(Box::new(event)),
                     };
-                    // A closed channel means that the run is being given up; the driver sees it on its commands.
+                    // A closed channel means that the run is being aborted; the driver sees it on its commands.
                     drop(events.blocking_send((role, Ok(news))));
                 });
             });
@@ -131,7 +131,7 @@ fn spawn(
     Ok(ThreadParticipant { role, commands, thread })
 }
 
-/// What the solver of `role` in this program says of itself.
+/// Description of the solver of `role` in this program.
 pub fn description(role: Role) -> Description {
     match role {
         Role::Fluid => fluid_server::FluidFactory.describe(),
@@ -139,17 +139,17 @@ pub fn description(role: Role) -> Description {
     }
 }
 
-/// Tells when a solver's thread panics: nothing else would.
-struct ToldOfPanic<'a> {
+/// Reports a panic of a solver's thread: nothing else would.
+struct PanicReport<'a> {
     role: Role,
     events: &'a Sender<(Role, NewsResult)>,
 }
 
-impl Drop for ToldOfPanic<'_> {
+impl Drop for PanicReport<'_> {
     fn drop(&mut self) {
         if std::thread::panicking() {
             let failure = Failure::new(Kind::Internal, format!("the {} solver panicked", self.role));
-            // Nobody listens when the run is being given up.
+            // No one listens when the run is being aborted.
             drop(self.events.blocking_send((self.role, Err(failure))));
         }
     }

@@ -13,7 +13,7 @@ use crate::failure::Failure;
 use crate::run::participants::guard::Guard;
 use crate::run::participants::logs;
 
-/// A child that has not reported its address by then is given up.
+/// Longest wait for the address of a child.
 const START_DEADLINE: Duration = Duration::from_secs(30);
 /// A child that has not ended by then, after its input was closed, is killed.
 const END_DEADLINE: Duration = Duration::from_secs(5);
@@ -95,7 +95,7 @@ impl Server {
         let fresh = given.is_none();
         let access = given.map_or_else(AccessToken::fresh, Ok).map_err(Failure::internal)?;
         let mut started = Started::spawn(role, command, with.logs, *source != Source::Own)?;
-        started.tell(&access).await;
+        started.send_token(&access).await;
         let address = started.address(role).await?;
         // A program may listen elsewhere: no secret travels there unencrypted.
         let security = if fresh && !is_private(&address) {
@@ -208,7 +208,7 @@ impl Started {
     }
 
     /// Sends the access token through the pipe, which then stays open as long as the child is wanted.
-    async fn tell(&mut self, access: &AccessToken) {
+    async fn send_token(&mut self, access: &AccessToken) {
         if let Some(input) = &mut self.child.stdin {
             // A child that has ended, or has closed its input, shows when its address is read.
             let _ = input.write_all(access.line().as_bytes()).await;

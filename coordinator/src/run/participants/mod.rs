@@ -79,7 +79,7 @@ impl Participants {
         self.lines.iter().map(|(role, _)| *role).collect()
     }
 
-    /// Sends `command` to all; one that has ended takes none, and its last event tells why.
+    /// Sends `command` to all; one that has ended takes none, and its last event says why.
     pub fn command_all(&self, command: Command) {
         for (_, line) in &self.lines {
             match line {

@@ -32,14 +32,14 @@ impl Restore<'_> {
         if !fatal.is_empty() {
             let list = fatal.join("\n  ");
             return Err(Failure::input(format!(
-                "the {role} solver cannot go on from the checkpoint:\n  {list}\nuse the program and a machine that wrote it"
+                "the {role} solver cannot continue from the checkpoint:\n  {list}\nuse the program and a machine that wrote it"
             )));
         }
         if !build.is_empty() && !self.accept_other_build {
             let list = build.join("\n  ");
             return Err(Failure::input(format!(
                 "the {role} solver is of another build than the checkpoint:\n  {list}\nuse the program that wrote it, or \
-                 add `--accept-other-build`: the results need not be those of an undisturbed run then"
+                 add `--accept-other-build`: the results may then differ from those of an undisturbed run"
             )));
         }
         side.header.name.clone_from(&description.name);

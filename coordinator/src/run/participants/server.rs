@@ -9,7 +9,7 @@ use super::launch::Server;
 use crate::failure::{Failure, Kind};
 use crate::results::process::Process;
 
-/// One server with its connection and what it said.
+/// One server with its connection and its answers.
 pub struct RemoteParticipant {
     /// Its answer to the set-up.
     pub report: OpenReport,
@@ -36,7 +36,7 @@ impl RemoteParticipant {
     }
 }
 
-/// A connection to `server`, and what it says of itself.
+/// A connection to `server`, and its description.
 pub(super) async fn describe(
     server: &Server,
     deadlines: Deadlines,

@@ -1,42 +1,42 @@
-//! Whether bodies that are wet on both sides keep their waters apart.
+//! Whether bodies that are wet on both sides separate the fluid regions there.
 
 use sph::setup::InterfaceLaw;
 use sph::shapes::local_thickness;
 
 use super::Case;
 
-/// Corners and tips have fewer particles than this; water feels water around them anyway.
+/// Corners and tips have fewer particles than this; fluid interacts around them anyway.
 const LEAST_PARTICLES: usize = 8;
 
-/// Distance at which water is pressed to a body, from its face \[Δx of the fluid\]; half of one at rest.
+/// Distance of fluid that is pressed to a body, from its face \[Δx of the fluid\]; half of one at rest.
 const PRESSED: f64 = 0.4;
 
-/// How a body parts the waters on its sides.
+/// How a body separates the fluid regions on its sides.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Parting {
+pub struct Separation {
     /// Name of the body.
     pub body: String,
     /// Rows of particles across its thinnest part; `None` where it is so thick that it does not matter.
     pub rows: Option<u32>,
-    /// How.
-    pub how: How,
+    /// By what.
+    pub mechanism: Mechanism,
 }
 
-/// What a body does to waters on both of its sides.
+/// What separates the fluid regions on both sides of a body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum How {
-    /// No particle of it meets both.
+pub enum Mechanism {
+    /// Its thickness: no particle of it interacts with both.
     Thick,
-    /// Some meet both, and have a dummy pressure for each.
-    Faces,
-    /// Both feel each other through it.
-    Open,
+    /// A dummy pressure per face of each particle that interacts with both.
+    DummyPressures,
+    /// Nothing: both interact through it.
+    None,
 }
 
-impl Parting {
-    /// Whether no water feels the other.
-    pub fn holds(&self) -> bool {
-        self.how != How::Open
+impl Separation {
+    /// Whether the regions do not interact.
+    pub fn is_complete(&self) -> bool {
+        self.mechanism != Mechanism::None
     }
 
     /// The same in words.
@@ -46,14 +46,14 @@ impl Parting {
             Some(1) => "1 row where thinnest".to_owned(),
             Some(rows) => format!("{rows} rows where thinnest"),
         };
-        let what = match self.how {
-            How::Thick => "water on one side does not feel that on the other",
-            How::Faces => {
-                "water on one side does not feel that on the other: dummy pressures are kept per face"
+        let what = match self.mechanism {
+            Mechanism::Thick => "fluid on one side does not interact with that on the other",
+            Mechanism::DummyPressures => {
+                "fluid on one side does not interact with that on the other: dummy pressures are kept per face"
             }
-            How::Open => {
-                "water on one side feels that on the other if both are wet; a thicker body or a smaller \
-                 `particle_spacing_m` of both sides parts them"
+            Mechanism::None => {
+                "fluid on one side interacts with that on the other if both sides are wet; a thicker body or a smaller \
+                 `particle_spacing_m` of both sides separates them"
             }
         };
         format!("body `{}`, {rows}: {what}", self.body)
@@ -61,23 +61,29 @@ impl Parting {
 }
 
 /// What a plate of `rows` does: lengths in \[m\], of the solid's and the fluid's spacing and the fluid's kernel.
-fn how(rows: u32, solid_spacing: f64, fluid_spacing: f64, support: f64, law: InterfaceLaw) -> How {
+fn mechanism(
+    rows: u32,
+    solid_spacing: f64,
+    fluid_spacing: f64,
+    support: f64,
+    law: InterfaceLaw,
+) -> Mechanism {
     let pressed = PRESSED * fluid_spacing;
-    // Of each row the distance to the farther water.
+    // Of each row the distance to the farther fluid.
     let farther = |row: u32| f64::from((row + 1).max(rows - row)) * solid_spacing - 0.5 * solid_spacing;
     if f64::from(rows) * solid_spacing + 2.0 * pressed < support {
-        How::Open
+        Mechanism::None
     } else if law == InterfaceLaw::PlainSum || (0..rows).all(|row| farther(row) + pressed >= support) {
         // The plain sum has the solid's own pressure.
-        How::Thick
+        Mechanism::Thick
     } else {
-        How::Faces
+        Mechanism::DummyPressures
     }
 }
 
 impl Case {
-    /// How each body parts the waters on its sides; nothing for a case of one side.
-    pub fn parting(&self) -> Vec<Parting> {
+    /// How each body separates the fluid regions on its sides; nothing for a case of one side.
+    pub fn separations(&self) -> Vec<Separation> {
         let (Some(fluid), Some(solid), Some(interface)) =
             (&self.file.fluid, &self.file.solid, &self.file.interface)
         else {
@@ -99,9 +105,9 @@ impl Case {
             };
             // Whole and small: bounded by the limit.
             let rows = ((thin / spacing).round() as u32).max(1);
-            let how = how(rows, spacing, fluid_spacing, support, interface.law.value);
+            let mechanism = mechanism(rows, spacing, fluid_spacing, support, interface.law.value);
             let rows = (*thin < limit - spacing).then_some(rows);
-            found.push(Parting { body: body.name.value.clone(), rows, how });
+            found.push(Separation { body: body.name.value.clone(), rows, mechanism });
         }
         found
     }
@@ -112,16 +118,25 @@ mod tests {
     use super::*;
 
     #[test]
-    fn plates_part_by_rows_and_faces() {
-        let wall = |rows, ratio: f64| how(rows, 1.0, 1.0, 2.0 * ratio, InterfaceLaw::Wall);
+    fn plates_separate_by_rows_and_faces() {
+        let wall = |rows, ratio: f64| mechanism(rows, 1.0, 1.0, 2.0 * ratio, InterfaceLaw::Wall);
         for ratio in [1.2, 1.3] {
             let found = [1, 2, 3, 4, 5].map(|rows| wall(rows, ratio));
-            assert_eq!(found, [How::Open, How::Faces, How::Faces, How::Thick, How::Thick]);
+            assert_eq!(
+                found,
+                [
+                    Mechanism::None,
+                    Mechanism::DummyPressures,
+                    Mechanism::DummyPressures,
+                    Mechanism::Thick,
+                    Mechanism::Thick
+                ]
+            );
         }
         // A wide kernel reaches through two rows; the plain sum has no dummies.
-        assert_eq!(wall(2, 1.5), How::Open);
-        assert_eq!(how(3, 1.0, 1.0, 2.6, InterfaceLaw::PlainSum), How::Thick);
+        assert_eq!(wall(2, 1.5), Mechanism::None);
+        assert_eq!(mechanism(3, 1.0, 1.0, 2.6, InterfaceLaw::PlainSum), Mechanism::Thick);
         // Four rows of half the spacing are as thin as two.
-        assert_eq!(how(4, 0.5, 1.0, 2.6, InterfaceLaw::Wall), How::Faces);
+        assert_eq!(mechanism(4, 0.5, 1.0, 2.6, InterfaceLaw::Wall), Mechanism::DummyPressures);
     }
 }

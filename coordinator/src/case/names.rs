@@ -5,8 +5,9 @@ use sph::vector::Vector;
 
 use super::errors::{CaseError, ErrorList, Place, suggest};
 use super::file::CaseFile;
+use super::file::body::BodyTable;
 use super::file::probe::{ProbeKind, ProbeTable};
-use super::file::solid::{BodyTable, SolidTable};
+use super::file::solid::SolidTable;
 use super::reader::At;
 use super::scene::Scene;
 use crate::quote::quoted;

@@ -7,8 +7,10 @@ use sph::setup::InterfaceLaw;
 use sph::vector::Vector;
 
 use super::errors::{CaseError, ErrorList, Place};
+use super::file::body::BodyTable;
+use super::file::material::FormulationTable;
 use super::file::run::MotionTable;
-use super::file::solid::{BodyTable, ContactTable, FormulationTable, SubstepsKey, SubstepsWord};
+use super::file::solid::{ContactTable, SubstepsKey, SubstepsWord};
 use super::reader::{At, Written, is_bounded};
 use super::scene::{expression_steps, point_text};
 use super::{Case, Server};

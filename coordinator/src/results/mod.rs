@@ -20,6 +20,7 @@ pub mod error;
 pub mod files;
 pub mod font;
 pub mod ledger;
+pub mod ledger_sums;
 mod marker;
 pub mod matched_step;
 pub mod names;

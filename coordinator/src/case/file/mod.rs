@@ -2,14 +2,17 @@
 //!
 //! The structs write themselves as TOML under the names of their fields, which are the keys of the format.
 
+pub mod body;
 pub mod fluid;
 pub mod formula;
 pub mod interface;
+pub mod material;
 pub mod probe;
 pub mod run;
 pub mod safety;
 pub mod shape;
 pub mod solid;
+pub mod support;
 pub mod wall;
 
 use serde::Serialize;

@@ -6,7 +6,8 @@ use sph::setup::SurfaceLoad;
 use sph::vector::Vector;
 
 use crate::case::errors::{CaseError, ErrorList};
-use crate::case::file::solid::{BodyTable, LoadTable};
+use crate::case::file::body::BodyTable;
+use crate::case::file::support::LoadTable;
 use crate::quote::quoted;
 
 /// Outward directions of a cell's faces.

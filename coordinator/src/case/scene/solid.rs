@@ -11,7 +11,10 @@ use super::start::field;
 use super::{Scene, index, meets_itself, point_text, report_outside};
 use crate::case::errors::{CaseError, ErrorList};
 use crate::case::file::CaseFile;
-use crate::case::file::solid::{BodyTable, FormulationTable, SolidTable, SupportTable};
+use crate::case::file::body::BodyTable;
+use crate::case::file::material::FormulationTable;
+use crate::case::file::solid::SolidTable;
+use crate::case::file::support::SupportTable;
 use crate::quote::quoted;
 
 /// Bodies with fewer particles across bend far too easily.

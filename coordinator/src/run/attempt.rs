@@ -6,7 +6,8 @@ use sph::solver::Role;
 use tokio::sync::mpsc;
 
 use super::checkpoint_scheduler::CheckpointScheduler;
-use super::control::{self, Ending, Pace, ResumedAt};
+use super::control::ending::Ending;
+use super::control::{self, Pace, ResumedAt};
 use super::header;
 use super::job::Job;
 use super::participants::in_process;

@@ -10,7 +10,7 @@ use tracing::trace_span;
 
 use super::attempt::EndedAttempt;
 use super::checkpoint_scheduler::CheckpointScheduler;
-use super::control::Ending;
+use super::control::ending::Ending;
 use super::header::{self, Fact};
 use super::job::Job;
 use super::participants::hints;

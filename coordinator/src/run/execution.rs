@@ -9,7 +9,7 @@ use sph::solver::Role;
 use super::attempt::Attempt;
 use super::checkpoint_scheduler::{CaseFacts, CheckpointScheduler, Schedule};
 use super::completion;
-use super::control::Ending;
+use super::control::ending::Ending;
 use super::job::Job;
 use super::losses::Losses;
 use super::outcome::RunOutcome;

@@ -3,7 +3,7 @@
 use sph::solver::Role;
 
 use super::attempt::EndedAttempt;
-use super::control::Ending;
+use super::control::ending::Ending;
 use crate::failure::Failure;
 
 /// So many equal losses in a row are no accident: what ends a solver is in the run or in the solver.

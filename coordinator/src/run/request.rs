@@ -90,7 +90,8 @@ pub enum Placement {
     /// In threads of this process.
     #[default]
     Threads,
-    /// In processes of their own.
+    /// In processes of their own. Built-in servers and guards of other programs are this executable, run again with a
+    /// hidden sub-command: it must be `coordinator` or call [`crate::cli::main`].
     Servers(Box<ServerOptions>),
 }
 

@@ -1,13 +1,38 @@
 //! Failures of a run and how it ends.
 
+use std::time::Duration;
+
 use sph::driver::Command;
 use sph::setup::BreachAction;
 use sph::solver::{Fault, Role};
 
+use super::Control;
 use super::faults::{RANK_CONSEQUENCE, kind_of, rank};
-use super::{Control, Ending, PAUSE_MATTERS};
 use crate::failure::{Failure, Kind};
 use crate::run::participants::Participants;
+
+/// A loss within this time after a pause is its consequence: servers abort when the coordinator does not answer.
+const PAUSE_MATTERS: Duration = Duration::from_secs(30);
+
+/// How a run ended.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Ending {
+    /// The end time was reached.
+    Completed,
+    /// Stopped from outside at a step boundary.
+    Stopped,
+    /// Out of order.
+    Failed(Failure),
+    /// A solver or the connection to it was lost: with the other, or another in its place, the run may continue.
+    Lost {
+        /// Solvers that were lost; none when only the connection between them was.
+        roles: Vec<Role>,
+        /// Step in which they were missed.
+        step: u64,
+        /// What happened.
+        failure: Failure,
+    },
+}
 
 impl Control {
     /// Acts on a broken balance as the case says.

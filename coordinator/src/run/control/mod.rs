@@ -1,6 +1,6 @@
 //! The control loop of a run: grants, events, stops; outputs go to a writer.
 
-mod ending;
+pub mod ending;
 mod faults;
 pub mod lockstep;
 mod stall;
@@ -24,6 +24,7 @@ use crate::run::checkpoint_scheduler::CheckpointScheduler;
 use crate::run::control::lockstep::LockStep;
 use crate::run::participants::{News, Participants};
 use crate::run::signals::StopRequest;
+use ending::Ending;
 use stall::StepWatch;
 
 /// A participant that does not end within this time after an abort is left behind.
@@ -33,28 +34,6 @@ const ABORT_DEADLINE: Duration = Duration::from_secs(20);
 const TICK: Duration = Duration::from_secs(1);
 /// From this time between two looks on, this process was stopped or starved.
 const LONGEST_GAP: Duration = Duration::from_secs(5);
-/// A loss within this time after a pause is its consequence: servers abort when the coordinator does not answer.
-const PAUSE_MATTERS: Duration = Duration::from_secs(30);
-
-/// How a run ended.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Ending {
-    /// The end time was reached.
-    Completed,
-    /// Stopped from outside at a step boundary.
-    Stopped,
-    /// Out of order.
-    Failed(Failure),
-    /// A solver or the connection to it was lost: with the other, or another in its place, the run may continue.
-    Lost {
-        /// Solvers that were lost; none when only the connection between them was.
-        roles: Vec<Role>,
-        /// Step in which they were missed.
-        step: u64,
-        /// What happened.
-        failure: Failure,
-    },
-}
 
 /// Where a run continues.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,112 +1,101 @@
-//! `coordinator conform`: examines a participant, whoever wrote it.
+//! Examines a participant of any make.
 
 use std::io::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use proto::conform::{Check, Options, Outcome, Report, Verdict, examine};
 use proto::security::{ClientFiles, ClientSecurity};
 use sph::setup::CouplingKind;
-use terminal::say;
 
-use crate::cli::ConformArguments;
-use crate::failure::{Failure, Kind};
-use crate::hints;
-use crate::output::directory::write_file;
+use crate::failure::Failure;
+use crate::messages::Messages;
+use crate::results::files::write_file;
+use crate::run::participants::hints;
 
-/// Examines the participant at the given address, prints a table and writes the JUnit file.
+/// A participant to examine, and how.
+#[derive(Clone, Debug)]
+pub struct ConformRequest {
+    /// Its address.
+    pub address: String,
+    /// File for the outcome as JUnit XML.
+    pub junit: Option<PathBuf>,
+    /// Kind of coupling to examine, `None` for the first that the solver offers.
+    pub kind: Option<CouplingKind>,
+    /// Only checks with this in their name.
+    pub only: Option<String>,
+    /// Address of another process of the same solver, into which checkpoints are restored.
+    pub fresh: Option<String>,
+    /// Certificates and token.
+    pub security: ClientFiles,
+    /// Longest wait for any one answer.
+    pub deadline: Duration,
+    /// What is printed.
+    pub messages: Messages,
+}
+
+impl ConformRequest {
+    /// All checks of the participant at `address`.
+    pub fn new(address: impl Into<String>) -> Self {
+        Self {
+            address: address.into(),
+            junit: None,
+            kind: None,
+            only: None,
+            fresh: None,
+            security: ClientFiles::default(),
+            deadline: Duration::from_secs(10),
+            messages: Messages::None,
+        }
+    }
+}
+
+/// Examines a participant, calls `each` after each check and writes the JUnit file. The report says which checks failed.
 ///
 /// # Errors
-/// When nothing answers there, a file cannot be written, or a check fails.
-pub fn conform(arguments: &ConformArguments) -> Result<(), Failure> {
-    if arguments.list {
-        for check in Check::ALL {
-            say(format_args!("{:22} {}", check.name(), check.what()));
-        }
-        return Ok(());
-    }
-    let Some(address) = &arguments.address else {
-        return Err(Failure::input(
-            "give the address of a running solver, such as 127.0.0.1:7001, or `--list`",
-        ));
-    };
-    if let Some(only) = arguments.only.as_deref()
+/// When nothing answers at the address, or a file cannot be written.
+pub fn conform(request: &ConformRequest, each: impl FnMut(&Outcome)) -> Result<Report, Failure> {
+    let address = &request.address;
+    if let Some(only) = request.only.as_deref()
         && !Check::ALL.iter().any(|check| check.name().contains(only))
     {
         return Err(Failure::input(format!("no check has {only:?} in its name; `--list` shows all names")));
     }
     let options = Options {
-        deadline: Duration::from_secs(arguments.deadline),
-        kind: arguments.kind,
-        fresh: arguments.fresh.clone(),
-        only: arguments.only.clone(),
-        security: ClientSecurity::load(&arguments.security.over(&ClientFiles::default()))
-            .map_err(Failure::input)?,
+        deadline: request.deadline,
+        kind: request.kind,
+        fresh: request.fresh.clone(),
+        only: request.only.clone(),
+        security: ClientSecurity::load(&request.security).map_err(Failure::input)?,
     };
     for warning in options.security.warnings() {
-        terminal::note(format_args!("warning: {warning}"));
+        request.messages.warning(warning);
     }
     let runtime = tokio::runtime::Builder::new_multi_thread()
         .worker_threads(2)
         .enable_all()
         .build()
         .map_err(|e| Failure::internal(format!("cannot start the runtime: {e}")))?;
-    let report = runtime.block_on(examine(address, &options, print));
+    let report = runtime.block_on(examine(address, &options, each));
     runtime.shutdown_background();
     let report = report.map_err(|error| {
         let remedy = hints::of_secrets(&error, &options.security).map(|remedy| format!("; {remedy}"));
         let failure = Failure::from(error);
         Failure { message: failure.message + &remedy.unwrap_or_default(), ..failure }
     })?;
-    print_end(address, &report);
-    if let Some(path) = &arguments.junit {
+    if let Some(path) = &request.junit {
         write_junit(path, address, &report)?;
     }
-    match report.failures() {
-        0 => Ok(()),
-        failures => Err(Failure::new(
-            Kind::Nonconforming,
-            format!("{address} fails {failures} of {} checks", report.outcomes.len()),
-        )),
-    }
+    Ok(report)
 }
 
-/// The kind of coupling that a word on the command line names.
-///
-/// # Errors
-/// Another word.
-pub fn coupling_kind(word: &str) -> Result<CouplingKind, String> {
-    let named = CouplingKind::ALL.into_iter().find(|kind| kind.name() == word);
-    named.ok_or_else(|| "must be `states` or `loads`".into())
-}
-
-fn words(verdict: &Verdict) -> (&'static str, &str) {
+/// A verdict in words, and its reason.
+pub(crate) fn words(verdict: &Verdict) -> (&'static str, &str) {
     match verdict {
         Verdict::Passed(text) => ("passed", text),
         Verdict::Failed(text) => ("FAILED", text),
         Verdict::NotOffered(text) => ("not offered", text),
     }
-}
-
-fn print(outcome: &Outcome) {
-    let (word, text) = words(&outcome.verdict);
-    let seconds = outcome.elapsed.as_secs_f64();
-    say(format_args!("{:22} {word:12} {seconds:6.2} s  {text}", outcome.check.name()));
-}
-
-fn print_end(address: &str, report: &Report) {
-    let count = |word: &str| report.outcomes.iter().filter(|o| words(&o.verdict).0 == word).count();
-    let description = &report.description;
-    say(format_args!(
-        "\n{} {} at {address}, as {}, coupled by {}: {} passed, {} failed, {} not offered",
-        description.name,
-        description.version,
-        report.role,
-        report.kind.name(),
-        count("passed"),
-        count("FAILED"),
-        count("not offered")
-    ));
 }
 
 /// Writes the report in the form that test viewers read.
@@ -143,15 +132,15 @@ fn junit(address: &str, report: &Report) -> String {
 /// `text` as the value of an XML attribute or as content.
 fn escaped(text: &str) -> String {
     text.chars()
-        .map(|letter| match letter {
+        .map(|c| match c {
             '&' => "&amp;".into(),
             '<' => "&lt;".into(),
             '>' => "&gt;".into(),
             '"' => "&quot;".into(),
             '\n' => "&#10;".into(),
             // Not allowed in XML at all.
-            letter if letter.is_control() => " ".into(),
-            letter => letter.to_string(),
+            c if c.is_control() => " ".into(),
+            c => c.to_string(),
         })
         .collect()
 }

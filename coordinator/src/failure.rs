@@ -67,10 +67,10 @@ impl Kind {
             Kind::Input => "the command line or the case file is wrong",
             Kind::Output => "an output cannot be written or would overwrite something",
             Kind::Server => "a server cannot be started or reached, or does not fit",
-            Kind::Diverged => "the physics broke down, with the guilty particle named",
+            Kind::Diverged => "the physics broke down, with the offending particle named",
             Kind::Ledger => "the ledger does not balance or a frame was stale",
             Kind::Lost => "a partner or a connection was lost during the run",
-            Kind::Stopped => "stopped from outside before the end time, outputs complete; `resume` goes on",
+            Kind::Stopped => "stopped from outside before the end time, outputs complete; `resume` continues",
             Kind::Nonconforming => "a participant fails a check of `conform`",
             Kind::Different => "two recordings differ, or a replay from its recording",
             Kind::Internal => "a fault of this program",
@@ -96,9 +96,9 @@ impl Failure {
         Self { kind, message: quote::clean(&message.into()).into_owned(), styled: None }
     }
 
-    /// Mistakes of a case file.
-    pub fn mistakes(errors: &CaseErrors) -> Self {
-        // Both forms are clean already, and a list of mistakes may have long lines.
+    /// Errors of a case file.
+    pub fn case_errors(errors: &CaseErrors) -> Self {
+        // Both forms are clean already, and a list of errors may have long lines.
         Self { kind: Kind::Input, message: errors.to_string(), styled: Some(errors.render(true)) }
     }
 

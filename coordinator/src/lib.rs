@@ -2,48 +2,43 @@
 //!
 //! | module | what it does |
 //! |---|---|
-//! | [`case`] | case files: parse once, all mistakes at once |
-//! | [`launch`], [`guard`], [`remote`], [`in_process`] | the solvers as servers or as threads |
-//! | [`threads`] | how they share the cores of this machine |
-//! | [`control`], [`lockstep`] | grants, events, checks of the books |
-//! | [`recorder`], [`output`] | everything that a run leaves behind |
-//! | [`checkpoint`], [`keeper`], [`origin`] | states from which a run continues, when they are taken, and what it started from |
+//! | [`case`] | case files: parse once, all errors at once |
+//! | [`run`] | a run: solvers as servers or threads, control of their steps, checkpoint times |
+//! | [`results`] | everything that a run writes |
+//! | [`checkpoint`] | states from which a run continues |
+//! | [`resume`], [`replay`], [`check`], [`conform`] | the other commands |
+//! | [`messages`], [`failure`], [`quote`] | what is printed and returned |
 //! | [`study`] | what accuracy costs: `report` |
-//! | [`trace`] | what is done when, of all processes of a run |
-//! | [`quote`], [`colour`] | text of users in messages; colours of messages |
-//! | [`run`], [`resume`], [`check`], [`conform`], [`cli`] | the commands |
+//! | [`cli`] | the command line, which nothing else depends on |
 //!
 //! It computes no force.
+//!
+//! A run is a function: a request in, an outcome out.
+//!
+//! ```no_run
+//! use coordinator::run::{RunOptions, RunRequest, run};
+//!
+//! let request = RunRequest {
+//!     case: "cases/drifting_body_coarse.toml".into(),
+//!     out: Some("results/drifting_body".into()),
+//!     options: RunOptions { threads: Some(2), ..RunOptions::default() },
+//!     ..RunRequest::default()
+//! };
+//! let outcome = run(&request)?.completed()?;
+//! println!("{} steps in {:.1} s", outcome.summary.steps, outcome.summary.wall_seconds);
+//! # Ok::<(), coordinator::failure::Failure>(())
+//! ```
 
-pub mod between;
 pub mod case;
 pub mod check;
 pub mod checkpoint;
 pub mod cli;
-pub mod colour;
 pub mod conform;
-pub mod control;
 pub mod failure;
-pub mod guard;
-pub mod header;
-mod hints;
-pub mod in_process;
-pub mod keeper;
-pub mod launch;
-pub mod lockstep;
-mod logs;
-pub mod origin;
-pub mod output;
-pub mod participants;
-pub mod preview;
-pub mod progress;
+pub mod messages;
 pub mod quote;
-pub mod recorder;
-pub mod remote;
 pub mod replay;
+pub mod results;
 pub mod resume;
 pub mod run;
 pub mod study;
-pub mod threads;
-pub mod trace;
-pub mod writer;

@@ -1,62 +1,80 @@
-//! `coordinator replay` and `coordinator compare`: recordings of half-step frames.
+//! Recordings of half-step frames: one solver against a recording, and two recordings against each other.
 
-use std::path::Path;
-use std::sync::Arc;
+use std::path::{Path, PathBuf};
 
 use proto::recording::{self, Recording};
 use sph::solver::Role;
-use terminal::say;
 
-use crate::cli::{CompareArguments, ReplayArguments};
 use crate::failure::{Failure, Kind};
-use crate::origin;
-use crate::run::{self, Job, results};
+use crate::messages::Messages;
+use crate::results::directory::Existing;
+use crate::run::job::{Job, Replay};
+use crate::run::{self, Placement, RunOptions, RunOutcome, completion, origin};
+
+/// One side of a recorded run, to be run again alone.
+#[derive(Clone, Debug)]
+pub struct ReplayRequest {
+    /// Case file of the recorded run.
+    pub case: PathBuf,
+    /// Recording of the whole run.
+    pub recording: PathBuf,
+    /// Side that runs; the other is played.
+    pub side: Role,
+    /// Folder for the results; by default `results/` and the name of the case file with `_replay`.
+    pub out: Option<PathBuf>,
+    /// What becomes of the results of an earlier run in that folder.
+    pub existing: Existing,
+    /// How it is run: as a server whose frames are not relayed.
+    pub options: RunOptions,
+}
 
 /// Runs one side of a recorded run alone and compares what it sends with the recording.
 ///
 /// # Errors
-/// When the recording is not one of the case from its start to its end, as [`run::run`], and when the side sends other bits.
-pub fn replay(arguments: &ReplayArguments) -> Result<(), Failure> {
-    arguments.new.options.force_arithmetic()?;
-    let (options, side) = (arguments.new.options.clone(), arguments.side);
-    if options.in_process || options.relay || options.relay_listen.is_some() || options.record.is_some() {
+/// When the recording is not one of the case from its start to its end, as [`run::run`], and when the side sends other bits
+/// or ends before the end time.
+pub fn replay(request: &ReplayRequest) -> Result<RunOutcome, Failure> {
+    request.options.force_arithmetic()?;
+    let (options, side) = (request.options.clone(), request.side);
+    if !matches!(&options.solvers, Placement::Servers(servers) if servers.relay.is_none()) {
         return Err(Failure::input(
             "`replay` runs one server against a recording; `--in-process`, `--relay`, `--relay-listen` and `--record` are \
              for `run`",
         ));
     }
-    let (case, origin) = origin::load(&arguments.case)?;
-    let recording = Recording::open(&arguments.recording)?;
-    check(&recording, &results::digest(&case.identity()), &arguments.case)?;
-    let directory = arguments.new.create(&arguments.case, "_replay", &origin)?;
+    let (case, origin) = origin::load(&request.case)?;
+    let recording = Recording::open(&request.recording)?;
+    check(&recording, &completion::digest(&case.identity()), &request.case)?;
+    let out = request.out.clone().unwrap_or_else(|| run::default_folder(&request.case, "_replay"));
+    let directory = run::new_folder(&out, request.existing, &origin)?;
     let origin = origin.keep(&directory)?;
-    let quiet = options.quiet;
-    let alone = Some((side, arguments.recording.clone()));
-    let directory = Arc::new(directory);
-    let job = Job { case, origin, directory, options, resume: None, alone };
-    let replayed = run::execute(&job)?.unwrap_or_default();
-    match (replayed.difference, replayed.problem) {
-        (Some(difference), _) => Err(Failure::new(
+    let messages = options.messages;
+    let replay = Some(Replay { side, recording: request.recording.clone() });
+    let outcome = run::execute(&Job { case, origin, directory, options, resume: None, replay })?;
+    let replayed = outcome.replayed.clone().unwrap_or_default();
+    // Where it differs says more than the end to which that led.
+    if let Some(difference) = replayed.difference {
+        return Err(Failure::new(
             Kind::Different,
             format!(
                 "the {side} solver does not repeat the recording (first: recorded, second: now) after {} equal frames:\n\
                  {difference}",
                 replayed.equal_frames
             ),
-        )),
-        (None, Some(problem)) => {
-            Err(Failure::new(Kind::Different, format!("the {side}'s frames cannot be compared: {problem}")))
-        }
-        (None, None) => {
-            if !quiet {
-                terminal::note(format_args!(
-                    "{} frames of the {side} equal the recording to the last bit",
-                    replayed.equal_frames
-                ));
-            }
-            Ok(())
-        }
+        ));
     }
+    let outcome = outcome.completed()?;
+    if let Some(problem) = replayed.problem {
+        return Err(Failure::new(
+            Kind::Different,
+            format!("the {side}'s frames cannot be compared: {problem}"),
+        ));
+    }
+    messages.progress(format_args!(
+        "{} frames of the {side} equal the recording to the last bit",
+        replayed.equal_frames
+    ));
+    Ok(outcome)
 }
 
 /// That `recording` is of the case at `path`, whose digest is `digest`.
@@ -75,16 +93,16 @@ fn check(recording: &Recording, digest: &str, path: &Path) -> Result<(), Failure
     }
 }
 
-/// Tells where two recordings differ first.
+/// Compares two recordings; returns the number of their half-steps, all equal to the last bit.
 ///
 /// # Errors
-/// When they differ, or one cannot be read.
-pub fn compare(arguments: &CompareArguments) -> Result<(), Failure> {
+/// Where they differ first, or when one cannot be read.
+pub fn compare(first: &Path, second: &Path, messages: Messages) -> Result<u64, Failure> {
     let open = |path: &Path| Recording::open(path).map_err(|e| Failure::input(e.to_string()));
-    let mut recordings = [open(&arguments.first)?, open(&arguments.second)?];
+    let mut recordings = [open(first)?, open(second)?];
     for recording in &recordings {
         if !recording.is_complete() {
-            terminal::note(format_args!("warning: recording `{}` was cut off", recording.path().display()));
+            messages.warning(format_args!("recording `{}` was cut off", recording.path().display()));
         }
     }
     let [first, second] = &mut recordings;
@@ -100,17 +118,5 @@ pub fn compare(arguments: &CompareArguments) -> Result<(), Failure> {
             format!("after {equal} equal half-steps: only `{path}` has frames of {at}"),
         ));
     }
-    say(format_args!("{equal} half-steps, equal to the last bit"));
-    Ok(())
-}
-
-/// The side that a word on the command line names.
-///
-/// # Errors
-/// Another word.
-pub fn side(word: &str) -> Result<Role, String> {
-    [Role::Fluid, Role::Solid]
-        .into_iter()
-        .find(|role| role.to_string() == word)
-        .ok_or_else(|| "must be `fluid` or `solid`".into())
+    Ok(equal)
 }

@@ -1,29 +1,46 @@
-//! `coordinator resume`: a run continues from its newest good checkpoint.
+//! A run continues from its newest good checkpoint.
 
-use std::path::Path;
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use sph::solver::Role;
 
 use crate::checkpoint::{RunCheckpoint, Store};
-use crate::cli::ResumeArguments;
 use crate::failure::Failure;
-use crate::origin;
-use crate::output::directory::{self, Changed, OutputDirectory};
-use crate::recorder::Recorder;
-use crate::run::{self, Job, Resumption};
+use crate::messages::Messages;
+use crate::results::directory::OutputDirectory;
+use crate::results::names;
+use crate::results::recorder::Recorder;
+use crate::results::table::Changed;
+use crate::run::job::{Job, Resumption};
+use crate::run::{self, RunOptions, RunOutcome, origin};
 
-/// Continues the run in a folder as the command line says. Nothing in the folder is changed before all solvers have taken
-/// the checkpoint over.
+/// A run that continues.
+#[derive(Clone, Debug, Default)]
+pub struct ResumeRequest {
+    /// Folder with the results of the run.
+    pub folder: PathBuf,
+    /// Another end time \[s\]; also continues a run that reached its end.
+    pub until: Option<f64>,
+    /// Another build of a solver may take over; the results may then differ from those of an undisturbed run.
+    pub accept_other_build: bool,
+    /// What to do with outputs that were changed or removed since the run wrote them.
+    pub changed: Changed,
+    /// How it is run.
+    pub options: RunOptions,
+}
+
+/// Continues the run in a folder. Nothing in the folder is changed before all solvers have taken the checkpoint over.
 ///
 /// # Errors
 /// When there is no good checkpoint, when it is of another case, format, build or arithmetic path, when outputs are not as
 /// they were, and as [`run::run`].
-pub fn resume(arguments: &ResumeArguments) -> Result<(), Failure> {
-    arguments.options.force_arithmetic()?;
-    let out = &arguments.folder;
+pub fn resume(request: &ResumeRequest) -> Result<RunOutcome, Failure> {
+    let options = request.options.clone();
+    options.force_arithmetic()?;
+    let out = &request.folder;
     let directory = Arc::new(OutputDirectory::reopen(out)?);
-    let checkpoint = newest(&directory)?;
+    let checkpoint = newest(&directory, options.messages)?;
     let origin = checkpoint.outputs.origin.clone();
     let mut case = origin::reload(&directory, &origin)?;
     if let Some(difference) = checkpoint.case_difference(&case.identity()) {
@@ -33,50 +50,35 @@ pub fn resume(arguments: &ResumeArguments) -> Result<(), Failure> {
             out.display()
         )));
     }
-    if let Some(time) = arguments.until {
+    if let Some(time) = request.until {
         case.set_end_time(time).map_err(|problem| Failure::input(format!("`--until`: {problem}")))?;
     }
-    let changed = if arguments.accept_changed_outputs { Changed::Accept } else { Changed::Refuse };
+    let changed = request.changed;
     if changed == Changed::Refuse {
-        let takes_part = [(Role::Fluid, case.has_fluid()), (Role::Solid, case.has_solid())];
         let roles: Vec<Role> =
-            takes_part.into_iter().filter_map(|(role, does)| does.then_some(role)).collect();
+            [Role::Fluid, Role::Solid].into_iter().filter(|role| case.has(*role)).collect();
         Recorder::examine(&directory, &case, &roles, &checkpoint.outputs.recorder)?;
     }
-    if !arguments.options.quiet {
-        terminal::note(format_args!("continuing at step {}, t = {} s", checkpoint.step, checkpoint.time));
-    }
-    let accept_other_build = arguments.accept_other_build;
-    let resumed = run::execute(&Job {
-        case,
-        origin,
-        directory,
-        options: arguments.options.clone(),
-        resume: Some(Resumption { checkpoint, accept_other_build, changed }),
-        alone: None,
-    });
-    resumed.map(drop)
+    let (step, time) = (checkpoint.step, checkpoint.time);
+    options.messages.progress(format_args!("continuing at step {step}, t = {time} s"));
+    let resume = Some(Resumption { checkpoint, accept_other_build: request.accept_other_build, changed });
+    run::execute(&Job { case, origin, directory, options, resume, replay: None })
 }
 
-/// The newest good checkpoint of the run in `directory`; says which are not good.
+/// The newest good checkpoint of the run in `directory`; prints which are not good.
 ///
 /// # Errors
 /// When there is none.
-pub fn newest(directory: &OutputDirectory) -> Result<RunCheckpoint, Failure> {
-    let found = Store::new(directory.file(directory::CHECKPOINTS)).newest();
-    for problem in &found.passed_over {
-        terminal::note(format_args!("passed over: {problem}"));
+fn newest(directory: &OutputDirectory, messages: Messages) -> Result<RunCheckpoint, Failure> {
+    let found = Store::new(directory.file(names::CHECKPOINTS)).newest();
+    for problem in &found.skipped {
+        messages.notice(format_args!("skipped checkpoint {problem}"));
     }
     found.checkpoint.ok_or_else(|| {
-        let list = found.passed_over.join("\n  ");
+        let list = found.skipped.join("\n  ");
         Failure::input(format!(
             "`{}` holds no good checkpoint; repeat the run by `run --force`\n  {list}",
             directory.path().display()
         ))
     })
-}
-
-/// The command that goes on with the run in `folder`.
-pub fn command(folder: &Path) -> String {
-    format!("coordinator resume {}", folder.display())
 }

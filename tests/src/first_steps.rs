@@ -3,10 +3,10 @@
 use std::path::Path;
 
 use coordinator::case::Case;
-use coordinator::in_process;
-use coordinator::output::state;
-use coordinator::participants::News;
-use coordinator::threads::Threads;
+use coordinator::results::state;
+use coordinator::run::participants::News;
+use coordinator::run::participants::in_process;
+use coordinator::run::participants::threads::Threads;
 use sph::driver::{Command, Event};
 use sph::solver::Role;
 

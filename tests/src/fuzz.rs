@@ -14,7 +14,7 @@ use std::time::{Duration, Instant};
 
 use clap::{Parser, ValueEnum};
 use coordinator::checkpoint::{Manifest, OutputState, RunCheckpoint, Store, seal};
-use coordinator::output::process::Process;
+use coordinator::results::process::Process;
 use proto::checkpoint::CheckpointData;
 use proto::node::NodeArgs;
 use sph::setup::ParticipantSetup;

@@ -11,7 +11,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
-use coordinator::output::process::Process;
+use coordinator::results::process::Process;
 use tempfile::TempDir;
 
 /// Exit codes of `check`: accepted, or refused as a mistake of the case.

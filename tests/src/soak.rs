@@ -165,7 +165,7 @@ impl Soak {
 
     /// A client that opens a run and is never heard again.
     fn goes_away(&self) {
-        let case = coordinator::case::load(&self.case, &coordinator::output::state::read).unwrap();
+        let case = coordinator::case::load(&self.case, &coordinator::results::state::read).unwrap();
         let setup = ParticipantSetup::Solid(case.solid_setup().unwrap());
         let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap();
         runtime.block_on(async {

@@ -17,20 +17,20 @@ pub fn resolved(directory: &Path, name: &str) -> PathBuf {
 /// # Errors
 /// What is wrong, in words that name the file.
 pub fn read_text(path: &Path) -> Result<String, String> {
-    let shown = quote::path(path);
+    let quoted = quote::path(path);
     let facts = std::fs::metadata(path).map_err(|error| match error.kind() {
-        std::io::ErrorKind::NotFound => format!("no such file: {shown}"),
-        _ => format!("cannot read {shown}: {error}"),
+        std::io::ErrorKind::NotFound => format!("no such file: {quoted}"),
+        _ => format!("cannot read {quoted}: {error}"),
     })?;
-    // A device or pipe could go on for ever.
+    // A device or pipe may have no end.
     if !facts.is_file() {
-        return Err(format!("{shown} is not a regular file"));
+        return Err(format!("{quoted} is not a regular file"));
     }
     if facts.len() > LARGEST_FILE {
-        return Err(format!("{shown} has {} bytes; at most {LARGEST_FILE} are read", facts.len()));
+        return Err(format!("{quoted} has {} bytes; at most {LARGEST_FILE} are read", facts.len()));
     }
     std::fs::read_to_string(path).map_err(|error| match error.kind() {
-        std::io::ErrorKind::InvalidData => format!("{shown} is not UTF-8 text"),
-        _ => format!("cannot read {shown}: {error}"),
+        std::io::ErrorKind::InvalidData => format!("{quoted} is not UTF-8 text"),
+        _ => format!("cannot read {quoted}: {error}"),
     })
 }

@@ -1,21 +1,22 @@
-//! Case files: what a user writes, checked once and turned into what the solvers are told.
+//! Case files: what a user writes, checked once and turned into the set-up of the solvers.
 //!
 //! A file is read into [`file::CaseFile`], which holds what was written with every default filled in. [`load`] lays
 //! out its particles and checks everything across tables; the [`Case`] that results is never checked again.
-//! All mistakes of a file are reported at once, see [`CaseErrors`].
+//! All errors of a file are reported at once, see [`CaseErrors`].
 
 mod effort;
+mod errors;
 pub mod file;
 mod files;
 pub mod limits;
-mod mistakes;
 mod names;
 mod notation;
 mod opening;
-mod parting;
 mod reader;
 mod restart;
 mod scene;
+mod separation;
+mod setups;
 mod steps;
 mod summary;
 #[cfg(test)]
@@ -24,20 +25,21 @@ mod tests;
 use std::path::Path;
 
 use proto::security::ClientFiles;
-use sph::setup::{Coupling, CouplingKind, FluidSetup, InterfaceLaw, OutputPlan, RunSetup, SolidSetup};
+use sph::setup::OutputPlan;
+use sph::solver::Role;
 
+pub use errors::{CaseError, CaseErrors, Place, Position};
 pub use files::LARGEST_FILE;
-pub use mistakes::{CaseErrors, Mistake, Place, Position};
 pub use names::Probes;
 pub use restart::Loader;
 pub use scene::MOST_PARTICLES;
 pub use summary::{Count, Stabiliser, Summary};
 
+use errors::ErrorList;
 use file::CaseFile;
 use file::interface::FramePath;
 use file::run::{SIDES, Side};
 use file::wall::WallKind;
-use mistakes::Mistakes;
 use reader::{Choice, Table};
 use scene::Scene;
 
@@ -62,7 +64,7 @@ pub struct Servers {
     pub fluid: Server,
     /// The solid server.
     pub solid: Server,
-    /// What is trusted and shown where servers demand it.
+    /// Certificates and token for servers elsewhere.
     pub files: ClientFiles,
 }
 
@@ -102,39 +104,39 @@ pub struct Outputs {
 /// Reads and checks the case file at `path`; `final_state` reads the final states that it may start from.
 ///
 /// # Errors
-/// All mistakes of the file.
+/// All errors of the file.
 pub fn load(path: &Path, final_state: Loader<'_>) -> Result<Case, CaseErrors> {
-    let shown = path.display().to_string();
+    let name = path.display().to_string();
     let text = files::read_text(path).map_err(|problem| {
-        CaseErrors::unreadable(shown.clone(), problem, "give the path of a case file (TOML)")
+        CaseErrors::unreadable(name.clone(), problem, "give the path of a case file (TOML)")
     })?;
     let directory = path.parent().unwrap_or(Path::new(""));
-    parse(&text, &shown, directory, final_state)
+    parse(&text, &name, directory, final_state)
 }
 
 /// Reads and checks the text of a case file; `name` stands for it in messages, file names in it are taken from
 /// `directory`, and `final_state` reads the final states that it may start from.
 ///
 /// # Errors
-/// All mistakes of the text.
+/// All errors of the text.
 pub fn parse(text: &str, name: &str, directory: &Path, final_state: Loader<'_>) -> Result<Case, CaseErrors> {
-    let mistakes = Mistakes::default();
-    match build(text, directory, final_state, &mistakes) {
-        Some(case) if mistakes.count() == 0 => Ok(case),
-        _ => Err(mistakes.into_errors(name.to_owned(), text.to_owned())),
+    let errors = ErrorList::default();
+    match build(text, directory, final_state, &errors) {
+        Some(case) if errors.count() == 0 => Ok(case),
+        _ => Err(errors.into_errors(name.to_owned(), text.to_owned())),
     }
 }
 
-fn build(text: &str, directory: &Path, final_state: Loader<'_>, mistakes: &Mistakes) -> Option<Case> {
-    let document = notation::parse(text, mistakes)?;
-    let mut file = CaseFile::read(Table::root(document.get_ref(), text, directory, mistakes));
+fn build(text: &str, directory: &Path, final_state: Loader<'_>, errors: &ErrorList) -> Option<Case> {
+    let document = notation::parse(text, errors)?;
+    let mut file = CaseFile::read(Table::root(document.get_ref(), text, directory, errors));
     file.fill_in_defaults();
-    names::check_unique(&file, mistakes);
-    let mut scene = scene::build(&file, mistakes);
-    if mistakes.count() == 0 {
-        restart::apply(&file, &mut scene, final_state, mistakes);
+    names::check_unique(&file, errors);
+    let mut scene = scene::build(&file, errors);
+    if errors.count() == 0 {
+        restart::apply(&file, &mut scene, final_state, errors);
     }
-    let probes = names::probes(&file, &scene, mistakes);
+    let probes = names::probes(&file, &scene, errors);
     let case = Case {
         name: file.name.value.clone(),
         servers: Servers {
@@ -151,9 +153,9 @@ fn build(text: &str, directory: &Path, final_state: Loader<'_>, mistakes: &Mista
         scene,
         probes,
     };
-    case.check_time_step(mistakes);
-    if mistakes.count() == 0 {
-        case.check_opening(mistakes);
+    case.check_time_step(errors);
+    if errors.count() == 0 {
+        case.check_opening(errors);
     }
     Some(case)
 }
@@ -220,14 +222,12 @@ impl CaseFile {
 }
 
 impl Case {
-    /// Whether the case has a fluid.
-    pub fn has_fluid(&self) -> bool {
-        self.file.fluid.is_some()
-    }
-
-    /// Whether the case has a solid.
-    pub fn has_solid(&self) -> bool {
-        self.file.solid.is_some()
+    /// Whether the case has a participant of `role`.
+    pub fn has(&self, role: Role) -> bool {
+        match role {
+            Role::Fluid => self.file.fluid.is_some(),
+            Role::Solid => self.file.solid.is_some(),
+        }
     }
 
     /// The written case behind this one, with every default filled in.
@@ -245,45 +245,6 @@ impl Case {
         &self.scene
     }
 
-    /// The part that both participants are told alike; the run's id is the name of the case.
-    pub fn run_setup(&self) -> RunSetup {
-        let file = &self.file;
-        let coupling = match (&file.fluid, &file.solid, &file.interface) {
-            (Some(fluid), Some(solid), Some(interface)) => Some(Coupling {
-                kind: self.coupling_kinds()[0],
-                law: interface.law.value,
-                fluid: fluid.constants(),
-                solid_spacing: solid.particle_spacing_m.value,
-                repulsion: interface.repulsion.unwrap_or(0.0),
-                margin: interface.margin_spacings * fluid.particle_spacing_m.value,
-                iterate: interface.iterate.as_ref().map(file::interface::IterateTable::to_setup),
-            }),
-            _ => None,
-        };
-        RunSetup {
-            run_id: self.name.clone(),
-            domain: file.domain.domain(),
-            time: file.time.to_setup(),
-            body_force: file.body_force.to_setup(),
-            outputs: self.outputs.plan,
-            ledger: file.ledger.to_setup(),
-            coupling,
-        }
-    }
-
-    /// Kinds of coupling that the run may use, the preferred one first: all, unless the case names one.
-    pub fn coupling_kinds(&self) -> Vec<CouplingKind> {
-        let named = self.file.interface.as_ref().and_then(|interface| interface.kind.as_ref());
-        match (named, &self.file.interface) {
-            (Some(kind), _) => vec![kind.value],
-            (None, Some(interface)) if interface.law.value == InterfaceLaw::PlainSum => {
-                vec![CouplingKind::States]
-            }
-            (None, Some(interface)) if interface.iterate.is_some() => vec![CouplingKind::Loads],
-            (None, _) => CouplingKind::ALL.to_vec(),
-        }
-    }
-
     /// Whether the half-step frames go through the coordinator.
     pub fn is_relayed(&self) -> bool {
         self.file.interface.as_ref().is_some_and(|interface| interface.path.value == FramePath::Relay)
@@ -299,59 +260,8 @@ impl Case {
         self.scene.walls.wall.len()
     }
 
-    /// What the fluid solver is told; `None` without a fluid.
-    pub fn fluid_setup(&self) -> Option<FluidSetup> {
-        let fluid = self.file.fluid.as_ref()?;
-        Some(FluidSetup {
-            run: self.run_setup(),
-            constants: fluid.constants(),
-            diffusion: fluid.diffusion(),
-            acoustic_damping: fluid.acoustic_damping,
-            wall_repulsion: fluid.wall_repulsion,
-            viscous_form: fluid.viscous_form.value,
-            order: fluid.order_control(),
-            scheme: fluid.scheme.value,
-            tension_limit: fluid.tension_limit_pa,
-            damping: fluid.damping.as_ref().map(file::fluid::DampingTable::to_setup),
-            regions: fluid.regions.iter().map(|region| region.name.value.clone()).collect(),
-            walls: self.file.walls.iter().map(file::wall::WallTable::to_setup).collect(),
-            particles: self.scene.fluid.clone(),
-            wall_particles: self.scene.walls.clone(),
-            probes: self.probes.fluid.clone(),
-            outflow: self.file.domain.outflow(),
-            lost_particle_limit: fluid.lost_particle_limit,
-        })
-    }
-
-    /// What the solid solver is told; `None` without a solid.
-    pub fn solid_setup(&self) -> Option<SolidSetup> {
-        let solid = self.file.solid.as_ref()?;
-        let spacing = solid.particle_spacing_m.value;
-        let body = |(k, body): (usize, &file::solid::BodyTable)| sph::setup::BodySetup {
-            name: body.name.value.clone(),
-            material: body.material.to_setup(),
-            formulation: body.formulation.to_setup(spacing),
-            supports: body.supports.iter().map(file::solid::SupportTable::to_setup).collect(),
-            acceleration: body.acceleration_m_s2.as_ref().map(|pair| pair.each_ref().map(|w| w.value.text())),
-            loads: self.scene.loads.get(k).cloned().unwrap_or_default(),
-        };
-        Some(SolidSetup {
-            run: self.run_setup(),
-            particle_spacing: spacing,
-            bodies: solid.bodies.iter().enumerate().map(body).collect(),
-            particles: self.scene.solid.clone(),
-            contact: solid.contact.to_setup(),
-            walls: self.file.walls.iter().map(file::wall::WallTable::to_setup).collect(),
-            wall_particles: self.scene.walls.clone(),
-            damping: solid.damping.as_ref().map(file::fluid::DampingTable::to_setup),
-            stepping: solid.substeps.to_setup(),
-            probes: self.probes.solid.clone(),
-            lost_particle_limit: solid.lost_particle_limit,
-        })
-    }
-
     /// What decides the bits of a run: the case as resolved, without its end time, servers, checkpoints, deadlines and
-    /// pictures. A run may go on from a checkpoint of the same identity.
+    /// pictures. A run may continue from a checkpoint of the same identity.
     pub fn identity(&self) -> String {
         let mut file = self.file.clone();
         file.time.end_time_s.value = file.time.start_time_s;

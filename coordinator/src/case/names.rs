@@ -3,10 +3,11 @@
 use sph::setup::{FluidProbe, FluidProbeKind, SolidProbe, SolidProbeKind};
 use sph::vector::Vector;
 
+use super::errors::{CaseError, ErrorList, Place, suggest};
 use super::file::CaseFile;
+use super::file::body::BodyTable;
 use super::file::probe::{ProbeKind, ProbeTable};
-use super::file::solid::{BodyTable, SolidTable};
-use super::mistakes::{Mistake, Mistakes, Place, suggest};
+use super::file::solid::SolidTable;
 use super::reader::At;
 use super::scene::Scene;
 use crate::quote::quoted;
@@ -21,37 +22,37 @@ pub struct Probes {
 }
 
 /// Reports names that are given twice.
-pub fn check_unique(file: &CaseFile, mistakes: &Mistakes) {
+pub fn check_unique(file: &CaseFile, errors: &ErrorList) {
     let fluid = file.fluid.iter().flat_map(|fluid| &fluid.regions).map(|region| &region.name);
-    unique("region", fluid, mistakes);
+    unique("region", fluid, errors);
     let bodies = || file.solid.iter().flat_map(|solid| &solid.bodies);
-    unique("body", bodies().map(|body| &body.name), mistakes);
+    unique("body", bodies().map(|body| &body.name), errors);
     for body in bodies() {
-        unique("support", body.supports.iter().map(|support| &support.name), mistakes);
-        unique("load", body.loads.iter().map(|load| &load.name), mistakes);
+        unique("support", body.supports.iter().map(|support| &support.name), errors);
+        unique("load", body.loads.iter().map(|load| &load.name), errors);
     }
-    unique("wall", file.walls.iter().map(|wall| &wall.name), mistakes);
-    unique("probe", file.probes.iter().map(|probe| &probe.name), mistakes);
+    unique("wall", file.walls.iter().map(|wall| &wall.name), errors);
+    unique("probe", file.probes.iter().map(|probe| &probe.name), errors);
 }
 
-fn unique<'a>(what: &str, names: impl Iterator<Item = &'a At<String>>, mistakes: &Mistakes) {
+fn unique<'a>(what: &str, names: impl Iterator<Item = &'a At<String>>, errors: &ErrorList) {
     let mut seen = std::collections::BTreeSet::new();
     for name in names {
         // A name that is missing has been reported as such.
         if !name.value.is_empty() && !seen.insert(&name.value) {
-            let mistake =
-                Mistake::new(&name.place, format!("another {what} has this name")).value(&name.value);
-            mistakes.add(mistake.hint("give each its own name"));
+            let error =
+                CaseError::new(&name.place, format!("another {what} has this name")).value(&name.value);
+            errors.add(error.hint("give each its own name"));
         }
     }
 }
 
 /// Resolves the names in all probes and checks that points lie where they can be measured.
-pub fn probes(file: &CaseFile, scene: &Scene, mistakes: &Mistakes) -> Probes {
+pub fn probes(file: &CaseFile, scene: &Scene, errors: &ErrorList) -> Probes {
     let mut probes = Probes::default();
     for table in file.probes.iter().filter(|probe| probe.intact) {
         let name = table.name.value.clone();
-        let resolver = Resolver { file, scene, mistakes, table };
+        let resolver = Resolver { file, scene, errors, table };
         if table.kind.value.of_fluid() {
             if let Some(kind) = resolver.fluid() {
                 probes.fluid.push(FluidProbe { name, kind });
@@ -66,7 +67,7 @@ pub fn probes(file: &CaseFile, scene: &Scene, mistakes: &Mistakes) -> Probes {
 struct Resolver<'a> {
     file: &'a CaseFile,
     scene: &'a Scene,
-    mistakes: &'a Mistakes,
+    errors: &'a ErrorList,
     table: &'a ProbeTable,
 }
 
@@ -140,8 +141,8 @@ impl Resolver<'_> {
     }
 
     fn without(&self, owner: &str) {
-        let mistake = Mistake::new(&self.table.kind.place, format!("the case has no `{owner}`"));
-        self.mistakes.add(mistake.value(self.table.kind.word).hint("leave the probe out"));
+        let error = CaseError::new(&self.table.kind.place, format!("the case has no `{owner}`"));
+        self.errors.add(error.value(self.table.kind.word).hint("leave the probe out"));
     }
 
     fn find<'n>(
@@ -153,11 +154,11 @@ impl Resolver<'_> {
         let names: Vec<&str> = names.map(|name| name.value.as_str()).collect();
         let found = names.iter().position(|name| *name == wanted.value).and_then(|k| u32::try_from(k).ok());
         if found.is_none() {
-            let mistake =
-                Mistake::new(&wanted.place, format!("no {what} has this name")).value(&wanted.value);
+            let error =
+                CaseError::new(&wanted.place, format!("no {what} has this name")).value(&wanted.value);
             // Comparing with all names takes time.
-            let hint = if self.mistakes.is_full() { String::new() } else { suggest(&wanted.value, &names) };
-            self.mistakes.add(mistake.hint(hint));
+            let hint = if self.errors.is_full() { String::new() } else { suggest(&wanted.value, &names) };
+            self.errors.add(error.hint(hint));
         }
         found
     }
@@ -170,14 +171,14 @@ impl Resolver<'_> {
                 "x from {} to {}, y from {} to {}",
                 domain.lower.x, domain.upper.x, domain.lower.y, domain.upper.y
             );
-            self.mistakes.add(Mistake::new(place, "lies outside the domain").allowed(allowed));
+            self.errors.add(CaseError::new(place, "lies outside the domain").allowed(allowed));
         }
         inside
     }
 
     fn inside_body(&self, solid: &SolidTable, body: u32, at: &At<Vector>) -> bool {
         let own = &self.scene.solid.reference_position[self.scene.body_range(body)];
-        if !self.mistakes.spend(&at.place, 3.0 * own.len() as f64) {
+        if !self.errors.spend(&at.place, 3.0 * own.len() as f64) {
             return true;
         }
         let nearest = own.iter().map(|x| (x - at.value).norm()).min_by(f64::total_cmp);
@@ -189,7 +190,7 @@ impl Resolver<'_> {
             let problem =
                 format!("lies outside the body `{name}`: its nearest particle is {nearest:.3e} m away");
             let allowed = format!("within one particle spacing, {} m", solid.particle_spacing_m.value);
-            self.mistakes.add(Mistake::new(&at.place, problem).allowed(allowed));
+            self.errors.add(CaseError::new(&at.place, problem).allowed(allowed));
         }
         inside
     }

@@ -3,20 +3,20 @@
 use toml::Spanned;
 use toml::de::{DeTable, Error};
 
-use super::mistakes::{Mistake, Mistakes, Place};
+use super::errors::{CaseError, ErrorList, Place};
 
 /// Most tables of a case file: each costs a thousand bytes, however short it is written.
 const MOST_TABLES: usize = 100_000;
 
-/// Of a larger text only the first mistake of notation is looked for: all of them could fill the memory.
+/// Of a larger text only the first error of notation is looked for: all of them could fill the memory.
 const SEARCHED: usize = 64 << 10;
 
 /// The table that `text` means; nothing when it is no TOML.
-pub fn parse<'t>(text: &'t str, mistakes: &Mistakes) -> Option<Spanned<DeTable<'t>>> {
+pub fn parse<'t>(text: &'t str, errors: &ErrorList) -> Option<Spanned<DeTable<'t>>> {
     let tables = tables_at_most(text);
     if tables > MOST_TABLES {
-        let mistake = Mistake::new(&Place { key: String::new(), span: None }, "too many tables");
-        mistakes.add(mistake.value(tables).allowed(format!("at most {MOST_TABLES} tables")));
+        let error = CaseError::new(&Place { key: String::new(), span: None }, "too many tables");
+        errors.add(error.value(tables).allowed(format!("at most {MOST_TABLES} tables")));
         return None;
     }
     let problem = match DeTable::parse(text) {
@@ -25,15 +25,15 @@ pub fn parse<'t>(text: &'t str, mistakes: &Mistakes) -> Option<Spanned<DeTable<'
     };
     let problems = if text.len() <= SEARCHED { DeTable::parse_recoverable(text).1 } else { vec![problem] };
     for problem in &problems {
-        report(problem, mistakes);
+        report(problem, errors);
     }
     None
 }
 
-fn report(problem: &Error, mistakes: &Mistakes) {
+fn report(problem: &Error, errors: &ErrorList) {
     let place = Place { key: String::new(), span: Some(problem.span().unwrap_or(0..0)) };
-    let mistake = Mistake::new(&place, format!("not TOML: {}", problem.message()));
-    mistakes.add(mistake.hint("see https://toml.io for the notation"));
+    let error = CaseError::new(&place, format!("not TOML: {}", problem.message()));
+    errors.add(error.hint("see https://toml.io for the notation"));
 }
 
 /// A number of tables that `text` does not exceed: each begins with a brace, a header or a dot in a key.
@@ -71,15 +71,15 @@ mod tests {
     }
 
     #[test]
-    fn a_text_of_tables_or_of_mistakes_alone_fills_no_memory() {
+    fn a_text_of_tables_or_of_errors_alone_fills_no_memory() {
         let count = |text: &str| {
-            let mistakes = Mistakes::default();
-            assert!(parse(text, &mistakes).is_none());
-            mistakes.count()
+            let errors = ErrorList::default();
+            assert!(parse(text, &errors).is_none());
+            errors.count()
         };
         assert_eq!(count(&"x = [{a=1}]\n".repeat(200_000)), 1);
         assert_eq!(count(&format!("k{} = 1\n", ".a".repeat(70)).repeat(3000)), 1);
         assert_eq!(count(&"= \n".repeat(100_000)), 1);
-        assert!(count("a = = 3\nb = \n") > 1, "a short text has all its mistakes listed");
+        assert!(count("a = = 3\nb = \n") > 1, "a short text has all its errors listed");
     }
 }

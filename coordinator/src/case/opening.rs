@@ -1,16 +1,18 @@
 //! What the solvers find at the start of a run: expressions without a value, states beyond their limits and laws that do
-//! not go together are mistakes of the case, each at its key.
+//! not go together are errors of the case, each at its key.
 
 use sph::equation_of_state::{LARGEST_COMPRESSION, Tait};
 use sph::expression::Expression;
 use sph::setup::InterfaceLaw;
 use sph::vector::Vector;
 
+use super::errors::{CaseError, ErrorList, Place};
+use super::file::body::BodyTable;
+use super::file::material::FormulationTable;
 use super::file::run::MotionTable;
-use super::file::solid::{BodyTable, ContactTable, FormulationTable, SubstepsKey, SubstepsWord};
-use super::mistakes::{Mistake, Mistakes, Place};
+use super::file::solid::{ContactTable, SubstepsKey, SubstepsWord};
 use super::reader::{At, Written, is_bounded};
-use super::scene::{expression_steps, shown};
+use super::scene::{expression_steps, point_text};
 use super::{Case, Server};
 use crate::quote::quoted;
 
@@ -18,32 +20,32 @@ use crate::quote::quoted;
 const BOUNDED: &str = "finite values at the start, of a magnitude of at most 1e30";
 
 impl Case {
-    /// Reports what the solvers would refuse; for a case without other mistakes.
-    pub(super) fn check_opening(&self, mistakes: &Mistakes) {
-        self.check_forces(mistakes);
-        self.check_motions(mistakes);
-        self.check_fluid_state(mistakes);
-        self.check_solid_speeds(mistakes);
+    /// Reports what the solvers would refuse; for a case without other errors.
+    pub(super) fn check_opening(&self, errors: &ErrorList) {
+        self.check_forces(errors);
+        self.check_motions(errors);
+        self.check_fluid_state(errors);
+        self.check_solid_speeds(errors);
         // Another solid solver may know more.
         if self.servers.solid == Server::BuiltIn {
-            self.check_laws(mistakes);
+            self.check_laws(errors);
         }
     }
 
     /// Evaluates body forces, accelerations of bodies and loads where they act.
-    fn check_forces(&self, mistakes: &Mistakes) {
+    fn check_forces(&self, errors: &ErrorList) {
         let (file, scene, time) = (&self.file, &self.scene, self.file.time.start_time_s);
         for written in file.body_force.acceleration_m_s2.iter().flatten() {
             // The fluid's walls feel it as the fluid before them does.
             let walls = if file.fluid.is_some() { &scene.walls.position[..] } else { &[] };
             let all = [&scene.fluid.position[..], &scene.solid.position, walls];
-            all.iter().all(|positions| has_values(written, positions, time, mistakes));
+            all.iter().all(|positions| has_values(written, positions, time, errors));
         }
         let bodies = file.solid.as_ref().map_or(&[][..], |solid| &solid.bodies);
         for (k, body) in (0u32..).zip(bodies) {
             let positions = &scene.solid.position[scene.body_range(k)];
             for written in body.acceleration_m_s2.iter().flatten() {
-                has_values(written, positions, time, mistakes);
+                has_values(written, positions, time, errors);
             }
             let loads = scene.loads.get(k as usize).map_or(&[][..], |loads| &loads[..]);
             // Each written load has its faces, in the same order.
@@ -51,21 +53,21 @@ impl Case {
                 let loaded: Vec<Vector> =
                     faces.particles.iter().filter_map(|i| positions.get(*i as usize)).copied().collect();
                 for written in load.pressure_pa.iter().chain(load.traction_pa.iter().flatten()) {
-                    has_values(written, &loaded, time, mistakes);
+                    has_values(written, &loaded, time, errors);
                 }
             }
         }
     }
 
     /// Evaluates the motions of walls and supports with their first two derivatives.
-    fn check_motions(&self, mistakes: &Mistakes) {
+    fn check_motions(&self, errors: &ErrorList) {
         let time = self.file.time.start_time_s;
         let bodies = self.file.solid.iter().flat_map(|solid| &solid.bodies);
         let supports = bodies.flat_map(|body| &body.supports).filter_map(|support| support.motion.as_ref());
         let walls = self.file.walls.iter().filter_map(|wall| wall.motion.as_ref());
         for MotionTable { displacement_x_m, displacement_y_m, angle_rad, .. } in walls.chain(supports) {
             for written in [displacement_x_m, displacement_y_m, angle_rad] {
-                moves(written, time, mistakes);
+                moves(written, time, errors);
             }
         }
     }
@@ -76,7 +78,7 @@ impl Case {
     }
 
     /// Speeds and densities of the fluid are those of weakly compressible flow.
-    fn check_fluid_state(&self, mistakes: &Mistakes) {
+    fn check_fluid_state(&self, errors: &ErrorList) {
         let Some(fluid) = &self.file.fluid else { return };
         let (constants, particles) = (fluid.constants(), &self.scene.fluid);
         let c0 = constants.sound_speed;
@@ -93,33 +95,37 @@ impl Case {
                 continue;
             }
             let too_fast = v.norm_squared() >= c0.powi(2);
-            let mistake = if too_fast {
-                let problem =
-                    format!("region `{}` starts at {:.3e} m/s at {}", region.name.value, v.norm(), shown(x));
-                let mistake = Mistake::new(self.origin(&region.velocity_m_s[0].place), problem);
-                mistake
+            let error = if too_fast {
+                let problem = format!(
+                    "region `{}` starts at {:.3e} m/s at {}",
+                    region.name.value,
+                    v.norm(),
+                    point_text(x)
+                );
+                let error = CaseError::new(self.origin(&region.velocity_m_s[0].place), problem);
+                error
                     .allowed(format!("below `fluid.sound_speed_m_s` = {c0} m/s"))
                     .hint("lower the velocity, or raise the sound speed to 10 times the largest speed")
             } else if !(density > lowest && density < highest) {
                 let problem = format!(
                     "region `{}` starts with a density of {density:.6e} kg/m³ at {}",
                     region.name.value,
-                    shown(x)
+                    point_text(x)
                 );
-                let mistake = Mistake::new(self.origin(&region.name.place), problem);
-                mistake
+                let error = CaseError::new(self.origin(&region.name.place), problem);
+                error
                     .allowed(format!("above {lowest} and below {highest} kg/m³"))
                     .hint("check `start` of the region, or raise `fluid.sound_speed_m_s`")
             } else {
                 continue;
             };
             reported = Some(particles.region[k]);
-            mistakes.add(mistake);
+            errors.add(error);
         }
     }
 
     /// No body starts faster than its waves.
-    fn check_solid_speeds(&self, mistakes: &Mistakes) {
+    fn check_solid_speeds(&self, errors: &ErrorList) {
         let bodies = self.file.solid.as_ref().map_or(&[][..], |solid| &solid.bodies);
         for (k, body) in (0u32..).zip(bodies) {
             let limit = body.material.to_setup().longitudinal_speed();
@@ -127,9 +133,9 @@ impl Case {
             let speed = velocities.iter().map(|v| v.norm()).fold(0.0, f64::max);
             if speed > limit {
                 let problem = format!("body `{}` starts at {speed:.3e} m/s", body.name.value);
-                let mistake = Mistake::new(self.origin(&body.velocity_m_s[0].place), problem);
-                mistakes.add(
-                    mistake
+                let error = CaseError::new(self.origin(&body.velocity_m_s[0].place), problem);
+                errors.add(
+                    error
                         .allowed(format!("at most the speed {limit:.4e} m/s of waves in its material"))
                         .hint(
                             "lower `velocity_m_s` or `rotation_speed_rad_s`, or check the elastic constants",
@@ -140,7 +146,7 @@ impl Case {
     }
 
     /// Laws of interface, contact and loads that the formulation of a body cannot serve.
-    fn check_laws(&self, mistakes: &Mistakes) {
+    fn check_laws(&self, errors: &ErrorList) {
         let Some(solid) = &self.file.solid else { return };
         let plain_sum =
             self.file.interface.as_ref().filter(|interface| interface.law.value == InterfaceLaw::PlainSum);
@@ -148,12 +154,12 @@ impl Case {
             && solid.substeps != SubstepsKey::Word(SubstepsWord::None)
         {
             let problem = "the law `plain-sum` takes part in the stress of the solid, which sub-steps freeze";
-            let mistake = Mistake::new(&interface.law.place, problem);
-            mistakes.add(mistake.hint("set `solid.substeps = \"none\"`, or use another law"));
+            let error = CaseError::new(&interface.law.place, problem);
+            errors.add(error.hint("set `solid.substeps = \"none\"`, or use another law"));
         }
         let sums = matches!(solid.contact, ContactTable::Sums);
         for body in &solid.bodies {
-            check_loads(body, mistakes);
+            check_loads(body, errors);
             let used = match (sums, plain_sum.is_some()) {
                 _ if body.kernel_ratio().is_some() => continue,
                 (true, _) => "`solid.contact.law = \"sums\"`",
@@ -161,29 +167,29 @@ impl Case {
                 (false, false) => continue,
             };
             let problem = format!("is not updated-lagrangian, which {used} needs");
-            let mistake = Mistake::new(&body.name.place, problem).value(&body.name.value);
-            mistakes.add(mistake.hint("use the formulation `updated-lagrangian`, or another law"));
+            let error = CaseError::new(&body.name.place, problem).value(&body.name.value);
+            errors.add(error.hint("use the formulation `updated-lagrangian`, or another law"));
         }
         if sums {
-            check_kernels(&solid.bodies, mistakes);
+            check_kernels(&solid.bodies, errors);
         }
     }
 }
 
 /// A pressure follows the surface of the body as it deforms.
-fn check_loads(body: &BodyTable, mistakes: &Mistakes) {
+fn check_loads(body: &BodyTable, errors: &ErrorList) {
     if matches!(body.formulation, FormulationTable::TotalLagrangian { .. }) {
         return;
     }
     for pressure in body.loads.iter().filter_map(|load| load.pressure_pa.as_ref()) {
         let problem = "a pressure follows the deformed surface, which only a total-lagrangian body knows";
-        let mistake = Mistake::new(&pressure.place, problem).value(pressure.value.text());
-        mistakes.add(mistake.hint("give `traction_pa`, or use the formulation `total-lagrangian`"));
+        let error = CaseError::new(&pressure.place, problem).value(pressure.value.text());
+        errors.add(error.hint("give `traction_pa`, or use the formulation `total-lagrangian`"));
     }
 }
 
 /// Contact through the sums compares particles of two bodies by one kernel.
-fn check_kernels(bodies: &[BodyTable], mistakes: &Mistakes) {
+fn check_kernels(bodies: &[BodyTable], errors: &ErrorList) {
     let law = |body: &BodyTable| match body.formulation {
         FormulationTable::UpdatedLagrangian { kernel_ratio, artificial_stress_exponent, .. } => {
             Some((kernel_ratio, artificial_stress_exponent))
@@ -194,31 +200,30 @@ fn check_kernels(bodies: &[BodyTable], mistakes: &Mistakes) {
     for body in bodies.iter().filter(|body| law(body).is_some_and(|own| own != first)) {
         let problem = "differs in `kernel_ratio` or `artificial_stress_exponent` from the first body, which contact \
                        through the sums does not allow";
-        let mistake = Mistake::new(&body.name.place, problem).value(&body.name.value);
-        mistakes
-            .add(mistake.hint("use the same values in all bodies, or `solid.contact.law = \"repulsion\"`"));
+        let error = CaseError::new(&body.name.place, problem).value(&body.name.value);
+        errors.add(error.hint("use the same values in all bodies, or `solid.contact.law = \"repulsion\"`"));
     }
 }
 
-/// Whether an expression of x, y and t has bounded values at `positions` \[m\] and `time` \[s\]; a mistake where not.
-fn has_values(written: &At<Written>, positions: &[Vector], time: f64, mistakes: &Mistakes) -> bool {
+/// Whether an expression of x, y and t has bounded values at `positions` \[m\] and `time` \[s\]; an error where not.
+fn has_values(written: &At<Written>, positions: &[Vector], time: f64, errors: &ErrorList) -> bool {
     let Written::Text(text) = &written.value else { return true };
     let Ok(expression) = Expression::parse(text, &["x", "y", "t"]) else { return true };
     let varies = expression.uses(0) || expression.uses(1);
     let positions = if varies { positions } else { positions.get(..1).unwrap_or_default() };
-    if !mistakes.spend(&written.place, expression_steps(text) * positions.len() as f64) {
+    if !errors.spend(&written.place, expression_steps(text) * positions.len() as f64) {
         return false;
     }
     let value = |x: &Vector| expression.eval(&[x.x, x.y, time]);
     let Some(x) = positions.iter().find(|x| !is_bounded(value(x))) else { return true };
-    let place = if varies { format!(" at {}", shown(x)) } else { String::new() };
+    let place = if varies { format!(" at {}", point_text(x)) } else { String::new() };
     let problem = format!("is {:e}{place} at t = {time:e} s", value(x));
-    mistakes.add(Mistake::new(&written.place, problem).value(quoted(text)).allowed(BOUNDED));
+    errors.add(CaseError::new(&written.place, problem).value(quoted(text)).allowed(BOUNDED));
     false
 }
 
-/// A motion by an expression of t has a bounded place, speed and acceleration at `time` \[s\]; a mistake where not.
-fn moves(written: &At<Written>, time: f64, mistakes: &Mistakes) {
+/// A motion by an expression of t has a bounded place, speed and acceleration at `time` \[s\]; an error where not.
+fn moves(written: &At<Written>, time: f64, errors: &ErrorList) {
     let Written::Text(text) = &written.value else { return };
     let Ok(expression) = Expression::parse(text, &["t"]) else { return };
     let at = expression.derivatives(&[time], 0);
@@ -226,8 +231,7 @@ fn moves(written: &At<Written>, time: f64, mistakes: &Mistakes) {
         [("is", at.value), ("changes at a rate of", at.first), ("has a second derivative of", at.second)];
     if let Some((what, value)) = found.into_iter().find(|(_, value)| !is_bounded(*value)) {
         let problem = format!("{what} {value:e} at t = {time:e} s");
-        let mistake = Mistake::new(&written.place, problem).value(quoted(text)).allowed(BOUNDED);
-        mistakes
-            .add(mistake.hint("begin with a motion that has a speed and an acceleration, such as 1-cos(t)"));
+        let error = CaseError::new(&written.place, problem).value(quoted(text)).allowed(BOUNDED);
+        errors.add(error.hint("begin with a motion that has a speed and an acceleration, such as 1-cos(t)"));
     }
 }

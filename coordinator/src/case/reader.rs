@@ -1,9 +1,10 @@
-//! Typed reading of TOML tables that collects every mistake instead of stopping at the first.
+//! Typed reading of TOML tables that collects every error instead of stopping at the first.
 //!
 //! A key that was asked for is known; [`Table::finish`] reports the others. A value that is missing or wrong is
-//! reported and replaced by a fallback, so that reading goes on; nothing is built from such a table later.
+//! reported and replaced by a fallback, so that reading continues; nothing is built from such a table later.
 
 mod lists;
+mod text;
 mod value;
 
 use std::ops::Range;
@@ -11,7 +12,7 @@ use std::path::Path;
 
 use toml::de::{DeTable, DeValue};
 
-use super::mistakes::{Mistake, Mistakes, Place, suggest, suggestion};
+use super::errors::{CaseError, ErrorList, Place, suggest, suggestion};
 pub use value::{Allowed, At, Choice, SOUND, Written, is_bounded, is_sound};
 
 /// Longest list read from a file; anything longer is refused before it is looked at.
@@ -19,7 +20,7 @@ pub const LONGEST_LIST: usize = 10_000;
 
 /// A table of the file while it is read.
 pub struct Table<'t> {
-    mistakes: &'t Mistakes,
+    errors: &'t ErrorList,
     /// Folder of the case file, against which file names are resolved.
     pub directory: &'t Path,
     source: &'t str,
@@ -27,9 +28,9 @@ pub struct Table<'t> {
     place: Place,
     known: Vec<&'static str>,
     missing: Vec<&'static str>,
-    /// Mistakes when the first key was read: tables of a list are made together and read one after the other.
-    mistakes_before: Option<usize>,
-    /// Missing keys when the table was given up.
+    /// Errors when the first key was read: tables of a list are made together and read one after the other.
+    errors_before: Option<usize>,
+    /// Missing keys when reading of the table ended.
     abandoned: Option<usize>,
 }
 
@@ -39,35 +40,35 @@ impl<'t> Table<'t> {
         entries: &'t DeTable<'t>,
         source: &'t str,
         directory: &'t Path,
-        mistakes: &'t Mistakes,
+        errors: &'t ErrorList,
     ) -> Self {
         // A missing key of the file itself is shown at its start.
         let place = Place { key: String::new(), span: Some(0..0) };
-        Self::at(mistakes, directory, source, Some(entries), place)
+        Self::at(errors, directory, source, Some(entries), place)
     }
 
     fn at(
-        mistakes: &'t Mistakes,
+        errors: &'t ErrorList,
         directory: &'t Path,
         source: &'t str,
         entries: Option<&'t DeTable<'t>>,
         place: Place,
     ) -> Self {
         Self {
-            mistakes,
+            errors,
             directory,
             source,
             entries,
             place,
             known: Vec::new(),
             missing: Vec::new(),
-            mistakes_before: None,
+            errors_before: None,
             abandoned: None,
         }
     }
 
     fn child(&self, entries: Option<&'t DeTable<'t>>, place: Place) -> Self {
-        Self::at(self.mistakes, self.directory, self.source, entries, place)
+        Self::at(self.errors, self.directory, self.source, entries, place)
     }
 
     /// Where the table stands.
@@ -75,14 +76,14 @@ impl<'t> Table<'t> {
         &self.place
     }
 
-    /// Where mistakes go.
-    pub fn mistakes(&self) -> &'t Mistakes {
-        self.mistakes
+    /// Where errors go.
+    pub fn errors(&self) -> &'t ErrorList {
+        self.errors
     }
 
-    /// Reports a mistake.
-    pub fn mistake(&self, mistake: Mistake) {
-        self.mistakes.add(mistake);
+    /// Reports an error.
+    pub fn error(&self, error: CaseError) {
+        self.errors.add(error);
     }
 
     /// Whether nothing was wrong in this table so far.
@@ -91,7 +92,7 @@ impl<'t> Table<'t> {
     }
 
     fn unharmed(&self) -> bool {
-        self.mistakes_before.is_none_or(|before| before == self.mistakes.count())
+        self.errors_before.is_none_or(|before| before == self.errors.count())
     }
 
     /// Whether the file names `key` here.
@@ -108,7 +109,7 @@ impl<'t> Table<'t> {
     /// The value of `key` as written.
     fn take(&mut self, key: &'static str) -> Option<(&'t DeValue<'t>, Place)> {
         self.known.push(key);
-        self.mistakes_before.get_or_insert(self.mistakes.count());
+        self.errors_before.get_or_insert(self.errors.count());
         let value = self.entries?.get(key)?;
         Some((value.get_ref(), Place { key: join(&self.place.key, key), span: Some(value.span()) }))
     }
@@ -155,14 +156,14 @@ impl<'t> Table<'t> {
             return None;
         };
         if !number.is_finite() || !allowed.holds(number) {
-            self.mistake(
-                Mistake::new(place, "out of range").value(self.written(place)).allowed(allowed.words),
+            self.error(
+                CaseError::new(place, "out of range").value(self.written(place)).allowed(allowed.words),
             );
             return None;
         }
         if !is_sound(number) {
-            let mistake = Mistake::new(place, "out of range").value(self.written(place));
-            self.mistake(mistake.allowed(format!("{}; {SOUND}", allowed.words)));
+            let error = CaseError::new(place, "out of range").value(self.written(place));
+            self.error(error.allowed(format!("{}; {SOUND}", allowed.words)));
             return None;
         }
         Some(number)
@@ -184,7 +185,7 @@ impl<'t> Table<'t> {
         let number = number.filter(|number| allowed.contains(number));
         if number.is_none() {
             let words = format!("a whole number from {} to {}", allowed.start, allowed.end - 1);
-            self.mistake(Mistake::new(&place, "out of range").value(self.written(&place)).allowed(words));
+            self.error(CaseError::new(&place, "out of range").value(self.written(&place)).allowed(words));
         }
         number
     }
@@ -222,135 +223,9 @@ impl<'t> Table<'t> {
         self.entries.and_then(|entries| entries.get(key)).is_some_and(|value| value.get_ref().is_str())
     }
 
-    /// Yes or no, with a default.
-    pub fn flag_or(&mut self, key: &'static str, default: bool) -> bool {
-        let Some((value, place)) = self.take(key) else { return default };
-        let found = value.as_bool();
-        if found.is_none() {
-            self.wrong_type(value, &place, "true or false");
-        }
-        found.unwrap_or(default)
-    }
-
-    /// A text that may be left out.
-    pub fn optional_text(&mut self, key: &'static str) -> Option<At<String>> {
-        let (value, place) = self.take(key)?;
-        self.as_text(value, place)
-    }
-
-    /// A text that must be written.
-    pub fn text(&mut self, key: &'static str) -> At<String> {
-        let found = self.demand(key).and_then(|(value, place)| self.as_text(value, place));
-        found.unwrap_or_else(|| At { value: String::new(), place: self.place_of(key) })
-    }
-
-    fn as_text(&self, value: &DeValue<'_>, place: Place) -> Option<At<String>> {
-        let Some(text) = value.as_str() else {
-            self.wrong_type(value, &place, "a text in quotes");
-            return None;
-        };
-        Some(At { value: text.to_owned(), place })
-    }
-
-    /// A name that must be written: letters, digits, `_` and `-`.
-    pub fn name(&mut self, key: &'static str) -> At<String> {
-        let name = self.text(key);
-        self.check_name(&name);
-        name
-    }
-
-    /// A name that may be left out.
-    pub fn optional_name(&mut self, key: &'static str) -> Option<At<String>> {
-        let name = self.optional_text(key)?;
-        self.check_name(&name);
-        Some(name)
-    }
-
-    fn check_name(&self, name: &At<String>) {
-        let good = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
-        let written = !self.missing.iter().any(|key| name.place.key == join(&self.place.key, key));
-        if written && (name.value.is_empty() || name.value.len() > 64 || !name.value.chars().all(good)) {
-            let mistake = Mistake::new(&name.place, "not a name").value(self.written(&name.place));
-            self.mistake(mistake.allowed("1 to 64 letters, digits, `_` or `-`"));
-        }
-    }
-
-    /// One of a list of words, which must be written.
-    pub fn choice<T: Clone>(
-        &mut self,
-        key: &'static str,
-        options: &[(&'static str, T)],
-    ) -> Option<Choice<T>> {
-        let (value, place) = self.demand(key)?;
-        self.as_choice(value, place, options)
-    }
-
-    /// One of a list of words; the first is the default.
-    pub fn choice_or_first<T: Clone>(
-        &mut self,
-        key: &'static str,
-        options: &[(&'static str, T)],
-    ) -> Choice<T> {
-        let found = self.take(key).and_then(|(value, place)| self.as_choice(value, place, options));
-        let (word, value) = &options[0];
-        found.unwrap_or_else(|| Choice { word, value: value.clone(), place: self.place_of(key) })
-    }
-
-    /// One of `options`, where `key` is written.
-    pub fn optional_choice<T: Clone>(
-        &mut self,
-        key: &'static str,
-        options: &[(&'static str, T)],
-    ) -> Option<Choice<T>> {
-        self.take(key).and_then(|(value, place)| self.as_choice(value, place, options))
-    }
-
-    fn as_choice<T: Clone>(
-        &self,
-        value: &DeValue<'_>,
-        place: Place,
-        options: &[(&'static str, T)],
-    ) -> Option<Choice<T>> {
-        let words: Vec<&str> = options.iter().map(|(word, _)| *word).collect();
-        let allowed = format!("\"{}\"", words.join("\", \""));
-        let Some(text) = value.as_str() else {
-            self.wrong_type(value, &place, &allowed);
-            return None;
-        };
-        let found = options.iter().find(|(word, _)| *word == text);
-        if found.is_none() {
-            let mistake = Mistake::new(&place, "unknown word").value(self.written(&place)).allowed(allowed);
-            let hint = suggestion(text, words.iter().copied()).map(|word| format!("did you mean `{word}`?"));
-            self.mistake(match hint {
-                Some(hint) => mistake.hint(hint),
-                None => mistake,
-            });
-        }
-        found.map(|(word, value)| Choice { word, value: value.clone(), place })
-    }
-
-    /// Words of a list, each at most once.
-    pub fn words<T: Clone>(
-        &mut self,
-        key: &'static str,
-        options: &[(&'static str, T)],
-    ) -> Option<Vec<Choice<T>>> {
-        let (value, place) = self.take(key)?;
-        let items = self.as_list(value, &place)?;
-        let mut found: Vec<Choice<T>> = Vec::new();
-        for (item, place) in items {
-            let Some(choice) = self.as_choice(item, place, options) else { continue };
-            if found.iter().any(|earlier| earlier.word == choice.word) {
-                self.mistake(Mistake::new(&choice.place, "named twice").value(self.written(&choice.place)));
-            }
-            found.push(choice);
-        }
-        Some(found)
-    }
-
     fn wrong_type(&self, value: &DeValue<'_>, place: &Place, allowed: &str) {
         let problem = format!("wrong type: {}", value.type_str());
-        self.mistake(Mistake::new(place, problem).value(self.written(place)).allowed(allowed));
+        self.error(CaseError::new(place, problem).value(self.written(place)).allowed(allowed));
     }
 
     /// The text of the file at `place`.
@@ -360,8 +235,8 @@ impl<'t> Table<'t> {
 
     /// Ends reading: reports missing and unknown keys. Whether nothing was wrong in this table or its children.
     pub fn finish(mut self) -> bool {
-        self.mistakes_before.get_or_insert(self.mistakes.count());
-        // Of a table that was given up only the keys that were missing until then are known.
+        self.errors_before.get_or_insert(self.errors.count());
+        // Of a table that was not read to its end only the keys that were missing until then are known.
         let missing = &self.missing[..self.abandoned.unwrap_or(self.missing.len())];
         let mut meant = Vec::new();
         for (key, value) in self.entries.into_iter().flat_map(DeTable::iter) {
@@ -370,8 +245,8 @@ impl<'t> Table<'t> {
                 continue;
             }
             let place = Place { key: String::new(), span: Some(key.span()) };
-            if self.mistakes.is_full() {
-                self.mistake(Mistake::new(&place, "unknown key"));
+            if self.errors.is_full() {
+                self.error(CaseError::new(&place, "unknown key"));
                 continue;
             }
             let unused: Vec<&str> = match self.abandoned {
@@ -384,13 +259,13 @@ impl<'t> Table<'t> {
             }
             meant.extend(suggested);
             let place = Place { key: join(&self.place.key, word), ..place };
-            let mistake = Mistake::new(&place, "unknown key").hint(suggest(word, &unused));
+            let error = CaseError::new(&place, "unknown key").hint(suggest(word, &unused));
             let is_table = value.get_ref().is_table();
-            self.mistake(if is_table { mistake } else { mistake.value(self.written(&self.place_of(word))) });
+            self.error(if is_table { error } else { error.value(self.written(&self.place_of(word))) });
         }
         for key in missing.iter().filter(|key| !meant.contains(key)) {
             let place = Place { key: join(&self.place.key, key), span: self.place.span.clone() };
-            self.mistake(Mistake::new(&place, "missing").hint(format!("add `{key}` here")));
+            self.error(CaseError::new(&place, "missing").hint(format!("add `{key}` here")));
         }
         self.unharmed()
     }

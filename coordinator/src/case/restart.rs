@@ -7,8 +7,8 @@ use sph::setup::{FluidParticles, SolidParticles};
 use sph::solver::{Field, ParticleFields};
 use sph::vector::{SymmetricTensor, Vector};
 
+use super::errors::{CaseError, ErrorList};
 use super::file::CaseFile;
-use super::mistakes::{Mistake, Mistakes};
 use super::scene::{MOST_PARTICLES, Scene};
 use crate::quote;
 
@@ -23,8 +23,8 @@ fn read(path: &Path, load: Loader<'_>) -> Result<ParticleFields, String> {
     match std::fs::metadata(path) {
         Ok(facts) if !facts.is_file() => Err(format!("{} is not a regular file", quote::path(path))),
         Ok(facts) if facts.len() > LARGEST_STATE => {
-            let (shown, length) = (quote::path(path), facts.len());
-            Err(format!("{shown} has {length} bytes; a final state has at most {LARGEST_STATE}"))
+            let (quoted, length) = (quote::path(path), facts.len());
+            Err(format!("{quoted} has {length} bytes; a final state has at most {LARGEST_STATE}"))
         }
         _ => load(path),
     }
@@ -34,15 +34,15 @@ fn read(path: &Path, load: Loader<'_>) -> Result<ParticleFields, String> {
 ///
 /// Regions take over whatever particles they have then. Bodies must have the same particles; their supports stay
 /// those of this case. Names that only this case has start as it says.
-pub fn apply(file: &CaseFile, scene: &mut Scene, load: Loader<'_>, mistakes: &Mistakes) {
+pub fn apply(file: &CaseFile, scene: &mut Scene, load: Loader<'_>, errors: &ErrorList) {
     let Some(folder) = &file.start_from else { return };
     let directory = Path::new(&folder.value).join("final");
     let mut taken = 0;
     let mut report = |side: &str, result: Result<usize, String>| match result {
         Ok(count) => taken += count,
         Err(problem) => {
-            let mistake = Mistake::new(&folder.place, format!("{side}: {problem}")).value(&folder.value);
-            mistakes.add(mistake.hint("name the output folder of a run that ended, with a matching case"));
+            let error = CaseError::new(&folder.place, format!("{side}: {problem}")).value(&folder.value);
+            errors.add(error.hint("name the output folder of a run that ended, with a matching case"));
         }
     };
     if let Some(fluid) = &file.fluid {
@@ -55,9 +55,9 @@ pub fn apply(file: &CaseFile, scene: &mut Scene, load: Loader<'_>, mistakes: &Mi
         let state = read(&directory.join("solid.state"), load);
         report("solid", state.and_then(|state| restore_solid(&names, &state, &mut scene.solid)));
     }
-    if taken == 0 && mistakes.count() == 0 {
-        let mistake = Mistake::new(&folder.place, "no region or body of this case has a name of that run");
-        mistakes.add(mistake.value(&folder.value).hint("use the same names in both cases"));
+    if taken == 0 && errors.count() == 0 {
+        let error = CaseError::new(&folder.place, "no region or body of this case has a name of that run");
+        errors.add(error.value(&folder.value).hint("use the same names in both cases"));
     }
 }
 

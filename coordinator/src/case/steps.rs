@@ -1,9 +1,9 @@
 //! The time step of a case and the number of steps: a run must be stable, and it must end.
 
 use super::Case;
+use super::errors::{CaseError, ErrorList};
 use super::file::run::StepTable;
 use super::limits::{self, StepLimit};
-use super::mistakes::{Mistake, Mistakes};
 
 /// Most steps of a run: at a millisecond each they take 30 years.
 const MOST_STEPS: f64 = 1e12;
@@ -25,7 +25,7 @@ struct Count {
 
 impl Case {
     /// Refuses a fixed step above the stability limit, unless the case overrides it, and more steps than any run can take.
-    pub(super) fn check_time_step(&self, mistakes: &Mistakes) {
+    pub(super) fn check_time_step(&self, errors: &ErrorList) {
         let time = &self.file.time;
         let ready = time.intact
             && self.file.fluid.as_ref().is_none_or(|fluid| fluid.intact)
@@ -39,12 +39,12 @@ impl Case {
             && time_step_s.value > time.limit_factor.value * limit.stability
         {
             let largest = time.limit_factor.value * limit.stability;
-            let mistake =
-                Mistake::new(&time_step_s.place, "above the stability limit").value(time_step_s.value);
+            let error =
+                CaseError::new(&time_step_s.place, "above the stability limit").value(time_step_s.value);
             let recommended =
                 limits::governing(&limits, |l| l.recommended).map_or(largest, |l| l.recommended);
-            mistakes.add(
-                mistake.allowed(format!("at most {largest:.4e} s ({})", limit.origin)).hint(format!(
+            errors.add(
+                error.allowed(format!("at most {largest:.4e} s ({})", limit.origin)).hint(format!(
                     "use {recommended:.2e} s, or raise `time.limit_factor` to try a larger step"
                 )),
             );
@@ -52,8 +52,8 @@ impl Case {
         let end = &time.end_time_s;
         let count = self.count_of_steps(&limits, end.value);
         if let Err(problem) = count.check(time.start_time_s, end.value) {
-            let mistake = Mistake::new(&end.place, problem).value(end.value);
-            mistakes.add(mistake.allowed(allowed()).hint(count.remedy));
+            let error = CaseError::new(&end.place, problem).value(end.value);
+            errors.add(error.allowed(allowed()).hint(count.remedy));
         }
     }
 

@@ -1,9 +1,13 @@
-//! What `check` and the run header tell about a case.
+//! What `check` and the run header report about a case.
+
+mod stabilisers;
 
 use sph::setup::{FluidScheme, SolidStepping, StepPolicy, SubstepCount};
 
 use super::Case;
-use super::file::solid::{BodyTable, ContactTable, FormulationTable, SolidTable};
+use super::file::body::BodyTable;
+use super::file::material::FormulationTable;
+use super::file::solid::SolidTable;
 use super::limits::{self, StepLimit};
 use super::scene::tally;
 
@@ -44,7 +48,7 @@ pub struct Stabiliser {
     pub text: String,
 }
 
-/// Facts of a case that can be told before it runs.
+/// Facts of a case that are known before it runs.
 #[derive(Clone, Debug)]
 pub struct Summary {
     /// Name of the case.
@@ -123,8 +127,8 @@ impl Case {
         summary.warnings.extend(self.step_warning(&summary));
         summary.warnings.extend(self.sound_speed_warning());
         summary.warnings.extend(self.iteration_warning());
-        for body in self.parting() {
-            let lines = if body.holds() { &mut summary.constants } else { &mut summary.warnings };
+        for body in self.separations() {
+            let lines = if body.is_complete() { &mut summary.constants } else { &mut summary.warnings };
             lines.push(body.text());
         }
         summary
@@ -245,109 +249,6 @@ impl Case {
             ));
         }
         lines
-    }
-
-    fn stabilisers(&self) -> Vec<Stabiliser> {
-        let mut found = Vec::new();
-        let mut add = |owner: &str, text: String| found.push(Stabiliser { owner: owner.to_owned(), text });
-        if let Some(fluid) = &self.file.fluid {
-            if let Some(delta) = fluid.density_diffusion_delta {
-                let word = fluid.density_diffusion.word;
-                add("fluid", format!("density diffusion {word}, δ = {delta}, Eq. (18)-(20)"));
-            }
-            let (a, b) = (fluid.artificial_viscosity_a, fluid.artificial_viscosity_b);
-            if a > 0.0 || b > 0.0 {
-                add(
-                    "fluid",
-                    format!("artificial viscosity, A = {a}, B = {b}, λ = {}, Eq. (23)-(24)", fluid.lambda),
-                );
-            }
-            if fluid.acoustic_damping > 0.0 {
-                let alpha = fluid.acoustic_damping;
-                add("fluid", format!("acoustic damper, a bulk viscosity α ρ c₀ h, α = {alpha}"));
-            }
-            if fluid.wall_repulsion > 0.0 && !self.file.walls.is_empty() {
-                let k = fluid.wall_repulsion;
-                add("fluid", format!("repulsion by wall faces closer than Δx/10, k = {k}"));
-            }
-            if fluid.shifting > 0.0 {
-                let c = fluid.shifting;
-                add("fluid", format!("particle shifting away from surface and high pressure, C = {c}"));
-            }
-            if fluid.tensile_control {
-                add(
-                    "fluid",
-                    "tensile control where pressure is negative, down to -ρ0c0²/1000, away from the surface"
-                        .into(),
-                );
-            }
-            if let Some(tension) = fluid.tension_limit_pa {
-                add("fluid", format!("tension beyond {tension} Pa opens cavities"));
-            }
-            if let Some(damping) = &fluid.damping {
-                add(
-                    "fluid",
-                    format!(
-                        "damping of the start, k = {} 1/s until {} s",
-                        damping.rate_per_s, damping.until_s
-                    ),
-                );
-            }
-        }
-        if let Some(k) = self.file.interface.as_ref().and_then(|table| table.repulsion).filter(|k| *k > 0.0) {
-            add("interface", format!("repulsion of pairs closer than 0.6 Δx, k = {k}"));
-        }
-        let Some(solid) = &self.file.solid else { return found };
-        for body in &solid.bodies {
-            let owner = format!("body `{}`", body.name.value);
-            let viscosity = |a: f64, b: f64, lambda: f64| {
-                (a > 0.0 || b > 0.0)
-                    .then(|| format!("artificial viscosity, A = {a}, B = {b}, λ = {lambda}, Eq. (23)-(24)"))
-            };
-            let texts = match body.formulation {
-                FormulationTable::UpdatedLagrangian {
-                    artificial_viscosity_a,
-                    artificial_viscosity_b,
-                    lambda,
-                    artificial_stress: stress,
-                    artificial_stress_exponent: exponent,
-                    ..
-                } => [
-                    viscosity(artificial_viscosity_a, artificial_viscosity_b, lambda),
-                    (stress > 0.0)
-                        .then(|| format!("artificial stress, ε = {stress}, n = {exponent}, Eq. (25)-(26)")),
-                ],
-                FormulationTable::TotalLagrangian {
-                    artificial_viscosity_a,
-                    artificial_viscosity_b,
-                    hourglass,
-                    ..
-                } => [
-                    viscosity(artificial_viscosity_a, artificial_viscosity_b, 0.01),
-                    (hourglass > 0.0)
-                        .then(|| format!("hourglass control, ζ = {hourglass} of Young's modulus")),
-                ],
-                FormulationTable::Rigid => [None, None],
-            };
-            texts.into_iter().flatten().for_each(|text| add(&owner, text));
-        }
-        if let Some(damping) = &solid.damping {
-            add(
-                "solid",
-                format!("damping of the start, k = {} 1/s until {} s", damping.rate_per_s, damping.until_s),
-            );
-        }
-        match solid.contact {
-            ContactTable::Sums => add("contact", "through the sums, Eq. (22) and section 4.1".to_owned()),
-            ContactTable::Repulsion { stiffness, distance, damping, friction, .. } => add(
-                "contact",
-                format!(
-                    "repulsion, stiffness {stiffness} K, distance {distance} Δx, damping {damping} of critical, \
-                     friction {friction}"
-                ),
-            ),
-        }
-        found
     }
 
     fn step_warning(&self, summary: &Summary) -> Option<String> {

@@ -4,7 +4,7 @@ use std::fs::{self, File};
 use std::io::{self, Write};
 use std::path::Path;
 
-use crate::output::files::fresh;
+use crate::results::files::fresh;
 
 /// File operations. Implemented by [`Disk`], and in tests by a disk that fails or forgets.
 pub trait Files {

@@ -7,9 +7,6 @@ use sph::solver::Role;
 
 use super::RunCheckpoint;
 
-/// Name of the file.
-pub const MANIFEST: &str = "manifest.json";
-
 /// Version of the layout of checkpoints. No other is read.
 const FORMAT: u32 = 6;
 
@@ -30,7 +27,7 @@ pub struct Manifest {
     pub coordinator: String,
     /// The solvers.
     pub sides: Vec<Side>,
-    /// What the coordinator goes on from.
+    /// What the coordinator continues from.
     pub outputs: FileFacts,
     /// SHA-256 of this manifest with an empty text here.
     pub digest: String,
@@ -97,7 +94,7 @@ pub(super) fn data_file(role: Role) -> String {
     format!("{role}.bin")
 }
 
-/// The manifest in `text` with the digest that belongs to its content, for tests of what it says.
+/// The manifest in `text` with the digest that belongs to its content, for tests of its content.
 ///
 /// # Errors
 /// When `text` is no manifest.

@@ -11,14 +11,16 @@ mod manifest;
 mod store;
 
 pub use disk::{Disk, Files};
-pub use manifest::{MANIFEST, Manifest, seal};
-pub use store::{FILES, Found, Store, Written, is_name};
+pub use manifest::{Manifest, seal};
+pub use store::{Found, Store, Written};
 
 use proto::checkpoint::CheckpointData;
 use serde::{Deserialize, Serialize};
 
-use crate::origin::Digests;
-use crate::recorder::RecorderState;
+use crate::results::recorder::RecorderState;
+
+/// Digests of the states of fluid and solid from which a run started, where its case names such.
+pub type OriginDigests = [Option<String>; 2];
 
 /// A checkpoint of a whole run.
 #[derive(Clone, Debug)]
@@ -33,7 +35,7 @@ pub struct RunCheckpoint {
     pub outputs: OutputState,
 }
 
-/// What the coordinator itself must go on from.
+/// What the coordinator itself continues from.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct OutputState {
     /// The case, as `Case::identity` gives it.
@@ -43,7 +45,7 @@ pub struct OutputState {
     /// Wall time of the run so far \[s\].
     pub wall_seconds: f64,
     /// Digests of the fluid's and the solid's state that the run started from, where it did.
-    pub origin: Digests,
+    pub origin: OriginDigests,
 }
 
 impl OutputState {

@@ -10,24 +10,22 @@ use proto::checkpoint::CheckpointData;
 use crate::case::MOST_PARTICLES;
 
 use super::disk::Files;
-use super::manifest::{FileFacts, MANIFEST, Manifest, data_file, digest};
+use super::manifest::{FileFacts, Manifest, data_file, digest};
 use super::{OutputState, RunCheckpoint};
-use crate::output::directory::{OutputError, PARTIAL};
-use crate::output::files::open_regular;
+use crate::results::error::OutputError;
+use crate::results::files::open_regular;
+use crate::results::names::{
+    CHECKPOINT_FILES, COORDINATOR_FILE, MANIFEST, PARTIAL, checkpoint_name, checkpoint_step, is_checkpoint,
+};
 
 /// Checkpoints that are kept.
 const KEPT: usize = 2;
-/// Name of the coordinator's own file.
-const OUTPUTS: &str = "coordinator.bin";
 /// Longest manifest that is read \[bytes\].
 const LONGEST_MANIFEST: u64 = 1 << 20;
 /// Largest file of the coordinator that is read \[bytes\].
 const LARGEST_OUTPUTS: u64 = 1 << 30;
 /// Largest state of a solver that is read \[bytes\]: a kilobyte for each of the particles that a case may have.
 const LARGEST_STATE: u64 = (MOST_PARTICLES as u64) << 10;
-
-/// Files of a checkpoint, in the order in which they are removed: without its manifest the rest counts for nothing.
-pub const FILES: [&str; 4] = [MANIFEST, "fluid.bin", "solid.bin", OUTPUTS];
 
 /// The checkpoints of one run.
 #[derive(Clone, Debug)]
@@ -51,22 +49,8 @@ pub struct Written {
 pub struct Found {
     /// The checkpoint, if any is good.
     pub checkpoint: Option<RunCheckpoint>,
-    /// Why others were passed over, each with its folder.
-    pub passed_over: Vec<String>,
-}
-
-fn name_of(step: u64) -> String {
-    format!("step_{step:012}")
-}
-
-fn step_of(name: &str) -> Option<u64> {
-    let digits = name.strip_prefix("step_")?;
-    (digits.len() == 12 && digits.bytes().all(|b| b.is_ascii_digit())).then(|| digits.parse().ok())?
-}
-
-/// Whether a run gives this name to the folder of a checkpoint, complete or not.
-pub fn is_name(name: &str) -> bool {
-    step_of(name.strip_suffix(PARTIAL).unwrap_or(name)).is_some()
+    /// Why others were skipped, each with its folder.
+    pub skipped: Vec<String>,
 }
 
 impl Store {
@@ -79,13 +63,13 @@ impl Store {
     fn names(&self) -> Vec<String> {
         let entries = fs::read_dir(&self.folder).into_iter().flatten().flatten();
         entries
-            .filter_map(|entry| entry.file_name().into_string().ok().filter(|name| is_name(name)))
+            .filter_map(|entry| entry.file_name().into_string().ok().filter(|name| is_checkpoint(name)))
             .collect()
     }
 
     /// Steps of the checkpoints that are there, whatever their state, newest first.
     fn steps(&self) -> Vec<u64> {
-        let mut steps: Vec<u64> = self.names().iter().filter_map(|name| step_of(name)).collect();
+        let mut steps: Vec<u64> = self.names().iter().filter_map(|name| checkpoint_step(name)).collect();
         steps.sort_unstable_by(|a, b| b.cmp(a));
         steps
     }
@@ -99,8 +83,8 @@ impl Store {
     /// When the disk is full or refuses; earlier checkpoints are as they were.
     pub fn write(&self, files: &mut dyn Files, checkpoint: &RunCheckpoint) -> Result<Written, OutputError> {
         let started = Instant::now();
-        let place = self.folder.join(name_of(checkpoint.step));
-        let partial = self.folder.join(format!("{}{PARTIAL}", name_of(checkpoint.step)));
+        let place = self.folder.join(checkpoint_name(checkpoint.step));
+        let partial = self.folder.join(format!("{}{PARTIAL}", checkpoint_name(checkpoint.step)));
         let failed = |e| OutputError::file("write checkpoint", &place, e);
         // A run that continues from this very boundary finds it written already. To replace it by the same data for another
         // build of a solver would leave none for a moment.
@@ -125,7 +109,7 @@ impl Store {
         files.rename(&partial, &place).map_err(failed)?;
         files.sync(&self.folder).map_err(failed)?;
         for step in self.steps().into_iter().filter(|step| *step < checkpoint.step).skip(KEPT - 1) {
-            let old = self.folder.join(name_of(step));
+            let old = self.folder.join(checkpoint_name(step));
             remove(files, &old).map_err(|e| OutputError::file("remove checkpoint", &old, e))?;
         }
         Ok(Written { step: checkpoint.step, bytes, duration: started.elapsed() })
@@ -140,12 +124,14 @@ impl Store {
         remove(files, partial)?;
         files.create_folder(partial)?;
         let outputs = checkpoint.outputs.to_bytes().map_err(io::Error::other)?;
-        let manifest = Manifest::of(checkpoint, FileFacts::of(OUTPUTS, &outputs)).text();
+        let manifest = Manifest::of(checkpoint, FileFacts::of(COORDINATOR_FILE, &outputs)).text();
         let names: Vec<String> = checkpoint.sides.iter().map(|side| data_file(side.header.role)).collect();
         let sides =
             names.iter().zip(&checkpoint.sides).map(|(name, side)| (name.as_str(), side.data.as_slice()));
         let mut bytes = 0;
-        for (name, content) in sides.chain([(OUTPUTS, outputs.as_slice()), (MANIFEST, manifest.as_bytes())]) {
+        for (name, content) in
+            sides.chain([(COORDINATOR_FILE, outputs.as_slice()), (MANIFEST, manifest.as_bytes())])
+        {
             let path = partial.join(name);
             files.write(&path, content)?;
             files.sync(&path)?;
@@ -157,7 +143,7 @@ impl Store {
 
     /// The newest good checkpoint.
     pub fn newest(&self) -> Found {
-        let mut found = Found { checkpoint: None, passed_over: Vec::new() };
+        let mut found = Found { checkpoint: None, skipped: Vec::new() };
         for step in self.steps() {
             match self.load(step) {
                 Ok(checkpoint) => {
@@ -165,15 +151,15 @@ impl Store {
                     break;
                 }
                 Err(problem) => {
-                    let place = self.folder.join(name_of(step));
-                    found.passed_over.push(format!("checkpoint `{}`: {problem}", place.display()));
+                    let place = self.folder.join(checkpoint_name(step));
+                    found.skipped.push(format!("`{}`: {problem}", place.display()));
                 }
             }
         }
         found
     }
 
-    /// Removes what is of no use beside the checkpoint of `step`: newer ones, which are damaged, older ones than are kept, and
+    /// Removes checkpoints other than that of `step`: newer ones, which are damaged, older ones than are kept, and
     /// those that a killed run left half written.
     ///
     /// # Errors
@@ -181,7 +167,7 @@ impl Store {
     pub fn clear(&self, files: &mut dyn Files, step: u64) -> Result<(), OutputError> {
         let kept: Vec<u64> = self.steps().into_iter().filter(|older| *older <= step).take(KEPT).collect();
         for name in self.names() {
-            if step_of(&name).is_none_or(|step| !kept.contains(&step)) {
+            if checkpoint_step(&name).is_none_or(|step| !kept.contains(&step)) {
                 let place = self.folder.join(name);
                 remove(files, &place).map_err(|e| OutputError::file("remove checkpoint", &place, e))?;
             }
@@ -194,7 +180,7 @@ impl Store {
     /// # Errors
     /// What is wrong with it.
     pub fn load(&self, step: u64) -> Result<RunCheckpoint, String> {
-        let folder = self.folder.join(name_of(step));
+        let folder = self.folder.join(checkpoint_name(step));
         let text = read(&folder.join(MANIFEST), LONGEST_MANIFEST, None)?;
         let text = String::from_utf8(text).map_err(|_| format!("`{MANIFEST}` is no text"))?;
         let manifest = Manifest::parse(&text).map_err(|problem| format!("`{MANIFEST}` {problem}"))?;
@@ -210,14 +196,14 @@ impl Store {
             let sha256 = proto::checkpoint::digest(&data);
             sides.push(CheckpointData { header: manifest.header(side)?, data, sha256 });
         }
-        if manifest.outputs.file != OUTPUTS {
+        if manifest.outputs.file != COORDINATOR_FILE {
             return Err(format!("`{MANIFEST}` names a file `{}`", manifest.outputs.file));
         }
         let outputs = read_checked(&folder, &manifest.outputs, LARGEST_OUTPUTS)?;
         let outputs = OutputState::parse(&outputs)
-            .map_err(|e| format!("`{OUTPUTS}` is of another build of the coordinator: {e}"))?;
+            .map_err(|e| format!("`{COORDINATOR_FILE}` is of another build of the coordinator: {e}"))?;
         if digest(outputs.case.as_bytes()) != manifest.case_digest {
-            return Err(format!("`{OUTPUTS}` holds another case than `{MANIFEST}` says"));
+            return Err(format!("`{COORDINATOR_FILE}` holds another case than `{MANIFEST}` says"));
         }
         Ok(RunCheckpoint { step, time: manifest.time_s, sides, outputs })
     }
@@ -267,7 +253,7 @@ fn remove(files: &mut dyn Files, folder: &Path) -> io::Result<()> {
         Err(e) if e.kind() == io::ErrorKind::NotFound => return Ok(()),
         Err(e) => return Err(e),
     }
-    for path in FILES.map(|name| folder.join(name)) {
+    for path in CHECKPOINT_FILES.map(|name| folder.join(name)) {
         if fs::symlink_metadata(&path).is_ok() {
             files.remove_file(&path)?;
         }

@@ -2,8 +2,8 @@
 
 use sph::solver::Role;
 
-use super::Made;
-use crate::control::Ending;
+use super::attempt::EndedAttempt;
+use super::control::ending::Ending;
 use crate::failure::Failure;
 
 /// So many equal losses in a row are no accident: what ends a solver is in the run or in the solver.
@@ -40,8 +40,8 @@ impl Losses {
     }
 }
 
-impl Made {
-    /// Notes in `losses` what was lost, says in the failure how it ended, and answers it where starting servers again may help:
+impl EndedAttempt {
+    /// Notes in `losses` what was lost, says in the failure how it ended, and returns it where a restart may help:
     /// below `most` times.
     pub(super) async fn lost(&mut self, losses: &mut Losses, most: u64) -> Option<(Vec<Role>, Failure)> {
         let Ending::Lost { roles, step, failure } = &mut self.ending else { return None };

@@ -1,16 +1,20 @@
 //! When a resumed run begins to change the folder of the earlier one: not before all solvers have taken its checkpoint over.
 
-use super::{Attempt, Job};
+use super::attempt::Attempt;
+use super::job::Job;
 use crate::checkpoint::{Disk, RunCheckpoint, Store};
 use crate::failure::Failure;
-use crate::output::directory::{self, Changed, OutputError, write_file};
-use crate::recorder;
+use crate::results::error::OutputError;
+use crate::results::files::write_file;
+use crate::results::names;
+use crate::results::recorder;
+use crate::results::table::Changed;
 
 impl Job {
     /// Writes the case as resolved.
     pub(super) fn write_case(&self) -> Result<(), OutputError> {
         let resolved = self.case.resolved_toml();
-        write_file(&self.directory.file(directory::CASE), |file| {
+        write_file(&self.directory.file(names::CASE), |file| {
             std::io::Write::write_all(file, resolved.as_bytes())
         })
     }

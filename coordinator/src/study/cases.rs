@@ -5,7 +5,7 @@ use toml::Value;
 use super::references::{self, drop_semi_axes};
 use super::results::Results;
 use super::series;
-use crate::output::table::Table;
+use crate::results::table::Table;
 
 /// Values to replace in a case file, by dotted path.
 pub type Changes = Vec<(String, Value)>;
@@ -26,7 +26,7 @@ pub struct Study {
     spacings: &'static [Chosen<f64>],
     /// Schemes; the first is the recommended one.
     schemes: &'static [Chosen<Scheme>],
-    /// Relative error of a finished run; an `Err` says why the result is of no use.
+    /// Relative error of a finished run; an `Err` says why the result is not valid.
     pub error: fn(&Results) -> Result<f64, String>,
     /// CPU time of the coarsest member at its own step \[s\], for the forecast.
     seconds: f64,
@@ -342,41 +342,4 @@ fn standing_wave_error(run: &Results) -> Result<f64, String> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn every_member_is_a_case_without_mistakes_with_a_folder_of_its_own() {
-        let mut labels = Vec::new();
-        for (index, study) in ALL.iter().enumerate() {
-            for member in Study::members(index, true).unwrap() {
-                let folder = tempfile::tempdir().unwrap();
-                let file = folder.path().join("case.toml");
-                std::fs::write(&file, &member.text).unwrap();
-                crate::run::load(&file)
-                    .unwrap_or_else(|e| panic!("{} {}: {e:?}", study.name, member.label()));
-                labels.push(format!("{}/{}", study.name, member.label()));
-            }
-        }
-        let count = labels.len();
-        labels.sort();
-        labels.dedup();
-        assert_eq!(labels.len(), count);
-    }
-
-    #[test]
-    fn a_step_policy_divides_the_step_and_a_scheme_changes_the_settings() {
-        let index = ALL.iter().position(|study| study.name == "taylor_green").unwrap();
-        let members = Study::members(index, false).unwrap();
-        let find = |scheme: &str, step: &str| -> toml::Table {
-            let member = members.iter().find(|m| m.scheme == scheme && m.step == step).unwrap();
-            member.text.parse().unwrap()
-        };
-        let (whole, half) =
-            (find("recommended", "step of the case"), find("lattice moment", "half the step"));
-        let factor = |case: &toml::Table| case["time"]["step"]["factor"].as_float().unwrap();
-        assert_eq!(factor(&half), 0.5 * factor(&whole));
-        assert_eq!(half["fluid"]["gradient_correction"].as_str(), Some("lattice-moment"));
-        assert_eq!(whole["fluid"]["gradient_correction"].as_str(), Some("renormalised"));
-    }
-}
+mod tests;

@@ -20,7 +20,7 @@ pub const STEP: &str = "step";
 pub const PASSES: [&str; 5] = ["begin stage", "own sums", "cross sums", "advance", "end of step"];
 
 impl Totals {
-    /// The sums so far; they begin anew.
+    /// The sums so far, which are then reset.
     pub fn take(&self) -> BTreeMap<String, f64> {
         std::mem::take(&mut self.seconds.lock().unwrap_or_else(PoisonError::into_inner))
     }

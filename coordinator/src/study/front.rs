@@ -1,4 +1,4 @@
-//! What a set of runs tells together: which are worth their cost, and how fast errors fall.
+//! What a set of runs shows together: which are worth their cost, and how fast errors fall.
 
 /// Which of the points (cost, error) lie on the Pareto front: no other is at least as good in both and better in one.
 /// Points with anything that is no number lie on none.

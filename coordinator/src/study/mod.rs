@@ -1,7 +1,7 @@
-//! `coordinator report`: what accuracy costs. Cases with known answers are run over resolution, scheme and step; error
+//! What accuracy costs. Cases with known answers are run over resolution, scheme and step; error
 //! against CPU time shows which settings are worth their cost.
 //!
-//! A case is an entry of [`cases::ALL`]. A run that this build has finished is not made again. The measures of error
+//! A case is an entry of [`cases::ALL`]. A run that this build has finished is not repeated. The measures of error
 //! are shared with the verification suite `validate`, which judges goals instead.
 
 pub mod cases;
@@ -17,7 +17,7 @@ pub mod series;
 pub mod template;
 
 use std::io::Write as _;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use proto::trace;
 
@@ -25,10 +25,11 @@ use self::cases::{ALL, Member, Study};
 use self::cost::Totals;
 use self::picture::Panel;
 use self::results::{Measured, Results};
-use crate::cli::ReportArguments;
 use crate::failure::{Failure, Kind};
-use crate::output::directory::{self, write_file};
-use crate::output::plots::field;
+use crate::results::files::write_file;
+use crate::results::names;
+use crate::results::plots::field;
+use crate::run::RunOutcome;
 
 /// File that marks a run as finished.
 const MEASURED: &str = "measured.json";
@@ -81,45 +82,63 @@ impl Row {
     }
 }
 
-/// Makes the report that the command line asks for.
+/// A study to be made.
+#[derive(Clone, Debug, Default)]
+pub struct StudyRequest {
+    /// Cases to run; all when empty.
+    pub cases: Vec<String>,
+    /// Further resolutions, schemes, steps and cases.
+    pub full: bool,
+    /// Folder for the report and all runs.
+    pub out: PathBuf,
+    /// Repeat all runs; otherwise those that this build has finished in that folder are kept.
+    pub fresh: bool,
+}
+
+/// What the study would run, in lines.
+///
+/// # Errors
+/// When a case is not known.
+pub fn list(request: &StudyRequest) -> Result<Vec<String>, Failure> {
+    let members = members(request)?;
+    let line = |member: &Member| {
+        format!("  {:<16} {:<44} {:>8.1} s", ALL[member.study].name, member.label(), member.expected)
+    };
+    Ok(std::iter::once(forecast(&members)).chain(members.iter().map(line)).collect())
+}
+
+fn forecast(members: &[Member]) -> String {
+    let expected: f64 = members.iter().map(|member| member.expected).sum();
+    format!("{} runs, about {expected:.0} s of CPU time on one core", members.len())
+}
+
+/// Makes a study, calls `each` with a line about the whole and about each run, and writes the report.
 ///
 /// # Errors
 /// When a case is not known, a file cannot be written, or the study is stopped from outside; finished runs are kept.
-pub fn report(arguments: &ReportArguments) -> Result<(), Failure> {
-    let members = members(arguments)?;
-    let expected: f64 = members.iter().map(|member| member.expected).sum();
-    terminal::say(format_args!("{} runs, about {expected:.0} s of CPU time on one core", members.len()));
-    if arguments.list {
-        for member in &members {
-            terminal::say(format_args!(
-                "  {:<16} {:<44} {:>8.1} s",
-                ALL[member.study].name,
-                member.label(),
-                member.expected
-            ));
-        }
-        return Ok(());
-    }
+pub fn report(request: &StudyRequest, each: impl Fn(&str)) -> Result<Vec<Row>, Failure> {
+    let members = members(request)?;
+    each(&forecast(&members));
     let totals = Totals::default();
     trace::record(totals.clone()).map_err(|e| Failure::internal(e.to_string()))?;
     let mut rows = Vec::new();
     let (mut spent, mut forecast) = (0.0, 0.0);
     for (k, member) in members.iter().enumerate() {
-        let (measured, kept) = measured(member, arguments, &totals)?;
+        let (measured, kept) = measured(member, request, &totals)?;
         if !kept {
             spent += measured.process_cpu_seconds;
             forecast += member.expected;
         }
         // From plus zero: the sum of nothing would be minus zero.
         let left = members[k + 1..].iter().fold(0.0, |sum, member| sum + member.expected);
-        // Forecasts are from one machine; what was run here tells how this one compares.
+        // Forecasts are from one machine; what was run here shows how this one compares.
         let left = if forecast > 0.0 { left * spent / forecast } else { left };
         let what = match (&measured.error, &measured.flaw) {
             (Some(error), _) => format!("error {:.3} %", 100.0 * error),
             (None, flaw) => flaw.clone().unwrap_or_default(),
         };
         let how = if kept { "kept" } else { "ran" };
-        terminal::say(format_args!(
+        each(&format!(
             "[{}/{}] {} {} {}: {what}, {:.2} s CPU; about {left:.0} s left",
             k + 1,
             members.len(),
@@ -132,23 +151,22 @@ pub fn report(arguments: &ReportArguments) -> Result<(), Failure> {
         rows.push(Row { study, scheme, step, spacing, measured, on_front: false, order: None });
     }
     judge(&mut rows);
-    write(&arguments.out, &rows, arguments)?;
-    terminal::say(format_args!("report in {}", arguments.out.join(directory::REPORT).display()));
-    Ok(())
+    write(&request.out, &rows, request.full)?;
+    Ok(rows)
 }
 
-fn members(arguments: &ReportArguments) -> Result<Vec<Member>, Failure> {
+fn members(request: &StudyRequest) -> Result<Vec<Member>, Failure> {
     let known = |name: &&String| ALL.iter().any(|study| study.name == **name);
-    if let Some(unknown) = arguments.cases.iter().find(|name| !known(name)) {
+    if let Some(unknown) = request.cases.iter().find(|name| !known(name)) {
         let names: Vec<&str> = ALL.iter().map(|study| study.name).collect();
         return Err(Failure::input(format!("no case `{unknown}`; there are {}", names.join(", "))));
     }
     let mut members = Vec::new();
     for (index, study) in ALL.iter().enumerate() {
-        let named = arguments.cases.iter().any(|name| name == study.name);
+        let named = request.cases.iter().any(|name| name == study.name);
         // Who asks for a case by name gets it: one that is for the full study only then in its whole extent.
-        let full = arguments.full || named && !study.chosen(false);
-        if named || arguments.cases.is_empty() && study.chosen(arguments.full) {
+        let full = request.full || named && !study.chosen(false);
+        if named || request.cases.is_empty() && study.chosen(request.full) {
             let found = Study::members(index, full);
             members.extend(found.map_err(|e| Failure::internal(format!("case `{}`: {e}", study.name)))?);
         }
@@ -156,17 +174,13 @@ fn members(arguments: &ReportArguments) -> Result<Vec<Member>, Failure> {
     Ok(members)
 }
 
-/// Runs a member, or reads what it left; tells whether it was kept.
-fn measured(
-    member: &Member,
-    arguments: &ReportArguments,
-    totals: &Totals,
-) -> Result<(Measured, bool), Failure> {
-    let folder = arguments.out.join("runs").join(ALL[member.study].name).join(member.label());
+/// Runs a member, or reads what it left; returns whether it was kept.
+fn measured(member: &Member, request: &StudyRequest, totals: &Totals) -> Result<(Measured, bool), Failure> {
+    let folder = request.out.join("runs").join(ALL[member.study].name).join(member.label());
     let (file, kept) = (folder.join("case.toml"), folder.join(MEASURED));
     let made_by = made_by();
     let same_case = std::fs::read_to_string(&file).is_ok_and(|before| before == member.text);
-    if same_case && !arguments.fresh {
+    if same_case && !request.fresh {
         let before =
             std::fs::read(&kept).ok().and_then(|bytes| serde_json::from_slice::<Measured>(&bytes).ok());
         if let Some(before) = before.filter(|before| before.made_by == made_by) {
@@ -195,14 +209,14 @@ fn make(
 ) -> Result<Measured, Failure> {
     let kernel_seconds = cost::fixed_kernel();
     totals.take();
-    let made = runner::run(file, out, Some(1));
+    let run = runner::run(file, out, Some(1));
     let (cpu_seconds, passes) = Measured::passes_of(&totals.take());
-    let mut flaw = match made.outcome {
-        Ok(()) => None,
+    let mut flaw = match run.outcome.and_then(RunOutcome::completed) {
+        Ok(_) => None,
         Err(failure) if failure.kind == Kind::Diverged => Some(failure.message),
         Err(failure) => return Err(failure),
     };
-    let summary = std::fs::read(out.join(directory::SUMMARY)).ok();
+    let summary = std::fs::read(out.join(names::SUMMARY)).ok();
     let summary: serde_json::Value =
         summary.and_then(|b| serde_json::from_slice(&b).ok()).unwrap_or_default();
     let count = |place: &str| summary.pointer(place).and_then(serde_json::Value::as_u64).unwrap_or_default();
@@ -218,7 +232,7 @@ fn make(
         error,
         flaw,
         cpu_seconds,
-        process_cpu_seconds: made.cpu_seconds,
+        process_cpu_seconds: run.cpu_seconds,
         kernel_seconds,
         steps: count("/steps"),
         particles: count("/fluid/counts/particles") + count("/solid/counts/particles"),
@@ -228,7 +242,7 @@ fn make(
 
 /// Names the solvers' builds and the arithmetic path.
 fn made_by() -> String {
-    use crate::in_process::description;
+    use crate::run::participants::in_process::description;
     use sph::solver::Role;
     let arithmetic = sph::lanes::Arithmetic::chosen().name();
     format!("{} {} {arithmetic}", description(Role::Fluid).build, description(Role::Solid).build)
@@ -253,14 +267,14 @@ fn judge(rows: &mut [Row]) {
     }
 }
 
-fn write(out: &Path, rows: &[Row], arguments: &ReportArguments) -> Result<(), Failure> {
+fn write(out: &Path, rows: &[Row], full: bool) -> Result<(), Failure> {
     let panels: Vec<(usize, Panel<'_>)> = (0..ALL.len())
         .filter(|study| rows.iter().any(|row| row.study == *study))
         .map(|study| (study, panel(study, rows)))
         .collect();
-    let failed = |e: crate::output::plots::PlotError| Failure::output(e.to_string());
-    let html = page::html(&panels, arguments).map_err(failed)?;
-    write_file(&out.join(directory::REPORT), |file| file.write_all(html.as_bytes()))?;
+    let failed = |e: crate::results::plots::PlotError| Failure::output(e.to_string());
+    let html = page::html(&panels, full).map_err(failed)?;
+    write_file(&out.join(names::REPORT), |file| file.write_all(html.as_bytes()))?;
     write_file(&out.join("report.csv"), |file| file.write_all(csv(rows)?.as_slice()))?;
     let panels: Vec<Panel<'_>> = panels.into_iter().map(|(_, panel)| panel).collect();
     let (pixels, size) = picture::pixels(&panels).map_err(failed)?;

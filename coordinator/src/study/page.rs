@@ -5,15 +5,14 @@ use std::fmt::Write as _;
 use super::Row;
 use super::cases::ALL;
 use super::picture::{self, Panel};
-use crate::cli::ReportArguments;
-use crate::output::plots::PlotError;
-use crate::output::report::page::{Section, document, escaped, table};
+use crate::results::plots::PlotError;
+use crate::results::report::page::{Section, document, escaped, table};
 
 /// The whole page.
 ///
 /// # Errors
 /// When a picture cannot be drawn.
-pub(super) fn html(panels: &[(usize, Panel<'_>)], arguments: &ReportArguments) -> Result<String, PlotError> {
+pub(super) fn html(panels: &[(usize, Panel<'_>)], full: bool) -> Result<String, PlotError> {
     let mut sections = Vec::new();
     for (study, panel) in panels {
         let study = &ALL[*study];
@@ -27,14 +26,14 @@ pub(super) fn html(panels: &[(usize, Panel<'_>)], arguments: &ReportArguments) -
         sections.push(Section { id: study.name, headline: study.title, note, figures });
     }
     let mut before = String::from("<div class=\"tables\">\n");
-    table(&mut before, "facts", "Study", &facts(panels, arguments));
+    table(&mut before, "facts", "Study", &facts(panels, full));
     before.push_str("</div>\n");
     let head = "<p>Error against the CPU time of all steps on one thread. A run is on the front when no other of its case \
                 is at least as cheap and as good; such rows are bold.</p>\n";
     Ok(document("What accuracy costs", head, &before, &sections))
 }
 
-fn facts(panels: &[(usize, Panel<'_>)], arguments: &ReportArguments) -> Vec<(String, String)> {
+fn facts(panels: &[(usize, Panel<'_>)], full: bool) -> Vec<(String, String)> {
     let rows = || panels.iter().flat_map(|(_, panel)| &panel.rows);
     let total: f64 = rows().map(|row| row.measured.process_cpu_seconds).sum();
     let mut kernel: Vec<f64> = rows().map(|row| 1e9 * row.measured.kernel_seconds).collect();
@@ -44,7 +43,7 @@ fn facts(panels: &[(usize, Panel<'_>)], arguments: &ReportArguments) -> Vec<(Str
         (Some(low), Some(high)) => format!("{middle:.2} ns in the median, {low:.2} to {high:.2} ns"),
         _ => String::new(),
     };
-    let extent = if arguments.full { "full" } else { "quick" };
+    let extent = if full { "full" } else { "quick" };
     vec![
         ("Extent".into(), format!("{extent}, {} runs", rows().count())),
         ("CPU time of all runs".into(), format!("{total:.0} s")),
@@ -63,7 +62,7 @@ fn machine() -> String {
     format!("{model}, {cores} cores")
 }
 
-/// What the runs of a case say: the best of each scheme, and where the time goes on the front's finest.
+/// What the runs of a case show: the best of each scheme, and where the time goes on the front's finest.
 fn findings(panel: &Panel<'_>) -> String {
     let mut rows: Vec<(String, String)> = Vec::new();
     for scheme in &panel.schemes {

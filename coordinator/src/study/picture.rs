@@ -5,9 +5,9 @@ use plotters::coord::combinators::LogCoord;
 use plotters::prelude::*;
 
 use super::Row;
-use crate::output::font;
-use crate::output::plots::PlotError;
-use crate::output::plots::colour::LINES;
+use crate::results::font;
+use crate::results::plots::PlotError;
+use crate::results::plots::colour::LINES;
 
 /// Size of a panel \[px\].
 const PANEL: (u32, u32) = (620, 430);

@@ -8,9 +8,9 @@ use sph::vector::Vector;
 
 use super::cost::{PASSES, STEP};
 use super::order::{domain_around, surrounded, widest_gap};
-use crate::output::directory;
-use crate::output::state;
-use crate::output::table::Table;
+use crate::results::names;
+use crate::results::state;
+use crate::results::table::Table;
 
 /// Outputs of a finished run.
 pub struct Results {
@@ -25,7 +25,7 @@ impl Results {
     /// # Errors
     /// When the probes cannot be read.
     pub fn read(folder: &Path, spacing: f64) -> Result<Self, String> {
-        let probes = Table::read(&folder.join(directory::PROBES)).map_err(|e| e.to_string())?;
+        let probes = Table::read(&folder.join(names::PROBES)).map_err(|e| e.to_string())?;
         Ok(Self { folder: folder.to_owned(), spacing, probes })
     }
 
@@ -58,9 +58,9 @@ impl Results {
 pub struct Measured {
     /// Builds of the solvers and arithmetic path that made it.
     pub made_by: String,
-    /// Relative error \[-\], if the result is of use.
+    /// Relative error \[-\], if the result is valid.
     pub error: Option<f64>,
-    /// Why it is of none: it stopped, or is torn.
+    /// Why it is not: the run stopped, or the fluid is torn.
     pub flaw: Option<String>,
     /// CPU time of all steps \[s\].
     pub cpu_seconds: f64,

@@ -1,37 +1,31 @@
-//! One run of a study: in this process, without a word, its cost measured.
+//! Runs one study member in process and measures its cost.
 
 use std::path::Path;
 
 use proto::trace;
 
-use crate::cli::{NewRunOptions, RunArguments, RunOptions};
 use crate::failure::Failure;
+use crate::messages::Messages;
+use crate::results::directory::Existing;
+use crate::run::{RunOptions, RunOutcome, RunRequest};
 
-/// What became of a run.
-pub struct Made {
-    /// Whether it reached its end.
-    pub outcome: Result<(), Failure>,
-    /// CPU time of this process meanwhile, outputs included \[s\].
+/// A run and its cost.
+pub struct MeasuredRun {
+    /// What the run gave.
+    pub outcome: Result<RunOutcome, Failure>,
+    /// CPU time of this process during the run, outputs included \[s\].
     pub cpu_seconds: f64,
 }
 
 /// Runs `case_file` with all results in `out`, which are replaced; `None` for threads on all cores.
-pub fn run(case_file: &Path, out: &Path, threads: Option<u16>) -> Made {
-    let arguments = RunArguments {
+pub fn run(case_file: &Path, out: &Path, threads: Option<u16>) -> MeasuredRun {
+    let request = RunRequest {
         case: case_file.to_owned(),
-        new: NewRunOptions {
-            out: Some(out.to_owned()),
-            force: true,
-            options: RunOptions {
-                in_process: true,
-                threads,
-                window: 64,
-                quiet: true,
-                ..RunOptions::default()
-            },
-        },
+        out: Some(out.to_owned()),
+        existing: Existing::Replace,
+        options: RunOptions { threads, messages: Messages::Warnings, ..RunOptions::default() },
     };
     let before = trace::process_cpu();
-    let outcome = crate::run::run(&arguments);
-    Made { outcome, cpu_seconds: trace::process_cpu().saturating_sub(before).as_secs_f64() }
+    let outcome = crate::run::run(&request);
+    MeasuredRun { outcome, cpu_seconds: trace::process_cpu().saturating_sub(before).as_secs_f64() }
 }

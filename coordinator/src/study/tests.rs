@@ -46,14 +46,7 @@ fn the_front_and_the_orders_are_those_of_each_scheme_and_case() {
 #[test]
 fn a_report_holds_every_run_its_picture_and_where_the_time_went() {
     let folder = tempfile::tempdir().unwrap();
-    let arguments = ReportArguments {
-        cases: Vec::new(),
-        full: false,
-        out: folder.path().to_owned(),
-        fresh: false,
-        list: false,
-    };
-    write(folder.path(), &rows(), &arguments).unwrap();
+    write(folder.path(), &rows(), false).unwrap();
     let read = |name: &str| std::fs::read_to_string(folder.path().join(name)).unwrap();
     let html = read("report.html");
     for expected in ["<svg", "own sums 60 %", "torn &lt;apart&gt;", "4.000 %", "class=\"front\""] {
@@ -75,46 +68,34 @@ fn a_report_holds_every_run_its_picture_and_where_the_time_went() {
 
 #[test]
 fn an_unknown_case_is_refused_with_those_there_are() {
-    let arguments = ReportArguments {
-        cases: vec!["drip".into()],
-        full: false,
-        out: "unused".into(),
-        fresh: false,
-        list: true,
-    };
-    let failure = report(&arguments).unwrap_err();
+    let request = StudyRequest { cases: vec!["drip".into()], ..StudyRequest::default() };
+    let failure = list(&request).unwrap_err();
     assert!(failure.message.contains("`drip`") && failure.message.contains("drop"), "{failure:?}");
 }
 
 #[test]
 fn a_finished_run_is_kept_until_its_case_or_its_maker_changes() {
     let folder = tempfile::tempdir().unwrap();
-    let mut arguments = ReportArguments {
-        cases: Vec::new(),
-        full: false,
-        out: folder.path().to_owned(),
-        fresh: false,
-        list: false,
-    };
+    let mut request = StudyRequest { out: folder.path().to_owned(), ..StudyRequest::default() };
     let mut member = Study::members(0, false).unwrap().remove(0);
     // The one test that records: a process does so once.
     let totals = Totals::default();
     trace::record(totals.clone()).unwrap();
-    let (first, kept) = measured(&member, &arguments, &totals).unwrap();
+    let (first, kept) = measured(&member, &request, &totals).unwrap();
     assert!(!kept && first.error.is_some_and(|error| error < 0.1), "{first:?}");
     assert!(first.cpu_seconds > 0.0 && first.passes["own sums"] < first.cpu_seconds, "{first:?}");
-    let (again, kept) = measured(&member, &arguments, &totals).unwrap();
+    let (again, kept) = measured(&member, &request, &totals).unwrap();
     // Read back from decimal text, which may cost the last bit.
     assert!(kept && (again.cpu_seconds / first.cpu_seconds - 1.0).abs() < 1e-12, "{again:?}");
 
     let kept = folder.path().join("runs/drop").join(member.label()).join(MEASURED);
     let stranger = Measured { made_by: "another build".into(), ..first };
     std::fs::write(&kept, serde_json::to_vec(&stranger).unwrap()).unwrap();
-    assert!(!measured(&member, &arguments, &totals).unwrap().1, "another build made it");
+    assert!(!measured(&member, &request, &totals).unwrap().1, "another build made it");
     std::fs::remove_file(&kept).unwrap();
-    assert!(!measured(&member, &arguments, &totals).unwrap().1, "it was not finished");
+    assert!(!measured(&member, &request, &totals).unwrap().1, "it was not finished");
     member.text.push_str("# other\n");
-    assert!(!measured(&member, &arguments, &totals).unwrap().1, "the case is another");
-    arguments.fresh = true;
-    assert!(!measured(&member, &arguments, &totals).unwrap().1, "all anew was asked for");
+    assert!(!measured(&member, &request, &totals).unwrap().1, "the case is another");
+    request.fresh = true;
+    assert!(!measured(&member, &request, &totals).unwrap().1, "all runs were asked for again");
 }

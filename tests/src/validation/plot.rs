@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use coordinator::output::font;
+use coordinator::results::font;
 use plotters::prelude::*;
 
 /// How a series is drawn.

@@ -3,9 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use coordinator::failure::Kind;
-use coordinator::output::directory;
-use coordinator::output::state;
-use coordinator::output::table::Table;
+use coordinator::results::names;
+use coordinator::results::state;
+use coordinator::results::table::Table;
+use coordinator::run::RunOutcome;
 use coordinator::study::runner;
 use sph::solver::ParticleFields;
 
@@ -57,20 +58,20 @@ impl Run {
         let changes: Vec<_> = member.changes.iter().chain(&options.changes).cloned().collect();
         let text = template::instantiate(&file, &changes)?;
         let case_file = folder.join(member.stem()).with_extension("toml");
-        let done = results.join(directory::SUMMARY).exists()
+        let done = results.join(names::SUMMARY).exists()
             && std::fs::read_to_string(&case_file).is_ok_and(|before| before == text);
         if !(options.reuse && done) {
             std::fs::create_dir_all(&folder)
                 .map_err(|e| format!("`{}` cannot be made: {e}", folder.display()))?;
             write(&case_file, &text)?;
-            let made = runner::run(&case_file, &results, options.threads);
-            match made.outcome {
+            let run = runner::run(&case_file, &results, options.threads);
+            match run.outcome.and_then(RunOutcome::completed) {
                 Err(failure) if !(member.may_stop && failure.kind == Kind::Diverged) => {
                     return Err(format!("{}: {}", member.label(), failure.message));
                 }
                 _ => {}
             }
-            write(&folder.join(CPU_FILE), &format!("{}\n", made.cpu_seconds))?;
+            write(&folder.join(CPU_FILE), &format!("{}\n", run.cpu_seconds))?;
         }
         Self::read(member, folder, &case_file)
     }
@@ -80,9 +81,9 @@ impl Run {
         let read = |path: PathBuf| {
             std::fs::read_to_string(&path).map_err(|e| format!("`{}` cannot be read: {e}", path.display()))
         };
-        let probes = Table::read(&results.join(directory::PROBES)).map_err(|e| e.to_string())?;
-        let summary = serde_json::from_str(&read(results.join(directory::SUMMARY))?)
-            .map_err(|e| format!("{}: {e}", results.join(directory::SUMMARY).display()))?;
+        let probes = Table::read(&results.join(names::PROBES)).map_err(|e| e.to_string())?;
+        let summary = serde_json::from_str(&read(results.join(names::SUMMARY))?)
+            .map_err(|e| format!("{}: {e}", results.join(names::SUMMARY).display()))?;
         let case = read(case_file.to_path_buf())?.parse().map_err(|e| format!("{e}"))?;
         let cpu_seconds = read(folder.join(CPU_FILE))?.trim().parse().unwrap_or(f64::NAN);
         Ok(Self { member, folder, case, probes, summary, cpu_seconds })

@@ -115,7 +115,7 @@ fn f64s(bytes: &[u8]) -> Vec<f64> {
 
 #[cfg(test)]
 mod tests {
-    use coordinator::output::vtk::write_particles;
+    use coordinator::results::vtk::write_particles;
     use sph::solver::{Field, ParticleFields};
 
     use super::*;

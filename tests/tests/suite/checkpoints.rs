@@ -96,7 +96,7 @@ fn another_case_and_a_damaged_checkpoint_are_reported() {
     bytes[middle] ^= 1;
     std::fs::write(&data, bytes).unwrap();
     let said = resume(&bench, "out", &[]);
-    assert!(said.contains("passed over") && said.contains("step_000000000050"), "{said}");
+    assert!(said.contains("skipped checkpoint") && said.contains("step_000000000050"), "{said}");
     assert_eq!(bench.summary("out")["checkpoints"]["resumed_from"], 40);
     same_results(&bench.path("whole"), &out).unwrap();
     // Neither is good.

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use crate::bench;
-use coordinator::output::state;
+use coordinator::results::state;
 use tests::bench::{digests, probe_rows};
 
 /// `text` without what stands from `from` to before `to`, and without the probes of the given names.

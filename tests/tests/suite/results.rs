@@ -120,7 +120,7 @@ fn a_refused_resume_changes_nothing() {
         let said = String::from_utf8_lossy(&output.stderr).into_owned();
         assert!(matches!(output.status.code(), Some(2 | 4)), "{said}");
         // The same command would be refused again.
-        assert!(!said.contains("go on from the last checkpoint"), "{said}");
+        assert!(!said.contains("continue from the last checkpoint"), "{said}");
         assert!(before == content(&out), "{way:?} changed the results: {said}");
     }
     std::fs::write(newest.join("solid.bin"), data).unwrap();

@@ -32,7 +32,7 @@ fn a_signal_stops_at_a_step_boundary_with_results_complete() {
         assert!(!out.join("run.partial").exists());
         // Both sides ended at the same step: from these states another run can go on.
         for side in ["fluid", "solid"] {
-            let state = coordinator::output::state::read(&out.join(format!("final/{side}.state"))).unwrap();
+            let state = coordinator::results::state::read(&out.join(format!("final/{side}.state"))).unwrap();
             assert_eq!(state.step, steps, "{side}");
         }
         let last = std::fs::read_to_string(out.join("ledger.csv")).unwrap();

@@ -8,7 +8,7 @@ use sph::vector::Vector;
 
 use super::formula;
 use super::shape::ShapeTable;
-use crate::case::mistakes::Mistake;
+use crate::case::errors::CaseError;
 use crate::case::reader::{Allowed, At, Choice, Table, Written};
 
 /// Particles that may be lost before a run stops.
@@ -113,12 +113,12 @@ impl FluidTable {
         let tensile_control = table.flag_or("tensile_control", false);
         let scheme = table.choice_or_first("scheme", &SCHEMES);
         if (scheme.value, viscous_form.value) == (FluidScheme::Leapfrog, ViscousForm::Stress) {
-            let mistake = Mistake::new(
+            let error = CaseError::new(
                 &table.place_of("viscous_form"),
                 "the viscous stress of Eq. (4) does not go with leapfrog, which sums no velocity gradient in the corrector",
             );
-            table.mistake(
-                mistake.hint("use `viscous_form = \"pairwise\"`, or `scheme = \"predictor-corrector\"`"),
+            table.error(
+                error.hint("use `viscous_form = \"pairwise\"`, or `scheme = \"predictor-corrector\"`"),
             );
         }
         let tension_limit_pa = table.optional_number("tension_limit_pa", &Allowed::POSITIVE);
@@ -160,7 +160,7 @@ impl FluidTable {
         self.kernel_ratio.value * self.particle_spacing_m.value
     }
 
-    /// What the solvers are told.
+    /// Set-up of the solvers.
     pub fn constants(&self) -> FluidConstants {
         FluidConstants {
             rest_density: self.rest_density_kg_m3.value,
@@ -212,7 +212,7 @@ impl DampingTable {
         Some(read)
     }
 
-    /// What the solvers are told.
+    /// Set-up of the solvers.
     pub fn to_setup(&self) -> Damping {
         Damping { rate: self.rate_per_s, until: self.until_s }
     }
@@ -228,7 +228,7 @@ pub struct RegionTable {
     /// Expressions of x and y.
     pub velocity_m_s: [At<Written>; 2],
     pub start: StartTable,
-    /// Particles that would overlap a solid or a wall are left out; otherwise an overlap is a mistake.
+    /// Particles that would overlap a solid or a wall are left out; otherwise an overlap is an error.
     pub cut_by_solids: bool,
     pub cut_by_walls: bool,
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -2,10 +2,10 @@
 
 use sph::expression::Expression;
 
-use crate::case::mistakes::{Mistake, Place};
+use crate::case::errors::{CaseError, Place};
 use crate::case::reader::{At, Table, Written};
 
-/// Checks the expression; the mistake points at the character.
+/// Checks the expression; the error points at the character.
 fn check(table: &Table<'_>, written: &At<Written>, variables: &[&str]) {
     let Written::Text(text) = &written.value else { return };
     if let Err(error) = Expression::parse(text, variables) {
@@ -17,8 +17,8 @@ fn check(table: &Table<'_>, written: &At<Written>, variables: &[&str]) {
         {
             place.span = Some(span.start + 1 + inside.start..span.start + 1 + inside.end);
         }
-        let mistake = Mistake::new(&place, error.to_string()).value(raw);
-        table.mistake(mistake.allowed(format!("an expression of {}", variables.join(", "))));
+        let error = CaseError::new(&place, error.to_string()).value(raw);
+        table.error(error.allowed(format!("an expression of {}", variables.join(", "))));
     }
 }
 

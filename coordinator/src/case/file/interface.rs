@@ -6,7 +6,7 @@ use proto::security::ClientFiles;
 use serde::Serialize;
 use sph::setup::{CouplingKind, InterfaceLaw, Iterate, Relaxation, Unsettled};
 
-use crate::case::mistakes::Mistake;
+use crate::case::errors::CaseError;
 use crate::case::reader::{Allowed, Choice, Table};
 
 /// Way of the half-step frames between the solvers.
@@ -95,11 +95,11 @@ fn read_kind(table: &mut Table<'_>, law: InterfaceLaw) -> Option<Choice<Coupling
         [("states", CouplingKind::States), ("loads", CouplingKind::Loads)];
     let kind = table.optional_choice("kind", &KINDS)?;
     if kind.value == CouplingKind::Loads && law == InterfaceLaw::PlainSum {
-        let mistake = Mistake::new(
+        let error = CaseError::new(
             &kind.place,
             "loads do not go with the law `plain-sum`, which needs the stress of the solid",
         );
-        table.mistake(mistake.hint("use the law `wall` or `wall-no-slip`, or the kind `states`"));
+        table.error(error.hint("use the law `wall` or `wall-no-slip`, or the kind `states`"));
     }
     Some(kind)
 }
@@ -112,8 +112,8 @@ fn check_iterated(table: &Table<'_>, kind: Option<&Choice<CouplingKind>>, law: I
         _ if law == InterfaceLaw::PlainSum => "use the law `wall` or `wall-no-slip`, or leave `iterate` out",
         _ => return,
     };
-    let mistake = Mistake::new(&table.place_of("iterate"), "only a coupling by loads is iterated");
-    table.mistake(mistake.hint(hint));
+    let error = CaseError::new(&table.place_of("iterate"), "only a coupling by loads is iterated");
+    table.error(error.hint(hint));
 }
 
 impl IterateTable {
@@ -133,7 +133,7 @@ impl IterateTable {
         read
     }
 
-    /// What the solvers are told.
+    /// Set-up of the solvers.
     pub fn to_setup(&self) -> Iterate {
         Iterate {
             relaxation: match &self.relaxation {
@@ -187,17 +187,16 @@ impl ServersTable {
             [("cert_file", "key_file"), ("key_file", "cert_file"), ("cert_file", "ca_file")]
         {
             if table.has(given) && !table.has(needed) {
-                let mistake =
-                    Mistake::new(&table.place_of(given), format!("is of no use without `{needed}`"));
-                table.mistake(mistake.hint("give both, or neither"));
+                let error =
+                    CaseError::new(&table.place_of(given), format!("has no effect without `{needed}`"));
+                table.error(error.hint("give both, or neither"));
             }
         }
         for (address, command) in [("fluid_address", "fluid_command"), ("solid_address", "solid_command")] {
             if table.has(address) && table.has(command) {
-                let mistake = Mistake::new(&table.place_of(command), format!("`{address}` is given as well"));
-                table.mistake(
-                    mistake.hint("keep the address of a running server or the command that starts one"),
-                );
+                let error = CaseError::new(&table.place_of(command), format!("`{address}` is given as well"));
+                table
+                    .error(error.hint("keep the address of a running server or the command that starts one"));
             }
         }
         table.finish();
@@ -234,8 +233,8 @@ fn read_address(table: &mut Table<'_>, key: &'static str) -> Option<String> {
         !host.is_empty() && plain && port.parse::<u16>().is_ok_and(|port| port > 0)
     });
     if !good {
-        let mistake = Mistake::new(&text.place, "not an address").value(table.written(&text.place));
-        table.mistake(mistake.allowed("HOST:PORT, such as \"127.0.0.1:7001\", or https://HOST:PORT"));
+        let error = CaseError::new(&text.place, "not an address").value(table.written(&text.place));
+        table.error(error.allowed("HOST:PORT, such as \"127.0.0.1:7001\", or https://HOST:PORT"));
     }
     Some(text.value)
 }
@@ -246,8 +245,8 @@ fn read_file_name(table: &mut Table<'_>, key: &'static str) -> Option<String> {
     let path = absolute(table.directory, &name.value);
     if !Path::new(&path).is_file() {
         let what = if Path::new(&path).exists() { "is not a regular file" } else { "no such file" };
-        let mistake = Mistake::new(&name.place, what).value(table.written(&name.place));
-        table.mistake(mistake.allowed("the path of a regular file, from the folder of the case"));
+        let error = CaseError::new(&name.place, what).value(table.written(&name.place));
+        table.error(error.allowed("the path of a regular file, from the folder of the case"));
     }
     Some(path)
 }
@@ -256,8 +255,8 @@ fn read_file_name(table: &mut Table<'_>, key: &'static str) -> Option<String> {
 fn read_command(table: &mut Table<'_>, key: &'static str) -> Option<Vec<String>> {
     let words = table.optional_texts(key)?;
     if words.value.first().is_none_or(String::is_empty) {
-        let mistake = Mistake::new(&words.place, "names no program").value(table.written(&words.place));
-        table.mistake(mistake.allowed("a program and its arguments, such as [\"python3\", \"solver.py\"]"));
+        let error = CaseError::new(&words.place, "names no program").value(table.written(&words.place));
+        table.error(error.allowed("a program and its arguments, such as [\"python3\", \"solver.py\"]"));
     }
     Some(words.value.iter().map(|word| absolute(table.directory, word)).collect())
 }

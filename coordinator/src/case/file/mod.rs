@@ -2,19 +2,22 @@
 //!
 //! The structs write themselves as TOML under the names of their fields, which are the keys of the format.
 
+pub mod body;
 pub mod fluid;
 pub mod formula;
 pub mod interface;
+pub mod material;
 pub mod probe;
 pub mod run;
 pub mod safety;
 pub mod shape;
 pub mod solid;
+pub mod support;
 pub mod wall;
 
 use serde::Serialize;
 
-use crate::case::mistakes::Mistake;
+use crate::case::errors::CaseError;
 use crate::case::reader::{At, Table};
 use fluid::FluidTable;
 use interface::{InterfaceTable, ServersTable};
@@ -86,15 +89,15 @@ impl CaseFile {
             Some(InterfaceTable::read(root.table_or_empty("interface")))
         } else {
             if let Some(table) = root.optional_table("interface") {
-                root.mistake(
-                    Mistake::new(table.place(), "needs both a `fluid` and a `solid`").hint("leave it out"),
+                root.error(
+                    CaseError::new(table.place(), "needs both a `fluid` and a `solid`").hint("leave it out"),
                 );
             }
             None
         };
         if !root.has("fluid") && !root.has("solid") {
-            let mistake = Mistake::new(root.place(), "the case has neither a `fluid` nor a `solid`");
-            root.mistake(mistake.hint("add a table [fluid] or [solid]"));
+            let error = CaseError::new(root.place(), "the case has neither a `fluid` nor a `solid`");
+            root.error(error.hint("add a table [fluid] or [solid]"));
         }
         let walls = root.tables("wall").into_iter().map(WallTable::read).collect();
         let probes = root.tables("probe").into_iter().filter_map(ProbeTable::read).collect();

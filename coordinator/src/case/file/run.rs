@@ -6,7 +6,7 @@ use sph::setup::{BreachAction, LedgerPolicy, Motion, Outflow, OutputPlan, StepPo
 use sph::vector::{DIMENSIONS, Vector};
 
 use super::formula;
-use crate::case::mistakes::{Mistake, Place};
+use crate::case::errors::{CaseError, Place};
 use crate::case::reader::{Allowed, At, Choice, Table, Written};
 
 /// Names of the axes in lists of directions.
@@ -64,14 +64,14 @@ impl DomainTable {
         let lower_m = table.vector("lower_m");
         let upper_m = table.vector("upper_m");
         if table.intact() && !(lower_m.value.x < upper_m.value.x && lower_m.value.y < upper_m.value.y) {
-            let mistake = Mistake::new(&upper_m.place, "does not lie above and to the right of `lower_m`");
-            table.mistake(mistake.value(table.written(&upper_m.place)));
+            let error = CaseError::new(&upper_m.place, "does not lie above and to the right of `lower_m`");
+            table.error(error.value(table.written(&upper_m.place)));
         }
         let periodic = table.words("periodic", &AXES).unwrap_or_default();
         let outflow_sides = table.words("outflow_sides", &SIDES);
         for side in outflow_sides.iter().flatten() {
             if periodic.iter().any(|axis| axis.value == side.value.axis) {
-                table.mistake(Mistake::new(&side.place, "lies across a periodic direction").value(side.word));
+                table.error(CaseError::new(&side.place, "lies across a periodic direction").value(side.word));
             }
         }
         let lattice_origin_m = table.vector_or("lattice_origin_m", lower_m.value).value;
@@ -111,7 +111,7 @@ impl BodyForceTable {
         Self { gravity_m_s2, acceleration_m_s2 }
     }
 
-    /// What the solvers are told.
+    /// Set-up of the solvers.
     pub fn to_setup(&self) -> sph::setup::BodyForce {
         let expressions =
             self.acceleration_m_s2.as_ref().map(|pair| pair.each_ref().map(|written| written.value.text()));
@@ -167,8 +167,8 @@ impl TimeTable {
         let start_time_s = table.number_or("start_time_s", &Allowed::FINITE, 0.0).value;
         let end_time_s = table.number("end_time_s", &Allowed::FINITE);
         if table.intact() && end_time_s.value < start_time_s {
-            let mistake = Mistake::new(&end_time_s.place, "lies before the start").value(end_time_s.value);
-            table.mistake(mistake.allowed(format!("a time of {start_time_s} s or later")));
+            let error = CaseError::new(&end_time_s.place, "lies before the start").value(end_time_s.value);
+            table.error(error.allowed(format!("a time of {start_time_s} s or later")));
         }
         let span = (end_time_s.value - start_time_s).max(f64::MIN_POSITIVE);
         let limit_factor = table.number_or("limit_factor", &LIMIT, 1.0);
@@ -193,7 +193,7 @@ impl TimeTable {
         Self { start_time_s, end_time_s, step, limit_factor, intact: table.finish() }
     }
 
-    /// What the solvers are told.
+    /// Set-up of the solvers.
     pub fn to_setup(&self) -> TimePlan {
         let step = match &self.step {
             StepTable::Fixed { time_step_s } => StepPolicy::Fixed { time_step: time_step_s.value },
@@ -235,8 +235,8 @@ impl OutputsTable {
         if let Some(times) = pictures.as_ref().filter(|_| time.intact)
             && let Some(outside) = times.value.iter().find(|t| !(start..=end).contains(*t))
         {
-            let mistake = Mistake::new(&times.place, format!("{outside} s is not within the run"));
-            table.mistake(mistake.allowed(format!("times from {start} to {end} s")));
+            let error = CaseError::new(&times.place, format!("{outside} s is not within the run"));
+            table.error(error.allowed(format!("times from {start} to {end} s")));
         }
         let spread = || {
             let last = f64::from(Self::DEFAULT_PICTURES - 1);
@@ -247,7 +247,7 @@ impl OutputsTable {
         Self { snapshot_interval_s, probe_interval_s, ledger_every_steps, picture_times_s }
     }
 
-    /// What the solvers are told.
+    /// Set-up of the solvers.
     pub fn plan(&self) -> OutputPlan {
         OutputPlan { snapshot_interval: self.snapshot_interval_s, probe_interval: self.probe_interval_s }
     }
@@ -286,7 +286,7 @@ impl LedgerTable {
         read
     }
 
-    /// What the solvers are told.
+    /// Set-up of the solvers.
     pub fn to_setup(&self) -> LedgerPolicy {
         LedgerPolicy {
             action: self.action.value,
@@ -324,7 +324,7 @@ impl MotionTable {
         Some(read)
     }
 
-    /// What the solvers are told.
+    /// Set-up of the solvers.
     pub fn to_setup(&self) -> Motion {
         Motion {
             displacement: [self.displacement_x_m.value.text(), self.displacement_y_m.value.text()],

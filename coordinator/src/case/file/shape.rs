@@ -6,8 +6,8 @@ use serde::Serialize;
 use sph::shapes::{MAXIMUM_NESTING, MAXIMUM_VERTICES, Shape};
 use sph::vector::Vector;
 
+use crate::case::errors::{CaseError, ErrorList, Place};
 use crate::case::files::{LARGEST_FILE, read_text, resolved};
-use crate::case::mistakes::{Mistake, Mistakes, Place};
 use crate::case::reader::{Allowed, At, SOUND, Table, is_sound};
 use crate::quote;
 
@@ -64,8 +64,8 @@ impl ShapeTable {
         let shape = Self::read_table(&mut table, 0);
         let valid = match shape.as_ref().filter(|_| table.intact()) {
             Some(shape) => shape
-                .check(&place, table.mistakes())
-                .map_err(|problem| table.mistake(Mistake::new(&place, problem)))
+                .check(&place, table.errors())
+                .map_err(|problem| table.error(CaseError::new(&place, problem)))
                 .is_ok(),
             None => false,
         };
@@ -73,13 +73,13 @@ impl ShapeTable {
         Some(At { value: shape?, place })
     }
 
-    fn check(&self, place: &Place, mistakes: &Mistakes) -> Result<(), String> {
+    fn check(&self, place: &Place, errors: &ErrorList) -> Result<(), String> {
         let pieces = self.pieces();
         if pieces > MOST_PIECES {
             return Err(format!("has {pieces} corners and parts; at most {MOST_PIECES} are allowed"));
         }
         // Edges of a polygon are compared in pairs.
-        if !mistakes.spend(place, 2.5 * (pieces * pieces) as f64) {
+        if !errors.spend(place, 2.5 * (pieces * pieces) as f64) {
             return Err("was not examined: those before it took too much work".into());
         }
         self.to_shape().validate()
@@ -88,7 +88,7 @@ impl ShapeTable {
     fn read_table(table: &mut Table<'_>, depth: usize) -> Option<Self> {
         if depth > MAXIMUM_NESTING {
             let problem = format!("shapes are nested more than {MAXIMUM_NESTING} deep");
-            table.mistake(Mistake::new(table.place(), problem).hint("draw a polygon instead"));
+            table.error(CaseError::new(table.place(), problem).hint("draw a polygon instead"));
             return None;
         }
         let Some(kind) = table.choice("type", &KINDS) else {
@@ -123,7 +123,7 @@ impl ShapeTable {
         let parts = table.tables(key);
         if parts.is_empty() && table.intact() {
             let place = table.place_of(key);
-            table.mistake(Mistake::new(&place, "needs at least one shape"));
+            table.error(CaseError::new(&place, "needs at least one shape"));
         }
         parts.into_iter().filter_map(|part| Self::read_part(part, depth)).collect()
     }
@@ -173,13 +173,13 @@ fn read_polygon(table: &mut Table<'_>) -> Option<Vec<Vector>> {
     let path = resolved(table.directory, &file.value);
     // A file may be named any number of times.
     let steps = std::fs::metadata(&path).map_or(0.0, |facts| 20.0 * facts.len().min(LARGEST_FILE) as f64);
-    if !table.mistakes().spend(&file.place, steps) {
+    if !table.errors().spend(&file.place, steps) {
         return None;
     }
     read_points(&path)
         .map_err(|problem| {
-            let mistake = Mistake::new(&file.place, problem).value(&file.value);
-            table.mistake(mistake.hint(
+            let error = CaseError::new(&file.place, problem).value(&file.value);
+            table.error(error.hint(
                 "give a CSV file with the header `x_m,y_m`; its path is taken from the case file's folder",
             ));
         })

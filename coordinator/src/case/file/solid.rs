@@ -1,18 +1,13 @@
-//! Solids, their materials, supports and contact as a case file writes them.
+//! Solids, their sub-steps and contact as a case file writes them.
 
 use serde::Serialize;
-use sph::setup::{
-    ContactLaw, ElasticMaterial, Formulation, HyperelasticLaw, LoadLaw, SolidStepping, SubstepCount, Support,
-    TotalLagrangian, UpdatedLagrangian,
-};
-use sph::vector::Vector;
+use sph::setup::{ContactLaw, SolidStepping, SubstepCount};
 
+use super::body::BodyTable;
 use super::fluid::{DampingTable, FluidTable};
-use super::formula;
-use super::run::{AXES, MotionTable};
-use super::shape::ShapeTable;
-use crate::case::mistakes::Mistake;
-use crate::case::reader::{Allowed, At, Choice, Table, Written};
+use super::material::FormulationTable;
+use crate::case::errors::CaseError;
+use crate::case::reader::{Allowed, At, Table};
 
 /// `[solid]`.
 #[derive(Clone, Debug, Serialize)]
@@ -104,14 +99,14 @@ impl SubstepsKey {
             Ok(count) => u32::try_from(count).ok()?,
         };
         if count % 2 != 0 {
-            let mistake = Mistake::new(&table.place_of("substeps"), "not an even number").value(count);
-            table.mistake(mistake.allowed("an even number from 2 to 10000, \"auto\" or \"none\""));
+            let error = CaseError::new(&table.place_of("substeps"), "not an even number").value(count);
+            table.error(error.allowed("an even number from 2 to 10000, \"auto\" or \"none\""));
             return None;
         }
         Some(Self::Count(count))
     }
 
-    /// What the solvers are told.
+    /// Set-up of the solvers.
     pub fn to_setup(self) -> SolidStepping {
         match self {
             Self::Count(count) => SolidStepping::Substeps(SubstepCount::Fixed(count)),
@@ -149,352 +144,13 @@ impl ContactTable {
         read
     }
 
-    /// What the solvers are told.
+    /// Set-up of the solvers.
     pub fn to_setup(&self) -> ContactLaw {
         match *self {
             Self::Repulsion { stiffness, distance, damping, friction, self_contact } => {
                 ContactLaw::Repulsion { stiffness, distance, damping, friction, self_contact }
             }
             Self::Sums => ContactLaw::Sums,
-        }
-    }
-}
-
-/// `[[solid.body]]`.
-#[derive(Clone, Debug, Serialize)]
-#[allow(missing_docs)]
-pub struct BodyTable {
-    pub name: At<String>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub shape: Option<At<ShapeTable>>,
-    pub material: MaterialTable,
-    pub formulation: FormulationTable,
-    /// Expressions of x and y.
-    pub velocity_m_s: [At<Written>; 2],
-    /// Rotation about the centre of mass at the start.
-    pub rotation_speed_rad_s: f64,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub lattice_origin_m: Option<At<Vector>>,
-    /// Expressions of x, y and t.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub acceleration_m_s2: Option<[At<Written>; 2]>,
-    #[serde(rename = "support")]
-    pub supports: Vec<SupportTable>,
-    #[serde(rename = "load")]
-    pub loads: Vec<LoadTable>,
-    #[serde(skip)]
-    pub intact: bool,
-}
-
-impl BodyTable {
-    fn read(mut table: Table<'_>, kernel_ratio: f64) -> Self {
-        let name = table.name("name");
-        let shape = ShapeTable::read(&mut table, "shape");
-        let material = MaterialTable::read(&mut table);
-        let formulation = FormulationTable::read(table.table_or_empty("formulation"), kernel_ratio);
-        let velocity_m_s = formula::read_pair(&mut table, "velocity_m_s", &["x", "y"])
-            .unwrap_or_else(|| formula::zeros(&table.place_of("velocity_m_s")));
-        let rotation_speed_rad_s = table.number_or("rotation_speed_rad_s", &Allowed::FINITE, 0.0).value;
-        let lattice_origin_m = table.optional_vector("lattice_origin_m");
-        let acceleration_m_s2 = formula::read_pair(&mut table, "acceleration_m_s2", &["x", "y", "t"]);
-        let supports = table.tables("support").into_iter().map(SupportTable::read).collect();
-        let loads = table.tables("load").into_iter().map(LoadTable::read).collect();
-        Self {
-            name,
-            shape,
-            material,
-            formulation,
-            velocity_m_s,
-            rotation_speed_rad_s,
-            lattice_origin_m,
-            acceleration_m_s2,
-            supports,
-            loads,
-            intact: table.finish(),
-        }
-    }
-
-    /// h/Δx of sums in the current configuration; only the updated-Lagrangian body takes such.
-    pub fn kernel_ratio(&self) -> Option<f64> {
-        match &self.formulation {
-            FormulationTable::UpdatedLagrangian { kernel_ratio, .. } => Some(*kernel_ratio),
-            FormulationTable::TotalLagrangian { .. } | FormulationTable::Rigid => None,
-        }
-    }
-}
-
-/// `material`: two elastic constants, K and G or E and ν.
-#[derive(Clone, Debug, Serialize)]
-#[allow(missing_docs)]
-pub struct MaterialTable {
-    pub density_kg_m3: f64,
-    #[serde(flatten)]
-    pub moduli: Moduli,
-}
-
-/// The pair of elastic constants that a case names.
-#[derive(Clone, Debug, Serialize)]
-#[serde(untagged)]
-#[allow(missing_docs)]
-pub enum Moduli {
-    BulkShear { bulk_modulus_pa: f64, shear_modulus_pa: f64 },
-    YoungPoisson { young_modulus_pa: f64, poisson_ratio: f64 },
-}
-
-impl MaterialTable {
-    fn read(parent: &mut Table<'_>) -> Self {
-        // Above, the bulk modulus overflows any time step.
-        const POISSON: Allowed = Allowed::new(
-            -1.0,
-            0.5,
-            (false, false),
-            0.0,
-            "a number above -1 and below 0.5 (0.49 for nearly incompressible)",
-        );
-        let fallback = Moduli::BulkShear { bulk_modulus_pa: 1.0, shear_modulus_pa: 1.0 };
-        let Some(mut table) = parent.required_table("material") else {
-            return Self { density_kg_m3: 1.0, moduli: fallback };
-        };
-        let density_kg_m3 = table.number("density_kg_m3", &Allowed::POSITIVE).value;
-        let bulk_shear = ["bulk_modulus_pa", "shear_modulus_pa"].iter().any(|key| table.has(key));
-        let young_poisson = ["young_modulus_pa", "poisson_ratio"].iter().any(|key| table.has(key));
-        if bulk_shear && young_poisson {
-            let mistake = Mistake::new(table.place(), "names elastic constants of both pairs");
-            table.mistake(mistake.allowed(
-                "either `bulk_modulus_pa` and `shear_modulus_pa`, or `young_modulus_pa` and `poisson_ratio`",
-            ));
-            table.abandon();
-        }
-        let moduli = if bulk_shear {
-            Moduli::BulkShear {
-                bulk_modulus_pa: table.number("bulk_modulus_pa", &Allowed::POSITIVE).value,
-                shear_modulus_pa: table.number("shear_modulus_pa", &Allowed::POSITIVE).value,
-            }
-        } else {
-            Moduli::YoungPoisson {
-                young_modulus_pa: table.number("young_modulus_pa", &Allowed::POSITIVE).value,
-                poisson_ratio: table.number("poisson_ratio", &POISSON).value,
-            }
-        };
-        table.finish();
-        Self { density_kg_m3, moduli }
-    }
-
-    /// What the solvers are told.
-    pub fn to_setup(&self) -> ElasticMaterial {
-        let (bulk_modulus, shear_modulus) = match self.moduli {
-            Moduli::BulkShear { bulk_modulus_pa, shear_modulus_pa } => (bulk_modulus_pa, shear_modulus_pa),
-            // Isotropic elasticity: K = E/(3(1 − 2ν)), G = E/(2(1 + ν)).
-            Moduli::YoungPoisson { young_modulus_pa: e, poisson_ratio: nu } => {
-                (e / (3.0 * (1.0 - 2.0 * nu)), e / (2.0 * (1.0 + nu)))
-            }
-        };
-        ElasticMaterial { density: self.density_kg_m3, bulk_modulus, shear_modulus }
-    }
-}
-
-/// `formulation`.
-#[derive(Clone, Debug, Serialize)]
-#[serde(tag = "type", rename_all = "kebab-case")]
-#[allow(missing_docs)]
-pub enum FormulationTable {
-    UpdatedLagrangian {
-        kernel_ratio: f64,
-        gradient_correction: bool,
-        artificial_viscosity_a: f64,
-        artificial_viscosity_b: f64,
-        lambda: f64,
-        artificial_stress: f64,
-        artificial_stress_exponent: f64,
-    },
-    TotalLagrangian {
-        law: Choice<HyperelasticLaw>,
-        kernel_ratio: f64,
-        hourglass: f64,
-        artificial_viscosity_a: f64,
-        artificial_viscosity_b: f64,
-    },
-    Rigid,
-}
-
-#[derive(Clone, Copy)]
-enum FormulationKind {
-    UpdatedLagrangian,
-    TotalLagrangian,
-    Rigid,
-}
-
-impl FormulationTable {
-    fn read(mut table: Table<'_>, kernel_ratio: f64) -> Self {
-        const KINDS: [(&str, FormulationKind); 3] = [
-            ("updated-lagrangian", FormulationKind::UpdatedLagrangian),
-            ("total-lagrangian", FormulationKind::TotalLagrangian),
-            ("rigid", FormulationKind::Rigid),
-        ];
-        const LAWS: [(&str, HyperelasticLaw); 2] = [
-            ("neo-hookean", HyperelasticLaw::NeoHookean),
-            ("st-venant-kirchhoff", HyperelasticLaw::StVenantKirchhoff),
-        ];
-        // Below 0.6 the support does not reach past the nearest neighbours by a margin.
-        const STENCIL_RATIO: Allowed = Allowed::new(0.6, 3.0, (true, true), 0.75, "a number from 0.6 to 3");
-        const EXPONENT: Allowed =
-            Allowed::new(0.0, 20.0, (false, true), 4.0, "a number above 0 and at most 20");
-        let read = match table.choice_or_first("type", &KINDS).value {
-            FormulationKind::Rigid => Self::Rigid,
-            FormulationKind::TotalLagrangian => Self::TotalLagrangian {
-                law: table.choice_or_first("law", &LAWS),
-                kernel_ratio: table.number_or("kernel_ratio", &STENCIL_RATIO, 0.75).value,
-                hourglass: table.number_or("hourglass", &Allowed::NOT_NEGATIVE, 0.3).value,
-                artificial_viscosity_a: table
-                    .number_or("artificial_viscosity_a", &Allowed::NOT_NEGATIVE, 0.0)
-                    .value,
-                artificial_viscosity_b: table
-                    .number_or("artificial_viscosity_b", &Allowed::NOT_NEGATIVE, 0.0)
-                    .value,
-            },
-            FormulationKind::UpdatedLagrangian => Self::UpdatedLagrangian {
-                kernel_ratio: table.number_or("kernel_ratio", &Allowed::KERNEL_RATIO, kernel_ratio).value,
-                gradient_correction: table.flag_or("gradient_correction", true),
-                artificial_viscosity_a: table
-                    .number_or("artificial_viscosity_a", &Allowed::NOT_NEGATIVE, 1.0)
-                    .value,
-                artificial_viscosity_b: table
-                    .number_or("artificial_viscosity_b", &Allowed::NOT_NEGATIVE, 1.0)
-                    .value,
-                lambda: table.number_or("lambda", &Allowed::SHARE, 0.01).value,
-                artificial_stress: table.number_or("artificial_stress", &Allowed::SHARE, 0.3).value,
-                artificial_stress_exponent: table
-                    .number_or("artificial_stress_exponent", &EXPONENT, 4.0)
-                    .value,
-            },
-        };
-        table.finish();
-        read
-    }
-
-    /// What the solvers are told, for particles of `spacing` \[m\].
-    pub fn to_setup(&self, spacing: f64) -> Formulation {
-        match *self {
-            Self::Rigid => Formulation::Rigid,
-            Self::TotalLagrangian {
-                ref law,
-                kernel_ratio,
-                hourglass,
-                artificial_viscosity_a,
-                artificial_viscosity_b,
-            } => Formulation::TotalLagrangian(TotalLagrangian {
-                smoothing_length: kernel_ratio * spacing,
-                law: law.value,
-                hourglass,
-                viscosity_a: artificial_viscosity_a,
-                viscosity_b: artificial_viscosity_b,
-            }),
-            Self::UpdatedLagrangian {
-                kernel_ratio,
-                gradient_correction,
-                artificial_viscosity_a,
-                artificial_viscosity_b,
-                lambda,
-                artificial_stress,
-                artificial_stress_exponent,
-            } => Formulation::UpdatedLagrangian(UpdatedLagrangian {
-                smoothing_length: kernel_ratio * spacing,
-                gradient_correction,
-                viscosity_a: artificial_viscosity_a,
-                viscosity_b: artificial_viscosity_b,
-                lambda,
-                artificial_stress,
-                artificial_stress_exponent,
-            }),
-        }
-    }
-}
-
-/// `[[solid.body.load]]`.
-#[derive(Clone, Debug, Serialize)]
-#[allow(missing_docs)]
-pub struct LoadTable {
-    pub name: At<String>,
-    /// Outer faces whose middle lies inside this shape at the start are loaded.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub shape: Option<At<ShapeTable>>,
-    /// Expressions of x, y and t.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub pressure_pa: Option<At<Written>>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub traction_pa: Option<[At<Written>; 2]>,
-}
-
-impl LoadTable {
-    const VARIABLES: [&'static str; 3] = ["x", "y", "t"];
-
-    fn read(mut table: Table<'_>) -> Self {
-        let name = table.name("name");
-        let shape = ShapeTable::read(&mut table, "shape");
-        let pressure_pa =
-            table.has("pressure_pa").then(|| formula::read(&mut table, "pressure_pa", &Self::VARIABLES));
-        let traction_pa = formula::read_pair(&mut table, "traction_pa", &Self::VARIABLES);
-        if pressure_pa.is_some() == traction_pa.is_some() && table.intact() {
-            let mistake = Mistake::new(table.place(), "does not say what acts");
-            table.mistake(mistake.allowed("either `pressure_pa` or `traction_pa`"));
-        }
-        table.finish();
-        Self { name, shape, pressure_pa, traction_pa }
-    }
-
-    /// What the solvers are told; `None` if the table is wrong.
-    pub fn to_law(&self) -> Option<LoadLaw> {
-        match (&self.pressure_pa, &self.traction_pa) {
-            (Some(pressure), None) => Some(LoadLaw::Pressure(pressure.value.text())),
-            (None, Some(traction)) => Some(LoadLaw::Traction(traction.each_ref().map(|w| w.value.text()))),
-            _ => None,
-        }
-    }
-}
-
-/// `[[solid.body.support]]`.
-#[derive(Clone, Debug, Serialize)]
-#[allow(missing_docs)]
-pub struct SupportTable {
-    pub name: At<String>,
-    /// Particles inside this shape at the start are held.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub shape: Option<At<ShapeTable>>,
-    /// Components that are held: both for a clamp, one for a roller.
-    pub held: Vec<Choice<usize>>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub motion: Option<MotionTable>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub release_time_s: Option<f64>,
-}
-
-impl SupportTable {
-    fn read(mut table: Table<'_>) -> Self {
-        let name = table.name("name");
-        let shape = ShapeTable::read(&mut table, "shape");
-        let both = || {
-            let place = table.place().clone();
-            AXES.map(|(word, value)| Choice { word, value, place: place.clone() }).to_vec()
-        };
-        let default = both();
-        let held = table.words("held", &AXES);
-        if held.as_ref().is_some_and(Vec::is_empty) && table.intact() {
-            let mistake = Mistake::new(&table.place_of("held"), "holds no component");
-            table.mistake(mistake.value("[]").allowed("[\"x\"], [\"y\"] or [\"x\", \"y\"]"));
-        }
-        let motion = MotionTable::read(&mut table);
-        let release_time_s = table.optional_number("release_time_s", &Allowed::FINITE);
-        table.finish();
-        Self { name, shape, held: held.unwrap_or(default), motion, release_time_s }
-    }
-
-    /// What the solvers are told.
-    pub fn to_setup(&self) -> Support {
-        Support {
-            name: self.name.value.clone(),
-            held: std::array::from_fn(|axis| self.held.iter().any(|choice| choice.value == axis)),
-            motion: self.motion.as_ref().map(MotionTable::to_setup),
-            release_time: self.release_time_s,
         }
     }
 }

@@ -100,7 +100,7 @@ impl WallTable {
         }
     }
 
-    /// What the solvers are told.
+    /// Set-up of the solvers.
     pub fn to_setup(&self) -> sph::setup::WallSetup {
         sph::setup::WallSetup {
             name: self.name.value.clone(),

@@ -4,7 +4,7 @@ use sph::vector::Vector;
 use toml::de::DeValue;
 
 use super::{Allowed, At, LONGEST_LIST, SOUND, Table, Written, is_sound, plain_number};
-use crate::case::mistakes::{Mistake, Place};
+use crate::case::errors::{CaseError, Place};
 
 impl<'t> Table<'t> {
     /// Two numbers, x and y, which must be written.
@@ -37,7 +37,7 @@ impl<'t> Table<'t> {
                 {
                     return Some(Vector::new(x, y));
                 }
-                self.mistake(Mistake::new(place, "wrong value").value(self.written(place)).allowed(words));
+                self.error(CaseError::new(place, "wrong value").value(self.written(place)).allowed(words));
             }
             _ => self.wrong_type(value, place, &words),
         }
@@ -138,7 +138,7 @@ impl<'t> Table<'t> {
         let Some((value, place)) = self.take(key) else { return Vec::new() };
         if value.is_table() {
             let hint = format!("write [[{}]] for each", without_indices(&place.key));
-            self.mistake(Mistake::new(&place, "must be a list of tables").hint(hint));
+            self.error(CaseError::new(&place, "must be a list of tables").hint(hint));
             return Vec::new();
         }
         let items = self.as_list(value, &place).unwrap_or_default();
@@ -155,8 +155,8 @@ impl<'t> Table<'t> {
             return None;
         };
         if list.len() > LONGEST_LIST {
-            let mistake = Mistake::new(place, format!("has {} entries", list.len()));
-            self.mistake(mistake.allowed(format!("at most {LONGEST_LIST} entries")));
+            let error = CaseError::new(place, format!("has {} entries", list.len()));
+            self.error(error.allowed(format!("at most {LONGEST_LIST} entries")));
             return None;
         }
         let entry = |(index, item): (usize, &'t toml::Spanned<DeValue<'t>>)| {

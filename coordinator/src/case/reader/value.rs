@@ -2,7 +2,7 @@
 
 use serde::{Serialize, Serializer};
 
-use crate::case::mistakes::Place;
+use crate::case::errors::Place;
 
 /// A value with its place in the file.
 #[derive(Clone, Debug)]
@@ -77,7 +77,7 @@ impl Allowed {
     /// Kernel ratio h/Δx: below, particles lose their neighbours; above, their number explodes.
     pub const KERNEL_RATIO: Self = Self::new(0.8, 4.0, (true, true), 1.2, "a number from 0.8 to 4 (h/Δx)");
 
-    /// A range from `lowest` to `highest`, ends included or not, told as `words`.
+    /// A range from `lowest` to `highest`, ends included or not, described by `words`.
     pub const fn new(
         lowest: f64,
         highest: f64,

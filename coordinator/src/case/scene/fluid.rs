@@ -9,12 +9,12 @@ use super::lattice::Lattice;
 use super::overlap::{Crowd, first_clashes};
 use super::start::{field, start};
 use super::wall::retain;
-use super::{Scene, index, meets_itself, report_outside, shown};
+use super::{Scene, index, meets_itself, point_text, report_outside};
+use crate::case::errors::{CaseError, ErrorList};
 use crate::case::file::CaseFile;
 use crate::case::file::fluid::{FluidTable, RegionTable};
 use crate::case::file::shape::ShapeTable;
 use crate::case::file::solid::SolidTable;
-use crate::case::mistakes::{Mistake, Mistakes};
 use crate::case::reader::At;
 use crate::quote::quoted;
 
@@ -40,12 +40,12 @@ pub fn lay_out(
     for (k, region) in fluid.regions.iter().enumerate() {
         if let Some(shape) = region.shape.as_ref().filter(|_| region.intact) {
             let mut positions = lattice.fill(shape, spacing, region.lattice_origin_m.as_ref());
-            let mistake = Mistake::new(&shape.place, "");
+            let error = CaseError::new(&shape.place, "");
             let what = format!("region `{}`", quoted(&region.name.value));
-            if meets_itself(&shape.place, &what, file, &positions, spacing, lattice.mistakes) {
+            if meets_itself(&shape.place, &what, file, &positions, spacing, lattice.errors) {
                 positions.clear();
             }
-            report_outside(mistake, &what, domain, positions.iter(), lattice.mistakes);
+            report_outside(error, &what, domain, positions.iter(), lattice.errors);
             obstacles.cut(region, spacing, &mut positions, lattice, cuts);
             laid.push((k, positions));
         }
@@ -64,12 +64,12 @@ pub fn lay_out(
         let place = &region.name.place;
         let gravity = file.body_force.gravity_m_s2;
         let started =
-            start(&region.start, place, &fluid.constants(), gravity, &mut positions, lattice.mistakes);
+            start(&region.start, place, &fluid.constants(), gravity, &mut positions, lattice.errors);
         particles.id.extend((particles.id.len()..particles.id.len() + positions.len()).map(index));
         particles.region.extend(std::iter::repeat_n(index(k), positions.len()));
         particles.mass.extend(started.mass);
         particles.density.extend(started.density);
-        particles.velocity.extend(field(&region.velocity_m_s, &positions, lattice.mistakes));
+        particles.velocity.extend(field(&region.velocity_m_s, &positions, lattice.errors));
         particles.position.extend(positions);
     }
 }
@@ -100,9 +100,9 @@ impl<'a> Solids<'a> {
         positions: &[Vector],
         spacing: f64,
         region: &RegionTable,
-        mistakes: &Mistakes,
+        errors: &ErrorList,
     ) -> Vec<bool> {
-        let mut held = self.particles.touches(positions, &region.name.place, mistakes);
+        let mut held = self.particles.touches(positions, &region.name.place, errors);
         // Cells of some spacings, so that a body meets few positions that are not near it.
         let open = Domain { lower: Vector::zeros(), upper: Vector::zeros(), periodic: [false; 2] };
         let grid = CellGrid::new(&open, positions, 8.0 * spacing);
@@ -121,7 +121,7 @@ impl<'a> Solids<'a> {
                     }
                 }
             }
-            if !mistakes.spend(&region.name.place, looked_at) {
+            if !errors.spend(&region.name.place, looked_at) {
                 break;
             }
         }
@@ -155,18 +155,18 @@ impl Obstacles<'_> {
     ) {
         let before = positions.len();
         if let Some(solids) = self.solids.as_ref().filter(|_| !positions.is_empty()) {
-            let held = solids.hold(positions, spacing, region, lattice.mistakes);
+            let held = solids.hold(positions, spacing, region, lattice.errors);
             let kept: Vec<bool> = held.into_iter().map(|held| !held).collect();
             let obstacle = Obstacle { name: "solids", key: "cut_by_solids", cuts: region.cut_by_solids };
             obstacle.make_way(region, positions, &kept, lattice, cuts);
         }
-        let held = self.walls.touches(positions, &region.name.place, lattice.mistakes);
+        let held = self.walls.touches(positions, &region.name.place, lattice.errors);
         let kept: Vec<bool> = held.into_iter().map(|held| !held).collect();
         let obstacle = Obstacle { name: "walls", key: "cut_by_walls", cuts: region.cut_by_walls };
         obstacle.make_way(region, positions, &kept, lattice, cuts);
         if positions.is_empty() && before > 0 {
-            let mistake = Mistake::new(&region.name.place, "no particle is left beside solids and walls");
-            lattice.mistakes.add(mistake.value(&region.name.value).hint("move or enlarge its shape"));
+            let error = CaseError::new(&region.name.place, "no particle is left beside solids and walls");
+            lattice.errors.add(error.value(&region.name.value).hint("move or enlarge its shape"));
         }
     }
 }
@@ -179,7 +179,7 @@ struct Obstacle {
 }
 
 impl Obstacle {
-    /// Removes the particles that are not `kept` when the obstacle cuts the region; otherwise they are a mistake.
+    /// Removes the particles that are not `kept` when the obstacle cuts the region; otherwise they are an error.
     fn make_way(
         &self,
         region: &RegionTable,
@@ -190,9 +190,9 @@ impl Obstacle {
     ) {
         let Some(first) = kept.iter().position(|kept| !kept) else { return };
         if !self.cuts {
-            let problem = format!("overlaps {} at {}", self.name, shown(&positions[first]));
-            let mistake = Mistake::new(&region.name.place, problem).value(&region.name.value);
-            lattice.mistakes.add(mistake.hint(format!("set `{} = true` or change the shape", self.key)));
+            let problem = format!("overlaps {} at {}", self.name, point_text(&positions[first]));
+            let error = CaseError::new(&region.name.place, problem).value(&region.name.value);
+            lattice.errors.add(error.hint(format!("set `{} = true` or change the shape", self.key)));
             return;
         }
         let cut = kept.iter().filter(|kept| !**kept).count();
@@ -205,12 +205,12 @@ fn report_clashes(fluid: &FluidTable, domain: &Domain, laid: &[(usize, Vec<Vecto
     let positions: Vec<Vector> = laid.iter().flat_map(|(_, positions)| positions).copied().collect();
     let regions: Vec<u32> =
         laid.iter().flat_map(|(k, positions)| std::iter::repeat_n(index(*k), positions.len())).collect();
-    let (spacing, mistakes) = (&fluid.particle_spacing_m, lattice.mistakes);
-    for clash in first_clashes(domain, &positions, &regions, spacing.value, &spacing.place, mistakes) {
+    let (spacing, errors) = (&fluid.particle_spacing_m, lattice.errors);
+    for clash in first_clashes(domain, &positions, &regions, spacing.value, &spacing.place, errors) {
         let names = [clash.groups.0, clash.groups.1].map(|region| &fluid.regions[region as usize].name);
         let problem =
-            format!("overlaps the region `{}` at {}", quoted(&names[0].value), shown(&clash.position));
-        let mistake = Mistake::new(&names[1].place, problem).value(&names[1].value);
-        mistakes.add(mistake.hint("make the shapes disjoint, for example with a difference"));
+            format!("overlaps the region `{}` at {}", quoted(&names[0].value), point_text(&clash.position));
+        let error = CaseError::new(&names[1].place, problem).value(&names[1].value);
+        errors.add(error.hint("make the shapes disjoint, for example with a difference"));
     }
 }

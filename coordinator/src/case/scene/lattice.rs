@@ -3,8 +3,8 @@
 use sph::shapes::{Shape, fill, lattice_points};
 use sph::vector::Vector;
 
+use crate::case::errors::{CaseError, ErrorList};
 use crate::case::file::shape::ShapeTable;
-use crate::case::mistakes::{Mistake, Mistakes};
 use crate::case::reader::At;
 
 /// Most particles of a scene, walls included.
@@ -23,15 +23,15 @@ const FARTHEST: f64 = 1e8;
 pub struct Lattice<'a> {
     /// Corner of the lattice \[m\].
     pub origin: Vector,
-    /// Where mistakes go.
-    pub mistakes: &'a Mistakes,
+    /// Where errors go.
+    pub errors: &'a ErrorList,
     left: usize,
 }
 
 impl<'a> Lattice<'a> {
     /// An empty lattice.
-    pub fn new(origin: Vector, mistakes: &'a Mistakes) -> Self {
-        Self { origin, mistakes, left: MOST_PARTICLES }
+    pub fn new(origin: Vector, errors: &'a ErrorList) -> Self {
+        Self { origin, errors, left: MOST_PARTICLES }
     }
 
     /// Whether `shape` may be laid out with `spacing` \[m\]; `margin` \[m\] is examined around it.
@@ -51,15 +51,14 @@ impl<'a> Lattice<'a> {
         } else if exceeds(reach, FARTHEST) {
             format!("lies {reach:.2e} spacings from the lattice origin; at most {FARTHEST:.0e} are allowed")
         } else {
-            return self.mistakes.spend(&written.place, points * (2 + written.value.pieces()) as f64);
+            return self.errors.spend(&written.place, points * (2 + written.value.pieces()) as f64);
         };
-        let mistake = Mistake::new(&written.place, too_much);
-        self.mistakes
-            .add(mistake.hint(format!("check its size against the particle spacing of {spacing} m")));
+        let error = CaseError::new(&written.place, too_much);
+        self.errors.add(error.hint(format!("check its size against the particle spacing of {spacing} m")));
         false
     }
 
-    /// Particles of `shape`; none, with a mistake, when there are too many or none.
+    /// Particles of `shape`; none, with an error, when there are too many or none.
     pub fn fill(
         &mut self,
         written: &At<ShapeTable>,
@@ -72,21 +71,20 @@ impl<'a> Lattice<'a> {
         }
         let positions = fill(&shape, spacing, origin.map_or(self.origin, |at| at.value));
         if positions.is_empty() {
-            let mistake = Mistake::new(&written.place, "holds no particle");
-            self.mistakes
-                .add(mistake.hint(format!("make it larger than the particle spacing of {spacing} m")));
+            let error = CaseError::new(&written.place, "holds no particle");
+            self.errors.add(error.hint(format!("make it larger than the particle spacing of {spacing} m")));
         }
         if self.take(written, positions.len()) { positions } else { Vec::new() }
     }
 
-    /// Books `count` particles; whether the scene may have them.
+    /// Counts `count` particles in; whether the scene may have them.
     pub fn take(&mut self, written: &At<ShapeTable>, count: usize) -> bool {
         let enough = count <= self.left;
         if !enough {
             let problem = "makes the scene too large".to_owned();
-            let mistake = Mistake::new(&written.place, problem);
-            self.mistakes.add(
-                mistake
+            let error = CaseError::new(&written.place, problem);
+            self.errors.add(
+                error
                     .allowed(format!("at most {MOST_PARTICLES} particles"))
                     .hint("use a larger particle spacing"),
             );

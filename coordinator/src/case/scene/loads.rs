@@ -5,8 +5,9 @@ use std::collections::HashSet;
 use sph::setup::SurfaceLoad;
 use sph::vector::Vector;
 
-use crate::case::file::solid::{BodyTable, LoadTable};
-use crate::case::mistakes::{Mistake, Mistakes};
+use crate::case::errors::{CaseError, ErrorList};
+use crate::case::file::body::BodyTable;
+use crate::case::file::support::LoadTable;
 use crate::quote::quoted;
 
 /// Outward directions of a cell's faces.
@@ -16,7 +17,7 @@ const SIDES: [(i64, i64); 4] = [(1, 0), (-1, 0), (0, 1), (0, -1)];
 ///
 /// A face of a particle's cell is on the surface where no particle of the body stands beyond it; a load takes those whose
 /// middle lies in its shape.
-pub fn faces(body: &BodyTable, positions: &[Vector], spacing: f64, mistakes: &Mistakes) -> Vec<SurfaceLoad> {
+pub fn faces(body: &BodyTable, positions: &[Vector], spacing: f64, errors: &ErrorList) -> Vec<SurfaceLoad> {
     if body.loads.is_empty() || positions.is_empty() {
         return Vec::new();
     }
@@ -37,7 +38,7 @@ pub fn faces(body: &BodyTable, positions: &[Vector], spacing: f64, mistakes: &Mi
             SIDES.into_iter().filter(open).map(move |side| (i, Vector::new(side.0 as f64, side.1 as f64)))
         })
         .collect();
-    body.loads.iter().filter_map(|load| of_load(load, &exposed, positions, spacing, mistakes)).collect()
+    body.loads.iter().filter_map(|load| of_load(load, &exposed, positions, spacing, errors)).collect()
 }
 
 fn of_load(
@@ -45,19 +46,19 @@ fn of_load(
     exposed: &[(usize, Vector)],
     positions: &[Vector],
     spacing: f64,
-    mistakes: &Mistakes,
+    errors: &ErrorList,
 ) -> Option<SurfaceLoad> {
     let (written, law) = (load.shape.as_ref()?, load.to_law()?);
     let shape = written.value.to_shape();
-    if !mistakes.spend(&written.place, exposed.len() as f64 * (2 + written.value.pieces()) as f64) {
+    if !errors.spend(&written.place, exposed.len() as f64 * (2 + written.value.pieces()) as f64) {
         return None;
     }
     let inside = |(i, normal): &&(usize, Vector)| shape.contains(&(positions[*i] + normal * (0.5 * spacing)));
     let taken: Vec<_> = exposed.iter().filter(inside).collect();
     if taken.is_empty() {
         let problem = format!("load `{}` meets no face of the body's surface", quoted(&load.name.value));
-        mistakes.add(
-            Mistake::new(&written.place, problem)
+        errors.add(
+            CaseError::new(&written.place, problem)
                 .hint("its shape must contain middles of outer faces of the particles' cells"),
         );
     }

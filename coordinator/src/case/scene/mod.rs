@@ -14,8 +14,8 @@ use std::ops::Range;
 use sph::domain::Domain;
 use sph::setup::{FluidParticles, SolidParticles, SurfaceLoad, WallParticles};
 
+use super::errors::{CaseError, ErrorList, Place};
 use super::file::CaseFile;
-use super::mistakes::{Mistake, Mistakes, Place};
 use super::reader::Choice;
 use lattice::Lattice;
 pub use lattice::MOST_PARTICLES;
@@ -59,14 +59,14 @@ pub fn tally(groups: &[u32], count: usize) -> Vec<usize> {
     found
 }
 
-/// Lays out everything that is written without mistakes; reports what does not fit together.
-pub fn build(file: &CaseFile, mistakes: &Mistakes) -> Scene {
+/// Lays out everything that is written without errors; reports what does not fit together.
+pub fn build(file: &CaseFile, errors: &ErrorList) -> Scene {
     let mut scene = Scene::default();
-    if !file.domain.intact || !spacings_fit(file, mistakes) {
+    if !file.domain.intact || !spacings_fit(file, errors) {
         return scene;
     }
     let domain = file.domain.domain();
-    let mut lattice = Lattice::new(file.domain.lattice_origin_m, mistakes);
+    let mut lattice = Lattice::new(file.domain.lattice_origin_m, errors);
     if let Some(solid) = file.solid.as_ref().filter(|solid| solid.intact) {
         solid::lay_out(file, solid, &domain, &mut lattice, &mut scene);
     }
@@ -74,7 +74,7 @@ pub fn build(file: &CaseFile, mistakes: &Mistakes) -> Scene {
     // The solid solver looks for walls near each support.
     let supports: usize =
         file.solid.iter().flat_map(|solid| &solid.bodies).map(|body| body.supports.len()).sum();
-    mistakes.spend(&file.domain.lower_m.place, 5.0 * supports as f64 * scene.walls.wall.len() as f64);
+    errors.spend(&file.domain.lower_m.place, 5.0 * supports as f64 * scene.walls.wall.len() as f64);
     if let Some(fluid) = file.fluid.as_ref().filter(|fluid| fluid.intact) {
         fluid::lay_out(file, fluid, &domain, &mut lattice, &mut scene);
     }
@@ -82,10 +82,10 @@ pub fn build(file: &CaseFile, mistakes: &Mistakes) -> Scene {
 }
 
 /// Whether periods hold whole numbers of spacings, and enough of them.
-fn spacings_fit(file: &CaseFile, mistakes: &Mistakes) -> bool {
+fn spacings_fit(file: &CaseFile, errors: &ErrorList) -> bool {
     // Pairs must meet through one image only: twice the support radius and a skin.
     const LEAST_SMOOTHING_LENGTHS: f64 = 5.0;
-    let before = mistakes.count();
+    let before = errors.count();
     let domain = file.domain.domain();
     let fluid = file.fluid.as_ref().filter(|fluid| fluid.lattice_intact);
     let solid = file.solid.as_ref().filter(|solid| solid.intact);
@@ -103,17 +103,17 @@ fn spacings_fit(file: &CaseFile, mistakes: &Mistakes) -> bool {
                     spacing.value, choice.word
                 );
                 let hint = format!("{} m is the nearest that does", period / count.max(1.0));
-                mistakes.add(Mistake::new(&spacing.place, problem).hint(hint));
+                errors.add(CaseError::new(&spacing.place, problem).hint(hint));
             } else if period < LEAST_SMOOTHING_LENGTHS * smoothing_length {
                 let problem =
                     format!("the period of {period} m along {} is too short for the {owner}", choice.word);
                 let least = LEAST_SMOOTHING_LENGTHS * smoothing_length;
-                mistakes
-                    .add(Mistake::new(&choice.place, problem).allowed(format!("at least 5 h = {least} m")));
+                errors
+                    .add(CaseError::new(&choice.place, problem).allowed(format!("at least 5 h = {least} m")));
             }
         }
     }
-    mistakes.count() == before
+    errors.count() == before
 }
 
 /// Index for a particle, body, region or wall; counts are limited far below 2³².
@@ -122,18 +122,18 @@ fn index(k: usize) -> u32 {
 }
 
 /// `(x, y) m`.
-pub fn shown(x: &sph::vector::Vector) -> String {
+pub fn point_text(x: &sph::vector::Vector) -> String {
     if x.amax() < 1e7 { format!("({:.6}, {:.6}) m", x.x, x.y) } else { format!("({:e}, {:e}) m", x.x, x.y) }
 }
 
-/// Whether `positions`, a row of `spacing` \[m\] or more, meet themselves through a periodic side; then that is a mistake.
+/// Whether `positions`, a row of `spacing` \[m\] or more, meet themselves through a periodic side; then that is an error.
 fn meets_itself(
     shape: &Place,
     what: &str,
     file: &CaseFile,
     positions: &[sph::vector::Vector],
     spacing: f64,
-    mistakes: &Mistakes,
+    errors: &ErrorList,
 ) -> bool {
     let domain = file.domain.domain();
     let beyond = |choice: &&Choice<usize>| {
@@ -144,27 +144,28 @@ fn meets_itself(
     let Some(choice) = file.domain.periodic.iter().find(beyond) else { return false };
     let period = domain.size()[choice.value];
     let problem = format!("{what} is wider than the period of {period} m along {}", choice.word);
-    mistakes.add(Mistake::new(shape, problem).hint("end it one spacing before it meets itself"));
+    errors.add(CaseError::new(shape, problem).hint("end it one spacing before it meets itself"));
     true
 }
 
 /// Reports the first of `outside`, the particles of `what` that lie outside the domain.
 fn report_outside<'a>(
-    mistake: Mistake,
+    error: CaseError,
     what: &str,
     domain: &Domain,
     outside: impl Iterator<Item = &'a sph::vector::Vector>,
-    mistakes: &Mistakes,
+    errors: &ErrorList,
 ) {
     let mut outside = outside.filter(|x| !domain.contains(x)).peekable();
     if let Some(first) = outside.peek().copied() {
         let count = outside.count();
-        let problem = format!("{what} leaves the domain: {count} particles outside, one at {}", shown(first));
+        let problem =
+            format!("{what} leaves the domain: {count} particles outside, one at {}", point_text(first));
         let allowed = format!(
             "x from {} to {}, y from {} to {}",
             domain.lower.x, domain.upper.x, domain.lower.y, domain.upper.y
         );
-        mistakes
-            .add(Mistake { problem, ..mistake }.allowed(allowed).hint("move the shape or enlarge `domain`"));
+        errors
+            .add(CaseError { problem, ..error }.allowed(allowed).hint("move the shape or enlarge `domain`"));
     }
 }

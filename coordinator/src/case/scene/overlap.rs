@@ -8,7 +8,7 @@ use sph::domain::Domain;
 use sph::neighbours::CellGrid;
 use sph::vector::Vector;
 
-use crate::case::mistakes::{Mistakes, Place};
+use crate::case::errors::{ErrorList, Place};
 
 /// Particles closer than this fraction of the mean spacing overlap.
 ///
@@ -60,23 +60,23 @@ impl<'a> Crowd<'a> {
         seen
     }
 
-    /// Whether each of `targets` \[m\] overlaps a particle; all that are left do not when `mistakes` allow no more work.
-    pub fn touches(&self, targets: &[Vector], place: &Place, mistakes: &Mistakes) -> Vec<bool> {
+    /// Whether each of `targets` \[m\] overlaps a particle; all that are left do not when `errors` allow no more work.
+    pub fn touches(&self, targets: &[Vector], place: &Place, errors: &ErrorList) -> Vec<bool> {
         let mut touches = vec![false; targets.len()];
         for (touch, x) in touches.iter_mut().zip(targets) {
             let seen = self.visit(x, |_| {
                 *touch = true;
                 false
             });
-            if !mistakes.spend(place, pair_steps(self.domain) * (1 + seen) as f64) {
+            if !errors.spend(place, pair_steps(self.domain) * (1 + seen) as f64) {
                 break;
             }
         }
         touches
     }
 
-    /// All particles that overlap one at `x` \[m\]; none when `mistakes` allow no more work.
-    pub fn around(&self, x: &Vector, found: &mut Vec<usize>, place: &Place, mistakes: &Mistakes) {
+    /// All particles that overlap one at `x` \[m\]; none when `errors` allow no more work.
+    pub fn around(&self, x: &Vector, found: &mut Vec<usize>, place: &Place, errors: &ErrorList) {
         found.clear();
         // A clear answer needs few of them, whatever stands here.
         const ENOUGH: usize = 1000;
@@ -84,7 +84,7 @@ impl<'a> Crowd<'a> {
             found.push(j);
             found.len() < ENOUGH
         });
-        if !mistakes.spend(place, pair_steps(self.domain) * (1 + seen) as f64) {
+        if !errors.spend(place, pair_steps(self.domain) * (1 + seen) as f64) {
             found.clear();
         }
     }
@@ -98,7 +98,7 @@ pub fn first_clashes(
     groups: &[u32],
     spacing: f64,
     place: &Place,
-    mistakes: &Mistakes,
+    errors: &ErrorList,
 ) -> Vec<Clash> {
     let crowd = Crowd::new(domain, positions, [spacing; 2]);
     let mut clashes: Vec<Clash> = Vec::new();
@@ -111,7 +111,7 @@ pub fn first_clashes(
             }
             clashes.len() < MOST_CLASHES
         });
-        if clashes.len() >= MOST_CLASHES || !mistakes.spend(place, pair_steps(domain) * seen as f64) {
+        if clashes.len() >= MOST_CLASHES || !errors.spend(place, pair_steps(domain) * seen as f64) {
             break;
         }
     }

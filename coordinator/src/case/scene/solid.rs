@@ -8,10 +8,13 @@ use super::lattice::Lattice;
 use super::loads::faces;
 use super::overlap::first_clashes;
 use super::start::field;
-use super::{Scene, index, meets_itself, report_outside, shown};
+use super::{Scene, index, meets_itself, point_text, report_outside};
+use crate::case::errors::{CaseError, ErrorList};
 use crate::case::file::CaseFile;
-use crate::case::file::solid::{BodyTable, FormulationTable, SolidTable, SupportTable};
-use crate::case::mistakes::{Mistake, Mistakes};
+use crate::case::file::body::BodyTable;
+use crate::case::file::material::FormulationTable;
+use crate::case::file::solid::SolidTable;
+use crate::case::file::support::SupportTable;
 use crate::quote::quoted;
 
 /// Bodies with fewer particles across bend far too easily.
@@ -35,17 +38,16 @@ pub fn lay_out(
         }
     }
     let (particles, spacing) = (&scene.solid, &solid.particle_spacing_m);
-    let mistakes = lattice.mistakes;
+    let errors = lattice.errors;
     let clashes =
-        first_clashes(domain, &particles.position, &particles.body, spacing.value, &spacing.place, mistakes);
+        first_clashes(domain, &particles.position, &particles.body, spacing.value, &spacing.place, errors);
     for clash in clashes {
         let names = [clash.groups.0, clash.groups.1].map(|body| &solid.bodies[body as usize].name);
-        let mistake = Mistake::new(
+        let error = CaseError::new(
             &names[1].place,
-            format!("overlaps the body `{}` at {}", quoted(&names[0].value), shown(&clash.position)),
+            format!("overlaps the body `{}` at {}", quoted(&names[0].value), point_text(&clash.position)),
         );
-        mistakes
-            .add(mistake.value(&names[1].value).hint("leave at least one particle spacing between bodies"));
+        errors.add(error.value(&names[1].value).hint("leave at least one particle spacing between bodies"));
     }
 }
 
@@ -62,34 +64,28 @@ fn lay_out_body(
     let spacing = solid.particle_spacing_m.value;
     let mut positions = lattice.fill(shape, spacing, body.lattice_origin_m.as_ref());
     let what = format!("body `{}`", quoted(&body.name.value));
-    if meets_itself(&shape.place, &what, file, &positions, spacing, lattice.mistakes) {
+    if meets_itself(&shape.place, &what, file, &positions, spacing, lattice.errors) {
         positions.clear();
     }
-    let before = lattice.mistakes.count();
-    let supports = assign_supports(body, &positions, lattice.mistakes);
-    if lattice.mistakes.count() == before {
+    let before = lattice.errors.count();
+    let supports = assign_supports(body, &positions, lattice.errors);
+    if lattice.errors.count() == before {
         // A support that is released by then holds nothing.
         let start = file.time.start_time_s;
         let holds = |support: &SupportTable| support.release_time_s.is_none_or(|release| release > start);
         let is_held =
             |slot: u32| slot.checked_sub(1).and_then(|k| body.supports.get(k as usize)).is_some_and(holds);
         let free = positions.iter().zip(&supports).filter(|(_, slot)| !is_held(**slot)).map(|(x, _)| x);
-        let mistake = Mistake::new(&shape.place, "").value(&body.name.value);
-        report_outside(
-            mistake,
-            &format!("body `{}`", quoted(&body.name.value)),
-            domain,
-            free,
-            lattice.mistakes,
-        );
+        let error = CaseError::new(&shape.place, "").value(&body.name.value);
+        report_outside(error, &format!("body `{}`", quoted(&body.name.value)), domain, free, lattice.errors);
     } else {
         scene.unsupported.insert(number);
     }
-    scene.loads[number as usize] = faces(body, &positions, spacing, lattice.mistakes);
-    check_thickness(body, &positions, spacing, lattice.mistakes, &mut scene.warnings);
+    scene.loads[number as usize] = faces(body, &positions, spacing, lattice.errors);
+    check_thickness(body, &positions, spacing, lattice.errors, &mut scene.warnings);
 
     let material = body.material.to_setup();
-    let mut velocities = field(&body.velocity_m_s, &positions, lattice.mistakes);
+    let mut velocities = field(&body.velocity_m_s, &positions, lattice.errors);
     let centre = positions.iter().sum::<Vector>() / positions.len().max(1) as f64;
     for (velocity, x) in velocities.iter_mut().zip(&positions) {
         let r = x - centre;
@@ -119,12 +115,12 @@ fn lay_out_body(
 }
 
 /// 0 for free particles, k for those that support k−1 holds.
-fn assign_supports(body: &BodyTable, positions: &[Vector], mistakes: &Mistakes) -> Vec<u32> {
+fn assign_supports(body: &BodyTable, positions: &[Vector], errors: &ErrorList) -> Vec<u32> {
     let mut assigned = vec![0; positions.len()];
     for (k, support) in body.supports.iter().enumerate() {
         let Some(written) = &support.shape else { continue };
         let shape = written.value.to_shape();
-        if !mistakes.spend(&written.place, positions.len() as f64 * (2 + written.value.pieces()) as f64) {
+        if !errors.spend(&written.place, positions.len() as f64 * (2 + written.value.pieces()) as f64) {
             break;
         }
         let mut held = 0_usize;
@@ -134,9 +130,9 @@ fn assign_supports(body: &BodyTable, positions: &[Vector], mistakes: &Mistakes) 
                 *slot = index(k + 1);
             } else if *slot <= index(k) {
                 let other = quoted(&body.supports[*slot as usize - 1].name.value);
-                let problem = format!("holds the particle at {} that `{other}` holds already", shown(x));
-                mistakes.add(
-                    Mistake::new(&written.place, problem).hint("make the shapes of the supports disjoint"),
+                let problem = format!("holds the particle at {} that `{other}` holds already", point_text(x));
+                errors.add(
+                    CaseError::new(&written.place, problem).hint("make the shapes of the supports disjoint"),
                 );
                 break;
             }
@@ -144,9 +140,9 @@ fn assign_supports(body: &BodyTable, positions: &[Vector], mistakes: &Mistakes) 
         if held == 0 && !positions.is_empty() {
             let (name, of) = (quoted(&support.name.value), quoted(&body.name.value));
             let problem = format!("support `{name}` holds no particle of `{of}`");
-            let mistake = Mistake::new(&written.place, problem);
-            mistakes
-                .add(mistake.hint(
+            let error = CaseError::new(&written.place, problem);
+            errors
+                .add(error.hint(
                     "its shape must contain centres of particles of the body as laid out at the start",
                 ));
         }
@@ -159,7 +155,7 @@ fn check_thickness(
     body: &BodyTable,
     positions: &[Vector],
     spacing: f64,
-    mistakes: &Mistakes,
+    errors: &ErrorList,
     warnings: &mut Vec<String>,
 ) {
     if positions.is_empty() || matches!(body.formulation, FormulationTable::Rigid) {
@@ -167,9 +163,9 @@ fn check_thickness(
     }
     let across = particles_across(positions, spacing);
     if across < LEAST_ACROSS {
-        let mistake = Mistake::new(&body.name.place, format!("is {across} particle across its thin side"));
-        mistakes.add(
-            mistake
+        let error = CaseError::new(&body.name.place, format!("is {across} particle across its thin side"));
+        errors.add(
+            error
                 .value(&body.name.value)
                 .allowed(format!("at least {LEAST_ACROSS}"))
                 .hint("use a smaller `solid.particle_spacing_m` or a thicker shape"),

@@ -6,9 +6,9 @@ use sph::kernel::CubicSpline;
 use sph::setup::{FluidConstants, GradientCorrection};
 use sph::vector::Vector;
 
-use super::shown;
+use super::point_text;
+use crate::case::errors::{CaseError, ErrorList, Place};
 use crate::case::file::fluid::{HydrostaticLattice, ParticleMass, StartTable};
-use crate::case::mistakes::{Mistake, Mistakes, Place};
 use crate::case::reader::{At, Written, is_bounded};
 
 /// Steps of work to evaluate the expression `text`: an instruction of some nanoseconds has two characters or more.
@@ -17,27 +17,27 @@ pub fn expression_steps(text: &str) -> f64 {
 }
 
 /// Values of a pair of expressions of x and y at `positions`.
-pub fn field(pair: &[At<Written>; 2], positions: &[Vector], mistakes: &Mistakes) -> Vec<Vector> {
-    let [x, y] = pair.each_ref().map(|written| values(written, positions, mistakes));
+pub fn field(pair: &[At<Written>; 2], positions: &[Vector], errors: &ErrorList) -> Vec<Vector> {
+    let [x, y] = pair.each_ref().map(|written| values(written, positions, errors));
     x.into_iter().zip(y).map(|(x, y)| Vector::new(x, y)).collect()
 }
 
-/// Values of an expression of x and y at `positions`; a mistake where one is not finite.
-pub fn values(written: &At<Written>, positions: &[Vector], mistakes: &Mistakes) -> Vec<f64> {
+/// Values of an expression of x and y at `positions`; an error where one is not finite.
+pub fn values(written: &At<Written>, positions: &[Vector], errors: &ErrorList) -> Vec<f64> {
     let text = match &written.value {
         Written::Number(number) => return vec![*number; positions.len()],
         Written::Text(text) => text,
     };
     // A text that is no expression has been reported where it was read.
     let Ok(expression) = Expression::parse(text, &["x", "y"]) else { return vec![0.0; positions.len()] };
-    if !mistakes.spend(&written.place, expression_steps(text) * positions.len() as f64) {
+    if !errors.spend(&written.place, expression_steps(text) * positions.len() as f64) {
         return vec![0.0; positions.len()];
     }
     let mut values: Vec<f64> = positions.iter().map(|x| expression.eval(&[x.x, x.y])).collect();
     if let Some(k) = values.iter().position(|value| !is_bounded(*value)) {
-        let problem = format!("is {:e} at {}", values[k], shown(&positions[k]));
+        let problem = format!("is {:e} at {}", values[k], point_text(&positions[k]));
         let allowed = "finite values in the whole shape, of a magnitude of at most 1e30";
-        mistakes.add(Mistake::new(&written.place, problem).value(text).allowed(allowed));
+        errors.add(CaseError::new(&written.place, problem).value(text).allowed(allowed));
         values.fill(0.0);
     }
     values
@@ -58,7 +58,7 @@ pub fn start(
     constants: &FluidConstants,
     gravity: Vector,
     positions: &mut [Vector],
-    mistakes: &Mistakes,
+    errors: &ErrorList,
 ) -> Started {
     let volume = constants.particle_spacing * constants.particle_spacing;
     let rest_mass = constants.rest_density * volume;
@@ -69,15 +69,15 @@ pub fn start(
         StartTable::Rest => at_rest(),
         StartTable::Hydrostatic { surface_m, lattice } => {
             let Some(column) = Hydrostatics::new(constants, gravity, *surface_m, lattice.value) else {
-                let mistake = Mistake::new(place, "a hydrostatic start needs gravity");
-                mistakes.add(mistake.hint("set `body_force.gravity_m_s2`"));
+                let error = CaseError::new(place, "a hydrostatic start needs gravity");
+                errors.add(error.hint("set `body_force.gravity_m_s2`"));
                 return at_rest();
             };
             let density = column.settle(&tait, positions, lattice.value);
             Started { mass: vec![rest_mass; count], density }
         }
         StartTable::Pressure { pressure_pa, particle_mass } => {
-            let pressure = values(pressure_pa, positions, mistakes);
+            let pressure = values(pressure_pa, positions, errors);
             let density: Vec<f64> = pressure.iter().map(|p| tait.density(*p)).collect();
             // Beyond these the weakly compressible model has no meaning.
             let sound = |rho: &f64| (0.5..=2.0).contains(&(rho / constants.rest_density));
@@ -85,11 +85,11 @@ pub fn start(
                 let problem = format!(
                     "{} Pa at {} means a density of {} kg/m³",
                     pressure[k],
-                    shown(&positions[k]),
+                    point_text(&positions[k]),
                     density[k]
                 );
-                let mistake = Mistake::new(&pressure_pa.place, problem);
-                mistakes.add(mistake.hint("check the pressure, or raise `fluid.sound_speed_m_s`"));
+                let error = CaseError::new(&pressure_pa.place, problem);
+                errors.add(error.hint("check the pressure, or raise `fluid.sound_speed_m_s`"));
             }
             let mass = match particle_mass.value {
                 ParticleMass::Rest => vec![rest_mass; count],

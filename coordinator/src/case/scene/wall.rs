@@ -10,12 +10,12 @@ use sph::vector::Vector;
 
 use super::lattice::Lattice;
 use super::overlap::{Crowd, MOST_CLASHES, first_clashes};
-use super::{Scene, index, shown};
+use super::{Scene, index, point_text};
+use crate::case::errors::CaseError;
 use crate::case::file::CaseFile;
 use crate::case::file::run::Side as DomainSide;
 use crate::case::file::shape::ShapeTable;
 use crate::case::file::wall::{WallKind, WallLayout, WallTable};
-use crate::case::mistakes::Mistake;
 use crate::case::reader::At;
 use crate::quote::quoted;
 
@@ -36,12 +36,12 @@ pub fn lay_out(file: &CaseFile, domain: &Domain, lattice: &mut Lattice<'_>, scen
     let Some(first) = file.walls.first() else { return };
     let walls = &scene.walls;
     let place = &first.name.place;
-    for clash in first_clashes(domain, &walls.position, &walls.wall, spacing, place, lattice.mistakes) {
+    for clash in first_clashes(domain, &walls.position, &walls.wall, spacing, place, lattice.errors) {
         let names = [clash.groups.0, clash.groups.1].map(|wall| &file.walls[wall as usize].name);
         let problem =
-            format!("overlaps the wall `{}` at {}", quoted(&names[0].value), shown(&clash.position));
-        let mistake = Mistake::new(&names[1].place, problem).value(&names[1].value);
-        lattice.mistakes.add(mistake.hint("make the shapes disjoint, for example with a difference"));
+            format!("overlaps the wall `{}` at {}", quoted(&names[0].value), point_text(&clash.position));
+        let error = CaseError::new(&names[1].place, problem).value(&names[1].value);
+        lattice.errors.add(error.hint("make the shapes disjoint, for example with a difference"));
     }
     cut_by_solids(file, spacing, domain, lattice, scene);
 }
@@ -76,7 +76,7 @@ fn lay_out_wall(
     // A face against another wall is none: water never meets it, and it would bend the normals of corners.
     let covered = |point: &Vector| {
         let steps: f64 = others.iter().map(|other| other.steps).sum();
-        lattice.mistakes.spend(&written.place, steps) && others.iter().any(|other| other.holds(point))
+        lattice.errors.spend(&written.place, steps) && others.iter().any(|other| other.holds(point))
     };
     let boundary = shape.boundary().uncovered(!container, 0.5 * spacing, covered);
     let particles = match (container, on_lattice) {
@@ -86,8 +86,8 @@ fn lay_out_wall(
         (false, false) => layers_along(&shape, &boundary, spacing, layers, Side::Inside),
     };
     if particles.is_empty() {
-        let mistake = Mistake::new(&written.place, "the wall has no particle");
-        lattice.mistakes.add(mistake.hint("make it larger, or close one of its sides"));
+        let error = CaseError::new(&written.place, "the wall has no particle");
+        lattice.errors.add(error.hint("make it larger, or close one of its sides"));
     }
     for choice in &file.domain.periodic {
         let axis = choice.value;
@@ -97,11 +97,11 @@ fn lay_out_wall(
                 "wall `{}` reaches across the periodic side along {}, at {}",
                 quoted(&wall.name.value),
                 choice.word,
-                shown(&particle.position)
+                point_text(&particle.position)
             );
             lattice
-                .mistakes
-                .add(Mistake::new(&written.place, problem).hint("end it at the side of the domain"));
+                .errors
+                .add(CaseError::new(&written.place, problem).hint("end it at the side of the domain"));
         }
     }
     if lattice.take(&written, particles.len()) { particles } else { Vec::new() }
@@ -221,7 +221,7 @@ fn off_lattice(wall: &WallTable, shape: &ShapeTable, spacing: f64, origin: Vecto
     ))
 }
 
-/// Removes wall particles where held particles of a solid stand; a free one there is a mistake.
+/// Removes wall particles where held particles of a solid stand; a free one there is an error.
 fn cut_by_solids(file: &CaseFile, spacing: f64, domain: &Domain, lattice: &Lattice<'_>, scene: &mut Scene) {
     let Some(solid) = &file.solid else { return };
     let mut reported = HashSet::new();
@@ -230,7 +230,7 @@ fn cut_by_solids(file: &CaseFile, spacing: f64, domain: &Domain, lattice: &Latti
     let crowd = Crowd::new(domain, &scene.solid.position, [spacing, solid.particle_spacing_m.value]);
     let mut near = Vec::new();
     for (x, &wall) in scene.walls.position.iter().zip(&scene.walls.wall) {
-        crowd.around(x, &mut near, &solid.particle_spacing_m.place, lattice.mistakes);
+        crowd.around(x, &mut near, &solid.particle_spacing_m.place, lattice.errors);
         kept.push(near.is_empty());
         cut[wall as usize] += usize::from(!near.is_empty());
         let held = |s: &usize| scene.solid.support[*s] > 0;
@@ -242,10 +242,10 @@ fn cut_by_solids(file: &CaseFile, spacing: f64, domain: &Domain, lattice: &Latti
         }
         if reported.insert(clash) {
             let (body, wall) = (&solid.bodies[clash.0 as usize].name, &file.walls[wall as usize].name);
-            let problem = format!("overlaps the wall `{}` at {}", quoted(&wall.value), shown(x));
-            let mistake = Mistake::new(&body.place, problem).value(&body.value);
+            let problem = format!("overlaps the wall `{}` at {}", quoted(&wall.value), point_text(x));
+            let error = CaseError::new(&body.place, problem).value(&body.value);
             let hint = "move it out of the wall, or hold the part inside with a support";
-            lattice.mistakes.add(mistake.hint(hint));
+            lattice.errors.add(error.hint(hint));
         }
     }
     for (wall, cut) in file.walls.iter().zip(cut).filter(|(_, cut)| *cut > 0) {

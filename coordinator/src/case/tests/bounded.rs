@@ -12,7 +12,7 @@ const SOON: Duration = Duration::from_secs(10);
 const HEAD: &str = "name = \"crowd\"\n[domain]\nlower_m = [0, 0]\nupper_m = [1, 1]\n[time]\nend_time_s = 0.1\n\
                     step = { type = \"fixed\", time_step_s = 1e-5 }\n";
 
-/// The mistakes of `text`, found soon.
+/// The errors of `text`, found soon.
 fn soon(text: &str) -> CaseErrors {
     let start = Instant::now();
     let errors = bad(text);
@@ -38,7 +38,7 @@ fn overlaps_of_many_things_on_one_spot_are_found_soon_and_listed_in_part() {
     let errors = soon(&crowd(solid, 3000, body));
     // The first has its overlaps with twenty others listed.
     assert_eq!(errors.count, 20, "{errors}");
-    assert!(errors.mistakes[0].problem.contains("overlaps the body `b0`"), "{errors}");
+    assert!(errors.list[0].problem.contains("overlaps the body `b0`"), "{errors}");
     let fluid = "[fluid]\nparticle_spacing_m = 0.01\nrest_density_kg_m3 = 1000\nsound_speed_m_s = 20\n";
     let region = |k: usize| {
         format!(
@@ -66,7 +66,7 @@ fn pairs_of_a_few_things_are_all_listed() {
 }
 
 #[test]
-fn more_work_than_a_case_is_worth_is_a_mistake() {
+fn more_work_than_a_case_is_worth_is_an_error() {
     let corners = (0..9_999).fold(String::new(), |mut text, k| {
         let angle = std::f64::consts::TAU * f64::from(k) / 9_999.0;
         write!(text, "[{}, {}],", 0.5 + 0.3 * angle.cos(), 0.5 + 0.3 * angle.sin()).unwrap();
@@ -80,7 +80,7 @@ fn more_work_than_a_case_is_worth_is_a_mistake() {
     };
     let errors = soon(&crowd(fluid, 25, region));
     assert!(errors.to_string().contains("takes too much work to lay out"), "{errors}");
-    let hint = errors.mistakes.iter().find_map(|mistake| mistake.hint.as_deref());
+    let hint = errors.list.iter().find_map(|error| error.hint.as_deref());
     assert!(hint.is_some_and(|hint| hint.contains("fewer corners")), "{errors}");
 }
 
@@ -137,16 +137,16 @@ fn numbers_beyond_any_meaning_are_refused_at_their_key() {
     ] {
         let report = bad(&tank_with(&[(from, to)])).to_string();
         assert!(report.contains(key) && report.contains("a magnitude from 1e-30 to 1e30"), "{report}");
-        assert!(report.ends_with("1 mistake in case.toml"), "{report}");
+        assert!(report.ends_with("1 error in case.toml"), "{report}");
     }
 }
 
 #[test]
 fn a_run_that_never_ends_names_both_keys_and_the_number_of_steps() {
     let refused = |text: &str, words: &[&str]| {
-        let mistake = only_mistake(text, text.split_once("end_time_s = ").unwrap().1);
+        let error = only_error(text, text.split_once("end_time_s = ").unwrap().1);
         let report = bad(text).to_string();
-        assert_eq!(mistake.place.key, "time.end_time_s");
+        assert_eq!(error.place.key, "time.end_time_s");
         assert!(words.iter().all(|word| report.contains(word)), "{report}");
         assert!(report.contains("at most 1e12 steps"), "{report}");
     };
@@ -179,7 +179,7 @@ fn a_run_that_never_ends_names_both_keys_and_the_number_of_steps() {
 }
 
 #[test]
-fn of_a_long_line_the_part_around_the_mistake_is_shown() {
+fn of_a_long_line_the_part_around_the_error_is_shown() {
     let keys = (0..100_000).fold(String::new(), |mut text, k| {
         write!(text, "k{k} = 1, ").unwrap();
         text
@@ -187,8 +187,8 @@ fn of_a_long_line_the_part_around_the_mistake_is_shown() {
     let text = format!("name = \"line\"\ndomain = {{ {keys}upper_m = [1, 1] }}\n");
     let errors = soon(&text);
     let report = errors.to_string();
-    let first = errors.mistakes.iter().find(|mistake| mistake.place.key == "domain.k0");
-    assert_eq!(first.and_then(|mistake| mistake.position), Some(place_of(&text, "k0 =")), "{errors}");
+    let first = errors.list.iter().find(|error| error.place.key == "domain.k0");
+    assert_eq!(first.and_then(|error| error.position), Some(place_of(&text, "k0 =")), "{errors}");
     assert!(report.contains("case.toml:2:12\n"), "{report}");
     assert!(report.contains("k1 = 1, k2 = 1") && report.contains("^^"), "{report}");
     assert!(report.lines().all(|line| line.len() < 400), "{report}");

@@ -73,7 +73,7 @@ fn too_many_particles_are_refused_before_they_exist() {
 }
 
 #[test]
-fn long_lists_and_many_mistakes() {
+fn long_lists_and_many_errors() {
     let points = "[0.0, 0.0],".repeat(20_000);
     let text = tank_with(&[(
         "{ type = \"rectangle\", lower_m = [0.0, 0.0], upper_m = [0.4, 0.1] }",
@@ -84,8 +84,8 @@ fn long_lists_and_many_mistakes() {
     let text = format!("{many}{TANK}");
     let errors = bad(&text);
     assert_eq!(errors.count, 20_000);
-    assert!(errors.mistakes.len() <= 200);
-    refused_soon(&text, "20000 mistakes");
+    assert!(errors.list.len() <= 200);
+    refused_soon(&text, "20000 errors");
     let long = tank_with(&[("name = \"water\"", &format!("name = \"{}\"", "w".repeat(1_000_000)))]);
     refused_soon(&long, "1 to 64 letters");
 }
@@ -94,8 +94,8 @@ fn long_lists_and_many_mistakes() {
 fn texts_in_other_scripts_keep_their_columns() {
     let text = tank_with(&[("name = \"water\"", "name = \"水\" # 水\nstrat = 1")]);
     let errors = bad(&text);
-    assert_eq!(errors.mistakes[0].position, Some(place_of(&text, "\"水\"")));
-    assert_eq!(errors.mistakes[1].position, Some(place_of(&text, "strat")));
+    assert_eq!(errors.list[0].position, Some(place_of(&text, "\"水\"")));
+    assert_eq!(errors.list[1].position, Some(place_of(&text, "strat")));
     // Control characters do not reach the terminal.
     let text = tank_with(&[("name = \"water\"", "name = \"\\u001b[31m\"")]);
     assert!(!bad(&text).render(false).contains('\u{1b}'));
@@ -107,7 +107,7 @@ fn files_that_are_no_case_files() {
     let refused = |name: &str, words: &str| {
         let errors = load(&folder.path().join(name), &|_| Err(String::new())).unwrap_err();
         assert!(errors.to_string().contains(words), "{errors}");
-        assert_eq!(errors.mistakes[0].position, None);
+        assert_eq!(errors.list[0].position, None);
     };
     refused("missing.toml", "no such file");
     refused("", "not a regular file");

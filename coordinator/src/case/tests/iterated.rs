@@ -20,7 +20,7 @@ fn iterated_half_steps_have_ranges_and_go_with_loads() {
     ];
     for (interface, needle, words) in cases {
         let text = tank(interface);
-        only_mistake(&text, needle);
+        only_error(&text, needle);
         let report = bad(&text).to_string();
         words.iter().for_each(|word| assert!(report.contains(word), "`{word}` is missing in\n{report}"));
     }

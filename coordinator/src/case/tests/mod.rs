@@ -1,9 +1,9 @@
 //! Tests of the case format as a whole.
 
 mod bounded;
+mod errors;
 mod hostile;
 mod iterated;
-mod mistakes;
 mod opening;
 mod restart;
 mod scene;
@@ -12,7 +12,7 @@ mod walls;
 
 use std::path::Path;
 
-use super::{Case, CaseErrors, Mistake, Position, parse};
+use super::{Case, CaseError, CaseErrors, Position, parse};
 
 /// A small tank with water, a free block, a clamped plate and a probe of each solver.
 const TANK: &str = r#"name = "tank"
@@ -81,7 +81,7 @@ fn good(text: &str) -> Case {
 fn bad(text: &str) -> CaseErrors {
     match read(text) {
         Err(errors) => errors,
-        Ok(case) => panic!("no mistake found in\n{}", case.resolved_toml()),
+        Ok(case) => panic!("no error found in\n{}", case.resolved_toml()),
     }
 }
 
@@ -93,11 +93,11 @@ fn place_of(text: &str, needle: &str) -> Position {
     Position { line: lines.len(), column }
 }
 
-/// The one mistake of `text`, which must stand at the first `needle`.
-fn only_mistake(text: &str, needle: &str) -> Mistake {
+/// The one error of `text`, which must stand at the first `needle`.
+fn only_error(text: &str, needle: &str) -> CaseError {
     let errors = bad(text);
-    assert_eq!(errors.mistakes.len(), 1, "{errors}");
-    let mistake = errors.mistakes[0].clone();
-    assert_eq!(mistake.position, Some(place_of(text, needle)), "{errors}");
-    mistake
+    assert_eq!(errors.list.len(), 1, "{errors}");
+    let error = errors.list[0].clone();
+    assert_eq!(error.position, Some(place_of(text, needle)), "{errors}");
+    error
 }

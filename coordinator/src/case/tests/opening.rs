@@ -1,11 +1,11 @@
-//! What the solvers would refuse at the start of a run is a mistake at its key, and what is accepted they open.
+//! What the solvers would refuse at the start of a run is an error at its key, and what is accepted they open.
 
 use super::*;
 
-/// Reads [`TANK`] with the changes; the one mistake stands at `needle`, and its report holds all `words`.
+/// Reads [`TANK`] with the changes; the one error stands at `needle`, and its report holds all `words`.
 fn refused(changes: &[(&str, &str)], needle: &str, words: &[&str]) {
     let text = tank_with(changes);
-    only_mistake(&text, needle);
+    only_error(&text, needle);
     let report = bad(&text).to_string();
     for word in words {
         assert!(report.contains(word), "`{word}` is missing in\n{report}");

@@ -77,7 +77,7 @@ fn states_that_do_not_fit_are_refused() {
     let text = format!("start_from = \"earlier\"\n{TANK}");
     let refused = |text: &str, fluid: &ParticleFields, solid: &ParticleFields, words: &str| {
         let errors = restart(text, fluid, solid).unwrap_err();
-        assert_eq!(errors.mistakes[0].position, Some(Position { line: 1, column: 14 }));
+        assert_eq!(errors.list[0].position, Some(Position { line: 1, column: 14 }));
         assert!(errors.to_string().contains(words), "{errors}");
     };
     let larger = text.replace("upper_m = [0.11, 0.21]", "upper_m = [0.12, 0.21]");

@@ -100,8 +100,8 @@ fn the_consistent_hydrostatic_start_is_at_rest_and_the_uniform_one_is_not() {
     // Volumes that do not fill the lattice pull by 2p/(ρc²) = 1.8 %.
     assert!(imbalance(&uniform, 0.03, moment).abs() > 1.2e-2, "{}", imbalance(&uniform, 0.03, moment));
     // Without correction the sums balance p = ρgd/M, which the start takes.
-    let letter = column("{ type = \"hydrostatic\", surface_m = 0.3 }", "none");
-    assert!(imbalance(&letter, 0.03, 1.0).abs() < 4e-3, "{}", imbalance(&letter, 0.03, 1.0));
+    let uncorrected = column("{ type = \"hydrostatic\", surface_m = 0.3 }", "none");
+    assert!(imbalance(&uncorrected, 0.03, 1.0).abs() < 4e-3, "{}", imbalance(&uncorrected, 0.03, 1.0));
 }
 
 #[test]
@@ -259,17 +259,20 @@ fn a_polygon_may_come_from_a_file_and_the_resolved_case_needs_it_no_longer() {
 }
 
 #[test]
-fn bodies_tell_whether_they_part_waters() {
-    let parting = |upper: &str| {
+fn bodies_state_whether_they_separate_fluid_regions() {
+    let separation = |upper: &str| {
         let upper = format!("lower_m = [0.05, 0.15], upper_m = [{upper}, 0.21]");
         let case = good(&tank_with(&[("lower_m = [0.05, 0.15], upper_m = [0.11, 0.21]", upper.as_str())]));
         let summary = case.summary();
         (summary.constants.join("\n"), summary.warnings.join("\n"))
     };
-    let (constants, warnings) = parting("0.11");
-    assert!(constants.contains("body `block`, thick: water on one side does not feel"), "{constants}");
-    assert!(!warnings.contains("feels"), "{warnings}");
-    let (constants, _) = parting("0.08");
+    let (constants, warnings) = separation("0.11");
+    assert!(
+        constants.contains("body `block`, thick: fluid on one side does not interact with that on the other"),
+        "{constants}"
+    );
+    assert!(!warnings.contains("interacts"), "{warnings}");
+    let (constants, _) = separation("0.08");
     assert!(constants.contains("body `block`, 3 rows where thinnest"), "{constants}");
     assert!(constants.contains("dummy pressures are kept per face"), "{constants}");
 }

@@ -79,7 +79,7 @@ fn counts_of_case_5_2_are_exact() {
 }
 
 #[test]
-fn the_summary_tells_what_decides_the_run() {
+fn the_summary_states_what_decides_the_run() {
     let summary = shipped("drifting_body").summary();
     assert_eq!((summary.steps, summary.fixed, summary.limit_override), (8_000, true, None));
     // 6.25e-5 s of 1.2 h/c₀ = 1.248e-4 s, of which 0.8 is recommended; the solids take sub-steps.

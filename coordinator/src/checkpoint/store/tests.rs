@@ -7,7 +7,7 @@ use sph::solver::Role;
 
 use super::*;
 use crate::checkpoint::Disk;
-use crate::recorder::RecorderState;
+use crate::results::recorder::RecorderState;
 
 fn checkpoint(step: u64) -> RunCheckpoint {
     let side = |role| {
@@ -147,7 +147,7 @@ impl Unsynced {
     }
 }
 
-/// Does `operations` anew under `root`, as a disk holds them after a cut.
+/// Repeats `operations` under `root`, as a disk holds them after a cut.
 fn replay(root: &Path, operations: &[Operation], unsynced: Unsynced) {
     let synced = |after: usize, path: &Path| {
         operations[after..].iter().any(|later| matches!(later, Operation::Sync(at) if at == path))
@@ -206,7 +206,7 @@ fn after_all_cuts(
                 assert_eq!(found.sides, checkpoint(found.step).sides, "{cut}, {unsynced:?}");
             }
             look(cut, unsynced, found.map(|found| found.step));
-            // The next run cleans up and goes on; bringing each to the disk takes its time.
+            // The next run cleans up and continues; bringing each to the disk takes its time.
             if !matches!(unsynced, Unsynced::Scattered(_)) {
                 store.write(&mut Disk, &checkpoint(50)).unwrap();
                 assert_eq!(newest_step(&store), Some(50));
@@ -243,7 +243,7 @@ fn after_a_cut_while_a_damaged_one_is_replaced_there_is_a_good_checkpoint() {
         store.write(&mut files, &checkpoint(step)).unwrap();
     }
     let first = files.operations.len();
-    let data = root.path().join("checkpoints").join(name_of(20)).join("fluid.bin");
+    let data = root.path().join("checkpoints").join(checkpoint_name(20)).join("fluid.bin");
     files.write(&data, b"damaged").unwrap();
     files.sync(&data).unwrap();
     store.clear(&mut files, 10).unwrap();
@@ -300,8 +300,8 @@ fn every_damage_is_found_and_the_one_before_is_used() {
     let (root, store) = store();
     store.write(&mut Disk, &checkpoint(10)).unwrap();
     store.write(&mut Disk, &checkpoint(20)).unwrap();
-    let folder = root.path().join("checkpoints").join(name_of(20));
-    for name in ["fluid.bin", "solid.bin", OUTPUTS, MANIFEST] {
+    let folder = root.path().join("checkpoints").join(checkpoint_name(20));
+    for name in ["fluid.bin", "solid.bin", COORDINATOR_FILE, MANIFEST] {
         let path = folder.join(name);
         let good = std::fs::read(&path).unwrap();
         let places = [0, good.len() / 3, good.len() - 1];
@@ -315,7 +315,7 @@ fn every_damage_is_found_and_the_one_before_is_used() {
             std::fs::write(&path, bad).unwrap();
             let found = store.newest();
             assert_eq!(found.checkpoint.map(|checkpoint| checkpoint.step), Some(10), "{name}");
-            assert!(found.passed_over[0].contains("step_000000000020"), "{:?}", found.passed_over);
+            assert!(found.skipped[0].contains("step_000000000020"), "{:?}", found.skipped);
         }
         std::fs::remove_file(&path).unwrap();
         assert_eq!(newest_step(&store), Some(10), "{name} is missing");
@@ -343,8 +343,8 @@ fn a_half_written_checkpoint_goes_and_links_are_not_followed() {
     let elsewhere = root.path().join("elsewhere");
     std::fs::create_dir(&elsewhere).unwrap();
     std::fs::write(elsewhere.join("manifest.json"), "mine").unwrap();
-    let partial = |step| folder.join(format!("{}{PARTIAL}", name_of(step)));
-    std::fs::rename(folder.join(name_of(30)), partial(30)).unwrap();
+    let partial = |step| folder.join(format!("{}{PARTIAL}", checkpoint_name(step)));
+    std::fs::rename(folder.join(checkpoint_name(30)), partial(30)).unwrap();
     std::os::unix::fs::symlink(&elsewhere, partial(40)).unwrap();
     store.clear(&mut Disk, 20).unwrap();
     assert!(!partial(30).exists() && !partial(40).is_symlink());
@@ -364,7 +364,7 @@ fn what_a_kill_left_of_an_old_checkpoint_goes() {
         store.write(&mut Disk, &checkpoint(step)).unwrap();
     }
     // Killed while the oldest was being removed: its manifest goes first.
-    let old = root.path().join("checkpoints").join(name_of(10));
+    let old = root.path().join("checkpoints").join(checkpoint_name(10));
     std::fs::create_dir(&old).unwrap();
     std::fs::write(old.join("fluid.bin"), "").unwrap();
     store.clear(&mut Disk, 30).unwrap();
@@ -375,7 +375,7 @@ fn what_a_kill_left_of_an_old_checkpoint_goes() {
 fn what_no_run_wrote_stays_in_a_checkpoint_s_folder() {
     let (root, store) = store();
     store.write(&mut Disk, &checkpoint(10)).unwrap();
-    let mine = root.path().join("checkpoints").join(name_of(10)).join("mine");
+    let mine = root.path().join("checkpoints").join(checkpoint_name(10)).join("mine");
     std::fs::write(&mine, "mine").unwrap();
     for step in [20, 30, 40] {
         store.write(&mut Disk, &checkpoint(step)).unwrap();
@@ -389,8 +389,8 @@ fn what_no_run_wrote_stays_in_a_checkpoint_s_folder() {
 fn pipes_and_sparse_files_are_refused_at_once() {
     let (root, store) = store();
     store.write(&mut Disk, &checkpoint(10)).unwrap();
-    let folder = root.path().join("checkpoints").join(name_of(10));
-    for name in FILES {
+    let folder = root.path().join("checkpoints").join(checkpoint_name(10));
+    for name in CHECKPOINT_FILES {
         let path = folder.join(name);
         let good = std::fs::read(&path).unwrap();
         std::fs::File::options().write(true).open(&path).unwrap().set_len(200_000_000_000).unwrap();
@@ -408,10 +408,10 @@ fn pipes_and_sparse_files_are_refused_at_once() {
 fn a_checkpoint_of_another_format_names_both() {
     let (root, store) = store();
     store.write(&mut Disk, &checkpoint(10)).unwrap();
-    let manifest = root.path().join("checkpoints").join(name_of(10)).join(MANIFEST);
+    let manifest = root.path().join("checkpoints").join(checkpoint_name(10)).join(MANIFEST);
     let text = std::fs::read_to_string(&manifest).unwrap();
     std::fs::write(&manifest, text.replace("\"format\": 6", "\"format\": 5")).unwrap();
-    let said = store.newest().passed_over.remove(0);
+    let said = store.newest().skipped.remove(0);
     for words in ["is of format 5", "reads format 6", "with the build that wrote it"] {
         assert!(said.contains(words), "{said}");
     }

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use coordinator::output::table::Table;
+use coordinator::results::table::Table;
 
 use crate::validation::particles::{domain_around, pressure_noise, smallest_distance};
 use crate::validation::snapshot::Snapshot;

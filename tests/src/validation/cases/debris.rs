@@ -9,8 +9,8 @@
 //! from the ledger; the momenta are sums over particles. What the stabilisers of the water add is left out: it must not
 //! matter.
 
-use coordinator::output::directory;
-use coordinator::output::table::Table;
+use coordinator::results::names;
+use coordinator::results::table::Table;
 
 use super::floating::coupling;
 use crate::validation::{Case, Figure, Goal, Member, Plot, Run, series};
@@ -34,8 +34,7 @@ struct Sums {
 }
 
 fn sums(run: &Run) -> Result<Sums, String> {
-    let ledger =
-        Table::read(&run.folder.join("results").join(directory::LEDGER)).map_err(|e| e.to_string())?;
+    let ledger = Table::read(&run.folder.join("results").join(names::LEDGER)).map_err(|e| e.to_string())?;
     let column = |name: &str| {
         let name = format!("{name}_impulse_x_n_s_per_m");
         ledger.column(&name).ok_or_else(|| format!("the ledger has no column `{name}`"))

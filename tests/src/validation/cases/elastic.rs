@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use coordinator::output::table::Table;
+use coordinator::results::table::Table;
 use sph::vector::Vector;
 
 use super::floating::coupling;

@@ -1,0 +1,142 @@
+//! Whether bodies that are wet on both sides separate the fluid regions there.
+
+use sph::setup::InterfaceLaw;
+use sph::shapes::local_thickness;
+
+use super::Case;
+
+/// Corners and tips have fewer particles than this; fluid interacts around them anyway.
+const LEAST_PARTICLES: usize = 8;
+
+/// Distance of fluid that is pressed to a body, from its face \[Δx of the fluid\]; half of one at rest.
+const PRESSED: f64 = 0.4;
+
+/// How a body separates the fluid regions on its sides.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Separation {
+    /// Name of the body.
+    pub body: String,
+    /// Rows of particles across its thinnest part; `None` where it is so thick that it does not matter.
+    pub rows: Option<u32>,
+    /// By what.
+    pub mechanism: Mechanism,
+}
+
+/// What separates the fluid regions on both sides of a body.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Mechanism {
+    /// Its thickness: no particle of it interacts with both.
+    Thick,
+    /// A dummy pressure per face of each particle that interacts with both.
+    DummyPressures,
+    /// Nothing: both interact through it.
+    None,
+}
+
+impl Separation {
+    /// Whether the regions do not interact.
+    pub fn is_complete(&self) -> bool {
+        self.mechanism != Mechanism::None
+    }
+
+    /// The same in words.
+    pub fn text(&self) -> String {
+        let rows = match self.rows {
+            None => "thick".to_owned(),
+            Some(1) => "1 row where thinnest".to_owned(),
+            Some(rows) => format!("{rows} rows where thinnest"),
+        };
+        let what = match self.mechanism {
+            Mechanism::Thick => "fluid on one side does not interact with that on the other",
+            Mechanism::DummyPressures => {
+                "fluid on one side does not interact with that on the other: dummy pressures are kept per face"
+            }
+            Mechanism::None => {
+                "fluid on one side interacts with that on the other if both sides are wet; a thicker body or a smaller \
+                 `particle_spacing_m` of both sides separates them"
+            }
+        };
+        format!("body `{}`, {rows}: {what}", self.body)
+    }
+}
+
+/// What a plate of `rows` does: lengths in \[m\], of the solid's and the fluid's spacing and the fluid's kernel.
+fn mechanism(
+    rows: u32,
+    solid_spacing: f64,
+    fluid_spacing: f64,
+    support: f64,
+    law: InterfaceLaw,
+) -> Mechanism {
+    let pressed = PRESSED * fluid_spacing;
+    // Of each row the distance to the farther fluid.
+    let farther = |row: u32| f64::from((row + 1).max(rows - row)) * solid_spacing - 0.5 * solid_spacing;
+    if f64::from(rows) * solid_spacing + 2.0 * pressed < support {
+        Mechanism::None
+    } else if law == InterfaceLaw::PlainSum || (0..rows).all(|row| farther(row) + pressed >= support) {
+        // The plain sum has the solid's own pressure.
+        Mechanism::Thick
+    } else {
+        Mechanism::DummyPressures
+    }
+}
+
+impl Case {
+    /// How each body separates the fluid regions on its sides; nothing for a case of one side.
+    pub fn separations(&self) -> Vec<Separation> {
+        let (Some(fluid), Some(solid), Some(interface)) =
+            (&self.file.fluid, &self.file.solid, &self.file.interface)
+        else {
+            return Vec::new();
+        };
+        let spacing = solid.particle_spacing_m.value;
+        let (fluid_spacing, support) = (fluid.particle_spacing_m.value, 2.0 * fluid.smoothing_length());
+        // Beyond twice the support a body is thick at any ratio of the spacings.
+        let limit = 2.0 * support + spacing;
+        let particles = &self.scene.solid;
+        let mut found = Vec::new();
+        for (k, body) in (0u32..).zip(&solid.bodies) {
+            let Some(shape) = &body.shape else { continue };
+            let points = &particles.reference_position[self.scene.body_range(k)];
+            let mut thickness = local_thickness(&shape.value.to_shape(), points, spacing, limit);
+            thickness.sort_by(f64::total_cmp);
+            let Some(thin) = thickness.get(LEAST_PARTICLES.min(thickness.len()).saturating_sub(1)) else {
+                continue;
+            };
+            // Whole and small: bounded by the limit.
+            let rows = ((thin / spacing).round() as u32).max(1);
+            let mechanism = mechanism(rows, spacing, fluid_spacing, support, interface.law.value);
+            let rows = (*thin < limit - spacing).then_some(rows);
+            found.push(Separation { body: body.name.value.clone(), rows, mechanism });
+        }
+        found
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn plates_separate_by_rows_and_faces() {
+        let wall = |rows, ratio: f64| mechanism(rows, 1.0, 1.0, 2.0 * ratio, InterfaceLaw::Wall);
+        for ratio in [1.2, 1.3] {
+            let found = [1, 2, 3, 4, 5].map(|rows| wall(rows, ratio));
+            assert_eq!(
+                found,
+                [
+                    Mechanism::None,
+                    Mechanism::DummyPressures,
+                    Mechanism::DummyPressures,
+                    Mechanism::Thick,
+                    Mechanism::Thick
+                ]
+            );
+        }
+        // A wide kernel reaches through two rows; the plain sum has no dummies.
+        assert_eq!(wall(2, 1.5), Mechanism::None);
+        assert_eq!(mechanism(3, 1.0, 1.0, 2.6, InterfaceLaw::PlainSum), Mechanism::Thick);
+        // Four rows of half the spacing are as thin as two.
+        assert_eq!(mechanism(4, 0.5, 1.0, 2.6, InterfaceLaw::Wall), Mechanism::DummyPressures);
+    }
+}

@@ -1,0 +1,97 @@
+//! Set-ups of the solvers of a case.
+
+use sph::setup::{Coupling, CouplingKind, FluidSetup, InterfaceLaw, RunSetup, SolidSetup};
+
+use super::{Case, file};
+
+impl Case {
+    /// The part of the set-up that both participants share; the run's id is the name of the case.
+    pub fn run_setup(&self) -> RunSetup {
+        let file = &self.file;
+        let coupling = match (&file.fluid, &file.solid, &file.interface) {
+            (Some(fluid), Some(solid), Some(interface)) => Some(Coupling {
+                kind: self.coupling_kinds()[0],
+                law: interface.law.value,
+                fluid: fluid.constants(),
+                solid_spacing: solid.particle_spacing_m.value,
+                repulsion: interface.repulsion.unwrap_or(0.0),
+                margin: interface.margin_spacings * fluid.particle_spacing_m.value,
+                iterate: interface.iterate.as_ref().map(file::interface::IterateTable::to_setup),
+            }),
+            _ => None,
+        };
+        RunSetup {
+            run_id: self.name.clone(),
+            domain: file.domain.domain(),
+            time: file.time.to_setup(),
+            body_force: file.body_force.to_setup(),
+            outputs: self.outputs.plan,
+            ledger: file.ledger.to_setup(),
+            coupling,
+        }
+    }
+
+    /// Kinds of coupling that the run may use, the preferred one first: all, unless the case names one.
+    pub fn coupling_kinds(&self) -> Vec<CouplingKind> {
+        let named = self.file.interface.as_ref().and_then(|interface| interface.kind.as_ref());
+        match (named, &self.file.interface) {
+            (Some(kind), _) => vec![kind.value],
+            (None, Some(interface)) if interface.law.value == InterfaceLaw::PlainSum => {
+                vec![CouplingKind::States]
+            }
+            (None, Some(interface)) if interface.iterate.is_some() => vec![CouplingKind::Loads],
+            (None, _) => CouplingKind::ALL.to_vec(),
+        }
+    }
+
+    /// Set-up of the fluid solver; `None` without a fluid.
+    pub fn fluid_setup(&self) -> Option<FluidSetup> {
+        let fluid = self.file.fluid.as_ref()?;
+        Some(FluidSetup {
+            run: self.run_setup(),
+            constants: fluid.constants(),
+            diffusion: fluid.diffusion(),
+            acoustic_damping: fluid.acoustic_damping,
+            wall_repulsion: fluid.wall_repulsion,
+            viscous_form: fluid.viscous_form.value,
+            order: fluid.order_control(),
+            scheme: fluid.scheme.value,
+            tension_limit: fluid.tension_limit_pa,
+            damping: fluid.damping.as_ref().map(file::fluid::DampingTable::to_setup),
+            regions: fluid.regions.iter().map(|region| region.name.value.clone()).collect(),
+            walls: self.file.walls.iter().map(file::wall::WallTable::to_setup).collect(),
+            particles: self.scene.fluid.clone(),
+            wall_particles: self.scene.walls.clone(),
+            probes: self.probes.fluid.clone(),
+            outflow: self.file.domain.outflow(),
+            lost_particle_limit: fluid.lost_particle_limit,
+        })
+    }
+
+    /// Set-up of the solid solver; `None` without a solid.
+    pub fn solid_setup(&self) -> Option<SolidSetup> {
+        let solid = self.file.solid.as_ref()?;
+        let spacing = solid.particle_spacing_m.value;
+        let body = |(k, body): (usize, &file::body::BodyTable)| sph::setup::BodySetup {
+            name: body.name.value.clone(),
+            material: body.material.to_setup(),
+            formulation: body.formulation.to_setup(spacing),
+            supports: body.supports.iter().map(file::support::SupportTable::to_setup).collect(),
+            acceleration: body.acceleration_m_s2.as_ref().map(|pair| pair.each_ref().map(|w| w.value.text())),
+            loads: self.scene.loads.get(k).cloned().unwrap_or_default(),
+        };
+        Some(SolidSetup {
+            run: self.run_setup(),
+            particle_spacing: spacing,
+            bodies: solid.bodies.iter().enumerate().map(body).collect(),
+            particles: self.scene.solid.clone(),
+            contact: solid.contact.to_setup(),
+            walls: self.file.walls.iter().map(file::wall::WallTable::to_setup).collect(),
+            wall_particles: self.scene.walls.clone(),
+            damping: solid.damping.as_ref().map(file::fluid::DampingTable::to_setup),
+            stepping: solid.substeps.to_setup(),
+            probes: self.probes.solid.clone(),
+            lost_particle_limit: solid.lost_particle_limit,
+        })
+    }
+}

@@ -1,0 +1,143 @@
+//! A case without a run.
+
+mod preview;
+
+pub use preview::draw;
+
+use std::path::Path;
+
+use proto::service::{SetupProblems, SolverFactory, open_checked};
+use sph::setup::ParticipantSetup;
+use sph::solver::Role;
+
+use crate::case::{Case, Server, Summary};
+use crate::failure::Failure;
+use crate::quote;
+
+/// A case that a run accepts.
+pub struct Checked {
+    /// The case.
+    pub case: Case,
+    /// What a run of it would do.
+    pub summary: Summary,
+}
+
+/// Checks the case file at `path`, as a run does before its first step.
+///
+/// # Errors
+/// All errors of the file, and all that a built-in solver refuses.
+pub fn check(path: &Path) -> Result<Checked, Failure> {
+    let case = crate::run::load(path)?;
+    let left_out = open(&case)?;
+    let mut summary = case.summary();
+    summary.warnings.extend(left_out);
+    Ok(Checked { case, summary })
+}
+
+/// Memory of the solvers for each particle \[bytes\], measured; solids keep the pairs of their reference.
+const FLUID_BYTES: usize = 130;
+const SOLID_BYTES: usize = 1000;
+
+/// Most memory that a check takes for a solver \[bytes\].
+const MOST_BYTES: usize = 400 << 20;
+
+/// Builds the solvers of this program for `case` as `Open` does at the start of a run; solvers that the case names are
+/// left out, and those of scenes so large that a check would need much memory: that is what the answer says.
+///
+/// # Errors
+/// All that a solver refuses.
+pub fn open(case: &Case) -> Result<Vec<String>, Failure> {
+    let mut left_out = Vec::new();
+    let [fluid, solid] = case.particles();
+    let walls = case.wall_particles();
+    let mut asked = |role: Role, server: &Server, bytes: usize| {
+        let small = bytes <= MOST_BYTES;
+        if *server == Server::BuiltIn && !small {
+            let size = bytes >> 20;
+            left_out.push(format!(
+                "the {role} solver is asked when a run starts, not now: it needs some {size} MiB"
+            ));
+        }
+        *server == Server::BuiltIn && small
+    };
+    // One after the other: each needs memory.
+    if case.has(Role::Fluid) && asked(Role::Fluid, &case.servers.fluid, FLUID_BYTES * (fluid + walls)) {
+        try_open(Role::Fluid, &fluid_server::FluidFactory, case.fluid_setup().map(ParticipantSetup::Fluid))?;
+    }
+    if case.has(Role::Solid)
+        && asked(Role::Solid, &case.servers.solid, SOLID_BYTES * solid + FLUID_BYTES * walls)
+    {
+        try_open(Role::Solid, &solid_server::SolidFactory, case.solid_setup().map(ParticipantSetup::Solid))?;
+    }
+    Ok(left_out)
+}
+
+fn try_open(
+    role: Role,
+    factory: &impl SolverFactory,
+    setup: Option<ParticipantSetup>,
+) -> Result<(), Failure> {
+    let Some(setup) = setup else { return Ok(()) };
+    open_checked(factory, setup).map(drop).map_err(|SetupProblems(problems)| {
+        Failure::input(format!("the {role} solver refuses the case:\n  {}", problems.join("\n  ")))
+    })
+}
+
+impl Checked {
+    /// Counts, time steps, constants and warnings, in lines.
+    pub fn text(&self) -> String {
+        let summary = &self.summary;
+        let mut text = format!("{}: no errors\n\nparticles\n", summary.name);
+        // Writing to a string cannot fail.
+        let mut line = |line: String| {
+            text.push_str(&quote::clean(&line));
+            text.push('\n');
+        };
+        for count in &summary.counts {
+            let held = if count.held > 0 { format!("  (and {} held)", count.held) } else { String::new() };
+            line(format!("  {:>9}  {} {}{held}", count.particles, count.kind, count.name));
+        }
+        summary.cuts.iter().for_each(|cut| line(format!("  {cut}")));
+        line("\ntime step".into());
+        for limit in &summary.limits {
+            line(format!(
+                "  {:.3e} s stable, {:.3e} s recommended  ({})",
+                limit.stability, limit.recommended, limit.origin
+            ));
+        }
+        let kind = if summary.fixed { "fixed" } else { "first of an adaptive run" };
+        line(format!(
+            "  {:.3e} s chosen ({kind}): {:.2} of the stability limit, {:.2} of the recommended step",
+            summary.time_step, summary.ratio_to_limit, summary.ratio_to_recommended
+        ));
+        if let Some(factor) = summary.limit_override {
+            line(format!("  the case overrides the limit by a factor of {factor}"));
+        }
+        line(format!(
+            "  {} steps; about {} on one core, at {}",
+            summary.steps,
+            duration(summary.forecast),
+            summary.forecast_basis
+        ));
+        line("\nconstants".into());
+        summary.constants.iter().for_each(|constant| line(format!("  {constant}")));
+        if !summary.stabilisers.is_empty() {
+            line("\nstabilisers".into());
+            summary.stabilisers.iter().for_each(|s| line(format!("  {}: {}", s.owner, s.text)));
+        }
+        if !summary.warnings.is_empty() {
+            line("\nwarnings".into());
+            summary.warnings.iter().for_each(|warning| line(format!("  {warning}")));
+        }
+        text
+    }
+}
+
+fn duration(seconds: f64) -> String {
+    match seconds {
+        s if s < 120.0 => format!("{s:.0} s"),
+        s if s < 7200.0 => format!("{:.0} min", s / 60.0),
+        s if s < 1e6 => format!("{:.1} h", s / 3600.0),
+        s => format!("{:.2e} days", s / 86_400.0),
+    }
+}

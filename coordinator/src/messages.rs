@@ -1,0 +1,36 @@
+//! What a command prints on standard error while it works.
+
+use std::fmt::Display;
+
+/// Which messages are printed. A failure is never printed here: it is returned.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Messages {
+    /// None.
+    #[default]
+    None,
+    /// Warnings, restarts of servers and stops.
+    Warnings,
+    /// Also the run header, the progress and the results.
+    All,
+}
+
+impl Messages {
+    /// Prints a warning with its mark.
+    pub fn warning(self, text: impl Display) {
+        self.notice(format_args!("warning: {text}"));
+    }
+
+    /// Prints what concerns the user whether or not he follows the progress.
+    pub fn notice(self, text: impl Display) {
+        if self >= Messages::Warnings {
+            terminal::note(text);
+        }
+    }
+
+    /// Prints a line of the progress.
+    pub fn progress(self, text: impl Display) {
+        if self == Messages::All {
+            terminal::note(text);
+        }
+    }
+}

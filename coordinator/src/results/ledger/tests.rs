@@ -1,0 +1,126 @@
+use sph::ledger::{Accounts, AngularBudget, Energies, InterfaceSums, StageBooks, Torques};
+use sph::vector::Vector;
+
+use super::*;
+use crate::results::table::Table;
+
+/// A step of 0.1 s under an interface force and gravity, whose budget balances; torques are the x-components.
+fn report(step: u64, force: Vector, weight: Vector) -> StepReport {
+    let budget = |duration: f64| {
+        let mut accounts = Accounts::default();
+        accounts.add(Account::BodyForce, weight);
+        let mut torques = Torques::default();
+        torques.add(TorqueAccount::BodyForce, weight.y);
+        StageBooks {
+            interface: InterfaceSums {
+                force,
+                torque: force.x,
+                gross_force: 9.0,
+                power: 2.0,
+                pairs: 7,
+                ..Default::default()
+            },
+            accounts,
+            duration,
+            momentum_change: duration * (force + weight),
+            gross_momentum: 10.0,
+            angular: Some(AngularBudget { torques, change: duration * (force.x + weight.y), gross: 10.0 }),
+        }
+    };
+    StepReport {
+        step,
+        end_time: 0.1 * (step + 1) as f64,
+        time_step: 0.1,
+        books: [budget(0.05), budget(0.1)],
+        energies: Energies { kinetic: 1.5, potential: 2.5, internal: 3.5 },
+        ..StepReport::default()
+    }
+}
+
+fn imbalance(force: f64) -> Imbalance {
+    Imbalance { force, torque: 0.5 * force }
+}
+
+#[test]
+fn rows_hold_the_worst_imbalance_and_the_impulse_of_all_steps() {
+    let root = tempfile::tempdir().unwrap();
+    let path = root.path().join("ledger.csv");
+    let mut file = LedgerFile::create(&path, &[Role::Fluid, Role::Solid]).unwrap();
+    let (force, weight) = (Vector::new(3.0, -1.0), Vector::new(0.0, -9.81));
+    for step in 0..5 {
+        let worst = if step == 1 { 4e-14 } else { 1e-15 };
+        let (mut fluid, mut solid) = (report(step, force, weight), report(step, -force, weight));
+        fluid.iterations = 7 - step as u32;
+        if step > 0 {
+            solid.books[1].interface.power *= -1.0;
+        }
+        file.record(Some(&fluid), Some(&solid), &[imbalance(worst), imbalance(2e-15)]);
+        if step == 2 {
+            file.write_row().unwrap();
+            file.write_row().unwrap();
+        }
+    }
+    let extremes = *file.extremes();
+    assert_eq!(extremes.force.value, 4e-14);
+    assert_eq!(extremes.torque.at, Some(StepStage { step: 1, stage: Stage::Predictor }));
+    assert!(extremes.angular.iter().all(|largest| largest.is_some_and(|largest| largest.value < 1e-15)));
+    // Five correctors of 0.1 s at 2 W/m on the fluid, four of them given by the solid and one received.
+    let work = file.work();
+    assert!((work.received[0] - 1.0).abs() < 1e-14 && (work.received[1] + 0.6).abs() < 1e-14);
+    assert!((work.passed - 1.0).abs() < 1e-14 && (work.drift() - 0.4).abs() < 1e-14);
+    file.finish().unwrap();
+
+    let table = Table::read(&path).unwrap();
+    let column = |name: &str| table.column(name).unwrap_or_else(|| panic!("no column {name}"));
+    assert_eq!(column("step"), [3.0, 5.0]);
+    assert_eq!(column("imbalance_force"), [4e-14, 2e-15]);
+    assert_eq!(column("most_iterations"), [7.0, 4.0]);
+    assert_eq!(column("fluid_pairs"), [7.0, 7.0]);
+    assert_eq!(column("solid_internal_energy_j_per_m"), [3.5, 3.5]);
+    for axis in ["x", "y"] {
+        let fluid = column(&format!("fluid_interface_impulse_{axis}_n_s_per_m"));
+        let solid = column(&format!("solid_interface_impulse_{axis}_n_s_per_m"));
+        assert!(fluid.iter().zip(&solid).all(|(f, s)| f + s == 0.0));
+        let change = column(&format!("fluid_momentum_change_{axis}_n_s_per_m"));
+        let weight = column(&format!("fluid_body_force_impulse_{axis}_n_s_per_m"));
+        for k in 0..2 {
+            // Sums of five numbers of order one.
+            assert!((change[k] - fluid[k] - weight[k]).abs() < 1e-14);
+        }
+    }
+    let change = column("fluid_angular_momentum_change_n_s");
+    let impulse = column("fluid_interface_angular_impulse_n_s");
+    let weight = column("fluid_body_force_angular_impulse_n_s");
+    assert!((change[1] - impulse[1] - weight[1]).abs() < 1e-14 && impulse[1] > 1.0);
+    assert!(column("solid_angular_momentum_residual").iter().all(|residual| *residual < 1e-15));
+    // Five corrector passes of 0.1 s; the predictor's are not accepted.
+    assert!((column("fluid_interface_impulse_x_n_s_per_m")[1] - 1.5).abs() < 1e-14);
+    assert!((column("fluid_interface_work_j_per_m")[1] - 1.0).abs() < 1e-14);
+}
+
+#[test]
+fn a_residual_that_is_no_number_is_the_largest() {
+    let mut largest = Largest::default();
+    for (step, value) in [1e-14, f64::NAN, 1.0].into_iter().enumerate() {
+        largest.take(value, StepStage { step: step as u64, stage: Stage::Corrector });
+    }
+    assert!(largest.value.is_nan());
+    assert_eq!(largest.at.map(|at| at.step), Some(1));
+}
+
+#[test]
+fn one_side_alone_has_its_own_columns_only() {
+    let root = tempfile::tempdir().unwrap();
+    let path = root.path().join("ledger.csv");
+    let mut file = LedgerFile::create(&path, &[Role::Solid]).unwrap();
+    let mut report = report(0, Vector::zeros(), Vector::zeros());
+    report.books.iter_mut().for_each(|budget| budget.angular = None);
+    file.record(None, Some(&report), &[Imbalance::default(); 2]);
+    assert_eq!(file.extremes().angular, [None; 2]);
+    file.finish().unwrap();
+    let table = Table::read(&path).unwrap();
+    assert_eq!(table.columns().len(), COMMON.len() + side_width());
+    assert!(table.columns().iter().all(|name| !name.starts_with("fluid")));
+    assert_eq!(table.rows(), 1);
+    assert!(table.column("solid_angular_momentum_change_n_s").unwrap()[0].is_nan());
+}

@@ -1,0 +1,175 @@
+//! What is written when a run has ended: summary and report.
+
+use std::collections::BTreeMap;
+
+use sha2::{Digest, Sha256};
+use sph::driver::TRACE;
+use sph::solver::Role;
+use terminal::program;
+use tracing::trace_span;
+
+use super::attempt::EndedAttempt;
+use super::checkpoint_scheduler::CheckpointScheduler;
+use super::control::ending::Ending;
+use super::header::{self, Fact};
+use super::job::Job;
+use super::participants::hints;
+use crate::case::Case;
+use crate::failure::Failure;
+use crate::results::names;
+use crate::results::plots::gallery::PairedSnapshot;
+use crate::results::process::Process;
+use crate::results::recorder::Recorded;
+use crate::results::report::{self, ReportData};
+use crate::results::summary::{self, Checkpoints, LedgerSummary, Participant, Span, Summary, Verdict};
+use crate::results::table::Table;
+use crate::results::tally::Iterations;
+
+/// Completes the outputs of a run.
+pub(super) async fn finish(
+    job: &Job,
+    resolved: &str,
+    attempt: EndedAttempt,
+    scheduler: &CheckpointScheduler,
+    restarts: Vec<String>,
+) -> Result<(Ending, Summary), Failure> {
+    let Job { case, directory, options, .. } = job;
+    let EndedAttempt { ending, mut solvers, outputs, facts } = attempt;
+    let roles = [Role::Fluid, Role::Solid].into_iter().filter(|role| job.runs(*role));
+    let sides: Vec<_> = roles.map(|role| (role, solvers.participant(role))).collect();
+    match ending {
+        Ending::Lost { .. } => solvers.kill().await,
+        _ => solvers.end().await,
+    }
+    let recorded = outputs.finish().await?;
+    let mut summary = summarise(
+        case,
+        resolved,
+        &ending,
+        scheduler.wall_seconds(),
+        &recorded,
+        sides,
+        options.servers().is_none(),
+    );
+    summary.checkpoints = scheduler.figures().clone();
+    summary.restarts = restarts;
+    summary.warnings.extend(recorded.warnings.iter().cloned());
+    summary.write(&directory.file(names::SUMMARY))?;
+    let report = || write_report(job, &summary, facts, recorded.snapshots);
+    // The run has the exit code that it earned, whatever becomes of its pictures.
+    let written = trace_span!(target: TRACE, "report")
+        .in_scope(|| program::contain(report))
+        .unwrap_or_else(|panic| Err(Failure::internal(panic)));
+    if let Err(failure) = written {
+        let path = directory.file(names::REPORT);
+        options.messages.warning(format_args!("the run has no report: {}", failure.message));
+        if matches!(ending, Ending::Completed) {
+            let command = hints::resume_command(directory.path());
+            options.messages.notice(format_args!(
+                "all other results are complete; `{command}` makes `{}`",
+                path.display()
+            ));
+        }
+    }
+    header::print_results(&summary, options.messages);
+    Ok((ending, summary))
+}
+
+/// Writes the report of a run whose tables and summary are complete.
+fn write_report(
+    job: &Job,
+    summary: &Summary,
+    facts: Vec<Fact>,
+    snapshots: Vec<PairedSnapshot>,
+) -> Result<(), Failure> {
+    let Job { case, directory, .. } = job;
+    let setup = case.run_setup();
+    let data = ReportData {
+        title: case.name.clone(),
+        verdict: summary.verdict.to_string(),
+        reason: summary.reason.clone(),
+        facts: header::results(summary),
+        negotiated: facts,
+        warnings: summary.warnings.clone(),
+        snapshots,
+        walls: case
+            .fluid_setup()
+            .iter()
+            .flat_map(|fluid| &fluid.walls)
+            .map(|wall| wall.name.clone())
+            .collect(),
+        tolerance: setup.coupling.map(|_| setup.ledger.balance_tolerance),
+        probes: Table::read(&directory.file(names::PROBES))?,
+        ledger: Table::read(&directory.file(names::LEDGER))?,
+    };
+    Ok(report::write(&directory.file(names::REPORT), &data)?)
+}
+
+fn summarise(
+    case: &Case,
+    resolved: &str,
+    ending: &Ending,
+    wall_seconds: f64,
+    recorded: &Recorded,
+    sides: Vec<(Role, Participant)>,
+    in_process: bool,
+) -> Summary {
+    let tally = &recorded.tally;
+    let (verdict, reason) = match ending {
+        Ending::Completed => (Verdict::Completed, "the end time was reached".to_owned()),
+        Ending::Stopped => (Verdict::Stopped, "stopped from outside at a step boundary".to_owned()),
+        Ending::Failed(failure) | Ending::Lost { failure, .. } => (Verdict::Failed, failure.message.clone()),
+    };
+    let mut participants = [None, None];
+    for (role, mut participant) in sides {
+        let side = &tally.sides[role.index()];
+        participant.set_counts(side.counts);
+        participant.state_digest.clone_from(&side.state_digest);
+        participant.set_waits(side.step_seconds, side.waited_seconds);
+        participants[role.index()] = Some(participant);
+    }
+    let particles: u64 = tally.sides.iter().map(|side| side.counts.particles).sum();
+    let [fluid, solid] = participants;
+    let start_s = case.run_setup().time.start_time;
+    Summary {
+        format: summary::FORMAT,
+        case: case.name.clone(),
+        run_id: case.run_setup().run_id,
+        verdict,
+        reason,
+        steps: tally.steps,
+        simulated: Span { start_s, end_s: tally.time },
+        wall_seconds,
+        time_step: tally.step_sizes,
+        // Counts far below 2^53.
+        particle_stages_per_second: (tally.steps > 0 && wall_seconds > 0.0)
+            .then(|| 2.0 * (tally.steps * particles) as f64 / wall_seconds),
+        ledger: LedgerSummary::new(
+            tally.breaches,
+            tally.first_breaches.clone(),
+            &recorded.extremes,
+            recorded.work,
+        ),
+        iterations: case.run_setup().coupling.and_then(|coupling| coupling.iterate).map(|_| {
+            let Iterations { sum, largest, unconverged } = tally.iterations;
+            let mean = (tally.steps > 0).then(|| sum as f64 / tally.steps as f64);
+            summary::IterationSummary { mean, largest, unsettled_steps: unconverged }
+        }),
+        fluid,
+        solid,
+        coordinator: Process::own(),
+        checkpoints: Checkpoints::default(),
+        restarts: Vec::new(),
+        in_process,
+        case_digest: digest(resolved),
+        versions: BTreeMap::from([
+            ("coordinator".to_owned(), env!("CARGO_PKG_VERSION").to_owned()),
+            ("protocol".to_owned(), proto::description::PROTOCOL.to_string()),
+        ]),
+        warnings: case.summary().warnings,
+    }
+}
+
+pub(crate) fn digest(text: &str) -> String {
+    Sha256::digest(text.as_bytes()).iter().map(|byte| format!("{byte:02x}")).collect()
+}

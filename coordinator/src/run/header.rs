@@ -1,0 +1,216 @@
+//! The run header: every fact that decides the answer, on the screen and in the report.
+
+use sph::lanes::Arithmetic;
+use sph::setup::{BreachAction, CouplingKind, InterfaceLaw, Iterate, Relaxation, StepPolicy, Unsettled};
+
+use crate::case::Case;
+use crate::messages::Messages;
+use crate::quote;
+use crate::results::summary::Summary;
+use crate::run::participants::remote::Remote;
+
+/// A named fact.
+pub type Fact = (String, String);
+
+fn fact(name: &str, text: impl Into<String>) -> Fact {
+    (name.to_owned(), text.into())
+}
+
+/// Facts of a run before its first step.
+pub fn facts(case: &Case, remote: Option<&Remote>) -> Vec<Fact> {
+    let summary = case.summary();
+    let setup = case.run_setup();
+    let mut facts = vec![fact("case", case.name.clone())];
+    for count in &summary.counts {
+        let held = if count.held > 0 { format!(", and {} held", count.held) } else { String::new() };
+        facts
+            .push((format!("{} {}", count.kind, count.name), format!("{} particles{held}", count.particles)));
+    }
+    facts.push(fact("time step", time_step(&setup.time.step, summary.ratio_to_limit)));
+    if let Some(factor) = summary.limit_override {
+        facts.push(fact(
+            "time-step limit",
+            format!("overridden by the case: {factor} of the stability limit"),
+        ));
+    }
+    if let Some(coupling) = &setup.coupling {
+        let law = match coupling.law {
+            InterfaceLaw::Wall => "wall with reaction, slip",
+            InterfaceLaw::WallNoSlip => "wall with reaction, no-slip",
+            InterfaceLaw::PlainSum => "plain sum over all particles",
+        };
+        facts.push(fact("interface law", law));
+        let agreed =
+            remote.and_then(|remote| remote.servers.first()).map(|server| server.report.coupling_kind);
+        facts.push(fact(
+            "coupling",
+            match agreed.unwrap_or(coupling.kind) {
+                CouplingKind::States => "states: both sides evaluate the pair law",
+                CouplingKind::Loads => "loads: the fluid returns the force on each sample of the solid",
+            },
+        ));
+        facts.extend(coupling.iterate.as_ref().map(|plan| fact("iterated half-steps", iterated(plan))));
+        facts.extend(remote.map(|remote| fact("frames", remote.frames())));
+        facts.push(fact("interface margin", format!("{:.3e} m", coupling.margin)));
+        let action = match setup.ledger.action {
+            BreachAction::Warn => "warn",
+            BreachAction::Stop => "stop",
+            BreachAction::StopAndCheckpoint => "stop with a checkpoint",
+        };
+        let tolerance = setup.ledger.balance_tolerance;
+        facts.push(fact("ledger", format!("{action} above {tolerance:.0e} of gross")));
+    }
+    facts.extend(summary.constants.iter().map(|text| fact("constants", text.clone())));
+    facts.extend(
+        summary.stabilisers.iter().map(|s| fact(&format!("stabiliser of {}", s.owner), s.text.clone())),
+    );
+    for server in remote.iter().flat_map(|remote| &remote.servers) {
+        let report = &server.report;
+        facts.push((
+            format!("{} solver", report.role),
+            format!(
+                "{} {} at {}, protocol {}, arithmetic {}, stable step {:.3e} s",
+                report.name,
+                report.version,
+                server.address(),
+                report.protocol,
+                report.arithmetic,
+                report.time_step_limit
+            ),
+        ));
+    }
+    if remote.is_none() {
+        let arithmetic = Arithmetic::chosen().name();
+        facts.push(fact("solvers", format!("threads of this process, arithmetic {arithmetic}")));
+    }
+    facts.extend(summary.cuts.iter().map(|cut| fact("cut", cut.clone())));
+    facts
+}
+
+fn time_step(step: &StepPolicy, ratio: f64) -> String {
+    match step {
+        StepPolicy::Fixed { time_step } => {
+            format!("fixed, {time_step:.3e} s, {ratio:.2} of the stability limit")
+        }
+        StepPolicy::Adaptive { factor, maximum, growth } => format!(
+            "adaptive, {factor} of both solvers' limits, at most {maximum:.3e} s, growing by at most {growth} a step"
+        ),
+    }
+}
+
+fn iterated(plan: &Iterate) -> String {
+    let relaxation = match plan.relaxation {
+        Relaxation::Fixed(factor) => format!("relaxation {factor}"),
+        Relaxation::Aitken => "Aitken's relaxation".to_owned(),
+    };
+    let then = match plan.unsettled {
+        Unsettled::Stop => "the run stops",
+        Unsettled::Accept => "the last is accepted and counted",
+    };
+    format!(
+        "{relaxation}, until forces agree to {:.0e} of gross; after {} iterations {then}",
+        plan.tolerance, plan.limit
+    )
+}
+
+/// Results of a run, in words.
+pub fn results(summary: &Summary) -> Vec<Fact> {
+    let mut facts = vec![
+        fact("verdict", format!("{}: {}", summary.verdict, summary.reason)),
+        fact("simulated", format!("{:.6} s in {} steps", summary.simulated.end_s, summary.steps)),
+        fact("wall time", format!("{:.1} s", summary.wall_seconds)),
+    ];
+    if let Some(rate) = summary.particle_stages_per_second {
+        facts.push(fact("speed", format!("{rate:.3e} particle-stages per second")));
+    }
+    if summary.fluid.is_some() && summary.solid.is_some() {
+        let value = |worst: Option<f64>| worst.map_or("not finite".to_owned(), |v| format!("{v:.2e}"));
+        facts.push(fact(
+            "largest imbalance",
+            format!(
+                "force {}, torque {} of gross; {} breaches",
+                value(summary.ledger.largest_force_imbalance.value),
+                value(summary.ledger.largest_torque_imbalance.value),
+                summary.ledger.breaches
+            ),
+        ));
+        let energy = &summary.ledger.interface_energy;
+        let share = energy
+            .drift_share
+            .map_or(String::new(), |share| format!(", {:.2} % of what passed to and fro", 100.0 * share));
+        facts.push(fact(
+            "interface energy",
+            format!(
+                "received by the fluid {:.4e} J/m, by the solid {:.4e} J/m; drift, lost at the face, {:.1e} J/m{share}",
+                energy.fluid_received_j_per_m, energy.solid_received_j_per_m, energy.drift_j_per_m
+            ),
+        ));
+    }
+    if let Some(iterations) = &summary.iterations {
+        let mean = iterations.mean.map_or(String::new(), |mean| format!("{mean:.2} a step, "));
+        let text = format!(
+            "{mean}at most {}; {} steps had not converged at the limit",
+            iterations.largest, iterations.unsettled_steps
+        );
+        facts.push(fact("iterations", text));
+    }
+    for (role, side) in [("fluid", &summary.fluid), ("solid", &summary.solid)] {
+        let Some(side) = side else { continue };
+        let waited = side.waited_share.map_or(String::new(), |share| {
+            format!(
+                ", waited {:.1} s for its partner ({:.1} % of its steps)",
+                side.waited_seconds,
+                100.0 * share
+            )
+        });
+        let memory = side.process.peak_memory_bytes.map_or(String::new(), |bytes| {
+            format!(", peak memory {:.0} MiB", bytes as f64 / f64::from(1 << 20))
+        });
+        let counts = &side.counts;
+        facts.push(fact(
+            &format!("{role} side"),
+            format!(
+                "{} particles at the end, {} lost, {} left as outflow, {} list builds{waited}{memory}",
+                counts.particles, counts.lost, counts.outflow, counts.list_builds
+            ),
+        ));
+        let angular = match role {
+            "fluid" => &summary.ledger.largest_fluid_angular_momentum_residual,
+            _ => &summary.ledger.largest_solid_angular_momentum_residual,
+        };
+        if angular.is_none() && summary.steps > 0 {
+            let why = "not audited: no budget of angular momentum was reported (a periodic domain has none)";
+            facts.push(fact(&format!("{role} torques"), why));
+        }
+        if counts.contact_impulse_n_s_per_m > 0.0 {
+            facts.push(fact(
+                "contact",
+                format!(
+                    "deepest {:.2e} m, impulse {:.3e} N s/m",
+                    counts.deepest_contact_m, counts.contact_impulse_n_s_per_m
+                ),
+            ));
+        }
+    }
+    facts
+}
+
+/// Prints facts and warnings before a run.
+pub fn print_start(facts: &[Fact], warnings: &[String], messages: Messages) {
+    print(facts, messages);
+    for warning in warnings {
+        messages.progress(format_args!("warning: {}", quote::clean(warning)));
+    }
+}
+
+fn print(facts: &[Fact], messages: Messages) {
+    let width = facts.iter().map(|(name, _)| name.chars().count()).max().unwrap_or(0);
+    for (name, text) in facts {
+        messages.progress(format_args!("{:width$}  {}", quote::clean(name), quote::clean(text)));
+    }
+}
+
+/// Prints the results of a run.
+pub fn print_results(summary: &Summary, messages: Messages) {
+    print(&results(summary), messages);
+}

@@ -5,7 +5,7 @@ use sph::setup::{Damping, DensityDiffusion, GradientCorrection, ViscousForm};
 use sph::vector::{Vector, cross};
 
 use super::support::{ORDERED, dam_break, evaluate, largest_residual, random_patch, run, solver, variants};
-use crate::physics::FluidSolver;
+use crate::FluidSolver;
 
 const SEEDS: [u64; 3] = [1, 2, 3];
 

@@ -1,4 +1,4 @@
-//! Cost of the fluid's stage, pass by pass: `cargo bench -p fluid-server`.
+//! Cost of the fluid's stage, pass by pass: `cargo bench -p fluid`.
 //!
 //! Prints CPU nanoseconds per particle on one thread, so that other work on the machine counts little, then the ratio
 //! to a fixed kernel loop of the same run, and at the end wall time on two threads over one.
@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 
 use criterion::measurement::{Measurement, ValueFormatter};
 use criterion::{BenchmarkGroup, BenchmarkId, Criterion, SamplingMode, Throughput};
-use fluid_server::physics::FluidSolver;
+use fluid::FluidSolver;
 use rayon::ThreadPool;
 use rustix::time::{ClockId, clock_gettime};
 use sph::exchange::InterfaceStates;

@@ -4,7 +4,7 @@
 #[allow(dead_code, reason = "the benchmark takes more of it")]
 mod scene;
 
-use fluid_server::physics::FluidSolver;
+use fluid::FluidSolver;
 use sph::exchange::InterfaceStates;
 use sph::saved::SavedState;
 use sph::setup::{FluidProbe, FluidProbeKind};

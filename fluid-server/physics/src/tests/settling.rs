@@ -144,7 +144,7 @@ fn shear_decays_at_the_viscous_rate() {
             let y = setup.particles.position[i].y;
             setup.particles.velocity[i] = Vector::new(0.1 * (wave * y).sin(), 0.0);
         }
-        let amplitude = |solver: &crate::physics::FluidSolver| -> f64 {
+        let amplitude = |solver: &crate::FluidSolver| -> f64 {
             let state = &solver.state;
             (0..state.len()).map(|i| state.velocity[i].x * (wave * state.position[i].y).sin()).sum()
         };

@@ -12,7 +12,7 @@ use sph::solver::{Divergence, Solver};
 use sph::stage::{Stage, StageTime, StepStage};
 use sph::vector::Vector;
 
-use crate::physics::FluidSolver;
+use crate::FluidSolver;
 
 /// Every combination of gradient correction and density diffusion.
 pub fn variants() -> Vec<(GradientCorrection, DensityDiffusion)> {

@@ -80,20 +80,20 @@ fn a_set_up_that_can_not_run_is_refused_with_all_reasons() {
     setup.particles.mass[1] = -1.0;
     setup.run.domain.periodic[0] = true;
     setup.run.domain.upper.x = 0.05;
-    let errors = crate::physics::FluidSolver::new(setup).unwrap_err();
+    let errors = crate::FluidSolver::new(setup).unwrap_err();
     assert_eq!(errors.len(), 4, "{errors:#?}");
     let mut setup = falling(0.0);
     add_floor(&mut setup, 0.0, 0.3, 5, WallCondition::Slip);
     setup.walls[0].motion =
         Some(Motion { displacement: ["t +".into(), "0".into()], angle: "0".into(), pivot: Vector::zeros() });
     setup.run.body_force.expressions = Some(["z".into(), "0".into()]);
-    let errors = crate::physics::FluidSolver::new(setup).unwrap_err();
+    let errors = crate::FluidSolver::new(setup).unwrap_err();
     assert_eq!(errors.len(), 2, "{errors:#?}");
     assert!(errors[0].contains("floor"));
 }
 
 /// Runs `setup` until a particle has left; returns the books of the step after.
-fn until_departure(setup: FluidSetup) -> (crate::physics::FluidSolver, [StageBooks; 2]) {
+fn until_departure(setup: FluidSetup) -> (crate::FluidSolver, [StageBooks; 2]) {
     let mut solver = solver(setup);
     let mut step = 0;
     while solver.counts().particles == 2 {

@@ -11,7 +11,7 @@ use sph::stage::Stage;
 use sph::vector::{SymmetricTensor, Vector};
 
 use super::support::{Noise, add_block, empty_scene, run, solver, stage_time, variants};
-use crate::physics::FluidSolver;
+use crate::FluidSolver;
 
 const REACH: f64 = 0.06;
 

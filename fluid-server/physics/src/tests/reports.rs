@@ -109,7 +109,7 @@ fn region_sums_of_a_spinning_block() {
 #[test]
 fn energy_is_not_made() {
     let mut solver = solver(dam_break());
-    let total = |solver: &crate::physics::FluidSolver| {
+    let total = |solver: &crate::FluidSolver| {
         let e = solver.energies();
         e.kinetic + e.potential + e.internal
     };

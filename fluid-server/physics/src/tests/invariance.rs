@@ -6,7 +6,7 @@ use sph::setup::{FluidSetup, GradientCorrection};
 use sph::vector::Vector;
 
 use super::support::{ORDERED, dam_break, random_patch, run, solver, variants};
-use crate::physics::FluidSolver;
+use crate::FluidSolver;
 
 /// (position, velocity, density) of each particle by id.
 fn by_id(solver: &FluidSolver) -> Vec<(Vector, Vector, f64)> {

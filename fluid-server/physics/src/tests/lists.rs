@@ -6,8 +6,8 @@ use sph::solver::Solver;
 use sph::stage::Stage;
 
 use super::support::*;
-use crate::physics::FluidSolver;
-use crate::physics::lists::{Lists, Skins};
+use crate::FluidSolver;
+use crate::lists::{Lists, Skins};
 
 /// Pairs of fluid particles, and of fluid and wall, that are within support and missing in the lists.
 fn missing(solver: &FluidSolver) -> usize {

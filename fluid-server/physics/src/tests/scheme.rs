@@ -11,8 +11,8 @@ use super::support::{
     Noise, ORDERED, add_block, add_floor, empty_scene, largest_residual, random_patch, run, solver,
     stage_time, variants,
 };
-use crate::physics::FluidSolver;
-use crate::physics::rates::Rates;
+use crate::FluidSolver;
+use crate::rates::Rates;
 
 /// Rates of `stage` at the start of a run; a step of no length leaves the state as it is.
 fn rates(setup: FluidSetup, scheme: FluidScheme, stage: Stage) -> Vec<Rates> {

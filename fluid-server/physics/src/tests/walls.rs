@@ -6,8 +6,8 @@ use sph::solver::Solver;
 use sph::vector::Vector;
 
 use super::support::{add_block, add_floor, empty_scene, evaluate, run, solver, try_step};
-use crate::physics::FluidSolver;
-use crate::physics::walls::mirrored;
+use crate::FluidSolver;
+use crate::walls::mirrored;
 
 /// Water of uniform velocity on a floor, wide enough that its middle feels no side.
 fn moving_water(condition: WallCondition) -> FluidSetup {

@@ -66,7 +66,7 @@ fn sound_wave_decays(timing: FluidScheme, correction: GradientCorrection) {
     }
     let nu = alpha * setup.constants.sound_speed * setup.constants.smoothing_length;
     let mut solver = solver(setup);
-    let energy = |solver: &crate::physics::FluidSolver| {
+    let energy = |solver: &crate::FluidSolver| {
         let energies = solver.energies();
         energies.kinetic + energies.internal
     };

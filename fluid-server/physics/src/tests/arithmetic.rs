@@ -7,7 +7,7 @@ use sph::vector::Vector;
 
 use super::support::{Noise, ORDERED, add_floor, dam_break, evaluate, random_patch};
 use crate::FluidSolver;
-use crate::record::Record;
+use crate::system::packed_particle::Record;
 
 /// The random patch with a floor under it, which reaches into the support.
 fn patch(seed: u64) -> FluidSetup {
@@ -129,7 +129,8 @@ fn the_paths_differ_by_round_off_alone_with_every_term() {
         };
         let mut of_paths = Arithmetic::all().map(rates);
         let first = of_paths.next().unwrap();
-        let scale = |f: fn(&crate::rates::Rates) -> f64| first.iter().map(f).fold(0.0, f64::max);
+        let scale =
+            |f: fn(&crate::rates::particle_rates::Rates) -> f64| first.iter().map(f).fold(0.0, f64::max);
         let (acceleration, shift) = (scale(|r| r.acceleration.norm()), scale(|r| r.shift.norm()));
         for (a, b) in of_paths.flat_map(|rates| first.iter().copied().zip(rates).collect::<Vec<_>>()) {
             // As above; the normal at the surface comes from a small difference of eigenvalues.

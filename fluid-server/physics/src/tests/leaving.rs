@@ -7,8 +7,8 @@ use sph::solver::Solver;
 use sph::stage::Stage;
 use sph::vector::Vector;
 
-use super::super::probes;
 use super::support::{add_block, add_floor, add_particle, empty_scene, run, solver, stage_time, try_step};
+use crate::report::probes;
 
 /// A particle at rest, and one below it that falls at `speed` \[m/s\].
 fn falling(speed: f64) -> FluidSetup {

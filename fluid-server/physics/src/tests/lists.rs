@@ -7,7 +7,7 @@ use sph::stage::Stage;
 
 use super::support::*;
 use crate::FluidSolver;
-use crate::lists::{Lists, Skins};
+use crate::system::list_limits::{Skins, skins};
 
 /// Pairs of fluid particles, and of fluid and wall, that are within support and missing in the lists.
 fn missing(solver: &FluidSolver) -> usize {
@@ -69,7 +69,7 @@ fn lists_outlast_half_the_skin_where_neighbours_move_alike_and_miss_no_pair() {
 #[test]
 fn the_skin_follows_how_long_lists_last() {
     // The same shear, in steps that use up an eighth of the skin and twice of it.
-    let Skins { thinnest, first, thickest } = Lists::skins(0.02);
+    let Skins { thinnest, first, thickest } = skins(0.02);
     let skin_after = |time_step: f64| {
         let mut setup = dam_break();
         for (x, v) in setup.particles.position.iter().zip(&mut setup.particles.velocity) {

@@ -12,7 +12,7 @@ use super::support::{
     stage_time, variants,
 };
 use crate::FluidSolver;
-use crate::rates::Rates;
+use crate::rates::particle_rates::Rates;
 
 /// Rates of `stage` at the start of a run; a step of no length leaves the state as it is.
 fn rates(setup: FluidSetup, scheme: FluidScheme, stage: Stage) -> Vec<Rates> {

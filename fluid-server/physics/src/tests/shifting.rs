@@ -6,7 +6,7 @@ use sph::setup::{
 };
 use sph::vector::Vector;
 
-use crate::rates::Rates;
+use crate::rates::particle_rates::Rates;
 
 use super::support::{
     Noise, ORDERED, add_block, add_particle, empty_scene, evaluate, random_patch, run, solver,

@@ -7,7 +7,7 @@ use sph::vector::Vector;
 
 use super::support::{add_block, add_floor, empty_scene, evaluate, run, solver, try_step};
 use crate::FluidSolver;
-use crate::walls::mirrored;
+use crate::boundary::wall_states::mirrored;
 
 /// Water of uniform velocity on a floor, wide enough that its middle feels no side.
 fn moving_water(condition: WallCondition) -> FluidSetup {

@@ -1,0 +1,4 @@
+//! Free surface, and shifting of particles.
+
+pub mod detection;
+pub mod shifting;

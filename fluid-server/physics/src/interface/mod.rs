@@ -1,0 +1,3 @@
+//! The solid partner.
+
+pub mod fluid_interface;

@@ -1,0 +1,20 @@
+//! What a pass over neighbours reads.
+
+use super::lists::Lists;
+use crate::system::model::FluidModel;
+use crate::system::packed_particle::Record;
+
+/// The fluid and its surroundings in one stage.
+#[derive(Clone, Copy)]
+pub struct Scene<'a, G> {
+    /// Nearest images.
+    pub geometry: G,
+    /// Constants.
+    pub model: &'a FluidModel,
+    /// Neighbours.
+    pub lists: &'a Lists,
+    /// Fluid as neighbours read it.
+    pub fluid: &'a [Record],
+    /// Walls as neighbours read them, and one that does not act.
+    pub walls: &'a [Record],
+}

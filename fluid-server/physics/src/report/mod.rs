@@ -1,0 +1,6 @@
+//! What outputs show.
+
+pub mod boundary_evaluation;
+pub mod fields;
+pub mod probes;
+pub mod wall_forces;

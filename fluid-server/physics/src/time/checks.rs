@@ -1,0 +1,260 @@
+//! What a healthy state looks like; a run that leaves it stops and says where.
+
+use sph::domain::Domain;
+use sph::equation_of_state::LARGEST_COMPRESSION;
+use sph::lanes::{Kernel, Lanes, WIDTH};
+use sph::solver::Divergence;
+use sph::stage::StepStage;
+use sph::vector::Vector;
+
+use crate::system::lane_arrays::{abs, largest, numbers, vectors};
+use crate::system::model::FluidModel;
+use crate::system::state::FluidState;
+
+/// All bits of [`Lanes::below`].
+const ALL_LANES: u8 = (1 << WIDTH) - 1;
+
+/// Position \[m\], velocity \[m/s\] and density \[kg/m³\] of a particle.
+pub type Values<'a> = (&'a Vector, &'a Vector, f64);
+
+/// The same of four particles.
+pub type LaneValues<L> = ([L; 2], [L; 2], L);
+
+/// What the check compares with.
+#[derive(Clone, Copy, Debug)]
+pub struct Limits {
+    domain: Domain,
+    square_speed: f64,
+    densities: [f64; 2],
+}
+
+impl Limits {
+    /// The limits of `model`.
+    pub fn of(model: &FluidModel) -> Self {
+        let c = &model.constants;
+        let highest = (1.0 + LARGEST_COMPRESSION) * c.rest_density;
+        Self {
+            domain: model.domain,
+            square_speed: c.sound_speed.powi(2),
+            densities: [model.equation_of_state.lowest_density(), highest],
+        }
+    }
+}
+
+/// What the check gathers over the particles.
+#[derive(Clone, Copy, Debug)]
+pub struct Findings {
+    /// First particle that breaks a limit.
+    first_bad: usize,
+    largest_square_speed: f64,
+    /// Square of the largest displacement since the lists were built \[m²\]; infinite where there are none.
+    largest_square_displacement: f64,
+    /// Square of the largest move in the stage that made the state \[m²\]; the predictor of leapfrog, which goes on at known
+    /// velocities, tells none.
+    pub largest_square_move: f64,
+    /// Whether a particle is outside the domain.
+    pub outside: bool,
+}
+
+impl Default for Findings {
+    fn default() -> Self {
+        Self {
+            first_bad: usize::MAX,
+            largest_square_speed: 0.0,
+            largest_square_displacement: 0.0,
+            largest_square_move: 0.0,
+            outside: false,
+        }
+    }
+}
+
+/// [`Findings`] in lanes.
+#[derive(Clone, Copy, Debug)]
+pub struct LaneFindings<L> {
+    first_bad: usize,
+    square_speed: L,
+    square_displacement: L,
+    square_move: L,
+    outside: bool,
+}
+
+impl<L: Lanes> LaneFindings<L> {
+    /// Of no particle.
+    #[inline(always)]
+    pub fn none() -> Self {
+        let zero = L::zero();
+        Self {
+            first_bad: usize::MAX,
+            square_speed: zero,
+            square_displacement: zero,
+            square_move: zero,
+            outside: false,
+        }
+    }
+
+    /// Adds the particles from `first` on, displaced by `displacement` since the lists were built \[m\].
+    #[inline(always)]
+    pub fn add(
+        &mut self,
+        limits: &Limits,
+        first: usize,
+        values: LaneValues<L>,
+        displacement: Option<[L; 2]>,
+    ) {
+        let Limits { domain, square_speed: limit, densities: [lowest, highest] } = limits;
+        let ([x, y], [v_x, v_y], density) = values;
+        let (square_speed, infinite) = (v_x * v_x + v_y * v_y, L::splat(f64::INFINITY));
+        // NaN is below nothing and above nothing.
+        let healthy = square_speed.below(L::splat(*limit))
+            & L::splat(*lowest).below(density)
+            & density.below(L::splat(*highest))
+            & abs(x).below(infinite)
+            & abs(y).below(infinite);
+        let bad = healthy ^ ALL_LANES;
+        if bad != 0 {
+            self.first_bad = self.first_bad.min(first + bad.trailing_zeros() as usize);
+        }
+        self.square_speed = square_speed.max(self.square_speed);
+        let square = match displacement {
+            Some([x, y]) => x * x + y * y,
+            None => L::splat(f64::INFINITY),
+        };
+        self.square_displacement = square.max(self.square_displacement);
+        self.outside |= beyond(domain, 0, x) | beyond(domain, 1, y);
+    }
+
+    /// Adds particles that have moved by `x` and `y` \[m\].
+    #[inline(always)]
+    pub fn add_move(&mut self, [x, y]: [L; 2]) {
+        self.square_move = (x * x + y * y).max(self.square_move);
+    }
+
+    /// The findings of all lanes.
+    #[inline(always)]
+    pub fn total(&self) -> Findings {
+        Findings {
+            first_bad: self.first_bad,
+            largest_square_speed: largest(self.square_speed),
+            largest_square_displacement: largest(self.square_displacement),
+            largest_square_move: largest(self.square_move),
+            outside: self.outside,
+        }
+    }
+}
+
+/// Whether a coordinate along `axis` is beyond the sides of `domain`.
+#[inline(always)]
+fn beyond<L: Lanes>(domain: &Domain, axis: usize, x: L) -> bool {
+    let (lower, upper) = (L::splat(domain.lower[axis]), L::splat(domain.upper[axis]));
+    !domain.periodic[axis] && (x.below(lower) | upper.below(x)) != 0
+}
+
+impl Findings {
+    /// The findings of both.
+    pub fn with(self, other: Self) -> Self {
+        Self {
+            first_bad: self.first_bad.min(other.first_bad),
+            largest_square_speed: self.largest_square_speed.max(other.largest_square_speed),
+            largest_square_displacement: self
+                .largest_square_displacement
+                .max(other.largest_square_displacement),
+            largest_square_move: self.largest_square_move.max(other.largest_square_move),
+            outside: self.outside || other.outside,
+        }
+    }
+
+    /// Largest displacement since the lists were built \[m\].
+    pub fn largest_displacement(&self) -> f64 {
+        self.largest_square_displacement.sqrt()
+    }
+
+    /// Largest speed \[m/s\].
+    ///
+    /// # Errors
+    /// The first particle that is not healthy.
+    pub fn verdict(
+        &self,
+        model: &FluidModel,
+        state: &FluidState,
+        at: StepStage,
+    ) -> Result<f64, Box<Divergence>> {
+        if self.first_bad == usize::MAX {
+            Ok(self.largest_square_speed.sqrt())
+        } else {
+            Err(Box::new(diagnosis(model, state, at, self.first_bad)))
+        }
+    }
+}
+
+/// Largest speed \[m/s\] of a state that is finite and within the limits of weak compressibility.
+///
+/// # Errors
+/// The first particle that is not.
+pub fn check_state(model: &FluidModel, state: &FluidState, at: StepStage) -> Result<f64, Box<Divergence>> {
+    model.arithmetic.run(Check { limits: Limits::of(model), state }).verdict(model, state, at)
+}
+
+/// A look at every particle, wherever it was before.
+struct Check<'a> {
+    limits: Limits,
+    state: &'a FluidState,
+}
+
+impl Kernel for Check<'_> {
+    type Output = Findings;
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> Findings {
+        let Self { limits, state: FluidState { position, velocity, density, .. } } = self;
+        let mut found = LaneFindings::<L>::none();
+        for first in (0..density.len()).step_by(WIDTH) {
+            let values = (vectors(position, first), vectors(velocity, first), numbers(density, first));
+            found.add(&limits, first, values, None);
+        }
+        found.total()
+    }
+}
+
+/// What is wrong with particle `i`.
+fn diagnosis(model: &FluidModel, state: &FluidState, at: StepStage, i: usize) -> Divergence {
+    let (x, v, density) = (state.position[i], state.velocity[i], state.density[i]);
+    let (rest, c0) = (model.constants.rest_density, model.constants.sound_speed);
+    let step = "a smaller time step or a smaller step factor usually cures this";
+    let (quantity, value, allowed, hint) = if !(x.x.is_finite() && x.y.is_finite()) {
+        let value = if x.x.is_finite() { x.y } else { x.x };
+        ("position [m]", value, "a finite number".to_string(), step.to_string())
+    } else if !(v.x.is_finite() && v.y.is_finite()) {
+        ("speed [m/s]", v.norm(), "a finite number".to_string(), step.to_string())
+    } else if !density.is_finite() {
+        ("density [kg/m³]", density, "a finite number".to_string(), step.to_string())
+    } else if v.norm() >= c0 {
+        let allowed = format!("below the sound speed {c0} m/s");
+        (
+            "speed [m/s]",
+            v.norm(),
+            allowed,
+            format!("{step}; else raise the sound speed, at least 10 times the largest speed"),
+        )
+    } else {
+        let (low, high) = (model.equation_of_state.lowest_density(), (1.0 + LARGEST_COMPRESSION) * rest);
+        let allowed = format!("{low} to {high} kg/m³");
+        (
+            "density [kg/m³]",
+            density,
+            allowed,
+            format!(
+                "{step}; else raise the sound speed or the artificial viscosity, or set `tension_limit_pa` where \
+                 water is torn"
+            ),
+        )
+    };
+    Divergence {
+        at,
+        particle: Some(state.id[i]),
+        position: Some([x.x, x.y]),
+        quantity: quantity.into(),
+        value,
+        allowed,
+        hint,
+    }
+}

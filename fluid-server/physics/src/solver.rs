@@ -9,8 +9,8 @@ use sph::solver::{Counts, Divergence, NoLoads, ParticleFields, Role, Solver};
 use sph::stage::{StageTime, StepStage};
 use sph::vector::{DIMENSIONS, Vector};
 
-use crate::boundary::leaving::{EndedStep, remove_departed};
-use crate::report::boundary_evaluation::Boundary;
+use crate::boundary::departures::{EndedStep, remove_departed};
+use crate::report::boundary_evaluation::BoundaryEvaluation;
 use crate::report::wall_forces::wall_forces;
 use crate::report::{fields, probes};
 use crate::system::build::build;
@@ -27,8 +27,8 @@ pub struct FluidSolver {
     pub(crate) model: FluidModel,
     pub(crate) state: FluidState,
     pub(crate) workspace: Workspace,
-    /// What outputs have evaluated at the present boundary.
-    boundary: Boundary,
+    /// Evaluation for outputs at the present boundary.
+    boundary: BoundaryEvaluation,
     /// The extent of a fluid without partner.
     no_extent: Extent,
 }
@@ -49,12 +49,18 @@ impl FluidSolver {
     pub fn with_arithmetic(setup: FluidSetup, arithmetic: Arithmetic) -> Result<Self, Vec<String>> {
         let (model, state) = build(setup, arithmetic)?;
         let mut workspace = Workspace::new(&model);
-        if let Some(cross) = &mut workspace.cross {
-            cross.update_extent(&state);
+        if let Some(interface) = &mut workspace.interface {
+            interface.update_extent(&state);
         }
         workspace.largest_speed = checks::check_state(&model, &state, StepStage::FIRST)
             .map_err(|divergence| vec![format!("the first state can not be run: {divergence}")])?;
-        Ok(Self { model, state, workspace, boundary: Boundary::default(), no_extent: Extent::default() })
+        Ok(Self {
+            model,
+            state,
+            workspace,
+            boundary: BoundaryEvaluation::default(),
+            no_extent: Extent::default(),
+        })
     }
 
     /// Memory that grows with the particles, in use by state and workspace \[bytes\].
@@ -69,7 +75,7 @@ impl Solver for FluidSolver {
     }
 
     fn begin_stage(&mut self, time: &StageTime) -> Result<(), Divergence> {
-        self.boundary.leave();
+        self.boundary.invalidate();
         self.workspace.begin_stage(&self.model, &mut self.state, time).map_err(|divergence| *divergence)
     }
 
@@ -89,13 +95,13 @@ impl Solver for FluidSolver {
     }
 
     fn extent(&self) -> &Extent {
-        self.workspace.cross.as_ref().map_or(&self.no_extent, |cross| cross.extent())
+        self.workspace.interface.as_ref().map_or(&self.no_extent, |interface| interface.extent())
     }
 
     fn interface(&mut self, partner: &Extent, reach: f64, states: &mut InterfaceStates) -> u64 {
-        let Workspace { cross, fluid, .. } = &mut self.workspace;
-        match cross {
-            Some(cross) => cross.select(&self.state, fluid, partner, reach, states),
+        let Workspace { interface, fluid, .. } = &mut self.workspace;
+        match interface {
+            Some(interface) => interface.select(&self.state, fluid, partner, reach, states),
             None => {
                 states.clear();
                 0
@@ -104,7 +110,10 @@ impl Solver for FluidSolver {
     }
 
     fn covered_by(&self, extent: &Extent, reach: f64) -> Result<(), f64> {
-        self.workspace.cross.as_ref().map_or(Ok(()), |cross| cross.covered_by(&self.state, extent, reach))
+        self.workspace
+            .interface
+            .as_ref()
+            .map_or(Ok(()), |interface| interface.covered_by(&self.state, extent, reach))
     }
 
     fn evaluate_own(&mut self, time: &StageTime) {
@@ -122,19 +131,19 @@ impl Solver for FluidSolver {
         samples: &InterfaceStates,
         forces: &mut Vec<Vector>,
     ) -> Result<(), NoLoads> {
-        let cross = self.workspace.cross.as_mut().ok_or(NoLoads)?;
-        cross.reactions(time.state_time(), own, samples, forces);
+        let interface = self.workspace.interface.as_mut().ok_or(NoLoads)?;
+        interface.reactions(time.state_time(), own, samples, forces);
         Ok(())
     }
 
     fn advance(&mut self, time: &StageTime) -> Result<StageBooks, Divergence> {
-        self.boundary.leave();
-        // What it finds in the new state is judged at the end of the step, or when the next stage begins.
+        self.boundary.invalidate();
+        // The findings in the new state are judged at the end of the step, or when the next stage begins.
         Ok(advance::advance(&self.model, &mut self.state, &mut self.workspace, time))
     }
 
     fn end_step(&mut self, time: &StageTime) -> Result<(), Divergence> {
-        self.boundary.leave();
+        self.boundary.invalidate();
         let Self { model, state, workspace, .. } = self;
         let findings = workspace.findings();
         findings.verdict(model, state, time.at).map_err(|divergence| *divergence)?;
@@ -156,20 +165,21 @@ impl Solver for FluidSolver {
     }
 
     fn probes(&self, time: f64, values: &mut Vec<f64>) {
-        let wall_forces = || match &self.boundary.evaluated(&self.model, &self.state, time).found {
+        let wall_forces = || match &self.boundary.evaluated(&self.model, &self.state, time).evaluated {
             Some((state, workspace)) => wall_forces(&self.model, state, workspace, time),
             None => vec![Vector::repeat(f64::NAN); self.model.walls.names.len()],
         };
-        let immersed = self.workspace.cross.as_ref().map_or(0, |cross| cross.immersed());
+        let immersed = self.workspace.interface.as_ref().map_or(0, |interface| interface.immersed());
         probes::values(&self.model, &self.state, wall_forces, immersed, values);
     }
 
     fn snapshot(&self, step: u64, time: f64) -> ParticleFields {
         let evaluated = self.boundary.evaluated(&self.model, &self.state, time);
-        let walls = evaluated.found.as_ref().map_or(&self.workspace.walls, |(_, workspace)| &workspace.walls);
+        let walls =
+            evaluated.evaluated.as_ref().map_or(&self.workspace.walls, |(_, workspace)| &workspace.walls);
         let mut field = walls.field.clone();
         field.place(&self.model.walls, &self.model.domain, time);
-        fields::particle_fields(&self.model, &self.state, &field, &walls.records, step, time)
+        fields::particle_fields(&self.model, &self.state, &field, &walls.particles, step, time)
     }
 
     fn counts(&self) -> Counts {
@@ -177,29 +187,29 @@ impl Solver for FluidSolver {
             particles: self.state.len() as u64,
             wall_particles: self.model.walls.len() as u64,
             list_builds: self.state.list_builds,
-            lost: self.state.lost,
+            lost: self.state.escaped,
             outflow: self.state.outflow,
-            largest_interface: self.workspace.cross.as_ref().map_or(0, |cross| cross.largest()),
+            largest_interface: self.workspace.interface.as_ref().map_or(0, |interface| interface.largest()),
             ..Counts::default()
         }
     }
 
     fn save(&self, saved: &mut SavedState) {
         self.state.save(saved);
-        let cross = self.workspace.cross.as_ref();
-        saved.put_u64(saved::INTERFACE, cross.map_or([0; 2], |cross| cross.history()));
+        let interface = self.workspace.interface.as_ref();
+        saved.put_u64(saved::INTERFACE, interface.map_or([0; 2], |interface| interface.history()));
     }
 
     fn restore(&mut self, saved: &SavedState) -> Result<(), RestoreError> {
         let state = FluidState::restored(&self.model, saved)?;
         let history = saved.u64s(saved::INTERFACE)?;
         let mut workspace = Workspace::new(&self.model);
-        if let Some(cross) = &mut workspace.cross {
-            cross.restore(&state, history);
+        if let Some(interface) = &mut workspace.interface {
+            interface.restore(&state, history);
         }
         workspace.largest_speed = checks::check_state(&self.model, &state, StepStage::FIRST)
             .map_err(|divergence| RestoreError::new("state", divergence.to_string()))?;
-        self.boundary.leave();
+        self.boundary.invalidate();
         (self.state, self.workspace) = (state, workspace);
         Ok(())
     }

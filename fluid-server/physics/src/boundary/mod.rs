@@ -1,5 +1,5 @@
 //! Walls, their forces, and particles that leave.
 
-pub mod leaving;
+pub mod departures;
 pub mod repulsion;
 pub mod wall_states;

@@ -1,4 +1,4 @@
-//! The state that wall particles show to the fluid, Eq. (27)-(28).
+//! The state of wall particles as the fluid sees it, Eq. (27)-(28).
 
 use rayon::prelude::*;
 use sph::geometry::Geometry;
@@ -6,19 +6,19 @@ use sph::vector::Vector;
 
 use crate::neighbours::rows::Rows;
 use crate::system::model::FluidModel;
-use crate::system::packed_particle::Record;
+use crate::system::packed_particle::PackedParticle;
 use crate::system::walls::WallField;
 
 /// Wall particles per task.
 const TASK: usize = 64;
 
-/// The walls as the fluid meets them in one stage.
+/// The walls as the fluid sees them in one stage.
 #[derive(Clone, Debug, Default)]
 pub struct WallStates {
     /// Kinematics.
     pub field: WallField,
-    /// State of each wall particle, volume zero where it does not act, and one more that never acts.
-    pub records: Vec<Record>,
+    /// State of each wall particle, zero volume where it does not act, and one more that never acts.
+    pub particles: Vec<PackedParticle>,
 }
 
 impl WallStates {
@@ -31,26 +31,26 @@ impl WallStates {
     /// ```
     /// v_f is the Shepard mean of the fluid's velocity, a_w the known acceleration of a moving wall. A particle
     /// without fluid in its support, or of a released wall, does not act. The density follows the pressure down to
-    /// the density at which a run stops.
+    /// the floor of [`sph::equation_of_state::Tait::wall_density`].
     pub fn extrapolate<G: Geometry>(
         &mut self,
         geometry: G,
         model: &FluidModel,
         fluid_of_walls: &Rows,
-        fluid: &[Record],
+        fluid: &[PackedParticle],
         time: f64,
     ) {
-        let Self { field, records } = self;
-        // The last one does not act: it fills batches of neighbours.
-        records.resize(model.walls.len() + 1, Record::default());
+        let Self { field, particles } = self;
+        // The last one does not act: it pads batches of neighbours.
+        particles.resize(model.walls.len() + 1, PackedParticle::default());
         let rest_density = model.constants.rest_density;
-        let silent = |x: &Vector| Record::new(x, &Vector::zeros(), rest_density, 0.0, 0.0);
-        records[model.walls.len()] = silent(&model.domain.lower);
+        let inactive = |x: &Vector| PackedParticle::new(x, &Vector::zeros(), rest_density, 0.0, 0.0);
+        particles[model.walls.len()] = inactive(&model.domain.lower);
         let body_force = model.body_force.at(time);
-        let acting = &mut records[..model.walls.len()];
-        acting.par_iter_mut().with_min_len(TASK).enumerate().for_each(|(w, record)| {
+        let all = &mut particles[..model.walls.len()];
+        all.par_iter_mut().with_min_len(TASK).enumerate().for_each(|(w, particle)| {
             let x = &field.position[w];
-            *record = silent(x);
+            *particle = inactive(x);
             if !model.walls.acts(model.walls.wall[w], time) {
                 return;
             }
@@ -58,7 +58,7 @@ impl WallStates {
             let (mut weight, mut pressure, mut velocity) = (0.0, 0.0, Vector::zeros());
             for j in fluid_of_walls.neighbours(w) {
                 let j = &fluid[j];
-                let d = geometry.separation(&record.position(), &j.position());
+                let d = geometry.separation(&particle.position(), &j.position());
                 let kernel = model.kernel.value(d.norm());
                 weight += kernel;
                 pressure += kernel * (j.pressure() + j.density() * drive.dot(&d));
@@ -68,7 +68,7 @@ impl WallStates {
                 let velocity = mirrored(&(velocity / weight), &field.velocity[w], &field.mirror_normal[w]);
                 let pressure = pressure / weight;
                 let density = model.equation_of_state.wall_density(pressure);
-                *record = Record::new(x, &velocity, density, pressure, model.walls.mass / density);
+                *particle = PackedParticle::new(x, &velocity, density, pressure, model.walls.mass / density);
             }
         });
     }

@@ -23,7 +23,7 @@ const LARGEST_SHARE: f64 = 0.8;
 /// The rest is that of the plain sum, 1/M I.
 #[inline(always)]
 pub fn in_momentum(model: &FluidModel, correction: &Symmetric) -> Symmetric {
-    if !model.passes.momentum_correction {
+    if !model.corrects_momentum() {
         return IDENTITY;
     }
     let [xx, xy, yy] = *correction;

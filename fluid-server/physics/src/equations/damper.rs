@@ -15,7 +15,7 @@ use crate::system::model::FluidModel;
 ///
 /// ∇·v is read through `inverse` = L_i: on disordered particles the plain sum does not vanish for a solenoidal field.
 pub fn damper(model: &FluidModel, sums: &NeighbourSums, inverse: Option<Symmetric>, density: f64) -> f64 {
-    if !model.passes.damper {
+    if !model.has_damper() {
         return 0.0;
     }
     let [v_xx, v_xy, v_yx, v_yy] = sums.velocity_gradient();

@@ -1,4 +1,4 @@
-//! Sums over the neighbours of a particle that the rates need first, Eq. (4), (20)-(21), with those of the order control.
+//! Sums over the neighbours of a particle for Eq. (4), (20)-(21) and the particle regularisation.
 
 use sph::kernel::KernelLanes;
 use sph::lanes::Lanes;
@@ -6,7 +6,7 @@ use sph::vector::Vector;
 
 use super::anti_pairing::Ratio;
 use super::tensors::{Matrix, Symmetric};
-use crate::neighbours::batch::Batch;
+use crate::neighbours::batch::NeighbourBatch;
 
 /// Raw sums over the neighbours of one particle.
 #[derive(Clone, Copy, Debug, Default)]
@@ -25,32 +25,43 @@ pub struct NeighbourSums {
     pub concentration: [f64; 2],
     /// Σ V_j R (W/W(Δx))⁴ ∇W \[1/m\].
     pub pairing: [f64; 2],
-    /// Largest |v_ij|² of the fluid near by, fading out between h and 2h \[m²/s²\].
+    /// Largest |v_ij|² of fluid neighbours, fading out between h and 2h \[m²/s²\].
     pub square_speed: f64,
 }
 
 /// Which sums a pass makes.
-pub trait Wanted: Copy + Send + Sync {
+pub trait SumSelection: Copy + Send + Sync {
     /// Moments and density gradient.
     const MOMENTS: bool;
     /// Velocity gradient.
     const VELOCITY: bool;
-    /// Sums of the order control.
-    const ORDER: bool;
+    /// Sums of the particle regularisation.
+    const REGULARISATION: bool;
 }
 
-/// [`Wanted`] by three flags.
+/// [`SumSelection`] by flags.
 #[derive(Clone, Copy, Debug)]
-pub struct Sums<const MOMENTS: bool, const VELOCITY: bool, const ORDER: bool>;
+pub struct Selected<const MOMENTS: bool, const VELOCITY: bool, const REGULARISATION: bool>;
 
-impl<const MOMENTS: bool, const VELOCITY: bool, const ORDER: bool> Wanted for Sums<MOMENTS, VELOCITY, ORDER> {
+impl<const MOMENTS: bool, const VELOCITY: bool, const REGULARISATION: bool> SumSelection
+    for Selected<MOMENTS, VELOCITY, REGULARISATION>
+{
     const MOMENTS: bool = MOMENTS;
     const VELOCITY: bool = VELOCITY;
-    const ORDER: bool = ORDER;
+    const REGULARISATION: bool = REGULARISATION;
 }
 
-/// What the pass takes of the kernel.
-pub struct Kernels<L> {
+/// What the neighbours of a batch are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum NeighbourKind {
+    /// Fluid particles.
+    Fluid,
+    /// Wall particles.
+    Wall,
+}
+
+/// The kernel and its ratio in lanes.
+pub struct SumKernel<L> {
     /// The gradient.
     pub kernel: KernelLanes<L>,
     /// W/W(Δx).
@@ -59,7 +70,7 @@ pub struct Kernels<L> {
 
 /// [`NeighbourSums`] being gathered, batch by batch.
 #[derive(Clone, Copy, Debug)]
-pub struct Batches<L> {
+pub struct LaneSums<L> {
     moment: [L; 3],
     density: [L; 2],
     velocity: [L; 4],
@@ -68,7 +79,7 @@ pub struct Batches<L> {
     square_speed: L,
 }
 
-impl<L: Lanes> Batches<L> {
+impl<L: Lanes> LaneSums<L> {
     /// Sums over nothing.
     #[inline(always)]
     pub fn zero() -> Self {
@@ -83,10 +94,16 @@ impl<L: Lanes> Batches<L> {
         }
     }
 
-    /// Adds the neighbours of `batch` of a particle of density `rho`; `fluid` tells whether they are fluid.
+    /// Adds the neighbours of `batch`, all of one `kind`, to a particle of density `rho`.
     #[inline(always)]
-    pub fn add<W: Wanted>(&mut self, law: &Kernels<L>, rho: L, batch: &Batch<L>, fluid: bool) {
-        let Batch { x, y, square, v_x, v_y, density, volume, .. } = *batch;
+    pub fn add<W: SumSelection>(
+        &mut self,
+        law: &SumKernel<L>,
+        rho: L,
+        batch: &NeighbourBatch<L>,
+        kind: NeighbourKind,
+    ) {
+        let NeighbourBatch { x, y, square, v_x, v_y, density, volume, .. } = *batch;
         let (s, slope) = law.kernel.slope(square);
         let weight = volume * slope / s;
         let (weight_x, weight_y) = (weight * x, weight * y);
@@ -108,13 +125,13 @@ impl<L: Lanes> Batches<L> {
             *yx = yx.minus_product(v_y, weight_x);
             *yy = yy.minus_product(v_y, weight_y);
         }
-        if W::ORDER {
+        if W::REGULARISATION {
             let (factor, nearness) = law.ratio.pairing(s);
             self.concentration = [self.concentration[0] + weight_x, self.concentration[1] + weight_y];
             let [p_x, p_y] = &mut self.pairing;
             *p_x = p_x.plus_product(factor, weight_x);
             *p_y = p_y.plus_product(factor, weight_y);
-            if fluid {
+            if kind == NeighbourKind::Fluid {
                 let square_speed = (v_x * v_x).plus_product(v_y, v_y);
                 self.square_speed = self.square_speed.max(nearness * nearness * square_speed);
             }
@@ -123,7 +140,7 @@ impl<L: Lanes> Batches<L> {
 
     /// The sums over all batches.
     #[inline(always)]
-    pub fn total<W: Wanted>(&self) -> NeighbourSums {
+    pub fn total<W: SumSelection>(&self) -> NeighbourSums {
         let mut sums = NeighbourSums::default();
         if W::MOMENTS {
             let [a, b, c] = self.moment;
@@ -137,7 +154,7 @@ impl<L: Lanes> Batches<L> {
         if W::VELOCITY {
             sums.velocity = L::sums(self.velocity);
         }
-        if W::ORDER {
+        if W::REGULARISATION {
             let [x, y] = self.concentration;
             let [x, y, _, _] = L::sums([x, y, L::zero(), L::zero()]);
             sums.concentration = [x, y];

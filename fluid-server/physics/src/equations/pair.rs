@@ -4,9 +4,9 @@ use sph::kernel::KernelLanes;
 use sph::lanes::Lanes;
 use sph::vector::Vector;
 
-use super::terms::Terms;
+use super::terms::PairTerms;
 use super::viscosity::drag;
-use crate::neighbours::batch::Batch;
+use crate::neighbours::batch::NeighbourBatch;
 use crate::system::model::PairLaw;
 
 /// [`PairLaw`] in lanes.
@@ -33,9 +33,9 @@ impl<L: Lanes> LawLanes<L> {
     }
 }
 
-/// What particle i brings into its pairs, the same in each lane.
+/// Particle i of all pairs, the same in each lane.
 #[derive(Clone, Copy, Debug)]
-pub struct Own<L> {
+pub struct CentreParticle<L> {
     /// x, y \[m\], v_x, v_y \[m/s\].
     pub motion: [L; 4],
     /// ρ \[kg/m³\].
@@ -52,33 +52,33 @@ pub struct Own<L> {
     pub correction: [L; 3],
 }
 
-/// What the viscous pair force needs of a batch; zero where there is none.
+/// Input of the viscous pair force for a batch; zero where there is none.
 #[derive(Clone, Copy, Debug)]
-pub struct Friction<L> {
+pub struct PairViscosity<L> {
     /// μ_i + μ_j \[Pa s\].
     pub viscosity: L,
     /// The part of v_ij that viscosity resists \[m/s\].
-    pub slip: [L; 2],
+    pub relative_velocity: [L; 2],
 }
 
-/// What the pass before the rates has found of a batch.
+/// Results of the gradient pass for a batch of neighbours.
 #[derive(Clone, Copy, Debug)]
-pub struct Found<L> {
+pub struct NeighbourData<L> {
     /// ∇ρ \[kg/m⁴\].
     pub density_gradient: [L; 2],
     /// T_j \[Pa\].
     pub tensor: [L; 4],
     /// Viscosity.
-    pub friction: Friction<L>,
+    pub viscosity: PairViscosity<L>,
 }
 
-impl<L: Lanes> Found<L> {
+impl<L: Lanes> NeighbourData<L> {
     /// Nothing.
     #[inline(always)]
     pub fn nothing() -> Self {
         let zero = L::zero();
-        let friction = Friction { viscosity: zero, slip: [zero; 2] };
-        Self { density_gradient: [zero; 2], tensor: [zero; 4], friction }
+        let viscosity = PairViscosity { viscosity: zero, relative_velocity: [zero; 2] };
+        Self { density_gradient: [zero; 2], tensor: [zero; 4], viscosity }
     }
 }
 
@@ -111,8 +111,14 @@ impl<L: Lanes> PairSums<L> {
 
     /// Adds the neighbours of `batch`.
     #[inline(always)]
-    pub fn add<T: Terms>(&mut self, law: &LawLanes<L>, own: &Own<L>, batch: &Batch<L>, found: &Found<L>) {
-        let Batch { x, y, square, v_x, v_y, density, pressure, volume } = *batch;
+    pub fn add<T: PairTerms>(
+        &mut self,
+        law: &LawLanes<L>,
+        own: &CentreParticle<L>,
+        batch: &NeighbourBatch<L>,
+        data: &NeighbourData<L>,
+    ) {
+        let NeighbourBatch { x, y, square, v_x, v_y, density, pressure, volume } = *batch;
         let rho = own.density;
         let approach = (v_x * x).plus_product(v_y, y);
 
@@ -133,7 +139,7 @@ impl<L: Lanes> PairSums<L> {
 
         let [s_x, s_y] = &mut self.stress_divergence;
         if T::TENSOR {
-            let t = |k: usize| own.tensor[k] + found.tensor[k];
+            let t = |k: usize| own.tensor[k] + data.tensor[k];
             *s_x = s_x.plus_product(weight, (t(0) * x).plus_product(t(1), y).minus_product(viscosity, x));
             *s_y = s_y.plus_product(weight, (t(2) * x).plus_product(t(3), y).minus_product(viscosity, y));
         } else {
@@ -142,7 +148,7 @@ impl<L: Lanes> PairSums<L> {
             *s_y = s_y.plus_product(factor, y);
         }
         if T::VISCOUS {
-            let [x, y] = drag(found.friction.viscosity, weight, found.friction.slip);
+            let [x, y] = drag(data.viscosity.viscosity, weight, data.viscosity.relative_velocity);
             *s_x = *s_x + x;
             *s_y = *s_y + y;
         }
@@ -158,9 +164,9 @@ impl<L: Lanes> PairSums<L> {
         }
 
         let mut psi = own.twice_density.minus_product(L::splat(2.0), density) * (square * regular);
-        if T::FOUND {
+        if T::NEIGHBOUR_FIELDS {
             let [g_x, g_y] = own.density_gradient;
-            let [g_xj, g_yj] = found.density_gradient;
+            let [g_xj, g_yj] = data.density_gradient;
             psi = psi.minus_product(g_x + g_xj, x).minus_product(g_y + g_yj, y);
         }
         self.diffusion = self.diffusion.plus_product(weight, psi);

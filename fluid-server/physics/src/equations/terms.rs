@@ -1,10 +1,10 @@
 //! Which terms a pair sum has, chosen when it is compiled.
 
-/// What a pair sum computes besides its plain terms.
-pub trait Terms: Copy + Send + Sync {
-    /// Results of the pass before the rates that neighbours read: ψ of Eq. (19) has its bracket. Without, ψ is that
+/// Terms of a pair sum besides its plain ones, known when it is compiled.
+pub trait PairTerms: Copy + Send + Sync {
+    /// Results of the gradient pass that neighbours read: ψ of Eq. (19) has its bracket. Without them, ψ is that
     /// of Molteni & Colagrossi (2009).
-    const FOUND: bool;
+    const NEIGHBOUR_FIELDS: bool;
     /// Each particle carries T = −σ·L instead of a pressure.
     const TENSOR: bool;
     /// Eq. (17).
@@ -15,10 +15,10 @@ pub trait Terms: Copy + Send + Sync {
     const VISCOUS: bool;
 }
 
-/// [`Terms`] by flags.
+/// [`PairTerms`] by flags.
 #[derive(Clone, Copy, Debug)]
-struct With<
-    const FOUND: bool,
+struct CompiledTerms<
+    const NEIGHBOUR_FIELDS: bool,
     const TENSOR: bool,
     const CONTINUITY: bool,
     const CORRECTION: bool,
@@ -26,14 +26,14 @@ struct With<
 >;
 
 impl<
-    const FOUND: bool,
+    const NEIGHBOUR_FIELDS: bool,
     const TENSOR: bool,
     const CONTINUITY: bool,
     const CORRECTION: bool,
     const VISCOUS: bool,
-> Terms for With<FOUND, TENSOR, CONTINUITY, CORRECTION, VISCOUS>
+> PairTerms for CompiledTerms<NEIGHBOUR_FIELDS, TENSOR, CONTINUITY, CORRECTION, VISCOUS>
 {
-    const FOUND: bool = FOUND;
+    const NEIGHBOUR_FIELDS: bool = NEIGHBOUR_FIELDS;
     const TENSOR: bool = TENSOR;
     const CONTINUITY: bool = CONTINUITY;
     const CORRECTION: bool = CORRECTION;
@@ -77,7 +77,7 @@ pub trait TermsPass {
     type Output;
 
     /// Makes the pass.
-    fn call<T: Terms>(self) -> Self::Output;
+    fn call<T: PairTerms>(self) -> Self::Output;
 }
 
 impl ForceTerms {
@@ -86,15 +86,23 @@ impl ForceTerms {
         self.with::<P, false, false, false>(pass)
     }
 
-    fn with<P: TermsPass, const FOUND: bool, const CONTINUITY: bool, const CORRECTION: bool>(
+    fn with<P: TermsPass, const NEIGHBOUR_FIELDS: bool, const CONTINUITY: bool, const CORRECTION: bool>(
         self,
         pass: P,
     ) -> P::Output {
         match (self.tensor, self.viscous) {
-            (false, false) => pass.call::<With<FOUND, false, CONTINUITY, CORRECTION, false>>(),
-            (false, true) => pass.call::<With<FOUND, false, CONTINUITY, CORRECTION, true>>(),
-            (true, false) => pass.call::<With<FOUND, true, CONTINUITY, CORRECTION, false>>(),
-            (true, true) => pass.call::<With<FOUND, true, CONTINUITY, CORRECTION, true>>(),
+            (false, false) => {
+                pass.call::<CompiledTerms<NEIGHBOUR_FIELDS, false, CONTINUITY, CORRECTION, false>>()
+            }
+            (false, true) => {
+                pass.call::<CompiledTerms<NEIGHBOUR_FIELDS, false, CONTINUITY, CORRECTION, true>>()
+            }
+            (true, false) => {
+                pass.call::<CompiledTerms<NEIGHBOUR_FIELDS, true, CONTINUITY, CORRECTION, false>>()
+            }
+            (true, true) => {
+                pass.call::<CompiledTerms<NEIGHBOUR_FIELDS, true, CONTINUITY, CORRECTION, true>>()
+            }
         }
     }
 }

@@ -15,8 +15,8 @@ pub fn corrected(viscosity: f64, mean_moment: f64) -> f64 {
 
 /// Part of Σ V_j [...]·∇W \[Pa/m\] by the viscosity of neighbours: −(μ_i + μ_j) V_j (dW/dr)/r v_ij.
 ///
-/// `weight` = V_j (dW/dr)/r \[1/m²\], `slip` the part of v_ij that viscosity resists.
+/// `weight` = V_j (dW/dr)/r \[1/m²\], `relative_velocity` the part of v_ij that viscosity resists.
 #[inline(always)]
-pub fn drag<L: Lanes>(viscosity: L, weight: L, slip: [L; 2]) -> [L; 2] {
-    slip.map(|v| L::zero() - viscosity * weight * v)
+pub fn drag<L: Lanes>(viscosity: L, weight: L, relative_velocity: [L; 2]) -> [L; 2] {
+    relative_velocity.map(|v| L::zero() - viscosity * weight * v)
 }

@@ -1,60 +1,53 @@
-//! The fluid's side of the interface: who is sent, and what the solid's particles add.
+//! The fluid's side of the interface with a solid partner.
 
 use rayon::prelude::*;
 use sph::body_force::BodyForceField;
 use sph::domain::Domain;
 use sph::exchange::{Extent, InterfaceStates};
-use sph::extent::{ExtentTracker, ReachMap};
 use sph::geometry::Geometry;
 use sph::interface::Interface;
 use sph::ledger::InterfaceSums;
 use sph::setup::{Coupling, FluidProbeKind, InterfaceLaw};
 use sph::vector::Vector;
 
+use super::selection::InterfaceSelection;
 use crate::equations::anti_pairing::pairing_of;
 use crate::equations::neighbour_sums::NeighbourSums;
 use crate::neighbours::scene::Scene;
+use crate::rates::gradient_pass::PartnerDensity;
 use crate::rates::gradients::Gradients;
-use crate::rates::particle_rates::{Part, Rates};
-use crate::system::list_limits::farthest;
+use crate::rates::particle_rates::{Rates, StagePart};
 use crate::system::model::FluidModel;
-use crate::system::packed_particle::Record;
+use crate::system::packed_particle::PackedParticle;
 use crate::system::state::FluidState;
 
-/// Edge of the boxes that describe the fluid's extent, in support radii.
-const EXTENT_CELL: f64 = 4.0;
+/// Share of solids Σ V_s W around a fluid particle above which it counts as immersed: that at a solid's face \[-\].
+const IMMERSED_SHARE: f64 = 0.5;
 
 /// Interface particles per task.
 const TASK: usize = 32;
 
-/// What a fluid with a partner keeps besides its own fields.
+/// Interface data of a fluid with a solid partner.
 #[derive(Debug)]
-pub struct Cross {
+pub struct FluidInterface {
     coupling: Coupling,
     domain: Domain,
     interface: Interface,
-    tracker: ExtentTracker,
-    reach: ReachMap,
-    /// What may come within reach until the lists are built anew.
-    vicinity: ReachMap,
-    /// The fluid particles there, ids ascending, and whether they are found yet.
-    candidates: (Vec<u32>, bool),
-    /// Whether each fluid particle is there.
-    inside: Vec<bool>,
-    /// Index of the fluid particle behind each interface state.
-    members: Vec<u32>,
-    known_ids: Vec<u32>,
-    set_version: u64,
+    selection: InterfaceSelection,
+    /// Largest number of interface particles sent in a stage.
     largest: u64,
     sums: InterfaceSums,
-    /// Interface states that meet particles of the partner, and the fluid particles behind them.
-    meeting: [Vec<u32>; 2],
-    moments: Vec<NeighbourSums>,
+    /// Interface states in contact with particles of the partner.
+    states_in_contact: Vec<u32>,
+    /// The fluid particles behind them.
+    particles_in_contact: Vec<u32>,
+    /// Sums of these over the partner's particles.
+    neighbour_sums: Vec<NeighbourSums>,
     density_rates: Vec<f64>,
     immersed: u32,
 }
 
-impl Cross {
+impl FluidInterface {
     /// A side of `coupling` without particles.
     pub fn new(coupling: &Coupling, domain: &Domain, body_force: &BodyForceField) -> Self {
         let support = 2.0 * coupling.fluid.smoothing_length;
@@ -62,54 +55,40 @@ impl Cross {
             coupling: *coupling,
             domain: *domain,
             interface: Interface::new(coupling, domain, body_force.clone()),
-            tracker: ExtentTracker::new(domain, EXTENT_CELL * support),
-            reach: ReachMap::new(domain, support),
-            vicinity: ReachMap::new(domain, support),
-            candidates: (Vec::new(), false),
-            inside: Vec::new(),
-            members: Vec::new(),
-            known_ids: Vec::new(),
-            set_version: 0,
+            selection: InterfaceSelection::new(domain, support, coupling.fluid.particle_spacing),
             largest: 0,
             sums: InterfaceSums::default(),
-            meeting: Default::default(),
-            moments: Vec::new(),
+            states_in_contact: Vec::new(),
+            particles_in_contact: Vec::new(),
+            neighbour_sums: Vec::new(),
             density_rates: Vec::new(),
             immersed: 0,
         }
     }
 
-    /// Describes where the fluid is until the lists are built anew.
+    /// Describes where the fluid can be until the next list build.
     pub fn update_extent(&mut self, state: &FluidState) {
-        // Lists are built anew before a particle has moved farther.
-        self.tracker.update(&state.position, self.farthest());
-        self.candidates.1 = false;
+        self.selection.update_extent(&state.position);
     }
 
-    /// Largest displacement \[m\] of a particle between list builds.
-    fn farthest(&self) -> f64 {
-        farthest(self.coupling.fluid.particle_spacing)
-    }
-
-    /// What reports need of the evaluations so far: see [`Cross::restore`].
+    /// Figures of reports that a checkpoint keeps; see [`FluidInterface::restore`].
     pub fn history(&self) -> [u64; 2] {
         [self.largest, u64::from(self.immersed)]
     }
 
-    /// Goes on from a restored `state`; `history` is what [`Cross::history`] gave.
+    /// Continues from a restored `state` and the `history` by [`FluidInterface::history`].
     ///
-    /// The extent is that of the last list build, whence particles may have moved by the slack.
+    /// The extent is that of the last list build.
     pub fn restore(&mut self, state: &FluidState, history: [u64; 2]) {
         let position = state.list_origin.as_ref().map_or(&state.position, |origin| &origin.position);
-        self.tracker.update(position, self.farthest());
-        self.candidates.1 = false;
+        self.selection.update_extent(position);
         self.largest = history[0];
         self.immersed = u32::try_from(history[1]).unwrap_or(u32::MAX);
     }
 
     /// Where the fluid is.
     pub fn extent(&self) -> &Extent {
-        self.tracker.extent()
+        self.selection.extent()
     }
 
     /// Largest number of interface particles sent in a stage.
@@ -122,7 +101,7 @@ impl Cross {
         self.immersed
     }
 
-    /// Counts the fluid particles with more solid than not around them: Σ V_s W > ½, which is where the face is.
+    /// Counts the fluid particles inside solids, where a probe asks for it.
     fn count_immersed(&mut self, model: &FluidModel, own: &InterfaceStates, partner: &InterfaceStates) {
         if !model.probes.iter().any(|probe| probe.kind == FluidProbeKind::Immersed) {
             return;
@@ -134,7 +113,7 @@ impl Cross {
             };
             self.interface.solids_near(f).map(weight).sum()
         };
-        self.immersed = (0..own.len()).map(|f| u32::from(share(f) > 0.5)).sum();
+        self.immersed = (0..own.len()).map(|f| u32::from(share(f) > IMMERSED_SHARE)).sum();
     }
 
     /// Interface sums of the last evaluation.
@@ -148,57 +127,21 @@ impl Cross {
     /// The shortfall \[m\].
     pub fn covered_by(&self, state: &FluidState, extent: &Extent, reach: f64) -> Result<(), f64> {
         let support = 2.0 * self.coupling.fluid.smoothing_length;
-        self.tracker.shortfall(extent, &state.position, support, reach)
+        self.selection.covered_by(state, support, extent, reach)
     }
 
     /// Fills `states` with the particles within `reach` \[m\] of `partner`, ids ascending; returns the set's version.
     pub fn select(
         &mut self,
         state: &FluidState,
-        fluid: &[Record],
+        fluid: &[PackedParticle],
         partner: &Extent,
         reach: f64,
         states: &mut InterfaceStates,
     ) -> u64 {
-        self.reach.update(partner, reach);
-        // Candidates may be found later than the lists: a particle then moves from one end of its way to the other.
-        let changed = self.vicinity.update(partner, reach + 2.0 * self.farthest());
-        if changed || !self.candidates.1 {
-            self.find_candidates(state);
-        }
-        let within = |i: &u32| self.reach.contains(&state.position[*i as usize]);
-        self.members.clear();
-        self.members.extend(self.candidates.0.iter().copied().filter(within));
-        states.clear();
-        for &i in &self.members {
-            let i = i as usize;
-            states.id.push(state.id[i]);
-            states.group.push(state.region[i]);
-            states.mass.push(state.mass[i]);
-            states.position.push(state.position[i]);
-            states.velocity.push(fluid[i].velocity());
-            states.density.push(state.density[i]);
-            states.pressure.push(fluid[i].pressure());
-        }
+        let version = self.selection.select(state, fluid, partner, reach, states);
         self.largest = self.largest.max(states.len() as u64);
-        if states.id != self.known_ids {
-            self.known_ids.clone_from(&states.id);
-            self.set_version += 1;
-        }
-        self.set_version
-    }
-
-    /// Finds the particles in the vicinity of the partner.
-    fn find_candidates(&mut self, state: &FluidState) {
-        let Self { vicinity, candidates: (candidates, known), inside, .. } = self;
-        inside.resize(state.len(), false);
-        inside.par_iter_mut().zip(&state.position).with_min_len(1024).for_each(|(inside, x)| {
-            *inside = vicinity.contains(x);
-        });
-        candidates.clear();
-        candidates.extend((0u32..).zip(&*inside).filter(|(_, inside)| **inside).map(|(i, _)| i));
-        candidates.sort_unstable_by_key(|i| state.id[*i as usize]);
-        *known = true;
+        version
     }
 
     /// Force on each of the partner's `samples` \[N/m\] at `time` \[s\], written to `forces`.
@@ -221,17 +164,19 @@ impl Cross {
         self.sums = self.interface.fluid_forces(own, partner);
     }
 
-    /// Whether the solid's density means something to the fluid's density gradient and diffusion.
-    ///
-    /// In the plain sum it is that of another material.
-    pub fn density_meets(&self) -> bool {
-        self.coupling.law != InterfaceLaw::PlainSum
+    /// What the density of the solid's particles is to the fluid's density gradient and diffusion.
+    fn partner_density(&self) -> PartnerDensity {
+        match self.coupling.law {
+            InterfaceLaw::PlainSum => PartnerDensity::OtherMaterial,
+            InterfaceLaw::Wall | InterfaceLaw::WallNoSlip => PartnerDensity::FluidEquivalent,
+        }
     }
 
-    /// Adds the solid's particles to the sums of the gradient pass, each particle's once: toward them is no surface.
+    /// Adds the solid's particles to the sums of the gradient pass, once for each fluid particle, so that a solid's face
+    /// is not detected as free surface.
     ///
-    /// The velocity gradient feels the whole velocity of the solid, or with slip only the approach along x_ij.
-    pub fn add_moments<G: Geometry>(
+    /// The velocity gradient takes the whole velocity of the solid, or with slip only the approach along x_ij.
+    pub fn add_neighbour_sums<G: Geometry>(
         &mut self,
         scene: &Scene<G>,
         own: &InterfaceStates,
@@ -240,19 +185,20 @@ impl Cross {
         rates: &mut [Rates],
     ) {
         let model = scene.model;
-        if !model.passes.any() {
+        if !model.needs_gradient_pass() {
             return;
         }
-        let meets = self.density_meets();
+        let partner_density = self.partner_density();
         let slips = self.coupling.law == InterfaceLaw::Wall;
         let at_spacing = model.kernel.value(model.constants.particle_spacing);
-        let Self { interface, domain, moments, meeting: [states, particles], members, .. } = self;
+        let Self { interface, domain, neighbour_sums, selection, .. } = self;
+        let (states, particles) = (&mut self.states_in_contact, &mut self.particles_in_contact);
         states.clear();
         states.extend((0u32..).take(own.len()).filter(|k| interface.meets(*k as usize)));
         particles.clear();
-        particles.extend(states.iter().map(|k| members[*k as usize]));
-        moments.resize(states.len(), NeighbourSums::default());
-        moments.par_iter_mut().zip(&*states).with_min_len(TASK).for_each(|(sums, k)| {
+        particles.extend(states.iter().map(|k| selection.members[*k as usize]));
+        neighbour_sums.resize(states.len(), NeighbourSums::default());
+        neighbour_sums.par_iter_mut().zip(&*states).with_min_len(TASK).for_each(|(sums, k)| {
             let k = *k as usize;
             *sums = NeighbourSums::default();
             for (s, dummy) in interface.solids_near(k) {
@@ -262,18 +208,21 @@ impl Cross {
                 if slips {
                     v_sf = d * (v_sf.dot(&d) / d.norm_squared().max(f64::MIN_POSITIVE));
                 }
-                let density = if meets { dummy.density - own.density[k] } else { 0.0 };
+                let density = match partner_density {
+                    PartnerDensity::FluidEquivalent => dummy.density - own.density[k],
+                    PartnerDensity::OtherMaterial => 0.0,
+                };
                 let volume = dummy.mass / dummy.density;
                 let gradient_factor = model.gradient_scale * model.kernel.gradient_factor(r);
                 let pairing = pairing_of(model.kernel.value(r) / at_spacing);
                 sums.add_pair(&d, volume * gradient_factor, density, &v_sf, pairing);
             }
         });
-        gradients.merge(scene, particles, moments, meets, rates);
+        gradients.merge(scene, particles, neighbour_sums, partner_density, rates);
     }
 
-    /// Adds the solid's part to the rates, each particle's once: continuity, diffusion and force, as far as `part` asks
-    /// for them.
+    /// Adds the solid's part to the rates, once for each fluid particle: continuity, diffusion and force, as far as
+    /// `part` has them.
     ///
     /// ```text
     /// ρ_f Σ V_s v_fs·∇W  +  δ h c₀ Σ V_s [2 (ρ_f − ρ_s) x²/(x² + λh²) − 2 ∇ρ_f·x_fs] (dW/dr)/r
@@ -283,20 +232,25 @@ impl Cross {
         &mut self,
         model: &FluidModel,
         state: &FluidState,
-        part: Part,
+        part: StagePart,
         [own, partner]: [&InterfaceStates; 2],
         gradients: &Gradients,
         rates: &mut [Rates],
     ) {
         self.count_immersed(model, own, partner);
-        let diffusion = if self.density_meets() && part != Part::Density { model.diffusion } else { 0.0 };
-        let flux = if part == Part::Momentum { 0.0 } else { 1.0 };
-        let Self { interface, domain, members, density_rates, .. } = self;
+        let diffusion =
+            if self.partner_density() == PartnerDensity::FluidEquivalent && part != StagePart::Density {
+                model.diffusion
+            } else {
+                0.0
+            };
+        let flux = if part == StagePart::Momentum { 0.0 } else { 1.0 };
+        let Self { interface, domain, selection, density_rates, .. } = self;
         density_rates.resize(own.len(), 0.0);
         density_rates.par_iter_mut().with_min_len(TASK).enumerate().for_each(|(k, rate)| {
             let rho = own.density[k];
-            let gradient = if model.passes.density_gradient {
-                let [.., x, y] = gradients.shown[members[k] as usize];
+            let gradient = if model.needs_density_gradient() {
+                let [.., x, y] = gradients.neighbour_fields[selection.members[k] as usize];
                 [x, y]
             } else {
                 [0.0; 2]
@@ -315,10 +269,10 @@ impl Cross {
             }
             *rate = flux * rho * continuity + diffusion * exchange;
         });
-        for (k, i) in self.members.iter().enumerate() {
+        for (k, i) in self.selection.members.iter().enumerate() {
             let i = *i as usize;
             rates[i].density += self.density_rates[k];
-            if part != Part::Density {
+            if part != StagePart::Density {
                 rates[i].acceleration += self.interface.force(k) / state.mass[i];
             }
         }

@@ -3,11 +3,11 @@
 use sph::geometry::Geometry;
 use sph::lanes::{Lanes, WIDTH};
 
-use crate::system::packed_particle::Record;
+use crate::system::packed_particle::PackedParticle;
 
 /// A batch of neighbours as particle i meets them.
 #[derive(Clone, Copy, Debug)]
-pub struct Batch<L> {
+pub struct NeighbourBatch<L> {
     /// x_ij \[m\].
     pub x: L,
     /// y_ij \[m\].
@@ -26,10 +26,15 @@ pub struct Batch<L> {
     pub volume: L,
 }
 
-impl<L: Lanes> Batch<L> {
+impl<L: Lanes> NeighbourBatch<L> {
     /// The neighbours `indices` of `own` among `others`.
     #[inline(always)]
-    pub fn gather<G: Geometry>(geometry: G, own: &[L; 4], others: &[Record], indices: [u32; WIDTH]) -> Self {
+    pub fn gather<G: Geometry>(
+        geometry: G,
+        own: &[L; 4],
+        others: &[PackedParticle],
+        indices: [u32; WIDTH],
+    ) -> Self {
         let [a, b, c, d] = indices.map(|j| &others[j as usize]);
         let [x_j, y_j, v_xj, v_yj] = L::columns([&a.motion, &b.motion, &c.motion, &d.motion]);
         let [density, pressure, volume, _] = L::columns([&a.matter, &b.matter, &c.matter, &d.matter]);

@@ -2,7 +2,7 @@
 
 use super::lists::Lists;
 use crate::system::model::FluidModel;
-use crate::system::packed_particle::Record;
+use crate::system::packed_particle::PackedParticle;
 
 /// The fluid and its surroundings in one stage.
 #[derive(Clone, Copy)]
@@ -14,7 +14,7 @@ pub struct Scene<'a, G> {
     /// Neighbours.
     pub lists: &'a Lists,
     /// Fluid as neighbours read it.
-    pub fluid: &'a [Record],
+    pub fluid: &'a [PackedParticle],
     /// Walls as neighbours read them, and one that does not act.
-    pub walls: &'a [Record],
+    pub walls: &'a [PackedParticle],
 }

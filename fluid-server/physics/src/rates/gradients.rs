@@ -4,101 +4,108 @@ use super::particle_rates::Rates;
 use crate::equations::correction::in_momentum;
 use crate::equations::neighbour_sums::NeighbourSums;
 use crate::equations::tensors::{IDENTITY, Matrix, Symmetric};
-use crate::free_surface::shifting::OrderLocal;
-use crate::system::model::{FluidModel, Passes};
-use crate::system::tasks::Split;
+use crate::free_surface::shifting::RegularisationSums;
+use crate::system::model::{FluidModel, Viscosity};
+use crate::system::packed_particle::NeighbourFields;
+use crate::system::tasks::split_by_field;
 
-/// What the pass makes for each fluid particle; arrays that a scene does not need stay empty.
+/// Whether a solid's particles are still to be added to the sums of a pass.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Partner {
+    /// There is no solid.
+    Absent,
+    /// The sums are kept for it.
+    Present,
+}
+
+/// Results of the pass for each fluid particle; arrays that a case does not need stay empty.
 #[derive(Debug, Default)]
 pub struct Gradients {
-    /// Raw sums, where there is a partner.
+    /// Raw sums, kept where there is a partner.
     pub(super) sums: Vec<NeighbourSums>,
-    /// What neighbours read: q of the damper \[Pa\], mark of the order control, ∇ρ of Eq. (20) \[kg/m⁴\].
-    pub shown: Vec<[f64; 4]>,
+    /// What neighbours read.
+    pub neighbour_fields: Vec<NeighbourFields>,
     /// L_i of Eq. (21), or the unit matrix where few neighbours define it.
     pub correction: Vec<Symmetric>,
-    /// What the order control keeps.
-    pub order: Vec<OrderLocal>,
+    /// Sums for the particle regularisation.
+    pub regularisation: Vec<RegularisationSums>,
     /// Viscous stress τ of Eq. (4), or the part of it that the viscous pair force leaves out \[Pa\].
     pub viscous_stress: Vec<Matrix>,
     /// T = −σ·L \[Pa\].
     pub tensor: Vec<Matrix>,
     /// Viscosity in the viscous pair force \[Pa s\].
     pub viscosity: Vec<f64>,
-    /// What follows for particles that meet a partner's, until it is put in place.
-    pub(super) merged: Vec<(NeighbourSums, Finished)>,
+    /// Results for particles in contact with the partner, before they are put in place.
+    pub(super) merged: Vec<(NeighbourSums, ParticleGradients)>,
 }
 
 /// A task's part of [`Gradients`].
-pub struct Results<'a> {
+pub struct GradientSlices<'a> {
     /// Raw sums.
     pub sums: &'a mut [NeighbourSums],
-    shown: &'a mut [[f64; 4]],
+    neighbour_fields: &'a mut [NeighbourFields],
     correction: &'a mut [Symmetric],
-    order: &'a mut [OrderLocal],
+    regularisation: &'a mut [RegularisationSums],
     viscous_stress: &'a mut [Matrix],
     tensor: &'a mut [Matrix],
     viscosity: &'a mut [f64],
-    /// Whose density rates the pass makes, with leapfrog.
+    /// Rates whose density rate the pass computes, with leapfrog.
     rates: &'a mut [Rates],
 }
 
-impl Split for Results<'_> {
-    fn split(self, at: usize) -> (Self, Self) {
-        let (sums, shown) = (self.sums.split(at), self.shown.split(at));
-        let correction = self.correction.split(at);
-        let (order, viscous_stress) = (self.order.split(at), self.viscous_stress.split(at));
-        let (tensor, viscosity) = (self.tensor.split(at), self.viscosity.split(at));
-        let rates = self.rates.split(at);
-        (
-            Self {
-                sums: sums.0,
-                shown: shown.0,
-                correction: correction.0,
-                order: order.0,
-                viscous_stress: viscous_stress.0,
-                tensor: tensor.0,
-                viscosity: viscosity.0,
-                rates: rates.0,
-            },
-            Self {
-                sums: sums.1,
-                shown: shown.1,
-                correction: correction.1,
-                order: order.1,
-                viscous_stress: viscous_stress.1,
-                tensor: tensor.1,
-                viscosity: viscosity.1,
-                rates: rates.1,
-            },
-        )
-    }
-}
+split_by_field!(GradientSlices {
+    sums,
+    neighbour_fields,
+    correction,
+    regularisation,
+    viscous_stress,
+    tensor,
+    viscosity,
+    rates
+});
 
 impl Gradients {
-    /// Arrays for `particles`, as far as the scene needs them.
-    pub fn resize(&mut self, passes: Passes, particles: usize, partner: bool) {
+    /// Arrays for `particles`, as far as `model` needs them.
+    pub fn resize(&mut self, model: &FluidModel, particles: usize, partner: Partner) {
         let of = |needed: bool| if needed { particles } else { 0 };
-        self.sums.resize(of(partner), NeighbourSums::default());
-        self.shown.resize(of(passes.shown()), [0.0; 4]);
-        self.correction.resize(of(passes.correction), Symmetric::default());
-        self.order.resize(of(passes.order), OrderLocal::default());
-        self.viscous_stress.resize(of(passes.viscosity || passes.pair_viscosity), Matrix::default());
-        self.tensor.resize(of(passes.tensor()), Matrix::default());
-        self.viscosity.resize(of(passes.pair_viscosity), 0.0);
+        self.sums.resize(of(partner == Partner::Present), NeighbourSums::default());
+        self.neighbour_fields.resize(of(model.has_neighbour_fields()), [0.0; 4]);
+        self.correction.resize(of(model.corrects_continuity()), Symmetric::default());
+        self.regularisation.resize(of(model.regularises()), RegularisationSums::default());
+        self.viscous_stress.resize(of(model.viscosity != Viscosity::Inviscid), Matrix::default());
+        self.tensor.resize(of(model.has_tensors()), Matrix::default());
+        self.viscosity.resize(of(model.viscosity == Viscosity::Pairwise), 0.0);
     }
 
     /// The arrays that the pass fills; `rates` with leapfrog.
-    pub fn results<'a>(&'a mut self, passes: Passes, rates: &'a mut [Rates]) -> Results<'a> {
-        let Self { sums, shown, correction, order, viscous_stress, tensor, viscosity, .. } = self;
-        let rates = if passes.leapfrog { rates } else { &mut [] };
-        Results { sums, shown, correction, order, viscous_stress, tensor, viscosity, rates }
+    pub fn results<'a>(&'a mut self, model: &FluidModel, rates: &'a mut [Rates]) -> GradientSlices<'a> {
+        let Self {
+            sums,
+            neighbour_fields,
+            correction,
+            regularisation,
+            viscous_stress,
+            tensor,
+            viscosity,
+            ..
+        } = self;
+        let rates = if model.is_leapfrog() { rates } else { &mut [] };
+        GradientSlices {
+            sums,
+            neighbour_fields,
+            correction,
+            regularisation,
+            viscous_stress,
+            tensor,
+            viscosity,
+            rates,
+        }
     }
 
     /// q of the acoustic damper of particle `i` \[Pa\].
     #[inline(always)]
     pub fn damper(&self, i: usize) -> f64 {
-        self.shown.get(i).map_or(0.0, |shown| shown[0])
+        self.neighbour_fields.get(i).map_or(0.0, |neighbour_fields| neighbour_fields[0])
     }
 
     /// L_i of particle `i` as Eq. (22) takes it.
@@ -112,11 +119,20 @@ impl Gradients {
         fn bytes<T>(values: &Vec<T>) -> usize {
             values.capacity() * size_of::<T>()
         }
-        let Self { sums, shown, correction, order, viscous_stress, tensor, viscosity, merged } = self;
+        let Self {
+            sums,
+            neighbour_fields,
+            correction,
+            regularisation,
+            viscous_stress,
+            tensor,
+            viscosity,
+            merged,
+        } = self;
         bytes(sums)
-            + bytes(shown)
+            + bytes(neighbour_fields)
             + bytes(correction)
-            + bytes(order)
+            + bytes(regularisation)
             + bytes(viscous_stress)
             + bytes(tensor)
             + bytes(viscosity)
@@ -124,15 +140,15 @@ impl Gradients {
     }
 }
 
-/// What follows for one particle.
+/// Results for one particle.
 #[derive(Clone, Copy, Debug)]
-pub struct Finished {
+pub struct ParticleGradients {
     /// What neighbours read.
-    pub shown: [f64; 4],
+    pub neighbour_fields: NeighbourFields,
     /// L_i.
     pub correction: Symmetric,
-    /// Order control.
-    pub order: OrderLocal,
+    /// Sums for the particle regularisation.
+    pub regularisation: RegularisationSums,
     /// Viscous stress \[Pa\].
     pub viscous_stress: Matrix,
     /// T \[Pa\].
@@ -143,13 +159,13 @@ pub struct Finished {
     pub density_rate: f64,
 }
 
-impl Results<'_> {
+impl GradientSlices<'_> {
     /// Puts the results of particle `k` in place.
     #[inline(always)]
-    pub fn put(&mut self, k: usize, finished: &Finished) {
-        put(self.shown, k, finished.shown);
+    pub fn put(&mut self, k: usize, finished: &ParticleGradients) {
+        put(self.neighbour_fields, k, finished.neighbour_fields);
         put(self.correction, k, finished.correction);
-        put(self.order, k, finished.order);
+        put(self.regularisation, k, finished.regularisation);
         put(self.viscous_stress, k, finished.viscous_stress);
         put(self.tensor, k, finished.tensor);
         put(self.viscosity, k, finished.viscosity);

@@ -9,7 +9,7 @@ use crate::system::model::FluidModel;
 
 /// Which rates a stage computes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Part {
+pub enum StagePart {
     /// All, Eq. (30)-(31).
     #[default]
     Whole,
@@ -19,10 +19,10 @@ pub enum Part {
     Momentum,
 }
 
-impl Part {
+impl StagePart {
     /// What `stage` computes for `model`.
     pub fn of(model: &FluidModel, stage: Stage) -> Self {
-        match (model.passes.leapfrog, stage) {
+        match (model.is_leapfrog(), stage) {
             (false, _) => Self::Whole,
             (true, Stage::Predictor) => Self::Density,
             (true, Stage::Corrector) => Self::Momentum,
@@ -43,7 +43,7 @@ pub struct Rates {
 
 /// Sums over the particles of one task: forces \[N/m\], and torques about the domain's torque origin \[N\].
 #[derive(Clone, Copy, Debug, Default)]
-pub struct OuterForces {
+pub struct ExternalForces {
     /// Body force.
     pub body: Wrench,
     /// Force by walls.
@@ -54,7 +54,7 @@ pub struct OuterForces {
     pub own_torque: f64,
 }
 
-impl AddAssign for OuterForces {
+impl AddAssign for ExternalForces {
     fn add_assign(&mut self, other: Self) {
         self.body += other.body;
         self.walls += other.walls;

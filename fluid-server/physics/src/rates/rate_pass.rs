@@ -8,17 +8,17 @@ use sph::lanes::{Kernel, Lanes, WIDTH};
 use sph::vector::{Vector, cross};
 
 use super::gradients::Gradients;
-use super::particle_rates::{OuterForces, Part, Rates, Wrench};
+use super::particle_rates::{ExternalForces, Rates, StagePart, Wrench};
 use crate::boundary::repulsion::wall_repulsion;
-use crate::equations::pair::{Found, Friction, LawLanes, Own, PairSums, PairTotals};
+use crate::equations::pair::{CentreParticle, LawLanes, NeighbourData, PairSums, PairTotals, PairViscosity};
 use crate::equations::stress::{mirrored_stress, momentum_tensor};
 use crate::equations::tensors::{IDENTITY, Matrix, Symmetric};
-use crate::equations::terms::{ActiveTerms, Continuity, ForceTerms, Terms, TermsPass};
+use crate::equations::terms::{ActiveTerms, Continuity, ForceTerms, PairTerms, TermsPass};
 use crate::free_surface::detection::nearest_surface;
-use crate::free_surface::shifting::{self, Control};
-use crate::neighbours::batch::{Batch, gather, gather_columns};
+use crate::free_surface::shifting::{self, Regularisation};
+use crate::neighbours::batch::{NeighbourBatch, gather, gather_columns};
 use crate::neighbours::scene::Scene;
-use crate::system::model::Passes;
+use crate::system::model::{FluidModel, Viscosity};
 use crate::system::state::FluidState;
 use crate::system::tasks::{PerTask, for_each_task, per_task};
 use crate::system::walls::WallField;
@@ -37,36 +37,37 @@ pub struct StageFields<'a, G> {
     /// Time of the stage state \[s\].
     pub time: f64,
     /// Which rates.
-    pub part: Part,
+    pub part: StagePart,
 }
 
 impl<G: Geometry> StageFields<'_, G> {
-    /// Rates by the fluid itself, walls, body force, damping and order control into `rates`; `outer` gets the sums of
-    /// each task.
-    pub fn rates(&self, rates: &mut Vec<Rates>, outer: &mut Vec<OuterForces>) {
-        let passes = self.scene.model.passes;
+    /// Rates by the fluid itself, walls, body force, damping and regularisation into `rates`; `external` gets the sums
+    /// of each task.
+    pub fn rates(&self, rates: &mut Vec<Rates>, external: &mut Vec<ExternalForces>) {
+        let model = self.scene.model;
         rates.resize(self.scene.fluid.len(), Rates::default());
-        if self.part == Part::Density {
-            // The gradient pass has made them.
+        if self.part == StagePart::Density {
+            // The gradient pass has computed them.
             return;
         }
-        let forces = force_terms(passes);
-        let continuity = match (self.part, forces.tensor || passes.correction) {
-            (Part::Momentum, _) => Continuity::Absent,
+        let forces = force_terms(model);
+        let continuity = match (self.part, forces.tensor || model.corrects_continuity()) {
+            (StagePart::Momentum, _) => Continuity::Absent,
             (_, true) => Continuity::Corrected,
             (_, false) => Continuity::Plain,
         };
-        let terms = ActiveTerms { neighbour_fields: passes.shown(), continuity, forces };
-        terms.call(RatePass { fields: self, rates, outer });
+        let terms = ActiveTerms { neighbour_fields: model.has_neighbour_fields(), continuity, forces };
+        terms.call(RatePass { fields: self, rates, external });
     }
 
     #[inline(always)]
-    pub fn own<L: Lanes, T: Terms>(&self, i: usize) -> Own<L> {
+    pub fn own<L: Lanes, T: PairTerms>(&self, i: usize) -> CentreParticle<L> {
         let (fluid, gradients) = (&self.scene.fluid[i], self.gradients);
-        let [damper, _, g_x, g_y] = if T::FOUND { gradients.shown[i] } else { [0.0; 4] };
-        let corrected = T::CORRECTION && self.scene.model.passes.correction;
+        let [damper, _, g_x, g_y] =
+            if T::NEIGHBOUR_FIELDS { gradients.neighbour_fields[i] } else { [0.0; 4] };
+        let corrected = T::CORRECTION && self.scene.model.corrects_continuity();
         let l = if corrected { gradients.correction[i] } else { IDENTITY };
-        Own {
+        CentreParticle {
             motion: L::splat_each(fluid.motion),
             density: L::splat(fluid.density()),
             twice_density: L::splat(2.0 * fluid.density()),
@@ -79,30 +80,36 @@ impl<G: Geometry> StageFields<'_, G> {
 
     /// Sums of particle `i` over its fluid neighbours, and r² of the nearest of them at the free surface \[m²\].
     #[inline(always)]
-    fn fluid_sums<L: Lanes, T: Terms>(&self, law: &LawLanes<L>, i: usize, own: &Own<L>) -> (PairSums<L>, L) {
+    fn fluid_sums<L: Lanes, T: PairTerms>(
+        &self,
+        law: &LawLanes<L>,
+        i: usize,
+        own: &CentreParticle<L>,
+    ) -> (PairSums<L>, L) {
         let Scene { geometry, lists, fluid, .. } = self.scene;
         let gradients = self.gradients;
         // The same length, as one check of an index then serves both.
-        let shown = if T::FOUND { &gradients.shown[..fluid.len()] } else { &[] };
+        let neighbour_fields =
+            if T::NEIGHBOUR_FIELDS { &gradients.neighbour_fields[..fluid.len()] } else { &[] };
         let (mut sums, mut nearest) = (PairSums::zero(), L::splat(f64::INFINITY));
         for indices in lists.fluid.of(i) {
             let indices = *indices;
-            let mut batch = Batch::gather(geometry, &own.motion, fluid, indices);
-            let mut found = Found::nothing();
-            if T::FOUND {
-                let [damper, mark, g_x, g_y] = gather_columns(indices, shown);
+            let mut batch = NeighbourBatch::gather(geometry, &own.motion, fluid, indices);
+            let mut data = NeighbourData::nothing();
+            if T::NEIGHBOUR_FIELDS {
+                let [damper, flag, g_x, g_y] = gather_columns(indices, neighbour_fields);
                 batch.pressure = batch.pressure + damper;
-                found.density_gradient = [g_x, g_y];
-                nearest = nearest_surface(nearest, mark, batch.square);
+                data.density_gradient = [g_x, g_y];
+                nearest = nearest_surface(nearest, flag, batch.square);
             }
             if T::TENSOR {
-                found.tensor = gather_columns(indices, &gradients.tensor);
+                data.tensor = gather_columns(indices, &gradients.tensor);
             }
             if T::VISCOUS {
                 let viscosity = L::splat(gradients.viscosity[i]) + gather(indices, &gradients.viscosity);
-                found.friction = Friction { viscosity, slip: [batch.v_x, batch.v_y] };
+                data.viscosity = PairViscosity { viscosity, relative_velocity: [batch.v_x, batch.v_y] };
             }
-            sums.add::<T>(law, own, &batch, &found);
+            sums.add::<T>(law, own, &batch, &data);
         }
         (sums, nearest)
     }
@@ -111,11 +118,11 @@ impl<G: Geometry> StageFields<'_, G> {
     ///
     /// A wall takes ∇ρ, L and damper of the particle, and its viscous stress, mirrored where it slips.
     #[inline(always)]
-    pub fn wall_sums<L: Lanes, T: Terms>(
+    pub fn wall_sums<L: Lanes, T: PairTerms>(
         &self,
         law: &LawLanes<L>,
         i: usize,
-        own: &Own<L>,
+        own: &CentreParticle<L>,
         wall: Option<u32>,
     ) -> PairSums<L> {
         let Scene { geometry, model, lists, walls, .. } = self.scene;
@@ -124,22 +131,24 @@ impl<G: Geometry> StageFields<'_, G> {
         let mut sums = PairSums::zero();
         for indices in lists.walls.of(i) {
             let indices = *indices;
-            let mut batch = Batch::gather(geometry, &own.motion, walls, indices);
+            let mut batch = NeighbourBatch::gather(geometry, &own.motion, walls, indices);
             if let Some(wall) = wall {
                 let included = |w: u32| f64::from(u8::from(model.walls.wall.get(w as usize) == Some(&wall)));
                 batch.volume = batch.volume * L::from_array(indices.map(included));
             }
             batch.pressure = batch.pressure + damper;
-            let mut found = Found { density_gradient: own.density_gradient, ..Found::nothing() };
+            let mut data =
+                NeighbourData { density_gradient: own.density_gradient, ..NeighbourData::nothing() };
             if T::TENSOR {
                 let [a, b, c, d] = indices.map(|w| self.wall_tensor(i, w as usize, &correction));
-                found.tensor = L::columns([&a, &b, &c, &d]);
+                data.tensor = L::columns([&a, &b, &c, &d]);
             }
             if T::VISCOUS {
                 let viscosity = L::splat(2.0 * self.gradients.viscosity[i]);
-                found.friction = Friction { viscosity, slip: self.resisted(indices, &batch) };
+                data.viscosity =
+                    PairViscosity { viscosity, relative_velocity: self.resisted(indices, &batch) };
             }
-            sums.add::<T>(law, own, &batch, &found);
+            sums.add::<T>(law, own, &batch, &data);
         }
         sums
     }
@@ -152,7 +161,7 @@ impl<G: Geometry> StageFields<'_, G> {
     /// The part of the velocity relative to walls that viscosity resists: all of it, or where they slip that along
     /// their normal.
     #[inline(always)]
-    fn resisted<L: Lanes>(&self, indices: [u32; WIDTH], batch: &Batch<L>) -> [L; 2] {
+    fn resisted<L: Lanes>(&self, indices: [u32; WIDTH], batch: &NeighbourBatch<L>) -> [L; 2] {
         let normals = indices.map(|w| self.mirror_normal(w as usize));
         let (n_x, n_y) = (L::from_array(normals.map(|n| n.x)), L::from_array(normals.map(|n| n.y)));
         let slips = (n_x * n_x).plus_product(n_y, n_y);
@@ -175,30 +184,34 @@ impl<G: Geometry> StageFields<'_, G> {
     }
 }
 
-/// Terms of the momentum equation by what the passes make.
-pub fn force_terms(passes: Passes) -> ForceTerms {
-    ForceTerms { tensor: passes.tensor(), viscous: passes.pair_viscosity }
+/// Terms of the momentum equation of `model`.
+pub fn force_terms(model: &FluidModel) -> ForceTerms {
+    ForceTerms { tensor: model.has_tensors(), viscous: model.viscosity == Viscosity::Pairwise }
 }
 
 /// The pass over all particles.
 struct RatePass<'a, G> {
     fields: &'a StageFields<'a, G>,
     rates: &'a mut [Rates],
-    outer: &'a mut Vec<OuterForces>,
+    external: &'a mut Vec<ExternalForces>,
 }
 
 impl<G: Geometry> TermsPass for RatePass<'_, G> {
     type Output = ();
 
-    fn call<T: Terms>(self) {
-        let Self { fields, rates, outer } = self;
+    fn call<T: PairTerms>(self) {
+        let Self { fields, rates, external } = self;
         let Scene { model, fluid, .. } = fields.scene;
         let body_force = &model.body_force.at(fields.time);
-        for_each_task(fluid.len(), (rates, per_task(outer, fluid.len())), &|particles, (rates, outer)| {
-            let (terms, first, PerTask(outer)) = (PhantomData::<T>, particles.start, outer);
-            let outer = &mut outer[0];
-            model.arithmetic.run(Evaluate { fields, terms, body_force, first, rates, outer });
-        });
+        for_each_task(
+            fluid.len(),
+            (rates, per_task(external, fluid.len())),
+            &|particles, (rates, external)| {
+                let (terms, first, PerTask(external)) = (PhantomData::<T>, particles.start, external);
+                let external = &mut external[0];
+                model.arithmetic.run(Evaluate { fields, terms, body_force, first, rates, external });
+            },
+        );
     }
 }
 
@@ -209,15 +222,15 @@ struct Evaluate<'a, G, T> {
     body_force: &'a BodyForceAt<'a>,
     first: usize,
     rates: &'a mut [Rates],
-    outer: &'a mut OuterForces,
+    external: &'a mut ExternalForces,
 }
 
-impl<G: Geometry, T: Terms> Kernel for Evaluate<'_, G, T> {
+impl<G: Geometry, T: PairTerms> Kernel for Evaluate<'_, G, T> {
     type Output = ();
 
     #[inline(always)]
     fn run<L: Lanes>(self) {
-        let Self { fields, body_force, first, rates, outer, .. } = self;
+        let Self { fields, body_force, first, rates, external, .. } = self;
         let StageFields { scene, state, gradients, time, .. } = fields;
         let model = scene.model;
         let (damping, origin) = (model.damping_rate(*time), model.domain.torque_origin());
@@ -235,24 +248,25 @@ impl<G: Geometry, T: Terms> Kernel for Evaluate<'_, G, T> {
                 by_walls = walls.stress_divergence / -rho + wall_repulsion(scene, fields.field, i, None);
             }
             let body = body_force.acceleration(&state.position[i]);
-            let mut control = Control::default();
-            if let (true, Some(order)) = (T::FOUND, &model.order) {
+            let mut regularisation = Regularisation::default();
+            if let (true, Some(order)) = (T::NEIGHBOUR_FIELDS, &model.regularisation) {
                 let nearest = nearest.to_array().into_iter().fold(f64::INFINITY, f64::min);
-                let local = &gradients.order[i];
-                control = shifting::control::<L, G>(order, scene, i, &gradients.shown, nearest, local);
+                let sums = &gradients.regularisation[i];
+                regularisation =
+                    shifting::regularise::<L, G>(order, scene, i, &gradients.neighbour_fields, nearest, sums);
             }
             *rates = Rates {
                 acceleration: by_fluid + by_walls + body - scene.fluid[i].velocity() * damping
-                    + control.acceleration,
-                shift: control.shift,
+                    + regularisation.acceleration,
+                shift: regularisation.shift,
                 density: rho * (sums.continuity + walls.continuity)
                     + model.diffusion * (sums.diffusion + walls.diffusion),
             };
             let (m, arm) = (state.mass[i], state.position[i] - origin);
-            *outer += OuterForces {
+            *external += ExternalForces {
                 body: Wrench::at(&arm, body * m),
                 walls: Wrench::at(&arm, by_walls * m),
-                stabilisers: Wrench::at(&arm, control.acceleration * m),
+                stabilisers: Wrench::at(&arm, regularisation.acceleration * m),
                 own_torque: cross(&arm, &(by_fluid * m)),
             };
         }

@@ -1,4 +1,4 @@
-//! What outputs at a step boundary show beyond the state: walls, gradients and wall forces, evaluated once for all of them.
+//! Evaluation at a step boundary for outputs: walls, gradients and wall forces, once for all of them.
 
 use std::cell::RefCell;
 use std::sync::Arc;
@@ -9,48 +9,48 @@ use crate::system::model::FluidModel;
 use crate::system::state::FluidState;
 use crate::time::stage::Workspace;
 
-/// State and workspace of an evaluation at a step boundary, apart from the run.
+/// State and workspace of an evaluation at a step boundary, separate from those of the run.
 #[derive(Debug)]
-pub struct Evaluated {
+pub struct EvaluatedState {
     /// Time of the boundary \[s\].
     time: f64,
-    /// Nothing when the state can not be evaluated, as after a divergence.
-    pub found: Option<(FluidState, Workspace)>,
+    /// `None` where the state can not be evaluated, as after a divergence.
+    pub evaluated: Option<(FluidState, Workspace)>,
 }
 
-impl Evaluated {
+impl EvaluatedState {
     /// Evaluates `state` at a boundary of `time` \[s\].
     ///
     /// The partner's particles are left out: they reach walls only through L_i.
     fn new(model: &FluidModel, state: &FluidState, time: f64) -> Self {
         let (mut state, mut workspace) = (state.clone(), Workspace::default());
-        // The number of the step stands in a divergence only.
+        // The number of the step appears in a divergence only.
         let stage = StageTime { at: StepStage::FIRST, step_start: time, time_step: 0.0 };
         let begun = workspace.begin_stage(model, &mut state, &stage);
-        let found = begun.ok().map(|()| {
+        let evaluated = begun.ok().map(|()| {
             workspace.evaluate_outputs(model, time);
             (state, workspace)
         });
-        Self { time, found }
+        Self { time, evaluated }
     }
 }
 
-/// The evaluation of the present boundary, once an output has asked for it.
+/// The evaluation of the present boundary, made when an output asks for it.
 #[derive(Debug, Default)]
-pub struct Boundary(RefCell<Option<Arc<Evaluated>>>);
+pub struct BoundaryEvaluation(RefCell<Option<Arc<EvaluatedState>>>);
 
-impl Boundary {
-    /// The evaluation of `state` at `time` \[s\], made at the first call since [`Boundary::leave`].
-    pub fn evaluated(&self, model: &FluidModel, state: &FluidState, time: f64) -> Arc<Evaluated> {
+impl BoundaryEvaluation {
+    /// The evaluation of `state` at `time` \[s\], made at the first call since [`BoundaryEvaluation::invalidate`].
+    pub fn evaluated(&self, model: &FluidModel, state: &FluidState, time: f64) -> Arc<EvaluatedState> {
         let mut kept = self.0.borrow_mut();
         match &*kept {
             Some(evaluated) if evaluated.time.to_bits() == time.to_bits() => evaluated.clone(),
-            _ => kept.insert(Arc::new(Evaluated::new(model, state, time))).clone(),
+            _ => kept.insert(Arc::new(EvaluatedState::new(model, state, time))).clone(),
         }
     }
 
-    /// The state changes: what was evaluated is void.
-    pub fn leave(&mut self) {
+    /// To be called where the state changes: drops the evaluation.
+    pub fn invalidate(&mut self) {
         *self.0.get_mut() = None;
     }
 }

@@ -3,18 +3,18 @@
 use sph::solver::{Field, ParticleFields};
 
 use crate::system::model::FluidModel;
-use crate::system::packed_particle::Record;
+use crate::system::packed_particle::PackedParticle;
 use crate::system::state::FluidState;
 use crate::system::walls::WallField;
 
 /// All fluid particles by ascending id, then all wall particles, whose ids and groups follow the fluid's.
 ///
-/// `walls` holds the state that wall particles show to the fluid; their velocity is that of Eq. (27).
+/// `walls` holds the state of the wall particles as the fluid sees it; their velocity is that of Eq. (27).
 pub fn particle_fields(
     model: &FluidModel,
     state: &FluidState,
     field: &WallField,
-    walls: &[Record],
+    walls: &[PackedParticle],
     step: u64,
     time: f64,
 ) -> ParticleFields {
@@ -38,13 +38,15 @@ pub fn particle_fields(
         components: 2,
         values: order.iter().flat_map(|i| fluid(*i)).chain((0..model.walls.len()).flat_map(wall)).collect(),
     };
-    let shown = |w: usize| walls.get(w).copied().unwrap_or_default();
+    let wall_particle = |w: usize| walls.get(w).copied().unwrap_or_default();
     let equation_of_state = &model.equation_of_state;
     let fields = vec![
         vector("position", "m", &|i| state.position[i].into(), &|w| field.position[w].into()),
-        vector("velocity", "m/s", &|i| state.velocity[i].into(), &|w| shown(w).velocity().into()),
-        scalar("density", "kg/m3", &|i| state.density[i], &|w| shown(w).density()),
-        scalar("pressure", "Pa", &|i| equation_of_state.pressure(state.density[i]), &|w| shown(w).pressure()),
+        vector("velocity", "m/s", &|i| state.velocity[i].into(), &|w| wall_particle(w).velocity().into()),
+        scalar("density", "kg/m3", &|i| state.density[i], &|w| wall_particle(w).density()),
+        scalar("pressure", "Pa", &|i| equation_of_state.pressure(state.density[i]), &|w| {
+            wall_particle(w).pressure()
+        }),
         scalar("mass", "kg/m", &|i| state.mass[i], &|_| model.walls.mass),
     ];
     ParticleFields {

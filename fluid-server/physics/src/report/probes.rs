@@ -1,4 +1,4 @@
-//! What the fluid reports at probe times.
+//! Values of the fluid's probes.
 
 use std::cell::OnceCell;
 use std::ops::AddAssign;
@@ -11,7 +11,6 @@ use sph::vector::{Vector, cross};
 
 use crate::system::model::FluidModel;
 use crate::system::state::FluidState;
-use crate::time::checks::Values;
 
 /// Particles closer than this many spacings belong to one connected body of fluid.
 const LINK_LENGTH: f64 = 1.5;
@@ -19,7 +18,7 @@ const LINK_LENGTH: f64 = 1.5;
 /// Share of the connected fluid that lies behind the reported front.
 const FRONT_PERCENTILE: f64 = 0.995;
 
-/// Values of `model`'s probes; `wall_forces` gives the force on each wall \[N/m\], asked for when a probe needs it,
+/// Values of `model`'s probes; `wall_forces` computes the force on each wall \[N/m\] where a probe needs it,
 /// `immersed` is the number of particles inside solids.
 pub fn values(
     model: &FluidModel,
@@ -86,7 +85,7 @@ fn front(state: &FluidState, connected: &[u32]) -> f64 {
     x.get(rank.saturating_sub(1)).copied().unwrap_or(f64::NAN)
 }
 
-/// Indices of the largest set of particles that hang together by links of 1.5 spacings.
+/// Indices of the largest set of particles connected by links of [`LINK_LENGTH`] spacings.
 fn connected_fluid(model: &FluidModel, state: &FluidState) -> Vec<u32> {
     let link = LINK_LENGTH * model.constants.particle_spacing;
     let (domain, position) = (&model.domain, &state.position);
@@ -146,17 +145,17 @@ impl AddAssign for RegionSums {
 /// Energies of all fluid; positions count as they are, unwrapped.
 pub fn energies(model: &FluidModel, state: &FluidState) -> Energies {
     let gravity = model.body_force.gravity();
-    let values = |i: usize| (&state.position[i], &state.velocity[i], state.density[i]);
-    ordered_sum(state.len(), |i| energies_of(model, &gravity, state.mass[i], values(i)))
+    ordered_sum(state.len(), |i| energies_of(model, state, &gravity, i))
 }
 
-/// Energies of a particle of `mass` per depth \[kg/m\].
+/// Energies of particle `i`.
 #[inline(always)]
-pub fn energies_of(model: &FluidModel, gravity: &Vector, mass: f64, (x, v, rho): Values<'_>) -> Energies {
+fn energies_of(model: &FluidModel, state: &FluidState, gravity: &Vector, i: usize) -> Energies {
+    let mass = state.mass[i];
     Energies {
-        kinetic: 0.5 * mass * v.norm_squared(),
-        potential: -mass * gravity.dot(x),
-        internal: mass * model.equation_of_state.compression_energy(rho),
+        kinetic: 0.5 * mass * state.velocity[i].norm_squared(),
+        potential: -mass * gravity.dot(&state.position[i]),
+        internal: mass * model.equation_of_state.compression_energy(state.density[i]),
     }
 }
 
@@ -175,7 +174,7 @@ pub fn region_sums(model: &FluidModel, state: &FluidState, region: Option<u32>) 
             first_moment: x * m,
             momentum: v * m,
             angular_momentum: m * cross(&(x - origin), &v),
-            energies: energies_of(model, &gravity, m, (&x, &v, state.density[i])),
+            energies: energies_of(model, state, &gravity, i),
             second_moment: [0.0; 3],
         }
     })

@@ -9,9 +9,9 @@ use sph::vector::Vector;
 
 use crate::boundary::repulsion::wall_repulsion;
 use crate::equations::pair::LawLanes;
-use crate::equations::terms::{Terms, TermsPass};
+use crate::equations::terms::{PairTerms, TermsPass};
 use crate::neighbours::scene::Scene;
-use crate::rates::particle_rates::Part;
+use crate::rates::particle_rates::StagePart;
 use crate::rates::rate_pass::{StageFields, force_terms};
 use crate::system::model::FluidModel;
 use crate::system::state::FluidState;
@@ -34,9 +34,10 @@ fn forces<G: Geometry>(
     time: f64,
 ) -> Vec<Vector> {
     let Workspace { lists, fluid, walls, gradients, .. } = workspace;
-    let scene = Scene { geometry, model, lists, fluid, walls: &walls.records };
-    let fields = StageFields { scene, state, field: &walls.field, gradients, time, part: Part::Momentum };
-    force_terms(model.passes).call(WallForces { fields: &fields })
+    let scene = Scene { geometry, model, lists, fluid, walls: &walls.particles };
+    let fields =
+        StageFields { scene, state, field: &walls.field, gradients, time, part: StagePart::Momentum };
+    force_terms(model).call(WallForces { fields: &fields })
 }
 
 /// The pass over all particles.
@@ -47,7 +48,7 @@ struct WallForces<'a, G> {
 impl<G: Geometry> TermsPass for WallForces<'_, G> {
     type Output = Vec<Vector>;
 
-    fn call<T: Terms>(self) -> Vec<Vector> {
+    fn call<T: PairTerms>(self) -> Vec<Vector> {
         let fields = self.fields;
         let Scene { model, lists, fluid, .. } = fields.scene;
         let walls = &model.walls;
@@ -102,7 +103,7 @@ struct WallForce<'a, G, T> {
     wall: u32,
 }
 
-impl<G: Geometry, T: Terms> Kernel for WallForce<'_, G, T> {
+impl<G: Geometry, T: PairTerms> Kernel for WallForce<'_, G, T> {
     type Output = Vector;
 
     #[inline(always)]

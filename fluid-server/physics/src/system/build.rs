@@ -5,13 +5,11 @@ use sph::equation_of_state::Tait;
 use sph::kernel::{CubicSpline, PairKernel};
 use sph::lanes::Arithmetic;
 use sph::repulsion::Repulsion;
-use sph::setup::{
-    DensityDiffusion, FluidParticles, FluidScheme, FluidSetup, GradientCorrection, ViscousForm,
-};
+use sph::setup::{DensityDiffusion, FluidParticles, FluidSetup, GradientCorrection, ViscousForm};
 use sph::vector::Vector;
 
 use super::list_limits::skins;
-use super::model::{FluidModel, PairLaw, Passes};
+use super::model::{FluidModel, PairLaw, Viscosity};
 use super::setup_errors::setup_errors;
 use super::state::FluidState;
 use super::walls::WallModel;
@@ -56,13 +54,13 @@ pub fn build(setup: FluidSetup, arithmetic: Arithmetic) -> Result<(FluidModel, F
             return Err(errors);
         }
     };
-    let water = Tait::new(constants.rest_density, constants.sound_speed, constants.exponent);
+    let tait = Tait::new(constants.rest_density, constants.sound_speed, constants.exponent);
     let model = FluidModel {
         domain: run.domain,
         constants,
         equation_of_state: match setup.tension_limit {
-            Some(tension) => water.bearing(tension),
-            None => water,
+            Some(tension) => tait.bearing(tension),
+            None => tait,
         },
         kernel,
         law: PairLaw {
@@ -78,18 +76,11 @@ pub fn build(setup: FluidSetup, arithmetic: Arithmetic) -> Result<(FluidModel, F
         acoustic_diffusivity: setup.acoustic_damping * h * constants.sound_speed,
         scheme: setup.scheme,
         arithmetic,
-        passes: Passes {
-            density_gradient: matches!(setup.diffusion, DensityDiffusion::Renormalised { .. }),
-            correction: matches!(
-                constants.correction,
-                GradientCorrection::Continuity | GradientCorrection::Renormalised
-            ),
-            momentum_correction: constants.correction == GradientCorrection::Renormalised,
-            viscosity: constants.dynamic_viscosity > 0.0 && setup.viscous_form == ViscousForm::Stress,
-            damper: setup.acoustic_damping > 0.0,
-            pair_viscosity: constants.dynamic_viscosity > 0.0 && setup.viscous_form == ViscousForm::Pairwise,
-            order: setup.order.is_some(),
-            leapfrog: setup.scheme == FluidScheme::Leapfrog,
+        diffusion_form: setup.diffusion,
+        viscosity: match setup.viscous_form {
+            _ if constants.dynamic_viscosity <= 0.0 => Viscosity::Inviscid,
+            ViscousForm::Stress => Viscosity::Stress,
+            ViscousForm::Pairwise => Viscosity::Pairwise,
         },
         body_force,
         damping: setup.damping,
@@ -103,8 +94,8 @@ pub fn build(setup: FluidSetup, arithmetic: Arithmetic) -> Result<(FluidModel, F
             constants.particle_spacing,
             constants.sound_speed,
         ),
-        lost_particle_limit: setup.lost_particle_limit,
-        order: setup.order,
+        escaped_particle_limit: setup.lost_particle_limit,
+        regularisation: setup.order,
         coupling: run.coupling,
         first_wall_id: particles.id.iter().max().map_or(0, |id| id.saturating_add(1)),
     };
@@ -118,7 +109,7 @@ fn first_state(model: &FluidModel, particles: FluidParticles, time: f64) -> Flui
     let body_force = model.body_force.at(time);
     // No stage has been evaluated yet: the body force stands in for the acceleration.
     let largest_acceleration = position.iter().map(|x| body_force.acceleration(x).norm()).fold(0.0, f64::max);
-    let kept = if model.passes.leapfrog { id.len() } else { 0 };
+    let kept = if model.is_leapfrog() { id.len() } else { 0 };
     FluidState {
         density_rate: vec![0.0; kept],
         acceleration: vec![Vector::zeros(); kept],

@@ -6,7 +6,10 @@ use sph::equation_of_state::Tait;
 use sph::kernel::{CubicSpline, PairKernel};
 use sph::lanes::Arithmetic;
 use sph::repulsion::Repulsion;
-use sph::setup::{Coupling, Damping, FluidConstants, FluidProbe, FluidScheme, OrderControl, Outflow};
+use sph::setup::{
+    Coupling, Damping, DensityDiffusion, FluidConstants, FluidProbe, FluidScheme, GradientCorrection,
+    OrderControl, Outflow,
+};
 
 use super::walls::WallModel;
 
@@ -35,8 +38,10 @@ pub struct FluidModel {
     pub scheme: FluidScheme,
     /// How sums over neighbours are computed.
     pub arithmetic: Arithmetic,
-    /// What the gradient pass makes.
-    pub passes: Passes,
+    /// Form of the density diffusion.
+    pub diffusion_form: DensityDiffusion,
+    /// How viscosity enters.
+    pub viscosity: Viscosity,
     /// Body force.
     pub body_force: BodyForceField,
     /// Linear damping of the start.
@@ -49,67 +54,85 @@ pub struct FluidModel {
     pub probes: Vec<FluidProbe>,
     /// Open sides.
     pub outflow: Outflow,
-    /// Lost particles allowed.
-    pub lost_particle_limit: u64,
+    /// Escaped particles allowed.
+    pub escaped_particle_limit: u64,
     /// Repulsion by wall faces.
     pub wall_repulsion: Repulsion,
     /// Shifting and tensile control.
-    pub order: Option<OrderControl>,
+    pub regularisation: Option<OrderControl>,
     /// Facts of the interface.
     pub coupling: Option<Coupling>,
     /// Id of the first wall particle in snapshots: one beyond the fluid's largest.
     pub first_wall_id: u32,
 }
 
-/// What the scene needs from the pass over the neighbours before the rates.
+/// How viscosity enters Eq. (22).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Passes {
-    /// ∇ρ of Eq. (20), for Eq. (19).
-    pub density_gradient: bool,
-    /// L_i of Eq. (21) in Eq. (17).
-    pub correction: bool,
-    /// L_i in Eq. (22) too.
-    pub momentum_correction: bool,
-    /// Viscous stress of Eq. (4).
-    pub viscosity: bool,
-    /// Pressure of the acoustic damper.
-    pub damper: bool,
-    /// Viscous pair force.
-    pub pair_viscosity: bool,
-    /// Shifting or tensile control.
-    pub order: bool,
-    /// Leapfrog: the pass makes the density rates, in the predictor alone, and the corrector goes on with the rest.
-    pub leapfrog: bool,
-}
-
-impl Passes {
-    /// Whether the pass is needed at all.
-    pub fn any(self) -> bool {
-        self.moments() || self.velocity_gradient() || self.order || self.leapfrog
-    }
-
-    /// Whether neighbours read results of the pass.
-    pub fn shown(self) -> bool {
-        self.density_gradient || self.damper || self.order
-    }
-
-    /// Whether moments are needed.
-    pub fn moments(self) -> bool {
-        self.density_gradient || self.correction || self.pair_viscosity
-    }
-
-    /// Whether the velocity gradient is needed.
-    pub fn velocity_gradient(self) -> bool {
-        self.viscosity || self.pair_viscosity || self.damper || self.leapfrog
-    }
-
-    /// Whether momentum needs T = −σ·L as a tensor instead of a pressure.
-    pub fn tensor(self) -> bool {
-        self.momentum_correction || self.viscosity || self.pair_viscosity
-    }
+pub enum Viscosity {
+    /// Not at all.
+    Inviscid,
+    /// By the stress of Eq. (4).
+    Stress,
+    /// By a pair force.
+    Pairwise,
 }
 
 impl FluidModel {
+    /// Whether the gradient pass is needed at all.
+    pub fn needs_gradient_pass(&self) -> bool {
+        self.needs_moments() || self.needs_velocity_gradient() || self.regularises()
+    }
+
+    /// Whether neighbours read results of the gradient pass.
+    pub fn has_neighbour_fields(&self) -> bool {
+        self.needs_density_gradient() || self.has_damper() || self.regularises()
+    }
+
+    /// Whether moments are needed.
+    pub fn needs_moments(&self) -> bool {
+        self.needs_density_gradient() || self.corrects_continuity() || self.viscosity == Viscosity::Pairwise
+    }
+
+    /// Whether the velocity gradient is needed.
+    pub fn needs_velocity_gradient(&self) -> bool {
+        self.viscosity != Viscosity::Inviscid || self.has_damper() || self.is_leapfrog()
+    }
+
+    /// Whether momentum needs T = −σ·L as a tensor instead of a pressure.
+    pub fn has_tensors(&self) -> bool {
+        self.corrects_momentum() || self.viscosity != Viscosity::Inviscid
+    }
+
+    /// Whether ∇ρ of Eq. (20) is needed, for Eq. (19).
+    pub fn needs_density_gradient(&self) -> bool {
+        matches!(self.diffusion_form, DensityDiffusion::Renormalised { .. })
+    }
+
+    /// Whether L_i of Eq. (21) corrects Eq. (17).
+    pub fn corrects_continuity(&self) -> bool {
+        matches!(self.constants.correction, GradientCorrection::Continuity | GradientCorrection::Renormalised)
+    }
+
+    /// Whether L_i corrects Eq. (22) too.
+    pub fn corrects_momentum(&self) -> bool {
+        self.constants.correction == GradientCorrection::Renormalised
+    }
+
+    /// Whether the acoustic damper acts.
+    pub fn has_damper(&self) -> bool {
+        self.acoustic_diffusivity > 0.0
+    }
+
+    /// Whether particles are shifted or their tension is controlled.
+    pub fn regularises(&self) -> bool {
+        self.regularisation.is_some()
+    }
+
+    /// Whether the gradient pass of the predictor makes the density rates, and the corrector the rest.
+    pub fn is_leapfrog(&self) -> bool {
+        self.scheme == FluidScheme::Leapfrog
+    }
+
     /// Rate k of the linear damping at `time` \[1/s\].
     pub fn damping_rate(&self, time: f64) -> f64 {
         self.damping.filter(|damping| time < damping.until).map_or(0.0, |damping| damping.rate)

@@ -1,21 +1,25 @@
-//! What a pair sum reads of a particle.
+//! The layout in which pair sums read a particle.
 
 use sph::lanes::{Lanes, WIDTH};
 use sph::vector::Vector;
 
 use super::lane_arrays::rows;
 
-/// State of a particle as its neighbours read it: one cache line.
+/// State of a particle as pair sums read it: one cache line.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[repr(align(64))]
-pub struct Record {
+pub struct PackedParticle {
     /// x, y \[m\], v_x, v_y \[m/s\].
     pub motion: [f64; 4],
     /// Density ρ \[kg/m³\], pressure p \[Pa\], volume per depth V = m/ρ \[m²\], unused.
     pub matter: [f64; 4],
 }
 
-impl Record {
+/// Results of the gradient pass as neighbours read them: pressure q of the acoustic damper \[Pa\], surface flag \[-\], ∇ρ
+/// of Eq. (20) \[kg/m⁴\].
+pub type NeighbourFields = [f64; 4];
+
+impl PackedParticle {
     /// A particle; one of zero `volume` does not act.
     #[inline(always)]
     pub fn new(position: &Vector, velocity: &Vector, density: f64, pressure: f64, volume: f64) -> Self {
@@ -25,13 +29,13 @@ impl Record {
         }
     }
 
-    /// Four particles, from the numbers of [`Record::motion`] and from density, pressure and volume.
+    /// Four particles, from the numbers of [`PackedParticle::motion`] and from density, pressure and volume.
     #[inline(always)]
-    pub fn four<L: Lanes>(motion: [L; 4], [density, pressure, volume]: [L; 3]) -> [Self; WIDTH] {
+    pub fn pack<L: Lanes>(motion: [L; 4], [density, pressure, volume]: [L; 3]) -> [Self; WIDTH] {
         let [a, b, c, d] = rows(motion);
         let [m_a, m_b, m_c, m_d] = rows([density, pressure, volume, L::zero()]);
-        let record = |motion, matter| Self { motion, matter };
-        [record(a, m_a), record(b, m_b), record(c, m_c), record(d, m_d)]
+        let particle = |motion, matter| Self { motion, matter };
+        [particle(a, m_a), particle(b, m_b), particle(c, m_c), particle(d, m_d)]
     }
 
     /// Position \[m\].

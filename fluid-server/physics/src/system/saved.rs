@@ -41,7 +41,7 @@ impl FluidState {
         saved.put_f64("fluid.last_step", last_step);
         saved.put_f64("fluid.density_rate", density_rate.iter().copied());
         saved.put_vectors("fluid.acceleration", acceleration);
-        saved.put_u64("fluid.counts", [self.lost, self.outflow, self.list_builds]);
+        saved.put_u64("fluid.counts", [self.escaped, self.outflow, self.list_builds]);
     }
 
     /// The state of a run of `model` that was saved.
@@ -93,8 +93,8 @@ impl FluidState {
                 format!("holds a negative time, {density_age} s"),
             ));
         }
-        let kept = if model.passes.leapfrog { n } else { 0 };
-        let [lost, outflow, list_builds] = saved.u64s("fluid.counts")?;
+        let kept = if model.is_leapfrog() { n } else { 0 };
+        let [escaped, outflow, list_builds] = saved.u64s("fluid.counts")?;
         Ok(Self {
             id: id.to_vec(),
             region: region.to_vec(),
@@ -110,7 +110,7 @@ impl FluidState {
             density_rate: saved.f64s("fluid.density_rate", Some(kept))?.to_vec(),
             acceleration: saved.vectors("fluid.acceleration", kept)?,
             density_age,
-            lost,
+            escaped,
             outflow,
             list_builds,
         })

@@ -40,7 +40,7 @@ pub struct FluidState {
     /// Time from which on `density_rate` has made the density of the last boundary: half the last step \[s\].
     pub density_age: f64,
     /// Particles that crossed a wall.
-    pub lost: u64,
+    pub escaped: u64,
     /// Particles that left over an open rim or through an outflow side.
     pub outflow: u64,
     /// Neighbour list builds.

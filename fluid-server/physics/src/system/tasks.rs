@@ -11,7 +11,7 @@ pub trait Split: Sized + Send {
     fn split(self, at: usize) -> (Self, Self);
 }
 
-/// One value for each particle, or none at all where a scene does not need the array.
+/// One value for each particle, or none at all where a case does not need the array.
 impl<T: Send> Split for &mut [T] {
     fn split(self, at: usize) -> (Self, Self) {
         if self.is_empty() { (&mut [], &mut []) } else { self.split_at_mut(at) }
@@ -35,6 +35,19 @@ impl<A: Split, B: Split> Split for (A, B) {
         ((a, b), (c, d))
     }
 }
+
+/// Implements [`Split`] for a struct of slices, field by field.
+macro_rules! split_by_field {
+    ($name:ident { $($field:ident),+ }) => {
+        impl $crate::system::tasks::Split for $name<'_> {
+            fn split(self, at: usize) -> (Self, Self) {
+                $(let $field = self.$field.split(at);)+
+                (Self { $($field: $field.0),+ }, Self { $($field: $field.1),+ })
+            }
+        }
+    };
+}
+pub(crate) use split_by_field;
 
 /// Calls `work` for each task of `particles` particles, in parallel, with the task's particles and its part of
 /// `results`. Allocates nothing.

@@ -7,7 +7,7 @@ use sph::vector::Vector;
 
 use super::support::{Noise, ORDERED, add_floor, dam_break, evaluate, random_patch};
 use crate::FluidSolver;
-use crate::system::packed_particle::Record;
+use crate::system::packed_particle::PackedParticle;
 
 /// The random patch with a floor under it, which reaches into the support.
 fn patch(seed: u64) -> FluidSetup {
@@ -32,10 +32,10 @@ struct Plain<'a> {
 
 impl Plain<'_> {
     /// Everything within support of particle `i`: fluid, then walls, with x_ij and V_j (dW/dr)/r.
-    fn pairs(&self, i: usize) -> Vec<(usize, bool, Record, Vector, f64)> {
+    fn pairs(&self, i: usize) -> Vec<(usize, bool, PackedParticle, Vector, f64)> {
         let workspace = &self.solver.workspace;
         let fluid = workspace.fluid.iter().enumerate().map(|(j, record)| (j, true, *record));
-        let walls = workspace.walls.records.iter().enumerate().map(|(w, record)| (w, false, *record));
+        let walls = workspace.walls.particles.iter().enumerate().map(|(w, record)| (w, false, *record));
         let own = workspace.fluid[i].position();
         fluid
             .chain(walls)

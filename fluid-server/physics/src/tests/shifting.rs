@@ -28,10 +28,10 @@ fn stirred() -> FluidSetup {
 }
 
 /// Root mean square of Σ V_j ∇W \[1/m\].
-fn crowding(setup: &FluidSetup) -> f64 {
+fn shifting_gradient(setup: &FluidSetup) -> f64 {
     let mut solver = solver(FluidSetup { order: ORDERED, ..setup.clone() });
     evaluate(&mut solver);
-    let local = &solver.workspace.gradients.order;
+    let local = &solver.workspace.gradients.regularisation;
     (local.iter().map(|local| local.concentration.norm_squared()).sum::<f64>() / local.len() as f64).sqrt()
 }
 
@@ -50,7 +50,7 @@ fn shifting_spreads_particles() {
             let id = moved.state.id[i] as usize;
             setup.particles.position[id] = setup.run.domain.wrapped(&moved.state.position[i]);
         }
-        crowding(&setup)
+        shifting_gradient(&setup)
     };
     let (without, with) = (after(0.0), after(1.0));
     assert!(with < 0.7 * without, "{with} against {without}");
@@ -143,7 +143,8 @@ fn pressure_that_orders_the_particles_takes_the_place_of_shifting() {
         let mut solver = solver(setup);
         evaluate(&mut solver);
         let workspace = solver.workspace;
-        let speeds: Vec<f64> = workspace.gradients.order.iter().map(|local| local.square_speed()).collect();
+        let speeds: Vec<f64> =
+            workspace.gradients.regularisation.iter().map(|local| local.square_speed()).collect();
         (workspace.rates.iter().map(|rates| rates.shift).collect::<Vec<_>>(), speeds)
     };
     let ((free, speeds), (faded, _)) = (shifts(0.0), shifts(PRESSURE));

@@ -46,7 +46,7 @@ fn walls_show_the_mirrored_mean_velocity() {
     {
         let mut solver = solver(moving_water(condition));
         evaluate(&mut solver);
-        let record = solver.workspace.walls.records[middle(&solver)];
+        let record = solver.workspace.walls.particles[middle(&solver)];
         assert!((record.velocity() - expected).norm() < 1e-14, "{condition:?}");
     }
 }
@@ -57,7 +57,7 @@ fn corner_particles_reverse_both_components() {
     setup.wall_particles.normal.fill(Vector::zeros());
     let mut solver = solver(setup);
     evaluate(&mut solver);
-    let record = solver.workspace.walls.records[middle(&solver)];
+    let record = solver.workspace.walls.particles[middle(&solver)];
     assert!((record.velocity() - Vector::new(-0.3, 0.2)).norm() < 1e-14);
 }
 
@@ -80,7 +80,7 @@ fn wall_pressure_continues_a_hydrostatic_field_downward() {
         height += kernel * d.y;
     }
     let expected = 2000.0 + density * 9.81 * height / weight;
-    let record = solver.workspace.walls.records[w];
+    let record = solver.workspace.walls.particles[w];
     assert!((record.pressure() - expected).abs() < 1e-8, "{} {expected}", record.pressure());
     assert!((solver.model.equation_of_state.pressure(record.density()) - expected).abs() < 1e-6);
     assert!((record.volume() - 1000.0 * 0.02 * 0.02 / record.density()).abs() < 1e-18);
@@ -98,7 +98,7 @@ fn the_known_acceleration_of_a_wall_enters_its_pressure() {
         });
         let mut solver = solver(setup);
         evaluate(&mut solver);
-        solver.workspace.walls.records[middle(&solver)].pressure()
+        solver.workspace.walls.particles[middle(&solver)].pressure()
     };
     // A floor pushed upward by a feels as heavy as one at rest under gravity −a.
     let (pushed, heavy) = (pressure("4", 0.0), pressure("0", -4.0));
@@ -119,7 +119,7 @@ fn a_moving_wall_carries_water_that_does_not_slip() {
     });
     let mut solver = solver(setup);
     evaluate(&mut solver);
-    let record = solver.workspace.walls.records[middle(&solver)];
+    let record = solver.workspace.walls.particles[middle(&solver)];
     assert!((record.velocity() - Vector::new(0.5, 0.0)).norm() < 1e-14);
 }
 
@@ -137,7 +137,7 @@ fn released_walls_and_walls_without_fluid_do_not_act() {
     setup.particles.position.iter_mut().for_each(|x| x.y += 0.2);
     let mut solver = super::support::solver(setup);
     evaluate(&mut solver);
-    assert!(solver.workspace.walls.records.iter().all(|record| record.volume() == 0.0));
+    assert!(solver.workspace.walls.particles.iter().all(|record| record.volume() == 0.0));
 }
 
 #[test]

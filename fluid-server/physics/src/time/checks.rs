@@ -1,11 +1,10 @@
-//! What a healthy state looks like; a run that leaves it stops and says where.
+//! Limits that a valid state keeps; a run that breaks one stops and reports where.
 
 use sph::domain::Domain;
 use sph::equation_of_state::LARGEST_COMPRESSION;
 use sph::lanes::{Kernel, Lanes, WIDTH};
 use sph::solver::Divergence;
 use sph::stage::StepStage;
-use sph::vector::Vector;
 
 use crate::system::lane_arrays::{abs, largest, numbers, vectors};
 use crate::system::model::FluidModel;
@@ -14,21 +13,26 @@ use crate::system::state::FluidState;
 /// All bits of [`Lanes::below`].
 const ALL_LANES: u8 = (1 << WIDTH) - 1;
 
-/// Position \[m\], velocity \[m/s\] and density \[kg/m³\] of a particle.
-pub type Values<'a> = (&'a Vector, &'a Vector, f64);
-
-/// The same of four particles.
-pub type LaneValues<L> = ([L; 2], [L; 2], L);
-
-/// What the check compares with.
+/// Position \[m\], velocity \[m/s\] and density \[kg/m³\] of four particles.
 #[derive(Clone, Copy, Debug)]
-pub struct Limits {
+pub struct Motion<L> {
+    /// Position x \[m\].
+    pub x: [L; 2],
+    /// Velocity v \[m/s\].
+    pub v: [L; 2],
+    /// Density ρ \[kg/m³\].
+    pub rho: L,
+}
+
+/// Limits of a valid state.
+#[derive(Clone, Copy, Debug)]
+pub struct StateLimits {
     domain: Domain,
     square_speed: f64,
     densities: [f64; 2],
 }
 
-impl Limits {
+impl StateLimits {
     /// The limits of `model`.
     pub fn of(model: &FluidModel) -> Self {
         let c = &model.constants;
@@ -41,22 +45,22 @@ impl Limits {
     }
 }
 
-/// What the check gathers over the particles.
+/// Findings of a scan over particles.
 #[derive(Clone, Copy, Debug)]
-pub struct Findings {
+pub struct ScanFindings {
     /// First particle that breaks a limit.
     first_bad: usize,
     largest_square_speed: f64,
     /// Square of the largest displacement since the lists were built \[m²\]; infinite where there are none.
     largest_square_displacement: f64,
-    /// Square of the largest move in the stage that made the state \[m²\]; the predictor of leapfrog, which goes on at known
-    /// velocities, tells none.
+    /// Square of the largest move in the stage that made the state \[m²\]; zero from the
+    /// predictor of leapfrog, whose velocities are known beforehand.
     pub largest_square_move: f64,
     /// Whether a particle is outside the domain.
     pub outside: bool,
 }
 
-impl Default for Findings {
+impl Default for ScanFindings {
     fn default() -> Self {
         Self {
             first_bad: usize::MAX,
@@ -68,9 +72,9 @@ impl Default for Findings {
     }
 }
 
-/// [`Findings`] in lanes.
+/// [`ScanFindings`] in lanes.
 #[derive(Clone, Copy, Debug)]
-pub struct LaneFindings<L> {
+pub struct LaneScanFindings<L> {
     first_bad: usize,
     square_speed: L,
     square_displacement: L,
@@ -78,7 +82,7 @@ pub struct LaneFindings<L> {
     outside: bool,
 }
 
-impl<L: Lanes> LaneFindings<L> {
+impl<L: Lanes> LaneScanFindings<L> {
     /// Of no particle.
     #[inline(always)]
     pub fn none() -> Self {
@@ -96,21 +100,21 @@ impl<L: Lanes> LaneFindings<L> {
     #[inline(always)]
     pub fn add(
         &mut self,
-        limits: &Limits,
+        limits: &StateLimits,
         first: usize,
-        values: LaneValues<L>,
+        motion: &Motion<L>,
         displacement: Option<[L; 2]>,
     ) {
-        let Limits { domain, square_speed: limit, densities: [lowest, highest] } = limits;
-        let ([x, y], [v_x, v_y], density) = values;
+        let StateLimits { domain, square_speed: limit, densities: [lowest, highest] } = limits;
+        let Motion { x: [x, y], v: [v_x, v_y], rho: density } = *motion;
         let (square_speed, infinite) = (v_x * v_x + v_y * v_y, L::splat(f64::INFINITY));
-        // NaN is below nothing and above nothing.
-        let healthy = square_speed.below(L::splat(*limit))
+        // Comparisons with NaN are false.
+        let valid = square_speed.below(L::splat(*limit))
             & L::splat(*lowest).below(density)
             & density.below(L::splat(*highest))
             & abs(x).below(infinite)
             & abs(y).below(infinite);
-        let bad = healthy ^ ALL_LANES;
+        let bad = valid ^ ALL_LANES;
         if bad != 0 {
             self.first_bad = self.first_bad.min(first + bad.trailing_zeros() as usize);
         }
@@ -131,8 +135,8 @@ impl<L: Lanes> LaneFindings<L> {
 
     /// The findings of all lanes.
     #[inline(always)]
-    pub fn total(&self) -> Findings {
-        Findings {
+    pub fn total(&self) -> ScanFindings {
+        ScanFindings {
             first_bad: self.first_bad,
             largest_square_speed: largest(self.square_speed),
             largest_square_displacement: largest(self.square_displacement),
@@ -149,7 +153,7 @@ fn beyond<L: Lanes>(domain: &Domain, axis: usize, x: L) -> bool {
     !domain.periodic[axis] && (x.below(lower) | upper.below(x)) != 0
 }
 
-impl Findings {
+impl ScanFindings {
     /// The findings of both.
     pub fn with(self, other: Self) -> Self {
         Self {
@@ -171,7 +175,7 @@ impl Findings {
     /// Largest speed \[m/s\].
     ///
     /// # Errors
-    /// The first particle that is not healthy.
+    /// The first particle that breaks a limit.
     pub fn verdict(
         &self,
         model: &FluidModel,
@@ -191,31 +195,31 @@ impl Findings {
 /// # Errors
 /// The first particle that is not.
 pub fn check_state(model: &FluidModel, state: &FluidState, at: StepStage) -> Result<f64, Box<Divergence>> {
-    model.arithmetic.run(Check { limits: Limits::of(model), state }).verdict(model, state, at)
+    model.arithmetic.run(CheckPass { limits: StateLimits::of(model), state }).verdict(model, state, at)
 }
 
-/// A look at every particle, wherever it was before.
-struct Check<'a> {
-    limits: Limits,
+/// The scan of every particle, without displacements.
+struct CheckPass<'a> {
+    limits: StateLimits,
     state: &'a FluidState,
 }
 
-impl Kernel for Check<'_> {
-    type Output = Findings;
+impl Kernel for CheckPass<'_> {
+    type Output = ScanFindings;
 
     #[inline(always)]
-    fn run<L: Lanes>(self) -> Findings {
+    fn run<L: Lanes>(self) -> ScanFindings {
         let Self { limits, state: FluidState { position, velocity, density, .. } } = self;
-        let mut found = LaneFindings::<L>::none();
+        let mut findings = LaneScanFindings::<L>::none();
         for first in (0..density.len()).step_by(WIDTH) {
-            let values = (vectors(position, first), vectors(velocity, first), numbers(density, first));
-            found.add(&limits, first, values, None);
+            let (x, v) = (vectors(position, first), vectors(velocity, first));
+            findings.add(&limits, first, &Motion { x, v, rho: numbers(density, first) }, None);
         }
-        found.total()
+        findings.total()
     }
 }
 
-/// What is wrong with particle `i`.
+/// The limit that particle `i` breaks.
 fn diagnosis(model: &FluidModel, state: &FluidState, at: StepStage, i: usize) -> Divergence {
     let (x, v, density) = (state.position[i], state.velocity[i], state.density[i]);
     let (rest, c0) = (model.constants.rest_density, model.constants.sound_speed);
@@ -244,7 +248,7 @@ fn diagnosis(model: &FluidModel, state: &FluidState, at: StepStage, i: usize) ->
             allowed,
             format!(
                 "{step}; else raise the sound speed or the artificial viscosity, or set `tension_limit_pa` where \
-                 water is torn"
+                 the fluid is under tension"
             ),
         )
     };

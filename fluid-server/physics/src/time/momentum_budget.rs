@@ -1,4 +1,4 @@
-//! Sums over the particles that a stage has moved.
+//! The momentum budget of a stage: sums over the particles that it has moved.
 
 use std::ops::AddAssign;
 
@@ -8,9 +8,9 @@ use sph::vector::Vector;
 
 use crate::system::lane_arrays::largest;
 
-/// Sums over particles of the forces of a stage and of what they did to the momentum.
+/// Forces of a stage and the change of momentum by them, summed over particles.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Books {
+pub struct MomentumBudget {
     /// Force of the damping \[N/m\].
     pub damping: Vector,
     /// Σ m |a| + |p| V/h, the scale of round-off of the forces \[N/m\].
@@ -22,12 +22,12 @@ pub struct Books {
     /// Σ m |v| + m |vⁿ| \[kg/s\].
     pub gross_momentum: f64,
     /// Angular momentum, about the domain's torque origin.
-    pub angular: AngularBooks,
+    pub angular: AngularBudgetSums,
     /// Of the state that ends a step \[J/m\].
     pub energies: Energies,
 }
 
-impl AddAssign for Books {
+impl AddAssign for MomentumBudget {
     fn add_assign(&mut self, other: Self) {
         self.damping += other.damping;
         self.gross += other.gross;
@@ -39,9 +39,9 @@ impl AddAssign for Books {
     }
 }
 
-/// Sums over particles of what the stage did to the angular momentum, by other causes than those of the rates.
+/// Change of angular momentum in a stage, and its causes besides the rates, summed over particles.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct AngularBooks {
+pub struct AngularBudgetSums {
     /// Σ m [(x − x₀) × v − (xⁿ − x₀) × vⁿ] \[kg m/s\].
     pub change: f64,
     /// Σ m |x − x₀| (|v| + |vⁿ|) \[kg m/s\].
@@ -50,13 +50,13 @@ pub struct AngularBooks {
     pub gross_torque: f64,
     /// Torque of the damping \[N\].
     pub damping: f64,
-    /// What shifting added: Σ m δx × v \[kg m/s\].
+    /// Part of shifting, Σ m δx × v \[kg m/s\].
     pub shifting: f64,
-    /// What the time scheme added, [`sph::ledger::scheme_moment`] \[kg m/s\].
+    /// Part of the time scheme, [`sph::ledger::scheme_moment`] \[kg m/s\].
     pub scheme: f64,
 }
 
-impl AddAssign for AngularBooks {
+impl AddAssign for AngularBudgetSums {
     fn add_assign(&mut self, other: Self) {
         self.change += other.change;
         self.gross_change += other.gross_change;
@@ -67,9 +67,9 @@ impl AddAssign for AngularBooks {
     }
 }
 
-/// [`AngularBooks`] in lanes.
+/// [`AngularBudgetSums`] in lanes.
 #[derive(Clone, Copy, Debug)]
-pub struct LaneAngularBooks<L> {
+pub struct LaneAngularBudget<L> {
     /// Change \[kg m/s\].
     pub change: L,
     /// Its gross \[kg m/s\].
@@ -78,13 +78,13 @@ pub struct LaneAngularBooks<L> {
     pub gross_torque: L,
     /// Torque of the damping \[N\].
     pub damping: L,
-    /// What shifting added \[kg m/s\].
+    /// Part of shifting \[kg m/s\].
     pub shifting: L,
-    /// What the time scheme added \[kg m/s\].
+    /// Part of the time scheme \[kg m/s\].
     pub scheme: L,
 }
 
-impl<L: Lanes> LaneAngularBooks<L> {
+impl<L: Lanes> LaneAngularBudget<L> {
     #[inline(always)]
     fn none() -> Self {
         let zero = L::zero();
@@ -99,17 +99,17 @@ impl<L: Lanes> LaneAngularBooks<L> {
     }
 
     #[inline(always)]
-    fn total(&self) -> AngularBooks {
+    fn total(&self) -> AngularBudgetSums {
         let [change, gross_change, gross_torque, damping] =
             L::sums([self.change, self.gross_change, self.gross_torque, self.damping]);
         let [shifting, scheme, ..] = L::sums([self.shifting, self.scheme, L::zero(), L::zero()]);
-        AngularBooks { change, gross_change, gross_torque, damping, shifting, scheme }
+        AngularBudgetSums { change, gross_change, gross_torque, damping, shifting, scheme }
     }
 }
 
-/// [`Books`] in lanes.
+/// [`MomentumBudget`] in lanes.
 #[derive(Clone, Copy, Debug)]
-pub struct LaneBooks<L> {
+pub struct LaneMomentumBudget<L> {
     /// Force of the damping \[N/m\].
     pub damping: [L; 2],
     /// Scale of round-off of the forces \[N/m\].
@@ -121,7 +121,7 @@ pub struct LaneBooks<L> {
     /// Its gross \[kg/s\].
     pub gross_momentum: L,
     /// Angular momentum.
-    pub angular: LaneAngularBooks<L>,
+    pub angular: LaneAngularBudget<L>,
     /// Kinetic energy \[J/m\].
     pub kinetic: L,
     /// Potential energy \[J/m\].
@@ -130,7 +130,7 @@ pub struct LaneBooks<L> {
     pub internal: L,
 }
 
-impl<L: Lanes> LaneBooks<L> {
+impl<L: Lanes> LaneMomentumBudget<L> {
     /// Over no particle.
     #[inline(always)]
     pub fn none() -> Self {
@@ -141,7 +141,7 @@ impl<L: Lanes> LaneBooks<L> {
             largest_acceleration: zero,
             momentum: [zero; 2],
             gross_momentum: zero,
-            angular: LaneAngularBooks::none(),
+            angular: LaneAngularBudget::none(),
             kinetic: zero,
             potential: zero,
             internal: zero,
@@ -150,13 +150,13 @@ impl<L: Lanes> LaneBooks<L> {
 
     /// Over all lanes.
     #[inline(always)]
-    pub fn total(&self) -> Books {
+    pub fn total(&self) -> MomentumBudget {
         let ([damped_x, damped_y], [x, y]) = (self.damping, self.momentum);
         let [damped_x, damped_y, x, y] = L::sums([damped_x, damped_y, x, y]);
         let [gross, gross_momentum, kinetic, potential] =
             L::sums([self.gross, self.gross_momentum, self.kinetic, self.potential]);
         let [internal, ..] = L::sums([self.internal, L::zero(), L::zero(), L::zero()]);
-        Books {
+        MomentumBudget {
             damping: Vector::new(damped_x, damped_y),
             gross,
             largest_acceleration: largest(self.largest_acceleration),

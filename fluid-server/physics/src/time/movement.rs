@@ -1,107 +1,140 @@
-//! The pass over all particles that moves them by their rates, four at a time.
+//! The pass that moves all particles by their rates, four at a time.
 
 use sph::equation_of_state::Tait;
 use sph::lanes::{Kernel, Lanes, WIDTH};
 use sph::stage::Stage;
 use sph::vector::Vector;
 
-use super::checks::{Findings, LaneFindings};
-use super::momentum_budget::{Books, LaneAngularBooks, LaneBooks};
-use super::state_scan::Look;
-use crate::rates::particle_rates::{Part, Rates};
+use super::checks::{LaneScanFindings, Motion, ScanFindings};
+use super::momentum_budget::{LaneAngularBudget, LaneMomentumBudget, MomentumBudget};
+use super::state_scan::StateScan;
+use crate::rates::particle_rates::{Rates, StagePart};
 use crate::system::lane_arrays::{abs, components, get, numbers, put, rows, vectors, weight};
-use crate::system::packed_particle::Record;
+use crate::system::packed_particle::PackedParticle;
+use crate::system::tasks::{PerTask, split_by_field};
 
-/// Position, velocity and density of the particles of a task.
-pub type MovingOfTask<'a> = (&'a mut [Vector], (&'a mut [Vector], &'a mut [f64]));
+/// Position, velocity and density of particles.
+pub struct MotionSlices<'a> {
+    /// Position \[m\].
+    pub position: &'a mut [Vector],
+    /// Velocity \[m/s\].
+    pub velocity: &'a mut [Vector],
+    /// Density \[kg/m³\].
+    pub density: &'a mut [f64],
+}
 
-/// The particles of one task and what is made of them.
+split_by_field!(MotionSlices { position, velocity, density });
+
+/// Arrays that a stage changes.
+pub struct StageSlices<'a> {
+    /// The state.
+    pub motion: MotionSlices<'a>,
+    /// Density rate that the state keeps, with leapfrog \[kg/(m³ s)\].
+    pub density_rate: &'a mut [f64],
+    /// Acceleration that the state keeps, with leapfrog \[m/s²\].
+    pub acceleration: &'a mut [Vector],
+    /// The state at the start of the step, without leapfrog.
+    pub base: MotionSlices<'a>,
+    /// The particles as pair sums read them: of the stage state before, of the new state after.
+    pub fluid: &'a mut [PackedParticle],
+    /// Momentum budget.
+    pub budget: PerTask<'a, MomentumBudget>,
+    /// Findings in the new state.
+    pub findings: PerTask<'a, ScanFindings>,
+}
+
+split_by_field!(StageSlices { motion, density_rate, acceleration, base, fluid, budget, findings });
+
+/// The particles of one task.
 ///
 /// No product is fused with a sum: all paths give the same bits.
 pub struct Movement<'a> {
     /// What the stage does.
     pub step: &'a Step<'a>,
-    /// What is made of the new state.
-    pub look: &'a Look<'a>,
+    /// The scan of the new state.
+    pub scan: &'a StateScan<'a>,
     /// The first particle.
     pub first: usize,
-    /// What moves.
-    pub moving: MovingOfTask<'a>,
-    /// Density rate and acceleration that stay, with leapfrog.
-    pub kept: (&'a mut [f64], &'a mut [Vector]),
-    /// The start of the step, without.
-    pub base: MovingOfTask<'a>,
-    /// What neighbours have read, and what they will read.
-    pub fluid: &'a mut [Record],
+    /// Their arrays.
+    pub slices: StageSlices<'a>,
 }
 
 impl Kernel for Movement<'_> {
-    type Output = (Books, Findings);
+    type Output = ();
 
     #[inline(always)]
-    fn run<L: Lanes>(self) -> (Books, Findings) {
-        let Self { step, look, moving: (x, (v, rho)), fluid, .. } = self;
-        let (x_0, (v_0, rho_0)) = self.base;
-        let (density_rate, acceleration) = self.kept;
+    fn run<L: Lanes>(self) {
+        let Self { step, scan, first, slices } = self;
+        let StageSlices { mut motion, density_rate, acceleration, base: mut start_of_step, fluid, .. } =
+            slices;
         let count = fluid.len();
-        let (mut books, mut found) = (LaneBooks::<L>::none(), LaneFindings::<L>::none());
+        let (mut budget, mut findings) = (LaneMomentumBudget::<L>::none(), LaneScanFindings::<L>::none());
         for k in (0..count).step_by(WIDTH) {
-            let i = self.first + k;
+            let i = first + k;
             let (rates, mass) = (LaneRates::<L>::of(get(step.rates, i)), numbers::<L>(step.mass, i));
-            let start = Moving { x: vectors(x, k), v: vectors(v, k), rho: numbers(rho, k) };
-            let mut shown_velocity = None;
+            let start = Motion::get(&motion, k);
+            let mut extrapolated = None;
             let end = match step.part {
-                Part::Whole => {
+                StagePart::Whole => {
                     if step.stage == Stage::Predictor {
-                        start.put((x_0, v_0, rho_0), k);
+                        start.put(&mut start_of_step, k);
                     }
-                    let base = Moving { x: vectors(x_0, k), v: vectors(v_0, k), rho: numbers(rho_0, k) };
+                    let base = Motion::get(&start_of_step, k);
                     let end = step.whole(&rates, &base, start.v);
-                    let shown = Shown::of(get(fluid, k), mass, weight(k, count));
-                    step.book(&shown, &rates, &Path { base: &base, stage: start.x, end: &end }, &mut books);
+                    let particles = StageParticles::of(get(fluid, k), mass, weight(k, count));
+                    step.account_for(
+                        &particles,
+                        &rates,
+                        &Path { base: &base, stage: start.x, end: &end },
+                        &mut budget,
+                    );
                     end
                 }
-                Part::Density => {
+                StagePart::Density => {
                     let (end, kept) = (step.density(&rates, &start, numbers(density_rate, k)), rates.density);
                     put(density_rate, k, kept.to_array());
-                    shown_velocity = Some(add(end.v, vectors(acceleration, k), L::splat(step.half)));
+                    extrapolated = Some(add(end.v, vectors(acceleration, k), L::splat(step.half)));
                     end
                 }
-                Part::Momentum => {
+                StagePart::Momentum => {
                     let end = step.momentum(&rates, &start, numbers(density_rate, k));
-                    let shown = Shown::of(get(fluid, k), mass, weight(k, count));
-                    // (xⁿ + Δt/2 vⁿ) × vⁿ = xⁿ × vⁿ: the half-way place serves as that at the start.
-                    step.book(&shown, &rates, &Path { base: &start, stage: start.x, end: &end }, &mut books);
+                    let particles = StageParticles::of(get(fluid, k), mass, weight(k, count));
+                    // (xⁿ + Δt/2 vⁿ) × vⁿ = xⁿ × vⁿ: the position of the stage stands for that at the start.
+                    step.account_for(
+                        &particles,
+                        &rates,
+                        &Path { base: &start, stage: start.x, end: &end },
+                        &mut budget,
+                    );
                     put(acceleration, k, rates.own_acceleration);
                     end
                 }
             };
-            // Where particles go at known velocities it is known beforehand.
-            if step.part != Part::Density {
-                found.add_move([end.x[0] - start.x[0], end.x[1] - start.x[1]]);
+            // Moves at known velocities are known beforehand.
+            if step.part != StagePart::Density {
+                findings.add_move([end.x[0] - start.x[0], end.x[1] - start.x[1]]);
             }
-            end.put((x, v, rho), k);
-            put(fluid, k, look.at(i, (end.x, end.v, end.rho), mass, shown_velocity, &mut found));
+            end.put(&mut motion, k);
+            put(fluid, k, scan.pack(i, &end, mass, extrapolated, &mut findings));
         }
-        (books.total(), found.total())
+        (slices.budget.0[0], slices.findings.0[0]) = (budget.total(), findings.total());
     }
 }
 
-/// Position, velocity and density of four particles.
-struct Moving<L> {
-    x: [L; 2],
-    v: [L; 2],
-    rho: L,
-}
+impl<L: Lanes> Motion<L> {
+    /// Those of the particles from `k` on.
+    #[inline(always)]
+    fn get(from: &MotionSlices, k: usize) -> Self {
+        Self { x: vectors(from.position, k), v: vectors(from.velocity, k), rho: numbers(from.density, k) }
+    }
 
-impl<L: Lanes> Moving<L> {
     /// Replaces those of the particles from `k` on.
     #[inline(always)]
-    fn put(&self, (x, v, rho): (&mut [Vector], &mut [Vector], &mut [f64]), k: usize) {
+    fn put(&self, to: &mut MotionSlices, k: usize) {
         let [a, b, c, d] = rows([self.x[0], self.x[1], self.v[0], self.v[1]]);
-        put(x, k, [a, b, c, d].map(|[x, y, ..]| Vector::new(x, y)));
-        put(v, k, [a, b, c, d].map(|[.., x, y]| Vector::new(x, y)));
-        put(rho, k, self.rho.to_array());
+        put(to.position, k, [a, b, c, d].map(|[x, y, ..]| Vector::new(x, y)));
+        put(to.velocity, k, [a, b, c, d].map(|[.., x, y]| Vector::new(x, y)));
+        put(to.density, k, self.rho.to_array());
     }
 }
 
@@ -126,8 +159,8 @@ impl<L: Lanes> LaneRates<L> {
     }
 }
 
-/// What neighbours have read of four particles; those beyond the last have no mass and no volume.
-struct Shown<L> {
+/// Four particles as pair sums have read them in the stage; those beyond the last have no mass and no volume.
+struct StageParticles<L> {
     velocity: [L; 2],
     pressure: L,
     volume: L,
@@ -135,29 +168,29 @@ struct Shown<L> {
     mass: L,
 }
 
-impl<L: Lanes> Shown<L> {
+impl<L: Lanes> StageParticles<L> {
     #[inline(always)]
-    fn of([a, b, c, d]: [Record; WIDTH], mass: L, weight: L) -> Self {
+    fn of([a, b, c, d]: [PackedParticle; WIDTH], mass: L, weight: L) -> Self {
         let [_, _, v_x, v_y] = L::columns([&a.motion, &b.motion, &c.motion, &d.motion]);
         let [_, pressure, volume, _] = L::columns([&a.matter, &b.matter, &c.matter, &d.matter]);
         Self { velocity: [v_x, v_y], pressure, volume: volume * weight, mass: mass * weight }
     }
 }
 
-/// From where to where a stage has moved four particles.
+/// The path of four particles in a stage.
 struct Path<'a, L> {
     /// The start of the step.
-    base: &'a Moving<L>,
+    base: &'a Motion<L>,
     /// Where the forces were evaluated \[m\].
     stage: [L; 2],
     /// The new state.
-    end: &'a Moving<L>,
+    end: &'a Motion<L>,
 }
 
-/// What a stage does to the particles.
+/// Constants of a stage.
 pub struct Step<'a> {
     /// Which rates there are.
-    pub part: Part,
+    pub part: StagePart,
     /// Predictor or corrector.
     pub stage: Stage,
     /// From the start of the step to the new state \[s\].
@@ -172,9 +205,9 @@ pub struct Step<'a> {
     pub inverse_h: f64,
     /// Constant part of the body force \[m/s²\].
     pub gravity: Vector,
-    /// Point about which torques are taken; without one angular momentum is left out \[m\].
+    /// Point about which torques are taken; `None` leaves angular momentum out \[m\].
     pub origin: Option<Vector>,
-    /// Of the energies.
+    /// For the energies.
     pub equation_of_state: Tait,
     /// Rates of all particles.
     pub rates: &'a [Rates],
@@ -210,10 +243,10 @@ impl Step<'_> {
     /// Either stage of Eq. (30)-(31) from the start of the step. The position moves with the velocity `v` of the stage
     /// state, and with the shift.
     #[inline(always)]
-    fn whole<L: Lanes>(&self, rates: &LaneRates<L>, base: &Moving<L>, v: [L; 2]) -> Moving<L> {
+    fn whole<L: Lanes>(&self, rates: &LaneRates<L>, base: &Motion<L>, v: [L; 2]) -> Motion<L> {
         let duration = L::splat(self.duration);
         let moves = [v[0] + rates.shift[0], v[1] + rates.shift[1]];
-        Moving {
+        Motion {
             x: add(base.x, moves, duration),
             v: add(base.v, rates.acceleration, duration),
             rho: base.rho + rates.density * duration,
@@ -222,85 +255,86 @@ impl Step<'_> {
 
     /// The predictor of leapfrog; `before` is the density rate at the start of the step before.
     #[inline(always)]
-    fn density<L: Lanes>(&self, rates: &LaneRates<L>, start: &Moving<L>, before: L) -> Moving<L> {
+    fn density<L: Lanes>(&self, rates: &LaneRates<L>, start: &Motion<L>, before: L) -> Motion<L> {
         let (half, rate) = (L::splat(self.half), rates.density);
         let since = L::splat(self.density_age) * (rate - before) + half * rate;
-        Moving { x: add(start.x, start.v, half), v: start.v, rho: start.rho + since }
+        Motion { x: add(start.x, start.v, half), v: start.v, rho: start.rho + since }
     }
 
     /// The corrector of leapfrog, from the density rate of the predictor.
     #[inline(always)]
-    fn momentum<L: Lanes>(&self, rates: &LaneRates<L>, start: &Moving<L>, density_rate: L) -> Moving<L> {
+    fn momentum<L: Lanes>(&self, rates: &LaneRates<L>, start: &Motion<L>, density_rate: L) -> Motion<L> {
         let (half, duration) = (L::splat(self.half), L::splat(self.duration));
         let v = add(start.v, rates.acceleration, duration);
         let by = add([v[0] * half, v[1] * half], rates.shift, duration);
-        Moving {
+        Motion {
             x: [start.x[0] + by[0], start.x[1] + by[1]],
             v,
             rho: start.rho + (rates.density * duration + density_rate * half),
         }
     }
 
-    /// Books what happened to particles on their `path`.
+    /// Accounts for what happened to particles on their `path`.
     ///
     /// The scale of round-off in the momentum check counts for each particle, besides m|v| and m|a|, the size |p|V/h of
     /// the pair forces that cancel in its acceleration. The momentum is taken from the moved state, not from the
-    /// forces: the books are checked against it.
+    /// forces: the budget is checked against it.
     #[inline(always)]
-    fn book<L: Lanes>(
+    fn account_for<L: Lanes>(
         &self,
-        shown: &Shown<L>,
+        particles: &StageParticles<L>,
         rates: &LaneRates<L>,
         path: &Path<'_, L>,
-        books: &mut LaneBooks<L>,
+        budget: &mut LaneMomentumBudget<L>,
     ) {
         let (now, v_0) = (path.end, path.base.v);
-        let (m, v, acceleration) = (shown.mass, now.v, norm(rates.acceleration));
-        let gross_force = m * acceleration + abs(shown.pressure) * shown.volume * L::splat(self.inverse_h);
+        let (m, v, acceleration) = (particles.mass, now.v, norm(rates.acceleration));
+        let gross_force =
+            m * acceleration + abs(particles.pressure) * particles.volume * L::splat(self.inverse_h);
         let gross_momentum = m * (norm(v) + norm(v_0));
-        books.damping = add(books.damping, shown.velocity, L::splat(-self.damping) * m);
-        books.gross = books.gross + gross_force;
-        books.largest_acceleration = acceleration.max(books.largest_acceleration);
-        books.momentum = add(books.momentum, [v[0] - v_0[0], v[1] - v_0[1]], m);
-        books.gross_momentum = books.gross_momentum + gross_momentum;
+        budget.damping = add(budget.damping, particles.velocity, L::splat(-self.damping) * m);
+        budget.gross = budget.gross + gross_force;
+        budget.largest_acceleration = acceleration.max(budget.largest_acceleration);
+        budget.momentum = add(budget.momentum, [v[0] - v_0[0], v[1] - v_0[1]], m);
+        budget.gross_momentum = budget.gross_momentum + gross_momentum;
         if let Some(origin) = self.origin {
             let origin = [L::splat(origin.x), L::splat(origin.y)];
             let gross = (gross_force, gross_momentum);
-            self.book_angular(shown, rates.shift, path, origin, gross, &mut books.angular);
+            self.account_for_angular(particles, rates.shift, path, origin, gross, &mut budget.angular);
         }
         if self.stage == Stage::Corrector {
             // As `energies_of`.
             let ([x, y], [g_x, g_y]) = (now.x, self.gravity.data.0[0]);
             let fall = L::splat(g_x) * x + L::splat(g_y) * y;
-            books.kinetic = books.kinetic + L::splat(0.5) * m * (v[0] * v[0] + v[1] * v[1]);
-            books.potential = books.potential - m * fall;
-            books.internal = books.internal + m * self.equation_of_state.compression_energies(now.rho);
+            budget.kinetic = budget.kinetic + L::splat(0.5) * m * (v[0] * v[0] + v[1] * v[1]);
+            budget.potential = budget.potential - m * fall;
+            budget.internal = budget.internal + m * self.equation_of_state.compression_energies(now.rho);
         }
     }
 
-    /// The part of [`Self::book`] for angular momentum about `origin` \[m\]; `gross` are the particles' scales of force
+    /// As [`Self::account_for`], for angular momentum about `origin` \[m\]; `gross` are the particles' scales of force
     /// \[N/m\] and momentum \[kg/s\].
     #[inline(always)]
-    fn book_angular<L: Lanes>(
+    fn account_for_angular<L: Lanes>(
         &self,
-        shown: &Shown<L>,
+        particles: &StageParticles<L>,
         shift: [L; 2],
         path: &Path<'_, L>,
         origin: [L; 2],
         gross: (L, L),
-        books: &mut LaneAngularBooks<L>,
+        budget: &mut LaneAngularBudget<L>,
     ) {
-        let (m, arm, start, end) = (shown.mass, minus(path.stage, origin), path.base, path.end);
+        let (m, arm, start, end) = (particles.mass, minus(path.stage, origin), path.base, path.end);
         let (distance, duration) = (norm(arm), L::splat(self.duration));
         let shifted = [shift[0] * duration, shift[1] * duration];
         let after_stage = minus(minus(end.x, path.stage), shifted);
         let before_stage = minus(path.stage, start.x);
         let change = cross(minus(end.x, origin), end.v) - cross(minus(start.x, origin), start.v);
-        books.change = books.change + m * change;
-        books.gross_change = books.gross_change + distance * gross.1;
-        books.gross_torque = books.gross_torque + distance * gross.0;
-        books.damping = books.damping - L::splat(self.damping) * m * cross(arm, shown.velocity);
-        books.shifting = books.shifting + m * cross(shifted, end.v);
-        books.scheme = books.scheme + m * (cross(after_stage, end.v) + cross(before_stage, start.v));
+        budget.change = budget.change + m * change;
+        budget.gross_change = budget.gross_change + distance * gross.1;
+        budget.gross_torque = budget.gross_torque + distance * gross.0;
+        budget.damping = budget.damping - L::splat(self.damping) * m * cross(arm, particles.velocity);
+        budget.shifting = budget.shifting + m * cross(shifted, end.v);
+        budget.scheme = budget.scheme + m * (cross(after_stage, end.v) + cross(before_stage, start.v));
     }
 }

@@ -22,7 +22,7 @@ const CLOSED_SIDE_DEPTH: f64 = 0.5;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Departure {
     Outflow,
-    Lost,
+    Escaped,
 }
 
 /// A step at its end.
@@ -57,7 +57,7 @@ pub fn remove_departed<S: Fn(&FluidState, usize) -> Vector + Sync>(
 ) -> Result<bool, Box<Divergence>> {
     let time = step.time;
     (state.removed_momentum, state.removed_angular_momentum) = (Vector::zeros(), 0.0);
-    let watch = Watch {
+    let watch = DepartureCheck {
         model,
         state,
         step,
@@ -77,15 +77,15 @@ pub fn remove_departed<S: Fn(&FluidState, usize) -> Vector + Sync>(
         return Ok(false);
     }
     let departed: Vec<Option<Departure>> = (0..state.len()).map(|i| watch.departure(i)).collect();
-    let mut guilty = None;
+    let mut offending = None;
     for (i, departure) in departed.iter().enumerate() {
         match departure {
             None => continue,
             Some(Departure::Outflow) => state.outflow += 1,
-            Some(Departure::Lost) => {
-                state.lost += 1;
-                if state.lost > model.lost_particle_limit && guilty.is_none() {
-                    guilty = Some((state.id[i], state.position[i]));
+            Some(Departure::Escaped) => {
+                state.escaped += 1;
+                if state.escaped > model.escaped_particle_limit && offending.is_none() {
+                    offending = Some((state.id[i], state.position[i]));
                 }
             }
         }
@@ -94,14 +94,14 @@ pub fn remove_departed<S: Fn(&FluidState, usize) -> Vector + Sync>(
         state.removed_angular_momentum +=
             cross(&(state.position[i] - model.domain.torque_origin()), &momentum);
     }
-    if let Some((id, x)) = guilty {
+    if let Some((id, x)) = offending {
         return Err(Box::new(Divergence {
             at: time.at,
             particle: Some(id),
             position: Some([x.x, x.y]),
             quantity: "lost fluid particles".into(),
-            value: state.lost as f64,
-            allowed: format!("at most {}", model.lost_particle_limit),
+            value: state.escaped as f64,
+            allowed: format!("at most {}", model.escaped_particle_limit),
             hint: "the particle crossed a wall or a closed side of the domain; use a smaller time step, more wall \
                    layers, or declare the side as outflow"
                 .into(),
@@ -112,7 +112,7 @@ pub fn remove_departed<S: Fn(&FluidState, usize) -> Vector + Sync>(
 }
 
 /// One step's view on who left.
-struct Watch<'a, S> {
+struct DepartureCheck<'a, S> {
     model: &'a FluidModel,
     state: &'a FluidState,
     step: &'a EndedStep<'a, S>,
@@ -120,7 +120,7 @@ struct Watch<'a, S> {
     after: Vec<Option<MotionState>>,
 }
 
-impl<S: Fn(&FluidState, usize) -> Vector> Watch<'_, S> {
+impl<S: Fn(&FluidState, usize) -> Vector> DepartureCheck<'_, S> {
     fn departure(&self, i: usize) -> Option<Departure> {
         let x = &self.state.position[i];
         if !self.model.domain.contains(x)
@@ -129,7 +129,7 @@ impl<S: Fn(&FluidState, usize) -> Vector> Watch<'_, S> {
             return Some(departure);
         }
         let crossed = |w: usize| self.crossed(i, w);
-        self.step.lists.walls.neighbours(i).any(crossed).then_some(Departure::Lost)
+        self.step.lists.walls.neighbours(i).any(crossed).then_some(Departure::Escaped)
     }
 
     fn beyond_a_side(&self, x: &Vector) -> Option<Departure> {
@@ -145,7 +145,7 @@ impl<S: Fn(&FluidState, usize) -> Vector> Watch<'_, S> {
                     return Some(Departure::Outflow);
                 }
                 if outside > depth {
-                    departure = Some(Departure::Lost);
+                    departure = Some(Departure::Escaped);
                 }
             }
         }

@@ -7,7 +7,7 @@
 //! neighbours/    lists with a skin, rows, and the batches in which they are read
 //! equations/     laws of a pair and of a particle: Eq. (4), (17)-(24), viscosity, corrections
 //! boundary/      state of walls, Eq. (27)-(28), repulsion by walls, particles that leave
-//! free_surface/  detection and shifting
+//! free_surface/  detection, particle regularisation
 //! rates/         the two passes over neighbours: gradients, then rates
 //! interface/     the solid partner
 //! time/          the flow of a stage, movement, step limit, state scan, momentum budget
@@ -15,7 +15,7 @@
 //! solver         the solver as a half-step driver sees it
 //! ```
 //!
-//! Readings and gaps of the source that this module fills:
+//! How the source paper is read, and its gaps filled:
 //! - walls enter (17) and (23) with the velocity of Eq. (27), so that a slip wall does not drag;
 //! - walls take the density gradient, L_i and viscous stress of the particle they act on, the last one mirrored
 //!   where the wall slips;

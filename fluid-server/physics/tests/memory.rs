@@ -30,7 +30,7 @@ fn a_steady_step_allocates_nothing() {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
     for settings in [scene::RECOMMENDED, scene::LEAN] {
         let mut solver = FluidSolver::new(scene::block(settings, 4000)).unwrap();
-        // Long enough for lists to be built anew, in memory that is there by then.
+        // Long enough for lists to be rebuilt, in memory that is there by then.
         pool.install(|| {
             for k in 0..40 {
                 step(&mut solver, k, 2e-5);

@@ -141,8 +141,8 @@ impl Case {
     }
 
     fn advance(&mut self) {
-        let books = self.solver.advance(&self.time);
-        black_box(books.unwrap_or_else(|divergence| panic!("{divergence}")));
+        let budgets = self.solver.advance(&self.time);
+        black_box(budgets.unwrap_or_else(|divergence| panic!("{divergence}")));
     }
 
     /// Predictor and corrector.
@@ -165,7 +165,7 @@ fn passes(criterion: &mut Criterion<CpuTime>, pool: &ThreadPool) {
         let mut group = group(criterion, name);
         for particles in SIZES {
             group.throughput(Throughput::Elements(particles as u64));
-            // So short a step that no list is built anew.
+            // So short a step that no list is rebuilt.
             let mut case = pool.install(|| Case::new(settings, particles, 1e-12));
             for (pass, stage, run) in PASSES {
                 pool.install(|| case.at(stage).begin());

@@ -14,7 +14,7 @@ use crate::system::state::FluidState;
 /// Particles per task.
 const TASK: usize = 2048;
 
-/// How far outside a closed side of the domain a particle counts as lost, in particle spacings. Where walls line the
+/// Distance outside a closed side of the domain from which a particle counts as escaped, in particle spacings. Where walls line the
 /// domain, this is the depth of their first layer.
 const CLOSED_SIDE_DEPTH: f64 = 0.5;
 
@@ -42,14 +42,14 @@ pub struct EndedStep<'a, S> {
 
 /// Removes the particles that left during `step`; returns whether there were any.
 ///
-/// *Outflow*: the centre is outside the domain beyond an open side. *Lost*: the centre is outside beyond a closed
+/// *Outflow*: the centre is outside the domain beyond an open side. *Escaped*: the centre is outside beyond a closed
 /// side by half a spacing, or it passed between the particles of a wall layer in this step: from the front of a wall
-/// particle's plane (through its centre, normal to the wall) to its back, at most 0.55 spacings beside it. For the
+/// particle's plane (through its centre, normal to the wall) to its back, at most [`PLANE_HALF_WIDTH`] beside it. For the
 /// first layer that plane lies half a spacing behind the wall's face. Passing above the topmost particle of a rim is
 /// no crossing. A released wall is none.
 ///
 /// # Errors
-/// When more particles are lost than the case allows.
+/// When more particles have escaped than the case allows.
 pub fn remove_departed<S: Fn(&FluidState, usize) -> Vector + Sync>(
     model: &FluidModel,
     state: &mut FluidState,
@@ -111,7 +111,7 @@ pub fn remove_departed<S: Fn(&FluidState, usize) -> Vector + Sync>(
     Ok(true)
 }
 
-/// One step's view on who left.
+/// Decides for each particle whether it left during a step.
 struct DepartureCheck<'a, S> {
     model: &'a FluidModel,
     state: &'a FluidState,
@@ -141,7 +141,7 @@ impl<S: Fn(&FluidState, usize) -> Vector> DepartureCheck<'_, S> {
             let above = x[axis] - domain.upper[axis];
             for (outside, open) in [(below, outflow.lower[axis]), (above, outflow.upper[axis])] {
                 if outside > 0.0 && open {
-                    // Over the rim and then beside the box is still over the rim.
+                    // Over the rim first and past another side later is still outflow.
                     return Some(Departure::Outflow);
                 }
                 if outside > depth {

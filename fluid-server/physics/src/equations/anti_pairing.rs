@@ -7,7 +7,7 @@ use crate::system::model::FluidModel;
 /// R and n of the anti-pairing term R (W/W(Δx))ⁿ (Monaghan 2000).
 const PAIRING: f64 = 0.2;
 
-/// The kernel beside its gradient, for W/W(Δx).
+/// The kernel ratio W/W(Δx) in lanes.
 #[derive(Clone, Copy, Debug)]
 pub struct Ratio<L> {
     /// 1/4 and 1 over (2−s)³/4 − (1−s)³ at s = Δx/h.
@@ -25,7 +25,7 @@ impl<L: Lanes> Ratio<L> {
         Self { outer: L::splat(0.25 / value), inner: L::splat(1.0 / value) }
     }
 
-    /// R (W(r)/W(Δx))⁴ and how much a neighbour at s = r/h counts for the speed.
+    /// R (W(r)/W(Δx))⁴, and the weight of a neighbour at s = r/h in the largest relative speed.
     #[inline(always)]
     pub fn pairing(&self, s: L) -> (L, L) {
         let outer = (L::splat(2.0) - s).max(L::zero());

@@ -29,7 +29,7 @@ pub struct NeighbourSums {
     pub square_speed: f64,
 }
 
-/// Which sums a pass makes.
+/// The sums that a pass computes.
 pub trait SumSelection: Copy + Send + Sync {
     /// Moments and density gradient.
     const MOMENTS: bool;
@@ -51,7 +51,7 @@ impl<const MOMENTS: bool, const VELOCITY: bool, const REGULARISATION: bool> SumS
     const REGULARISATION: bool = REGULARISATION;
 }
 
-/// What the neighbours of a batch are.
+/// Kind of the neighbours of a batch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NeighbourKind {
     /// Fluid particles.

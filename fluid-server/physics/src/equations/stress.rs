@@ -29,7 +29,7 @@ pub fn momentum_tensor(pressure: f64, stress: &Matrix, correction: &Symmetric) -
 
 /// `stress` mirrored at a plane of unit `normal`; unchanged for a zero normal.
 ///
-/// A slip wall shows the mirror image and so no shear; a wall that reverses the velocity shows the stress itself.
+/// The mirror image at a slip wall carries no shear; a wall that reverses the velocity keeps the stress.
 pub fn mirrored_stress(stress: &Matrix, normal: [f64; 2]) -> Matrix {
     let [n_x, n_y] = normal;
     // R = I − 2 n nᵀ

@@ -1,4 +1,4 @@
-//! Which terms a pair sum has, chosen when it is compiled.
+//! Terms of a pair sum, chosen when it is compiled.
 
 /// Terms of a pair sum besides its plain ones, known when it is compiled.
 pub trait PairTerms: Copy + Send + Sync {
@@ -43,7 +43,7 @@ impl<
 /// Eq. (17) in a pair sum.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Continuity {
-    /// Left out.
+    /// Absent.
     Absent,
     /// With the plain kernel gradient.
     Plain,
@@ -71,17 +71,17 @@ pub struct ActiveTerms {
     pub forces: ForceTerms,
 }
 
-/// A pass that is compiled apart for each combination of terms.
+/// A pass that is compiled for each combination of terms.
 pub trait TermsPass {
-    /// What it makes.
+    /// Its result.
     type Output;
 
-    /// Makes the pass.
+    /// Runs the pass.
     fn call<T: PairTerms>(self) -> Self::Output;
 }
 
 impl ForceTerms {
-    /// Makes `pass` with these terms alone.
+    /// Runs `pass` with these terms alone.
     pub fn call<P: TermsPass>(self, pass: P) -> P::Output {
         self.with::<P, false, false, false>(pass)
     }
@@ -108,7 +108,7 @@ impl ForceTerms {
 }
 
 impl ActiveTerms {
-    /// Makes `pass` with these terms.
+    /// Runs `pass` with these terms.
     pub fn call<P: TermsPass>(self, pass: P) -> P::Output {
         let Self { neighbour_fields, continuity, forces } = self;
         match (neighbour_fields, continuity) {

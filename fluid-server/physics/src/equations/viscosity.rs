@@ -2,13 +2,13 @@
 
 use sph::lanes::Lanes;
 
-/// Moments below and above this count as this: at a free surface half of the neighbours are missing by right.
+/// Range to which the mean moment is clamped \[-\]: at a free surface half of the neighbours are missing rightly.
 const MOMENT_RANGE: (f64, f64) = (0.9, 1.1);
 
 /// μ of each particle over half the trace of its moment matrix, within limits \[Pa s\].
 ///
 /// On a lattice the kernel sums give a quadratic profile M times its curvature, and between other neighbours some
-/// percent more or less: half the trace of Σ V_j (x_j − x_i) ⊗ ∇W tells how much.
+/// percent more or less: half the trace of Σ V_j (x_j − x_i) ⊗ ∇W measures it.
 pub fn corrected(viscosity: f64, mean_moment: f64) -> f64 {
     viscosity / mean_moment.clamp(MOMENT_RANGE.0, MOMENT_RANGE.1)
 }

@@ -1,4 +1,4 @@
-//! Free surface, and shifting of particles.
+//! Detection of the free surface, and particle regularisation.
 
 pub mod detection;
 pub mod shifting;

@@ -158,13 +158,13 @@ impl FluidInterface {
         forces.extend((0..samples.len()).map(|s| self.interface.force(s)));
     }
 
-    /// Cross lists, dummy states and pair forces of this stage.
+    /// Updates cross-owner lists, dummy states and pair forces of this stage.
     pub fn update(&mut self, time: f64, own: &InterfaceStates, partner: &InterfaceStates) {
         self.interface.update(time, own, partner);
         self.sums = self.interface.fluid_forces(own, partner);
     }
 
-    /// What the density of the solid's particles is to the fluid's density gradient and diffusion.
+    /// Meaning of the solid's density in the fluid's density gradient and diffusion.
     fn partner_density(&self) -> PartnerDensity {
         match self.coupling.law {
             InterfaceLaw::PlainSum => PartnerDensity::OtherMaterial,

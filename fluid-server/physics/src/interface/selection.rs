@@ -1,4 +1,4 @@
-//! Which fluid particles are sent to the partner.
+//! Selection of the fluid particles that are sent to the partner.
 
 use rayon::prelude::*;
 use sph::domain::Domain;

@@ -1,11 +1,11 @@
-//! A batch of neighbours, gathered from the records of all particles.
+//! A batch of neighbours, gathered from the packed particles.
 
 use sph::geometry::Geometry;
 use sph::lanes::{Lanes, WIDTH};
 
 use crate::system::packed_particle::PackedParticle;
 
-/// A batch of neighbours as particle i meets them.
+/// A batch of neighbours relative to particle i.
 #[derive(Clone, Copy, Debug)]
 pub struct NeighbourBatch<L> {
     /// x_ij \[m\].

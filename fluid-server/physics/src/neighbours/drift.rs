@@ -1,4 +1,4 @@
-//! How long neighbour lists last: until particles near each other may have come nearer than the skin allows.
+//! Lifetime of neighbour lists: until two particles may have approached each other by more than the skin.
 
 use rayon::prelude::*;
 use sph::neighbours::CellGrid;
@@ -8,7 +8,7 @@ use sph::vector::Vector;
 /// their neighbours and the next.
 const RINGS: isize = 2;
 
-/// The same beside walls, which may lie beyond the grid, whose last cells are up to two cells wide.
+/// The same next to walls, which may lie beyond the grid, whose last cells are up to two cells wide.
 const WALL_RINGS: isize = RINGS + 1;
 
 /// Cells per task.
@@ -57,7 +57,7 @@ impl Span {
     }
 }
 
-/// What [`Drift::approach`] looks at.
+/// Input of [`Drift::approach`].
 #[derive(Clone, Copy, Debug)]
 pub struct Moved<'a> {
     /// Positions \[m\], sorted by cells.
@@ -66,7 +66,7 @@ pub struct Moved<'a> {
     pub origin: &'a [Vector],
     /// Velocities \[m/s\].
     pub velocity: &'a [Vector],
-    /// Time for which the particles go on at these velocities \[s\].
+    /// Time for which the particles keep these velocities \[s\].
     pub ahead: f64,
 }
 
@@ -92,11 +92,11 @@ impl Drift {
         }
     }
 
-    /// How much nearer \[m\] than when `grid` was made two particles that are not in each other's lists can have come.
+    /// Upper bound \[m\] of the approach, since `grid` was built, of two particles that are not in each other's lists.
     ///
     /// Cells are at least as wide as the lists' radius, which is the support and the skin. Two particles that are not in
-    /// each other's lists were farther apart than that; they meet only when their displacements differ by more than the
-    /// skin. With three cells or more between them they would have to differ by more than a cell and the skin, which is
+    /// each other's lists were farther apart than that; they come within support only when their displacements differ by more
+    /// than the skin. With three cells or more between them they would have to differ by more than a cell and the skin, which is
     /// for the caller to exclude.
     pub fn approach(&mut self, grid: &CellGrid, moved: Moved<'_>) -> f64 {
         let Self { counts, near_wall, boxes } = self;

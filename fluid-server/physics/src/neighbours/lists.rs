@@ -8,7 +8,9 @@ use sph::vector::Vector;
 
 use super::drift::{Drift, Moved};
 use super::rows::{Order, Padding, Rows, Search, Sources};
-use crate::system::list_limits::{BALANCE, PLANE_HALF_WIDTH, STAGE, Skins, farthest, skins};
+use crate::system::list_limits::{
+    LARGEST_STAGE_MOVE, PLANE_HALF_WIDTH, SKIN_BALANCE, Skins, farthest, skins,
+};
 use crate::system::model::FluidModel;
 use crate::system::state::{Base, FluidState, ListOrigin, Scratch};
 use crate::system::tasks::TASK;
@@ -31,13 +33,13 @@ pub struct Lists {
     numbers: Vec<f64>,
     /// Positions of moving walls when the lists were built.
     wall_origin: WallField,
-    /// Fluid particles that could pass a wall before the lists are built anew; only where no wall moves.
+    /// Fluid particles that could cross a wall before the next list build; only where no wall moves.
     near_walls: Vec<u32>,
     /// Whether each particle is one of them.
     is_near: Vec<bool>,
-    /// How far particles have moved.
+    /// Displacements by cell.
     drift: Drift,
-    /// What is left of the skin at least \[m\], where that is known.
+    /// Lower bound of the unused part of the skin \[m\], where it is known.
     left: Option<f64>,
     /// Whether the lists belong to the state's `list_origin`.
     current: bool,
@@ -66,9 +68,9 @@ impl Lists {
     /// Whether particles moved so far that the lists may miss a pair, now or after the moves to come; `displacement` is the
     /// largest since the lists were built \[m\].
     ///
-    /// Where particles have moved far, such as in a jet, those around them have moved alike: neighbours count, which are
-    /// only looked at when what was left of the skin at the last look does not suffice for all moves since. The answer is
-    /// the same whenever one looks.
+    /// Where particles have moved far, such as in a jet, their neighbours have moved alike: then relative displacements
+    /// decide. They are evaluated only when the skin left at their last evaluation does not cover all moves since; the
+    /// result does not depend on when that is.
     pub fn outdated(
         &mut self,
         model: &FluidModel,
@@ -132,7 +134,8 @@ impl Lists {
     /// The only particles that can have passed a wall, when none has moved by more than the root of `square` \[m²\] in a
     /// stage; `None` when that is not known.
     pub fn near_walls(&self, model: &FluidModel, square: f64) -> Option<&[u32]> {
-        let holds = !model.walls.moves() && square <= (STAGE * model.constants.particle_spacing).powi(2);
+        let holds =
+            !model.walls.moves() && square <= (LARGEST_STAGE_MOVE * model.constants.particle_spacing).powi(2);
         holds.then_some(&self.near_walls[..])
     }
 
@@ -144,7 +147,7 @@ impl Lists {
             return;
         }
         let spacing = model.constants.particle_spacing;
-        let near = skin + STAGE * spacing;
+        let near = skin + LARGEST_STAGE_MOVE * spacing;
         let reach = near + (PLANE_HALF_WIDTH * spacing).hypot(2.0 * near);
         let Self { walls, wall_origin, is_near, near_walls, .. } = self;
         let is_near_wall = |(i, is_near): (usize, &mut bool)| {
@@ -200,7 +203,7 @@ impl Lists {
         } = self;
         let search = Search { arithmetic: model.arithmetic, geometry, domain: &model.domain, radius };
         let walls = &wall_origin.position;
-        // The records of walls end with one that does not act.
+        // The last wall particle does not act.
         fluid_rows.build(&search, of_fluid, fluid, fluid, Padding::Target);
         wall_rows.build(&search, of_walls, walls, fluid, Padding::Index(walls.len() as u32));
         fluid_of_walls.build(&search, of_fluid, fluid, walls, Padding::Index(u32::MAX));
@@ -210,11 +213,11 @@ impl Lists {
 /// Moves of the fluid since [`Lists::outdated`] was asked last, and to come before it is asked again.
 #[derive(Clone, Copy, Debug)]
 pub struct Moves {
-    /// The largest move that was not to come when it was asked \[m\].
+    /// The largest move that was not announced as one to come \[m\].
     pub last: f64,
-    /// Time for which the particles go on \[s\].
+    /// Time of the moves to come \[s\].
     pub ahead: f64,
-    /// The largest speed at which they do so \[m/s\].
+    /// Largest speed of the moves to come \[m/s\].
     pub speed: f64,
 }
 
@@ -233,10 +236,10 @@ fn radius(model: &FluidModel, skin: f64) -> f64 {
 /// Skin \[m\] for lists that are built at `time`, by how long the last ones of `state` have lasted.
 fn next_skin(model: &FluidModel, state: &FluidState, time: &StageTime) -> f64 {
     let lasted = state.list_origin.as_ref().map(|origin| time.state_time() - origin.time);
-    // Outputs are made in a step of no length.
+    // Outputs are evaluated in a step of zero length.
     let Some(lasted) = lasted.filter(|_| time.time_step > 0.0) else { return state.list_skin };
     let spacing = model.constants.particle_spacing;
     let steps = (lasted / time.time_step).max(1.0);
     let Skins { thinnest, thickest, .. } = skins(spacing);
-    (BALANCE * spacing * state.list_skin / steps).sqrt().clamp(thinnest, thickest)
+    (SKIN_BALANCE * spacing * state.list_skin / steps).sqrt().clamp(thinnest, thickest)
 }

@@ -1,4 +1,4 @@
-//! Who is near whom: lists with a skin, and the batches in which they are read.
+//! Neighbour lists with a skin, and the batches in which pair sums read them.
 
 pub mod batch;
 pub mod drift;

@@ -30,7 +30,7 @@ const fn set_bits() -> [[u32; WIDTH]; 16] {
     table
 }
 
-/// What fills the last batch of a row: a neighbour that adds nothing to a sum.
+/// Padding of the last batch of a row: a neighbour that adds nothing to a sum.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Padding {
     /// The target itself, which is left out of its own row.
@@ -40,13 +40,13 @@ pub enum Padding {
     Index(u32),
 }
 
-/// By which indices sources are known.
+/// Indices of the sources.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Order {
     /// Those before they were binned.
     #[default]
     AsGiven,
-    /// Those in the order of cells: whoever owns the sources sorts them by it.
+    /// Those in the order of cells: the owner of the sources sorts them by it.
     ByCell,
 }
 
@@ -55,7 +55,7 @@ pub enum Order {
 pub struct Sources {
     kept: Order,
     grid: CellGrid,
-    /// Positions in that order \[m\], where whoever owns the sources keeps another.
+    /// Positions in that order \[m\], where the owner of the sources keeps another.
     position: Vec<Vector>,
 }
 
@@ -70,7 +70,7 @@ impl Sources {
         self.grid.renew(domain, positions, radius);
     }
 
-    /// Takes the positions \[m\] of the sources that were binned, unless whoever owns them has sorted them.
+    /// Takes the positions \[m\] of the sources that were binned, unless their owner has sorted them.
     pub fn place(&mut self, domain: &Domain, positions: &[Vector]) {
         let Self { kept, grid, position } = self;
         if *kept == Order::AsGiven {
@@ -108,7 +108,7 @@ impl Sources {
     }
 }
 
-/// How neighbours are sought.
+/// Parameters of a neighbour search.
 #[derive(Clone, Copy, Debug)]
 pub struct Search<'a, G> {
     /// Instructions.

@@ -1,4 +1,4 @@
-//! What a pass over neighbours reads.
+//! Input of a pass over neighbours.
 
 use super::lists::Lists;
 use crate::system::model::FluidModel;
@@ -13,8 +13,8 @@ pub struct Scene<'a, G> {
     pub model: &'a FluidModel,
     /// Neighbours.
     pub lists: &'a Lists,
-    /// Fluid as neighbours read it.
+    /// Fluid as pair sums read it.
     pub fluid: &'a [PackedParticle],
-    /// Walls as neighbours read them, and one that does not act.
+    /// Walls as pair sums read them, and one particle that does not act.
     pub walls: &'a [PackedParticle],
 }

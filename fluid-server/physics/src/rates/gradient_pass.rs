@@ -30,7 +30,7 @@ use crate::system::tasks::for_each_task;
 /// Particles per task of a merge.
 const MERGE_TASK: usize = 64;
 
-/// What the density of the partner's particles is to ∇ρ.
+/// Meaning of the density of the partner's particles in ∇ρ.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PartnerDensity {
     /// That of an equivalent fluid.

@@ -23,7 +23,7 @@ pub enum Partner {
 pub struct Gradients {
     /// Raw sums, kept where there is a partner.
     pub(super) sums: Vec<NeighbourSums>,
-    /// What neighbours read.
+    /// Fields that neighbours read.
     pub neighbour_fields: Vec<NeighbourFields>,
     /// L_i of Eq. (21), or the unit matrix where few neighbours define it.
     pub correction: Vec<Symmetric>,
@@ -143,7 +143,7 @@ impl Gradients {
 /// Results for one particle.
 #[derive(Clone, Copy, Debug)]
 pub struct ParticleGradients {
-    /// What neighbours read.
+    /// Fields that neighbours read.
     pub neighbour_fields: NeighbourFields,
     /// L_i.
     pub correction: Symmetric,

@@ -1,4 +1,4 @@
-//! What a stage computes for each particle, and for each task.
+//! Results of a stage for each particle, and for each task.
 
 use std::ops::AddAssign;
 
@@ -7,7 +7,7 @@ use sph::vector::{Vector, cross};
 
 use crate::system::model::FluidModel;
 
-/// Which rates a stage computes.
+/// The part of the rates that a stage computes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum StagePart {
     /// All, Eq. (30)-(31).
@@ -15,12 +15,12 @@ pub enum StagePart {
     Whole,
     /// The predictor of leapfrog: Eq. (17).
     Density,
-    /// The corrector of leapfrog: Eq. (22), the diffusion of Eq. (18) and the order control.
+    /// The corrector of leapfrog: Eq. (22), the diffusion of Eq. (18) and the particle regularisation.
     Momentum,
 }
 
 impl StagePart {
-    /// What `stage` computes for `model`.
+    /// The part that `stage` computes for `model`.
     pub fn of(model: &FluidModel, stage: Stage) -> Self {
         match (model.is_leapfrog(), stage) {
             (false, _) => Self::Whole,
@@ -35,7 +35,7 @@ impl StagePart {
 pub struct Rates {
     /// Acceleration \[m/s²\].
     pub acceleration: Vector,
-    /// Velocity by which the position is shifted besides \[m/s\].
+    /// Velocity of the shift, in addition to the particle's \[m/s\].
     pub shift: Vector,
     /// Density rate \[kg/(m³ s)\].
     pub density: f64,

@@ -23,7 +23,7 @@ use crate::system::state::FluidState;
 use crate::system::tasks::{PerTask, for_each_task, per_task};
 use crate::system::walls::WallField;
 
-/// What the rates are computed from.
+/// Input of the rates.
 #[derive(Clone, Copy)]
 pub struct StageFields<'a, G> {
     /// Fluid and walls.
@@ -36,7 +36,7 @@ pub struct StageFields<'a, G> {
     pub gradients: &'a Gradients,
     /// Time of the stage state \[s\].
     pub time: f64,
-    /// Which rates.
+    /// Part of the rates.
     pub part: StagePart,
 }
 
@@ -175,7 +175,7 @@ impl<G: Geometry> StageFields<'_, G> {
         self.field.mirror_normal.get(w).copied().unwrap_or_default()
     }
 
-    /// T that wall particle `w` shows to particle `i`, with L_i as (22) takes it.
+    /// T of wall particle `w` in the pair with particle `i`, with L_i as in Eq. (22).
     fn wall_tensor(&self, i: usize, w: usize, correction: &Symmetric) -> Matrix {
         let normal = self.mirror_normal(w);
         let stress = self.gradients.viscous_stress.get(i);

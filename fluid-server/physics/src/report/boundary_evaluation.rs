@@ -40,7 +40,7 @@ impl EvaluatedState {
 pub struct BoundaryEvaluation(RefCell<Option<Arc<EvaluatedState>>>);
 
 impl BoundaryEvaluation {
-    /// The evaluation of `state` at `time` \[s\], made at the first call since [`BoundaryEvaluation::invalidate`].
+    /// The evaluation of `state` at `time` \[s\], computed in the first call since [`BoundaryEvaluation::invalidate`].
     pub fn evaluated(&self, model: &FluidModel, state: &FluidState, time: f64) -> Arc<EvaluatedState> {
         let mut kept = self.0.borrow_mut();
         match &*kept {

@@ -1,4 +1,4 @@
-//! What outputs show.
+//! Values for outputs.
 
 pub mod boundary_evaluation;
 pub mod fields;

@@ -1,4 +1,4 @@
-//! Makes model and first state from a set-up.
+//! Builds model and first state from a set-up.
 
 use sph::body_force::BodyForceField;
 use sph::equation_of_state::Tait;

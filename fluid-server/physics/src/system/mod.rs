@@ -1,4 +1,4 @@
-//! What exists: constants, state, walls, and how particles are laid out.
+//! What exists: constants, state, walls, and the layout of particles.
 
 pub mod build;
 pub mod lane_arrays;

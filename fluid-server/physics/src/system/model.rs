@@ -1,4 +1,4 @@
-//! What is constant during a run, checked once.
+//! Constants of a run, checked once.
 
 use sph::body_force::BodyForceField;
 use sph::domain::Domain;
@@ -13,7 +13,7 @@ use sph::setup::{
 
 use super::walls::WallModel;
 
-/// What is constant during a run.
+/// Constants of a run.
 #[derive(Clone, Debug)]
 pub struct FluidModel {
     /// Box and periodic directions.
@@ -34,13 +34,13 @@ pub struct FluidModel {
     pub diffusion: f64,
     /// α c₀ h of the acoustic damper \[m²/s\]; zero without it.
     pub acoustic_diffusivity: f64,
-    /// How it is stepped.
+    /// Time scheme.
     pub scheme: FluidScheme,
-    /// How sums over neighbours are computed.
+    /// Arithmetic path of sums over neighbours.
     pub arithmetic: Arithmetic,
     /// Form of the density diffusion.
     pub diffusion_form: DensityDiffusion,
-    /// How viscosity enters.
+    /// Form of viscosity.
     pub viscosity: Viscosity,
     /// Body force.
     pub body_force: BodyForceField,
@@ -66,7 +66,7 @@ pub struct FluidModel {
     pub first_wall_id: u32,
 }
 
-/// How viscosity enters Eq. (22).
+/// Form of viscosity in Eq. (22).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Viscosity {
     /// Not at all.
@@ -128,7 +128,7 @@ impl FluidModel {
         self.regularisation.is_some()
     }
 
-    /// Whether the gradient pass of the predictor makes the density rates, and the corrector the rest.
+    /// Whether the predictor computes density rates alone, in the gradient pass, and the corrector the other rates.
     pub fn is_leapfrog(&self) -> bool {
         self.scheme == FluidScheme::Leapfrog
     }

@@ -1,4 +1,4 @@
-//! The fluid's state as named arrays, and back.
+//! The checkpoint form of the state: named arrays.
 
 use sph::saved::{RestoreError, SavedState};
 use sph::vector::Vector;
@@ -7,7 +7,7 @@ use super::list_limits::{Skins, skins};
 use super::model::FluidModel;
 use super::state::{FluidState, ListOrigin};
 
-/// What the interface keeps for reports: see `FluidInterface::history`.
+/// Figures of the interface for reports: see `FluidInterface::history`.
 pub const INTERFACE: &str = "fluid.interface";
 
 impl FluidState {

@@ -1,11 +1,11 @@
-//! What makes a set-up unfit for the solver.
+//! Errors of a set-up.
 
 use sph::setup::{FluidParticles, FluidProbeKind, FluidScheme, FluidSetup, ViscousForm, WallParticles};
 use sph::vector::Vector;
 
 use super::list_limits::skins;
 
-/// Everything that would make the solver read outside its arrays or divide by nothing.
+/// Everything that would make the solver read outside its arrays or divide by zero.
 pub fn setup_errors(setup: &FluidSetup) -> Vec<String> {
     let mut errors = Vec::new();
     constants_errors(setup, &mut errors);

@@ -1,4 +1,4 @@
-//! What a checkpoint of the fluid holds.
+//! The state of the fluid: everything that a checkpoint must hold.
 
 use rayon::prelude::*;
 use sph::domain::Domain;
@@ -23,11 +23,11 @@ pub struct FluidState {
     pub velocity: Vec<Vector>,
     /// Density \[kg/m³\].
     pub density: Vec<f64>,
-    /// From what the neighbour lists were built; `None` when they must be built anew.
+    /// Origin of the neighbour lists; `None` where they must be rebuilt.
     pub list_origin: Option<ListOrigin>,
     /// Skin of the neighbour lists \[m\].
     pub list_skin: f64,
-    /// Momentum of the particles removed at the end of the last step \[kg/s\], booked in the next.
+    /// Momentum of the particles removed at the end of the last step \[kg/s\], accounted in the next.
     pub removed_momentum: Vector,
     /// Their angular momentum about the domain's torque origin \[kg m/s\].
     pub removed_angular_momentum: f64,
@@ -37,9 +37,9 @@ pub struct FluidState {
     pub density_rate: Vec<f64>,
     /// Acceleration in the last step \[m/s²\]; with leapfrog only.
     pub acceleration: Vec<Vector>,
-    /// Time from which on `density_rate` has made the density of the last boundary: half the last step \[s\].
+    /// Time over which `density_rate` was applied up to the last boundary: half the last step \[s\].
     pub density_age: f64,
-    /// Particles that crossed a wall.
+    /// Particles that crossed a wall or a closed side.
     pub escaped: u64,
     /// Particles that left over an open rim or through an outflow side.
     pub outflow: u64,
@@ -47,7 +47,7 @@ pub struct FluidState {
     pub list_builds: u64,
 }
 
-/// What the content and order of the neighbour lists follow from.
+/// The input that determines content and order of the neighbour lists.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ListOrigin {
     /// Time to which moving walls belong \[s\].
@@ -111,7 +111,7 @@ impl FluidState {
 
     /// Sorts the particles, with `base` where it is in use, by `order`: entry k is the old index.
     ///
-    /// Positions of the last list build are lost: their memory serves for the sorting.
+    /// Positions of the last list build are overwritten: their memory is used for sorting.
     pub fn reorder(&mut self, base: &mut Base, order: &[u32], scratch: Scratch) {
         let Self {
             id,
@@ -152,7 +152,7 @@ impl FluidState {
         }
     }
 
-    /// Keeps the particles for which `keep` says so; neighbour lists are void afterwards.
+    /// Keeps the particles for which `keep` is true; neighbour lists must be rebuilt afterwards.
     pub fn retain(&mut self, keep: impl Fn(usize) -> bool) {
         let order: Vec<u32> = (0u32..).zip(0..self.len()).filter(|(_, i)| keep(*i)).map(|(k, _)| k).collect();
         self.reorder(

@@ -1,4 +1,4 @@
-//! Walls: what is constant of them, and their prescribed motion.
+//! Walls: constants and prescribed motion.
 
 use sph::domain::Domain;
 use sph::motion::{MotionState, RigidMotion};
@@ -6,7 +6,19 @@ use sph::neighbours::CellGrid;
 use sph::setup::{WallCondition, WallParticles, WallSetup};
 use sph::vector::Vector;
 
-/// What is known of the walls before the run.
+/// Heights over a wall particle, along its normal, at which another one stands in front of it, in particle spacings.
+const IN_FRONT: std::ops::Range<f64> = 0.5..1.5;
+
+/// Largest tangential distance of such a particle, in particle spacings.
+const IN_FRONT_WIDTH: f64 = 0.6;
+
+/// Distance within which such particles are sought, in particle spacings.
+const IN_FRONT_RADIUS: f64 = 2.0;
+
+/// Length below which a sum of unit normals has no direction \[-\].
+const NO_DIRECTION: f64 = 1e-6;
+
+/// Constants of the walls.
 #[derive(Clone, Debug)]
 pub struct WallModel {
     /// Name of each wall.
@@ -15,7 +27,7 @@ pub struct WallModel {
     pub wall: Vec<u32>,
     /// Mass per depth of a wall particle, ρ₀Δx² \[kg/m\].
     pub mass: f64,
-    /// Unit normal into the fluid by which crossings are told; zero where there is none.
+    /// Unit normal into the fluid, used to detect wall crossings; zero where there is none.
     pub face_normal: Vec<Vector>,
     /// Whether a particle lies at the face, with no other wall particle in front of it.
     pub first_layer: Vec<bool>,
@@ -100,7 +112,7 @@ impl WallModel {
     }
 }
 
-/// Given normals, and where faces meet the mean direction of the normals of the same wall nearby.
+/// Given normals; where faces meet, the mean direction of the normals nearby on the same wall.
 fn face_normals(particles: &WallParticles, support_radius: f64, domain: &Domain) -> Vec<Vector> {
     let mean_nearby = |w: usize| -> Vector {
         let near = |v: &usize| {
@@ -113,10 +125,12 @@ fn face_normals(particles: &WallParticles, support_radius: f64, domain: &Domain)
         let normal = particles.normal[w];
         if normal.norm_squared() > 0.0 { normal } else { mean_nearby(w) }
     };
-    (0..particles.wall.len()).map(|w| given(w).try_normalize(1e-6).unwrap_or_else(Vector::zeros)).collect()
+    (0..particles.wall.len())
+        .map(|w| given(w).try_normalize(NO_DIRECTION).unwrap_or_else(Vector::zeros))
+        .collect()
 }
 
-/// Whether no wall particle stands in front of each one, between half and one and a half spacings along its normal.
+/// Whether no wall particle stands in front of each one.
 fn first_layers(
     particles: &WallParticles,
     face_normal: &[Vector],
@@ -124,12 +138,12 @@ fn first_layers(
     domain: &Domain,
 ) -> Vec<bool> {
     let positions = &particles.position;
-    let radius = 2.0 * particle_spacing;
+    let radius = IN_FRONT_RADIUS * particle_spacing;
     let list = CellGrid::new(domain, positions, radius).list(domain, positions, positions, radius, true);
     let stands_before = |w: usize, v: usize| {
         let d = domain.separation(&positions[v], &positions[w]) / particle_spacing;
         let height = d.dot(&face_normal[w]);
-        (0.5..1.5).contains(&height) && (d - face_normal[w] * height).norm() < 0.6
+        IN_FRONT.contains(&height) && (d - face_normal[w] * height).norm() < IN_FRONT_WIDTH
     };
     let is_first = |w: usize| {
         face_normal[w].norm_squared() > 0.0 && !list.of(w).iter().any(|v| stands_before(w, *v as usize))

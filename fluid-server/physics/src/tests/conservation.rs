@@ -130,7 +130,7 @@ fn the_density_gradient_of_a_linear_field_is_exact_up_to_the_surface() {
 }
 
 #[test]
-fn the_books_close_over_many_steps_of_a_dam_break() {
+fn the_budgets_close_over_many_steps_of_a_dam_break() {
     for (correction, diffusion) in variants() {
         let mut setup = dam_break();
         setup.constants.correction = correction;
@@ -139,11 +139,11 @@ fn the_books_close_over_many_steps_of_a_dam_break() {
         setup.damping = Some(Damping { rate: 5.0, until: 0.01 });
         setup.order = ORDERED;
         let mut solver = solver(setup);
-        let books = run(&mut solver, 60, 4e-4);
-        let residual = largest_residual(&books);
+        let budgets = run(&mut solver, 60, 4e-4);
+        let residual = largest_residual(&budgets);
         assert!(residual < 1e-12, "{correction:?} {diffusion:?}: {residual:e}");
-        // The check can fail: without the walls' account the books are off by far.
-        let mut last = books[books.len() - 1];
+        // The check can fail: without the force of the walls the budget does not close.
+        let mut last = budgets[budgets.len() - 1];
         last.momentum_change += last.duration * last.accounts.get(Account::Walls);
         assert!(last.momentum_residual() > 1e-4);
     }
@@ -156,12 +156,12 @@ fn damping_is_booked_while_it_lasts() {
     let mut solver = solver(setup);
     let before: Vector =
         (0..solver.state.len()).map(|i| solver.state.velocity[i] * solver.state.mass[i]).sum();
-    let books = run(&mut solver, 4, 1e-4);
+    let budgets = run(&mut solver, 4, 1e-4);
     // Steps of 0.1 ms: damped are both stages of the first step and the predictor of the second.
-    for (k, books) in books.iter().enumerate() {
-        let damped = books.accounts.get(Account::Damping).norm() > 0.0;
+    for (k, budgets) in budgets.iter().enumerate() {
+        let damped = budgets.accounts.get(Account::Damping).norm() > 0.0;
         assert_eq!(damped, k < 3, "half-step {k}");
     }
-    let first = books[0].accounts.get(Account::Damping);
+    let first = budgets[0].accounts.get(Account::Damping);
     assert!((first + before * 100.0).norm() < 1e-12 * before.norm() * 100.0);
 }

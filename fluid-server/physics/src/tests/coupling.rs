@@ -84,7 +84,7 @@ fn part(states: &InterfaceStates, keep: impl Fn(usize) -> bool) -> InterfaceStat
     part
 }
 
-/// One step against a solid at rest in place; returns the books.
+/// One step against a solid at rest in place; returns the budgets.
 fn step(solver: &mut FluidSolver, reach: f64, partner: &InterfaceStates) -> Vec<sph::ledger::StageBooks> {
     let mut own = InterfaceStates::default();
     Stage::BOTH
@@ -159,7 +159,7 @@ fn the_interface_follows_particles_and_extents_between_list_builds() {
 }
 
 #[test]
-fn books_close_and_both_sides_agree_for_every_law() {
+fn budgets_close_and_both_sides_agree_for_every_law() {
     for law in [InterfaceLaw::Wall, InterfaceLaw::WallNoSlip, InterfaceLaw::PlainSum] {
         for (correction, diffusion) in variants() {
             let setup = coupled(law, correction, diffusion);
@@ -172,12 +172,12 @@ fn books_close_and_both_sides_agree_for_every_law() {
             solver.interface(&extent(), REACH, &mut own);
             solver.evaluate_own(&time);
             solver.evaluate_cross(&time, &own, &partner);
-            let books = solver.advance(&time).unwrap();
-            assert!(books.interface.pairs > 100);
+            let budgets = solver.advance(&time).unwrap();
+            assert!(budgets.interface.pairs > 100);
             assert!(
-                books.momentum_residual().max(books.angular_residual()) < 1e-12,
+                budgets.momentum_residual().max(budgets.angular_residual()) < 1e-12,
                 "{law:?} {correction:?}: {}",
-                books.momentum_residual()
+                budgets.momentum_residual()
             );
             let mut theirs = Interface::new(
                 &coupling,
@@ -186,7 +186,7 @@ fn books_close_and_both_sides_agree_for_every_law() {
             );
             theirs.update(0.0, &own, &partner);
             let reaction = theirs.solid_forces(&own, &partner);
-            assert!((reaction.force + books.interface.force).norm() < 1e-13 * reaction.gross_force);
+            assert!((reaction.force + budgets.interface.force).norm() < 1e-13 * reaction.gross_force);
         }
     }
 }
@@ -199,8 +199,8 @@ fn spare_particles_change_no_bit() {
             setup.constants.dynamic_viscosity = 1.0;
             let after = |reach: f64, partner: &InterfaceStates| {
                 let mut solver = solver(setup.clone());
-                let books = step(&mut solver, reach, partner);
-                (solver.state, books.iter().map(|b| b.interface.force).collect::<Vec<_>>())
+                let budgets = step(&mut solver, reach, partner);
+                (solver.state, budgets.iter().map(|b| b.interface.force).collect::<Vec<_>>())
             };
             let all = solid();
             // Only the layers within support of the water, and all; members beyond the reach needed, and not.

@@ -1,4 +1,4 @@
-//! The acoustic damper: what it damps, what it leaves alone, how it closes the books.
+//! The acoustic damper: its effect, its limits and its momentum budget.
 
 use std::f64::consts::PI;
 
@@ -79,7 +79,7 @@ fn sound_wave_decays(timing: FluidScheme, correction: GradientCorrection) {
 }
 
 #[test]
-fn the_books_close_and_a_wall_mirrors_it() {
+fn the_budgets_close_and_a_wall_mirrors_it() {
     let mut setup = empty_scene(SPACING);
     setup.acoustic_damping = 1.0;
     add_floor(&mut setup, 0.3, 0.5, 24, WallCondition::Slip);

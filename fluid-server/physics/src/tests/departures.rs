@@ -92,7 +92,7 @@ fn a_set_up_that_can_not_run_is_refused_with_all_reasons() {
     assert!(errors[0].contains("floor"));
 }
 
-/// Runs `setup` until a particle has left; returns the books of the step after.
+/// Runs `setup` until a particle has left; returns the budgets of the step after.
 fn until_departure(setup: FluidSetup) -> (crate::FluidSolver, [StageBooks; 2]) {
     let mut solver = solver(setup);
     let mut step = 0;
@@ -101,8 +101,8 @@ fn until_departure(setup: FluidSetup) -> (crate::FluidSolver, [StageBooks; 2]) {
         try_step(&mut solver, step, 1e-4).unwrap();
         step += 1;
     }
-    let books = try_step(&mut solver, step, 1e-4).unwrap();
-    (solver, books)
+    let budgets = try_step(&mut solver, step, 1e-4).unwrap();
+    (solver, budgets)
 }
 
 #[test]
@@ -133,12 +133,12 @@ fn leaving_through_an_open_side_is_outflow_and_booked_in_the_next_step() {
     let mut setup = falling(10.0);
     setup.outflow.lower[1] = true;
     let momentum = setup.particles.velocity[1] * setup.particles.mass[1];
-    let (solver, books) = until_departure(setup);
+    let (solver, budgets) = until_departure(setup);
     assert_eq!((solver.counts().outflow, solver.counts().lost), (1, 0));
     assert_eq!(solver.state.id, [0]);
-    for stage in &books {
-        let booked = stage.accounts.get(Account::Removed) * stage.duration;
-        assert!((booked + momentum).norm() < 1e-14);
+    for stage in &budgets {
+        let accounted = stage.accounts.get(Account::Removed) * stage.duration;
+        assert!((accounted + momentum).norm() < 1e-14);
         assert!((stage.momentum_change + momentum).norm() < 1e-14);
         assert!(stage.momentum_residual().max(stage.angular_residual()) < 1e-12);
     }
@@ -159,9 +159,11 @@ fn leaving_through_a_closed_side_is_a_loss() {
 
     let mut tolerant = setup;
     tolerant.lost_particle_limit = 1;
-    let (solver, books) = until_departure(tolerant);
+    let (solver, budgets) = until_departure(tolerant);
     assert_eq!((solver.counts().outflow, solver.counts().lost), (0, 1));
-    assert!(books.iter().all(|books| books.momentum_residual().max(books.angular_residual()) < 1e-12));
+    assert!(
+        budgets.iter().all(|budgets| budgets.momentum_residual().max(budgets.angular_residual()) < 1e-12)
+    );
 }
 
 /// Lets particle 1 end a step of 1 ms at `end` instead of where it went; says whether it counts as lost.

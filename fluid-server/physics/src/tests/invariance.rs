@@ -86,8 +86,8 @@ fn one_two_and_four_threads_give_the_same_bits_on_each_path() {
                     setup.diffusion = diffusion;
                     setup.order = ORDERED;
                     let mut solver = FluidSolver::with_arithmetic(setup, arithmetic).unwrap();
-                    let books = run(&mut solver, 100, 4e-4);
-                    (solver.state, books)
+                    let budgets = run(&mut solver, 100, 4e-4);
+                    (solver.state, budgets)
                 })
             })
             .collect();

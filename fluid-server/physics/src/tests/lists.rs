@@ -47,13 +47,13 @@ fn lists_outlast_half_the_skin_where_neighbours_move_alike_and_miss_no_pair() {
             v.x += if i < spray { 1.0 } else { -4.0 };
         }
         let mut solver = FluidSolver::new(setup).unwrap();
-        let (mut looked, mut beyond) = (0, 0);
+        let (mut stages, mut beyond) = (0, 0);
         for step in 0..150 {
             for stage in Stage::BOTH {
                 let time = stage_time(step, stage, 2e-4);
                 solver.begin_stage(&time).unwrap();
                 assert_eq!(missing(&solver), 0, "step {step}");
-                looked += 1;
+                stages += 1;
                 beyond += usize::from(displacement(&solver) > 0.5 * solver.state.list_skin);
                 solver.evaluate_own(&time);
                 solver.evaluate_cross(&time, &Default::default(), &Default::default());
@@ -61,7 +61,7 @@ fn lists_outlast_half_the_skin_where_neighbours_move_alike_and_miss_no_pair() {
             }
             solver.end_step(&stage_time(step, Stage::Corrector, 2e-4)).unwrap();
         }
-        assert!(5 * beyond > looked, "{beyond} of {looked} stages with lists older than half the skin");
+        assert!(5 * beyond > stages, "{beyond} of {stages} stages with lists older than half the skin");
         assert!(solver.state.list_builds > 5);
     }
 }

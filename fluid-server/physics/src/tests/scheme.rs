@@ -159,7 +159,7 @@ fn a_change_of_the_step_does_not_shake_the_density() {
 }
 
 #[test]
-fn books_of_leapfrog_close_and_a_free_patch_keeps_its_momentum() {
+fn budgets_of_leapfrog_close_and_a_free_patch_keeps_its_momentum() {
     let mut setup = empty_scene(0.02);
     setup.scheme = FluidScheme::Leapfrog;
     setup.run.body_force.gravity = Vector::new(0.0, -9.81);
@@ -170,9 +170,9 @@ fn books_of_leapfrog_close_and_a_free_patch_keeps_its_momentum() {
     let mut noise = Noise(3);
     setup.particles.velocity.iter_mut().for_each(|v| *v = noise.vector() * 0.2);
     let mut on_floor = solver(setup);
-    let books = run(&mut on_floor, 20, 1e-4);
-    assert!(largest_residual(&books) < 1e-12);
-    assert!(books.chunks(2).all(|step| step[0].duration == 0.0 && step[1].duration == 1e-4));
+    let budgets = run(&mut on_floor, 20, 1e-4);
+    assert!(largest_residual(&budgets) < 1e-12);
+    assert!(budgets.chunks(2).all(|step| step[0].duration == 0.0 && step[1].duration == 1e-4));
 
     let mut setup = random_patch(5);
     setup.scheme = FluidScheme::Leapfrog;

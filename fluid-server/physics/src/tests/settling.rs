@@ -27,8 +27,8 @@ fn column(correction: GradientCorrection) -> FluidSetup {
 /// Mean relative error of the pressure against ρ₀ g depth after settling, deeper than 2 h below the surface.
 fn settled_pressure_error(correction: GradientCorrection) -> f64 {
     let mut solver = solver(column(correction));
-    let books = run(&mut solver, 2500, 1.2e-4);
-    assert!(largest_residual(&books) < 1e-12);
+    let budgets = run(&mut solver, 2500, 1.2e-4);
+    assert!(largest_residual(&budgets) < 1e-12);
     let state = &solver.state;
     let volume: f64 = (0..state.len()).map(|i| state.mass[i] / state.density[i]).sum();
     let surface = 0.1 + volume / 0.05;
@@ -105,8 +105,8 @@ fn a_free_drop_stretches_like_the_exact_one() {
         .probes
         .push(sph::setup::FluidProbe { name: "drop".into(), kind: sph::setup::FluidProbeKind::Region(None) });
     let mut solver = solver(setup);
-    let books = run(&mut solver, 200, time / 200.0);
-    assert!(largest_residual(&books) < 1e-12);
+    let budgets = run(&mut solver, 200, time / 200.0);
+    assert!(largest_residual(&budgets) < 1e-12);
     let mut values = Vec::new();
     solver.probes(time, &mut values);
     // The second moment of an ellipse about its centre is a²/4.

@@ -110,7 +110,7 @@ fn spray_is_not_shifted() {
 
 #[test]
 fn tensile_control_acts_on_negative_pressure_only_and_is_booked() {
-    let booked = |density: f64| {
+    let accounted = |density: f64| {
         let mut setup = stirred();
         setup.particles.density.fill(density);
         let [without, with] = [false, true].map(|tensile_control| {
@@ -122,11 +122,11 @@ fn tensile_control_acts_on_negative_pressure_only_and_is_booked() {
         let change = |(a, b): (&Rates, &Rates)| (a.acceleration - b.acceleration).norm();
         let gross: f64 = with.iter().zip(&without).map(change).sum();
         setup.order = Some(OrderControl { shifting: 0.0, tensile_control: true });
-        let books = run(&mut solver(setup), 1, 1e-5);
-        (gross, books[0].accounts.get(Account::Stabilisers).norm())
+        let budgets = run(&mut solver(setup), 1, 1e-5);
+        (gross, budgets[0].accounts.get(Account::Stabilisers).norm())
     };
-    assert_eq!(booked(1001.0), (0.0, 0.0));
-    let (gross, account) = booked(999.0);
+    assert_eq!(accounted(1001.0), (0.0, 0.0));
+    let (gross, account) = accounted(999.0);
     assert!(gross > 1.0 && account > 0.0, "{gross} {account}");
 }
 

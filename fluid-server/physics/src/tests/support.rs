@@ -170,28 +170,28 @@ pub fn try_step(
     step: u64,
     time_step: f64,
 ) -> Result<[StageBooks; 2], Box<Divergence>> {
-    let mut books = [StageBooks::default(); 2];
+    let mut budgets = [StageBooks::default(); 2];
     let none = InterfaceStates::default();
     for (k, stage) in Stage::BOTH.into_iter().enumerate() {
         let time = stage_time(step, stage, time_step);
         solver.begin_stage(&time)?;
         solver.evaluate_own(&time);
         solver.evaluate_cross(&time, &none, &none);
-        books[k] = solver.advance(&time)?;
+        budgets[k] = solver.advance(&time)?;
     }
     solver.end_step(&stage_time(step, Stage::Corrector, time_step))?;
-    Ok(books)
+    Ok(budgets)
 }
 
-/// `steps` steps without a partner; returns all books.
+/// `steps` steps without a partner; returns all budgets.
 pub fn run(solver: &mut FluidSolver, steps: u64, time_step: f64) -> Vec<StageBooks> {
     (0..steps).flat_map(|step| try_step(solver, step, time_step).unwrap()).collect()
 }
 
 /// Largest residual of check (b).
-pub fn largest_residual(books: &[StageBooks]) -> f64 {
-    let worst = |books: &StageBooks| books.momentum_residual().max(books.angular_residual());
-    books.iter().map(worst).fold(0.0, f64::max)
+pub fn largest_residual(budgets: &[StageBooks]) -> f64 {
+    let worst = |budgets: &StageBooks| budgets.momentum_residual().max(budgets.angular_residual());
+    budgets.iter().map(worst).fold(0.0, f64::max)
 }
 
 /// A small dam break between walls: fluid in a corner of a box with slip walls left, right and below.

@@ -128,10 +128,10 @@ fn released_walls_and_walls_without_fluid_do_not_act() {
     let mut setup = moving_water(WallCondition::Slip);
     setup.walls[0].release_time = Some(1.5e-4);
     let mut solver = solver(setup);
-    let books = run(&mut solver, 3, 1e-4);
+    let budgets = run(&mut solver, 3, 1e-4);
     // Half-steps at 0, 0.05, 0.1, 0.15, ... ms: the wall acts in the first three.
-    for (k, books) in books.iter().enumerate() {
-        assert_eq!(books.accounts.get(Account::Walls).norm() > 0.0, k < 3, "half-step {k}");
+    for (k, budgets) in budgets.iter().enumerate() {
+        assert_eq!(budgets.accounts.get(Account::Walls).norm() > 0.0, k < 3, "half-step {k}");
     }
     let mut setup = moving_water(WallCondition::Slip);
     setup.particles.position.iter_mut().for_each(|x| x.y += 0.2);
@@ -148,8 +148,8 @@ fn slip_does_not_drag_and_no_slip_does() {
         setup.constants.viscosity_a = 1.0;
         setup.constants.dynamic_viscosity = viscosity;
         let mut solver = solver(setup);
-        let books = try_step(&mut solver, 0, 1e-4).unwrap();
-        books[0].accounts.get(Account::Walls).x
+        let budgets = try_step(&mut solver, 0, 1e-4).unwrap();
+        budgets[0].accounts.get(Account::Walls).x
     };
     for viscosity in [0.0, 10.0] {
         let (slip, no_slip) = (drag(WallCondition::Slip, viscosity), drag(WallCondition::NoSlip, viscosity));
@@ -170,8 +170,8 @@ fn the_force_on_the_floor_is_the_reaction_to_the_walls_account() {
         run(&mut solver, 5, 1e-4);
         let mut values = Vec::new();
         solver.probes(5e-4, &mut values);
-        let books = try_step(&mut solver, 5, 1e-4).unwrap();
-        let account = books[0].accounts.get(Account::Walls);
+        let budgets = try_step(&mut solver, 5, 1e-4).unwrap();
+        let account = budgets[0].accounts.get(Account::Walls);
         assert!((Vector::new(values[0], values[1]) + account).norm() < 1e-12 * account.norm());
     }
 }
@@ -192,8 +192,8 @@ fn each_of_two_walls_has_its_own_force() {
     let mut values = Vec::new();
     solver.probes(5e-4, &mut values);
     let [right, left] = [Vector::new(values[0], values[1]), Vector::new(values[2], values[3])];
-    let books = try_step(&mut solver, 5, 1e-4).unwrap();
-    let account = books[0].accounts.get(Account::Walls);
+    let budgets = try_step(&mut solver, 5, 1e-4).unwrap();
+    let account = budgets[0].accounts.get(Account::Walls);
     assert!((left + right + account).norm() < 1e-12 * account.norm());
     // 7 and 13 of 20 columns.
     assert!((left.y / right.y / (7.0 / 13.0) - 1.0).abs() < 0.1, "{left} {right}");
@@ -213,9 +213,11 @@ fn repulsion_holds_a_particle_that_the_pair_forces_let_through() {
         let mut solver = solver(setup);
         let mut deepest = f64::INFINITY;
         for step in 0..400 {
-            let books = try_step(&mut solver, step, 1e-5).unwrap();
+            let budgets = try_step(&mut solver, step, 1e-5).unwrap();
             assert!(
-                books.iter().all(|books| books.momentum_residual().max(books.angular_residual()) < 1e-12)
+                budgets
+                    .iter()
+                    .all(|budgets| budgets.momentum_residual().max(budgets.angular_residual()) < 1e-12)
             );
             deepest = solver.state.position.iter().map(|x| x.y).fold(deepest, f64::min);
         }
@@ -237,8 +239,8 @@ fn repulsion_leaves_water_at_rest_on_its_lattice_alone_and_is_booked() {
         let mut solver = solver(setup);
         let mut values = Vec::new();
         solver.probes(0.0, &mut values);
-        let books = try_step(&mut solver, 0, 1e-5).unwrap();
-        (books[0].accounts.get(Account::Walls).y, values[1])
+        let budgets = try_step(&mut solver, 0, 1e-5).unwrap();
+        (budgets[0].accounts.get(Account::Walls).y, values[1])
     };
     assert_eq!(account(1.0, 0.0), (0.0, 0.0));
     // Half a spacing too low: z = 0.5 Δx, below 0.6 Δx: 20 particles of mass m feel k (c₀/Δx)² 0.1 Δx.

@@ -102,7 +102,7 @@ pub fn advance(
     }
 }
 
-/// Where particle `i` was at the start of the step whose corrector made `state` \[m\].
+/// Where particle `i` was at the start of the step whose corrector produced `state` \[m\].
 ///
 /// With leapfrog it is found from the step itself, to round-off.
 pub fn start_of_step(state: &FluidState, workspace: &Workspace, time_step: f64, i: usize) -> Vector {

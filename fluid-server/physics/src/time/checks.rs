@@ -53,7 +53,7 @@ pub struct ScanFindings {
     largest_square_speed: f64,
     /// Square of the largest displacement since the lists were built \[m²\]; infinite where there are none.
     largest_square_displacement: f64,
-    /// Square of the largest move in the stage that made the state \[m²\]; zero from the
+    /// Square of the largest move in the stage that produced the state \[m²\]; zero from the
     /// predictor of leapfrog, whose velocities are known beforehand.
     pub largest_square_move: f64,
     /// Whether a particle is outside the domain.

@@ -49,7 +49,7 @@ split_by_field!(StageSlices { motion, density_rate, acceleration, base, fluid, b
 ///
 /// No product is fused with a sum: all paths give the same bits.
 pub struct Movement<'a> {
-    /// What the stage does.
+    /// Constants of the stage.
     pub step: &'a Step<'a>,
     /// The scan of the new state.
     pub scan: &'a StateScan<'a>,
@@ -189,7 +189,7 @@ struct Path<'a, L> {
 
 /// Constants of a stage.
 pub struct Step<'a> {
-    /// Which rates there are.
+    /// Part of the rates that the stage has computed.
     pub part: StagePart,
     /// Predictor or corrector.
     pub stage: Stage,
@@ -276,7 +276,7 @@ impl Step<'_> {
 
     /// Accounts for what happened to particles on their `path`.
     ///
-    /// The scale of round-off in the momentum check counts for each particle, besides m|v| and m|a|, the size |p|V/h of
+    /// The scale of round-off in the momentum check adds for each particle to m|v| and m|a| the size |p|V/h of
     /// the pair forces that cancel in its acceleration. The momentum is taken from the moved state, not from the
     /// forces: the budget is checked against it.
     #[inline(always)]

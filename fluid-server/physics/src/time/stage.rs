@@ -40,7 +40,7 @@ pub struct Workspace {
     pub gradients: Gradients,
     /// Whether this stage computes them, or keeps those of the stage before.
     computes_gradients: bool,
-    /// Which rates this stage computes.
+    /// Part of the rates that this stage computes.
     pub part: StagePart,
     /// Rates of the stage.
     pub rates: Vec<Rates>,

@@ -11,9 +11,9 @@ use crate::system::walls::WallField;
 /// ```text
 /// a = Σ_w (1 − |t_w|/Δx)₊ · a(z_w, v_n) · n_w
 /// ```
-/// a is [`sph::repulsion::Repulsion`], v_n the normal velocity relative to the wall, z_w the height over a particle
-/// w of the first layer, half a spacing behind the face, and t_w the tangential distance to it. The weights add up to one
-/// along a face, so that it is smooth; a particle at rest on the lattice (z = Δx) feels nothing. The pair forces
+/// a is [`sph::repulsion::Repulsion`], v_n the normal velocity relative to the wall, z_w the height over a particle w
+/// of the first layer, half a spacing behind the face, and t_w the tangential distance to it. The weights add up to
+/// one along a face, so that it is smooth; a particle at rest on the lattice (z = Δx) feels nothing. The pair forces
 /// vanish where a particle coincides with a wall particle, so that they alone can not hold a particle that has been
 /// pressed into the layer.
 pub fn wall_repulsion<G: Geometry>(

@@ -3,18 +3,20 @@
 use super::tensors::{IDENTITY, Symmetric};
 use crate::system::model::FluidModel;
 
-/// Determinant of the moment matrix below which the density gradient counts as zero: too few neighbours define it \[-\].
+/// Determinant of the moment matrix below which the density gradient counts as zero: too few neighbours define it
+/// \[-\].
 pub const SMALLEST_GRADIENT_DETERMINANT: f64 = 1e-3;
 
-/// Determinant of the moment matrix below which L_i is the unit matrix: in spray a large L_i does more harm than good \[-\].
+/// Determinant of the moment matrix below which L_i is the unit matrix: in spray a large L_i does more harm than good
+/// \[-\].
 pub const SMALLEST_CORRECTION_DETERMINANT: f64 = 0.3;
 
-/// Determinants between which L_i fades into Eq. (22). At a surface few neighbours on one side define it: pressure forces
-/// with it tear splashes apart, and raise the frequency of sound above the stability limit of the time step.
+/// Determinants between which L_i fades into Eq. (22). At a surface few neighbours on one side define it: pressure
+/// forces with it tear splashes apart, and raise the frequency of sound above the stability limit of the time step.
 const MOMENTUM_DETERMINANTS: (f64, f64) = (0.4, 0.7);
 
-/// Largest share of L_i in Eq. (22) \[-\]. The rest, the plain sum, keeps the particles evenly spaced under pressure: with
-/// L_i alone no arrangement is preferred, and fluid at rest keeps creeping and contracts.
+/// Largest share of L_i in Eq. (22) \[-\]. The rest, the plain sum, keeps the particles evenly spaced under pressure:
+/// with L_i alone no arrangement is preferred, and fluid at rest keeps creeping and contracts.
 const LARGEST_SHARE: f64 = 0.8;
 
 /// L_i as Eq. (22) takes it: most of it where the neighbours surround the particle, none of it at a surface; the unit

@@ -1,7 +1,8 @@
 //! Detection of the free surface, and its normal (Marrone et al. 2010).
 //!
-//! The surface flag of a particle is one number, which carries two facts: the smallest eigenvalue λ of its moment matrix
-//! inside, λ − 16 at the surface. So neighbours read both in the line that they load anyway; only this file knows the form.
+//! The surface flag of a particle is one number, which carries two facts: the smallest eigenvalue λ of its moment
+//! matrix inside, λ − 16 at the surface. So neighbours read both in the line that they load anyway; only this file
+//! knows the form.
 
 use sph::geometry::Geometry;
 use sph::lanes::Lanes;

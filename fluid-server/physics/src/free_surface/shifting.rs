@@ -1,7 +1,7 @@
 //! Particle regularisation: shifting toward an even distribution, and tensile control where pressure is negative.
 //!
-//! Both need the concentration gradient Σ V_j ∇W and the place of the free surface. The gradient pass computes them only
-//! where the case asks for either.
+//! Both need the concentration gradient Σ V_j ∇W and the place of the free surface. The gradient pass computes them
+//! only where the case asks for either.
 //!
 //! - Shifting (Lind et al. 2012; Sun et al. 2017, 2019) moves positions. A particle that is shifted by δu takes the
 //!   velocity of the fluid at its new place: dv/dt gains δu·∇v, which the ledger counts among the stabilisers.
@@ -24,13 +24,13 @@ use crate::system::packed_particle::{NeighbourFields, PackedParticle};
 /// meaning \[-\].
 const SPRAY_EIGENVALUE: f64 = 0.3;
 
-/// k of p/(k ρ U_i²): up to 1 a particle is shifted in full, from 2 on not at all \[-\]. Such a pressure orders particles by
-/// itself, and the two would work against each other: shifting moves particles at constant density, pressure moves them
-/// back and changes it, so that fluid with pressure waves would contract.
+/// k of p/(k ρ U_i²): up to 1 a particle is shifted in full, from 2 on not at all \[-\]. Such a pressure orders
+/// particles by itself, and the two would work against each other: shifting moves particles at constant density,
+/// pressure moves them back and changes it, so that fluid with pressure waves would contract.
 const ORDERED_BY_PRESSURE: f64 = 100.0;
 
-/// Largest tension −p that the tensile control removes, in ρ₀c₀² \[-\]. It is not conservative: the tension of a closing
-/// void would return as motion. Flows of a tenth of c₀ stay below a few thousandths.
+/// Largest tension −p that the tensile control removes, in ρ₀c₀² \[-\]. It is not conservative: the tension of a
+/// closing void would return as motion. Flows of a tenth of c₀ stay below a few thousandths.
 const LARGEST_TENSION: f64 = 1e-3;
 
 /// Sums of a particle that its regularisation needs.
@@ -92,8 +92,8 @@ enum Place {
     Alone,
 }
 
-/// Shift and acceleration of particle `i`; `neighbour_fields` are those of all particles, `nearest` is r² of its nearest
-/// neighbour at the surface \[m²\].
+/// Shift and acceleration of particle `i`; `neighbour_fields` are those of all particles, `nearest` is r² of its
+/// nearest neighbour at the surface \[m²\].
 #[inline(always)]
 pub fn regularise<L: Lanes, G: Geometry>(
     order: &OrderControl,

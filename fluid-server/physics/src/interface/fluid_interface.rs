@@ -172,8 +172,8 @@ impl FluidInterface {
         }
     }
 
-    /// Adds the solid's particles to the sums of the gradient pass, once for each fluid particle, so that a solid's face
-    /// is not detected as free surface.
+    /// Adds the solid's particles to the sums of the gradient pass, once for each fluid particle, so that a solid's
+    /// face is not detected as free surface.
     ///
     /// The velocity gradient takes the whole velocity of the solid, or with slip only the approach along x_ij.
     pub fn add_neighbour_sums<G: Geometry>(

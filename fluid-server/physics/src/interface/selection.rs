@@ -96,7 +96,8 @@ impl InterfaceSelection {
         states: &mut InterfaceStates,
     ) -> u64 {
         self.reach.update(partner, reach);
-        // Candidates may be sought later than lists are built: a particle may then cross the whole range of displacements.
+        // Candidates may be sought later than lists are built: a particle may then cross the whole range of
+        // displacements.
         let changed = self.vicinity.update(partner, reach + 2.0 * self.farthest);
         if changed || !self.candidates.current {
             self.find_candidates(state);

@@ -94,10 +94,10 @@ impl Drift {
 
     /// Upper bound \[m\] of the approach, since `grid` was built, of two particles that are not in each other's lists.
     ///
-    /// Cells are at least as wide as the lists' radius, which is the support and the skin. Two particles that are not in
-    /// each other's lists were farther apart than that; they come within support only when their displacements differ by more
-    /// than the skin. With three cells or more between them they would have to differ by more than a cell and the skin, which is
-    /// for the caller to exclude.
+    /// Cells are at least as wide as the lists' radius, which is the support and the skin. Two particles that are not
+    /// in each other's lists were farther apart than that; they come within support only when their displacements
+    /// differ by more than the skin. With three cells or more between them they would have to differ by more than a
+    /// cell and the skin, which is for the caller to exclude.
     pub fn approach(&mut self, grid: &CellGrid, moved: Moved<'_>) -> f64 {
         let Self { counts, near_wall, boxes } = self;
         boxes.resize(near_wall.len(), Span::empty());

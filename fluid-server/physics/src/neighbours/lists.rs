@@ -12,7 +12,7 @@ use crate::system::list_limits::{
     LARGEST_STAGE_MOVE, PLANE_HALF_WIDTH, SKIN_BALANCE, Skins, farthest, skins,
 };
 use crate::system::model::FluidModel;
-use crate::system::state::{Base, FluidState, ListOrigin, Scratch};
+use crate::system::state::{FluidState, ListOrigin, Scratch, StepStart};
 use crate::system::tasks::TASK;
 use crate::system::walls::WallField;
 
@@ -40,7 +40,7 @@ pub struct Lists {
     /// Displacements by cell.
     drift: Drift,
     /// Lower bound of the unused part of the skin \[m\], where it is known.
-    left: Option<f64>,
+    remaining_skin: Option<f64>,
     /// Whether the lists belong to the state's `list_origin`.
     current: bool,
 }
@@ -58,15 +58,15 @@ impl Default for Lists {
             near_walls: Vec::new(),
             is_near: Vec::new(),
             drift: Drift::default(),
-            left: None,
+            remaining_skin: None,
             current: false,
         }
     }
 }
 
 impl Lists {
-    /// Whether particles moved so far that the lists may miss a pair, now or after the moves to come; `displacement` is the
-    /// largest since the lists were built \[m\].
+    /// Whether particles moved so far that the lists may miss a pair, now or after the moves to come; `displacement`
+    /// is the largest since the lists were built \[m\].
     ///
     /// Where particles have moved far, such as in a jet, their neighbours have moved alike: then relative displacements
     /// decide. They are evaluated only when the skin left at their last evaluation does not cover all moves since; the
@@ -90,14 +90,14 @@ impl Lists {
         if displacement > farthest(model.constants.particle_spacing) {
             return true;
         }
-        self.left = self.left.map(|left| left - 2.0 * (moves.last + moves.next()));
-        if self.left.is_some_and(|left| left >= 0.0) {
+        self.remaining_skin = self.remaining_skin.map(|skin| skin - 2.0 * (moves.last + moves.next()));
+        if self.remaining_skin.is_some_and(|skin| skin >= 0.0) {
             return false;
         }
         let FluidState { position, velocity, .. } = state;
         let moved = Moved { position, origin: &origin.position, velocity, ahead: moves.ahead };
         let approach = self.drift.approach(self.fluid_sources.grid(), moved);
-        self.left = Some(skin - approach);
+        self.remaining_skin = Some(skin - approach);
         approach > skin
     }
 
@@ -106,7 +106,7 @@ impl Lists {
         &mut self,
         model: &FluidModel,
         state: &mut FluidState,
-        base: &mut Base,
+        base: &mut StepStart,
         time: &StageTime,
         moves: Moves,
     ) {
@@ -120,7 +120,7 @@ impl Lists {
         origin.position.clone_from(&state.position);
         state.list_builds += 1;
         self.build(model, origin, state.list_skin);
-        self.left = Some(state.list_skin - 2.0 * moves.next());
+        self.remaining_skin = Some(state.list_skin - 2.0 * moves.next());
     }
 
     /// Builds the lists that belong to the state's origin unless they are present, as after a restore.
@@ -131,8 +131,8 @@ impl Lists {
         }
     }
 
-    /// The only particles that can have passed a wall, when none has moved by more than the root of `square` \[m²\] in a
-    /// stage; `None` when that is not known.
+    /// The only particles that can have passed a wall, when none has moved by more than the root of `square` \[m²\]
+    /// in a stage; `None` when that is not known.
     pub fn near_walls(&self, model: &FluidModel, square: f64) -> Option<&[u32]> {
         let holds =
             !model.walls.moves() && square <= (LARGEST_STAGE_MOVE * model.constants.particle_spacing).powi(2);
@@ -140,7 +140,8 @@ impl Lists {
     }
 
     /// Finds the particles that could be behind the plane of a wall particle, and within its width, after they have
-    /// moved by `skin` \[m\], the most that lists bear there, and a stage from before it: by twice that at most behind it.
+    /// moved by `skin` \[m\], the most that lists bear there, and a stage from before it: by twice that at most
+    /// behind it.
     fn find_near_walls(&mut self, model: &FluidModel, fluid: &[Vector], skin: f64) {
         self.near_walls.clear();
         if model.walls.moves() {
@@ -185,7 +186,7 @@ impl Lists {
         } else {
             self.fill(model, Open, fluid, radius(model, skin));
         }
-        self.left = None;
+        self.remaining_skin = None;
         self.find_near_walls(model, fluid, skin);
         self.drift.place_walls(self.fluid_sources.grid(), &self.wall_origin.position);
         self.current = true;

@@ -202,7 +202,8 @@ struct Fill<'a, G> {
     chunk: &'a mut Chunk,
 }
 
-/// Bit l is set where position l of `batch` lies within a distance whose square is `square_radius` \[m²\] of `centre` \[m\].
+/// Bit l is set where position l of `batch` lies within a distance whose square is `square_radius` \[m²\] of `centre`
+/// \[m\].
 ///
 /// No closure: it would not be compiled for the path's instructions where it is not inlined.
 #[inline(always)]

@@ -79,25 +79,15 @@ impl Gradients {
 
     /// The arrays that the pass fills; `rates` with leapfrog.
     pub fn results<'a>(&'a mut self, model: &FluidModel, rates: &'a mut [Rates]) -> GradientSlices<'a> {
-        let Self {
-            sums,
-            neighbour_fields,
-            correction,
-            regularisation,
-            viscous_stress,
-            tensor,
-            viscosity,
-            ..
-        } = self;
         let rates = if model.is_leapfrog() { rates } else { &mut [] };
         GradientSlices {
-            sums,
-            neighbour_fields,
-            correction,
-            regularisation,
-            viscous_stress,
-            tensor,
-            viscosity,
+            sums: &mut self.sums,
+            neighbour_fields: &mut self.neighbour_fields,
+            correction: &mut self.correction,
+            regularisation: &mut self.regularisation,
+            viscous_stress: &mut self.viscous_stress,
+            tensor: &mut self.tensor,
+            viscosity: &mut self.viscosity,
             rates,
         }
     }
@@ -105,7 +95,7 @@ impl Gradients {
     /// q of the acoustic damper of particle `i` \[Pa\].
     #[inline(always)]
     pub fn damper(&self, i: usize) -> f64 {
-        self.neighbour_fields.get(i).map_or(0.0, |neighbour_fields| neighbour_fields[0])
+        self.neighbour_fields.get(i).map_or(0.0, |[damper, ..]| *damper)
     }
 
     /// L_i of particle `i` as Eq. (22) takes it.
@@ -119,24 +109,14 @@ impl Gradients {
         fn bytes<T>(values: &Vec<T>) -> usize {
             values.capacity() * size_of::<T>()
         }
-        let Self {
-            sums,
-            neighbour_fields,
-            correction,
-            regularisation,
-            viscous_stress,
-            tensor,
-            viscosity,
-            merged,
-        } = self;
-        bytes(sums)
-            + bytes(neighbour_fields)
-            + bytes(correction)
-            + bytes(regularisation)
-            + bytes(viscous_stress)
-            + bytes(tensor)
-            + bytes(viscosity)
-            + bytes(merged)
+        bytes(&self.sums)
+            + bytes(&self.neighbour_fields)
+            + bytes(&self.correction)
+            + bytes(&self.regularisation)
+            + bytes(&self.viscous_stress)
+            + bytes(&self.tensor)
+            + bytes(&self.viscosity)
+            + bytes(&self.merged)
     }
 }
 

@@ -9,8 +9,8 @@ const SKINS: Skins = Skins { thinnest: 0.05, first: 0.1, thickest: 0.3 };
 /// step uses up of the skin: least at s² = B d/2c(2h + s). Measured; the optimum is flat.
 pub const SKIN_BALANCE: f64 = 1.2;
 
-/// Largest displacement with which lists can last, in particle spacings. Two particles with three cells between them, which
-/// are as wide as support and skin, can not come within support then.
+/// Largest displacement with which lists can last, in particle spacings. Two particles with three cells between them,
+/// which are as wide as support and skin, can not come within support then.
 const LARGEST_DISPLACEMENT: f64 = 0.5;
 
 /// Largest move in a stage for which `Lists::near_walls` hold, in particle spacings.

@@ -15,8 +15,8 @@ pub struct PackedParticle {
     pub matter: [f64; 4],
 }
 
-/// Results of the gradient pass as neighbours read them: pressure q of the acoustic damper \[Pa\], surface flag \[-\], ∇ρ
-/// of Eq. (20) \[kg/m⁴\].
+/// Results of the gradient pass as neighbours read them: pressure q of the acoustic damper \[Pa\], surface flag
+/// \[-\], ∇ρ of Eq. (20) \[kg/m⁴\].
 pub type NeighbourFields = [f64; 4];
 
 impl PackedParticle {

@@ -58,7 +58,7 @@ pub struct ListOrigin {
 
 /// The state at the start of a step, from which both stages of Eq. (30)-(31) advance; empty with leapfrog.
 #[derive(Clone, Debug, Default)]
-pub struct Base {
+pub struct StepStart {
     /// Position \[m\].
     pub position: Vec<Vector>,
     /// Velocity \[m/s\].
@@ -67,7 +67,7 @@ pub struct Base {
     pub density: Vec<f64>,
 }
 
-impl Base {
+impl StepStart {
     /// Arrays for `particles`.
     pub fn resize(&mut self, particles: usize) {
         self.position.resize(particles, Vector::zeros());
@@ -112,7 +112,7 @@ impl FluidState {
     /// Sorts the particles, with `base` where it is in use, by `order`: entry k is the old index.
     ///
     /// Positions of the last list build are overwritten: their memory is used for sorting.
-    pub fn reorder(&mut self, base: &mut Base, order: &[u32], scratch: Scratch) {
+    pub fn reorder(&mut self, base: &mut StepStart, order: &[u32], scratch: Scratch) {
         let Self {
             id,
             region,
@@ -138,7 +138,7 @@ impl FluidState {
     }
 
     /// Moves particles back into the box along periodic directions, with their positions in `base`.
-    pub fn wrap(&mut self, base: &mut Base, domain: &Domain) {
+    pub fn wrap(&mut self, base: &mut StepStart, domain: &Domain) {
         if !domain.is_periodic() {
             return;
         }
@@ -156,7 +156,7 @@ impl FluidState {
     pub fn retain(&mut self, keep: impl Fn(usize) -> bool) {
         let order: Vec<u32> = (0u32..).zip(0..self.len()).filter(|(_, i)| keep(*i)).map(|(k, _)| k).collect();
         self.reorder(
-            &mut Base::default(),
+            &mut StepStart::default(),
             &order,
             Scratch { integers: &mut Vec::new(), numbers: &mut Vec::new() },
         );

@@ -82,12 +82,8 @@ impl Kernel for Movement<'_> {
                     let base = Motion::get(&start_of_step, k);
                     let end = step.whole(&rates, &base, start.v);
                     let particles = StageParticles::of(get(fluid, k), mass, weight(k, count));
-                    step.account_for(
-                        &particles,
-                        &rates,
-                        &Path { base: &base, stage: start.x, end: &end },
-                        &mut budget,
-                    );
+                    let path = Path { base: &base, stage: start.x, end: &end };
+                    step.account_for(&particles, &rates, &path, &mut budget);
                     end
                 }
                 StagePart::Density => {
@@ -100,12 +96,8 @@ impl Kernel for Movement<'_> {
                     let end = step.momentum(&rates, &start, numbers(density_rate, k));
                     let particles = StageParticles::of(get(fluid, k), mass, weight(k, count));
                     // (xⁿ + Δt/2 vⁿ) × vⁿ = xⁿ × vⁿ: the position of the stage stands for that at the start.
-                    step.account_for(
-                        &particles,
-                        &rates,
-                        &Path { base: &start, stage: start.x, end: &end },
-                        &mut budget,
-                    );
+                    let path = Path { base: &start, stage: start.x, end: &end };
+                    step.account_for(&particles, &rates, &path, &mut budget);
                     put(acceleration, k, rates.own_acceleration);
                     end
                 }

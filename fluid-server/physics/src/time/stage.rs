@@ -20,14 +20,14 @@ use crate::rates::rate_pass::StageFields;
 use crate::system::lane_arrays::{numbers, put, vectors};
 use crate::system::model::FluidModel;
 use crate::system::packed_particle::PackedParticle;
-use crate::system::state::{Base, FluidState};
+use crate::system::state::{FluidState, StepStart};
 use crate::system::tasks::{PerTask, for_each_task, per_task};
 
 /// Everything that follows from model and state.
 #[derive(Debug, Default)]
 pub struct Workspace {
     /// State at the start of the step.
-    pub base: Base,
+    pub base: StepStart,
     /// Neighbours.
     pub lists: Lists,
     /// Fluid as pair sums read it.

@@ -33,8 +33,8 @@ impl<'a> StateScan<'a> {
 
     /// Packs the particles from `first` on, of `mass` per depth \[kg/m\], and adds what is found of them to `findings`.
     ///
-    /// Pair sums read `velocity` \[m/s\], or by default their own. No product is fused with a sum: the state has the same
-    /// bits on each path.
+    /// Pair sums read `velocity` \[m/s\], or by default their own. No product is fused with a sum: the state has the
+    /// same bits on each path.
     #[inline(always)]
     pub fn pack<L: Lanes>(
         &self,

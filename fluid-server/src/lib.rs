@@ -1,4 +1,4 @@
-//! The fluid solver: physics, and the service around it.
+//! The service around the fluid solver, whose physics is the crate `fluid`.
 
 use std::ffi::OsString;
 use std::process::ExitCode;
@@ -8,8 +8,6 @@ use proto::service::{Opened, SetupProblems, SolverFactory};
 use sph::lanes::Arithmetic;
 use sph::setup::{Coupling, ParticipantSetup};
 use sph::solver::Role;
-
-pub mod physics;
 
 /// Makes fluid solvers for the service.
 #[derive(Clone, Copy, Debug, Default)]
@@ -39,7 +37,7 @@ impl SolverFactory for FluidFactory {
         ];
         let facts =
             facts.map(|(name, value, unit)| Fact { name: name.into(), value, unit: unit.into() }).into();
-        let solver = physics::FluidSolver::new(setup).map_err(SetupProblems)?;
+        let solver = fluid::FluidSolver::new(setup).map_err(SetupProblems)?;
         Ok(Opened { solver: Box::new(solver), constants, facts, bodies: Vec::new() })
     }
 }

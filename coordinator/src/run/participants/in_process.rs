@@ -52,7 +52,7 @@ pub fn start(
     let mut solvers: Vec<(Box<dyn Solver>, RunSetup)> = Vec::new();
     if let Some(setup) = fluid {
         let run = setup.run.clone();
-        let solver = fluid_server::physics::FluidSolver::new(setup).map_err(|e| refused(Role::Fluid, &e))?;
+        let solver = fluid::FluidSolver::new(setup).map_err(|e| refused(Role::Fluid, &e))?;
         solvers.push((Box::new(solver), run));
     }
     if let Some(setup) = solid {

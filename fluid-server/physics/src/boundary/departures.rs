@@ -1,0 +1,175 @@
+//! Particles that leave: over an open rim or outflow side, or through a wall.
+
+use rayon::prelude::*;
+use sph::motion::MotionState;
+use sph::solver::Divergence;
+use sph::stage::StageTime;
+use sph::vector::{DIMENSIONS, Vector, cross};
+
+use crate::neighbours::lists::Lists;
+use crate::system::list_limits::PLANE_HALF_WIDTH;
+use crate::system::model::FluidModel;
+use crate::system::state::FluidState;
+
+/// Particles per task.
+const TASK: usize = 2048;
+
+/// Distance outside a closed side of the domain from which a particle counts as escaped, in particle spacings. Where
+/// walls line the domain, this is the depth of their first layer.
+const CLOSED_SIDE_DEPTH: f64 = 0.5;
+
+/// Why a particle is removed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Departure {
+    Outflow,
+    Escaped,
+}
+
+/// A step at its end.
+#[derive(Clone, Copy, Debug)]
+pub struct EndedStep<'a, S> {
+    /// Its times.
+    pub time: &'a StageTime,
+    /// Neighbours.
+    pub lists: &'a Lists,
+    /// Square of the largest move in its last stage \[m²\].
+    pub largest_square_move: f64,
+    /// Whether a particle is outside the domain.
+    pub outside: bool,
+    /// Where a particle was at its start \[m\].
+    pub start: S,
+}
+
+/// Removes the particles that left during `step`; returns whether there were any.
+///
+/// *Outflow*: the centre is outside the domain beyond an open side. *Escaped*: the centre is outside beyond a closed
+/// side by half a spacing, or it passed between the particles of a wall layer in this step: from the front of a wall
+/// particle's plane (through its centre, normal to the wall) to its back, at most [`PLANE_HALF_WIDTH`] beside it. For the
+/// first layer that plane lies half a spacing behind the wall's face. Passing above the topmost particle of a rim is
+/// no crossing. A released wall is none.
+///
+/// # Errors
+/// When more particles have escaped than the case allows.
+pub fn remove_departed<S: Fn(&FluidState, usize) -> Vector + Sync>(
+    model: &FluidModel,
+    state: &mut FluidState,
+    step: &EndedStep<'_, S>,
+) -> Result<bool, Box<Divergence>> {
+    let time = step.time;
+    (state.removed_momentum, state.removed_angular_momentum) = (Vector::zeros(), 0.0);
+    let watch = DepartureCheck {
+        model,
+        state,
+        step,
+        before: model.walls.motions_at(time.step_start),
+        after: model.walls.motions_at(time.target_time()),
+    };
+    let leaves = |i: usize| watch.departure(i).is_some();
+    let all = || (0..state.len()).into_par_iter().with_min_len(TASK);
+    let outside = |i: usize| !model.domain.contains(&state.position[i]);
+    let any = match step.lists.near_walls(model, step.largest_square_move) {
+        Some(near) => {
+            near.iter().any(|i| leaves(*i as usize)) || step.outside && all().any(|i| outside(i) && leaves(i))
+        }
+        None => all().any(leaves),
+    };
+    if !any {
+        return Ok(false);
+    }
+    let departed: Vec<Option<Departure>> = (0..state.len()).map(|i| watch.departure(i)).collect();
+    let mut offending = None;
+    for (i, departure) in departed.iter().enumerate() {
+        match departure {
+            None => continue,
+            Some(Departure::Outflow) => state.outflow += 1,
+            Some(Departure::Escaped) => {
+                state.escaped += 1;
+                if state.escaped > model.escaped_particle_limit && offending.is_none() {
+                    offending = Some((state.id[i], state.position[i]));
+                }
+            }
+        }
+        let momentum = state.velocity[i] * state.mass[i];
+        state.removed_momentum += momentum;
+        state.removed_angular_momentum +=
+            cross(&(state.position[i] - model.domain.torque_origin()), &momentum);
+    }
+    if let Some((id, x)) = offending {
+        return Err(Box::new(Divergence {
+            at: time.at,
+            particle: Some(id),
+            position: Some([x.x, x.y]),
+            quantity: "lost fluid particles".into(),
+            value: state.escaped as f64,
+            allowed: format!("at most {}", model.escaped_particle_limit),
+            hint: "the particle crossed a wall or a closed side of the domain; use a smaller time step, more wall \
+                   layers, or declare the side as outflow"
+                .into(),
+        }));
+    }
+    state.retain(|i| departed[i].is_none());
+    Ok(true)
+}
+
+/// Decides for each particle whether it left during a step.
+struct DepartureCheck<'a, S> {
+    model: &'a FluidModel,
+    state: &'a FluidState,
+    step: &'a EndedStep<'a, S>,
+    before: Vec<Option<MotionState>>,
+    after: Vec<Option<MotionState>>,
+}
+
+impl<S: Fn(&FluidState, usize) -> Vector> DepartureCheck<'_, S> {
+    fn departure(&self, i: usize) -> Option<Departure> {
+        let x = &self.state.position[i];
+        if !self.model.domain.contains(x)
+            && let Some(departure) = self.beyond_a_side(x)
+        {
+            return Some(departure);
+        }
+        let crossed = |w: usize| self.crossed(i, w);
+        self.step.lists.walls.neighbours(i).any(crossed).then_some(Departure::Escaped)
+    }
+
+    fn beyond_a_side(&self, x: &Vector) -> Option<Departure> {
+        let (domain, outflow) = (&self.model.domain, &self.model.outflow);
+        let depth = CLOSED_SIDE_DEPTH * self.model.constants.particle_spacing;
+        let mut departure = None;
+        for axis in (0..DIMENSIONS).filter(|axis| !domain.periodic[*axis]) {
+            let below = domain.lower[axis] - x[axis];
+            let above = x[axis] - domain.upper[axis];
+            for (outside, open) in [(below, outflow.lower[axis]), (above, outflow.upper[axis])] {
+                if outside > 0.0 && open {
+                    // Over the rim first and past another side later is still outflow.
+                    return Some(Departure::Outflow);
+                }
+                if outside > depth {
+                    departure = Some(Departure::Escaped);
+                }
+            }
+        }
+        departure
+    }
+
+    /// Whether particle `i` passed the plane of wall particle `w` from front to back in this step.
+    fn crossed(&self, i: usize, w: usize) -> bool {
+        let Self { model, state, step, .. } = self;
+        let walls = &model.walls;
+        let (x_w, normal) = walls.placed(w, &self.after);
+        let d = model.domain.separation(&state.position[i], &x_w);
+        let height = d.dot(&normal);
+        // Most are in front; without a normal there is no height.
+        if height >= 0.0 {
+            return false;
+        }
+        let beside = (d - normal * height).norm();
+        if beside > PLANE_HALF_WIDTH * model.constants.particle_spacing
+            || !walls.acts(walls.wall[w], step.time.step_start)
+        {
+            return false;
+        }
+        let (x_w, normal) = walls.placed(w, &self.before);
+        model.domain.separation(&(step.start)(state, i), &x_w).dot(&normal) >= 0.0
+    }
+}

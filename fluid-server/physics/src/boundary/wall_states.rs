@@ -1,0 +1,84 @@
+//! The state of wall particles as the fluid sees it, Eq. (27)-(28).
+
+use rayon::prelude::*;
+use sph::geometry::Geometry;
+use sph::vector::Vector;
+
+use crate::neighbours::rows::Rows;
+use crate::system::model::FluidModel;
+use crate::system::packed_particle::PackedParticle;
+use crate::system::walls::WallField;
+
+/// Wall particles per task.
+const TASK: usize = 64;
+
+/// The walls as the fluid sees them in one stage.
+#[derive(Clone, Debug, Default)]
+pub struct WallStates {
+    /// Kinematics.
+    pub field: WallField,
+    /// State of each wall particle, zero volume where it does not act, and one more that never acts.
+    pub particles: Vec<PackedParticle>,
+}
+
+impl WallStates {
+    /// Fills the state of each wall particle from the fluid around it at `time` \[s\].
+    ///
+    /// ```text
+    /// p_w = Σ [p_j + ρ_j (f − a_w)·(x_w − x_j)] W_wj / Σ W_wj                                Eq. (28)
+    /// v_w = v_f − 2 [(v_f − v_wall)·n] n   slip;   2 v_wall − v_f   no slip, corners         Eq. (27)
+    /// ρ_w from p_w by the inverse of Eq. (3)
+    /// ```
+    /// v_f is the Shepard mean of the fluid's velocity, a_w the known acceleration of a moving wall. A particle
+    /// without fluid in its support, or of a released wall, does not act. The density follows the pressure down to
+    /// the floor of [`sph::equation_of_state::Tait::wall_density`].
+    pub fn extrapolate<G: Geometry>(
+        &mut self,
+        geometry: G,
+        model: &FluidModel,
+        fluid_of_walls: &Rows,
+        fluid: &[PackedParticle],
+        time: f64,
+    ) {
+        let Self { field, particles } = self;
+        // The last one does not act: it pads batches of neighbours.
+        particles.resize(model.walls.len() + 1, PackedParticle::default());
+        let rest_density = model.constants.rest_density;
+        let inactive = |x: &Vector| PackedParticle::new(x, &Vector::zeros(), rest_density, 0.0, 0.0);
+        particles[model.walls.len()] = inactive(&model.domain.lower);
+        let body_force = model.body_force.at(time);
+        let all = &mut particles[..model.walls.len()];
+        all.par_iter_mut().with_min_len(TASK).enumerate().for_each(|(w, particle)| {
+            let x = &field.position[w];
+            *particle = inactive(x);
+            if !model.walls.acts(model.walls.wall[w], time) {
+                return;
+            }
+            let drive = body_force.acceleration(x) - field.acceleration[w];
+            let (mut weight, mut pressure, mut velocity) = (0.0, 0.0, Vector::zeros());
+            for j in fluid_of_walls.neighbours(w) {
+                let j = &fluid[j];
+                let d = geometry.separation(&particle.position(), &j.position());
+                let kernel = model.kernel.value(d.norm());
+                weight += kernel;
+                pressure += kernel * (j.pressure() + j.density() * drive.dot(&d));
+                velocity += j.velocity() * kernel;
+            }
+            if weight > 0.0 {
+                let velocity = mirrored(&(velocity / weight), &field.velocity[w], &field.mirror_normal[w]);
+                let pressure = pressure / weight;
+                let density = model.equation_of_state.wall_density(pressure);
+                *particle = PackedParticle::new(x, &velocity, density, pressure, model.walls.mass / density);
+            }
+        });
+    }
+}
+
+/// Velocity of a wall particle toward the fluid, Eq. (27): mirrored along `normal`, or wholly where that is zero.
+pub fn mirrored(fluid: &Vector, wall: &Vector, normal: &Vector) -> Vector {
+    if normal.norm_squared() > 0.0 {
+        fluid - normal * (2.0 * (fluid - wall).dot(normal))
+    } else {
+        2.0 * wall - fluid
+    }
+}

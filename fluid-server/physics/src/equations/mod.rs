@@ -1,0 +1,11 @@
+//! Laws of a pair and of a particle.
+
+pub mod anti_pairing;
+pub mod correction;
+pub mod damper;
+pub mod neighbour_sums;
+pub mod pair;
+pub mod stress;
+pub mod tensors;
+pub mod terms;
+pub mod viscosity;

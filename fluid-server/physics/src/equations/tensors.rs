@@ -1,0 +1,20 @@
+//! Matrices of the plane.
+
+/// Symmetric 2 × 2 matrix: components 11, 12, 22.
+pub type Symmetric = [f64; 3];
+
+/// 2 × 2 matrix by rows.
+pub type Matrix = [f64; 4];
+
+/// Unit matrix.
+pub const IDENTITY: Symmetric = [1.0, 0.0, 1.0];
+
+/// Product of `m` and `l`.
+pub fn times(m: &Matrix, l: &Symmetric) -> Matrix {
+    [
+        m[0] * l[0] + m[1] * l[1],
+        m[0] * l[1] + m[1] * l[2],
+        m[2] * l[0] + m[3] * l[1],
+        m[2] * l[1] + m[3] * l[2],
+    ]
+}

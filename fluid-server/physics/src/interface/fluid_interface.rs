@@ -1,0 +1,280 @@
+//! The fluid's side of the interface with a solid partner.
+
+use rayon::prelude::*;
+use sph::body_force::BodyForceField;
+use sph::domain::Domain;
+use sph::exchange::{Extent, InterfaceStates};
+use sph::geometry::Geometry;
+use sph::interface::Interface;
+use sph::ledger::InterfaceSums;
+use sph::setup::{Coupling, FluidProbeKind, InterfaceLaw};
+use sph::vector::Vector;
+
+use super::selection::InterfaceSelection;
+use crate::equations::anti_pairing::pairing_of;
+use crate::equations::neighbour_sums::NeighbourSums;
+use crate::neighbours::scene::Scene;
+use crate::rates::gradient_pass::PartnerDensity;
+use crate::rates::gradients::Gradients;
+use crate::rates::particle_rates::{Rates, StagePart};
+use crate::system::model::FluidModel;
+use crate::system::packed_particle::PackedParticle;
+use crate::system::state::FluidState;
+
+/// Share of solids Σ V_s W around a fluid particle above which it counts as immersed: that at a solid's face \[-\].
+const IMMERSED_SHARE: f64 = 0.5;
+
+/// Interface particles per task.
+const TASK: usize = 32;
+
+/// Interface data of a fluid with a solid partner.
+#[derive(Debug)]
+pub struct FluidInterface {
+    coupling: Coupling,
+    domain: Domain,
+    interface: Interface,
+    selection: InterfaceSelection,
+    /// Largest number of interface particles sent in a stage.
+    largest: u64,
+    sums: InterfaceSums,
+    /// Interface states in contact with particles of the partner.
+    states_in_contact: Vec<u32>,
+    /// The fluid particles behind them.
+    particles_in_contact: Vec<u32>,
+    /// Sums of these over the partner's particles.
+    neighbour_sums: Vec<NeighbourSums>,
+    density_rates: Vec<f64>,
+    immersed: u32,
+}
+
+impl FluidInterface {
+    /// A side of `coupling` without particles.
+    pub fn new(coupling: &Coupling, domain: &Domain, body_force: &BodyForceField) -> Self {
+        let support = 2.0 * coupling.fluid.smoothing_length;
+        Self {
+            coupling: *coupling,
+            domain: *domain,
+            interface: Interface::new(coupling, domain, body_force.clone()),
+            selection: InterfaceSelection::new(domain, support, coupling.fluid.particle_spacing),
+            largest: 0,
+            sums: InterfaceSums::default(),
+            states_in_contact: Vec::new(),
+            particles_in_contact: Vec::new(),
+            neighbour_sums: Vec::new(),
+            density_rates: Vec::new(),
+            immersed: 0,
+        }
+    }
+
+    /// Describes where the fluid can be until the next list build.
+    pub fn update_extent(&mut self, state: &FluidState) {
+        self.selection.update_extent(&state.position);
+    }
+
+    /// Figures of reports that a checkpoint keeps; see [`FluidInterface::restore`].
+    pub fn history(&self) -> [u64; 2] {
+        [self.largest, u64::from(self.immersed)]
+    }
+
+    /// Continues from a restored `state` and the `history` by [`FluidInterface::history`].
+    ///
+    /// The extent is that of the last list build.
+    pub fn restore(&mut self, state: &FluidState, history: [u64; 2]) {
+        let position = state.list_origin.as_ref().map_or(&state.position, |origin| &origin.position);
+        self.selection.update_extent(position);
+        self.largest = history[0];
+        self.immersed = u32::try_from(history[1]).unwrap_or(u32::MAX);
+    }
+
+    /// Where the fluid is.
+    pub fn extent(&self) -> &Extent {
+        self.selection.extent()
+    }
+
+    /// Largest number of interface particles sent in a stage.
+    pub fn largest(&self) -> u64 {
+        self.largest
+    }
+
+    /// Number of fluid particles inside solids as of the last evaluation; counted where a probe asks for it.
+    pub fn immersed(&self) -> u32 {
+        self.immersed
+    }
+
+    /// Counts the fluid particles inside solids, where a probe asks for it.
+    fn count_immersed(&mut self, model: &FluidModel, own: &InterfaceStates, partner: &InterfaceStates) {
+        if !model.probes.iter().any(|probe| probe.kind == FluidProbeKind::Immersed) {
+            return;
+        }
+        let share = |f: usize| -> f64 {
+            let weight = |(s, _): (usize, _)| {
+                let distance = self.domain.separation(&own.position[f], &partner.position[s]).norm();
+                partner.volume(s) * model.kernel.value(distance)
+            };
+            self.interface.solids_near(f).map(weight).sum()
+        };
+        self.immersed = (0..own.len()).map(|f| u32::from(share(f) > IMMERSED_SHARE)).sum();
+    }
+
+    /// Interface sums of the last evaluation.
+    pub fn sums(&self) -> InterfaceSums {
+        self.sums
+    }
+
+    /// See [`sph::solver::Solver::covered_by`].
+    ///
+    /// # Errors
+    /// The shortfall \[m\].
+    pub fn covered_by(&self, state: &FluidState, extent: &Extent, reach: f64) -> Result<(), f64> {
+        let support = 2.0 * self.coupling.fluid.smoothing_length;
+        self.selection.covered_by(state, support, extent, reach)
+    }
+
+    /// Fills `states` with the particles within `reach` \[m\] of `partner`, ids ascending; returns the set's version.
+    pub fn select(
+        &mut self,
+        state: &FluidState,
+        fluid: &[PackedParticle],
+        partner: &Extent,
+        reach: f64,
+        states: &mut InterfaceStates,
+    ) -> u64 {
+        let version = self.selection.select(state, fluid, partner, reach, states);
+        self.largest = self.largest.max(states.len() as u64);
+        version
+    }
+
+    /// Force on each of the partner's `samples` \[N/m\] at `time` \[s\], written to `forces`.
+    pub fn reactions(
+        &mut self,
+        time: f64,
+        own: &InterfaceStates,
+        samples: &InterfaceStates,
+        forces: &mut Vec<Vector>,
+    ) {
+        self.interface.update(time, own, samples);
+        self.interface.solid_forces(own, samples);
+        forces.clear();
+        forces.extend((0..samples.len()).map(|s| self.interface.force(s)));
+    }
+
+    /// Updates cross-owner lists, dummy states and pair forces of this stage.
+    pub fn update(&mut self, time: f64, own: &InterfaceStates, partner: &InterfaceStates) {
+        self.interface.update(time, own, partner);
+        self.sums = self.interface.fluid_forces(own, partner);
+    }
+
+    /// Meaning of the solid's density in the fluid's density gradient and diffusion.
+    fn partner_density(&self) -> PartnerDensity {
+        match self.coupling.law {
+            InterfaceLaw::PlainSum => PartnerDensity::OtherMaterial,
+            InterfaceLaw::Wall | InterfaceLaw::WallNoSlip => PartnerDensity::FluidEquivalent,
+        }
+    }
+
+    /// Adds the solid's particles to the sums of the gradient pass, once for each fluid particle, so that a solid's
+    /// face is not detected as free surface.
+    ///
+    /// The velocity gradient takes the whole velocity of the solid, or with slip only the approach along x_ij.
+    pub fn add_neighbour_sums<G: Geometry>(
+        &mut self,
+        scene: &Scene<G>,
+        own: &InterfaceStates,
+        partner: &InterfaceStates,
+        gradients: &mut Gradients,
+        rates: &mut [Rates],
+    ) {
+        let model = scene.model;
+        if !model.needs_gradient_pass() {
+            return;
+        }
+        let partner_density = self.partner_density();
+        let slips = self.coupling.law == InterfaceLaw::Wall;
+        let at_spacing = model.kernel.value(model.constants.particle_spacing);
+        let Self { interface, domain, neighbour_sums, selection, .. } = self;
+        let (states, particles) = (&mut self.states_in_contact, &mut self.particles_in_contact);
+        states.clear();
+        states.extend((0u32..).take(own.len()).filter(|k| interface.meets(*k as usize)));
+        particles.clear();
+        particles.extend(states.iter().map(|k| selection.members[*k as usize]));
+        neighbour_sums.resize(states.len(), NeighbourSums::default());
+        neighbour_sums.par_iter_mut().zip(&*states).with_min_len(TASK).for_each(|(sums, k)| {
+            let k = *k as usize;
+            *sums = NeighbourSums::default();
+            for (s, dummy) in interface.solids_near(k) {
+                let d = domain.separation(&own.position[k], &partner.position[s]);
+                let r = d.norm();
+                let mut v_sf = partner.velocity[s] - own.velocity[k];
+                if slips {
+                    v_sf = d * (v_sf.dot(&d) / d.norm_squared().max(f64::MIN_POSITIVE));
+                }
+                let density = match partner_density {
+                    PartnerDensity::FluidEquivalent => dummy.density - own.density[k],
+                    PartnerDensity::OtherMaterial => 0.0,
+                };
+                let volume = dummy.mass / dummy.density;
+                let gradient_factor = model.gradient_scale * model.kernel.gradient_factor(r);
+                let pairing = pairing_of(model.kernel.value(r) / at_spacing);
+                sums.add_pair(&d, volume * gradient_factor, density, &v_sf, pairing);
+            }
+        });
+        gradients.merge(scene, particles, neighbour_sums, partner_density, rates);
+    }
+
+    /// Adds the solid's part to the rates, once for each fluid particle: continuity, diffusion and force, as far as
+    /// `part` has them.
+    ///
+    /// ```text
+    /// ρ_f Σ V_s v_fs·∇W  +  δ h c₀ Σ V_s [2 (ρ_f − ρ_s) x²/(x² + λh²) − 2 ∇ρ_f·x_fs] (dW/dr)/r
+    /// ```
+    /// The second sum is left out in the plain sum, where ρ_s is that of another material.
+    pub fn add_rates(
+        &mut self,
+        model: &FluidModel,
+        state: &FluidState,
+        part: StagePart,
+        [own, partner]: [&InterfaceStates; 2],
+        gradients: &Gradients,
+        rates: &mut [Rates],
+    ) {
+        self.count_immersed(model, own, partner);
+        let diffusion =
+            if self.partner_density() == PartnerDensity::FluidEquivalent && part != StagePart::Density {
+                model.diffusion
+            } else {
+                0.0
+            };
+        let flux = if part == StagePart::Momentum { 0.0 } else { 1.0 };
+        let Self { interface, domain, selection, density_rates, .. } = self;
+        density_rates.resize(own.len(), 0.0);
+        density_rates.par_iter_mut().with_min_len(TASK).enumerate().for_each(|(k, rate)| {
+            let rho = own.density[k];
+            let gradient = if model.needs_density_gradient() {
+                let [.., x, y] = gradients.neighbour_fields[selection.members[k] as usize];
+                [x, y]
+            } else {
+                [0.0; 2]
+            };
+            let (mut continuity, mut exchange) = (0.0, 0.0);
+            for (s, dummy) in interface.solids_near(k) {
+                let d = domain.separation(&own.position[k], &partner.position[s]);
+                let square = d.norm_squared();
+                let gradient_factor =
+                    model.cross_gradient_scale * model.kernel.gradient_factor(square.sqrt());
+                let weight = dummy.mass / dummy.density * gradient_factor;
+                continuity += weight * (own.velocity[k] - partner.velocity[s]).dot(&d);
+                let psi = 2.0 * (rho - dummy.density) * square / (square + model.law.regularisation)
+                    - 2.0 * (gradient[0] * d.x + gradient[1] * d.y);
+                exchange += weight * psi;
+            }
+            *rate = flux * rho * continuity + diffusion * exchange;
+        });
+        for (k, i) in self.selection.members.iter().enumerate() {
+            let i = *i as usize;
+            rates[i].density += self.density_rates[k];
+            if part != StagePart::Density {
+                rates[i].acceleration += self.interface.force(k) / state.mass[i];
+            }
+        }
+    }
+}

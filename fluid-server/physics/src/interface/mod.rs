@@ -1,0 +1,4 @@
+//! The solid partner.
+
+pub mod fluid_interface;
+pub mod selection;

@@ -1,0 +1,246 @@
+//! Neighbour lists with a skin, and the cell-sorted order of the fluid.
+
+use rayon::prelude::*;
+use sph::geometry::{Geometry, Open, Periodic};
+use sph::neighbours::largest_displacement;
+use sph::stage::StageTime;
+use sph::vector::Vector;
+
+use super::drift::{Drift, Moved};
+use super::rows::{Order, Padding, Rows, Search, Sources};
+use crate::system::list_limits::{
+    LARGEST_STAGE_MOVE, PLANE_HALF_WIDTH, SKIN_BALANCE, Skins, farthest, skins,
+};
+use crate::system::model::FluidModel;
+use crate::system::state::{FluidState, ListOrigin, Scratch, StepStart};
+use crate::system::tasks::TASK;
+use crate::system::walls::WallField;
+
+/// Lists of all pairs closer than support radius plus skin.
+#[derive(Debug)]
+pub struct Lists {
+    /// Fluid neighbours of each fluid particle.
+    pub fluid: Rows,
+    /// Wall neighbours of each fluid particle.
+    pub walls: Rows,
+    /// Fluid neighbours of each wall particle.
+    pub fluid_of_walls: Rows,
+    /// Fluid by cells.
+    fluid_sources: Sources,
+    /// Walls by cells.
+    wall_sources: Sources,
+    /// Memory for sorting.
+    numbers: Vec<f64>,
+    /// Positions of moving walls when the lists were built.
+    wall_origin: WallField,
+    /// Fluid particles that could cross a wall before the next list build; only where no wall moves.
+    near_walls: Vec<u32>,
+    /// Whether each particle is one of them.
+    is_near: Vec<bool>,
+    /// Displacements by cell.
+    drift: Drift,
+    /// Lower bound of the unused part of the skin \[m\], where it is known.
+    remaining_skin: Option<f64>,
+    /// Whether the lists belong to the state's `list_origin`.
+    current: bool,
+}
+
+impl Default for Lists {
+    fn default() -> Self {
+        Self {
+            fluid: Rows::default(),
+            walls: Rows::default(),
+            fluid_of_walls: Rows::default(),
+            fluid_sources: Sources::new(Order::ByCell),
+            wall_sources: Sources::new(Order::AsGiven),
+            numbers: Vec::new(),
+            wall_origin: WallField::default(),
+            near_walls: Vec::new(),
+            is_near: Vec::new(),
+            drift: Drift::default(),
+            remaining_skin: None,
+            current: false,
+        }
+    }
+}
+
+impl Lists {
+    /// Whether particles moved so far that the lists may miss a pair, now or after the moves to come; `displacement`
+    /// is the largest since the lists were built \[m\].
+    ///
+    /// Where particles have moved far, such as in a jet, their neighbours have moved alike: then relative displacements
+    /// decide. They are evaluated only when the skin left at their last evaluation does not cover all moves since; the
+    /// result does not depend on when that is.
+    pub fn outdated(
+        &mut self,
+        model: &FluidModel,
+        state: &FluidState,
+        displacement: f64,
+        moves: Moves,
+        walls: &WallField,
+    ) -> bool {
+        let (skin, domain) = (state.list_skin, &model.domain);
+        let Some(origin) = state.list_origin.as_ref().filter(|_| self.current) else { return true };
+        let displacement = displacement + moves.next();
+        if model.walls.moves() || domain.is_periodic() {
+            // Two particles approach by at most twice the largest displacement.
+            let walls_moved = || largest_displacement(domain, &walls.position, &self.wall_origin.position);
+            return displacement > 0.5 * skin || (model.walls.moves() && walls_moved() > 0.5 * skin);
+        }
+        if displacement > farthest(model.constants.particle_spacing) {
+            return true;
+        }
+        self.remaining_skin = self.remaining_skin.map(|skin| skin - 2.0 * (moves.last + moves.next()));
+        if self.remaining_skin.is_some_and(|skin| skin >= 0.0) {
+            return false;
+        }
+        let FluidState { position, velocity, .. } = state;
+        let moved = Moved { position, origin: &origin.position, velocity, ahead: moves.ahead };
+        let approach = self.drift.approach(self.fluid_sources.grid(), moved);
+        self.remaining_skin = Some(skin - approach);
+        approach > skin
+    }
+
+    /// Sorts the particles by cells and builds the lists for the present state and for `moves` to come.
+    pub fn rebuild(
+        &mut self,
+        model: &FluidModel,
+        state: &mut FluidState,
+        base: &mut StepStart,
+        time: &StageTime,
+        moves: Moves,
+    ) {
+        state.list_skin = next_skin(model, state, time);
+        state.wrap(base, &model.domain);
+        self.fluid_sources.bin(&model.domain, &state.position, radius(model, state.list_skin));
+        let (order, integers) = self.fluid_sources.order_and_spare();
+        state.reorder(base, order, Scratch { integers, numbers: &mut self.numbers });
+        let origin = state.list_origin.get_or_insert_default();
+        origin.time = time.state_time();
+        origin.position.clone_from(&state.position);
+        state.list_builds += 1;
+        self.build(model, origin, state.list_skin);
+        self.remaining_skin = Some(state.list_skin - 2.0 * moves.next());
+    }
+
+    /// Builds the lists that belong to the state's origin unless they are present, as after a restore.
+    pub fn restore(&mut self, model: &FluidModel, state: &FluidState) {
+        if let (false, Some(origin)) = (self.current, &state.list_origin) {
+            self.fluid_sources.bin(&model.domain, &origin.position, radius(model, state.list_skin));
+            self.build(model, origin, state.list_skin);
+        }
+    }
+
+    /// The only particles that can have passed a wall, when none has moved by more than the root of `square` \[m²\]
+    /// in a stage; `None` when that is not known.
+    pub fn near_walls(&self, model: &FluidModel, square: f64) -> Option<&[u32]> {
+        let holds =
+            !model.walls.moves() && square <= (LARGEST_STAGE_MOVE * model.constants.particle_spacing).powi(2);
+        holds.then_some(&self.near_walls[..])
+    }
+
+    /// Finds the particles that could be behind the plane of a wall particle, and within its width, after they have
+    /// moved by `skin` \[m\], the most that lists bear there, and a stage from before it: by twice that at most
+    /// behind it.
+    fn find_near_walls(&mut self, model: &FluidModel, fluid: &[Vector], skin: f64) {
+        self.near_walls.clear();
+        if model.walls.moves() {
+            return;
+        }
+        let spacing = model.constants.particle_spacing;
+        let near = skin + LARGEST_STAGE_MOVE * spacing;
+        let reach = near + (PLANE_HALF_WIDTH * spacing).hypot(2.0 * near);
+        let Self { walls, wall_origin, is_near, near_walls, .. } = self;
+        let is_near_wall = |(i, is_near): (usize, &mut bool)| {
+            let distance = |w| model.domain.separation(&fluid[i], &wall_origin.position[w]);
+            *is_near = !walls.of(i).is_empty()
+                && walls.neighbours(i).any(|w| distance(w).norm_squared() <= reach * reach);
+        };
+        is_near.resize(fluid.len(), false);
+        is_near.par_iter_mut().enumerate().with_min_len(TASK).for_each(is_near_wall);
+        near_walls.extend((0u32..).zip(&*is_near).filter(|(_, near)| **near).map(|(i, _)| i));
+    }
+
+    /// Bytes in use.
+    pub fn bytes(&self) -> usize {
+        [&self.fluid, &self.walls, &self.fluid_of_walls].into_iter().map(Rows::bytes).sum::<usize>()
+            + self.fluid_sources.bytes()
+            + self.wall_sources.bytes()
+            + 8 * self.numbers.capacity()
+            + 4 * self.near_walls.capacity()
+            + self.is_near.capacity()
+            + self.drift.bytes()
+    }
+
+    /// Builds the lists of a fluid whose particles are sorted and binned, with walls as of the time of `origin`.
+    fn build(&mut self, model: &FluidModel, origin: &ListOrigin, skin: f64) {
+        let (domain, fluid) = (&model.domain, &origin.position[..]);
+        if model.walls.moves() || !self.current {
+            let Skins { thickest, .. } = skins(model.constants.particle_spacing);
+            self.wall_origin.place(&model.walls, domain, origin.time);
+            self.wall_sources.bin(domain, &self.wall_origin.position, radius(model, thickest));
+            self.wall_sources.place(domain, &self.wall_origin.position);
+        }
+        if domain.is_periodic() {
+            self.fill(model, Periodic::new(domain), fluid, radius(model, skin));
+        } else {
+            self.fill(model, Open, fluid, radius(model, skin));
+        }
+        self.remaining_skin = None;
+        self.find_near_walls(model, fluid, skin);
+        self.drift.place_walls(self.fluid_sources.grid(), &self.wall_origin.position);
+        self.current = true;
+    }
+
+    fn fill<G: Geometry>(&mut self, model: &FluidModel, geometry: G, fluid: &[Vector], radius: f64) {
+        let Self {
+            fluid_sources: of_fluid,
+            wall_sources: of_walls,
+            wall_origin,
+            fluid: fluid_rows,
+            walls: wall_rows,
+            fluid_of_walls,
+            ..
+        } = self;
+        let search = Search { arithmetic: model.arithmetic, geometry, domain: &model.domain, radius };
+        let walls = &wall_origin.position;
+        // The last wall particle does not act.
+        fluid_rows.build(&search, of_fluid, fluid, fluid, Padding::Target);
+        wall_rows.build(&search, of_walls, walls, fluid, Padding::Index(walls.len() as u32));
+        fluid_of_walls.build(&search, of_fluid, fluid, walls, Padding::Index(u32::MAX));
+    }
+}
+
+/// Moves of the fluid since [`Lists::outdated`] was asked last, and to come before it is asked again.
+#[derive(Clone, Copy, Debug)]
+pub struct Moves {
+    /// The largest move that was not announced as one to come \[m\].
+    pub last: f64,
+    /// Time of the moves to come \[s\].
+    pub ahead: f64,
+    /// Largest speed of the moves to come \[m/s\].
+    pub speed: f64,
+}
+
+impl Moves {
+    /// The largest move to come \[m\].
+    fn next(self) -> f64 {
+        self.ahead * self.speed
+    }
+}
+
+/// Radius of the lists with `skin` \[m\].
+fn radius(model: &FluidModel, skin: f64) -> f64 {
+    model.kernel.support_radius() + skin
+}
+
+/// Skin \[m\] for lists that are built at `time`, by how long the last ones of `state` have lasted.
+fn next_skin(model: &FluidModel, state: &FluidState, time: &StageTime) -> f64 {
+    let lasted = state.list_origin.as_ref().map(|origin| time.state_time() - origin.time);
+    // Outputs are evaluated in a step of zero length.
+    let Some(lasted) = lasted.filter(|_| time.time_step > 0.0) else { return state.list_skin };
+    let spacing = model.constants.particle_spacing;
+    let steps = (lasted / time.time_step).max(1.0);
+    let Skins { thinnest, thickest, .. } = skins(spacing);
+    (SKIN_BALANCE * spacing * state.list_skin / steps).sqrt().clamp(thinnest, thickest)
+}

@@ -1,0 +1,229 @@
+//! The gradient pass: moments, renormalised density gradient, viscous stress, Eq. (4), (20)-(21), and the sums of the
+//! particle regularisation; with leapfrog also the density rate, Eq. (17).
+
+use std::marker::PhantomData;
+
+use rayon::prelude::*;
+use sph::geometry::Geometry;
+use sph::lanes::{Kernel, Lanes};
+
+use super::gradients::{GradientSlices, Gradients, ParticleGradients, Partner};
+use super::particle_rates::Rates;
+use crate::equations::anti_pairing::Ratio;
+use crate::equations::correction::{
+    SMALLEST_CORRECTION_DETERMINANT, SMALLEST_GRADIENT_DETERMINANT, in_momentum,
+};
+use crate::equations::damper::damper;
+use crate::equations::neighbour_sums::{
+    LaneSums, NeighbourKind, NeighbourSums, Selected, SumKernel, SumSelection,
+};
+use crate::equations::stress::{momentum_tensor, transposed_stress, viscous_stress};
+use crate::equations::tensors::{IDENTITY, Matrix, Symmetric, times};
+use crate::equations::viscosity::corrected;
+use crate::free_surface::detection::{NO_SURFACE_FLAG, surface_flag};
+use crate::free_surface::shifting::RegularisationSums;
+use crate::neighbours::batch::NeighbourBatch;
+use crate::neighbours::scene::Scene;
+use crate::system::model::{FluidModel, Viscosity};
+use crate::system::tasks::for_each_task;
+
+/// Particles per task of a merge.
+const MERGE_TASK: usize = 64;
+
+/// Meaning of the density of the partner's particles in ∇ρ.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PartnerDensity {
+    /// That of an equivalent fluid.
+    FluidEquivalent,
+    /// That of another material, which ∇ρ leaves out.
+    OtherMaterial,
+}
+
+impl Gradients {
+    /// Sums over fluid and walls, and what follows from them.
+    ///
+    /// Walls enter with their density by Eq. (28) and their velocity by Eq. (27). With a `partner` the sums are kept,
+    /// so that its particles can be added. With leapfrog the density rates go to `rates`.
+    pub fn accumulate<G: Geometry>(&mut self, scene: &Scene<G>, partner: Partner, rates: &mut Vec<Rates>) {
+        let model = scene.model;
+        if !model.needs_gradient_pass() {
+            return;
+        }
+        self.resize(model, scene.fluid.len(), partner);
+        rates.resize(scene.fluid.len(), Rates::default());
+        match (model.regularises(), model.needs_moments(), model.needs_velocity_gradient()) {
+            (true, ..) => self.gather(scene, Selected::<true, true, true>, rates),
+            (false, true, true) => self.gather(scene, Selected::<true, true, false>, rates),
+            (false, true, false) => self.gather(scene, Selected::<true, false, false>, rates),
+            (false, false, _) => self.gather(scene, Selected::<false, true, false>, rates),
+        }
+    }
+
+    fn gather<G: Geometry, W: SumSelection>(&mut self, scene: &Scene<G>, _: W, rates: &mut [Rates]) {
+        let arithmetic = scene.model.arithmetic;
+        for_each_task(scene.fluid.len(), self.results(scene.model, rates), &|particles, results| {
+            let selection = PhantomData::<W>;
+            arithmetic.run(Gather {
+                scene,
+                selection,
+                first: particles.start,
+                count: particles.len(),
+                results,
+            });
+        });
+    }
+
+    /// Adds the sums over a partner's particles to those of `members`, and updates their results.
+    pub fn merge<G: Geometry>(
+        &mut self,
+        scene: &Scene<G>,
+        members: &[u32],
+        partner: &[NeighbourSums],
+        density: PartnerDensity,
+        rates: &mut [Rates],
+    ) {
+        let mut merged = std::mem::take(&mut self.merged);
+        let each = members.par_iter().zip(partner).with_min_len(MERGE_TASK);
+        let of_both = each.map(|(i, added)| {
+            let i = *i as usize;
+            let mut sums = self.sums[i];
+            sums.merge(added);
+            let mut finished = finish(scene, i, &sums);
+            if let (PartnerDensity::OtherMaterial, Some([.., x, y])) = (density, self.neighbour_fields.get(i))
+            {
+                [finished.neighbour_fields[2], finished.neighbour_fields[3]] = [*x, *y];
+            }
+            (sums, finished)
+        });
+        of_both.collect_into_vec(&mut merged);
+        for (i, (sums, finished)) in members.iter().zip(&merged) {
+            let i = *i as usize;
+            self.sums[i] = *sums;
+            self.results(scene.model, rates).put(i, finished);
+        }
+        self.merged = merged;
+    }
+
+    /// T of every particle at its present pressure, from the results of the pass; the order of particles must be the
+    /// same. With leapfrog only, whose predictor computes none.
+    pub fn make_tensors<G: Geometry>(&mut self, scene: &Scene<G>) {
+        let model = scene.model;
+        if !(model.has_tensors() && model.is_leapfrog()) {
+            return;
+        }
+        let mut tensors = std::mem::take(&mut self.tensor);
+        for_each_task(scene.fluid.len(), &mut tensors[..], &|particles, tensors| {
+            for (i, of_particle) in particles.zip(tensors) {
+                let stress = self.viscous_stress.get(i).copied().unwrap_or_default();
+                let correction = self.correction.get(i).unwrap_or(&IDENTITY);
+                *of_particle = tensor(model, scene.fluid[i].pressure() + self.damper(i), &stress, correction);
+            }
+        });
+        self.tensor = tensors;
+    }
+}
+
+/// The pass over the particles of one task.
+struct Gather<'a, G, W> {
+    scene: &'a Scene<'a, G>,
+    selection: PhantomData<W>,
+    first: usize,
+    count: usize,
+    results: GradientSlices<'a>,
+}
+
+impl<G: Geometry, W: SumSelection> Kernel for Gather<'_, G, W> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let Self { scene, first, count, mut results, .. } = self;
+        let Scene { geometry, model, lists, fluid, walls } = *scene;
+        let law = SumKernel { kernel: model.law.kernel.lanes(), ratio: Ratio::new(model) };
+        for k in 0..count {
+            let i = first + k;
+            let motion = L::splat_each(fluid[i].motion);
+            let rho = L::splat(fluid[i].density());
+            let mut sums = LaneSums::<L>::zero();
+            for indices in lists.fluid.of(i) {
+                let batch = NeighbourBatch::gather(geometry, &motion, fluid, *indices);
+                sums.add::<W>(&law, rho, &batch, NeighbourKind::Fluid);
+            }
+            for indices in lists.walls.of(i) {
+                let batch = NeighbourBatch::gather(geometry, &motion, walls, *indices);
+                sums.add::<W>(&law, rho, &batch, NeighbourKind::Wall);
+            }
+            let sums = sums.total::<W>();
+            if let Some(kept) = results.sums.get_mut(k) {
+                *kept = sums;
+            }
+            results.put(k, &finish(scene, i, &sums));
+        }
+    }
+}
+
+/// ∇ρ, damper, L_i, viscous stress, T and regularisation of particle `i` from its sums, Eq. (4) and (20)-(21).
+///
+/// ```text
+/// τ = μ [∇v + (∇v)ᵀ − ⅔ (∇·v) I],  T = (p I − τ)·L
+/// ```
+#[inline(always)]
+fn finish<G: Geometry>(scene: &Scene<G>, i: usize, sums: &NeighbourSums) -> ParticleGradients {
+    let model = scene.model;
+    let viscosity = model.constants.dynamic_viscosity;
+    let (determinant, inverse) = sums.inverse();
+    let well_placed = determinant >= SMALLEST_CORRECTION_DETERMINANT;
+    let correction = if model.corrects_continuity() && well_placed { inverse } else { IDENTITY };
+    let trusted = well_placed.then_some(inverse);
+    let damper = damper(model, sums, trusted, scene.fluid[i].density());
+    let pressure = scene.fluid[i].pressure() + damper;
+    let ([x, y], [xx, xy, yy]) = (sums.density, inverse);
+    let [g_x, g_y] = if model.needs_density_gradient() && determinant >= SMALLEST_GRADIENT_DETERMINANT {
+        [xx * x + xy * y, xy * x + yy * y]
+    } else {
+        [0.0; 2]
+    };
+    let (regularisation, flag) = if model.regularises() {
+        (RegularisationSums::new(sums, trusted), surface_flag(scene, i, sums))
+    } else {
+        (RegularisationSums::default(), NO_SURFACE_FLAG)
+    };
+    let viscous_stress = if model.viscosity == Viscosity::Stress {
+        viscous_stress(viscosity, &times(&sums.velocity_gradient(), &correction))
+    } else if model.viscosity == Viscosity::Pairwise {
+        let gradient = sums.velocity_gradient();
+        transposed_stress(viscosity, &trusted.map_or(gradient, |l| times(&gradient, &l)))
+    } else {
+        Matrix::default()
+    };
+    // With leapfrog the pressure is not known yet.
+    let tensor = if model.has_tensors() && !model.is_leapfrog() {
+        tensor(model, pressure, &viscous_stress, &correction)
+    } else {
+        Matrix::default()
+    };
+    let viscosity =
+        if model.viscosity == Viscosity::Pairwise { corrected(viscosity, sums.mean_moment()) } else { 0.0 };
+    let density_rate = if model.is_leapfrog() {
+        let [v_xx, .., v_yy] = times(&sums.velocity, &correction);
+        -scene.fluid[i].density() * (v_xx + v_yy)
+    } else {
+        0.0
+    };
+    let neighbour_fields = [damper, flag, g_x, g_y];
+    ParticleGradients {
+        neighbour_fields,
+        correction,
+        regularisation,
+        viscous_stress,
+        tensor,
+        viscosity,
+        density_rate,
+    }
+}
+
+/// T \[Pa\] of a particle of `pressure` with damper \[Pa\], viscous `stress` \[Pa\] and L_i.
+#[inline(always)]
+fn tensor(model: &FluidModel, pressure: f64, stress: &Matrix, correction: &Symmetric) -> Matrix {
+    momentum_tensor(pressure, stress, &in_momentum(model, correction))
+}

@@ -1,0 +1,164 @@
+//! Results of the gradient pass.
+
+use super::particle_rates::Rates;
+use crate::equations::correction::in_momentum;
+use crate::equations::neighbour_sums::NeighbourSums;
+use crate::equations::tensors::{IDENTITY, Matrix, Symmetric};
+use crate::free_surface::shifting::RegularisationSums;
+use crate::system::model::{FluidModel, Viscosity};
+use crate::system::packed_particle::NeighbourFields;
+use crate::system::tasks::split_by_field;
+
+/// Whether a solid's particles are still to be added to the sums of a pass.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Partner {
+    /// There is no solid.
+    Absent,
+    /// The sums are kept for it.
+    Present,
+}
+
+/// Results of the pass for each fluid particle; arrays that a case does not need stay empty.
+#[derive(Debug, Default)]
+pub struct Gradients {
+    /// Raw sums, kept where there is a partner.
+    pub(super) sums: Vec<NeighbourSums>,
+    /// Fields that neighbours read.
+    pub neighbour_fields: Vec<NeighbourFields>,
+    /// L_i of Eq. (21), or the unit matrix where few neighbours define it.
+    pub correction: Vec<Symmetric>,
+    /// Sums for the particle regularisation.
+    pub regularisation: Vec<RegularisationSums>,
+    /// Viscous stress τ of Eq. (4), or the part of it that the viscous pair force leaves out \[Pa\].
+    pub viscous_stress: Vec<Matrix>,
+    /// T = −σ·L \[Pa\].
+    pub tensor: Vec<Matrix>,
+    /// Viscosity in the viscous pair force \[Pa s\].
+    pub viscosity: Vec<f64>,
+    /// Results for particles in contact with the partner, before they are put in place.
+    pub(super) merged: Vec<(NeighbourSums, ParticleGradients)>,
+}
+
+/// A task's part of [`Gradients`].
+pub struct GradientSlices<'a> {
+    /// Raw sums.
+    pub sums: &'a mut [NeighbourSums],
+    neighbour_fields: &'a mut [NeighbourFields],
+    correction: &'a mut [Symmetric],
+    regularisation: &'a mut [RegularisationSums],
+    viscous_stress: &'a mut [Matrix],
+    tensor: &'a mut [Matrix],
+    viscosity: &'a mut [f64],
+    /// Rates whose density rate the pass computes, with leapfrog.
+    rates: &'a mut [Rates],
+}
+
+split_by_field!(GradientSlices {
+    sums,
+    neighbour_fields,
+    correction,
+    regularisation,
+    viscous_stress,
+    tensor,
+    viscosity,
+    rates
+});
+
+impl Gradients {
+    /// Arrays for `particles`, as far as `model` needs them.
+    pub fn resize(&mut self, model: &FluidModel, particles: usize, partner: Partner) {
+        let of = |needed: bool| if needed { particles } else { 0 };
+        self.sums.resize(of(partner == Partner::Present), NeighbourSums::default());
+        self.neighbour_fields.resize(of(model.has_neighbour_fields()), [0.0; 4]);
+        self.correction.resize(of(model.corrects_continuity()), Symmetric::default());
+        self.regularisation.resize(of(model.regularises()), RegularisationSums::default());
+        self.viscous_stress.resize(of(model.viscosity != Viscosity::Inviscid), Matrix::default());
+        self.tensor.resize(of(model.has_tensors()), Matrix::default());
+        self.viscosity.resize(of(model.viscosity == Viscosity::Pairwise), 0.0);
+    }
+
+    /// The arrays that the pass fills; `rates` with leapfrog.
+    pub fn results<'a>(&'a mut self, model: &FluidModel, rates: &'a mut [Rates]) -> GradientSlices<'a> {
+        let rates = if model.is_leapfrog() { rates } else { &mut [] };
+        GradientSlices {
+            sums: &mut self.sums,
+            neighbour_fields: &mut self.neighbour_fields,
+            correction: &mut self.correction,
+            regularisation: &mut self.regularisation,
+            viscous_stress: &mut self.viscous_stress,
+            tensor: &mut self.tensor,
+            viscosity: &mut self.viscosity,
+            rates,
+        }
+    }
+
+    /// q of the acoustic damper of particle `i` \[Pa\].
+    #[inline(always)]
+    pub fn damper(&self, i: usize) -> f64 {
+        self.neighbour_fields.get(i).map_or(0.0, |[damper, ..]| *damper)
+    }
+
+    /// L_i of particle `i` as Eq. (22) takes it.
+    #[inline(always)]
+    pub fn in_momentum(&self, model: &FluidModel, i: usize) -> Symmetric {
+        self.correction.get(i).map_or(IDENTITY, |correction| in_momentum(model, correction))
+    }
+
+    /// Bytes in use.
+    pub fn bytes(&self) -> usize {
+        fn bytes<T>(values: &Vec<T>) -> usize {
+            values.capacity() * size_of::<T>()
+        }
+        bytes(&self.sums)
+            + bytes(&self.neighbour_fields)
+            + bytes(&self.correction)
+            + bytes(&self.regularisation)
+            + bytes(&self.viscous_stress)
+            + bytes(&self.tensor)
+            + bytes(&self.viscosity)
+            + bytes(&self.merged)
+    }
+}
+
+/// Results for one particle.
+#[derive(Clone, Copy, Debug)]
+pub struct ParticleGradients {
+    /// Fields that neighbours read.
+    pub neighbour_fields: NeighbourFields,
+    /// L_i.
+    pub correction: Symmetric,
+    /// Sums for the particle regularisation.
+    pub regularisation: RegularisationSums,
+    /// Viscous stress \[Pa\].
+    pub viscous_stress: Matrix,
+    /// T \[Pa\].
+    pub tensor: Matrix,
+    /// Viscosity \[Pa s\].
+    pub viscosity: f64,
+    /// Density rate with leapfrog \[kg/(m³ s)\].
+    pub density_rate: f64,
+}
+
+impl GradientSlices<'_> {
+    /// Puts the results of particle `k` in place.
+    #[inline(always)]
+    pub fn put(&mut self, k: usize, finished: &ParticleGradients) {
+        put(self.neighbour_fields, k, finished.neighbour_fields);
+        put(self.correction, k, finished.correction);
+        put(self.regularisation, k, finished.regularisation);
+        put(self.viscous_stress, k, finished.viscous_stress);
+        put(self.tensor, k, finished.tensor);
+        put(self.viscosity, k, finished.viscosity);
+        if let Some(rates) = self.rates.get_mut(k) {
+            rates.density = finished.density_rate;
+        }
+    }
+}
+
+/// Writes `value` where the array is there.
+#[inline(always)]
+fn put<T>(values: &mut [T], k: usize, value: T) {
+    if let Some(place) = values.get_mut(k) {
+        *place = value;
+    }
+}

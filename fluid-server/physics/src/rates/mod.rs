@@ -1,0 +1,6 @@
+//! The two passes over neighbours: gradients, then rates.
+
+pub mod gradient_pass;
+pub mod gradients;
+pub mod particle_rates;
+pub mod rate_pass;

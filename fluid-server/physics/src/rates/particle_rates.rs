@@ -1,0 +1,88 @@
+//! Results of a stage for each particle, and for each task.
+
+use std::ops::AddAssign;
+
+use sph::stage::Stage;
+use sph::vector::{Vector, cross};
+
+use crate::system::model::FluidModel;
+
+/// The part of the rates that a stage computes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum StagePart {
+    /// All, Eq. (30)-(31).
+    #[default]
+    Whole,
+    /// The predictor of leapfrog: Eq. (17).
+    Density,
+    /// The corrector of leapfrog: Eq. (22), the diffusion of Eq. (18) and the particle regularisation.
+    Momentum,
+}
+
+impl StagePart {
+    /// The part that `stage` computes for `model`.
+    pub fn of(model: &FluidModel, stage: Stage) -> Self {
+        match (model.is_leapfrog(), stage) {
+            (false, _) => Self::Whole,
+            (true, Stage::Predictor) => Self::Density,
+            (true, Stage::Corrector) => Self::Momentum,
+        }
+    }
+}
+
+/// Rates of one particle.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Rates {
+    /// Acceleration \[m/s²\].
+    pub acceleration: Vector,
+    /// Velocity of the shift, in addition to the particle's \[m/s\].
+    pub shift: Vector,
+    /// Density rate \[kg/(m³ s)\].
+    pub density: f64,
+}
+
+/// Sums over the particles of one task: forces \[N/m\], and torques about the domain's torque origin \[N\].
+#[derive(Clone, Copy, Debug, Default)]
+pub struct ExternalForces {
+    /// Body force.
+    pub body: Wrench,
+    /// Force by walls.
+    pub walls: Wrench,
+    /// Force by stabilisers that are not antisymmetric.
+    pub stabilisers: Wrench,
+    /// Torque of the fluid's forces on itself, which do not all act along the line between two particles.
+    pub own_torque: f64,
+}
+
+impl AddAssign for ExternalForces {
+    fn add_assign(&mut self, other: Self) {
+        self.body += other.body;
+        self.walls += other.walls;
+        self.stabilisers += other.stabilisers;
+        self.own_torque += other.own_torque;
+    }
+}
+
+/// A force \[N/m\] and its torque \[N\].
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Wrench {
+    /// Force.
+    pub force: Vector,
+    /// Torque.
+    pub torque: f64,
+}
+
+impl Wrench {
+    /// `force` that acts at `arm` \[m\] from the torque origin.
+    #[inline(always)]
+    pub fn at(arm: &Vector, force: Vector) -> Self {
+        Self { force, torque: cross(arm, &force) }
+    }
+}
+
+impl AddAssign for Wrench {
+    fn add_assign(&mut self, other: Self) {
+        self.force += other.force;
+        self.torque += other.torque;
+    }
+}

@@ -1,0 +1,274 @@
+//! Rates of change of every fluid particle, Eq. (17)-(19), (22)-(24).
+
+use std::marker::PhantomData;
+
+use sph::body_force::BodyForceAt;
+use sph::geometry::Geometry;
+use sph::lanes::{Kernel, Lanes, WIDTH};
+use sph::vector::{Vector, cross};
+
+use super::gradients::Gradients;
+use super::particle_rates::{ExternalForces, Rates, StagePart, Wrench};
+use crate::boundary::repulsion::wall_repulsion;
+use crate::equations::pair::{CentreParticle, LawLanes, NeighbourData, PairSums, PairTotals, PairViscosity};
+use crate::equations::stress::{mirrored_stress, momentum_tensor};
+use crate::equations::tensors::{IDENTITY, Matrix, Symmetric};
+use crate::equations::terms::{ActiveTerms, Continuity, ForceTerms, PairTerms, TermsPass};
+use crate::free_surface::detection::nearest_surface;
+use crate::free_surface::shifting::{self, Regularisation};
+use crate::neighbours::batch::{NeighbourBatch, gather, gather_columns};
+use crate::neighbours::scene::Scene;
+use crate::system::model::{FluidModel, Viscosity};
+use crate::system::state::FluidState;
+use crate::system::tasks::{PerTask, for_each_task, per_task};
+use crate::system::walls::WallField;
+
+/// Input of the rates.
+#[derive(Clone, Copy)]
+pub struct StageFields<'a, G> {
+    /// Fluid and walls.
+    pub scene: Scene<'a, G>,
+    /// State.
+    pub state: &'a FluidState,
+    /// Kinematics of the walls.
+    pub field: &'a WallField,
+    /// Results of the gradient pass.
+    pub gradients: &'a Gradients,
+    /// Time of the stage state \[s\].
+    pub time: f64,
+    /// Part of the rates.
+    pub part: StagePart,
+}
+
+impl<G: Geometry> StageFields<'_, G> {
+    /// Rates by the fluid itself, walls, body force, damping and regularisation into `rates`; `external` gets the sums
+    /// of each task.
+    pub fn rates(&self, rates: &mut Vec<Rates>, external: &mut Vec<ExternalForces>) {
+        let model = self.scene.model;
+        rates.resize(self.scene.fluid.len(), Rates::default());
+        if self.part == StagePart::Density {
+            // The gradient pass has computed them.
+            return;
+        }
+        let forces = force_terms(model);
+        let continuity = match (self.part, forces.tensor || model.corrects_continuity()) {
+            (StagePart::Momentum, _) => Continuity::Absent,
+            (_, true) => Continuity::Corrected,
+            (_, false) => Continuity::Plain,
+        };
+        let terms = ActiveTerms { neighbour_fields: model.has_neighbour_fields(), continuity, forces };
+        terms.call(RatePass { fields: self, rates, external });
+    }
+
+    #[inline(always)]
+    pub fn own<L: Lanes, T: PairTerms>(&self, i: usize) -> CentreParticle<L> {
+        let (fluid, gradients) = (&self.scene.fluid[i], self.gradients);
+        let [damper, _, g_x, g_y] =
+            if T::NEIGHBOUR_FIELDS { gradients.neighbour_fields[i] } else { [0.0; 4] };
+        let corrected = T::CORRECTION && self.scene.model.corrects_continuity();
+        let l = if corrected { gradients.correction[i] } else { IDENTITY };
+        CentreParticle {
+            motion: L::splat_each(fluid.motion),
+            density: L::splat(fluid.density()),
+            twice_density: L::splat(2.0 * fluid.density()),
+            pressure: L::splat(fluid.pressure() + damper),
+            density_gradient: [L::splat(g_x), L::splat(g_y)],
+            tensor: if T::TENSOR { L::splat_each(gradients.tensor[i]) } else { [L::zero(); 4] },
+            correction: [L::splat(l[0]), L::splat(l[1]), L::splat(l[2])],
+        }
+    }
+
+    /// Sums of particle `i` over its fluid neighbours, and r² of the nearest of them at the free surface \[m²\].
+    #[inline(always)]
+    fn fluid_sums<L: Lanes, T: PairTerms>(
+        &self,
+        law: &LawLanes<L>,
+        i: usize,
+        own: &CentreParticle<L>,
+    ) -> (PairSums<L>, L) {
+        let Scene { geometry, lists, fluid, .. } = self.scene;
+        let gradients = self.gradients;
+        // The same length, as one check of an index then serves both.
+        let neighbour_fields =
+            if T::NEIGHBOUR_FIELDS { &gradients.neighbour_fields[..fluid.len()] } else { &[] };
+        let (mut sums, mut nearest) = (PairSums::zero(), L::splat(f64::INFINITY));
+        for indices in lists.fluid.of(i) {
+            let indices = *indices;
+            let mut batch = NeighbourBatch::gather(geometry, &own.motion, fluid, indices);
+            let mut data = NeighbourData::nothing();
+            if T::NEIGHBOUR_FIELDS {
+                let [damper, flag, g_x, g_y] = gather_columns(indices, neighbour_fields);
+                batch.pressure = batch.pressure + damper;
+                data.density_gradient = [g_x, g_y];
+                nearest = nearest_surface(nearest, flag, batch.square);
+            }
+            if T::TENSOR {
+                data.tensor = gather_columns(indices, &gradients.tensor);
+            }
+            if T::VISCOUS {
+                let viscosity = L::splat(gradients.viscosity[i]) + gather(indices, &gradients.viscosity);
+                data.viscosity = PairViscosity { viscosity, relative_velocity: [batch.v_x, batch.v_y] };
+            }
+            sums.add::<T>(law, own, &batch, &data);
+        }
+        (sums, nearest)
+    }
+
+    /// Sums of particle `i` over the particles of `wall`, or of all walls.
+    ///
+    /// A wall takes ∇ρ, L and damper of the particle, and its viscous stress, mirrored where it slips.
+    #[inline(always)]
+    pub fn wall_sums<L: Lanes, T: PairTerms>(
+        &self,
+        law: &LawLanes<L>,
+        i: usize,
+        own: &CentreParticle<L>,
+        wall: Option<u32>,
+    ) -> PairSums<L> {
+        let Scene { geometry, model, lists, walls, .. } = self.scene;
+        let damper = L::splat(self.damper(i));
+        let correction = if T::TENSOR { self.gradients.in_momentum(model, i) } else { IDENTITY };
+        let mut sums = PairSums::zero();
+        for indices in lists.walls.of(i) {
+            let indices = *indices;
+            let mut batch = NeighbourBatch::gather(geometry, &own.motion, walls, indices);
+            if let Some(wall) = wall {
+                let included = |w: u32| f64::from(u8::from(model.walls.wall.get(w as usize) == Some(&wall)));
+                batch.volume = batch.volume * L::from_array(indices.map(included));
+            }
+            batch.pressure = batch.pressure + damper;
+            let mut data =
+                NeighbourData { density_gradient: own.density_gradient, ..NeighbourData::nothing() };
+            if T::TENSOR {
+                let [a, b, c, d] = indices.map(|w| self.wall_tensor(i, w as usize, &correction));
+                data.tensor = L::columns([&a, &b, &c, &d]);
+            }
+            if T::VISCOUS {
+                let viscosity = L::splat(2.0 * self.gradients.viscosity[i]);
+                data.viscosity =
+                    PairViscosity { viscosity, relative_velocity: self.resisted(indices, &batch) };
+            }
+            sums.add::<T>(law, own, &batch, &data);
+        }
+        sums
+    }
+
+    /// q of the acoustic damper of particle `i` \[Pa\].
+    pub fn damper(&self, i: usize) -> f64 {
+        self.gradients.damper(i)
+    }
+
+    /// The part of the velocity relative to walls that viscosity resists: all of it, or where they slip that along
+    /// their normal.
+    #[inline(always)]
+    fn resisted<L: Lanes>(&self, indices: [u32; WIDTH], batch: &NeighbourBatch<L>) -> [L; 2] {
+        let normals = indices.map(|w| self.mirror_normal(w as usize));
+        let (n_x, n_y) = (L::from_array(normals.map(|n| n.x)), L::from_array(normals.map(|n| n.y)));
+        let slips = (n_x * n_x).plus_product(n_y, n_y);
+        let across = (batch.v_x * n_x).plus_product(batch.v_y, n_y);
+        let along = L::splat(1.0) - slips;
+        [(along * batch.v_x).plus_product(across, n_x), (along * batch.v_y).plus_product(across, n_y)]
+    }
+
+    /// Normal of the mirror of wall particle `w`; none for the one that does not act.
+    fn mirror_normal(&self, w: usize) -> Vector {
+        self.field.mirror_normal.get(w).copied().unwrap_or_default()
+    }
+
+    /// T of wall particle `w` in the pair with particle `i`, with L_i as in Eq. (22).
+    fn wall_tensor(&self, i: usize, w: usize, correction: &Symmetric) -> Matrix {
+        let normal = self.mirror_normal(w);
+        let stress = self.gradients.viscous_stress.get(i);
+        let stress = stress.map_or(Matrix::default(), |stress| mirrored_stress(stress, [normal.x, normal.y]));
+        momentum_tensor(self.scene.walls[w].pressure() + self.damper(i), &stress, correction)
+    }
+}
+
+/// Terms of the momentum equation of `model`.
+pub fn force_terms(model: &FluidModel) -> ForceTerms {
+    ForceTerms { tensor: model.has_tensors(), viscous: model.viscosity == Viscosity::Pairwise }
+}
+
+/// The pass over all particles.
+struct RatePass<'a, G> {
+    fields: &'a StageFields<'a, G>,
+    rates: &'a mut [Rates],
+    external: &'a mut Vec<ExternalForces>,
+}
+
+impl<G: Geometry> TermsPass for RatePass<'_, G> {
+    type Output = ();
+
+    fn call<T: PairTerms>(self) {
+        let Self { fields, rates, external } = self;
+        let Scene { model, fluid, .. } = fields.scene;
+        let body_force = &model.body_force.at(fields.time);
+        for_each_task(
+            fluid.len(),
+            (rates, per_task(external, fluid.len())),
+            &|particles, (rates, external)| {
+                let (terms, first, PerTask(external)) = (PhantomData::<T>, particles.start, external);
+                let external = &mut external[0];
+                model.arithmetic.run(Evaluate { fields, terms, body_force, first, rates, external });
+            },
+        );
+    }
+}
+
+/// The rates of the particles of one task.
+struct Evaluate<'a, G, T> {
+    fields: &'a StageFields<'a, G>,
+    terms: PhantomData<T>,
+    body_force: &'a BodyForceAt<'a>,
+    first: usize,
+    rates: &'a mut [Rates],
+    external: &'a mut ExternalForces,
+}
+
+impl<G: Geometry, T: PairTerms> Kernel for Evaluate<'_, G, T> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let Self { fields, body_force, first, rates, external, .. } = self;
+        let StageFields { scene, state, gradients, time, .. } = fields;
+        let model = scene.model;
+        let (damping, origin) = (model.damping_rate(*time), model.domain.torque_origin());
+        let law = LawLanes::<L>::new(&model.law);
+        for (k, rates) in rates.iter_mut().enumerate() {
+            let i = first + k;
+            let own = fields.own::<L, T>(i);
+            let (sums, nearest) = fields.fluid_sums::<L, T>(&law, i, &own);
+            let (sums, rho) = (sums.total(), scene.fluid[i].density());
+            let by_fluid = sums.stress_divergence / -rho;
+            // Most particles are far from walls.
+            let (mut walls, mut by_walls) = (PairTotals::default(), Vector::zeros());
+            if !scene.lists.walls.of(i).is_empty() {
+                walls = fields.wall_sums::<L, T>(&law, i, &own, None).total();
+                by_walls = walls.stress_divergence / -rho + wall_repulsion(scene, fields.field, i, None);
+            }
+            let body = body_force.acceleration(&state.position[i]);
+            let mut regularisation = Regularisation::default();
+            if let (true, Some(order)) = (T::NEIGHBOUR_FIELDS, &model.regularisation) {
+                let nearest = nearest.to_array().into_iter().fold(f64::INFINITY, f64::min);
+                let sums = &gradients.regularisation[i];
+                regularisation =
+                    shifting::regularise::<L, G>(order, scene, i, &gradients.neighbour_fields, nearest, sums);
+            }
+            *rates = Rates {
+                acceleration: by_fluid + by_walls + body - scene.fluid[i].velocity() * damping
+                    + regularisation.acceleration,
+                shift: regularisation.shift,
+                density: rho * (sums.continuity + walls.continuity)
+                    + model.diffusion * (sums.diffusion + walls.diffusion),
+            };
+            let (m, arm) = (state.mass[i], state.position[i] - origin);
+            *external += ExternalForces {
+                body: Wrench::at(&arm, body * m),
+                walls: Wrench::at(&arm, by_walls * m),
+                stabilisers: Wrench::at(&arm, regularisation.acceleration * m),
+                own_torque: cross(&arm, &(by_fluid * m)),
+            };
+        }
+    }
+}

@@ -1,0 +1,219 @@
+//! Values of the fluid's probes.
+
+use std::cell::OnceCell;
+use std::ops::AddAssign;
+
+use sph::ledger::Energies;
+use sph::neighbours::CellGrid;
+use sph::setup::FluidProbeKind;
+use sph::sums::ordered_sum;
+use sph::vector::{Vector, cross};
+
+use crate::system::model::FluidModel;
+use crate::system::state::FluidState;
+
+/// Particles closer than this many spacings belong to one connected body of fluid.
+const LINK_LENGTH: f64 = 1.5;
+
+/// Share of the connected fluid that lies behind the reported front.
+const FRONT_PERCENTILE: f64 = 0.995;
+
+/// Values of `model`'s probes; `wall_forces` computes the force on each wall \[N/m\] where a probe needs it,
+/// `immersed` is the number of particles inside solids.
+pub fn values(
+    model: &FluidModel,
+    state: &FluidState,
+    wall_forces: impl FnOnce() -> Vec<Vector>,
+    immersed: u32,
+    values: &mut Vec<f64>,
+) {
+    let connected = OnceCell::new();
+    let connected = || connected.get_or_init(|| connected_fluid(model, state));
+    let needs_forces = |kind: &FluidProbeKind| matches!(kind, FluidProbeKind::WallForce(_));
+    let forces =
+        if model.probes.iter().any(|probe| needs_forces(&probe.kind)) { wall_forces() } else { Vec::new() };
+    for probe in &model.probes {
+        match &probe.kind {
+            FluidProbeKind::Point(x) => values.extend(point(model, state, x)),
+            FluidProbeKind::WaterLevel(x) => values.push(water_level(model, state, connected(), *x)),
+            FluidProbeKind::Front => values.push(front(state, connected())),
+            FluidProbeKind::Region(region) => {
+                let sums = region_sums(model, state, *region);
+                values.extend(with_second_moments(state, *region, sums).values());
+            }
+            FluidProbeKind::WallForce(wall) => {
+                let force = &forces[*wall as usize];
+                values.extend([force.x, force.y]);
+            }
+            FluidProbeKind::Immersed => values.push(f64::from(immersed)),
+        }
+    }
+}
+
+/// Pressure and velocity at `x`: Shepard means over the fluid; zero where no fluid is within support.
+fn point(model: &FluidModel, state: &FluidState, x: &Vector) -> [f64; 3] {
+    let (mut weight, mut pressure, mut velocity) = (0.0, 0.0, Vector::zeros());
+    for (i, x_i) in state.position.iter().enumerate() {
+        let distance = model.domain.separation(x, x_i).norm();
+        if distance < model.kernel.support_radius() {
+            let share = state.mass[i] / state.density[i] * model.kernel.value(distance);
+            weight += share;
+            pressure += share * model.equation_of_state.pressure(state.density[i]);
+            velocity += state.velocity[i] * share;
+        }
+    }
+    if weight > 0.0 { [pressure / weight, velocity.x / weight, velocity.y / weight] } else { [0.0; 3] }
+}
+
+/// Highest y of the connected fluid within a spacing of `x`, plus half a spacing; not a number where it is dry.
+fn water_level(model: &FluidModel, state: &FluidState, connected: &[u32], x: f64) -> f64 {
+    let spacing = model.constants.particle_spacing;
+    let near = |i: &&u32| {
+        let x_i = &state.position[**i as usize];
+        model.domain.separation(&Vector::new(x, x_i.y), x_i).x.abs() <= spacing
+    };
+    let highest = connected.iter().filter(near).map(|i| state.position[*i as usize].y).reduce(f64::max);
+    highest.map_or(f64::NAN, |y| y + 0.5 * spacing)
+}
+
+/// 99.5 percentile (nearest rank) of x of the connected fluid; not a number without fluid.
+fn front(state: &FluidState, connected: &[u32]) -> f64 {
+    let mut x: Vec<f64> = connected.iter().map(|i| state.position[*i as usize].x).collect();
+    x.sort_unstable_by(f64::total_cmp);
+    // Rank from 1; exact for any count far below 2^53.
+    let rank = (FRONT_PERCENTILE * x.len() as f64).ceil() as usize;
+    x.get(rank.saturating_sub(1)).copied().unwrap_or(f64::NAN)
+}
+
+/// Indices of the largest set of particles connected by links of [`LINK_LENGTH`] spacings.
+fn connected_fluid(model: &FluidModel, state: &FluidState) -> Vec<u32> {
+    let link = LINK_LENGTH * model.constants.particle_spacing;
+    let (domain, position) = (&model.domain, &state.position);
+    let links = CellGrid::new(domain, position, link).list(domain, position, position, link, true);
+    let mut visited = vec![false; state.len()];
+    let mut largest = Vec::new();
+    for (seed, start) in (0u32..).zip(0..state.len()) {
+        if visited[start] {
+            continue;
+        }
+        visited[start] = true;
+        let mut body = vec![seed];
+        let mut next = 0;
+        while let Some(&i) = body.get(next) {
+            next += 1;
+            for &j in links.of(i as usize) {
+                if !std::mem::replace(&mut visited[j as usize], true) {
+                    body.push(j);
+                }
+            }
+        }
+        if body.len() > largest.len() {
+            largest = body;
+        }
+    }
+    largest
+}
+
+/// Sums over the particles of a region or of all fluid.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct RegionSums {
+    /// Mass \[kg/m\].
+    mass: f64,
+    /// Σ m x \[kg\].
+    first_moment: Vector,
+    /// Σ m v \[kg/s\].
+    momentum: Vector,
+    /// Σ m x × v about the centre of the domain \[kg m/s\].
+    angular_momentum: f64,
+    /// Energies; the potential one is zero at the origin of coordinates.
+    energies: Energies,
+    /// Σ m (x − c)(x − c)/Σ m about the centre of mass c: xx, yy, xy \[m²\].
+    second_moment: [f64; 3],
+}
+
+impl AddAssign for RegionSums {
+    fn add_assign(&mut self, other: Self) {
+        self.mass += other.mass;
+        self.first_moment += other.first_moment;
+        self.momentum += other.momentum;
+        self.angular_momentum += other.angular_momentum;
+        self.energies += other.energies;
+        self.second_moment.iter_mut().zip(other.second_moment).for_each(|(a, b)| *a += b);
+    }
+}
+
+/// Energies of all fluid; positions count as they are, unwrapped.
+pub fn energies(model: &FluidModel, state: &FluidState) -> Energies {
+    let gravity = model.body_force.gravity();
+    ordered_sum(state.len(), |i| energies_of(model, state, &gravity, i))
+}
+
+/// Energies of particle `i`.
+#[inline(always)]
+fn energies_of(model: &FluidModel, state: &FluidState, gravity: &Vector, i: usize) -> Energies {
+    let mass = state.mass[i];
+    Energies {
+        kinetic: 0.5 * mass * state.velocity[i].norm_squared(),
+        potential: -mass * gravity.dot(&state.position[i]),
+        internal: mass * model.equation_of_state.compression_energy(state.density[i]),
+    }
+}
+
+/// Sums over the particles of `region`, or of all fluid for `None`; positions count as they are, unwrapped.
+///
+/// Leaves the second moments out.
+pub fn region_sums(model: &FluidModel, state: &FluidState, region: Option<u32>) -> RegionSums {
+    let (origin, gravity) = (model.domain.torque_origin(), model.body_force.gravity());
+    ordered_sum(state.len(), |i| {
+        if region.is_some_and(|region| state.region[i] != region) {
+            return RegionSums::default();
+        }
+        let (m, x, v) = (state.mass[i], state.position[i], state.velocity[i]);
+        RegionSums {
+            mass: m,
+            first_moment: x * m,
+            momentum: v * m,
+            angular_momentum: m * cross(&(x - origin), &v),
+            energies: energies_of(model, state, &gravity, i),
+            second_moment: [0.0; 3],
+        }
+    })
+}
+
+/// Adds the second moments about the centre of mass to `sums` over `region`.
+///
+/// A sum of its own: the difference of Σ m x² and M c² would lose the small spread of a far-off body.
+fn with_second_moments(state: &FluidState, region: Option<u32>, sums: RegionSums) -> RegionSums {
+    let centre = sums.first_moment / sums.mass;
+    let spread: RegionSums = ordered_sum(state.len(), |i| {
+        if region.is_some_and(|region| state.region[i] != region) {
+            return RegionSums::default();
+        }
+        let (share, d) = (state.mass[i] / sums.mass, state.position[i] - centre);
+        let second_moment = [d.x * d.x, d.y * d.y, d.x * d.y].map(|moment| share * moment);
+        RegionSums { second_moment, ..RegionSums::default() }
+    });
+    RegionSums { second_moment: spread.second_moment, ..sums }
+}
+
+impl RegionSums {
+    /// Values in the order of [`FluidProbeKind::columns`]; centre and moments are not numbers without mass.
+    fn values(&self) -> [f64; 12] {
+        let centre = self.first_moment / self.mass;
+        let spread = if self.mass > 0.0 { self.second_moment } else { [f64::NAN; 3] };
+        [
+            self.mass,
+            self.momentum.x,
+            self.momentum.y,
+            self.angular_momentum,
+            self.energies.kinetic,
+            self.energies.potential,
+            self.energies.internal,
+            centre.x,
+            centre.y,
+            spread[0],
+            spread[1],
+            spread[2],
+        ]
+    }
+}

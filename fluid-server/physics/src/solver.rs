@@ -1,0 +1,216 @@
+//! The solver as a half-step driver sees it.
+
+use sph::exchange::{Extent, InterfaceStates};
+use sph::lanes::Arithmetic;
+use sph::ledger::{Energies, StageBooks};
+use sph::saved::{RestoreError, SavedState};
+use sph::setup::FluidSetup;
+use sph::solver::{Counts, Divergence, NoLoads, ParticleFields, Role, Solver};
+use sph::stage::{StageTime, StepStage};
+use sph::vector::{DIMENSIONS, Vector};
+
+use crate::boundary::departures::{EndedStep, remove_departed};
+use crate::report::boundary_evaluation::BoundaryEvaluation;
+use crate::report::wall_forces::wall_forces;
+use crate::report::{fields, probes};
+use crate::system::build::build;
+use crate::system::model::FluidModel;
+use crate::system::saved;
+use crate::system::state::FluidState;
+use crate::time::stage::Workspace;
+use crate::time::step_limit::time_step_limit;
+use crate::time::{advance, checks};
+
+/// The fluid solver of one run.
+#[derive(Debug)]
+pub struct FluidSolver {
+    pub(crate) model: FluidModel,
+    pub(crate) state: FluidState,
+    pub(crate) workspace: Workspace,
+    /// Evaluation for outputs at the present boundary.
+    boundary: BoundaryEvaluation,
+    /// The extent of a fluid without partner.
+    no_extent: Extent,
+}
+
+impl FluidSolver {
+    /// A solver at the start of the run that `setup` describes, with the arithmetic of this process.
+    ///
+    /// # Errors
+    /// Everything in the set-up that can not be run.
+    pub fn new(setup: FluidSetup) -> Result<Self, Vec<String>> {
+        Self::with_arithmetic(setup, Arithmetic::chosen())
+    }
+
+    /// A solver at the start of the run that `setup` describes.
+    ///
+    /// # Errors
+    /// Everything in the set-up that can not be run.
+    pub fn with_arithmetic(setup: FluidSetup, arithmetic: Arithmetic) -> Result<Self, Vec<String>> {
+        let (model, state) = build(setup, arithmetic)?;
+        let mut workspace = Workspace::new(&model);
+        if let Some(interface) = &mut workspace.interface {
+            interface.update_extent(&state);
+        }
+        workspace.largest_speed = checks::check_state(&model, &state, StepStage::FIRST)
+            .map_err(|divergence| vec![format!("the first state can not be run: {divergence}")])?;
+        Ok(Self {
+            model,
+            state,
+            workspace,
+            boundary: BoundaryEvaluation::default(),
+            no_extent: Extent::default(),
+        })
+    }
+
+    /// Memory that grows with the particles, in use by state and workspace \[bytes\].
+    pub fn memory(&self) -> usize {
+        self.state.bytes() + self.workspace.bytes()
+    }
+}
+
+impl Solver for FluidSolver {
+    fn role(&self) -> Role {
+        Role::Fluid
+    }
+
+    fn begin_stage(&mut self, time: &StageTime) -> Result<(), Divergence> {
+        self.boundary.invalidate();
+        self.workspace.begin_stage(&self.model, &mut self.state, time).map_err(|divergence| *divergence)
+    }
+
+    fn time_step_limit(&self) -> f64 {
+        time_step_limit(&self.model, self.workspace.largest_speed, self.state.largest_acceleration)
+    }
+
+    fn limiting_particle(&self) -> Option<(u32, [f64; DIMENSIONS])> {
+        let Self { model, state, workspace, .. } = self;
+        // Accelerations stay with leapfrog alone; elsewhere speeds decide.
+        let limit = |i: usize| {
+            let acceleration = state.acceleration.get(i).map_or(0.0, Vector::norm);
+            time_step_limit(model, workspace.fluid[i].velocity().norm(), acceleration)
+        };
+        let i = (0..state.len()).min_by(|i, j| limit(*i).total_cmp(&limit(*j)))?;
+        Some((state.id[i], state.position[i].into()))
+    }
+
+    fn extent(&self) -> &Extent {
+        self.workspace.interface.as_ref().map_or(&self.no_extent, |interface| interface.extent())
+    }
+
+    fn interface(&mut self, partner: &Extent, reach: f64, states: &mut InterfaceStates) -> u64 {
+        let Workspace { interface, fluid, .. } = &mut self.workspace;
+        match interface {
+            Some(interface) => interface.select(&self.state, fluid, partner, reach, states),
+            None => {
+                states.clear();
+                0
+            }
+        }
+    }
+
+    fn covered_by(&self, extent: &Extent, reach: f64) -> Result<(), f64> {
+        self.workspace
+            .interface
+            .as_ref()
+            .map_or(Ok(()), |interface| interface.covered_by(&self.state, extent, reach))
+    }
+
+    fn evaluate_own(&mut self, time: &StageTime) {
+        self.workspace.evaluate_own(&self.model, time.state_time());
+    }
+
+    fn evaluate_cross(&mut self, time: &StageTime, own: &InterfaceStates, partner: &InterfaceStates) {
+        self.workspace.evaluate_cross(&self.model, &self.state, time.state_time(), own, partner);
+    }
+
+    fn reactions(
+        &mut self,
+        time: &StageTime,
+        own: &InterfaceStates,
+        samples: &InterfaceStates,
+        forces: &mut Vec<Vector>,
+    ) -> Result<(), NoLoads> {
+        let interface = self.workspace.interface.as_mut().ok_or(NoLoads)?;
+        interface.reactions(time.state_time(), own, samples, forces);
+        Ok(())
+    }
+
+    fn advance(&mut self, time: &StageTime) -> Result<StageBooks, Divergence> {
+        self.boundary.invalidate();
+        // The findings in the new state are judged at the end of the step, or when the next stage begins.
+        Ok(advance::advance(&self.model, &mut self.state, &mut self.workspace, time))
+    }
+
+    fn end_step(&mut self, time: &StageTime) -> Result<(), Divergence> {
+        self.boundary.invalidate();
+        let Self { model, state, workspace, .. } = self;
+        let findings = workspace.findings();
+        findings.verdict(model, state, time.at).map_err(|divergence| *divergence)?;
+        let step = EndedStep {
+            time,
+            lists: &workspace.lists,
+            largest_square_move: findings.largest_square_move,
+            outside: findings.outside,
+            start: |state: &FluidState, i| advance::start_of_step(state, workspace, time.time_step, i),
+        };
+        if remove_departed(model, state, &step).map_err(|divergence| *divergence)? {
+            workspace.forget_state();
+        }
+        Ok(())
+    }
+
+    fn energies(&self) -> Energies {
+        self.workspace.energies.unwrap_or_else(|| probes::energies(&self.model, &self.state))
+    }
+
+    fn probes(&self, time: f64, values: &mut Vec<f64>) {
+        let wall_forces = || match &self.boundary.evaluated(&self.model, &self.state, time).evaluated {
+            Some((state, workspace)) => wall_forces(&self.model, state, workspace, time),
+            None => vec![Vector::repeat(f64::NAN); self.model.walls.names.len()],
+        };
+        let immersed = self.workspace.interface.as_ref().map_or(0, |interface| interface.immersed());
+        probes::values(&self.model, &self.state, wall_forces, immersed, values);
+    }
+
+    fn snapshot(&self, step: u64, time: f64) -> ParticleFields {
+        let evaluated = self.boundary.evaluated(&self.model, &self.state, time);
+        let walls =
+            evaluated.evaluated.as_ref().map_or(&self.workspace.walls, |(_, workspace)| &workspace.walls);
+        let mut field = walls.field.clone();
+        field.place(&self.model.walls, &self.model.domain, time);
+        fields::particle_fields(&self.model, &self.state, &field, &walls.particles, step, time)
+    }
+
+    fn counts(&self) -> Counts {
+        Counts {
+            particles: self.state.len() as u64,
+            wall_particles: self.model.walls.len() as u64,
+            list_builds: self.state.list_builds,
+            lost: self.state.escaped,
+            outflow: self.state.outflow,
+            largest_interface: self.workspace.interface.as_ref().map_or(0, |interface| interface.largest()),
+            ..Counts::default()
+        }
+    }
+
+    fn save(&self, saved: &mut SavedState) {
+        self.state.save(saved);
+        let interface = self.workspace.interface.as_ref();
+        saved.put_u64(saved::INTERFACE, interface.map_or([0; 2], |interface| interface.history()));
+    }
+
+    fn restore(&mut self, saved: &SavedState) -> Result<(), RestoreError> {
+        let state = FluidState::restored(&self.model, saved)?;
+        let history = saved.u64s(saved::INTERFACE)?;
+        let mut workspace = Workspace::new(&self.model);
+        if let Some(interface) = &mut workspace.interface {
+            interface.restore(&state, history);
+        }
+        workspace.largest_speed = checks::check_state(&self.model, &state, StepStage::FIRST)
+            .map_err(|divergence| RestoreError::new("state", divergence.to_string()))?;
+        self.boundary.invalidate();
+        (self.state, self.workspace) = (state, workspace);
+        Ok(())
+    }
+}

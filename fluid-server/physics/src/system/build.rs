@@ -1,0 +1,126 @@
+//! Builds model and first state from a set-up.
+
+use sph::body_force::BodyForceField;
+use sph::equation_of_state::Tait;
+use sph::kernel::{CubicSpline, PairKernel};
+use sph::lanes::Arithmetic;
+use sph::repulsion::Repulsion;
+use sph::setup::{DensityDiffusion, FluidParticles, FluidSetup, GradientCorrection, ViscousForm};
+use sph::vector::Vector;
+
+use super::list_limits::skins;
+use super::model::{FluidModel, PairLaw, Viscosity};
+use super::setup_errors::setup_errors;
+use super::state::FluidState;
+use super::walls::WallModel;
+
+/// Model and first state of `setup`.
+///
+/// # Errors
+/// Everything in the set-up that can not be run.
+pub fn build(setup: FluidSetup, arithmetic: Arithmetic) -> Result<(FluidModel, FluidState), Vec<String>> {
+    let mut errors = setup_errors(&setup);
+    if !errors.is_empty() {
+        return Err(errors);
+    }
+    let FluidSetup { run, constants, particles, .. } = setup;
+    let kernel = CubicSpline::new(constants.smoothing_length);
+    let lattice_scale = 1.0 / kernel.lattice_moment(constants.particle_spacing);
+    let (gradient_scale, cross_gradient_scale) = match constants.correction {
+        GradientCorrection::None => (1.0, 1.0),
+        GradientCorrection::LatticeMoment | GradientCorrection::Continuity => (lattice_scale, lattice_scale),
+        GradientCorrection::Renormalised => (1.0, lattice_scale),
+    };
+    let h = constants.smoothing_length;
+    let delta = match setup.diffusion {
+        DensityDiffusion::None => 0.0,
+        DensityDiffusion::Plain { delta } | DensityDiffusion::Renormalised { delta } => delta,
+    };
+    let mass = constants.rest_density * constants.particle_spacing.powi(2);
+    let walls = WallModel::new(
+        &setup.walls,
+        &setup.wall_particles,
+        mass,
+        constants.particle_spacing,
+        kernel.support_radius(),
+        &run.domain,
+    );
+    let body_force = BodyForceField::new(&run.body_force).map_err(|e| vec![e.to_string()]);
+    let (walls, body_force) = match (walls, body_force) {
+        (Ok(walls), Ok(body_force)) => (walls, body_force),
+        (walls, body_force) => {
+            errors.extend(walls.err().unwrap_or_default());
+            errors.extend(body_force.err().unwrap_or_default());
+            return Err(errors);
+        }
+    };
+    let tait = Tait::new(constants.rest_density, constants.sound_speed, constants.exponent);
+    let model = FluidModel {
+        domain: run.domain,
+        constants,
+        equation_of_state: match setup.tension_limit {
+            Some(tension) => tait.bearing(tension),
+            None => tait,
+        },
+        kernel,
+        law: PairLaw {
+            kernel: PairKernel::new(&kernel, gradient_scale),
+            smoothing_length: h,
+            regularisation: constants.lambda * h * h,
+            viscosity_a: constants.viscosity_a * constants.sound_speed,
+            viscosity_b: constants.viscosity_b,
+        },
+        gradient_scale,
+        cross_gradient_scale,
+        diffusion: delta * h * constants.sound_speed,
+        acoustic_diffusivity: setup.acoustic_damping * h * constants.sound_speed,
+        scheme: setup.scheme,
+        arithmetic,
+        diffusion_form: setup.diffusion,
+        viscosity: match setup.viscous_form {
+            _ if constants.dynamic_viscosity <= 0.0 => Viscosity::Inviscid,
+            ViscousForm::Stress => Viscosity::Stress,
+            ViscousForm::Pairwise => Viscosity::Pairwise,
+        },
+        body_force,
+        damping: setup.damping,
+        regions: setup.regions,
+        walls,
+        probes: setup.probes,
+        outflow: setup.outflow,
+        wall_repulsion: Repulsion::new(
+            setup.wall_repulsion,
+            constants.particle_spacing,
+            constants.particle_spacing,
+            constants.sound_speed,
+        ),
+        escaped_particle_limit: setup.lost_particle_limit,
+        regularisation: setup.order,
+        coupling: run.coupling,
+        first_wall_id: particles.id.iter().max().map_or(0, |id| id.saturating_add(1)),
+    };
+    let state = first_state(&model, particles, run.time.start_time);
+    Ok((model, state))
+}
+
+/// The state at `time` \[s\], before any stage has been evaluated.
+fn first_state(model: &FluidModel, particles: FluidParticles, time: f64) -> FluidState {
+    let FluidParticles { id, region, mass, position, velocity, density } = particles;
+    let body_force = model.body_force.at(time);
+    // No stage has been evaluated yet: the body force stands in for the acceleration.
+    let largest_acceleration = position.iter().map(|x| body_force.acceleration(x).norm()).fold(0.0, f64::max);
+    let kept = if model.is_leapfrog() { id.len() } else { 0 };
+    FluidState {
+        density_rate: vec![0.0; kept],
+        acceleration: vec![Vector::zeros(); kept],
+        id,
+        region,
+        mass,
+        position,
+        velocity,
+        density,
+        list_skin: skins(model.constants.particle_spacing).first,
+        largest_acceleration,
+        ..FluidState::default()
+    }
+}

@@ -1,0 +1,43 @@
+//! Limits of the neighbour lists: how thick their skin is, and how far particles may move before they are rebuilt.
+
+/// Skins around the support, in particle spacings. A thicker one would take more memory.
+const SKINS: Skins = Skins { thinnest: 0.05, first: 0.1, thickest: 0.3 };
+
+/// Square of the optimal skin over the part of it that a step uses up, in particle spacings.
+///
+/// Sums cost a step as many pairs as there are within support and skin, c (2h + s)², and lists B d/s, where d is what a
+/// step uses up of the skin: least at s² = B d/2c(2h + s). Measured; the optimum is flat.
+pub const SKIN_BALANCE: f64 = 1.2;
+
+/// Largest displacement with which lists can last, in particle spacings. Two particles with three cells between them,
+/// which are as wide as support and skin, can not come within support then.
+const LARGEST_DISPLACEMENT: f64 = 0.5;
+
+/// Largest move in a stage for which `Lists::near_walls` hold, in particle spacings.
+pub const LARGEST_STAGE_MOVE: f64 = 0.1;
+
+/// Half-width of the plane of a wall particle that counts as wall, in particle spacings: half the distance to the next
+/// particle of the layer, and a little more for curved layers.
+pub const PLANE_HALF_WIDTH: f64 = 0.55;
+
+/// Skins that lists can have.
+#[derive(Clone, Copy, Debug)]
+pub struct Skins {
+    /// The thinnest.
+    pub thinnest: f64,
+    /// That of the first lists, whose lifetime is not known yet.
+    pub first: f64,
+    /// The thickest.
+    pub thickest: f64,
+}
+
+/// Skins \[m\] for particles of `spacing` \[m\].
+pub fn skins(spacing: f64) -> Skins {
+    let Skins { thinnest, first, thickest } = SKINS;
+    Skins { thinnest: thinnest * spacing, first: first * spacing, thickest: thickest * spacing }
+}
+
+/// Largest displacement \[m\] with which lists can last, for particles of `spacing` \[m\].
+pub fn farthest(spacing: f64) -> f64 {
+    LARGEST_DISPLACEMENT * spacing
+}

@@ -1,0 +1,160 @@
+//! Constants of a run, checked once.
+
+use sph::body_force::BodyForceField;
+use sph::domain::Domain;
+use sph::equation_of_state::Tait;
+use sph::kernel::{CubicSpline, PairKernel};
+use sph::lanes::Arithmetic;
+use sph::repulsion::Repulsion;
+use sph::setup::{
+    Coupling, Damping, DensityDiffusion, FluidConstants, FluidProbe, FluidScheme, GradientCorrection,
+    OrderControl, Outflow,
+};
+
+use super::walls::WallModel;
+
+/// Constants of a run.
+#[derive(Clone, Debug)]
+pub struct FluidModel {
+    /// Box and periodic directions.
+    pub domain: Domain,
+    /// Constants of the fluid.
+    pub constants: FluidConstants,
+    /// Pressure of a density, Eq. (3).
+    pub equation_of_state: Tait,
+    /// Smoothing kernel, Eq. (10)-(11).
+    pub kernel: CubicSpline,
+    /// Pair laws among the fluid and toward walls.
+    pub law: PairLaw,
+    /// Factor on the kernel gradient of own pairs: 1/M or 1 \[-\].
+    pub gradient_scale: f64,
+    /// Factor on the kernel gradient where L_i is not used though own pairs use it, as toward solids: 1/M or 1 \[-\].
+    pub cross_gradient_scale: f64,
+    /// δ h c₀ of Eq. (18) \[m²/s\]; zero without diffusion.
+    pub diffusion: f64,
+    /// α c₀ h of the acoustic damper \[m²/s\]; zero without it.
+    pub acoustic_diffusivity: f64,
+    /// Time scheme.
+    pub scheme: FluidScheme,
+    /// Arithmetic path of sums over neighbours.
+    pub arithmetic: Arithmetic,
+    /// Form of the density diffusion.
+    pub diffusion_form: DensityDiffusion,
+    /// Form of viscosity.
+    pub viscosity: Viscosity,
+    /// Body force.
+    pub body_force: BodyForceField,
+    /// Linear damping of the start.
+    pub damping: Option<Damping>,
+    /// Names of the regions.
+    pub regions: Vec<String>,
+    /// Walls.
+    pub walls: WallModel,
+    /// Probes.
+    pub probes: Vec<FluidProbe>,
+    /// Open sides.
+    pub outflow: Outflow,
+    /// Escaped particles allowed.
+    pub escaped_particle_limit: u64,
+    /// Repulsion by wall faces.
+    pub wall_repulsion: Repulsion,
+    /// Shifting and tensile control.
+    pub regularisation: Option<OrderControl>,
+    /// Facts of the interface.
+    pub coupling: Option<Coupling>,
+    /// Id of the first wall particle in snapshots: one beyond the fluid's largest.
+    pub first_wall_id: u32,
+}
+
+/// Form of viscosity in Eq. (22).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Viscosity {
+    /// Not at all.
+    Inviscid,
+    /// By the stress of Eq. (4).
+    Stress,
+    /// By a pair force.
+    Pairwise,
+}
+
+impl FluidModel {
+    /// Whether the gradient pass is needed at all.
+    pub fn needs_gradient_pass(&self) -> bool {
+        self.needs_moments() || self.needs_velocity_gradient() || self.regularises()
+    }
+
+    /// Whether neighbours read results of the gradient pass.
+    pub fn has_neighbour_fields(&self) -> bool {
+        self.needs_density_gradient() || self.has_damper() || self.regularises()
+    }
+
+    /// Whether moments are needed.
+    pub fn needs_moments(&self) -> bool {
+        self.needs_density_gradient() || self.corrects_continuity() || self.viscosity == Viscosity::Pairwise
+    }
+
+    /// Whether the velocity gradient is needed.
+    pub fn needs_velocity_gradient(&self) -> bool {
+        self.viscosity != Viscosity::Inviscid || self.has_damper() || self.is_leapfrog()
+    }
+
+    /// Whether momentum needs T = −σ·L as a tensor instead of a pressure.
+    pub fn has_tensors(&self) -> bool {
+        self.corrects_momentum() || self.viscosity != Viscosity::Inviscid
+    }
+
+    /// Whether ∇ρ of Eq. (20) is needed, for Eq. (19).
+    pub fn needs_density_gradient(&self) -> bool {
+        matches!(self.diffusion_form, DensityDiffusion::Renormalised { .. })
+    }
+
+    /// Whether L_i of Eq. (21) corrects Eq. (17).
+    pub fn corrects_continuity(&self) -> bool {
+        matches!(self.constants.correction, GradientCorrection::Continuity | GradientCorrection::Renormalised)
+    }
+
+    /// Whether L_i corrects Eq. (22) too.
+    pub fn corrects_momentum(&self) -> bool {
+        self.constants.correction == GradientCorrection::Renormalised
+    }
+
+    /// Whether the acoustic damper acts.
+    pub fn has_damper(&self) -> bool {
+        self.acoustic_diffusivity > 0.0
+    }
+
+    /// Whether particles are shifted or their tension is controlled.
+    pub fn regularises(&self) -> bool {
+        self.regularisation.is_some()
+    }
+
+    /// Whether the predictor computes density rates alone, in the gradient pass, and the corrector the other rates.
+    pub fn is_leapfrog(&self) -> bool {
+        self.scheme == FluidScheme::Leapfrog
+    }
+
+    /// Rate k of the linear damping at `time` \[1/s\].
+    pub fn damping_rate(&self, time: f64) -> f64 {
+        self.damping.filter(|damping| time < damping.until).map_or(0.0, |damping| damping.rate)
+    }
+
+    /// ρ₀ c₀² \[Pa\].
+    pub fn bulk_modulus(&self) -> f64 {
+        self.constants.rest_density * self.constants.sound_speed * self.constants.sound_speed
+    }
+}
+
+/// Constants of the pair laws between fluid particles.
+#[derive(Clone, Copy, Debug)]
+pub struct PairLaw {
+    /// Kernel gradient.
+    pub kernel: PairKernel,
+    /// Smoothing length h \[m\].
+    pub smoothing_length: f64,
+    /// λh² \[m²\].
+    pub regularisation: f64,
+    /// A c₀ \[m/s\].
+    pub viscosity_a: f64,
+    /// B \[-\].
+    pub viscosity_b: f64,
+}

@@ -1,0 +1,117 @@
+//! Errors of a set-up.
+
+use sph::setup::{FluidParticles, FluidProbeKind, FluidScheme, FluidSetup, ViscousForm, WallParticles};
+use sph::vector::Vector;
+
+use super::list_limits::skins;
+
+/// Everything that would make the solver read outside its arrays or divide by zero.
+pub fn setup_errors(setup: &FluidSetup) -> Vec<String> {
+    let mut errors = Vec::new();
+    constants_errors(setup, &mut errors);
+    particle_errors(&setup.particles, setup.regions.len(), &mut errors);
+    wall_errors(&setup.wall_particles, setup.walls.len(), &mut errors);
+    for probe in &setup.probes {
+        let (index, count, what) = match probe.kind {
+            FluidProbeKind::Region(Some(region)) => (region, setup.regions.len(), "region"),
+            FluidProbeKind::WallForce(wall) => (wall, setup.walls.len(), "wall"),
+            _ => continue,
+        };
+        if index as usize >= count {
+            errors.push(format!("probe `{}` names {what} {index}, but there are {count}", probe.name));
+        }
+    }
+    errors
+}
+
+fn constants_errors(setup: &FluidSetup, errors: &mut Vec<String>) {
+    let c = &setup.constants;
+    for (name, value) in [
+        ("rest density [kg/m³]", c.rest_density),
+        ("sound speed [m/s]", c.sound_speed),
+        ("exponent", c.exponent),
+        ("smoothing length [m]", c.smoothing_length),
+        ("particle spacing [m]", c.particle_spacing),
+    ] {
+        if !(value > 0.0 && value.is_finite()) {
+            errors.push(format!("{name} = {value}: must be positive and finite"));
+        }
+    }
+    for (name, value) in [
+        ("dynamic viscosity [Pa s]", c.dynamic_viscosity),
+        ("artificial viscosity A", c.viscosity_a),
+        ("artificial viscosity B", c.viscosity_b),
+        ("lambda", c.lambda),
+    ] {
+        if !(value >= 0.0 && value.is_finite()) {
+            errors.push(format!("{name} = {value}: must be finite and not negative"));
+        }
+    }
+    if setup.scheme == FluidScheme::Leapfrog && setup.viscous_form == ViscousForm::Stress {
+        errors.push(
+            "the viscous stress of Eq. (4) needs both stages: scheme must be predictor-corrector".into(),
+        );
+    }
+    let (domain, smallest) =
+        (&setup.run.domain, 4.0 * c.smoothing_length + 2.0 * skins(c.particle_spacing).thickest);
+    for (axis, name) in ["x", "y"].into_iter().enumerate() {
+        let size = domain.size()[axis];
+        if domain.periodic[axis] && size < smallest {
+            errors.push(format!(
+                "period along {name} = {size} m: must be at least {smallest} m (two support radii with skin), \
+                 so that a pair meets through one image only"
+            ));
+        }
+    }
+}
+
+fn particle_errors(p: &FluidParticles, regions: usize, errors: &mut Vec<String>) {
+    let n = p.id.len();
+    let lengths = [p.region.len(), p.mass.len(), p.position.len(), p.velocity.len(), p.density.len()];
+    if lengths.iter().any(|length| *length != n) {
+        errors.push(format!("fluid arrays differ in length: {n} ids, others {lengths:?}"));
+        return;
+    }
+    if !p.id.is_sorted_by(|a, b| a < b) {
+        errors.push("fluid ids must be strictly ascending".into());
+    }
+    for i in 0..n {
+        let id = p.id[i];
+        if p.region[i] as usize >= regions {
+            errors.push(format!("fluid particle {id} names region {}, but there are {regions}", p.region[i]));
+        }
+        let finite = |v: &Vector| v.iter().all(|c| c.is_finite());
+        let positive = |v: f64| v > 0.0 && v.is_finite();
+        if !(positive(p.mass[i])
+            && positive(p.density[i])
+            && finite(&p.position[i])
+            && finite(&p.velocity[i]))
+        {
+            errors.push(format!(
+                "fluid particle {id}: mass {} kg/m and density {} kg/m³ must be positive, position and velocity finite",
+                p.mass[i], p.density[i]
+            ));
+        }
+        if errors.len() > 10 {
+            errors.push("more of the same is not listed".into());
+            return;
+        }
+    }
+}
+
+fn wall_errors(p: &WallParticles, walls: usize, errors: &mut Vec<String>) {
+    let n = p.wall.len();
+    if p.position.len() != n || p.normal.len() != n {
+        let (positions, normals) = (p.position.len(), p.normal.len());
+        errors.push(format!(
+            "wall arrays differ in length: {n} walls, {positions} positions, {normals} normals"
+        ));
+        return;
+    }
+    if let Some(wall) = p.wall.iter().find(|wall| **wall as usize >= walls) {
+        errors.push(format!("a wall particle names wall {wall}, but there are {walls}"));
+    }
+    if p.position.iter().chain(&p.normal).any(|v| !v.iter().all(|c| c.is_finite())) {
+        errors.push("positions and normals of wall particles must be finite".into());
+    }
+}

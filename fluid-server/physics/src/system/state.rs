@@ -1,0 +1,183 @@
+//! The state of the fluid: everything that a checkpoint must hold.
+
+use rayon::prelude::*;
+use sph::domain::Domain;
+use sph::vector::Vector;
+
+use super::tasks::TASK;
+
+/// The fluid at a step boundary; everything else follows from it and the model.
+///
+/// The order of the particles is part of the state: it decides the order of every sum.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct FluidState {
+    /// Identity of each particle.
+    pub id: Vec<u32>,
+    /// Region of each particle.
+    pub region: Vec<u32>,
+    /// Mass per depth \[kg/m\].
+    pub mass: Vec<f64>,
+    /// Position \[m\].
+    pub position: Vec<Vector>,
+    /// Velocity \[m/s\].
+    pub velocity: Vec<Vector>,
+    /// Density \[kg/m³\].
+    pub density: Vec<f64>,
+    /// Origin of the neighbour lists; `None` where they must be rebuilt.
+    pub list_origin: Option<ListOrigin>,
+    /// Skin of the neighbour lists \[m\].
+    pub list_skin: f64,
+    /// Momentum of the particles removed at the end of the last step \[kg/s\], accounted in the next.
+    pub removed_momentum: Vector,
+    /// Their angular momentum about the domain's torque origin \[kg m/s\].
+    pub removed_angular_momentum: f64,
+    /// Largest acceleration of the last stage \[m/s²\].
+    pub largest_acceleration: f64,
+    /// Density rate at the start of the last step \[kg/(m³ s)\]; with leapfrog only.
+    pub density_rate: Vec<f64>,
+    /// Acceleration in the last step \[m/s²\]; with leapfrog only.
+    pub acceleration: Vec<Vector>,
+    /// Time over which `density_rate` was applied up to the last boundary: half the last step \[s\].
+    pub density_age: f64,
+    /// Particles that crossed a wall or a closed side.
+    pub escaped: u64,
+    /// Particles that left over an open rim or through an outflow side.
+    pub outflow: u64,
+    /// Neighbour list builds.
+    pub list_builds: u64,
+}
+
+/// The input that determines content and order of the neighbour lists.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ListOrigin {
+    /// Time to which moving walls belong \[s\].
+    pub time: f64,
+    /// Positions of the fluid \[m\].
+    pub position: Vec<Vector>,
+}
+
+/// The state at the start of a step, from which both stages of Eq. (30)-(31) advance; empty with leapfrog.
+#[derive(Clone, Debug, Default)]
+pub struct StepStart {
+    /// Position \[m\].
+    pub position: Vec<Vector>,
+    /// Velocity \[m/s\].
+    pub velocity: Vec<Vector>,
+    /// Density \[kg/m³\].
+    pub density: Vec<f64>,
+}
+
+impl StepStart {
+    /// Arrays for `particles`.
+    pub fn resize(&mut self, particles: usize) {
+        self.position.resize(particles, Vector::zeros());
+        self.velocity.resize(particles, Vector::zeros());
+        self.density.resize(particles, 0.0);
+    }
+
+    /// Bytes in use.
+    pub fn bytes(&self) -> usize {
+        8 * self.density.capacity()
+            + size_of::<Vector>() * (self.position.capacity() + self.velocity.capacity())
+    }
+}
+
+impl FluidState {
+    /// Bytes in use.
+    pub fn bytes(&self) -> usize {
+        let Self {
+            id,
+            region,
+            mass,
+            position,
+            velocity,
+            density,
+            list_origin,
+            density_rate,
+            acceleration,
+            ..
+        } = self;
+        let origin = list_origin.as_ref().map_or(0, |origin| origin.position.capacity());
+        4 * (id.capacity() + region.capacity())
+            + 8 * (mass.capacity() + density.capacity() + density_rate.capacity())
+            + size_of::<Vector>()
+                * (position.capacity() + velocity.capacity() + acceleration.capacity() + origin)
+    }
+
+    /// Number of particles.
+    pub fn len(&self) -> usize {
+        self.id.len()
+    }
+
+    /// Sorts the particles, with `base` where it is in use, by `order`: entry k is the old index.
+    ///
+    /// Positions of the last list build are overwritten: their memory is used for sorting.
+    pub fn reorder(&mut self, base: &mut StepStart, order: &[u32], scratch: Scratch) {
+        let Self {
+            id,
+            region,
+            mass,
+            position,
+            velocity,
+            density,
+            list_origin,
+            density_rate,
+            acceleration,
+            ..
+        } = self;
+        let vectors = &mut list_origin.get_or_insert_default().position;
+        for values in [id, region] {
+            reorder(values, order, scratch.integers);
+        }
+        for values in [mass, density, density_rate, &mut base.density] {
+            reorder(values, order, scratch.numbers);
+        }
+        for values in [position, velocity, acceleration, &mut base.position, &mut base.velocity] {
+            reorder(values, order, vectors);
+        }
+    }
+
+    /// Moves particles back into the box along periodic directions, with their positions in `base`.
+    pub fn wrap(&mut self, base: &mut StepStart, domain: &Domain) {
+        if !domain.is_periodic() {
+            return;
+        }
+        let has_base = base.position.len() == self.position.len();
+        for (i, x) in self.position.iter_mut().enumerate() {
+            let wrapped = domain.wrapped(x);
+            if has_base {
+                base.position[i] += wrapped - *x;
+            }
+            *x = wrapped;
+        }
+    }
+
+    /// Keeps the particles for which `keep` is true; neighbour lists must be rebuilt afterwards.
+    pub fn retain(&mut self, keep: impl Fn(usize) -> bool) {
+        let order: Vec<u32> = (0u32..).zip(0..self.len()).filter(|(_, i)| keep(*i)).map(|(k, _)| k).collect();
+        self.reorder(
+            &mut StepStart::default(),
+            &order,
+            Scratch { integers: &mut Vec::new(), numbers: &mut Vec::new() },
+        );
+        self.list_origin = None;
+    }
+}
+
+/// Memory for sorting.
+#[derive(Debug)]
+pub struct Scratch<'a> {
+    /// For ids.
+    pub integers: &'a mut Vec<u32>,
+    /// For numbers.
+    pub numbers: &'a mut Vec<f64>,
+}
+
+/// Sorts `values`, unless the scheme leaves them empty.
+fn reorder<T: Copy + Send + Sync>(values: &mut Vec<T>, order: &[u32], scratch: &mut Vec<T>) {
+    if values.is_empty() {
+        return;
+    }
+    order.par_iter().with_min_len(TASK).map(|k| values[*k as usize]).collect_into_vec(scratch);
+    std::mem::swap(values, scratch);
+}

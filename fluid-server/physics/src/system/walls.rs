@@ -1,0 +1,194 @@
+//! Walls: constants and prescribed motion.
+
+use sph::domain::Domain;
+use sph::motion::{MotionState, RigidMotion};
+use sph::neighbours::CellGrid;
+use sph::setup::{WallCondition, WallParticles, WallSetup};
+use sph::vector::Vector;
+
+/// Heights over a wall particle, along its normal, at which another one stands in front of it, in particle spacings.
+const IN_FRONT: std::ops::Range<f64> = 0.5..1.5;
+
+/// Largest tangential distance of such a particle, in particle spacings.
+const IN_FRONT_WIDTH: f64 = 0.6;
+
+/// Distance within which such particles are sought, in particle spacings.
+const IN_FRONT_RADIUS: f64 = 2.0;
+
+/// Length below which a sum of unit normals has no direction \[-\].
+const NO_DIRECTION: f64 = 1e-6;
+
+/// Constants of the walls.
+#[derive(Clone, Debug)]
+pub struct WallModel {
+    /// Name of each wall.
+    pub names: Vec<String>,
+    /// Wall of each particle.
+    pub wall: Vec<u32>,
+    /// Mass per depth of a wall particle, ρ₀Δx² \[kg/m\].
+    pub mass: f64,
+    /// Unit normal into the fluid, used to detect wall crossings; zero where there is none.
+    pub face_normal: Vec<Vector>,
+    /// Whether a particle lies at the face, with no other wall particle in front of it.
+    pub first_layer: Vec<bool>,
+    start: Vec<Vector>,
+    /// Unit normal of the mirror in Eq. (27); zero where both components are reversed.
+    mirror_normal: Vec<Vector>,
+    motion: Vec<Option<RigidMotion>>,
+    release_time: Vec<Option<f64>>,
+}
+
+impl WallModel {
+    /// The walls of a set-up whose indices are in range; `mass` per depth of a particle \[kg/m\].
+    ///
+    /// # Errors
+    /// All expressions of motions that are wrong.
+    pub fn new(
+        walls: &[WallSetup],
+        particles: &WallParticles,
+        mass: f64,
+        particle_spacing: f64,
+        support_radius: f64,
+        domain: &Domain,
+    ) -> Result<Self, Vec<String>> {
+        let mut errors = Vec::new();
+        let mut motion = Vec::with_capacity(walls.len());
+        for wall in walls {
+            match wall.motion.as_ref().map(RigidMotion::new).transpose() {
+                Ok(parsed) => motion.push(parsed),
+                Err(error) => errors.push(format!("motion of wall `{}`: {error}", wall.name)),
+            }
+        }
+        if !errors.is_empty() {
+            return Err(errors);
+        }
+        let slips = |w: usize| walls[particles.wall[w] as usize].condition == WallCondition::Slip;
+        let mirror_normal = (0..particles.position.len())
+            .map(|w| if slips(w) { particles.normal[w] } else { Vector::zeros() })
+            .collect();
+        let face_normal = face_normals(particles, support_radius, domain);
+        Ok(Self {
+            names: walls.iter().map(|wall| wall.name.clone()).collect(),
+            wall: particles.wall.clone(),
+            mass,
+            first_layer: first_layers(particles, &face_normal, particle_spacing, domain),
+            face_normal,
+            start: particles.position.clone(),
+            mirror_normal,
+            motion,
+            release_time: walls.iter().map(|wall| wall.release_time).collect(),
+        })
+    }
+
+    /// Number of wall particles.
+    pub fn len(&self) -> usize {
+        self.wall.len()
+    }
+
+    /// Whether any wall has a prescribed motion.
+    pub fn moves(&self) -> bool {
+        self.motion.iter().any(Option::is_some)
+    }
+
+    /// Whether wall `wall` (index) acts at `time` \[s\].
+    pub fn acts(&self, wall: u32, time: f64) -> bool {
+        self.release_time[wall as usize].is_none_or(|release| time < release)
+    }
+
+    /// Motion of each wall at `time` \[s\], `None` for a wall at rest; nothing where no wall moves.
+    pub fn motions_at(&self, time: f64) -> Vec<Option<MotionState>> {
+        if !self.moves() {
+            return Vec::new();
+        }
+        self.motion.iter().map(|motion| motion.as_ref().map(|m| m.at(time))).collect()
+    }
+
+    /// Position \[m\] and face normal of particle `w` while the walls are as `motions` say.
+    pub fn placed(&self, w: usize, motions: &[Option<MotionState>]) -> (Vector, Vector) {
+        match motions.get(self.wall[w] as usize) {
+            None | Some(None) => (self.start[w], self.face_normal[w]),
+            Some(Some(motion)) => (motion.position(&self.start[w]), motion.rotate(&self.face_normal[w])),
+        }
+    }
+}
+
+/// Given normals; where faces meet, the mean direction of the normals nearby on the same wall.
+fn face_normals(particles: &WallParticles, support_radius: f64, domain: &Domain) -> Vec<Vector> {
+    let mean_nearby = |w: usize| -> Vector {
+        let near = |v: &usize| {
+            particles.wall[*v] == particles.wall[w]
+                && domain.separation(&particles.position[w], &particles.position[*v]).norm() < support_radius
+        };
+        (0..particles.wall.len()).filter(near).map(|v| particles.normal[v]).sum()
+    };
+    let given = |w: usize| {
+        let normal = particles.normal[w];
+        if normal.norm_squared() > 0.0 { normal } else { mean_nearby(w) }
+    };
+    (0..particles.wall.len())
+        .map(|w| given(w).try_normalize(NO_DIRECTION).unwrap_or_else(Vector::zeros))
+        .collect()
+}
+
+/// Whether no wall particle stands in front of each one.
+fn first_layers(
+    particles: &WallParticles,
+    face_normal: &[Vector],
+    particle_spacing: f64,
+    domain: &Domain,
+) -> Vec<bool> {
+    let positions = &particles.position;
+    let radius = IN_FRONT_RADIUS * particle_spacing;
+    let list = CellGrid::new(domain, positions, radius).list(domain, positions, positions, radius, true);
+    let stands_before = |w: usize, v: usize| {
+        let d = domain.separation(&positions[v], &positions[w]) / particle_spacing;
+        let height = d.dot(&face_normal[w]);
+        IN_FRONT.contains(&height) && (d - face_normal[w] * height).norm() < IN_FRONT_WIDTH
+    };
+    let is_first = |w: usize| {
+        face_normal[w].norm_squared() > 0.0 && !list.of(w).iter().any(|v| stands_before(w, *v as usize))
+    };
+    (0..positions.len()).map(is_first).collect()
+}
+
+/// Kinematics of the wall particles at one time.
+#[derive(Clone, Debug, Default)]
+pub struct WallField {
+    /// Position \[m\].
+    pub position: Vec<Vector>,
+    /// Velocity \[m/s\].
+    pub velocity: Vec<Vector>,
+    /// Acceleration \[m/s²\].
+    pub acceleration: Vec<Vector>,
+    /// Normal of the mirror in Eq. (27), zero where both components are reversed.
+    pub mirror_normal: Vec<Vector>,
+    /// Unit normal of the face into the fluid.
+    pub face_normal: Vec<Vector>,
+}
+
+impl WallField {
+    /// Places the walls as they are at `time` \[s\].
+    pub fn place(&mut self, walls: &WallModel, domain: &Domain, time: f64) {
+        if self.position.len() != walls.len() {
+            self.position = walls.start.iter().map(|x| domain.wrapped(x)).collect();
+            self.velocity = vec![Vector::zeros(); walls.len()];
+            self.acceleration = vec![Vector::zeros(); walls.len()];
+            self.mirror_normal.clone_from(&walls.mirror_normal);
+            self.face_normal.clone_from(&walls.face_normal);
+        }
+        if !walls.moves() {
+            return;
+        }
+        let motions = walls.motions_at(time);
+        for w in 0..walls.len() {
+            if let Some(motion) = &motions[walls.wall[w] as usize] {
+                let start = &walls.start[w];
+                self.position[w] = domain.wrapped(&motion.position(start));
+                self.velocity[w] = motion.velocity(start);
+                self.acceleration[w] = motion.acceleration(start);
+                self.mirror_normal[w] = motion.rotate(&walls.mirror_normal[w]);
+                self.face_normal[w] = motion.rotate(&walls.face_normal[w]);
+            }
+        }
+    }
+}

@@ -1,0 +1,15 @@
+//! Laws of the fluid, tested on whole solvers.
+
+mod arithmetic;
+mod conservation;
+mod coupling;
+mod damper;
+mod departures;
+mod invariance;
+mod lists;
+mod reports;
+mod scheme;
+mod settling;
+mod shifting;
+mod support;
+mod walls;

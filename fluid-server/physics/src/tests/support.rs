@@ -1,0 +1,223 @@
+//! Scenes for the tests.
+
+use sph::domain::Domain;
+use sph::exchange::InterfaceStates;
+use sph::ledger::StageBooks;
+use sph::setup::{
+    BodyForce, DensityDiffusion, FluidConstants, FluidParticles, FluidSetup, GradientCorrection,
+    LedgerPolicy, OrderControl, Outflow, OutputPlan, RunSetup, StepPolicy, TimePlan, ViscousForm,
+    WallCondition, WallParticles, WallSetup,
+};
+use sph::solver::{Divergence, Solver};
+use sph::stage::{Stage, StageTime, StepStage};
+use sph::vector::Vector;
+
+use crate::FluidSolver;
+
+/// Every combination of gradient correction and density diffusion.
+pub fn variants() -> Vec<(GradientCorrection, DensityDiffusion)> {
+    let corrections = [
+        GradientCorrection::None,
+        GradientCorrection::LatticeMoment,
+        GradientCorrection::Continuity,
+        GradientCorrection::Renormalised,
+    ];
+    let diffusions = [
+        DensityDiffusion::None,
+        DensityDiffusion::Plain { delta: 0.1 },
+        DensityDiffusion::Renormalised { delta: 0.1 },
+    ];
+    corrections.into_iter().flat_map(|c| diffusions.into_iter().map(move |d| (c, d))).collect()
+}
+
+/// Shifting and tensile control at once.
+pub const ORDERED: Option<OrderControl> = Some(OrderControl { shifting: 1.0, tensile_control: true });
+
+/// Numbers between −1 and 1 that look random (splitmix64).
+pub struct Noise(pub u64);
+
+impl Noise {
+    pub fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+    }
+
+    pub fn vector(&mut self) -> Vector {
+        Vector::new(self.next(), self.next())
+    }
+}
+
+/// An empty scene in an open box of 1 m × 1 m, weightless.
+pub fn empty_scene(spacing: f64) -> FluidSetup {
+    FluidSetup {
+        run: RunSetup {
+            run_id: "test".into(),
+            domain: Domain { lower: Vector::zeros(), upper: Vector::new(1.0, 1.0), periodic: [false; 2] },
+            time: TimePlan { start_time: 0.0, end_time: 1.0, step: StepPolicy::Fixed { time_step: 1e-4 } },
+            body_force: BodyForce { gravity: Vector::zeros(), expressions: None },
+            outputs: OutputPlan { snapshot_interval: None, probe_interval: None },
+            ledger: LedgerPolicy::default(),
+            coupling: None,
+        },
+        constants: FluidConstants {
+            rest_density: 1000.0,
+            sound_speed: 20.0,
+            exponent: 7.0,
+            dynamic_viscosity: 0.0,
+            smoothing_length: 1.2 * spacing,
+            particle_spacing: spacing,
+            viscosity_a: 0.1,
+            viscosity_b: 0.1,
+            lambda: 0.01,
+            correction: GradientCorrection::LatticeMoment,
+        },
+        diffusion: DensityDiffusion::Renormalised { delta: 0.1 },
+        damping: None,
+        order: None,
+        viscous_form: ViscousForm::Pairwise,
+        tension_limit: None,
+        scheme: sph::setup::FluidScheme::PredictorCorrector,
+        regions: vec!["water".into()],
+        walls: Vec::new(),
+        particles: FluidParticles::default(),
+        wall_particles: WallParticles::default(),
+        probes: Vec::new(),
+        outflow: Outflow::default(),
+        acoustic_damping: 0.0,
+        wall_repulsion: 0.0,
+        lost_particle_limit: 0,
+    }
+}
+
+/// Adds a fluid particle of one spacing squared at rest density.
+pub fn add_particle(setup: &mut FluidSetup, position: Vector, velocity: Vector) {
+    let (rho, spacing) = (setup.constants.rest_density, setup.constants.particle_spacing);
+    let p = &mut setup.particles;
+    p.id.push(p.id.len() as u32);
+    p.region.push(0);
+    p.mass.push(rho * spacing * spacing);
+    p.position.push(position);
+    p.velocity.push(velocity);
+    p.density.push(rho);
+}
+
+/// Adds a lattice block of `columns` × `rows` fluid particles from the `lower` corner on, at rest.
+pub fn add_block(setup: &mut FluidSetup, lower: Vector, columns: usize, rows: usize) {
+    let spacing = setup.constants.particle_spacing;
+    for row in 0..rows {
+        for column in 0..columns {
+            let offset = Vector::new(column as f64 + 0.5, row as f64 + 0.5) * spacing;
+            add_particle(setup, lower + offset, Vector::zeros());
+        }
+    }
+}
+
+/// Adds a wall of three layers below `surface` y, from `left` on, with its normal up.
+pub fn add_floor(setup: &mut FluidSetup, left: f64, surface: f64, columns: usize, condition: WallCondition) {
+    let spacing = setup.constants.particle_spacing;
+    let wall = setup.walls.len() as u32;
+    setup.walls.push(WallSetup { name: "floor".into(), condition, motion: None, release_time: None });
+    for layer in 0..3 {
+        for column in 0..columns {
+            let x = left + (column as f64 + 0.5) * spacing;
+            let y = surface - (f64::from(layer) + 0.5) * spacing;
+            setup.wall_particles.wall.push(wall);
+            setup.wall_particles.position.push(Vector::new(x, y));
+            setup.wall_particles.normal.push(Vector::new(0.0, 1.0));
+        }
+    }
+}
+
+/// A patch of 9 × 9 particles, displaced by up to 0.2 spacings, with random velocity, density and mass.
+pub fn random_patch(seed: u64) -> FluidSetup {
+    let mut setup = empty_scene(0.02);
+    add_block(&mut setup, Vector::new(0.4, 0.4), 9, 9);
+    let mut noise = Noise(seed);
+    let p = &mut setup.particles;
+    for i in 0..p.id.len() {
+        p.position[i] += noise.vector() * 0.004;
+        p.velocity[i] = noise.vector();
+        p.density[i] *= 1.0 + 0.01 * noise.next();
+        p.mass[i] *= 1.0 + 0.1 * noise.next();
+    }
+    setup
+}
+
+pub fn solver(setup: FluidSetup) -> FluidSolver {
+    FluidSolver::new(setup).unwrap()
+}
+
+/// The half-step of `step` in a run of equal steps.
+pub fn stage_time(step: u64, stage: Stage, time_step: f64) -> StageTime {
+    StageTime { at: StepStage { step, stage }, step_start: step as f64 * time_step, time_step }
+}
+
+/// Rates of the present state, without moving it.
+pub fn evaluate(solver: &mut FluidSolver) {
+    let time = stage_time(0, Stage::Predictor, 1e-5);
+    solver.begin_stage(&time).unwrap();
+    solver.evaluate_own(&time);
+    let none = InterfaceStates::default();
+    solver.evaluate_cross(&time, &none, &none);
+}
+
+/// One step without a partner.
+pub fn try_step(
+    solver: &mut FluidSolver,
+    step: u64,
+    time_step: f64,
+) -> Result<[StageBooks; 2], Box<Divergence>> {
+    let mut budgets = [StageBooks::default(); 2];
+    let none = InterfaceStates::default();
+    for (k, stage) in Stage::BOTH.into_iter().enumerate() {
+        let time = stage_time(step, stage, time_step);
+        solver.begin_stage(&time)?;
+        solver.evaluate_own(&time);
+        solver.evaluate_cross(&time, &none, &none);
+        budgets[k] = solver.advance(&time)?;
+    }
+    solver.end_step(&stage_time(step, Stage::Corrector, time_step))?;
+    Ok(budgets)
+}
+
+/// `steps` steps without a partner; returns all budgets.
+pub fn run(solver: &mut FluidSolver, steps: u64, time_step: f64) -> Vec<StageBooks> {
+    (0..steps).flat_map(|step| try_step(solver, step, time_step).unwrap()).collect()
+}
+
+/// Largest residual of check (b).
+pub fn largest_residual(budgets: &[StageBooks]) -> f64 {
+    let worst = |budgets: &StageBooks| budgets.momentum_residual().max(budgets.angular_residual());
+    budgets.iter().map(worst).fold(0.0, f64::max)
+}
+
+/// A small dam break between walls: fluid in a corner of a box with slip walls left, right and below.
+pub fn dam_break() -> FluidSetup {
+    let mut setup = empty_scene(0.02);
+    setup.run.body_force.gravity = Vector::new(0.0, -9.81);
+    setup.constants.viscosity_a = 1.0;
+    let (spacing, columns) = (0.02, 40);
+    add_block(&mut setup, Vector::new(0.1, 0.1), 10, 20);
+    add_floor(&mut setup, 0.1 - 3.0 * spacing, 0.1, columns + 6, WallCondition::Slip);
+    for (x, normal) in [(0.1 - 3.0 * spacing, 1.0), (0.1 + columns as f64 * spacing, -1.0)] {
+        for row in 0..40 {
+            for layer in 0..3 {
+                let offset = Vector::new(f64::from(layer) + 0.5, f64::from(row) + 0.5) * spacing;
+                setup.wall_particles.wall.push(0);
+                setup.wall_particles.position.push(Vector::new(x, 0.1) + offset);
+                setup.wall_particles.normal.push(Vector::new(normal, 0.0));
+            }
+        }
+    }
+    // The blocks of the floor beyond the side walls are where faces meet.
+    for w in 0..setup.wall_particles.wall.len() {
+        let x = setup.wall_particles.position[w];
+        if x.y < 0.1 && !(0.1..0.9).contains(&x.x) {
+            setup.wall_particles.normal[w] = Vector::zeros();
+        }
+    }
+    setup
+}

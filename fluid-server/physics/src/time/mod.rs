@@ -1,0 +1,9 @@
+//! The flow of a stage, and what moves the state.
+
+pub mod advance;
+pub mod checks;
+pub mod momentum_budget;
+pub mod movement;
+pub mod stage;
+pub mod state_scan;
+pub mod step_limit;

@@ -1,0 +1,242 @@
+//! The flow of a stage, in a workspace that may be dropped at any step boundary.
+
+use sph::exchange::InterfaceStates;
+use sph::geometry::{Geometry, Open, Periodic};
+use sph::lanes::{Kernel, Lanes, WIDTH};
+use sph::ledger::Energies;
+use sph::solver::Divergence;
+use sph::stage::StageTime;
+
+use super::checks::{LaneScanFindings, Motion, ScanFindings};
+use super::momentum_budget::MomentumBudget;
+use super::state_scan::StateScan;
+use crate::boundary::wall_states::WallStates;
+use crate::interface::fluid_interface::FluidInterface;
+use crate::neighbours::lists::{Lists, Moves};
+use crate::neighbours::scene::Scene;
+use crate::rates::gradients::{Gradients, Partner};
+use crate::rates::particle_rates::{ExternalForces, Rates, StagePart};
+use crate::rates::rate_pass::StageFields;
+use crate::system::lane_arrays::{numbers, put, vectors};
+use crate::system::model::FluidModel;
+use crate::system::packed_particle::PackedParticle;
+use crate::system::state::{FluidState, StepStart};
+use crate::system::tasks::{PerTask, for_each_task, per_task};
+
+/// Everything that follows from model and state.
+#[derive(Debug, Default)]
+pub struct Workspace {
+    /// State at the start of the step.
+    pub base: StepStart,
+    /// Neighbours.
+    pub lists: Lists,
+    /// Fluid as pair sums read it.
+    pub fluid: Vec<PackedParticle>,
+    /// Whether `fluid` and `findings` are those of the present state.
+    pub current: bool,
+    /// Walls as pair sums read them.
+    pub walls: WallStates,
+    /// Results of the gradient pass.
+    pub gradients: Gradients,
+    /// Whether this stage computes them, or keeps those of the stage before.
+    computes_gradients: bool,
+    /// Part of the rates that this stage computes.
+    pub part: StagePart,
+    /// Rates of the stage.
+    pub rates: Vec<Rates>,
+    /// External forces, by task.
+    pub external: Vec<ExternalForces>,
+    /// Momentum budget of the stage, by task.
+    pub budget: Vec<MomentumBudget>,
+    /// Findings of the last scan of the particles, by task.
+    pub findings: Vec<ScanFindings>,
+    /// Energies of the state that ended the last step \[J/m\], unless it has changed since.
+    pub energies: Option<Energies>,
+    /// Largest speed of the stage state \[m/s\].
+    pub largest_speed: f64,
+    /// The fluid's side of the interface, with a partner.
+    pub interface: Option<FluidInterface>,
+}
+
+impl Workspace {
+    /// A workspace for a run; it has an interface where the model has a coupling.
+    pub fn new(model: &FluidModel) -> Self {
+        let interface = |coupling| FluidInterface::new(coupling, &model.domain, &model.body_force);
+        Self { interface: model.coupling.as_ref().map(interface), ..Self::default() }
+    }
+
+    /// Bytes in use for particles, without those of a partner.
+    pub fn bytes(&self) -> usize {
+        self.base.bytes()
+            + self.lists.bytes()
+            + size_of::<PackedParticle>() * self.fluid.capacity()
+            + self.gradients.bytes()
+            + size_of::<Rates>() * self.rates.capacity()
+    }
+
+    /// Checks the state, places the walls, rebuilds the lists where needed and computes pressures.
+    ///
+    /// # Errors
+    /// When the state is not finite or breaks a limit.
+    pub fn begin_stage(
+        &mut self,
+        model: &FluidModel,
+        state: &mut FluidState,
+        time: &StageTime,
+    ) -> Result<(), Box<Divergence>> {
+        self.part = StagePart::of(model, time.at.stage);
+        let last = self.findings().largest_square_move.sqrt();
+        if !std::mem::take(&mut self.current) {
+            self.pack(model, state, time.time_step);
+        }
+        let findings = self.findings();
+        self.largest_speed = findings.verdict(model, state, time.at)?;
+        self.walls.field.place(&model.walls, &model.domain, time.state_time());
+        self.lists.restore(model, state);
+        self.computes_gradients = self.part != StagePart::Momentum;
+        // The corrector of leapfrog uses gradients in the order of the lists of the predictor.
+        let ahead = if self.part == StagePart::Density { 0.5 * time.time_step } else { 0.0 };
+        let moves = Moves { last, ahead, speed: self.largest_speed };
+        if self.lists.outdated(model, state, findings.largest_displacement(), moves, &self.walls.field) {
+            // The particles change their order.
+            self.computes_gradients = true;
+            self.lists.rebuild(model, state, &mut self.base, time, moves);
+            if let Some(interface) = &mut self.interface {
+                interface.update_extent(state);
+            }
+            self.pack(model, state, time.time_step);
+        }
+        Ok(())
+    }
+
+    /// Packs every particle for the pair sums and checks it.
+    ///
+    /// The corrector of leapfrog extrapolates velocities to the middle of the step, vⁿ + Δt/2 aⁿ⁻¹ᐟ².
+    fn pack(&mut self, model: &FluidModel, state: &FluidState, time_step: f64) {
+        let ahead = (self.part == StagePart::Momentum).then_some(0.5 * time_step);
+        self.fluid.resize(state.len(), PackedParticle::default());
+        let scan = &StateScan::new(model, state.list_origin.as_ref());
+        let results = (&mut self.fluid[..], per_task(&mut self.findings, state.len()));
+        for_each_task(state.len(), results, &|particles, (packed, PerTask(findings))| {
+            findings[0] =
+                model.arithmetic.run(PackPass { scan, state, ahead, first: particles.start, packed });
+        });
+    }
+
+    /// To be called where the state changes other than by a stage: drops what belongs to the old one.
+    pub fn forget_state(&mut self) {
+        (self.current, self.energies) = (false, None);
+    }
+
+    /// Findings of the last scan of all particles.
+    pub fn findings(&self) -> ScanFindings {
+        self.findings.iter().copied().fold(ScanFindings::default(), ScanFindings::with)
+    }
+
+    /// Walls, and the gradient pass over own particles where this stage computes it, at `time` \[s\].
+    pub fn evaluate_own(&mut self, model: &FluidModel, time: f64) {
+        if model.domain.is_periodic() {
+            self.own(Periodic::new(&model.domain), model, time);
+        } else {
+            self.own(Open, model, time);
+        }
+    }
+
+    fn own<G: Geometry>(&mut self, geometry: G, model: &FluidModel, time: f64) {
+        let Self { lists, fluid, walls, gradients, computes_gradients, interface, rates, .. } = self;
+        walls.extrapolate(geometry, model, &lists.fluid_of_walls, fluid, time);
+        let scene = Scene { geometry, model, lists, fluid, walls: &walls.particles };
+        if *computes_gradients {
+            let partner = if interface.is_some() { Partner::Present } else { Partner::Absent };
+            gradients.accumulate(&scene, partner, rates);
+        } else {
+            gradients.make_tensors(&scene);
+        }
+    }
+
+    /// Completes the gradients by the partner's particles and computes all rates at `time` \[s\].
+    ///
+    /// Own sums in list order, then the partner's in id order, added once: the same bits in one process or two.
+    pub fn evaluate_cross(
+        &mut self,
+        model: &FluidModel,
+        state: &FluidState,
+        time: f64,
+        own: &InterfaceStates,
+        partner: &InterfaceStates,
+    ) {
+        if model.domain.is_periodic() {
+            self.all(Periodic::new(&model.domain), model, state, time, [own, partner]);
+        } else {
+            self.all(Open, model, state, time, [own, partner]);
+        }
+    }
+
+    fn all<G: Geometry>(
+        &mut self,
+        geometry: G,
+        model: &FluidModel,
+        state: &FluidState,
+        time: f64,
+        [own, partner]: [&InterfaceStates; 2],
+    ) {
+        let Self {
+            lists, fluid, walls, gradients, computes_gradients, part, interface, rates, external, ..
+        } = self;
+        let part = *part;
+        let scene = Scene { geometry, model, lists, fluid, walls: &walls.particles };
+        if let Some(interface) = interface {
+            interface.update(time, own, partner);
+            if *computes_gradients {
+                interface.add_neighbour_sums(&scene, own, partner, gradients, rates);
+            }
+        }
+        if *computes_gradients && part == StagePart::Momentum {
+            gradients.make_tensors(&scene);
+        }
+        StageFields { scene, state, field: &walls.field, gradients, time, part }.rates(rates, external);
+        if let Some(interface) = interface {
+            interface.add_rates(model, state, part, [own, partner], gradients, rates);
+        }
+    }
+
+    /// Walls and gradients of the present state at a step boundary of `time` \[s\], for outputs.
+    pub fn evaluate_outputs(&mut self, model: &FluidModel, time: f64) {
+        self.evaluate_own(model, time);
+        let Self { lists, fluid, walls, gradients, .. } = self;
+        gradients.make_tensors(&Scene { geometry: Open, model, lists, fluid, walls: &walls.particles });
+    }
+}
+
+/// The pass over the particles of one task that packs them.
+struct PackPass<'a> {
+    scan: &'a StateScan<'a>,
+    state: &'a FluidState,
+    /// By how much velocities are extrapolated \[s\].
+    ahead: Option<f64>,
+    first: usize,
+    packed: &'a mut [PackedParticle],
+}
+
+impl Kernel for PackPass<'_> {
+    type Output = ScanFindings;
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> ScanFindings {
+        let Self { scan, state: FluidState { position, velocity, density, mass, acceleration, .. }, .. } =
+            self;
+        let mut findings = LaneScanFindings::<L>::none();
+        for k in (0..self.packed.len()).step_by(WIDTH) {
+            let i = self.first + k;
+            let (x, v, rho) = (vectors::<L>(position, i), vectors::<L>(velocity, i), numbers(density, i));
+            let mut extrapolated = None;
+            if let Some(ahead) = self.ahead {
+                let (ahead, [a_x, a_y]) = (L::splat(ahead), vectors::<L>(acceleration, i));
+                extrapolated = Some([v[0] + a_x * ahead, v[1] + a_y * ahead]);
+            }
+            let motion = Motion { x, v, rho };
+            put(self.packed, k, scan.pack(i, &motion, numbers(mass, i), extrapolated, &mut findings));
+        }
+        findings.total()
+    }
+}

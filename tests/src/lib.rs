@@ -15,4 +15,5 @@ pub mod python;
 pub mod soak;
 pub mod source_tree;
 pub mod streams;
+pub mod tidy;
 pub mod validation;

@@ -24,6 +24,7 @@ mod results;
 mod special_files;
 mod stopping;
 mod streams;
+mod tidy;
 mod trace;
 mod validation;
 

@@ -173,7 +173,7 @@ impl Recorder {
         news.extend(said);
         let (pictures, stored) = stored_pictures(directory, case, state, &mut news);
         for text in &news {
-            terminal::note(format_args!("warning: {text}"));
+            progress.warning(text);
         }
         Ok(Self {
             directory: directory.clone(),

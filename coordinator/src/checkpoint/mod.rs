@@ -12,7 +12,7 @@ mod store;
 
 pub use disk::{Disk, Files};
 pub use manifest::{Manifest, seal};
-pub use store::{Found, Store, Written};
+pub use store::{NewestCheckpoint, Store, Written};
 
 use proto::checkpoint::CheckpointData;
 use serde::{Deserialize, Serialize};

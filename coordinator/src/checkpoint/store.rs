@@ -46,7 +46,7 @@ pub struct Written {
 
 /// The newest good checkpoint, and what is wrong with those that are newer.
 #[derive(Debug)]
-pub struct Found {
+pub struct NewestCheckpoint {
     /// The checkpoint, if any is good.
     pub checkpoint: Option<RunCheckpoint>,
     /// Why others were skipped, each with its folder.
@@ -142,8 +142,8 @@ impl Store {
     }
 
     /// The newest good checkpoint.
-    pub fn newest(&self) -> Found {
-        let mut found = Found { checkpoint: None, skipped: Vec::new() };
+    pub fn newest(&self) -> NewestCheckpoint {
+        let mut found = NewestCheckpoint { checkpoint: None, skipped: Vec::new() };
         for step in self.steps() {
             match self.load(step) {
                 Ok(checkpoint) => {

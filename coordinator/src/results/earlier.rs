@@ -1,4 +1,4 @@
-//! What an earlier run left in an output folder: how it is known to be one of ours, and its files by name.
+//! What an earlier run left in an output folder: how it is recognised as that of a run, and its files by name.
 //!
 //! Nothing is removed but files that bear the name of a run's file, in a place where a run puts it. Folders go only when
 //! that leaves them empty. Links are removed, never followed.

@@ -62,13 +62,13 @@ impl ProbeFile {
         mark: &TableMark,
         changed: Changed,
     ) -> Result<(Self, Option<String>), OutputError> {
-        let mut said = None;
+        let mut change = None;
         let file = Self::open(path, fluid, solid, |columns| {
             let Resumed { file, warning } = TableFile::resume(path, columns, mark, changed)?;
-            said = warning;
+            change = warning;
             Ok(file)
         })?;
-        Ok((file, said))
+        Ok((file, change))
     }
 
     fn open(

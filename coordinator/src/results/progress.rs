@@ -1,5 +1,6 @@
 //! Progress of a run: a bar on a terminal, lines elsewhere.
 
+use std::fmt::Display;
 use std::io::IsTerminal;
 use std::time::{Duration, Instant};
 
@@ -20,6 +21,7 @@ const BETWEEN_DRAWS: Duration = Duration::from_millis(100);
 pub struct Progress {
     plan: TimePlan,
     kind: Kind,
+    messages: Messages,
     started: Instant,
     shown: Instant,
 }
@@ -46,7 +48,12 @@ impl Progress {
             Kind::Lines
         };
         let now = Instant::now();
-        Self { plan, kind, started: now, shown: now }
+        Self { plan, kind, messages, started: now, shown: now }
+    }
+
+    /// Prints a warning.
+    pub fn warning(&self, text: impl Display) {
+        self.messages.warning(text);
     }
 
     /// Takes the figures after a step.

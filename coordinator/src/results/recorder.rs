@@ -165,15 +165,15 @@ impl Recorder {
         };
         let series = [series(Role::Fluid)?, series(Role::Solid)?];
         let path = directory.file(names::PROBES);
-        let (probes, said) = ProbeFile::resume(&path, fluid, solid, &state.probes, changed)?;
-        news.extend(said);
+        let (probes, warning) = ProbeFile::resume(&path, fluid, solid, &state.probes, changed)?;
+        news.extend(warning);
         let path = directory.file(names::LEDGER);
-        let (ledger, said) =
+        let (ledger, warning) =
             LedgerFile::resume(&path, roles, &state.ledger_file, state.ledger.clone(), changed)?;
-        news.extend(said);
+        news.extend(warning);
         let (pictures, stored) = stored_pictures(directory, case, state, &mut news);
         for text in &news {
-            terminal::note(format_args!("warning: {text}"));
+            progress.warning(text);
         }
         Ok(Self {
             directory: directory.clone(),

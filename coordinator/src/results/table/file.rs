@@ -68,7 +68,7 @@ impl TableFile {
     /// # Errors
     /// When there is no such file, rows are missing or were changed, or it has other columns.
     pub fn examine(path: &Path, columns: &[String], mark: &TableMark) -> Result<(), OutputError> {
-        let Some(found) = Found::at(path)? else { return Err(missing(path)) };
+        let Some(found) = EarlierTable::at(path)? else { return Err(missing(path)) };
         found.compare(columns, mark)?.map(drop).map_err(|difference| found.refusal(&difference, mark))
     }
 
@@ -82,7 +82,7 @@ impl TableFile {
         mark: &TableMark,
         changed: Changed,
     ) -> Result<Resumed, OutputError> {
-        let Some(found) = Found::at(path)? else {
+        let Some(found) = EarlierTable::at(path)? else {
             return match changed {
                 Changed::Refuse => Err(missing(path)),
                 Changed::Accept => {
@@ -183,11 +183,11 @@ fn missing(path: &Path) -> OutputError {
 }
 
 /// The file of an earlier run.
-struct Found {
+struct EarlierTable {
     place: PathBuf,
 }
 
-impl Found {
+impl EarlierTable {
     /// The file of `path`, complete or not; none where there is neither.
     fn at(path: &Path) -> Result<Option<Self>, OutputError> {
         for place in [with_suffix(path), path.to_path_buf()] {

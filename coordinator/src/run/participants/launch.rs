@@ -35,7 +35,7 @@ pub enum Source {
 /// What servers are started with.
 #[derive(Clone, Copy, Debug)]
 pub struct Launch<'a> {
-    /// Compute threads of one of ours.
+    /// Compute threads of a built-in server.
     pub threads: usize,
     /// Files for the call of a partner elsewhere.
     pub files: &'a ClientFiles,

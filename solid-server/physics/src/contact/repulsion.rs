@@ -1,0 +1,343 @@
+//! Contact by the depth of particles in other bodies: central, conservative but for its damping, never pulling.
+
+use rayon::prelude::*;
+
+use sph::setup::SolidSetup;
+use sph::vector::Vector;
+
+use crate::boundary::walls::WallState;
+use crate::contact::density_field::{Level, Spring};
+use crate::contact::friction::{Friction, Grip, Near, Owner, Slips, TouchKey};
+use crate::neighbours::lists::{ContactLists, TASK};
+use crate::particles::variables::Particles;
+use crate::system::model::{Body, SolidModel};
+
+/// Repulsion between particles of different bodies, of bodies and walls, and of parts of one body that meet.
+///
+/// Each particle s near another body o feels its depth δ in it, see [`Level`]:
+///
+/// ```text
+/// p_s = (f + clamp(c δ', ±f)) dδ/dD,  f = κ δ d/(d − δ);   f_sj = −p_s ΔX² (dW/dr)/r x_sj
+/// κ = kK/2,  c = 2ζ √(κ m)
+/// ```
+///
+/// The forces are minus the derivative of Σ Ψ(D_s), plus damping. Each is along x_sj and has its opposite on j, so
+/// momentum and angular momentum are kept; together they are normal to the smoothed face. κ is half of the given
+/// fraction k of the softer body's bulk modulus, a wall being the stiffer side, since either side's particles feel
+/// their depth in the other. ζ is a fraction of critical damping for the reduced mass m of two particles. The force sets
+/// in without a jump and stiffens without bound up to where rows coincide, so that bodies do not pass through each
+/// other. Friction is that of [`Friction`].
+#[derive(Clone, Copy, Debug)]
+pub struct Repulsion {
+    /// Stiffness k as a fraction of the bulk modulus \[-\].
+    pub stiffness: f64,
+    /// Damping ζ as a fraction of critical \[-\].
+    pub damping: f64,
+    /// Coulomb's coefficient of friction μ \[-\].
+    pub friction: f64,
+    pub levels: Levels,
+    /// Undeformed distance \[m\] from which particles of one body can touch; `None` without self-contact.
+    pub own_distance: Option<f64>,
+}
+
+/// Undeformed distance from which parts of a body can touch each other, in supports of the contact's level: a body
+/// squeezed by a third does not yet feel itself.
+const OWN_CONTACT: f64 = 1.5;
+
+/// Levels by which particles feel each other.
+#[derive(Clone, Copy, Debug)]
+pub struct Levels {
+    /// Of bodies.
+    pub bodies: Level,
+    /// Of walls, whose particles may have another spacing.
+    pub walls: Level,
+    /// Of bodies as wall particles feel it.
+    pub bodies_from_walls: Level,
+}
+
+/// One particle's contact in a stage.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ContactSums {
+    /// Force from other bodies, or from distant parts of its own \[N/m\].
+    pub bodies: Vector,
+    /// Force from walls \[N/m\].
+    pub walls: Vector,
+    /// Bound of the stiffness of all its contacts \[Pa\].
+    pub stiffness: f64,
+    /// Largest depth of its own in anything, or of a particle in what is around it \[m\].
+    pub depth: f64,
+}
+
+/// A particle that lies in a body or wall.
+#[derive(Clone, Copy, Debug)]
+pub struct Touch {
+    pub key: TouchKey,
+    /// Derivative p of the energy by the level, damping included \[N\].
+    slope: f64,
+    depth: f64,
+    /// Bound of the stiffness over the gradient on one particle \[N\].
+    stiffness: f64,
+    friction: Friction,
+}
+
+/// The state at which contact is evaluated.
+#[derive(Clone, Copy)]
+pub struct ContactStage<'a> {
+    pub model: &'a SolidModel,
+    /// Time of the state \[s\].
+    pub at: f64,
+    pub stage: &'a Particles,
+    pub lists: &'a ContactLists,
+    pub walls: &'a WallState,
+}
+
+/// Stiffness κ \[Pa\] and reduced mass \[kg/m\] of a contact.
+#[derive(Clone, Copy)]
+struct Contact {
+    stiffness: f64,
+    mass: f64,
+}
+
+impl Touch {
+    /// Force \[N/m\] of the particle on a particle at x_sj \[m\] of what it touches.
+    #[inline]
+    fn on_neighbour(&self, level: &Level, x_sj: &Vector) -> Vector {
+        let r = x_sj.norm();
+        x_sj * (self.slope * level.gradient_factor(r)) + self.friction.reaction(level, x_sj, r)
+    }
+
+    /// Bound of what one neighbour at distance `r` \[m\] adds to the stiffness of its contact \[Pa\].
+    fn stiffness_at(&self, level: &Level, r: f64) -> f64 {
+        self.stiffness * level.gradient_factor(r).abs() * r
+    }
+}
+
+impl ContactStage<'_> {
+    fn near(&self, i: usize, j: usize) -> Near {
+        let Particles { position, velocity, .. } = self.stage;
+        (self.model.domain.separation(&position[i], &position[j]), velocity[i] - velocity[j])
+    }
+
+    fn near_wall(&self, i: usize, w: usize) -> Near {
+        let x_iw = self.model.domain.separation(&self.stage.position[i], &self.walls.position[w]);
+        (x_iw, self.stage.velocity[i] - self.walls.velocity[w])
+    }
+
+    /// The wall particles that can touch particle `i`.
+    fn walls_of(&self, i: usize) -> impl Iterator<Item = usize> + Clone + '_ {
+        self.lists.walls.of(i).iter().map(|w| *w as usize)
+    }
+
+    /// Rows of neighbours by body.
+    fn by_body<'a>(&'a self, row: &'a [u32]) -> impl Iterator<Item = (u32, &'a [u32])> + 'a {
+        let body = |i: &u32| self.model.particles.body[*i as usize];
+        row.chunk_by(move |a, b| body(a) == body(b)).map(move |group| (body(&group[0]), group))
+    }
+}
+
+impl Levels {
+    /// Levels of the bodies and walls of `setup` that touch from `distance` mean spacings \[-\].
+    pub fn new(setup: &SolidSetup, distance: f64) -> Self {
+        let (spacing, wall_spacing) = (setup.particle_spacing, wall_spacing(setup));
+        let to_walls = distance * 0.5 * (spacing + wall_spacing);
+        Self {
+            bodies: Level::new(spacing, distance * spacing),
+            walls: Level::new(wall_spacing, to_walls),
+            bodies_from_walls: Level::new(spacing, to_walls),
+        }
+    }
+
+    /// Largest radius within which particles count \[m\].
+    pub fn support(&self) -> f64 {
+        self.bodies.support.max(self.walls.support).max(self.bodies_from_walls.support)
+    }
+}
+
+/// Spacing of the wall particles \[m\]: the smallest distance of two of a wall, the bodies' where there is none.
+fn wall_spacing(setup: &SolidSetup) -> f64 {
+    let walls = &setup.wall_particles;
+    let distance = |k: usize| {
+        let next = (k + 1..walls.position.len()).take(1).filter(|next| walls.wall[*next] == walls.wall[k]);
+        next.map(|next| (walls.position[next] - walls.position[k]).norm()).fold(f64::INFINITY, f64::min)
+    };
+    let smallest = (0..walls.position.len()).map(distance).fold(f64::INFINITY, f64::min);
+    if smallest.is_finite() && smallest > 0.0 { smallest } else { setup.particle_spacing }
+}
+
+impl Repulsion {
+    /// A repulsion of the given stiffness, damping and coefficient of friction; `self_contact` lets bodies touch themselves.
+    pub fn new(stiffness: f64, damping: f64, friction: f64, levels: Levels, self_contact: bool) -> Self {
+        let own_distance = self_contact.then_some(OWN_CONTACT * levels.bodies.support);
+        Self { stiffness, damping, friction, levels, own_distance }
+    }
+
+    /// Contact forces on all particles, with the touches that make them; `slips` advance to the time of the stage.
+    pub fn evaluate(
+        &self,
+        at: &ContactStage<'_>,
+        slips: &mut Slips,
+        touches: &mut Vec<Touch>,
+        sums: &mut [ContactSums],
+    ) {
+        self.find_touches(at, slips, touches);
+        let held: &[Touch] = if self.friction > 0.0 { touches } else { &[] };
+        slips.renew(at.at, held.iter().map(|touch| (touch.key, touch.friction.slip)));
+        if touches.is_empty() {
+            sums.fill(ContactSums::default());
+            return;
+        }
+        let touches: &[Touch] = touches;
+        sums.par_iter_mut().with_min_len(8 * TASK).enumerate().for_each(|(i, sums)| {
+            *sums = self.forces(at, touches, i);
+        });
+    }
+
+    /// All particles that lie in something else, ascending.
+    fn find_touches(&self, at: &ContactStage<'_>, slips: &Slips, touches: &mut Vec<Touch>) {
+        let dt = at.at - slips.time;
+        let count = at.model.len();
+        let find = |s: usize| -> Vec<Touch> {
+            match s.checked_sub(count) {
+                None => self.touches_of(at, slips, dt, s),
+                Some(w) => self.touches_of_wall(at, slips, dt, w),
+            }
+        };
+        touches.clear();
+        let active = at.lists.active.par_iter().with_min_len(2 * TASK);
+        touches.par_extend(active.flat_map_iter(|s| find(*s as usize)));
+    }
+
+    fn touches_of(&self, at: &ContactStage<'_>, slips: &Slips, dt: f64, i: usize) -> Vec<Touch> {
+        let model = at.model;
+        let (body, mass) = (model.body_of(i), model.particles.mass[i]);
+        let mut found = Vec::new();
+        for (other, group) in at.by_body(at.lists.bodies.of(i)) {
+            let near = group.iter().map(|j| at.near(i, *j as usize));
+            let other_mass = model.particles.mass[group[0] as usize];
+            let contact = Contact {
+                mass: mass * other_mass / (mass + other_mass),
+                ..self.contact(body, Some(&model.bodies[other as usize]), mass)
+            };
+            let key = (i as u32, Owner::Body(other));
+            found.extend(self.touch(key, &self.levels.bodies, &contact, near, (slips.of(&key), dt)));
+        }
+        let near = at.walls_of(i).map(|w| at.near_wall(i, w));
+        let key = (i as u32, Owner::Walls);
+        let contact = self.contact(body, None, mass);
+        found.extend(self.touch(key, &self.levels.walls, &contact, near, (slips.of(&key), dt)));
+        found
+    }
+
+    fn touches_of_wall(&self, at: &ContactStage<'_>, slips: &Slips, dt: f64, w: usize) -> Vec<Touch> {
+        let mut found = Vec::new();
+        for (body, group) in at.by_body(at.lists.of_walls.of(w)) {
+            let near = group.iter().map(|i| {
+                let (x, v) = at.near_wall(*i as usize, w);
+                (-x, -v)
+            });
+            let key = ((at.model.len() + w) as u32, Owner::Body(body));
+            let contact = self.contact(
+                &at.model.bodies[body as usize],
+                None,
+                at.model.particles.mass[group[0] as usize],
+            );
+            found.extend(self.touch(
+                key,
+                &self.levels.bodies_from_walls,
+                &contact,
+                near,
+                (slips.of(&key), dt),
+            ));
+        }
+        found
+    }
+
+    /// Contact of `body` with `other` or a wall.
+    fn contact(&self, body: &Body, other: Option<&Body>, mass: f64) -> Contact {
+        let softer = other.map_or(f64::INFINITY, |other| other.material.bulk_modulus);
+        Contact { stiffness: 0.5 * self.stiffness * body.material.bulk_modulus.min(softer), mass }
+    }
+
+    /// The touch of a particle with the neighbours `near`, if it lies in them.
+    fn touch(
+        &self,
+        key: TouchKey,
+        level: &Level,
+        contact: &Contact,
+        near: impl Iterator<Item = Near> + Clone,
+        slip: (f64, f64),
+    ) -> Option<Touch> {
+        let square = level.support * level.support;
+        let near = near.filter(|(x, _)| x.norm_squared() < square);
+        // Most rows of neighbours touch nobody.
+        let depth = level.depth(near.clone().map(|(x, _)| level.weight(x.norm())).sum());
+        if depth <= 0.0 {
+            return None;
+        }
+        let (mut gradient, mut rate, mut reach) = (Vector::zeros(), 0.0, 0.0);
+        for (x, v) in near.clone() {
+            let part = x * level.gradient_factor(x.norm());
+            gradient += part;
+            rate += part.dot(&v);
+            reach += part.norm();
+        }
+        let (distance, gain) = (level.distance(), level.gain());
+        let spring = Spring::new(contact.stiffness, depth, distance);
+        let dashpot = 2.0 * self.damping * (contact.stiffness * contact.mass).sqrt();
+        // Within the spring's force: no jump at the onset, no pull at the end, and the same loss however light the touch.
+        let damping = (dashpot * gain * rate).clamp(-spring.force, spring.force);
+        let slope = gain * (spring.force + damping);
+        let normal = slope * gradient.norm();
+        let rubs = self.friction > 0.0 && normal > 0.0;
+        let friction = if rubs {
+            let grip = Grip { stiffness: contact.stiffness, dashpot, bound: self.friction * normal };
+            Friction::new(level, &grip, near, &gradient, slip)
+        } else {
+            Friction::default()
+        };
+        // Gershgorin's bound of the rows of p' ∇D ⊗ ∇D; what sticks is held as stiffly along the face.
+        let sides = if rubs { 2.0 } else { 1.0 };
+        let stiffness = sides * gain * gain * spring.slope * (gradient.norm() + reach);
+        Some(Touch { key, slope, depth, stiffness, friction })
+    }
+
+    /// Contact of particle `i`: the reactions to its own touches, and the touches of others in its body.
+    fn forces(&self, at: &ContactStage<'_>, touches: &[Touch], i: usize) -> ContactSums {
+        let mut sums = ContactSums::default();
+        let own =
+            |key: TouchKey| touches.binary_search_by_key(&key, |touch| touch.key).ok().map(|k| &touches[k]);
+        let body = Owner::Body(at.model.particles.body[i]);
+        let mut add = |touch: &Touch, level: &Level, x_ij: &Vector, walls: bool, sign: f64| {
+            let (r, x_sj) = (x_ij.norm(), x_ij * sign);
+            if r < level.support {
+                let force = touch.on_neighbour(level, &x_sj) * -sign;
+                *(if walls { &mut sums.walls } else { &mut sums.bodies }) += force;
+                sums.stiffness += touch.stiffness_at(level, r);
+                sums.depth = sums.depth.max(touch.depth);
+            }
+        };
+        for (other, group) in at.by_body(at.lists.bodies.of(i)) {
+            let touch = own((i as u32, Owner::Body(other)));
+            for &j in group {
+                let x_ij = at.near(i, j as usize).0;
+                if let Some(touch) = touch {
+                    add(touch, &self.levels.bodies, &x_ij, false, 1.0);
+                }
+                if let Some(touch) = own((j, body)) {
+                    add(touch, &self.levels.bodies, &x_ij, false, -1.0);
+                }
+            }
+        }
+        let touch = own((i as u32, Owner::Walls));
+        for w in at.walls_of(i) {
+            let x_iw = at.near_wall(i, w).0;
+            if let Some(touch) = touch {
+                add(touch, &self.levels.walls, &x_iw, true, 1.0);
+            }
+            if let Some(touch) = own(((at.model.len() + w) as u32, body)) {
+                add(touch, &self.levels.bodies_from_walls, &x_iw, true, -1.0);
+            }
+        }
+        sums
+    }
+}

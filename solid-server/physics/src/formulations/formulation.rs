@@ -1,0 +1,266 @@
+//! What a body does by itself, whichever way it is discretised.
+
+use std::ops::AddAssign;
+
+use sph::domain::Domain;
+use sph::stage::StageTime;
+use sph::vector::{SymmetricTensor, Tensor, Vector};
+
+use crate::boundary::supports::Support;
+use crate::formulations::pair_law::{PairSums, SumLaw};
+use crate::neighbours::lists::Rows;
+use crate::particles::variables::{ParticleView, ParticleViewMut, RigidState};
+
+/// Constants of a body's particles.
+#[derive(Clone, Copy)]
+pub struct BodyConstants<'a> {
+    pub domain: &'a Domain,
+    /// Mass per depth \[kg/m\].
+    pub mass: &'a [f64],
+    /// Supports of the body.
+    pub supports: &'a [Support],
+}
+
+/// Stress of a body's particles at one stage.
+#[derive(Clone, Copy)]
+pub struct StressView<'a> {
+    /// Pressure \[Pa\].
+    pub pressure: &'a [f64],
+    /// Cauchy stress \[Pa\].
+    pub cauchy: &'a [SymmetricTensor],
+    /// Artificial stress R_i of Eq. (25) \[m⁵/(kg s²)\].
+    pub artificial: &'a [SymmetricTensor],
+    /// Deformation gradient F \[-\]; used by total-Lagrangian bodies alone.
+    pub deformation: &'a [Tensor],
+    /// What pair forces read of each particle, `Reference::shown` \[-\]; likewise.
+    pub shown: &'a [Tensor],
+}
+
+/// As [`StressView`], to be written.
+pub struct StressViewMut<'a> {
+    /// Pressure \[Pa\].
+    pub pressure: &'a mut [f64],
+    pub cauchy: &'a mut [SymmetricTensor],
+    pub artificial: &'a mut [SymmetricTensor],
+    pub deformation: &'a mut [Tensor],
+    pub shown: &'a mut [Tensor],
+}
+
+/// Quantities of the state that follow from positions where the formulation says so.
+pub struct DerivedView<'a> {
+    /// Density \[kg/m³\].
+    pub density: &'a mut [f64],
+    /// Deviatoric stress \[Pa\].
+    pub deviatoric_stress: &'a mut [SymmetricTensor],
+}
+
+/// Rates of a body's own variables.
+#[derive(Clone, Copy)]
+pub struct RateView<'a> {
+    /// dρ/dt \[kg/(m³ s)\].
+    pub density: &'a [f64],
+    /// ds/dt \[Pa/s\].
+    pub deviatoric_stress: &'a [SymmetricTensor],
+}
+
+/// As [`RateView`], to be written.
+pub struct RateViewMut<'a> {
+    pub density: &'a mut [f64],
+    pub deviatoric_stress: &'a mut [SymmetricTensor],
+}
+
+/// What moves a body from the start of the step by one stage.
+#[derive(Clone, Copy)]
+pub struct BodyStep<'a> {
+    pub constants: BodyConstants<'a>,
+    pub time: &'a StageTime,
+    /// φⁿ.
+    pub base: ParticleView<'a>,
+    /// State whose rates these are.
+    pub stage: ParticleView<'a>,
+    pub base_rigid: &'a RigidState,
+    pub stage_rigid: &'a RigidState,
+    /// Whole periods by which particles have been wrapped.
+    pub windings: &'a [[i32; 2]],
+    /// Force on each particle of whatever origin \[N/m\].
+    pub force: &'a [Vector],
+    pub rates: RateView<'a>,
+}
+
+/// What changes the velocities of a body within a sub-step.
+#[derive(Clone, Copy)]
+pub struct BodyKick<'a> {
+    pub constants: BodyConstants<'a>,
+    pub time: &'a StageTime,
+    /// Duration of the kick \[s\].
+    pub duration: f64,
+    /// Time at which the new velocities hold \[s\].
+    pub target: f64,
+    /// Force on each particle of whatever origin \[N/m\].
+    pub force: &'a [Vector],
+    /// Motion at the start of the step.
+    pub base_rigid: &'a RigidState,
+    pub windings: &'a [[i32; 2]],
+}
+
+/// What moves a body within a sub-step.
+#[derive(Clone, Copy)]
+pub struct BodyDrift<'a> {
+    pub constants: BodyConstants<'a>,
+    pub time: &'a StageTime,
+    /// Duration of the drift \[s\].
+    pub duration: f64,
+    /// Time at which the new positions hold \[s\].
+    pub target: f64,
+    /// Own-body and foreign sums in the middle of the drift; empty where [`BodyFormulation::evolves`] is false.
+    pub sums: &'a [PairSums],
+    /// Motion at the start of the step.
+    pub base_rigid: &'a RigidState,
+    pub windings: &'a [[i32; 2]],
+}
+
+/// What changed the angular momentum of a body by other ways than its forces, about the domain's torque origin
+/// \[kg m/s\].
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct AngularImpulse {
+    /// Supports.
+    pub supports: f64,
+    /// The time scheme, [`sph::ledger::scheme_moment`].
+    pub scheme: f64,
+}
+
+impl AddAssign for AngularImpulse {
+    fn add_assign(&mut self, other: Self) {
+        self.supports += other.supports;
+        self.scheme += other.scheme;
+    }
+}
+
+/// What the equations of motion of a rigid body use.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RigidInertia {
+    /// Moment of inertia about the centre of mass per depth \[kg m\].
+    pub total: f64,
+    /// The part of the cells about their own centres \[kg m\].
+    pub cells: f64,
+}
+
+/// Bounds outside which a body's state has no meaning.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Limits {
+    /// Smallest and largest ρ/ρ₀ \[-\].
+    pub density_ratios: (f64, f64),
+    /// Largest equivalent elastic shear strain √(s:s)/(2G) \[-\].
+    pub largest_shear: f64,
+}
+
+/// How one body turns its state into stress, internal forces and rates.
+///
+/// Slices hold the particles of the body alone. A formulation is constant: what evolves is in the state, what is
+/// disposable in the workspace. Forces between owners, contact, walls and supports are added by the solver.
+pub trait BodyFormulation: Send + Sync {
+    /// Pressure and stress of a state.
+    fn update_stress(
+        &self,
+        constants: &BodyConstants<'_>,
+        state: &ParticleView<'_>,
+        stress: StressViewMut<'_>,
+    );
+
+    /// Overwrites what follows from the stress just updated; bodies whose density and stress evolve leave it.
+    fn derive(&self, _stress: &StressView<'_>, _derived: DerivedView<'_>) {}
+
+    /// Radius \[m\] of the own-body neighbour lists in the current configuration; `None` when it needs none.
+    fn list_radius(&self) -> Option<f64>;
+
+    /// What a load of `moment` f ⊗ X \[N\] about particle `i` adds to what pair forces read of it \[-\].
+    fn load_shown(&self, _i: usize, _moment: &Tensor) -> Tensor {
+        Tensor::zeros()
+    }
+
+    /// Sums over own-body pairs.
+    fn evaluate(
+        &self,
+        constants: &BodyConstants<'_>,
+        stage: &ParticleView<'_>,
+        stress: &StressView<'_>,
+        neighbours: &Rows,
+        sums: &mut [PairSums],
+    );
+
+    /// Rates of own variables, once the sums hold all pairs that belong in them.
+    fn complete(&self, stage: &ParticleView<'_>, sums: &[PairSums], rates: RateViewMut<'_>);
+
+    /// Moves the body from φⁿ by the stage's duration, Eq. (30) or (31).
+    ///
+    /// Of a rigid body also what supports and scheme did to its angular momentum.
+    fn advance(
+        &self,
+        step: &BodyStep<'_>,
+        next: ParticleViewMut<'_>,
+        next_rigid: &mut RigidState,
+    ) -> AngularImpulse;
+
+    /// Velocities follow the forces: v ← v + f Δt/m, particle by particle unless the body is rigid; [`AngularImpulse`] as in
+    /// [`BodyFormulation::advance`].
+    fn kick(
+        &self,
+        kick: &BodyKick<'_>,
+        particles: ParticleViewMut<'_>,
+        _motion: &mut RigidState,
+    ) -> AngularImpulse {
+        for (i, v) in particles.velocity.iter_mut().enumerate() {
+            *v += kick.force[i] * (kick.duration / kick.constants.mass[i]);
+        }
+        AngularImpulse::default()
+    }
+
+    /// Positions follow the velocities: x ← x + v Δt, and so does what evolves with their gradient; [`AngularImpulse`] as in
+    /// [`BodyFormulation::advance`].
+    fn drift(
+        &self,
+        drift: &BodyDrift<'_>,
+        particles: ParticleViewMut<'_>,
+        _motion: &mut RigidState,
+    ) -> AngularImpulse {
+        for (x, v) in particles.position.iter_mut().zip(particles.velocity.iter()) {
+            *x += v * drift.duration;
+        }
+        AngularImpulse::default()
+    }
+
+    /// Whether density and stress evolve with the velocity gradient, so that a drift needs sums in its middle.
+    fn evolves(&self) -> bool {
+        false
+    }
+
+    /// Whether internal constraints of the body, not its particles one by one, carry what supports hold.
+    fn is_rigid(&self) -> bool;
+
+    /// Moment of inertia of a body that is rigid.
+    fn inertia(&self) -> Option<RigidInertia> {
+        None
+    }
+
+    /// Law by which its particles take part in sums with those of other bodies, walls or the fluid.
+    fn sum_law(&self) -> Option<&SumLaw>;
+
+    /// Largest stable step of Eq. (30)-(31) by the waves inside the body \[s\].
+    fn stage_rule_limit(&self) -> f64;
+
+    /// Largest stable sub-step by the waves inside the undeformed body \[s\].
+    fn substep_limit(&self) -> f64;
+
+    /// Tangent stiffness at particle `i` over that of the undeformed body \[-\].
+    fn stiffening(&self, _stress: &StressView<'_>, _i: usize) -> f64 {
+        1.0
+    }
+
+    /// Bounds of a meaningful state.
+    fn limits(&self) -> Limits {
+        Limits { density_ratios: (0.5, 2.0), largest_shear: 1.0 }
+    }
+
+    /// Strain energy per metre of depth of particle `i` \[J/m\].
+    fn strain_energy(&self, constants: &BodyConstants<'_>, state: &ParticleView<'_>, i: usize) -> f64;
+}

@@ -1,0 +1,182 @@
+//! Constant facts of a run of solids.
+
+use std::ops::Range;
+
+use sph::body_force::BodyForceField;
+use sph::domain::Domain;
+use sph::setup::{Damping, ElasticMaterial, SolidProbeKind, SolidStepping};
+use sph::stage::StageTime;
+use sph::vector::Vector;
+
+use crate::boundary::loads::Load;
+use crate::boundary::supports::{Support, acts};
+use crate::boundary::walls::Walls;
+use crate::contact::repulsion::Repulsion;
+use crate::contact::sums::SumContact;
+use crate::formulations::formulation::{BodyConstants, BodyFormulation};
+use crate::neighbours::material_point::MaterialPoint;
+
+/// Constant facts of a run.
+pub struct SolidModel {
+    pub domain: Domain,
+    /// Spacing of the particles Δx \[m\].
+    pub spacing: f64,
+    pub bodies: Vec<Body>,
+    pub particles: ParticleConstants,
+    pub contact: ContactModel,
+    pub walls: Walls,
+    pub body_force: BodyForceField,
+    pub damping: Option<Damping>,
+    pub stepping: SolidStepping,
+    pub probes: Vec<Probe>,
+    /// The run stops when more particles than this are outside the domain.
+    pub lost_particle_limit: u64,
+}
+
+/// One body.
+pub struct Body {
+    pub name: String,
+    /// Its particles.
+    pub range: Range<usize>,
+    pub material: ElasticMaterial,
+    pub formulation: Box<dyn BodyFormulation>,
+    pub supports: Vec<Support>,
+    /// Acceleration of this body alone.
+    pub acceleration: Option<BodyForceField>,
+    pub loads: Vec<Load>,
+    /// Time \[s\] until which contact with each wall particle is left out; empty without supports.
+    pub wall_exemption: Vec<f64>,
+    /// Whether parts of it that are far apart when undeformed may touch.
+    pub touches_itself: bool,
+    /// Whether a probe reads the body's angle.
+    pub tracks_angle: bool,
+}
+
+/// What each particle keeps throughout the run.
+pub struct ParticleConstants {
+    pub id: Vec<u32>,
+    /// Index of the body.
+    pub body: Vec<u32>,
+    /// 0 free, k the body's support k−1.
+    pub support: Vec<u32>,
+    /// Mass per depth \[kg/m\].
+    pub mass: Vec<f64>,
+    /// Position in the undeformed body \[m\].
+    pub reference_position: Vec<Vector>,
+}
+
+/// How bodies touch each other and walls.
+pub enum ContactModel {
+    /// Repulsion by depth.
+    Repulsion(Repulsion),
+    /// The document's sums.
+    Sums(SumContact),
+}
+
+/// What a probe reports; the set-up's kinds with what is precomputed for them.
+pub enum Probe {
+    /// A material point.
+    MaterialPoint(MaterialPoint),
+    /// Any other kind, which needs no preparation.
+    Plain(SolidProbeKind),
+}
+
+impl ContactModel {
+    /// Distance within which particles of different owners touch \[m\].
+    pub fn radius(&self) -> f64 {
+        match self {
+            Self::Repulsion(law) => law.levels.support(),
+            Self::Sums(sums) => sums.support_radius,
+        }
+    }
+
+    /// Undeformed distance \[m\] from which particles of one body can touch each other.
+    pub fn own_distance(&self) -> Option<f64> {
+        match self {
+            Self::Repulsion(law) => law.own_distance,
+            Self::Sums(_) => None,
+        }
+    }
+
+    /// Distance from held particles within which walls are left out of the contact \[m\]: two lattice columns.
+    pub fn clearance(&self) -> f64 {
+        match self {
+            Self::Repulsion(law) => 2.5 * law.levels.walls.distance(),
+            Self::Sums(sums) => sums.support_radius,
+        }
+    }
+}
+
+impl SolidModel {
+    /// Point about which torques are taken \[m\]; `None` in a periodic domain, where they have no meaning.
+    pub fn torque_origin(&self) -> Option<Vector> {
+        (!self.domain.is_periodic()).then(|| self.domain.torque_origin())
+    }
+
+    /// Number of particles.
+    pub fn len(&self) -> usize {
+        self.particles.mass.len()
+    }
+
+    /// Constants of `body` as its formulation needs them.
+    pub fn constants<'a>(&'a self, body: &'a Body) -> BodyConstants<'a> {
+        BodyConstants {
+            domain: &self.domain,
+            mass: &self.particles.mass[body.range.clone()],
+            supports: &body.supports,
+        }
+    }
+
+    /// The body of particle `i`.
+    pub fn body_of(&self, i: usize) -> &Body {
+        &self.bodies[self.particles.body[i] as usize]
+    }
+
+    /// Whether particles `i` and `j` may come to touch: they belong to different bodies or, where a body can touch itself,
+    /// are far apart when undeformed.
+    pub fn may_touch(&self, i: usize, j: usize) -> bool {
+        if self.particles.body[i] != self.particles.body[j] {
+            return true;
+        }
+        let reference = &self.particles.reference_position;
+        self.contact.own_distance().is_some_and(|distance| {
+            self.body_of(i).touches_itself
+                && self.domain.separation(&reference[i], &reference[j]).norm() > distance
+        })
+    }
+
+    /// Whether any two particles may touch.
+    pub fn has_contact(&self) -> bool {
+        self.bodies.len() > 1
+            || self.contact.own_distance().is_some() && self.bodies.iter().any(|body| body.touches_itself)
+    }
+
+    /// The support that holds particle `i` in the step of `time`.
+    pub fn acting_support(&self, i: usize, time: &StageTime) -> Option<&Support> {
+        let k = self.particles.support[i];
+        (k > 0).then(|| &self.body_of(i).supports[k as usize - 1]).filter(|support| support.acts(time))
+    }
+
+    /// Whether contact of particle `i` with wall particle `w` counts in the step of `time`: not while all components of
+    /// the particle are held.
+    ///
+    /// A clamp continues its body into the wall, so the wall beside the clamp is in touch with it from the start. Wall
+    /// particles within [`ContactModel::clearance`] of a fully held particle at the start do not act on the body while
+    /// that support does.
+    pub fn meets_wall(&self, i: usize, w: usize, time: &StageTime) -> bool {
+        let held = self.acting_support(i, time).is_some_and(Support::holds_fully);
+        let exempt = self.body_of(i).wall_exemption.get(w).is_some_and(|until| acts(*until, time));
+        !held && !exempt && self.walls.acts(w, time)
+    }
+
+    /// How many supports and walls no longer act in the step of `time`: what [`Self::meets_wall`] says changes with it.
+    pub fn released(&self, time: &StageTime) -> usize {
+        let supports = self.bodies.iter().flat_map(|body| &body.supports);
+        supports.filter(|support| !acts(support.release_time, time)).count() + self.walls.released(time)
+    }
+
+    /// Rate of linear damping in the step of `time` \[1/s\].
+    pub fn damping_rate(&self, time: &StageTime) -> f64 {
+        self.damping.filter(|damping| acts(damping.until, time)).map_or(0.0, |damping| damping.rate)
+    }
+}

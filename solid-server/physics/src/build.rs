@@ -18,8 +18,9 @@ use crate::boundary::loads::Load;
 use crate::boundary::supports::{build_supports, hold_velocities, wall_exemption};
 use crate::boundary::walls::Walls;
 use crate::contact::friction::Slips;
-use crate::contact::repulsion::{ContactSums, Levels, Repulsion};
+use crate::contact::repulsion::{Levels, Repulsion};
 use crate::contact::sums::SumContact;
+use crate::formulations::body::Body;
 use crate::formulations::formulation::{AngularImpulse, BodyConstants, BodyFormulation};
 use crate::formulations::pair_law::PairSums;
 use crate::formulations::rigid::RigidBody;
@@ -27,13 +28,15 @@ use crate::formulations::total_lagrangian::TotalLagrangianBody;
 use crate::formulations::updated_lagrangian::UpdatedLagrangianBody;
 use crate::interface::fluid_link::FluidLink;
 use crate::neighbours::lists::{ContactLists, OwnLists};
+use crate::particles::constants::ParticleConstants;
+use crate::particles::fields::{Rates, StressFields};
+use crate::particles::forces::{ContactSums, ParticleForces, ParticleTorques};
 use crate::particles::variables::{Particles, RigidState, winding_offset};
 use crate::report::fields::best_fit_angle;
 use crate::report::probes::build_probes;
-use crate::system::model::{Body, ContactModel, ParticleConstants, SolidModel};
-use crate::system::workspace::{
-    BodyContact, LastStage, ParticleForces, ParticleTorques, Rates, SolidState, StressFields, Workspace,
-};
+use crate::system::model::{ContactModel, SolidModel};
+use crate::system::state::{BodyContact, LastStage, SolidState};
+use crate::system::workspace::Workspace;
 
 /// Skin of own-body lists in particle spacings: large enough for a hundred steps of a turning body.
 const OWN_SKIN: f64 = 0.3;

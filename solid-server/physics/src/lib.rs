@@ -21,6 +21,9 @@
 //! ```
 
 mod particles {
+    pub mod constants;
+    pub mod fields;
+    pub mod forces;
     pub mod variables;
 }
 
@@ -43,9 +46,12 @@ mod boundary {
 }
 
 mod formulations {
+    pub mod body;
+    pub mod bond_forces;
     pub mod formulation;
     pub mod pair_lanes;
     pub mod pair_law;
+    pub mod reference_forces;
     pub mod rigid;
     pub mod total_lagrangian;
     pub mod updated_lagrangian;
@@ -65,11 +71,13 @@ mod interface {
 mod system {
     pub mod model;
     pub mod saved;
+    pub mod state;
     pub mod workspace;
 }
 
 mod report {
     pub mod fields;
+    pub mod momentum_budget;
     pub mod probes;
 }
 

@@ -11,12 +11,15 @@ use sph::sums::ordered_sum;
 use sph::vector::{DIMENSIONS, Vector};
 
 use crate::build::{build, build_workspace};
+use crate::particles::forces::ParticleTorques;
 use crate::report::fields::{best_fit_angle, energies, snapshot};
+use crate::report::momentum_budget::{StageRecord, record};
 use crate::report::probes::probe_values;
 use crate::system::model::SolidModel;
 use crate::system::saved::HISTORY;
-use crate::system::workspace::{BodyContact, ParticleTorques, SolidState, Workspace};
-use crate::time::advance::{StageRecord, move_bodies, record};
+use crate::system::state::{BodyContact, SolidState};
+use crate::system::workspace::Workspace;
+use crate::time::advance::move_bodies;
 use crate::time::checks::{check, check_domain};
 use crate::time::evaluate::{
     add_torques, evaluate_pairs, refresh_lists, sum_forces, total_forces, update_stress,
@@ -210,7 +213,7 @@ impl Solver for SolidSolver {
     fn interface(&mut self, partner: &Extent, reach: f64, states: &mut InterfaceStates) -> u64 {
         let Workspace { stage, stress, fluid, .. } = &mut self.workspace;
         match fluid {
-            Some(link) => link.select(&self.model, stage, stress, partner, reach, states),
+            Some(link) => link.select(&self.model.particles, stage, stress, partner, reach, states),
             None => {
                 states.clear();
                 0

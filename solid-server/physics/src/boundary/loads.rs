@@ -4,6 +4,8 @@ use sph::expression::{ComponentError, Expression};
 use sph::setup::{LoadLaw, SurfaceLoad};
 use sph::vector::{Tensor, Vector};
 
+use crate::materials::hyperelastic::cofactor;
+
 /// A load on part of a body's surface.
 pub struct Load {
     law: ParsedLaw,
@@ -77,10 +79,4 @@ impl Load {
             add(i, force, face.area * 0.5);
         }
     }
-}
-
-/// Cofactor matrix J F⁻ᵀ.
-#[inline]
-pub fn cofactor(f: &Tensor) -> Tensor {
-    Tensor::new(f[(1, 1)], -f[(1, 0)], -f[(0, 1)], f[(0, 0)])
 }

@@ -2,15 +2,18 @@
 
 use rayon::prelude::*;
 
+use sph::domain::Domain;
 use sph::setup::SolidSetup;
 use sph::vector::Vector;
 
 use crate::boundary::walls::WallState;
 use crate::contact::density_field::{Level, Spring};
 use crate::contact::friction::{Friction, Grip, Near, Owner, Slips, TouchKey};
+use crate::formulations::body::Body;
 use crate::neighbours::lists::{ContactLists, TASK};
+use crate::particles::constants::ParticleConstants;
+use crate::particles::forces::ContactSums;
 use crate::particles::variables::Particles;
-use crate::system::model::{Body, SolidModel};
 
 /// Repulsion between particles of different bodies, of bodies and walls, and of parts of one body that meet.
 ///
@@ -55,19 +58,6 @@ pub struct Levels {
     pub bodies_from_walls: Level,
 }
 
-/// One particle's contact in a stage.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct ContactSums {
-    /// Force from other bodies, or from distant parts of its own \[N/m\].
-    pub bodies: Vector,
-    /// Force from walls \[N/m\].
-    pub walls: Vector,
-    /// Bound of the stiffness of all its contacts \[Pa\].
-    pub stiffness: f64,
-    /// Largest depth of its own in anything, or of a particle in what is around it \[m\].
-    pub depth: f64,
-}
-
 /// A particle that lies in a body or wall.
 #[derive(Clone, Copy, Debug)]
 pub struct Touch {
@@ -83,7 +73,9 @@ pub struct Touch {
 /// The state at which contact is evaluated.
 #[derive(Clone, Copy)]
 pub struct ContactStage<'a> {
-    pub model: &'a SolidModel,
+    pub domain: &'a Domain,
+    pub constants: &'a ParticleConstants,
+    pub bodies: &'a [Body],
     /// Time of the state \[s\].
     pub at: f64,
     pub stage: &'a Particles,
@@ -115,11 +107,11 @@ impl Touch {
 impl ContactStage<'_> {
     fn near(&self, i: usize, j: usize) -> Near {
         let Particles { position, velocity, .. } = self.stage;
-        (self.model.domain.separation(&position[i], &position[j]), velocity[i] - velocity[j])
+        (self.domain.separation(&position[i], &position[j]), velocity[i] - velocity[j])
     }
 
     fn near_wall(&self, i: usize, w: usize) -> Near {
-        let x_iw = self.model.domain.separation(&self.stage.position[i], &self.walls.position[w]);
+        let x_iw = self.domain.separation(&self.stage.position[i], &self.walls.position[w]);
         (x_iw, self.stage.velocity[i] - self.walls.velocity[w])
     }
 
@@ -130,7 +122,7 @@ impl ContactStage<'_> {
 
     /// Rows of neighbours by body.
     fn by_body<'a>(&'a self, row: &'a [u32]) -> impl Iterator<Item = (u32, &'a [u32])> + 'a {
-        let body = |i: &u32| self.model.particles.body[*i as usize];
+        let body = |i: &u32| self.constants.body[*i as usize];
         row.chunk_by(move |a, b| body(a) == body(b)).map(move |group| (body(&group[0]), group))
     }
 }
@@ -195,7 +187,7 @@ impl Repulsion {
     /// All particles that lie in something else, ascending.
     fn find_touches(&self, at: &ContactStage<'_>, slips: &Slips, touches: &mut Vec<Touch>) {
         let dt = at.at - slips.time;
-        let count = at.model.len();
+        let count = at.constants.len();
         let find = |s: usize| -> Vec<Touch> {
             match s.checked_sub(count) {
                 None => self.touches_of(at, slips, dt, s),
@@ -208,15 +200,15 @@ impl Repulsion {
     }
 
     fn touches_of(&self, at: &ContactStage<'_>, slips: &Slips, dt: f64, i: usize) -> Vec<Touch> {
-        let model = at.model;
-        let (body, mass) = (model.body_of(i), model.particles.mass[i]);
+        let constants = at.constants;
+        let (body, mass) = (&at.bodies[constants.body[i] as usize], constants.mass[i]);
         let mut found = Vec::new();
         for (other, group) in at.by_body(at.lists.bodies.of(i)) {
             let near = group.iter().map(|j| at.near(i, *j as usize));
-            let other_mass = model.particles.mass[group[0] as usize];
+            let other_mass = constants.mass[group[0] as usize];
             let contact = Contact {
                 mass: mass * other_mass / (mass + other_mass),
-                ..self.contact(body, Some(&model.bodies[other as usize]), mass)
+                ..self.contact(body, Some(&at.bodies[other as usize]), mass)
             };
             let key = (i as u32, Owner::Body(other));
             found.extend(self.touch(key, &self.levels.bodies, &contact, near, (slips.of(&key), dt)));
@@ -235,12 +227,8 @@ impl Repulsion {
                 let (x, v) = at.near_wall(*i as usize, w);
                 (-x, -v)
             });
-            let key = ((at.model.len() + w) as u32, Owner::Body(body));
-            let contact = self.contact(
-                &at.model.bodies[body as usize],
-                None,
-                at.model.particles.mass[group[0] as usize],
-            );
+            let key = ((at.constants.len() + w) as u32, Owner::Body(body));
+            let contact = self.contact(&at.bodies[body as usize], None, at.constants.mass[group[0] as usize]);
             found.extend(self.touch(
                 key,
                 &self.levels.bodies_from_walls,
@@ -306,7 +294,7 @@ impl Repulsion {
         let mut sums = ContactSums::default();
         let own =
             |key: TouchKey| touches.binary_search_by_key(&key, |touch| touch.key).ok().map(|k| &touches[k]);
-        let body = Owner::Body(at.model.particles.body[i]);
+        let body = Owner::Body(at.constants.body[i]);
         let mut add = |touch: &Touch, level: &Level, x_ij: &Vector, walls: bool, sign: f64| {
             let (r, x_sj) = (x_ij.norm(), x_ij * sign);
             if r < level.support {
@@ -334,7 +322,7 @@ impl Repulsion {
             if let Some(touch) = touch {
                 add(touch, &self.levels.walls, &x_iw, true, 1.0);
             }
-            if let Some(touch) = own(((at.model.len() + w) as u32, body)) {
+            if let Some(touch) = own(((at.constants.len() + w) as u32, body)) {
                 add(touch, &self.levels.bodies_from_walls, &x_iw, true, -1.0);
             }
         }

@@ -2,16 +2,19 @@
 
 use rayon::prelude::*;
 
+use sph::body_force::BodyForceField;
+use sph::domain::Domain;
 use sph::vector::SymmetricTensor;
 
 use crate::boundary::walls::WallState;
-use crate::contact::repulsion::ContactSums;
+use crate::formulations::body::Body;
 use crate::formulations::pair_law::{PairParticle, PairSums, SumLaw};
 use crate::materials::hooke::density;
 use crate::neighbours::lists::{ContactLists, TASK};
+use crate::particles::constants::ParticleConstants;
+use crate::particles::fields::StressFields;
+use crate::particles::forces::ContactSums;
 use crate::particles::variables::Particles;
-use crate::system::model::SolidModel;
-use crate::system::workspace::StressFields;
 
 /// Contact through the sums (17) and (25).
 ///
@@ -25,7 +28,12 @@ pub struct SumContact {
 
 /// What contact through the sums reads.
 pub struct SumStage<'a> {
-    pub model: &'a SolidModel,
+    pub domain: &'a Domain,
+    /// Spacing of the particles \[m\].
+    pub spacing: f64,
+    pub constants: &'a ParticleConstants,
+    pub bodies: &'a [Body],
+    pub body_force: &'a BodyForceField,
     /// Time of the state \[s\].
     pub at: f64,
     pub stage: &'a Particles,
@@ -37,7 +45,7 @@ pub struct SumStage<'a> {
 impl SumStage<'_> {
     fn particle(&self, i: usize) -> PairParticle {
         PairParticle {
-            mass: self.model.particles.mass[i],
+            mass: self.constants.mass[i],
             density: self.stage.density[i],
             velocity: self.stage.velocity[i],
             stress: self.stress.cauchy[i],
@@ -45,8 +53,12 @@ impl SumStage<'_> {
         }
     }
 
+    fn body(&self, i: usize) -> &Body {
+        &self.bodies[self.constants.body[i] as usize]
+    }
+
     fn law(&self, i: usize) -> Option<&SumLaw> {
-        self.model.body_of(i).formulation.sum_law()
+        self.body(i).formulation.sum_law()
     }
 
     /// Pressure of wall particle `w` toward solids \[Pa\], Eq. (28) over solid particles.
@@ -58,11 +70,11 @@ impl SumStage<'_> {
     /// a_w is the prescribed acceleration of a moving wall.
     fn wall_pressure(&self, w: usize) -> f64 {
         let x_w = &self.walls.position[w];
-        let g = self.model.body_force.acceleration(x_w, self.at) - self.walls.acceleration[w];
+        let g = self.body_force.acceleration(x_w, self.at) - self.walls.acceleration[w];
         let (mut weighted, mut weight) = (0.0, 0.0);
         for i in self.lists.of_walls.of(w).iter().map(|i| *i as usize) {
             let Some(law) = self.law(i) else { continue };
-            let x_wi = self.model.domain.separation(x_w, &self.stage.position[i]);
+            let x_wi = self.domain.separation(x_w, &self.stage.position[i]);
             let kernel = law.kernel.value(x_wi.norm());
             weighted += kernel * (self.stress.pressure[i] + self.stage.density[i] * g.dot(&x_wi));
             weight += kernel;
@@ -72,9 +84,9 @@ impl SumStage<'_> {
 
     /// Adds the pairs of particle `i` with walls to `sums`.
     fn add_walls(&self, i: usize, law: &SumLaw, wall_pressure: &[f64], sums: &mut PairSums) {
-        let material = &self.model.body_of(i).material;
+        let material = &self.body(i).material;
         let own = self.particle(i);
-        let cell = self.model.spacing * self.model.spacing;
+        let cell = self.spacing * self.spacing;
         for w in self.lists.walls.of(i).iter().map(|w| *w as usize) {
             let wall = PairParticle {
                 mass: material.density * cell,
@@ -85,7 +97,7 @@ impl SumStage<'_> {
             };
             // R_ij belongs to pairs of solid particles only.
             let own = PairParticle { artificial_stress: SymmetricTensor::default(), ..own };
-            let x_iw = self.model.domain.separation(&self.stage.position[i], &self.walls.position[w]);
+            let x_iw = self.domain.separation(&self.stage.position[i], &self.walls.position[w]);
             law.add_pair(sums, &own, &wall, &x_iw);
         }
     }
@@ -115,7 +127,7 @@ impl SumContact {
             let own = at.particle(i);
             for j in at.lists.bodies.of(i).iter().map(|j| *j as usize) {
                 let Some(other) = at.law(j) else { continue };
-                let x_ij = at.model.domain.separation(&at.stage.position[i], &at.stage.position[j]);
+                let x_ij = at.domain.separation(&at.stage.position[i], &at.stage.position[j]);
                 law.between(other).add_pair(&mut foreign, &own, &at.particle(j), &x_ij);
             }
             let mut of_walls = PairSums::default();

@@ -4,11 +4,12 @@ use std::ops::AddAssign;
 
 use sph::domain::Domain;
 use sph::stage::StageTime;
-use sph::vector::{SymmetricTensor, Tensor, Vector};
+use sph::vector::{Tensor, Vector};
 
 use crate::boundary::supports::Support;
 use crate::formulations::pair_law::{PairSums, SumLaw};
 use crate::neighbours::lists::Rows;
+use crate::particles::fields::{DerivedView, RateView, RateViewMut, StressView, StressViewMut};
 use crate::particles::variables::{ParticleView, ParticleViewMut, RigidState};
 
 /// Constants of a body's particles.
@@ -19,54 +20,6 @@ pub struct BodyConstants<'a> {
     pub mass: &'a [f64],
     /// Supports of the body.
     pub supports: &'a [Support],
-}
-
-/// Stress of a body's particles at one stage.
-#[derive(Clone, Copy)]
-pub struct StressView<'a> {
-    /// Pressure \[Pa\].
-    pub pressure: &'a [f64],
-    /// Cauchy stress \[Pa\].
-    pub cauchy: &'a [SymmetricTensor],
-    /// Artificial stress R_i of Eq. (25) \[m⁵/(kg s²)\].
-    pub artificial: &'a [SymmetricTensor],
-    /// Deformation gradient F \[-\]; used by total-Lagrangian bodies alone.
-    pub deformation: &'a [Tensor],
-    /// What pair forces read of each particle, `Reference::shown` \[-\]; likewise.
-    pub shown: &'a [Tensor],
-}
-
-/// As [`StressView`], to be written.
-pub struct StressViewMut<'a> {
-    /// Pressure \[Pa\].
-    pub pressure: &'a mut [f64],
-    pub cauchy: &'a mut [SymmetricTensor],
-    pub artificial: &'a mut [SymmetricTensor],
-    pub deformation: &'a mut [Tensor],
-    pub shown: &'a mut [Tensor],
-}
-
-/// Quantities of the state that follow from positions where the formulation says so.
-pub struct DerivedView<'a> {
-    /// Density \[kg/m³\].
-    pub density: &'a mut [f64],
-    /// Deviatoric stress \[Pa\].
-    pub deviatoric_stress: &'a mut [SymmetricTensor],
-}
-
-/// Rates of a body's own variables.
-#[derive(Clone, Copy)]
-pub struct RateView<'a> {
-    /// dρ/dt \[kg/(m³ s)\].
-    pub density: &'a [f64],
-    /// ds/dt \[Pa/s\].
-    pub deviatoric_stress: &'a [SymmetricTensor],
-}
-
-/// As [`RateView`], to be written.
-pub struct RateViewMut<'a> {
-    pub density: &'a mut [f64],
-    pub deviatoric_stress: &'a mut [SymmetricTensor],
 }
 
 /// What moves a body from the start of the step by one stage.

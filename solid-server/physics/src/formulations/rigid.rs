@@ -11,11 +11,11 @@ use sph::vector::{SymmetricTensor, Vector, cross};
 
 use crate::boundary::supports::Support;
 use crate::formulations::formulation::{
-    AngularImpulse, BodyConstants, BodyDrift, BodyFormulation, BodyKick, BodyStep, RateViewMut, RigidInertia,
-    StressView, StressViewMut,
+    AngularImpulse, BodyConstants, BodyDrift, BodyFormulation, BodyKick, BodyStep, RigidInertia,
 };
 use crate::formulations::pair_law::{PairSums, SumLaw};
 use crate::neighbours::lists::{Rows, TASK};
+use crate::particles::fields::{RateViewMut, StressView, StressViewMut};
 use crate::particles::variables::{ParticleView, ParticleViewMut, RigidState, winding_offset};
 
 /// A rigid body: M dV/dt = ΣF, I dω/dt = Σ r × F, by the midpoint rule of Eq. (30)-(31).

@@ -9,16 +9,16 @@ use sph::setup::{ElasticMaterial, TotalLagrangian};
 use sph::vector::{SymmetricTensor, Tensor, Vector};
 
 use crate::boundary::supports::Support;
-use crate::formulations::formulation::{
-    AngularImpulse, BodyConstants, BodyFormulation, BodyStep, DerivedView, Limits, RateViewMut, StressView,
-    StressViewMut,
-};
+use crate::formulations::bond_forces::{Bonds, Forces, Viscosity};
+use crate::formulations::formulation::{AngularImpulse, BodyConstants, BodyFormulation, BodyStep, Limits};
 use crate::formulations::pair_law::{PairSums, SumLaw};
+use crate::formulations::reference_forces::ForceUnits;
 use crate::formulations::updated_lagrangian::courant_limit;
 use crate::materials::hyperelastic::Hyperelastic;
 use crate::neighbours::lists::{Rows, TASK};
-use crate::neighbours::reference::{ForceUnits, Reference, ReferencePair};
-use crate::neighbours::stencil::{Bonds, Forces, Moments, Viscosity};
+use crate::neighbours::reference::{Reference, ReferencePair};
+use crate::neighbours::stencil::Moments;
+use crate::particles::fields::{DerivedView, RateViewMut, StressView, StressViewMut};
 use crate::particles::variables::{ParticleView, ParticleViewMut, RigidState};
 
 /// Part of 2/ω to which velocity Verlet is used; the power iteration may miss some per cent of ω.

@@ -7,16 +7,14 @@ use sph::lanes::Arithmetic;
 use sph::setup::{ElasticMaterial, UpdatedLagrangian};
 use sph::vector::Tensor;
 
-use crate::formulations::formulation::{
-    AngularImpulse, BodyConstants, BodyDrift, BodyFormulation, BodyStep, RateViewMut, StressView,
-    StressViewMut,
-};
+use crate::formulations::formulation::{AngularImpulse, BodyConstants, BodyDrift, BodyFormulation, BodyStep};
 use crate::formulations::pair_lanes::{Members, Pairs};
 use crate::formulations::pair_law::{PairSums, SumLaw, corrected_gradient};
 use crate::materials::hooke::{
     artificial_stress, cauchy_stress, deviatoric_stress_rate, pressure, strain_energy_density,
 };
 use crate::neighbours::lists::{Rows, TASK};
+use crate::particles::fields::{RateViewMut, StressView, StressViewMut};
 use crate::particles::variables::{ParticleView, ParticleViewMut, RigidState};
 
 /// An elastic body whose density and stress evolve with the velocity gradient.

@@ -13,9 +13,9 @@ use sph::setup::{Coupling, InterfaceLaw};
 use sph::vector::Vector;
 
 use crate::formulations::pair_law::PairSums;
+use crate::particles::constants::ParticleConstants;
+use crate::particles::fields::StressFields;
 use crate::particles::variables::Particles;
-use crate::system::model::SolidModel;
-use crate::system::workspace::StressFields;
 
 /// What the solids need to meet a fluid.
 #[derive(Debug)]
@@ -100,7 +100,7 @@ impl FluidLink {
     /// Fills `states` with the particles within `reach` \[m\] of `partner`; returns the version of the set.
     pub fn select(
         &mut self,
-        model: &SolidModel,
+        constants: &ParticleConstants,
         stage: &Particles,
         stress: &StressFields,
         partner: &Extent,
@@ -111,7 +111,6 @@ impl FluidLink {
         states.clear();
         let mut changed = false;
         let mut count = 0;
-        let constants = &model.particles;
         for i in (0..stage.len()).filter(|i| self.reach_map.contains(&stage.position[*i])) {
             states.id.push(constants.id[i]);
             states.group.push(constants.body[i]);

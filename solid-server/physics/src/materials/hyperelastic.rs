@@ -3,8 +3,6 @@
 use sph::setup::{ElasticMaterial, HyperelasticLaw};
 use sph::vector::{SymmetricTensor, Tensor};
 
-use crate::boundary::loads::cofactor;
-
 /// A hyperelastic material.
 #[derive(Clone, Copy, Debug)]
 pub struct Hyperelastic {
@@ -128,6 +126,12 @@ impl Hyperelastic {
             }
         }
     }
+}
+
+/// Cofactor matrix J F⁻ᵀ.
+#[inline]
+pub fn cofactor(f: &Tensor) -> Tensor {
+    Tensor::new(f[(1, 1)], -f[(1, 0)], -f[(0, 1)], f[(0, 0)])
 }
 
 #[inline]

@@ -8,10 +8,12 @@ use sph::sums::ordered_sum;
 use sph::vector::{SymmetricTensor, Vector, cross};
 
 use crate::boundary::supports::nearest_branch;
+use crate::formulations::body::Body;
 use crate::materials::hooke::{principal_stresses, von_mises_stress};
+use crate::particles::fields::StressFields;
 use crate::particles::variables::{Particles, winding_offset};
-use crate::system::model::{Body, SolidModel};
-use crate::system::workspace::{SolidState, StressFields};
+use crate::system::model::SolidModel;
+use crate::system::state::SolidState;
 
 /// Sums over a set of particles, per metre of depth.
 #[derive(Clone, Copy, Debug, Default)]

@@ -4,13 +4,15 @@ use sph::neighbours::CellGrid;
 use sph::setup::{SolidProbeKind, SolidSetup};
 use sph::vector::{SymmetricTensor, Vector, cross};
 
+use crate::formulations::body::Body;
 use crate::materials::hooke::{principal_stresses, von_mises_stress};
 use crate::neighbours::material_point::MaterialPoint;
+use crate::particles::fields::StressFields;
 use crate::report::fields::{
     BodySums, body_sums, material_position, second_moments, strain_energy_density, stress_of,
 };
-use crate::system::model::{Body, Probe, SolidModel};
-use crate::system::workspace::{BodyContact, SolidState, StressFields};
+use crate::system::model::{Probe, SolidModel};
+use crate::system::state::{BodyContact, SolidState};
 
 /// The probes of `setup` on `bodies`; what is wrong with them is added to `errors`.
 pub fn build_probes(setup: &SolidSetup, bodies: &mut [Body], errors: &mut Vec<String>) -> Vec<Probe> {

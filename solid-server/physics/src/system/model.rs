@@ -1,20 +1,19 @@
 //! Constant facts of a run of solids.
 
-use std::ops::Range;
-
 use sph::body_force::BodyForceField;
 use sph::domain::Domain;
-use sph::setup::{Damping, ElasticMaterial, SolidProbeKind, SolidStepping};
+use sph::setup::{Damping, SolidProbeKind, SolidStepping};
 use sph::stage::StageTime;
 use sph::vector::Vector;
 
-use crate::boundary::loads::Load;
 use crate::boundary::supports::{Support, acts};
 use crate::boundary::walls::Walls;
 use crate::contact::repulsion::Repulsion;
 use crate::contact::sums::SumContact;
-use crate::formulations::formulation::{BodyConstants, BodyFormulation};
+use crate::formulations::body::Body;
+use crate::formulations::formulation::BodyConstants;
 use crate::neighbours::material_point::MaterialPoint;
+use crate::particles::constants::ParticleConstants;
 
 /// Constant facts of a run.
 pub struct SolidModel {
@@ -31,38 +30,6 @@ pub struct SolidModel {
     pub probes: Vec<Probe>,
     /// The run stops when more particles than this are outside the domain.
     pub lost_particle_limit: u64,
-}
-
-/// One body.
-pub struct Body {
-    pub name: String,
-    /// Its particles.
-    pub range: Range<usize>,
-    pub material: ElasticMaterial,
-    pub formulation: Box<dyn BodyFormulation>,
-    pub supports: Vec<Support>,
-    /// Acceleration of this body alone.
-    pub acceleration: Option<BodyForceField>,
-    pub loads: Vec<Load>,
-    /// Time \[s\] until which contact with each wall particle is left out; empty without supports.
-    pub wall_exemption: Vec<f64>,
-    /// Whether parts of it that are far apart when undeformed may touch.
-    pub touches_itself: bool,
-    /// Whether a probe reads the body's angle.
-    pub tracks_angle: bool,
-}
-
-/// What each particle keeps throughout the run.
-pub struct ParticleConstants {
-    pub id: Vec<u32>,
-    /// Index of the body.
-    pub body: Vec<u32>,
-    /// 0 free, k the body's support k−1.
-    pub support: Vec<u32>,
-    /// Mass per depth \[kg/m\].
-    pub mass: Vec<f64>,
-    /// Position in the undeformed body \[m\].
-    pub reference_position: Vec<Vector>,
 }
 
 /// How bodies touch each other and walls.
@@ -115,7 +82,7 @@ impl SolidModel {
 
     /// Number of particles.
     pub fn len(&self) -> usize {
-        self.particles.mass.len()
+        self.particles.len()
     }
 
     /// Constants of `body` as its formulation needs them.

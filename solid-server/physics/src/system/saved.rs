@@ -6,7 +6,7 @@ use sph::vector::Vector;
 use crate::contact::friction::{Owner, Slips};
 use crate::particles::variables::{Particles, RigidState};
 use crate::system::model::SolidModel;
-use crate::system::workspace::{BodyContact, LastStage, SolidState};
+use crate::system::state::{BodyContact, LastStage, SolidState};
 
 /// Neighbour list builds and the largest set of interface particles, for reports.
 pub const HISTORY: &str = "solid.history";

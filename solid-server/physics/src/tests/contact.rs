@@ -6,7 +6,8 @@ use sph::solver::Solver;
 use sph::stage::Stage;
 use sph::vector::{Vector, cross};
 
-use crate::system::workspace::{BodyContact, Workspace};
+use crate::system::state::BodyContact;
+use crate::system::workspace::Workspace;
 use crate::time::substeps::step_limit;
 
 use super::scenes::{

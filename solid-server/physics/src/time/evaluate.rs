@@ -7,10 +7,11 @@ use sph::vector::Vector;
 
 use crate::contact::repulsion::ContactStage;
 use crate::contact::sums::SumStage;
-use crate::formulations::formulation::{DerivedView, StressViewMut};
 use crate::neighbours::lists::{Meeting, Rows, TASK};
+use crate::particles::fields::{DerivedView, StressViewMut};
+use crate::particles::forces::{ParticleForces, ParticleTorques};
 use crate::system::model::{ContactModel, SolidModel};
-use crate::system::workspace::{ParticleForces, ParticleTorques, Workspace};
+use crate::system::workspace::Workspace;
 
 /// Pressure and stress of the stage state, and what of the state follows from them.
 pub fn update_stress(model: &SolidModel, workspace: &mut Workspace) {
@@ -65,13 +66,16 @@ pub fn evaluate_pairs(model: &SolidModel, workspace: &mut Workspace, at: f64) {
 fn evaluate_contact(model: &SolidModel, workspace: &mut Workspace, at: f64) {
     let Workspace { stage, stress, sums, contact, contact_lists: lists, walls, wall_pressure, .. } =
         workspace;
+    let (domain, constants, bodies) = (&model.domain, &model.particles, &model.bodies[..]);
     match &model.contact {
         ContactModel::Repulsion(law) => {
-            let at = ContactStage { model, at, stage, lists, walls };
+            let at = ContactStage { domain, constants, bodies, at, stage, lists, walls };
             law.evaluate(&at, &mut workspace.slips, &mut workspace.touches, contact);
         }
         ContactModel::Sums(law) => {
-            let at = SumStage { model, at, stage, stress, lists, walls };
+            let (spacing, body_force) = (model.spacing, &model.body_force);
+            let at =
+                SumStage { domain, spacing, constants, bodies, body_force, at, stage, stress, lists, walls };
             law.evaluate(&at, wall_pressure, sums, contact);
         }
     }

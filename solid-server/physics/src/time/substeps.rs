@@ -5,8 +5,10 @@ use sph::stage::{Stage, StageTime};
 use sph::vector::cross;
 
 use crate::formulations::formulation::{AngularImpulse, BodyDrift, BodyKick};
+use crate::particles::forces::{ParticleForces, ParticleTorques};
 use crate::system::model::SolidModel;
-use crate::system::workspace::{ParticleForces, ParticleTorques, SolidState, Workspace};
+use crate::system::state::SolidState;
+use crate::system::workspace::Workspace;
 use crate::time::advance::{Held, hold, take_reactions};
 use crate::time::evaluate::{
     add_torques, evaluate_pairs, refresh_lists, sum_forces, total_forces, update_stress,

@@ -1,3 +1,6 @@
+use sph::domain::Domain;
+use sph::kernel::CubicSpline;
+
 use super::*;
 
 fn open() -> Domain {

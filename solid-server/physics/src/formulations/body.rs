@@ -1,0 +1,29 @@
+//! One body: its particles, material, formulation, supports and loads.
+
+use std::ops::Range;
+
+use sph::body_force::BodyForceField;
+use sph::setup::ElasticMaterial;
+
+use crate::boundary::loads::Load;
+use crate::boundary::supports::Support;
+use crate::formulations::formulation::BodyFormulation;
+
+/// One body.
+pub struct Body {
+    pub name: String,
+    /// Its particles.
+    pub range: Range<usize>,
+    pub material: ElasticMaterial,
+    pub formulation: Box<dyn BodyFormulation>,
+    pub supports: Vec<Support>,
+    /// Acceleration of this body alone.
+    pub acceleration: Option<BodyForceField>,
+    pub loads: Vec<Load>,
+    /// Time \[s\] until which contact with each wall particle is left out; empty without supports.
+    pub wall_exemption: Vec<f64>,
+    /// Whether parts of it that are far apart when undeformed may touch.
+    pub touches_itself: bool,
+    /// Whether a probe reads the body's angle.
+    pub tracks_angle: bool,
+}

@@ -1,0 +1,145 @@
+//! Momentum budget of a stage, and what the next step is judged by.
+
+use std::ops::AddAssign;
+
+use sph::ledger::{Account, Accounts, AngularBudget, StageBooks, TorqueAccount, Torques};
+use sph::stage::StageTime;
+use sph::sums::ordered_sum;
+use sph::vector::{Vector, cross};
+
+use crate::particles::forces::ParticleTorques;
+use crate::system::model::SolidModel;
+use crate::system::state::SolidState;
+use crate::system::workspace::Workspace;
+
+/// Sums over all particles that the books need.
+#[derive(Clone, Copy, Default)]
+struct BookSums {
+    momentum_change: Vector,
+    gross_momentum: f64,
+    gross_force: f64,
+    body_force: Vector,
+    damping: Vector,
+    wall_contact: Vector,
+    angular_change: f64,
+    gross_angular: f64,
+    torques: ParticleTorques,
+    largest_acceleration: f64,
+    largest_contact_rate: f64,
+    stiffening: f64,
+}
+
+impl AddAssign for BookSums {
+    /// Adds the sums and keeps the larger of each maximum.
+    fn add_assign(&mut self, other: Self) {
+        self.momentum_change += other.momentum_change;
+        self.gross_momentum += other.gross_momentum;
+        self.gross_force += other.gross_force;
+        self.body_force += other.body_force;
+        self.damping += other.damping;
+        self.wall_contact += other.wall_contact;
+        self.angular_change += other.angular_change;
+        self.gross_angular += other.gross_angular;
+        self.torques += other.torques;
+        self.largest_acceleration = self.largest_acceleration.max(other.largest_acceleration);
+        self.largest_contact_rate = self.largest_contact_rate.max(other.largest_contact_rate);
+        self.stiffening = self.stiffening.max(other.stiffening);
+    }
+}
+
+/// Books of the stage that has just moved `workspace.next`, with what the next step is judged by.
+pub struct StageRecord {
+    pub books: StageBooks,
+    /// Largest acceleration of a particle \[m/s²\].
+    pub largest_acceleration: f64,
+    /// Largest frequency of a particle on its contacts \[rad/s\].
+    pub contact_frequency: f64,
+    /// Largest ratio of a particle's tangent stiffness to that at rest \[-\].
+    pub stiffening: f64,
+}
+
+/// Takes the books of a stage.
+///
+/// The scale of round-off counts each force by its origin: forces that cancel at rest still round.
+pub fn record(
+    model: &SolidModel,
+    state: &SolidState,
+    workspace: &Workspace,
+    time: &StageTime,
+) -> StageRecord {
+    let (start, end) = (&state.particles.position, &workspace.next.position);
+    let (base, next) = (&state.particles.velocity, &workspace.next.velocity);
+    let (duration, origin) = (time.duration(), model.domain.torque_origin());
+    let sums: BookSums = ordered_sum(model.len(), |i| {
+        let mass = model.particles.mass[i];
+        let forces = &workspace.mean_forces[i];
+        let body = model.body_of(i);
+        let stress = workspace.stress.view(&body.range);
+        let change = next[i] - base[i];
+        let (from, to) = (start[i] - origin, end[i] - origin);
+        let gross_momentum = mass * (base[i].norm() + next[i].norm());
+        let gross_force = forces.gross + workspace.fluid_force[i].norm();
+        BookSums {
+            momentum_change: change * mass,
+            gross_momentum,
+            gross_force,
+            angular_change: mass * (cross(&to, &next[i]) - cross(&from, &base[i])),
+            gross_angular: from.norm().max(to.norm()) * (gross_momentum + duration * gross_force),
+            torques: workspace.mean_torques[i],
+            body_force: forces.body_force,
+            damping: forces.damping,
+            wall_contact: forces.walls,
+            largest_acceleration: change.norm() / duration,
+            largest_contact_rate: 2.0 * forces.contact_stiffness / mass,
+            stiffening: body.formulation.stiffening(&stress, i - body.range.start),
+        }
+    });
+    let mut accounts = Accounts::default();
+    accounts.add(Account::BodyForce, sums.body_force);
+    accounts.add(Account::Damping, sums.damping);
+    accounts.add(Account::WallContact, sums.wall_contact);
+    for reaction in workspace.reactions.iter().flatten() {
+        accounts.add(Account::Supports, *reaction);
+    }
+    StageRecord {
+        books: StageBooks {
+            interface: workspace.interface_sums,
+            accounts,
+            duration,
+            momentum_change: sums.momentum_change,
+            gross_momentum: sums.gross_momentum + duration * sums.gross_force,
+            angular: model.torque_origin().map(|_| angular_budget(model, state, workspace, duration, &sums)),
+        },
+        largest_acceleration: sums.largest_acceleration,
+        contact_frequency: sums.largest_contact_rate.sqrt(),
+        stiffening: sums.stiffening,
+    }
+}
+
+/// Budget of the angular momentum: of all particles, and of the cells of rigid bodies.
+fn angular_budget(
+    model: &SolidModel,
+    state: &SolidState,
+    workspace: &Workspace,
+    duration: f64,
+    sums: &BookSums,
+) -> AngularBudget {
+    let mut torques = Torques::default();
+    torques.add(TorqueAccount::BodyForce, sums.torques.body_force);
+    torques.add(TorqueAccount::Damping, sums.torques.damping);
+    torques.add(TorqueAccount::WallContact, sums.torques.walls);
+    torques.add(TorqueAccount::BodyContact, sums.torques.contact);
+    torques.add(TorqueAccount::OwnForces, sums.torques.own);
+    torques.add(TorqueAccount::Supports, workspace.angular_impulse.supports / duration);
+    torques
+        .add(TorqueAccount::TimeScheme, workspace.angular_impulse.scheme / duration + sums.torques.displaced);
+    let mut budget = AngularBudget { torques, change: sums.angular_change, gross: sums.gross_angular };
+    for (k, body) in model.bodies.iter().enumerate() {
+        if let Some(inertia) = body.formulation.inertia() {
+            let (before, after) = (state.rigid[k].angular_velocity, workspace.next_rigid[k].angular_velocity);
+            budget.change += inertia.cells * (after - before);
+            budget.gross += inertia.cells * (after.abs() + before.abs());
+        }
+    }
+    budget
+}

@@ -1,0 +1,80 @@
+//! What evolves: all that a checkpoint holds.
+
+use sph::sums::ordered_sum;
+use sph::vector::Vector;
+
+use crate::contact::friction::Slips;
+use crate::particles::forces::ParticleForces;
+use crate::particles::variables::{Particles, RigidState};
+
+/// All that evolves, at a step boundary.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SolidState {
+    /// φⁿ.
+    pub particles: Particles,
+    /// Motion of each body that is rigid; the others' entries stay as they are.
+    pub rigid: Vec<RigidState>,
+    /// Whole periods by which each particle has been wrapped, by axis.
+    pub windings: Vec<[i32; 2]>,
+    /// Best-fit angle of each body relative to its reference, continuous over turns \[rad\].
+    pub angles: Vec<f64>,
+    /// Elastic slips of the contacts under friction.
+    pub slips: Slips,
+    /// What the last corrector left to report.
+    pub last: LastStage,
+}
+
+/// Contact of one body.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct BodyContact {
+    /// Force of other bodies in the last stage \[N/m\].
+    pub bodies: Vector,
+    /// Force of walls in the last stage \[N/m\].
+    pub walls: Vector,
+    /// Deepest that its particles have been in others, or theirs in it, so far \[m\].
+    pub deepest: f64,
+    /// Sum over particles and time of the magnitudes of contact forces so far \[N s/m\].
+    pub impulse: f64,
+}
+
+impl BodyContact {
+    /// Contact of all bodies together.
+    pub fn all(contacts: &[Self]) -> Self {
+        contacts.iter().fold(Self::default(), |sum, contact| Self {
+            bodies: sum.bodies + contact.bodies,
+            walls: sum.walls + contact.walls,
+            deepest: sum.deepest.max(contact.deepest),
+            impulse: sum.impulse + contact.impulse,
+        })
+    }
+
+    /// Takes in the forces on the body's particles in a stage of `duration` \[s\].
+    pub fn follow(&mut self, forces: &[ParticleForces], duration: f64) {
+        let n = forces.len();
+        self.bodies = ordered_sum(n, |i| forces[i].contact);
+        self.walls = ordered_sum(n, |i| forces[i].walls);
+        self.impulse += duration * ordered_sum::<f64, _>(n, |i| forces[i].contact_gross);
+        self.deepest = forces.iter().map(|forces| forces.contact_depth).fold(self.deepest, f64::max);
+    }
+}
+
+/// What the last accepted stage left to report and to judge the next step by.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct LastStage {
+    /// Force of the fluid on each body \[N/m\].
+    pub fluid_force: Vec<Vector>,
+    /// Reaction of each support on its body, by body \[N/m\].
+    pub reactions: Vec<Vec<Vector>>,
+    /// Contact of each body.
+    pub contacts: Vec<BodyContact>,
+    /// Largest acceleration of a particle \[m/s²\].
+    pub largest_acceleration: f64,
+    /// Largest frequency of a particle on its contacts \[rad/s\].
+    pub contact_frequency: f64,
+    /// Largest ratio of a particle's tangent stiffness to that at rest \[-\].
+    pub stiffening: f64,
+    /// Particles outside the domain.
+    pub outside: u64,
+    /// Sub-steps so far, see [`sph::solver::Counts`].
+    pub substeps: u64,
+}

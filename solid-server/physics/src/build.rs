@@ -20,7 +20,7 @@ use crate::boundary::walls::Walls;
 use crate::contact::friction::Slips;
 use crate::contact::repulsion::{Levels, Repulsion};
 use crate::contact::sums::SumContact;
-use crate::formulations::body::Body;
+use crate::formulations::body::{Body, WaveLimits};
 use crate::formulations::formulation::{AngularImpulse, BodyConstants, BodyFormulation};
 use crate::formulations::pair_law::PairSums;
 use crate::formulations::rigid::RigidBody;
@@ -37,6 +37,10 @@ use crate::report::probes::build_probes;
 use crate::system::model::{ContactModel, SolidModel};
 use crate::system::state::{BodyContact, LastStage, SolidState};
 use crate::system::workspace::Workspace;
+use crate::time::limits::{
+    total_lagrangian_stage_rule, total_lagrangian_substep, updated_lagrangian_stage_rule,
+    updated_lagrangian_substep,
+};
 
 /// Skin of own-body lists in particle spacings: large enough for a hundred steps of a turning body.
 const OWN_SKIN: f64 = 0.3;
@@ -124,10 +128,15 @@ fn build_bodies(
         let constants =
             BodyConstants { domain, mass: &setup.particles.mass[range.clone()], supports: &supports };
         let velocity = &particles.velocity[range.clone()];
-        let (formulation, motion): (Box<dyn BodyFormulation>, _) = match &body.formulation {
+        let speed = body.material.longitudinal_speed();
+        let (formulation, motion, wave_limits): (Box<dyn BodyFormulation>, _, _) = match &body.formulation {
             Formulation::UpdatedLagrangian(law) => (
                 Box::new(UpdatedLagrangianBody::new(law, &body.material, setup.particle_spacing, arithmetic)),
                 RigidState::default(),
+                WaveLimits {
+                    stage_rule: updated_lagrangian_stage_rule(law.smoothing_length, speed, law.viscosity_a),
+                    substep: updated_lagrangian_substep(law.smoothing_length, speed, law.viscosity_a),
+                },
             ),
             Formulation::TotalLagrangian(law) => {
                 let reference = &setup.particles.reference_position[range.clone()];
@@ -135,13 +144,17 @@ fn build_bodies(
                 let material = &body.material;
                 let body =
                     TotalLagrangianBody::new(law, material, &constants, reference, spacing, arithmetic);
-                (Box::new(body), RigidState::default())
+                let limits = WaveLimits {
+                    stage_rule: total_lagrangian_stage_rule(spacing, speed, law.viscosity_a),
+                    substep: total_lagrangian_substep(body.largest_frequency, law.viscosity_a),
+                };
+                (Box::new(body), RigidState::default(), limits)
             }
             Formulation::Rigid => {
                 let (body, motion) =
                     RigidBody::new(&constants, &connected, velocity, &particles.density[range.clone()]);
                 body.place(&constants, &motion, &windings[range.clone()], particles.view_mut(range));
-                (Box::new(body), motion)
+                (Box::new(body), motion, WaveLimits { stage_rule: f64::INFINITY, substep: f64::INFINITY })
             }
         };
         let wall_exemption = wall_exemption(domain, &supports, &connected, &walls.start, clearance);
@@ -151,6 +164,7 @@ fn build_bodies(
             range: range.clone(),
             material: body.material,
             formulation,
+            wave_limits,
             supports,
             acceleration: acceleration(body, errors),
             loads: loads(body, range.len(), errors),

@@ -85,6 +85,7 @@ mod time {
     pub mod advance;
     pub mod checks;
     pub mod evaluate;
+    pub mod limits;
     pub mod substeps;
 }
 
@@ -95,3 +96,4 @@ mod solver;
 mod tests;
 
 pub use solver::SolidSolver;
+pub use time::limits;

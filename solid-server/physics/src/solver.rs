@@ -24,7 +24,8 @@ use crate::time::checks::{check, check_domain};
 use crate::time::evaluate::{
     add_torques, evaluate_pairs, refresh_lists, sum_forces, total_forces, update_stress,
 };
-use crate::time::substeps::{largest_count, move_by_substeps, step_limit};
+use crate::time::limits::{acceleration_limit, particle_limit, step_limit};
+use crate::time::substeps::move_by_substeps;
 
 /// Several elastic or rigid bodies in one domain.
 ///
@@ -165,11 +166,6 @@ impl SolidSolver {
     }
 }
 
-/// Largest step \[s\] by the acceleration of a particle \[m/s²\].
-fn force_limit(model: &SolidModel, acceleration: f64) -> f64 {
-    0.25 * (model.spacing / acceleration).sqrt()
-}
-
 impl Solver for SolidSolver {
     fn role(&self) -> Role {
         Role::Solid
@@ -186,22 +182,13 @@ impl Solver for SolidSolver {
     }
 
     fn time_step_limit(&self) -> f64 {
-        force_limit(&self.model, self.state.last.largest_acceleration)
+        acceleration_limit(self.model.spacing, self.state.last.largest_acceleration)
             .min(step_limit(&self.model, &self.state))
     }
 
     fn limiting_particle(&self) -> Option<(u32, [f64; DIMENSIONS])> {
         let Self { model, workspace, .. } = self;
-        let limit = |i: usize| {
-            let (mass, forces) = (model.particles.mass[i], &workspace.mean_forces[i]);
-            let acceleration = workspace.total_force[i].norm() / mass;
-            let body = model.body_of(i);
-            let stiffening =
-                body.formulation.stiffening(&workspace.stress.view(&body.range), i - body.range.start);
-            let waves = body.formulation.substep_limit() / stiffening.max(1.0).sqrt();
-            let contact = (mass / (2.0 * forces.contact_stiffness)).sqrt();
-            force_limit(model, acceleration).min(largest_count(model) * waves.min(contact))
-        };
+        let limit = |i: usize| particle_limit(model, workspace, i);
         let i = (0..model.len()).min_by(|i, j| limit(*i).total_cmp(&limit(*j)))?;
         Some((model.particles.id[i], workspace.stage.position[i].into()))
     }

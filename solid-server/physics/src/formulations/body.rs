@@ -9,6 +9,15 @@ use crate::boundary::loads::Load;
 use crate::boundary::supports::Support;
 use crate::formulations::formulation::BodyFormulation;
 
+/// Largest stable steps by the elastic waves inside an undeformed body; infinite for a rigid one.
+#[derive(Clone, Copy, Debug)]
+pub struct WaveLimits {
+    /// Step of Eq. (30)-(31) \[s\].
+    pub stage_rule: f64,
+    /// Sub-step of velocity Verlet \[s\].
+    pub substep: f64,
+}
+
 /// One body.
 pub struct Body {
     pub name: String,
@@ -16,6 +25,7 @@ pub struct Body {
     pub range: Range<usize>,
     pub material: ElasticMaterial,
     pub formulation: Box<dyn BodyFormulation>,
+    pub wave_limits: WaveLimits,
     pub supports: Vec<Support>,
     /// Acceleration of this body alone.
     pub acceleration: Option<BodyForceField>,

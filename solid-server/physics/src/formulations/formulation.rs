@@ -198,12 +198,6 @@ pub trait BodyFormulation: Send + Sync {
     /// Law by which its particles take part in sums with those of other bodies, walls or the fluid.
     fn sum_law(&self) -> Option<&SumLaw>;
 
-    /// Largest stable step of Eq. (30)-(31) by the waves inside the body \[s\].
-    fn stage_rule_limit(&self) -> f64;
-
-    /// Largest stable sub-step by the waves inside the undeformed body \[s\].
-    fn substep_limit(&self) -> f64;
-
     /// Tangent stiffness at particle `i` over that of the undeformed body \[-\].
     fn stiffening(&self, _stress: &StressView<'_>, _i: usize) -> f64 {
         1.0

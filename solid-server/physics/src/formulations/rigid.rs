@@ -260,14 +260,6 @@ impl BodyFormulation for RigidBody {
         None
     }
 
-    fn stage_rule_limit(&self) -> f64 {
-        f64::INFINITY
-    }
-
-    fn substep_limit(&self) -> f64 {
-        f64::INFINITY
-    }
-
     fn strain_energy(&self, _constants: &BodyConstants<'_>, _state: &ParticleView<'_>, _i: usize) -> f64 {
         0.0
     }

@@ -13,21 +13,12 @@ use crate::formulations::bond_forces::{Bonds, Forces, Viscosity};
 use crate::formulations::formulation::{AngularImpulse, BodyConstants, BodyFormulation, BodyStep, Limits};
 use crate::formulations::pair_law::{PairSums, SumLaw};
 use crate::formulations::reference_forces::ForceUnits;
-use crate::formulations::updated_lagrangian::courant_limit;
 use crate::materials::hyperelastic::Hyperelastic;
 use crate::neighbours::lists::{Rows, TASK};
 use crate::neighbours::reference::{Reference, ReferencePair};
 use crate::neighbours::stencil::Moments;
 use crate::particles::fields::{DerivedView, RateViewMut, StressView, StressViewMut};
 use crate::particles::variables::{ParticleView, ParticleViewMut, RigidState};
-
-/// Part of 2/ω to which velocity Verlet is used; the power iteration may miss some per cent of ω.
-const VERLET_FRACTION: f64 = 0.9;
-
-/// Largest c_L Δt/h of the stage rule for A = 1, with h = 1.3 Δx.
-///
-/// Measured on a cantilever with a stencil of h = 0.8 Δx: stable at 0.4, not at 0.59.
-const STAGE_RULE_COURANT: f64 = 0.4;
 
 /// A hyperelastic body whose neighbours are those of the undeformed body.
 ///
@@ -36,15 +27,12 @@ pub struct TotalLagrangianBody {
     material: ElasticMaterial,
     law: Hyperelastic,
     reference: Reference,
-    spacing: f64,
     /// Those of pair forces; the hourglass modulus is ζE over the lattice moment of the stencil.
     units: ForceUnits,
-    /// A of the artificial viscosity \[-\].
-    viscosity_a: f64,
     viscosity: Option<Viscosity>,
     arithmetic: Arithmetic,
     /// Largest angular frequency at rest \[rad/s\].
-    largest_frequency: f64,
+    pub largest_frequency: f64,
 }
 
 impl TotalLagrangianBody {
@@ -79,18 +67,7 @@ impl TotalLagrangianBody {
             quadratic: constants.viscosity_b,
             density: material.density,
         });
-        let viscosity_a = constants.viscosity_a;
-        Self {
-            material: *material,
-            law,
-            reference,
-            spacing,
-            units,
-            viscosity_a,
-            viscosity,
-            arithmetic,
-            largest_frequency,
-        }
+        Self { material: *material, law, reference, units, viscosity, arithmetic, largest_frequency }
     }
 
     /// Deformation gradients of the particles from `first` on \[-\], for the body at `position` \[m\].
@@ -271,21 +248,6 @@ impl BodyFormulation for TotalLagrangianBody {
 
     fn sum_law(&self) -> Option<&SumLaw> {
         None
-    }
-
-    fn stage_rule_limit(&self) -> f64 {
-        let courant = STAGE_RULE_COURANT * courant_limit(self.viscosity_a);
-        courant * 1.3 * self.spacing / self.material.longitudinal_speed()
-    }
-
-    /// 2/ω of velocity Verlet; viscosity, explicit, narrows it.
-    fn substep_limit(&self) -> f64 {
-        let viscous = 1.0 + self.viscosity_a;
-        if self.largest_frequency > 0.0 {
-            VERLET_FRACTION * 2.0 / (self.largest_frequency * viscous)
-        } else {
-            f64::INFINITY
-        }
     }
 
     fn stiffening(&self, stress: &StressView<'_>, i: usize) -> f64 {

@@ -198,48 +198,9 @@ impl BodyFormulation for UpdatedLagrangianBody {
         Some(&self.law)
     }
 
-    /// CFL(A)·h/c_L, see [`courant_limit`].
-    fn stage_rule_limit(&self) -> f64 {
-        courant_limit(self.law.viscosity_a) * self.law.kernel.smoothing_length() / self.law.sound_speed
-    }
-
-    fn substep_limit(&self) -> f64 {
-        let courant = VERLET_COURANT / self.law.viscosity_a.max(1.0);
-        courant * self.law.kernel.smoothing_length() / self.law.sound_speed
-    }
-
     fn strain_energy(&self, constants: &BodyConstants<'_>, state: &ParticleView<'_>, i: usize) -> f64 {
         let rho = state.density[i];
         let p = pressure(&self.material, rho);
         constants.mass[i] / rho * strain_energy_density(&self.material, p, &state.deviatoric_stress[i])
-    }
-}
-
-/// Largest c_L Δt/h \[-\] of velocity Verlet.
-const VERLET_COURANT: f64 = 0.6;
-
-/// Largest c_L Δt/h \[-\] for artificial viscosity A.
-///
-/// ```text
-/// A^⅓ for 0.001 < A < 1,  0.1 below,  1/A above
-/// ```
-///
-/// The midpoint rule lets an undamped oscillation grow by (ω Δt)⁴/8 per step; viscous damping of rate ∝ A ω outweighs
-/// it up to ω Δt ∝ A^⅓. Measured on a cantilever: A = 1 stable to 1.2, not at 1.5; A = 0.1 stable at 0.5, not at
-/// 0.85. Above A = 1 the viscous term itself limits the step.
-pub fn courant_limit(viscosity_a: f64) -> f64 {
-    if viscosity_a > 1.0 { 1.0 / viscosity_a } else { viscosity_a.cbrt().max(0.1) }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn courant_limit_lies_between_what_was_measured_stable_and_unstable() {
-        assert!(courant_limit(1.0) <= 1.2);
-        assert!((0.45..0.5).contains(&courant_limit(0.1)));
-        assert_eq!(courant_limit(0.0), 0.1);
-        assert_eq!(courant_limit(4.0), 0.25);
     }
 }

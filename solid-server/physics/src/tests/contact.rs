@@ -8,7 +8,7 @@ use sph::vector::{Vector, cross};
 
 use crate::system::state::BodyContact;
 use crate::system::workspace::Workspace;
-use crate::time::substeps::step_limit;
+use crate::time::limits::step_limit;
 
 use super::scenes::{
     Run, add_elastic, add_probe, add_support, add_total, add_wall, block, clamp, rough, scene, set_velocity,

@@ -1,6 +1,6 @@
 //! Velocity-Verlet sub-steps of the solids within a stage, under the frozen force of the fluid.
 
-use sph::setup::{SolidStepping, SubstepCount};
+use sph::setup::SubstepCount;
 use sph::stage::{Stage, StageTime};
 use sph::vector::cross;
 
@@ -13,39 +13,7 @@ use crate::time::advance::{Held, hold, take_reactions};
 use crate::time::evaluate::{
     add_torques, evaluate_pairs, refresh_lists, sum_forces, total_forces, update_stress,
 };
-
-/// Part of the stable sub-step to which an automatic number of sub-steps keeps; contact may stiffen within a step.
-const AUTOMATIC_FRACTION: f64 = 0.8;
-
-/// Most sub-steps per step that an automatic number reaches.
-const MOST_SUBSTEPS: f64 = 10_000.0;
-
-/// Largest stable sub-step from `state` \[s\].
-pub fn substep_limit(model: &SolidModel, state: &SolidState) -> f64 {
-    let waves = model.bodies.iter().map(|body| body.formulation.substep_limit());
-    let stiffening = state.last.stiffening.max(1.0).sqrt();
-    (waves.fold(f64::INFINITY, f64::min) / stiffening).min(1.0 / state.last.contact_frequency)
-}
-
-/// Largest stable step from `state` \[s\] by the waves and contacts of the solids.
-pub fn step_limit(model: &SolidModel, state: &SolidState) -> f64 {
-    match model.stepping {
-        SolidStepping::StageRule => {
-            let waves = model.bodies.iter().map(|body| body.formulation.stage_rule_limit());
-            waves.fold(1.0 / state.last.contact_frequency, f64::min)
-        }
-        SolidStepping::Substeps(_) => largest_count(model) * substep_limit(model, state),
-    }
-}
-
-/// The largest stable step over the largest stable sub-step.
-pub fn largest_count(model: &SolidModel) -> f64 {
-    match model.stepping {
-        SolidStepping::StageRule => 1.0,
-        SolidStepping::Substeps(SubstepCount::Fixed(count)) => f64::from(count),
-        SolidStepping::Substeps(SubstepCount::Automatic) => MOST_SUBSTEPS * AUTOMATIC_FRACTION,
-    }
-}
+use crate::time::limits::{AUTOMATIC_FRACTION, MOST_SUBSTEPS, substep_limit};
 
 /// Sub-steps of the stage of `time`: half of those of the step in the predictor.
 ///

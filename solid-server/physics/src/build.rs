@@ -15,10 +15,10 @@ use sph::stage::{StageTime, StepStage};
 use sph::vector::{DIMENSIONS, Vector};
 
 use crate::boundary::loads::Load;
-use crate::boundary::supports::{build_supports, hold_velocities, wall_exemption};
+use crate::boundary::supports::{build_supports, impose_velocities, wall_exemption};
 use crate::boundary::walls::Walls;
-use crate::contact::friction::Slips;
-use crate::contact::repulsion::{Levels, Repulsion};
+use crate::contact::friction::TangentialSprings;
+use crate::contact::repulsion::{DensityFields, Repulsion};
 use crate::contact::sums::SumContact;
 use crate::formulations::body::{Body, WaveLimits};
 use crate::formulations::formulation::{AngularImpulse, BodyConstants, BodyFormulation};
@@ -26,12 +26,12 @@ use crate::formulations::pair_law::PairSums;
 use crate::formulations::rigid::RigidBody;
 use crate::formulations::total_lagrangian::TotalLagrangianBody;
 use crate::formulations::updated_lagrangian::UpdatedLagrangianBody;
-use crate::interface::fluid_link::FluidLink;
+use crate::interface::fluid::FluidInterface;
 use crate::neighbours::lists::{ContactLists, OwnLists};
 use crate::particles::constants::ParticleConstants;
 use crate::particles::fields::{Rates, StressFields};
-use crate::particles::forces::{ContactSums, ParticleForces, ParticleTorques};
-use crate::particles::variables::{Particles, RigidState, winding_offset};
+use crate::particles::forces::{ContactForces, ParticleForces, ParticleTorques};
+use crate::particles::variables::{Particles, RigidState, image_offset};
 use crate::report::fields::best_fit_angle;
 use crate::report::probes::build_probes;
 use crate::system::model::{ContactModel, SolidModel};
@@ -60,8 +60,8 @@ pub fn build(setup: SolidSetup, arithmetic: Arithmetic) -> Result<(SolidModel, S
         density: setup.particles.density.clone(),
         deviatoric_stress: setup.particles.deviatoric_stress.clone(),
     };
-    let windings =
-        initial_windings(&domain, &ranges, &setup.particles.reference_position, &particles.position);
+    let image_counts =
+        initial_image_counts(&domain, &ranges, &setup.particles.reference_position, &particles.position);
     let walls = Walls::new(&setup, &mut errors);
     let contact = build_contact(&setup);
     let (mut bodies, rigid) = build_bodies(
@@ -69,7 +69,7 @@ pub fn build(setup: SolidSetup, arithmetic: Arithmetic) -> Result<(SolidModel, S
         &ranges,
         arithmetic,
         (&walls, contact.clearance()),
-        &windings,
+        &image_counts,
         &mut particles,
         &mut errors,
     );
@@ -97,7 +97,7 @@ pub fn build(setup: SolidSetup, arithmetic: Arithmetic) -> Result<(SolidModel, S
     if !errors.is_empty() {
         return Err(errors);
     }
-    let state = initial_state(&model, particles, rigid, windings, start_time);
+    let state = initial_state(&model, particles, rigid, image_counts, start_time);
     let start = StageTime { at: StepStage::FIRST, step_start: start_time, time_step: 0.0 };
     crate::time::checks::check(&model, &state.particles, start.at)
         .and_then(|()| crate::time::checks::check_domain(&model, &state.particles, &start))
@@ -111,7 +111,7 @@ fn build_bodies(
     ranges: &[Range<usize>],
     arithmetic: Arithmetic,
     (walls, clearance): (&Walls, f64),
-    windings: &[[i32; 2]],
+    image_counts: &[[i32; 2]],
     particles: &mut Particles,
     errors: &mut Vec<String>,
 ) -> (Vec<Body>, Vec<RigidState>) {
@@ -121,10 +121,10 @@ fn build_bodies(
     let mut rigid = Vec::new();
     for (body, range) in setup.bodies.iter().zip(ranges) {
         let connected: Vec<Vector> =
-            range.clone().map(|i| particles.position[i] + winding_offset(domain, &windings[i])).collect();
+            range.clone().map(|i| particles.position[i] + image_offset(domain, &image_counts[i])).collect();
         let members = &setup.particles.support[range.clone()];
         let supports = build_supports(body, members, &connected, start_time, errors);
-        hold_velocities(&supports, start_time, &mut particles.velocity[range.clone()]);
+        impose_velocities(&supports, start_time, &mut particles.velocity[range.clone()]);
         let constants =
             BodyConstants { domain, mass: &setup.particles.mass[range.clone()], supports: &supports };
         let velocity = &particles.velocity[range.clone()];
@@ -153,7 +153,7 @@ fn build_bodies(
             Formulation::Rigid => {
                 let (body, motion) =
                     RigidBody::new(&constants, &connected, velocity, &particles.density[range.clone()]);
-                body.place(&constants, &motion, &windings[range.clone()], particles.view_mut(range));
+                body.place(&constants, &motion, &image_counts[range.clone()], particles.view_mut(range));
                 (Box::new(body), motion, WaveLimits { stage_rule: f64::INFINITY, substep: f64::INFINITY })
             }
         };
@@ -169,7 +169,7 @@ fn build_bodies(
             acceleration: acceleration(body, errors),
             loads: loads(body, range.len(), errors),
             wall_exemption,
-            touches_itself: matches!(body.formulation, Formulation::TotalLagrangian(_)),
+            self_contact: matches!(body.formulation, Formulation::TotalLagrangian(_)),
             tracks_angle: false,
         });
     }
@@ -227,10 +227,10 @@ pub fn build_workspace(
         stress: StressFields::new(n),
         sums: vec![PairSums::default(); n],
         rates: Rates::new(n),
-        contact: vec![ContactSums::default(); n],
-        touches: Vec::new(),
-        slips: state.slips.clone(),
-        start_slips: state.slips.clone(),
+        contact: vec![ContactForces::default(); n],
+        contacts: Vec::new(),
+        springs: state.springs.clone(),
+        start_springs: state.springs.clone(),
         loads: if model.bodies.iter().any(|body| body.acceleration.is_some() || !body.loads.is_empty()) {
             vec![Vector::zeros(); n]
         } else {
@@ -251,7 +251,7 @@ pub fn build_workspace(
         wall_pressure: vec![0.0; walls],
         reactions: state.last.reactions.clone(),
         fluid: coupling.map(|coupling| {
-            FluidLink::new(coupling, &model.domain, &model.body_force, &state.particles.position)
+            FluidInterface::new(coupling, &model.domain, &model.body_force, &state.particles.position)
         }),
         interface_sums: InterfaceSums::default(),
         list_builds: 0,
@@ -263,15 +263,15 @@ fn initial_state(
     model: &SolidModel,
     particles: Particles,
     rigid: Vec<RigidState>,
-    windings: Vec<[i32; 2]>,
+    image_counts: Vec<[i32; 2]>,
     start_time: f64,
 ) -> SolidState {
     let mut state = SolidState {
         particles,
         rigid,
-        windings,
+        image_counts,
         angles: vec![0.0; model.bodies.len()],
-        slips: Slips { time: start_time, entries: Vec::new() },
+        springs: TangentialSprings { time: start_time, entries: Vec::new() },
         last: LastStage {
             fluid_force: vec![Vector::zeros(); model.bodies.len()],
             reactions: model.bodies.iter().map(|b| vec![Vector::zeros(); b.supports.len()]).collect(),
@@ -280,7 +280,7 @@ fn initial_state(
         },
     };
     for (k, body) in model.bodies.iter().enumerate() {
-        state.angles[k] = best_fit_angle(model, body, &state.particles, &state.windings, 0.0);
+        state.angles[k] = best_fit_angle(model, body, &state.particles, &state.image_counts, 0.0);
     }
     state
 }
@@ -338,34 +338,34 @@ fn check_arrays(setup: &SolidSetup) -> Result<Vec<Range<usize>>, Vec<String>> {
 }
 
 /// Whole periods that connect each body to itself and to the image of its reference nearest to its first particle.
-fn initial_windings(
+fn initial_image_counts(
     domain: &Domain,
     ranges: &[Range<usize>],
     reference: &[Vector],
     position: &[Vector],
 ) -> Vec<[i32; 2]> {
     let period = domain.size();
-    let mut windings = vec![[0; DIMENSIONS]; position.len()];
+    let mut image_counts = vec![[0; DIMENSIONS]; position.len()];
     for range in ranges {
         let first = range.start;
         for axis in (0..DIMENSIONS).filter(|axis| domain.periodic[*axis]) {
             // A saturating conversion of a small whole number.
             let turns = |distance: f64| (distance / period[axis]).round() as i32;
-            windings[first][axis] = turns(reference[first][axis] - position[first][axis]);
-            let displacement = position[first][axis] + f64::from(windings[first][axis]) * period[axis]
+            image_counts[first][axis] = turns(reference[first][axis] - position[first][axis]);
+            let displacement = position[first][axis] + f64::from(image_counts[first][axis]) * period[axis]
                 - reference[first][axis];
             for i in range.clone().skip(1) {
-                windings[i][axis] = turns(reference[i][axis] + displacement - position[i][axis]);
+                image_counts[i][axis] = turns(reference[i][axis] + displacement - position[i][axis]);
             }
         }
     }
-    windings
+    image_counts
 }
 
 fn build_contact(setup: &SolidSetup) -> ContactModel {
     match setup.contact {
         ContactLaw::Repulsion { stiffness, distance, damping, friction, self_contact } => {
-            let (level, reach) = (Levels::new(setup, distance), self_contact);
+            let (level, reach) = (DensityFields::new(setup, distance), self_contact);
             ContactModel::Repulsion(Repulsion::new(stiffness, damping, friction, level, reach))
         }
         ContactLaw::Sums => {

@@ -65,7 +65,7 @@ mod contact {
 }
 
 mod interface {
-    pub mod fluid_link;
+    pub mod fluid;
 }
 
 mod system {

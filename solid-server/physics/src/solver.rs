@@ -78,7 +78,7 @@ impl SolidSolver {
         }
     }
 
-    /// Forces and rates of the stage, once those of the fluid are known.
+    /// ForcePass and rates of the stage, once those of the fluid are known.
     fn complete_stage(&mut self, time: &StageTime) {
         if self.model.stepping == SolidStepping::StageRule {
             sum_forces(&self.model, &mut self.workspace, time, time.state_time());
@@ -130,11 +130,11 @@ impl SolidSolver {
         let Self { model, state, workspace, .. } = self;
         std::mem::swap(&mut state.particles, &mut workspace.next);
         std::mem::swap(&mut state.rigid, &mut workspace.next_rigid);
-        state.slips.clone_from(&workspace.slips);
+        state.springs.clone_from(&workspace.springs);
         let last = &mut state.last;
         last.largest_acceleration = record.largest_acceleration;
         last.contact_frequency = record.contact_frequency;
-        last.stiffening = record.stiffening;
+        last.tangent_stiffness_ratio = record.tangent_stiffness_ratio;
         last.substeps += u64::from(workspace.substeps);
         for (fluid_force, body) in last.fluid_force.iter_mut().zip(&model.bodies) {
             let forces = &workspace.fluid_force[body.range.clone()];
@@ -154,12 +154,12 @@ impl SolidSolver {
         if !domain.is_periodic() {
             return;
         }
-        for (x, winding) in self.state.particles.position.iter_mut().zip(&mut self.state.windings) {
+        for (x, image_count) in self.state.particles.position.iter_mut().zip(&mut self.state.image_counts) {
             let wrapped = domain.wrapped(x);
-            for axis in 0..winding.len() {
+            for axis in 0..image_count.len() {
                 let turns = (x[axis] - wrapped[axis]) / domain.size()[axis];
                 // A saturating conversion of a small whole number.
-                winding[axis] += turns.round() as i32;
+                image_count[axis] += turns.round() as i32;
             }
             *x = wrapped;
         }
@@ -175,7 +175,7 @@ impl Solver for SolidSolver {
         if time.at.stage == Stage::Predictor {
             self.workspace.stage.copy_from(&self.state.particles);
             self.workspace.stage_rigid.clone_from(&self.state.rigid);
-            self.workspace.slips.clone_from(&self.state.slips);
+            self.workspace.springs.clone_from(&self.state.springs);
         }
         self.enter_stage(time);
         Ok(())
@@ -222,7 +222,7 @@ impl Solver for SolidSolver {
                 evaluate_pairs(&self.model, &mut self.workspace, at);
                 sum_forces(&self.model, &mut self.workspace, time, at);
                 self.workspace.start_forces.clone_from(&self.workspace.forces);
-                self.workspace.start_slips.clone_from(&self.workspace.slips);
+                self.workspace.start_springs.clone_from(&self.workspace.springs);
             }
             (SolidStepping::Substeps(_), Stage::Corrector) => {}
         }
@@ -276,16 +276,16 @@ impl Solver for SolidSolver {
             Stage::Predictor => self.take_prediction(),
             Stage::Corrector => self.accept(&record, time.duration()),
         }
-        Ok(record.books)
+        Ok(record.budget)
     }
 
     fn end_step(&mut self, time: &StageTime) -> Result<(), Divergence> {
         self.wrap();
         self.state.last.outside =
             check_domain(&self.model, &self.state.particles, time).map_err(|divergence| *divergence)?;
-        let SolidState { particles, windings, angles, .. } = &mut self.state;
+        let SolidState { particles, image_counts, angles, .. } = &mut self.state;
         for (body, angle) in self.model.bodies.iter().zip(angles).filter(|(body, _)| body.tracks_angle) {
-            *angle = best_fit_angle(&self.model, body, particles, windings, *angle);
+            *angle = best_fit_angle(&self.model, body, particles, image_counts, *angle);
         }
         Ok(())
     }

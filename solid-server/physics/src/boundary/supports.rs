@@ -100,9 +100,9 @@ impl SupportTarget<'_> {
 
     /// Imposes the support on a rigid body that was at `base` and whose centre has `origin`.
     ///
-    /// Held components bind the centre of mass. A support that holds all components binds the rotation too; rollers
+    /// HeldQuantity components bind the centre of mass. A support that holds all components binds the rotation too; rollers
     /// leave it free.
-    pub fn hold_rigid(&self, origin: &Vector, base: &RigidState, next: &mut RigidState) {
+    pub fn impose_on_rigid(&self, origin: &Vector, base: &RigidState, next: &mut RigidState) {
         self.hold(origin, &base.centre, &mut next.centre, &mut next.velocity);
         if self.support.holds_fully() {
             let angular_velocity = |motion: &MotionState| {
@@ -174,7 +174,7 @@ pub fn build_supports(
 }
 
 /// Gives held components the velocity of their support, so that the first step does not jolt them.
-pub fn hold_velocities(supports: &[Support], start_time: f64, velocity: &mut [Vector]) {
+pub fn impose_velocities(supports: &[Support], start_time: f64, velocity: &mut [Vector]) {
     for support in supports.iter().filter(|support| support.release_time > start_time) {
         let target = support.target(start_time);
         for held in &support.particles {

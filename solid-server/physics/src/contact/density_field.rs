@@ -13,7 +13,7 @@ const STIFFEST: f64 = 0.95;
 /// Places along a row at which the lattice is sampled.
 const SAMPLES: u32 = 16;
 
-/// Level of a half-plane of particles as a measure of depth.
+/// DensityField of a half-plane of particles as a measure of depth.
 ///
 /// ```text
 /// D_i = Σ_j ΔX² W(r_ij),  δ = d (D − D(d))/(D(0) − D(d)),  W = 7/(πH²) (1 − q)⁴ (1 + 4q), q = r/H (Wendland C²)
@@ -23,7 +23,7 @@ const SAMPLES: u32 = 16;
 /// outer row of a half-plane of particles at rest. So δ is 0 where rows are d apart and d where they coincide. Over a
 /// row the level varies by less than a thousandth of a spacing, so a body does not lock into the lattice below it.
 #[derive(Clone, Copy, Debug)]
-pub struct Level {
+pub struct DensityField {
     /// Radius H within which particles count \[m\].
     pub support: f64,
     scale: f64,
@@ -34,8 +34,8 @@ pub struct Level {
     distance: f64,
 }
 
-impl Level {
-    /// Level of a body whose particles are `spacing` \[m\] apart, touched from the distance `distance` \[m\].
+impl DensityField {
+    /// DensityField of a body whose particles are `spacing` \[m\] apart, touched from the distance `distance` \[m\].
     pub fn new(spacing: f64, distance: f64) -> Self {
         let support = REACH.max(REACH - 1.0 + distance / spacing) * spacing;
         let scale = spacing * spacing * 7.0 / (PI * support * support);
@@ -122,7 +122,7 @@ mod tests {
 
     #[test]
     fn depth_is_that_of_rows_and_hardly_feels_the_lattice() {
-        let level = Level::new(0.01, 0.01);
+        let level = DensityField::new(0.01, 0.01);
         for (height, allowed) in [(1.0, 3e-4), (0.9, 1e-3), (0.7, 3e-3)] {
             for k in 0..10 {
                 let found = level.depth(level.over_half_plane(0.01, 0.1 * f64::from(k), 0.01 * height));
@@ -137,7 +137,7 @@ mod tests {
 
     #[test]
     fn the_gradient_is_that_of_the_level() {
-        let level = Level::new(1.0, 1.0);
+        let level = DensityField::new(1.0, 1.0);
         for r in [0.0, 0.3, 1.0, 2.2, 2.999, 3.1] {
             let slope = (level.weight(r + 1e-6) - level.weight((r - 1e-6).abs())) / 2e-6;
             assert!((level.gradient_factor(r) * r - slope).abs() < 1e-9, "{r}");

@@ -2,7 +2,7 @@
 
 use sph::vector::{Vector, cross};
 
-use crate::contact::density_field::Level;
+use crate::contact::density_field::DensityField;
 
 /// What a particle touches.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -14,7 +14,7 @@ pub enum Owner {
 }
 
 /// Identity of a touch: the particle, or the number of particles plus the index of a wall particle, and what it touches.
-pub type TouchKey = (u32, Owner);
+pub type ContactKey = (u32, Owner);
 
 /// Coulomb friction with stick, between a particle and the patch of particles that it touches.
 ///
@@ -40,21 +40,21 @@ pub struct Friction {
     weight: f64,
 }
 
-/// Elastic slips of all touches at one time, ascending by key.
+/// Elastic springs of all touches at one time, ascending by key.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Slips {
+pub struct TangentialSprings {
     /// Time that they belong to \[s\].
     pub time: f64,
     /// Slip s of each touch \[m\].
-    pub entries: Vec<(TouchKey, f64)>,
+    pub entries: Vec<(ContactKey, f64)>,
 }
 
 /// A neighbour in the other body: x_sj, v_sj.
-pub type Near = (Vector, Vector);
+pub type RelativeState = (Vector, Vector);
 
 /// What holds a particle that sticks.
 #[derive(Clone, Copy, Debug)]
-pub struct Grip {
+pub struct FrictionConstants {
     /// Stiffness κ \[Pa\].
     pub stiffness: f64,
     /// Dashpot c \[N s/m²\].
@@ -66,9 +66,9 @@ pub struct Grip {
 impl Friction {
     /// Friction on a particle with the neighbours `near` and ∇D `gradient`, `dt` \[s\] after its slip was `slip` \[m\].
     pub fn new(
-        level: &Level,
-        grip: &Grip,
-        near: impl Iterator<Item = Near> + Clone,
+        level: &DensityField,
+        grip: &FrictionConstants,
+        near: impl Iterator<Item = RelativeState> + Clone,
         gradient: &Vector,
         (slip, dt): (f64, f64),
     ) -> Self {
@@ -86,7 +86,7 @@ impl Friction {
         let arm = -centre;
         let tangent = Vector::new(-gradient.y, gradient.x) / gradient.norm();
         let speed = tangent.dot(&(-drift - Vector::new(-arm.y, arm.x) * rotation));
-        let Grip { stiffness, dashpot, bound } = *grip;
+        let FrictionConstants { stiffness, dashpot, bound } = *grip;
         let elastic = bound / stiffness;
         let slip = (slip + speed * dt).clamp(-elastic, elastic);
         let along = -(stiffness * slip + dashpot * speed).clamp(-bound, bound);
@@ -96,7 +96,7 @@ impl Friction {
 
     /// Reaction \[N/m\] on a particle of the patch at x_sj \[m\], `r` \[m\] away.
     #[inline]
-    pub fn reaction(&self, level: &Level, x_sj: &Vector, r: f64) -> Vector {
+    pub fn reaction(&self, level: &DensityField, x_sj: &Vector, r: f64) -> Vector {
         if self.weight == 0.0 {
             return Vector::zeros();
         }
@@ -105,14 +105,14 @@ impl Friction {
     }
 }
 
-impl Slips {
+impl TangentialSprings {
     /// Slip of the touch `key` \[m\].
-    pub fn of(&self, key: &TouchKey) -> f64 {
+    pub fn of(&self, key: &ContactKey) -> f64 {
         self.entries.binary_search_by_key(key, |(key, _)| *key).map_or(0.0, |found| self.entries[found].1)
     }
 
-    /// Takes over the slips of all touches, ascending by key, which hold at `time` \[s\].
-    pub fn renew(&mut self, time: f64, touches: impl Iterator<Item = (TouchKey, f64)>) {
+    /// Takes over the springs of all touches, ascending by key, which hold at `time` \[s\].
+    pub fn renew(&mut self, time: f64, touches: impl Iterator<Item = (ContactKey, f64)>) {
         self.time = time;
         self.entries.clear();
         self.entries.extend(touches);

@@ -1,4 +1,4 @@
-//! Contact by the depth of particles in other bodies: central, conservative but for its damping, never pulling.
+//! ContactConstants by the depth of particles in other bodies: central, conservative but for its damping, never pulling.
 
 use rayon::prelude::*;
 
@@ -7,17 +7,19 @@ use sph::setup::SolidSetup;
 use sph::vector::Vector;
 
 use crate::boundary::walls::WallState;
-use crate::contact::density_field::{Level, Spring};
-use crate::contact::friction::{Friction, Grip, Near, Owner, Slips, TouchKey};
+use crate::contact::density_field::{DensityField, Spring};
+use crate::contact::friction::{
+    ContactKey, Friction, FrictionConstants, Owner, RelativeState, TangentialSprings,
+};
 use crate::formulations::body::Body;
 use crate::neighbours::lists::{ContactLists, TASK};
 use crate::particles::constants::ParticleConstants;
-use crate::particles::forces::ContactSums;
+use crate::particles::forces::ContactForces;
 use crate::particles::variables::Particles;
 
 /// Repulsion between particles of different bodies, of bodies and walls, and of parts of one body that meet.
 ///
-/// Each particle s near another body o feels its depth δ in it, see [`Level`]:
+/// Each particle s near another body o feels its depth δ in it, see [`DensityField`]:
 ///
 /// ```text
 /// p_s = (f + clamp(c δ', ±f)) dδ/dD,  f = κ δ d/(d − δ);   f_sj = −p_s ΔX² (dW/dr)/r x_sj
@@ -38,30 +40,30 @@ pub struct Repulsion {
     pub damping: f64,
     /// Coulomb's coefficient of friction μ \[-\].
     pub friction: f64,
-    pub levels: Levels,
-    /// Undeformed distance \[m\] from which particles of one body can touch; `None` without self-contact.
-    pub own_distance: Option<f64>,
+    pub fields: DensityFields,
+    /// Undeformed distance \[m\] from which particles of one body can contact; `None` without self-contact.
+    pub self_contact_distance: Option<f64>,
 }
 
 /// Undeformed distance from which parts of a body can touch each other, in supports of the contact's level: a body
 /// squeezed by a third does not yet feel itself.
-const OWN_CONTACT: f64 = 1.5;
+const SELF_CONTACT_DISTANCE: f64 = 1.5;
 
-/// Levels by which particles feel each other.
+/// DensityFields by which particles feel each other.
 #[derive(Clone, Copy, Debug)]
-pub struct Levels {
+pub struct DensityFields {
     /// Of bodies.
-    pub bodies: Level,
+    pub bodies: DensityField,
     /// Of walls, whose particles may have another spacing.
-    pub walls: Level,
+    pub walls: DensityField,
     /// Of bodies as wall particles feel it.
-    pub bodies_from_walls: Level,
+    pub bodies_from_walls: DensityField,
 }
 
 /// A particle that lies in a body or wall.
 #[derive(Clone, Copy, Debug)]
-pub struct Touch {
-    pub key: TouchKey,
+pub struct Contact {
+    pub key: ContactKey,
     /// Derivative p of the energy by the level, damping included \[N\].
     slope: f64,
     depth: f64,
@@ -85,32 +87,32 @@ pub struct ContactStage<'a> {
 
 /// Stiffness κ \[Pa\] and reduced mass \[kg/m\] of a contact.
 #[derive(Clone, Copy)]
-struct Contact {
+struct ContactConstants {
     stiffness: f64,
     mass: f64,
 }
 
-impl Touch {
-    /// Force \[N/m\] of the particle on a particle at x_sj \[m\] of what it touches.
+impl Contact {
+    /// Force \[N/m\] of the particle on a particle at x_sj \[m\] of what it contacts.
     #[inline]
-    fn on_neighbour(&self, level: &Level, x_sj: &Vector) -> Vector {
+    fn on_neighbour(&self, level: &DensityField, x_sj: &Vector) -> Vector {
         let r = x_sj.norm();
         x_sj * (self.slope * level.gradient_factor(r)) + self.friction.reaction(level, x_sj, r)
     }
 
     /// Bound of what one neighbour at distance `r` \[m\] adds to the stiffness of its contact \[Pa\].
-    fn stiffness_at(&self, level: &Level, r: f64) -> f64 {
+    fn stiffness_at(&self, level: &DensityField, r: f64) -> f64 {
         self.stiffness * level.gradient_factor(r).abs() * r
     }
 }
 
 impl ContactStage<'_> {
-    fn near(&self, i: usize, j: usize) -> Near {
+    fn near(&self, i: usize, j: usize) -> RelativeState {
         let Particles { position, velocity, .. } = self.stage;
         (self.domain.separation(&position[i], &position[j]), velocity[i] - velocity[j])
     }
 
-    fn near_wall(&self, i: usize, w: usize) -> Near {
+    fn near_wall(&self, i: usize, w: usize) -> RelativeState {
         let x_iw = self.domain.separation(&self.stage.position[i], &self.walls.position[w]);
         (x_iw, self.stage.velocity[i] - self.walls.velocity[w])
     }
@@ -127,15 +129,15 @@ impl ContactStage<'_> {
     }
 }
 
-impl Levels {
-    /// Levels of the bodies and walls of `setup` that touch from `distance` mean spacings \[-\].
+impl DensityFields {
+    /// DensityFields of the bodies and walls of `setup` that touch from `distance` mean spacings \[-\].
     pub fn new(setup: &SolidSetup, distance: f64) -> Self {
         let (spacing, wall_spacing) = (setup.particle_spacing, wall_spacing(setup));
         let to_walls = distance * 0.5 * (spacing + wall_spacing);
         Self {
-            bodies: Level::new(spacing, distance * spacing),
-            walls: Level::new(wall_spacing, to_walls),
-            bodies_from_walls: Level::new(spacing, to_walls),
+            bodies: DensityField::new(spacing, distance * spacing),
+            walls: DensityField::new(wall_spacing, to_walls),
+            bodies_from_walls: DensityField::new(spacing, to_walls),
         }
     }
 
@@ -158,69 +160,87 @@ fn wall_spacing(setup: &SolidSetup) -> f64 {
 
 impl Repulsion {
     /// A repulsion of the given stiffness, damping and coefficient of friction; `self_contact` lets bodies touch themselves.
-    pub fn new(stiffness: f64, damping: f64, friction: f64, levels: Levels, self_contact: bool) -> Self {
-        let own_distance = self_contact.then_some(OWN_CONTACT * levels.bodies.support);
-        Self { stiffness, damping, friction, levels, own_distance }
+    pub fn new(
+        stiffness: f64,
+        damping: f64,
+        friction: f64,
+        fields: DensityFields,
+        self_contact: bool,
+    ) -> Self {
+        let self_contact_distance = self_contact.then_some(SELF_CONTACT_DISTANCE * fields.bodies.support);
+        Self { stiffness, damping, friction, fields, self_contact_distance }
     }
 
-    /// Contact forces on all particles, with the touches that make them; `slips` advance to the time of the stage.
+    /// ContactConstants forces on all particles, with the contacts that make them; `springs` advance to the time of the stage.
     pub fn evaluate(
         &self,
         at: &ContactStage<'_>,
-        slips: &mut Slips,
-        touches: &mut Vec<Touch>,
-        sums: &mut [ContactSums],
+        springs: &mut TangentialSprings,
+        contacts: &mut Vec<Contact>,
+        sums: &mut [ContactForces],
     ) {
-        self.find_touches(at, slips, touches);
-        let held: &[Touch] = if self.friction > 0.0 { touches } else { &[] };
-        slips.renew(at.at, held.iter().map(|touch| (touch.key, touch.friction.slip)));
-        if touches.is_empty() {
-            sums.fill(ContactSums::default());
+        self.find_contacts(at, springs, contacts);
+        let held: &[Contact] = if self.friction > 0.0 { contacts } else { &[] };
+        springs.renew(at.at, held.iter().map(|contact| (contact.key, contact.friction.slip)));
+        if contacts.is_empty() {
+            sums.fill(ContactForces::default());
             return;
         }
-        let touches: &[Touch] = touches;
+        let contacts: &[Contact] = contacts;
         sums.par_iter_mut().with_min_len(8 * TASK).enumerate().for_each(|(i, sums)| {
-            *sums = self.forces(at, touches, i);
+            *sums = self.forces(at, contacts, i);
         });
     }
 
     /// All particles that lie in something else, ascending.
-    fn find_touches(&self, at: &ContactStage<'_>, slips: &Slips, touches: &mut Vec<Touch>) {
-        let dt = at.at - slips.time;
+    fn find_contacts(&self, at: &ContactStage<'_>, springs: &TangentialSprings, contacts: &mut Vec<Contact>) {
+        let dt = at.at - springs.time;
         let count = at.constants.len();
-        let find = |s: usize| -> Vec<Touch> {
+        let find = |s: usize| -> Vec<Contact> {
             match s.checked_sub(count) {
-                None => self.touches_of(at, slips, dt, s),
-                Some(w) => self.touches_of_wall(at, slips, dt, w),
+                None => self.contacts_of(at, springs, dt, s),
+                Some(w) => self.contacts_of_wall(at, springs, dt, w),
             }
         };
-        touches.clear();
+        contacts.clear();
         let active = at.lists.active.par_iter().with_min_len(2 * TASK);
-        touches.par_extend(active.flat_map_iter(|s| find(*s as usize)));
+        contacts.par_extend(active.flat_map_iter(|s| find(*s as usize)));
     }
 
-    fn touches_of(&self, at: &ContactStage<'_>, slips: &Slips, dt: f64, i: usize) -> Vec<Touch> {
+    fn contacts_of(
+        &self,
+        at: &ContactStage<'_>,
+        springs: &TangentialSprings,
+        dt: f64,
+        i: usize,
+    ) -> Vec<Contact> {
         let constants = at.constants;
         let (body, mass) = (&at.bodies[constants.body[i] as usize], constants.mass[i]);
         let mut found = Vec::new();
         for (other, group) in at.by_body(at.lists.bodies.of(i)) {
             let near = group.iter().map(|j| at.near(i, *j as usize));
             let other_mass = constants.mass[group[0] as usize];
-            let contact = Contact {
+            let contact = ContactConstants {
                 mass: mass * other_mass / (mass + other_mass),
-                ..self.contact(body, Some(&at.bodies[other as usize]), mass)
+                ..self.constants(body, Some(&at.bodies[other as usize]), mass)
             };
             let key = (i as u32, Owner::Body(other));
-            found.extend(self.touch(key, &self.levels.bodies, &contact, near, (slips.of(&key), dt)));
+            found.extend(self.contact(key, &self.fields.bodies, &contact, near, (springs.of(&key), dt)));
         }
         let near = at.walls_of(i).map(|w| at.near_wall(i, w));
         let key = (i as u32, Owner::Walls);
-        let contact = self.contact(body, None, mass);
-        found.extend(self.touch(key, &self.levels.walls, &contact, near, (slips.of(&key), dt)));
+        let contact = self.constants(body, None, mass);
+        found.extend(self.contact(key, &self.fields.walls, &contact, near, (springs.of(&key), dt)));
         found
     }
 
-    fn touches_of_wall(&self, at: &ContactStage<'_>, slips: &Slips, dt: f64, w: usize) -> Vec<Touch> {
+    fn contacts_of_wall(
+        &self,
+        at: &ContactStage<'_>,
+        springs: &TangentialSprings,
+        dt: f64,
+        w: usize,
+    ) -> Vec<Contact> {
         let mut found = Vec::new();
         for (body, group) in at.by_body(at.lists.of_walls.of(w)) {
             let near = group.iter().map(|i| {
@@ -228,36 +248,37 @@ impl Repulsion {
                 (-x, -v)
             });
             let key = ((at.constants.len() + w) as u32, Owner::Body(body));
-            let contact = self.contact(&at.bodies[body as usize], None, at.constants.mass[group[0] as usize]);
-            found.extend(self.touch(
+            let contact =
+                self.constants(&at.bodies[body as usize], None, at.constants.mass[group[0] as usize]);
+            found.extend(self.contact(
                 key,
-                &self.levels.bodies_from_walls,
+                &self.fields.bodies_from_walls,
                 &contact,
                 near,
-                (slips.of(&key), dt),
+                (springs.of(&key), dt),
             ));
         }
         found
     }
 
-    /// Contact of `body` with `other` or a wall.
-    fn contact(&self, body: &Body, other: Option<&Body>, mass: f64) -> Contact {
+    /// ContactConstants of `body` with `other` or a wall.
+    fn constants(&self, body: &Body, other: Option<&Body>, mass: f64) -> ContactConstants {
         let softer = other.map_or(f64::INFINITY, |other| other.material.bulk_modulus);
-        Contact { stiffness: 0.5 * self.stiffness * body.material.bulk_modulus.min(softer), mass }
+        ContactConstants { stiffness: 0.5 * self.stiffness * body.material.bulk_modulus.min(softer), mass }
     }
 
-    /// The touch of a particle with the neighbours `near`, if it lies in them.
-    fn touch(
+    /// The contact of a particle with the neighbours `near`, if it lies in them.
+    fn contact(
         &self,
-        key: TouchKey,
-        level: &Level,
-        contact: &Contact,
-        near: impl Iterator<Item = Near> + Clone,
+        key: ContactKey,
+        level: &DensityField,
+        contact: &ContactConstants,
+        near: impl Iterator<Item = RelativeState> + Clone,
         slip: (f64, f64),
-    ) -> Option<Touch> {
+    ) -> Option<Contact> {
         let square = level.support * level.support;
         let near = near.filter(|(x, _)| x.norm_squared() < square);
-        // Most rows of neighbours touch nobody.
+        // Most rows of neighbours touch filler.
         let depth = level.depth(near.clone().map(|(x, _)| level.weight(x.norm())).sum());
         if depth <= 0.0 {
             return None;
@@ -272,13 +293,14 @@ impl Repulsion {
         let (distance, gain) = (level.distance(), level.gain());
         let spring = Spring::new(contact.stiffness, depth, distance);
         let dashpot = 2.0 * self.damping * (contact.stiffness * contact.mass).sqrt();
-        // Within the spring's force: no jump at the onset, no pull at the end, and the same loss however light the touch.
+        // Within the spring's force: no jump at the onset, no pull at the end, and the same loss however light the contact.
         let damping = (dashpot * gain * rate).clamp(-spring.force, spring.force);
         let slope = gain * (spring.force + damping);
         let normal = slope * gradient.norm();
         let rubs = self.friction > 0.0 && normal > 0.0;
         let friction = if rubs {
-            let grip = Grip { stiffness: contact.stiffness, dashpot, bound: self.friction * normal };
+            let grip =
+                FrictionConstants { stiffness: contact.stiffness, dashpot, bound: self.friction * normal };
             Friction::new(level, &grip, near, &gradient, slip)
         } else {
             Friction::default()
@@ -286,44 +308,45 @@ impl Repulsion {
         // Gershgorin's bound of the rows of p' ∇D ⊗ ∇D; what sticks is held as stiffly along the face.
         let sides = if rubs { 2.0 } else { 1.0 };
         let stiffness = sides * gain * gain * spring.slope * (gradient.norm() + reach);
-        Some(Touch { key, slope, depth, stiffness, friction })
+        Some(Contact { key, slope, depth, stiffness, friction })
     }
 
-    /// Contact of particle `i`: the reactions to its own touches, and the touches of others in its body.
-    fn forces(&self, at: &ContactStage<'_>, touches: &[Touch], i: usize) -> ContactSums {
-        let mut sums = ContactSums::default();
-        let own =
-            |key: TouchKey| touches.binary_search_by_key(&key, |touch| touch.key).ok().map(|k| &touches[k]);
+    /// ContactConstants of particle `i`: the reactions to its own contacts, and the contacts of others in its body.
+    fn forces(&self, at: &ContactStage<'_>, contacts: &[Contact], i: usize) -> ContactForces {
+        let mut sums = ContactForces::default();
+        let own = |key: ContactKey| {
+            contacts.binary_search_by_key(&key, |contact| contact.key).ok().map(|k| &contacts[k])
+        };
         let body = Owner::Body(at.constants.body[i]);
-        let mut add = |touch: &Touch, level: &Level, x_ij: &Vector, walls: bool, sign: f64| {
+        let mut add = |contact: &Contact, level: &DensityField, x_ij: &Vector, walls: bool, sign: f64| {
             let (r, x_sj) = (x_ij.norm(), x_ij * sign);
             if r < level.support {
-                let force = touch.on_neighbour(level, &x_sj) * -sign;
+                let force = contact.on_neighbour(level, &x_sj) * -sign;
                 *(if walls { &mut sums.walls } else { &mut sums.bodies }) += force;
-                sums.stiffness += touch.stiffness_at(level, r);
-                sums.depth = sums.depth.max(touch.depth);
+                sums.stiffness += contact.stiffness_at(level, r);
+                sums.depth = sums.depth.max(contact.depth);
             }
         };
         for (other, group) in at.by_body(at.lists.bodies.of(i)) {
-            let touch = own((i as u32, Owner::Body(other)));
+            let contact = own((i as u32, Owner::Body(other)));
             for &j in group {
                 let x_ij = at.near(i, j as usize).0;
-                if let Some(touch) = touch {
-                    add(touch, &self.levels.bodies, &x_ij, false, 1.0);
+                if let Some(contact) = contact {
+                    add(contact, &self.fields.bodies, &x_ij, false, 1.0);
                 }
-                if let Some(touch) = own((j, body)) {
-                    add(touch, &self.levels.bodies, &x_ij, false, -1.0);
+                if let Some(contact) = own((j, body)) {
+                    add(contact, &self.fields.bodies, &x_ij, false, -1.0);
                 }
             }
         }
-        let touch = own((i as u32, Owner::Walls));
+        let contact = own((i as u32, Owner::Walls));
         for w in at.walls_of(i) {
             let x_iw = at.near_wall(i, w).0;
-            if let Some(touch) = touch {
-                add(touch, &self.levels.walls, &x_iw, true, 1.0);
+            if let Some(contact) = contact {
+                add(contact, &self.fields.walls, &x_iw, true, 1.0);
             }
-            if let Some(touch) = own(((at.constants.len() + w) as u32, body)) {
-                add(touch, &self.levels.bodies_from_walls, &x_iw, true, -1.0);
+            if let Some(contact) = own(((at.constants.len() + w) as u32, body)) {
+                add(contact, &self.fields.bodies_from_walls, &x_iw, true, -1.0);
             }
         }
         sums

@@ -13,7 +13,7 @@ use crate::materials::hooke::density;
 use crate::neighbours::lists::{ContactLists, TASK};
 use crate::particles::constants::ParticleConstants;
 use crate::particles::fields::StressFields;
-use crate::particles::forces::ContactSums;
+use crate::particles::forces::ContactForces;
 use crate::particles::variables::Particles;
 
 /// Contact through the sums (17) and (25).
@@ -112,7 +112,7 @@ impl SumContact {
         at: &SumStage<'_>,
         wall_pressure: &mut [f64],
         sums: &mut [PairSums],
-        contact: &mut [ContactSums],
+        contact: &mut [ContactForces],
     ) {
         wall_pressure
             .par_iter_mut()
@@ -121,7 +121,7 @@ impl SumContact {
             .for_each(|(w, p)| *p = at.wall_pressure(w));
         let wall_pressure = &*wall_pressure;
         sums.par_iter_mut().zip(contact).with_min_len(TASK).enumerate().for_each(|(i, (sums, contact))| {
-            *contact = ContactSums::default();
+            *contact = ContactForces::default();
             let Some(law) = at.law(i) else { return };
             let mut foreign = PairSums::default();
             let own = at.particle(i);

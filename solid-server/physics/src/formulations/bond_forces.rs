@@ -54,21 +54,21 @@ pub struct Bonds<'a, G> {
     pub position: &'a [Vector],
     /// Its velocities \[m/s\].
     pub velocity: &'a [Vector],
-    /// Its N of [`crate::neighbours::reference::Reference::shown`] \[-\].
-    pub shown: &'a [Tensor],
+    /// Its N of [`crate::neighbours::reference::Reference::pair_tensor`] \[-\].
+    pub pair_tensor: &'a [Tensor],
     pub units: ForceUnits,
     /// None where there is no viscosity, which then costs nothing.
     pub viscosity: Option<Viscosity>,
 }
 
 /// Pair forces \[N/m\] on the particles from `first` on.
-pub struct Forces<'a, G> {
+pub struct ForcePass<'a, G> {
     pub bonds: &'a Bonds<'a, G>,
     pub first: usize,
     pub forces: &'a mut [Vector],
 }
 
-impl<G: Geometry> Kernel for Forces<'_, G> {
+impl<G: Geometry> Kernel for ForcePass<'_, G> {
     type Output = ();
 
     #[inline(always)]
@@ -91,20 +91,20 @@ impl<G: Geometry> Bonds<'_, G> {
     #[inline(always)]
     fn force<L: Lanes, const VISCOUS: bool>(&self, i: usize, viscosity: &Viscosity) -> Vector {
         let (own, velocity) = (splat::<L>(&self.position[i]), splat::<L>(&self.velocity[i]));
-        let shown = L::splat_each(entries(&self.shown[i]));
+        let pair_tensor = L::splat_each(entries(&self.pair_tensor[i]));
         let twice = L::splat(2.0 * self.units.hourglass);
         // Elastic x, y in units of the modulus, viscous x, y.
         let mut sums = [L::zero(); 4];
         for batch in self.stencils.of(i) {
             let [x, y] = separations(self.geometry, &own, self.position, batch);
-            let [a, b, c, d] = batch.neighbours.map(|j| entries_of(&self.shown[j as usize]));
+            let [a, b, c, d] = batch.neighbours.map(|j| entries_of(&self.pair_tensor[j as usize]));
             let [xx, yx, xy, yy] = L::columns([a, b, c, d]);
             let ([arm_x, arm_y], weight) = (batch.arm.map(L::from_array), L::from_array(batch.weight));
             // Each pair by itself, so that what rests in its reference cancels to the last bit.
-            let x_part = (twice * (weight * x)).plus_product(shown[0] + xx, arm_x);
-            let y_part = (twice * (weight * y)).plus_product(shown[1] + yx, arm_x);
-            sums[0] = sums[0] + x_part.plus_product(shown[2] + xy, arm_y);
-            sums[1] = sums[1] + y_part.plus_product(shown[3] + yy, arm_y);
+            let x_part = (twice * (weight * x)).plus_product(pair_tensor[0] + xx, arm_x);
+            let y_part = (twice * (weight * y)).plus_product(pair_tensor[1] + yx, arm_x);
+            sums[0] = sums[0] + x_part.plus_product(pair_tensor[2] + xy, arm_y);
+            sums[1] = sums[1] + y_part.plus_product(pair_tensor[3] + yy, arm_y);
             if VISCOUS {
                 let [v_x, v_y] = vectors::<L>(self.velocity, batch.neighbours);
                 let approach = ((velocity[0] - v_x) * x).plus_product(velocity[1] - v_y, y);

@@ -34,7 +34,7 @@ pub struct BodyStep<'a> {
     pub base_rigid: &'a RigidState,
     pub stage_rigid: &'a RigidState,
     /// Whole periods by which particles have been wrapped.
-    pub windings: &'a [[i32; 2]],
+    pub image_counts: &'a [[i32; 2]],
     /// Force on each particle of whatever origin \[N/m\].
     pub force: &'a [Vector],
     pub rates: RateView<'a>,
@@ -53,7 +53,7 @@ pub struct BodyKick<'a> {
     pub force: &'a [Vector],
     /// Motion at the start of the step.
     pub base_rigid: &'a RigidState,
-    pub windings: &'a [[i32; 2]],
+    pub image_counts: &'a [[i32; 2]],
 }
 
 /// What moves a body within a sub-step.
@@ -69,7 +69,7 @@ pub struct BodyDrift<'a> {
     pub sums: &'a [PairSums],
     /// Motion at the start of the step.
     pub base_rigid: &'a RigidState,
-    pub windings: &'a [[i32; 2]],
+    pub image_counts: &'a [[i32; 2]],
 }
 
 /// What changed the angular momentum of a body by other ways than its forces, about the domain's torque origin
@@ -110,7 +110,7 @@ pub struct Limits {
 /// How one body turns its state into stress, internal forces and rates.
 ///
 /// Slices hold the particles of the body alone. A formulation is constant: what evolves is in the state, what is
-/// disposable in the workspace. Forces between owners, contact, walls and supports are added by the solver.
+/// disposable in the workspace. ForcePass between owners, contact, walls and supports are added by the solver.
 pub trait BodyFormulation: Send + Sync {
     /// Pressure and stress of a state.
     fn update_stress(
@@ -127,7 +127,7 @@ pub trait BodyFormulation: Send + Sync {
     fn list_radius(&self) -> Option<f64>;
 
     /// What a load of `moment` f ⊗ X \[N\] about particle `i` adds to what pair forces read of it \[-\].
-    fn load_shown(&self, _i: usize, _moment: &Tensor) -> Tensor {
+    fn load_pair_tensor(&self, _i: usize, _moment: &Tensor) -> Tensor {
         Tensor::zeros()
     }
 
@@ -199,7 +199,7 @@ pub trait BodyFormulation: Send + Sync {
     fn sum_law(&self) -> Option<&SumLaw>;
 
     /// Tangent stiffness at particle `i` over that of the undeformed body \[-\].
-    fn stiffening(&self, _stress: &StressView<'_>, _i: usize) -> f64 {
+    fn tangent_stiffness_ratio(&self, _stress: &StressView<'_>, _i: usize) -> f64 {
         1.0
     }
 

@@ -11,7 +11,7 @@ use crate::neighbours::stencil::{splat, vectors};
 
 /// The particles of one body as pairs read them.
 #[derive(Clone, Copy)]
-pub struct Members<'a> {
+pub struct BodyArrays<'a> {
     /// Position \[m\].
     pub position: &'a [Vector],
     /// Velocity \[m/s\].
@@ -27,17 +27,17 @@ pub struct Members<'a> {
 }
 
 /// Sums over own-body pairs of the particles from `first` on.
-pub struct Pairs<'a, G> {
+pub struct PairPass<'a, G> {
     pub geometry: G,
     pub law: &'a SumLaw,
-    pub members: Members<'a>,
+    pub members: BodyArrays<'a>,
     /// Candidates of each particle.
     pub neighbours: &'a Rows,
     pub first: usize,
     pub sums: &'a mut [PairSums],
 }
 
-impl<G: Geometry> Kernel for Pairs<'_, G> {
+impl<G: Geometry> Kernel for PairPass<'_, G> {
     type Output = ();
 
     #[inline(always)]
@@ -82,7 +82,7 @@ struct Own<L> {
 }
 
 /// [`PairSums`] being gathered.
-struct Batches<L> {
+struct LaneSums<L> {
     force: [L; 2],
     /// By rows.
     gradient: [L; 4],
@@ -110,12 +110,18 @@ impl<'a, L: Lanes, const ARTIFICIAL: bool> LawLanes<'a, L, ARTIFICIAL> {
     ///
     /// These alone fill the batches, in the order of the row: when a list was built does not show in the sums.
     #[inline(always)]
-    fn sum<G: Geometry>(&self, geometry: G, members: &Members<'_>, candidates: &[u32], i: usize) -> PairSums {
+    fn sum<G: Geometry>(
+        &self,
+        geometry: G,
+        members: &BodyArrays<'_>,
+        candidates: &[u32],
+        i: usize,
+    ) -> PairSums {
         let (own, zero) = (Own::new(members, i), L::zero());
-        let mut sums = Batches { force: [zero; 2], gradient: [zero; 4], moment: [zero; 3] };
+        let mut sums = LaneSums { force: [zero; 2], gradient: [zero; 4], moment: [zero; 3] };
         // The particle itself adds nothing. Indices of a body stay below 2^32.
-        let nobody = [i as u32; WIDTH];
-        let (mut batch, mut filled) = (nobody, 0);
+        let filler = [i as u32; WIDTH];
+        let (mut batch, mut filled) = (filler, 0);
         for j in candidates {
             let d = geometry.separation(&members.position[i], &members.position[*j as usize]);
             if d.norm_squared() < self.square_support {
@@ -124,7 +130,7 @@ impl<'a, L: Lanes, const ARTIFICIAL: bool> LawLanes<'a, L, ARTIFICIAL> {
             }
             if filled == WIDTH {
                 self.add(geometry, &mut sums, &own, members, batch);
-                (batch, filled) = (nobody, 0);
+                (batch, filled) = (filler, 0);
             }
         }
         if filled > 0 {
@@ -138,9 +144,9 @@ impl<'a, L: Lanes, const ARTIFICIAL: bool> LawLanes<'a, L, ARTIFICIAL> {
     fn add<G: Geometry>(
         &self,
         geometry: G,
-        sums: &mut Batches<L>,
+        sums: &mut LaneSums<L>,
         own: &Own<L>,
-        members: &Members<'_>,
+        members: &BodyArrays<'_>,
         batch: [u32; WIDTH],
     ) {
         let [x_j, y_j] = vectors::<L>(members.position, batch);
@@ -213,7 +219,7 @@ impl<'a, L: Lanes, const ARTIFICIAL: bool> LawLanes<'a, L, ARTIFICIAL> {
 
 impl<L: Lanes> Own<L> {
     #[inline(always)]
-    fn new(members: &Members<'_>, i: usize) -> Self {
+    fn new(members: &BodyArrays<'_>, i: usize) -> Self {
         Self {
             position: splat(&members.position[i]),
             velocity: splat(&members.velocity[i]),
@@ -225,7 +231,7 @@ impl<L: Lanes> Own<L> {
     }
 }
 
-impl<L: Lanes> Batches<L> {
+impl<L: Lanes> LaneSums<L> {
     #[inline(always)]
     fn total(self) -> PairSums {
         let [xx, xy, yx, yy] = L::sums(self.gradient);

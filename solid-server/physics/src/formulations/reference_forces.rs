@@ -46,16 +46,16 @@ impl Reference {
     /// ```
     /// Zero where the material is rigid, which has neither.
     #[inline]
-    pub fn shown(&self, i: usize, f: &Tensor, p: &Tensor, units: &ForceUnits) -> Tensor {
+    pub fn pair_tensor(&self, i: usize, f: &Tensor, p: &Tensor, units: &ForceUnits) -> Tensor {
         if self.anchored[i] {
             return Tensor::zeros();
         }
-        self.moment_shown(i, &(p * self.volume[i]), units) - f * units.hourglass
+        self.moment_pair_tensor(i, &(p * self.volume[i]), units) - f * units.hourglass
     }
 
     /// What the moment `moment` \[N\] about particle `i` adds to its N, nothing where the material is rigid.
     #[inline]
-    pub fn moment_shown(&self, i: usize, moment: &Tensor, units: &ForceUnits) -> Tensor {
+    pub fn moment_pair_tensor(&self, i: usize, moment: &Tensor, units: &ForceUnits) -> Tensor {
         if self.anchored[i] { Tensor::zeros() } else { moment * self.corrections[i].inverse / units.modulus }
     }
 
@@ -87,8 +87,8 @@ impl Reference {
                 .with_min_len(TASK)
                 .map(|i| self.gradient(i, |pair| change(i, pair)))
                 .collect();
-            let shown: Vec<Tensor> =
-                (0..n).map(|i| self.shown(i, &gradients[i], &stress(&gradients[i]), units)).collect();
+            let pair_tensor: Vec<Tensor> =
+                (0..n).map(|i| self.pair_tensor(i, &gradients[i], &stress(&gradients[i]), units)).collect();
             let next: Vec<Vector> = (0..n)
                 .into_par_iter()
                 .with_min_len(TASK)
@@ -97,7 +97,7 @@ impl Reference {
                         return Vector::zeros();
                     }
                     let change = |pair: &ReferencePair| change(i, pair);
-                    self.force(i, self.of(i).iter(), &shown, units, change) / -mass[i]
+                    self.force(i, self.of(i).iter(), &pair_tensor, units, change) / -mass[i]
                 })
                 .collect();
             let length = ordered_sum::<f64, _>(n, |i| next[i].norm_squared() * mass[i]).sqrt();
@@ -119,14 +119,14 @@ impl Reference {
     ///
     /// It is minus the derivative of Σ V ψ(F) + ½ k Σ_ij a_ij |x_ij − F_i X_ij|² by x_i: the weights of the second sum
     /// are those of F, so that the derivative of F drops out of it (Silling 2017). Energy, momentum and angular
-    /// momentum are therefore kept. `shown` holds N of [`Self::shown`]; across the border of what is anchored
+    /// momentum are therefore kept. `pair_tensor` holds N of [`Self::pair_tensor`]; across the border of what is anchored
     /// x_ij counts once, for only one end has an F.
     #[inline]
     pub fn force<'a>(
         &self,
         i: usize,
         pairs: impl Iterator<Item = &'a ReferencePair>,
-        shown: &[Tensor],
+        pair_tensor: &[Tensor],
         units: &ForceUnits,
         x_ij: impl Fn(&ReferencePair) -> Vector,
     ) -> Vector {
@@ -137,8 +137,8 @@ impl Reference {
                 PairKind::Inner => 2.0,
                 PairKind::ToAnchor | PairKind::FromAnchor => 1.0,
             };
-            let shown = shown[i] + shown[pair.neighbour as usize];
-            force -= (shown * pair.separation + x_ij(pair) * (ends * units.hourglass)) * pair.weight;
+            let pair_tensor = pair_tensor[i] + pair_tensor[pair.neighbour as usize];
+            force -= (pair_tensor * pair.separation + x_ij(pair) * (ends * units.hourglass)) * pair.weight;
         }
         force * units.modulus
     }

@@ -16,7 +16,7 @@ use crate::formulations::formulation::{
 use crate::formulations::pair_law::{PairSums, SumLaw};
 use crate::neighbours::lists::{Rows, TASK};
 use crate::particles::fields::{RateViewMut, StressView, StressViewMut};
-use crate::particles::variables::{ParticleView, ParticleViewMut, RigidState, winding_offset};
+use crate::particles::variables::{ParticleView, ParticleViewMut, RigidState, image_offset};
 
 /// A rigid body: M dV/dt = ΣF, I dω/dt = Σ r × F, by the midpoint rule of Eq. (30)-(31).
 ///
@@ -93,7 +93,7 @@ impl RigidBody {
     ) -> RigidState {
         for (support, origin) in supports.iter().zip(&self.origins).filter(|(support, _)| support.acts(time))
         {
-            support.target(target).hold_rigid(origin, base, &mut motion);
+            support.target(target).impose_on_rigid(origin, base, &mut motion);
         }
         motion
     }
@@ -131,7 +131,7 @@ impl RigidBody {
         &self,
         constants: &BodyConstants<'_>,
         motion: &RigidState,
-        windings: &[[i32; 2]],
+        image_counts: &[[i32; 2]],
         particles: ParticleViewMut<'_>,
     ) {
         let (sine, cosine) = motion.angle.sin_cos();
@@ -144,7 +144,7 @@ impl RigidBody {
             .enumerate()
             .for_each(|(i, (x, v))| {
                 let arm = turned(&self.arms[i], sine, cosine);
-                *x = motion.centre + arm - winding_offset(constants.domain, &windings[i]);
+                *x = motion.centre + arm - image_offset(constants.domain, &image_counts[i]);
                 *v = motion.velocity + Vector::new(-omega * arm.y, omega * arm.x);
             });
     }
@@ -207,7 +207,7 @@ impl BodyFormulation for RigidBody {
         next.density.copy_from_slice(step.base.density);
         next.deviatoric_stress.copy_from_slice(step.base.deviatoric_stress);
         let particles = ParticleViewMut { position: next.position, velocity: next.velocity, ..next };
-        self.place(&step.constants, next_rigid, step.windings, particles);
+        self.place(&step.constants, next_rigid, step.image_counts, particles);
         let (start, end) = ((&base.centre, &base.velocity), (&next_rigid.centre, &next_rigid.velocity));
         AngularImpulse {
             supports: self.held_moment(&step.constants, &stage.centre, &free, next_rigid),
@@ -228,7 +228,7 @@ impl BodyFormulation for RigidBody {
         let supports = self.held_moment(&kick.constants, &motion.centre, motion, &held);
         motion.velocity = held.velocity;
         motion.angular_velocity = held.angular_velocity;
-        self.place(&kick.constants, motion, kick.windings, particles);
+        self.place(&kick.constants, motion, kick.image_counts, particles);
         AngularImpulse { supports, scheme: 0.0 }
     }
 
@@ -244,7 +244,7 @@ impl BodyFormulation for RigidBody {
         let scheme = self.mass * cross(&(held.centre - motion.centre), &motion.velocity);
         motion.centre = held.centre;
         motion.angle = held.angle;
-        self.place(&drift.constants, motion, drift.windings, particles);
+        self.place(&drift.constants, motion, drift.image_counts, particles);
         AngularImpulse { supports: 0.0, scheme }
     }
 

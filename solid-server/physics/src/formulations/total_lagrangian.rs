@@ -9,14 +9,14 @@ use sph::setup::{ElasticMaterial, TotalLagrangian};
 use sph::vector::{SymmetricTensor, Tensor, Vector};
 
 use crate::boundary::supports::Support;
-use crate::formulations::bond_forces::{Bonds, Forces, Viscosity};
+use crate::formulations::bond_forces::{Bonds, ForcePass, Viscosity};
 use crate::formulations::formulation::{AngularImpulse, BodyConstants, BodyFormulation, BodyStep, Limits};
 use crate::formulations::pair_law::{PairSums, SumLaw};
 use crate::formulations::reference_forces::ForceUnits;
 use crate::materials::hyperelastic::Hyperelastic;
 use crate::neighbours::lists::{Rows, TASK};
 use crate::neighbours::reference::{Reference, ReferencePair};
-use crate::neighbours::stencil::Moments;
+use crate::neighbours::stencil::MomentPass;
 use crate::particles::fields::{DerivedView, RateViewMut, StressView, StressViewMut};
 use crate::particles::variables::{ParticleView, ParticleViewMut, RigidState};
 
@@ -80,7 +80,7 @@ impl TotalLagrangianBody {
         deformation: &mut [Tensor],
     ) {
         let stencils = &self.reference.stencils;
-        self.arithmetic.run(Moments { geometry, stencils, position, first, sums: deformation });
+        self.arithmetic.run(MomentPass { geometry, stencils, position, first, sums: deformation });
         for (k, deformation) in deformation.iter_mut().enumerate() {
             *deformation = self.reference.completed(body.domain, position, first + k, deformation);
         }
@@ -101,13 +101,13 @@ impl TotalLagrangianBody {
         }
     }
 
-    /// Forces of all pairs of the body \[N/m\].
+    /// ForcePass of all pairs of the body \[N/m\].
     fn pair_forces<G: Geometry>(
         &self,
         geometry: G,
         body: &BodyConstants<'_>,
         state: &ParticleView<'_>,
-        shown: &[Tensor],
+        pair_tensor: &[Tensor],
         sums: &mut [PairSums],
     ) {
         let bonds = Bonds {
@@ -115,7 +115,7 @@ impl TotalLagrangianBody {
             stencils: &self.reference.stencils,
             position: state.position,
             velocity: state.velocity,
-            shown,
+            pair_tensor,
             units: self.units,
             viscosity: self.viscosity,
         };
@@ -123,13 +123,13 @@ impl TotalLagrangianBody {
             let first = task * TASK;
             let mut forces = [Vector::zeros(); TASK];
             let forces = &mut forces[..sums.len()];
-            self.arithmetic.run(Forces { bonds: &bonds, first, forces });
+            self.arithmetic.run(ForcePass { bonds: &bonds, first, forces });
             for (k, (sums, force)) in sums.iter_mut().zip(forces).enumerate() {
                 let i = first + k;
                 // Anchored material is rigid within.
                 let inner = if self.reference.is_anchored(i) { Vector::zeros() } else { *force };
                 *sums = PairSums {
-                    force: inner + self.border_force(body, state, shown, i),
+                    force: inner + self.border_force(body, state, pair_tensor, i),
                     ..PairSums::default()
                 };
             }
@@ -141,11 +141,12 @@ impl TotalLagrangianBody {
         &self,
         body: &BodyConstants<'_>,
         state: &ParticleView<'_>,
-        shown: &[Tensor],
+        pair_tensor: &[Tensor],
         i: usize,
     ) -> Vector {
         let x_ij = |pair: &ReferencePair| self.reference.separation(body.domain, state.position, i, pair);
-        let mut force = self.reference.force(i, self.reference.across_border(i), shown, &self.units, x_ij);
+        let mut force =
+            self.reference.force(i, self.reference.across_border(i), pair_tensor, &self.units, x_ij);
         let Some(viscosity) = &self.viscosity else { return force };
         for pair in self.reference.across_border(i) {
             let j = pair.neighbour as usize;
@@ -164,14 +165,14 @@ impl BodyFormulation for TotalLagrangianBody {
             .par_chunks_mut(TASK)
             .zip(stress.cauchy.par_chunks_mut(TASK))
             .zip(stress.deformation.par_chunks_mut(TASK))
-            .zip(stress.shown.par_chunks_mut(TASK))
+            .zip(stress.pair_tensor.par_chunks_mut(TASK))
             .enumerate()
-            .for_each(|(task, (((pressure, cauchy), deformation), shown))| {
+            .for_each(|(task, (((pressure, cauchy), deformation), pair_tensor))| {
                 let first = task * TASK;
                 self.deform_in_box(body, state.position, first, deformation);
                 for (k, f) in deformation.iter().enumerate() {
                     let found = self.law.stress(f);
-                    shown[k] = self.reference.shown(first + k, f, &found.nominal, &self.units);
+                    pair_tensor[k] = self.reference.pair_tensor(first + k, f, &found.nominal, &self.units);
                     cauchy[k] = found.cauchy;
                     pressure[k] = found.pressure();
                 }
@@ -188,8 +189,8 @@ impl BodyFormulation for TotalLagrangianBody {
     }
 
     /// The virtual work of a force at x_i + F_i X is that of the force on i and of its moment on F_i.
-    fn load_shown(&self, i: usize, moment: &Tensor) -> Tensor {
-        -self.reference.moment_shown(i, moment, &self.units)
+    fn load_pair_tensor(&self, i: usize, moment: &Tensor) -> Tensor {
+        -self.reference.moment_pair_tensor(i, moment, &self.units)
     }
 
     fn list_radius(&self) -> Option<f64> {
@@ -205,9 +206,9 @@ impl BodyFormulation for TotalLagrangianBody {
         sums: &mut [PairSums],
     ) {
         if body.domain.is_periodic() {
-            self.pair_forces(Periodic::new(body.domain), body, stage, stress.shown, sums);
+            self.pair_forces(Periodic::new(body.domain), body, stage, stress.pair_tensor, sums);
         } else {
-            self.pair_forces(Open, body, stage, stress.shown, sums);
+            self.pair_forces(Open, body, stage, stress.pair_tensor, sums);
         }
     }
 
@@ -250,8 +251,8 @@ impl BodyFormulation for TotalLagrangianBody {
         None
     }
 
-    fn stiffening(&self, stress: &StressView<'_>, i: usize) -> f64 {
-        self.law.stiffening(&stress.deformation[i])
+    fn tangent_stiffness_ratio(&self, stress: &StressView<'_>, i: usize) -> f64 {
+        self.law.tangent_stiffness_ratio(&stress.deformation[i])
     }
 
     fn limits(&self) -> Limits {

@@ -8,7 +8,7 @@ use sph::setup::{ElasticMaterial, UpdatedLagrangian};
 use sph::vector::Tensor;
 
 use crate::formulations::formulation::{AngularImpulse, BodyConstants, BodyDrift, BodyFormulation, BodyStep};
-use crate::formulations::pair_lanes::{Members, Pairs};
+use crate::formulations::pair_lanes::{BodyArrays, PairPass};
 use crate::formulations::pair_law::{PairSums, SumLaw, corrected_gradient};
 use crate::materials::hooke::{
     artificial_stress, cauchy_stress, deviatoric_stress_rate, pressure, strain_energy_density,
@@ -48,13 +48,13 @@ impl UpdatedLagrangianBody {
     fn sum_pairs<G: Geometry>(
         &self,
         geometry: G,
-        members: Members<'_>,
+        members: BodyArrays<'_>,
         neighbours: &Rows,
         sums: &mut [PairSums],
     ) {
         let law = &self.law;
         sums.par_chunks_mut(TASK).enumerate().for_each(|(task, sums)| {
-            self.arithmetic.run(Pairs { geometry, law, members, neighbours, first: task * TASK, sums });
+            self.arithmetic.run(PairPass { geometry, law, members, neighbours, first: task * TASK, sums });
         });
     }
 
@@ -102,7 +102,7 @@ impl BodyFormulation for UpdatedLagrangianBody {
         neighbours: &Rows,
         sums: &mut [PairSums],
     ) {
-        let members = Members {
+        let members = BodyArrays {
             position: stage.position,
             velocity: stage.velocity,
             mass: constants.mass,

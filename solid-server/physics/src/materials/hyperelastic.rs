@@ -112,7 +112,7 @@ impl Hyperelastic {
     /// neo-Hookean:          (G + (G + λ(1 − ln J))/Λ²)/(λ + 2G),  Λ the smallest: stiffens in compression
     /// ```
     /// Both are exact for uniaxial strain; the modulus of waves along a stretched fibre grows with Λ² besides.
-    pub fn stiffening(&self, f: &Tensor) -> f64 {
+    pub fn tangent_stiffness_ratio(&self, f: &Tensor) -> f64 {
         let (lambda, g) = (self.lambda, self.shear_modulus);
         let jacobian = f.determinant();
         let sum = f.norm_squared();
@@ -215,7 +215,10 @@ mod tests {
             };
             for stretch in stretches {
                 let ratio = slope(stretch) / slope(1.0);
-                assert!((law.stiffening(&along(stretch)) / ratio - 1.0).abs() < 1e-4, "{law:?} {stretch}");
+                assert!(
+                    (law.tangent_stiffness_ratio(&along(stretch)) / ratio - 1.0).abs() < 1e-4,
+                    "{law:?} {stretch}"
+                );
             }
         }
     }

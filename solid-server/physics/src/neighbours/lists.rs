@@ -117,7 +117,7 @@ impl OwnLists {
 }
 
 /// Which pairs count as contacts.
-pub struct Meeting<P, W> {
+pub struct ContactFilter<P, W> {
     /// Whether two particles do; `None` where none do.
     pub particles: Option<P>,
     /// Whether a particle and a wall particle do.
@@ -126,7 +126,7 @@ pub struct Meeting<P, W> {
     pub released: usize,
 }
 
-/// Pairs of particles of different bodies or of parts of one that may meet, and of particles and walls.
+/// PairPass of particles of different bodies or of parts of one that may meet, and of particles and walls.
 #[derive(Debug)]
 pub struct ContactLists {
     /// For each particle those of other bodies, and of its own where that can touch itself.
@@ -166,7 +166,7 @@ impl ContactLists {
         domain: &Domain,
         positions: &[Vector],
         walls: &[Vector],
-        meeting: &Meeting<P, W>,
+        meeting: &ContactFilter<P, W>,
     ) -> bool
     where
         P: Fn(usize, usize) -> bool,
@@ -178,9 +178,9 @@ impl ContactLists {
         }
         let radius = self.radius + self.skin;
         let grid = CellGrid::new(domain, positions, radius);
-        if let Some(may_touch) = &meeting.particles {
+        if let Some(may_be_in_contact) = &meeting.particles {
             let list = grid.list(domain, positions, positions, radius, true);
-            self.bodies.fill(&list, may_touch);
+            self.bodies.fill(&list, may_be_in_contact);
         }
         if !walls.is_empty() {
             let list = grid.list(domain, walls, positions, radius, false);

@@ -94,7 +94,7 @@ impl Reference {
                 }
             }
             pairs[start..].sort_unstable_by_key(|pair| pair.neighbour);
-            // Pairs of one body stay far below 2^32.
+            // PairPass of one body stay far below 2^32.
             offsets.push(pairs.len() as u32);
             let row = &pairs[start..];
             corrections.push(Correction::of(row));
@@ -111,7 +111,7 @@ impl Reference {
         &self.pairs[self.offsets[i] as usize..self.offsets[i + 1] as usize]
     }
 
-    /// Pairs of particle `i` across the border of what is anchored.
+    /// PairPass of particle `i` across the border of what is anchored.
     #[inline]
     pub fn across_border(&self, i: usize) -> impl Iterator<Item = &ReferencePair> {
         let row = if self.bordering[i] { self.of(i) } else { &[] };

@@ -47,7 +47,7 @@ impl Stencils {
             }
             self.batches.push(batch);
         }
-        // Batches of one body stay far below 2^32.
+        // LaneSums of one body stay far below 2^32.
         self.ends.push(self.batches.len() as u32);
     }
 
@@ -84,7 +84,7 @@ pub fn splat<L: Lanes>(vector: &Vector) -> [L; 2] {
 }
 
 /// Σ_j a_ij x_ij ⊗ X_ij of particles from `first` on.
-pub struct Moments<'a, G> {
+pub struct MomentPass<'a, G> {
     pub geometry: G,
     pub stencils: &'a Stencils,
     /// Positions of the whole body \[m\].
@@ -93,7 +93,7 @@ pub struct Moments<'a, G> {
     pub sums: &'a mut [Tensor],
 }
 
-impl<G: Geometry> Kernel for Moments<'_, G> {
+impl<G: Geometry> Kernel for MomentPass<'_, G> {
     type Output = ();
 
     #[inline(always)]

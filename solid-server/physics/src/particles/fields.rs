@@ -16,7 +16,7 @@ pub struct StressFields {
     /// Deformation gradient \[-\]; of total-Lagrangian bodies.
     pub deformation: Vec<Tensor>,
     /// What pair forces read of each particle \[-\]; likewise.
-    pub shown: Vec<Tensor>,
+    pub pair_tensor: Vec<Tensor>,
 }
 
 /// Rates of all particles' own variables.
@@ -39,8 +39,8 @@ pub struct StressView<'a> {
     pub artificial: &'a [SymmetricTensor],
     /// Deformation gradient F \[-\]; used by total-Lagrangian bodies alone.
     pub deformation: &'a [Tensor],
-    /// What pair forces read of each particle, `Reference::shown` \[-\]; likewise.
-    pub shown: &'a [Tensor],
+    /// What pair forces read of each particle, `Reference::pair_tensor` \[-\]; likewise.
+    pub pair_tensor: &'a [Tensor],
 }
 
 /// As [`StressView`], to be written.
@@ -50,7 +50,7 @@ pub struct StressViewMut<'a> {
     pub cauchy: &'a mut [SymmetricTensor],
     pub artificial: &'a mut [SymmetricTensor],
     pub deformation: &'a mut [Tensor],
-    pub shown: &'a mut [Tensor],
+    pub pair_tensor: &'a mut [Tensor],
 }
 
 /// Quantities of the state that follow from positions where the formulation says so.
@@ -84,7 +84,7 @@ impl StressFields {
             cauchy: vec![SymmetricTensor::default(); count],
             artificial: vec![SymmetricTensor::default(); count],
             deformation: vec![Tensor::identity(); count],
-            shown: vec![Tensor::zeros(); count],
+            pair_tensor: vec![Tensor::zeros(); count],
         }
     }
 
@@ -95,7 +95,7 @@ impl StressFields {
             cauchy: &self.cauchy[range.clone()],
             artificial: &self.artificial[range.clone()],
             deformation: &self.deformation[range.clone()],
-            shown: &self.shown[range.clone()],
+            pair_tensor: &self.pair_tensor[range.clone()],
         }
     }
 
@@ -106,7 +106,7 @@ impl StressFields {
             cauchy: &mut self.cauchy[range.clone()],
             artificial: &mut self.artificial[range.clone()],
             deformation: &mut self.deformation[range.clone()],
-            shown: &mut self.shown[range.clone()],
+            pair_tensor: &mut self.pair_tensor[range.clone()],
         }
     }
 

@@ -1,4 +1,4 @@
-//! Forces on the particles by origin, and their torques.
+//! ForcePass on the particles by origin, and their torques.
 
 use std::ops::AddAssign;
 
@@ -6,7 +6,7 @@ use sph::vector::{Vector, cross};
 
 /// One particle's contact in a stage.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct ContactSums {
+pub struct ContactForces {
     /// Force from other bodies, or from distant parts of its own \[N/m\].
     pub bodies: Vector,
     /// Force from walls \[N/m\].
@@ -17,7 +17,7 @@ pub struct ContactSums {
     pub depth: f64,
 }
 
-/// Forces on one particle by origin \[N/m\], that of the fluid apart.
+/// ForcePass on one particle by origin \[N/m\], that of the fluid apart.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ParticleForces {
     /// Gravity and other body forces.

@@ -70,14 +70,14 @@ impl Particles {
     }
 }
 
-/// Vector by which a particle wrapped by `windings` whole periods has been moved \[m\].
+/// Vector by which a particle wrapped by `image_counts` whole periods has been moved \[m\].
 ///
 /// Positions stay inside the box; adding this gives the path of the material.
 #[inline]
-pub fn winding_offset(domain: &Domain, windings: &[i32; 2]) -> Vector {
+pub fn image_offset(domain: &Domain, image_counts: &[i32; 2]) -> Vector {
     let period = domain.size();
     Vector::from_fn(
-        |axis, _| if windings[axis] == 0 { 0.0 } else { f64::from(windings[axis]) * period[axis] },
+        |axis, _| if image_counts[axis] == 0 { 0.0 } else { f64::from(image_counts[axis]) * period[axis] },
     )
 }
 

@@ -11,7 +11,7 @@ use crate::boundary::supports::nearest_branch;
 use crate::formulations::body::Body;
 use crate::materials::hooke::{principal_stresses, von_mises_stress};
 use crate::particles::fields::StressFields;
-use crate::particles::variables::{Particles, winding_offset};
+use crate::particles::variables::{Particles, image_offset};
 use crate::system::model::SolidModel;
 use crate::system::state::SolidState;
 
@@ -55,7 +55,7 @@ impl BodySums {
 
 /// Position of the material at particle `i` \[m\], periods that it crossed included.
 pub fn material_position(model: &SolidModel, state: &SolidState, i: usize) -> Vector {
-    state.particles.position[i] + winding_offset(&model.domain, &state.windings[i])
+    state.particles.position[i] + image_offset(&model.domain, &state.image_counts[i])
 }
 
 /// Strain energy of particle `i` per undeformed volume \[J/m³\].
@@ -134,14 +134,14 @@ pub fn best_fit_angle(
     model: &SolidModel,
     body: &Body,
     particles: &Particles,
-    windings: &[[i32; 2]],
+    image_counts: &[[i32; 2]],
     near: f64,
 ) -> f64 {
     let range = &body.range;
     let mass = |k: usize| model.particles.mass[range.start + k];
     let now = |k: usize| {
         let i = range.start + k;
-        particles.position[i] + winding_offset(&model.domain, &windings[i])
+        particles.position[i] + image_offset(&model.domain, &image_counts[i])
     };
     let then = |k: usize| model.particles.reference_position[range.start + k];
     let total: f64 = ordered_sum(range.len(), mass);

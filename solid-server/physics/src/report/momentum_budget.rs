@@ -12,9 +12,9 @@ use crate::system::model::SolidModel;
 use crate::system::state::SolidState;
 use crate::system::workspace::Workspace;
 
-/// Sums over all particles that the books need.
+/// Sums over all particles that the budget need.
 #[derive(Clone, Copy, Default)]
-struct BookSums {
+struct BudgetSums {
     momentum_change: Vector,
     gross_momentum: f64,
     gross_force: f64,
@@ -26,10 +26,10 @@ struct BookSums {
     torques: ParticleTorques,
     largest_acceleration: f64,
     largest_contact_rate: f64,
-    stiffening: f64,
+    tangent_stiffness_ratio: f64,
 }
 
-impl AddAssign for BookSums {
+impl AddAssign for BudgetSums {
     /// Adds the sums and keeps the larger of each maximum.
     fn add_assign(&mut self, other: Self) {
         self.momentum_change += other.momentum_change;
@@ -43,22 +43,22 @@ impl AddAssign for BookSums {
         self.torques += other.torques;
         self.largest_acceleration = self.largest_acceleration.max(other.largest_acceleration);
         self.largest_contact_rate = self.largest_contact_rate.max(other.largest_contact_rate);
-        self.stiffening = self.stiffening.max(other.stiffening);
+        self.tangent_stiffness_ratio = self.tangent_stiffness_ratio.max(other.tangent_stiffness_ratio);
     }
 }
 
 /// Books of the stage that has just moved `workspace.next`, with what the next step is judged by.
 pub struct StageRecord {
-    pub books: StageBooks,
+    pub budget: StageBooks,
     /// Largest acceleration of a particle \[m/s²\].
     pub largest_acceleration: f64,
     /// Largest frequency of a particle on its contacts \[rad/s\].
     pub contact_frequency: f64,
     /// Largest ratio of a particle's tangent stiffness to that at rest \[-\].
-    pub stiffening: f64,
+    pub tangent_stiffness_ratio: f64,
 }
 
-/// Takes the books of a stage.
+/// Takes the budget of a stage.
 ///
 /// The scale of round-off counts each force by its origin: forces that cancel at rest still round.
 pub fn record(
@@ -70,7 +70,7 @@ pub fn record(
     let (start, end) = (&state.particles.position, &workspace.next.position);
     let (base, next) = (&state.particles.velocity, &workspace.next.velocity);
     let (duration, origin) = (time.duration(), model.domain.torque_origin());
-    let sums: BookSums = ordered_sum(model.len(), |i| {
+    let sums: BudgetSums = ordered_sum(model.len(), |i| {
         let mass = model.particles.mass[i];
         let forces = &workspace.mean_forces[i];
         let body = model.body_of(i);
@@ -79,7 +79,7 @@ pub fn record(
         let (from, to) = (start[i] - origin, end[i] - origin);
         let gross_momentum = mass * (base[i].norm() + next[i].norm());
         let gross_force = forces.gross + workspace.fluid_force[i].norm();
-        BookSums {
+        BudgetSums {
             momentum_change: change * mass,
             gross_momentum,
             gross_force,
@@ -91,7 +91,7 @@ pub fn record(
             wall_contact: forces.walls,
             largest_acceleration: change.norm() / duration,
             largest_contact_rate: 2.0 * forces.contact_stiffness / mass,
-            stiffening: body.formulation.stiffening(&stress, i - body.range.start),
+            tangent_stiffness_ratio: body.formulation.tangent_stiffness_ratio(&stress, i - body.range.start),
         }
     });
     let mut accounts = Accounts::default();
@@ -102,7 +102,7 @@ pub fn record(
         accounts.add(Account::Supports, *reaction);
     }
     StageRecord {
-        books: StageBooks {
+        budget: StageBooks {
             interface: workspace.interface_sums,
             accounts,
             duration,
@@ -112,7 +112,7 @@ pub fn record(
         },
         largest_acceleration: sums.largest_acceleration,
         contact_frequency: sums.largest_contact_rate.sqrt(),
-        stiffening: sums.stiffening,
+        tangent_stiffness_ratio: sums.tangent_stiffness_ratio,
     }
 }
 
@@ -122,7 +122,7 @@ fn angular_budget(
     state: &SolidState,
     workspace: &Workspace,
     duration: f64,
-    sums: &BookSums,
+    sums: &BudgetSums,
 ) -> AngularBudget {
     let mut torques = Torques::default();
     torques.add(TorqueAccount::BodyForce, sums.torques.body_force);

@@ -59,7 +59,7 @@ pub fn build_probes(setup: &SolidSetup, bodies: &mut [Body], errors: &mut Vec<St
 
 /// Appends the values of all probes, columns as `SolidProbeKind::columns` lists them.
 ///
-/// Forces and reactions are those of the last corrector, that is half a step before the boundary; at the start of a run
+/// ForcePass and reactions are those of the last corrector, that is half a step before the boundary; at the start of a run
 /// they are zero. Angular momentum is taken about the centre of the domain.
 pub fn probe_values(model: &SolidModel, state: &SolidState, time: f64, values: &mut Vec<f64>) {
     let reads_stress = model.probes.iter().any(|probe| matches!(probe, Probe::MaterialPoint(_)));
@@ -146,11 +146,11 @@ fn gaps(model: &SolidModel, state: &SolidState, time: f64, body: Option<u32>) ->
         pairs.filter(|(i, j)| counts(*i, *j)).map(distance).fold(f64::NAN, f64::min)
     };
     let other_body = |i: usize, j: usize| model.particles.body[i] != model.particles.body[j];
-    let meets_wall = |i: usize, w: usize| {
+    let wall_acts_on = |i: usize, w: usize| {
         let wall = &model.walls.walls[model.walls.wall_of[w] as usize];
         model.particles.support[i] == 0 && time < wall.release_time
     };
-    [smallest(position, &other_body), smallest(&walls.position, &meets_wall)]
+    [smallest(position, &other_body), smallest(&walls.position, &wall_acts_on)]
 }
 
 fn push(values: &mut Vec<f64>, vector: &Vector) {

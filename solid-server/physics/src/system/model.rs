@@ -52,15 +52,15 @@ impl ContactModel {
     /// Distance within which particles of different owners touch \[m\].
     pub fn radius(&self) -> f64 {
         match self {
-            Self::Repulsion(law) => law.levels.support(),
+            Self::Repulsion(law) => law.fields.support(),
             Self::Sums(sums) => sums.support_radius,
         }
     }
 
     /// Undeformed distance \[m\] from which particles of one body can touch each other.
-    pub fn own_distance(&self) -> Option<f64> {
+    pub fn self_contact_distance(&self) -> Option<f64> {
         match self {
-            Self::Repulsion(law) => law.own_distance,
+            Self::Repulsion(law) => law.self_contact_distance,
             Self::Sums(_) => None,
         }
     }
@@ -68,7 +68,7 @@ impl ContactModel {
     /// Distance from held particles within which walls are left out of the contact \[m\]: two lattice columns.
     pub fn clearance(&self) -> f64 {
         match self {
-            Self::Repulsion(law) => 2.5 * law.levels.walls.distance(),
+            Self::Repulsion(law) => 2.5 * law.fields.walls.distance(),
             Self::Sums(sums) => sums.support_radius,
         }
     }
@@ -101,13 +101,13 @@ impl SolidModel {
 
     /// Whether particles `i` and `j` may come to touch: they belong to different bodies or, where a body can touch itself,
     /// are far apart when undeformed.
-    pub fn may_touch(&self, i: usize, j: usize) -> bool {
+    pub fn may_be_in_contact(&self, i: usize, j: usize) -> bool {
         if self.particles.body[i] != self.particles.body[j] {
             return true;
         }
         let reference = &self.particles.reference_position;
-        self.contact.own_distance().is_some_and(|distance| {
-            self.body_of(i).touches_itself
+        self.contact.self_contact_distance().is_some_and(|distance| {
+            self.body_of(i).self_contact
                 && self.domain.separation(&reference[i], &reference[j]).norm() > distance
         })
     }
@@ -115,7 +115,8 @@ impl SolidModel {
     /// Whether any two particles may touch.
     pub fn has_contact(&self) -> bool {
         self.bodies.len() > 1
-            || self.contact.own_distance().is_some() && self.bodies.iter().any(|body| body.touches_itself)
+            || self.contact.self_contact_distance().is_some()
+                && self.bodies.iter().any(|body| body.self_contact)
     }
 
     /// The support that holds particle `i` in the step of `time`.
@@ -130,13 +131,13 @@ impl SolidModel {
     /// A clamp continues its body into the wall, so the wall beside the clamp is in touch with it from the start. Wall
     /// particles within [`ContactModel::clearance`] of a fully held particle at the start do not act on the body while
     /// that support does.
-    pub fn meets_wall(&self, i: usize, w: usize, time: &StageTime) -> bool {
+    pub fn wall_acts_on(&self, i: usize, w: usize, time: &StageTime) -> bool {
         let held = self.acting_support(i, time).is_some_and(Support::holds_fully);
         let exempt = self.body_of(i).wall_exemption.get(w).is_some_and(|until| acts(*until, time));
         !held && !exempt && self.walls.acts(w, time)
     }
 
-    /// How many supports and walls no longer act in the step of `time`: what [`Self::meets_wall`] says changes with it.
+    /// How many supports and walls no longer act in the step of `time`: what [`Self::wall_acts_on`] says changes with it.
     pub fn released(&self, time: &StageTime) -> usize {
         let supports = self.bodies.iter().flat_map(|body| &body.supports);
         supports.filter(|support| !acts(support.release_time, time)).count() + self.walls.released(time)

@@ -3,7 +3,7 @@
 use sph::sums::ordered_sum;
 use sph::vector::Vector;
 
-use crate::contact::friction::Slips;
+use crate::contact::friction::TangentialSprings;
 use crate::particles::forces::ParticleForces;
 use crate::particles::variables::{Particles, RigidState};
 
@@ -15,11 +15,11 @@ pub struct SolidState {
     /// Motion of each body that is rigid; the others' entries stay as they are.
     pub rigid: Vec<RigidState>,
     /// Whole periods by which each particle has been wrapped, by axis.
-    pub windings: Vec<[i32; 2]>,
+    pub image_counts: Vec<[i32; 2]>,
     /// Best-fit angle of each body relative to its reference, continuous over turns \[rad\].
     pub angles: Vec<f64>,
-    /// Elastic slips of the contacts under friction.
-    pub slips: Slips,
+    /// Elastic springs of the contacts under friction.
+    pub springs: TangentialSprings,
     /// What the last corrector left to report.
     pub last: LastStage,
 }
@@ -72,7 +72,7 @@ pub struct LastStage {
     /// Largest frequency of a particle on its contacts \[rad/s\].
     pub contact_frequency: f64,
     /// Largest ratio of a particle's tangent stiffness to that at rest \[-\].
-    pub stiffening: f64,
+    pub tangent_stiffness_ratio: f64,
     /// Particles outside the domain.
     pub outside: u64,
     /// Sub-steps so far, see [`sph::solver::Counts`].

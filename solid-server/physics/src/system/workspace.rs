@@ -4,14 +4,14 @@ use sph::ledger::InterfaceSums;
 use sph::vector::Vector;
 
 use crate::boundary::walls::WallState;
-use crate::contact::friction::Slips;
-use crate::contact::repulsion::Touch;
+use crate::contact::friction::TangentialSprings;
+use crate::contact::repulsion::Contact;
 use crate::formulations::formulation::AngularImpulse;
 use crate::formulations::pair_law::PairSums;
-use crate::interface::fluid_link::FluidLink;
+use crate::interface::fluid::FluidInterface;
 use crate::neighbours::lists::{ContactLists, OwnLists};
 use crate::particles::fields::{Rates, StressFields};
-use crate::particles::forces::{ContactSums, ParticleForces, ParticleTorques};
+use crate::particles::forces::{ContactForces, ParticleForces, ParticleTorques};
 use crate::particles::variables::{Particles, RigidState};
 
 /// Disposable buffers, reused from stage to stage.
@@ -27,19 +27,19 @@ pub struct Workspace {
     /// Own-body sums, then all that belong in the rates.
     pub sums: Vec<PairSums>,
     pub rates: Rates,
-    pub contact: Vec<ContactSums>,
+    pub contact: Vec<ContactForces>,
     /// Particles in touch at the latest evaluation.
-    pub touches: Vec<Touch>,
-    /// Slips at the latest evaluation, and those at the start of the step.
-    pub slips: Slips,
-    pub start_slips: Slips,
+    pub contacts: Vec<Contact>,
+    /// TangentialSprings at the latest evaluation, and those at the start of the step.
+    pub springs: TangentialSprings,
+    pub start_springs: TangentialSprings,
     /// Prescribed loads on each particle; empty where no body has any \[N/m\].
     pub loads: Vec<Vector>,
-    /// Forces of the latest evaluation.
+    /// ForcePass of the latest evaluation.
     pub forces: Vec<ParticleForces>,
-    /// Forces at the start of the step, where each pass of sub-steps starts anew.
+    /// ForcePass at the start of the step, where each pass of sub-steps starts anew.
     pub start_forces: Vec<ParticleForces>,
-    /// Forces that moved the stage, means over its sub-steps.
+    /// ForcePass that moved the stage, means over its sub-steps.
     pub mean_forces: Vec<ParticleForces>,
     /// Torques of these, at the places where they acted.
     pub mean_torques: Vec<ParticleTorques>,
@@ -62,7 +62,7 @@ pub struct Workspace {
     /// Reactions of the stage, by body and support \[N/m\].
     pub reactions: Vec<Vec<Vector>>,
     /// Link to the fluid; `None` when the run has one participant.
-    pub fluid: Option<FluidLink>,
+    pub fluid: Option<FluidInterface>,
     /// Sums over pair forces with the fluid in this stage.
     pub interface_sums: InterfaceSums,
     pub list_builds: u64,

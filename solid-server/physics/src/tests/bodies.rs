@@ -102,9 +102,9 @@ fn damping_is_booked_and_ends() {
     set_velocity(&mut setup, |_| Vector::new(1.0, 0.0));
     setup.damping = Some(Damping { rate: 100.0, until: 1e-3 });
     let mut run = Run::new(setup, 1e-5);
-    let books = run.step().unwrap();
+    let budget = run.step().unwrap();
     let mass: f64 = run.values("mass").iter().sum();
-    let damping = books[0].accounts.get(Account::Damping);
+    let damping = budget[0].accounts.get(Account::Damping);
     assert!((damping.x + 100.0 * mass).abs() < 1e-12 * 100.0 * mass);
     run.until(1e-3);
     let v = run.vectors("velocity")[0].x;

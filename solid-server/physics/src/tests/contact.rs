@@ -123,8 +123,8 @@ fn a_block_laid_on_the_floor_stays_there_and_the_floor_carries_its_weight() {
         let mass: f64 = run.values("mass").iter().sum();
         let mut impulse = 0.0;
         while run.time() < 20e-3 {
-            let books = run.step().unwrap();
-            impulse += books[1].accounts.get(Account::WallContact).y * run.time_step;
+            let budget = run.step().unwrap();
+            impulse += budget[1].accounts.get(Account::WallContact).y * run.time_step;
         }
         let probes = run.probes();
         let carried = impulse / (mass * 9.81 * run.time());
@@ -201,8 +201,8 @@ fn a_clamp_does_not_feel_the_wall_it_enters_but_the_rest_of_the_wall_holds() {
         set_velocity(&mut setup, |x| Vector::new(20.0 * x.y.max(0.0), 0.0));
         let mut run = Run::new(setup, 1e-5);
         for _ in 0..50 {
-            let books = run.step().unwrap();
-            assert_eq!(books[1].accounts.get(Account::WallContact), Vector::zeros());
+            let budget = run.step().unwrap();
+            assert_eq!(budget[1].accounts.get(Account::WallContact), Vector::zeros());
         }
         let exempt =
             run.solver.model.bodies[0].wall_exemption.iter().filter(|until| **until == f64::INFINITY).count();
@@ -231,8 +231,8 @@ fn a_moving_wall_pushes_until_it_is_released() {
     assert!(probes[2] > 0.3, "{}", probes[2]);
     assert!(probes[0] - 6.0 * SPACING / 2.0 > 0.5 * 5e-3 - 0.2 * SPACING);
     for _ in 0..50 {
-        let books = run.step().unwrap();
-        assert_eq!(books[1].accounts.get(Account::WallContact), Vector::zeros());
+        let budget = run.step().unwrap();
+        assert_eq!(budget[1].accounts.get(Account::WallContact), Vector::zeros());
     }
     assert!(run.largest_residual < 1e-12, "{}", run.largest_residual);
 }
@@ -282,7 +282,7 @@ fn a_block_slides_down_an_incline_by_coulomb_s_law_and_does_not_lock_into_the_la
         assert!((acceleration / expected - 1.0).abs() < 0.02, "{friction}: {acceleration} {expected}");
         let (impulse, mass) = (run.probes()[11], 72.0 * 1100.0 * SPACING * SPACING);
         let load = mass * 9.81 / 1.25f64.sqrt() * (1.0 + friction * friction).sqrt();
-        // Forces on the particles of the face splay a little toward its ends.
+        // ForcePass on the particles of the face splay a little toward its ends.
         assert!((impulse / (load * run.time()) - 1.0).abs() < 0.1, "{friction}: {impulse}");
         assert!(run.largest_residual < 1e-12, "{}", run.largest_residual);
     }
@@ -298,7 +298,7 @@ fn a_block_that_sticks_does_not_creep() {
     let start = run.probes()[0];
     run.until(0.08);
     let probes = run.probes();
-    // Held by springs: 1e-14 m by round-off, where sliding freely would take it 5 mm far.
+    // HeldQuantity by springs: 1e-14 m by round-off, where sliding freely would take it 5 mm far.
     assert!((probes[0] - start).abs() < 1e-9 * SPACING, "{}", probes[0] - start);
 }
 

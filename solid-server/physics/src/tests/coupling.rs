@@ -59,7 +59,7 @@ fn wetted_block(law: InterfaceLaw) -> (Run, InterfaceStates, Extent) {
     (Run::new(setup, 1e-5), water, extent)
 }
 
-/// One stage against fixed water; returns own states and books.
+/// One stage against fixed water; returns own states and budget.
 fn stage(
     run: &mut Run,
     stage: Stage,
@@ -87,15 +87,15 @@ fn the_fluid_s_sums_are_the_opposite_of_the_solid_s() {
     ] {
         let (mut run, water, extent) = wetted_block(law);
         let time = run.stage_time(Stage::Predictor);
-        let (own, books, _) = stage(&mut run, Stage::Predictor, &water, &extent, REACH);
+        let (own, budget, _) = stage(&mut run, Stage::Predictor, &water, &extent, REACH);
         let field = BodyForceField::uniform(Vector::zeros());
         let mut interface = Interface::new(&coupling(law), &run.solver.model.domain, field);
         interface.update(time.state_time(), &water, &own);
         let theirs = interface.fluid_forces(&water, &own);
-        assert!(books.interface.force.x > 10.0, "{law:?}: {}", books.interface.force);
-        let imbalance = imbalance(&books.interface, &theirs, check);
+        assert!(budget.interface.force.x > 10.0, "{law:?}: {}", budget.interface.force);
+        let imbalance = imbalance(&budget.interface, &theirs, check);
         assert!(imbalance.force < 1e-13 && imbalance.torque < 1e-13, "{law:?}: {imbalance:?}");
-        assert!(books.momentum_residual().max(books.angular_residual()) < 1e-12);
+        assert!(budget.momentum_residual().max(budget.angular_residual()) < 1e-12);
     }
 }
 
@@ -111,8 +111,8 @@ fn own_states_lie_within_reach_and_their_version_counts_changes() {
     assert_eq!((again.id, same), (own.id, version));
     run.step += 1;
     let far = Extent { version: 2, boxes: vec![(Vector::new(-1.0, -1.0), Vector::new(-0.9, 1.0))] };
-    let (nobody, _, changed) = stage(&mut run, Stage::Predictor, &water, &far, REACH);
-    assert!(nobody.is_empty());
+    let (filler, _, changed) = stage(&mut run, Stage::Predictor, &water, &far, REACH);
+    assert!(filler.is_empty());
     assert_eq!(changed, version + 1);
     assert_eq!(run.solver.counts().largest_interface, 18);
     assert!(run.solver.covered_by(run.solver.extent(), REACH).is_ok());
@@ -139,9 +139,9 @@ fn the_body_force_probe_reports_the_fluid_s_force() {
     let (mut run, water, extent) = wetted_block(InterfaceLaw::Wall);
     stage(&mut run, Stage::Predictor, &water, &extent, REACH);
     assert_eq!(run.probes(), [0.0, 0.0]);
-    let (_, books, _) = stage(&mut run, Stage::Corrector, &water, &extent, REACH);
+    let (_, budget, _) = stage(&mut run, Stage::Corrector, &water, &extent, REACH);
     let probes = run.probes();
-    let force = books.interface.force;
+    let force = budget.interface.force;
     assert!((probes[0] - force.x).abs() < 1e-12 * force.x && probes[0] > 10.0);
 }
 

@@ -206,22 +206,22 @@ impl Run {
         self.start_time + self.step as f64 * self.time_step
     }
 
-    /// One step; returns the books of its stages.
+    /// One step; returns the budget of its stages.
     pub fn step(&mut self) -> Result<[StageBooks; 2], Box<Divergence>> {
-        let mut books = [StageBooks::default(); 2];
+        let mut budget = [StageBooks::default(); 2];
         let none = InterfaceStates::default();
         for (k, stage) in Stage::BOTH.into_iter().enumerate() {
             let time = self.stage_time(stage);
             self.solver.begin_stage(&time)?;
             self.solver.evaluate_own(&time);
             self.solver.evaluate_cross(&time, &none, &none);
-            books[k] = self.solver.advance(&time)?;
+            budget[k] = self.solver.advance(&time)?;
             self.largest_residual =
-                self.largest_residual.max(books[k].momentum_residual()).max(books[k].angular_residual());
+                self.largest_residual.max(budget[k].momentum_residual()).max(budget[k].angular_residual());
         }
         self.solver.end_step(&self.stage_time(Stage::Corrector))?;
         self.step += 1;
-        Ok(books)
+        Ok(budget)
     }
 
     /// Steps up to `time` \[s\].

@@ -47,14 +47,14 @@ fn books_close_at_round_off_with_bodies_of_all_kinds() {
         let mut run = Run::new(everything(substeps), 5e-6 * f64::from(substeps));
         let mut used = [false; 4];
         while run.time() < 4e-3 {
-            for books in run.step().unwrap() {
+            for budget in run.step().unwrap() {
                 for (used, account) in used.iter_mut().zip([
                     Account::BodyForce,
                     Account::Damping,
                     Account::Supports,
                     Account::WallContact,
                 ]) {
-                    *used |= books.accounts.get(account) != Vector::zeros();
+                    *used |= budget.accounts.get(account) != Vector::zeros();
                 }
             }
         }

@@ -44,8 +44,8 @@ fn the_reaction_is_what_keeps_the_momentum_of_the_bar_from_falling() {
     let mass: f64 = run.values("mass").iter().sum();
     let mut impulse = Vector::zeros();
     while run.step < 200 {
-        let books = run.step().unwrap();
-        let reaction = books[1].accounts.get(Account::Supports);
+        let budget = run.step().unwrap();
+        let reaction = budget[1].accounts.get(Account::Supports);
         assert_eq!(run.probes(), [reaction.x, reaction.y]);
         impulse += reaction * run.time_step;
     }

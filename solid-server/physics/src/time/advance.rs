@@ -1,4 +1,4 @@
-//! Moving all bodies by one stage, and the books of it.
+//! Moving all bodies by one stage, and the budget of it.
 
 use sph::ledger::scheme_moment;
 use sph::stage::StageTime;
@@ -7,7 +7,7 @@ use sph::vector::{DIMENSIONS, Vector, cross};
 
 use crate::formulations::body::Body;
 use crate::formulations::formulation::{AngularImpulse, BodyStep};
-use crate::particles::variables::{Particles, winding_offset};
+use crate::particles::variables::{Particles, image_offset};
 use crate::system::model::SolidModel;
 use crate::system::state::SolidState;
 use crate::system::workspace::Workspace;
@@ -26,15 +26,15 @@ pub fn move_bodies(model: &SolidModel, state: &SolidState, workspace: &mut Works
             stage: stage.view(range),
             base_rigid: &state.rigid[k],
             stage_rigid: &stage_rigid[k],
-            windings: &state.windings[range.clone()],
+            image_counts: &state.image_counts[range.clone()],
             force: &total_force[range.clone()],
             rates: rates.view(range),
         };
         *angular_impulse += body.formulation.advance(&step, next.view_mut(range), &mut next_rigid[k]);
     }
     let target = time.target_time();
-    hold(model, state, time, target, Held::Positions, next);
-    hold(model, state, time, target, Held::Velocities, next);
+    hold(model, state, time, target, HeldQuantity::Positions, next);
+    hold(model, state, time, target, HeldQuantity::Velocities, next);
     take_reactions(model, state, workspace, time);
     if let Some(origin) = model.torque_origin() {
         let impulse = deformable_impulse(model, state, workspace, time, origin);
@@ -76,7 +76,7 @@ fn deformable_impulse(
 
 /// What supports impose at one moment.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub enum Held {
+pub enum HeldQuantity {
     Positions,
     Velocities,
 }
@@ -88,7 +88,7 @@ pub fn hold(
     state: &SolidState,
     time: &StageTime,
     target: f64,
-    what: Held,
+    what: HeldQuantity,
     particles: &mut Particles,
 ) -> f64 {
     let mut moment = 0.0;
@@ -97,22 +97,22 @@ pub fn hold(
             let target = support.target(target);
             for held in &support.particles {
                 let i = body.range.start + held.particle;
-                let offset = winding_offset(&model.domain, &state.windings[i]);
+                let offset = image_offset(&model.domain, &state.image_counts[i]);
                 let base = state.particles.position[i] + offset;
                 let (mut place, mut velocity) = (base, particles.velocity[i]);
                 target.hold(&held.origin, &base, &mut place, &mut velocity);
                 let before = (particles.position[i], particles.velocity[i]);
                 for axis in (0..DIMENSIONS).filter(|axis| support.held[*axis]) {
                     match what {
-                        Held::Positions => particles.position[i][axis] = place[axis] - offset[axis],
-                        Held::Velocities => particles.velocity[i][axis] = velocity[axis],
+                        HeldQuantity::Positions => particles.position[i][axis] = place[axis] - offset[axis],
+                        HeldQuantity::Velocities => particles.velocity[i][axis] = velocity[axis],
                     }
                 }
                 let (x, v) = (particles.position[i] - model.domain.torque_origin(), particles.velocity[i]);
                 moment += model.particles.mass[i]
                     * match what {
-                        Held::Positions => cross(&(particles.position[i] - before.0), &v),
-                        Held::Velocities => cross(&x, &(v - before.1)),
+                        HeldQuantity::Positions => cross(&(particles.position[i] - before.0), &v),
+                        HeldQuantity::Velocities => cross(&x, &(v - before.1)),
                     };
             }
         }

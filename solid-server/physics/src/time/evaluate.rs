@@ -7,7 +7,7 @@ use sph::vector::Vector;
 
 use crate::contact::repulsion::ContactStage;
 use crate::contact::sums::SumStage;
-use crate::neighbours::lists::{Meeting, Rows, TASK};
+use crate::neighbours::lists::{ContactFilter, Rows, TASK};
 use crate::particles::fields::{DerivedView, StressViewMut};
 use crate::particles::forces::{ParticleForces, ParticleTorques};
 use crate::system::model::{ContactModel, SolidModel};
@@ -36,9 +36,9 @@ pub fn refresh_lists(model: &SolidModel, workspace: &mut Workspace, time: &Stage
             *list_builds += u64::from(lists.refresh(domain, &stage.position[body.range.clone()]));
         }
     }
-    let meeting = Meeting {
-        particles: model.has_contact().then_some(|i, j| model.may_touch(i, j)),
-        walls: |i, w| model.meets_wall(i, w, time),
+    let meeting = ContactFilter {
+        particles: model.has_contact().then_some(|i, j| model.may_be_in_contact(i, j)),
+        walls: |i, w| model.wall_acts_on(i, w, time),
         released: model.released(time),
     };
     *list_builds += u64::from(contact_lists.refresh(domain, &stage.position, &walls.position, &meeting));
@@ -70,7 +70,7 @@ fn evaluate_contact(model: &SolidModel, workspace: &mut Workspace, at: f64) {
     match &model.contact {
         ContactModel::Repulsion(law) => {
             let at = ContactStage { domain, constants, bodies, at, stage, lists, walls };
-            law.evaluate(&at, &mut workspace.slips, &mut workspace.touches, contact);
+            law.evaluate(&at, &mut workspace.springs, &mut workspace.contacts, contact);
         }
         ContactModel::Sums(law) => {
             let (spacing, body_force) = (model.spacing, &model.body_force);
@@ -98,17 +98,17 @@ fn prescribe_loads(model: &SolidModel, workspace: &mut Workspace, at: f64) {
                 *force = field.acceleration(x, at) * *m;
             }
         }
-        let StressViewMut { deformation, shown, .. } = stress.view_mut(&body.range);
+        let StressViewMut { deformation, pair_tensor, .. } = stress.view_mut(&body.range);
         for load in &body.loads {
             load.forces(at, position, deformation, |i, force, to_face| {
                 forces[i] += force;
-                shown[i] += body.formulation.load_shown(i, &(force * to_face.transpose()));
+                pair_tensor[i] += body.formulation.load_pair_tensor(i, &(force * to_face.transpose()));
             });
         }
     }
 }
 
-/// Forces on all particles but those of the fluid, at the stage state of time `at` \[s\].
+/// ForcePass on all particles but those of the fluid, at the stage state of time `at` \[s\].
 pub fn sum_forces(model: &SolidModel, workspace: &mut Workspace, time: &StageTime, at: f64) {
     let Workspace { stage, sums, contact, forces, loads, .. } = workspace;
     let damping_rate = model.damping_rate(time);

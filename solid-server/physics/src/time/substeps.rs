@@ -9,7 +9,7 @@ use crate::particles::forces::{ParticleForces, ParticleTorques};
 use crate::system::model::SolidModel;
 use crate::system::state::SolidState;
 use crate::system::workspace::Workspace;
-use crate::time::advance::{Held, hold, take_reactions};
+use crate::time::advance::{HeldQuantity, hold, take_reactions};
 use crate::time::evaluate::{
     add_torques, evaluate_pairs, refresh_lists, sum_forces, total_forces, update_stress,
 };
@@ -69,7 +69,7 @@ pub fn move_by_substeps(
     workspace.next.copy_from(&state.particles);
     workspace.next_rigid.clone_from(&state.rigid);
     workspace.forces.clone_from(&workspace.start_forces);
-    workspace.slips.clone_from(&workspace.start_slips);
+    workspace.springs.clone_from(&workspace.start_springs);
     workspace.mean_forces.fill(ParticleForces::default());
     workspace.mean_torques.fill(ParticleTorques::default());
     workspace.angular_impulse = AngularImpulse::default();
@@ -107,7 +107,7 @@ impl Pass<'_> {
         self.drift(workspace, self.time_at(k + 1.0));
     }
 
-    /// Forces at the end of sub-step `k`, and the rest of its velocities.
+    /// ForcePass at the end of sub-step `k`, and the rest of its velocities.
     fn second_half(&self, workspace: &mut Workspace, k: u32, weight: f64) {
         let end = self.time_at(f64::from(k) + 1.0);
         let Workspace { stage, next, velocity_gain, walls, .. } = workspace;
@@ -123,7 +123,7 @@ impl Pass<'_> {
         self.kick(workspace, end, weight);
     }
 
-    /// Half a sub-step of all velocities; books the forces with `weight`.
+    /// Half a sub-step of all velocities; budget the forces with `weight`.
     fn kick(&self, workspace: &mut Workspace, target: f64, weight: f64) {
         let Workspace {
             next,
@@ -154,11 +154,12 @@ impl Pass<'_> {
                 target,
                 force: &total_force[body.range.clone()],
                 base_rigid: &self.state.rigid[k],
-                windings: &self.state.windings[body.range.clone()],
+                image_counts: &self.state.image_counts[body.range.clone()],
             };
             *angular_impulse += body.formulation.kick(&kick, next.view_mut(&body.range), &mut next_rigid[k]);
         }
-        angular_impulse.supports += hold(self.model, self.state, self.time, target, Held::Velocities, next);
+        angular_impulse.supports +=
+            hold(self.model, self.state, self.time, target, HeldQuantity::Velocities, next);
     }
 
     /// Velocity gradients half a drift on.
@@ -183,11 +184,12 @@ impl Pass<'_> {
                 target,
                 sums: &sums[body.range.clone()],
                 base_rigid: &self.state.rigid[k],
-                windings: &self.state.windings[body.range.clone()],
+                image_counts: &self.state.image_counts[body.range.clone()],
             };
             *angular_impulse +=
                 body.formulation.drift(&drift, next.view_mut(&body.range), &mut next_rigid[k]);
         }
-        angular_impulse.scheme += hold(self.model, self.state, self.time, target, Held::Positions, next);
+        angular_impulse.scheme +=
+            hold(self.model, self.state, self.time, target, HeldQuantity::Positions, next);
     }
 }

@@ -5,7 +5,7 @@ use sph::lanes::Arithmetic;
 
 use super::*;
 use crate::neighbours::reference::{Reference, ReferencePair};
-use crate::neighbours::stencil::Moments;
+use crate::neighbours::stencil::MomentPass;
 
 const VISCOSITY: Viscosity = Viscosity { smoothing_length: 0.75, speed: 0.3, quadratic: 0.7, density: 1.2 };
 
@@ -38,25 +38,30 @@ impl Patch {
         move |pair| self.domain.separation(&self.position[i], &self.position[pair.neighbour as usize])
     }
 
-    fn shown(&self) -> Vec<Tensor> {
+    fn pair_tensor(&self) -> Vec<Tensor> {
         let entry = |k: usize| (1.9 * k as f64).sin();
         (0..self.position.len())
             .map(|i| Tensor::new(entry(i), entry(i + 40), entry(i + 80), entry(i + 120)))
             .collect()
     }
 
-    fn forces(&self, arithmetic: Arithmetic, shown: &[Tensor], viscosity: Option<Viscosity>) -> Vec<Vector> {
+    fn forces(
+        &self,
+        arithmetic: Arithmetic,
+        pair_tensor: &[Tensor],
+        viscosity: Option<Viscosity>,
+    ) -> Vec<Vector> {
         let bonds = Bonds {
             geometry: Periodic::new(&self.domain),
             stencils: &self.reference.stencils,
             position: &self.position,
             velocity: &self.velocity,
-            shown,
+            pair_tensor,
             units: ForceUnits::new(1.3, 1.0),
             viscosity,
         };
         let mut forces = vec![Vector::zeros(); self.position.len()];
-        arithmetic.run(Forces { bonds: &bonds, first: 0, forces: &mut forces });
+        arithmetic.run(ForcePass { bonds: &bonds, first: 0, forces: &mut forces });
         forces
     }
 }
@@ -65,25 +70,25 @@ impl Patch {
 fn sums_four_at_a_time_are_those_one_by_one() {
     let patch = Patch::new(0.1);
     let n = patch.position.len();
-    let shown = patch.shown();
+    let pair_tensor = patch.pair_tensor();
     for arithmetic in Arithmetic::all() {
         let mut found = vec![Tensor::zeros(); n];
-        arithmetic.run(Moments {
+        arithmetic.run(MomentPass {
             geometry: Periodic::new(&patch.domain),
             stencils: &patch.reference.stencils,
             position: &patch.position,
             first: 0,
             sums: &mut found,
         });
-        let elastic = patch.forces(arithmetic, &shown, None);
-        let both = patch.forces(arithmetic, &shown, Some(VISCOSITY));
+        let elastic = patch.forces(arithmetic, &pair_tensor, None);
+        let both = patch.forces(arithmetic, &pair_tensor, Some(VISCOSITY));
         for i in 0..n {
             // Sums of order one over at most eight pairs.
             let f = patch.reference.completed(&patch.domain, &patch.position, i, &found[i]);
             assert!((f - patch.reference.deformation_gradient(i, patch.x_ij(i))).norm() < 1e-14);
             let row = patch.reference.of(i);
             let units = ForceUnits::new(1.3, 1.0);
-            let plain = patch.reference.force(i, row.iter(), &shown, &units, patch.x_ij(i));
+            let plain = patch.reference.force(i, row.iter(), &pair_tensor, &units, patch.x_ij(i));
             assert!((elastic[i] - plain).norm() < 1e-14 * (1.0 + plain.norm()), "{i}");
             let viscous: Vector = row
                 .iter()
@@ -103,12 +108,12 @@ fn sums_four_at_a_time_are_those_one_by_one() {
 fn pair_forces_are_opposite_and_a_body_at_rest_feels_none() {
     for arithmetic in Arithmetic::all() {
         let patch = Patch::new(0.1);
-        let forces = patch.forces(arithmetic, &patch.shown(), Some(VISCOSITY));
+        let forces = patch.forces(arithmetic, &patch.pair_tensor(), Some(VISCOSITY));
         assert!(forces.iter().any(|force| force.norm() > 0.1));
         assert!(forces.iter().sum::<Vector>().norm() < 1e-14 * forces.len() as f64);
         // N = −I of F = I without stress.
         let rest = Patch::new(0.0);
-        let shown = vec![-Tensor::identity(); rest.position.len()];
-        assert!(rest.forces(arithmetic, &shown, None).iter().all(|force| *force == Vector::zeros()));
+        let pair_tensor = vec![-Tensor::identity(); rest.position.len()];
+        assert!(rest.forces(arithmetic, &pair_tensor, None).iter().all(|force| *force == Vector::zeros()));
     }
 }

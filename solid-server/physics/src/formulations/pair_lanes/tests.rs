@@ -74,8 +74,8 @@ impl Patch {
         }
     }
 
-    fn members(&self) -> Members<'_> {
-        Members {
+    fn members(&self) -> BodyArrays<'_> {
+        BodyArrays {
             position: &self.position,
             velocity: &self.velocity,
             mass: &self.mass,
@@ -95,7 +95,7 @@ impl Patch {
 
     fn sums(&self, arithmetic: Arithmetic, neighbours: &Rows) -> Vec<PairSums> {
         let mut sums = vec![PairSums::default(); self.position.len()];
-        arithmetic.run(Pairs {
+        arithmetic.run(PairPass {
             geometry: Periodic::new(&self.domain),
             law: &self.law,
             members: self.members(),

@@ -79,11 +79,11 @@ fn derivative_of_the_energy(anchored: u32) {
     };
     let f = deformation(&x);
     let units = ForceUnits::new(k, 1.0);
-    let shown: Vec<Tensor> =
-        (0..n).map(|i| reference.shown(i, &f[i], &law.stress(&f[i]).nominal, &units)).collect();
+    let pair_tensor: Vec<Tensor> =
+        (0..n).map(|i| reference.pair_tensor(i, &f[i], &law.stress(&f[i]).nominal, &units)).collect();
     let on = |i: usize| {
         let x_ij = |p: &ReferencePair| reference.separation(&open(), &x, i, p);
-        reference.force(i, reference.of(i).iter(), &shown, &units, x_ij)
+        reference.force(i, reference.of(i).iter(), &pair_tensor, &units, x_ij)
     };
     // What the anchors take is what the others lack.
     assert!((0..n).map(on).sum::<Vector>().norm() < 1e-13);

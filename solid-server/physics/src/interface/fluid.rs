@@ -19,7 +19,7 @@ use crate::particles::variables::Particles;
 
 /// What the solids need to meet a fluid.
 #[derive(Debug)]
-pub struct FluidLink {
+pub struct FluidInterface {
     interface: Interface,
     domain: Domain,
     /// The fluid's kernel, used for fluid-solid pairs on both sides.
@@ -36,7 +36,7 @@ pub struct FluidLink {
     pub largest_set: u64,
 }
 
-impl FluidLink {
+impl FluidInterface {
     /// The link that `coupling` describes, for particles at `positions` \[m\].
     pub fn new(
         coupling: &Coupling,
@@ -143,7 +143,7 @@ impl FluidLink {
         self.set_version
     }
 
-    /// Forces of the fluid at `time` \[s\], written to `forces` \[N/m\]; `own` is what [`FluidLink::select`] filled in this stage.
+    /// ForcePass of the fluid at `time` \[s\], written to `forces` \[N/m\]; `own` is what [`FluidInterface::select`] filled in this stage.
     ///
     /// Where the law is one sum over all particles, the fluid's particles enter the gradients of `sums` too.
     pub fn evaluate(

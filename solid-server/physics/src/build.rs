@@ -365,8 +365,8 @@ fn initial_image_counts(
 fn build_contact(setup: &SolidSetup) -> ContactModel {
     match setup.contact {
         ContactLaw::Repulsion { stiffness, distance, damping, friction, self_contact } => {
-            let (level, reach) = (DensityFields::new(setup, distance), self_contact);
-            ContactModel::Repulsion(Repulsion::new(stiffness, damping, friction, level, reach))
+            let fields = DensityFields::new(setup, distance);
+            ContactModel::Repulsion(Repulsion::new(stiffness, damping, friction, fields, self_contact))
         }
         ContactLaw::Sums => {
             let support = |body: &BodySetup| match &body.formulation {
@@ -422,7 +422,7 @@ fn check_sums(model: &SolidModel, law: Option<InterfaceLaw>, errors: &mut Vec<St
     }
 }
 
-/// A pair may meet through one image only.
+/// A pair may interact through one periodic image only.
 fn check_periods(model: &SolidModel, errors: &mut Vec<String>) {
     let own = model.bodies.iter().filter_map(|body| body.formulation.list_radius()).fold(0.0, f64::max);
     let needed =

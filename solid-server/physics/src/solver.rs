@@ -13,7 +13,7 @@ use sph::vector::{DIMENSIONS, Vector};
 use crate::build::{build, build_workspace};
 use crate::particles::forces::ParticleTorques;
 use crate::report::fields::{best_fit_angle, energies, snapshot};
-use crate::report::momentum_budget::{StageRecord, record};
+use crate::report::momentum_budget::{StageRecord, stage_record};
 use crate::report::probes::probe_values;
 use crate::system::model::SolidModel;
 use crate::system::saved::HISTORY;
@@ -78,7 +78,7 @@ impl SolidSolver {
         }
     }
 
-    /// ForcePass and rates of the stage, once those of the fluid are known.
+    /// Forces and rates of the stage, once those of the fluid are known.
     fn complete_stage(&mut self, time: &StageTime) {
         if self.model.stepping == SolidStepping::StageRule {
             sum_forces(&self.model, &mut self.workspace, time, time.state_time());
@@ -271,7 +271,7 @@ impl Solver for SolidSolver {
     /// With sub-steps, forces of the solids on themselves are evaluated within.
     fn advance(&mut self, time: &StageTime) -> Result<StageBooks, Divergence> {
         self.move_stage(time)?;
-        let record = record(&self.model, &self.state, &self.workspace, time);
+        let record = stage_record(&self.model, &self.state, &self.workspace, time);
         match time.at.stage {
             Stage::Predictor => self.take_prediction(),
             Stage::Corrector => self.accept(&record, time.duration()),

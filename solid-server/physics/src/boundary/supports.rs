@@ -26,18 +26,18 @@ pub struct Support {
 pub struct HeldParticle {
     /// Index of the particle within its body.
     pub particle: usize,
-    /// What the support's motion carries to the particle's place, see [`PrescribedMotion::origin`] \[m\].
+    /// Point that the support's motion carries to the particle's position, see [`PrescribedMotion::origin`] \[m\].
     pub origin: Vector,
 }
 
-/// A prescribed rigid motion, seen from where things are at the start of the run.
+/// A prescribed rigid motion relative to the positions at the start of the run.
 pub struct PrescribedMotion {
     motion: RigidMotion,
     pivot: Vector,
     start_time: f64,
 }
 
-/// Where a support wants what it holds at one time.
+/// Position and velocity that a support prescribes at one time.
 pub struct SupportTarget<'a> {
     support: &'a Support,
     motion: Option<MotionState>,
@@ -45,11 +45,14 @@ pub struct SupportTarget<'a> {
     angle: f64,
 }
 
-/// Whether something that ends at `release_time` \[s\] acts in the step of `time`.
+/// Fraction of a step by which a release may come early \[-\]: absorbs the round-off of nΔt.
+const RELEASE_TOLERANCE: f64 = 1e-6;
+
+/// Whether a support or wall released at `release_time` \[s\] acts in the step of `time`.
 ///
-/// Decided by the start of the step, so that both stages agree; a millionth of a step absorbs the round-off of nΔt.
+/// Decided by the start of the step, so that both stages agree.
 pub fn acts(release_time: f64, time: &StageTime) -> bool {
-    time.step_start + 1e-6 * time.time_step < release_time
+    time.step_start + RELEASE_TOLERANCE * time.time_step < release_time
 }
 
 impl Support {
@@ -63,12 +66,12 @@ impl Support {
         self.held.iter().all(|held| *held)
     }
 
-    /// Origin of what is at `start` \[m\] for [`SupportTarget::of`].
+    /// Reference point of a particle at `start` \[m\] for [`SupportTarget::of`].
     pub fn origin(&self, start: &Vector) -> Vector {
         self.motion.as_ref().map_or(*start, |motion| motion.origin(start))
     }
 
-    /// The support's demand at `time` \[s\].
+    /// Prescribed position and velocity at `time` \[s\].
     pub fn target(&self, time: f64) -> SupportTarget<'_> {
         SupportTarget {
             support: self,
@@ -79,7 +82,8 @@ impl Support {
 }
 
 impl SupportTarget<'_> {
-    /// Prescribed position \[m\] and velocity \[m/s\] of what has `origin` and is at `base` if held at rest.
+    /// Prescribed position \[m\] and velocity \[m/s\] of a held particle with reference point `origin`; at rest it stays
+    /// at `base`.
     fn of(&self, origin: &Vector, base: &Vector) -> (Vector, Vector) {
         match &self.motion {
             Some(motion) => (motion.position(origin), motion.velocity(origin)),
@@ -87,8 +91,8 @@ impl SupportTarget<'_> {
         }
     }
 
-    /// Overwrites the held components of what has `origin` and was at `base` when the step began.
-    pub fn hold(&self, origin: &Vector, base: &Vector, position: &mut Vector, velocity: &mut Vector) {
+    /// Imposes the held components on a particle with reference point `origin` that was at `base` when the step began.
+    pub fn impose(&self, origin: &Vector, base: &Vector, position: &mut Vector, velocity: &mut Vector) {
         let (x, v) = self.of(origin, base);
         for axis in 0..DIMENSIONS {
             if self.support.held[axis] {
@@ -98,12 +102,12 @@ impl SupportTarget<'_> {
         }
     }
 
-    /// Imposes the support on a rigid body that was at `base` and whose centre has `origin`.
+    /// Imposes the support on a rigid body that was at `base` and whose centre has the reference point `origin`.
     ///
-    /// HeldQuantity components bind the centre of mass. A support that holds all components binds the rotation too; rollers
+    /// Held components bind the centre of mass. A support that holds all components binds the rotation too; rollers
     /// leave it free.
     pub fn impose_on_rigid(&self, origin: &Vector, base: &RigidState, next: &mut RigidState) {
-        self.hold(origin, &base.centre, &mut next.centre, &mut next.velocity);
+        self.impose(origin, &base.centre, &mut next.centre, &mut next.velocity);
         if self.support.holds_fully() {
             let angular_velocity = |motion: &MotionState| {
                 let tip = origin + Vector::x();
@@ -124,7 +128,7 @@ impl PrescribedMotion {
 
     /// The point \[m\] that the motion has carried to `start` by the start of the run.
     ///
-    /// So what is held does not jump at the start, also where a run continues another one.
+    /// So held particles do not jump at the start, also where a run continues another one.
     fn origin(&self, start: &Vector) -> Vector {
         let now = self.motion.at(self.start_time);
         let from_pivot = start - now.position(&self.pivot);
@@ -173,13 +177,13 @@ pub fn build_supports(
     (1u32..).zip(&body.supports).map(build).collect()
 }
 
-/// Gives held components the velocity of their support, so that the first step does not jolt them.
+/// Gives held components the velocity of their support, so that the first step starts without a jump.
 pub fn impose_velocities(supports: &[Support], start_time: f64, velocity: &mut [Vector]) {
     for support in supports.iter().filter(|support| support.release_time > start_time) {
         let target = support.target(start_time);
         for held in &support.particles {
             let mut place = held.origin;
-            target.hold(&held.origin, &held.origin, &mut place, &mut velocity[held.particle]);
+            target.impose(&held.origin, &held.origin, &mut place, &mut velocity[held.particle]);
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Walls as the solids meet them.
+//! Walls that the solids are in contact with.
 
 use sph::motion::RigidMotion;
 use sph::setup::{SolidSetup, WallSetup};

@@ -1,53 +1,53 @@
-//! How deep a particle lies in another body, and the force that this depth makes.
+//! Penetration depth of a particle in another body by a smoothed density, and the force of that depth.
 
 use std::f64::consts::PI;
 
 use sph::vector::Vector;
 
-/// Reach of the level's kernel in spacings \[-\]: wide enough for the lattice below to be felt as a smooth face.
+/// Support radius of the density's kernel in spacings \[-\]: wide enough to smooth the corrugation of the lattice.
 const REACH: f64 = 3.0;
 
-/// Depth in touching distances beyond which the force grows linearly \[-\]: there rows of particles coincide.
+/// Depth in contact distances beyond which the force grows linearly \[-\]; at 1 rows of particles coincide.
 const STIFFEST: f64 = 0.95;
 
-/// Places along a row at which the lattice is sampled.
+/// Number of places along a row at which the density of the half-plane is sampled.
 const SAMPLES: u32 = 16;
 
-/// DensityField of a half-plane of particles as a measure of depth.
+/// Density field of a half-plane of particles as a measure of depth.
 ///
 /// ```text
 /// D_i = Σ_j ΔX² W(r_ij),  δ = d (D − D(d))/(D(0) − D(d)),  W = 7/(πH²) (1 − q)⁴ (1 + 4q), q = r/H (Wendland C²)
 /// ```
 ///
-/// j are the particles of the other body, d is the touching distance of two rows, D(y) the level at height y over the
-/// outer row of a half-plane of particles at rest. So δ is 0 where rows are d apart and d where they coincide. Over a
-/// row the level varies by less than a thousandth of a spacing, so a body does not lock into the lattice below it.
+/// j are the particles of the other body, d is the contact distance of two rows, D(y) the density at height y over the
+/// outer row of a half-plane of particles at rest. So δ is 0 where rows are d apart and d where they coincide. Along a
+/// row δ varies by less than a thousandth of a spacing, so bodies do not interlock.
 #[derive(Clone, Copy, Debug)]
 pub struct DensityField {
     /// Radius H within which particles count \[m\].
     pub support: f64,
     scale: f64,
     /// D(d) \[-\].
-    touching: f64,
+    at_contact: f64,
     /// dδ/dD \[m\].
     gain: f64,
     distance: f64,
 }
 
 impl DensityField {
-    /// DensityField of a body whose particles are `spacing` \[m\] apart, touched from the distance `distance` \[m\].
+    /// Density field of a body of particle spacing `spacing` \[m\], in contact from the distance `distance` \[m\].
     pub fn new(spacing: f64, distance: f64) -> Self {
         let support = REACH.max(REACH - 1.0 + distance / spacing) * spacing;
         let scale = spacing * spacing * 7.0 / (PI * support * support);
-        let bare = Self { support, scale, touching: 0.0, gain: 0.0, distance };
+        let bare = Self { support, scale, at_contact: 0.0, gain: 0.0, distance };
         let heights = |height: f64| {
             (0..SAMPLES)
                 .map(move |k| bare.over_half_plane(spacing, f64::from(k) / f64::from(SAMPLES), height))
         };
         // The largest over the phases: lattices laid side by side start without force.
-        let touching = heights(distance).fold(0.0, f64::max);
+        let at_contact = heights(distance).fold(0.0, f64::max);
         let full = heights(0.0).sum::<f64>() / f64::from(SAMPLES);
-        Self { touching, gain: distance / (full - touching), ..bare }
+        Self { at_contact, gain: distance / (full - at_contact), ..bare }
     }
 
     /// D at `height` \[m\] over the outer row, `phase` spacings along it.
@@ -77,10 +77,10 @@ impl DensityField {
         -20.0 * self.scale * rest.powi(3) / (self.support * self.support)
     }
 
-    /// Depth δ \[m\] at level `level` \[-\].
+    /// Depth δ \[m\] where the density is `density` \[-\].
     #[inline]
-    pub fn depth(&self, level: f64) -> f64 {
-        self.gain * (level - self.touching)
+    pub fn depth(&self, density: f64) -> f64 {
+        self.gain * (density - self.at_contact)
     }
 
     /// dδ/dD \[m\].
@@ -89,7 +89,7 @@ impl DensityField {
         self.gain
     }
 
-    /// Touching distance d \[m\].
+    /// Contact distance d \[m\].
     #[inline]
     pub fn distance(&self) -> f64 {
         self.distance
@@ -121,15 +121,15 @@ mod tests {
     use super::*;
 
     #[test]
-    fn depth_is_that_of_rows_and_hardly_feels_the_lattice() {
-        let level = DensityField::new(0.01, 0.01);
+    fn depth_is_that_of_rows_and_hardly_depends_on_the_lattice() {
+        let field = DensityField::new(0.01, 0.01);
         for (height, allowed) in [(1.0, 3e-4), (0.9, 1e-3), (0.7, 3e-3)] {
             for k in 0..10 {
-                let found = level.depth(level.over_half_plane(0.01, 0.1 * f64::from(k), 0.01 * height));
-                let flat = level.depth(level.over_half_plane(0.01, 0.0, 0.01 * height));
+                let found = field.depth(field.over_half_plane(0.01, 0.1 * f64::from(k), 0.01 * height));
+                let flat = field.depth(field.over_half_plane(0.01, 0.0, 0.01 * height));
                 // Measured: the corrugation grows from 1e-4 to 2e-3 spacings as rows approach.
                 assert!((found - flat).abs() < allowed * 0.01, "{height} {k}: {found} {flat}");
-                // The chord from touching to coincidence: D(y) bends by less than a tenth of a spacing.
+                // The chord from contact to coincidence: D(y) bends by less than a tenth of a spacing.
                 assert!((found - 0.01 * (1.0 - height)).abs() < 1e-3, "{height}: {found}");
             }
         }
@@ -137,10 +137,10 @@ mod tests {
 
     #[test]
     fn the_gradient_is_that_of_the_level() {
-        let level = DensityField::new(1.0, 1.0);
+        let field = DensityField::new(1.0, 1.0);
         for r in [0.0, 0.3, 1.0, 2.2, 2.999, 3.1] {
-            let slope = (level.weight(r + 1e-6) - level.weight((r - 1e-6).abs())) / 2e-6;
-            assert!((level.gradient_factor(r) * r - slope).abs() < 1e-9, "{r}");
+            let slope = (field.weight(r + 1e-6) - field.weight((r - 1e-6).abs())) / 2e-6;
+            assert!((field.gradient_factor(r) * r - slope).abs() < 1e-9, "{r}");
         }
     }
 

@@ -1,4 +1,4 @@
-//! ContactConstants by the depth of particles in other bodies: central, conservative but for its damping, never pulling.
+//! Repulsion by penetration depth: central forces, conservative apart from damping, never attractive.
 
 use rayon::prelude::*;
 
@@ -17,9 +17,9 @@ use crate::particles::constants::ParticleConstants;
 use crate::particles::forces::ContactForces;
 use crate::particles::variables::Particles;
 
-/// Repulsion between particles of different bodies, of bodies and walls, and of parts of one body that meet.
+/// Repulsion between particles of different bodies, of bodies and walls, and of distant parts of one body.
 ///
-/// Each particle s near another body o feels its depth δ in it, see [`DensityField`]:
+/// Each particle s with a penetration depth δ in another body o, see [`DensityField`], exerts forces on its particles j:
 ///
 /// ```text
 /// p_s = (f + clamp(c δ', ±f)) dδ/dD,  f = κ δ d/(d − δ);   f_sj = −p_s ΔX² (dW/dr)/r x_sj
@@ -28,8 +28,8 @@ use crate::particles::variables::Particles;
 ///
 /// The forces are minus the derivative of Σ Ψ(D_s), plus damping. Each is along x_sj and has its opposite on j, so
 /// momentum and angular momentum are kept; together they are normal to the smoothed face. κ is half of the given
-/// fraction k of the softer body's bulk modulus, a wall being the stiffer side, since either side's particles feel
-/// their depth in the other. ζ is a fraction of critical damping for the reduced mass m of two particles. The force sets
+/// fraction k of the softer body's bulk modulus, a wall being the stiffer side, since the particles of both sides
+/// penetrate the other. ζ is a fraction of critical damping for the reduced mass m of two particles. The force sets
 /// in without a jump and stiffens without bound up to where rows coincide, so that bodies do not pass through each
 /// other. Friction is that of [`Friction`].
 #[derive(Clone, Copy, Debug)]
@@ -41,22 +41,22 @@ pub struct Repulsion {
     /// Coulomb's coefficient of friction μ \[-\].
     pub friction: f64,
     pub fields: DensityFields,
-    /// Undeformed distance \[m\] from which particles of one body can contact; `None` without self-contact.
+    /// Undeformed distance \[m\] from which parts of one body can be in contact; `None` without self-contact.
     pub self_contact_distance: Option<f64>,
 }
 
-/// Undeformed distance from which parts of a body can touch each other, in supports of the contact's level: a body
-/// squeezed by a third does not yet feel itself.
+/// Undeformed distance from which parts of one body can be in contact, in support radii of the density field \[-\]: a body
+/// compressed by a third is not yet in contact with itself.
 const SELF_CONTACT_DISTANCE: f64 = 1.5;
 
-/// DensityFields by which particles feel each other.
+/// Density fields of bodies and walls.
 #[derive(Clone, Copy, Debug)]
 pub struct DensityFields {
     /// Of bodies.
     pub bodies: DensityField,
     /// Of walls, whose particles may have another spacing.
     pub walls: DensityField,
-    /// Of bodies as wall particles feel it.
+    /// Of bodies, for the depth of wall particles in them.
     pub bodies_from_walls: DensityField,
 }
 
@@ -64,7 +64,7 @@ pub struct DensityFields {
 #[derive(Clone, Copy, Debug)]
 pub struct Contact {
     pub key: ContactKey,
-    /// Derivative p of the energy by the level, damping included \[N\].
+    /// Derivative p of the energy by the density, damping included \[N\].
     slope: f64,
     depth: f64,
     /// Bound of the stiffness over the gradient on one particle \[N\].
@@ -93,16 +93,16 @@ struct ContactConstants {
 }
 
 impl Contact {
-    /// Force \[N/m\] of the particle on a particle at x_sj \[m\] of what it contacts.
+    /// Force \[N/m\] of the particle on a particle at x_sj \[m\] of its partner.
     #[inline]
-    fn on_neighbour(&self, level: &DensityField, x_sj: &Vector) -> Vector {
+    fn on_neighbour(&self, field: &DensityField, x_sj: &Vector) -> Vector {
         let r = x_sj.norm();
-        x_sj * (self.slope * level.gradient_factor(r)) + self.friction.reaction(level, x_sj, r)
+        x_sj * (self.slope * field.gradient_factor(r)) + self.friction.reaction(field, x_sj, r)
     }
 
     /// Bound of what one neighbour at distance `r` \[m\] adds to the stiffness of its contact \[Pa\].
-    fn stiffness_at(&self, level: &DensityField, r: f64) -> f64 {
-        self.stiffness * level.gradient_factor(r).abs() * r
+    fn stiffness_at(&self, field: &DensityField, r: f64) -> f64 {
+        self.stiffness * field.gradient_factor(r).abs() * r
     }
 }
 
@@ -117,7 +117,7 @@ impl ContactStage<'_> {
         (x_iw, self.stage.velocity[i] - self.walls.velocity[w])
     }
 
-    /// The wall particles that can touch particle `i`.
+    /// The wall particles that can be in contact with particle `i`.
     fn walls_of(&self, i: usize) -> impl Iterator<Item = usize> + Clone + '_ {
         self.lists.walls.of(i).iter().map(|w| *w as usize)
     }
@@ -130,7 +130,7 @@ impl ContactStage<'_> {
 }
 
 impl DensityFields {
-    /// DensityFields of the bodies and walls of `setup` that touch from `distance` mean spacings \[-\].
+    /// Density fields of the bodies and walls of `setup`, in contact from `distance` mean spacings \[-\].
     pub fn new(setup: &SolidSetup, distance: f64) -> Self {
         let (spacing, wall_spacing) = (setup.particle_spacing, wall_spacing(setup));
         let to_walls = distance * 0.5 * (spacing + wall_spacing);
@@ -147,7 +147,8 @@ impl DensityFields {
     }
 }
 
-/// Spacing of the wall particles \[m\]: the smallest distance of two of a wall, the bodies' where there is none.
+/// Spacing of the wall particles \[m\]: the smallest distance of consecutive particles of a wall; that of the bodies
+/// without walls.
 fn wall_spacing(setup: &SolidSetup) -> f64 {
     let walls = &setup.wall_particles;
     let distance = |k: usize| {
@@ -159,7 +160,8 @@ fn wall_spacing(setup: &SolidSetup) -> f64 {
 }
 
 impl Repulsion {
-    /// A repulsion of the given stiffness, damping and coefficient of friction; `self_contact` lets bodies touch themselves.
+    /// A repulsion of the given stiffness, damping and coefficient of friction; with `self_contact` also between distant
+    /// parts of one body.
     pub fn new(
         stiffness: f64,
         damping: f64,
@@ -171,7 +173,7 @@ impl Repulsion {
         Self { stiffness, damping, friction, fields, self_contact_distance }
     }
 
-    /// ContactConstants forces on all particles, with the contacts that make them; `springs` advance to the time of the stage.
+    /// Contact forces on all particles, and the contacts that cause them; `springs` advance to the time of the stage.
     pub fn evaluate(
         &self,
         at: &ContactStage<'_>,
@@ -180,8 +182,8 @@ impl Repulsion {
         sums: &mut [ContactForces],
     ) {
         self.find_contacts(at, springs, contacts);
-        let held: &[Contact] = if self.friction > 0.0 { contacts } else { &[] };
-        springs.renew(at.at, held.iter().map(|contact| (contact.key, contact.friction.slip)));
+        let sticking: &[Contact] = if self.friction > 0.0 { contacts } else { &[] };
+        springs.renew(at.at, sticking.iter().map(|contact| (contact.key, contact.friction.elongation)));
         if contacts.is_empty() {
             sums.fill(ContactForces::default());
             return;
@@ -261,7 +263,7 @@ impl Repulsion {
         found
     }
 
-    /// ContactConstants of `body` with `other` or a wall.
+    /// Constants of the contact of `body` with `other` or a wall.
     fn constants(&self, body: &Body, other: Option<&Body>, mass: f64) -> ContactConstants {
         let softer = other.map_or(f64::INFINITY, |other| other.material.bulk_modulus);
         ContactConstants { stiffness: 0.5 * self.stiffness * body.material.bulk_modulus.min(softer), mass }
@@ -271,71 +273,72 @@ impl Repulsion {
     fn contact(
         &self,
         key: ContactKey,
-        level: &DensityField,
+        field: &DensityField,
         contact: &ContactConstants,
         near: impl Iterator<Item = RelativeState> + Clone,
-        slip: (f64, f64),
+        elongation: (f64, f64),
     ) -> Option<Contact> {
-        let square = level.support * level.support;
+        let square = field.support * field.support;
         let near = near.filter(|(x, _)| x.norm_squared() < square);
-        // Most rows of neighbours touch filler.
-        let depth = level.depth(near.clone().map(|(x, _)| level.weight(x.norm())).sum());
+        // Most rows of neighbours end here.
+        let depth = field.depth(near.clone().map(|(x, _)| field.weight(x.norm())).sum());
         if depth <= 0.0 {
             return None;
         }
         let (mut gradient, mut rate, mut reach) = (Vector::zeros(), 0.0, 0.0);
         for (x, v) in near.clone() {
-            let part = x * level.gradient_factor(x.norm());
+            let part = x * field.gradient_factor(x.norm());
             gradient += part;
             rate += part.dot(&v);
             reach += part.norm();
         }
-        let (distance, gain) = (level.distance(), level.gain());
+        let (distance, gain) = (field.distance(), field.gain());
         let spring = Spring::new(contact.stiffness, depth, distance);
         let dashpot = 2.0 * self.damping * (contact.stiffness * contact.mass).sqrt();
-        // Within the spring's force: no jump at the onset, no pull at the end, and the same loss however light the contact.
+        // Within the spring's force: no jump at the onset, no attraction at the end, the same relative loss at any speed.
         let damping = (dashpot * gain * rate).clamp(-spring.force, spring.force);
         let slope = gain * (spring.force + damping);
         let normal = slope * gradient.norm();
-        let rubs = self.friction > 0.0 && normal > 0.0;
-        let friction = if rubs {
-            let grip =
+        let has_friction = self.friction > 0.0 && normal > 0.0;
+        let friction = if has_friction {
+            let law =
                 FrictionConstants { stiffness: contact.stiffness, dashpot, bound: self.friction * normal };
-            Friction::new(level, &grip, near, &gradient, slip)
+            Friction::new(field, &law, near, &gradient, elongation)
         } else {
             Friction::default()
         };
         // Gershgorin's bound of the rows of p' ∇D ⊗ ∇D; what sticks is held as stiffly along the face.
-        let sides = if rubs { 2.0 } else { 1.0 };
+        let sides = if has_friction { 2.0 } else { 1.0 };
         let stiffness = sides * gain * gain * spring.slope * (gradient.norm() + reach);
         Some(Contact { key, slope, depth, stiffness, friction })
     }
 
-    /// ContactConstants of particle `i`: the reactions to its own contacts, and the contacts of others in its body.
+    /// Contact forces on particle `i`: reactions to its own contacts, and forces of the contacts of others with its body.
     fn forces(&self, at: &ContactStage<'_>, contacts: &[Contact], i: usize) -> ContactForces {
         let mut sums = ContactForces::default();
         let own = |key: ContactKey| {
             contacts.binary_search_by_key(&key, |contact| contact.key).ok().map(|k| &contacts[k])
         };
         let body = Owner::Body(at.constants.body[i]);
-        let mut add = |contact: &Contact, level: &DensityField, x_ij: &Vector, walls: bool, sign: f64| {
+        // `sign` is 1 for the reaction to the particle's own contact, −1 for the force of another's.
+        let mut add = |contact: &Contact, field: &DensityField, x_ij: &Vector, sign: f64| {
             let (r, x_sj) = (x_ij.norm(), x_ij * sign);
-            if r < level.support {
-                let force = contact.on_neighbour(level, &x_sj) * -sign;
-                *(if walls { &mut sums.walls } else { &mut sums.bodies }) += force;
-                sums.stiffness += contact.stiffness_at(level, r);
-                sums.depth = sums.depth.max(contact.depth);
+            if r >= field.support {
+                return Vector::zeros();
             }
+            sums.stiffness += contact.stiffness_at(field, r);
+            sums.depth = sums.depth.max(contact.depth);
+            contact.on_neighbour(field, &x_sj) * -sign
         };
         for (other, group) in at.by_body(at.lists.bodies.of(i)) {
             let contact = own((i as u32, Owner::Body(other)));
             for &j in group {
                 let x_ij = at.near(i, j as usize).0;
                 if let Some(contact) = contact {
-                    add(contact, &self.fields.bodies, &x_ij, false, 1.0);
+                    sums.bodies += add(contact, &self.fields.bodies, &x_ij, 1.0);
                 }
                 if let Some(contact) = own((j, body)) {
-                    add(contact, &self.fields.bodies, &x_ij, false, -1.0);
+                    sums.bodies += add(contact, &self.fields.bodies, &x_ij, -1.0);
                 }
             }
         }
@@ -343,10 +346,10 @@ impl Repulsion {
         for w in at.walls_of(i) {
             let x_iw = at.near_wall(i, w).0;
             if let Some(contact) = contact {
-                add(contact, &self.fields.walls, &x_iw, true, 1.0);
+                sums.walls += add(contact, &self.fields.walls, &x_iw, 1.0);
             }
             if let Some(contact) = own(((at.constants.len() + w) as u32, body)) {
-                add(contact, &self.fields.bodies_from_walls, &x_iw, true, -1.0);
+                sums.walls += add(contact, &self.fields.bodies_from_walls, &x_iw, -1.0);
             }
         }
         sums

@@ -1,4 +1,4 @@
-//! The document's contact: bodies meet in the sums over all particles, walls by its section 4.1.
+//! Contact of the source paper: other bodies enter the sums over particles, walls as in its section 4.1.
 
 use rayon::prelude::*;
 
@@ -20,13 +20,13 @@ use crate::particles::variables::Particles;
 ///
 /// Particles of other bodies are neighbours like any other, with the means of both bodies' constants. A wall particle
 /// has the velocity of its wall, the pressure of Eq. (28) over solid particles, the density that Eq. (5) gives for it,
-/// and no shear. Both can pull where the pressure is negative; what a body feels sets in at the support radius.
+/// and no shear. Both attract where the pressure is negative; the force sets in at the support radius.
 pub struct SumContact {
     /// Support radius of the sums \[m\].
     pub support_radius: f64,
 }
 
-/// What contact through the sums reads.
+/// The state at which contact through the sums is evaluated.
 pub struct SumStage<'a> {
     pub domain: &'a Domain,
     /// Spacing of the particles \[m\].

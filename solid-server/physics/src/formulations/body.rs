@@ -32,7 +32,7 @@ pub struct Body {
     pub loads: Vec<Load>,
     /// Time \[s\] until which contact with each wall particle is left out; empty without supports.
     pub wall_exemption: Vec<f64>,
-    /// Whether parts of it that are far apart when undeformed may touch.
+    /// Whether parts of it that are far apart when undeformed may be in contact.
     pub self_contact: bool,
     /// Whether a probe reads the body's angle.
     pub tracks_angle: bool,

@@ -110,7 +110,7 @@ pub struct Limits {
 /// How one body turns its state into stress, internal forces and rates.
 ///
 /// Slices hold the particles of the body alone. A formulation is constant: what evolves is in the state, what is
-/// disposable in the workspace. ForcePass between owners, contact, walls and supports are added by the solver.
+/// disposable in the workspace. Forces between owners, contact, walls and supports are added by the solver.
 pub trait BodyFormulation: Send + Sync {
     /// Pressure and stress of a state.
     fn update_stress(

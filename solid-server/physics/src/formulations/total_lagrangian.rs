@@ -101,7 +101,7 @@ impl TotalLagrangianBody {
         }
     }
 
-    /// ForcePass of all pairs of the body \[N/m\].
+    /// Forces of all pairs of the body \[N/m\].
     fn pair_forces<G: Geometry>(
         &self,
         geometry: G,

@@ -1,4 +1,4 @@
-//! The document's solid: updated-Lagrangian SPH, Eq. (5)-(8), (17), (25)-(26).
+//! Updated-Lagrangian SPH as in the source paper, Eq. (5)-(8), (17), (25)-(26).
 
 use rayon::prelude::*;
 

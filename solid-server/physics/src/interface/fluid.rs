@@ -1,4 +1,4 @@
-//! The solids' end of the interface with the fluid.
+//! Interface of the solids with the fluid.
 
 use rayon::prelude::*;
 
@@ -17,7 +17,7 @@ use crate::particles::constants::ParticleConstants;
 use crate::particles::fields::StressFields;
 use crate::particles::variables::Particles;
 
-/// What the solids need to meet a fluid.
+/// State of the interface with the fluid on the side of the solids.
 #[derive(Debug)]
 pub struct FluidInterface {
     interface: Interface,
@@ -26,7 +26,7 @@ pub struct FluidInterface {
     kernel: CubicSpline,
     law: InterfaceLaw,
     tracker: ExtentTracker,
-    /// Distance by which particles may move before the extent is made anew \[m\].
+    /// Distance by which particles may move before the extent is rebuilt \[m\].
     slack: f64,
     tracked_at: Vec<Vector>,
     reach_map: ReachMap,
@@ -63,7 +63,7 @@ impl FluidInterface {
         link
     }
 
-    /// Makes the extent anew when particles have moved too far.
+    /// Rebuilds the extent when particles have moved too far.
     pub fn track(&mut self, positions: &[Vector]) {
         let moved = if self.tracked_at.len() == positions.len() {
             sph::neighbours::largest_displacement(&self.domain, positions, &self.tracked_at)
@@ -77,7 +77,7 @@ impl FluidInterface {
         }
     }
 
-    /// Goes on with particles restored to `positions` \[m\].
+    /// Continues with particles restored to `positions` \[m\].
     pub fn restore(&mut self, positions: &[Vector], largest_set: u64) {
         self.tracked_at.clear();
         self.track(positions);
@@ -89,7 +89,7 @@ impl FluidInterface {
         self.tracker.extent()
     }
 
-    /// Whether a partner that sent all within `reach` \[m\] of `extent` covered all that `positions` can meet.
+    /// Whether a partner that sent all within `reach` \[m\] of `extent` covered all neighbours of `positions`.
     ///
     /// # Errors
     /// The shortfall \[m\].
@@ -143,7 +143,7 @@ impl FluidInterface {
         self.set_version
     }
 
-    /// ForcePass of the fluid at `time` \[s\], written to `forces` \[N/m\]; `own` is what [`FluidInterface::select`] filled in this stage.
+    /// Forces of the fluid at `time` \[s\], written to `forces` \[N/m\]; `own` is what [`FluidInterface::select`] filled in this stage.
     ///
     /// Where the law is one sum over all particles, the fluid's particles enter the gradients of `sums` too.
     pub fn evaluate(

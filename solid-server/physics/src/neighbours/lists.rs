@@ -85,7 +85,7 @@ impl OwnLists {
         Self { rows: Rows::default(), support_radius, skin, built_at: Vec::new() }
     }
 
-    /// Builds the lists anew if `positions` have deformed too far; says whether it did.
+    /// Rebuilds the lists if `positions` have deformed too far; returns whether it did.
     pub fn refresh(&mut self, domain: &Domain, positions: &[Vector]) -> bool {
         if !self.stale(domain, positions) {
             return false;
@@ -116,20 +116,20 @@ impl OwnLists {
     }
 }
 
-/// Which pairs count as contacts.
+/// Which pairs are candidates of contact.
 pub struct ContactFilter<P, W> {
-    /// Whether two particles do; `None` where none do.
+    /// Whether two particles are; `None` where none are.
     pub particles: Option<P>,
-    /// Whether a particle and a wall particle do.
+    /// Whether a particle and a wall particle are.
     pub walls: W,
-    /// Supports and walls that have let go so far: what `walls` says changes with it.
+    /// Number of supports and walls released so far: `walls` changes with it.
     pub released: usize,
 }
 
-/// PairPass of particles of different bodies or of parts of one that may meet, and of particles and walls.
+/// Candidate pairs of contact: particles of different bodies or distant parts of one, and particles with walls.
 #[derive(Debug)]
 pub struct ContactLists {
-    /// For each particle those of other bodies, and of its own where that can touch itself.
+    /// For each particle those of other bodies, and of its own with self-contact.
     pub bodies: Rows,
     /// For each particle the wall particles that act on it.
     pub walls: Rows,
@@ -160,41 +160,42 @@ impl ContactLists {
         }
     }
 
-    /// Builds the lists anew if `positions` or `walls` have moved too far, or something let go; says whether it did.
+    /// Rebuilds the lists if `positions` or `walls` have moved too far or a release occurred; returns whether it did.
     pub fn refresh<P, W>(
         &mut self,
         domain: &Domain,
         positions: &[Vector],
         walls: &[Vector],
-        meeting: &ContactFilter<P, W>,
+        filter: &ContactFilter<P, W>,
     ) -> bool
     where
         P: Fn(usize, usize) -> bool,
         W: Fn(usize, usize) -> bool,
     {
-        let none = meeting.particles.is_none() && walls.is_empty();
-        if none || self.released == meeting.released && !self.stale(domain, positions, walls) {
+        let none = filter.particles.is_none() && walls.is_empty();
+        if none || self.released == filter.released && !self.stale(domain, positions, walls) {
             return false;
         }
         let radius = self.radius + self.skin;
         let grid = CellGrid::new(domain, positions, radius);
-        if let Some(may_be_in_contact) = &meeting.particles {
+        if let Some(may_be_in_contact) = &filter.particles {
             let list = grid.list(domain, positions, positions, radius, true);
             self.bodies.fill(&list, may_be_in_contact);
         }
         if !walls.is_empty() {
             let list = grid.list(domain, walls, positions, radius, false);
-            self.of_walls.fill(&list, |w, i| (meeting.walls)(i, w));
+            self.of_walls.fill(&list, |w, i| (filter.walls)(i, w));
             self.of_walls.transpose_into(positions.len(), &mut self.walls);
         }
         let Self { bodies, walls: of_particles, of_walls, active, .. } = self;
         let particles =
             (0..positions.len()).filter(|i| !(bodies.of(*i).is_empty() && of_particles.of(*i).is_empty()));
-        let touched = (0..walls.len()).filter(|w| !of_walls.of(*w).is_empty()).map(|w| positions.len() + w);
+        let walls_in_contact =
+            (0..walls.len()).filter(|w| !of_walls.of(*w).is_empty()).map(|w| positions.len() + w);
         active.clear();
         // Particles and wall particles of a run stay below 2^32.
-        active.extend(particles.chain(touched).map(|k| k as u32));
-        self.released = meeting.released;
+        active.extend(particles.chain(walls_in_contact).map(|k| k as u32));
+        self.released = filter.released;
         self.built_at.clear();
         self.built_at.extend_from_slice(positions);
         self.walls_built_at.clear();

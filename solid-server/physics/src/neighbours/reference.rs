@@ -21,9 +21,9 @@ pub struct ReferencePair {
 
 /// What a pair takes part in.
 ///
-/// A particle that is held for good is anchored: its material is rigid. What a free particle meets there is not the
-/// anchored particle but a boundary point half-way to it, which the anchored ones carry along: so a clamp acts at the
-/// face midway between the last held and the first free row, not up to a spacing behind it.
+/// A particle that is held throughout the run is anchored: its material is rigid. The neighbour of a free particle is then
+/// not the anchored particle but a boundary point half-way to it, which moves with the anchored ones: so a clamp acts at
+/// the face midway between the last held and the first free row, not up to a spacing behind it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PairKind {
     /// Both are free, or both anchored.
@@ -39,7 +39,7 @@ pub enum PairKind {
 /// One-sided differences at ½ΔX and −ΔX are exact for quadratic fields with weights inverse to the cubed distance.
 const BOUNDARY_WEIGHT: f64 = 8.0;
 
-/// What a particle knows of the deformation around it.
+/// Correction of the gradient at a particle.
 #[derive(Clone, Copy, Debug)]
 pub struct Correction {
     /// Inverse of Σ_j a_ij X_ij ⊗ X_ij, zero along a direction without neighbours \[1/m²\].
@@ -58,7 +58,7 @@ pub struct Reference {
     /// Whether a particle has pairs of another kind.
     bordering: Vec<bool>,
     pub corrections: Vec<Correction>,
-    /// Whether each particle is held for good.
+    /// Whether each particle is held throughout the run.
     pub anchored: Vec<bool>,
     /// Reference volumes per depth V \[m²\].
     pub volume: Vec<f64>,
@@ -94,7 +94,7 @@ impl Reference {
                 }
             }
             pairs[start..].sort_unstable_by_key(|pair| pair.neighbour);
-            // PairPass of one body stay far below 2^32.
+            // Pairs of one body stay far below 2^32.
             offsets.push(pairs.len() as u32);
             let row = &pairs[start..];
             corrections.push(Correction::of(row));
@@ -111,14 +111,14 @@ impl Reference {
         &self.pairs[self.offsets[i] as usize..self.offsets[i + 1] as usize]
     }
 
-    /// PairPass of particle `i` across the border of what is anchored.
+    /// Pairs of particle `i` across the border of what is anchored.
     #[inline]
     pub fn across_border(&self, i: usize) -> impl Iterator<Item = &ReferencePair> {
         let row = if self.bordering[i] { self.of(i) } else { &[] };
         row.iter().filter(|pair| pair.kind != PairKind::Inner)
     }
 
-    /// Whether particle `i` is held for good.
+    /// Whether particle `i` is held throughout the run.
     pub fn is_anchored(&self, i: usize) -> bool {
         self.anchored[i]
     }

@@ -47,7 +47,7 @@ impl Stencils {
             }
             self.batches.push(batch);
         }
-        // LaneSums of one body stay far below 2^32.
+        // Batches of one body stay far below 2^32.
         self.ends.push(self.batches.len() as u32);
     }
 

@@ -1,4 +1,4 @@
-//! ForcePass on the particles by origin, and their torques.
+//! Forces on the particles by origin, and their torques.
 
 use std::ops::AddAssign;
 
@@ -17,7 +17,7 @@ pub struct ContactForces {
     pub depth: f64,
 }
 
-/// ForcePass on one particle by origin \[N/m\], that of the fluid apart.
+/// Forces on one particle by origin \[N/m\], that of the fluid apart.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ParticleForces {
     /// Gravity and other body forces.

@@ -1,4 +1,4 @@
-//! Momentum budget of a stage, and what the next step is judged by.
+//! Momentum budget of a stage, and the maxima that limit the next step.
 
 use std::ops::AddAssign;
 
@@ -12,7 +12,7 @@ use crate::system::model::SolidModel;
 use crate::system::state::SolidState;
 use crate::system::workspace::Workspace;
 
-/// Sums over all particles that the budget need.
+/// Sums over all particles that the budget needs.
 #[derive(Clone, Copy, Default)]
 struct BudgetSums {
     momentum_change: Vector,
@@ -47,7 +47,7 @@ impl AddAssign for BudgetSums {
     }
 }
 
-/// Books of the stage that has just moved `workspace.next`, with what the next step is judged by.
+/// Momentum budget of the stage that has just moved `workspace.next`, and the maxima that limit the next step.
 pub struct StageRecord {
     pub budget: StageBooks,
     /// Largest acceleration of a particle \[m/s²\].
@@ -58,10 +58,10 @@ pub struct StageRecord {
     pub tangent_stiffness_ratio: f64,
 }
 
-/// Takes the budget of a stage.
+/// Momentum budget of the stage of `time`.
 ///
 /// The scale of round-off counts each force by its origin: forces that cancel at rest still round.
-pub fn record(
+pub fn stage_record(
     model: &SolidModel,
     state: &SolidState,
     workspace: &Workspace,

@@ -59,7 +59,7 @@ pub fn build_probes(setup: &SolidSetup, bodies: &mut [Body], errors: &mut Vec<St
 
 /// Appends the values of all probes, columns as `SolidProbeKind::columns` lists them.
 ///
-/// ForcePass and reactions are those of the last corrector, that is half a step before the boundary; at the start of a run
+/// Forces and reactions are those of the last corrector, that is half a step before the boundary; at the start of a run
 /// they are zero. Angular momentum is taken about the centre of the domain.
 pub fn probe_values(model: &SolidModel, state: &SolidState, time: f64, values: &mut Vec<f64>) {
     let reads_stress = model.probes.iter().any(|probe| matches!(probe, Probe::MaterialPoint(_)));

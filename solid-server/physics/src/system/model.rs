@@ -32,11 +32,11 @@ pub struct SolidModel {
     pub lost_particle_limit: u64,
 }
 
-/// How bodies touch each other and walls.
+/// Law of contact between bodies and with walls.
 pub enum ContactModel {
-    /// Repulsion by depth.
+    /// Repulsion by penetration depth.
     Repulsion(Repulsion),
-    /// The document's sums.
+    /// The sums of the source paper.
     Sums(SumContact),
 }
 
@@ -48,8 +48,11 @@ pub enum Probe {
     Plain(SolidProbeKind),
 }
 
+/// [`ContactModel::clearance`] of the repulsion in contact distances \[-\]: two lattice columns.
+const CLAMP_CLEARANCE: f64 = 2.5;
+
 impl ContactModel {
-    /// Distance within which particles of different owners touch \[m\].
+    /// Distance within which particles of different owners interact \[m\].
     pub fn radius(&self) -> f64 {
         match self {
             Self::Repulsion(law) => law.fields.support(),
@@ -57,7 +60,7 @@ impl ContactModel {
         }
     }
 
-    /// Undeformed distance \[m\] from which particles of one body can touch each other.
+    /// Undeformed distance \[m\] from which parts of one body can be in contact.
     pub fn self_contact_distance(&self) -> Option<f64> {
         match self {
             Self::Repulsion(law) => law.self_contact_distance,
@@ -65,10 +68,10 @@ impl ContactModel {
         }
     }
 
-    /// Distance from held particles within which walls are left out of the contact \[m\]: two lattice columns.
+    /// Distance from held particles within which walls are left out of the contact \[m\].
     pub fn clearance(&self) -> f64 {
         match self {
-            Self::Repulsion(law) => 2.5 * law.fields.walls.distance(),
+            Self::Repulsion(law) => CLAMP_CLEARANCE * law.fields.walls.distance(),
             Self::Sums(sums) => sums.support_radius,
         }
     }
@@ -99,8 +102,8 @@ impl SolidModel {
         &self.bodies[self.particles.body[i] as usize]
     }
 
-    /// Whether particles `i` and `j` may come to touch: they belong to different bodies or, where a body can touch itself,
-    /// are far apart when undeformed.
+    /// Whether particles `i` and `j` may be in contact: they belong to different bodies or, with self-contact, are far apart
+    /// when undeformed.
     pub fn may_be_in_contact(&self, i: usize, j: usize) -> bool {
         if self.particles.body[i] != self.particles.body[j] {
             return true;
@@ -112,7 +115,7 @@ impl SolidModel {
         })
     }
 
-    /// Whether any two particles may touch.
+    /// Whether any two particles may be in contact.
     pub fn has_contact(&self) -> bool {
         self.bodies.len() > 1
             || self.contact.self_contact_distance().is_some()
@@ -128,7 +131,7 @@ impl SolidModel {
     /// Whether contact of particle `i` with wall particle `w` counts in the step of `time`: not while all components of
     /// the particle are held.
     ///
-    /// A clamp continues its body into the wall, so the wall beside the clamp is in touch with it from the start. Wall
+    /// A clamp continues its body into the wall, so the wall beside the clamp is in contact with it from the start. Wall
     /// particles within [`ContactModel::clearance`] of a fully held particle at the start do not act on the body while
     /// that support does.
     pub fn wall_acts_on(&self, i: usize, w: usize, time: &StageTime) -> bool {
@@ -137,7 +140,7 @@ impl SolidModel {
         !held && !exempt && self.walls.acts(w, time)
     }
 
-    /// How many supports and walls no longer act in the step of `time`: what [`Self::wall_acts_on`] says changes with it.
+    /// Number of supports and walls released before the step of `time`; [`Self::wall_acts_on`] changes with it.
     pub fn released(&self, time: &StageTime) -> usize {
         let supports = self.bodies.iter().flat_map(|body| &body.supports);
         supports.filter(|support| !acts(support.release_time, time)).count() + self.walls.released(time)

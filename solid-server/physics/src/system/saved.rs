@@ -11,10 +11,10 @@ use crate::system::state::{BodyContact, LastStage, SolidState};
 /// Neighbour list builds and the largest set of interface particles, for reports.
 pub const HISTORY: &str = "solid.history";
 
-/// Stands for the walls where a saved slip names what is touched.
+/// Owner of a saved tangential spring that stands for the walls.
 const WALLS: u32 = u32::MAX;
 
-/// The springs that were saved: as many as there were touches.
+/// The tangential springs that were saved.
 fn restored_springs(saved: &SavedState) -> Result<TangentialSprings, RestoreError> {
     let [time] = saved.numbers("solid.slips.time")?;
     let springs = saved.f64s("solid.slips.slip", None)?;
@@ -24,7 +24,7 @@ fn restored_springs(saved: &SavedState) -> Result<TangentialSprings, RestoreErro
     let keys = particles.iter().zip(owners).map(|(particle, of)| (*particle, owner(*of)));
     let entries: Vec<_> = keys.zip(springs.iter().copied()).collect();
     if entries.windows(2).any(|pair| pair[0].0 >= pair[1].0) {
-        return Err(RestoreError::new("solid.slips.particle", "touches must ascend, each once"));
+        return Err(RestoreError::new("solid.slips.particle", "contacts must ascend, each once"));
     }
     Ok(TangentialSprings { time, entries })
 }
@@ -62,7 +62,7 @@ impl SolidState {
         saved.put_f64("solid.slips.slip", springs.entries.iter().map(|(_, slip)| *slip));
     }
 
-    /// The state of a run of `model` that was saved; `start`, the state at its start, tells numbers of things.
+    /// The state of a run of `model` that was saved; `start`, the state at its start, gives the array lengths.
     ///
     /// # Errors
     /// When arrays do not fit each other or the model.

@@ -1,4 +1,4 @@
-//! What a checkpoint holds, and what can be thrown away.
+//! Disposable buffers of a stage.
 
 use sph::ledger::InterfaceSums;
 use sph::vector::Vector;
@@ -28,18 +28,18 @@ pub struct Workspace {
     pub sums: Vec<PairSums>,
     pub rates: Rates,
     pub contact: Vec<ContactForces>,
-    /// Particles in touch at the latest evaluation.
+    /// Contacts at the latest evaluation.
     pub contacts: Vec<Contact>,
     /// TangentialSprings at the latest evaluation, and those at the start of the step.
     pub springs: TangentialSprings,
     pub start_springs: TangentialSprings,
     /// Prescribed loads on each particle; empty where no body has any \[N/m\].
     pub loads: Vec<Vector>,
-    /// ForcePass of the latest evaluation.
+    /// Forces of the latest evaluation.
     pub forces: Vec<ParticleForces>,
-    /// ForcePass at the start of the step, where each pass of sub-steps starts anew.
+    /// Forces at the start of the step, from which each pass of sub-steps starts.
     pub start_forces: Vec<ParticleForces>,
-    /// ForcePass that moved the stage, means over its sub-steps.
+    /// Forces that moved the stage, means over its sub-steps.
     pub mean_forces: Vec<ParticleForces>,
     /// Torques of these, at the places where they acted.
     pub mean_torques: Vec<ParticleTorques>,

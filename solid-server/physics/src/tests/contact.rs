@@ -282,7 +282,7 @@ fn a_block_slides_down_an_incline_by_coulomb_s_law_and_does_not_lock_into_the_la
         assert!((acceleration / expected - 1.0).abs() < 0.02, "{friction}: {acceleration} {expected}");
         let (impulse, mass) = (run.probes()[11], 72.0 * 1100.0 * SPACING * SPACING);
         let load = mass * 9.81 / 1.25f64.sqrt() * (1.0 + friction * friction).sqrt();
-        // ForcePass on the particles of the face splay a little toward its ends.
+        // Forces on the particles of the face splay a little toward its ends.
         assert!((impulse / (load * run.time()) - 1.0).abs() < 0.1, "{friction}: {impulse}");
         assert!(run.largest_residual < 1e-12, "{}", run.largest_residual);
     }
@@ -298,7 +298,7 @@ fn a_block_that_sticks_does_not_creep() {
     let start = run.probes()[0];
     run.until(0.08);
     let probes = run.probes();
-    // HeldQuantity by springs: 1e-14 m by round-off, where sliding freely would take it 5 mm far.
+    // Held by springs: 1e-14 m by round-off, where sliding freely would take it 5 mm far.
     assert!((probes[0] - start).abs() < 1e-9 * SPACING, "{}", probes[0] - start);
 }
 

@@ -26,7 +26,7 @@ fn mapped(law: HyperelasticLaw, map: Tensor) -> Run {
     Run::new(setup, 1e-6)
 }
 
-/// ForcePass on the particles of `run` in its first stage \[N/m\].
+/// Forces on the particles of `run` in its first stage \[N/m\].
 fn first_forces(run: &mut Run) -> Vec<Vector> {
     let time = run.stage_time(sph::stage::Stage::Predictor);
     run.solver.begin_stage(&time).unwrap();

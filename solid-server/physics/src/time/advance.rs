@@ -33,8 +33,8 @@ pub fn move_bodies(model: &SolidModel, state: &SolidState, workspace: &mut Works
         *angular_impulse += body.formulation.advance(&step, next.view_mut(range), &mut next_rigid[k]);
     }
     let target = time.target_time();
-    hold(model, state, time, target, HeldQuantity::Positions, next);
-    hold(model, state, time, target, HeldQuantity::Velocities, next);
+    impose_supports(model, state, time, target, HeldQuantity::Positions, next);
+    impose_supports(model, state, time, target, HeldQuantity::Velocities, next);
     take_reactions(model, state, workspace, time);
     if let Some(origin) = model.torque_origin() {
         let impulse = deformable_impulse(model, state, workspace, time, origin);
@@ -83,7 +83,7 @@ pub enum HeldQuantity {
 
 /// Imposes the supports on the particles of deformable bodies, as they are to be at `target` \[s\]; returns by how much
 /// that changes their angular momentum \[kg m/s\].
-pub fn hold(
+pub fn impose_supports(
     model: &SolidModel,
     state: &SolidState,
     time: &StageTime,
@@ -100,7 +100,7 @@ pub fn hold(
                 let offset = image_offset(&model.domain, &state.image_counts[i]);
                 let base = state.particles.position[i] + offset;
                 let (mut place, mut velocity) = (base, particles.velocity[i]);
-                target.hold(&held.origin, &base, &mut place, &mut velocity);
+                target.impose(&held.origin, &base, &mut place, &mut velocity);
                 let before = (particles.position[i], particles.velocity[i]);
                 for axis in (0..DIMENSIONS).filter(|axis| support.held[*axis]) {
                     match what {

@@ -25,7 +25,7 @@ pub fn check(model: &SolidModel, particles: &Particles, at: StepStage) -> Result
 
 /// Fails when more particles than allowed are outside the domain; returns how many are.
 ///
-/// HeldQuantity particles do not count: a clamp may continue a body beyond the domain.
+/// Held particles do not count: a clamp may continue a body beyond the domain.
 ///
 /// # Errors
 /// Names the first particle outside.

@@ -27,7 +27,7 @@ pub fn update_stress(model: &SolidModel, workspace: &mut Workspace) {
     }
 }
 
-/// Renews neighbour lists that have aged, for the step of `time`.
+/// Rebuilds neighbour lists where particles have moved too far, for the step of `time`.
 pub fn refresh_lists(model: &SolidModel, workspace: &mut Workspace, time: &StageTime) {
     let Workspace { stage, own_lists, contact_lists, walls, list_builds, .. } = workspace;
     let domain = &model.domain;
@@ -36,12 +36,12 @@ pub fn refresh_lists(model: &SolidModel, workspace: &mut Workspace, time: &Stage
             *list_builds += u64::from(lists.refresh(domain, &stage.position[body.range.clone()]));
         }
     }
-    let meeting = ContactFilter {
+    let filter = ContactFilter {
         particles: model.has_contact().then_some(|i, j| model.may_be_in_contact(i, j)),
         walls: |i, w| model.wall_acts_on(i, w, time),
         released: model.released(time),
     };
-    *list_builds += u64::from(contact_lists.refresh(domain, &stage.position, &walls.position, &meeting));
+    *list_builds += u64::from(contact_lists.refresh(domain, &stage.position, &walls.position, &filter));
 }
 
 /// Sums over pairs of the solids among themselves and with walls, at the stage state of time `at` \[s\].
@@ -108,7 +108,7 @@ fn prescribe_loads(model: &SolidModel, workspace: &mut Workspace, at: f64) {
     }
 }
 
-/// ForcePass on all particles but those of the fluid, at the stage state of time `at` \[s\].
+/// Forces on all particles but those of the fluid, at the stage state of time `at` \[s\].
 pub fn sum_forces(model: &SolidModel, workspace: &mut Workspace, time: &StageTime, at: f64) {
     let Workspace { stage, sums, contact, forces, loads, .. } = workspace;
     let damping_rate = model.damping_rate(time);

@@ -9,7 +9,7 @@ use crate::particles::forces::{ParticleForces, ParticleTorques};
 use crate::system::model::SolidModel;
 use crate::system::state::SolidState;
 use crate::system::workspace::Workspace;
-use crate::time::advance::{HeldQuantity, hold, take_reactions};
+use crate::time::advance::{HeldQuantity, impose_supports, take_reactions};
 use crate::time::evaluate::{
     add_torques, evaluate_pairs, refresh_lists, sum_forces, total_forces, update_stress,
 };
@@ -107,7 +107,7 @@ impl Pass<'_> {
         self.drift(workspace, self.time_at(k + 1.0));
     }
 
-    /// ForcePass at the end of sub-step `k`, and the rest of its velocities.
+    /// Forces at the end of sub-step `k`, and the rest of its velocities.
     fn second_half(&self, workspace: &mut Workspace, k: u32, weight: f64) {
         let end = self.time_at(f64::from(k) + 1.0);
         let Workspace { stage, next, velocity_gain, walls, .. } = workspace;
@@ -159,7 +159,7 @@ impl Pass<'_> {
             *angular_impulse += body.formulation.kick(&kick, next.view_mut(&body.range), &mut next_rigid[k]);
         }
         angular_impulse.supports +=
-            hold(self.model, self.state, self.time, target, HeldQuantity::Velocities, next);
+            impose_supports(self.model, self.state, self.time, target, HeldQuantity::Velocities, next);
     }
 
     /// Velocity gradients half a drift on.
@@ -190,6 +190,6 @@ impl Pass<'_> {
                 body.formulation.drift(&drift, next.view_mut(&body.range), &mut next_rigid[k]);
         }
         angular_impulse.scheme +=
-            hold(self.model, self.state, self.time, target, HeldQuantity::Positions, next);
+            impose_supports(self.model, self.state, self.time, target, HeldQuantity::Positions, next);
     }
 }

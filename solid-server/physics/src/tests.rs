@@ -4,6 +4,7 @@ mod bodies;
 mod contact;
 mod coupling;
 mod elastic;
+mod friction;
 mod scenes;
 mod substeps;
 mod supports;

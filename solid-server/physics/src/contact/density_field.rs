@@ -2,6 +2,7 @@
 
 use std::f64::consts::PI;
 
+use sph::setup::SolidSetup;
 use sph::vector::Vector;
 
 /// Support radius of the density's kernel in spacings \[-\]: wide enough to smooth the corrugation of the lattice.
@@ -94,6 +95,47 @@ impl DensityField {
     pub fn distance(&self) -> f64 {
         self.distance
     }
+}
+
+/// Density fields of bodies and walls.
+#[derive(Clone, Copy, Debug)]
+pub struct DensityFields {
+    /// Of bodies.
+    pub bodies: DensityField,
+    /// Of walls, whose particles may have another spacing.
+    pub walls: DensityField,
+    /// Of bodies, for the depth of wall particles in them.
+    pub bodies_from_walls: DensityField,
+}
+
+impl DensityFields {
+    /// Density fields of the bodies and walls of `setup`, in contact from `distance` mean spacings \[-\].
+    pub fn new(setup: &SolidSetup, distance: f64) -> Self {
+        let (spacing, wall_spacing) = (setup.particle_spacing, wall_spacing(setup));
+        let to_walls = distance * 0.5 * (spacing + wall_spacing);
+        Self {
+            bodies: DensityField::new(spacing, distance * spacing),
+            walls: DensityField::new(wall_spacing, to_walls),
+            bodies_from_walls: DensityField::new(spacing, to_walls),
+        }
+    }
+
+    /// Largest radius within which particles count \[m\].
+    pub fn support(&self) -> f64 {
+        self.bodies.support.max(self.walls.support).max(self.bodies_from_walls.support)
+    }
+}
+
+/// Spacing of the wall particles \[m\]: the smallest distance of consecutive particles of a wall; that of the bodies
+/// without walls.
+fn wall_spacing(setup: &SolidSetup) -> f64 {
+    let walls = &setup.wall_particles;
+    let distance = |k: usize| {
+        let next = (k + 1..walls.position.len()).take(1).filter(|next| walls.wall[*next] == walls.wall[k]);
+        next.map(|next| (walls.position[next] - walls.position[k]).norm()).fold(f64::INFINITY, f64::min)
+    };
+    let smallest = (0..walls.position.len()).map(distance).fold(f64::INFINITY, f64::min);
+    if smallest.is_finite() && smallest > 0.0 { smallest } else { setup.particle_spacing }
 }
 
 /// Force against the depth of a particle, per metre of depth of the scene, and its slope.

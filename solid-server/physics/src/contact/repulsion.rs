@@ -3,11 +3,10 @@
 use rayon::prelude::*;
 
 use sph::domain::Domain;
-use sph::setup::SolidSetup;
 use sph::vector::Vector;
 
 use crate::boundary::walls::WallState;
-use crate::contact::density_field::{DensityField, Spring};
+use crate::contact::density_field::{DensityField, DensityFields, Spring};
 use crate::contact::friction::{
     ContactKey, Friction, FrictionConstants, Owner, RelativeState, TangentialSprings,
 };
@@ -48,17 +47,6 @@ pub struct Repulsion {
 /// Undeformed distance from which parts of one body can be in contact, in support radii of the density field \[-\]: a body
 /// compressed by a third is not yet in contact with itself.
 const SELF_CONTACT_DISTANCE: f64 = 1.5;
-
-/// Density fields of bodies and walls.
-#[derive(Clone, Copy, Debug)]
-pub struct DensityFields {
-    /// Of bodies.
-    pub bodies: DensityField,
-    /// Of walls, whose particles may have another spacing.
-    pub walls: DensityField,
-    /// Of bodies, for the depth of wall particles in them.
-    pub bodies_from_walls: DensityField,
-}
 
 /// A particle that lies in a body or wall.
 #[derive(Clone, Copy, Debug)]
@@ -127,36 +115,6 @@ impl ContactStage<'_> {
         let body = |i: &u32| self.constants.body[*i as usize];
         row.chunk_by(move |a, b| body(a) == body(b)).map(move |group| (body(&group[0]), group))
     }
-}
-
-impl DensityFields {
-    /// Density fields of the bodies and walls of `setup`, in contact from `distance` mean spacings \[-\].
-    pub fn new(setup: &SolidSetup, distance: f64) -> Self {
-        let (spacing, wall_spacing) = (setup.particle_spacing, wall_spacing(setup));
-        let to_walls = distance * 0.5 * (spacing + wall_spacing);
-        Self {
-            bodies: DensityField::new(spacing, distance * spacing),
-            walls: DensityField::new(wall_spacing, to_walls),
-            bodies_from_walls: DensityField::new(spacing, to_walls),
-        }
-    }
-
-    /// Largest radius within which particles count \[m\].
-    pub fn support(&self) -> f64 {
-        self.bodies.support.max(self.walls.support).max(self.bodies_from_walls.support)
-    }
-}
-
-/// Spacing of the wall particles \[m\]: the smallest distance of consecutive particles of a wall; that of the bodies
-/// without walls.
-fn wall_spacing(setup: &SolidSetup) -> f64 {
-    let walls = &setup.wall_particles;
-    let distance = |k: usize| {
-        let next = (k + 1..walls.position.len()).take(1).filter(|next| walls.wall[*next] == walls.wall[k]);
-        next.map(|next| (walls.position[next] - walls.position[k]).norm()).fold(f64::INFINITY, f64::min)
-    };
-    let smallest = (0..walls.position.len()).map(distance).fold(f64::INFINITY, f64::min);
-    if smallest.is_finite() && smallest > 0.0 { smallest } else { setup.particle_spacing }
 }
 
 impl Repulsion {

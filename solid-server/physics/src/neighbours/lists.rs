@@ -13,6 +13,12 @@ use sph::vector::Vector;
 /// Particles per task below which splitting costs more than it gains.
 pub const TASK: usize = 64;
 
+/// Skin of own-body lists in particle spacings \[-\]: large enough for a hundred steps of a turning body.
+pub const OWN_SKIN: f64 = 0.3;
+
+/// Skin of contact lists in particle spacings \[-\]: contact rows are short, rebuilding them dominates their cost.
+pub const CONTACT_SKIN: f64 = 1.0;
+
 /// Rows of ascending neighbour indices that keep their allocations.
 #[derive(Debug, Default)]
 pub struct Rows {

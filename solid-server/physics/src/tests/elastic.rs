@@ -51,7 +51,7 @@ fn without_correction_the_same_square_cannot_rotate() {
     let start = angular_momentum(&run);
     run.until(std::f64::consts::TAU / 50.0 / 8.0);
     let ratio = angular_momentum(&run) / start;
-    // Measured elsewhere: 0.30 at 0.12 revolutions. This documents the letter of the document.
+    // Measured elsewhere: 0.30 at 0.12 revolutions. This documents the source paper as it stands.
     assert!(ratio < 0.5, "{ratio}");
 }
 

@@ -15,7 +15,7 @@ use sph::vector::{SymmetricTensor, Vector};
 
 use crate::SolidSolver;
 
-/// The document's solid.
+/// The solid of the source paper.
 pub const RUBBER: ElasticMaterial =
     ElasticMaterial { density: 1100.0, bulk_modulus: 20e6, shear_modulus: 4.27e6 };
 
@@ -32,7 +32,7 @@ pub fn rough(coefficient: f64) -> ContactLaw {
     law
 }
 
-/// The document's constants with the velocity gradient corrected.
+/// The constants of the source paper with the velocity gradient corrected.
 pub fn updated_lagrangian(spacing: f64) -> UpdatedLagrangian {
     UpdatedLagrangian {
         smoothing_length: 1.3 * spacing,
@@ -119,7 +119,7 @@ pub fn add_body(setup: &mut SolidSetup, formulation: Formulation, positions: &[V
     body
 }
 
-/// Adds the document's elastic body.
+/// Adds the elastic body of the source paper.
 pub fn add_elastic(setup: &mut SolidSetup, positions: &[Vector]) -> u32 {
     let formulation = Formulation::UpdatedLagrangian(updated_lagrangian(setup.particle_spacing));
     add_body(setup, formulation, positions)

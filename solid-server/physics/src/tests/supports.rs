@@ -136,7 +136,7 @@ fn a_support_moves_a_rigid_body_as_prescribed() {
         assert!((now - pivot - turned - Vector::new(0.025, 0.0)).norm() < 1e-14);
     }
     let probes = run.probes();
-    // More than one turn: the angle goes on.
+    // More than one turn: the angle continues.
     assert!((probes[4] - 7.5).abs() < 1e-12 && (probes[5] - 30.0).abs() < 1e-9, "{probes:?}");
     // Reaction = M a with a = −ω² r of the centre.
     let mass: f64 = run.values("mass").iter().sum();

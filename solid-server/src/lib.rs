@@ -26,7 +26,7 @@ impl SolverFactory for SolidFactory {
             return Err(SetupProblems(vec!["`open.setup`: is for a fluid, must be for a solid".into()]));
         };
         let mut constants = Constants::of(&setup.run);
-        // The solid computes with its own spacing, whatever the interface was told.
+        // The solid computes with its own spacing, whatever the coupling constants say.
         let solid_spacing = setup.particle_spacing;
         constants.coupling = constants.coupling.map(|coupling| Coupling { solid_spacing, ..coupling });
         let mut facts =

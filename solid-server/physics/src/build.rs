@@ -29,7 +29,7 @@ use crate::system::workspace::Workspace;
 mod bodies;
 mod validate;
 
-/// Model and initial state of `setup`, or all that is wrong with it.
+/// Model and initial state of `setup`, or all its errors.
 pub fn build(setup: SolidSetup, arithmetic: Arithmetic) -> Result<(SolidModel, SolidState), Vec<String>> {
     let ranges = check_arrays(&setup)?;
     let mut errors = Vec::new();

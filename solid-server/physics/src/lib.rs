@@ -95,5 +95,6 @@ mod solver;
 #[cfg(test)]
 mod tests;
 
+pub use formulations::bond_forces::TOTAL_LAGRANGIAN_LAMBDA;
 pub use solver::SolidSolver;
 pub use time::limits;

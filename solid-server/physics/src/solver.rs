@@ -36,7 +36,7 @@ pub struct SolidSolver {
     pub(crate) model: SolidModel,
     pub(crate) state: SolidState,
     pub(crate) workspace: Workspace,
-    /// Extent of a run without a partner: nothing.
+    /// Empty extent of a run without a partner.
     no_extent: Extent,
 }
 
@@ -94,7 +94,7 @@ impl SolidSolver {
         }
     }
 
-    /// What follows from the stage state alone.
+    /// Prepares the stage state: walls, stress, lists and the extent at the interface.
     fn enter_stage(&mut self, time: &StageTime) {
         // A pass of sub-steps leaves the corrector all that belongs to its state.
         if time.at.stage == Stage::Predictor || self.model.stepping == SolidStepping::StageRule {

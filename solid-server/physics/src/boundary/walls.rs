@@ -70,7 +70,7 @@ impl Walls {
         acts(self.walls[self.wall_of[w] as usize].release_time, time)
     }
 
-    /// How many walls no longer act in the step of `time`.
+    /// Number of walls released before the step of `time`.
     pub fn released(&self, time: &StageTime) -> usize {
         self.walls.iter().filter(|wall| !acts(wall.release_time, time)).count()
     }

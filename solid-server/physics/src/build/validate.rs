@@ -8,7 +8,7 @@ use sph::vector::DIMENSIONS;
 use crate::neighbours::lists::{CONTACT_SKIN, OWN_SKIN};
 use crate::system::model::{ContactModel, SolidModel};
 
-/// Ranges of the bodies' particles, or what is wrong with the arrays.
+/// Ranges of the bodies' particles, or all errors of the arrays.
 pub fn check_arrays(setup: &SolidSetup) -> Result<Vec<Range<usize>>, Vec<String>> {
     let p = &setup.particles;
     let n = p.id.len();

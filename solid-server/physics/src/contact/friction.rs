@@ -7,7 +7,7 @@ use crate::contact::density_field::DensityField;
 /// Smallest second moment of a patch, in squared contact distances \[-\], that bears friction.
 const SMALLEST_PATCH: f64 = 1e-6;
 
-/// What a particle is in contact with.
+/// The side opposite to a particle in contact.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Owner {
     /// The body of this index.
@@ -67,7 +67,8 @@ pub struct FrictionConstants {
 }
 
 impl Friction {
-    /// Friction on a particle with the neighbours `near` and ∇D `gradient`, `dt` \[s\] after its spring's elongation was `elongation` \[m\].
+    /// Friction on a particle with the neighbours `near` and ∇D `gradient`, `dt` \[s\] after its spring had the elongation
+    /// `elongation` \[m\].
     pub fn new(
         field: &DensityField,
         law: &FrictionConstants,

@@ -88,7 +88,7 @@ impl Contact {
         x_sj * (self.slope * field.gradient_factor(r)) + self.friction.reaction(field, x_sj, r)
     }
 
-    /// Bound of what one neighbour at distance `r` \[m\] adds to the stiffness of its contact \[Pa\].
+    /// Bound of the contribution of one neighbour at distance `r` \[m\] to the stiffness of its contact \[Pa\].
     fn stiffness_at(&self, field: &DensityField, r: f64) -> f64 {
         self.stiffness * field.gradient_factor(r).abs() * r
     }
@@ -265,7 +265,7 @@ impl Repulsion {
         } else {
             Friction::default()
         };
-        // Gershgorin's bound of the rows of p' ∇D ⊗ ∇D; what sticks is held as stiffly along the face.
+        // Gershgorin's bound of the rows of p' ∇D ⊗ ∇D; a sticking contact is as stiff along the face.
         let sides = if has_friction { 2.0 } else { 1.0 };
         let stiffness = sides * gain * gain * spring.slope * (gradient.norm() + reach);
         Some(Contact { key, slope, depth, stiffness, friction })

@@ -20,8 +20,8 @@ pub struct Viscosity {
     pub density: f64,
 }
 
-/// λ of Eq. (24) \[-\].
-const LAMBDA: f64 = 0.01;
+/// λ of Eq. (24) in total-Lagrangian bodies \[-\]: no key of a case.
+pub const TOTAL_LAGRANGIAN_LAMBDA: f64 = 0.01;
 
 impl Viscosity {
     /// Force on particle i over a_ij x_ij, at r² = `square` \[m²\] and v_ij·x_ij = `approach` \[m²/s\] \[Pa\].
@@ -32,7 +32,8 @@ impl Viscosity {
     #[inline(always)]
     fn factor<L: Lanes>(&self, square: L, approach: L) -> L {
         let h = self.smoothing_length;
-        let theta = L::splat(h) * approach.min(L::zero()) / (square + L::splat(LAMBDA * h * h));
+        let theta =
+            L::splat(h) * approach.min(L::zero()) / (square + L::splat(TOTAL_LAGRANGIAN_LAMBDA * h * h));
         let damping = (L::splat(self.quadratic) * theta - L::splat(self.speed)) * theta;
         L::splat(self.density) * damping
     }
@@ -40,12 +41,12 @@ impl Viscosity {
     /// The same of one pair.
     pub fn of_pair(&self, square: f64, approach: f64) -> f64 {
         let h = self.smoothing_length;
-        let theta = h * approach.min(0.0) / (square + LAMBDA * h * h);
+        let theta = h * approach.min(0.0) / (square + TOTAL_LAGRANGIAN_LAMBDA * h * h);
         self.density * (self.quadratic * theta - self.speed) * theta
     }
 }
 
-/// What pair forces of a body read.
+/// State that the pair forces of a body read.
 #[derive(Clone, Copy)]
 pub struct Bonds<'a, G> {
     pub geometry: G,
@@ -57,7 +58,7 @@ pub struct Bonds<'a, G> {
     /// Its N of [`crate::neighbours::reference::Reference::pair_tensor`] \[-\].
     pub pair_tensor: &'a [Tensor],
     pub units: ForceUnits,
-    /// None where there is no viscosity, which then costs nothing.
+    /// `None` without viscosity, which is then compiled out.
     pub viscosity: Option<Viscosity>,
 }
 
@@ -100,7 +101,7 @@ impl<G: Geometry> Bonds<'_, G> {
             let [a, b, c, d] = batch.neighbours.map(|j| entries_of(&self.pair_tensor[j as usize]));
             let [xx, yx, xy, yy] = L::columns([a, b, c, d]);
             let ([arm_x, arm_y], weight) = (batch.arm.map(L::from_array), L::from_array(batch.weight));
-            // Each pair by itself, so that what rests in its reference cancels to the last bit.
+            // Each pair by itself, so that an undeformed body at rest cancels to the last bit.
             let x_part = (twice * (weight * x)).plus_product(pair_tensor[0] + xx, arm_x);
             let y_part = (twice * (weight * y)).plus_product(pair_tensor[1] + yx, arm_x);
             sums[0] = sums[0] + x_part.plus_product(pair_tensor[2] + xy, arm_y);

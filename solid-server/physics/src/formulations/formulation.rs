@@ -1,4 +1,4 @@
-//! What a body does by itself, whichever way it is discretised.
+//! The trait of the formulations: discretisation of one body by itself.
 
 use std::ops::AddAssign;
 
@@ -22,7 +22,7 @@ pub struct BodyConstants<'a> {
     pub supports: &'a [Support],
 }
 
-/// What moves a body from the start of the step by one stage.
+/// Input of [`BodyFormulation::advance`].
 #[derive(Clone, Copy)]
 pub struct BodyStep<'a> {
     pub constants: BodyConstants<'a>,
@@ -40,7 +40,7 @@ pub struct BodyStep<'a> {
     pub rates: RateView<'a>,
 }
 
-/// What changes the velocities of a body within a sub-step.
+/// Input of [`BodyFormulation::kick`].
 #[derive(Clone, Copy)]
 pub struct BodyKick<'a> {
     pub constants: BodyConstants<'a>,
@@ -56,7 +56,7 @@ pub struct BodyKick<'a> {
     pub image_counts: &'a [[i32; 2]],
 }
 
-/// What moves a body within a sub-step.
+/// Input of [`BodyFormulation::drift`].
 #[derive(Clone, Copy)]
 pub struct BodyDrift<'a> {
     pub constants: BodyConstants<'a>,
@@ -72,7 +72,7 @@ pub struct BodyDrift<'a> {
     pub image_counts: &'a [[i32; 2]],
 }
 
-/// What changed the angular momentum of a body by other ways than its forces, about the domain's torque origin
+/// Change of a body's angular momentum by other causes than its forces, about the domain's torque origin
 /// \[kg m/s\].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct AngularImpulse {
@@ -89,7 +89,7 @@ impl AddAssign for AngularImpulse {
     }
 }
 
-/// What the equations of motion of a rigid body use.
+/// Moment of inertia of a rigid body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RigidInertia {
     /// Moment of inertia about the centre of mass per depth \[kg m\].
@@ -100,17 +100,25 @@ pub struct RigidInertia {
 
 /// Bounds outside which a body's state has no meaning.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Limits {
+pub struct StateLimits {
     /// Smallest and largest ρ/ρ₀ \[-\].
     pub density_ratios: (f64, f64),
     /// Largest equivalent elastic shear strain √(s:s)/(2G) \[-\].
     pub largest_shear: f64,
 }
 
-/// How one body turns its state into stress, internal forces and rates.
+impl StateLimits {
+    /// Of Eq. (5)-(8), which are linear in density and strain.
+    pub const LINEAR: Self = Self { density_ratios: (0.5, 2.0), largest_shear: 1.0 };
+
+    /// Of hyperelastic laws.
+    pub const HYPERELASTIC: Self = Self { density_ratios: (0.1, 10.0), largest_shear: f64::INFINITY };
+}
+
+/// Formulation of one body: from its state to stress, internal forces and rates.
 ///
-/// Slices hold the particles of the body alone. A formulation is constant: what evolves is in the state, what is
-/// disposable in the workspace. Forces between owners, contact, walls and supports are added by the solver.
+/// Slices hold the particles of the body alone. A formulation is constant: variables are in the state, buffers
+/// in the workspace. Forces between owners, contact, walls and supports are added by the solver.
 pub trait BodyFormulation: Send + Sync {
     /// Pressure and stress of a state.
     fn update_stress(
@@ -120,13 +128,13 @@ pub trait BodyFormulation: Send + Sync {
         stress: StressViewMut<'_>,
     );
 
-    /// Overwrites what follows from the stress just updated; bodies whose density and stress evolve leave it.
+    /// Overwrites the variables that follow from the stress just updated; none where density and stress are advanced.
     fn derive(&self, _stress: &StressView<'_>, _derived: DerivedView<'_>) {}
 
     /// Radius \[m\] of the own-body neighbour lists in the current configuration; `None` when it needs none.
     fn list_radius(&self) -> Option<f64>;
 
-    /// What a load of `moment` f ⊗ X \[N\] about particle `i` adds to what pair forces read of it \[-\].
+    /// Contribution of a load of `moment` f ⊗ X \[N\] about particle `i` to its pair tensor \[-\].
     fn load_pair_tensor(&self, _i: usize, _moment: &Tensor) -> Tensor {
         Tensor::zeros()
     }
@@ -146,7 +154,7 @@ pub trait BodyFormulation: Send + Sync {
 
     /// Moves the body from φⁿ by the stage's duration, Eq. (30) or (31).
     ///
-    /// Of a rigid body also what supports and scheme did to its angular momentum.
+    /// Returns the change of the angular momentum of a rigid body by supports and scheme.
     fn advance(
         &self,
         step: &BodyStep<'_>,
@@ -168,7 +176,7 @@ pub trait BodyFormulation: Send + Sync {
         AngularImpulse::default()
     }
 
-    /// Positions follow the velocities: x ← x + v Δt, and so does what evolves with their gradient; [`AngularImpulse`] as in
+    /// Positions follow the velocities: x ← x + v Δt, and density and stress their gradient; [`AngularImpulse`] as in
     /// [`BodyFormulation::advance`].
     fn drift(
         &self,
@@ -187,7 +195,7 @@ pub trait BodyFormulation: Send + Sync {
         false
     }
 
-    /// Whether internal constraints of the body, not its particles one by one, carry what supports hold.
+    /// Whether the body is rigid: supports then act on the whole body, not on single particles.
     fn is_rigid(&self) -> bool;
 
     /// Moment of inertia of a body that is rigid.
@@ -204,8 +212,8 @@ pub trait BodyFormulation: Send + Sync {
     }
 
     /// Bounds of a meaningful state.
-    fn limits(&self) -> Limits {
-        Limits { density_ratios: (0.5, 2.0), largest_shear: 1.0 }
+    fn limits(&self) -> StateLimits {
+        StateLimits::LINEAR
     }
 
     /// Strain energy per metre of depth of particle `i` \[J/m\].

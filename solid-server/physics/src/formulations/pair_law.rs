@@ -1,4 +1,4 @@
-//! What two solid particles exchange in the sums (17), (21) and (25).
+//! Pair terms of two solid particles in the sums (17), (21) and (25).
 
 use sph::kernel::{CubicSpline, PairKernel};
 use sph::setup::{ElasticMaterial, UpdatedLagrangian};
@@ -19,7 +19,7 @@ pub struct PairParticle {
     pub artificial_stress: SymmetricTensor,
 }
 
-/// What the sums over pairs of one particle gather.
+/// Sums over the pairs of one particle.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PairSums {
     /// Force per metre of depth \[N/m\].
@@ -50,7 +50,7 @@ pub const SMALLEST_MOMENT: f64 = 0.1;
 
 /// Velocity gradient \[1/s\] corrected by L_i, Eq. (21): G·M⁻¹, exact for linear velocities.
 ///
-/// Fallback: along principal directions of M whose eigenvalue is below [`SMALLEST_MOMENT`] nothing is corrected.
+/// Fallback: no correction along principal directions of M whose eigenvalue is below [`SMALLEST_MOMENT`].
 #[inline]
 pub fn corrected_gradient(gradient: &Tensor, moment: &SymmetricTensor) -> Tensor {
     let m = moment;

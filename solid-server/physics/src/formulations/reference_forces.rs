@@ -10,7 +10,7 @@ use crate::neighbours::reference::{PairKind, Reference, ReferencePair};
 
 /// Units of pair forces.
 ///
-/// They are sums in units of the hourglass modulus, so that what rests in its reference cancels to the last bit.
+/// They are sums in units of the hourglass modulus, so that an undeformed body at rest cancels to the last bit.
 #[derive(Clone, Copy, Debug)]
 pub struct ForceUnits {
     /// s: the modulus k of the hourglass control, or any other without it \[Pa\].
@@ -39,7 +39,7 @@ impl ForceUnits {
 const ROUNDS: usize = 60;
 
 impl Reference {
-    /// N_i \[-\]: what pair forces read of particle `i` with deformation gradient `f` \[-\] and nominal stress `p` \[Pa\].
+    /// Tensor N_i of the pair forces \[-\] for particle `i` with deformation gradient `f` \[-\] and nominal stress `p` \[Pa\].
     ///
     /// ```text
     /// N = Q/s − κF,  Q_i = V_i P (Σ_j a_ij X_ij ⊗ X_ij)⁻¹
@@ -53,7 +53,7 @@ impl Reference {
         self.moment_pair_tensor(i, &(p * self.volume[i]), units) - f * units.hourglass
     }
 
-    /// What the moment `moment` \[N\] about particle `i` adds to its N, nothing where the material is rigid.
+    /// Contribution of the moment `moment` \[N\] about particle `i` to its N; zero where the material is rigid.
     #[inline]
     pub fn moment_pair_tensor(&self, i: usize, moment: &Tensor, units: &ForceUnits) -> Tensor {
         if self.anchored[i] { Tensor::zeros() } else { moment * self.corrections[i].inverse / units.modulus }
@@ -119,8 +119,8 @@ impl Reference {
     ///
     /// It is minus the derivative of Σ V ψ(F) + ½ k Σ_ij a_ij |x_ij − F_i X_ij|² by x_i: the weights of the second sum
     /// are those of F, so that the derivative of F drops out of it (Silling 2017). Energy, momentum and angular
-    /// momentum are therefore kept. `pair_tensor` holds N of [`Self::pair_tensor`]; across the border of what is anchored
-    /// x_ij counts once, for only one end has an F.
+    /// momentum are therefore kept. `pair_tensor` holds N of [`Self::pair_tensor`]; between anchored and free particles
+    /// x_ij counts once, as only one end has an F.
     #[inline]
     pub fn force<'a>(
         &self,

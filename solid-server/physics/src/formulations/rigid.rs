@@ -39,6 +39,9 @@ pub struct RigidBody {
     origins: Vec<Vector>,
 }
 
+/// Share of Σ m |r|² in the moment of inertia above which it is no round-off \[-\]: not of a single particle.
+const SMALLEST_INERTIA: f64 = 1e-9;
+
 /// Resultant of the forces on a body.
 #[derive(Clone, Copy, Default)]
 struct Wrench {
@@ -75,8 +78,7 @@ impl RigidBody {
         let angular_momentum: f64 = ordered_sum(n, |i| m[i] * cross(&arms[i], &velocity[i]));
         let origins = constants.supports.iter().map(|support| support.origin(&centre)).collect();
         let inertia = RigidInertia { total: of_places + cells, cells };
-        // Of a single particle nothing but round-off is left to divide.
-        let turns = of_places > 1e-9 * inertia.total;
+        let turns = of_places > SMALLEST_INERTIA * inertia.total;
         let angular_velocity = if turns { angular_momentum / of_places } else { 0.0 };
         let state = RigidState { centre, velocity: mean_velocity, angle: 0.0, angular_velocity };
         (Self { mass, inertia, arms, origins }, state)
@@ -112,7 +114,7 @@ impl RigidBody {
         (wrench.force * (duration / self.mass), wrench.torque / self.inertia.total * duration)
     }
 
-    /// What supports did to the angular momentum of a body whose forces act with its centre at `centre` \[m\], by
+    /// Change by supports of the angular momentum of a body whose forces act with its centre at `centre` \[m\], by
     /// changing its motion from `free` to `held` \[kg m/s\].
     fn held_moment(
         &self,

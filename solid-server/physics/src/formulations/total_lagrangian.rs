@@ -10,7 +10,9 @@ use sph::vector::{SymmetricTensor, Tensor, Vector};
 
 use crate::boundary::supports::Support;
 use crate::formulations::bond_forces::{Bonds, ForcePass, Viscosity};
-use crate::formulations::formulation::{AngularImpulse, BodyConstants, BodyFormulation, BodyStep, Limits};
+use crate::formulations::formulation::{
+    AngularImpulse, BodyConstants, BodyFormulation, BodyStep, StateLimits,
+};
 use crate::formulations::pair_law::{PairSums, SumLaw};
 use crate::formulations::reference_forces::ForceUnits;
 use crate::materials::hyperelastic::Hyperelastic;
@@ -136,7 +138,7 @@ impl TotalLagrangianBody {
         });
     }
 
-    /// Force on particle `i` of its pairs across the border of what is anchored \[N/m\].
+    /// Force on particle `i` of its pairs between anchored and free particles \[N/m\].
     fn border_force(
         &self,
         body: &BodyConstants<'_>,
@@ -255,8 +257,8 @@ impl BodyFormulation for TotalLagrangianBody {
         self.law.tangent_stiffness_ratio(&stress.deformation[i])
     }
 
-    fn limits(&self) -> Limits {
-        Limits { density_ratios: (0.1, 10.0), largest_shear: f64::INFINITY }
+    fn limits(&self) -> StateLimits {
+        StateLimits::HYPERELASTIC
     }
 
     fn strain_energy(&self, body: &BodyConstants<'_>, state: &ParticleView<'_>, i: usize) -> f64 {

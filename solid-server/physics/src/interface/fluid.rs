@@ -17,6 +17,9 @@ use crate::particles::constants::ParticleConstants;
 use crate::particles::fields::StressFields;
 use crate::particles::variables::Particles;
 
+/// Motion in particle spacings after which the extent is rebuilt \[-\].
+const EXTENT_SLACK: f64 = 0.5;
+
 /// State of the interface with the fluid on the side of the solids.
 #[derive(Debug)]
 pub struct FluidInterface {
@@ -52,7 +55,7 @@ impl FluidInterface {
             kernel,
             law: coupling.law,
             tracker: ExtentTracker::new(domain, cell),
-            slack: 0.5 * coupling.solid_spacing,
+            slack: EXTENT_SLACK * coupling.solid_spacing,
             tracked_at: Vec::new(),
             reach_map: ReachMap::new(domain, cell),
             sent: Vec::new(),
@@ -84,7 +87,7 @@ impl FluidInterface {
         self.largest_set = largest_set;
     }
 
-    /// Where own particles are.
+    /// Extent of the own particles.
     pub fn extent(&self) -> &Extent {
         self.tracker.extent()
     }
@@ -143,9 +146,10 @@ impl FluidInterface {
         self.set_version
     }
 
-    /// Forces of the fluid at `time` \[s\], written to `forces` \[N/m\]; `own` is what [`FluidInterface::select`] filled in this stage.
+    /// Forces of the fluid at `time` \[s\], written to `forces` \[N/m\]; `own` as filled by
+    /// [`FluidInterface::select`] in this stage.
     ///
-    /// Where the law is one sum over all particles, the fluid's particles enter the gradients of `sums` too.
+    /// With the plain-sum law the fluid's particles enter the gradients of `sums` too.
     pub fn evaluate(
         &mut self,
         time: f64,

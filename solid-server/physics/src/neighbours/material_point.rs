@@ -18,6 +18,18 @@ pub struct MaterialPoint {
 /// Eigenvalues of the moment matrix below this part of the largest are taken as zero: particles all on one line.
 const SINGULAR: f64 = 1e-9;
 
+/// First radius of the fit in particle spacings \[-\].
+const FIT_RADIUS: f64 = 2.0;
+
+/// Particles needed within the radius: three fix a linear fit, six make it robust.
+const FIT_PARTICLES: usize = 6;
+
+/// Factor by which the radius grows while there are too few \[-\].
+const FIT_GROWTH: f64 = 1.5;
+
+/// Most radii tried.
+const FIT_ROUNDS: usize = 3;
+
 impl MaterialPoint {
     /// The point at reference position `at` \[m\] of a body whose particles start at index `first`.
     ///
@@ -29,15 +41,15 @@ impl MaterialPoint {
         if nearest > spacing {
             return Err(nearest);
         }
-        let mut radius = 2.0 * spacing;
+        let mut radius = FIT_RADIUS * spacing;
         let mut near: Vec<usize> = Vec::new();
-        // Three particles fix a linear fit; six make it robust. A tiny body may have fewer.
-        for _ in 0..3 {
+        // A tiny body may have fewer.
+        for _ in 0..FIT_ROUNDS {
             near = (0..reference.len()).filter(|k| distance(*k) < radius).collect();
-            if near.len() >= 6 {
+            if near.len() >= FIT_PARTICLES {
                 break;
             }
-            radius *= 1.5;
+            radius *= FIT_GROWTH;
         }
         let kernel = CubicSpline::new(0.5 * radius);
         let nearness = |k: usize| kernel.value(distance(k));

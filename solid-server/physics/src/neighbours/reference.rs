@@ -19,7 +19,7 @@ pub struct ReferencePair {
     pub separation: Vector,
 }
 
-/// What a pair takes part in.
+/// Kind of a pair, which decides the sums that it enters.
 ///
 /// A particle that is held throughout the run is anchored: its material is rigid. The neighbour of a free particle is then
 /// not the anchored particle but a boundary point half-way to it, which moves with the anchored ones: so a clamp acts at
@@ -111,7 +111,7 @@ impl Reference {
         &self.pairs[self.offsets[i] as usize..self.offsets[i + 1] as usize]
     }
 
-    /// Pairs of particle `i` across the border of what is anchored.
+    /// Pairs of particle `i` between anchored and free particles.
     #[inline]
     pub fn across_border(&self, i: usize) -> impl Iterator<Item = &ReferencePair> {
         let row = if self.bordering[i] { self.of(i) } else { &[] };
@@ -123,7 +123,7 @@ impl Reference {
         self.anchored[i]
     }
 
-    /// Gradient at particle `i` of what changes by `change` from its neighbour or boundary point to itself.
+    /// Gradient at particle `i` of a field that changes by `change` from its neighbour or boundary point to itself.
     ///
     /// ```text
     /// (Σ_j a_ij u_ij ⊗ X_ij) (Σ_j a_ij X_ij ⊗ X_ij)⁻¹

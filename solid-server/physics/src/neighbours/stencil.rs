@@ -4,7 +4,7 @@ use sph::geometry::Geometry;
 use sph::lanes::{Kernel, Lanes, WIDTH};
 use sph::vector::{Tensor, Vector};
 
-/// Four neighbours of one particle; what fills the last batch up has no weight.
+/// Four neighbours of one particle; entries that fill up the last batch have no weight.
 #[derive(Clone, Copy, Debug)]
 pub struct Batch {
     pub neighbours: [u32; WIDTH],

@@ -1,8 +1,8 @@
-//! What each particle keeps throughout a run.
+//! Constants of each particle.
 
 use sph::vector::Vector;
 
-/// What each particle keeps throughout the run.
+/// Constants of each particle throughout a run.
 pub struct ParticleConstants {
     pub id: Vec<u32>,
     /// Index of the body.

@@ -13,9 +13,9 @@ pub struct StressFields {
     pub cauchy: Vec<SymmetricTensor>,
     /// Artificial stress R_i of Eq. (25) \[m⁵/(kg s²)\].
     pub artificial: Vec<SymmetricTensor>,
-    /// Deformation gradient \[-\]; of total-Lagrangian bodies.
+    /// Deformation gradient F \[-\]; of total-Lagrangian bodies only.
     pub deformation: Vec<Tensor>,
-    /// What pair forces read of each particle \[-\]; likewise.
+    /// Tensor N of the pair forces \[-\], see `Reference::pair_tensor`; of total-Lagrangian bodies only.
     pub pair_tensor: Vec<Tensor>,
 }
 
@@ -39,7 +39,7 @@ pub struct StressView<'a> {
     pub artificial: &'a [SymmetricTensor],
     /// Deformation gradient F \[-\]; used by total-Lagrangian bodies alone.
     pub deformation: &'a [Tensor],
-    /// What pair forces read of each particle, `Reference::pair_tensor` \[-\]; likewise.
+    /// Tensor N of the pair forces \[-\], see `Reference::pair_tensor`; likewise.
     pub pair_tensor: &'a [Tensor],
 }
 
@@ -53,7 +53,7 @@ pub struct StressViewMut<'a> {
     pub pair_tensor: &'a mut [Tensor],
 }
 
-/// Quantities of the state that follow from positions where the formulation says so.
+/// Variables that some formulations derive from the positions instead of advancing them.
 pub struct DerivedView<'a> {
     /// Density \[kg/m³\].
     pub density: &'a mut [f64],

@@ -4,7 +4,7 @@ use std::ops::AddAssign;
 
 use sph::vector::{Vector, cross};
 
-/// One particle's contact in a stage.
+/// Contact forces on one particle in a stage.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ContactForces {
     /// Force from other bodies, or from distant parts of its own \[N/m\].
@@ -13,7 +13,7 @@ pub struct ContactForces {
     pub walls: Vector,
     /// Bound of the stiffness of all its contacts \[Pa\].
     pub stiffness: f64,
-    /// Largest depth of its own in anything, or of a particle in what is around it \[m\].
+    /// Largest penetration depth of the particle, or of another particle near it \[m\].
     pub depth: f64,
 }
 
@@ -71,7 +71,7 @@ pub struct ParticleTorques {
     pub contact: f64,
     /// Of particles of its own body.
     pub own: f64,
-    /// Of the fluid, which acts as in the exchange while the particle moves on: beyond that at its place there.
+    /// Of the fluid, whose force acts at the moving particle: the torque in excess of that at the position of the exchange.
     pub displaced: f64,
 }
 

@@ -1,4 +1,4 @@
-//! What the stage rule advances, particle by particle.
+//! Variables that the time scheme advances, of particles and of rigid bodies.
 
 use std::ops::Range;
 

@@ -14,7 +14,7 @@ use crate::report::fields::{
 use crate::system::model::{Probe, SolidModel};
 use crate::system::state::{BodyContact, SolidState};
 
-/// The probes of `setup` on `bodies`; what is wrong with them is added to `errors`.
+/// The probes of `setup` on `bodies`; their errors are added to `errors`.
 pub fn build_probes(setup: &SolidSetup, bodies: &mut [Body], errors: &mut Vec<String>) -> Vec<Probe> {
     let mut probes = Vec::new();
     for probe in &setup.probes {
@@ -128,11 +128,14 @@ fn plain(model: &SolidModel, state: &SolidState, time: f64, kind: &SolidProbeKin
     }
 }
 
+/// Largest gap that is reported, in particle spacings \[-\].
+const GAP_REACH: f64 = 3.0;
+
 /// Smallest distance \[m\] from a particle of `body`, or of any, to one of another body, and from a free one to a wall's.
 ///
-/// Not a number where there is none within three spacings.
+/// Not a number where there is none within [`GAP_REACH`].
 fn gaps(model: &SolidModel, state: &SolidState, time: f64, body: Option<u32>) -> [f64; 2] {
-    let reach = 3.0 * model.spacing;
+    let reach = GAP_REACH * model.spacing;
     let mut walls = model.walls.at_start();
     model.walls.move_to(time, &mut walls);
     let position = &state.particles.position;

@@ -40,7 +40,7 @@ pub enum ContactModel {
     Sums(SumContact),
 }
 
-/// What a probe reports; the set-up's kinds with what is precomputed for them.
+/// A probe: its kind in the set-up, with precomputed weights.
 pub enum Probe {
     /// A material point.
     MaterialPoint(MaterialPoint),

@@ -1,4 +1,4 @@
-//! What evolves: all that a checkpoint holds.
+//! State at a step boundary: all that a checkpoint holds.
 
 use sph::sums::ordered_sum;
 use sph::vector::Vector;
@@ -20,7 +20,7 @@ pub struct SolidState {
     pub angles: Vec<f64>,
     /// Elastic springs of the contacts under friction.
     pub springs: TangentialSprings,
-    /// What the last corrector left to report.
+    /// Results of the last corrector.
     pub last: LastStage,
 }
 
@@ -48,7 +48,7 @@ impl BodyContact {
         })
     }
 
-    /// Takes in the forces on the body's particles in a stage of `duration` \[s\].
+    /// Adds the forces on the body's particles in a stage of `duration` \[s\].
     pub fn follow(&mut self, forces: &[ParticleForces], duration: f64) {
         let n = forces.len();
         self.bodies = ordered_sum(n, |i| forces[i].contact);
@@ -58,7 +58,7 @@ impl BodyContact {
     }
 }
 
-/// What the last accepted stage left to report and to judge the next step by.
+/// Results of the last accepted stage, for reports and for the limit of the next step.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LastStage {
     /// Force of the fluid on each body \[N/m\].

@@ -43,9 +43,9 @@ pub struct Workspace {
     pub mean_forces: Vec<ParticleForces>,
     /// Torques of these, at the places where they acted.
     pub mean_torques: Vec<ParticleTorques>,
-    /// What else the stage did to the angular momentum.
+    /// Change of the angular momentum by supports and scheme in the stage.
     pub angular_impulse: AngularImpulse,
-    /// Where particles were when the forces of the fluid were exchanged; of sub-steps \[m\].
+    /// Positions at which the forces of the fluid were exchanged; with sub-steps only \[m\].
     pub exchange_position: Vec<Vector>,
     /// Force of the fluid on each particle in this stage \[N/m\].
     pub fluid_force: Vec<Vector>,

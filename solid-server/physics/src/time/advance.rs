@@ -1,4 +1,4 @@
-//! Moving all bodies by one stage, and the budget of it.
+//! Moving all bodies by one stage; supports and their reactions.
 
 use sph::ledger::scheme_moment;
 use sph::stage::StageTime;
@@ -42,7 +42,7 @@ pub fn move_bodies(model: &SolidModel, state: &SolidState, workspace: &mut Works
     }
 }
 
-/// What supports and scheme did to the angular momentum of the deformable bodies in a stage of Eq. (30)-(31).
+/// Change of the angular momentum of the deformable bodies by supports and scheme in a stage of Eq. (30)-(31).
 fn deformable_impulse(
     model: &SolidModel,
     state: &SolidState,
@@ -74,7 +74,7 @@ fn deformable_impulse(
     impulse
 }
 
-/// What supports impose at one moment.
+/// Quantity that supports impose.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub enum HeldQuantity {
     Positions,
@@ -120,8 +120,8 @@ pub fn impose_supports(
     moment
 }
 
-/// Reactions of all supports \[N/m\]: what they added to `workspace.total_force` in the stage to give the particles
-/// their prescribed motion.
+/// Reactions of all supports \[N/m\]: the force beyond `workspace.total_force` that gives the held particles their
+/// prescribed motion in the stage.
 pub fn take_reactions(model: &SolidModel, state: &SolidState, workspace: &mut Workspace, time: &StageTime) {
     let Workspace { next, total_force, reactions, .. } = workspace;
     for (body, reactions) in model.bodies.iter().zip(reactions) {
@@ -148,7 +148,7 @@ pub fn take_reactions(model: &SolidModel, state: &SolidState, workspace: &mut Wo
     }
 }
 
-/// Shares what supports add to the resultant of a rigid body among them, by the number of particles they hold.
+/// Distributes the resultant reaction on a rigid body among its supports, by the number of particles they hold.
 fn rigid_reactions(
     body: &Body,
     time: &StageTime,

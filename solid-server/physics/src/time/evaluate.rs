@@ -13,7 +13,7 @@ use crate::particles::forces::{ParticleForces, ParticleTorques};
 use crate::system::model::{ContactModel, SolidModel};
 use crate::system::workspace::Workspace;
 
-/// Pressure and stress of the stage state, and what of the state follows from them.
+/// Pressure and stress of the stage state, and the variables derived from them.
 pub fn update_stress(model: &SolidModel, workspace: &mut Workspace) {
     let Workspace { stage, stress, .. } = workspace;
     for body in &model.bodies {

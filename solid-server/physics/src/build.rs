@@ -20,7 +20,7 @@ use crate::particles::constants::ParticleConstants;
 use crate::particles::fields::{Rates, StressFields};
 use crate::particles::forces::{ContactForces, ParticleForces, ParticleTorques};
 use crate::particles::variables::{Particles, RigidState};
-use crate::report::fields::best_fit_angle;
+use crate::report::body_sums::best_fit_angle;
 use crate::report::probes::build_probes;
 use crate::system::model::SolidModel;
 use crate::system::state::{BodyContact, LastStage, SolidState};

@@ -76,6 +76,7 @@ mod system {
 }
 
 mod report {
+    pub mod body_sums;
     pub mod fields;
     pub mod momentum_budget;
     pub mod probes;

@@ -12,7 +12,8 @@ use sph::vector::{DIMENSIONS, Vector};
 
 use crate::build::{build, build_workspace};
 use crate::particles::forces::ParticleTorques;
-use crate::report::fields::{best_fit_angle, energies, snapshot};
+use crate::report::body_sums::{best_fit_angle, energies};
+use crate::report::fields::snapshot;
 use crate::report::momentum_budget::{StageRecord, stage_record};
 use crate::report::probes::probe_values;
 use crate::system::model::SolidModel;

@@ -76,7 +76,7 @@ pub fn build_bodies(
                 let (body, motion) =
                     RigidBody::new(&constants, &connected, velocity, &particles.density[range.clone()]);
                 body.place(&constants, &motion, &image_counts[range.clone()], particles.view_mut(range));
-                (Box::new(body), motion, WaveLimits { stage_rule: f64::INFINITY, substep: f64::INFINITY })
+                (Box::new(body), motion, WaveLimits::NONE)
             }
         };
         let wall_exemption = wall_exemption(domain, &supports, &connected, &walls.start, clearance);

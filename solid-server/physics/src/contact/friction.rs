@@ -74,7 +74,8 @@ impl Friction {
         law: &FrictionConstants,
         near: impl Iterator<Item = RelativeState> + Clone,
         gradient: &Vector,
-        (elongation, dt): (f64, f64),
+        elongation: f64,
+        dt: f64,
     ) -> Self {
         let weighted = || near.clone().map(|(x, v)| (field.weight(x.norm()), x, v));
         let weight: f64 = weighted().map(|(w, _, _)| w).sum();

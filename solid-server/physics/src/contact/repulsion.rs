@@ -185,12 +185,12 @@ impl Repulsion {
                 ..self.constants(body, Some(&at.bodies[other as usize]), mass)
             };
             let key = (i as u32, Owner::Body(other));
-            found.extend(self.contact(key, &self.fields.bodies, &contact, near, (springs.of(&key), dt)));
+            found.extend(self.contact(key, &self.fields.bodies, &contact, near, springs, dt));
         }
         let near = at.walls_of(i).map(|w| at.near_wall(i, w));
         let key = (i as u32, Owner::Walls);
         let contact = self.constants(body, None, mass);
-        found.extend(self.contact(key, &self.fields.walls, &contact, near, (springs.of(&key), dt)));
+        found.extend(self.contact(key, &self.fields.walls, &contact, near, springs, dt));
         found
     }
 
@@ -210,13 +210,7 @@ impl Repulsion {
             let key = ((at.constants.len() + w) as u32, Owner::Body(body));
             let contact =
                 self.constants(&at.bodies[body as usize], None, at.constants.mass[group[0] as usize]);
-            found.extend(self.contact(
-                key,
-                &self.fields.bodies_from_walls,
-                &contact,
-                near,
-                (springs.of(&key), dt),
-            ));
+            found.extend(self.contact(key, &self.fields.bodies_from_walls, &contact, near, springs, dt));
         }
         found
     }
@@ -227,14 +221,15 @@ impl Repulsion {
         ContactConstants { stiffness: 0.5 * self.stiffness * body.material.bulk_modulus.min(softer), mass }
     }
 
-    /// The contact of a particle with the neighbours `near`, if it lies in them.
+    /// The contact of a particle with the neighbours `near`, if it lies in them; `dt` \[s\] after the time of `springs`.
     fn contact(
         &self,
         key: ContactKey,
         field: &DensityField,
-        contact: &ContactConstants,
+        constants: &ContactConstants,
         near: impl Iterator<Item = RelativeState> + Clone,
-        elongation: (f64, f64),
+        springs: &TangentialSprings,
+        dt: f64,
     ) -> Option<Contact> {
         let square = field.support * field.support;
         let near = near.filter(|(x, _)| x.norm_squared() < square);
@@ -251,8 +246,8 @@ impl Repulsion {
             reach += part.norm();
         }
         let (distance, gain) = (field.distance(), field.gain());
-        let spring = Spring::new(contact.stiffness, depth, distance);
-        let dashpot = 2.0 * self.damping * (contact.stiffness * contact.mass).sqrt();
+        let spring = Spring::new(constants.stiffness, depth, distance);
+        let dashpot = 2.0 * self.damping * (constants.stiffness * constants.mass).sqrt();
         // Within the spring's force: no jump at the onset, no attraction at the end, the same relative loss at any speed.
         let damping = (dashpot * gain * rate).clamp(-spring.force, spring.force);
         let slope = gain * (spring.force + damping);
@@ -260,8 +255,8 @@ impl Repulsion {
         let has_friction = self.friction > 0.0 && normal > 0.0;
         let friction = if has_friction {
             let law =
-                FrictionConstants { stiffness: contact.stiffness, dashpot, bound: self.friction * normal };
-            Friction::new(field, &law, near, &gradient, elongation)
+                FrictionConstants { stiffness: constants.stiffness, dashpot, bound: self.friction * normal };
+            Friction::new(field, &law, near, &gradient, springs.of(&key), dt)
         } else {
             Friction::default()
         };

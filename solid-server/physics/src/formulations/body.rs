@@ -18,6 +18,11 @@ pub struct WaveLimits {
     pub substep: f64,
 }
 
+impl WaveLimits {
+    /// Of a rigid body.
+    pub const NONE: Self = Self { stage_rule: f64::INFINITY, substep: f64::INFINITY };
+}
+
 /// One body.
 pub struct Body {
     pub name: String,

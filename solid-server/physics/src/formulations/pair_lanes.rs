@@ -72,7 +72,7 @@ struct LawLanes<'a, L, const ARTIFICIAL: bool> {
 }
 
 /// One particle in all lanes.
-struct Own<L> {
+struct CentreParticle<L> {
     position: [L; 2],
     velocity: [L; 2],
     mass: L,
@@ -117,7 +117,7 @@ impl<'a, L: Lanes, const ARTIFICIAL: bool> LawLanes<'a, L, ARTIFICIAL> {
         candidates: &[u32],
         i: usize,
     ) -> PairSums {
-        let (own, zero) = (Own::new(members, i), L::zero());
+        let (own, zero) = (CentreParticle::new(members, i), L::zero());
         let mut sums = LaneSums { force: [zero; 2], gradient: [zero; 4], moment: [zero; 3] };
         // The particle itself adds nothing. Indices of a body stay below 2^32.
         let filler = [i as u32; WIDTH];
@@ -145,7 +145,7 @@ impl<'a, L: Lanes, const ARTIFICIAL: bool> LawLanes<'a, L, ARTIFICIAL> {
         &self,
         geometry: G,
         sums: &mut LaneSums<L>,
-        own: &Own<L>,
+        own: &CentreParticle<L>,
         members: &BodyArrays<'_>,
         batch: [u32; WIDTH],
     ) {
@@ -217,7 +217,7 @@ impl<'a, L: Lanes, const ARTIFICIAL: bool> LawLanes<'a, L, ARTIFICIAL> {
     }
 }
 
-impl<L: Lanes> Own<L> {
+impl<L: Lanes> CentreParticle<L> {
     #[inline(always)]
     fn new(members: &BodyArrays<'_>, i: usize) -> Self {
         Self {

@@ -8,9 +8,10 @@ use crate::formulations::body::Body;
 use crate::materials::hooke::{principal_stresses, von_mises_stress};
 use crate::neighbours::material_point::MaterialPoint;
 use crate::particles::fields::StressFields;
-use crate::report::fields::{
-    BodySums, body_sums, material_position, second_moments, strain_energy_density, stress_of,
+use crate::report::body_sums::{
+    BodySums, body_sums, material_position, particle_energy_density, second_moments,
 };
+use crate::report::fields::stress_of;
 use crate::system::model::{Probe, SolidModel};
 use crate::system::state::{BodyContact, SolidState};
 
@@ -88,7 +89,7 @@ fn material_point(
     let velocity = point.mean(|i| state.particles.velocity[i]);
     let normal = point.mean(|i| Vector::new(stress.cauchy[i].xx, stress.cauchy[i].yy));
     let mixed = point.mean(|i| Vector::new(stress.cauchy[i].xy, stress.pressure[i]));
-    let energy = point.mean(|i| Vector::new(strain_energy_density(model, state, i), 0.0));
+    let energy = point.mean(|i| Vector::new(particle_energy_density(model, state, i), 0.0));
     let cauchy = SymmetricTensor { xx: normal.x, yy: normal.y, xy: mixed.x };
     let deviator = cauchy.plus(&SymmetricTensor::isotropic(mixed.y));
     push(values, &displacement);

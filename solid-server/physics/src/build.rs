@@ -14,7 +14,7 @@ use crate::contact::friction::TangentialSprings;
 use crate::formulations::body::Body;
 use crate::formulations::formulation::AngularImpulse;
 use crate::formulations::pair_law::PairSums;
-use crate::interface::fluid::FluidInterface;
+use crate::interface::fluid_interface::FluidInterface;
 use crate::neighbours::lists::{CONTACT_SKIN, ContactLists, OWN_SKIN, OwnLists};
 use crate::particles::constants::ParticleConstants;
 use crate::particles::fields::{Rates, StressFields};
@@ -104,7 +104,7 @@ pub fn build_workspace(
         stress: StressFields::new(n),
         sums: vec![PairSums::default(); n],
         rates: Rates::new(n),
-        contact: vec![ContactForces::default(); n],
+        contact_forces: vec![ContactForces::default(); n],
         contacts: Vec::new(),
         springs: state.springs.clone(),
         start_springs: state.springs.clone(),

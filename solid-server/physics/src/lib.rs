@@ -15,8 +15,8 @@
 //! contact/       between bodies and with walls: repulsion with friction, or the sums of the source paper
 //! interface/     the fluid partner
 //! system/        model (constant), state (checkpointed), workspace (disposable)
-//! report/        probes, particle fields, energies, momentum budget
-//! time/          evaluation of forces, the two ways to advance, step limits, checks
+//! report/        probes, particle fields, energies
+//! time/          flow of a stage, evaluation of forces, the two ways to advance, step limits, checks, momentum budget
 //! build, solver  makes all of it from a set-up; steps it
 //! ```
 
@@ -65,7 +65,7 @@ mod contact {
 }
 
 mod interface {
-    pub mod fluid;
+    pub mod fluid_interface;
 }
 
 mod system {
@@ -78,7 +78,6 @@ mod system {
 mod report {
     pub mod body_sums;
     pub mod fields;
-    pub mod momentum_budget;
     pub mod probes;
 }
 
@@ -87,6 +86,8 @@ mod time {
     pub mod checks;
     pub mod evaluate;
     pub mod limits;
+    pub mod momentum_budget;
+    pub mod stage;
     pub mod substeps;
 }
 

@@ -11,22 +11,18 @@ use sph::sums::ordered_sum;
 use sph::vector::{DIMENSIONS, Vector};
 
 use crate::build::{build, build_workspace};
-use crate::particles::forces::ParticleTorques;
 use crate::report::body_sums::{best_fit_angle, energies};
 use crate::report::fields::snapshot;
-use crate::report::momentum_budget::{StageRecord, stage_record};
 use crate::report::probes::probe_values;
 use crate::system::model::SolidModel;
 use crate::system::saved::HISTORY;
 use crate::system::state::{BodyContact, SolidState};
 use crate::system::workspace::Workspace;
-use crate::time::advance::move_bodies;
 use crate::time::checks::{check, check_domain};
-use crate::time::evaluate::{
-    add_torques, evaluate_pairs, refresh_lists, sum_forces, total_forces, update_stress,
-};
+use crate::time::evaluate::{evaluate_pairs, sum_forces, total_forces};
 use crate::time::limits::{acceleration_limit, particle_limit, step_limit};
-use crate::time::substeps::move_by_substeps;
+use crate::time::momentum_budget::stage_record;
+use crate::time::stage::{accept, complete_stage, enter_stage, move_stage, take_prediction, wrap};
 
 /// Several elastic or rigid bodies in one domain.
 ///
@@ -70,101 +66,6 @@ impl SolidSolver {
         let workspace = build_workspace(&model, &state, coupling.as_ref());
         Ok(Self { model, state, workspace, no_extent: Extent::default() })
     }
-
-    fn complete_rates(&mut self) {
-        let Workspace { stage, sums, rates, .. } = &mut self.workspace;
-        for body in &self.model.bodies {
-            let range = &body.range;
-            body.formulation.complete(&stage.view(range), &sums[range.clone()], rates.view_mut(range));
-        }
-    }
-
-    /// Forces and rates of the stage, once those of the fluid are known.
-    fn complete_stage(&mut self, time: &StageTime) {
-        if self.model.stepping == SolidStepping::StageRule {
-            sum_forces(&self.model, &mut self.workspace, time, time.state_time());
-            let Workspace { stage, forces, mean_forces, mean_torques, fluid_force, total_force, .. } =
-                &mut self.workspace;
-            total_forces(forces, fluid_force, total_force);
-            mean_forces.clone_from(forces);
-            if let Some(origin) = self.model.torque_origin() {
-                mean_torques.fill(ParticleTorques::default());
-                add_torques(mean_torques, 1.0, origin, &stage.position, forces);
-            }
-            self.complete_rates();
-        }
-    }
-
-    /// Prepares the stage state: walls, stress, lists and the extent at the interface.
-    fn enter_stage(&mut self, time: &StageTime) {
-        // A pass of sub-steps leaves the corrector all that belongs to its state.
-        if time.at.stage == Stage::Predictor || self.model.stepping == SolidStepping::StageRule {
-            self.model.walls.move_to(time.state_time(), &mut self.workspace.walls);
-            update_stress(&self.model, &mut self.workspace);
-            refresh_lists(&self.model, &mut self.workspace, time);
-        }
-        if let Some(link) = &mut self.workspace.fluid {
-            link.track(&self.workspace.stage.position);
-        }
-    }
-
-    /// Moves all bodies from the start of the step to `workspace.next`, checked.
-    fn move_stage(&mut self, time: &StageTime) -> Result<(), Divergence> {
-        match self.model.stepping {
-            SolidStepping::StageRule => move_bodies(&self.model, &self.state, &mut self.workspace, time),
-            SolidStepping::Substeps(count) => {
-                move_by_substeps(&self.model, &self.state, &mut self.workspace, time, count);
-            }
-        }
-        check(&self.model, &self.workspace.next, time.at).map_err(|divergence| *divergence)
-    }
-
-    /// Takes the predictor's result as the stage state of the corrector.
-    fn take_prediction(&mut self) {
-        let Workspace { stage, stage_rigid, next, next_rigid, .. } = &mut self.workspace;
-        std::mem::swap(stage, next);
-        std::mem::swap(stage_rigid, next_rigid);
-    }
-
-    /// Takes the corrector's result as the state at the new step boundary, `duration` \[s\] after the last.
-    fn accept(&mut self, record: &StageRecord, duration: f64) {
-        let Self { model, state, workspace, .. } = self;
-        std::mem::swap(&mut state.particles, &mut workspace.next);
-        std::mem::swap(&mut state.rigid, &mut workspace.next_rigid);
-        state.springs.clone_from(&workspace.springs);
-        let last = &mut state.last;
-        last.largest_acceleration = record.largest_acceleration;
-        last.contact_frequency = record.contact_frequency;
-        last.tangent_stiffness_ratio = record.tangent_stiffness_ratio;
-        last.substeps += u64::from(workspace.substeps);
-        for (fluid_force, body) in last.fluid_force.iter_mut().zip(&model.bodies) {
-            let forces = &workspace.fluid_force[body.range.clone()];
-            *fluid_force = ordered_sum(forces.len(), |i| forces[i]);
-        }
-        for (contact, body) in last.contacts.iter_mut().zip(&model.bodies) {
-            contact.follow(&workspace.mean_forces[body.range.clone()], duration);
-        }
-        for (accepted, reactions) in last.reactions.iter_mut().zip(&workspace.reactions) {
-            accepted.copy_from_slice(reactions);
-        }
-    }
-
-    /// Moves particles back into the box along periodic directions.
-    fn wrap(&mut self) {
-        let domain = &self.model.domain;
-        if !domain.is_periodic() {
-            return;
-        }
-        for (x, image_count) in self.state.particles.position.iter_mut().zip(&mut self.state.image_counts) {
-            let wrapped = domain.wrapped(x);
-            for axis in 0..image_count.len() {
-                let turns = (x[axis] - wrapped[axis]) / domain.size()[axis];
-                // A saturating conversion of a small whole number.
-                image_count[axis] += turns.round() as i32;
-            }
-            *x = wrapped;
-        }
-    }
 }
 
 impl Solver for SolidSolver {
@@ -178,7 +79,7 @@ impl Solver for SolidSolver {
             self.workspace.stage_rigid.clone_from(&self.state.rigid);
             self.workspace.springs.clone_from(&self.state.springs);
         }
-        self.enter_stage(time);
+        enter_stage(&self.model, &mut self.workspace, time);
         Ok(())
     }
 
@@ -234,7 +135,7 @@ impl Solver for SolidSolver {
         if let Some(link) = fluid {
             *interface_sums = link.evaluate(time.state_time(), own, partner, sums, fluid_force);
         }
-        self.complete_stage(time);
+        complete_stage(&self.model, &mut self.workspace, time);
     }
 
     fn evaluate_loads(
@@ -246,7 +147,7 @@ impl Solver for SolidSolver {
         let Workspace { fluid, fluid_force, interface_sums, .. } = &mut self.workspace;
         let link = fluid.as_ref().ok_or(NoLoads)?;
         *interface_sums = link.apply(own, forces, fluid_force);
-        self.complete_stage(time);
+        complete_stage(&self.model, &mut self.workspace, time);
         Ok(())
     }
 
@@ -262,26 +163,28 @@ impl Solver for SolidSolver {
         // Sub-steps add up their own.
         total_forces(others, fluid_force, total_force);
         let predictor = StepStage { stage: Stage::Predictor, ..time.at };
-        self.move_stage(&StageTime { at: predictor, ..*time })
+        move_stage(&self.model, &self.state, &mut self.workspace, &StageTime { at: predictor, ..*time })
             .map_err(|divergence| NotRevised::Diverged(Divergence { at: time.at, ..divergence }))?;
-        self.take_prediction();
-        self.enter_stage(time);
+        take_prediction(&mut self.workspace);
+        enter_stage(&self.model, &mut self.workspace, time);
         Ok(())
     }
 
     /// With sub-steps, forces of the solids on themselves are evaluated within.
     fn advance(&mut self, time: &StageTime) -> Result<StageBooks, Divergence> {
-        self.move_stage(time)?;
+        move_stage(&self.model, &self.state, &mut self.workspace, time)?;
         let record = stage_record(&self.model, &self.state, &self.workspace, time);
         match time.at.stage {
-            Stage::Predictor => self.take_prediction(),
-            Stage::Corrector => self.accept(&record, time.duration()),
+            Stage::Predictor => take_prediction(&mut self.workspace),
+            Stage::Corrector => {
+                accept(&self.model, &mut self.state, &mut self.workspace, &record, time.duration());
+            }
         }
         Ok(record.budget)
     }
 
     fn end_step(&mut self, time: &StageTime) -> Result<(), Divergence> {
-        self.wrap();
+        wrap(&self.model, &mut self.state);
         self.state.last.outside =
             check_domain(&self.model, &self.state.particles, time).map_err(|divergence| *divergence)?;
         let SolidState { particles, image_counts, angles, .. } = &mut self.state;

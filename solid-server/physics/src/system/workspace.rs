@@ -8,7 +8,7 @@ use crate::contact::friction::TangentialSprings;
 use crate::contact::repulsion::Contact;
 use crate::formulations::formulation::AngularImpulse;
 use crate::formulations::pair_law::PairSums;
-use crate::interface::fluid::FluidInterface;
+use crate::interface::fluid_interface::FluidInterface;
 use crate::neighbours::lists::{ContactLists, OwnLists};
 use crate::particles::fields::{Rates, StressFields};
 use crate::particles::forces::{ContactForces, ParticleForces, ParticleTorques};
@@ -27,10 +27,10 @@ pub struct Workspace {
     /// Own-body sums, then all that belong in the rates.
     pub sums: Vec<PairSums>,
     pub rates: Rates,
-    pub contact: Vec<ContactForces>,
+    pub contact_forces: Vec<ContactForces>,
     /// Contacts at the latest evaluation.
     pub contacts: Vec<Contact>,
-    /// TangentialSprings at the latest evaluation, and those at the start of the step.
+    /// Tangential springs at the latest evaluation, and those at the start of the step.
     pub springs: TangentialSprings,
     pub start_springs: TangentialSprings,
     /// Prescribed loads on each particle; empty where no body has any \[N/m\].
@@ -61,7 +61,7 @@ pub struct Workspace {
     pub wall_pressure: Vec<f64>,
     /// Reactions of the stage, by body and support \[N/m\].
     pub reactions: Vec<Vec<Vector>>,
-    /// Link to the fluid; `None` when the run has one participant.
+    /// Interface with the fluid; `None` when the run has one participant.
     pub fluid: Option<FluidInterface>,
     /// Sums over pair forces with the fluid in this stage.
     pub interface_sums: InterfaceSums,

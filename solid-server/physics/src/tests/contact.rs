@@ -62,7 +62,7 @@ fn contact_has_neither_resultant_nor_torque_and_is_gone_after_parting() {
         let mut met = 0;
         for _ in 0..800 {
             run.step().unwrap();
-            let Workspace { contact, stage, .. } = &run.solver.workspace;
+            let Workspace { contact_forces: contact, stage, .. } = &run.solver.workspace;
             let gross: f64 = contact.iter().map(|sums| sums.bodies.norm()).sum();
             let force: Vector = contact.iter().map(|sums| sums.bodies).sum();
             let torque: f64 =
@@ -75,7 +75,7 @@ fn contact_has_neither_resultant_nor_torque_and_is_gone_after_parting() {
             met += usize::from(gross > 0.0);
         }
         assert!(met > 50, "{met}");
-        assert!(run.solver.workspace.contact.iter().all(|sums| sums.bodies == Vector::zeros()));
+        assert!(run.solver.workspace.contact_forces.iter().all(|sums| sums.bodies == Vector::zeros()));
         let contact = BodyContact::all(&run.solver.state.last.contacts);
         // Two bodies of 0.158 kg/m that exchange more than half of 2 m/s: at least 0.4 N s/m on each.
         assert!(

@@ -64,8 +64,16 @@ pub fn evaluate_pairs(model: &SolidModel, workspace: &mut Workspace, at: f64) {
 
 /// Contact of bodies with each other and with walls.
 fn evaluate_contact(model: &SolidModel, workspace: &mut Workspace, at: f64) {
-    let Workspace { stage, stress, sums, contact, contact_lists: lists, walls, wall_pressure, .. } =
-        workspace;
+    let Workspace {
+        stage,
+        stress,
+        sums,
+        contact_forces: contact,
+        contact_lists: lists,
+        walls,
+        wall_pressure,
+        ..
+    } = workspace;
     let (domain, constants, bodies) = (&model.domain, &model.particles, &model.bodies[..]);
     match &model.contact {
         ContactModel::Repulsion(law) => {
@@ -110,7 +118,7 @@ fn prescribe_loads(model: &SolidModel, workspace: &mut Workspace, at: f64) {
 
 /// Forces on all particles but those of the fluid, at the stage state of time `at` \[s\].
 pub fn sum_forces(model: &SolidModel, workspace: &mut Workspace, time: &StageTime, at: f64) {
-    let Workspace { stage, sums, contact, forces, loads, .. } = workspace;
+    let Workspace { stage, sums, contact_forces: contact, forces, loads, .. } = workspace;
     let damping_rate = model.damping_rate(time);
     forces.par_iter_mut().with_min_len(8 * TASK).enumerate().for_each(|(i, forces)| {
         let mass = model.particles.mass[i];

@@ -31,8 +31,9 @@ pub struct DensityField {
     /// D(d) \[-\].
     at_contact: f64,
     /// dδ/dD \[m\].
-    gain: f64,
-    distance: f64,
+    pub gain: f64,
+    /// Contact distance d \[m\].
+    pub distance: f64,
 }
 
 impl DensityField {
@@ -82,18 +83,6 @@ impl DensityField {
     #[inline]
     pub fn depth(&self, density: f64) -> f64 {
         self.gain * (density - self.at_contact)
-    }
-
-    /// dδ/dD \[m\].
-    #[inline]
-    pub fn gain(&self) -> f64 {
-        self.gain
-    }
-
-    /// Contact distance d \[m\].
-    #[inline]
-    pub fn distance(&self) -> f64 {
-        self.distance
     }
 }
 

@@ -83,7 +83,7 @@ impl Friction {
         let drift: Vector = weighted().map(|(w, _, v)| v * (-w / weight)).sum();
         let inertia: f64 = weighted().map(|(w, x, _)| w / weight * (-x - centre).norm_squared()).sum();
         // A patch of one particle can bear no couple, and so no friction.
-        if inertia <= SMALLEST_PATCH * field.distance() * field.distance() {
+        if inertia <= SMALLEST_PATCH * field.distance * field.distance {
             return Self::default();
         }
         let spin = weighted().map(|(w, x, v)| w / weight * cross(&(-x - centre), &(-v - drift))).sum::<f64>();

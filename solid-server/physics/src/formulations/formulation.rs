@@ -4,12 +4,12 @@ use std::ops::AddAssign;
 
 use sph::domain::Domain;
 use sph::stage::StageTime;
-use sph::vector::{Tensor, Vector};
+use sph::vector::{SymmetricTensor, Tensor, Vector};
 
 use crate::boundary::supports::Support;
 use crate::formulations::pair_law::{PairSums, SumLaw};
 use crate::neighbours::lists::Rows;
-use crate::particles::fields::{DerivedView, RateView, RateViewMut, StressView, StressViewMut};
+use crate::particles::fields::{RateView, RateViewMut, StressView, StressViewMut};
 use crate::particles::variables::{ParticleView, ParticleViewMut, RigidState};
 
 /// Constants of a body's particles.
@@ -129,10 +129,12 @@ pub trait BodyFormulation: Send + Sync {
     );
 
     /// Overwrites the variables that follow from the stress just updated; none where density and stress are advanced.
-    fn derive(&self, _stress: &StressView<'_>, _derived: DerivedView<'_>) {}
+    fn derive(&self, _stress: &StressView<'_>, _derived: ParticleViewMut<'_>) {}
 
     /// Radius \[m\] of the own-body neighbour lists in the current configuration; `None` when it needs none.
-    fn list_radius(&self) -> Option<f64>;
+    fn list_radius(&self) -> Option<f64> {
+        None
+    }
 
     /// Contribution of a load of `moment` f ⊗ X \[N\] about particle `i` to its pair tensor \[-\].
     fn load_pair_tensor(&self, _i: usize, _moment: &Tensor) -> Tensor {
@@ -149,8 +151,11 @@ pub trait BodyFormulation: Send + Sync {
         sums: &mut [PairSums],
     );
 
-    /// Rates of own variables, once the sums hold all pairs that belong in them.
-    fn complete(&self, stage: &ParticleView<'_>, sums: &[PairSums], rates: RateViewMut<'_>);
+    /// Rates of own variables, once the sums hold all pairs that belong in them; zero where they are not advanced.
+    fn complete(&self, _stage: &ParticleView<'_>, _sums: &[PairSums], rates: RateViewMut<'_>) {
+        rates.density.fill(0.0);
+        rates.deviatoric_stress.fill(SymmetricTensor::default());
+    }
 
     /// Moves the body from φⁿ by the stage's duration, Eq. (30) or (31).
     ///
@@ -196,7 +201,9 @@ pub trait BodyFormulation: Send + Sync {
     }
 
     /// Whether the body is rigid: supports then act on the whole body, not on single particles.
-    fn is_rigid(&self) -> bool;
+    fn is_rigid(&self) -> bool {
+        self.inertia().is_some()
+    }
 
     /// Moment of inertia of a body that is rigid.
     fn inertia(&self) -> Option<RigidInertia> {
@@ -204,7 +211,9 @@ pub trait BodyFormulation: Send + Sync {
     }
 
     /// Law by which its particles take part in sums with those of other bodies, walls or the fluid.
-    fn sum_law(&self) -> Option<&SumLaw>;
+    fn sum_law(&self) -> Option<&SumLaw> {
+        None
+    }
 
     /// Tangent stiffness at particle `i` over that of the undeformed body \[-\].
     fn tangent_stiffness_ratio(&self, _stress: &StressView<'_>, _i: usize) -> f64 {

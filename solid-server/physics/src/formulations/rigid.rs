@@ -13,9 +13,9 @@ use crate::boundary::supports::Support;
 use crate::formulations::formulation::{
     AngularImpulse, BodyConstants, BodyDrift, BodyFormulation, BodyKick, BodyStep, RigidInertia,
 };
-use crate::formulations::pair_law::{PairSums, SumLaw};
+use crate::formulations::pair_law::PairSums;
 use crate::neighbours::lists::{Rows, TASK};
-use crate::particles::fields::{RateViewMut, StressView, StressViewMut};
+use crate::particles::fields::{StressView, StressViewMut};
 use crate::particles::variables::{ParticleView, ParticleViewMut, RigidState, image_offset};
 
 /// A rigid body: M dV/dt = ΣF, I dω/dt = Σ r × F, by the midpoint rule of Eq. (30)-(31).
@@ -170,10 +170,6 @@ impl BodyFormulation for RigidBody {
         stress.artificial.fill(SymmetricTensor::default());
     }
 
-    fn list_radius(&self) -> Option<f64> {
-        None
-    }
-
     fn evaluate(
         &self,
         _constants: &BodyConstants<'_>,
@@ -183,11 +179,6 @@ impl BodyFormulation for RigidBody {
         sums: &mut [PairSums],
     ) {
         sums.fill(PairSums::default());
-    }
-
-    fn complete(&self, _stage: &ParticleView<'_>, _sums: &[PairSums], rates: RateViewMut<'_>) {
-        rates.density.fill(0.0);
-        rates.deviatoric_stress.fill(SymmetricTensor::default());
     }
 
     fn advance(
@@ -250,16 +241,8 @@ impl BodyFormulation for RigidBody {
         AngularImpulse { supports: 0.0, scheme }
     }
 
-    fn is_rigid(&self) -> bool {
-        true
-    }
-
     fn inertia(&self) -> Option<RigidInertia> {
         Some(self.inertia)
-    }
-
-    fn sum_law(&self) -> Option<&SumLaw> {
-        None
     }
 
     fn strain_energy(&self, _constants: &BodyConstants<'_>, _state: &ParticleView<'_>, _i: usize) -> f64 {

@@ -13,13 +13,13 @@ use crate::formulations::bond_forces::{Bonds, ForcePass, Viscosity};
 use crate::formulations::formulation::{
     AngularImpulse, BodyConstants, BodyFormulation, BodyStep, StateLimits,
 };
-use crate::formulations::pair_law::{PairSums, SumLaw};
+use crate::formulations::pair_law::PairSums;
 use crate::formulations::reference_forces::ForceUnits;
 use crate::materials::hyperelastic::Hyperelastic;
 use crate::neighbours::lists::{Rows, TASK};
 use crate::neighbours::reference::{Reference, ReferencePair};
 use crate::neighbours::stencil::MomentPass;
-use crate::particles::fields::{DerivedView, RateViewMut, StressView, StressViewMut};
+use crate::particles::fields::{StressView, StressViewMut};
 use crate::particles::variables::{ParticleView, ParticleViewMut, RigidState};
 
 /// A hyperelastic body whose neighbours are those of the undeformed body.
@@ -129,7 +129,7 @@ impl TotalLagrangianBody {
             for (k, (sums, force)) in sums.iter_mut().zip(forces).enumerate() {
                 let i = first + k;
                 // Anchored material is rigid within.
-                let inner = if self.reference.is_anchored(i) { Vector::zeros() } else { *force };
+                let inner = if self.reference.anchored[i] { Vector::zeros() } else { *force };
                 *sums = PairSums {
                     force: inner + self.border_force(body, state, pair_tensor, i),
                     ..PairSums::default()
@@ -183,7 +183,7 @@ impl BodyFormulation for TotalLagrangianBody {
     }
 
     /// ρ = ρ₀/J and s = σ + p I.
-    fn derive(&self, stress: &StressView<'_>, derived: DerivedView<'_>) {
+    fn derive(&self, stress: &StressView<'_>, derived: ParticleViewMut<'_>) {
         for (i, (rho, s)) in derived.density.iter_mut().zip(derived.deviatoric_stress).enumerate() {
             *rho = self.material.density / stress.deformation[i].determinant();
             *s = stress.cauchy[i].plus(&SymmetricTensor::isotropic(stress.pressure[i]));
@@ -193,10 +193,6 @@ impl BodyFormulation for TotalLagrangianBody {
     /// The virtual work of a force at x_i + F_i X is that of the force on i and of its moment on F_i.
     fn load_pair_tensor(&self, i: usize, moment: &Tensor) -> Tensor {
         -self.reference.moment_pair_tensor(i, moment, &self.units)
-    }
-
-    fn list_radius(&self) -> Option<f64> {
-        None
     }
 
     fn evaluate(
@@ -212,11 +208,6 @@ impl BodyFormulation for TotalLagrangianBody {
         } else {
             self.pair_forces(Open, body, stage, stress.pair_tensor, sums);
         }
-    }
-
-    fn complete(&self, _stage: &ParticleView<'_>, _sums: &[PairSums], rates: RateViewMut<'_>) {
-        rates.density.fill(0.0);
-        rates.deviatoric_stress.fill(SymmetricTensor::default());
     }
 
     fn advance(
@@ -245,14 +236,6 @@ impl BodyFormulation for TotalLagrangianBody {
         AngularImpulse::default()
     }
 
-    fn is_rigid(&self) -> bool {
-        false
-    }
-
-    fn sum_law(&self) -> Option<&SumLaw> {
-        None
-    }
-
     fn tangent_stiffness_ratio(&self, stress: &StressView<'_>, i: usize) -> f64 {
         self.law.tangent_stiffness_ratio(&stress.deformation[i])
     }
@@ -262,7 +245,7 @@ impl BodyFormulation for TotalLagrangianBody {
     }
 
     fn strain_energy(&self, body: &BodyConstants<'_>, state: &ParticleView<'_>, i: usize) -> f64 {
-        if self.reference.is_anchored(i) {
+        if self.reference.anchored[i] {
             return 0.0;
         }
         let x_ij = |pair: &ReferencePair| self.reference.separation(body.domain, state.position, i, pair);

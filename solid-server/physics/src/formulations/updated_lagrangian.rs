@@ -190,10 +190,6 @@ impl BodyFormulation for UpdatedLagrangianBody {
         true
     }
 
-    fn is_rigid(&self) -> bool {
-        false
-    }
-
     fn sum_law(&self) -> Option<&SumLaw> {
         Some(&self.law)
     }

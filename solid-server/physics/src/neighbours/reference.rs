@@ -118,11 +118,6 @@ impl Reference {
         row.iter().filter(|pair| pair.kind != PairKind::Inner)
     }
 
-    /// Whether particle `i` is held throughout the run.
-    pub fn is_anchored(&self, i: usize) -> bool {
-        self.anchored[i]
-    }
-
     /// Gradient at particle `i` of a field that changes by `change` from its neighbour or boundary point to itself.
     ///
     /// ```text

@@ -53,14 +53,6 @@ pub struct StressViewMut<'a> {
     pub pair_tensor: &'a mut [Tensor],
 }
 
-/// Variables that some formulations derive from the positions instead of advancing them.
-pub struct DerivedView<'a> {
-    /// Density \[kg/m³\].
-    pub density: &'a mut [f64],
-    /// Deviatoric stress \[Pa\].
-    pub deviatoric_stress: &'a mut [SymmetricTensor],
-}
-
 /// Rates of a body's own variables.
 #[derive(Clone, Copy)]
 pub struct RateView<'a> {

@@ -71,7 +71,7 @@ impl ContactModel {
     /// Distance from held particles within which walls are left out of the contact \[m\].
     pub fn clearance(&self) -> f64 {
         match self {
-            Self::Repulsion(law) => CLAMP_CLEARANCE * law.fields.walls.distance(),
+            Self::Repulsion(law) => CLAMP_CLEARANCE * law.fields.walls.distance,
             Self::Sums(sums) => sums.support_radius,
         }
     }

@@ -8,7 +8,7 @@ use sph::vector::Vector;
 use crate::contact::repulsion::ContactStage;
 use crate::contact::sums::SumStage;
 use crate::neighbours::lists::{ContactFilter, Rows, TASK};
-use crate::particles::fields::{DerivedView, StressViewMut};
+use crate::particles::fields::StressViewMut;
 use crate::particles::forces::{ParticleForces, ParticleTorques};
 use crate::system::model::{ContactModel, SolidModel};
 use crate::system::workspace::Workspace;
@@ -19,11 +19,7 @@ pub fn update_stress(model: &SolidModel, workspace: &mut Workspace) {
     for body in &model.bodies {
         let range = &body.range;
         body.formulation.update_stress(&model.constants(body), &stage.view(range), stress.view_mut(range));
-        let derived = DerivedView {
-            density: &mut stage.density[range.clone()],
-            deviatoric_stress: &mut stage.deviatoric_stress[range.clone()],
-        };
-        body.formulation.derive(&stress.view(range), derived);
+        body.formulation.derive(&stress.view(range), stage.view_mut(range));
     }
 }
 

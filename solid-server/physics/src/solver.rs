@@ -21,7 +21,7 @@ use crate::system::workspace::Workspace;
 use crate::time::checks::{check, check_domain};
 use crate::time::evaluate::{evaluate_pairs, sum_forces, total_forces};
 use crate::time::limits::{acceleration_limit, particle_limit, step_limit};
-use crate::time::momentum_budget::stage_record;
+use crate::time::momentum_budget::momentum_budget;
 use crate::time::stage::{accept, complete_stage, enter_stage, move_stage, take_prediction, wrap};
 
 /// Several elastic or rigid bodies in one domain.
@@ -84,7 +84,7 @@ impl Solver for SolidSolver {
     }
 
     fn time_step_limit(&self) -> f64 {
-        acceleration_limit(self.model.spacing, self.state.last.largest_acceleration)
+        acceleration_limit(self.model.spacing, self.state.last.maxima.largest_acceleration)
             .min(step_limit(&self.model, &self.state))
     }
 
@@ -173,14 +173,14 @@ impl Solver for SolidSolver {
     /// With sub-steps, forces of the solids on themselves are evaluated within.
     fn advance(&mut self, time: &StageTime) -> Result<StageBooks, Divergence> {
         move_stage(&self.model, &self.state, &mut self.workspace, time)?;
-        let record = stage_record(&self.model, &self.state, &self.workspace, time);
+        let (budget, maxima) = momentum_budget(&self.model, &self.state, &self.workspace, time);
         match time.at.stage {
             Stage::Predictor => take_prediction(&mut self.workspace),
             Stage::Corrector => {
-                accept(&self.model, &mut self.state, &mut self.workspace, &record, time.duration());
+                accept(&self.model, &mut self.state, &mut self.workspace, maxima, time.duration());
             }
         }
-        Ok(record.budget)
+        Ok(budget)
     }
 
     fn end_step(&mut self, time: &StageTime) -> Result<(), Divergence> {

@@ -6,7 +6,7 @@ use sph::vector::Vector;
 use crate::contact::friction::{Owner, TangentialSprings};
 use crate::particles::variables::{Particles, RigidState};
 use crate::system::model::SolidModel;
-use crate::system::state::{BodyContact, LastStage, SolidState};
+use crate::system::state::{BodyContact, LastStage, SolidState, StageMaxima};
 
 /// Neighbour list builds and the largest set of interface particles, for reports.
 pub const HISTORY: &str = "solid.history";
@@ -46,7 +46,8 @@ impl SolidState {
         saved.put_vectors("solid.last.fluid_force", &last.fluid_force);
         let reactions: Vec<Vector> = last.reactions.iter().flatten().copied().collect();
         saved.put_vectors("solid.last.reactions", &reactions);
-        let judged = [last.largest_acceleration, last.contact_frequency, last.tangent_stiffness_ratio];
+        let maxima = &last.maxima;
+        let judged = [maxima.largest_acceleration, maxima.contact_frequency, maxima.tangent_stiffness_ratio];
         saved.put_f64("solid.last.judged", judged);
         saved.put_u64("solid.last.outside", [last.outside]);
         saved.put_u64("solid.last.substeps", [last.substeps]);
@@ -106,9 +107,7 @@ impl SolidState {
             last: LastStage {
                 fluid_force: saved.vectors("solid.last.fluid_force", start.last.fluid_force.len())?,
                 reactions: counts.iter().map(|count| reactions.by_ref().take(*count).collect()).collect(),
-                largest_acceleration,
-                contact_frequency,
-                tangent_stiffness_ratio,
+                maxima: StageMaxima { largest_acceleration, contact_frequency, tangent_stiffness_ratio },
                 outside,
                 substeps,
                 contacts: contacts.chunks_exact(6).map(contact).collect(),

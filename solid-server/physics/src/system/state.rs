@@ -58,6 +58,17 @@ impl BodyContact {
     }
 }
 
+/// Maxima over the particles in a stage, which limit the next step.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct StageMaxima {
+    /// Largest acceleration of a particle \[m/s²\].
+    pub largest_acceleration: f64,
+    /// Largest frequency of a particle on its contacts \[rad/s\].
+    pub contact_frequency: f64,
+    /// Largest ratio of a particle's tangent stiffness to that at rest \[-\].
+    pub tangent_stiffness_ratio: f64,
+}
+
 /// Results of the last accepted stage, for reports and for the limit of the next step.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LastStage {
@@ -67,12 +78,7 @@ pub struct LastStage {
     pub reactions: Vec<Vec<Vector>>,
     /// Contact of each body.
     pub contacts: Vec<BodyContact>,
-    /// Largest acceleration of a particle \[m/s²\].
-    pub largest_acceleration: f64,
-    /// Largest frequency of a particle on its contacts \[rad/s\].
-    pub contact_frequency: f64,
-    /// Largest ratio of a particle's tangent stiffness to that at rest \[-\].
-    pub tangent_stiffness_ratio: f64,
+    pub maxima: StageMaxima,
     /// Particles outside the domain.
     pub outside: u64,
     /// Sub-steps so far, see [`sph::solver::Counts`].

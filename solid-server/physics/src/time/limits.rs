@@ -92,8 +92,8 @@ pub fn acceleration_limit(spacing: f64, acceleration: f64) -> f64 {
 /// Largest stable sub-step from `state` \[s\]: by the waves of the deformed bodies, and 1/ω of the stiffest contact.
 pub(crate) fn substep_limit(model: &SolidModel, state: &SolidState) -> f64 {
     let waves = model.bodies.iter().map(|body| body.wave_limits.substep);
-    let tangent_stiffness_ratio = state.last.tangent_stiffness_ratio.max(1.0).sqrt();
-    (waves.fold(f64::INFINITY, f64::min) / tangent_stiffness_ratio).min(1.0 / state.last.contact_frequency)
+    let frequency_ratio = state.last.maxima.tangent_stiffness_ratio.max(1.0).sqrt();
+    (waves.fold(f64::INFINITY, f64::min) / frequency_ratio).min(1.0 / state.last.maxima.contact_frequency)
 }
 
 /// Largest stable step from `state` \[s\] by the waves and contacts of the solids.
@@ -101,7 +101,7 @@ pub(crate) fn step_limit(model: &SolidModel, state: &SolidState) -> f64 {
     match model.stepping {
         SolidStepping::StageRule => {
             let waves = model.bodies.iter().map(|body| body.wave_limits.stage_rule);
-            waves.fold(1.0 / state.last.contact_frequency, f64::min)
+            waves.fold(1.0 / state.last.maxima.contact_frequency, f64::min)
         }
         SolidStepping::Substeps(_) => largest_count(model) * substep_limit(model, state),
     }
@@ -112,9 +112,9 @@ pub(crate) fn particle_limit(model: &SolidModel, workspace: &Workspace, i: usize
     let (mass, forces) = (model.particles.mass[i], &workspace.mean_forces[i]);
     let acceleration = workspace.total_force[i].norm() / mass;
     let body = model.body_of(i);
-    let tangent_stiffness_ratio =
+    let stiffness_ratio =
         body.formulation.tangent_stiffness_ratio(&workspace.stress.view(&body.range), i - body.range.start);
-    let waves = body.wave_limits.substep / tangent_stiffness_ratio.max(1.0).sqrt();
+    let waves = body.wave_limits.substep / stiffness_ratio.max(1.0).sqrt();
     let contact = (mass / (2.0 * forces.contact_stiffness)).sqrt();
     acceleration_limit(model.spacing, acceleration).min(largest_count(model) * waves.min(contact))
 }

@@ -9,7 +9,7 @@ use sph::vector::{Vector, cross};
 
 use crate::particles::forces::ParticleTorques;
 use crate::system::model::SolidModel;
-use crate::system::state::SolidState;
+use crate::system::state::{SolidState, StageMaxima};
 use crate::system::workspace::Workspace;
 
 /// Sums over all particles that the budget needs.
@@ -48,25 +48,14 @@ impl AddAssign for BudgetSums {
 }
 
 /// Momentum budget of the stage that has just moved `workspace.next`, and the maxima that limit the next step.
-pub struct StageRecord {
-    pub budget: StageBooks,
-    /// Largest acceleration of a particle \[m/s²\].
-    pub largest_acceleration: f64,
-    /// Largest frequency of a particle on its contacts \[rad/s\].
-    pub contact_frequency: f64,
-    /// Largest ratio of a particle's tangent stiffness to that at rest \[-\].
-    pub tangent_stiffness_ratio: f64,
-}
-
-/// Momentum budget of the stage of `time`.
 ///
 /// The scale of round-off counts each force by its origin: forces that cancel at rest still round.
-pub fn stage_record(
+pub fn momentum_budget(
     model: &SolidModel,
     state: &SolidState,
     workspace: &Workspace,
     time: &StageTime,
-) -> StageRecord {
+) -> (StageBooks, StageMaxima) {
     let (start, end) = (&state.particles.position, &workspace.next.position);
     let (base, next) = (&state.particles.velocity, &workspace.next.velocity);
     let (duration, origin) = (time.duration(), model.domain.torque_origin());
@@ -101,19 +90,20 @@ pub fn stage_record(
     for reaction in workspace.reactions.iter().flatten() {
         accounts.add(Account::Supports, *reaction);
     }
-    StageRecord {
-        budget: StageBooks {
-            interface: workspace.interface_sums,
-            accounts,
-            duration,
-            momentum_change: sums.momentum_change,
-            gross_momentum: sums.gross_momentum + duration * sums.gross_force,
-            angular: model.torque_origin().map(|_| angular_budget(model, state, workspace, duration, &sums)),
-        },
+    let budget = StageBooks {
+        interface: workspace.interface_sums,
+        accounts,
+        duration,
+        momentum_change: sums.momentum_change,
+        gross_momentum: sums.gross_momentum + duration * sums.gross_force,
+        angular: model.torque_origin().map(|_| angular_budget(model, state, workspace, duration, &sums)),
+    };
+    let maxima = StageMaxima {
         largest_acceleration: sums.largest_acceleration,
         contact_frequency: sums.largest_contact_rate.sqrt(),
         tangent_stiffness_ratio: sums.tangent_stiffness_ratio,
-    }
+    };
+    (budget, maxima)
 }
 
 /// Budget of the angular momentum: of all particles, and of the cells of rigid bodies.

@@ -7,12 +7,11 @@ use sph::sums::ordered_sum;
 
 use crate::particles::forces::ParticleTorques;
 use crate::system::model::SolidModel;
-use crate::system::state::SolidState;
+use crate::system::state::{SolidState, StageMaxima};
 use crate::system::workspace::Workspace;
 use crate::time::advance::move_bodies;
 use crate::time::checks::check;
 use crate::time::evaluate::{add_torques, refresh_lists, sum_forces, total_forces, update_stress};
-use crate::time::momentum_budget::StageRecord;
 use crate::time::substeps::move_by_substeps;
 
 fn complete_rates(model: &SolidModel, workspace: &mut Workspace) {
@@ -79,16 +78,14 @@ pub fn accept(
     model: &SolidModel,
     state: &mut SolidState,
     workspace: &mut Workspace,
-    record: &StageRecord,
+    maxima: StageMaxima,
     duration: f64,
 ) {
     std::mem::swap(&mut state.particles, &mut workspace.next);
     std::mem::swap(&mut state.rigid, &mut workspace.next_rigid);
     state.springs.clone_from(&workspace.springs);
     let last = &mut state.last;
-    last.largest_acceleration = record.largest_acceleration;
-    last.contact_frequency = record.contact_frequency;
-    last.tangent_stiffness_ratio = record.tangent_stiffness_ratio;
+    last.maxima = maxima;
     last.substeps += u64::from(workspace.substeps);
     for (fluid_force, body) in last.fluid_force.iter_mut().zip(&model.bodies) {
         let forces = &workspace.fluid_force[body.range.clone()];

@@ -34,7 +34,7 @@ fn stage_substeps(model: &SolidModel, state: &SolidState, count: SubstepCount, t
 }
 
 /// A stage of sub-steps.
-struct Pass<'a> {
+struct SubstepPass<'a> {
     model: &'a SolidModel,
     state: &'a SolidState,
     time: &'a StageTime,
@@ -65,7 +65,7 @@ pub fn move_by_substeps(
     workspace.substeps = count;
     let duration = time.duration() / f64::from(count);
     let evolves = model.bodies.iter().any(|body| body.formulation.evolves());
-    let pass = Pass { model, state, time, duration, evolves };
+    let pass = SubstepPass { model, state, time, duration, evolves };
     workspace.next.copy_from(&state.particles);
     workspace.next_rigid.clone_from(&state.rigid);
     workspace.forces.clone_from(&workspace.start_forces);
@@ -86,7 +86,7 @@ pub fn move_by_substeps(
     take_reactions(model, state, workspace, time);
 }
 
-impl Pass<'_> {
+impl SubstepPass<'_> {
     /// Time `parts` sub-steps after the start of the step \[s\].
     fn time_at(&self, parts: f64) -> f64 {
         self.time.step_start + parts * self.duration
@@ -123,7 +123,7 @@ impl Pass<'_> {
         self.kick(workspace, end, weight);
     }
 
-    /// Half a sub-step of all velocities; budget the forces with `weight`.
+    /// Half a sub-step of all velocities; adds the forces to their means with `weight`.
     fn kick(&self, workspace: &mut Workspace, target: f64, weight: f64) {
         let Workspace {
             next,

@@ -14,7 +14,7 @@ use crate::contact::friction::TangentialSprings;
 use crate::formulations::body::Body;
 use crate::formulations::formulation::AngularImpulse;
 use crate::formulations::pair_law::PairSums;
-use crate::interface::fluid_interface::FluidInterface;
+use crate::interface::solid_interface::SolidInterface;
 use crate::neighbours::lists::{CONTACT_SKIN, ContactLists, OWN_SKIN, OwnLists};
 use crate::particles::constants::ParticleConstants;
 use crate::particles::fields::{Rates, StressFields};
@@ -128,7 +128,7 @@ pub fn build_workspace(
         wall_pressure: vec![0.0; walls],
         reactions: state.last.reactions.clone(),
         fluid: coupling.map(|coupling| {
-            FluidInterface::new(coupling, &model.domain, &model.body_force, &state.particles.position)
+            SolidInterface::new(coupling, &model.domain, &model.body_force, &state.particles.position)
         }),
         interface_sums: InterfaceSums::default(),
         list_builds: 0,

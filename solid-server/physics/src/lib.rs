@@ -65,7 +65,7 @@ mod contact {
 }
 
 mod interface {
-    pub mod fluid_interface;
+    pub mod solid_interface;
 }
 
 mod system {

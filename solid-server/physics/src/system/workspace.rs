@@ -8,7 +8,7 @@ use crate::contact::friction::TangentialSprings;
 use crate::contact::repulsion::Contact;
 use crate::formulations::formulation::AngularImpulse;
 use crate::formulations::pair_law::PairSums;
-use crate::interface::fluid_interface::FluidInterface;
+use crate::interface::solid_interface::SolidInterface;
 use crate::neighbours::lists::{ContactLists, OwnLists};
 use crate::particles::fields::{Rates, StressFields};
 use crate::particles::forces::{ContactForces, ParticleForces, ParticleTorques};
@@ -62,7 +62,7 @@ pub struct Workspace {
     /// Reactions of the stage, by body and support \[N/m\].
     pub reactions: Vec<Vec<Vector>>,
     /// Interface with the fluid; `None` when the run has one participant.
-    pub fluid: Option<FluidInterface>,
+    pub fluid: Option<SolidInterface>,
     /// Sums over pair forces with the fluid in this stage.
     pub interface_sums: InterfaceSums,
     pub list_builds: u64,

@@ -22,7 +22,7 @@ const EXTENT_SLACK: f64 = 0.5;
 
 /// State of the interface with the fluid on the side of the solids.
 #[derive(Debug)]
-pub struct FluidInterface {
+pub struct SolidInterface {
     interface: Interface,
     domain: Domain,
     /// The fluid's kernel, used for fluid-solid pairs on both sides.
@@ -39,7 +39,7 @@ pub struct FluidInterface {
     pub largest_set: u64,
 }
 
-impl FluidInterface {
+impl SolidInterface {
     /// The link that `coupling` describes, for particles at `positions` \[m\].
     pub fn new(
         coupling: &Coupling,
@@ -147,7 +147,7 @@ impl FluidInterface {
     }
 
     /// Forces of the fluid at `time` \[s\], written to `forces` \[N/m\]; `own` as filled by
-    /// [`FluidInterface::select`] in this stage.
+    /// [`SolidInterface::select`] in this stage.
     ///
     /// With the plain-sum law the fluid's particles enter the gradients of `sums` too.
     pub fn evaluate(

@@ -4,5 +4,8 @@
 mod sources;
 
 fn main() {
-    sources::emit(&["src", "../sph/src"], &["../Cargo.lock", "../Cargo.toml"]);
+    sources::emit(
+        &["src", "physics/src", "../sph/src"],
+        &["physics/Cargo.toml", "../Cargo.lock", "../Cargo.toml"],
+    );
 }

@@ -1,4 +1,4 @@
-//! The solid solver: physics, and the service around it.
+//! The service around the solid solver of crate `solid`.
 
 use std::ffi::OsString;
 use std::process::ExitCode;
@@ -8,8 +8,6 @@ use proto::service::{Opened, SetupProblems, SolverFactory};
 use sph::lanes::Arithmetic;
 use sph::setup::{Coupling, ParticipantSetup};
 use sph::solver::Role;
-
-pub mod physics;
 
 /// Makes solid solvers for the service.
 #[derive(Clone, Copy, Debug, Default)]
@@ -28,7 +26,7 @@ impl SolverFactory for SolidFactory {
             return Err(SetupProblems(vec!["`open.setup`: is for a fluid, must be for a solid".into()]));
         };
         let mut constants = Constants::of(&setup.run);
-        // The solid computes with its own spacing, whatever the interface was told.
+        // The solid computes with its own spacing, whatever the coupling constants say.
         let solid_spacing = setup.particle_spacing;
         constants.coupling = constants.coupling.map(|coupling| Coupling { solid_spacing, ..coupling });
         let mut facts =
@@ -49,7 +47,7 @@ impl SolverFactory for SolidFactory {
                 }),
             );
         }
-        let solver = physics::SolidSolver::new(setup).map_err(SetupProblems)?;
+        let solver = solid::SolidSolver::new(setup).map_err(SetupProblems)?;
         let bodies = solver.masses().map(|(mass, inertia)| BodyReport { mass, inertia }).collect();
         Ok(Opened { solver: Box::new(solver), constants, facts, bodies })
     }

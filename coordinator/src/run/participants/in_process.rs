@@ -57,7 +57,7 @@ pub fn start(
     }
     if let Some(setup) = solid {
         let run = setup.run.clone();
-        let solver = solid_server::physics::SolidSolver::new(setup).map_err(|e| refused(Role::Solid, &e))?;
+        let solver = solid::SolidSolver::new(setup).map_err(|e| refused(Role::Solid, &e))?;
         solvers.push((Box::new(solver), run));
     }
     let mut clocks = vec![None; solvers.len()];

@@ -1,0 +1,241 @@
+//! Supports: particles whose motion is prescribed in some or all components.
+
+use sph::domain::Domain;
+use sph::motion::{MotionState, RigidMotion};
+use sph::neighbours::CellGrid;
+use sph::setup::BodySetup;
+use sph::stage::StageTime;
+use sph::vector::{DIMENSIONS, Vector, cross};
+
+use crate::particles::variables::RigidState;
+
+/// One support of a body.
+pub struct Support {
+    /// Components held.
+    pub held: [bool; DIMENSIONS],
+    /// Motion of the held components; `None` holds them where they are.
+    pub motion: Option<PrescribedMotion>,
+    /// Time from which the support no longer acts \[s\]; infinite if it always does.
+    pub release_time: f64,
+    /// Particles held.
+    pub particles: Vec<HeldParticle>,
+}
+
+/// A particle held by a support.
+#[derive(Clone, Copy)]
+pub struct HeldParticle {
+    /// Index of the particle within its body.
+    pub particle: usize,
+    /// Point that the support's motion carries to the particle's position, see [`PrescribedMotion::origin`] \[m\].
+    pub origin: Vector,
+}
+
+/// A prescribed rigid motion relative to the positions at the start of the run.
+pub struct PrescribedMotion {
+    motion: RigidMotion,
+    pivot: Vector,
+    start_time: f64,
+}
+
+/// Position and velocity that a support prescribes at one time.
+pub struct SupportTarget<'a> {
+    support: &'a Support,
+    motion: Option<MotionState>,
+    /// Angle turned since the start \[rad\], on any branch.
+    angle: f64,
+}
+
+/// Fraction of a step by which a release may come early \[-\]: absorbs the round-off of nΔt.
+const RELEASE_TOLERANCE: f64 = 1e-6;
+
+/// Whether a support or wall released at `release_time` \[s\] acts in the step of `time`.
+///
+/// Decided by the start of the step, so that both stages agree.
+pub fn acts(release_time: f64, time: &StageTime) -> bool {
+    time.step_start + RELEASE_TOLERANCE * time.time_step < release_time
+}
+
+impl Support {
+    /// Whether the support acts in the step of `time`.
+    pub fn acts(&self, time: &StageTime) -> bool {
+        !self.particles.is_empty() && acts(self.release_time, time)
+    }
+
+    /// Whether it holds all components.
+    pub fn holds_fully(&self) -> bool {
+        self.held.iter().all(|held| *held)
+    }
+
+    /// Reference point of a particle at `start` \[m\] for [`SupportTarget::of`].
+    pub fn origin(&self, start: &Vector) -> Vector {
+        self.motion.as_ref().map_or(*start, |motion| motion.origin(start))
+    }
+
+    /// Prescribed position and velocity at `time` \[s\].
+    pub fn target(&self, time: f64) -> SupportTarget<'_> {
+        SupportTarget {
+            support: self,
+            motion: self.motion.as_ref().map(|motion| motion.motion.at(time)),
+            angle: self.motion.as_ref().map_or(0.0, |motion| motion.angle(time)),
+        }
+    }
+}
+
+impl SupportTarget<'_> {
+    /// Prescribed position \[m\] and velocity \[m/s\] of a held particle with reference point `origin`; at rest it stays
+    /// at `base`.
+    fn of(&self, origin: &Vector, base: &Vector) -> (Vector, Vector) {
+        match &self.motion {
+            Some(motion) => (motion.position(origin), motion.velocity(origin)),
+            None => (*base, Vector::zeros()),
+        }
+    }
+
+    /// Imposes the held components on a particle with reference point `origin` that was at `base` when the step began.
+    pub fn impose(&self, origin: &Vector, base: &Vector, position: &mut Vector, velocity: &mut Vector) {
+        let (x, v) = self.of(origin, base);
+        for axis in 0..DIMENSIONS {
+            if self.support.held[axis] {
+                position[axis] = x[axis];
+                velocity[axis] = v[axis];
+            }
+        }
+    }
+
+    /// Imposes the support on a rigid body that was at `base` and whose centre has the reference point `origin`.
+    ///
+    /// Held components bind the centre of mass. A support that holds all components binds the rotation too; rollers
+    /// leave it free.
+    pub fn impose_on_rigid(&self, origin: &Vector, base: &RigidState, next: &mut RigidState) {
+        self.impose(origin, &base.centre, &mut next.centre, &mut next.velocity);
+        if self.support.holds_fully() {
+            let angular_velocity = |motion: &MotionState| {
+                let tip = origin + Vector::x();
+                let arm = motion.position(&tip) - motion.position(origin);
+                cross(&arm, &(motion.velocity(&tip) - motion.velocity(origin)))
+            };
+            next.angle = self.motion.as_ref().map_or(base.angle, |_| nearest_branch(self.angle, base.angle));
+            next.angular_velocity = self.motion.as_ref().map_or(0.0, angular_velocity);
+        }
+    }
+}
+
+impl PrescribedMotion {
+    /// `motion` about `pivot` \[m\] from `start_time` \[s\] on.
+    pub fn new(motion: RigidMotion, pivot: Vector, start_time: f64) -> Self {
+        Self { motion, pivot, start_time }
+    }
+
+    /// The point \[m\] that the motion has carried to `start` by the start of the run.
+    ///
+    /// So held particles do not jump at the start, also where a run continues another one.
+    fn origin(&self, start: &Vector) -> Vector {
+        let now = self.motion.at(self.start_time);
+        let from_pivot = start - now.position(&self.pivot);
+        let along = |axis: Vector| now.rotate(&axis).dot(&from_pivot);
+        self.pivot + Vector::new(along(Vector::x()), along(Vector::y()))
+    }
+
+    /// Angle turned since the start by `time` \[rad\], in (−π, π].
+    fn angle(&self, time: f64) -> f64 {
+        let direction = |t: f64| self.motion.rotate(&Vector::x(), t);
+        let (then, now) = (direction(self.start_time), direction(time));
+        cross(&then, &now).atan2(then.dot(&now))
+    }
+}
+
+/// Supports of `body`, whose particles at `position` \[m\] belong to the supports `members`.
+///
+/// Expressions that do not parse are added to `errors`.
+pub fn build_supports(
+    body: &BodySetup,
+    members: &[u32],
+    position: &[Vector],
+    start_time: f64,
+    errors: &mut Vec<String>,
+) -> Vec<Support> {
+    let build = |(k, setup): (u32, &sph::setup::Support)| {
+        let motion = setup.motion.as_ref().and_then(|motion| match RigidMotion::new(motion) {
+            Ok(parsed) => Some(PrescribedMotion::new(parsed, motion.pivot, start_time)),
+            Err(error) => {
+                errors.push(format!("support `{}` of body `{}`: {error}", setup.name, body.name));
+                None
+            }
+        });
+        let mut support = Support {
+            held: setup.held,
+            motion,
+            release_time: setup.release_time.unwrap_or(f64::INFINITY),
+            particles: Vec::new(),
+        };
+        support.particles = (0..members.len())
+            .filter(|i| members[*i] == k)
+            .map(|particle| HeldParticle { particle, origin: support.origin(&position[particle]) })
+            .collect();
+        support
+    };
+    (1u32..).zip(&body.supports).map(build).collect()
+}
+
+/// Gives held components the velocity of their support, so that the first step starts without a jump.
+pub fn impose_velocities(supports: &[Support], start_time: f64, velocity: &mut [Vector]) {
+    for support in supports.iter().filter(|support| support.release_time > start_time) {
+        let target = support.target(start_time);
+        for held in &support.particles {
+            let mut place = held.origin;
+            target.impose(&held.origin, &held.origin, &mut place, &mut velocity[held.particle]);
+        }
+    }
+}
+
+/// Time until which each wall particle is left out of the contact with a body, see `SolidModel::wall_acts_on`.
+pub fn wall_exemption(
+    domain: &Domain,
+    supports: &[Support],
+    position: &[Vector],
+    walls: &[Vector],
+    radius: f64,
+) -> Vec<f64> {
+    if supports.is_empty() {
+        return Vec::new();
+    }
+    let mut until = vec![f64::NEG_INFINITY; walls.len()];
+    for support in supports.iter().filter(|support| support.holds_fully()) {
+        let held: Vec<Vector> = support.particles.iter().map(|held| position[held.particle]).collect();
+        let near = CellGrid::new(domain, &held, radius).list(domain, walls, &held, radius, false);
+        for w in (0..walls.len()).filter(|w| !near.of(*w).is_empty()) {
+            until[w] = until[w].max(support.release_time);
+        }
+    }
+    until
+}
+
+/// `angle` plus whole turns, as near as possible to `near` \[rad\].
+pub fn nearest_branch(angle: f64, near: f64) -> f64 {
+    let turn = std::f64::consts::TAU;
+    angle + turn * ((near - angle) / turn).round()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn angles_stay_continuous_over_turns() {
+        let mut angle = 0.0;
+        for k in 0..100 {
+            let exact = 0.3 * f64::from(k);
+            angle = nearest_branch(exact.sin().atan2(exact.cos()), angle);
+            assert!((angle - exact).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn a_release_takes_effect_at_the_step_boundary_of_its_time() {
+        let at = |step_start| StageTime { at: sph::stage::StepStage::FIRST, step_start, time_step: 1e-3 };
+        assert!(acts(0.1, &at(0.099)));
+        // 0.1 may come out of n·Δt an ulp early.
+        assert!(!acts(0.1, &at(0.1 - 1e-17)));
+        assert!(acts(f64::INFINITY, &at(1e9)));
+    }
+}

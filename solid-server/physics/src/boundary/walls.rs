@@ -1,0 +1,95 @@
+//! Walls that the solids are in contact with.
+
+use sph::motion::RigidMotion;
+use sph::setup::{SolidSetup, WallSetup};
+use sph::stage::StageTime;
+use sph::vector::Vector;
+
+use crate::boundary::supports::acts;
+
+/// Constant facts of all walls.
+pub struct Walls {
+    /// Motion and release of each wall.
+    pub walls: Vec<Wall>,
+    /// Index of the wall of each wall particle.
+    pub wall_of: Vec<u32>,
+    /// Positions at the start \[m\].
+    pub start: Vec<Vector>,
+}
+
+/// Constant facts of one wall.
+pub struct Wall {
+    /// Prescribed motion; `None` for a wall at rest.
+    pub motion: Option<RigidMotion>,
+    /// Time from which it no longer acts \[s\].
+    pub release_time: f64,
+    /// Indices of its particles.
+    pub particles: Vec<usize>,
+}
+
+/// Wall particles at one stage.
+#[derive(Debug, Default)]
+pub struct WallState {
+    /// Position \[m\].
+    pub position: Vec<Vector>,
+    /// Velocity \[m/s\].
+    pub velocity: Vec<Vector>,
+    /// Acceleration \[m/s²\].
+    pub acceleration: Vec<Vector>,
+}
+
+impl Walls {
+    /// The walls of `setup`; expressions that do not parse are added to `errors`.
+    pub fn new(setup: &SolidSetup, errors: &mut Vec<String>) -> Self {
+        let wall_of = setup.wall_particles.wall.clone();
+        let mut members = vec![Vec::new(); setup.walls.len()];
+        for (w, wall) in wall_of.iter().enumerate() {
+            members[*wall as usize].push(w);
+        }
+        let build = |(particles, wall): (Vec<usize>, &WallSetup)| {
+            let motion = wall.motion.as_ref().and_then(|motion| match RigidMotion::new(motion) {
+                Ok(motion) => Some(motion),
+                Err(error) => {
+                    errors.push(format!("wall `{}`: {error}", wall.name));
+                    None
+                }
+            });
+            Wall { motion, release_time: wall.release_time.unwrap_or(f64::INFINITY), particles }
+        };
+        let walls = members.into_iter().zip(&setup.walls).map(build).collect();
+        Self { walls, wall_of, start: setup.wall_particles.position.clone() }
+    }
+
+    /// Number of wall particles.
+    pub fn len(&self) -> usize {
+        self.start.len()
+    }
+
+    /// Whether wall particle `w` acts in the step of `time`.
+    pub fn acts(&self, w: usize, time: &StageTime) -> bool {
+        acts(self.walls[self.wall_of[w] as usize].release_time, time)
+    }
+
+    /// Number of walls released before the step of `time`.
+    pub fn released(&self, time: &StageTime) -> usize {
+        self.walls.iter().filter(|wall| !acts(wall.release_time, time)).count()
+    }
+
+    /// Wall particles at the start.
+    pub fn at_start(&self) -> WallState {
+        let at_rest = vec![Vector::zeros(); self.len()];
+        WallState { position: self.start.clone(), velocity: at_rest.clone(), acceleration: at_rest }
+    }
+
+    /// Moves the particles of moving walls to where they are at `time` \[s\].
+    pub fn move_to(&self, time: f64, state: &mut WallState) {
+        for wall in &self.walls {
+            let Some(motion) = wall.motion.as_ref().map(|motion| motion.at(time)) else { continue };
+            for &w in &wall.particles {
+                state.position[w] = motion.position(&self.start[w]);
+                state.velocity[w] = motion.velocity(&self.start[w]);
+                state.acceleration[w] = motion.acceleration(&self.start[w]);
+            }
+        }
+    }
+}

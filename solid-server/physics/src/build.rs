@@ -1,0 +1,163 @@
+//! From set-up data to model, state and workspace.
+
+use sph::body_force::BodyForceField;
+use sph::lanes::Arithmetic;
+use sph::ledger::InterfaceSums;
+use sph::setup::{SolidParticles, SolidSetup};
+use sph::stage::{StageTime, StepStage};
+use sph::vector::Vector;
+
+use crate::boundary::walls::Walls;
+use crate::build::bodies::{build_bodies, build_contact, initial_image_counts};
+use crate::build::validate::{check_arrays, check_periods, check_sums};
+use crate::contact::friction::TangentialSprings;
+use crate::formulations::body::Body;
+use crate::formulations::formulation::AngularImpulse;
+use crate::formulations::pair_law::PairSums;
+use crate::interface::solid_interface::SolidInterface;
+use crate::neighbours::lists::{CONTACT_SKIN, ContactLists, OWN_SKIN, OwnLists};
+use crate::particles::constants::ParticleConstants;
+use crate::particles::fields::{Rates, StressFields};
+use crate::particles::forces::{ContactForces, ParticleForces, ParticleTorques};
+use crate::particles::variables::{Particles, RigidState};
+use crate::report::body_sums::best_fit_angle;
+use crate::report::probes::build_probes;
+use crate::system::model::SolidModel;
+use crate::system::state::{BodyContact, LastStage, SolidState};
+use crate::system::workspace::Workspace;
+
+mod bodies;
+mod validate;
+
+/// Model and initial state of `setup`, or all its errors.
+pub fn build(setup: SolidSetup, arithmetic: Arithmetic) -> Result<(SolidModel, SolidState), Vec<String>> {
+    let ranges = check_arrays(&setup)?;
+    let mut errors = Vec::new();
+    let domain = setup.run.domain;
+    let start_time = setup.run.time.start_time;
+    let mut particles = Particles {
+        position: setup.particles.position.iter().map(|x| domain.wrapped(x)).collect(),
+        velocity: setup.particles.velocity.clone(),
+        density: setup.particles.density.clone(),
+        deviatoric_stress: setup.particles.deviatoric_stress.clone(),
+    };
+    let image_counts =
+        initial_image_counts(&domain, &ranges, &setup.particles.reference_position, &particles.position);
+    let walls = Walls::new(&setup, &mut errors);
+    let contact = build_contact(&setup);
+    let (mut bodies, rigid) = build_bodies(
+        &setup,
+        &ranges,
+        arithmetic,
+        (&walls, contact.clearance()),
+        &image_counts,
+        &mut particles,
+        &mut errors,
+    );
+    let body_force = BodyForceField::new(&setup.run.body_force).unwrap_or_else(|error| {
+        errors.push(error.to_string());
+        BodyForceField::uniform(setup.run.body_force.gravity)
+    });
+    let probes = build_probes(&setup, &mut bodies, &mut errors);
+    let SolidParticles { id, body, support, mass, reference_position, .. } = setup.particles;
+    let model = SolidModel {
+        domain,
+        spacing: setup.particle_spacing,
+        bodies,
+        particles: ParticleConstants { id, body, support, mass, reference_position },
+        contact,
+        walls,
+        body_force,
+        damping: setup.damping,
+        stepping: setup.stepping,
+        probes,
+        lost_particle_limit: setup.lost_particle_limit,
+    };
+    check_sums(&model, setup.run.coupling.as_ref().map(|coupling| coupling.law), &mut errors);
+    check_periods(&model, &mut errors);
+    if !errors.is_empty() {
+        return Err(errors);
+    }
+    let state = initial_state(&model, particles, rigid, image_counts, start_time);
+    let start = StageTime { at: StepStage::FIRST, step_start: start_time, time_step: 0.0 };
+    crate::time::checks::check(&model, &state.particles, start.at)
+        .and_then(|()| crate::time::checks::check_domain(&model, &state.particles, &start))
+        .map_err(|divergence| vec![format!("the initial state is not usable: {divergence}")])?;
+    Ok((model, state))
+}
+
+/// Buffers for `model` in `state`.
+pub fn build_workspace(
+    model: &SolidModel,
+    state: &SolidState,
+    coupling: Option<&sph::setup::Coupling>,
+) -> Workspace {
+    let (n, walls) = (model.len(), model.walls.len());
+    let own_list = |body: &Body| {
+        body.formulation.list_radius().map(|radius| OwnLists::new(radius, OWN_SKIN * model.spacing))
+    };
+    Workspace {
+        stage: state.particles.clone(),
+        stage_rigid: state.rigid.clone(),
+        next: state.particles.clone(),
+        next_rigid: state.rigid.clone(),
+        stress: StressFields::new(n),
+        sums: vec![PairSums::default(); n],
+        rates: Rates::new(n),
+        contact_forces: vec![ContactForces::default(); n],
+        contacts: Vec::new(),
+        springs: state.springs.clone(),
+        start_springs: state.springs.clone(),
+        loads: if model.bodies.iter().any(|body| body.acceleration.is_some() || !body.loads.is_empty()) {
+            vec![Vector::zeros(); n]
+        } else {
+            Vec::new()
+        },
+        forces: vec![ParticleForces::default(); n],
+        start_forces: vec![ParticleForces::default(); n],
+        mean_forces: vec![ParticleForces::default(); n],
+        mean_torques: vec![ParticleTorques::default(); n],
+        angular_impulse: AngularImpulse::default(),
+        exchange_position: Vec::new(),
+        fluid_force: vec![Vector::zeros(); n],
+        total_force: vec![Vector::zeros(); n],
+        velocity_gain: vec![Vector::zeros(); n],
+        own_lists: model.bodies.iter().map(own_list).collect(),
+        contact_lists: ContactLists::new(model.contact.radius(), CONTACT_SKIN * model.spacing, n, walls),
+        walls: model.walls.at_start(),
+        wall_pressure: vec![0.0; walls],
+        reactions: state.last.reactions.clone(),
+        fluid: coupling.map(|coupling| {
+            SolidInterface::new(coupling, &model.domain, &model.body_force, &state.particles.position)
+        }),
+        interface_sums: InterfaceSums::default(),
+        list_builds: 0,
+        substeps: 0,
+    }
+}
+
+fn initial_state(
+    model: &SolidModel,
+    particles: Particles,
+    rigid: Vec<RigidState>,
+    image_counts: Vec<[i32; 2]>,
+    start_time: f64,
+) -> SolidState {
+    let mut state = SolidState {
+        particles,
+        rigid,
+        image_counts,
+        angles: vec![0.0; model.bodies.len()],
+        springs: TangentialSprings { time: start_time, entries: Vec::new() },
+        last: LastStage {
+            fluid_force: vec![Vector::zeros(); model.bodies.len()],
+            reactions: model.bodies.iter().map(|b| vec![Vector::zeros(); b.supports.len()]).collect(),
+            contacts: vec![BodyContact::default(); model.bodies.len()],
+            ..LastStage::default()
+        },
+    };
+    for (k, body) in model.bodies.iter().enumerate() {
+        state.angles[k] = best_fit_angle(model, body, &state.particles, &state.image_counts, 0.0);
+    }
+    state
+}

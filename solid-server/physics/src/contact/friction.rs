@@ -1,0 +1,125 @@
+//! Coulomb friction with stick between a particle and the patch of particles that it is in contact with.
+
+use sph::vector::{Vector, cross};
+
+use crate::contact::density_field::DensityField;
+
+/// Smallest second moment of a patch, in squared contact distances \[-\], that bears friction.
+const SMALLEST_PATCH: f64 = 1e-6;
+
+/// The side opposite to a particle in contact.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Owner {
+    /// The body of this index.
+    Body(u32),
+    /// All walls.
+    Walls,
+}
+
+/// Identity of a contact: the particle, or the number of particles plus the index of a wall particle, and its partner.
+pub type ContactKey = (u32, Owner);
+
+/// Coulomb friction with stick, between a particle and the patch of particles that it is in contact with.
+///
+/// ```text
+/// u = t·(v_s − v̄ − ω̄ × (x_s − x̄)),  s' = u,  T = −clamp(κ s + c u, ±μ N) t
+/// x̄, v̄: means over the patch by W_sj;  ω̄: its best-fit rotation;  N = p |∇D|,  t ⟂ ∇D
+/// ```
+///
+/// s is the elongation of a tangential spring, which prevents creep while the contact sticks; while it slides, s stays at
+/// μN/κ. The patch takes up −T by the shares W_sj and the torque about x̄ as a rotation of the patch, so that force and
+/// torque cancel. This is the dual of u: a rigid motion of both causes no friction, and sliding never adds energy.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Friction {
+    /// Elongation s of the tangential spring \[m\].
+    pub elongation: f64,
+    /// T on the particle \[N/m\].
+    force: Vector,
+    /// Torque of T about x̄ over the patch's Σ w (x − x̄)² \[N/m²\].
+    couple: f64,
+    /// x̄ − x_s \[m\].
+    centre: Vector,
+    /// Σ W_sj \[-\].
+    weight: f64,
+}
+
+/// Elongations of the tangential springs of all contacts at one time, ascending by key.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct TangentialSprings {
+    /// Time that they belong to \[s\].
+    pub time: f64,
+    /// Elongation s for each contact \[m\].
+    pub entries: Vec<(ContactKey, f64)>,
+}
+
+/// A neighbour in the other body: x_sj \[m\], v_sj \[m/s\].
+pub type RelativeState = (Vector, Vector);
+
+/// Constants of the friction of one contact.
+#[derive(Clone, Copy, Debug)]
+pub struct FrictionConstants {
+    /// Stiffness κ \[Pa\].
+    pub stiffness: f64,
+    /// Dashpot c \[N s/m²\].
+    pub dashpot: f64,
+    /// μN \[N/m\].
+    pub bound: f64,
+}
+
+impl Friction {
+    /// Friction on a particle with the neighbours `near` and ∇D `gradient`, `dt` \[s\] after its spring had the elongation
+    /// `elongation` \[m\].
+    pub fn new(
+        field: &DensityField,
+        law: &FrictionConstants,
+        near: impl Iterator<Item = RelativeState> + Clone,
+        gradient: &Vector,
+        elongation: f64,
+        dt: f64,
+    ) -> Self {
+        let weighted = || near.clone().map(|(x, v)| (field.weight(x.norm()), x, v));
+        let weight: f64 = weighted().map(|(w, _, _)| w).sum();
+        let centre: Vector = weighted().map(|(w, x, _)| x * (-w / weight)).sum();
+        let drift: Vector = weighted().map(|(w, _, v)| v * (-w / weight)).sum();
+        let inertia: f64 = weighted().map(|(w, x, _)| w / weight * (-x - centre).norm_squared()).sum();
+        // A patch of one particle can bear no couple, and so no friction.
+        if inertia <= SMALLEST_PATCH * field.distance * field.distance {
+            return Self::default();
+        }
+        let spin = weighted().map(|(w, x, v)| w / weight * cross(&(-x - centre), &(-v - drift))).sum::<f64>();
+        let rotation = spin / inertia;
+        let arm = -centre;
+        let tangent = Vector::new(-gradient.y, gradient.x) / gradient.norm();
+        let speed = tangent.dot(&(-drift - Vector::new(-arm.y, arm.x) * rotation));
+        let FrictionConstants { stiffness, dashpot, bound } = *law;
+        let elastic = bound / stiffness;
+        let elongation = (elongation + speed * dt).clamp(-elastic, elastic);
+        let along = -(stiffness * elongation + dashpot * speed).clamp(-bound, bound);
+        let force = tangent * along;
+        Self { elongation, force, couple: cross(&arm, &force) / inertia, centre, weight }
+    }
+
+    /// Reaction \[N/m\] on a particle of the patch at x_sj \[m\], `r` \[m\] away.
+    #[inline]
+    pub fn reaction(&self, field: &DensityField, x_sj: &Vector, r: f64) -> Vector {
+        if self.weight == 0.0 {
+            return Vector::zeros();
+        }
+        let arm = -x_sj - self.centre;
+        (self.force + Vector::new(-arm.y, arm.x) * self.couple) * (-field.weight(r) / self.weight)
+    }
+}
+
+impl TangentialSprings {
+    /// Elongation for the contact `key` \[m\]; zero where it is new.
+    pub fn of(&self, key: &ContactKey) -> f64 {
+        self.entries.binary_search_by_key(key, |(key, _)| *key).map_or(0.0, |found| self.entries[found].1)
+    }
+
+    /// Replaces all by the elongations of `contacts`, ascending by key, at `time` \[s\].
+    pub fn renew(&mut self, time: f64, contacts: impl Iterator<Item = (ContactKey, f64)>) {
+        self.time = time;
+        self.entries.clear();
+        self.entries.extend(contacts);
+    }
+}

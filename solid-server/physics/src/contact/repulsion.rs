@@ -1,0 +1,310 @@
+//! Repulsion by penetration depth: central forces, conservative apart from damping, never attractive.
+
+use rayon::prelude::*;
+
+use sph::domain::Domain;
+use sph::vector::Vector;
+
+use crate::boundary::walls::WallState;
+use crate::contact::density_field::{DensityField, DensityFields, Spring};
+use crate::contact::friction::{
+    ContactKey, Friction, FrictionConstants, Owner, RelativeState, TangentialSprings,
+};
+use crate::formulations::body::Body;
+use crate::neighbours::lists::{ContactLists, TASK};
+use crate::particles::constants::ParticleConstants;
+use crate::particles::forces::ContactForces;
+use crate::particles::variables::Particles;
+
+/// Repulsion between particles of different bodies, of bodies and walls, and of distant parts of one body.
+///
+/// Each particle s with a penetration depth δ in another body o, see [`DensityField`], exerts forces on its particles j:
+///
+/// ```text
+/// p_s = (f + clamp(c δ', ±f)) dδ/dD,  f = κ δ d/(d − δ);   f_sj = −p_s ΔX² (dW/dr)/r x_sj
+/// κ = kK/2,  c = 2ζ √(κ m)
+/// ```
+///
+/// The forces are minus the derivative of Σ Ψ(D_s), plus damping. Each is along x_sj and has its opposite on j, so
+/// momentum and angular momentum are kept; together they are normal to the smoothed face. κ is half of the given
+/// fraction k of the softer body's bulk modulus, a wall being the stiffer side, since the particles of both sides
+/// penetrate the other. ζ is a fraction of critical damping for the reduced mass m of two particles. The force sets
+/// in without a jump and stiffens without bound up to where rows coincide, so that bodies do not pass through each
+/// other. Friction is that of [`Friction`].
+#[derive(Clone, Copy, Debug)]
+pub struct Repulsion {
+    /// Stiffness k as a fraction of the bulk modulus \[-\].
+    pub stiffness: f64,
+    /// Damping ζ as a fraction of critical \[-\].
+    pub damping: f64,
+    /// Coulomb's coefficient of friction μ \[-\].
+    pub friction: f64,
+    pub fields: DensityFields,
+    /// Undeformed distance \[m\] from which parts of one body can be in contact; `None` without self-contact.
+    pub self_contact_distance: Option<f64>,
+}
+
+/// Undeformed distance from which parts of one body can be in contact, in support radii of the density field \[-\]: a body
+/// compressed by a third is not yet in contact with itself.
+const SELF_CONTACT_DISTANCE: f64 = 1.5;
+
+/// A particle that lies in a body or wall.
+#[derive(Clone, Copy, Debug)]
+pub struct Contact {
+    pub key: ContactKey,
+    /// Derivative p of the energy by the density, damping included \[N\].
+    slope: f64,
+    depth: f64,
+    /// Bound of the stiffness over the gradient on one particle \[N\].
+    stiffness: f64,
+    friction: Friction,
+}
+
+/// The state at which contact is evaluated.
+#[derive(Clone, Copy)]
+pub struct ContactStage<'a> {
+    pub domain: &'a Domain,
+    pub constants: &'a ParticleConstants,
+    pub bodies: &'a [Body],
+    /// Time of the state \[s\].
+    pub at: f64,
+    pub stage: &'a Particles,
+    pub lists: &'a ContactLists,
+    pub walls: &'a WallState,
+}
+
+/// Stiffness κ \[Pa\] and reduced mass \[kg/m\] of a contact.
+#[derive(Clone, Copy)]
+struct ContactConstants {
+    stiffness: f64,
+    mass: f64,
+}
+
+impl Contact {
+    /// Force \[N/m\] of the particle on a particle at x_sj \[m\] of its partner.
+    #[inline]
+    fn on_neighbour(&self, field: &DensityField, x_sj: &Vector) -> Vector {
+        let r = x_sj.norm();
+        x_sj * (self.slope * field.gradient_factor(r)) + self.friction.reaction(field, x_sj, r)
+    }
+
+    /// Bound of the contribution of one neighbour at distance `r` \[m\] to the stiffness of its contact \[Pa\].
+    fn stiffness_at(&self, field: &DensityField, r: f64) -> f64 {
+        self.stiffness * field.gradient_factor(r).abs() * r
+    }
+}
+
+impl ContactStage<'_> {
+    fn near(&self, i: usize, j: usize) -> RelativeState {
+        let Particles { position, velocity, .. } = self.stage;
+        (self.domain.separation(&position[i], &position[j]), velocity[i] - velocity[j])
+    }
+
+    fn near_wall(&self, i: usize, w: usize) -> RelativeState {
+        let x_iw = self.domain.separation(&self.stage.position[i], &self.walls.position[w]);
+        (x_iw, self.stage.velocity[i] - self.walls.velocity[w])
+    }
+
+    /// The wall particles that can be in contact with particle `i`.
+    fn walls_of(&self, i: usize) -> impl Iterator<Item = usize> + Clone + '_ {
+        self.lists.walls.of(i).iter().map(|w| *w as usize)
+    }
+
+    /// Rows of neighbours by body.
+    fn by_body<'a>(&'a self, row: &'a [u32]) -> impl Iterator<Item = (u32, &'a [u32])> + 'a {
+        let body = |i: &u32| self.constants.body[*i as usize];
+        row.chunk_by(move |a, b| body(a) == body(b)).map(move |group| (body(&group[0]), group))
+    }
+}
+
+impl Repulsion {
+    /// A repulsion of the given stiffness, damping and coefficient of friction; with `self_contact` also between distant
+    /// parts of one body.
+    pub fn new(
+        stiffness: f64,
+        damping: f64,
+        friction: f64,
+        fields: DensityFields,
+        self_contact: bool,
+    ) -> Self {
+        let self_contact_distance = self_contact.then_some(SELF_CONTACT_DISTANCE * fields.bodies.support);
+        Self { stiffness, damping, friction, fields, self_contact_distance }
+    }
+
+    /// Contact forces on all particles, and the contacts that cause them; `springs` advance to the time of the stage.
+    pub fn evaluate(
+        &self,
+        at: &ContactStage<'_>,
+        springs: &mut TangentialSprings,
+        contacts: &mut Vec<Contact>,
+        sums: &mut [ContactForces],
+    ) {
+        self.find_contacts(at, springs, contacts);
+        let sticking: &[Contact] = if self.friction > 0.0 { contacts } else { &[] };
+        springs.renew(at.at, sticking.iter().map(|contact| (contact.key, contact.friction.elongation)));
+        if contacts.is_empty() {
+            sums.fill(ContactForces::default());
+            return;
+        }
+        let contacts: &[Contact] = contacts;
+        sums.par_iter_mut().with_min_len(8 * TASK).enumerate().for_each(|(i, sums)| {
+            *sums = self.forces(at, contacts, i);
+        });
+    }
+
+    /// All particles that lie in something else, ascending.
+    fn find_contacts(&self, at: &ContactStage<'_>, springs: &TangentialSprings, contacts: &mut Vec<Contact>) {
+        let dt = at.at - springs.time;
+        let count = at.constants.len();
+        let find = |s: usize| -> Vec<Contact> {
+            match s.checked_sub(count) {
+                None => self.contacts_of(at, springs, dt, s),
+                Some(w) => self.contacts_of_wall(at, springs, dt, w),
+            }
+        };
+        contacts.clear();
+        let active = at.lists.active.par_iter().with_min_len(2 * TASK);
+        contacts.par_extend(active.flat_map_iter(|s| find(*s as usize)));
+    }
+
+    fn contacts_of(
+        &self,
+        at: &ContactStage<'_>,
+        springs: &TangentialSprings,
+        dt: f64,
+        i: usize,
+    ) -> Vec<Contact> {
+        let constants = at.constants;
+        let (body, mass) = (&at.bodies[constants.body[i] as usize], constants.mass[i]);
+        let mut found = Vec::new();
+        for (other, group) in at.by_body(at.lists.bodies.of(i)) {
+            let near = group.iter().map(|j| at.near(i, *j as usize));
+            let other_mass = constants.mass[group[0] as usize];
+            let contact = ContactConstants {
+                mass: mass * other_mass / (mass + other_mass),
+                ..self.constants(body, Some(&at.bodies[other as usize]), mass)
+            };
+            let key = (i as u32, Owner::Body(other));
+            found.extend(self.contact(key, &self.fields.bodies, &contact, near, springs, dt));
+        }
+        let near = at.walls_of(i).map(|w| at.near_wall(i, w));
+        let key = (i as u32, Owner::Walls);
+        let contact = self.constants(body, None, mass);
+        found.extend(self.contact(key, &self.fields.walls, &contact, near, springs, dt));
+        found
+    }
+
+    fn contacts_of_wall(
+        &self,
+        at: &ContactStage<'_>,
+        springs: &TangentialSprings,
+        dt: f64,
+        w: usize,
+    ) -> Vec<Contact> {
+        let mut found = Vec::new();
+        for (body, group) in at.by_body(at.lists.of_walls.of(w)) {
+            let near = group.iter().map(|i| {
+                let (x, v) = at.near_wall(*i as usize, w);
+                (-x, -v)
+            });
+            let key = ((at.constants.len() + w) as u32, Owner::Body(body));
+            let contact =
+                self.constants(&at.bodies[body as usize], None, at.constants.mass[group[0] as usize]);
+            found.extend(self.contact(key, &self.fields.bodies_from_walls, &contact, near, springs, dt));
+        }
+        found
+    }
+
+    /// Constants of the contact of `body` with `other` or a wall.
+    fn constants(&self, body: &Body, other: Option<&Body>, mass: f64) -> ContactConstants {
+        let softer = other.map_or(f64::INFINITY, |other| other.material.bulk_modulus);
+        ContactConstants { stiffness: 0.5 * self.stiffness * body.material.bulk_modulus.min(softer), mass }
+    }
+
+    /// The contact of a particle with the neighbours `near`, if it lies in them; `dt` \[s\] after the time of `springs`.
+    fn contact(
+        &self,
+        key: ContactKey,
+        field: &DensityField,
+        constants: &ContactConstants,
+        near: impl Iterator<Item = RelativeState> + Clone,
+        springs: &TangentialSprings,
+        dt: f64,
+    ) -> Option<Contact> {
+        let square = field.support * field.support;
+        let near = near.filter(|(x, _)| x.norm_squared() < square);
+        // Most rows of neighbours end here.
+        let depth = field.depth(near.clone().map(|(x, _)| field.weight(x.norm())).sum());
+        if depth <= 0.0 {
+            return None;
+        }
+        let (mut gradient, mut rate, mut reach) = (Vector::zeros(), 0.0, 0.0);
+        for (x, v) in near.clone() {
+            let part = x * field.gradient_factor(x.norm());
+            gradient += part;
+            rate += part.dot(&v);
+            reach += part.norm();
+        }
+        let (distance, gain) = (field.distance, field.gain);
+        let spring = Spring::new(constants.stiffness, depth, distance);
+        let dashpot = 2.0 * self.damping * (constants.stiffness * constants.mass).sqrt();
+        // Within the spring's force: no jump at the onset, no attraction at the end, the same relative loss at any speed.
+        let damping = (dashpot * gain * rate).clamp(-spring.force, spring.force);
+        let slope = gain * (spring.force + damping);
+        let normal = slope * gradient.norm();
+        let has_friction = self.friction > 0.0 && normal > 0.0;
+        let friction = if has_friction {
+            let law =
+                FrictionConstants { stiffness: constants.stiffness, dashpot, bound: self.friction * normal };
+            Friction::new(field, &law, near, &gradient, springs.of(&key), dt)
+        } else {
+            Friction::default()
+        };
+        // Gershgorin's bound of the rows of p' ∇D ⊗ ∇D; a sticking contact is as stiff along the face.
+        let sides = if has_friction { 2.0 } else { 1.0 };
+        let stiffness = sides * gain * gain * spring.slope * (gradient.norm() + reach);
+        Some(Contact { key, slope, depth, stiffness, friction })
+    }
+
+    /// Contact forces on particle `i`: reactions to its own contacts, and forces of the contacts of others with its body.
+    fn forces(&self, at: &ContactStage<'_>, contacts: &[Contact], i: usize) -> ContactForces {
+        let mut sums = ContactForces::default();
+        let own = |key: ContactKey| {
+            contacts.binary_search_by_key(&key, |contact| contact.key).ok().map(|k| &contacts[k])
+        };
+        let body = Owner::Body(at.constants.body[i]);
+        // `sign` is 1 for the reaction to the particle's own contact, −1 for the force of another's.
+        let mut add = |contact: &Contact, field: &DensityField, x_ij: &Vector, sign: f64| {
+            let (r, x_sj) = (x_ij.norm(), x_ij * sign);
+            if r >= field.support {
+                return Vector::zeros();
+            }
+            sums.stiffness += contact.stiffness_at(field, r);
+            sums.depth = sums.depth.max(contact.depth);
+            contact.on_neighbour(field, &x_sj) * -sign
+        };
+        for (other, group) in at.by_body(at.lists.bodies.of(i)) {
+            let contact = own((i as u32, Owner::Body(other)));
+            for &j in group {
+                let x_ij = at.near(i, j as usize).0;
+                if let Some(contact) = contact {
+                    sums.bodies += add(contact, &self.fields.bodies, &x_ij, 1.0);
+                }
+                if let Some(contact) = own((j, body)) {
+                    sums.bodies += add(contact, &self.fields.bodies, &x_ij, -1.0);
+                }
+            }
+        }
+        let contact = own((i as u32, Owner::Walls));
+        for w in at.walls_of(i) {
+            let x_iw = at.near_wall(i, w).0;
+            if let Some(contact) = contact {
+                sums.walls += add(contact, &self.fields.walls, &x_iw, 1.0);
+            }
+            if let Some(contact) = own(((at.constants.len() + w) as u32, body)) {
+                sums.walls += add(contact, &self.fields.bodies_from_walls, &x_iw, -1.0);
+            }
+        }
+        sums
+    }
+}

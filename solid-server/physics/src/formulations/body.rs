@@ -1,0 +1,44 @@
+//! One body: its particles, material, formulation, supports and loads.
+
+use std::ops::Range;
+
+use sph::body_force::BodyForceField;
+use sph::setup::ElasticMaterial;
+
+use crate::boundary::loads::Load;
+use crate::boundary::supports::Support;
+use crate::formulations::formulation::BodyFormulation;
+
+/// Largest stable steps by the elastic waves inside an undeformed body; infinite for a rigid one.
+#[derive(Clone, Copy, Debug)]
+pub struct WaveLimits {
+    /// Step of Eq. (30)-(31) \[s\].
+    pub stage_rule: f64,
+    /// Sub-step of velocity Verlet \[s\].
+    pub substep: f64,
+}
+
+impl WaveLimits {
+    /// Of a rigid body.
+    pub const NONE: Self = Self { stage_rule: f64::INFINITY, substep: f64::INFINITY };
+}
+
+/// One body.
+pub struct Body {
+    pub name: String,
+    /// Its particles.
+    pub range: Range<usize>,
+    pub material: ElasticMaterial,
+    pub formulation: Box<dyn BodyFormulation>,
+    pub wave_limits: WaveLimits,
+    pub supports: Vec<Support>,
+    /// Acceleration of this body alone.
+    pub acceleration: Option<BodyForceField>,
+    pub loads: Vec<Load>,
+    /// Time \[s\] until which contact with each wall particle is left out; empty without supports.
+    pub wall_exemption: Vec<f64>,
+    /// Whether parts of it that are far apart when undeformed may be in contact.
+    pub self_contact: bool,
+    /// Whether a probe reads the body's angle.
+    pub tracks_angle: bool,
+}

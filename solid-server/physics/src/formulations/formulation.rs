@@ -1,0 +1,230 @@
+//! The trait of the formulations: discretisation of one body by itself.
+
+use std::ops::AddAssign;
+
+use sph::domain::Domain;
+use sph::stage::StageTime;
+use sph::vector::{SymmetricTensor, Tensor, Vector};
+
+use crate::boundary::supports::Support;
+use crate::formulations::pair_law::{PairSums, SumLaw};
+use crate::neighbours::lists::Rows;
+use crate::particles::fields::{RateView, RateViewMut, StressView, StressViewMut};
+use crate::particles::variables::{ParticleView, ParticleViewMut, RigidState};
+
+/// Constants of a body's particles.
+#[derive(Clone, Copy)]
+pub struct BodyConstants<'a> {
+    pub domain: &'a Domain,
+    /// Mass per depth \[kg/m\].
+    pub mass: &'a [f64],
+    /// Supports of the body.
+    pub supports: &'a [Support],
+}
+
+/// Input of [`BodyFormulation::advance`].
+#[derive(Clone, Copy)]
+pub struct BodyStep<'a> {
+    pub constants: BodyConstants<'a>,
+    pub time: &'a StageTime,
+    /// φⁿ.
+    pub base: ParticleView<'a>,
+    /// State whose rates these are.
+    pub stage: ParticleView<'a>,
+    pub base_rigid: &'a RigidState,
+    pub stage_rigid: &'a RigidState,
+    /// Whole periods by which particles have been wrapped.
+    pub image_counts: &'a [[i32; 2]],
+    /// Force on each particle of whatever origin \[N/m\].
+    pub force: &'a [Vector],
+    pub rates: RateView<'a>,
+}
+
+/// Input of [`BodyFormulation::kick`].
+#[derive(Clone, Copy)]
+pub struct BodyKick<'a> {
+    pub constants: BodyConstants<'a>,
+    pub time: &'a StageTime,
+    /// Duration of the kick \[s\].
+    pub duration: f64,
+    /// Time at which the new velocities hold \[s\].
+    pub target: f64,
+    /// Force on each particle of whatever origin \[N/m\].
+    pub force: &'a [Vector],
+    /// Motion at the start of the step.
+    pub base_rigid: &'a RigidState,
+    pub image_counts: &'a [[i32; 2]],
+}
+
+/// Input of [`BodyFormulation::drift`].
+#[derive(Clone, Copy)]
+pub struct BodyDrift<'a> {
+    pub constants: BodyConstants<'a>,
+    pub time: &'a StageTime,
+    /// Duration of the drift \[s\].
+    pub duration: f64,
+    /// Time at which the new positions hold \[s\].
+    pub target: f64,
+    /// Own-body and foreign sums in the middle of the drift; empty where [`BodyFormulation::evolves`] is false.
+    pub sums: &'a [PairSums],
+    /// Motion at the start of the step.
+    pub base_rigid: &'a RigidState,
+    pub image_counts: &'a [[i32; 2]],
+}
+
+/// Change of a body's angular momentum by other causes than its forces, about the domain's torque origin
+/// \[kg m/s\].
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct AngularImpulse {
+    /// Supports.
+    pub supports: f64,
+    /// The time scheme, [`sph::ledger::scheme_moment`].
+    pub scheme: f64,
+}
+
+impl AddAssign for AngularImpulse {
+    fn add_assign(&mut self, other: Self) {
+        self.supports += other.supports;
+        self.scheme += other.scheme;
+    }
+}
+
+/// Moment of inertia of a rigid body.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RigidInertia {
+    /// Moment of inertia about the centre of mass per depth \[kg m\].
+    pub total: f64,
+    /// The part of the cells about their own centres \[kg m\].
+    pub cells: f64,
+}
+
+/// Bounds outside which a body's state has no meaning.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StateLimits {
+    /// Smallest and largest ρ/ρ₀ \[-\].
+    pub density_ratios: (f64, f64),
+    /// Largest equivalent elastic shear strain √(s:s)/(2G) \[-\].
+    pub largest_shear: f64,
+}
+
+impl StateLimits {
+    /// Of Eq. (5)-(8), which are linear in density and strain.
+    pub const LINEAR: Self = Self { density_ratios: (0.5, 2.0), largest_shear: 1.0 };
+
+    /// Of hyperelastic laws.
+    pub const HYPERELASTIC: Self = Self { density_ratios: (0.1, 10.0), largest_shear: f64::INFINITY };
+}
+
+/// Formulation of one body: from its state to stress, internal forces and rates.
+///
+/// Slices hold the particles of the body alone. A formulation is constant: variables are in the state, buffers
+/// in the workspace. Forces between owners, contact, walls and supports are added by the solver.
+pub trait BodyFormulation: Send + Sync {
+    /// Pressure and stress of a state.
+    fn update_stress(
+        &self,
+        constants: &BodyConstants<'_>,
+        state: &ParticleView<'_>,
+        stress: StressViewMut<'_>,
+    );
+
+    /// Overwrites the variables that follow from the stress just updated; none where density and stress are advanced.
+    fn derive(&self, _stress: &StressView<'_>, _derived: ParticleViewMut<'_>) {}
+
+    /// Radius \[m\] of the own-body neighbour lists in the current configuration; `None` when it needs none.
+    fn list_radius(&self) -> Option<f64> {
+        None
+    }
+
+    /// Contribution of a load of `moment` f ⊗ X \[N\] about particle `i` to its pair tensor \[-\].
+    fn load_pair_tensor(&self, _i: usize, _moment: &Tensor) -> Tensor {
+        Tensor::zeros()
+    }
+
+    /// Sums over own-body pairs.
+    fn evaluate(
+        &self,
+        constants: &BodyConstants<'_>,
+        stage: &ParticleView<'_>,
+        stress: &StressView<'_>,
+        neighbours: &Rows,
+        sums: &mut [PairSums],
+    );
+
+    /// Rates of own variables, once the sums hold all pairs that belong in them; zero where they are not advanced.
+    fn complete(&self, _stage: &ParticleView<'_>, _sums: &[PairSums], rates: RateViewMut<'_>) {
+        rates.density.fill(0.0);
+        rates.deviatoric_stress.fill(SymmetricTensor::default());
+    }
+
+    /// Moves the body from φⁿ by the stage's duration, Eq. (30) or (31).
+    ///
+    /// Returns the change of the angular momentum of a rigid body by supports and scheme.
+    fn advance(
+        &self,
+        step: &BodyStep<'_>,
+        next: ParticleViewMut<'_>,
+        next_rigid: &mut RigidState,
+    ) -> AngularImpulse;
+
+    /// Velocities follow the forces: v ← v + f Δt/m, particle by particle unless the body is rigid; [`AngularImpulse`] as in
+    /// [`BodyFormulation::advance`].
+    fn kick(
+        &self,
+        kick: &BodyKick<'_>,
+        particles: ParticleViewMut<'_>,
+        _motion: &mut RigidState,
+    ) -> AngularImpulse {
+        for (i, v) in particles.velocity.iter_mut().enumerate() {
+            *v += kick.force[i] * (kick.duration / kick.constants.mass[i]);
+        }
+        AngularImpulse::default()
+    }
+
+    /// Positions follow the velocities: x ← x + v Δt, and density and stress their gradient; [`AngularImpulse`] as in
+    /// [`BodyFormulation::advance`].
+    fn drift(
+        &self,
+        drift: &BodyDrift<'_>,
+        particles: ParticleViewMut<'_>,
+        _motion: &mut RigidState,
+    ) -> AngularImpulse {
+        for (x, v) in particles.position.iter_mut().zip(particles.velocity.iter()) {
+            *x += v * drift.duration;
+        }
+        AngularImpulse::default()
+    }
+
+    /// Whether density and stress evolve with the velocity gradient, so that a drift needs sums in its middle.
+    fn evolves(&self) -> bool {
+        false
+    }
+
+    /// Whether the body is rigid: supports then act on the whole body, not on single particles.
+    fn is_rigid(&self) -> bool {
+        self.inertia().is_some()
+    }
+
+    /// Moment of inertia of a body that is rigid.
+    fn inertia(&self) -> Option<RigidInertia> {
+        None
+    }
+
+    /// Law by which its particles take part in sums with those of other bodies, walls or the fluid.
+    fn sum_law(&self) -> Option<&SumLaw> {
+        None
+    }
+
+    /// Tangent stiffness at particle `i` over that of the undeformed body \[-\].
+    fn tangent_stiffness_ratio(&self, _stress: &StressView<'_>, _i: usize) -> f64 {
+        1.0
+    }
+
+    /// Bounds of a meaningful state.
+    fn limits(&self) -> StateLimits {
+        StateLimits::LINEAR
+    }
+
+    /// Strain energy per metre of depth of particle `i` \[J/m\].
+    fn strain_energy(&self, constants: &BodyConstants<'_>, state: &ParticleView<'_>, i: usize) -> f64;
+}

@@ -1,0 +1,164 @@
+//! Pair forces of a total-Lagrangian body one by one, and the frequency of its stiffest vibration.
+
+use rayon::prelude::*;
+
+use sph::sums::ordered_sum;
+use sph::vector::{Tensor, Vector};
+
+use crate::neighbours::lists::TASK;
+use crate::neighbours::reference::{PairKind, Reference, ReferencePair};
+
+/// Units of pair forces.
+///
+/// They are sums in units of the hourglass modulus, so that an undeformed body at rest cancels to the last bit.
+#[derive(Clone, Copy, Debug)]
+pub struct ForceUnits {
+    /// s: the modulus k of the hourglass control, or any other without it \[Pa\].
+    pub modulus: f64,
+    /// κ = k/s: 1 with hourglass control, 0 without \[-\].
+    pub hourglass: f64,
+}
+
+impl ForceUnits {
+    /// Units for hourglass control by `hourglass_modulus` \[Pa\] of a material of Young's modulus `young` \[Pa\].
+    pub fn new(hourglass_modulus: f64, young: f64) -> Self {
+        if hourglass_modulus > 0.0 {
+            Self { modulus: hourglass_modulus, hourglass: 1.0 }
+        } else {
+            Self { modulus: young, hourglass: 0.0 }
+        }
+    }
+
+    /// k \[Pa\].
+    pub fn hourglass_modulus(&self) -> f64 {
+        self.hourglass * self.modulus
+    }
+}
+
+/// Rounds of the power iteration; the top of the spectrum is found within some per cent.
+const ROUNDS: usize = 60;
+
+impl Reference {
+    /// Tensor N_i of the pair forces \[-\] for particle `i` with deformation gradient `f` \[-\] and nominal stress `p` \[Pa\].
+    ///
+    /// ```text
+    /// N = Q/s − κF,  Q_i = V_i P (Σ_j a_ij X_ij ⊗ X_ij)⁻¹
+    /// ```
+    /// Zero where the material is rigid, which has neither.
+    #[inline]
+    pub fn pair_tensor(&self, i: usize, f: &Tensor, p: &Tensor, units: &ForceUnits) -> Tensor {
+        if self.anchored[i] {
+            return Tensor::zeros();
+        }
+        self.moment_pair_tensor(i, &(p * self.volume[i]), units) - f * units.hourglass
+    }
+
+    /// Contribution of the moment `moment` \[N\] about particle `i` to its N; zero where the material is rigid.
+    #[inline]
+    pub fn moment_pair_tensor(&self, i: usize, moment: &Tensor, units: &ForceUnits) -> Tensor {
+        if self.anchored[i] { Tensor::zeros() } else { moment * self.corrections[i].inverse / units.modulus }
+    }
+
+    /// Largest angular frequency \[rad/s\] of small vibrations, for a linear stress law and masses `mass` \[kg/m\].
+    ///
+    /// Power iteration from a checkerboard, which is near the stiffest modes of a lattice.
+    pub fn largest_frequency(
+        &self,
+        mass: &[f64],
+        units: &ForceUnits,
+        stress: impl Fn(&Tensor) -> Tensor + Sync,
+    ) -> f64 {
+        let n = mass.len();
+        let mut u: Vec<Vector> = (0..n)
+            .map(|i| {
+                if self.anchored[i] {
+                    return Vector::zeros();
+                }
+                let phase = if i % 2 == 0 { 1.0 } else { -1.0 };
+                Vector::new(phase, 0.7 * phase + 0.01 * (i % 7) as f64)
+            })
+            .collect();
+        let mut square = 0.0;
+        for _ in 0..ROUNDS {
+            // Anchored particles and boundary points stay.
+            let change = |i: usize, pair: &ReferencePair| u[i] - u[pair.neighbour as usize];
+            let gradients: Vec<Tensor> = (0..n)
+                .into_par_iter()
+                .with_min_len(TASK)
+                .map(|i| self.gradient(i, |pair| change(i, pair)))
+                .collect();
+            let pair_tensor: Vec<Tensor> =
+                (0..n).map(|i| self.pair_tensor(i, &gradients[i], &stress(&gradients[i]), units)).collect();
+            let next: Vec<Vector> = (0..n)
+                .into_par_iter()
+                .with_min_len(TASK)
+                .map(|i| {
+                    if self.anchored[i] {
+                        return Vector::zeros();
+                    }
+                    let change = |pair: &ReferencePair| change(i, pair);
+                    self.force(i, self.of(i).iter(), &pair_tensor, units, change) / -mass[i]
+                })
+                .collect();
+            let length = ordered_sum::<f64, _>(n, |i| next[i].norm_squared() * mass[i]).sqrt();
+            if length == 0.0 {
+                return 0.0;
+            }
+            let before = ordered_sum::<f64, _>(n, |i| u[i].norm_squared() * mass[i]).sqrt();
+            square = length / before;
+            u = next.into_iter().map(|v| v / length).collect();
+        }
+        square.sqrt()
+    }
+
+    /// Force on particle `i` \[N/m\] by stresses and hourglass control, of `pairs` of it.
+    ///
+    /// ```text
+    /// f_i = −Σ_j a_ij ((Q_i + Q_j) X_ij + k (2 x_ij − (F_i + F_j) X_ij)) = −s Σ_j a_ij ((N_i + N_j) X_ij + 2κ x_ij)
+    /// ```
+    ///
+    /// It is minus the derivative of Σ V ψ(F) + ½ k Σ_ij a_ij |x_ij − F_i X_ij|² by x_i: the weights of the second sum
+    /// are those of F, so that the derivative of F drops out of it (Silling 2017). Energy, momentum and angular
+    /// momentum are therefore kept. `pair_tensor` holds N of [`Self::pair_tensor`]; between anchored and free particles
+    /// x_ij counts once, as only one end has an F.
+    #[inline]
+    pub fn force<'a>(
+        &self,
+        i: usize,
+        pairs: impl Iterator<Item = &'a ReferencePair>,
+        pair_tensor: &[Tensor],
+        units: &ForceUnits,
+        x_ij: impl Fn(&ReferencePair) -> Vector,
+    ) -> Vector {
+        let mut force = Vector::zeros();
+        for pair in pairs {
+            let ends = match pair.kind {
+                PairKind::Inner if self.anchored[i] => continue,
+                PairKind::Inner => 2.0,
+                PairKind::ToAnchor | PairKind::FromAnchor => 1.0,
+            };
+            let pair_tensor = pair_tensor[i] + pair_tensor[pair.neighbour as usize];
+            force -= (pair_tensor * pair.separation + x_ij(pair) * (ends * units.hourglass)) * pair.weight;
+        }
+        force * units.modulus
+    }
+
+    /// Energy of the hourglass control of particle `i` \[J/m\]: ½ k Σ_j a_ij |x_ij − F_i X_ij|².
+    pub fn hourglass_energy(
+        &self,
+        i: usize,
+        deformation: &Tensor,
+        hourglass_modulus: f64,
+        x_ij: impl Fn(&ReferencePair) -> Vector,
+    ) -> f64 {
+        let misfit: f64 = self
+            .of(i)
+            .iter()
+            .map(|pair| pair.weight * (x_ij(pair) - deformation * pair.separation).norm_squared())
+            .sum();
+        0.5 * hourglass_modulus * misfit
+    }
+}
+
+#[cfg(test)]
+mod tests;

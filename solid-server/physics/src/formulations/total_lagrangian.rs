@@ -1,0 +1,256 @@
+//! Total-Lagrangian SPH: deformation gradient and nominal stress in the reference configuration.
+
+use rayon::prelude::*;
+
+use sph::geometry::{Geometry, Open, Periodic};
+use sph::kernel::CubicSpline;
+use sph::lanes::Arithmetic;
+use sph::setup::{ElasticMaterial, TotalLagrangian};
+use sph::vector::{SymmetricTensor, Tensor, Vector};
+
+use crate::boundary::supports::Support;
+use crate::formulations::bond_forces::{Bonds, ForcePass, Viscosity};
+use crate::formulations::formulation::{
+    AngularImpulse, BodyConstants, BodyFormulation, BodyStep, StateLimits,
+};
+use crate::formulations::pair_law::PairSums;
+use crate::formulations::reference_forces::ForceUnits;
+use crate::materials::hyperelastic::Hyperelastic;
+use crate::neighbours::lists::{Rows, TASK};
+use crate::neighbours::reference::{Reference, ReferencePair};
+use crate::neighbours::stencil::MomentPass;
+use crate::particles::fields::{StressView, StressViewMut};
+use crate::particles::variables::{ParticleView, ParticleViewMut, RigidState};
+
+/// A hyperelastic body whose neighbours are those of the undeformed body.
+///
+/// Rigid motion is met exactly, forces derive from an energy, and neither tensile instability nor list builds occur.
+pub struct TotalLagrangianBody {
+    material: ElasticMaterial,
+    law: Hyperelastic,
+    reference: Reference,
+    /// Those of pair forces; the hourglass modulus is ζE over the lattice moment of the stencil.
+    units: ForceUnits,
+    viscosity: Option<Viscosity>,
+    arithmetic: Arithmetic,
+    /// Largest angular frequency at rest \[rad/s\].
+    pub largest_frequency: f64,
+}
+
+impl TotalLagrangianBody {
+    /// A body of `material` whose particles are at `position` \[m\] when undeformed, on a lattice of `spacing` \[m\].
+    pub fn new(
+        constants: &TotalLagrangian,
+        material: &ElasticMaterial,
+        body: &BodyConstants<'_>,
+        position: &[Vector],
+        spacing: f64,
+        arithmetic: Arithmetic,
+    ) -> Self {
+        let kernel = CubicSpline::new(constants.smoothing_length);
+        let volume = body.mass.iter().map(|mass| mass / material.density).collect();
+        let mut anchored = vec![false; position.len()];
+        let lasting = |support: &&Support| support.holds_fully() && support.release_time == f64::INFINITY;
+        for held in body.supports.iter().filter(lasting).flat_map(|support| &support.particles) {
+            anchored[held.particle] = true;
+        }
+        let reference = Reference::new(body.domain, position, volume, anchored, &kernel);
+        let law = Hyperelastic::new(constants.law, material);
+        let units = ForceUnits::new(
+            constants.hourglass * material.young_modulus() / kernel.lattice_moment(spacing),
+            material.young_modulus(),
+        );
+        let largest_frequency =
+            reference.largest_frequency(body.mass, &units, |gradient| law.linear(gradient));
+        let viscous = constants.viscosity_a > 0.0 || constants.viscosity_b > 0.0;
+        let viscosity = viscous.then(|| Viscosity {
+            smoothing_length: constants.smoothing_length,
+            speed: constants.viscosity_a * material.longitudinal_speed(),
+            quadratic: constants.viscosity_b,
+            density: material.density,
+        });
+        Self { material: *material, law, reference, units, viscosity, arithmetic, largest_frequency }
+    }
+
+    /// Deformation gradients of the particles from `first` on \[-\], for the body at `position` \[m\].
+    fn deform<G: Geometry>(
+        &self,
+        geometry: G,
+        body: &BodyConstants<'_>,
+        position: &[Vector],
+        first: usize,
+        deformation: &mut [Tensor],
+    ) {
+        let stencils = &self.reference.stencils;
+        self.arithmetic.run(MomentPass { geometry, stencils, position, first, sums: deformation });
+        for (k, deformation) in deformation.iter_mut().enumerate() {
+            *deformation = self.reference.completed(body.domain, position, first + k, deformation);
+        }
+    }
+
+    /// The same in the box of the body.
+    fn deform_in_box(
+        &self,
+        body: &BodyConstants<'_>,
+        position: &[Vector],
+        first: usize,
+        deformation: &mut [Tensor],
+    ) {
+        if body.domain.is_periodic() {
+            self.deform(Periodic::new(body.domain), body, position, first, deformation);
+        } else {
+            self.deform(Open, body, position, first, deformation);
+        }
+    }
+
+    /// Forces of all pairs of the body \[N/m\].
+    fn pair_forces<G: Geometry>(
+        &self,
+        geometry: G,
+        body: &BodyConstants<'_>,
+        state: &ParticleView<'_>,
+        pair_tensor: &[Tensor],
+        sums: &mut [PairSums],
+    ) {
+        let bonds = Bonds {
+            geometry,
+            stencils: &self.reference.stencils,
+            position: state.position,
+            velocity: state.velocity,
+            pair_tensor,
+            units: self.units,
+            viscosity: self.viscosity,
+        };
+        sums.par_chunks_mut(TASK).enumerate().for_each(|(task, sums)| {
+            let first = task * TASK;
+            let mut forces = [Vector::zeros(); TASK];
+            let forces = &mut forces[..sums.len()];
+            self.arithmetic.run(ForcePass { bonds: &bonds, first, forces });
+            for (k, (sums, force)) in sums.iter_mut().zip(forces).enumerate() {
+                let i = first + k;
+                // Anchored material is rigid within.
+                let inner = if self.reference.anchored[i] { Vector::zeros() } else { *force };
+                *sums = PairSums {
+                    force: inner + self.border_force(body, state, pair_tensor, i),
+                    ..PairSums::default()
+                };
+            }
+        });
+    }
+
+    /// Force on particle `i` of its pairs between anchored and free particles \[N/m\].
+    fn border_force(
+        &self,
+        body: &BodyConstants<'_>,
+        state: &ParticleView<'_>,
+        pair_tensor: &[Tensor],
+        i: usize,
+    ) -> Vector {
+        let x_ij = |pair: &ReferencePair| self.reference.separation(body.domain, state.position, i, pair);
+        let mut force =
+            self.reference.force(i, self.reference.across_border(i), pair_tensor, &self.units, x_ij);
+        let Some(viscosity) = &self.viscosity else { return force };
+        for pair in self.reference.across_border(i) {
+            let j = pair.neighbour as usize;
+            let x_ij = body.domain.separation(&state.position[i], &state.position[j]);
+            let approach = (state.velocity[i] - state.velocity[j]).dot(&x_ij);
+            force += x_ij * (pair.weight * viscosity.of_pair(x_ij.norm_squared(), approach));
+        }
+        force
+    }
+}
+
+impl BodyFormulation for TotalLagrangianBody {
+    fn update_stress(&self, body: &BodyConstants<'_>, state: &ParticleView<'_>, stress: StressViewMut<'_>) {
+        stress
+            .pressure
+            .par_chunks_mut(TASK)
+            .zip(stress.cauchy.par_chunks_mut(TASK))
+            .zip(stress.deformation.par_chunks_mut(TASK))
+            .zip(stress.pair_tensor.par_chunks_mut(TASK))
+            .enumerate()
+            .for_each(|(task, (((pressure, cauchy), deformation), pair_tensor))| {
+                let first = task * TASK;
+                self.deform_in_box(body, state.position, first, deformation);
+                for (k, f) in deformation.iter().enumerate() {
+                    let found = self.law.stress(f);
+                    pair_tensor[k] = self.reference.pair_tensor(first + k, f, &found.nominal, &self.units);
+                    cauchy[k] = found.cauchy;
+                    pressure[k] = found.pressure();
+                }
+            });
+        stress.artificial.fill(SymmetricTensor::default());
+    }
+
+    /// ρ = ρ₀/J and s = σ + p I.
+    fn derive(&self, stress: &StressView<'_>, derived: ParticleViewMut<'_>) {
+        for (i, (rho, s)) in derived.density.iter_mut().zip(derived.deviatoric_stress).enumerate() {
+            *rho = self.material.density / stress.deformation[i].determinant();
+            *s = stress.cauchy[i].plus(&SymmetricTensor::isotropic(stress.pressure[i]));
+        }
+    }
+
+    /// The virtual work of a force at x_i + F_i X is that of the force on i and of its moment on F_i.
+    fn load_pair_tensor(&self, i: usize, moment: &Tensor) -> Tensor {
+        -self.reference.moment_pair_tensor(i, moment, &self.units)
+    }
+
+    fn evaluate(
+        &self,
+        body: &BodyConstants<'_>,
+        stage: &ParticleView<'_>,
+        stress: &StressView<'_>,
+        _neighbours: &Rows,
+        sums: &mut [PairSums],
+    ) {
+        if body.domain.is_periodic() {
+            self.pair_forces(Periodic::new(body.domain), body, stage, stress.pair_tensor, sums);
+        } else {
+            self.pair_forces(Open, body, stage, stress.pair_tensor, sums);
+        }
+    }
+
+    fn advance(
+        &self,
+        step: &BodyStep<'_>,
+        next: ParticleViewMut<'_>,
+        _next_rigid: &mut RigidState,
+    ) -> AngularImpulse {
+        let duration = step.time.duration();
+        for i in 0..step.base.position.len() {
+            next.position[i] = step.base.position[i] + step.stage.velocity[i] * duration;
+            next.velocity[i] = step.base.velocity[i] + step.force[i] * (duration / step.constants.mass[i]);
+        }
+        let position: &[Vector] = next.position;
+        let derived = next.density.chunks_mut(TASK).zip(next.deviatoric_stress.chunks_mut(TASK));
+        for (task, (density, deviatoric_stress)) in derived.enumerate() {
+            let mut deformation = [Tensor::zeros(); TASK];
+            let deformation = &mut deformation[..density.len()];
+            self.deform_in_box(&step.constants, position, task * TASK, deformation);
+            for (k, f) in deformation.iter().enumerate() {
+                let stress = self.law.stress(f);
+                density[k] = self.material.density / f.determinant();
+                deviatoric_stress[k] = stress.cauchy.plus(&SymmetricTensor::isotropic(stress.pressure()));
+            }
+        }
+        AngularImpulse::default()
+    }
+
+    fn tangent_stiffness_ratio(&self, stress: &StressView<'_>, i: usize) -> f64 {
+        self.law.tangent_stiffness_ratio(&stress.deformation[i])
+    }
+
+    fn limits(&self) -> StateLimits {
+        StateLimits::HYPERELASTIC
+    }
+
+    fn strain_energy(&self, body: &BodyConstants<'_>, state: &ParticleView<'_>, i: usize) -> f64 {
+        if self.reference.anchored[i] {
+            return 0.0;
+        }
+        let x_ij = |pair: &ReferencePair| self.reference.separation(body.domain, state.position, i, pair);
+        let deformation = self.reference.deformation_gradient(i, x_ij);
+        self.reference.volume[i] * self.law.energy_density(&deformation)
+            + self.reference.hourglass_energy(i, &deformation, self.units.hourglass_modulus(), x_ij)
+    }
+}

@@ -1,0 +1,202 @@
+//! Updated-Lagrangian SPH as in the source paper, Eq. (5)-(8), (17), (25)-(26).
+
+use rayon::prelude::*;
+
+use sph::geometry::{Geometry, Open, Periodic};
+use sph::lanes::Arithmetic;
+use sph::setup::{ElasticMaterial, UpdatedLagrangian};
+use sph::vector::Tensor;
+
+use crate::formulations::formulation::{AngularImpulse, BodyConstants, BodyDrift, BodyFormulation, BodyStep};
+use crate::formulations::pair_lanes::{BodyArrays, PairPass};
+use crate::formulations::pair_law::{PairSums, SumLaw, corrected_gradient};
+use crate::materials::hooke::{
+    artificial_stress, cauchy_stress, deviatoric_stress_rate, pressure, strain_energy_density,
+};
+use crate::neighbours::lists::{Rows, TASK};
+use crate::particles::fields::{RateViewMut, StressView, StressViewMut};
+use crate::particles::variables::{ParticleView, ParticleViewMut, RigidState};
+
+/// An elastic body whose density and stress evolve with the velocity gradient.
+///
+/// The same gradient, corrected by L_i of Eq. (21) or not, enters Eq. (7) and the continuity equation in the form
+/// dρ/dt = −ρ tr(∇v), which without correction is Eq. (17). Without correction free surfaces see shear in a rigid
+/// rotation, and the body turns as if on a torsion spring.
+pub struct UpdatedLagrangianBody {
+    material: ElasticMaterial,
+    law: SumLaw,
+    gradient_correction: bool,
+    arithmetic: Arithmetic,
+}
+
+impl UpdatedLagrangianBody {
+    /// A body of `material` on a lattice of `particle_spacing` \[m\].
+    pub fn new(
+        constants: &UpdatedLagrangian,
+        material: &ElasticMaterial,
+        particle_spacing: f64,
+        arithmetic: Arithmetic,
+    ) -> Self {
+        Self {
+            material: *material,
+            law: SumLaw::new(constants, material, particle_spacing),
+            gradient_correction: constants.gradient_correction,
+            arithmetic,
+        }
+    }
+
+    fn sum_pairs<G: Geometry>(
+        &self,
+        geometry: G,
+        members: BodyArrays<'_>,
+        neighbours: &Rows,
+        sums: &mut [PairSums],
+    ) {
+        let law = &self.law;
+        sums.par_chunks_mut(TASK).enumerate().for_each(|(task, sums)| {
+            self.arithmetic.run(PairPass { geometry, law, members, neighbours, first: task * TASK, sums });
+        });
+    }
+
+    fn velocity_gradient(&self, sums: &PairSums) -> Tensor {
+        if self.gradient_correction {
+            corrected_gradient(&sums.gradient, &sums.moment)
+        } else {
+            sums.gradient
+        }
+    }
+}
+
+impl BodyFormulation for UpdatedLagrangianBody {
+    fn update_stress(
+        &self,
+        _constants: &BodyConstants<'_>,
+        state: &ParticleView<'_>,
+        stress: StressViewMut<'_>,
+    ) {
+        let (material, epsilon) = (&self.material, self.law.artificial_stress);
+        stress
+            .pressure
+            .par_iter_mut()
+            .zip(stress.cauchy)
+            .zip(stress.artificial)
+            .with_min_len(8 * TASK)
+            .enumerate()
+            .for_each(|(i, ((p, sigma), artificial))| {
+                let rho = state.density[i];
+                *p = pressure(material, rho);
+                *sigma = cauchy_stress(*p, &state.deviatoric_stress[i]);
+                *artificial = artificial_stress(epsilon, sigma, rho);
+            });
+    }
+
+    fn list_radius(&self) -> Option<f64> {
+        Some(self.law.kernel.support_radius())
+    }
+
+    fn evaluate(
+        &self,
+        constants: &BodyConstants<'_>,
+        stage: &ParticleView<'_>,
+        stress: &StressView<'_>,
+        neighbours: &Rows,
+        sums: &mut [PairSums],
+    ) {
+        let members = BodyArrays {
+            position: stage.position,
+            velocity: stage.velocity,
+            mass: constants.mass,
+            density: stage.density,
+            stress: stress.cauchy,
+            artificial: stress.artificial,
+        };
+        if constants.domain.is_periodic() {
+            self.sum_pairs(Periodic::new(constants.domain), members, neighbours, sums);
+        } else {
+            self.sum_pairs(Open, members, neighbours, sums);
+        }
+    }
+
+    fn complete(&self, stage: &ParticleView<'_>, sums: &[PairSums], rates: RateViewMut<'_>) {
+        rates
+            .density
+            .par_iter_mut()
+            .zip(rates.deviatoric_stress)
+            .with_min_len(8 * TASK)
+            .enumerate()
+            .for_each(|(i, (rho_dot, s_dot))| {
+                let gradient = self.velocity_gradient(&sums[i]);
+                *rho_dot = -stage.density[i] * gradient.trace();
+                *s_dot = deviatoric_stress_rate(
+                    self.material.shear_modulus,
+                    &stage.deviatoric_stress[i],
+                    &gradient,
+                );
+            });
+    }
+
+    fn advance(
+        &self,
+        step: &BodyStep<'_>,
+        next: ParticleViewMut<'_>,
+        _next_rigid: &mut RigidState,
+    ) -> AngularImpulse {
+        let duration = step.time.duration();
+        let (base, stage, rates) = (&step.base, &step.stage, &step.rates);
+        next.position
+            .par_iter_mut()
+            .zip(next.velocity)
+            .zip(next.density)
+            .zip(next.deviatoric_stress)
+            .with_min_len(8 * TASK)
+            .enumerate()
+            .for_each(|(i, (((x, v), rho), s))| {
+                *x = base.position[i] + stage.velocity[i] * duration;
+                *v = base.velocity[i] + step.force[i] * (duration / step.constants.mass[i]);
+                *rho = base.density[i] + rates.density[i] * duration;
+                *s = base.deviatoric_stress[i].plus(&rates.deviatoric_stress[i].scaled(duration));
+            });
+        AngularImpulse::default()
+    }
+
+    /// Density and stress follow the gradient in the middle of the drift, both by the midpoint rule.
+    fn drift(
+        &self,
+        drift: &BodyDrift<'_>,
+        particles: ParticleViewMut<'_>,
+        _motion: &mut RigidState,
+    ) -> AngularImpulse {
+        let (duration, half) = (drift.duration, 0.5 * drift.duration);
+        particles
+            .position
+            .par_iter_mut()
+            .zip(particles.velocity)
+            .zip(particles.density)
+            .zip(particles.deviatoric_stress)
+            .with_min_len(8 * TASK)
+            .enumerate()
+            .for_each(|(i, (((x, v), rho), s))| {
+                *x += *v * duration;
+                let gradient = self.velocity_gradient(&drift.sums[i]);
+                let rate = |s| deviatoric_stress_rate(self.material.shear_modulus, s, &gradient);
+                *rho *= (1.0 - half * gradient.trace()) / (1.0 + half * gradient.trace());
+                let middle = s.plus(&rate(s).scaled(half));
+                *s = s.plus(&rate(&middle).scaled(duration));
+            });
+        AngularImpulse::default()
+    }
+
+    fn evolves(&self) -> bool {
+        true
+    }
+
+    fn sum_law(&self) -> Option<&SumLaw> {
+        Some(&self.law)
+    }
+
+    fn strain_energy(&self, constants: &BodyConstants<'_>, state: &ParticleView<'_>, i: usize) -> f64 {
+        let rho = state.density[i];
+        let p = pressure(&self.material, rho);
+        constants.mass[i] / rho * strain_energy_density(&self.material, p, &state.deviatoric_stress[i])
+    }
+}

@@ -1,0 +1,195 @@
+//! Interface of the solids with the fluid.
+
+use rayon::prelude::*;
+
+use sph::body_force::BodyForceField;
+use sph::domain::Domain;
+use sph::exchange::{Extent, InterfaceStates};
+use sph::extent::{ExtentTracker, ReachMap};
+use sph::interface::{Interface, load_sums};
+use sph::kernel::CubicSpline;
+use sph::ledger::InterfaceSums;
+use sph::setup::{Coupling, InterfaceLaw};
+use sph::vector::Vector;
+
+use crate::formulations::pair_law::PairSums;
+use crate::particles::constants::ParticleConstants;
+use crate::particles::fields::StressFields;
+use crate::particles::variables::Particles;
+
+/// Motion in particle spacings after which the extent is rebuilt \[-\].
+const EXTENT_SLACK: f64 = 0.5;
+
+/// State of the interface with the fluid on the side of the solids.
+#[derive(Debug)]
+pub struct SolidInterface {
+    interface: Interface,
+    domain: Domain,
+    /// The fluid's kernel, used for fluid-solid pairs on both sides.
+    kernel: CubicSpline,
+    law: InterfaceLaw,
+    tracker: ExtentTracker,
+    /// Distance by which particles may move before the extent is rebuilt \[m\].
+    slack: f64,
+    tracked_at: Vec<Vector>,
+    reach_map: ReachMap,
+    /// Index of the particle of each interface state.
+    sent: Vec<u32>,
+    set_version: u64,
+    pub largest_set: u64,
+}
+
+impl SolidInterface {
+    /// The link that `coupling` describes, for particles at `positions` \[m\].
+    pub fn new(
+        coupling: &Coupling,
+        domain: &Domain,
+        body_force: &BodyForceField,
+        positions: &[Vector],
+    ) -> Self {
+        let kernel = CubicSpline::new(coupling.fluid.smoothing_length);
+        let cell = kernel.support_radius();
+        let mut link = Self {
+            interface: Interface::new(coupling, domain, body_force.clone()),
+            domain: *domain,
+            kernel,
+            law: coupling.law,
+            tracker: ExtentTracker::new(domain, cell),
+            slack: EXTENT_SLACK * coupling.solid_spacing,
+            tracked_at: Vec::new(),
+            reach_map: ReachMap::new(domain, cell),
+            sent: Vec::new(),
+            set_version: 0,
+            largest_set: 0,
+        };
+        link.track(positions);
+        link
+    }
+
+    /// Rebuilds the extent when particles have moved too far.
+    pub fn track(&mut self, positions: &[Vector]) {
+        let moved = if self.tracked_at.len() == positions.len() {
+            sph::neighbours::largest_displacement(&self.domain, positions, &self.tracked_at)
+        } else {
+            f64::INFINITY
+        };
+        if moved > self.slack {
+            self.tracker.update(positions, self.slack);
+            self.tracked_at.clear();
+            self.tracked_at.extend_from_slice(positions);
+        }
+    }
+
+    /// Continues with particles restored to `positions` \[m\].
+    pub fn restore(&mut self, positions: &[Vector], largest_set: u64) {
+        self.tracked_at.clear();
+        self.track(positions);
+        self.largest_set = largest_set;
+    }
+
+    /// Extent of the own particles.
+    pub fn extent(&self) -> &Extent {
+        self.tracker.extent()
+    }
+
+    /// Whether a partner that sent all within `reach` \[m\] of `extent` covered all neighbours of `positions`.
+    ///
+    /// # Errors
+    /// The shortfall \[m\].
+    pub fn covered_by(&self, extent: &Extent, reach: f64, positions: &[Vector]) -> Result<(), f64> {
+        self.tracker.shortfall(extent, positions, self.kernel.support_radius(), reach)
+    }
+
+    /// Fills `states` with the particles within `reach` \[m\] of `partner`; returns the version of the set.
+    pub fn select(
+        &mut self,
+        constants: &ParticleConstants,
+        stage: &Particles,
+        stress: &StressFields,
+        partner: &Extent,
+        reach: f64,
+        states: &mut InterfaceStates,
+    ) -> u64 {
+        self.reach_map.update(partner, reach);
+        states.clear();
+        let mut changed = false;
+        let mut count = 0;
+        for i in (0..stage.len()).filter(|i| self.reach_map.contains(&stage.position[*i])) {
+            states.id.push(constants.id[i]);
+            states.group.push(constants.body[i]);
+            states.mass.push(constants.mass[i]);
+            states.position.push(stage.position[i]);
+            states.velocity.push(stage.velocity[i]);
+            states.density.push(stage.density[i]);
+            states.pressure.push(stress.pressure[i]);
+            if self.law == InterfaceLaw::PlainSum {
+                states.stress.push(stress.cauchy[i]);
+            }
+            let index = i as u32;
+            match self.sent.get_mut(count) {
+                Some(sent) if *sent == index => {}
+                Some(sent) => {
+                    *sent = index;
+                    changed = true;
+                }
+                None => {
+                    self.sent.push(index);
+                    changed = true;
+                }
+            }
+            count += 1;
+        }
+        changed |= count < self.sent.len();
+        self.sent.truncate(count);
+        self.largest_set = self.largest_set.max(count as u64);
+        self.set_version += u64::from(changed || self.set_version == 0);
+        self.set_version
+    }
+
+    /// Forces of the fluid at `time` \[s\], written to `forces` \[N/m\]; `own` as filled by
+    /// [`SolidInterface::select`] in this stage.
+    ///
+    /// With the plain-sum law the fluid's particles enter the gradients of `sums` too.
+    pub fn evaluate(
+        &mut self,
+        time: f64,
+        own: &InterfaceStates,
+        fluid: &InterfaceStates,
+        sums: &mut [PairSums],
+        forces: &mut [Vector],
+    ) -> InterfaceSums {
+        self.interface.update(time, fluid, own);
+        let total = self.interface.solid_forces(fluid, own);
+        forces.par_iter_mut().with_min_len(4096).for_each(|force| *force = Vector::zeros());
+        for (s, i) in self.sent.iter().enumerate() {
+            forces[*i as usize] = self.interface.force(s);
+        }
+        if self.law == InterfaceLaw::PlainSum {
+            for (s, i) in self.sent.iter().enumerate() {
+                self.add_gradient(own, s, fluid, &mut sums[*i as usize]);
+            }
+        }
+        total
+    }
+
+    /// Takes the `loads` \[N/m\] that the fluid returned for each of the `own` samples as forces on their particles.
+    pub fn apply(&self, own: &InterfaceStates, loads: &[Vector], forces: &mut [Vector]) -> InterfaceSums {
+        forces.fill(Vector::zeros());
+        for (load, i) in loads.iter().zip(&self.sent) {
+            forces[*i as usize] = *load;
+        }
+        load_sums(&self.domain, own, loads)
+    }
+
+    fn add_gradient(&self, own: &InterfaceStates, s: usize, fluid: &InterfaceStates, sums: &mut PairSums) {
+        let mut foreign = PairSums::default();
+        for (f, _) in self.interface.fluids_near(s) {
+            let x_sf = self.domain.separation(&own.position[s], &fluid.position[f]);
+            let v_sf = own.velocity[s] - fluid.velocity[f];
+            let gradient_factor = self.kernel.gradient_factor(x_sf.norm());
+            foreign.add_gradient(fluid.mass[f] / fluid.density[f], &x_sf, &v_sf, gradient_factor);
+        }
+        sums.gradient += foreign.gradient;
+        sums.moment = sums.moment.plus(&foreign.moment);
+    }
+}

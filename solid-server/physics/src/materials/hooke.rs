@@ -1,0 +1,224 @@
+//! The elastic law, Eq. (5)-(8), and the artificial stress of Gray, Monaghan & Swift 2001.
+
+use sph::setup::ElasticMaterial;
+use sph::vector::{SymmetricTensor, Tensor};
+
+/// Pressure \[Pa\] at `density` \[kg/m³\].
+///
+/// ```text
+/// p = K (ρ/ρ₀ − 1)                                                 Eq. (5)
+/// ```
+#[inline]
+pub fn pressure(material: &ElasticMaterial, density: f64) -> f64 {
+    material.bulk_modulus * (density / material.density - 1.0)
+}
+
+/// Density \[kg/m³\] at `pressure` \[Pa\]: Eq. (5) solved for ρ.
+#[inline]
+pub fn density(material: &ElasticMaterial, pressure: f64) -> f64 {
+    material.density * (1.0 + pressure / material.bulk_modulus)
+}
+
+/// Cauchy stress σ = −p I + s \[Pa\], Eq. (6).
+#[inline]
+pub fn cauchy_stress(pressure: f64, deviatoric: &SymmetricTensor) -> SymmetricTensor {
+    SymmetricTensor::isotropic(-pressure).plus(deviatoric)
+}
+
+/// Jaumann rate of the deviatoric stress s \[Pa/s\] under `velocity_gradient` L_ab = ∂_b v_a \[1/s\].
+///
+/// ```text
+/// ṡ = 2G (D − ⅓ tr(D) I) + s·ωᵀ + ω·s                              Eq. (7)
+/// D_ab = ½(∂_b v_a + ∂_a v_b),  ω_ab = ½(∂_b v_a − ∂_a v_b)        Eq. (8)
+/// ```
+///
+/// The third belongs to plane strain: s_zz = −(s_xx + s_yy) is implied and not stored.
+#[inline]
+pub fn deviatoric_stress_rate(
+    shear_modulus: f64,
+    s: &SymmetricTensor,
+    velocity_gradient: &Tensor,
+) -> SymmetricTensor {
+    let l = velocity_gradient;
+    let (d_xx, d_yy) = (l[(0, 0)], l[(1, 1)]);
+    let d_xy = 0.5 * (l[(0, 1)] + l[(1, 0)]);
+    let spin = 0.5 * (l[(0, 1)] - l[(1, 0)]);
+    let third = (d_xx + d_yy) / 3.0;
+    SymmetricTensor {
+        xx: 2.0 * shear_modulus * (d_xx - third) + 2.0 * spin * s.xy,
+        yy: 2.0 * shear_modulus * (d_yy - third) - 2.0 * spin * s.xy,
+        xy: 2.0 * shear_modulus * d_xy + spin * (s.yy - s.xx),
+    }
+}
+
+/// s : s \[Pa²\] with the implied s_zz.
+#[inline]
+pub fn squared_deviator(s: &SymmetricTensor) -> f64 {
+    let s_zz = -(s.xx + s.yy);
+    s.xx * s.xx + s.yy * s.yy + s_zz * s_zz + 2.0 * s.xy * s.xy
+}
+
+/// Strain energy per volume \[J/m³\]: p²/(2K) + s:s/(4G).
+#[inline]
+pub fn strain_energy_density(material: &ElasticMaterial, pressure: f64, s: &SymmetricTensor) -> f64 {
+    pressure * pressure / (2.0 * material.bulk_modulus) + squared_deviator(s) / (4.0 * material.shear_modulus)
+}
+
+/// Von Mises stress √(3/2 s:s) \[Pa\].
+#[inline]
+pub fn von_mises_stress(s: &SymmetricTensor) -> f64 {
+    (1.5 * squared_deviator(s)).sqrt()
+}
+
+/// Principal stresses in the plane \[Pa\], the larger first.
+#[inline]
+pub fn principal_stresses(stress: &SymmetricTensor) -> [f64; 2] {
+    let mean = 0.5 * (stress.xx + stress.yy);
+    let radius = (0.5 * (stress.xx - stress.yy)).hypot(stress.xy);
+    [mean + radius, mean - radius]
+}
+
+/// Artificial stress R_i of one particle \[m⁵/(kg s²)\], to be added for both particles of a pair in Eq. (25).
+///
+/// ```text
+/// R' = −ε σ'/ρ²  for a principal stress σ' > 0, else 0;  R = Q R' Qᵀ
+/// ```
+///
+/// Principal axes are those of the full stress (Gray, Monaghan & Swift 2001).
+#[inline]
+pub fn artificial_stress(epsilon: f64, stress: &SymmetricTensor, density: f64) -> SymmetricTensor {
+    let mean = 0.5 * (stress.xx + stress.yy);
+    let half_difference = 0.5 * (stress.xx - stress.yy);
+    let radius = (half_difference * half_difference + stress.xy * stress.xy).sqrt();
+    let factor = -epsilon / (density * density);
+    let major = factor * (mean + radius).max(0.0);
+    let minor = factor * (mean - radius).max(0.0);
+    let (centre, half_span) = (0.5 * (major + minor), 0.5 * (major - minor));
+    if radius == 0.0 {
+        return SymmetricTensor::isotropic(centre);
+    }
+    let (cos_2theta, sin_2theta) = (half_difference / radius, stress.xy / radius);
+    SymmetricTensor {
+        xx: centre + half_span * cos_2theta,
+        yy: centre - half_span * cos_2theta,
+        xy: half_span * sin_2theta,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use sph::vector::Tensor;
+
+    const RUBBER: ElasticMaterial =
+        ElasticMaterial { density: 1100.0, bulk_modulus: 20e6, shear_modulus: 4.27e6 };
+
+    /// Integrates Eq. (7) and (17) under a constant velocity gradient by the midpoint rule.
+    fn strained(gradient: Tensor, time: f64, steps: u32, s_start: SymmetricTensor) -> (f64, SymmetricTensor) {
+        let dt = time / f64::from(steps);
+        let (mut rho, mut s) = (RUBBER.density, s_start);
+        let rates = |rho: f64, s: &SymmetricTensor| {
+            (-rho * gradient.trace(), deviatoric_stress_rate(RUBBER.shear_modulus, s, &gradient))
+        };
+        for _ in 0..steps {
+            let (rho_dot, s_dot) = rates(rho, &s);
+            let (rho_half, s_half) = (rho + 0.5 * dt * rho_dot, s.plus(&s_dot.scaled(0.5 * dt)));
+            let (rho_dot, s_dot) = rates(rho_half, &s_half);
+            (rho, s) = (rho + dt * rho_dot, s.plus(&s_dot.scaled(dt)));
+        }
+        (pressure(&RUBBER, rho), s)
+    }
+
+    #[test]
+    fn uniaxial_strain_slope_is_the_longitudinal_modulus() {
+        let strain = 1e-6;
+        let (p, s) = strained(Tensor::new(1.0, 0.0, 0.0, 0.0), strain, 10, SymmetricTensor::default());
+        let slope = cauchy_stress(p, &s).xx / strain;
+        let modulus = RUBBER.bulk_modulus + 4.0 / 3.0 * RUBBER.shear_modulus;
+        // Second-order terms are of relative size strain.
+        assert!((slope / modulus - 1.0).abs() < 2e-6);
+    }
+
+    #[test]
+    fn stress_free_sides_give_the_plane_strain_modulus() {
+        // E/(1 − ν²) = 4G (K + G/3)/(K + 4G/3); lateral strain −(K − 2G/3)/(K + 4G/3).
+        let (k, g) = (RUBBER.bulk_modulus, RUBBER.shear_modulus);
+        let lateral = -(k - 2.0 / 3.0 * g) / (k + 4.0 / 3.0 * g);
+        let strain = 1e-6;
+        let (p, s) = strained(Tensor::new(1.0, 0.0, 0.0, lateral), strain, 10, SymmetricTensor::default());
+        let stress = cauchy_stress(p, &s);
+        let modulus = 4.0 * g * (k + g / 3.0) / (k + 4.0 / 3.0 * g);
+        assert!((stress.xx / strain / modulus - 1.0).abs() < 2e-6);
+        assert!(stress.yy.abs() < 1e-5 * stress.xx);
+    }
+
+    #[test]
+    fn simple_shear_slope_is_the_shear_modulus() {
+        let strain = 1e-6;
+        let (p, s) = strained(Tensor::new(0.0, 1.0, 0.0, 0.0), strain, 10, SymmetricTensor::default());
+        assert!((cauchy_stress(p, &s).xy / strain / RUBBER.shear_modulus - 1.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn rigid_spin_only_rotates_the_stress() {
+        // v = Ω × x with Ω = 1: L = [[0, −1], [1, 0]]; after the angle a the tensor is Q s Qᵀ.
+        let start = SymmetricTensor { xx: 2e5, yy: -0.5e5, xy: 0.3e5 };
+        let angle: f64 = 0.7;
+        let (p, s) = strained(Tensor::new(0.0, -1.0, 1.0, 0.0), angle, 2000, start);
+        let q = Tensor::new(angle.cos(), -angle.sin(), angle.sin(), angle.cos());
+        let rotated = q * Tensor::new(start.xx, start.xy, start.xy, start.yy) * q.transpose();
+        assert_eq!(p, 0.0);
+        // Midpoint rule: relative error (2Ω dt)²·angle/6 ~ 1e-7.
+        let tolerance = 1e-6 * 2e5;
+        assert!((s.xx - rotated[(0, 0)]).abs() < tolerance);
+        assert!((s.xy - rotated[(0, 1)]).abs() < tolerance);
+        assert!((s.yy - rotated[(1, 1)]).abs() < tolerance);
+    }
+
+    #[test]
+    fn stress_is_the_slope_of_the_energy() {
+        let energy = |strain: f64| {
+            let (p, s) = strained(Tensor::new(1.0, 0.4, 0.0, -0.3), strain, 10, SymmetricTensor::default());
+            (strain_energy_density(&RUBBER, p, &s), cauchy_stress(p, &s))
+        };
+        let (strain, step) = (1e-5, 1e-7);
+        let slope = (energy(strain + step).0 - energy(strain - step).0) / (2.0 * step);
+        let stress = energy(strain).1;
+        let power = stress.xx + 0.4 * stress.xy - 0.3 * stress.yy;
+        // The law is rate-based: energy and work agree up to terms of relative size strain.
+        assert!((slope / power - 1.0).abs() < 1e-4, "{slope} {power}");
+    }
+
+    #[test]
+    fn density_inverts_pressure() {
+        for rho in [1000.0, 1100.0, 1234.5] {
+            assert!((density(&RUBBER, pressure(&RUBBER, rho)) - rho).abs() < 1e-9);
+        }
+    }
+
+    #[test]
+    fn uniaxial_von_mises_is_the_applied_stress() {
+        // Plane stress tension T has s = (2, −1, −1) T/3; here s_zz is implied.
+        let s = SymmetricTensor { xx: 2.0, yy: -1.0, xy: 0.0 };
+        assert!((von_mises_stress(&s) - 3.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn artificial_stress_opposes_tension_along_principal_axes_only() {
+        let epsilon = 0.3;
+        // Principal stresses 3 and −1 at 30 degrees.
+        let (major, minor, angle) = (3.0, -1.0, 30f64.to_radians());
+        let q = Tensor::new(angle.cos(), -angle.sin(), angle.sin(), angle.cos());
+        let full = q * Tensor::new(major, 0.0, 0.0, minor) * q.transpose();
+        let stress = SymmetricTensor { xx: full[(0, 0)], yy: full[(1, 1)], xy: full[(0, 1)] };
+        let r = artificial_stress(epsilon, &stress, 2.0);
+        let expected = q * Tensor::new(-epsilon * major / 4.0, 0.0, 0.0, 0.0) * q.transpose();
+        assert!((r.xx - expected[(0, 0)]).abs() < 1e-15);
+        assert!((r.yy - expected[(1, 1)]).abs() < 1e-15);
+        assert!((r.xy - expected[(0, 1)]).abs() < 1e-15);
+        let compressed = artificial_stress(epsilon, &SymmetricTensor { xx: -1.0, yy: -2.0, xy: 0.1 }, 2.0);
+        assert_eq!(compressed, SymmetricTensor::default());
+        let hydrostatic = artificial_stress(epsilon, &SymmetricTensor::isotropic(2.0), 2.0);
+        assert_eq!(hydrostatic, SymmetricTensor::isotropic(-0.15));
+    }
+}

@@ -1,0 +1,237 @@
+//! Neighbours of a body in its undeformed configuration: fixed lists, weights and correction matrices.
+
+use sph::domain::Domain;
+use sph::kernel::CubicSpline;
+use sph::neighbours::CellGrid;
+use sph::vector::{Tensor, Vector};
+
+use crate::neighbours::stencil::Stencils;
+
+/// A neighbour in the reference configuration.
+#[derive(Clone, Copy, Debug)]
+pub struct ReferencePair {
+    /// Index of the neighbour within the body.
+    pub neighbour: u32,
+    pub kind: PairKind,
+    /// a_ij = −V_i V_j (dW/dr)/r at the reference distance \[-\], the same number from either side.
+    pub weight: f64,
+    /// X_ij \[m\]; X_ib of the boundary point where one particle is anchored.
+    pub separation: Vector,
+}
+
+/// Kind of a pair, which decides the sums that it enters.
+///
+/// A particle that is held throughout the run is anchored: its material is rigid. The neighbour of a free particle is then
+/// not the anchored particle but a boundary point half-way to it, which moves with the anchored ones: so a clamp acts at
+/// the face midway between the last held and the first free row, not up to a spacing behind it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PairKind {
+    /// Both are free, or both anchored.
+    Inner,
+    /// The neighbour is anchored.
+    ToAnchor,
+    /// The particle is anchored, the neighbour free: a force alone.
+    FromAnchor,
+}
+
+/// Weight of a boundary point over that of the particle at twice its distance.
+///
+/// One-sided differences at ½ΔX and −ΔX are exact for quadratic fields with weights inverse to the cubed distance.
+const BOUNDARY_WEIGHT: f64 = 8.0;
+
+/// Correction of the gradient at a particle.
+#[derive(Clone, Copy, Debug)]
+pub struct Correction {
+    /// Inverse of Σ_j a_ij X_ij ⊗ X_ij, zero along a direction without neighbours \[1/m²\].
+    pub inverse: Tensor,
+    /// Unit vector of the one direction with neighbours, when all lie on one line.
+    line: Option<Vector>,
+}
+
+/// The reference configuration of a body.
+#[derive(Debug)]
+pub struct Reference {
+    offsets: Vec<u32>,
+    pairs: Vec<ReferencePair>,
+    /// The pairs of [`PairKind::Inner`], for sums four at a time.
+    pub stencils: Stencils,
+    /// Whether a particle has pairs of another kind.
+    bordering: Vec<bool>,
+    pub corrections: Vec<Correction>,
+    /// Whether each particle is held throughout the run.
+    pub anchored: Vec<bool>,
+    /// Reference volumes per depth V \[m²\].
+    pub volume: Vec<f64>,
+}
+
+/// Ratio of the eigenvalues of the moment matrix below which all neighbours count as lying on one line.
+const COLLINEAR: f64 = 1e-6;
+
+impl Reference {
+    /// Particles at `position` \[m\] with volumes `volume` \[m²\] and a stencil of the support of `kernel`.
+    pub fn new(
+        domain: &Domain,
+        position: &[Vector],
+        volume: Vec<f64>,
+        anchored: Vec<bool>,
+        kernel: &CubicSpline,
+    ) -> Self {
+        let radius = kernel.support_radius();
+        let list = CellGrid::new(domain, position, radius).list(domain, position, position, radius, true);
+        let mut offsets = vec![0];
+        let mut pairs = Vec::new();
+        let mut corrections = Vec::new();
+        let mut stencils = Stencils::new();
+        let mut bordering = Vec::new();
+        for i in 0..position.len() {
+            let start = pairs.len();
+            for &j in list.of(i) {
+                let separation = domain.separation(&position[i], &position[j as usize]);
+                let weight = -volume[i] * volume[j as usize] * kernel.gradient_factor(separation.norm());
+                if weight > 0.0 {
+                    let ends = (anchored[i], anchored[j as usize]);
+                    pairs.push(ReferencePair::new(j, ends, weight, separation));
+                }
+            }
+            pairs[start..].sort_unstable_by_key(|pair| pair.neighbour);
+            // Pairs of one body stay far below 2^32.
+            offsets.push(pairs.len() as u32);
+            let row = &pairs[start..];
+            corrections.push(Correction::of(row));
+            let inner = row.iter().filter(|pair| pair.kind == PairKind::Inner);
+            stencils.push(inner.map(|pair| (pair.neighbour, pair.weight, pair.separation)));
+            bordering.push(row.iter().any(|pair| pair.kind != PairKind::Inner));
+        }
+        Self { offsets, pairs, stencils, bordering, corrections, anchored, volume }
+    }
+
+    /// Neighbours of particle `i`, ascending.
+    #[inline]
+    pub fn of(&self, i: usize) -> &[ReferencePair] {
+        &self.pairs[self.offsets[i] as usize..self.offsets[i + 1] as usize]
+    }
+
+    /// Pairs of particle `i` between anchored and free particles.
+    #[inline]
+    pub fn across_border(&self, i: usize) -> impl Iterator<Item = &ReferencePair> {
+        let row = if self.bordering[i] { self.of(i) } else { &[] };
+        row.iter().filter(|pair| pair.kind != PairKind::Inner)
+    }
+
+    /// Gradient at particle `i` of a field that changes by `change` from its neighbour or boundary point to itself.
+    ///
+    /// ```text
+    /// (Σ_j a_ij u_ij ⊗ X_ij) (Σ_j a_ij X_ij ⊗ X_ij)⁻¹
+    /// ```
+    /// Exact for linear fields wherever the neighbours span the plane.
+    #[inline]
+    pub fn gradient(&self, i: usize, change: impl Fn(&ReferencePair) -> Vector) -> Tensor {
+        moment(self.of(i).iter(), change) * self.corrections[i].inverse
+    }
+
+    /// Deformation gradient F of particle `i` \[-\] when its neighbours are at `x_ij` \[m\].
+    ///
+    /// Along a direction without neighbours the material turns with the rest and is not strained.
+    #[inline]
+    pub fn deformation_gradient(&self, i: usize, x_ij: impl Fn(&ReferencePair) -> Vector) -> Tensor {
+        self.deformation_of(i, &moment(self.of(i).iter(), x_ij))
+    }
+
+    /// The same from Σ_j a_ij x_ij ⊗ X_ij over the inner pairs alone, for particles at `position` \[m\].
+    #[inline]
+    pub fn completed(&self, domain: &Domain, position: &[Vector], i: usize, inner: &Tensor) -> Tensor {
+        let x_ij = |pair: &ReferencePair| self.separation(domain, position, i, pair);
+        self.deformation_of(i, &(inner + moment(self.across_border(i), x_ij)))
+    }
+
+    /// F of particle `i` \[-\] from Σ_j a_ij x_ij ⊗ X_ij.
+    #[inline]
+    fn deformation_of(&self, i: usize, moment: &Tensor) -> Tensor {
+        let known = moment * self.corrections[i].inverse;
+        match &self.corrections[i].line {
+            None => known,
+            Some(line) if *line == Vector::zeros() => Tensor::identity(),
+            Some(line) => {
+                let along = known * line;
+                let length = along.norm();
+                let normal = Vector::new(-along.y, along.x) / length;
+                known + normal * Vector::new(-line.y, line.x).transpose()
+            }
+        }
+    }
+
+    /// x_ij \[m\] of `pair` of particle `i`, for particles at `position` \[m\].
+    ///
+    /// Boundary points turn with the anchored particles around theirs.
+    #[inline]
+    pub fn separation(&self, domain: &Domain, position: &[Vector], i: usize, pair: &ReferencePair) -> Vector {
+        let j = pair.neighbour as usize;
+        match pair.kind {
+            PairKind::Inner => domain.separation(&position[i], &position[j]),
+            PairKind::ToAnchor => self.boundary_separation(domain, position, i, j, &pair.separation),
+            PairKind::FromAnchor => -self.boundary_separation(domain, position, j, i, &-pair.separation),
+        }
+    }
+
+    /// x_ib \[m\] of free particle `i` for its boundary point with anchored particle `j`, `separation` X_ib \[m\].
+    fn boundary_separation(
+        &self,
+        domain: &Domain,
+        position: &[Vector],
+        i: usize,
+        j: usize,
+        separation: &Vector,
+    ) -> Vector {
+        let among_anchored =
+            |pair: &ReferencePair| domain.separation(&position[j], &position[pair.neighbour as usize]);
+        let turn = self.deformation_gradient(j, among_anchored);
+        domain.separation(&position[i], &position[j]) - turn * separation
+    }
+}
+
+/// Σ_j a_ij u_ij ⊗ X_ij of `pairs` with `change` u_ij; forces alone go from the anchored to the free.
+#[inline]
+fn moment<'a>(
+    pairs: impl Iterator<Item = &'a ReferencePair>,
+    change: impl Fn(&ReferencePair) -> Vector,
+) -> Tensor {
+    pairs
+        .filter(|pair| pair.kind != PairKind::FromAnchor)
+        .map(|pair| change(pair) * (pair.separation * pair.weight).transpose())
+        .sum()
+}
+
+impl ReferencePair {
+    /// A pair whose particle and neighbour are anchored as `ends` says.
+    fn new(neighbour: u32, ends: (bool, bool), weight: f64, separation: Vector) -> Self {
+        let kind = match ends {
+            (false, true) => PairKind::ToAnchor,
+            (true, false) => PairKind::FromAnchor,
+            _ => PairKind::Inner,
+        };
+        let (factor, part) = if kind == PairKind::Inner { (1.0, 1.0) } else { (BOUNDARY_WEIGHT, 0.5) };
+        Self { neighbour, kind, weight: weight * factor, separation: separation * part }
+    }
+}
+
+impl Correction {
+    fn of(pairs: &[ReferencePair]) -> Self {
+        let moment = moment(pairs.iter(), |pair| pair.separation);
+        let mean = 0.5 * moment.trace();
+        let half_difference = 0.5 * (moment[(0, 0)] - moment[(1, 1)]);
+        let radius = half_difference.hypot(moment[(0, 1)]);
+        let (major, minor) = (mean + radius, mean - radius);
+        if major <= 0.0 {
+            return Self { inverse: Tensor::zeros(), line: Some(Vector::zeros()) };
+        }
+        if minor > COLLINEAR * major {
+            let determinant = moment.determinant();
+            let inverse =
+                Tensor::new(moment[(1, 1)], -moment[(0, 1)], -moment[(1, 0)], moment[(0, 0)]) / determinant;
+            return Self { inverse, line: None };
+        }
+        let angle = 0.5 * moment[(0, 1)].atan2(half_difference);
+        let line = Vector::new(angle.cos(), angle.sin());
+        Self { inverse: line * line.transpose() / major, line: Some(line) }
+    }
+}

@@ -1,0 +1,23 @@
+//! Constants of each particle.
+
+use sph::vector::Vector;
+
+/// Constants of each particle throughout a run.
+pub struct ParticleConstants {
+    pub id: Vec<u32>,
+    /// Index of the body.
+    pub body: Vec<u32>,
+    /// 0 free, k the body's support k−1.
+    pub support: Vec<u32>,
+    /// Mass per depth \[kg/m\].
+    pub mass: Vec<f64>,
+    /// Position in the undeformed body \[m\].
+    pub reference_position: Vec<Vector>,
+}
+
+impl ParticleConstants {
+    /// Number of particles.
+    pub fn len(&self) -> usize {
+        self.mass.len()
+    }
+}

@@ -1,0 +1,177 @@
+//! Values of the probes at a step boundary.
+
+use sph::neighbours::CellGrid;
+use sph::setup::{SolidProbeKind, SolidSetup};
+use sph::vector::{SymmetricTensor, Vector, cross};
+
+use crate::formulations::body::Body;
+use crate::materials::hooke::{principal_stresses, von_mises_stress};
+use crate::neighbours::material_point::MaterialPoint;
+use crate::particles::fields::StressFields;
+use crate::report::body_sums::{
+    BodySums, body_sums, material_position, particle_energy_density, second_moments,
+};
+use crate::report::fields::stress_of;
+use crate::system::model::{Probe, SolidModel};
+use crate::system::state::{BodyContact, SolidState};
+
+/// The probes of `setup` on `bodies`; their errors are added to `errors`.
+pub fn build_probes(setup: &SolidSetup, bodies: &mut [Body], errors: &mut Vec<String>) -> Vec<Probe> {
+    let mut probes = Vec::new();
+    for probe in &setup.probes {
+        let name = &probe.name;
+        let body = match &probe.kind {
+            SolidProbeKind::MaterialPoint { body, .. } | SolidProbeKind::Reaction { body, .. } => Some(*body),
+            SolidProbeKind::Motion(body) | SolidProbeKind::BodyForce(body) => Some(*body),
+            SolidProbeKind::Sums(body) | SolidProbeKind::Gap(body) | SolidProbeKind::Contact(body) => *body,
+        };
+        let count = bodies.len();
+        let Some(body) = body.map(|body| bodies.get_mut(body as usize)) else {
+            probes.push(Probe::Plain(probe.kind.clone()));
+            continue;
+        };
+        let Some(body) = body else {
+            errors.push(format!("probe `{name}`: its body does not exist; there are {count}"));
+            continue;
+        };
+        match &probe.kind {
+            SolidProbeKind::MaterialPoint { reference_position: at, .. } => {
+                let reference = &setup.particles.reference_position[body.range.clone()];
+                match MaterialPoint::new(at, body.range.start, reference, setup.particle_spacing) {
+                    Ok(point) => probes.push(Probe::MaterialPoint(point)),
+                    Err(distance) => errors.push(format!(
+                        "probe `{name}`: ({}, {}) m lies {distance:.3e} m from the nearest particle of body `{}`; it \
+                         must lie in the undeformed body",
+                        at.x, at.y, body.name
+                    )),
+                }
+                continue;
+            }
+            SolidProbeKind::Motion(_) => body.tracks_angle = true,
+            SolidProbeKind::Reaction { support, .. } if *support as usize >= body.supports.len() => {
+                errors.push(format!("probe `{name}`: body `{}` has no support {support}", body.name));
+            }
+            _ => {}
+        }
+        probes.push(Probe::Plain(probe.kind.clone()));
+    }
+    probes
+}
+
+/// Appends the values of all probes, columns as `SolidProbeKind::columns` lists them.
+///
+/// Forces and reactions are those of the last corrector, that is half a step before the boundary; at the start of a run
+/// they are zero. Angular momentum is taken about the centre of the domain.
+pub fn probe_values(model: &SolidModel, state: &SolidState, time: f64, values: &mut Vec<f64>) {
+    let reads_stress = model.probes.iter().any(|probe| matches!(probe, Probe::MaterialPoint(_)));
+    let stress = reads_stress.then(|| stress_of(model, state));
+    for probe in &model.probes {
+        match probe {
+            Probe::MaterialPoint(point) => {
+                if let Some(stress) = &stress {
+                    material_point(model, state, stress, point, values);
+                }
+            }
+            Probe::Plain(kind) => plain(model, state, time, kind, values),
+        }
+    }
+}
+
+fn material_point(
+    model: &SolidModel,
+    state: &SolidState,
+    stress: &StressFields,
+    point: &MaterialPoint,
+    values: &mut Vec<f64>,
+) {
+    let displacement =
+        point.mean(|i| material_position(model, state, i) - model.particles.reference_position[i]);
+    let velocity = point.mean(|i| state.particles.velocity[i]);
+    let normal = point.mean(|i| Vector::new(stress.cauchy[i].xx, stress.cauchy[i].yy));
+    let mixed = point.mean(|i| Vector::new(stress.cauchy[i].xy, stress.pressure[i]));
+    let energy = point.mean(|i| Vector::new(particle_energy_density(model, state, i), 0.0));
+    let cauchy = SymmetricTensor { xx: normal.x, yy: normal.y, xy: mixed.x };
+    let deviator = cauchy.plus(&SymmetricTensor::isotropic(mixed.y));
+    push(values, &displacement);
+    push(values, &velocity);
+    values.extend([cauchy.xx, cauchy.yy, cauchy.xy, von_mises_stress(&deviator)]);
+    values.extend(principal_stresses(&cauchy));
+    values.push(energy.x);
+}
+
+fn plain(model: &SolidModel, state: &SolidState, time: f64, kind: &SolidProbeKind, values: &mut Vec<f64>) {
+    match kind {
+        // Prepared as `Probe::MaterialPoint` when the model is built.
+        SolidProbeKind::MaterialPoint { .. } => {}
+        SolidProbeKind::Motion(body) => motion(model, state, *body as usize, values),
+        SolidProbeKind::BodyForce(body) => push(values, &state.last.fluid_force[*body as usize]),
+        SolidProbeKind::Reaction { body, support } => {
+            push(values, &state.last.reactions[*body as usize][*support as usize]);
+        }
+        SolidProbeKind::Gap(body) => values.extend(gaps(model, state, time, *body)),
+        SolidProbeKind::Contact(body) => {
+            let contacts = &state.last.contacts;
+            let contact = body.map_or_else(|| BodyContact::all(contacts), |body| contacts[body as usize]);
+            push(values, &contact.bodies);
+            push(values, &contact.walls);
+            values.extend([contact.deepest, contact.impulse]);
+        }
+        SolidProbeKind::Sums(body) => {
+            let range = body.map_or(0..model.len(), |body| model.bodies[body as usize].range.clone());
+            let sums = body_sums(model, state, &range);
+            let moments = second_moments(model, state, &range, &sums);
+            values.push(sums.mass);
+            push(values, &sums.momentum);
+            values.extend([sums.angular_momentum, sums.kinetic, sums.potential, sums.strain]);
+            push(values, &sums.centre());
+            values.extend([moments.xx, moments.yy, moments.xy]);
+        }
+    }
+}
+
+/// Largest gap that is reported, in particle spacings \[-\].
+const GAP_REACH: f64 = 3.0;
+
+/// Smallest distance \[m\] from a particle of `body`, or of any, to one of another body, and from a free one to a wall's.
+///
+/// Not a number where there is none within [`GAP_REACH`].
+fn gaps(model: &SolidModel, state: &SolidState, time: f64, body: Option<u32>) -> [f64; 2] {
+    let reach = GAP_REACH * model.spacing;
+    let mut walls = model.walls.at_start();
+    model.walls.move_to(time, &mut walls);
+    let position = &state.particles.position;
+    let range = body.map_or(0..model.len(), |body| model.bodies[body as usize].range.clone());
+    let smallest = |others: &[Vector], counts: &dyn Fn(usize, usize) -> bool| {
+        let own = &position[range.clone()];
+        let list = CellGrid::new(&model.domain, others, reach).list(&model.domain, own, others, reach, false);
+        let pairs =
+            range.clone().enumerate().flat_map(|(k, i)| list.of(k).iter().map(move |j| (i, *j as usize)));
+        let distance = |(i, j): (usize, usize)| model.domain.separation(&position[i], &others[j]).norm();
+        pairs.filter(|(i, j)| counts(*i, *j)).map(distance).fold(f64::NAN, f64::min)
+    };
+    let other_body = |i: usize, j: usize| model.particles.body[i] != model.particles.body[j];
+    let wall_acts_on = |i: usize, w: usize| {
+        let wall = &model.walls.walls[model.walls.wall_of[w] as usize];
+        model.particles.support[i] == 0 && time < wall.release_time
+    };
+    [smallest(position, &other_body), smallest(&walls.position, &wall_acts_on)]
+}
+
+fn push(values: &mut Vec<f64>, vector: &Vector) {
+    values.extend([vector.x, vector.y]);
+}
+
+/// Centre, velocity, angle and angular velocity; the latter is angular momentum over moment of inertia.
+fn motion(model: &SolidModel, state: &SolidState, body: usize, values: &mut Vec<f64>) {
+    let range = &model.bodies[body].range;
+    let sums: BodySums = body_sums(model, state, range);
+    let (centre, velocity) = (sums.centre(), sums.momentum / sums.mass);
+    let moments = second_moments(model, state, range, &sums);
+    let cells = model.bodies[body].formulation.inertia().map_or(0.0, |inertia| inertia.cells);
+    let inertia = sums.mass * (moments.xx + moments.yy) + cells;
+    let arm = centre - model.domain.torque_origin();
+    let spin = sums.angular_momentum - cross(&arm, &sums.momentum);
+    push(values, &centre);
+    push(values, &velocity);
+    values.extend([state.angles[body], if inertia > 0.0 { spin / inertia } else { 0.0 }]);
+}

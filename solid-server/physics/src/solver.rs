@@ -1,0 +1,241 @@
+//! The solid side of a run, stepped by the half-step driver.
+
+use sph::exchange::{Extent, InterfaceStates};
+use sph::lanes::Arithmetic;
+use sph::ledger::{Energies, StageBooks};
+use sph::saved::{RestoreError, SavedState};
+use sph::setup::{SolidSetup, SolidStepping};
+use sph::solver::{Counts, Divergence, NoLoads, NotRevised, ParticleFields, Role, Solver};
+use sph::stage::{Stage, StageTime, StepStage};
+use sph::sums::ordered_sum;
+use sph::vector::{DIMENSIONS, Vector};
+
+use crate::build::{build, build_workspace};
+use crate::report::body_sums::{best_fit_angle, energies};
+use crate::report::fields::snapshot;
+use crate::report::probes::probe_values;
+use crate::system::model::SolidModel;
+use crate::system::saved::HISTORY;
+use crate::system::state::{BodyContact, SolidState};
+use crate::system::workspace::Workspace;
+use crate::time::checks::{check, check_domain};
+use crate::time::evaluate::{evaluate_pairs, sum_forces, total_forces};
+use crate::time::limits::{acceleration_limit, particle_limit, step_limit};
+use crate::time::momentum_budget::momentum_budget;
+use crate::time::stage::{accept, complete_stage, enter_stage, move_stage, take_prediction, wrap};
+
+/// Several elastic or rigid bodies in one domain.
+///
+/// The stated limit of the time step is the smallest of: the limit of each body's waves under the stepping of the case,
+/// 1/ω of the stiffest contact of the stage before, both times the number of sub-steps, and ¼ √(Δx/a) for the largest
+/// acceleration a of that stage.
+pub struct SolidSolver {
+    pub(crate) model: SolidModel,
+    pub(crate) state: SolidState,
+    pub(crate) workspace: Workspace,
+    /// Empty extent of a run without a partner.
+    no_extent: Extent,
+}
+
+impl SolidSolver {
+    /// Mass \[kg/m\] of each body as its equations use it, and of a rigid one its moment of inertia \[kg m\].
+    pub fn masses(&self) -> impl Iterator<Item = (f64, Option<f64>)> + '_ {
+        self.model.bodies.iter().map(|body| {
+            let mass = &self.model.particles.mass[body.range.clone()];
+            let inertia = body.formulation.inertia().map(|inertia| inertia.total);
+            (ordered_sum(mass.len(), |i| mass[i]), inertia)
+        })
+    }
+
+    /// A solver at the start of the run that `setup` describes.
+    ///
+    /// # Errors
+    /// All that is wrong with the set-up: arrays that do not fit each other, expressions that do not parse, probes
+    /// outside their body, laws that a body's formulation cannot serve, an initial state beyond the limits.
+    pub fn new(setup: SolidSetup) -> Result<Self, Vec<String>> {
+        Self::with_arithmetic(setup, Arithmetic::chosen())
+    }
+
+    /// The same with the given arithmetic instead of that of this process.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn with_arithmetic(setup: SolidSetup, arithmetic: Arithmetic) -> Result<Self, Vec<String>> {
+        let coupling = setup.run.coupling;
+        let (model, state) = build(setup, arithmetic)?;
+        let workspace = build_workspace(&model, &state, coupling.as_ref());
+        Ok(Self { model, state, workspace, no_extent: Extent::default() })
+    }
+}
+
+impl Solver for SolidSolver {
+    fn role(&self) -> Role {
+        Role::Solid
+    }
+
+    fn begin_stage(&mut self, time: &StageTime) -> Result<(), Divergence> {
+        if time.at.stage == Stage::Predictor {
+            self.workspace.stage.copy_from(&self.state.particles);
+            self.workspace.stage_rigid.clone_from(&self.state.rigid);
+            self.workspace.springs.clone_from(&self.state.springs);
+        }
+        enter_stage(&self.model, &mut self.workspace, time);
+        Ok(())
+    }
+
+    fn time_step_limit(&self) -> f64 {
+        acceleration_limit(self.model.spacing, self.state.last.maxima.largest_acceleration)
+            .min(step_limit(&self.model, &self.state))
+    }
+
+    fn limiting_particle(&self) -> Option<(u32, [f64; DIMENSIONS])> {
+        let Self { model, workspace, .. } = self;
+        let limit = |i: usize| particle_limit(model, workspace, i);
+        let i = (0..model.len()).min_by(|i, j| limit(*i).total_cmp(&limit(*j)))?;
+        Some((model.particles.id[i], workspace.stage.position[i].into()))
+    }
+
+    fn extent(&self) -> &Extent {
+        self.workspace.fluid.as_ref().map_or(&self.no_extent, |link| link.extent())
+    }
+
+    fn interface(&mut self, partner: &Extent, reach: f64, states: &mut InterfaceStates) -> u64 {
+        let Workspace { stage, stress, fluid, .. } = &mut self.workspace;
+        match fluid {
+            Some(link) => link.select(&self.model.particles, stage, stress, partner, reach, states),
+            None => {
+                states.clear();
+                0
+            }
+        }
+    }
+
+    fn covered_by(&self, extent: &Extent, reach: f64) -> Result<(), f64> {
+        let positions = &self.workspace.stage.position;
+        self.workspace.fluid.as_ref().map_or(Ok(()), |link| link.covered_by(extent, reach, positions))
+    }
+
+    fn evaluate_own(&mut self, time: &StageTime) {
+        let at = time.state_time();
+        match (self.model.stepping, time.at.stage) {
+            (SolidStepping::StageRule, _) => evaluate_pairs(&self.model, &mut self.workspace, at),
+            // Both passes of sub-steps start from the forces at the start of the step.
+            (SolidStepping::Substeps(_), Stage::Predictor) => {
+                evaluate_pairs(&self.model, &mut self.workspace, at);
+                sum_forces(&self.model, &mut self.workspace, time, at);
+                self.workspace.start_forces.clone_from(&self.workspace.forces);
+                self.workspace.start_springs.clone_from(&self.workspace.springs);
+            }
+            (SolidStepping::Substeps(_), Stage::Corrector) => {}
+        }
+    }
+
+    fn evaluate_cross(&mut self, time: &StageTime, own: &InterfaceStates, partner: &InterfaceStates) {
+        let Workspace { fluid, sums, fluid_force, interface_sums, .. } = &mut self.workspace;
+        if let Some(link) = fluid {
+            *interface_sums = link.evaluate(time.state_time(), own, partner, sums, fluid_force);
+        }
+        complete_stage(&self.model, &mut self.workspace, time);
+    }
+
+    fn evaluate_loads(
+        &mut self,
+        time: &StageTime,
+        own: &InterfaceStates,
+        forces: &[Vector],
+    ) -> Result<(), NoLoads> {
+        let Workspace { fluid, fluid_force, interface_sums, .. } = &mut self.workspace;
+        let link = fluid.as_ref().ok_or(NoLoads)?;
+        *interface_sums = link.apply(own, forces, fluid_force);
+        complete_stage(&self.model, &mut self.workspace, time);
+        Ok(())
+    }
+
+    fn revise(
+        &mut self,
+        time: &StageTime,
+        own: &InterfaceStates,
+        forces: &[Vector],
+    ) -> Result<(), NotRevised> {
+        let Workspace { fluid, fluid_force, forces: others, total_force, .. } = &mut self.workspace;
+        let link = fluid.as_ref().ok_or(NotRevised::NotOffered)?;
+        link.apply(own, forces, fluid_force);
+        // Sub-steps add up their own.
+        total_forces(others, fluid_force, total_force);
+        let predictor = StepStage { stage: Stage::Predictor, ..time.at };
+        move_stage(&self.model, &self.state, &mut self.workspace, &StageTime { at: predictor, ..*time })
+            .map_err(|divergence| NotRevised::Diverged(Divergence { at: time.at, ..divergence }))?;
+        take_prediction(&mut self.workspace);
+        enter_stage(&self.model, &mut self.workspace, time);
+        Ok(())
+    }
+
+    /// With sub-steps, forces of the solids on themselves are evaluated within.
+    fn advance(&mut self, time: &StageTime) -> Result<StageBooks, Divergence> {
+        move_stage(&self.model, &self.state, &mut self.workspace, time)?;
+        let (budget, maxima) = momentum_budget(&self.model, &self.state, &self.workspace, time);
+        match time.at.stage {
+            Stage::Predictor => take_prediction(&mut self.workspace),
+            Stage::Corrector => {
+                accept(&self.model, &mut self.state, &mut self.workspace, maxima, time.duration());
+            }
+        }
+        Ok(budget)
+    }
+
+    fn end_step(&mut self, time: &StageTime) -> Result<(), Divergence> {
+        wrap(&self.model, &mut self.state);
+        self.state.last.outside =
+            check_domain(&self.model, &self.state.particles, time).map_err(|divergence| *divergence)?;
+        let SolidState { particles, image_counts, angles, .. } = &mut self.state;
+        for (body, angle) in self.model.bodies.iter().zip(angles).filter(|(body, _)| body.tracks_angle) {
+            *angle = best_fit_angle(&self.model, body, particles, image_counts, *angle);
+        }
+        Ok(())
+    }
+
+    fn energies(&self) -> Energies {
+        energies(&self.model, &self.state, &(0..self.model.len()))
+    }
+
+    fn probes(&self, time: f64, values: &mut Vec<f64>) {
+        probe_values(&self.model, &self.state, time, values);
+    }
+
+    fn snapshot(&self, step: u64, time: f64) -> ParticleFields {
+        snapshot(&self.model, &self.state, step, time)
+    }
+
+    fn counts(&self) -> Counts {
+        Counts {
+            particles: self.model.len() as u64,
+            wall_particles: self.model.walls.len() as u64,
+            list_builds: self.workspace.list_builds,
+            lost: self.state.last.outside,
+            outflow: 0,
+            largest_interface: self.workspace.fluid.as_ref().map_or(0, |link| link.largest_set),
+            deepest_contact_m: BodyContact::all(&self.state.last.contacts).deepest,
+            contact_impulse_n_s_per_m: BodyContact::all(&self.state.last.contacts).impulse,
+            substeps: self.state.last.substeps,
+        }
+    }
+
+    fn save(&self, saved: &mut SavedState) {
+        self.state.save(saved);
+        let counts = self.counts();
+        saved.put_u64(HISTORY, [counts.list_builds, counts.largest_interface]);
+    }
+
+    fn restore(&mut self, saved: &SavedState) -> Result<(), RestoreError> {
+        let state = SolidState::restored(&self.model, &self.state, saved)?;
+        check(&self.model, &state.particles, StepStage::FIRST)
+            .map_err(|divergence| RestoreError::new("state", divergence.to_string()))?;
+        let [list_builds, largest_set] = saved.u64s(HISTORY)?;
+        self.workspace.list_builds = list_builds;
+        if let Some(link) = &mut self.workspace.fluid {
+            link.restore(&state.particles.position, largest_set);
+        }
+        self.state = state;
+        Ok(())
+    }
+}

@@ -1,0 +1,86 @@
+//! State at a step boundary: all that a checkpoint holds.
+
+use sph::sums::ordered_sum;
+use sph::vector::Vector;
+
+use crate::contact::friction::TangentialSprings;
+use crate::particles::forces::ParticleForces;
+use crate::particles::variables::{Particles, RigidState};
+
+/// All that evolves, at a step boundary.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SolidState {
+    /// φⁿ.
+    pub particles: Particles,
+    /// Motion of each body that is rigid; the others' entries stay as they are.
+    pub rigid: Vec<RigidState>,
+    /// Whole periods by which each particle has been wrapped, by axis.
+    pub image_counts: Vec<[i32; 2]>,
+    /// Best-fit angle of each body relative to its reference, continuous over turns \[rad\].
+    pub angles: Vec<f64>,
+    /// Elastic springs of the contacts under friction.
+    pub springs: TangentialSprings,
+    /// Results of the last corrector.
+    pub last: LastStage,
+}
+
+/// Contact of one body.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct BodyContact {
+    /// Force of other bodies in the last stage \[N/m\].
+    pub bodies: Vector,
+    /// Force of walls in the last stage \[N/m\].
+    pub walls: Vector,
+    /// Deepest that its particles have been in others, or theirs in it, so far \[m\].
+    pub deepest: f64,
+    /// Sum over particles and time of the magnitudes of contact forces so far \[N s/m\].
+    pub impulse: f64,
+}
+
+impl BodyContact {
+    /// Contact of all bodies together.
+    pub fn all(contacts: &[Self]) -> Self {
+        contacts.iter().fold(Self::default(), |sum, contact| Self {
+            bodies: sum.bodies + contact.bodies,
+            walls: sum.walls + contact.walls,
+            deepest: sum.deepest.max(contact.deepest),
+            impulse: sum.impulse + contact.impulse,
+        })
+    }
+
+    /// Adds the forces on the body's particles in a stage of `duration` \[s\].
+    pub fn follow(&mut self, forces: &[ParticleForces], duration: f64) {
+        let n = forces.len();
+        self.bodies = ordered_sum(n, |i| forces[i].contact);
+        self.walls = ordered_sum(n, |i| forces[i].walls);
+        self.impulse += duration * ordered_sum::<f64, _>(n, |i| forces[i].contact_gross);
+        self.deepest = forces.iter().map(|forces| forces.contact_depth).fold(self.deepest, f64::max);
+    }
+}
+
+/// Maxima over the particles in a stage, which limit the next step.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct StageMaxima {
+    /// Largest acceleration of a particle \[m/s²\].
+    pub largest_acceleration: f64,
+    /// Largest frequency of a particle on its contacts \[rad/s\].
+    pub contact_frequency: f64,
+    /// Largest ratio of a particle's tangent stiffness to that at rest \[-\].
+    pub tangent_stiffness_ratio: f64,
+}
+
+/// Results of the last accepted stage, for reports and for the limit of the next step.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct LastStage {
+    /// Force of the fluid on each body \[N/m\].
+    pub fluid_force: Vec<Vector>,
+    /// Reaction of each support on its body, by body \[N/m\].
+    pub reactions: Vec<Vec<Vector>>,
+    /// Contact of each body.
+    pub contacts: Vec<BodyContact>,
+    pub maxima: StageMaxima,
+    /// Particles outside the domain.
+    pub outside: u64,
+    /// Sub-steps so far, see [`sph::solver::Counts`].
+    pub substeps: u64,
+}

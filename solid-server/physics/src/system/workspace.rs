@@ -1,0 +1,71 @@
+//! Disposable buffers of a stage.
+
+use sph::ledger::InterfaceSums;
+use sph::vector::Vector;
+
+use crate::boundary::walls::WallState;
+use crate::contact::friction::TangentialSprings;
+use crate::contact::repulsion::Contact;
+use crate::formulations::formulation::AngularImpulse;
+use crate::formulations::pair_law::PairSums;
+use crate::interface::solid_interface::SolidInterface;
+use crate::neighbours::lists::{ContactLists, OwnLists};
+use crate::particles::fields::{Rates, StressFields};
+use crate::particles::forces::{ContactForces, ParticleForces, ParticleTorques};
+use crate::particles::variables::{Particles, RigidState};
+
+/// Disposable buffers, reused from stage to stage.
+#[derive(Debug)]
+pub struct Workspace {
+    /// State at which the stage evaluates.
+    pub stage: Particles,
+    pub stage_rigid: Vec<RigidState>,
+    /// State that the stage makes.
+    pub next: Particles,
+    pub next_rigid: Vec<RigidState>,
+    pub stress: StressFields,
+    /// Own-body sums, then all that belong in the rates.
+    pub sums: Vec<PairSums>,
+    pub rates: Rates,
+    pub contact_forces: Vec<ContactForces>,
+    /// Contacts at the latest evaluation.
+    pub contacts: Vec<Contact>,
+    /// Tangential springs at the latest evaluation, and those at the start of the step.
+    pub springs: TangentialSprings,
+    pub start_springs: TangentialSprings,
+    /// Prescribed loads on each particle; empty where no body has any \[N/m\].
+    pub loads: Vec<Vector>,
+    /// Forces of the latest evaluation.
+    pub forces: Vec<ParticleForces>,
+    /// Forces at the start of the step, from which each pass of sub-steps starts.
+    pub start_forces: Vec<ParticleForces>,
+    /// Forces that moved the stage, means over its sub-steps.
+    pub mean_forces: Vec<ParticleForces>,
+    /// Torques of these, at the places where they acted.
+    pub mean_torques: Vec<ParticleTorques>,
+    /// Change of the angular momentum by supports and scheme in the stage.
+    pub angular_impulse: AngularImpulse,
+    /// Positions at which the forces of the fluid were exchanged; with sub-steps only \[m\].
+    pub exchange_position: Vec<Vector>,
+    /// Force of the fluid on each particle in this stage \[N/m\].
+    pub fluid_force: Vec<Vector>,
+    /// Sum of all forces on each particle \[N/m\].
+    pub total_force: Vec<Vector>,
+    /// Velocity gained in the first half of a sub-step \[m/s\].
+    pub velocity_gain: Vec<Vector>,
+    /// Lists of each body; empty for formulations that need none.
+    pub own_lists: Vec<Option<OwnLists>>,
+    pub contact_lists: ContactLists,
+    pub walls: WallState,
+    /// Pressure of wall particles toward solids \[Pa\].
+    pub wall_pressure: Vec<f64>,
+    /// Reactions of the stage, by body and support \[N/m\].
+    pub reactions: Vec<Vec<Vector>>,
+    /// Interface with the fluid; `None` when the run has one participant.
+    pub fluid: Option<SolidInterface>,
+    /// Sums over pair forces with the fluid in this stage.
+    pub interface_sums: InterfaceSums,
+    pub list_builds: u64,
+    /// Sub-steps of the stage; none under the stage rule.
+    pub substeps: u32,
+}

@@ -1,0 +1,11 @@
+//! Whole-solver tests, each stepped through the `Solver` trait as the driver does it.
+
+mod bodies;
+mod contact;
+mod coupling;
+mod elastic;
+mod friction;
+mod scenes;
+mod substeps;
+mod supports;
+mod total;

@@ -1,0 +1,267 @@
+//! Small scenes and a driver without a partner.
+
+use sph::domain::Domain;
+use sph::exchange::InterfaceStates;
+use sph::ledger::StageBooks;
+use sph::setup::{
+    BodyForce, BodySetup, ContactLaw, ElasticMaterial, Formulation, HyperelasticLaw, LedgerPolicy,
+    OutputPlan, RunSetup, SolidParticles, SolidProbe, SolidProbeKind, SolidSetup, SolidStepping, StepPolicy,
+    SubstepCount, Support, TimePlan, TotalLagrangian, UpdatedLagrangian, WallCondition, WallParticles,
+    WallSetup,
+};
+use sph::solver::{Divergence, Solver};
+use sph::stage::{Stage, StageTime, StepStage};
+use sph::vector::{SymmetricTensor, Vector};
+
+use crate::SolidSolver;
+
+/// The solid of the source paper.
+pub const RUBBER: ElasticMaterial =
+    ElasticMaterial { density: 1100.0, bulk_modulus: 20e6, shear_modulus: 4.27e6 };
+
+/// The contact law of the scenes.
+pub const REPULSION: ContactLaw =
+    ContactLaw::Repulsion { stiffness: 0.5, distance: 1.0, damping: 0.2, friction: 0.0, self_contact: true };
+
+/// The same with another coefficient of friction.
+pub fn rough(coefficient: f64) -> ContactLaw {
+    let mut law = REPULSION;
+    if let ContactLaw::Repulsion { friction, .. } = &mut law {
+        *friction = coefficient;
+    }
+    law
+}
+
+/// The constants of the source paper with the velocity gradient corrected.
+pub fn updated_lagrangian(spacing: f64) -> UpdatedLagrangian {
+    UpdatedLagrangian {
+        smoothing_length: 1.3 * spacing,
+        gradient_correction: true,
+        viscosity_a: 1.0,
+        viscosity_b: 1.0,
+        lambda: 0.01,
+        artificial_stress: 0.3,
+        artificial_stress_exponent: 4.0,
+    }
+}
+
+/// The total-Lagrangian constants that case files default to.
+pub fn total_lagrangian(spacing: f64, law: HyperelasticLaw) -> Formulation {
+    Formulation::TotalLagrangian(TotalLagrangian {
+        smoothing_length: 0.75 * spacing,
+        law,
+        hourglass: 0.3,
+        viscosity_a: 0.0,
+        viscosity_b: 0.0,
+    })
+}
+
+/// Particles of a rectangle of `columns` × `rows` cells whose lower left corner is at `corner` \[m\].
+pub fn block(corner: Vector, columns: u32, rows: u32, spacing: f64) -> Vec<Vector> {
+    (0..columns * rows)
+        .map(|k| corner + Vector::new(f64::from(k % columns) + 0.5, f64::from(k / columns) + 0.5) * spacing)
+        .collect()
+}
+
+/// An empty scene in a box of ±1 m.
+pub fn scene(spacing: f64) -> SolidSetup {
+    SolidSetup {
+        run: RunSetup {
+            run_id: "test".into(),
+            domain: Domain {
+                lower: Vector::new(-1.0, -1.0),
+                upper: Vector::new(1.0, 1.0),
+                periodic: [false; 2],
+            },
+            time: TimePlan { start_time: 0.0, end_time: 1.0, step: StepPolicy::Fixed { time_step: 1e-5 } },
+            body_force: BodyForce { gravity: Vector::zeros(), expressions: None },
+            outputs: OutputPlan { snapshot_interval: None, probe_interval: None },
+            ledger: LedgerPolicy::default(),
+            coupling: None,
+        },
+        particle_spacing: spacing,
+        bodies: Vec::new(),
+        particles: SolidParticles::default(),
+        contact: REPULSION,
+        walls: Vec::new(),
+        wall_particles: WallParticles::default(),
+        damping: None,
+        stepping: SolidStepping::StageRule,
+        probes: Vec::new(),
+        lost_particle_limit: 0,
+    }
+}
+
+/// Adds a body of rubber at rest; returns its index.
+pub fn add_body(setup: &mut SolidSetup, formulation: Formulation, positions: &[Vector]) -> u32 {
+    let body = setup.bodies.len() as u32;
+    let spacing = setup.particle_spacing;
+    setup.bodies.push(BodySetup {
+        name: format!("body{body}"),
+        material: RUBBER,
+        formulation,
+        supports: Vec::new(),
+        acceleration: None,
+        loads: Vec::new(),
+    });
+    let p = &mut setup.particles;
+    for x in positions {
+        p.id.push(p.id.len() as u32);
+        p.body.push(body);
+        p.support.push(0);
+        p.mass.push(RUBBER.density * spacing * spacing);
+        p.reference_position.push(*x);
+        p.position.push(*x);
+        p.velocity.push(Vector::zeros());
+        p.density.push(RUBBER.density);
+        p.deviatoric_stress.push(SymmetricTensor::default());
+    }
+    body
+}
+
+/// Adds the elastic body of the source paper.
+pub fn add_elastic(setup: &mut SolidSetup, positions: &[Vector]) -> u32 {
+    let formulation = Formulation::UpdatedLagrangian(updated_lagrangian(setup.particle_spacing));
+    add_body(setup, formulation, positions)
+}
+
+/// Adds `support` to `body` for its particles that `holds` picks.
+pub fn add_support(setup: &mut SolidSetup, body: u32, support: Support, holds: impl Fn(&Vector) -> bool) {
+    setup.bodies[body as usize].supports.push(support);
+    let index = setup.bodies[body as usize].supports.len() as u32;
+    let p = &mut setup.particles;
+    for i in 0..p.id.len() {
+        if p.body[i] == body && holds(&p.position[i]) {
+            p.support[i] = index;
+        }
+    }
+}
+
+/// A support that holds all components at rest.
+pub fn clamp() -> Support {
+    Support { name: "clamp".into(), held: [true, true], motion: None, release_time: None }
+}
+
+/// Adds a wall of the given particles.
+pub fn add_wall(setup: &mut SolidSetup, positions: &[Vector]) {
+    let wall = setup.walls.len() as u32;
+    setup.walls.push(WallSetup {
+        name: format!("wall{wall}"),
+        condition: WallCondition::Slip,
+        motion: None,
+        release_time: None,
+    });
+    for x in positions {
+        setup.wall_particles.wall.push(wall);
+        setup.wall_particles.position.push(*x);
+        setup.wall_particles.normal.push(Vector::new(0.0, 1.0));
+    }
+}
+
+/// Adds a total-Lagrangian neo-Hookean body to a scene with `substeps` sub-steps per step.
+pub fn add_total(setup: &mut SolidSetup, substeps: u32, positions: &[Vector]) -> u32 {
+    setup.stepping = SolidStepping::Substeps(SubstepCount::Fixed(substeps));
+    let formulation = total_lagrangian(setup.particle_spacing, HyperelasticLaw::NeoHookean);
+    add_body(setup, formulation, positions)
+}
+
+/// Gives all bodies `material`, at rest density.
+pub fn set_material(setup: &mut SolidSetup, material: ElasticMaterial) {
+    let cell = setup.particle_spacing * setup.particle_spacing;
+    setup.bodies.iter_mut().for_each(|body| body.material = material);
+    setup.particles.mass.fill(material.density * cell);
+    setup.particles.density.fill(material.density);
+}
+
+/// Sets velocities from positions.
+pub fn set_velocity(setup: &mut SolidSetup, velocity: impl Fn(&Vector) -> Vector) {
+    setup.particles.velocity = setup.particles.position.iter().map(velocity).collect();
+}
+
+/// Adds a probe.
+pub fn add_probe(setup: &mut SolidSetup, kind: SolidProbeKind) {
+    setup.probes.push(SolidProbe { name: format!("probe{}", setup.probes.len()), kind });
+}
+
+/// A solver stepped with a fixed time step.
+pub struct Run {
+    pub solver: SolidSolver,
+    pub time_step: f64,
+    pub step: u64,
+    start_time: f64,
+    /// Largest residual of check (b) so far.
+    pub largest_residual: f64,
+}
+
+impl Run {
+    /// A run of `setup`.
+    pub fn new(setup: SolidSetup, time_step: f64) -> Self {
+        let start_time = setup.run.time.start_time;
+        let solver = SolidSolver::new(setup).unwrap();
+        Self { solver, time_step, step: 0, start_time, largest_residual: 0.0 }
+    }
+
+    /// Time reached \[s\].
+    pub fn time(&self) -> f64 {
+        self.start_time + self.step as f64 * self.time_step
+    }
+
+    /// One step; returns the budget of its stages.
+    pub fn step(&mut self) -> Result<[StageBooks; 2], Box<Divergence>> {
+        let mut budget = [StageBooks::default(); 2];
+        let none = InterfaceStates::default();
+        for (k, stage) in Stage::BOTH.into_iter().enumerate() {
+            let time = self.stage_time(stage);
+            self.solver.begin_stage(&time)?;
+            self.solver.evaluate_own(&time);
+            self.solver.evaluate_cross(&time, &none, &none);
+            budget[k] = self.solver.advance(&time)?;
+            self.largest_residual =
+                self.largest_residual.max(budget[k].momentum_residual()).max(budget[k].angular_residual());
+        }
+        self.solver.end_step(&self.stage_time(Stage::Corrector))?;
+        self.step += 1;
+        Ok(budget)
+    }
+
+    /// Steps up to `time` \[s\].
+    pub fn until(&mut self, time: f64) {
+        while self.time() < time - 1e-9 * self.time_step {
+            self.step().unwrap();
+        }
+    }
+
+    /// Times of a stage of the step to come.
+    pub fn stage_time(&self, stage: Stage) -> StageTime {
+        StageTime {
+            at: StepStage { step: self.step, stage },
+            step_start: self.time(),
+            time_step: self.time_step,
+        }
+    }
+
+    /// A vector field of the particles.
+    pub fn vectors(&self, name: &str) -> Vec<Vector> {
+        let snapshot = self.solver.snapshot(self.step, self.time());
+        let field = snapshot.field(name).unwrap();
+        field.values.chunks(2).map(|v| Vector::new(v[0], v[1])).collect()
+    }
+
+    /// A scalar field, or all components of another.
+    pub fn values(&self, name: &str) -> Vec<f64> {
+        self.solver.snapshot(self.step, self.time()).field(name).unwrap().values.clone()
+    }
+
+    /// Values of all probes.
+    pub fn probes(&self) -> Vec<f64> {
+        let mut values = Vec::new();
+        self.solver.probes(self.time(), &mut values);
+        values
+    }
+
+    /// Bits of all fields.
+    pub fn bits(&self) -> Vec<u64> {
+        let snapshot = self.solver.snapshot(self.step, self.time());
+        snapshot.fields.iter().flat_map(|f| f.values.iter().map(|v| v.to_bits())).collect()
+    }
+}

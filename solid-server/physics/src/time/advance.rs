@@ -1,0 +1,170 @@
+//! Moving all bodies by one stage; supports and their reactions.
+
+use sph::ledger::scheme_moment;
+use sph::stage::StageTime;
+use sph::sums::ordered_sum;
+use sph::vector::{DIMENSIONS, Vector, cross};
+
+use crate::formulations::body::Body;
+use crate::formulations::formulation::{AngularImpulse, BodyStep};
+use crate::particles::variables::{Particles, image_offset};
+use crate::system::model::SolidModel;
+use crate::system::state::SolidState;
+use crate::system::workspace::Workspace;
+
+/// Moves every body from φⁿ in `state` to `workspace.next`, supports included, Eq. (30) or (31).
+pub fn move_bodies(model: &SolidModel, state: &SolidState, workspace: &mut Workspace, time: &StageTime) {
+    let Workspace { stage, stage_rigid, next, next_rigid, rates, total_force, angular_impulse, .. } =
+        workspace;
+    *angular_impulse = AngularImpulse::default();
+    for (k, body) in model.bodies.iter().enumerate() {
+        let range = &body.range;
+        let step = BodyStep {
+            constants: model.constants(body),
+            time,
+            base: state.particles.view(range),
+            stage: stage.view(range),
+            base_rigid: &state.rigid[k],
+            stage_rigid: &stage_rigid[k],
+            image_counts: &state.image_counts[range.clone()],
+            force: &total_force[range.clone()],
+            rates: rates.view(range),
+        };
+        *angular_impulse += body.formulation.advance(&step, next.view_mut(range), &mut next_rigid[k]);
+    }
+    let target = time.target_time();
+    impose_supports(model, state, time, target, HeldQuantity::Positions, next);
+    impose_supports(model, state, time, target, HeldQuantity::Velocities, next);
+    take_reactions(model, state, workspace, time);
+    if let Some(origin) = model.torque_origin() {
+        let impulse = deformable_impulse(model, state, workspace, time, origin);
+        workspace.angular_impulse += impulse;
+    }
+}
+
+/// Change of the angular momentum of the deformable bodies by supports and scheme in a stage of Eq. (30)-(31).
+fn deformable_impulse(
+    model: &SolidModel,
+    state: &SolidState,
+    workspace: &Workspace,
+    time: &StageTime,
+    origin: Vector,
+) -> AngularImpulse {
+    let (base, next) = (&state.particles, &workspace.next);
+    let mut impulse = AngularImpulse::default();
+    for body in model.bodies.iter().filter(|body| !body.formulation.is_rigid()) {
+        let range = &body.range;
+        impulse.scheme += ordered_sum::<f64, _>(range.len(), |k| {
+            let i = range.start + k;
+            let start = (&base.position[i], &base.velocity[i]);
+            let end = (&next.position[i], &next.velocity[i]);
+            model.particles.mass[i] * scheme_moment(start, &workspace.stage.position[i], end)
+        });
+        for support in body.supports.iter().filter(|support| support.acts(time)) {
+            for held in &support.particles {
+                let i = range.start + held.particle;
+                let missing = (next.velocity[i] - base.velocity[i]) * model.particles.mass[i]
+                    - workspace.total_force[i] * time.duration();
+                let of_held = |axis: usize| if support.held[axis] { missing[axis] } else { 0.0 };
+                let arm = workspace.stage.position[i] - origin;
+                impulse.supports += cross(&arm, &Vector::from_fn(|axis, _| of_held(axis)));
+            }
+        }
+    }
+    impulse
+}
+
+/// Quantity that supports impose.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum HeldQuantity {
+    Positions,
+    Velocities,
+}
+
+/// Imposes the supports on the particles of deformable bodies, as they are to be at `target` \[s\]; returns by how much
+/// that changes their angular momentum \[kg m/s\].
+pub fn impose_supports(
+    model: &SolidModel,
+    state: &SolidState,
+    time: &StageTime,
+    target: f64,
+    what: HeldQuantity,
+    particles: &mut Particles,
+) -> f64 {
+    let mut moment = 0.0;
+    for body in model.bodies.iter().filter(|body| !body.formulation.is_rigid()) {
+        for support in body.supports.iter().filter(|support| support.acts(time)) {
+            let target = support.target(target);
+            for held in &support.particles {
+                let i = body.range.start + held.particle;
+                let offset = image_offset(&model.domain, &state.image_counts[i]);
+                let base = state.particles.position[i] + offset;
+                let (mut place, mut velocity) = (base, particles.velocity[i]);
+                target.impose(&held.origin, &base, &mut place, &mut velocity);
+                let before = (particles.position[i], particles.velocity[i]);
+                for axis in (0..DIMENSIONS).filter(|axis| support.held[*axis]) {
+                    match what {
+                        HeldQuantity::Positions => particles.position[i][axis] = place[axis] - offset[axis],
+                        HeldQuantity::Velocities => particles.velocity[i][axis] = velocity[axis],
+                    }
+                }
+                let (x, v) = (particles.position[i] - model.domain.torque_origin(), particles.velocity[i]);
+                moment += model.particles.mass[i]
+                    * match what {
+                        HeldQuantity::Positions => cross(&(particles.position[i] - before.0), &v),
+                        HeldQuantity::Velocities => cross(&x, &(v - before.1)),
+                    };
+            }
+        }
+    }
+    moment
+}
+
+/// Reactions of all supports \[N/m\]: the force beyond `workspace.total_force` that gives the held particles their
+/// prescribed motion in the stage.
+pub fn take_reactions(model: &SolidModel, state: &SolidState, workspace: &mut Workspace, time: &StageTime) {
+    let Workspace { next, total_force, reactions, .. } = workspace;
+    for (body, reactions) in model.bodies.iter().zip(reactions) {
+        let missing = |i: usize| {
+            let i = body.range.start + i;
+            let change = next.velocity[i] - state.particles.velocity[i];
+            change * (model.particles.mass[i] / time.duration()) - total_force[i]
+        };
+        reactions.fill(Vector::zeros());
+        if body.formulation.is_rigid() {
+            rigid_reactions(body, time, missing, reactions);
+            continue;
+        }
+        for (support, reaction) in
+            body.supports.iter().zip(reactions).filter(|(support, _)| support.acts(time))
+        {
+            for held in &support.particles {
+                let missing = missing(held.particle);
+                for axis in (0..DIMENSIONS).filter(|axis| support.held[*axis]) {
+                    reaction[axis] += missing[axis];
+                }
+            }
+        }
+    }
+}
+
+/// Distributes the resultant reaction on a rigid body among its supports, by the number of particles they hold.
+fn rigid_reactions(
+    body: &Body,
+    time: &StageTime,
+    missing: impl Fn(usize) -> Vector + Sync,
+    reactions: &mut [Vector],
+) {
+    let acting =
+        |axis: usize| body.supports.iter().enumerate().filter(move |(_, s)| s.held[axis] && s.acts(time));
+    if (0..DIMENSIONS).all(|axis| acting(axis).next().is_none()) {
+        return;
+    }
+    let missing: Vector = ordered_sum(body.range.len(), missing);
+    for axis in 0..DIMENSIONS {
+        let held: usize = acting(axis).map(|(_, support)| support.particles.len()).sum();
+        for (k, support) in acting(axis) {
+            reactions[k][axis] = missing[axis] * support.particles.len() as f64 / held as f64;
+        }
+    }
+}

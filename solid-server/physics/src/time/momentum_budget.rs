@@ -1,0 +1,135 @@
+//! Momentum budget of a stage, and the maxima that limit the next step.
+
+use std::ops::AddAssign;
+
+use sph::ledger::{Account, Accounts, AngularBudget, StageBooks, TorqueAccount, Torques};
+use sph::stage::StageTime;
+use sph::sums::ordered_sum;
+use sph::vector::{Vector, cross};
+
+use crate::particles::forces::ParticleTorques;
+use crate::system::model::SolidModel;
+use crate::system::state::{SolidState, StageMaxima};
+use crate::system::workspace::Workspace;
+
+/// Sums over all particles that the budget needs.
+#[derive(Clone, Copy, Default)]
+struct BudgetSums {
+    momentum_change: Vector,
+    gross_momentum: f64,
+    gross_force: f64,
+    body_force: Vector,
+    damping: Vector,
+    wall_contact: Vector,
+    angular_change: f64,
+    gross_angular: f64,
+    torques: ParticleTorques,
+    largest_acceleration: f64,
+    largest_contact_rate: f64,
+    tangent_stiffness_ratio: f64,
+}
+
+impl AddAssign for BudgetSums {
+    /// Adds the sums and keeps the larger of each maximum.
+    fn add_assign(&mut self, other: Self) {
+        self.momentum_change += other.momentum_change;
+        self.gross_momentum += other.gross_momentum;
+        self.gross_force += other.gross_force;
+        self.body_force += other.body_force;
+        self.damping += other.damping;
+        self.wall_contact += other.wall_contact;
+        self.angular_change += other.angular_change;
+        self.gross_angular += other.gross_angular;
+        self.torques += other.torques;
+        self.largest_acceleration = self.largest_acceleration.max(other.largest_acceleration);
+        self.largest_contact_rate = self.largest_contact_rate.max(other.largest_contact_rate);
+        self.tangent_stiffness_ratio = self.tangent_stiffness_ratio.max(other.tangent_stiffness_ratio);
+    }
+}
+
+/// Momentum budget of the stage that has just moved `workspace.next`, and the maxima that limit the next step.
+///
+/// The scale of round-off counts each force by its origin: forces that cancel at rest still round.
+pub fn momentum_budget(
+    model: &SolidModel,
+    state: &SolidState,
+    workspace: &Workspace,
+    time: &StageTime,
+) -> (StageBooks, StageMaxima) {
+    let (start, end) = (&state.particles.position, &workspace.next.position);
+    let (base, next) = (&state.particles.velocity, &workspace.next.velocity);
+    let (duration, origin) = (time.duration(), model.domain.torque_origin());
+    let sums: BudgetSums = ordered_sum(model.len(), |i| {
+        let mass = model.particles.mass[i];
+        let forces = &workspace.mean_forces[i];
+        let body = model.body_of(i);
+        let stress = workspace.stress.view(&body.range);
+        let change = next[i] - base[i];
+        let (from, to) = (start[i] - origin, end[i] - origin);
+        let gross_momentum = mass * (base[i].norm() + next[i].norm());
+        let gross_force = forces.gross + workspace.fluid_force[i].norm();
+        BudgetSums {
+            momentum_change: change * mass,
+            gross_momentum,
+            gross_force,
+            angular_change: mass * (cross(&to, &next[i]) - cross(&from, &base[i])),
+            gross_angular: from.norm().max(to.norm()) * (gross_momentum + duration * gross_force),
+            torques: workspace.mean_torques[i],
+            body_force: forces.body_force,
+            damping: forces.damping,
+            wall_contact: forces.walls,
+            largest_acceleration: change.norm() / duration,
+            largest_contact_rate: 2.0 * forces.contact_stiffness / mass,
+            tangent_stiffness_ratio: body.formulation.tangent_stiffness_ratio(&stress, i - body.range.start),
+        }
+    });
+    let mut accounts = Accounts::default();
+    accounts.add(Account::BodyForce, sums.body_force);
+    accounts.add(Account::Damping, sums.damping);
+    accounts.add(Account::WallContact, sums.wall_contact);
+    for reaction in workspace.reactions.iter().flatten() {
+        accounts.add(Account::Supports, *reaction);
+    }
+    let budget = StageBooks {
+        interface: workspace.interface_sums,
+        accounts,
+        duration,
+        momentum_change: sums.momentum_change,
+        gross_momentum: sums.gross_momentum + duration * sums.gross_force,
+        angular: model.torque_origin().map(|_| angular_budget(model, state, workspace, duration, &sums)),
+    };
+    let maxima = StageMaxima {
+        largest_acceleration: sums.largest_acceleration,
+        contact_frequency: sums.largest_contact_rate.sqrt(),
+        tangent_stiffness_ratio: sums.tangent_stiffness_ratio,
+    };
+    (budget, maxima)
+}
+
+/// Budget of the angular momentum: of all particles, and of the cells of rigid bodies.
+fn angular_budget(
+    model: &SolidModel,
+    state: &SolidState,
+    workspace: &Workspace,
+    duration: f64,
+    sums: &BudgetSums,
+) -> AngularBudget {
+    let mut torques = Torques::default();
+    torques.add(TorqueAccount::BodyForce, sums.torques.body_force);
+    torques.add(TorqueAccount::Damping, sums.torques.damping);
+    torques.add(TorqueAccount::WallContact, sums.torques.walls);
+    torques.add(TorqueAccount::BodyContact, sums.torques.contact);
+    torques.add(TorqueAccount::OwnForces, sums.torques.own);
+    torques.add(TorqueAccount::Supports, workspace.angular_impulse.supports / duration);
+    torques
+        .add(TorqueAccount::TimeScheme, workspace.angular_impulse.scheme / duration + sums.torques.displaced);
+    let mut budget = AngularBudget { torques, change: sums.angular_change, gross: sums.gross_angular };
+    for (k, body) in model.bodies.iter().enumerate() {
+        if let Some(inertia) = body.formulation.inertia() {
+            let (before, after) = (state.rigid[k].angular_velocity, workspace.next_rigid[k].angular_velocity);
+            budget.change += inertia.cells * (after - before);
+            budget.gross += inertia.cells * (after.abs() + before.abs());
+        }
+    }
+    budget
+}

@@ -1,0 +1,195 @@
+//! Velocity-Verlet sub-steps of the solids within a stage, under the frozen force of the fluid.
+
+use sph::setup::SubstepCount;
+use sph::stage::{Stage, StageTime};
+use sph::vector::cross;
+
+use crate::formulations::formulation::{AngularImpulse, BodyDrift, BodyKick};
+use crate::particles::forces::{ParticleForces, ParticleTorques};
+use crate::system::model::SolidModel;
+use crate::system::state::SolidState;
+use crate::system::workspace::Workspace;
+use crate::time::advance::{HeldQuantity, impose_supports, take_reactions};
+use crate::time::evaluate::{
+    add_torques, evaluate_pairs, refresh_lists, sum_forces, total_forces, update_stress,
+};
+use crate::time::limits::{AUTOMATIC_FRACTION, MOST_SUBSTEPS, substep_limit};
+
+/// Sub-steps of the stage of `time`: half of those of the step in the predictor.
+///
+/// Both stages decide by the state at the start of the step.
+fn stage_substeps(model: &SolidModel, state: &SolidState, count: SubstepCount, time: &StageTime) -> u32 {
+    let pairs = match count {
+        SubstepCount::Fixed(count) => count / 2,
+        SubstepCount::Automatic => {
+            let needed = time.time_step / (AUTOMATIC_FRACTION * substep_limit(model, state));
+            // Between 1 and half of MOST_SUBSTEPS: the conversion is exact.
+            (0.5 * needed).ceil().clamp(1.0, 0.5 * MOST_SUBSTEPS) as u32
+        }
+    };
+    match time.at.stage {
+        Stage::Predictor => pairs,
+        Stage::Corrector => 2 * pairs,
+    }
+}
+
+/// A stage of sub-steps.
+struct SubstepPass<'a> {
+    model: &'a SolidModel,
+    state: &'a SolidState,
+    time: &'a StageTime,
+    /// Duration of a sub-step \[s\].
+    duration: f64,
+    /// Whether some body needs sums in the middle of a drift.
+    evolves: bool,
+}
+
+/// Moves every body from φⁿ in `state` to `workspace.next` by sub-steps.
+///
+/// ```text
+/// v½ = v + ½τ f(x, v)/m,  x' = x + τ v½,  v' = v½ + ½τ f(x', 2v½ − v)/m
+/// ```
+///
+/// The force of the fluid is that of the stage, all others are evaluated in every sub-step; those at the start of the
+/// step, `workspace.start_forces`, are given. Velocity-dependent forces see the extrapolated velocity, so that the rule
+/// is of second order; without them it is symplectic. Density and stress that evolve follow the velocity gradient at
+/// x + ½τ v½. Leaves the stress of the new state, and means of the forces over the stage.
+pub fn move_by_substeps(
+    model: &SolidModel,
+    state: &SolidState,
+    workspace: &mut Workspace,
+    time: &StageTime,
+    count: SubstepCount,
+) {
+    let count = stage_substeps(model, state, count, time);
+    workspace.substeps = count;
+    let duration = time.duration() / f64::from(count);
+    let evolves = model.bodies.iter().any(|body| body.formulation.evolves());
+    let pass = SubstepPass { model, state, time, duration, evolves };
+    workspace.next.copy_from(&state.particles);
+    workspace.next_rigid.clone_from(&state.rigid);
+    workspace.forces.clone_from(&workspace.start_forces);
+    workspace.springs.clone_from(&workspace.start_springs);
+    workspace.mean_forces.fill(ParticleForces::default());
+    workspace.mean_torques.fill(ParticleTorques::default());
+    workspace.angular_impulse = AngularImpulse::default();
+    workspace.exchange_position.clone_from(&workspace.stage.position);
+    let weight = 0.5 / f64::from(count);
+    for k in 0..count {
+        pass.first_half(workspace, k, weight);
+        pass.second_half(workspace, k, weight);
+    }
+    let Workspace { stage, next, mean_forces, fluid_force, total_force, .. } = workspace;
+    next.density.clone_from(&stage.density);
+    next.deviatoric_stress.clone_from(&stage.deviatoric_stress);
+    total_forces(mean_forces, fluid_force, total_force);
+    take_reactions(model, state, workspace, time);
+}
+
+impl SubstepPass<'_> {
+    /// Time `parts` sub-steps after the start of the step \[s\].
+    fn time_at(&self, parts: f64) -> f64 {
+        self.time.step_start + parts * self.duration
+    }
+
+    /// From the start of sub-step `k` to its end, velocities half a sub-step behind.
+    fn first_half(&self, workspace: &mut Workspace, k: u32, weight: f64) {
+        let k = f64::from(k);
+        workspace.velocity_gain.clone_from(&workspace.next.velocity);
+        self.kick(workspace, self.time_at(k + 0.5), weight);
+        let Workspace { next, velocity_gain, .. } = workspace;
+        for (gain, velocity) in velocity_gain.iter_mut().zip(&next.velocity) {
+            *gain = velocity - *gain;
+        }
+        if self.evolves {
+            self.sum_in_the_middle(workspace, self.time_at(k + 0.5));
+        }
+        self.drift(workspace, self.time_at(k + 1.0));
+    }
+
+    /// Forces at the end of sub-step `k`, and the rest of its velocities.
+    fn second_half(&self, workspace: &mut Workspace, k: u32, weight: f64) {
+        let end = self.time_at(f64::from(k) + 1.0);
+        let Workspace { stage, next, velocity_gain, walls, .. } = workspace;
+        stage.copy_from(next);
+        for (velocity, gain) in stage.velocity.iter_mut().zip(velocity_gain) {
+            *velocity += *gain;
+        }
+        self.model.walls.move_to(end, walls);
+        update_stress(self.model, workspace);
+        refresh_lists(self.model, workspace, self.time);
+        evaluate_pairs(self.model, workspace, end);
+        sum_forces(self.model, workspace, self.time, end);
+        self.kick(workspace, end, weight);
+    }
+
+    /// Half a sub-step of all velocities; adds the forces to their means with `weight`.
+    fn kick(&self, workspace: &mut Workspace, target: f64, weight: f64) {
+        let Workspace {
+            next,
+            next_rigid,
+            forces,
+            mean_forces,
+            fluid_force,
+            total_force,
+            angular_impulse,
+            ..
+        } = workspace;
+        total_forces(forces, fluid_force, total_force);
+        for (mean, forces) in mean_forces.iter_mut().zip(forces.iter()) {
+            mean.add(weight, forces);
+        }
+        if let Some(origin) = self.model.torque_origin() {
+            let (torques, at) = (&mut workspace.mean_torques, &workspace.exchange_position);
+            add_torques(torques, weight, origin, &next.position, forces);
+            for (i, torques) in torques.iter_mut().enumerate() {
+                torques.displaced += weight * cross(&(next.position[i] - at[i]), &fluid_force[i]);
+            }
+        }
+        for (k, body) in self.model.bodies.iter().enumerate() {
+            let kick = BodyKick {
+                constants: self.model.constants(body),
+                time: self.time,
+                duration: 0.5 * self.duration,
+                target,
+                force: &total_force[body.range.clone()],
+                base_rigid: &self.state.rigid[k],
+                image_counts: &self.state.image_counts[body.range.clone()],
+            };
+            *angular_impulse += body.formulation.kick(&kick, next.view_mut(&body.range), &mut next_rigid[k]);
+        }
+        angular_impulse.supports +=
+            impose_supports(self.model, self.state, self.time, target, HeldQuantity::Velocities, next);
+    }
+
+    /// Velocity gradients half a drift on.
+    fn sum_in_the_middle(&self, workspace: &mut Workspace, middle: f64) {
+        let Workspace { stage, next, walls, .. } = workspace;
+        stage.copy_from(next);
+        for (x, v) in stage.position.iter_mut().zip(&next.velocity) {
+            *x += v * (0.5 * self.duration);
+        }
+        self.model.walls.move_to(middle, walls);
+        refresh_lists(self.model, workspace, self.time);
+        evaluate_pairs(self.model, workspace, middle);
+    }
+
+    fn drift(&self, workspace: &mut Workspace, target: f64) {
+        let Workspace { next, next_rigid, sums, angular_impulse, .. } = workspace;
+        for (k, body) in self.model.bodies.iter().enumerate() {
+            let drift = BodyDrift {
+                constants: self.model.constants(body),
+                time: self.time,
+                duration: self.duration,
+                target,
+                sums: &sums[body.range.clone()],
+                base_rigid: &self.state.rigid[k],
+                image_counts: &self.state.image_counts[body.range.clone()],
+            };
+            *angular_impulse +=
+                body.formulation.drift(&drift, next.view_mut(&body.range), &mut next_rigid[k]);
+        }
+        angular_impulse.scheme +=
+            impose_supports(self.model, self.state, self.time, target, HeldQuantity::Positions, next);
+    }
+}

@@ -166,13 +166,13 @@ impl Workspace {
         partner: &InterfaceStates,
     ) {
         if model.domain.is_periodic() {
-            self.all(Periodic::new(&model.domain), model, state, time, [own, partner]);
+            self.complete(Periodic::new(&model.domain), model, state, time, [own, partner]);
         } else {
-            self.all(Open, model, state, time, [own, partner]);
+            self.complete(Open, model, state, time, [own, partner]);
         }
     }
 
-    fn all<G: Geometry>(
+    fn complete<G: Geometry>(
         &mut self,
         geometry: G,
         model: &FluidModel,

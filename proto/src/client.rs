@@ -21,7 +21,8 @@ use crate::description::{Description, LinkPlan, OpenReport, PROTOCOL};
 use crate::error::{RpcCode, RpcError};
 use crate::limits::MAX_MESSAGE_BYTES;
 use crate::security::{ClientSecurity, ShowAccess};
-use crate::transport::{self, Token};
+use crate::token::Token;
+use crate::transport;
 use crate::wire;
 use crate::wire::participant_client::ParticipantClient as WireClient;
 

@@ -19,7 +19,7 @@ use tonic::codegen::http::uri::PathAndQuery;
 use crate::codec;
 use crate::convert::{FrameReader, FrameWriter};
 use crate::description::FrameField;
-use crate::error::RpcError;
+use crate::error::{RpcError, with_causes};
 use crate::security::ClientSecurity;
 use crate::transport;
 use crate::wire;
@@ -198,7 +198,7 @@ pub async fn call(address: &str, path: &'static str, message: Vec<u8>) -> Result
         .await
         .map_err(|problem| refused(Status::unavailable(problem)))?;
     let mut client = tonic::client::Grpc::new(channel);
-    client.ready().await.map_err(|e| refused(Status::unavailable(transport::with_causes(&e))))?;
+    client.ready().await.map_err(|e| refused(Status::unavailable(with_causes(&e))))?;
     let request = tonic::Request::new(Bytes::from(message));
     let answer = client.unary(request, PathAndQuery::from_static(path), Raw);
     match tokio::time::timeout(DEADLINE, answer).await {

@@ -30,6 +30,7 @@ pub mod relay;
 mod secrets;
 pub mod security;
 pub mod service;
+mod token;
 pub mod trace;
 mod transport;
 

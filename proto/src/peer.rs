@@ -16,7 +16,8 @@ use crate::convert::{FrameReader, FrameWriter, ReceivedFrame};
 use crate::error::describe;
 use crate::limits::MAX_FRAME_BYTES;
 use crate::security::ClientSecurity;
-use crate::transport::{self, Token};
+use crate::token::Token;
+use crate::transport;
 use crate::wire;
 
 /// Frames that may wait for the transport: lock-step needs two, a farewell one more.

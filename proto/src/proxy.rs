@@ -17,6 +17,7 @@ use tonic::transport::Channel;
 use tonic::transport::server::TcpIncoming;
 
 use crate::convert::Choice;
+use crate::error::with_causes;
 use crate::limits::MAX_FRAME_BYTES;
 use crate::relay::{Direction, Pass, RelayService};
 use crate::security::{ClientSecurity, ServerSecurity};
@@ -148,7 +149,7 @@ impl Service<http::Request<Body>> for Onward {
                 Ok(()) => channel.call(request).await,
                 Err(error) => Err(error),
             };
-            Ok(answer.unwrap_or_else(|error| Status::unavailable(transport::with_causes(&error)).into_http()))
+            Ok(answer.unwrap_or_else(|error| Status::unavailable(with_causes(&error)).into_http()))
         })
     }
 }

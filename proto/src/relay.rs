@@ -17,10 +17,12 @@ use tokio_util::sync::CancellationToken;
 use tonic::{Request, Response, Status, Streaming};
 
 use crate::connection::{Caller, Incoming};
+use crate::error::with_causes;
 use crate::limits::MAX_FRAME_BYTES;
 use crate::recording::{Record, RecordingWriter};
 use crate::security::ServerSecurity;
 use crate::service::ServeOptions;
+use crate::token::TOKEN_KEY;
 use crate::transport;
 use crate::wire;
 use crate::wire::peer_client::PeerClient;
@@ -123,7 +125,7 @@ impl Relay {
         let address = incoming.local_addr().map_err(|e| cannot(&e))?;
         let stop = CancellationToken::new();
         let mut server = transport::server(&security, ServeOptions::default().lease)
-            .map_err(|e| cannot(&transport::with_causes(&e)))?;
+            .map_err(|e| cannot(&with_causes(&e)))?;
         let service = RelayService { solid: solid.to_owned(), security, watch, cut: stop.child_token() };
         let peer = PeerServer::new(service).max_decoding_message_size(MAX_FRAME_BYTES);
         let stopped = stop.clone();
@@ -261,8 +263,8 @@ impl Peer for RelayService {
         // An error at the solid's end of a request stream can only cut it.
         let frames = ReceiverStream::new(frames).take_while(Result::is_ok).filter_map(Result::ok);
         let mut call = Request::new(frames);
-        if let Some(token) = metadata.get(transport::TOKEN_KEY) {
-            call.metadata_mut().insert(transport::TOKEN_KEY, token.clone());
+        if let Some(token) = metadata.get(TOKEN_KEY) {
+            call.metadata_mut().insert(TOKEN_KEY, token.clone());
         }
         let mut client = PeerClient::new(channel).max_decoding_message_size(MAX_FRAME_BYTES);
         let from_solid = client.exchange(call).await?.into_inner();

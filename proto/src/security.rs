@@ -16,9 +16,10 @@ use tonic::transport::{Certificate, Channel, ClientTlsConfig, Endpoint, Server, 
 use tonic::{Request, Status};
 
 use crate::connection::Caller;
+use crate::error::with_causes;
 pub use crate::secrets::AccessToken;
 use crate::secrets::{Secrets, read};
-use crate::transport::Token;
+use crate::token::Token;
 
 /// Metadata key of a server's access token.
 const ACCESS_KEY: &str = "fsi-access";
@@ -120,7 +121,7 @@ impl ClientSecurity {
         }
         // Any address does: what is wrong with the files shows here.
         Endpoint::from_static("https://localhost:1").tls_config(tls.clone()).map_err(|e| {
-            let text = crate::transport::with_causes(&e);
+            let text = with_causes(&e);
             format!("`{}` or the certificate to show cannot be used: {text}", authority.display())
         })?;
         let identified = files.identity.is_some();
@@ -157,7 +158,7 @@ impl ClientSecurity {
                         .into(),
                 );
             };
-            let failed = |e| format!("cannot be called by TLS: {}", crate::transport::with_causes(&e));
+            let failed = |e| format!("cannot be called by TLS: {}", with_causes(&e));
             return endpoint.tls_config(tls.clone()).map_err(failed);
         }
         if self.access.is_some() && !uri.host().is_some_and(is_this_machine) {
@@ -204,7 +205,7 @@ impl ServerSecurity {
                     settings.client_ca_root(Certificate::from_pem(read("client authority", authority)?));
             }
             Server::builder().tls_config(settings.clone()).map_err(|e| {
-                let text = crate::transport::with_causes(&e);
+                let text = with_causes(&e);
                 format!("`{}` with its key cannot be used: {text}", certificate.display())
             })?;
             tls = Some(settings);
@@ -255,7 +256,7 @@ impl ServerSecurity {
 
     /// Why a server with these settings must not listen on `address`; `None` when it may.
     pub(crate) fn refusal(&self, address: &SocketAddr) -> Option<String> {
-        if crate::transport::is_loopback(address) || (self.tls.is_some() && self.access.is_some()) {
+        if address.ip().is_loopback() || (self.tls.is_some() && self.access.is_some()) {
             return None;
         }
         let mut missing = Vec::new();

@@ -4,7 +4,6 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Output, Stdio};
 use std::time::{Duration, Instant};
 
-use crate::fuzz::{Seeds, Target};
 use serde_json::Value;
 use tempfile::TempDir;
 
@@ -82,21 +81,6 @@ impl Bench {
             }
         }
         self.write("case.toml", &lines.join("\n"))
-    }
-
-    /// Good input for `target` to be damaged: the tank, shipped cases, and a run of the tank where it takes one.
-    pub fn fuzz_seeds(&self, target: Target) -> Seeds {
-        let mut cases = vec![TANK.to_owned()];
-        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../cases");
-        for name in ["drifting_body_coarse", "obstacle"] {
-            cases.push(std::fs::read_to_string(folder.join(format!("{name}.toml"))).unwrap());
-        }
-        if [Target::Checkpoints, Target::Stores, Target::Restores].contains(&target) {
-            let case = self.tank("seed.toml", &[]);
-            let arguments = ["--in-process", "--threads", "1", "--checkpoint-every-steps", "40"];
-            self.run(&case, "seed", &arguments);
-        }
-        Seeds::new(target, &cases, &self.path("seed"))
     }
 
     /// The shipped case `name`, each `from` replaced by its `to`.

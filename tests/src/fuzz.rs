@@ -1,4 +1,4 @@
-//! Made-up input for everything that reads files, frames and command lines: good input, damaged by dice of a stated seed.
+//! Made-up input for everything that reads files, frames and command lines: good input, damaged by random of a stated seed.
 //!
 //! Input number n of seed s is always the same, so that a finding is repeated by its number.
 
@@ -19,7 +19,9 @@ use proto::checkpoint::CheckpointData;
 use proto::node::NodeArgs;
 use sph::setup::ParticipantSetup;
 
-use crate::kill::Dice;
+use crate::bench::Bench;
+use crate::random::RandomNumbers;
+use crate::source_tree;
 use restoring::Kept;
 
 /// An input that takes longer than this hangs: above the slowest good one by far.
@@ -115,36 +117,36 @@ const WORDS: [&str; 40] = [
     "\0",
 ];
 
-fn below(dice: &mut Dice, count: usize) -> usize {
+fn below(random: &mut RandomNumbers, count: usize) -> usize {
     // Counts of bytes and words are far below 2^53.
-    ((dice.fraction() * count as f64) as usize).min(count.saturating_sub(1))
+    ((random.fraction() * count as f64) as usize).min(count.saturating_sub(1))
 }
 
 /// A damaged copy of one of `seeds`.
-pub fn mutate(dice: &mut Dice, seeds: &[Vec<u8>]) -> Vec<u8> {
-    let mut input = seeds[below(dice, seeds.len())].clone();
-    for _ in 0..=below(dice, 5) {
-        let at = below(dice, input.len() + 1);
-        let end = (at + 1 + below(dice, 40)).min(input.len());
-        match below(dice, 9) {
-            0 if at < input.len() => input[at] ^= 1 << below(dice, 8),
-            1 if at < input.len() => input[at] = [0, 1, 0x7f, 0x80, 0xff][below(dice, 5)],
+pub fn mutate(random: &mut RandomNumbers, seeds: &[Vec<u8>]) -> Vec<u8> {
+    let mut input = seeds[below(random, seeds.len())].clone();
+    for _ in 0..=below(random, 5) {
+        let at = below(random, input.len() + 1);
+        let end = (at + 1 + below(random, 40)).min(input.len());
+        match below(random, 9) {
+            0 if at < input.len() => input[at] ^= 1 << below(random, 8),
+            1 if at < input.len() => input[at] = [0, 1, 0x7f, 0x80, 0xff][below(random, 5)],
             2 => drop(input.drain(at.min(end)..end)),
             3 => {
-                let piece = input[at.min(end)..end].repeat(1 + below(dice, 20));
+                let piece = input[at.min(end)..end].repeat(1 + below(random, 20));
                 input.splice(at..at, piece);
             }
             4 => {
-                let other = &seeds[below(dice, seeds.len())];
-                let from = below(dice, other.len() + 1);
-                let to = (from + below(dice, 200)).min(other.len());
+                let other = &seeds[below(random, seeds.len())];
+                let from = below(random, other.len() + 1);
+                let to = (from + below(random, 200)).min(other.len());
                 input.splice(at..at, other[from..to].iter().copied());
             }
-            5 => drop(input.splice(at..at, WORDS[below(dice, WORDS.len())].bytes())),
-            6 => replace_number(dice, &mut input, at),
+            5 => drop(input.splice(at..at, WORDS[below(random, WORDS.len())].bytes())),
+            6 => replace_number(random, &mut input, at),
             // Eight bytes of a number that is none, or is huge.
             7 if at + 8 <= input.len() => {
-                let number = [f64::NAN, f64::INFINITY, -1e308, 5e-324, -0.0][below(dice, 5)];
+                let number = [f64::NAN, f64::INFINITY, -1e308, 5e-324, -0.0][below(random, 5)];
                 input[at..at + 8].copy_from_slice(&number.to_le_bytes());
             }
             8 => input.truncate(at.max(1)),
@@ -155,17 +157,31 @@ pub fn mutate(dice: &mut Dice, seeds: &[Vec<u8>]) -> Vec<u8> {
 }
 
 /// Replaces the next number of a text at `at`.
-fn replace_number(dice: &mut Dice, input: &mut Vec<u8>, at: usize) {
+fn replace_number(random: &mut RandomNumbers, input: &mut Vec<u8>, at: usize) {
     let digit = |byte: &u8| byte.is_ascii_digit();
     let Some(from) = input[at..].iter().position(digit).map(|k| at + k) else { return };
     let part = |byte: &u8| byte.is_ascii_digit() || b".e+-_".contains(byte);
     let to = input[from..].iter().position(|byte| !part(byte)).map_or(input.len(), |k| from + k);
-    input.splice(from..to, WORDS[below(dice, 12)].bytes());
+    input.splice(from..to, WORDS[below(random, 12)].bytes());
 }
 
 impl Seeds {
+    /// Good input for `target`: the tank, shipped cases, and a run of the tank in `bench` where the target needs one.
+    pub fn in_bench(bench: &Bench, target: Target) -> Self {
+        let tank = bench.tank("seed.toml", &[]);
+        let cases = source_tree::root().join("cases");
+        let shipped = ["drifting_body_coarse", "obstacle"].map(|name| cases.join(format!("{name}.toml")));
+        let texts: Vec<String> =
+            [&tank].into_iter().chain(&shipped).map(|path| std::fs::read_to_string(path).unwrap()).collect();
+        if [Target::Checkpoints, Target::Stores, Target::Restores].contains(&target) {
+            let arguments = ["--in-process", "--threads", "1", "--checkpoint-every-steps", "40"];
+            bench.run(&tank, "seed", &arguments);
+        }
+        Self::new(target, &texts, &bench.path("seed"))
+    }
+
     /// Good input for `target`: `cases` are texts of cases, `results` a folder with a finished run.
-    pub fn new(target: Target, cases: &[String], results: &Path) -> Self {
+    fn new(target: Target, cases: &[String], results: &Path) -> Self {
         let (mut checkpoint, mut kept) = (None, None);
         let inputs = match target {
             Target::Cases => cases.iter().map(|text| text.clone().into_bytes()).collect(),
@@ -286,9 +302,10 @@ pub fn fuzz_for(
     let mut findings = Findings::default();
     for number in numbers.take_while(|_| begun.elapsed() < longest) {
         watched.store(number, Ordering::Relaxed);
-        // Neighbouring numbers must not fall alike: the dice are shaken by a product.
-        let mut dice = Dice::new((seed ^ number.wrapping_mul(0xd134_2543_de82_ef95)).wrapping_add(number));
-        let input = mutate(&mut dice, &seeds.inputs);
+        // Neighbouring numbers must not fall alike: the random are shaken by a product.
+        let mut random =
+            RandomNumbers::new((seed ^ number.wrapping_mul(0xd134_2543_de82_ef95)).wrapping_add(number));
+        let input = mutate(&mut random, &seeds.inputs);
         let started = Instant::now();
         match catch_unwind(AssertUnwindSafe(|| feed(target, seeds, &input))) {
             Ok(accepted) => findings.accepted += u64::from(accepted),

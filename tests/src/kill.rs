@@ -13,6 +13,7 @@ use std::time::{Duration, Instant};
 use rustix::process::{Pid, Signal, kill_process};
 
 use crate::bench::{Bench, children_of, command_line, text, wait_for_first_frame};
+use crate::random::RandomNumbers;
 
 pub use compare::{same_files, same_results};
 pub use moments::{Aim, Hit, MOMENTS, Moment};
@@ -111,26 +112,6 @@ impl fmt::Display for Tally {
     }
 }
 
-/// A generator of numbers that are random enough for times of death (xorshift64*).
-#[derive(Clone, Debug)]
-pub struct Dice(u64);
-
-impl Dice {
-    /// Dice that fall alike for the same `seed`.
-    pub fn new(seed: u64) -> Self {
-        Self(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1)
-    }
-
-    /// A number in [0, 1).
-    pub fn fraction(&mut self) -> f64 {
-        self.0 ^= self.0 >> 12;
-        self.0 ^= self.0 << 25;
-        self.0 ^= self.0 >> 27;
-        // The upper 53 bits: a whole number that a double holds exactly.
-        (self.0.wrapping_mul(0x2545_f491_4f6c_dd1d) >> 11) as f64 / 2f64.powi(53)
-    }
-}
-
 /// One case and the undisturbed run of it.
 #[derive(Debug)]
 pub struct Trials {
@@ -177,7 +158,7 @@ impl Trials {
     }
 
     /// Makes `times` trials: the moments with `only` in their name in turn, and the victims of each in turn.
-    pub fn run(&self, times: u32, only: &str, dice: &mut Dice, tally: &mut Tally) {
+    pub fn run(&self, times: u32, only: &str, random: &mut RandomNumbers, tally: &mut Tally) {
         let chosen: Vec<usize> = (0..MOMENTS.len()).filter(|k| MOMENTS[*k].name.contains(only)).collect();
         assert!(!chosen.is_empty(), "no moment has `{only}` in its name");
         let (mut done, mut missed) = (0, 0);
@@ -186,7 +167,7 @@ impl Trials {
             let moment = &MOMENTS[place];
             let turn = usize::try_from(tally.moments[place].trials).unwrap_or(0);
             let victim = moment.victims[turn % moment.victims.len()];
-            let Some(made) = self.make(moment, victim, dice) else {
+            let Some(made) = self.make(moment, victim, random) else {
                 missed += 1;
                 assert!(missed < 10 * times + 20, "runs end before they can be hit");
                 continue;

@@ -12,6 +12,7 @@ pub mod kill;
 pub mod mutants;
 pub mod nodes;
 pub mod python;
+pub mod random;
 pub mod soak;
 pub mod source_tree;
 pub mod streams;

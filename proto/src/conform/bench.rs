@@ -24,7 +24,7 @@ use crate::handshake;
 use crate::relay::{Relay, Tap};
 use crate::security::{ClientSecurity, SecuredChannel, ServerSecurity};
 use crate::service::{ServeOptions, Server};
-use crate::transport::Token;
+use crate::token::Token;
 use crate::wire;
 use crate::wire::participant_client::ParticipantClient as WireClient;
 

@@ -11,7 +11,7 @@ use super::{Finding, connect, not_offered, passed};
 use crate::convert::{BatchItem, Convert, decode_batch, encode_command};
 use crate::description::{LinkPlan, Partner};
 use crate::security::SecuredChannel;
-use crate::transport::Token;
+use crate::token::Token;
 use crate::wire;
 use crate::wire::participant_client::ParticipantClient as WireClient;
 use sph::driver::Command;

@@ -12,7 +12,7 @@ use super::{Finding, passed};
 use crate::convert::{Convert, encode_command};
 use crate::description::{LinkPlan, Partner};
 use crate::security::SecuredChannel;
-use crate::transport::Token;
+use crate::token::Token;
 use crate::wire;
 use crate::wire::participant_client::ParticipantClient as WireClient;
 use crate::wire::peer_client::PeerClient;

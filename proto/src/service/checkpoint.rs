@@ -1,74 +1,20 @@
 //! Saving and restoring the state of a run.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::sync::mpsc as std_mpsc;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 
-use sph::driver::{Checkpoint, Command, save};
+use sph::driver::save;
 use sph::solver::Solver;
 use sph::stage::ClockState;
-use tokio::sync::oneshot;
 use tonic::{Request, Status, Streaming};
 
 use super::SolverFactory;
-use super::compute::panic_text;
-use super::participant::{Reply, invalid};
+use super::reply::{Reply, invalid, panic_text};
 use super::session::{Host, Ready, Serial, State};
 use crate::checkpoint::{CheckpointAssembler, CheckpointData, CheckpointHeader, restore_solver};
 use crate::convert::{Convert, count, encode_state};
 use crate::error::status_text;
 use crate::wire;
-
-/// Who waits for the compute thread's next checkpoint.
-#[derive(Clone, Default)]
-pub(super) struct Pending(Arc<Mutex<Option<oneshot::Sender<Checkpoint>>>>);
-
-impl Pending {
-    fn slot(&self) -> std::sync::MutexGuard<'_, Option<oneshot::Sender<Checkpoint>>> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    /// Hands `checkpoint` to who waits for it.
-    pub(super) fn answer(&self, checkpoint: Checkpoint) {
-        if let Some(asker) = self.slot().take() {
-            // Whoever gave up waiting needs none.
-            drop(asker.send(checkpoint));
-        }
-    }
-}
-
-/// Asks the compute thread of a run for checkpoints.
-pub(super) struct Saver {
-    orders: std_mpsc::Sender<Command>,
-    pending: Pending,
-}
-
-impl Saver {
-    pub(super) fn new(orders: std_mpsc::Sender<Command>, pending: Pending) -> Self {
-        Self { orders, pending }
-    }
-
-    fn ask(&self) -> Result<oneshot::Receiver<Checkpoint>, Status> {
-        let mut slot = self.pending.slot();
-        if slot.as_ref().is_some_and(|asker| !asker.is_closed()) {
-            return Err(Status::failed_precondition(
-                "another `Checkpoint` is at work; expected: one at a time",
-            ));
-        }
-        let (asker, answer) = oneshot::channel();
-        *slot = Some(asker);
-        // A thread that has just ended lets go of its end, and the answer fails.
-        let _ = self.orders.send(Command::Checkpoint);
-        Ok(answer)
-    }
-}
-
-impl Drop for Saver {
-    /// The compute thread has ended: nobody will answer.
-    fn drop(&mut self) {
-        self.pending.slot().take();
-    }
-}
 
 /// Takes a checkpoint of the run.
 pub(super) async fn take<F: SolverFactory>(

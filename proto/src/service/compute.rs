@@ -1,6 +1,5 @@
 //! The compute thread of a run, and the stream of its events.
 
-use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc as std_mpsc;
@@ -14,7 +13,8 @@ use tokio::sync::mpsc;
 use tokio_util::sync::CancellationToken;
 use tonic::{Status, Streaming};
 
-use super::checkpoint::{Pending, Saver};
+use super::reply::panic_text;
+use super::saver::{Pending, Saver};
 use super::session::{Host, Linked, Serial, Session, State};
 use crate::convert::{BatchItem, Beat, Phase, decode_command, encode_batch};
 use crate::error::status_text;
@@ -364,10 +364,4 @@ async fn forward_events<F>(
     }
     let abandoned = given_up.unwrap_or_else(|| run.cancel.is_cancelled());
     tracing::info!(run = run.run_id, abandoned, "run ended");
-}
-
-/// Text of a panic.
-pub(super) fn panic_text(panic: &(dyn Any + Send)) -> String {
-    let text = panic.downcast_ref::<&str>().map(ToString::to_string);
-    text.or_else(|| panic.downcast_ref::<String>().cloned()).unwrap_or_else(|| "a defect without text".into())
 }

@@ -10,6 +10,8 @@ mod checkpoint;
 mod compute;
 mod exchange;
 mod participant;
+mod reply;
+mod saver;
 mod session;
 
 use std::future::Future;
@@ -26,6 +28,7 @@ use crate::connection::Incoming;
 use crate::description::{
     BodyReport, Capabilities, Constants, CouplingKind, Description, Fact, Limits, PROTOCOL,
 };
+use crate::error::with_causes;
 use crate::limits::{MAX_FRAME_BYTES, MAX_MESSAGE_BYTES};
 use crate::security::ServerSecurity;
 use crate::transport;
@@ -204,7 +207,7 @@ impl Server {
         shutdown: impl Future<Output = ()> + Send,
     ) -> Result<(), ServeError> {
         let host = Arc::new(Host::new(factory, options.clone())?);
-        let transport_error = |e: &dyn std::error::Error| ServeError::Transport(transport::with_causes(e));
+        let transport_error = |e: &dyn std::error::Error| ServeError::Transport(with_causes(e));
         let reflection = tonic_reflection::server::Builder::configure()
             .register_encoded_file_descriptor_set(wire::DESCRIPTORS)
             .register_encoded_file_descriptor_set(tonic_health::pb::FILE_DESCRIPTOR_SET)

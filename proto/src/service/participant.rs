@@ -14,6 +14,7 @@ use tokio_stream::wrappers::ReceiverStream;
 use tokio_util::sync::CancellationToken;
 use tonic::{Request, Response, Status, Streaming};
 
+use super::reply::{Reply, invalid, panic_text};
 use super::session::{Host, Linked, Ready, Serial, Skin, State};
 use super::{Opened, SetupProblems, SolverFactory, checkpoint, compute, open_checked};
 use crate::connection::Caller;
@@ -22,7 +23,7 @@ use crate::description::{FrameField, LinkPlan, OpenReport, PROTOCOL, Partner};
 use crate::error::status_text;
 use crate::limits::MAX_NAME_BYTES;
 use crate::peer::{self, GrpcPeer, PeerSlot};
-use crate::transport::Token;
+use crate::token::Token;
 use crate::wire;
 use crate::wire::open_request::Setup;
 
@@ -30,12 +31,6 @@ use crate::wire::open_request::Setup;
 const PENDING_SNAPSHOTS: usize = 2;
 /// Chunks of a snapshot that may wait for the transport.
 const PENDING_CHUNKS: usize = 4;
-
-pub(super) type Reply<T> = Pin<Box<dyn Stream<Item = Result<T, Status>> + Send>>;
-
-pub(super) fn invalid(error: &WireError) -> Status {
-    Status::invalid_argument(status_text(error.to_string()))
-}
 
 fn decode_setup(setup: &Setup) -> Result<ParticipantSetup, WireError> {
     let root = Path::root("open");
@@ -326,10 +321,7 @@ fn build<F: SolverFactory>(
     let opened = catch_unwind(AssertUnwindSafe(|| host.pool.install(|| open_checked(&host.factory, setup))));
     let (Opened { solver, constants, facts, bodies }, time_step_limit) = opened
         .map_err(|panic| {
-            Status::internal(status_text(format!(
-                "the solver failed in `Open`: {}",
-                compute::panic_text(&*panic)
-            )))
+            Status::internal(status_text(format!("the solver failed in `Open`: {}", panic_text(&*panic))))
         })?
         .map_err(|SetupProblems(problems)| Status::invalid_argument(status_text(problems.join("\n"))))?;
     let fields = |role| match &run.coupling {

@@ -13,12 +13,12 @@ use tokio_util::sync::CancellationToken;
 use tonic::Status;
 use tonic::metadata::MetadataMap;
 
-use super::checkpoint::Saver;
+use super::saver::Saver;
 use super::{ServeError, ServeOptions, SolverFactory};
 use crate::description::Description;
 use crate::error::status_text;
 use crate::peer::{GrpcPeer, PeerSlot};
-use crate::transport::Token;
+use crate::token::Token;
 
 /// Everything that a server is, besides its transport.
 pub(crate) struct Host<F> {

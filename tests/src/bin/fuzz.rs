@@ -6,10 +6,10 @@ use std::time::{Duration, Instant};
 
 use clap::{Parser, ValueEnum};
 use tests::bench::Bench;
-use tests::fuzz::{Findings, Target, fuzz_for};
+use tests::fuzz::{Findings, Seeds, Target, fuzz_for};
 use tests::nodes;
 
-/// Damages good input by dice and feeds it: nothing may panic, hang or take much memory. A finding is repeated by
+/// Damages good input by random and feeds it: nothing may panic, hang or take much memory. A finding is repeated by
 /// `--target TARGET --first NUMBER --count 1` with the same seed.
 #[derive(Debug, Parser)]
 struct Arguments {
@@ -58,7 +58,7 @@ fn run(arguments: Arguments) -> ExitCode {
     for target in targets {
         let begun = Instant::now();
         let bench = Bench::new(&program.to_string_lossy());
-        let seeds = bench.fuzz_seeds(target);
+        let seeds = Seeds::in_bench(&bench, target);
         // Making the seeds takes time as well.
         let longest = share.saturating_sub(begun.elapsed());
         let found = fuzz_for(target, &seeds, arguments.seed, numbers.clone(), longest);

@@ -4,8 +4,9 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{Parser, ValueEnum};
-use tests::kill::{Dice, Tally, Trials};
+use tests::kill::{Tally, Trials};
 use tests::nodes;
+use tests::random::RandomNumbers;
 
 /// Kills servers and coordinators of short runs, without and with sub-steps of the solids: one, both or all, at random
 /// times, at the start, while a checkpoint is written, during a resume, twice in a row, at each stage of the end, with a
@@ -50,7 +51,7 @@ fn run(arguments: Arguments) -> ExitCode {
         Ok(program) => program,
         Err(code) => return code,
     };
-    let mut dice = Dice::new(arguments.seed);
+    let mut random = RandomNumbers::new(arguments.seed);
     let mut good = true;
     for (steps, name, substeps) in [(Steps::Whole, "stage rule", None), (Steps::Sub, "4 sub-steps", Some(4))]
     {
@@ -59,7 +60,7 @@ fn run(arguments: Arguments) -> ExitCode {
         }
         let trials = Trials::new(&program, |bench| bench.tank_to(0.02, substeps));
         let mut tally = Tally::default();
-        trials.run(arguments.times, &arguments.only, &mut dice, &mut tally);
+        trials.run(arguments.times, &arguments.only, &mut random, &mut tally);
         terminal::say(format_args!("{name}:\n{tally}"));
         good &= tally.problems.is_empty();
     }

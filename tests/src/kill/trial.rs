@@ -4,7 +4,9 @@ use std::path::Path;
 use std::process::Child;
 use std::time::{Duration, Instant};
 
-use super::{Aim, Dice, Hit, LOOK, Moment, Trials, Victim, kill, same_files, same_results, wait};
+use crate::random::RandomNumbers;
+
+use super::{Aim, Hit, LOOK, Moment, Trials, Victim, kill, same_files, same_results, wait};
 use crate::bench::{children_of, kept, runs, soon};
 
 /// Most times that a run is resumed.
@@ -33,7 +35,7 @@ struct Trial<'a> {
 
 impl Trials {
     /// Makes a trial; `None` when the run had ended before its first kill.
-    pub(super) fn make(&self, moment: &Moment, victim: Victim, dice: &mut Dice) -> Option<Made> {
+    pub(super) fn make(&self, moment: &Moment, victim: Victim, random: &mut RandomNumbers) -> Option<Made> {
         let out = self.bench.path("killed");
         // No old file may be taken for a new one.
         drop(std::fs::remove_dir_all(&out));
@@ -44,13 +46,13 @@ impl Trials {
             Trial { trials: self, run: self.start("killed", record), processes: Vec::new(), kills: 0 };
         let mut hits = moment.hits.iter();
         let first = hits.next()?;
-        if !trial.hit(*first, victim, &out, dice) {
+        if !trial.hit(*first, victim, &out, random) {
             wait(&mut trial.run);
             return None;
         }
         for hit in hits {
             trial.continue_if_killed();
-            trial.hit(*hit, victim, &out, dice);
+            trial.hit(*hit, victim, &out, random);
         }
         let (repeated, mut outcome) = trial.see_through(&out);
         trial.nobody_is_left();
@@ -62,9 +64,9 @@ impl Trials {
 
 impl Trial<'_> {
     /// Waits for the moment of `hit` and kills; whether there was anybody left to be killed.
-    fn hit(&mut self, hit: Hit, victim: Victim, out: &Path, dice: &mut Dice) -> bool {
+    fn hit(&mut self, hit: Hit, victim: Victim, out: &Path, random: &mut RandomNumbers) -> bool {
         let victim = hit.victim.unwrap_or(victim);
-        if !self.wait_for(hit.aim, out, dice) {
+        if !self.wait_for(hit.aim, out, random) {
             return false;
         }
         self.processes.extend(children_of(self.run.id()));
@@ -75,23 +77,23 @@ impl Trial<'_> {
     }
 
     /// Waits for the moment of `aim`; whether the run lasts until then.
-    fn wait_for(&mut self, aim: Aim, out: &Path, dice: &mut Dice) -> bool {
+    fn wait_for(&mut self, aim: Aim, out: &Path, random: &mut RandomNumbers) -> bool {
         match aim {
             Aim::Part(percent) => {
                 let frame = out.join("snapshots/fluid_00000000.vtp");
                 let there = self.wait_until(LOOK, || frame.exists());
                 std::thread::sleep(
-                    self.trials.duration.mul_f64(f64::from(percent) / 100.0 * dice.fraction()),
+                    self.trials.duration.mul_f64(f64::from(percent) / 100.0 * random.fraction()),
                 );
                 there
             }
             Aim::Within(most) => {
-                std::thread::sleep(Duration::from_millis(u64::from(most)).mul_f64(dice.fraction()));
+                std::thread::sleep(Duration::from_millis(u64::from(most)).mul_f64(random.fraction()));
                 true
             }
             Aim::HalfCheckpoint => {
                 // One of the first ten.
-                for _ in 0..=(10.0 * dice.fraction()) as u32 {
+                for _ in 0..=(10.0 * random.fraction()) as u32 {
                     let half = || {
                         let names =
                             std::fs::read_dir(out.join("checkpoints")).into_iter().flatten().flatten();
@@ -115,7 +117,7 @@ impl Trial<'_> {
                 let begun = || matches!(aim, Aim::Begun(_)) && half.exists();
                 let there = self.wait_until(Duration::ZERO, || begun() || whole.exists());
                 // Somewhere in what comes with it.
-                std::thread::sleep(Duration::from_millis(3).mul_f64(dice.fraction()));
+                std::thread::sleep(Duration::from_millis(3).mul_f64(random.fraction()));
                 there
             }
         }

@@ -5,8 +5,9 @@ use std::process::Command;
 
 use crate::{PROGRAM, bench};
 use tests::bench::{Bench, children_of, digests, kept, soon, text, wait_for_checkpoint};
-use tests::kill::{Dice, MOMENTS, Tally, Trials, same_results, server_of};
+use tests::kill::{MOMENTS, Tally, Trials, same_results, server_of};
 use tests::nodes::Node;
+use tests::random::RandomNumbers;
 
 /// Resumes the run in `name`, which must succeed.
 fn resume(bench: &Bench, name: &str, further: &[&str]) -> String {
@@ -139,13 +140,13 @@ fn other_builds_and_arithmetic_paths_are_refused_by_name() {
 
 #[test]
 fn killed_servers_and_coordinators_lose_nothing() {
-    let mut dice = Dice::new(7);
+    let mut random = RandomNumbers::new(7);
     // Each kind of moment once.
     let times = u32::try_from(MOMENTS.len()).unwrap();
     for (substeps, times) in [(None, times), (Some(4), 5)] {
         let trials = Trials::new(Path::new(PROGRAM), |bench| bench.tank_to(0.02, substeps));
         let mut tally = Tally::default();
-        trials.run(times, "", &mut dice, &mut tally);
+        trials.run(times, "", &mut random, &mut tally);
         assert_eq!(tally.sum().equal, times, "{tally}");
     }
 }

@@ -11,7 +11,7 @@ const SEED: u64 = 7;
 /// Feeds `count` inputs: nothing may panic, hang or take much memory.
 fn feeds(target: Target, count: u64) -> Findings {
     let bench = bench();
-    let seeds: Seeds = bench.fuzz_seeds(target);
+    let seeds = Seeds::in_bench(&bench, target);
     let found = fuzz(target, &seeds, SEED, 0, count);
     assert!(found.panics.is_empty(), "{:?}", found.panics);
     assert_eq!(found.inputs, count);

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use proto::recording::{self, Recording};
-use sph::solver::Role;
+use sph::coupling::solver::Role;
 
 use crate::failure::{Failure, Kind};
 use crate::messages::Messages;

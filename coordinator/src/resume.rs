@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use sph::solver::Role;
+use sph::coupling::solver::Role;
 
 use crate::checkpoint::{RunCheckpoint, Store};
 use crate::failure::Failure;

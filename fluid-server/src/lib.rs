@@ -5,9 +5,9 @@ use std::process::ExitCode;
 
 use proto::description::{Constants, Description, Fact};
 use proto::service::{Opened, SetupProblems, SolverFactory};
+use sph::coupling::solver::Role;
 use sph::lanes::Arithmetic;
 use sph::setup::{Coupling, ParticipantSetup};
-use sph::solver::Role;
 
 /// Makes fluid solvers for the service.
 #[derive(Clone, Copy, Debug, Default)]

@@ -1,11 +1,11 @@
 //! Checkpoints as they travel: what one belongs to, its data, and the digest of these.
 
 use sha2::{Digest, Sha256};
-use sph::driver::{Checkpoint, restore, save};
-use sph::exchange::Extent;
-use sph::saved::SavedState;
-use sph::solver::{Role, Solver};
-use sph::stage::ClockState;
+use sph::coupling::driver::{Checkpoint, restore, save};
+use sph::coupling::exchange::Extent;
+use sph::coupling::saved::SavedState;
+use sph::coupling::solver::{Role, Solver};
+use sph::coupling::stage::ClockState;
 
 use crate::convert::{Convert, Path, WireError, choice, count, decode_state, encode_state, finite, name};
 use crate::convert::{positive, positive_or_infinite, required, text};

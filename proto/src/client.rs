@@ -4,9 +4,9 @@ mod checkpoint;
 
 use std::time::Duration;
 
-use sph::driver::{Command, Event, FailureReport, FinalReport};
+use sph::coupling::driver::{Command, Event, FailureReport, FinalReport};
+use sph::coupling::solver::ParticleFields;
 use sph::setup::ParticipantSetup;
-use sph::solver::ParticleFields;
 use tokio::sync::{mpsc, watch};
 use tokio_stream::wrappers::ReceiverStream;
 use tokio_util::sync::CancellationToken;
@@ -93,7 +93,7 @@ impl RunAccess {
 /// let report = fluid.open(&setup, &access).await?;
 /// fluid.link(&link).await?;
 /// let (commands, mut events) = fluid.run().await?;
-/// commands.send(sph::driver::Command::GrantThrough(100))?;
+/// commands.send(sph::coupling::driver::Command::GrantThrough(100))?;
 /// while let Some(event) = events.recv().await {
 ///     println!("{:?}", event?);
 /// }

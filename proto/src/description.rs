@@ -3,13 +3,13 @@
 use std::fmt;
 use std::time::Duration;
 
-use sph::audit::PartnerParticles;
-use sph::domain::Domain;
-use sph::exchange::{Extent, FrameContent};
+use sph::coupling::audit::PartnerParticles;
+use sph::coupling::exchange::{Extent, FrameContent};
+use sph::coupling::solver::{Counts, Role};
 use sph::kernel::CubicSpline;
 pub use sph::setup::CouplingKind;
 use sph::setup::{BodyForce, Coupling, InterfaceLaw, RunSetup, TimePlan};
-use sph::solver::{Counts, Role};
+use sph::space::domain::Domain;
 
 /// Version of the protocol.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

@@ -1,9 +1,9 @@
 //! Comparison of what participants say, before step 1: all differences at once.
 
+use sph::coupling::solver::Role;
 use sph::lanes::Path;
 use sph::setup::{Coupling, Formulation, RunSetup, SolidSetup, StepPolicy};
-use sph::solver::Role;
-use sph::vector::DIMENSIONS;
+use sph::space::DIMENSIONS;
 
 use crate::description::{Constants, CouplingKind, Description, FieldSpec, OpenReport, PROTOCOL};
 

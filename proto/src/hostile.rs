@@ -4,13 +4,13 @@ use std::time::Duration;
 
 use bytes::{Buf, BufMut, Bytes};
 use prost::Message;
-use sph::audit::{MomentumReport, PartnerBody, PartnerParticles};
-use sph::exchange::{Extent, Frame, FrameContent, InterfaceStates, PreviousStage};
-use sph::ledger::InterfaceSums;
+use sph::coupling::audit::{MomentumReport, PartnerBody, PartnerParticles};
+use sph::coupling::exchange::{Extent, Frame, FrameContent, InterfaceStates, PreviousStage};
+use sph::coupling::ledger::InterfaceSums;
+use sph::coupling::solver::Role;
+use sph::coupling::stage::{StageTime, StepStage};
 use sph::setup::{CouplingKind, InterfaceLaw};
-use sph::solver::Role;
-use sph::stage::{StageTime, StepStage};
-use sph::vector::{SymmetricTensor, Vector};
+use sph::space::{SymmetricTensor, Vector};
 
 use tonic::Status;
 use tonic::codec::{Codec, DecodeBuf, Decoder, EncodeBuf, Encoder};

@@ -5,7 +5,7 @@
 //! [`description`].
 //!
 //! ```text
-//! coordinator -- client::ParticipantClient --> service (Participant) --> compute thread: sph::driver::run
+//! coordinator -- client::ParticipantClient --> service (Participant) --> compute thread: sph::coupling::driver::run
 //!                                              fluid: peer::GrpcPeer --> service (Peer) of the solid
 //! ```
 

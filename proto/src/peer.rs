@@ -4,8 +4,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
-use sph::exchange::{Exchange, Frame, PeerError};
-use sph::stage::StepStage;
+use sph::coupling::exchange::{Exchange, Frame, PeerError};
+use sph::coupling::stage::StepStage;
 use tokio::runtime::Handle;
 use tokio::sync::{mpsc, oneshot};
 use tokio_stream::wrappers::ReceiverStream;

@@ -1,6 +1,6 @@
 //! Where the time of a run goes: spans of the solvers and of the coordinator, for a picture over time or for sums.
 //!
-//! Spans have the target [`sph::driver::TRACE`]. A trace is a JSON array of events in Chrome's trace format, which
+//! Spans have the target [`sph::coupling::driver::TRACE`]. A trace is a JSON array of events in Chrome's trace format, which
 //! <https://ui.perfetto.dev> and `chrome://tracing` open. Each process writes a part of its own, one event a line; its
 //! times are those of the machine's monotonic clock, so that the parts of one machine share an axis when
 //! [`join`] makes one file of them.
@@ -100,7 +100,7 @@ where
     S: Subscriber + for<'a> LookupSpan<'a>,
     K: Sink,
 {
-    let ours = Targets::new().with_target(sph::driver::TRACE, LevelFilter::TRACE);
+    let ours = Targets::new().with_target(sph::coupling::driver::TRACE, LevelFilter::TRACE);
     Spans { sink }.with_filter(ours)
 }
 
@@ -260,8 +260,8 @@ mod tests {
         let part = Part::create(&file("a"), "one \"quoted\"").unwrap();
         let subscriber = Registry::default().with(only_spans(part.clone()));
         subscriber::with_default(subscriber, || {
-            let _step = trace_span!(target: sph::driver::TRACE, "step", step = 7).entered();
-            trace_span!(target: sph::driver::TRACE, "own sums").in_scope(|| {
+            let _step = trace_span!(target: sph::coupling::driver::TRACE, "step", step = 7).entered();
+            trace_span!(target: sph::coupling::driver::TRACE, "own sums").in_scope(|| {
                 trace_span!(target: "elsewhere", "foreign").in_scope(|| {});
             });
         });

@@ -8,16 +8,16 @@ mod lists;
 
 use rayon::prelude::*;
 
-use crate::body_force::BodyForceField;
-use crate::domain::Domain;
-use crate::equation_of_state::Tait;
-use crate::exchange::InterfaceStates;
+use crate::coupling::exchange::InterfaceStates;
+use crate::coupling::ledger::InterfaceSums;
 use crate::kernel::CubicSpline;
-use crate::ledger::InterfaceSums;
-use crate::repulsion::Repulsion;
+use crate::laws::equation_of_state::Tait;
+use crate::laws::repulsion::Repulsion;
+use crate::prescribed::body_force::BodyForceField;
 use crate::setup::{Coupling, GradientCorrection, InterfaceLaw};
+use crate::space::domain::Domain;
+use crate::space::{SymmetricTensor, Vector, cross};
 use crate::sums::ordered_sum;
-use crate::vector::{SymmetricTensor, Vector, cross};
 
 pub use faces::Dummy;
 use faces::Faces;

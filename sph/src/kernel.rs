@@ -2,7 +2,7 @@
 
 mod pair;
 
-use crate::vector::Vector;
+use crate::space::Vector;
 
 pub use pair::{KernelLanes, PairKernel};
 

@@ -1,6 +1,6 @@
 //! Four particles at a time: arithmetic on lanes, and the choice of instructions at run time.
 //!
-//! A pass over pairs is a [`Kernel`], written once for any [`Lanes`]; [`Arithmetic::run`] executes it with the
+//! A pass over pairs is a [`LanePass`], written once for any [`Lanes`]; [`Arithmetic::run`] executes it with the
 //! instructions of one arithmetic path. Each path gives the same bits wherever and on however many threads it runs;
 //! two paths differ in round-off, since one of them fuses products with sums.
 
@@ -75,7 +75,7 @@ pub trait Lanes:
 /// Work that [`Arithmetic::run`] executes; `run` and what it calls must be `#[inline(always)]`, so that all of it is
 /// compiled for the instructions of the path. A closure that computes with lanes is many times slower where it happens
 /// not to be inlined: such are loops and functions instead.
-pub trait Kernel {
+pub trait LanePass {
     /// Result.
     type Output;
 
@@ -208,7 +208,7 @@ impl Arithmetic {
 
     /// Executes `kernel`.
     #[inline]
-    pub fn run<K: Kernel>(self, kernel: K) -> K::Output {
+    pub fn run<K: LanePass>(self, kernel: K) -> K::Output {
         match self.0 {
             Path::Portable => kernel.run::<portable::Portable>(),
             #[cfg(target_arch = "x86_64")]

@@ -4,8 +4,8 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use crate::domain::Domain;
-use crate::vector::{DIMENSIONS, Vector};
+use crate::space::domain::Domain;
+use crate::space::{DIMENSIONS, Vector};
 
 /// Targets per task of a list build.
 const TASK: usize = 512;

@@ -4,13 +4,13 @@
 //! conversion from the wire enforces. In two dimensions masses and forces are per metre of depth.
 
 mod fluid;
-mod iterate;
+mod implicit;
 mod run;
 mod solid;
 mod walls;
 
 pub use fluid::*;
-pub use iterate::*;
+pub use implicit::*;
 pub use run::*;
 pub use solid::*;
 pub use walls::*;

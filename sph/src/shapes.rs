@@ -17,7 +17,7 @@ pub use lattice::{LayerParticle, OpenSides, displace, fill, lattice_points, laye
 pub use thickness::local_thickness;
 pub use validate::{MAXIMUM_NESTING, MAXIMUM_VERTICES};
 
-use crate::vector::Vector;
+use crate::space::Vector;
 
 /// A region of the plane, lengths in \[m\].
 ///

@@ -5,13 +5,13 @@ use std::time::Duration;
 
 use proto::description::{Description, ProtocolVersion};
 use proto::service::{Opened, ServeOptions, Server, SetupProblems, SolverFactory};
-use sph::exchange::{Exchange, Extent, Frame, InterfaceStates, PeerError};
-use sph::ledger::{Energies, StageBooks};
-use sph::saved::{RestoreError, SavedState};
+use sph::coupling::exchange::{Exchange, Extent, Frame, InterfaceStates, PeerError};
+use sph::coupling::ledger::{Energies, StageBooks};
+use sph::coupling::saved::{RestoreError, SavedState};
+use sph::coupling::solver::{Counts, Divergence, NoLoads, NotRevised, ParticleFields, Role, Solver};
+use sph::coupling::stage::{StageTime, StepStage};
 use sph::setup::ParticipantSetup;
-use sph::solver::{Counts, Divergence, NoLoads, NotRevised, ParticleFields, Role, Solver};
-use sph::stage::{StageTime, StepStage};
-use sph::vector::Vector;
+use sph::space::Vector;
 use tokio::sync::oneshot;
 
 /// What is wrong with a [`Double`].

@@ -7,8 +7,8 @@ use coordinator::results::state;
 use coordinator::run::participants::News;
 use coordinator::run::participants::in_process;
 use coordinator::run::participants::threads::Threads;
-use sph::driver::{Command, Event};
-use sph::solver::Role;
+use sph::coupling::driver::{Command, Event};
+use sph::coupling::solver::Role;
 
 /// Events that may wait for the reader.
 const PENDING_EVENTS: usize = 256;

@@ -4,13 +4,13 @@ use std::time::Duration;
 
 use proto::description::Description;
 use proto::service::{Opened, SetupProblems, SolverFactory};
-use sph::exchange::{Extent, InterfaceStates};
-use sph::ledger::{Energies, StageBooks};
-use sph::saved::{RestoreError, SavedState};
+use sph::coupling::exchange::{Extent, InterfaceStates};
+use sph::coupling::ledger::{Energies, StageBooks};
+use sph::coupling::saved::{RestoreError, SavedState};
+use sph::coupling::solver::{Counts, Divergence, ParticleFields, Role, Solver};
+use sph::coupling::stage::StageTime;
 use sph::setup::ParticipantSetup;
-use sph::solver::{Counts, Divergence, ParticleFields, Role, Solver};
-use sph::stage::StageTime;
-use sph::vector::Vector;
+use sph::space::Vector;
 
 /// A solver of either role with so many particles at the interface, none of which moves.
 #[derive(Clone, Copy, Debug)]

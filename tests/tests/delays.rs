@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use sph::solver::Role;
+use sph::coupling::solver::Role;
 use tests::bench::Bench;
 use tests::delay::DelayLine;
 use tests::doubles::serve;

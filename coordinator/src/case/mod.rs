@@ -25,8 +25,8 @@ mod tests;
 use std::path::Path;
 
 use proto::security::ClientFiles;
+use sph::coupling::solver::Role;
 use sph::setup::OutputPlan;
-use sph::solver::Role;
 
 pub use errors::{CaseError, CaseErrors, Place, Position};
 pub use files::LARGEST_FILE;
@@ -196,8 +196,7 @@ impl CaseFile {
     fn open_rims(&self) -> Vec<Choice<Side>> {
         let domain = self.domain.domain();
         let coincides = |wall: &file::wall::WallTable, side: Side| {
-            let corner = |of: fn(&sph::shapes::Shape) -> sph::vector::Vector,
-                          fallback: sph::vector::Vector| {
+            let corner = |of: fn(&sph::shapes::Shape) -> sph::space::Vector, fallback: sph::space::Vector| {
                 wall.shape.as_ref().map_or(fallback, |shape| of(&shape.value.to_shape()))[side.axis]
             };
             if side.upper {

@@ -1,7 +1,7 @@
 //! Names of regions, bodies, supports, walls and probes: each once, and every reference to one that exists.
 
 use sph::setup::{FluidProbe, FluidProbeKind, SolidProbe, SolidProbeKind};
-use sph::vector::Vector;
+use sph::space::Vector;
 
 use super::errors::{CaseError, ErrorList, Place, suggest};
 use super::file::CaseFile;

@@ -1,10 +1,10 @@
 //! What the solvers find at the start of a run: expressions without a value, states beyond their limits and laws that do
 //! not go together are errors of the case, each at its key.
 
-use sph::equation_of_state::{LARGEST_COMPRESSION, Tait};
 use sph::expression::Expression;
+use sph::laws::equation_of_state::{LARGEST_COMPRESSION, Tait};
 use sph::setup::InterfaceLaw;
-use sph::vector::Vector;
+use sph::space::Vector;
 
 use super::errors::{CaseError, ErrorList, Place};
 use super::file::body::BodyTable;

@@ -3,9 +3,9 @@
 use std::collections::HashMap;
 use std::path::Path;
 
+use sph::coupling::solver::{Field, ParticleFields};
 use sph::setup::{FluidParticles, SolidParticles};
-use sph::solver::{Field, ParticleFields};
-use sph::vector::{SymmetricTensor, Vector};
+use sph::space::{SymmetricTensor, Vector};
 
 use super::errors::{CaseError, ErrorList};
 use super::file::CaseFile;

@@ -7,8 +7,8 @@ pub use preview::draw;
 use std::path::Path;
 
 use proto::service::{SetupProblems, SolverFactory, open_checked};
+use sph::coupling::solver::Role;
 use sph::setup::ParticipantSetup;
-use sph::solver::Role;
 
 use crate::case::{Case, Server, Summary};
 use crate::failure::Failure;

@@ -7,7 +7,7 @@ use plotters::coord::types::RangedCoordf64;
 use plotters::drawing::DrawingAreaErrorKind;
 use plotters::prelude::*;
 use sph::setup::{FluidProbeKind, SolidProbeKind};
-use sph::vector::Vector;
+use sph::space::Vector;
 
 use crate::case::Case;
 use crate::failure::Failure;

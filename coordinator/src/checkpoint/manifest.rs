@@ -3,7 +3,7 @@
 use proto::checkpoint::{CheckpointData, CheckpointHeader};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
-use sph::solver::Role;
+use sph::coupling::solver::Role;
 
 use super::RunCheckpoint;
 

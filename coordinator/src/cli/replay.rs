@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use sph::solver::Role;
+use sph::coupling::solver::Role;
 use terminal::say;
 
 use super::run::NewRunArguments;

@@ -9,10 +9,10 @@
 
 use std::path::{Path, PathBuf};
 
-use sph::driver::StepReport;
-use sph::ledger::{Account, Imbalance, TorqueAccount};
-use sph::solver::Role;
-use sph::stage::{Stage, StepStage};
+use sph::coupling::driver::StepReport;
+use sph::coupling::ledger::{Account, Imbalance, TorqueAccount};
+use sph::coupling::solver::Role;
+use sph::coupling::stage::{Stage, StepStage};
 
 use super::error::OutputError;
 use super::ledger_sums::{Extremes, Largest, LedgerSums, SideSums, Work};

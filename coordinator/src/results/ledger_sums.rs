@@ -1,10 +1,10 @@
 //! Sums and extremes of the interface ledger.
 
 use serde::{Deserialize, Serialize};
-use sph::driver::StepReport;
-use sph::ledger::{Account, StageBooks, TorqueAccount};
-use sph::stage::StepStage;
-use sph::vector::Vector;
+use sph::coupling::driver::StepReport;
+use sph::coupling::ledger::{Account, StageBooks, TorqueAccount};
+use sph::coupling::stage::StepStage;
+use sph::space::Vector;
 
 /// The largest value of a check and the half-step where it occurred; NaN is larger than everything.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]

@@ -1,9 +1,9 @@
 //! A step that all participants have completed: what the ledger records.
 
-use sph::driver::StepReport;
-use sph::ledger::{Breach, Imbalance};
-use sph::solver::Role;
-use sph::vector::Vector;
+use sph::coupling::driver::StepReport;
+use sph::coupling::ledger::{Breach, Imbalance};
+use sph::coupling::solver::Role;
+use sph::space::Vector;
 
 /// A step that every participant has completed, with its checks.
 #[derive(Clone, Debug)]

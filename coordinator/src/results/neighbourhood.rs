@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use sph::solver::{Divergence, ParticleFields};
+use sph::coupling::solver::{Divergence, ParticleFields};
 
 use super::error::OutputError;
 use super::table::TableFile;
@@ -47,8 +47,8 @@ pub fn write(path: &Path, divergence: &Divergence, state: &ParticleFields) -> Re
 
 #[cfg(test)]
 mod tests {
-    use sph::solver::Field;
-    use sph::stage::StepStage;
+    use sph::coupling::solver::Field;
+    use sph::coupling::stage::StepStage;
 
     use super::*;
     use crate::results::table::Table;

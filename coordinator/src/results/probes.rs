@@ -3,9 +3,9 @@
 use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
 
-use sph::driver::ProbeValues;
+use sph::coupling::driver::ProbeValues;
+use sph::coupling::solver::Role;
 use sph::setup::{FluidProbe, SolidProbe};
-use sph::solver::Role;
 
 use super::error::OutputError;
 use super::table::{Changed, Resumed, TableFile, TableMark};
@@ -157,7 +157,7 @@ impl ProbeFile {
 #[cfg(test)]
 mod tests {
     use sph::setup::{FluidProbeKind, SolidProbeKind};
-    use sph::vector::Vector;
+    use sph::space::Vector;
 
     use super::*;
     use crate::results::table::Table;

@@ -6,9 +6,9 @@ use std::fs::File;
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
-use sph::driver::{ProbeValues, TRACE};
-use sph::solver::{Counts, Divergence, ParticleFields, Role};
-use sph::vector::Vector;
+use sph::coupling::driver::{ProbeValues, TRACE};
+use sph::coupling::solver::{Counts, Divergence, ParticleFields, Role};
+use sph::space::Vector;
 use tracing::trace_span;
 
 use crate::case::Case;

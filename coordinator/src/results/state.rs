@@ -17,7 +17,7 @@ use std::path::Path;
 
 use flate2::CrcWriter;
 use sha2::{Digest, Sha256};
-use sph::solver::{Field, ParticleFields};
+use sph::coupling::solver::{Field, ParticleFields};
 
 use super::error::OutputError;
 use super::files::write_file;

@@ -5,8 +5,8 @@ use std::io::{self, Read, Write};
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
-use sph::solver::Counts;
-use sph::stage::StepStage;
+use sph::coupling::solver::Counts;
+use sph::coupling::stage::StepStage;
 
 use super::error::OutputError;
 use super::files::open_regular;

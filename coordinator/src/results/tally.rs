@@ -1,7 +1,7 @@
 //! Figures of a run so far, for progress and summary.
 
 use serde::{Deserialize, Serialize};
-use sph::solver::{Counts, Role};
+use sph::coupling::solver::{Counts, Role};
 
 use super::matched_step::MatchedStep;
 use super::summary::StepSizes;

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 
 use flate2::Compression;
 use flate2::write::ZlibEncoder;
-use sph::solver::{Field, ParticleFields};
+use sph::coupling::solver::{Field, ParticleFields};
 
 use super::error::OutputError;
 use super::files::write_file;

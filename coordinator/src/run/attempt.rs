@@ -1,8 +1,8 @@
 //! One attempt at a run: from its start or a checkpoint to its end.
 
 use proto::recording::RecordingWriter;
+use sph::coupling::solver::Role;
 use sph::setup::ParticipantSetup;
-use sph::solver::Role;
 use tokio::sync::mpsc;
 
 use super::checkpoint_scheduler::CheckpointScheduler;

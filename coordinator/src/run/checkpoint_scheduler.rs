@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use proto::checkpoint::CheckpointData;
-use sph::driver::TRACE;
+use sph::coupling::driver::TRACE;
 use tokio::task::JoinHandle;
 use tracing::trace_span;
 

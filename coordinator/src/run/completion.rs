@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 
 use sha2::{Digest, Sha256};
-use sph::driver::TRACE;
-use sph::solver::Role;
+use sph::coupling::driver::TRACE;
+use sph::coupling::solver::Role;
 use terminal::program;
 use tracing::trace_span;
 

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use proto::player::Replayed;
 use proto::recording::RecordingWriter;
-use sph::solver::Role;
+use sph::coupling::solver::Role;
 
 use super::attempt::Attempt;
 use super::checkpoint_scheduler::{CaseFacts, CheckpointScheduler, Schedule};

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use sph::solver::Role;
+use sph::coupling::solver::Role;
 
 use super::request::RunOptions;
 use crate::case::Case;

@@ -1,6 +1,6 @@
 //! Lost servers: how each ended, and whether it helps to start them again.
 
-use sph::solver::Role;
+use sph::coupling::solver::Role;
 
 use super::attempt::EndedAttempt;
 use super::control::ending::Ending;

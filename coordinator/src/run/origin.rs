@@ -6,7 +6,7 @@ use std::fs;
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 
-use sph::solver::{ParticleFields, Role};
+use sph::coupling::solver::{ParticleFields, Role};
 
 use crate::case::{self, Case};
 use crate::checkpoint::OriginDigests;

@@ -1,7 +1,7 @@
 //! The solvers of a run, wherever they compute.
 
+use sph::coupling::solver::Role;
 use sph::setup::CouplingKind;
-use sph::solver::Role;
 
 use crate::results::summary::Participant;
 use crate::run::participants::in_process::ThreadParticipant;

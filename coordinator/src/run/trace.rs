@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use proto::trace::{self, Part};
-use sph::solver::Role;
+use sph::coupling::solver::Role;
 use tempfile::TempDir;
 
 use crate::failure::Failure;

@@ -243,7 +243,7 @@ fn make(
 /// Names the solvers' builds and the arithmetic path.
 fn made_by() -> String {
     use crate::run::participants::in_process::description;
-    use sph::solver::Role;
+    use sph::coupling::solver::Role;
     let arithmetic = sph::lanes::Arithmetic::chosen().name();
     format!("{} {} {arithmetic}", description(Role::Fluid).build, description(Role::Solid).build)
 }

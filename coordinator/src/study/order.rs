@@ -2,9 +2,9 @@
 
 use std::collections::HashMap;
 
-use sph::domain::Domain;
 use sph::neighbours::CellGrid;
-use sph::vector::Vector;
+use sph::space::Vector;
+use sph::space::domain::Domain;
 
 /// A box around `positions`, open on all sides unless `periodic` gives one.
 pub fn domain_around(positions: &[Vector], margin: f64) -> Domain {

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
-use sph::vector::Vector;
+use sph::space::Vector;
 
 use super::cost::{PASSES, STEP};
 use super::order::{domain_around, surrounded, widest_gap};

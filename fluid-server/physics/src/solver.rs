@@ -1,13 +1,13 @@
 //! The solver as a half-step driver sees it.
 
-use sph::exchange::{Extent, InterfaceStates};
+use sph::coupling::exchange::{Extent, InterfaceStates};
+use sph::coupling::ledger::{Energies, StageBooks};
+use sph::coupling::saved::{RestoreError, SavedState};
+use sph::coupling::solver::{Counts, Divergence, NoLoads, ParticleFields, Role, Solver};
+use sph::coupling::stage::{StageTime, StepStage};
 use sph::lanes::Arithmetic;
-use sph::ledger::{Energies, StageBooks};
-use sph::saved::{RestoreError, SavedState};
 use sph::setup::FluidSetup;
-use sph::solver::{Counts, Divergence, NoLoads, ParticleFields, Role, Solver};
-use sph::stage::{StageTime, StepStage};
-use sph::vector::{DIMENSIONS, Vector};
+use sph::space::{DIMENSIONS, Vector};
 
 use crate::boundary::departures::{EndedStep, remove_departed};
 use crate::report::boundary_evaluation::BoundaryEvaluation;

@@ -5,11 +5,11 @@
 mod scene;
 
 use fluid::FluidSolver;
-use sph::exchange::InterfaceStates;
-use sph::saved::SavedState;
+use sph::coupling::exchange::InterfaceStates;
+use sph::coupling::saved::SavedState;
+use sph::coupling::solver::Solver;
+use sph::coupling::stage::{Stage, StageTime, StepStage};
 use sph::setup::{FluidProbe, FluidProbeKind};
-use sph::solver::Solver;
-use sph::stage::{Stage, StageTime, StepStage};
 
 /// One step without a partner.
 fn step(solver: &mut FluidSolver, step: u64, time_step: f64) {

@@ -4,12 +4,12 @@ use std::collections::HashSet;
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
-use sph::audit::PartnerParticles;
-use sph::driver::{Command, Event, StepReport};
-use sph::exchange::Extent;
+use sph::coupling::audit::PartnerParticles;
+use sph::coupling::driver::{Command, Event, StepReport};
+use sph::coupling::exchange::Extent;
+use sph::coupling::solver::{Fault, ParticleFields, Role};
 use sph::setup::{CouplingKind, ParticipantSetup};
-use sph::solver::{Fault, ParticleFields, Role};
-use sph::vector::Vector;
+use sph::space::Vector;
 use tokio::sync::oneshot;
 use tonic::Status;
 

@@ -1,7 +1,7 @@
 //! Bodies of a solid: the constants by which they move, and their angular momentum.
 
+use sph::coupling::solver::Role;
 use sph::setup::ParticipantSetup;
-use sph::solver::Role;
 
 use super::bench::{Bench, Record};
 use super::dummy::Quirk;

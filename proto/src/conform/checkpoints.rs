@@ -1,7 +1,7 @@
 //! Checkpoint and Restore by replay: the only proof that a checkpoint holds everything.
 
 use bytes::Bytes;
-use sph::exchange::Extent;
+use sph::coupling::exchange::Extent;
 use tokio::sync::mpsc;
 use tokio_stream::wrappers::ReceiverStream;
 
@@ -14,7 +14,7 @@ use crate::security::SecuredChannel;
 use crate::token::Token;
 use crate::wire;
 use crate::wire::participant_client::ParticipantClient as WireClient;
-use sph::driver::Command;
+use sph::coupling::driver::Command;
 
 /// Step at which the checkpoint is taken, and steps of the whole run.
 const SAVED: u64 = 10;
@@ -36,7 +36,7 @@ impl<'a> Replay<'a> {
         let scene = bench.fit(Scene {
             coupled: false,
             steps: STEPS,
-            gravity: sph::vector::Vector::new(0.3, -9.81),
+            gravity: sph::space::Vector::new(0.3, -9.81),
             compression: 0.01,
             ..Scene::still(bench.kind)
         });

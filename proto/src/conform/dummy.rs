@@ -1,16 +1,16 @@
 //! The partner that the kit plays: particles that move as prescribed and take part in the interface by the book.
 
-use sph::body_force::BodyForceField;
-use sph::domain::Domain;
-use sph::equation_of_state::Tait;
-use sph::exchange::{Extent, InterfaceStates};
+use sph::coupling::exchange::{Extent, InterfaceStates};
+use sph::coupling::ledger::{Account, Accounts, Energies, InterfaceSums, StageBooks};
+use sph::coupling::saved::{RestoreError, SavedState};
+use sph::coupling::solver::{Counts, Divergence, Field, NoLoads, NotRevised, ParticleFields, Role, Solver};
+use sph::coupling::stage::{Stage, StageTime, StepStage};
 use sph::interface::{Interface, load_sums};
-use sph::ledger::{Account, Accounts, Energies, InterfaceSums, StageBooks};
-use sph::saved::{RestoreError, SavedState};
+use sph::laws::equation_of_state::Tait;
+use sph::prescribed::body_force::BodyForceField;
 use sph::setup::{Coupling, ParticipantSetup};
-use sph::solver::{Counts, Divergence, Field, NoLoads, NotRevised, ParticleFields, Role, Solver};
-use sph::stage::{Stage, StageTime, StepStage};
-use sph::vector::Vector;
+use sph::space::Vector;
+use sph::space::domain::Domain;
 
 use super::scene::SOLID_DENSITY;
 use crate::description::{Constants, Description};

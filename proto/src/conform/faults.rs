@@ -2,10 +2,10 @@
 
 use std::time::Duration;
 
-use sph::driver::{Command, Event};
+use sph::coupling::driver::{Command, Event};
+use sph::coupling::solver::{Fault, Role};
+use sph::coupling::stage::{Stage, StepStage};
 use sph::setup::CouplingKind;
-use sph::solver::{Fault, Role};
-use sph::stage::{Stage, StepStage};
 
 use super::bench::{Bench, Coupled, Record, grant};
 use super::dummy::Quirk;

@@ -1,9 +1,9 @@
 //! Iterated half-steps: a solid that one exchange would throw off, and a fluid that is asked again and again.
 
-use sph::driver::StepReport;
+use sph::coupling::driver::StepReport;
+use sph::coupling::solver::Role;
 use sph::setup::{CouplingKind, Iterate, Relaxation, Unsettled};
-use sph::solver::Role;
-use sph::vector::Vector;
+use sph::space::Vector;
 
 use super::bench::Bench;
 use super::dummy::Quirk;

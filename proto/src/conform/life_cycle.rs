@@ -1,6 +1,6 @@
 //! The life-cycle table of participant.proto.
 
-use sph::exchange::Extent;
+use sph::coupling::exchange::Extent;
 use sph::setup::ParticipantSetup;
 use tokio::sync::mpsc;
 use tokio_stream::wrappers::ReceiverStream;
@@ -16,7 +16,7 @@ use crate::token::Token;
 use crate::wire;
 use crate::wire::participant_client::ParticipantClient as WireClient;
 use crate::wire::peer_client::PeerClient;
-use sph::driver::Command;
+use sph::coupling::driver::Command;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum State {

@@ -5,8 +5,8 @@
 
 use std::time::{Duration, Instant};
 
+use sph::coupling::solver::Role;
 use sph::setup::CouplingKind;
-use sph::solver::Role;
 
 use crate::client::{Deadlines, ParticipantClient};
 use crate::description::Description;

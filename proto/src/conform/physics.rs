@@ -1,10 +1,10 @@
 //! What a participant computes, as far as it can be told without knowing how.
 
-use sph::driver::StepReport;
-use sph::ledger::{TorqueCheck, imbalance};
+use sph::coupling::driver::StepReport;
+use sph::coupling::ledger::{TorqueCheck, imbalance};
+use sph::coupling::solver::Role;
 use sph::setup::{CouplingKind, ParticipantSetup, RunSetup};
-use sph::solver::Role;
-use sph::vector::Vector;
+use sph::space::Vector;
 
 use super::bench::{Bench, Record};
 use super::dummy::Quirk;

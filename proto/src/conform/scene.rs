@@ -1,6 +1,6 @@
 //! Small set-ups that the checks open: a patch of water beside a block of a solid, without walls.
 
-use sph::domain::Domain;
+use sph::coupling::solver::Role;
 use sph::kernel::CubicSpline;
 use sph::setup::{
     BodyForce, BodySetup, BreachAction, ContactLaw, Coupling, CouplingKind, DensityDiffusion,
@@ -9,8 +9,8 @@ use sph::setup::{
     SolidParticles, SolidSetup, SolidStepping, StepPolicy, Support, TimePlan, TotalLagrangian, ViscousForm,
     WallParticles,
 };
-use sph::solver::Role;
-use sph::vector::{SymmetricTensor, Vector};
+use sph::space::domain::Domain;
+use sph::space::{SymmetricTensor, Vector};
 
 /// Spacing of water and solid \[m\].
 pub(super) const SPACING: f64 = 0.01;

@@ -1,7 +1,7 @@
 //! Packed little-endian arrays.
 
 use bytes::{BufMut, Bytes, BytesMut};
-use sph::vector::{SymmetricTensor, Vector};
+use sph::space::{SymmetricTensor, Vector};
 
 use super::{Path, WireError};
 use crate::limits::MAX_PARTICLES;

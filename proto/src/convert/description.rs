@@ -3,10 +3,10 @@
 use std::time::Duration;
 
 use bytes::{BufMut, BytesMut};
-use sph::exchange::Extent;
+use sph::coupling::exchange::Extent;
+use sph::coupling::solver::Role;
 use sph::setup::InterfaceLaw;
-use sph::solver::Role;
-use sph::vector::Vector;
+use sph::space::Vector;
 
 use super::arrays::unpack_all;
 use super::{

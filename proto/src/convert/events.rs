@@ -1,9 +1,9 @@
 //! Commands and events of the Run stream.
 
-use sph::driver::{Command, Held, ProbeValues, StepReport};
-use sph::ledger::{Energies, StageBooks};
-use sph::solver::{Counts, Fault};
-use sph::stage::StepStage;
+use sph::coupling::driver::{Command, Held, ProbeValues, StepReport};
+use sph::coupling::ledger::{Energies, StageBooks};
+use sph::coupling::solver::{Counts, Fault};
+use sph::coupling::stage::StepStage;
 
 use super::arrays::{pack, unpack_all};
 use super::{Choice, Convert, Path, WireError, choice, finite, length, optional, required};

@@ -1,8 +1,8 @@
 //! Half-step frames. Writer and reader keep what the protocol sends only on change.
 
 use bytes::Bytes;
-use sph::exchange::{Extent, Frame, FrameContent, InterfaceStates, PreviousStage};
-use sph::stage::{StageTime, StepStage};
+use sph::coupling::exchange::{Extent, Frame, FrameContent, InterfaceStates, PreviousStage};
+use sph::coupling::stage::{StageTime, StepStage};
 
 use super::arrays::{
     index_count, pack, pack_indices, unpack_ids, unpack_indices, unpack_into, unpack_positive,

@@ -1,6 +1,6 @@
 //! Iterated half-steps: how they are asked for, and the word that ends one.
 
-use sph::exchange::Acceptance;
+use sph::coupling::exchange::Acceptance;
 use sph::setup::{Iterate, Relaxation, Unsettled};
 
 use super::{Choice, Convert, Path, WireError, choice, positive};

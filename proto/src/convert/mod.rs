@@ -24,7 +24,7 @@ pub(crate) use snapshot::{SnapshotAssembler, snapshot_chunks};
 
 use std::fmt;
 
-use sph::vector::{DIMENSIONS, Vector};
+use sph::space::{DIMENSIONS, Vector};
 
 use crate::limits::{MAX_LIST, MAX_NAME_BYTES, MAX_TEXT_BYTES};
 use crate::wire;

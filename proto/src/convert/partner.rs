@@ -1,6 +1,6 @@
 //! Conversions of the partner's particles as its set-up has them.
 
-use sph::audit::{PartnerBody, PartnerParticles};
+use sph::coupling::audit::{PartnerBody, PartnerParticles};
 
 use super::arrays::{
     index_count, pack, pack_indices, unpack, unpack_ids, unpack_indices_below, unpack_positive,

@@ -1,13 +1,13 @@
 //! Books, facts and faults: numbers of a report may be anything, so that a breakdown can be told.
 
-use sph::audit::MomentumReport;
-use sph::ledger::{
+use sph::coupling::audit::MomentumReport;
+use sph::coupling::ledger::{
     Account, Accounts, AngularBudget, Breach, Check, Energies, InterfaceSums, StageBooks, TorqueAccount,
     Torques,
 };
-use sph::solver::{Counts, Divergence, Fault};
-use sph::stage::StepStage;
-use sph::vector::Vector;
+use sph::coupling::solver::{Counts, Divergence, Fault};
+use sph::coupling::stage::StepStage;
+use sph::space::Vector;
 
 use super::{Choice, Convert, Path, WireError, any_number, any_vector, choice, optional, required, text};
 use crate::wire;

@@ -1,14 +1,14 @@
 //! The part of a set-up that both participants receive.
 
-use sph::domain::Domain;
+use sph::coupling::solver::Role;
+use sph::coupling::stage::Stage;
 use sph::setup::{
     BodyForce, BreachAction, Coupling, CouplingKind, Damping, FluidConstants, GradientCorrection,
     InterfaceLaw, LedgerPolicy, Motion, OutputPlan, RunSetup, StepPolicy, TimePlan, WallCondition,
     WallParticles, WallSetup,
 };
-use sph::solver::Role;
-use sph::stage::Stage;
-use sph::vector::DIMENSIONS;
+use sph::space::DIMENSIONS;
+use sph::space::domain::Domain;
 
 use super::arrays::{index_count, pack, pack_indices, unpack, unpack_indices_below};
 use super::{

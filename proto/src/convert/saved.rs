@@ -8,7 +8,7 @@
 //!
 //! All little-endian, without gaps. A checkpoint carries its digest beside it.
 
-use sph::saved::{SavedState, Values};
+use sph::coupling::saved::{SavedState, Values};
 
 use crate::limits::{MAX_ARRAYS, MAX_NAME_BYTES};
 

@@ -1,7 +1,7 @@
 //! Snapshots, which travel in chunks beside the events.
 
 use bytes::{Buf, BufMut, Bytes, BytesMut};
-use sph::solver::{Field, ParticleFields};
+use sph::coupling::solver::{Field, ParticleFields};
 
 use super::arrays::{unpack_any_into, unpack_indices_below};
 use super::{Path, WireError, count, finite, length, name, text};

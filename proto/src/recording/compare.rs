@@ -3,8 +3,8 @@
 use std::collections::BTreeSet;
 use std::fmt;
 
-use sph::ledger::InterfaceSums;
-use sph::solver::Role;
+use sph::coupling::ledger::InterfaceSums;
+use sph::coupling::solver::Role;
 
 use super::{Moment, Recording, RecordingError};
 use crate::convert::{self, Convert, choice};

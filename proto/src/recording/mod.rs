@@ -12,10 +12,10 @@ pub use writer::RecordingWriter;
 
 use std::path::{Path, PathBuf};
 
-use sph::exchange::Extent;
+use sph::coupling::exchange::Extent;
+use sph::coupling::solver::Role;
+use sph::coupling::stage::StepStage;
 use sph::setup::CouplingKind;
-use sph::solver::Role;
-use sph::stage::StepStage;
 
 use crate::convert::{self, Convert, WireError, choice, positive_or_infinite, required};
 use crate::limits::MAX_FRAME_BYTES;

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use bytes::Bytes;
 use prost::Message;
-use sph::solver::Role;
+use sph::coupling::solver::Role;
 
 use super::{
     Attempt, HEAD_BYTES, MAGIC, Moment, RECORD_BYTES, RecordKind, RecordingError, VERSION, record_head,

@@ -1,6 +1,6 @@
 use std::io::Write;
 
-use sph::stage::Stage;
+use sph::coupling::stage::Stage;
 use tempfile::TempDir;
 
 use super::*;

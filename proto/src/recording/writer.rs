@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::thread::JoinHandle;
 
 use prost::Message;
-use sph::solver::Role;
+use sph::coupling::solver::Role;
 use tokio::sync::mpsc;
 
 use super::{Attempt, MAGIC, RecordKind, RecordingError, VERSION, record_head};

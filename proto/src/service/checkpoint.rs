@@ -3,9 +3,9 @@
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 
-use sph::driver::save;
-use sph::solver::Solver;
-use sph::stage::ClockState;
+use sph::coupling::driver::save;
+use sph::coupling::solver::Solver;
+use sph::coupling::stage::ClockState;
 use tonic::{Request, Status, Streaming};
 
 use super::SolverFactory;

@@ -6,9 +6,9 @@ use std::sync::mpsc as std_mpsc;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 
-use sph::driver::{self, Command, Event};
-use sph::exchange::Exchange;
-use sph::solver::ParticleFields;
+use sph::coupling::driver::{self, Command, Event};
+use sph::coupling::exchange::Exchange;
+use sph::coupling::solver::ParticleFields;
 use tokio::sync::mpsc;
 use tokio_util::sync::CancellationToken;
 use tonic::{Status, Streaming};

@@ -19,9 +19,9 @@ use std::net::SocketAddr;
 use std::sync::Arc;
 use std::time::Duration;
 
+use sph::coupling::solver::{Role, Solver};
 use sph::setup::{InterfaceLaw, ParticipantSetup};
-use sph::solver::{Role, Solver};
-use sph::vector::DIMENSIONS;
+use sph::space::DIMENSIONS;
 use tonic::service::interceptor::InterceptedService;
 
 use crate::connection::Incoming;

@@ -5,9 +5,9 @@ use std::pin::Pin;
 use std::sync::Arc;
 use std::task::{Context, Poll};
 
-use sph::driver::Link;
+use sph::coupling::driver::Link;
+use sph::coupling::solver::{ParticleFields, Role};
 use sph::setup::ParticipantSetup;
-use sph::solver::{ParticleFields, Role};
 use tokio::sync::mpsc;
 use tokio_stream::Stream;
 use tokio_stream::wrappers::ReceiverStream;

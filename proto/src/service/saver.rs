@@ -3,7 +3,7 @@
 use std::sync::mpsc as std_mpsc;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use sph::driver::{Checkpoint, Command};
+use sph::coupling::driver::{Checkpoint, Command};
 use tokio::sync::oneshot;
 use tonic::Status;
 

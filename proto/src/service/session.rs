@@ -4,10 +4,10 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
-use sph::driver::Link;
+use sph::coupling::driver::Link;
+use sph::coupling::solver::{ParticleFields, Role, Solver};
+use sph::coupling::stage::ClockState;
 use sph::setup::RunSetup;
-use sph::solver::{ParticleFields, Role, Solver};
-use sph::stage::ClockState;
 use tokio::sync::mpsc;
 use tokio_util::sync::CancellationToken;
 use tonic::Status;

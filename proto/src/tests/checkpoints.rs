@@ -1,7 +1,7 @@
 //! Saving and restoring over the wire.
 
-use sph::driver::{Command, Event};
-use sph::solver::{ParticleFields, Role};
+use sph::coupling::driver::{Command, Event};
+use sph::coupling::solver::{ParticleFields, Role};
 
 use super::fake::{Pair, TestServer, alone, assert_usable, setup, soon};
 use crate::checkpoint::{CheckpointData, CheckpointHeader, digest};
@@ -76,7 +76,7 @@ async fn a_restored_run_ends_with_the_bits_of_one_that_was_never_saved() {
     let f = fluid.restore(&fluid_data, 1).await.unwrap();
     let s = solid.restore(&solid_data, 1).await.unwrap();
     assert_eq!((f.step, s.step), (25, 25));
-    let plan = |extent: &sph::exchange::Extent, partner| LinkPlan {
+    let plan = |extent: &sph::coupling::exchange::Extent, partner| LinkPlan {
         first_limit: 1.0,
         partner_extent: extent.clone(),
         partner,

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use sph::solver::Role;
+use sph::coupling::solver::Role;
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::TcpStream;
 use tokio_stream::wrappers::ReceiverStream;

@@ -4,9 +4,9 @@ use std::io::Write;
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
-use sph::driver::{Command, Event};
-use sph::exchange::Extent;
-use sph::solver::Role;
+use sph::coupling::driver::{Command, Event};
+use sph::coupling::exchange::Extent;
+use sph::coupling::solver::Role;
 use tracing_subscriber::fmt::MakeWriter;
 
 use super::fake::{TestServer, alone, soon};

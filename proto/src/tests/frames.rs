@@ -1,13 +1,13 @@
 //! Frames on the wire: all bits survive, and every wrong frame is refused by name.
 
 use bytes::Bytes;
-use sph::audit::MomentumReport;
-use sph::exchange::{Acceptance, Extent, Frame, FrameContent, InterfaceStates, PreviousStage};
-use sph::ledger::InterfaceSums;
+use sph::coupling::audit::MomentumReport;
+use sph::coupling::exchange::{Acceptance, Extent, Frame, FrameContent, InterfaceStates, PreviousStage};
+use sph::coupling::ledger::InterfaceSums;
+use sph::coupling::solver::Role;
+use sph::coupling::stage::{Stage, StageTime, StepStage};
 use sph::setup::{CouplingKind, InterfaceLaw};
-use sph::solver::Role;
-use sph::stage::{Stage, StageTime, StepStage};
-use sph::vector::{SymmetricTensor, Vector};
+use sph::space::{SymmetricTensor, Vector};
 
 use crate::convert::{FrameReader, FrameWriter, ReceivedFrame};
 use crate::description::FrameField;

@@ -2,11 +2,11 @@
 
 use std::time::Duration;
 
-use sph::driver::Command;
-use sph::exchange::Extent;
+use sph::coupling::driver::Command;
+use sph::coupling::exchange::Extent;
+use sph::coupling::solver::Role;
+use sph::coupling::stage::ClockState;
 use sph::setup::ParticipantSetup;
-use sph::solver::Role;
-use sph::stage::ClockState;
 use tokio::sync::mpsc;
 use tokio_stream::wrappers::ReceiverStream;
 use tonic::Code;
@@ -103,7 +103,7 @@ fn link_request(run_id: &str) -> wire::LinkRequest {
 fn start_of_a_run() -> CheckpointData {
     let row = Row::new(&setup(Role::Solid, RUN, 10));
     let clock = ClockState { step: 0, time: 0.0, time_step: 1e-3, elapsed_before: 0.0 };
-    let checkpoint = sph::driver::save(&row, &clock);
+    let checkpoint = sph::coupling::driver::save(&row, &clock);
     let description = RowFactory(Role::Solid).describe();
     CheckpointData::new(CheckpointHeader::new(&description, Role::Solid, &checkpoint), &checkpoint)
 }

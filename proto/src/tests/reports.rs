@@ -1,15 +1,15 @@
 //! Events, commands, snapshots and descriptions keep all they hold.
 
 use bytes::Bytes;
-use sph::driver::{Command, ProbeValues, StepReport};
-use sph::ledger::{
+use sph::coupling::driver::{Command, ProbeValues, StepReport};
+use sph::coupling::ledger::{
     Account, Accounts, AngularBudget, Breach, Check, Energies, InterfaceSums, StageBooks, TorqueAccount,
     Torques,
 };
+use sph::coupling::solver::{Counts, Divergence, Fault, Field, ParticleFields, Role};
+use sph::coupling::stage::{Stage, StepStage};
 use sph::setup::InterfaceLaw;
-use sph::solver::{Counts, Divergence, Fault, Field, ParticleFields, Role};
-use sph::stage::{Stage, StepStage};
-use sph::vector::Vector;
+use sph::space::Vector;
 
 use super::fake;
 use crate::convert::{
@@ -112,9 +112,9 @@ fn items() -> Vec<BatchItem> {
             step: 7,
             phase: Phase::WaitingForPartner,
             since_last_step: 0.5,
-            awaited: Some(sph::stage::StepStage::FIRST),
+            awaited: Some(sph::coupling::stage::StepStage::FIRST),
         }),
-        BatchItem::Held(sph::driver::Held { step: 9, time: 0.25 }),
+        BatchItem::Held(sph::coupling::driver::Held { step: 9, time: 0.25 }),
         BatchItem::Finished { step: 8, time: 0.4, reached_end: true, counts, state_index: 3 },
     ];
     items.extend(faults().into_iter().map(|fault| BatchItem::Failed {
@@ -239,7 +239,10 @@ fn open_report(role: Role) -> OpenReport {
         constants: Constants::of(&run),
         fields_sent: fields(role),
         fields_needed: fields(role.partner()),
-        extent: sph::exchange::Extent { version: 3, boxes: vec![(Vector::zeros(), Vector::new(1.0, 2.0))] },
+        extent: sph::coupling::exchange::Extent {
+            version: 3,
+            boxes: vec![(Vector::zeros(), Vector::new(1.0, 2.0))],
+        },
         time_step_limit: f64::INFINITY,
         counts: Counts { particles: 5, ..Counts::default() },
         facts: vec![Fact { name: "c".into(), value: 20.0, unit: "m/s".into() }],

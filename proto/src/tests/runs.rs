@@ -1,9 +1,9 @@
 //! Coupled runs over real connections.
 
-use sph::driver::{Command, Event, FinalReport, Link};
-use sph::exchange::{Exchange, Extent, Frame, PeerError, in_process_pair};
-use sph::solver::{Fault, Role, Solver};
-use sph::stage::StepStage;
+use sph::coupling::driver::{Command, Event, FinalReport, Link};
+use sph::coupling::exchange::{Exchange, Extent, Frame, PeerError, in_process_pair};
+use sph::coupling::solver::{Fault, Role, Solver};
+use sph::coupling::stage::StepStage;
 
 use super::fake::{Pair, Row, alone, assert_usable, setup, soon};
 use crate::client::{EventReceiver, RunAccess};
@@ -22,7 +22,7 @@ async fn collect(events: &mut EventReceiver) -> Vec<Event> {
 fn timeless(events: &[Event]) -> Vec<String> {
     let timeless = |event: &Event| match event {
         Event::Step(report) => {
-            let report = sph::driver::StepReport { elapsed: 0.0, waited: 0.0, ..*report };
+            let report = sph::coupling::driver::StepReport { elapsed: 0.0, waited: 0.0, ..*report };
             format!("{report:?}")
         }
         other => format!("{other:?}"),
@@ -73,7 +73,9 @@ fn in_process(steps: u32) -> [Vec<Event>; 2] {
                 let (commands, ordered) = std::sync::mpsc::channel();
                 commands.send(Command::GrantThrough(u64::from(steps))).unwrap();
                 let mut events = Vec::new();
-                sph::driver::run(&mut row, &run, &link, exchange, &ordered, &mut |event| events.push(event));
+                sph::coupling::driver::run(&mut row, &run, &link, exchange, &ordered, &mut |event| {
+                    events.push(event)
+                });
                 events
             }));
         }
@@ -223,7 +225,7 @@ fn the_driver_calls_a_cancelled_wait_an_abort() {
     let (commands, ordered) = std::sync::mpsc::channel();
     commands.send(Command::GrantThrough(5)).unwrap();
     let mut last = None;
-    sph::driver::run(&mut row, setup.run(), &link, Some(Box::new(Never)), &ordered, &mut |event| {
+    sph::coupling::driver::run(&mut row, setup.run(), &link, Some(Box::new(Never)), &ordered, &mut |event| {
         last = Some(event)
     });
     let Some(Event::Failed(report)) = last else { panic!("{last:?}") };

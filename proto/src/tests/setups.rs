@@ -1,6 +1,7 @@
 //! Set-ups travel bit for bit, and everything wrong in one is refused by name.
 
 use bytes::Bytes;
+use sph::coupling::solver::Role;
 use sph::setup::{
     BodyForce, BodySetup, BreachAction, ContactLaw, CouplingKind, Damping, DensityDiffusion, ElasticMaterial,
     FluidProbe, FluidProbeKind, FluidSetup, Formulation, GradientCorrection, HyperelasticLaw, InterfaceLaw,
@@ -8,8 +9,7 @@ use sph::setup::{
     SolidStepping, StepPolicy, SubstepCount, Support, SurfaceLoad, TotalLagrangian, UpdatedLagrangian,
     WallCondition, WallParticles, WallSetup,
 };
-use sph::solver::Role;
-use sph::vector::{SymmetricTensor, Vector};
+use sph::space::{SymmetricTensor, Vector};
 
 use super::fake;
 use crate::convert::{Convert, Path};

@@ -3,11 +3,11 @@
 use std::time::Duration;
 
 use bytes::Bytes;
-use sph::driver::{Command, Event};
-use sph::exchange::{Extent, Frame};
+use sph::coupling::driver::{Command, Event};
+use sph::coupling::exchange::{Extent, Frame};
+use sph::coupling::solver::{Fault, Role, Solver};
+use sph::coupling::stage::{StageTime, StepStage};
 use sph::setup::{CouplingKind, InterfaceLaw};
-use sph::solver::{Fault, Role, Solver};
-use sph::stage::{StageTime, StepStage};
 use tokio::sync::mpsc;
 use tokio_stream::wrappers::ReceiverStream;
 

@@ -1,11 +1,11 @@
 //! From set-up data to model, state and workspace.
 
-use sph::body_force::BodyForceField;
+use sph::coupling::ledger::InterfaceSums;
+use sph::coupling::stage::{StageTime, StepStage};
 use sph::lanes::Arithmetic;
-use sph::ledger::InterfaceSums;
+use sph::prescribed::body_force::BodyForceField;
 use sph::setup::{SolidParticles, SolidSetup};
-use sph::stage::{StageTime, StepStage};
-use sph::vector::Vector;
+use sph::space::Vector;
 
 use crate::boundary::walls::Walls;
 use crate::build::bodies::{build_bodies, build_contact, initial_image_counts};

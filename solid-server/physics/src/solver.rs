@@ -1,14 +1,14 @@
 //! The solid side of a run, stepped by the half-step driver.
 
-use sph::exchange::{Extent, InterfaceStates};
+use sph::coupling::exchange::{Extent, InterfaceStates};
+use sph::coupling::ledger::{Energies, StageBooks};
+use sph::coupling::saved::{RestoreError, SavedState};
+use sph::coupling::solver::{Counts, Divergence, NoLoads, NotRevised, ParticleFields, Role, Solver};
+use sph::coupling::stage::{Stage, StageTime, StepStage};
 use sph::lanes::Arithmetic;
-use sph::ledger::{Energies, StageBooks};
-use sph::saved::{RestoreError, SavedState};
 use sph::setup::{SolidSetup, SolidStepping};
-use sph::solver::{Counts, Divergence, NoLoads, NotRevised, ParticleFields, Role, Solver};
-use sph::stage::{Stage, StageTime, StepStage};
+use sph::space::{DIMENSIONS, Vector};
 use sph::sums::ordered_sum;
-use sph::vector::{DIMENSIONS, Vector};
 
 use crate::build::{build, build_workspace};
 use crate::report::body_sums::{best_fit_angle, energies};

@@ -5,9 +5,9 @@
 
 use rayon::prelude::*;
 
-use crate::domain::Domain;
-use crate::exchange::InterfaceStates;
-use crate::vector::Vector;
+use crate::coupling::exchange::InterfaceStates;
+use crate::space::Vector;
+use crate::space::domain::Domain;
 
 use super::lists::{CrossPair, Rows, TASK, TaskRows};
 

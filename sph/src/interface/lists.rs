@@ -2,10 +2,10 @@
 
 use rayon::prelude::*;
 
-use crate::domain::Domain;
-use crate::exchange::InterfaceStates;
+use crate::coupling::exchange::InterfaceStates;
 use crate::neighbours::CellGrid;
-use crate::vector::Vector;
+use crate::space::Vector;
+use crate::space::domain::Domain;
 
 /// States per task.
 pub const TASK: usize = 64;

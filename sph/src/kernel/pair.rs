@@ -69,12 +69,12 @@ impl<L: Lanes> KernelLanes<L> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::lanes::{Arithmetic, Kernel, WIDTH};
+    use crate::lanes::{Arithmetic, LanePass, WIDTH};
 
     /// (dW/dr)/r at four distances.
     struct Factor(PairKernel, [f64; WIDTH]);
 
-    impl Kernel for Factor {
+    impl LanePass for Factor {
         type Output = [f64; WIDTH];
 
         #[inline(always)]

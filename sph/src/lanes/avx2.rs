@@ -15,7 +15,7 @@ use std::arch::x86_64::{
 };
 use std::ops::{Add, Div, Mul, Sub};
 
-use super::{Kernel, Lanes, WIDTH};
+use super::{LanePass, Lanes, WIDTH};
 
 /// Whether this processor has AVX2 and FMA.
 pub fn available() -> bool {
@@ -24,14 +24,14 @@ pub fn available() -> bool {
 
 /// Executes `kernel` with AVX2 and FMA, which the caller has found [`available`].
 #[inline]
-pub fn run<K: Kernel>(kernel: K) -> K::Output {
+pub fn run<K: LanePass>(kernel: K) -> K::Output {
     debug_assert!(available());
     // SAFETY: see the module's description.
     unsafe { compiled(kernel) }
 }
 
 #[target_feature(enable = "avx2,fma")]
-fn compiled<K: Kernel>(kernel: K) -> K::Output {
+fn compiled<K: LanePass>(kernel: K) -> K::Output {
     kernel.run::<Avx2>()
 }
 

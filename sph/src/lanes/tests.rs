@@ -3,7 +3,7 @@ use super::*;
 /// All operations on numbers that need no rounding, and so must agree on every path.
 struct Operations;
 
-impl Kernel for Operations {
+impl LanePass for Operations {
     type Output = Vec<f64>;
 
     #[inline(always)]
@@ -58,7 +58,7 @@ fn every_path_does_what_its_operations_say() {
 /// 1 − (1 − ε)(1 + ε) is ε² when fused, and zero when the product is rounded first.
 struct Fused;
 
-impl Kernel for Fused {
+impl LanePass for Fused {
     type Output = f64;
 
     #[inline(always)]
@@ -80,7 +80,7 @@ fn the_paths_round_as_their_names_say() {
 #[test]
 fn sums_group_the_lanes_in_pairs() {
     struct Sum;
-    impl Kernel for Sum {
+    impl LanePass for Sum {
         type Output = f64;
         #[inline(always)]
         fn run<L: Lanes>(self) -> f64 {

@@ -1,7 +1,7 @@
 //! What a fluid solver is told.
 
 use super::{Damping, Outflow, RunSetup, WallParticles, WallSetup};
-use crate::vector::Vector;
+use crate::space::Vector;
 
 /// Equation of state and pair constants of a fluid.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -113,7 +113,7 @@ pub struct FluidSetup {
     pub order: Option<OrderControl>,
     /// How it is stepped.
     pub scheme: FluidScheme,
-    /// Largest tension that the fluid bears \[Pa\], see [`crate::equation_of_state::Tait::bearing`]; `None` for all that
+    /// Largest tension that the fluid bears \[Pa\], see [`crate::laws::equation_of_state::Tait::bearing`]; `None` for all that
     /// Eq. (3) gives.
     pub tension_limit: Option<f64>,
     /// Linear damping of the start; booked in the ledger.

@@ -1,8 +1,8 @@
 //! What both participants are told alike.
 
 use super::{FluidConstants, Iterate};
-use crate::domain::Domain;
-use crate::vector::{DIMENSIONS, Vector};
+use crate::space::domain::Domain;
+use crate::space::{DIMENSIONS, Vector};
 
 /// Set-up that both participants of a run receive alike.
 #[derive(Clone, Debug, PartialEq)]

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::{Damping, Motion, RunSetup, WallParticles, WallSetup};
-use crate::vector::{DIMENSIONS, SymmetricTensor, Vector};
+use crate::space::{DIMENSIONS, SymmetricTensor, Vector};
 
 /// Everything a solid solver is told.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,6 +1,6 @@
 //! Walls and open sides.
 
-use crate::vector::{DIMENSIONS, Vector};
+use crate::space::{DIMENSIONS, Vector};
 
 /// One wall of the scene.
 #[derive(Clone, Debug, PartialEq)]

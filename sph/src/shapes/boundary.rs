@@ -3,7 +3,7 @@
 use std::f64::consts::{PI, TAU};
 
 use super::{Shape, edges_of};
-use crate::vector::{Vector, cross};
+use crate::space::{Vector, cross};
 
 /// Faces whose normals differ by less than this meet smoothly and form no corner \[rad\].
 ///

@@ -9,7 +9,7 @@ use std::collections::HashMap;
 use super::boundary::{Boundary, CORNER_ANGLE};
 use super::lattice::{LayerParticle, OpenSides, face_normal};
 use crate::shapes::Shape;
-use crate::vector::Vector;
+use crate::space::Vector;
 
 /// Nearer particles than this fraction of the spacing would crowd: where layers of two faces meet one of them stays.
 const CLOSENESS: f64 = 0.75;

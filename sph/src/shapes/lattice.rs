@@ -1,8 +1,8 @@
 //! Particles of shapes on the square lattice.
 
 use super::{Boundary, Shape};
-use crate::domain::Domain;
-use crate::vector::{DIMENSIONS, Vector};
+use crate::space::domain::Domain;
+use crate::space::{DIMENSIONS, Vector};
 
 /// Sides of a container that have no wall, by axis: the particles beyond are left out.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -62,7 +62,7 @@ fn lattice(shape: &Shape, spacing: f64, origin: Vector, margin: f64) -> impl Ite
 ///
 /// ```
 /// use sph::shapes::{Shape, fill};
-/// use sph::vector::Vector;
+/// use sph::space::Vector;
 /// let column = Shape::Rectangle { lower: Vector::zeros(), upper: Vector::new(0.146, 0.292) };
 /// assert_eq!(fill(&column, 0.002, Vector::zeros()).len(), 73 * 146);
 /// ```

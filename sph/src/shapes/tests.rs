@@ -1,7 +1,7 @@
 use std::f64::consts::{PI, SQRT_2};
 
 use super::*;
-use crate::domain::Domain;
+use crate::space::domain::Domain;
 
 fn at(x: f64, y: f64) -> Vector {
     Vector::new(x, y)

@@ -3,9 +3,9 @@
 use rayon::prelude::*;
 
 use super::{Boundary, Shape};
-use crate::domain::Domain;
 use crate::neighbours::CellGrid;
-use crate::vector::Vector;
+use crate::space::Vector;
+use crate::space::domain::Domain;
 
 /// Local thickness \[m\] of `shape` at `points` that fill it `spacing` apart, up to `limit` \[m\].
 ///

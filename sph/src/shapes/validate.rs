@@ -1,7 +1,7 @@
 //! What a shape must satisfy, told in the words of a case file.
 
 use super::{Shape, edges_of};
-use crate::vector::{Vector, cross};
+use crate::space::{Vector, cross};
 
 /// Most corners of a polygon.
 pub const MAXIMUM_VERTICES: usize = 10_000;

@@ -2,18 +2,18 @@
 
 use std::sync::mpsc;
 
-use sph::domain::Domain;
-use sph::driver::{Command, Event, Link, run};
-use sph::exchange::{Exchange, Extent, Frame, InterfaceStates, PeerError, in_process_pair};
-use sph::ledger::{Energies, InterfaceSums, StageBooks};
-use sph::saved::{RestoreError, SavedState};
+use sph::coupling::driver::{Command, Event, Link, run};
+use sph::coupling::exchange::{Exchange, Extent, Frame, InterfaceStates, PeerError, in_process_pair};
+use sph::coupling::ledger::{Energies, InterfaceSums, StageBooks};
+use sph::coupling::saved::{RestoreError, SavedState};
+use sph::coupling::solver::{Counts, Divergence, Fault, ParticleFields, Role, Solver};
+use sph::coupling::stage::{StageTime, StepStage};
 use sph::setup::{
     BodyForce, BreachAction, Coupling, CouplingKind, FluidConstants, GradientCorrection, InterfaceLaw,
     LedgerPolicy, OutputPlan, RunSetup, StepPolicy, TimePlan,
 };
-use sph::solver::{Counts, Divergence, Fault, ParticleFields, Role, Solver};
-use sph::stage::{StageTime, StepStage};
-use sph::vector::{Vector, cross};
+use sph::space::domain::Domain;
+use sph::space::{Vector, cross};
 
 const STIFFNESS: f64 = 40.0;
 const REST_LENGTH: f64 = 0.1;
@@ -107,7 +107,7 @@ impl Solver for Mass {
     }
 
     fn advance(&mut self, time: &StageTime) -> Result<StageBooks, Divergence> {
-        if time.at.stage == sph::stage::Stage::Predictor {
+        if time.at.stage == sph::coupling::stage::Stage::Predictor {
             self.base = (self.position, self.velocity);
         }
         let duration = time.duration();
@@ -310,7 +310,7 @@ impl Exchange for Stale {
 
 #[test]
 fn a_stale_frame_is_caught_at_its_half_step_and_called_stale() {
-    let from = StepStage { step: 7, stage: sph::stage::Stage::Corrector };
+    let from = StepStage { step: 7, stage: sph::coupling::stage::Stage::Corrector };
     let stale = |inner| Box::new(Stale { inner, from, before: None }) as Box<dyn Exchange>;
     let (fluid, solid) = run_pair(&setup(1e-3, 0.05, BreachAction::Stop), stale, granted);
     // The partner of the deceived side learns from the digest that its frame was not the one used.
@@ -332,7 +332,7 @@ fn a_stale_frame_is_caught_at_its_half_step_and_called_stale() {
 
 #[test]
 fn a_breach_is_only_counted_when_the_policy_warns() {
-    let from = StepStage { step: 7, stage: sph::stage::Stage::Predictor };
+    let from = StepStage { step: 7, stage: sph::coupling::stage::Stage::Predictor };
     let stale = |inner| Box::new(Stale { inner, from, before: None }) as Box<dyn Exchange>;
     let (fluid, solid) = run_pair(&setup(1e-3, 0.05, BreachAction::Warn), stale, granted);
     assert!(fault(&fluid).is_none() && fault(&solid).is_none());
@@ -363,7 +363,7 @@ fn a_stop_ends_both_sides_at_the_granted_step_with_outputs_complete() {
 #[test]
 fn a_fixed_step_far_above_its_limit_ends_the_run_at_that_half_step() {
     let setup = setup(1e-3, 0.05, BreachAction::Stop);
-    let from = StepStage { step: 7, stage: sph::stage::Stage::Corrector };
+    let from = StepStage { step: 7, stage: sph::coupling::stage::Stage::Corrector };
     for (limit, stops) in [(3.5e-5, false), (3.2e-5, true), (f64::NAN, true)] {
         let (mut fluid, _) = masses(&setup.domain);
         fluid.limit = (from, limit);

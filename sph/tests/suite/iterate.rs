@@ -2,19 +2,19 @@
 
 use std::sync::mpsc;
 
-use sph::domain::Domain;
-use sph::driver::{Command, Event, Link, StepReport, run};
-use sph::exchange::{Exchange, Extent, Frame, InterfaceStates, PeerError, in_process_pair};
+use sph::coupling::driver::{Command, Event, Link, StepReport, run};
+use sph::coupling::exchange::{Exchange, Extent, Frame, InterfaceStates, PeerError, in_process_pair};
+use sph::coupling::ledger::{Energies, InterfaceSums, StageBooks};
+use sph::coupling::saved::{RestoreError, SavedState};
+use sph::coupling::solver::{Counts, Divergence, NoLoads, NotRevised, ParticleFields, Role, Solver};
+use sph::coupling::stage::{Stage, StageTime, StepStage};
 use sph::interface::load_sums;
-use sph::ledger::{Energies, InterfaceSums, StageBooks};
-use sph::saved::{RestoreError, SavedState};
 use sph::setup::{
     BodyForce, BreachAction, Coupling, CouplingKind, FluidConstants, GradientCorrection, InterfaceLaw,
     Iterate, LedgerPolicy, OutputPlan, Relaxation, RunSetup, StepPolicy, TimePlan, Unsettled,
 };
-use sph::solver::{Counts, Divergence, NoLoads, NotRevised, ParticleFields, Role, Solver};
-use sph::stage::{Stage, StageTime, StepStage};
-use sph::vector::Vector;
+use sph::space::Vector;
+use sph::space::domain::Domain;
 
 const MASS: f64 = 2.0;
 

@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 
 use coordinator::study::cost;
 use serde_json::Value;
-use sph::solver::Role;
+use sph::coupling::solver::Role;
 use tests::bench::{Bench, text};
 use tests::delay::DelayLine;
 use tests::doubles::serve;

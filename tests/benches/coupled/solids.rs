@@ -3,16 +3,16 @@
 use std::time::Instant;
 
 use coordinator::study::cost;
-use sph::domain::Domain;
-use sph::exchange::InterfaceStates;
+use sph::coupling::exchange::InterfaceStates;
+use sph::coupling::solver::Solver;
+use sph::coupling::stage::{Stage, StageTime, StepStage};
 use sph::setup::{
     BodyForce, BodySetup, ContactLaw, ElasticMaterial, Formulation, HyperelasticLaw, LedgerPolicy,
     OutputPlan, RunSetup, SolidParticles, SolidSetup, SolidStepping, StepPolicy, SubstepCount, Support,
     TimePlan, TotalLagrangian, UpdatedLagrangian, WallParticles,
 };
-use sph::solver::Solver;
-use sph::stage::{Stage, StageTime, StepStage};
-use sph::vector::{SymmetricTensor, Vector};
+use sph::space::domain::Domain;
+use sph::space::{SymmetricTensor, Vector};
 
 /// Particles of the plates; the first is about that of the drifting-body case.
 const SIZES: [u32; 3] = [600, 10_000, 100_000];

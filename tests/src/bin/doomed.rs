@@ -2,7 +2,7 @@
 
 use std::process::ExitCode;
 
-use sph::stage::{Stage, StepStage};
+use sph::coupling::stage::{Stage, StepStage};
 use tests::doubles::{Double, Wrong};
 
 fn main() -> ExitCode {

@@ -8,7 +8,7 @@ use coordinator::run::participants::News;
 use coordinator::run::participants::in_process;
 use coordinator::run::participants::threads::Threads;
 use proto::checkpoint::CheckpointData;
-use sph::driver::{Command, Event};
+use sph::coupling::driver::{Command, Event};
 use sph::setup::{FluidSetup, SolidSetup};
 
 /// Two good checkpoints of a run of the tank, and its set-ups.

@@ -1,9 +1,9 @@
 //! What the particles of a snapshot tell about pressure noise; about their order, see [`coordinator::study::order`].
 
-use sph::domain::Domain;
 use sph::kernel::CubicSpline;
 use sph::neighbours::CellGrid;
-use sph::vector::Vector;
+use sph::space::Vector;
+use sph::space::domain::Domain;
 
 use super::snapshot::Snapshot;
 pub use coordinator::study::order::{domain_around, smallest_distance, surrounded, widest_gap};

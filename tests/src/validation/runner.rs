@@ -8,7 +8,7 @@ use coordinator::results::state;
 use coordinator::results::table::Table;
 use coordinator::run::RunOutcome;
 use coordinator::study::runner;
-use sph::solver::ParticleFields;
+use sph::coupling::solver::ParticleFields;
 
 use super::template;
 use super::{Case, Member, snapshot};

@@ -4,7 +4,7 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use flate2::read::ZlibDecoder;
-use sph::vector::Vector;
+use sph::space::Vector;
 
 /// What figures need of a snapshot.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -116,7 +116,7 @@ fn f64s(bytes: &[u8]) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use coordinator::results::vtk::write_particles;
-    use sph::solver::{Field, ParticleFields};
+    use sph::coupling::solver::{Field, ParticleFields};
 
     use super::*;
 

@@ -316,11 +316,9 @@ fn a_broken_balance_may_stop_the_run_with_a_checkpoint() {
         "case.toml",
         &[("[interface]", "[ledger]\naction = \"stop-and-checkpoint\"\n\n[interface]"), (end, end)],
     );
-    let served =
-        tests::doubles::serve(tests::doubles::Double(tests::doubles::Wrong::Skewed(sph::stage::StepStage {
-            step: 20,
-            stage: sph::stage::Stage::Corrector,
-        })));
+    let served = tests::doubles::serve(tests::doubles::Double(tests::doubles::Wrong::Skewed(
+        sph::coupling::stage::StepStage { step: 20, stage: sph::coupling::stage::Stage::Corrector },
+    )));
     let out = bench.path("out");
     let address = served.address.to_string();
     let arguments = ["run", text(&case), "--quiet", "--out", text(&out), "--solid", &address];

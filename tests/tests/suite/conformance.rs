@@ -5,7 +5,7 @@ use std::time::Duration;
 use crate::bench;
 use proto::description::ProtocolVersion;
 use proto::service::SolverFactory;
-use sph::stage::{Stage, StepStage};
+use sph::coupling::stage::{Stage, StepStage};
 use tests::bench::text;
 use tests::doubles::{Double, Wrong, serve};
 

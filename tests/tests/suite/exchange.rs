@@ -3,10 +3,10 @@
 use std::sync::mpsc;
 
 use crate::bench;
-use sph::driver::{self, Command, Event, Link, StepReport};
-use sph::exchange::{Exchange, in_process_pair};
-use sph::solver::{Fault, ParticleFields, Role, Solver};
-use sph::stage::{Stage, StepStage};
+use sph::coupling::driver::{self, Command, Event, Link, StepReport};
+use sph::coupling::exchange::{Exchange, in_process_pair};
+use sph::coupling::solver::{Fault, ParticleFields, Role, Solver};
+use sph::coupling::stage::{Stage, StepStage};
 use tests::doubles::StaleExchange;
 
 /// What one side reported.
@@ -83,15 +83,18 @@ fn a_stale_frame_is_caught_at_its_half_step_by_the_side_that_sent_the_fresh_one(
 struct Boxed(Box<dyn Exchange>);
 
 impl Exchange for Boxed {
-    fn send(&mut self, frame: &sph::exchange::Frame) -> Result<(), sph::exchange::PeerError> {
+    fn send(
+        &mut self,
+        frame: &sph::coupling::exchange::Frame,
+    ) -> Result<(), sph::coupling::exchange::PeerError> {
         self.0.send(frame)
     }
 
     fn receive(
         &mut self,
         at: StepStage,
-        frame: &mut sph::exchange::Frame,
-    ) -> Result<(), sph::exchange::PeerError> {
+        frame: &mut sph::coupling::exchange::Frame,
+    ) -> Result<(), sph::coupling::exchange::PeerError> {
         self.0.receive(at, frame)
     }
 }

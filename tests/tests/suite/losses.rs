@@ -5,7 +5,7 @@ use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 use crate::{PROGRAM, bench};
-use sph::stage::{Stage, StepStage};
+use sph::coupling::stage::{Stage, StepStage};
 use tests::bench::{children_of, command_line, text, wait_for_checkpoint, wait_for_first_frame};
 use tests::doubles::{Double, Wrong, serve};
 

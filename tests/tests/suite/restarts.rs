@@ -106,7 +106,7 @@ fn the_state_is_taken_over_bit_for_bit(case: &Path, earlier: &Path) {
     let case = coordinator::case::load(case, &state::read).unwrap();
     let (fluid, solid) = (case.fluid_setup().unwrap().particles, case.solid_setup().unwrap().particles);
     let flat =
-        |vectors: &[sph::vector::Vector]| -> Vec<f64> { vectors.iter().flat_map(|v| [v.x, v.y]).collect() };
+        |vectors: &[sph::space::Vector]| -> Vec<f64> { vectors.iter().flat_map(|v| [v.x, v.y]).collect() };
     let stress: Vec<f64> = solid.deviatoric_stress.iter().flat_map(|s| [s.xx, s.yy, s.xy]).collect();
     for (side, name, ours) in [
         ("fluid", "position", flat(&fluid.position)),
@@ -138,7 +138,12 @@ fn the_state_is_taken_over_bit_for_bit(case: &Path, earlier: &Path) {
 }
 
 /// Values of the particles of one group.
-fn members(state: &sph::solver::ParticleFields, components: usize, values: &[f64], group: &str) -> Vec<f64> {
+fn members(
+    state: &sph::coupling::solver::ParticleFields,
+    components: usize,
+    values: &[f64],
+    group: &str,
+) -> Vec<f64> {
     let group = state.group_names.iter().position(|name| name == group).unwrap();
     let pairs = values.chunks(components).zip(&state.group);
     pairs.filter(|(_, of)| **of as usize == group).flat_map(|(values, _)| values.to_vec()).collect()

@@ -1,7 +1,7 @@
 //! Bodies as a case file writes them.
 
 use serde::Serialize;
-use sph::vector::Vector;
+use sph::space::Vector;
 
 use super::formula;
 use super::material::{FormulationTable, MaterialTable};

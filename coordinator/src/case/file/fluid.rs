@@ -4,7 +4,7 @@ use serde::Serialize;
 use sph::setup::{
     Damping, DensityDiffusion, FluidConstants, FluidScheme, GradientCorrection, OrderControl, ViscousForm,
 };
-use sph::vector::Vector;
+use sph::space::Vector;
 
 use super::formula;
 use super::shape::ShapeTable;

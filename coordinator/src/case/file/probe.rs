@@ -1,7 +1,7 @@
 //! Probes as a case file writes them.
 
 use serde::Serialize;
-use sph::vector::Vector;
+use sph::space::Vector;
 
 use crate::case::reader::{Allowed, At, Choice, Table};
 

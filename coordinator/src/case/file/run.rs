@@ -1,9 +1,9 @@
 //! Domain, forces, time, outputs, ledger and servers as a case file writes them.
 
 use serde::Serialize;
-use sph::domain::Domain;
 use sph::setup::{BreachAction, LedgerPolicy, Motion, Outflow, OutputPlan, StepPolicy, TimePlan};
-use sph::vector::{DIMENSIONS, Vector};
+use sph::space::domain::Domain;
+use sph::space::{DIMENSIONS, Vector};
 
 use super::formula;
 use crate::case::errors::{CaseError, Place};

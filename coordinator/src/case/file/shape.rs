@@ -4,7 +4,7 @@ use std::path::Path;
 
 use serde::Serialize;
 use sph::shapes::{MAXIMUM_NESTING, MAXIMUM_VERTICES, Shape};
-use sph::vector::Vector;
+use sph::space::Vector;
 
 use crate::case::errors::{CaseError, ErrorList, Place};
 use crate::case::files::{LARGEST_FILE, read_text, resolved};

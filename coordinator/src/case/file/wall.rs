@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 use sph::setup::WallCondition;
-use sph::vector::Vector;
+use sph::space::Vector;
 
 use super::run::{MotionTable, SIDES, Side};
 use super::shape::ShapeTable;

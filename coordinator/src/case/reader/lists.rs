@@ -1,6 +1,6 @@
 //! Reading of vectors, lists, expressions and tables within tables.
 
-use sph::vector::Vector;
+use sph::space::Vector;
 use toml::de::DeValue;
 
 use super::{Allowed, At, LONGEST_LIST, SOUND, Table, Written, is_sound, plain_number};

@@ -1,9 +1,9 @@
 //! Particles of the fluid regions.
 
-use sph::domain::Domain;
 use sph::neighbours::CellGrid;
 use sph::shapes::displace;
-use sph::vector::Vector;
+use sph::space::Vector;
+use sph::space::domain::Domain;
 
 use super::lattice::Lattice;
 use super::overlap::{Crowd, first_clashes};

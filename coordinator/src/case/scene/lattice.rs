@@ -1,7 +1,7 @@
 //! Filling shapes with particles within stated limits on count and work.
 
 use sph::shapes::{Shape, fill, lattice_points};
-use sph::vector::Vector;
+use sph::space::Vector;
 
 use crate::case::errors::{CaseError, ErrorList};
 use crate::case::file::shape::ShapeTable;

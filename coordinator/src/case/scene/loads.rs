@@ -3,7 +3,7 @@
 use std::collections::HashSet;
 
 use sph::setup::SurfaceLoad;
-use sph::vector::Vector;
+use sph::space::Vector;
 
 use crate::case::errors::{CaseError, ErrorList};
 use crate::case::file::body::BodyTable;

@@ -11,8 +11,8 @@ mod wall;
 use std::collections::BTreeSet;
 use std::ops::Range;
 
-use sph::domain::Domain;
 use sph::setup::{FluidParticles, SolidParticles, SurfaceLoad, WallParticles};
+use sph::space::domain::Domain;
 
 use super::errors::{CaseError, ErrorList, Place};
 use super::file::CaseFile;
@@ -122,7 +122,7 @@ fn index(k: usize) -> u32 {
 }
 
 /// `(x, y) m`.
-pub fn point_text(x: &sph::vector::Vector) -> String {
+pub fn point_text(x: &sph::space::Vector) -> String {
     if x.amax() < 1e7 { format!("({:.6}, {:.6}) m", x.x, x.y) } else { format!("({:e}, {:e}) m", x.x, x.y) }
 }
 
@@ -131,7 +131,7 @@ fn meets_itself(
     shape: &Place,
     what: &str,
     file: &CaseFile,
-    positions: &[sph::vector::Vector],
+    positions: &[sph::space::Vector],
     spacing: f64,
     errors: &ErrorList,
 ) -> bool {
@@ -153,7 +153,7 @@ fn report_outside<'a>(
     error: CaseError,
     what: &str,
     domain: &Domain,
-    outside: impl Iterator<Item = &'a sph::vector::Vector>,
+    outside: impl Iterator<Item = &'a sph::space::Vector>,
     errors: &ErrorList,
 ) {
     let mut outside = outside.filter(|x| !domain.contains(x)).peekable();

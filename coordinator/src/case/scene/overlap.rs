@@ -4,9 +4,9 @@
 
 use std::collections::HashSet;
 
-use sph::domain::Domain;
 use sph::neighbours::CellGrid;
-use sph::vector::Vector;
+use sph::space::Vector;
+use sph::space::domain::Domain;
 
 use crate::case::errors::{ErrorList, Place};
 

@@ -1,8 +1,8 @@
 //! Particles of the solid bodies.
 
-use sph::domain::Domain;
 use sph::setup::SolidParticles;
-use sph::vector::{SymmetricTensor, Vector};
+use sph::space::domain::Domain;
+use sph::space::{SymmetricTensor, Vector};
 
 use super::lattice::Lattice;
 use super::loads::faces;

@@ -1,10 +1,10 @@
 //! Velocity, pressure and density at the start.
 
-use sph::equation_of_state::Tait;
 use sph::expression::Expression;
 use sph::kernel::CubicSpline;
+use sph::laws::equation_of_state::Tait;
 use sph::setup::{FluidConstants, GradientCorrection};
-use sph::vector::Vector;
+use sph::space::Vector;
 
 use super::point_text;
 use crate::case::errors::{CaseError, ErrorList, Place};

@@ -2,11 +2,11 @@
 
 use std::collections::HashSet;
 
-use sph::domain::Domain;
 use sph::shapes::{
     Boundary, LayerParticle, OpenSides, Shape, Side, is_axis_parallel, layers_along, layers_around, wall_fill,
 };
-use sph::vector::Vector;
+use sph::space::Vector;
+use sph::space::domain::Domain;
 
 use super::lattice::Lattice;
 use super::overlap::{Crowd, MOST_CLASHES, first_clashes};

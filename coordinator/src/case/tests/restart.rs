@@ -1,6 +1,6 @@
 //! Starts from final states.
 
-use sph::solver::{Field, ParticleFields};
+use sph::coupling::solver::{Field, ParticleFields};
 
 use super::*;
 
@@ -12,7 +12,7 @@ fn field(name: &str, components: usize, values: Vec<f64>) -> Field {
 fn states(case: &Case) -> (ParticleFields, ParticleFields) {
     let fluid = case.fluid_setup().unwrap().particles;
     let solid = case.solid_setup().unwrap().particles;
-    let moved = |x: &[sph::vector::Vector]| x.iter().flat_map(|x| [x.x + 0.01, x.y]).collect::<Vec<_>>();
+    let moved = |x: &[sph::space::Vector]| x.iter().flat_map(|x| [x.x + 0.01, x.y]).collect::<Vec<_>>();
     let fluid_state = ParticleFields {
         step: 10,
         time: 0.1,
@@ -57,7 +57,7 @@ fn matching_names_take_over_the_state_and_supports_stay() {
     let text = format!("start_from = \"earlier\"\n{TANK}");
     let again = restart(&text, &fluid, &solid).unwrap();
     let (water, bodies) = (again.fluid_setup().unwrap().particles, again.solid_setup().unwrap().particles);
-    assert_eq!(water.velocity[3], sph::vector::Vector::repeat(0.5));
+    assert_eq!(water.velocity[3], sph::space::Vector::repeat(0.5));
     assert_eq!(water.density[3], 1001.0);
     let before = case.solid_setup().unwrap().particles;
     assert_eq!(bodies.support, before.support);

@@ -1,10 +1,10 @@
 //! Particles at the start.
 
-use sph::domain::Domain;
-use sph::equation_of_state::Tait;
 use sph::kernel::CubicSpline;
+use sph::laws::equation_of_state::Tait;
 use sph::setup::{ContactLaw, Formulation, InterfaceLaw, StepPolicy, WallCondition};
-use sph::vector::Vector;
+use sph::space::Vector;
+use sph::space::domain::Domain;
 
 use super::*;
 

@@ -1,7 +1,7 @@
 //! Layout of walls.
 
 use sph::setup::WallParticles;
-use sph::vector::Vector;
+use sph::space::Vector;
 
 use super::*;
 

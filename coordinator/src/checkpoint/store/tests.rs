@@ -3,7 +3,7 @@
 use std::io;
 
 use proto::checkpoint::CheckpointHeader;
-use sph::solver::Role;
+use sph::coupling::solver::Role;
 
 use super::*;
 use crate::checkpoint::Disk;

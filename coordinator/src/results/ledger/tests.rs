@@ -1,5 +1,5 @@
-use sph::ledger::{Accounts, AngularBudget, Energies, InterfaceSums, StageBooks, Torques};
-use sph::vector::Vector;
+use sph::coupling::ledger::{Accounts, AngularBudget, Energies, InterfaceSums, StageBooks, Torques};
+use sph::space::Vector;
 
 use super::*;
 use crate::results::table::Table;

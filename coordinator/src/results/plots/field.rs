@@ -2,7 +2,7 @@
 
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
-use sph::solver::ParticleFields;
+use sph::coupling::solver::ParticleFields;
 
 use super::PlotError;
 use super::colour::{ColourScale, Rgb};

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use sph::solver::{ParticleFields, Role};
+use sph::coupling::solver::{ParticleFields, Role};
 
 /// Both sides' particles at one time.
 #[derive(Clone, Debug, Default, PartialEq)]

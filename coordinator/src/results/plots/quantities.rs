@@ -121,7 +121,7 @@ pub fn groups(columns: &[String]) -> Vec<Group> {
 #[cfg(test)]
 mod tests {
     use sph::setup::{FluidProbeKind, SolidProbeKind};
-    use sph::vector::Vector;
+    use sph::space::Vector;
 
     use super::*;
 

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use sph::solver::Role;
+use sph::coupling::solver::Role;
 
 use super::RecorderState;
 use crate::case::Case;

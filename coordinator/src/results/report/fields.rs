@@ -1,6 +1,6 @@
 //! Pictures of the particles: pressure of the fluid, stress in the solids.
 
-use sph::solver::ParticleFields;
+use sph::coupling::solver::ParticleFields;
 
 use super::ReportData;
 use super::page::{Section, png_figure};

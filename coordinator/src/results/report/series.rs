@@ -1,6 +1,6 @@
 //! Quantities over time: probes, the ledger's checks, energies.
 
-use sph::solver::Role;
+use sph::coupling::solver::Role;
 
 use super::page::{Section, svg_figure};
 use crate::results::plots::PlotError;

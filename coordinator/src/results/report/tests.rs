@@ -1,9 +1,9 @@
 //! Reports of made-up runs.
 
-use sph::driver::StepReport;
-use sph::ledger::{Energies, Imbalance, InterfaceSums, StageBooks};
-use sph::solver::{Field, ParticleFields, Role};
-use sph::vector::Vector;
+use sph::coupling::driver::StepReport;
+use sph::coupling::ledger::{Energies, Imbalance, InterfaceSums, StageBooks};
+use sph::coupling::solver::{Field, ParticleFields, Role};
+use sph::space::Vector;
 
 use super::*;
 use crate::results::ledger::LedgerFile;

@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::{self, BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
 
-use sph::solver::{Field, ParticleFields};
+use sph::coupling::solver::{Field, ParticleFields};
 
 use super::{FRAME, LONGEST_TEXT, MAGIC, VERSION, check};
 use crate::case::MOST_PARTICLES;

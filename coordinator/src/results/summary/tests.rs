@@ -1,4 +1,4 @@
-use sph::stage::Stage;
+use sph::coupling::stage::Stage;
 
 use super::*;
 

@@ -2,9 +2,9 @@
 
 use std::time::Duration;
 
-use sph::driver::Command;
+use sph::coupling::driver::Command;
+use sph::coupling::solver::{Fault, Role};
 use sph::setup::BreachAction;
-use sph::solver::{Fault, Role};
 
 use super::Control;
 use super::faults::{RANK_CONSEQUENCE, kind_of, rank};

@@ -1,6 +1,6 @@
 //! Which of several faults is the cause.
 
-use sph::solver::Fault;
+use sph::coupling::solver::Fault;
 
 use crate::failure::Kind;
 

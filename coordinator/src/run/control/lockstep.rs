@@ -4,12 +4,12 @@
 
 use std::collections::VecDeque;
 
-use sph::driver::StepReport;
-use sph::ledger::{Imbalance, TorqueCheck, balance_breaches, budget_breaches, imbalance};
+use sph::coupling::driver::StepReport;
+use sph::coupling::ledger::{Imbalance, TorqueCheck, balance_breaches, budget_breaches, imbalance};
+use sph::coupling::solver::Role;
+use sph::coupling::stage::{Stage, StepStage};
 use sph::setup::LedgerPolicy;
-use sph::solver::Role;
-use sph::stage::{Stage, StepStage};
-use sph::vector::Vector;
+use sph::space::Vector;
 
 use crate::results::matched_step::MatchedStep;
 
@@ -100,7 +100,7 @@ impl LockStep {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use sph::ledger::{AngularBudget, Check, InterfaceSums, StageBooks, TorqueAccount, Torques};
+    use sph::coupling::ledger::{AngularBudget, Check, InterfaceSums, StageBooks, TorqueAccount, Torques};
 
     fn report(step: u64, force: Vector) -> StepReport {
         let interface =

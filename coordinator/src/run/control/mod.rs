@@ -9,11 +9,11 @@ use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
 use proto::checkpoint::CheckpointData;
-use sph::driver::{Command, Event, FailureReport, FinalReport};
-use sph::ledger::TorqueCheck;
+use sph::coupling::driver::{Command, Event, FailureReport, FinalReport};
+use sph::coupling::ledger::TorqueCheck;
+use sph::coupling::solver::{Fault, Role};
 use sph::setup::{BreachAction, RunSetup};
-use sph::solver::{Fault, Role};
-use sph::vector::Vector;
+use sph::space::Vector;
 use tokio::sync::mpsc::Receiver;
 use tokio::time::Interval;
 

@@ -4,9 +4,9 @@ use std::cmp::Ordering;
 use std::time::{Duration, Instant};
 
 use proto::Phase;
-use sph::driver::Command;
-use sph::solver::Role;
-use sph::stage::{Stage, StepStage};
+use sph::coupling::driver::Command;
+use sph::coupling::solver::Role;
+use sph::coupling::stage::{Stage, StepStage};
 
 use super::Control;
 use crate::failure::{Failure, Kind};

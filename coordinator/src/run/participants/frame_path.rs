@@ -8,7 +8,7 @@ use proto::player::Player;
 use proto::recording::{self, Recording, RecordingError, RecordingWriter};
 use proto::relay::FrameRelay;
 use proto::security::{ClientSecurity, ServerSecurity};
-use sph::solver::Role;
+use sph::coupling::solver::Role;
 
 use super::server::RemoteParticipant;
 use crate::failure::Failure;

@@ -6,11 +6,11 @@ use std::thread::JoinHandle;
 use proto::checkpoint::{CheckpointData, CheckpointHeader, restore_solver};
 use proto::description::Description;
 use proto::service::SolverFactory;
-use sph::audit::PartnerParticles;
-use sph::driver::{self, Command, Event, Link};
-use sph::exchange::{Exchange, Extent, in_process_pair};
+use sph::coupling::audit::PartnerParticles;
+use sph::coupling::driver::{self, Command, Event, Link};
+use sph::coupling::exchange::{Exchange, Extent, in_process_pair};
+use sph::coupling::solver::{Role, Solver};
 use sph::setup::{FluidSetup, RunSetup, SolidSetup};
-use sph::solver::{Role, Solver};
 use tokio::sync::mpsc::Sender;
 
 use crate::checkpoint::RunCheckpoint;

@@ -5,7 +5,7 @@ use std::process::{ExitStatus, Stdio};
 use std::time::Duration;
 
 use proto::security::{AccessToken, ClientFiles, ClientSecurity};
-use sph::solver::Role;
+use sph::coupling::solver::Role;
 use tokio::io::{AsyncBufReadExt, AsyncWriteExt, BufReader};
 use tokio::process::{Child, Command};
 

@@ -4,7 +4,7 @@ use std::fs::{self, File, OpenOptions};
 use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
-use sph::solver::Role;
+use sph::coupling::solver::Role;
 
 use crate::failure::Failure;
 

@@ -16,8 +16,8 @@ use std::sync::mpsc;
 use proto::Beat;
 use proto::checkpoint::CheckpointData;
 use proto::client::{CommandSender, ParticipantClient};
-use sph::driver::{Command, Event};
-use sph::solver::Role;
+use sph::coupling::driver::{Command, Event};
+use sph::coupling::solver::Role;
 use tokio::sync::mpsc::{Receiver, Sender};
 use tokio::sync::watch;
 

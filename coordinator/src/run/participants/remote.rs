@@ -8,10 +8,10 @@ use proto::description::{LinkPlan, Partner};
 use proto::handshake;
 use proto::player::Replayed;
 use proto::security::{ClientFiles, ClientSecurity};
-use sph::audit::PartnerParticles;
-use sph::exchange::Extent;
+use sph::coupling::audit::PartnerParticles;
+use sph::coupling::exchange::Extent;
+use sph::coupling::solver::Role;
 use sph::setup::{CouplingKind, ParticipantSetup, SolidSetup};
-use sph::solver::Role;
 use tokio::sync::mpsc;
 
 use super::frame_path::{FramePath, OpenPath};

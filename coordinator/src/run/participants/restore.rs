@@ -2,7 +2,7 @@
 
 use proto::checkpoint::CheckpointData;
 use proto::description::Description;
-use sph::solver::Role;
+use sph::coupling::solver::Role;
 
 use crate::checkpoint::RunCheckpoint;
 use crate::failure::Failure;

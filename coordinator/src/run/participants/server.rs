@@ -3,7 +3,7 @@
 use proto::client::{Deadlines, ParticipantClient};
 use proto::description::{Description, OpenReport};
 use proto::{RpcCode, RpcError};
-use sph::solver::Role;
+use sph::coupling::solver::Role;
 
 use super::launch::Server;
 use crate::failure::{Failure, Kind};

@@ -1,6 +1,6 @@
 //! How the solvers that are started here share the cores of this machine.
 
-use sph::solver::Role;
+use sph::coupling::solver::Role;
 
 use crate::case::Case;
 

@@ -14,10 +14,10 @@ use criterion::{BenchmarkGroup, BenchmarkId, Criterion, SamplingMode, Throughput
 use fluid::FluidSolver;
 use rayon::ThreadPool;
 use rustix::time::{ClockId, clock_gettime};
-use sph::exchange::InterfaceStates;
+use sph::coupling::exchange::InterfaceStates;
+use sph::coupling::solver::Solver;
+use sph::coupling::stage::{Stage, StageTime, StepStage};
 use sph::kernel::CubicSpline;
-use sph::solver::Solver;
-use sph::stage::{Stage, StageTime, StepStage};
 
 use scene::Settings;
 

@@ -1,12 +1,12 @@
 //! The benchmark's water: a block between a floor and two walls, slightly stirred.
 
-use sph::domain::Domain;
 use sph::setup::{
     BodyForce, DensityDiffusion, FluidConstants, FluidParticles, FluidScheme, FluidSetup, GradientCorrection,
     LedgerPolicy, OrderControl, Outflow, OutputPlan, RunSetup, StepPolicy, TimePlan, ViscousForm,
     WallCondition, WallParticles, WallSetup,
 };
-use sph::vector::Vector;
+use sph::space::Vector;
+use sph::space::domain::Domain;
 
 /// Height of the block \[m\].
 const HEIGHT: f64 = 0.3;

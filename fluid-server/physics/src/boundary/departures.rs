@@ -1,10 +1,10 @@
 //! Particles that leave: over an open rim or outflow side, or through a wall.
 
 use rayon::prelude::*;
-use sph::motion::MotionState;
-use sph::solver::Divergence;
-use sph::stage::StageTime;
-use sph::vector::{DIMENSIONS, Vector, cross};
+use sph::coupling::solver::Divergence;
+use sph::coupling::stage::StageTime;
+use sph::prescribed::motion::MotionState;
+use sph::space::{DIMENSIONS, Vector, cross};
 
 use crate::neighbours::lists::Lists;
 use crate::system::list_limits::PLANE_HALF_WIDTH;

@@ -1,7 +1,7 @@
 //! Repulsion of fluid particles by the faces of walls.
 
-use sph::geometry::Geometry;
-use sph::vector::Vector;
+use sph::space::Vector;
+use sph::space::geometry::Geometry;
 
 use crate::neighbours::scene::Scene;
 use crate::system::walls::WallField;
@@ -11,7 +11,7 @@ use crate::system::walls::WallField;
 /// ```text
 /// a = Σ_w (1 − |t_w|/Δx)₊ · a(z_w, v_n) · n_w
 /// ```
-/// a is [`sph::repulsion::Repulsion`], v_n the normal velocity relative to the wall, z_w the height over a particle w
+/// a is [`sph::laws::repulsion::Repulsion`], v_n the normal velocity relative to the wall, z_w the height over a particle w
 /// of the first layer, half a spacing behind the face, and t_w the tangential distance to it. The weights add up to
 /// one along a face, so that it is smooth; a particle at rest on the lattice (z = Δx) feels nothing. The pair forces
 /// vanish where a particle coincides with a wall particle, so that they alone can not hold a particle that has been

@@ -1,8 +1,8 @@
 //! The state of wall particles as the fluid sees it, Eq. (27)-(28).
 
 use rayon::prelude::*;
-use sph::geometry::Geometry;
-use sph::vector::Vector;
+use sph::space::Vector;
+use sph::space::geometry::Geometry;
 
 use crate::neighbours::rows::Rows;
 use crate::system::model::FluidModel;
@@ -31,7 +31,7 @@ impl WallStates {
     /// ```
     /// v_f is the Shepard mean of the fluid's velocity, a_w the known acceleration of a moving wall. A particle
     /// without fluid in its support, or of a released wall, does not act. The density follows the pressure down to
-    /// the floor of [`sph::equation_of_state::Tait::wall_density`].
+    /// the floor of [`sph::laws::equation_of_state::Tait::wall_density`].
     pub fn extrapolate<G: Geometry>(
         &mut self,
         geometry: G,

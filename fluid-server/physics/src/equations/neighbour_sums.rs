@@ -2,7 +2,7 @@
 
 use sph::kernel::KernelLanes;
 use sph::lanes::Lanes;
-use sph::vector::Vector;
+use sph::space::Vector;
 
 use super::anti_pairing::Ratio;
 use super::tensors::{Matrix, Symmetric};

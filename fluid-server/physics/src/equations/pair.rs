@@ -2,7 +2,7 @@
 
 use sph::kernel::KernelLanes;
 use sph::lanes::Lanes;
-use sph::vector::Vector;
+use sph::space::Vector;
 
 use super::terms::PairTerms;
 use super::viscosity::drag;

@@ -4,9 +4,9 @@
 //! matrix inside, λ − 16 at the surface. So neighbours read both in the line that they load anyway; only this file
 //! knows the form.
 
-use sph::geometry::Geometry;
 use sph::lanes::Lanes;
-use sph::vector::Vector;
+use sph::space::Vector;
+use sph::space::geometry::Geometry;
 
 use crate::equations::neighbour_sums::NeighbourSums;
 use crate::equations::tensors::Symmetric;

@@ -8,10 +8,10 @@
 //! - Tensile control (Sun et al. 2018) replaces p_i + p_j by p_j − p_i where p_i is negative, inside the fluid. It is
 //!   not antisymmetric: the ledger counts its force among the stabilisers.
 
-use sph::geometry::Geometry;
 use sph::lanes::Lanes;
 use sph::setup::OrderControl;
-use sph::vector::Vector;
+use sph::space::Vector;
+use sph::space::geometry::Geometry;
 
 use super::detection::{SurfaceFlag, outward, read_surface_flag};
 use crate::equations::neighbour_sums::NeighbourSums;

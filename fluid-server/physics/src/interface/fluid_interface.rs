@@ -1,14 +1,14 @@
 //! The fluid's side of the interface with a solid partner.
 
 use rayon::prelude::*;
-use sph::body_force::BodyForceField;
-use sph::domain::Domain;
-use sph::exchange::{Extent, InterfaceStates};
-use sph::geometry::Geometry;
+use sph::coupling::exchange::{Extent, InterfaceStates};
+use sph::coupling::ledger::InterfaceSums;
 use sph::interface::Interface;
-use sph::ledger::InterfaceSums;
+use sph::prescribed::body_force::BodyForceField;
 use sph::setup::{Coupling, FluidProbeKind, InterfaceLaw};
-use sph::vector::Vector;
+use sph::space::Vector;
+use sph::space::domain::Domain;
+use sph::space::geometry::Geometry;
 
 use super::selection::InterfaceSelection;
 use crate::equations::anti_pairing::pairing_of;
@@ -121,7 +121,7 @@ impl FluidInterface {
         self.sums
     }
 
-    /// See [`sph::solver::Solver::covered_by`].
+    /// See [`sph::coupling::solver::Solver::covered_by`].
     ///
     /// # Errors
     /// The shortfall \[m\].

@@ -1,10 +1,10 @@
 //! Selection of the fluid particles that are sent to the partner.
 
 use rayon::prelude::*;
-use sph::domain::Domain;
-use sph::exchange::{Extent, InterfaceStates};
-use sph::extent::{ExtentTracker, ReachMap};
-use sph::vector::Vector;
+use sph::coupling::exchange::{Extent, InterfaceStates};
+use sph::coupling::extent::{ExtentTracker, ReachMap};
+use sph::space::Vector;
+use sph::space::domain::Domain;
 
 use crate::system::list_limits::farthest;
 use crate::system::packed_particle::PackedParticle;
@@ -72,7 +72,7 @@ impl InterfaceSelection {
         self.tracker.extent()
     }
 
-    /// See [`sph::solver::Solver::covered_by`].
+    /// See [`sph::coupling::solver::Solver::covered_by`].
     ///
     /// # Errors
     /// The shortfall \[m\].

@@ -1,7 +1,7 @@
 //! A batch of neighbours, gathered from the packed particles.
 
-use sph::geometry::Geometry;
 use sph::lanes::{Lanes, WIDTH};
+use sph::space::geometry::Geometry;
 
 use crate::system::packed_particle::PackedParticle;
 

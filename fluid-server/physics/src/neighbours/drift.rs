@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 use sph::neighbours::CellGrid;
-use sph::vector::Vector;
+use sph::space::Vector;
 
 /// Cells of a row of the grid that lie between particles without a bound on their distance beyond a cell: themselves,
 /// their neighbours and the next.

@@ -1,10 +1,10 @@
 //! Neighbour lists with a skin, and the cell-sorted order of the fluid.
 
 use rayon::prelude::*;
-use sph::geometry::{Geometry, Open, Periodic};
+use sph::coupling::stage::StageTime;
 use sph::neighbours::largest_displacement;
-use sph::stage::StageTime;
-use sph::vector::Vector;
+use sph::space::Vector;
+use sph::space::geometry::{Geometry, Open, Periodic};
 
 use super::drift::{Drift, Moved};
 use super::rows::{Order, Padding, Rows, Search, Sources};

@@ -1,11 +1,11 @@
 //! Neighbour lists in whole batches of lanes.
 
 use rayon::prelude::*;
-use sph::domain::Domain;
-use sph::geometry::Geometry;
-use sph::lanes::{Arithmetic, Kernel, Lanes, WIDTH};
+use sph::lanes::{Arithmetic, LanePass, Lanes, WIDTH};
 use sph::neighbours::CellGrid;
-use sph::vector::Vector;
+use sph::space::Vector;
+use sph::space::domain::Domain;
+use sph::space::geometry::Geometry;
 
 use crate::system::tasks::TASK;
 
@@ -219,7 +219,7 @@ fn near<L: Lanes, G: Geometry>(
     (d_x * d_x).plus_product(d_y, d_y).below(square_radius)
 }
 
-impl<G: Geometry> Kernel for Fill<'_, G> {
+impl<G: Geometry> LanePass for Fill<'_, G> {
     type Output = ();
 
     #[inline(always)]

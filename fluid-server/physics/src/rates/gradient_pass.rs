@@ -4,8 +4,8 @@
 use std::marker::PhantomData;
 
 use rayon::prelude::*;
-use sph::geometry::Geometry;
-use sph::lanes::{Kernel, Lanes};
+use sph::lanes::{LanePass, Lanes};
+use sph::space::geometry::Geometry;
 
 use super::gradients::{GradientSlices, Gradients, ParticleGradients, Partner};
 use super::particle_rates::Rates;
@@ -132,7 +132,7 @@ struct Gather<'a, G, W> {
     results: GradientSlices<'a>,
 }
 
-impl<G: Geometry, W: SumSelection> Kernel for Gather<'_, G, W> {
+impl<G: Geometry, W: SumSelection> LanePass for Gather<'_, G, W> {
     type Output = ();
 
     #[inline(always)]

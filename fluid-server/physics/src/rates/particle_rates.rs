@@ -2,8 +2,8 @@
 
 use std::ops::AddAssign;
 
-use sph::stage::Stage;
-use sph::vector::{Vector, cross};
+use sph::coupling::stage::Stage;
+use sph::space::{Vector, cross};
 
 use crate::system::model::FluidModel;
 

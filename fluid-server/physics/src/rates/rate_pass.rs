@@ -2,10 +2,10 @@
 
 use std::marker::PhantomData;
 
-use sph::body_force::BodyForceAt;
-use sph::geometry::Geometry;
-use sph::lanes::{Kernel, Lanes, WIDTH};
-use sph::vector::{Vector, cross};
+use sph::lanes::{LanePass, Lanes, WIDTH};
+use sph::prescribed::body_force::BodyForceAt;
+use sph::space::geometry::Geometry;
+use sph::space::{Vector, cross};
 
 use super::gradients::Gradients;
 use super::particle_rates::{ExternalForces, Rates, StagePart, Wrench};
@@ -225,7 +225,7 @@ struct Evaluate<'a, G, T> {
     external: &'a mut ExternalForces,
 }
 
-impl<G: Geometry, T: PairTerms> Kernel for Evaluate<'_, G, T> {
+impl<G: Geometry, T: PairTerms> LanePass for Evaluate<'_, G, T> {
     type Output = ();
 
     #[inline(always)]

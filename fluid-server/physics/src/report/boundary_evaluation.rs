@@ -3,7 +3,7 @@
 use std::cell::RefCell;
 use std::sync::Arc;
 
-use sph::stage::{StageTime, StepStage};
+use sph::coupling::stage::{StageTime, StepStage};
 
 use crate::system::model::FluidModel;
 use crate::system::state::FluidState;

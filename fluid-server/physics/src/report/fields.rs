@@ -1,6 +1,6 @@
 //! Particle fields for snapshots and final states.
 
-use sph::solver::{Field, ParticleFields};
+use sph::coupling::solver::{Field, ParticleFields};
 
 use crate::system::model::FluidModel;
 use crate::system::packed_particle::PackedParticle;

@@ -3,11 +3,11 @@
 use std::cell::OnceCell;
 use std::ops::AddAssign;
 
-use sph::ledger::Energies;
+use sph::coupling::ledger::Energies;
 use sph::neighbours::CellGrid;
 use sph::setup::FluidProbeKind;
+use sph::space::{Vector, cross};
 use sph::sums::ordered_sum;
-use sph::vector::{Vector, cross};
 
 use crate::system::model::FluidModel;
 use crate::system::state::FluidState;

@@ -3,9 +3,9 @@
 use std::marker::PhantomData;
 use std::ops::AddAssign;
 
-use sph::geometry::{Geometry, Open, Periodic};
-use sph::lanes::{Kernel, Lanes};
-use sph::vector::Vector;
+use sph::lanes::{LanePass, Lanes};
+use sph::space::Vector;
+use sph::space::geometry::{Geometry, Open, Periodic};
 
 use crate::boundary::repulsion::wall_repulsion;
 use crate::equations::pair::LawLanes;
@@ -103,7 +103,7 @@ struct WallForce<'a, G, T> {
     wall: u32,
 }
 
-impl<G: Geometry, T: PairTerms> Kernel for WallForce<'_, G, T> {
+impl<G: Geometry, T: PairTerms> LanePass for WallForce<'_, G, T> {
     type Output = Vector;
 
     #[inline(always)]

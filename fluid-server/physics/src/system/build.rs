@@ -1,12 +1,12 @@
 //! Builds model and first state from a set-up.
 
-use sph::body_force::BodyForceField;
-use sph::equation_of_state::Tait;
 use sph::kernel::{CubicSpline, PairKernel};
 use sph::lanes::Arithmetic;
-use sph::repulsion::Repulsion;
+use sph::laws::equation_of_state::Tait;
+use sph::laws::repulsion::Repulsion;
+use sph::prescribed::body_force::BodyForceField;
 use sph::setup::{DensityDiffusion, FluidParticles, FluidSetup, GradientCorrection, ViscousForm};
-use sph::vector::Vector;
+use sph::space::Vector;
 
 use super::list_limits::skins;
 use super::model::{FluidModel, PairLaw, Viscosity};

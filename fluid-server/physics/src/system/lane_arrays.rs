@@ -3,7 +3,7 @@
 //! Where fewer than four are left, the last one fills the lanes; [`weight`] keeps it from counting twice.
 
 use sph::lanes::{Lanes, WIDTH};
-use sph::vector::Vector;
+use sph::space::Vector;
 
 /// Values `first` and following.
 #[inline(always)]
@@ -71,14 +71,14 @@ pub fn largest<L: Lanes>(values: L) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use sph::lanes::{Arithmetic, Kernel};
+    use sph::lanes::{Arithmetic, LanePass};
 
     use super::*;
 
     /// Doubles numbers and swaps the components of vectors, four at a time.
     struct Passes<'a>(&'a mut [f64], &'a mut [Vector]);
 
-    impl Kernel for Passes<'_> {
+    impl LanePass for Passes<'_> {
         type Output = f64;
 
         #[inline(always)]

@@ -1,15 +1,15 @@
 //! Constants of a run, checked once.
 
-use sph::body_force::BodyForceField;
-use sph::domain::Domain;
-use sph::equation_of_state::Tait;
 use sph::kernel::{CubicSpline, PairKernel};
 use sph::lanes::Arithmetic;
-use sph::repulsion::Repulsion;
+use sph::laws::equation_of_state::Tait;
+use sph::laws::repulsion::Repulsion;
+use sph::prescribed::body_force::BodyForceField;
 use sph::setup::{
     Coupling, Damping, DensityDiffusion, FluidConstants, FluidProbe, FluidScheme, GradientCorrection,
     OrderControl, Outflow,
 };
+use sph::space::domain::Domain;
 
 use super::walls::WallModel;
 

@@ -1,7 +1,7 @@
 //! The layout in which pair sums read a particle.
 
 use sph::lanes::{Lanes, WIDTH};
-use sph::vector::Vector;
+use sph::space::Vector;
 
 use super::lane_arrays::rows;
 

@@ -1,7 +1,7 @@
 //! The checkpoint form of the state: named arrays.
 
-use sph::saved::{RestoreError, SavedState};
-use sph::vector::Vector;
+use sph::coupling::saved::{RestoreError, SavedState};
+use sph::space::Vector;
 
 use super::list_limits::{Skins, skins};
 use super::model::FluidModel;

@@ -1,7 +1,7 @@
 //! Errors of a set-up.
 
 use sph::setup::{FluidParticles, FluidProbeKind, FluidScheme, FluidSetup, ViscousForm, WallParticles};
-use sph::vector::Vector;
+use sph::space::Vector;
 
 use super::list_limits::skins;
 

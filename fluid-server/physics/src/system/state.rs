@@ -1,8 +1,8 @@
 //! The state of the fluid: everything that a checkpoint must hold.
 
 use rayon::prelude::*;
-use sph::domain::Domain;
-use sph::vector::Vector;
+use sph::space::Vector;
+use sph::space::domain::Domain;
 
 use super::tasks::TASK;
 

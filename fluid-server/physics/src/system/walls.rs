@@ -1,10 +1,10 @@
 //! Walls: constants and prescribed motion.
 
-use sph::domain::Domain;
-use sph::motion::{MotionState, RigidMotion};
 use sph::neighbours::CellGrid;
+use sph::prescribed::motion::{MotionState, RigidMotion};
 use sph::setup::{WallCondition, WallParticles, WallSetup};
-use sph::vector::Vector;
+use sph::space::Vector;
+use sph::space::domain::Domain;
 
 /// Heights over a wall particle, along its normal, at which another one stands in front of it, in particle spacings.
 const IN_FRONT: std::ops::Range<f64> = 0.5..1.5;

@@ -3,7 +3,7 @@
 use sph::kernel::CubicSpline;
 use sph::lanes::Arithmetic;
 use sph::setup::{DensityDiffusion, FluidSetup, GradientCorrection, ViscousForm, WallCondition};
-use sph::vector::Vector;
+use sph::space::Vector;
 
 use super::support::{Noise, ORDERED, add_floor, dam_break, evaluate, random_patch};
 use crate::FluidSolver;

@@ -1,8 +1,8 @@
 //! Momentum, angular momentum and mass on random patches.
 
-use sph::ledger::Account;
+use sph::coupling::ledger::Account;
 use sph::setup::{Damping, DensityDiffusion, GradientCorrection, ViscousForm};
-use sph::vector::{Vector, cross};
+use sph::space::{Vector, cross};
 
 use super::support::{ORDERED, dam_break, evaluate, largest_residual, random_patch, run, solver, variants};
 use crate::FluidSolver;

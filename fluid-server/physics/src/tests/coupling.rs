@@ -1,14 +1,14 @@
 //! The fluid's side of the interface, with solid states made up here.
 
-use sph::exchange::{Extent, InterfaceStates};
+use sph::coupling::exchange::{Extent, InterfaceStates};
+use sph::coupling::solver::Solver;
+use sph::coupling::stage::Stage;
 use sph::interface::Interface;
 use sph::setup::{
     Coupling, CouplingKind, DensityDiffusion, FluidProbe, FluidProbeKind, FluidSetup, GradientCorrection,
     InterfaceLaw,
 };
-use sph::solver::Solver;
-use sph::stage::Stage;
-use sph::vector::{SymmetricTensor, Vector};
+use sph::space::{SymmetricTensor, Vector};
 
 use super::support::{Noise, add_block, empty_scene, run, solver, stage_time, variants};
 use crate::FluidSolver;
@@ -85,7 +85,11 @@ fn part(states: &InterfaceStates, keep: impl Fn(usize) -> bool) -> InterfaceStat
 }
 
 /// One step against a solid at rest in place; returns the budgets.
-fn step(solver: &mut FluidSolver, reach: f64, partner: &InterfaceStates) -> Vec<sph::ledger::StageBooks> {
+fn step(
+    solver: &mut FluidSolver,
+    reach: f64,
+    partner: &InterfaceStates,
+) -> Vec<sph::coupling::ledger::StageBooks> {
     let mut own = InterfaceStates::default();
     Stage::BOTH
         .into_iter()
@@ -182,7 +186,7 @@ fn budgets_close_and_both_sides_agree_for_every_law() {
             let mut theirs = Interface::new(
                 &coupling,
                 &solver.model.domain,
-                sph::body_force::BodyForceField::uniform(Vector::zeros()),
+                sph::prescribed::body_force::BodyForceField::uniform(Vector::zeros()),
             );
             theirs.update(0.0, &own, &partner);
             let reaction = theirs.solid_forces(&own, &partner);

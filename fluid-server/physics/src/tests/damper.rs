@@ -2,9 +2,9 @@
 
 use std::f64::consts::PI;
 
+use sph::coupling::solver::Solver;
 use sph::setup::{DensityDiffusion, FluidScheme, GradientCorrection, WallCondition};
-use sph::solver::Solver;
-use sph::vector::Vector;
+use sph::space::Vector;
 
 use super::support::{
     Noise, add_block, add_floor, empty_scene, evaluate, largest_residual, random_patch, run, solver,

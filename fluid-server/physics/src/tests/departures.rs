@@ -1,11 +1,11 @@
 //! Divergence, lost particles and outflow.
 
-use sph::exchange::InterfaceStates;
-use sph::ledger::{Account, StageBooks};
+use sph::coupling::exchange::InterfaceStates;
+use sph::coupling::ledger::{Account, StageBooks};
+use sph::coupling::solver::Solver;
+use sph::coupling::stage::Stage;
 use sph::setup::{FluidSetup, Motion, WallCondition};
-use sph::solver::Solver;
-use sph::stage::Stage;
-use sph::vector::Vector;
+use sph::space::Vector;
 
 use super::support::{add_block, add_floor, add_particle, empty_scene, run, solver, stage_time, try_step};
 use crate::report::probes;

@@ -1,9 +1,9 @@
 //! Results do not depend on the frame, the box, or the number of threads.
 
-use sph::domain::Domain;
 use sph::lanes::Arithmetic;
 use sph::setup::{FluidSetup, GradientCorrection};
-use sph::vector::Vector;
+use sph::space::Vector;
+use sph::space::domain::Domain;
 
 use super::support::{ORDERED, dam_break, random_patch, run, solver, variants};
 use crate::FluidSolver;

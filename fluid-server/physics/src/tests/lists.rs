@@ -1,9 +1,9 @@
 //! How long neighbour lists last.
 
-use sph::saved::SavedState;
+use sph::coupling::saved::SavedState;
+use sph::coupling::solver::Solver;
+use sph::coupling::stage::Stage;
 use sph::setup::{FluidParticles, FluidScheme};
-use sph::solver::Solver;
-use sph::stage::Stage;
 
 use super::support::*;
 use crate::FluidSolver;
@@ -13,7 +13,7 @@ use crate::system::list_limits::{Skins, skins};
 fn missing(solver: &FluidSolver) -> usize {
     let (state, lists) = (&solver.state, &solver.workspace.lists);
     let (support, walls) = (solver.model.kernel.support_radius(), &solver.workspace.walls.field.position);
-    let near = |i: usize, x: &sph::vector::Vector| (state.position[i] - x).norm() < support;
+    let near = |i: usize, x: &sph::space::Vector| (state.position[i] - x).norm() < support;
     let mut missing = 0;
     for i in 0..state.len() {
         let fluid: Vec<usize> = lists.fluid.neighbours(i).collect();
@@ -41,7 +41,7 @@ fn lists_outlast_half_the_skin_where_neighbours_move_alike_and_miss_no_pair() {
         let mut noise = Noise(5);
         // The column falls over and some of it flies: all velocities differ, those of neighbours by little.
         let spray = setup.particles.position.len();
-        add_block(&mut setup, sph::vector::Vector::new(0.5, 0.5), 6, 6);
+        add_block(&mut setup, sph::space::Vector::new(0.5, 0.5), 6, 6);
         for (i, v) in setup.particles.velocity.iter_mut().enumerate() {
             *v = noise.vector() * 0.1;
             v.x += if i < spray { 1.0 } else { -4.0 };
@@ -73,7 +73,7 @@ fn the_skin_follows_how_long_lists_last() {
     let skin_after = |time_step: f64| {
         let mut setup = dam_break();
         for (x, v) in setup.particles.position.iter().zip(&mut setup.particles.velocity) {
-            *v = sph::vector::Vector::new(10.0 * x.y, 0.0);
+            *v = sph::space::Vector::new(10.0 * x.y, 0.0);
         }
         let mut solver = FluidSolver::new(setup).unwrap();
         assert_eq!(solver.state.list_skin, first);
@@ -118,7 +118,7 @@ fn water_that_flies_as_one_finds_the_wall_before_it() {
     {
         let mut setup = dam_break();
         setup.particles = FluidParticles::default();
-        let lower = sph::vector::Vector::new(0.9 - gap - 0.02 * f64::from(columns), 0.5);
+        let lower = sph::space::Vector::new(0.9 - gap - 0.02 * f64::from(columns), 0.5);
         add_block(&mut setup, lower, columns as usize, 2);
         setup.particles.velocity.iter_mut().for_each(|v| v.x = 4.0);
         let mut solver = FluidSolver::new(setup).unwrap();

@@ -1,9 +1,9 @@
 //! Probes, energies, snapshots and step limits.
 
-use sph::driver::{Command, Event, Link};
+use sph::coupling::driver::{Command, Event, Link};
+use sph::coupling::solver::Solver;
 use sph::setup::{FluidProbe, FluidProbeKind, StepPolicy};
-use sph::solver::Solver;
-use sph::vector::Vector;
+use sph::space::Vector;
 
 use super::support::{add_block, add_particle, dam_break, empty_scene, run, solver};
 
@@ -202,7 +202,9 @@ fn the_driver_runs_a_fluid_without_partner() {
     let (sender, commands) = std::sync::mpsc::channel();
     sender.send(Command::GrantThrough(1_000_000)).unwrap();
     let mut events = Vec::new();
-    sph::driver::run(&mut solver, &run_setup, &link, None, &commands, &mut |event| events.push(event));
+    sph::coupling::driver::run(&mut solver, &run_setup, &link, None, &commands, &mut |event| {
+        events.push(event)
+    });
     let steps = events.iter().filter(|event| matches!(event, Event::Step(_))).count();
     // 0.5·h/c₀ = 0.6 ms: at least 33 steps.
     assert!((33..80).contains(&steps), "{steps}");

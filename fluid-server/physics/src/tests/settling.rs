@@ -1,8 +1,8 @@
 //! Short runs against exact solutions.
 
+use sph::coupling::solver::Solver;
 use sph::setup::{Damping, DensityDiffusion, FluidSetup, GradientCorrection, ViscousForm, WallCondition};
-use sph::solver::Solver;
-use sph::vector::Vector;
+use sph::space::Vector;
 
 use super::support::{add_floor, add_particle, empty_scene, largest_residual, run, solver};
 

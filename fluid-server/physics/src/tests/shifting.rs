@@ -1,10 +1,10 @@
 //! Shifting and tensile control.
 
-use sph::ledger::Account;
+use sph::coupling::ledger::Account;
 use sph::setup::{
     FluidScheme, FluidSetup, GradientCorrection, OrderControl, ViscousForm, WallCondition, WallSetup,
 };
-use sph::vector::Vector;
+use sph::space::Vector;
 
 use crate::rates::particle_rates::Rates;
 

@@ -1,16 +1,16 @@
 //! Scenes for the tests.
 
-use sph::domain::Domain;
-use sph::exchange::InterfaceStates;
-use sph::ledger::StageBooks;
+use sph::coupling::exchange::InterfaceStates;
+use sph::coupling::ledger::StageBooks;
+use sph::coupling::solver::{Divergence, Solver};
+use sph::coupling::stage::{Stage, StageTime, StepStage};
 use sph::setup::{
     BodyForce, DensityDiffusion, FluidConstants, FluidParticles, FluidSetup, GradientCorrection,
     LedgerPolicy, OrderControl, Outflow, OutputPlan, RunSetup, StepPolicy, TimePlan, ViscousForm,
     WallCondition, WallParticles, WallSetup,
 };
-use sph::solver::{Divergence, Solver};
-use sph::stage::{Stage, StageTime, StepStage};
-use sph::vector::Vector;
+use sph::space::Vector;
+use sph::space::domain::Domain;
 
 use crate::FluidSolver;
 

@@ -1,9 +1,9 @@
 //! What wall particles show to the fluid, Eq. (27)-(28).
 
-use sph::ledger::Account;
+use sph::coupling::ledger::Account;
+use sph::coupling::solver::Solver;
 use sph::setup::{FluidProbe, FluidProbeKind, FluidSetup, Motion, WallCondition};
-use sph::solver::Solver;
-use sph::vector::Vector;
+use sph::space::Vector;
 
 use super::support::{add_block, add_floor, empty_scene, evaluate, run, solver, try_step};
 use crate::FluidSolver;

@@ -1,8 +1,8 @@
 //! Advances the state by the rates and closes the momentum budget of a stage.
 
-use sph::ledger::{Account, Accounts, AngularBudget, StageBooks, TorqueAccount, Torques};
-use sph::stage::{Stage, StageTime};
-use sph::vector::Vector;
+use sph::coupling::ledger::{Account, Accounts, AngularBudget, StageBooks, TorqueAccount, Torques};
+use sph::coupling::stage::{Stage, StageTime};
+use sph::space::Vector;
 
 use super::momentum_budget::{AngularBudgetSums, MomentumBudget};
 use super::movement::{MotionSlices, Movement, StageSlices, Step};

@@ -1,10 +1,10 @@
 //! Limits that a valid state keeps; a run that breaks one stops and reports where.
 
-use sph::domain::Domain;
-use sph::equation_of_state::LARGEST_COMPRESSION;
-use sph::lanes::{Kernel, Lanes, WIDTH};
-use sph::solver::Divergence;
-use sph::stage::StepStage;
+use sph::coupling::solver::Divergence;
+use sph::coupling::stage::StepStage;
+use sph::lanes::{LanePass, Lanes, WIDTH};
+use sph::laws::equation_of_state::LARGEST_COMPRESSION;
+use sph::space::domain::Domain;
 
 use crate::system::lane_arrays::{abs, largest, numbers, vectors};
 use crate::system::model::FluidModel;
@@ -204,7 +204,7 @@ struct CheckPass<'a> {
     state: &'a FluidState,
 }
 
-impl Kernel for CheckPass<'_> {
+impl LanePass for CheckPass<'_> {
     type Output = ScanFindings;
 
     #[inline(always)]

@@ -2,9 +2,9 @@
 
 use std::ops::AddAssign;
 
+use sph::coupling::ledger::Energies;
 use sph::lanes::Lanes;
-use sph::ledger::Energies;
-use sph::vector::Vector;
+use sph::space::Vector;
 
 use crate::system::lane_arrays::largest;
 
@@ -52,7 +52,7 @@ pub struct AngularBudgetSums {
     pub damping: f64,
     /// Part of shifting, Σ m δx × v \[kg m/s\].
     pub shifting: f64,
-    /// Part of the time scheme, [`sph::ledger::scheme_moment`] \[kg m/s\].
+    /// Part of the time scheme, [`sph::coupling::ledger::scheme_moment`] \[kg m/s\].
     pub scheme: f64,
 }
 

@@ -1,9 +1,9 @@
 //! The pass that moves all particles by their rates, four at a time.
 
-use sph::equation_of_state::Tait;
-use sph::lanes::{Kernel, Lanes, WIDTH};
-use sph::stage::Stage;
-use sph::vector::Vector;
+use sph::coupling::stage::Stage;
+use sph::lanes::{LanePass, Lanes, WIDTH};
+use sph::laws::equation_of_state::Tait;
+use sph::space::Vector;
 
 use super::checks::{LaneScanFindings, Motion, ScanFindings};
 use super::momentum_budget::{LaneAngularBudget, LaneMomentumBudget, MomentumBudget};
@@ -59,7 +59,7 @@ pub struct Movement<'a> {
     pub slices: StageSlices<'a>,
 }
 
-impl Kernel for Movement<'_> {
+impl LanePass for Movement<'_> {
     type Output = ();
 
     #[inline(always)]

@@ -1,11 +1,11 @@
 //! The flow of a stage, in a workspace that may be dropped at any step boundary.
 
-use sph::exchange::InterfaceStates;
-use sph::geometry::{Geometry, Open, Periodic};
-use sph::lanes::{Kernel, Lanes, WIDTH};
-use sph::ledger::Energies;
-use sph::solver::Divergence;
-use sph::stage::StageTime;
+use sph::coupling::exchange::InterfaceStates;
+use sph::coupling::ledger::Energies;
+use sph::coupling::solver::Divergence;
+use sph::coupling::stage::StageTime;
+use sph::lanes::{LanePass, Lanes, WIDTH};
+use sph::space::geometry::{Geometry, Open, Periodic};
 
 use super::checks::{LaneScanFindings, Motion, ScanFindings};
 use super::momentum_budget::MomentumBudget;
@@ -218,7 +218,7 @@ struct PackPass<'a> {
     packed: &'a mut [PackedParticle],
 }
 
-impl Kernel for PackPass<'_> {
+impl LanePass for PackPass<'_> {
     type Output = ScanFindings;
 
     #[inline(always)]

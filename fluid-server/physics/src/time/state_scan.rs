@@ -1,9 +1,9 @@
 //! The scan of a new state: packs its particles for the next pair sums and checks them.
 
-use sph::equation_of_state::Tait;
-use sph::geometry::{Geometry, Periodic};
 use sph::lanes::{Lanes, WIDTH};
-use sph::vector::Vector;
+use sph::laws::equation_of_state::Tait;
+use sph::space::Vector;
+use sph::space::geometry::{Geometry, Periodic};
 
 use super::checks::{LaneScanFindings, Motion, StateLimits};
 use crate::system::lane_arrays::vectors;

@@ -2,13 +2,13 @@
 
 use std::time::Duration;
 
-use sph::exchange::{Extent, InterfaceStates};
-use sph::ledger::{Energies, InterfaceSums, StageBooks};
-use sph::saved::{RestoreError, SavedState};
+use sph::coupling::exchange::{Extent, InterfaceStates};
+use sph::coupling::ledger::{Energies, InterfaceSums, StageBooks};
+use sph::coupling::saved::{RestoreError, SavedState};
+use sph::coupling::solver::{Counts, Divergence, Field, ParticleFields, Role, Solver};
+use sph::coupling::stage::{Stage, StageTime};
 use sph::setup::ParticipantSetup;
-use sph::solver::{Counts, Divergence, Field, ParticleFields, Role, Solver};
-use sph::stage::{Stage, StageTime};
-use sph::vector::Vector;
+use sph::space::Vector;
 
 use super::setups::{MASSES, RANGE};
 use crate::description::{Constants, Description};
@@ -175,7 +175,7 @@ impl Solver for Row {
                     let sums = &mut self.sums;
                     sums.force += force;
                     sums.gross_force += force.norm();
-                    sums.torque += sph::vector::cross(&own.position[i], &force);
+                    sums.torque += sph::space::cross(&own.position[i], &force);
                     sums.gross_torque += own.position[i].norm() * force.norm();
                     sums.power += force.dot(&own.velocity[i]);
                     sums.pairs += 1;

@@ -3,8 +3,8 @@
 use std::net::SocketAddr;
 use std::time::Duration;
 
-use sph::exchange::Extent;
-use sph::solver::Role;
+use sph::coupling::exchange::Extent;
+use sph::coupling::solver::Role;
 use tokio_util::sync::CancellationToken;
 
 use super::row::RowFactory;

@@ -1,14 +1,14 @@
 //! Set-ups of two rows of masses.
 
-use sph::domain::Domain;
+use sph::coupling::solver::Role;
 use sph::setup::{
     BodyForce, BodySetup, BreachAction, ContactLaw, Coupling, CouplingKind, DensityDiffusion,
     ElasticMaterial, FluidConstants, FluidParticles, FluidSetup, Formulation, GradientCorrection,
     InterfaceLaw, Iterate, LedgerPolicy, Outflow, OutputPlan, ParticipantSetup, Relaxation, RunSetup,
     SolidParticles, SolidSetup, SolidStepping, StepPolicy, TimePlan, Unsettled, WallParticles,
 };
-use sph::solver::Role;
-use sph::vector::{SymmetricTensor, Vector};
+use sph::space::domain::Domain;
+use sph::space::{SymmetricTensor, Vector};
 
 /// Masses per side.
 pub(crate) const MASSES: usize = 40;

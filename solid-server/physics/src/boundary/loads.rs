@@ -2,7 +2,7 @@
 
 use sph::expression::{ComponentError, Expression};
 use sph::setup::{LoadLaw, SurfaceLoad};
-use sph::vector::{Tensor, Vector};
+use sph::space::{Tensor, Vector};
 
 use crate::materials::hyperelastic::cofactor;
 

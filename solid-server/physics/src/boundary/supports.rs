@@ -1,11 +1,11 @@
 //! Supports: particles whose motion is prescribed in some or all components.
 
-use sph::domain::Domain;
-use sph::motion::{MotionState, RigidMotion};
+use sph::coupling::stage::StageTime;
 use sph::neighbours::CellGrid;
+use sph::prescribed::motion::{MotionState, RigidMotion};
 use sph::setup::BodySetup;
-use sph::stage::StageTime;
-use sph::vector::{DIMENSIONS, Vector, cross};
+use sph::space::domain::Domain;
+use sph::space::{DIMENSIONS, Vector, cross};
 
 use crate::particles::variables::RigidState;
 
@@ -232,7 +232,11 @@ mod tests {
 
     #[test]
     fn a_release_takes_effect_at_the_step_boundary_of_its_time() {
-        let at = |step_start| StageTime { at: sph::stage::StepStage::FIRST, step_start, time_step: 1e-3 };
+        let at = |step_start| StageTime {
+            at: sph::coupling::stage::StepStage::FIRST,
+            step_start,
+            time_step: 1e-3,
+        };
         assert!(acts(0.1, &at(0.099)));
         // 0.1 may come out of n·Δt an ulp early.
         assert!(!acts(0.1, &at(0.1 - 1e-17)));

@@ -1,9 +1,9 @@
 //! Walls that the solids are in contact with.
 
-use sph::motion::RigidMotion;
+use sph::coupling::stage::StageTime;
+use sph::prescribed::motion::RigidMotion;
 use sph::setup::{SolidSetup, WallSetup};
-use sph::stage::StageTime;
-use sph::vector::Vector;
+use sph::space::Vector;
 
 use crate::boundary::supports::acts;
 

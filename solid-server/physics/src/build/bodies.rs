@@ -2,12 +2,12 @@
 
 use std::ops::Range;
 
-use sph::body_force::BodyForceField;
-use sph::domain::Domain;
 use sph::kernel::CubicSpline;
 use sph::lanes::Arithmetic;
+use sph::prescribed::body_force::BodyForceField;
 use sph::setup::{BodyForce, BodySetup, ContactLaw, Formulation, SolidSetup};
-use sph::vector::{DIMENSIONS, Vector};
+use sph::space::domain::Domain;
+use sph::space::{DIMENSIONS, Vector};
 
 use crate::boundary::loads::Load;
 use crate::boundary::supports::{build_supports, impose_velocities, wall_exemption};

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use sph::setup::{InterfaceLaw, SolidSetup, SolidStepping, SubstepCount};
-use sph::vector::DIMENSIONS;
+use sph::space::DIMENSIONS;
 
 use crate::neighbours::lists::{CONTACT_SKIN, OWN_SKIN};
 use crate::system::model::{ContactModel, SolidModel};

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use sph::setup::SolidSetup;
-use sph::vector::Vector;
+use sph::space::Vector;
 
 /// Support radius of the density's kernel in spacings \[-\]: wide enough to smooth the corrugation of the lattice.
 const REACH: f64 = 3.0;

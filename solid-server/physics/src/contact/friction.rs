@@ -1,6 +1,6 @@
 //! Coulomb friction with stick between a particle and the patch of particles that it is in contact with.
 
-use sph::vector::{Vector, cross};
+use sph::space::{Vector, cross};
 
 use crate::contact::density_field::DensityField;
 

@@ -2,8 +2,8 @@
 
 use rayon::prelude::*;
 
-use sph::domain::Domain;
-use sph::vector::Vector;
+use sph::space::Vector;
+use sph::space::domain::Domain;
 
 use crate::boundary::walls::WallState;
 use crate::contact::density_field::{DensityField, DensityFields, Spring};

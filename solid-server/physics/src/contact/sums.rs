@@ -2,9 +2,9 @@
 
 use rayon::prelude::*;
 
-use sph::body_force::BodyForceField;
-use sph::domain::Domain;
-use sph::vector::SymmetricTensor;
+use sph::prescribed::body_force::BodyForceField;
+use sph::space::SymmetricTensor;
+use sph::space::domain::Domain;
 
 use crate::boundary::walls::WallState;
 use crate::formulations::body::Body;

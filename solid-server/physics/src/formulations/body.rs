@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use sph::body_force::BodyForceField;
+use sph::prescribed::body_force::BodyForceField;
 use sph::setup::ElasticMaterial;
 
 use crate::boundary::loads::Load;

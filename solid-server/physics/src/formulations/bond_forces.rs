@@ -1,8 +1,8 @@
 //! Pair forces of a total-Lagrangian body over its fixed neighbours, four at a time.
 
-use sph::geometry::Geometry;
-use sph::lanes::{Kernel, Lanes};
-use sph::vector::{Tensor, Vector};
+use sph::lanes::{LanePass, Lanes};
+use sph::space::geometry::Geometry;
+use sph::space::{Tensor, Vector};
 
 use crate::formulations::reference_forces::ForceUnits;
 use crate::neighbours::stencil::{Stencils, separations, splat, vectors};
@@ -69,7 +69,7 @@ pub struct ForcePass<'a, G> {
     pub forces: &'a mut [Vector],
 }
 
-impl<G: Geometry> Kernel for ForcePass<'_, G> {
+impl<G: Geometry> LanePass for ForcePass<'_, G> {
     type Output = ();
 
     #[inline(always)]

@@ -2,9 +2,9 @@
 
 use std::ops::AddAssign;
 
-use sph::domain::Domain;
-use sph::stage::StageTime;
-use sph::vector::{SymmetricTensor, Tensor, Vector};
+use sph::coupling::stage::StageTime;
+use sph::space::domain::Domain;
+use sph::space::{SymmetricTensor, Tensor, Vector};
 
 use crate::boundary::supports::Support;
 use crate::formulations::pair_law::{PairSums, SumLaw};
@@ -78,7 +78,7 @@ pub struct BodyDrift<'a> {
 pub struct AngularImpulse {
     /// Supports.
     pub supports: f64,
-    /// The time scheme, [`sph::ledger::scheme_moment`].
+    /// The time scheme, [`sph::coupling::ledger::scheme_moment`].
     pub scheme: f64,
 }
 

@@ -1,9 +1,9 @@
 //! The sums of [`SumLaw`] over the particles of one body, four neighbours at a time.
 
-use sph::geometry::Geometry;
 use sph::kernel::KernelLanes;
-use sph::lanes::{Kernel, Lanes, WIDTH};
-use sph::vector::{SymmetricTensor, Tensor, Vector};
+use sph::lanes::{LanePass, Lanes, WIDTH};
+use sph::space::geometry::Geometry;
+use sph::space::{SymmetricTensor, Tensor, Vector};
 
 use crate::formulations::pair_law::{PairSums, SumLaw};
 use crate::neighbours::lists::Rows;
@@ -37,7 +37,7 @@ pub struct PairPass<'a, G> {
     pub sums: &'a mut [PairSums],
 }
 
-impl<G: Geometry> Kernel for PairPass<'_, G> {
+impl<G: Geometry> LanePass for PairPass<'_, G> {
     type Output = ();
 
     #[inline(always)]

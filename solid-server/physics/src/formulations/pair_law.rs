@@ -2,7 +2,7 @@
 
 use sph::kernel::{CubicSpline, PairKernel};
 use sph::setup::{ElasticMaterial, UpdatedLagrangian};
-use sph::vector::{SymmetricTensor, Tensor, Vector};
+use sph::space::{SymmetricTensor, Tensor, Vector};
 
 /// One particle as a pair sees it.
 #[derive(Clone, Copy)]

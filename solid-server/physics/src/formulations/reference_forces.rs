@@ -2,8 +2,8 @@
 
 use rayon::prelude::*;
 
+use sph::space::{Tensor, Vector};
 use sph::sums::ordered_sum;
-use sph::vector::{Tensor, Vector};
 
 use crate::neighbours::lists::TASK;
 use crate::neighbours::reference::{PairKind, Reference, ReferencePair};

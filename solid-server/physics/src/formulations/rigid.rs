@@ -4,10 +4,10 @@ use std::ops::AddAssign;
 
 use rayon::prelude::*;
 
-use sph::ledger::scheme_moment;
-use sph::stage::StageTime;
+use sph::coupling::ledger::scheme_moment;
+use sph::coupling::stage::StageTime;
+use sph::space::{SymmetricTensor, Vector, cross};
 use sph::sums::ordered_sum;
-use sph::vector::{SymmetricTensor, Vector, cross};
 
 use crate::boundary::supports::Support;
 use crate::formulations::formulation::{

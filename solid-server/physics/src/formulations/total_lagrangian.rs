@@ -2,11 +2,11 @@
 
 use rayon::prelude::*;
 
-use sph::geometry::{Geometry, Open, Periodic};
 use sph::kernel::CubicSpline;
 use sph::lanes::Arithmetic;
 use sph::setup::{ElasticMaterial, TotalLagrangian};
-use sph::vector::{SymmetricTensor, Tensor, Vector};
+use sph::space::geometry::{Geometry, Open, Periodic};
+use sph::space::{SymmetricTensor, Tensor, Vector};
 
 use crate::boundary::supports::Support;
 use crate::formulations::bond_forces::{Bonds, ForcePass, Viscosity};

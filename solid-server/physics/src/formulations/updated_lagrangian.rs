@@ -2,10 +2,10 @@
 
 use rayon::prelude::*;
 
-use sph::geometry::{Geometry, Open, Periodic};
 use sph::lanes::Arithmetic;
 use sph::setup::{ElasticMaterial, UpdatedLagrangian};
-use sph::vector::Tensor;
+use sph::space::Tensor;
+use sph::space::geometry::{Geometry, Open, Periodic};
 
 use crate::formulations::formulation::{AngularImpulse, BodyConstants, BodyDrift, BodyFormulation, BodyStep};
 use crate::formulations::pair_lanes::{BodyArrays, PairPass};

@@ -2,15 +2,15 @@
 
 use rayon::prelude::*;
 
-use sph::body_force::BodyForceField;
-use sph::domain::Domain;
-use sph::exchange::{Extent, InterfaceStates};
-use sph::extent::{ExtentTracker, ReachMap};
+use sph::coupling::exchange::{Extent, InterfaceStates};
+use sph::coupling::extent::{ExtentTracker, ReachMap};
+use sph::coupling::ledger::InterfaceSums;
 use sph::interface::{Interface, load_sums};
 use sph::kernel::CubicSpline;
-use sph::ledger::InterfaceSums;
+use sph::prescribed::body_force::BodyForceField;
 use sph::setup::{Coupling, InterfaceLaw};
-use sph::vector::Vector;
+use sph::space::Vector;
+use sph::space::domain::Domain;
 
 use crate::formulations::pair_law::PairSums;
 use crate::particles::constants::ParticleConstants;

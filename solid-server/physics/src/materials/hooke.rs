@@ -1,7 +1,7 @@
 //! The elastic law, Eq. (5)-(8), and the artificial stress of Gray, Monaghan & Swift 2001.
 
 use sph::setup::ElasticMaterial;
-use sph::vector::{SymmetricTensor, Tensor};
+use sph::space::{SymmetricTensor, Tensor};
 
 /// Pressure \[Pa\] at `density` \[kg/m³\].
 ///
@@ -108,7 +108,7 @@ pub fn artificial_stress(epsilon: f64, stress: &SymmetricTensor, density: f64) -
 #[cfg(test)]
 mod tests {
     use super::*;
-    use sph::vector::Tensor;
+    use sph::space::Tensor;
 
     const RUBBER: ElasticMaterial =
         ElasticMaterial { density: 1100.0, bulk_modulus: 20e6, shear_modulus: 4.27e6 };

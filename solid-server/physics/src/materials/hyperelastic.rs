@@ -1,7 +1,7 @@
 //! Stress from the deformation gradient, in plane strain.
 
 use sph::setup::{ElasticMaterial, HyperelasticLaw};
-use sph::vector::{SymmetricTensor, Tensor};
+use sph::space::{SymmetricTensor, Tensor};
 
 /// A hyperelastic material.
 #[derive(Clone, Copy, Debug)]

@@ -5,10 +5,10 @@
 
 use rayon::prelude::*;
 
-use sph::domain::Domain;
 use sph::neighbours::{CellGrid, NeighbourList, largest_displacement};
+use sph::space::Vector;
+use sph::space::domain::Domain;
 use sph::sums::ordered_sum;
-use sph::vector::Vector;
 
 /// Particles per task below which splitting costs more than it gains.
 pub const TASK: usize = 64;

@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, SymmetricEigen, Vector3};
 
 use sph::kernel::CubicSpline;
-use sph::vector::Vector;
+use sph::space::Vector;
 
 /// A material point as a weighted mean of particles near it in the undeformed body.
 ///

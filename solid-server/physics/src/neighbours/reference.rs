@@ -1,9 +1,9 @@
 //! Neighbours of a body in its undeformed configuration: fixed lists, weights and correction matrices.
 
-use sph::domain::Domain;
 use sph::kernel::CubicSpline;
 use sph::neighbours::CellGrid;
-use sph::vector::{Tensor, Vector};
+use sph::space::domain::Domain;
+use sph::space::{Tensor, Vector};
 
 use crate::neighbours::stencil::Stencils;
 

@@ -1,8 +1,8 @@
 //! Sums of a total-Lagrangian body over its fixed neighbours, four at a time.
 
-use sph::geometry::Geometry;
-use sph::lanes::{Kernel, Lanes, WIDTH};
-use sph::vector::{Tensor, Vector};
+use sph::lanes::{LanePass, Lanes, WIDTH};
+use sph::space::geometry::Geometry;
+use sph::space::{Tensor, Vector};
 
 /// Four neighbours of one particle; entries that fill up the last batch have no weight.
 #[derive(Clone, Copy, Debug)]
@@ -93,7 +93,7 @@ pub struct MomentPass<'a, G> {
     pub sums: &'a mut [Tensor],
 }
 
-impl<G: Geometry> Kernel for MomentPass<'_, G> {
+impl<G: Geometry> LanePass for MomentPass<'_, G> {
     type Output = ();
 
     #[inline(always)]

@@ -1,6 +1,6 @@
 //! Constants of each particle.
 
-use sph::vector::Vector;
+use sph::space::Vector;
 
 /// Constants of each particle throughout a run.
 pub struct ParticleConstants {

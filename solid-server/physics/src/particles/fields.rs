@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use sph::vector::{SymmetricTensor, Tensor};
+use sph::space::{SymmetricTensor, Tensor};
 
 /// Stress of all particles.
 #[derive(Debug, Default)]

@@ -2,7 +2,7 @@
 
 use std::ops::AddAssign;
 
-use sph::vector::{Vector, cross};
+use sph::space::{Vector, cross};
 
 /// Contact forces on one particle in a stage.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -2,8 +2,8 @@
 
 use std::ops::Range;
 
-use sph::domain::Domain;
-use sph::vector::{SymmetricTensor, Vector};
+use sph::space::domain::Domain;
+use sph::space::{SymmetricTensor, Vector};
 
 /// Quantities φ of Eq. (29), one entry per particle of all bodies.
 #[derive(Clone, Debug, Default, PartialEq)]

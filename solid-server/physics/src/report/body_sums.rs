@@ -2,9 +2,9 @@
 
 use std::ops::{AddAssign, Range};
 
-use sph::ledger::Energies;
+use sph::coupling::ledger::Energies;
+use sph::space::{SymmetricTensor, Vector, cross};
 use sph::sums::ordered_sum;
-use sph::vector::{SymmetricTensor, Vector, cross};
 
 use crate::boundary::supports::nearest_branch;
 use crate::formulations::body::Body;

@@ -1,7 +1,7 @@
 //! Fields of all particles at a step boundary.
 
-use sph::solver::{Field, ParticleFields};
-use sph::vector::{SymmetricTensor, Vector};
+use sph::coupling::solver::{Field, ParticleFields};
+use sph::space::{SymmetricTensor, Vector};
 
 use crate::materials::hooke::{principal_stresses, von_mises_stress};
 use crate::particles::fields::StressFields;

@@ -2,7 +2,7 @@
 
 use sph::neighbours::CellGrid;
 use sph::setup::{SolidProbeKind, SolidSetup};
-use sph::vector::{SymmetricTensor, Vector, cross};
+use sph::space::{SymmetricTensor, Vector, cross};
 
 use crate::formulations::body::Body;
 use crate::materials::hooke::{principal_stresses, von_mises_stress};

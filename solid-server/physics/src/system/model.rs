@@ -1,10 +1,10 @@
 //! Constant facts of a run of solids.
 
-use sph::body_force::BodyForceField;
-use sph::domain::Domain;
+use sph::coupling::stage::StageTime;
+use sph::prescribed::body_force::BodyForceField;
 use sph::setup::{Damping, SolidProbeKind, SolidStepping};
-use sph::stage::StageTime;
-use sph::vector::Vector;
+use sph::space::Vector;
+use sph::space::domain::Domain;
 
 use crate::boundary::supports::{Support, acts};
 use crate::boundary::walls::Walls;

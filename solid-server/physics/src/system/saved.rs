@@ -1,7 +1,7 @@
 //! The solids' state as named arrays, and back.
 
-use sph::saved::{RestoreError, SavedState};
-use sph::vector::Vector;
+use sph::coupling::saved::{RestoreError, SavedState};
+use sph::space::Vector;
 
 use crate::contact::friction::{Owner, TangentialSprings};
 use crate::particles::variables::{Particles, RigidState};

@@ -1,7 +1,7 @@
 //! State at a step boundary: all that a checkpoint holds.
 
+use sph::space::Vector;
 use sph::sums::ordered_sum;
-use sph::vector::Vector;
 
 use crate::contact::friction::TangentialSprings;
 use crate::particles::forces::ParticleForces;
@@ -81,6 +81,6 @@ pub struct LastStage {
     pub maxima: StageMaxima,
     /// Particles outside the domain.
     pub outside: u64,
-    /// Sub-steps so far, see [`sph::solver::Counts`].
+    /// Sub-steps so far, see [`sph::coupling::solver::Counts`].
     pub substeps: u64,
 }

@@ -1,7 +1,7 @@
 //! Disposable buffers of a stage.
 
-use sph::ledger::InterfaceSums;
-use sph::vector::Vector;
+use sph::coupling::ledger::InterfaceSums;
+use sph::space::Vector;
 
 use crate::boundary::walls::WallState;
 use crate::contact::friction::TangentialSprings;

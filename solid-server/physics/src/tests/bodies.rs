@@ -1,9 +1,9 @@
 //! Rigid bodies, periodic directions, damping, and what is refused.
 
-use sph::ledger::Account;
+use sph::coupling::ledger::Account;
+use sph::coupling::solver::Solver;
 use sph::setup::{ContactLaw, Damping, Formulation, SolidProbeKind, SolidStepping, SubstepCount};
-use sph::solver::Solver;
-use sph::vector::{Vector, cross};
+use sph::space::{Vector, cross};
 
 use super::scenes::{RUBBER, Run, add_body, add_elastic, add_probe, block, scene, set_velocity};
 use crate::SolidSolver;

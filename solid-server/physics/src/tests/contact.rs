@@ -1,10 +1,10 @@
 //! Contact between bodies and with walls, by repulsion and by the sums of the source paper.
 
-use sph::ledger::Account;
+use sph::coupling::ledger::Account;
+use sph::coupling::solver::Solver;
+use sph::coupling::stage::Stage;
 use sph::setup::{ContactLaw, Motion, SolidProbeKind, SolidSetup};
-use sph::solver::Solver;
-use sph::stage::Stage;
-use sph::vector::{Vector, cross};
+use sph::space::{Vector, cross};
 
 use crate::system::state::BodyContact;
 use crate::system::workspace::Workspace;

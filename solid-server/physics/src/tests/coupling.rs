@@ -1,13 +1,13 @@
 //! The solids' end of the interface, against a partner that is played by hand.
 
-use sph::body_force::BodyForceField;
-use sph::exchange::{Extent, InterfaceStates};
+use sph::coupling::exchange::{Extent, InterfaceStates};
+use sph::coupling::ledger::{StageBooks, TorqueCheck, imbalance};
+use sph::coupling::solver::Solver;
+use sph::coupling::stage::Stage;
 use sph::interface::Interface;
-use sph::ledger::{StageBooks, TorqueCheck, imbalance};
+use sph::prescribed::body_force::BodyForceField;
 use sph::setup::{Coupling, CouplingKind, FluidConstants, GradientCorrection, InterfaceLaw, SolidProbeKind};
-use sph::solver::Solver;
-use sph::stage::Stage;
-use sph::vector::Vector;
+use sph::space::Vector;
 
 use super::scenes::{Run, add_elastic, add_probe, block, scene};
 

@@ -1,8 +1,8 @@
 //! The updated-Lagrangian body on its own.
 
+use sph::coupling::solver::Solver;
 use sph::setup::{Formulation, SolidProbeKind};
-use sph::solver::Solver;
-use sph::vector::{Vector, cross};
+use sph::space::{Vector, cross};
 
 use super::scenes::{
     RUBBER, Run, add_body, add_elastic, add_probe, add_support, block, clamp, scene, set_velocity,

@@ -1,7 +1,7 @@
 //! Friction of bodies on walls and on each other.
 
 use sph::setup::{SolidProbeKind, SolidSetup};
-use sph::vector::Vector;
+use sph::space::Vector;
 
 use super::scenes::{Run, add_probe, add_total, add_wall, block, rough, scene, set_velocity};
 

@@ -1,17 +1,17 @@
 //! Small scenes and a driver without a partner.
 
-use sph::domain::Domain;
-use sph::exchange::InterfaceStates;
-use sph::ledger::StageBooks;
+use sph::coupling::exchange::InterfaceStates;
+use sph::coupling::ledger::StageBooks;
+use sph::coupling::solver::{Divergence, Solver};
+use sph::coupling::stage::{Stage, StageTime, StepStage};
 use sph::setup::{
     BodyForce, BodySetup, ContactLaw, ElasticMaterial, Formulation, HyperelasticLaw, LedgerPolicy,
     OutputPlan, RunSetup, SolidParticles, SolidProbe, SolidProbeKind, SolidSetup, SolidStepping, StepPolicy,
     SubstepCount, Support, TimePlan, TotalLagrangian, UpdatedLagrangian, WallCondition, WallParticles,
     WallSetup,
 };
-use sph::solver::{Divergence, Solver};
-use sph::stage::{Stage, StageTime, StepStage};
-use sph::vector::{SymmetricTensor, Vector};
+use sph::space::domain::Domain;
+use sph::space::{SymmetricTensor, Vector};
 
 use crate::SolidSolver;
 

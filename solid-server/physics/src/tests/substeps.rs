@@ -1,12 +1,12 @@
 //! Sub-steps of all kinds of bodies.
 
-use sph::ledger::Account;
+use sph::coupling::ledger::Account;
+use sph::coupling::solver::Solver;
 use sph::setup::{
     Formulation, HyperelasticLaw, InterfaceLaw, Motion, SolidProbeKind, SolidSetup, SolidStepping,
     SubstepCount, Support,
 };
-use sph::solver::Solver;
-use sph::vector::Vector;
+use sph::space::Vector;
 
 use super::scenes::{
     Run, add_body, add_elastic, add_probe, add_support, add_total, add_wall, block, clamp, scene,

@@ -1,8 +1,8 @@
 //! Supports: what is held, what it costs, and how it ends.
 
-use sph::ledger::Account;
+use sph::coupling::ledger::Account;
 use sph::setup::{Formulation, Motion, SolidProbeKind, Support};
-use sph::vector::Vector;
+use sph::space::Vector;
 
 use super::scenes::{Run, add_body, add_elastic, add_probe, add_support, block, clamp, scene};
 

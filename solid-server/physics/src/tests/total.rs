@@ -1,11 +1,11 @@
 //! The total-Lagrangian body on its own.
 
+use sph::coupling::solver::Solver;
 use sph::setup::{
     ElasticMaterial, HyperelasticLaw, LoadLaw, SolidProbeKind, SolidSetup, SolidStepping, SubstepCount,
     SurfaceLoad,
 };
-use sph::solver::Solver;
-use sph::vector::{Tensor, Vector, cross};
+use sph::space::{Tensor, Vector, cross};
 
 use super::scenes::{
     RUBBER, Run, add_body, add_probe, add_support, add_total, block, clamp, scene, set_material,
@@ -28,7 +28,7 @@ fn mapped(law: HyperelasticLaw, map: Tensor) -> Run {
 
 /// Forces on the particles of `run` in its first stage \[N/m\].
 fn first_forces(run: &mut Run) -> Vec<Vector> {
-    let time = run.stage_time(sph::stage::Stage::Predictor);
+    let time = run.stage_time(sph::coupling::stage::Stage::Predictor);
     run.solver.begin_stage(&time).unwrap();
     run.solver.evaluate_own(&time);
     run.solver.workspace.forces.iter().map(|forces| forces.total).collect()
@@ -69,7 +69,7 @@ fn a_uniform_stretch_has_the_stress_of_the_formula_everywhere() {
             assert!(stress[2].abs() < 1e-11 * expected[0].abs());
         }
         run.step().unwrap();
-        let time = run.stage_time(sph::stage::Stage::Predictor);
+        let time = run.stage_time(sph::coupling::stage::Stage::Predictor);
         run.solver.begin_stage(&time).unwrap();
         // One step of 1 µs later the density of the middle is that of the stretch but for what crosses the stencil.
         let density = run.values("density")[31];

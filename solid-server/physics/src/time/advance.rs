@@ -1,9 +1,9 @@
 //! Moving all bodies by one stage; supports and their reactions.
 
-use sph::ledger::scheme_moment;
-use sph::stage::StageTime;
+use sph::coupling::ledger::scheme_moment;
+use sph::coupling::stage::StageTime;
+use sph::space::{DIMENSIONS, Vector, cross};
 use sph::sums::ordered_sum;
-use sph::vector::{DIMENSIONS, Vector, cross};
 
 use crate::formulations::body::Body;
 use crate::formulations::formulation::{AngularImpulse, BodyStep};

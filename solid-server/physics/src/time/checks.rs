@@ -2,9 +2,9 @@
 
 use rayon::prelude::*;
 
-use sph::solver::Divergence;
-use sph::stage::StepStage;
-use sph::vector::Vector;
+use sph::coupling::solver::Divergence;
+use sph::coupling::stage::StepStage;
+use sph::space::Vector;
 
 use crate::materials::hooke::squared_deviator;
 use crate::particles::variables::Particles;
@@ -32,7 +32,7 @@ pub fn check(model: &SolidModel, particles: &Particles, at: StepStage) -> Result
 pub fn check_domain(
     model: &SolidModel,
     particles: &Particles,
-    time: &sph::stage::StageTime,
+    time: &sph::coupling::stage::StageTime,
 ) -> Result<u64, Box<Divergence>> {
     let is_outside = |i: &usize| {
         !model.domain.contains(&particles.position[*i]) && model.acting_support(*i, time).is_none()

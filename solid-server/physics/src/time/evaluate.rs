@@ -2,8 +2,8 @@
 
 use rayon::prelude::*;
 
-use sph::stage::StageTime;
-use sph::vector::Vector;
+use sph::coupling::stage::StageTime;
+use sph::space::Vector;
 
 use crate::contact::repulsion::ContactStage;
 use crate::contact::sums::SumStage;

@@ -2,10 +2,10 @@
 
 use std::ops::AddAssign;
 
-use sph::ledger::{Account, Accounts, AngularBudget, StageBooks, TorqueAccount, Torques};
-use sph::stage::StageTime;
+use sph::coupling::ledger::{Account, Accounts, AngularBudget, StageBooks, TorqueAccount, Torques};
+use sph::coupling::stage::StageTime;
+use sph::space::{Vector, cross};
 use sph::sums::ordered_sum;
-use sph::vector::{Vector, cross};
 
 use crate::particles::forces::ParticleTorques;
 use crate::system::model::SolidModel;

@@ -1,8 +1,8 @@
 //! The flow of a stage: preparation, completion, movement and acceptance.
 
+use sph::coupling::solver::Divergence;
+use sph::coupling::stage::{Stage, StageTime};
 use sph::setup::SolidStepping;
-use sph::solver::Divergence;
-use sph::stage::{Stage, StageTime};
 use sph::sums::ordered_sum;
 
 use crate::particles::forces::ParticleTorques;

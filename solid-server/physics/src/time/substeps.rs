@@ -1,8 +1,8 @@
 //! Velocity-Verlet sub-steps of the solids within a stage, under the frozen force of the fluid.
 
+use sph::coupling::stage::{Stage, StageTime};
 use sph::setup::SubstepCount;
-use sph::stage::{Stage, StageTime};
-use sph::vector::cross;
+use sph::space::cross;
 
 use crate::formulations::formulation::{AngularImpulse, BodyDrift, BodyKick};
 use crate::particles::forces::{ParticleForces, ParticleTorques};

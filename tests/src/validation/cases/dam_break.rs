@@ -101,7 +101,7 @@ fn of_snapshots(run: &Run) -> Result<Vec<Figure>, String> {
         let domain = domain_around(&snapshot.position, spacing);
         closest = closest.min(smallest_distance(&domain, &snapshot.position, spacing));
         if (0.2695..0.4005).contains(&time) {
-            let near_wall = |x: &sph::vector::Vector| x.x < 2.0 * h || x.y < 2.0 * h || x.x > right - 2.0 * h;
+            let near_wall = |x: &sph::space::Vector| x.x < 2.0 * h || x.y < 2.0 * h || x.x > right - 2.0 * h;
             squares += pressure_noise(&domain, &snapshot, h, near_wall).powi(2);
             count += 1.0;
         }

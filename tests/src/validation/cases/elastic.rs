@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use coordinator::results::table::Table;
-use sph::vector::Vector;
+use sph::space::Vector;
 
 use super::floating::coupling;
 use crate::validation::snapshot::{self, Snapshot};

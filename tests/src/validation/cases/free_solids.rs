@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use sph::vector::Vector;
+use sph::space::Vector;
 
 use super::beams::{cost, energy_ratio, total_energy};
 use crate::validation::{Case, Figure, Goal, Member, Plot, Run, particles, series};

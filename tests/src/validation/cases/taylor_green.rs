@@ -1,8 +1,8 @@
 //! Decay of the Taylor-Green vortices in a periodic box against the exact Navier-Stokes solution.
 
 use coordinator::study::references;
-use sph::domain::Domain;
-use sph::vector::Vector;
+use sph::space::Vector;
+use sph::space::domain::Domain;
 
 use crate::validation::particles::smallest_distance;
 use crate::validation::snapshot::Snapshot;

@@ -1,6 +1,6 @@
 use super::*;
 use crate::results::plots::colour::ColourMap;
-use sph::solver::Field;
+use sph::coupling::solver::Field;
 
 fn scale() -> ColourScale {
     let (quantity, unit) = ("pressure".into(), "Pa".into());

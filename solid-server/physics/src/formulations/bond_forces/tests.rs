@@ -1,7 +1,7 @@
-use sph::domain::Domain;
-use sph::geometry::Periodic;
 use sph::kernel::CubicSpline;
 use sph::lanes::Arithmetic;
+use sph::space::domain::Domain;
+use sph::space::geometry::Periodic;
 
 use super::*;
 use crate::neighbours::reference::{Reference, ReferencePair};

@@ -1,8 +1,8 @@
-use sph::domain::Domain;
-use sph::geometry::Periodic;
 use sph::lanes::Arithmetic;
 use sph::neighbours::CellGrid;
 use sph::setup::{ElasticMaterial, UpdatedLagrangian};
+use sph::space::domain::Domain;
+use sph::space::geometry::Periodic;
 
 use super::*;
 use crate::formulations::pair_law::PairParticle;

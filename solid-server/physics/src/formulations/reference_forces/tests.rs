@@ -1,5 +1,5 @@
-use sph::domain::Domain;
 use sph::kernel::CubicSpline;
+use sph::space::domain::Domain;
 
 use super::*;
 

@@ -2,9 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::ledger::{Energies, StageBooks};
-use crate::saved::SavedState;
-use crate::solver::{Counts, Fault, ParticleFields};
+use crate::coupling::ledger::{Energies, StageBooks};
+use crate::coupling::saved::SavedState;
+use crate::coupling::solver::{Counts, Fault, ParticleFields};
 
 /// What the coordinator tells a participant during a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -2,7 +2,7 @@
 
 use crate::expression::{ComponentError, Derivatives, Expression};
 use crate::setup::Motion;
-use crate::vector::Vector;
+use crate::space::Vector;
 
 /// A prescribed rigid motion: x = pivot + R(a)·(X − pivot) + d, with a(t) and d(t) given by expressions.
 ///

@@ -4,9 +4,9 @@ use std::ops::AddAssign;
 
 use serde::{Deserialize, Serialize};
 
+use crate::coupling::stage::StepStage;
 use crate::setup::{CouplingKind, InterfaceLaw, LedgerPolicy, RunSetup};
-use crate::stage::StepStage;
-use crate::vector::{Vector, cross};
+use crate::space::{Vector, cross};
 
 /// Sums over the pair forces that one side received from the other in one half-step, per metre of depth.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]

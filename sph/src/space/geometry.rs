@@ -1,8 +1,8 @@
 //! Separations of pairs of particles, to the nearest image in periodic boxes.
 
-use crate::domain::Domain;
 use crate::lanes::Lanes;
-use crate::vector::Vector;
+use crate::space::Vector;
+use crate::space::domain::Domain;
 
 /// Nearest images; open and periodic boxes are different types, so that open ones pay nothing.
 pub trait Geometry: Copy + Send + Sync {
@@ -73,14 +73,14 @@ impl Geometry for Periodic {
 
 #[cfg(test)]
 mod tests {
-    use crate::lanes::{Arithmetic, Kernel, WIDTH};
+    use crate::lanes::{Arithmetic, LanePass, WIDTH};
 
     use super::*;
 
     /// Differences along an axis in a batch.
     struct Nearest(Periodic, usize, [f64; WIDTH]);
 
-    impl Kernel for Nearest {
+    impl LanePass for Nearest {
         type Output = [f64; WIDTH];
 
         #[inline(always)]

@@ -2,7 +2,7 @@
 
 use crate::expression::{ComponentError, Expression};
 use crate::setup::BodyForce;
-use crate::vector::Vector;
+use crate::space::Vector;
 
 /// Constant gravity plus, where a scene names them, expressions of `x`, `y` \[m\] and `t` \[s\].
 #[derive(Clone, Debug, PartialEq)]

@@ -5,10 +5,10 @@ use tracing::trace_span;
 use super::TRACE;
 use super::checks::peer_fault;
 use super::half_step::{Digests, Runner};
-use crate::exchange::{Acceptance, Frame};
+use crate::coupling::exchange::{Acceptance, Frame};
+use crate::coupling::solver::{Divergence, Fault, NotRevised, Solver};
+use crate::coupling::stage::{Stage, StageTime, StepStage};
 use crate::setup::{CouplingKind, Iterate, Relaxation, Unsettled};
-use crate::solver::{Divergence, Fault, NotRevised, Solver};
-use crate::stage::{Stage, StageTime, StepStage};
 
 impl<S: Solver + ?Sized> Runner<'_, S> {
     /// How the half-step `at` is iterated, if it is.

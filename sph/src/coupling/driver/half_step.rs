@@ -7,14 +7,14 @@ use tracing::trace_span;
 use super::checks::peer_fault;
 use super::messages::{Checkpoint, Event, FailureReport, StepReport};
 use super::{Link, TRACE, save};
-use crate::audit::{Audit, MomentumReport};
-use crate::exchange::{Exchange, Extent, Frame, PreviousStage};
-use crate::iteration::Iteration;
-use crate::ledger::{InterfaceSums, StageBooks, TorqueCheck};
-use crate::meeting::Meeting;
+use crate::coupling::audit::{Audit, MomentumReport};
+use crate::coupling::exchange::{Exchange, Extent, Frame, PreviousStage};
+use crate::coupling::fixed_point::Iteration;
+use crate::coupling::ledger::{InterfaceSums, StageBooks, TorqueCheck};
+use crate::coupling::role::Meeting;
+use crate::coupling::solver::{Fault, NoLoads, Role, Solver};
+use crate::coupling::stage::{Clock, Stage, StageTime, StepStage};
 use crate::setup::RunSetup;
-use crate::solver::{Fault, NoLoads, Role, Solver};
-use crate::stage::{Clock, Stage, StageTime, StepStage};
 
 /// Digests of the frames of one half-step: the one sent, and the partner's that was computed from.
 #[derive(Clone, Copy)]

@@ -1,6 +1,6 @@
 //! The complete state of a participant at a step boundary, as named arrays: plain data, whatever becomes of it.
 
-use crate::vector::{SymmetricTensor, Vector};
+use crate::space::{SymmetricTensor, Vector};
 
 /// Values of one named array.
 #[derive(Clone, Debug, PartialEq)]

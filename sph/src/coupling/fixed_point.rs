@@ -4,9 +4,9 @@
 //! Samples of different bodies do not feel each other within a stage, whose fluid is given: each body has a fixed point, and
 //! a relaxation, of its own.
 
-use crate::exchange::InterfaceStates;
+use crate::coupling::exchange::InterfaceStates;
 use crate::setup::{Iterate, Relaxation};
-use crate::vector::Vector;
+use crate::space::Vector;
 
 /// First factor of Aitken's relaxation in a half-step, before there are two residuals: enough for most bodies.
 const FIRST_FACTOR: f64 = 1.0;

@@ -1,9 +1,9 @@
 //! The two kinds of coupling as the half-step driver sees them.
 
-use crate::exchange::FrameContent;
-use crate::iteration::Iteration;
+use crate::coupling::exchange::FrameContent;
+use crate::coupling::fixed_point::Iteration;
+use crate::coupling::solver::Role;
 use crate::setup::{CouplingKind, RunSetup};
-use crate::solver::Role;
 
 /// How one side meets its partner in a half-step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,11 +1,11 @@
 //! What is checked in every half-step: step size, the partner's frame, the balance of the half-step before.
 
 use super::half_step::Runner;
-use crate::exchange::{Frame, PeerError};
-use crate::ledger::{balance_breaches, imbalance};
+use crate::coupling::exchange::{Frame, PeerError};
+use crate::coupling::ledger::{balance_breaches, imbalance};
+use crate::coupling::solver::{Divergence, Fault, Solver};
+use crate::coupling::stage::{StageTime, StepStage};
 use crate::setup::{BreachAction, StepPolicy};
-use crate::solver::{Divergence, Fault, Solver};
-use crate::stage::{StageTime, StepStage};
 
 /// A fixed step beyond this multiple of its limit ends a run: three times what a case may begin with at its own risk.
 const LARGEST_STEP_OVER_LIMIT: f64 = 30.0;

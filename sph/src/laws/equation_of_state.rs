@@ -41,7 +41,7 @@ impl Tait {
     /// The density is then that of water with cavities. It keeps account of their volume, so that water feels pressure
     /// again when they have closed, not before.
     /// ```
-    /// let water = sph::equation_of_state::Tait::new(1000.0, 10.0, 1.0).bearing(2e3);
+    /// let water = sph::laws::equation_of_state::Tait::new(1000.0, 10.0, 1.0).bearing(2e3);
     /// assert!((water.pressure(990.0) + 1e3).abs() < 1e-9);
     /// assert_eq!(water.pressure(700.0), -2e3);
     /// ```
@@ -63,7 +63,7 @@ impl Tait {
     ///
     /// ```
     /// // Linear limit γ = 1: p = c₀²(ρ − ρ₀) = 100 · 10 Pa.
-    /// let water = sph::equation_of_state::Tait::new(1000.0, 10.0, 1.0);
+    /// let water = sph::laws::equation_of_state::Tait::new(1000.0, 10.0, 1.0);
     /// assert!((water.pressure(1010.0) - 1000.0).abs() < 1e-9);
     /// ```
     #[inline]
@@ -140,7 +140,7 @@ fn sixth_power<T: Copy + Mul<Output = T>>(x: T) -> T {
 
 #[cfg(test)]
 mod tests {
-    use crate::lanes::{Arithmetic, Kernel};
+    use crate::lanes::{Arithmetic, LanePass};
 
     use super::*;
 
@@ -165,7 +165,7 @@ mod tests {
     /// Pressures and energies of four densities.
     struct InLanes(Tait, [f64; 4]);
 
-    impl Kernel for InLanes {
+    impl LanePass for InLanes {
         type Output = [[f64; 4]; 2];
 
         #[inline(always)]

@@ -1,9 +1,9 @@
 //! What two solvers swap at each half-step, and the trait by which they do.
 
-use crate::audit::MomentumReport;
-use crate::ledger::InterfaceSums;
-use crate::stage::{StageTime, StepStage};
-use crate::vector::{DIMENSIONS, SymmetricTensor, Vector};
+use crate::coupling::audit::MomentumReport;
+use crate::coupling::ledger::InterfaceSums;
+use crate::coupling::stage::{StageTime, StepStage};
+use crate::space::{DIMENSIONS, SymmetricTensor, Vector};
 
 /// States of the particles of one side that may lie within support of the other, ids ascending.
 #[derive(Clone, Debug, Default, PartialEq)]

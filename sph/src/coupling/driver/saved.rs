@@ -1,9 +1,9 @@
 //! A run at a step boundary: clock and solver, saved and restored.
 
 use super::messages::Checkpoint;
-use crate::saved::{RestoreError, SavedState};
-use crate::solver::Solver;
-use crate::stage::ClockState;
+use crate::coupling::saved::{RestoreError, SavedState};
+use crate::coupling::solver::Solver;
+use crate::coupling::stage::ClockState;
 
 const CLOCK_STEP: &str = "driver.step";
 const CLOCK_TIMES: &str = "driver.times";

@@ -2,11 +2,11 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::exchange::{Extent, InterfaceStates};
-use crate::ledger::{Breach, Energies, StageBooks};
-use crate::saved::{RestoreError, SavedState};
-use crate::stage::{StageTime, StepStage};
-use crate::vector::{DIMENSIONS, Vector};
+use crate::coupling::exchange::{Extent, InterfaceStates};
+use crate::coupling::ledger::{Breach, Energies, StageBooks};
+use crate::coupling::saved::{RestoreError, SavedState};
+use crate::coupling::stage::{StageTime, StepStage};
+use crate::space::{DIMENSIONS, Vector};
 
 /// Part that a solver plays in a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
@@ -59,7 +59,7 @@ pub enum NotRevised {
     Diverged(Divergence),
 }
 
-/// A solver of either side, stepped by [`crate::driver::run`].
+/// A solver of either side, stepped by [`crate::coupling::driver::run`].
 ///
 /// One half-step is `begin_stage`, `interface`, `evaluate_own`, `evaluate_cross`, `advance`, in this order. Nothing
 /// moves before `advance`, and `advance` computes no force. The same calls on the same data give the same bits on

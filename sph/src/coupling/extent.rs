@@ -2,9 +2,9 @@
 
 use rayon::prelude::*;
 
-use crate::domain::Domain;
-use crate::exchange::Extent;
-use crate::vector::{DIMENSIONS, Vector};
+use crate::coupling::exchange::Extent;
+use crate::space::domain::Domain;
+use crate::space::{DIMENSIONS, Vector};
 
 /// Keeps the extent of one side's particles, made anew when its neighbour lists are.
 #[derive(Clone, Debug)]

@@ -1,5 +1,5 @@
 use super::*;
-use crate::stage::StepStage;
+use crate::coupling::stage::StepStage;
 
 const SPACING: f64 = 0.01;
 const STEP: f64 = 1e-3;

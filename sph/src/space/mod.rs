@@ -1,4 +1,7 @@
-//! The one module that knows the number of space dimensions.
+//! Space: vectors and tensors, the domain and its periodic directions.
+
+pub mod domain;
+pub mod geometry;
 
 use nalgebra::{Matrix2, Vector2};
 use serde::{Deserialize, Serialize};

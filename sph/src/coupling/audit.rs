@@ -3,13 +3,13 @@
 //! The ledger compares what each side says of itself. A solver that integrates one motion and shows another would pass
 //! it: see AUDIT OF WHAT IS SHOWN in `peer.proto`.
 
-use crate::domain::Domain;
-use crate::exchange::InterfaceStates;
-use crate::ledger::{StageBooks, exceeds};
+use crate::coupling::exchange::InterfaceStates;
+use crate::coupling::ledger::{StageBooks, exceeds};
+use crate::coupling::stage::{Stage, StageTime};
 use crate::setup::{CouplingKind, Formulation, SolidSetup};
-use crate::stage::{Stage, StageTime};
+use crate::space::domain::Domain;
+use crate::space::{Vector, cross};
 use crate::sums::ordered_sum;
-use crate::vector::{Vector, cross};
 
 /// Error of a shown position at the start, in spacings \[-\]: far above round-off, far below what changes a result.
 const PLACE_TOLERANCE: f64 = 1e-6;

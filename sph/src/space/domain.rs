@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::vector::{DIMENSIONS, Vector};
+use crate::space::{DIMENSIONS, Vector};
 
 /// Axis-aligned box of the scene \[m\] with its periodic directions.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

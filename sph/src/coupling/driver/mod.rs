@@ -6,18 +6,18 @@ use tracing::trace_span;
 
 mod checks;
 mod half_step;
-mod iterate;
+mod implicit;
 mod messages;
 mod saved;
 
 pub use messages::{Checkpoint, Command, Event, FailureReport, FinalReport, Held, ProbeValues, StepReport};
 pub use saved::{restore, save};
 
-use crate::audit::PartnerParticles;
-use crate::exchange::{Exchange, Extent};
+use crate::coupling::audit::PartnerParticles;
+use crate::coupling::exchange::{Exchange, Extent};
+use crate::coupling::solver::{Fault, Solver};
+use crate::coupling::stage::{Clock, ClockState, Stage};
 use crate::setup::RunSetup;
-use crate::solver::{Fault, Solver};
-use crate::stage::{Clock, ClockState, Stage};
 use half_step::Runner;
 
 /// Target of the spans that tell where the time of a run goes; they cost nothing unless somebody records them.

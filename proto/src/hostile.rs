@@ -4,9 +4,10 @@ use std::time::Duration;
 
 use bytes::{Buf, BufMut, Bytes};
 use prost::Message;
-use sph::coupling::audit::{MomentumReport, PartnerBody, PartnerParticles};
+use sph::coupling::audit::{PartnerBody, PartnerParticles};
 use sph::coupling::exchange::{Extent, Frame, FrameContent, InterfaceStates, PreviousStage};
 use sph::coupling::ledger::InterfaceSums;
+use sph::coupling::ledger::MomentumReport;
 use sph::coupling::solver::Role;
 use sph::coupling::stage::{StageTime, StepStage};
 use sph::setup::{CouplingKind, InterfaceLaw};

@@ -1,6 +1,6 @@
 //! Books, facts and faults: numbers of a report may be anything, so that a breakdown can be told.
 
-use sph::coupling::audit::MomentumReport;
+use sph::coupling::ledger::MomentumReport;
 use sph::coupling::ledger::{
     Account, Accounts, AngularBudget, Breach, Check, Energies, InterfaceSums, StageBooks, TorqueAccount,
     Torques,

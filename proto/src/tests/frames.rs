@@ -1,9 +1,9 @@
 //! Frames on the wire: all bits survive, and every wrong frame is refused by name.
 
 use bytes::Bytes;
-use sph::coupling::audit::MomentumReport;
 use sph::coupling::exchange::{Acceptance, Extent, Frame, FrameContent, InterfaceStates, PreviousStage};
 use sph::coupling::ledger::InterfaceSums;
+use sph::coupling::ledger::MomentumReport;
 use sph::coupling::solver::Role;
 use sph::coupling::stage::{Stage, StageTime, StepStage};
 use sph::setup::{CouplingKind, InterfaceLaw};

@@ -4,7 +4,7 @@
 //! it: see AUDIT OF WHAT IS SHOWN in `peer.proto`.
 
 use crate::coupling::exchange::InterfaceStates;
-use crate::coupling::ledger::{StageBooks, exceeds};
+use crate::coupling::ledger::{MomentumReport, exceeds};
 use crate::coupling::stage::{Stage, StageTime};
 use crate::setup::{CouplingKind, Formulation, SolidSetup};
 use crate::space::domain::Domain;
@@ -69,27 +69,6 @@ impl PartnerParticles {
 
     fn body_name(&self, k: u32) -> &str {
         usize::try_from(k).ok().and_then(|k| self.bodies.get(k)).map_or("?", |body| &body.name)
-    }
-}
-
-/// What a solid reports of its momentum in one half-step.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct MomentumReport {
-    /// Momentum after the stage minus that at the start of the step \[kg/s\].
-    pub change: Vector,
-    /// Scale of its round-off \[kg/s\].
-    pub gross: f64,
-    /// The same of the angular momentum, and its scale \[kg m/s\]; `None` without a budget.
-    pub angular: Option<[f64; 2]>,
-}
-
-impl From<&StageBooks> for MomentumReport {
-    fn from(books: &StageBooks) -> Self {
-        Self {
-            change: books.momentum_change,
-            gross: books.gross_momentum,
-            angular: books.angular.map(|angular| [angular.change, angular.gross]),
-        }
     }
 }
 

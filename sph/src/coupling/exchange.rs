@@ -1,7 +1,6 @@
 //! What two solvers swap at each half-step, and the trait by which they do.
 
-use crate::coupling::audit::MomentumReport;
-use crate::coupling::ledger::InterfaceSums;
+use crate::coupling::ledger::{InterfaceSums, MomentumReport};
 use crate::coupling::stage::{StageTime, StepStage};
 use crate::space::{DIMENSIONS, SymmetricTensor, Vector};
 

@@ -1,4 +1,4 @@
-//! The fixed point of an iterated half-step: relaxed forces on the samples of each body.
+//! The fixed point of a half-step with implicit coupling: relaxed forces on the samples of each body.
 //!
 //! The forces F of a stage belong to samples that the forces F' have moved there. A body has settled when both agree.
 //! Samples of different bodies do not feel each other within a stage, whose fluid is given: each body has a fixed point, and
@@ -15,9 +15,9 @@ const FIRST_FACTOR: f64 = 1.0;
 /// happen to be alike, or a body that meets the fluid only now, make it meaningless.
 const FACTORS: (f64, f64) = (1e-3, 1.0);
 
-/// The iterations of one half-step.
+/// The fixed-point iteration of one half-step.
 #[derive(Debug)]
-pub(crate) struct Iteration {
+pub(crate) struct FixedPoint {
     plan: Iterate,
     /// Ids of the samples, ascending.
     id: Vec<u32>,
@@ -44,7 +44,7 @@ struct Body {
     change: f64,
 }
 
-impl Iteration {
+impl FixedPoint {
     pub(crate) fn new(plan: Iterate) -> Self {
         Self { plan, id: Vec::new(), applied: Vec::new(), residual: Vec::new(), bodies: Vec::new() }
     }
@@ -181,16 +181,16 @@ mod tests {
         /// Number of revisions until settled, and the forces there.
         fn solve(&self, relaxation: Relaxation, limit: u32) -> Option<(u32, Vec<Vector>)> {
             let plan = Iterate { relaxation, tolerance: 1e-10, limit, unsettled: Unsettled::Stop };
-            let mut iteration = Iteration::new(plan);
+            let mut fixed_point = FixedPoint::new(plan);
             let mut applied = vec![Vector::new(0.5, 0.0); self.free.len()];
-            iteration.begin(&self.samples, &applied);
+            fixed_point.begin(&self.samples, &applied);
             for k in 0..=limit {
                 let forces = self.forces(&applied);
-                let residual = iteration.compare(&self.samples, &forces);
-                if iteration.settled(residual) {
+                let residual = fixed_point.compare(&self.samples, &forces);
+                if fixed_point.settled(residual) {
                     return Some((k, forces));
                 }
-                applied = iteration.relaxed(&self.samples).to_vec();
+                applied = fixed_point.relaxed(&self.samples).to_vec();
             }
             None
         }
@@ -233,13 +233,13 @@ mod tests {
             ..InterfaceStates::default()
         };
         let force = |x: f64| Vector::new(x, 0.0);
-        let mut iteration = Iteration::new(plan);
-        iteration.begin(&samples(&[3, 5]), &[force(1.0), force(2.0)]);
+        let mut fixed_point = FixedPoint::new(plan);
+        fixed_point.begin(&samples(&[3, 5]), &[force(1.0), force(2.0)]);
         let next = samples(&[4, 5]);
         // 4 is new and felt 0, 5 felt 2; the one that left counts no more.
-        let residual = iteration.compare(&next, &[force(0.5), force(3.0)]);
+        let residual = fixed_point.compare(&next, &[force(0.5), force(3.0)]);
         assert!((residual - 1.5 / 3.5).abs() < 1e-15, "{residual}");
-        assert_eq!(iteration.relaxed(&next), [force(0.25), force(2.5)]);
+        assert_eq!(fixed_point.relaxed(&next), [force(0.25), force(2.5)]);
     }
 
     #[test]
@@ -247,13 +247,13 @@ mod tests {
         let problem = Linear::new(&[1.0]);
         let plan =
             Iterate { relaxation: Relaxation::Aitken, tolerance: 1.0, limit: 9, unsettled: Unsettled::Stop };
-        let mut iteration = Iteration::new(plan);
+        let mut fixed_point = FixedPoint::new(plan);
         let none = vec![Vector::zeros(); 6];
-        iteration.begin(&problem.samples, &none);
-        assert_eq!(iteration.compare(&problem.samples, &none), 0.0);
+        fixed_point.begin(&problem.samples, &none);
+        assert_eq!(fixed_point.compare(&problem.samples, &none), 0.0);
         let mut broken = none;
         broken[2].x = f64::NAN;
-        let residual = iteration.compare(&problem.samples, &broken);
-        assert!(!iteration.settled(residual), "{residual}");
+        let residual = fixed_point.compare(&problem.samples, &broken);
+        assert!(!fixed_point.settled(residual), "{residual}");
     }
 }

@@ -253,6 +253,27 @@ pub struct StageBooks {
     pub angular: Option<AngularBudget>,
 }
 
+/// What a solid reports of its momentum in one half-step.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct MomentumReport {
+    /// Momentum after the stage minus that at the start of the step \[kg/s\].
+    pub change: Vector,
+    /// Scale of its round-off \[kg/s\].
+    pub gross: f64,
+    /// The same of the angular momentum, and its scale \[kg m/s\]; `None` without a budget.
+    pub angular: Option<[f64; 2]>,
+}
+
+impl From<&StageBooks> for MomentumReport {
+    fn from(books: &StageBooks) -> Self {
+        Self {
+            change: books.momentum_change,
+            gross: books.gross_momentum,
+            angular: books.angular.map(|angular| [angular.change, angular.gross]),
+        }
+    }
+}
+
 impl StageBooks {
     /// |ΔP − duration·(interface + accounts)| over the gross momentum \[-\]: check (b).
     pub fn momentum_residual(&self) -> f64 {

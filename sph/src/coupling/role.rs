@@ -1,13 +1,13 @@
-//! The two kinds of coupling as the half-step driver sees them.
+//! What one side sends and receives in a half-step, by the kind of coupling.
 
 use crate::coupling::exchange::FrameContent;
-use crate::coupling::fixed_point::Iteration;
+use crate::coupling::fixed_point::FixedPoint;
 use crate::coupling::solver::Role;
 use crate::setup::{CouplingKind, RunSetup};
 
-/// How one side meets its partner in a half-step.
+/// What one side exchanges with its partner in a half-step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Meeting {
+pub(crate) enum CouplingRole {
     /// There is no partner.
     Alone,
     /// Both send states and evaluate the pair law.
@@ -18,8 +18,8 @@ pub(crate) enum Meeting {
     TakesLoads,
 }
 
-impl Meeting {
-    /// How the solver of `role` meets a partner, where it is `coupled` to one.
+impl CouplingRole {
+    /// What the solver of `role` exchanges, where it is `coupled` to a partner.
     pub(crate) fn of(role: Role, coupled: bool, setup: &RunSetup) -> Self {
         let kind = setup.coupling.map(|coupling| coupling.kind).unwrap_or_default();
         match (coupled, kind, role) {
@@ -39,9 +39,9 @@ impl Meeting {
         }
     }
 
-    /// The iterations of a solid whose half-steps are iterated.
-    pub(crate) fn iteration(self, setup: &RunSetup) -> Option<Iteration> {
+    /// The fixed point that a solid seeks with implicit coupling.
+    pub(crate) fn fixed_point(self, setup: &RunSetup) -> Option<FixedPoint> {
         let plan = setup.coupling.and_then(|coupling| coupling.iterate)?;
-        (self == Self::TakesLoads).then(|| Iteration::new(plan))
+        (self == Self::TakesLoads).then(|| FixedPoint::new(plan))
     }
 }

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::coupling::exchange::{Extent, InterfaceStates};
+use crate::coupling::exchange::{Extent, InterfaceStates, PeerError};
 use crate::coupling::ledger::{Breach, Energies, StageBooks};
 use crate::coupling::saved::{RestoreError, SavedState};
 use crate::coupling::stage::{StageTime, StepStage};
@@ -333,6 +333,16 @@ pub enum Fault {
         /// Half-step.
         at: StepStage,
     },
+}
+
+impl Fault {
+    /// The fault of a half-step whose frame did not arrive.
+    pub(crate) fn of_peer(at: StepStage, error: PeerError) -> Self {
+        match error {
+            PeerError::Cancelled => Self::Aborted { at },
+            other => Self::Peer { at, message: other.to_string() },
+        }
+    }
 }
 
 impl std::fmt::Display for Fault {

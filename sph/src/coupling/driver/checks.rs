@@ -1,7 +1,7 @@
 //! What is checked in every half-step: step size, the partner's frame, the balance of the half-step before.
 
 use super::half_step::Runner;
-use crate::coupling::exchange::{Frame, PeerError};
+use crate::coupling::exchange::Frame;
 use crate::coupling::ledger::{balance_breaches, imbalance};
 use crate::coupling::solver::{Divergence, Fault, Solver};
 use crate::coupling::stage::{StageTime, StepStage};
@@ -17,11 +17,11 @@ impl<S: Solver + ?Sized> Runner<'_, S> {
         if time.time_step <= LARGEST_STEP_OVER_LIMIT * limit {
             return Ok(());
         }
-        let guilty = self.solver.limiting_particle();
+        let offending = self.solver.limiting_particle();
         Err(Fault::Diverged(Divergence {
             at: time.at,
-            particle: guilty.map(|(id, _)| id),
-            position: guilty.map(|(_, position)| position),
+            particle: offending.map(|(id, _)| id),
+            position: offending.map(|(_, position)| position),
             quantity: "time step over its stability limit [-]".into(),
             value: time.time_step / limit,
             allowed: format!("at most {LARGEST_STEP_OVER_LIMIT}; the limit has become {limit:.3e} s"),
@@ -138,12 +138,5 @@ impl<S: Solver + ?Sized> Runner<'_, S> {
             }
             _ => Ok(()),
         }
-    }
-}
-
-pub(super) fn peer_fault(at: StepStage, error: PeerError) -> Fault {
-    match error {
-        PeerError::Cancelled => Fault::Aborted { at },
-        other => Fault::Peer { at, message: other.to_string() },
     }
 }

@@ -4,14 +4,13 @@ use std::time::{Duration, Instant};
 
 use tracing::trace_span;
 
-use super::checks::peer_fault;
 use super::messages::{Checkpoint, Event, FailureReport, StepReport};
 use super::{Link, TRACE, save};
-use crate::coupling::audit::{Audit, MomentumReport};
+use crate::coupling::audit::Audit;
 use crate::coupling::exchange::{Exchange, Extent, Frame, PreviousStage};
-use crate::coupling::fixed_point::Iteration;
-use crate::coupling::ledger::{InterfaceSums, StageBooks, TorqueCheck};
-use crate::coupling::role::Meeting;
+use crate::coupling::fixed_point::FixedPoint;
+use crate::coupling::ledger::{InterfaceSums, MomentumReport, StageBooks, TorqueCheck};
+use crate::coupling::role::CouplingRole;
 use crate::coupling::solver::{Fault, NoLoads, Role, Solver};
 use crate::coupling::stage::{Clock, Stage, StageTime, StepStage};
 use crate::setup::RunSetup;
@@ -28,7 +27,7 @@ pub(super) struct Runner<'a, S: Solver + ?Sized> {
     pub(super) solver: &'a mut S,
     pub(super) exchange: Option<Box<dyn Exchange>>,
     pub(super) setup: &'a RunSetup,
-    pub(super) meeting: Meeting,
+    pub(super) role: CouplingRole,
     pub(super) partner_extent: Extent,
     /// Own extents that the partner may still refer to, newest last.
     pub(super) known_extents: [Extent; 2],
@@ -37,7 +36,7 @@ pub(super) struct Runner<'a, S: Solver + ?Sized> {
     /// Where the next frame comes while `partner` still counts.
     pub(super) coming: Frame,
     /// Iterations of a solid whose half-steps are iterated.
-    pub(super) iteration: Option<Iteration>,
+    pub(super) fixed_point: Option<FixedPoint>,
     /// Revisions of the corrector so far, and whether they ended before it had settled.
     pub(super) iterations: u32,
     pub(super) unsettled: bool,
@@ -72,10 +71,10 @@ impl<'a, S: Solver + ?Sized> Runner<'a, S> {
         let empty = || Frame::empty(clock.stage(Stage::Predictor));
         let mut own = empty();
         own.extent.clone_from(solver.extent());
-        let meeting = Meeting::of(solver.role(), exchange.is_some(), setup);
-        own.content = meeting.content();
+        let role = CouplingRole::of(solver.role(), exchange.is_some(), setup);
+        own.content = role.content();
         Self {
-            meeting,
+            role,
             known_extents: [own.extent.clone(), own.extent.clone()],
             solver,
             exchange,
@@ -83,7 +82,7 @@ impl<'a, S: Solver + ?Sized> Runner<'a, S> {
             own,
             partner: empty(),
             coming: empty(),
-            iteration: meeting.iteration(setup),
+            fixed_point: role.fixed_point(setup),
             iterations: 0,
             unsettled: false,
             before: None,
@@ -162,13 +161,13 @@ impl<'a, S: Solver + ?Sized> Runner<'a, S> {
     /// With loads the partner's work depends on this side's, so that the fluid answers before its own sums.
     fn evaluate(&mut self, time: &StageTime, limit: f64) -> Result<Option<Digests>, Fault> {
         let at = time.at;
-        let digests = match self.meeting {
-            Meeting::Alone => {
+        let digests = match self.role {
+            CouplingRole::Alone => {
                 self.evaluate_own(time);
                 self.evaluate_cross(time);
                 return Ok(None);
             }
-            Meeting::States => {
+            CouplingRole::States => {
                 self.prepare(time, limit, 0)?;
                 let sent = self.send(at)?;
                 self.evaluate_own(time);
@@ -176,7 +175,7 @@ impl<'a, S: Solver + ?Sized> Runner<'a, S> {
                 self.evaluate_cross(time);
                 Digests { sent, used }
             }
-            Meeting::GivesLoads => {
+            CouplingRole::GivesLoads => {
                 let used = self.receive(time, 0)?;
                 let sent = self.answer(time, limit, 0)?;
                 self.evaluate_own(time);
@@ -184,7 +183,7 @@ impl<'a, S: Solver + ?Sized> Runner<'a, S> {
                 self.evaluate_cross(time);
                 digests
             }
-            Meeting::TakesLoads => {
+            CouplingRole::TakesLoads => {
                 let digests = match self.iterated(at) {
                     Some(plan) => self.settle(time, limit, &plan)?,
                     None => self.load_once(time, limit)?,
@@ -206,9 +205,9 @@ impl<'a, S: Solver + ?Sized> Runner<'a, S> {
         self.evaluate_own(time);
         let used = self.receive(time, 0)?;
         self.check_forces(at)?;
-        if let Some(iteration) = &mut self.iteration {
+        if let Some(fixed_point) = &mut self.fixed_point {
             // The predictor: its forces are the first guess of the corrector's.
-            iteration.begin(&self.own.states, &self.partner.forces);
+            fixed_point.begin(&self.own.states, &self.partner.forces);
         }
         Ok(Digests { sent, used })
     }
@@ -268,7 +267,7 @@ impl<'a, S: Solver + ?Sized> Runner<'a, S> {
         let _span = trace_span!(target: TRACE, "send").entered();
         let digest = self.own.digest();
         if let Some(exchange) = self.exchange.as_mut() {
-            exchange.send(&self.own).map_err(|e| peer_fault(at, e))?;
+            exchange.send(&self.own).map_err(|e| Fault::of_peer(at, e))?;
         }
         Ok(digest)
     }
@@ -285,7 +284,7 @@ impl<'a, S: Solver + ?Sized> Runner<'a, S> {
         if let Some(exchange) = self.exchange.as_mut() {
             let _span = trace_span!(target: TRACE, "wait for partner").entered();
             let started = Instant::now();
-            exchange.receive(at, &mut self.partner).map_err(|e| peer_fault(at, e))?;
+            exchange.receive(at, &mut self.partner).map_err(|e| Fault::of_peer(at, e))?;
             self.waited += started.elapsed();
         }
         self.check_clock(time)

@@ -3,7 +3,6 @@
 use tracing::trace_span;
 
 use super::TRACE;
-use super::checks::peer_fault;
 use super::half_step::{Digests, Runner};
 use crate::coupling::exchange::{Acceptance, Frame};
 use crate::coupling::solver::{Divergence, Fault, NotRevised, Solver};
@@ -29,11 +28,11 @@ impl<S: Solver + ?Sized> Runner<'_, S> {
             self.check_forces(at)?;
             let (samples, forces) = (&self.own.states, &self.partner.forces);
             // There is one wherever a solid takes loads by a plan.
-            let Some(iteration) = &mut self.iteration else { return Ok(Digests { sent, used }) };
-            let residual = iteration.compare(samples, forces);
-            let settled = iteration.settled(residual);
+            let Some(fixed_point) = &mut self.fixed_point else { return Ok(Digests { sent, used }) };
+            let residual = fixed_point.compare(samples, forces);
+            let settled = fixed_point.settled(residual);
             if !settled && self.iterations < plan.limit {
-                let relaxed = iteration.relaxed(samples);
+                let relaxed = fixed_point.relaxed(samples);
                 trace_span!(target: TRACE, "revise")
                     .in_scope(|| self.solver.revise(time, samples, relaxed))
                     .map_err(|error| not_revised(at, error))?;
@@ -52,7 +51,7 @@ impl<S: Solver + ?Sized> Runner<'_, S> {
     fn accept(&mut self, time: &StageTime, acceptance: Acceptance) -> Result<(), Fault> {
         let word = Frame { iteration: self.iterations, acceptance: Some(acceptance), ..Frame::empty(*time) };
         match self.exchange.as_mut() {
-            Some(exchange) => exchange.send(&word).map_err(|e| peer_fault(time.at, e)),
+            Some(exchange) => exchange.send(&word).map_err(|e| Fault::of_peer(time.at, e)),
             None => Ok(()),
         }
     }

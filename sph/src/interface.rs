@@ -3,7 +3,7 @@
 //! Both solvers hold the same two sets of states, one own and one received, and evaluate the same pair function with
 //! the fluid particle first; the solid negates. That makes action equal reaction bit for bit.
 
-mod faces;
+mod fluid_regions;
 mod lists;
 
 use rayon::prelude::*;
@@ -19,8 +19,8 @@ use crate::space::domain::Domain;
 use crate::space::{SymmetricTensor, Vector, cross};
 use crate::sums::ordered_sum;
 
-pub use faces::Dummy;
-use faces::Faces;
+pub use fluid_regions::Dummy;
+use fluid_regions::FluidRegions;
 use lists::{CrossPair, Rows, Search};
 
 /// Cross lists, dummy states and forces of one half-step; all buffers are reused.
@@ -32,7 +32,7 @@ pub struct Interface {
     search: Search,
     of_fluid: Rows,
     of_solid: Rows,
-    faces: Faces,
+    regions: FluidRegions,
     sums: Vec<ParticleSums>,
 }
 
@@ -98,7 +98,7 @@ impl Interface {
             search: Search::default(),
             of_fluid: Rows::default(),
             of_solid: Rows::default(),
-            faces: Faces::default(),
+            regions: FluidRegions::default(),
             sums: Vec::new(),
         }
     }
@@ -107,24 +107,24 @@ impl Interface {
     ///
     /// The lists hold exactly the pairs within the support radius, in id order, whatever else was sent.
     pub fn update(&mut self, time: f64, fluid: &InterfaceStates, solid: &InterfaceStates) {
-        let Self { law, domain, body_force, search, of_fluid, of_solid, faces, .. } = self;
+        let Self { law, domain, body_force, search, of_fluid, of_solid, regions, .. } = self;
         let support = law.kernel.support_radius();
         search.fill(domain, support, fluid, solid, of_fluid);
         of_solid.transpose(of_fluid, solid.len());
         match law.law {
-            InterfaceLaw::PlainSum => faces.whole(of_solid, |s| Dummy {
+            InterfaceLaw::PlainSum => regions.update_whole(of_solid, |s| Dummy {
                 pressure: solid.pressure[s],
                 density: solid.density[s],
                 mass: solid.mass[s],
             }),
             InterfaceLaw::Wall | InterfaceLaw::WallNoSlip => {
-                faces.parted(domain, support, [fluid, solid], of_solid, |s, row, face| {
+                regions.update_disconnected(domain, support, [fluid, solid], of_solid, |s, row, region| {
                     let acceleration = body_force.acceleration(&solid.position[s], time);
-                    law.wall_dummy(domain, &acceleration, [fluid, solid], s, row, face)
+                    law.wall_dummy(domain, &acceleration, [fluid, solid], s, row, region)
                 });
             }
         }
-        of_fluid.take_faces(of_solid);
+        of_fluid.take_regions(of_solid);
     }
 
     /// Whether any state of the solid is within support of fluid state `f`.
@@ -134,12 +134,12 @@ impl Interface {
 
     /// The solid's states within support of fluid state `f`, indices ascending, with what `f` feels of each.
     pub fn solids_near(&self, f: usize) -> impl Iterator<Item = (usize, &Dummy)> {
-        self.of_fluid.of(f).iter().map(|pair| (pair.other as usize, self.faces.dummy(pair)))
+        self.of_fluid.of(f).iter().map(|pair| (pair.other as usize, self.regions.dummy(pair)))
     }
 
     /// The fluid's states within support of solid state `s`, indices ascending, with what each feels of `s`.
     pub fn fluids_near(&self, s: usize) -> impl Iterator<Item = (usize, &Dummy)> {
-        self.of_solid.of(s).iter().map(|pair| (pair.other as usize, self.faces.dummy(pair)))
+        self.of_solid.of(s).iter().map(|pair| (pair.other as usize, self.regions.dummy(pair)))
     }
 
     /// Force on state `k` of the side summed last \[N/m\].
@@ -149,14 +149,14 @@ impl Interface {
 
     /// Forces on the fluid's states; read them by [`Interface::force`].
     pub fn fluid_forces(&mut self, fluid: &InterfaceStates, solid: &InterfaceStates) -> InterfaceSums {
-        let (law, domain, rows, faces) = (&self.law, &self.domain, &self.of_fluid, &self.faces);
+        let (law, domain, rows, regions) = (&self.law, &self.domain, &self.of_fluid, &self.regions);
         self.sums.clear();
         self.sums.resize(fluid.len(), ParticleSums::default());
         self.sums.par_iter_mut().with_min_len(64).enumerate().for_each(|(f, sums)| {
             for pair in rows.of(f) {
                 let s = pair.other as usize;
                 let x_fs = domain.separation(&fluid.position[f], &solid.position[s]);
-                let force = law.force_on_fluid(&x_fs, fluid, f, solid, s, faces.dummy(pair));
+                let force = law.force_on_fluid(&x_fs, fluid, f, solid, s, regions.dummy(pair));
                 sums.add(&x_fs, force);
             }
         });
@@ -165,14 +165,14 @@ impl Interface {
 
     /// Forces on the solid's states; read them by [`Interface::force`].
     pub fn solid_forces(&mut self, fluid: &InterfaceStates, solid: &InterfaceStates) -> InterfaceSums {
-        let (law, domain, rows, faces) = (&self.law, &self.domain, &self.of_solid, &self.faces);
+        let (law, domain, rows, regions) = (&self.law, &self.domain, &self.of_solid, &self.regions);
         self.sums.clear();
         self.sums.resize(solid.len(), ParticleSums::default());
         self.sums.par_iter_mut().with_min_len(64).enumerate().for_each(|(s, sums)| {
             for pair in rows.of(s) {
                 let f = pair.other as usize;
                 let x_fs = domain.separation(&fluid.position[f], &solid.position[s]);
-                let force = law.force_on_fluid(&x_fs, fluid, f, solid, s, faces.dummy(pair));
+                let force = law.force_on_fluid(&x_fs, fluid, f, solid, s, regions.dummy(pair));
                 sums.add(&-x_fs, -force);
             }
         });
@@ -225,7 +225,7 @@ impl ParticleSums {
 }
 
 impl PairLaw {
-    /// Dummy state of solid state `s` on `face` by Eq. (28), without the solid's acceleration, which would make light
+    /// Dummy state of solid state `s` toward `region` by Eq. (28), without the solid's acceleration, which would make light
     /// solids unstable.
     fn wall_dummy(
         &self,
@@ -234,10 +234,10 @@ impl PairLaw {
         [fluid, solid]: [&InterfaceStates; 2],
         s: usize,
         row: &[CrossPair],
-        face: u32,
+        region: u32,
     ) -> Dummy {
         let (mut weighted, mut weight) = (0.0, 0.0);
-        for f in row.iter().filter(|pair| pair.face == face).map(|pair| pair.other as usize) {
+        for f in row.iter().filter(|pair| pair.region == region).map(|pair| pair.other as usize) {
             let x_fs = domain.separation(&fluid.position[f], &solid.position[s]);
             let w = self.kernel.value(x_fs.norm());
             weighted += w * (fluid.pressure[f] - fluid.density[f] * body_force.dot(&x_fs));

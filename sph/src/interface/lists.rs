@@ -15,8 +15,8 @@ pub const TASK: usize = 64;
 pub struct CrossPair {
     /// Index of the other side's state.
     pub other: u32,
-    /// Index of the face of the solid's state that the pair acts through.
-    pub face: u32,
+    /// Index of the fluid region that the fluid particle belongs to, around the solid particle.
+    pub region: u32,
 }
 
 /// Finds the pairs within support; buffers are reused.
@@ -36,7 +36,7 @@ struct Found {
 }
 
 impl Search {
-    /// Fills `rows` of the fluid with exactly the pairs within `support` \[m\], faces not yet set.
+    /// Fills `rows` of the fluid with exactly the pairs within `support` \[m\], without their regions.
     pub fn fill(
         &mut self,
         domain: &Domain,
@@ -60,7 +60,7 @@ impl Search {
                     let start = pairs.len();
                     for k in grid.ranges(grid.cell(&x)).into_iter().flatten() {
                         if domain.separation(&x, &placed[k]).norm_squared() < square {
-                            pairs.push(CrossPair { other: grid.order()[k], face: 0 });
+                            pairs.push(CrossPair { other: grid.order()[k], region: 0 });
                         }
                     }
                     pairs[start..].sort_unstable_by_key(|pair| pair.other);
@@ -106,7 +106,7 @@ impl Rows {
         &self.pairs[self.offsets[i] as usize..self.offsets[i + 1] as usize]
     }
 
-    /// The same, to set their faces.
+    /// The same, to set their regions.
     pub fn of_mut(&mut self, i: usize) -> &mut [CrossPair] {
         &mut self.pairs[self.offsets[i] as usize..self.offsets[i + 1] as usize]
     }
@@ -160,7 +160,7 @@ impl Rows {
             for pair in other.of(k) {
                 let end = &mut offsets[pair.other as usize + 1];
                 *end -= 1;
-                pairs[*end as usize] = CrossPair { other: k as u32, face: pair.face };
+                pairs[*end as usize] = CrossPair { other: k as u32, region: pair.region };
             }
         }
         // Each end now is its row's start: shift back.
@@ -170,15 +170,15 @@ impl Rows {
         offsets[count] = other.pairs.len() as u32;
     }
 
-    /// Takes the faces of the same pairs from the rows of the other side.
-    pub fn take_faces(&mut self, other: &Rows) {
+    /// Takes the regions of the same pairs from the rows of the other side.
+    pub fn take_regions(&mut self, other: &Rows) {
         // Indices ascend within rows, so that each row meets its partners in its own order.
         self.cursors.clear();
         self.cursors.extend_from_slice(&self.offsets);
         for k in 0..other.len() {
             for pair in other.of(k) {
                 let cursor = &mut self.cursors[pair.other as usize];
-                self.pairs[*cursor as usize].face = pair.face;
+                self.pairs[*cursor as usize].region = pair.region;
                 *cursor += 1;
             }
         }

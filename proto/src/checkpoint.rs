@@ -120,7 +120,7 @@ impl CheckpointData {
     }
 }
 
-/// A state that a solver has taken over, with its digest made anew from the solver's memory.
+/// A state that a solver has taken over, with its digest computed again from the solver's memory.
 ///
 /// # Errors
 /// When the state does not fit the solver's set-up; the solver is then of no further use.

@@ -72,7 +72,7 @@ pub struct RunAccess {
 }
 
 impl RunAccess {
-    /// A fresh secret; `holder` is what a second coordinator is told, such as program, host and process.
+    /// A fresh secret; `holder` is the name that a second coordinator sees, such as program, host and process.
     ///
     /// # Errors
     /// When the system has no random numbers.
@@ -375,7 +375,7 @@ struct RunStreams {
 }
 
 impl RunStreams {
-    /// Passes events on until the last one or an error, or until nobody listens.
+    /// Passes events on until the last one, an error, or the end of the receiver.
     async fn forward(mut self) {
         let events = self.events.clone();
         let outcome = tokio::select! {

@@ -263,7 +263,7 @@ pub enum Partner {
     Listen,
 }
 
-/// What a participant is told of its partner.
+/// What a participant learns of its partner.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LinkPlan {
     /// Smaller of both sides' limits for the first step \[s\].

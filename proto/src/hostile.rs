@@ -107,11 +107,11 @@ pub fn read_control(bytes: &[u8]) -> u32 {
         codec::decode::<wire::LinkRequest>(bytes).is_ok_and(|m| LinkPlan::from_wire(&m, &root).is_ok());
     let reply =
         codec::decode::<wire::OpenReply>(bytes).is_ok_and(|m| OpenReport::from_wire(&m, &root).is_ok());
-    let told =
+    let reported =
         codec::decode::<wire::Description>(bytes).is_ok_and(|m| Description::from_wire(&m, &root).is_ok());
     let command = codec::decode::<wire::Command>(bytes).is_ok_and(|m| decode_command(&m).is_ok());
     let events = codec::decode::<wire::EventBatch>(bytes).is_ok_and(|m| decode_batch(&m).is_ok());
-    [fluid, solid, link, reply, told, command, events].into_iter().map(u32::from).sum()
+    [fluid, solid, link, reply, reported, command, events].into_iter().map(u32::from).sum()
 }
 
 /// Good messages of the control plane for `setup`, as bytes.

@@ -46,7 +46,7 @@ pub struct NodeArgs {
     /// fastest of this machine]; it decides the last bits of results.
     #[arg(long, value_name = "PATH")]
     pub arithmetic: Option<sph::lanes::Path>,
-    /// Close a run that nobody asks for after this long, in seconds.
+    /// Close an idle run after this many seconds without a call.
     #[arg(long, value_name = "S", default_value_t = 120, value_parser = clap::value_parser!(u64).range(1..))]
     pub lease: u64,
     /// Who may speak.
@@ -89,7 +89,7 @@ impl NodeArgs {
     }
 }
 
-/// Runs a server program: parses `args` (the first is the program's name), serves until told to end.
+/// Runs a server program: parses `args` (the first is the program's name), serves until it is stopped.
 pub fn main_with<F: SolverFactory>(args: impl IntoIterator<Item = OsString>, factory: F) -> ExitCode {
     // Without it only the message is lost.
     drop(crate::file_size::fail_beyond_largest_file());

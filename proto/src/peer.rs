@@ -78,7 +78,7 @@ impl PeerMonitor {
         *self.awaited.lock().unwrap_or_else(PoisonError::into_inner) = Some(at);
     }
 
-    /// Sets what the partner is told at the end.
+    /// Sets the reason that the partner receives at the end.
     pub(crate) fn set_farewell(&self, reason: String) {
         *self.farewell.lock().unwrap_or_else(PoisonError::into_inner) = Some(reason);
     }

@@ -1,4 +1,4 @@
-//! A solid server's address at which something is wrong: all calls go on to the server, and frames are damaged on the way.
+//! A solid server's address at which something is wrong: all calls are passed on to the server, and frames are damaged on the way.
 //!
 //! For tests of whole runs: neither the servers nor the coordinator know of it.
 

@@ -1,7 +1,7 @@
 //! A Peer server between the two solvers of a run: the fluid dials it in the solid's place, and it dials the solid.
 //!
 //! It passes frames on as they are, so that neither side can tell, unless its tap changes them. A recording takes a copy of
-//! each before it goes on: the recording has all that a side has received.
+//! each before it passes it on: the recording has all that a side has received.
 
 use std::net::SocketAddr;
 use std::pin::Pin;
@@ -42,7 +42,7 @@ pub(crate) enum Direction {
 
 /// What becomes of a frame.
 pub(crate) enum Pass {
-    /// These go on in its place.
+    /// These are passed on in its place.
     On(Vec<wire::Frame>),
     /// Both streams are cut without a farewell.
     Cut,
@@ -76,7 +76,7 @@ impl Watch {
                     Direction::ToFluid => Role::Solid,
                     Direction::ToSolid => Role::Fluid,
                 };
-                // A recording that has failed takes no more; the run goes on, and its end tells.
+                // A recording that has failed takes no more; the run continues, and its end reports it.
                 drop(records.send(Record::Frame(from, Box::new(frame.clone()))).await);
                 Pass::On(vec![frame])
             }
@@ -225,7 +225,7 @@ impl RelayService {
                 Ok(Some(frame)) => frame,
                 Ok(None) => return,
                 Err(status) => {
-                    // Why it broke off, where the other side can be told.
+                    // Why it broke off, where the other side can receive it.
                     drop(onward.send(Err(status)).await);
                     return;
                 }

@@ -99,7 +99,7 @@ impl Secrets {
 /// The content of a small file; `what` says what it is for.
 pub(crate) fn read(what: &str, path: &Path) -> Result<Vec<u8>, String> {
     let fail = |problem: String| format!("{what} `{}`: {problem}", path.display());
-    // A device or pipe could go on for ever.
+    // A device or pipe could be endless.
     let facts = std::fs::metadata(path).map_err(|e| fail(format!("cannot be read: {e}")))?;
     if !facts.is_file() {
         return Err(fail("is not a regular file".into()));

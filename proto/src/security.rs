@@ -61,7 +61,7 @@ impl std::fmt::Debug for ServerSecurity {
     }
 }
 
-/// Files by which a caller is told what to trust and show.
+/// Files with what a caller trusts and presents.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct ClientFiles {
     /// Certificates (PEM) of the authorities that servers at `https://` addresses must be signed by.

@@ -116,7 +116,7 @@ pub fn force(path: Path) -> Result<(), String> {
     }
 }
 
-/// The path that this process was told to take.
+/// The path that was forced on this process.
 pub fn forced() -> Option<Path> {
     FORCED.get().map(|arithmetic| arithmetic.0)
 }
@@ -191,7 +191,7 @@ impl Arithmetic {
         }
     }
 
-    /// The path that this process was told to take, or else the fastest of this machine.
+    /// The path that was forced on this process, or else the fastest of this machine.
     pub fn chosen() -> Self {
         FORCED.get().copied().unwrap_or_else(Self::best)
     }

@@ -77,7 +77,7 @@ impl CellGrid {
         grid
     }
 
-    /// Bins `sources` anew as [`CellGrid::new`] does, in the same memory.
+    /// Bins `sources` again as [`CellGrid::new`] does, in the same memory.
     pub fn renew(&mut self, domain: &Domain, sources: &[Vector], radius: f64) {
         let (mut lower, mut upper) = bounds(sources);
         for axis in 0..DIMENSIONS {
@@ -169,7 +169,7 @@ impl CellGrid {
         }
         let (columns, rows) = (self.span(cell, 0), self.span(cell, 1));
         for (row, ranges) in rows.iter().zip(ranges.chunks_exact_mut(2)) {
-            // Cells of a row follow each other; a span beyond the last column goes on at the first.
+            // Cells of a row follow each other; a span beyond the last column continues at the first.
             let row = row * self.counts[0];
             let first = columns.first % columns.count;
             let wrapped = (first + columns.length).saturating_sub(columns.count);

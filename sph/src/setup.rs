@@ -1,4 +1,4 @@
-//! What a solver is told before a run: plain data in SI units, mirrored by the set-up messages of the protocol.
+//! Set-up of a run: plain data in SI units, mirrored by the set-up messages of the protocol.
 //!
 //! The coordinator makes these from a case file; nothing in here is checked again by the solvers beyond what the
 //! conversion from the wire enforces. In two dimensions masses and forces are per metre of depth.

@@ -31,7 +31,7 @@ impl ParticipantClient {
         }
     }
 
-    /// Replaces the state of the run just opened by `checkpoint`; the run then goes on under `epoch`, at least 1 and
+    /// Replaces the state of the run just opened by `checkpoint`; the run then continues under `epoch`, at least 1 and
     /// the same on both sides.
     ///
     /// # Errors

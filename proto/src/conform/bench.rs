@@ -100,7 +100,7 @@ impl DummyServer {
     }
 }
 
-/// A coupled run that goes on: the participant first, then the dummy.
+/// A coupled run that continues: the participant first, then the dummy.
 pub(super) struct Coupled {
     pub(super) clients: [ParticipantClient; 2],
     pub(super) commands: [CommandSender; 2],
@@ -344,7 +344,7 @@ impl Bench {
         for (run_id, token) in open {
             let Ok(token) = Token::parse(&token) else { continue };
             let request = token.attach(wire::CloseRequest { run_id });
-            // A run that is closed already refuses nobody.
+            // A run that is closed already refuses no call.
             drop(self.within("Close", client.close(request)).await?);
         }
         let setup = self.fit(Scene { coupled: false, ..Scene::still(self.kind) }).setup(self.role);

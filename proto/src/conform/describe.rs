@@ -88,7 +88,7 @@ pub(super) async fn versions(bench: &Bench) -> Finding {
     }
 }
 
-/// A message that any other one can be read as, with a field that nobody knows.
+/// A message that any other one can be read as, with an unknown field.
 #[derive(Clone, PartialEq, Message)]
 struct Extended {
     #[prost(string, tag = "1000")]

@@ -48,15 +48,15 @@ fn tap(role: Role, mut act: impl FnMut(wire::Frame, Option<&wire::Frame>) -> Pas
 /// Runs with `tap` and `quirk`; the participant must fail with a fault whose words hold one of `names`.
 async fn named(bench: &Bench, quirk: Quirk, tap: Option<Tap>, names: &[&str]) -> Finding {
     let [own, _] = bench.run_coupled(bench.pushing(), quirk, tap).await?;
-    told(&own, names)
+    reported(&own, names)
 }
 
-fn told(own: &Record, names: &[&str]) -> Finding {
+fn reported(own: &Record, names: &[&str]) -> Finding {
     let Some(fault) = &own.fault else {
         return Err(format!("the run went on to its end, {} steps", own.steps));
     };
     if own.steps > AT.step + 1 {
-        return Err(format!("told after step {} only: {fault}", own.steps));
+        return Err(format!("reported only after step {}: {fault}", own.steps));
     }
     let text = fault.to_string();
     let lower = text.to_lowercase();
@@ -132,7 +132,7 @@ pub(super) async fn sums(bench: &Bench) -> Finding {
     let [own, _] = bench.run_coupled(bench.pushing(), Quirk::default(), Some(tap)).await?;
     match &own.fault {
         Some(Fault::Ledger(breach)) => passed(breach.to_string()),
-        _ => told(&own, &["ledger"]),
+        _ => reported(&own, &["ledger"]),
     }
 }
 
@@ -144,7 +144,7 @@ pub(super) async fn provenance(bench: &Bench) -> Finding {
     let [own, _] = bench.run_coupled(bench.pushing(), Quirk::default(), Some(tap)).await?;
     match &own.fault {
         Some(fault @ Fault::StaleFrame { .. }) => passed(fault.to_string()),
-        _ => told(&own, &["stale"]),
+        _ => reported(&own, &["stale"]),
     }
 }
 

@@ -27,7 +27,7 @@ pub(super) async fn iterated(bench: &Bench) -> Finding {
     match bench.role {
         Role::Fluid => answers(bench).await,
         Role::Solid if bench.takes_free_bodies => settles(bench).await,
-        Role::Solid => not_offered("it takes clamped bodies only, whose speed cannot be told"),
+        Role::Solid => not_offered("it takes clamped bodies only, whose speed is not visible"),
     }
 }
 

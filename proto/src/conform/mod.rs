@@ -1,7 +1,7 @@
 //! A black-box kit for any participant: does it keep to the protocol, and does it compute what it says?
 //!
 //! The kit plays coordinator and partner and puts damaged frames on the wire by a relay. Each [`Check`] has
-//! one subject; what a participant does not offer is told as such and never counts as passed.
+//! one subject; what a participant does not offer is reported as such and never counts as passed.
 
 use std::time::{Duration, Instant};
 
@@ -159,7 +159,7 @@ checks! {
     Gravity "gravity" "Free fall gains exactly g t, for more than one g." => physics::gravity;
     FreeFlight "free-flight" "Without contact everything flies on, and no force is reported." => physics::free_flight;
     Rest "rest" "What is at rest beside a partner at rest stays so." => physics::rest;
-    ActionReaction "action-reaction" "Forces and torques of both sides cancel; momentum changes as booked." => physics::action_reaction;
+    ActionReaction "action-reaction" "Forces and torques of both sides cancel; momentum changes as its budget says." => physics::action_reaction;
     Masses "body-masses" "Mass and moment of inertia of bodies are those of the set-up." => bodies::masses;
     AngularMomentum "angular-momentum" "Under an eccentric force the angular momentum changes as the torques say." => bodies::angular_momentum;
     Galilean "galilean" "A common velocity of everything changes no force." => physics::galilean;
@@ -168,7 +168,7 @@ checks! {
     Convergence "order-convergence" "Differences between steps dt, dt/2, dt/4 fall by four each." => physics::convergence;
     Iterated "iterated-half-step" "Iterations settle, and the accepted state follows the midpoint rule." => iterate::iterated;
     Determinism "determinism" "The same run gives the same bits, as declared." => physics::determinism;
-    Replay "checkpoint-replay" "Saved, gone on, restored and repeated: the same bits." => checkpoints::replay;
+    Replay "checkpoint-replay" "Saved, continued, restored and repeated: the same bits." => checkpoints::replay;
     Fresh "checkpoint-fresh" "A checkpoint restores into a fresh process: the same bits." => checkpoints::fresh;
     Truncated "frame-truncated" "A truncated array is refused by name." => faults::truncated;
     Checksum "frame-checksum" "A wrong checksum is refused by name." => faults::checksum;

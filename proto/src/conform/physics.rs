@@ -1,4 +1,4 @@
-//! What a participant computes, as far as it can be told without knowing how.
+//! What a participant computes, as far as it can be judged from outside.
 
 use sph::coupling::driver::StepReport;
 use sph::coupling::ledger::{TorqueCheck, imbalance};

@@ -1,4 +1,4 @@
-//! Books, facts and faults: numbers of a report may be anything, so that a breakdown can be told.
+//! Budgets, facts and faults: numbers of a report may be anything, so that a breakdown can be reported.
 
 use sph::coupling::ledger::MomentumReport;
 use sph::coupling::ledger::{

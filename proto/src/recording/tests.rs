@@ -59,7 +59,7 @@ fn record(path: &Path, velocity: impl Fn(u64) -> f64) {
         let queue = writer.queue();
         for step in 0..2 {
             for (k, stage) in [(0, Stage::Predictor), (1, Stage::Corrector)] {
-                // The order in which they pass is nobody's.
+                // Both orders of passing are possible.
                 let solid = Box::new(frame(step, stage, velocity(2 * step + k)));
                 queue.send(Record::Frame(Role::Solid, solid)).await.ok().unwrap();
                 queue.send(Record::Frame(Role::Fluid, Box::new(frame(step, stage, 1.0)))).await.ok().unwrap();

@@ -83,7 +83,7 @@ fn write(path: &Path, file: File, queue: mpsc::Receiver<Record>) -> Result<u64, 
     let written = write_records(file, queue);
     written.map_err(|e| {
         let error = RecordingError::new(path, format!("is incomplete, since it cannot be written: {e}"));
-        terminal::note(format_args!("warning: {error}; the run goes on without it"));
+        terminal::note(format_args!("warning: {error}; the run continues without it"));
         error
     })
 }

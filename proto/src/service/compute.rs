@@ -120,7 +120,7 @@ pub(super) fn start<F: Send + Sync + 'static>(
             pool.install(move || compute(linked, &ordered, &said, &thread_pulse, &pending))
         });
         if let Err(panic) = catch_unwind(computing) {
-            // Nobody listens when the coordinator is gone too.
+            // The receiver is closed when the coordinator is gone too.
             drop(panicked.blocking_send(Said::Panicked(panic_text(&*panic))));
         }
     });

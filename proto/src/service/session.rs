@@ -81,7 +81,7 @@ pub(super) enum State {
 pub(super) struct Ready {
     pub(super) solver: Box<dyn Solver>,
     pub(super) setup: RunSetup,
-    /// Where a restored run goes on.
+    /// Where a restored run continues.
     pub(super) resume: Option<ClockState>,
 }
 
@@ -238,7 +238,7 @@ impl<F> Host<F> {
     }
 
     /// Ends run `serial` with the connection of its `Run`: a run that ends just before its coordinator vanishes may have
-    /// sent all its events and waits for a `Close` that nobody will send.
+    /// sent all its events and waits for a `Close` that will not come.
     pub(super) async fn watch_connection(
         self: Arc<Self>,
         serial: Serial,
@@ -259,7 +259,7 @@ impl<F> Host<F> {
         })
     }
 
-    /// Frees the server when nobody asks for run `serial` any more.
+    /// Frees the server when no call for run `serial` has come within the lease.
     pub(super) async fn watch_lease(self: Arc<Self>, serial: Serial, gone: CancellationToken) {
         while let Some(end) = self.lease_end(serial) {
             if end <= Instant::now() {

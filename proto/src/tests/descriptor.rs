@@ -71,12 +71,12 @@ fn kind(item: &DescriptorProto, field: &FieldDescriptorProto) -> String {
 #[test]
 fn the_protocol_only_grows() {
     let now = lines();
-    // Set to accept additions: rewrites the file, and fails so that nobody leaves it set.
+    // Set to accept additions: rewrites the file, and fails so that it is not left set.
     if std::env::var_os("UPDATE_DESCRIPTOR").is_some() {
         let path = concat!(env!("CARGO_MANIFEST_DIR"), "/src/tests/descriptor.txt");
         std::fs::write(path, now.join("\n") + "\n").unwrap();
         panic!(
-            "descriptor.txt is written anew: read its difference, then test again without UPDATE_DESCRIPTOR"
+            "descriptor.txt has been rewritten: read its difference, then test again without UPDATE_DESCRIPTOR"
         );
     }
     let golden: BTreeSet<&str> = GOLDEN.lines().collect();

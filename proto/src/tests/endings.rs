@@ -36,7 +36,7 @@ impl<'a> MakeWriter<'a> for Log {
 }
 
 impl Log {
-    /// The last line that tells of an end, once there are `ends` of them.
+    /// The last line that reports an end, once there are `ends` of them.
     async fn end(&self, ends: usize) -> String {
         loop {
             let text = String::from_utf8(self.0.lock().unwrap().clone()).unwrap();

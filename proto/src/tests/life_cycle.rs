@@ -356,7 +356,7 @@ async fn a_link_must_fit_the_set_up() {
     client.open(&setup(Role::Fluid, RUN, 3), &RunAccess::new("x").unwrap()).await.unwrap();
     let error = client.link(&plan(Partner::Alone)).await.unwrap_err();
     assert!(error.message.contains("opened with a coupling"), "{error}");
-    // Nobody listens there: a port that was free a moment ago.
+    // No server listens there: a port that was free a moment ago.
     let port = std::net::TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap();
     let error = soon("the dial", client.link(&plan(Partner::Dial(port.to_string())))).await.unwrap_err();
     assert_eq!(error.code, RpcCode::Unavailable);

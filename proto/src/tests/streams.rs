@@ -180,7 +180,7 @@ async fn a_coordinator_that_vanishes_frees_both_servers() {
     fluid_commands.send(Command::GrantThrough(1_000_000)).unwrap();
     solid_commands.send(Command::GrantThrough(1_000_000)).unwrap();
     soon("the first event", fluid_events.recv()).await.unwrap().unwrap();
-    // A second coordinator is told who holds the server, and changes nothing.
+    // A second coordinator learns who holds the server, and changes nothing.
     let access = RunAccess::new("intruder").unwrap();
     let error = others[0].open(&alone(Role::Fluid, "other", 1), &access).await.unwrap_err();
     assert_eq!(error.code, RpcCode::Busy);
@@ -215,7 +215,7 @@ async fn a_run_that_nobody_closes_ends_with_its_connection() {
 
 #[tokio::test(flavor = "multi_thread")]
 async fn a_wait_for_the_partner_ends_when_the_coordinator_does() {
-    // Nobody ever dials: the compute thread waits in `receive`.
+    // No partner ever connects: the compute thread waits in `receive`.
     let server = TestServer::start(Role::Solid);
     let mut client = server.client().await;
     let mut other = server.client().await;
@@ -238,7 +238,7 @@ async fn a_wait_for_the_partner_ends_when_the_coordinator_does() {
     .await;
     drop((commands, events));
     soon("the server", assert_usable(&mut other, Role::Solid)).await;
-    // By command the same, and told.
+    // By command the same, and reported.
     client.close().await.unwrap();
     client.open(&setup(Role::Solid, RUN, 10), &RunAccess::new("a").unwrap()).await.unwrap();
     client.link(&plan).await.unwrap();
@@ -292,14 +292,14 @@ async fn a_shutdown_does_not_wait_for_open_streams() {
     soon("the shutdown", fluid_server.end()).await;
     soon("the shutdown", solid_server.end()).await;
     // The coordinator hears how it ended, or that the server is gone.
-    let mut told = false;
+    let mut reported = false;
     soon("the events", async {
         while let Some(event) = fluid_events.recv().await {
-            told |= matches!(&event, Ok(Event::Failed(_)) | Err(_));
+            reported |= matches!(&event, Ok(Event::Failed(_)) | Err(_));
         }
     })
     .await;
-    assert!(told);
+    assert!(reported);
     drop((solid_events, fluid_commands, solid_commands));
 }
 

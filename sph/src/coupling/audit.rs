@@ -47,7 +47,7 @@ pub struct PartnerBody {
 }
 
 impl PartnerParticles {
-    /// What the partner of the solid of `setup` is told.
+    /// Those of the solid of `setup`.
     pub fn of(setup: &SolidSetup) -> Self {
         let particles = &setup.particles;
         let bodies = (0u32..).zip(&setup.bodies).map(|(k, body)| {

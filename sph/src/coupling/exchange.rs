@@ -230,7 +230,7 @@ pub enum PeerError {
     /// The partner's message was refused.
     #[error("refused the partner's frame: {0}")]
     Refused(String),
-    /// The run was told to stop while waiting.
+    /// The run was stopped while waiting.
     #[error("stopped while waiting for the partner")]
     Cancelled,
 }

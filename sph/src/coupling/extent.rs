@@ -6,7 +6,7 @@ use crate::coupling::exchange::Extent;
 use crate::space::domain::Domain;
 use crate::space::{DIMENSIONS, Vector};
 
-/// Keeps the extent of one side's particles, made anew when its neighbour lists are.
+/// Keeps the extent of one side's particles, renewed with its neighbour lists.
 #[derive(Clone, Debug)]
 pub struct ExtentTracker {
     domain: Domain,

@@ -50,7 +50,7 @@ impl std::fmt::Display for Role {
 #[error("this solver does not couple by loads in this role; choose another coupling kind")]
 pub struct NoLoads;
 
-/// Why a stage state was not taken anew.
+/// Why a stage state was not updated.
 #[derive(Clone, Debug, PartialEq)]
 pub enum NotRevised {
     /// The solver does not iterate half-steps.
@@ -137,7 +137,7 @@ pub trait Solver: Send {
         Err(NoLoads)
     }
 
-    /// The solid's side of an iterated half-step: takes the stage state of the corrector of `time` anew, from the start of
+    /// The solid's side of implicit coupling: computes the stage state of the corrector of `time` again, from the start of
     /// the step by Δt/2, with `forces` \[N/m\] on the `own` samples in place of those of the predictor; then what
     /// [`Solver::begin_stage`] does with it. Forces that are not the partner's stay those of the predictor.
     ///
@@ -251,12 +251,12 @@ pub struct Field {
     pub values: Vec<f64>,
 }
 
-/// A run that can not go on, with the guilty particle.
+/// A run that cannot continue, with the offending particle.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Divergence {
     /// Half-step.
     pub at: StepStage,
-    /// Particle id among the owner's, where one is guilty.
+    /// Particle id among the owner's, where one is the cause.
     pub particle: Option<u32>,
     /// Where it is \[m\].
     pub position: Option<[f64; 2]>,

@@ -135,7 +135,7 @@ pub struct ClockState {
 }
 
 impl Clock {
-    /// A clock that goes on from `state`. The end time may be another than in the run that was saved.
+    /// A clock that continues from `state`. The end time may be another than in the run that was saved.
     pub fn resumed(plan: TimePlan, outputs: OutputPlan, state: &ClockState) -> Self {
         let ClockState { step, time, time_step, elapsed_before } = *state;
         Self { plan, outputs, step, time, time_step, elapsed_before }

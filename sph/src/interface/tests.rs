@@ -154,7 +154,7 @@ fn the_dummy_pressure_continues_a_hydrostatic_field() {
     assert!(pairs > 50);
 }
 
-/// Forces on the left of two waters with a plate of `rows` between them, the right one pressed by `excess` \[Pa\].
+/// Forces on the left of two fluid regions with a plate of `rows` between them, the right one under `excess` \[Pa\].
 fn forces_left_of_a_plate(rows: usize, kernel_ratio: f64, excess: f64) -> Vec<Vector> {
     let mut fluid = patch(Vector::new(0.2, 0.2), 4, 12, 11);
     let left = fluid.len();
@@ -180,7 +180,7 @@ fn water_does_not_feel_water_through_a_plate_of_two_rows_or_more() {
             assert!(forces.iter().any(|force| force.norm() > 1.0));
             assert_eq!(forces, forces_left_of_a_plate(rows, kernel_ratio, 1e4), "{rows} rows");
         }
-        // Waters on both sides of a single row feel each other as well as the row.
+        // Fluid on both sides of a single row interacts with the other side as well as with the row.
         assert_ne!(
             forces_left_of_a_plate(1, kernel_ratio, 0.0),
             forces_left_of_a_plate(1, kernel_ratio, 1e4)
@@ -225,7 +225,7 @@ fn drops_on_one_side_of_a_body_are_one_water() {
 
 #[test]
 fn a_plate_parts_waters_at_its_foot_too() {
-    // It goes on for three rows below the waters.
+    // It continues for three rows below the fluid.
     let mut fluid = patch(Vector::new(0.2, 0.2), 4, 8, 20);
     append(&mut fluid, &patch(Vector::new(0.2 + 6.0 * SPACING, 0.2), 4, 8, 21));
     let plate = patch(Vector::new(0.2 + 4.0 * SPACING, 0.2 - 3.0 * SPACING), 2, 11, 22);

@@ -4,11 +4,11 @@ use std::ops::Mul;
 
 use crate::lanes::Lanes;
 
-/// Largest relative change of density with which a run goes on \[-\]; walls and interface particles show none larger
+/// Largest relative change of density at which a run continues \[-\]; walls and interface particles show none larger
 /// in tension.
 pub const LARGEST_COMPRESSION: f64 = 0.3;
 
-/// Largest share of cavities in the volume with which a run goes on \[-\]: particles some three spacings apart, beyond
+/// Largest share of cavities in the volume at which a run continues \[-\]: particles some three spacings apart, beyond
 /// which they do not meet.
 const LARGEST_CAVITY: f64 = 0.9;
 

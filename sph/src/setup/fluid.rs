@@ -1,4 +1,4 @@
-//! What a fluid solver is told.
+//! Set-up of a fluid solver.
 
 use super::{Damping, Outflow, RunSetup, WallParticles, WallSetup};
 use crate::space::Vector;
@@ -67,7 +67,7 @@ impl FluidConstants {
 /// Correction of the kernel gradient in the fluid's sums (17) and (22).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum GradientCorrection {
-    /// None: the document's letter.
+    /// None, as in the source paper.
     None,
     /// ∇W divided by the lattice moment M, a constant.
     LatticeMoment,
@@ -94,7 +94,7 @@ pub enum DensityDiffusion {
     },
 }
 
-/// Everything a fluid solver is told.
+/// Set-up of a fluid solver.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FluidSetup {
     /// Common part.
@@ -116,7 +116,7 @@ pub struct FluidSetup {
     /// Largest tension that the fluid bears \[Pa\], see [`crate::laws::equation_of_state::Tait::bearing`]; `None` for all that
     /// Eq. (3) gives.
     pub tension_limit: Option<f64>,
-    /// Linear damping of the start; booked in the ledger.
+    /// Linear damping of the start; an account of the ledger.
     pub damping: Option<Damping>,
     /// Names of the fluid regions; `FluidParticles::region` indexes them.
     pub regions: Vec<String>,
@@ -139,7 +139,7 @@ pub struct FluidSetup {
 pub enum FluidScheme {
     /// Density is advanced in the predictor and velocity in the corrector, half a step apart: one sum for each.
     Leapfrog,
-    /// All rates in both stages: the letter of Eq. (30)-(31).
+    /// All rates in both stages, exactly as Eq. (30)-(31).
     PredictorCorrector,
 }
 
@@ -149,7 +149,7 @@ pub enum ViscousForm {
     /// Σ V_j 2μ (dW/dr)/r v_ij (Morris et al. 1997): a pair force that also damps velocities that alternate from
     /// particle to particle.
     Pairwise,
-    /// Divergence of the stress of Eq. (4): the document's letter, blind to alternating velocities.
+    /// Divergence of the stress of Eq. (4): exactly as the source paper, blind to alternating velocities.
     Stress,
 }
 

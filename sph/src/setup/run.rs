@@ -1,4 +1,4 @@
-//! What both participants are told alike.
+//! Set-up that both participants share.
 
 use super::{FluidConstants, Iterate};
 use crate::space::domain::Domain;
@@ -65,7 +65,7 @@ pub struct OutputPlan {
 /// What to do when a ledger check fails.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BreachAction {
-    /// Count and report it, go on.
+    /// Count and report it, and continue.
     Warn,
     /// Stop the run.
     Stop,
@@ -131,7 +131,7 @@ pub enum InterfaceLaw {
     Wall,
     /// As `Wall`, with viscous friction against the solid's velocity.
     WallNoSlip,
-    /// One sum over all particles whoever owns them, Eq. (17), (22), (25): closest to the document's letter.
+    /// One sum over all particles of either owner, Eq. (17), (22), (25): closest to the source paper.
     PlainSum,
 }
 

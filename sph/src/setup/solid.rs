@@ -1,11 +1,11 @@
-//! What a solid solver is told.
+//! Set-up of a solid solver.
 
 use std::ops::Range;
 
 use super::{Damping, Motion, RunSetup, WallParticles, WallSetup};
 use crate::space::{DIMENSIONS, SymmetricTensor, Vector};
 
-/// Everything a solid solver is told.
+/// Set-up of a solid solver.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SolidSetup {
     /// Common part.
@@ -22,7 +22,7 @@ pub struct SolidSetup {
     pub walls: Vec<WallSetup>,
     /// Wall particles that a solid can touch.
     pub wall_particles: WallParticles,
-    /// Linear damping of the start; booked in the ledger.
+    /// Linear damping of the start; an account of the ledger.
     pub damping: Option<Damping>,
     /// How the solids advance within a step.
     pub stepping: SolidStepping,
@@ -121,7 +121,7 @@ impl ElasticMaterial {
 /// How a body is discretised.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Formulation {
-    /// The document's: Eq. (5)-(8), (17), (25)-(26).
+    /// That of the source paper: Eq. (5)-(8), (17), (25)-(26).
     UpdatedLagrangian(UpdatedLagrangian),
     /// Deformation gradient and nominal stress in the reference configuration.
     TotalLagrangian(TotalLagrangian),
@@ -261,7 +261,7 @@ pub enum ContactLaw {
         /// Whether total-Lagrangian bodies also touch themselves.
         self_contact: bool,
     },
-    /// The document's: bodies meet in the sums (22), walls by section 4.1.
+    /// That of the source paper: bodies interact through the sums (22), walls by its section 4.1.
     Sums,
 }
 

@@ -160,7 +160,7 @@ fn around((x, y): (i64, i64)) -> impl Iterator<Item = (i64, i64)> {
 }
 
 impl Polyline {
-    /// Finds among all `edges` of the shape those that go on beyond a free end.
+    /// Finds among all `edges` of the shape those that continue beyond a free end.
     fn end_at(&mut self, edges: &[Vec<Vector>], tolerance: f64) {
         if self.closed {
             return;

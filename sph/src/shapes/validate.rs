@@ -1,4 +1,4 @@
-//! What a shape must satisfy, told in the words of a case file.
+//! What a shape must satisfy, in the words of a case file.
 
 use super::{Shape, edges_of};
 use crate::space::{Vector, cross};

@@ -115,7 +115,7 @@ fn unsettled(at: StepStage, residual: f64, plan: &Iterate) -> Divergence {
         value: residual,
         allowed: format!("at most {:e}, the tolerance of `interface.iterate`", plan.tolerance),
         hint: format!(
-            "use {advice}a smaller time step, a higher limit or tolerance, or `unsettled = \"accept\"` to go on with a count"
+            "use {advice}a smaller time step, a higher limit or tolerance, or `unsettled = \"accept\"` to continue and count such half-steps"
         ),
     }
 }

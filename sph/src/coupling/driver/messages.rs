@@ -34,7 +34,7 @@ pub enum Event {
     Snapshot(ParticleFields),
     /// The answer to [`Command::Checkpoint`].
     Checkpoint(Box<Checkpoint>),
-    /// No further step is taken until the participant is told to stop: at the end time after [`Command::Hold`], or
+    /// No further step is taken until [`Command::Stop`] arrives: at the end time after [`Command::Hold`], or
     /// after a breach under [`BreachAction::StopAndCheckpoint`](crate::setup::BreachAction::StopAndCheckpoint).
     Held(Held),
     /// The run ended in order; the last event.
@@ -43,7 +43,7 @@ pub enum Event {
     Failed(FailureReport),
 }
 
-/// Where a participant waits to be told to stop.
+/// Where a participant waits for [`Command::Stop`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Held {
     /// Completed steps.

@@ -30,7 +30,7 @@ pub struct Link {
     pub partner_extent: Extent,
     /// Smaller of both sides' limits for the first step \[s\].
     pub first_limit: f64,
-    /// Where a restored run goes on, see [`restore`].
+    /// Where a restored run continues, see [`restore`].
     pub resume: Option<ClockState>,
     /// What the set-up says of a solid partner, whose frames are held against it.
     pub partner_particles: Option<PartnerParticles>,

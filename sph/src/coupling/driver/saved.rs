@@ -8,7 +8,7 @@ use crate::coupling::stage::ClockState;
 const CLOCK_STEP: &str = "driver.step";
 const CLOCK_TIMES: &str = "driver.times";
 
-/// Takes `solver` back to a boundary that was saved by [`Command::Checkpoint`](super::Command::Checkpoint); tells where the run goes on.
+/// Takes `solver` back to a boundary that was saved by [`Command::Checkpoint`](super::Command::Checkpoint); returns where the run continues.
 ///
 /// # Errors
 /// When an array is missing or does not fit the solver's set-up; the solver is then of no further use.

@@ -27,7 +27,7 @@ impl SolverFactory for FluidFactory {
         };
         let fluid = setup.constants;
         let mut constants = Constants::of(&setup.run);
-        // The fluid computes with its own constants, whatever the interface was told.
+        // The fluid computes with its own constants, whatever the set-up of the interface says.
         constants.coupling = constants.coupling.map(|coupling| Coupling { fluid, ..coupling });
         let facts = [
             ("rest_density", fluid.rest_density, "kg/m3"),

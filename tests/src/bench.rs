@@ -171,7 +171,7 @@ impl Bench {
     }
 }
 
-/// A run that goes on.
+/// A run in progress.
 #[derive(Debug)]
 pub struct Running {
     child: Child,

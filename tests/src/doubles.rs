@@ -19,9 +19,9 @@ use tokio::sync::oneshot;
 pub enum Wrong {
     /// It speaks this protocol version only.
     Protocol(ProtocolVersion),
-    /// It computes with this sound speed of the fluid \[m/s\], whatever it was told.
+    /// It computes with this sound speed of the fluid \[m/s\], whatever its set-up says.
     SoundSpeed(f64),
-    /// It says that it uses the gravity it was told, and uses this multiple of it.
+    /// It says that it uses the gravity of its set-up, and uses this multiple of it.
     Gravity(f64),
     /// It computes the forces of this half-step from the partner's states of the one before.
     Stale(StepStage),
@@ -63,12 +63,12 @@ impl SolverFactory for Double {
     }
 
     fn open(&self, mut setup: ParticipantSetup) -> Result<Opened, SetupProblems> {
-        let told = setup.run().body_force.clone();
+        let prescribed = setup.run().body_force.clone();
         if let (Wrong::Gravity(factor), ParticipantSetup::Solid(solid)) = (self.0, &mut setup) {
             solid.run.body_force.gravity *= factor;
         }
         let mut opened = solid_server::SolidFactory.open(setup)?;
-        opened.constants.body_force = told;
+        opened.constants.body_force = prescribed;
         if let (Wrong::SoundSpeed(speed), Some(coupling)) = (self.0, &mut opened.constants.coupling) {
             coupling.fluid.sound_speed = speed;
         }
@@ -94,13 +94,13 @@ pub struct Served {
 /// Serves solvers of `factory` on a port of this machine.
 pub fn serve(factory: impl SolverFactory) -> Served {
     let (stop, stopped) = oneshot::channel();
-    let (tell, told) = std::sync::mpsc::channel();
+    let (sender, receiver) = std::sync::mpsc::channel();
     let thread = std::thread::spawn(move || {
         let runtime =
             tokio::runtime::Builder::new_multi_thread().worker_threads(2).enable_all().build().unwrap();
         runtime.block_on(async move {
             let server = Server::bind("127.0.0.1:0".parse().unwrap()).unwrap();
-            tell.send(server.address()).unwrap();
+            sender.send(server.address()).unwrap();
             let stopped = async { drop(stopped.await) };
             server
                 .serve(factory, ServeOptions { threads: 1, ..ServeOptions::default() }, stopped)
@@ -108,7 +108,7 @@ pub fn serve(factory: impl SolverFactory) -> Served {
                 .unwrap();
         });
     });
-    Served { address: told.recv().unwrap(), stop: Some(stop), thread: Some(thread) }
+    Served { address: receiver.recv().unwrap(), stop: Some(stop), thread: Some(thread) }
 }
 
 impl Drop for Served {

@@ -33,7 +33,7 @@ const MOST_OPENED: usize = 100_000;
 /// What is fed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Target {
-    /// Case files, up to the particles of their scenes and what `check` tells of them.
+    /// Case files, up to the particles of their scenes and what `check` reports of them.
     Cases,
     /// Half-step frames of a partner.
     Frames,

@@ -62,7 +62,7 @@ fn machine() -> String {
     format!("{model}, {cores} cores")
 }
 
-/// What the runs of a case show: the best of each scheme, and where the time goes on the front's finest.
+/// What the runs of a case show: the best of each scheme, and the cost by pass of the finest on the front.
 fn findings(panel: &Panel<'_>) -> String {
     let mut rows: Vec<(String, String)> = Vec::new();
     for scheme in &panel.schemes {

@@ -168,13 +168,13 @@ fn cases() {
     }
 }
 
-/// The drifting body with the document's step, in lock-step.
+/// The drifting body with the time step of the source paper, in lock-step.
 fn lock_step() {
     let bench = Bench::new(PROGRAM);
     heading();
     let step: &[(&str, toml::Value)] = &[("time.step.time_step_s", 1e-5.into())];
     for (name, file) in
-        [("all as the document", "drifting_body_document.toml"), ("recommended", "drifting_body.toml")]
+        [("source paper", "drifting_body_document.toml"), ("recommended", "drifting_body.toml")]
     {
         row(&bench, name, &instance(&bench, file, step), None, &[]);
     }

@@ -131,7 +131,7 @@ pub fn print() {
     for (name, formulation, stepping, evaluations) in [
         // The predictor takes half as many sub-steps, besides the forces at the start.
         ("total-Lagrangian, a sub-step", total, substeps, SUBSTEPS + SUBSTEPS / 2),
-        ("the document's, a stage", updated, SolidStepping::StageRule, 2),
+        ("source paper, a stage", updated, SolidStepping::StageRule, 2),
     ] {
         let mut row = format!("{name:44}");
         for particles in SIZES {

@@ -13,7 +13,7 @@ use tests::soak::Soak;
 /// the base.
 #[derive(Debug, Parser)]
 struct Arguments {
-    /// Time to go on.
+    /// Time to continue.
     #[arg(long, default_value_t = 60.0)]
     minutes: f64,
     /// Program under test [default: `tidelock-node` beside this one].

@@ -97,8 +97,8 @@ fn run(program: &Path, arguments: &Arguments, out: &Path) -> Result<Ran, String>
     command.arg("run").arg(&arguments.case).arg("--out").arg(out).arg("--quiet").args(&arguments.further);
     let output = command.output().map_err(|e| format!("`{name}` can not be started: {e}"))?;
     if !output.status.success() {
-        let told = String::from_utf8_lossy(&output.stderr);
-        return Err(format!("`{name}` ended with {}:\n{told}", output.status));
+        let errors = String::from_utf8_lossy(&output.stderr);
+        return Err(format!("`{name}` ended with {}:\n{errors}", output.status));
     }
     let path = out.join("summary.json");
     let text = std::fs::read_to_string(&path).map_err(|e| format!("{}: {e}", path.display()))?;

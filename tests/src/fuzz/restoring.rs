@@ -56,9 +56,9 @@ impl Kept {
     }
 
     /// Puts `input` in the place of a file of the newest checkpoint; whether that is still as it was. The one before must be
-    /// found otherwise, and the damage told.
+    /// found otherwise, and the damage reported.
     pub(super) fn find(&self, input: &[u8]) -> bool {
-        // Every second one in its own place, as far as that can be told, others in any.
+        // Every second one in its own place, as far as that is known, others in any.
         let alike = |good: &[u8]| good.iter().zip(input).take_while(|(a, b)| a == b).count();
         let own = (0..self.files.len()).max_by_key(|k| alike(&self.files[*k].1)).unwrap_or(0);
         let place = if input.len().is_multiple_of(2) { own } else { input.len() % self.files.len() };
@@ -72,8 +72,8 @@ impl Kept {
             return true;
         }
         assert!(same(&checkpoint, &self.older), "the checkpoint before is another");
-        let told = format!("step_{:012}", self.newest.step);
-        assert!(found.skipped.len() == 1 && found.skipped[0].contains(&told), "{:?}", found.skipped);
+        let name = format!("step_{:012}", self.newest.step);
+        assert!(found.skipped.len() == 1 && found.skipped[0].contains(&name), "{:?}", found.skipped);
         false
     }
 
@@ -91,7 +91,7 @@ impl Kept {
         };
         (side.data, side.sha256) = (input.to_vec(), sha256);
         let (fluid, solid) = self.setups.clone();
-        let (events, mut told) = tokio::sync::mpsc::channel(PENDING_EVENTS);
+        let (events, mut received) = tokio::sync::mpsc::channel(PENDING_EVENTS);
         let each = Threads::each(1);
         let Ok(threads) = in_process::start(fluid, solid, each, Some(&checkpoint), &events) else {
             return false;
@@ -104,7 +104,7 @@ impl Kept {
             }
         }
         let (mut steps, mut broken) = (0, None);
-        while let Some((_, news)) = told.blocking_recv() {
+        while let Some((_, news)) = received.blocking_recv() {
             match news {
                 Ok(News::Event(event)) => steps += usize::from(matches!(*event, Event::Step(_))),
                 Err(failure) if failure.kind == Kind::Internal => broken = Some(failure.message),

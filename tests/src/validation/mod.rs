@@ -151,7 +151,7 @@ pub struct Figure {
 
 impl Figure {
     /// A figure that is only reported.
-    pub fn told(name: impl Into<String>, value: f64) -> Self {
+    pub fn reported(name: impl Into<String>, value: f64) -> Self {
         Self { name: name.into(), value, reference: None, goal: Goal::None }
     }
 
@@ -197,7 +197,7 @@ mod tests {
         assert_eq!(Figure::compared("a", 1.009, 1.0, 0.01).passes(), Some(true));
         assert_eq!(Figure::compared("a", 1.011, 1.0, 0.01).passes(), Some(false));
         assert_eq!(Figure::judged("a", 2.0, Goal::Between(1.0, 2.0)).passes(), Some(true));
-        assert_eq!(Figure::told("a", 2.0).passes(), None);
+        assert_eq!(Figure::reported("a", 2.0).passes(), None);
         for goal in [Goal::Relative(1.0), Goal::AtMost(1.0), Goal::AtLeast(1.0), Goal::Between(0.0, 1.0)] {
             let figure = Figure { name: "a".into(), value: f64::NAN, reference: Some(1.0), goal };
             assert_eq!(figure.passes(), Some(false), "{goal:?}");

@@ -152,11 +152,11 @@ pub fn markdown(rows: &[Row]) -> String {
         let _ = writeln!(text, "| {} |", row.cells(short)[..shown].join(" | ").replace('_', " "));
     }
     text.push_str("\nSettings:\n\n");
-    let mut told: Vec<(&str, &str, f64)> = Vec::new();
+    let mut seen: Vec<(&str, &str, f64)> = Vec::new();
     for row in rows {
         let key = (row.case.as_str(), row.scheme.as_str(), row.spacing);
-        if !told.contains(&key) {
-            told.push(key);
+        if !seen.contains(&key) {
+            seen.push(key);
             let _ = writeln!(text, "- {}, {}, {} m: {}", row.case, row.scheme, row.spacing, row.settings);
         }
     }

@@ -323,7 +323,7 @@ fn a_broken_balance_may_stop_the_run_with_a_checkpoint() {
     let address = served.address.to_string();
     let arguments = ["run", text(&case), "--quiet", "--out", text(&out), "--solid", &address];
     bench.refused(&arguments, 6, &["step 20 corrector", "coordinator resume"]);
-    // Told with the next step's first frame, stopped at its end.
+    // Reported with the next step's first frame, stopped at its end.
     assert_eq!(kept(&out).last().unwrap(), "step_000000000022");
     assert_eq!(bench.summary("out")["steps"], 22);
 }

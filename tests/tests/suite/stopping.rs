@@ -30,7 +30,7 @@ fn a_signal_stops_at_a_step_boundary_with_results_complete() {
             assert!(out.join(file).metadata().unwrap().len() > 0, "{signal}: {file}");
         }
         assert!(!out.join("run.partial").exists());
-        // Both sides ended at the same step: from these states another run can go on.
+        // Both sides ended at the same step: from these states another run can continue.
         for side in ["fluid", "solid"] {
             let state = coordinator::results::state::read(&out.join(format!("final/{side}.state"))).unwrap();
             assert_eq!(state.step, steps, "{side}");

@@ -48,7 +48,7 @@ impl Case for Cantilever {
             solid("cantilever_20", "ideal clamp", 0.001),
             solid("cantilever_slot_10", "slot", 0.002),
             solid("cantilever_large_10", "tip speed 0.05 c0", 0.002),
-            solid("cantilever_6_document", "the document's solid", 0.003333333333),
+            solid("cantilever_6_document", "solid of the source paper", 0.003333333333),
         ]
     }
 
@@ -66,15 +66,15 @@ impl Case for Cantilever {
             "tip speed 0.05 c0" => vec![
                 Figure::compared("period [s]", period, reference, 0.0).report_only(),
                 Figure::judged("periods without failure", end / period, Goal::AtLeast(10.0)),
-                Figure::told("loss of amplitude per period", loss),
+                Figure::reported("loss of amplitude per period", loss),
             ],
             _ => vec![
                 Figure::compared("period [s]", period, reference, 0.0).report_only(),
                 Figure::judged("periods run", end / period, Goal::AtLeast(4.0)),
-                Figure::told("loss of amplitude per period", loss),
+                Figure::reported("loss of amplitude per period", loss),
             ],
         };
-        figures.push(Figure::told("largest energy over that of the start", energy_ratio(run, "plate")?));
+        figures.push(Figure::reported("largest energy over that of the start", energy_ratio(run, "plate")?));
         figures.push(cost(run)?);
         Ok(figures)
     }
@@ -163,7 +163,7 @@ impl Case for PlateStiffness {
             let mut formulation = toml::Table::new();
             formulation.insert("type".into(), "updated-lagrangian".into());
             formulation.insert("kernel_ratio".into(), 1.3.into());
-            member("the document's solid", spacing)
+            member("solid of the source paper", spacing)
                 .with("solid.body.0.formulation", formulation)
                 .with("solid.substeps", "none")
                 .with("time.step.time_step_s", 1.25e-5 * spacing / 0.002)
@@ -181,8 +181,8 @@ impl Case for PlateStiffness {
     fn figures(&self, run: &Run) -> Result<Vec<Figure>, String> {
         let tip = last(run, "tip_displacement_x_m")?;
         let figure = Figure::compared("tip deflection [m]", tip, plate_deflection(), 0.11);
-        let told = run.member.scheme != "total-lagrangian";
-        Ok(vec![if told { figure.report_only() } else { figure }, cost(run)?])
+        let report_only = run.member.scheme != "total-lagrangian";
+        Ok(vec![if report_only { figure.report_only() } else { figure }, cost(run)?])
     }
 }
 
@@ -303,7 +303,7 @@ pub fn energy_ratio(run: &Run, probe: &str) -> Result<f64, String> {
 /// CPU time per particle and stage.
 pub fn cost(run: &Run) -> Result<Figure, String> {
     let stages = 2.0 * run.count("/steps")? * run.count("/solid/counts/particles")?;
-    Ok(Figure::told("CPU time per particle and stage [us]", 1e6 * run.cpu_seconds / stages))
+    Ok(Figure::reported("CPU time per particle and stage [us]", 1e6 * run.cpu_seconds / stages))
 }
 
 fn tip_plot(runs: &[Run], column: &str) -> Result<Vec<Plot>, String> {

@@ -45,7 +45,7 @@ impl Case for Channel {
         let goal = if run.member.spacing > 0.03 { Goal::AtMost(0.02) } else { Goal::AtMost(0.01) };
         Ok(vec![
             Figure::judged("largest error of the profile [m/s of 1 m/s]", worst, goal),
-            Figure::told("rms error of the profile [m/s of 1 m/s]", (square / n).sqrt()),
+            Figure::reported("rms error of the profile [m/s of 1 m/s]", (square / n).sqrt()),
             Figure::judged("particles lost", run.lost(), Goal::AtMost(0.0)),
         ])
     }

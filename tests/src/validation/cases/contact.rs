@@ -51,7 +51,7 @@ impl Case for Incline {
     fn figures(&self, run: &Run) -> Result<Vec<Figure>, String> {
         let friction = run.number("solid.contact.friction")?;
         let end = run.column("t_s")?.last().copied().unwrap_or(f64::NAN);
-        let deepest = Figure::told("deepest contact [dx]", deepest(run)?);
+        let deepest = Figure::reported("deepest contact [dx]", deepest(run)?);
         if run.member.scheme == "sticks" {
             let path = run.history("block_centre_x_m")?;
             // From when it has settled on the face.
@@ -123,7 +123,7 @@ impl Case for Stack {
         let end = floor.last().map_or(f64::NAN, |(t, _)| *t);
         let carried = series::mean(&floor, 0.5 * end, end) / weight;
         figures.push(Figure::compared("force of the floor over the weight", carried, 1.0, 0.02));
-        figures.push(Figure::told("deepest contact [dx]", deepest(run)?));
+        figures.push(Figure::reported("deepest contact [dx]", deepest(run)?));
         Ok(figures)
     }
 }
@@ -155,7 +155,10 @@ impl Case for Fold {
         Ok(vec![
             Figure::judged("deepest contact [dx]", deepest, Goal::Between(0.01, allowed)),
             Figure::judged("rise of energy over the start", rise, Goal::AtMost(0.001)),
-            Figure::told("impulse of contact [N s/m]", run.count("/solid/counts/contact_impulse_n_s_per_m")?),
+            Figure::reported(
+                "impulse of contact [N s/m]",
+                run.count("/solid/counts/contact_impulse_n_s_per_m")?,
+            ),
         ])
     }
 }

@@ -106,7 +106,7 @@ fn of_snapshots(run: &Run) -> Result<Vec<Figure>, String> {
             count += 1.0;
         }
     }
-    let mut figures = vec![Figure::told("closest pair over spacing", closest / spacing)];
+    let mut figures = vec![Figure::reported("closest pair over spacing", closest / spacing)];
     if count > 1.0 && spacing == 0.004 && run.member.scheme == "recommended" {
         let noise = f64::sqrt(squares / count);
         figures.push(Figure::judged(

@@ -28,7 +28,7 @@ impl Case for DamBreakPressure {
         let goal = if run.member.spacing > 0.0101 { Goal::None } else { Goal::Between(0.46, 0.62) };
         Ok(vec![
             Figure::judged("mean p/(rho g H) at 0.2 H", mean("at_02")?, goal),
-            Figure::told("mean p/(rho g H) at 0.267 H", mean("at_0267")?),
+            Figure::reported("mean p/(rho g H) at 0.267 H", mean("at_0267")?),
             Figure::judged("particles lost", run.lost(), Goal::AtMost(0.0)),
         ])
     }

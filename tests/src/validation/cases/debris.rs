@@ -96,23 +96,23 @@ impl Case for Debris {
                 times.last().copied().unwrap_or(f64::NAN),
                 Goal::AtLeast(0.599),
             ),
-            Figure::told("bore at the plate [s]", arrival),
-            Figure::told("first piece at the plate [s]", touch),
-            Figure::told(
+            Figure::reported("bore at the plate [s]", arrival),
+            Figure::reported("first piece at the plate [s]", touch),
+            Figure::reported(
                 "impulse on the plate from the bore's arrival on [N s/m]",
                 gain(&plate, arrival, end),
             ),
             Figure::compared("the same over what debris and water lost", over((arrival, end)), 1.0, 0.01),
-            Figure::told(
+            Figure::reported(
                 "impulse on the plate, 20 ms before to 100 ms after the first touch [N s/m]",
                 gain(&plate, blow.0, blow.1),
             ),
             Figure::compared("the same over what debris and water lost then", over(blow), 1.0, 0.01),
-            Figure::told(
+            Figure::reported(
                 "impulse of the stabilisers from the arrival on, over that on the plate",
                 gain(&stabilisers, arrival, end) / gain(&plate, arrival, end),
             ),
-            Figure::told(
+            Figure::reported(
                 "largest displacement of the tip [m]",
                 series::largest(run.column("tip_displacement_x_m")?),
             ),
@@ -135,7 +135,7 @@ impl Case for Debris {
         ];
         for piece in PIECES {
             let x = series::largest(run.column(&format!("{piece}_centre_x_m"))?);
-            figures.push(Figure::told(
+            figures.push(Figure::reported(
                 format!("furthest centre of the {piece} before the plate [m]"),
                 PLATE - x,
             ));

@@ -140,15 +140,15 @@ impl Case for Gate {
                 longest(&chord),
                 Goal::AtMost(0.080),
             ),
-            Figure::told("shortest distance, middle of the thickness [m]", shortest(&middle)),
-            Figure::told("longest distance, middle of the thickness [m]", longest(&middle)),
-            Figure::told("largest displacement of the edge along x [m]", largest),
-            Figure::told("at [s]", series::first_reach(&x, largest)),
-            Figure::told(
+            Figure::reported("shortest distance, middle of the thickness [m]", shortest(&middle)),
+            Figure::reported("longest distance, middle of the thickness [m]", longest(&middle)),
+            Figure::reported("largest displacement of the edge along x [m]", largest),
+            Figure::reported("at [s]", series::first_reach(&x, largest)),
+            Figure::reported(
                 "rms distance of x from another code's, over its largest",
                 distance(&x, &other, 0.4),
             ),
-            Figure::told(
+            Figure::reported(
                 "rms distance of y from another code's, over its largest",
                 distance(&y, &other_y, 0.4),
             ),
@@ -198,10 +198,10 @@ impl Case for Obstacle {
         let (other_when, other_peak) = first_peak(&other);
         let mut figures = soundness(run, 0.7)?;
         figures.extend([
-            Figure { reference: Some(other_peak), ..Figure::told("first peak of the tip [m]", peak) },
-            Figure { reference: Some(other_when), ..Figure::told("at [s]", when) },
-            Figure::told("tip moves by 1 mm at [s]", series::first_reach(&tip, 1e-3)),
-            Figure::told(
+            Figure { reference: Some(other_peak), ..Figure::reported("first peak of the tip [m]", peak) },
+            Figure { reference: Some(other_when), ..Figure::reported("at [s]", when) },
+            Figure::reported("tip moves by 1 mm at [s]", series::first_reach(&tip, 1e-3)),
+            Figure::reported(
                 "rms distance from another code's until 0.6 s, over its largest",
                 distance(&tip, &other, 0.6),
             ),

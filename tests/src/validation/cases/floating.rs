@@ -42,10 +42,10 @@ pub(super) fn coupling(run: &Run) -> Vec<Figure> {
     let worst = |what: &str| number(&format!("/ledger/largest_{what}/value"));
     let residual = worst("fluid_momentum_residual").max(worst("solid_momentum_residual"));
     vec![
-        Figure::told("steps", number("/steps")),
-        Figure::told("smallest step [s]", number("/time_step/smallest_s")),
-        Figure::told("largest step [s]", number("/time_step/largest_s")),
-        Figure::told(
+        Figure::reported("steps", number("/steps")),
+        Figure::reported("smallest step [s]", number("/time_step/smallest_s")),
+        Figure::reported("largest step [s]", number("/time_step/largest_s")),
+        Figure::reported(
             "sub-steps of the solids per step, mean",
             number("/solid/counts/substeps") / number("/steps"),
         ),
@@ -86,10 +86,10 @@ impl Case for DensityRatio {
         }
         let end = run.column("t_s")?.last().copied().unwrap_or(f64::NAN);
         let mut figures = vec![
-            Figure::told("density over that of water", ratio(run)?),
+            Figure::reported("density over that of water", ratio(run)?),
             Figure::judged("reached time [s]", end, Goal::AtLeast(0.5)),
             Figure::judged("particles lost", run.lost(), Goal::AtMost(0.0)),
-            Figure::told(
+            Figure::reported(
                 "deepest centre [m]",
                 run.column("block_centre_y_m")?.into_iter().fold(f64::INFINITY, f64::min),
             ),
@@ -181,8 +181,8 @@ impl Case for Draught {
         let angle = series::mean(&turned, 0.5, 0.8);
         let mut figures = vec![
             Figure::compared("draught, mean over 0.5 to 0.8 s [m]", draught, DRAUGHT, 0.02),
-            Figure::told("span of the heave then, over the draught", span / DRAUGHT),
-            Figure::told("largest angle [rad]", largest),
+            Figure::reported("span of the heave then, over the draught", span / DRAUGHT),
+            Figure::reported("largest angle [rad]", largest),
             // Half a degree. One too narrow falls over; one on rails cannot turn.
             Figure::judged("angle, mean over 0.5 to 0.8 s [rad]", angle, Goal::Between(-0.009, 0.009)),
             Figure::judged("particles lost", run.lost(), Goal::AtMost(0.0)),
@@ -229,8 +229,8 @@ impl Case for LightFloat {
             Figure::compared("draught, mean over 0.25 to 0.5 s [m]", draught, FLOAT_DRAUGHT, 0.02),
             // The speed of sound over 1000: water that finds its balance moves at some mm/s, a float that hops at 1 m/s.
             Figure::judged("largest speed of the float [m/s]", speed, Goal::AtMost(0.015)),
-            Figure::told("iterations a step, mean", run.count("/iterations/mean")?),
-            Figure::told("iterations a step, most", run.count("/iterations/largest")?),
+            Figure::reported("iterations a step, mean", run.count("/iterations/mean")?),
+            Figure::reported("iterations a step, most", run.count("/iterations/largest")?),
             Figure::judged(
                 "steps that had not settled",
                 run.count("/iterations/unsettled_steps")?,

@@ -46,12 +46,12 @@ impl Case for SpinningSquare {
         let updated = run.member.scheme == "updated-lagrangian";
         let allowed = if updated { 5e-3 } else { 1e-4 };
         let mut figures = vec![
-            Figure::told("revolutions", turns),
+            Figure::reported("revolutions", turns),
             Figure::judged("angular momentum lost per revolution", drift(&spin), Goal::AtMost(allowed)),
         ];
         let name = "change of energy per revolution";
         figures.push(match updated {
-            true => Figure::told(name, drift(&energy)),
+            true => Figure::reported(name, drift(&energy)),
             false => Figure::judged(name, drift(&energy), Goal::AtMost(5e-3)),
         });
         figures.push(cost(run)?);
@@ -114,13 +114,13 @@ impl Case for Rings {
             // Round-off, which contact multiplies.
             Figure::judged("departure from mirror symmetry at the end [dx]", asymmetry, Goal::AtMost(1e-6)),
         ];
-        // The document's solid tears; what is left of it is told.
+        // The updated-Lagrangian solid of the source paper tears; what is left of it is reported.
         let judged = judged.map(|figure| if total { figure } else { figure.report_only() });
         let deepest = run.count("/solid/counts/deepest_contact_m")? / run.member.spacing;
         let mut figures = judged.to_vec();
         figures.extend([
             Figure::judged("momentum over that of a ring", stray, Goal::AtMost(1e-12)),
-            Figure::told("deepest contact [dx]", deepest),
+            Figure::reported("deepest contact [dx]", deepest),
             cost(run)?,
         ]);
         Ok(figures)

@@ -60,11 +60,11 @@ impl Case for Hard {
         let end = run.column("t_s")?.last().copied().unwrap_or(f64::NAN);
         if let Some(reason) = run.stopped() {
             terminal::say(format_args!("  {} stopped: {reason}", run.member.label()));
-            return Ok(vec![Figure::told("stopped with a diagnosis at [s]", end)]);
+            return Ok(vec![Figure::reported("stopped with a diagnosis at [s]", end)]);
         }
         let mut figures = vec![
             Figure::judged("particles lost", run.lost(), Goal::AtMost(0.0)),
-            Figure::told("reached time [s]", end),
+            Figure::reported("reached time [s]", end),
         ];
         // Elsewhere walls or body forces do work.
         if CLOSED.contains(&run.member.file) {

@@ -72,7 +72,7 @@ impl Case for SolidHard {
         Ok(vec![
             Figure::judged("periods run", end / expected, Goal::AtLeast(4.0)),
             Figure::compared("period [s]", TAU / omega, expected, 0.0).report_only(),
-            Figure::told("loss of amplitude per period", 1.0 - (-rate * TAU / omega).exp()),
+            Figure::reported("loss of amplitude per period", 1.0 - (-rate * TAU / omega).exp()),
             Figure::judged(
                 "rise of energy over the start",
                 energy_ratio(run, "plate")? - 1.0,

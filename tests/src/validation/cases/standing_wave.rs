@@ -40,7 +40,7 @@ impl Case for StandingWave {
         Ok(vec![
             judged("decay of the antinode [1/s]", decay, DECAY, 0.05),
             judged("period of the antinode [s]", 2.0 * PI / omega, PERIOD, 0.01),
-            Figure::told("mean level of the antinode [m]", level),
+            Figure::reported("mean level of the antinode [m]", level),
             Figure::judged("particles lost", run.lost(), Goal::AtMost(0.0)),
         ])
     }

@@ -82,8 +82,8 @@ fn settled(run: &Run) -> Result<Vec<Figure>, String> {
     // The water is a little compressed, by g H/(2 c0²) on average: its weight is that of its mean density.
     let mean_density = fluid().map(|i| mass.values[i]).sum::<f64>() / volume;
     let mut figures = vec![
-        Figure::told("height of the surface [m]", surface),
-        Figure::told("mean density over rest density", mean_density / DENSITY),
+        Figure::reported("height of the surface [m]", surface),
+        Figure::reported("mean density over rest density", mean_density / DENSITY),
     ];
     for (name, height, tolerance) in PROBES {
         let history = run.history(&format!("{name}_pressure_pa"))?;
@@ -114,6 +114,6 @@ fn ringing(run: &Run) -> Result<Vec<Figure>, String> {
             rises as f64,
             Goal::AtMost(0.0),
         ),
-        Figure::told("largest kinetic energy, last second over first", peaks[14] / peaks[0]),
+        Figure::reported("largest kinetic energy, last second over first", peaks[14] / peaks[0]),
     ])
 }

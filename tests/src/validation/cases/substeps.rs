@@ -1,4 +1,4 @@
-//! What sub-steps of the solids save in case 5.2, against lock-step at the document's step.
+//! What sub-steps of the solids save in case 5.2, against lock-step at the time step of the source paper.
 //!
 //! Judged until the body has settled through the floor water: once it touches the floor its path is chaotic.
 
@@ -34,7 +34,7 @@ impl Case for Substeps {
         let mut figures = coupling(run);
         let reached = run.history("body_centre_y_m")?.last().map_or(f64::NAN, |point| point.0);
         figures.push(Figure::judged("reached time [s]", reached, Goal::AtLeast(0.999 * END)));
-        figures.push(Figure::told("CPU time [s]", run.cpu_seconds));
+        figures.push(Figure::reported("CPU time [s]", run.cpu_seconds));
         Ok(figures)
     }
 

@@ -1,4 +1,4 @@
-//! A thin plate between waters of different heights: its load, and whether one water feels the other through it.
+//! A thin plate between water of different heights: its load, and whether one side affects the other through it.
 
 use super::floating::{coupling, rectangle};
 use crate::validation::{Case, Figure, Goal, Member, Run, series};
@@ -35,7 +35,7 @@ impl Case for ThinPlate {
     }
 
     fn about(&self) -> &'static str {
-        "a plate of 2, 3 and 4 rows between two waters: load, and no water feels the other"
+        "a plate of 2, 3 and 4 rows between two regions of water: load, and neither affects the other"
     }
 
     fn members(&self) -> Vec<Member> {

@@ -377,7 +377,7 @@ async fn a_link_must_fit_the_set_up() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn a_run_that_nobody_asks_for_is_closed_after_the_lease() {
+async fn an_idle_run_is_closed_after_the_lease() {
     let options = ServeOptions { lease: Duration::from_millis(100), threads: 1, ..ServeOptions::default() };
     let server = TestServer::with_options(Role::Solid, options);
     let mut client = server.client().await;

@@ -192,7 +192,7 @@ async fn a_coordinator_that_vanishes_frees_both_servers() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn a_run_that_nobody_closes_ends_with_its_connection() {
+async fn an_unclosed_run_ends_with_its_connection() {
     let mut pair = Pair::linked(RUN, 3).await;
     let mut others = [pair.servers[0].client().await, pair.servers[1].client().await];
     let (fluid_commands, mut fluid_events) = pair.fluid.run().await.unwrap();

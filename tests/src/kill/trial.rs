@@ -55,7 +55,7 @@ impl Trials {
             trial.hit(*hit, victim, &out, random);
         }
         let (repeated, mut outcome) = trial.see_through(&out);
-        trial.nobody_is_left();
+        trial.no_process_is_left();
         outcome = outcome.and_then(|()| same_results(&self.bench.path("whole"), &out));
         outcome = outcome.and_then(|()| same_files(&self.bench.path("whole"), &out));
         Some(Made { kills: trial.kills, repeated, outcome })
@@ -175,7 +175,7 @@ impl Trial<'_> {
     }
 
     /// That all servers have ended that were seen.
-    fn nobody_is_left(&self) {
+    fn no_process_is_left(&self) {
         for process in &self.processes {
             soon(&format!("the end of process {process}"), || !runs(*process));
         }

@@ -150,7 +150,7 @@ fn the_budgets_close_over_many_steps_of_a_dam_break() {
 }
 
 #[test]
-fn damping_is_booked_while_it_lasts() {
+fn damping_is_accounted_for_while_it_lasts() {
     let mut setup = random_patch(4);
     setup.damping = Some(Damping { rate: 100.0, until: 1.5e-4 });
     let mut solver = solver(setup);

@@ -129,7 +129,7 @@ fn energies_are_those_of_the_particles_that_are_left() {
 }
 
 #[test]
-fn leaving_through_an_open_side_is_outflow_and_booked_in_the_next_step() {
+fn leaving_through_an_open_side_is_outflow_and_accounted_for_in_the_next_step() {
     let mut setup = falling(10.0);
     setup.outflow.lower[1] = true;
     let momentum = setup.particles.velocity[1] * setup.particles.mass[1];

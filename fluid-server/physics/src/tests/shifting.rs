@@ -109,7 +109,7 @@ fn spray_is_not_shifted() {
 }
 
 #[test]
-fn tensile_control_acts_on_negative_pressure_only_and_is_booked() {
+fn tensile_control_acts_on_negative_pressure_only_and_is_accounted_for() {
     let accounted = |density: f64| {
         let mut setup = stirred();
         setup.particles.density.fill(density);

@@ -229,7 +229,7 @@ fn repulsion_holds_a_particle_that_the_pair_forces_let_through() {
 }
 
 #[test]
-fn repulsion_leaves_water_at_rest_on_its_lattice_alone_and_is_booked() {
+fn repulsion_leaves_water_at_rest_on_its_lattice_alone_and_is_accounted_for() {
     let account = |repulsion: f64, height: f64| {
         let mut setup = moving_water(WallCondition::Slip);
         setup.wall_repulsion = repulsion;

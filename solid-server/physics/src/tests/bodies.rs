@@ -96,7 +96,7 @@ fn a_body_drifting_across_a_periodic_side_does_not_notice() {
 }
 
 #[test]
-fn damping_is_booked_and_ends() {
+fn damping_is_accounted_for_and_ends() {
     let mut setup = scene(SPACING);
     add_elastic(&mut setup, &block(Vector::zeros(), 6, 4, SPACING));
     set_velocity(&mut setup, |_| Vector::new(1.0, 0.0));

@@ -12,6 +12,7 @@ use serde::{Deserialize, Serialize};
 #[cfg(target_arch = "x86_64")]
 mod avx2;
 mod portable;
+mod scalar;
 
 #[cfg(test)]
 mod tests;
@@ -19,14 +20,14 @@ mod tests;
 /// Number of lanes.
 pub const WIDTH: usize = 4;
 
-/// One number for each of [`WIDTH`] particles.
-pub trait Lanes:
+/// A real number, or one for each of [`WIDTH`] particles: what laws are written over.
+pub trait Real:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self>
 {
-    /// Zero in each lane.
+    /// Zero.
     fn zero() -> Self;
 
-    /// The same number in each lane.
+    /// `value`, in each lane.
     fn splat(value: f64) -> Self;
 
     /// Four numbers, each in all lanes of a result.
@@ -34,12 +35,6 @@ pub trait Lanes:
     fn splat_each([a, b, c, d]: [f64; 4]) -> [Self; 4] {
         [Self::splat(a), Self::splat(b), Self::splat(c), Self::splat(d)]
     }
-
-    /// The numbers of an array.
-    fn from_array(values: [f64; WIDTH]) -> Self;
-
-    /// The lanes as an array.
-    fn to_array(self) -> [f64; WIDTH];
 
     /// `self + a·b`, rounded once where the path fuses.
     fn plus_product(self, a: Self, b: Self) -> Self;
@@ -50,17 +45,26 @@ pub trait Lanes:
     /// Square root.
     fn sqrt(self) -> Self;
 
-    /// The larger of each lane and that of `other`; NaN may give either.
+    /// The larger of `self` and `other`; NaN may give either.
     fn max(self, other: Self) -> Self;
 
-    /// The smaller of each lane and that of `other`; NaN may give either.
+    /// The smaller of `self` and `other`; NaN may give either.
     fn min(self, other: Self) -> Self;
-
-    /// Bit l is set where lane l of `self` is below that of `other`.
-    fn below(self, other: Self) -> u8;
 
     /// `yes` where `self` is below `limit`, else `no`.
     fn choose_below(self, limit: Self, yes: Self, no: Self) -> Self;
+}
+
+/// One number for each of [`WIDTH`] particles.
+pub trait Lanes: Real {
+    /// The numbers of an array.
+    fn from_array(values: [f64; WIDTH]) -> Self;
+
+    /// The lanes as an array.
+    fn to_array(self) -> [f64; WIDTH];
+
+    /// Bit l is set where lane l of `self` is below that of `other`.
+    fn below(self, other: Self) -> u8;
 
     /// Transposes: lane l of result k is `rows[l][k]`.
     fn columns(rows: [&[f64; 4]; WIDTH]) -> [Self; 4];

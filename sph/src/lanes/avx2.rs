@@ -15,7 +15,7 @@ use std::arch::x86_64::{
 };
 use std::ops::{Add, Div, Mul, Sub};
 
-use super::{LanePass, Lanes, WIDTH};
+use super::{LanePass, Lanes, Real, WIDTH};
 
 /// Whether this processor has AVX2 and FMA.
 pub fn available() -> bool {
@@ -89,7 +89,7 @@ fn split(row: &[f64; 4]) -> [&[f64; 2]; 2] {
     [low, high]
 }
 
-impl Lanes for Avx2 {
+impl Real for Avx2 {
     #[inline(always)]
     fn zero() -> Self {
         Self(unsafe { _mm256_setzero_pd() })
@@ -98,18 +98,6 @@ impl Lanes for Avx2 {
     #[inline(always)]
     fn splat(value: f64) -> Self {
         Self(unsafe { _mm256_set1_pd(value) })
-    }
-
-    #[inline(always)]
-    fn from_array(values: [f64; WIDTH]) -> Self {
-        Self(unsafe { _mm256_loadu_pd(values.as_ptr()) })
-    }
-
-    #[inline(always)]
-    fn to_array(self) -> [f64; WIDTH] {
-        let mut values = [0.0; WIDTH];
-        unsafe { _mm256_storeu_pd(values.as_mut_ptr(), self.0) };
-        values
     }
 
     #[inline(always)]
@@ -138,14 +126,28 @@ impl Lanes for Avx2 {
     }
 
     #[inline(always)]
-    fn below(self, other: Self) -> u8 {
-        // Four bits, one for each lane.
-        (unsafe { _mm256_movemask_pd(_mm256_cmp_pd::<_CMP_LT_OQ>(self.0, other.0)) }) as u8
+    fn choose_below(self, limit: Self, yes: Self, no: Self) -> Self {
+        Self(unsafe { _mm256_blendv_pd(no.0, yes.0, _mm256_cmp_pd::<_CMP_LT_OQ>(self.0, limit.0)) })
+    }
+}
+
+impl Lanes for Avx2 {
+    #[inline(always)]
+    fn from_array(values: [f64; WIDTH]) -> Self {
+        Self(unsafe { _mm256_loadu_pd(values.as_ptr()) })
     }
 
     #[inline(always)]
-    fn choose_below(self, limit: Self, yes: Self, no: Self) -> Self {
-        Self(unsafe { _mm256_blendv_pd(no.0, yes.0, _mm256_cmp_pd::<_CMP_LT_OQ>(self.0, limit.0)) })
+    fn to_array(self) -> [f64; WIDTH] {
+        let mut values = [0.0; WIDTH];
+        unsafe { _mm256_storeu_pd(values.as_mut_ptr(), self.0) };
+        values
+    }
+
+    #[inline(always)]
+    fn below(self, other: Self) -> u8 {
+        // Four bits, one for each lane.
+        (unsafe { _mm256_movemask_pd(_mm256_cmp_pd::<_CMP_LT_OQ>(self.0, other.0)) }) as u8
     }
 
     #[inline(always)]

@@ -2,7 +2,7 @@
 
 use std::ops::{Add, Div, Mul, Sub};
 
-use super::{Lanes, WIDTH};
+use super::{Lanes, Real, WIDTH};
 
 /// Lanes as an array.
 #[derive(Clone, Copy, Debug)]
@@ -49,7 +49,7 @@ impl Div for Portable {
     }
 }
 
-impl Lanes for Portable {
+impl Real for Portable {
     #[inline(always)]
     fn zero() -> Self {
         Self([0.0; WIDTH])
@@ -58,16 +58,6 @@ impl Lanes for Portable {
     #[inline(always)]
     fn splat(value: f64) -> Self {
         Self([value; WIDTH])
-    }
-
-    #[inline(always)]
-    fn from_array(values: [f64; WIDTH]) -> Self {
-        Self(values)
-    }
-
-    #[inline(always)]
-    fn to_array(self) -> [f64; WIDTH] {
-        self.0
     }
 
     #[inline(always)]
@@ -97,15 +87,27 @@ impl Lanes for Portable {
     }
 
     #[inline(always)]
-    fn below(self, other: Self) -> u8 {
-        let bit = |l: usize| u8::from(self.0[l] < other.0[l]) << l;
-        bit(0) | bit(1) | bit(2) | bit(3)
-    }
-
-    #[inline(always)]
     fn choose_below(self, limit: Self, yes: Self, no: Self) -> Self {
         let lane = |l: usize| if self.0[l] < limit.0[l] { yes.0[l] } else { no.0[l] };
         Self([lane(0), lane(1), lane(2), lane(3)])
+    }
+}
+
+impl Lanes for Portable {
+    #[inline(always)]
+    fn from_array(values: [f64; WIDTH]) -> Self {
+        Self(values)
+    }
+
+    #[inline(always)]
+    fn to_array(self) -> [f64; WIDTH] {
+        self.0
+    }
+
+    #[inline(always)]
+    fn below(self, other: Self) -> u8 {
+        let bit = |l: usize| u8::from(self.0[l] < other.0[l]) << l;
+        bit(0) | bit(1) | bit(2) | bit(3)
     }
 
     #[inline(always)]

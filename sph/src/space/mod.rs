@@ -2,6 +2,7 @@
 
 pub mod domain;
 pub mod geometry;
+pub mod principal;
 
 use nalgebra::{Matrix2, Vector2};
 use serde::{Deserialize, Serialize};

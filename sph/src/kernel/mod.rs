@@ -1,10 +1,21 @@
 //! The cubic spline kernel in two dimensions, Eq. (10)-(11).
 
 mod pair;
+pub mod shape;
 
 use crate::space::Vector;
+use shape::{Slope, Spline};
 
 pub use pair::{KernelLanes, PairKernel};
+
+/// Distances below this fraction of h count as this fraction: keeps 1/r finite at r = 0, where the factor of x_ij
+/// stays right to 1e-8.
+const SMALLEST_RATIO: f64 = 1e-8;
+
+/// `factor` over the integral of the spline over the plane, in units of h²: 10/(7π) times `factor`.
+fn normalised(factor: f64) -> f64 {
+    factor * 10.0 / (7.0 * std::f64::consts::PI)
+}
 
 /// Cubic spline W(r, h) with support radius 2h.
 ///
@@ -23,8 +34,8 @@ pub use pair::{KernelLanes, PairKernel};
 pub struct CubicSpline {
     smoothing_length: f64,
     inverse_h: f64,
-    norm: f64,
-    gradient_norm: f64,
+    value: Spline<f64>,
+    slope: Slope<f64>,
 }
 
 impl CubicSpline {
@@ -34,8 +45,9 @@ impl CubicSpline {
     /// A kernel of `smoothing_length` h \[m\].
     pub fn new(smoothing_length: f64) -> Self {
         let inverse_h = 1.0 / smoothing_length;
-        let norm = 10.0 / (7.0 * std::f64::consts::PI) * inverse_h * inverse_h;
-        Self { smoothing_length, inverse_h, norm, gradient_norm: norm * inverse_h * inverse_h }
+        let norm = normalised(inverse_h.powi(2));
+        let slope = Slope::scaled(norm * inverse_h.powi(2));
+        Self { smoothing_length, inverse_h, value: Spline::scaled(norm), slope }
     }
 
     /// Smoothing length h \[m\].
@@ -51,22 +63,16 @@ impl CubicSpline {
     /// W \[1/m²\] at `distance` r \[m\], Eq. (10)-(11).
     #[inline]
     pub fn value(&self, distance: f64) -> f64 {
-        let s = distance * self.inverse_h;
-        let outer = (2.0 - s).max(0.0);
-        let inner = (1.0 - s).max(0.0);
-        // (2−s)³/4 − (1−s)³ is 1 − 3/2 s² + 3/4 s³ for s < 1: one form without a branch.
-        self.norm * (0.25 * outer * outer * outer - inner * inner * inner)
+        self.value.at(distance * self.inverse_h)
     }
 
     /// (dW/dr)/r \[1/m⁴\] at `distance` r \[m\], so that ∇_i W_ij = `gradient_factor` · x_ij.
     ///
-    /// Finite at r = 0, where it is −3·10/(7π h⁴).
+    /// Finite at r = 0, where it is −3·10/(7π h⁴) to 1e-8.
     #[inline]
     pub fn gradient_factor(&self, distance: f64) -> f64 {
-        let s = distance * self.inverse_h;
-        let outer = (2.0 - s).max(0.0);
-        let factor = if s < 1.0 { -3.0 + 2.25 * s } else { -0.75 * outer * outer / s };
-        self.gradient_norm * factor
+        let s = (distance * self.inverse_h).max(SMALLEST_RATIO);
+        self.slope.at(s) / s
     }
 
     /// ∇_i W_ij \[1/m³\] for x_ij = x_i − x_j at distance r \[m\].

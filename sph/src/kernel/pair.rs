@@ -1,13 +1,10 @@
 //! The gradient of the cubic spline for four pairs at a time.
 
-use super::CubicSpline;
+use super::shape::Slope;
+use super::{CubicSpline, SMALLEST_RATIO, normalised};
 use crate::lanes::Lanes;
 
-/// Distances below this fraction of h count as this fraction: keeps 1/r finite at r = 0, where the factor of x_ij
-/// stays right to 1e-8.
-const SMALLEST_RATIO: f64 = 1e-8;
-
-/// The gradient of the cubic spline, Eq. (11), in a form without branches.
+/// The gradient of the cubic spline, Eq. (11) for four pairs at a time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PairKernel {
     inverse_h: f64,
@@ -18,7 +15,7 @@ impl PairKernel {
     /// The gradient of `kernel` times `scale`, which is 1/M where the lattice moment M corrects it.
     pub fn new(kernel: &CubicSpline, scale: f64) -> Self {
         let inverse_h = 1.0 / kernel.smoothing_length();
-        let norm = scale * 10.0 / (7.0 * std::f64::consts::PI) * inverse_h.powi(4);
+        let norm = normalised(scale) * inverse_h.powi(4);
         Self { inverse_h, norm }
     }
 
@@ -28,8 +25,7 @@ impl PairKernel {
         KernelLanes {
             inverse_h: L::splat(self.inverse_h),
             smallest: L::splat(SMALLEST_RATIO),
-            inner: L::splat(3.0 * self.norm),
-            outer: L::splat(0.75 * self.norm),
+            slope: Slope::scaled(self.norm),
         }
     }
 }
@@ -39,23 +35,15 @@ impl PairKernel {
 pub struct KernelLanes<L> {
     inverse_h: L,
     smallest: L,
-    inner: L,
-    outer: L,
+    slope: Slope<L>,
 }
 
 impl<L: Lanes> KernelLanes<L> {
-    /// s and s h⁴·7π/10·(dW/dr)/r at r² \[m²\]; the second is exactly zero from 2h on.
-    ///
-    /// ```text
-    /// h⁴·7π/10·(dW/dr)/r = [3·max(1−s, 0)² − 3/4·max(2−s, 0)²]/s,  s = r/h
-    /// ```
+    /// s = r/h and s·(dW/dr)/r \[1/m⁴\] at r² \[m²\]; the second is exactly zero from 2h on.
     #[inline(always)]
     pub fn slope(&self, square: L) -> (L, L) {
         let s = (self.inverse_h * square.sqrt()).max(self.smallest);
-        let outer = (L::splat(2.0) - s).max(L::zero());
-        let inner = (L::splat(1.0) - s).max(L::zero());
-        let slope = self.inner * (inner * inner);
-        (s, slope.minus_product(self.outer * outer, outer))
+        (s, self.slope.at(s))
     }
 
     /// (dW/dr)/r \[1/m⁴\] at r² \[m²\], so that ∇_i W_ij is this times x_ij; exactly zero from 2h on.

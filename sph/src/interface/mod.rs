@@ -11,6 +11,7 @@ use rayon::prelude::*;
 use crate::coupling::exchange::InterfaceStates;
 use crate::coupling::ledger::InterfaceSums;
 use crate::kernel::CubicSpline;
+use crate::laws::artificial_viscosity::ArtificialViscosity;
 use crate::laws::equation_of_state::Tait;
 use crate::laws::repulsion::Repulsion;
 use crate::prescribed::body_force::BodyForceField;
@@ -54,10 +55,7 @@ struct PairLaw {
     /// 1/M or 1: fluid-solid pairs never use L_i, which needs second neighbours.
     gradient_scale: f64,
     rest_density: f64,
-    sound_speed: f64,
-    viscosity_a: f64,
-    viscosity_b: f64,
-    lambda: f64,
+    artificial_viscosity: ArtificialViscosity,
     dynamic_viscosity: f64,
     /// Repulsion of close pairs.
     repulsion: Repulsion,
@@ -81,10 +79,7 @@ impl Interface {
                 equation_of_state: Tait::new(fluid.rest_density, fluid.sound_speed, fluid.exponent),
                 gradient_scale,
                 rest_density: fluid.rest_density,
-                sound_speed: fluid.sound_speed,
-                viscosity_a: fluid.viscosity_a,
-                viscosity_b: fluid.viscosity_b,
-                lambda: fluid.lambda,
+                artificial_viscosity: fluid.artificial_viscosity(),
                 dynamic_viscosity: fluid.dynamic_viscosity,
                 repulsion: Repulsion::new(
                     coupling.repulsion,
@@ -269,16 +264,18 @@ impl PairLaw {
         let masses = fluid.mass[f] * dummy.mass;
         let v_fs = fluid.velocity[f] - solid.velocity[s];
         let approach = v_fs.dot(x_fs);
-        let regular_square = distance * distance + self.lambda * self.kernel.smoothing_length().powi(2);
-        let viscosity = self.artificial_viscosity(approach, regular_square, 0.5 * (rho_f + rho_s));
+        let square = distance * distance;
+        // Π_fs of Eq. (23).
+        let viscosity = self.artificial_viscosity.pressure(approach, square) / (0.5 * (rho_f + rho_s));
         let central = fluid.mass[f] * self.repulsion(distance, approach)
             - masses * ((fluid.pressure[f] + dummy.pressure) / (rho_f * rho_s) + viscosity) * gradient_factor;
         match self.law {
             InterfaceLaw::Wall => x_fs * central,
             InterfaceLaw::WallNoSlip => {
                 // Morris, Fox & Zhu 1997: 2 μ (x·∇W)/(ρ_f ρ_s r²) v_fs.
-                let friction = masses * 2.0 * self.dynamic_viscosity * distance * distance * gradient_factor
-                    / (rho_f * rho_s * regular_square);
+                let regularised = self.artificial_viscosity.regularised(square);
+                let friction = masses * 2.0 * self.dynamic_viscosity * square * gradient_factor
+                    / (rho_f * rho_s * regularised);
                 x_fs * central + v_fs * friction
             }
             InterfaceLaw::PlainSum => {
@@ -299,16 +296,6 @@ impl PairLaw {
             return 0.0;
         }
         self.repulsion.acceleration(distance, approach / distance) / distance
-    }
-
-    /// Π_ij of Eq. (23)-(24), zero for receding particles.
-    #[inline]
-    fn artificial_viscosity(&self, approach: f64, regular_square: f64, mean_density: f64) -> f64 {
-        if approach >= 0.0 {
-            return 0.0;
-        }
-        let theta = self.kernel.smoothing_length() * approach / regular_square;
-        (self.viscosity_b * theta - self.viscosity_a * self.sound_speed) * theta / mean_density
     }
 }
 

@@ -1,4 +1,5 @@
 //! Laws that both sides of an interface evaluate.
 
+pub mod artificial_viscosity;
 pub mod equation_of_state;
 pub mod repulsion;

@@ -1,6 +1,7 @@
 //! Set-up of a fluid solver.
 
 use super::{Damping, Outflow, RunSetup, WallParticles, WallSetup};
+use crate::laws::artificial_viscosity::ArtificialViscosity;
 use crate::space::Vector;
 
 /// Equation of state and pair constants of a fluid.
@@ -41,6 +42,12 @@ const MIDPOINT_FRACTIONS: (f64, f64) = (1.0, 0.6);
 const LEAPFROG_FRACTION: f64 = 1.2;
 
 impl FluidConstants {
+    /// The artificial viscosity of this fluid.
+    pub fn artificial_viscosity(&self) -> ArtificialViscosity {
+        let linear = self.viscosity_a * self.sound_speed;
+        ArtificialViscosity::new(self.smoothing_length, linear, self.viscosity_b, self.lambda)
+    }
+
     /// Acoustic limit of the time step \[s\] at the largest speed `speed` \[m/s\], with the coefficient α of the
     /// acoustic damper.
     ///

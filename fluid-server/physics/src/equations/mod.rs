@@ -1,8 +1,10 @@
 //! Laws of a pair and of a particle.
 
 pub mod anti_pairing;
+pub mod continuity;
 pub mod correction;
 pub mod damper;
+pub mod diffusion;
 pub mod neighbour_sums;
 pub mod pair;
 pub mod stress;

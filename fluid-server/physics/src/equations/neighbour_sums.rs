@@ -126,12 +126,14 @@ impl<L: Lanes> LaneSums<L> {
             *yy = yy.minus_product(v_y, weight_y);
         }
         if W::REGULARISATION {
-            let (factor, nearness) = law.ratio.pairing(s);
+            let factor = law.ratio.pairing(s);
             self.concentration = [self.concentration[0] + weight_x, self.concentration[1] + weight_y];
             let [p_x, p_y] = &mut self.pairing;
             *p_x = p_x.plus_product(factor, weight_x);
             *p_y = p_y.plus_product(factor, weight_y);
             if kind == NeighbourKind::Fluid {
+                // 1 up to r = h, from there falling to 0 at 2h.
+                let nearness = (L::splat(2.0) - s).max(L::zero()).min(L::splat(1.0));
                 let square_speed = (v_x * v_x).plus_product(v_y, v_y);
                 self.square_speed = self.square_speed.max(nearness * nearness * square_speed);
             }

@@ -2,8 +2,10 @@
 
 use sph::kernel::KernelLanes;
 use sph::lanes::Lanes;
+use sph::laws::artificial_viscosity::ArtificialViscosity;
 use sph::space::Vector;
 
+use super::diffusion::{bracketed, plain};
 use super::terms::PairTerms;
 use super::viscosity::drag;
 use crate::neighbours::batch::NeighbourBatch;
@@ -13,23 +15,14 @@ use crate::system::model::PairLaw;
 #[derive(Clone, Copy, Debug)]
 pub struct LawLanes<L> {
     kernel: KernelLanes<L>,
-    smoothing_length: L,
-    regularisation: L,
-    viscosity_a: L,
-    viscosity_b: L,
+    viscosity: ArtificialViscosity<L>,
 }
 
 impl<L: Lanes> LawLanes<L> {
     /// The constants of `law` in each lane.
     #[inline(always)]
     pub fn new(law: &PairLaw) -> Self {
-        Self {
-            kernel: law.kernel.lanes(),
-            smoothing_length: L::splat(law.smoothing_length),
-            regularisation: L::splat(law.regularisation),
-            viscosity_a: L::splat(law.viscosity_a),
-            viscosity_b: L::splat(law.viscosity_b),
-        }
+        Self { kernel: law.kernel.lanes(), viscosity: law.viscosity.lanes() }
     }
 }
 
@@ -124,26 +117,24 @@ impl<L: Lanes> PairSums<L> {
 
         // One division for 1/s of the kernel, 1/(x² + λh²) and 1/(ρ_i + ρ_j).
         let (s, slope) = law.kernel.slope(square);
-        let (regularised, density_sum) = (square + law.regularisation, rho + density);
+        let (regularised, density_sum) = (law.viscosity.regularised(square), rho + density);
         let both = regularised * density_sum;
         let inverse = L::splat(1.0) / (s * both);
         let weight = volume * slope * (both * inverse);
         let inverse = s * inverse;
         let regular = inverse * density_sum;
 
-        // Π_ij of Eq. (23)-(24) times ρ_i ρ_j; θ is zero for receding pairs.
-        let theta = law.smoothing_length * (approach.min(L::zero()) * regular);
+        // ρ_i ρ_j Π_ij of Eq. (23), with ρ_i ρ_j/ρ̄ = 2 ρ_i ρ_j/(ρ_i + ρ_j).
         let twice_reduced = own.twice_density * density * (inverse * regularised);
-        let slowed = law.viscosity_a.minus_product(law.viscosity_b, theta);
-        let viscosity = theta * slowed * twice_reduced;
+        let viscosity = law.viscosity.pressure_over_density(approach * regular) * twice_reduced;
 
         let [s_x, s_y] = &mut self.stress_divergence;
         if T::TENSOR {
             let t = |k: usize| own.tensor[k] + data.tensor[k];
-            *s_x = s_x.plus_product(weight, (t(0) * x).plus_product(t(1), y).minus_product(viscosity, x));
-            *s_y = s_y.plus_product(weight, (t(2) * x).plus_product(t(3), y).minus_product(viscosity, y));
+            *s_x = s_x.plus_product(weight, (t(0) * x).plus_product(t(1), y).plus_product(viscosity, x));
+            *s_y = s_y.plus_product(weight, (t(2) * x).plus_product(t(3), y).plus_product(viscosity, y));
         } else {
-            let factor = weight * (own.pressure + pressure - viscosity);
+            let factor = weight * (own.pressure + pressure + viscosity);
             *s_x = s_x.plus_product(factor, x);
             *s_y = s_y.plus_product(factor, y);
         }
@@ -163,11 +154,11 @@ impl<L: Lanes> PairSums<L> {
             self.continuity = self.continuity.plus_product(weight, flux);
         }
 
-        let mut psi = own.twice_density.minus_product(L::splat(2.0), density) * (square * regular);
+        let mut psi = plain(own.twice_density, density, square * regular);
         if T::NEIGHBOUR_FIELDS {
             let [g_x, g_y] = own.density_gradient;
             let [g_xj, g_yj] = data.density_gradient;
-            psi = psi.minus_product(g_x + g_xj, x).minus_product(g_y + g_yj, y);
+            psi = bracketed(psi, [g_x + g_xj, g_y + g_yj], [x, y]);
         }
         self.diffusion = self.diffusion.plus_product(weight, psi);
     }

@@ -1,5 +1,8 @@
 //! Matrices of the plane.
 
+use sph::space::SymmetricTensor;
+use sph::space::principal::Principal;
+
 /// Symmetric 2 × 2 matrix: components 11, 12, 22.
 pub type Symmetric = [f64; 3];
 
@@ -17,4 +20,11 @@ pub fn times(m: &Matrix, l: &Symmetric) -> Matrix {
         m[2] * l[0] + m[3] * l[1],
         m[2] * l[1] + m[3] * l[2],
     ]
+}
+
+/// Principal values and directions of `m`.
+#[inline(always)]
+pub fn principal(m: &Symmetric) -> Principal {
+    let [xx, xy, yy] = *m;
+    SymmetricTensor { xx, yy, xy }.principal()
 }

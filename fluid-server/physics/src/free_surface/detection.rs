@@ -9,7 +9,7 @@ use sph::space::Vector;
 use sph::space::geometry::Geometry;
 
 use crate::equations::neighbour_sums::NeighbourSums;
-use crate::equations::tensors::Symmetric;
+use crate::equations::tensors::principal;
 use crate::neighbours::batch::{NeighbourBatch, gather_columns};
 use crate::neighbours::rows::Rows;
 use crate::neighbours::scene::Scene;
@@ -33,7 +33,7 @@ pub const NO_SURFACE_FLAG: f64 = 0.0;
 /// Surface flag of particle `i`.
 #[inline(always)]
 pub fn surface_flag<G: Geometry>(scene: &Scene<G>, i: usize, sums: &NeighbourSums) -> f64 {
-    let eigenvalue = smallest_eigenvalue(&sums.moment);
+    let eigenvalue = principal(&sums.moment).minor;
     if eigenvalue < SURFACE_EIGENVALUE && cone_is_empty(scene, i, sums) {
         eigenvalue - SURFACE_OFFSET
     } else {
@@ -56,12 +56,6 @@ fn cone_is_empty<G: Geometry>(scene: &Scene<G>, i: usize, sums: &NeighbourSums) 
     let all_outside =
         |rows: &Rows, others: &[PackedParticle]| rows.neighbours(i).all(|j| outside(&others[j]));
     all_outside(&lists.fluid, fluid) && all_outside(&lists.walls, walls)
-}
-
-/// Smallest eigenvalue of a moment matrix.
-fn smallest_eigenvalue(moment: &Symmetric) -> f64 {
-    let [xx, xy, yy] = *moment;
-    0.5 * (xx + yy) - (0.25 * (xx - yy).powi(2) + xy * xy).sqrt()
 }
 
 /// A surface flag that has been read.

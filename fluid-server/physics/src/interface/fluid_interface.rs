@@ -11,7 +11,9 @@ use sph::space::domain::Domain;
 use sph::space::geometry::Geometry;
 
 use super::selection::InterfaceSelection;
-use crate::equations::anti_pairing::pairing_of;
+use crate::equations::anti_pairing::Ratio;
+use crate::equations::continuity::density_rate;
+use crate::equations::diffusion::{bracketed, plain};
 use crate::equations::neighbour_sums::NeighbourSums;
 use crate::neighbours::scene::Scene;
 use crate::rates::gradient_pass::PartnerDensity;
@@ -190,7 +192,7 @@ impl FluidInterface {
         }
         let partner_density = self.partner_density();
         let slips = self.coupling.law == InterfaceLaw::Wall;
-        let at_spacing = model.kernel.value(model.constants.particle_spacing);
+        let ratio = Ratio::new(model);
         let Self { interface, domain, neighbour_sums, selection, .. } = self;
         let (states, particles) = (&mut self.states_in_contact, &mut self.particles_in_contact);
         states.clear();
@@ -214,7 +216,7 @@ impl FluidInterface {
                 };
                 let volume = dummy.mass / dummy.density;
                 let gradient_factor = model.gradient_scale * model.kernel.gradient_factor(r);
-                let pairing = pairing_of(model.kernel.value(r) / at_spacing);
+                let pairing = ratio.pairing(r / model.constants.smoothing_length);
                 sums.add_pair(&d, volume * gradient_factor, density, &v_sf, pairing);
             }
         });
@@ -263,11 +265,11 @@ impl FluidInterface {
                     model.cross_gradient_scale * model.kernel.gradient_factor(square.sqrt());
                 let weight = dummy.mass / dummy.density * gradient_factor;
                 continuity += weight * (own.velocity[k] - partner.velocity[s]).dot(&d);
-                let psi = 2.0 * (rho - dummy.density) * square / (square + model.law.regularisation)
-                    - 2.0 * (gradient[0] * d.x + gradient[1] * d.y);
-                exchange += weight * psi;
+                let share = square / model.law.viscosity.regularised(square);
+                let psi = plain(2.0 * rho, dummy.density, share);
+                exchange += weight * bracketed(psi, gradient.map(|g| 2.0 * g), [d.x, d.y]);
             }
-            *rate = flux * rho * continuity + diffusion * exchange;
+            *rate = flux * density_rate(rho, -continuity) + diffusion * exchange;
         });
         for (k, i) in self.selection.members.iter().enumerate() {
             let i = *i as usize;

@@ -10,6 +10,7 @@ use sph::space::geometry::Geometry;
 use super::gradients::{GradientSlices, Gradients, ParticleGradients, Partner};
 use super::particle_rates::Rates;
 use crate::equations::anti_pairing::Ratio;
+use crate::equations::continuity::density_rate;
 use crate::equations::correction::{
     SMALLEST_CORRECTION_DETERMINANT, SMALLEST_GRADIENT_DETERMINANT, in_momentum,
 };
@@ -206,7 +207,7 @@ fn finish<G: Geometry>(scene: &Scene<G>, i: usize, sums: &NeighbourSums) -> Part
         if model.viscosity == Viscosity::Pairwise { corrected(viscosity, sums.mean_moment()) } else { 0.0 };
     let density_rate = if model.is_leapfrog() {
         let [v_xx, .., v_yy] = times(&sums.velocity, &correction);
-        -scene.fluid[i].density() * (v_xx + v_yy)
+        density_rate(scene.fluid[i].density(), v_xx + v_yy)
     } else {
         0.0
     };

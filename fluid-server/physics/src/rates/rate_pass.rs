@@ -10,6 +10,7 @@ use sph::space::{Vector, cross};
 use super::gradients::Gradients;
 use super::particle_rates::{ExternalForces, Rates, StagePart, Wrench};
 use crate::boundary::repulsion::wall_repulsion;
+use crate::equations::continuity::density_rate;
 use crate::equations::pair::{CentreParticle, LawLanes, NeighbourData, PairSums, PairTotals, PairViscosity};
 use crate::equations::stress::{mirrored_stress, momentum_tensor};
 use crate::equations::tensors::{IDENTITY, Matrix, Symmetric};
@@ -259,7 +260,7 @@ impl<G: Geometry, T: PairTerms> LanePass for Evaluate<'_, G, T> {
                 acceleration: by_fluid + by_walls + body - scene.fluid[i].velocity() * damping
                     + regularisation.acceleration,
                 shift: regularisation.shift,
-                density: rho * (sums.continuity + walls.continuity)
+                density: density_rate(rho, -(sums.continuity + walls.continuity))
                     + model.diffusion * (sums.diffusion + walls.diffusion),
             };
             let (m, arm) = (state.mass[i], state.position[i] - origin);

@@ -65,10 +65,7 @@ pub fn build(setup: FluidSetup, arithmetic: Arithmetic) -> Result<(FluidModel, F
         kernel,
         law: PairLaw {
             kernel: PairKernel::new(&kernel, gradient_scale),
-            smoothing_length: h,
-            regularisation: constants.lambda * h * h,
-            viscosity_a: constants.viscosity_a * constants.sound_speed,
-            viscosity_b: constants.viscosity_b,
+            viscosity: constants.artificial_viscosity(),
         },
         gradient_scale,
         cross_gradient_scale,

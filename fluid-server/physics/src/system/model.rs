@@ -2,6 +2,7 @@
 
 use sph::kernel::{CubicSpline, PairKernel};
 use sph::lanes::Arithmetic;
+use sph::laws::artificial_viscosity::ArtificialViscosity;
 use sph::laws::equation_of_state::Tait;
 use sph::laws::repulsion::Repulsion;
 use sph::prescribed::body_force::BodyForceField;
@@ -149,12 +150,6 @@ impl FluidModel {
 pub struct PairLaw {
     /// Kernel gradient.
     pub kernel: PairKernel,
-    /// Smoothing length h \[m\].
-    pub smoothing_length: f64,
-    /// λh² \[m²\].
-    pub regularisation: f64,
-    /// A c₀ \[m/s\].
-    pub viscosity_a: f64,
-    /// B \[-\].
-    pub viscosity_b: f64,
+    /// Artificial viscosity.
+    pub viscosity: ArtificialViscosity,
 }

@@ -53,6 +53,12 @@ impl SymmetricTensor {
         Self { xx: self.xx + other.xx, yy: self.yy + other.yy, xy: self.xy + other.xy }
     }
 
+    /// The same with all components.
+    #[inline]
+    pub fn full(&self) -> Tensor {
+        Tensor::new(self.xx, self.xy, self.xy, self.yy)
+    }
+
     /// Product with a number.
     #[inline]
     pub fn scaled(&self, factor: f64) -> Self {

@@ -1,50 +1,31 @@
 //! Pair forces of a total-Lagrangian body over its fixed neighbours, four at a time.
 
 use sph::lanes::{LanePass, Lanes};
+use sph::laws::artificial_viscosity::ArtificialViscosity;
 use sph::space::geometry::Geometry;
 use sph::space::{Tensor, Vector};
 
 use crate::formulations::reference_forces::ForceUnits;
 use crate::neighbours::stencil::{Stencils, separations, splat, vectors};
 
-/// The artificial viscosity of Eq. (23)-(24) between material points.
+/// The artificial viscosity of Eq. (23)-(24) between material points, of density ρ₀ both.
 #[derive(Clone, Copy, Debug)]
 pub struct Viscosity {
-    /// h \[m\].
-    pub smoothing_length: f64,
-    /// A c_L \[m/s\].
-    pub speed: f64,
-    /// B \[-\].
-    pub quadratic: f64,
+    /// The law.
+    pub law: ArtificialViscosity,
     /// ρ₀ \[kg/m³\].
     pub density: f64,
 }
 
-/// λ of Eq. (24) in total-Lagrangian bodies \[-\]: no key of a case.
-pub const TOTAL_LAGRANGIAN_LAMBDA: f64 = 0.01;
-
 impl Viscosity {
-    /// Force on particle i over a_ij x_ij, at r² = `square` \[m²\] and v_ij·x_ij = `approach` \[m²/s\] \[Pa\].
-    ///
-    /// ```text
-    /// ρ₀ (−A c_L θ + B θ²),  θ = h v_ij·x_ij/(x_ij² + λh²) < 0
-    /// ```
-    #[inline(always)]
-    fn factor<L: Lanes>(&self, square: L, approach: L) -> L {
-        let h = self.smoothing_length;
-        let theta =
-            L::splat(h) * approach.min(L::zero()) / (square + L::splat(TOTAL_LAGRANGIAN_LAMBDA * h * h));
-        let damping = (L::splat(self.quadratic) * theta - L::splat(self.speed)) * theta;
-        L::splat(self.density) * damping
-    }
-
-    /// The same of one pair.
-    pub fn of_pair(&self, square: f64, approach: f64) -> f64 {
-        let h = self.smoothing_length;
-        let theta = h * approach.min(0.0) / (square + TOTAL_LAGRANGIAN_LAMBDA * h * h);
-        self.density * (self.quadratic * theta - self.speed) * theta
+    /// Force of one pair over a_ij x_ij \[Pa\] for v_ij·x_ij = `approach` \[m²/s\] and x_ij² = `square` \[m²\].
+    pub fn pressure(&self, approach: f64, square: f64) -> f64 {
+        self.density * self.law.pressure(approach, square)
     }
 }
+
+/// λ of Eq. (24) in total-Lagrangian bodies \[-\]: no key of a case.
+pub const TOTAL_LAGRANGIAN_LAMBDA: f64 = 0.01;
 
 /// State that the pair forces of a body read.
 #[derive(Clone, Copy)]
@@ -78,15 +59,13 @@ impl<G: Geometry> LanePass for ForcePass<'_, G> {
         for (k, force) in forces.iter_mut().enumerate() {
             *force = match &bonds.viscosity {
                 Some(viscosity) => bonds.force::<L, true>(first + k, viscosity),
-                None => bonds.force::<L, false>(first + k, &Viscosity::NONE),
+                None => bonds.force::<L, false>(first + k, &NO_VISCOSITY),
             };
         }
     }
 }
 
-impl Viscosity {
-    const NONE: Self = Self { smoothing_length: 0.0, speed: 0.0, quadratic: 0.0, density: 0.0 };
-}
+const NO_VISCOSITY: Viscosity = Viscosity { law: ArtificialViscosity::NONE, density: 0.0 };
 
 impl<G: Geometry> Bonds<'_, G> {
     #[inline(always)]
@@ -94,6 +73,7 @@ impl<G: Geometry> Bonds<'_, G> {
         let (own, velocity) = (splat::<L>(&self.position[i]), splat::<L>(&self.velocity[i]));
         let pair_tensor = L::splat_each(entries(&self.pair_tensor[i]));
         let twice = L::splat(2.0 * self.units.hourglass);
+        let (law, density) = (viscosity.law.lanes::<L>(), L::splat(viscosity.density));
         // Elastic x, y in units of the modulus, viscous x, y.
         let mut sums = [L::zero(); 4];
         for batch in self.stencils.of(i) {
@@ -109,7 +89,7 @@ impl<G: Geometry> Bonds<'_, G> {
             if VISCOUS {
                 let [v_x, v_y] = vectors::<L>(self.velocity, batch.neighbours);
                 let approach = ((velocity[0] - v_x) * x).plus_product(velocity[1] - v_y, y);
-                let factor = weight * viscosity.factor((x * x).plus_product(y, y), approach);
+                let factor = weight * density * law.pressure(approach, (x * x).plus_product(y, y));
                 sums[2] = sums[2].plus_product(factor, x);
                 sums[3] = sums[3].plus_product(factor, y);
             }

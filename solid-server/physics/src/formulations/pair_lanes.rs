@@ -1,11 +1,13 @@
 //! The sums of [`SumLaw`] over the particles of one body, four neighbours at a time.
 
 use sph::kernel::KernelLanes;
+use sph::kernel::shape::Spline;
 use sph::lanes::{LanePass, Lanes, WIDTH};
+use sph::laws::artificial_viscosity::ArtificialViscosity;
 use sph::space::geometry::Geometry;
 use sph::space::{SymmetricTensor, Tensor, Vector};
 
-use crate::formulations::pair_law::{PairSums, SumLaw};
+use crate::formulations::pair_law::{PairSums, SumLaw, fourth_power};
 use crate::neighbours::lists::Rows;
 use crate::neighbours::stencil::{splat, vectors};
 
@@ -63,12 +65,9 @@ struct LawLanes<'a, L, const ARTIFICIAL: bool> {
     law: &'a SumLaw,
     kernel: KernelLanes<L>,
     square_support: f64,
-    smoothing_length: L,
-    regularisation: L,
-    viscosity_a: L,
-    viscosity_b: L,
-    /// W(0)/W(d₀) \[-\].
-    central_nearness: L,
+    viscosity: ArtificialViscosity<L>,
+    /// F of Eq. (26).
+    nearness: Spline<L>,
 }
 
 /// One particle in all lanes.
@@ -93,16 +92,12 @@ struct LaneSums<L> {
 impl<'a, L: Lanes, const ARTIFICIAL: bool> LawLanes<'a, L, ARTIFICIAL> {
     #[inline(always)]
     fn new(law: &'a SumLaw) -> Self {
-        let h = law.kernel.smoothing_length();
         Self {
             law,
             kernel: law.pair_kernel.lanes(),
             square_support: law.kernel.support_radius().powi(2),
-            smoothing_length: L::splat(h),
-            regularisation: L::splat(law.lambda * h * h),
-            viscosity_a: L::splat(law.viscosity_a * law.sound_speed),
-            viscosity_b: L::splat(law.viscosity_b),
-            central_nearness: L::splat(law.central_nearness()),
+            viscosity: law.artificial_viscosity().lanes(),
+            nearness: law.nearness(),
         }
     }
 
@@ -173,13 +168,12 @@ impl<'a, L: Lanes, const ARTIFICIAL: bool> LawLanes<'a, L, ARTIFICIAL> {
         *xy = xy.minus_product(x, w_y);
         *yy = yy.minus_product(y, w_y);
 
-        // One division for θ and 1/ρ̄.
-        let approach = (v_x * x).plus_product(v_y, y).min(L::zero());
-        let (regular, density_sum) = (square + self.regularisation, own.density + density);
-        let inverse = L::splat(1.0) / (regular * density_sum);
-        let theta = self.smoothing_length * approach * (inverse * density_sum);
-        let damping = (self.viscosity_b * theta - self.viscosity_a) * theta;
-        let viscosity = (damping + damping) * (inverse * regular);
+        // Π_ij of Eq. (23), with one division for θ and 1/ρ̄.
+        let approach = (v_x * x).plus_product(v_y, y);
+        let (regularised, density_sum) = (self.viscosity.regularised(square), own.density + density);
+        let inverse = L::splat(1.0) / (regularised * density_sum);
+        let damping = self.viscosity.pressure_over_density(approach * (inverse * density_sum));
+        let viscosity = (damping + damping) * (inverse * regularised);
 
         let [xx, xy, yy] = tensors::<L>(members.stress, batch);
         let [own_xx, own_xy, own_yy] = own.stress;
@@ -189,7 +183,7 @@ impl<'a, L: Lanes, const ARTIFICIAL: bool> LawLanes<'a, L, ARTIFICIAL> {
             ((own_yy + yy) * inverse_densities) - viscosity,
         ];
         if ARTIFICIAL {
-            let nearness = self.nearness(s);
+            let nearness = self.power_of_nearness(s);
             let artificial = tensors::<L>(members.artificial, batch);
             for ((law, own), other) in law.iter_mut().zip(own.artificial).zip(artificial) {
                 *law = law.plus_product(own + other, nearness);
@@ -204,13 +198,10 @@ impl<'a, L: Lanes, const ARTIFICIAL: bool> LawLanes<'a, L, ARTIFICIAL> {
 
     /// Fⁿ of Eq. (26) \[-\] at s = r/h.
     #[inline(always)]
-    fn nearness(&self, s: L) -> L {
-        let outer = (L::splat(2.0) - s).max(L::zero());
-        let inner = (L::splat(1.0) - s).max(L::zero());
-        let value = (L::splat(0.25) * outer * (outer * outer)).minus_product(inner * inner, inner);
-        let ratio = self.central_nearness * value;
+    fn power_of_nearness(&self, s: L) -> L {
+        let ratio = self.nearness.at(s);
         if self.law.exponent == 4.0 {
-            (ratio * ratio) * (ratio * ratio)
+            fourth_power(ratio)
         } else {
             L::from_array(ratio.to_array().map(|ratio| ratio.powf(self.law.exponent)))
         }

@@ -1,6 +1,9 @@
 //! Pair terms of two solid particles in the sums (17), (21) and (25).
 
+use sph::kernel::shape::Spline;
 use sph::kernel::{CubicSpline, PairKernel};
+use sph::lanes::Real;
+use sph::laws::artificial_viscosity::ArtificialViscosity;
 use sph::setup::{ElasticMaterial, UpdatedLagrangian};
 use sph::space::{SymmetricTensor, Tensor, Vector};
 
@@ -54,24 +57,13 @@ pub const SMALLEST_MOMENT: f64 = 0.1;
 #[inline]
 pub fn corrected_gradient(gradient: &Tensor, moment: &SymmetricTensor) -> Tensor {
     let m = moment;
-    let mean = 0.5 * (m.xx + m.yy);
-    let half_difference = 0.5 * (m.xx - m.yy);
-    let radius = (half_difference * half_difference + m.xy * m.xy).sqrt();
-    if mean - radius >= SMALLEST_MOMENT {
+    let principal = m.principal();
+    if principal.minor >= SMALLEST_MOMENT {
         let inverse = 1.0 / (m.xx * m.yy - m.xy * m.xy);
         return gradient * Tensor::new(m.yy * inverse, -m.xy * inverse, -m.xy * inverse, m.xx * inverse);
     }
     let factor = |eigenvalue: f64| if eigenvalue >= SMALLEST_MOMENT { 1.0 / eigenvalue } else { 1.0 };
-    let (major, minor) = (factor(mean + radius), factor(mean - radius));
-    let (centre, half_span) = (0.5 * (major + minor), 0.5 * (major - minor));
-    let (cosine, sine) = if radius > 0.0 { (half_difference / radius, m.xy / radius) } else { (1.0, 0.0) };
-    gradient
-        * Tensor::new(
-            centre + half_span * cosine,
-            half_span * sine,
-            half_span * sine,
-            centre - half_span * cosine,
-        )
+    gradient * principal.with_values(factor(principal.major), factor(principal.minor)).full()
 }
 
 /// Constants of the sum (25) between solid particles.
@@ -143,43 +135,41 @@ impl SumLaw {
         let v_ab = a.velocity - b.velocity;
         sums.add_gradient(b.mass / b.density, x_ab, &v_ab, gradient_factor);
 
-        let viscosity = self.viscosity(v_ab.dot(x_ab), square, 0.5 * (a.density + b.density));
+        let mean_density = 0.5 * (a.density + b.density);
+        let viscosity = self.artificial_viscosity().pressure(v_ab.dot(x_ab), square) / mean_density;
         let mut law = a.stress.plus(&b.stress).scaled(1.0 / (a.density * b.density));
         law.xx -= viscosity;
         law.yy -= viscosity;
         let artificial = a.artificial_stress.plus(&b.artificial_stress);
         if artificial != SymmetricTensor::default() {
-            law = law.plus(&artificial.scaled(self.nearness(distance)));
+            law = law.plus(&artificial.scaled(self.power_of_nearness(distance)));
         }
         sums.force += law.dot(x_ab) * (a.mass * b.mass * gradient_factor);
     }
 
-    /// Artificial viscosity Π_ij \[m⁵/(kg s²)\], Eq. (23)-(24), for v_ij·x_ij and x_ij²; zero for receding particles.
-    ///
-    /// ```text
-    /// Π = (−A c θ + B θ²)/ρ̄,  θ = h v_ij·x_ij/(x_ij² + λh²)
-    /// ```
-    #[inline]
-    pub fn viscosity(&self, approach: f64, square: f64, mean_density: f64) -> f64 {
-        if approach >= 0.0 {
-            return 0.0;
-        }
-        let h = self.kernel.smoothing_length();
-        let theta = h * approach / (square + self.lambda * h * h);
-        (self.viscosity_b * theta - self.viscosity_a * self.sound_speed) * theta / mean_density
+    /// The artificial viscosity, Eq. (23)-(24).
+    pub fn artificial_viscosity(&self) -> ArtificialViscosity {
+        let linear = self.viscosity_a * self.sound_speed;
+        ArtificialViscosity::new(self.kernel.smoothing_length(), linear, self.viscosity_b, self.lambda)
     }
 
-    /// F of Eq. (26) at distance zero \[-\].
-    pub fn central_nearness(&self) -> f64 {
-        self.kernel.value(0.0) * self.inverse_reference_kernel
+    /// F of Eq. (26) over s = r/h \[-\].
+    pub fn nearness<R: Real>(&self) -> Spline<R> {
+        Spline::scaled(self.kernel.value(0.0) * self.inverse_reference_kernel)
     }
 
     /// Fⁿ of Eq. (26) \[-\] at `distance` \[m\].
     #[inline]
-    fn nearness(&self, distance: f64) -> f64 {
-        let ratio = self.kernel.value(distance) * self.inverse_reference_kernel;
-        if self.exponent == 4.0 { (ratio * ratio) * (ratio * ratio) } else { ratio.powf(self.exponent) }
+    fn power_of_nearness(&self, distance: f64) -> f64 {
+        let ratio = self.nearness().at(distance / self.kernel.smoothing_length());
+        if self.exponent == 4.0 { fourth_power(ratio) } else { ratio.powf(self.exponent) }
     }
+}
+
+/// `x`⁴, the power of Eq. (26) in the source paper.
+#[inline(always)]
+pub fn fourth_power<R: Real>(x: R) -> R {
+    (x * x) * (x * x)
 }
 
 #[cfg(test)]
@@ -222,21 +212,10 @@ mod tests {
     }
 
     #[test]
-    fn viscosity_resists_approach_only_and_dissipates() {
-        let law = law();
-        assert_eq!(law.viscosity(0.3, 1.0, 2.0), 0.0);
-        assert!(law.viscosity(-0.3, 1.0, 2.0) > 0.0);
-        // Eq. (24): θ = 1.3·(−0.3)/(1 + 0.01·1.69), c² = (5 + 4)/2.
-        let theta = -0.39 / 1.0169;
-        let expected = (-(4.5f64.sqrt()) * theta + 0.5 * theta * theta) / 2.0;
-        assert!((law.viscosity(-0.3, 1.0, 2.0) - expected).abs() < 1e-14);
-    }
-
-    #[test]
     fn nearness_is_one_at_the_initial_spacing() {
-        assert!((law().nearness(1.0) - 1.0).abs() < 1e-15);
+        assert!((law().power_of_nearness(1.0) - 1.0).abs() < 1e-15);
         let ratio = law().kernel.value(1.4) / law().kernel.value(1.0);
-        assert!((law().nearness(1.4) - ratio.powi(4)).abs() < 1e-15);
+        assert!((law().power_of_nearness(1.4) - ratio.powi(4)).abs() < 1e-15);
     }
 
     /// Sums at the corner particle of a lattice quadrant, a free edge or the bulk, for a linear velocity.

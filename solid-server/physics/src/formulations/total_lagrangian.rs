@@ -4,12 +4,13 @@ use rayon::prelude::*;
 
 use sph::kernel::CubicSpline;
 use sph::lanes::Arithmetic;
+use sph::laws::artificial_viscosity::ArtificialViscosity;
 use sph::setup::{ElasticMaterial, TotalLagrangian};
 use sph::space::geometry::{Geometry, Open, Periodic};
 use sph::space::{SymmetricTensor, Tensor, Vector};
 
 use crate::boundary::supports::Support;
-use crate::formulations::bond_forces::{Bonds, ForcePass, Viscosity};
+use crate::formulations::bond_forces::{Bonds, ForcePass, TOTAL_LAGRANGIAN_LAMBDA, Viscosity};
 use crate::formulations::formulation::{
     AngularImpulse, BodyConstants, BodyFormulation, BodyStep, StateLimits,
 };
@@ -64,9 +65,12 @@ impl TotalLagrangianBody {
             reference.largest_frequency(body.mass, &units, |gradient| law.linear(gradient));
         let viscous = constants.viscosity_a > 0.0 || constants.viscosity_b > 0.0;
         let viscosity = viscous.then(|| Viscosity {
-            smoothing_length: constants.smoothing_length,
-            speed: constants.viscosity_a * material.longitudinal_speed(),
-            quadratic: constants.viscosity_b,
+            law: ArtificialViscosity::new(
+                constants.smoothing_length,
+                constants.viscosity_a * material.longitudinal_speed(),
+                constants.viscosity_b,
+                TOTAL_LAGRANGIAN_LAMBDA,
+            ),
             density: material.density,
         });
         Self { material: *material, law, reference, units, viscosity, arithmetic, largest_frequency }
@@ -154,7 +158,7 @@ impl TotalLagrangianBody {
             let j = pair.neighbour as usize;
             let x_ij = body.domain.separation(&state.position[i], &state.position[j]);
             let approach = (state.velocity[i] - state.velocity[j]).dot(&x_ij);
-            force += x_ij * (pair.weight * viscosity.of_pair(x_ij.norm_squared(), approach));
+            force += x_ij * (pair.weight * viscosity.pressure(approach, x_ij.norm_squared()));
         }
         force
     }

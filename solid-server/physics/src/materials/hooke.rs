@@ -73,9 +73,8 @@ pub fn von_mises_stress(s: &SymmetricTensor) -> f64 {
 /// Principal stresses in the plane \[Pa\], the larger first.
 #[inline]
 pub fn principal_stresses(stress: &SymmetricTensor) -> [f64; 2] {
-    let mean = 0.5 * (stress.xx + stress.yy);
-    let radius = (0.5 * (stress.xx - stress.yy)).hypot(stress.xy);
-    [mean + radius, mean - radius]
+    let principal = stress.principal();
+    [principal.major, principal.minor]
 }
 
 /// Artificial stress R_i of one particle \[m⁵/(kg s²)\], to be added for both particles of a pair in Eq. (25).
@@ -87,22 +86,9 @@ pub fn principal_stresses(stress: &SymmetricTensor) -> [f64; 2] {
 /// Principal axes are those of the full stress (Gray, Monaghan & Swift 2001).
 #[inline]
 pub fn artificial_stress(epsilon: f64, stress: &SymmetricTensor, density: f64) -> SymmetricTensor {
-    let mean = 0.5 * (stress.xx + stress.yy);
-    let half_difference = 0.5 * (stress.xx - stress.yy);
-    let radius = (half_difference * half_difference + stress.xy * stress.xy).sqrt();
+    let principal = stress.principal();
     let factor = -epsilon / (density * density);
-    let major = factor * (mean + radius).max(0.0);
-    let minor = factor * (mean - radius).max(0.0);
-    let (centre, half_span) = (0.5 * (major + minor), 0.5 * (major - minor));
-    if radius == 0.0 {
-        return SymmetricTensor::isotropic(centre);
-    }
-    let (cos_2theta, sin_2theta) = (half_difference / radius, stress.xy / radius);
-    SymmetricTensor {
-        xx: centre + half_span * cos_2theta,
-        yy: centre - half_span * cos_2theta,
-        xy: half_span * sin_2theta,
-    }
+    principal.with_values(factor * principal.major.max(0.0), factor * principal.minor.max(0.0))
 }
 
 #[cfg(test)]

@@ -3,7 +3,8 @@
 use sph::kernel::CubicSpline;
 use sph::neighbours::CellGrid;
 use sph::space::domain::Domain;
-use sph::space::{Tensor, Vector};
+use sph::space::principal::Principal;
+use sph::space::{SymmetricTensor, Tensor, Vector};
 
 use crate::neighbours::stencil::Stencils;
 
@@ -217,10 +218,9 @@ impl ReferencePair {
 impl Correction {
     fn of(pairs: &[ReferencePair]) -> Self {
         let moment = moment(pairs.iter(), |pair| pair.separation);
-        let mean = 0.5 * moment.trace();
-        let half_difference = 0.5 * (moment[(0, 0)] - moment[(1, 1)]);
-        let radius = half_difference.hypot(moment[(0, 1)]);
-        let (major, minor) = (mean + radius, mean - radius);
+        let symmetric = SymmetricTensor { xx: moment[(0, 0)], yy: moment[(1, 1)], xy: moment[(0, 1)] };
+        let principal = symmetric.principal();
+        let Principal { major, minor, .. } = principal;
         if major <= 0.0 {
             return Self { inverse: Tensor::zeros(), line: Some(Vector::zeros()) };
         }
@@ -230,8 +230,7 @@ impl Correction {
                 Tensor::new(moment[(1, 1)], -moment[(0, 1)], -moment[(1, 0)], moment[(0, 0)]) / determinant;
             return Self { inverse, line: None };
         }
-        let angle = 0.5 * moment[(0, 1)].atan2(half_difference);
-        let line = Vector::new(angle.cos(), angle.sin());
+        let line = principal.major_direction();
         Self { inverse: line * line.transpose() / major, line: Some(line) }
     }
 }

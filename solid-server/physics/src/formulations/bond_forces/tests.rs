@@ -7,7 +7,9 @@ use super::*;
 use crate::neighbours::reference::{Reference, ReferencePair};
 use crate::neighbours::stencil::MomentPass;
 
-const VISCOSITY: Viscosity = Viscosity { smoothing_length: 0.75, speed: 0.3, quadratic: 0.7, density: 1.2 };
+fn viscosity() -> Viscosity {
+    Viscosity { law: ArtificialViscosity::new(0.75, 0.3, 0.7, 0.01), density: 1.2 }
+}
 
 /// A lattice of 7 × 4 across the edge of a periodic box, nothing held.
 struct Patch {
@@ -81,7 +83,7 @@ fn sums_four_at_a_time_are_those_one_by_one() {
             sums: &mut found,
         });
         let elastic = patch.forces(arithmetic, &pair_tensor, None);
-        let both = patch.forces(arithmetic, &pair_tensor, Some(VISCOSITY));
+        let both = patch.forces(arithmetic, &pair_tensor, Some(viscosity()));
         for i in 0..n {
             // Sums of order one over at most eight pairs.
             let f = patch.reference.completed(&patch.domain, &patch.position, i, &found[i]);
@@ -95,7 +97,7 @@ fn sums_four_at_a_time_are_those_one_by_one() {
                 .map(|pair| {
                     let x_ij = patch.x_ij(i)(pair);
                     let v_ij = patch.velocity[i] - patch.velocity[pair.neighbour as usize];
-                    x_ij * (pair.weight * VISCOSITY.of_pair(x_ij.norm_squared(), v_ij.dot(&x_ij)))
+                    x_ij * (pair.weight * viscosity().pressure(v_ij.dot(&x_ij), x_ij.norm_squared()))
                 })
                 .sum();
             assert!(viscous.norm() > 1e-6);
@@ -108,7 +110,7 @@ fn sums_four_at_a_time_are_those_one_by_one() {
 fn pair_forces_are_opposite_and_a_body_at_rest_feels_none() {
     for arithmetic in Arithmetic::all() {
         let patch = Patch::new(0.1);
-        let forces = patch.forces(arithmetic, &patch.pair_tensor(), Some(VISCOSITY));
+        let forces = patch.forces(arithmetic, &patch.pair_tensor(), Some(viscosity()));
         assert!(forces.iter().any(|force| force.norm() > 0.1));
         assert!(forces.iter().sum::<Vector>().norm() < 1e-14 * forces.len() as f64);
         // N = −I of F = I without stress.

@@ -117,6 +117,48 @@ fn is_path(name: &str) -> bool {
     place && !name.contains(' ')
 }
 
+#[test]
+fn the_page_on_one_half_step_names_ten_functions_that_exist() {
+    let folder = root().join("docs");
+    let text = read(&folder.join("half_step.md"));
+    let functions = linked_functions(&text);
+    assert!((5..=10).contains(&functions.len()), "{functions:?}");
+    let missing: Vec<_> =
+        functions.into_iter().filter(|(name, target)| !defines(&folder.join(target), name)).collect();
+    assert!(missing.is_empty(), "names without their function: {missing:?}");
+}
+
+/// Names and targets of the links to sources in `text`, each written ``[`name`](target)``.
+fn linked_functions(text: &str) -> BTreeSet<(&str, &str)> {
+    let ends = text.match_indices("](").map(|(at, end)| (&text[..at], &text[at + end.len()..]));
+    let links = ends.filter_map(|(before, rest)| Some((before, link(rest)?)));
+    let to_sources = links.filter(|(_, target)| target.ends_with(".rs"));
+    let named = to_sources.map(|(before, target)| {
+        let name = before.strip_suffix('`').and_then(|before| before.rsplit_once("[`"));
+        (name.unwrap_or_else(|| panic!("the link to `{target}` names no function")).1, target)
+    });
+    named.collect()
+}
+
+/// Whether the file at `path` defines the function that `name` ends with.
+fn defines(path: &Path, name: &str) -> bool {
+    let definition = format!("fn {}", name.rsplit("::").next().unwrap_or(name));
+    let source = if path.is_file() { read(path) } else { String::new() };
+    source.split(&definition).skip(1).any(|rest| rest.starts_with(['(', '<']))
+}
+
+#[test]
+fn a_link_to_a_function_that_does_not_exist_is_found() {
+    let text = "[`Runner::step`](../a.rs), [page](b.md), [`run`](../c.rs#L1) and [`run`](../c.rs)";
+    let expected = BTreeSet::from([("Runner::step", "../a.rs"), ("run", "../c.rs")]);
+    assert_eq!(linked_functions(text), expected);
+    let here = root().join("tests/tests/suite/tidy.rs");
+    assert!(defines(&here, "Type::defines"));
+    // Part of a name is no name.
+    assert!(!defines(&here, "define"));
+    assert!(!defines(&here.with_extension("none"), "defines"));
+}
+
 /// Documents for readers, beside comments and messages in sources.
 fn documents() -> Vec<PathBuf> {
     let kinds = ["md", "proto", "py", "toml", "rs"];

@@ -1,23 +1,9 @@
-//! Time-step limits of both solvers and what to use of them.
-//!
-//! Formulas of solids and fractions stand here only; the solvers state the same limits while they run.
+//! Time-step limits of a scene and what to use of them. Formulas of acoustic and elastic waves are the solvers' own
+//! (`FluidConstants::acoustic_limit`, `solid::limits`).
 
 /// Viscous limit h²/(8ν) \[s\] (Morris, Fox & Zhu 1997), ν the kinematic viscosity \[m²/s\].
 pub fn viscous(smoothing_length: f64, kinematic_viscosity: f64) -> f64 {
     smoothing_length * smoothing_length / (8.0 * kinematic_viscosity)
-}
-
-/// Elastic limit h/c_L \[s\] of a solid of smoothing length h \[m\] and longitudinal wave speed c_L \[m/s\].
-pub fn elastic(smoothing_length: f64, longitudinal_speed: f64) -> f64 {
-    smoothing_length / longitudinal_speed
-}
-
-/// Limit Δx/c_L \[s\] of a velocity-Verlet sub-step of a total-Lagrangian solid.
-///
-/// 2/ω of the stiffest lattice mode; between 0.97 and 1.05 of Δx/c_L for kernel ratios 0.72 to 0.9 and hourglass
-/// coefficients up to 0.5. The solver states the exact value.
-pub fn reference_elastic(particle_spacing: f64, longitudinal_speed: f64) -> f64 {
-    particle_spacing / longitudinal_speed
 }
 
 /// Limit of linear damping of rate k, 1/k \[s\].
@@ -25,13 +11,11 @@ pub fn damping(rate: f64) -> f64 {
     1.0 / rate
 }
 
-/// Fraction of the acoustic limit of a fluid to use.
-pub const RECOMMENDED_ACOUSTIC_FRACTION: f64 = 0.8;
+/// Fraction of a limit by sound or elastic waves to use \[-\]: speeds and contacts grow after the start.
+pub const RECOMMENDED_FRACTION: f64 = 0.8;
 
-/// Fraction of the elastic limit to use: A = 1 ran at 1.2 of it, A = 0.1 at 0.5 and not at 0.85.
-pub fn recommended_elastic_fraction(viscosity_a: f64) -> f64 {
-    if viscosity_a >= 0.5 { 0.8 } else { 0.5 }
-}
+/// Fraction of a limit by linear damping to use \[-\].
+pub const RECOMMENDED_DAMPING_FRACTION: f64 = 0.5;
 
 /// A limit of the time step with its origin.
 #[derive(Clone, Debug, PartialEq)]
@@ -54,11 +38,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn limits_of_the_drifting_body_at_2_mm() {
-        // c_L = √((20 + 4/3 · 4.27) MPa / 1100 kg/m³) = 152.83 m/s, h = 1.3 · 2 mm.
-        let speed = ((20e6 + 4.0 / 3.0 * 4.27e6) / 1100.0_f64).sqrt();
-        assert!((elastic(0.0026, speed) - 1.7012e-5).abs() < 1e-9);
-        // Water at 2.4 mm: far from mattering.
+    fn viscosity_of_water_at_2_mm_is_far_from_limiting() {
         assert!((viscous(0.0024, 1e-6) - 0.72).abs() < 1e-9);
     }
 }

@@ -1,9 +1,12 @@
 //! The time step of a case and the number of steps: a run must be stable, and it must end.
 
+use sph::coupling::solver::Role;
+
 use super::Case;
 use super::errors::{CaseError, ErrorList};
 use super::file::run::StepTable;
-use super::limits::{self, StepLimit};
+use super::limits::{self, RECOMMENDED_FRACTION, StepLimit};
+use crate::failure::Failure;
 
 /// Most steps of a run: at a millisecond each they take 30 years.
 const MOST_STEPS: f64 = 1e12;
@@ -55,6 +58,26 @@ impl Case {
             let error = CaseError::new(&end.place, problem).value(end.value);
             errors.add(error.allowed(allowed()).hint(count.remedy));
         }
+    }
+
+    /// Refuses a fixed step above `limit` \[s\], which the solver of `role` states for the start, unless the case overrides
+    /// it.
+    ///
+    /// # Errors
+    /// When the step is too long.
+    pub fn check_stated_limit(&self, role: Role, limit: f64) -> Result<(), Failure> {
+        let time = &self.file.time;
+        let StepTable::Fixed { time_step_s } = &time.step else { return Ok(()) };
+        let (step, largest) = (time_step_s.value, time.limit_factor.value * limit);
+        // The same formula may be rounded in another order here and there.
+        if step <= largest * (1.0 + 1e-9) {
+            return Ok(());
+        }
+        Err(Failure::input(format!(
+            "`time.step.time_step_s` = {step:e} s: above the stability limit of {largest:.4e} s that the {role} solver \
+             states; use {:.2e} s, or raise `time.limit_factor` to try a larger step",
+            RECOMMENDED_FRACTION * limit
+        )))
     }
 
     /// Steps of a run that ends at `end` \[s\].

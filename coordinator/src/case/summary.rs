@@ -2,6 +2,10 @@
 
 mod stabilisers;
 
+use solid::limits::{
+    total_lagrangian_stage_rule, total_lagrangian_substep, updated_lagrangian_stage_rule,
+    updated_lagrangian_substep,
+};
 use sph::setup::{FluidScheme, SolidStepping, StepPolicy, SubstepCount};
 
 use super::Case;
@@ -144,29 +148,36 @@ impl Case {
             let constants = fluid.constants();
             let h = constants.smoothing_length;
             let speed = self.scene.fluid.velocity.iter().map(|v| v.norm()).fold(0.0, f64::max);
-            let fraction = limits::RECOMMENDED_ACOUSTIC_FRACTION;
             add(
                 "fluid, acoustic h/(c0 + v)".to_owned(),
                 constants.acoustic_limit(speed, fluid.acoustic_damping, fluid.scheme.value),
-                fraction,
+                limits::RECOMMENDED_FRACTION,
             );
             if constants.dynamic_viscosity > 0.0 {
                 let viscosity = constants.dynamic_viscosity / constants.rest_density;
                 add("fluid, viscous h²/(8 ν)".to_owned(), limits::viscous(h, viscosity), 1.0);
             }
             if let Some(damping) = &fluid.damping {
-                add("fluid, damping 1/k".to_owned(), limits::damping(damping.rate_per_s), 0.5);
+                add(
+                    "fluid, damping 1/k".to_owned(),
+                    limits::damping(damping.rate_per_s),
+                    limits::RECOMMENDED_DAMPING_FRACTION,
+                );
             }
         }
         if let Some(solid) = &self.file.solid {
             for body in &solid.bodies {
-                let limit = body_limit(solid, body);
-                if let Some((origin, limit, fraction)) = limit {
-                    add(format!("body `{}`, {origin}", body.name.value), limit, fraction);
+                if let Some((origin, limit)) = body_limit(solid, body) {
+                    let origin = format!("body `{}`, {origin}", body.name.value);
+                    add(origin, limit, limits::RECOMMENDED_FRACTION);
                 }
             }
             if let Some(damping) = &solid.damping {
-                add("solid, damping 1/k".to_owned(), limits::damping(damping.rate_per_s), 0.5);
+                add(
+                    "solid, damping 1/k".to_owned(),
+                    limits::damping(damping.rate_per_s),
+                    limits::RECOMMENDED_DAMPING_FRACTION,
+                );
             }
         }
         found
@@ -294,8 +305,8 @@ impl Case {
     }
 }
 
-/// What limits the step by the waves of `body`: origin, stability limit \[s\] and the fraction to use.
-fn body_limit(solid: &SolidTable, body: &BodyTable) -> Option<(String, f64, f64)> {
+/// What limits the step by the waves of `body`: origin and stability limit \[s\], by the formulas of the solver.
+fn body_limit(solid: &SolidTable, body: &BodyTable) -> Option<(String, f64)> {
     let spacing = solid.particle_spacing_m.value;
     let speed = body.material.to_setup().longitudinal_speed();
     let count = match solid.substeps.to_setup() {
@@ -304,23 +315,24 @@ fn body_limit(solid: &SolidTable, body: &BodyTable) -> Option<(String, f64, f64)
         // The solid takes as many as it needs.
         SolidStepping::Substeps(SubstepCount::Automatic) => return None,
     };
-    match (body.formulation.clone(), count) {
-        (FormulationTable::Rigid, _) => None,
-        (
-            FormulationTable::UpdatedLagrangian { kernel_ratio, artificial_viscosity_a, .. }
-            | FormulationTable::TotalLagrangian { kernel_ratio, artificial_viscosity_a, .. },
-            None,
-        ) => {
-            let fraction = limits::recommended_elastic_fraction(artificial_viscosity_a);
-            Some(("elastic h/c_L".to_owned(), limits::elastic(kernel_ratio * spacing, speed), fraction))
+    let (limit, name) = match (&body.formulation, count) {
+        (FormulationTable::Rigid, _) => return None,
+        (FormulationTable::UpdatedLagrangian { kernel_ratio, artificial_viscosity_a, .. }, count) => {
+            let (h, a) = (kernel_ratio * spacing, *artificial_viscosity_a);
+            let of_step = || updated_lagrangian_stage_rule(h, speed, a);
+            (count.map_or_else(of_step, |n| n * updated_lagrangian_substep(h, speed, a)), "h/c_L")
         }
-        (FormulationTable::UpdatedLagrangian { kernel_ratio, .. }, Some(count)) => {
-            let limit = 0.6 * count * limits::elastic(kernel_ratio * spacing, speed);
-            Some((format!("{count} sub-steps of 0.6 h/c_L"), limit, 0.8))
+        (FormulationTable::TotalLagrangian { artificial_viscosity_a, .. }, count) => {
+            let a = *artificial_viscosity_a;
+            let of_step = || total_lagrangian_stage_rule(spacing, speed, a);
+            // The stiffest vibration of a lattice, which the solver finds exactly.
+            let frequency = 2.0 * speed / spacing;
+            (count.map_or_else(of_step, |n| n * total_lagrangian_substep(frequency, a)), "Δx/c_L")
         }
-        (FormulationTable::TotalLagrangian { .. }, Some(count)) => {
-            let limit = count * limits::reference_elastic(spacing, speed);
-            Some((format!("{count} sub-steps of Δx/c_L"), limit, 0.8))
-        }
-    }
+    };
+    let origin = match count {
+        None => format!("elastic, of {name}"),
+        Some(count) => format!("elastic, {count} sub-steps, each of {name}"),
+    };
+    Some((origin, limit))
 }

@@ -62,25 +62,29 @@ pub fn open(case: &Case) -> Result<Vec<String>, Failure> {
     };
     // One after the other: each needs memory.
     if case.has(Role::Fluid) && asked(Role::Fluid, &case.servers.fluid, FLUID_BYTES * (fluid + walls)) {
-        try_open(Role::Fluid, &fluid_server::FluidFactory, case.fluid_setup().map(ParticipantSetup::Fluid))?;
+        let setup = case.fluid_setup().map(ParticipantSetup::Fluid);
+        try_open(case, Role::Fluid, &fluid_server::FluidFactory, setup)?;
     }
     if case.has(Role::Solid)
         && asked(Role::Solid, &case.servers.solid, SOLID_BYTES * solid + FLUID_BYTES * walls)
     {
-        try_open(Role::Solid, &solid_server::SolidFactory, case.solid_setup().map(ParticipantSetup::Solid))?;
+        let setup = case.solid_setup().map(ParticipantSetup::Solid);
+        try_open(case, Role::Solid, &solid_server::SolidFactory, setup)?;
     }
     Ok(left_out)
 }
 
 fn try_open(
+    case: &Case,
     role: Role,
     factory: &impl SolverFactory,
     setup: Option<ParticipantSetup>,
 ) -> Result<(), Failure> {
     let Some(setup) = setup else { return Ok(()) };
-    open_checked(factory, setup).map(drop).map_err(|SetupProblems(problems)| {
+    let (_, limit) = open_checked(factory, setup).map_err(|SetupProblems(problems)| {
         Failure::input(format!("the {role} solver refuses the case:\n  {}", problems.join("\n  ")))
-    })
+    })?;
+    case.check_stated_limit(role, limit)
 }
 
 impl Checked {

@@ -10,7 +10,7 @@ use super::control::ending::Ending;
 use super::control::{self, Pace, ResumedAt};
 use super::header;
 use super::job::Job;
-use super::participants::in_process;
+use super::participants::in_process::{self, ThreadParticipant};
 use super::participants::launch::Source;
 use super::participants::remote::{Plan, Remote, Start};
 use super::participants::restore::Restore;
@@ -105,6 +105,11 @@ impl Attempt<'_> {
         }
     }
 
+    /// Holds the step of the case against the limit that a solver states. A run that continues may be past its start.
+    fn check_limit(&self, role: Role, limit: f64) -> Result<(), Failure> {
+        if self.from.is_some() { Ok(()) } else { self.job.case.check_stated_limit(role, limit) }
+    }
+
     async fn start(&self) -> Result<(Solvers, Participants), Failure> {
         let Job { case, directory, options, .. } = self.job;
         let threads = Threads::of(case, options.threads);
@@ -112,6 +117,11 @@ impl Attempt<'_> {
             let (events, received) = mpsc::channel::<(Role, NewsResult)>(PENDING_EVENTS);
             let from = self.from;
             let solvers = in_process::start(case.fluid_setup(), case.solid_setup(), threads, from, &events)?;
+            let checked = solvers.iter().try_for_each(|t| self.check_limit(t.role, t.time_step_limit));
+            if let Err(failure) = checked {
+                solvers.into_iter().for_each(ThreadParticipant::join);
+                return Err(failure);
+            }
             let lines =
                 solvers.iter().map(|t| (t.role, CommandChannel::Thread(t.commands.clone()))).collect();
             return Ok((Solvers::Threads(solvers), Participants::new(lines, received, events, true)));
@@ -150,6 +160,12 @@ impl Attempt<'_> {
             messages: options.messages,
         };
         let mut remote = Remote::start(plans, with).await?;
+        let reports = remote.servers.iter().map(|server| &server.report);
+        let checked = reports.map(|r| self.check_limit(r.role, r.time_step_limit)).collect::<Result<(), _>>();
+        if let Err(failure) = checked {
+            remote.end().await;
+            return Err(failure);
+        }
         match remote.run().await {
             Ok(participants) => Ok((Solvers::Servers(remote), participants)),
             Err(failure) => {

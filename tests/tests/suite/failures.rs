@@ -107,7 +107,7 @@ fn stale_data_in_a_server_stop_the_run_at_that_half_step() {
 fn a_step_above_the_limit_is_refused() {
     let bench = bench();
     let case = bench.tank("case.toml", &[("time_step_s = 4e-5", "time_step_s = 4e-4")]);
-    // h/c_L = 1.3 · 10 mm / 152.83 m/s, the stiffest part.
+    // A = 1: h/c_L = 1.3 · 10 mm / 152.83 m/s, the stiffest part.
     bench.case_refused(&case, &["case.toml:12", "0.0004", "at most 8.5061e-5 s", "elastic", "limit_factor"]);
 }
 

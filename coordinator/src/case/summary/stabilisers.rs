@@ -82,7 +82,7 @@ impl Case {
                     hourglass,
                     ..
                 } => [
-                    viscosity(artificial_viscosity_a, artificial_viscosity_b, 0.01),
+                    viscosity(artificial_viscosity_a, artificial_viscosity_b, solid::TOTAL_LAGRANGIAN_LAMBDA),
                     (hourglass > 0.0)
                         .then(|| format!("hourglass control, ζ = {hourglass} of Young's modulus")),
                 ],

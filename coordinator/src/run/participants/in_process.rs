@@ -23,6 +23,8 @@ use crate::run::participants::{News, NewsResult};
 pub struct ThreadParticipant {
     /// Which side it is.
     pub role: Role,
+    /// Largest stable step at the start \[s\].
+    pub time_step_limit: f64,
     /// Its command channel.
     pub commands: mpsc::Sender<Command>,
     thread: JoinHandle<()>,
@@ -102,7 +104,7 @@ fn spawn(
     threads: Threads,
     events: Sender<(Role, NewsResult)>,
 ) -> Result<ThreadParticipant, Failure> {
-    let role = solver.role();
+    let (role, time_step_limit) = (solver.role(), solver.time_step_limit());
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(threads.for_role(role))
         .thread_name(move |k| format!("{role}-{k}"))
@@ -128,7 +130,7 @@ fn spawn(
             });
         })
         .map_err(|e| Failure::internal(format!("cannot start the {role}'s thread: {e}")))?;
-    Ok(ThreadParticipant { role, commands, thread })
+    Ok(ThreadParticipant { role, time_step_limit, commands, thread })
 }
 
 /// Description of the solver of `role` in this program.

@@ -160,8 +160,8 @@ impl Attempt<'_> {
             messages: options.messages,
         };
         let mut remote = Remote::start(plans, with).await?;
-        let reports = remote.servers.iter().map(|server| &server.report);
-        let checked = reports.map(|r| self.check_limit(r.role, r.time_step_limit)).collect::<Result<(), _>>();
+        let mut reports = remote.servers.iter().map(|server| &server.report);
+        let checked = reports.try_for_each(|report| self.check_limit(report.role, report.time_step_limit));
         if let Err(failure) = checked {
             remote.end().await;
             return Err(failure);

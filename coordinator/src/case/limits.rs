@@ -14,6 +14,9 @@ pub fn damping(rate: f64) -> f64 {
 /// Fraction of a limit by sound or elastic waves to use \[-\]: speeds and contacts grow after the start.
 pub const RECOMMENDED_FRACTION: f64 = 0.8;
 
+/// Fraction of the limit of total-Lagrangian sub-steps to use \[-\]; that limit has a margin of its own.
+pub const RECOMMENDED_REFERENCE_FRACTION: f64 = 0.9;
+
 /// Fraction of a limit by linear damping to use \[-\].
 pub const RECOMMENDED_DAMPING_FRACTION: f64 = 0.5;
 

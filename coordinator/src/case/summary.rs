@@ -167,9 +167,8 @@ impl Case {
         }
         if let Some(solid) = &self.file.solid {
             for body in &solid.bodies {
-                if let Some((origin, limit)) = body_limit(solid, body) {
-                    let origin = format!("body `{}`, {origin}", body.name.value);
-                    add(origin, limit, limits::RECOMMENDED_FRACTION);
+                if let Some((origin, limit, fraction)) = body_limit(solid, body) {
+                    add(format!("body `{}`, {origin}", body.name.value), limit, fraction);
                 }
             }
             if let Some(damping) = &solid.damping {
@@ -305,8 +304,9 @@ impl Case {
     }
 }
 
-/// What limits the step by the waves of `body`: origin and stability limit \[s\], by the formulas of the solver.
-fn body_limit(solid: &SolidTable, body: &BodyTable) -> Option<(String, f64)> {
+/// What limits the step by the waves of `body`, by the formulas of the solver: origin, stability limit \[s\] and the
+/// fraction of it to use.
+fn body_limit(solid: &SolidTable, body: &BodyTable) -> Option<(String, f64, f64)> {
     let spacing = solid.particle_spacing_m.value;
     let speed = body.material.to_setup().longitudinal_speed();
     let count = match solid.substeps.to_setup() {
@@ -334,5 +334,8 @@ fn body_limit(solid: &SolidTable, body: &BodyTable) -> Option<(String, f64)> {
         None => format!("elastic, of {name}"),
         Some(count) => format!("elastic, {count} sub-steps, each of {name}"),
     };
-    Some((origin, limit))
+    let reference = count.is_some() && matches!(body.formulation, FormulationTable::TotalLagrangian { .. });
+    let fraction =
+        if reference { limits::RECOMMENDED_REFERENCE_FRACTION } else { limits::RECOMMENDED_FRACTION };
+    Some((origin, limit, fraction))
 }

@@ -45,10 +45,10 @@ pub trait Real:
     /// Square root.
     fn sqrt(self) -> Self;
 
-    /// The larger of `self` and `other`; NaN may give either.
+    /// The larger of `self` and `other`; `other` where one of them is NaN.
     fn max(self, other: Self) -> Self;
 
-    /// The smaller of `self` and `other`; NaN may give either.
+    /// The smaller of `self` and `other`; `other` where one of them is NaN.
     fn min(self, other: Self) -> Self;
 
     /// `yes` where `self` is below `limit`, else `no`.

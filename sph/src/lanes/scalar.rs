@@ -30,12 +30,12 @@ impl Real for f64 {
 
     #[inline(always)]
     fn max(self, other: Self) -> Self {
-        f64::max(self, other)
+        if self > other { self } else { other }
     }
 
     #[inline(always)]
     fn min(self, other: Self) -> Self {
-        f64::min(self, other)
+        if self < other { self } else { other }
     }
 
     #[inline(always)]

@@ -59,7 +59,8 @@ impl<R: Real> ArtificialViscosity<R> {
     /// ρ̄ Π_ij \[m²/s²\] of v_ij·x_ij/(x_ij² + λh²) = `approach` \[1/s\]: times a density \[kg/m³\], a pressure.
     #[inline(always)]
     pub fn pressure_over_density(&self, approach: R) -> R {
-        let theta = self.smoothing_length * approach.min(R::zero());
+        // In this order a NaN stays one.
+        let theta = self.smoothing_length * R::zero().min(approach);
         theta * self.minus_linear.plus_product(self.quadratic, theta)
     }
 
@@ -102,6 +103,23 @@ mod tests {
         fn run<L: Lanes>(self) -> [f64; WIDTH] {
             let approach = L::from_array([-0.3, 0.1, 0.0, -2.0]);
             law().lanes::<L>().pressure(approach, L::splat(0.2)).to_array()
+        }
+    }
+
+    #[test]
+    fn a_speed_that_is_no_number_gives_no_number() {
+        assert!(law().pressure(f64::NAN, 0.2).is_nan());
+        struct Broken;
+        impl LanePass for Broken {
+            type Output = [f64; WIDTH];
+
+            #[inline(always)]
+            fn run<L: Lanes>(self) -> [f64; WIDTH] {
+                law().lanes::<L>().pressure(L::splat(f64::NAN), L::splat(0.2)).to_array()
+            }
+        }
+        for arithmetic in Arithmetic::all() {
+            assert!(arithmetic.run(Broken).into_iter().all(f64::is_nan));
         }
     }
 

@@ -5,7 +5,7 @@ use std::{env, fs};
 
 use sha2::{Digest, Sha256};
 
-/// Settings of the compiler besides the sources.
+/// Settings of the compiler, in addition to the sources.
 const SETTINGS: [&str; 6] = [
     "PROFILE",
     "OPT_LEVEL",

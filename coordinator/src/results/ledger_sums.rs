@@ -42,7 +42,7 @@ pub struct Extremes {
 pub struct Work {
     /// Work that the fluid and the solid received.
     pub received: [f64; 2],
-    /// Sum of |power| over time of the side where it is larger, which no to and fro cancels.
+    /// Sum of |power| over time of the side where it is larger, without cancellation of opposite signs.
     pub passed: f64,
 }
 

@@ -1,5 +1,7 @@
 //! Every kind of error is found where it stands, with what is allowed or what to do.
 
+use sph::coupling::solver::Role;
+
 use super::*;
 
 /// Reads [`TANK`] with `from` changed to `to`; the one error stands at `needle`, and its report holds all `words`.
@@ -285,6 +287,19 @@ fn probes_of_a_side_that_is_not_there() {
     let text = format!("{fluid_only}[[probe]]\nname = \"m\"\ntype = \"body-motion\"\nbody = \"plate\"\n");
     let error = only_error(&text, "\"body-motion\"");
     assert!(error.problem.contains("the case has no `solid`"), "{error:?}");
+}
+
+#[test]
+fn a_fixed_step_above_the_limit_that_a_solver_states_is_refused() {
+    let case = good(&tank_with(&[]));
+    let failure = case.check_stated_limit(Role::Solid, 9e-6).unwrap_err();
+    for word in ["`time.step.time_step_s` = 1e-5", "9.0000e-6", "solid", "7.20e-6", "time.limit_factor"] {
+        assert!(failure.message.contains(word), "no {word} in {}", failure.message);
+    }
+    assert!(case.check_stated_limit(Role::Solid, 1e-5).is_ok());
+    let at_own_risk =
+        good(&tank_with(&[("time_step_s = 1e-5 }", "time_step_s = 1e-5 }\nlimit_factor = 2.0")]));
+    assert!(at_own_risk.check_stated_limit(Role::Solid, 6e-6).is_ok());
 }
 
 #[test]

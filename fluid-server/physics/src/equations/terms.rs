@@ -1,6 +1,6 @@
 //! Terms of a pair sum, chosen when it is compiled.
 
-/// Terms of a pair sum besides its plain ones, known when it is compiled.
+/// Optional terms of a pair sum, fixed at compile time.
 pub trait PairTerms: Copy + Send + Sync {
     /// Results of the gradient pass that neighbours read: ψ of Eq. (19) has its bracket. Without them, ψ is that
     /// of Molteni & Colagrossi (2009).
@@ -51,7 +51,7 @@ pub enum Continuity {
     Corrected,
 }
 
-/// Terms of the momentum equation besides its plain ones.
+/// Optional terms of the momentum equation.
 #[derive(Clone, Copy, Debug)]
 pub struct ForceTerms {
     /// T = −σ·L instead of a pressure.
@@ -60,7 +60,7 @@ pub struct ForceTerms {
     pub viscous: bool,
 }
 
-/// Terms of a pair sum besides its plain ones.
+/// Optional terms of a pair sum.
 #[derive(Clone, Copy, Debug)]
 pub struct ActiveTerms {
     /// Results of the gradient pass that neighbours read.

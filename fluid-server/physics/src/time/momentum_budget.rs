@@ -39,7 +39,7 @@ impl AddAssign for MomentumBudget {
     }
 }
 
-/// Change of angular momentum in a stage, and its causes besides the rates, summed over particles.
+/// Change of angular momentum in a stage, and its causes other than the rates, summed over particles.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct AngularBudgetSums {
     /// Σ m [(x − x₀) × v − (xⁿ − x₀) × vⁿ] \[kg m/s\].

@@ -3,11 +3,13 @@
 use std::path::Path;
 
 use coordinator::case::Case;
+use coordinator::case::forecast::Work;
 use coordinator::results::state;
 use coordinator::run::participants::News;
 use coordinator::run::participants::in_process;
 use coordinator::run::participants::threads::Threads;
 use sph::coupling::driver::{Command, Event};
+
 use sph::coupling::solver::Role;
 
 /// Events that may wait for the reader.
@@ -32,25 +34,81 @@ pub struct SideState {
 /// When the case is refused or a side fails; the message names the side.
 pub fn first_steps(path: &Path, steps: u64) -> Result<Vec<SideState>, String> {
     let case = coordinator::run::load(path).map_err(|failure| failure.to_string())?;
-    run(&case, steps).map_err(|message| format!("{}: {message}", path.display()))
+    run(&case, steps, |_| None).map_err(|message| format!("{}: {message}", path.display()))
 }
 
-fn run(case: &Case, steps: u64) -> Result<Vec<SideState>, String> {
+/// What steps of a case have cost.
+#[derive(Clone, Copy, Debug)]
+pub struct StepCost {
+    /// Steps that were measured.
+    pub steps: u64,
+    /// CPU time of one, all threads together \[s\].
+    pub seconds_per_step: f64,
+    /// Work of one, as the forecast counts it.
+    pub work: Work,
+}
+
+/// Steps before the measurement: pages are touched, and lists are as wide as they need to be.
+const WARM_UP: u64 = 20;
+
+/// Measures the CPU time of the first steps of the case file at `path`, for about `seconds`.
+///
+/// # Errors
+/// When the case is refused, a side fails, or the case is too short.
+pub fn cpu_time(path: &Path, seconds: f64) -> Result<StepCost, String> {
+    let case = coordinator::run::load(path).map_err(|failure| failure.to_string())?;
+    let (mut start, mut end) = (None, None);
+    run(&case, WARM_UP, |step| {
+        let now = proto::trace::process_cpu().as_secs_f64();
+        end = Some((step, now));
+        let (_, started) = *start.get_or_insert((step, now));
+        (now - started < seconds).then_some(step + WARM_UP)
+    })
+    .map_err(|message| format!("{}: {message}", path.display()))?;
+    match (start, end) {
+        (Some((first, from)), Some((last, to))) if last > first => Ok(StepCost {
+            steps: last - first,
+            seconds_per_step: (to - from) / (last - first) as f64,
+            work: case.summary().work,
+        }),
+        _ => Err(format!("{}: fewer than {} steps", path.display(), 2 * WARM_UP)),
+    }
+}
+
+/// Takes `steps` steps of `case`, then as many more as `further` wants: it gets the steps that all sides have completed
+/// and answers with those to complete next.
+fn run(
+    case: &Case,
+    steps: u64,
+    mut further: impl FnMut(u64) -> Option<u64>,
+) -> Result<Vec<SideState>, String> {
     let (events, mut received) = tokio::sync::mpsc::channel(PENDING_EVENTS);
     let threads = Threads::each(1);
     let solvers = in_process::start(case.fluid_setup(), case.solid_setup(), threads, None, &events)
         .map_err(|failure| failure.to_string())?;
     drop(events);
-    for solver in &solvers {
-        for command in [Command::GrantThrough(steps), Command::Stop] {
+    let order = |command: Command| {
+        for solver in &solvers {
             // A side that has failed takes no commands; its last event says why.
-            let _ = solver.commands.send(command);
+            let _ = solver.commands.send(command.clone());
         }
-    }
+    };
+    let (mut granted, mut arrived) = (steps, 0);
+    order(Command::GrantThrough(granted));
     let (mut states, mut failure) = (Vec::new(), None);
     while let Some((role, news)) = received.blocking_recv() {
         match news {
             Ok(News::Event(event)) => match *event {
+                Event::Step(report) if report.step + 1 == granted => {
+                    arrived += 1;
+                    if arrived == solvers.len() {
+                        match further(granted) {
+                            Some(next) => (granted, arrived) = (next, 0),
+                            None => order(Command::Stop),
+                        }
+                        order(Command::GrantThrough(granted));
+                    }
+                }
                 Event::Finished(report) => states.push(SideState {
                     role,
                     step: report.step,

@@ -8,6 +8,7 @@ mod effort;
 mod errors;
 pub mod file;
 mod files;
+pub mod forecast;
 pub mod limits;
 mod names;
 mod notation;

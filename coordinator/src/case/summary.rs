@@ -12,20 +12,9 @@ use super::Case;
 use super::file::body::BodyTable;
 use super::file::material::FormulationTable;
 use super::file::solid::SolidTable;
+use super::forecast::{self, Work};
 use super::limits::{self, StepLimit};
 use super::scene::tally;
-
-/// Seconds of one core per fluid particle and half-step: all passes over the neighbour list.
-const FLUID_COST: f64 = 250e-9;
-
-/// Seconds of one core per updated-Lagrangian particle and half-step.
-const SOLID_COST: f64 = 500e-9;
-
-/// Seconds of one core per wall particle and half-step.
-const WALL_COST: f64 = 30e-9;
-
-/// Half-steps per step.
-const STAGES: f64 = 2.0;
 
 /// Fewest times the largest speed that the sound speed should be, so that density stays within 1 %.
 const SOUND_SPEED_RATIO: f64 = 10.0;
@@ -73,10 +62,8 @@ pub struct Summary {
     pub limit_override: Option<f64>,
     /// Steps of the run, estimated when adaptive.
     pub steps: u64,
-    /// Forecast of the run time on one core \[s\].
-    pub forecast: f64,
-    /// Cost model of the forecast, in words.
-    pub forecast_basis: String,
+    /// Work of a step.
+    pub work: Work,
     /// Constants that decide the answer, in words.
     pub constants: Vec<String>,
     /// Stabilisers that are switched on.
@@ -85,6 +72,13 @@ pub struct Summary {
     pub cuts: Vec<String>,
     /// What deserves a second look.
     pub warnings: Vec<String>,
+}
+
+impl Summary {
+    /// Forecast of the CPU time of the run \[s\], on the machine of docs/performance.md.
+    pub fn forecast(&self) -> f64 {
+        self.steps as f64 * self.work.seconds()
+    }
 }
 
 impl Case {
@@ -102,9 +96,6 @@ impl Case {
         };
         let steps = ((plan.end_time - plan.start_time) / time_step - 1e-6).ceil().max(0.0);
         let scene = &self.scene;
-        let cost = FLUID_COST * scene.fluid.id.len() as f64
-            + SOLID_COST * scene.solid.id.len() as f64
-            + WALL_COST * scene.walls.wall.len() as f64;
         let mut summary = Summary {
             name: self.name.clone(),
             counts: self.counts(),
@@ -115,13 +106,7 @@ impl Case {
             limit_override: Some(self.file.time.limit_factor.value).filter(|factor| *factor != 1.0),
             // Saturates for absurd inputs.
             steps: steps as u64,
-            forecast: steps * STAGES * cost,
-            forecast_basis: format!(
-                "{:.0} ns per fluid, {:.0} ns per solid and {:.0} ns per wall particle and half-step",
-                FLUID_COST * 1e9,
-                SOLID_COST * 1e9,
-                WALL_COST * 1e9
-            ),
+            work: forecast::work(self.fluid_setup().as_ref(), self.solid_setup().as_ref(), time_step),
             constants: self.constants(),
             stabilisers: self.stabilisers(),
             cuts: scene.cuts.clone(),

@@ -117,12 +117,7 @@ impl Checked {
         if let Some(factor) = summary.limit_override {
             line(format!("  the case overrides the limit by a factor of {factor}"));
         }
-        line(format!(
-            "  {} steps; about {} on one core, at {}",
-            summary.steps,
-            duration(summary.forecast),
-            summary.forecast_basis
-        ));
+        line(format!("  {} steps; about {} on one core", summary.steps, duration(summary.forecast()),));
         line("\nconstants".into());
         summary.constants.iter().for_each(|constant| line(format!("  {constant}")));
         if !summary.stabilisers.is_empty() {

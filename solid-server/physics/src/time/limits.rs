@@ -30,10 +30,10 @@ const VERLET_FRACTION: f64 = 0.9;
 const ACCELERATION_COEFFICIENT: f64 = 0.25;
 
 /// Part of the stable sub-step to which an automatic number of sub-steps keeps \[-\]; contact may stiffen within a step.
-pub(crate) const AUTOMATIC_FRACTION: f64 = 0.8;
+const AUTOMATIC_FRACTION: f64 = 0.8;
 
 /// Most sub-steps per step that an automatic number reaches.
-pub(crate) const MOST_SUBSTEPS: f64 = 10_000.0;
+const MOST_SUBSTEPS: f64 = 10_000.0;
 
 /// Largest c_L Δt/h \[-\] of the stage rule, Eq. (30)-(31), for artificial viscosity A.
 ///
@@ -82,6 +82,14 @@ pub fn total_lagrangian_substep(largest_frequency: f64, viscosity_a: f64) -> f64
     } else {
         f64::INFINITY
     }
+}
+
+/// Automatic number of sub-steps in a step of `time_step` \[s\], an even number, for sub-steps that are stable up to
+/// `substep_limit` \[s\].
+pub fn automatic_substeps(time_step: f64, substep_limit: f64) -> u32 {
+    let needed = time_step / (AUTOMATIC_FRACTION * substep_limit);
+    // At most MOST_SUBSTEPS: the conversion is exact.
+    2 * (0.5 * needed).ceil().clamp(1.0, 0.5 * MOST_SUBSTEPS) as u32
 }
 
 /// Largest step by the acceleration a of a particle \[m/s²\], ¼ √(Δx/a) \[s\].

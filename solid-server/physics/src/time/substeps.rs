@@ -13,7 +13,7 @@ use crate::time::advance::{HeldQuantity, impose_supports, take_reactions};
 use crate::time::evaluate::{
     add_torques, evaluate_pairs, refresh_lists, sum_forces, total_forces, update_stress,
 };
-use crate::time::limits::{AUTOMATIC_FRACTION, MOST_SUBSTEPS, substep_limit};
+use crate::time::limits::{automatic_substeps, substep_limit};
 
 /// Sub-steps of the stage of `time`: half of those of the step in the predictor.
 ///
@@ -21,11 +21,7 @@ use crate::time::limits::{AUTOMATIC_FRACTION, MOST_SUBSTEPS, substep_limit};
 fn stage_substeps(model: &SolidModel, state: &SolidState, count: SubstepCount, time: &StageTime) -> u32 {
     let pairs = match count {
         SubstepCount::Fixed(count) => count / 2,
-        SubstepCount::Automatic => {
-            let needed = time.time_step / (AUTOMATIC_FRACTION * substep_limit(model, state));
-            // Between 1 and half of MOST_SUBSTEPS: the conversion is exact.
-            (0.5 * needed).ceil().clamp(1.0, 0.5 * MOST_SUBSTEPS) as u32
-        }
+        SubstepCount::Automatic => automatic_substeps(time.time_step, substep_limit(model, state)) / 2,
     };
     match time.at.stage {
         Stage::Predictor => pairs,

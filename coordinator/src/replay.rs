@@ -47,7 +47,6 @@ pub fn replay(request: &ReplayRequest) -> Result<RunOutcome, Failure> {
     check(&recording, &completion::digest(&case.identity()), &request.case)?;
     let out = request.out.clone().unwrap_or_else(|| run::default_folder(&request.case, "_replay"));
     let directory = run::new_folder(&out, request.existing, &origin)?;
-    let origin = origin.keep(&directory)?;
     let messages = options.messages;
     let replay = Some(Replay { side, recording: request.recording.clone() });
     let outcome = run::execute(&Job { case, origin, directory, options, resume: None, replay })?;

@@ -13,7 +13,8 @@ use crate::results::names;
 use crate::results::recorder::Recorder;
 use crate::results::table::Changed;
 use crate::run::job::{Job, Resumption};
-use crate::run::{self, RunOptions, RunOutcome, origin};
+use crate::run::origin::{self, Origin};
+use crate::run::{self, RunOptions, RunOutcome};
 
 /// A run that continues.
 #[derive(Clone, Debug, Default)]
@@ -41,8 +42,7 @@ pub fn resume(request: &ResumeRequest) -> Result<RunOutcome, Failure> {
     let out = &request.folder;
     let directory = Arc::new(OutputDirectory::reopen(out)?);
     let checkpoint = newest(&directory, options.messages)?;
-    let origin = checkpoint.outputs.origin.clone();
-    let mut case = origin::reload(&directory, &origin)?;
+    let mut case = origin::reload(&directory, &checkpoint.outputs.origin)?;
     if let Some(difference) = checkpoint.case_difference(&case.identity()) {
         return Err(Failure::input(format!(
             "the case in `{}` is not the one of the checkpoint; they differ {difference}\n\
@@ -62,7 +62,7 @@ pub fn resume(request: &ResumeRequest) -> Result<RunOutcome, Failure> {
     let (step, time) = (checkpoint.step, checkpoint.time);
     options.messages.progress(format_args!("continuing at step {step}, t = {time} s"));
     let resume = Some(Resumption { checkpoint, accept_other_build: request.accept_other_build, changed });
-    run::execute(&Job { case, origin, directory, options, resume, replay: None })
+    run::execute(&Job { case, origin: Origin::default(), directory, options, resume, replay: None })
 }
 
 /// The newest good checkpoint of the run in `directory`; prints which are not good.

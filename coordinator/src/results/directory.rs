@@ -3,6 +3,7 @@
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, PoisonError};
 
 use super::earlier::{self, Remains};
 use super::error::{OutputError, refused};
@@ -30,10 +31,13 @@ pub struct OutputDirectory {
     is_new: bool,
     /// Whether anything else was changed; until then the marker goes with this value.
     changed: AtomicBool,
+    /// What an earlier run left, until [`OutputDirectory::begin`].
+    remains: Mutex<Remains>,
 }
 
 impl OutputDirectory {
-    /// Takes `path` as the output folder, creating it where needed.
+    /// Takes `path` as the output folder, creating it where needed. Results of an earlier run in it stay until
+    /// [`OutputDirectory::begin`]; only its logs go, as the servers write new ones before.
     ///
     /// # Errors
     /// When the folder holds anything and `existing` says to refuse, when it holds anything but no run's mark, when
@@ -64,19 +68,32 @@ impl OutputDirectory {
                 );
             }
         }
-        let taken = Self::take(path)?;
+        let mut taken = Self::take(path)?;
         // Between the first look and the lock another run may have come and gone.
         if existing == Existing::Refuse && !is_empty(path)? {
             return in_use();
         }
         let remains = Remains::of(path)?;
-        taken.changed.store(true, Ordering::Relaxed);
+        remains.remove_logs()?;
+        // A folder without results is this run's from here on.
+        taken.changed = AtomicBool::new(remains.is_empty());
+        taken.remains = Mutex::new(remains);
+        Ok(taken)
+    }
+
+    /// Begins to write a new run's results: removes those of an earlier one.
+    ///
+    /// # Errors
+    /// When something cannot be removed, or a folder cannot be made.
+    pub fn begin(&self) -> Result<(), OutputError> {
+        self.changed.store(true, Ordering::Relaxed);
+        let remains = std::mem::take(&mut *self.remains.lock().unwrap_or_else(PoisonError::into_inner));
         remains.remove()?;
         for folder in [SNAPSHOTS, FINAL] {
-            let folder = path.join(folder);
+            let folder = self.path.join(folder);
             fs::create_dir_all(&folder).map_err(|e| OutputError::file("create folder", &folder, e))?;
         }
-        Ok(taken)
+        Ok(())
     }
 
     /// Takes the folder of an earlier run to continue with it. Nothing in it is changed before
@@ -97,7 +114,13 @@ impl OutputDirectory {
 
     fn take(path: &Path) -> Result<Self, OutputError> {
         let (marker, is_new) = take_marker(path)?;
-        Ok(Self { path: path.to_path_buf(), _marker: marker, is_new, changed: AtomicBool::new(false) })
+        Ok(Self {
+            path: path.to_path_buf(),
+            _marker: marker,
+            is_new,
+            changed: AtomicBool::new(false),
+            remains: Mutex::default(),
+        })
     }
 
     /// Begins to change the folder of an earlier run: its summary and its report are out of date from here on.

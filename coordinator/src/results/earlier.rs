@@ -21,6 +21,7 @@ pub(super) fn carries_mark(root: &Path) -> bool {
 /// Files and folders of an earlier run, in the order in which they go.
 #[derive(Debug, Default)]
 pub(super) struct Remains {
+    logs: Vec<PathBuf>,
     files: Vec<PathBuf>,
     folders: Vec<PathBuf>,
 }
@@ -39,17 +40,25 @@ impl Remains {
         for (folder, is_ours) in [
             (FINAL, names::is_final as fn(&str) -> bool),
             (SNAPSHOTS, names::is_snapshot),
-            (LOGS, names::is_log),
             (CHECKPOINTS, names::is_beside_checkpoints),
         ] {
-            let folder = root.join(folder);
-            for name in names_in(root, &folder)?.iter().filter(|name| is_ours(name)) {
-                found.file(root, folder.join(name))?;
-            }
+            found.folder(root, folder, is_ours)?;
         }
         found.checkpoints(root)?;
-        found.folders.extend([SNAPSHOTS, FINAL, CHECKPOINTS, LOGS].map(|name| root.join(name)));
+        found.folders.extend([SNAPSHOTS, FINAL, CHECKPOINTS].map(|name| root.join(name)));
+        let mut logs = Self::default();
+        logs.folder(root, LOGS, names::is_log)?;
+        found.logs = logs.files;
         Ok(found)
+    }
+
+    /// Notes the files in the folder `name` that are a run's.
+    fn folder(&mut self, root: &Path, name: &str, is_ours: fn(&str) -> bool) -> Result<(), OutputError> {
+        let folder = root.join(name);
+        names_in(root, &folder)?
+            .iter()
+            .filter(|name| is_ours(name))
+            .try_for_each(|name| self.file(root, folder.join(name)))
     }
 
     fn checkpoints(&mut self, root: &Path) -> Result<(), OutputError> {
@@ -92,24 +101,42 @@ impl Remains {
         Ok(())
     }
 
-    /// Removes it all; folders with anything else in them stay.
+    /// Whether there is nothing.
+    pub fn is_empty(&self) -> bool {
+        self.logs.is_empty() && self.files.is_empty()
+    }
+
+    /// Removes the logs of servers, and their folder where nothing else is in it.
+    ///
+    /// # Errors
+    /// When the system refuses.
+    pub fn remove_logs(&self) -> Result<(), OutputError> {
+        remove(&self.logs)?;
+        let folder = self.logs.first().and_then(|log| log.parent());
+        folder.map_or(Ok(()), remove_folder)
+    }
+
+    /// Removes all but the logs; folders with anything else in them stay.
     ///
     /// # Errors
     /// When the system refuses.
     pub fn remove(&self) -> Result<(), OutputError> {
-        for file in &self.files {
-            remove_if_there(file).map_err(|e| OutputError::file("remove", file, e))?;
-        }
-        for folder in &self.folders {
-            match fs::remove_dir(folder) {
-                Err(e) if !absent(&e) && e.kind() != io::ErrorKind::DirectoryNotEmpty => {
-                    return Err(OutputError::file("remove", folder, e));
-                }
-                _ => {}
-            }
-        }
-        Ok(())
+        remove(&self.files)?;
+        self.folders.iter().try_for_each(|folder| remove_folder(folder))
     }
+}
+
+fn remove_folder(folder: &Path) -> Result<(), OutputError> {
+    match fs::remove_dir(folder) {
+        Err(e) if !absent(&e) && e.kind() != io::ErrorKind::DirectoryNotEmpty => {
+            Err(OutputError::file("remove", folder, e))
+        }
+        _ => Ok(()),
+    }
+}
+
+fn remove(files: &[PathBuf]) -> Result<(), OutputError> {
+    files.iter().try_for_each(|file| remove_if_there(file).map_err(|e| OutputError::file("remove", file, e)))
 }
 
 fn absent(error: &io::Error) -> bool {

@@ -189,6 +189,7 @@ mod tests {
         let none = |_: &Path| Err("no such file".to_owned());
         let case = case::parse(text, "case.toml", Path::new("."), &none).unwrap();
         let directory = Arc::new(OutputDirectory::create(out, Existing::Refuse).unwrap());
+        directory.begin().unwrap();
         let progress = Progress::new(case.run_setup().time, Messages::None);
         (Recorder::create(&directory, &case, &[], progress).unwrap(), directory)
     }

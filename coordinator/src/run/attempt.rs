@@ -74,13 +74,17 @@ impl Attempt<'_> {
             coupling.kind = kind;
         }
         let progress = Progress::new(setup.time, options.messages);
+        let taken = match self.from {
+            Some(checkpoint) => self.take_over(checkpoint, scheduler.store()),
+            None => self.begin(),
+        };
+        if let Err(failure) = taken {
+            drop(participants);
+            solvers.end().await;
+            return Err(failure);
+        }
         let (recorder, resumed) = match self.from {
             Some(checkpoint) => {
-                if let Err(failure) = self.take_over(checkpoint, scheduler.store()) {
-                    drop(participants);
-                    solvers.end().await;
-                    return Err(failure);
-                }
                 scheduler.resume(checkpoint);
                 let state = &checkpoint.outputs.recorder;
                 let resumed = ResumedAt { step: checkpoint.step, impulse: state.impulse };

@@ -48,7 +48,6 @@ pub(crate) fn execute(job: &Job) -> Result<RunOutcome, Failure> {
     let traced = trace.map_or(Ok(()), Trace::finish);
     let EndedRun { ending, summary, replayed } = ended.map_err(|failure| with_resume_hint(failure, job))?;
     job.directory.complete()?;
-    traced?;
     job.options.messages.progress(format_args!("results in {}", out.display()));
     let failure = match ending {
         Ending::Completed => None,
@@ -58,7 +57,18 @@ pub(crate) fn execute(job: &Job) -> Result<RunOutcome, Failure> {
         }
         Ending::Failed(failure) | Ending::Lost { failure, .. } => Some(failure),
     };
-    let failure = failure.map(|failure| with_resume_hint(failure, job));
+    let failure = match (failure, traced) {
+        (Some(failure), traced) => {
+            if let Err(problem) = traced {
+                job.options.messages.notice(format_args!("{problem}"));
+            }
+            Some(with_resume_hint(failure, job))
+        }
+        (None, traced) => {
+            traced?;
+            None
+        }
+    };
     Ok(RunOutcome { directory: out.to_owned(), summary, failure, replayed })
 }
 
@@ -86,10 +96,14 @@ async fn run_recorded(job: &Job, trace: Option<&Trace>) -> Result<EndedRun, Fail
     };
     let ended = make_attempts(job, recording.as_ref(), trace).await;
     if let Some(recording) = recording {
+        let path = recording.path().to_owned();
         let frames = recording.finish().await;
-        // A run that failed says why first.
-        if ended.is_ok() {
-            job.options.messages.progress(format_args!("{} frames recorded", frames?));
+        match (&ended, frames) {
+            (Ok(_), frames) => job.options.messages.progress(format_args!("{} frames recorded", frames?)),
+            // A run that was refused leaves nothing behind; that it was matters more than a file that remains.
+            (Err(_), Ok(0)) => drop(std::fs::remove_file(path)),
+            // A run that failed says why first.
+            (Err(_), _) => {}
         }
     }
     ended
@@ -102,15 +116,12 @@ async fn make_attempts(
 ) -> Result<EndedRun, Failure> {
     let Job { case, directory, options, .. } = job;
     let resolved = case.resolved_toml();
-    if job.resume.is_none() {
-        job.write_case()?;
-    }
     let mut stops = watch_signals(options.messages)?;
     let mut scheduler = CheckpointScheduler::new(
         directory.file(names::CHECKPOINTS),
         schedule(case, options),
         case.disk_deadline(),
-        CaseFacts { identity: case.identity(), origin: job.origin.clone() },
+        CaseFacts { identity: case.identity(), origin: job.origin_digests() },
     );
     let mut from = job.resume.as_ref().map(|resume| resume.checkpoint.clone());
     let mut restarts: Vec<String> = Vec::new();

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use sph::coupling::solver::Role;
 
+use super::origin::Origin;
 use super::request::RunOptions;
 use crate::case::Case;
 use crate::checkpoint::{OriginDigests, RunCheckpoint};
@@ -15,8 +16,8 @@ use crate::results::table::Changed;
 pub(crate) struct Job {
     /// What is computed.
     pub case: Case,
-    /// What it started from.
-    pub origin: OriginDigests,
+    /// The states that it starts from; none where it continues.
+    pub origin: Origin,
     /// Where results go.
     pub directory: Arc<OutputDirectory>,
     /// How it is run.
@@ -46,6 +47,14 @@ pub(crate) struct Replay {
 }
 
 impl Job {
+    /// Digests of the states that the run started from.
+    pub fn origin_digests(&self) -> OriginDigests {
+        match &self.resume {
+            Some(resume) => resume.checkpoint.outputs.origin.clone(),
+            None => self.origin.digests(),
+        }
+    }
+
     /// Whether the solver of `role` is started.
     pub fn runs(&self, role: Role) -> bool {
         self.case.has(role) && self.replay.as_ref().is_none_or(|replay| replay.side == role)

@@ -41,7 +41,6 @@ pub fn run(request: &RunRequest) -> Result<RunOutcome, Failure> {
     let (case, origin) = origin::load(&request.case)?;
     let out = request.out.clone().unwrap_or_else(|| default_folder(&request.case, ""));
     let directory = new_folder(&out, request.existing, &origin)?;
-    let origin = origin.keep(&directory)?;
     let options = request.options.clone();
     execute(&Job { case, origin, directory, options, resume: None, replay: None })
 }

@@ -109,21 +109,25 @@ impl Origin {
         }
     }
 
-    /// Keeps the states in `directory`; answers their digests.
+    /// Digests of the states.
+    pub fn digests(&self) -> OriginDigests {
+        let mut digests = [None, None];
+        for (role, state) in &self.states {
+            digests[role.index()] = Some(state::digest(state));
+        }
+        digests
+    }
+
+    /// Keeps the states in `directory`.
     ///
     /// # Errors
     /// When they cannot be written.
-    pub fn keep(self, directory: &OutputDirectory) -> Result<OriginDigests, Failure> {
-        let mut digests = [None, None];
+    pub fn keep(&self, directory: &OutputDirectory) -> Result<(), OutputError> {
         if self.states.is_empty() {
-            return Ok(digests);
+            return Ok(());
         }
         let folder = directory.file(names::CHECKPOINTS);
         fs::create_dir_all(&folder).map_err(|e| OutputError::file("create folder", &folder, e))?;
-        for (role, state) in &self.states {
-            state::write(&kept_file(directory, *role), state)?;
-            digests[role.index()] = Some(state::digest(state));
-        }
-        Ok(digests)
+        self.states.iter().try_for_each(|(role, state)| state::write(&kept_file(directory, *role), state))
     }
 }

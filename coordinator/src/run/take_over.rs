@@ -1,4 +1,5 @@
-//! When a resumed run begins to change the folder of the earlier one: not before all solvers have taken its checkpoint over.
+//! When a run begins to change the folder of an earlier one: not before all solvers are ready, of a run that continues with
+//! its checkpoint taken over.
 
 use super::attempt::Attempt;
 use super::job::Job;
@@ -12,7 +13,7 @@ use crate::results::table::Changed;
 
 impl Job {
     /// Writes the case as resolved.
-    pub(super) fn write_case(&self) -> Result<(), OutputError> {
+    fn write_case(&self) -> Result<(), OutputError> {
         let resolved = self.case.resolved_toml();
         write_file(&self.directory.file(names::CASE), |file| {
             std::io::Write::write_all(file, resolved.as_bytes())
@@ -26,6 +27,14 @@ impl Job {
 }
 
 impl Attempt<'_> {
+    /// Makes the folder that of a new run, whose solvers are all ready.
+    pub(super) fn begin(&self) -> Result<(), Failure> {
+        let job = self.job;
+        job.directory.begin()?;
+        job.write_case()?;
+        Ok(job.origin.keep(&job.directory)?)
+    }
+
     /// Makes the folder that of a run which continues from `checkpoint`, all of whose solvers have taken it over.
     pub(super) fn take_over(&self, checkpoint: &RunCheckpoint, store: &Store) -> Result<(), Failure> {
         let directory = &self.job.directory;

@@ -53,6 +53,11 @@ impl RecordingWriter {
         Ok(Self { path: path.to_owned(), records, thread })
     }
 
+    /// Where it is written.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
     /// Notes that the frames from here on belong to `attempt`.
     pub async fn attempt(&self, attempt: Attempt) {
         // A thread that has failed tells why in `finish`.

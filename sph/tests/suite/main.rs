@@ -1,4 +1,6 @@
-//! The half-step driver with analytic participants.
+//! The half-step driver with analytic participants, and properties of expressions and shapes.
 
 mod driver;
+mod expressions;
 mod iterate;
+mod shapes;

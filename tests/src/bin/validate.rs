@@ -8,7 +8,7 @@ use clap::Parser;
 use terminal::say;
 use tests::validation::report::{self, Row};
 use tests::validation::runner::Options;
-use tests::validation::{Case, Member, Run, cases, template};
+use tests::validation::{Case, Member, Run, cases, regression, template};
 
 /// Runs the verification suite: cases with known answers at several resolutions, judged by figures.
 ///
@@ -40,6 +40,9 @@ struct Arguments {
     /// Replace a value in every case file, such as `fluid.artificial_viscosity_a=0.2`.
     #[arg(long, value_name = "PATH=VALUE", value_parser = change)]
     set: Vec<(String, toml::Value)>,
+    /// Store the figures of the short members as those of the regression test.
+    #[arg(long, requires = "quick", conflicts_with_all = ["spacing", "scheme", "set"])]
+    store: bool,
     /// List the cases and their members.
     #[arg(long)]
     list: bool,
@@ -140,8 +143,17 @@ fn run_case(case: &dyn Case, arguments: &Arguments, options: &Options) -> Result
     for run in &runs {
         results.push((run, case.figures(run)?));
     }
+    let compared = case.comparison(&runs)?;
+    if arguments.store {
+        for (run, figures) in &results {
+            regression::store(case.name(), &run.member.label(), figures)?;
+        }
+        if !compared.is_empty() {
+            regression::store(case.name(), regression::COMPARISON, &compared)?;
+        }
+    }
     if let Some((_, figures)) = results.last_mut() {
-        figures.extend(case.comparison(&runs)?);
+        figures.extend(compared);
     }
     let rows = report::rows(case.name(), &results);
     report::print(&rows);

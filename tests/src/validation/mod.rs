@@ -7,6 +7,7 @@ pub mod cases;
 pub mod energy;
 pub mod particles;
 pub mod plot;
+pub mod regression;
 pub mod report;
 pub mod runner;
 pub mod snapshot;

@@ -128,6 +128,22 @@ fn an_earlier_run_is_not_overwritten_without_the_flag() {
 }
 
 #[test]
+fn a_run_that_no_server_takes_leaves_the_earlier_one_and_no_recording() {
+    let bench = bench();
+    let case = bench.coarse(0.001, &[]);
+    let before = bench.run(&case, "out", &["--in-process"]);
+    let (out, record) = (bench.path("out"), bench.path("frames"));
+    let address = std::net::TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().to_string();
+    let run = ["run", text(&case), "--quiet", "--force", "--out", text(&out), "--solid", &address];
+    let refused = [&run[..], &["--relay", "--record", text(&record)]].concat();
+    bench.refused(&refused, 4, &[&address, "cannot be reached"]);
+    assert_eq!(bench.summary("out"), before);
+    assert!(out.join("report.html").exists() && !out.join("run.partial").exists() && !record.exists());
+    bench.run(&case, "out", &["--force"]);
+    assert!(bench.summary("out") != before);
+}
+
+#[test]
 fn errors_of_a_case_are_reported_with_place_and_remedy() {
     let bench = bench();
     let case = bench.coarse(0.01, &[("sound_speed_m_s", "sound_sped_m_s = 25.0")]);

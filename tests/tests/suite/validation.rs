@@ -1,7 +1,8 @@
-//! Short members of the verification suite: each has to meet its goals.
+//! Short members of the verification suite: each has to meet its goals, and to have the figures that are stored in
+//! `tests/reference/regression.toml`. `validate --quick --store` stores new ones.
 
 use tests::validation::runner::{Options, Run};
-use tests::validation::{cases, template};
+use tests::validation::{cases, regression, template};
 
 /// Runs the quick members of `name` and checks every goal; `expected` is the least number of goals.
 fn meets_its_goals(name: &str, expected: usize) {
@@ -9,13 +10,20 @@ fn meets_its_goals(name: &str, expected: usize) {
     let options =
         Options { out: folder.path().to_path_buf(), threads: Some(1), changes: Vec::new(), reuse: false };
     let case = cases::all().into_iter().find(|case| case.name() == name).unwrap();
-    let (mut figures, mut runs) = (Vec::new(), Vec::new());
+    let (mut figures, mut runs, mut differences) = (Vec::new(), Vec::new(), Vec::new());
+    let stored = regression::stored().unwrap();
+    let series = stored.get(name).unwrap_or_else(|| panic!("no series of `{name}` is stored"));
     for member in case.members().into_iter().filter(|member| member.quick) {
         let run = Run::of(case, member, &options).unwrap();
-        figures.extend(case.figures(&run).unwrap());
+        let of_run = case.figures(&run).unwrap();
+        differences.extend(series.differences(&run.member.label(), &of_run));
+        figures.extend(of_run);
         runs.push(run);
     }
-    figures.extend(case.comparison(&runs).unwrap());
+    let compared = case.comparison(&runs).unwrap();
+    differences.extend(series.differences(regression::COMPARISON, &compared));
+    figures.extend(compared);
+    assert!(differences.is_empty(), "tolerance {}: {}\n{differences:#?}", series.tolerance, series.reason);
     for figure in &figures {
         assert_ne!(figure.passes(), Some(false), "{figure:?}");
     }

@@ -68,7 +68,7 @@ fn replacing_removes_what_a_run_wrote_and_nothing_else() {
     for name in mine {
         put(&root.path().join(name), "mine");
     }
-    drop(OutputDirectory::create(root.path(), Existing::Replace).unwrap());
+    OutputDirectory::create(root.path(), Existing::Replace).unwrap().begin().unwrap();
     let mut left: Vec<PathBuf> = content(root.path()).into_iter().map(|(path, _)| path).collect();
     left.retain(|path| !path.ends_with(MARKER));
     let mut expected: Vec<PathBuf> = mine.iter().map(|name| root.path().join(name)).collect();
@@ -76,8 +76,18 @@ fn replacing_removes_what_a_run_wrote_and_nothing_else() {
     assert_eq!(left, expected);
     // Nothing of anybody else: the folders go.
     let root = results();
-    drop(OutputDirectory::create(root.path(), Existing::Replace).unwrap());
+    OutputDirectory::create(root.path(), Existing::Replace).unwrap().begin().unwrap();
     assert!(!root.path().join(CHECKPOINTS).exists() && !root.path().join(LOGS).exists());
+}
+
+#[test]
+fn results_stay_until_the_next_run_begins() {
+    let root = results();
+    let before = content(root.path());
+    drop(OutputDirectory::create(root.path(), Existing::Replace).unwrap());
+    let is_log = |path: &Path| path.starts_with(root.path().join(LOGS));
+    let kept: Vec<_> = before.into_iter().filter(|(path, _)| !is_log(path)).collect();
+    assert_eq!(content(root.path()), kept);
 }
 
 #[test]
@@ -108,7 +118,7 @@ fn links_are_removed_or_refused_but_never_followed() {
     let root = results();
     symlink(&theirs, root.path().join("checkpoints/step_000000000010.partial")).unwrap();
     symlink(theirs.join("manifest.json"), root.path().join("report.html.partial")).unwrap();
-    drop(OutputDirectory::create(root.path(), Existing::Replace).unwrap());
+    OutputDirectory::create(root.path(), Existing::Replace).unwrap().begin().unwrap();
     assert!(!root.path().join(CHECKPOINTS).exists());
     assert!(!root.path().join("report.html.partial").is_symlink());
     // One in the place of a folder is refused.

@@ -107,7 +107,7 @@ fn groups(case: &Case) -> Vec<Group> {
                 "fluid ",
                 &region.name.value,
                 FLUIDS[k % FLUIDS.len()],
-                fluid.particle_spacing_m.value,
+                fluid.parameters.particle_spacing,
                 positions,
             );
         }

@@ -1,17 +1,15 @@
 //! The set-up of a fluid solver.
 
-use sph::setup::{
-    DensityDiffusion, FluidParticles, FluidProbe, FluidProbeKind, FluidScheme, FluidSetup, OrderControl,
-    Outflow, ViscousForm,
-};
+use sph::setup::{FluidParticles, FluidProbe, FluidProbeKind, FluidSetup, Outflow, ParameterSet};
 
 use super::arrays::{
     index_count, pack, pack_indices, unpack, unpack_ids, unpack_indices_below, unpack_positive,
 };
+use super::parameters::{parameters_from_wire, parameters_to_wire};
 use super::run::{wall_particles_from_wire, wall_particles_to_wire};
 use super::{
-    Convert, Path, WireError, finite, flags_from_wire, flags_to_wire, index, length, list, name,
-    not_negative, optional, positive, required, wires,
+    Convert, Path, WireError, finite, flags_from_wire, flags_to_wire, index, length, list, name, optional,
+    required, wires,
 };
 use crate::limits::MAX_LIST;
 use crate::wire;
@@ -20,29 +18,11 @@ impl Convert for FluidSetup {
     type Wire = wire::FluidSetup;
 
     fn to_wire(&self) -> wire::FluidSetup {
-        let Self {
-            run,
-            constants,
-            diffusion,
-            acoustic_damping,
-            wall_repulsion,
-            viscous_form,
-            order,
-            scheme,
-            tension_limit,
-            damping,
-            regions,
-            walls,
-            particles,
-            wall_particles,
-            probes,
-            outflow,
-            lost_particle_limit,
-        } = self;
+        let Self { run, parameters, damping, regions, walls, particles, wall_particles, probes, outflow } =
+            self;
         wire::FluidSetup {
             run: Some(run.to_wire()),
-            constants: Some(constants.to_wire()),
-            diffusion: diffusion_to_wire(*diffusion),
+            parameters: parameters_to_wire(parameters.stated()),
             damping: damping.as_ref().map(Convert::to_wire),
             regions: regions.clone(),
             walls: wires(walls),
@@ -53,16 +33,6 @@ impl Convert for FluidSetup {
                 lower: flags_to_wire(outflow.lower),
                 upper: flags_to_wire(outflow.upper),
             }),
-            lost_particle_limit: *lost_particle_limit,
-            wall_repulsion: Some(*wall_repulsion),
-            acoustic_damping: Some(*acoustic_damping),
-            viscous_stress: *viscous_form == ViscousForm::Stress,
-            order: order.map(|order| wire::OrderControl {
-                shifting: Some(order.shifting),
-                tensile_control: order.tensile_control,
-            }),
-            tension_limit_pa: *tension_limit,
-            leapfrog: *scheme == FluidScheme::Leapfrog,
         }
     }
 
@@ -95,8 +65,7 @@ impl Convert for FluidSetup {
         let outflow = wire.outflow.unwrap_or_default();
         Ok(Self {
             run: required(&wire.run, &at.field("run"))?,
-            constants: required(&wire.constants, &at.field("constants"))?,
-            diffusion: diffusion_from_wire(&wire.diffusion, &at.field("diffusion"))?,
+            parameters: parameters_from_wire(&wire.parameters, |_| true, &at.field("parameters"))?,
             damping: optional(&wire.damping, &at.field("damping"))?,
             particles: particles_from_wire(&wire.particles, regions.len(), &at.field("particles"))?,
             wall_particles: wall_particles_from_wire(
@@ -111,56 +80,8 @@ impl Convert for FluidSetup {
                 lower: flags_from_wire(&outflow.lower),
                 upper: flags_from_wire(&outflow.upper),
             },
-            lost_particle_limit: wire.lost_particle_limit,
-            viscous_form: if wire.viscous_stress { ViscousForm::Stress } else { ViscousForm::Pairwise },
-            order: wire.order.as_ref().map(|order| order_from_wire(order, &at.field("order"))).transpose()?,
-            scheme: match wire.leapfrog {
-                true => FluidScheme::Leapfrog,
-                false => FluidScheme::PredictorCorrector,
-            },
-            tension_limit: wire
-                .tension_limit_pa
-                .map(|tension| positive(tension, &at.field("tension_limit_pa")))
-                .transpose()?,
-            wall_repulsion: not_negative(wire.wall_repulsion.or(Some(0.0)), &at.field("wall_repulsion"))?,
-            acoustic_damping: not_negative(
-                wire.acoustic_damping.or(Some(0.0)),
-                &at.field("acoustic_damping"),
-            )?,
         })
     }
-}
-
-fn diffusion_to_wire(diffusion: DensityDiffusion) -> Option<wire::DensityDiffusion> {
-    match diffusion {
-        DensityDiffusion::None => None,
-        DensityDiffusion::Plain { delta } => {
-            Some(wire::DensityDiffusion { delta: Some(delta), renormalised: false })
-        }
-        DensityDiffusion::Renormalised { delta } => {
-            Some(wire::DensityDiffusion { delta: Some(delta), renormalised: true })
-        }
-    }
-}
-
-fn diffusion_from_wire(
-    wire: &Option<wire::DensityDiffusion>,
-    at: &Path<'_>,
-) -> Result<DensityDiffusion, WireError> {
-    let Some(wire) = wire else { return Ok(DensityDiffusion::None) };
-    let delta = not_negative(wire.delta, &at.field("delta"))?;
-    Ok(if wire.renormalised {
-        DensityDiffusion::Renormalised { delta }
-    } else {
-        DensityDiffusion::Plain { delta }
-    })
-}
-
-fn order_from_wire(wire: &wire::OrderControl, at: &Path<'_>) -> Result<OrderControl, WireError> {
-    Ok(OrderControl {
-        shifting: not_negative(wire.shifting, &at.field("shifting"))?,
-        tensile_control: wire.tensile_control,
-    })
 }
 
 fn particles_to_wire(particles: &FluidParticles) -> wire::FluidParticles {

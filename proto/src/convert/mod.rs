@@ -9,6 +9,7 @@ mod events;
 mod fluid;
 mod frame;
 mod iterate;
+mod parameters;
 mod partner;
 mod report;
 mod run;

@@ -1,19 +1,20 @@
 //! The set-up of a solid solver.
 
 use sph::setup::{
-    BodySetup, ContactLaw, ElasticMaterial, Formulation, HyperelasticLaw, LoadLaw, SolidParticles,
-    SolidProbe, SolidProbeKind, SolidSetup, SolidStepping, SubstepCount, Support, SurfaceLoad,
-    TotalLagrangian, UpdatedLagrangian,
+    BodySetup, Choice, ContactKind, ContactLaw, Formulation, FormulationKind, LoadLaw, ParameterSet,
+    SolidParticles, SolidProbe, SolidProbeKind, SolidSetup, SolidStepping, SubstepCount, Support,
+    SurfaceLoad,
 };
 
 use super::arrays::{
     index_count, pack, pack_indices, unpack, unpack_ids, unpack_indices, unpack_indices_below,
     unpack_positive,
 };
+use super::parameters::{parameters_from_wire, parameters_to_wire, word};
 use super::run::{release_time, wall_particles_from_wire, wall_particles_to_wire};
 use super::{
-    Choice, Convert, Path, WireError, choice, flags_from_wire, flags_to_wire, index, list, name,
-    not_negative, optional, positive, required, text, wires,
+    Convert, Path, WireError, flags_from_wire, flags_to_wire, index, list, name, optional, positive,
+    required, text, wires,
 };
 use crate::wire;
 
@@ -174,16 +175,16 @@ impl Convert for BodySetup {
     type Wire = wire::BodySetup;
 
     fn to_wire(&self) -> wire::BodySetup {
-        use wire::body_setup::Formulation as Wire;
-        let formulation = match &self.formulation {
-            Formulation::UpdatedLagrangian(constants) => Wire::UpdatedLagrangian(constants.to_wire()),
-            Formulation::TotalLagrangian(constants) => Wire::TotalLagrangian(constants.to_wire()),
-            Formulation::Rigid => Wire::Rigid(wire::Unit {}),
+        let parameters = match &self.formulation {
+            Formulation::UpdatedLagrangian(set) => parameters_to_wire(set.stated()),
+            Formulation::TotalLagrangian(set) => parameters_to_wire(set.stated()),
+            Formulation::Rigid => Vec::new(),
         };
         wire::BodySetup {
             name: self.name.clone(),
-            material: Some(self.material.to_wire()),
-            formulation: Some(formulation),
+            material: parameters_to_wire(self.material.stated()),
+            formulation: self.formulation.kind().name().to_owned(),
+            parameters,
             supports: wires(&self.supports),
             acceleration_m_per_s2: self.acceleration.as_ref().map(Convert::to_wire),
             loads: wires(&self.loads),
@@ -191,23 +192,19 @@ impl Convert for BodySetup {
     }
 
     fn from_wire(wire: &wire::BodySetup, at: &Path<'_>) -> Result<Self, WireError> {
-        use wire::body_setup::Formulation as Wire;
-        let formulation = match &wire.formulation {
-            Some(Wire::UpdatedLagrangian(constants)) => Formulation::UpdatedLagrangian(
-                UpdatedLagrangian::from_wire(constants, &at.field("updated_lagrangian"))?,
-            ),
-            Some(Wire::TotalLagrangian(constants)) => Formulation::TotalLagrangian(
-                TotalLagrangian::from_wire(constants, &at.field("total_lagrangian"))?,
-            ),
-            Some(Wire::Rigid(_)) => Formulation::Rigid,
-            None => {
-                let at = at.field("formulation");
-                return Err(at.error("is missing or of a later version of the protocol"));
+        let set = at.field("parameters");
+        let formulation = match word(&wire.formulation, &at.field("formulation"))? {
+            FormulationKind::UpdatedLagrangian => {
+                Formulation::UpdatedLagrangian(parameters_from_wire(&wire.parameters, |_| true, &set)?)
             }
+            FormulationKind::TotalLagrangian => {
+                Formulation::TotalLagrangian(parameters_from_wire(&wire.parameters, |_| true, &set)?)
+            }
+            FormulationKind::Rigid => Formulation::Rigid,
         };
         Ok(Self {
             name: name(&wire.name, &at.field("name"))?,
-            material: required(&wire.material, &at.field("material"))?,
+            material: parameters_from_wire(&wire.material, |_| true, &at.field("material"))?,
             formulation,
             supports: list(&wire.supports, at, "supports")?,
             acceleration: optional(&wire.acceleration_m_per_s2, &at.field("acceleration_m_per_s2"))?,
@@ -252,93 +249,6 @@ impl Convert for SurfaceLoad {
     }
 }
 
-impl Convert for ElasticMaterial {
-    type Wire = wire::ElasticMaterial;
-
-    fn to_wire(&self) -> wire::ElasticMaterial {
-        wire::ElasticMaterial {
-            density_kg_per_m3: Some(self.density),
-            bulk_modulus_pa: Some(self.bulk_modulus),
-            shear_modulus_pa: Some(self.shear_modulus),
-        }
-    }
-
-    fn from_wire(wire: &wire::ElasticMaterial, at: &Path<'_>) -> Result<Self, WireError> {
-        Ok(Self {
-            density: positive(wire.density_kg_per_m3, &at.field("density_kg_per_m3"))?,
-            bulk_modulus: positive(wire.bulk_modulus_pa, &at.field("bulk_modulus_pa"))?,
-            shear_modulus: not_negative(wire.shear_modulus_pa, &at.field("shear_modulus_pa"))?,
-        })
-    }
-}
-
-impl Convert for UpdatedLagrangian {
-    type Wire = wire::UpdatedLagrangian;
-
-    fn to_wire(&self) -> wire::UpdatedLagrangian {
-        wire::UpdatedLagrangian {
-            smoothing_length_m: Some(self.smoothing_length),
-            gradient_correction: self.gradient_correction,
-            viscosity_a: Some(self.viscosity_a),
-            viscosity_b: Some(self.viscosity_b),
-            lambda: Some(self.lambda),
-            artificial_stress: Some(self.artificial_stress),
-            artificial_stress_exponent: Some(self.artificial_stress_exponent),
-        }
-    }
-
-    fn from_wire(wire: &wire::UpdatedLagrangian, at: &Path<'_>) -> Result<Self, WireError> {
-        Ok(Self {
-            smoothing_length: positive(wire.smoothing_length_m, &at.field("smoothing_length_m"))?,
-            gradient_correction: wire.gradient_correction,
-            viscosity_a: not_negative(wire.viscosity_a, &at.field("viscosity_a"))?,
-            viscosity_b: not_negative(wire.viscosity_b, &at.field("viscosity_b"))?,
-            lambda: not_negative(wire.lambda, &at.field("lambda"))?,
-            artificial_stress: not_negative(wire.artificial_stress, &at.field("artificial_stress"))?,
-            artificial_stress_exponent: not_negative(
-                wire.artificial_stress_exponent,
-                &at.field("artificial_stress_exponent"),
-            )?,
-        })
-    }
-}
-
-impl Choice for HyperelasticLaw {
-    const ALL: &'static [Self] = &[HyperelasticLaw::StVenantKirchhoff, HyperelasticLaw::NeoHookean];
-
-    fn code(self) -> i32 {
-        let wire = match self {
-            HyperelasticLaw::StVenantKirchhoff => wire::HyperelasticLaw::StVenantKirchhoff,
-            HyperelasticLaw::NeoHookean => wire::HyperelasticLaw::NeoHookean,
-        };
-        wire.into()
-    }
-}
-
-impl Convert for TotalLagrangian {
-    type Wire = wire::TotalLagrangian;
-
-    fn to_wire(&self) -> wire::TotalLagrangian {
-        wire::TotalLagrangian {
-            smoothing_length_m: Some(self.smoothing_length),
-            law: self.law.code(),
-            hourglass: Some(self.hourglass),
-            viscosity_a: Some(self.viscosity_a),
-            viscosity_b: Some(self.viscosity_b),
-        }
-    }
-
-    fn from_wire(wire: &wire::TotalLagrangian, at: &Path<'_>) -> Result<Self, WireError> {
-        Ok(Self {
-            smoothing_length: positive(wire.smoothing_length_m, &at.field("smoothing_length_m"))?,
-            law: choice(wire.law, &at.field("law"))?,
-            hourglass: not_negative(wire.hourglass, &at.field("hourglass"))?,
-            viscosity_a: not_negative(wire.viscosity_a, &at.field("viscosity_a"))?,
-            viscosity_b: not_negative(wire.viscosity_b, &at.field("viscosity_b"))?,
-        })
-    }
-}
-
 impl Convert for Support {
     type Wire = wire::Support;
 
@@ -365,38 +275,20 @@ impl Convert for ContactLaw {
     type Wire = wire::ContactLaw;
 
     fn to_wire(&self) -> wire::ContactLaw {
-        use wire::contact_law::Law;
-        let law = match *self {
-            ContactLaw::Repulsion { stiffness, distance, damping, friction, self_contact } => {
-                Law::Repulsion(wire::Repulsion {
-                    stiffness: Some(stiffness),
-                    distance: Some(distance),
-                    damping: Some(damping),
-                    friction: Some(friction),
-                    self_contact,
-                })
-            }
-            ContactLaw::Sums => Law::Sums(wire::Unit {}),
+        let parameters = match self {
+            ContactLaw::Repulsion(set) => parameters_to_wire(set.stated()),
+            ContactLaw::Sums => Vec::new(),
         };
-        wire::ContactLaw { law: Some(law) }
+        wire::ContactLaw { law: self.kind().name().to_owned(), parameters }
     }
 
     fn from_wire(wire: &wire::ContactLaw, at: &Path<'_>) -> Result<Self, WireError> {
-        use wire::contact_law::Law;
-        match &wire.law {
-            Some(Law::Repulsion(law)) => {
-                let at = at.field("repulsion");
-                Ok(Self::Repulsion {
-                    stiffness: not_negative(law.stiffness, &at.field("stiffness"))?,
-                    distance: not_negative(law.distance, &at.field("distance"))?,
-                    damping: not_negative(law.damping, &at.field("damping"))?,
-                    friction: not_negative(law.friction.or(Some(0.0)), &at.field("friction"))?,
-                    self_contact: law.self_contact,
-                })
+        Ok(match word(&wire.law, &at.field("law"))? {
+            ContactKind::Repulsion => {
+                Self::Repulsion(parameters_from_wire(&wire.parameters, |_| true, &at.field("parameters"))?)
             }
-            Some(Law::Sums(_)) => Ok(Self::Sums),
-            None => Err(at.field("law").error("is missing or of a later version of the protocol")),
-        }
+            ContactKind::Sums => Self::Sums,
+        })
     }
 }
 

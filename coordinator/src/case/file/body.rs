@@ -66,8 +66,8 @@ impl BodyTable {
     /// h/Δx of sums in the current configuration; only the updated-Lagrangian body takes such.
     pub fn kernel_ratio(&self) -> Option<f64> {
         match &self.formulation {
-            FormulationTable::UpdatedLagrangian { kernel_ratio, .. } => Some(*kernel_ratio),
-            FormulationTable::TotalLagrangian { .. } | FormulationTable::Rigid => None,
+            FormulationTable::UpdatedLagrangian(set) => Some(set.kernel_ratio),
+            FormulationTable::TotalLagrangian(_) | FormulationTable::Rigid => None,
         }
     }
 }

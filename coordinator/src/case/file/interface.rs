@@ -67,8 +67,7 @@ impl InterfaceTable {
             ("wall-no-slip", InterfaceLaw::WallNoSlip),
             ("plain-sum", InterfaceLaw::PlainSum),
         ];
-        const MARGIN: Allowed =
-            Allowed::new(0.0, 20.0, (false, true), 1.0, "a number above 0 and at most 20");
+        const MARGIN: Allowed = Allowed::new(0.0, 20.0, (false, true), "a number above 0 and at most 20");
         const PATHS: [(&str, FramePath); 2] = [("direct", FramePath::Direct), ("relay", FramePath::Relay)];
         let law = table.choice_or_first("law", &LAWS);
         let path = table.choice_or_first("path", &PATHS);
@@ -120,8 +119,7 @@ impl IterateTable {
     /// Reads the table.
     fn read(mut table: Table<'_>) -> Self {
         const UNSETTLED: [(&str, Unsettled); 2] = [("stop", Unsettled::Stop), ("accept", Unsettled::Accept)];
-        const TOLERANCE: Allowed =
-            Allowed::new(0.0, 1.0, (false, false), 1e-6, "a number above 0 and below 1");
+        const TOLERANCE: Allowed = Allowed::new(0.0, 1.0, (false, false), "a number above 0 and below 1");
         let relaxation = table.number_or_word("relaxation", &Allowed::FRACTION, &[("aitken", ())]);
         let read = Self {
             relaxation: relaxation.map_or_else(RelaxationValue::Word, RelaxationValue::Factor),

@@ -1,13 +1,13 @@
 //! Solids, their sub-steps and contact as a case file writes them.
 
 use serde::Serialize;
-use sph::setup::{ContactLaw, SolidStepping, SubstepCount};
+use sph::setup::{Choice, ContactKind, ContactLaw, RepulsionParameters, SolidStepping, SubstepCount};
 
 use super::body::BodyTable;
 use super::fluid::{DampingTable, FluidTable};
 use super::material::FormulationTable;
 use crate::case::errors::CaseError;
-use crate::case::reader::{Allowed, At, Table};
+use crate::case::reader::{Allowed, At, Parameters, Table};
 
 /// `[solid]`.
 #[derive(Clone, Debug, Serialize)]
@@ -31,11 +31,11 @@ impl SolidTable {
     pub fn read(mut table: Table<'_>, fluid: Option<&FluidTable>) -> Self {
         let particle_spacing_m = match fluid {
             Some(fluid) => {
-                table.number_or("particle_spacing_m", &Allowed::POSITIVE, fluid.particle_spacing_m.value)
+                table.number_or("particle_spacing_m", &Allowed::POSITIVE, fluid.parameters.particle_spacing)
             }
             None => table.number("particle_spacing_m", &Allowed::POSITIVE),
         };
-        let known_spacing = table.has("particle_spacing_m") || fluid.is_none_or(|fluid| fluid.lattice_intact);
+        let known_spacing = table.has("particle_spacing_m") || fluid.is_none_or(FluidTable::lattice_intact);
         let kernel_ratio = table.number_or("kernel_ratio", &Allowed::KERNEL_RATIO, 1.3);
         let lost_particle_limit = table.count_or("lost_particle_limit", 0..1_000_000_001, 0).value;
         let damping = DampingTable::read(&mut table);
@@ -45,7 +45,7 @@ impl SolidTable {
         let ratio = kernel_ratio.value;
         let bodies: Vec<BodyTable> =
             table.tables("body").into_iter().map(|body| BodyTable::read(body, ratio)).collect();
-        let total = |body: &BodyTable| matches!(body.formulation, FormulationTable::TotalLagrangian { .. });
+        let total = |body: &BodyTable| matches!(body.formulation, FormulationTable::TotalLagrangian(_));
         let substeps = substeps.unwrap_or(SubstepsKey::Word(if bodies.iter().any(total) {
             SubstepsWord::Auto
         } else {
@@ -121,24 +121,15 @@ impl SubstepsKey {
 #[serde(tag = "law", rename_all = "kebab-case")]
 #[allow(missing_docs)]
 pub enum ContactTable {
-    Repulsion { stiffness: f64, distance: f64, damping: f64, friction: f64, self_contact: bool },
+    Repulsion(Parameters<RepulsionParameters>),
     Sums,
 }
 
 impl ContactTable {
     fn read(mut table: Table<'_>) -> Self {
-        const DISTANCE: Allowed =
-            Allowed::new(0.0, 3.0, (false, true), 1.0, "a number above 0 and at most 3");
-        let law = table.choice_or_first("law", &[("repulsion", false), ("sums", true)]);
-        let read = match law.value {
-            true => Self::Sums,
-            false => Self::Repulsion {
-                stiffness: table.number_or("stiffness", &Allowed::POSITIVE, 1.0).value,
-                distance: table.number_or("distance", &DISTANCE, 1.0).value,
-                damping: table.number_or("damping", &Allowed::NOT_NEGATIVE, 0.2).value,
-                friction: table.number_or("friction", &Allowed::NOT_NEGATIVE, 0.0).value,
-                self_contact: table.flag_or("self_contact", true),
-            },
+        let read = match table.choice_or_first("law", ContactKind::NAMES).value {
+            ContactKind::Sums => Self::Sums,
+            ContactKind::Repulsion => Self::Repulsion(table.parameters(RepulsionParameters::default(), &[])),
         };
         table.finish();
         read
@@ -146,10 +137,8 @@ impl ContactTable {
 
     /// Set-up of the solvers.
     pub fn to_setup(&self) -> ContactLaw {
-        match *self {
-            Self::Repulsion { stiffness, distance, damping, friction, self_contact } => {
-                ContactLaw::Repulsion { stiffness, distance, damping, friction, self_contact }
-            }
+        match self {
+            Self::Repulsion(set) => ContactLaw::Repulsion(set.values()),
             Self::Sums => ContactLaw::Sums,
         }
     }

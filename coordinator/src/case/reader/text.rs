@@ -9,12 +9,17 @@ use crate::case::reader::value::{At, Choice};
 impl<'t> Table<'t> {
     /// Yes or no, with a default.
     pub fn flag_or(&mut self, key: &'static str, default: bool) -> bool {
-        let Some((value, place)) = self.take(key) else { return default };
+        self.optional_flag(key).unwrap_or(default)
+    }
+
+    /// Yes or no, where `key` is written.
+    pub fn optional_flag(&mut self, key: &'static str) -> Option<bool> {
+        let (value, place) = self.take(key)?;
         let found = value.as_bool();
         if found.is_none() {
             self.wrong_type(value, &place, "true or false");
         }
-        found.unwrap_or(default)
+        found
     }
 
     /// A text that may be left out.

@@ -111,9 +111,9 @@ fn error_after(time_step: f64, formulation: &dyn Fn() -> Formulation) -> f64 {
 
 #[test]
 fn sub_steps_are_of_second_order_for_both_elastic_formulations() {
-    let total = || total_lagrangian(SPACING, HyperelasticLaw::NeoHookean);
+    let total = || total_lagrangian(HyperelasticLaw::NeoHookean);
     let updated = || {
-        let law = super::scenes::updated_lagrangian(SPACING);
+        let law = sph::setup::UpdatedLagrangian::default();
         // Without viscosity, whose onset on approach is not smooth.
         Formulation::UpdatedLagrangian(sph::setup::UpdatedLagrangian {
             viscosity_a: 0.0,

@@ -1,15 +1,15 @@
 //! The set-up of a fluid solver.
 
-use sph::setup::{FluidParticles, FluidProbe, FluidProbeKind, FluidSetup, Outflow, ParameterSet};
+use sph::setup::{FluidParticles, FluidProbe, FluidSetup, Outflow, ParameterSet};
 
 use super::arrays::{
     index_count, pack, pack_indices, unpack, unpack_ids, unpack_indices_below, unpack_positive,
 };
 use super::parameters::{parameters_from_wire, parameters_to_wire};
+use super::probes::check_references;
 use super::run::{wall_particles_from_wire, wall_particles_to_wire};
 use super::{
-    Convert, Path, WireError, finite, flags_from_wire, flags_to_wire, index, length, list, name, optional,
-    required, wires,
+    Convert, Path, WireError, flags_from_wire, flags_to_wire, length, list, name, optional, required, wires,
 };
 use crate::limits::MAX_LIST;
 use crate::wire;
@@ -46,22 +46,10 @@ impl Convert for FluidSetup {
             .collect::<Result<_, _>>()?;
         let walls: Vec<_> = list(&wire.walls, at, "walls")?;
         let probes: Vec<FluidProbe> = list(&wire.probes, at, "probes")?;
-        for (k, probe) in probes.iter().enumerate() {
-            let at = at.item("probes", k);
-            match probe.kind {
-                FluidProbeKind::Region(Some(region)) => {
-                    index(region, regions.len(), "regions", &at.field("region"))?;
-                }
-                FluidProbeKind::WallForce(wall) => {
-                    index(wall, walls.len(), "walls", &at.field("wall_force"))?;
-                }
-                FluidProbeKind::Point(_)
-                | FluidProbeKind::WaterLevel(_)
-                | FluidProbeKind::Front
-                | FluidProbeKind::Immersed
-                | FluidProbeKind::Region(None) => {}
-            }
-        }
+        check_references(&probes, at, |name, _| match name {
+            "region" => (regions.len(), "regions"),
+            _ => (walls.len(), "walls"),
+        })?;
         let outflow = wire.outflow.unwrap_or_default();
         Ok(Self {
             run: required(&wire.run, &at.field("run"))?,
@@ -110,41 +98,4 @@ fn particles_from_wire(
         velocity: unpack(&wire.velocities_m_per_s, count, &at.field("velocities_m_per_s"))?,
         density: unpack_positive(&wire.densities_kg_per_m3, count, &at.field("densities_kg_per_m3"))?,
     })
-}
-
-impl Convert for FluidProbe {
-    type Wire = wire::FluidProbe;
-
-    fn to_wire(&self) -> wire::FluidProbe {
-        use wire::fluid_probe::Kind;
-        let kind = match &self.kind {
-            FluidProbeKind::Point(point) => Kind::PointM(point.to_wire()),
-            FluidProbeKind::WaterLevel(x) => Kind::WaterLevelXM(*x),
-            FluidProbeKind::Front => Kind::Front(wire::Unit {}),
-            FluidProbeKind::Region(Some(region)) => Kind::Region(*region),
-            FluidProbeKind::Region(None) => Kind::AllRegions(wire::Unit {}),
-            FluidProbeKind::WallForce(wall) => Kind::WallForce(*wall),
-            FluidProbeKind::Immersed => Kind::Immersed(wire::Unit {}),
-        };
-        wire::FluidProbe { name: self.name.clone(), kind: Some(kind) }
-    }
-
-    fn from_wire(wire: &wire::FluidProbe, at: &Path<'_>) -> Result<Self, WireError> {
-        use wire::fluid_probe::Kind;
-        let kind = match &wire.kind {
-            Some(Kind::PointM(point)) => {
-                FluidProbeKind::Point(Convert::from_wire(point, &at.field("point_m"))?)
-            }
-            Some(Kind::WaterLevelXM(x)) => {
-                FluidProbeKind::WaterLevel(finite(*x, &at.field("water_level_x_m"))?)
-            }
-            Some(Kind::Front(_)) => FluidProbeKind::Front,
-            Some(Kind::Region(region)) => FluidProbeKind::Region(Some(*region)),
-            Some(Kind::AllRegions(_)) => FluidProbeKind::Region(None),
-            Some(Kind::WallForce(wall)) => FluidProbeKind::WallForce(*wall),
-            Some(Kind::Immersed(_)) => FluidProbeKind::Immersed,
-            None => return Err(at.field("kind").error("is missing or of a later version of the protocol")),
-        };
-        Ok(Self { name: name(&wire.name, &at.field("name"))?, kind })
-    }
 }

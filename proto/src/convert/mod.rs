@@ -11,6 +11,7 @@ mod frame;
 mod iterate;
 mod parameters;
 mod partner;
+mod probes;
 mod report;
 mod run;
 mod saved;

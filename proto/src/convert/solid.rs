@@ -1,9 +1,8 @@
 //! The set-up of a solid solver.
 
 use sph::setup::{
-    BodySetup, Choice, ContactKind, ContactLaw, Formulation, FormulationKind, LoadLaw, ParameterSet,
-    SolidParticles, SolidProbe, SolidProbeKind, SolidSetup, SolidStepping, SubstepCount, Support,
-    SurfaceLoad,
+    Argument, BodySetup, Choice, ContactKind, ContactLaw, Formulation, FormulationKind, LoadLaw,
+    ParameterSet, SolidParticles, SolidProbe, SolidSetup, SolidStepping, SubstepCount, Support, SurfaceLoad,
 };
 
 use super::arrays::{
@@ -11,10 +10,11 @@ use super::arrays::{
     unpack_positive,
 };
 use super::parameters::{parameters_from_wire, parameters_to_wire, word};
+use super::probes::check_references;
 use super::run::{release_time, wall_particles_from_wire, wall_particles_to_wire};
 use super::{
-    Convert, Path, WireError, flags_from_wire, flags_to_wire, index, list, name, optional, positive,
-    required, text, wires,
+    Convert, Path, WireError, flags_from_wire, flags_to_wire, list, name, optional, positive, required, text,
+    wires,
 };
 use crate::wire;
 
@@ -54,9 +54,17 @@ impl Convert for SolidSetup {
         let bodies: Vec<BodySetup> = list(&wire.bodies, at, "bodies")?;
         let walls: Vec<_> = list(&wire.walls, at, "walls")?;
         let probes: Vec<SolidProbe> = list(&wire.probes, at, "probes")?;
-        for (k, probe) in probes.iter().enumerate() {
-            check_probe(probe, &bodies, &at.item("probes", k))?;
-        }
+        let supports = |arguments: &[(&'static str, Argument)]| {
+            let body = arguments.iter().find_map(|argument| match argument {
+                ("body", Argument::Index(body)) => usize::try_from(*body).ok(),
+                _ => None,
+            });
+            body.and_then(|body| bodies.get(body)).map_or(0, |body| body.supports.len())
+        };
+        check_references(&probes, at, |name, arguments| match name {
+            "support" => (supports(arguments), "supports of the body"),
+            _ => (bodies.len(), "bodies"),
+        })?;
         Ok(Self {
             run: required(&wire.run, &at.field("run"))?,
             particle_spacing: positive(wire.particle_spacing_m, &at.field("particle_spacing_m"))?,
@@ -99,26 +107,6 @@ fn substeps_from_wire(wire: Option<&wire::Substeps>, at: &Path<'_>) -> Result<So
         None => return Err(at.field("count").error("is missing or of a later version of the protocol")),
     };
     Ok(SolidStepping::Substeps(count))
-}
-
-/// Checks that a probe points at a body, and a support, that exists.
-fn check_probe(probe: &SolidProbe, bodies: &[BodySetup], at: &Path<'_>) -> Result<(), WireError> {
-    let of_body = |body: u32| index(body, bodies.len(), "bodies", &at.field("body"));
-    match &probe.kind {
-        SolidProbeKind::MaterialPoint { body, .. }
-        | SolidProbeKind::Motion(body)
-        | SolidProbeKind::BodyForce(body)
-        | SolidProbeKind::Gap(Some(body))
-        | SolidProbeKind::Contact(Some(body))
-        | SolidProbeKind::Sums(Some(body)) => of_body(*body).map(drop),
-        SolidProbeKind::Sums(None) | SolidProbeKind::Gap(None) | SolidProbeKind::Contact(None) => Ok(()),
-        SolidProbeKind::Reaction { body, support } => {
-            of_body(*body)?;
-            let supports =
-                usize::try_from(*body).ok().and_then(|b| bodies.get(b)).map_or(0, |b| b.supports.len());
-            index(*support, supports, "supports of the body", &at.field("support")).map(drop)
-        }
-    }
 }
 
 fn particles_to_wire(particles: &SolidParticles) -> wire::SolidParticles {
@@ -289,56 +277,5 @@ impl Convert for ContactLaw {
             }
             ContactKind::Sums => Self::Sums,
         })
-    }
-}
-
-impl Convert for SolidProbe {
-    type Wire = wire::SolidProbe;
-
-    fn to_wire(&self) -> wire::SolidProbe {
-        use wire::solid_probe::Kind;
-        let kind = match &self.kind {
-            SolidProbeKind::MaterialPoint { body, reference_position } => {
-                Kind::MaterialPoint(wire::MaterialPoint {
-                    body: *body,
-                    reference_position_m: Some(reference_position.to_wire()),
-                })
-            }
-            SolidProbeKind::Motion(body) => Kind::Motion(*body),
-            SolidProbeKind::BodyForce(body) => Kind::BodyForce(*body),
-            SolidProbeKind::Reaction { body, support } => {
-                Kind::Reaction(wire::Reaction { body: *body, support: *support })
-            }
-            SolidProbeKind::Sums(Some(body)) => Kind::Sums(*body),
-            SolidProbeKind::Sums(None) => Kind::AllSums(wire::Unit {}),
-            SolidProbeKind::Gap(Some(body)) => Kind::Gap(*body),
-            SolidProbeKind::Gap(None) => Kind::AllGaps(wire::Unit {}),
-            SolidProbeKind::Contact(Some(body)) => Kind::Contact(*body),
-            SolidProbeKind::Contact(None) => Kind::AllContacts(wire::Unit {}),
-        };
-        wire::SolidProbe { name: self.name.clone(), kind: Some(kind) }
-    }
-
-    fn from_wire(wire: &wire::SolidProbe, at: &Path<'_>) -> Result<Self, WireError> {
-        use wire::solid_probe::Kind;
-        let kind = match &wire.kind {
-            Some(Kind::MaterialPoint(point)) => SolidProbeKind::MaterialPoint {
-                body: point.body,
-                reference_position: required(&point.reference_position_m, &at.field("reference_position_m"))?,
-            },
-            Some(Kind::Motion(body)) => SolidProbeKind::Motion(*body),
-            Some(Kind::BodyForce(body)) => SolidProbeKind::BodyForce(*body),
-            Some(Kind::Reaction(reaction)) => {
-                SolidProbeKind::Reaction { body: reaction.body, support: reaction.support }
-            }
-            Some(Kind::Sums(body)) => SolidProbeKind::Sums(Some(*body)),
-            Some(Kind::AllSums(_)) => SolidProbeKind::Sums(None),
-            Some(Kind::Gap(body)) => SolidProbeKind::Gap(Some(*body)),
-            Some(Kind::AllGaps(_)) => SolidProbeKind::Gap(None),
-            Some(Kind::Contact(body)) => SolidProbeKind::Contact(Some(*body)),
-            Some(Kind::AllContacts(_)) => SolidProbeKind::Contact(None),
-            None => return Err(at.field("kind").error("is missing or of a later version of the protocol")),
-        };
-        Ok(Self { name: name(&wire.name, &at.field("name"))?, kind })
     }
 }

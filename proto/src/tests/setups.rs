@@ -163,10 +163,10 @@ fn solid() -> SolidSetup {
     setup.walls = walls();
     setup.wall_particles = wall_particles();
     let kinds = [
-        SolidProbeKind::MaterialPoint { body: 1, reference_position: Vector::new(-0.0, 1.0) },
+        SolidProbeKind::MaterialPoint(1, Vector::new(-0.0, 1.0)),
         SolidProbeKind::Motion(0),
         SolidProbeKind::BodyForce(1),
-        SolidProbeKind::Reaction { body: 1, support: 1 },
+        SolidProbeKind::Reaction(1, 1),
         SolidProbeKind::Sums(Some(0)),
         SolidProbeKind::Sums(None),
         SolidProbeKind::Gap(Some(1)),
@@ -316,18 +316,22 @@ fn wrong_arrays_are_refused_by_path() {
 
 #[test]
 fn probes_must_point_at_what_exists() {
-    let error = fluid_refusal(|m| m.probes[3].kind = Some(wire::fluid_probe::Kind::Region(2)));
+    use wire::probe_argument::Value;
+    let index = |k| Some(Value::Index(k));
+    let error = fluid_refusal(|m| m.probes[3].arguments[0].value = index(2));
     assert!(error.contains("`open.probes[3].region`: is 2, but there are 2 regions"), "{error}");
-    let error = fluid_refusal(|m| m.probes[5].kind = Some(wire::fluid_probe::Kind::WallForce(2)));
-    assert!(error.contains("`open.probes[5].wall_force`"), "{error}");
-    assert!(fluid_refusal(|m| m.probes[0].kind = None).contains("`open.probes[0].kind`: is missing"));
-    for kind in [
-        wire::solid_probe::Kind::Motion(3),
-        wire::solid_probe::Kind::Sums(u32::MAX),
-        wire::solid_probe::Kind::Reaction(wire::Reaction { body: 0, support: 0 }),
-        wire::solid_probe::Kind::Reaction(wire::Reaction { body: 1, support: 2 }),
-    ] {
-        let error = solid_refusal(|m| m.probes[0].kind = Some(kind));
-        assert!(error.contains("`open.probes[0]."), "{error}");
+    let error = fluid_refusal(|m| m.probes[5].arguments[0].value = index(2));
+    assert!(error.contains("`open.probes[5].wall`"), "{error}");
+    let error = fluid_refusal(|m| m.probes[0].kind = "depth".into());
+    assert!(error.contains("`open.probes[0].kind`: is \"depth\", must be \"fluid-point\""), "{error}");
+    let error = fluid_refusal(|m| m.probes[0].arguments.clear());
+    assert!(error.contains("`open.probes[0].at_m`: is missing"), "{error}");
+    let error = fluid_refusal(|m| m.probes[0].arguments[0].name = "z_m".into());
+    assert!(error.contains("`open.probes[0].z_m`: is no argument of the kind `fluid-point`"), "{error}");
+    let error = fluid_refusal(|m| m.probes[0].columns.truncate(1));
+    assert!(error.contains("`open.probes[0].columns`"), "{error}");
+    for (probe, argument, value) in [(1, 0, 3), (4, 0, u32::MAX), (3, 1, 2), (3, 0, 0)] {
+        let error = solid_refusal(|m| m.probes[probe].arguments[argument].value = index(value));
+        assert!(error.contains(&format!("`open.probes[{probe}].")), "{error}");
     }
 }

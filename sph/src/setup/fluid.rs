@@ -1,7 +1,9 @@
 //! Set-up of a fluid solver.
 
 use super::parameters::{choices, parameters};
-use super::{Allowed, Damping, Outflow, ParameterSpec as Row, RunSetup, Value, WallParticles, WallSetup};
+use super::{
+    Allowed, Damping, FluidProbe, Outflow, ParameterSpec as Row, RunSetup, Value, WallParticles, WallSetup,
+};
 use crate::laws::artificial_viscosity::ArtificialViscosity;
 use crate::laws::equation_of_state::Tait;
 use crate::space::Vector;
@@ -266,57 +268,4 @@ pub struct FluidParticles {
     pub velocity: Vec<Vector>,
     /// Density \[kg/m³\].
     pub density: Vec<f64>,
-}
-
-/// A named quantity of the fluid to report at probe times; columns per kind are fixed by `columns`.
-#[derive(Clone, Debug, PartialEq)]
-pub struct FluidProbe {
-    /// Name of the probe.
-    pub name: String,
-    /// What it reports.
-    pub kind: FluidProbeKind,
-}
-
-/// What a fluid probe reports.
-#[derive(Clone, Debug, PartialEq)]
-pub enum FluidProbeKind {
-    /// Shepard-normalised pressure and velocity at a point \[m\].
-    Point(Vector),
-    /// Highest water at this x \[m\].
-    WaterLevel(f64),
-    /// 99.5 percentile of x of the connected fluid.
-    Front,
-    /// Mass, momentum, energies and second moments of a region (index), or of all fluid (`None`).
-    Region(Option<u32>),
-    /// Force of the fluid on a wall (index) per metre of depth.
-    WallForce(u32),
-    /// Number of fluid particles inside solids.
-    Immersed,
-}
-
-impl FluidProbeKind {
-    /// Column suffixes `<quantity>_<unit>` in the order in which values are reported.
-    pub fn columns(&self) -> &'static [&'static str] {
-        match self {
-            Self::Point(_) => &["pressure_pa", "velocity_x_m_s", "velocity_y_m_s"],
-            Self::WaterLevel(_) => &["level_m"],
-            Self::Front => &["front_x_m"],
-            Self::Region(_) => &[
-                "mass_kg_per_m",
-                "momentum_x_kg_per_s",
-                "momentum_y_kg_per_s",
-                "angular_momentum_kg_m_per_s",
-                "kinetic_energy_j_per_m",
-                "potential_energy_j_per_m",
-                "compression_energy_j_per_m",
-                "centre_x_m",
-                "centre_y_m",
-                "second_moment_xx_m2",
-                "second_moment_yy_m2",
-                "second_moment_xy_m2",
-            ],
-            Self::WallForce(_) => &["force_x_n_per_m", "force_y_n_per_m"],
-            Self::Immersed => &["immersed_count"],
-        }
-    }
 }

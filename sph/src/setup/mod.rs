@@ -6,6 +6,7 @@
 mod fluid;
 mod implicit;
 mod parameters;
+mod probes;
 mod run;
 mod solid;
 mod walls;
@@ -15,6 +16,7 @@ pub use implicit::*;
 pub use parameters::{
     Allowed, Choice, Kind, ParameterError, ParameterSet, ParameterSpec, ParameterType, Value,
 };
+pub use probes::*;
 pub use run::*;
 pub use solid::*;
 pub use walls::*;

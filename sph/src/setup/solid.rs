@@ -3,7 +3,9 @@
 use std::ops::Range;
 
 use super::parameters::{choices, parameters};
-use super::{Allowed, Damping, Motion, ParameterSpec as Row, RunSetup, Value, WallParticles, WallSetup};
+use super::{
+    Allowed, Damping, Motion, ParameterSpec as Row, RunSetup, SolidProbe, Value, WallParticles, WallSetup,
+};
 use crate::space::{DIMENSIONS, SymmetricTensor, Vector};
 
 use Value::{Flag, Number};
@@ -338,96 +340,5 @@ parameters! {
         friction: f64 = 0.0, "friction", Row::number(Allowed::NOT_NEGATIVE).off(Number(0.0));
         /// Whether total-Lagrangian bodies also touch themselves.
         self_contact: bool = true, "self_contact", Row::flag().off(Flag(false));
-    }
-}
-
-/// A named quantity of the solids to report at probe times; columns per kind are fixed by `columns`.
-#[derive(Clone, Debug, PartialEq)]
-pub struct SolidProbe {
-    /// Name of the probe.
-    pub name: String,
-    /// What it reports.
-    pub kind: SolidProbeKind,
-}
-
-/// What a solid probe reports.
-#[derive(Clone, Debug, PartialEq)]
-pub enum SolidProbeKind {
-    /// Displacement, velocity, stress, its invariants and the strain energy of the material at a reference position \[m\] of a body (index).
-    MaterialPoint {
-        /// Index of the body.
-        body: u32,
-        /// Position in the undeformed body \[m\].
-        reference_position: Vector,
-    },
-    /// Centre of mass, velocity, angle and angular velocity of a body (index).
-    Motion(u32),
-    /// Force of the fluid on a body (index) per metre of depth.
-    BodyForce(u32),
-    /// Reaction of a support (body index, support index) on the body per metre of depth.
-    Reaction {
-        /// Index of the body.
-        body: u32,
-        /// Index of the body's support.
-        support: u32,
-    },
-    /// Mass, momentum, energies and second moments of a body (index), or of all (`None`).
-    Sums(Option<u32>),
-    /// Smallest distance from a particle of a body (index), or of any (`None`), to another body and to a wall.
-    Gap(Option<u32>),
-    /// Contact of a body (index), or of all (`None`): forces of other bodies and of walls, deepest penetration, impulse.
-    Contact(Option<u32>),
-}
-
-impl SolidProbeKind {
-    /// Column suffixes `<quantity>_<unit>` in the order in which values are reported.
-    pub fn columns(&self) -> &'static [&'static str] {
-        match self {
-            Self::MaterialPoint { .. } => &[
-                "displacement_x_m",
-                "displacement_y_m",
-                "velocity_x_m_s",
-                "velocity_y_m_s",
-                "stress_xx_pa",
-                "stress_yy_pa",
-                "stress_xy_pa",
-                "von_mises_pa",
-                "principal_largest_pa",
-                "principal_smallest_pa",
-                "strain_energy_density_j_per_m3",
-            ],
-            Self::Motion(_) => &[
-                "centre_x_m",
-                "centre_y_m",
-                "velocity_x_m_s",
-                "velocity_y_m_s",
-                "angle_rad",
-                "angular_velocity_rad_s",
-            ],
-            Self::BodyForce(_) | Self::Reaction { .. } => &["force_x_n_per_m", "force_y_n_per_m"],
-            Self::Sums(_) => &[
-                "mass_kg_per_m",
-                "momentum_x_kg_per_s",
-                "momentum_y_kg_per_s",
-                "angular_momentum_kg_m_per_s",
-                "kinetic_energy_j_per_m",
-                "potential_energy_j_per_m",
-                "strain_energy_j_per_m",
-                "centre_x_m",
-                "centre_y_m",
-                "second_moment_xx_m2",
-                "second_moment_yy_m2",
-                "second_moment_xy_m2",
-            ],
-            Self::Gap(_) => &["gap_body_m", "gap_wall_m"],
-            Self::Contact(_) => &[
-                "contact_bodies_x_n_per_m",
-                "contact_bodies_y_n_per_m",
-                "contact_walls_x_n_per_m",
-                "contact_walls_y_n_per_m",
-                "deepest_m",
-                "impulse_n_s_per_m",
-            ],
-        }
     }
 }

@@ -1,4 +1,5 @@
-//! The half-step driver with analytic participants.
+//! The half-step driver with analytic participants, and the page that lists all parameters.
 
 mod driver;
 mod iterate;
+mod parameters;

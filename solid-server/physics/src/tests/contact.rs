@@ -300,7 +300,7 @@ fn an_updated_lagrangian_block_bounces_off_a_total_lagrangian_plate() {
     set_velocity(&mut setup, |x| if x.y > 0.0 { Vector::new(0.0, -4.0) } else { Vector::zeros() });
     add_probe(&mut setup, SolidProbeKind::Motion(1));
     add_probe(&mut setup, SolidProbeKind::Gap(None));
-    add_probe(&mut setup, SolidProbeKind::Reaction { body: 0, support: 0 });
+    add_probe(&mut setup, SolidProbeKind::Reaction(0, 0));
     let mut run = Run::new(setup, 1e-5);
     let (mut closest, mut reaction) = (f64::INFINITY, 0.0);
     while run.time() < 15e-3 {

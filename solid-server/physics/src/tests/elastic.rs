@@ -165,11 +165,8 @@ fn cantilever() -> Run {
         let along = (x.x / length).max(0.0);
         Vector::new(0.0, 0.01 * sound_speed * mode(along) / mode(1.0))
     });
-    add_probe(
-        &mut setup,
-        SolidProbeKind::MaterialPoint { body: 0, reference_position: Vector::new(length, 0.0) },
-    );
-    add_probe(&mut setup, SolidProbeKind::Reaction { body: 0, support: 0 });
+    add_probe(&mut setup, SolidProbeKind::MaterialPoint(0, Vector::new(length, 0.0)));
+    add_probe(&mut setup, SolidProbeKind::Reaction(0, 0));
     let mut run = Run::new(setup, 1.0);
     // 0.9 of the stated limit: the step that a careful user takes.
     run.time_step = 0.9 * run.solver.time_step_limit();

@@ -6,9 +6,9 @@ use sph::coupling::solver::{Divergence, Solver};
 use sph::coupling::stage::{Stage, StageTime, StepStage};
 use sph::setup::{
     BodyForce, BodySetup, ContactLaw, ElasticParameters, Formulation, HyperelasticLaw, LedgerPolicy,
-    OutputPlan, RepulsionParameters, RunSetup, SolidParticles, SolidProbe, SolidProbeKind, SolidSetup, SolidStepping, StepPolicy,
-    SubstepCount, Support, TimePlan, TotalLagrangian, UpdatedLagrangian, WallCondition, WallParticles,
-    WallSetup,
+    OutputPlan, RepulsionParameters, RunSetup, SolidParticles, SolidProbe, SolidProbeKind, SolidSetup,
+    SolidStepping, StepPolicy, SubstepCount, Support, TimePlan, TotalLagrangian, UpdatedLagrangian,
+    WallCondition, WallParticles, WallSetup,
 };
 use sph::space::domain::Domain;
 use sph::space::{SymmetricTensor, Vector};

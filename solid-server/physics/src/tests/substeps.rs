@@ -37,7 +37,7 @@ fn everything(substeps: u32) -> SolidSetup {
     setup.damping = Some(sph::setup::Damping { rate: 20.0, until: 2e-3 });
     add_probe(&mut setup, SolidProbeKind::Motion(1));
     add_probe(&mut setup, SolidProbeKind::Motion(2));
-    add_probe(&mut setup, SolidProbeKind::Reaction { body: 0, support: 0 });
+    add_probe(&mut setup, SolidProbeKind::Reaction(0, 0));
     setup
 }
 

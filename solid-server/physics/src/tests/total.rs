@@ -159,11 +159,8 @@ fn cantilever(substeps: SubstepCount) -> SolidSetup {
         ElasticParameters { density: 1000.0, bulk_modulus: 3.25e6, shear_modulus: 7.15e5 },
     );
     add_support(&mut setup, 0, clamp(), |x| x.x < 0.0);
-    add_probe(
-        &mut setup,
-        SolidProbeKind::MaterialPoint { body: 0, reference_position: Vector::new(0.2, 0.0) },
-    );
-    add_probe(&mut setup, SolidProbeKind::Reaction { body: 0, support: 0 });
+    add_probe(&mut setup, SolidProbeKind::MaterialPoint(0, Vector::new(0.2, 0.0)));
+    add_probe(&mut setup, SolidProbeKind::Reaction(0, 0));
     setup
 }
 

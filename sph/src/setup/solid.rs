@@ -201,7 +201,7 @@ parameters! {
         kernel_ratio: f64 = 0.75, "kernel_ratio", Row::number(STENCIL_RATIO);
         /// Hourglass coefficient ζ \[-\], as a fraction of Young's modulus.
         hourglass: f64 = 0.3, "hourglass", Row::number(Allowed::NOT_NEGATIVE).off(Number(0.0));
-        /// Artificial viscosity A of Eq. (23) \[-\].
+        /// Artificial viscosity A of Eq. (23) \[-\]; by default 0.2 where there is a fluid.
         viscosity_a: f64 = 0.0, "artificial_viscosity_a", Row::number(Allowed::NOT_NEGATIVE).off(Number(0.0));
         /// Artificial viscosity B of Eq. (23) \[-\].
         viscosity_b: f64 = 0.0, "artificial_viscosity_b", Row::number(Allowed::NOT_NEGATIVE).off(Number(0.0));

@@ -7,7 +7,6 @@ use std::process::{Command, Stdio};
 
 use crate::{PROGRAM, bench};
 use sph::setup::{ProbeKind, SolidProbeKind};
-use sph::space::Vector;
 use tests::bench::{digests, probe_rows, soon, text, wait_for_first_frame};
 use tests::certificates::{Authority, token};
 use tests::python::{self, Listening, python_is_there};

@@ -4,8 +4,8 @@ use serde::Serialize;
 use sph::setup::{Contradiction, Damping, FluidParameters};
 use sph::space::Vector;
 
-use super::formula;
 use super::shape::ShapeTable;
+use super::{Preset, formula};
 use crate::case::errors::CaseError;
 use crate::case::reader::{Allowed, At, Choice, Parameters, Table, Written};
 
@@ -25,8 +25,8 @@ pub struct FluidTable {
 
 impl FluidTable {
     /// Reads the table.
-    pub fn read(mut table: Table<'_>) -> Self {
-        let parameters = table.parameters(FluidParameters::default(), &[]);
+    pub fn read(mut table: Table<'_>, preset: Preset) -> Self {
+        let parameters = table.parameters(preset.values::<FluidParameters>(), &[]);
         if let Some(Contradiction { key, problem, hint }) = parameters.contradiction() {
             table.error(CaseError::new(&table.place_of(key), problem).hint(hint));
         }

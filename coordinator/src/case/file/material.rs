@@ -5,6 +5,7 @@ use sph::setup::{
     Choice, ElasticParameters, Formulation, FormulationKind, TotalLagrangian, UpdatedLagrangian,
 };
 
+use super::Preset;
 use crate::case::errors::CaseError;
 use crate::case::reader::{Allowed, Parameters, Table};
 
@@ -89,16 +90,37 @@ pub enum FormulationTable {
     Rigid,
 }
 
+/// What the defaults of a body depend on.
+#[derive(Clone, Copy, Debug)]
+pub struct BodyDefaults {
+    /// Preset of the case.
+    pub preset: Preset,
+    /// h/Δx of `[solid]` \[-\].
+    pub kernel_ratio: f64,
+    /// Whether there is a fluid.
+    pub is_wet: bool,
+}
+
+/// Default artificial viscosity A of a total-Lagrangian body in water \[-\]: pressure waves make it ring. On its own a
+/// body conserves energy.
+const WET_VISCOSITY: f64 = 0.2;
+
 impl FormulationTable {
-    pub(super) fn read(mut table: Table<'_>, kernel_ratio: f64) -> Self {
-        let default = FormulationKind::UpdatedLagrangian;
-        let read = match table.optional_choice("type", FormulationKind::NAMES).map_or(default, |c| c.value) {
+    pub(super) fn read(mut table: Table<'_>, defaults: BodyDefaults) -> Self {
+        let BodyDefaults { preset, kernel_ratio, is_wet } = defaults;
+        let kind = match preset {
+            Preset::Paper => FormulationKind::UpdatedLagrangian,
+            _ => FormulationKind::TotalLagrangian,
+        };
+        let read = match table.choice_or("type", FormulationKind::NAMES, kind).value {
             FormulationKind::Rigid => Self::Rigid,
             FormulationKind::TotalLagrangian => {
-                Self::TotalLagrangian(table.parameters(TotalLagrangian::default(), &[]))
+                let viscosity_a = if is_wet { WET_VISCOSITY } else { 0.0 };
+                let base = TotalLagrangian { viscosity_a, ..preset.values() };
+                Self::TotalLagrangian(table.parameters(base, &[]))
             }
             FormulationKind::UpdatedLagrangian => {
-                let base = UpdatedLagrangian { kernel_ratio, ..UpdatedLagrangian::default() };
+                let base = UpdatedLagrangian { kernel_ratio, ..preset.values() };
                 Self::UpdatedLagrangian(table.parameters(base, &[]))
             }
         };

@@ -3,9 +3,10 @@
 use serde::Serialize;
 use sph::setup::{Choice, ContactKind, ContactLaw, RepulsionParameters, SolidStepping, SubstepCount};
 
+use super::Preset;
 use super::body::BodyTable;
 use super::fluid::{DampingTable, FluidTable};
-use super::material::FormulationTable;
+use super::material::{BodyDefaults, FormulationTable};
 use crate::case::errors::CaseError;
 use crate::case::reader::{Allowed, At, Parameters, Table};
 
@@ -28,7 +29,7 @@ pub struct SolidTable {
 
 impl SolidTable {
     /// Reads the table; the spacing is the fluid's unless it is written.
-    pub fn read(mut table: Table<'_>, fluid: Option<&FluidTable>) -> Self {
+    pub fn read(mut table: Table<'_>, fluid: Option<&FluidTable>, preset: Preset) -> Self {
         let particle_spacing_m = match fluid {
             Some(fluid) => {
                 table.number_or("particle_spacing_m", &Allowed::POSITIVE, fluid.parameters.particle_spacing)
@@ -40,11 +41,11 @@ impl SolidTable {
         let lost_particle_limit = table.count_or("lost_particle_limit", 0..1_000_000_001, 0).value;
         let damping = DampingTable::read(&mut table);
         let substeps = SubstepsKey::read(&mut table);
-        let contact = ContactTable::read(table.table_or_empty("contact"));
+        let contact = ContactTable::read(table.table_or_empty("contact"), preset);
         let intact = table.intact() && known_spacing;
-        let ratio = kernel_ratio.value;
+        let defaults = BodyDefaults { preset, kernel_ratio: kernel_ratio.value, is_wet: fluid.is_some() };
         let bodies: Vec<BodyTable> =
-            table.tables("body").into_iter().map(|body| BodyTable::read(body, ratio)).collect();
+            table.tables("body").into_iter().map(|body| BodyTable::read(body, defaults)).collect();
         let total = |body: &BodyTable| matches!(body.formulation, FormulationTable::TotalLagrangian(_));
         let substeps = substeps.unwrap_or(SubstepsKey::Word(if bodies.iter().any(total) {
             SubstepsWord::Auto
@@ -126,10 +127,13 @@ pub enum ContactTable {
 }
 
 impl ContactTable {
-    fn read(mut table: Table<'_>) -> Self {
-        let read = match table.choice_or_first("law", ContactKind::NAMES).value {
+    fn read(mut table: Table<'_>, preset: Preset) -> Self {
+        let default = if preset == Preset::Paper { ContactKind::Sums } else { ContactKind::Repulsion };
+        let read = match table.choice_or("law", ContactKind::NAMES, default).value {
             ContactKind::Sums => Self::Sums,
-            ContactKind::Repulsion => Self::Repulsion(table.parameters(RepulsionParameters::default(), &[])),
+            ContactKind::Repulsion => {
+                Self::Repulsion(table.parameters(preset.values::<RepulsionParameters>(), &[]))
+            }
         };
         table.finish();
         read

@@ -86,6 +86,18 @@ impl<'t> Table<'t> {
         found.unwrap_or_else(|| Choice { word, value: value.clone(), place: self.place_of(key) })
     }
 
+    /// One of a list of words; `default` is one of their values.
+    pub fn choice_or<T: Clone + PartialEq>(
+        &mut self,
+        key: &'static str,
+        options: &[(&'static str, T)],
+        default: T,
+    ) -> Choice<T> {
+        let word = options.iter().find(|(_, value)| *value == default).map_or("", |(word, _)| *word);
+        let found = self.optional_choice(key, options);
+        found.unwrap_or_else(|| Choice { word, value: default, place: self.place_of(key) })
+    }
+
     /// One of `options`, where `key` is written.
     pub fn optional_choice<T: Clone>(
         &mut self,

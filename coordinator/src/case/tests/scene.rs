@@ -73,7 +73,7 @@ open_sides = [\"top\"]
 fn imbalance(case: &Case, height: f64, moment: f64) -> f64 {
     let setup = case.fluid_setup().unwrap();
     let (c, particles) = (&setup.parameters, &setup.particles);
-    let kernel = CubicSpline::new(c.smoothing_length);
+    let kernel = CubicSpline::new(c.smoothing_length());
     let tait = Tait::new(c.rest_density, c.sound_speed, c.exponent);
     let domain: Domain = setup.run.domain;
     let distance = |k: usize| (particles.position[k] - Vector::new(0.015, height)).norm();

@@ -50,6 +50,11 @@ impl Tait {
         Self { lowest: (-tension, self.density(-tension)), ..self }
     }
 
+    /// Exponent γ \[-\].
+    pub fn exponent(&self) -> f64 {
+        self.exponent
+    }
+
     /// Lowest density at which a fluid is taken for sound \[kg/m³\].
     ///
     /// Eq. (3) means nothing in strong tension. Cavities may take any room that particles can be apart and still meet.

@@ -133,13 +133,14 @@ impl Hydrostatics {
             _ => 1.0,
         };
         let slope = constants.rest_density * g / moment;
-        let stiffness = constants.rest_density * constants.sound_speed.powi(2) / constants.exponent;
+        let exponent = constants.equation_of_state().exponent();
+        let stiffness = constants.rest_density * constants.sound_speed.powi(2) / exponent;
         (g > 0.0).then(|| Self {
             up: -gravity / g,
             surface,
             slope,
             steepness: slope / stiffness,
-            exponent: constants.exponent,
+            exponent,
             spacing: constants.particle_spacing,
         })
     }

@@ -33,6 +33,21 @@ impl Tait {
         Self { rest_density, stiffness, exponent, lowest: (f64::NEG_INFINITY, 0.0) }
     }
 
+    /// The linear equation of state (Morris, Fox & Zhu 1997), Eq. (3) with γ = 1.
+    ///
+    /// ```text
+    /// p = c₀²(ρ − ρ₀)
+    /// ```
+    /// ```
+    /// // 100 · 10 Pa.
+    /// let water = sph::laws::equation_of_state::Tait::linear(1000.0, 10.0);
+    /// assert!((water.pressure(1010.0) - 1000.0).abs() < 1e-9);
+    /// assert!((water.density(-500.0) - 995.0).abs() < 1e-9);
+    /// ```
+    pub fn linear(rest_density: f64, sound_speed: f64) -> Self {
+        Self::new(rest_density, sound_speed, 1.0)
+    }
+
     /// The same for a fluid that bears no more than `tension` \[Pa\]: beyond it cavities open.
     ///
     /// ```text
@@ -74,7 +89,13 @@ impl Tait {
     #[inline]
     pub fn pressure(&self, density: f64) -> f64 {
         let ratio = density / self.rest_density;
-        let power = if self.exponent == 7.0 { sixth_power(ratio) * ratio } else { ratio.powf(self.exponent) };
+        let power = if self.exponent == 7.0 {
+            sixth_power(ratio) * ratio
+        } else if self.exponent == 1.0 {
+            ratio
+        } else {
+            ratio.powf(self.exponent)
+        };
         (self.stiffness * (power - 1.0)).max(self.lowest.0)
     }
 

@@ -30,7 +30,10 @@ parameters! {
         rest_density: f64 = 1000.0, "rest_density_kg_m3", Row::number(Allowed::POSITIVE).stated().of_pair_law();
         /// Artificial speed of sound c₀ \[m/s\]; at least 10 times the largest speed of the fluid.
         sound_speed: f64 = 20.0, "sound_speed_m_s", Row::number(Allowed::POSITIVE).stated().of_pair_law();
-        /// Exponent γ of the equation of state p = ρ₀c₀²/γ·((ρ/ρ₀)^γ − 1), Eq. (3) \[-\].
+        /// Equation of state: pressure of a density.
+        state_law: StateLaw = StateLaw::Tait, "equation_of_state",
+            Row::choice::<StateLaw>().off(Choice("tait")).of_pair_law();
+        /// Exponent γ of the equation of state `tait` \[-\].
         exponent: f64 = 7.0, "exponent", Row::number(EXPONENT).of_pair_law();
         /// Dynamic viscosity μ of Eq. (4) \[Pa s\].
         dynamic_viscosity: f64 = 0.0, "dynamic_viscosity_pa_s",
@@ -81,6 +84,16 @@ parameters! {
             .paper(Choice("predictor-corrector"));
         /// Particles that may cross a wall; the run ends when more have escaped.
         lost_particle_limit: u64 = 0, "lost_particle_limit", Row::count(0, MOST_ESCAPED);
+    }
+}
+
+choices! {
+    /// Equation of state.
+    pub enum StateLaw {
+        /// p = ρ₀c₀²/γ·((ρ/ρ₀)^γ − 1), Eq. (3).
+        Tait = "tait",
+        /// p = c₀²(ρ − ρ₀) (Morris et al. 1997): Eq. (3) with γ = 1.
+        Linear = "linear",
     }
 }
 
@@ -158,8 +171,11 @@ impl FluidParameters {
 
     /// Its equation of state, Eq. (3), with the limit of tension.
     pub fn equation_of_state(&self) -> Tait {
-        let tait = Tait::new(self.rest_density, self.sound_speed, self.exponent);
-        self.tension_limit.map_or(tait, |tension| tait.bearing(tension))
+        let law = match self.state_law {
+            StateLaw::Tait => Tait::new(self.rest_density, self.sound_speed, self.exponent),
+            StateLaw::Linear => Tait::linear(self.rest_density, self.sound_speed),
+        };
+        self.tension_limit.map_or(law, |tension| law.bearing(tension))
     }
 
     /// δ h c₀ of Eq. (18) \[m²/s\]; zero without diffusion.

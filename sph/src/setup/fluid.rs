@@ -35,6 +35,10 @@ parameters! {
             Row::choice::<StateLaw>().off(Choice("tait")).of_pair_law();
         /// Exponent γ of the equation of state `tait` \[-\].
         exponent: f64 = 7.0, "exponent", Row::number(EXPONENT).of_pair_law();
+        /// Background pressure p_b, added to the pressure of the equation of state everywhere \[Pa\]: it pushes particles
+        /// from crowded places in Eq. (22), and a free surface apart (Adami et al. 2012).
+        background_pressure: f64 = 0.0, "background_pressure_pa",
+            Row::number(Allowed::NOT_NEGATIVE).off(Number(0.0)).of_pair_law();
         /// Dynamic viscosity μ of Eq. (4) \[Pa s\].
         dynamic_viscosity: f64 = 0.0, "dynamic_viscosity_pa_s",
             Row::number(Allowed::NOT_NEGATIVE).off(Number(0.0)).of_pair_law();
@@ -175,7 +179,8 @@ impl FluidParameters {
             StateLaw::Tait => Tait::new(self.rest_density, self.sound_speed, self.exponent),
             StateLaw::Linear => Tait::linear(self.rest_density, self.sound_speed),
         };
-        self.tension_limit.map_or(law, |tension| law.bearing(tension))
+        let law = self.tension_limit.map_or(law, |tension| law.bearing(tension));
+        law.under(self.background_pressure)
     }
 
     /// δ h c₀ of Eq. (18) \[m²/s\]; zero without diffusion.

@@ -57,6 +57,39 @@ fn shifting_spreads_particles() {
 }
 
 #[test]
+fn background_pressure_spreads_particles_and_leaves_a_lattice_at_rest() {
+    let under = |pressure: f64, mut setup: FluidSetup| {
+        setup.parameters.background_pressure = pressure;
+        setup.parameters.correction = GradientCorrection::None;
+        setup.parameters.viscosity_a = 1.0;
+        setup
+    };
+    let mut lattice = stirred();
+    let spacing = lattice.parameters.particle_spacing;
+    for (k, x) in lattice.particles.position.iter_mut().enumerate() {
+        *x = Vector::new((k % 12) as f64 + 0.5, (k / 12) as f64 + 0.5) * spacing;
+    }
+    lattice.particles.velocity.fill(Vector::zeros());
+    let mut still = solver(under(2e4, lattice));
+    run(&mut still, 50, 1e-3);
+    let fastest = still.state.velocity.iter().map(|v| v.norm()).fold(0.0, f64::max);
+    // Round-off of sums of p_b/ρ W/Δx, 2e3 m/s² each, over 0.05 s.
+    assert!(fastest < 1e-9, "{fastest} m/s");
+    let after = |pressure: f64| {
+        let mut setup = under(pressure, stirred());
+        let mut moved = solver(setup.clone());
+        run(&mut moved, 300, 1e-3);
+        for i in 0..moved.state.len() {
+            let id = moved.state.id[i] as usize;
+            setup.particles.position[id] = setup.run.domain.wrapped(&moved.state.position[i]);
+        }
+        shifting_gradient(&setup)
+    };
+    let (without, with) = (after(0.0), after(2e4));
+    assert!(with < 0.7 * without, "{with} against {without}");
+}
+
+#[test]
 fn a_fluid_that_moves_as_one_is_left_alone() {
     let mut setup = random_patch(8);
     setup.particles.velocity.fill(Vector::new(3.0, -2.0));

@@ -7,7 +7,7 @@ use proto::description::{Constants, Description, Fact};
 use proto::service::{Opened, SetupProblems, SolverFactory};
 use sph::coupling::solver::Role;
 use sph::lanes::Arithmetic;
-use sph::setup::{Coupling, ParticipantSetup};
+use sph::setup::{Coupling, ParameterSet, ParticipantSetup};
 
 /// Makes fluid solvers for the service.
 #[derive(Clone, Copy, Debug, Default)]
@@ -25,14 +25,14 @@ impl SolverFactory for FluidFactory {
         let ParticipantSetup::Fluid(setup) = setup else {
             return Err(SetupProblems(vec!["`open.setup`: is for a solid, must be for a fluid".into()]));
         };
-        let fluid = setup.constants;
+        let fluid = setup.parameters.of_pair_law();
         let mut constants = Constants::of(&setup.run);
         // The fluid computes with its own constants, whatever the set-up of the interface says.
         constants.coupling = constants.coupling.map(|coupling| Coupling { fluid, ..coupling });
         let facts = [
             ("rest_density", fluid.rest_density, "kg/m3"),
             ("sound_speed", fluid.sound_speed, "m/s"),
-            ("smoothing_length", fluid.smoothing_length, "m"),
+            ("smoothing_length", fluid.smoothing_length(), "m"),
             ("particle_spacing", fluid.particle_spacing, "m"),
         ];
         let facts =

@@ -2,7 +2,7 @@
 
 use sph::coupling::solver::Role;
 use sph::lanes::Path;
-use sph::setup::{Coupling, Formulation, RunSetup, SolidSetup, StepPolicy};
+use sph::setup::{Coupling, FluidParameters, Formulation, ParameterSet, RunSetup, SolidSetup, StepPolicy};
 use sph::space::DIMENSIONS;
 
 use crate::description::{Constants, CouplingKind, Description, FieldSpec, OpenReport, PROTOCOL};
@@ -161,22 +161,15 @@ impl Differences {
         self.compare("coupling kind of the set-up", &fluid.kind, &solid.kind);
         self.compare("interface law", &fluid.law, &solid.law);
         self.compare("iterated half-steps", &fluid.iterate, &solid.iterate);
-        self.compare("kernel-gradient correction", &fluid.fluid.correction, &solid.fluid.correction);
         self.number("solid particle spacing", "m", fluid.solid_spacing, solid.solid_spacing);
         self.number("margin", "m", fluid.margin, solid.margin);
-        let (f, s) = (&fluid.fluid, &solid.fluid);
-        for (what, unit, f, s) in [
-            ("rest density", "kg/m3", f.rest_density, s.rest_density),
-            ("sound speed", "m/s", f.sound_speed, s.sound_speed),
-            ("exponent of the equation of state", "", f.exponent, s.exponent),
-            ("dynamic viscosity", "Pa s", f.dynamic_viscosity, s.dynamic_viscosity),
-            ("smoothing length", "m", f.smoothing_length, s.smoothing_length),
-            ("fluid particle spacing", "m", f.particle_spacing, s.particle_spacing),
-            ("artificial viscosity A", "", f.viscosity_a, s.viscosity_a),
-            ("artificial viscosity B", "", f.viscosity_b, s.viscosity_b),
-            ("lambda", "", f.lambda, s.lambda),
-        ] {
-            self.number(what, unit, f, s);
+        for spec in FluidParameters::SPECIFICATIONS.iter().filter(|spec| spec.is_of_pair_law) {
+            let (f, s) = (fluid.fluid.get(spec.key), solid.fluid.get(spec.key));
+            if let (Some(f), Some(s)) = (f, s)
+                && !f.is(&s)
+            {
+                self.0.push(format!("{} of the fluid: {f} at the fluid, {s} at the solid", spec.key));
+            }
         }
     }
 

@@ -104,9 +104,8 @@ impl Work {
     }
 }
 
-/// Particles within `support_radius` \[m\] of one on a square lattice of `spacing` \[m\].
-fn neighbours(support_radius: f64, spacing: f64) -> f64 {
-    let reach = support_radius / spacing;
+/// Particles within `reach` spacings of one on a square lattice.
+fn neighbours(reach: f64) -> f64 {
     // At most some hundred: kernel ratios are bounded.
     let rows = reach.ceil() as i32;
     let squares = (-rows..=rows).flat_map(|y| (-rows..=rows).map(move |x| f64::from(x * x + y * y)));
@@ -127,23 +126,23 @@ pub fn work(fluid: Option<&FluidSetup>, solid: Option<&SolidSetup>, time_step: f
 }
 
 fn fluid_work(work: &mut Work, setup: &FluidSetup) {
-    let constants = &setup.constants;
+    let parameters = &setup.parameters;
     let count = setup.particles.id.len() as f64;
-    let pairs = count * neighbours(2.0 * constants.smoothing_length, constants.particle_spacing);
+    let pairs = count * neighbours(2.0 * parameters.kernel_ratio);
     // Leapfrog makes each pass in one of the two half-steps.
-    let passes = match setup.scheme {
+    let passes = match parameters.scheme {
         FluidScheme::Leapfrog => 1.0,
         FluidScheme::PredictorCorrector => 2.0,
     };
     let corrected =
-        matches!(constants.correction, GradientCorrection::Continuity | GradientCorrection::Renormalised);
-    let viscous = constants.dynamic_viscosity > 0.0;
-    let density_gradient = matches!(setup.diffusion, DensityDiffusion::Renormalised { .. });
+        matches!(parameters.correction, GradientCorrection::Continuity | GradientCorrection::Renormalised);
+    let viscous = parameters.dynamic_viscosity > 0.0;
+    let density_gradient = parameters.density_diffusion == DensityDiffusion::Renormalised;
     let moments = corrected || viscous || density_gradient;
-    let regularises = setup.order.is_some();
-    let fields = density_gradient || setup.acoustic_damping > 0.0 || regularises;
-    let tensors = viscous || constants.correction == GradientCorrection::Renormalised;
-    let gradients = moments || fields || setup.scheme == FluidScheme::Leapfrog;
+    let regularises = parameters.order_control().is_some();
+    let fields = density_gradient || parameters.acoustic_damping > 0.0 || regularises;
+    let tensors = viscous || parameters.correction == GradientCorrection::Renormalised;
+    let gradients = moments || fields || parameters.scheme == FluidScheme::Leapfrog;
     for (unit, present) in [
         (Unit::GradientPair, gradients),
         (Unit::MomentPair, moments),
@@ -164,7 +163,6 @@ fn solid_work(work: &mut Work, setup: &SolidSetup, time_step: f64) {
     let count = substeps(setup, time_step);
     // Half of the sub-steps in the predictor, all in the corrector.
     let evaluations = count.map_or(2.0, |count| 1.5 * count);
-    let spacing = setup.particle_spacing;
     let mut particles = vec![0.0; setup.bodies.len()];
     for body in &setup.particles.body {
         if let Some(count) = particles.get_mut(*body as usize) {
@@ -176,11 +174,11 @@ fn solid_work(work: &mut Work, setup: &SolidSetup, time_step: f64) {
         match &body.formulation {
             Formulation::Rigid => {}
             Formulation::UpdatedLagrangian(constants) => {
-                let pairs = count * neighbours(2.0 * constants.smoothing_length, spacing);
+                let pairs = count * neighbours(2.0 * constants.kernel_ratio);
                 work.add(Unit::UpdatedPair, evaluations * pairs);
             }
             Formulation::TotalLagrangian(constants) => {
-                let pairs = count * neighbours(2.0 * constants.smoothing_length, spacing);
+                let pairs = count * neighbours(2.0 * constants.kernel_ratio);
                 work.add(Unit::ReferencePair, evaluations * pairs);
                 if constants.law == HyperelasticLaw::NeoHookean {
                     work.add(Unit::NeoHookeanParticle, evaluations * count);
@@ -206,9 +204,11 @@ fn substeps(setup: &SolidSetup, time_step: f64) -> Option<f64> {
             let speed = body.material.longitudinal_speed();
             match &body.formulation {
                 Formulation::Rigid => None,
-                Formulation::UpdatedLagrangian(constants) => {
-                    Some(updated_lagrangian_substep(constants.smoothing_length, speed, constants.viscosity_a))
-                }
+                Formulation::UpdatedLagrangian(constants) => Some(updated_lagrangian_substep(
+                    constants.smoothing_length(setup.particle_spacing),
+                    speed,
+                    constants.viscosity_a,
+                )),
                 Formulation::TotalLagrangian(constants) => Some(total_lagrangian_substep(
                     2.0 * speed / setup.particle_spacing,
                     constants.viscosity_a,

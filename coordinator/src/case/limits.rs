@@ -1,5 +1,5 @@
 //! Time-step limits of a scene and what to use of them. Formulas of acoustic and elastic waves are the solvers' own
-//! (`FluidConstants::acoustic_limit`, `solid::limits`).
+//! (`FluidParameters::acoustic_limit`, `solid::limits`).
 
 /// Viscous limit h²/(8ν) \[s\] (Morris, Fox & Zhu 1997), ν the kinematic viscosity \[m²/s\].
 pub fn viscous(smoothing_length: f64, kinematic_viscosity: f64) -> f64 {

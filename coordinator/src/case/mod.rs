@@ -176,7 +176,7 @@ impl CaseFile {
     /// Spacing of wall particles \[m\]: the fluid's where there is one.
     pub fn wall_spacing(&self) -> Option<f64> {
         match (&self.fluid, &self.solid) {
-            (Some(fluid), _) => fluid.lattice_intact.then_some(fluid.particle_spacing_m.value),
+            (Some(fluid), _) => fluid.lattice_intact().then_some(fluid.parameters.particle_spacing),
             (None, Some(solid)) => solid.intact.then_some(solid.particle_spacing_m.value),
             (None, None) => None,
         }
@@ -186,7 +186,8 @@ impl CaseFile {
     fn default_layers(&self) -> u64 {
         let rows = |smoothing_length: f64, spacing: f64| (2.0 * smoothing_length / spacing - 0.5).ceil();
         let Some(spacing) = self.wall_spacing() else { return 3 };
-        let fluid = self.fluid.as_ref().map_or(0.0, |fluid| rows(fluid.smoothing_length(), spacing) + 1.0);
+        let fluid =
+            self.fluid.as_ref().map_or(0.0, |fluid| rows(fluid.parameters.smoothing_length(), spacing) + 1.0);
         let solid = self.solid.as_ref().filter(|solid| solid.intact);
         let solid = solid.map_or(0.0, |solid| rows(solid.smoothing_length(), spacing));
         // At most 100 by the ranges of kernel ratios, unless both spacings differ widely.

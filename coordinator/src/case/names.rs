@@ -1,13 +1,12 @@
 //! Names of regions, bodies, supports, walls and probes: each once, and every reference to one that exists.
 
-use sph::setup::{FluidProbe, FluidProbeKind, SolidProbe, SolidProbeKind};
+use sph::coupling::solver::Role;
+use sph::setup::{Argument, FluidProbe, FluidProbeKind, ProbeKind, SolidProbe};
 use sph::space::Vector;
 
 use super::errors::{CaseError, ErrorList, Place, suggest};
 use super::file::CaseFile;
-use super::file::body::BodyTable;
-use super::file::probe::{ProbeKind, ProbeTable};
-use super::file::solid::SolidTable;
+use super::file::probe::{ProbeTable, WrittenArgument};
 use super::reader::At;
 use super::scene::Scene;
 use crate::quote::quoted;
@@ -53,12 +52,19 @@ pub fn probes(file: &CaseFile, scene: &Scene, errors: &ErrorList) -> Probes {
     for table in file.probes.iter().filter(|probe| probe.intact) {
         let name = table.name.value.clone();
         let resolver = Resolver { file, scene, errors, table };
-        if table.kind.value.of_fluid() {
-            if let Some(kind) = resolver.fluid() {
-                probes.fluid.push(FluidProbe { name, kind });
+        match table.kind.value.0 {
+            Role::Fluid => {
+                let kind = resolver.kind(file.fluid.is_some(), "fluid");
+                let partner = file.solid.is_some() || kind != Some(FluidProbeKind::Immersed);
+                if !partner {
+                    resolver.without("solid");
+                }
+                probes.fluid.extend(kind.filter(|_| partner).map(|kind| FluidProbe { name, kind }));
             }
-        } else if let Some(kind) = resolver.solid() {
-            probes.solid.push(SolidProbe { name, kind });
+            Role::Solid => {
+                let kind = resolver.kind(file.solid.is_some(), "solid");
+                probes.solid.extend(kind.map(|kind| SolidProbe { name, kind }));
+            }
         }
     }
     probes
@@ -72,72 +78,58 @@ struct Resolver<'a> {
 }
 
 impl Resolver<'_> {
-    fn fluid(&self) -> Option<FluidProbeKind> {
-        let Some(fluid) = &self.file.fluid else {
-            self.without("fluid");
+    /// The kind with its arguments; `owner` is who reports it, if the case has one.
+    fn kind<K: ProbeKind>(&self, has_owner: bool, owner: &str) -> Option<K> {
+        if !has_owner {
+            self.without(owner);
             return None;
-        };
-        match self.table.kind.value {
-            ProbeKind::FluidPoint => {
-                let point = self.table.at_m.as_ref()?;
-                self.inside_domain(point.value, &point.place).then_some(FluidProbeKind::Point(point.value))
-            }
-            ProbeKind::WaterLevel => {
-                let x = self.table.x_m.as_ref()?;
-                let height = 0.5 * (self.file.domain.lower_m.value.y + self.file.domain.upper_m.value.y);
-                self.inside_domain(Vector::new(x.value, height), &x.place)
-                    .then_some(FluidProbeKind::WaterLevel(x.value))
-            }
-            ProbeKind::Front => Some(FluidProbeKind::Front),
-            ProbeKind::Immersed if self.file.solid.is_none() => {
-                self.without("solid");
-                None
-            }
-            ProbeKind::Immersed => Some(FluidProbeKind::Immersed),
-            ProbeKind::FluidSums => match &self.table.region {
-                None => Some(FluidProbeKind::Region(None)),
-                Some(region) => {
-                    let names = fluid.regions.iter().map(|region| &region.name);
-                    Some(FluidProbeKind::Region(Some(self.find("region", region, names)?)))
-                }
-            },
-            ProbeKind::WallForce => {
-                let names = self.file.walls.iter().map(|wall| &wall.name);
-                Some(FluidProbeKind::WallForce(self.find("wall", self.table.wall.as_ref()?, names)?))
-            }
-            _ => None,
         }
+        let (mut found, mut body) = (Vec::new(), None);
+        // A support is looked up in its body, and a point in its body.
+        for argument in self.table.kind.value.1.arguments {
+            let Some(written) = self.table.arguments.get(argument.name) else { continue };
+            let value = match written {
+                WrittenArgument::Name(name) => {
+                    let index = self.find(argument.name, name, &self.names(argument.name, body))?;
+                    if argument.name == "body" {
+                        body = Some(index);
+                    }
+                    Argument::Index(index)
+                }
+                WrittenArgument::Point(at) => {
+                    let inside = match body {
+                        Some(body) => self.inside_body(body, at),
+                        None => self.inside_domain(at.value, &at.place),
+                    };
+                    inside.then_some(Argument::Point(at.value))?
+                }
+                WrittenArgument::Number(x) => {
+                    let domain = &self.file.domain;
+                    let height = 0.5 * (domain.lower_m.value.y + domain.upper_m.value.y);
+                    let inside = self.inside_domain(Vector::new(x.value, height), &x.place);
+                    inside.then_some(Argument::Number(x.value))?
+                }
+            };
+            found.push((argument.name, value));
+        }
+        let argument = |wanted: &str| found.iter().find(|(name, _)| *name == wanted).map(|(_, value)| *value);
+        K::build(self.table.kind.word, argument).ok()
     }
 
-    fn solid(&self) -> Option<SolidProbeKind> {
-        let Some(solid) = &self.file.solid else {
-            self.without("solid");
-            return None;
-        };
-        let body = match &self.table.body {
-            Some(body) => Some(self.find("body", body, solid.bodies.iter().map(|body| &body.name))?),
-            None => None,
-        };
-        match self.table.kind.value {
-            ProbeKind::MaterialPoint => {
-                let (body, at) = (body?, self.table.at_m.as_ref()?);
-                self.inside_body(solid, body, at)
-                    .then_some(SolidProbeKind::MaterialPoint { body, reference_position: at.value })
+    /// Names that the argument `what` may have.
+    fn names(&self, what: &str, body: Option<u32>) -> Vec<&str> {
+        let bodies = self.file.solid.as_ref().map_or(&[][..], |solid| &solid.bodies);
+        let names: Vec<&At<String>> = match (what, body) {
+            ("region", _) => {
+                self.file.fluid.iter().flat_map(|fluid| &fluid.regions).map(|region| &region.name).collect()
             }
-            ProbeKind::BodyMotion => Some(SolidProbeKind::Motion(body?)),
-            ProbeKind::BodyForce => Some(SolidProbeKind::BodyForce(body?)),
-            ProbeKind::SupportReaction => {
-                let body = body?;
-                let BodyTable { supports, .. } = &solid.bodies[body as usize];
-                let names = supports.iter().map(|support| &support.name);
-                let support = self.find("support", self.table.support.as_ref()?, names)?;
-                Some(SolidProbeKind::Reaction { body, support })
+            ("wall", _) => self.file.walls.iter().map(|wall| &wall.name).collect(),
+            ("support", Some(body)) => {
+                bodies[body as usize].supports.iter().map(|support| &support.name).collect()
             }
-            ProbeKind::BodySums => Some(SolidProbeKind::Sums(body)),
-            ProbeKind::Gap => Some(SolidProbeKind::Gap(body)),
-            ProbeKind::Contact => Some(SolidProbeKind::Contact(body)),
-            _ => None,
-        }
+            _ => bodies.iter().map(|body| &body.name).collect(),
+        };
+        names.into_iter().map(|name| name.value.as_str()).collect()
     }
 
     fn without(&self, owner: &str) {
@@ -145,19 +137,13 @@ impl Resolver<'_> {
         self.errors.add(error.value(self.table.kind.word).hint("leave the probe out"));
     }
 
-    fn find<'n>(
-        &self,
-        what: &str,
-        wanted: &At<String>,
-        names: impl Iterator<Item = &'n At<String>>,
-    ) -> Option<u32> {
-        let names: Vec<&str> = names.map(|name| name.value.as_str()).collect();
+    fn find(&self, what: &str, wanted: &At<String>, names: &[&str]) -> Option<u32> {
         let found = names.iter().position(|name| *name == wanted.value).and_then(|k| u32::try_from(k).ok());
         if found.is_none() {
             let error =
                 CaseError::new(&wanted.place, format!("no {what} has this name")).value(&wanted.value);
             // Comparing with all names takes time.
-            let hint = if self.errors.is_full() { String::new() } else { suggest(&wanted.value, &names) };
+            let hint = if self.errors.is_full() { String::new() } else { suggest(&wanted.value, names) };
             self.errors.add(error.hint(hint));
         }
         found
@@ -176,7 +162,8 @@ impl Resolver<'_> {
         inside
     }
 
-    fn inside_body(&self, solid: &SolidTable, body: u32, at: &At<Vector>) -> bool {
+    fn inside_body(&self, body: u32, at: &At<Vector>) -> bool {
+        let Some(solid) = &self.file.solid else { return false };
         let own = &self.scene.solid.reference_position[self.scene.body_range(body)];
         if !self.errors.spend(&at.place, 3.0 * own.len() as f64) {
             return true;

@@ -2,7 +2,7 @@
 //! not go together are errors of the case, each at its key.
 
 use sph::expression::Expression;
-use sph::laws::equation_of_state::{LARGEST_COMPRESSION, Tait};
+use sph::laws::equation_of_state::LARGEST_COMPRESSION;
 use sph::setup::InterfaceLaw;
 use sph::space::Vector;
 
@@ -80,10 +80,9 @@ impl Case {
     /// Speeds and densities of the fluid are those of weakly compressible flow.
     fn check_fluid_state(&self, errors: &ErrorList) {
         let Some(fluid) = &self.file.fluid else { return };
-        let (constants, particles) = (fluid.constants(), &self.scene.fluid);
+        let (constants, particles) = (fluid.parameters.values(), &self.scene.fluid);
         let c0 = constants.sound_speed;
-        let tait = Tait::new(constants.rest_density, c0, constants.exponent);
-        let water = fluid.tension_limit_pa.map_or(tait, |tension| tait.bearing(tension));
+        let water = constants.equation_of_state();
         let (lowest, highest) =
             (water.lowest_density(), (1.0 + LARGEST_COMPRESSION) * constants.rest_density);
         let mut reported = None;
@@ -128,7 +127,7 @@ impl Case {
     fn check_solid_speeds(&self, errors: &ErrorList) {
         let bodies = self.file.solid.as_ref().map_or(&[][..], |solid| &solid.bodies);
         for (k, body) in (0u32..).zip(bodies) {
-            let limit = body.material.to_setup().longitudinal_speed();
+            let limit = body.material.parameters.values().longitudinal_speed();
             let velocities = &self.scene.solid.velocity[self.scene.body_range(k)];
             let speed = velocities.iter().map(|v| v.norm()).fold(0.0, f64::max);
             if speed > limit {
@@ -178,7 +177,7 @@ impl Case {
 
 /// A pressure follows the surface of the body as it deforms.
 fn check_loads(body: &BodyTable, errors: &ErrorList) {
-    if matches!(body.formulation, FormulationTable::TotalLagrangian { .. }) {
+    if matches!(body.formulation, FormulationTable::TotalLagrangian(_)) {
         return;
     }
     for pressure in body.loads.iter().filter_map(|load| load.pressure_pa.as_ref()) {
@@ -190,10 +189,8 @@ fn check_loads(body: &BodyTable, errors: &ErrorList) {
 
 /// Contact through the sums compares particles of two bodies by one kernel.
 fn check_kernels(bodies: &[BodyTable], errors: &ErrorList) {
-    let law = |body: &BodyTable| match body.formulation {
-        FormulationTable::UpdatedLagrangian { kernel_ratio, artificial_stress_exponent, .. } => {
-            Some((kernel_ratio, artificial_stress_exponent))
-        }
+    let law = |body: &BodyTable| match &body.formulation {
+        FormulationTable::UpdatedLagrangian(set) => Some((set.kernel_ratio, set.artificial_stress_exponent)),
         _ => None,
     };
     let Some(first) = bodies.iter().find_map(law) else { return };

@@ -4,6 +4,7 @@
 //! reported and replaced by a fallback, so that reading continues; nothing is built from such a table later.
 
 mod lists;
+mod parameters;
 mod text;
 mod value;
 
@@ -13,7 +14,9 @@ use std::path::Path;
 use toml::de::{DeTable, DeValue};
 
 use super::errors::{CaseError, ErrorList, Place, suggest, suggestion};
-pub use value::{Allowed, At, Choice, SOUND, Written, is_bounded, is_sound};
+pub use parameters::Parameters;
+pub use sph::setup::Allowed;
+pub use value::{At, Choice, SOUND, Written, is_bounded, is_sound};
 
 /// Longest list read from a file; anything longer is refused before it is looked at.
 pub const LONGEST_LIST: usize = 10_000;
@@ -135,7 +138,7 @@ impl<'t> Table<'t> {
     /// A number that must be written.
     pub fn number(&mut self, key: &'static str, allowed: &Allowed) -> At<f64> {
         let found = self.demand(key).and_then(|(value, place)| self.as_number(value, &place, allowed));
-        self.or_default(key, found, allowed.fallback)
+        self.or_default(key, found, allowed.fallback())
     }
 
     /// A number with a default.

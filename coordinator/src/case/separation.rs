@@ -90,7 +90,8 @@ impl Case {
             return Vec::new();
         };
         let spacing = solid.particle_spacing_m.value;
-        let (fluid_spacing, support) = (fluid.particle_spacing_m.value, 2.0 * fluid.smoothing_length());
+        let (fluid_spacing, support) =
+            (fluid.parameters.particle_spacing, 2.0 * fluid.parameters.smoothing_length());
         // Beyond twice the support a body is thick at any ratio of the spacings.
         let limit = 2.0 * support + spacing;
         let particles = &self.scene.solid;

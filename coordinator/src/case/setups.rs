@@ -1,6 +1,6 @@
 //! Set-ups of the solvers of a case.
 
-use sph::setup::{Coupling, CouplingKind, FluidSetup, InterfaceLaw, RunSetup, SolidSetup};
+use sph::setup::{Coupling, CouplingKind, FluidSetup, InterfaceLaw, ParameterSet, RunSetup, SolidSetup};
 
 use super::{Case, file};
 
@@ -12,10 +12,10 @@ impl Case {
             (Some(fluid), Some(solid), Some(interface)) => Some(Coupling {
                 kind: self.coupling_kinds()[0],
                 law: interface.law.value,
-                fluid: fluid.constants(),
+                fluid: fluid.parameters.of_pair_law(),
                 solid_spacing: solid.particle_spacing_m.value,
                 repulsion: interface.repulsion.unwrap_or(0.0),
-                margin: interface.margin_spacings * fluid.particle_spacing_m.value,
+                margin: interface.margin_spacings * fluid.parameters.particle_spacing,
                 iterate: interface.iterate.as_ref().map(file::interface::IterateTable::to_setup),
             }),
             _ => None,
@@ -49,14 +49,7 @@ impl Case {
         let fluid = self.file.fluid.as_ref()?;
         Some(FluidSetup {
             run: self.run_setup(),
-            constants: fluid.constants(),
-            diffusion: fluid.diffusion(),
-            acoustic_damping: fluid.acoustic_damping,
-            wall_repulsion: fluid.wall_repulsion,
-            viscous_form: fluid.viscous_form.value,
-            order: fluid.order_control(),
-            scheme: fluid.scheme.value,
-            tension_limit: fluid.tension_limit_pa,
+            parameters: fluid.parameters.values(),
             damping: fluid.damping.as_ref().map(file::fluid::DampingTable::to_setup),
             regions: fluid.regions.iter().map(|region| region.name.value.clone()).collect(),
             walls: self.file.walls.iter().map(file::wall::WallTable::to_setup).collect(),
@@ -64,7 +57,6 @@ impl Case {
             wall_particles: self.scene.walls.clone(),
             probes: self.probes.fluid.clone(),
             outflow: self.file.domain.outflow(),
-            lost_particle_limit: fluid.lost_particle_limit,
         })
     }
 
@@ -74,8 +66,8 @@ impl Case {
         let spacing = solid.particle_spacing_m.value;
         let body = |(k, body): (usize, &file::body::BodyTable)| sph::setup::BodySetup {
             name: body.name.value.clone(),
-            material: body.material.to_setup(),
-            formulation: body.formulation.to_setup(spacing),
+            material: body.material.parameters.values(),
+            formulation: body.formulation.to_setup(),
             supports: body.supports.iter().map(file::support::SupportTable::to_setup).collect(),
             acceleration: body.acceleration_m_s2.as_ref().map(|pair| pair.each_ref().map(|w| w.value.text())),
             loads: self.scene.loads.get(k).cloned().unwrap_or_default(),

@@ -124,6 +124,10 @@ impl Checked {
             line("\nstabilisers".into());
             summary.stabilisers.iter().for_each(|s| line(format!("  {}: {}", s.owner, s.text)));
         }
+        if !summary.departures.is_empty() {
+            line("\ndepartures from the recommended settings (docs/method.md)".into());
+            summary.departures.iter().for_each(|departure| line(format!("  {departure}")));
+        }
         if !summary.warnings.is_empty() {
             line("\nwarnings".into());
             summary.warnings.iter().for_each(|warning| line(format!("  {warning}")));

@@ -6,7 +6,7 @@ use plotters::backend::DrawingBackend;
 use plotters::coord::types::RangedCoordf64;
 use plotters::drawing::DrawingAreaErrorKind;
 use plotters::prelude::*;
-use sph::setup::{FluidProbeKind, SolidProbeKind};
+use sph::setup::{Argument, ProbeKind};
 use sph::space::Vector;
 
 use crate::case::Case;
@@ -107,7 +107,7 @@ fn groups(case: &Case) -> Vec<Group> {
                 "fluid ",
                 &region.name.value,
                 FLUIDS[k % FLUIDS.len()],
-                fluid.particle_spacing_m.value,
+                fluid.parameters.particle_spacing,
                 positions,
             );
         }
@@ -225,18 +225,17 @@ fn draw_domain(chart: &mut Chart<'_>, case: &Case) -> Drawn {
 fn probe_marks(case: &Case) -> Vec<(String, Vector)> {
     let probes = case.probes();
     let domain = case.file().domain.domain();
-    let fluid = probes.fluid.iter().filter_map(|probe| match probe.kind {
-        FluidProbeKind::Point(x) => Some((probe.name.clone(), x)),
-        FluidProbeKind::WaterLevel(x) => Some((probe.name.clone(), Vector::new(x, domain.upper.y))),
-        _ => None,
+    let fluid = probes.fluid.iter().map(|probe| (&probe.name, probe.kind.arguments()));
+    let solid = probes.solid.iter().map(|probe| (&probe.name, probe.kind.arguments()));
+    let marks = fluid.chain(solid).flat_map(|(name, arguments)| {
+        let place = move |(_, argument)| match argument {
+            Argument::Point(x) => Some(x),
+            Argument::Number(x) => Some(Vector::new(x, domain.upper.y)),
+            Argument::Index(_) => None,
+        };
+        arguments.into_iter().filter_map(place).map(|x| (name.clone(), x))
     });
-    let solid = probes.solid.iter().filter_map(|probe| match probe.kind {
-        SolidProbeKind::MaterialPoint { reference_position, .. } => {
-            Some((probe.name.clone(), reference_position))
-        }
-        _ => None,
-    });
-    fluid.chain(solid).collect()
+    marks.collect()
 }
 
 fn draw_probes(chart: &mut Chart<'_>, case: &Case) -> Drawn {

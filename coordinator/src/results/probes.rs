@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use sph::coupling::driver::ProbeValues;
 use sph::coupling::solver::Role;
-use sph::setup::{FluidProbe, SolidProbe};
+use sph::setup::{FluidProbe, ProbeKind, SolidProbe};
 
 use super::error::OutputError;
 use super::table::{Changed, Resumed, TableFile, TableMark};
@@ -171,7 +171,7 @@ mod tests {
     }
 
     fn solid_probes() -> Vec<SolidProbe> {
-        vec![SolidProbe { name: "clamp".into(), kind: SolidProbeKind::Reaction { body: 0, support: 0 } }]
+        vec![SolidProbe { name: "clamp".into(), kind: SolidProbeKind::Reaction(0, 0) }]
     }
 
     fn values(step: u64, values: &[f64]) -> ProbeValues {

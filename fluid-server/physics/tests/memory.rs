@@ -80,7 +80,7 @@ fn a_particle_takes_little_memory() {
     let most = 500.0;
     for settings in [scene::LEAN, scene::RECOMMENDED] {
         let setup = scene::block(settings, particles);
-        let thickest = 0.3 * setup.constants.particle_spacing;
+        let thickest = 0.3 * setup.parameters.particle_spacing;
         let mut solver = FluidSolver::new(setup).unwrap();
         let mut saved = SavedState::default();
         solver.save(&mut saved);

@@ -6,7 +6,6 @@ use sph::coupling::saved::{RestoreError, SavedState};
 use sph::coupling::solver::{Counts, Divergence, Field, NoLoads, NotRevised, ParticleFields, Role, Solver};
 use sph::coupling::stage::{Stage, StageTime, StepStage};
 use sph::interface::{Interface, load_sums};
-use sph::laws::equation_of_state::Tait;
 use sph::prescribed::body_force::BodyForceField;
 use sph::setup::{Coupling, ParticipantSetup};
 use sph::space::Vector;
@@ -68,15 +67,15 @@ impl Dummy {
         let mut states = InterfaceStates::default();
         let role = match setup {
             ParticipantSetup::Fluid(fluid) => {
-                let (particles, c) = (&fluid.particles, &fluid.constants);
-                let tait = Tait::new(c.rest_density, c.sound_speed, c.exponent);
+                let (particles, c) = (&fluid.particles, &fluid.parameters);
+                let law = c.equation_of_state();
                 states.id.clone_from(&particles.id);
                 states.group.clone_from(&particles.region);
                 states.mass.clone_from(&particles.mass);
                 states.position.clone_from(&particles.position);
                 states.velocity.clone_from(&particles.velocity);
                 states.density.clone_from(&particles.density);
-                states.pressure.extend(particles.density.iter().map(|density| tait.pressure(*density)));
+                states.pressure.extend(particles.density.iter().map(|density| law.pressure(*density)));
                 Role::Fluid
             }
             ParticipantSetup::Solid(solid) => {

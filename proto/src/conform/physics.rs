@@ -3,7 +3,7 @@
 use sph::coupling::driver::StepReport;
 use sph::coupling::ledger::{TorqueCheck, imbalance};
 use sph::coupling::solver::Role;
-use sph::setup::{CouplingKind, ParticipantSetup, RunSetup};
+use sph::setup::{CouplingKind, ParameterSet, ParticipantSetup, RunSetup};
 use sph::space::Vector;
 
 use super::bench::{Bench, Record};
@@ -26,7 +26,9 @@ fn changed(setup: &ParticipantSetup, change: Change) -> ParticipantSetup {
         ParticipantSetup::Fluid(fluid) => {
             change(&mut fluid.run);
             if let Some(coupling) = &fluid.run.coupling {
-                fluid.constants = coupling.fluid;
+                fluid.parameters = fluid
+                    .parameters
+                    .with(|spec| coupling.fluid.get(spec.key).filter(|_| spec.is_of_pair_law));
             }
         }
         ParticipantSetup::Solid(solid) => {

@@ -4,9 +4,9 @@ use sph::coupling::solver::Role;
 use sph::kernel::CubicSpline;
 use sph::setup::{
     BodyForce, BodySetup, BreachAction, ContactLaw, Coupling, CouplingKind, DensityDiffusion,
-    ElasticMaterial, FluidConstants, FluidParticles, FluidSetup, Formulation, GradientCorrection,
-    HyperelasticLaw, InterfaceLaw, Iterate, LedgerPolicy, Outflow, OutputPlan, ParticipantSetup, RunSetup,
-    SolidParticles, SolidSetup, SolidStepping, StepPolicy, Support, TimePlan, TotalLagrangian, ViscousForm,
+    ElasticParameters, FluidParameters, FluidParticles, FluidScheme, FluidSetup, Formulation, InterfaceLaw,
+    Iterate, LedgerPolicy, Outflow, OutputPlan, ParameterSet, ParticipantSetup, RepulsionParameters,
+    RunSetup, SolidParticles, SolidSetup, SolidStepping, StepPolicy, Support, TimePlan, TotalLagrangian,
     WallParticles,
 };
 use sph::space::domain::Domain;
@@ -121,7 +121,7 @@ impl Scene {
             coupling: self.coupled.then(|| Coupling {
                 kind: self.kind,
                 law: InterfaceLaw::Wall,
-                fluid: constants(),
+                fluid: fluid_parameters().of_pair_law(),
                 solid_spacing: SPACING,
                 repulsion: 0.0,
                 margin: 2.0 * SPACING,
@@ -146,14 +146,7 @@ impl Scene {
         }
         FluidSetup {
             run: self.run(),
-            constants: constants(),
-            diffusion: DensityDiffusion::None,
-            acoustic_damping: 0.0,
-            wall_repulsion: 0.0,
-            viscous_form: ViscousForm::Pairwise,
-            tension_limit: None,
-            scheme: sph::setup::FluidScheme::PredictorCorrector,
-            order: None,
+            parameters: fluid_parameters(),
             damping: None,
             regions: vec!["water".into()],
             walls: Vec::new(),
@@ -161,7 +154,6 @@ impl Scene {
             wall_particles: WallParticles::default(),
             probes: Vec::new(),
             outflow: Outflow::default(),
-            lost_particle_limit: 0,
         }
     }
 
@@ -185,20 +177,17 @@ impl Scene {
             particle_spacing: SPACING,
             bodies: vec![BodySetup {
                 name: "block".into(),
-                material: ElasticMaterial { density: SOLID_DENSITY, bulk_modulus: 2e6, shear_modulus: 1e6 },
+                material: ElasticParameters { density: SOLID_DENSITY, bulk_modulus: 2e6, shear_modulus: 1e6 },
                 formulation: if self.rigid { Formulation::Rigid } else { elastic() },
                 supports: if self.clamped { vec![clamp] } else { Vec::new() },
                 acceleration: None,
                 loads: Vec::new(),
             }],
             particles,
-            contact: ContactLaw::Repulsion {
-                stiffness: 1.0,
-                distance: 1.0,
-                damping: 0.2,
-                friction: 0.0,
+            contact: ContactLaw::Repulsion(RepulsionParameters {
                 self_contact: false,
-            },
+                ..RepulsionParameters::default()
+            }),
             walls: Vec::new(),
             wall_particles: WallParticles::default(),
             damping: None,
@@ -210,28 +199,19 @@ impl Scene {
 }
 
 fn elastic() -> Formulation {
-    Formulation::TotalLagrangian(TotalLagrangian {
-        smoothing_length: 0.75 * SPACING,
-        law: HyperelasticLaw::NeoHookean,
-        hourglass: 0.3,
-        viscosity_a: 0.0,
-        viscosity_b: 0.0,
-    })
+    Formulation::TotalLagrangian(TotalLagrangian::default())
 }
 
-/// Constants of the water: no viscosity, so that forces are smooth.
-fn constants() -> FluidConstants {
-    FluidConstants {
+/// Parameters of the water: no viscosity, so that forces are smooth.
+fn fluid_parameters() -> FluidParameters {
+    FluidParameters {
         rest_density: REST_DENSITY,
-        sound_speed: 20.0,
-        exponent: 7.0,
-        dynamic_viscosity: 0.0,
-        smoothing_length: 1.2 * SPACING,
         particle_spacing: SPACING,
         viscosity_a: 0.0,
-        viscosity_b: 0.0,
-        lambda: 0.01,
-        correction: GradientCorrection::LatticeMoment,
+        density_diffusion: DensityDiffusion::None,
+        wall_repulsion: 0.0,
+        scheme: FluidScheme::PredictorCorrector,
+        ..FluidParameters::default()
     }
 }
 

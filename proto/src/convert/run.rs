@@ -3,14 +3,14 @@
 use sph::coupling::solver::Role;
 use sph::coupling::stage::Stage;
 use sph::setup::{
-    BodyForce, BreachAction, Coupling, CouplingKind, Damping, FluidConstants, GradientCorrection,
-    InterfaceLaw, LedgerPolicy, Motion, OutputPlan, RunSetup, StepPolicy, TimePlan, WallCondition,
-    WallParticles, WallSetup,
+    BodyForce, BreachAction, Coupling, CouplingKind, Damping, InterfaceLaw, LedgerPolicy, Motion, OutputPlan,
+    ParameterSet, RunSetup, StepPolicy, TimePlan, WallCondition, WallParticles, WallSetup,
 };
 use sph::space::DIMENSIONS;
 use sph::space::domain::Domain;
 
 use super::arrays::{index_count, pack, pack_indices, unpack, unpack_indices_below};
+use super::parameters::{parameters_from_wire, parameters_to_wire};
 use super::{
     Choice, Convert, Path, WireError, choice, finite, flags_from_wire, flags_to_wire, fraction, name,
     not_negative, optional, positive, positive_or_infinite, required, text,
@@ -62,25 +62,6 @@ impl Choice for InterfaceLaw {
             InterfaceLaw::Wall => wire::InterfaceLaw::Wall,
             InterfaceLaw::WallNoSlip => wire::InterfaceLaw::WallNoSlip,
             InterfaceLaw::PlainSum => wire::InterfaceLaw::PlainSum,
-        };
-        wire.into()
-    }
-}
-
-impl Choice for GradientCorrection {
-    const ALL: &'static [Self] = &[
-        GradientCorrection::None,
-        GradientCorrection::LatticeMoment,
-        GradientCorrection::Continuity,
-        GradientCorrection::Renormalised,
-    ];
-
-    fn code(self) -> i32 {
-        let wire = match self {
-            GradientCorrection::None => wire::GradientCorrection::None,
-            GradientCorrection::LatticeMoment => wire::GradientCorrection::LatticeMoment,
-            GradientCorrection::Continuity => wire::GradientCorrection::Continuity,
-            GradientCorrection::Renormalised => wire::GradientCorrection::Renormalised,
         };
         wire.into()
     }
@@ -288,7 +269,7 @@ impl Convert for Coupling {
         wire::Coupling {
             kind: self.kind.code(),
             law: self.law.code(),
-            fluid: Some(self.fluid.to_wire()),
+            fluid: parameters_to_wire(self.fluid.stated().filter(|(spec, _)| spec.is_of_pair_law)),
             solid_spacing_m: Some(self.solid_spacing),
             margin_m: Some(self.margin),
             repulsion: Some(self.repulsion),
@@ -315,48 +296,11 @@ impl Convert for Coupling {
         Ok(Self {
             kind,
             law,
-            fluid: required(&wire.fluid, &at.field("fluid"))?,
+            fluid: parameters_from_wire(&wire.fluid, |spec| spec.is_of_pair_law, &at.field("fluid"))?,
             solid_spacing: positive(wire.solid_spacing_m, &at.field("solid_spacing_m"))?,
             margin: not_negative(wire.margin_m, &at.field("margin_m"))?,
             repulsion: not_negative(wire.repulsion.or(Some(0.0)), &at.field("repulsion"))?,
             iterate: optional(&wire.iterate, &at.field("iterate"))?,
-        })
-    }
-}
-
-impl Convert for FluidConstants {
-    type Wire = wire::FluidConstants;
-
-    fn to_wire(&self) -> wire::FluidConstants {
-        wire::FluidConstants {
-            rest_density_kg_per_m3: Some(self.rest_density),
-            sound_speed_m_per_s: Some(self.sound_speed),
-            exponent: Some(self.exponent),
-            dynamic_viscosity_pa_s: Some(self.dynamic_viscosity),
-            smoothing_length_m: Some(self.smoothing_length),
-            particle_spacing_m: Some(self.particle_spacing),
-            viscosity_a: Some(self.viscosity_a),
-            viscosity_b: Some(self.viscosity_b),
-            lambda: Some(self.lambda),
-            correction: self.correction.code(),
-        }
-    }
-
-    fn from_wire(wire: &wire::FluidConstants, at: &Path<'_>) -> Result<Self, WireError> {
-        Ok(Self {
-            rest_density: positive(wire.rest_density_kg_per_m3, &at.field("rest_density_kg_per_m3"))?,
-            sound_speed: positive(wire.sound_speed_m_per_s, &at.field("sound_speed_m_per_s"))?,
-            exponent: positive(wire.exponent, &at.field("exponent"))?,
-            dynamic_viscosity: not_negative(
-                wire.dynamic_viscosity_pa_s,
-                &at.field("dynamic_viscosity_pa_s"),
-            )?,
-            smoothing_length: positive(wire.smoothing_length_m, &at.field("smoothing_length_m"))?,
-            particle_spacing: positive(wire.particle_spacing_m, &at.field("particle_spacing_m"))?,
-            viscosity_a: not_negative(wire.viscosity_a, &at.field("viscosity_a"))?,
-            viscosity_b: not_negative(wire.viscosity_b, &at.field("viscosity_b"))?,
-            lambda: not_negative(wire.lambda, &at.field("lambda"))?,
-            correction: choice(wire.correction, &at.field("correction"))?,
         })
     }
 }

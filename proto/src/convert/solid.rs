@@ -1,19 +1,20 @@
 //! The set-up of a solid solver.
 
 use sph::setup::{
-    BodySetup, ContactLaw, ElasticMaterial, Formulation, HyperelasticLaw, LoadLaw, SolidParticles,
-    SolidProbe, SolidProbeKind, SolidSetup, SolidStepping, SubstepCount, Support, SurfaceLoad,
-    TotalLagrangian, UpdatedLagrangian,
+    Argument, BodySetup, Choice, ContactKind, ContactLaw, Formulation, FormulationKind, LoadLaw,
+    ParameterSet, SolidParticles, SolidProbe, SolidSetup, SolidStepping, SubstepCount, Support, SurfaceLoad,
 };
 
 use super::arrays::{
     index_count, pack, pack_indices, unpack, unpack_ids, unpack_indices, unpack_indices_below,
     unpack_positive,
 };
+use super::parameters::{parameters_from_wire, parameters_to_wire, word};
+use super::probes::check_references;
 use super::run::{release_time, wall_particles_from_wire, wall_particles_to_wire};
 use super::{
-    Choice, Convert, Path, WireError, choice, flags_from_wire, flags_to_wire, index, list, name,
-    not_negative, optional, positive, required, text, wires,
+    Convert, Path, WireError, flags_from_wire, flags_to_wire, list, name, optional, positive, required, text,
+    wires,
 };
 use crate::wire;
 
@@ -53,9 +54,17 @@ impl Convert for SolidSetup {
         let bodies: Vec<BodySetup> = list(&wire.bodies, at, "bodies")?;
         let walls: Vec<_> = list(&wire.walls, at, "walls")?;
         let probes: Vec<SolidProbe> = list(&wire.probes, at, "probes")?;
-        for (k, probe) in probes.iter().enumerate() {
-            check_probe(probe, &bodies, &at.item("probes", k))?;
-        }
+        let supports = |arguments: &[(&'static str, Argument)]| {
+            let body = arguments.iter().find_map(|argument| match argument {
+                ("body", Argument::Index(body)) => usize::try_from(*body).ok(),
+                _ => None,
+            });
+            body.and_then(|body| bodies.get(body)).map_or(0, |body| body.supports.len())
+        };
+        check_references(&probes, at, |name, arguments| match name {
+            "support" => (supports(arguments), "supports of the body"),
+            _ => (bodies.len(), "bodies"),
+        })?;
         Ok(Self {
             run: required(&wire.run, &at.field("run"))?,
             particle_spacing: positive(wire.particle_spacing_m, &at.field("particle_spacing_m"))?,
@@ -98,26 +107,6 @@ fn substeps_from_wire(wire: Option<&wire::Substeps>, at: &Path<'_>) -> Result<So
         None => return Err(at.field("count").error("is missing or of a later version of the protocol")),
     };
     Ok(SolidStepping::Substeps(count))
-}
-
-/// Checks that a probe points at a body, and a support, that exists.
-fn check_probe(probe: &SolidProbe, bodies: &[BodySetup], at: &Path<'_>) -> Result<(), WireError> {
-    let of_body = |body: u32| index(body, bodies.len(), "bodies", &at.field("body"));
-    match &probe.kind {
-        SolidProbeKind::MaterialPoint { body, .. }
-        | SolidProbeKind::Motion(body)
-        | SolidProbeKind::BodyForce(body)
-        | SolidProbeKind::Gap(Some(body))
-        | SolidProbeKind::Contact(Some(body))
-        | SolidProbeKind::Sums(Some(body)) => of_body(*body).map(drop),
-        SolidProbeKind::Sums(None) | SolidProbeKind::Gap(None) | SolidProbeKind::Contact(None) => Ok(()),
-        SolidProbeKind::Reaction { body, support } => {
-            of_body(*body)?;
-            let supports =
-                usize::try_from(*body).ok().and_then(|b| bodies.get(b)).map_or(0, |b| b.supports.len());
-            index(*support, supports, "supports of the body", &at.field("support")).map(drop)
-        }
-    }
 }
 
 fn particles_to_wire(particles: &SolidParticles) -> wire::SolidParticles {
@@ -174,16 +163,16 @@ impl Convert for BodySetup {
     type Wire = wire::BodySetup;
 
     fn to_wire(&self) -> wire::BodySetup {
-        use wire::body_setup::Formulation as Wire;
-        let formulation = match &self.formulation {
-            Formulation::UpdatedLagrangian(constants) => Wire::UpdatedLagrangian(constants.to_wire()),
-            Formulation::TotalLagrangian(constants) => Wire::TotalLagrangian(constants.to_wire()),
-            Formulation::Rigid => Wire::Rigid(wire::Unit {}),
+        let parameters = match &self.formulation {
+            Formulation::UpdatedLagrangian(set) => parameters_to_wire(set.stated()),
+            Formulation::TotalLagrangian(set) => parameters_to_wire(set.stated()),
+            Formulation::Rigid => Vec::new(),
         };
         wire::BodySetup {
             name: self.name.clone(),
-            material: Some(self.material.to_wire()),
-            formulation: Some(formulation),
+            material: parameters_to_wire(self.material.stated()),
+            formulation: self.formulation.kind().name().to_owned(),
+            parameters,
             supports: wires(&self.supports),
             acceleration_m_per_s2: self.acceleration.as_ref().map(Convert::to_wire),
             loads: wires(&self.loads),
@@ -191,23 +180,19 @@ impl Convert for BodySetup {
     }
 
     fn from_wire(wire: &wire::BodySetup, at: &Path<'_>) -> Result<Self, WireError> {
-        use wire::body_setup::Formulation as Wire;
-        let formulation = match &wire.formulation {
-            Some(Wire::UpdatedLagrangian(constants)) => Formulation::UpdatedLagrangian(
-                UpdatedLagrangian::from_wire(constants, &at.field("updated_lagrangian"))?,
-            ),
-            Some(Wire::TotalLagrangian(constants)) => Formulation::TotalLagrangian(
-                TotalLagrangian::from_wire(constants, &at.field("total_lagrangian"))?,
-            ),
-            Some(Wire::Rigid(_)) => Formulation::Rigid,
-            None => {
-                let at = at.field("formulation");
-                return Err(at.error("is missing or of a later version of the protocol"));
+        let set = at.field("parameters");
+        let formulation = match word(&wire.formulation, &at.field("formulation"))? {
+            FormulationKind::UpdatedLagrangian => {
+                Formulation::UpdatedLagrangian(parameters_from_wire(&wire.parameters, |_| true, &set)?)
             }
+            FormulationKind::TotalLagrangian => {
+                Formulation::TotalLagrangian(parameters_from_wire(&wire.parameters, |_| true, &set)?)
+            }
+            FormulationKind::Rigid => Formulation::Rigid,
         };
         Ok(Self {
             name: name(&wire.name, &at.field("name"))?,
-            material: required(&wire.material, &at.field("material"))?,
+            material: parameters_from_wire(&wire.material, |_| true, &at.field("material"))?,
             formulation,
             supports: list(&wire.supports, at, "supports")?,
             acceleration: optional(&wire.acceleration_m_per_s2, &at.field("acceleration_m_per_s2"))?,
@@ -252,93 +237,6 @@ impl Convert for SurfaceLoad {
     }
 }
 
-impl Convert for ElasticMaterial {
-    type Wire = wire::ElasticMaterial;
-
-    fn to_wire(&self) -> wire::ElasticMaterial {
-        wire::ElasticMaterial {
-            density_kg_per_m3: Some(self.density),
-            bulk_modulus_pa: Some(self.bulk_modulus),
-            shear_modulus_pa: Some(self.shear_modulus),
-        }
-    }
-
-    fn from_wire(wire: &wire::ElasticMaterial, at: &Path<'_>) -> Result<Self, WireError> {
-        Ok(Self {
-            density: positive(wire.density_kg_per_m3, &at.field("density_kg_per_m3"))?,
-            bulk_modulus: positive(wire.bulk_modulus_pa, &at.field("bulk_modulus_pa"))?,
-            shear_modulus: not_negative(wire.shear_modulus_pa, &at.field("shear_modulus_pa"))?,
-        })
-    }
-}
-
-impl Convert for UpdatedLagrangian {
-    type Wire = wire::UpdatedLagrangian;
-
-    fn to_wire(&self) -> wire::UpdatedLagrangian {
-        wire::UpdatedLagrangian {
-            smoothing_length_m: Some(self.smoothing_length),
-            gradient_correction: self.gradient_correction,
-            viscosity_a: Some(self.viscosity_a),
-            viscosity_b: Some(self.viscosity_b),
-            lambda: Some(self.lambda),
-            artificial_stress: Some(self.artificial_stress),
-            artificial_stress_exponent: Some(self.artificial_stress_exponent),
-        }
-    }
-
-    fn from_wire(wire: &wire::UpdatedLagrangian, at: &Path<'_>) -> Result<Self, WireError> {
-        Ok(Self {
-            smoothing_length: positive(wire.smoothing_length_m, &at.field("smoothing_length_m"))?,
-            gradient_correction: wire.gradient_correction,
-            viscosity_a: not_negative(wire.viscosity_a, &at.field("viscosity_a"))?,
-            viscosity_b: not_negative(wire.viscosity_b, &at.field("viscosity_b"))?,
-            lambda: not_negative(wire.lambda, &at.field("lambda"))?,
-            artificial_stress: not_negative(wire.artificial_stress, &at.field("artificial_stress"))?,
-            artificial_stress_exponent: not_negative(
-                wire.artificial_stress_exponent,
-                &at.field("artificial_stress_exponent"),
-            )?,
-        })
-    }
-}
-
-impl Choice for HyperelasticLaw {
-    const ALL: &'static [Self] = &[HyperelasticLaw::StVenantKirchhoff, HyperelasticLaw::NeoHookean];
-
-    fn code(self) -> i32 {
-        let wire = match self {
-            HyperelasticLaw::StVenantKirchhoff => wire::HyperelasticLaw::StVenantKirchhoff,
-            HyperelasticLaw::NeoHookean => wire::HyperelasticLaw::NeoHookean,
-        };
-        wire.into()
-    }
-}
-
-impl Convert for TotalLagrangian {
-    type Wire = wire::TotalLagrangian;
-
-    fn to_wire(&self) -> wire::TotalLagrangian {
-        wire::TotalLagrangian {
-            smoothing_length_m: Some(self.smoothing_length),
-            law: self.law.code(),
-            hourglass: Some(self.hourglass),
-            viscosity_a: Some(self.viscosity_a),
-            viscosity_b: Some(self.viscosity_b),
-        }
-    }
-
-    fn from_wire(wire: &wire::TotalLagrangian, at: &Path<'_>) -> Result<Self, WireError> {
-        Ok(Self {
-            smoothing_length: positive(wire.smoothing_length_m, &at.field("smoothing_length_m"))?,
-            law: choice(wire.law, &at.field("law"))?,
-            hourglass: not_negative(wire.hourglass, &at.field("hourglass"))?,
-            viscosity_a: not_negative(wire.viscosity_a, &at.field("viscosity_a"))?,
-            viscosity_b: not_negative(wire.viscosity_b, &at.field("viscosity_b"))?,
-        })
-    }
-}
-
 impl Convert for Support {
     type Wire = wire::Support;
 
@@ -365,88 +263,19 @@ impl Convert for ContactLaw {
     type Wire = wire::ContactLaw;
 
     fn to_wire(&self) -> wire::ContactLaw {
-        use wire::contact_law::Law;
-        let law = match *self {
-            ContactLaw::Repulsion { stiffness, distance, damping, friction, self_contact } => {
-                Law::Repulsion(wire::Repulsion {
-                    stiffness: Some(stiffness),
-                    distance: Some(distance),
-                    damping: Some(damping),
-                    friction: Some(friction),
-                    self_contact,
-                })
-            }
-            ContactLaw::Sums => Law::Sums(wire::Unit {}),
+        let parameters = match self {
+            ContactLaw::Repulsion(set) => parameters_to_wire(set.stated()),
+            ContactLaw::Sums => Vec::new(),
         };
-        wire::ContactLaw { law: Some(law) }
+        wire::ContactLaw { law: self.kind().name().to_owned(), parameters }
     }
 
     fn from_wire(wire: &wire::ContactLaw, at: &Path<'_>) -> Result<Self, WireError> {
-        use wire::contact_law::Law;
-        match &wire.law {
-            Some(Law::Repulsion(law)) => {
-                let at = at.field("repulsion");
-                Ok(Self::Repulsion {
-                    stiffness: not_negative(law.stiffness, &at.field("stiffness"))?,
-                    distance: not_negative(law.distance, &at.field("distance"))?,
-                    damping: not_negative(law.damping, &at.field("damping"))?,
-                    friction: not_negative(law.friction.or(Some(0.0)), &at.field("friction"))?,
-                    self_contact: law.self_contact,
-                })
+        Ok(match word(&wire.law, &at.field("law"))? {
+            ContactKind::Repulsion => {
+                Self::Repulsion(parameters_from_wire(&wire.parameters, |_| true, &at.field("parameters"))?)
             }
-            Some(Law::Sums(_)) => Ok(Self::Sums),
-            None => Err(at.field("law").error("is missing or of a later version of the protocol")),
-        }
-    }
-}
-
-impl Convert for SolidProbe {
-    type Wire = wire::SolidProbe;
-
-    fn to_wire(&self) -> wire::SolidProbe {
-        use wire::solid_probe::Kind;
-        let kind = match &self.kind {
-            SolidProbeKind::MaterialPoint { body, reference_position } => {
-                Kind::MaterialPoint(wire::MaterialPoint {
-                    body: *body,
-                    reference_position_m: Some(reference_position.to_wire()),
-                })
-            }
-            SolidProbeKind::Motion(body) => Kind::Motion(*body),
-            SolidProbeKind::BodyForce(body) => Kind::BodyForce(*body),
-            SolidProbeKind::Reaction { body, support } => {
-                Kind::Reaction(wire::Reaction { body: *body, support: *support })
-            }
-            SolidProbeKind::Sums(Some(body)) => Kind::Sums(*body),
-            SolidProbeKind::Sums(None) => Kind::AllSums(wire::Unit {}),
-            SolidProbeKind::Gap(Some(body)) => Kind::Gap(*body),
-            SolidProbeKind::Gap(None) => Kind::AllGaps(wire::Unit {}),
-            SolidProbeKind::Contact(Some(body)) => Kind::Contact(*body),
-            SolidProbeKind::Contact(None) => Kind::AllContacts(wire::Unit {}),
-        };
-        wire::SolidProbe { name: self.name.clone(), kind: Some(kind) }
-    }
-
-    fn from_wire(wire: &wire::SolidProbe, at: &Path<'_>) -> Result<Self, WireError> {
-        use wire::solid_probe::Kind;
-        let kind = match &wire.kind {
-            Some(Kind::MaterialPoint(point)) => SolidProbeKind::MaterialPoint {
-                body: point.body,
-                reference_position: required(&point.reference_position_m, &at.field("reference_position_m"))?,
-            },
-            Some(Kind::Motion(body)) => SolidProbeKind::Motion(*body),
-            Some(Kind::BodyForce(body)) => SolidProbeKind::BodyForce(*body),
-            Some(Kind::Reaction(reaction)) => {
-                SolidProbeKind::Reaction { body: reaction.body, support: reaction.support }
-            }
-            Some(Kind::Sums(body)) => SolidProbeKind::Sums(Some(*body)),
-            Some(Kind::AllSums(_)) => SolidProbeKind::Sums(None),
-            Some(Kind::Gap(body)) => SolidProbeKind::Gap(Some(*body)),
-            Some(Kind::AllGaps(_)) => SolidProbeKind::Gap(None),
-            Some(Kind::Contact(body)) => SolidProbeKind::Contact(Some(*body)),
-            Some(Kind::AllContacts(_)) => SolidProbeKind::Contact(None),
-            None => return Err(at.field("kind").error("is missing or of a later version of the protocol")),
-        };
-        Ok(Self { name: name(&wire.name, &at.field("name"))?, kind })
+            ContactKind::Sums => Self::Sums,
+        })
     }
 }

@@ -3,11 +3,11 @@
 use bytes::Bytes;
 use sph::coupling::solver::Role;
 use sph::setup::{
-    BodyForce, BodySetup, BreachAction, ContactLaw, CouplingKind, Damping, DensityDiffusion, ElasticMaterial,
-    FluidProbe, FluidProbeKind, FluidSetup, Formulation, GradientCorrection, HyperelasticLaw, InterfaceLaw,
-    LoadLaw, Motion, Outflow, ParticipantSetup, RunSetup, SolidProbe, SolidProbeKind, SolidSetup,
-    SolidStepping, StepPolicy, SubstepCount, Support, SurfaceLoad, TotalLagrangian, UpdatedLagrangian,
-    WallCondition, WallParticles, WallSetup,
+    BodyForce, BodySetup, BreachAction, ContactLaw, CouplingKind, Damping, ElasticParameters,
+    FluidParameters, FluidProbe, FluidProbeKind, FluidSetup, Formulation, GradientCorrection, InterfaceLaw,
+    LoadLaw, Motion, Outflow, ParticipantSetup, RepulsionParameters, RunSetup, SolidProbe, SolidProbeKind,
+    SolidSetup, SolidStepping, StepPolicy, SubstepCount, Support, SurfaceLoad, TotalLagrangian,
+    UpdatedLagrangian, ViscousForm, WallCondition, WallParticles, WallSetup,
 };
 use sph::space::{SymmetricTensor, Vector};
 
@@ -65,13 +65,17 @@ fn fluid() -> FluidSetup {
     let policy = StepPolicy::Adaptive { factor: 1.0, maximum: f64::INFINITY, growth: 1.05 };
     let run = run(policy, InterfaceLaw::WallNoSlip, GradientCorrection::Renormalised);
     let ParticipantSetup::Fluid(mut setup) = fake::fluid_setup(run) else { panic!() };
-    setup.diffusion = DensityDiffusion::Renormalised { delta: 0.1 };
-    setup.wall_repulsion = 0.02;
-    setup.acoustic_damping = 0.3;
-    setup.viscous_form = sph::setup::ViscousForm::Stress;
-    setup.order = Some(sph::setup::OrderControl { shifting: 0.7, tensile_control: true });
-    setup.tension_limit = Some(7e3);
-    setup.scheme = sph::setup::FluidScheme::Leapfrog;
+    setup.parameters = FluidParameters {
+        wall_repulsion: 0.02,
+        acoustic_damping: 0.3,
+        viscosity_b: -0.0,
+        viscous_form: ViscousForm::Stress,
+        shifting: 0.7,
+        tensile_control: true,
+        tension_limit: Some(7e3),
+        lost_particle_limit: 1_000_000_000,
+        ..setup.parameters
+    };
     setup.damping = Some(Damping { rate: 3.0, until: 0.1 });
     setup.regions.push("rest".into());
     setup.walls = walls();
@@ -93,7 +97,6 @@ fn fluid() -> FluidSetup {
         .map(|(k, kind)| FluidProbe { name: format!("probe {k}"), kind })
         .collect();
     setup.outflow = Outflow { lower: [false, true], upper: [true, false] };
-    setup.lost_particle_limit = u64::MAX;
     setup
 }
 
@@ -103,15 +106,11 @@ fn solid() -> SolidSetup {
     let ParticipantSetup::Solid(mut setup) = fake::solid_setup(run) else { panic!() };
     setup.bodies.push(BodySetup {
         name: "plate".into(),
-        material: ElasticMaterial { density: 1100.0, bulk_modulus: 2e7, shear_modulus: 0.0 },
+        material: ElasticParameters { density: 1100.0, bulk_modulus: 2e7, shear_modulus: 1.0 },
         formulation: Formulation::UpdatedLagrangian(UpdatedLagrangian {
-            smoothing_length: 0.0026,
-            gradient_correction: true,
-            viscosity_a: 1.0,
             viscosity_b: 2.0,
-            lambda: 0.01,
-            artificial_stress: 0.3,
-            artificial_stress_exponent: 4.0,
+            lambda: -0.0,
+            ..UpdatedLagrangian::default()
         }),
         supports: vec![
             Support { name: "root".into(), held: [true, true], motion: None, release_time: None },
@@ -140,13 +139,10 @@ fn solid() -> SolidSetup {
     });
     setup.bodies.push(BodySetup {
         name: "ring".into(),
-        material: ElasticMaterial { density: 900.0, bulk_modulus: 1e7, shear_modulus: 3e6 },
+        material: ElasticParameters { density: 900.0, bulk_modulus: 1e7, shear_modulus: 3e6 },
         formulation: Formulation::TotalLagrangian(TotalLagrangian {
-            smoothing_length: 0.0015,
-            law: HyperelasticLaw::NeoHookean,
-            hourglass: 0.3,
-            viscosity_a: 0.0,
             viscosity_b: 0.7,
+            ..TotalLagrangian::default()
         }),
         supports: Vec::new(),
         acceleration: None,
@@ -158,20 +154,19 @@ fn solid() -> SolidSetup {
     setup.particles.support[last] = 2;
     setup.particles.deviatoric_stress[last] = SymmetricTensor { xx: -0.0, yy: 5e-324, xy: -1.0 / 3.0 };
     setup.particles.reference_position[last] = Vector::new(-0.0, 7.0);
-    setup.contact = ContactLaw::Repulsion {
+    setup.contact = ContactLaw::Repulsion(RepulsionParameters {
         stiffness: 0.1,
-        distance: 1.0,
         damping: 0.0,
         friction: 0.3,
-        self_contact: true,
-    };
+        ..RepulsionParameters::default()
+    });
     setup.walls = walls();
     setup.wall_particles = wall_particles();
     let kinds = [
-        SolidProbeKind::MaterialPoint { body: 1, reference_position: Vector::new(-0.0, 1.0) },
+        SolidProbeKind::MaterialPoint(1, Vector::new(-0.0, 1.0)),
         SolidProbeKind::Motion(0),
         SolidProbeKind::BodyForce(1),
-        SolidProbeKind::Reaction { body: 1, support: 1 },
+        SolidProbeKind::Reaction(1, 1),
         SolidProbeKind::Sums(Some(0)),
         SolidProbeKind::Sums(None),
         SolidProbeKind::Gap(Some(1)),
@@ -217,10 +212,6 @@ fn set_ups_travel_bit_for_bit() {
             ParticipantSetup::Solid(setup) => assert_eq!(carried(&setup), setup),
         }
     }
-    for diffusion in [DensityDiffusion::None, DensityDiffusion::Plain { delta: 0.0 }] {
-        let setup = FluidSetup { diffusion, ..fluid.clone() };
-        assert_eq!(carried(&setup).diffusion, diffusion);
-    }
 }
 
 fn fluid_refusal(spoil: impl FnOnce(&mut wire::FluidSetup)) -> String {
@@ -244,8 +235,18 @@ fn wrong_numbers_are_refused_by_path() {
     let error =
         spoil_run(|r| r.body_force.as_mut().unwrap().gravity_m_per_s2.as_mut().unwrap().y = Some(f64::NAN));
     assert_eq!(error, "`open.run.body_force.gravity_m_per_s2.y`: is NaN, must be finite");
-    let error = fluid_refusal(|m| m.constants.as_mut().unwrap().rest_density_kg_per_m3 = Some(0.0));
-    assert_eq!(error, "`open.constants.rest_density_kg_per_m3`: is 0.0, must be positive and finite");
+    let density = |number| wire::Parameter {
+        name: "rest_density_kg_m3".into(),
+        value: Some(wire::parameter::Value::Number(number)),
+    };
+    let error = fluid_refusal(|m| m.parameters[2] = density(0.0));
+    assert_eq!(error, "`open.parameters.rest_density_kg_m3`: is 0.0, must be a number above 0");
+    let error = fluid_refusal(|m| m.parameters.push(density(1.0)));
+    assert_eq!(error, "`open.parameters.rest_density_kg_m3`: is stated twice");
+    let error = fluid_refusal(|m| m.parameters[2].name = "surface_tension_n_m".into());
+    assert!(error.starts_with("`open.parameters.surface_tension_n_m`: is not a parameter"), "{error}");
+    let error = fluid_refusal(|m| m.parameters.clear());
+    assert!(error.starts_with("`open.parameters.particle_spacing_m`: is missing"), "{error}");
     let error = spoil_run(|r| r.time.as_mut().unwrap().end_time_s = Some(-1.0));
     assert!(error.contains("`open.run.time.end_time_s`: is -1.0, must not lie before"), "{error}");
     let error = spoil_run(|r| {
@@ -273,13 +274,9 @@ fn wrong_numbers_are_refused_by_path() {
         let error = solid_refusal(|m| m.substeps = Some(fixed(count)));
         assert_eq!(error, format!("`open.substeps.fixed`: is {count}, must be even and at least 2"));
     }
-    let error = solid_refusal(|m| {
-        let Some(wire::body_setup::Formulation::TotalLagrangian(law)) = &mut m.bodies[2].formulation else {
-            panic!()
-        };
-        law.law = 0;
-    });
-    assert!(error.contains("total_lagrangian.law`: is 0, must be one of"), "{error}");
+    let error = solid_refusal(|m| m.bodies[2].formulation = "shell".into());
+    let allowed = "\"total-lagrangian\", \"updated-lagrangian\", \"rigid\"";
+    assert_eq!(error, format!("`open.bodies[2].formulation`: is \"shell\", must be {allowed}"));
 }
 
 #[test]
@@ -319,18 +316,22 @@ fn wrong_arrays_are_refused_by_path() {
 
 #[test]
 fn probes_must_point_at_what_exists() {
-    let error = fluid_refusal(|m| m.probes[3].kind = Some(wire::fluid_probe::Kind::Region(2)));
+    use wire::probe_argument::Value;
+    let index = |k| Some(Value::Index(k));
+    let error = fluid_refusal(|m| m.probes[3].arguments[0].value = index(2));
     assert!(error.contains("`open.probes[3].region`: is 2, but there are 2 regions"), "{error}");
-    let error = fluid_refusal(|m| m.probes[5].kind = Some(wire::fluid_probe::Kind::WallForce(2)));
-    assert!(error.contains("`open.probes[5].wall_force`"), "{error}");
-    assert!(fluid_refusal(|m| m.probes[0].kind = None).contains("`open.probes[0].kind`: is missing"));
-    for kind in [
-        wire::solid_probe::Kind::Motion(3),
-        wire::solid_probe::Kind::Sums(u32::MAX),
-        wire::solid_probe::Kind::Reaction(wire::Reaction { body: 0, support: 0 }),
-        wire::solid_probe::Kind::Reaction(wire::Reaction { body: 1, support: 2 }),
-    ] {
-        let error = solid_refusal(|m| m.probes[0].kind = Some(kind));
-        assert!(error.contains("`open.probes[0]."), "{error}");
+    let error = fluid_refusal(|m| m.probes[5].arguments[0].value = index(2));
+    assert!(error.contains("`open.probes[5].wall`"), "{error}");
+    let error = fluid_refusal(|m| m.probes[0].kind = "depth".into());
+    assert!(error.contains("`open.probes[0].kind`: is \"depth\", must be \"fluid-point\""), "{error}");
+    let error = fluid_refusal(|m| m.probes[0].arguments.clear());
+    assert!(error.contains("`open.probes[0].at_m`: is missing"), "{error}");
+    let error = fluid_refusal(|m| m.probes[0].arguments[0].name = "z_m".into());
+    assert!(error.contains("`open.probes[0].z_m`: is no argument of the kind `fluid-point`"), "{error}");
+    let error = fluid_refusal(|m| m.probes[0].columns.truncate(1));
+    assert!(error.contains("`open.probes[0].columns`"), "{error}");
+    for (probe, argument, value) in [(1, 0, 3), (4, 0, u32::MAX), (3, 1, 2), (3, 0, 0)] {
+        let error = solid_refusal(|m| m.probes[probe].arguments[argument].value = index(value));
+        assert!(error.contains(&format!("`open.probes[{probe}].")), "{error}");
     }
 }

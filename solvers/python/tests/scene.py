@@ -31,14 +31,16 @@ def setup(blocks, formulation="rigid", held=None, velocity=None, gravity=(0.7, -
     run.ledger.action, run.ledger.balance_tolerance = protocol.setup.BREACH_ACTION_STOP, 1e-12
     coupling = run.coupling
     coupling.law, coupling.kind = protocol.setup.INTERFACE_LAW_WALL, protocol.types.COUPLING_KIND_LOADS
-    coupling.fluid.smoothing_length_m, coupling.margin_m = 0.013, 0.005
+    coupling.margin_m = 0.005
+    coupling.fluid.add(name="kernel_ratio", number=1.3)
+    coupling.fluid.add(name="particle_spacing_m", number=0.01)
     if iterate:
         coupling.iterate.tolerance, coupling.iterate.limit = 1e-9, 3
         coupling.iterate.unsettled = protocol.setup.UNSETTLED_ACCEPT
     for k in range(len(blocks)):
-        body = message.bodies.add(name=f"body {k}")
-        body.material.bulk_modulus_pa, body.material.shear_modulus_pa = 2e6, 1e6
-        getattr(body, formulation).SetInParent()
+        body = message.bodies.add(name=f"body {k}", formulation=formulation)
+        body.material.add(name="bulk_modulus_pa", number=2e6)
+        body.material.add(name="shear_modulus_pa", number=1e6)
         if held is not None:
             body.supports.add(name="clamp").held.x = True
     places = np.concatenate(blocks)

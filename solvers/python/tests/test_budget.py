@@ -29,7 +29,7 @@ def cantilever(corner=(0.2, -0.3), across=False, **options):
     block = scene.lattice(3, 12, (0.0, 0.0))
     held = np.flatnonzero(block[:, 1] < 3 * scene.SPACING)
     block = (block[:, ::-1] if across else block) + np.array(corner)
-    return scene.setup([block], formulation="total_lagrangian", held=held, **options)
+    return scene.setup([block], formulation="total-lagrangian", held=held, **options)
 
 
 class MoreTorque(rigid_body.RigidBodies):
@@ -111,7 +111,7 @@ class AngularBudget(unittest.TestCase):
 
     def test_bodies_of_another_formulation_that_move_rigidly_close_it(self):
         block = [scene.lattice(5, 4, (0.1, 0.2))]
-        self.closes(rigid_body.RigidBodies(scene.setup(block, formulation="total_lagrangian")))
+        self.closes(rigid_body.RigidBodies(scene.setup(block, formulation="total-lagrangian")))
 
     def test_more_torque_than_the_forces_give_breaks_it(self):
         self.breaks_at_once(MoreTorque(rigid()))

@@ -126,7 +126,7 @@ class Exchange:
         self.setup, self.solver = setup, solver
         self.partner_extent_version = partner_extent.version
         coupling = setup.message.run.coupling
-        self.reach = 2.0 * coupling.fluid.smoothing_length_m + coupling.margin_m
+        self.reach = setup.fluid_support + coupling.margin_m
         self.central = coupling.law == protocol.setup.INTERFACE_LAW_WALL
         self.extent, self.boxes = TYPES.Extent(), None
         self.set_sent, self.epoch, self.last = False, 0, None

@@ -30,6 +30,20 @@ def unpack(data: bytes, count: int | None, components: int, place: str, kind: st
     return values.reshape(-1, components) if components > 1 else values
 
 
+def parameters(messages, place: str, known=None) -> dict:
+    """Values of named parameters; a name that is not `known` would change the result and is refused."""
+    found = {}
+    for message in messages:
+        kind = message.WhichOneof("value")
+        if kind is None or known is not None and message.name not in known:
+            raise Refused([f"`{place}.{message.name}`: is not a parameter that this solver knows"])
+        found[message.name] = getattr(message, kind)
+    return found
+
+
+ELASTIC = ("density_kg_m3", "bulk_modulus_pa", "shear_modulus_pa")
+
+
 @dataclass
 class Body:
     """A body: name, elastic constants [Pa], supports, indices of its particles, whether it is rigid."""
@@ -74,6 +88,12 @@ class Setup:
         # Reference point of torques.
         self.origin = np.array([0.5 * (lower.x + upper.x), 0.5 * (lower.y + upper.y)])
         self._read_particles()
+
+    @property
+    def fluid_support(self) -> float:
+        """Support radius of the fluid's kernel, 2 h [m]."""
+        fluid = parameters(self.message.run.coupling.fluid, "open.solid.run.coupling.fluid")
+        return 2.0 * fluid["kernel_ratio"] * fluid["particle_spacing_m"]
 
     @property
     def coupled(self) -> bool:
@@ -164,7 +184,7 @@ class Setup:
         self.volume = self.mass / density
         for k, body in enumerate(self.message.bodies):
             own = np.flatnonzero(self.body == k)
-            material = body.material
-            rigid = body.WhichOneof("formulation") == "rigid"
-            self.bodies.append(
-                Body(body.name, material.bulk_modulus_pa, material.shear_modulus_pa, list(body.supports), own, rigid))
+            material = parameters(body.material, f"open.solid.bodies[{k}].material", ELASTIC)
+            _, bulk, shear = (material.get(name, 0.0) for name in ELASTIC)
+            rigid = body.formulation == "rigid"
+            self.bodies.append(Body(body.name, bulk, shear, list(body.supports), own, rigid))

@@ -7,12 +7,6 @@ import numpy as np
 from .clock import StageTime
 from .setup import Setup
 
-# Number of columns of each kind of SolidProbe, which setup.proto lists.
-PROBE_COLUMNS = {
-    "material_point": 11, "motion": 6, "body_force": 2, "reaction": 2, "sums": 12, "all_sums": 12, "gap": 2, "all_gaps": 2,
-    "contact": 6, "all_contacts": 6,
-}
-
 
 class Diverged(Exception):
     """The simulation diverged: which quantity (with unit), its value, what is allowed, what to do."""
@@ -137,29 +131,28 @@ def probe_values(solver: Solver, state, forces: np.ndarray, budget: StageBudget)
     position, velocity = solver.kinematics(state)
     values = []
     for probe in solver.setup.message.probes:
-        kind = probe.WhichOneof("kind")
-        body = getattr(probe, kind) if kind in ("motion", "body_force", "sums") else None
+        kind, arguments = probe.kind, {a.name: getattr(a, a.WhichOneof("value")) for a in probe.arguments}
+        body = arguments.get("body")
         own = slice(None) if body is None else solver.body == body
-        if kind == "material_point":
-            point = np.array([probe.material_point.reference_position_m.x, probe.material_point.reference_position_m.y])
-            own = solver.body == probe.material_point.body
+        if kind == "material-point":
+            point = np.array([arguments["at_m"].x, arguments["at_m"].y])
             weights = _weights(solver.setup.reference[own], point, solver.setup.spacing)
             at, speed = weights @ position[own], weights @ velocity[own]
             stress = solver.stress(state, point)
             # Von Mises stress needs the out-of-plane stress, and energy the material: a Python solver provides neither.
             values += [*(at - point), *speed, *stress, np.nan, *_principal(*stress), np.nan]
-        elif kind == "motion":
+        elif kind == "body-motion":
             mass = solver.mass[own]
             centre, speed = mass @ position[own] / mass.sum(), mass @ velocity[own] / mass.sum()
             values += [*centre, *speed, *solver.angle(state, body)]
-        elif kind == "body_force":
+        elif kind == "body-force":
             values += list(forces[own].sum(axis=0))
-        elif kind == "reaction":
+        elif kind == "support-reaction":
             values += [0.0, 0.0] if budget.supports is None else list(budget.supports)
-        elif kind in ("sums", "all_sums"):
+        elif kind == "body-sums":
             values += _sums(solver, state, position[own], velocity[own], solver.mass[own])
         else:
-            values += [np.nan] * PROBE_COLUMNS[kind]
+            values += [np.nan] * len(probe.columns)
     return np.array(values, dtype=float)
 
 

@@ -65,7 +65,7 @@ impl Interface {
     /// An interface with the laws and constants of `coupling`.
     pub fn new(coupling: &Coupling, domain: &Domain, body_force: BodyForceField) -> Self {
         let fluid = &coupling.fluid;
-        let kernel = CubicSpline::new(fluid.smoothing_length);
+        let kernel = CubicSpline::new(fluid.smoothing_length());
         let gradient_scale = match fluid.correction {
             GradientCorrection::None => 1.0,
             GradientCorrection::LatticeMoment
@@ -76,7 +76,7 @@ impl Interface {
             law: PairLaw {
                 law: coupling.law,
                 kernel,
-                equation_of_state: Tait::new(fluid.rest_density, fluid.sound_speed, fluid.exponent),
+                equation_of_state: fluid.equation_of_state(),
                 gradient_scale,
                 rest_density: fluid.rest_density,
                 artificial_viscosity: fluid.artificial_viscosity(),

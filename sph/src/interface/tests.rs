@@ -1,5 +1,5 @@
 use super::*;
-use crate::setup::{BodyForce, CouplingKind, FluidConstants};
+use crate::setup::{BodyForce, CouplingKind, FluidParameters};
 
 const SPACING: f64 = 0.01;
 
@@ -7,17 +7,12 @@ fn coupling(law: InterfaceLaw) -> Coupling {
     Coupling {
         kind: CouplingKind::States,
         law,
-        fluid: FluidConstants {
-            rest_density: 1000.0,
-            sound_speed: 20.0,
-            exponent: 7.0,
+        fluid: FluidParameters {
             dynamic_viscosity: 0.1,
-            smoothing_length: 1.2 * SPACING,
             particle_spacing: SPACING,
             viscosity_a: 0.3,
             viscosity_b: 0.5,
-            lambda: 0.01,
-            correction: GradientCorrection::LatticeMoment,
+            ..FluidParameters::default()
         },
         solid_spacing: SPACING,
         repulsion: 0.5,
@@ -163,7 +158,7 @@ fn forces_left_of_a_plate(rows: usize, kernel_ratio: f64, excess: f64) -> Vec<Ve
     append(&mut fluid, &right);
     fluid.pressure[left..].iter_mut().for_each(|p| *p += excess);
     let mut coupling = coupling(InterfaceLaw::Wall);
-    coupling.fluid.smoothing_length = kernel_ratio * SPACING;
+    coupling.fluid.kernel_ratio = kernel_ratio;
     let mut interface = Interface::new(&coupling, &domain(), gravity());
     interface.update(0.0, &fluid, &plate);
     let on_plate = interface.solid_forces(&fluid, &plate);

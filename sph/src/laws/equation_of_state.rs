@@ -24,13 +24,30 @@ pub struct Tait {
     exponent: f64,
     /// Lowest pressure \[Pa\], and the density at which Eq. (3) reaches it \[kg/m³\].
     lowest: (f64, f64),
+    /// Background pressure \[Pa\].
+    background: f64,
 }
 
 impl Tait {
     /// Rest density ρ₀ \[kg/m³\], sound speed c₀ \[m/s\], exponent γ \[-\].
     pub fn new(rest_density: f64, sound_speed: f64, exponent: f64) -> Self {
         let stiffness = rest_density * sound_speed * sound_speed / exponent;
-        Self { rest_density, stiffness, exponent, lowest: (f64::NEG_INFINITY, 0.0) }
+        Self { rest_density, stiffness, exponent, lowest: (f64::NEG_INFINITY, 0.0), background: 0.0 }
+    }
+
+    /// The linear equation of state (Morris, Fox & Zhu 1997), Eq. (3) with γ = 1.
+    ///
+    /// ```text
+    /// p = c₀²(ρ − ρ₀)
+    /// ```
+    /// ```
+    /// // 100 · 10 Pa.
+    /// let water = sph::laws::equation_of_state::Tait::linear(1000.0, 10.0);
+    /// assert!((water.pressure(1010.0) - 1000.0).abs() < 1e-9);
+    /// assert!((water.density(-500.0) - 995.0).abs() < 1e-9);
+    /// ```
+    pub fn linear(rest_density: f64, sound_speed: f64) -> Self {
+        Self::new(rest_density, sound_speed, 1.0)
     }
 
     /// The same for a fluid that bears no more than `tension` \[Pa\]: beyond it cavities open.
@@ -48,6 +65,27 @@ impl Tait {
     #[must_use]
     pub fn bearing(self, tension: f64) -> Self {
         Self { lowest: (-tension, self.density(-tension)), ..self }
+    }
+
+    /// The same under a background pressure p_b \[Pa\] (Adami, Hu & Adams 2012).
+    ///
+    /// ```text
+    /// p = Eq. (3) + p_b
+    /// ```
+    /// In Eq. (22) it adds −2 p_b/ρ_i Σ V_j ∇W, which vanishes where particles are evenly distributed.
+    /// ```
+    /// let water = sph::laws::equation_of_state::Tait::new(1000.0, 10.0, 7.0).under(500.0);
+    /// assert_eq!(water.pressure(1000.0), 500.0);
+    /// assert!((water.density(500.0) - 1000.0).abs() < 1e-9);
+    /// ```
+    #[must_use]
+    pub fn under(self, background: f64) -> Self {
+        Self { background, ..self }
+    }
+
+    /// Exponent γ \[-\].
+    pub fn exponent(&self) -> f64 {
+        self.exponent
     }
 
     /// Lowest density at which a fluid is taken for sound \[kg/m³\].
@@ -69,8 +107,14 @@ impl Tait {
     #[inline]
     pub fn pressure(&self, density: f64) -> f64 {
         let ratio = density / self.rest_density;
-        let power = if self.exponent == 7.0 { sixth_power(ratio) * ratio } else { ratio.powf(self.exponent) };
-        (self.stiffness * (power - 1.0)).max(self.lowest.0)
+        let power = if self.exponent == 7.0 {
+            sixth_power(ratio) * ratio
+        } else if self.exponent == 1.0 {
+            ratio
+        } else {
+            ratio.powf(self.exponent)
+        };
+        (self.stiffness * (power - 1.0)).max(self.lowest.0) + self.background
     }
 
     /// [`Tait::pressure`] of four particles, to the same bits.
@@ -81,12 +125,14 @@ impl Tait {
         }
         let ratio = density / L::splat(self.rest_density);
         let power = sixth_power(ratio) * ratio;
-        (L::splat(self.stiffness) * (power - L::splat(1.0))).max(L::splat(self.lowest.0))
+        let pressure = (L::splat(self.stiffness) * (power - L::splat(1.0))).max(L::splat(self.lowest.0));
+        pressure + L::splat(self.background)
     }
 
     /// Density \[kg/m³\] at `pressure` \[Pa\]: the inverse; a pressure below −p₀ gives density zero.
     #[inline]
     pub fn density(&self, pressure: f64) -> f64 {
+        let pressure = pressure - self.background;
         self.rest_density * (pressure / self.stiffness + 1.0).max(0.0).powf(1.0 / self.exponent)
     }
 
@@ -117,13 +163,14 @@ impl Tait {
         } else {
             (q.powf(self.exponent - 1.0) - 1.0) / (self.exponent - 1.0)
         };
-        self.stiffness / self.rest_density * (power + 1.0 / q - 1.0) + cavities
+        let background = self.background * (1.0 / self.rest_density - 1.0 / density);
+        self.stiffness / self.rest_density * (power + 1.0 / q - 1.0) + cavities + background
     }
 
     /// [`Tait::compression_energy`] of four particles, to the same bits.
     #[inline(always)]
     pub fn compression_energies<L: Lanes>(&self, density: L) -> L {
-        if self.exponent != 7.0 || self.lowest.0.is_finite() {
+        if self.exponent != 7.0 || self.lowest.0.is_finite() || self.background != 0.0 {
             return L::from_array(density.to_array().map(|density| self.compression_energy(density)));
         }
         let (q, one) = (density / L::splat(self.rest_density), L::splat(1.0));
@@ -146,8 +193,8 @@ mod tests {
 
     #[test]
     fn density_inverts_pressure_and_energy_integrates_it() {
-        for exponent in [1.0, 1.4, 7.0] {
-            let water = Tait::new(1000.0, 20.0, exponent);
+        for (exponent, background) in [(1.0, 0.0), (1.4, 0.0), (7.0, 0.0), (7.0, 2e3)] {
+            let water = Tait::new(1000.0, 20.0, exponent).under(background);
             for rho in [960.0, 1000.0, 1003.0, 1080.0] {
                 assert!((water.density(water.pressure(rho)) - rho).abs() < 1e-9);
                 let step = 1e-2;
@@ -180,7 +227,9 @@ mod tests {
         let densities = [960.0, 1000.0, 1003.7, 1080.3];
         for exponent in [1.0, 1.4, 7.0] {
             for water in
-                [1000.0, f64::INFINITY].map(|tension| Tait::new(1000.0, 20.0, exponent).bearing(tension))
+                [(1000.0, 0.0), (f64::INFINITY, 0.0), (f64::INFINITY, 3e3)].map(|(tension, background)| {
+                    Tait::new(1000.0, 20.0, exponent).bearing(tension).under(background)
+                })
             {
                 let alone = [
                     densities.map(|rho| water.pressure(rho)),

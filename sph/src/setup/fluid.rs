@@ -1,32 +1,151 @@
 //! Set-up of a fluid solver.
 
-use super::{Damping, Outflow, RunSetup, WallParticles, WallSetup};
+use super::parameters::{choices, parameters};
+use super::{
+    Allowed, Damping, FluidProbe, Outflow, ParameterSpec as Row, RunSetup, Value, WallParticles, WallSetup,
+};
 use crate::laws::artificial_viscosity::ArtificialViscosity;
+use crate::laws::equation_of_state::Tait;
 use crate::space::Vector;
 
-/// Equation of state and pair constants of a fluid.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FluidConstants {
-    /// Rest density ρ₀ \[kg/m³\].
-    pub rest_density: f64,
-    /// Sound speed c₀ \[m/s\].
-    pub sound_speed: f64,
-    /// Exponent γ of Eq. (3) \[-\].
-    pub exponent: f64,
-    /// Dynamic viscosity μ \[Pa s\]; zero leaves the viscous pass out.
-    pub dynamic_viscosity: f64,
-    /// Smoothing length h \[m\].
-    pub smoothing_length: f64,
-    /// Particle spacing Δx \[m\].
-    pub particle_spacing: f64,
-    /// Artificial viscosity A of Eq. (23) \[-\].
-    pub viscosity_a: f64,
-    /// Artificial viscosity B of Eq. (23) \[-\].
-    pub viscosity_b: f64,
-    /// λ of Eq. (19) and (24) \[-\].
-    pub lambda: f64,
-    /// Correction of the kernel gradient.
-    pub correction: GradientCorrection,
+use Value::{Choice, Flag, Number};
+
+/// Particles that may escape before a run stops.
+pub(super) const MOST_ESCAPED: u64 = 1_000_000_000;
+
+const EXPONENT: Allowed = Allowed::new(1.0, 20.0, (true, true), "a number from 1 to 20");
+
+/// The stable step is by about this factor shorter.
+const DAMPER: Allowed = Allowed::new(0.0, 1e6, (true, true), "a number from 0 to 1e6");
+
+parameters! {
+    /// Parameters of a fluid, Eq. (3)-(4), (17)-(24).
+    pub struct FluidParameters {
+        /// Particle spacing Δx \[m\].
+        particle_spacing: f64 = 0.01, "particle_spacing_m", Row::number(Allowed::POSITIVE).stated().of_pair_law();
+        /// Kernel ratio h/Δx \[-\]; the support radius of the kernel is 2h.
+        kernel_ratio: f64 = 1.2, "kernel_ratio", Row::number(Allowed::KERNEL_RATIO).of_pair_law()
+            .recommended(Number(1.3), "at 1.2 particles have 20 neighbours instead of 24, and sums are noisier");
+        /// Rest density ρ₀ \[kg/m³\].
+        rest_density: f64 = 1000.0, "rest_density_kg_m3", Row::number(Allowed::POSITIVE).stated().of_pair_law();
+        /// Artificial speed of sound c₀ \[m/s\]; at least 10 times the largest speed of the fluid.
+        sound_speed: f64 = 20.0, "sound_speed_m_s", Row::number(Allowed::POSITIVE).stated().of_pair_law();
+        /// Equation of state: pressure of a density.
+        state_law: StateLaw = StateLaw::Tait, "equation_of_state",
+            Row::choice::<StateLaw>().off(Choice("tait")).of_pair_law();
+        /// Exponent γ of the equation of state `tait` \[-\].
+        exponent: f64 = 7.0, "exponent", Row::number(EXPONENT).of_pair_law();
+        /// Background pressure p_b, added to the pressure of the equation of state everywhere \[Pa\]: it pushes particles
+        /// from crowded places in Eq. (22), and a free surface apart (Adami et al. 2012).
+        background_pressure: f64 = 0.0, "background_pressure_pa",
+            Row::number(Allowed::NOT_NEGATIVE).off(Number(0.0)).of_pair_law();
+        /// Dynamic viscosity μ of Eq. (4) \[Pa s\].
+        dynamic_viscosity: f64 = 0.0, "dynamic_viscosity_pa_s",
+            Row::number(Allowed::NOT_NEGATIVE).off(Number(0.0)).of_pair_law();
+        /// Form of the viscous force of Eq. (4).
+        viscous_form: ViscousForm = ViscousForm::Pairwise, "viscous_form",
+            Row::choice::<ViscousForm>().off(Choice("pairwise"))
+                .paper(Choice("stress"));
+        /// Correction of the kernel gradient in Eq. (17) and (22); fluid-solid pairs divide ∇W by the lattice moment
+        /// M, unless it is `none`.
+        correction: GradientCorrection = GradientCorrection::LatticeMoment, "gradient_correction",
+            Row::choice::<GradientCorrection>().off(Choice("none")).of_pair_law().paper(Choice("none"))
+                .recommended(Choice("renormalised"), "with `none` pressure at rest is 0.9 % high at h/Δx = 1.2; with \
+                    `none` or `lattice-moment` a stretching drop gains 12 % of area; with all but `renormalised` a \
+                    standing wave of 1 m depth oscillates 4 % too fast");
+        /// Density diffusion, Eq. (18).
+        density_diffusion: DensityDiffusion = DensityDiffusion::Renormalised, "density_diffusion",
+            Row::choice::<DensityDiffusion>().off(Choice("none"));
+        /// Coefficient δ of the density diffusion, Eq. (18) \[-\].
+        density_diffusion_delta: f64 = 0.1, "density_diffusion_delta", Row::number(Allowed::POSITIVE);
+        /// Artificial viscosity A of Eq. (23) \[-\].
+        viscosity_a: f64 = 0.1, "artificial_viscosity_a",
+            Row::number(Allowed::NOT_NEGATIVE).off(Number(0.0)).of_pair_law().paper(Number(1.0));
+        /// Artificial viscosity B of Eq. (23) \[-\].
+        viscosity_b: f64 = 0.0, "artificial_viscosity_b",
+            Row::number(Allowed::NOT_NEGATIVE).off(Number(0.0)).of_pair_law().paper(Number(1.0));
+        /// Fraction λ of h² in the denominators of Eq. (19) and (24) \[-\].
+        lambda: f64 = 0.01, "lambda", Row::number(Allowed::SHARE).of_pair_law();
+        /// Coefficient α of the acoustic damper \[-\]: each particle adds the pressure q = −α ρ c₀ h ∇·v to its own in
+        /// Eq. (22), away from solids, and walls mirror it.
+        acoustic_damping: f64 = 0.0, "acoustic_damping", Row::number(DAMPER).off(Number(0.0));
+        /// Coefficient k of the repulsion by wall faces \[-\]. A particle at height z over the first layer of a wall,
+        /// z < D, gets the normal acceleration max(0, w²(D − z) − w min(1, 4(D − z)/D) v_n), w = √k c₀/Δx, D = 0.6 Δx,
+        /// v_n its speed off the wall, shared among neighbouring wall particles by 1 − |tangential distance|/Δx.
+        wall_repulsion: f64 = 1.0, "wall_repulsion",
+            Row::number(Allowed::NOT_NEGATIVE).off(Number(0.0)).paper(Number(0.0));
+        /// Coefficient C of the shifting of particles \[-\]: δu = −C 2h U Σ V_j [1 + 0.2 (W/W(Δx))⁴] ∇W, |δu| ≤ U/2, U
+        /// the largest |v_ij| of neighbours; along the free surface only at it, fading under high pressure.
+        shifting: f64 = 0.0, "shifting", Row::number(Allowed::NOT_NEGATIVE).off(Number(0.0))
+            .recommended(Number(2.0), "without it renormalised gradients let particles clump and voids form");
+        /// Whether p_i + p_j becomes p_j − p_i where p_i < 0, down to −ρ₀c₀²/1000, away from the free surface.
+        tensile_control: bool = false, "tensile_control", Row::flag().off(Flag(false))
+            .recommended(Flag(true), "without it tension in the fluid opens voids");
+        /// Largest tension t that the fluid bears \[Pa\]: p = max(Eq. (3), −t), beyond which cavities lower its density.
+        tension_limit: Option<f64> = None, "tension_limit_pa", Row::number(Allowed::POSITIVE).optional();
+        /// Time integration.
+        scheme: FluidScheme = FluidScheme::Leapfrog, "scheme", Row::choice::<FluidScheme>()
+            .paper(Choice("predictor-corrector"));
+        /// Particles that may cross a wall; the run ends when more have escaped.
+        lost_particle_limit: u64 = 0, "lost_particle_limit", Row::count(0, MOST_ESCAPED);
+    }
+}
+
+choices! {
+    /// Equation of state.
+    pub enum StateLaw {
+        /// p = ρ₀c₀²/γ·((ρ/ρ₀)^γ − 1), Eq. (3).
+        Tait = "tait",
+        /// p = c₀²(ρ − ρ₀) (Morris et al. 1997): Eq. (3) with γ = 1.
+        Linear = "linear",
+    }
+}
+
+choices! {
+    /// Correction of the kernel gradient in the fluid's sums (17) and (22).
+    pub enum GradientCorrection {
+        /// ∇W divided by the lattice moment M, a constant.
+        LatticeMoment = "lattice-moment",
+        /// L_i of Eq. (21) in (17), ∇W divided by M in (22).
+        Continuity = "continuity",
+        /// L_i of Eq. (21) in (17), p_i L_i + p_j L_j in (22); fluid-solid pairs use M.
+        Renormalised = "renormalised",
+        /// None, as in the source paper.
+        None = "none",
+    }
+}
+
+choices! {
+    /// Density diffusion of Eq. (18).
+    pub enum DensityDiffusion {
+        /// ψ of Eq. (19) with the renormalised gradients of Eq. (20) (Marrone et al. 2011).
+        Renormalised = "renormalised",
+        /// ψ without the gradient bracket (Molteni & Colagrossi 2009).
+        Plain = "plain",
+        /// None.
+        None = "none",
+    }
+}
+
+choices! {
+    /// Form of the viscous force of Eq. (4).
+    pub enum ViscousForm {
+        /// Σ V_j 2μ (dW/dr)/r v_ij (Morris et al. 1997): a pair force that also damps velocities that alternate from
+        /// particle to particle.
+        Pairwise = "pairwise",
+        /// Divergence of the stress of Eq. (4): exactly as the source paper, blind to alternating velocities.
+        Stress = "stress",
+    }
+}
+
+choices! {
+    /// How the fluid goes through the two stages of a step.
+    pub enum FluidScheme {
+        /// Density is advanced in the predictor and velocity in the corrector, half a step apart: one sum for each.
+        Leapfrog = "leapfrog",
+        /// All rates in both stages, exactly as Eq. (30)-(31).
+        PredictorCorrector = "predictor-corrector",
+    }
 }
 
 /// Fraction of h/(c₀ + |v|) up to which the midpoint rule runs a violent flow, with sound damped and nearly undamped.
@@ -41,15 +160,56 @@ const MIDPOINT_FRACTIONS: (f64, f64) = (1.0, 0.6);
 /// at most; at 1.25 one gained 0.6 %, at 1.35 6 %, and at 1.5 it broke.
 const LEAPFROG_FRACTION: f64 = 1.2;
 
-impl FluidConstants {
+impl FluidParameters {
+    /// Smoothing length h \[m\].
+    #[inline]
+    pub fn smoothing_length(&self) -> f64 {
+        self.kernel_ratio * self.particle_spacing
+    }
+
     /// The artificial viscosity of this fluid.
     pub fn artificial_viscosity(&self) -> ArtificialViscosity {
         let linear = self.viscosity_a * self.sound_speed;
-        ArtificialViscosity::new(self.smoothing_length, linear, self.viscosity_b, self.lambda)
+        ArtificialViscosity::new(self.smoothing_length(), linear, self.viscosity_b, self.lambda)
     }
 
-    /// Acoustic limit of the time step \[s\] at the largest speed `speed` \[m/s\], with the coefficient α of the
-    /// acoustic damper.
+    /// Its equation of state, Eq. (3), with the limit of tension.
+    pub fn equation_of_state(&self) -> Tait {
+        let law = match self.state_law {
+            StateLaw::Tait => Tait::new(self.rest_density, self.sound_speed, self.exponent),
+            StateLaw::Linear => Tait::linear(self.rest_density, self.sound_speed),
+        };
+        let law = self.tension_limit.map_or(law, |tension| law.bearing(tension));
+        law.under(self.background_pressure)
+    }
+
+    /// δ h c₀ of Eq. (18) \[m²/s\]; zero without diffusion.
+    pub fn diffusivity(&self) -> f64 {
+        match self.density_diffusion {
+            DensityDiffusion::None => 0.0,
+            _ => self.density_diffusion_delta * self.smoothing_length() * self.sound_speed,
+        }
+    }
+
+    /// Shifting and tensile control; `None` without either.
+    pub fn order_control(&self) -> Option<OrderControl> {
+        let Self { shifting, tensile_control, .. } = *self;
+        (shifting > 0.0 || tensile_control).then_some(OrderControl { shifting, tensile_control })
+    }
+
+    /// Parameters that do not go together: the key of one, and why.
+    pub fn contradiction(&self) -> Option<Contradiction> {
+        let stress_in_leapfrog =
+            (self.scheme, self.viscous_form) == (FluidScheme::Leapfrog, ViscousForm::Stress);
+        stress_in_leapfrog.then_some(Contradiction {
+            key: "viscous_form",
+            problem: "the viscous stress of Eq. (4) does not go with leapfrog, which sums no velocity gradient in the \
+                      corrector",
+            hint: "use `viscous_form = \"pairwise\"`, or `scheme = \"predictor-corrector\"`",
+        })
+    }
+
+    /// Acoustic limit of the time step \[s\] at the largest speed `speed` \[m/s\].
     ///
     /// ```text
     /// s h/(c₀ + |v|)
@@ -57,9 +217,9 @@ impl FluidConstants {
     /// predictor-corrector: s = 1 for A ≥ 0.5 or α ≥ 0.4, else 0.6; at most h/(α c₀)
     /// ```
     /// Leapfrog takes the damper from the start of the step, which is stable for (ωΔt)² (1/4 + α/(2s)) < 1.
-    pub fn acoustic_limit(&self, speed: f64, acoustic_damping: f64, scheme: FluidScheme) -> f64 {
-        let (h, c0, alpha) = (self.smoothing_length, self.sound_speed, acoustic_damping);
-        match scheme {
+    pub fn acoustic_limit(&self, speed: f64) -> f64 {
+        let (h, c0, alpha) = (self.smoothing_length(), self.sound_speed, self.acoustic_damping);
+        match self.scheme {
             FluidScheme::Leapfrog => (alpha.hypot(LEAPFROG_FRACTION) - alpha) * h / (c0 + speed),
             FluidScheme::PredictorCorrector => {
                 let (damped, nearly_undamped) = MIDPOINT_FRACTIONS;
@@ -71,34 +231,24 @@ impl FluidConstants {
     }
 }
 
-/// Correction of the kernel gradient in the fluid's sums (17) and (22).
+/// Parameters that do not go together.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum GradientCorrection {
-    /// None, as in the source paper.
-    None,
-    /// ∇W divided by the lattice moment M, a constant.
-    LatticeMoment,
-    /// L_i of Eq. (21) in (17), ∇W divided by M in (22).
-    Continuity,
-    /// L_i of Eq. (21) in (17), p_i L_i + p_j L_j in (22); fluid-solid pairs use M.
-    Renormalised,
+pub struct Contradiction {
+    /// Key of one of them.
+    pub key: &'static str,
+    /// Why they do not.
+    pub problem: &'static str,
+    /// What to do.
+    pub hint: &'static str,
 }
 
-/// Density diffusion of Eq. (18).
+/// Control of the order of fluid particles, off at and near the free surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum DensityDiffusion {
-    /// None.
-    None,
-    /// ψ without the gradient bracket (Molteni & Colagrossi 2009), coefficient δ.
-    Plain {
-        /// δ \[-\].
-        delta: f64,
-    },
-    /// ψ of Eq. (19) with the renormalised gradients (Marrone 2011), coefficient δ.
-    Renormalised {
-        /// δ \[-\].
-        delta: f64,
-    },
+pub struct OrderControl {
+    /// Coefficient C of the shifting \[-\] (Lind et al. 2012; Sun et al. 2017).
+    pub shifting: f64,
+    /// Whether pairs of negative pressure push apart instead of pulling together (Sun et al. 2018).
+    pub tensile_control: bool,
 }
 
 /// Set-up of a fluid solver.
@@ -106,23 +256,8 @@ pub enum DensityDiffusion {
 pub struct FluidSetup {
     /// Common part.
     pub run: RunSetup,
-    /// Constants of the fluid.
-    pub constants: FluidConstants,
-    /// Density diffusion.
-    pub diffusion: DensityDiffusion,
-    /// α of the acoustic damper, a bulk viscosity α ρ c₀ h on ∇·v \[-\]; zero leaves it out.
-    pub acoustic_damping: f64,
-    /// Repulsion by wall faces of particles that come closer than Δx/10 to a face \[-\]; zero leaves it out.
-    pub wall_repulsion: f64,
-    /// Form of the viscous force.
-    pub viscous_form: ViscousForm,
-    /// Shifting and tensile control; `None` leaves both out.
-    pub order: Option<OrderControl>,
-    /// How it is stepped.
-    pub scheme: FluidScheme,
-    /// Largest tension that the fluid bears \[Pa\], see [`crate::laws::equation_of_state::Tait::bearing`]; `None` for all that
-    /// Eq. (3) gives.
-    pub tension_limit: Option<f64>,
+    /// Parameters of the fluid.
+    pub parameters: FluidParameters,
     /// Linear damping of the start; an account of the ledger.
     pub damping: Option<Damping>,
     /// Names of the fluid regions; `FluidParticles::region` indexes them.
@@ -135,38 +270,8 @@ pub struct FluidSetup {
     pub wall_particles: WallParticles,
     /// What to report at probe times.
     pub probes: Vec<FluidProbe>,
-    /// Sides of the domain through which particles may leave; other crossings count as lost.
+    /// Sides of the domain through which particles may leave; other crossings count as escaped.
     pub outflow: Outflow,
-    /// The run stops when more particles than this are lost.
-    pub lost_particle_limit: u64,
-}
-
-/// How the fluid goes through the two stages of a step.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum FluidScheme {
-    /// Density is advanced in the predictor and velocity in the corrector, half a step apart: one sum for each.
-    Leapfrog,
-    /// All rates in both stages, exactly as Eq. (30)-(31).
-    PredictorCorrector,
-}
-
-/// Form of the viscous force of Eq. (4).
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ViscousForm {
-    /// Σ V_j 2μ (dW/dr)/r v_ij (Morris et al. 1997): a pair force that also damps velocities that alternate from
-    /// particle to particle.
-    Pairwise,
-    /// Divergence of the stress of Eq. (4): exactly as the source paper, blind to alternating velocities.
-    Stress,
-}
-
-/// Control of the order of fluid particles, off at and near the free surface.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct OrderControl {
-    /// Coefficient C of the shifting \[-\] (Lind et al. 2012; Sun et al. 2017).
-    pub shifting: f64,
-    /// Whether pairs of negative pressure push apart instead of pulling together (Sun et al. 2018).
-    pub tensile_control: bool,
 }
 
 /// Fluid particles, one entry per particle in each array.
@@ -184,57 +289,4 @@ pub struct FluidParticles {
     pub velocity: Vec<Vector>,
     /// Density \[kg/m³\].
     pub density: Vec<f64>,
-}
-
-/// A named quantity of the fluid to report at probe times; columns per kind are fixed by `columns`.
-#[derive(Clone, Debug, PartialEq)]
-pub struct FluidProbe {
-    /// Name of the probe.
-    pub name: String,
-    /// What it reports.
-    pub kind: FluidProbeKind,
-}
-
-/// What a fluid probe reports.
-#[derive(Clone, Debug, PartialEq)]
-pub enum FluidProbeKind {
-    /// Shepard-normalised pressure and velocity at a point \[m\].
-    Point(Vector),
-    /// Highest water at this x \[m\].
-    WaterLevel(f64),
-    /// 99.5 percentile of x of the connected fluid.
-    Front,
-    /// Mass, momentum, energies and second moments of a region (index), or of all fluid (`None`).
-    Region(Option<u32>),
-    /// Force of the fluid on a wall (index) per metre of depth.
-    WallForce(u32),
-    /// Number of fluid particles inside solids.
-    Immersed,
-}
-
-impl FluidProbeKind {
-    /// Column suffixes `<quantity>_<unit>` in the order in which values are reported.
-    pub fn columns(&self) -> &'static [&'static str] {
-        match self {
-            Self::Point(_) => &["pressure_pa", "velocity_x_m_s", "velocity_y_m_s"],
-            Self::WaterLevel(_) => &["level_m"],
-            Self::Front => &["front_x_m"],
-            Self::Region(_) => &[
-                "mass_kg_per_m",
-                "momentum_x_kg_per_s",
-                "momentum_y_kg_per_s",
-                "angular_momentum_kg_m_per_s",
-                "kinetic_energy_j_per_m",
-                "potential_energy_j_per_m",
-                "compression_energy_j_per_m",
-                "centre_x_m",
-                "centre_y_m",
-                "second_moment_xx_m2",
-                "second_moment_yy_m2",
-                "second_moment_xy_m2",
-            ],
-            Self::WallForce(_) => &["force_x_n_per_m", "force_y_n_per_m"],
-            Self::Immersed => &["immersed_count"],
-        }
-    }
 }

@@ -5,12 +5,18 @@
 
 mod fluid;
 mod implicit;
+mod parameters;
+mod probes;
 mod run;
 mod solid;
 mod walls;
 
 pub use fluid::*;
 pub use implicit::*;
+pub use parameters::{
+    Allowed, Choice, Kind, ParameterError, ParameterSet, ParameterSpec, ParameterType, Value,
+};
+pub use probes::*;
 pub use run::*;
 pub use solid::*;
 pub use walls::*;

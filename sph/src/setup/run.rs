@@ -1,6 +1,6 @@
 //! Set-up that both participants share.
 
-use super::{FluidConstants, Iterate};
+use super::{FluidParameters, Iterate};
 use crate::space::domain::Domain;
 use crate::space::{DIMENSIONS, Vector};
 
@@ -142,8 +142,8 @@ pub struct Coupling {
     pub kind: CouplingKind,
     /// Pair law.
     pub law: InterfaceLaw,
-    /// The fluid's constants; they are used for fluid-solid pairs on both sides.
-    pub fluid: FluidConstants,
+    /// Parameters of the fluid for fluid-solid pairs, the same on both sides: [`ParameterSet::of_pair_law`](super::ParameterSet::of_pair_law).
+    pub fluid: FluidParameters,
     /// Spacing of the solid's particles \[m\].
     pub solid_spacing: f64,
     /// Repulsion of fluid and solid particles that come closer than 0.6 of their mean spacing \[-\]; zero leaves it out.

@@ -2,8 +2,20 @@
 
 use std::ops::Range;
 
-use super::{Damping, Motion, RunSetup, WallParticles, WallSetup};
+use super::parameters::{choices, parameters};
+use super::{
+    Allowed, Damping, Motion, ParameterSpec as Row, RunSetup, SolidProbe, Value, WallParticles, WallSetup,
+};
 use crate::space::{DIMENSIONS, SymmetricTensor, Vector};
+
+use Value::{Flag, Number};
+
+/// Below 0.6 the support does not reach past the nearest neighbours by a margin.
+const STENCIL_RATIO: Allowed = Allowed::new(0.6, 3.0, (true, true), "a number from 0.6 to 3");
+
+const STRESS_EXPONENT: Allowed = Allowed::new(0.0, 20.0, (false, true), "a number above 0 and at most 20");
+
+const DISTANCE: Allowed = Allowed::new(0.0, 3.0, (false, true), "a number above 0 and at most 3");
 
 /// Set-up of a solid solver.
 #[derive(Clone, Debug, PartialEq)]
@@ -57,7 +69,7 @@ pub struct BodySetup {
     /// Name.
     pub name: String,
     /// Elastic constants.
-    pub material: ElasticMaterial,
+    pub material: ElasticParameters,
     /// How the body is discretised.
     pub formulation: Formulation,
     /// Supports; `SolidParticles::support` indexes them from 1, 0 is free.
@@ -90,18 +102,19 @@ pub enum LoadLaw {
     Traction([String; DIMENSIONS]),
 }
 
-/// Isotropic elastic constants, Eq. (5)-(7).
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ElasticMaterial {
-    /// Rest density ρ₀ \[kg/m³\].
-    pub density: f64,
-    /// Bulk modulus K \[Pa\].
-    pub bulk_modulus: f64,
-    /// Shear modulus G \[Pa\].
-    pub shear_modulus: f64,
+parameters! {
+    /// Isotropic elastic constants, Eq. (5)-(7).
+    pub struct ElasticParameters {
+        /// Rest density ρ₀ \[kg/m³\].
+        density: f64 = 1000.0, "density_kg_m3", Row::number(Allowed::POSITIVE).stated();
+        /// Bulk modulus K \[Pa\].
+        bulk_modulus: f64 = 1e6, "bulk_modulus_pa", Row::number(Allowed::POSITIVE).stated();
+        /// Shear modulus G \[Pa\].
+        shear_modulus: f64 = 1e5, "shear_modulus_pa", Row::number(Allowed::POSITIVE).stated();
+    }
 }
 
-impl ElasticMaterial {
+impl ElasticParameters {
     /// Speed of longitudinal waves c_L = √((K + 4G/3)/ρ₀) \[m/s\].
     pub fn longitudinal_speed(&self) -> f64 {
         ((self.bulk_modulus + 4.0 / 3.0 * self.shear_modulus) / self.density).sqrt()
@@ -118,58 +131,98 @@ impl ElasticMaterial {
     }
 }
 
-/// How a body is discretised.
+choices! {
+    /// How a body is discretised.
+    pub enum FormulationKind {
+        /// Deformation gradient and nominal stress in the reference configuration.
+        TotalLagrangian = "total-lagrangian",
+        /// That of the source paper: Eq. (5)-(8), (17), (25)-(26).
+        UpdatedLagrangian = "updated-lagrangian",
+        /// Moves with three degrees of freedom and takes no stress.
+        Rigid = "rigid",
+    }
+}
+
+/// How a body is discretised, with its parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Formulation {
-    /// That of the source paper: Eq. (5)-(8), (17), (25)-(26).
-    UpdatedLagrangian(UpdatedLagrangian),
     /// Deformation gradient and nominal stress in the reference configuration.
     TotalLagrangian(TotalLagrangian),
+    /// That of the source paper: Eq. (5)-(8), (17), (25)-(26).
+    UpdatedLagrangian(UpdatedLagrangian),
     /// Moves with three degrees of freedom and takes no stress.
     Rigid,
 }
 
-/// Constants of the updated-Lagrangian formulation.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct UpdatedLagrangian {
-    /// Smoothing length h \[m\].
-    pub smoothing_length: f64,
-    /// Whether the velocity gradient is corrected by L_i; without it the body cannot rotate.
-    pub gradient_correction: bool,
-    /// Artificial viscosity A of Eq. (23) \[-\].
-    pub viscosity_a: f64,
-    /// Artificial viscosity B of Eq. (23) \[-\].
-    pub viscosity_b: f64,
-    /// λ of Eq. (24) \[-\].
-    pub lambda: f64,
-    /// ε of the artificial stress, Eq. (25) \[-\]; zero leaves it out.
-    pub artificial_stress: f64,
-    /// n of Eq. (26) \[-\].
-    pub artificial_stress_exponent: f64,
+impl Formulation {
+    /// Its kind.
+    pub fn kind(&self) -> FormulationKind {
+        match self {
+            Self::TotalLagrangian(_) => FormulationKind::TotalLagrangian,
+            Self::UpdatedLagrangian(_) => FormulationKind::UpdatedLagrangian,
+            Self::Rigid => FormulationKind::Rigid,
+        }
+    }
 }
 
-/// Constants of the total-Lagrangian formulation.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct TotalLagrangian {
-    /// Smoothing length h of the stencil in the reference configuration \[m\].
-    pub smoothing_length: f64,
-    /// Stress as a function of the deformation gradient.
-    pub law: HyperelasticLaw,
-    /// Hourglass coefficient ζ \[-\]; zero leaves the control out.
-    pub hourglass: f64,
-    /// Artificial viscosity A of Eq. (23) \[-\].
-    pub viscosity_a: f64,
-    /// Artificial viscosity B of Eq. (23) \[-\].
-    pub viscosity_b: f64,
+parameters! {
+    /// Parameters of the updated-Lagrangian formulation, Eq. (5)-(8), (17), (25)-(26).
+    pub struct UpdatedLagrangian {
+        /// Kernel ratio h/Δx \[-\]; by default that of `[solid]`.
+        kernel_ratio: f64 = 1.3, "kernel_ratio", Row::number(Allowed::KERNEL_RATIO);
+        /// Whether the velocity gradient is corrected by L_i; without it the body cannot rotate.
+        gradient_correction: bool = true, "gradient_correction", Row::flag().paper(Flag(false));
+        /// Artificial viscosity A of Eq. (23) \[-\].
+        viscosity_a: f64 = 1.0, "artificial_viscosity_a", Row::number(Allowed::NOT_NEGATIVE).off(Number(0.0));
+        /// Artificial viscosity B of Eq. (23) \[-\].
+        viscosity_b: f64 = 1.0, "artificial_viscosity_b", Row::number(Allowed::NOT_NEGATIVE).off(Number(0.0));
+        /// Fraction λ of h² in the denominator of Eq. (24) \[-\].
+        lambda: f64 = 0.01, "lambda", Row::number(Allowed::SHARE);
+        /// Coefficient ε of the artificial stress, Eq. (25) \[-\].
+        artificial_stress: f64 = 0.3, "artificial_stress", Row::number(Allowed::SHARE).off(Number(0.0));
+        /// Exponent n of the artificial stress, Eq. (26) \[-\].
+        artificial_stress_exponent: f64 = 4.0, "artificial_stress_exponent", Row::number(STRESS_EXPONENT);
+    }
 }
 
-/// Stress as a function of the deformation gradient F, in plane strain.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum HyperelasticLaw {
-    /// S = λ tr(E) I + 2G E, E = ½(FᵀF − I): Hooke's law for large rotations and small strains.
-    StVenantKirchhoff,
-    /// σ = (G (FFᵀ − I) + λ ln J I)/J: resists compression to nothing.
-    NeoHookean,
+impl UpdatedLagrangian {
+    /// Smoothing length h \[m\] of particles of `spacing` \[m\].
+    pub fn smoothing_length(&self, spacing: f64) -> f64 {
+        self.kernel_ratio * spacing
+    }
+}
+
+parameters! {
+    /// Parameters of the total-Lagrangian formulation.
+    pub struct TotalLagrangian {
+        /// Stress as a function of the deformation gradient.
+        law: HyperelasticLaw = HyperelasticLaw::NeoHookean, "law", Row::choice::<HyperelasticLaw>();
+        /// Kernel ratio h/Δx of the stencil in the undeformed body \[-\]; 0.75 has 8 neighbours.
+        kernel_ratio: f64 = 0.75, "kernel_ratio", Row::number(STENCIL_RATIO);
+        /// Hourglass coefficient ζ \[-\], as a fraction of Young's modulus.
+        hourglass: f64 = 0.3, "hourglass", Row::number(Allowed::NOT_NEGATIVE).off(Number(0.0));
+        /// Artificial viscosity A of Eq. (23) \[-\]; by default 0.2 where there is a fluid.
+        viscosity_a: f64 = 0.0, "artificial_viscosity_a", Row::number(Allowed::NOT_NEGATIVE).off(Number(0.0));
+        /// Artificial viscosity B of Eq. (23) \[-\].
+        viscosity_b: f64 = 0.0, "artificial_viscosity_b", Row::number(Allowed::NOT_NEGATIVE).off(Number(0.0));
+    }
+}
+
+impl TotalLagrangian {
+    /// Smoothing length h \[m\] of the stencil of particles of `spacing` \[m\].
+    pub fn smoothing_length(&self, spacing: f64) -> f64 {
+        self.kernel_ratio * spacing
+    }
+}
+
+choices! {
+    /// Stress as a function of the deformation gradient F, in plane strain.
+    pub enum HyperelasticLaw {
+        /// σ = (G (FFᵀ − I) + λ ln J I)/J: resists compression to nothing.
+        NeoHookean = "neo-hookean",
+        /// S = λ tr(E) I + 2G E, E = ½(FᵀF − I): Hooke's law for large rotations and small strains.
+        StVenantKirchhoff = "st-venant-kirchhoff",
+    }
 }
 
 /// How held particles move.
@@ -245,113 +298,47 @@ impl BodyParticles<'_> {
     }
 }
 
-/// How bodies touch each other and walls.
+choices! {
+    /// How bodies touch each other and walls.
+    pub enum ContactKind {
+        /// Repulsion by the depth in the other that never pulls, between bodies and toward walls.
+        Repulsion = "repulsion",
+        /// That of the source paper: bodies interact through the sums (22), walls by its section 4.1.
+        Sums = "sums",
+    }
+}
+
+/// How bodies touch each other and walls, with its parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ContactLaw {
     /// Repulsion by the depth in the other that never pulls, between bodies and toward walls.
-    Repulsion {
-        /// Stiffness as a fraction of the softer bulk modulus \[-\].
-        stiffness: f64,
-        /// Distance at which it sets in, in particle spacings \[-\].
-        distance: f64,
-        /// Damping of the approach as a fraction of critical \[-\].
-        damping: f64,
-        /// Coulomb's coefficient of friction \[-\].
-        friction: f64,
-        /// Whether total-Lagrangian bodies also touch themselves.
-        self_contact: bool,
-    },
+    Repulsion(RepulsionParameters),
     /// That of the source paper: bodies interact through the sums (22), walls by its section 4.1.
     Sums,
 }
 
-/// A named quantity of the solids to report at probe times; columns per kind are fixed by `columns`.
-#[derive(Clone, Debug, PartialEq)]
-pub struct SolidProbe {
-    /// Name of the probe.
-    pub name: String,
-    /// What it reports.
-    pub kind: SolidProbeKind,
-}
-
-/// What a solid probe reports.
-#[derive(Clone, Debug, PartialEq)]
-pub enum SolidProbeKind {
-    /// Displacement, velocity, stress, its invariants and the strain energy of the material at a reference position \[m\] of a body (index).
-    MaterialPoint {
-        /// Index of the body.
-        body: u32,
-        /// Position in the undeformed body \[m\].
-        reference_position: Vector,
-    },
-    /// Centre of mass, velocity, angle and angular velocity of a body (index).
-    Motion(u32),
-    /// Force of the fluid on a body (index) per metre of depth.
-    BodyForce(u32),
-    /// Reaction of a support (body index, support index) on the body per metre of depth.
-    Reaction {
-        /// Index of the body.
-        body: u32,
-        /// Index of the body's support.
-        support: u32,
-    },
-    /// Mass, momentum, energies and second moments of a body (index), or of all (`None`).
-    Sums(Option<u32>),
-    /// Smallest distance from a particle of a body (index), or of any (`None`), to another body and to a wall.
-    Gap(Option<u32>),
-    /// Contact of a body (index), or of all (`None`): forces of other bodies and of walls, deepest penetration, impulse.
-    Contact(Option<u32>),
-}
-
-impl SolidProbeKind {
-    /// Column suffixes `<quantity>_<unit>` in the order in which values are reported.
-    pub fn columns(&self) -> &'static [&'static str] {
+impl ContactLaw {
+    /// Its kind.
+    pub fn kind(&self) -> ContactKind {
         match self {
-            Self::MaterialPoint { .. } => &[
-                "displacement_x_m",
-                "displacement_y_m",
-                "velocity_x_m_s",
-                "velocity_y_m_s",
-                "stress_xx_pa",
-                "stress_yy_pa",
-                "stress_xy_pa",
-                "von_mises_pa",
-                "principal_largest_pa",
-                "principal_smallest_pa",
-                "strain_energy_density_j_per_m3",
-            ],
-            Self::Motion(_) => &[
-                "centre_x_m",
-                "centre_y_m",
-                "velocity_x_m_s",
-                "velocity_y_m_s",
-                "angle_rad",
-                "angular_velocity_rad_s",
-            ],
-            Self::BodyForce(_) | Self::Reaction { .. } => &["force_x_n_per_m", "force_y_n_per_m"],
-            Self::Sums(_) => &[
-                "mass_kg_per_m",
-                "momentum_x_kg_per_s",
-                "momentum_y_kg_per_s",
-                "angular_momentum_kg_m_per_s",
-                "kinetic_energy_j_per_m",
-                "potential_energy_j_per_m",
-                "strain_energy_j_per_m",
-                "centre_x_m",
-                "centre_y_m",
-                "second_moment_xx_m2",
-                "second_moment_yy_m2",
-                "second_moment_xy_m2",
-            ],
-            Self::Gap(_) => &["gap_body_m", "gap_wall_m"],
-            Self::Contact(_) => &[
-                "contact_bodies_x_n_per_m",
-                "contact_bodies_y_n_per_m",
-                "contact_walls_x_n_per_m",
-                "contact_walls_y_n_per_m",
-                "deepest_m",
-                "impulse_n_s_per_m",
-            ],
+            Self::Repulsion(_) => ContactKind::Repulsion,
+            Self::Sums => ContactKind::Sums,
         }
+    }
+}
+
+parameters! {
+    /// Parameters of the repulsion of bodies.
+    pub struct RepulsionParameters {
+        /// Stiffness as a fraction of the softer bulk modulus \[-\].
+        stiffness: f64 = 1.0, "stiffness", Row::number(Allowed::POSITIVE);
+        /// Distance d at which it sets in, in particle spacings \[-\].
+        distance: f64 = 1.0, "distance", Row::number(DISTANCE);
+        /// Damping of the approach as a fraction of critical \[-\].
+        damping: f64 = 0.2, "damping", Row::number(Allowed::NOT_NEGATIVE).off(Number(0.0));
+        /// Coulomb's coefficient of friction \[-\].
+        friction: f64 = 0.0, "friction", Row::number(Allowed::NOT_NEGATIVE).off(Number(0.0));
+        /// Whether total-Lagrangian bodies also touch themselves.
+        self_contact: bool = true, "self_contact", Row::flag().off(Flag(false));
     }
 }

@@ -9,7 +9,7 @@ use sph::coupling::saved::{RestoreError, SavedState};
 use sph::coupling::solver::{Counts, Divergence, Fault, ParticleFields, Role, Solver};
 use sph::coupling::stage::{StageTime, StepStage};
 use sph::setup::{
-    BodyForce, BreachAction, Coupling, CouplingKind, FluidConstants, GradientCorrection, InterfaceLaw,
+    BodyForce, BreachAction, Coupling, CouplingKind, FluidParameters, GradientCorrection, InterfaceLaw,
     LedgerPolicy, OutputPlan, RunSetup, StepPolicy, TimePlan,
 };
 use sph::space::domain::Domain;
@@ -164,17 +164,14 @@ fn setup(time_step: f64, end_time: f64, action: BreachAction) -> RunSetup {
         coupling: Some(Coupling {
             kind: CouplingKind::States,
             law: InterfaceLaw::Wall,
-            fluid: FluidConstants {
+            fluid: FluidParameters {
                 rest_density: 1.0,
                 sound_speed: 1.0,
-                exponent: 7.0,
-                dynamic_viscosity: 0.0,
-                smoothing_length: 0.1,
+                kernel_ratio: 1.0,
                 particle_spacing: 0.1,
                 viscosity_a: 0.0,
-                viscosity_b: 0.0,
-                lambda: 0.01,
                 correction: GradientCorrection::None,
+                ..FluidParameters::default()
             },
             solid_spacing: 0.1,
             repulsion: 0.5,

@@ -10,7 +10,7 @@ use sph::coupling::solver::{Counts, Divergence, NoLoads, NotRevised, ParticleFie
 use sph::coupling::stage::{Stage, StageTime, StepStage};
 use sph::interface::load_sums;
 use sph::setup::{
-    BodyForce, BreachAction, Coupling, CouplingKind, FluidConstants, GradientCorrection, InterfaceLaw,
+    BodyForce, BreachAction, Coupling, CouplingKind, FluidParameters, GradientCorrection, InterfaceLaw,
     Iterate, LedgerPolicy, OutputPlan, Relaxation, RunSetup, StepPolicy, TimePlan, Unsettled,
 };
 use sph::space::Vector;
@@ -189,17 +189,14 @@ fn setup(time_step: f64, end_time: f64, iterate: Option<Iterate>) -> RunSetup {
         coupling: Some(Coupling {
             kind: CouplingKind::Loads,
             law: InterfaceLaw::Wall,
-            fluid: FluidConstants {
+            fluid: FluidParameters {
                 rest_density: 1.0,
                 sound_speed: 1.0,
-                exponent: 7.0,
-                dynamic_viscosity: 0.0,
-                smoothing_length: 0.1,
+                kernel_ratio: 1.0,
                 particle_spacing: 0.1,
                 viscosity_a: 0.0,
-                viscosity_b: 0.0,
-                lambda: 0.01,
                 correction: GradientCorrection::None,
+                ..FluidParameters::default()
             },
             solid_spacing: 0.1,
             repulsion: 0.0,

@@ -173,8 +173,7 @@ fn lock_step() {
     let bench = Bench::new(PROGRAM);
     heading();
     let step: &[(&str, toml::Value)] = &[("time.step.time_step_s", 1e-5.into())];
-    for (name, file) in
-        [("source paper", "drifting_body_document.toml"), ("recommended", "drifting_body.toml")]
+    for (name, file) in [("source paper", "drifting_body_paper.toml"), ("recommended", "drifting_body.toml")]
     {
         row(&bench, name, &instance(&bench, file, step), None, &[]);
     }

@@ -7,9 +7,9 @@ use sph::coupling::exchange::InterfaceStates;
 use sph::coupling::solver::Solver;
 use sph::coupling::stage::{Stage, StageTime, StepStage};
 use sph::setup::{
-    BodyForce, BodySetup, ContactLaw, ElasticMaterial, Formulation, HyperelasticLaw, LedgerPolicy,
-    OutputPlan, RunSetup, SolidParticles, SolidSetup, SolidStepping, StepPolicy, SubstepCount, Support,
-    TimePlan, TotalLagrangian, UpdatedLagrangian, WallParticles,
+    BodyForce, BodySetup, ContactLaw, ElasticParameters, Formulation, LedgerPolicy, OutputPlan,
+    RepulsionParameters, RunSetup, SolidParticles, SolidSetup, SolidStepping, StepPolicy, SubstepCount,
+    Support, TimePlan, TotalLagrangian, UpdatedLagrangian, WallParticles,
 };
 use sph::space::domain::Domain;
 use sph::space::{SymmetricTensor, Vector};
@@ -17,8 +17,8 @@ use sph::space::{SymmetricTensor, Vector};
 /// Particles of the plates; the first is about that of the drifting-body case.
 const SIZES: [u32; 3] = [600, 10_000, 100_000];
 const SPACING: f64 = 0.002;
-const RUBBER: ElasticMaterial =
-    ElasticMaterial { density: 1100.0, bulk_modulus: 20e6, shear_modulus: 4.27e6 };
+const RUBBER: ElasticParameters =
+    ElasticParameters { density: 1100.0, bulk_modulus: 20e6, shear_modulus: 4.27e6 };
 /// Sub-steps of a step.
 const SUBSTEPS: u32 = 8;
 /// Particles evaluated for a figure, at least.
@@ -63,13 +63,11 @@ fn plate(particles: u32, formulation: Formulation, stepping: SolidStepping) -> S
             loads: Vec::new(),
         }],
         particles,
-        contact: ContactLaw::Repulsion {
+        contact: ContactLaw::Repulsion(RepulsionParameters {
             stiffness: 0.5,
-            distance: 1.0,
-            damping: 0.2,
-            friction: 0.0,
             self_contact: false,
-        },
+            ..RepulsionParameters::default()
+        }),
         walls: Vec::new(),
         wall_particles: WallParticles::default(),
         damping: None,
@@ -106,22 +104,9 @@ fn seconds_per_step(setup: SolidSetup, steps: u32) -> f64 {
 
 /// Nanoseconds per particle and sub-step, or stage.
 pub fn print() {
-    let total = Formulation::TotalLagrangian(TotalLagrangian {
-        smoothing_length: 0.75 * SPACING,
-        law: HyperelasticLaw::NeoHookean,
-        hourglass: 0.3,
-        viscosity_a: 0.2,
-        viscosity_b: 0.0,
-    });
-    let updated = Formulation::UpdatedLagrangian(UpdatedLagrangian {
-        smoothing_length: 1.3 * SPACING,
-        gradient_correction: true,
-        viscosity_a: 1.0,
-        viscosity_b: 1.0,
-        lambda: 0.01,
-        artificial_stress: 0.3,
-        artificial_stress_exponent: 4.0,
-    });
+    let total =
+        Formulation::TotalLagrangian(TotalLagrangian { viscosity_a: 0.2, ..TotalLagrangian::default() });
+    let updated = Formulation::UpdatedLagrangian(UpdatedLagrangian::default());
     let substeps = SolidStepping::Substeps(SubstepCount::Fixed(SUBSTEPS));
     let fixed = cost::fixed_kernel();
     terminal::say(format_args!(

@@ -6,8 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 use crate::{PROGRAM, bench};
-use sph::setup::SolidProbeKind;
-use sph::space::Vector;
+use sph::setup::{ProbeKind, SolidProbeKind};
 use tests::bench::{digests, probe_rows, soon, text, wait_for_first_frame};
 use tests::certificates::{Authority, token};
 use tests::python::{self, Listening, python_is_there};
@@ -315,22 +314,10 @@ fn probes_in_python_have_the_columns_of_the_built_in_solver() {
     if !python_is_there("probes_in_python_have_the_columns_of_the_built_in_solver") {
         return;
     }
-    let code = "from tidelock.solver import PROBE_COLUMNS\nfor kind in PROBE_COLUMNS.items(): print(*kind)";
+    let code = "from tests.test_probes import COLUMNS\nfor kind in COLUMNS.items(): print(*kind)";
     let output = Command::new("python3").args(["-c", code]).current_dir(python::folder()).output().unwrap();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    let kinds = [
-        ("material_point", SolidProbeKind::MaterialPoint { body: 0, reference_position: Vector::zeros() }),
-        ("motion", SolidProbeKind::Motion(0)),
-        ("body_force", SolidProbeKind::BodyForce(0)),
-        ("reaction", SolidProbeKind::Reaction { body: 0, support: 0 }),
-        ("sums", SolidProbeKind::Sums(Some(0))),
-        ("all_sums", SolidProbeKind::Sums(None)),
-        ("gap", SolidProbeKind::Gap(Some(0))),
-        ("all_gaps", SolidProbeKind::Gap(None)),
-        ("contact", SolidProbeKind::Contact(Some(0))),
-        ("all_contacts", SolidProbeKind::Contact(None)),
-    ];
-    let expected: String =
-        kinds.iter().map(|(name, kind)| format!("{name} {}\n", kind.columns().len())).collect();
+    let kinds = SolidProbeKind::SPECIFICATIONS[..5].iter();
+    let expected: String = kinds.map(|spec| format!("{} {}\n", spec.word, spec.columns.len())).collect();
     assert_eq!(String::from_utf8_lossy(&output.stdout), expected);
 }

@@ -4,7 +4,7 @@ use serde::Serialize;
 use sph::space::Vector;
 
 use super::formula;
-use super::material::{FormulationTable, MaterialTable};
+use super::material::{BodyDefaults, FormulationTable, MaterialTable};
 use super::shape::ShapeTable;
 use super::support::{LoadTable, SupportTable};
 use crate::case::reader::{Allowed, At, Table, Written};
@@ -36,11 +36,11 @@ pub struct BodyTable {
 }
 
 impl BodyTable {
-    pub(super) fn read(mut table: Table<'_>, kernel_ratio: f64) -> Self {
+    pub(super) fn read(mut table: Table<'_>, defaults: BodyDefaults) -> Self {
         let name = table.name("name");
         let shape = ShapeTable::read(&mut table, "shape");
         let material = MaterialTable::read(&mut table);
-        let formulation = FormulationTable::read(table.table_or_empty("formulation"), kernel_ratio);
+        let formulation = FormulationTable::read(table.table_or_empty("formulation"), defaults);
         let velocity_m_s = formula::read_pair(&mut table, "velocity_m_s", &["x", "y"])
             .unwrap_or_else(|| formula::zeros(&table.place_of("velocity_m_s")));
         let rotation_speed_rad_s = table.number_or("rotation_speed_rad_s", &Allowed::FINITE, 0.0).value;
@@ -66,8 +66,8 @@ impl BodyTable {
     /// h/Δx of sums in the current configuration; only the updated-Lagrangian body takes such.
     pub fn kernel_ratio(&self) -> Option<f64> {
         match &self.formulation {
-            FormulationTable::UpdatedLagrangian { kernel_ratio, .. } => Some(*kernel_ratio),
-            FormulationTable::TotalLagrangian { .. } | FormulationTable::Rigid => None,
+            FormulationTable::UpdatedLagrangian(set) => Some(set.kernel_ratio),
+            FormulationTable::TotalLagrangian(_) | FormulationTable::Rigid => None,
         }
     }
 }

@@ -6,6 +6,7 @@ use proto::security::ClientFiles;
 use serde::Serialize;
 use sph::setup::{CouplingKind, InterfaceLaw, Iterate, Relaxation, Unsettled};
 
+use super::Preset;
 use crate::case::errors::CaseError;
 use crate::case::reader::{Allowed, Choice, Table};
 
@@ -61,16 +62,16 @@ pub enum RelaxationValue {
 
 impl InterfaceTable {
     /// Reads the table.
-    pub fn read(mut table: Table<'_>) -> Self {
+    pub fn read(mut table: Table<'_>, preset: Preset) -> Self {
         const LAWS: [(&str, InterfaceLaw); 3] = [
             ("wall", InterfaceLaw::Wall),
             ("wall-no-slip", InterfaceLaw::WallNoSlip),
             ("plain-sum", InterfaceLaw::PlainSum),
         ];
-        const MARGIN: Allowed =
-            Allowed::new(0.0, 20.0, (false, true), 1.0, "a number above 0 and at most 20");
+        const MARGIN: Allowed = Allowed::new(0.0, 20.0, (false, true), "a number above 0 and at most 20");
         const PATHS: [(&str, FramePath); 2] = [("direct", FramePath::Direct), ("relay", FramePath::Relay)];
-        let law = table.choice_or_first("law", &LAWS);
+        let default = if preset == Preset::Paper { InterfaceLaw::PlainSum } else { InterfaceLaw::Wall };
+        let law = table.choice_or("law", &LAWS, default);
         let path = table.choice_or_first("path", &PATHS);
         let kind = read_kind(&mut table, law.value);
         let iterate = table.has("iterate").then(|| IterateTable::read(table.table_or_empty("iterate")));
@@ -120,8 +121,7 @@ impl IterateTable {
     /// Reads the table.
     fn read(mut table: Table<'_>) -> Self {
         const UNSETTLED: [(&str, Unsettled); 2] = [("stop", Unsettled::Stop), ("accept", Unsettled::Accept)];
-        const TOLERANCE: Allowed =
-            Allowed::new(0.0, 1.0, (false, false), 1e-6, "a number above 0 and below 1");
+        const TOLERANCE: Allowed = Allowed::new(0.0, 1.0, (false, false), "a number above 0 and below 1");
         let relaxation = table.number_or_word("relaxation", &Allowed::FRACTION, &[("aitken", ())]);
         let read = Self {
             relaxation: relaxation.map_or_else(RelaxationValue::Word, RelaxationValue::Factor),

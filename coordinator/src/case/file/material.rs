@@ -1,45 +1,40 @@
 //! Materials and formulations of solids as a case file writes them.
 
 use serde::Serialize;
-use sph::setup::{ElasticMaterial, Formulation, HyperelasticLaw, TotalLagrangian, UpdatedLagrangian};
+use sph::setup::{
+    Choice, ElasticParameters, Formulation, FormulationKind, TotalLagrangian, UpdatedLagrangian,
+};
 
+use super::Preset;
 use crate::case::errors::CaseError;
-use crate::case::reader::{Allowed, Choice, Table};
+use crate::case::reader::{Allowed, Parameters, Table};
 
-/// `material`: two elastic constants, K and G or E and ν.
+/// `material`: two elastic constants, K and G or E and ν, and all other parameters.
 #[derive(Clone, Debug, Serialize)]
 #[allow(missing_docs)]
 pub struct MaterialTable {
-    pub density_kg_m3: f64,
     #[serde(flatten)]
-    pub moduli: Moduli,
+    pub parameters: Parameters<ElasticParameters>,
+    #[serde(flatten)]
+    pub young_poisson: Option<YoungPoisson>,
 }
 
-/// The pair of elastic constants that a case names.
-#[derive(Clone, Debug, Serialize)]
-#[serde(untagged)]
+/// E and ν in place of K and G.
+#[derive(Clone, Copy, Debug, Serialize)]
 #[allow(missing_docs)]
-pub enum Moduli {
-    BulkShear { bulk_modulus_pa: f64, shear_modulus_pa: f64 },
-    YoungPoisson { young_modulus_pa: f64, poisson_ratio: f64 },
+pub struct YoungPoisson {
+    pub young_modulus_pa: f64,
+    pub poisson_ratio: f64,
 }
+
+const BULK_SHEAR: [&str; 2] = ["bulk_modulus_pa", "shear_modulus_pa"];
 
 impl MaterialTable {
     pub(super) fn read(parent: &mut Table<'_>) -> Self {
-        // Above, the bulk modulus overflows any time step.
-        const POISSON: Allowed = Allowed::new(
-            -1.0,
-            0.5,
-            (false, false),
-            0.0,
-            "a number above -1 and below 0.5 (0.49 for nearly incompressible)",
-        );
-        let fallback = Moduli::BulkShear { bulk_modulus_pa: 1.0, shear_modulus_pa: 1.0 };
         let Some(mut table) = parent.required_table("material") else {
-            return Self { density_kg_m3: 1.0, moduli: fallback };
+            return Self { parameters: Parameters::unwritten(), young_poisson: None };
         };
-        let density_kg_m3 = table.number("density_kg_m3", &Allowed::POSITIVE).value;
-        let bulk_shear = ["bulk_modulus_pa", "shear_modulus_pa"].iter().any(|key| table.has(key));
+        let bulk_shear = BULK_SHEAR.iter().any(|key| table.has(key));
         let young_poisson = ["young_modulus_pa", "poisson_ratio"].iter().any(|key| table.has(key));
         if bulk_shear && young_poisson {
             let error = CaseError::new(table.place(), "names elastic constants of both pairs");
@@ -48,31 +43,40 @@ impl MaterialTable {
             ));
             table.abandon();
         }
-        let moduli = if bulk_shear {
-            Moduli::BulkShear {
-                bulk_modulus_pa: table.number("bulk_modulus_pa", &Allowed::POSITIVE).value,
-                shear_modulus_pa: table.number("shear_modulus_pa", &Allowed::POSITIVE).value,
-            }
-        } else {
-            Moduli::YoungPoisson {
-                young_modulus_pa: table.number("young_modulus_pa", &Allowed::POSITIVE).value,
-                poisson_ratio: table.number("poisson_ratio", &POISSON).value,
-            }
+        let young_poisson = (!bulk_shear).then(|| YoungPoisson::read(&mut table));
+        let (base, derived) = match young_poisson {
+            Some(moduli) => (moduli.elastic(), &BULK_SHEAR[..]),
+            None => (ElasticParameters::default(), &[][..]),
         };
+        let parameters = table.parameters(base, derived);
         table.finish();
-        Self { density_kg_m3, moduli }
+        Self { parameters, young_poisson }
+    }
+}
+
+impl YoungPoisson {
+    fn read(table: &mut Table<'_>) -> Self {
+        // Above, the bulk modulus overflows any time step.
+        const POISSON: Allowed = Allowed::new(
+            -1.0,
+            0.5,
+            (false, false),
+            "a number above -1 and below 0.5 (0.49 for nearly incompressible)",
+        );
+        Self {
+            young_modulus_pa: table.number("young_modulus_pa", &Allowed::POSITIVE).value,
+            poisson_ratio: table.number("poisson_ratio", &POISSON).value,
+        }
     }
 
-    /// Set-up of the solvers.
-    pub fn to_setup(&self) -> ElasticMaterial {
-        let (bulk_modulus, shear_modulus) = match self.moduli {
-            Moduli::BulkShear { bulk_modulus_pa, shear_modulus_pa } => (bulk_modulus_pa, shear_modulus_pa),
-            // Isotropic elasticity: K = E/(3(1 − 2ν)), G = E/(2(1 + ν)).
-            Moduli::YoungPoisson { young_modulus_pa: e, poisson_ratio: nu } => {
-                (e / (3.0 * (1.0 - 2.0 * nu)), e / (2.0 * (1.0 + nu)))
-            }
-        };
-        ElasticMaterial { density: self.density_kg_m3, bulk_modulus, shear_modulus }
+    /// Isotropic elasticity: K = E/(3(1 − 2ν)), G = E/(2(1 + ν)).
+    fn elastic(&self) -> ElasticParameters {
+        let (e, nu) = (self.young_modulus_pa, self.poisson_ratio);
+        ElasticParameters {
+            bulk_modulus: e / (3.0 * (1.0 - 2.0 * nu)),
+            shear_modulus: e / (2.0 * (1.0 + nu)),
+            ..ElasticParameters::default()
+        }
     }
 }
 
@@ -81,114 +85,55 @@ impl MaterialTable {
 #[serde(tag = "type", rename_all = "kebab-case")]
 #[allow(missing_docs)]
 pub enum FormulationTable {
-    UpdatedLagrangian {
-        kernel_ratio: f64,
-        gradient_correction: bool,
-        artificial_viscosity_a: f64,
-        artificial_viscosity_b: f64,
-        lambda: f64,
-        artificial_stress: f64,
-        artificial_stress_exponent: f64,
-    },
-    TotalLagrangian {
-        law: Choice<HyperelasticLaw>,
-        kernel_ratio: f64,
-        hourglass: f64,
-        artificial_viscosity_a: f64,
-        artificial_viscosity_b: f64,
-    },
+    TotalLagrangian(Parameters<TotalLagrangian>),
+    UpdatedLagrangian(Parameters<UpdatedLagrangian>),
     Rigid,
 }
 
-#[derive(Clone, Copy)]
-enum FormulationKind {
-    UpdatedLagrangian,
-    TotalLagrangian,
-    Rigid,
+/// What the defaults of a body depend on.
+#[derive(Clone, Copy, Debug)]
+pub struct BodyDefaults {
+    /// Preset of the case.
+    pub preset: Preset,
+    /// h/Δx of `[solid]` \[-\].
+    pub kernel_ratio: f64,
+    /// Whether there is a fluid.
+    pub is_wet: bool,
 }
+
+/// Default artificial viscosity A of a total-Lagrangian body in water \[-\]: pressure waves make it ring. On its own a
+/// body conserves energy.
+const WET_VISCOSITY: f64 = 0.2;
 
 impl FormulationTable {
-    pub(super) fn read(mut table: Table<'_>, kernel_ratio: f64) -> Self {
-        const KINDS: [(&str, FormulationKind); 3] = [
-            ("updated-lagrangian", FormulationKind::UpdatedLagrangian),
-            ("total-lagrangian", FormulationKind::TotalLagrangian),
-            ("rigid", FormulationKind::Rigid),
-        ];
-        const LAWS: [(&str, HyperelasticLaw); 2] = [
-            ("neo-hookean", HyperelasticLaw::NeoHookean),
-            ("st-venant-kirchhoff", HyperelasticLaw::StVenantKirchhoff),
-        ];
-        // Below 0.6 the support does not reach past the nearest neighbours by a margin.
-        const STENCIL_RATIO: Allowed = Allowed::new(0.6, 3.0, (true, true), 0.75, "a number from 0.6 to 3");
-        const EXPONENT: Allowed =
-            Allowed::new(0.0, 20.0, (false, true), 4.0, "a number above 0 and at most 20");
-        let read = match table.choice_or_first("type", &KINDS).value {
+    pub(super) fn read(mut table: Table<'_>, defaults: BodyDefaults) -> Self {
+        let BodyDefaults { preset, kernel_ratio, is_wet } = defaults;
+        let kind = match preset {
+            Preset::Paper => FormulationKind::UpdatedLagrangian,
+            _ => FormulationKind::TotalLagrangian,
+        };
+        let read = match table.choice_or("type", FormulationKind::NAMES, kind).value {
             FormulationKind::Rigid => Self::Rigid,
-            FormulationKind::TotalLagrangian => Self::TotalLagrangian {
-                law: table.choice_or_first("law", &LAWS),
-                kernel_ratio: table.number_or("kernel_ratio", &STENCIL_RATIO, 0.75).value,
-                hourglass: table.number_or("hourglass", &Allowed::NOT_NEGATIVE, 0.3).value,
-                artificial_viscosity_a: table
-                    .number_or("artificial_viscosity_a", &Allowed::NOT_NEGATIVE, 0.0)
-                    .value,
-                artificial_viscosity_b: table
-                    .number_or("artificial_viscosity_b", &Allowed::NOT_NEGATIVE, 0.0)
-                    .value,
-            },
-            FormulationKind::UpdatedLagrangian => Self::UpdatedLagrangian {
-                kernel_ratio: table.number_or("kernel_ratio", &Allowed::KERNEL_RATIO, kernel_ratio).value,
-                gradient_correction: table.flag_or("gradient_correction", true),
-                artificial_viscosity_a: table
-                    .number_or("artificial_viscosity_a", &Allowed::NOT_NEGATIVE, 1.0)
-                    .value,
-                artificial_viscosity_b: table
-                    .number_or("artificial_viscosity_b", &Allowed::NOT_NEGATIVE, 1.0)
-                    .value,
-                lambda: table.number_or("lambda", &Allowed::SHARE, 0.01).value,
-                artificial_stress: table.number_or("artificial_stress", &Allowed::SHARE, 0.3).value,
-                artificial_stress_exponent: table
-                    .number_or("artificial_stress_exponent", &EXPONENT, 4.0)
-                    .value,
-            },
+            FormulationKind::TotalLagrangian => {
+                let viscosity_a = if is_wet { WET_VISCOSITY } else { 0.0 };
+                let base = TotalLagrangian { viscosity_a, ..preset.values() };
+                Self::TotalLagrangian(table.parameters(base, &[]))
+            }
+            FormulationKind::UpdatedLagrangian => {
+                let base = UpdatedLagrangian { kernel_ratio, ..preset.values() };
+                Self::UpdatedLagrangian(table.parameters(base, &[]))
+            }
         };
         table.finish();
         read
     }
 
-    /// Set-up of the solvers, for particles of `spacing` \[m\].
-    pub fn to_setup(&self, spacing: f64) -> Formulation {
-        match *self {
+    /// Set-up of the solvers.
+    pub fn to_setup(&self) -> Formulation {
+        match self {
             Self::Rigid => Formulation::Rigid,
-            Self::TotalLagrangian {
-                ref law,
-                kernel_ratio,
-                hourglass,
-                artificial_viscosity_a,
-                artificial_viscosity_b,
-            } => Formulation::TotalLagrangian(TotalLagrangian {
-                smoothing_length: kernel_ratio * spacing,
-                law: law.value,
-                hourglass,
-                viscosity_a: artificial_viscosity_a,
-                viscosity_b: artificial_viscosity_b,
-            }),
-            Self::UpdatedLagrangian {
-                kernel_ratio,
-                gradient_correction,
-                artificial_viscosity_a,
-                artificial_viscosity_b,
-                lambda,
-                artificial_stress,
-                artificial_stress_exponent,
-            } => Formulation::UpdatedLagrangian(UpdatedLagrangian {
-                smoothing_length: kernel_ratio * spacing,
-                gradient_correction,
-                viscosity_a: artificial_viscosity_a,
-                viscosity_b: artificial_viscosity_b,
-                lambda,
-                artificial_stress,
-                artificial_stress_exponent,
-            }),
+            Self::TotalLagrangian(set) => Formulation::TotalLagrangian(set.values()),
+            Self::UpdatedLagrangian(set) => Formulation::UpdatedLagrangian(set.values()),
         }
     }
 }

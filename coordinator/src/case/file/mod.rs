@@ -16,6 +16,7 @@ pub mod support;
 pub mod wall;
 
 use serde::Serialize;
+use sph::setup::ParameterSet;
 
 use crate::case::errors::CaseError;
 use crate::case::reader::{At, Table};
@@ -27,7 +28,32 @@ use safety::{CheckpointTable, DeadlinesTable};
 use solid::SolidTable;
 use wall::WallTable;
 
-/// A whole case file.
+/// Where the values come from that a case leaves out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Preset {
+    /// The defaults of each key.
+    Default,
+    /// The recommended value where there is one.
+    Recommended,
+    /// The settings of the source paper.
+    Paper,
+}
+
+impl Preset {
+    const NAMES: [(&str, Self); 3] =
+        [("default", Self::Default), ("recommended", Self::Recommended), ("paper", Self::Paper)];
+
+    /// The values of a set of parameters.
+    pub fn values<S: ParameterSet>(self) -> S {
+        match self {
+            Self::Default => S::default(),
+            Self::Recommended => S::recommended(),
+            Self::Paper => S::paper(),
+        }
+    }
+}
+
+/// A whole case file; every value of the preset is filled in.
 #[derive(Clone, Debug, Serialize)]
 #[allow(missing_docs)]
 pub struct CaseFile {
@@ -70,6 +96,7 @@ impl CaseFile {
             }
             folder
         });
+        let preset = root.choice_or_first("preset", &Preset::NAMES).value;
         let domain = root
             .required_table("domain")
             .map_or_else(|| DomainTable::unwritten(&root.place_of("domain")), DomainTable::read);
@@ -82,11 +109,11 @@ impl CaseFile {
         let checkpoint = CheckpointTable::read(root.table_or_empty("checkpoint"));
         let deadlines = DeadlinesTable::read(root.table_or_empty("deadlines"));
         let servers = ServersTable::read(root.table_or_empty("servers"));
-        let fluid = root.optional_table("fluid").map(FluidTable::read);
-        let solid = root.optional_table("solid").map(|table| SolidTable::read(table, fluid.as_ref()));
+        let fluid = root.optional_table("fluid").map(|table| FluidTable::read(table, preset));
+        let solid = root.optional_table("solid").map(|table| SolidTable::read(table, fluid.as_ref(), preset));
         let coupled = fluid.is_some() && solid.is_some();
         let interface = if coupled {
-            Some(InterfaceTable::read(root.table_or_empty("interface")))
+            Some(InterfaceTable::read(root.table_or_empty("interface"), preset))
         } else {
             if let Some(table) = root.optional_table("interface") {
                 root.error(

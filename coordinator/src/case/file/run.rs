@@ -162,8 +162,8 @@ impl TimeTable {
 
     /// Reads the table.
     pub fn read(mut table: Table<'_>) -> Self {
-        const GROWTH: Allowed = Allowed::new(1.0, 2.0, (false, true), 1.05, "a number above 1 and at most 2");
-        const LIMIT: Allowed = Allowed::new(0.0, 10.0, (false, true), 1.0, "a number above 0 and at most 10");
+        const GROWTH: Allowed = Allowed::new(1.0, 2.0, (false, true), "a number above 1 and at most 2");
+        const LIMIT: Allowed = Allowed::new(0.0, 10.0, (false, true), "a number above 0 and at most 10");
         let start_time_s = table.number_or("start_time_s", &Allowed::FINITE, 0.0).value;
         let end_time_s = table.number("end_time_s", &Allowed::FINITE);
         if table.intact() && end_time_s.value < start_time_s {

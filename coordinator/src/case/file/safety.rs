@@ -23,8 +23,7 @@ impl CheckpointTable {
 
     /// Reads the table.
     pub fn read(mut table: Table<'_>) -> Self {
-        const WALL: Allowed =
-            Allowed::new(0.0, 1e9, (false, true), 300.0, "a number above 0 and at most 1e9");
+        const WALL: Allowed = Allowed::new(0.0, 1e9, (false, true), "a number above 0 and at most 1e9");
         let read = Self {
             every_steps: table.optional_count("every_steps", 1..1_000_000_000),
             every_wall_s: table.number_or("every_wall_s", &WALL, Self::DEFAULT_WALL).value,
@@ -52,8 +51,8 @@ impl DeadlinesTable {
     /// Reads the table.
     pub fn read(mut table: Table<'_>) -> Self {
         // Servers give a sign of life each second: less than a few of them is no silence.
-        const SILENCE: Allowed = Allowed::new(3.0, 1e6, (true, true), 20.0, "a number from 3 to 1e6");
-        const WAIT: Allowed = Allowed::new(1.0, 1e6, (true, true), 30.0, "a number from 1 to 1e6");
+        const SILENCE: Allowed = Allowed::new(3.0, 1e6, (true, true), "a number from 3 to 1e6");
+        const WAIT: Allowed = Allowed::new(1.0, 1e6, (true, true), "a number from 1 to 1e6");
         let read = Self {
             silence_s: table.number_or("silence_s", &SILENCE, 20.0).value,
             call_s: table.number_or("call_s", &WAIT, 30.0).value,

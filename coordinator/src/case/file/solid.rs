@@ -1,13 +1,14 @@
 //! Solids, their sub-steps and contact as a case file writes them.
 
 use serde::Serialize;
-use sph::setup::{ContactLaw, SolidStepping, SubstepCount};
+use sph::setup::{Choice, ContactKind, ContactLaw, RepulsionParameters, SolidStepping, SubstepCount};
 
+use super::Preset;
 use super::body::BodyTable;
 use super::fluid::{DampingTable, FluidTable};
-use super::material::FormulationTable;
+use super::material::{BodyDefaults, FormulationTable};
 use crate::case::errors::CaseError;
-use crate::case::reader::{Allowed, At, Table};
+use crate::case::reader::{Allowed, At, Parameters, Table};
 
 /// `[solid]`.
 #[derive(Clone, Debug, Serialize)]
@@ -28,24 +29,24 @@ pub struct SolidTable {
 
 impl SolidTable {
     /// Reads the table; the spacing is the fluid's unless it is written.
-    pub fn read(mut table: Table<'_>, fluid: Option<&FluidTable>) -> Self {
+    pub fn read(mut table: Table<'_>, fluid: Option<&FluidTable>, preset: Preset) -> Self {
         let particle_spacing_m = match fluid {
             Some(fluid) => {
-                table.number_or("particle_spacing_m", &Allowed::POSITIVE, fluid.particle_spacing_m.value)
+                table.number_or("particle_spacing_m", &Allowed::POSITIVE, fluid.parameters.particle_spacing)
             }
             None => table.number("particle_spacing_m", &Allowed::POSITIVE),
         };
-        let known_spacing = table.has("particle_spacing_m") || fluid.is_none_or(|fluid| fluid.lattice_intact);
+        let known_spacing = table.has("particle_spacing_m") || fluid.is_none_or(FluidTable::lattice_intact);
         let kernel_ratio = table.number_or("kernel_ratio", &Allowed::KERNEL_RATIO, 1.3);
         let lost_particle_limit = table.count_or("lost_particle_limit", 0..1_000_000_001, 0).value;
         let damping = DampingTable::read(&mut table);
         let substeps = SubstepsKey::read(&mut table);
-        let contact = ContactTable::read(table.table_or_empty("contact"));
+        let contact = ContactTable::read(table.table_or_empty("contact"), preset);
         let intact = table.intact() && known_spacing;
-        let ratio = kernel_ratio.value;
+        let defaults = BodyDefaults { preset, kernel_ratio: kernel_ratio.value, is_wet: fluid.is_some() };
         let bodies: Vec<BodyTable> =
-            table.tables("body").into_iter().map(|body| BodyTable::read(body, ratio)).collect();
-        let total = |body: &BodyTable| matches!(body.formulation, FormulationTable::TotalLagrangian { .. });
+            table.tables("body").into_iter().map(|body| BodyTable::read(body, defaults)).collect();
+        let total = |body: &BodyTable| matches!(body.formulation, FormulationTable::TotalLagrangian(_));
         let substeps = substeps.unwrap_or(SubstepsKey::Word(if bodies.iter().any(total) {
             SubstepsWord::Auto
         } else {
@@ -121,24 +122,18 @@ impl SubstepsKey {
 #[serde(tag = "law", rename_all = "kebab-case")]
 #[allow(missing_docs)]
 pub enum ContactTable {
-    Repulsion { stiffness: f64, distance: f64, damping: f64, friction: f64, self_contact: bool },
+    Repulsion(Parameters<RepulsionParameters>),
     Sums,
 }
 
 impl ContactTable {
-    fn read(mut table: Table<'_>) -> Self {
-        const DISTANCE: Allowed =
-            Allowed::new(0.0, 3.0, (false, true), 1.0, "a number above 0 and at most 3");
-        let law = table.choice_or_first("law", &[("repulsion", false), ("sums", true)]);
-        let read = match law.value {
-            true => Self::Sums,
-            false => Self::Repulsion {
-                stiffness: table.number_or("stiffness", &Allowed::POSITIVE, 1.0).value,
-                distance: table.number_or("distance", &DISTANCE, 1.0).value,
-                damping: table.number_or("damping", &Allowed::NOT_NEGATIVE, 0.2).value,
-                friction: table.number_or("friction", &Allowed::NOT_NEGATIVE, 0.0).value,
-                self_contact: table.flag_or("self_contact", true),
-            },
+    fn read(mut table: Table<'_>, preset: Preset) -> Self {
+        let default = if preset == Preset::Paper { ContactKind::Sums } else { ContactKind::Repulsion };
+        let read = match table.choice_or("law", ContactKind::NAMES, default).value {
+            ContactKind::Sums => Self::Sums,
+            ContactKind::Repulsion => {
+                Self::Repulsion(table.parameters(preset.values::<RepulsionParameters>(), &[]))
+            }
         };
         table.finish();
         read
@@ -146,10 +141,8 @@ impl ContactTable {
 
     /// Set-up of the solvers.
     pub fn to_setup(&self) -> ContactLaw {
-        match *self {
-            Self::Repulsion { stiffness, distance, damping, friction, self_contact } => {
-                ContactLaw::Repulsion { stiffness, distance, damping, friction, self_contact }
-            }
+        match self {
+            Self::Repulsion(set) => ContactLaw::Repulsion(set.values()),
             Self::Sums => ContactLaw::Sums,
         }
     }

@@ -9,12 +9,17 @@ use crate::case::reader::value::{At, Choice};
 impl<'t> Table<'t> {
     /// Yes or no, with a default.
     pub fn flag_or(&mut self, key: &'static str, default: bool) -> bool {
-        let Some((value, place)) = self.take(key) else { return default };
+        self.optional_flag(key).unwrap_or(default)
+    }
+
+    /// Yes or no, where `key` is written.
+    pub fn optional_flag(&mut self, key: &'static str) -> Option<bool> {
+        let (value, place) = self.take(key)?;
         let found = value.as_bool();
         if found.is_none() {
             self.wrong_type(value, &place, "true or false");
         }
-        found.unwrap_or(default)
+        found
     }
 
     /// A text that may be left out.
@@ -79,6 +84,18 @@ impl<'t> Table<'t> {
         let found = self.take(key).and_then(|(value, place)| self.as_choice(value, place, options));
         let (word, value) = &options[0];
         found.unwrap_or_else(|| Choice { word, value: value.clone(), place: self.place_of(key) })
+    }
+
+    /// One of a list of words; `default` is one of their values.
+    pub fn choice_or<T: Clone + PartialEq>(
+        &mut self,
+        key: &'static str,
+        options: &[(&'static str, T)],
+        default: T,
+    ) -> Choice<T> {
+        let word = options.iter().find(|(_, value)| *value == default).map_or("", |(word, _)| *word);
+        let found = self.optional_choice(key, options);
+        found.unwrap_or_else(|| Choice { word, value: default, place: self.place_of(key) })
     }
 
     /// One of `options`, where `key` is written.

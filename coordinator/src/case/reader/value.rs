@@ -53,48 +53,6 @@ pub fn is_bounded(value: f64) -> bool {
     value.abs() <= *MAGNITUDES.end()
 }
 
-/// A range of numbers.
-#[derive(Clone, Copy, Debug)]
-pub struct Allowed {
-    lowest: f64,
-    highest: f64,
-    includes: (bool, bool),
-    pub(super) fallback: f64,
-    pub(super) words: &'static str,
-}
-
-impl Allowed {
-    /// Any finite number.
-    pub const FINITE: Self = Self::new(f64::MIN, f64::MAX, (true, true), 0.0, "a finite number");
-    /// Above zero.
-    pub const POSITIVE: Self = Self::new(0.0, f64::MAX, (false, true), 1.0, "a number above 0");
-    /// Zero or above.
-    pub const NOT_NEGATIVE: Self = Self::new(0.0, f64::MAX, (true, true), 0.0, "a number of 0 or above");
-    /// In (0, 1].
-    pub const FRACTION: Self = Self::new(0.0, 1.0, (false, true), 1.0, "a number above 0 and at most 1");
-    /// In [0, 1].
-    pub const SHARE: Self = Self::new(0.0, 1.0, (true, true), 0.0, "a number from 0 to 1");
-    /// Kernel ratio h/Δx: below, particles lose their neighbours; above, their number explodes.
-    pub const KERNEL_RATIO: Self = Self::new(0.8, 4.0, (true, true), 1.2, "a number from 0.8 to 4 (h/Δx)");
-
-    /// A range from `lowest` to `highest`, ends included or not, described by `words`.
-    pub const fn new(
-        lowest: f64,
-        highest: f64,
-        includes: (bool, bool),
-        fallback: f64,
-        words: &'static str,
-    ) -> Self {
-        Self { lowest, highest, includes, fallback, words }
-    }
-
-    pub(super) fn holds(&self, value: f64) -> bool {
-        let (low, high) = self.includes;
-        (value > self.lowest || low && value == self.lowest)
-            && (value < self.highest || high && value == self.highest)
-    }
-}
-
 /// A number, or the text of an expression.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(untagged)]

@@ -26,7 +26,7 @@ pub fn lay_out(
     lattice: &mut Lattice<'_>,
     scene: &mut Scene,
 ) {
-    let spacing = fluid.particle_spacing_m.value;
+    let spacing = fluid.parameters.particle_spacing;
     let mut laid: Vec<(usize, Vec<Vector>)> = Vec::new();
     let Scene { fluid: particles, solid, walls, cuts, .. } = scene;
     let obstacles = Obstacles {
@@ -64,7 +64,7 @@ pub fn lay_out(
         let place = &region.name.place;
         let gravity = file.body_force.gravity_m_s2;
         let started =
-            start(&region.start, place, &fluid.constants(), gravity, &mut positions, lattice.errors);
+            start(&region.start, place, &fluid.parameters.values(), gravity, &mut positions, lattice.errors);
         particles.id.extend((particles.id.len()..particles.id.len() + positions.len()).map(index));
         particles.region.extend(std::iter::repeat_n(index(k), positions.len()));
         particles.mass.extend(started.mass);
@@ -205,7 +205,7 @@ fn report_clashes(fluid: &FluidTable, domain: &Domain, laid: &[(usize, Vec<Vecto
     let positions: Vec<Vector> = laid.iter().flat_map(|(_, positions)| positions).copied().collect();
     let regions: Vec<u32> =
         laid.iter().flat_map(|(k, positions)| std::iter::repeat_n(index(*k), positions.len())).collect();
-    let (spacing, errors) = (&fluid.particle_spacing_m, lattice.errors);
+    let (spacing, errors) = (&fluid.spacing(), lattice.errors);
     for clash in first_clashes(domain, &positions, &regions, spacing.value, &spacing.place, errors) {
         let names = [clash.groups.0, clash.groups.1].map(|region| &fluid.regions[region as usize].name);
         let problem =

@@ -87,11 +87,11 @@ fn spacings_fit(file: &CaseFile, errors: &ErrorList) -> bool {
     const LEAST_SMOOTHING_LENGTHS: f64 = 5.0;
     let before = errors.count();
     let domain = file.domain.domain();
-    let fluid = file.fluid.as_ref().filter(|fluid| fluid.lattice_intact);
+    let fluid = file.fluid.as_ref().filter(|fluid| fluid.lattice_intact());
     let solid = file.solid.as_ref().filter(|solid| solid.intact);
     let lengths = [
-        fluid.map(|fluid| ("fluid", &fluid.particle_spacing_m, fluid.smoothing_length())),
-        solid.map(|solid| ("solid", &solid.particle_spacing_m, solid.smoothing_length())),
+        fluid.map(|fluid| ("fluid", fluid.spacing(), fluid.parameters.smoothing_length())),
+        solid.map(|solid| ("solid", solid.particle_spacing_m.clone(), solid.smoothing_length())),
     ];
     for (owner, spacing, smoothing_length) in lengths.into_iter().flatten() {
         for choice in &file.domain.periodic {

@@ -3,7 +3,7 @@
 use sph::expression::Expression;
 use sph::kernel::CubicSpline;
 use sph::laws::equation_of_state::Tait;
-use sph::setup::{FluidConstants, GradientCorrection};
+use sph::setup::{FluidParameters, GradientCorrection};
 use sph::space::Vector;
 
 use super::point_text;
@@ -55,7 +55,7 @@ pub struct Started {
 pub fn start(
     table: &StartTable,
     place: &Place,
-    constants: &FluidConstants,
+    constants: &FluidParameters,
     gravity: Vector,
     positions: &mut [Vector],
     errors: &ErrorList,
@@ -64,7 +64,7 @@ pub fn start(
     let rest_mass = constants.rest_density * volume;
     let count = positions.len();
     let at_rest = || Started { mass: vec![rest_mass; count], density: vec![constants.rest_density; count] };
-    let tait = Tait::new(constants.rest_density, constants.sound_speed, constants.exponent);
+    let tait = constants.equation_of_state();
     match table {
         StartTable::Rest => at_rest(),
         StartTable::Hydrostatic { surface_m, lattice } => {
@@ -120,7 +120,7 @@ struct Hydrostatics {
 
 impl Hydrostatics {
     fn new(
-        constants: &FluidConstants,
+        constants: &FluidParameters,
         gravity: Vector,
         surface: f64,
         lattice: HydrostaticLattice,
@@ -128,18 +128,19 @@ impl Hydrostatics {
         let g = gravity.norm();
         let moment = match (lattice, constants.correction) {
             (HydrostaticLattice::Consistent, GradientCorrection::None) => {
-                CubicSpline::new(constants.smoothing_length).lattice_moment(constants.particle_spacing)
+                CubicSpline::new(constants.smoothing_length()).lattice_moment(constants.particle_spacing)
             }
             _ => 1.0,
         };
         let slope = constants.rest_density * g / moment;
-        let stiffness = constants.rest_density * constants.sound_speed.powi(2) / constants.exponent;
+        let exponent = constants.equation_of_state().exponent();
+        let stiffness = constants.rest_density * constants.sound_speed.powi(2) / exponent;
         (g > 0.0).then(|| Self {
             up: -gravity / g,
             surface,
             slope,
             steepness: slope / stiffness,
-            exponent: constants.exponent,
+            exponent,
             spacing: constants.particle_spacing,
         })
     }

@@ -1,5 +1,7 @@
 //! The stabilisers of a case, for `check` and the run header.
 
+use sph::setup::{Choice, DensityDiffusion};
+
 use super::Stabiliser;
 use crate::case::Case;
 use crate::case::file::material::FormulationTable;
@@ -10,11 +12,13 @@ impl Case {
         let mut found = Vec::new();
         let mut add = |owner: &str, text: String| found.push(Stabiliser { owner: owner.to_owned(), text });
         if let Some(fluid) = &self.file.fluid {
-            if let Some(delta) = fluid.density_diffusion_delta {
-                let word = fluid.density_diffusion.word;
+            let fluid_table = fluid;
+            let fluid = fluid_table.parameters.values();
+            if fluid.density_diffusion != DensityDiffusion::None {
+                let (word, delta) = (fluid.density_diffusion.name(), fluid.density_diffusion_delta);
                 add("fluid", format!("density diffusion {word}, δ = {delta}, Eq. (18)-(20)"));
             }
-            let (a, b) = (fluid.artificial_viscosity_a, fluid.artificial_viscosity_b);
+            let (a, b) = (fluid.viscosity_a, fluid.viscosity_b);
             if a > 0.0 || b > 0.0 {
                 add(
                     "fluid",
@@ -40,10 +44,10 @@ impl Case {
                         .into(),
                 );
             }
-            if let Some(tension) = fluid.tension_limit_pa {
+            if let Some(tension) = fluid.tension_limit {
                 add("fluid", format!("tension beyond {tension} Pa opens cavities"));
             }
-            if let Some(damping) = &fluid.damping {
+            if let Some(damping) = &fluid_table.damping {
                 add(
                     "fluid",
                     format!(
@@ -63,28 +67,18 @@ impl Case {
                 (a > 0.0 || b > 0.0)
                     .then(|| format!("artificial viscosity, A = {a}, B = {b}, λ = {lambda}, Eq. (23)-(24)"))
             };
-            let texts = match body.formulation {
-                FormulationTable::UpdatedLagrangian {
-                    artificial_viscosity_a,
-                    artificial_viscosity_b,
-                    lambda,
-                    artificial_stress: stress,
-                    artificial_stress_exponent: exponent,
-                    ..
-                } => [
-                    viscosity(artificial_viscosity_a, artificial_viscosity_b, lambda),
-                    (stress > 0.0)
-                        .then(|| format!("artificial stress, ε = {stress}, n = {exponent}, Eq. (25)-(26)")),
+            let texts = match &body.formulation {
+                FormulationTable::UpdatedLagrangian(set) => [
+                    viscosity(set.viscosity_a, set.viscosity_b, set.lambda),
+                    (set.artificial_stress > 0.0).then(|| {
+                        let (stress, exponent) = (set.artificial_stress, set.artificial_stress_exponent);
+                        format!("artificial stress, ε = {stress}, n = {exponent}, Eq. (25)-(26)")
+                    }),
                 ],
-                FormulationTable::TotalLagrangian {
-                    artificial_viscosity_a,
-                    artificial_viscosity_b,
-                    hourglass,
-                    ..
-                } => [
-                    viscosity(artificial_viscosity_a, artificial_viscosity_b, solid::TOTAL_LAGRANGIAN_LAMBDA),
-                    (hourglass > 0.0)
-                        .then(|| format!("hourglass control, ζ = {hourglass} of Young's modulus")),
+                FormulationTable::TotalLagrangian(set) => [
+                    viscosity(set.viscosity_a, set.viscosity_b, solid::TOTAL_LAGRANGIAN_LAMBDA),
+                    (set.hourglass > 0.0)
+                        .then(|| format!("hourglass control, ζ = {} of Young's modulus", set.hourglass)),
                 ],
                 FormulationTable::Rigid => [None, None],
             };
@@ -96,13 +90,13 @@ impl Case {
                 format!("damping of the start, k = {} 1/s until {} s", damping.rate_per_s, damping.until_s),
             );
         }
-        match solid.contact {
+        match &solid.contact {
             ContactTable::Sums => add("contact", "through the sums, Eq. (22) and section 4.1".to_owned()),
-            ContactTable::Repulsion { stiffness, distance, damping, friction, .. } => add(
+            ContactTable::Repulsion(set) => add(
                 "contact",
                 format!(
-                    "repulsion, stiffness {stiffness} K, distance {distance} Δx, damping {damping} of critical, \
-                     friction {friction}"
+                    "repulsion, stiffness {} K, distance {} Δx, damping {} of critical, friction {}",
+                    set.stiffness, set.distance, set.damping, set.friction
                 ),
             ),
         }

@@ -72,8 +72,8 @@ open_sides = [\"top\"]
 /// Vertical acceleration by Eq. (22) of the particle nearest to `height` [m], over g; 0 is at rest.
 fn imbalance(case: &Case, height: f64, moment: f64) -> f64 {
     let setup = case.fluid_setup().unwrap();
-    let (c, particles) = (&setup.constants, &setup.particles);
-    let kernel = CubicSpline::new(c.smoothing_length);
+    let (c, particles) = (&setup.parameters, &setup.particles);
+    let kernel = CubicSpline::new(c.smoothing_length());
     let tait = Tait::new(c.rest_density, c.sound_speed, c.exponent);
     let domain: Domain = setup.run.domain;
     let distance = |k: usize| (particles.position[k] - Vector::new(0.015, height)).norm();
@@ -226,15 +226,18 @@ fn every_setting_reaches_the_solvers() {
         (InterfaceLaw::WallNoSlip, 0.02, 0.005)
     );
     assert_eq!(fluid.run.ledger.balance_tolerance, 1e-10);
-    assert!(matches!(solid.contact, ContactLaw::Repulsion { friction: 0.25, .. }));
+    assert!(matches!(solid.contact, ContactLaw::Repulsion(set) if set.friction == 0.25));
     let wall = &fluid.walls[0];
     assert_eq!((wall.condition, wall.release_time), (WallCondition::NoSlip, Some(0.05)));
     assert_eq!(wall.motion.as_ref().map(|motion| motion.angle.as_str()), Some("0.1*sin(t)"));
     assert_eq!(solid.bodies[0].formulation, Formulation::Rigid);
     let support = &solid.bodies[1].supports[0];
     assert_eq!((support.held, support.release_time), ([false, true], Some(0.02)));
-    assert_eq!(fluid.diffusion, sph::setup::DensityDiffusion::None);
-    assert_eq!((fluid.lost_particle_limit, fluid.damping.map(|damping| damping.rate)), (3, Some(5.0)));
+    assert_eq!(fluid.parameters.density_diffusion, sph::setup::DensityDiffusion::None);
+    assert_eq!(
+        (fluid.parameters.lost_particle_limit, fluid.damping.map(|damping| damping.rate)),
+        (3, Some(5.0))
+    );
     assert_eq!(solid.particles.id.len(), 4 * (36 + 108));
 }
 

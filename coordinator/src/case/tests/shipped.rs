@@ -2,6 +2,8 @@
 
 use std::path::PathBuf;
 
+use sph::setup::{FluidParameters, Formulation, FormulationKind, ParameterSet};
+
 use super::*;
 use crate::case::load;
 
@@ -61,7 +63,7 @@ fn resolved_cases_read_back_as_the_same_case() {
 
 #[test]
 fn counts_of_case_5_2_are_exact() {
-    for name in ["drifting_body", "drifting_body_document"] {
+    for name in ["drifting_body", "drifting_body_paper"] {
         let case = shipped(name);
         // 73 × 146 and 219 × 4 less 6 × 4: 11,510.
         assert_eq!(count(&case, "column"), (10_658, 0));
@@ -99,9 +101,39 @@ fn the_summary_states_what_decides_the_run() {
 }
 
 #[test]
+fn presets_fill_in_what_a_case_leaves_out_and_departures_name_their_cost() {
+    let with =
+        |preset: &str| good(&TANK.replacen("[domain]", &format!("preset = \"{preset}\"\n[domain]"), 1));
+    let (plain, default) = (good(TANK), with("default"));
+    assert_eq!(plain.fluid_setup(), default.fluid_setup());
+    let departures = plain.summary().departures;
+    assert!(
+        departures[0].starts_with("fluid.kernel_ratio = 1.2, recommended 1.3: at 1.2"),
+        "{departures:#?}"
+    );
+    assert_eq!(departures.len(), 4, "{departures:#?}");
+    assert_eq!(with("recommended").summary().departures, [""; 0]);
+    let paper = with("paper");
+    let (fluid, solid) = (paper.fluid_setup().unwrap(), paper.solid_setup().unwrap());
+    assert_eq!(
+        fluid.parameters,
+        FluidParameters { particle_spacing: 0.01, sound_speed: 30.0, ..ParameterSet::paper() }
+    );
+    assert_eq!(fluid.run.coupling.unwrap().law, sph::setup::InterfaceLaw::PlainSum);
+    assert!(solid.bodies.iter().all(|body| body.formulation.kind() == FormulationKind::UpdatedLagrangian));
+    assert_eq!(solid.contact, sph::setup::ContactLaw::Sums);
+    // Without a word on it, bodies are total-Lagrangian, with some damping in water.
+    let Formulation::TotalLagrangian(body) = plain.solid_setup().unwrap().bodies[0].formulation else {
+        panic!()
+    };
+    assert_eq!((body.viscosity_a, body.hourglass), (0.2, 0.3));
+}
+
+#[test]
 fn every_key_of_the_format_is_documented() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../cases/FORMAT.md");
-    let documentation = std::fs::read_to_string(path).unwrap();
+    let pages = ["../cases/FORMAT.md", "../docs/parameters.md"];
+    let read = |page| std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join(page)).unwrap();
+    let documentation = pages.map(read).concat();
     let resolved = good(EVERYTHING).resolved_toml();
     let keys = resolved.lines().filter_map(|line| line.split_once(" = ").map(|(key, _)| key.to_owned()));
     let tables = resolved
@@ -113,7 +145,10 @@ fn every_key_of_the_format_is_documented() {
     let mut count = 0;
     for key in keys.chain(tables) {
         count += 1;
-        assert!(words.contains(key.as_str()), "`{key}` is not in cases/FORMAT.md");
+        assert!(
+            words.contains(key.as_str()),
+            "`{key}` is neither in cases/FORMAT.md nor in docs/parameters.md"
+        );
     }
     // A change of the notation must not make the test look at nothing.
     assert!(count > 150, "{count} keys");

@@ -120,31 +120,14 @@ pub fn groups(columns: &[String]) -> Vec<Group> {
 
 #[cfg(test)]
 mod tests {
-    use sph::setup::{FluidProbeKind, SolidProbeKind};
-    use sph::space::Vector;
+    use sph::setup::{FluidProbeKind, ProbeKind, SolidProbeKind};
 
     use super::*;
 
     #[test]
     fn every_column_of_every_kind_of_probe_is_understood() {
-        let fluid = [
-            FluidProbeKind::Point(Vector::zeros()),
-            FluidProbeKind::WaterLevel(0.0),
-            FluidProbeKind::Front,
-            FluidProbeKind::Region(None),
-            FluidProbeKind::WallForce(0),
-            FluidProbeKind::Immersed,
-        ];
-        let solid = [
-            SolidProbeKind::MaterialPoint { body: 0, reference_position: Vector::zeros() },
-            SolidProbeKind::Motion(0),
-            SolidProbeKind::BodyForce(0),
-            SolidProbeKind::Reaction { body: 0, support: 0 },
-            SolidProbeKind::Sums(None),
-            SolidProbeKind::Gap(None),
-            SolidProbeKind::Contact(None),
-        ];
-        let suffixes = fluid.iter().map(|k| k.columns()).chain(solid.iter().map(|k| k.columns())).flatten();
+        let specs = FluidProbeKind::SPECIFICATIONS.iter().chain(SolidProbeKind::SPECIFICATIONS);
+        let suffixes = specs.flat_map(|spec| spec.columns);
         for suffix in suffixes {
             let meaning = meaning(&format!("left_gauge_2_{suffix}"));
             assert_eq!(meaning.probe, "left_gauge_2", "{suffix}");

@@ -1,9 +1,9 @@
 //! The benchmark's water: a block between a floor and two walls, slightly stirred.
 
 use sph::setup::{
-    BodyForce, DensityDiffusion, FluidConstants, FluidParticles, FluidScheme, FluidSetup, GradientCorrection,
-    LedgerPolicy, OrderControl, Outflow, OutputPlan, RunSetup, StepPolicy, TimePlan, ViscousForm,
-    WallCondition, WallParticles, WallSetup,
+    BodyForce, DensityDiffusion, FluidParameters, FluidParticles, FluidScheme, FluidSetup,
+    GradientCorrection, LedgerPolicy, Outflow, OutputPlan, RunSetup, StepPolicy, TimePlan, WallCondition,
+    WallParticles, WallSetup,
 };
 use sph::space::Vector;
 use sph::space::domain::Domain;
@@ -16,61 +16,49 @@ const DRIFT: f64 = 1.0;
 /// What a benchmark's scene names.
 #[derive(Clone, Copy)]
 pub struct Settings {
-    correction: GradientCorrection,
-    diffusion: DensityDiffusion,
-    order: Option<OrderControl>,
-    acoustic_damping: f64,
+    parameters: FluidParameters,
     walls: bool,
     periodic: bool,
-    kernel_ratio: f64,
-    artificial_viscosity: f64,
-    dynamic_viscosity: f64,
-    scheme: FluidScheme,
 }
 
-/// The settings that are recommended for water, but at the kernel ratio of 20 neighbours.
-pub const RECOMMENDED: Settings = Settings {
-    correction: GradientCorrection::Renormalised,
-    diffusion: DensityDiffusion::Renormalised { delta: 0.1 },
-    order: Some(OrderControl { shifting: 2.0, tensile_control: true }),
-    acoustic_damping: 0.0,
-    walls: true,
-    periodic: false,
-    kernel_ratio: 1.2,
-    artificial_viscosity: 0.1,
-    dynamic_viscosity: 0.0,
-    scheme: FluidScheme::Leapfrog,
-};
-
-/// L_i in Eq. (17) alone.
-pub const CONTINUITY: Settings = Settings { correction: GradientCorrection::Continuity, ..RECOMMENDED };
+const fn with(parameters: FluidParameters) -> Settings {
+    Settings { parameters, walls: true, periodic: false }
+}
 
 /// What is recommended for water.
-const WATER: Settings = Settings { kernel_ratio: 1.3, ..RECOMMENDED };
+const WATER: FluidParameters = FluidParameters {
+    kernel_ratio: 1.3,
+    correction: GradientCorrection::Renormalised,
+    shifting: 2.0,
+    tensile_control: true,
+    wall_repulsion: 0.0,
+    ..FluidParameters::DEFAULT
+};
+
+/// The same at the kernel ratio of 20 neighbours.
+pub const RECOMMENDED: Settings = with(FluidParameters { kernel_ratio: 1.2, ..WATER });
 
 /// The recommended settings, and the same with one thing left out or added.
 pub const FEATURES: [(&str, Settings); 11] = [
-    ("all", WATER),
-    ("predictor-corrector", Settings { scheme: FluidScheme::PredictorCorrector, ..WATER }),
+    ("all", with(WATER)),
+    ("predictor-corrector", with(FluidParameters { scheme: FluidScheme::PredictorCorrector, ..WATER })),
     ("h/dx 1.2", RECOMMENDED),
-    ("no L_i in (22)", Settings { kernel_ratio: 1.3, ..CONTINUITY }),
-    ("no L_i", Settings { correction: GradientCorrection::LatticeMoment, ..WATER }),
-    ("plain diffusion", Settings { diffusion: DensityDiffusion::Plain { delta: 0.1 }, ..WATER }),
-    ("no shifting", Settings { order: Some(OrderControl { shifting: 0.0, tensile_control: true }), ..WATER }),
-    ("no order control", Settings { order: None, ..WATER }),
-    ("with acoustic damper", Settings { acoustic_damping: 0.4, ..WATER }),
-    ("no artificial viscosity", Settings { artificial_viscosity: 0.0, ..WATER }),
-    ("with viscosity", Settings { dynamic_viscosity: 1e-3, ..WATER }),
+    ("no L_i in (22)", with(FluidParameters { correction: GradientCorrection::Continuity, ..WATER })),
+    ("no L_i", with(FluidParameters { correction: GradientCorrection::LatticeMoment, ..WATER })),
+    ("plain diffusion", with(FluidParameters { density_diffusion: DensityDiffusion::Plain, ..WATER })),
+    ("no shifting", with(FluidParameters { shifting: 0.0, ..WATER })),
+    ("no order control", with(FluidParameters { shifting: 0.0, tensile_control: false, ..WATER })),
+    ("with acoustic damper", with(FluidParameters { acoustic_damping: 0.4, ..WATER })),
+    ("no artificial viscosity", with(FluidParameters { viscosity_a: 0.0, ..WATER })),
+    ("with viscosity", with(FluidParameters { dynamic_viscosity: 1e-3, ..WATER })),
 ];
 
 /// No pass before the rates.
-pub const LEAN: Settings = Settings {
-    correction: GradientCorrection::LatticeMoment,
-    diffusion: DensityDiffusion::Plain { delta: 0.1 },
-    order: None,
-    acoustic_damping: 0.0,
-    ..RECOMMENDED
-};
+pub const LEAN: Settings = with(FluidParameters {
+    density_diffusion: DensityDiffusion::Plain,
+    wall_repulsion: 0.0,
+    ..FluidParameters::DEFAULT
+});
 
 /// A free block that moves as one.
 pub const DRIFTING: Settings = Settings { walls: false, ..LEAN };
@@ -99,7 +87,7 @@ pub fn block(settings: Settings, particles: usize) -> FluidSetup {
     let spacing = spacing(particles);
     let rows = (HEIGHT / spacing).round() as usize;
     let gravity = Vector::new(0.0, if settings.walls { -9.81 } else { 0.0 });
-    let (rest_density, sound_speed) = (1000.0, 20.0);
+    let FluidParameters { rest_density, sound_speed, .. } = settings.parameters;
     let mut fluid = FluidParticles::default();
     for k in 0..rows * rows {
         let (column, row) = (k % rows, k / rows);
@@ -129,24 +117,8 @@ pub fn block(settings: Settings, particles: usize) -> FluidSetup {
             ledger: LedgerPolicy::default(),
             coupling: None,
         },
-        constants: FluidConstants {
-            rest_density,
-            sound_speed,
-            exponent: 7.0,
-            dynamic_viscosity: settings.dynamic_viscosity,
-            smoothing_length: settings.kernel_ratio * spacing,
-            particle_spacing: spacing,
-            viscosity_a: settings.artificial_viscosity,
-            viscosity_b: 0.0,
-            lambda: 0.01,
-            correction: settings.correction,
-        },
-        diffusion: settings.diffusion,
+        parameters: FluidParameters { particle_spacing: spacing, ..settings.parameters },
         damping: None,
-        order: settings.order,
-        viscous_form: ViscousForm::Pairwise,
-        tension_limit: None,
-        scheme: settings.scheme,
         regions: vec!["water".into()],
         walls: vec![WallSetup {
             name: "tank".into(),
@@ -158,9 +130,6 @@ pub fn block(settings: Settings, particles: usize) -> FluidSetup {
         wall_particles: if settings.walls { tank(rows, spacing) } else { WallParticles::default() },
         probes: Vec::new(),
         outflow: Outflow::default(),
-        acoustic_damping: settings.acoustic_damping,
-        wall_repulsion: 0.0,
-        lost_particle_limit: 0,
     }
 }
 

@@ -17,7 +17,7 @@ impl<R: Real> Ratio<R> {
     #[inline(always)]
     pub fn new(model: &FluidModel) -> Self {
         let c = &model.constants;
-        let at_spacing = Spline::scaled(1.0).at(c.particle_spacing / c.smoothing_length);
+        let at_spacing = Spline::scaled(1.0).at(c.particle_spacing / c.smoothing_length());
         Self(Spline::scaled(1.0 / at_spacing))
     }
 

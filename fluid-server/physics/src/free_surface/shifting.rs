@@ -141,7 +141,7 @@ pub fn regularise<L: Lanes, G: Geometry>(
 /// along its normal is removed.
 fn shift(order: &OrderControl, model: &FluidModel, sums: &RegularisationSums, normal: &Vector) -> Vector {
     let RegularisationSums { speed, shifting_gradient, .. } = *sums;
-    let scale = -order.shifting * 2.0 * model.constants.smoothing_length * speed;
+    let scale = -order.shifting * 2.0 * model.constants.smoothing_length() * speed;
     let shift = shifting_gradient * scale;
     (shift - normal * shift.dot(normal)).cap_magnitude(0.5 * speed)
 }

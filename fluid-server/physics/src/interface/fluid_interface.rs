@@ -52,7 +52,7 @@ pub struct FluidInterface {
 impl FluidInterface {
     /// A side of `coupling` without particles.
     pub fn new(coupling: &Coupling, domain: &Domain, body_force: &BodyForceField) -> Self {
-        let support = 2.0 * coupling.fluid.smoothing_length;
+        let support = 2.0 * coupling.fluid.smoothing_length();
         Self {
             coupling: *coupling,
             domain: *domain,
@@ -128,7 +128,7 @@ impl FluidInterface {
     /// # Errors
     /// The shortfall \[m\].
     pub fn covered_by(&self, state: &FluidState, extent: &Extent, reach: f64) -> Result<(), f64> {
-        let support = 2.0 * self.coupling.fluid.smoothing_length;
+        let support = 2.0 * self.coupling.fluid.smoothing_length();
         self.selection.covered_by(state, support, extent, reach)
     }
 
@@ -216,7 +216,7 @@ impl FluidInterface {
                 };
                 let volume = dummy.mass / dummy.density;
                 let gradient_factor = model.gradient_scale * model.kernel.gradient_factor(r);
-                let pairing = ratio.pairing(r / model.constants.smoothing_length);
+                let pairing = ratio.pairing(r / model.constants.smoothing_length());
                 sums.add_pair(&d, volume * gradient_factor, density, &v_sf, pairing);
             }
         });

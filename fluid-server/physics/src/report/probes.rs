@@ -197,7 +197,7 @@ fn with_second_moments(state: &FluidState, region: Option<u32>, sums: RegionSums
 }
 
 impl RegionSums {
-    /// Values in the order of [`FluidProbeKind::columns`]; centre and moments are not numbers without mass.
+    /// Values in the order of [`ProbeKind::columns`](sph::setup::ProbeKind::columns); centre and moments are not numbers without mass.
     fn values(&self) -> [f64; 12] {
         let centre = self.first_moment / self.mass;
         let spread = if self.mass > 0.0 { self.second_moment } else { [f64::NAN; 3] };

@@ -2,10 +2,9 @@
 
 use sph::kernel::{CubicSpline, PairKernel};
 use sph::lanes::Arithmetic;
-use sph::laws::equation_of_state::Tait;
 use sph::laws::repulsion::Repulsion;
 use sph::prescribed::body_force::BodyForceField;
-use sph::setup::{DensityDiffusion, FluidParticles, FluidSetup, GradientCorrection, ViscousForm};
+use sph::setup::{FluidParticles, FluidSetup, GradientCorrection, ViscousForm};
 use sph::space::Vector;
 
 use super::list_limits::skins;
@@ -23,18 +22,14 @@ pub fn build(setup: FluidSetup, arithmetic: Arithmetic) -> Result<(FluidModel, F
     if !errors.is_empty() {
         return Err(errors);
     }
-    let FluidSetup { run, constants, particles, .. } = setup;
-    let kernel = CubicSpline::new(constants.smoothing_length);
+    let FluidSetup { run, parameters: constants, particles, .. } = setup;
+    let h = constants.smoothing_length();
+    let kernel = CubicSpline::new(h);
     let lattice_scale = 1.0 / kernel.lattice_moment(constants.particle_spacing);
     let (gradient_scale, cross_gradient_scale) = match constants.correction {
         GradientCorrection::None => (1.0, 1.0),
         GradientCorrection::LatticeMoment | GradientCorrection::Continuity => (lattice_scale, lattice_scale),
         GradientCorrection::Renormalised => (1.0, lattice_scale),
-    };
-    let h = constants.smoothing_length;
-    let delta = match setup.diffusion {
-        DensityDiffusion::None => 0.0,
-        DensityDiffusion::Plain { delta } | DensityDiffusion::Renormalised { delta } => delta,
     };
     let mass = constants.rest_density * constants.particle_spacing.powi(2);
     let walls = WallModel::new(
@@ -54,14 +49,10 @@ pub fn build(setup: FluidSetup, arithmetic: Arithmetic) -> Result<(FluidModel, F
             return Err(errors);
         }
     };
-    let tait = Tait::new(constants.rest_density, constants.sound_speed, constants.exponent);
     let model = FluidModel {
         domain: run.domain,
         constants,
-        equation_of_state: match setup.tension_limit {
-            Some(tension) => tait.bearing(tension),
-            None => tait,
-        },
+        equation_of_state: constants.equation_of_state(),
         kernel,
         law: PairLaw {
             kernel: PairKernel::new(&kernel, gradient_scale),
@@ -69,12 +60,12 @@ pub fn build(setup: FluidSetup, arithmetic: Arithmetic) -> Result<(FluidModel, F
         },
         gradient_scale,
         cross_gradient_scale,
-        diffusion: delta * h * constants.sound_speed,
-        acoustic_diffusivity: setup.acoustic_damping * h * constants.sound_speed,
-        scheme: setup.scheme,
+        diffusion: constants.diffusivity(),
+        acoustic_diffusivity: constants.acoustic_damping * h * constants.sound_speed,
+        scheme: constants.scheme,
         arithmetic,
-        diffusion_form: setup.diffusion,
-        viscosity: match setup.viscous_form {
+        diffusion_form: constants.density_diffusion,
+        viscosity: match constants.viscous_form {
             _ if constants.dynamic_viscosity <= 0.0 => Viscosity::Inviscid,
             ViscousForm::Stress => Viscosity::Stress,
             ViscousForm::Pairwise => Viscosity::Pairwise,
@@ -86,13 +77,13 @@ pub fn build(setup: FluidSetup, arithmetic: Arithmetic) -> Result<(FluidModel, F
         probes: setup.probes,
         outflow: setup.outflow,
         wall_repulsion: Repulsion::new(
-            setup.wall_repulsion,
+            constants.wall_repulsion,
             constants.particle_spacing,
             constants.particle_spacing,
             constants.sound_speed,
         ),
-        escaped_particle_limit: setup.lost_particle_limit,
-        regularisation: setup.order,
+        escaped_particle_limit: constants.lost_particle_limit,
+        regularisation: constants.order_control(),
         coupling: run.coupling,
         first_wall_id: particles.id.iter().max().map_or(0, |id| id.saturating_add(1)),
     };

@@ -7,7 +7,7 @@ use sph::laws::equation_of_state::Tait;
 use sph::laws::repulsion::Repulsion;
 use sph::prescribed::body_force::BodyForceField;
 use sph::setup::{
-    Coupling, Damping, DensityDiffusion, FluidConstants, FluidProbe, FluidScheme, GradientCorrection,
+    Coupling, Damping, DensityDiffusion, FluidParameters, FluidProbe, FluidScheme, GradientCorrection,
     OrderControl, Outflow,
 };
 use sph::space::domain::Domain;
@@ -20,7 +20,7 @@ pub struct FluidModel {
     /// Box and periodic directions.
     pub domain: Domain,
     /// Constants of the fluid.
-    pub constants: FluidConstants,
+    pub constants: FluidParameters,
     /// Pressure of a density, Eq. (3).
     pub equation_of_state: Tait,
     /// Smoothing kernel, Eq. (10)-(11).

@@ -1,6 +1,6 @@
 //! Errors of a set-up.
 
-use sph::setup::{FluidParticles, FluidProbeKind, FluidScheme, FluidSetup, ViscousForm, WallParticles};
+use sph::setup::{Contradiction, FluidParticles, FluidProbeKind, FluidSetup, ParameterSet, WallParticles};
 use sph::space::Vector;
 
 use super::list_limits::skins;
@@ -25,35 +25,15 @@ pub fn setup_errors(setup: &FluidSetup) -> Vec<String> {
 }
 
 fn constants_errors(setup: &FluidSetup, errors: &mut Vec<String>) {
-    let c = &setup.constants;
-    for (name, value) in [
-        ("rest density [kg/m³]", c.rest_density),
-        ("sound speed [m/s]", c.sound_speed),
-        ("exponent", c.exponent),
-        ("smoothing length [m]", c.smoothing_length),
-        ("particle spacing [m]", c.particle_spacing),
-    ] {
-        if !(value > 0.0 && value.is_finite()) {
-            errors.push(format!("{name} = {value}: must be positive and finite"));
-        }
+    let parameters = &setup.parameters;
+    errors.extend(parameters.errors().iter().map(ToString::to_string));
+    if let Some(Contradiction { key, problem, hint }) = parameters.contradiction() {
+        errors.push(format!("`{key}`: {problem}; {hint}"));
     }
-    for (name, value) in [
-        ("dynamic viscosity [Pa s]", c.dynamic_viscosity),
-        ("artificial viscosity A", c.viscosity_a),
-        ("artificial viscosity B", c.viscosity_b),
-        ("lambda", c.lambda),
-    ] {
-        if !(value >= 0.0 && value.is_finite()) {
-            errors.push(format!("{name} = {value}: must be finite and not negative"));
-        }
-    }
-    if setup.scheme == FluidScheme::Leapfrog && setup.viscous_form == ViscousForm::Stress {
-        errors.push(
-            "the viscous stress of Eq. (4) needs both stages: scheme must be predictor-corrector".into(),
-        );
-    }
-    let (domain, smallest) =
-        (&setup.run.domain, 4.0 * c.smoothing_length + 2.0 * skins(c.particle_spacing).thickest);
+    let (domain, smallest) = (
+        &setup.run.domain,
+        4.0 * parameters.smoothing_length() + 2.0 * skins(parameters.particle_spacing).thickest,
+    );
     for (axis, name) in ["x", "y"].into_iter().enumerate() {
         let size = domain.size()[axis];
         if domain.periodic[axis] && size < smallest {

@@ -13,7 +13,7 @@ use crate::system::packed_particle::PackedParticle;
 fn patch(seed: u64) -> FluidSetup {
     let mut setup = random_patch(seed);
     add_floor(&mut setup, 0.36, 0.39, 13, WallCondition::NoSlip);
-    setup.constants.correction = GradientCorrection::Continuity;
+    setup.parameters.correction = GradientCorrection::Continuity;
     setup.run.body_force.gravity = Vector::new(0.0, -9.81);
     setup
 }
@@ -69,7 +69,7 @@ impl Plain<'_> {
         // Below a determinant of 0.3 of the moments, L_i is the unit matrix.
         let correction =
             if inverse.determinant() * 0.3 > 1.0 { nalgebra::Matrix2::identity() } else { inverse };
-        let h = model.constants.smoothing_length;
+        let h = model.constants.smoothing_length();
         let (mut force, mut density) = (Vector::zeros(), 0.0);
         for (j, is_fluid, other, d, weight) in self.pairs(i) {
             let v = own.velocity() - other.velocity();
@@ -96,7 +96,7 @@ fn lanes_give_the_plain_sums_within_round_off_on_each_path() {
     for (arithmetic, seed) in Arithmetic::all().flat_map(|path| (20..24).map(move |seed| (path, seed))) {
         let solver = evaluated(patch(seed), arithmetic);
         let plain =
-            Plain { solver: &solver, kernel: CubicSpline::new(solver.model.constants.smoothing_length) };
+            Plain { solver: &solver, kernel: CubicSpline::new(solver.model.constants.smoothing_length()) };
         let scale = |f: &dyn Fn(usize) -> f64| (0..solver.state.len()).map(f).fold(0.0, f64::max);
         let rates = &solver.workspace.rates;
         let acceleration = scale(&|i| rates[i].acceleration.norm());
@@ -118,11 +118,11 @@ fn the_paths_differ_by_round_off_alone_with_every_term() {
     for form in [ViscousForm::Pairwise, ViscousForm::Stress] {
         let rates = |arithmetic| {
             let mut setup = patch(31);
-            setup.constants.dynamic_viscosity = 0.5;
-            setup.viscous_form = form;
-            setup.order = ORDERED;
-            setup.acoustic_damping = 1.0;
-            setup.diffusion = DensityDiffusion::Renormalised { delta: 0.1 };
+            setup.parameters.dynamic_viscosity = 0.5;
+            setup.parameters.viscous_form = form;
+            (setup.parameters.shifting, setup.parameters.tensile_control) = ORDERED;
+            setup.parameters.acoustic_damping = 1.0;
+            setup.parameters.density_diffusion = DensityDiffusion::Renormalised;
             let solver = evaluated(setup, arithmetic);
             assert!(solver.workspace.rates.iter().any(|rates| rates.shift.norm() > 0.0));
             solver.workspace.rates.clone()

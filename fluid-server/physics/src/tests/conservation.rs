@@ -29,10 +29,10 @@ fn internal_forces_cancel_for_every_variant() {
         {
             for seed in SEEDS {
                 let mut setup = random_patch(seed);
-                setup.constants.correction = correction;
-                setup.constants.dynamic_viscosity = viscosity;
-                setup.viscous_form = form;
-                setup.diffusion = diffusion;
+                setup.parameters.correction = correction;
+                setup.parameters.dynamic_viscosity = viscosity;
+                setup.parameters.viscous_form = form;
+                setup.parameters.density_diffusion = diffusion;
                 let mut solver = solver(setup);
                 evaluate(&mut solver);
                 let (force, torque, gross) = force_sums(&solver);
@@ -60,8 +60,8 @@ fn diffusion_moves_density_without_making_any() {
         for seed in SEEDS {
             let rates = |diffusion| {
                 let mut setup = random_patch(seed);
-                setup.constants.correction = correction;
-                setup.diffusion = diffusion;
+                setup.parameters.correction = correction;
+                setup.parameters.density_diffusion = diffusion;
                 let mut solver = solver(setup);
                 evaluate(&mut solver);
                 solver
@@ -88,8 +88,8 @@ fn a_linear_velocity_field_has_its_divergence() {
     for correction in [GradientCorrection::LatticeMoment, GradientCorrection::Renormalised] {
         let mut setup = super::support::empty_scene(0.02);
         super::support::add_block(&mut setup, Vector::new(0.4, 0.4), 11, 11);
-        setup.diffusion = DensityDiffusion::None;
-        setup.constants.correction = correction;
+        setup.parameters.density_diffusion = DensityDiffusion::None;
+        setup.parameters.correction = correction;
         for i in 0..setup.particles.id.len() {
             setup.particles.velocity[i] = gradient * (setup.particles.position[i] - Vector::new(0.5, 0.5));
         }
@@ -133,11 +133,11 @@ fn the_density_gradient_of_a_linear_field_is_exact_up_to_the_surface() {
 fn the_budgets_close_over_many_steps_of_a_dam_break() {
     for (correction, diffusion) in variants() {
         let mut setup = dam_break();
-        setup.constants.correction = correction;
-        setup.constants.dynamic_viscosity = 0.01;
-        setup.diffusion = diffusion;
+        setup.parameters.correction = correction;
+        setup.parameters.dynamic_viscosity = 0.01;
+        setup.parameters.density_diffusion = diffusion;
         setup.damping = Some(Damping { rate: 5.0, until: 0.01 });
-        setup.order = ORDERED;
+        (setup.parameters.shifting, setup.parameters.tensile_control) = ORDERED;
         let mut solver = solver(setup);
         let budgets = run(&mut solver, 60, 4e-4);
         let residual = largest_residual(&budgets);

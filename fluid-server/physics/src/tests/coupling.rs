@@ -19,12 +19,12 @@ const REACH: f64 = 0.06;
 fn coupled(law: InterfaceLaw, correction: GradientCorrection, diffusion: DensityDiffusion) -> FluidSetup {
     let mut setup = empty_scene(0.02);
     add_block(&mut setup, Vector::new(0.2, 0.2), 12, 10);
-    setup.constants.correction = correction;
-    setup.diffusion = diffusion;
+    setup.parameters.correction = correction;
+    setup.parameters.density_diffusion = diffusion;
     setup.run.coupling = Some(Coupling {
         kind: CouplingKind::States,
         law,
-        fluid: setup.constants,
+        fluid: setup.parameters,
         solid_spacing: 0.02,
         repulsion: 0.5,
         margin: REACH - 0.048,
@@ -200,7 +200,7 @@ fn spare_particles_change_no_bit() {
     for law in [InterfaceLaw::Wall, InterfaceLaw::WallNoSlip, InterfaceLaw::PlainSum] {
         for (correction, diffusion) in variants() {
             let mut setup = coupled(law, correction, diffusion);
-            setup.constants.dynamic_viscosity = 1.0;
+            setup.parameters.dynamic_viscosity = 1.0;
             let after = |reach: f64, partner: &InterfaceStates| {
                 let mut solver = solver(setup.clone());
                 let budgets = step(&mut solver, reach, partner);
@@ -223,8 +223,7 @@ fn spare_particles_change_no_bit() {
 fn water_between_a_solid_and_nothing_stays_uniform() {
     // The solid completes the support: uniform compression gives no density rate, expansion −ρ ∇·v at the interface.
     for correction in [GradientCorrection::LatticeMoment, GradientCorrection::Renormalised] {
-        let mut setup =
-            coupled(InterfaceLaw::Wall, correction, DensityDiffusion::Renormalised { delta: 0.1 });
+        let mut setup = coupled(InterfaceLaw::Wall, correction, DensityDiffusion::Renormalised);
         setup.particles = sph::setup::FluidParticles::default();
         add_block(&mut setup, Vector::new(0.2, 0.2), 12, 10);
         let field = |x: &Vector| Vector::new(0.5 * x.x, 0.25 * x.y);

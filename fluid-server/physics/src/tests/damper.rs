@@ -25,7 +25,7 @@ fn rotation_feels_nothing_on_any_arrangement_of_particles() {
     for seed in 1..4 {
         let rotating = |alpha: f64| {
             let mut setup = random_patch(seed);
-            setup.acoustic_damping = alpha;
+            setup.parameters.acoustic_damping = alpha;
             let p = &mut setup.particles;
             for (v, x) in p.velocity.iter_mut().zip(&p.position) {
                 *v = Vector::new(-(x.y - 0.5), x.x - 0.5) * 7.0;
@@ -54,17 +54,17 @@ fn sound_wave_decays(timing: FluidScheme, correction: GradientCorrection) {
     let mut setup = empty_scene(SPACING);
     setup.run.domain.upper = Vector::new(columns as f64 * SPACING, rows as f64 * SPACING);
     setup.run.domain.periodic = [true, true];
-    (setup.constants.viscosity_a, setup.constants.viscosity_b) = (0.0, 0.0);
-    setup.constants.correction = correction;
-    setup.diffusion = DensityDiffusion::None;
-    setup.acoustic_damping = alpha;
-    setup.scheme = timing;
+    (setup.parameters.viscosity_a, setup.parameters.viscosity_b) = (0.0, 0.0);
+    setup.parameters.correction = correction;
+    setup.parameters.density_diffusion = DensityDiffusion::None;
+    setup.parameters.acoustic_damping = alpha;
+    setup.parameters.scheme = timing;
     add_block(&mut setup, Vector::zeros(), columns, rows);
     let k = 2.0 * PI / setup.run.domain.upper.x;
     for (v, x) in setup.particles.velocity.iter_mut().zip(&setup.particles.position) {
         *v = Vector::new(1e-3 * (k * x.x).sin(), 0.0);
     }
-    let nu = alpha * setup.constants.sound_speed * setup.constants.smoothing_length;
+    let nu = alpha * setup.parameters.sound_speed * setup.parameters.smoothing_length();
     let mut solver = solver(setup);
     let energy = |solver: &crate::FluidSolver| {
         let energies = solver.energies();
@@ -81,7 +81,7 @@ fn sound_wave_decays(timing: FluidScheme, correction: GradientCorrection) {
 #[test]
 fn the_budgets_close_and_a_wall_mirrors_it() {
     let mut setup = empty_scene(SPACING);
-    setup.acoustic_damping = 1.0;
+    setup.parameters.acoustic_damping = 1.0;
     add_floor(&mut setup, 0.3, 0.5, 24, WallCondition::Slip);
     add_block(&mut setup, Vector::new(0.36, 0.5), 18, 8);
     let mut noise = Noise(3);

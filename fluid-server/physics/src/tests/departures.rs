@@ -21,7 +21,8 @@ fn falling(speed: f64) -> FluidSetup {
 #[test]
 fn torn_water_ends_a_run_unless_it_cavitates() {
     let torn = |tension_limit: Option<f64>| {
-        let mut setup = FluidSetup { tension_limit, ..empty_scene(0.02) };
+        let mut setup = empty_scene(0.02);
+        setup.parameters.tension_limit = tension_limit;
         add_block(&mut setup, Vector::new(0.4, 0.45), 10, 5);
         // The energy of the motion, 36 J/kg on average, is above what Eq. (3) takes up until 0.7 ρ₀, 16 J/kg.
         for (x, v) in setup.particles.position.iter().zip(&mut setup.particles.velocity) {
@@ -75,7 +76,7 @@ fn a_particle_that_breaks_a_limit_is_named() {
 #[test]
 fn a_set_up_that_can_not_run_is_refused_with_all_reasons() {
     let mut setup = falling(0.0);
-    setup.constants.sound_speed = 0.0;
+    setup.parameters.sound_speed = 0.0;
     setup.particles.region[0] = 3;
     setup.particles.mass[1] = -1.0;
     setup.run.domain.periodic[0] = true;
@@ -158,7 +159,7 @@ fn leaving_through_a_closed_side_is_a_loss() {
     assert!(divergence.quantity.contains("lost"));
 
     let mut tolerant = setup;
-    tolerant.lost_particle_limit = 1;
+    tolerant.parameters.lost_particle_limit = 1;
     let (solver, budgets) = until_departure(tolerant);
     assert_eq!((solver.counts().outflow, solver.counts().lost), (0, 1));
     assert!(

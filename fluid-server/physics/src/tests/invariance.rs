@@ -28,9 +28,9 @@ fn a_moving_frame_changes_nothing() {
     for (correction, diffusion) in variants() {
         let make = |velocity: Vector| {
             let mut setup = random_patch(5);
-            setup.constants.correction = correction;
-            setup.diffusion = diffusion;
-            setup.order = ORDERED;
+            setup.parameters.correction = correction;
+            setup.parameters.density_diffusion = diffusion;
+            (setup.parameters.shifting, setup.parameters.tensile_control) = ORDERED;
             setup.particles.velocity.iter_mut().for_each(|v| *v += velocity);
             by_id(&finished(setup, steps))
         };
@@ -49,8 +49,8 @@ fn a_patch_across_a_periodic_border_moves_like_one_in_the_open() {
     let steps = 50;
     for correction in [GradientCorrection::LatticeMoment, GradientCorrection::Renormalised] {
         let mut setup = random_patch(6);
-        setup.constants.correction = correction;
-        setup.order = ORDERED;
+        setup.parameters.correction = correction;
+        (setup.parameters.shifting, setup.parameters.tensile_control) = ORDERED;
         let open = by_id(&finished(setup.clone(), steps));
         let shift = Vector::new(0.51, 0.49);
         setup.run.domain =
@@ -82,9 +82,9 @@ fn one_two_and_four_threads_give_the_same_bits_on_each_path() {
                 let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
                 pool.install(|| {
                     let mut setup = dam_break();
-                    setup.constants.correction = correction;
-                    setup.diffusion = diffusion;
-                    setup.order = ORDERED;
+                    setup.parameters.correction = correction;
+                    setup.parameters.density_diffusion = diffusion;
+                    (setup.parameters.shifting, setup.parameters.tensile_control) = ORDERED;
                     let mut solver = FluidSolver::with_arithmetic(setup, arithmetic).unwrap();
                     let budgets = run(&mut solver, 100, 4e-4);
                     (solver.state, budgets)
@@ -100,7 +100,8 @@ fn one_two_and_four_threads_give_the_same_bits_on_each_path() {
 fn a_state_taken_at_a_step_boundary_goes_on_with_the_same_bits() {
     for arithmetic in Arithmetic::all() {
         let make = || {
-            let setup = FluidSetup { order: ORDERED, ..dam_break() };
+            let mut setup = dam_break();
+            (setup.parameters.shifting, setup.parameters.tensile_control) = ORDERED;
             FluidSolver::with_arithmetic(setup, arithmetic).unwrap()
         };
         let mut whole = make();

@@ -37,7 +37,7 @@ fn displacement(solver: &FluidSolver) -> f64 {
 fn lists_outlast_half_the_skin_where_neighbours_move_alike_and_miss_no_pair() {
     for scheme in [FluidScheme::PredictorCorrector, FluidScheme::Leapfrog] {
         let mut setup = dam_break();
-        setup.scheme = scheme;
+        setup.parameters.scheme = scheme;
         let mut noise = Noise(5);
         // The column falls over and some of it flies: all velocities differ, those of neighbours by little.
         let spray = setup.particles.position.len();

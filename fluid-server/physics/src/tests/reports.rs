@@ -181,7 +181,7 @@ fn the_step_limit_is_the_smallest_of_three() {
     let mut heavy = setup.clone();
     heavy.run.body_force.gravity.y = -1e5;
     assert!((solver(heavy).time_step_limit() - 0.25 * (h / 1e5f64).sqrt()).abs() < 1e-15);
-    setup.constants.dynamic_viscosity = 1000.0;
+    setup.parameters.dynamic_viscosity = 1000.0;
     assert!((solver(setup).time_step_limit() - 0.125 * h * h).abs() < 1e-15);
 }
 

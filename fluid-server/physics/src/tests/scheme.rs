@@ -4,7 +4,9 @@ use std::f64::consts::PI;
 
 use sph::coupling::solver::Solver;
 use sph::coupling::stage::Stage;
-use sph::setup::{DensityDiffusion, FluidScheme, FluidSetup, GradientCorrection, WallCondition};
+use sph::setup::{
+    DensityDiffusion, FluidParameters, FluidScheme, FluidSetup, GradientCorrection, WallCondition,
+};
 use sph::space::Vector;
 
 use super::support::{
@@ -16,7 +18,8 @@ use crate::rates::particle_rates::Rates;
 
 /// Rates of `stage` at the start of a run; a step of no length leaves the state as it is.
 fn rates(setup: FluidSetup, scheme: FluidScheme, stage: Stage) -> Vec<Rates> {
-    let mut solver = solver(FluidSetup { scheme, ..setup });
+    let mut solver =
+        solver(FluidSetup { parameters: FluidParameters { scheme, ..setup.parameters }, ..setup });
     let none = sph::coupling::exchange::InterfaceStates::default();
     for at in Stage::BOTH.into_iter().filter(|at| *at <= stage) {
         let time = stage_time(0, at, 0.0);
@@ -35,10 +38,10 @@ fn both_stages_together_make_the_rates_of_the_source() {
     for (k, (correction, diffusion)) in (4..).zip(variants()) {
         let mut setup = random_patch(k);
         add_floor(&mut setup, 0.3, 0.395, 18, WallCondition::NoSlip);
-        setup.constants.dynamic_viscosity = 0.5;
-        setup.constants.correction = correction;
-        setup.diffusion = diffusion;
-        setup.order = ORDERED;
+        setup.parameters.dynamic_viscosity = 0.5;
+        setup.parameters.correction = correction;
+        setup.parameters.density_diffusion = diffusion;
+        (setup.parameters.shifting, setup.parameters.tensile_control) = ORDERED;
         let whole = rates(setup.clone(), FluidScheme::PredictorCorrector, Stage::Predictor);
         let density = rates(setup.clone(), FluidScheme::Leapfrog, Stage::Predictor);
         let momentum = rates(setup, FluidScheme::Leapfrog, Stage::Corrector);
@@ -59,13 +62,13 @@ fn both_stages_together_make_the_rates_of_the_source() {
 fn waves(viscosity: f64) -> FluidSetup {
     let (spacing, columns, rows) = (0.02, 24, 24);
     let mut setup = empty_scene(spacing);
-    setup.scheme = FluidScheme::Leapfrog;
+    setup.parameters.scheme = FluidScheme::Leapfrog;
     setup.run.domain.upper = Vector::new(columns as f64, rows as f64) * spacing;
     setup.run.domain.periodic = [true, true];
-    (setup.constants.viscosity_a, setup.constants.viscosity_b) = (0.0, 0.0);
-    setup.constants.dynamic_viscosity = viscosity;
-    setup.constants.correction = GradientCorrection::Renormalised;
-    setup.diffusion = DensityDiffusion::None;
+    (setup.parameters.viscosity_a, setup.parameters.viscosity_b) = (0.0, 0.0);
+    setup.parameters.dynamic_viscosity = viscosity;
+    setup.parameters.correction = GradientCorrection::Renormalised;
+    setup.parameters.density_diffusion = DensityDiffusion::None;
     add_block(&mut setup, Vector::zeros(), columns, rows);
     let k = 2.0 * PI / setup.run.domain.upper.x;
     let shear = if viscosity > 0.0 { 0.05 } else { 0.0 };
@@ -82,7 +85,7 @@ fn ended(setup: &FluidSetup, time: f64, steps: u64) -> Vec<[f64; 5]> {
     let state = &solver.state;
     let mut order: Vec<usize> = (0..state.len()).collect();
     order.sort_unstable_by_key(|i| state.id[*i]);
-    let (c0, rho0) = (setup.constants.sound_speed, setup.constants.rest_density);
+    let (c0, rho0) = (setup.parameters.sound_speed, setup.parameters.rest_density);
     // Positions in units of a tenth of the spacing, velocities and densities of the wave.
     let of = |i: &usize| {
         let (x, v) = (state.position[*i] / 2e-3, state.velocity[*i] / 0.05);
@@ -161,10 +164,10 @@ fn a_change_of_the_step_does_not_shake_the_density() {
 #[test]
 fn budgets_of_leapfrog_close_and_a_free_patch_keeps_its_momentum() {
     let mut setup = empty_scene(0.02);
-    setup.scheme = FluidScheme::Leapfrog;
+    setup.parameters.scheme = FluidScheme::Leapfrog;
     setup.run.body_force.gravity = Vector::new(0.0, -9.81);
-    setup.order = ORDERED;
-    setup.constants.correction = GradientCorrection::Renormalised;
+    (setup.parameters.shifting, setup.parameters.tensile_control) = ORDERED;
+    setup.parameters.correction = GradientCorrection::Renormalised;
     add_floor(&mut setup, 0.3, 0.5, 24, WallCondition::NoSlip);
     add_block(&mut setup, Vector::new(0.36, 0.5), 18, 8);
     let mut noise = Noise(3);
@@ -175,7 +178,7 @@ fn budgets_of_leapfrog_close_and_a_free_patch_keeps_its_momentum() {
     assert!(budgets.chunks(2).all(|step| step[0].duration == 0.0 && step[1].duration == 1e-4));
 
     let mut setup = random_patch(5);
-    setup.scheme = FluidScheme::Leapfrog;
+    setup.parameters.scheme = FluidScheme::Leapfrog;
     let mut free = solver(setup);
     let momentum = |solver: &FluidSolver| {
         let state = &solver.state;

@@ -14,10 +14,10 @@ fn column(correction: GradientCorrection) -> FluidSetup {
     setup.run.domain.periodic[0] = true;
     setup.run.body_force.gravity = Vector::new(0.0, -9.81);
     // 20 √(gH)
-    setup.constants.sound_speed = 20.0;
-    setup.constants.viscosity_a = 1.0;
-    setup.constants.viscosity_b = 1.0;
-    setup.constants.correction = correction;
+    setup.parameters.sound_speed = 20.0;
+    setup.parameters.viscosity_a = 1.0;
+    setup.parameters.viscosity_b = 1.0;
+    setup.parameters.correction = correction;
     setup.damping = Some(Damping { rate: 100.0, until: 1.0 });
     add_floor(&mut setup, 0.0, 0.1, 10, WallCondition::Slip);
     super::support::add_block(&mut setup, Vector::new(0.0, 0.1), 10, 20);
@@ -84,8 +84,8 @@ fn a_free_drop_stretches_like_the_exact_one() {
     let mut setup = empty_scene(spacing);
     setup.run.domain.lower = Vector::new(-3.0, -3.0);
     setup.run.domain.upper = Vector::new(3.0, 3.0);
-    setup.constants.sound_speed = 1400.0;
-    setup.constants.correction = GradientCorrection::Renormalised;
+    setup.parameters.sound_speed = 1400.0;
+    setup.parameters.correction = GradientCorrection::Renormalised;
     for row in -20i32..20 {
         for column in -20i32..20 {
             let x = Vector::new(f64::from(column) + 0.5, f64::from(row) + 0.5) * spacing;
@@ -132,13 +132,13 @@ fn shear_decays_at_the_viscous_rate() {
         (GradientCorrection::Continuity, ViscousForm::Pairwise, 0.02),
     ] {
         let mut setup = empty_scene(spacing);
-        setup.viscous_form = form;
+        setup.parameters.viscous_form = form;
         setup.run.domain.periodic = [true, true];
-        setup.constants.correction = correction;
-        setup.constants.viscosity_a = 0.0;
-        setup.constants.viscosity_b = 0.0;
-        setup.constants.dynamic_viscosity = viscosity;
-        setup.diffusion = DensityDiffusion::Renormalised { delta: 0.1 };
+        setup.parameters.correction = correction;
+        setup.parameters.viscosity_a = 0.0;
+        setup.parameters.viscosity_b = 0.0;
+        setup.parameters.dynamic_viscosity = viscosity;
+        setup.parameters.density_diffusion = DensityDiffusion::Renormalised;
         super::support::add_block(&mut setup, Vector::zeros(), columns, columns);
         for i in 0..setup.particles.id.len() {
             let y = setup.particles.position[i].y;

@@ -1,9 +1,7 @@
 //! Shifting and tensile control.
 
 use sph::coupling::ledger::Account;
-use sph::setup::{
-    FluidScheme, FluidSetup, GradientCorrection, OrderControl, ViscousForm, WallCondition, WallSetup,
-};
+use sph::setup::{FluidParameters, FluidScheme, FluidSetup, GradientCorrection, WallCondition, WallSetup};
 use sph::space::Vector;
 
 use crate::rates::particle_rates::Rates;
@@ -27,9 +25,15 @@ fn stirred() -> FluidSetup {
     setup
 }
 
+/// The same with shifting and tensile control.
+fn regularised(setup: &FluidSetup, (shifting, tensile_control): (f64, bool)) -> FluidSetup {
+    let parameters = FluidParameters { shifting, tensile_control, ..setup.parameters };
+    FluidSetup { parameters, ..setup.clone() }
+}
+
 /// Root mean square of Σ V_j ∇W \[1/m\].
 fn shifting_gradient(setup: &FluidSetup) -> f64 {
-    let mut solver = solver(FluidSetup { order: ORDERED, ..setup.clone() });
+    let mut solver = solver(regularised(setup, ORDERED));
     evaluate(&mut solver);
     let local = &solver.workspace.gradients.regularisation;
     (local.iter().map(|local| local.concentration.norm_squared()).sum::<f64>() / local.len() as f64).sqrt()
@@ -38,11 +42,7 @@ fn shifting_gradient(setup: &FluidSetup) -> f64 {
 #[test]
 fn shifting_spreads_particles() {
     let after = |shifting: f64| {
-        let setup = FluidSetup {
-            order: Some(OrderControl { shifting, tensile_control: false }),
-            viscous_form: ViscousForm::Pairwise,
-            ..stirred()
-        };
+        let setup = regularised(&stirred(), (shifting, false));
         let mut moved = solver(setup.clone());
         run(&mut moved, 300, 1e-3);
         let mut setup = setup;
@@ -57,10 +57,43 @@ fn shifting_spreads_particles() {
 }
 
 #[test]
+fn background_pressure_spreads_particles_and_leaves_a_lattice_at_rest() {
+    let under = |pressure: f64, mut setup: FluidSetup| {
+        setup.parameters.background_pressure = pressure;
+        setup.parameters.correction = GradientCorrection::None;
+        setup.parameters.viscosity_a = 1.0;
+        setup
+    };
+    let mut lattice = stirred();
+    let spacing = lattice.parameters.particle_spacing;
+    for (k, x) in lattice.particles.position.iter_mut().enumerate() {
+        *x = Vector::new((k % 12) as f64 + 0.5, (k / 12) as f64 + 0.5) * spacing;
+    }
+    lattice.particles.velocity.fill(Vector::zeros());
+    let mut still = solver(under(2e4, lattice));
+    run(&mut still, 50, 1e-3);
+    let fastest = still.state.velocity.iter().map(|v| v.norm()).fold(0.0, f64::max);
+    // Round-off of sums of p_b/ρ W/Δx, 2e3 m/s² each, over 0.05 s.
+    assert!(fastest < 1e-9, "{fastest} m/s");
+    let after = |pressure: f64| {
+        let mut setup = under(pressure, stirred());
+        let mut moved = solver(setup.clone());
+        run(&mut moved, 300, 1e-3);
+        for i in 0..moved.state.len() {
+            let id = moved.state.id[i] as usize;
+            setup.particles.position[id] = setup.run.domain.wrapped(&moved.state.position[i]);
+        }
+        shifting_gradient(&setup)
+    };
+    let (without, with) = (after(0.0), after(2e4));
+    assert!(with < 0.7 * without, "{with} against {without}");
+}
+
+#[test]
 fn a_fluid_that_moves_as_one_is_left_alone() {
     let mut setup = random_patch(8);
     setup.particles.velocity.fill(Vector::new(3.0, -2.0));
-    setup.order = Some(OrderControl { shifting: 5.0, tensile_control: false });
+    (setup.parameters.shifting, setup.parameters.tensile_control) = (5.0, false);
     let mut solver = solver(setup);
     evaluate(&mut solver);
     // Nothing but the difference of equal numbers.
@@ -78,7 +111,7 @@ fn no_shift_along_the_normal_of_a_flat_surface() {
         let y = setup.particles.position[i].y;
         setup.particles.velocity[i] = Vector::new(5.0 * y, 0.0);
     }
-    setup.order = Some(OrderControl { shifting: 1.0, tensile_control: false });
+    (setup.parameters.shifting, setup.parameters.tensile_control) = (1.0, false);
     let mut solver = solver(setup);
     evaluate(&mut solver);
     let (mut inside, mut top) = (0.0_f64, 0.0_f64);
@@ -102,7 +135,7 @@ fn spray_is_not_shifted() {
     let mut setup = empty_scene(0.02);
     add_particle(&mut setup, Vector::new(0.5, 0.5), Vector::new(1.0, 0.0));
     add_particle(&mut setup, Vector::new(0.51, 0.5), Vector::new(-1.0, 0.0));
-    setup.order = ORDERED;
+    (setup.parameters.shifting, setup.parameters.tensile_control) = ORDERED;
     let mut solver = solver(setup);
     evaluate(&mut solver);
     assert!(solver.workspace.rates.iter().all(|rates| rates.shift == Vector::zeros()));
@@ -114,14 +147,13 @@ fn tensile_control_acts_on_negative_pressure_only_and_is_accounted_for() {
         let mut setup = stirred();
         setup.particles.density.fill(density);
         let [without, with] = [false, true].map(|tensile_control| {
-            let order = Some(OrderControl { shifting: 0.0, tensile_control });
-            let mut solver = solver(FluidSetup { order, ..setup.clone() });
+            let mut solver = solver(regularised(&setup, (0.0, tensile_control)));
             evaluate(&mut solver);
             solver.workspace.rates
         });
         let change = |(a, b): (&Rates, &Rates)| (a.acceleration - b.acceleration).norm();
         let gross: f64 = with.iter().zip(&without).map(change).sum();
-        setup.order = Some(OrderControl { shifting: 0.0, tensile_control: true });
+        (setup.parameters.shifting, setup.parameters.tensile_control) = (0.0, true);
         let budgets = run(&mut solver(setup), 1, 1e-5);
         (gross, budgets[0].accounts.get(Account::Stabilisers).norm())
     };
@@ -137,9 +169,9 @@ fn pressure_that_orders_the_particles_takes_the_place_of_shifting() {
     // At so high a speed of sound the densities of these pressures differ by less than 1e-5.
     let shifts = |pressure: f64| {
         let mut setup = stirred();
-        setup.constants.sound_speed = 2000.0;
+        setup.parameters.sound_speed = 2000.0;
         setup.particles.density.fill(1000.0 * (1.0 + 7.0 * pressure / 4e9).powf(1.0 / 7.0));
-        setup.order = Some(OrderControl { shifting: 1.0, tensile_control: false });
+        (setup.parameters.shifting, setup.parameters.tensile_control) = (1.0, false);
         let mut solver = solver(setup);
         evaluate(&mut solver);
         let workspace = solver.workspace;
@@ -161,11 +193,10 @@ fn pressure_that_orders_the_particles_takes_the_place_of_shifting() {
 fn tensile_control_is_bounded() {
     let change = |tension: f64| {
         let mut setup = stirred();
-        let modulus = 1000.0 * setup.constants.sound_speed.powi(2);
+        let modulus = 1000.0 * setup.parameters.sound_speed.powi(2);
         setup.particles.density.fill(1000.0 * (1.0 - 7.0 * tension).powf(1.0 / 7.0));
         let [without, with] = [false, true].map(|tensile_control| {
-            let order = Some(OrderControl { shifting: 0.0, tensile_control });
-            let mut solver = solver(FluidSetup { order, ..setup.clone() });
+            let mut solver = solver(regularised(&setup, (0.0, tensile_control)));
             evaluate(&mut solver);
             solver.workspace.rates
         });
@@ -185,12 +216,12 @@ fn ringing() -> FluidSetup {
     let (spacing, columns, rows) = (0.025, 20_u32, 12_u32);
     let mut setup = empty_scene(spacing);
     setup.run.body_force.gravity = Vector::new(0.0, -9.81);
-    setup.constants.smoothing_length = 1.3 * spacing;
-    setup.constants.sound_speed = 17.0;
-    setup.constants.viscosity_b = 0.0;
-    setup.constants.correction = GradientCorrection::Renormalised;
-    setup.scheme = FluidScheme::Leapfrog;
-    setup.order = Some(OrderControl { shifting: 2.0, tensile_control: true });
+    setup.parameters.kernel_ratio = 1.3;
+    setup.parameters.sound_speed = 17.0;
+    setup.parameters.viscosity_b = 0.0;
+    setup.parameters.correction = GradientCorrection::Renormalised;
+    setup.parameters.scheme = FluidScheme::Leapfrog;
+    (setup.parameters.shifting, setup.parameters.tensile_control) = (2.0, true);
     let origin = Vector::new(0.1, 0.1);
     add_block(&mut setup, origin, columns as usize, rows as usize);
     setup.walls.push(WallSetup {

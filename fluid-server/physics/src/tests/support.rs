@@ -5,9 +5,9 @@ use sph::coupling::ledger::StageBooks;
 use sph::coupling::solver::{Divergence, Solver};
 use sph::coupling::stage::{Stage, StageTime, StepStage};
 use sph::setup::{
-    BodyForce, DensityDiffusion, FluidConstants, FluidParticles, FluidSetup, GradientCorrection,
-    LedgerPolicy, OrderControl, Outflow, OutputPlan, RunSetup, StepPolicy, TimePlan, ViscousForm,
-    WallCondition, WallParticles, WallSetup,
+    BodyForce, DensityDiffusion, FluidParameters, FluidParticles, FluidScheme, FluidSetup,
+    GradientCorrection, LedgerPolicy, Outflow, OutputPlan, RunSetup, StepPolicy, TimePlan, WallCondition,
+    WallParticles, WallSetup,
 };
 use sph::space::Vector;
 use sph::space::domain::Domain;
@@ -22,16 +22,12 @@ pub fn variants() -> Vec<(GradientCorrection, DensityDiffusion)> {
         GradientCorrection::Continuity,
         GradientCorrection::Renormalised,
     ];
-    let diffusions = [
-        DensityDiffusion::None,
-        DensityDiffusion::Plain { delta: 0.1 },
-        DensityDiffusion::Renormalised { delta: 0.1 },
-    ];
+    let diffusions = [DensityDiffusion::None, DensityDiffusion::Plain, DensityDiffusion::Renormalised];
     corrections.into_iter().flat_map(|c| diffusions.into_iter().map(move |d| (c, d))).collect()
 }
 
 /// Shifting and tensile control at once.
-pub const ORDERED: Option<OrderControl> = Some(OrderControl { shifting: 1.0, tensile_control: true });
+pub const ORDERED: (f64, bool) = (1.0, true);
 
 /// Numbers between −1 and 1 that look random (splitmix64).
 pub struct Noise(pub u64);
@@ -62,39 +58,26 @@ pub fn empty_scene(spacing: f64) -> FluidSetup {
             ledger: LedgerPolicy::default(),
             coupling: None,
         },
-        constants: FluidConstants {
-            rest_density: 1000.0,
-            sound_speed: 20.0,
-            exponent: 7.0,
-            dynamic_viscosity: 0.0,
-            smoothing_length: 1.2 * spacing,
+        parameters: FluidParameters {
             particle_spacing: spacing,
-            viscosity_a: 0.1,
             viscosity_b: 0.1,
-            lambda: 0.01,
-            correction: GradientCorrection::LatticeMoment,
+            scheme: FluidScheme::PredictorCorrector,
+            wall_repulsion: 0.0,
+            ..FluidParameters::default()
         },
-        diffusion: DensityDiffusion::Renormalised { delta: 0.1 },
         damping: None,
-        order: None,
-        viscous_form: ViscousForm::Pairwise,
-        tension_limit: None,
-        scheme: sph::setup::FluidScheme::PredictorCorrector,
         regions: vec!["water".into()],
         walls: Vec::new(),
         particles: FluidParticles::default(),
         wall_particles: WallParticles::default(),
         probes: Vec::new(),
         outflow: Outflow::default(),
-        acoustic_damping: 0.0,
-        wall_repulsion: 0.0,
-        lost_particle_limit: 0,
     }
 }
 
 /// Adds a fluid particle of one spacing squared at rest density.
 pub fn add_particle(setup: &mut FluidSetup, position: Vector, velocity: Vector) {
-    let (rho, spacing) = (setup.constants.rest_density, setup.constants.particle_spacing);
+    let (rho, spacing) = (setup.parameters.rest_density, setup.parameters.particle_spacing);
     let p = &mut setup.particles;
     p.id.push(p.id.len() as u32);
     p.region.push(0);
@@ -106,7 +89,7 @@ pub fn add_particle(setup: &mut FluidSetup, position: Vector, velocity: Vector) 
 
 /// Adds a lattice block of `columns` × `rows` fluid particles from the `lower` corner on, at rest.
 pub fn add_block(setup: &mut FluidSetup, lower: Vector, columns: usize, rows: usize) {
-    let spacing = setup.constants.particle_spacing;
+    let spacing = setup.parameters.particle_spacing;
     for row in 0..rows {
         for column in 0..columns {
             let offset = Vector::new(column as f64 + 0.5, row as f64 + 0.5) * spacing;
@@ -117,7 +100,7 @@ pub fn add_block(setup: &mut FluidSetup, lower: Vector, columns: usize, rows: us
 
 /// Adds a wall of three layers below `surface` y, from `left` on, with its normal up.
 pub fn add_floor(setup: &mut FluidSetup, left: f64, surface: f64, columns: usize, condition: WallCondition) {
-    let spacing = setup.constants.particle_spacing;
+    let spacing = setup.parameters.particle_spacing;
     let wall = setup.walls.len() as u32;
     setup.walls.push(WallSetup { name: "floor".into(), condition, motion: None, release_time: None });
     for layer in 0..3 {
@@ -198,7 +181,7 @@ pub fn largest_residual(budgets: &[StageBooks]) -> f64 {
 pub fn dam_break() -> FluidSetup {
     let mut setup = empty_scene(0.02);
     setup.run.body_force.gravity = Vector::new(0.0, -9.81);
-    setup.constants.viscosity_a = 1.0;
+    setup.parameters.viscosity_a = 1.0;
     let (spacing, columns) = (0.02, 40);
     add_block(&mut setup, Vector::new(0.1, 0.1), 10, 20);
     add_floor(&mut setup, 0.1 - 3.0 * spacing, 0.1, columns + 6, WallCondition::Slip);

@@ -145,8 +145,8 @@ fn slip_does_not_drag_and_no_slip_does() {
     let drag = |condition, viscosity: f64| {
         let mut setup = moving_water(condition);
         setup.particles.velocity.fill(Vector::new(0.3, 0.0));
-        setup.constants.viscosity_a = 1.0;
-        setup.constants.dynamic_viscosity = viscosity;
+        setup.parameters.viscosity_a = 1.0;
+        setup.parameters.dynamic_viscosity = viscosity;
         let mut solver = solver(setup);
         let budgets = try_step(&mut solver, 0, 1e-4).unwrap();
         budgets[0].accounts.get(Account::Walls).x
@@ -164,7 +164,7 @@ fn the_force_on_the_floor_is_the_reaction_to_the_walls_account() {
     for viscosity in [0.0, 2.0] {
         let mut setup = moving_water(WallCondition::NoSlip);
         setup.run.body_force.gravity = Vector::new(0.0, -9.81);
-        setup.constants.dynamic_viscosity = viscosity;
+        setup.parameters.dynamic_viscosity = viscosity;
         setup.probes.push(FluidProbe { name: "floor".into(), kind: FluidProbeKind::WallForce(0) });
         let mut solver = solver(setup);
         run(&mut solver, 5, 1e-4);
@@ -204,12 +204,12 @@ fn repulsion_holds_a_particle_that_the_pair_forces_let_through() {
     // One particle over a floor, pressed in between two wall particles as by a jet: 5 km/s² for 4 ms.
     let depth_after = |repulsion: f64| {
         let mut setup = empty_scene(0.02);
-        setup.wall_repulsion = repulsion;
-        setup.lost_particle_limit = 1;
+        setup.parameters.wall_repulsion = repulsion;
+        setup.parameters.lost_particle_limit = 1;
         add_floor(&mut setup, 0.1, 0.5, 30, WallCondition::Slip);
         super::support::add_particle(&mut setup, Vector::new(0.4, 0.505), Vector::zeros());
         setup.run.body_force.gravity = Vector::new(0.0, -5000.0);
-        setup.diffusion = sph::setup::DensityDiffusion::None;
+        setup.parameters.density_diffusion = sph::setup::DensityDiffusion::None;
         let mut solver = solver(setup);
         let mut deepest = f64::INFINITY;
         for step in 0..400 {
@@ -232,7 +232,7 @@ fn repulsion_holds_a_particle_that_the_pair_forces_let_through() {
 fn repulsion_leaves_water_at_rest_on_its_lattice_alone_and_is_accounted_for() {
     let account = |repulsion: f64, height: f64| {
         let mut setup = moving_water(WallCondition::Slip);
-        setup.wall_repulsion = repulsion;
+        setup.parameters.wall_repulsion = repulsion;
         setup.particles.velocity.fill(Vector::zeros());
         setup.particles.position.iter_mut().for_each(|x| x.y += height);
         setup.probes.push(FluidProbe { name: "floor".into(), kind: FluidProbeKind::WallForce(0) });

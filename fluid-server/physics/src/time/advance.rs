@@ -51,7 +51,7 @@ pub fn advance(
         half: 0.5 * time.time_step,
         density_age: state.density_age,
         damping: model.damping_rate(time.state_time()),
-        inverse_h: 1.0 / model.constants.smoothing_length,
+        inverse_h: 1.0 / model.constants.smoothing_length(),
         gravity: model.body_force.gravity(),
         origin: (!model.domain.is_periodic()).then(|| model.domain.torque_origin()),
         equation_of_state: model.equation_of_state,

@@ -13,10 +13,10 @@ const VISCOUS_FACTOR: f64 = 0.125;
 /// ```text
 /// min( acoustic limit,  ¼ √(h/|a|),  ⅛ h²/ν )
 /// ```
-/// with [`sph::setup::FluidConstants::acoustic_limit`].
+/// with [`sph::setup::FluidParameters::acoustic_limit`].
 pub fn time_step_limit(model: &FluidModel, speed: f64, acceleration: f64) -> f64 {
-    let (c, h) = (&model.constants, model.constants.smoothing_length);
-    let mut limit = c.acoustic_limit(speed, model.acoustic_diffusivity / (c.sound_speed * h), model.scheme);
+    let (c, h) = (&model.constants, model.constants.smoothing_length());
+    let mut limit = c.acoustic_limit(speed);
     if acceleration > 0.0 {
         limit = limit.min(ACCELERATION_FACTOR * (h / acceleration).sqrt());
     }

@@ -3,8 +3,8 @@
 use sph::coupling::solver::Role;
 use sph::setup::{
     BodyForce, BodySetup, BreachAction, ContactLaw, Coupling, CouplingKind, DensityDiffusion,
-    ElasticMaterial, FluidConstants, FluidParticles, FluidSetup, Formulation, GradientCorrection,
-    InterfaceLaw, Iterate, LedgerPolicy, Outflow, OutputPlan, ParticipantSetup, Relaxation, RunSetup,
+    ElasticParameters, FluidParameters, FluidParticles, FluidScheme, FluidSetup, Formulation, InterfaceLaw,
+    Iterate, LedgerPolicy, Outflow, OutputPlan, ParameterSet, ParticipantSetup, Relaxation, RunSetup,
     SolidParticles, SolidSetup, SolidStepping, StepPolicy, TimePlan, Unsettled, WallParticles,
 };
 use sph::space::domain::Domain;
@@ -33,7 +33,7 @@ pub(crate) fn run_setup(run_id: &str, steps: u32) -> RunSetup {
         coupling: Some(Coupling {
             kind: CouplingKind::States,
             law: InterfaceLaw::Wall,
-            fluid: constants(),
+            fluid: water().of_pair_law(),
             solid_spacing: 0.01,
             repulsion: 0.5,
             margin: 0.05,
@@ -50,18 +50,13 @@ pub(crate) const ITERATE: Iterate = Iterate {
     unsettled: Unsettled::Accept,
 };
 
-pub(crate) fn constants() -> FluidConstants {
-    FluidConstants {
-        rest_density: 1000.0,
-        sound_speed: 20.0,
-        exponent: 7.0,
-        dynamic_viscosity: 0.0,
-        smoothing_length: RANGE / 2.0,
-        particle_spacing: 0.01,
-        viscosity_a: 0.1,
-        viscosity_b: 0.0,
-        lambda: 0.01,
-        correction: GradientCorrection::LatticeMoment,
+pub(crate) fn water() -> FluidParameters {
+    FluidParameters {
+        kernel_ratio: 2.0,
+        particle_spacing: RANGE / 4.0,
+        density_diffusion: DensityDiffusion::None,
+        scheme: FluidScheme::PredictorCorrector,
+        ..FluidParameters::default()
     }
 }
 
@@ -78,8 +73,7 @@ pub(crate) fn fluid_setup(run: RunSetup) -> ParticipantSetup {
     let (position, velocity) = (0..MASSES).map(|k| start(Role::Fluid, k)).unzip();
     ParticipantSetup::Fluid(FluidSetup {
         run,
-        constants: constants(),
-        diffusion: DensityDiffusion::None,
+        parameters: water(),
         damping: None,
         regions: vec!["row".into()],
         walls: Vec::new(),
@@ -94,13 +88,6 @@ pub(crate) fn fluid_setup(run: RunSetup) -> ParticipantSetup {
         wall_particles: WallParticles::default(),
         probes: Vec::new(),
         outflow: Outflow::default(),
-        wall_repulsion: 1.0,
-        acoustic_damping: 0.0,
-        order: None,
-        viscous_form: sph::setup::ViscousForm::Pairwise,
-        tension_limit: None,
-        scheme: sph::setup::FluidScheme::PredictorCorrector,
-        lost_particle_limit: 0,
     })
 }
 
@@ -111,7 +98,7 @@ pub(crate) fn solid_setup(run: RunSetup) -> ParticipantSetup {
         particle_spacing: 0.01,
         bodies: vec![BodySetup {
             name: "row".into(),
-            material: ElasticMaterial { density: 1100.0, bulk_modulus: 2e7, shear_modulus: 4e6 },
+            material: ElasticParameters { density: 1100.0, bulk_modulus: 2e7, shear_modulus: 4e6 },
             formulation: Formulation::Rigid,
             supports: Vec::new(),
             acceleration: None,

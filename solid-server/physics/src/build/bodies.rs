@@ -5,7 +5,7 @@ use std::ops::Range;
 use sph::kernel::CubicSpline;
 use sph::lanes::Arithmetic;
 use sph::prescribed::body_force::BodyForceField;
-use sph::setup::{BodyForce, BodySetup, ContactLaw, Formulation, SolidSetup};
+use sph::setup::{BodyForce, BodySetup, ContactLaw, Formulation, SolidSetup, UpdatedLagrangian};
 use sph::space::domain::Domain;
 use sph::space::{DIMENSIONS, Vector};
 
@@ -51,13 +51,14 @@ pub fn build_bodies(
             BodyConstants { domain, mass: &setup.particles.mass[range.clone()], supports: &supports };
         let velocity = &particles.velocity[range.clone()];
         let speed = body.material.longitudinal_speed();
+        let smoothing_length = |law: &UpdatedLagrangian| law.smoothing_length(setup.particle_spacing);
         let (formulation, motion, wave_limits): (Box<dyn BodyFormulation>, _, _) = match &body.formulation {
             Formulation::UpdatedLagrangian(law) => (
                 Box::new(UpdatedLagrangianBody::new(law, &body.material, setup.particle_spacing, arithmetic)),
                 RigidState::default(),
                 WaveLimits {
-                    stage_rule: updated_lagrangian_stage_rule(law.smoothing_length, speed, law.viscosity_a),
-                    substep: updated_lagrangian_substep(law.smoothing_length, speed, law.viscosity_a),
+                    stage_rule: updated_lagrangian_stage_rule(smoothing_length(law), speed, law.viscosity_a),
+                    substep: updated_lagrangian_substep(smoothing_length(law), speed, law.viscosity_a),
                 },
             ),
             Formulation::TotalLagrangian(law) => {
@@ -159,14 +160,20 @@ pub fn initial_image_counts(
 /// The law of contact of `setup`.
 pub fn build_contact(setup: &SolidSetup) -> ContactModel {
     match setup.contact {
-        ContactLaw::Repulsion { stiffness, distance, damping, friction, self_contact } => {
-            let fields = DensityFields::new(setup, distance);
-            ContactModel::Repulsion(Repulsion::new(stiffness, damping, friction, fields, self_contact))
+        ContactLaw::Repulsion(law) => {
+            let fields = DensityFields::new(setup, law.distance);
+            ContactModel::Repulsion(Repulsion::new(
+                law.stiffness,
+                law.damping,
+                law.friction,
+                fields,
+                law.self_contact,
+            ))
         }
         ContactLaw::Sums => {
             let support = |body: &BodySetup| match &body.formulation {
                 Formulation::UpdatedLagrangian(law) => {
-                    CubicSpline::new(law.smoothing_length).support_radius()
+                    CubicSpline::new(law.smoothing_length(setup.particle_spacing)).support_radius()
                 }
                 Formulation::TotalLagrangian(_) | Formulation::Rigid => 0.0,
             };

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use sph::prescribed::body_force::BodyForceField;
-use sph::setup::ElasticMaterial;
+use sph::setup::ElasticParameters;
 
 use crate::boundary::loads::Load;
 use crate::boundary::supports::Support;
@@ -28,7 +28,7 @@ pub struct Body {
     pub name: String,
     /// Its particles.
     pub range: Range<usize>,
-    pub material: ElasticMaterial,
+    pub material: ElasticParameters,
     pub formulation: Box<dyn BodyFormulation>,
     pub wave_limits: WaveLimits,
     pub supports: Vec<Support>,

@@ -4,7 +4,7 @@ use sph::kernel::shape::Spline;
 use sph::kernel::{CubicSpline, PairKernel};
 use sph::lanes::Real;
 use sph::laws::artificial_viscosity::ArtificialViscosity;
-use sph::setup::{ElasticMaterial, UpdatedLagrangian};
+use sph::setup::{ElasticParameters, UpdatedLagrangian};
 use sph::space::{SymmetricTensor, Tensor, Vector};
 
 /// One particle as a pair sees it.
@@ -91,8 +91,8 @@ pub struct SumLaw {
 
 impl SumLaw {
     /// The law of a body of `material` on a lattice of `particle_spacing` \[m\].
-    pub fn new(constants: &UpdatedLagrangian, material: &ElasticMaterial, particle_spacing: f64) -> Self {
-        let kernel = CubicSpline::new(constants.smoothing_length);
+    pub fn new(constants: &UpdatedLagrangian, material: &ElasticParameters, particle_spacing: f64) -> Self {
+        let kernel = CubicSpline::new(constants.smoothing_length(particle_spacing));
         Self {
             kernel,
             pair_kernel: PairKernel::new(&kernel, 1.0),
@@ -177,16 +177,8 @@ mod tests {
     use super::*;
 
     fn law() -> SumLaw {
-        let constants = UpdatedLagrangian {
-            smoothing_length: 1.3,
-            gradient_correction: true,
-            viscosity_a: 1.0,
-            viscosity_b: 0.5,
-            lambda: 0.01,
-            artificial_stress: 0.3,
-            artificial_stress_exponent: 4.0,
-        };
-        let material = ElasticMaterial { density: 2.0, bulk_modulus: 5.0, shear_modulus: 3.0 };
+        let constants = UpdatedLagrangian { viscosity_b: 0.5, ..UpdatedLagrangian::default() };
+        let material = ElasticParameters { density: 2.0, bulk_modulus: 5.0, shear_modulus: 3.0 };
         SumLaw::new(&constants, &material, 1.0)
     }
 

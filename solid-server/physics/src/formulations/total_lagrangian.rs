@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use sph::kernel::CubicSpline;
 use sph::lanes::Arithmetic;
 use sph::laws::artificial_viscosity::ArtificialViscosity;
-use sph::setup::{ElasticMaterial, TotalLagrangian};
+use sph::setup::{ElasticParameters, TotalLagrangian};
 use sph::space::geometry::{Geometry, Open, Periodic};
 use sph::space::{SymmetricTensor, Tensor, Vector};
 
@@ -27,7 +27,7 @@ use crate::particles::variables::{ParticleView, ParticleViewMut, RigidState};
 ///
 /// Rigid motion is met exactly, forces derive from an energy, and neither tensile instability nor list builds occur.
 pub struct TotalLagrangianBody {
-    material: ElasticMaterial,
+    material: ElasticParameters,
     law: Hyperelastic,
     reference: Reference,
     /// Those of pair forces; the hourglass modulus is ζE over the lattice moment of the stencil.
@@ -42,13 +42,14 @@ impl TotalLagrangianBody {
     /// A body of `material` whose particles are at `position` \[m\] when undeformed, on a lattice of `spacing` \[m\].
     pub fn new(
         constants: &TotalLagrangian,
-        material: &ElasticMaterial,
+        material: &ElasticParameters,
         body: &BodyConstants<'_>,
         position: &[Vector],
         spacing: f64,
         arithmetic: Arithmetic,
     ) -> Self {
-        let kernel = CubicSpline::new(constants.smoothing_length);
+        let smoothing_length = constants.smoothing_length(spacing);
+        let kernel = CubicSpline::new(smoothing_length);
         let volume = body.mass.iter().map(|mass| mass / material.density).collect();
         let mut anchored = vec![false; position.len()];
         let lasting = |support: &&Support| support.holds_fully() && support.release_time == f64::INFINITY;
@@ -66,7 +67,7 @@ impl TotalLagrangianBody {
         let viscous = constants.viscosity_a > 0.0 || constants.viscosity_b > 0.0;
         let viscosity = viscous.then(|| Viscosity {
             law: ArtificialViscosity::new(
-                constants.smoothing_length,
+                smoothing_length,
                 constants.viscosity_a * material.longitudinal_speed(),
                 constants.viscosity_b,
                 TOTAL_LAGRANGIAN_LAMBDA,

@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use sph::lanes::Arithmetic;
-use sph::setup::{ElasticMaterial, UpdatedLagrangian};
+use sph::setup::{ElasticParameters, UpdatedLagrangian};
 use sph::space::Tensor;
 use sph::space::geometry::{Geometry, Open, Periodic};
 
@@ -23,7 +23,7 @@ use crate::particles::variables::{ParticleView, ParticleViewMut, RigidState};
 /// dρ/dt = −ρ tr(∇v), which without correction is Eq. (17). Without correction free surfaces see shear in a rigid
 /// rotation, and the body turns as if on a torsion spring.
 pub struct UpdatedLagrangianBody {
-    material: ElasticMaterial,
+    material: ElasticParameters,
     law: SumLaw,
     gradient_correction: bool,
     arithmetic: Arithmetic,
@@ -33,7 +33,7 @@ impl UpdatedLagrangianBody {
     /// A body of `material` on a lattice of `particle_spacing` \[m\].
     pub fn new(
         constants: &UpdatedLagrangian,
-        material: &ElasticMaterial,
+        material: &ElasticParameters,
         particle_spacing: f64,
         arithmetic: Arithmetic,
     ) -> Self {

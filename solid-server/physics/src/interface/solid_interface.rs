@@ -47,7 +47,7 @@ impl SolidInterface {
         body_force: &BodyForceField,
         positions: &[Vector],
     ) -> Self {
-        let kernel = CubicSpline::new(coupling.fluid.smoothing_length);
+        let kernel = CubicSpline::new(coupling.fluid.smoothing_length());
         let cell = kernel.support_radius();
         let mut link = Self {
             interface: Interface::new(coupling, domain, body_force.clone()),

@@ -1,6 +1,6 @@
 //! The elastic law, Eq. (5)-(8), and the artificial stress of Gray, Monaghan & Swift 2001.
 
-use sph::setup::ElasticMaterial;
+use sph::setup::ElasticParameters;
 use sph::space::{SymmetricTensor, Tensor};
 
 /// Pressure \[Pa\] at `density` \[kg/m³\].
@@ -9,13 +9,13 @@ use sph::space::{SymmetricTensor, Tensor};
 /// p = K (ρ/ρ₀ − 1)                                                 Eq. (5)
 /// ```
 #[inline]
-pub fn pressure(material: &ElasticMaterial, density: f64) -> f64 {
+pub fn pressure(material: &ElasticParameters, density: f64) -> f64 {
     material.bulk_modulus * (density / material.density - 1.0)
 }
 
 /// Density \[kg/m³\] at `pressure` \[Pa\]: Eq. (5) solved for ρ.
 #[inline]
-pub fn density(material: &ElasticMaterial, pressure: f64) -> f64 {
+pub fn density(material: &ElasticParameters, pressure: f64) -> f64 {
     material.density * (1.0 + pressure / material.bulk_modulus)
 }
 
@@ -60,7 +60,7 @@ pub fn squared_deviator(s: &SymmetricTensor) -> f64 {
 
 /// Strain energy per volume \[J/m³\]: p²/(2K) + s:s/(4G).
 #[inline]
-pub fn strain_energy_density(material: &ElasticMaterial, pressure: f64, s: &SymmetricTensor) -> f64 {
+pub fn strain_energy_density(material: &ElasticParameters, pressure: f64, s: &SymmetricTensor) -> f64 {
     pressure * pressure / (2.0 * material.bulk_modulus) + squared_deviator(s) / (4.0 * material.shear_modulus)
 }
 
@@ -96,8 +96,8 @@ mod tests {
     use super::*;
     use sph::space::Tensor;
 
-    const RUBBER: ElasticMaterial =
-        ElasticMaterial { density: 1100.0, bulk_modulus: 20e6, shear_modulus: 4.27e6 };
+    const RUBBER: ElasticParameters =
+        ElasticParameters { density: 1100.0, bulk_modulus: 20e6, shear_modulus: 4.27e6 };
 
     /// Integrates Eq. (7) and (17) under a constant velocity gradient by the midpoint rule.
     fn strained(gradient: Tensor, time: f64, steps: u32, s_start: SymmetricTensor) -> (f64, SymmetricTensor) {

@@ -1,6 +1,6 @@
 //! Stress from the deformation gradient, in plane strain.
 
-use sph::setup::{ElasticMaterial, HyperelasticLaw};
+use sph::setup::{ElasticParameters, HyperelasticLaw};
 use sph::space::{SymmetricTensor, Tensor};
 
 /// A hyperelastic material.
@@ -34,7 +34,7 @@ impl Stress {
 
 impl Hyperelastic {
     /// `material` under `law`.
-    pub fn new(law: HyperelasticLaw, material: &ElasticMaterial) -> Self {
+    pub fn new(law: HyperelasticLaw, material: &ElasticParameters) -> Self {
         Self { law, lambda: material.first_lame_constant(), shear_modulus: material.shear_modulus }
     }
 
@@ -143,8 +143,8 @@ fn symmetric(tensor: &Tensor) -> SymmetricTensor {
 mod tests {
     use super::*;
 
-    const RUBBER: ElasticMaterial =
-        ElasticMaterial { density: 1100.0, bulk_modulus: 20e6, shear_modulus: 4.27e6 };
+    const RUBBER: ElasticParameters =
+        ElasticParameters { density: 1100.0, bulk_modulus: 20e6, shear_modulus: 4.27e6 };
     const LAWS: [HyperelasticLaw; 2] = [HyperelasticLaw::StVenantKirchhoff, HyperelasticLaw::NeoHookean];
 
     #[test]

@@ -21,7 +21,7 @@ pub fn build_probes(setup: &SolidSetup, bodies: &mut [Body], errors: &mut Vec<St
     for probe in &setup.probes {
         let name = &probe.name;
         let body = match &probe.kind {
-            SolidProbeKind::MaterialPoint { body, .. } | SolidProbeKind::Reaction { body, .. } => Some(*body),
+            SolidProbeKind::MaterialPoint(body, _) | SolidProbeKind::Reaction(body, _) => Some(*body),
             SolidProbeKind::Motion(body) | SolidProbeKind::BodyForce(body) => Some(*body),
             SolidProbeKind::Sums(body) | SolidProbeKind::Gap(body) | SolidProbeKind::Contact(body) => *body,
         };
@@ -35,7 +35,7 @@ pub fn build_probes(setup: &SolidSetup, bodies: &mut [Body], errors: &mut Vec<St
             continue;
         };
         match &probe.kind {
-            SolidProbeKind::MaterialPoint { reference_position: at, .. } => {
+            SolidProbeKind::MaterialPoint(_, at) => {
                 let reference = &setup.particles.reference_position[body.range.clone()];
                 match MaterialPoint::new(at, body.range.start, reference, setup.particle_spacing) {
                     Ok(point) => probes.push(Probe::MaterialPoint(point)),
@@ -48,7 +48,7 @@ pub fn build_probes(setup: &SolidSetup, bodies: &mut [Body], errors: &mut Vec<St
                 continue;
             }
             SolidProbeKind::Motion(_) => body.tracks_angle = true,
-            SolidProbeKind::Reaction { support, .. } if *support as usize >= body.supports.len() => {
+            SolidProbeKind::Reaction(_, support) if *support as usize >= body.supports.len() => {
                 errors.push(format!("probe `{name}`: body `{}` has no support {support}", body.name));
             }
             _ => {}
@@ -58,7 +58,7 @@ pub fn build_probes(setup: &SolidSetup, bodies: &mut [Body], errors: &mut Vec<St
     probes
 }
 
-/// Appends the values of all probes, columns as `SolidProbeKind::columns` lists them.
+/// Appends the values of all probes, columns as `ProbeKind::columns` lists them.
 ///
 /// Forces and reactions are those of the last corrector, that is half a step before the boundary; at the start of a run
 /// they are zero. Angular momentum is taken about the centre of the domain.
@@ -102,10 +102,10 @@ fn material_point(
 fn plain(model: &SolidModel, state: &SolidState, time: f64, kind: &SolidProbeKind, values: &mut Vec<f64>) {
     match kind {
         // Prepared as `Probe::MaterialPoint` when the model is built.
-        SolidProbeKind::MaterialPoint { .. } => {}
+        SolidProbeKind::MaterialPoint(..) => {}
         SolidProbeKind::Motion(body) => motion(model, state, *body as usize, values),
         SolidProbeKind::BodyForce(body) => push(values, &state.last.fluid_force[*body as usize]),
-        SolidProbeKind::Reaction { body, support } => {
+        SolidProbeKind::Reaction(body, support) => {
             push(values, &state.last.reactions[*body as usize][*support as usize]);
         }
         SolidProbeKind::Gap(body) => values.extend(gaps(model, state, time, *body)),

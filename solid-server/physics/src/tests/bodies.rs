@@ -180,10 +180,7 @@ fn all_mistakes_of_a_set_up_are_reported_at_once() {
     add_body(&mut setup, Formulation::Rigid, &block(Vector::zeros(), 4, 4, SPACING));
     setup.contact = ContactLaw::Sums;
     setup.run.body_force.expressions = Some(["sin(".into(), "0".into()]);
-    add_probe(
-        &mut setup,
-        SolidProbeKind::MaterialPoint { body: 0, reference_position: Vector::new(0.5, 0.0) },
-    );
+    add_probe(&mut setup, SolidProbeKind::MaterialPoint(0, Vector::new(0.5, 0.0)));
     add_probe(&mut setup, SolidProbeKind::Motion(7));
     let Err(errors) = SolidSolver::new(setup) else { panic!("accepted") };
     for part in ["contact through the sums", "body force x", "`probe0`", "`probe1`"] {
@@ -203,7 +200,7 @@ fn a_material_point_reads_the_invariants_of_its_stress() {
     setup.particles.density.fill(RUBBER.density * (1.0 + strain));
     setup.particles.deviatoric_stress.iter_mut().for_each(|s| s.xy = 3e3);
     let at = Vector::new(3.0 * SPACING, 3.0 * SPACING);
-    add_probe(&mut setup, SolidProbeKind::MaterialPoint { body: 0, reference_position: at });
+    add_probe(&mut setup, SolidProbeKind::MaterialPoint(0, at));
     let run = Run::new(setup, 1e-6);
     let values = run.probes();
     let pressure = RUBBER.bulk_modulus * strain;

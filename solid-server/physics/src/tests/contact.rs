@@ -3,7 +3,7 @@
 use sph::coupling::ledger::Account;
 use sph::coupling::solver::Solver;
 use sph::coupling::stage::Stage;
-use sph::setup::{ContactLaw, Motion, SolidProbeKind, SolidSetup};
+use sph::setup::{ContactLaw, Motion, RepulsionParameters, SolidProbeKind, SolidSetup};
 use sph::space::{Vector, cross};
 
 use crate::system::state::BodyContact;
@@ -180,13 +180,12 @@ fn a_falling_block_does_not_pass_the_floor() {
 #[test]
 fn a_clamp_is_not_in_contact_with_the_wall_it_enters_but_the_rest_of_the_wall_holds() {
     // At a distance of 1.5 spacings the first free row would feel the edge of the slot.
-    let repulsion = ContactLaw::Repulsion {
+    let repulsion = ContactLaw::Repulsion(RepulsionParameters {
         stiffness: 0.5,
         distance: 1.5,
-        damping: 0.2,
-        friction: 0.0,
         self_contact: false,
-    };
+        ..RepulsionParameters::default()
+    });
     for contact in [repulsion, ContactLaw::Sums] {
         let mut setup = scene(SPACING);
         setup.contact = contact;
@@ -240,13 +239,12 @@ fn a_moving_wall_pushes_until_it_is_released() {
 #[test]
 fn contact_tightens_the_time_step() {
     let mut setup = falling_block(super::scenes::REPULSION, -0.3 * SPACING);
-    setup.contact = ContactLaw::Repulsion {
+    setup.contact = ContactLaw::Repulsion(RepulsionParameters {
         stiffness: 5.0,
         distance: 1.0,
-        damping: 0.2,
-        friction: 0.0,
         self_contact: true,
-    };
+        ..RepulsionParameters::default()
+    });
     let mut run = Run::new(setup, 1e-6);
     // Not the solver's whole limit, which counts accelerations too.
     let limit = |run: &Run| step_limit(&run.solver.model, &run.solver.state);
@@ -284,13 +282,12 @@ fn a_body_bent_into_a_horseshoe_does_not_pass_through_itself() {
     let (closest, residual) = horseshoe(super::scenes::REPULSION);
     assert!(closest > 0.5 && closest < 1.1, "{closest}");
     assert!(residual < 1e-12, "{residual}");
-    let blind = ContactLaw::Repulsion {
+    let blind = ContactLaw::Repulsion(RepulsionParameters {
         stiffness: 0.5,
         distance: 1.0,
-        damping: 0.2,
-        friction: 0.0,
         self_contact: false,
-    };
+        ..RepulsionParameters::default()
+    });
     assert!(horseshoe(blind).0 < 0.4, "without self-contact the ends pass through each other");
 }
 
@@ -303,7 +300,7 @@ fn an_updated_lagrangian_block_bounces_off_a_total_lagrangian_plate() {
     set_velocity(&mut setup, |x| if x.y > 0.0 { Vector::new(0.0, -4.0) } else { Vector::zeros() });
     add_probe(&mut setup, SolidProbeKind::Motion(1));
     add_probe(&mut setup, SolidProbeKind::Gap(None));
-    add_probe(&mut setup, SolidProbeKind::Reaction { body: 0, support: 0 });
+    add_probe(&mut setup, SolidProbeKind::Reaction(0, 0));
     let mut run = Run::new(setup, 1e-5);
     let (mut closest, mut reaction) = (f64::INFINITY, 0.0);
     while run.time() < 15e-3 {

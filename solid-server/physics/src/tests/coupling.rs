@@ -6,7 +6,7 @@ use sph::coupling::solver::Solver;
 use sph::coupling::stage::Stage;
 use sph::interface::Interface;
 use sph::prescribed::body_force::BodyForceField;
-use sph::setup::{Coupling, CouplingKind, FluidConstants, GradientCorrection, InterfaceLaw, SolidProbeKind};
+use sph::setup::{Coupling, CouplingKind, FluidParameters, InterfaceLaw, SolidProbeKind};
 use sph::space::Vector;
 
 use super::scenes::{Run, add_elastic, add_probe, block, scene};
@@ -17,17 +17,11 @@ pub fn coupling(law: InterfaceLaw) -> Coupling {
     Coupling {
         kind: CouplingKind::States,
         law,
-        fluid: FluidConstants {
-            rest_density: 1000.0,
+        fluid: FluidParameters {
             sound_speed: 25.0,
-            exponent: 7.0,
             dynamic_viscosity: 1e-3,
-            smoothing_length: 1.2 * SPACING,
             particle_spacing: SPACING,
-            viscosity_a: 0.1,
-            viscosity_b: 0.0,
-            lambda: 0.01,
-            correction: GradientCorrection::LatticeMoment,
+            ..FluidParameters::default()
         },
         solid_spacing: SPACING,
         repulsion: 0.5,

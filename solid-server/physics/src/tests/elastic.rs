@@ -6,7 +6,6 @@ use sph::space::{Vector, cross};
 
 use super::scenes::{
     RUBBER, Run, add_body, add_elastic, add_probe, add_support, block, clamp, scene, set_velocity,
-    updated_lagrangian,
 };
 
 /// Mass-weighted angular momentum about the centre of a body whose centre is at the origin.
@@ -19,7 +18,7 @@ fn angular_momentum(run: &Run) -> f64 {
 fn spinning_square(gradient_correction: bool) -> Run {
     let spacing = 2e-3;
     let mut setup = scene(spacing);
-    let law = sph::setup::UpdatedLagrangian { gradient_correction, ..updated_lagrangian(spacing) };
+    let law = sph::setup::UpdatedLagrangian { gradient_correction, ..Default::default() };
     add_body(
         &mut setup,
         Formulation::UpdatedLagrangian(law),
@@ -150,7 +149,7 @@ fn cantilever() -> Run {
     let corner = Vector::new(-f64::from(clamp_columns) * spacing, -0.5 * height);
     add_elastic(&mut setup, &block(corner, columns, across, spacing));
     setup.bodies[0].material =
-        sph::setup::ElasticMaterial { density: 1000.0, bulk_modulus: 3.25e6, shear_modulus: 7.15e5 };
+        sph::setup::ElasticParameters { density: 1000.0, bulk_modulus: 3.25e6, shear_modulus: 7.15e5 };
     let cell = spacing * spacing;
     setup.particles.mass.fill(1000.0 * cell);
     setup.particles.density.fill(1000.0);
@@ -166,11 +165,8 @@ fn cantilever() -> Run {
         let along = (x.x / length).max(0.0);
         Vector::new(0.0, 0.01 * sound_speed * mode(along) / mode(1.0))
     });
-    add_probe(
-        &mut setup,
-        SolidProbeKind::MaterialPoint { body: 0, reference_position: Vector::new(length, 0.0) },
-    );
-    add_probe(&mut setup, SolidProbeKind::Reaction { body: 0, support: 0 });
+    add_probe(&mut setup, SolidProbeKind::MaterialPoint(0, Vector::new(length, 0.0)));
+    add_probe(&mut setup, SolidProbeKind::Reaction(0, 0));
     let mut run = Run::new(setup, 1.0);
     // 0.9 of the stated limit: the step that a careful user takes.
     run.time_step = 0.9 * run.solver.time_step_limit();

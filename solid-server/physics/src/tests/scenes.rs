@@ -5,10 +5,10 @@ use sph::coupling::ledger::StageBooks;
 use sph::coupling::solver::{Divergence, Solver};
 use sph::coupling::stage::{Stage, StageTime, StepStage};
 use sph::setup::{
-    BodyForce, BodySetup, ContactLaw, ElasticMaterial, Formulation, HyperelasticLaw, LedgerPolicy,
-    OutputPlan, RunSetup, SolidParticles, SolidProbe, SolidProbeKind, SolidSetup, SolidStepping, StepPolicy,
-    SubstepCount, Support, TimePlan, TotalLagrangian, UpdatedLagrangian, WallCondition, WallParticles,
-    WallSetup,
+    BodyForce, BodySetup, ContactLaw, ElasticParameters, Formulation, HyperelasticLaw, LedgerPolicy,
+    OutputPlan, RepulsionParameters, RunSetup, SolidParticles, SolidProbe, SolidProbeKind, SolidSetup,
+    SolidStepping, StepPolicy, SubstepCount, Support, TimePlan, TotalLagrangian, UpdatedLagrangian,
+    WallCondition, WallParticles, WallSetup,
 };
 use sph::space::domain::Domain;
 use sph::space::{SymmetricTensor, Vector};
@@ -16,44 +16,30 @@ use sph::space::{SymmetricTensor, Vector};
 use crate::SolidSolver;
 
 /// The solid of the source paper.
-pub const RUBBER: ElasticMaterial =
-    ElasticMaterial { density: 1100.0, bulk_modulus: 20e6, shear_modulus: 4.27e6 };
+pub const RUBBER: ElasticParameters =
+    ElasticParameters { density: 1100.0, bulk_modulus: 20e6, shear_modulus: 4.27e6 };
 
 /// The contact law of the scenes.
-pub const REPULSION: ContactLaw =
-    ContactLaw::Repulsion { stiffness: 0.5, distance: 1.0, damping: 0.2, friction: 0.0, self_contact: true };
+pub const REPULSION: ContactLaw = ContactLaw::Repulsion(RepulsionParameters {
+    stiffness: 0.5,
+    distance: 1.0,
+    damping: 0.2,
+    friction: 0.0,
+    self_contact: true,
+});
 
 /// The same with another coefficient of friction.
 pub fn rough(coefficient: f64) -> ContactLaw {
     let mut law = REPULSION;
-    if let ContactLaw::Repulsion { friction, .. } = &mut law {
-        *friction = coefficient;
+    if let ContactLaw::Repulsion(law) = &mut law {
+        law.friction = coefficient;
     }
     law
 }
 
-/// The constants of the source paper with the velocity gradient corrected.
-pub fn updated_lagrangian(spacing: f64) -> UpdatedLagrangian {
-    UpdatedLagrangian {
-        smoothing_length: 1.3 * spacing,
-        gradient_correction: true,
-        viscosity_a: 1.0,
-        viscosity_b: 1.0,
-        lambda: 0.01,
-        artificial_stress: 0.3,
-        artificial_stress_exponent: 4.0,
-    }
-}
-
-/// The total-Lagrangian constants that case files default to.
-pub fn total_lagrangian(spacing: f64, law: HyperelasticLaw) -> Formulation {
-    Formulation::TotalLagrangian(TotalLagrangian {
-        smoothing_length: 0.75 * spacing,
-        law,
-        hourglass: 0.3,
-        viscosity_a: 0.0,
-        viscosity_b: 0.0,
-    })
+/// A total-Lagrangian body with default parameters.
+pub fn total_lagrangian(law: HyperelasticLaw) -> Formulation {
+    Formulation::TotalLagrangian(TotalLagrangian { law, ..TotalLagrangian::default() })
 }
 
 /// Particles of a rectangle of `columns` × `rows` cells whose lower left corner is at `corner` \[m\].
@@ -121,7 +107,7 @@ pub fn add_body(setup: &mut SolidSetup, formulation: Formulation, positions: &[V
 
 /// Adds the elastic body of the source paper.
 pub fn add_elastic(setup: &mut SolidSetup, positions: &[Vector]) -> u32 {
-    let formulation = Formulation::UpdatedLagrangian(updated_lagrangian(setup.particle_spacing));
+    let formulation = Formulation::UpdatedLagrangian(UpdatedLagrangian::default());
     add_body(setup, formulation, positions)
 }
 
@@ -161,12 +147,12 @@ pub fn add_wall(setup: &mut SolidSetup, positions: &[Vector]) {
 /// Adds a total-Lagrangian neo-Hookean body to a scene with `substeps` sub-steps per step.
 pub fn add_total(setup: &mut SolidSetup, substeps: u32, positions: &[Vector]) -> u32 {
     setup.stepping = SolidStepping::Substeps(SubstepCount::Fixed(substeps));
-    let formulation = total_lagrangian(setup.particle_spacing, HyperelasticLaw::NeoHookean);
+    let formulation = total_lagrangian(HyperelasticLaw::NeoHookean);
     add_body(setup, formulation, positions)
 }
 
 /// Gives all bodies `material`, at rest density.
-pub fn set_material(setup: &mut SolidSetup, material: ElasticMaterial) {
+pub fn set_material(setup: &mut SolidSetup, material: ElasticParameters) {
     let cell = setup.particle_spacing * setup.particle_spacing;
     setup.bodies.iter_mut().for_each(|body| body.material = material);
     setup.particles.mass.fill(material.density * cell);

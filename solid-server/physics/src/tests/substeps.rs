@@ -37,7 +37,7 @@ fn everything(substeps: u32) -> SolidSetup {
     setup.damping = Some(sph::setup::Damping { rate: 20.0, until: 2e-3 });
     add_probe(&mut setup, SolidProbeKind::Motion(1));
     add_probe(&mut setup, SolidProbeKind::Motion(2));
-    add_probe(&mut setup, SolidProbeKind::Reaction { body: 0, support: 0 });
+    add_probe(&mut setup, SolidProbeKind::Reaction(0, 0));
     setup
 }
 
@@ -111,9 +111,9 @@ fn error_after(time_step: f64, formulation: &dyn Fn() -> Formulation) -> f64 {
 
 #[test]
 fn sub_steps_are_of_second_order_for_both_elastic_formulations() {
-    let total = || total_lagrangian(SPACING, HyperelasticLaw::NeoHookean);
+    let total = || total_lagrangian(HyperelasticLaw::NeoHookean);
     let updated = || {
-        let law = super::scenes::updated_lagrangian(SPACING);
+        let law = sph::setup::UpdatedLagrangian::default();
         // Without viscosity, whose onset on approach is not smooth.
         Formulation::UpdatedLagrangian(sph::setup::UpdatedLagrangian {
             viscosity_a: 0.0,

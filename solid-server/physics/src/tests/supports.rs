@@ -18,7 +18,7 @@ fn held_bar(support: Support, gravity: f64) -> Run {
     add_elastic(&mut setup, &block(Vector::zeros(), 12, 4, SPACING));
     add_support(&mut setup, 0, support, |x| x.x < 3.0 * SPACING);
     setup.run.body_force.gravity = Vector::new(0.0, gravity);
-    add_probe(&mut setup, SolidProbeKind::Reaction { body: 0, support: 0 });
+    add_probe(&mut setup, SolidProbeKind::Reaction(0, 0));
     Run::new(setup, 1e-5)
 }
 
@@ -125,7 +125,7 @@ fn a_support_moves_a_rigid_body_as_prescribed() {
     let support = Support { motion: Some(motion("0.1*t", "", "30*t")), ..clamp() };
     add_support(&mut setup, 0, support, |x| x.x < SPACING);
     add_probe(&mut setup, SolidProbeKind::Motion(0));
-    add_probe(&mut setup, SolidProbeKind::Reaction { body: 0, support: 0 });
+    add_probe(&mut setup, SolidProbeKind::Reaction(0, 0));
     let mut run = Run::new(setup, 1e-4);
     run.until(0.25);
     let (sine, cosine) = (30.0f64 * 0.25).sin_cos();

@@ -2,7 +2,7 @@
 
 use sph::coupling::solver::Solver;
 use sph::setup::{
-    ElasticMaterial, HyperelasticLaw, LoadLaw, SolidProbeKind, SolidSetup, SolidStepping, SubstepCount,
+    ElasticParameters, HyperelasticLaw, LoadLaw, SolidProbeKind, SolidSetup, SolidStepping, SubstepCount,
     SurfaceLoad,
 };
 use sph::space::{Tensor, Vector, cross};
@@ -20,7 +20,7 @@ const LAWS: [HyperelasticLaw; 2] = [HyperelasticLaw::StVenantKirchhoff, Hyperela
 fn mapped(law: HyperelasticLaw, map: Tensor) -> Run {
     let mut setup = scene(SPACING);
     let x = block(Vector::new(-0.009, -0.007), 9, 7, SPACING);
-    add_body(&mut setup, total_lagrangian(SPACING, law), &x);
+    add_body(&mut setup, total_lagrangian(law), &x);
     setup.stepping = SolidStepping::Substeps(SubstepCount::Fixed(2));
     setup.particles.position = x.iter().map(|x| map * x).collect();
     Run::new(setup, 1e-6)
@@ -156,14 +156,11 @@ fn cantilever(substeps: SubstepCount) -> SolidSetup {
     setup.stepping = SolidStepping::Substeps(substeps);
     set_material(
         &mut setup,
-        ElasticMaterial { density: 1000.0, bulk_modulus: 3.25e6, shear_modulus: 7.15e5 },
+        ElasticParameters { density: 1000.0, bulk_modulus: 3.25e6, shear_modulus: 7.15e5 },
     );
     add_support(&mut setup, 0, clamp(), |x| x.x < 0.0);
-    add_probe(
-        &mut setup,
-        SolidProbeKind::MaterialPoint { body: 0, reference_position: Vector::new(0.2, 0.0) },
-    );
-    add_probe(&mut setup, SolidProbeKind::Reaction { body: 0, support: 0 });
+    add_probe(&mut setup, SolidProbeKind::MaterialPoint(0, Vector::new(0.2, 0.0)));
+    add_probe(&mut setup, SolidProbeKind::Reaction(0, 0));
     setup
 }
 
@@ -194,7 +191,7 @@ fn an_elastic_bar_swings_with_its_exact_period_and_keeps_its_energy() {
     add_total(&mut setup, 2, &block(Vector::new(-4.0 * spacing, 0.0), 44, 4, spacing));
     set_material(
         &mut setup,
-        ElasticMaterial { density: 1000.0, bulk_modulus: 2e6 / 3.0, shear_modulus: 1e6 },
+        ElasticParameters { density: 1000.0, bulk_modulus: 2e6 / 3.0, shear_modulus: 1e6 },
     );
     add_support(&mut setup, 0, clamp(), |x| x.x < 0.0);
     let shape = |x: &Vector| (std::f64::consts::PI * x.x.max(0.0) / 0.4).sin();

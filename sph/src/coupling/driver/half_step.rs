@@ -239,7 +239,7 @@ impl<'a, S: Solver + ?Sized> Runner<'a, S> {
         let Some(coupling) = &self.setup.coupling else {
             return Err(Fault::Peer { at: time.at, message: "the set-up has no coupling".into() });
         };
-        let reach = 2.0 * coupling.fluid.smoothing_length + coupling.margin;
+        let reach = 2.0 * coupling.fluid.smoothing_length() + coupling.margin;
         let own = &mut self.own;
         own.time = *time;
         own.iteration = iteration;

@@ -48,7 +48,7 @@ impl Case for Cantilever {
             solid("cantilever_20", "ideal clamp", 0.001),
             solid("cantilever_slot_10", "slot", 0.002),
             solid("cantilever_large_10", "tip speed 0.05 c0", 0.002),
-            solid("cantilever_6_document", "solid of the source paper", 0.003333333333),
+            solid("cantilever_6_paper", "solid of the source paper", 0.003333333333),
         ]
     }
 

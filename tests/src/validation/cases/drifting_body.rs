@@ -89,7 +89,7 @@ impl Case for DriftingBody {
             with_document_solid(member("../drifting_body_coarse", 0.004)),
             member("../drifting_body", 0.002),
             with_document_solid(member("../drifting_body", 0.002)),
-            member("../drifting_body_document", 0.002).scheme(PAPER),
+            member("../drifting_body_paper", 0.002).scheme(PAPER),
         ]
     }
 

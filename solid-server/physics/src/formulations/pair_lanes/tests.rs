@@ -1,6 +1,6 @@
 use sph::lanes::Arithmetic;
 use sph::neighbours::CellGrid;
-use sph::setup::{ElasticMaterial, UpdatedLagrangian};
+use sph::setup::{ElasticParameters, UpdatedLagrangian};
 use sph::space::domain::Domain;
 use sph::space::geometry::Periodic;
 
@@ -26,15 +26,13 @@ impl Patch {
         let domain =
             Domain { lower: Vector::new(0.0, -9.0), upper: Vector::new(12.0, 9.0), periodic: [true, false] };
         let constants = UpdatedLagrangian {
-            smoothing_length: SMOOTHING_LENGTH,
-            gradient_correction: true,
-            viscosity_a: 1.0,
+            kernel_ratio: SMOOTHING_LENGTH,
             viscosity_b: 0.5,
-            lambda: 0.01,
             artificial_stress,
             artificial_stress_exponent: exponent,
+            ..UpdatedLagrangian::default()
         };
-        let material = ElasticMaterial { density: 2.0, bulk_modulus: 5.0, shear_modulus: 3.0 };
+        let material = ElasticParameters { density: 2.0, bulk_modulus: 5.0, shear_modulus: 3.0 };
         let n = 35;
         let wave = |k: usize, by: f64| (by * k as f64).sin();
         let pair = |k: usize, by: f64| Vector::new(wave(k, by), wave(k, 1.7 * by + 0.3));

@@ -58,7 +58,7 @@ fn derivative_of_the_energy(anchored: u32) {
     }
     let law = crate::materials::hyperelastic::Hyperelastic::new(
         sph::setup::HyperelasticLaw::NeoHookean,
-        &sph::setup::ElasticMaterial { density: 1.0, bulk_modulus: 2.0, shear_modulus: 1.0 },
+        &sph::setup::ElasticParameters { density: 1.0, bulk_modulus: 2.0, shear_modulus: 1.0 },
     );
     let n = x.len();
     let k = 0.7;

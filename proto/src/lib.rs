@@ -1,6 +1,6 @@
 //! The protocol between coordinator and solvers: messages, checked conversions, services and clients.
 //!
-//! The .proto files of package `fsi.v1` are the protocol's definition; this crate is its one user in this workspace.
+//! The .proto files of package `fsi.v2` are the protocol's definition; this crate is its one user in this workspace.
 //! Generated types and the transport stay inside: the rest of the program speaks in types of `sph` and of
 //! [`description`].
 //!
@@ -33,6 +33,7 @@ pub mod service;
 mod token;
 pub mod trace;
 mod transport;
+mod version1;
 
 pub use convert::{Beat, Phase};
 pub use error::{RpcCode, RpcError};
@@ -40,10 +41,10 @@ pub use error::{RpcCode, RpcError};
 /// Generated messages and services.
 pub(crate) mod wire {
     #![allow(missing_docs, clippy::all)]
-    tonic::include_proto!("fsi.v1");
+    tonic::include_proto!("fsi.v2");
 
     /// All messages and services as a serialised descriptor set, for reflection.
-    pub(crate) const DESCRIPTORS: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/fsi.v1.bin"));
+    pub(crate) const DESCRIPTORS: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/fsi.v2.bin"));
 }
 
 #[cfg(test)]

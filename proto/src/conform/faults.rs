@@ -124,8 +124,8 @@ pub(super) async fn oversize(bench: &Bench) -> Finding {
 pub(super) async fn sums(bench: &Bench) -> Finding {
     let tap = tap(bench.role, |mut frame, _| {
         let sums = frame.previous.as_mut().and_then(|previous| previous.sums.as_mut());
-        if let Some(force) = sums.and_then(|sums| sums.force_n_per_m.as_mut()) {
-            force.x = force.x.map(|x| 1.001 * x);
+        if let Some(force) = sums.and_then(|sums| sums.force_n.as_mut()) {
+            force.components[0] *= 1.001;
         }
         Pass::On(vec![frame])
     });

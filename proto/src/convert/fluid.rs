@@ -53,7 +53,7 @@ impl Convert for FluidSetup {
                 lower: flags_to_wire(outflow.lower),
                 upper: flags_to_wire(outflow.upper),
             }),
-            lost_particle_limit: *lost_particle_limit,
+            escaped_particle_limit: *lost_particle_limit,
             wall_repulsion: Some(*wall_repulsion),
             acoustic_damping: Some(*acoustic_damping),
             viscous_stress: *viscous_form == ViscousForm::Stress,
@@ -92,7 +92,7 @@ impl Convert for FluidSetup {
                 | FluidProbeKind::Region(None) => {}
             }
         }
-        let outflow = wire.outflow.unwrap_or_default();
+        let outflow = wire.outflow.clone().unwrap_or_default();
         Ok(Self {
             run: required(&wire.run, &at.field("run"))?,
             constants: required(&wire.constants, &at.field("constants"))?,
@@ -108,10 +108,10 @@ impl Convert for FluidSetup {
             walls,
             probes,
             outflow: Outflow {
-                lower: flags_from_wire(&outflow.lower),
-                upper: flags_from_wire(&outflow.upper),
+                lower: flags_from_wire(&outflow.lower, &at.field("outflow").field("lower"))?,
+                upper: flags_from_wire(&outflow.upper, &at.field("outflow").field("upper"))?,
             },
-            lost_particle_limit: wire.lost_particle_limit,
+            lost_particle_limit: wire.escaped_particle_limit,
             viscous_form: if wire.viscous_stress { ViscousForm::Stress } else { ViscousForm::Pairwise },
             order: wire.order.as_ref().map(|order| order_from_wire(order, &at.field("order"))).transpose()?,
             scheme: match wire.leapfrog {
@@ -167,7 +167,7 @@ fn particles_to_wire(particles: &FluidParticles) -> wire::FluidParticles {
     wire::FluidParticles {
         ids: pack_indices(&particles.id),
         regions: pack_indices(&particles.region),
-        masses_kg_per_m: pack(&particles.mass),
+        masses_kg: pack(&particles.mass),
         positions_m: pack(&particles.position),
         velocities_m_per_s: pack(&particles.velocity),
         densities_kg_per_m3: pack(&particles.density),
@@ -184,7 +184,7 @@ fn particles_from_wire(
     Ok(FluidParticles {
         id: unpack_ids(&wire.ids, count, &at.field("ids"))?,
         region: unpack_indices_below(&wire.regions, count, regions, "regions", &at.field("regions"))?,
-        mass: unpack_positive(&wire.masses_kg_per_m, count, &at.field("masses_kg_per_m"))?,
+        mass: unpack_positive(&wire.masses_kg, count, &at.field("masses_kg"))?,
         position: unpack(&wire.positions_m, count, &at.field("positions_m"))?,
         velocity: unpack(&wire.velocities_m_per_s, count, &at.field("velocities_m_per_s"))?,
         density: unpack_positive(&wire.densities_kg_per_m3, count, &at.field("densities_kg_per_m3"))?,

@@ -12,9 +12,10 @@ use sph::space::domain::Domain;
 
 use super::arrays::{index_count, pack, pack_indices, unpack, unpack_indices_below};
 use super::{
-    Choice, Convert, Path, WireError, choice, finite, flags_from_wire, flags_to_wire, fraction, name,
-    not_negative, optional, positive, positive_or_infinite, required, text,
+    Choice, Convert, Path, WireError, choice, components, finite, flags_from_wire, flags_to_wire, fraction,
+    name, not_negative, optional, positive, positive_or_infinite, required, text,
 };
+use crate::description::DIMENSION_COUNT;
 use crate::wire;
 
 impl Choice for Role {
@@ -105,6 +106,7 @@ impl Convert for RunSetup {
         let Self { run_id, domain, time, body_force, outputs, ledger, coupling } = self;
         wire::RunSetup {
             run_id: run_id.clone(),
+            dimensions: DIMENSION_COUNT,
             domain: Some(domain.to_wire()),
             time: Some(time.to_wire()),
             body_force: Some(body_force.to_wire()),
@@ -115,6 +117,10 @@ impl Convert for RunSetup {
     }
 
     fn from_wire(wire: &wire::RunSetup, at: &Path<'_>) -> Result<Self, WireError> {
+        if wire.dimensions != DIMENSION_COUNT {
+            let problem = format!("is {}, this program computes in {DIMENSIONS}", wire.dimensions);
+            return Err(at.field("dimensions").error(problem));
+        }
         Ok(Self {
             run_id: name(&wire.run_id, &at.field("run_id"))?,
             domain: required(&wire.domain, &at.field("domain"))?,
@@ -142,7 +148,7 @@ impl Convert for Domain {
         let domain = Self {
             lower: required(&wire.lower_m, &at.field("lower_m"))?,
             upper: required(&wire.upper_m, &at.field("upper_m"))?,
-            periodic: flags_from_wire(&wire.periodic),
+            periodic: flags_from_wire(&wire.periodic, &at.field("periodic"))?,
         };
         for axis in 0..DIMENSIONS {
             let (lower, upper) = (domain.lower[axis], domain.upper[axis]);
@@ -208,19 +214,19 @@ impl Convert for TimePlan {
     }
 }
 
-/// One text per axis.
-pub(super) type TextPair = [String; DIMENSIONS];
+/// One expression per dimension.
+impl Convert for [String; DIMENSIONS] {
+    type Wire = wire::Expressions;
 
-impl Convert for TextPair {
-    type Wire = wire::ExpressionPair;
-
-    fn to_wire(&self) -> wire::ExpressionPair {
-        let [x, y] = self;
-        wire::ExpressionPair { x: x.clone(), y: y.clone() }
+    fn to_wire(&self) -> wire::Expressions {
+        wire::Expressions { components: self.to_vec() }
     }
 
-    fn from_wire(wire: &wire::ExpressionPair, at: &Path<'_>) -> Result<Self, WireError> {
-        Ok([text(&wire.x, &at.field("x"))?, text(&wire.y, &at.field("y"))?])
+    fn from_wire(wire: &wire::Expressions, at: &Path<'_>) -> Result<Self, WireError> {
+        for (k, expression) in wire.components.iter().enumerate() {
+            text(expression, &at.item("components", k))?;
+        }
+        components(&wire.components, at)
     }
 }
 
@@ -292,25 +298,22 @@ impl Convert for Coupling {
             solid_spacing_m: Some(self.solid_spacing),
             margin_m: Some(self.margin),
             repulsion: Some(self.repulsion),
-            iterate: self.iterate.as_ref().map(Convert::to_wire),
+            implicit: self.implicit.as_ref().map(Convert::to_wire),
         }
     }
 
     fn from_wire(wire: &wire::Coupling, at: &Path<'_>) -> Result<Self, WireError> {
         let law = choice(wire.law, &at.field("law"))?;
-        let kind = match wire.kind {
-            0 => CouplingKind::States,
-            kind => choice(kind, &at.field("kind"))?,
-        };
+        let kind = choice(wire.kind, &at.field("kind"))?;
         if kind == CouplingKind::Loads && law == InterfaceLaw::PlainSum {
             let problem =
                 "is COUPLING_KIND_LOADS, which has no stress for INTERFACE_LAW_PLAIN_SUM; use a wall law";
             return Err(at.field("kind").error(problem));
         }
-        if kind == CouplingKind::States && wire.iterate.is_some() {
+        if kind == CouplingKind::States && wire.implicit.is_some() {
             return Err(at
-                .field("iterate")
-                .error("is given with COUPLING_KIND_STATES; only loads are iterated"));
+                .field("implicit")
+                .error("is given with COUPLING_KIND_STATES, must go with COUPLING_KIND_LOADS"));
         }
         Ok(Self {
             kind,
@@ -319,7 +322,7 @@ impl Convert for Coupling {
             solid_spacing: positive(wire.solid_spacing_m, &at.field("solid_spacing_m"))?,
             margin: not_negative(wire.margin_m, &at.field("margin_m"))?,
             repulsion: not_negative(wire.repulsion.or(Some(0.0)), &at.field("repulsion"))?,
-            iterate: optional(&wire.iterate, &at.field("iterate"))?,
+            implicit: optional(&wire.implicit, &at.field("implicit"))?,
         })
     }
 }

@@ -179,7 +179,7 @@ impl Reporter<'_> {
                 BatchItem::Step(Box::new(report))
             }
             Event::Probes(values) => BatchItem::Probes(values),
-            Event::Held(held) => BatchItem::Held(held),
+            Event::Paused(held) => BatchItem::Paused(held),
             // Goes the way that the call for it came.
             Event::Checkpoint(checkpoint) => return self.pending.answer(*checkpoint),
             Event::Snapshot(fields) => {

@@ -21,17 +21,17 @@ use std::time::Duration;
 
 use sph::coupling::solver::{Role, Solver};
 use sph::setup::{InterfaceLaw, ParticipantSetup};
-use sph::space::DIMENSIONS;
 use tonic::service::interceptor::InterceptedService;
 
 use crate::connection::Incoming;
 use crate::description::{
-    BodyReport, Capabilities, Constants, CouplingKind, Description, Fact, Limits, PROTOCOL,
+    BodyReport, Capabilities, Constants, CouplingKind, DIMENSION_COUNT, Description, Fact, Limits, PROTOCOL,
 };
 use crate::error::with_causes;
 use crate::limits::{MAX_FRAME_BYTES, MAX_MESSAGE_BYTES};
 use crate::security::ServerSecurity;
 use crate::transport;
+use crate::version1::RefuseVersion1;
 use crate::wire;
 use session::{Host, Skin};
 
@@ -91,7 +91,7 @@ impl Description {
             language: "rust".into(),
             protocols: [PROTOCOL; 2],
             roles: vec![role],
-            dimensions: u32::try_from(DIMENSIONS).unwrap_or(u32::MAX),
+            dimensions: vec![DIMENSION_COUNT],
             coupling_kinds: CouplingKind::ALL.to_vec(),
             interface_laws: vec![InterfaceLaw::Wall, InterfaceLaw::WallNoSlip, InterfaceLaw::PlainSum],
             arithmetic: arithmetic.into(),
@@ -100,7 +100,7 @@ impl Description {
                 deterministic: true,
                 adaptive_step: true,
                 expressions: true,
-                iterates: true,
+                implicit_coupling: true,
             },
             limits: ServeOptions::default().limits(),
         }
@@ -229,6 +229,7 @@ impl Server {
             .add_service(InterceptedService::new(reflection, options.security.open_gate()))
             .add_service(participant)
             .add_service(peer)
+            .add_service(RefuseVersion1)
             .serve_with_incoming_shutdown(self.incoming, stopping.cancelled());
         tokio::pin!(serving, shutdown);
         tokio::select! {

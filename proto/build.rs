@@ -24,7 +24,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         // Particle arrays are taken from the receive buffer without a copy.
         .bytes(".fsi.v2")
         // Lists are counted before they are decoded.
-        .codec_path("crate::codec::Bounded")
+        .codec_path("crate::transport::codec::Bounded")
         .compile_fds(descriptors)?;
     Ok(())
 }

@@ -5,35 +5,30 @@
 //! [`description`].
 //!
 //! ```text
-//! coordinator -- client::ParticipantClient --> service (Participant) --> compute thread: sph::coupling::driver::run
-//!                                              fluid: peer::GrpcPeer --> service (Peer) of the solid
+//! coordinator -- transport::client --> service (Participant) --> compute thread: sph::coupling::driver::run
+//!                                      fluid: transport::peer --> service (Peer) of the solid
+//!
+//! convert      messages to types of the program and back        limits        sizes and times of the protocol
+//! description, handshake   what participants declare, and what does not fit together
+//! transport    connections, security, client, peer, relay       service       a server around a solver
+//! recording    frames in a file: record, compare, play          checkpoint    a state as bytes
+//! conform      examines a solver from outside                   testing       made-up input, a faulty proxy
+//! trace        when a run does what                             error, file_size
 //! ```
 
 pub mod checkpoint;
-pub mod client;
-mod codec;
 pub mod conform;
-mod connection;
 mod convert;
 pub mod description;
 mod error;
 pub mod file_size;
 pub mod handshake;
-pub mod hostile;
 pub mod limits;
-pub mod node;
-mod peer;
-pub mod player;
-pub mod proxy;
 pub mod recording;
-pub mod relay;
-mod secrets;
-pub mod security;
 pub mod service;
-mod token;
+pub mod testing;
 pub mod trace;
-mod transport;
-mod version1;
+pub mod transport;
 
 pub use convert::{Beat, Phase};
 pub use error::{RpcCode, RpcError};

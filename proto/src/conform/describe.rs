@@ -7,7 +7,7 @@ use super::bench::{Bench, open_request};
 use super::scene::Scene;
 use super::{Finding, passed};
 use crate::description::PROTOCOL;
-use crate::token::Token;
+use crate::transport::token::Token;
 use crate::wire;
 
 /// Number of a field that no message of this package has.

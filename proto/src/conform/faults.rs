@@ -14,7 +14,7 @@ use super::{Finding, not_offered, passed};
 use crate::Phase;
 use crate::convert::Choice;
 use crate::limits::MAX_FRAME_BYTES;
-use crate::relay::{Direction, Pass, Tap};
+use crate::transport::relay::{Direction, Pass, Tap};
 use crate::wire;
 
 /// Half-step at which damage is done.

@@ -8,11 +8,11 @@ use std::time::{Duration, Instant};
 use sph::coupling::solver::Role;
 use sph::setup::CouplingKind;
 
-use crate::client::{Deadlines, ParticipantClient};
 use crate::description::Description;
 use crate::error::RpcError;
-use crate::security::{ClientSecurity, SecuredChannel};
-use crate::transport;
+use crate::transport::channel;
+use crate::transport::client::{Deadlines, ParticipantClient};
+use crate::transport::security::{ClientSecurity, SecuredChannel};
 
 mod bench;
 mod bodies;
@@ -232,6 +232,6 @@ pub async fn examine(
 
 /// A raw connection to `address`, where the participant under examination or another process of it listens.
 async fn connect(address: &str, bench: &Bench) -> Result<SecuredChannel, String> {
-    let channel = transport::connect_secured(address, bench.deadline, &bench.security).await;
+    let channel = channel::connect_secured(address, bench.deadline, &bench.security).await;
     channel.map(|channel| bench.security.over(channel)).map_err(|problem| format!("{address} {problem}"))
 }

@@ -19,42 +19,9 @@ use crate::description::{
 use crate::limits::{MAX_BOXES, MAX_LIST};
 use crate::wire;
 
-impl Choice for CouplingKind {
-    const ALL: &'static [Self] = &CouplingKind::ALL;
+choices!(CouplingKind = wire::CouplingKind { States, Loads });
 
-    fn code(self) -> i32 {
-        let wire = match self {
-            CouplingKind::States => wire::CouplingKind::States,
-            CouplingKind::Loads => wire::CouplingKind::Loads,
-        };
-        wire.into()
-    }
-}
-
-impl Choice for FrameField {
-    const ALL: &'static [Self] = &[
-        FrameField::Position,
-        FrameField::Velocity,
-        FrameField::Density,
-        FrameField::Pressure,
-        FrameField::Stress,
-        FrameField::Volume,
-        FrameField::Force,
-    ];
-
-    fn code(self) -> i32 {
-        let wire = match self {
-            FrameField::Position => wire::Field::Position,
-            FrameField::Velocity => wire::Field::Velocity,
-            FrameField::Density => wire::Field::Density,
-            FrameField::Pressure => wire::Field::Pressure,
-            FrameField::Stress => wire::Field::Stress,
-            FrameField::Volume => wire::Field::Volume,
-            FrameField::Force => wire::Field::Force,
-        };
-        wire.into()
-    }
-}
+choices!(FrameField = wire::Field { Position, Velocity, Density, Pressure, Stress, Volume, Force });
 
 fn codes<T: Choice>(values: &[T]) -> Vec<i32> {
     values.iter().map(|value| value.code()).collect()

@@ -60,18 +60,7 @@ impl std::fmt::Display for Beat {
     }
 }
 
-impl Choice for Phase {
-    const ALL: &'static [Self] = &[Phase::Computing, Phase::WaitingForPartner, Phase::WaitingForGrant];
-
-    fn code(self) -> i32 {
-        let wire = match self {
-            Phase::Computing => wire::Phase::Computing,
-            Phase::WaitingForPartner => wire::Phase::WaitingForPartner,
-            Phase::WaitingForGrant => wire::Phase::WaitingForGrant,
-        };
-        wire.into()
-    }
-}
+choices!(Phase = wire::Phase { Computing, WaitingForPartner, WaitingForGrant });
 
 pub(crate) fn encode_command(run_id: &str, epoch: u32, command: Command) -> wire::Command {
     use wire::command::Order;

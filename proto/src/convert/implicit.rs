@@ -9,17 +9,7 @@ use crate::wire;
 /// Most iterations that a set-up may ask for.
 const MOST_ITERATIONS: u32 = 1000;
 
-impl Choice for NonConvergence {
-    const ALL: &'static [Self] = &[NonConvergence::Stop, NonConvergence::Accept];
-
-    fn code(self) -> i32 {
-        let wire = match self {
-            NonConvergence::Stop => wire::NonConvergence::Stop,
-            NonConvergence::Accept => wire::NonConvergence::Accept,
-        };
-        wire.into()
-    }
-}
+choices!(NonConvergence = wire::NonConvergence { Stop, Accept });
 
 impl Convert for ImplicitCoupling {
     type Wire = wire::ImplicitCoupling;

@@ -3,6 +3,21 @@
 //! Nothing from the wire is used before its length, range and finiteness are checked; an error names the path of the
 //! field, its value and what is allowed. Both directions stand side by side, so that they cannot drift apart.
 
+/// Implements [`Choice`] for an enum whose values have the same names on the wire.
+macro_rules! choices {
+    ($choice:ident = wire::$wire:ident { $($value:ident),+ $(,)? }) => {
+        impl crate::convert::Choice for $choice {
+            const ALL: &'static [Self] = &[$($choice::$value),+];
+
+            fn code(self) -> i32 {
+                match self {
+                    $($choice::$value => crate::wire::$wire::$value.into()),+
+                }
+            }
+        }
+    };
+}
+
 mod arrays;
 mod description;
 mod events;

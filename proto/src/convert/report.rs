@@ -13,19 +13,7 @@ use super::{
 };
 use crate::wire;
 
-impl Choice for Check {
-    const ALL: &'static [Self] = &[Check::Force, Check::Torque, Check::Momentum, Check::AngularMomentum];
-
-    fn code(self) -> i32 {
-        let wire = match self {
-            Check::Force => wire::Check::Force,
-            Check::Torque => wire::Check::Torque,
-            Check::Momentum => wire::Check::Momentum,
-            Check::AngularMomentum => wire::Check::AngularMomentum,
-        };
-        wire.into()
-    }
-}
+choices!(Check = wire::Check { Force, Torque, Momentum, AngularMomentum });
 
 impl Convert for StepStage {
     type Wire = wire::StepStage;
@@ -79,26 +67,21 @@ impl Convert for InterfaceSums {
     }
 }
 
-impl Choice for Account {
-    const ALL: &'static [Self] = &Account::ALL;
-
-    fn code(self) -> i32 {
-        let wire = match self {
-            Account::BodyForce => wire::Account::BodyForce,
-            Account::Walls => wire::Account::Walls,
-            Account::Supports => wire::Account::Supports,
-            Account::WallContact => wire::Account::WallContact,
-            Account::Damping => wire::Account::Damping,
-            Account::Stabilisers => wire::Account::Stabilisers,
-            Account::Removed => wire::Account::Removed,
-            Account::BodyContact => wire::Account::BodyContact,
-            Account::OwnForces => wire::Account::OwnForces,
-            Account::Shifting => wire::Account::Shifting,
-            Account::TimeScheme => wire::Account::TimeScheme,
-        };
-        wire.into()
+choices!(
+    Account = wire::Account {
+        BodyForce,
+        Walls,
+        Supports,
+        WallContact,
+        Damping,
+        Stabilisers,
+        Removed,
+        BodyContact,
+        OwnForces,
+        Shifting,
+        TimeScheme
     }
-}
+);
 
 fn accounts_to_wire(accounts: &Accounts) -> Vec<wire::AccountEntry> {
     let entry = |account| {

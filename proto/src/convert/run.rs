@@ -18,86 +18,17 @@ use super::{
 use crate::description::DIMENSION_COUNT;
 use crate::wire;
 
-impl Choice for Role {
-    const ALL: &'static [Self] = &[Role::Fluid, Role::Solid];
+choices!(Role = wire::Role { Fluid, Solid });
 
-    fn code(self) -> i32 {
-        let wire = match self {
-            Role::Fluid => wire::Role::Fluid,
-            Role::Solid => wire::Role::Solid,
-        };
-        wire.into()
-    }
-}
+choices!(Stage = wire::Stage { Predictor, Corrector });
 
-impl Choice for Stage {
-    const ALL: &'static [Self] = &Stage::BOTH;
+choices!(BreachAction = wire::BreachAction { Warn, Stop, StopAndCheckpoint });
 
-    fn code(self) -> i32 {
-        let wire = match self {
-            Stage::Predictor => wire::Stage::Predictor,
-            Stage::Corrector => wire::Stage::Corrector,
-        };
-        wire.into()
-    }
-}
+choices!(InterfaceLaw = wire::InterfaceLaw { Wall, WallNoSlip, PlainSum });
 
-impl Choice for BreachAction {
-    const ALL: &'static [Self] = &[BreachAction::Warn, BreachAction::Stop, BreachAction::StopAndCheckpoint];
+choices!(GradientCorrection = wire::GradientCorrection { None, LatticeMoment, Continuity, Renormalised });
 
-    fn code(self) -> i32 {
-        let wire = match self {
-            BreachAction::Warn => wire::BreachAction::Warn,
-            BreachAction::Stop => wire::BreachAction::Stop,
-            BreachAction::StopAndCheckpoint => wire::BreachAction::StopAndCheckpoint,
-        };
-        wire.into()
-    }
-}
-
-impl Choice for InterfaceLaw {
-    const ALL: &'static [Self] = &[InterfaceLaw::Wall, InterfaceLaw::WallNoSlip, InterfaceLaw::PlainSum];
-
-    fn code(self) -> i32 {
-        let wire = match self {
-            InterfaceLaw::Wall => wire::InterfaceLaw::Wall,
-            InterfaceLaw::WallNoSlip => wire::InterfaceLaw::WallNoSlip,
-            InterfaceLaw::PlainSum => wire::InterfaceLaw::PlainSum,
-        };
-        wire.into()
-    }
-}
-
-impl Choice for GradientCorrection {
-    const ALL: &'static [Self] = &[
-        GradientCorrection::None,
-        GradientCorrection::LatticeMoment,
-        GradientCorrection::Continuity,
-        GradientCorrection::Renormalised,
-    ];
-
-    fn code(self) -> i32 {
-        let wire = match self {
-            GradientCorrection::None => wire::GradientCorrection::None,
-            GradientCorrection::LatticeMoment => wire::GradientCorrection::LatticeMoment,
-            GradientCorrection::Continuity => wire::GradientCorrection::Continuity,
-            GradientCorrection::Renormalised => wire::GradientCorrection::Renormalised,
-        };
-        wire.into()
-    }
-}
-
-impl Choice for WallCondition {
-    const ALL: &'static [Self] = &[WallCondition::Slip, WallCondition::NoSlip];
-
-    fn code(self) -> i32 {
-        let wire = match self {
-            WallCondition::Slip => wire::WallCondition::Slip,
-            WallCondition::NoSlip => wire::WallCondition::NoSlip,
-        };
-        wire.into()
-    }
-}
+choices!(WallCondition = wire::WallCondition { Slip, NoSlip });
 
 impl Convert for RunSetup {
     type Wire = wire::RunSetup;

@@ -303,17 +303,7 @@ impl Convert for UpdatedLagrangian {
     }
 }
 
-impl Choice for HyperelasticLaw {
-    const ALL: &'static [Self] = &[HyperelasticLaw::StVenantKirchhoff, HyperelasticLaw::NeoHookean];
-
-    fn code(self) -> i32 {
-        let wire = match self {
-            HyperelasticLaw::StVenantKirchhoff => wire::HyperelasticLaw::StVenantKirchhoff,
-            HyperelasticLaw::NeoHookean => wire::HyperelasticLaw::NeoHookean,
-        };
-        wire.into()
-    }
-}
+choices!(HyperelasticLaw = wire::HyperelasticLaw { StVenantKirchhoff, NeoHookean });
 
 impl Convert for TotalLagrangian {
     type Wire = wire::TotalLagrangian;

@@ -1,6 +1,7 @@
 //! Recordings of the half-step frames of a run: FORM of `recording.proto` says what a file holds.
 
 mod compare;
+pub mod player;
 mod reader;
 mod writer;
 

@@ -19,7 +19,7 @@ use super::session::{Host, Linked, Serial, Session, State};
 use crate::convert::{BatchItem, Beat, Phase, decode_command, encode_batch};
 use crate::error::status_text;
 use crate::limits::BEAT_INTERVAL;
-use crate::peer::PeerMonitor;
+use crate::transport::peer::PeerMonitor;
 use crate::wire;
 
 /// Events that may wait for the coordinator; then the solver waits.

@@ -23,15 +23,15 @@ use sph::coupling::solver::{Role, Solver};
 use sph::setup::{InterfaceLaw, ParticipantSetup};
 use tonic::service::interceptor::InterceptedService;
 
-use crate::connection::Incoming;
 use crate::description::{
     BodyReport, Capabilities, Constants, CouplingKind, DIMENSION_COUNT, Description, Fact, Limits, PROTOCOL,
 };
 use crate::error::with_causes;
 use crate::limits::{MAX_FRAME_BYTES, MAX_MESSAGE_BYTES};
-use crate::security::ServerSecurity;
-use crate::transport;
-use crate::version1::RefuseVersion1;
+use crate::transport::channel;
+use crate::transport::connection::Incoming;
+use crate::transport::security::ServerSecurity;
+use crate::transport::version1::RefuseVersion1;
 use crate::wire;
 use session::{Host, Skin};
 
@@ -222,7 +222,7 @@ impl Server {
         health.set_serving::<wire::peer_server::PeerServer<Skin<F>>>().await;
         let stopping = host.shutdown.clone();
         let mut server =
-            transport::server(&options.security, options.lease).map_err(|e| transport_error(&e))?;
+            channel::server(&options.security, options.lease).map_err(|e| transport_error(&e))?;
         let participant = InterceptedService::new(participant, options.security.gate());
         let serving = server
             .add_service(InterceptedService::new(health_service, options.security.open_gate()))

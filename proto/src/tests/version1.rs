@@ -12,10 +12,10 @@ use tonic::server::{NamedService, UnaryService};
 use tonic::{Code, Request, Response, Status};
 
 use super::fake::TestServer;
-use crate::client::{Deadlines, ParticipantClient};
-use crate::codec::Bounded;
-use crate::security::ClientSecurity;
-use crate::transport;
+use crate::transport::channel;
+use crate::transport::client::{Deadlines, ParticipantClient};
+use crate::transport::codec::Bounded;
+use crate::transport::security::ClientSecurity;
 use crate::wire::DescribeRequest;
 
 type Codec = Bounded<DescribeRequest, DescribeRequest>;
@@ -67,7 +67,7 @@ async fn a_coordinator_of_protocol_1_is_told_the_version_that_is_needed() {
     let server = TestServer::start(Role::Solid);
     let security = ClientSecurity::default();
     let deadline = Deadlines::default().connect;
-    let channel = transport::connect_secured(&server.address.to_string(), deadline, &security).await.unwrap();
+    let channel = channel::connect_secured(&server.address.to_string(), deadline, &security).await.unwrap();
     for call in ["Describe", "Open"] {
         let mut client = tonic::client::Grpc::new(channel.clone());
         client.ready().await.unwrap();

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use proto::security::ClientFiles;
+use proto::transport::security::ClientFiles;
 use serde::Serialize;
 use sph::setup::{CouplingKind, ImplicitCoupling, InterfaceLaw, NonConvergence, Relaxation};
 

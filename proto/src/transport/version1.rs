@@ -10,8 +10,8 @@ use tonic::codegen::http::uri::PathAndQuery;
 use tonic::codegen::{Service, StdError, http};
 use tonic::server::NamedService;
 
-use crate::codec::Bounded;
 use crate::description::PROTOCOL;
+use crate::transport::codec::Bounded;
 use crate::wire::DescribeRequest;
 
 /// Answers every call of a coordinator of protocol 1.

@@ -20,10 +20,10 @@ use crate::convert::{
 use crate::description::{Description, LinkPlan, OpenReport, PROTOCOL};
 use crate::error::{RpcCode, RpcError};
 use crate::limits::MAX_MESSAGE_BYTES;
-use crate::security::{ClientSecurity, ShowAccess};
-use crate::token::Token;
-use crate::transport;
-use crate::version1;
+use crate::transport::channel;
+use crate::transport::security::{ClientSecurity, ShowAccess};
+use crate::transport::token::Token;
+use crate::transport::version1;
 use crate::wire;
 use crate::wire::participant_client::ParticipantClient as WireClient;
 
@@ -132,7 +132,7 @@ impl ParticipantClient {
         deadlines: Deadlines,
         security: &ClientSecurity,
     ) -> Result<Self, RpcError> {
-        let channel = transport::connect_secured(address, deadlines.connect, security)
+        let channel = channel::connect_secured(address, deadlines.connect, security)
             .await
             .map_err(|problem| RpcError::new(RpcCode::Unavailable, "connect", address, problem))?;
         let service = InterceptedService::new(channel, security.shower());

@@ -17,12 +17,12 @@ use tonic::Status;
 use tonic::codec::{Codec, DecodeBuf, Decoder, EncodeBuf, Encoder};
 use tonic::codegen::http::uri::PathAndQuery;
 
-use crate::codec;
 use crate::convert::{FrameReader, FrameWriter};
 use crate::description::FrameField;
 use crate::error::{RpcError, with_causes};
-use crate::security::ClientSecurity;
-use crate::transport;
+use crate::transport::channel;
+use crate::transport::codec;
+use crate::transport::security::ClientSecurity;
 use crate::wire;
 
 const RUN: &str = "run";
@@ -195,7 +195,7 @@ pub const CALLS: [&str; 9] = [
 pub async fn call(address: &str, path: &'static str, message: Vec<u8>) -> Result<(), RpcError> {
     const DEADLINE: Duration = Duration::from_secs(60);
     let refused = |status: Status| RpcError::from_status(path, address, &status);
-    let channel = transport::connect_secured(address, DEADLINE, &ClientSecurity::default())
+    let channel = channel::connect_secured(address, DEADLINE, &ClientSecurity::default())
         .await
         .map_err(|problem| refused(Status::unavailable(problem)))?;
     let mut client = tonic::client::Grpc::new(channel);

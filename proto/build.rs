@@ -9,22 +9,22 @@ use prost_types::{DescriptorProto, FieldDescriptorProto, FileDescriptorSet};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let files = [
-        "fsi/v1/types.proto",
-        "fsi/v1/setup.proto",
-        "fsi/v1/participant.proto",
-        "fsi/v1/peer.proto",
-        "fsi/v1/recording.proto",
+        "fsi/v2/types.proto",
+        "fsi/v2/setup.proto",
+        "fsi/v2/participant.proto",
+        "fsi/v2/peer.proto",
+        "fsi/v2/recording.proto",
     ];
     println!("cargo::rerun-if-changed=proto");
     let descriptors = protox::compile(files, ["proto"])?;
     let out = PathBuf::from(std::env::var("OUT_DIR")?);
-    std::fs::write(out.join("fsi.v1.bin"), prost::Message::encode_to_vec(&descriptors))?;
+    std::fs::write(out.join("fsi.v2.bin"), prost::Message::encode_to_vec(&descriptors))?;
     std::fs::write(out.join("shapes.rs"), shapes(&descriptors)?)?;
     tonic_prost_build::configure()
         // Particle arrays are taken from the receive buffer without a copy.
-        .bytes(".fsi.v1")
+        .bytes(".fsi.v2")
         // Lists are counted before they are decoded.
-        .codec_path("crate::codec::Bounded")
+        .codec_path("crate::transport::codec::Bounded")
         .compile_fds(descriptors)?;
     Ok(())
 }
@@ -50,13 +50,17 @@ fn shapes(descriptors: &FileDescriptorSet) -> Result<String, std::fmt::Error> {
         for field in fields {
             let inner = index.get(&field.type_name().to_owned()).filter(|_| field.r#type() == Type::Message);
             let repeated = field.label() == Label::Repeated;
-            if !repeated && inner.is_none() {
-                continue;
-            }
+            let entry = match inner {
+                Some(k) => format!("Entry::Message({k})"),
+                None if repeated => match entry(field) {
+                    Some(entry) => entry.to_owned(),
+                    None => continue,
+                },
+                None => continue,
+            };
             let list = if repeated { format!("Some({lists})") } else { "None".into() };
             lists += usize::from(repeated);
             let (number, name) = (field.number(), field.name());
-            let entry = inner.map_or_else(|| entry(field).to_owned(), |k| format!("Entry::Message({k})"));
             writeln!(
                 text,
                 "        Field {{ number: {number}, name: {name:?}, list: {list}, entry: {entry} }},"
@@ -84,12 +88,12 @@ fn collect<'a>(
     messages.insert(path.to_owned(), message);
 }
 
-/// How an entry that is no message travels.
-fn entry(field: &FieldDescriptorProto) -> &'static str {
+/// How an entry that is no message travels; `None` for numbers of fixed size, which take no more memory than bytes on the
+/// wire and are not counted.
+fn entry(field: &FieldDescriptorProto) -> Option<&'static str> {
     match field.r#type() {
-        Type::String | Type::Bytes => "Entry::Text",
-        Type::Double | Type::Fixed64 | Type::Sfixed64 => "Entry::Packed64",
-        Type::Float | Type::Fixed32 | Type::Sfixed32 => "Entry::Packed32",
-        _ => "Entry::PackedVarint",
+        Type::String | Type::Bytes => Some("Entry::Text"),
+        Type::Double | Type::Fixed64 | Type::Sfixed64 | Type::Float | Type::Fixed32 | Type::Sfixed32 => None,
+        _ => Some("Entry::PackedVarint"),
     }
 }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use proto::conform::{Check, Options, Outcome, Report, Verdict, examine};
-use proto::security::{ClientFiles, ClientSecurity};
+use proto::transport::security::{ClientFiles, ClientSecurity};
 use sph::setup::CouplingKind;
 
 use crate::failure::Failure;

@@ -42,7 +42,7 @@ impl SolverFactory for FluidFactory {
     }
 }
 
-/// Runs the server program on `args`, the program's name first; see [`proto::node::NodeArgs`].
+/// Runs the server program on `args`, the program's name first; see [`proto::transport::node::NodeArgs`].
 pub fn main_with(args: impl IntoIterator<Item = OsString>) -> ExitCode {
-    proto::node::main_with(args, FluidFactory)
+    proto::transport::node::main_with(args, FluidFactory)
 }

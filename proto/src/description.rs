@@ -1,4 +1,4 @@
-//! What participants tell about themselves before a run: the handshake in types of the program.
+//! The handshake in types of the program: what participants declare before a run.
 
 use std::fmt;
 use std::time::Duration;
@@ -21,7 +21,10 @@ pub struct ProtocolVersion {
 }
 
 /// Version that this crate speaks.
-pub const PROTOCOL: ProtocolVersion = ProtocolVersion { major: 1, minor: 3 };
+pub const PROTOCOL: ProtocolVersion = ProtocolVersion { major: 2, minor: 0 };
+
+/// Number of space dimensions of the runs of this program.
+pub const DIMENSION_COUNT: u32 = 2;
 
 impl fmt::Display for ProtocolVersion {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -42,9 +45,9 @@ pub enum FrameField {
     Pressure,
     /// σ \[Pa\].
     Stress,
-    /// Volume of a sample \[m²\].
+    /// Volume of a coupling point \[m³\].
     Volume,
-    /// Force on a sample \[N/m\].
+    /// Force on a coupling point \[N\].
     Force,
 }
 
@@ -64,16 +67,24 @@ impl FrameField {
 
     /// The field as the protocol defines it.
     pub fn spec(self) -> FieldSpec {
-        let (unit, components) = match self {
-            Self::Position => ("m", 2),
-            Self::Velocity => ("m/s", 2),
-            Self::Density => ("kg/m3", 1),
-            Self::Pressure => ("Pa", 1),
-            Self::Stress => ("Pa", 3),
-            Self::Volume => ("m2", 1),
-            Self::Force => ("N/m", 2),
+        let unit = match self {
+            Self::Position => "m",
+            Self::Velocity => "m/s",
+            Self::Density => "kg/m3",
+            Self::Pressure | Self::Stress => "Pa",
+            Self::Volume => "m3",
+            Self::Force => "N",
         };
-        FieldSpec { field: self, unit: unit.into(), components }
+        FieldSpec { field: self, unit: unit.into(), components: self.components().into() }
+    }
+
+    /// Numbers per particle in the plane.
+    pub fn components(self) -> u8 {
+        match self {
+            Self::Position | Self::Velocity | Self::Force => 2,
+            Self::Stress => 3,
+            Self::Density | Self::Pressure | Self::Volume => 1,
+        }
     }
 
     /// Fields that the frames of `role` carry under `law` and `kind`.
@@ -89,12 +100,12 @@ impl FrameField {
         }
     }
 
-    /// What frames of these fields are.
+    /// Content of frames with these fields.
     pub fn content(fields: &[FrameField]) -> FrameContent {
         if fields.contains(&FrameField::Force) {
             FrameContent::Forces
         } else if fields.contains(&FrameField::Volume) {
-            FrameContent::Samples
+            FrameContent::CouplingPoints
         } else {
             FrameContent::States
         }
@@ -123,8 +134,8 @@ pub struct Capabilities {
     pub adaptive_step: bool,
     /// Evaluates expressions.
     pub expressions: bool,
-    /// Iterates half-steps in its role.
-    pub iterates: bool,
+    /// Implicit coupling in its role.
+    pub implicit_coupling: bool,
 }
 
 /// Sizes and times that a server keeps to.
@@ -155,8 +166,8 @@ pub struct Description {
     pub protocols: [ProtocolVersion; 2],
     /// Roles that it can take.
     pub roles: Vec<Role>,
-    /// Number of space dimensions.
-    pub dimensions: u32,
+    /// Numbers of space dimensions of the runs that it takes.
+    pub dimensions: Vec<u32>,
     /// Kinds of coupling that it offers.
     pub coupling_kinds: Vec<CouplingKind>,
     /// Interface laws that it offers.
@@ -239,16 +250,16 @@ pub struct OpenReport {
     pub counts: Counts,
     /// Further numbers for the run header.
     pub facts: Vec<Fact>,
-    /// What moves each body of a solid, in the order of its set-up; empty from a fluid and from solvers of 1.2.
+    /// Mass and inertia of each body of a solid, in the order of its set-up; empty from a fluid.
     pub bodies: Vec<BodyReport>,
 }
 
-/// What the equations of motion of a body use.
+/// Mass and inertia of a body as its equations of motion use them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BodyReport {
-    /// Mass per depth \[kg/m\].
+    /// Mass \[kg\].
     pub mass: f64,
-    /// Moment of inertia of a rigid body about its centre of mass per depth \[kg m\].
+    /// Moment of inertia of a rigid body about its centre of mass \[kg m²\].
     pub inertia: Option<f64>,
 }
 
@@ -270,7 +281,7 @@ pub struct LinkPlan {
     pub first_limit: f64,
     /// The partner's extent at the start; empty without partner.
     pub partner_extent: Extent,
-    /// What the set-up says of a solid partner; `None` for a solid and without partner.
+    /// Set-up of a solid partner, for the audit of its frames; `None` for a solid and without partner.
     pub partner_particles: Option<PartnerParticles>,
     /// Where the partner is.
     pub partner: Partner,

@@ -3,9 +3,10 @@
 use sph::coupling::solver::Role;
 use sph::lanes::Path;
 use sph::setup::{Coupling, FluidParameters, Formulation, ParameterSet, RunSetup, SolidSetup, StepPolicy};
-use sph::space::DIMENSIONS;
 
-use crate::description::{Constants, CouplingKind, Description, FieldSpec, OpenReport, PROTOCOL};
+use crate::description::{
+    Constants, CouplingKind, DIMENSION_COUNT, Description, FieldSpec, OpenReport, PROTOCOL,
+};
 
 /// The first of the kinds `acceptable` that every participant offers; the first of all when they share none, which
 /// [`unfit`] then tells.
@@ -28,10 +29,11 @@ pub fn unfit(description: &Description, role: Role, run: &RunSetup) -> Vec<Strin
         let roles: Vec<String> = description.roles.iter().map(Role::to_string).collect();
         reasons.push(format!("{who} plays {}, needed is {role}", roles.join(" or ")));
     }
-    if u32::try_from(DIMENSIONS) != Ok(description.dimensions) {
+    if !description.dimensions.contains(&DIMENSION_COUNT) {
+        let offered: Vec<String> = description.dimensions.iter().map(u32::to_string).collect();
         reasons.push(format!(
-            "{who} computes in {} dimensions, the case in {DIMENSIONS}",
-            description.dimensions
+            "{who} computes in {} dimensions, the case in {DIMENSION_COUNT}",
+            offered.join(" or ")
         ));
     }
     if let Some(coupling) = &run.coupling {
@@ -61,11 +63,11 @@ pub fn unfit(description: &Description, role: Role, run: &RunSetup) -> Vec<Strin
     if matches!(run.time.step, StepPolicy::Adaptive { .. }) && !description.capabilities.adaptive_step {
         reasons.push(format!("{who} takes fixed time steps only, the case asks for adaptive ones"));
     }
-    let iterates = run.coupling.is_some_and(|coupling| coupling.iterate.is_some());
-    if iterates && !description.capabilities.iterates {
+    let implicit = run.coupling.is_some_and(|coupling| coupling.implicit.is_some());
+    if implicit && !description.capabilities.implicit_coupling {
         reasons.push(format!(
-            "{who} does not iterate half-steps, the case asks for it; leave out `interface.iterate` and take a step that one \
-             exchange bears, or use a solver that offers it"
+            "{who} does not offer implicit coupling, which the case needs; leave out `interface.iterate` and take a smaller \
+             time step, or use a solver that offers it"
         ));
     }
     if run.body_force.expressions.is_some() && !description.capabilities.expressions {
@@ -160,7 +162,7 @@ impl Differences {
     fn coupling(&mut self, fluid: &Coupling, solid: &Coupling) {
         self.compare("coupling kind of the set-up", &fluid.kind, &solid.kind);
         self.compare("interface law", &fluid.law, &solid.law);
-        self.compare("iterated half-steps", &fluid.iterate, &solid.iterate);
+        self.compare("implicit coupling", &fluid.implicit, &solid.implicit);
         self.number("solid particle spacing", "m", fluid.solid_spacing, solid.solid_spacing);
         self.number("margin", "m", fluid.margin, solid.margin);
         for spec in FluidParameters::SPECIFICATIONS.iter().filter(|spec| spec.is_of_pair_law) {

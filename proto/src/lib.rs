@@ -1,38 +1,34 @@
 //! The protocol between coordinator and solvers: messages, checked conversions, services and clients.
 //!
-//! The .proto files of package `fsi.v1` are the protocol's definition; this crate is its one user in this workspace.
+//! The .proto files of package `fsi.v2` are the protocol's definition; this crate is its one user in this workspace.
 //! Generated types and the transport stay inside: the rest of the program speaks in types of `sph` and of
 //! [`description`].
 //!
 //! ```text
-//! coordinator -- client::ParticipantClient --> service (Participant) --> compute thread: sph::coupling::driver::run
-//!                                              fluid: peer::GrpcPeer --> service (Peer) of the solid
+//! coordinator -- transport::client --> service (Participant) --> compute thread: sph::coupling::driver::run
+//!                                      fluid: transport::peer --> service (Peer) of the solid
+//!
+//! convert      messages to types of the program and back        limits        sizes and times of the protocol
+//! description, handshake   what participants declare, and what does not fit together
+//! transport    connections, security, client, peer, relay       service       a server around a solver
+//! recording    frames in a file: record, compare, play          checkpoint    a state as bytes
+//! conform      examines a solver from outside                   testing       made-up input, a faulty proxy
+//! trace        when a run does what                             error, file_size
 //! ```
 
 pub mod checkpoint;
-pub mod client;
-mod codec;
 pub mod conform;
-mod connection;
 mod convert;
 pub mod description;
 mod error;
 pub mod file_size;
 pub mod handshake;
-pub mod hostile;
 pub mod limits;
-pub mod node;
-mod peer;
-pub mod player;
-pub mod proxy;
 pub mod recording;
-pub mod relay;
-mod secrets;
-pub mod security;
 pub mod service;
-mod token;
+pub mod testing;
 pub mod trace;
-mod transport;
+pub mod transport;
 
 pub use convert::{Beat, Phase};
 pub use error::{RpcCode, RpcError};
@@ -40,10 +36,10 @@ pub use error::{RpcCode, RpcError};
 /// Generated messages and services.
 pub(crate) mod wire {
     #![allow(missing_docs, clippy::all)]
-    tonic::include_proto!("fsi.v1");
+    tonic::include_proto!("fsi.v2");
 
     /// All messages and services as a serialised descriptor set, for reflection.
-    pub(crate) const DESCRIPTORS: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/fsi.v1.bin"));
+    pub(crate) const DESCRIPTORS: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/fsi.v2.bin"));
 }
 
 #[cfg(test)]

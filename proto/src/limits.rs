@@ -31,6 +31,8 @@ pub(crate) const MAX_BOXES: usize = 1 << 20;
 pub(crate) const MAX_LIST: usize = 1 << 16;
 /// Most events in one message: each takes more than a kilobyte once it is decoded.
 pub(crate) const MAX_EVENTS: usize = 1 << 12;
+/// Most accounts of a momentum budget, with room for more of them.
+pub(crate) const MAX_ACCOUNTS: usize = 16;
 /// Deepest nesting of messages that is walked; the decoder gives up before.
 pub(crate) const MAX_DEPTH: usize = 128;
 /// Longest name, run id or holder \[bytes\].

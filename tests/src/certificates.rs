@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use proto::security::ClientFiles;
+use proto::transport::security::ClientFiles;
 use rcgen::{BasicConstraints, CertificateParams, CertifiedIssuer, IsCa, KeyPair};
 
 /// An authority with a certificate for a server of this machine and one for a caller.

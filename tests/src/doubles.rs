@@ -5,13 +5,12 @@ use std::time::Duration;
 
 use proto::description::{Description, ProtocolVersion};
 use proto::service::{Opened, ServeOptions, Server, SetupProblems, SolverFactory};
-use sph::coupling::exchange::{Exchange, Extent, Frame, InterfaceStates, PeerError};
-use sph::coupling::ledger::{Energies, StageBooks};
+use sph::coupling::exchange::{Column, Exchange, Extent, Frame, PeerError, StateColumns};
+use sph::coupling::ledger::{Energies, StageBudget};
 use sph::coupling::saved::{RestoreError, SavedState};
-use sph::coupling::solver::{Counts, Divergence, NoLoads, NotRevised, ParticleFields, Role, Solver};
+use sph::coupling::solver::{Counts, Divergence, NoLoads, NotUpdated, ParticleFields, Role, Solver};
 use sph::coupling::stage::{StageTime, StepStage};
 use sph::setup::ParticipantSetup;
-use sph::space::Vector;
 use tokio::sync::oneshot;
 
 /// What is wrong with a [`Double`].
@@ -27,7 +26,7 @@ pub enum Wrong {
     Stale(StepStage),
     /// It reports this multiple of the interface force at this half-step.
     Force(StepStage, f64),
-    /// It books a force of the interface at this half-step that did not act, here and in its own sums.
+    /// It reports a force of the interface at this half-step that did not act, here and in its own sums.
     Skewed(StepStage),
     /// It sends a NaN at this half-step.
     NotANumber(StepStage),
@@ -41,9 +40,9 @@ pub enum Wrong {
     Drop(StepStage),
     /// Its process ends at this half-step.
     Exit(StepStage),
-    /// In iterated half-steps it says that it has settled without moving by the forces that came.
+    /// With implicit coupling it reports convergence without moving by the returned forces.
     Unmoved,
-    /// It does not offer iterated half-steps.
+    /// It does not offer implicit coupling.
     NoIterations,
 }
 
@@ -56,7 +55,7 @@ impl SolverFactory for Double {
         let mut description = solid_server::SolidFactory.describe();
         match self.0 {
             Wrong::Protocol(version) => description.protocols = [version; 2],
-            Wrong::NoIterations => description.capabilities.iterates = false,
+            Wrong::NoIterations => description.capabilities.implicit_coupling = false,
             _ => {}
         }
         description
@@ -76,7 +75,7 @@ impl SolverFactory for Double {
             solver: opened.solver,
             wrong: self.0,
             now: StepStage::FIRST,
-            last: InterfaceStates::default(),
+            last: StateColumns::default(),
         };
         Ok(Opened { solver: Box::new(solver), ..opened })
     }
@@ -127,11 +126,11 @@ struct WrongSolver {
     wrong: Wrong,
     now: StepStage,
     /// The partner's states of the half-step before.
-    last: InterfaceStates,
+    last: StateColumns,
 }
 
 impl Solver for WrongSolver {
-    fn evaluate_cross(&mut self, time: &StageTime, own: &InterfaceStates, partner: &InterfaceStates) {
+    fn evaluate_cross(&mut self, time: &StageTime, own: &StateColumns, partner: &StateColumns) {
         let used = if self.wrong == Wrong::Stale(time.at) { &self.last } else { partner };
         self.solver.evaluate_cross(time, own, used);
         self.last.clone_from(partner);
@@ -148,11 +147,11 @@ impl Solver for WrongSolver {
         self.solver.begin_stage(time)
     }
 
-    fn interface(&mut self, partner: &Extent, reach: f64, states: &mut InterfaceStates) -> u64 {
+    fn interface(&mut self, partner: &Extent, reach: f64, states: &mut StateColumns) -> u64 {
         let version = self.solver.interface(partner, reach, states);
         match self.wrong {
             Wrong::NotANumber(at) if at == self.now => {
-                states.velocity.iter_mut().take(1).for_each(|velocity| velocity.x = f64::NAN);
+                states.velocity.values.iter_mut().take(1).for_each(|number| *number = f64::NAN);
             }
             _ => {}
         }
@@ -162,31 +161,31 @@ impl Solver for WrongSolver {
     fn evaluate_loads(
         &mut self,
         time: &StageTime,
-        own: &InterfaceStates,
-        forces: &[Vector],
+        own: &StateColumns,
+        forces: &Column,
     ) -> Result<(), NoLoads> {
         self.solver.evaluate_loads(time, own, forces)
     }
 
-    fn revise(
+    fn update_stage(
         &mut self,
         time: &StageTime,
-        own: &InterfaceStates,
-        forces: &[Vector],
-    ) -> Result<(), NotRevised> {
-        if self.wrong == Wrong::Unmoved { Ok(()) } else { self.solver.revise(time, own, forces) }
+        own: &StateColumns,
+        forces: &Column,
+    ) -> Result<(), NotUpdated> {
+        if self.wrong == Wrong::Unmoved { Ok(()) } else { self.solver.update_stage(time, own, forces) }
     }
 
-    fn advance(&mut self, time: &StageTime) -> Result<StageBooks, Divergence> {
-        let mut books = self.solver.advance(time)?;
+    fn advance(&mut self, time: &StageTime) -> Result<StageBudget, Divergence> {
+        let mut budget = self.solver.advance(time)?;
         match self.wrong {
-            Wrong::Force(at, factor) if at == time.at => books.interface.force *= factor,
+            Wrong::Force(at, factor) if at == time.at => budget.interface.force *= factor,
             Wrong::Skewed(at) if at == time.at => {
-                books.interface.force.x += 1e-3 * books.interface.gross_force;
+                budget.interface.force.x += 1e-3 * budget.interface.gross_force;
             }
             _ => {}
         }
-        Ok(books)
+        Ok(budget)
     }
 
     fn role(&self) -> Role {
@@ -198,7 +197,7 @@ impl Solver for WrongSolver {
         if self.wrong == Wrong::Limit(self.now) { 1e-3 * limit } else { limit }
     }
 
-    fn limiting_particle(&self) -> Option<(u32, [f64; 2])> {
+    fn limiting_particle(&self) -> Option<(u32, Vec<f64>)> {
         self.solver.limiting_particle()
     }
 
@@ -249,13 +248,13 @@ impl Solver for WrongSolver {
 pub struct StaleExchange<E> {
     exchange: E,
     at: StepStage,
-    last: InterfaceStates,
+    last: StateColumns,
 }
 
 impl<E: Exchange> StaleExchange<E> {
     /// `exchange` with a stale frame at `at`.
     pub fn new(exchange: E, at: StepStage) -> Self {
-        Self { exchange, at, last: InterfaceStates::default() }
+        Self { exchange, at, last: StateColumns::default() }
     }
 }
 

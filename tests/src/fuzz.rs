@@ -16,7 +16,7 @@ use clap::{Parser, ValueEnum};
 use coordinator::checkpoint::{Manifest, OutputState, RunCheckpoint, Store, seal};
 use coordinator::results::process::Process;
 use proto::checkpoint::CheckpointData;
-use proto::node::NodeArgs;
+use proto::transport::node::NodeArgs;
 use sph::setup::ParticipantSetup;
 
 use crate::bench::Bench;
@@ -185,12 +185,12 @@ impl Seeds {
         let (mut checkpoint, mut kept) = (None, None);
         let inputs = match target {
             Target::Cases => cases.iter().map(|text| text.clone().into_bytes()).collect(),
-            Target::Frames => proto::hostile::frames(),
+            Target::Frames => proto::testing::hostile::frames(),
             Target::Messages => {
                 let case = read_case(&cases[0]).expect("the first case is good");
                 let fluid = case.fluid_setup().map(ParticipantSetup::Fluid);
                 let solid = case.solid_setup().map(ParticipantSetup::Solid);
-                fluid.iter().chain(&solid).flat_map(proto::hostile::control).collect()
+                fluid.iter().chain(&solid).flat_map(proto::testing::hostile::control).collect()
             }
             Target::Checkpoints => {
                 let found = Store::new(results.join("checkpoints")).newest();
@@ -244,8 +244,8 @@ fn feed(target: Target, seeds: &Seeds, input: &[u8]) -> bool {
                 case.fluid_setup().is_some() || case.solid_setup().is_some()
             })
         }
-        Target::Frames => proto::hostile::read_frame(input).is_ok_and(|taken| taken > 0),
-        Target::Messages => proto::hostile::read_control(input) > 0,
+        Target::Frames => proto::testing::hostile::read_frame(input).is_ok_and(|taken| taken > 0),
+        Target::Messages => proto::testing::hostile::read_control(input) > 0,
         Target::Checkpoints => {
             let text = String::from_utf8_lossy(input);
             let sealed = seal(&text).is_ok_and(|text| Manifest::parse(&text).is_ok());

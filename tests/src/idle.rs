@@ -4,13 +4,12 @@ use std::time::Duration;
 
 use proto::description::Description;
 use proto::service::{Opened, SetupProblems, SolverFactory};
-use sph::coupling::exchange::{Extent, InterfaceStates};
-use sph::coupling::ledger::{Energies, StageBooks};
+use sph::coupling::exchange::{Extent, StateColumns};
+use sph::coupling::ledger::{Energies, StageBudget};
 use sph::coupling::saved::{RestoreError, SavedState};
 use sph::coupling::solver::{Counts, Divergence, ParticleFields, Role, Solver};
 use sph::coupling::stage::StageTime;
 use sph::setup::ParticipantSetup;
-use sph::space::Vector;
 
 /// A solver of either role with so many particles at the interface, none of which moves.
 #[derive(Clone, Copy, Debug)]
@@ -36,16 +35,17 @@ impl SolverFactory for Idle {
             Role::Fluid => fluid_server::FluidFactory.open(setup)?,
             Role::Solid => solid_server::SolidFactory.open(setup)?,
         };
-        let mut states = InterfaceStates::default();
+        let mut states = StateColumns::default();
         for id in 0..self.particles {
             states.id.push(id);
             states.group.push(0);
             states.mass.push(0.1);
-            states.position.push(Vector::new(1e-3 * f64::from(id), 0.1));
-            states.velocity.push(Vector::new(0.0, 1e-3 * f64::from(id)));
             states.density.push(1000.0);
             states.pressure.push(f64::from(id));
         }
+        let places = (0..self.particles).map(|id| 1e-3 * f64::from(id));
+        states.position = places.clone().map(|x| [x, 0.1]).collect();
+        states.velocity = places.map(|v| [0.0, v]).collect();
         let solver = IdleSolver { solver: opened.solver, states, own_sums: self.own_sums };
         Ok(Opened { solver: Box::new(solver), ..opened })
     }
@@ -54,7 +54,7 @@ impl SolverFactory for Idle {
 /// A real solver for all that is asked of it at rest.
 struct IdleSolver {
     solver: Box<dyn Solver>,
-    states: InterfaceStates,
+    states: StateColumns,
     own_sums: Duration,
 }
 
@@ -75,7 +75,7 @@ impl Solver for IdleSolver {
         self.solver.extent()
     }
 
-    fn interface(&mut self, _partner: &Extent, _reach: f64, states: &mut InterfaceStates) -> u64 {
+    fn interface(&mut self, _partner: &Extent, _reach: f64, states: &mut StateColumns) -> u64 {
         states.clone_from(&self.states);
         1
     }
@@ -88,10 +88,10 @@ impl Solver for IdleSolver {
         std::thread::sleep(self.own_sums);
     }
 
-    fn evaluate_cross(&mut self, _time: &StageTime, _own: &InterfaceStates, _partner: &InterfaceStates) {}
+    fn evaluate_cross(&mut self, _time: &StageTime, _own: &StateColumns, _partner: &StateColumns) {}
 
-    fn advance(&mut self, _time: &StageTime) -> Result<StageBooks, Divergence> {
-        Ok(StageBooks::default())
+    fn advance(&mut self, _time: &StageTime) -> Result<StageBudget, Divergence> {
+        Ok(StageBudget::default())
     }
 
     fn end_step(&mut self, _time: &StageTime) -> Result<(), Divergence> {

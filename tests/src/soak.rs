@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-use proto::client::{Deadlines, ParticipantClient, RunAccess};
+use proto::transport::client::{Deadlines, ParticipantClient, RunAccess};
 use sph::setup::ParticipantSetup;
 
 use crate::bench::{Bench, digests, text, wait_for_first_frame};

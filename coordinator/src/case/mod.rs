@@ -25,7 +25,7 @@ mod tests;
 
 use std::path::Path;
 
-use proto::security::ClientFiles;
+use proto::transport::security::ClientFiles;
 use sph::coupling::solver::Role;
 use sph::setup::OutputPlan;
 
@@ -292,10 +292,10 @@ impl Case {
     }
 
     /// Longest waits for a server.
-    pub fn deadlines(&self) -> proto::client::Deadlines {
+    pub fn deadlines(&self) -> proto::transport::client::Deadlines {
         let table = &self.file.deadlines;
         let seconds = std::time::Duration::from_secs_f64;
-        proto::client::Deadlines {
+        proto::transport::client::Deadlines {
             silence: seconds(table.silence_s),
             call: seconds(table.call_s),
             open: seconds(table.open_s),

@@ -16,7 +16,7 @@ impl Case {
                 solid_spacing: solid.particle_spacing_m.value,
                 repulsion: interface.repulsion.unwrap_or(0.0),
                 margin: interface.margin_spacings * fluid.parameters.particle_spacing,
-                iterate: interface.iterate.as_ref().map(file::interface::IterateTable::to_setup),
+                implicit: interface.iterate.as_ref().map(file::interface::IterateTable::to_setup),
             }),
             _ => None,
         };

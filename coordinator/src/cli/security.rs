@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use proto::security::ClientFiles;
+use proto::transport::security::ClientFiles;
 
 /// TLS and token settings for remote servers, over the case's `[servers]`.
 #[derive(Debug, Args)]

@@ -10,7 +10,7 @@
 use std::path::{Path, PathBuf};
 
 use sph::coupling::driver::StepReport;
-use sph::coupling::ledger::{Account, Imbalance, TorqueAccount};
+use sph::coupling::ledger::{Account, Imbalance};
 use sph::coupling::solver::Role;
 use sph::coupling::stage::{Stage, StepStage};
 
@@ -52,14 +52,12 @@ pub fn columns(sides: &[Role]) -> Vec<String> {
     let mut names: Vec<String> = COMMON.map(String::from).into();
     for side in sides {
         names.extend(INTERFACE.iter().map(|name| format!("{side}_{name}")));
-        for account in Account::ALL {
+        for account in Account::with_force() {
             names
                 .extend(["x", "y"].map(|axis| format!("{side}_{}_impulse_{axis}_n_s_per_m", account.name())));
         }
         names.extend(ANGULAR.iter().map(|name| format!("{side}_{name}")));
-        names.extend(
-            TorqueAccount::ALL.map(|account| format!("{side}_{}_angular_impulse_n_s", account.name())),
-        );
+        names.extend(Account::ALL.map(|account| format!("{side}_{}_angular_impulse_n_s", account.name())));
         names.extend(ENERGIES.iter().map(|name| format!("{side}_{name}")));
     }
     names
@@ -132,7 +130,7 @@ impl LedgerFile {
             let LedgerSums { sides, extremes, most_iterations, .. } = &mut self.sums;
             *most_iterations = report.iterations.max(*most_iterations);
             let sums = &mut sides[k];
-            for (budget, stage) in report.books.iter().zip(Stage::BOTH) {
+            for (budget, stage) in report.budgets.iter().zip(Stage::BOTH) {
                 let residual = budget.momentum_residual();
                 for largest in [&mut sums.residual, &mut extremes.momentum[k]] {
                     largest.take(residual, StepStage { step, stage });
@@ -145,16 +143,8 @@ impl LedgerFile {
                     }
                 }
             }
-            let [_, corrector] = &report.books;
-            sums.impulse += corrector.duration * corrector.interface.force;
-            let work = corrector.duration * corrector.interface.power;
-            sums.work += work;
-            sums.passed += work.abs();
-            sums.momentum_change += corrector.momentum_change;
-            sums.angular.add(corrector);
-            for (sum, account) in sums.accounts.iter_mut().zip(Account::ALL) {
-                *sum += corrector.duration * corrector.accounts.get(account);
-            }
+            let [_, corrector] = &report.budgets;
+            sums.add(corrector);
         }
         self.sums.pending = Some([fluid.copied(), solid.copied()]);
     }
@@ -208,19 +198,19 @@ impl LedgerFile {
 }
 
 fn side_width() -> usize {
-    INTERFACE.len() + 2 * Account::ALL.len() + ANGULAR.len() + TorqueAccount::ALL.len() + ENERGIES.len()
+    INTERFACE.len() + 2 * Account::with_force().count() + ANGULAR.len() + Account::ALL.len() + ENERGIES.len()
 }
 
 /// Values in the order of [`INTERFACE`], accounts, [`ANGULAR`], their accounts, [`ENERGIES`].
 fn push_side(row: &mut Vec<f64>, report: &StepReport, sums: &SideSums) {
-    let interface = &report.books[1].interface;
+    let interface = &report.budgets[1].interface;
     row.extend([
         interface.force.x,
         interface.force.y,
         interface.gross_force,
-        interface.torque,
+        interface.torque.z,
         interface.gross_torque,
-        interface.couple,
+        interface.couple.z,
         interface.power,
         // Exact: pair counts stay far below 2^53.
         interface.pairs as f64,
@@ -231,10 +221,11 @@ fn push_side(row: &mut Vec<f64>, report: &StepReport, sums: &SideSums) {
         sums.momentum_change.y,
         sums.residual.value,
     ]);
-    row.extend(sums.accounts.iter().flat_map(|impulse| [impulse.x, impulse.y]));
+    let impulses = Account::with_force().map(|account| sums.accounts.get(account).force);
+    row.extend(impulses.flat_map(|impulse| [impulse.x, impulse.y]));
     let angular = &sums.angular;
-    row.extend([angular.impulse, angular.change, angular.residual.value]);
-    row.extend(angular.accounts);
+    row.extend([angular.impulse.z, angular.change.z, angular.residual.value]);
+    row.extend(Account::ALL.map(|account| sums.accounts.get(account).torque.z));
     row.extend([report.energies.kinetic, report.energies.potential, report.energies.internal]);
 }
 

@@ -2,9 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 use sph::coupling::driver::StepReport;
-use sph::coupling::ledger::{Account, StageBooks, TorqueAccount};
+use sph::coupling::ledger::{Account, Accounts, LedgerVector, StageBudget};
 use sph::coupling::stage::StepStage;
-use sph::space::Vector;
 
 /// The largest value of a check and the half-step where it occurred; NaN is larger than everything.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -57,12 +56,13 @@ impl Work {
 /// Sums of one side over the accepted corrector passes.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub(super) struct SideSums {
-    pub(super) impulse: Vector,
+    pub(super) impulse: LedgerVector,
     pub(super) work: f64,
     /// Sum of |power| over time.
     pub(super) passed: f64,
-    pub(super) momentum_change: Vector,
-    pub(super) accounts: [Vector; Account::ALL.len()],
+    pub(super) momentum_change: LedgerVector,
+    /// Impulse and angular impulse of each account; the latter NaN without an angular budget.
+    pub(super) accounts: Accounts,
     /// Worst residual since the last row.
     pub(super) residual: Largest,
     pub(super) angular: AngularSums,
@@ -71,25 +71,34 @@ pub(super) struct SideSums {
 /// Sums of the angular momentum of one side; NaN where it has no budget.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub(super) struct AngularSums {
-    pub(super) impulse: f64,
-    pub(super) change: f64,
-    pub(super) accounts: [f64; TorqueAccount::ALL.len()],
+    pub(super) impulse: LedgerVector,
+    pub(super) change: LedgerVector,
     /// Worst residual since the last row.
     pub(super) residual: Largest,
 }
 
-impl AngularSums {
+impl SideSums {
     /// Adds an accepted corrector pass.
-    pub(super) fn add(&mut self, stage: &StageBooks) {
-        let Some(budget) = &stage.angular else {
-            (self.impulse, self.change) = (f64::NAN, f64::NAN);
-            self.accounts = [f64::NAN; TorqueAccount::ALL.len()];
-            return;
-        };
-        self.impulse += stage.duration * stage.interface.torque;
-        self.change += budget.change;
-        for (sum, account) in self.accounts.iter_mut().zip(TorqueAccount::ALL) {
-            *sum += stage.duration * budget.torques.get(account);
+    pub(super) fn add(&mut self, stage: &StageBudget) {
+        let duration = stage.duration;
+        self.impulse += duration * stage.interface.force;
+        let work = duration * stage.interface.power;
+        self.work += work;
+        self.passed += work.abs();
+        self.momentum_change += stage.momentum_change;
+        let unknown = LedgerVector::repeat(f64::NAN);
+        match &stage.angular {
+            Some(angular) => {
+                self.angular.impulse += duration * stage.interface.torque;
+                self.angular.change += angular.change;
+            }
+            None => (self.angular.impulse, self.angular.change) = (unknown, unknown),
+        }
+        for account in Account::ALL {
+            let entry = stage.accounts.get(account);
+            let torque = stage.angular.map_or(unknown, |_| duration * entry.torque);
+            self.accounts.add_force(account, duration * entry.force);
+            self.accounts.add_torque(account, torque);
         }
     }
 }

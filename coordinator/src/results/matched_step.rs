@@ -1,9 +1,8 @@
 //! A step that all participants have completed: what the ledger records.
 
 use sph::coupling::driver::StepReport;
-use sph::coupling::ledger::{Breach, Imbalance};
+use sph::coupling::ledger::{Breach, Imbalance, LedgerVector};
 use sph::coupling::solver::Role;
-use sph::space::Vector;
 
 /// A step that every participant has completed, with its checks.
 #[derive(Clone, Debug)]
@@ -19,7 +18,7 @@ pub struct MatchedStep {
     /// Failed checks.
     pub breaches: Vec<(Option<Role>, Breach)>,
     /// Impulse that crossed the interface so far, on the fluid and on the solid \[N s/m\]; corrector passes only.
-    pub impulse: [Vector; 2],
+    pub impulse: [LedgerVector; 2],
 }
 
 impl MatchedStep {

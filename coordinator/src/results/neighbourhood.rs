@@ -19,7 +19,7 @@ const LISTED: usize = 50;
 /// When the file cannot be written.
 pub fn write(path: &Path, divergence: &Divergence, state: &ParticleFields) -> Result<(), OutputError> {
     let position = state.field("position").filter(|field| field.components == 2);
-    let (Some([x, y]), Some(position)) = (divergence.position, position) else { return Ok(()) };
+    let (Some([x, y]), Some(position)) = (divergence.position.as_deref(), position) else { return Ok(()) };
     let distance = |i: usize| (position.values[2 * i] - x).hypot(position.values[2 * i + 1] - y);
     let offending = |i: usize| divergence.particle == Some(state.id[i]);
     let mut nearest: Vec<usize> = (0..state.id.len()).collect();
@@ -76,7 +76,7 @@ mod tests {
         let divergence = Divergence {
             at: StepStage::FIRST,
             particle: Some(120),
-            position: Some([12.0, 0.0]),
+            position: Some(vec![12.0, 0.0]),
             quantity: "speed [m/s]".into(),
             value: 99.0,
             allowed: "less".into(),

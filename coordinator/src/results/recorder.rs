@@ -7,8 +7,8 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 use sph::coupling::driver::{ProbeValues, TRACE};
+use sph::coupling::ledger::LedgerVector;
 use sph::coupling::solver::{Counts, Divergence, ParticleFields, Role};
-use sph::space::Vector;
 use tracing::trace_span;
 
 use crate::case::Case;
@@ -45,7 +45,7 @@ pub struct RecorderState {
     pictures: [Vec<u64>; 2],
     tally: Tally,
     /// Impulse that crossed the interface so far, on the fluid and on the solid \[N s/m\].
-    pub impulse: [Vector; 2],
+    pub impulse: [LedgerVector; 2],
     /// Warnings about outputs that were found changed.
     warnings: Vec<String>,
 }
@@ -61,7 +61,7 @@ pub struct Recorder {
     pictures: Pictures,
     progress: Progress,
     tally: Tally,
-    impulse: [Vector; 2],
+    impulse: [LedgerVector; 2],
     /// Steps of the pictures that are in files already.
     stored: [Vec<u64>; 2],
     warnings: Vec<String>,
@@ -110,7 +110,7 @@ impl Recorder {
             pictures: Pictures::new(case.outputs.picture_times.clone()),
             progress,
             tally: Tally { time: case.run_setup().time.start_time, ..Tally::default() },
-            impulse: [Vector::zeros(); 2],
+            impulse: [LedgerVector::zeros(); 2],
             stored: [Vec::new(), Vec::new()],
             warnings: Vec::new(),
         })

@@ -69,7 +69,7 @@ impl Tally {
         let iterations = &mut self.iterations;
         iterations.sum += u64::from(report.iterations);
         iterations.largest = iterations.largest.max(report.iterations);
-        iterations.unconverged += u64::from(report.unsettled);
+        iterations.unconverged += u64::from(report.unconverged);
         self.breaches += step.breaches.len() as u64;
         for (side, breach) in &step.breaches {
             if self.first_breaches.len() < QUOTED_BREACHES {

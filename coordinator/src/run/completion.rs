@@ -150,7 +150,7 @@ fn summarise(
             &recorded.extremes,
             recorded.work,
         ),
-        iterations: case.run_setup().coupling.and_then(|coupling| coupling.iterate).map(|_| {
+        iterations: case.run_setup().coupling.and_then(|coupling| coupling.implicit).map(|_| {
             let Iterations { sum, largest, unconverged } = tally.iterations;
             let mean = (tally.steps > 0).then(|| sum as f64 / tally.steps as f64);
             summary::IterationSummary { mean, largest, unsettled_steps: unconverged }

@@ -2,8 +2,8 @@
 
 use std::time::Duration;
 
-use proto::player::Replayed;
 use proto::recording::RecordingWriter;
+use proto::recording::player::Replayed;
 use sph::coupling::solver::Role;
 
 use super::attempt::Attempt;

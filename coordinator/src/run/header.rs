@@ -1,7 +1,9 @@
 //! The run header: every fact that decides the answer, on the screen and in the report.
 
 use sph::lanes::Arithmetic;
-use sph::setup::{BreachAction, CouplingKind, InterfaceLaw, Iterate, Relaxation, StepPolicy, Unsettled};
+use sph::setup::{
+    BreachAction, CouplingKind, ImplicitCoupling, InterfaceLaw, NonConvergence, Relaxation, StepPolicy,
+};
 
 use crate::case::Case;
 use crate::messages::Messages;
@@ -49,7 +51,7 @@ pub fn facts(case: &Case, remote: Option<&Remote>) -> Vec<Fact> {
                 CouplingKind::Loads => "loads: the fluid returns the force on each sample of the solid",
             },
         ));
-        facts.extend(coupling.iterate.as_ref().map(|plan| fact("iterated half-steps", iterated(plan))));
+        facts.extend(coupling.implicit.as_ref().map(|plan| fact("implicit coupling", implicit(plan))));
         facts.extend(remote.map(|remote| fact("frames", remote.frames())));
         facts.push(fact("interface margin", format!("{:.3e} m", coupling.margin)));
         let action = match setup.ledger.action {
@@ -98,14 +100,14 @@ fn time_step(step: &StepPolicy, ratio: f64) -> String {
     }
 }
 
-fn iterated(plan: &Iterate) -> String {
+fn implicit(plan: &ImplicitCoupling) -> String {
     let relaxation = match plan.relaxation {
         Relaxation::Fixed(factor) => format!("relaxation {factor}"),
         Relaxation::Aitken => "Aitken's relaxation".to_owned(),
     };
-    let then = match plan.unsettled {
-        Unsettled::Stop => "the run stops",
-        Unsettled::Accept => "the last is accepted and counted",
+    let then = match plan.non_convergence {
+        NonConvergence::Stop => "the run stops",
+        NonConvergence::Accept => "the last is accepted and counted",
     };
     format!(
         "{relaxation}, until forces agree to {:.0e} of gross; after {} iterations {then}",
@@ -170,8 +172,8 @@ pub fn results(summary: &Summary) -> Vec<Fact> {
         facts.push(fact(
             &format!("{role} side"),
             format!(
-                "{} particles at the end, {} lost, {} left as outflow, {} list builds{waited}{memory}",
-                counts.particles, counts.lost, counts.outflow, counts.list_builds
+                "{} particles at the end, {} escaped, {} left as outflow, {} list builds{waited}{memory}",
+                counts.particles, counts.escaped, counts.outflow, counts.list_builds
             ),
         ));
         let angular = match role {
@@ -182,12 +184,12 @@ pub fn results(summary: &Summary) -> Vec<Fact> {
             let why = "not audited: no budget of angular momentum was reported (a periodic domain has none)";
             facts.push(fact(&format!("{role} torques"), why));
         }
-        if counts.contact_impulse_n_s_per_m > 0.0 {
+        if counts.contact_impulse_n_s > 0.0 {
             facts.push(fact(
                 "contact",
                 format!(
                     "deepest {:.2e} m, impulse {:.3e} N s/m",
-                    counts.deepest_contact_m, counts.contact_impulse_n_s_per_m
+                    counts.deepest_contact_m, counts.contact_impulse_n_s
                 ),
             ));
         }

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use proto::player::Replayed;
+use proto::recording::player::Replayed;
 
 use crate::failure::Failure;
 use crate::results::summary::Summary;

@@ -3,7 +3,7 @@
 use std::net::SocketAddr;
 
 use proto::recording::Recording;
-use proto::security::ServerSecurity;
+use proto::transport::security::ServerSecurity;
 use sph::setup::CouplingKind;
 
 use super::attempt::Attempt;

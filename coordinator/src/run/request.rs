@@ -4,7 +4,7 @@ use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::time::Duration;
 
-use proto::security::ClientFiles;
+use proto::transport::security::ClientFiles;
 
 use crate::failure::Failure;
 use crate::messages::Messages;

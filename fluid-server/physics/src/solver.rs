@@ -1,13 +1,13 @@
 //! The solver as a half-step driver sees it.
 
-use sph::coupling::exchange::{Extent, InterfaceStates};
-use sph::coupling::ledger::{Energies, StageBooks};
+use sph::coupling::exchange::{Column, Extent, StateColumns};
+use sph::coupling::ledger::{Energies, StageBudget};
 use sph::coupling::saved::{RestoreError, SavedState};
 use sph::coupling::solver::{Counts, Divergence, NoLoads, ParticleFields, Role, Solver};
 use sph::coupling::stage::{StageTime, StepStage};
 use sph::lanes::Arithmetic;
 use sph::setup::FluidSetup;
-use sph::space::{DIMENSIONS, Vector};
+use sph::space::Vector;
 
 use crate::boundary::departures::{EndedStep, remove_departed};
 use crate::report::boundary_evaluation::BoundaryEvaluation;
@@ -83,7 +83,7 @@ impl Solver for FluidSolver {
         time_step_limit(&self.model, self.workspace.largest_speed, self.state.largest_acceleration)
     }
 
-    fn limiting_particle(&self) -> Option<(u32, [f64; DIMENSIONS])> {
+    fn limiting_particle(&self) -> Option<(u32, Vec<f64>)> {
         let Self { model, state, workspace, .. } = self;
         // Accelerations stay with leapfrog alone; elsewhere speeds decide.
         let limit = |i: usize| {
@@ -91,14 +91,14 @@ impl Solver for FluidSolver {
             time_step_limit(model, workspace.fluid[i].velocity().norm(), acceleration)
         };
         let i = (0..state.len()).min_by(|i, j| limit(*i).total_cmp(&limit(*j)))?;
-        Some((state.id[i], state.position[i].into()))
+        Some((state.id[i], state.position[i].as_slice().to_vec()))
     }
 
     fn extent(&self) -> &Extent {
         self.workspace.interface.as_ref().map_or(&self.no_extent, |interface| interface.extent())
     }
 
-    fn interface(&mut self, partner: &Extent, reach: f64, states: &mut InterfaceStates) -> u64 {
+    fn interface(&mut self, partner: &Extent, reach: f64, states: &mut StateColumns) -> u64 {
         let Workspace { interface, fluid, .. } = &mut self.workspace;
         match interface {
             Some(interface) => interface.select(&self.state, fluid, partner, reach, states),
@@ -120,23 +120,23 @@ impl Solver for FluidSolver {
         self.workspace.evaluate_own(&self.model, time.state_time());
     }
 
-    fn evaluate_cross(&mut self, time: &StageTime, own: &InterfaceStates, partner: &InterfaceStates) {
+    fn evaluate_cross(&mut self, time: &StageTime, own: &StateColumns, partner: &StateColumns) {
         self.workspace.evaluate_cross(&self.model, &self.state, time.state_time(), own, partner);
     }
 
     fn reactions(
         &mut self,
         time: &StageTime,
-        own: &InterfaceStates,
-        samples: &InterfaceStates,
-        forces: &mut Vec<Vector>,
+        own: &StateColumns,
+        points: &StateColumns,
+        forces: &mut Column,
     ) -> Result<(), NoLoads> {
         let interface = self.workspace.interface.as_mut().ok_or(NoLoads)?;
-        interface.reactions(time.state_time(), own, samples, forces);
+        interface.reactions(time.state_time(), own, points, forces);
         Ok(())
     }
 
-    fn advance(&mut self, time: &StageTime) -> Result<StageBooks, Divergence> {
+    fn advance(&mut self, time: &StageTime) -> Result<StageBudget, Divergence> {
         self.boundary.invalidate();
         // The findings in the new state are judged at the end of the step, or when the next stage begins.
         Ok(advance::advance(&self.model, &mut self.state, &mut self.workspace, time))
@@ -187,7 +187,7 @@ impl Solver for FluidSolver {
             particles: self.state.len() as u64,
             wall_particles: self.model.walls.len() as u64,
             list_builds: self.state.list_builds,
-            lost: self.state.escaped,
+            escaped: self.state.escaped,
             outflow: self.state.outflow,
             largest_interface: self.workspace.interface.as_ref().map_or(0, |interface| interface.largest()),
             ..Counts::default()

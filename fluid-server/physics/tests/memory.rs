@@ -5,7 +5,7 @@
 mod scene;
 
 use fluid::FluidSolver;
-use sph::coupling::exchange::InterfaceStates;
+use sph::coupling::exchange::StateColumns;
 use sph::coupling::saved::SavedState;
 use sph::coupling::solver::Solver;
 use sph::coupling::stage::{Stage, StageTime, StepStage};
@@ -13,7 +13,7 @@ use sph::setup::{FluidProbe, FluidProbeKind};
 
 /// One step without a partner.
 fn step(solver: &mut FluidSolver, step: u64, time_step: f64) {
-    let none = InterfaceStates::default();
+    let none = StateColumns::default();
     let mut time = StageTime { at: StepStage::FIRST, step_start: step as f64 * time_step, time_step };
     for stage in Stage::BOTH {
         time.at = StepStage { step, stage };

@@ -51,7 +51,7 @@ pub(super) async fn angular_momentum(bench: &Bench) -> Finding {
             let [own, _] = bench.completed(scene, Quirk::default()).await?;
             match residual(&own)? {
                 Some(text) => return passed(text),
-                None => problem = "its books hold no budget of angular momentum, as in protocol 1.2".into(),
+                None => problem = "it reports no budget of the angular momentum".into(),
             }
         }
     }
@@ -60,19 +60,19 @@ pub(super) async fn angular_momentum(bench: &Bench) -> Finding {
 
 /// Compares the angular momentum of all half-steps with the torques; `None` without a budget.
 fn residual(record: &Record) -> Result<Option<String>, String> {
-    let books = || record.reports.iter().flat_map(|report| &report.books);
-    if books().any(|books| books.angular.is_none()) {
+    let budgets = || record.reports.iter().flat_map(|report| &report.budgets);
+    if budgets().any(|budget| budget.angular.is_none()) {
         return Ok(None);
     }
     let (mut worst, mut turned) = (0.0f64, 0.0f64);
-    for books in books() {
-        let residual = books.angular_residual();
+    for budget in budgets() {
+        let residual = budget.angular_residual();
         if residual.is_nan() {
             return Err("the budget of the angular momentum holds NaN".into());
         }
         worst = worst.max(residual);
-        let interface = (books.duration * books.interface.torque).abs();
-        turned = turned.max(books.angular.map_or(0.0, |budget| interface / budget.gross));
+        let interface = (budget.duration * budget.interface.torque).norm();
+        turned = turned.max(budget.angular.map_or(0.0, |budget| interface / budget.gross));
     }
     if worst > ROUND_OFF {
         return Err(format!(

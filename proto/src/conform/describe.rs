@@ -7,7 +7,7 @@ use super::bench::{Bench, open_request};
 use super::scene::Scene;
 use super::{Finding, passed};
 use crate::description::PROTOCOL;
-use crate::token::Token;
+use crate::transport::token::Token;
 use crate::wire;
 
 /// Number of a field that no message of this package has.
@@ -23,7 +23,7 @@ pub(super) async fn complete(bench: &Bench) -> Finding {
         (d.language.is_empty(), "the language is empty"),
         (d.arithmetic.is_empty(), "the arithmetic is empty"),
         (d.roles.is_empty(), "no role that this kit knows"),
-        (d.dimensions != 2, "the number of dimensions is not 2"),
+        (!d.dimensions.contains(&2), "2 is not among the numbers of dimensions"),
         (d.coupling_kinds.is_empty(), "no kind of coupling that this kit knows"),
         (d.interface_laws.is_empty(), "no interface law that this kit knows"),
         (
@@ -100,7 +100,7 @@ pub(super) async fn unknown_fields(bench: &Bench) -> Finding {
     let mut client = tonic::client::Grpc::new(channel);
     client.ready().await.map_err(|e| e.to_string())?;
     let codec = tonic_prost::ProstCodec::<Extended, wire::Description>::default();
-    let path = tonic::codegen::http::uri::PathAndQuery::from_static("/fsi.v1.Participant/Describe");
+    let path = tonic::codegen::http::uri::PathAndQuery::from_static("/fsi.v2.Participant/Describe");
     let request = tonic::Request::new(Extended { later: "from a later version".into() });
     let answer = bench.within("Describe", client.unary(request, path, codec)).await?;
     match answer {

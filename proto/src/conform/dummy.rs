@@ -1,10 +1,11 @@
 //! The partner that the kit plays: particles that move as prescribed and take part in the interface by the book.
 
-use sph::coupling::exchange::{Extent, InterfaceStates};
-use sph::coupling::ledger::{Account, Accounts, Energies, InterfaceSums, StageBooks};
+use sph::coupling::exchange::{Column, Extent, StateColumns};
+use sph::coupling::ledger::{Account, Accounts, Energies, InterfaceSums, LedgerVector, StageBudget};
 use sph::coupling::saved::{RestoreError, SavedState};
-use sph::coupling::solver::{Counts, Divergence, Field, NoLoads, NotRevised, ParticleFields, Role, Solver};
+use sph::coupling::solver::{Counts, Divergence, Field, NoLoads, NotUpdated, ParticleFields, Role, Solver};
 use sph::coupling::stage::{Stage, StageTime, StepStage};
+use sph::interface::states::{InterfaceStates, read_vectors, write_vectors};
 use sph::interface::{Interface, load_sums};
 use sph::prescribed::body_force::BodyForceField;
 use sph::setup::{Coupling, ParticipantSetup};
@@ -18,10 +19,10 @@ use crate::service::{Opened, SetupProblems, SolverFactory};
 /// What a dummy does apart from its set-up.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Quirk {
-    /// As a fluid that gives loads: pulls each sample toward a place `1` \[m\] to the left of where it began, with this
+    /// As a fluid with force coupling: pulls each coupling point toward a place `1` \[m\] to the left of where it began, with this
     /// angular frequency `0` \[1/s\], in place of the pair law.
     pub(super) spring: Option<(f64, f64)>,
-    /// As a fluid that gives loads: slows each sample down at this rate \[1/s\], in place of the pair law.
+    /// As a fluid with force coupling: slows each coupling point down at this rate \[1/s\], in place of the pair law.
     pub(super) damper: Option<f64>,
     /// Sends a NaN at this half-step.
     pub(super) not_a_number: Option<StepStage>,
@@ -51,7 +52,7 @@ struct Dummy {
     states: InterfaceStates,
     /// Positions at the start of the step \[m\].
     base: Vec<Vector>,
-    /// Where the partner's samples began \[m\].
+    /// Where the partner's coupling points began \[m\].
     anchors: Vec<Vector>,
     extent: Extent,
     sums: InterfaceSums,
@@ -91,7 +92,9 @@ impl Dummy {
             }
         };
         // The whole domain: the partner sends all it has.
-        let extent = Extent { version: 1, boxes: vec![(run.domain.lower, run.domain.upper)] };
+        let (lower, upper) = (run.domain.lower, run.domain.upper);
+        let whole = Column::from_iter([[lower.x, lower.y, upper.x, upper.y]]);
+        let extent = Extent { version: 1, boxes: whole };
         Ok(Self {
             role,
             domain: run.domain,
@@ -106,29 +109,28 @@ impl Dummy {
         })
     }
 
-    /// Acceleration of sample `s` that is prescribed in place of the pair law \[m/s²\].
-    fn prescribed(&mut self, samples: &InterfaceStates, s: usize) -> Option<Vector> {
+    /// Acceleration of point `s` that is prescribed in place of the pair law \[m/s²\].
+    fn prescribed(&mut self, points: &InterfaceStates, s: usize) -> Option<Vector> {
         if let Some((rate, left)) = self.quirk.spring {
             if self.anchors.is_empty() {
-                self.anchors.clone_from(&samples.position);
+                self.anchors.clone_from(&points.position);
             }
-            return Some(-rate * rate * (samples.position[s] - self.anchors[s] + Vector::new(left, 0.0)));
+            return Some(-rate * rate * (points.position[s] - self.anchors[s] + Vector::new(left, 0.0)));
         }
-        self.quirk.damper.map(|rate| -rate * samples.velocity[s])
+        self.quirk.damper.map(|rate| -rate * points.velocity[s])
     }
 
-    /// Fills `forces` with prescribed ones on `samples`, and notes their reaction; whether there are any.
-    fn prescribe(&mut self, samples: &InterfaceStates, forces: &mut Vec<Vector>) -> bool {
-        forces.clear();
-        for s in 0..samples.len() {
-            let Some(acceleration) = self.prescribed(samples, s) else { return false };
-            forces.push(SOLID_DENSITY * samples.volume(s) * acceleration);
+    /// Prescribed forces on `points`, whose reaction becomes the own sums; `None` where the pair law holds.
+    fn prescribe(&mut self, points: &InterfaceStates) -> Option<Vec<Vector>> {
+        let mut forces = Vec::with_capacity(points.len());
+        for s in 0..points.len() {
+            forces.push(SOLID_DENSITY * points.volume(s) * self.prescribed(points, s)?);
         }
-        let on_samples = load_sums(&self.domain, samples, forces);
+        let on_points = load_sums(&self.domain, points, &forces);
         self.sums =
-            InterfaceSums { force: -on_samples.force, torque: -on_samples.torque, power: 0.0, ..on_samples };
+            InterfaceSums { force: -on_points.force, torque: -on_points.torque, power: 0.0, ..on_points };
         self.prescribes = true;
-        true
+        Some(forces)
     }
 }
 
@@ -157,8 +159,8 @@ impl Solver for Dummy {
         &self.extent
     }
 
-    fn interface(&mut self, _: &Extent, _: f64, states: &mut InterfaceStates) -> u64 {
-        states.clone_from(&self.states);
+    fn interface(&mut self, _: &Extent, _: f64, states: &mut StateColumns) -> u64 {
+        self.states.write(states);
         1
     }
 
@@ -169,10 +171,11 @@ impl Solver for Dummy {
 
     fn evaluate_own(&mut self, _: &StageTime) {}
 
-    fn evaluate_cross(&mut self, time: &StageTime, own: &InterfaceStates, partner: &InterfaceStates) {
+    fn evaluate_cross(&mut self, time: &StageTime, own: &StateColumns, partner: &StateColumns) {
         if std::mem::take(&mut self.prescribes) {
             return;
         }
+        let (own, partner) = (&InterfaceStates::from(own), &InterfaceStates::from(partner));
         let at = time.state_time();
         self.sums = match self.role {
             Role::Fluid => {
@@ -189,54 +192,54 @@ impl Solver for Dummy {
     fn reactions(
         &mut self,
         time: &StageTime,
-        own: &InterfaceStates,
-        samples: &InterfaceStates,
-        forces: &mut Vec<Vector>,
+        own: &StateColumns,
+        points: &StateColumns,
+        forces: &mut Column,
     ) -> Result<(), NoLoads> {
-        if !self.prescribe(samples, forces) {
-            self.interface.update(time.state_time(), own, samples);
-            self.interface.solid_forces(own, samples);
-            forces.clear();
-            forces.extend((0..samples.len()).map(|s| self.interface.force(s)));
+        let (own, points) = (&InterfaceStates::from(own), &InterfaceStates::from(points));
+        match self.prescribe(points) {
+            Some(prescribed) => write_vectors(prescribed, forces),
+            None => {
+                self.interface.update(time.state_time(), own, points);
+                self.interface.solid_forces(own, points);
+                write_vectors((0..points.len()).map(|s| self.interface.force(s)), forces);
+            }
         }
         if self.quirk.not_a_number == Some(time.at)
-            && let Some(force) = forces.first_mut()
+            && let Some(force) = forces.values.first_mut()
         {
-            force.x = f64::NAN;
+            *force = f64::NAN;
         }
         Ok(())
     }
 
-    fn evaluate_loads(
-        &mut self,
-        _: &StageTime,
-        own: &InterfaceStates,
-        forces: &[Vector],
-    ) -> Result<(), NoLoads> {
-        self.sums = load_sums(&self.domain, own, forces);
+    fn evaluate_loads(&mut self, _: &StageTime, own: &StateColumns, forces: &Column) -> Result<(), NoLoads> {
+        let mut loads = Vec::new();
+        read_vectors(forces, &mut loads);
+        self.sums = load_sums(&self.domain, &own.into(), &loads);
         Ok(())
     }
 
-    fn revise(&mut self, _: &StageTime, _: &InterfaceStates, _: &[Vector]) -> Result<(), NotRevised> {
+    fn update_stage(&mut self, _: &StageTime, _: &StateColumns, _: &Column) -> Result<(), NotUpdated> {
         // Nothing moves a dummy but its own velocity.
         Ok(())
     }
 
-    fn advance(&mut self, time: &StageTime) -> Result<StageBooks, Divergence> {
+    fn advance(&mut self, time: &StageTime) -> Result<StageBudget, Divergence> {
         let duration = time.duration();
         for (k, position) in self.states.position.iter_mut().enumerate() {
             *position = self.base[k] + duration * self.states.velocity[k];
         }
         let mut accounts = Accounts::default();
         // Whatever moves the dummy takes up the force.
-        accounts.add(Account::Supports, -self.sums.force);
+        accounts.add_force(Account::Supports, -self.sums.force);
         let gross: f64 =
             (0..self.states.len()).map(|k| self.states.mass[k] * self.states.velocity[k].norm()).sum();
-        Ok(StageBooks {
+        Ok(StageBudget {
             interface: self.sums,
             accounts,
             duration,
-            momentum_change: Vector::zeros(),
+            momentum_change: LedgerVector::zeros(),
             gross_momentum: gross + duration * self.sums.gross_force,
             angular: None,
         })

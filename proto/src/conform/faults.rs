@@ -14,7 +14,7 @@ use super::{Finding, not_offered, passed};
 use crate::Phase;
 use crate::convert::Choice;
 use crate::limits::MAX_FRAME_BYTES;
-use crate::relay::{Direction, Pass, Tap};
+use crate::transport::relay::{Direction, Pass, Tap};
 use crate::wire;
 
 /// Half-step at which damage is done.
@@ -124,8 +124,8 @@ pub(super) async fn oversize(bench: &Bench) -> Finding {
 pub(super) async fn sums(bench: &Bench) -> Finding {
     let tap = tap(bench.role, |mut frame, _| {
         let sums = frame.previous.as_mut().and_then(|previous| previous.sums.as_mut());
-        if let Some(force) = sums.and_then(|sums| sums.force_n_per_m.as_mut()) {
-            force.x = force.x.map(|x| 1.001 * x);
+        if let Some(force) = sums.and_then(|sums| sums.force_n.as_mut()) {
+            force.components[0] *= 1.001;
         }
         Pass::On(vec![frame])
     });

@@ -11,8 +11,8 @@ use super::scene::Scene;
 use super::{Finding, passed};
 use crate::convert::{Convert, encode_command};
 use crate::description::{LinkPlan, Partner};
-use crate::security::SecuredChannel;
-use crate::token::Token;
+use crate::transport::security::SecuredChannel;
+use crate::transport::token::Token;
 use crate::wire;
 use crate::wire::participant_client::ParticipantClient as WireClient;
 use crate::wire::peer_client::PeerClient;
@@ -270,7 +270,7 @@ pub(super) async fn bad_setups(bench: &Bench) -> Finding {
             let gravity =
                 run.and_then(|run| run.body_force.as_mut()).and_then(|b| b.gravity_m_per_s2.as_mut());
             if let Some(gravity) = gravity {
-                gravity.x = Some(f64::NAN);
+                gravity.components[0] = f64::NAN;
             }
         }),
         ("a truncated array", |request| match request.setup.as_mut() {
@@ -284,10 +284,10 @@ pub(super) async fn bad_setups(bench: &Bench) -> Finding {
         }),
         ("a mass of zero", |request| match request.setup.as_mut() {
             Some(Setup::Fluid(fluid)) => fluid.particles.iter_mut().for_each(|p| {
-                p.masses_kg_per_m = vec![0; p.masses_kg_per_m.len()].into();
+                p.masses_kg = vec![0; p.masses_kg.len()].into();
             }),
             Some(Setup::Solid(solid)) => solid.particles.iter_mut().for_each(|p| {
-                p.masses_kg_per_m = vec![0; p.masses_kg_per_m.len()].into();
+                p.masses_kg = vec![0; p.masses_kg.len()].into();
             }),
             None => {}
         }),

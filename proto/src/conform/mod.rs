@@ -8,11 +8,11 @@ use std::time::{Duration, Instant};
 use sph::coupling::solver::Role;
 use sph::setup::CouplingKind;
 
-use crate::client::{Deadlines, ParticipantClient};
 use crate::description::Description;
 use crate::error::RpcError;
-use crate::security::{ClientSecurity, SecuredChannel};
-use crate::transport;
+use crate::transport::channel;
+use crate::transport::client::{Deadlines, ParticipantClient};
+use crate::transport::security::{ClientSecurity, SecuredChannel};
 
 mod bench;
 mod bodies;
@@ -20,7 +20,7 @@ mod checkpoints;
 mod describe;
 mod dummy;
 mod faults;
-mod iterate;
+mod implicit;
 mod life_cycle;
 mod physics;
 mod scene;
@@ -166,7 +166,7 @@ checks! {
     QuarterTurn "quarter-turn" "A quarter turn of everything turns the forces." => physics::quarter_turn;
     Oscillator "order-oscillator" "On an exact oscillator the error falls as the square of the step." => physics::oscillator;
     Convergence "order-convergence" "Differences between steps dt, dt/2, dt/4 fall by four each." => physics::convergence;
-    Iterated "iterated-half-step" "Iterations settle, and the accepted state follows the midpoint rule." => iterate::iterated;
+    Iterated "iterated-half-step" "Iterations settle, and the accepted state follows the midpoint rule." => implicit::iterated;
     Determinism "determinism" "The same run gives the same bits, as declared." => physics::determinism;
     Replay "checkpoint-replay" "Saved, continued, restored and repeated: the same bits." => checkpoints::replay;
     Fresh "checkpoint-fresh" "A checkpoint restores into a fresh process: the same bits." => checkpoints::fresh;
@@ -232,6 +232,6 @@ pub async fn examine(
 
 /// A raw connection to `address`, where the participant under examination or another process of it listens.
 async fn connect(address: &str, bench: &Bench) -> Result<SecuredChannel, String> {
-    let channel = transport::connect_secured(address, bench.deadline, &bench.security).await;
+    let channel = channel::connect_secured(address, bench.deadline, &bench.security).await;
     channel.map(|channel| bench.security.over(channel)).map_err(|problem| format!("{address} {problem}"))
 }

@@ -1,7 +1,7 @@
 //! What a participant computes, as far as it can be judged from outside.
 
 use sph::coupling::driver::StepReport;
-use sph::coupling::ledger::{TorqueCheck, imbalance};
+use sph::coupling::ledger::{LedgerVector, TorqueCheck, imbalance};
 use sph::coupling::solver::Role;
 use sph::setup::{CouplingKind, ParameterSet, ParticipantSetup, RunSetup};
 use sph::space::Vector;
@@ -102,9 +102,9 @@ pub(super) async fn gravity(bench: &Bench) -> Finding {
     passed("two gravities, all particles")
 }
 
-/// Sum of the sizes of all interface forces that a record reports \[N/m\].
+/// Sum of the sizes of all interface forces that a record reports \[N\].
 fn gross(reports: &[StepReport]) -> f64 {
-    reports.iter().flat_map(|report| &report.books).map(|books| books.interface.gross_force).sum()
+    reports.iter().flat_map(|report| &report.budgets).map(|budget| budget.interface.gross_force).sum()
 }
 
 pub(super) async fn free_flight(bench: &Bench) -> Finding {
@@ -151,12 +151,12 @@ pub(super) async fn action_reaction(bench: &Bench) -> Finding {
     }
     let (mut worst, mut momentum) = (0.0f64, 0.0f64);
     for (ours, theirs) in own.reports.iter().zip(&dummy.reports) {
-        for (ours, theirs) in ours.books.iter().zip(&theirs.books) {
+        for (ours, theirs) in ours.budgets.iter().zip(&theirs.budgets) {
             let off = imbalance(&ours.interface, &theirs.interface, TorqueCheck::Central);
             worst = worst.max(off.force).max(off.torque);
             momentum = momentum.max(ours.momentum_residual());
             if off.force.is_nan() || off.torque.is_nan() || ours.momentum_residual().is_nan() {
-                return Err("the books hold NaN".into());
+                return Err("the momentum budget holds NaN".into());
             }
         }
     }
@@ -165,10 +165,10 @@ pub(super) async fn action_reaction(bench: &Bench) -> Finding {
     }
     if momentum > ROUND_OFF {
         return Err(format!(
-            "the change of momentum is off by {momentum:.1e} of gross from the books, allowed {ROUND_OFF:e}"
+            "the change of momentum is off by {momentum:.1e} of gross from the impulse of the forces, allowed {ROUND_OFF:e}"
         ));
     }
-    passed(format!("balance {worst:.1e}, own books {momentum:.1e} of gross"))
+    passed(format!("balance {worst:.1e}, momentum budget {momentum:.1e} of gross"))
 }
 
 /// Largest difference of the forces of two runs, relative to gross; those of `other` are turned back by a quarter if
@@ -179,9 +179,9 @@ fn difference(one: &Record, other: &Record, turned: bool) -> Result<f64, String>
     }
     let mut worst = 0.0f64;
     for (a, b) in one.reports.iter().zip(&other.reports) {
-        for (a, b) in a.books.iter().zip(&b.books) {
+        for (a, b) in a.budgets.iter().zip(&b.budgets) {
             let force = b.interface.force;
-            let back = if turned { Vector::new(force.y, -force.x) } else { force };
+            let back = if turned { LedgerVector::new(force.y, -force.x, force.z) } else { force };
             let off = (a.interface.force - back).norm() / a.interface.gross_force.max(f64::MIN_POSITIVE);
             worst = if off.is_nan() { f64::INFINITY } else { worst.max(off) };
         }

@@ -4,10 +4,10 @@ use sph::coupling::solver::Role;
 use sph::kernel::CubicSpline;
 use sph::setup::{
     BodyForce, BodySetup, BreachAction, ContactLaw, Coupling, CouplingKind, DensityDiffusion,
-    ElasticParameters, FluidParameters, FluidParticles, FluidScheme, FluidSetup, Formulation, InterfaceLaw,
-    Iterate, LedgerPolicy, Outflow, OutputPlan, ParameterSet, ParticipantSetup, RepulsionParameters,
-    RunSetup, SolidParticles, SolidSetup, SolidStepping, StepPolicy, Support, TimePlan, TotalLagrangian,
-    WallParticles,
+    ElasticParameters, FluidParameters, FluidParticles, FluidScheme, FluidSetup, Formulation,
+    ImplicitCoupling, InterfaceLaw, LedgerPolicy, Outflow, OutputPlan, ParameterSet, ParticipantSetup,
+    RepulsionParameters, RunSetup, SolidParticles, SolidSetup, SolidStepping, StepPolicy, Support, TimePlan,
+    TotalLagrangian, WallParticles,
 };
 use sph::space::domain::Domain;
 use sph::space::{SymmetricTensor, Vector};
@@ -50,7 +50,7 @@ pub(super) struct Scene {
     pub(super) time_step: f64,
     pub(super) steps: u32,
     /// How half-steps are iterated.
-    pub(super) iterate: Option<Iterate>,
+    pub(super) implicit: Option<ImplicitCoupling>,
     /// Further particles of water, far from everything.
     pub(super) spare_water: u32,
 }
@@ -72,7 +72,7 @@ impl Scene {
             turned: false,
             time_step: TIME_STEP,
             steps: 20,
-            iterate: None,
+            implicit: None,
             spare_water: 0,
         }
     }
@@ -125,7 +125,7 @@ impl Scene {
                 solid_spacing: SPACING,
                 repulsion: 0.0,
                 margin: 2.0 * SPACING,
-                iterate: self.iterate,
+                implicit: self.implicit,
             }),
         }
     }

@@ -1,6 +1,7 @@
 //! Packed little-endian arrays.
 
 use bytes::{BufMut, Bytes, BytesMut};
+use sph::coupling::exchange::Column;
 use sph::space::{SymmetricTensor, Vector};
 
 use super::{Path, WireError};
@@ -19,9 +20,6 @@ pub(super) trait Packed: Copy {
 
     /// The value of `COMPONENTS` numbers.
     fn get(bytes: &[u8]) -> Self;
-
-    /// Whether all numbers are finite.
-    fn is_finite(&self) -> bool;
 }
 
 /// The `k`-th number of `bytes`, which the caller has cut to whole values.
@@ -41,10 +39,6 @@ impl Packed for f64 {
     fn get(bytes: &[u8]) -> Self {
         number(bytes, 0)
     }
-
-    fn is_finite(&self) -> bool {
-        f64::is_finite(*self)
-    }
 }
 
 impl Packed for Vector {
@@ -57,10 +51,6 @@ impl Packed for Vector {
 
     fn get(bytes: &[u8]) -> Self {
         Vector::new(number(bytes, 0), number(bytes, 1))
-    }
-
-    fn is_finite(&self) -> bool {
-        self.x.is_finite() && self.y.is_finite()
     }
 }
 
@@ -76,10 +66,6 @@ impl Packed for SymmetricTensor {
     fn get(bytes: &[u8]) -> Self {
         Self { xx: number(bytes, 0), yy: number(bytes, 1), xy: number(bytes, 2) }
     }
-
-    fn is_finite(&self) -> bool {
-        self.xx.is_finite() && self.yy.is_finite() && self.xy.is_finite()
-    }
 }
 
 /// Packs `values`.
@@ -91,58 +77,53 @@ pub(super) fn pack<T: Packed>(values: &[T]) -> Bytes {
     out.freeze()
 }
 
-/// Unpacks `count` finite values into `values`, replacing what it held.
-pub(super) fn unpack_into<T: Packed>(
+/// Unpacks `components` finite numbers for each of `count` particles into `column`, replacing what it held.
+pub(super) fn unpack_column(
     bytes: &[u8],
     count: usize,
-    values: &mut Vec<T>,
+    components: usize,
+    column: &mut Column,
     at: &Path<'_>,
 ) -> Result<(), WireError> {
-    unpack_any_into(bytes, count, values, at)?;
-    match values.iter().position(|value| !value.is_finite()) {
+    check_size(bytes, count, components, at)?;
+    let numbers = bytes.chunks_exact(NUMBER_BYTES).map(|chunk| number(chunk, 0));
+    column.components = components;
+    column.values.clear();
+    column.values.extend(numbers);
+    match column.values.iter().position(|value| !value.is_finite()) {
         None => Ok(()),
         Some(k) => {
-            let size = T::COMPONENTS * NUMBER_BYTES;
-            let shown: Vec<String> = (0..T::COMPONENTS)
-                .map(|c| format!("{:?}", number(&bytes[k * size..(k + 1) * size], c)))
-                .collect();
-            Err(at.error(format!("of particle number {k} is {}, must be finite", shown.join(", "))))
+            let row: Vec<String> =
+                column.row(k / components).iter().map(|value| format!("{value:?}")).collect();
+            let problem =
+                format!("of particle number {} is {}, must be finite", k / components, row.join(", "));
+            Err(at.error(problem))
         }
     }
 }
 
-/// Unpacks `count` values of any bits into `values`, replacing what it held.
-pub(super) fn unpack_any_into<T: Packed>(
-    bytes: &[u8],
-    count: usize,
-    values: &mut Vec<T>,
-    at: &Path<'_>,
-) -> Result<(), WireError> {
-    let size = T::COMPONENTS * NUMBER_BYTES;
-    if count > MAX_PARTICLES || bytes.len() != count * size {
+/// Whether `bytes` are `components` numbers for each of `count` particles.
+fn check_size(bytes: &[u8], count: usize, components: usize, at: &Path<'_>) -> Result<(), WireError> {
+    if count > MAX_PARTICLES || bytes.len() != count * components * NUMBER_BYTES {
         return Err(at.error(format!(
-            "has {} bytes, must have {count} particles x {} numbers x 8 bytes",
-            bytes.len(),
-            T::COMPONENTS
+            "has {} bytes, must have {count} particles x {components} numbers x 8 bytes",
+            bytes.len()
         )));
     }
-    values.clear();
-    values.extend(bytes.chunks_exact(size).map(T::get));
     Ok(())
 }
 
 /// Unpacks `count` finite values.
 pub(super) fn unpack<T: Packed>(bytes: &[u8], count: usize, at: &Path<'_>) -> Result<Vec<T>, WireError> {
-    let mut values = Vec::new();
-    unpack_into(bytes, count, &mut values, at)?;
-    Ok(values)
+    let mut column = Column::default();
+    unpack_column(bytes, count, T::COMPONENTS, &mut column, at)?;
+    Ok(bytes.chunks_exact(T::COMPONENTS * NUMBER_BYTES).map(T::get).collect())
 }
 
 /// Unpacks all values, of any bits, that `bytes` holds.
 pub(super) fn unpack_all(bytes: &[u8], at: &Path<'_>) -> Result<Vec<f64>, WireError> {
-    let mut values = Vec::new();
-    unpack_any_into(bytes, bytes.len() / NUMBER_BYTES, &mut values, at)?;
-    Ok(values)
+    check_size(bytes, bytes.len() / NUMBER_BYTES, 1, at)?;
+    Ok(bytes.chunks_exact(NUMBER_BYTES).map(|chunk| number(chunk, 0)).collect())
 }
 
 /// Unpacks `count` positive values.

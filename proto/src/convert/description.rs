@@ -2,13 +2,12 @@
 
 use std::time::Duration;
 
-use bytes::{BufMut, BytesMut};
-use sph::coupling::exchange::Extent;
+use sph::coupling::exchange::{Column, Extent};
 use sph::coupling::solver::Role;
 use sph::setup::InterfaceLaw;
-use sph::space::Vector;
+use sph::space::DIMENSIONS;
 
-use super::arrays::unpack_all;
+use super::arrays::{pack, unpack_all};
 use super::{
     Choice, Convert, Path, WireError, choice, finite, length, list, name, not_negative, optional,
     positive_or_infinite, required, text, wires,
@@ -20,42 +19,9 @@ use crate::description::{
 use crate::limits::{MAX_BOXES, MAX_LIST};
 use crate::wire;
 
-impl Choice for CouplingKind {
-    const ALL: &'static [Self] = &CouplingKind::ALL;
+choices!(CouplingKind = wire::CouplingKind { States, Loads });
 
-    fn code(self) -> i32 {
-        let wire = match self {
-            CouplingKind::States => wire::CouplingKind::States,
-            CouplingKind::Loads => wire::CouplingKind::Loads,
-        };
-        wire.into()
-    }
-}
-
-impl Choice for FrameField {
-    const ALL: &'static [Self] = &[
-        FrameField::Position,
-        FrameField::Velocity,
-        FrameField::Density,
-        FrameField::Pressure,
-        FrameField::Stress,
-        FrameField::Volume,
-        FrameField::Force,
-    ];
-
-    fn code(self) -> i32 {
-        let wire = match self {
-            FrameField::Position => wire::Field::Position,
-            FrameField::Velocity => wire::Field::Velocity,
-            FrameField::Density => wire::Field::Density,
-            FrameField::Pressure => wire::Field::Pressure,
-            FrameField::Stress => wire::Field::Stress,
-            FrameField::Volume => wire::Field::Volume,
-            FrameField::Force => wire::Field::Force,
-        };
-        wire.into()
-    }
-}
+choices!(FrameField = wire::Field { Position, Velocity, Density, Pressure, Stress, Volume, Force });
 
 fn codes<T: Choice>(values: &[T]) -> Vec<i32> {
     values.iter().map(|value| value.code()).collect()
@@ -99,35 +65,29 @@ impl Convert for Extent {
     type Wire = wire::Extent;
 
     fn to_wire(&self) -> wire::Extent {
-        let mut boxes = BytesMut::with_capacity(32 * self.boxes.len());
-        for (lower, upper) in &self.boxes {
-            for value in [lower.x, lower.y, upper.x, upper.y] {
-                boxes.put_f64_le(value);
-            }
-        }
-        wire::Extent { version: self.version, boxes_m: boxes.freeze() }
+        wire::Extent { version: self.version, boxes_m: pack(&self.boxes.values) }
     }
 
     fn from_wire(wire: &wire::Extent, at: &Path<'_>) -> Result<Self, WireError> {
         let at = at.field("boxes_m");
-        if !wire.boxes_m.len().is_multiple_of(32) {
-            let problem = format!("has {} bytes, must have 32 for each box", wire.boxes_m.len());
+        let (components, bytes) = (2 * DIMENSIONS, wire.boxes_m.len());
+        if !bytes.is_multiple_of(8 * components) {
+            let problem = format!("has {bytes} bytes, must have {} for each box", 8 * components);
             return Err(at.error(problem));
         }
-        length(wire.boxes_m.len() / 32, MAX_BOXES, &at)?;
-        let numbers = unpack_all(&wire.boxes_m, &at)?;
-        let mut boxes = Vec::with_capacity(numbers.len() / 4);
-        for corner in numbers.chunks_exact(4) {
-            let (lower, upper) = (Vector::new(corner[0], corner[1]), Vector::new(corner[2], corner[3]));
-            let ordered = lower.x <= upper.x && lower.y <= upper.y;
-            if !(ordered && corner.iter().all(|value| value.is_finite())) {
-                let problem = format!(
-                    "of box number {} are {corner:?}, must be finite with lower <= upper",
-                    boxes.len()
-                );
+        length(bytes / (8 * components), MAX_BOXES, &at)?;
+        if bytes == 0 {
+            return Ok(Self { version: wire.version, ..Self::default() });
+        }
+        let boxes = Column { components, values: unpack_all(&wire.boxes_m, &at)? };
+        for (k, corners) in boxes.rows().enumerate() {
+            let (lower, upper) = corners.split_at(DIMENSIONS);
+            let ordered = lower.iter().zip(upper).all(|(lower, upper)| lower <= upper);
+            if !(ordered && corners.iter().all(|value| value.is_finite())) {
+                let problem =
+                    format!("of box number {k} are {corners:?}, must be finite with lower <= upper");
                 return Err(at.error(problem));
             }
-            boxes.push((lower, upper));
         }
         Ok(Self { version: wire.version, boxes })
     }
@@ -160,13 +120,14 @@ impl Convert for Capabilities {
     type Wire = wire::Capabilities;
 
     fn to_wire(&self) -> wire::Capabilities {
-        let Self { checkpoint, deterministic, adaptive_step, expressions, iterates } = *self;
-        wire::Capabilities { checkpoint, deterministic, adaptive_step, expressions, iterates }
+        let Self { checkpoint, deterministic, adaptive_step, expressions, implicit_coupling } = *self;
+        wire::Capabilities { checkpoint, deterministic, adaptive_step, expressions, implicit_coupling }
     }
 
     fn from_wire(wire: &wire::Capabilities, _at: &Path<'_>) -> Result<Self, WireError> {
-        let wire::Capabilities { checkpoint, deterministic, adaptive_step, expressions, iterates } = *wire;
-        Ok(Self { checkpoint, deterministic, adaptive_step, expressions, iterates })
+        let wire::Capabilities { checkpoint, deterministic, adaptive_step, expressions, implicit_coupling } =
+            *wire;
+        Ok(Self { checkpoint, deterministic, adaptive_step, expressions, implicit_coupling })
     }
 }
 
@@ -183,7 +144,7 @@ impl Convert for Description {
             lowest_protocol: Some(lowest.to_wire()),
             highest_protocol: Some(highest.to_wire()),
             roles: codes(&self.roles),
-            dimensions: self.dimensions,
+            dimensions: self.dimensions.clone(),
             coupling_kinds: codes(&self.coupling_kinds),
             interface_laws: codes(&self.interface_laws),
             arithmetic: self.arithmetic.clone(),
@@ -203,7 +164,7 @@ impl Convert for Description {
                 required(&wire.highest_protocol, &at.field("highest_protocol"))?,
             ],
             roles: known::<Role>(&wire.roles, &at.field("roles"))?,
-            dimensions: wire.dimensions,
+            dimensions: wire.dimensions.clone(),
             coupling_kinds: known(&wire.coupling_kinds, &at.field("coupling_kinds"))?,
             interface_laws: known::<InterfaceLaw>(&wire.interface_laws, &at.field("interface_laws"))?,
             arithmetic: text(&wire.arithmetic, &at.field("arithmetic"))?,
@@ -301,15 +262,12 @@ impl Convert for BodyReport {
     type Wire = wire::BodyReport;
 
     fn to_wire(&self) -> wire::BodyReport {
-        wire::BodyReport { mass_kg_per_m: Some(self.mass), inertia_kg_m: self.inertia }
+        wire::BodyReport { mass_kg: Some(self.mass), inertia_kg_m2: self.inertia }
     }
 
     fn from_wire(wire: &wire::BodyReport, at: &Path<'_>) -> Result<Self, WireError> {
-        let inertia = wire.inertia_kg_m.map(|value| finite(Some(value), &at.field("inertia_kg_m")));
-        Ok(Self {
-            mass: finite(wire.mass_kg_per_m, &at.field("mass_kg_per_m"))?,
-            inertia: inertia.transpose()?,
-        })
+        let inertia = wire.inertia_kg_m2.map(|value| finite(Some(value), &at.field("inertia_kg_m2")));
+        Ok(Self { mass: finite(wire.mass_kg, &at.field("mass_kg"))?, inertia: inertia.transpose()? })
     }
 }
 

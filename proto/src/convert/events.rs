@@ -1,7 +1,7 @@
 //! Commands and events of the Run stream.
 
-use sph::coupling::driver::{Command, Held, ProbeValues, StepReport};
-use sph::coupling::ledger::{Energies, StageBooks};
+use sph::coupling::driver::{Command, Paused, ProbeValues, StepReport};
+use sph::coupling::ledger::{Energies, StageBudget};
 use sph::coupling::solver::{Counts, Fault};
 use sph::coupling::stage::StepStage;
 
@@ -43,7 +43,7 @@ pub(crate) enum BatchItem {
     Finished { step: u64, time: f64, reached_end: bool, counts: Counts, state_index: u64 },
     Failed { fault: Box<Fault>, step: u64, time: f64, counts: Counts, state_index: u64 },
     Beat(Beat),
-    Held(Held),
+    Paused(Paused),
 }
 
 impl std::fmt::Display for Beat {
@@ -60,18 +60,7 @@ impl std::fmt::Display for Beat {
     }
 }
 
-impl Choice for Phase {
-    const ALL: &'static [Self] = &[Phase::Computing, Phase::WaitingForPartner, Phase::WaitingForGrant];
-
-    fn code(self) -> i32 {
-        let wire = match self {
-            Phase::Computing => wire::Phase::Computing,
-            Phase::WaitingForPartner => wire::Phase::WaitingForPartner,
-            Phase::WaitingForGrant => wire::Phase::WaitingForGrant,
-        };
-        wire.into()
-    }
-}
+choices!(Phase = wire::Phase { Computing, WaitingForPartner, WaitingForGrant });
 
 pub(crate) fn encode_command(run_id: &str, epoch: u32, command: Command) -> wire::Command {
     use wire::command::Order;
@@ -79,7 +68,7 @@ pub(crate) fn encode_command(run_id: &str, epoch: u32, command: Command) -> wire
         Command::GrantThrough(step) => Order::GrantThrough(step),
         Command::Stop => Order::Stop(wire::Unit {}),
         Command::Abort => Order::Abort(wire::Unit {}),
-        Command::Hold => Order::Hold(wire::Unit {}),
+        Command::Pause => Order::Pause(wire::Unit {}),
         // Has a call of its own; as an order it is empty, and refused.
         Command::Checkpoint => return wire::Command { run_id: run_id.to_owned(), epoch, order: None },
     };
@@ -93,7 +82,7 @@ pub(crate) fn decode_command(wire: &wire::Command) -> Result<Command, WireError>
         Some(Order::GrantThrough(step)) => Ok(Command::GrantThrough(*step)),
         Some(Order::Stop(_)) => Ok(Command::Stop),
         Some(Order::Abort(_)) => Ok(Command::Abort),
-        Some(Order::Hold(_)) => Ok(Command::Hold),
+        Some(Order::Pause(_)) => Ok(Command::Pause),
         None => Err(Path::root("command")
             .field("order")
             .error("is missing or of a later version of the protocol")),
@@ -158,7 +147,9 @@ impl BatchItem {
                 since_last_step_s: Some(beat.since_last_step),
                 awaited: beat.awaited.map(|at| at.to_wire()),
             }),
-            Self::Held(held) => Body::Held(wire::Held { step: held.step, time_s_bits: held.time.to_bits() }),
+            Self::Paused(paused) => {
+                Body::Paused(wire::Paused { step: paused.step, time_s_bits: paused.time.to_bits() })
+            }
         }
     }
 
@@ -208,9 +199,9 @@ impl BatchItem {
                     awaited: optional(&beat.awaited, &at.field("awaited"))?,
                 })
             }
-            Body::Held(held) => Self::Held(Held {
-                step: held.step,
-                time: time(held.time_s_bits, &at.field("held"), "time_s_bits")?,
+            Body::Paused(paused) => Self::Paused(Paused {
+                step: paused.step,
+                time: time(paused.time_s_bits, &at.field("paused"), "time_s_bits")?,
             }),
         })
     }
@@ -220,7 +211,7 @@ impl Convert for StepReport {
     type Wire = wire::StepReport;
 
     fn to_wire(&self) -> wire::StepReport {
-        let [predictor, corrector] = &self.books;
+        let [predictor, corrector] = &self.budgets;
         let [own, partner] = self.interface_particles;
         wire::StepReport {
             step: self.step,
@@ -235,26 +226,26 @@ impl Convert for StepReport {
             waited_s: Some(self.waited),
             breaches: self.breaches,
             iterations: self.iterations,
-            unsettled: self.unsettled,
+            unconverged: self.unconverged,
         }
     }
 
     fn from_wire(wire: &wire::StepReport, at: &Path<'_>) -> Result<Self, WireError> {
-        let predictor: StageBooks = required(&wire.predictor, &at.field("predictor"))?;
-        let corrector: StageBooks = required(&wire.corrector, &at.field("corrector"))?;
+        let predictor: StageBudget = required(&wire.predictor, &at.field("predictor"))?;
+        let corrector: StageBudget = required(&wire.corrector, &at.field("corrector"))?;
         let energies: Energies = required(&wire.energies, &at.field("energies"))?;
         Ok(Self {
             step: wire.step,
             end_time: time(wire.end_time_s_bits, at, "end_time_s_bits")?,
             time_step: time(wire.time_step_s_bits, at, "time_step_s_bits")?,
-            books: [predictor, corrector],
+            budgets: [predictor, corrector],
             energies,
             interface_particles: [wire.own_interface_particles, wire.partner_interface_particles],
             elapsed: finite(wire.elapsed_s, &at.field("elapsed_s"))?,
             waited: finite(wire.waited_s, &at.field("waited_s"))?,
             breaches: wire.breaches,
             iterations: wire.iterations,
-            unsettled: wire.unsettled,
+            unconverged: wire.unconverged,
         })
     }
 }

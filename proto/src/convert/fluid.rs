@@ -50,7 +50,7 @@ impl Convert for FluidSetup {
             "region" => (regions.len(), "regions"),
             _ => (walls.len(), "walls"),
         })?;
-        let outflow = wire.outflow.unwrap_or_default();
+        let outflow = wire.outflow.clone().unwrap_or_default();
         Ok(Self {
             run: required(&wire.run, &at.field("run"))?,
             parameters: parameters_from_wire(&wire.parameters, |_| true, &at.field("parameters"))?,
@@ -65,8 +65,8 @@ impl Convert for FluidSetup {
             walls,
             probes,
             outflow: Outflow {
-                lower: flags_from_wire(&outflow.lower),
-                upper: flags_from_wire(&outflow.upper),
+                lower: flags_from_wire(&outflow.lower, &at.field("outflow").field("lower"))?,
+                upper: flags_from_wire(&outflow.upper, &at.field("outflow").field("upper"))?,
             },
         })
     }
@@ -76,7 +76,7 @@ fn particles_to_wire(particles: &FluidParticles) -> wire::FluidParticles {
     wire::FluidParticles {
         ids: pack_indices(&particles.id),
         regions: pack_indices(&particles.region),
-        masses_kg_per_m: pack(&particles.mass),
+        masses_kg: pack(&particles.mass),
         positions_m: pack(&particles.position),
         velocities_m_per_s: pack(&particles.velocity),
         densities_kg_per_m3: pack(&particles.density),
@@ -93,7 +93,7 @@ fn particles_from_wire(
     Ok(FluidParticles {
         id: unpack_ids(&wire.ids, count, &at.field("ids"))?,
         region: unpack_indices_below(&wire.regions, count, regions, "regions", &at.field("regions"))?,
-        mass: unpack_positive(&wire.masses_kg_per_m, count, &at.field("masses_kg_per_m"))?,
+        mass: unpack_positive(&wire.masses_kg, count, &at.field("masses_kg"))?,
         position: unpack(&wire.positions_m, count, &at.field("positions_m"))?,
         velocity: unpack(&wire.velocities_m_per_s, count, &at.field("velocities_m_per_s"))?,
         density: unpack_positive(&wire.densities_kg_per_m3, count, &at.field("densities_kg_per_m3"))?,

@@ -1,11 +1,11 @@
 //! Half-step frames. Writer and reader keep what the protocol sends only on change.
 
 use bytes::Bytes;
-use sph::coupling::exchange::{Extent, Frame, FrameContent, InterfaceStates, PreviousStage};
+use sph::coupling::exchange::{Column, Extent, Frame, FrameContent, PreviousStage, StateColumns};
 use sph::coupling::stage::{StageTime, StepStage};
 
 use super::arrays::{
-    index_count, pack, pack_indices, unpack_ids, unpack_indices, unpack_into, unpack_positive,
+    index_count, pack, pack_indices, unpack_column, unpack_ids, unpack_indices, unpack_positive,
 };
 use super::{
     Choice, Convert, Path, WireError, choice, count, finite, not_negative, optional, positive,
@@ -44,7 +44,7 @@ impl FrameWriter {
         let set = changed.then(|| wire::ParticleSet {
             ids: pack_indices(&states.id),
             groups: pack_indices(&states.group),
-            masses_kg_per_m: pack(masses),
+            masses_kg: pack(masses),
         });
         self.sent_set = Some(frame.set_version);
         let extent = (self.told_extent != frame.extent.version).then(|| frame.extent.to_wire());
@@ -93,15 +93,15 @@ impl FrameWriter {
 fn block(field: FrameField, frame: &Frame) -> wire::Block {
     let states = &frame.states;
     let data: Bytes = match field {
-        FrameField::Position => pack(&states.position),
-        FrameField::Velocity => pack(&states.velocity),
+        FrameField::Position => pack(&states.position.values),
+        FrameField::Velocity => pack(&states.velocity.values),
         FrameField::Density => pack(&states.density),
         FrameField::Pressure => pack(&states.pressure),
-        FrameField::Stress => pack(&states.stress),
-        FrameField::Volume => pack(&(0..states.len()).map(|i| states.volume(i)).collect::<Vec<_>>()),
-        FrameField::Force => pack(&frame.forces),
+        FrameField::Stress => pack(&states.stress.values),
+        FrameField::Volume => pack(&states.volumes().collect::<Vec<_>>()),
+        FrameField::Force => pack(&frame.forces.values),
     };
-    wire::Block { field: field.code(), data }
+    wire::Block { field: field.code(), components: field.components().into(), data }
 }
 
 impl Convert for PreviousStage {
@@ -222,14 +222,14 @@ impl FrameReader {
             };
             return Err(at.error(format!("expected that of {expected}, got {got}{remark}")));
         }
-        // Only iterated half-steps ask for a second frame.
+        // Only implicit coupling has a second frame.
         let due = match self.last {
             Some((last, iteration)) if last == expected => iteration + 1,
             _ => 0,
         };
-        let (accepts, samples) =
-            (wire.acceptance.is_some(), FrameField::content(self.required) == FrameContent::Samples);
-        if wire.iteration == due && !accepts || accepts && samples && wire.iteration + 1 == due {
+        let (accepts, points) =
+            (wire.acceptance.is_some(), FrameField::content(self.required) == FrameContent::CouplingPoints);
+        if wire.iteration == due && !accepts || accepts && points && wire.iteration + 1 == due {
             return Ok(());
         }
         if accepts {
@@ -254,41 +254,60 @@ impl FrameReader {
         };
         let at = at.field("set");
         let count = index_count(&set.ids, &at.field("ids"))?;
-        let samples = FrameField::content(self.required) == FrameContent::Samples;
-        let masses = if samples { 0 } else { count };
+        let points = FrameField::content(self.required) == FrameContent::CouplingPoints;
+        let masses = if points { 0 } else { count };
         self.set = Some(KnownSet {
             version: wire.set_version,
             id: unpack_ids(&set.ids, count, &at.field("ids"))?,
             group: unpack_indices(&set.groups, count, &at.field("groups"))?,
-            mass: unpack_positive(&set.masses_kg_per_m, masses, &at.field("masses_kg_per_m"))?,
+            mass: unpack_positive(&set.masses_kg, masses, &at.field("masses_kg"))?,
         });
         Ok(())
     }
 
-    /// Forces of the partner, which the receiver compares with the samples that it sent.
+    /// Forces of the partner, which the receiver compares with the coupling points that it sent.
     fn read_forces(&self, wire: &wire::Frame, frame: &mut Frame, at: &Path<'_>) -> Result<(), WireError> {
         if wire.set.is_some() {
             return Err(at.field("set").error("is given with forces, which belong to the receiver's set"));
         }
-        let mut blocks = Blocks::new(self.required);
         frame.states.clear();
         let number = usize::try_from(wire.count).unwrap_or(usize::MAX);
+        self.check_fields(&wire.blocks, at)?;
         for (k, block) in wire.blocks.iter().enumerate() {
-            let at = at.item("blocks", k);
-            let (field, at) = blocks.next(block, &at)?;
-            if field != FrameField::Force {
-                return Err(at.error("is no field of a frame of forces"));
-            }
-            unpack_into(&block.data, number, &mut frame.forces, &at)?;
+            unpack_block(FrameField::Force, block, number, &mut frame.forces, &at.item("blocks", k))?;
         }
-        blocks.complete(at)
+        Ok(())
+    }
+
+    /// Checks that the blocks are those of the required fields, in their order.
+    fn check_fields(&self, blocks: &[wire::Block], at: &Path<'_>) -> Result<(), WireError> {
+        for (k, block) in blocks.iter().enumerate() {
+            let at = at.item("blocks", k);
+            let field: FrameField = choice(block.field, &at.field("field"))?;
+            match self.required.get(k) {
+                Some(required) if *required == field => {}
+                Some(required) => {
+                    let problem = format!("is the {}, must be the {}", field.name(), required.name());
+                    return Err(at.field("field").error(problem));
+                }
+                None => {
+                    return Err(at
+                        .field("field")
+                        .error(format!("is the {}, which is not expected", field.name())));
+                }
+            }
+        }
+        match self.required.get(blocks.len()) {
+            None => Ok(()),
+            Some(missing) => Err(at.field("blocks").error(format!("lack the {}", missing.name()))),
+        }
     }
 
     fn read_states(
         &self,
         wire: &wire::Frame,
         content: FrameContent,
-        states: &mut InterfaceStates,
+        states: &mut StateColumns,
         at: &Path<'_>,
     ) -> Result<(), WireError> {
         let Some(known) = &self.set else { return Err(at.field("set").error("is missing")) };
@@ -301,29 +320,21 @@ impl FrameReader {
         states.id.extend_from_slice(&known.id);
         states.group.extend_from_slice(&known.group);
         states.mass.extend_from_slice(&known.mass);
-        let mut blocks = Blocks::new(self.required);
-        for (k, block) in wire.blocks.iter().enumerate() {
+        self.check_fields(&wire.blocks, at)?;
+        for ((k, block), field) in wire.blocks.iter().enumerate().zip(self.required) {
             let at = at.item("blocks", k);
-            let (field, at) = blocks.next(block, &at)?;
             match field {
-                FrameField::Position => unpack_into(&block.data, count, &mut states.position, &at)?,
-                FrameField::Velocity => unpack_into(&block.data, count, &mut states.velocity, &at)?,
-                FrameField::Density => {
-                    unpack_into(&block.data, count, &mut states.density, &at)?;
-                    all_positive(&states.density, &at)?;
-                }
-                FrameField::Volume => {
-                    unpack_into(&block.data, count, &mut states.mass, &at)?;
-                    all_positive(&states.mass, &at)?;
-                }
+                FrameField::Position => unpack_block(*field, block, count, &mut states.position, &at)?,
+                FrameField::Velocity => unpack_block(*field, block, count, &mut states.velocity, &at)?,
+                FrameField::Stress => unpack_block(*field, block, count, &mut states.stress, &at)?,
+                FrameField::Density => unpack_numbers(*field, block, count, &mut states.density, &at)?,
+                FrameField::Volume => unpack_numbers(*field, block, count, &mut states.mass, &at)?,
+                FrameField::Pressure => unpack_numbers(*field, block, count, &mut states.pressure, &at)?,
                 FrameField::Force => return Err(at.error("is no field of a frame of particles")),
-                FrameField::Pressure => unpack_into(&block.data, count, &mut states.pressure, &at)?,
-                FrameField::Stress => unpack_into(&block.data, count, &mut states.stress, &at)?,
             }
         }
-        blocks.complete(at)?;
-        if content == FrameContent::Samples {
-            // Only the volume m/ρ of a sample has a meaning.
+        if content == FrameContent::CouplingPoints {
+            // Only the volume m/ρ of a coupling point has a meaning.
             states.density.clear();
             states.density.resize(count, 1.0);
             states.pressure.clear();
@@ -355,42 +366,38 @@ impl FrameReader {
     }
 }
 
-/// The fields of a frame as they come.
-struct Blocks {
-    required: &'static [FrameField],
-    found: Vec<FrameField>,
+/// Unpacks the numbers of `count` particles into `column`.
+fn unpack_block(
+    field: FrameField,
+    block: &wire::Block,
+    count: usize,
+    column: &mut Column,
+    at: &Path<'_>,
+) -> Result<(), WireError> {
+    let components = field.components();
+    if block.components != u32::from(components) {
+        let problem = format!("is {} for the {}, must be {components}", block.components, field.name());
+        return Err(at.field("components").error(problem));
+    }
+    unpack_column(&block.data, count, components.into(), column, &at.field(field.name()))
 }
 
-impl Blocks {
-    fn new(required: &'static [FrameField]) -> Self {
-        Self { required, found: Vec::with_capacity(FrameField::ALL.len()) }
-    }
-
-    /// The field of `block`, which is found at `at`, and the place of its data.
-    fn next<'a>(
-        &mut self,
-        block: &wire::Block,
-        at: &'a Path<'a>,
-    ) -> Result<(FrameField, Path<'a>), WireError> {
-        let field: FrameField = choice(block.field, &at.field("field"))?;
-        if self.found.contains(&field) {
-            return Err(at.field("field").error(format!("repeats the {}", field.name())));
+/// Unpacks a number for each of `count` particles into `numbers`; densities and volumes are positive.
+fn unpack_numbers(
+    field: FrameField,
+    block: &wire::Block,
+    count: usize,
+    numbers: &mut Vec<f64>,
+    at: &Path<'_>,
+) -> Result<(), WireError> {
+    let mut column = Column { components: 1, values: std::mem::take(numbers) };
+    unpack_block(field, block, count, &mut column, at)?;
+    *numbers = column.values;
+    match numbers.iter().position(|value| *value <= 0.0) {
+        Some(i) if field != FrameField::Pressure => {
+            let problem = format!("of particle number {i} is {:?}, must be positive", numbers[i]);
+            Err(at.field(field.name()).error(problem))
         }
-        self.found.push(field);
-        Ok((field, at.field(field.name())))
-    }
-
-    fn complete(&self, at: &Path<'_>) -> Result<(), WireError> {
-        match self.required.iter().find(|field| !self.found.contains(field)) {
-            None => Ok(()),
-            Some(missing) => Err(at.field("blocks").error(format!("lack the {}", missing.name()))),
-        }
-    }
-}
-
-fn all_positive(values: &[f64], at: &Path<'_>) -> Result<(), WireError> {
-    match values.iter().position(|value| *value <= 0.0) {
-        None => Ok(()),
-        Some(i) => Err(at.error(format!("of particle number {i} is {:?}, must be positive", values[i]))),
+        _ => Ok(()),
     }
 }

@@ -3,12 +3,27 @@
 //! Nothing from the wire is used before its length, range and finiteness are checked; an error names the path of the
 //! field, its value and what is allowed. Both directions stand side by side, so that they cannot drift apart.
 
+/// Implements [`Choice`] for an enum whose values have the same names on the wire.
+macro_rules! choices {
+    ($choice:ident = wire::$wire:ident { $($value:ident),+ $(,)? }) => {
+        impl crate::convert::Choice for $choice {
+            const ALL: &'static [Self] = &[$($choice::$value),+];
+
+            fn code(self) -> i32 {
+                match self {
+                    $($choice::$value => crate::wire::$wire::$value.into()),+
+                }
+            }
+        }
+    };
+}
+
 mod arrays;
 mod description;
 mod events;
 mod fluid;
 mod frame;
-mod iterate;
+mod implicit;
 mod parameters;
 mod partner;
 mod probes;
@@ -216,31 +231,45 @@ pub(crate) fn count(len: usize) -> u64 {
     u64::try_from(len).unwrap_or(u64::MAX)
 }
 
+/// The `D` components of a vector of the scene or of the ledger.
+pub(crate) fn components<T: Clone, const D: usize>(values: &[T], at: &Path<'_>) -> Result<[T; D], WireError> {
+    values
+        .to_vec()
+        .try_into()
+        .map_err(|values: Vec<T>| at.error(format!("has {} components, must have {D}", values.len())))
+}
+
+/// A vector of `values`.
+pub(crate) fn components_to_wire(values: &[f64]) -> Option<wire::Vector> {
+    Some(wire::Vector { components: values.to_vec() })
+}
+
 impl Convert for Vector {
     type Wire = wire::Vector;
 
     fn to_wire(&self) -> wire::Vector {
-        wire::Vector { x: Some(self.x), y: Some(self.y) }
+        wire::Vector { components: self.as_slice().to_vec() }
     }
 
     fn from_wire(wire: &wire::Vector, at: &Path<'_>) -> Result<Self, WireError> {
-        Ok(Vector::new(finite(wire.x, &at.field("x"))?, finite(wire.y, &at.field("y"))?))
+        let values: [f64; DIMENSIONS] = components(&wire.components, at)?;
+        for (k, value) in values.into_iter().enumerate() {
+            finite(value, &at.item("components", k))?;
+        }
+        Ok(values.into())
     }
 }
 
-/// A vector of a report, which may be anything.
-pub(crate) fn any_vector(wire: &Option<wire::Vector>) -> Vector {
-    wire.as_ref().map_or_else(Vector::zeros, |v| Vector::new(any_number(v.x), any_number(v.y)))
-}
-
 pub(crate) fn flags_to_wire(flags: [bool; DIMENSIONS]) -> Option<wire::Flags> {
-    let [x, y] = flags;
-    Some(wire::Flags { x, y })
+    Some(wire::Flags { components: flags.into() })
 }
 
-/// Flags; absent ones are unset, as proto3 has it for a message of defaults.
-pub(crate) fn flags_from_wire(wire: &Option<wire::Flags>) -> [bool; DIMENSIONS] {
-    wire.as_ref().map_or([false; DIMENSIONS], |f| [f.x, f.y])
+/// One flag per dimension; absent ones are unset.
+pub(crate) fn flags_from_wire(
+    wire: &Option<wire::Flags>,
+    at: &Path<'_>,
+) -> Result<[bool; DIMENSIONS], WireError> {
+    wire.as_ref().map_or(Ok([false; DIMENSIONS]), |flags| components(&flags.components, at))
 }
 
 #[cfg(test)]

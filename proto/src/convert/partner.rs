@@ -15,7 +15,7 @@ impl Convert for PartnerParticles {
         wire::PartnerParticles {
             ids: pack_indices(&self.id),
             groups: pack_indices(&self.body),
-            masses_kg_per_m: pack(&self.mass),
+            masses_kg: pack(&self.mass),
             positions_m: pack(&self.position),
             bodies: wires(&self.bodies),
         }
@@ -27,7 +27,7 @@ impl Convert for PartnerParticles {
         Ok(Self {
             id: unpack_ids(&wire.ids, count, &at.field("ids"))?,
             body: unpack_indices_below(&wire.groups, count, bodies.len(), "bodies", &at.field("groups"))?,
-            mass: unpack_positive(&wire.masses_kg_per_m, count, &at.field("masses_kg_per_m"))?,
+            mass: unpack_positive(&wire.masses_kg, count, &at.field("masses_kg"))?,
             position: unpack(&wire.positions_m, count, &at.field("positions_m"))?,
             bodies,
         })
@@ -40,17 +40,17 @@ impl Convert for PartnerBody {
     fn to_wire(&self) -> wire::PartnerBody {
         wire::PartnerBody {
             name: self.name.clone(),
-            cell_inertia_kg_m: self.cell_inertia,
+            cell_inertia_kg_m2: self.cell_inertia,
             driven: self.driven,
         }
     }
 
     fn from_wire(wire: &wire::PartnerBody, at: &Path<'_>) -> Result<Self, WireError> {
-        let cells = at.field("cell_inertia_kg_m");
+        let cells = at.field("cell_inertia_kg_m2");
         Ok(Self {
             name: name(&wire.name, &at.field("name"))?,
             cell_inertia: wire
-                .cell_inertia_kg_m
+                .cell_inertia_kg_m2
                 .map(|value| not_negative(Some(value), &cells))
                 .transpose()?,
             driven: wire.driven,

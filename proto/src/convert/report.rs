@@ -1,30 +1,19 @@
 //! Budgets, facts and faults: numbers of a report may be anything, so that a breakdown can be reported.
 
-use sph::coupling::ledger::MomentumReport;
 use sph::coupling::ledger::{
-    Account, Accounts, AngularBudget, Breach, Check, Energies, InterfaceSums, StageBooks, TorqueAccount,
-    Torques,
+    Account, Accounts, AngularBudget, Breach, Check, Energies, InterfaceSums, LedgerVector, MomentumReport,
+    StageBudget,
 };
 use sph::coupling::solver::{Counts, Divergence, Fault};
 use sph::coupling::stage::StepStage;
-use sph::space::Vector;
 
-use super::{Choice, Convert, Path, WireError, any_number, any_vector, choice, optional, required, text};
+use super::{
+    Choice, Convert, Path, WireError, any_number, choice, components, components_to_wire, optional, required,
+    text,
+};
 use crate::wire;
 
-impl Choice for Check {
-    const ALL: &'static [Self] = &[Check::Force, Check::Torque, Check::Momentum, Check::AngularMomentum];
-
-    fn code(self) -> i32 {
-        let wire = match self {
-            Check::Force => wire::Check::Force,
-            Check::Torque => wire::Check::Torque,
-            Check::Momentum => wire::Check::Momentum,
-            Check::AngularMomentum => wire::Check::AngularMomentum,
-        };
-        wire.into()
-    }
-}
+choices!(Check = wire::Check { Force, Torque, Momentum, AngularMomentum });
 
 impl Convert for StepStage {
     type Wire = wire::StepStage;
@@ -38,87 +27,111 @@ impl Convert for StepStage {
     }
 }
 
+/// A vector of a report, which may be anything; an absent one is zero.
+fn any_vector(wire: &Option<wire::Vector>, at: &Path<'_>, name: &str) -> Result<LedgerVector, WireError> {
+    match wire {
+        Some(vector) => Ok(components(&vector.components, &at.field(name))?.into()),
+        None => Ok(LedgerVector::zeros()),
+    }
+}
+
+fn vector_to_wire(vector: &LedgerVector) -> Option<wire::Vector> {
+    components_to_wire(vector.as_slice())
+}
+
 impl Convert for InterfaceSums {
     type Wire = wire::InterfaceSums;
 
     fn to_wire(&self) -> wire::InterfaceSums {
         wire::InterfaceSums {
-            force_n_per_m: Some(self.force.to_wire()),
-            gross_force_n_per_m: Some(self.gross_force),
-            torque_n: Some(self.torque),
-            gross_torque_n: Some(self.gross_torque),
-            couple_n: Some(self.couple),
-            power_w_per_m: Some(self.power),
+            force_n: vector_to_wire(&self.force),
+            gross_force_n: Some(self.gross_force),
+            torque_n_m: vector_to_wire(&self.torque),
+            gross_torque_n_m: Some(self.gross_torque),
+            couple_n_m: vector_to_wire(&self.couple),
+            power_w: Some(self.power),
             pairs: self.pairs,
         }
     }
 
-    fn from_wire(wire: &wire::InterfaceSums, _at: &Path<'_>) -> Result<Self, WireError> {
+    fn from_wire(wire: &wire::InterfaceSums, at: &Path<'_>) -> Result<Self, WireError> {
         Ok(Self {
-            force: any_vector(&wire.force_n_per_m),
-            gross_force: any_number(wire.gross_force_n_per_m),
-            torque: any_number(wire.torque_n),
-            gross_torque: any_number(wire.gross_torque_n),
-            couple: any_number(wire.couple_n),
-            power: any_number(wire.power_w_per_m),
+            force: any_vector(&wire.force_n, at, "force_n")?,
+            gross_force: any_number(wire.gross_force_n),
+            torque: any_vector(&wire.torque_n_m, at, "torque_n_m")?,
+            gross_torque: any_number(wire.gross_torque_n_m),
+            couple: any_vector(&wire.couple_n_m, at, "couple_n_m")?,
+            power: any_number(wire.power_w),
             pairs: wire.pairs,
         })
     }
 }
 
-impl Convert for Accounts {
-    type Wire = wire::Accounts;
+choices!(
+    Account = wire::Account {
+        BodyForce,
+        Walls,
+        Supports,
+        WallContact,
+        Damping,
+        Stabilisers,
+        Removed,
+        BodyContact,
+        OwnForces,
+        Shifting,
+        TimeScheme
+    }
+);
 
-    fn to_wire(&self) -> wire::Accounts {
-        let force = |account| Some(self.get(account).to_wire());
-        wire::Accounts {
-            body_force_n_per_m: force(Account::BodyForce),
-            walls_n_per_m: force(Account::Walls),
-            supports_n_per_m: force(Account::Supports),
-            wall_contact_n_per_m: force(Account::WallContact),
-            damping_n_per_m: force(Account::Damping),
-            stabilisers_n_per_m: force(Account::Stabilisers),
-            removed_n_per_m: force(Account::Removed),
+fn accounts_to_wire(accounts: &Accounts) -> Vec<wire::AccountEntry> {
+    let entry = |account| {
+        let entry = accounts.get(account);
+        wire::AccountEntry {
+            account: account.code(),
+            force_n: vector_to_wire(&entry.force),
+            torque_n_m: vector_to_wire(&entry.torque),
         }
-    }
-
-    fn from_wire(wire: &wire::Accounts, _at: &Path<'_>) -> Result<Self, WireError> {
-        let forces: [Vector; Account::ALL.len()] = Account::ALL.map(|account| {
-            any_vector(match account {
-                Account::BodyForce => &wire.body_force_n_per_m,
-                Account::Walls => &wire.walls_n_per_m,
-                Account::Supports => &wire.supports_n_per_m,
-                Account::WallContact => &wire.wall_contact_n_per_m,
-                Account::Damping => &wire.damping_n_per_m,
-                Account::Stabilisers => &wire.stabilisers_n_per_m,
-                Account::Removed => &wire.removed_n_per_m,
-            })
-        });
-        Ok(Self::from(forces))
-    }
+    };
+    Account::ALL.map(entry).into()
 }
 
-impl Convert for StageBooks {
-    type Wire = wire::StageBooks;
+fn accounts_from_wire(wire: &[wire::AccountEntry], at: &Path<'_>) -> Result<Accounts, WireError> {
+    let mut accounts = Accounts::default();
+    let mut listed = Vec::with_capacity(Account::ALL.len());
+    for (k, entry) in wire.iter().enumerate() {
+        let at = at.item("accounts", k);
+        let account: Account = choice(entry.account, &at.field("account"))?;
+        if listed.contains(&account) {
+            return Err(at.field("account").error(format!("repeats {}", account.name())));
+        }
+        listed.push(account);
+        accounts.add_force(account, any_vector(&entry.force_n, &at, "force_n")?);
+        accounts.add_torque(account, any_vector(&entry.torque_n_m, &at, "torque_n_m")?);
+    }
+    Ok(accounts)
+}
 
-    fn to_wire(&self) -> wire::StageBooks {
-        wire::StageBooks {
+impl Convert for StageBudget {
+    type Wire = wire::StageBudget;
+
+    fn to_wire(&self) -> wire::StageBudget {
+        wire::StageBudget {
             interface: Some(self.interface.to_wire()),
-            accounts: Some(self.accounts.to_wire()),
+            accounts: accounts_to_wire(&self.accounts),
             duration_s: Some(self.duration),
-            momentum_change_kg_per_s: Some(self.momentum_change.to_wire()),
-            gross_momentum_kg_per_s: Some(self.gross_momentum),
+            momentum_change_kg_m_per_s: vector_to_wire(&self.momentum_change),
+            gross_momentum_kg_m_per_s: Some(self.gross_momentum),
             angular: self.angular.as_ref().map(Convert::to_wire),
         }
     }
 
-    fn from_wire(wire: &wire::StageBooks, at: &Path<'_>) -> Result<Self, WireError> {
+    fn from_wire(wire: &wire::StageBudget, at: &Path<'_>) -> Result<Self, WireError> {
         Ok(Self {
             interface: required(&wire.interface, &at.field("interface"))?,
-            accounts: required(&wire.accounts, &at.field("accounts"))?,
+            accounts: accounts_from_wire(&wire.accounts, at)?,
             duration: any_number(wire.duration_s),
-            momentum_change: any_vector(&wire.momentum_change_kg_per_s),
-            gross_momentum: any_number(wire.gross_momentum_kg_per_s),
+            momentum_change: any_vector(&wire.momentum_change_kg_m_per_s, at, "momentum_change_kg_m_per_s")?,
+            gross_momentum: any_number(wire.gross_momentum_kg_m_per_s),
             angular: optional(&wire.angular, &at.field("angular"))?,
         })
     }
@@ -129,57 +142,16 @@ impl Convert for AngularBudget {
 
     fn to_wire(&self) -> wire::AngularBudget {
         wire::AngularBudget {
-            torques: Some(self.torques.to_wire()),
-            angular_momentum_change_kg_m_per_s: Some(self.change),
-            gross_angular_momentum_kg_m_per_s: Some(self.gross),
+            change_kg_m2_per_s: vector_to_wire(&self.change),
+            gross_kg_m2_per_s: Some(self.gross),
         }
     }
 
     fn from_wire(wire: &wire::AngularBudget, at: &Path<'_>) -> Result<Self, WireError> {
         Ok(Self {
-            torques: required(&wire.torques, &at.field("torques"))?,
-            change: any_number(wire.angular_momentum_change_kg_m_per_s),
-            gross: any_number(wire.gross_angular_momentum_kg_m_per_s),
+            change: any_vector(&wire.change_kg_m2_per_s, at, "change_kg_m2_per_s")?,
+            gross: any_number(wire.gross_kg_m2_per_s),
         })
-    }
-}
-
-impl Convert for Torques {
-    type Wire = wire::Torques;
-
-    fn to_wire(&self) -> wire::Torques {
-        let torque = |account| Some(self.get(account));
-        wire::Torques {
-            body_force_n: torque(TorqueAccount::BodyForce),
-            walls_n: torque(TorqueAccount::Walls),
-            supports_n: torque(TorqueAccount::Supports),
-            wall_contact_n: torque(TorqueAccount::WallContact),
-            damping_n: torque(TorqueAccount::Damping),
-            stabilisers_n: torque(TorqueAccount::Stabilisers),
-            removed_n: torque(TorqueAccount::Removed),
-            body_contact_n: torque(TorqueAccount::BodyContact),
-            own_forces_n: torque(TorqueAccount::OwnForces),
-            shifting_n: torque(TorqueAccount::Shifting),
-            time_scheme_n: torque(TorqueAccount::TimeScheme),
-        }
-    }
-
-    fn from_wire(wire: &wire::Torques, _at: &Path<'_>) -> Result<Self, WireError> {
-        Ok(Self::from(TorqueAccount::ALL.map(|account| {
-            any_number(match account {
-                TorqueAccount::BodyForce => wire.body_force_n,
-                TorqueAccount::Walls => wire.walls_n,
-                TorqueAccount::Supports => wire.supports_n,
-                TorqueAccount::WallContact => wire.wall_contact_n,
-                TorqueAccount::Damping => wire.damping_n,
-                TorqueAccount::Stabilisers => wire.stabilisers_n,
-                TorqueAccount::Removed => wire.removed_n,
-                TorqueAccount::BodyContact => wire.body_contact_n,
-                TorqueAccount::OwnForces => wire.own_forces_n,
-                TorqueAccount::Shifting => wire.shifting_n,
-                TorqueAccount::TimeScheme => wire.time_scheme_n,
-            })
-        })))
     }
 }
 
@@ -188,19 +160,17 @@ impl Convert for MomentumReport {
 
     fn to_wire(&self) -> wire::MomentumReport {
         wire::MomentumReport {
-            change_kg_per_s: Some(self.change.to_wire()),
-            gross_kg_per_s: Some(self.gross),
-            angular_change_kg_m_per_s: self.angular.map(|[change, _]| change),
-            gross_angular_kg_m_per_s: self.angular.map(|[_, gross]| gross),
+            change_kg_m_per_s: vector_to_wire(&self.change),
+            gross_kg_m_per_s: Some(self.gross),
+            angular: self.angular.as_ref().map(Convert::to_wire),
         }
     }
 
-    fn from_wire(wire: &wire::MomentumReport, _at: &Path<'_>) -> Result<Self, WireError> {
-        let angular = wire.angular_change_kg_m_per_s;
+    fn from_wire(wire: &wire::MomentumReport, at: &Path<'_>) -> Result<Self, WireError> {
         Ok(Self {
-            change: any_vector(&wire.change_kg_per_s),
-            gross: any_number(wire.gross_kg_per_s),
-            angular: angular.map(|change| [change, any_number(wire.gross_angular_kg_m_per_s)]),
+            change: any_vector(&wire.change_kg_m_per_s, at, "change_kg_m_per_s")?,
+            gross: any_number(wire.gross_kg_m_per_s),
+            angular: optional(&wire.angular, &at.field("angular"))?,
         })
     }
 }
@@ -210,17 +180,17 @@ impl Convert for Energies {
 
     fn to_wire(&self) -> wire::Energies {
         wire::Energies {
-            kinetic_j_per_m: Some(self.kinetic),
-            potential_j_per_m: Some(self.potential),
-            internal_j_per_m: Some(self.internal),
+            kinetic_j: Some(self.kinetic),
+            potential_j: Some(self.potential),
+            internal_j: Some(self.internal),
         }
     }
 
     fn from_wire(wire: &wire::Energies, _at: &Path<'_>) -> Result<Self, WireError> {
         Ok(Self {
-            kinetic: any_number(wire.kinetic_j_per_m),
-            potential: any_number(wire.potential_j_per_m),
-            internal: any_number(wire.internal_j_per_m),
+            kinetic: any_number(wire.kinetic_j),
+            potential: any_number(wire.potential_j),
+            internal: any_number(wire.internal_j),
         })
     }
 }
@@ -233,11 +203,11 @@ impl Convert for Counts {
             particles: self.particles,
             wall_particles: self.wall_particles,
             list_builds: self.list_builds,
-            lost: self.lost,
+            escaped: self.escaped,
             outflow: self.outflow,
             largest_interface: self.largest_interface,
-            deepest_contact_m: self.deepest_contact_m,
-            contact_impulse_n_s_per_m: self.contact_impulse_n_s_per_m,
+            deepest_contact_m: Some(self.deepest_contact_m),
+            contact_impulse_n_s: Some(self.contact_impulse_n_s),
             substeps: self.substeps,
         }
     }
@@ -247,11 +217,11 @@ impl Convert for Counts {
             particles: wire.particles,
             wall_particles: wire.wall_particles,
             list_builds: wire.list_builds,
-            lost: wire.lost,
+            escaped: wire.escaped,
             outflow: wire.outflow,
             largest_interface: wire.largest_interface,
-            deepest_contact_m: wire.deepest_contact_m,
-            contact_impulse_n_s_per_m: wire.contact_impulse_n_s_per_m,
+            deepest_contact_m: any_number(wire.deepest_contact_m),
+            contact_impulse_n_s: any_number(wire.contact_impulse_n_s),
             substeps: wire.substeps,
         })
     }
@@ -264,7 +234,7 @@ impl Convert for Divergence {
         wire::Divergence {
             at: Some(self.at.to_wire()),
             particle: self.particle,
-            position_m: self.position.map(|[x, y]| wire::Vector { x: Some(x), y: Some(y) }),
+            position_m: self.position.as_deref().and_then(components_to_wire),
             quantity: self.quantity.clone(),
             value: Some(self.value),
             allowed: self.allowed.clone(),
@@ -276,10 +246,7 @@ impl Convert for Divergence {
         Ok(Self {
             at: required(&wire.at, &at.field("at"))?,
             particle: wire.particle,
-            position: wire
-                .position_m
-                .as_ref()
-                .map(|position| [any_number(position.x), any_number(position.y)]),
+            position: wire.position_m.as_ref().map(|position| position.components.clone()),
             quantity: text(&wire.quantity, &at.field("quantity"))?,
             value: any_number(wire.value),
             allowed: text(&wire.allowed, &at.field("allowed"))?,

@@ -12,72 +12,21 @@ use sph::space::domain::Domain;
 use super::arrays::{index_count, pack, pack_indices, unpack, unpack_indices_below};
 use super::parameters::{parameters_from_wire, parameters_to_wire};
 use super::{
-    Choice, Convert, Path, WireError, choice, finite, flags_from_wire, flags_to_wire, fraction, name,
-    not_negative, optional, positive, positive_or_infinite, required, text,
+    Choice, Convert, Path, WireError, choice, components, finite, flags_from_wire, flags_to_wire, fraction,
+    name, not_negative, optional, positive, positive_or_infinite, required, text,
 };
+use crate::description::DIMENSION_COUNT;
 use crate::wire;
 
-impl Choice for Role {
-    const ALL: &'static [Self] = &[Role::Fluid, Role::Solid];
+choices!(Role = wire::Role { Fluid, Solid });
 
-    fn code(self) -> i32 {
-        let wire = match self {
-            Role::Fluid => wire::Role::Fluid,
-            Role::Solid => wire::Role::Solid,
-        };
-        wire.into()
-    }
-}
+choices!(Stage = wire::Stage { Predictor, Corrector });
 
-impl Choice for Stage {
-    const ALL: &'static [Self] = &Stage::BOTH;
+choices!(BreachAction = wire::BreachAction { Warn, Stop, StopAndCheckpoint });
 
-    fn code(self) -> i32 {
-        let wire = match self {
-            Stage::Predictor => wire::Stage::Predictor,
-            Stage::Corrector => wire::Stage::Corrector,
-        };
-        wire.into()
-    }
-}
+choices!(InterfaceLaw = wire::InterfaceLaw { Wall, WallNoSlip, PlainSum });
 
-impl Choice for BreachAction {
-    const ALL: &'static [Self] = &[BreachAction::Warn, BreachAction::Stop, BreachAction::StopAndCheckpoint];
-
-    fn code(self) -> i32 {
-        let wire = match self {
-            BreachAction::Warn => wire::BreachAction::Warn,
-            BreachAction::Stop => wire::BreachAction::Stop,
-            BreachAction::StopAndCheckpoint => wire::BreachAction::StopAndCheckpoint,
-        };
-        wire.into()
-    }
-}
-
-impl Choice for InterfaceLaw {
-    const ALL: &'static [Self] = &[InterfaceLaw::Wall, InterfaceLaw::WallNoSlip, InterfaceLaw::PlainSum];
-
-    fn code(self) -> i32 {
-        let wire = match self {
-            InterfaceLaw::Wall => wire::InterfaceLaw::Wall,
-            InterfaceLaw::WallNoSlip => wire::InterfaceLaw::WallNoSlip,
-            InterfaceLaw::PlainSum => wire::InterfaceLaw::PlainSum,
-        };
-        wire.into()
-    }
-}
-
-impl Choice for WallCondition {
-    const ALL: &'static [Self] = &[WallCondition::Slip, WallCondition::NoSlip];
-
-    fn code(self) -> i32 {
-        let wire = match self {
-            WallCondition::Slip => wire::WallCondition::Slip,
-            WallCondition::NoSlip => wire::WallCondition::NoSlip,
-        };
-        wire.into()
-    }
-}
+choices!(WallCondition = wire::WallCondition { Slip, NoSlip });
 
 impl Convert for RunSetup {
     type Wire = wire::RunSetup;
@@ -86,6 +35,7 @@ impl Convert for RunSetup {
         let Self { run_id, domain, time, body_force, outputs, ledger, coupling } = self;
         wire::RunSetup {
             run_id: run_id.clone(),
+            dimensions: DIMENSION_COUNT,
             domain: Some(domain.to_wire()),
             time: Some(time.to_wire()),
             body_force: Some(body_force.to_wire()),
@@ -96,6 +46,10 @@ impl Convert for RunSetup {
     }
 
     fn from_wire(wire: &wire::RunSetup, at: &Path<'_>) -> Result<Self, WireError> {
+        if wire.dimensions != DIMENSION_COUNT {
+            let problem = format!("is {}, this program computes in {DIMENSIONS}", wire.dimensions);
+            return Err(at.field("dimensions").error(problem));
+        }
         Ok(Self {
             run_id: name(&wire.run_id, &at.field("run_id"))?,
             domain: required(&wire.domain, &at.field("domain"))?,
@@ -123,7 +77,7 @@ impl Convert for Domain {
         let domain = Self {
             lower: required(&wire.lower_m, &at.field("lower_m"))?,
             upper: required(&wire.upper_m, &at.field("upper_m"))?,
-            periodic: flags_from_wire(&wire.periodic),
+            periodic: flags_from_wire(&wire.periodic, &at.field("periodic"))?,
         };
         for axis in 0..DIMENSIONS {
             let (lower, upper) = (domain.lower[axis], domain.upper[axis]);
@@ -189,19 +143,19 @@ impl Convert for TimePlan {
     }
 }
 
-/// One text per axis.
-pub(super) type TextPair = [String; DIMENSIONS];
+/// One expression per dimension.
+impl Convert for [String; DIMENSIONS] {
+    type Wire = wire::Expressions;
 
-impl Convert for TextPair {
-    type Wire = wire::ExpressionPair;
-
-    fn to_wire(&self) -> wire::ExpressionPair {
-        let [x, y] = self;
-        wire::ExpressionPair { x: x.clone(), y: y.clone() }
+    fn to_wire(&self) -> wire::Expressions {
+        wire::Expressions { components: self.to_vec() }
     }
 
-    fn from_wire(wire: &wire::ExpressionPair, at: &Path<'_>) -> Result<Self, WireError> {
-        Ok([text(&wire.x, &at.field("x"))?, text(&wire.y, &at.field("y"))?])
+    fn from_wire(wire: &wire::Expressions, at: &Path<'_>) -> Result<Self, WireError> {
+        for (k, expression) in wire.components.iter().enumerate() {
+            text(expression, &at.item("components", k))?;
+        }
+        components(&wire.components, at)
     }
 }
 
@@ -273,25 +227,22 @@ impl Convert for Coupling {
             solid_spacing_m: Some(self.solid_spacing),
             margin_m: Some(self.margin),
             repulsion: Some(self.repulsion),
-            iterate: self.iterate.as_ref().map(Convert::to_wire),
+            implicit: self.implicit.as_ref().map(Convert::to_wire),
         }
     }
 
     fn from_wire(wire: &wire::Coupling, at: &Path<'_>) -> Result<Self, WireError> {
         let law = choice(wire.law, &at.field("law"))?;
-        let kind = match wire.kind {
-            0 => CouplingKind::States,
-            kind => choice(kind, &at.field("kind"))?,
-        };
+        let kind = choice(wire.kind, &at.field("kind"))?;
         if kind == CouplingKind::Loads && law == InterfaceLaw::PlainSum {
             let problem =
                 "is COUPLING_KIND_LOADS, which has no stress for INTERFACE_LAW_PLAIN_SUM; use a wall law";
             return Err(at.field("kind").error(problem));
         }
-        if kind == CouplingKind::States && wire.iterate.is_some() {
+        if kind == CouplingKind::States && wire.implicit.is_some() {
             return Err(at
-                .field("iterate")
-                .error("is given with COUPLING_KIND_STATES; only loads are iterated"));
+                .field("implicit")
+                .error("is given with COUPLING_KIND_STATES, must go with COUPLING_KIND_LOADS"));
         }
         Ok(Self {
             kind,
@@ -300,7 +251,7 @@ impl Convert for Coupling {
             solid_spacing: positive(wire.solid_spacing_m, &at.field("solid_spacing_m"))?,
             margin: not_negative(wire.margin_m, &at.field("margin_m"))?,
             repulsion: not_negative(wire.repulsion.or(Some(0.0)), &at.field("repulsion"))?,
-            iterate: optional(&wire.iterate, &at.field("iterate"))?,
+            implicit: optional(&wire.implicit, &at.field("implicit"))?,
         })
     }
 }

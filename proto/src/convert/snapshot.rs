@@ -3,7 +3,7 @@
 use bytes::{Buf, BufMut, Bytes, BytesMut};
 use sph::coupling::solver::{Field, ParticleFields};
 
-use super::arrays::{unpack_any_into, unpack_indices_below};
+use super::arrays::{unpack_all, unpack_indices_below};
 use super::{Path, WireError, count, finite, length, name, text};
 use crate::limits::{CHUNK_BYTES, EAGER_BYTES, MAX_LIST, MAX_PARTICLES};
 use crate::wire;
@@ -141,9 +141,7 @@ impl Partial {
         let mut fields = Vec::with_capacity(self.header.fields.len());
         for field in &self.header.fields {
             let components = usize::try_from(field.components).unwrap_or(usize::MAX);
-            let mut values: Vec<f64> = Vec::new();
-            let bytes = data.split_to(8 * count * components);
-            unpack_any_into(&bytes, count * components, &mut values, &at.field("values"))?;
+            let values = unpack_all(&data.split_to(8 * count * components), &at.field("values"))?;
             fields.push(Field { name: field.name.clone(), unit: field.unit.clone(), components, values });
         }
         debug_assert!(!data.has_remaining(), "the total is the sum of the parts");

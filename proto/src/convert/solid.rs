@@ -45,7 +45,7 @@ impl Convert for SolidSetup {
             wall_particles: Some(wall_particles_to_wire(wall_particles)),
             damping: damping.as_ref().map(Convert::to_wire),
             probes: wires(probes),
-            lost_particle_limit: *lost_particle_limit,
+            escaped_particle_limit: *lost_particle_limit,
             substeps: substeps_to_wire(*stepping),
         }
     }
@@ -80,7 +80,7 @@ impl Convert for SolidSetup {
             damping: optional(&wire.damping, &at.field("damping"))?,
             stepping: substeps_from_wire(wire.substeps.as_ref(), &at.field("substeps"))?,
             probes,
-            lost_particle_limit: wire.lost_particle_limit,
+            lost_particle_limit: wire.escaped_particle_limit,
         })
     }
 }
@@ -114,7 +114,7 @@ fn particles_to_wire(particles: &SolidParticles) -> wire::SolidParticles {
         ids: pack_indices(&particles.id),
         bodies: pack_indices(&particles.body),
         supports: pack_indices(&particles.support),
-        masses_kg_per_m: pack(&particles.mass),
+        masses_kg: pack(&particles.mass),
         reference_positions_m: pack(&particles.reference_position),
         positions_m: pack(&particles.position),
         velocities_m_per_s: pack(&particles.velocity),
@@ -150,7 +150,7 @@ fn particles_from_wire(
         id: unpack_ids(&wire.ids, count, &at.field("ids"))?,
         body,
         support,
-        mass: unpack_positive(&wire.masses_kg_per_m, count, &at.field("masses_kg_per_m"))?,
+        mass: unpack_positive(&wire.masses_kg, count, &at.field("masses_kg"))?,
         reference_position: unpack(&wire.reference_positions_m, count, &at.field("reference_positions_m"))?,
         position: unpack(&wire.positions_m, count, &at.field("positions_m"))?,
         velocity: unpack(&wire.velocities_m_per_s, count, &at.field("velocities_m_per_s"))?,
@@ -214,7 +214,7 @@ impl Convert for SurfaceLoad {
             name: self.name.clone(),
             law: Some(law),
             particles: pack_indices(&self.particles),
-            areas_m: pack(&self.areas),
+            areas_m2: pack(&self.areas),
         }
     }
 
@@ -232,7 +232,7 @@ impl Convert for SurfaceLoad {
             name: name(&wire.name, &at.field("name"))?,
             law,
             particles: unpack_indices(&wire.particles, count, &at.field("particles"))?,
-            areas: unpack(&wire.areas_m, count, &at.field("areas_m"))?,
+            areas: unpack(&wire.areas_m2, count, &at.field("areas_m2"))?,
         })
     }
 }
@@ -252,7 +252,7 @@ impl Convert for Support {
     fn from_wire(wire: &wire::Support, at: &Path<'_>) -> Result<Self, WireError> {
         Ok(Self {
             name: name(&wire.name, &at.field("name"))?,
-            held: flags_from_wire(&wire.held),
+            held: flags_from_wire(&wire.held, &at.field("held"))?,
             motion: optional(&wire.motion, &at.field("motion"))?,
             release_time: release_time(wire.release_time_s, at)?,
         })

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::fmt;
 
-use sph::coupling::ledger::InterfaceSums;
+use sph::coupling::ledger::{InterfaceSums, LedgerVector};
 use sph::coupling::solver::Role;
 
 use super::{Moment, Recording, RecordingError};
@@ -152,7 +152,7 @@ fn acceptance(a: &wire::Frame, b: &wire::Frame) -> Option<Found> {
 }
 
 fn previous(a: &wire::Frame, b: &wire::Frame) -> Option<Found> {
-    let sums = |frame: &wire::Frame| frame.previous.as_ref().and_then(|previous| previous.sums);
+    let sums = |frame: &wire::Frame| frame.previous.as_ref().and_then(|previous| previous.sums.clone());
     let (Some(a), Some(b)) = (sums(a), sums(b)) else { return None };
     if a == b {
         return None;
@@ -162,10 +162,12 @@ fn previous(a: &wire::Frame, b: &wire::Frame) -> Option<Found> {
         return whole("interface sums of the half-step before", a, b);
     };
     let name = |what: &str| format!("{what} of the interface in the half-step before");
-    bits(&name("force x [N/m]"), a.force.x, b.force.x)
-        .or_else(|| bits(&name("force y [N/m]"), a.force.y, b.force.y))
-        .or_else(|| bits(&name("torque [N]"), a.torque, b.torque))
-        .or_else(|| bits(&name("power [W/m]"), a.power, b.power))
+    let axes = |what: &str, a: LedgerVector, b: LedgerVector| {
+        (0..3).find_map(|k| bits(&name(&what.replace('_', ["x", "y", "z"][k])), a[k], b[k]))
+    };
+    axes("force _ [N]", a.force, b.force)
+        .or_else(|| axes("torque _ [N m]", a.torque, b.torque))
+        .or_else(|| bits(&name("power [W]"), a.power, b.power))
         .or_else(|| whole("interface sums of the half-step before", a, b))
 }
 
@@ -183,7 +185,7 @@ fn set(a: &wire::Frame, b: &wire::Frame) -> Option<Found> {
         let values = [first[i].to_string(), second[i].to_string()];
         return Some(("id".into(), Some((i, None)), values));
     }
-    numbers_differ("mass [kg/m]", 1, &a.masses_kg_per_m, &b.masses_kg_per_m, &first)
+    numbers_differ("mass [kg]", 1, &a.masses_kg, &b.masses_kg, &first)
         .or_else(|| (a.groups != b.groups).then(|| whole("groups", "these", "others")).flatten())
 }
 

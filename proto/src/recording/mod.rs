@@ -1,6 +1,7 @@
 //! Recordings of the half-step frames of a run: FORM of `recording.proto` says what a file holds.
 
 mod compare;
+pub mod player;
 mod reader;
 mod writer;
 
@@ -24,7 +25,7 @@ use crate::wire;
 /// First bytes of a recording.
 const MAGIC: &[u8; 6] = b"FSIREC";
 /// Version of the form that is written and read.
-const VERSION: u16 = 1;
+const VERSION: u16 = 2;
 /// Bytes of magic and version.
 const HEAD_BYTES: u64 = 8;
 /// Bytes of a record before its payload.

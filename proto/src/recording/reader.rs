@@ -12,9 +12,9 @@ use sph::coupling::solver::Role;
 use super::{
     Attempt, HEAD_BYTES, MAGIC, Moment, RECORD_BYTES, RecordKind, RecordingError, VERSION, record_head,
 };
-use crate::codec::{self, Counted};
 use crate::convert::{self, Convert};
 use crate::limits::MAX_FRAME_BYTES;
+use crate::transport::codec::{self, Counted};
 use crate::wire;
 
 /// A recording whose records have all been checked.

@@ -20,7 +20,7 @@ fn attempt(epoch: u32, first_step: u64) -> Attempt {
         epoch,
         first_step,
         first_limit: 0.1,
-        extents: [Extent { version: 3, boxes: Vec::new() }, Extent::default()],
+        extents: [Extent { version: 3, ..Extent::default() }, Extent::default()],
     }
 }
 
@@ -32,8 +32,11 @@ fn first_of(at: StepStage) -> Moment {
 /// A frame whose velocities begin with `velocity`.
 fn frame(step: u64, stage: Stage, velocity: f64) -> wire::Frame {
     let pack = |values: &[f64]| values.iter().flat_map(|value| value.to_le_bytes()).collect::<Vec<u8>>();
-    let block =
-        |field: FrameField, values: &[f64]| wire::Block { field: field.code(), data: pack(values).into() };
+    let block = |field: FrameField, values: &[f64]| wire::Block {
+        field: field.code(),
+        components: field.components().into(),
+        data: pack(values).into(),
+    };
     let ids = IDS.iter().flat_map(|id| id.to_le_bytes()).collect::<Vec<u8>>();
     let set = wire::ParticleSet { ids: ids.into(), ..wire::ParticleSet::default() };
     wire::Frame {
@@ -167,12 +170,12 @@ fn what_is_no_sound_recording_is_refused_with_the_place() {
 }
 
 /// Records a corrector of two iterations and its acceptance with this residual.
-fn record_iterated(path: &Path, residual: f64) {
+fn record_implicit(path: &Path, residual: f64) {
     let runtime = tokio::runtime::Builder::new_current_thread().build().unwrap();
     runtime.block_on(async {
         let writer = RecordingWriter::create(path).unwrap();
         writer.attempt(attempt(0, 0)).await;
-        let word = wire::Acceptance { settled: true, residual: Some(residual) };
+        let word = wire::Acceptance { converged: true, residual: Some(residual) };
         for iteration in 0..2 {
             for role in [Role::Fluid, Role::Solid] {
                 let frame = wire::Frame { iteration, ..frame(0, Stage::Corrector, f64::from(iteration)) };
@@ -193,7 +196,7 @@ fn record_iterated(path: &Path, residual: f64) {
 #[test]
 fn iterations_are_kept_apart_and_compared_each() {
     let (folder, path) = bench();
-    record_iterated(&path, 1e-7);
+    record_implicit(&path, 1e-7);
     let mut recording = Recording::open(&path).unwrap();
     let moments: Vec<String> = recording.moments(Role::Solid).iter().map(Moment::to_string).collect();
     let expected =
@@ -206,7 +209,7 @@ fn iterations_are_kept_apart_and_compared_each() {
     let same = compare(&mut open(), &mut open()).unwrap();
     assert_eq!((same.equal_half_steps, same.difference, same.alone), (1, None, None));
     let other = folder.path().join("other");
-    record_iterated(&other, 2e-7);
+    record_implicit(&other, 2e-7);
     let found = compare(&mut open(), &mut Recording::open(&other).unwrap()).unwrap();
     assert_eq!(found.equal_half_steps, 0);
     let text = found.difference.unwrap().to_string();

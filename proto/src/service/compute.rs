@@ -19,7 +19,7 @@ use super::session::{Host, Linked, Serial, Session, State};
 use crate::convert::{BatchItem, Beat, Phase, decode_command, encode_batch};
 use crate::error::status_text;
 use crate::limits::BEAT_INTERVAL;
-use crate::peer::PeerMonitor;
+use crate::transport::peer::PeerMonitor;
 use crate::wire;
 
 /// Events that may wait for the coordinator; then the solver waits.
@@ -179,7 +179,7 @@ impl Reporter<'_> {
                 BatchItem::Step(Box::new(report))
             }
             Event::Probes(values) => BatchItem::Probes(values),
-            Event::Held(held) => BatchItem::Held(held),
+            Event::Paused(held) => BatchItem::Paused(held),
             // Goes the way that the call for it came.
             Event::Checkpoint(checkpoint) => return self.pending.answer(*checkpoint),
             Event::Snapshot(fields) => {

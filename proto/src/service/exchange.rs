@@ -8,7 +8,7 @@ use tonic::{Request, Response, Status, Streaming};
 
 use super::SolverFactory;
 use super::session::{Skin, State};
-use crate::connection::Caller;
+use crate::transport::connection::Caller;
 use crate::wire;
 
 #[tonic::async_trait]

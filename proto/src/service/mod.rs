@@ -21,17 +21,17 @@ use std::time::Duration;
 
 use sph::coupling::solver::{Role, Solver};
 use sph::setup::{InterfaceLaw, ParticipantSetup};
-use sph::space::DIMENSIONS;
 use tonic::service::interceptor::InterceptedService;
 
-use crate::connection::Incoming;
 use crate::description::{
-    BodyReport, Capabilities, Constants, CouplingKind, Description, Fact, Limits, PROTOCOL,
+    BodyReport, Capabilities, Constants, CouplingKind, DIMENSION_COUNT, Description, Fact, Limits, PROTOCOL,
 };
 use crate::error::with_causes;
 use crate::limits::{MAX_FRAME_BYTES, MAX_MESSAGE_BYTES};
-use crate::security::ServerSecurity;
-use crate::transport;
+use crate::transport::channel;
+use crate::transport::connection::Incoming;
+use crate::transport::security::ServerSecurity;
+use crate::transport::version1::RefuseVersion1;
 use crate::wire;
 use session::{Host, Skin};
 
@@ -91,7 +91,7 @@ impl Description {
             language: "rust".into(),
             protocols: [PROTOCOL; 2],
             roles: vec![role],
-            dimensions: u32::try_from(DIMENSIONS).unwrap_or(u32::MAX),
+            dimensions: vec![DIMENSION_COUNT],
             coupling_kinds: CouplingKind::ALL.to_vec(),
             interface_laws: vec![InterfaceLaw::Wall, InterfaceLaw::WallNoSlip, InterfaceLaw::PlainSum],
             arithmetic: arithmetic.into(),
@@ -100,7 +100,7 @@ impl Description {
                 deterministic: true,
                 adaptive_step: true,
                 expressions: true,
-                iterates: true,
+                implicit_coupling: true,
             },
             limits: ServeOptions::default().limits(),
         }
@@ -222,13 +222,14 @@ impl Server {
         health.set_serving::<wire::peer_server::PeerServer<Skin<F>>>().await;
         let stopping = host.shutdown.clone();
         let mut server =
-            transport::server(&options.security, options.lease).map_err(|e| transport_error(&e))?;
+            channel::server(&options.security, options.lease).map_err(|e| transport_error(&e))?;
         let participant = InterceptedService::new(participant, options.security.gate());
         let serving = server
             .add_service(InterceptedService::new(health_service, options.security.open_gate()))
             .add_service(InterceptedService::new(reflection, options.security.open_gate()))
             .add_service(participant)
             .add_service(peer)
+            .add_service(RefuseVersion1)
             .serve_with_incoming_shutdown(self.incoming, stopping.cancelled());
         tokio::pin!(serving, shutdown);
         tokio::select! {

@@ -17,13 +17,13 @@ use tonic::{Request, Response, Status, Streaming};
 use super::reply::{Reply, invalid, panic_text};
 use super::session::{Host, Linked, Ready, Serial, Skin, State};
 use super::{Opened, SetupProblems, SolverFactory, checkpoint, compute, open_checked};
-use crate::connection::Caller;
 use crate::convert::{Convert, FrameReader, FrameWriter, Path, WireError, snapshot_chunks};
 use crate::description::{FrameField, LinkPlan, OpenReport, PROTOCOL, Partner};
 use crate::error::status_text;
 use crate::limits::MAX_NAME_BYTES;
-use crate::peer::{self, GrpcPeer, PeerSlot};
-use crate::token::Token;
+use crate::transport::connection::Caller;
+use crate::transport::peer::{self, GrpcPeer, PeerSlot};
+use crate::transport::token::Token;
 use crate::wire;
 use crate::wire::open_request::Setup;
 

@@ -17,8 +17,8 @@ use super::saver::Saver;
 use super::{ServeError, ServeOptions, SolverFactory};
 use crate::description::Description;
 use crate::error::status_text;
-use crate::peer::{GrpcPeer, PeerSlot};
-use crate::token::Token;
+use crate::transport::peer::{GrpcPeer, PeerSlot};
+use crate::transport::token::Token;
 
 /// Everything that a server is, besides its transport.
 pub(crate) struct Host<F> {

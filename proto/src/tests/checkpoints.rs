@@ -5,10 +5,10 @@ use sph::coupling::solver::{ParticleFields, Role};
 
 use super::fake::{Pair, TestServer, alone, assert_usable, setup, soon};
 use crate::checkpoint::{CheckpointData, CheckpointHeader, digest};
-use crate::client::{EventReceiver, ParticipantClient, RunAccess};
 use crate::convert::decode_state;
 use crate::description::{LinkPlan, Partner};
 use crate::error::RpcCode;
+use crate::transport::client::{EventReceiver, ParticipantClient, RunAccess};
 
 const STEPS: u32 = 60;
 

@@ -9,9 +9,9 @@ use tokio_stream::wrappers::ReceiverStream;
 use tonic::codegen::http::uri::PathAndQuery;
 
 use super::fake::{TestServer, soon};
-use crate::codec::Bounded;
 use crate::limits::{FIRST_CALL, MAX_CONNECTIONS, MAX_STREAMS};
-use crate::transport;
+use crate::transport::channel;
+use crate::transport::codec::Bounded;
 use crate::wire;
 use crate::wire::participant_client::ParticipantClient;
 
@@ -69,7 +69,7 @@ async fn calls_that_never_end_are_few_on_a_connection() {
     let server = TestServer::start(Role::Solid);
     let address = server.address.to_string();
     let channel =
-        transport::connect_secured(&address, Duration::from_secs(5), &Default::default()).await.unwrap();
+        channel::connect_secured(&address, Duration::from_secs(5), &Default::default()).await.unwrap();
     let mut calls = Vec::new();
     for _ in 0..MAX_STREAMS {
         let mut client = tonic::client::Grpc::new(channel.clone());

@@ -14,7 +14,7 @@ const GOLDEN: &str = include_str!("descriptor.txt");
 fn lines() -> Vec<String> {
     let set = FileDescriptorSet::decode(wire::DESCRIPTORS).unwrap();
     let mut lines = Vec::new();
-    for file in set.file.iter().filter(|file| file.package() == "fsi.v1") {
+    for file in set.file.iter().filter(|file| file.package() == "fsi.v2") {
         for service in &file.service {
             for method in &service.method {
                 let stream = |streaming: bool| if streaming { "stream " } else { "" };
@@ -91,7 +91,7 @@ fn the_protocol_only_grows() {
 fn field_numbers_are_used_once() {
     let set = FileDescriptorSet::decode(wire::DESCRIPTORS).unwrap();
     let messages =
-        set.file.iter().filter(|file| file.package() == "fsi.v1").flat_map(|file| &file.message_type);
+        set.file.iter().filter(|file| file.package() == "fsi.v2").flat_map(|file| &file.message_type);
     for message in messages {
         let numbers: BTreeSet<i32> = message.field.iter().map(|field| field.number()).collect();
         assert_eq!(numbers.len(), message.field.len(), "{}", message.name());

@@ -10,8 +10,8 @@ use sph::coupling::solver::Role;
 use tracing_subscriber::fmt::MakeWriter;
 
 use super::fake::{TestServer, alone, soon};
-use crate::client::{ParticipantClient, RunAccess};
 use crate::description::{LinkPlan, Partner};
+use crate::transport::client::{ParticipantClient, RunAccess};
 
 /// A log in memory.
 #[derive(Clone, Default)]

@@ -6,4 +6,4 @@ mod setups;
 
 pub(crate) use row::{Row, RowFactory};
 pub(crate) use servers::{Pair, TestServer, assert_usable, soon};
-pub(crate) use setups::{ITERATE, MASSES, alone, fluid_setup, run_setup, setup, solid_setup};
+pub(crate) use setups::{IMPLICIT, MASSES, alone, fluid_setup, run_setup, setup, solid_setup};

@@ -1,13 +1,11 @@
 //! Frames on the wire: all bits survive, and every wrong frame is refused by name.
 
 use bytes::Bytes;
-use sph::coupling::exchange::{Acceptance, Extent, Frame, FrameContent, InterfaceStates, PreviousStage};
-use sph::coupling::ledger::InterfaceSums;
-use sph::coupling::ledger::MomentumReport;
+use sph::coupling::exchange::{Acceptance, Column, Extent, Frame, FrameContent, PreviousStage, StateColumns};
+use sph::coupling::ledger::{AngularBudget, InterfaceSums, LedgerVector, MomentumReport};
 use sph::coupling::solver::Role;
 use sph::coupling::stage::{Stage, StageTime, StepStage};
 use sph::setup::{CouplingKind, InterfaceLaw};
-use sph::space::{SymmetricTensor, Vector};
 
 use crate::convert::{FrameReader, FrameWriter, ReceivedFrame};
 use crate::description::FrameField;
@@ -19,7 +17,7 @@ const AT: StepStage = StepStage { step: 3, stage: Stage::Corrector };
 const AWKWARD: [f64; 4] = [-0.0, 5e-324, -f64::MAX, 0.1];
 
 fn extent(version: u64) -> Extent {
-    Extent { version, boxes: vec![(Vector::new(-1.0, -0.0), Vector::new(1.0, 0.5))] }
+    Extent { version, boxes: Column::from_iter([[-1.0, -0.0, 1.0, 0.5]]) }
 }
 
 fn frame(at: StepStage) -> Frame {
@@ -28,20 +26,16 @@ fn frame(at: StepStage) -> Frame {
         iteration: 0,
         acceptance: None,
         content: FrameContent::States,
-        forces: Vec::new(),
-        states: InterfaceStates {
+        forces: Column::default(),
+        states: StateColumns {
             id: vec![1, 5, 4_000_000_000],
             group: vec![0, 0, 2],
             mass: vec![0.1, 5e-324, 3.0],
-            position: vec![
-                Vector::new(AWKWARD[0], AWKWARD[1]),
-                Vector::new(AWKWARD[2], AWKWARD[3]),
-                Vector::zeros(),
-            ],
-            velocity: vec![Vector::new(-0.0, 1.0), Vector::new(2.0, -5e-324), Vector::new(1e300, 0.3)],
+            position: Column::from_iter([[AWKWARD[0], AWKWARD[1]], [AWKWARD[2], AWKWARD[3]], [0.0, 0.0]]),
+            velocity: Column::from_iter([[-0.0, 1.0], [2.0, -5e-324], [1e300, 0.3]]),
             density: vec![1000.0, 999.999_999_9, 5e-324],
             pressure: vec![-0.0, -1e5, 3.3],
-            stress: vec![SymmetricTensor { xx: -0.0, yy: 1.0, xy: 0.1 }; 3],
+            stress: Column::from_iter([[-0.0, 1.0, 0.1]; 3]),
         },
         set_version: 4,
         extent: extent(7),
@@ -51,16 +45,16 @@ fn frame(at: StepStage) -> Frame {
         previous: Some(PreviousStage {
             at: StepStage { step: 3, stage: Stage::Predictor },
             sums: InterfaceSums {
-                force: Vector::new(-0.0, 2.0),
+                force: LedgerVector::new(-0.0, 2.0, 5e-324),
                 gross_force: 3.0,
                 pairs: 9,
                 ..InterfaceSums::default()
             },
             used_digest: 0xdead_beef,
             momentum: Some(MomentumReport {
-                change: Vector::new(1.0, -0.0),
+                change: LedgerVector::new(1.0, -0.0, 0.0),
                 gross: 4.0,
-                angular: Some([-2.5, 5.0]),
+                angular: Some(AngularBudget { change: LedgerVector::new(0.0, -0.0, -2.5), gross: 5.0 }),
             }),
         }),
     }
@@ -129,11 +123,11 @@ fn long_frame() -> Frame {
     let one = frame.states.clone();
     for _ in 0..100 {
         frame.states.id.extend(&one.id);
-        frame.states.position.extend(&one.position);
-        frame.states.velocity.extend(&one.velocity);
+        frame.states.position.values.extend(&one.position.values);
+        frame.states.velocity.values.extend(&one.velocity.values);
         frame.states.density.extend(&one.density);
         frame.states.pressure.extend(&one.pressure);
-        frame.states.stress.extend(&one.stress);
+        frame.states.stress.values.extend(&one.stress.values);
     }
     frame
 }
@@ -146,15 +140,9 @@ fn the_digest_is_that_of_the_proto_comment() {
         bytes.extend(AT.step.to_le_bytes());
         bytes.extend(1_u64.to_le_bytes());
         let s = &frame.states;
-        for i in 0..s.len() {
-            bytes.extend(u64::from(s.id[i]).to_le_bytes());
-            let (x, v) = (s.position[i], s.velocity[i]);
-            for value in [x.x, v.x, x.y, v.y, s.density[i], s.pressure[i]] {
-                bytes.extend(value.to_le_bytes());
-            }
-        }
-        for t in &s.stress {
-            bytes.extend([t.xx, t.yy, t.xy].iter().flat_map(|v| v.to_le_bytes()));
+        bytes.extend(s.id.iter().flat_map(|id| u64::from(*id).to_le_bytes()));
+        for block in writer().write(&frame).blocks {
+            bytes.extend(block.data);
         }
         let mut crc = u32::MAX;
         for byte in bytes {
@@ -170,11 +158,10 @@ fn the_digest_is_that_of_the_proto_comment() {
 
 #[test]
 fn the_documented_order_of_the_digest_holds() {
-    // x, vx, y, vy: swapping vx and y changes the digest.
+    // Positions, then velocities: swapping two numbers of them changes the digest.
     let mut other = frame(AT);
-    let (y, vx) = (other.states.position[0].y, other.states.velocity[0].x);
-    other.states.position[0].y = vx;
-    other.states.velocity[0].x = y;
+    let StateColumns { position, velocity, .. } = &mut other.states;
+    std::mem::swap(&mut position.values[1], &mut velocity.values[2]);
     assert_ne!(other.digest(), frame(AT).digest());
 }
 
@@ -186,7 +173,7 @@ fn sets_and_extents_travel_only_when_they_change() {
     assert!(first.set.is_some() && first.extent.is_some());
     reader.read(&first, AT, &mut received).unwrap();
     let mut second = frame(AT.next());
-    second.states.position[0].x = 0.7;
+    second.states.position.values[0] = 0.7;
     let message = writer.write(&second);
     assert!(message.set.is_none() && message.extent.is_none());
     let mut received = empty();
@@ -195,9 +182,9 @@ fn sets_and_extents_travel_only_when_they_change() {
     // A shrinking set and a new extent.
     let at = AT.next().next();
     let mut third = frame(at);
-    third.states = InterfaceStates::default();
+    third.states.clear();
     third.set_version = 5;
-    third.extent = Extent { version: 8, boxes: Vec::new() };
+    third.extent = Extent { version: 8, ..Extent::default() };
     let message = writer.write(&third);
     assert!(message.set.is_some() && message.extent.is_some());
     reader.read(&message, at, &mut received).unwrap();
@@ -280,8 +267,13 @@ fn missing_repeated_and_unknown_blocks_are_refused() {
     let stress = |m: &mut wire::Frame| m.blocks.retain(|b| b.field != i32::from(wire::Field::Stress));
     assert!(refusal(stress).contains("`frame.blocks`: lack the stress"));
     assert!(refusal(|m| m.blocks.clear()).contains("lack the position"));
-    assert!(refusal(|m| m.blocks.push(m.blocks[0].clone())).contains("repeats the position"));
+    assert!(
+        refusal(|m| m.blocks.push(m.blocks[0].clone())).contains("is the position, which is not expected")
+    );
+    assert!(refusal(|m| m.blocks.swap(0, 1)).contains("is the velocity, must be the position"));
     assert!(refusal(|m| m.blocks[0].field = 77).contains("is 77, must be one of"));
+    let counted = refusal(|m| m.blocks[0].components = 3);
+    assert!(counted.contains("`frame.blocks[0].components`: is 3 for the position, must be 2"), "{counted}");
 }
 
 #[test]
@@ -308,25 +300,25 @@ fn other_numbers_of_a_frame_are_checked() {
 }
 
 #[test]
-fn a_farewell_tells_its_reason() {
+fn a_farewell_states_its_reason() {
     let message = writer().farewell("diverged at step 3");
     let read = reader().read(&message, AT, &mut empty());
     assert_eq!(read, Ok(ReceivedFrame::Farewell("diverged at step 3".into())));
 }
 
-/// A frame of samples, or of the forces on them.
+/// A frame of coupling points, or of the forces on them.
 fn loads_frame(at: StepStage, role: Role) -> Frame {
     let mut frame = frame(at);
-    frame.states.stress.clear();
+    frame.states.stress.values.clear();
     match role {
         Role::Solid => {
-            frame.content = FrameContent::Samples;
+            frame.content = FrameContent::CouplingPoints;
             frame.states.mass = vec![0.1, 3.3, 3.0];
             frame.states.density = vec![1.0, 4.0, 0.7];
         }
         Role::Fluid => {
             frame.content = FrameContent::Forces;
-            frame.forces = vec![Vector::new(-0.0, 5e-324), Vector::new(1.0, -2.0)];
+            frame.forces = Column::from_iter([[-0.0, 5e-324], [1.0, -2.0]]);
         }
     }
     frame
@@ -338,21 +330,20 @@ fn loads_pair(role: Role) -> (FrameWriter, FrameReader) {
 }
 
 #[test]
-fn samples_travel_as_position_velocity_and_volume() {
+fn coupling_points_travel_as_position_velocity_and_volume() {
     let (mut writer, mut reader) = loads_pair(Role::Solid);
     let sent = loads_frame(AT, Role::Solid);
     let message = writer.write(&sent);
     assert_eq!(message.blocks.len(), 3);
-    assert!(message.set.as_ref().unwrap().masses_kg_per_m.is_empty());
+    assert!(message.set.as_ref().unwrap().masses_kg.is_empty());
     let mut received = empty();
     reader.read(&message, AT, &mut received).unwrap();
     assert_eq!(
         (&received.states.position, &received.states.velocity),
         (&sent.states.position, &sent.states.velocity)
     );
-    for i in 0..3 {
-        assert_eq!(received.states.volume(i).to_bits(), sent.states.volume(i).to_bits());
-    }
+    let volumes = |frame: &Frame| frame.states.volumes().map(f64::to_bits).collect::<Vec<_>>();
+    assert_eq!(volumes(&received), volumes(&sent));
     assert_eq!(received.digest(), sent.digest());
     let mut spoilt = loads_pair(Role::Solid).0.write(&sent);
     let volume = block(&mut spoilt, wire::Field::Volume);
@@ -391,17 +382,17 @@ fn forces_travel_alone_and_name_the_set_they_answer() {
 #[test]
 fn iterations_follow_each_other_and_an_acceptance_ends_them() {
     let (mut writer, mut reader) = loads_pair(Role::Solid);
-    let samples = |iteration: u32| Frame { iteration, ..loads_frame(AT, Role::Solid) };
+    let points = |iteration: u32| Frame { iteration, ..loads_frame(AT, Role::Solid) };
     let word = |iteration: u32| Frame {
-        acceptance: Some(Acceptance { settled: true, residual: 1e-7 }),
-        ..samples(iteration)
+        acceptance: Some(Acceptance { converged: true, residual: 1e-7 }),
+        ..points(iteration)
     };
     let mut received = empty();
     for iteration in 0..3 {
-        reader.read(&writer.write(&samples(iteration)), AT, &mut received).unwrap();
+        reader.read(&writer.write(&points(iteration)), AT, &mut received).unwrap();
         assert_eq!((received.iteration, received.acceptance), (iteration, None));
     }
-    let repeated = reader.read(&writer.write(&samples(2)), AT, &mut empty()).unwrap_err().to_string();
+    let repeated = reader.read(&writer.write(&points(2)), AT, &mut empty()).unwrap_err().to_string();
     assert!(repeated.contains("`frame.iteration`: is 2, expected 3"), "{repeated}");
     let old = reader.read(&writer.write(&word(1)), AT, &mut empty()).unwrap_err().to_string();
     assert!(old.contains("`frame.acceptance`: is of iteration 1"), "{old}");
@@ -409,7 +400,7 @@ fn iterations_follow_each_other_and_an_acceptance_ends_them() {
     assert!(message.blocks.is_empty() && message.set.is_none() && message.previous.is_none());
     reader.read(&message, AT, &mut received).unwrap();
     assert_eq!((received.iteration, received.acceptance), (2, word(2).acceptance));
-    // The set of samples is known still.
+    // The set of points is known still.
     let next = AT.next();
     reader.read(&writer.write(&loads_frame(next, Role::Solid)), next, &mut received).unwrap();
     assert_eq!((received.iteration, received.acceptance), (0, None));
@@ -423,10 +414,10 @@ fn iterations_follow_each_other_and_an_acceptance_ends_them() {
     let first = loads_pair(Role::Solid).1.read(&message, AT, &mut empty()).unwrap_err().to_string();
     assert!(first.contains("`frame.acceptance`: is of iteration 2"), "{first}");
     let mut negative = message.clone();
-    negative.acceptance = Some(wire::Acceptance { settled: true, residual: Some(-1.0) });
+    negative.acceptance = Some(wire::Acceptance { converged: true, residual: Some(-1.0) });
     let (mut writer, mut reader) = loads_pair(Role::Solid);
     for iteration in 0..3 {
-        reader.read(&writer.write(&samples(iteration)), AT, &mut empty()).unwrap();
+        reader.read(&writer.write(&points(iteration)), AT, &mut empty()).unwrap();
     }
     let error = reader.read(&negative, AT, &mut empty()).unwrap_err().to_string();
     assert!(error.contains("`frame.acceptance.residual`: is -1.0"), "{error}");

@@ -14,13 +14,13 @@ use tonic::transport::Channel;
 
 use super::fake::{Row, RowFactory, TestServer, alone, assert_usable, setup, soon};
 use crate::checkpoint::{CheckpointData, CheckpointHeader};
-use crate::client::RunAccess;
 use crate::convert::{Convert, encode_command};
 use crate::description::{LinkPlan, PROTOCOL, Partner};
 use crate::error::RpcCode;
 use crate::service::{ServeOptions, SolverFactory};
-use crate::token::Token;
-use crate::transport;
+use crate::transport::channel;
+use crate::transport::client::RunAccess;
+use crate::transport::token::Token;
 use crate::wire;
 use crate::wire::participant_client::ParticipantClient;
 use crate::wire::peer_client::PeerClient;
@@ -124,7 +124,7 @@ struct Walker {
 impl Walker {
     async fn at(state: At) -> Self {
         let server = TestServer::start(Role::Solid);
-        let channel = transport::connect_secured(
+        let channel = channel::connect_secured(
             &server.address.to_string(),
             Duration::from_secs(5),
             &Default::default(),

@@ -11,3 +11,4 @@ mod reports;
 mod runs;
 mod setups;
 mod streams;
+mod version1;

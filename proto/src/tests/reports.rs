@@ -3,13 +3,11 @@
 use bytes::Bytes;
 use sph::coupling::driver::{Command, ProbeValues, StepReport};
 use sph::coupling::ledger::{
-    Account, Accounts, AngularBudget, Breach, Check, Energies, InterfaceSums, StageBooks, TorqueAccount,
-    Torques,
+    Account, Accounts, AngularBudget, Breach, Check, Energies, InterfaceSums, LedgerVector, StageBudget,
 };
 use sph::coupling::solver::{Counts, Divergence, Fault, Field, ParticleFields, Role};
 use sph::coupling::stage::{Stage, StepStage};
 use sph::setup::InterfaceLaw;
-use sph::space::Vector;
 
 use super::fake;
 use crate::convert::{
@@ -26,28 +24,27 @@ use crate::wire;
 
 const AT: StepStage = StepStage { step: 9, stage: Stage::Corrector };
 
-fn books(scale: f64) -> StageBooks {
-    let accounts: Vec<Vector> =
-        Account::ALL.iter().enumerate().map(|(k, _)| Vector::new(-0.0, scale * k as f64)).collect();
-    StageBooks {
+fn budget(scale: f64) -> StageBudget {
+    let mut accounts = Accounts::default();
+    for account in Account::ALL {
+        accounts.add_force(account, LedgerVector::new(f64::NAN, scale * account as u8 as f64, 5e-324));
+        accounts.add_torque(account, LedgerVector::new(-1.0, 0.5, scale));
+    }
+    StageBudget {
         interface: InterfaceSums {
-            force: Vector::new(-0.0, scale),
+            force: LedgerVector::new(-0.0, scale, 0.0),
             gross_force: 2.0 * scale,
-            torque: 3.0,
+            torque: LedgerVector::new(-0.0, 5e-324, 3.0),
             gross_torque: 4.0,
-            couple: 5.0,
+            couple: LedgerVector::repeat(5.0),
             power: -0.0,
             pairs: 6,
         },
-        accounts: Accounts::from(<[Vector; 7]>::try_from(accounts).unwrap()),
+        accounts,
         duration: 1e-3,
-        momentum_change: Vector::new(5e-324, -0.0),
+        momentum_change: LedgerVector::new(5e-324, -0.0, f64::INFINITY),
         gross_momentum: f64::NAN,
-        angular: Some(AngularBudget {
-            torques: Torques::from(TorqueAccount::ALL.map(|account| -0.5 * account as u8 as f64)),
-            change: -0.0,
-            gross: f64::INFINITY,
-        }),
+        angular: Some(AngularBudget { change: LedgerVector::repeat(-0.0), gross: f64::INFINITY }),
     }
 }
 
@@ -56,7 +53,7 @@ fn faults() -> Vec<Fault> {
         Fault::Diverged(Divergence {
             at: AT,
             particle: Some(0),
-            position: Some([-0.0, f64::INFINITY]),
+            position: Some(vec![-0.0, f64::INFINITY]),
             quantity: "density [kg/m3]".into(),
             value: f64::NAN,
             allowed: "positive".into(),
@@ -66,7 +63,7 @@ fn faults() -> Vec<Fault> {
             at: AT,
             particle: None,
             position: None,
-            quantity: "lost particles".into(),
+            quantity: "escaped particles".into(),
             value: 1.0,
             allowed: "0".into(),
             hint: "look".into(),
@@ -85,11 +82,11 @@ fn items() -> Vec<BatchItem> {
         particles: 1,
         wall_particles: 2,
         list_builds: 3,
-        lost: 4,
+        escaped: 4,
         outflow: 5,
         largest_interface: 6,
         deepest_contact_m: 7e-3,
-        contact_impulse_n_s_per_m: 0.8,
+        contact_impulse_n_s: 0.8,
         substeps: 9,
     };
     let mut items = vec![
@@ -97,14 +94,14 @@ fn items() -> Vec<BatchItem> {
             step: 7,
             end_time: 0.1 + 0.2,
             time_step: 1e-5,
-            books: [books(1.0), books(-0.1)],
+            budgets: [budget(1.0), budget(-0.1)],
             energies: Energies { kinetic: -0.0, potential: f64::NAN, internal: 1.0 },
             interface_particles: [3, 4],
             elapsed: 0.5,
             waited: 0.25,
             breaches: 1,
             iterations: 3,
-            unsettled: true,
+            unconverged: true,
         })),
         BatchItem::Probes(ProbeValues { step: 7, time: 0.3, values: vec![f64::NAN, -0.0, 5e-324] }),
         BatchItem::Snapshot { index: 2, step: 7, time: 0.3 },
@@ -114,7 +111,7 @@ fn items() -> Vec<BatchItem> {
             since_last_step: 0.5,
             awaited: Some(sph::coupling::stage::StepStage::FIRST),
         }),
-        BatchItem::Held(sph::coupling::driver::Held { step: 9, time: 0.25 }),
+        BatchItem::Paused(sph::coupling::driver::Paused { step: 9, time: 0.25 }),
         BatchItem::Finished { step: 8, time: 0.4, reached_end: true, counts, state_index: 3 },
     ];
     items.extend(faults().into_iter().map(|fault| BatchItem::Failed {
@@ -241,7 +238,7 @@ fn open_report(role: Role) -> OpenReport {
         fields_needed: fields(role.partner()),
         extent: sph::coupling::exchange::Extent {
             version: 3,
-            boxes: vec![(Vector::zeros(), Vector::new(1.0, 2.0))],
+            boxes: sph::coupling::exchange::Column::from_iter([[0.0, 0.0, 1.0, 2.0]]),
         },
         time_step_limit: f64::INFINITY,
         counts: Counts { particles: 5, ..Counts::default() },
@@ -317,19 +314,19 @@ fn a_server_that_cannot_play_is_told_why() {
     assert_eq!(handshake::unfit(&description, Role::Solid, &run), Vec::<String>::new());
     let coupling = run.coupling.as_mut().unwrap();
     coupling.kind = CouplingKind::Loads;
-    coupling.iterate = Some(fake::ITERATE);
+    coupling.implicit = Some(fake::IMPLICIT);
     assert_eq!(handshake::unfit(&description, Role::Solid, &run), Vec::<String>::new());
-    description.capabilities.iterates = false;
+    description.capabilities.implicit_coupling = false;
     let reasons = handshake::unfit(&description, Role::Solid, &run);
     assert!(reasons.len() == 1 && reasons[0].contains("leave out `interface.iterate`"), "{reasons:#?}");
     run.coupling.as_mut().unwrap().kind = CouplingKind::States;
-    description.dimensions = 3;
+    description.dimensions = vec![3];
     description.coupling_kinds = vec![CouplingKind::Loads];
     description.interface_laws.clear();
     description.capabilities = Default::default();
-    description.protocols = [crate::description::ProtocolVersion { major: 2, minor: 0 }; 2];
+    description.protocols = [crate::description::ProtocolVersion { major: 3, minor: 0 }; 2];
     let reasons = handshake::unfit(&description, Role::Fluid, &run);
     assert_eq!(reasons.len(), 8, "{reasons:#?}");
-    assert!(reasons[0].contains("beam 3 speaks protocol 2.0 to 2.0, this coordinator 1.3"), "{reasons:#?}");
+    assert!(reasons[0].contains("beam 3 speaks protocol 3.0 to 3.0, this coordinator 2.0"), "{reasons:#?}");
     assert!(reasons[1].contains("plays solid, needed is fluid"), "{reasons:#?}");
 }

@@ -6,8 +6,8 @@ use sph::coupling::solver::{Fault, Role, Solver};
 use sph::coupling::stage::StepStage;
 
 use super::fake::{Pair, Row, alone, assert_usable, setup, soon};
-use crate::client::{EventReceiver, RunAccess};
 use crate::description::{LinkPlan, Partner};
+use crate::transport::client::{EventReceiver, RunAccess};
 
 /// All events until the last.
 async fn collect(events: &mut EventReceiver) -> Vec<Event> {

@@ -56,7 +56,7 @@ fn run(step: StepPolicy, law: InterfaceLaw, correction: GradientCorrection) -> R
     coupling.fluid.correction = correction;
     if law == InterfaceLaw::WallNoSlip {
         coupling.kind = CouplingKind::Loads;
-        coupling.iterate = Some(fake::ITERATE);
+        coupling.implicit = Some(fake::IMPLICIT);
     }
     run
 }
@@ -232,9 +232,19 @@ fn spoil_run(spoil: impl FnOnce(&mut wire::RunSetup)) -> String {
 
 #[test]
 fn wrong_numbers_are_refused_by_path() {
-    let error =
-        spoil_run(|r| r.body_force.as_mut().unwrap().gravity_m_per_s2.as_mut().unwrap().y = Some(f64::NAN));
-    assert_eq!(error, "`open.run.body_force.gravity_m_per_s2.y`: is NaN, must be finite");
+    let gravity = |spoil: fn(&mut Vec<f64>)| {
+        spoil_run(|r| {
+            spoil(&mut r.body_force.as_mut().unwrap().gravity_m_per_s2.as_mut().unwrap().components);
+        })
+    };
+    let error = gravity(|components| components[1] = f64::NAN);
+    assert_eq!(error, "`open.run.body_force.gravity_m_per_s2.components[1]`: is NaN, must be finite");
+    let error = gravity(|components| components.push(0.0));
+    assert_eq!(error, "`open.run.body_force.gravity_m_per_s2`: has 3 components, must have 2");
+    let error = spoil_run(|r| r.dimensions = 3);
+    assert_eq!(error, "`open.run.dimensions`: is 3, this program computes in 2");
+    let error = spoil_run(|r| r.domain.as_mut().unwrap().periodic.as_mut().unwrap().components.clear());
+    assert_eq!(error, "`open.run.domain.periodic`: has 0 components, must have 2");
     let density = |number| wire::Parameter {
         name: "rest_density_kg_m3".into(),
         value: Some(wire::parameter::Value::Number(number)),
@@ -258,7 +268,7 @@ fn wrong_numbers_are_refused_by_path() {
     });
     assert!(error.contains("`open.run.time.adaptive.growth`: is 1.0, must be above 1"), "{error}");
     let error = spoil_run(|r| {
-        r.domain.as_mut().unwrap().upper_m = Some(wire::Vector { x: Some(-1.0), y: Some(1.0) })
+        r.domain.as_mut().unwrap().upper_m = Some(wire::Vector { components: vec![-1.0, 1.0] })
     });
     assert!(error.contains("must exceed lower_m"), "{error}");
     let error = spoil_run(|r| r.time.as_mut().unwrap().end_time_s = None);

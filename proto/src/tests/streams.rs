@@ -12,12 +12,12 @@ use tokio::sync::mpsc;
 use tokio_stream::wrappers::ReceiverStream;
 
 use super::fake::{Pair, Row, TestServer, alone, assert_usable, setup, soon};
-use crate::client::{CommandSender, EventReceiver, ParticipantClient, RunAccess};
 use crate::convert::{FrameWriter, Phase};
 use crate::description::{FrameField, LinkPlan, Partner};
 use crate::error::RpcCode;
 use crate::limits::MAX_FRAME_BYTES;
-use crate::transport;
+use crate::transport::channel;
+use crate::transport::client::{CommandSender, EventReceiver, ParticipantClient, RunAccess};
 use crate::wire;
 use crate::wire::peer_client::PeerClient;
 
@@ -52,7 +52,7 @@ impl Script {
         let plan =
             LinkPlan { first_limit: 1e-3, partner_extent, partner: Partner::Listen, partner_particles: None };
         client.link(&plan).await.unwrap();
-        let channel = transport::connect_secured(
+        let channel = channel::connect_secured(
             &server.address.to_string(),
             Duration::from_secs(5),
             &Default::default(),
@@ -345,7 +345,7 @@ async fn a_server_that_is_no_solver_is_named() {
             drop(stream.write_all(b"HTTP/1.1 200 OK\r\ncontent-length: 0\r\n\r\n").await);
         }
     });
-    let deadlines = crate::client::Deadlines::default();
+    let deadlines = crate::transport::client::Deadlines::default();
     let outcome = soon("the web server", async {
         match ParticipantClient::connect(&address, deadlines).await {
             Ok(mut client) => client.describe().await.map(drop),
@@ -386,7 +386,7 @@ async fn health_and_reflection_answer() {
     use tonic_reflection::pb::v1::server_reflection_request::MessageRequest;
     let server = TestServer::start(Role::Solid);
     let channel =
-        transport::connect_secured(&server.address.to_string(), Duration::from_secs(5), &Default::default())
+        channel::connect_secured(&server.address.to_string(), Duration::from_secs(5), &Default::default())
             .await
             .unwrap();
     for service in ["", "fsi.v1.Participant", "fsi.v1.Peer"] {

@@ -1,13 +1,12 @@
 //! The solid side of a run, stepped by the half-step driver.
 
-use sph::coupling::exchange::{Extent, InterfaceStates};
-use sph::coupling::ledger::{Energies, StageBooks};
+use sph::coupling::exchange::{Column, Extent, StateColumns};
+use sph::coupling::ledger::{Energies, StageBudget};
 use sph::coupling::saved::{RestoreError, SavedState};
-use sph::coupling::solver::{Counts, Divergence, NoLoads, NotRevised, ParticleFields, Role, Solver};
+use sph::coupling::solver::{Counts, Divergence, NoLoads, NotUpdated, ParticleFields, Role, Solver};
 use sph::coupling::stage::{Stage, StageTime, StepStage};
 use sph::lanes::Arithmetic;
 use sph::setup::{SolidSetup, SolidStepping};
-use sph::space::{DIMENSIONS, Vector};
 use sph::sums::ordered_sum;
 
 use crate::build::{build, build_workspace};
@@ -88,18 +87,18 @@ impl Solver for SolidSolver {
             .min(step_limit(&self.model, &self.state))
     }
 
-    fn limiting_particle(&self) -> Option<(u32, [f64; DIMENSIONS])> {
+    fn limiting_particle(&self) -> Option<(u32, Vec<f64>)> {
         let Self { model, workspace, .. } = self;
         let limit = |i: usize| particle_limit(model, workspace, i);
         let i = (0..model.len()).min_by(|i, j| limit(*i).total_cmp(&limit(*j)))?;
-        Some((model.particles.id[i], workspace.stage.position[i].into()))
+        Some((model.particles.id[i], workspace.stage.position[i].as_slice().to_vec()))
     }
 
     fn extent(&self) -> &Extent {
         self.workspace.fluid.as_ref().map_or(&self.no_extent, |link| link.extent())
     }
 
-    fn interface(&mut self, partner: &Extent, reach: f64, states: &mut InterfaceStates) -> u64 {
+    fn interface(&mut self, partner: &Extent, reach: f64, states: &mut StateColumns) -> u64 {
         let Workspace { stage, stress, fluid, .. } = &mut self.workspace;
         match fluid {
             Some(link) => link.select(&self.model.particles, stage, stress, partner, reach, states),
@@ -130,7 +129,7 @@ impl Solver for SolidSolver {
         }
     }
 
-    fn evaluate_cross(&mut self, time: &StageTime, own: &InterfaceStates, partner: &InterfaceStates) {
+    fn evaluate_cross(&mut self, time: &StageTime, own: &StateColumns, partner: &StateColumns) {
         let Workspace { fluid, sums, fluid_force, interface_sums, .. } = &mut self.workspace;
         if let Some(link) = fluid {
             *interface_sums = link.evaluate(time.state_time(), own, partner, sums, fluid_force);
@@ -141,37 +140,37 @@ impl Solver for SolidSolver {
     fn evaluate_loads(
         &mut self,
         time: &StageTime,
-        own: &InterfaceStates,
-        forces: &[Vector],
+        own: &StateColumns,
+        forces: &Column,
     ) -> Result<(), NoLoads> {
         let Workspace { fluid, fluid_force, interface_sums, .. } = &mut self.workspace;
-        let link = fluid.as_ref().ok_or(NoLoads)?;
+        let link = fluid.as_mut().ok_or(NoLoads)?;
         *interface_sums = link.apply(own, forces, fluid_force);
         complete_stage(&self.model, &mut self.workspace, time);
         Ok(())
     }
 
-    fn revise(
+    fn update_stage(
         &mut self,
         time: &StageTime,
-        own: &InterfaceStates,
-        forces: &[Vector],
-    ) -> Result<(), NotRevised> {
+        own: &StateColumns,
+        forces: &Column,
+    ) -> Result<(), NotUpdated> {
         let Workspace { fluid, fluid_force, forces: others, total_force, .. } = &mut self.workspace;
-        let link = fluid.as_ref().ok_or(NotRevised::NotOffered)?;
+        let link = fluid.as_mut().ok_or(NotUpdated::NotOffered)?;
         link.apply(own, forces, fluid_force);
         // Sub-steps add up their own.
         total_forces(others, fluid_force, total_force);
         let predictor = StepStage { stage: Stage::Predictor, ..time.at };
         move_stage(&self.model, &self.state, &mut self.workspace, &StageTime { at: predictor, ..*time })
-            .map_err(|divergence| NotRevised::Diverged(Divergence { at: time.at, ..divergence }))?;
+            .map_err(|divergence| NotUpdated::Diverged(Divergence { at: time.at, ..divergence }))?;
         take_prediction(&mut self.workspace);
         enter_stage(&self.model, &mut self.workspace, time);
         Ok(())
     }
 
     /// With sub-steps, forces of the solids on themselves are evaluated within.
-    fn advance(&mut self, time: &StageTime) -> Result<StageBooks, Divergence> {
+    fn advance(&mut self, time: &StageTime) -> Result<StageBudget, Divergence> {
         move_stage(&self.model, &self.state, &mut self.workspace, time)?;
         let (budget, maxima) = momentum_budget(&self.model, &self.state, &self.workspace, time);
         match time.at.stage {
@@ -211,11 +210,11 @@ impl Solver for SolidSolver {
             particles: self.model.len() as u64,
             wall_particles: self.model.walls.len() as u64,
             list_builds: self.workspace.list_builds,
-            lost: self.state.last.outside,
+            escaped: self.state.last.outside,
             outflow: 0,
             largest_interface: self.workspace.fluid.as_ref().map_or(0, |link| link.largest_set),
             deepest_contact_m: BodyContact::all(&self.state.last.contacts).deepest,
-            contact_impulse_n_s_per_m: BodyContact::all(&self.state.last.contacts).impulse,
+            contact_impulse_n_s: BodyContact::all(&self.state.last.contacts).impulse,
             substeps: self.state.last.substeps,
         }
     }

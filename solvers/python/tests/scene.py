@@ -7,7 +7,7 @@ import numpy as np
 from tidelock import Setup, protocol
 from tidelock.clock import StageTime
 from tidelock.driver import NO_MORE, Run
-from tidelock.frames import Sums, digest_forces
+from tidelock.frames import Sums, digest
 
 SPACING = 0.01
 STEP = 1e-3
@@ -20,13 +20,13 @@ def lattice(columns, rows, corner, angle=0.0):
     return np.array(corner) + SPACING * np.c_[x.ravel(), y.ravel()] @ np.array([[cos, sin], [-sin, cos]])
 
 
-def setup(blocks, formulation="rigid", held=None, velocity=None, gravity=(0.7, -9.81), iterate=False, steps=50):
+def setup(blocks, formulation="rigid", held=None, velocity=None, gravity=(0.7, -9.81), implicit=False, steps=50):
     """A Setup of bodies with particles at `blocks`, of which those with index in `held` are clamped."""
     message = protocol.setup.SolidSetup(particle_spacing_m=SPACING)
     run = message.run
-    run.run_id = "test"
-    run.domain.lower_m.x, run.domain.lower_m.y, run.domain.upper_m.x, run.domain.upper_m.y = -0.3, -0.5, 0.8, 0.6
-    run.body_force.gravity_m_per_s2.x, run.body_force.gravity_m_per_s2.y = gravity
+    run.run_id, run.dimensions = "test", 2
+    run.domain.lower_m.components[:], run.domain.upper_m.components[:] = (-0.3, -0.5), (0.8, 0.6)
+    run.body_force.gravity_m_per_s2.components[:] = gravity
     run.time.start_time_s, run.time.end_time_s, run.time.fixed.time_step_s = 0.0, steps * STEP, STEP
     run.ledger.action, run.ledger.balance_tolerance = protocol.setup.BREACH_ACTION_STOP, 1e-12
     coupling = run.coupling
@@ -34,15 +34,15 @@ def setup(blocks, formulation="rigid", held=None, velocity=None, gravity=(0.7, -
     coupling.margin_m = 0.005
     coupling.fluid.add(name="kernel_ratio", number=1.3)
     coupling.fluid.add(name="particle_spacing_m", number=0.01)
-    if iterate:
-        coupling.iterate.tolerance, coupling.iterate.limit = 1e-9, 3
-        coupling.iterate.unsettled = protocol.setup.UNSETTLED_ACCEPT
+    if implicit:
+        coupling.implicit.tolerance, coupling.implicit.limit = 1e-9, 3
+        coupling.implicit.non_convergence = protocol.setup.NON_CONVERGENCE_ACCEPT
     for k in range(len(blocks)):
         body = message.bodies.add(name=f"body {k}", formulation=formulation)
         body.material.add(name="bulk_modulus_pa", number=2e6)
         body.material.add(name="shear_modulus_pa", number=1e6)
         if held is not None:
-            body.supports.add(name="clamp").held.x = True
+            body.supports.add(name="clamp").held.components[:] = (True, False)
     places = np.concatenate(blocks)
     count = len(places)
     supports = np.zeros(count, "<u4")
@@ -52,7 +52,7 @@ def setup(blocks, formulation="rigid", held=None, velocity=None, gravity=(0.7, -
     particles.ids = np.arange(count, dtype="<u4").tobytes()
     particles.bodies = np.repeat(np.arange(len(blocks), dtype="<u4"), [len(block) for block in blocks]).tobytes()
     particles.supports = supports.tobytes()
-    particles.masses_kg_per_m = (density * SPACING**2).tobytes()
+    particles.masses_kg = (density * SPACING**2).tobytes()
     particles.densities_kg_per_m3 = density.tobytes()
     particles.reference_positions_m = particles.positions_m = places.tobytes()
     particles.velocities_m_per_s = (np.zeros((count, 2)) if velocity is None else velocity).tobytes()
@@ -96,8 +96,8 @@ class Played:
                 step_start_s_bits=frame.step_start_s_bits, time_step_s_bits=frame.time_step_s_bits, set_version=1,
                 count=len(forces), time_step_limit_s=1.0)
             data = forces.tobytes()
-            answer.digest = digest_forces(StageTime(frame.step, frame.stage, 0.0, STEP), data)
-            answer.blocks.add(field=protocol.types.FIELD_FORCE, data=data)
+            answer.blocks.add(field=protocol.types.FIELD_FORCE, components=2, data=data)
+            answer.digest = digest(StageTime(frame.step, frame.stage, 0.0, STEP), [], answer.blocks)
             if len(self.frames) > 1:
                 answer.previous.CopyFrom(previous)
             previous.used_digest = frame.digest
@@ -105,21 +105,25 @@ class Played:
             self.run.inbound.put(answer)
 
     def stages(self):
-        """Half-steps in order: their time as text, and their StageBooks."""
+        """Half-steps in order: their time as text, and their StageBudget."""
         for report in self.reports:
             yield f"step {report.step} predictor", report.predictor
             yield f"step {report.step} corrector", report.corrector
 
 
 def arrays(frame):
-    """Positions and velocities in a frame of samples."""
+    """Positions and velocities in a frame of coupling points."""
     blocks = {block.field: np.frombuffer(block.data, "<f8") for block in frame.blocks}
     return (blocks[protocol.types.FIELD_POSITION].reshape(-1, 2), blocks[protocol.types.FIELD_VELOCITY].reshape(-1, 2))
 
 
 def residual(budget):
-    """Residual of the check of the angular momentum over its gross, as StageBooks defines it."""
-    angular = budget.angular
-    torques = sum(getattr(angular.torques, name) for name in angular.torques.DESCRIPTOR.fields_by_name)
-    change = budget.duration_s * (budget.interface.torque_n + torques)
-    return abs(angular.angular_momentum_change_kg_m_per_s - change) / angular.gross_angular_momentum_kg_m_per_s
+    """Residual of the check of the angular momentum over its gross, as StageBudget defines it."""
+    torques = sum(entry.torque_n_m.components[2] for entry in budget.accounts)
+    change = budget.duration_s * (budget.interface.torque_n_m.components[2] + torques)
+    return abs(budget.angular.change_kg_m2_per_s.components[2] - change) / budget.angular.gross_kg_m2_per_s
+
+
+def torque(budget, account):
+    """Torque of an account of a StageBudget [N m]."""
+    return sum(entry.torque_n_m.components[2] for entry in budget.accounts if entry.account == account)

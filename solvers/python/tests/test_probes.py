@@ -23,7 +23,7 @@ class Columns(unittest.TestCase):
                 probe.arguments.add(name="body", index=0)
                 if kind == "material-point":
                     at = probe.arguments.add(name="at_m").point_m
-                    at.x = at.y = 2 * scene.SPACING
+                    at.components[:] = [2 * scene.SPACING] * 2
                 solver = rigid_body.RigidBodies(setup)
                 forces = np.zeros((len(solver.ids), 2))
                 _, budget = solver.advance(solver.state, solver.state, forces, StageTime(0, PREDICTOR, 0.0, scene.STEP))

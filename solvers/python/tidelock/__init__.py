@@ -1,4 +1,4 @@
-"""Protocol fsi.v1 for solid solvers in Python: a solver defines its physics, this package the communication.
+"""Protocol fsi.v2 for solid solvers in Python: a solver defines its physics, this package the communication.
 
     from tidelock import Solver, main
 

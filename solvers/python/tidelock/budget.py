@@ -1,9 +1,10 @@
-"""AngularBudget of participant.proto, from the samples of a solver and the masses of the set-up."""
+"""AngularBudget of types.proto, from the samples of a solver and the masses of the set-up."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
+from . import protocol
 from .solver import Solver, StageBudget, Torques
 
 # Below this fraction of the inertia of its cells, the particles of a body are a point and have no rotation.
@@ -34,11 +35,8 @@ class AngularBudget:
 
     def write(self, wire) -> None:
         """Fills an AngularBudget message."""
-        own, torques = self.torques, wire.torques
-        for name in torques.DESCRIPTOR.fields_by_name:
-            setattr(torques, name, float(getattr(own, name.removesuffix("_n"), 0.0)))
-        wire.angular_momentum_change_kg_m_per_s = self.change
-        wire.gross_angular_momentum_kg_m_per_s = self.gross
+        wire.change_kg_m2_per_s.CopyFrom(protocol.torque(self.change))
+        wire.gross_kg_m2_per_s = self.gross
 
 
 class Auditor:

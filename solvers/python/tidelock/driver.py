@@ -1,4 +1,4 @@
-"""Steps a solver: ONE HALF-STEP of peer.proto with the changes of LOADS, and the events of participant.proto."""
+"""Steps a solver: ONE HALF-STEP of peer.proto with the changes of FORCE COUPLING, and the events of participant.proto."""
 
 import queue
 import threading
@@ -12,7 +12,7 @@ from .budget import AngularBudget, Auditor, SampleState
 from .clock import CORRECTOR, PREDICTOR, Clock, StageTime, bits
 from .frames import Before, Exchange, PeerFault, Sums
 from .iteration import Iteration
-from .solver import Diverged, StageBudget, probe_values
+from .solver import Diverged, StageBudget, Torques, probe_values
 
 MESSAGES = protocol.participant
 CHUNK_BYTES = 1 << 20
@@ -33,9 +33,9 @@ class Run:
         self.clock = Clock(run.time, run.outputs, link.first_limit_s)
         self.coupled = self.setup.coupled
         self.exchange = Exchange(self.setup, solver, link.partner_extent) if self.coupled else None
-        self.iteration, self.iterations, self.unsettled = None, 0, False
-        if self.coupled and run.coupling.HasField("iterate"):
-            self.iteration = Iteration(run.coupling.iterate, solver.body)
+        self.iteration, self.iterations, self.unconverged = None, 0, False
+        if self.coupled and run.coupling.HasField("implicit"):
+            self.iteration = Iteration(run.coupling.implicit, solver.body)
         self.tolerance = run.ledger.balance_tolerance
         self.stop_at_breach = run.ledger.action == protocol.setup.BREACH_ACTION_STOP
         self.inbound, self.outbound = queue.Queue(), queue.Queue(maxsize=4)
@@ -138,7 +138,7 @@ class Run:
         event = MESSAGES.Event()
         report = event.step
         report.step, report.time_step_s_bits = self.clock.step, bits(self.clock.time_step)
-        start, limit, self.iterations, self.unsettled = self.state, np.inf, 0, False
+        start, limit, self.iterations, self.unconverged = self.state, np.inf, 0, False
         for stage, message in [(PREDICTOR, report.predictor), (CORRECTOR, report.corrector)]:
             time = self.clock.stage(stage)
             try:
@@ -149,9 +149,9 @@ class Run:
         self.clock.advance(limit)
         report.end_time_s_bits = bits(self.clock.time)
         energies = report.energies
-        energies.kinetic_j_per_m, energies.potential_j_per_m, energies.internal_j_per_m = self.solver.energies(self.state)
+        energies.kinetic_j, energies.potential_j, energies.internal_j = self.solver.energies(self.state)
         report.own_interface_particles = len(self.solver.ids) if self.coupled else 0
-        report.iterations, report.unsettled = self.iterations, self.unsettled
+        report.iterations, report.unconverged = self.iterations, self.unconverged
         report.waited_s, report.breaches = self.waited - waited, self.breaches - breaches
         self.last_step = wall.monotonic()
         report.elapsed_s = self.last_step - began
@@ -169,17 +169,17 @@ class Run:
         budget = self.auditor.budget(ends[0], samples, ends[1], self.stage_budget, sums.gross_torque, time.duration)
         self._write_budget(message, sums, ends, budget, time)
         if self.before is not None:
-            self.before.momentum = _momentum_report(message, budget)
+            self.before.momentum = _momentum_report(message)
         return state, limit
 
     def _samples(self, stage) -> SampleState:
         samples = SampleState.of(self.solver, stage)
         if not (np.isfinite(samples.position).all() and np.isfinite(samples.velocity).all()):
-            raise Diverged("position and velocity of the samples [m, m/s]", np.nan, "finite values", "take a smaller time step")
+            raise Diverged("position and velocity of the coupling points [m, m/s]", np.nan, "finite values", "take a smaller time step")
         return samples
 
     def _exchange(self, start, stage, time: StageTime, limit: float) -> tuple:
-        """Sends the samples of the stage state and receives their forces; with implicit coupling until they converge."""
+        """Sends the coupling points of the stage state and receives their forces; with implicit coupling until they converge."""
         iteration, iterated = 0, self.iteration is not None and time.stage == CORRECTOR
         while True:
             samples = self._samples(stage)
@@ -204,11 +204,11 @@ class Run:
         converged = residual <= plan.tolerance
         if not converged and iteration < plan.limit:
             return False
-        if not converged and not plan.accepts_unsettled:
+        if not converged and not plan.accepts_last:
             raise Diverged(f"residual of the forces after {plan.limit} iterations of the half-step [-]", residual,
                            f"at most {plan.tolerance:g}, the tolerance of `interface.iterate`",
                            "use a smaller time step, or a higher limit or tolerance")
-        self.unsettled = not converged
+        self.unconverged = not converged
         self.outbound.put(self.exchange.acceptance(time, iteration, converged, residual))
         return True
 
@@ -233,14 +233,18 @@ class Run:
         sums.write(wire.interface)
         own, before = self.stage_budget, self.solver.momentum(ends[0].state)
         supports = np.zeros(2) if own.supports is None else own.supports
-        for name in MESSAGES.Accounts.DESCRIPTOR.fields_by_name:
-            force = getattr(wire.accounts, name)
-            force.x, force.y = {"body_force_n_per_m": own.body_force, "supports_n_per_m": supports}.get(name, (0.0, 0.0))
+        torques = Torques() if budget is None else budget.torques
+        for account, force, torque in [
+            (MESSAGES.ACCOUNT_BODY_FORCE, own.body_force, torques.body_force),
+            (MESSAGES.ACCOUNT_SUPPORTS, supports, torques.supports),
+            (MESSAGES.ACCOUNT_OWN_FORCES, (0.0, 0.0), torques.own_forces),
+            (MESSAGES.ACCOUNT_TIME_SCHEME, (0.0, 0.0), torques.time_scheme),
+        ]:
+            wire.accounts.add(account=account, force_n=protocol.force(force), torque_n_m=protocol.torque(torque))
         wire.duration_s = time.duration
-        change = own.momentum - before
-        wire.momentum_change_kg_per_s.x, wire.momentum_change_kg_per_s.y = change
+        wire.momentum_change_kg_m_per_s.CopyFrom(protocol.force(own.momentum - before))
         sizes = sum(self.solver.mass @ np.linalg.norm(end.velocity, axis=1) for end in ends)
-        wire.gross_momentum_kg_per_s = sizes + time.duration * (own.gross + sums.gross_force)
+        wire.gross_momentum_kg_m_per_s = sizes + time.duration * (own.gross + sums.gross_force)
         if budget is not None:
             budget.write(wire.angular)
 
@@ -302,10 +306,10 @@ class Run:
         self.events.put(event)
 
 
-def _momentum_report(message, budget: AngularBudget | None):
-    """MomentumReport of a StageBooks message."""
-    report = protocol.peer.MomentumReport(gross_kg_per_s=message.gross_momentum_kg_per_s)
-    report.change_kg_per_s.CopyFrom(message.momentum_change_kg_per_s)
-    if budget is not None:
-        report.angular_change_kg_m_per_s, report.gross_angular_kg_m_per_s = budget.change, budget.gross
+def _momentum_report(message):
+    """MomentumReport of a StageBudget message."""
+    report = protocol.peer.MomentumReport(gross_kg_m_per_s=message.gross_momentum_kg_m_per_s)
+    report.change_kg_m_per_s.CopyFrom(message.momentum_change_kg_m_per_s)
+    if message.HasField("angular"):
+        report.angular.CopyFrom(message.angular)
     return report

@@ -1,4 +1,4 @@
-"""Half-step frames of a solid coupled by loads: LOADS, ORDER RULE, DIGEST and BALANCE of peer.proto."""
+"""Half-step frames of a solid with force coupling: FORCE COUPLING, ORDER RULE, DIGEST and BALANCE of peer.proto."""
 
 import struct
 import zlib
@@ -57,7 +57,7 @@ class StaleFault(PeerFault):
 
 @dataclass
 class Sums:
-    """InterfaceSums of the forces on samples."""
+    """InterfaceSums of the forces on coupling points, in the plane."""
 
     force: np.ndarray
     gross_force: float
@@ -69,7 +69,7 @@ class Sums:
 
     @classmethod
     def of(cls, forces, position, velocity, origin) -> "Sums":
-        """Sums of `forces` that act on samples, torques about `origin`."""
+        """Sums of `forces` that act on coupling points, torques about `origin`."""
         size, arm = np.linalg.norm(forces, axis=1), position - origin
         torque = arm[:, 0] * forces[:, 1] - arm[:, 1] * forces[:, 0]
         return cls(forces.sum(axis=0), size.sum(), torque.sum(), np.linalg.norm(arm, axis=1) @ size, 0.0,
@@ -78,16 +78,19 @@ class Sums:
     @classmethod
     def read(cls, wire) -> "Sums":
         """Reads an InterfaceSums message."""
-        force = np.array([wire.force_n_per_m.x, wire.force_n_per_m.y])
-        return cls(force, wire.gross_force_n_per_m, wire.torque_n, wire.gross_torque_n, wire.couple_n,
-                   wire.power_w_per_m, wire.pairs)
+        force, torque, couple = (
+            np.array(vector.components) for vector in (wire.force_n, wire.torque_n_m, wire.couple_n_m))
+        if not len(force) == len(torque) == len(couple) == 3:
+            raise PeerFault("`frame.previous.sums`: vectors must have 3 components")
+        return cls(force[:2], wire.gross_force_n, torque[2], wire.gross_torque_n_m, couple[2], wire.power_w, wire.pairs)
 
     def write(self, wire) -> None:
         """Fills an InterfaceSums message."""
-        wire.force_n_per_m.x, wire.force_n_per_m.y = self.force
-        wire.gross_force_n_per_m, wire.torque_n = self.gross_force, self.torque
-        wire.gross_torque_n, wire.couple_n = self.gross_torque, self.couple
-        wire.power_w_per_m, wire.pairs = self.power, self.pairs
+        wire.force_n.CopyFrom(protocol.force(self.force))
+        wire.torque_n_m.CopyFrom(protocol.torque(self.torque))
+        wire.couple_n_m.CopyFrom(protocol.torque(self.couple))
+        wire.gross_force_n, wire.gross_torque_n_m = self.gross_force, self.gross_torque
+        wire.power_w, wire.pairs = self.power, self.pairs
 
 
 @dataclass
@@ -105,18 +108,12 @@ def _words(time: StageTime) -> bytes:
     return struct.pack("<QQ", time.step, 0 if time.stage == PREDICTOR else 1)
 
 
-def digest_samples(time: StageTime, ids, position, velocity, volume) -> int:
-    """DIGEST of a frame of samples."""
-    words = np.empty((len(ids), 6), "<u8")
-    words[:, 0] = ids
-    columns = np.c_[position[:, 0], velocity[:, 0], position[:, 1], velocity[:, 1], volume].astype("<f8")
-    words[:, 1:] = np.ascontiguousarray(columns).view("<u8")
-    return zlib.crc32(words.tobytes(), zlib.crc32(_words(time)))
-
-
-def digest_forces(time: StageTime, data: bytes) -> int:
-    """DIGEST of a frame of forces."""
-    return zlib.crc32(data, zlib.crc32(_words(time)))
+def digest(time: StageTime, ids, blocks) -> int:
+    """DIGEST of a frame with `blocks`; `ids` of its particles, none in a frame of forces."""
+    value = zlib.crc32(np.asarray(ids, "<u8").tobytes(), zlib.crc32(_words(time)))
+    for block in blocks:
+        value = zlib.crc32(block.data, value)
+    return value
 
 
 class Exchange:
@@ -132,7 +129,7 @@ class Exchange:
         self.set_sent, self.epoch, self.last = False, 0, None
 
     def update_extent(self, position) -> bool:
-        """Updates the extent when samples have left its box; returns whether it did."""
+        """Updates the extent when coupling points have left its box; returns whether it did."""
         slack = self.setup.spacing
         lower, upper = position.min(axis=0), position.max(axis=0)
         if self.boxes is not None and (lower >= self.boxes[:2]).all() and (upper <= self.boxes[2:]).all():
@@ -150,24 +147,25 @@ class Exchange:
     def acceptance(self, time: StageTime, iteration: int, converged: bool, residual: float):
         """The frame that ends the iterations of a half-step."""
         frame = self._head(time, iteration)
-        frame.acceptance.settled, frame.acceptance.residual = converged, residual
+        frame.acceptance.converged, frame.acceptance.residual = converged, residual
         return frame
 
     def frame(self, time: StageTime, position, velocity, limit: float, before: Before | None, iteration: int = 0):
-        """The own frame of a half-step: all samples, which the EXTENT RULE always allows."""
+        """The own frame of a half-step: all coupling points, which the EXTENT RULE always allows."""
         solver = self.solver
         frame = self._head(
             time, iteration, set_version=1,
             count=len(solver.ids), partner_extent_version=self.partner_extent_version, reach_m=self.reach,
-            time_step_limit_s=limit, digest=digest_samples(time, solver.ids, position, velocity, solver.volume),
+            time_step_limit_s=limit,
         )
         if not self.set_sent:
             self.set_sent = True
             frame.set.ids = np.asarray(solver.ids, "<u4").tobytes()
             frame.set.groups = np.asarray(solver.body, "<u4").tobytes()
-        for field, values in [(TYPES.FIELD_POSITION, position), (TYPES.FIELD_VELOCITY, velocity),
-                              (TYPES.FIELD_VOLUME, solver.volume)]:
-            frame.blocks.add(field=field, data=np.ascontiguousarray(values, "<f8").tobytes())
+        for field, components, values in [(TYPES.FIELD_POSITION, 2, position), (TYPES.FIELD_VELOCITY, 2, velocity),
+                                          (TYPES.FIELD_VOLUME, 1, solver.volume)]:
+            frame.blocks.add(field=field, components=components, data=np.ascontiguousarray(values, "<f8").tobytes())
+        frame.digest = digest(time, solver.ids, frame.blocks)
         if self.update_extent(position):
             frame.extent.CopyFrom(self.extent)
         frame.extent_version = self.extent.version
@@ -207,9 +205,9 @@ class Exchange:
                 raise ClockFault(f"{name} [s] is {ours!r} here and {from_bits(theirs)!r} at the partner")
         count = len(self.solver.ids)
         if (frame.count, frame.set_version) != (count, 1):
-            raise PeerFault(f"`frame.count`: is {frame.count} for set {frame.set_version}, sent were {count} samples of set 1")
-        if [block.field for block in frame.blocks] != [TYPES.FIELD_FORCE]:
-            raise PeerFault("`frame.blocks`: must be the force, once")
+            raise PeerFault(f"`frame.count`: is {frame.count} for set {frame.set_version}, {count} coupling points of set 1 were sent")
+        if [(block.field, block.components) for block in frame.blocks] != [(TYPES.FIELD_FORCE, 2)]:
+            raise PeerFault("`frame.blocks`: must be the force with 2 components, once")
         data = frame.blocks[0].data
         if len(data) != 16 * count:
             raise PeerFault(f"`frame.blocks[0].force`: has {len(data)} bytes, must have {count} particles x 2 numbers x 8 bytes")
@@ -217,15 +215,15 @@ class Exchange:
         if not np.isfinite(forces).all():
             bad = int(np.flatnonzero(~np.isfinite(forces).all(axis=1))[0])
             raise PeerFault(f"`frame.blocks[0].force`: of particle number {bad} is {forces[bad]}, NaN or infinite; must be finite")
-        digest = digest_forces(time, data)
-        if digest != frame.digest:
-            raise PeerFault(f"`frame.digest`: is {frame.digest:08x}, but the data have {digest:08x} (DATA_LOSS)")
+        used = digest(time, [], frame.blocks)
+        if used != frame.digest:
+            raise PeerFault(f"`frame.digest`: is {frame.digest:08x}, but the data have {used:08x} (DATA_LOSS)")
         if not frame.time_step_limit_s > 0:
             raise PeerFault(f"`frame.time_step_limit_s`: is {frame.time_step_limit_s}, must be positive")
         if frame.HasField("extent"):
             self.partner_extent_version = frame.extent.version
         self.last = (frame.step, frame.stage, frame.iteration)
-        return forces, digest, frame.time_step_limit_s
+        return forces, used, frame.time_step_limit_s
 
     def check_before(self, frame, before: Before | None, tolerance: float) -> list:
         """Faults found in the partner's report of the previous half-step."""

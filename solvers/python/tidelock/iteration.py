@@ -1,4 +1,4 @@
-"""IMPLICIT COUPLING of peer.proto: relaxation of the forces on the samples of each body until they converge."""
+"""IMPLICIT COUPLING of peer.proto: relaxation of the forces on the coupling points of each body until they converge."""
 
 import numpy as np
 
@@ -8,19 +8,19 @@ FIRST_FACTOR, SMALLEST_FACTOR = 1.0, 1e-3
 
 
 class Iteration:
-    """The iterations of the half-steps, by `Iterate` of the set-up."""
+    """The iterations of the half-steps, by `ImplicitCoupling` of the set-up."""
 
     def __init__(self, plan, body: np.ndarray):
         self.factor = plan.factor if plan.HasField("factor") else None
         self.tolerance, self.limit = plan.tolerance, plan.limit
-        self.accepts_unsettled = plan.unsettled == protocol.setup.UNSETTLED_ACCEPT
+        self.accepts_last = plan.non_convergence == protocol.setup.NON_CONVERGENCE_ACCEPT
         self.body, self.count = body, int(body.max()) + 1
 
     def _sums(self, values: np.ndarray) -> np.ndarray:
         return np.bincount(self.body, values, self.count)
 
     def begin(self, forces: np.ndarray) -> None:
-        """Begins a step whose predictor moved the samples with `forces`."""
+        """Begins a step whose predictor moved the points with `forces`."""
         self.applied, self.residual = forces, None
         self.scale = self._sums(np.linalg.norm(forces, axis=1))
         self.factors = np.full(self.count, FIRST_FACTOR if self.factor is None else self.factor)
@@ -39,6 +39,6 @@ class Iteration:
         return float((off / np.where(off > 0, self.scale, 1.0)).max())
 
     def relaxed(self) -> np.ndarray:
-        """Forces that move the samples in the next iteration."""
+        """Forces that move the points in the next iteration."""
         self.applied = self.applied + self.factors[self.body][:, None] * self.residual
         return self.applied

@@ -1,4 +1,4 @@
-"""The messages and services of package fsi.v1, generated from the .proto files at the first start.
+"""The messages and services of package fsi.v2, generated from the .proto files at the first start.
 
 The files are found in `proto/proto` of this repository, or where the environment variable TIDELOCK_PROTO points. The
 stubs are stored next to this file, or in the system's temporary folder if that is read-only, under the digest of the
@@ -17,17 +17,17 @@ NAMES = ["types", "setup", "peer", "participant"]
 
 
 def proto_folder() -> pathlib.Path:
-    """The folder that holds fsi/v1."""
+    """The folder that holds fsi/v2."""
     folder = pathlib.Path(os.environ.get("TIDELOCK_PROTO", HERE.parents[2] / "proto" / "proto"))
-    if not (folder / "fsi" / "v1" / "participant.proto").is_file():
-        raise SystemExit(f"no fsi/v1/participant.proto in {folder}: set TIDELOCK_PROTO to the folder that holds fsi/")
+    if not (folder / "fsi" / "v2" / "participant.proto").is_file():
+        raise SystemExit(f"no fsi/v2/participant.proto in {folder}: set TIDELOCK_PROTO to the folder that holds fsi/")
     return folder
 
 
 def _generate(sources: pathlib.Path, target: pathlib.Path) -> None:
     from grpc_tools import protoc
 
-    files = [str(sources / "fsi" / "v1" / f"{name}.proto") for name in NAMES]
+    files = [str(sources / "fsi" / "v2" / f"{name}.proto") for name in NAMES]
     target.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=target.parent) as made:
         out = [f"--python_out={made}", f"--grpc_python_out={made}"]
@@ -47,7 +47,7 @@ def _stubs() -> pathlib.Path:
     sources = proto_folder()
     digest = hashlib.sha256(sys.version.encode())
     for name in NAMES:
-        digest.update((sources / "fsi" / "v1" / f"{name}.proto").read_bytes())
+        digest.update((sources / "fsi" / "v2" / f"{name}.proto").read_bytes())
     folder = HERE if os.access(HERE, os.W_OK) else pathlib.Path(tempfile.gettempdir()) / f"tidelock-{os.getuid()}"
     target = folder / "_generated" / digest.hexdigest()[:16]
     if not target.is_dir():
@@ -56,15 +56,32 @@ def _stubs() -> pathlib.Path:
 
 
 sys.path.insert(0, str(_stubs()))
-types, setup, peer, participant = (importlib.import_module(f"fsi.v1.{name}_pb2") for name in NAMES)
-peer_grpc, participant_grpc = (importlib.import_module(f"fsi.v1.{name}_pb2_grpc") for name in NAMES[2:])
+types, setup, peer, participant = (importlib.import_module(f"fsi.v2.{name}_pb2") for name in NAMES)
+peer_grpc, participant_grpc = (importlib.import_module(f"fsi.v2.{name}_pb2_grpc") for name in NAMES[2:])
 
 # Version of the files above; see ProtocolVersion.
-MAJOR, MINOR = 1, 3
-# Interface laws that go with loads.
+MAJOR, MINOR = 2, 0
+# The solvers of this package compute in the plane.
+DIMENSIONS = 2
+# Interface laws that go with force coupling.
 INTERFACE_LAWS = [setup.INTERFACE_LAW_WALL, setup.INTERFACE_LAW_WALL_NO_SLIP]
 # Limits of the protocol: bytes of a message on either plane, of a name, of a text.
 MAX_MESSAGE_BYTES = 256 << 20
 MAX_FRAME_BYTES = 64 << 20
 MAX_NAME_BYTES = 256
 MAX_TEXT_BYTES = 4096
+
+
+def vector(values):
+    """A Vector message of `values`."""
+    return types.Vector(components=[float(value) for value in values])
+
+
+def torque(value):
+    """The Vector message of a torque or angular momentum about z."""
+    return vector((0.0, 0.0, value))
+
+
+def force(values):
+    """The Vector message of a force or momentum of the plane in the ledger."""
+    return vector((*values, 0.0))

@@ -83,16 +83,16 @@ class Server(protocol.participant_grpc.ParticipantServicer, protocol.peer_grpc.P
     def Describe(self, request, context):
         """What the solver is and can do."""
         described = MESSAGES.Description(
-            name=self.factory.name, version=self.factory.version, language="python", dimensions=2,
+            name=self.factory.name, version=self.factory.version, language="python", dimensions=[protocol.DIMENSIONS],
             roles=[protocol.types.ROLE_SOLID], coupling_kinds=[protocol.types.COUPLING_KIND_LOADS],
             interface_laws=protocol.INTERFACE_LAWS,
             arithmetic=f"numpy {np.__version__}",
         )
-        described.lowest_protocol.major, described.lowest_protocol.minor = protocol.MAJOR, 1
+        described.lowest_protocol.major, described.lowest_protocol.minor = protocol.MAJOR, 0
         described.highest_protocol.major, described.highest_protocol.minor = protocol.MAJOR, protocol.MINOR
         described.capabilities.deterministic = self.factory.deterministic
         described.capabilities.adaptive_step = True
-        described.capabilities.iterates = True
+        described.capabilities.implicit_coupling = True
         limits = described.limits
         limits.runs, limits.lease_s = 1, self.lease
         limits.max_message_bytes, limits.max_frame_bytes = protocol.MAX_MESSAGE_BYTES, protocol.MAX_FRAME_BYTES
@@ -133,23 +133,23 @@ class Server(protocol.participant_grpc.ParticipantServicer, protocol.peer_grpc.P
         constants = reply.constants
         constants.kernel = KERNEL
         # The values that the equations use, not an echo.
-        constants.body_force.gravity_m_per_s2.x, constants.body_force.gravity_m_per_s2.y = setup.gravity
+        constants.body_force.gravity_m_per_s2.CopyFrom(protocol.vector(setup.gravity))
         constants.domain.CopyFrom(run.domain)
         constants.time.CopyFrom(run.time)
         if setup.coupled:
             constants.coupling.CopyFrom(run.coupling)
             constants.coupling.solid_spacing_m = setup.spacing
             types = protocol.types
-            for field, unit, count in [(types.FIELD_POSITION, "m", 2), (types.FIELD_VELOCITY, "m/s", 2), (types.FIELD_VOLUME, "m2", 1)]:
+            for field, unit, count in [(types.FIELD_POSITION, "m", 2), (types.FIELD_VELOCITY, "m/s", 2), (types.FIELD_VOLUME, "m3", 1)]:
                 reply.fields_sent.add(field=field, unit=unit, components=count)
-            reply.fields_needed.add(field=types.FIELD_FORCE, unit="N/m", components=2)
+            reply.fields_needed.add(field=types.FIELD_FORCE, unit="N", components=2)
         position, _ = solver.kinematics(solver.state)
         box = np.concatenate([position.min(axis=0), position.max(axis=0)])
         reply.extent.boxes_m = box.astype("<f8").tobytes()
         reply.counts.particles = len(solver.ids)
         masses, inertias = solver.body_masses(), solver.body_inertias()
         for k in range(len(setup.bodies)):
-            reply.bodies.add(mass_kg_per_m=masses[k], inertia_kg_m=None if inertias is None else inertias[k])
+            reply.bodies.add(mass_kg=masses[k], inertia_kg_m2=None if inertias is None else inertias[k])
         return reply
 
     def Link(self, request, context):
@@ -269,6 +269,17 @@ class Server(protocol.participant_grpc.ParticipantServicer, protocol.peer_grpc.P
             yield frame
 
 
+class RefuseVersion1(grpc.GenericRpcHandler):
+    """Answers every call of a coordinator of protocol 1 (VERSIONS of participant.proto)."""
+
+    def service(self, details):
+        """The handler of a call."""
+        if not details.method.startswith("/fsi.v1.Participant/"):
+            return None
+        text = f"the call is of protocol 1, this server speaks {protocol.MAJOR}.{protocol.MINOR}: update the coordinator"
+        return grpc.stream_stream_rpc_method_handler(lambda _, context: _stop(context, CODE.UNIMPLEMENTED, text))
+
+
 def _arguments(factory):
     parser = argparse.ArgumentParser(description=factory.__doc__)
     parser.add_argument("--listen", metavar="ADDR", default="127.0.0.1:0", help="address to listen on; port 0 takes any free one")
@@ -295,6 +306,7 @@ def main(factory) -> None:
     server = grpc.server(futures.ThreadPoolExecutor(max_workers=16), options=options, interceptors=security.interceptors())
     protocol.participant_grpc.add_ParticipantServicer_to_server(servicer, server)
     protocol.peer_grpc.add_PeerServicer_to_server(servicer, server)
+    server.add_generic_rpc_handlers((RefuseVersion1(),))
     try:
         port = security.listen(server, arguments.listen)
     except RuntimeError as error:

@@ -81,12 +81,10 @@ class Setup:
             raise Refused(problems)
         run = self.message.run
         self.run_id = run.run_id
-        gravity = run.body_force.gravity_m_per_s2
-        self.gravity = np.array([gravity.x, gravity.y])
+        self.gravity = np.array(run.body_force.gravity_m_per_s2.components)
         self.spacing = self.message.particle_spacing_m
-        lower, upper = run.domain.lower_m, run.domain.upper_m
         # Reference point of torques.
-        self.origin = np.array([0.5 * (lower.x + upper.x), 0.5 * (lower.y + upper.y)])
+        self.origin = 0.5 * (np.array(run.domain.lower_m.components) + np.array(run.domain.upper_m.components))
         self._read_particles()
 
     @property
@@ -109,17 +107,16 @@ class Setup:
                 found.append(f"`open.solid.{place}`: {problem}")
 
         check(0 < len(run.run_id.encode()) <= protocol.MAX_NAME_BYTES, "run.run_id", "must have 1 to 256 bytes")
-        for name, value in [
-            ("run.domain.lower_m.x", run.domain.lower_m.x), ("run.domain.lower_m.y", run.domain.lower_m.y),
-            ("run.domain.upper_m.x", run.domain.upper_m.x), ("run.domain.upper_m.y", run.domain.upper_m.y),
-            ("run.body_force.gravity_m_per_s2.x", run.body_force.gravity_m_per_s2.x),
-            ("run.body_force.gravity_m_per_s2.y", run.body_force.gravity_m_per_s2.y),
-            ("run.time.start_time_s", run.time.start_time_s), ("run.time.end_time_s", run.time.end_time_s),
-        ]:
+        count = protocol.DIMENSIONS
+        check(run.dimensions == count, "run.dimensions", f"is {run.dimensions}, this solver computes in {count}")
+        lower, upper = run.domain.lower_m.components, run.domain.upper_m.components
+        for name, values in [("run.domain.lower_m", lower), ("run.domain.upper_m", upper),
+                             ("run.body_force.gravity_m_per_s2", run.body_force.gravity_m_per_s2.components)]:
+            check(len(values) == count, name, f"has {len(values)} components, must have {count}")
+            check(all(map(math.isfinite, values)), name, f"is {list(values)}, must be finite")
+        for name, value in [("run.time.start_time_s", run.time.start_time_s), ("run.time.end_time_s", run.time.end_time_s)]:
             check(math.isfinite(value), name, f"is {value}, must be finite")
-        check(run.domain.lower_m.x < run.domain.upper_m.x and run.domain.lower_m.y < run.domain.upper_m.y,
-              "run.domain.upper_m", "must exceed lower_m")
-        check(run.body_force.HasField("gravity_m_per_s2"), "run.body_force.gravity_m_per_s2", "is missing")
+        check(all(a < b for a, b in zip(lower, upper)), "run.domain.upper_m", "must exceed lower_m")
         step = run.time.WhichOneof("step")
         check(step is not None, "run.time.step", "is missing, must be `fixed` or `adaptive`")
         if step == "fixed":
@@ -133,14 +130,14 @@ class Setup:
         if run.HasField("coupling"):
             loads = protocol.types.COUPLING_KIND_LOADS
             check(run.coupling.kind == loads, "run.coupling.kind",
-                  f"is {run.coupling.kind}, this solver couples by {loads} (loads)")
+                  f"is {run.coupling.kind}, this solver offers {loads} (force coupling)")
             slip, no_slip = protocol.INTERFACE_LAWS
             check(run.coupling.law in (slip, no_slip), "run.coupling.law",
                   f"is {run.coupling.law}, must be {slip} (wall) or {no_slip} (wall-no-slip)")
         # What this package does not offer is refused, not ignored.
         check(not run.body_force.HasField("expressions_m_per_s2"), "run.body_force.expressions_m_per_s2",
               "this solver evaluates no expressions")
-        check(not (run.domain.periodic.x or run.domain.periodic.y), "run.domain.periodic",
+        check(not any(run.domain.periodic.components), "run.domain.periodic",
               "this solver knows no periodic directions")
         check(not (message.HasField("damping") and message.damping.rate_per_s > 0), "damping", "is not offered by this solver")
         for k, body in enumerate(message.bodies):
@@ -174,7 +171,7 @@ class Setup:
             problems.append(f"`{place}.ids`: must ascend strictly")
         self.body = read("bodies", kind="<u4", below=len(self.message.bodies))
         self.support = read("supports", kind="<u4")
-        self.mass = read("masses_kg_per_m", positive=True)
+        self.mass = read("masses_kg", positive=True)
         density = read("densities_kg_per_m3", positive=True)
         self.reference = read("reference_positions_m", 2)
         self.position = read("positions_m", 2)

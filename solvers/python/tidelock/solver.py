@@ -22,8 +22,8 @@ class Torques:
 
     A solver with deformable bodies returns all of them, one with rigid bodies those besides weight and time scheme,
     which the package computes. `own_forces` is the torque of forces inside a body, or the remainder of an approximation.
-    `time_scheme` is the change of the sum of m (x - x0) x v by the motion of the positions alone (Torques of
-    participant.proto). `gross` is the sum of the magnitudes of the torques on parts of the body, the scale of round-off.
+    `time_scheme` is the change of the sum of m (x - x0) x v by the motion of the positions alone
+    (ACCOUNT_TIME_SCHEME of participant.proto). `gross` is the sum of the magnitudes of the torques on parts of the body, the scale of round-off.
     """
 
     supports: float = 0.0
@@ -51,7 +51,7 @@ class StageBudget:
 
 
 class Solver:
-    """A solid with force coupling: samples out, forces in.
+    """A solid with force coupling: coupling points out, forces in.
 
     Subclass it, set `name`, and define `__init__`, `kinematics`, `momentum` and `advance`; the rest has defaults. A state
     may have any type, such as an array: the package stores it and passes it back. `advance` must not modify its
@@ -65,7 +65,7 @@ class Solver:
     def __init__(self, setup: Setup):
         """Reads the set-up, or raises `Refused` with all problems.
 
-        Must set `self.state`, the state at the start. The samples are the particles of the set-up (`setup.reference` are
+        Must set `self.state`, the state at the start. The coupling points are the particles of the set-up (`setup.reference` are
         their positions in the undeformed body, `setup.volume` their volumes) unless `self.volume`, `self.ids` and
         `self.body` are set.
         """
@@ -74,7 +74,7 @@ class Solver:
         self.state = None
 
     def kinematics(self, state) -> tuple:
-        """Positions [m] and velocities [m/s] of the samples in `state`, one row each."""
+        """Positions [m] and velocities [m/s] of the coupling points in `state`, one row each."""
         raise NotImplementedError
 
     def momentum(self, state) -> np.ndarray:
@@ -84,7 +84,7 @@ class Solver:
     def advance(self, start, stage, forces: np.ndarray, time: StageTime) -> tuple:
         """The state after `time.duration` from `start`, and its `StageBudget`.
 
-        `forces` [N/m] are those of the fluid on the samples in the `stage` state, which is `start` in the predictor and
+        `forces` [N/m] are those of the fluid on the coupling points in the `stage` state, which is `start` in the predictor and
         the predictor's result in the corrector.
         """
         raise NotImplementedError
@@ -135,7 +135,7 @@ def probe_values(solver: Solver, state, forces: np.ndarray, budget: StageBudget)
         body = arguments.get("body")
         own = slice(None) if body is None else solver.body == body
         if kind == "material-point":
-            point = np.array([arguments["at_m"].x, arguments["at_m"].y])
+            point = np.array(arguments["at_m"].components)
             weights = _weights(solver.setup.reference[own], point, solver.setup.spacing)
             at, speed = weights @ position[own], weights @ velocity[own]
             stress = solver.stress(state, point)
@@ -163,7 +163,7 @@ def _principal(xx: float, yy: float, xy: float) -> tuple:
 
 
 def _weights(reference: np.ndarray, point: np.ndarray, spacing: float) -> np.ndarray:
-    """Weights of the samples that interpolate a linear field exactly at `point`."""
+    """Weights of the coupling points that interpolate a linear field exactly at `point`."""
     distance = np.linalg.norm(reference - point, axis=1)
     near = np.argsort(distance, kind="stable")[:6]
     base = np.c_[np.ones(len(near)), (reference[near] - point) / spacing]

@@ -1,11 +1,12 @@
-//! What a solid shows in its frames, held against its set-up and against its own report.
+//! Audit of a solid's frames against its set-up and against its own report.
 //!
-//! The ledger compares what each side says of itself. A solver that integrates one motion and shows another would pass
-//! it: see AUDIT OF WHAT IS SHOWN in `peer.proto`.
+//! The ledger compares what each side reports of itself. A solver that integrates one motion and sends another would
+//! pass it: see AUDIT OF THE SOLID'S FRAMES in `peer.proto`.
 
-use crate::coupling::exchange::InterfaceStates;
-use crate::coupling::ledger::{MomentumReport, exceeds};
+use crate::coupling::exchange::StateColumns;
+use crate::coupling::ledger::{LedgerVector, MomentumReport, axial, exceeds, lifted};
 use crate::coupling::stage::{Stage, StageTime};
+use crate::interface::states::{InterfaceStates, read_vectors};
 use crate::setup::{CouplingKind, Formulation, SolidSetup};
 use crate::space::domain::Domain;
 use crate::space::{Vector, cross};
@@ -27,7 +28,7 @@ pub struct PartnerParticles {
     pub id: Vec<u32>,
     /// Index of the body.
     pub body: Vec<u32>,
-    /// Mass per depth \[kg/m\].
+    /// Mass \[kg\].
     pub mass: Vec<f64>,
     /// Position at the start \[m\].
     pub position: Vec<Vector>,
@@ -40,7 +41,7 @@ pub struct PartnerParticles {
 pub struct PartnerBody {
     /// Name.
     pub name: String,
-    /// Of a rigid body the moment of inertia of its cells about their own centres, Σ m V/6 \[kg m\]; `None` for others.
+    /// Of a rigid body the moment of inertia of its cells about their own centres, Σ m V/6 \[kg m²\]; `None` for others.
     pub cell_inertia: Option<f64>,
     /// Whether supports move it, by expressions that may jump.
     pub driven: bool,
@@ -75,8 +76,8 @@ impl PartnerParticles {
 /// Momentum that follows from what a frame shows.
 #[derive(Clone, Copy, Debug, Default)]
 struct Shown {
-    momentum: Vector,
-    angular: f64,
+    momentum: LedgerVector,
+    angular: LedgerVector,
     gross: f64,
     gross_angular: f64,
 }
@@ -102,6 +103,8 @@ pub struct Audit {
     shows_masses: bool,
     /// Whether the next frame is the first of a run from its start.
     first: bool,
+    /// States of the latest frame.
+    received: InterfaceStates,
     /// The state at the start of the step.
     start: Option<(StageTime, InterfaceStates, Option<Shown>)>,
     /// Velocities in the middle of the step.
@@ -130,18 +133,32 @@ impl Audit {
             spacing,
             tolerance,
             first,
+            received: InterfaceStates::default(),
             start: None,
             middle: Vec::new(),
             predicted: None,
         }
     }
 
-    /// Takes the frame of `time`, of an iterated half-step the first; `report` is what the solid says of the half-step
+    /// Takes the frame of `time`, with implicit coupling that of iteration 0; `report` is what the solid reports of the half-step
     /// before.
     ///
     /// # Errors
     /// What does not agree, in words.
     pub fn observe(
+        &mut self,
+        time: &StageTime,
+        states: &StateColumns,
+        report: Option<&MomentumReport>,
+    ) -> Result<(), String> {
+        let mut received = std::mem::take(&mut self.received);
+        received.read(states);
+        let result = self.compare(time, &received, report);
+        self.received = received;
+        result
+    }
+
+    fn compare(
         &mut self,
         time: &StageTime,
         states: &InterfaceStates,
@@ -174,8 +191,8 @@ impl Audit {
     }
 
     /// Takes the `states` of a further iteration of the corrector.
-    pub fn revise(&mut self, states: &InterfaceStates) {
-        self.middle.clone_from(&states.velocity);
+    pub fn update(&mut self, states: &StateColumns) {
+        read_vectors(&states.velocity, &mut self.middle);
     }
 
     /// Compares the state at a step boundary with the one before.
@@ -224,7 +241,7 @@ impl Audit {
             let (mass, expected) = (states.mass[i], all.mass[k]);
             if self.shows_masses && (mass - expected).abs() > MASS_TOLERANCE * expected {
                 return Err(format!(
-                    "particle {id} of body `{}` is shown with the mass {mass:e} kg/m, the set-up has {expected:e} kg/m",
+                    "particle {id} of body `{}` is shown with the mass {mass:e} kg, the set-up has {expected:e} kg",
                     all.body_name(all.body[k])
                 ));
             }
@@ -248,10 +265,11 @@ impl Audit {
         let sums: Sums = ordered_sum(all.id.len(), |i| Sums(term(i)));
         let [x, y, angular, gross, gross_angular] = sums.0;
         let spins = self.spins(states);
-        Some(Shown { momentum: Vector::new(x, y), angular: angular + spins, gross, gross_angular })
+        let momentum = lifted(&Vector::new(x, y));
+        Some(Shown { momentum, angular: axial(angular + spins), gross, gross_angular })
     }
 
-    /// Angular momentum of the cells of rigid bodies about their own centres \[kg m/s\].
+    /// Angular momentum of the cells of rigid bodies about their own centres \[kg m²/s\].
     fn spins(&self, states: &InterfaceStates) -> f64 {
         let all = &self.particles;
         let rigid = (0u32..).zip(&all.bodies).filter_map(|(k, body)| Some((k, body.cell_inertia?)));
@@ -281,22 +299,21 @@ impl Audit {
         if exceeds((change - report.change).norm(), self.tolerance * scale) {
             let ratio = report.change.norm() / change.norm();
             return Err(format!(
-                "it reports that its momentum changed by ({:.6e}, {:.6e}) kg/s, the velocities it shows and the masses of the \
-                 set-up give ({:.6e}, {:.6e}) kg/s, a ratio of {ratio:.6}: its mass is not that of the set-up, or the \
+                "it reports that its momentum changed by ({:.6e}, {:.6e}) kg m/s, the velocities it shows and the masses of the \
+                 set-up give ({:.6e}, {:.6e}) kg m/s, a ratio of {ratio:.6}: its mass is not that of the set-up, or the \
                  velocities shown are not those of its motion",
                 report.change.x, report.change.y, change.x, change.y
             ));
         }
-        let Some([reported, gross]) = report.angular.filter(|_| !self.domain.is_periodic()) else {
-            return Ok(());
-        };
+        let Some(reported) = report.angular.filter(|_| !self.domain.is_periodic()) else { return Ok(()) };
         let change = now.angular - before.angular;
-        let scale = gross + now.gross_angular + before.gross_angular;
-        if exceeds((change - reported).abs(), self.tolerance * scale) {
+        let scale = reported.gross + now.gross_angular + before.gross_angular;
+        if exceeds((change - reported.change).norm(), self.tolerance * scale) {
             return Err(format!(
-                "it reports that its angular momentum changed by {reported:.6e} kg m/s, the motion it shows and the masses of \
-                 the set-up give {change:.6e} kg m/s: its moment of inertia is not that of the set-up, or what is shown \
-                 is not its motion"
+                "it reports that its angular momentum changed by {:.6e} kg m2/s, the motion it shows and the masses of \
+                 the set-up give {:.6e} kg m2/s: its moment of inertia is not that of the set-up, or what is shown \
+                 is not its motion",
+                reported.change.z, change.z
             ));
         }
         Ok(())

@@ -2,30 +2,89 @@
 
 use crate::coupling::ledger::{InterfaceSums, MomentumReport};
 use crate::coupling::stage::{StageTime, StepStage};
-use crate::space::{DIMENSIONS, SymmetricTensor, Vector};
 
-/// States of the particles of one side that may lie within support of the other, ids ascending.
+/// One field of all particles of a frame: `components` numbers per particle, particle by particle.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct InterfaceStates {
+pub struct Column {
+    /// Numbers per particle; 0 in an empty column.
+    pub components: usize,
+    /// The numbers.
+    pub values: Vec<f64>,
+}
+
+impl Column {
+    /// Number of particles.
+    pub fn len(&self) -> usize {
+        self.values.len() / self.components.max(1)
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.values.is_empty()
+    }
+
+    /// The numbers of each particle.
+    pub fn rows(&self) -> impl ExactSizeIterator<Item = &[f64]> {
+        self.values.chunks_exact(self.components.max(1))
+    }
+
+    /// The numbers of particle `i`.
+    #[inline]
+    pub fn row(&self, i: usize) -> &[f64] {
+        &self.values[i * self.components..(i + 1) * self.components]
+    }
+
+    /// Takes over `rows` in place of what it held.
+    #[inline]
+    pub fn fill<const N: usize>(&mut self, rows: impl IntoIterator<Item = [f64; N]>) {
+        self.components = N;
+        self.values.clear();
+        rows.into_iter().for_each(|row| self.values.extend_from_slice(&row));
+    }
+
+    /// The numbers of each particle, in a column of `N` components; none in another.
+    #[inline]
+    pub fn arrays<const N: usize>(&self) -> impl Iterator<Item = [f64; N]> {
+        self.rows().filter_map(|row| row.try_into().ok())
+    }
+
+    fn clear(&mut self) {
+        self.values.clear();
+    }
+}
+
+impl<const N: usize> FromIterator<[f64; N]> for Column {
+    fn from_iter<I: IntoIterator<Item = [f64; N]>>(rows: I) -> Self {
+        let mut column = Self::default();
+        column.fill(rows);
+        column
+    }
+}
+
+/// States of the particles of one side that may lie within support of the other, ids ascending: what frames carry.
+///
+/// Solvers work on [`InterfaceStates`](crate::interface::InterfaceStates) in the vectors of their space.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct StateColumns {
     /// Identity among the sender's particles, strictly ascending.
     pub id: Vec<u32>,
     /// Region (fluid) or body (solid) of each particle.
     pub group: Vec<u32>,
-    /// Mass per depth \[kg/m\].
+    /// Mass \[kg\].
     pub mass: Vec<f64>,
     /// Position \[m\].
-    pub position: Vec<Vector>,
+    pub position: Column,
     /// Velocity \[m/s\].
-    pub velocity: Vec<Vector>,
+    pub velocity: Column,
     /// Density \[kg/m³\].
     pub density: Vec<f64>,
     /// Pressure \[Pa\]; of a solid, −σ_kk/3 by Eq. (5).
     pub pressure: Vec<f64>,
-    /// Cauchy stress σ \[Pa\]; empty unless the law needs it.
-    pub stress: Vec<SymmetricTensor>,
+    /// Cauchy stress σ \[Pa\]: xx, yy, xy in the plane; empty unless the law needs it.
+    pub stress: Column,
 }
 
-impl InterfaceStates {
+impl StateColumns {
     /// Number of particles.
     pub fn len(&self) -> usize {
         self.id.len()
@@ -36,9 +95,9 @@ impl InterfaceStates {
         self.id.is_empty()
     }
 
-    /// Volume per depth of particle `i` \[m²\].
-    pub fn volume(&self, i: usize) -> f64 {
-        self.mass[i] / self.density[i]
+    /// Volume of each particle \[m³\].
+    pub fn volumes(&self) -> impl Iterator<Item = f64> {
+        self.mass.iter().zip(&self.density).map(|(mass, density)| mass / density)
     }
 
     /// Removes all particles, keeping the allocations.
@@ -46,12 +105,8 @@ impl InterfaceStates {
         let Self { id, group, mass, position, velocity, density, pressure, stress } = self;
         id.clear();
         group.clear();
-        mass.clear();
-        position.clear();
-        velocity.clear();
-        density.clear();
-        pressure.clear();
-        stress.clear();
+        [mass, density, pressure].into_iter().for_each(Vec::clear);
+        [position, velocity, stress].into_iter().for_each(Column::clear);
     }
 }
 
@@ -61,21 +116,21 @@ pub enum FrameContent {
     /// States of particles, for the partner to evaluate the pair law with.
     #[default]
     States,
-    /// Samples of a solid that is coupled by loads: of its states the fluid uses position, velocity and volume m/ρ.
-    Samples,
-    /// The fluid's force on each sample of the partner's frame of the same half-step.
+    /// Coupling points of a solid with force coupling: of its states the fluid uses position, velocity and volume m/ρ.
+    CouplingPoints,
+    /// The fluid's force on each coupling point of the partner's frame of the same half-step.
     Forces,
 }
 
-/// Where one side's particles are: boxes whose union holds all of them that can meet the other side.
+/// Where one side's particles are: boxes whose union contains all of them that can interact with the other side.
 ///
-/// One bounding box is always right; finer boxes make the partner send fewer particles.
+/// One bounding box is always valid; finer boxes make the partner send fewer particles.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Extent {
     /// Counts the changes of `boxes`.
     pub version: u64,
-    /// Boxes as (lower, upper) corners \[m\].
-    pub boxes: Vec<(Vector, Vector)>,
+    /// Boxes, each the lower corner and then the upper corner \[m\].
+    pub boxes: Column,
 }
 
 /// One side's message of one half-step.
@@ -83,18 +138,18 @@ pub struct Extent {
 pub struct Frame {
     /// Half-step to which the states belong.
     pub time: StageTime,
-    /// Repetition of the half-step; 0 unless it is iterated.
+    /// Iteration of the half-step; 0 without implicit coupling.
     pub iteration: u32,
-    /// Ends an iterated half-step: its iteration stands, and of the frame nothing but clock and iteration counts.
+    /// Ends the iterations of a half-step; nothing of such a frame is valid but clock and iteration.
     pub acceptance: Option<Acceptance>,
     /// Which of the following the partner gets.
     pub content: FrameContent,
     /// States of the particles within reach of the partner; not sent with [`FrameContent::Forces`].
-    pub states: InterfaceStates,
-    /// With [`FrameContent::Forces`], the force on each of the partner's samples \[N/m\]; otherwise empty.
-    pub forces: Vec<Vector>,
+    pub states: StateColumns,
+    /// With [`FrameContent::Forces`], the force on each of the partner's coupling points \[N\]; otherwise empty.
+    pub forces: Column,
     /// Counts the changes of ids, groups and masses: when it is the partner's last, they are not sent again. With
-    /// [`FrameContent::Forces`] that of the samples which the forces belong to.
+    /// [`FrameContent::Forces`] that of the coupling points on which the forces act.
     pub set_version: u64,
     /// Where the sender's particles are.
     pub extent: Extent,
@@ -108,12 +163,12 @@ pub struct Frame {
     pub previous: Option<PreviousStage>,
 }
 
-/// The solid's word that an iterated half-step is done.
+/// The solid's message that ends the iterations of a half-step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Acceptance {
-    /// Whether it has settled to the tolerance; otherwise the limit of iterations was reached.
-    pub settled: bool,
-    /// Largest residual of a body, see [`crate::setup::Iterate::tolerance`] \[-\].
+    /// Whether it converged; otherwise the limit of iterations was reached.
+    pub converged: bool,
+    /// Largest residual of a body, see [`crate::setup::ImplicitCoupling::tolerance`] \[-\].
     pub residual: f64,
 }
 
@@ -138,8 +193,8 @@ impl Frame {
             iteration: 0,
             acceptance: None,
             content: FrameContent::States,
-            states: InterfaceStates::default(),
-            forces: Vec::new(),
+            states: StateColumns::default(),
+            forces: Column::default(),
             set_version: 0,
             extent: Extent::default(),
             partner_extent_version: 0,
@@ -149,16 +204,26 @@ impl Frame {
         }
     }
 
-    /// Digest of what the partner computes with: half-step, then ids and state bits, or forces.
+    /// Digest of what the partner computes with: half-step, ids, then the columns that are sent, one after the other.
     pub fn digest(&self) -> u32 {
         // Small pieces are many times slower to digest than a full buffer.
         let mut digest = WordDigest { hasher: crc32fast::Hasher::new(), buffer: [0; 4096], used: 0 };
         digest.word(self.time.at.step);
         digest.word(self.time.at.stage as u64);
+        let s = &self.states;
+        if self.content != FrameContent::Forces {
+            s.id.iter().for_each(|id| digest.word(u64::from(*id)));
+            digest.numbers(&s.position.values);
+            digest.numbers(&s.velocity.values);
+        }
         match self.content {
-            FrameContent::States => digest.states(&self.states),
-            FrameContent::Samples => digest.samples(&self.states),
-            FrameContent::Forces => self.forces.iter().for_each(|force| digest.vector(force)),
+            FrameContent::States => {
+                digest.numbers(&s.density);
+                digest.numbers(&s.pressure);
+                digest.numbers(&s.stress.values);
+            }
+            FrameContent::CouplingPoints => s.volumes().for_each(|volume| digest.word(volume.to_bits())),
+            FrameContent::Forces => digest.numbers(&self.forces.values),
         }
         digest.finish()
     }
@@ -182,37 +247,8 @@ impl WordDigest {
         self.used += 8;
     }
 
-    fn vector(&mut self, vector: &Vector) {
-        vector.iter().for_each(|value| self.word(value.to_bits()));
-    }
-
-    #[inline]
-    fn motion(&mut self, s: &InterfaceStates, i: usize) {
-        self.word(u64::from(s.id[i]));
-        for axis in 0..DIMENSIONS {
-            self.word(s.position[i][axis].to_bits());
-            self.word(s.velocity[i][axis].to_bits());
-        }
-    }
-
-    fn states(&mut self, s: &InterfaceStates) {
-        for i in 0..s.len() {
-            self.motion(s, i);
-            self.word(s.density[i].to_bits());
-            self.word(s.pressure[i].to_bits());
-        }
-        for stress in &s.stress {
-            self.word(stress.xx.to_bits());
-            self.word(stress.yy.to_bits());
-            self.word(stress.xy.to_bits());
-        }
-    }
-
-    fn samples(&mut self, s: &InterfaceStates) {
-        for i in 0..s.len() {
-            self.motion(s, i);
-            self.word(s.volume(i).to_bits());
-        }
+    fn numbers(&mut self, numbers: &[f64]) {
+        numbers.iter().for_each(|number| self.word(number.to_bits()));
     }
 
     fn finish(mut self) -> u32 {

@@ -22,7 +22,8 @@ impl ExtentTracker {
 
     /// Describes `positions`, each free to move by `slack` \[m\] until the next update.
     pub fn update(&mut self, positions: &[Vector], slack: f64) {
-        let boxes = merged_boxes(&self.occupied(positions), &self.domain.lower, self.cell, slack);
+        let corners = merged_boxes(&self.occupied(positions), &self.domain.lower, self.cell, slack);
+        let boxes = corners.iter().map(|(lower, upper)| [lower.x, lower.y, upper.x, upper.y]).collect();
         if boxes != self.extent.boxes {
             self.extent = Extent { version: self.extent.version + 1, boxes };
         }
@@ -75,7 +76,12 @@ impl ExtentTracker {
 
 /// Distance \[m\] from `x` to the nearest box of `extent`; zero inside, infinite without boxes.
 fn gap(domain: &Domain, extent: &Extent, x: &Vector) -> f64 {
-    extent.boxes.iter().map(|(lower, upper)| box_gap(domain, lower, upper, x)).fold(f64::INFINITY, f64::min)
+    corners(extent).map(|(lower, upper)| box_gap(domain, &lower, &upper, x)).fold(f64::INFINITY, f64::min)
+}
+
+/// Lower and upper corner of each box of `extent`.
+fn corners(extent: &Extent) -> impl Iterator<Item = (Vector, Vector)> {
+    extent.boxes.arrays().map(|[x0, y0, x1, y1]| (Vector::new(x0, y0), Vector::new(x1, y1)))
 }
 
 fn box_gap(domain: &Domain, lower: &Vector, upper: &Vector, x: &Vector) -> f64 {
@@ -222,7 +228,7 @@ impl ReachMap {
 /// Box around all that lies within `reach` of `extent`, without bound along periodic directions.
 fn bounds_of(extent: &Extent, reach: f64, domain: &Domain) -> (Vector, Vector) {
     let mut bounds = (Vector::repeat(f64::INFINITY), Vector::repeat(f64::NEG_INFINITY));
-    for (lower, upper) in &extent.boxes {
+    for (lower, upper) in corners(extent) {
         // A little more than the reach: distances are rounded.
         bounds.0 = bounds.0.inf(&lower.add_scalar(-1.001 * reach));
         bounds.1 = bounds.1.sup(&upper.add_scalar(1.001 * reach));
@@ -253,17 +259,15 @@ mod tests {
         let mut positions = block(Vector::new(0.2, 0.3), 10, 8, 0.05);
         tracker.update(&positions, 0.01);
         assert_eq!(tracker.extent().boxes.len(), 1);
-        assert!((tracker.extent().boxes[0].0 - Vector::new(0.19, 0.29)).norm() < 1e-12);
-        assert!((tracker.extent().boxes[0].1 - Vector::new(0.71, 0.71)).norm() < 1e-12);
+        let (lower, upper) = corners(tracker.extent()).next().unwrap();
+        assert!((lower - Vector::new(0.19, 0.29)).norm() < 1e-12);
+        assert!((upper - Vector::new(0.71, 0.71)).norm() < 1e-12);
         positions.extend(block(Vector::new(1.5, 0.0), 2, 20, 0.05));
         tracker.update(&positions, 0.01);
         assert_eq!(tracker.extent().version, 2);
         let inside = positions.iter().all(|x| gap(&domain([false; 2]), tracker.extent(), x) == 0.0);
         assert!(inside);
-        let area: f64 = tracker
-            .extent()
-            .boxes
-            .iter()
+        let area: f64 = corners(tracker.extent())
             .map(|(lower, upper)| (upper.x - lower.x - 0.02) * (upper.y - lower.y - 0.02))
             .sum();
         // 5 x 4 cells and 1 x 10 cells of 0.01 m²: nothing doubled, nothing lost.

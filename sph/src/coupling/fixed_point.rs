@@ -1,12 +1,11 @@
-//! The fixed point of a half-step with implicit coupling: relaxed forces on the samples of each body.
+//! The fixed point of a half-step with implicit coupling: relaxed forces on the coupling points of each body.
 //!
-//! The forces F of a stage belong to samples that the forces F' have moved there. A body has settled when both agree.
-//! Samples of different bodies do not feel each other within a stage, whose fluid is given: each body has a fixed point, and
+//! The forces F of a stage act on points that the forces F' have moved there. A body has converged when both agree.
+//! Points of different bodies do not feel each other within a stage, whose fluid is given: each body has a fixed point, and
 //! a relaxation, of its own.
 
-use crate::coupling::exchange::InterfaceStates;
-use crate::setup::{Iterate, Relaxation};
-use crate::space::Vector;
+use crate::coupling::exchange::{Column, StateColumns};
+use crate::setup::{ImplicitCoupling, Relaxation};
 
 /// First factor of Aitken's relaxation in a half-step, before there are two residuals: enough for most bodies.
 const FIRST_FACTOR: f64 = 1.0;
@@ -18,13 +17,13 @@ const FACTORS: (f64, f64) = (1e-3, 1.0);
 /// The fixed-point iteration of one half-step.
 #[derive(Debug)]
 pub(crate) struct FixedPoint {
-    plan: Iterate,
-    /// Ids of the samples, ascending.
+    plan: ImplicitCoupling,
+    /// Ids of the coupling points, ascending.
     id: Vec<u32>,
-    /// F' on each sample \[N/m\].
-    applied: Vec<Vector>,
-    /// F − F' of the latest iteration \[N/m\].
-    residual: Vec<Vector>,
+    /// F' on each point \[N\].
+    applied: Column,
+    /// F − F' of the latest iteration \[N\].
+    residual: Column,
     /// By body.
     bodies: Vec<Body>,
 }
@@ -34,50 +33,60 @@ pub(crate) struct FixedPoint {
 struct Body {
     /// ω, once there is one.
     factor: Option<f64>,
-    /// Largest Σ|F| so far, from the start of the step on \[N/m\].
+    /// Largest Σ|F| so far, from the start of the step on \[N\].
     scale: f64,
-    /// Σ|F| and Σ|F − F'| \[N/m\].
+    /// Σ|F| and Σ|F − F'| \[N\].
     gross: f64,
     off: f64,
-    /// Σ r·Δr and Σ Δr² over two iterations \[N²/m²\].
+    /// Σ r·Δr and Σ Δr² over two iterations \[N²\].
     along: f64,
     change: f64,
 }
 
 impl FixedPoint {
-    pub(crate) fn new(plan: Iterate) -> Self {
-        Self { plan, id: Vec::new(), applied: Vec::new(), residual: Vec::new(), bodies: Vec::new() }
+    pub(crate) fn new(plan: ImplicitCoupling) -> Self {
+        let (applied, residual) = (Column::default(), Column::default());
+        Self { plan, id: Vec::new(), applied, residual, bodies: Vec::new() }
     }
 
-    /// Begins a step, whose predictor has moved `samples` by `forces` \[N/m\]. Nothing of the step before is kept.
-    pub(crate) fn begin(&mut self, samples: &InterfaceStates, forces: &[Vector]) {
-        self.id.clone_from(&samples.id);
-        self.applied.clear();
-        self.applied.extend_from_slice(forces);
-        self.residual.clear();
+    /// Begins a step, whose predictor has moved `points` by `forces` \[N\]. Nothing of the step before is kept.
+    pub(crate) fn begin(&mut self, points: &StateColumns, forces: &Column) {
+        self.id.clone_from(&points.id);
+        self.applied.clone_from(forces);
+        self.residual.values.clear();
         self.bodies.clear();
-        for (force, group) in forces.iter().zip(&samples.group) {
-            body(&mut self.bodies, *group).scale += force.norm();
+        for (force, group) in forces.rows().zip(&points.group) {
+            body(&mut self.bodies, *group).scale += dot(force, force).sqrt();
         }
     }
 
-    /// Takes the `forces` \[N/m\] that came for `samples`; returns the largest Σ|F − F'| of a body over its
+    /// Takes the `forces` \[N\] that came for `points`; returns the largest Σ|F − F'| of a body over its
     /// largest Σ|F| since the start of the step \[-\].
-    pub(crate) fn compare(&mut self, samples: &InterfaceStates, forces: &[Vector]) -> f64 {
+    pub(crate) fn compare(&mut self, points: &StateColumns, forces: &Column) -> f64 {
         let first = self.residual.is_empty();
-        self.align(&samples.id);
+        self.align(&points.id, forces.components);
         for body in &mut self.bodies {
             *body = Body { factor: body.factor, scale: body.scale, ..Body::default() };
         }
-        for (k, (force, group)) in forces.iter().zip(&samples.group).enumerate() {
+        let width = forces.components.max(1);
+        let before = self.residual.values.chunks_exact_mut(width);
+        for (((force, group), applied), before) in
+            forces.rows().zip(&points.group).zip(self.applied.rows()).zip(before)
+        {
             let body = body(&mut self.bodies, *group);
-            let residual = force - self.applied[k];
-            let change = residual - self.residual[k];
-            body.gross += force.norm();
-            body.off += residual.norm();
-            body.along += self.residual[k].dot(&change);
-            body.change += change.norm_squared();
-            self.residual[k] = residual;
+            let (mut off, mut along, mut change) = (0.0, 0.0, 0.0);
+            for ((force, applied), before) in force.iter().zip(applied).zip(before) {
+                let residual = force - applied;
+                let difference = residual - *before;
+                off += residual * residual;
+                along += *before * difference;
+                change += difference * difference;
+                *before = residual;
+            }
+            body.gross += dot(force, force).sqrt();
+            body.off += off.sqrt();
+            body.along += along;
+            body.change += change;
         }
         for body in &mut self.bodies {
             body.factor = Some(self.plan.relaxation.factor(body, first));
@@ -88,33 +97,40 @@ impl FixedPoint {
         self.bodies.iter().map(ratio).fold(0.0, |a, b| if b <= a { a } else { b })
     }
 
-    /// Whether a half-step of this residual is done.
-    pub(crate) fn settled(&self, residual: f64) -> bool {
+    /// Whether a half-step of this residual has converged.
+    pub(crate) fn converged(&self, residual: f64) -> bool {
         residual <= self.plan.tolerance
     }
 
-    /// Forces to move the samples by in the next iteration \[N/m\], those of the last comparison in their order.
-    pub(crate) fn relaxed(&mut self, samples: &InterfaceStates) -> &[Vector] {
-        for (k, group) in samples.group.iter().enumerate() {
+    /// Forces to move the points by in the next iteration \[N\], those of the last comparison in their order.
+    pub(crate) fn relaxed(&mut self, points: &StateColumns) -> &Column {
+        let applied = self.applied.values.chunks_exact_mut(self.applied.components.max(1));
+        for ((applied, residual), group) in applied.zip(self.residual.rows()).zip(&points.group) {
             let factor = body(&mut self.bodies, *group).factor.unwrap_or(1.0);
-            self.applied[k] += self.residual[k] * factor;
+            applied.iter_mut().zip(residual).for_each(|(applied, residual)| *applied += residual * factor);
         }
         &self.applied
     }
 
-    /// Brings what is kept into the order of the samples `id`; new ones felt nothing so far.
-    fn align(&mut self, id: &[u32]) {
-        self.residual.resize(self.id.len(), Vector::zeros());
+    /// Brings what is kept into the order of the points `id`; new ones felt nothing so far.
+    fn align(&mut self, id: &[u32], components: usize) {
+        self.residual.components = components;
+        self.residual.values.resize(self.id.len() * components, 0.0);
         if self.id == id {
             return;
         }
-        let place = |id: &u32| self.id.binary_search(id).ok();
-        let kept = |values: &[Vector]| -> Vec<Vector> {
-            id.iter().map(|id| place(id).map_or_else(Vector::zeros, |k| values[k])).collect()
+        let zeros = vec![0.0; components];
+        let kept = |column: &Column| -> Column {
+            let row = |id| self.id.binary_search(id).map_or(&*zeros, |k| column.row(k));
+            Column { components, values: id.iter().flat_map(row).copied().collect() }
         };
         (self.applied, self.residual) = (kept(&self.applied), kept(&self.residual));
         self.id = id.to_vec();
     }
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 /// The body of `group`.
@@ -146,51 +162,66 @@ impl Relaxation {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::setup::Unsettled;
+    use crate::setup::NonConvergence;
 
-    /// A linear problem: the force on sample k is aₖ − Σ_l Kₖₗ F'ₗ.
+    fn column(rows: impl IntoIterator<Item = [f64; 2]>) -> Column {
+        rows.into_iter().collect()
+    }
+
+    /// A linear problem: the force on point k is aₖ − Σ_l Kₖₗ F'ₗ.
     struct Linear {
-        samples: InterfaceStates,
-        free: Vec<Vector>,
+        points: StateColumns,
+        free: Column,
         /// λ of each body.
         slope: Vec<f64>,
     }
 
     impl Linear {
         fn new(slopes: &[f64]) -> Self {
-            let mut samples = InterfaceStates::default();
-            let mut free = Vec::new();
+            let mut points = StateColumns::default();
             for k in 0..6u32 {
-                samples.id.push(10 * k);
-                samples.group.push(k % slopes.len() as u32);
-                free.push(Vector::new(1.0 + f64::from(k), 0.3 * f64::from(k)));
+                points.id.push(10 * k);
+                points.group.push(k % slopes.len() as u32);
             }
-            Self { samples, free, slope: slopes.to_vec() }
+            let free = column((0..6).map(|k| [1.0 + f64::from(k), 0.3 * f64::from(k)]));
+            Self { points, free, slope: slopes.to_vec() }
         }
 
-        fn forces(&self, applied: &[Vector]) -> Vec<Vector> {
-            let slope = |k: usize| self.slope[self.samples.group[k] as usize];
-            (0..applied.len()).map(|k| self.free[k] - applied[k] * slope(k)).collect()
+        fn slope(&self, k: usize) -> f64 {
+            self.slope[self.points.group[k] as usize]
+        }
+
+        fn forces(&self, applied: &Column) -> Column {
+            let (free, applied) = (self.free.arrays(), applied.arrays());
+            column(free.zip(applied).enumerate().map(|(k, ([x, y], [u, v]))| {
+                let slope = self.slope(k);
+                [x - u * slope, y - v * slope]
+            }))
         }
 
         /// a/(1 + λ).
-        fn fixed_point(&self, k: usize) -> Vector {
-            self.free[k] / (1.0 + self.slope[self.samples.group[k] as usize])
+        fn fixed_point(&self, k: usize) -> [f64; 2] {
+            [0, 1].map(|axis| self.free.row(k)[axis] / (1.0 + self.slope(k)))
         }
 
-        /// Number of revisions until settled, and the forces there.
-        fn solve(&self, relaxation: Relaxation, limit: u32) -> Option<(u32, Vec<Vector>)> {
-            let plan = Iterate { relaxation, tolerance: 1e-10, limit, unsettled: Unsettled::Stop };
+        /// Number of updates until convergence, and the forces there.
+        fn solve(&self, relaxation: Relaxation, limit: u32) -> Option<(u32, Column)> {
+            let plan = ImplicitCoupling {
+                relaxation,
+                tolerance: 1e-10,
+                limit,
+                non_convergence: NonConvergence::Stop,
+            };
             let mut fixed_point = FixedPoint::new(plan);
-            let mut applied = vec![Vector::new(0.5, 0.0); self.free.len()];
-            fixed_point.begin(&self.samples, &applied);
+            let mut applied = column([[0.5, 0.0]; 6]);
+            fixed_point.begin(&self.points, &applied);
             for k in 0..=limit {
                 let forces = self.forces(&applied);
-                let residual = fixed_point.compare(&self.samples, &forces);
-                if fixed_point.settled(residual) {
+                let residual = fixed_point.compare(&self.points, &forces);
+                if fixed_point.converged(residual) {
                     return Some((k, forces));
                 }
-                applied = fixed_point.relaxed(&self.samples).to_vec();
+                applied = fixed_point.relaxed(&self.points).clone();
             }
             None
         }
@@ -205,9 +236,10 @@ mod tests {
         let (count, forces) = problem.solve(Relaxation::Aitken, 100).expect("linear problem");
         // Along one direction the second factor is exact; round-off takes one more.
         assert!(count <= 3 && count < slow, "{count} against {slow} iterations");
-        for (k, force) in forces.iter().enumerate() {
-            let error = (force - problem.fixed_point(k)).norm();
-            assert!(error < 1e-8, "force {k} is off by {error}");
+        for (k, force) in forces.rows().enumerate() {
+            for (value, expected) in force.iter().zip(problem.fixed_point(k)) {
+                assert!((value - expected).abs() < 1e-8, "force {k} is {value}, not {expected}");
+            }
         }
     }
 
@@ -220,40 +252,44 @@ mod tests {
     }
 
     #[test]
-    fn samples_that_come_and_go_keep_their_forces() {
-        let plan = Iterate {
+    fn points_that_come_and_go_keep_their_forces() {
+        let plan = ImplicitCoupling {
             relaxation: Relaxation::Fixed(0.5),
             tolerance: 1e-3,
             limit: 9,
-            unsettled: Unsettled::Stop,
+            non_convergence: NonConvergence::Stop,
         };
-        let samples = |ids: &[u32]| InterfaceStates {
+        let points = |ids: &[u32]| StateColumns {
             id: ids.to_vec(),
             group: vec![0; ids.len()],
-            ..InterfaceStates::default()
+            ..StateColumns::default()
         };
-        let force = |x: f64| Vector::new(x, 0.0);
+        let forces = |x: [f64; 2]| column(x.map(|x| [x, 0.0]));
         let mut fixed_point = FixedPoint::new(plan);
-        fixed_point.begin(&samples(&[3, 5]), &[force(1.0), force(2.0)]);
-        let next = samples(&[4, 5]);
+        fixed_point.begin(&points(&[3, 5]), &forces([1.0, 2.0]));
+        let next = points(&[4, 5]);
         // 4 is new and felt 0, 5 felt 2; the one that left counts no more.
-        let residual = fixed_point.compare(&next, &[force(0.5), force(3.0)]);
+        let residual = fixed_point.compare(&next, &forces([0.5, 3.0]));
         assert!((residual - 1.5 / 3.5).abs() < 1e-15, "{residual}");
-        assert_eq!(fixed_point.relaxed(&next), [force(0.25), force(2.5)]);
+        assert_eq!(fixed_point.relaxed(&next), &forces([0.25, 2.5]));
     }
 
     #[test]
-    fn a_body_without_forces_has_settled_and_a_nan_never_has() {
+    fn a_body_without_forces_has_converged_and_a_nan_never_has() {
         let problem = Linear::new(&[1.0]);
-        let plan =
-            Iterate { relaxation: Relaxation::Aitken, tolerance: 1.0, limit: 9, unsettled: Unsettled::Stop };
+        let plan = ImplicitCoupling {
+            relaxation: Relaxation::Aitken,
+            tolerance: 1.0,
+            limit: 9,
+            non_convergence: NonConvergence::Stop,
+        };
         let mut fixed_point = FixedPoint::new(plan);
-        let none = vec![Vector::zeros(); 6];
-        fixed_point.begin(&problem.samples, &none);
-        assert_eq!(fixed_point.compare(&problem.samples, &none), 0.0);
+        let none = column([[0.0; 2]; 6]);
+        fixed_point.begin(&problem.points, &none);
+        assert_eq!(fixed_point.compare(&problem.points, &none), 0.0);
         let mut broken = none;
-        broken[2].x = f64::NAN;
-        let residual = fixed_point.compare(&problem.samples, &broken);
-        assert!(!fixed_point.settled(residual), "{residual}");
+        broken.values[4] = f64::NAN;
+        let residual = fixed_point.compare(&problem.points, &broken);
+        assert!(!fixed_point.converged(residual), "{residual}");
     }
 }

@@ -12,9 +12,9 @@ pub(crate) enum CouplingRole {
     Alone,
     /// Both send states and evaluate the pair law.
     States,
-    /// The fluid awaits samples and returns the force on each.
+    /// The fluid awaits coupling points and returns the force on each.
     GivesLoads,
-    /// The solid sends samples and awaits the force on each.
+    /// The solid sends coupling points and awaits the force on each.
     TakesLoads,
 }
 
@@ -35,13 +35,13 @@ impl CouplingRole {
         match self {
             Self::Alone | Self::States => FrameContent::States,
             Self::GivesLoads => FrameContent::Forces,
-            Self::TakesLoads => FrameContent::Samples,
+            Self::TakesLoads => FrameContent::CouplingPoints,
         }
     }
 
     /// The fixed point that a solid seeks with implicit coupling.
     pub(crate) fn fixed_point(self, setup: &RunSetup) -> Option<FixedPoint> {
-        let plan = setup.coupling.and_then(|coupling| coupling.iterate)?;
+        let plan = setup.coupling.and_then(|coupling| coupling.implicit)?;
         (self == Self::TakesLoads).then(|| FixedPoint::new(plan))
     }
 }

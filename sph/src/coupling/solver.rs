@@ -1,12 +1,11 @@
-//! What the half-step driver asks of a solver, and what a solver tells about itself.
+//! What the half-step driver requires of a solver, and what a solver reports.
 
 use serde::{Deserialize, Serialize};
 
-use crate::coupling::exchange::{Extent, InterfaceStates, PeerError};
-use crate::coupling::ledger::{Breach, Energies, StageBooks};
+use crate::coupling::exchange::{Column, Extent, PeerError, StateColumns};
+use crate::coupling::ledger::{Breach, Energies, StageBudget};
 use crate::coupling::saved::{RestoreError, SavedState};
 use crate::coupling::stage::{StageTime, StepStage};
-use crate::space::{DIMENSIONS, Vector};
 
 /// Part that a solver plays in a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
@@ -45,15 +44,15 @@ impl std::fmt::Display for Role {
     }
 }
 
-/// A solver was asked for a side of the coupling by loads that it does not play.
+/// A solver was asked for a side of force coupling that it does not play.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("this solver does not couple by loads in this role; choose another coupling kind")]
+#[error("this solver does not offer force coupling in this role; choose another coupling kind")]
 pub struct NoLoads;
 
 /// Why a stage state was not updated.
 #[derive(Clone, Debug, PartialEq)]
-pub enum NotRevised {
-    /// The solver does not iterate half-steps.
+pub enum NotUpdated {
+    /// The solver does not offer implicit coupling.
     NotOffered,
     /// The new state is not finite or breaks a limit.
     Diverged(Divergence),
@@ -77,10 +76,10 @@ pub trait Solver: Send {
     /// Largest stable step \[s\] as judged from the present state.
     fn time_step_limit(&self) -> f64;
 
-    /// The particle that asks for the smallest step, with its position \[m\]; `None` where no single one does.
+    /// The particle with the smallest limit of the step, and its position \[m\]; `None` where no single one does.
     ///
     /// Asked for only when a run breaks down over its step.
-    fn limiting_particle(&self) -> Option<(u32, [f64; DIMENSIONS])> {
+    fn limiting_particle(&self) -> Option<(u32, Vec<f64>)> {
         None
     }
 
@@ -90,7 +89,7 @@ pub trait Solver: Send {
     /// Fills `states` with all own particles within `reach` \[m\] of the partner's `extent`, ids ascending.
     ///
     /// Returns the version of the set: it changes when ids, groups or masses do.
-    fn interface(&mut self, partner: &Extent, reach: f64, states: &mut InterfaceStates) -> u64;
+    fn interface(&mut self, partner: &Extent, reach: f64, states: &mut StateColumns) -> u64;
 
     /// Whether a partner that sent all within `reach` \[m\] of `extent` has covered all that own particles can meet.
     ///
@@ -104,10 +103,10 @@ pub trait Solver: Send {
     /// Sums over the partner's particles and all that follows from them: completes the rates of this stage.
     ///
     /// `own` is what [`Solver::interface`] filled in this stage. Without a partner both are empty.
-    fn evaluate_cross(&mut self, time: &StageTime, own: &InterfaceStates, partner: &InterfaceStates);
+    fn evaluate_cross(&mut self, time: &StageTime, own: &StateColumns, partner: &StateColumns);
 
-    /// The fluid's side of coupling by loads: fills `forces` with the force of own particles on each of the partner's
-    /// `samples` \[N/m\], the exact reactions to what [`Solver::evaluate_cross`] adds for the same arguments.
+    /// The fluid's side of force coupling: fills `forces` with the force of own particles on each of the partner's
+    /// coupling `points` \[N\], the exact reactions to what [`Solver::evaluate_cross`] adds for the same arguments.
     ///
     /// Needs [`Solver::begin_stage`] only, so that the partner waits for no other work.
     ///
@@ -116,42 +115,42 @@ pub trait Solver: Send {
     fn reactions(
         &mut self,
         _time: &StageTime,
-        _own: &InterfaceStates,
-        _samples: &InterfaceStates,
-        _forces: &mut Vec<Vector>,
+        _own: &StateColumns,
+        _points: &StateColumns,
+        _forces: &mut Column,
     ) -> Result<(), NoLoads> {
         Err(NoLoads)
     }
 
-    /// The solid's side of coupling by loads, in place of [`Solver::evaluate_cross`]: completes the rates with the
-    /// forces \[N/m\] that the partner returned for each of the `own` samples.
+    /// The solid's side of force coupling, in place of [`Solver::evaluate_cross`]: completes the rates with the forces
+    /// \[N\] that the partner returned for each of the `own` coupling points.
     ///
     /// # Errors
     /// When the solver does not offer it.
     fn evaluate_loads(
         &mut self,
         _time: &StageTime,
-        _own: &InterfaceStates,
-        _forces: &[Vector],
+        _own: &StateColumns,
+        _forces: &Column,
     ) -> Result<(), NoLoads> {
         Err(NoLoads)
     }
 
     /// The solid's side of implicit coupling: computes the stage state of the corrector of `time` again, from the start of
-    /// the step by Δt/2, with `forces` \[N/m\] on the `own` samples in place of those of the predictor; then what
+    /// the step by Δt/2, with `forces` \[N\] on the `own` coupling points in place of those of the predictor; then what
     /// [`Solver::begin_stage`] does with it. Forces that are not the partner's stay those of the predictor.
     ///
     /// Called before [`Solver::evaluate_own`] of the corrector, as often as it takes.
     ///
     /// # Errors
     /// When the solver does not offer it, or the new state is not finite or breaks a limit.
-    fn revise(
+    fn update_stage(
         &mut self,
         _time: &StageTime,
-        _own: &InterfaceStates,
-        _forces: &[Vector],
-    ) -> Result<(), NotRevised> {
-        Err(NotRevised::NotOffered)
+        _own: &StateColumns,
+        _forces: &Column,
+    ) -> Result<(), NotUpdated> {
+        Err(NotUpdated::NotOffered)
     }
 
     /// Moves the state from the start of the step by the stage's duration and the rates: Eq. (30) or (31), or what the
@@ -159,12 +158,12 @@ pub trait Solver: Send {
     ///
     /// # Errors
     /// When the new state is not finite or breaks a limit.
-    fn advance(&mut self, time: &StageTime) -> Result<StageBooks, Divergence>;
+    fn advance(&mut self, time: &StageTime) -> Result<StageBudget, Divergence>;
 
     /// Removes particles that left, at the end of a step.
     ///
     /// # Errors
-    /// When more are lost than the case allows.
+    /// When more escape than the case allows.
     fn end_step(&mut self, time: &StageTime) -> Result<(), Divergence>;
 
     /// Energies of all own particles.
@@ -200,15 +199,17 @@ pub struct Counts {
     /// Neighbour list builds.
     pub list_builds: u64,
     /// Particles that crossed a wall.
-    pub lost: u64,
+    #[serde(rename = "lost")]
+    pub escaped: u64,
     /// Particles that left over an open rim or through an outflow side.
     pub outflow: u64,
     /// Largest number of own interface particles sent in a frame.
     pub largest_interface: u64,
-    /// Deepest that a particle of a solid has been in another body, in a wall or in a distant part of its own \[m\].
+    /// Deepest penetration of a solid particle into another body, a wall or a distant part of its own \[m\].
     pub deepest_contact_m: f64,
-    /// Sum over solid particles and time of the magnitudes of contact forces \[N s/m\].
-    pub contact_impulse_n_s_per_m: f64,
+    /// Sum over solid particles and time of the magnitudes of contact forces \[N s\].
+    #[serde(rename = "contact_impulse_n_s_per_m")]
+    pub contact_impulse_n_s: f64,
     /// Sub-steps that the solids have taken from step boundary to step boundary; those of predictors do not count.
     #[serde(default)]
     pub substeps: u64,
@@ -259,7 +260,7 @@ pub struct Divergence {
     /// Particle id among the owner's, where one is the cause.
     pub particle: Option<u32>,
     /// Where it is \[m\].
-    pub position: Option<[f64; 2]>,
+    pub position: Option<Vec<f64>>,
     /// Quantity that broke its limit, with unit.
     pub quantity: String,
     /// Its value.
@@ -276,8 +277,9 @@ impl std::fmt::Display for Divergence {
         if let Some(particle) = self.particle {
             write!(f, " of particle {particle}")?;
         }
-        if let Some([x, y]) = self.position {
-            write!(f, " at ({x:.4}, {y:.4}) m")?;
+        if let Some(position) = &self.position {
+            let numbers: Vec<String> = position.iter().map(|x| format!("{x:.4}")).collect();
+            write!(f, " at ({}) m", numbers.join(", "))?;
         }
         write!(f, "; allowed: {}; {}", self.allowed, self.hint)
     }
@@ -289,7 +291,7 @@ impl std::fmt::Display for Divergence {
 pub enum Fault {
     /// The physics broke down.
     Diverged(Divergence),
-    /// The books do not balance.
+    /// A check of the ledger failed.
     Ledger(Breach),
     /// The partner computed a half-step from another frame than the one sent for it.
     StaleFrame {
@@ -300,7 +302,7 @@ pub enum Fault {
         /// Digest of the frame that the partner used.
         used: u32,
     },
-    /// The partner's frame did not cover what own particles can meet.
+    /// The partner's frame did not cover what own particles can interact with.
     Coverage {
         /// Half-step.
         at: StepStage,
@@ -321,14 +323,14 @@ pub enum Fault {
         /// What happened.
         message: String,
     },
-    /// What the partner shows does not agree with its set-up or its own report.
+    /// The partner's frames contradict its set-up or its own report.
     Contradiction {
-        /// Half-step of the frame that shows it.
+        /// Half-step of the frame.
         at: StepStage,
         /// What does not agree.
         message: String,
     },
-    /// The run was given up from outside.
+    /// The run was aborted by the coordinator.
     Aborted {
         /// Half-step.
         at: StepStage,
@@ -363,7 +365,7 @@ impl std::fmt::Display for Fault {
             Fault::Clock { at, difference } => write!(f, "clocks differ at {at}: {difference}"),
             Fault::Peer { at, message } => write!(f, "exchange failed at {at}: {message}"),
             Fault::Contradiction { at, message } => write!(f, "at {at}: {message}"),
-            Fault::Aborted { at } => write!(f, "given up from outside at {at}"),
+            Fault::Aborted { at } => write!(f, "aborted by the coordinator at {at}"),
         }
     }
 }

@@ -5,7 +5,7 @@
 
 use rayon::prelude::*;
 
-use crate::coupling::exchange::InterfaceStates;
+use super::states::InterfaceStates;
 use crate::space::Vector;
 use crate::space::domain::Domain;
 

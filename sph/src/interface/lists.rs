@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use crate::coupling::exchange::InterfaceStates;
+use super::states::InterfaceStates;
 use crate::neighbours::CellGrid;
 use crate::space::Vector;
 use crate::space::domain::Domain;

@@ -5,11 +5,11 @@
 
 mod fluid_regions;
 mod lists;
+pub mod states;
 
 use rayon::prelude::*;
 
-use crate::coupling::exchange::InterfaceStates;
-use crate::coupling::ledger::InterfaceSums;
+use crate::coupling::ledger::{InterfaceSums, axial, lifted};
 use crate::kernel::CubicSpline;
 use crate::laws::artificial_viscosity::ArtificialViscosity;
 use crate::laws::equation_of_state::Tait;
@@ -23,6 +23,7 @@ use crate::sums::ordered_sum;
 pub use fluid_regions::Dummy;
 use fluid_regions::FluidRegions;
 use lists::{CrossPair, Rows, Search};
+use states::InterfaceStates;
 
 /// Cross lists, dummy states and forces of one half-step; all buffers are reused.
 #[derive(Debug)]
@@ -137,7 +138,7 @@ impl Interface {
         self.of_solid.of(s).iter().map(|pair| (pair.other as usize, self.regions.dummy(pair)))
     }
 
-    /// Force on state `k` of the side summed last \[N/m\].
+    /// Force on state `k` of the side summed last \[N\].
     pub fn force(&self, k: usize) -> Vector {
         self.sums[k].force
     }
@@ -180,11 +181,11 @@ impl Interface {
             let sums = &self.sums[k];
             let arm = states.position[k] - origin;
             InterfaceSums {
-                force: sums.force,
+                force: lifted(&sums.force),
                 gross_force: sums.gross_force,
-                torque: cross(&arm, &sums.force),
+                torque: axial(cross(&arm, &sums.force)),
                 gross_torque: arm.norm() * sums.gross_force,
-                couple: sums.couple,
+                couple: axial(sums.couple),
                 power: sums.force.dot(&states.velocity[k]),
                 pairs: sums.pairs,
             }
@@ -192,19 +193,19 @@ impl Interface {
     }
 }
 
-/// Sums of the `forces` \[N/m\] that act on `samples`: what a solid that is coupled by loads reports.
-pub fn load_sums(domain: &Domain, samples: &InterfaceStates, forces: &[Vector]) -> InterfaceSums {
+/// Sums of the `forces` \[N\] that act on the coupling `points`: what a solid with force coupling reports.
+pub fn load_sums(domain: &Domain, points: &InterfaceStates, forces: &[Vector]) -> InterfaceSums {
     let origin = domain.torque_origin();
     ordered_sum(forces.len(), |s| {
-        let (force, arm) = (forces[s], samples.position[s] - origin);
+        let (force, arm) = (forces[s], points.position[s] - origin);
         InterfaceSums {
-            force,
+            force: lifted(&force),
             gross_force: force.norm(),
-            torque: cross(&arm, &force),
+            torque: axial(cross(&arm, &force)),
             gross_torque: arm.norm() * force.norm(),
             // Only the fluid knows where its particles are.
-            couple: 0.0,
-            power: force.dot(&samples.velocity[s]),
+            couple: axial(0.0),
+            power: force.dot(&points.velocity[s]),
             pairs: u64::from(force != Vector::zeros()),
         }
     })
@@ -242,12 +243,12 @@ impl PairLaw {
         Dummy {
             pressure,
             density: self.equation_of_state.wall_density(pressure),
-            // In this order: samples of a solid that is coupled by loads carry the volume alone.
+            // In this order: coupling points of a solid with force coupling carry the volume alone.
             mass: self.rest_density * solid.volume(s),
         }
     }
 
-    /// Force of solid state `s` on fluid state `f` \[N/m\], Eq. (22) with the fluid's h and c₀.
+    /// Force of solid state `s` on fluid state `f` \[N\], Eq. (22) with the fluid's h and c₀.
     #[inline]
     fn force_on_fluid(
         &self,

@@ -1,18 +1,18 @@
-//! How a half-step is iterated.
+//! Implicit coupling: how a half-step is iterated.
 
-/// An iterated half-step of a solid that is coupled by loads: its state at n+½ is that which the fluid's forces at n+½
-/// make, v½ = vₙ + ½Δt a(F(x½, v½)), in place of F(xₙ, vₙ).
+/// An iterated half-step of a solid with force coupling: its state at n+½ is the one produced by the fluid's forces at
+/// n+½, v½ = vₙ + ½Δt a(F(x½, v½)), in place of F(xₙ, vₙ).
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Iterate {
+pub struct ImplicitCoupling {
     /// How forces are taken over from one iteration to the next.
     pub relaxation: Relaxation,
     /// Largest Σ|F − F'| of a body, over its largest Σ|F| since the start of the step, between the forces F that the fluid
-    /// returns for its samples and F' that moved them there \[-\].
+    /// returns for its coupling points and F' that moved them there \[-\].
     pub tolerance: f64,
-    /// Most times that the samples of a half-step are revised, at least 1.
+    /// Largest number of updates of the coupling points in a half-step, at least 1.
     pub limit: u32,
-    /// What becomes of a half-step that has not settled by then.
-    pub unsettled: Unsettled,
+    /// Treatment of a half-step that has not converged by then.
+    pub non_convergence: NonConvergence,
 }
 
 /// How forces are taken over from one iteration to the next: F' + ω (F − F').
@@ -24,11 +24,11 @@ pub enum Relaxation {
     Aitken,
 }
 
-/// What becomes of a half-step that has not settled at the limit of its iterations.
+/// Treatment of a half-step that has not converged at the limit of its iterations.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Unsettled {
+pub enum NonConvergence {
     /// The run ends.
     Stop,
-    /// The last iterate is accepted and counted.
+    /// The last iteration is accepted and counted.
     Accept,
 }

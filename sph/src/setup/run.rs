@@ -1,6 +1,6 @@
 //! Set-up that both participants share.
 
-use super::{FluidParameters, Iterate};
+use super::{FluidParameters, ImplicitCoupling};
 use crate::space::domain::Domain;
 use crate::space::{DIMENSIONS, Vector};
 
@@ -100,13 +100,14 @@ pub struct BodyForce {
     pub expressions: Option<[String; DIMENSIONS]>,
 }
 
-/// What a solid offers to the fluid and gets from it.
+/// What a solid sends to the fluid and receives from it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum CouplingKind {
-    /// Both sides receive the other's interface states and evaluate the same pair law on their own particles.
+    /// State coupling: both sides receive the other's interface states and evaluate the same pair law on their own
+    /// particles.
     #[default]
     States,
-    /// The solid sends samples of its body; the fluid evaluates the pair law and returns the force on each sample.
+    /// Force coupling: the solid sends coupling points; the fluid evaluates the pair law and returns the force on each.
     Loads,
 }
 
@@ -150,8 +151,8 @@ pub struct Coupling {
     pub repulsion: f64,
     /// Largest distance beyond the support radius at which particles are sent to spare \[m\].
     pub margin: f64,
-    /// How half-steps are iterated; only with loads, and without it each is evaluated once.
-    pub iterate: Option<Iterate>,
+    /// Implicit coupling, with force coupling only; `None` for explicit coupling, one evaluation per half-step.
+    pub implicit: Option<ImplicitCoupling>,
 }
 
 /// Linear damping −k v of all free particles until a time.

@@ -3,11 +3,12 @@
 use std::sync::mpsc;
 
 use sph::coupling::driver::{Command, Event, Link, run};
-use sph::coupling::exchange::{Exchange, Extent, Frame, InterfaceStates, PeerError, in_process_pair};
-use sph::coupling::ledger::{Energies, InterfaceSums, StageBooks};
+use sph::coupling::exchange::{Column, Exchange, Extent, Frame, PeerError, StateColumns, in_process_pair};
+use sph::coupling::ledger::{Energies, InterfaceSums, StageBudget, axial, lifted};
 use sph::coupling::saved::{RestoreError, SavedState};
 use sph::coupling::solver::{Counts, Divergence, Fault, ParticleFields, Role, Solver};
 use sph::coupling::stage::{StageTime, StepStage};
+use sph::interface::states::InterfaceStates;
 use sph::setup::{
     BodyForce, BreachAction, Coupling, CouplingKind, FluidParameters, GradientCorrection, InterfaceLaw,
     LedgerPolicy, OutputPlan, RunSetup, StepPolicy, TimePlan,
@@ -39,7 +40,7 @@ impl Mass {
         Self {
             role,
             mass,
-            extent: Extent { version: 1, boxes: vec![(domain.lower, domain.upper)] },
+            extent: Extent { version: 1, boxes: whole(domain) },
             origin: domain.torque_origin(),
             position,
             velocity,
@@ -50,6 +51,11 @@ impl Mass {
             now: StepStage::FIRST,
         }
     }
+}
+
+/// One box around `domain`.
+fn whole(domain: &Domain) -> Column {
+    Column::from_iter([[domain.lower.x, domain.lower.y, domain.upper.x, domain.upper.y]])
 }
 
 impl Solver for Mass {
@@ -70,15 +76,18 @@ impl Solver for Mass {
         &self.extent
     }
 
-    fn interface(&mut self, _partner: &Extent, _reach: f64, states: &mut InterfaceStates) -> u64 {
-        states.clear();
-        states.id.push(0);
-        states.group.push(0);
-        states.mass.push(self.mass);
-        states.position.push(self.position);
-        states.velocity.push(self.velocity);
-        states.density.push(1.0);
-        states.pressure.push(0.0);
+    fn interface(&mut self, _partner: &Extent, _reach: f64, states: &mut StateColumns) -> u64 {
+        let own = InterfaceStates {
+            id: vec![0],
+            group: vec![0],
+            mass: vec![self.mass],
+            position: vec![self.position],
+            velocity: vec![self.velocity],
+            density: vec![1.0],
+            pressure: vec![0.0],
+            stress: Vec::new(),
+        };
+        own.write(states);
         1
     }
 
@@ -88,7 +97,8 @@ impl Solver for Mass {
 
     fn evaluate_own(&mut self, _time: &StageTime) {}
 
-    fn evaluate_cross(&mut self, _time: &StageTime, own: &InterfaceStates, partner: &InterfaceStates) {
+    fn evaluate_cross(&mut self, _time: &StageTime, own: &StateColumns, partner: &StateColumns) {
+        let (own, partner) = (InterfaceStates::from(own), InterfaceStates::from(partner));
         // Alone it feels nothing.
         let (Some(own), Some(partner)) = (own.position.first(), partner.position.first()) else { return };
         let separation = own - partner;
@@ -96,29 +106,29 @@ impl Solver for Mass {
         self.force = separation * (-STIFFNESS * (length - REST_LENGTH) / length);
         let arm = self.position - self.origin;
         self.sums = InterfaceSums {
-            force: self.force,
+            force: lifted(&self.force),
             gross_force: self.force.norm(),
-            torque: cross(&arm, &self.force),
+            torque: axial(cross(&arm, &self.force)),
             gross_torque: arm.norm() * self.force.norm(),
-            couple: 0.0,
+            couple: axial(0.0),
             power: self.force.dot(&self.velocity),
             pairs: 1,
         };
     }
 
-    fn advance(&mut self, time: &StageTime) -> Result<StageBooks, Divergence> {
+    fn advance(&mut self, time: &StageTime) -> Result<StageBudget, Divergence> {
         if time.at.stage == sph::coupling::stage::Stage::Predictor {
             self.base = (self.position, self.velocity);
         }
         let duration = time.duration();
         self.position = self.base.0 + self.velocity * duration;
         self.velocity = self.base.1 + self.force * (duration / self.mass);
-        Ok(StageBooks {
+        Ok(StageBudget {
             interface: self.sums,
             duration,
-            momentum_change: self.mass * (self.velocity - self.base.1),
+            momentum_change: lifted(&(self.mass * (self.velocity - self.base.1))),
             gross_momentum: self.mass * (self.velocity.norm() + self.base.1.norm()),
-            ..StageBooks::default()
+            ..StageBudget::default()
         })
     }
 
@@ -176,7 +186,7 @@ fn setup(time_step: f64, end_time: f64, action: BreachAction) -> RunSetup {
             solid_spacing: 0.1,
             repulsion: 0.5,
             margin: 0.05,
-            iterate: None,
+            implicit: None,
         }),
     }
 }
@@ -274,8 +284,8 @@ fn step_reports_balance_and_the_clocks_agree() {
     for (a, b) in fluid.iter().zip(&solid) {
         assert_eq!(a.end_time.to_bits(), b.end_time.to_bits());
         for stage in 0..2 {
-            assert_eq!(a.books[stage].interface.force, -b.books[stage].interface.force);
-            assert!(a.books[stage].momentum_residual() < 1e-14);
+            assert_eq!(a.budgets[stage].interface.force, -b.budgets[stage].interface.force);
+            assert!(a.budgets[stage].momentum_residual() < 1e-14);
         }
     }
 }
@@ -284,7 +294,7 @@ fn step_reports_balance_and_the_clocks_agree() {
 struct Stale {
     inner: Box<dyn Exchange>,
     from: StepStage,
-    before: Option<InterfaceStates>,
+    before: Option<StateColumns>,
 }
 
 impl Exchange for Stale {

@@ -3,22 +3,23 @@
 use std::sync::mpsc;
 
 use sph::coupling::driver::{Command, Event, Link, StepReport, run};
-use sph::coupling::exchange::{Exchange, Extent, Frame, InterfaceStates, PeerError, in_process_pair};
-use sph::coupling::ledger::{Energies, InterfaceSums, StageBooks};
+use sph::coupling::exchange::{Column, Exchange, Extent, Frame, PeerError, StateColumns, in_process_pair};
+use sph::coupling::ledger::{Energies, InterfaceSums, StageBudget, lifted};
 use sph::coupling::saved::{RestoreError, SavedState};
-use sph::coupling::solver::{Counts, Divergence, NoLoads, NotRevised, ParticleFields, Role, Solver};
+use sph::coupling::solver::{Counts, Divergence, NoLoads, NotUpdated, ParticleFields, Role, Solver};
 use sph::coupling::stage::{Stage, StageTime, StepStage};
 use sph::interface::load_sums;
+use sph::interface::states::{InterfaceStates, write_vectors};
 use sph::setup::{
-    BodyForce, BreachAction, Coupling, CouplingKind, FluidParameters, GradientCorrection, InterfaceLaw,
-    Iterate, LedgerPolicy, OutputPlan, Relaxation, RunSetup, StepPolicy, TimePlan, Unsettled,
+    BodyForce, BreachAction, Coupling, CouplingKind, FluidParameters, GradientCorrection, ImplicitCoupling,
+    InterfaceLaw, LedgerPolicy, NonConvergence, OutputPlan, Relaxation, RunSetup, StepPolicy, TimePlan,
 };
 use sph::space::Vector;
 use sph::space::domain::Domain;
 
 const MASS: f64 = 2.0;
 
-/// F = −c v − k x on every sample.
+/// F = −c v − k x on every coupling point.
 #[derive(Clone, Copy)]
 struct Law {
     damper: f64,
@@ -36,7 +37,7 @@ struct Side {
     base: (Vector, Vector),
     force: Vector,
     sums: InterfaceSums,
-    revises: bool,
+    updates: bool,
 }
 
 impl Side {
@@ -45,13 +46,13 @@ impl Side {
             role,
             law,
             domain: *domain,
-            extent: Extent { version: 1, boxes: vec![(domain.lower, domain.upper)] },
+            extent: Extent { version: 1, boxes: Column::from_iter([[-9.0, -9.0, 9.0, 9.0]]) },
             position: Vector::new(0.1, 0.0),
             velocity: Vector::new(1.0, 0.5),
             base: (Vector::zeros(), Vector::zeros()),
             force: Vector::zeros(),
             sums: InterfaceSums::default(),
-            revises: true,
+            updates: true,
         }
     }
 
@@ -80,17 +81,18 @@ impl Solver for Side {
         &self.extent
     }
 
-    fn interface(&mut self, _: &Extent, _: f64, states: &mut InterfaceStates) -> u64 {
-        states.clear();
+    fn interface(&mut self, _: &Extent, _: f64, states: &mut StateColumns) -> u64 {
+        let mut own = InterfaceStates::default();
         if self.role == Role::Solid {
-            states.id.push(0);
-            states.group.push(0);
-            states.mass.push(MASS);
-            states.position.push(self.position);
-            states.velocity.push(self.velocity);
-            states.density.push(1.0);
-            states.pressure.push(0.0);
+            own.id.push(0);
+            own.group.push(0);
+            own.mass.push(MASS);
+            own.position.push(self.position);
+            own.velocity.push(self.velocity);
+            own.density.push(1.0);
+            own.pressure.push(0.0);
         }
+        own.write(states);
         1
     }
 
@@ -100,52 +102,53 @@ impl Solver for Side {
 
     fn evaluate_own(&mut self, _: &StageTime) {}
 
-    fn evaluate_cross(&mut self, _: &StageTime, _: &InterfaceStates, _: &InterfaceStates) {}
+    fn evaluate_cross(&mut self, _: &StageTime, _: &StateColumns, _: &StateColumns) {}
 
     fn reactions(
         &mut self,
         _: &StageTime,
-        _: &InterfaceStates,
-        samples: &InterfaceStates,
-        forces: &mut Vec<Vector>,
+        _: &StateColumns,
+        points: &StateColumns,
+        forces: &mut Column,
     ) -> Result<(), NoLoads> {
-        forces.clear();
-        let force = |s: usize| -self.law.damper * samples.velocity[s] - self.law.spring * samples.position[s];
-        forces.extend((0..samples.len()).map(force));
-        let on_samples = load_sums(&self.domain, samples, forces);
-        self.sums = InterfaceSums { force: -on_samples.force, torque: -on_samples.torque, ..on_samples };
+        let points = InterfaceStates::from(points);
+        let force = |s: usize| -self.law.damper * points.velocity[s] - self.law.spring * points.position[s];
+        let all: Vec<Vector> = (0..points.len()).map(force).collect();
+        let on_points = load_sums(&self.domain, &points, &all);
+        self.sums = InterfaceSums { force: -on_points.force, torque: -on_points.torque, ..on_points };
+        write_vectors(all, forces);
         Ok(())
     }
 
-    fn evaluate_loads(
+    fn evaluate_loads(&mut self, _: &StageTime, own: &StateColumns, forces: &Column) -> Result<(), NoLoads> {
+        self.force = first(forces);
+        self.sums = load_sums(&self.domain, &own.into(), &[self.force]);
+        Ok(())
+    }
+
+    fn update_stage(
         &mut self,
-        _: &StageTime,
-        own: &InterfaceStates,
-        forces: &[Vector],
-    ) -> Result<(), NoLoads> {
-        self.force = forces[0];
-        self.sums = load_sums(&self.domain, own, forces);
-        Ok(())
-    }
-
-    fn revise(&mut self, time: &StageTime, _: &InterfaceStates, forces: &[Vector]) -> Result<(), NotRevised> {
-        if !self.revises {
-            return Err(NotRevised::NotOffered);
+        time: &StageTime,
+        _: &StateColumns,
+        forces: &Column,
+    ) -> Result<(), NotUpdated> {
+        if !self.updates {
+            return Err(NotUpdated::NotOffered);
         }
-        self.force = forces[0];
+        self.force = first(forces);
         (self.position, self.velocity) = self.moved(0.5 * time.time_step);
         Ok(())
     }
 
-    fn advance(&mut self, time: &StageTime) -> Result<StageBooks, Divergence> {
-        let mut books =
-            StageBooks { interface: self.sums, duration: time.duration(), ..StageBooks::default() };
+    fn advance(&mut self, time: &StageTime) -> Result<StageBudget, Divergence> {
+        let mut budget =
+            StageBudget { interface: self.sums, duration: time.duration(), ..StageBudget::default() };
         if self.role == Role::Solid {
             (self.position, self.velocity) = self.moved(time.duration());
-            books.momentum_change = MASS * (self.velocity - self.base.1);
-            books.gross_momentum = MASS * (self.velocity.norm() + self.base.1.norm());
+            budget.momentum_change = lifted(&(MASS * (self.velocity - self.base.1)));
+            budget.gross_momentum = MASS * (self.velocity.norm() + self.base.1.norm());
         }
-        Ok(books)
+        Ok(budget)
     }
 
     fn end_step(&mut self, _: &StageTime) -> Result<(), Divergence> {
@@ -175,10 +178,18 @@ impl Solver for Side {
     }
 }
 
-const AITKEN: Iterate =
-    Iterate { relaxation: Relaxation::Aitken, tolerance: 1e-12, limit: 20, unsettled: Unsettled::Stop };
+fn first(forces: &Column) -> Vector {
+    Vector::new(forces.values[0], forces.values[1])
+}
 
-fn setup(time_step: f64, end_time: f64, iterate: Option<Iterate>) -> RunSetup {
+const AITKEN: ImplicitCoupling = ImplicitCoupling {
+    relaxation: Relaxation::Aitken,
+    tolerance: 1e-12,
+    limit: 20,
+    non_convergence: NonConvergence::Stop,
+};
+
+fn setup(time_step: f64, end_time: f64, implicit: Option<ImplicitCoupling>) -> RunSetup {
     RunSetup {
         run_id: "damper".into(),
         domain: Domain { lower: Vector::new(-9.0, -9.0), upper: Vector::new(9.0, 9.0), periodic: [false; 2] },
@@ -201,7 +212,7 @@ fn setup(time_step: f64, end_time: f64, iterate: Option<Iterate>) -> RunSetup {
             solid_spacing: 0.1,
             repulsion: 0.0,
             margin: 0.05,
-            iterate,
+            implicit,
         }),
     }
 }
@@ -282,13 +293,13 @@ fn a_stiff_damper_follows_the_implicit_midpoint_rule_where_one_exchange_diverges
     assert!(error < 1e-10, "velocity is off by {error}");
     let (fluid, solid) = (steps(&fluid), steps(&solid));
     for (ours, theirs) in fluid.iter().zip(&solid) {
-        assert_eq!((ours.iterations, ours.unsettled), (theirs.iterations, theirs.unsettled));
+        assert_eq!((ours.iterations, ours.unconverged), (theirs.iterations, theirs.unconverged));
         // One direction: the second factor is exact but for round-off.
         assert!((1..=4).contains(&ours.iterations), "{} iterations", ours.iterations);
-        // Accepted forces alone are in the books, and they balance to the last bit.
+        // The momentum budget has the accepted forces alone, and they balance to the last bit.
         for stage in 0..2 {
-            assert_eq!(ours.books[stage].interface.force, -theirs.books[stage].interface.force);
-            assert!(theirs.books[stage].momentum_residual() < 1e-12);
+            assert_eq!(ours.budgets[stage].interface.force, -theirs.budgets[stage].interface.force);
+            assert!(theirs.budgets[stage].momentum_residual() < 1e-12);
         }
     }
 }
@@ -305,18 +316,18 @@ fn iterating_keeps_second_order() {
 #[test]
 fn a_loose_tolerance_leaves_the_bits_of_a_single_exchange() {
     let law = Law { damper: 3.0, spring: 80.0 };
-    let loose = Iterate { tolerance: 1e3, ..AITKEN };
+    let loose = ImplicitCoupling { tolerance: 1e3, ..AITKEN };
     let [_, once] = run_pair(&setup(1e-3, 0.05, None), law);
-    let [_, settled] = run_pair(&setup(1e-3, 0.05, Some(loose)), law);
-    assert_eq!(end(&once), end(&settled));
-    assert!(steps(&settled).iter().all(|report| report.iterations == 0 && !report.unsettled));
+    let [_, converged] = run_pair(&setup(1e-3, 0.05, Some(loose)), law);
+    assert_eq!(end(&once), end(&converged));
+    assert!(steps(&converged).iter().all(|report| report.iterations == 0 && !report.unconverged));
 }
 
 #[test]
 fn nothing_of_the_iterations_is_kept_for_the_next_step() {
     let law = Law { damper: 200.0, spring: 80.0 };
     // Loose, so that where iterations begin shows in where they end.
-    let loose = Some(Iterate { tolerance: 1e-2, relaxation: Relaxation::Fixed(0.2), ..AITKEN });
+    let loose = Some(ImplicitCoupling { tolerance: 1e-2, relaxation: Relaxation::Fixed(0.2), ..AITKEN });
     let [_, whole] = run_pair(&setup(0.1, 0.2, loose), law);
     let [_, first] = run_pair(&setup(0.1, 0.1, loose), law);
     let begin = |side: &mut Side| (side.position, side.velocity) = end(&first);
@@ -328,18 +339,18 @@ fn nothing_of_the_iterations_is_kept_for_the_next_step() {
 #[test]
 fn the_limit_of_iterations_ends_the_run_or_is_counted() {
     let law = Law { damper: 200.0, spring: 0.0 };
-    let short = Iterate { limit: 1, ..AITKEN };
+    let short = ImplicitCoupling { limit: 1, ..AITKEN };
     let [fluid, solid] = run_pair(&setup(0.1, 1.0, Some(short)), law);
     let text = failure(&solid);
     for part in ["step 0 corrector", "after 1 iterations", "tolerance", "1e-12", "time step"] {
         assert!(text.contains(part), "{text}");
     }
     assert!(failure(&fluid).contains("exchange failed"), "{}", failure(&fluid));
-    let accepting = Iterate { unsettled: Unsettled::Accept, ..short };
+    let accepting = ImplicitCoupling { non_convergence: NonConvergence::Accept, ..short };
     let events = run_pair(&setup(0.1, 0.3, Some(accepting)), law);
     for events in &events {
-        let unsettled: Vec<bool> = steps(events).iter().map(|report| report.unsettled).collect();
-        assert_eq!(unsettled, [true; 3]);
+        let unconverged: Vec<bool> = steps(events).iter().map(|report| report.unconverged).collect();
+        assert_eq!(unconverged, [true; 3]);
     }
 }
 
@@ -392,7 +403,7 @@ fn frames_out_of_sequence_are_refused_with_what_was_expected() {
 #[test]
 fn a_solid_that_never_accepts_is_stopped_at_the_limit() {
     let law = Law { damper: 200.0, spring: 0.0 };
-    let patient = Iterate { limit: 1, unsettled: Unsettled::Accept, ..AITKEN };
+    let patient = ImplicitCoupling { limit: 1, non_convergence: NonConvergence::Accept, ..AITKEN };
     let spoil = |frame: &mut Frame| {
         frame.iteration += u32::from(frame.acceptance.is_some());
         frame.acceptance = None;
@@ -404,9 +415,12 @@ fn a_solid_that_never_accepts_is_stopped_at_the_limit() {
 }
 
 #[test]
-fn a_solver_that_cannot_revise_says_so() {
+fn a_solver_without_implicit_coupling_says_so() {
     let law = Law { damper: 200.0, spring: 0.0 };
-    let [_, solid] = run_sides(&setup(0.1, 1.0, Some(AITKEN)), law, |side| side.revises = false, |e| e);
+    let [_, solid] = run_sides(&setup(0.1, 1.0, Some(AITKEN)), law, |side| side.updates = false, |e| e);
     let text = failure(&solid);
-    assert!(text.contains("does not iterate") && text.contains("interface.iterate"), "{text}");
+    assert!(
+        text.contains("does not offer implicit coupling") && text.contains("interface.iterate"),
+        "{text}"
+    );
 }

@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use coordinator::study::cost;
-use sph::coupling::exchange::InterfaceStates;
+use sph::coupling::exchange::StateColumns;
 use sph::coupling::solver::Solver;
 use sph::coupling::stage::{Stage, StageTime, StepStage};
 use sph::setup::{
@@ -81,7 +81,7 @@ fn plate(particles: u32, formulation: Formulation, stepping: SolidStepping) -> S
 fn seconds_per_step(setup: SolidSetup, steps: u32) -> f64 {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build();
     let pool = pool.unwrap_or_else(|error| panic!("{error}"));
-    let none = InterfaceStates::default();
+    let none = StateColumns::default();
     let time_step = 1e-6;
     pool.install(|| {
         let mut solver = solid::SolidSolver::new(setup).unwrap_or_else(|errors| panic!("{errors:?}"));

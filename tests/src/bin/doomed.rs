@@ -7,5 +7,5 @@ use tests::doubles::{Double, Wrong};
 
 fn main() -> ExitCode {
     let at = StepStage { step: 20, stage: Stage::Corrector };
-    terminal::program::run(|| proto::node::main_with(std::env::args_os(), Double(Wrong::Exit(at))))
+    terminal::program::run(|| proto::transport::node::main_with(std::env::args_os(), Double(Wrong::Exit(at))))
 }

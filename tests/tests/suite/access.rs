@@ -7,8 +7,8 @@ use std::time::Duration;
 
 use crate::{PROGRAM, bench};
 use proto::RpcCode;
-use proto::client::{Deadlines, ParticipantClient};
-use proto::security::{ClientFiles, ClientSecurity};
+use proto::transport::client::{Deadlines, ParticipantClient};
+use proto::transport::security::{ClientFiles, ClientSecurity};
 use secrets::{Demands, Secrets, Shows};
 use tests::bench::{digests, text};
 use tests::nodes::Node;

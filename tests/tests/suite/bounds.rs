@@ -7,8 +7,8 @@ use std::time::Duration;
 
 use crate::{PROGRAM, bench};
 use proto::RpcCode;
-use proto::client::{Deadlines, ParticipantClient};
-use proto::hostile::{CALLS, call, open_of_empty_bodies};
+use proto::testing::hostile::{CALLS, call, open_of_empty_bodies};
+use proto::transport::client::{Deadlines, ParticipantClient};
 use tests::bench::{Running, digests, soon, text};
 use tests::nodes::Node;
 

@@ -43,7 +43,7 @@ fn couple(margin: &str, double: impl Fn(Role, Box<dyn Exchange>) -> Box<dyn Exch
                     side.fault = Some(report.fault);
                     side.state = report.state;
                 }
-                Event::Probes(_) | Event::Snapshot(_) | Event::Checkpoint(_) | Event::Held(_) => {}
+                Event::Probes(_) | Event::Snapshot(_) | Event::Checkpoint(_) | Event::Paused(_) => {}
             });
             side
         })

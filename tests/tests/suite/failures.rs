@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 
 use crate::{PROGRAM, bench};
 use proto::description::ProtocolVersion;
-use proto::proxy::{Damage, Proxy};
+use proto::testing::proxy::{Damage, Proxy};
 use sph::coupling::stage::{Stage, StepStage};
 use tests::bench::{Bench, digests, kept, text};
 use tests::doubles::{Double, Wrong, serve};

@@ -2,9 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use proto::security::ClientFiles;
+use proto::transport::security::ClientFiles;
 use serde::Serialize;
-use sph::setup::{CouplingKind, InterfaceLaw, Iterate, Relaxation, Unsettled};
+use sph::setup::{CouplingKind, ImplicitCoupling, InterfaceLaw, NonConvergence, Relaxation};
 
 use super::Preset;
 use crate::case::errors::CaseError;
@@ -47,7 +47,7 @@ pub struct IterateTable {
     pub relaxation: RelaxationValue,
     pub tolerance: f64,
     pub limit: u64,
-    pub unsettled: Choice<Unsettled>,
+    pub unsettled: Choice<NonConvergence>,
 }
 
 /// A factor, or the word for Aitken's.
@@ -120,7 +120,8 @@ fn check_iterated(table: &Table<'_>, kind: Option<&Choice<CouplingKind>>, law: I
 impl IterateTable {
     /// Reads the table.
     fn read(mut table: Table<'_>) -> Self {
-        const UNSETTLED: [(&str, Unsettled); 2] = [("stop", Unsettled::Stop), ("accept", Unsettled::Accept)];
+        const UNSETTLED: [(&str, NonConvergence); 2] =
+            [("stop", NonConvergence::Stop), ("accept", NonConvergence::Accept)];
         const TOLERANCE: Allowed = Allowed::new(0.0, 1.0, (false, false), "a number above 0 and below 1");
         let relaxation = table.number_or_word("relaxation", &Allowed::FRACTION, &[("aitken", ())]);
         let read = Self {
@@ -134,8 +135,8 @@ impl IterateTable {
     }
 
     /// Set-up of the solvers.
-    pub fn to_setup(&self) -> Iterate {
-        Iterate {
+    pub fn to_setup(&self) -> ImplicitCoupling {
+        ImplicitCoupling {
             relaxation: match &self.relaxation {
                 RelaxationValue::Factor(factor) => Relaxation::Fixed(*factor),
                 RelaxationValue::Word(_) => Relaxation::Aitken,
@@ -143,7 +144,7 @@ impl IterateTable {
             tolerance: self.tolerance,
             // At most 1000.
             limit: u32::try_from(self.limit).unwrap_or(u32::MAX),
-            unsettled: self.unsettled.value,
+            non_convergence: self.unsettled.value,
         }
     }
 }

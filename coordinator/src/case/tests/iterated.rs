@@ -1,6 +1,6 @@
 //! `iterate` of `[interface]`.
 
-use sph::setup::{CouplingKind, Relaxation, Unsettled};
+use sph::setup::{CouplingKind, NonConvergence, Relaxation};
 
 use super::*;
 
@@ -28,10 +28,10 @@ fn iterated_half_steps_have_ranges_and_go_with_loads() {
 
 #[test]
 fn iterating_alone_chooses_loads_and_has_defaults() {
-    assert_eq!(good(&tank("kind = \"loads\"")).run_setup().coupling.unwrap().iterate, None);
+    assert_eq!(good(&tank("kind = \"loads\"")).run_setup().coupling.unwrap().implicit, None);
     let coupling = good(&tank("iterate = {}")).run_setup().coupling.unwrap();
     assert_eq!(coupling.kind, CouplingKind::Loads);
-    let iterate = coupling.iterate.unwrap();
-    assert_eq!((iterate.relaxation, iterate.unsettled), (Relaxation::Aitken, Unsettled::Stop));
-    assert_eq!((iterate.tolerance, iterate.limit), (1e-6, 50));
+    let implicit = coupling.implicit.unwrap();
+    assert_eq!((implicit.relaxation, implicit.non_convergence), (Relaxation::Aitken, NonConvergence::Stop));
+    assert_eq!((implicit.tolerance, implicit.limit), (1e-6, 50));
 }

@@ -1,20 +1,20 @@
-use sph::coupling::ledger::{Accounts, AngularBudget, Energies, InterfaceSums, StageBooks, Torques};
-use sph::space::Vector;
+use sph::coupling::ledger::{
+    Accounts, AngularBudget, Energies, InterfaceSums, LedgerVector, StageBudget, axial,
+};
 
 use super::*;
 use crate::results::table::Table;
 
 /// A step of 0.1 s under an interface force and gravity, whose budget balances; torques are the x-components.
-fn report(step: u64, force: Vector, weight: Vector) -> StepReport {
+fn report(step: u64, force: LedgerVector, weight: LedgerVector) -> StepReport {
     let budget = |duration: f64| {
         let mut accounts = Accounts::default();
-        accounts.add(Account::BodyForce, weight);
-        let mut torques = Torques::default();
-        torques.add(TorqueAccount::BodyForce, weight.y);
-        StageBooks {
+        accounts.add_force(Account::BodyForce, weight);
+        accounts.add_torque(Account::BodyForce, axial(weight.y));
+        StageBudget {
             interface: InterfaceSums {
                 force,
-                torque: force.x,
+                torque: axial(force.x),
                 gross_force: 9.0,
                 power: 2.0,
                 pairs: 7,
@@ -24,14 +24,14 @@ fn report(step: u64, force: Vector, weight: Vector) -> StepReport {
             duration,
             momentum_change: duration * (force + weight),
             gross_momentum: 10.0,
-            angular: Some(AngularBudget { torques, change: duration * (force.x + weight.y), gross: 10.0 }),
+            angular: Some(AngularBudget { change: axial(duration * (force.x + weight.y)), gross: 10.0 }),
         }
     };
     StepReport {
         step,
         end_time: 0.1 * (step + 1) as f64,
         time_step: 0.1,
-        books: [budget(0.05), budget(0.1)],
+        budgets: [budget(0.05), budget(0.1)],
         energies: Energies { kinetic: 1.5, potential: 2.5, internal: 3.5 },
         ..StepReport::default()
     }
@@ -46,13 +46,13 @@ fn rows_hold_the_worst_imbalance_and_the_impulse_of_all_steps() {
     let root = tempfile::tempdir().unwrap();
     let path = root.path().join("ledger.csv");
     let mut file = LedgerFile::create(&path, &[Role::Fluid, Role::Solid]).unwrap();
-    let (force, weight) = (Vector::new(3.0, -1.0), Vector::new(0.0, -9.81));
+    let (force, weight) = (LedgerVector::new(3.0, -1.0, 0.0), LedgerVector::new(0.0, -9.81, 0.0));
     for step in 0..5 {
         let worst = if step == 1 { 4e-14 } else { 1e-15 };
         let (mut fluid, mut solid) = (report(step, force, weight), report(step, -force, weight));
         fluid.iterations = 7 - step as u32;
         if step > 0 {
-            solid.books[1].interface.power *= -1.0;
+            solid.budgets[1].interface.power *= -1.0;
         }
         file.record(Some(&fluid), Some(&solid), &[imbalance(worst), imbalance(2e-15)]);
         if step == 2 {
@@ -113,8 +113,8 @@ fn one_side_alone_has_its_own_columns_only() {
     let root = tempfile::tempdir().unwrap();
     let path = root.path().join("ledger.csv");
     let mut file = LedgerFile::create(&path, &[Role::Solid]).unwrap();
-    let mut report = report(0, Vector::zeros(), Vector::zeros());
-    report.books.iter_mut().for_each(|budget| budget.angular = None);
+    let mut report = report(0, LedgerVector::zeros(), LedgerVector::zeros());
+    report.budgets.iter_mut().for_each(|budget| budget.angular = None);
     file.record(None, Some(&report), &[Imbalance::default(); 2]);
     assert_eq!(file.extremes().angular, [None; 2]);
     file.finish().unwrap();

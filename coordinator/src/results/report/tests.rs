@@ -1,9 +1,8 @@
 //! Reports of made-up runs.
 
 use sph::coupling::driver::StepReport;
-use sph::coupling::ledger::{Energies, Imbalance, InterfaceSums, StageBooks};
+use sph::coupling::ledger::{Energies, Imbalance, InterfaceSums, LedgerVector, StageBudget};
 use sph::coupling::solver::{Field, ParticleFields, Role};
-use sph::space::Vector;
 
 use super::*;
 use crate::results::ledger::LedgerFile;
@@ -173,7 +172,7 @@ fn ledger(sides: &[Role]) -> Table {
     let mut file = LedgerFile::create(&path, sides).unwrap();
     for step in 0..1000u64 {
         let t = 5e-4 * step as f64;
-        let force = Vector::new(40.0 * (20.0 * t).sin(), 12.0);
+        let force = LedgerVector::new(40.0 * (20.0 * t).sin(), 12.0, 0.0);
         let report = |sign: f64| {
             let interface = InterfaceSums {
                 force: sign * force,
@@ -181,18 +180,18 @@ fn ledger(sides: &[Role]) -> Table {
                 power: 0.5 * sign,
                 ..InterfaceSums::default()
             };
-            let budget = |duration: f64| StageBooks {
+            let budget = |duration: f64| StageBudget {
                 interface,
                 duration,
                 momentum_change: duration * sign * force * (1.0 + 1e-15 * (2.0 + (900.0 * t).sin())),
                 gross_momentum: 10.0,
-                ..StageBooks::default()
+                ..StageBudget::default()
             };
             StepReport {
                 step,
                 end_time: t + 5e-4,
                 time_step: 5e-4,
-                books: [budget(2.5e-4), budget(5e-4)],
+                budgets: [budget(2.5e-4), budget(5e-4)],
                 energies: Energies { kinetic: 50.0 * t, potential: 60.0 - 52.0 * t, internal: 0.4 * t * t },
                 ..StepReport::default()
             }

@@ -4,7 +4,7 @@ use super::*;
 
 fn summary() -> Summary {
     let mut fluid = Participant { solver: "fluid-server 0.1.0".into(), ..Participant::default() };
-    fluid.counts = Counts { particles: 100, wall_particles: 20, lost: 1, outflow: 2, ..Counts::default() };
+    fluid.counts = Counts { particles: 100, wall_particles: 20, escaped: 1, outflow: 2, ..Counts::default() };
     fluid.set_waits(4.0, 1.0);
     let extremes = Extremes {
         force: Largest { value: 3e-15, at: Some(StepStage { step: 7, stage: Stage::Corrector }) },

@@ -5,11 +5,12 @@
 use std::collections::VecDeque;
 
 use sph::coupling::driver::StepReport;
-use sph::coupling::ledger::{Imbalance, TorqueCheck, balance_breaches, budget_breaches, imbalance};
+use sph::coupling::ledger::{
+    Imbalance, LedgerVector, TorqueCheck, balance_breaches, budget_breaches, imbalance,
+};
 use sph::coupling::solver::Role;
 use sph::coupling::stage::{Stage, StepStage};
 use sph::setup::LedgerPolicy;
-use sph::space::Vector;
 
 use crate::results::matched_step::MatchedStep;
 
@@ -20,7 +21,7 @@ pub struct LockStep {
     torque: TorqueCheck,
     participants: Vec<Role>,
     waiting: [VecDeque<StepReport>; 2],
-    impulse: [Vector; 2],
+    impulse: [LedgerVector; 2],
     completed: u64,
 }
 
@@ -32,13 +33,13 @@ impl LockStep {
             torque,
             participants,
             waiting: [VecDeque::new(), VecDeque::new()],
-            impulse: [Vector::zeros(); 2],
+            impulse: [LedgerVector::zeros(); 2],
             completed: 0,
         }
     }
 
     /// Continues after `completed` steps, in which `impulse` \[N s/m\] crossed the interface.
-    pub fn resume(&mut self, completed: u64, impulse: [Vector; 2]) {
+    pub fn resume(&mut self, completed: u64, impulse: [LedgerVector; 2]) {
         (self.completed, self.impulse) = (completed, impulse);
     }
 
@@ -66,7 +67,8 @@ impl LockStep {
         for (k, stage) in Stage::BOTH.into_iter().enumerate() {
             if let (Some(fluid), Some(solid)) = (&fluid, &solid) {
                 let at = StepStage { step: fluid.step, stage };
-                imbalances[k] = imbalance(&fluid.books[k].interface, &solid.books[k].interface, self.torque);
+                imbalances[k] =
+                    imbalance(&fluid.budgets[k].interface, &solid.budgets[k].interface, self.torque);
                 breaches.extend(
                     balance_breaches(at, &imbalances[k], &self.policy).into_iter().map(|b| (None, b)),
                 );
@@ -74,15 +76,17 @@ impl LockStep {
             for (role, report) in [(Role::Fluid, &fluid), (Role::Solid, &solid)] {
                 let Some(report) = report else { continue };
                 let at = StepStage { step: report.step, stage };
-                momentum_residual = momentum_residual.max(report.books[k].momentum_residual());
+                momentum_residual = momentum_residual.max(report.budgets[k].momentum_residual());
                 breaches.extend(
-                    budget_breaches(at, &report.books[k], &self.policy).into_iter().map(|b| (Some(role), b)),
+                    budget_breaches(at, &report.budgets[k], &self.policy)
+                        .into_iter()
+                        .map(|b| (Some(role), b)),
                 );
             }
         }
         for (role, report) in [(Role::Fluid, &fluid), (Role::Solid, &solid)] {
             if let Some(report) = report {
-                let corrector = &report.books[1];
+                let corrector = &report.budgets[1];
                 self.impulse[role.index()] += corrector.duration * corrector.interface.force;
             }
         }
@@ -100,19 +104,19 @@ impl LockStep {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use sph::coupling::ledger::{AngularBudget, Check, InterfaceSums, StageBooks, TorqueAccount, Torques};
+    use sph::coupling::ledger::{Account, AngularBudget, Check, InterfaceSums, StageBudget, axial};
 
-    fn report(step: u64, force: Vector) -> StepReport {
+    fn report(step: u64, force: LedgerVector) -> StepReport {
         let interface =
             InterfaceSums { force, gross_force: 10.0, gross_torque: 10.0, ..InterfaceSums::default() };
-        let budget = |duration: f64| StageBooks {
+        let budget = |duration: f64| StageBudget {
             interface,
             duration,
             momentum_change: duration * force,
             gross_momentum: 1.0,
-            ..StageBooks::default()
+            ..StageBudget::default()
         };
-        StepReport { step, time_step: 0.1, books: [budget(0.05), budget(0.1)], ..StepReport::default() }
+        StepReport { step, time_step: 0.1, budgets: [budget(0.05), budget(0.1)], ..StepReport::default() }
     }
 
     fn coupled() -> LockStep {
@@ -122,7 +126,7 @@ mod tests {
     #[test]
     fn a_step_is_complete_when_both_sides_are() {
         let mut lockstep = coupled();
-        let force = Vector::new(3.0, -1.0);
+        let force = LedgerVector::new(3.0, -1.0, 0.0);
         assert!(lockstep.report(Role::Fluid, report(0, force)).is_none());
         assert!(lockstep.report(Role::Fluid, report(1, force)).is_none());
         let matched = lockstep.report(Role::Solid, report(0, -force)).unwrap();
@@ -138,19 +142,19 @@ mod tests {
     #[test]
     fn a_force_without_reaction_is_a_breach_of_both_stages() {
         let mut lockstep = coupled();
-        lockstep.report(Role::Fluid, report(0, Vector::new(3.0, 0.0)));
-        let matched = lockstep.report(Role::Solid, report(0, Vector::new(-2.999, 0.0))).unwrap();
+        lockstep.report(Role::Fluid, report(0, LedgerVector::new(3.0, 0.0, 0.0)));
+        let matched = lockstep.report(Role::Solid, report(0, LedgerVector::new(-2.999, 0.0, 0.0))).unwrap();
         assert_eq!(matched.breaches.len(), 2);
         assert!(matched.breaches[0].1.to_string().contains("stale"), "{}", matched.breaches[0].1);
     }
 
     #[test]
-    fn a_side_that_does_not_integrate_its_books_is_named() {
+    fn a_side_that_does_not_integrate_its_forces_is_named() {
         let mut lockstep = coupled();
-        let force = Vector::new(3.0, 0.0);
+        let force = LedgerVector::new(3.0, 0.0, 0.0);
         lockstep.report(Role::Fluid, report(0, force));
         let mut solid = report(0, -force);
-        solid.books[1].momentum_change *= 1.01;
+        solid.budgets[1].momentum_change *= 1.01;
         let matched = lockstep.report(Role::Solid, solid).unwrap();
         assert_eq!(matched.breaches.len(), 1);
         assert_eq!(matched.breaches[0].0, Some(Role::Solid));
@@ -159,13 +163,12 @@ mod tests {
     #[test]
     fn a_side_that_turns_more_than_its_torques_say_is_named() {
         let mut lockstep = LockStep::new(vec![Role::Solid], LedgerPolicy::default(), TorqueCheck::Central);
-        let mut solid = report(0, Vector::zeros());
-        let mut torques = Torques::default();
-        torques.add(TorqueAccount::BodyForce, 2.0);
-        let budget = AngularBudget { torques, change: 0.1 * 2.0, gross: 1.0 };
-        solid.books[1].angular = Some(budget);
+        let mut solid = report(0, LedgerVector::zeros());
+        solid.budgets[1].accounts.add_torque(Account::BodyForce, axial(2.0));
+        let budget = AngularBudget { change: axial(0.1 * 2.0), gross: 1.0 };
+        solid.budgets[1].angular = Some(budget);
         assert!(lockstep.report(Role::Solid, solid).unwrap().breaches.is_empty());
-        solid.books[1].angular = Some(AngularBudget { change: 1.05 * budget.change, ..budget });
+        solid.budgets[1].angular = Some(AngularBudget { change: 1.05 * budget.change, ..budget });
         let matched = lockstep.report(Role::Solid, StepReport { step: 1, ..solid }).unwrap();
         let [(role, breach)] = matched.breaches.as_slice() else { panic!("{:?}", matched.breaches) };
         assert_eq!((*role, breach.check), (Some(Role::Solid), Check::AngularMomentum));
@@ -175,6 +178,6 @@ mod tests {
     #[test]
     fn one_participant_needs_no_partner() {
         let mut lockstep = LockStep::new(vec![Role::Solid], LedgerPolicy::default(), TorqueCheck::Central);
-        assert!(lockstep.report(Role::Solid, report(0, Vector::zeros())).is_some());
+        assert!(lockstep.report(Role::Solid, report(0, LedgerVector::zeros())).is_some());
     }
 }

@@ -10,10 +10,9 @@ use std::time::{Duration, Instant};
 
 use proto::checkpoint::CheckpointData;
 use sph::coupling::driver::{Command, Event, FailureReport, FinalReport};
-use sph::coupling::ledger::TorqueCheck;
+use sph::coupling::ledger::{LedgerVector, TorqueCheck};
 use sph::coupling::solver::{Fault, Role};
 use sph::setup::{BreachAction, RunSetup};
-use sph::space::Vector;
 use tokio::sync::mpsc::Receiver;
 use tokio::time::Interval;
 
@@ -41,7 +40,7 @@ pub struct ResumedAt {
     /// Completed steps.
     pub step: u64,
     /// Impulse that crossed the interface so far, on the fluid and on the solid \[N s/m\].
-    pub impulse: [Vector; 2],
+    pub impulse: [LedgerVector; 2],
 }
 
 /// How fast a run may and must go.
@@ -75,7 +74,7 @@ pub async fn drive(
         control.granted = resumed.step;
     }
     if control.can_save {
-        participants.command_all(Command::Hold);
+        participants.command_all(Command::Pause);
     }
     control.pace(participants, scheduler);
     let ending = control.run(participants, outputs, scheduler, stops).await;
@@ -310,7 +309,7 @@ impl Control {
                 }
                 self.pace(participants, scheduler);
             }
-            Event::Held(held) => {
+            Event::Paused(held) => {
                 self.paused_at.insert(role, held.step);
                 self.pace(participants, scheduler);
             }

@@ -2,12 +2,12 @@
 
 use std::net::SocketAddr;
 
-use proto::client::RunAccess;
 use proto::description::{LinkPlan, Partner};
-use proto::player::Player;
+use proto::recording::player::Player;
 use proto::recording::{self, Recording, RecordingError, RecordingWriter};
-use proto::relay::FrameRelay;
-use proto::security::{ClientSecurity, ServerSecurity};
+use proto::transport::client::RunAccess;
+use proto::transport::relay::FrameRelay;
+use proto::transport::security::{ClientSecurity, ServerSecurity};
 use sph::coupling::solver::Role;
 
 use super::server::RemoteParticipant;

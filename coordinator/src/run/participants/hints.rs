@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use proto::security::ClientSecurity;
+use proto::transport::security::ClientSecurity;
 use proto::{RpcCode, RpcError};
 
 use crate::failure::Failure;

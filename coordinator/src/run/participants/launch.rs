@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::{ExitStatus, Stdio};
 use std::time::Duration;
 
-use proto::security::{AccessToken, ClientFiles, ClientSecurity};
+use proto::transport::security::{AccessToken, ClientFiles, ClientSecurity};
 use sph::coupling::solver::Role;
 use tokio::io::{AsyncBufReadExt, AsyncWriteExt, BufReader};
 use tokio::process::{Child, Command};

@@ -15,7 +15,7 @@ use std::sync::mpsc;
 
 use proto::Beat;
 use proto::checkpoint::CheckpointData;
-use proto::client::{CommandSender, ParticipantClient};
+use proto::transport::client::{CommandSender, ParticipantClient};
 use sph::coupling::driver::{Command, Event};
 use sph::coupling::solver::Role;
 use tokio::sync::mpsc::{Receiver, Sender};

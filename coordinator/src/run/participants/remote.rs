@@ -3,11 +3,11 @@
 use std::path::Path;
 use std::time::Duration;
 
-use proto::client::{Deadlines, RunAccess};
 use proto::description::{LinkPlan, Partner};
 use proto::handshake;
-use proto::player::Replayed;
-use proto::security::{ClientFiles, ClientSecurity};
+use proto::recording::player::Replayed;
+use proto::transport::client::{Deadlines, RunAccess};
+use proto::transport::security::{ClientFiles, ClientSecurity};
 use sph::coupling::audit::PartnerParticles;
 use sph::coupling::exchange::Extent;
 use sph::coupling::solver::Role;

@@ -1,7 +1,7 @@
 //! One server of a run with its connection.
 
-use proto::client::{Deadlines, ParticipantClient};
 use proto::description::{Description, OpenReport};
+use proto::transport::client::{Deadlines, ParticipantClient};
 use proto::{RpcCode, RpcError};
 use sph::coupling::solver::Role;
 

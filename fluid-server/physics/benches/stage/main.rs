@@ -14,7 +14,7 @@ use criterion::{BenchmarkGroup, BenchmarkId, Criterion, SamplingMode, Throughput
 use fluid::FluidSolver;
 use rayon::ThreadPool;
 use rustix::time::{ClockId, clock_gettime};
-use sph::coupling::exchange::InterfaceStates;
+use sph::coupling::exchange::StateColumns;
 use sph::coupling::solver::Solver;
 use sph::coupling::stage::{Stage, StageTime, StepStage};
 use sph::kernel::CubicSpline;
@@ -106,7 +106,7 @@ impl ValueFormatter for Nanoseconds {
 struct Case {
     solver: FluidSolver,
     time: StageTime,
-    none: InterfaceStates,
+    none: StateColumns,
 }
 
 impl Case {
@@ -115,7 +115,7 @@ impl Case {
             .unwrap_or_else(|errors| panic!("the scene can not be run: {errors:?}"));
         let at = StepStage { step: 0, stage: Stage::Predictor };
         let time = StageTime { at, step_start: 0.0, time_step };
-        let mut case = Self { solver, time, none: InterfaceStates::default() };
+        let mut case = Self { solver, time, none: StateColumns::default() };
         // Lists, and buffers at their size.
         case.begin();
         case.own();

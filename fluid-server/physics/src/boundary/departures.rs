@@ -98,7 +98,7 @@ pub fn remove_departed<S: Fn(&FluidState, usize) -> Vector + Sync>(
         return Err(Box::new(Divergence {
             at: time.at,
             particle: Some(id),
-            position: Some([x.x, x.y]),
+            position: Some(x.as_slice().to_vec()),
             quantity: "lost fluid particles".into(),
             value: state.escaped as f64,
             allowed: format!("at most {}", model.escaped_particle_limit),

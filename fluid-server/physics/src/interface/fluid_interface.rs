@@ -1,12 +1,12 @@
 //! The fluid's side of the interface with a solid partner.
 
 use rayon::prelude::*;
-use sph::coupling::exchange::{Extent, InterfaceStates};
+use sph::coupling::exchange::{Column, Extent, StateColumns};
 use sph::coupling::ledger::InterfaceSums;
 use sph::interface::Interface;
+use sph::interface::states::{InterfaceStates, write_vectors};
 use sph::prescribed::body_force::BodyForceField;
 use sph::setup::{Coupling, FluidProbeKind, InterfaceLaw};
-use sph::space::Vector;
 use sph::space::domain::Domain;
 use sph::space::geometry::Geometry;
 
@@ -35,6 +35,8 @@ pub struct FluidInterface {
     coupling: Coupling,
     domain: Domain,
     interface: Interface,
+    /// Own interface states of the stage, and the partner's.
+    states: [InterfaceStates; 2],
     selection: InterfaceSelection,
     /// Largest number of interface particles sent in a stage.
     largest: u64,
@@ -57,6 +59,7 @@ impl FluidInterface {
             coupling: *coupling,
             domain: *domain,
             interface: Interface::new(coupling, domain, body_force.clone()),
+            states: Default::default(),
             selection: InterfaceSelection::new(domain, support, coupling.fluid.particle_spacing),
             largest: 0,
             sums: InterfaceSums::default(),
@@ -104,10 +107,11 @@ impl FluidInterface {
     }
 
     /// Counts the fluid particles inside solids, where a probe asks for it.
-    fn count_immersed(&mut self, model: &FluidModel, own: &InterfaceStates, partner: &InterfaceStates) {
+    fn count_immersed(&mut self, model: &FluidModel) {
         if !model.probes.iter().any(|probe| probe.kind == FluidProbeKind::Immersed) {
             return;
         }
+        let [own, partner] = &self.states;
         let share = |f: usize| -> f64 {
             let weight = |(s, _): (usize, _)| {
                 let distance = self.domain.separation(&own.position[f], &partner.position[s]).norm();
@@ -132,38 +136,39 @@ impl FluidInterface {
         self.selection.covered_by(state, support, extent, reach)
     }
 
-    /// Fills `states` with the particles within `reach` \[m\] of `partner`, ids ascending; returns the set's version.
+    /// Fills `columns` with the particles within `reach` \[m\] of `partner`, ids ascending; returns the set's version.
     pub fn select(
         &mut self,
         state: &FluidState,
         fluid: &[PackedParticle],
         partner: &Extent,
         reach: f64,
-        states: &mut InterfaceStates,
+        columns: &mut StateColumns,
     ) -> u64 {
-        let version = self.selection.select(state, fluid, partner, reach, states);
-        self.largest = self.largest.max(states.len() as u64);
+        let [own, _] = &mut self.states;
+        let version = self.selection.select(state, fluid, partner, reach, own);
+        self.largest = self.largest.max(own.len() as u64);
+        own.write(columns);
         version
     }
 
-    /// Force on each of the partner's `samples` \[N/m\] at `time` \[s\], written to `forces`.
-    pub fn reactions(
-        &mut self,
-        time: f64,
-        own: &InterfaceStates,
-        samples: &InterfaceStates,
-        forces: &mut Vec<Vector>,
-    ) {
-        self.interface.update(time, own, samples);
-        self.interface.solid_forces(own, samples);
-        forces.clear();
-        forces.extend((0..samples.len()).map(|s| self.interface.force(s)));
+    /// Force on each of the partner's coupling `points` \[N\] at `time` \[s\], written to `forces`.
+    pub fn reactions(&mut self, time: f64, own: &StateColumns, points: &StateColumns, forces: &mut Column) {
+        let Self { interface, states: [fluid, solid], .. } = self;
+        fluid.read(own);
+        solid.read(points);
+        interface.update(time, fluid, solid);
+        interface.solid_forces(fluid, solid);
+        write_vectors((0..solid.len()).map(|s| interface.force(s)), forces);
     }
 
-    /// Updates cross-owner lists, dummy states and pair forces of this stage.
-    pub fn update(&mut self, time: f64, own: &InterfaceStates, partner: &InterfaceStates) {
-        self.interface.update(time, own, partner);
-        self.sums = self.interface.fluid_forces(own, partner);
+    /// Takes over the states of both sides; updates cross-owner lists, dummy states and pair forces of this stage.
+    pub fn update(&mut self, time: f64, own: &StateColumns, partner: &StateColumns) {
+        let Self { interface, states: [fluid, solid], sums, .. } = self;
+        fluid.read(own);
+        solid.read(partner);
+        interface.update(time, fluid, solid);
+        *sums = interface.fluid_forces(fluid, solid);
     }
 
     /// Meaning of the solid's density in the fluid's density gradient and diffusion.
@@ -181,8 +186,6 @@ impl FluidInterface {
     pub fn add_neighbour_sums<G: Geometry>(
         &mut self,
         scene: &Scene<G>,
-        own: &InterfaceStates,
-        partner: &InterfaceStates,
         gradients: &mut Gradients,
         rates: &mut [Rates],
     ) {
@@ -193,7 +196,7 @@ impl FluidInterface {
         let partner_density = self.partner_density();
         let slips = self.coupling.law == InterfaceLaw::Wall;
         let ratio = Ratio::new(model);
-        let Self { interface, domain, neighbour_sums, selection, .. } = self;
+        let Self { interface, domain, states: [own, partner], neighbour_sums, selection, .. } = self;
         let (states, particles) = (&mut self.states_in_contact, &mut self.particles_in_contact);
         states.clear();
         states.extend((0u32..).take(own.len()).filter(|k| interface.meets(*k as usize)));
@@ -235,11 +238,10 @@ impl FluidInterface {
         model: &FluidModel,
         state: &FluidState,
         part: StagePart,
-        [own, partner]: [&InterfaceStates; 2],
         gradients: &Gradients,
         rates: &mut [Rates],
     ) {
-        self.count_immersed(model, own, partner);
+        self.count_immersed(model);
         let diffusion =
             if self.partner_density() == PartnerDensity::FluidEquivalent && part != StagePart::Density {
                 model.diffusion
@@ -247,7 +249,7 @@ impl FluidInterface {
                 0.0
             };
         let flux = if part == StagePart::Momentum { 0.0 } else { 1.0 };
-        let Self { interface, domain, selection, density_rates, .. } = self;
+        let Self { interface, domain, states: [own, partner], selection, density_rates, .. } = self;
         density_rates.resize(own.len(), 0.0);
         density_rates.par_iter_mut().with_min_len(TASK).enumerate().for_each(|(k, rate)| {
             let rho = own.density[k];

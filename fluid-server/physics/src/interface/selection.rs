@@ -1,8 +1,9 @@
 //! Selection of the fluid particles that are sent to the partner.
 
 use rayon::prelude::*;
-use sph::coupling::exchange::{Extent, InterfaceStates};
+use sph::coupling::exchange::Extent;
 use sph::coupling::extent::{ExtentTracker, ReachMap};
+use sph::interface::states::InterfaceStates;
 use sph::space::Vector;
 use sph::space::domain::Domain;
 

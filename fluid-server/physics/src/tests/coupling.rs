@@ -1,9 +1,10 @@
 //! The fluid's side of the interface, with solid states made up here.
 
-use sph::coupling::exchange::{Extent, InterfaceStates};
+use sph::coupling::exchange::{Column, Extent, StateColumns};
 use sph::coupling::solver::Solver;
 use sph::coupling::stage::Stage;
 use sph::interface::Interface;
+use sph::interface::states::InterfaceStates;
 use sph::setup::{
     Coupling, CouplingKind, DensityDiffusion, FluidProbe, FluidProbeKind, FluidSetup, GradientCorrection,
     InterfaceLaw,
@@ -28,7 +29,7 @@ fn coupled(law: InterfaceLaw, correction: GradientCorrection, diffusion: Density
         solid_spacing: 0.02,
         repulsion: 0.5,
         margin: REACH - 0.048,
-        iterate: None,
+        implicit: None,
     });
     let mut noise = Noise(8);
     for i in 0..setup.particles.id.len() {
@@ -65,7 +66,7 @@ fn solid() -> InterfaceStates {
 }
 
 fn extent() -> Extent {
-    Extent { version: 1, boxes: vec![(Vector::new(0.45, 0.19), Vector::new(0.51, 0.41))] }
+    Extent { version: 1, boxes: Column::from_iter([[0.45, 0.19, 0.51, 0.41]]) }
 }
 
 /// The states of `states` for which `keep` says so.
@@ -89,8 +90,9 @@ fn step(
     solver: &mut FluidSolver,
     reach: f64,
     partner: &InterfaceStates,
-) -> Vec<sph::coupling::ledger::StageBooks> {
-    let mut own = InterfaceStates::default();
+) -> Vec<sph::coupling::ledger::StageBudget> {
+    let mut own = StateColumns::default();
+    let partner = StateColumns::from(partner);
     Stage::BOTH
         .into_iter()
         .map(|stage| {
@@ -98,7 +100,7 @@ fn step(
             solver.begin_stage(&time).unwrap();
             solver.interface(&extent(), reach, &mut own);
             solver.evaluate_own(&time);
-            solver.evaluate_cross(&time, &own, partner);
+            solver.evaluate_cross(&time, &own, &partner);
             solver.advance(&time).unwrap()
         })
         .collect()
@@ -110,15 +112,17 @@ fn the_interface_holds_all_within_reach_in_id_order() {
         solver(coupled(InterfaceLaw::Wall, GradientCorrection::LatticeMoment, DensityDiffusion::None));
     let time = stage_time(0, Stage::Predictor, 1e-4);
     solver.begin_stage(&time).unwrap();
-    let mut own = InterfaceStates::default();
-    let version = solver.interface(&extent(), REACH, &mut own);
+    let mut columns = StateColumns::default();
+    let version = solver.interface(&extent(), REACH, &mut columns);
+    let own = InterfaceStates::from(&columns);
     assert!(own.id.is_sorted_by(|a, b| a < b));
     let near = |x: &Vector| x.x > 0.45 - REACH;
     let expected = solver.state.position.iter().filter(|x| near(x)).count();
     assert_eq!(own.len(), expected);
     assert!(expected > 15 && own.position.iter().all(near));
-    assert_eq!(solver.interface(&extent(), REACH, &mut own), version, "the same set keeps its version");
-    assert_ne!(solver.interface(&extent(), 2.0 * REACH, &mut own), version);
+    assert_eq!(solver.interface(&extent(), REACH, &mut columns), version, "the same set keeps its version");
+    assert_ne!(solver.interface(&extent(), 2.0 * REACH, &mut columns), version);
+    let own = InterfaceStates::from(&columns);
     for (k, id) in own.id.iter().enumerate() {
         let i = solver.state.id.iter().position(|other| other == id).unwrap();
         assert_eq!(own.position[k], solver.state.position[i]);
@@ -132,19 +136,20 @@ fn the_interface_follows_particles_and_extents_between_list_builds() {
     let mut setup = coupled(InterfaceLaw::Wall, GradientCorrection::LatticeMoment, DensityDiffusion::None);
     setup.particles.velocity.iter_mut().for_each(|v| v.x += 2.0);
     let mut solver = solver(setup);
-    let (none, mut own) = (InterfaceStates::default(), InterfaceStates::default());
+    let (none, mut own) = (StateColumns::default(), StateColumns::default());
     let mut extent = extent();
     let (mut last, mut changes) = ((0, Vec::new()), 0);
     for step in 0..100 {
         if step == 50 {
-            extent = Extent { version: 2, boxes: vec![(Vector::new(0.2, 0.1), Vector::new(0.3, 0.18))] };
+            extent = Extent { version: 2, boxes: Column::from_iter([[0.2, 0.1, 0.3, 0.18]]) };
         }
         for stage in Stage::BOTH {
             let time = stage_time(step, stage, 2e-4);
             solver.begin_stage(&time).unwrap();
             solver.interface(&extent, REACH, &mut own);
-            let (lower, upper) = &extent.boxes[0];
-            let near = |x: &Vector| (x - x.sup(lower).inf(upper)).norm() <= REACH;
+            let corners = extent.boxes.row(0);
+            let (lower, upper) = (Vector::new(corners[0], corners[1]), Vector::new(corners[2], corners[3]));
+            let near = |x: &Vector| (x - x.sup(&lower).inf(&upper)).norm() <= REACH;
             let state = &solver.state;
             let mut expected: Vec<u32> =
                 (0..state.len()).filter(|i| near(&state.position[*i])).map(|i| state.id[i]).collect();
@@ -172,10 +177,11 @@ fn budgets_close_and_both_sides_agree_for_every_law() {
             let partner = solid();
             let time = stage_time(0, Stage::Predictor, 1e-4);
             solver.begin_stage(&time).unwrap();
-            let mut own = InterfaceStates::default();
-            solver.interface(&extent(), REACH, &mut own);
+            let mut columns = StateColumns::default();
+            solver.interface(&extent(), REACH, &mut columns);
+            let own = InterfaceStates::from(&columns);
             solver.evaluate_own(&time);
-            solver.evaluate_cross(&time, &own, &partner);
+            solver.evaluate_cross(&time, &columns, &(&partner).into());
             let budgets = solver.advance(&time).unwrap();
             assert!(budgets.interface.pairs > 100);
             assert!(
@@ -237,10 +243,10 @@ fn water_between_a_solid_and_nothing_stays_uniform() {
         let mut solver = solver(setup);
         let time = stage_time(0, Stage::Predictor, 1e-4);
         solver.begin_stage(&time).unwrap();
-        let mut own = InterfaceStates::default();
+        let mut own = StateColumns::default();
         solver.interface(&extent(), REACH, &mut own);
         solver.evaluate_own(&time);
-        solver.evaluate_cross(&time, &own, &partner);
+        solver.evaluate_cross(&time, &own, &(&partner).into());
         let mut tested = 0;
         for i in 0..solver.state.len() {
             let x = solver.state.position[i];
@@ -264,7 +270,7 @@ fn coverage_is_measured_against_the_known_extent() {
     let known = solver.extent().clone();
     assert_eq!(solver.covered_by(&known, REACH), Ok(()));
     assert!(solver.covered_by(&known, 0.04).is_err(), "less than the support radius");
-    let far = Extent { version: 99, boxes: vec![(Vector::new(0.2, 0.2), Vector::new(0.3, 0.4))] };
+    let far = Extent { version: 99, boxes: Column::from_iter([[0.2, 0.2, 0.3, 0.4]]) };
     assert!(solver.covered_by(&far, REACH).is_err());
     // A fluid that has a coupling but no partner near runs as alone.
     run(&mut solver, 2, 1e-4);

@@ -209,5 +209,5 @@ fn the_driver_runs_a_fluid_without_partner() {
     // 0.5·h/c₀ = 0.6 ms: at least 33 steps.
     assert!((33..80).contains(&steps), "{steps}");
     let Some(Event::Finished(report)) = events.last() else { panic!("{:?}", events.last()) };
-    assert!(report.reached_end && report.counts.particles == 200 && report.counts.lost == 0);
+    assert!(report.reached_end && report.counts.particles == 200 && report.counts.escaped == 0);
 }

@@ -20,7 +20,7 @@ use crate::rates::particle_rates::Rates;
 fn rates(setup: FluidSetup, scheme: FluidScheme, stage: Stage) -> Vec<Rates> {
     let mut solver =
         solver(FluidSetup { parameters: FluidParameters { scheme, ..setup.parameters }, ..setup });
-    let none = sph::coupling::exchange::InterfaceStates::default();
+    let none = sph::coupling::exchange::StateColumns::default();
     for at in Stage::BOTH.into_iter().filter(|at| *at <= stage) {
         let time = stage_time(0, at, 0.0);
         solver.begin_stage(&time).unwrap();
@@ -138,7 +138,7 @@ fn a_change_of_the_step_does_not_shake_the_density() {
     // Density is half a step behind: steps in turn long and short must give the same motion as equal ones.
     let setup = waves(0.0);
     let mut uneven = solver(setup.clone());
-    let none = sph::coupling::exchange::InterfaceStates::default();
+    let none = sph::coupling::exchange::StateColumns::default();
     let mut now = 0.0;
     for step in 0..32 {
         let time_step = if step % 2 == 0 { 3e-4 } else { 1e-4 };

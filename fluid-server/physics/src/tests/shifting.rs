@@ -155,7 +155,7 @@ fn tensile_control_acts_on_negative_pressure_only_and_is_accounted_for() {
         let gross: f64 = with.iter().zip(&without).map(change).sum();
         (setup.parameters.shifting, setup.parameters.tensile_control) = (0.0, true);
         let budgets = run(&mut solver(setup), 1, 1e-5);
-        (gross, budgets[0].accounts.get(Account::Stabilisers).norm())
+        (gross, budgets[0].accounts.get(Account::Stabilisers).force.norm())
     };
     assert_eq!(accounted(1001.0), (0.0, 0.0));
     let (gross, account) = accounted(999.0);

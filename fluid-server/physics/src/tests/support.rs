@@ -1,7 +1,7 @@
 //! Scenes for the tests.
 
-use sph::coupling::exchange::InterfaceStates;
-use sph::coupling::ledger::StageBooks;
+use sph::coupling::exchange::StateColumns;
+use sph::coupling::ledger::StageBudget;
 use sph::coupling::solver::{Divergence, Solver};
 use sph::coupling::stage::{Stage, StageTime, StepStage};
 use sph::setup::{
@@ -143,7 +143,7 @@ pub fn evaluate(solver: &mut FluidSolver) {
     let time = stage_time(0, Stage::Predictor, 1e-5);
     solver.begin_stage(&time).unwrap();
     solver.evaluate_own(&time);
-    let none = InterfaceStates::default();
+    let none = StateColumns::default();
     solver.evaluate_cross(&time, &none, &none);
 }
 
@@ -152,9 +152,9 @@ pub fn try_step(
     solver: &mut FluidSolver,
     step: u64,
     time_step: f64,
-) -> Result<[StageBooks; 2], Box<Divergence>> {
-    let mut budgets = [StageBooks::default(); 2];
-    let none = InterfaceStates::default();
+) -> Result<[StageBudget; 2], Box<Divergence>> {
+    let mut budgets = [StageBudget::default(); 2];
+    let none = StateColumns::default();
     for (k, stage) in Stage::BOTH.into_iter().enumerate() {
         let time = stage_time(step, stage, time_step);
         solver.begin_stage(&time)?;
@@ -167,13 +167,13 @@ pub fn try_step(
 }
 
 /// `steps` steps without a partner; returns all budgets.
-pub fn run(solver: &mut FluidSolver, steps: u64, time_step: f64) -> Vec<StageBooks> {
+pub fn run(solver: &mut FluidSolver, steps: u64, time_step: f64) -> Vec<StageBudget> {
     (0..steps).flat_map(|step| try_step(solver, step, time_step).unwrap()).collect()
 }
 
 /// Largest residual of check (b).
-pub fn largest_residual(budgets: &[StageBooks]) -> f64 {
-    let worst = |budgets: &StageBooks| budgets.momentum_residual().max(budgets.angular_residual());
+pub fn largest_residual(budgets: &[StageBudget]) -> f64 {
+    let worst = |budgets: &StageBudget| budgets.momentum_residual().max(budgets.angular_residual());
     budgets.iter().map(worst).fold(0.0, f64::max)
 }
 

@@ -131,7 +131,7 @@ fn released_walls_and_walls_without_fluid_do_not_act() {
     let budgets = run(&mut solver, 3, 1e-4);
     // Half-steps at 0, 0.05, 0.1, 0.15, ... ms: the wall acts in the first three.
     for (k, budgets) in budgets.iter().enumerate() {
-        assert_eq!(budgets.accounts.get(Account::Walls).norm() > 0.0, k < 3, "half-step {k}");
+        assert_eq!(budgets.accounts.get(Account::Walls).force.norm() > 0.0, k < 3, "half-step {k}");
     }
     let mut setup = moving_water(WallCondition::Slip);
     setup.particles.position.iter_mut().for_each(|x| x.y += 0.2);
@@ -149,7 +149,7 @@ fn slip_does_not_drag_and_no_slip_does() {
         setup.parameters.dynamic_viscosity = viscosity;
         let mut solver = solver(setup);
         let budgets = try_step(&mut solver, 0, 1e-4).unwrap();
-        budgets[0].accounts.get(Account::Walls).x
+        budgets[0].accounts.get(Account::Walls).force.x
     };
     for viscosity in [0.0, 10.0] {
         let (slip, no_slip) = (drag(WallCondition::Slip, viscosity), drag(WallCondition::NoSlip, viscosity));
@@ -171,7 +171,7 @@ fn the_force_on_the_floor_is_the_reaction_to_the_walls_account() {
         let mut values = Vec::new();
         solver.probes(5e-4, &mut values);
         let budgets = try_step(&mut solver, 5, 1e-4).unwrap();
-        let account = budgets[0].accounts.get(Account::Walls);
+        let account = budgets[0].accounts.get(Account::Walls).force.xy();
         assert!((Vector::new(values[0], values[1]) + account).norm() < 1e-12 * account.norm());
     }
 }
@@ -193,7 +193,7 @@ fn each_of_two_walls_has_its_own_force() {
     solver.probes(5e-4, &mut values);
     let [right, left] = [Vector::new(values[0], values[1]), Vector::new(values[2], values[3])];
     let budgets = try_step(&mut solver, 5, 1e-4).unwrap();
-    let account = budgets[0].accounts.get(Account::Walls);
+    let account = budgets[0].accounts.get(Account::Walls).force.xy();
     assert!((left + right + account).norm() < 1e-12 * account.norm());
     // 7 and 13 of 20 columns.
     assert!((left.y / right.y / (7.0 / 13.0) - 1.0).abs() < 0.1, "{left} {right}");
@@ -240,7 +240,7 @@ fn repulsion_leaves_water_at_rest_on_its_lattice_alone_and_is_accounted_for() {
         let mut values = Vec::new();
         solver.probes(0.0, &mut values);
         let budgets = try_step(&mut solver, 0, 1e-5).unwrap();
-        (budgets[0].accounts.get(Account::Walls).y, values[1])
+        (budgets[0].accounts.get(Account::Walls).force.y, values[1])
     };
     assert_eq!(account(1.0, 0.0), (0.0, 0.0));
     // Half a spacing too low: z = 0.5 Δx, below 0.6 Δx: 20 particles of mass m feel k (c₀/Δx)² 0.1 Δx.

@@ -1,6 +1,6 @@
 //! Advances the state by the rates and closes the momentum budget of a stage.
 
-use sph::coupling::ledger::{Account, Accounts, AngularBudget, StageBooks, TorqueAccount, Torques};
+use sph::coupling::ledger::{Account, Accounts, AngularBudget, StageBudget, axial, lifted};
 use sph::coupling::stage::{Stage, StageTime};
 use sph::space::Vector;
 
@@ -35,7 +35,7 @@ pub fn advance(
     state: &mut FluidState,
     workspace: &mut Workspace,
     time: &StageTime,
-) -> StageBooks {
+) -> StageBudget {
     let Workspace {
         base, fluid, rates, interface, external, budget, findings, part, current, energies, ..
     } = workspace;
@@ -82,7 +82,7 @@ pub fn advance(
     let interface = interface.as_ref().map(|interface| interface.sums()).unwrap_or_default();
     if *part == StagePart::Density {
         // The velocity of this stage is an extrapolation: no force has acted.
-        return StageBooks { interface, ..StageBooks::default() };
+        return StageBudget { interface, ..StageBudget::default() };
     }
     external.iter().for_each(|external| forces += *external);
     state.largest_acceleration = total.largest_acceleration;
@@ -90,15 +90,25 @@ pub fn advance(
         state.density_age = step.half;
     }
     let duration = step.duration;
-    StageBooks {
+    let removed = state.removed_momentum;
+    let mut accounts = Accounts::default();
+    accounts.add_force(Account::BodyForce, lifted(&forces.body.force));
+    accounts.add_force(Account::Walls, lifted(&forces.walls.force));
+    accounts.add_force(Account::Damping, lifted(&total.damping));
+    accounts.add_force(Account::Stabilisers, lifted(&forces.stabilisers.force));
+    // Particles leave at step boundaries: the next step accounts for their momentum in both of its stages.
+    accounts.add_force(Account::Removed, lifted(&(-removed / duration)));
+    let removed_angular = state.removed_angular_momentum;
+    let angular = step
+        .origin
+        .map(|_| angular_budget(&mut accounts, &total.angular, &forces, removed_angular, duration));
+    StageBudget {
         interface,
-        accounts: accounts(&total, &forces, state.removed_momentum, duration),
-        angular: step
-            .origin
-            .map(|_| angular_budget(&total.angular, &forces, state.removed_angular_momentum, duration)),
+        accounts,
+        angular,
         duration,
-        momentum_change: total.momentum - state.removed_momentum,
-        gross_momentum: total.gross_momentum + duration * total.gross + state.removed_momentum.norm(),
+        momentum_change: lifted(&(total.momentum - removed)),
+        gross_momentum: total.gross_momentum + duration * total.gross + removed.norm(),
     }
 }
 
@@ -114,36 +124,28 @@ pub fn start_of_step(state: &FluidState, workspace: &Workspace, time_step: f64, 
     x - (mean_velocity + rates.shift) * time_step
 }
 
-fn accounts(budget: &MomentumBudget, forces: &ExternalForces, removed: Vector, duration: f64) -> Accounts {
-    let mut accounts = Accounts::default();
-    accounts.add(Account::BodyForce, forces.body.force);
-    accounts.add(Account::Walls, forces.walls.force);
-    accounts.add(Account::Damping, budget.damping);
-    accounts.add(Account::Stabilisers, forces.stabilisers.force);
-    // Particles leave at step boundaries: the next step accounts for their momentum in both of its stages.
-    accounts.add(Account::Removed, -removed / duration);
-    accounts
-}
-
-/// As [`accounts`], for angular momentum, of which `removed` \[kg m/s\] was removed.
+/// Enters the torques in `accounts`; returns the change of the angular momentum, of which `removed` \[kg m²/s\] was removed.
 fn angular_budget(
+    accounts: &mut Accounts,
     budget: &AngularBudgetSums,
     forces: &ExternalForces,
     removed: f64,
     duration: f64,
 ) -> AngularBudget {
-    let mut torques = Torques::default();
-    torques.add(TorqueAccount::BodyForce, forces.body.torque);
-    torques.add(TorqueAccount::Walls, forces.walls.torque);
-    torques.add(TorqueAccount::Damping, budget.damping);
-    torques.add(TorqueAccount::Stabilisers, forces.stabilisers.torque);
-    torques.add(TorqueAccount::OwnForces, forces.own_torque);
-    torques.add(TorqueAccount::Removed, -removed / duration);
-    torques.add(TorqueAccount::Shifting, budget.shifting / duration);
-    torques.add(TorqueAccount::TimeScheme, budget.scheme / duration);
+    for (account, torque) in [
+        (Account::BodyForce, forces.body.torque),
+        (Account::Walls, forces.walls.torque),
+        (Account::Damping, budget.damping),
+        (Account::Stabilisers, forces.stabilisers.torque),
+        (Account::OwnForces, forces.own_torque),
+        (Account::Removed, -removed / duration),
+        (Account::Shifting, budget.shifting / duration),
+        (Account::TimeScheme, budget.scheme / duration),
+    ] {
+        accounts.add_torque(account, axial(torque));
+    }
     AngularBudget {
-        torques,
-        change: budget.change - removed,
+        change: axial(budget.change - removed),
         gross: budget.gross_change + duration * budget.gross_torque + removed.abs(),
     }
 }

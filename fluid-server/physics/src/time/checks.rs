@@ -255,7 +255,7 @@ fn diagnosis(model: &FluidModel, state: &FluidState, at: StepStage, i: usize) ->
     Divergence {
         at,
         particle: Some(state.id[i]),
-        position: Some([x.x, x.y]),
+        position: Some(x.as_slice().to_vec()),
         quantity: quantity.into(),
         value,
         allowed,

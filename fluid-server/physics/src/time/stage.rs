@@ -1,6 +1,6 @@
 //! The flow of a stage, in a workspace that may be dropped at any step boundary.
 
-use sph::coupling::exchange::InterfaceStates;
+use sph::coupling::exchange::StateColumns;
 use sph::coupling::ledger::Energies;
 use sph::coupling::solver::Divergence;
 use sph::coupling::stage::StageTime;
@@ -162,8 +162,8 @@ impl Workspace {
         model: &FluidModel,
         state: &FluidState,
         time: f64,
-        own: &InterfaceStates,
-        partner: &InterfaceStates,
+        own: &StateColumns,
+        partner: &StateColumns,
     ) {
         if model.domain.is_periodic() {
             self.complete(Periodic::new(&model.domain), model, state, time, [own, partner]);
@@ -178,7 +178,7 @@ impl Workspace {
         model: &FluidModel,
         state: &FluidState,
         time: f64,
-        [own, partner]: [&InterfaceStates; 2],
+        [own, partner]: [&StateColumns; 2],
     ) {
         let Self {
             lists, fluid, walls, gradients, computes_gradients, part, interface, rates, external, ..
@@ -188,7 +188,7 @@ impl Workspace {
         if let Some(interface) = interface {
             interface.update(time, own, partner);
             if *computes_gradients {
-                interface.add_neighbour_sums(&scene, own, partner, gradients, rates);
+                interface.add_neighbour_sums(&scene, gradients, rates);
             }
         }
         if *computes_gradients && part == StagePart::Momentum {
@@ -196,7 +196,7 @@ impl Workspace {
         }
         StageFields { scene, state, field: &walls.field, gradients, time, part }.rates(rates, external);
         if let Some(interface) = interface {
-            interface.add_rates(model, state, part, [own, partner], gradients, rates);
+            interface.add_rates(model, state, part, gradients, rates);
         }
     }
 

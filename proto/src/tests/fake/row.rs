@@ -2,11 +2,12 @@
 
 use std::time::Duration;
 
-use sph::coupling::exchange::{Extent, InterfaceStates};
-use sph::coupling::ledger::{Energies, InterfaceSums, StageBooks};
+use sph::coupling::exchange::{Column, Extent, StateColumns};
+use sph::coupling::ledger::{Energies, InterfaceSums, StageBudget, axial, lifted};
 use sph::coupling::saved::{RestoreError, SavedState};
 use sph::coupling::solver::{Counts, Divergence, Field, ParticleFields, Role, Solver};
 use sph::coupling::stage::{Stage, StageTime};
+use sph::interface::states::InterfaceStates;
 use sph::setup::ParticipantSetup;
 use sph::space::Vector;
 
@@ -75,8 +76,9 @@ impl Row {
         let inside = self
             .extent
             .boxes
-            .iter()
-            .any(|(lower, upper)| self.states.position.iter().all(|x| *x >= *lower && *x <= *upper));
+            .arrays()
+            .map(|[x0, y0, x1, y1]| (Vector::new(x0, y0), Vector::new(x1, y1)))
+            .any(|(lower, upper)| self.states.position.iter().all(|x| *x >= lower && *x <= upper));
         if inside {
             return;
         }
@@ -84,7 +86,8 @@ impl Row {
         let slack = Vector::repeat(0.01);
         let lower = self.states.position.iter().fold(first, |a, b| a.inf(b)) - slack;
         let upper = self.states.position.iter().fold(first, |a, b| a.sup(b)) + slack;
-        self.extent = Extent { version: self.extent.version + 1, boxes: vec![(lower, upper)] };
+        let boxes = Column::from_iter([[lower.x, lower.y, upper.x, upper.y]]);
+        self.extent = Extent { version: self.extent.version + 1, boxes };
     }
 
     fn momentum(&self, velocities: &[Vector]) -> (Vector, f64) {
@@ -119,7 +122,7 @@ impl Solver for Row {
             return Err(Divergence {
                 at: time.at,
                 particle: Some(6),
-                position: Some([0.0, 1.0]),
+                position: Some(vec![0.0, 1.0]),
                 quantity: "speed [m/s]".into(),
                 value: f64::NAN,
                 allowed: "finite".into(),
@@ -150,8 +153,8 @@ impl Solver for Row {
         &self.extent
     }
 
-    fn interface(&mut self, _: &Extent, _: f64, states: &mut InterfaceStates) -> u64 {
-        states.clone_from(&self.states);
+    fn interface(&mut self, _: &Extent, _: f64, states: &mut StateColumns) -> u64 {
+        self.states.write(states);
         self.set_version
     }
 
@@ -161,7 +164,8 @@ impl Solver for Row {
 
     fn evaluate_own(&mut self, _: &StageTime) {}
 
-    fn evaluate_cross(&mut self, _: &StageTime, own: &InterfaceStates, partner: &InterfaceStates) {
+    fn evaluate_cross(&mut self, _: &StageTime, own: &StateColumns, partner: &StateColumns) {
+        let (own, partner) = (InterfaceStates::from(own), InterfaceStates::from(partner));
         self.sums = InterfaceSums::default();
         self.force.fill(Vector::zeros());
         for i in 0..own.len() {
@@ -173,9 +177,9 @@ impl Solver for Row {
                 if let Some(force) = repulsion(&x_fs).map(|force| force * sign) {
                     self.force[i] += force;
                     let sums = &mut self.sums;
-                    sums.force += force;
+                    sums.force += lifted(&force);
                     sums.gross_force += force.norm();
-                    sums.torque += sph::space::cross(&own.position[i], &force);
+                    sums.torque += axial(sph::space::cross(&own.position[i], &force));
                     sums.gross_torque += own.position[i].norm() * force.norm();
                     sums.power += force.dot(&own.velocity[i]);
                     sums.pairs += 1;
@@ -184,7 +188,7 @@ impl Solver for Row {
         }
     }
 
-    fn advance(&mut self, time: &StageTime) -> Result<StageBooks, Divergence> {
+    fn advance(&mut self, time: &StageTime) -> Result<StageBudget, Divergence> {
         let duration = time.duration();
         let (before, gross_before) = self.momentum(&self.velocity_start);
         for k in 0..self.states.len() {
@@ -194,12 +198,12 @@ impl Solver for Row {
                 self.velocity_start[k] + self.force[k] * (duration / self.states.mass[k]);
         }
         let (after, gross_after) = self.momentum(&self.states.velocity);
-        Ok(StageBooks {
+        Ok(StageBudget {
             interface: self.sums,
             duration,
-            momentum_change: after - before,
+            momentum_change: lifted(&(after - before)),
             gross_momentum: gross_before + gross_after,
-            ..StageBooks::default()
+            ..StageBudget::default()
         })
     }
 

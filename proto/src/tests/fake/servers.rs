@@ -9,9 +9,9 @@ use tokio_util::sync::CancellationToken;
 
 use super::row::RowFactory;
 use super::setups::{alone, setup};
-use crate::client::{Deadlines, ParticipantClient, RunAccess};
 use crate::description::{LinkPlan, Partner};
 use crate::service::{ServeOptions, Server};
+use crate::transport::client::{Deadlines, ParticipantClient, RunAccess};
 
 /// A server in this process, ended by [`TestServer::end`] or when dropped.
 pub(crate) struct TestServer {

@@ -3,9 +3,10 @@
 use sph::coupling::solver::Role;
 use sph::setup::{
     BodyForce, BodySetup, BreachAction, ContactLaw, Coupling, CouplingKind, DensityDiffusion,
-    ElasticParameters, FluidParameters, FluidParticles, FluidScheme, FluidSetup, Formulation, InterfaceLaw,
-    Iterate, LedgerPolicy, Outflow, OutputPlan, ParameterSet, ParticipantSetup, Relaxation, RunSetup,
-    SolidParticles, SolidSetup, SolidStepping, StepPolicy, TimePlan, Unsettled, WallParticles,
+    ElasticParameters, FluidParameters, FluidParticles, FluidScheme, FluidSetup, Formulation,
+    ImplicitCoupling, InterfaceLaw, LedgerPolicy, NonConvergence, Outflow, OutputPlan, ParameterSet,
+    ParticipantSetup, Relaxation, RunSetup, SolidParticles, SolidSetup, SolidStepping, StepPolicy, TimePlan,
+    WallParticles,
 };
 use sph::space::domain::Domain;
 use sph::space::{SymmetricTensor, Vector};
@@ -37,17 +38,17 @@ pub(crate) fn run_setup(run_id: &str, steps: u32) -> RunSetup {
             solid_spacing: 0.01,
             repulsion: 0.5,
             margin: 0.05,
-            iterate: None,
+            implicit: None,
         }),
     }
 }
 
-/// An iterated half-step.
-pub(crate) const ITERATE: Iterate = Iterate {
+/// Implicit coupling.
+pub(crate) const IMPLICIT: ImplicitCoupling = ImplicitCoupling {
     relaxation: Relaxation::Fixed(0.1 + 0.2),
     tolerance: 1e-7 / 3.0,
     limit: 17,
-    unsettled: Unsettled::Accept,
+    non_convergence: NonConvergence::Accept,
 };
 
 pub(crate) fn water() -> FluidParameters {

@@ -2,9 +2,10 @@
 
 use rayon::prelude::*;
 
-use sph::coupling::exchange::{Extent, InterfaceStates};
+use sph::coupling::exchange::{Column, Extent, StateColumns};
 use sph::coupling::extent::{ExtentTracker, ReachMap};
 use sph::coupling::ledger::InterfaceSums;
+use sph::interface::states::{InterfaceStates, read_vectors};
 use sph::interface::{Interface, load_sums};
 use sph::kernel::CubicSpline;
 use sph::prescribed::body_force::BodyForceField;
@@ -24,6 +25,10 @@ const EXTENT_SLACK: f64 = 0.5;
 #[derive(Debug)]
 pub struct SolidInterface {
     interface: Interface,
+    /// Own interface states of the stage, and the fluid's.
+    states: [InterfaceStates; 2],
+    /// Forces that the fluid returned for the own states \[N\].
+    loads: Vec<Vector>,
     domain: Domain,
     /// The fluid's kernel, used for fluid-solid pairs on both sides.
     kernel: CubicSpline,
@@ -51,6 +56,8 @@ impl SolidInterface {
         let cell = kernel.support_radius();
         let mut link = Self {
             interface: Interface::new(coupling, domain, body_force.clone()),
+            states: Default::default(),
+            loads: Vec::new(),
             domain: *domain,
             kernel,
             law: coupling.law,
@@ -100,7 +107,7 @@ impl SolidInterface {
         self.tracker.shortfall(extent, positions, self.kernel.support_radius(), reach)
     }
 
-    /// Fills `states` with the particles within `reach` \[m\] of `partner`; returns the version of the set.
+    /// Fills `columns` with the particles within `reach` \[m\] of `partner`; returns the version of the set.
     pub fn select(
         &mut self,
         constants: &ParticleConstants,
@@ -108,9 +115,10 @@ impl SolidInterface {
         stress: &StressFields,
         partner: &Extent,
         reach: f64,
-        states: &mut InterfaceStates,
+        columns: &mut StateColumns,
     ) -> u64 {
         self.reach_map.update(partner, reach);
+        let [states, _] = &mut self.states;
         states.clear();
         let mut changed = false;
         let mut count = 0;
@@ -139,6 +147,7 @@ impl SolidInterface {
             }
             count += 1;
         }
+        states.write(columns);
         changed |= count < self.sent.len();
         self.sent.truncate(count);
         self.largest_set = self.largest_set.max(count as u64);
@@ -146,42 +155,49 @@ impl SolidInterface {
         self.set_version
     }
 
-    /// Forces of the fluid at `time` \[s\], written to `forces` \[N/m\]; `own` as filled by
+    /// Forces of the fluid at `time` \[s\], written to `forces` \[N\]; `own` as filled by
     /// [`SolidInterface::select`] in this stage.
     ///
     /// With the plain-sum law the fluid's particles enter the gradients of `sums` too.
     pub fn evaluate(
         &mut self,
         time: f64,
-        own: &InterfaceStates,
-        fluid: &InterfaceStates,
+        own: &StateColumns,
+        partner: &StateColumns,
         sums: &mut [PairSums],
         forces: &mut [Vector],
     ) -> InterfaceSums {
-        self.interface.update(time, fluid, own);
-        let total = self.interface.solid_forces(fluid, own);
+        let [solid, fluid] = &mut self.states;
+        solid.read(own);
+        fluid.read(partner);
+        self.interface.update(time, fluid, solid);
+        let total = self.interface.solid_forces(fluid, solid);
         forces.par_iter_mut().with_min_len(4096).for_each(|force| *force = Vector::zeros());
         for (s, i) in self.sent.iter().enumerate() {
             forces[*i as usize] = self.interface.force(s);
         }
         if self.law == InterfaceLaw::PlainSum {
             for (s, i) in self.sent.iter().enumerate() {
-                self.add_gradient(own, s, fluid, &mut sums[*i as usize]);
+                self.add_gradient(s, &mut sums[*i as usize]);
             }
         }
         total
     }
 
-    /// Takes the `loads` \[N/m\] that the fluid returned for each of the `own` samples as forces on their particles.
-    pub fn apply(&self, own: &InterfaceStates, loads: &[Vector], forces: &mut [Vector]) -> InterfaceSums {
+    /// Takes the `loads` \[N\] that the fluid returned for each of the `own` coupling points as forces on their particles.
+    pub fn apply(&mut self, own: &StateColumns, loads: &Column, forces: &mut [Vector]) -> InterfaceSums {
+        let [points, _] = &mut self.states;
+        points.read(own);
+        read_vectors(loads, &mut self.loads);
         forces.fill(Vector::zeros());
-        for (load, i) in loads.iter().zip(&self.sent) {
+        for (load, i) in self.loads.iter().zip(&self.sent) {
             forces[*i as usize] = *load;
         }
-        load_sums(&self.domain, own, loads)
+        load_sums(&self.domain, points, &self.loads)
     }
 
-    fn add_gradient(&self, own: &InterfaceStates, s: usize, fluid: &InterfaceStates, sums: &mut PairSums) {
+    fn add_gradient(&self, s: usize, sums: &mut PairSums) {
+        let [own, fluid] = &self.states;
         let mut foreign = PairSums::default();
         for (f, _) in self.interface.fluids_near(s) {
             let x_sf = self.domain.separation(&own.position[s], &fluid.position[f]);

@@ -104,7 +104,7 @@ fn damping_is_accounted_for_and_ends() {
     let mut run = Run::new(setup, 1e-5);
     let budget = run.step().unwrap();
     let mass: f64 = run.values("mass").iter().sum();
-    let damping = budget[0].accounts.get(Account::Damping);
+    let damping = budget[0].accounts.get(Account::Damping).force;
     assert!((damping.x + 100.0 * mass).abs() < 1e-12 * 100.0 * mass);
     run.until(1e-3);
     let v = run.vectors("velocity")[0].x;

@@ -1,6 +1,6 @@
 //! Contact between bodies and with walls, by repulsion and by the sums of the source paper.
 
-use sph::coupling::ledger::Account;
+use sph::coupling::ledger::{Account, LedgerVector};
 use sph::coupling::solver::Solver;
 use sph::coupling::stage::Stage;
 use sph::setup::{ContactLaw, Motion, RepulsionParameters, SolidProbeKind, SolidSetup};
@@ -124,7 +124,7 @@ fn a_block_laid_on_the_floor_stays_there_and_the_floor_carries_its_weight() {
         let mut impulse = 0.0;
         while run.time() < 20e-3 {
             let budget = run.step().unwrap();
-            impulse += budget[1].accounts.get(Account::WallContact).y * run.time_step;
+            impulse += budget[1].accounts.get(Account::WallContact).force.y * run.time_step;
         }
         let probes = run.probes();
         let carried = impulse / (mass * 9.81 * run.time());
@@ -201,7 +201,7 @@ fn a_clamp_is_not_in_contact_with_the_wall_it_enters_but_the_rest_of_the_wall_ho
         let mut run = Run::new(setup, 1e-5);
         for _ in 0..50 {
             let budget = run.step().unwrap();
-            assert_eq!(budget[1].accounts.get(Account::WallContact), Vector::zeros());
+            assert_eq!(budget[1].accounts.get(Account::WallContact).force, LedgerVector::zeros());
         }
         let exempt =
             run.solver.model.bodies[0].wall_exemption.iter().filter(|until| **until == f64::INFINITY).count();
@@ -231,7 +231,7 @@ fn a_moving_wall_pushes_until_it_is_released() {
     assert!(probes[0] - 6.0 * SPACING / 2.0 > 0.5 * 5e-3 - 0.2 * SPACING);
     for _ in 0..50 {
         let budget = run.step().unwrap();
-        assert_eq!(budget[1].accounts.get(Account::WallContact), Vector::zeros());
+        assert_eq!(budget[1].accounts.get(Account::WallContact).force, LedgerVector::zeros());
     }
     assert!(run.largest_residual < 1e-12, "{}", run.largest_residual);
 }

@@ -1,10 +1,11 @@
 //! The solids' end of the interface, against a partner that is played by hand.
 
-use sph::coupling::exchange::{Extent, InterfaceStates};
-use sph::coupling::ledger::{StageBooks, TorqueCheck, imbalance};
+use sph::coupling::exchange::{Column, Extent, StateColumns};
+use sph::coupling::ledger::{StageBudget, TorqueCheck, imbalance};
 use sph::coupling::solver::Solver;
 use sph::coupling::stage::Stage;
 use sph::interface::Interface;
+use sph::interface::states::InterfaceStates;
 use sph::prescribed::body_force::BodyForceField;
 use sph::setup::{Coupling, CouplingKind, FluidParameters, InterfaceLaw, SolidProbeKind};
 use sph::space::Vector;
@@ -26,7 +27,7 @@ pub fn coupling(law: InterfaceLaw) -> Coupling {
         solid_spacing: SPACING,
         repulsion: 0.5,
         margin: SPACING,
-        iterate: None,
+        implicit: None,
     }
 }
 
@@ -49,7 +50,7 @@ fn wetted_block(law: InterfaceLaw) -> (Run, InterfaceStates, Extent) {
         stress: Vec::new(),
         position,
     };
-    let extent = Extent { version: 1, boxes: vec![(corner, Vector::new(0.0, 7.0 * SPACING))] };
+    let extent = Extent { version: 1, boxes: Column::from_iter([[corner.x, corner.y, 0.0, 7.0 * SPACING]]) };
     (Run::new(setup, 1e-5), water, extent)
 }
 
@@ -60,14 +61,14 @@ fn stage(
     water: &InterfaceStates,
     extent: &Extent,
     reach: f64,
-) -> (InterfaceStates, StageBooks, u64) {
+) -> (InterfaceStates, StageBudget, u64) {
     let time = run.stage_time(stage);
-    let mut own = InterfaceStates::default();
+    let mut own = StateColumns::default();
     run.solver.begin_stage(&time).unwrap();
     let version = run.solver.interface(extent, reach, &mut own);
     run.solver.evaluate_own(&time);
-    run.solver.evaluate_cross(&time, &own, water);
-    (own, run.solver.advance(&time).unwrap(), version)
+    run.solver.evaluate_cross(&time, &own, &water.into());
+    ((&own).into(), run.solver.advance(&time).unwrap(), version)
 }
 
 const REACH: f64 = 2.0 * 1.2 * SPACING + SPACING;
@@ -104,7 +105,7 @@ fn own_states_lie_within_reach_and_their_version_counts_changes() {
     let (again, _, same) = stage(&mut run, Stage::Corrector, &water, &extent, REACH);
     assert_eq!((again.id, same), (own.id, version));
     run.step += 1;
-    let far = Extent { version: 2, boxes: vec![(Vector::new(-1.0, -1.0), Vector::new(-0.9, 1.0))] };
+    let far = Extent { version: 2, boxes: Column::from_iter([[-1.0, -1.0, -0.9, 1.0]]) };
     let (filler, _, changed) = stage(&mut run, Stage::Predictor, &water, &far, REACH);
     assert!(filler.is_empty());
     assert_eq!(changed, version + 1);

@@ -1,7 +1,7 @@
 //! Small scenes and a driver without a partner.
 
-use sph::coupling::exchange::InterfaceStates;
-use sph::coupling::ledger::StageBooks;
+use sph::coupling::exchange::StateColumns;
+use sph::coupling::ledger::StageBudget;
 use sph::coupling::solver::{Divergence, Solver};
 use sph::coupling::stage::{Stage, StageTime, StepStage};
 use sph::setup::{
@@ -193,9 +193,9 @@ impl Run {
     }
 
     /// One step; returns the budget of its stages.
-    pub fn step(&mut self) -> Result<[StageBooks; 2], Box<Divergence>> {
-        let mut budget = [StageBooks::default(); 2];
-        let none = InterfaceStates::default();
+    pub fn step(&mut self) -> Result<[StageBudget; 2], Box<Divergence>> {
+        let mut budget = [StageBudget::default(); 2];
+        let none = StateColumns::default();
         for (k, stage) in Stage::BOTH.into_iter().enumerate() {
             let time = self.stage_time(stage);
             self.solver.begin_stage(&time)?;

@@ -1,6 +1,6 @@
 //! Sub-steps of all kinds of bodies.
 
-use sph::coupling::ledger::Account;
+use sph::coupling::ledger::{Account, LedgerVector};
 use sph::coupling::solver::Solver;
 use sph::setup::{
     Formulation, HyperelasticLaw, InterfaceLaw, Motion, SolidProbeKind, SolidSetup, SolidStepping,
@@ -54,7 +54,7 @@ fn books_close_at_round_off_with_bodies_of_all_kinds() {
                     Account::Supports,
                     Account::WallContact,
                 ]) {
-                    *used |= budget.accounts.get(account) != Vector::zeros();
+                    *used |= budget.accounts.get(account).force != LedgerVector::zeros();
                 }
             }
         }

@@ -45,7 +45,7 @@ fn the_reaction_is_what_keeps_the_momentum_of_the_bar_from_falling() {
     let mut impulse = Vector::zeros();
     while run.step < 200 {
         let budget = run.step().unwrap();
-        let reaction = budget[1].accounts.get(Account::Supports);
+        let reaction = budget[1].accounts.get(Account::Supports).force.xy();
         assert_eq!(run.probes(), [reaction.x, reaction.y]);
         impulse += reaction * run.time_step;
     }

@@ -4,7 +4,6 @@ use rayon::prelude::*;
 
 use sph::coupling::solver::Divergence;
 use sph::coupling::stage::StepStage;
-use sph::space::Vector;
 
 use crate::materials::hooke::squared_deviator;
 use crate::particles::variables::Particles;
@@ -45,7 +44,7 @@ pub fn check_domain(
     Err(Box::new(Divergence {
         at: time.at,
         particle: first.map(|i| model.particles.id[i]),
-        position: first.map(|i| coordinates(&particles.position[i])),
+        position: first.map(|i| particles.position[i].as_slice().to_vec()),
         quantity: format!(
             "number of particles outside the domain [-]{}",
             first.map_or_else(String::new, |i| format!(" (first of body `{}`)", model.body_of(i).name))
@@ -130,15 +129,11 @@ impl BrokenLimit {
         Box::new(Divergence {
             at,
             particle: Some(model.particles.id[i]),
-            position: Some(coordinates(&particles.position[i])),
+            position: Some(particles.position[i].as_slice().to_vec()),
             quantity: format!("{} of body `{}`", self.quantity, model.body_of(i).name),
             value: self.value,
             allowed: self.allowed,
             hint: self.hint.into(),
         })
     }
-}
-
-fn coordinates(x: &Vector) -> [f64; 2] {
-    [x.x, x.y]
 }

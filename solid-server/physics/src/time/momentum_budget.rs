@@ -2,7 +2,7 @@
 
 use std::ops::AddAssign;
 
-use sph::coupling::ledger::{Account, Accounts, AngularBudget, StageBooks, TorqueAccount, Torques};
+use sph::coupling::ledger::{Account, Accounts, AngularBudget, StageBudget, axial, lifted};
 use sph::coupling::stage::StageTime;
 use sph::space::{Vector, cross};
 use sph::sums::ordered_sum;
@@ -55,7 +55,7 @@ pub fn momentum_budget(
     state: &SolidState,
     workspace: &Workspace,
     time: &StageTime,
-) -> (StageBooks, StageMaxima) {
+) -> (StageBudget, StageMaxima) {
     let (start, end) = (&state.particles.position, &workspace.next.position);
     let (base, next) = (&state.particles.velocity, &workspace.next.velocity);
     let (duration, origin) = (time.duration(), model.domain.torque_origin());
@@ -84,19 +84,22 @@ pub fn momentum_budget(
         }
     });
     let mut accounts = Accounts::default();
-    accounts.add(Account::BodyForce, sums.body_force);
-    accounts.add(Account::Damping, sums.damping);
-    accounts.add(Account::WallContact, sums.wall_contact);
+    accounts.add_force(Account::BodyForce, lifted(&sums.body_force));
+    accounts.add_force(Account::Damping, lifted(&sums.damping));
+    accounts.add_force(Account::WallContact, lifted(&sums.wall_contact));
     for reaction in workspace.reactions.iter().flatten() {
-        accounts.add(Account::Supports, *reaction);
+        accounts.add_force(Account::Supports, lifted(reaction));
     }
-    let budget = StageBooks {
+    let angular = model
+        .torque_origin()
+        .map(|_| angular_budget(&mut accounts, model, state, workspace, duration, &sums));
+    let budget = StageBudget {
         interface: workspace.interface_sums,
         accounts,
         duration,
-        momentum_change: sums.momentum_change,
+        momentum_change: lifted(&sums.momentum_change),
         gross_momentum: sums.gross_momentum + duration * sums.gross_force,
-        angular: model.torque_origin().map(|_| angular_budget(model, state, workspace, duration, &sums)),
+        angular,
     };
     let maxima = StageMaxima {
         largest_acceleration: sums.largest_acceleration,
@@ -106,30 +109,35 @@ pub fn momentum_budget(
     (budget, maxima)
 }
 
-/// Budget of the angular momentum: of all particles, and of the cells of rigid bodies.
+/// Enters the torques in `accounts`; returns the change of the angular momentum of all particles and of the cells of rigid
+/// bodies.
 fn angular_budget(
+    accounts: &mut Accounts,
     model: &SolidModel,
     state: &SolidState,
     workspace: &Workspace,
     duration: f64,
     sums: &BudgetSums,
 ) -> AngularBudget {
-    let mut torques = Torques::default();
-    torques.add(TorqueAccount::BodyForce, sums.torques.body_force);
-    torques.add(TorqueAccount::Damping, sums.torques.damping);
-    torques.add(TorqueAccount::WallContact, sums.torques.walls);
-    torques.add(TorqueAccount::BodyContact, sums.torques.contact);
-    torques.add(TorqueAccount::OwnForces, sums.torques.own);
-    torques.add(TorqueAccount::Supports, workspace.angular_impulse.supports / duration);
-    torques
-        .add(TorqueAccount::TimeScheme, workspace.angular_impulse.scheme / duration + sums.torques.displaced);
-    let mut budget = AngularBudget { torques, change: sums.angular_change, gross: sums.gross_angular };
+    let (torques, impulse) = (&sums.torques, &workspace.angular_impulse);
+    for (account, torque) in [
+        (Account::BodyForce, torques.body_force),
+        (Account::Damping, torques.damping),
+        (Account::WallContact, torques.walls),
+        (Account::BodyContact, torques.contact),
+        (Account::OwnForces, torques.own),
+        (Account::Supports, impulse.supports / duration),
+        (Account::TimeScheme, impulse.scheme / duration + torques.displaced),
+    ] {
+        accounts.add_torque(account, axial(torque));
+    }
+    let (mut change, mut gross) = (sums.angular_change, sums.gross_angular);
     for (k, body) in model.bodies.iter().enumerate() {
         if let Some(inertia) = body.formulation.inertia() {
             let (before, after) = (state.rigid[k].angular_velocity, workspace.next_rigid[k].angular_velocity);
-            budget.change += inertia.cells * (after - before);
-            budget.gross += inertia.cells * (after.abs() + before.abs());
+            change += inertia.cells * (after - before);
+            gross += inertia.cells * (after.abs() + before.abs());
         }
     }
-    budget
+    AngularBudget { change: axial(change), gross }
 }

@@ -1,4 +1,5 @@
 use super::*;
+use crate::coupling::ledger::AngularBudget;
 use crate::coupling::stage::StepStage;
 
 const SPACING: f64 = 0.01;
@@ -59,7 +60,9 @@ fn observe(
             let mut states = shown(STEP * (step as f64 + part), 3.0);
             alter(step, &mut states);
             let report = (step > 0 || stage == Stage::Corrector).then_some(report);
-            audit.observe(&at(step, stage), &states, report)?;
+            let mut columns = StateColumns::default();
+            states.write(&mut columns);
+            audit.observe(&at(step, stage), &columns, report)?;
         }
     }
     Ok(())
@@ -67,7 +70,11 @@ fn observe(
 
 /// What an even motion reports: nothing changes.
 fn even() -> MomentumReport {
-    MomentumReport { change: Vector::zeros(), gross: 12.0, angular: Some([0.0, 12.0]) }
+    MomentumReport {
+        change: LedgerVector::zeros(),
+        gross: 12.0,
+        angular: Some(AngularBudget { change: axial(0.0), gross: 12.0 }),
+    }
 }
 
 #[test]
@@ -97,10 +104,10 @@ fn masses_are_those_of_the_set_up_where_they_are_shown() {
 #[test]
 fn the_momentum_reported_is_that_of_the_motion_shown() {
     // The block reports a push that its velocities do not show.
-    let push = MomentumReport { change: Vector::new(1e-9, 0.0), ..even() };
+    let push = MomentumReport { change: LedgerVector::new(1e-9, 0.0, 0.0), ..even() };
     let error = observe(&mut audit(), 1, &push, |_, _| {}).unwrap_err();
     assert!(error.contains("momentum changed by (1.0"), "{error}");
-    let turn = MomentumReport { angular: Some([1e-9, 12.0]), ..even() };
+    let turn = MomentumReport { angular: Some(AngularBudget { change: axial(1e-9), gross: 12.0 }), ..even() };
     let error = observe(&mut audit(), 1, &turn, |_, _| {}).unwrap_err();
     assert!(error.contains("moment of inertia"), "{error}");
     // A deformable body that couples by loads may carry its mass elsewhere than its samples.

@@ -20,7 +20,7 @@ impl<S: Solver + ?Sized> Runner<'_, S> {
         let offending = self.solver.limiting_particle();
         Err(Fault::Diverged(Divergence {
             at: time.at,
-            particle: offending.map(|(id, _)| id),
+            particle: offending.as_ref().map(|(id, _)| *id),
             position: offending.map(|(_, position)| position),
             quantity: "time step over its stability limit [-]".into(),
             value: time.time_step / limit,
@@ -31,14 +31,14 @@ impl<S: Solver + ?Sized> Runner<'_, S> {
         }))
     }
 
-    /// Whether the partner's forces belong to the samples that were sent.
+    /// Whether the partner's forces belong to the coupling points that were sent.
     pub(super) fn check_forces(&self, at: StepStage) -> Result<(), Fault> {
         let (own, partner) = (&self.own, &self.partner);
         if (partner.set_version, partner.forces.len()) == (own.set_version, own.states.len()) {
             return Ok(());
         }
         let message = format!(
-            "the frame of {at} has {} forces for set {}, sent were {} samples of set {}",
+            "the frame of {at} has {} forces for set {}, {} coupling points of set {} were sent",
             partner.forces.len(),
             partner.set_version,
             own.states.len(),
@@ -78,7 +78,7 @@ impl<S: Solver + ?Sized> Runner<'_, S> {
         Err(Fault::Peer { at, message })
     }
 
-    /// Whether the partner sent all that own particles can meet; it chose by the extent of an earlier frame.
+    /// Whether the partner sent all that own particles can interact with; it chose by the extent of an earlier frame.
     pub(super) fn check_cover(&self, at: StepStage) -> Result<(), Fault> {
         let known = self.partner.partner_extent_version;
         let Some(extent) = self.known_extents.iter().find(|extent| extent.version == known) else {
@@ -90,7 +90,7 @@ impl<S: Solver + ?Sized> Runner<'_, S> {
             .map_err(|shortfall| Fault::Coverage { at, shortfall })
     }
 
-    /// Compares the partner's report of the half-step before with own books.
+    /// Compares the partner's report of the half-step before with the own sums.
     pub(super) fn check_before(&mut self, at: StepStage) -> Result<(), Fault> {
         let (Some(ours), theirs) = (&self.before, self.partner.previous.as_ref()) else {
             return Ok(());
@@ -109,8 +109,8 @@ impl<S: Solver + ?Sized> Runner<'_, S> {
         self.follow_policy(faults)
     }
 
-    /// Whether what the partner shows agrees with its set-up and its reports.
-    pub(super) fn check_shown(&mut self) -> Result<(), Fault> {
+    /// Whether the partner's frames agree with its set-up and its reports.
+    pub(super) fn check_audit(&mut self) -> Result<(), Fault> {
         let Some(audit) = &mut self.audit else { return Ok(()) };
         let Frame { time, states, previous, .. } = &self.partner;
         let report = previous.as_ref().and_then(|previous| previous.momentum.as_ref());

@@ -9,7 +9,7 @@ use super::{Link, TRACE, save};
 use crate::coupling::audit::Audit;
 use crate::coupling::exchange::{Exchange, Extent, Frame, PreviousStage};
 use crate::coupling::fixed_point::FixedPoint;
-use crate::coupling::ledger::{InterfaceSums, MomentumReport, StageBooks, TorqueCheck};
+use crate::coupling::ledger::{InterfaceSums, MomentumReport, StageBudget, TorqueCheck};
 use crate::coupling::role::CouplingRole;
 use crate::coupling::solver::{Fault, NoLoads, Role, Solver};
 use crate::coupling::stage::{Clock, Stage, StageTime, StepStage};
@@ -35,17 +35,17 @@ pub(super) struct Runner<'a, S: Solver + ?Sized> {
     pub(super) partner: Frame,
     /// Where the next frame comes while `partner` still counts.
     pub(super) coming: Frame,
-    /// Iterations of a solid whose half-steps are iterated.
+    /// Fixed point of a solid with implicit coupling.
     pub(super) fixed_point: Option<FixedPoint>,
-    /// Revisions of the corrector so far, and whether they ended before it had settled.
+    /// Updates of the coupling points in the corrector so far, and whether they ended before convergence.
     pub(super) iterations: u32,
-    pub(super) unsettled: bool,
+    pub(super) unconverged: bool,
     /// Sums and digests of the half-step before, for the check against the partner's report.
     pub(super) before: Option<Before>,
     pub(super) waited: Duration,
     pub(super) breaches: u64,
     pub(super) torque: TorqueCheck,
-    /// Holds the partner's frames against its set-up and its reports.
+    /// Compares the partner's frames with its set-up and its reports.
     pub(super) audit: Option<Audit>,
     /// A breach asked to stop at the next boundary.
     pub(super) stop_wanted: bool,
@@ -84,7 +84,7 @@ impl<'a, S: Solver + ?Sized> Runner<'a, S> {
             coming: empty(),
             fixed_point: role.fixed_point(setup),
             iterations: 0,
-            unsettled: false,
+            unconverged: false,
             before: None,
             waited: Duration::ZERO,
             breaches: 0,
@@ -119,10 +119,10 @@ impl<'a, S: Solver + ?Sized> Runner<'a, S> {
         let time_step = clock.time_step();
         let mut report = StepReport { step: clock.step(), time_step, ..StepReport::default() };
         let mut limit = f64::INFINITY;
-        (self.iterations, self.unsettled) = (0, false);
+        (self.iterations, self.unconverged) = (0, false);
         for (k, stage) in Stage::BOTH.into_iter().enumerate() {
             let time = clock.stage(stage);
-            (report.books[k], limit) = self.half_step(&time)?;
+            (report.budgets[k], limit) = self.half_step(&time)?;
         }
         trace_span!(target: TRACE, "end of step")
             .in_scope(|| self.solver.end_step(&clock.stage(Stage::Corrector)))
@@ -134,12 +134,12 @@ impl<'a, S: Solver + ?Sized> Runner<'a, S> {
         report.elapsed = started.elapsed().as_secs_f64();
         report.waited = (self.waited - waited_before).as_secs_f64();
         report.breaches = self.breaches - breaches_before;
-        (report.iterations, report.unsettled) = (self.iterations, self.unsettled);
+        (report.iterations, report.unconverged) = (self.iterations, self.unconverged);
         Ok(report)
     }
 
-    /// One half-step; returns its books and the smaller of both sides' limits for the next step \[s\].
-    fn half_step(&mut self, time: &StageTime) -> Result<(StageBooks, f64), Fault> {
+    /// One half-step; returns its momentum budget and the smaller of both sides' limits for the next step \[s\].
+    fn half_step(&mut self, time: &StageTime) -> Result<(StageBudget, f64), Fault> {
         let _span = trace_span!(target: TRACE, "stage", at = %time.at).entered();
         trace_span!(target: TRACE, "begin stage")
             .in_scope(|| self.solver.begin_stage(time))
@@ -147,18 +147,19 @@ impl<'a, S: Solver + ?Sized> Runner<'a, S> {
         let own_limit = self.solver.time_step_limit();
         self.check_step(time, own_limit)?;
         let digests = self.evaluate(time, own_limit)?;
-        let books = trace_span!(target: TRACE, "advance")
+        let budget = trace_span!(target: TRACE, "advance")
             .in_scope(|| self.solver.advance(time))
             .map_err(Fault::Diverged)?;
-        let momentum = (self.solver.role() == Role::Solid).then(|| MomentumReport::from(&books));
-        self.before = digests.map(|digests| Before { at: time.at, sums: books.interface, digests, momentum });
+        let momentum = (self.solver.role() == Role::Solid).then(|| MomentumReport::from(&budget));
+        self.before =
+            digests.map(|digests| Before { at: time.at, sums: budget.interface, digests, momentum });
         let limit = if digests.is_some() { own_limit.min(self.partner.time_step_limit) } else { own_limit };
-        Ok((books, limit))
+        Ok((budget, limit))
     }
 
     /// Exchange and rates of one half-step: the one place where the kinds of coupling differ.
     ///
-    /// With loads the partner's work depends on this side's, so that the fluid answers before its own sums.
+    /// With force coupling the partner's work depends on this side's, so that the fluid answers before its own sums.
     fn evaluate(&mut self, time: &StageTime, limit: f64) -> Result<Option<Digests>, Fault> {
         let at = time.at;
         let digests = match self.role {
@@ -179,13 +180,13 @@ impl<'a, S: Solver + ?Sized> Runner<'a, S> {
                 let used = self.receive(time, 0)?;
                 let sent = self.answer(time, limit, 0)?;
                 self.evaluate_own(time);
-                let digests = self.answer_revisions(time, limit, Digests { sent, used })?;
+                let digests = self.answer_updates(time, limit, Digests { sent, used })?;
                 self.evaluate_cross(time);
                 digests
             }
             CouplingRole::TakesLoads => {
                 let digests = match self.iterated(at) {
-                    Some(plan) => self.settle(time, limit, &plan)?,
+                    Some(plan) => self.converge(time, limit, &plan)?,
                     None => self.load_once(time, limit)?,
                 };
                 trace_span!(target: TRACE, "cross sums")
@@ -197,7 +198,7 @@ impl<'a, S: Solver + ?Sized> Runner<'a, S> {
         Ok(Some(digests))
     }
 
-    /// Sends samples and receives the force on each, once.
+    /// Sends the coupling points and receives the force on each, once.
     fn load_once(&mut self, time: &StageTime, limit: f64) -> Result<Digests, Fault> {
         let at = time.at;
         self.prepare(time, limit, 0)?;
@@ -212,12 +213,12 @@ impl<'a, S: Solver + ?Sized> Runner<'a, S> {
         Ok(Digests { sent, used })
     }
 
-    /// Sends the force on each of the partner's samples; returns the digest of that frame.
+    /// Sends the force on each of the partner's coupling points; returns the digest of that frame.
     pub(super) fn answer(&mut self, time: &StageTime, limit: f64, iteration: u32) -> Result<u32, Fault> {
         self.prepare(time, limit, iteration)?;
-        let (own, samples) = (&mut self.own, &self.partner.states);
+        let (own, points) = (&mut self.own, &self.partner.states);
         trace_span!(target: TRACE, "reactions")
-            .in_scope(|| self.solver.reactions(time, &own.states, samples, &mut own.forces))
+            .in_scope(|| self.solver.reactions(time, &own.states, points, &mut own.forces))
             .map_err(|error| not_offered(time.at, error))?;
         own.set_version = self.partner.set_version;
         self.send(time.at)
@@ -290,14 +291,14 @@ impl<'a, S: Solver + ?Sized> Runner<'a, S> {
         self.check_clock(time)
     }
 
-    /// Checks the frame that came and takes up what it tells; returns its digest.
+    /// Checks the frame that came and takes over its extent; returns its digest.
     pub(super) fn take_frame(&mut self, at: StepStage, iteration: u32) -> Result<u32, Fault> {
         self.check_iteration(at, iteration)?;
         if iteration == 0 {
             self.check_before(at)?;
-            self.check_shown()?;
+            self.check_audit()?;
         } else if let Some(audit) = &mut self.audit {
-            audit.revise(&self.partner.states);
+            audit.update(&self.partner.states);
         }
         self.check_cover(at)?;
         if self.partner.extent.version != self.partner_extent.version {

@@ -1,49 +1,54 @@
-//! The iterated half-step: a corrector whose samples are revised until they fit the forces that they feel.
+//! Implicit coupling: a corrector whose coupling points are updated until they agree with the forces on them.
 
 use tracing::trace_span;
 
 use super::TRACE;
 use super::half_step::{Digests, Runner};
 use crate::coupling::exchange::{Acceptance, Frame};
-use crate::coupling::solver::{Divergence, Fault, NotRevised, Solver};
+use crate::coupling::solver::{Divergence, Fault, NotUpdated, Solver};
 use crate::coupling::stage::{Stage, StageTime, StepStage};
-use crate::setup::{CouplingKind, Iterate, Relaxation, Unsettled};
+use crate::setup::{CouplingKind, ImplicitCoupling, NonConvergence, Relaxation};
 
 impl<S: Solver + ?Sized> Runner<'_, S> {
-    /// How the half-step `at` is iterated, if it is.
+    /// How the half-step `at` is iterated; `None` with explicit coupling.
     ///
     /// Only the corrector is: the state at n, where the predictor evaluates, is given.
-    pub(super) fn iterated(&self, at: StepStage) -> Option<Iterate> {
+    pub(super) fn iterated(&self, at: StepStage) -> Option<ImplicitCoupling> {
         let coupling = self.setup.coupling.filter(|coupling| coupling.kind == CouplingKind::Loads)?;
-        coupling.iterate.filter(|_| at.stage == Stage::Corrector)
+        coupling.implicit.filter(|_| at.stage == Stage::Corrector)
     }
 
-    /// The solid's side: sends samples and revises them by the forces that come until both fit, then says so.
-    pub(super) fn settle(&mut self, time: &StageTime, limit: f64, plan: &Iterate) -> Result<Digests, Fault> {
+    /// The solid's side: sends coupling points and updates them by the returned forces until both agree, then accepts.
+    pub(super) fn converge(
+        &mut self,
+        time: &StageTime,
+        limit: f64,
+        plan: &ImplicitCoupling,
+    ) -> Result<Digests, Fault> {
         let at = time.at;
         loop {
             self.prepare(time, limit, self.iterations)?;
             let sent = self.send(at)?;
             let used = self.receive(time, self.iterations)?;
             self.check_forces(at)?;
-            let (samples, forces) = (&self.own.states, &self.partner.forces);
-            // There is one wherever a solid takes loads by a plan.
+            let (points, forces) = (&self.own.states, &self.partner.forces);
+            // Present wherever a solid with force coupling has a plan.
             let Some(fixed_point) = &mut self.fixed_point else { return Ok(Digests { sent, used }) };
-            let residual = fixed_point.compare(samples, forces);
-            let settled = fixed_point.settled(residual);
-            if !settled && self.iterations < plan.limit {
-                let relaxed = fixed_point.relaxed(samples);
-                trace_span!(target: TRACE, "revise")
-                    .in_scope(|| self.solver.revise(time, samples, relaxed))
-                    .map_err(|error| not_revised(at, error))?;
+            let residual = fixed_point.compare(points, forces);
+            let converged = fixed_point.converged(residual);
+            if !converged && self.iterations < plan.limit {
+                let relaxed = fixed_point.relaxed(points);
+                trace_span!(target: TRACE, "update stage")
+                    .in_scope(|| self.solver.update_stage(time, points, relaxed))
+                    .map_err(|error| not_updated(at, error))?;
                 self.iterations += 1;
                 continue;
             }
-            if !settled && plan.unsettled == Unsettled::Stop {
-                return Err(Fault::Diverged(unsettled(at, residual, plan)));
+            if !converged && plan.non_convergence == NonConvergence::Stop {
+                return Err(Fault::Diverged(not_converged(at, residual, plan)));
             }
-            self.unsettled = !settled;
-            self.accept(time, Acceptance { settled, residual })?;
+            self.unconverged = !converged;
+            self.accept(time, Acceptance { converged, residual })?;
             return Ok(Digests { sent, used });
         }
     }
@@ -56,9 +61,9 @@ impl<S: Solver + ?Sized> Runner<'_, S> {
         }
     }
 
-    /// The fluid's side, after its first answer: answers each revision until the solid accepts one. Returns the digests of
-    /// that one; those of the `first` in a half-step that is not iterated.
-    pub(super) fn answer_revisions(
+    /// The fluid's side, after its first answer: answers each update until the solid accepts one. Returns the digests of
+    /// that one; with explicit coupling those of the `first`.
+    pub(super) fn answer_updates(
         &mut self,
         time: &StageTime,
         limit: f64,
@@ -72,7 +77,7 @@ impl<S: Solver + ?Sized> Runner<'_, S> {
             if let (Some(acceptance), true) =
                 (self.partner.acceptance, self.partner.iteration == self.iterations)
             {
-                self.unsettled = !acceptance.settled;
+                self.unconverged = !acceptance.converged;
                 std::mem::swap(&mut self.partner, &mut self.coming);
                 return Ok(digests);
             }
@@ -91,18 +96,18 @@ impl<S: Solver + ?Sized> Runner<'_, S> {
     }
 }
 
-fn not_revised(at: StepStage, error: NotRevised) -> Fault {
+fn not_updated(at: StepStage, error: NotUpdated) -> Fault {
     match error {
-        NotRevised::NotOffered => {
+        NotUpdated::NotOffered => {
             let message =
-                "this solver does not iterate half-steps; leave out `interface.iterate` of the case";
+                "this solver does not offer implicit coupling; leave out `interface.iterate` of the case";
             Fault::Peer { at, message: message.into() }
         }
-        NotRevised::Diverged(divergence) => Fault::Diverged(divergence),
+        NotUpdated::Diverged(divergence) => Fault::Diverged(divergence),
     }
 }
 
-fn unsettled(at: StepStage, residual: f64, plan: &Iterate) -> Divergence {
+fn not_converged(at: StepStage, residual: f64, plan: &ImplicitCoupling) -> Divergence {
     let advice = match plan.relaxation {
         Relaxation::Fixed(_) => "a smaller relaxation or \"aitken\", ",
         Relaxation::Aitken => "",

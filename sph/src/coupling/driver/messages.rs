@@ -1,27 +1,27 @@
-//! What coordinator and participant tell each other during a run.
+//! Commands and events between coordinator and participant during a run.
 
 use serde::{Deserialize, Serialize};
 
-use crate::coupling::ledger::{Energies, StageBooks};
+use crate::coupling::ledger::{Energies, StageBudget};
 use crate::coupling::saved::SavedState;
 use crate::coupling::solver::{Counts, Fault, ParticleFields};
 
-/// What the coordinator tells a participant during a run.
+/// A command of the coordinator to a participant during a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Command {
     /// Step until this many steps are completed; never lowers an earlier grant.
     GrantThrough(u64),
     /// Finish at the end of the granted steps, with outputs complete.
     Stop,
-    /// Give up at once.
+    /// Abort at once.
     Abort,
     /// Save the state at the boundary where the participant waits; changes nothing.
     Checkpoint,
     /// At the end time wait for [`Command::Stop`], so that a checkpoint can be taken there.
-    Hold,
+    Pause,
 }
 
-/// What a participant tells the coordinator during a run.
+/// An event that a participant reports to the coordinator during a run.
 // A step's report is the most frequent event by far, and a steady step allocates nothing.
 #[allow(clippy::large_enum_variant)]
 #[derive(Clone, Debug, PartialEq)]
@@ -34,9 +34,9 @@ pub enum Event {
     Snapshot(ParticleFields),
     /// The answer to [`Command::Checkpoint`].
     Checkpoint(Box<Checkpoint>),
-    /// No further step is taken until [`Command::Stop`] arrives: at the end time after [`Command::Hold`], or
+    /// No further step is taken until [`Command::Stop`] arrives: at the end time after [`Command::Pause`], or
     /// after a breach under [`BreachAction::StopAndCheckpoint`](crate::setup::BreachAction::StopAndCheckpoint).
-    Held(Held),
+    Paused(Paused),
     /// The run ended in order; the last event.
     Finished(FinalReport),
     /// The run ended out of order; the last event.
@@ -45,7 +45,7 @@ pub enum Event {
 
 /// Where a participant waits for [`Command::Stop`].
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Held {
+pub struct Paused {
     /// Completed steps.
     pub step: u64,
     /// Time \[s\].
@@ -85,8 +85,8 @@ pub struct StepReport {
     pub end_time: f64,
     /// Its size \[s\].
     pub time_step: f64,
-    /// Books of predictor and corrector.
-    pub books: [StageBooks; 2],
+    /// Momentum budgets of predictor and corrector.
+    pub budgets: [StageBudget; 2],
     /// Energies at its end.
     pub energies: Energies,
     /// Own and partner particles in the last frames.
@@ -97,10 +97,10 @@ pub struct StepReport {
     pub waited: f64,
     /// Breaches that the policy lets pass.
     pub breaches: u64,
-    /// Times that the samples of its corrector were revised; none unless half-steps are iterated.
+    /// Updates of the coupling points in its corrector; none with explicit coupling.
     pub iterations: u32,
-    /// Whether that reached its limit before the corrector had settled.
-    pub unsettled: bool,
+    /// Whether that reached its limit before convergence.
+    pub unconverged: bool,
 }
 
 /// How a run ended in order.

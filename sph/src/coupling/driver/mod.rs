@@ -10,7 +10,7 @@ mod implicit;
 mod messages;
 mod saved;
 
-pub use messages::{Checkpoint, Command, Event, FailureReport, FinalReport, Held, ProbeValues, StepReport};
+pub use messages::{Checkpoint, Command, Event, FailureReport, FinalReport, Paused, ProbeValues, StepReport};
 pub use saved::{restore, save};
 
 use crate::coupling::audit::PartnerParticles;
@@ -32,7 +32,7 @@ pub struct Link {
     pub first_limit: f64,
     /// Where a restored run continues, see [`restore`].
     pub resume: Option<ClockState>,
-    /// What the set-up says of a solid partner, whose frames are held against it.
+    /// What the set-up says of a solid partner, for the audit of its frames.
     pub partner_particles: Option<PartnerParticles>,
 }
 
@@ -54,7 +54,7 @@ pub fn run<S: Solver + ?Sized>(
     let mut runner = Runner::new(solver, setup, link, exchange, &clock);
     let mut granted = 0;
     let mut stopping = false;
-    let (mut holds_at_end, mut held) = (false, false);
+    let (mut pauses_at_end, mut paused) = (false, false);
     loop {
         let due = clock.outputs_due();
         if due.probes {
@@ -68,12 +68,12 @@ pub fn run<S: Solver + ?Sized>(
             report(Event::Snapshot(runner.solver.snapshot(clock.step(), clock.time())));
         }
         loop {
-            if (runner.stop_wanted || clock.finished() && holds_at_end) && !held {
-                held = true;
-                report(Event::Held(Held { step: clock.step(), time: clock.time() }));
+            if (runner.stop_wanted || clock.finished() && pauses_at_end) && !paused {
+                paused = true;
+                report(Event::Paused(Paused { step: clock.step(), time: clock.time() }));
             }
-            let waits = held || clock.finished() || clock.step() >= granted;
-            if waits && stopping || clock.finished() && !holds_at_end {
+            let waits = paused || clock.finished() || clock.step() >= granted;
+            if waits && stopping || clock.finished() && !pauses_at_end {
                 break;
             }
             let command = if waits {
@@ -85,7 +85,7 @@ pub fn run<S: Solver + ?Sized>(
             match command {
                 Some(Command::GrantThrough(step)) => granted = granted.max(step),
                 Some(Command::Stop) => stopping = true,
-                Some(Command::Hold) => holds_at_end = true,
+                Some(Command::Pause) => pauses_at_end = true,
                 Some(Command::Checkpoint) => report(Event::Checkpoint(Box::new(runner.checkpoint(&clock)))),
                 Some(Command::Abort) => {
                     let at = clock.stage(Stage::Predictor).at;
@@ -101,7 +101,7 @@ pub fn run<S: Solver + ?Sized>(
                 }
             }
         }
-        if held || clock.finished() || clock.step() >= granted {
+        if paused || clock.finished() || clock.step() >= granted {
             break;
         }
         match runner.step(&mut clock) {

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use crate::PROGRAM;
-use proto::security::ClientFiles;
+use proto::transport::security::ClientFiles;
 use tempfile::TempDir;
 use tests::bench::text;
 use tests::certificates::{Authority, token};

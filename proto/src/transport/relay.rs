@@ -16,14 +16,14 @@ use tokio_stream::{Stream, StreamExt};
 use tokio_util::sync::CancellationToken;
 use tonic::{Request, Response, Status, Streaming};
 
-use crate::connection::{Caller, Incoming};
 use crate::error::with_causes;
 use crate::limits::MAX_FRAME_BYTES;
 use crate::recording::{Record, RecordingWriter};
-use crate::security::ServerSecurity;
 use crate::service::ServeOptions;
-use crate::token::TOKEN_KEY;
-use crate::transport;
+use crate::transport::channel;
+use crate::transport::connection::{Caller, Incoming};
+use crate::transport::security::ServerSecurity;
+use crate::transport::token::TOKEN_KEY;
 use crate::wire;
 use crate::wire::peer_client::PeerClient;
 use crate::wire::peer_server::{Peer, PeerServer};
@@ -124,7 +124,7 @@ impl Relay {
         let incoming = Incoming::bind(listen).map_err(|e| cannot(&e))?;
         let address = incoming.local_addr().map_err(|e| cannot(&e))?;
         let stop = CancellationToken::new();
-        let mut server = transport::server(&security, ServeOptions::default().lease)
+        let mut server = channel::server(&security, ServeOptions::default().lease)
             .map_err(|e| cannot(&with_causes(&e)))?;
         let service = RelayService { solid: solid.to_owned(), security, watch, cut: stop.child_token() };
         let peer = PeerServer::new(service).max_decoding_message_size(MAX_FRAME_BYTES);
@@ -256,7 +256,7 @@ impl Peer for RelayService {
         if let Some(caller) = &caller {
             caller.called();
         }
-        let channel = transport::connect_secured(&self.solid, CONNECT_TIMEOUT, self.security.partner());
+        let channel = channel::connect_secured(&self.solid, CONNECT_TIMEOUT, self.security.partner());
         let channel = channel.await.map_err(Status::unavailable)?;
         let (metadata, _, from_fluid) = request.into_parts();
         let (to_solid, frames) = mpsc::channel(PENDING_FRAMES);

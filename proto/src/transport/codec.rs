@@ -12,7 +12,7 @@ use tonic::Status;
 use tonic::codec::{BufferSettings, Codec, DecodeBuf, Decoder};
 use tonic_prost::{ProstDecoder, ProstEncoder};
 
-use crate::limits::{MAX_DEPTH, MAX_EVENTS, MAX_LIST};
+use crate::limits::{MAX_ACCOUNTS, MAX_DEPTH, MAX_EVENTS, MAX_LIST};
 
 include!(concat!(env!("OUT_DIR"), "/shapes.rs"));
 
@@ -46,10 +46,6 @@ enum Entry {
     /// Text or bytes: one with each tag.
     Text,
     PackedVarint,
-    #[allow(dead_code, reason = "no list of the protocol has such entries yet")]
-    Packed32,
-    #[allow(dead_code, reason = "no list of the protocol has such entries yet")]
-    Packed64,
 }
 
 /// The codec; decodes no message with more entries in a list than allowed.
@@ -140,6 +136,10 @@ fn check<M: Counted>(bytes: &[u8]) -> Result<(), String> {
 fn most(shape: &Shape, field: &Field) -> usize {
     match (shape.name, field.name) {
         ("EventBatch", "events") => MAX_EVENTS,
+        // Two budgets in each event, with all accounts.
+        ("StageBudget", "accounts") => 2 * MAX_ACCOUNTS * MAX_EVENTS,
+        // One for each dimension.
+        (_, "components") => 3 * MAX_LIST,
         _ => MAX_LIST,
     }
 }
@@ -166,8 +166,6 @@ fn count(shape: usize, mut bytes: &[u8], depth: usize, counts: &mut [usize; LIST
                     Some(Entry::PackedVarint) => {
                         entries = inner.iter().filter(|byte| **byte < 0x80).count();
                     }
-                    Some(Entry::Packed32) => entries = inner.len() / 4,
-                    Some(Entry::Packed64) => entries = inner.len() / 8,
                     Some(Entry::Text) | None => {}
                 }
             }

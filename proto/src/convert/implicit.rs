@@ -1,7 +1,7 @@
-//! Iterated half-steps: how they are asked for, and the word that ends one.
+//! Implicit coupling: its parameters, and the message that ends the iterations of a half-step.
 
 use sph::coupling::exchange::Acceptance;
-use sph::setup::{Iterate, Relaxation, Unsettled};
+use sph::setup::{ImplicitCoupling, NonConvergence, Relaxation};
 
 use super::{Choice, Convert, Path, WireError, choice, positive};
 use crate::wire;
@@ -9,34 +9,24 @@ use crate::wire;
 /// Most iterations that a set-up may ask for.
 const MOST_ITERATIONS: u32 = 1000;
 
-impl Choice for Unsettled {
-    const ALL: &'static [Self] = &[Unsettled::Stop, Unsettled::Accept];
+choices!(NonConvergence = wire::NonConvergence { Stop, Accept });
 
-    fn code(self) -> i32 {
-        let wire = match self {
-            Unsettled::Stop => wire::Unsettled::Stop,
-            Unsettled::Accept => wire::Unsettled::Accept,
-        };
-        wire.into()
-    }
-}
+impl Convert for ImplicitCoupling {
+    type Wire = wire::ImplicitCoupling;
 
-impl Convert for Iterate {
-    type Wire = wire::Iterate;
-
-    fn to_wire(&self) -> wire::Iterate {
-        wire::Iterate {
+    fn to_wire(&self) -> wire::ImplicitCoupling {
+        wire::ImplicitCoupling {
             factor: match self.relaxation {
                 Relaxation::Fixed(factor) => Some(factor),
                 Relaxation::Aitken => None,
             },
             tolerance: Some(self.tolerance),
             limit: self.limit,
-            unsettled: self.unsettled.code(),
+            non_convergence: self.non_convergence.code(),
         }
     }
 
-    fn from_wire(wire: &wire::Iterate, at: &Path<'_>) -> Result<Self, WireError> {
+    fn from_wire(wire: &wire::ImplicitCoupling, at: &Path<'_>) -> Result<Self, WireError> {
         let factor = wire.factor.map(|factor| positive(factor, &at.field("factor"))).transpose()?;
         if let Some(factor) = factor.filter(|factor| *factor > 1.0) {
             return Err(at.field("factor").error(format!("is {factor:?}, must be above 0 and at most 1")));
@@ -49,7 +39,7 @@ impl Convert for Iterate {
             relaxation: factor.map_or(Relaxation::Aitken, Relaxation::Fixed),
             tolerance: positive(wire.tolerance, &at.field("tolerance"))?,
             limit: wire.limit,
-            unsettled: choice(wire.unsettled, &at.field("unsettled"))?,
+            non_convergence: choice(wire.non_convergence, &at.field("non_convergence"))?,
         })
     }
 }
@@ -58,7 +48,7 @@ impl Convert for Acceptance {
     type Wire = wire::Acceptance;
 
     fn to_wire(&self) -> wire::Acceptance {
-        wire::Acceptance { settled: self.settled, residual: Some(self.residual) }
+        wire::Acceptance { converged: self.converged, residual: Some(self.residual) }
     }
 
     fn from_wire(wire: &wire::Acceptance, at: &Path<'_>) -> Result<Self, WireError> {
@@ -67,6 +57,6 @@ impl Convert for Acceptance {
         if residual < 0.0 {
             return Err(at.error(format!("is {residual:?}, must not be negative")));
         }
-        Ok(Self { settled: wire.settled, residual })
+        Ok(Self { converged: wire.converged, residual })
     }
 }

@@ -9,7 +9,7 @@ use crate::limits::{
     CONNECTION_WINDOW_BYTES, HTTP2_FRAME_BYTES, KEEPALIVE_INTERVAL, KEEPALIVE_TIMEOUT, MAX_STREAMS,
     STREAM_WINDOW_BYTES,
 };
-use crate::security::{ClientSecurity, ServerSecurity};
+use crate::transport::security::{ClientSecurity, ServerSecurity};
 
 /// Connects to `address`, "host:port" or "http://host:port", or by TLS to "https://host:port".
 pub(crate) async fn connect_secured(

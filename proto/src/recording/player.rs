@@ -13,14 +13,14 @@ use tokio_stream::wrappers::ReceiverStream;
 use tokio_util::sync::CancellationToken;
 use tonic::{Request, Response, Status, Streaming};
 
-use crate::client::RunAccess;
-use crate::connection::{Caller, Incoming};
 use crate::limits::MAX_FRAME_BYTES;
 use crate::recording::{Difference, Ids, Moment, Recording, RecordingError, difference};
-use crate::security::{ClientSecurity, ServerSecurity};
 use crate::service::ServeOptions;
-use crate::token::Token;
-use crate::transport;
+use crate::transport::channel;
+use crate::transport::client::RunAccess;
+use crate::transport::connection::{Caller, Incoming};
+use crate::transport::security::{ClientSecurity, ServerSecurity};
+use crate::transport::token::Token;
 use crate::wire;
 use crate::wire::peer_client::PeerClient;
 use crate::wire::peer_server::{Peer, PeerServer};
@@ -121,7 +121,7 @@ impl Player {
         let here = SocketAddr::from(([127, 0, 0, 1], 0));
         let incoming = Incoming::bind(here).map_err(|e| cannot(&e))?;
         self.address = Some(incoming.local_addr().map_err(|e| cannot(&e))?);
-        let mut server = transport::server(&ServerSecurity::default(), ServeOptions::default().lease)
+        let mut server = channel::server(&ServerSecurity::default(), ServeOptions::default().lease)
             .map_err(|e| cannot(&e))?;
         let service = PlayerService(self.shared.clone());
         let peer = PeerServer::new(service).max_decoding_message_size(MAX_FRAME_BYTES);
@@ -146,7 +146,7 @@ impl Player {
         let (shared, address, security) = (self.shared.clone(), address.to_owned(), security.clone());
         let (connected, connection) = tokio::sync::oneshot::channel();
         runtime.spawn(async move {
-            let channel = match transport::connect_secured(&address, CONNECT_TIMEOUT, &security).await {
+            let channel = match channel::connect_secured(&address, CONNECT_TIMEOUT, &security).await {
                 Ok(channel) => channel,
                 Err(problem) => return drop(connected.send(Err(format!("{address} {problem}")))),
             };

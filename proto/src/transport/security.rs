@@ -15,11 +15,11 @@ use tonic::service::interceptor::InterceptedService;
 use tonic::transport::{Certificate, Channel, ClientTlsConfig, Endpoint, Server, ServerTlsConfig};
 use tonic::{Request, Status};
 
-use crate::connection::Caller;
 use crate::error::with_causes;
-pub use crate::secrets::AccessToken;
-use crate::secrets::{Secrets, read};
-use crate::token::Token;
+use crate::transport::connection::Caller;
+pub use crate::transport::secrets::AccessToken;
+use crate::transport::secrets::{Secrets, read};
+use crate::transport::token::Token;
 
 /// Metadata key of a server's access token.
 const ACCESS_KEY: &str = "fsi-access";

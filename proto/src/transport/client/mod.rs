@@ -20,9 +20,10 @@ use crate::convert::{
 use crate::description::{Description, LinkPlan, OpenReport, PROTOCOL};
 use crate::error::{RpcCode, RpcError};
 use crate::limits::MAX_MESSAGE_BYTES;
-use crate::security::{ClientSecurity, ShowAccess};
-use crate::token::Token;
-use crate::transport;
+use crate::transport::channel;
+use crate::transport::security::{ClientSecurity, ShowAccess};
+use crate::transport::token::Token;
+use crate::transport::version1;
 use crate::wire;
 use crate::wire::participant_client::ParticipantClient as WireClient;
 
@@ -103,6 +104,8 @@ impl RunAccess {
 #[derive(Clone, Debug)]
 pub struct ParticipantClient {
     inner: WireClient<InterceptedService<Channel, ShowAccess>>,
+    /// The connection below, for calls of another protocol version.
+    service: InterceptedService<Channel, ShowAccess>,
     address: String,
     deadlines: Deadlines,
     run: Option<(String, Token)>,
@@ -129,12 +132,12 @@ impl ParticipantClient {
         deadlines: Deadlines,
         security: &ClientSecurity,
     ) -> Result<Self, RpcError> {
-        let channel = transport::connect_secured(address, deadlines.connect, security)
+        let channel = channel::connect_secured(address, deadlines.connect, security)
             .await
             .map_err(|problem| RpcError::new(RpcCode::Unavailable, "connect", address, problem))?;
-        let inner = WireClient::with_interceptor(channel, security.shower())
-            .max_decoding_message_size(MAX_MESSAGE_BYTES);
-        Ok(Self { inner, address: address.to_owned(), deadlines, run: None, epoch: 0 })
+        let service = InterceptedService::new(channel, security.shower());
+        let inner = WireClient::new(service.clone()).max_decoding_message_size(MAX_MESSAGE_BYTES);
+        Ok(Self { inner, service, address: address.to_owned(), deadlines, run: None, epoch: 0 })
     }
 
     /// Address of the server.
@@ -149,18 +152,31 @@ impl ParticipantClient {
     pub async fn describe(&mut self) -> Result<Description, RpcError> {
         let deadline = self.deadlines.describe;
         let answer = self.inner.describe(wire::DescribeRequest {});
-        let reply = within(deadline, "Describe", &self.address, answer).await.map_err(|mut error| {
-            // A refused certificate shows with the first call only: by words, or by the end of the connection.
-            let by_tls = self.address.starts_with("https://") && error.code == RpcCode::Unavailable;
-            if error.code != RpcCode::PermissionDenied && !by_tls {
-                error.message.push_str("; what listens there seems to be no solver of protocol fsi.v1");
+        let reply = match within(deadline, "Describe", &self.address, answer).await {
+            Ok(reply) => reply,
+            Err(mut error) => {
+                // A refused certificate shows with the first call only: by words, or by the end of the connection.
+                let by_tls = self.address.starts_with("https://") && error.code == RpcCode::Unavailable;
+                if error.code == RpcCode::Unsupported && self.speaks_version_1().await {
+                    error.message = format!(
+                        "speaks protocol 1, this program needs {}: update the solver",
+                        PROTOCOL.major
+                    );
+                } else if error.code != RpcCode::PermissionDenied && !by_tls {
+                    error.message.push_str("; what listens there seems to be no solver of protocol fsi.v2");
+                }
+                return Err(error);
             }
-            error
-        })?;
+        };
         self.accept("Describe", Description::from_wire(&reply, &Path::root("description")))
     }
 
-    /// Opens a run and tells what the solver will really do; `link`, `run` and `close` are for this run.
+    async fn speaks_version_1(&self) -> bool {
+        let question = version1::is_spoken_by(self.service.clone());
+        tokio::time::timeout(self.deadlines.describe, question).await.unwrap_or(false)
+    }
+
+    /// Opens a run; returns what the solver will actually do; `link`, `run` and `close` are for this run.
     ///
     /// # Errors
     /// When another run is held, or with all problems of the set-up.
@@ -446,7 +462,7 @@ impl RunStreams {
                 (Event::Step(*report), false)
             }
             BatchItem::Probes(values) => (Event::Probes(values), false),
-            BatchItem::Held(held) => (Event::Held(held), false),
+            BatchItem::Paused(held) => (Event::Paused(held), false),
             BatchItem::Snapshot { index, .. } => (Event::Snapshot(self.snapshot(index).await?), false),
             BatchItem::Finished { step, time, reached_end, counts, state_index } => {
                 let state = self.snapshot(state_index).await?;

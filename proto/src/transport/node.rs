@@ -13,9 +13,9 @@ use tokio_util::sync::CancellationToken;
 use tracing_subscriber::EnvFilter;
 
 use crate::description::Description;
-use crate::security::{AccessToken, ServerFiles, ServerSecurity};
 use crate::service::{ServeError, ServeOptions, Server, SolverFactory};
 use crate::trace::{self, Part};
+use crate::transport::security::{AccessToken, ServerFiles, ServerSecurity};
 
 /// Command line was wrong, or asked for what is not allowed.
 const EXIT_USAGE: u8 = 2;

@@ -5,24 +5,24 @@ use std::time::Duration;
 use bytes::{Buf, BufMut, Bytes};
 use prost::Message;
 use sph::coupling::audit::{PartnerBody, PartnerParticles};
-use sph::coupling::exchange::{Extent, Frame, FrameContent, InterfaceStates, PreviousStage};
+use sph::coupling::exchange::{Column, Extent, Frame, FrameContent, PreviousStage, StateColumns};
 use sph::coupling::ledger::InterfaceSums;
 use sph::coupling::ledger::MomentumReport;
 use sph::coupling::solver::Role;
 use sph::coupling::stage::{StageTime, StepStage};
 use sph::setup::{CouplingKind, InterfaceLaw};
-use sph::space::{SymmetricTensor, Vector};
+use sph::space::Vector;
 
 use tonic::Status;
 use tonic::codec::{Codec, DecodeBuf, Decoder, EncodeBuf, Encoder};
 use tonic::codegen::http::uri::PathAndQuery;
 
-use crate::codec;
 use crate::convert::{FrameReader, FrameWriter};
 use crate::description::FrameField;
 use crate::error::{RpcError, with_causes};
-use crate::security::ClientSecurity;
-use crate::transport;
+use crate::transport::channel;
+use crate::transport::codec;
+use crate::transport::security::ClientSecurity;
 use crate::wire;
 
 const RUN: &str = "run";
@@ -38,19 +38,19 @@ fn frame(content: FrameContent) -> Frame {
         iteration: 0,
         acceptance: None,
         content,
-        forces: vec![Vector::new(1.0, -2.0); 3],
-        states: InterfaceStates {
+        forces: Column::from_iter([[1.0, -2.0]; 3]),
+        states: StateColumns {
             id: vec![1, 5, 4_000_000_000],
             group: vec![0, 0, 2],
             mass: vec![0.1, 0.2, 3.0],
-            position: vec![Vector::new(0.1, 0.2); 3],
-            velocity: vec![Vector::new(-1.0, 0.0); 3],
+            position: Column::from_iter([[0.1, 0.2]; 3]),
+            velocity: Column::from_iter([[-1.0, 0.0]; 3]),
             density: vec![1000.0; 3],
             pressure: vec![-1e5; 3],
-            stress: vec![SymmetricTensor { xx: 1.0, yy: 2.0, xy: 0.1 }; 3],
+            stress: Column::from_iter([[1.0, 2.0, 0.1]; 3]),
         },
         set_version: 1,
-        extent: Extent { version: 1, boxes: vec![(Vector::zeros(), Vector::new(1.0, 0.5))] },
+        extent: Extent { version: 1, boxes: Column::from_iter([[0.0, 0.0, 1.0, 0.5]]) },
         partner_extent_version: 0,
         reach: 0.25,
         time_step_limit: 1e-3,
@@ -120,7 +120,7 @@ pub fn control(setup: &sph::setup::ParticipantSetup) -> Vec<Vec<u8>> {
     use crate::description::{LinkPlan, Partner};
     let link = LinkPlan {
         first_limit: 1e-3,
-        partner_extent: Extent { version: 1, boxes: vec![(Vector::zeros(), Vector::new(1.0, 0.5))] },
+        partner_extent: Extent { version: 1, boxes: Column::from_iter([[0.0, 0.0, 1.0, 0.5]]) },
         partner: Partner::Listen,
         partner_particles: Some(PartnerParticles {
             id: vec![3],
@@ -177,15 +177,15 @@ impl Decoder for Raw {
 
 /// Names of all calls, with service.
 pub const CALLS: [&str; 9] = [
-    "/fsi.v1.Participant/Describe",
-    "/fsi.v1.Participant/Open",
-    "/fsi.v1.Participant/Link",
-    "/fsi.v1.Participant/Run",
-    "/fsi.v1.Participant/Snapshots",
-    "/fsi.v1.Participant/Checkpoint",
-    "/fsi.v1.Participant/Restore",
-    "/fsi.v1.Participant/Close",
-    "/fsi.v1.Peer/Exchange",
+    "/fsi.v2.Participant/Describe",
+    "/fsi.v2.Participant/Open",
+    "/fsi.v2.Participant/Link",
+    "/fsi.v2.Participant/Run",
+    "/fsi.v2.Participant/Snapshots",
+    "/fsi.v2.Participant/Checkpoint",
+    "/fsi.v2.Participant/Restore",
+    "/fsi.v2.Participant/Close",
+    "/fsi.v2.Peer/Exchange",
 ];
 
 /// Makes the call of `path`, such as one of [`CALLS`], at `address` by a connection of its own, with `message` as it is.
@@ -195,7 +195,7 @@ pub const CALLS: [&str; 9] = [
 pub async fn call(address: &str, path: &'static str, message: Vec<u8>) -> Result<(), RpcError> {
     const DEADLINE: Duration = Duration::from_secs(60);
     let refused = |status: Status| RpcError::from_status(path, address, &status);
-    let channel = transport::connect_secured(address, DEADLINE, &ClientSecurity::default())
+    let channel = channel::connect_secured(address, DEADLINE, &ClientSecurity::default())
         .await
         .map_err(|problem| refused(Status::unavailable(problem)))?;
     let mut client = tonic::client::Grpc::new(channel);

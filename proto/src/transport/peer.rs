@@ -15,9 +15,9 @@ use tonic::transport::Channel;
 use crate::convert::{FrameReader, FrameWriter, ReceivedFrame};
 use crate::error::describe;
 use crate::limits::MAX_FRAME_BYTES;
-use crate::security::ClientSecurity;
-use crate::token::Token;
-use crate::transport;
+use crate::transport::channel;
+use crate::transport::security::ClientSecurity;
+use crate::transport::token::Token;
 use crate::wire;
 
 /// Frames that may wait for the transport: lock-step needs two, a farewell one more.
@@ -236,7 +236,7 @@ pub(crate) async fn dial(
     security: &ClientSecurity,
     slot: PeerSlot,
 ) -> Result<(), String> {
-    let channel = transport::connect_secured(address, CONNECT_TIMEOUT, security).await?;
+    let channel = channel::connect_secured(address, CONNECT_TIMEOUT, security).await?;
     let request = token.attach(ReceiverStream::new(slot.outbound));
     let (refusal, refused) = oneshot::channel();
     tokio::spawn(async move {

@@ -19,10 +19,10 @@ use tonic::transport::server::TcpIncoming;
 use crate::convert::Choice;
 use crate::error::with_causes;
 use crate::limits::MAX_FRAME_BYTES;
-use crate::relay::{Direction, Pass, RelayService};
-use crate::security::{ClientSecurity, ServerSecurity};
 use crate::service::ServeOptions;
-use crate::transport;
+use crate::transport::channel;
+use crate::transport::relay::{Direction, Pass, RelayService};
+use crate::transport::security::{ClientSecurity, ServerSecurity};
 use crate::wire;
 use crate::wire::peer_server::PeerServer;
 
@@ -61,12 +61,12 @@ impl Proxy {
     /// # Errors
     /// When the server cannot be reached, or no port is to be had.
     pub async fn start(solid: &str, at: StepStage, to_solid: bool, damage: Damage) -> Result<Self, String> {
-        let channel = transport::connect_secured(solid, CONNECT_TIMEOUT, &ClientSecurity::default()).await?;
+        let channel = channel::connect_secured(solid, CONNECT_TIMEOUT, &ClientSecurity::default()).await?;
         let cannot = |e: &dyn std::fmt::Display| format!("a proxy cannot listen: {e}");
         let here = SocketAddr::from(([127, 0, 0, 1], 0));
         let incoming = TcpIncoming::bind(here).map_err(|e| cannot(&e))?.with_nodelay(Some(true));
         let address = incoming.local_addr().map_err(|e| cannot(&e))?;
-        let mut server = transport::server(&ServerSecurity::default(), ServeOptions::default().lease)
+        let mut server = channel::server(&ServerSecurity::default(), ServeOptions::default().lease)
             .map_err(|e| cannot(&e))?;
         let direction = if to_solid { Direction::ToSolid } else { Direction::ToFluid };
         let relay = RelayService::tapped(solid, Box::new(tap(at, direction, damage)));

@@ -8,7 +8,7 @@ use std::path::Path;
 use tonic::transport::Identity;
 
 use crate::limits::MAX_NAME_BYTES;
-use crate::token::Token;
+use crate::transport::token::Token;
 
 /// Largest certificate, key or token file \[bytes\]: a chain of some hundred certificates.
 const LARGEST_FILE: u64 = 1 << 20;

@@ -1,8 +1,8 @@
-//! Iterated half-steps: a solid that one exchange would throw off, and a fluid that is asked again and again.
+//! Implicit coupling: a solid that diverges with one exchange per half-step, and a fluid that answers repeatedly.
 
 use sph::coupling::driver::StepReport;
 use sph::coupling::solver::Role;
-use sph::setup::{CouplingKind, Iterate, Relaxation, Unsettled};
+use sph::setup::{CouplingKind, ImplicitCoupling, NonConvergence, Relaxation};
 use sph::space::Vector;
 
 use super::bench::Bench;
@@ -10,23 +10,27 @@ use super::dummy::Quirk;
 use super::scene::{Scene, TIME_STEP};
 use super::{Finding, not_offered, passed};
 
-const PLAN: Iterate =
-    Iterate { relaxation: Relaxation::Aitken, tolerance: 1e-9, limit: 100, unsettled: Unsettled::Stop };
+const PLAN: ImplicitCoupling = ImplicitCoupling {
+    relaxation: Relaxation::Aitken,
+    tolerance: 1e-9,
+    limit: 100,
+    non_convergence: NonConvergence::Stop,
+};
 
 /// Time step times the rate of the damper: a single exchange would multiply the speed by 1 - z + z²/2 = 2.5 a step, and plain
 /// repetition each error of it by z/2.
 const STIFFNESS: f64 = 3.0;
 
 pub(super) async fn iterated(bench: &Bench) -> Finding {
-    if !bench.description.capabilities.iterates {
-        return not_offered("the capability `iterates` is not declared");
+    if !bench.description.capabilities.implicit_coupling {
+        return not_offered("the capability `implicit_coupling` is not declared");
     }
     if bench.kind != CouplingKind::Loads {
-        return not_offered("only a coupling by loads is iterated");
+        return not_offered("implicit coupling goes with force coupling only");
     }
     match bench.role {
         Role::Fluid => answers(bench).await,
-        Role::Solid if bench.takes_free_bodies => settles(bench).await,
+        Role::Solid if bench.takes_free_bodies => converges(bench).await,
         Role::Solid => not_offered("it takes clamped bodies only, whose speed is not visible"),
     }
 }
@@ -34,10 +38,10 @@ pub(super) async fn iterated(bench: &Bench) -> Finding {
 /// Largest number of iterations in a step of `own`, which must be those of its partner.
 fn iterations(own: &[StepReport], partner: &[StepReport]) -> Result<u32, String> {
     let count = |reports: &[StepReport]| -> Vec<_> {
-        reports.iter().map(|report| (report.iterations, report.unsettled)).collect()
+        reports.iter().map(|report| (report.iterations, report.unconverged)).collect()
     };
     if count(own) != count(partner) {
-        return Err("its step reports tell other iterations than those of its partner".into());
+        return Err("its step reports state other iterations than those of its partner".into());
     }
     match own.iter().map(|report| report.iterations).max() {
         None | Some(0) => Err("no half-step was iterated".into()),
@@ -46,9 +50,9 @@ fn iterations(own: &[StepReport], partner: &[StepReport]) -> Result<u32, String>
 }
 
 /// A stiff damper slows a solid by (1 - z/2)/(1 + z/2) a step, which is the implicit midpoint rule.
-async fn settles(bench: &Bench) -> Finding {
+async fn converges(bench: &Bench) -> Finding {
     let velocity = Vector::new(0.7, -0.3);
-    let scene = Scene { velocity, steps: 4, iterate: Some(PLAN), ..Scene::still(bench.kind) };
+    let scene = Scene { velocity, steps: 4, implicit: Some(PLAN), ..Scene::still(bench.kind) };
     let quirk = Quirk { damper: Some(STIFFNESS / TIME_STEP), ..Quirk::default() };
     let [own, dummy] = bench.completed(scene, quirk).await?;
     let most = iterations(&own.reports, &dummy.reports)?;
@@ -69,15 +73,15 @@ async fn settles(bench: &Bench) -> Finding {
     passed(format!("midpoint rule at dt c/m = {STIFFNESS}, at most {most} iterations"))
 }
 
-/// A fluid that answers samples which stay where they are ends in the state of a run that is not iterated.
+/// A fluid whose coupling points stay where they are ends in the state of a run with explicit coupling.
 async fn answers(bench: &Bench) -> Finding {
     let scene = bench.pushing();
     let [once, _] = bench.completed(scene, Quirk::default()).await?;
-    let [own, dummy] = bench.completed(Scene { iterate: Some(PLAN), ..scene }, Quirk::default()).await?;
+    let [own, dummy] = bench.completed(Scene { implicit: Some(PLAN), ..scene }, Quirk::default()).await?;
     let most = iterations(&own.reports, &dummy.reports)?;
     // Debug of a float shows all its bits but those of a NaN.
     if format!("{:?}", once.state) != format!("{:?}", own.state) {
-        return Err("the same samples, sent again, lead to another state".into());
+        return Err("the same coupling points, sent again, lead to another state".into());
     }
     passed(format!("at most {most} iterations leave all bits as they are"))
 }

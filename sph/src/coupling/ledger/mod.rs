@@ -1,0 +1,30 @@
+//! The ledger: what each side reports of its momentum in a half-step, and the checks on it.
+//!
+//! Vectors have three components whatever the space: in the plane, forces have no z and torques nothing else. Extensive
+//! quantities of the plane are per metre of depth: a force \[N\] is one per metre.
+
+mod accounts;
+mod balance;
+mod budget;
+
+use nalgebra::{SVector, Vector3};
+
+pub use accounts::{Account, AccountEntry, Accounts, scheme_moment};
+pub(crate) use balance::exceeds;
+pub use balance::{Breach, Check, Imbalance, TorqueCheck, balance_breaches, budget_breaches, imbalance};
+pub use budget::{AngularBudget, Energies, InterfaceSums, MomentumReport, StageBudget};
+
+/// A vector of the ledger, (x, y, z).
+pub type LedgerVector = Vector3<f64>;
+
+/// `vector` with zeros for the components that its space lacks.
+#[inline]
+pub fn lifted<const D: usize>(vector: &SVector<f64, D>) -> LedgerVector {
+    LedgerVector::from_fn(|k, _| if k < D { vector[k] } else { 0.0 })
+}
+
+/// A torque or angular momentum of the plane, about z.
+#[inline]
+pub fn axial(z: f64) -> LedgerVector {
+    LedgerVector::new(0.0, 0.0, z)
+}

@@ -88,6 +88,8 @@ mod time {
     pub mod limits;
     pub mod momentum_budget;
     pub mod stage;
+    pub mod stage_rule;
+    pub mod stepping;
     pub mod substeps;
 }
 

@@ -13,8 +13,15 @@ use crate::particles::forces::{ParticleForces, ParticleTorques};
 use crate::system::model::{ContactModel, SolidModel};
 use crate::system::workspace::Workspace;
 
+/// Walls, stress and neighbour lists of the stage state at time `at` \[s\].
+pub fn update_stage(model: &SolidModel, workspace: &mut Workspace, time: &StageTime, at: f64) {
+    model.walls.move_to(at, &mut workspace.walls);
+    update_stress(model, workspace);
+    refresh_lists(model, workspace, time);
+}
+
 /// Pressure and stress of the stage state, and the variables derived from them.
-pub fn update_stress(model: &SolidModel, workspace: &mut Workspace) {
+fn update_stress(model: &SolidModel, workspace: &mut Workspace) {
     let Workspace { stage, stress, .. } = workspace;
     for body in &model.bodies {
         let range = &body.range;

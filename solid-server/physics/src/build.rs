@@ -11,6 +11,7 @@ use crate::boundary::walls::Walls;
 use crate::build::bodies::{build_bodies, build_contact, initial_image_counts};
 use crate::build::validate::{check_arrays, check_periods, check_sums};
 use crate::contact::friction::TangentialSprings;
+use crate::contact::repulsion::Contacts;
 use crate::formulations::body::Body;
 use crate::formulations::formulation::AngularImpulse;
 use crate::formulations::pair_law::PairSums;
@@ -105,7 +106,7 @@ pub fn build_workspace(
         sums: vec![PairSums::default(); n],
         rates: Rates::new(n),
         contact_forces: vec![ContactForces::default(); n],
-        contacts: Vec::new(),
+        contacts: Contacts::default(),
         springs: state.springs.clone(),
         start_springs: state.springs.clone(),
         loads: if model.bodies.iter().any(|body| body.acceleration.is_some() || !body.loads.is_empty()) {

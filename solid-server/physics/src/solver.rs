@@ -98,7 +98,7 @@ impl Solver for SolidSolver {
         if time.at.stage == Stage::Predictor {
             self.workspace.stage.copy_from(&self.state.particles);
             self.workspace.stage_rigid.clone_from(&self.state.rigid);
-            self.workspace.springs.clone_from(&self.state.springs);
+            self.workspace.springs.copy_from(&self.state.springs);
         }
         self.enter_stage(time);
         Ok(())

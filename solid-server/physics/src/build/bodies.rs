@@ -161,7 +161,8 @@ pub fn build_contact(setup: &SolidSetup) -> ContactModel {
     match setup.contact {
         ContactLaw::Repulsion { stiffness, distance, damping, friction, self_contact } => {
             let fields = DensityFields::new(setup, distance);
-            ContactModel::Repulsion(Repulsion::new(stiffness, damping, friction, fields, self_contact))
+            let self_contact_distance = self_contact.then(|| fields.self_contact_distance());
+            ContactModel::Repulsion(Repulsion { stiffness, damping, friction, fields, self_contact_distance })
         }
         ContactLaw::Sums => {
             let support = |body: &BodySetup| match &body.formulation {

@@ -14,6 +14,10 @@ const STIFFEST: f64 = 0.95;
 /// Number of places along a row at which the density of the half-plane is sampled.
 const SAMPLES: u32 = 16;
 
+/// Undeformed distance from which parts of one body can be in contact, in support radii of the density field \[-\]: a body
+/// compressed by a third is not yet in contact with itself.
+const SELF_CONTACT_DISTANCE: f64 = 1.5;
+
 /// Density field of a half-plane of particles as a measure of depth.
 ///
 /// ```text
@@ -107,6 +111,11 @@ impl DensityFields {
             walls: DensityField::new(wall_spacing, to_walls),
             bodies_from_walls: DensityField::new(spacing, to_walls),
         }
+    }
+
+    /// Undeformed distance \[m\] from which parts of one body can be in contact.
+    pub fn self_contact_distance(&self) -> f64 {
+        SELF_CONTACT_DISTANCE * self.bodies.support
     }
 
     /// Largest radius within which particles count \[m\].

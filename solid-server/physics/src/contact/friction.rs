@@ -116,6 +116,12 @@ impl TangentialSprings {
         self.entries.binary_search_by_key(key, |(key, _)| *key).map_or(0.0, |found| self.entries[found].1)
     }
 
+    /// Takes over `other`, keeping the allocation.
+    pub fn copy_from(&mut self, other: &Self) {
+        self.time = other.time;
+        self.entries.clone_from(&other.entries);
+    }
+
     /// Replaces all by the elongations of `contacts`, ascending by key, at `time` \[s\].
     pub fn renew(&mut self, time: f64, contacts: impl Iterator<Item = (ContactKey, f64)>) {
         self.time = time;

@@ -44,20 +44,24 @@ pub struct Repulsion {
     pub self_contact_distance: Option<f64>,
 }
 
-/// Undeformed distance from which parts of one body can be in contact, in support radii of the density field \[-\]: a body
-/// compressed by a third is not yet in contact with itself.
-const SELF_CONTACT_DISTANCE: f64 = 1.5;
-
 /// A particle that lies in a body or wall.
 #[derive(Clone, Copy, Debug)]
-pub struct Contact {
-    pub key: ContactKey,
+struct Contact {
+    key: ContactKey,
     /// Derivative p of the energy by the density, damping included \[N\].
     slope: f64,
     depth: f64,
     /// Bound of the stiffness over the gradient on one particle \[N\].
     stiffness: f64,
     friction: Friction,
+}
+
+/// All contacts of an evaluation, and buffers in which tasks find them.
+#[derive(Debug, Default)]
+pub struct Contacts {
+    /// Ascending by key.
+    found: Vec<Contact>,
+    tasks: Vec<Vec<Contact>>,
 }
 
 /// The state at which contact is evaluated.
@@ -118,53 +122,47 @@ impl ContactStage<'_> {
 }
 
 impl Repulsion {
-    /// A repulsion of the given stiffness, damping and coefficient of friction; with `self_contact` also between distant
-    /// parts of one body.
-    pub fn new(
-        stiffness: f64,
-        damping: f64,
-        friction: f64,
-        fields: DensityFields,
-        self_contact: bool,
-    ) -> Self {
-        let self_contact_distance = self_contact.then_some(SELF_CONTACT_DISTANCE * fields.bodies.support);
-        Self { stiffness, damping, friction, fields, self_contact_distance }
-    }
-
     /// Contact forces on all particles, and the contacts that cause them; `springs` advance to the time of the stage.
     pub fn evaluate(
         &self,
         at: &ContactStage<'_>,
         springs: &mut TangentialSprings,
-        contacts: &mut Vec<Contact>,
+        contacts: &mut Contacts,
         sums: &mut [ContactForces],
     ) {
         self.find_contacts(at, springs, contacts);
-        let sticking: &[Contact] = if self.friction > 0.0 { contacts } else { &[] };
+        let contacts: &[Contact] = &contacts.found;
+        let sticking = if self.friction > 0.0 { contacts } else { &[] };
         springs.renew(at.at, sticking.iter().map(|contact| (contact.key, contact.friction.elongation)));
         if contacts.is_empty() {
             sums.fill(ContactForces::default());
             return;
         }
-        let contacts: &[Contact] = contacts;
         sums.par_iter_mut().with_min_len(8 * TASK).enumerate().for_each(|(i, sums)| {
             *sums = self.forces(at, contacts, i);
         });
     }
 
     /// All particles that lie in something else, ascending.
-    fn find_contacts(&self, at: &ContactStage<'_>, springs: &TangentialSprings, contacts: &mut Vec<Contact>) {
+    fn find_contacts(&self, at: &ContactStage<'_>, springs: &TangentialSprings, contacts: &mut Contacts) {
         let dt = at.at - springs.time;
         let count = at.constants.len();
-        let find = |s: usize| -> Vec<Contact> {
-            match s.checked_sub(count) {
-                None => self.contacts_of(at, springs, dt, s),
-                Some(w) => self.contacts_of_wall(at, springs, dt, w),
+        let tasks = at.lists.active.par_chunks(2 * TASK);
+        if contacts.tasks.len() < tasks.len() {
+            contacts.tasks.resize_with(tasks.len(), Vec::new);
+        }
+        let Contacts { found, tasks: buffers } = contacts;
+        buffers.par_iter_mut().for_each(Vec::clear);
+        tasks.zip(&mut *buffers).for_each(|(active, found)| {
+            for s in active.iter().map(|s| *s as usize) {
+                match s.checked_sub(count) {
+                    None => self.contacts_of(at, springs, dt, s, found),
+                    Some(w) => self.contacts_of_wall(at, springs, dt, w, found),
+                }
             }
-        };
-        contacts.clear();
-        let active = at.lists.active.par_iter().with_min_len(2 * TASK);
-        contacts.par_extend(active.flat_map_iter(|s| find(*s as usize)));
+        });
+        found.clear();
+        found.extend(buffers.iter().flatten());
     }
 
     fn contacts_of(
@@ -173,10 +171,10 @@ impl Repulsion {
         springs: &TangentialSprings,
         dt: f64,
         i: usize,
-    ) -> Vec<Contact> {
+        found: &mut Vec<Contact>,
+    ) {
         let constants = at.constants;
         let (body, mass) = (&at.bodies[constants.body[i] as usize], constants.mass[i]);
-        let mut found = Vec::new();
         for (other, group) in at.by_body(at.lists.bodies.of(i)) {
             let near = group.iter().map(|j| at.near(i, *j as usize));
             let other_mass = constants.mass[group[0] as usize];
@@ -191,7 +189,6 @@ impl Repulsion {
         let key = (i as u32, Owner::Walls);
         let contact = self.constants(body, None, mass);
         found.extend(self.contact(key, &self.fields.walls, &contact, near, springs, dt));
-        found
     }
 
     fn contacts_of_wall(
@@ -200,8 +197,8 @@ impl Repulsion {
         springs: &TangentialSprings,
         dt: f64,
         w: usize,
-    ) -> Vec<Contact> {
-        let mut found = Vec::new();
+        found: &mut Vec<Contact>,
+    ) {
         for (body, group) in at.by_body(at.lists.of_walls.of(w)) {
             let near = group.iter().map(|i| {
                 let (x, v) = at.near_wall(*i as usize, w);
@@ -212,7 +209,6 @@ impl Repulsion {
                 self.constants(&at.bodies[body as usize], None, at.constants.mass[group[0] as usize]);
             found.extend(self.contact(key, &self.fields.bodies_from_walls, &contact, near, springs, dt));
         }
-        found
     }
 
     /// Constants of the contact of `body` with `other` or a wall.

@@ -90,8 +90,8 @@ impl Reference {
                 let separation = domain.separation(&position[i], &position[j as usize]);
                 let weight = -volume[i] * volume[j as usize] * kernel.gradient_factor(separation.norm());
                 if weight > 0.0 {
-                    let ends = (anchored[i], anchored[j as usize]);
-                    pairs.push(ReferencePair::new(j, ends, weight, separation));
+                    let kind = PairKind::between(&anchored, i, j as usize);
+                    pairs.push(ReferencePair::new(j, kind, weight, separation));
                 }
             }
             pairs[start..].sort_unstable_by_key(|pair| pair.neighbour);
@@ -202,14 +202,18 @@ fn moment<'a>(
         .sum()
 }
 
+impl PairKind {
+    fn between(anchored: &[bool], i: usize, j: usize) -> Self {
+        match (anchored[i], anchored[j]) {
+            (false, true) => Self::ToAnchor,
+            (true, false) => Self::FromAnchor,
+            _ => Self::Inner,
+        }
+    }
+}
+
 impl ReferencePair {
-    /// A pair whose particle and neighbour are anchored as `ends` says.
-    fn new(neighbour: u32, ends: (bool, bool), weight: f64, separation: Vector) -> Self {
-        let kind = match ends {
-            (false, true) => PairKind::ToAnchor,
-            (true, false) => PairKind::FromAnchor,
-            _ => PairKind::Inner,
-        };
+    fn new(neighbour: u32, kind: PairKind, weight: f64, separation: Vector) -> Self {
         let (factor, part) = if kind == PairKind::Inner { (1.0, 1.0) } else { (BOUNDARY_WEIGHT, 0.5) };
         Self { neighbour, kind, weight: weight * factor, separation: separation * part }
     }

@@ -23,7 +23,7 @@ pub fn accept(
 ) {
     std::mem::swap(&mut state.particles, &mut workspace.next);
     std::mem::swap(&mut state.rigid, &mut workspace.next_rigid);
-    state.springs.clone_from(&workspace.springs);
+    state.springs.copy_from(&workspace.springs);
     let last = &mut state.last;
     last.maxima = maxima;
     last.substeps += u64::from(workspace.substeps);

@@ -71,7 +71,7 @@ impl Stepping for Substeps {
             evaluate_pairs(model, workspace, time.state_time());
             sum_forces(model, workspace, time, time.state_time());
             workspace.start_forces.clone_from(&workspace.forces);
-            workspace.start_springs.clone_from(&workspace.springs);
+            workspace.start_springs.copy_from(&workspace.springs);
         }
     }
 
@@ -84,7 +84,7 @@ impl Stepping for Substeps {
         workspace.next.copy_from(&state.particles);
         workspace.next_rigid.clone_from(&state.rigid);
         workspace.forces.clone_from(&workspace.start_forces);
-        workspace.springs.clone_from(&workspace.start_springs);
+        workspace.springs.copy_from(&workspace.start_springs);
         workspace.mean_forces.fill(ParticleForces::default());
         workspace.mean_torques.fill(ParticleTorques::default());
         workspace.angular_impulse = AngularImpulse::default();

@@ -1,7 +1,7 @@
 //! Matrices of the plane.
 
 use sph::space::SymmetricTensor;
-use sph::space::principal::Principal;
+use sph::space::plane::principal::Principal;
 
 /// Symmetric 2 × 2 matrix: components 11, 12, 22.
 pub type Symmetric = [f64; 3];

@@ -5,6 +5,7 @@ use rayon::prelude::*;
 use sph::prescribed::body_force::BodyForceField;
 use sph::space::SymmetricTensor;
 use sph::space::domain::Domain;
+use sph::space::tensors::SpaceSymmetric;
 
 use crate::boundary::walls::WallState;
 use crate::formulations::body::Body;

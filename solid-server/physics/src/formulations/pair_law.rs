@@ -5,6 +5,7 @@ use sph::kernel::{CubicSpline, PairKernel};
 use sph::lanes::Real;
 use sph::laws::artificial_viscosity::ArtificialViscosity;
 use sph::setup::{ElasticMaterial, UpdatedLagrangian};
+use sph::space::tensors::SpaceSymmetric;
 use sph::space::{SymmetricTensor, Tensor, Vector};
 
 /// One particle as a pair sees it.

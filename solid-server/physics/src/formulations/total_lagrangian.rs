@@ -7,6 +7,7 @@ use sph::lanes::Arithmetic;
 use sph::laws::artificial_viscosity::ArtificialViscosity;
 use sph::setup::{ElasticMaterial, TotalLagrangian};
 use sph::space::geometry::{Geometry, Open, Periodic};
+use sph::space::tensors::SpaceSymmetric;
 use sph::space::{SymmetricTensor, Tensor, Vector};
 
 use crate::boundary::supports::Support;

@@ -6,6 +6,7 @@ use sph::lanes::Arithmetic;
 use sph::setup::{ElasticMaterial, UpdatedLagrangian};
 use sph::space::Tensor;
 use sph::space::geometry::{Geometry, Open, Periodic};
+use sph::space::tensors::SpaceSymmetric;
 
 use crate::formulations::formulation::{AngularImpulse, BodyConstants, BodyDrift, BodyFormulation, BodyStep};
 use crate::formulations::pair_lanes::{BodyArrays, PairPass};

@@ -11,6 +11,7 @@ use sph::prescribed::body_force::BodyForceField;
 use sph::setup::{Coupling, InterfaceLaw};
 use sph::space::Vector;
 use sph::space::domain::Domain;
+use sph::space::tensors::SpaceSymmetric;
 
 use crate::formulations::pair_law::PairSums;
 use crate::particles::constants::ParticleConstants;

@@ -1,6 +1,7 @@
 //! The elastic law, Eq. (5)-(8), and the artificial stress of Gray, Monaghan & Swift 2001.
 
 use sph::setup::ElasticMaterial;
+use sph::space::tensors::SpaceSymmetric;
 use sph::space::{SymmetricTensor, Tensor};
 
 /// Pressure \[Pa\] at `density` \[kg/m³\].

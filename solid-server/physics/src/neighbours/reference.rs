@@ -3,7 +3,7 @@
 use sph::kernel::CubicSpline;
 use sph::neighbours::CellGrid;
 use sph::space::domain::Domain;
-use sph::space::principal::Principal;
+use sph::space::plane::principal::Principal;
 use sph::space::{SymmetricTensor, Tensor, Vector};
 
 use crate::neighbours::stencil::Stencils;

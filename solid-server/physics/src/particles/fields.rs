@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use sph::space::tensors::SpaceSymmetric;
 use sph::space::{SymmetricTensor, Tensor};
 
 /// Stress of all particles.

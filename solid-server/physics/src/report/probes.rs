@@ -2,6 +2,7 @@
 
 use sph::neighbours::CellGrid;
 use sph::setup::{SolidProbeKind, SolidSetup};
+use sph::space::tensors::SpaceSymmetric;
 use sph::space::{SymmetricTensor, Vector, cross};
 
 use crate::formulations::body::Body;

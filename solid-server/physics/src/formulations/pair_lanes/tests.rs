@@ -3,6 +3,7 @@ use sph::neighbours::CellGrid;
 use sph::setup::{ElasticMaterial, UpdatedLagrangian};
 use sph::space::domain::Domain;
 use sph::space::geometry::Periodic;
+use sph::space::tensors::SpaceSymmetric;
 
 use super::*;
 use crate::formulations::pair_law::PairParticle;

@@ -7,6 +7,7 @@
 //! Folders, each of which depends on those above it only:
 //!
 //! ```text
+//! space          what the solid needs of a space, and the thresholds that were measured in it
 //! particles/     variables, constants, stress and forces of each particle
 //! materials/     stress laws: Hooke with the Jaumann rate, hyperelastic
 //! neighbours/    lists in the current and in the reference configuration
@@ -19,6 +20,8 @@
 //! time/          flow of a stage, evaluation of forces, the two ways to advance, step limits, checks, momentum budget
 //! build, solver  makes all of it from a set-up; steps it
 //! ```
+
+mod space;
 
 mod particles {
     pub mod constants;

@@ -8,7 +8,7 @@ use sph::laws::artificial_viscosity::ArtificialViscosity;
 use sph::setup::{ElasticMaterial, TotalLagrangian};
 use sph::space::geometry::{Geometry, Open, Periodic};
 use sph::space::tensors::SpaceSymmetric;
-use sph::space::{SymmetricTensor, Tensor, Vector};
+use sph::space::{Plane, SymmetricTensor, Tensor, Vector};
 
 use crate::boundary::supports::Support;
 use crate::formulations::bond_forces::{Bonds, ForcePass, TOTAL_LAGRANGIAN_LAMBDA, Viscosity};
@@ -63,7 +63,7 @@ impl TotalLagrangianBody {
             material.young_modulus(),
         );
         let largest_frequency =
-            reference.largest_frequency(body.mass, &units, |gradient| law.linear(gradient));
+            reference.largest_frequency(body.mass, &units, |gradient| law.linear::<Plane>(gradient));
         let viscous = constants.viscosity_a > 0.0 || constants.viscosity_b > 0.0;
         let viscosity = viscous.then(|| Viscosity {
             law: ArtificialViscosity::new(
@@ -178,7 +178,7 @@ impl BodyFormulation for TotalLagrangianBody {
                 let first = task * TASK;
                 self.deform_in_box(body, state.position, first, deformation);
                 for (k, f) in deformation.iter().enumerate() {
-                    let found = self.law.stress(f);
+                    let found = self.law.stress::<Plane>(f);
                     pair_tensor[k] = self.reference.pair_tensor(first + k, f, &found.nominal, &self.units);
                     cauchy[k] = found.cauchy;
                     pressure[k] = found.pressure();
@@ -233,7 +233,7 @@ impl BodyFormulation for TotalLagrangianBody {
             let deformation = &mut deformation[..density.len()];
             self.deform_in_box(&step.constants, position, task * TASK, deformation);
             for (k, f) in deformation.iter().enumerate() {
-                let stress = self.law.stress(f);
+                let stress = self.law.stress::<Plane>(f);
                 density[k] = self.material.density / f.determinant();
                 deviatoric_stress[k] = stress.cauchy.plus(&SymmetricTensor::isotropic(stress.pressure()));
             }
@@ -242,7 +242,7 @@ impl BodyFormulation for TotalLagrangianBody {
     }
 
     fn tangent_stiffness_ratio(&self, stress: &StressView<'_>, i: usize) -> f64 {
-        self.law.tangent_stiffness_ratio(&stress.deformation[i])
+        self.law.tangent_stiffness_ratio::<Plane>(&stress.deformation[i])
     }
 
     fn limits(&self) -> StateLimits {
@@ -255,7 +255,7 @@ impl BodyFormulation for TotalLagrangianBody {
         }
         let x_ij = |pair: &ReferencePair| self.reference.separation(body.domain, state.position, i, pair);
         let deformation = self.reference.deformation_gradient(i, x_ij);
-        self.reference.volume[i] * self.law.energy_density(&deformation)
+        self.reference.volume[i] * self.law.energy_density::<Plane>(&deformation)
             + self.reference.hourglass_energy(i, &deformation, self.units.hourglass_modulus(), x_ij)
     }
 }

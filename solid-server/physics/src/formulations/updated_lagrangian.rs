@@ -4,9 +4,9 @@ use rayon::prelude::*;
 
 use sph::lanes::Arithmetic;
 use sph::setup::{ElasticMaterial, UpdatedLagrangian};
-use sph::space::Tensor;
 use sph::space::geometry::{Geometry, Open, Periodic};
 use sph::space::tensors::SpaceSymmetric;
+use sph::space::{Plane, Tensor};
 
 use crate::formulations::formulation::{AngularImpulse, BodyConstants, BodyDrift, BodyFormulation, BodyStep};
 use crate::formulations::pair_lanes::{BodyArrays, PairPass};
@@ -86,8 +86,8 @@ impl BodyFormulation for UpdatedLagrangianBody {
             .for_each(|(i, ((p, sigma), artificial))| {
                 let rho = state.density[i];
                 *p = pressure(material, rho);
-                *sigma = cauchy_stress(*p, &state.deviatoric_stress[i]);
-                *artificial = artificial_stress(epsilon, sigma, rho);
+                *sigma = cauchy_stress::<Plane>(*p, &state.deviatoric_stress[i]);
+                *artificial = artificial_stress::<Plane>(epsilon, sigma, rho);
             });
     }
 
@@ -128,7 +128,7 @@ impl BodyFormulation for UpdatedLagrangianBody {
             .for_each(|(i, (rho_dot, s_dot))| {
                 let gradient = self.velocity_gradient(&sums[i]);
                 *rho_dot = -stage.density[i] * gradient.trace();
-                *s_dot = deviatoric_stress_rate(
+                *s_dot = deviatoric_stress_rate::<Plane>(
                     self.material.shear_modulus,
                     &stage.deviatoric_stress[i],
                     &gradient,
@@ -179,7 +179,7 @@ impl BodyFormulation for UpdatedLagrangianBody {
             .for_each(|(i, (((x, v), rho), s))| {
                 *x += *v * duration;
                 let gradient = self.velocity_gradient(&drift.sums[i]);
-                let rate = |s| deviatoric_stress_rate(self.material.shear_modulus, s, &gradient);
+                let rate = |s| deviatoric_stress_rate::<Plane>(self.material.shear_modulus, s, &gradient);
                 *rho *= (1.0 - half * gradient.trace()) / (1.0 + half * gradient.trace());
                 let middle = s.plus(&rate(s).scaled(half));
                 *s = s.plus(&rate(&middle).scaled(duration));
@@ -198,6 +198,7 @@ impl BodyFormulation for UpdatedLagrangianBody {
     fn strain_energy(&self, constants: &BodyConstants<'_>, state: &ParticleView<'_>, i: usize) -> f64 {
         let rho = state.density[i];
         let p = pressure(&self.material, rho);
-        constants.mass[i] / rho * strain_energy_density(&self.material, p, &state.deviatoric_stress[i])
+        constants.mass[i] / rho
+            * strain_energy_density::<Plane>(&self.material, p, &state.deviatoric_stress[i])
     }
 }

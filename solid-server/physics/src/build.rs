@@ -103,7 +103,7 @@ pub fn build_workspace(
         next: state.particles.clone(),
         next_rigid: state.rigid.clone(),
         stress: StressFields::new(n),
-        sums: vec![PairSums::default(); n],
+        sums: vec![PairSums::zero(); n],
         rates: Rates::new(n),
         contact_forces: vec![ContactForces::default(); n],
         contacts: Contacts::default(),

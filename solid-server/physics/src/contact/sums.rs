@@ -3,9 +3,9 @@
 use rayon::prelude::*;
 
 use sph::prescribed::body_force::BodyForceField;
-use sph::space::SymmetricTensor;
+use sph::space::algebra::Algebra;
 use sph::space::domain::Domain;
-use sph::space::tensors::SpaceSymmetric;
+use sph::space::{Plane, Space};
 
 use crate::boundary::walls::WallState;
 use crate::formulations::body::Body;
@@ -44,13 +44,13 @@ pub struct SumStage<'a> {
 }
 
 impl SumStage<'_> {
-    fn particle(&self, i: usize) -> PairParticle {
+    fn particle(&self, i: usize) -> PairParticle<Plane> {
         PairParticle {
             mass: self.constants.mass[i],
             density: self.stage.density[i],
-            velocity: self.stage.velocity[i],
-            stress: self.stress.cauchy[i],
-            artificial_stress: self.stress.artificial[i],
+            velocity: self.stage.velocity[i].into(),
+            stress: Plane::symmetric_components(&self.stress.cauchy[i]),
+            artificial_stress: Plane::symmetric_components(&self.stress.artificial[i]),
         }
     }
 
@@ -92,12 +92,12 @@ impl SumStage<'_> {
             let wall = PairParticle {
                 mass: material.density * cell,
                 density: density(material, wall_pressure[w]),
-                velocity: self.walls.velocity[w],
-                stress: SymmetricTensor::isotropic(-wall_pressure[w]),
-                artificial_stress: SymmetricTensor::default(),
+                velocity: self.walls.velocity[w].into(),
+                stress: Plane::symmetric_plus_isotropic(Plane::zero_symmetric(), -wall_pressure[w]),
+                artificial_stress: Plane::zero_symmetric(),
             };
             // R_ij belongs to pairs of solid particles only.
-            let own = PairParticle { artificial_stress: SymmetricTensor::default(), ..own };
+            let own = PairParticle { artificial_stress: Plane::zero_symmetric(), ..own };
             let x_iw = self.domain.separation(&self.stage.position[i], &self.walls.position[w]);
             law.add_pair(sums, &own, &wall, &x_iw);
         }
@@ -124,20 +124,19 @@ impl SumContact {
         sums.par_iter_mut().zip(contact).with_min_len(TASK).enumerate().for_each(|(i, (sums, contact))| {
             *contact = ContactForces::default();
             let Some(law) = at.law(i) else { return };
-            let mut foreign = PairSums::default();
+            let mut foreign = PairSums::zero();
             let own = at.particle(i);
             for j in at.lists.bodies.of(i).iter().map(|j| *j as usize) {
                 let Some(other) = at.law(j) else { continue };
                 let x_ij = at.domain.separation(&at.stage.position[i], &at.stage.position[j]);
                 law.between(other).add_pair(&mut foreign, &own, &at.particle(j), &x_ij);
             }
-            let mut of_walls = PairSums::default();
+            let mut of_walls = PairSums::zero();
             at.add_walls(i, law, wall_pressure, &mut of_walls);
-            contact.bodies = foreign.force;
-            contact.walls = of_walls.force;
+            contact.bodies = foreign.force.into();
+            contact.walls = of_walls.force.into();
             for more in [foreign, of_walls] {
-                sums.gradient += more.gradient;
-                sums.moment = sums.moment.plus(&more.moment);
+                sums.add_gradients_of(&more);
             }
         });
     }

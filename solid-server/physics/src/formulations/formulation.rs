@@ -137,8 +137,8 @@ pub trait BodyFormulation: Send + Sync {
     }
 
     /// Contribution of a load of `moment` f ⊗ X \[N\] about particle `i` to its pair tensor \[-\].
-    fn load_pair_tensor(&self, _i: usize, _moment: &Tensor) -> Tensor {
-        Tensor::zeros()
+    fn load_pair_tensor(&self, _i: usize, _moment: &Tensor) -> [f64; 4] {
+        [0.0; 4]
     }
 
     /// Sums over own-body pairs.

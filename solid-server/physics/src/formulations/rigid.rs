@@ -178,7 +178,7 @@ impl BodyFormulation for RigidBody {
         _neighbours: &Rows,
         sums: &mut [PairSums],
     ) {
-        sums.fill(PairSums::default());
+        sums.fill(PairSums::zero());
     }
 
     fn advance(

@@ -114,7 +114,7 @@ impl TotalLagrangianBody {
         geometry: G,
         body: &BodyConstants<'_>,
         state: &ParticleView<'_>,
-        pair_tensor: &[Tensor],
+        pair_tensor: &[[f64; 4]],
         sums: &mut [PairSums],
     ) {
         let bonds = Bonds {
@@ -135,10 +135,8 @@ impl TotalLagrangianBody {
                 let i = first + k;
                 // Anchored material is rigid within.
                 let inner = if self.reference.anchored[i] { Vector::zeros() } else { *force };
-                *sums = PairSums {
-                    force: inner + self.border_force(body, state, pair_tensor, i),
-                    ..PairSums::default()
-                };
+                let force = (inner + self.border_force(body, state, pair_tensor, i)).into();
+                *sums = PairSums { force, ..PairSums::zero() };
             }
         });
     }
@@ -148,7 +146,7 @@ impl TotalLagrangianBody {
         &self,
         body: &BodyConstants<'_>,
         state: &ParticleView<'_>,
-        pair_tensor: &[Tensor],
+        pair_tensor: &[[f64; 4]],
         i: usize,
     ) -> Vector {
         let x_ij = |pair: &ReferencePair| self.reference.separation(body.domain, state.position, i, pair);
@@ -196,8 +194,8 @@ impl BodyFormulation for TotalLagrangianBody {
     }
 
     /// The virtual work of a force at x_i + F_i X is that of the force on i and of its moment on F_i.
-    fn load_pair_tensor(&self, i: usize, moment: &Tensor) -> Tensor {
-        -self.reference.moment_pair_tensor(i, moment, &self.units)
+    fn load_pair_tensor(&self, i: usize, moment: &Tensor) -> [f64; 4] {
+        self.reference.moment_pair_tensor(i, &-*moment, &self.units)
     }
 
     fn evaluate(

@@ -10,7 +10,7 @@ use sph::space::{Plane, Tensor};
 
 use crate::formulations::formulation::{AngularImpulse, BodyConstants, BodyDrift, BodyFormulation, BodyStep};
 use crate::formulations::pair_lanes::{BodyArrays, PairPass};
-use crate::formulations::pair_law::{PairSums, SumLaw, corrected_gradient};
+use crate::formulations::pair_law::{PairSums, SumLaw};
 use crate::materials::hooke::{
     artificial_stress, cauchy_stress, deviatoric_stress_rate, pressure, strain_energy_density,
 };
@@ -49,7 +49,7 @@ impl UpdatedLagrangianBody {
     fn sum_pairs<G: Geometry>(
         &self,
         geometry: G,
-        members: BodyArrays<'_>,
+        members: BodyArrays<'_, Plane>,
         neighbours: &Rows,
         sums: &mut [PairSums],
     ) {
@@ -60,11 +60,7 @@ impl UpdatedLagrangianBody {
     }
 
     fn velocity_gradient(&self, sums: &PairSums) -> Tensor {
-        if self.gradient_correction {
-            corrected_gradient(&sums.gradient, &sums.moment)
-        } else {
-            sums.gradient
-        }
+        if self.gradient_correction { sums.corrected_gradient() } else { sums.plain_gradient() }
     }
 }
 

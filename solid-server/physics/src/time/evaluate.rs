@@ -3,7 +3,8 @@
 use rayon::prelude::*;
 
 use sph::coupling::stage::StageTime;
-use sph::space::Vector;
+use sph::space::algebra::Algebra;
+use sph::space::{Plane, Vector};
 
 use crate::contact::repulsion::ContactStage;
 use crate::contact::sums::SumStage;
@@ -113,7 +114,8 @@ fn prescribe_loads(model: &SolidModel, workspace: &mut Workspace, at: f64) {
         for load in &body.loads {
             load.forces(at, position, deformation, |i, force, to_face| {
                 forces[i] += force;
-                pair_tensor[i] += body.formulation.load_pair_tensor(i, &(force * to_face.transpose()));
+                let of_load = body.formulation.load_pair_tensor(i, &(force * to_face.transpose()));
+                pair_tensor[i] = Plane::matrix_plus(pair_tensor[i], of_load);
             });
         }
     }
@@ -133,12 +135,12 @@ pub fn sum_forces(model: &SolidModel, workspace: &mut Workspace, time: &StageTim
         } else {
             stage.velocity[i] * (-damping_rate * mass)
         };
-        let parts = [sums[i].force, contact[i].bodies, contact[i].walls, body_force, damping];
+        let parts = [Vector::from(sums[i].force), contact[i].bodies, contact[i].walls, body_force, damping];
         *forces = ParticleForces {
             body_force,
             damping,
             walls: contact[i].walls,
-            own: sums[i].force,
+            own: sums[i].force.into(),
             total: parts.iter().sum(),
             gross: parts.iter().map(|force| force.norm()).sum(),
             contact: contact[i].bodies,

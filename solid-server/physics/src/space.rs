@@ -1,0 +1,127 @@
+//! What the solid needs of a space beyond `sph`, and the thresholds that were measured in it.
+
+use sph::lanes::Real;
+use sph::space::tensors::SpaceSymmetric;
+use sph::space::{Plane, Space};
+
+/// Ratio of the eigenvalues of a moment matrix below which all neighbours count as lying on one line.
+const SINGULAR: f64 = 1e-6;
+
+/// The directions in which a particle has neighbours.
+#[derive(Clone, Copy, Debug)]
+pub enum Span<V> {
+    /// All of them.
+    All,
+    /// One line.
+    Line {
+        /// Unit vector along it.
+        direction: V,
+        /// Σ a X² along it \[m²\].
+        moment: f64,
+    },
+    /// No neighbours.
+    None,
+}
+
+/// A space in which solids are computed.
+///
+/// The thresholds hold for the lattices and stencils of this space: another one measures its own.
+pub trait SolidSpace: Space {
+    /// Number of axes that the space leaves out: they are not strained, and their normal stress is implied \[-\].
+    const IMPLIED_AXES: f64 = 3.0 - Self::DIMENSIONS as f64;
+
+    /// Smallest eigenvalue of the moment of Eq. (21) along which the velocity gradient is corrected \[-\].
+    const SMALLEST_MOMENT: f64;
+
+    /// a + m·b, column by column by [`Real::plus_product`].
+    fn plus_matrix_times<R: Real>(a: Self::Of<R>, m: Self::Matrix<R>, b: Self::Of<R>) -> Self::Of<R>;
+
+    /// F \[-\] of the deformation gradient `known` along the axes of `span`: along the others the material turns with the
+    /// rest and is not strained.
+    fn completed(known: Self::Tensor, span: &Span<Self::Vector>) -> Self::Tensor;
+
+    /// The directions that a moment matrix Σ a X ⊗ X knows.
+    fn span(moment: &Self::Tensor) -> Span<Self::Vector>;
+
+    /// Displacement of particle `i` of a lattice, in alternation: near the stiffest modes.
+    fn checkerboard(i: usize) -> Self::Vector;
+
+    /// The spin terms s·ωᵀ + ω·s of Eq. (7) \[Pa/s\] of the deviatoric stress `s` \[Pa\] under `velocity_gradient` \[1/s\].
+    fn corotation(velocity_gradient: &Self::Tensor, s: &Self::SymmetricTensor) -> Self::SymmetricTensor;
+
+    /// s : s \[Pa²\] of a deviatoric stress, implied components included.
+    fn squared_deviator(s: &Self::SymmetricTensor) -> f64;
+
+    /// tr(FᵀF) − D − 2 ln J \[-\] of the deformation gradient `f` in D dimensions, without cancellation at small strains.
+    fn shear_measure(f: &Self::Tensor) -> f64;
+
+    /// Squares of the largest and the smallest principal stretch of the deformation gradient `f` \[-\].
+    fn squared_stretches(f: &Self::Tensor) -> [f64; 2];
+}
+
+impl SolidSpace for Plane {
+    /// In the bulk it is 1, at the corner of a lattice of h = 1.3 Δx about 0.3. Below this bound too few neighbours lie
+    /// along that direction, and the gradient along it stays as summed.
+    const SMALLEST_MOMENT: f64 = 0.1;
+
+    #[inline(always)]
+    fn plus_matrix_times<R: Real>([x, y]: [R; 2], m: [R; 4], [b_x, b_y]: [R; 2]) -> [R; 2] {
+        [x.plus_product(m[0], b_x).plus_product(m[1], b_y), y.plus_product(m[2], b_x).plus_product(m[3], b_y)]
+    }
+
+    #[inline]
+    fn completed(known: Self::Tensor, span: &Span<Self::Vector>) -> Self::Tensor {
+        match span {
+            Span::All => known,
+            Span::None => Self::Tensor::identity(),
+            Span::Line { direction: line, .. } => {
+                let along = known * line;
+                known + Self::spin_cross(1.0, &along) / along.norm() * Self::spin_cross(1.0, line).transpose()
+            }
+        }
+    }
+
+    fn span(moment: &Self::Tensor) -> Span<Self::Vector> {
+        let symmetric = Self::SymmetricTensor { xx: moment[(0, 0)], yy: moment[(1, 1)], xy: moment[(0, 1)] };
+        let [major, minor] = symmetric.extremes();
+        if major <= 0.0 {
+            Span::None
+        } else if minor > SINGULAR * major {
+            Span::All
+        } else {
+            Span::Line { direction: symmetric.major_direction(), moment: major }
+        }
+    }
+
+    fn checkerboard(i: usize) -> Self::Vector {
+        let phase = if i % 2 == 0 { 1.0 } else { -1.0 };
+        Self::Vector::new(phase, 0.7 * phase + 0.01 * (i % 7) as f64)
+    }
+
+    #[inline]
+    fn corotation(l: &Self::Tensor, s: &Self::SymmetricTensor) -> Self::SymmetricTensor {
+        let spin = 0.5 * (l[(0, 1)] - l[(1, 0)]);
+        let turning = 2.0 * spin * s.xy;
+        Self::SymmetricTensor { xx: turning, yy: -turning, xy: spin * (s.yy - s.xx) }
+    }
+
+    #[inline]
+    fn squared_deviator(s: &Self::SymmetricTensor) -> f64 {
+        let s_zz = -(s.xx + s.yy);
+        s.xx * s.xx + s.yy * s.yy + s_zz * s_zz + 2.0 * s.xy * s.xy
+    }
+
+    fn shear_measure(f: &Self::Tensor) -> f64 {
+        // tr(FᵀF) − 2J + 2(J − 1 − ln J).
+        let (stretch, shear) = (f[(0, 0)] - f[(1, 1)], f[(0, 1)] + f[(1, 0)]);
+        let growth = f.determinant() - 1.0;
+        stretch * stretch + shear * shear + 2.0 * (growth - growth.ln_1p())
+    }
+
+    fn squared_stretches(f: &Self::Tensor) -> [f64; 2] {
+        let (jacobian, sum) = (f.determinant(), f.norm_squared());
+        let spread = (sum * sum - 4.0 * jacobian * jacobian).max(0.0).sqrt();
+        let largest = 0.5 * (sum + spread);
+        [largest, jacobian * jacobian / largest]
+    }
+}

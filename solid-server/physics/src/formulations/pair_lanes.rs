@@ -145,7 +145,7 @@ impl<'a, L: Lanes, const ARTIFICIAL: bool> LawLanes<'a, L, ARTIFICIAL> {
         batch: [u32; WIDTH],
     ) {
         let [x_j, y_j] = vectors::<L>(members.position, batch);
-        let (x, y) = (geometry.nearest(own.position[0] - x_j, 0), geometry.nearest(own.position[1] - y_j, 1));
+        let [x, y] = geometry.nearest([own.position[0] - x_j, own.position[1] - y_j]);
         let [v_xj, v_yj] = vectors::<L>(members.velocity, batch);
         let (v_x, v_y) = (own.velocity[0] - v_xj, own.velocity[1] - v_yj);
         let (mass, density) = (numbers::<L>(members.mass, batch), numbers::<L>(members.density, batch));

@@ -74,7 +74,7 @@ pub fn separations<L: Lanes, G: Geometry>(
     batch: &Batch,
 ) -> [L; 2] {
     let [x, y] = vectors::<L>(position, batch.neighbours);
-    [geometry.nearest(own[0] - x, 0), geometry.nearest(own[1] - y, 1)]
+    geometry.nearest([own[0] - x, own[1] - y])
 }
 
 /// A vector in each lane.

@@ -25,6 +25,9 @@ pub trait Algebra: Sized {
     /// A tensor by rows: components 11, 12, 21, 22.
     type Matrix<T: Element>: Element;
 
+    /// `value` of each axis. Not for lanes, as a closure is not compiled for the instructions of a pass.
+    fn axes<T: Element>(value: impl FnMut(usize) -> T) -> Self::Of<T>;
+
     /// `value` for each axis.
     fn splat<T: Element>(value: T) -> Self::Of<T>;
 

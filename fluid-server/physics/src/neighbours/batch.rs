@@ -39,7 +39,7 @@ impl<L: Lanes> NeighbourBatch<L> {
         let [x_j, y_j, v_xj, v_yj] = L::columns([&a.motion, &b.motion, &c.motion, &d.motion]);
         let [density, pressure, volume, _] = L::columns([&a.matter, &b.matter, &c.matter, &d.matter]);
         let [x_i, y_i, v_xi, v_yi] = *own;
-        let (x, y) = (geometry.nearest(x_i - x_j, 0), geometry.nearest(y_i - y_j, 1));
+        let [x, y] = geometry.nearest([x_i - x_j, y_i - y_j]);
         let square = (x * x).plus_product(y, y);
         Self { x, y, square, v_x: v_xi - v_xj, v_y: v_yi - v_yj, density, pressure, volume }
     }

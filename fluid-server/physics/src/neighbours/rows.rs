@@ -215,7 +215,7 @@ fn near<L: Lanes, G: Geometry>(
 ) -> u8 {
     let [x, y] = *centre;
     let [x_j, y_j] = L::halves(batch.map(|x| &x.data.0[0]));
-    let (d_x, d_y) = (geometry.nearest(x - x_j, 0), geometry.nearest(y - y_j, 1));
+    let [d_x, d_y] = geometry.nearest([x - x_j, y - y_j]);
     (d_x * d_x).plus_product(d_y, d_y).below(square_radius)
 }
 
@@ -241,7 +241,7 @@ impl<G: Geometry> LanePass for Fill<'_, G> {
             if around.as_ref().is_none_or(|(known, _)| *known != cell) {
                 around = Some((cell, sources.grid.ranges(cell)));
             }
-            for range in around.iter().flat_map(|(_, ranges)| ranges) {
+            for range in around.iter().flat_map(|(_, ranges)| ranges.iter()) {
                 let room = used + range.len() + 2 * WIDTH;
                 if indices.len() < room {
                     indices.resize(room, 0);

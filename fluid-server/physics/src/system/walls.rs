@@ -139,7 +139,7 @@ fn first_layers(
 ) -> Vec<bool> {
     let positions = &particles.position;
     let radius = IN_FRONT_RADIUS * particle_spacing;
-    let list = CellGrid::new(domain, positions, radius).list(domain, positions, positions, radius, true);
+    let list = CellGrid::new(domain, positions, radius).list_among(domain, positions, radius);
     let stands_before = |w: usize, v: usize| {
         let d = domain.separation(&positions[v], &positions[w]) / particle_spacing;
         let height = d.dot(&face_normal[w]);

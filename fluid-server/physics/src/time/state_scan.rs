@@ -63,7 +63,7 @@ impl<'a> StateScan<'a> {
         };
         let (x, y) = (x - x_0, y - y_0);
         Some(match self.periodic {
-            Some(geometry) => [geometry.nearest(x, 0), geometry.nearest(y, 1)],
+            Some(geometry) => geometry.nearest([x, y]),
             None => [x, y],
         })
     }

@@ -202,7 +202,7 @@ pub fn wall_exemption(
     let mut until = vec![f64::NEG_INFINITY; walls.len()];
     for support in supports.iter().filter(|support| support.holds_fully()) {
         let held: Vec<Vector> = support.particles.iter().map(|held| position[held.particle]).collect();
-        let near = CellGrid::new(domain, &held, radius).list(domain, walls, &held, radius, false);
+        let near = CellGrid::new(domain, &held, radius).list(domain, walls, &held, radius);
         for w in (0..walls.len()).filter(|w| !near.of(*w).is_empty()) {
             until[w] = until[w].max(support.release_time);
         }

@@ -6,6 +6,7 @@ use sph::kernel::CubicSpline;
 use sph::lanes::Arithmetic;
 use sph::prescribed::body_force::BodyForceField;
 use sph::setup::{BodyForce, BodySetup, ContactLaw, Formulation, SolidSetup};
+use sph::space::Plane;
 use sph::space::domain::Domain;
 use sph::space::{DIMENSIONS, Vector};
 
@@ -167,7 +168,7 @@ pub fn build_contact(setup: &SolidSetup) -> ContactModel {
         ContactLaw::Sums => {
             let support = |body: &BodySetup| match &body.formulation {
                 Formulation::UpdatedLagrangian(law) => {
-                    CubicSpline::new(law.smoothing_length).support_radius()
+                    CubicSpline::<Plane>::new(law.smoothing_length).support_radius()
                 }
                 Formulation::TotalLagrangian(_) | Formulation::Rigid => 0.0,
             };

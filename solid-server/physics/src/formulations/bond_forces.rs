@@ -5,7 +5,7 @@ use sph::laws::artificial_viscosity::ArtificialViscosity;
 use sph::space::geometry::Geometry;
 
 use crate::formulations::reference_forces::ForceUnits;
-use crate::neighbours::stencil::{Stencils, four, nearest};
+use crate::neighbours::stencil::{Stencils, four};
 use crate::space::SolidSpace;
 
 /// The artificial viscosity of Eq. (23)-(24) between material points, of density ρ₀ both.
@@ -50,7 +50,7 @@ pub struct ForcePass<'a, G, S: SolidSpace> {
     pub forces: &'a mut [S::Vector],
 }
 
-impl<G: Geometry, S: SolidSpace> LanePass for ForcePass<'_, G, S> {
+impl<G: Geometry<S>, S: SolidSpace> LanePass for ForcePass<'_, G, S> {
     type Output = ();
 
     #[inline(always)]
@@ -67,7 +67,7 @@ impl<G: Geometry, S: SolidSpace> LanePass for ForcePass<'_, G, S> {
 
 const NO_VISCOSITY: Viscosity = Viscosity { law: ArtificialViscosity::NONE, density: 0.0 };
 
-impl<G: Geometry, S: SolidSpace> Bonds<'_, G, S> {
+impl<G: Geometry<S>, S: SolidSpace> Bonds<'_, G, S> {
     #[inline(always)]
     fn force<L: Lanes, const VISCOUS: bool>(&self, i: usize, viscosity: &Viscosity) -> S::Vector {
         let own = S::splat_vector::<L>(&self.position[i]);
@@ -78,7 +78,7 @@ impl<G: Geometry, S: SolidSpace> Bonds<'_, G, S> {
         // In units of the modulus, and of viscosity.
         let (mut elastic, mut viscous) = (S::splat(L::zero()), S::splat(L::zero()));
         for batch in self.stencils.of(i) {
-            let x_ij = nearest::<S, L, G>(self.geometry, own, four::<S, L>(self.position, batch.neighbours));
+            let x_ij = self.geometry.nearest(S::minus(own, four::<S, L>(self.position, batch.neighbours)));
             let others = S::tensor_lanes(batch.neighbours.map(|j| &self.pair_tensor[j as usize]));
             let weight = L::from_array(batch.weight);
             // Each pair by itself, so that an undeformed body at rest cancels to the last bit.

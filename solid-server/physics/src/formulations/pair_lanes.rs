@@ -5,11 +5,11 @@ use sph::kernel::shape::Spline;
 use sph::lanes::{LanePass, Lanes, WIDTH};
 use sph::laws::artificial_viscosity::ArtificialViscosity;
 use sph::space::geometry::Geometry;
-use sph::space::{Plane, Space};
+use sph::space::tensors::SpaceVector;
 
 use crate::formulations::pair_law::{PairParticle, PairSums, PairTerms, SumLaw, fourth_power};
 use crate::neighbours::lists::Rows;
-use crate::neighbours::stencil::{four, nearest};
+use crate::neighbours::stencil::four;
 use crate::space::SolidSpace;
 
 /// The particles of one body as pairs read them.
@@ -32,7 +32,7 @@ pub struct BodyArrays<'a, S: SolidSpace> {
 /// Sums over own-body pairs of the particles from `first` on.
 pub struct PairPass<'a, G, S: SolidSpace> {
     pub geometry: G,
-    pub law: &'a SumLaw,
+    pub law: &'a SumLaw<S>,
     pub members: BodyArrays<'a, S>,
     /// Candidates of each particle.
     pub neighbours: &'a Rows,
@@ -40,7 +40,7 @@ pub struct PairPass<'a, G, S: SolidSpace> {
     pub sums: &'a mut [PairSums<S>],
 }
 
-impl<G: Geometry> LanePass for PairPass<'_, G, Plane> {
+impl<G: Geometry<S>, S: SolidSpace> LanePass for PairPass<'_, G, S> {
     type Output = ();
 
     #[inline(always)]
@@ -48,12 +48,12 @@ impl<G: Geometry> LanePass for PairPass<'_, G, Plane> {
         let Self { geometry, law, members, neighbours, first, sums } = self;
         // Loops, since a closure would not be compiled for the path's instructions.
         if law.artificial_stress == 0.0 {
-            let law = LawLanes::<L, false>::new(law);
+            let law = LawLanes::<S, L, false>::new(law);
             for (k, sums) in sums.iter_mut().enumerate() {
                 *sums = law.sum(geometry, &members, neighbours.of(first + k), first + k);
             }
         } else {
-            let law = LawLanes::<L, true>::new(law);
+            let law = LawLanes::<S, L, true>::new(law);
             for (k, sums) in sums.iter_mut().enumerate() {
                 *sums = law.sum(geometry, &members, neighbours.of(first + k), first + k);
             }
@@ -62,8 +62,8 @@ impl<G: Geometry> LanePass for PairPass<'_, G, Plane> {
 }
 
 /// [`SumLaw`] in lanes; `ARTIFICIAL` where it has an artificial stress.
-struct LawLanes<'a, L, const ARTIFICIAL: bool> {
-    law: &'a SumLaw,
+struct LawLanes<'a, S: SolidSpace, L, const ARTIFICIAL: bool> {
+    law: &'a SumLaw<S>,
     kernel: KernelLanes<L>,
     square_support: f64,
     viscosity: ArtificialViscosity<L>,
@@ -71,9 +71,9 @@ struct LawLanes<'a, L, const ARTIFICIAL: bool> {
     nearness: Spline<L>,
 }
 
-impl<'a, L: Lanes, const ARTIFICIAL: bool> LawLanes<'a, L, ARTIFICIAL> {
+impl<'a, S: SolidSpace, L: Lanes, const ARTIFICIAL: bool> LawLanes<'a, S, L, ARTIFICIAL> {
     #[inline(always)]
-    fn new(law: &'a SumLaw) -> Self {
+    fn new(law: &'a SumLaw<S>) -> Self {
         Self {
             law,
             kernel: law.pair_kernel.lanes(),
@@ -87,14 +87,14 @@ impl<'a, L: Lanes, const ARTIFICIAL: bool> LawLanes<'a, L, ARTIFICIAL> {
     ///
     /// These alone fill the batches, in the order of the row: when a list was built does not show in the sums.
     #[inline(always)]
-    fn sum<G: Geometry>(
+    fn sum<G: Geometry<S>>(
         &self,
         geometry: G,
-        members: &BodyArrays<'_, Plane>,
+        members: &BodyArrays<'_, S>,
         candidates: &[u32],
         i: usize,
-    ) -> PairSums<Plane> {
-        let position = Plane::splat_vector(&members.position[i]);
+    ) -> PairSums<S> {
+        let position = S::splat_vector(&members.position[i]);
         let (own, mut sums) = (members.splat(i), PairSums::zero());
         // The particle itself adds nothing. Indices of a body stay below 2^32.
         let filler = [i as u32; WIDTH];
@@ -118,7 +118,7 @@ impl<'a, L: Lanes, const ARTIFICIAL: bool> LawLanes<'a, L, ARTIFICIAL> {
 
     /// Adds four neighbours, as [`SumLaw::add_pair`] adds one.
     #[inline(always)]
-    fn add<G: Geometry, S: SolidSpace>(
+    fn add<G: Geometry<S>>(
         &self,
         geometry: G,
         sums: &mut PairSums<S, L>,
@@ -127,7 +127,7 @@ impl<'a, L: Lanes, const ARTIFICIAL: bool> LawLanes<'a, L, ARTIFICIAL> {
         members: &BodyArrays<'_, S>,
         batch: [u32; WIDTH],
     ) {
-        let separation = nearest::<S, L, G>(geometry, position, four::<S, L>(members.position, batch));
+        let separation = geometry.nearest(S::minus(position, four::<S, L>(members.position, batch)));
         let other = members.batch::<L, ARTIFICIAL>(batch);
         let velocity = S::minus(own.velocity, other.velocity);
         let square = S::dot(separation, separation);

@@ -120,9 +120,9 @@ impl<S: SolidSpace> PairSums<S> {
 
 /// Constants of the sum (25) between solid particles.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SumLaw {
+pub struct SumLaw<S: SolidSpace = Plane> {
     /// Kernel, Eq. (10)-(11).
-    pub kernel: CubicSpline,
+    pub kernel: CubicSpline<S>,
     /// Its gradient for lanes.
     pub pair_kernel: PairKernel,
     /// Sound speed c of Eq. (23) \[m/s\]: the longitudinal wave speed, as for every stiff wave of the solid.
@@ -141,7 +141,7 @@ pub struct SumLaw {
     inverse_reference_kernel: f64,
 }
 
-impl SumLaw {
+impl<S: SolidSpace> SumLaw<S> {
     /// The law of a body of `material` on a lattice of `particle_spacing` \[m\].
     pub fn new(constants: &UpdatedLagrangian, material: &ElasticMaterial, particle_spacing: f64) -> Self {
         let kernel = CubicSpline::new(constants.smoothing_length);
@@ -172,7 +172,7 @@ impl SumLaw {
 
     /// Adds neighbour `b` of `a` to the sums of `a`, if it lies within support.
     #[inline]
-    pub fn add_pair<S: SolidSpace>(
+    pub fn add_pair(
         &self,
         sums: &mut PairSums<S>,
         a: &PairParticle<S>,

@@ -97,7 +97,7 @@ impl OwnLists {
             return false;
         }
         let radius = self.support_radius + self.skin;
-        let list = CellGrid::new(domain, positions, radius).list(domain, positions, positions, radius, true);
+        let list = CellGrid::new(domain, positions, radius).list_among(domain, positions, radius);
         self.rows.fill(&list, |_, _| true);
         self.built_at.clear();
         self.built_at.extend_from_slice(positions);
@@ -185,11 +185,11 @@ impl ContactLists {
         let radius = self.radius + self.skin;
         let grid = CellGrid::new(domain, positions, radius);
         if let Some(may_be_in_contact) = &filter.particles {
-            let list = grid.list(domain, positions, positions, radius, true);
+            let list = grid.list_among(domain, positions, radius);
             self.bodies.fill(&list, may_be_in_contact);
         }
         if !walls.is_empty() {
-            let list = grid.list(domain, walls, positions, radius, false);
+            let list = grid.list(domain, walls, positions, radius);
             self.of_walls.fill(&list, |w, i| (filter.walls)(i, w));
             self.of_walls.transpose_into(positions.len(), &mut self.walls);
         }
@@ -225,12 +225,13 @@ mod tests {
 
     #[test]
     fn transposed_rows_hold_the_same_pairs() {
-        let domain = Domain { lower: Vector::zeros(), upper: Vector::new(1.0, 1.0), periodic: [false; 2] };
+        let domain: Domain =
+            Domain { lower: Vector::zeros(), upper: Vector::new(1.0, 1.0), periodic: [false; 2] };
         let at = |k: u32| Vector::new(0.1 * f64::from(k % 7), 0.13 * f64::from(k % 5));
         let a: Vec<Vector> = (0..20).map(at).collect();
         let b: Vec<Vector> = (3..12).map(|k| at(k) + Vector::new(0.05, 0.0)).collect();
         let mut rows = Rows::default();
-        rows.fill(&CellGrid::new(&domain, &b, 0.2).list(&domain, &a, &b, 0.2, false), |_, _| true);
+        rows.fill(&CellGrid::new(&domain, &b, 0.2).list(&domain, &a, &b, 0.2), |_, _| true);
         let mut transposed = Rows::default();
         rows.transpose_into(b.len(), &mut transposed);
         let pairs = |rows: &Rows, n: usize| -> Vec<(u32, u32)> {

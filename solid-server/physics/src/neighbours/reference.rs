@@ -116,7 +116,7 @@ impl Reference {
         kernel: &CubicSpline,
     ) -> Self {
         let radius = kernel.support_radius();
-        let list = CellGrid::new(domain, position, radius).list(domain, position, position, radius, true);
+        let list = CellGrid::new(domain, position, radius).list_among(domain, position, radius);
         let mut offsets = vec![0];
         let mut pairs = Vec::new();
         let mut corrections = Vec::new();

@@ -79,16 +79,6 @@ pub fn four<S: SolidSpace, L: Lanes>(values: &[S::Vector], indices: [u32; WIDTH]
     S::lanes(indices.map(|j| &values[j as usize]))
 }
 
-/// x_i − x_j \[m\] of the nearest images.
-#[inline(always)]
-pub fn nearest<S: SolidSpace, L: Lanes, G: Geometry>(geometry: G, x_i: S::Of<L>, x_j: S::Of<L>) -> S::Of<L> {
-    let mut separation = S::minus(x_i, x_j);
-    for axis in 0..S::DIMENSIONS {
-        separation[axis] = geometry.nearest(separation[axis], axis);
-    }
-    separation
-}
-
 /// Σ_j a_ij x_ij ⊗ X_ij of particles from `first` on.
 pub struct MomentPass<'a, G, S: SolidSpace> {
     pub geometry: G,
@@ -99,7 +89,7 @@ pub struct MomentPass<'a, G, S: SolidSpace> {
     pub sums: &'a mut [S::Tensor],
 }
 
-impl<G: Geometry, S: SolidSpace> LanePass for MomentPass<'_, G, S> {
+impl<G: Geometry<S>, S: SolidSpace> LanePass for MomentPass<'_, G, S> {
     type Output = ();
 
     #[inline(always)]
@@ -110,7 +100,7 @@ impl<G: Geometry, S: SolidSpace> LanePass for MomentPass<'_, G, S> {
             let mut moment = S::zero_matrix::<L>();
             for batch in self.stencils.of(i) {
                 let x_ij =
-                    nearest::<S, L, G>(self.geometry, own, four::<S, L>(self.position, batch.neighbours));
+                    self.geometry.nearest(S::minus(own, four::<S, L>(self.position, batch.neighbours)));
                 moment = S::plus_outer(moment, x_ij, batch.arms());
             }
             *sum = S::tensor(S::matrix_sums(moment));

@@ -144,7 +144,7 @@ fn gaps(model: &SolidModel, state: &SolidState, time: f64, body: Option<u32>) ->
     let range = body.map_or(0..model.len(), |body| model.bodies[body as usize].range.clone());
     let smallest = |others: &[Vector], counts: &dyn Fn(usize, usize) -> bool| {
         let own = &position[range.clone()];
-        let list = CellGrid::new(&model.domain, others, reach).list(&model.domain, own, others, reach, false);
+        let list = CellGrid::new(&model.domain, others, reach).list(&model.domain, own, others, reach);
         let pairs =
             range.clone().enumerate().flat_map(|(k, i)| list.of(k).iter().map(move |j| (i, *j as usize)));
         let distance = |(i, j): (usize, usize)| model.domain.separation(&position[i], &others[j]).norm();

@@ -10,6 +10,11 @@ impl Algebra for Plane {
     type Matrix<T: Element> = [T; 4];
 
     #[inline(always)]
+    fn axes<T: Element>(value: impl FnMut(usize) -> T) -> [T; 2] {
+        std::array::from_fn(value)
+    }
+
+    #[inline(always)]
     fn splat<T: Element>(value: T) -> [T; 2] {
         [value; 2]
     }

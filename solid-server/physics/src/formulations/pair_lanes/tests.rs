@@ -90,7 +90,7 @@ impl Patch {
     fn rows(&self, radius: f64) -> Rows {
         let (domain, x) = (&self.domain, &self.position[..]);
         let mut rows = Rows::default();
-        rows.fill(&CellGrid::new(domain, x, radius).list(domain, x, x, radius, true), |_, _| true);
+        rows.fill(&CellGrid::new(domain, x, radius).list_among(domain, x, radius), |_, _| true);
         rows
     }
 

@@ -1,11 +1,24 @@
 //! What the solid needs of a space beyond `sph`, and the thresholds that were measured in it.
 
+use std::f64::consts::PI;
+
 use sph::lanes::Real;
-use sph::space::tensors::SpaceSymmetric;
+use sph::prescribed::body_force::BodyForceField;
+use sph::prescribed::motion::{MotionState, RigidMotion};
+use sph::space::tensors::{Linear, SpaceSymmetric};
 use sph::space::{Plane, Space};
 
 /// Ratio of the eigenvalues of a moment matrix below which all neighbours count as lying on one line.
 const SINGULAR: f64 = 1e-6;
+
+/// Share of Σ m |r|² in the moment of inertia above which it is no round-off \[-\].
+const SMALLEST_INERTIA: f64 = 1e-9;
+
+/// `angle` plus whole turns, as near as possible to `near` \[rad\].
+pub fn nearest_branch(angle: f64, near: f64) -> f64 {
+    let turn = std::f64::consts::TAU;
+    angle + turn * ((near - angle) / turn).round()
+}
 
 /// The directions in which a particle has neighbours.
 #[derive(Clone, Copy, Debug)]
@@ -32,6 +45,55 @@ pub trait SolidSpace: Space {
 
     /// Smallest eigenvalue of the moment of Eq. (21) along which the velocity gradient is corrected \[-\].
     const SMALLEST_MOMENT: f64;
+
+    /// Moment of inertia of a body about its centre of mass.
+    type Inertia: Linear;
+
+    /// Moment of inertia of a particle of `mass` at `arm` \[m\] from the centre.
+    fn point_inertia(mass: f64, arm: &Self::Vector) -> Self::Inertia;
+
+    /// Moment of inertia about its own centre of the cell of a particle.
+    fn cell_inertia(mass: f64, density: f64) -> Self::Inertia;
+
+    /// Angular momentum of a body at angular velocity `spin`.
+    fn angular_momentum(inertia: Self::Inertia, spin: Self::Spin) -> Self::Spin;
+
+    /// Angular velocity of a body of this angular momentum.
+    fn angular_velocity(inertia: Self::Inertia, angular_momentum: Self::Spin) -> Self::Spin;
+
+    /// Whether `inertia` is no round-off of `total`: not that of the place of a single particle.
+    fn is_extended(inertia: Self::Inertia, total: Self::Inertia) -> bool;
+
+    /// `rotation` after `duration` \[s\] at angular velocity `spin`.
+    fn rotated(rotation: Self::Rotation, spin: Self::Spin, duration: f64) -> Self::Rotation;
+
+    /// The prescribed motion `motion` at `time` \[s\].
+    fn motion_at(motion: &RigidMotion, time: f64) -> MotionState<Self>;
+
+    /// Acceleration \[m/s²\] by `field` at `position` \[m\] and `time` \[s\].
+    fn acceleration(field: &BodyForceField, position: &Self::Vector, time: f64) -> Self::Vector;
+
+    /// Rotation from `then` to `now`, as near as possible to `near`.
+    fn rotation_between(
+        then: &MotionState<Self>,
+        now: &MotionState<Self>,
+        near: Self::Rotation,
+    ) -> Self::Rotation;
+
+    /// Angular velocity of a prescribed motion that carries the point `origin` \[m\].
+    fn spin_of(motion: &MotionState<Self>, origin: &Self::Vector) -> Self::Spin;
+
+    /// Volume of a lattice cell of `spacing` \[m\] over the integral of (1 − q)⁴ (1 + 4q), q = r/H, for the radius H
+    /// `support` \[m\] (Wendland C²).
+    fn wendland_weight(spacing: f64, support: f64) -> f64;
+
+    /// Sum of `weight` of the distance \[m\] over the particles of a half-space of lattice `spacing` \[m\] within `reach`
+    /// spacings, at `height` \[m\] over the outer row, `phase` spacings along it.
+    fn over_half_space(reach: f64, phase: f64, height: f64, spacing: f64, weight: impl Fn(f64) -> f64)
+    -> f64;
+
+    /// Unit vector across `gradient` in which a contact sticks.
+    fn tangent(gradient: &Self::Vector) -> Self::Vector;
 
     /// a + m·b, column by column by [`Real::plus_product`].
     fn plus_matrix_times<R: Real>(a: Self::Of<R>, m: Self::Matrix<R>, b: Self::Of<R>) -> Self::Of<R>;
@@ -63,6 +125,84 @@ impl SolidSpace for Plane {
     /// In the bulk it is 1, at the corner of a lattice of h = 1.3 Δx about 0.3. Below this bound too few neighbours lie
     /// along that direction, and the gradient along it stays as summed.
     const SMALLEST_MOMENT: f64 = 0.1;
+
+    /// Per depth \[kg m\].
+    type Inertia = f64;
+
+    #[inline]
+    fn point_inertia(mass: f64, arm: &Self::Vector) -> f64 {
+        mass * arm.norm_squared()
+    }
+
+    /// m V/6 of a square: without it a block of 4 × 4 particles turns 6 % too easily.
+    #[inline]
+    fn cell_inertia(mass: f64, density: f64) -> f64 {
+        mass * mass / (6.0 * density)
+    }
+
+    #[inline]
+    fn angular_momentum(inertia: f64, spin: f64) -> f64 {
+        inertia * spin
+    }
+
+    #[inline]
+    fn angular_velocity(inertia: f64, angular_momentum: f64) -> f64 {
+        angular_momentum / inertia
+    }
+
+    fn is_extended(inertia: f64, total: f64) -> bool {
+        inertia > SMALLEST_INERTIA * total
+    }
+
+    #[inline]
+    fn rotated(rotation: f64, spin: f64, duration: f64) -> f64 {
+        rotation + spin * duration
+    }
+
+    fn motion_at(motion: &RigidMotion, time: f64) -> MotionState<Self> {
+        motion.at(time)
+    }
+
+    #[inline]
+    fn acceleration(field: &BodyForceField, position: &Self::Vector, time: f64) -> Self::Vector {
+        field.acceleration(position, time)
+    }
+
+    fn rotation_between(then: &MotionState<Self>, now: &MotionState<Self>, near: f64) -> f64 {
+        let (then, now) = (then.rotate(&Self::Vector::x()), now.rotate(&Self::Vector::x()));
+        nearest_branch(Self::cross(&then, &now).atan2(then.dot(&now)), near)
+    }
+
+    fn spin_of(motion: &MotionState<Self>, origin: &Self::Vector) -> f64 {
+        let tip = origin + Self::Vector::x();
+        let arm = motion.position(&tip) - motion.position(origin);
+        Self::cross(&arm, &(motion.velocity(&tip) - motion.velocity(origin)))
+    }
+
+    fn wendland_weight(spacing: f64, support: f64) -> f64 {
+        spacing * spacing * 7.0 / (PI * support * support)
+    }
+
+    fn over_half_space(
+        reach: f64,
+        phase: f64,
+        height: f64,
+        spacing: f64,
+        weight: impl Fn(f64) -> f64,
+    ) -> f64 {
+        let reach = reach.ceil();
+        let steps = || (0..).map(|k| f64::from(k) - reach - 1.0).take_while(|k| *k <= reach + 1.0);
+        let at = |column: f64, row: f64| {
+            weight(Self::Vector::new((phase - column) * spacing, height + row * spacing).norm())
+        };
+        let of_row = |row: f64| steps().map(|column| at(column, row)).sum::<f64>();
+        steps().filter(|row| *row >= 0.0).map(of_row).sum()
+    }
+
+    #[inline]
+    fn tangent(gradient: &Self::Vector) -> Self::Vector {
+        Self::spin_cross(1.0, gradient) / gradient.norm()
+    }
 
     #[inline(always)]
     fn plus_matrix_times<R: Real>([x, y]: [R; 2], m: [R; 4], [b_x, b_y]: [R; 2]) -> [R; 2] {

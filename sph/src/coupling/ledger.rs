@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::coupling::stage::StepStage;
 use crate::setup::{CouplingKind, InterfaceLaw, LedgerPolicy, RunSetup};
-use crate::space::{Vector, cross};
+use crate::space::{Space, Vector};
 
 /// Sums over the pair forces that one side received from the other in one half-step, per metre of depth.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -216,8 +216,12 @@ impl Torques {
 /// The first term is the moment of the forces at the places where they were evaluated, the second is returned. It
 /// vanishes where positions move along the velocities beside them, as in leapfrog.
 #[inline]
-pub fn scheme_moment(start: (&Vector, &Vector), stage: &Vector, end: (&Vector, &Vector)) -> f64 {
-    cross(&(end.0 - stage), end.1) + cross(&(stage - start.0), start.1)
+pub fn scheme_moment<S: Space>(
+    start: (&S::Vector, &S::Vector),
+    stage: &S::Vector,
+    end: (&S::Vector, &S::Vector),
+) -> S::Spin {
+    S::cross(&(*end.0 - *stage), end.1) + S::cross(&(*stage - *start.0), start.1)
 }
 
 /// Change of one side's angular momentum in one half-step, about the domain's torque origin.

@@ -6,9 +6,8 @@ use sph::kernel::CubicSpline;
 use sph::lanes::Arithmetic;
 use sph::prescribed::body_force::BodyForceField;
 use sph::setup::{BodyForce, BodySetup, ContactLaw, Formulation, SolidSetup};
-use sph::space::Plane;
 use sph::space::domain::Domain;
-use sph::space::{DIMENSIONS, Vector};
+use sph::space::{DIMENSIONS, Plane, Vector};
 
 use crate::boundary::loads::Load;
 use crate::boundary::supports::{build_supports, impose_velocities, wall_exemption};
@@ -161,7 +160,7 @@ pub fn initial_image_counts(
 pub fn build_contact(setup: &SolidSetup) -> ContactModel {
     match setup.contact {
         ContactLaw::Repulsion { stiffness, distance, damping, friction, self_contact } => {
-            let fields = DensityFields::new(setup, distance);
+            let fields = DensityFields::new::<Plane>(setup, distance);
             let self_contact_distance = self_contact.then(|| fields.self_contact_distance());
             ContactModel::Repulsion(Repulsion { stiffness, damping, friction, fields, self_contact_distance })
         }

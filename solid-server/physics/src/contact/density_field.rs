@@ -1,9 +1,8 @@
 //! Penetration depth of a particle in another body by a smoothed density, and the force of that depth.
 
-use std::f64::consts::PI;
-
 use sph::setup::SolidSetup;
-use sph::space::Vector;
+
+use crate::space::SolidSpace;
 
 /// Support radius of the density's kernel in spacings \[-\]: wide enough to smooth the corrugation of the lattice.
 const REACH: f64 = 3.0;
@@ -18,14 +17,14 @@ const SAMPLES: u32 = 16;
 /// compressed by a third is not yet in contact with itself.
 const SELF_CONTACT_DISTANCE: f64 = 1.5;
 
-/// Density field of a half-plane of particles as a measure of depth.
+/// Density field of a half-space of particles as a measure of depth.
 ///
 /// ```text
-/// D_i = Σ_j ΔX² W(r_ij),  δ = d (D − D(d))/(D(0) − D(d)),  W = 7/(πH²) (1 − q)⁴ (1 + 4q), q = r/H (Wendland C²)
+/// D_i = Σ_j ΔX² W(r_ij),  δ = d (D − D(d))/(D(0) − D(d)),  W ∝ (1 − q)⁴ (1 + 4q), q = r/H (Wendland C²)
 /// ```
 ///
 /// j are the particles of the other body, d is the contact distance of two rows, D(y) the density at height y over the
-/// outer row of a half-plane of particles at rest. So δ is 0 where rows are d apart and d where they coincide. Along a
+/// outer row of a half-space of particles at rest. So δ is 0 where rows are d apart and d where they coincide. Along a
 /// row δ varies by less than a thousandth of a spacing, so bodies do not interlock.
 #[derive(Clone, Copy, Debug)]
 pub struct DensityField {
@@ -42,13 +41,13 @@ pub struct DensityField {
 
 impl DensityField {
     /// Density field of a body of particle spacing `spacing` \[m\], in contact from the distance `distance` \[m\].
-    pub fn new(spacing: f64, distance: f64) -> Self {
+    pub fn new<S: SolidSpace>(spacing: f64, distance: f64) -> Self {
         let support = REACH.max(REACH - 1.0 + distance / spacing) * spacing;
-        let scale = spacing * spacing * 7.0 / (PI * support * support);
+        let scale = S::wendland_weight(spacing, support);
         let bare = Self { support, scale, at_contact: 0.0, gain: 0.0, distance };
         let heights = |height: f64| {
             (0..SAMPLES)
-                .map(move |k| bare.over_half_plane(spacing, f64::from(k) / f64::from(SAMPLES), height))
+                .map(move |k| bare.over_half_space::<S>(spacing, f64::from(k) / f64::from(SAMPLES), height))
         };
         // The largest over the phases: lattices laid side by side start without force.
         let at_contact = heights(distance).fold(0.0, f64::max);
@@ -57,16 +56,8 @@ impl DensityField {
     }
 
     /// D at `height` \[m\] over the outer row, `phase` spacings along it.
-    fn over_half_plane(&self, spacing: f64, phase: f64, height: f64) -> f64 {
-        let reach = (self.support / spacing).ceil();
-        let steps = || (0..).map(|k| f64::from(k) - reach - 1.0).take_while(|k| *k <= reach + 1.0);
-        let weight = |column: f64, row: f64| {
-            self.weight(Vector::new((phase - column) * spacing, height + row * spacing).norm())
-        };
-        steps()
-            .filter(|row| *row >= 0.0)
-            .map(|row| steps().map(|column| weight(column, row)).sum::<f64>())
-            .sum()
+    fn over_half_space<S: SolidSpace>(&self, spacing: f64, phase: f64, height: f64) -> f64 {
+        S::over_half_space(self.support / spacing, phase, height, spacing, |r| self.weight(r))
     }
 
     /// ΔX² W at distance `r` \[m\].
@@ -103,13 +94,13 @@ pub struct DensityFields {
 
 impl DensityFields {
     /// Density fields of the bodies and walls of `setup`, in contact from `distance` mean spacings \[-\].
-    pub fn new(setup: &SolidSetup, distance: f64) -> Self {
+    pub fn new<S: SolidSpace>(setup: &SolidSetup, distance: f64) -> Self {
         let (spacing, wall_spacing) = (setup.particle_spacing, wall_spacing(setup));
         let to_walls = distance * 0.5 * (spacing + wall_spacing);
         Self {
-            bodies: DensityField::new(spacing, distance * spacing),
-            walls: DensityField::new(wall_spacing, to_walls),
-            bodies_from_walls: DensityField::new(spacing, to_walls),
+            bodies: DensityField::new::<S>(spacing, distance * spacing),
+            walls: DensityField::new::<S>(wall_spacing, to_walls),
+            bodies_from_walls: DensityField::new::<S>(spacing, to_walls),
         }
     }
 
@@ -159,14 +150,16 @@ impl Spring {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use sph::space::Plane;
 
     #[test]
     fn depth_is_that_of_rows_and_hardly_depends_on_the_lattice() {
-        let field = DensityField::new(0.01, 0.01);
+        let field = DensityField::new::<Plane>(0.01, 0.01);
         for (height, allowed) in [(1.0, 3e-4), (0.9, 1e-3), (0.7, 3e-3)] {
             for k in 0..10 {
-                let found = field.depth(field.over_half_plane(0.01, 0.1 * f64::from(k), 0.01 * height));
-                let flat = field.depth(field.over_half_plane(0.01, 0.0, 0.01 * height));
+                let found =
+                    field.depth(field.over_half_space::<Plane>(0.01, 0.1 * f64::from(k), 0.01 * height));
+                let flat = field.depth(field.over_half_space::<Plane>(0.01, 0.0, 0.01 * height));
                 // Measured: the corrugation grows from 1e-4 to 2e-3 spacings as rows approach.
                 assert!((found - flat).abs() < allowed * 0.01, "{height} {k}: {found} {flat}");
                 // The chord from contact to coincidence: D(y) bends by less than a tenth of a spacing.
@@ -177,7 +170,7 @@ mod tests {
 
     #[test]
     fn the_gradient_is_that_of_the_level() {
-        let field = DensityField::new(1.0, 1.0);
+        let field = DensityField::new::<Plane>(1.0, 1.0);
         for r in [0.0, 0.3, 1.0, 2.2, 2.999, 3.1] {
             let slope = (field.weight(r + 1e-6) - field.weight((r - 1e-6).abs())) / 2e-6;
             assert!((field.gradient_factor(r) * r - slope).abs() < 1e-9, "{r}");

@@ -8,6 +8,8 @@ use sph::setup::ElasticMaterial;
 use crate::boundary::loads::Load;
 use crate::boundary::supports::Support;
 use crate::formulations::formulation::BodyFormulation;
+use crate::space::SolidSpace;
+use sph::space::Plane;
 
 /// Largest stable steps by the elastic waves inside an undeformed body; infinite for a rigid one.
 #[derive(Clone, Copy, Debug)]
@@ -24,14 +26,14 @@ impl WaveLimits {
 }
 
 /// One body.
-pub struct Body {
+pub struct Body<S: SolidSpace = Plane> {
     pub name: String,
     /// Its particles.
     pub range: Range<usize>,
     pub material: ElasticMaterial,
-    pub formulation: Box<dyn BodyFormulation>,
+    pub formulation: Box<dyn BodyFormulation<S>>,
     pub wave_limits: WaveLimits,
-    pub supports: Vec<Support>,
+    pub supports: Vec<Support<S>>,
     /// Acceleration of this body alone.
     pub acceleration: Option<BodyForceField>,
     pub loads: Vec<Load>,

@@ -5,9 +5,11 @@
 
 use rayon::prelude::*;
 
+use crate::space::SolidSpace;
 use sph::neighbours::{CellGrid, NeighbourList, largest_displacement};
-use sph::space::Vector;
+use sph::space::Plane;
 use sph::space::domain::Domain;
+use sph::space::tensors::SpaceVector;
 use sph::sums::ordered_sum;
 
 /// Particles per task below which splitting costs more than it gains.
@@ -77,22 +79,22 @@ impl Rows {
 
 /// Neighbours of one body's particles among themselves.
 #[derive(Debug)]
-pub struct OwnLists {
+pub struct OwnLists<S: SolidSpace = Plane> {
     /// Local indices of the body.
     pub rows: Rows,
     support_radius: f64,
     skin: f64,
-    built_at: Vec<Vector>,
+    built_at: Vec<S::Vector>,
 }
 
-impl OwnLists {
+impl<S: SolidSpace> OwnLists<S> {
     /// Lists that hold all pairs within `support_radius` \[m\] while no pair approaches by more than `skin` \[m\].
     pub fn new(support_radius: f64, skin: f64) -> Self {
         Self { rows: Rows::default(), support_radius, skin, built_at: Vec::new() }
     }
 
     /// Rebuilds the lists if `positions` have deformed too far; returns whether it did.
-    pub fn refresh(&mut self, domain: &Domain, positions: &[Vector]) -> bool {
+    pub fn refresh(&mut self, domain: &Domain<S>, positions: &[S::Vector]) -> bool {
         if !self.stale(domain, positions) {
             return false;
         }
@@ -105,12 +107,13 @@ impl OwnLists {
     }
 
     /// A body that drifts as a whole keeps its pairs: only motion relative to the mean counts.
-    fn stale(&self, domain: &Domain, positions: &[Vector]) -> bool {
+    fn stale(&self, domain: &Domain<S>, positions: &[S::Vector]) -> bool {
         let built_at = &self.built_at;
         if built_at.len() != positions.len() {
             return true;
         }
-        let total: Vector = ordered_sum(positions.len(), |i| domain.separation(&positions[i], &built_at[i]));
+        let total: S::Vector =
+            ordered_sum(positions.len(), |i| domain.separation(&positions[i], &built_at[i]));
         let mean = total / positions.len() as f64;
         let farthest = positions
             .par_iter()
@@ -134,7 +137,7 @@ pub struct ContactFilter<P, W> {
 
 /// Candidate pairs of contact: particles of different bodies or distant parts of one, and particles with walls.
 #[derive(Debug)]
-pub struct ContactLists {
+pub struct ContactLists<S: SolidSpace = Plane> {
     /// For each particle those of other bodies, and of its own with self-contact.
     pub bodies: Rows,
     /// For each particle the wall particles that act on it.
@@ -146,11 +149,11 @@ pub struct ContactLists {
     released: usize,
     radius: f64,
     skin: f64,
-    built_at: Vec<Vector>,
-    walls_built_at: Vec<Vector>,
+    built_at: Vec<S::Vector>,
+    walls_built_at: Vec<S::Vector>,
 }
 
-impl ContactLists {
+impl<S: SolidSpace> ContactLists<S> {
     /// Lists that hold all pairs within `radius` \[m\] until they approach by more than `skin` \[m\].
     pub fn new(radius: f64, skin: f64, particles: usize, walls: usize) -> Self {
         Self {
@@ -169,9 +172,9 @@ impl ContactLists {
     /// Rebuilds the lists if `positions` or `walls` have moved too far or a release occurred; returns whether it did.
     pub fn refresh<P, W>(
         &mut self,
-        domain: &Domain,
-        positions: &[Vector],
-        walls: &[Vector],
+        domain: &Domain<S>,
+        positions: &[S::Vector],
+        walls: &[S::Vector],
         filter: &ContactFilter<P, W>,
     ) -> bool
     where
@@ -209,7 +212,7 @@ impl ContactLists {
         true
     }
 
-    fn stale(&self, domain: &Domain, positions: &[Vector], walls: &[Vector]) -> bool {
+    fn stale(&self, domain: &Domain<S>, positions: &[S::Vector], walls: &[S::Vector]) -> bool {
         if self.built_at.len() != positions.len() {
             return true;
         }

@@ -3,11 +3,11 @@
 use sph::kernel::CubicSpline;
 use sph::neighbours::CellGrid;
 use sph::space::domain::Domain;
-use sph::space::tensors::SpaceTensor;
-use sph::space::{Plane, Tensor, Vector};
 
 use crate::neighbours::stencil::Stencils;
 use crate::space::{SolidSpace, Span};
+use sph::space::Plane;
+use sph::space::tensors::{SpaceTensor, SpaceVector};
 
 /// A neighbour in the reference configuration.
 #[derive(Clone, Copy, Debug)]
@@ -106,14 +106,14 @@ impl<S: SolidSpace> Reference<S> {
     }
 }
 
-impl Reference {
+impl<S: SolidSpace> Reference<S> {
     /// Particles at `position` \[m\] with volumes `volume` \[m²\] and a stencil of the support of `kernel`.
     pub fn new(
-        domain: &Domain,
-        position: &[Vector],
+        domain: &Domain<S>,
+        position: &[S::Vector],
         volume: Vec<f64>,
         anchored: Vec<bool>,
-        kernel: &CubicSpline,
+        kernel: &CubicSpline<S>,
     ) -> Self {
         let radius = kernel.support_radius();
         let list = CellGrid::new(domain, position, radius).list_among(domain, position, radius);
@@ -146,16 +146,28 @@ impl Reference {
 
     /// The same from Σ_j a_ij x_ij ⊗ X_ij over the inner pairs alone, for particles at `position` \[m\].
     #[inline]
-    pub fn completed(&self, domain: &Domain, position: &[Vector], i: usize, inner: &Tensor) -> Tensor {
-        let x_ij = |pair: &ReferencePair| self.separation(domain, position, i, pair);
-        self.deformation_of(i, &(inner + moment(self.across_border(i), x_ij)))
+    pub fn completed(
+        &self,
+        domain: &Domain<S>,
+        position: &[S::Vector],
+        i: usize,
+        inner: &S::Tensor,
+    ) -> S::Tensor {
+        let x_ij = |pair: &ReferencePair<S>| self.separation(domain, position, i, pair);
+        self.deformation_of(i, &(*inner + moment(self.across_border(i), x_ij)))
     }
 
     /// x_ij \[m\] of `pair` of particle `i`, for particles at `position` \[m\].
     ///
     /// Boundary points turn with the anchored particles around theirs.
     #[inline]
-    pub fn separation(&self, domain: &Domain, position: &[Vector], i: usize, pair: &ReferencePair) -> Vector {
+    pub fn separation(
+        &self,
+        domain: &Domain<S>,
+        position: &[S::Vector],
+        i: usize,
+        pair: &ReferencePair<S>,
+    ) -> S::Vector {
         let j = pair.neighbour as usize;
         match pair.kind {
             PairKind::Inner => domain.separation(&position[i], &position[j]),
@@ -167,16 +179,16 @@ impl Reference {
     /// x_ib \[m\] of free particle `i` for its boundary point with anchored particle `j`, `separation` X_ib \[m\].
     fn boundary_separation(
         &self,
-        domain: &Domain,
-        position: &[Vector],
+        domain: &Domain<S>,
+        position: &[S::Vector],
         i: usize,
         j: usize,
-        separation: &Vector,
-    ) -> Vector {
+        separation: &S::Vector,
+    ) -> S::Vector {
         let among_anchored =
-            |pair: &ReferencePair| domain.separation(&position[j], &position[pair.neighbour as usize]);
+            |pair: &ReferencePair<S>| domain.separation(&position[j], &position[pair.neighbour as usize]);
         let turn = self.deformation_gradient(j, among_anchored);
-        domain.separation(&position[i], &position[j]) - turn * separation
+        domain.separation(&position[i], &position[j]) - turn * *separation
     }
 }
 

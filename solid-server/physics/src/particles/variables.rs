@@ -5,7 +5,7 @@ use std::ops::Range;
 use sph::space::domain::Domain;
 use sph::space::tensors::SpaceVector;
 
-use sph::space::{Plane, Vector};
+use sph::space::Plane;
 
 use crate::space::SolidSpace;
 
@@ -78,11 +78,13 @@ impl<S: SolidSpace> Particles<S> {
 ///
 /// Positions stay inside the box; adding this gives the path of the material.
 #[inline]
-pub fn image_offset(domain: &Domain, image_counts: &[i32; 2]) -> Vector {
-    let period = domain.size();
-    Vector::from_fn(
-        |axis, _| if image_counts[axis] == 0 { 0.0 } else { f64::from(image_counts[axis]) * period[axis] },
-    )
+pub fn image_offset<S: SolidSpace>(domain: &Domain<S>, image_counts: &S::Of<i32>) -> S::Vector {
+    let mut offset = domain.size();
+    for axis in 0..S::DIMENSIONS {
+        let count = image_counts[axis];
+        offset[axis] = if count == 0 { 0.0 } else { f64::from(count) * offset[axis] };
+    }
+    offset
 }
 
 /// Motion of a rigid body.

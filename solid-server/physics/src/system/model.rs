@@ -3,7 +3,6 @@
 use sph::coupling::stage::StageTime;
 use sph::prescribed::body_force::BodyForceField;
 use sph::setup::{Damping, SolidProbeKind, SolidStepping};
-use sph::space::Vector;
 use sph::space::domain::Domain;
 
 use crate::boundary::supports::{Support, acts};
@@ -14,16 +13,19 @@ use crate::formulations::body::Body;
 use crate::formulations::formulation::BodyConstants;
 use crate::neighbours::material_point::MaterialPoint;
 use crate::particles::constants::ParticleConstants;
+use crate::space::SolidSpace;
+use sph::space::Plane;
+use sph::space::tensors::SpaceVector;
 
 /// Constant facts of a run.
-pub struct SolidModel {
-    pub domain: Domain,
+pub struct SolidModel<S: SolidSpace = Plane> {
+    pub domain: Domain<S>,
     /// Spacing of the particles Δx \[m\].
     pub spacing: f64,
-    pub bodies: Vec<Body>,
-    pub particles: ParticleConstants,
+    pub bodies: Vec<Body<S>>,
+    pub particles: ParticleConstants<S>,
     pub contact: ContactModel,
-    pub walls: Walls,
+    pub walls: Walls<S>,
     pub body_force: BodyForceField,
     pub damping: Option<Damping>,
     pub stepping: SolidStepping,
@@ -77,9 +79,9 @@ impl ContactModel {
     }
 }
 
-impl SolidModel {
+impl<S: SolidSpace> SolidModel<S> {
     /// Point about which torques are taken \[m\]; `None` in a periodic domain, where they have no meaning.
-    pub fn torque_origin(&self) -> Option<Vector> {
+    pub fn torque_origin(&self) -> Option<S::Vector> {
         (!self.domain.is_periodic()).then(|| self.domain.torque_origin())
     }
 
@@ -89,7 +91,7 @@ impl SolidModel {
     }
 
     /// Constants of `body` as its formulation needs them.
-    pub fn constants<'a>(&'a self, body: &'a Body) -> BodyConstants<'a> {
+    pub fn constants<'a>(&'a self, body: &'a Body<S>) -> BodyConstants<'a, S> {
         BodyConstants {
             domain: &self.domain,
             mass: &self.particles.mass[body.range.clone()],
@@ -98,7 +100,7 @@ impl SolidModel {
     }
 
     /// The body of particle `i`.
-    pub fn body_of(&self, i: usize) -> &Body {
+    pub fn body_of(&self, i: usize) -> &Body<S> {
         &self.bodies[self.particles.body[i] as usize]
     }
 
@@ -123,7 +125,7 @@ impl SolidModel {
     }
 
     /// The support that holds particle `i` in the step of `time`.
-    pub fn acting_support(&self, i: usize, time: &StageTime) -> Option<&Support> {
+    pub fn acting_support(&self, i: usize, time: &StageTime) -> Option<&Support<S>> {
         let k = self.particles.support[i];
         (k > 0).then(|| &self.body_of(i).supports[k as usize - 1]).filter(|support| support.acts(time))
     }

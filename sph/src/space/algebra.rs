@@ -31,6 +31,9 @@ pub trait Algebra: Sized {
     /// `value` for each axis.
     fn splat<T: Element>(value: T) -> Self::Of<T>;
 
+    /// `a` in each lane.
+    fn splat_each<R: Real>(a: &Self::Of<f64>) -> Self::Of<R>;
+
     /// a + b.
     fn plus<R: Real>(a: Self::Of<R>, b: Self::Of<R>) -> Self::Of<R>;
 
@@ -81,6 +84,9 @@ pub trait Algebra: Sized {
 
     /// mᵀ.
     fn transposed<R: Real>(m: Self::Matrix<R>) -> Self::Matrix<R>;
+
+    /// mᵀ − tr(m) I.
+    fn transposed_less_trace<R: Real>(m: Self::Matrix<R>) -> Self::Matrix<R>;
 
     /// Sum of the diagonal of m.
     fn trace<R: Real>(m: Self::Matrix<R>) -> R;

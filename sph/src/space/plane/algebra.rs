@@ -20,6 +20,11 @@ impl Algebra for Plane {
     }
 
     #[inline(always)]
+    fn splat_each<R: Real>(a: &[f64; 2]) -> [R; 2] {
+        [R::splat(a[0]), R::splat(a[1])]
+    }
+
+    #[inline(always)]
     fn plus<R: Real>(a: [R; 2], b: [R; 2]) -> [R; 2] {
         [a[0] + b[0], a[1] + b[1]]
     }
@@ -116,6 +121,11 @@ impl Algebra for Plane {
     #[inline(always)]
     fn transposed<R: Real>(m: [R; 4]) -> [R; 4] {
         [m[0], m[2], m[1], m[3]]
+    }
+
+    #[inline(always)]
+    fn transposed_less_trace<R: Real>(m: [R; 4]) -> [R; 4] {
+        [R::zero() - m[3], m[2], m[1], R::zero() - m[0]]
     }
 
     #[inline(always)]

@@ -5,7 +5,7 @@ use sph::coupling::stage::{StageTime, StepStage};
 use sph::lanes::Arithmetic;
 use sph::prescribed::body_force::BodyForceField;
 use sph::setup::{SolidParticles, SolidSetup};
-use sph::space::Vector;
+use sph::space::{Plane, Vector};
 
 use crate::boundary::walls::Walls;
 use crate::build::bodies::{build_bodies, build_contact, initial_image_counts};
@@ -50,7 +50,7 @@ pub fn build(setup: SolidSetup, arithmetic: Arithmetic) -> Result<(SolidModel, S
         &setup,
         &ranges,
         arithmetic,
-        (&walls, contact.clearance()),
+        (&walls, contact.clearance::<Plane>()),
         &image_counts,
         &mut particles,
         &mut errors,

@@ -7,7 +7,8 @@
 //! Folders, each of which depends on those above it only:
 //!
 //! ```text
-//! space          what the solid needs of a space, and the thresholds that were measured in it
+//! thresholds     coefficients that were measured in each space
+//! space          what the solid needs of a space
 //! particles/     variables, constants, stress and forces of each particle
 //! materials/     stress laws: Hooke with the Jaumann rate, hyperelastic
 //! neighbours/    lists in the current and in the reference configuration
@@ -22,6 +23,7 @@
 //! ```
 
 mod space;
+pub mod thresholds;
 
 mod particles {
     pub mod constants;

@@ -1,12 +1,13 @@
-//! What the solid needs of a space beyond `sph`, and the thresholds that were measured in it.
+//! What the solid needs of a space beyond `sph`.
 
 use std::f64::consts::PI;
 
 use sph::lanes::Real;
-use sph::prescribed::body_force::BodyForceField;
 use sph::prescribed::motion::{MotionState, RigidMotion};
 use sph::space::tensors::{Linear, SpaceSymmetric};
 use sph::space::{Plane, Space};
+
+use crate::thresholds::Thresholds;
 
 /// Ratio of the eigenvalues of a moment matrix below which all neighbours count as lying on one line.
 const SINGULAR: f64 = 1e-6;
@@ -37,14 +38,9 @@ pub enum Span<V> {
 }
 
 /// A space in which solids are computed.
-///
-/// The thresholds hold for the lattices and stencils of this space: another one measures its own.
-pub trait SolidSpace: Space {
+pub trait SolidSpace: Thresholds {
     /// Number of axes that the space leaves out: they are not strained, and their normal stress is implied \[-\].
     const IMPLIED_AXES: f64 = 3.0 - Self::DIMENSIONS as f64;
-
-    /// Smallest eigenvalue of the moment of Eq. (21) along which the velocity gradient is corrected \[-\].
-    const SMALLEST_MOMENT: f64;
 
     /// Moment of inertia of a body about its centre of mass.
     type Inertia: Linear;
@@ -69,9 +65,6 @@ pub trait SolidSpace: Space {
 
     /// The prescribed motion `motion` at `time` \[s\].
     fn motion_at(motion: &RigidMotion, time: f64) -> MotionState<Self>;
-
-    /// Acceleration \[m/s²\] by `field` at `position` \[m\] and `time` \[s\].
-    fn acceleration(field: &BodyForceField, position: &Self::Vector, time: f64) -> Self::Vector;
 
     /// Rotation from `then` to `now`, as near as possible to `near`.
     fn rotation_between(
@@ -122,10 +115,6 @@ pub trait SolidSpace: Space {
 }
 
 impl SolidSpace for Plane {
-    /// In the bulk it is 1, at the corner of a lattice of h = 1.3 Δx about 0.3. Below this bound too few neighbours lie
-    /// along that direction, and the gradient along it stays as summed.
-    const SMALLEST_MOMENT: f64 = 0.1;
-
     /// Per depth \[kg m\].
     type Inertia = f64;
 
@@ -161,11 +150,6 @@ impl SolidSpace for Plane {
 
     fn motion_at(motion: &RigidMotion, time: f64) -> MotionState<Self> {
         motion.at(time)
-    }
-
-    #[inline]
-    fn acceleration(field: &BodyForceField, position: &Self::Vector, time: f64) -> Self::Vector {
-        field.acceleration(position, time)
     }
 
     fn rotation_between(then: &MotionState<Self>, now: &MotionState<Self>, near: f64) -> f64 {

@@ -161,7 +161,7 @@ pub fn build_contact(setup: &SolidSetup) -> ContactModel {
     match setup.contact {
         ContactLaw::Repulsion { stiffness, distance, damping, friction, self_contact } => {
             let fields = DensityFields::new::<Plane>(setup, distance);
-            let self_contact_distance = self_contact.then(|| fields.self_contact_distance());
+            let self_contact_distance = self_contact.then(|| fields.self_contact_distance::<Plane>());
             ContactModel::Repulsion(Repulsion { stiffness, damping, friction, fields, self_contact_distance })
         }
         ContactLaw::Sums => {

@@ -4,18 +4,8 @@ use sph::setup::SolidSetup;
 
 use crate::space::SolidSpace;
 
-/// Support radius of the density's kernel in spacings \[-\]: wide enough to smooth the corrugation of the lattice.
-const REACH: f64 = 3.0;
-
-/// Depth in contact distances beyond which the force grows linearly \[-\]; at 1 rows of particles coincide.
-const STIFFEST: f64 = 0.95;
-
 /// Number of places along a row at which the density of the half-plane is sampled.
 const SAMPLES: u32 = 16;
-
-/// Undeformed distance from which parts of one body can be in contact, in support radii of the density field \[-\]: a body
-/// compressed by a third is not yet in contact with itself.
-const SELF_CONTACT_DISTANCE: f64 = 1.5;
 
 /// Density field of a half-space of particles as a measure of depth.
 ///
@@ -42,7 +32,7 @@ pub struct DensityField {
 impl DensityField {
     /// Density field of a body of particle spacing `spacing` \[m\], in contact from the distance `distance` \[m\].
     pub fn new<S: SolidSpace>(spacing: f64, distance: f64) -> Self {
-        let support = REACH.max(REACH - 1.0 + distance / spacing) * spacing;
+        let support = S::CONTACT_REACH.max(S::CONTACT_REACH - 1.0 + distance / spacing) * spacing;
         let scale = S::wendland_weight(spacing, support);
         let bare = Self { support, scale, at_contact: 0.0, gain: 0.0, distance };
         let heights = |height: f64| {
@@ -105,8 +95,8 @@ impl DensityFields {
     }
 
     /// Undeformed distance \[m\] from which parts of one body can be in contact.
-    pub fn self_contact_distance(&self) -> f64 {
-        SELF_CONTACT_DISTANCE * self.bodies.support
+    pub fn self_contact_distance<S: SolidSpace>(&self) -> f64 {
+        S::SELF_CONTACT_DISTANCE * self.bodies.support
     }
 
     /// Largest radius within which particles count \[m\].
@@ -139,8 +129,8 @@ pub struct Spring {
 impl Spring {
     /// f = κ δ d/(d − δ) of stiffness κ `stiffness` \[Pa\]; beyond 0.95 d by its tangent, so that it stays finite.
     #[inline]
-    pub fn new(stiffness: f64, depth: f64, distance: f64) -> Self {
-        let curved = depth.min(STIFFEST * distance);
+    pub fn new<S: SolidSpace>(stiffness: f64, depth: f64, distance: f64) -> Self {
+        let curved = depth.min(S::STIFFEST_DEPTH * distance);
         let ratio = distance / (distance - curved);
         let slope = stiffness * ratio * ratio;
         Self { force: stiffness * curved * ratio + slope * (depth - curved), slope }
@@ -179,10 +169,10 @@ mod tests {
 
     #[test]
     fn the_spring_sets_in_gently_stiffens_and_stays_smooth() {
-        assert_eq!(Spring::new(2.0, 0.0, 1.0), Spring { force: 0.0, slope: 2.0 });
-        assert!((Spring::new(2.0, 0.5, 1.0).force - 2.0).abs() < 1e-12);
+        assert_eq!(Spring::new::<Plane>(2.0, 0.0, 1.0), Spring { force: 0.0, slope: 2.0 });
+        assert!((Spring::new::<Plane>(2.0, 0.5, 1.0).force - 2.0).abs() < 1e-12);
         for depth in [0.2, 0.9, 0.95, 1.0, 2.0] {
-            let at = |x: f64| Spring::new(2.0, x, 1.0);
+            let at = |x: f64| Spring::new::<Plane>(2.0, x, 1.0);
             let slope = (at(depth + 1e-7).force - at(depth - 1e-7).force) / 2e-7;
             assert!((slope / at(depth).slope - 1.0).abs() < 1e-4, "{depth}");
         }

@@ -254,7 +254,7 @@ impl Repulsion {
             reach += part.norm();
         }
         let (distance, gain) = (field.distance, field.gain);
-        let spring = Spring::new(constants.stiffness, depth, distance);
+        let spring = Spring::new::<S>(constants.stiffness, depth, distance);
         let dashpot = 2.0 * self.damping * (constants.stiffness * constants.mass).sqrt();
         // Within the spring's force: no jump at the onset, no attraction at the end, the same relative loss at any speed.
         let damping = (dashpot * gain * rate).clamp(-spring.force, spring.force);

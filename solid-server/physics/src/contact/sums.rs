@@ -35,7 +35,7 @@ pub struct SumStage<'a, S: SolidSpace = Plane> {
     pub spacing: f64,
     pub constants: &'a ParticleConstants<S>,
     pub bodies: &'a [Body<S>],
-    pub body_force: &'a BodyForceField,
+    pub body_force: &'a BodyForceField<S>,
     /// Time of the state \[s\].
     pub at: f64,
     pub stage: &'a Particles<S>,
@@ -72,7 +72,7 @@ impl<S: SolidSpace> SumStage<'_, S> {
     /// a_w is the prescribed acceleration of a moving wall.
     fn wall_pressure(&self, w: usize) -> f64 {
         let x_w = &self.walls.position[w];
-        let g = S::acceleration(self.body_force, x_w, self.at) - self.walls.acceleration[w];
+        let g = self.body_force.acceleration(x_w, self.at) - self.walls.acceleration[w];
         let (mut weighted, mut weight) = (0.0, 0.0);
         for i in self.lists.of_walls.of(w).iter().map(|i| *i as usize) {
             let Some(law) = self.law(i) else { continue };

@@ -35,7 +35,7 @@ pub struct Body<S: SolidSpace = Plane> {
     pub wave_limits: WaveLimits,
     pub supports: Vec<Support<S>>,
     /// Acceleration of this body alone.
-    pub acceleration: Option<BodyForceField>,
+    pub acceleration: Option<BodyForceField<S>>,
     pub loads: Vec<Load>,
     /// Time \[s\] until which contact with each wall particle is left out; empty without supports.
     pub wall_exemption: Vec<f64>,

@@ -104,7 +104,7 @@ impl<S: SolidSpace> PairSums<S> {
 
     /// Velocity gradient \[1/s\] corrected by L_i, Eq. (21): G·M⁻¹, exact for linear velocities.
     ///
-    /// Fallback: no correction along principal directions of M whose eigenvalue is below [`SolidSpace::SMALLEST_MOMENT`].
+    /// Fallback: no correction along principal directions of M whose eigenvalue is below [`crate::thresholds::Thresholds::SMALLEST_MOMENT`].
     #[inline]
     pub fn corrected_gradient(&self) -> S::Tensor {
         let moment = S::symmetric_tensor(self.moment);

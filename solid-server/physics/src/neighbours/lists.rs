@@ -225,6 +225,7 @@ impl<S: SolidSpace> ContactLists<S> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use sph::space::Vector;
 
     #[test]
     fn transposed_rows_hold_the_same_pairs() {

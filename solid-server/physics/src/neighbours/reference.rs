@@ -36,11 +36,6 @@ pub enum PairKind {
     FromAnchor,
 }
 
-/// Weight of a boundary point over that of the particle at twice its distance.
-///
-/// One-sided differences at ½ΔX and −ΔX are exact for quadratic fields with weights inverse to the cubed distance.
-const BOUNDARY_WEIGHT: f64 = 8.0;
-
 /// Correction of the gradient at a particle.
 #[derive(Clone, Copy, Debug)]
 pub struct Correction<S: SolidSpace> {
@@ -216,7 +211,7 @@ impl PairKind {
 
 impl<S: SolidSpace> ReferencePair<S> {
     fn new(neighbour: u32, kind: PairKind, weight: f64, separation: S::Vector) -> Self {
-        let (factor, part) = if kind == PairKind::Inner { (1.0, 1.0) } else { (BOUNDARY_WEIGHT, 0.5) };
+        let (factor, part) = if kind == PairKind::Inner { (1.0, 1.0) } else { (S::BOUNDARY_WEIGHT, 0.5) };
         Self { neighbour, kind, weight: weight * factor, separation: separation * part }
     }
 }

@@ -26,7 +26,7 @@ pub struct SolidModel<S: SolidSpace = Plane> {
     pub particles: ParticleConstants<S>,
     pub contact: ContactModel,
     pub walls: Walls<S>,
-    pub body_force: BodyForceField,
+    pub body_force: BodyForceField<S>,
     pub damping: Option<Damping>,
     pub stepping: SolidStepping,
     pub probes: Vec<Probe>,
@@ -50,9 +50,6 @@ pub enum Probe {
     Plain(SolidProbeKind),
 }
 
-/// [`ContactModel::clearance`] of the repulsion in contact distances \[-\]: two lattice columns.
-const CLAMP_CLEARANCE: f64 = 2.5;
-
 impl ContactModel {
     /// Distance within which particles of different owners interact \[m\].
     pub fn radius(&self) -> f64 {
@@ -71,9 +68,9 @@ impl ContactModel {
     }
 
     /// Distance from held particles within which walls are left out of the contact \[m\].
-    pub fn clearance(&self) -> f64 {
+    pub fn clearance<S: SolidSpace>(&self) -> f64 {
         match self {
-            Self::Repulsion(law) => CLAMP_CLEARANCE * law.fields.walls.distance,
+            Self::Repulsion(law) => S::CLAMP_CLEARANCE * law.fields.walls.distance,
             Self::Sums(sums) => sums.support_radius,
         }
     }

@@ -7,6 +7,7 @@ use sph::space::tensors::SpaceSymmetric;
 
 use super::*;
 use crate::formulations::pair_law::PairParticle;
+use sph::space::{Plane, SymmetricTensor, Tensor, Vector};
 
 const SMOOTHING_LENGTH: f64 = 1.3;
 

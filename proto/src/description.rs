@@ -6,7 +6,6 @@ use std::time::Duration;
 use sph::coupling::audit::PartnerParticles;
 use sph::coupling::exchange::{Extent, FrameContent};
 use sph::coupling::solver::{Counts, Role};
-use sph::kernel::CubicSpline;
 pub use sph::setup::CouplingKind;
 use sph::setup::{BodyForce, Coupling, InterfaceLaw, RunSetup, TimePlan};
 use sph::space::domain::Domain;
@@ -199,7 +198,7 @@ impl Constants {
     /// Constants of a solver that takes every one from `run` unchanged.
     pub fn of(run: &RunSetup) -> Self {
         Self {
-            kernel: CubicSpline::NAME.into(),
+            kernel: sph::kernel::NAME.into(),
             body_force: run.body_force.clone(),
             coupling: run.coupling,
             domain: run.domain,

@@ -7,6 +7,7 @@ use std::time::Duration;
 
 use proto::trace::{self, Ended, Sink};
 use sph::kernel::CubicSpline;
+use sph::space::Plane;
 
 /// CPU seconds by name of span, of all threads of this process; a run on one thread does all its work in its steps.
 #[derive(Clone, Default)]
@@ -48,7 +49,7 @@ impl Sink for Totals {
 pub fn fixed_kernel() -> f64 {
     const LOOPS: u32 = 400;
     const DISTANCES: u32 = 4096;
-    let kernel = CubicSpline::new(1.2);
+    let kernel = CubicSpline::<Plane>::new(1.2);
     let distances: Vec<f64> = (0..DISTANCES).map(|k| 2.4 * f64::from(k * 1021 % 4096) / 4096.0).collect();
     let measured = (0..5).map(|_| {
         let before = trace::thread_cpu();

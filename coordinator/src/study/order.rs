@@ -20,7 +20,7 @@ pub fn domain_around(positions: &[Vector], margin: f64) -> Domain {
 /// Smallest distance of a pair \[m\].
 pub fn smallest_distance(domain: &Domain, positions: &[Vector], spacing: f64) -> f64 {
     let radius = 1.5 * spacing;
-    let list = CellGrid::new(domain, positions, radius).list(domain, positions, positions, radius, true);
+    let list = CellGrid::new(domain, positions, radius).list_among(domain, positions, radius);
     let mut smallest = f64::INFINITY;
     for i in 0..positions.len() {
         for j in list.of(i) {
@@ -54,7 +54,7 @@ pub fn widest_gap(
             }
         }
     }
-    let list = grid.list(domain, &points, positions, reach, false);
+    let list = grid.list(domain, &points, positions, reach);
     let distance = |k: usize| {
         let to = |j: &u32| domain.separation(&points[k], &positions[*j as usize]).norm();
         list.of(k).iter().map(to).fold(reach, f64::min)

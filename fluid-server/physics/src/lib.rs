@@ -39,3 +39,4 @@ mod time;
 mod tests;
 
 pub use solver::FluidSolver;
+pub use system::thresholds::constants;

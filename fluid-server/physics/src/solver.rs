@@ -15,6 +15,7 @@ use crate::report::wall_forces::wall_forces;
 use crate::report::{fields, probes};
 use crate::system::build::build;
 use crate::system::model::FluidModel;
+use crate::system::packed_particle::Packed;
 use crate::system::saved;
 use crate::system::state::FluidState;
 use crate::time::stage::Workspace;

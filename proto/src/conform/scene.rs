@@ -1,7 +1,6 @@
 //! Small set-ups that the checks open: a patch of water beside a block of a solid, without walls.
 
 use sph::coupling::solver::Role;
-use sph::kernel::CubicSpline;
 use sph::setup::{
     BodyForce, BodySetup, BreachAction, ContactLaw, Coupling, CouplingKind, DensityDiffusion,
     ElasticParameters, FluidParameters, FluidParticles, FluidScheme, FluidSetup, Formulation,
@@ -216,7 +215,7 @@ fn fluid_parameters() -> FluidParameters {
 }
 
 /// Name of the kernel that all constants belong to.
-pub(super) const KERNEL: &str = CubicSpline::NAME;
+pub(super) const KERNEL: &str = sph::kernel::NAME;
 
 /// Cell centres of `columns` by `rows` cells from `lower` \[m\] on, row by row.
 fn lattice(lower: Vector, (columns, rows): (u32, u32)) -> impl Iterator<Item = Vector> {

@@ -5,12 +5,13 @@ use sph::coupling::stage::{StageTime, StepStage};
 use sph::lanes::Arithmetic;
 use sph::prescribed::body_force::BodyForceField;
 use sph::setup::{SolidParticles, SolidSetup};
-use sph::space::Vector;
+use sph::space::{Plane, Vector};
 
 use crate::boundary::walls::Walls;
 use crate::build::bodies::{build_bodies, build_contact, initial_image_counts};
 use crate::build::validate::{check_arrays, check_periods, check_sums};
 use crate::contact::friction::TangentialSprings;
+use crate::contact::repulsion::Contacts;
 use crate::formulations::body::Body;
 use crate::formulations::formulation::AngularImpulse;
 use crate::formulations::pair_law::PairSums;
@@ -49,7 +50,7 @@ pub fn build(setup: SolidSetup, arithmetic: Arithmetic) -> Result<(SolidModel, S
         &setup,
         &ranges,
         arithmetic,
-        (&walls, contact.clearance()),
+        (&walls, contact.clearance::<Plane>()),
         &image_counts,
         &mut particles,
         &mut errors,
@@ -102,10 +103,10 @@ pub fn build_workspace(
         next: state.particles.clone(),
         next_rigid: state.rigid.clone(),
         stress: StressFields::new(n),
-        sums: vec![PairSums::default(); n],
+        sums: vec![PairSums::zero(); n],
         rates: Rates::new(n),
         contact_forces: vec![ContactForces::default(); n],
-        contacts: Vec::new(),
+        contacts: Contacts::default(),
         springs: state.springs.clone(),
         start_springs: state.springs.clone(),
         loads: if model.bodies.iter().any(|body| body.acceleration.is_some() || !body.loads.is_empty()) {

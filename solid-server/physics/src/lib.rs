@@ -7,6 +7,8 @@
 //! Folders, each of which depends on those above it only:
 //!
 //! ```text
+//! thresholds     coefficients that were measured in each space
+//! space          what the solid needs of a space
 //! particles/     variables, constants, stress and forces of each particle
 //! materials/     stress laws: Hooke with the Jaumann rate, hyperelastic
 //! neighbours/    lists in the current and in the reference configuration
@@ -19,6 +21,9 @@
 //! time/          flow of a stage, evaluation of forces, the two ways to advance, step limits, checks, momentum budget
 //! build, solver  makes all of it from a set-up; steps it
 //! ```
+
+mod space;
+pub mod thresholds;
 
 mod particles {
     pub mod constants;
@@ -88,6 +93,8 @@ mod time {
     pub mod limits;
     pub mod momentum_budget;
     pub mod stage;
+    pub mod stage_rule;
+    pub mod stepping;
     pub mod substeps;
 }
 

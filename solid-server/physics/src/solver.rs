@@ -18,10 +18,13 @@ use crate::system::saved::HISTORY;
 use crate::system::state::{BodyContact, SolidState};
 use crate::system::workspace::Workspace;
 use crate::time::checks::{check, check_domain};
-use crate::time::evaluate::{evaluate_pairs, sum_forces, total_forces};
+use crate::time::evaluate::total_forces;
 use crate::time::limits::{acceleration_limit, particle_limit, step_limit};
 use crate::time::momentum_budget::momentum_budget;
-use crate::time::stage::{accept, complete_stage, enter_stage, move_stage, take_prediction, wrap};
+use crate::time::stage::{accept, take_prediction, wrap};
+use crate::time::stage_rule::StageRule;
+use crate::time::stepping::Stepping;
+use crate::time::substeps::Substeps;
 
 /// Several elastic or rigid bodies in one domain.
 ///
@@ -32,6 +35,7 @@ pub struct SolidSolver {
     pub(crate) model: SolidModel,
     pub(crate) state: SolidState,
     pub(crate) workspace: Workspace,
+    stepping: Box<dyn Stepping>,
     /// Empty extent of a run without a partner.
     no_extent: Extent,
 }
@@ -63,7 +67,24 @@ impl SolidSolver {
         let coupling = setup.run.coupling;
         let (model, state) = build(setup, arithmetic)?;
         let workspace = build_workspace(&model, &state, coupling.as_ref());
-        Ok(Self { model, state, workspace, no_extent: Extent::default() })
+        let stepping: Box<dyn Stepping> = match model.stepping {
+            SolidStepping::StageRule => Box::new(StageRule),
+            SolidStepping::Substeps(count) => Box::new(Substeps(count)),
+        };
+        Ok(Self { model, state, workspace, stepping, no_extent: Extent::default() })
+    }
+
+    fn enter_stage(&mut self, time: &StageTime) {
+        self.stepping.prepare(&self.model, &mut self.workspace, time);
+        if let Some(link) = &mut self.workspace.fluid {
+            link.track(&self.workspace.stage.position);
+        }
+    }
+
+    /// Moves all bodies from the start of the step to `workspace.next`, checked.
+    fn move_stage(&mut self, time: &StageTime) -> Result<(), Divergence> {
+        self.stepping.advance(&self.model, &self.state, &mut self.workspace, time);
+        check(&self.model, &self.workspace.next, time.at).map_err(|divergence| *divergence)
     }
 }
 
@@ -76,9 +97,9 @@ impl Solver for SolidSolver {
         if time.at.stage == Stage::Predictor {
             self.workspace.stage.copy_from(&self.state.particles);
             self.workspace.stage_rigid.clone_from(&self.state.rigid);
-            self.workspace.springs.clone_from(&self.state.springs);
+            self.workspace.springs.copy_from(&self.state.springs);
         }
-        enter_stage(&self.model, &mut self.workspace, time);
+        self.enter_stage(time);
         Ok(())
     }
 
@@ -115,18 +136,7 @@ impl Solver for SolidSolver {
     }
 
     fn evaluate_own(&mut self, time: &StageTime) {
-        let at = time.state_time();
-        match (self.model.stepping, time.at.stage) {
-            (SolidStepping::StageRule, _) => evaluate_pairs(&self.model, &mut self.workspace, at),
-            // Both passes of sub-steps start from the forces at the start of the step.
-            (SolidStepping::Substeps(_), Stage::Predictor) => {
-                evaluate_pairs(&self.model, &mut self.workspace, at);
-                sum_forces(&self.model, &mut self.workspace, time, at);
-                self.workspace.start_forces.clone_from(&self.workspace.forces);
-                self.workspace.start_springs.clone_from(&self.workspace.springs);
-            }
-            (SolidStepping::Substeps(_), Stage::Corrector) => {}
-        }
+        self.stepping.evaluate(&self.model, &mut self.workspace, time);
     }
 
     fn evaluate_cross(&mut self, time: &StageTime, own: &StateColumns, partner: &StateColumns) {
@@ -134,7 +144,7 @@ impl Solver for SolidSolver {
         if let Some(link) = fluid {
             *interface_sums = link.evaluate(time.state_time(), own, partner, sums, fluid_force);
         }
-        complete_stage(&self.model, &mut self.workspace, time);
+        self.stepping.complete(&self.model, &mut self.workspace, time);
     }
 
     fn evaluate_loads(
@@ -146,7 +156,7 @@ impl Solver for SolidSolver {
         let Workspace { fluid, fluid_force, interface_sums, .. } = &mut self.workspace;
         let link = fluid.as_mut().ok_or(NoLoads)?;
         *interface_sums = link.apply(own, forces, fluid_force);
-        complete_stage(&self.model, &mut self.workspace, time);
+        self.stepping.complete(&self.model, &mut self.workspace, time);
         Ok(())
     }
 
@@ -162,16 +172,16 @@ impl Solver for SolidSolver {
         // Sub-steps add up their own.
         total_forces(others, fluid_force, total_force);
         let predictor = StepStage { stage: Stage::Predictor, ..time.at };
-        move_stage(&self.model, &self.state, &mut self.workspace, &StageTime { at: predictor, ..*time })
+        self.move_stage(&StageTime { at: predictor, ..*time })
             .map_err(|divergence| NotUpdated::Diverged(Divergence { at: time.at, ..divergence }))?;
         take_prediction(&mut self.workspace);
-        enter_stage(&self.model, &mut self.workspace, time);
+        self.enter_stage(time);
         Ok(())
     }
 
     /// With sub-steps, forces of the solids on themselves are evaluated within.
     fn advance(&mut self, time: &StageTime) -> Result<StageBudget, Divergence> {
-        move_stage(&self.model, &self.state, &mut self.workspace, time)?;
+        self.move_stage(time)?;
         let (budget, maxima) = momentum_budget(&self.model, &self.state, &self.workspace, time);
         match time.at.stage {
             Stage::Predictor => take_prediction(&mut self.workspace),

@@ -58,7 +58,7 @@ impl Search {
                 for x in task {
                     let x = domain.wrapped(x);
                     let start = pairs.len();
-                    for k in grid.ranges(grid.cell(&x)).into_iter().flatten() {
+                    for k in grid.ranges(grid.cell(&x)).iter().cloned().flatten() {
                         if domain.separation(&x, &placed[k]).norm_squared() < square {
                             pairs.push(CrossPair { other: grid.order()[k], region: 0 });
                         }

@@ -17,6 +17,7 @@ use crate::laws::repulsion::Repulsion;
 use crate::prescribed::body_force::BodyForceField;
 use crate::setup::{Coupling, GradientCorrection, InterfaceLaw};
 use crate::space::domain::Domain;
+use crate::space::tensors::SpaceSymmetric;
 use crate::space::{SymmetricTensor, Vector, cross};
 use crate::sums::ordered_sum;
 

@@ -1,9 +1,10 @@
-//! The cubic spline kernel in two dimensions, Eq. (10)-(11).
+//! The cubic spline kernel, Eq. (10)-(11).
 
 mod pair;
 pub mod shape;
 
-use crate::space::Vector;
+use crate::space::tensors::SpaceVector;
+use crate::space::{Plane, Space};
 use shape::{Slope, Spline};
 
 pub use pair::{KernelLanes, PairKernel};
@@ -12,42 +13,39 @@ pub use pair::{KernelLanes, PairKernel};
 /// stays right to 1e-8.
 const SMALLEST_RATIO: f64 = 1e-8;
 
-/// `factor` over the integral of the spline over the plane, in units of h²: 10/(7π) times `factor`.
-fn normalised(factor: f64) -> f64 {
-    factor * 10.0 / (7.0 * std::f64::consts::PI)
-}
-
 /// Cubic spline W(r, h) with support radius 2h.
 ///
 /// ```text
-/// W = f(s)/h²,  s = r/h                                            Eq. (10)
+/// W = f(s)/hᵈ,  s = r/h, d the number of dimensions                Eq. (10)
+/// In the plane:
 /// f = 10/(7π)·(1 − 3/2 s² + 3/4 s³)   0 ≤ s < 1
 ///   =  5/(14π)·(2 − s)³               1 ≤ s < 2                    Eq. (11)
 /// ```
 /// ```
-/// let kernel = sph::kernel::CubicSpline::new(0.5);
+/// let kernel = sph::kernel::CubicSpline::<sph::space::Plane>::new(0.5);
 /// // W(0) = 10/(7π h²)
 /// assert!((kernel.value(0.0) - 10.0 / (7.0 * std::f64::consts::PI * 0.25)).abs() < 1e-14);
 /// assert_eq!(kernel.value(1.0), 0.0);
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct CubicSpline {
+pub struct CubicSpline<S = Plane> {
+    space: S,
     smoothing_length: f64,
     inverse_h: f64,
     value: Spline<f64>,
     slope: Slope<f64>,
 }
 
-impl CubicSpline {
-    /// Name of the kernel as the handshake compares it.
-    pub const NAME: &'static str = "cubic-spline";
+/// Name of the kernel as the handshake compares it.
+pub const NAME: &str = "cubic-spline";
 
+impl<S: Space> CubicSpline<S> {
     /// A kernel of `smoothing_length` h \[m\].
     pub fn new(smoothing_length: f64) -> Self {
         let inverse_h = 1.0 / smoothing_length;
-        let norm = normalised(inverse_h.powi(2));
+        let norm = S::kernel_normalised(inverse_h.powi(S::DIMENSIONS as i32));
         let slope = Slope::scaled(norm * inverse_h.powi(2));
-        Self { smoothing_length, inverse_h, value: Spline::scaled(norm), slope }
+        Self { space: S::default(), smoothing_length, inverse_h, value: Spline::scaled(norm), slope }
     }
 
     /// Smoothing length h \[m\].
@@ -60,45 +58,49 @@ impl CubicSpline {
         2.0 * self.smoothing_length
     }
 
-    /// W \[1/m²\] at `distance` r \[m\], Eq. (10)-(11).
+    /// W \[1/m²\] in the plane at `distance` r \[m\], Eq. (10)-(11).
     #[inline]
     pub fn value(&self, distance: f64) -> f64 {
         self.value.at(distance * self.inverse_h)
     }
 
-    /// (dW/dr)/r \[1/m⁴\] at `distance` r \[m\], so that ∇_i W_ij = `gradient_factor` · x_ij.
+    /// (dW/dr)/r \[1/m⁴\] in the plane at `distance` r \[m\], so that ∇_i W_ij = `gradient_factor` · x_ij.
     ///
-    /// Finite at r = 0, where it is −3·10/(7π h⁴) to 1e-8.
+    /// Finite at r = 0, where it is −3·10/(7π h⁴) to 1e-8 in the plane.
     #[inline]
     pub fn gradient_factor(&self, distance: f64) -> f64 {
         let s = (distance * self.inverse_h).max(SMALLEST_RATIO);
         self.slope.at(s) / s
     }
 
-    /// ∇_i W_ij \[1/m³\] for x_ij = x_i − x_j at distance r \[m\].
+    /// ∇_i W_ij \[1/m³\] in the plane for x_ij = x_i − x_j at distance r \[m\].
     #[inline]
-    pub fn gradient(&self, x_ij: &Vector, distance: f64) -> Vector {
-        x_ij * self.gradient_factor(distance)
+    pub fn gradient(&self, x_ij: &S::Vector, distance: f64) -> S::Vector {
+        *x_ij * self.gradient_factor(distance)
     }
 
-    /// Lattice moment M = −Σ_j V_j ((dW/dr)/r) x_ij² on an undisturbed square lattice of `particle_spacing` \[m\].
+    /// Lattice moment M = −Σ_j V_j ((dW/dr)/r) x_ij² on an undisturbed cubic lattice of `particle_spacing` \[m\].
     ///
     /// The sums (17) and (22) are adjoint, so a static pressure on a near-lattice is ρgz/M; dividing the kernel
     /// gradient by M removes that bias.
     /// ```
-    /// let kernel = sph::kernel::CubicSpline::new(1.2);
+    /// let kernel = sph::kernel::CubicSpline::<sph::space::Plane>::new(1.2);
     /// assert!((1.0 / kernel.lattice_moment(1.0) - 1.0 - 0.0093).abs() < 1e-4);
     /// ```
     pub fn lattice_moment(&self, particle_spacing: f64) -> f64 {
         // Rows within the support radius; truncation is exact, the count is far below 2^31.
         let rows = (self.support_radius() / particle_spacing).ceil() as i32;
-        let volume = particle_spacing * particle_spacing;
+        let (volume, width) = (S::cell_volume(particle_spacing), 2 * rows + 1);
         let mut moment = 0.0;
-        for row in -rows..=rows {
-            for column in -rows..=rows {
-                let x = Vector::new(f64::from(column), f64::from(row)) * particle_spacing;
-                moment -= volume * self.gradient_factor(x.norm()) * x.x * x.x;
+        for point in 0..width.pow(S::DIMENSIONS as u32) {
+            // Digits of the point's number, x counting fastest.
+            let (mut x, mut rest) = (S::Vector::zeros(), point);
+            for axis in 0..S::DIMENSIONS {
+                x[axis] = f64::from(rest % width - rows);
+                rest /= width;
             }
+            let x = x * particle_spacing;
+            moment -= volume * self.gradient_factor(x.norm()) * x[0] * x[0];
         }
         moment
     }
@@ -123,7 +125,7 @@ mod tests {
     #[test]
     fn kernel_is_normalised_and_its_gradient_has_unit_first_moment() {
         for h in [0.3, 1.0, 2.5] {
-            let kernel = CubicSpline::new(h);
+            let kernel = CubicSpline::<Plane>::new(h);
             assert!((radial_integral(&kernel, |r| kernel.value(r)) - 1.0).abs() < 1e-6);
             // ∫ x ∂W/∂x dV = −1, half of ∫ r W' dV by symmetry.
             let moment = 0.5 * radial_integral(&kernel, |r| kernel.gradient_factor(r) * r * r);
@@ -133,7 +135,7 @@ mod tests {
 
     #[test]
     fn gradient_factor_is_the_derivative_of_the_value() {
-        let kernel = CubicSpline::new(0.7);
+        let kernel = CubicSpline::<Plane>::new(0.7);
         for k in 1..140 {
             let r = 0.01 * f64::from(k);
             let step = 1e-6;
@@ -145,7 +147,7 @@ mod tests {
 
     #[test]
     fn kernel_vanishes_at_and_beyond_the_support_radius() {
-        let kernel = CubicSpline::new(0.5);
+        let kernel = CubicSpline::<Plane>::new(0.5);
         for r in [1.0, 1.1, 5.0] {
             assert_eq!(kernel.value(r), 0.0);
             assert_eq!(kernel.gradient_factor(r), 0.0);
@@ -156,7 +158,7 @@ mod tests {
     fn lattice_moment_matches_the_measured_table() {
         // 1/M − 1 in percent, shared numerics table for the cubic spline.
         for (ratio, percent) in [(1.0, -1.29), (1.1, 0.34), (1.3, -1.04), (1.5, -0.67), (2.0, 0.09)] {
-            let moment = CubicSpline::new(ratio).lattice_moment(1.0);
+            let moment = CubicSpline::<Plane>::new(ratio).lattice_moment(1.0);
             assert!((100.0 * (1.0 / moment - 1.0) - percent).abs() < 0.006, "h/dx = {ratio}");
         }
     }

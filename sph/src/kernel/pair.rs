@@ -1,8 +1,9 @@
 //! The gradient of the cubic spline for four pairs at a time.
 
 use super::shape::Slope;
-use super::{CubicSpline, SMALLEST_RATIO, normalised};
+use super::{CubicSpline, SMALLEST_RATIO};
 use crate::lanes::Lanes;
+use crate::space::Space;
 
 /// The gradient of the cubic spline, Eq. (11) for four pairs at a time.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -13,9 +14,9 @@ pub struct PairKernel {
 
 impl PairKernel {
     /// The gradient of `kernel` times `scale`, which is 1/M where the lattice moment M corrects it.
-    pub fn new(kernel: &CubicSpline, scale: f64) -> Self {
+    pub fn new<S: Space>(kernel: &CubicSpline<S>, scale: f64) -> Self {
         let inverse_h = 1.0 / kernel.smoothing_length();
-        let norm = normalised(scale) * inverse_h.powi(4);
+        let norm = S::kernel_normalised(scale) * inverse_h.powi(S::DIMENSIONS as i32 + 2);
         Self { inverse_h, norm }
     }
 
@@ -58,6 +59,7 @@ impl<L: Lanes> KernelLanes<L> {
 mod tests {
     use super::*;
     use crate::lanes::{Arithmetic, LanePass, WIDTH};
+    use crate::space::Plane;
 
     /// (dW/dr)/r at four distances.
     struct Factor(PairKernel, [f64; WIDTH]);
@@ -73,7 +75,7 @@ mod tests {
 
     #[test]
     fn the_branchless_gradient_is_that_of_the_kernel() {
-        let kernel = CubicSpline::new(0.036);
+        let kernel = CubicSpline::<Plane>::new(0.036);
         for (arithmetic, k) in Arithmetic::all().flat_map(|arithmetic| (0..300).map(move |k| (arithmetic, k)))
         {
             let r = 3e-4 * f64::from(k);

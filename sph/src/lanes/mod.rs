@@ -4,6 +4,7 @@
 //! instructions of one arithmetic path. Each path gives the same bits wherever and on however many threads it runs;
 //! two paths differ in round-off, since one of them fuses products with sums.
 
+use std::fmt::Debug;
 use std::ops::{Add, Div, Mul, Sub};
 use std::sync::OnceLock;
 
@@ -22,7 +23,15 @@ pub const WIDTH: usize = 4;
 
 /// A real number, or one for each of [`WIDTH`] particles: what laws are written over.
 pub trait Real:
-    Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self>
+    Copy
+    + Debug
+    + Send
+    + Sync
+    + 'static
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
 {
     /// Zero.
     fn zero() -> Self;

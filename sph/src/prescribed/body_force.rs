@@ -2,13 +2,18 @@
 
 use crate::expression::{ComponentError, Expression};
 use crate::setup::BodyForce;
-use crate::space::Vector;
+use crate::space::tensors::SpaceVector;
+use crate::space::{Plane, Space};
+
+/// Most variables of an expression: three coordinates and the time.
+const MOST_VARIABLES: usize = 4;
 
 /// Constant gravity plus, where a scene names them, expressions of `x`, `y` \[m\] and `t` \[s\].
 #[derive(Clone, Debug, PartialEq)]
-pub struct BodyForceField {
-    gravity: Vector,
-    expressions: Option<[Expression; 2]>,
+pub struct BodyForceField<S: Space = Plane> {
+    gravity: S::Vector,
+    /// One for each axis, or none.
+    expressions: Vec<Expression>,
 }
 
 impl BodyForceField {
@@ -20,7 +25,7 @@ impl BodyForceField {
     /// # Errors
     /// When a text is no expression of `x`, `y`, `t`.
     pub fn new(body_force: &BodyForce) -> Result<Self, ComponentError> {
-        let mut field = Self { gravity: body_force.gravity, expressions: None };
+        let mut field = Self { gravity: body_force.gravity, expressions: Vec::new() };
         let Some(texts) = &body_force.expressions else { return Ok(field) };
         let parse = |component, text: &str| {
             let text = if text.trim().is_empty() { "0" } else { text };
@@ -28,81 +33,85 @@ impl BodyForceField {
         };
         let [x, y] = [parse("body force x", &texts[0])?, parse("body force y", &texts[1])?];
         if (x.constant(), y.constant()) != (Some(0.0), Some(0.0)) {
-            field.expressions = Some([x, y]);
+            field.expressions = vec![x, y];
         }
         Ok(field)
     }
+}
 
+impl<S: Space> BodyForceField<S> {
     /// A field of gravity alone \[m/s²\].
-    pub fn uniform(gravity: Vector) -> Self {
-        Self { gravity, expressions: None }
+    pub fn uniform(gravity: S::Vector) -> Self {
+        Self { gravity, expressions: Vec::new() }
     }
 
     /// The constant part \[m/s²\].
-    pub fn gravity(&self) -> Vector {
+    pub fn gravity(&self) -> S::Vector {
         self.gravity
     }
 
     /// Whether the acceleration is the constant part everywhere and always.
     pub fn is_uniform(&self) -> bool {
-        self.expressions.is_none()
+        self.expressions.is_empty()
     }
 
     /// The field at `time` \[s\], for use with many positions: what does not depend on them is evaluated here.
-    pub fn at(&self, time: f64) -> BodyForceAt<'_> {
-        match &self.expressions {
-            Some(expressions) if expressions.iter().any(|e| e.uses(0) || e.uses(1)) => {
-                BodyForceAt::Varying { gravity: self.gravity, expressions, time }
-            }
-            _ => BodyForceAt::Uniform(self.acceleration(&Vector::zeros(), time)),
+    pub fn at(&self, time: f64) -> BodyForceAt<'_, S> {
+        let varies = |e: &Expression| (0..S::DIMENSIONS).any(|axis| e.uses(axis));
+        if self.expressions.iter().any(varies) {
+            BodyForceAt::Varying { field: self, time }
+        } else {
+            BodyForceAt::Uniform(self.acceleration(&S::Vector::zeros(), time))
         }
     }
 
     /// Acceleration \[m/s²\] at `position` \[m\] and `time` \[s\].
     #[inline]
-    pub fn acceleration(&self, position: &Vector, time: f64) -> Vector {
-        match &self.expressions {
-            None => self.gravity,
-            Some(expressions) => sum(&self.gravity, expressions, position, time),
+    pub fn acceleration(&self, position: &S::Vector, time: f64) -> S::Vector {
+        let mut acceleration = self.gravity;
+        if self.is_uniform() {
+            return acceleration;
         }
+        let mut values = [time; MOST_VARIABLES];
+        for axis in 0..S::DIMENSIONS {
+            values[axis] = position[axis];
+        }
+        for (axis, expression) in self.expressions.iter().enumerate() {
+            acceleration[axis] += expression.eval(&values[..=S::DIMENSIONS]);
+        }
+        acceleration
     }
 }
 
 /// A body force at one time; the same bits as [`BodyForceField::acceleration`].
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum BodyForceAt<'a> {
+pub enum BodyForceAt<'a, S: Space = Plane> {
     /// The same acceleration everywhere \[m/s²\].
-    Uniform(Vector),
+    Uniform(S::Vector),
     /// An acceleration that depends on the position.
     Varying {
-        /// Constant part \[m/s²\].
-        gravity: Vector,
-        /// What is added to it \[m/s²\].
-        expressions: &'a [Expression; 2],
+        /// The field.
+        field: &'a BodyForceField<S>,
         /// Time \[s\].
         time: f64,
     },
 }
 
-impl BodyForceAt<'_> {
+impl<S: Space> BodyForceAt<'_, S> {
     /// Acceleration \[m/s²\] at `position` \[m\].
     #[inline]
-    pub fn acceleration(&self, position: &Vector) -> Vector {
+    pub fn acceleration(&self, position: &S::Vector) -> S::Vector {
         match self {
             Self::Uniform(acceleration) => *acceleration,
-            Self::Varying { gravity, expressions, time } => sum(gravity, expressions, position, *time),
+            Self::Varying { field, time } => field.acceleration(position, *time),
         }
     }
-}
-
-fn sum(gravity: &Vector, [x, y]: &[Expression; 2], position: &Vector, time: f64) -> Vector {
-    let values = [position.x, position.y, time];
-    gravity + Vector::new(x.eval(&values), y.eval(&values))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::space::Vector;
 
     fn field(x: &str, y: &str) -> BodyForceField {
         let expressions = Some([x.to_owned(), y.to_owned()]);

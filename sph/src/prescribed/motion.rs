@@ -2,7 +2,7 @@
 
 use crate::expression::{ComponentError, Derivatives, Expression};
 use crate::setup::Motion;
-use crate::space::Vector;
+use crate::space::{Plane, Space, Vector};
 
 /// A prescribed rigid motion: x = pivot + R(a)·(X − pivot) + d, with a(t) and d(t) given by expressions.
 ///
@@ -16,31 +16,22 @@ pub struct RigidMotion {
 
 /// A rigid motion at one time; evaluates any number of positions cheaply.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct MotionState {
-    pivot: Vector,
-    displacement: Vector,
-    displacement_rate: Vector,
-    displacement_acceleration: Vector,
-    rotation: Option<Rotation>,
+pub struct MotionState<S: Space = Plane> {
+    pivot: S::Vector,
+    displacement: S::Vector,
+    displacement_rate: S::Vector,
+    displacement_acceleration: S::Vector,
+    rotation: Option<Rotation<S>>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Rotation {
-    sine: f64,
-    cosine: f64,
-    rate: f64,
-    acceleration: f64,
-}
-
-impl Rotation {
-    fn apply(&self, v: &Vector) -> Vector {
-        Vector::new(self.cosine * v.x - self.sine * v.y, self.sine * v.x + self.cosine * v.y)
-    }
-}
-
-/// `v` turned by a right angle counter-clockwise: ω × v = ω · `turned(v)`.
-fn turned(v: &Vector) -> Vector {
-    Vector::new(-v.y, v.x)
+struct Rotation<S: Space> {
+    /// R.
+    matrix: S::Tensor,
+    /// ω \[rad/s\].
+    rate: S::Spin,
+    /// ω̇ \[rad/s²\].
+    acceleration: S::Spin,
 }
 
 impl RigidMotion {
@@ -75,8 +66,7 @@ impl RigidMotion {
         let [x, y] = [derivatives(&self.displacement[0]), derivatives(&self.displacement[1])];
         let rotation = self.angle.as_ref().map(|angle| {
             let a = angle.derivatives(&[time], 0);
-            let (sine, cosine) = a.value.sin_cos();
-            Rotation { sine, cosine, rate: a.first, acceleration: a.second }
+            Rotation { matrix: Plane::rotation_matrix(a.value), rate: a.first, acceleration: a.second }
         });
         MotionState {
             pivot: self.pivot,
@@ -108,41 +98,39 @@ impl RigidMotion {
     }
 }
 
-impl MotionState {
+impl<S: Space> MotionState<S> {
     /// Position x = pivot + R·(X − pivot) + d \[m\] of the point `start` X \[m\].
-    pub fn position(&self, start: &Vector) -> Vector {
+    pub fn position(&self, start: &S::Vector) -> S::Vector {
         match &self.rotation {
-            None => start + self.displacement,
-            Some(rotation) => self.pivot + rotation.apply(&(start - self.pivot)) + self.displacement,
+            None => *start + self.displacement,
+            Some(rotation) => self.pivot + rotation.matrix * (*start - self.pivot) + self.displacement,
         }
     }
 
     /// Velocity ω × r + ḋ \[m/s\] of the point `start` X \[m\], with r = R·(X − pivot).
-    pub fn velocity(&self, start: &Vector) -> Vector {
+    pub fn velocity(&self, start: &S::Vector) -> S::Vector {
         match &self.rotation {
             None => self.displacement_rate,
-            Some(rotation) => {
-                let r = rotation.apply(&(start - self.pivot));
-                turned(&r) * rotation.rate + self.displacement_rate
+            Some(Rotation { matrix, rate, .. }) => {
+                S::spin_cross(*rate, &(*matrix * (*start - self.pivot))) + self.displacement_rate
             }
         }
     }
 
-    /// Acceleration ω̇ × r − ω² r + d̈ \[m/s²\] of the point `start` X \[m\], with r = R·(X − pivot).
-    pub fn acceleration(&self, start: &Vector) -> Vector {
+    /// Acceleration ω̇ × r + ω × (ω × r) + d̈ \[m/s²\] of the point `start` X \[m\], with r = R·(X − pivot).
+    pub fn acceleration(&self, start: &S::Vector) -> S::Vector {
         match &self.rotation {
             None => self.displacement_acceleration,
-            Some(rotation) => {
-                let r = rotation.apply(&(start - self.pivot));
-                turned(&r) * rotation.acceleration - r * rotation.rate.powi(2)
-                    + self.displacement_acceleration
+            Some(Rotation { matrix, rate, acceleration }) => {
+                let r = *matrix * (*start - self.pivot);
+                S::spin_cross(*acceleration, &r) + S::centripetal(*rate, &r) + self.displacement_acceleration
             }
         }
     }
 
     /// A direction of the undisplaced body as it points now.
-    pub fn rotate(&self, direction: &Vector) -> Vector {
-        self.rotation.as_ref().map_or(*direction, |rotation| rotation.apply(direction))
+    pub fn rotate(&self, direction: &S::Vector) -> S::Vector {
+        self.rotation.as_ref().map_or(*direction, |rotation| rotation.matrix * *direction)
     }
 }
 

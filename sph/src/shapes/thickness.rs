@@ -27,8 +27,8 @@ pub fn local_thickness(shape: &Shape, points: &[Vector], spacing: f64, limit: f6
     let radii: Vec<f64> = centres.par_iter().map(|x| radius(x).min(largest)).collect();
     let targets: Vec<Vector> = near(0.0).map(|(x, _)| *x).collect();
     let reach = largest + half;
-    let domain = Domain { lower: Vector::zeros(), upper: Vector::zeros(), periodic: [false; 2] };
-    let list = CellGrid::new(&domain, &centres, reach).list(&domain, &targets, &centres, reach, false);
+    let domain: Domain = Domain { lower: Vector::zeros(), upper: Vector::zeros(), periodic: [false; 2] };
+    let list = CellGrid::new(&domain, &centres, reach).list(&domain, &targets, &centres, reach);
     let mut of_targets = targets.iter().enumerate().map(|(k, x)| {
         let discs = list.of(k).iter().map(|disc| (centres[*disc as usize], radii[*disc as usize]));
         // The tolerance keeps discs that just reach a cell's centre.

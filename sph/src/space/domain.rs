@@ -2,36 +2,40 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::space::{DIMENSIONS, Vector};
+use crate::space::{Plane, Space};
 
 /// Axis-aligned box of the scene \[m\] with its periodic directions.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Domain {
+#[serde(bound(
+    serialize = "S::Of<bool>: Serialize",
+    deserialize = "S::Of<bool>: serde::de::DeserializeOwned"
+))]
+pub struct Domain<S: Space = Plane> {
     /// Lower corner \[m\].
-    pub lower: Vector,
+    pub lower: S::Vector,
     /// Upper corner \[m\].
-    pub upper: Vector,
+    pub upper: S::Vector,
     /// Directions in which the scene repeats with period `upper − lower`.
-    pub periodic: [bool; DIMENSIONS],
+    pub periodic: S::Of<bool>,
 }
 
-impl Domain {
+impl<S: Space> Domain<S> {
     /// Edge lengths \[m\].
-    pub fn size(&self) -> Vector {
+    pub fn size(&self) -> S::Vector {
         self.upper - self.lower
     }
 
     /// Whether any direction is periodic.
     pub fn is_periodic(&self) -> bool {
-        self.periodic.iter().any(|p| *p)
+        (0..S::DIMENSIONS).any(|axis| self.periodic[axis])
     }
 
     /// Separation x_i − x_j \[m\] of the nearest images.
     ///
     /// Valid for positions at most half a period outside the box.
     #[inline]
-    pub fn separation(&self, x_i: &Vector, x_j: &Vector) -> Vector {
-        let mut d = x_i - x_j;
+    pub fn separation(&self, x_i: &S::Vector, x_j: &S::Vector) -> S::Vector {
+        let mut d = *x_i - *x_j;
         if self.is_periodic() {
             self.fold(&mut d);
         }
@@ -39,8 +43,8 @@ impl Domain {
     }
 
     /// Takes the nearest image of a separation; apart, so that open boxes pay one look.
-    fn fold(&self, d: &mut Vector) {
-        for axis in 0..DIMENSIONS {
+    fn fold(&self, d: &mut S::Vector) {
+        for axis in 0..S::DIMENSIONS {
             if self.periodic[axis] {
                 let period = self.upper[axis] - self.lower[axis];
                 d[axis] -= period * (d[axis] / period).round();
@@ -50,12 +54,12 @@ impl Domain {
 
     /// `position` moved back into the box along periodic directions.
     #[inline]
-    pub fn wrapped(&self, position: &Vector) -> Vector {
+    pub fn wrapped(&self, position: &S::Vector) -> S::Vector {
         let mut x = *position;
         if !self.is_periodic() {
             return x;
         }
-        for axis in 0..DIMENSIONS {
+        for axis in 0..S::DIMENSIONS {
             if self.periodic[axis] {
                 let period = self.upper[axis] - self.lower[axis];
                 x[axis] -= period * ((x[axis] - self.lower[axis]) / period).floor();
@@ -70,17 +74,16 @@ impl Domain {
 
     /// Whether `position` lies inside, periodic directions counting as inside.
     #[inline]
-    pub fn contains(&self, position: &Vector) -> bool {
+    pub fn contains(&self, position: &S::Vector) -> bool {
         // All comparisons and no jumps: nearly every position is inside.
-        let along = |axis: usize| {
-            self.periodic[axis]
-                | ((position[axis] >= self.lower[axis]) & (position[axis] <= self.upper[axis]))
-        };
-        along(0) & along(1)
+        (0..S::DIMENSIONS).fold(true, |inside, axis| {
+            let within = (position[axis] >= self.lower[axis]) & (position[axis] <= self.upper[axis]);
+            inside & (self.periodic[axis] | within)
+        })
     }
 
     /// Fixed point about which the ledger takes torques \[m\]: the centre of the box.
-    pub fn torque_origin(&self) -> Vector {
-        0.5 * (self.lower + self.upper)
+    pub fn torque_origin(&self) -> S::Vector {
+        (self.lower + self.upper) * 0.5
     }
 }

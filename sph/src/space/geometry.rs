@@ -1,91 +1,99 @@
 //! Separations of pairs of particles, to the nearest image in periodic boxes.
 
 use crate::lanes::Lanes;
-use crate::space::Vector;
 use crate::space::domain::Domain;
+use crate::space::tensors::SpaceVector;
+use crate::space::{Plane, Space};
 
 /// Nearest images; open and periodic boxes are different types, so that open ones pay nothing.
-pub trait Geometry: Copy + Send + Sync {
-    /// Difference of coordinates along `axis` \[m\], to the nearest image.
-    fn nearest<L: Lanes>(self, difference: L, axis: usize) -> L;
+pub trait Geometry<S: Space = Plane>: Copy + Send + Sync {
+    /// Difference of positions \[m\], to the nearest image.
+    fn nearest<L: Lanes>(self, difference: S::Of<L>) -> S::Of<L>;
 
     /// x_ij = x_i − x_j \[m\] of the nearest images.
-    fn separation(self, x_i: &Vector, x_j: &Vector) -> Vector;
+    fn separation(self, x_i: &S::Vector, x_j: &S::Vector) -> S::Vector;
 }
 
 /// A box without periodic directions.
 #[derive(Clone, Copy, Debug)]
 pub struct Open;
 
-impl Geometry for Open {
+impl<S: Space> Geometry<S> for Open {
     #[inline(always)]
-    fn nearest<L: Lanes>(self, difference: L, _axis: usize) -> L {
+    fn nearest<L: Lanes>(self, difference: S::Of<L>) -> S::Of<L> {
         difference
     }
 
     #[inline(always)]
-    fn separation(self, x_i: &Vector, x_j: &Vector) -> Vector {
-        x_i - x_j
+    fn separation(self, x_i: &S::Vector, x_j: &S::Vector) -> S::Vector {
+        *x_i - *x_j
     }
 }
 
 /// A box with periodic directions; positions lie less than half a period outside.
 #[derive(Clone, Copy, Debug)]
-pub struct Periodic {
-    period: [f64; 2],
+pub struct Periodic<S: Space = Plane> {
+    period: S::Vector,
     /// Half a period; infinite along open directions.
-    half: [f64; 2],
+    half: S::Vector,
 }
 
-impl Periodic {
+impl<S: Space> Periodic<S> {
     /// The periods of `domain`.
-    pub fn new(domain: &Domain) -> Self {
-        let size = domain.size();
-        let half = |axis: usize| if domain.periodic[axis] { 0.5 * size[axis] } else { f64::INFINITY };
-        Self { period: [size.x, size.y], half: [half(0), half(1)] }
+    pub fn new(domain: &Domain<S>) -> Self {
+        let (period, mut half) = (domain.size(), S::Vector::repeat(f64::INFINITY));
+        for axis in (0..S::DIMENSIONS).filter(|axis| domain.periodic[*axis]) {
+            half[axis] = 0.5 * period[axis];
+        }
+        Self { period, half }
     }
 }
 
-impl Geometry for Periodic {
+impl<S: Space> Geometry<S> for Periodic<S> {
     #[inline(always)]
-    fn nearest<L: Lanes>(self, difference: L, axis: usize) -> L {
-        let (half, period) = (L::splat(self.half[axis]), L::splat(self.period[axis]));
-        let d = half.choose_below(difference, difference - period, difference);
-        difference.choose_below(L::zero() - half, difference + period, d)
+    fn nearest<L: Lanes>(self, mut difference: S::Of<L>) -> S::Of<L> {
+        for axis in 0..S::DIMENSIONS {
+            let (half, period) = (L::splat(self.half[axis]), L::splat(self.period[axis]));
+            let along = difference[axis];
+            let d = half.choose_below(along, along - period, along);
+            difference[axis] = along.choose_below(L::zero() - half, along + period, d);
+        }
+        difference
     }
 
     #[inline(always)]
-    fn separation(self, x_i: &Vector, x_j: &Vector) -> Vector {
-        let d = x_i - x_j;
-        let nearest = |d: f64, axis: usize| {
+    fn separation(self, x_i: &S::Vector, x_j: &S::Vector) -> S::Vector {
+        let mut d = *x_i - *x_j;
+        for axis in 0..S::DIMENSIONS {
             let (half, period) = (self.half[axis], self.period[axis]);
-            if d > half {
-                d - period
-            } else if d < -half {
-                d + period
-            } else {
-                d
+            if d[axis] > half {
+                d[axis] -= period;
+            } else if d[axis] < -half {
+                d[axis] += period;
             }
-        };
-        Vector::new(nearest(d.x, 0), nearest(d.y, 1))
+        }
+        d
     }
 }
 
 #[cfg(test)]
 mod tests {
     use crate::lanes::{Arithmetic, LanePass, WIDTH};
+    use crate::space::Vector;
+    use crate::space::algebra::Algebra;
 
     use super::*;
 
-    /// Differences along an axis in a batch.
-    struct Nearest(Periodic, usize, [f64; WIDTH]);
+    /// Separations from four positions.
+    struct Nearest(Periodic, Vector, [Vector; WIDTH]);
 
     impl LanePass for Nearest {
-        type Output = [f64; WIDTH];
+        type Output = [[f64; WIDTH]; 2];
 
         #[inline(always)]
-        fn run<L: Lanes>(self) -> [f64; WIDTH] {
-            self.0.nearest(L::from_array(self.2), self.1).to_array()
+        fn run<L: Lanes>(self) -> [[f64; WIDTH]; 2] {
+            let (own, others) = (Plane::splat_vector::<L>(&self.1), Plane::lanes(self.2.each_ref()));
+            self.0.nearest(Plane::minus(own, others)).map(L::to_array)
         }
     }
 
@@ -98,10 +106,7 @@ mod tests {
         for (x, y) in [(-0.29, 0.1), (0.69, 0.4), (0.2, 0.0), (0.71, 0.9), (-0.31, 0.3)] {
             let x_i = Vector::new(x, y);
             for arithmetic in Arithmetic::all() {
-                let along = |axis: usize| {
-                    arithmetic.run(Nearest(geometry, axis, others.map(|other| x_i[axis] - other[axis])))
-                };
-                let (x, y) = (along(0), along(1));
+                let [x, y] = arithmetic.run(Nearest(geometry, x_i, others));
                 for (l, other) in others.iter().enumerate() {
                     let expected = domain.separation(&x_i, other);
                     assert_eq!(geometry.separation(&x_i, other), expected);

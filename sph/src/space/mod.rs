@@ -1,67 +1,118 @@
 //! Space: vectors and tensors, the domain and its periodic directions.
+//!
+//! Laws, neighbours and solvers are written over [`Space`]. The types without a parameter are those of the plane, for
+//! code that is of the plane still: case files, set-ups, the exchange, outputs.
 
+pub mod algebra;
 pub mod domain;
 pub mod geometry;
-pub mod principal;
+pub mod plane;
+pub mod tensors;
 
-use nalgebra::{Matrix2, Vector2};
-use serde::{Deserialize, Serialize};
+use std::fmt::Debug;
 
-/// Number of space dimensions.
-pub const DIMENSIONS: usize = 2;
+use algebra::Algebra;
+pub use plane::{Plane, SymmetricTensor};
+use tensors::{Linear, SpaceSymmetric, SpaceTensor, SpaceVector, Value};
 
-/// A vector in space; component 0 is x, component 1 is y (up).
-pub type Vector = Vector2<f64>;
+use crate::lanes::{Lanes, WIDTH};
 
-/// A full second-order tensor, row = first index.
-pub type Tensor = Matrix2<f64>;
+/// Number of dimensions of the plane.
+pub const DIMENSIONS: usize = Plane::DIMENSIONS;
+
+/// A vector of the plane; component 0 is x, component 1 is y (up).
+pub type Vector = nalgebra::Vector2<f64>;
+
+/// A full second-order tensor of the plane, row = first index.
+pub type Tensor = nalgebra::Matrix2<f64>;
+
+mod sealed {
+    pub trait Sealed {}
+
+    impl Sealed for super::Plane {}
+}
+
+/// A space that runs can be computed in.
+pub trait Space:
+    sealed::Sealed + Algebra + Copy + Default + Debug + PartialEq + Eq + Send + Sync + 'static
+{
+    /// Number of dimensions.
+    const DIMENSIONS: usize;
+
+    /// A vector.
+    type Vector: SpaceVector;
+    /// A second-order tensor, row = first index.
+    type Tensor: SpaceTensor<Self::Vector>;
+    /// A symmetric second-order tensor.
+    type SymmetricTensor: SpaceSymmetric<Self::Vector, Self::Tensor>;
+    /// An angular velocity, a torque or an angular momentum.
+    type Spin: Linear;
+    /// The orientation of a body.
+    type Rotation: Value;
+
+    /// `factor` over the integral of the unscaled kernel in units of h, see [`crate::kernel::shape::Spline`].
+    fn kernel_normalised(factor: f64) -> f64;
+
+    /// Volume of the cell of a particle in a lattice of `spacing` \[m\]: Δx² per depth in the plane.
+    fn cell_volume(spacing: f64) -> f64;
+
+    /// a × b.
+    fn cross(a: &Self::Vector, b: &Self::Vector) -> Self::Spin;
+
+    /// ω × r.
+    fn spin_cross(spin: Self::Spin, arm: &Self::Vector) -> Self::Vector;
+
+    /// ω × (ω × r).
+    fn centripetal(spin: Self::Spin, arm: &Self::Vector) -> Self::Vector;
+
+    /// R such that R·v is the vector `v` after the rotation.
+    fn rotation_matrix(rotation: Self::Rotation) -> Self::Tensor;
+
+    /// The vector of `components`.
+    fn vector(components: Self::Of<f64>) -> Self::Vector;
+
+    /// The components of `vector`.
+    fn components(vector: &Self::Vector) -> Self::Of<f64>;
+
+    /// The tensor of `components`.
+    fn symmetric_tensor(components: Self::Symmetric<f64>) -> Self::SymmetricTensor;
+
+    /// The components of `tensor`.
+    fn symmetric_components(tensor: &Self::SymmetricTensor) -> Self::Symmetric<f64>;
+
+    /// The tensor of `components`.
+    fn tensor(components: Self::Matrix<f64>) -> Self::Tensor;
+
+    /// The components of `tensor`.
+    fn tensor_components(tensor: &Self::Tensor) -> Self::Matrix<f64>;
+
+    /// `vector` in each lane.
+    fn splat_vector<L: Lanes>(vector: &Self::Vector) -> Self::Of<L>;
+
+    /// A vector for each lane.
+    fn lanes<L: Lanes>(vectors: [&Self::Vector; WIDTH]) -> Self::Of<L>;
+
+    /// A tensor for each lane.
+    fn tensor_lanes<L: Lanes>(tensors: [&Self::Matrix<f64>; WIDTH]) -> Self::Matrix<L>;
+
+    /// A symmetric tensor for each lane.
+    fn symmetric_lanes<L: Lanes>(tensors: [&Self::SymmetricTensor; WIDTH]) -> Self::Symmetric<L>;
+
+    /// Sums over the lanes of a vector and of two numbers.
+    fn sums_with<L: Lanes>(a: Self::Of<L>, numbers: [L; 2]) -> (Self::Of<f64>, [f64; 2]);
+
+    /// Sums over the lanes of two vectors.
+    fn vector_sums<L: Lanes>(a: Self::Of<L>, b: Self::Of<L>) -> [Self::Of<f64>; 2];
+
+    /// Sum over the lanes of a tensor.
+    fn matrix_sums<L: Lanes>(m: Self::Matrix<L>) -> Self::Matrix<f64>;
+
+    /// Sum over the lanes of a symmetric tensor.
+    fn symmetric_sums<L: Lanes>(m: Self::Symmetric<L>) -> Self::Symmetric<f64>;
+}
 
 /// z component of `a × b`.
 #[inline]
 pub fn cross(a: &Vector, b: &Vector) -> f64 {
-    a.x * b.y - a.y * b.x
-}
-
-/// A symmetric tensor in the plane, such as a stress \[Pa\].
-///
-/// The out-of-plane component is implied by the constitutive law (plane strain) and not stored.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct SymmetricTensor {
-    /// Component 11.
-    pub xx: f64,
-    /// Component 22.
-    pub yy: f64,
-    /// Component 12 = 21.
-    pub xy: f64,
-}
-
-impl SymmetricTensor {
-    /// The isotropic tensor `value · I`.
-    pub fn isotropic(value: f64) -> Self {
-        Self { xx: value, yy: value, xy: 0.0 }
-    }
-
-    /// Product with a vector.
-    #[inline]
-    pub fn dot(&self, v: &Vector) -> Vector {
-        Vector::new(self.xx * v.x + self.xy * v.y, self.xy * v.x + self.yy * v.y)
-    }
-
-    /// Sum of two tensors.
-    #[inline]
-    pub fn plus(&self, other: &Self) -> Self {
-        Self { xx: self.xx + other.xx, yy: self.yy + other.yy, xy: self.xy + other.xy }
-    }
-
-    /// The same with all components.
-    #[inline]
-    pub fn full(&self) -> Tensor {
-        Tensor::new(self.xx, self.xy, self.xy, self.yy)
-    }
-
-    /// Product with a number.
-    #[inline]
-    pub fn scaled(&self, factor: f64) -> Self {
-        Self { xx: self.xx * factor, yy: self.yy * factor, xy: self.xy * factor }
-    }
+    Plane::cross(a, b)
 }

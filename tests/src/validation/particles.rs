@@ -2,6 +2,7 @@
 
 use sph::kernel::CubicSpline;
 use sph::neighbours::CellGrid;
+use sph::space::Plane;
 use sph::space::Vector;
 use sph::space::domain::Domain;
 
@@ -18,11 +19,10 @@ pub fn pressure_noise(
     smoothing_length: f64,
     walls: impl Fn(&Vector) -> bool,
 ) -> f64 {
-    let kernel = CubicSpline::new(smoothing_length);
+    let kernel = CubicSpline::<Plane>::new(smoothing_length);
     let positions = &snapshot.position;
-    let list_to = |radius: f64| {
-        CellGrid::new(domain, positions, radius).list(domain, positions, positions, radius, false)
-    };
+    let list_to =
+        |radius: f64| CellGrid::new(domain, positions, radius).list(domain, positions, positions, radius);
     let near = list_to(2.0 * smoothing_length);
     let share = |i: usize, j: usize| {
         let r = domain.separation(&positions[i], &positions[j]).norm();
@@ -52,7 +52,7 @@ pub fn pressure_noise(
 /// Number of pieces that particles make of which two belong together when they are nearer than `reach` \[m\].
 pub fn pieces(positions: &[Vector], reach: f64) -> usize {
     let domain = domain_around(positions, reach);
-    let list = CellGrid::new(&domain, positions, reach).list(&domain, positions, positions, reach, true);
+    let list = CellGrid::new(&domain, positions, reach).list_among(&domain, positions, reach);
     let mut seen = vec![false; positions.len()];
     let mut count = 0;
     for start in 0..positions.len() {

@@ -47,7 +47,7 @@ impl<'a> Crowd<'a> {
             return seen;
         }
         let x = self.domain.wrapped(x);
-        for range in self.grid.ranges(self.grid.cell(&x)) {
+        for range in self.grid.ranges(self.grid.cell(&x)).iter().cloned() {
             for &j in &self.grid.order()[range] {
                 seen += 1;
                 let j = j as usize;

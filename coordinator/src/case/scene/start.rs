@@ -4,6 +4,7 @@ use sph::expression::Expression;
 use sph::kernel::CubicSpline;
 use sph::laws::equation_of_state::Tait;
 use sph::setup::{FluidParameters, GradientCorrection};
+use sph::space::Plane;
 use sph::space::Vector;
 
 use super::point_text;
@@ -128,7 +129,8 @@ impl Hydrostatics {
         let g = gravity.norm();
         let moment = match (lattice, constants.correction) {
             (HydrostaticLattice::Consistent, GradientCorrection::None) => {
-                CubicSpline::new(constants.smoothing_length()).lattice_moment(constants.particle_spacing)
+                CubicSpline::<Plane>::new(constants.smoothing_length())
+                    .lattice_moment(constants.particle_spacing)
             }
             _ => 1.0,
         };

@@ -3,6 +3,7 @@
 use sph::kernel::CubicSpline;
 use sph::laws::equation_of_state::Tait;
 use sph::setup::{ContactLaw, Formulation, InterfaceLaw, StepPolicy, WallCondition};
+use sph::space::Plane;
 use sph::space::Vector;
 use sph::space::domain::Domain;
 
@@ -73,7 +74,7 @@ open_sides = [\"top\"]
 fn imbalance(case: &Case, height: f64, moment: f64) -> f64 {
     let setup = case.fluid_setup().unwrap();
     let (c, particles) = (&setup.parameters, &setup.particles);
-    let kernel = CubicSpline::new(c.smoothing_length());
+    let kernel = CubicSpline::<Plane>::new(c.smoothing_length());
     let tait = Tait::new(c.rest_density, c.sound_speed, c.exponent);
     let domain: Domain = setup.run.domain;
     let distance = |k: usize| (particles.position[k] - Vector::new(0.015, height)).norm();
@@ -91,7 +92,7 @@ fn imbalance(case: &Case, height: f64, moment: f64) -> f64 {
 
 #[test]
 fn the_consistent_hydrostatic_start_is_at_rest_and_the_uniform_one_is_not() {
-    let moment = CubicSpline::new(1.2).lattice_moment(1.0);
+    let moment = CubicSpline::<Plane>::new(1.2).lattice_moment(1.0);
     let consistent = column("{ type = \"hydrostatic\", surface_m = 0.3 }", "lattice-moment");
     // Ten rows above the floor the sums see no wall. What is left: the lattice moment of slightly compressed rows.
     assert!(imbalance(&consistent, 0.03, moment).abs() < 4e-3, "{}", imbalance(&consistent, 0.03, moment));

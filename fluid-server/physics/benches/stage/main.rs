@@ -18,6 +18,7 @@ use sph::coupling::exchange::StateColumns;
 use sph::coupling::solver::Solver;
 use sph::coupling::stage::{Stage, StageTime, StepStage};
 use sph::kernel::CubicSpline;
+use sph::space::Plane;
 
 use scene::Settings;
 
@@ -220,7 +221,7 @@ fn group<'a>(criterion: &'a mut Criterion<CpuTime>, name: &str) -> BenchmarkGrou
 
 /// Kernel gradients one by one: a measure of the machine that no work on this code changes.
 fn fixed_kernel(criterion: &mut Criterion<CpuTime>) {
-    let kernel = CubicSpline::new(1.2);
+    let kernel = CubicSpline::<Plane>::new(1.2);
     let distances: Vec<f64> = (0..4096).map(|k| 2.4 * f64::from(k * 1021 % 4096) / 4096.0).collect();
     let mut group = group(criterion, "fixed");
     group.throughput(Throughput::Elements(4096));

@@ -1,9 +1,10 @@
 //! Repulsion of fluid particles by the faces of walls.
 
-use sph::space::Vector;
 use sph::space::geometry::Geometry;
+use sph::space::tensors::SpaceVector;
 
 use crate::neighbours::scene::Scene;
+use crate::system::packed_particle::{FluidSpace, Packed};
 use crate::system::walls::WallField;
 
 /// Repulsion \[m/s²\] of particle `i` by the faces of `wall`, or of all walls.
@@ -16,19 +17,19 @@ use crate::system::walls::WallField;
 /// one along a face, so that it is smooth; a particle at rest on the lattice (z = Δx) feels nothing. The pair forces
 /// vanish where a particle coincides with a wall particle, so that they alone can not hold a particle that has been
 /// pressed into the layer.
-pub fn wall_repulsion<G: Geometry>(
-    scene: &Scene<G>,
-    field: &WallField,
+pub fn wall_repulsion<S: FluidSpace, G: Geometry<S>>(
+    scene: &Scene<G, S>,
+    field: &WallField<S>,
     i: usize,
     wall: Option<u32>,
-) -> Vector {
+) -> S::Vector {
     let Scene { geometry, model, lists, fluid, walls } = *scene;
     if !model.wall_repulsion.acts() {
-        return Vector::zeros();
+        return S::Vector::zeros();
     }
     let spacing = model.constants.particle_spacing;
     let velocity = fluid[i].velocity();
-    let mut acceleration = Vector::zeros();
+    let mut acceleration = S::Vector::zeros();
     for w in lists.walls.neighbours(i) {
         let included = wall.is_none_or(|wall| model.walls.wall[w] == wall);
         // A wall particle without volume does not act.
@@ -38,14 +39,14 @@ pub fn wall_repulsion<G: Geometry>(
         let d = geometry.separation(&fluid[i].position(), &walls[w].position());
         let normal = &field.face_normal[w];
         let height = d.dot(normal);
-        let beside = (d - normal * height).norm() / spacing;
+        let beside = (d - *normal * height).norm() / spacing;
         // Deeper than a layer it is the next face that counts, such as the far side of a thin wall.
         if height >= model.wall_repulsion.distance() || height < -spacing || beside >= 1.0 {
             continue;
         }
         let leaving = (velocity - field.velocity[w]).dot(normal);
         let repulsion = model.wall_repulsion.acceleration(height, leaving);
-        acceleration += normal * ((1.0 - beside) * repulsion);
+        acceleration += *normal * ((1.0 - beside) * repulsion);
     }
     acceleration
 }

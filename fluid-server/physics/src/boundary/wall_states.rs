@@ -1,12 +1,13 @@
 //! The state of wall particles as the fluid sees it, Eq. (27)-(28).
 
 use rayon::prelude::*;
-use sph::space::Vector;
 use sph::space::geometry::Geometry;
+use sph::space::tensors::SpaceVector;
+use sph::space::{Plane, Space};
 
 use crate::neighbours::rows::Rows;
 use crate::system::model::FluidModel;
-use crate::system::packed_particle::PackedParticle;
+use crate::system::packed_particle::{FluidSpace, Packed};
 use crate::system::walls::WallField;
 
 /// Wall particles per task.
@@ -14,14 +15,14 @@ const TASK: usize = 64;
 
 /// The walls as the fluid sees them in one stage.
 #[derive(Clone, Debug, Default)]
-pub struct WallStates {
+pub struct WallStates<S: FluidSpace = Plane> {
     /// Kinematics.
-    pub field: WallField,
+    pub field: WallField<S>,
     /// State of each wall particle, zero volume where it does not act, and one more that never acts.
-    pub particles: Vec<PackedParticle>,
+    pub particles: Vec<S::Particle>,
 }
 
-impl WallStates {
+impl<S: FluidSpace> WallStates<S> {
     /// Fills the state of each wall particle from the fluid around it at `time` \[s\].
     ///
     /// ```text
@@ -32,19 +33,19 @@ impl WallStates {
     /// v_f is the Shepard mean of the fluid's velocity, a_w the known acceleration of a moving wall. A particle
     /// without fluid in its support, or of a released wall, does not act. The density follows the pressure down to
     /// the floor of [`sph::laws::equation_of_state::Tait::wall_density`].
-    pub fn extrapolate<G: Geometry>(
+    pub fn extrapolate<G: Geometry<S>>(
         &mut self,
         geometry: G,
-        model: &FluidModel,
+        model: &FluidModel<S>,
         fluid_of_walls: &Rows,
-        fluid: &[PackedParticle],
+        fluid: &[S::Particle],
         time: f64,
     ) {
         let Self { field, particles } = self;
         // The last one does not act: it pads batches of neighbours.
-        particles.resize(model.walls.len() + 1, PackedParticle::default());
+        particles.resize(model.walls.len() + 1, S::Particle::default());
         let rest_density = model.constants.rest_density;
-        let inactive = |x: &Vector| PackedParticle::new(x, &Vector::zeros(), rest_density, 0.0, 0.0);
+        let inactive = |x: &S::Vector| S::Particle::new(x, &S::Vector::zeros(), rest_density, 0.0, 0.0);
         particles[model.walls.len()] = inactive(&model.domain.lower);
         let body_force = model.body_force.at(time);
         let all = &mut particles[..model.walls.len()];
@@ -55,7 +56,7 @@ impl WallStates {
                 return;
             }
             let drive = body_force.acceleration(x) - field.acceleration[w];
-            let (mut weight, mut pressure, mut velocity) = (0.0, 0.0, Vector::zeros());
+            let (mut weight, mut pressure, mut velocity) = (0.0, 0.0, S::Vector::zeros());
             for j in fluid_of_walls.neighbours(w) {
                 let j = &fluid[j];
                 let d = geometry.separation(&particle.position(), &j.position());
@@ -65,20 +66,21 @@ impl WallStates {
                 velocity += j.velocity() * kernel;
             }
             if weight > 0.0 {
-                let velocity = mirrored(&(velocity / weight), &field.velocity[w], &field.mirror_normal[w]);
+                let velocity =
+                    mirrored::<S>(&(velocity / weight), &field.velocity[w], &field.mirror_normal[w]);
                 let pressure = pressure / weight;
                 let density = model.equation_of_state.wall_density(pressure);
-                *particle = PackedParticle::new(x, &velocity, density, pressure, model.walls.mass / density);
+                *particle = S::Particle::new(x, &velocity, density, pressure, model.walls.mass / density);
             }
         });
     }
 }
 
 /// Velocity of a wall particle toward the fluid, Eq. (27): mirrored along `normal`, or wholly where that is zero.
-pub fn mirrored(fluid: &Vector, wall: &Vector, normal: &Vector) -> Vector {
+pub fn mirrored<S: Space>(fluid: &S::Vector, wall: &S::Vector, normal: &S::Vector) -> S::Vector {
     if normal.norm_squared() > 0.0 {
-        fluid - normal * (2.0 * (fluid - wall).dot(normal))
+        *fluid - *normal * (2.0 * (*fluid - *wall).dot(normal))
     } else {
-        2.0 * wall - fluid
+        *wall * 2.0 - *fluid
     }
 }

@@ -4,9 +4,7 @@ use sph::kernel::shape::Spline;
 use sph::lanes::Real;
 
 use crate::system::model::FluidModel;
-
-/// R and n of the anti-pairing term R (W/W(Δx))ⁿ (Monaghan 2000).
-const PAIRING: f64 = 0.2;
+use crate::system::packed_particle::FluidSpace;
 
 /// The kernel ratio W/W(Δx) over s = r/h.
 #[derive(Clone, Copy, Debug)]
@@ -15,17 +13,17 @@ pub struct Ratio<R>(Spline<R>);
 impl<R: Real> Ratio<R> {
     /// The ratio of `model`'s kernel.
     #[inline(always)]
-    pub fn new(model: &FluidModel) -> Self {
+    pub fn new<S: FluidSpace>(model: &FluidModel<S>) -> Self {
         let c = &model.constants;
         let at_spacing = Spline::scaled(1.0).at(c.particle_spacing / c.smoothing_length());
         Self(Spline::scaled(1.0 / at_spacing))
     }
 
-    /// R (W(r)/W(Δx))⁴.
+    /// R (W(r)/W(Δx))⁴, R = `factor`.
     #[inline(always)]
-    pub fn pairing(&self, s: R) -> R {
+    pub fn pairing(&self, factor: f64, s: R) -> R {
         let ratio = self.0.at(s);
         let square = ratio * ratio;
-        R::splat(PAIRING) * (square * square)
+        R::splat(factor) * (square * square)
     }
 }

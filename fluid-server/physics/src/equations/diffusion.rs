@@ -5,6 +5,7 @@
 //! ```
 
 use sph::lanes::Real;
+use sph::space::Space;
 
 /// The first term of Eq. (19) \[kg/m³\] for 2ρ_i, ρ_j \[kg/m³\] and x_ij²/(x_ij² + λh²) = `share` \[-\] (Molteni & Colagrossi
 /// 2009).
@@ -15,12 +16,14 @@ pub fn plain<R: Real>(twice_density: R, other_density: R, share: R) -> R {
 
 /// `psi` with the second term of Eq. (19), for ∇ρ_i + ∇ρ_j = `gradients` \[kg/m⁴\] (Antuono et al. 2010).
 #[inline(always)]
-pub fn bracketed<R: Real>(psi: R, gradients: [R; 2], [x, y]: [R; 2]) -> R {
-    psi.minus_product(gradients[0], x).minus_product(gradients[1], y)
+pub fn bracketed<S: Space, R: Real>(psi: R, gradients: S::Of<R>, x: S::Of<R>) -> R {
+    S::minus_dot(psi, gradients, x)
 }
 
 #[cfg(test)]
 mod tests {
+    use sph::space::Plane;
+
     use super::*;
 
     #[test]
@@ -31,6 +34,6 @@ mod tests {
         let psi = plain(2.0 * rho_i, rho_j, 1.0);
         assert!((psi - 16.0).abs() < 1e-12);
         // Round-off of 2ρ.
-        assert!(bracketed(psi, gradient.map(|g| 2.0 * g), x).abs() < 1e-12);
+        assert!(bracketed::<Plane, _>(psi, gradient.map(|g| 2.0 * g), x).abs() < 1e-12);
     }
 }

@@ -8,6 +8,5 @@ pub mod diffusion;
 pub mod neighbour_sums;
 pub mod pair;
 pub mod stress;
-pub mod tensors;
 pub mod terms;
 pub mod viscosity;

@@ -2,29 +2,31 @@
 
 use sph::kernel::KernelLanes;
 use sph::lanes::Lanes;
-use sph::space::Vector;
+use sph::space::tensors::SpaceVector;
+use sph::space::{Plane, Space};
 
 use super::anti_pairing::Ratio;
-use super::tensors::{Matrix, Symmetric};
 use crate::neighbours::batch::NeighbourBatch;
+use crate::system::packed_particle::FluidSpace;
 
 /// Raw sums over the neighbours of one particle.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct NeighbourSums {
+#[derive(Clone, Copy, Debug)]
+pub struct NeighbourSums<S: Space = Plane> {
     /// Σ V_j (x_j − x_i) ⊗ ∇W \[-\], the inverse of L_i in Eq. (21).
-    pub moment: Symmetric,
+    pub moment: S::Symmetric<f64>,
     /// Σ V_j (ρ_j − ρ_i) ∇W \[kg/m⁴\].
-    pub density: [f64; 2],
+    pub density: S::Of<f64>,
     /// Σ V_j (v_j − v_i) ⊗ ∇W over own particles \[1/s\].
-    pub velocity: Matrix,
+    pub velocity: S::Matrix<f64>,
     /// The same over another owner's particles \[1/s\].
-    pub solid_velocity: Matrix,
-    /// Share of another owner's particles in the moments: ½ Σ V_j (x_j − x_i)·∇W over them \[-\].
+    pub solid_velocity: S::Matrix<f64>,
+    /// Share of another owner's particles in the mean moment: Σ V_j (x_j − x_i)·∇W/d over them, d the number of
+    /// dimensions \[-\].
     pub solid_share: f64,
     /// Σ V_j ∇W \[1/m\].
-    pub concentration: [f64; 2],
+    pub concentration: S::Of<f64>,
     /// Σ V_j R (W/W(Δx))⁴ ∇W \[1/m\].
-    pub pairing: [f64; 2],
+    pub pairing: S::Of<f64>,
     /// Largest |v_ij|² of fluid neighbours, fading out between h and 2h \[m²/s²\].
     pub square_speed: f64,
 }
@@ -70,27 +72,27 @@ pub struct SumKernel<L> {
 
 /// [`NeighbourSums`] being gathered, batch by batch.
 #[derive(Clone, Copy, Debug)]
-pub struct LaneSums<L> {
-    moment: [L; 3],
-    density: [L; 2],
-    velocity: [L; 4],
-    concentration: [L; 2],
-    pairing: [L; 2],
+pub struct LaneSums<S: Space, L: Lanes> {
+    moment: S::Symmetric<L>,
+    density: S::Of<L>,
+    velocity: S::Matrix<L>,
+    concentration: S::Of<L>,
+    pairing: S::Of<L>,
     square_speed: L,
 }
 
-impl<L: Lanes> LaneSums<L> {
+impl<S: FluidSpace, L: Lanes> LaneSums<S, L> {
     /// Sums over nothing.
     #[inline(always)]
     pub fn zero() -> Self {
-        let zero = L::zero();
+        let zero = S::splat(L::zero());
         Self {
-            moment: [zero; 3],
-            density: [zero; 2],
-            velocity: [zero; 4],
-            concentration: [zero; 2],
-            pairing: [zero; 2],
-            square_speed: zero,
+            moment: S::zero_symmetric(),
+            density: zero,
+            velocity: S::zero_matrix(),
+            concentration: zero,
+            pairing: zero,
+            square_speed: L::zero(),
         }
     }
 
@@ -100,119 +102,105 @@ impl<L: Lanes> LaneSums<L> {
         &mut self,
         law: &SumKernel<L>,
         rho: L,
-        batch: &NeighbourBatch<L>,
+        batch: &NeighbourBatch<S, L>,
         kind: NeighbourKind,
     ) {
-        let NeighbourBatch { x, y, square, v_x, v_y, density, volume, .. } = *batch;
+        let NeighbourBatch { x, square, v, density, volume, .. } = *batch;
         let (s, slope) = law.kernel.slope(square);
-        let weight = volume * slope / s;
-        let (weight_x, weight_y) = (weight * x, weight * y);
+        // V_j ∇W
+        let weighted = S::scaled(x, volume * slope / s);
         if W::MOMENTS {
-            let [xx, xy, yy] = &mut self.moment;
-            *xx = xx.minus_product(weight_x, x);
-            *xy = xy.minus_product(weight_x, y);
-            *yy = yy.minus_product(weight_y, y);
-            let difference = density - rho;
-            let [d_x, d_y] = &mut self.density;
-            *d_x = d_x.plus_product(difference, weight_x);
-            *d_y = d_y.plus_product(difference, weight_y);
+            self.moment = S::symmetric_minus_outer(self.moment, weighted, x);
+            self.density = S::plus_product(self.density, density - rho, weighted);
         }
         if W::VELOCITY {
             // v_j − v_i = −v_ij
-            let [xx, xy, yx, yy] = &mut self.velocity;
-            *xx = xx.minus_product(v_x, weight_x);
-            *xy = xy.minus_product(v_x, weight_y);
-            *yx = yx.minus_product(v_y, weight_x);
-            *yy = yy.minus_product(v_y, weight_y);
+            self.velocity = S::minus_outer(self.velocity, v, weighted);
         }
         if W::REGULARISATION {
-            let factor = law.ratio.pairing(s);
-            self.concentration = [self.concentration[0] + weight_x, self.concentration[1] + weight_y];
-            let [p_x, p_y] = &mut self.pairing;
-            *p_x = p_x.plus_product(factor, weight_x);
-            *p_y = p_y.plus_product(factor, weight_y);
+            self.concentration = S::plus(self.concentration, weighted);
+            self.pairing = S::plus_product(self.pairing, law.ratio.pairing(S::PAIRING, s), weighted);
             if kind == NeighbourKind::Fluid {
                 // 1 up to r = h, from there falling to 0 at 2h.
                 let nearness = (L::splat(2.0) - s).max(L::zero()).min(L::splat(1.0));
-                let square_speed = (v_x * v_x).plus_product(v_y, v_y);
-                self.square_speed = self.square_speed.max(nearness * nearness * square_speed);
+                self.square_speed = self.square_speed.max(nearness * nearness * S::dot(v, v));
             }
         }
     }
 
     /// The sums over all batches.
     #[inline(always)]
-    pub fn total<W: SumSelection>(&self) -> NeighbourSums {
+    pub fn total<W: SumSelection>(&self) -> NeighbourSums<S> {
         let mut sums = NeighbourSums::default();
         if W::MOMENTS {
-            let [a, b, c] = self.moment;
-            let [d, e] = self.density;
-            let [xx, xy, yy, d_x] = L::sums([a, b, c, d]);
-            sums.moment = [xx, xy, yy];
-            let [p_x, p_y] = self.pairing;
-            let [d_y, p_x, p_y, _] = L::sums([e, p_x, p_y, L::zero()]);
-            (sums.density, sums.pairing) = ([d_x, d_y], [p_x, p_y]);
+            sums.moment = S::symmetric_sums(self.moment);
+            [sums.density, sums.pairing] = S::vector_sums(self.density, self.pairing);
         }
         if W::VELOCITY {
-            sums.velocity = L::sums(self.velocity);
+            sums.velocity = S::matrix_sums(self.velocity);
         }
         if W::REGULARISATION {
-            let [x, y] = self.concentration;
-            let [x, y, _, _] = L::sums([x, y, L::zero(), L::zero()]);
-            sums.concentration = [x, y];
+            [sums.concentration, _] = S::vector_sums(self.concentration, S::splat(L::zero()));
             sums.square_speed = self.square_speed.to_array().into_iter().fold(0.0, f64::max);
         }
         sums
     }
 }
 
-impl NeighbourSums {
+impl<S: Space> Default for NeighbourSums<S> {
+    #[inline(always)]
+    fn default() -> Self {
+        Self {
+            moment: S::zero_symmetric(),
+            density: S::splat(0.0),
+            velocity: S::zero_matrix(),
+            solid_velocity: S::zero_matrix(),
+            solid_share: 0.0,
+            concentration: S::splat(0.0),
+            pairing: S::splat(0.0),
+            square_speed: 0.0,
+        }
+    }
+}
+
+impl<S: Space> NeighbourSums<S> {
     /// Adds one neighbour of another owner at separation `d` = x_ij \[m\], with `weight` = V_j (dW/dr)/r \[1/m²\],
     /// ρ_j − ρ_i \[kg/m³\], v_j − v_i \[m/s\] and the factor R (W/W(Δx))⁴.
-    pub fn add_pair(&mut self, d: &Vector, weight: f64, density: f64, velocity: &Vector, pairing: f64) {
-        let w = d * weight;
-        for (sum, term) in self.moment.iter_mut().zip([w.x * d.x, w.x * d.y, w.y * d.y]) {
-            *sum -= term;
-        }
-        self.solid_share -= 0.5 * w.dot(d);
-        let v = velocity;
-        add(&mut self.density, &[density * w.x, density * w.y]);
-        add(&mut self.solid_velocity, &[v.x * w.x, v.x * w.y, v.y * w.x, v.y * w.y]);
-        add(&mut self.concentration, &[w.x, w.y]);
-        add(&mut self.pairing, &[pairing * w.x, pairing * w.y]);
+    pub fn add_pair(&mut self, d: &S::Vector, weight: f64, density: f64, velocity: &S::Vector, pairing: f64) {
+        let weighted = *d * weight;
+        self.solid_share -= weighted.dot(d) / S::DIMENSIONS as f64;
+        let w = S::components(&weighted);
+        self.moment = S::symmetric_minus_outer(self.moment, w, S::components(d));
+        self.density = S::plus_product(self.density, density, w);
+        self.solid_velocity = S::plus_outer(self.solid_velocity, S::components(velocity), w);
+        self.concentration = S::plus(self.concentration, w);
+        self.pairing = S::plus_product(self.pairing, pairing, w);
     }
 
     /// Adds the sums over another owner's particles.
     pub fn merge(&mut self, other: &Self) {
-        add(&mut self.moment, &other.moment);
-        add(&mut self.density, &other.density);
-        add(&mut self.solid_velocity, &other.solid_velocity);
-        add(&mut self.concentration, &other.concentration);
-        add(&mut self.pairing, &other.pairing);
+        self.moment = S::symmetric_plus(self.moment, other.moment);
+        self.density = S::plus(self.density, other.density);
+        self.solid_velocity = S::matrix_plus(self.solid_velocity, other.solid_velocity);
+        self.concentration = S::plus(self.concentration, other.concentration);
+        self.pairing = S::plus(self.pairing, other.pairing);
         self.solid_share += other.solid_share;
     }
 
-    /// Half the trace of the moment matrix: 1 for complete and even neighbours \[-\].
+    /// Mean of the diagonal of the moment matrix: 1 for complete and even neighbours \[-\].
     pub fn mean_moment(&self) -> f64 {
-        0.5 * (self.moment[0] + self.moment[2])
+        S::symmetric_trace(self.moment) / S::DIMENSIONS as f64
     }
 
     /// Determinant of the moment matrix, and its inverse where that is not zero.
-    pub fn inverse(&self) -> (f64, Symmetric) {
-        let [xx, xy, yy] = self.moment;
-        let determinant = xx * yy - xy * xy;
-        let inverse = 1.0 / determinant;
-        (determinant, [yy * inverse, -xy * inverse, xx * inverse])
+    #[inline(always)]
+    pub fn inverse(&self) -> (f64, S::Symmetric<f64>) {
+        let determinant = S::symmetric_determinant(self.moment);
+        (determinant, S::symmetric_inverse(self.moment, determinant))
     }
 
     /// ∇v before correction, another owner's particles included \[1/s\].
-    pub fn velocity_gradient(&self) -> Matrix {
-        let mut gradient = self.velocity;
-        add(&mut gradient, &self.solid_velocity);
-        gradient
+    pub fn velocity_gradient(&self) -> S::Matrix<f64> {
+        S::matrix_plus(self.velocity, self.solid_velocity)
     }
-}
-
-fn add(own: &mut [f64], other: &[f64]) {
-    own.iter_mut().zip(other).for_each(|(a, b)| *a += b);
 }

@@ -3,13 +3,14 @@
 use sph::kernel::KernelLanes;
 use sph::lanes::Lanes;
 use sph::laws::artificial_viscosity::ArtificialViscosity;
-use sph::space::Vector;
+use sph::space::Space;
 
 use super::diffusion::{bracketed, plain};
 use super::terms::PairTerms;
 use super::viscosity::drag;
 use crate::neighbours::batch::NeighbourBatch;
 use crate::system::model::PairLaw;
+use crate::system::packed_particle::{FluidSpace, LaneMotion};
 
 /// [`PairLaw`] in lanes.
 #[derive(Clone, Copy, Debug)]
@@ -28,9 +29,9 @@ impl<L: Lanes> LawLanes<L> {
 
 /// Particle i of all pairs, the same in each lane.
 #[derive(Clone, Copy, Debug)]
-pub struct CentreParticle<L> {
-    /// x, y \[m\], v_x, v_y \[m/s\].
-    pub motion: [L; 4],
+pub struct CentreParticle<S: Space, L: Lanes> {
+    /// Position and velocity.
+    pub motion: LaneMotion<S, L>,
     /// ρ \[kg/m³\].
     pub density: L,
     /// 2ρ \[kg/m³\].
@@ -38,68 +39,68 @@ pub struct CentreParticle<L> {
     /// p with damper \[Pa\].
     pub pressure: L,
     /// ∇ρ of Eq. (20) \[kg/m⁴\].
-    pub density_gradient: [L; 2],
+    pub density_gradient: S::Of<L>,
     /// T = −σ·L \[Pa\].
-    pub tensor: [L; 4],
+    pub tensor: S::Matrix<L>,
     /// L_i of Eq. (21) in (17), or the unit matrix.
-    pub correction: [L; 3],
+    pub correction: S::Symmetric<L>,
 }
 
 /// Input of the viscous pair force for a batch; zero where there is none.
 #[derive(Clone, Copy, Debug)]
-pub struct PairViscosity<L> {
+pub struct PairViscosity<S: Space, L: Lanes> {
     /// μ_i + μ_j \[Pa s\].
     pub viscosity: L,
     /// The part of v_ij that viscosity resists \[m/s\].
-    pub relative_velocity: [L; 2],
+    pub relative_velocity: S::Of<L>,
 }
 
 /// Results of the gradient pass for a batch of neighbours.
 #[derive(Clone, Copy, Debug)]
-pub struct NeighbourData<L> {
+pub struct NeighbourData<S: Space, L: Lanes> {
     /// ∇ρ \[kg/m⁴\].
-    pub density_gradient: [L; 2],
+    pub density_gradient: S::Of<L>,
     /// T_j \[Pa\].
-    pub tensor: [L; 4],
+    pub tensor: S::Matrix<L>,
     /// Viscosity.
-    pub viscosity: PairViscosity<L>,
+    pub viscosity: PairViscosity<S, L>,
 }
 
-impl<L: Lanes> NeighbourData<L> {
+impl<S: Space, L: Lanes> NeighbourData<S, L> {
     /// Nothing.
     #[inline(always)]
     pub fn nothing() -> Self {
-        let zero = L::zero();
-        let viscosity = PairViscosity { viscosity: zero, relative_velocity: [zero; 2] };
-        Self { density_gradient: [zero; 2], tensor: [zero; 4], viscosity }
+        let zero = S::splat(L::zero());
+        let viscosity = PairViscosity { viscosity: L::zero(), relative_velocity: zero };
+        Self { density_gradient: zero, tensor: S::zero_matrix(), viscosity }
     }
 }
 
 /// The sums (17), (18) and (22) of one particle i, batch by batch.
 #[derive(Clone, Copy, Debug)]
-pub struct PairSums<L> {
+pub struct PairSums<S: Space, L: Lanes> {
     continuity: L,
     diffusion: L,
-    stress_divergence: [L; 2],
+    stress_divergence: S::Of<L>,
 }
 
 /// [`PairSums`] over all batches.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct PairTotals {
+pub struct PairTotals<S: Space> {
     /// Σ V_j v_ij·∇W \[1/s\].
     pub continuity: f64,
     /// Σ V_j ψ_ij·∇W \[kg/m⁵\].
     pub diffusion: f64,
     /// Σ V_j [T_i + T_j + ρ_i ρ_j Π_ij]·∇W \[Pa/m\]: −ρ_i times the acceleration.
-    pub stress_divergence: Vector,
+    pub stress_divergence: S::Vector,
 }
 
-impl<L: Lanes> PairSums<L> {
+impl<S: FluidSpace, L: Lanes> PairSums<S, L> {
     /// Sums over nothing.
     #[inline(always)]
     pub fn zero() -> Self {
         let zero = L::zero();
-        Self { continuity: zero, diffusion: zero, stress_divergence: [zero; 2] }
+        Self { continuity: zero, diffusion: zero, stress_divergence: S::splat(zero) }
     }
 
     /// Adds the neighbours of `batch`.
@@ -107,13 +108,13 @@ impl<L: Lanes> PairSums<L> {
     pub fn add<T: PairTerms>(
         &mut self,
         law: &LawLanes<L>,
-        own: &CentreParticle<L>,
-        batch: &NeighbourBatch<L>,
-        data: &NeighbourData<L>,
+        own: &CentreParticle<S, L>,
+        batch: &NeighbourBatch<S, L>,
+        data: &NeighbourData<S, L>,
     ) {
-        let NeighbourBatch { x, y, square, v_x, v_y, density, pressure, volume } = *batch;
+        let NeighbourBatch { x, square, v, density, pressure, volume } = *batch;
         let rho = own.density;
-        let approach = (v_x * x).plus_product(v_y, y);
+        let approach = S::dot(v, x);
 
         // One division for 1/s of the kernel, 1/(x² + λh²) and 1/(ρ_i + ρ_j).
         let (s, slope) = law.kernel.slope(square);
@@ -128,46 +129,36 @@ impl<L: Lanes> PairSums<L> {
         let twice_reduced = own.twice_density * density * (inverse * regularised);
         let viscosity = law.viscosity.pressure_over_density(approach * regular) * twice_reduced;
 
-        let [s_x, s_y] = &mut self.stress_divergence;
-        if T::TENSOR {
-            let t = |k: usize| own.tensor[k] + data.tensor[k];
-            *s_x = s_x.plus_product(weight, (t(0) * x).plus_product(t(1), y).plus_product(viscosity, x));
-            *s_y = s_y.plus_product(weight, (t(2) * x).plus_product(t(3), y).plus_product(viscosity, y));
+        let mut divergence = self.stress_divergence;
+        divergence = if T::TENSOR {
+            let stress = S::matrix_times(S::matrix_plus(own.tensor, data.tensor), x);
+            S::plus_product(divergence, weight, S::plus_product(stress, viscosity, x))
         } else {
-            let factor = weight * (own.pressure + pressure + viscosity);
-            *s_x = s_x.plus_product(factor, x);
-            *s_y = s_y.plus_product(factor, y);
-        }
+            S::plus_product(divergence, weight * (own.pressure + pressure + viscosity), x)
+        };
         if T::VISCOUS {
-            let [x, y] = drag(data.viscosity.viscosity, weight, data.viscosity.relative_velocity);
-            *s_x = *s_x + x;
-            *s_y = *s_y + y;
+            let PairViscosity { viscosity, relative_velocity } = data.viscosity;
+            divergence = S::plus(divergence, drag::<S, L>(viscosity, weight, relative_velocity));
         }
+        self.stress_divergence = divergence;
         if T::CONTINUITY {
-            let flux = if T::CORRECTION {
-                let l = &own.correction;
-                let (l_x, l_y) = ((l[0] * x).plus_product(l[1], y), (l[1] * x).plus_product(l[2], y));
-                (v_x * l_x).plus_product(v_y, l_y)
-            } else {
-                approach
-            };
+            let flux =
+                if T::CORRECTION { S::dot(v, S::symmetric_times(own.correction, x)) } else { approach };
             self.continuity = self.continuity.plus_product(weight, flux);
         }
 
         let mut psi = plain(own.twice_density, density, square * regular);
         if T::NEIGHBOUR_FIELDS {
-            let [g_x, g_y] = own.density_gradient;
-            let [g_xj, g_yj] = data.density_gradient;
-            psi = bracketed(psi, [g_x + g_xj, g_y + g_yj], [x, y]);
+            psi = bracketed::<S, L>(psi, S::plus(own.density_gradient, data.density_gradient), x);
         }
         self.diffusion = self.diffusion.plus_product(weight, psi);
     }
 
     /// The sums over all batches.
     #[inline(always)]
-    pub fn total(&self) -> PairTotals {
-        let [x, y] = self.stress_divergence;
-        let [continuity, diffusion, x, y] = L::sums([self.continuity, self.diffusion, x, y]);
-        PairTotals { continuity, diffusion, stress_divergence: Vector::new(x, y) }
+    pub fn total(&self) -> PairTotals<S> {
+        let (divergence, [continuity, diffusion]) =
+            S::sums_with(self.stress_divergence, [self.continuity, self.diffusion]);
+        PairTotals { continuity, diffusion, stress_divergence: S::vector(divergence) }
     }
 }

@@ -5,18 +5,14 @@
 //! knows the form.
 
 use sph::lanes::Lanes;
-use sph::space::Vector;
 use sph::space::geometry::Geometry;
+use sph::space::tensors::{SpaceSymmetric, SpaceVector};
 
 use crate::equations::neighbour_sums::NeighbourSums;
-use crate::equations::tensors::principal;
-use crate::neighbours::batch::{NeighbourBatch, gather_columns};
+use crate::neighbours::batch::NeighbourBatch;
 use crate::neighbours::rows::Rows;
 use crate::neighbours::scene::Scene;
-use crate::system::packed_particle::{NeighbourFields, PackedParticle};
-
-/// Smallest eigenvalue of the moment matrix below which a particle may lie at the free surface \[-\].
-const SURFACE_EIGENVALUE: f64 = 0.75;
+use crate::system::packed_particle::{FluidSpace, NeighbourFields, Packed};
 
 /// Offset of the flag of a particle at the surface from its eigenvalue, which lies within ±2 \[-\].
 const SURFACE_OFFSET: f64 = 16.0;
@@ -32,9 +28,13 @@ pub const NO_SURFACE_FLAG: f64 = 0.0;
 
 /// Surface flag of particle `i`.
 #[inline(always)]
-pub fn surface_flag<G: Geometry>(scene: &Scene<G>, i: usize, sums: &NeighbourSums) -> f64 {
-    let eigenvalue = principal(&sums.moment).minor;
-    if eigenvalue < SURFACE_EIGENVALUE && cone_is_empty(scene, i, sums) {
+pub fn surface_flag<S: FluidSpace, G: Geometry<S>>(
+    scene: &Scene<G, S>,
+    i: usize,
+    sums: &NeighbourSums<S>,
+) -> f64 {
+    let [_, eigenvalue] = S::symmetric_tensor(sums.moment).extremes();
+    if eigenvalue < S::SURFACE_EIGENVALUE && cone_is_empty(scene, i, sums) {
         eigenvalue - SURFACE_OFFSET
     } else {
         eigenvalue
@@ -44,17 +44,20 @@ pub fn surface_flag<G: Geometry>(scene: &Scene<G>, i: usize, sums: &NeighbourSum
 /// Whether no neighbour lies in the cone of half-angle 45° along −Σ V_j ∇W, which points out of the fluid.
 ///
 /// Distinguishes the surface from disorder inside, which lowers the eigenvalue too.
-fn cone_is_empty<G: Geometry>(scene: &Scene<G>, i: usize, sums: &NeighbourSums) -> bool {
+fn cone_is_empty<S: FluidSpace, G: Geometry<S>>(
+    scene: &Scene<G, S>,
+    i: usize,
+    sums: &NeighbourSums<S>,
+) -> bool {
     let Scene { geometry, model, lists, fluid, walls } = *scene;
-    let Some(outward) = (-Vector::from(sums.concentration)).try_normalize(NO_DIRECTION) else { return false };
+    let Some(outward) = (-S::vector(sums.concentration)).try_normalize(NO_DIRECTION) else { return false };
     let support = model.kernel.support_radius();
-    let outside = |other: &PackedParticle| {
+    let outside = |other: &S::Particle| {
         let d = geometry.separation(&other.position(), &fluid[i].position());
         let r = d.norm();
         r >= support || d.dot(&outward) < std::f64::consts::FRAC_1_SQRT_2 * r
     };
-    let all_outside =
-        |rows: &Rows, others: &[PackedParticle]| rows.neighbours(i).all(|j| outside(&others[j]));
+    let all_outside = |rows: &Rows, others: &[S::Particle]| rows.neighbours(i).all(|j| outside(&others[j]));
     all_outside(&lists.fluid, fluid) && all_outside(&lists.walls, walls)
 }
 
@@ -86,26 +89,25 @@ pub fn nearest_surface<L: Lanes>(nearest: L, flags: L, square: L) -> L {
 
 /// Unit normal out of the fluid, −∇λ: the eigenvalue falls toward the surface.
 #[inline(always)]
-pub fn outward<L: Lanes, G: Geometry>(
-    scene: &Scene<G>,
+pub fn outward<S: FluidSpace, L: Lanes, G: Geometry<S>>(
+    scene: &Scene<G, S>,
     i: usize,
-    neighbour_fields: &[NeighbourFields],
+    neighbour_fields: &[S::Fields],
     eigenvalue: f64,
-) -> Vector {
+) -> S::Vector {
     let Scene { geometry, model, lists, fluid, .. } = *scene;
-    let motion = L::splat_each(fluid[i].motion);
+    let motion = fluid[i].splat_motion();
     let (own, limit, offset) =
         (L::splat(eigenvalue), L::splat(LARGEST_SURFACE_FLAG), L::splat(SURFACE_OFFSET));
     let kernel = model.law.kernel.lanes();
-    let (mut x, mut y) = (L::zero(), L::zero());
+    let mut sum = S::splat(L::zero());
     for indices in lists.fluid.of(i) {
-        let batch = NeighbourBatch::gather(geometry, &motion, fluid, *indices);
-        let [_, flag, ..]: [L; 4] = gather_columns(*indices, neighbour_fields);
+        let batch = NeighbourBatch::<S, L>::gather(geometry, &motion, fluid, *indices);
+        let (_, flag, _) = S::Fields::lanes::<L>(indices.map(|j| &neighbour_fields[j as usize]));
         let other = flag.choose_below(limit, flag + offset, flag);
         let weight = batch.volume * kernel.gradient_factor(batch.square) * (other - own);
-        x = x.minus_product(weight, batch.x);
-        y = y.minus_product(weight, batch.y);
+        sum = S::minus_product(sum, weight, batch.x);
     }
-    let [x, y, ..] = L::sums([x, y, L::zero(), L::zero()]);
-    Vector::new(x, y).try_normalize(NO_DIRECTION).unwrap_or_else(Vector::zeros)
+    let [sum, _] = S::vector_sums(sum, S::splat(L::zero()));
+    S::vector(sum).try_normalize(NO_DIRECTION).unwrap_or_default()
 }

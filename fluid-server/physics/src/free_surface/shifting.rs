@@ -10,56 +10,47 @@
 
 use sph::lanes::Lanes;
 use sph::setup::OrderControl;
-use sph::space::Vector;
 use sph::space::geometry::Geometry;
+use sph::space::tensors::SpaceVector;
+use sph::space::{Plane, Space};
 
 use super::detection::{SurfaceFlag, outward, read_surface_flag};
 use crate::equations::neighbour_sums::NeighbourSums;
-use crate::equations::tensors::{Matrix, Symmetric};
 use crate::neighbours::scene::Scene;
 use crate::system::model::FluidModel;
-use crate::system::packed_particle::{NeighbourFields, PackedParticle};
-
-/// Smallest eigenvalue of the moment matrix below which a particle is spray: with so few neighbours a shift has no
-/// meaning \[-\].
-const SPRAY_EIGENVALUE: f64 = 0.3;
-
-/// k of p/(k ρ U_i²): up to 1 a particle is shifted in full, from 2 on not at all \[-\]. Such a pressure orders
-/// particles by itself, and the two would work against each other: shifting moves particles at constant density,
-/// pressure moves them back and changes it, so that fluid with pressure waves would contract.
-const ORDERED_BY_PRESSURE: f64 = 100.0;
-
-/// Largest tension −p that the tensile control removes, in ρ₀c₀² \[-\]. It is not conservative: the tension of a
-/// closing void would return as motion. Flows of a tenth of c₀ stay below a few thousandths.
-const LARGEST_TENSION: f64 = 1e-3;
+use crate::system::packed_particle::{FluidSpace, NeighbourFields, Packed};
 
 /// Sums of a particle that its regularisation needs.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct RegularisationSums {
+#[derive(Clone, Copy, Debug)]
+pub struct RegularisationSums<S: Space = Plane> {
     /// Σ V_j ∇W \[1/m\].
-    pub concentration: Vector,
+    pub concentration: S::Vector,
     /// Σ V_j [1 + R (W/W(Δx))⁴] ∇W \[1/m\].
-    shifting_gradient: Vector,
+    shifting_gradient: S::Vector,
     /// Largest relative speed of neighbours U_i \[m/s\].
     speed: f64,
     /// ∇v corrected by L_i; zero where too few neighbours define it \[1/s\].
-    velocity_gradient: Matrix,
+    velocity_gradient: S::Matrix<f64>,
 }
 
-impl RegularisationSums {
+impl<S: Space> Default for RegularisationSums<S> {
+    #[inline(always)]
+    fn default() -> Self {
+        let zero = S::Vector::zeros();
+        Self { concentration: zero, shifting_gradient: zero, speed: 0.0, velocity_gradient: S::zero_matrix() }
+    }
+}
+
+impl<S: Space> RegularisationSums<S> {
     /// Of the sums over the neighbours; `inverse` is L_i, where enough of them define it.
     #[inline(always)]
-    pub fn new(sums: &NeighbourSums, inverse: Option<Symmetric>) -> Self {
-        let velocity_gradient = inverse.map_or([0.0; 4], |[xx, xy, yy]| {
-            let v = &sums.velocity;
-            let row = |a: f64, b: f64| (a * xx + b * xy, a * xy + b * yy);
-            let ((a, b), (c, d)) = (row(v[0], v[1]), row(v[2], v[3]));
-            [a, b, c, d]
-        });
-        let concentration = Vector::from(sums.concentration);
+    pub fn new(sums: &NeighbourSums<S>, inverse: Option<S::Symmetric<f64>>) -> Self {
+        let velocity_gradient =
+            inverse.map_or(S::zero_matrix(), |l| S::matrix_times_symmetric(sums.velocity, l));
+        let concentration = S::vector(sums.concentration);
         Self {
             concentration,
-            shifting_gradient: concentration + Vector::from(sums.pairing),
+            shifting_gradient: concentration + S::vector(sums.pairing),
             speed: sums.square_speed.sqrt(),
             velocity_gradient,
         }
@@ -74,11 +65,11 @@ impl RegularisationSums {
 
 /// Regularisation of one particle.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Regularisation {
+pub struct Regularisation<S: Space = Plane> {
     /// Velocity by which the position is shifted \[m/s\].
-    pub shift: Vector,
+    pub shift: S::Vector,
     /// Acceleration by the tensile control and by the shift through a velocity gradient \[m/s²\].
-    pub acceleration: Vector,
+    pub acceleration: S::Vector,
 }
 
 /// Where a particle lies relative to the free surface.
@@ -95,18 +86,18 @@ enum Place {
 /// Shift and acceleration of particle `i`; `neighbour_fields` are those of all particles, `nearest` is r² of its
 /// nearest neighbour at the surface \[m²\].
 #[inline(always)]
-pub fn regularise<L: Lanes, G: Geometry>(
+pub fn regularise<S: FluidSpace, L: Lanes, G: Geometry<S>>(
     order: &OrderControl,
-    scene: &Scene<G>,
+    scene: &Scene<G, S>,
     i: usize,
-    neighbour_fields: &[NeighbourFields],
+    neighbour_fields: &[S::Fields],
     nearest: f64,
-    sums: &RegularisationSums,
-) -> Regularisation {
-    let [damper, flag, ..] = neighbour_fields[i];
-    let SurfaceFlag { at_surface, eigenvalue } = read_surface_flag(flag);
+    sums: &RegularisationSums<S>,
+) -> Regularisation<S> {
+    let fields = &neighbour_fields[i];
+    let SurfaceFlag { at_surface, eigenvalue } = read_surface_flag(fields.flag());
     let near = nearest < scene.model.kernel.support_radius().powi(2);
-    let place = if eigenvalue < SPRAY_EIGENVALUE {
+    let place = if eigenvalue < S::SPRAY_EIGENVALUE {
         Place::Alone
     } else if at_surface || near {
         Place::Surface
@@ -114,21 +105,20 @@ pub fn regularise<L: Lanes, G: Geometry>(
         Place::Inside
     };
     let fluid = &scene.fluid[i];
-    let share = shift_share(sums, fluid);
+    let share = shift_share::<S>(sums, fluid);
     let shift = if place == Place::Alone || share == 0.0 {
-        Vector::zeros()
+        S::Vector::zeros()
     } else {
         let normal = if place == Place::Surface {
-            outward::<L, G>(scene, i, neighbour_fields, eigenvalue)
+            outward::<S, L, G>(scene, i, neighbour_fields, eigenvalue)
         } else {
-            Vector::zeros()
+            S::Vector::zeros()
         };
         shift(order, scene.model, sums, &normal) * share
     };
-    let v = &sums.velocity_gradient;
-    let advection = Vector::new(v[0] * shift.x + v[1] * shift.y, v[2] * shift.x + v[3] * shift.y);
-    let largest_tension = LARGEST_TENSION * scene.model.bulk_modulus();
-    let pressure = (fluid.pressure() + damper).max(-largest_tension);
+    let advection = S::vector(S::matrix_times(sums.velocity_gradient, S::components(&shift)));
+    let largest_tension = S::LARGEST_TENSION * scene.model.bulk_modulus();
+    let pressure = (fluid.pressure() + fields.damper()).max(-largest_tension);
     Regularisation { shift, acceleration: tensile(order, sums, place, pressure, fluid.density()) + advection }
 }
 
@@ -139,21 +129,26 @@ pub fn regularise<L: Lanes, G: Geometry>(
 /// ```
 /// U_i is the largest relative speed of neighbours: rigid motion causes no shift. At the surface and near it the part
 /// along its normal is removed.
-fn shift(order: &OrderControl, model: &FluidModel, sums: &RegularisationSums, normal: &Vector) -> Vector {
+fn shift<S: FluidSpace>(
+    order: &OrderControl,
+    model: &FluidModel<S>,
+    sums: &RegularisationSums<S>,
+    normal: &S::Vector,
+) -> S::Vector {
     let RegularisationSums { speed, shifting_gradient, .. } = *sums;
     let scale = -order.shifting * 2.0 * model.constants.smoothing_length() * speed;
     let shift = shifting_gradient * scale;
-    (shift - normal * shift.dot(normal)).cap_magnitude(0.5 * speed)
+    (shift - *normal * shift.dot(normal)).cap_magnitude(0.5 * speed)
 }
 
 /// Share of the shift that a particle takes: none where pressure orders it.
 ///
 /// ```text
-/// min(1, (2 − p_i/(k ρ_i U_i²))₊),  k = [`ORDERED_BY_PRESSURE`]
+/// min(1, (2 − p_i/(k ρ_i U_i²))₊),  k = [`ORDERED_BY_PRESSURE`](crate::system::thresholds::Thresholds::ORDERED_BY_PRESSURE)
 /// ```
 #[inline(always)]
-fn shift_share(sums: &RegularisationSums, fluid: &PackedParticle) -> f64 {
-    let enough = ORDERED_BY_PRESSURE * fluid.density() * sums.speed * sums.speed;
+fn shift_share<S: FluidSpace>(sums: &RegularisationSums<S>, fluid: &S::Particle) -> f64 {
+    let enough = S::ORDERED_BY_PRESSURE * fluid.density() * sums.speed * sums.speed;
     // Without relative motion there is no shift either.
     if enough > 0.0 { (2.0 - fluid.pressure() / enough).clamp(0.0, 1.0) } else { 0.0 }
 }
@@ -163,15 +158,15 @@ fn shift_share(sums: &RegularisationSums, fluid: &PackedParticle) -> f64 {
 /// ```text
 /// 2 p_i/ρ_i Σ_j V_j ∇W                                                     Sun et al. 2018
 /// ```
-fn tensile(
+fn tensile<S: Space>(
     order: &OrderControl,
-    sums: &RegularisationSums,
+    sums: &RegularisationSums<S>,
     place: Place,
     pressure: f64,
     density: f64,
-) -> Vector {
+) -> S::Vector {
     if !order.tensile_control || pressure >= 0.0 || place != Place::Inside {
-        return Vector::zeros();
+        return S::Vector::zeros();
     }
     sums.concentration * (2.0 * pressure / density)
 }

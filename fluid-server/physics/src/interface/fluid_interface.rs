@@ -9,6 +9,7 @@ use sph::prescribed::body_force::BodyForceField;
 use sph::setup::{Coupling, FluidProbeKind, InterfaceLaw};
 use sph::space::domain::Domain;
 use sph::space::geometry::Geometry;
+use sph::space::{Plane, Space};
 
 use super::selection::InterfaceSelection;
 use crate::equations::anti_pairing::Ratio;
@@ -20,11 +21,9 @@ use crate::rates::gradient_pass::PartnerDensity;
 use crate::rates::gradients::Gradients;
 use crate::rates::particle_rates::{Rates, StagePart};
 use crate::system::model::FluidModel;
-use crate::system::packed_particle::PackedParticle;
+use crate::system::packed_particle::{NeighbourFields, PackedParticle};
 use crate::system::state::FluidState;
-
-/// Share of solids Σ V_s W around a fluid particle above which it counts as immersed: that at a solid's face \[-\].
-const IMMERSED_SHARE: f64 = 0.5;
+use crate::system::thresholds::Thresholds;
 
 /// Interface particles per task.
 const TASK: usize = 32;
@@ -119,7 +118,7 @@ impl FluidInterface {
             };
             self.interface.solids_near(f).map(weight).sum()
         };
-        self.immersed = (0..own.len()).map(|f| u32::from(share(f) > IMMERSED_SHARE)).sum();
+        self.immersed = (0..own.len()).map(|f| u32::from(share(f) > Plane::IMMERSED_SHARE)).sum();
     }
 
     /// Interface sums of the last evaluation.
@@ -219,7 +218,7 @@ impl FluidInterface {
                 };
                 let volume = dummy.mass / dummy.density;
                 let gradient_factor = model.gradient_scale * model.kernel.gradient_factor(r);
-                let pairing = ratio.pairing(r / model.constants.smoothing_length());
+                let pairing = ratio.pairing(Plane::PAIRING, r / model.constants.smoothing_length());
                 sums.add_pair(&d, volume * gradient_factor, density, &v_sf, pairing);
             }
         });
@@ -254,8 +253,7 @@ impl FluidInterface {
         density_rates.par_iter_mut().with_min_len(TASK).enumerate().for_each(|(k, rate)| {
             let rho = own.density[k];
             let gradient = if model.needs_density_gradient() {
-                let [.., x, y] = gradients.neighbour_fields[selection.members[k] as usize];
-                [x, y]
+                gradients.neighbour_fields[selection.members[k] as usize].density_gradient()
             } else {
                 [0.0; 2]
             };
@@ -269,7 +267,8 @@ impl FluidInterface {
                 continuity += weight * (own.velocity[k] - partner.velocity[s]).dot(&d);
                 let share = square / model.law.viscosity.regularised(square);
                 let psi = plain(2.0 * rho, dummy.density, share);
-                exchange += weight * bracketed(psi, gradient.map(|g| 2.0 * g), [d.x, d.y]);
+                exchange +=
+                    weight * bracketed::<Plane, f64>(psi, gradient.map(|g| 2.0 * g), Plane::components(&d));
             }
             *rate = flux * density_rate(rho, -continuity) + diffusion * exchange;
         });

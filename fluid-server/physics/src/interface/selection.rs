@@ -8,7 +8,7 @@ use sph::space::Vector;
 use sph::space::domain::Domain;
 
 use crate::system::list_limits::farthest;
-use crate::system::packed_particle::PackedParticle;
+use crate::system::packed_particle::{Packed, PackedParticle};
 use crate::system::state::FluidState;
 
 /// Edge of the boxes that describe the fluid's extent, in support radii.

@@ -2,7 +2,8 @@
 
 use rayon::prelude::*;
 use sph::neighbours::CellGrid;
-use sph::space::Vector;
+use sph::space::tensors::SpaceVector;
+use sph::space::{Plane, Space};
 
 /// Cells of a row of the grid that lie between particles without a bound on their distance beyond a cell: themselves,
 /// their neighbours and the next.
@@ -15,35 +16,35 @@ const WALL_RINGS: isize = RINGS + 1;
 const TASK: usize = 128;
 
 /// Displacements of the particles of each cell since the lists were built; buffers are reused.
-#[derive(Debug, Default)]
-pub struct Drift {
-    /// Columns and rows of cells.
-    counts: [usize; 2],
+#[derive(Debug)]
+pub struct Drift<S: Space = Plane> {
+    /// Number of cells along each axis.
+    counts: S::Of<usize>,
     /// Whether a wall particle is in the cell or within [`WALL_RINGS`] of it.
     near_wall: Vec<bool>,
     /// Box of the displacements in each cell \[m\]; inverted where it is empty.
-    boxes: Vec<Span>,
+    boxes: Vec<Span<S>>,
 }
 
 /// A box of displacements \[m\].
 #[derive(Clone, Copy, Debug)]
-struct Span {
-    lower: Vector,
-    upper: Vector,
+struct Span<S: Space> {
+    lower: S::Vector,
+    upper: S::Vector,
 }
 
-impl Span {
+impl<S: Space> Span<S> {
     fn empty() -> Self {
-        Self { lower: Vector::repeat(f64::INFINITY), upper: Vector::repeat(f64::NEG_INFINITY) }
+        Self { lower: S::Vector::repeat(f64::INFINITY), upper: S::Vector::repeat(f64::NEG_INFINITY) }
     }
 
-    fn add(&mut self, u: &Vector) {
+    fn add(&mut self, u: &S::Vector) {
         self.lower = self.lower.inf(u);
         self.upper = self.upper.sup(u);
     }
 
     fn is_empty(&self) -> bool {
-        self.lower.x > self.upper.x
+        self.lower[0] > self.upper[0]
     }
 
     /// Square of the largest difference between a displacement of this box and one of the other \[m²\].
@@ -59,35 +60,76 @@ impl Span {
 
 /// Input of [`Drift::approach`].
 #[derive(Clone, Copy, Debug)]
-pub struct Moved<'a> {
+pub struct Moved<'a, S: Space> {
     /// Positions \[m\], sorted by cells.
-    pub position: &'a [Vector],
+    pub position: &'a [S::Vector],
     /// Those when the lists were built \[m\].
-    pub origin: &'a [Vector],
+    pub origin: &'a [S::Vector],
     /// Velocities \[m/s\].
-    pub velocity: &'a [Vector],
+    pub velocity: &'a [S::Vector],
     /// Time for which the particles keep these velocities \[s\].
     pub ahead: f64,
 }
 
-impl Drift {
+impl<S: Space> Default for Drift<S> {
+    fn default() -> Self {
+        Self { counts: S::splat(0), near_wall: Vec::new(), boxes: Vec::new() }
+    }
+}
+
+/// Cells at most `rings` from the one at `place` along each axis, as far as they belong to `part`.
+fn around<S: Space>(
+    counts: S::Of<usize>,
+    place: S::Of<isize>,
+    rings: isize,
+    part: Part,
+) -> impl Iterator<Item = usize> {
+    let width = 2 * rings + 1;
+    let all = width.pow(S::DIMENSIONS as u32);
+    let first = match part {
+        Part::All => 0,
+        Part::Following => all / 2 + 1,
+    };
+    (first..all).filter_map(move |mut rest| {
+        let (mut cell, mut stride) = (0, 1);
+        for axis in 0..S::DIMENSIONS {
+            let (k, count) = (place[axis] + rest % width - rings, counts[axis].cast_signed());
+            if k < 0 || k >= count {
+                return None;
+            }
+            cell += k * stride;
+            rest /= width;
+            stride *= count;
+        }
+        Some(cell.cast_unsigned())
+    })
+}
+
+/// A part of the cells around one.
+#[derive(Clone, Copy, Debug)]
+enum Part {
+    /// All of them.
+    All,
+    /// Those of a larger index: each pair of cells once.
+    Following,
+}
+
+impl<S: Space> Drift<S> {
     /// Marks the cells of `grid` near the `walls` \[m\], which do not move.
-    pub fn place_walls(&mut self, grid: &CellGrid, walls: &[Vector]) {
+    pub fn place_walls(&mut self, grid: &CellGrid<S>, walls: &[S::Vector]) {
         self.counts = grid.counts();
-        let [columns, rows] = self.counts.map(usize::cast_signed);
         self.near_wall.clear();
-        self.near_wall.resize(self.counts[0] * self.counts[1], false);
+        self.near_wall.resize((0..S::DIMENSIONS).map(|axis| self.counts[axis]).product(), false);
         let mut last = None;
         for x in walls {
-            let [column, row] = grid.cell(x).place().map(|k| k as isize);
+            let cell = grid.cell(x);
             // Wall particles stand in rows: most have the cell of the one before.
-            if last.replace((column, row)) == Some((column, row)) {
+            if last.replace(cell) == Some(cell) {
                 continue;
             }
-            for y in (row - WALL_RINGS).max(0)..=(row + WALL_RINGS).min(rows - 1) {
-                for x in (column - WALL_RINGS).max(0)..=(column + WALL_RINGS).min(columns - 1) {
-                    self.near_wall[(y * columns + x).cast_unsigned()] = true;
-                }
+            let place = S::axes(|axis| cell.place()[axis] as isize);
+            for near in around::<S>(self.counts, place, WALL_RINGS, Part::All) {
+                self.near_wall[near] = true;
             }
         }
     }
@@ -98,7 +140,7 @@ impl Drift {
     /// in each other's lists were farther apart than that; they come within support only when their displacements
     /// differ by more than the skin. With three cells or more between them they would have to differ by more than a
     /// cell and the skin, which is for the caller to exclude.
-    pub fn approach(&mut self, grid: &CellGrid, moved: Moved<'_>) -> f64 {
+    pub fn approach(&mut self, grid: &CellGrid<S>, moved: Moved<'_, S>) -> f64 {
         let Self { counts, near_wall, boxes } = self;
         boxes.resize(near_wall.len(), Span::empty());
         let cells = boxes.par_iter_mut().with_min_len(TASK).enumerate();
@@ -116,20 +158,20 @@ impl Drift {
             span.largest_square_difference(span).max(toward_walls)
         });
         let within_cells = within_cells.reduce(|| 0.0, f64::max);
-        let [columns, rows] = counts.map(usize::cast_signed);
-        let boxes = &*boxes;
-        let between_cells = (0..rows * columns).into_par_iter().with_min_len(TASK).map(|cell| {
-            let span = &boxes[cell.cast_unsigned()];
+        let (boxes, counts) = (&*boxes, *counts);
+        let between_cells = (0..boxes.len()).into_par_iter().with_min_len(TASK).map(|cell| {
+            let span = &boxes[cell];
             if span.is_empty() {
                 return 0.0;
             }
-            let (row, column) = (cell / columns, cell % columns);
-            // Each pair once: to the right in the same row, and all of the rows above.
-            let right = (column + 1..=(column + RINGS).min(columns - 1)).map(|x| (row, x));
-            let above = (row + 1..=(row + RINGS).min(rows - 1)).flat_map(|y| {
-                ((column - RINGS).max(0)..=(column + RINGS).min(columns - 1)).map(move |x| (y, x))
+            let mut rest = cell;
+            let place = S::axes(|axis| {
+                let k = rest % counts[axis];
+                rest /= counts[axis];
+                k.cast_signed()
             });
-            let others = right.chain(above).map(|(y, x)| &boxes[(y * columns + x).cast_unsigned()]);
+            // Each pair once.
+            let others = around::<S>(counts, place, RINGS, Part::Following).map(|near| &boxes[near]);
             let others = others.filter(|other| !other.is_empty());
             others.map(|other| span.largest_square_difference(other)).fold(0.0, f64::max)
         });
@@ -138,6 +180,6 @@ impl Drift {
 
     /// Bytes in use.
     pub fn bytes(&self) -> usize {
-        self.near_wall.capacity() + size_of::<Span>() * self.boxes.capacity()
+        self.near_wall.capacity() + size_of::<Span<S>>() * self.boxes.capacity()
     }
 }

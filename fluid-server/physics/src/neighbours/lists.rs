@@ -3,8 +3,8 @@
 use rayon::prelude::*;
 use sph::coupling::stage::StageTime;
 use sph::neighbours::largest_displacement;
-use sph::space::Vector;
 use sph::space::geometry::{Geometry, Open, Periodic};
+use sph::space::{Plane, Vector};
 
 use super::drift::{Drift, Moved};
 use super::rows::{Order, Padding, Rows, Search, Sources};
@@ -12,13 +12,14 @@ use crate::system::list_limits::{
     LARGEST_STAGE_MOVE, PLANE_HALF_WIDTH, SKIN_BALANCE, Skins, farthest, skins,
 };
 use crate::system::model::FluidModel;
+use crate::system::packed_particle::FluidSpace;
 use crate::system::state::{FluidState, ListOrigin, Scratch, StepStart};
 use crate::system::tasks::TASK;
 use crate::system::walls::WallField;
 
 /// Lists of all pairs closer than support radius plus skin.
 #[derive(Debug)]
-pub struct Lists {
+pub struct Lists<S: FluidSpace = Plane> {
     /// Fluid neighbours of each fluid particle.
     pub fluid: Rows,
     /// Wall neighbours of each fluid particle.
@@ -26,26 +27,26 @@ pub struct Lists {
     /// Fluid neighbours of each wall particle.
     pub fluid_of_walls: Rows,
     /// Fluid by cells.
-    fluid_sources: Sources,
+    fluid_sources: Sources<S>,
     /// Walls by cells.
-    wall_sources: Sources,
+    wall_sources: Sources<S>,
     /// Memory for sorting.
     numbers: Vec<f64>,
     /// Positions of moving walls when the lists were built.
-    wall_origin: WallField,
+    wall_origin: WallField<S>,
     /// Fluid particles that could cross a wall before the next list build; only where no wall moves.
     near_walls: Vec<u32>,
     /// Whether each particle is one of them.
     is_near: Vec<bool>,
     /// Displacements by cell.
-    drift: Drift,
+    drift: Drift<S>,
     /// Lower bound of the unused part of the skin \[m\], where it is known.
     remaining_skin: Option<f64>,
     /// Whether the lists belong to the state's `list_origin`.
     current: bool,
 }
 
-impl Default for Lists {
+impl<S: FluidSpace> Default for Lists<S> {
     fn default() -> Self {
         Self {
             fluid: Rows::default(),

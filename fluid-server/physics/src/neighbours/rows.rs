@@ -3,9 +3,9 @@
 use rayon::prelude::*;
 use sph::lanes::{Arithmetic, LanePass, Lanes, WIDTH};
 use sph::neighbours::CellGrid;
-use sph::space::Vector;
 use sph::space::domain::Domain;
 use sph::space::geometry::Geometry;
+use sph::space::{Plane, Space};
 
 use crate::system::tasks::TASK;
 
@@ -52,26 +52,26 @@ pub enum Order {
 
 /// Sources in the order of their cells.
 #[derive(Debug, Default)]
-pub struct Sources {
+pub struct Sources<S: Space = Plane> {
     kept: Order,
-    grid: CellGrid,
+    grid: CellGrid<S>,
     /// Positions in that order \[m\], where the owner of the sources keeps another.
-    position: Vec<Vector>,
+    position: Vec<S::Vector>,
 }
 
-impl Sources {
+impl<S: Space> Sources<S> {
     /// No sources yet.
     pub fn new(kept: Order) -> Self {
         Self { kept, ..Self::default() }
     }
 
     /// Bins `positions` \[m\] for searches within `radius` \[m\].
-    pub fn bin(&mut self, domain: &Domain, positions: &[Vector], radius: f64) {
+    pub fn bin(&mut self, domain: &Domain<S>, positions: &[S::Vector], radius: f64) {
         self.grid.renew(domain, positions, radius);
     }
 
     /// Takes the positions \[m\] of the sources that were binned, unless their owner has sorted them.
-    pub fn place(&mut self, domain: &Domain, positions: &[Vector]) {
+    pub fn place(&mut self, domain: &Domain<S>, positions: &[S::Vector]) {
         let Self { kept, grid, position } = self;
         if *kept == Order::AsGiven {
             position.clear();
@@ -80,7 +80,7 @@ impl Sources {
     }
 
     /// The sources in the order of cells, of which `given` \[m\] are all, inside the box, where they are sorted.
-    fn placed<'a>(&'a self, given: &'a [Vector]) -> &'a [Vector] {
+    fn placed<'a>(&'a self, given: &'a [S::Vector]) -> &'a [S::Vector] {
         match self.kept {
             Order::AsGiven => &self.position,
             Order::ByCell => given,
@@ -88,13 +88,13 @@ impl Sources {
     }
 
     /// The cells.
-    pub fn grid(&self) -> &CellGrid {
+    pub fn grid(&self) -> &CellGrid<S> {
         &self.grid
     }
 
     /// Bytes in use, without the cells.
     pub fn bytes(&self) -> usize {
-        size_of::<Vector>() * self.position.capacity() + 8 * self.order().len()
+        size_of::<S::Vector>() * self.position.capacity() + 8 * self.order().len()
     }
 
     /// [`Sources::order`], and memory for as many numbers that is free until the next binning.
@@ -110,13 +110,13 @@ impl Sources {
 
 /// Parameters of a neighbour search.
 #[derive(Clone, Copy, Debug)]
-pub struct Search<'a, G> {
+pub struct Search<'a, G, S: Space = Plane> {
     /// Instructions.
     pub arithmetic: Arithmetic,
     /// Nearest images.
     pub geometry: G,
     /// The box.
-    pub domain: &'a Domain,
+    pub domain: &'a Domain<S>,
     /// Distance below which a source is a neighbour \[m\].
     pub radius: f64,
 }
@@ -162,12 +162,12 @@ impl Rows {
     ///
     /// With [`Padding::Target`] the targets are the sources, sorted by cells already. Neighbours follow each other by
     /// cell, then as in [`Sources::order`].
-    pub fn build<G: Geometry>(
+    pub fn build<S: Space, G: Geometry<S>>(
         &mut self,
-        search: &Search<G>,
-        sources: &Sources,
-        given: &[Vector],
-        targets: &[Vector],
+        search: &Search<G, S>,
+        sources: &Sources<S>,
+        given: &[S::Vector],
+        targets: &[S::Vector],
         padding: Padding,
     ) {
         let positions = sources.placed(given);
@@ -191,12 +191,12 @@ impl Chunk {
 }
 
 /// Fills the rows of one chunk.
-struct Fill<'a, G> {
-    search: &'a Search<'a, G>,
-    sources: &'a Sources,
+struct Fill<'a, G, S: Space> {
+    search: &'a Search<'a, G, S>,
+    sources: &'a Sources<S>,
     /// The sources in the order of cells \[m\].
-    positions: &'a [Vector],
-    targets: &'a [Vector],
+    positions: &'a [S::Vector],
+    targets: &'a [S::Vector],
     first: usize,
     padding: Padding,
     chunk: &'a mut Chunk,
@@ -207,19 +207,17 @@ struct Fill<'a, G> {
 ///
 /// No closure: it would not be compiled for the path's instructions where it is not inlined.
 #[inline(always)]
-fn near<L: Lanes, G: Geometry>(
+fn near<S: Space, L: Lanes, G: Geometry<S>>(
     geometry: G,
-    centre: &[L; 2],
+    centre: S::Of<L>,
     square_radius: L,
-    batch: [&Vector; WIDTH],
+    batch: [&S::Vector; WIDTH],
 ) -> u8 {
-    let [x, y] = *centre;
-    let [x_j, y_j] = L::halves(batch.map(|x| &x.data.0[0]));
-    let (d_x, d_y) = (geometry.nearest(x - x_j, 0), geometry.nearest(y - y_j, 1));
-    (d_x * d_x).plus_product(d_y, d_y).below(square_radius)
+    let d = geometry.nearest(S::minus(centre, S::lanes(batch)));
+    S::dot(d, d).below(square_radius)
 }
 
-impl<G: Geometry> LanePass for Fill<'_, G> {
+impl<S: Space, G: Geometry<S>> LanePass for Fill<'_, G, S> {
     type Output = ();
 
     #[inline(always)]
@@ -234,14 +232,14 @@ impl<G: Geometry> LanePass for Fill<'_, G> {
         let mut around = None;
         for (k, target) in targets.iter().enumerate() {
             let target = domain.wrapped(target);
-            let centre = [L::splat(target.x), L::splat(target.y)];
+            let centre = S::splat_vector::<L>(&target);
             let own = if padding == Padding::Target { first + k } else { usize::MAX };
             let start = used;
             let cell = sources.grid.cell(&target);
             if around.as_ref().is_none_or(|(known, _)| *known != cell) {
                 around = Some((cell, sources.grid.ranges(cell)));
             }
-            for range in around.iter().flat_map(|(_, ranges)| ranges) {
+            for range in around.iter().flat_map(|(_, ranges)| ranges.iter()) {
                 let room = used + range.len() + 2 * WIDTH;
                 if indices.len() < room {
                     indices.resize(room, 0);
@@ -261,13 +259,13 @@ impl<G: Geometry> LanePass for Fill<'_, G> {
                 let (batches, rest) = positions[range.clone()].as_chunks::<WIDTH>();
                 let mut at = range.start;
                 for batch in batches {
-                    keep(near(geometry, &centre, square_radius, batch.each_ref()), at);
+                    keep(near::<S, L, G>(geometry, centre, square_radius, batch.each_ref()), at);
                     at += WIDTH;
                 }
                 if let [first, others @ ..] = rest {
                     let last =
                         [first, others.first().unwrap_or(first), others.get(1).unwrap_or(first), first];
-                    let bits = near(geometry, &centre, square_radius, last);
+                    let bits = near::<S, L, G>(geometry, centre, square_radius, last);
                     keep(bits & ((1 << rest.len()) - 1), at);
                 }
             }

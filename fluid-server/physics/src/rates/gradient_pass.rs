@@ -11,21 +11,19 @@ use super::gradients::{GradientSlices, Gradients, ParticleGradients, Partner};
 use super::particle_rates::Rates;
 use crate::equations::anti_pairing::Ratio;
 use crate::equations::continuity::density_rate;
-use crate::equations::correction::{
-    SMALLEST_CORRECTION_DETERMINANT, SMALLEST_GRADIENT_DETERMINANT, in_momentum,
-};
+use crate::equations::correction::in_momentum;
 use crate::equations::damper::damper;
 use crate::equations::neighbour_sums::{
     LaneSums, NeighbourKind, NeighbourSums, Selected, SumKernel, SumSelection,
 };
 use crate::equations::stress::{momentum_tensor, transposed_stress, viscous_stress};
-use crate::equations::tensors::{IDENTITY, Matrix, Symmetric, times};
 use crate::equations::viscosity::corrected;
 use crate::free_surface::detection::{NO_SURFACE_FLAG, surface_flag};
 use crate::free_surface::shifting::RegularisationSums;
 use crate::neighbours::batch::NeighbourBatch;
 use crate::neighbours::scene::Scene;
 use crate::system::model::{FluidModel, Viscosity};
+use crate::system::packed_particle::{FluidSpace, NeighbourFields, Packed};
 use crate::system::tasks::for_each_task;
 
 /// Particles per task of a merge.
@@ -40,12 +38,17 @@ pub enum PartnerDensity {
     OtherMaterial,
 }
 
-impl Gradients {
+impl<S: FluidSpace> Gradients<S> {
     /// Sums over fluid and walls, and what follows from them.
     ///
     /// Walls enter with their density by Eq. (28) and their velocity by Eq. (27). With a `partner` the sums are kept,
     /// so that its particles can be added. With leapfrog the density rates go to `rates`.
-    pub fn accumulate<G: Geometry>(&mut self, scene: &Scene<G>, partner: Partner, rates: &mut Vec<Rates>) {
+    pub fn accumulate<G: Geometry<S>>(
+        &mut self,
+        scene: &Scene<G, S>,
+        partner: Partner,
+        rates: &mut Vec<Rates<S>>,
+    ) {
         let model = scene.model;
         if !model.needs_gradient_pass() {
             return;
@@ -60,7 +63,7 @@ impl Gradients {
         }
     }
 
-    fn gather<G: Geometry, W: SumSelection>(&mut self, scene: &Scene<G>, _: W, rates: &mut [Rates]) {
+    fn gather<G: Geometry<S>, W: SumSelection>(&mut self, scene: &Scene<G, S>, _: W, rates: &mut [Rates<S>]) {
         let arithmetic = scene.model.arithmetic;
         for_each_task(scene.fluid.len(), self.results(scene.model, rates), &|particles, results| {
             let selection = PhantomData::<W>;
@@ -75,13 +78,13 @@ impl Gradients {
     }
 
     /// Adds the sums over a partner's particles to those of `members`, and updates their results.
-    pub fn merge<G: Geometry>(
+    pub fn merge<G: Geometry<S>>(
         &mut self,
-        scene: &Scene<G>,
+        scene: &Scene<G, S>,
         members: &[u32],
-        partner: &[NeighbourSums],
+        partner: &[NeighbourSums<S>],
         density: PartnerDensity,
-        rates: &mut [Rates],
+        rates: &mut [Rates<S>],
     ) {
         let mut merged = std::mem::take(&mut self.merged);
         let each = members.par_iter().zip(partner).with_min_len(MERGE_TASK);
@@ -90,9 +93,10 @@ impl Gradients {
             let mut sums = self.sums[i];
             sums.merge(added);
             let mut finished = finish(scene, i, &sums);
-            if let (PartnerDensity::OtherMaterial, Some([.., x, y])) = (density, self.neighbour_fields.get(i))
-            {
-                [finished.neighbour_fields[2], finished.neighbour_fields[3]] = [*x, *y];
+            if let (PartnerDensity::OtherMaterial, Some(own)) = (density, self.neighbour_fields.get(i)) {
+                let fields = finished.neighbour_fields;
+                finished.neighbour_fields =
+                    S::Fields::new(fields.damper(), fields.flag(), own.density_gradient());
             }
             (sums, finished)
         });
@@ -107,7 +111,7 @@ impl Gradients {
 
     /// T of every particle at its present pressure, from the results of the pass; the order of particles must be the
     /// same. With leapfrog only, whose predictor computes none.
-    pub fn make_tensors<G: Geometry>(&mut self, scene: &Scene<G>) {
+    pub fn make_tensors<G: Geometry<S>>(&mut self, scene: &Scene<G, S>) {
         let model = scene.model;
         if !(model.has_tensors() && model.is_leapfrog()) {
             return;
@@ -115,9 +119,9 @@ impl Gradients {
         let mut tensors = std::mem::take(&mut self.tensor);
         for_each_task(scene.fluid.len(), &mut tensors[..], &|particles, tensors| {
             for (i, of_particle) in particles.zip(tensors) {
-                let stress = self.viscous_stress.get(i).copied().unwrap_or_default();
-                let correction = self.correction.get(i).unwrap_or(&IDENTITY);
-                *of_particle = tensor(model, scene.fluid[i].pressure() + self.damper(i), &stress, correction);
+                let stress = self.viscous_stress.get(i).copied().unwrap_or(S::zero_matrix());
+                let correction = self.correction.get(i).copied().unwrap_or(S::identity());
+                *of_particle = tensor(model, scene.fluid[i].pressure() + self.damper(i), stress, correction);
             }
         });
         self.tensor = tensors;
@@ -125,15 +129,15 @@ impl Gradients {
 }
 
 /// The pass over the particles of one task.
-struct Gather<'a, G, W> {
-    scene: &'a Scene<'a, G>,
+struct Gather<'a, G, S: FluidSpace, W> {
+    scene: &'a Scene<'a, G, S>,
     selection: PhantomData<W>,
     first: usize,
     count: usize,
-    results: GradientSlices<'a>,
+    results: GradientSlices<'a, S>,
 }
 
-impl<G: Geometry, W: SumSelection> LanePass for Gather<'_, G, W> {
+impl<S: FluidSpace, G: Geometry<S>, W: SumSelection> LanePass for Gather<'_, G, S, W> {
     type Output = ();
 
     #[inline(always)]
@@ -143,9 +147,9 @@ impl<G: Geometry, W: SumSelection> LanePass for Gather<'_, G, W> {
         let law = SumKernel { kernel: model.law.kernel.lanes(), ratio: Ratio::new(model) };
         for k in 0..count {
             let i = first + k;
-            let motion = L::splat_each(fluid[i].motion);
+            let motion = fluid[i].splat_motion();
             let rho = L::splat(fluid[i].density());
-            let mut sums = LaneSums::<L>::zero();
+            let mut sums = LaneSums::<S, L>::zero();
             for indices in lists.fluid.of(i) {
                 let batch = NeighbourBatch::gather(geometry, &motion, fluid, *indices);
                 sums.add::<W>(&law, rho, &batch, NeighbourKind::Fluid);
@@ -164,54 +168,55 @@ impl<G: Geometry, W: SumSelection> LanePass for Gather<'_, G, W> {
 }
 
 /// ∇ρ, damper, L_i, viscous stress, T and regularisation of particle `i` from its sums, Eq. (4) and (20)-(21).
-///
-/// ```text
-/// τ = μ [∇v + (∇v)ᵀ − ⅔ (∇·v) I],  T = (p I − τ)·L
-/// ```
 #[inline(always)]
-fn finish<G: Geometry>(scene: &Scene<G>, i: usize, sums: &NeighbourSums) -> ParticleGradients {
+fn finish<S: FluidSpace, G: Geometry<S>>(
+    scene: &Scene<G, S>,
+    i: usize,
+    sums: &NeighbourSums<S>,
+) -> ParticleGradients<S> {
     let model = scene.model;
     let viscosity = model.constants.dynamic_viscosity;
     let (determinant, inverse) = sums.inverse();
-    let well_placed = determinant >= SMALLEST_CORRECTION_DETERMINANT;
-    let correction = if model.corrects_continuity() && well_placed { inverse } else { IDENTITY };
+    let well_placed = determinant >= S::SMALLEST_CORRECTION_DETERMINANT;
+    let correction = if model.corrects_continuity() && well_placed { inverse } else { S::identity() };
     let trusted = well_placed.then_some(inverse);
     let damper = damper(model, sums, trusted, scene.fluid[i].density());
     let pressure = scene.fluid[i].pressure() + damper;
-    let ([x, y], [xx, xy, yy]) = (sums.density, inverse);
-    let [g_x, g_y] = if model.needs_density_gradient() && determinant >= SMALLEST_GRADIENT_DETERMINANT {
-        [xx * x + xy * y, xy * x + yy * y]
-    } else {
-        [0.0; 2]
-    };
+    let has_gradient = model.needs_density_gradient() && determinant >= S::SMALLEST_GRADIENT_DETERMINANT;
+    let density_gradient =
+        if has_gradient { S::symmetric_times(inverse, sums.density) } else { S::splat(0.0) };
     let (regularisation, flag) = if model.regularises() {
         (RegularisationSums::new(sums, trusted), surface_flag(scene, i, sums))
     } else {
         (RegularisationSums::default(), NO_SURFACE_FLAG)
     };
     let viscous_stress = if model.viscosity == Viscosity::Stress {
-        viscous_stress(viscosity, &times(&sums.velocity_gradient(), &correction))
+        viscous_stress::<S>(viscosity, S::matrix_times_symmetric(sums.velocity_gradient(), correction))
     } else if model.viscosity == Viscosity::Pairwise {
         let gradient = sums.velocity_gradient();
-        transposed_stress(viscosity, &trusted.map_or(gradient, |l| times(&gradient, &l)))
+        let corrected = trusted.map_or(gradient, |l| S::matrix_times_symmetric(gradient, l));
+        transposed_stress::<S>(viscosity, corrected)
     } else {
-        Matrix::default()
+        S::zero_matrix()
     };
     // With leapfrog the pressure is not known yet.
     let tensor = if model.has_tensors() && !model.is_leapfrog() {
-        tensor(model, pressure, &viscous_stress, &correction)
+        tensor(model, pressure, viscous_stress, correction)
     } else {
-        Matrix::default()
+        S::zero_matrix()
     };
-    let viscosity =
-        if model.viscosity == Viscosity::Pairwise { corrected(viscosity, sums.mean_moment()) } else { 0.0 };
-    let density_rate = if model.is_leapfrog() {
-        let [v_xx, .., v_yy] = times(&sums.velocity, &correction);
-        density_rate(scene.fluid[i].density(), v_xx + v_yy)
+    let viscosity = if model.viscosity == Viscosity::Pairwise {
+        corrected::<S>(viscosity, sums.mean_moment())
     } else {
         0.0
     };
-    let neighbour_fields = [damper, flag, g_x, g_y];
+    let density_rate = if model.is_leapfrog() {
+        let divergence = S::trace(S::matrix_times_symmetric(sums.velocity, correction));
+        density_rate(scene.fluid[i].density(), divergence)
+    } else {
+        0.0
+    };
+    let neighbour_fields = S::Fields::new(damper, flag, density_gradient);
     ParticleGradients {
         neighbour_fields,
         correction,
@@ -225,6 +230,11 @@ fn finish<G: Geometry>(scene: &Scene<G>, i: usize, sums: &NeighbourSums) -> Part
 
 /// T \[Pa\] of a particle of `pressure` with damper \[Pa\], viscous `stress` \[Pa\] and L_i.
 #[inline(always)]
-fn tensor(model: &FluidModel, pressure: f64, stress: &Matrix, correction: &Symmetric) -> Matrix {
-    momentum_tensor(pressure, stress, &in_momentum(model, correction))
+fn tensor<S: FluidSpace>(
+    model: &FluidModel<S>,
+    pressure: f64,
+    stress: S::Matrix<f64>,
+    correction: S::Symmetric<f64>,
+) -> S::Matrix<f64> {
+    momentum_tensor::<S>(pressure, stress, in_momentum(model, correction))
 }

@@ -1,12 +1,13 @@
 //! Results of the gradient pass.
 
+use sph::space::Plane;
+
 use super::particle_rates::Rates;
 use crate::equations::correction::in_momentum;
 use crate::equations::neighbour_sums::NeighbourSums;
-use crate::equations::tensors::{IDENTITY, Matrix, Symmetric};
 use crate::free_surface::shifting::RegularisationSums;
 use crate::system::model::{FluidModel, Viscosity};
-use crate::system::packed_particle::NeighbourFields;
+use crate::system::packed_particle::{FluidSpace, NeighbourFields};
 use crate::system::tasks::split_by_field;
 
 /// Whether a solid's particles are still to be added to the sums of a pass.
@@ -19,41 +20,41 @@ pub enum Partner {
 }
 
 /// Results of the pass for each fluid particle; arrays that a case does not need stay empty.
-#[derive(Debug, Default)]
-pub struct Gradients {
+#[derive(Debug)]
+pub struct Gradients<S: FluidSpace = Plane> {
     /// Raw sums, kept where there is a partner.
-    pub(super) sums: Vec<NeighbourSums>,
+    pub(super) sums: Vec<NeighbourSums<S>>,
     /// Fields that neighbours read.
-    pub neighbour_fields: Vec<NeighbourFields>,
+    pub neighbour_fields: Vec<S::Fields>,
     /// L_i of Eq. (21), or the unit matrix where few neighbours define it.
-    pub correction: Vec<Symmetric>,
+    pub correction: Vec<S::Symmetric<f64>>,
     /// Sums for the particle regularisation.
-    pub regularisation: Vec<RegularisationSums>,
+    pub regularisation: Vec<RegularisationSums<S>>,
     /// Viscous stress τ of Eq. (4), or the part of it that the viscous pair force leaves out \[Pa\].
-    pub viscous_stress: Vec<Matrix>,
+    pub viscous_stress: Vec<S::Matrix<f64>>,
     /// T = −σ·L \[Pa\].
-    pub tensor: Vec<Matrix>,
+    pub tensor: Vec<S::Matrix<f64>>,
     /// Viscosity in the viscous pair force \[Pa s\].
     pub viscosity: Vec<f64>,
     /// Results for particles in contact with the partner, before they are put in place.
-    pub(super) merged: Vec<(NeighbourSums, ParticleGradients)>,
+    pub(super) merged: Vec<(NeighbourSums<S>, ParticleGradients<S>)>,
 }
 
 /// A task's part of [`Gradients`].
-pub struct GradientSlices<'a> {
+pub struct GradientSlices<'a, S: FluidSpace> {
     /// Raw sums.
-    pub sums: &'a mut [NeighbourSums],
-    neighbour_fields: &'a mut [NeighbourFields],
-    correction: &'a mut [Symmetric],
-    regularisation: &'a mut [RegularisationSums],
-    viscous_stress: &'a mut [Matrix],
-    tensor: &'a mut [Matrix],
+    pub sums: &'a mut [NeighbourSums<S>],
+    neighbour_fields: &'a mut [S::Fields],
+    correction: &'a mut [S::Symmetric<f64>],
+    regularisation: &'a mut [RegularisationSums<S>],
+    viscous_stress: &'a mut [S::Matrix<f64>],
+    tensor: &'a mut [S::Matrix<f64>],
     viscosity: &'a mut [f64],
     /// Rates whose density rate the pass computes, with leapfrog.
-    rates: &'a mut [Rates],
+    rates: &'a mut [Rates<S>],
 }
 
-split_by_field!(GradientSlices {
+split_by_field!(GradientSlices<S> {
     sums,
     neighbour_fields,
     correction,
@@ -64,21 +65,40 @@ split_by_field!(GradientSlices {
     rates
 });
 
-impl Gradients {
+impl<S: FluidSpace> Default for Gradients<S> {
+    fn default() -> Self {
+        Self {
+            sums: Vec::new(),
+            neighbour_fields: Vec::new(),
+            correction: Vec::new(),
+            regularisation: Vec::new(),
+            viscous_stress: Vec::new(),
+            tensor: Vec::new(),
+            viscosity: Vec::new(),
+            merged: Vec::new(),
+        }
+    }
+}
+
+impl<S: FluidSpace> Gradients<S> {
     /// Arrays for `particles`, as far as `model` needs them.
-    pub fn resize(&mut self, model: &FluidModel, particles: usize, partner: Partner) {
+    pub fn resize(&mut self, model: &FluidModel<S>, particles: usize, partner: Partner) {
         let of = |needed: bool| if needed { particles } else { 0 };
         self.sums.resize(of(partner == Partner::Present), NeighbourSums::default());
-        self.neighbour_fields.resize(of(model.has_neighbour_fields()), [0.0; 4]);
-        self.correction.resize(of(model.corrects_continuity()), Symmetric::default());
+        self.neighbour_fields.resize(of(model.has_neighbour_fields()), S::Fields::default());
+        self.correction.resize(of(model.corrects_continuity()), S::zero_symmetric());
         self.regularisation.resize(of(model.regularises()), RegularisationSums::default());
-        self.viscous_stress.resize(of(model.viscosity != Viscosity::Inviscid), Matrix::default());
-        self.tensor.resize(of(model.has_tensors()), Matrix::default());
+        self.viscous_stress.resize(of(model.viscosity != Viscosity::Inviscid), S::zero_matrix());
+        self.tensor.resize(of(model.has_tensors()), S::zero_matrix());
         self.viscosity.resize(of(model.viscosity == Viscosity::Pairwise), 0.0);
     }
 
     /// The arrays that the pass fills; `rates` with leapfrog.
-    pub fn results<'a>(&'a mut self, model: &FluidModel, rates: &'a mut [Rates]) -> GradientSlices<'a> {
+    pub fn results<'a>(
+        &'a mut self,
+        model: &FluidModel<S>,
+        rates: &'a mut [Rates<S>],
+    ) -> GradientSlices<'a, S> {
         let rates = if model.is_leapfrog() { rates } else { &mut [] };
         GradientSlices {
             sums: &mut self.sums,
@@ -95,13 +115,13 @@ impl Gradients {
     /// q of the acoustic damper of particle `i` \[Pa\].
     #[inline(always)]
     pub fn damper(&self, i: usize) -> f64 {
-        self.neighbour_fields.get(i).map_or(0.0, |[damper, ..]| *damper)
+        self.neighbour_fields.get(i).map_or(0.0, S::Fields::damper)
     }
 
     /// L_i of particle `i` as Eq. (22) takes it.
     #[inline(always)]
-    pub fn in_momentum(&self, model: &FluidModel, i: usize) -> Symmetric {
-        self.correction.get(i).map_or(IDENTITY, |correction| in_momentum(model, correction))
+    pub fn in_momentum(&self, model: &FluidModel<S>, i: usize) -> S::Symmetric<f64> {
+        self.correction.get(i).map_or(S::identity(), |correction| in_momentum(model, *correction))
     }
 
     /// Bytes in use.
@@ -122,27 +142,27 @@ impl Gradients {
 
 /// Results for one particle.
 #[derive(Clone, Copy, Debug)]
-pub struct ParticleGradients {
+pub struct ParticleGradients<S: FluidSpace> {
     /// Fields that neighbours read.
-    pub neighbour_fields: NeighbourFields,
+    pub neighbour_fields: S::Fields,
     /// L_i.
-    pub correction: Symmetric,
+    pub correction: S::Symmetric<f64>,
     /// Sums for the particle regularisation.
-    pub regularisation: RegularisationSums,
+    pub regularisation: RegularisationSums<S>,
     /// Viscous stress \[Pa\].
-    pub viscous_stress: Matrix,
+    pub viscous_stress: S::Matrix<f64>,
     /// T \[Pa\].
-    pub tensor: Matrix,
+    pub tensor: S::Matrix<f64>,
     /// Viscosity \[Pa s\].
     pub viscosity: f64,
     /// Density rate with leapfrog \[kg/(m³ s)\].
     pub density_rate: f64,
 }
 
-impl GradientSlices<'_> {
+impl<S: FluidSpace> GradientSlices<'_, S> {
     /// Puts the results of particle `k` in place.
     #[inline(always)]
-    pub fn put(&mut self, k: usize, finished: &ParticleGradients) {
+    pub fn put(&mut self, k: usize, finished: &ParticleGradients<S>) {
         put(self.neighbour_fields, k, finished.neighbour_fields);
         put(self.correction, k, finished.correction);
         put(self.regularisation, k, finished.regularisation);

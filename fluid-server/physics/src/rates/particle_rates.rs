@@ -3,7 +3,7 @@
 use std::ops::AddAssign;
 
 use sph::coupling::stage::Stage;
-use sph::space::{Vector, cross};
+use sph::space::{Plane, Space};
 
 use crate::system::model::FluidModel;
 
@@ -21,7 +21,7 @@ pub enum StagePart {
 
 impl StagePart {
     /// The part that `stage` computes for `model`.
-    pub fn of(model: &FluidModel, stage: Stage) -> Self {
+    pub fn of<S: Space>(model: &FluidModel<S>, stage: Stage) -> Self {
         match (model.is_leapfrog(), stage) {
             (false, _) => Self::Whole,
             (true, Stage::Predictor) => Self::Density,
@@ -32,29 +32,29 @@ impl StagePart {
 
 /// Rates of one particle.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Rates {
+pub struct Rates<S: Space = Plane> {
     /// Acceleration \[m/s²\].
-    pub acceleration: Vector,
+    pub acceleration: S::Vector,
     /// Velocity of the shift, in addition to the particle's \[m/s\].
-    pub shift: Vector,
+    pub shift: S::Vector,
     /// Density rate \[kg/(m³ s)\].
     pub density: f64,
 }
 
 /// Sums over the particles of one task: forces \[N/m\], and torques about the domain's torque origin \[N\].
 #[derive(Clone, Copy, Debug, Default)]
-pub struct ExternalForces {
+pub struct ExternalForces<S: Space = Plane> {
     /// Body force.
-    pub body: Wrench,
+    pub body: Wrench<S>,
     /// Force by walls.
-    pub walls: Wrench,
+    pub walls: Wrench<S>,
     /// Force by stabilisers that are not antisymmetric.
-    pub stabilisers: Wrench,
+    pub stabilisers: Wrench<S>,
     /// Torque of the fluid's forces on itself, which do not all act along the line between two particles.
-    pub own_torque: f64,
+    pub own_torque: S::Spin,
 }
 
-impl AddAssign for ExternalForces {
+impl<S: Space> AddAssign for ExternalForces<S> {
     fn add_assign(&mut self, other: Self) {
         self.body += other.body;
         self.walls += other.walls;
@@ -65,22 +65,22 @@ impl AddAssign for ExternalForces {
 
 /// A force \[N/m\] and its torque \[N\].
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Wrench {
+pub struct Wrench<S: Space> {
     /// Force.
-    pub force: Vector,
+    pub force: S::Vector,
     /// Torque.
-    pub torque: f64,
+    pub torque: S::Spin,
 }
 
-impl Wrench {
+impl<S: Space> Wrench<S> {
     /// `force` that acts at `arm` \[m\] from the torque origin.
     #[inline(always)]
-    pub fn at(arm: &Vector, force: Vector) -> Self {
-        Self { force, torque: cross(arm, &force) }
+    pub fn at(arm: &S::Vector, force: S::Vector) -> Self {
+        Self { force, torque: S::cross(arm, &force) }
     }
 }
 
-impl AddAssign for Wrench {
+impl<S: Space> AddAssign for Wrench<S> {
     fn add_assign(&mut self, other: Self) {
         self.force += other.force;
         self.torque += other.torque;

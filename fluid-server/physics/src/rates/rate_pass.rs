@@ -4,8 +4,9 @@ use std::marker::PhantomData;
 
 use sph::lanes::{LanePass, Lanes, WIDTH};
 use sph::prescribed::body_force::BodyForceAt;
+use sph::space::Plane;
 use sph::space::geometry::Geometry;
-use sph::space::{Vector, cross};
+use sph::space::tensors::SpaceVector;
 
 use super::gradients::Gradients;
 use super::particle_rates::{ExternalForces, Rates, StagePart, Wrench};
@@ -13,38 +14,38 @@ use crate::boundary::repulsion::wall_repulsion;
 use crate::equations::continuity::density_rate;
 use crate::equations::pair::{CentreParticle, LawLanes, NeighbourData, PairSums, PairTotals, PairViscosity};
 use crate::equations::stress::{mirrored_stress, momentum_tensor};
-use crate::equations::tensors::{IDENTITY, Matrix, Symmetric};
 use crate::equations::terms::{ActiveTerms, Continuity, ForceTerms, PairTerms, TermsPass};
 use crate::free_surface::detection::nearest_surface;
 use crate::free_surface::shifting::{self, Regularisation};
-use crate::neighbours::batch::{NeighbourBatch, gather, gather_columns};
+use crate::neighbours::batch::{NeighbourBatch, gather};
 use crate::neighbours::scene::Scene;
 use crate::system::model::{FluidModel, Viscosity};
+use crate::system::packed_particle::{FluidSpace, NeighbourFields, Packed};
 use crate::system::state::FluidState;
 use crate::system::tasks::{PerTask, for_each_task, per_task};
 use crate::system::walls::WallField;
 
 /// Input of the rates.
 #[derive(Clone, Copy)]
-pub struct StageFields<'a, G> {
+pub struct StageFields<'a, G, S: FluidSpace = Plane> {
     /// Fluid and walls.
-    pub scene: Scene<'a, G>,
+    pub scene: Scene<'a, G, S>,
     /// State.
-    pub state: &'a FluidState,
+    pub state: &'a FluidState<S>,
     /// Kinematics of the walls.
-    pub field: &'a WallField,
+    pub field: &'a WallField<S>,
     /// Results of the gradient pass.
-    pub gradients: &'a Gradients,
+    pub gradients: &'a Gradients<S>,
     /// Time of the stage state \[s\].
     pub time: f64,
     /// Part of the rates.
     pub part: StagePart,
 }
 
-impl<G: Geometry> StageFields<'_, G> {
+impl<S: FluidSpace, G: Geometry<S>> StageFields<'_, G, S> {
     /// Rates by the fluid itself, walls, body force, damping and regularisation into `rates`; `external` gets the sums
     /// of each task.
-    pub fn rates(&self, rates: &mut Vec<Rates>, external: &mut Vec<ExternalForces>) {
+    pub fn rates(&self, rates: &mut Vec<Rates<S>>, external: &mut Vec<ExternalForces<S>>) {
         let model = self.scene.model;
         rates.resize(self.scene.fluid.len(), Rates::default());
         if self.part == StagePart::Density {
@@ -62,20 +63,19 @@ impl<G: Geometry> StageFields<'_, G> {
     }
 
     #[inline(always)]
-    pub fn own<L: Lanes, T: PairTerms>(&self, i: usize) -> CentreParticle<L> {
+    pub fn own<L: Lanes, T: PairTerms>(&self, i: usize) -> CentreParticle<S, L> {
         let (fluid, gradients) = (&self.scene.fluid[i], self.gradients);
-        let [damper, _, g_x, g_y] =
-            if T::NEIGHBOUR_FIELDS { gradients.neighbour_fields[i] } else { [0.0; 4] };
+        let fields = if T::NEIGHBOUR_FIELDS { gradients.neighbour_fields[i] } else { S::Fields::default() };
         let corrected = T::CORRECTION && self.scene.model.corrects_continuity();
-        let l = if corrected { gradients.correction[i] } else { IDENTITY };
+        let l = if corrected { gradients.correction[i] } else { S::identity() };
         CentreParticle {
-            motion: L::splat_each(fluid.motion),
+            motion: fluid.splat_motion(),
             density: L::splat(fluid.density()),
             twice_density: L::splat(2.0 * fluid.density()),
-            pressure: L::splat(fluid.pressure() + damper),
-            density_gradient: [L::splat(g_x), L::splat(g_y)],
-            tensor: if T::TENSOR { L::splat_each(gradients.tensor[i]) } else { [L::zero(); 4] },
-            correction: [L::splat(l[0]), L::splat(l[1]), L::splat(l[2])],
+            pressure: L::splat(fluid.pressure() + fields.damper()),
+            density_gradient: S::splat_each(&fields.density_gradient()),
+            tensor: if T::TENSOR { S::splat_matrix(&gradients.tensor[i]) } else { S::zero_matrix() },
+            correction: S::splat_symmetric(&l),
         }
     }
 
@@ -85,8 +85,8 @@ impl<G: Geometry> StageFields<'_, G> {
         &self,
         law: &LawLanes<L>,
         i: usize,
-        own: &CentreParticle<L>,
-    ) -> (PairSums<L>, L) {
+        own: &CentreParticle<S, L>,
+    ) -> (PairSums<S, L>, L) {
         let Scene { geometry, lists, fluid, .. } = self.scene;
         let gradients = self.gradients;
         // The same length, as one check of an index then serves both.
@@ -95,20 +95,21 @@ impl<G: Geometry> StageFields<'_, G> {
         let (mut sums, mut nearest) = (PairSums::zero(), L::splat(f64::INFINITY));
         for indices in lists.fluid.of(i) {
             let indices = *indices;
-            let mut batch = NeighbourBatch::gather(geometry, &own.motion, fluid, indices);
+            let mut batch = NeighbourBatch::<S, L>::gather(geometry, &own.motion, fluid, indices);
             let mut data = NeighbourData::nothing();
             if T::NEIGHBOUR_FIELDS {
-                let [damper, flag, g_x, g_y] = gather_columns(indices, neighbour_fields);
+                let (damper, flag, gradient) =
+                    S::Fields::lanes(indices.map(|j| &neighbour_fields[j as usize]));
                 batch.pressure = batch.pressure + damper;
-                data.density_gradient = [g_x, g_y];
+                data.density_gradient = gradient;
                 nearest = nearest_surface(nearest, flag, batch.square);
             }
             if T::TENSOR {
-                data.tensor = gather_columns(indices, &gradients.tensor);
+                data.tensor = S::tensor_lanes(indices.map(|j| &gradients.tensor[j as usize]));
             }
             if T::VISCOUS {
                 let viscosity = L::splat(gradients.viscosity[i]) + gather(indices, &gradients.viscosity);
-                data.viscosity = PairViscosity { viscosity, relative_velocity: [batch.v_x, batch.v_y] };
+                data.viscosity = PairViscosity { viscosity, relative_velocity: batch.v };
             }
             sums.add::<T>(law, own, &batch, &data);
         }
@@ -123,16 +124,16 @@ impl<G: Geometry> StageFields<'_, G> {
         &self,
         law: &LawLanes<L>,
         i: usize,
-        own: &CentreParticle<L>,
+        own: &CentreParticle<S, L>,
         wall: Option<u32>,
-    ) -> PairSums<L> {
+    ) -> PairSums<S, L> {
         let Scene { geometry, model, lists, walls, .. } = self.scene;
         let damper = L::splat(self.damper(i));
-        let correction = if T::TENSOR { self.gradients.in_momentum(model, i) } else { IDENTITY };
+        let correction = if T::TENSOR { self.gradients.in_momentum(model, i) } else { S::identity() };
         let mut sums = PairSums::zero();
         for indices in lists.walls.of(i) {
             let indices = *indices;
-            let mut batch = NeighbourBatch::gather(geometry, &own.motion, walls, indices);
+            let mut batch = NeighbourBatch::<S, L>::gather(geometry, &own.motion, walls, indices);
             if let Some(wall) = wall {
                 let included = |w: u32| f64::from(u8::from(model.walls.wall.get(w as usize) == Some(&wall)));
                 batch.volume = batch.volume * L::from_array(indices.map(included));
@@ -141,8 +142,8 @@ impl<G: Geometry> StageFields<'_, G> {
             let mut data =
                 NeighbourData { density_gradient: own.density_gradient, ..NeighbourData::nothing() };
             if T::TENSOR {
-                let [a, b, c, d] = indices.map(|w| self.wall_tensor(i, w as usize, &correction));
-                data.tensor = L::columns([&a, &b, &c, &d]);
+                let tensors = indices.map(|w| self.wall_tensor(i, w as usize, correction));
+                data.tensor = S::tensor_lanes(tensors.each_ref());
             }
             if T::VISCOUS {
                 let viscosity = L::splat(2.0 * self.gradients.viscosity[i]);
@@ -162,42 +163,40 @@ impl<G: Geometry> StageFields<'_, G> {
     /// The part of the velocity relative to walls that viscosity resists: all of it, or where they slip that along
     /// their normal.
     #[inline(always)]
-    fn resisted<L: Lanes>(&self, indices: [u32; WIDTH], batch: &NeighbourBatch<L>) -> [L; 2] {
+    fn resisted<L: Lanes>(&self, indices: [u32; WIDTH], batch: &NeighbourBatch<S, L>) -> S::Of<L> {
         let normals = indices.map(|w| self.mirror_normal(w as usize));
-        let (n_x, n_y) = (L::from_array(normals.map(|n| n.x)), L::from_array(normals.map(|n| n.y)));
-        let slips = (n_x * n_x).plus_product(n_y, n_y);
-        let across = (batch.v_x * n_x).plus_product(batch.v_y, n_y);
-        let along = L::splat(1.0) - slips;
-        [(along * batch.v_x).plus_product(across, n_x), (along * batch.v_y).plus_product(across, n_y)]
+        let normal = S::lanes::<L>(normals.each_ref());
+        let along = L::splat(1.0) - S::dot(normal, normal);
+        S::plus_product(S::scaled(batch.v, along), S::dot(batch.v, normal), normal)
     }
 
     /// Normal of the mirror of wall particle `w`; none for the one that does not act.
-    fn mirror_normal(&self, w: usize) -> Vector {
+    fn mirror_normal(&self, w: usize) -> S::Vector {
         self.field.mirror_normal.get(w).copied().unwrap_or_default()
     }
 
     /// T of wall particle `w` in the pair with particle `i`, with L_i as in Eq. (22).
-    fn wall_tensor(&self, i: usize, w: usize, correction: &Symmetric) -> Matrix {
-        let normal = self.mirror_normal(w);
+    fn wall_tensor(&self, i: usize, w: usize, correction: S::Symmetric<f64>) -> S::Matrix<f64> {
+        let normal = S::components(&self.mirror_normal(w));
         let stress = self.gradients.viscous_stress.get(i);
-        let stress = stress.map_or(Matrix::default(), |stress| mirrored_stress(stress, [normal.x, normal.y]));
-        momentum_tensor(self.scene.walls[w].pressure() + self.damper(i), &stress, correction)
+        let stress = stress.map_or(S::zero_matrix(), |stress| mirrored_stress::<S>(*stress, normal));
+        momentum_tensor::<S>(self.scene.walls[w].pressure() + self.damper(i), stress, correction)
     }
 }
 
 /// Terms of the momentum equation of `model`.
-pub fn force_terms(model: &FluidModel) -> ForceTerms {
+pub fn force_terms<S: FluidSpace>(model: &FluidModel<S>) -> ForceTerms {
     ForceTerms { tensor: model.has_tensors(), viscous: model.viscosity == Viscosity::Pairwise }
 }
 
 /// The pass over all particles.
-struct RatePass<'a, G> {
-    fields: &'a StageFields<'a, G>,
-    rates: &'a mut [Rates],
-    external: &'a mut Vec<ExternalForces>,
+struct RatePass<'a, G, S: FluidSpace> {
+    fields: &'a StageFields<'a, G, S>,
+    rates: &'a mut [Rates<S>],
+    external: &'a mut Vec<ExternalForces<S>>,
 }
 
-impl<G: Geometry> TermsPass for RatePass<'_, G> {
+impl<S: FluidSpace, G: Geometry<S>> TermsPass for RatePass<'_, G, S> {
     type Output = ();
 
     fn call<T: PairTerms>(self) {
@@ -217,16 +216,16 @@ impl<G: Geometry> TermsPass for RatePass<'_, G> {
 }
 
 /// The rates of the particles of one task.
-struct Evaluate<'a, G, T> {
-    fields: &'a StageFields<'a, G>,
+struct Evaluate<'a, G, S: FluidSpace, T> {
+    fields: &'a StageFields<'a, G, S>,
     terms: PhantomData<T>,
-    body_force: &'a BodyForceAt<'a>,
+    body_force: &'a BodyForceAt<'a, S>,
     first: usize,
-    rates: &'a mut [Rates],
-    external: &'a mut ExternalForces,
+    rates: &'a mut [Rates<S>],
+    external: &'a mut ExternalForces<S>,
 }
 
-impl<G: Geometry, T: PairTerms> LanePass for Evaluate<'_, G, T> {
+impl<S: FluidSpace, G: Geometry<S>, T: PairTerms> LanePass for Evaluate<'_, G, S, T> {
     type Output = ();
 
     #[inline(always)]
@@ -243,18 +242,24 @@ impl<G: Geometry, T: PairTerms> LanePass for Evaluate<'_, G, T> {
             let (sums, rho) = (sums.total(), scene.fluid[i].density());
             let by_fluid = sums.stress_divergence / -rho;
             // Most particles are far from walls.
-            let (mut walls, mut by_walls) = (PairTotals::default(), Vector::zeros());
+            let (mut walls, mut by_walls) = (PairTotals::<S>::default(), S::Vector::zeros());
             if !scene.lists.walls.of(i).is_empty() {
                 walls = fields.wall_sums::<L, T>(&law, i, &own, None).total();
                 by_walls = walls.stress_divergence / -rho + wall_repulsion(scene, fields.field, i, None);
             }
             let body = body_force.acceleration(&state.position[i]);
-            let mut regularisation = Regularisation::default();
+            let mut regularisation = Regularisation::<S>::default();
             if let (true, Some(order)) = (T::NEIGHBOUR_FIELDS, &model.regularisation) {
                 let nearest = nearest.to_array().into_iter().fold(f64::INFINITY, f64::min);
                 let sums = &gradients.regularisation[i];
-                regularisation =
-                    shifting::regularise::<L, G>(order, scene, i, &gradients.neighbour_fields, nearest, sums);
+                regularisation = shifting::regularise::<S, L, G>(
+                    order,
+                    scene,
+                    i,
+                    &gradients.neighbour_fields,
+                    nearest,
+                    sums,
+                );
             }
             *rates = Rates {
                 acceleration: by_fluid + by_walls + body - scene.fluid[i].velocity() * damping
@@ -268,7 +273,7 @@ impl<G: Geometry, T: PairTerms> LanePass for Evaluate<'_, G, T> {
                 body: Wrench::at(&arm, body * m),
                 walls: Wrench::at(&arm, by_walls * m),
                 stabilisers: Wrench::at(&arm, regularisation.acceleration * m),
-                own_torque: cross(&arm, &(by_fluid * m)),
+                own_torque: S::cross(&arm, &(by_fluid * m)),
             };
         }
     }

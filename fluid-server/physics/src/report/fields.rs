@@ -3,7 +3,7 @@
 use sph::coupling::solver::{Field, ParticleFields};
 
 use crate::system::model::FluidModel;
-use crate::system::packed_particle::PackedParticle;
+use crate::system::packed_particle::{Packed, PackedParticle};
 use crate::system::state::FluidState;
 use crate::system::walls::WallField;
 

@@ -89,7 +89,7 @@ fn front(state: &FluidState, connected: &[u32]) -> f64 {
 fn connected_fluid(model: &FluidModel, state: &FluidState) -> Vec<u32> {
     let link = LINK_LENGTH * model.constants.particle_spacing;
     let (domain, position) = (&model.domain, &state.position);
-    let links = CellGrid::new(domain, position, link).list(domain, position, position, link, true);
+    let links = CellGrid::new(domain, position, link).list_among(domain, position, link);
     let mut visited = vec![false; state.len()];
     let mut largest = Vec::new();
     for (seed, start) in (0u32..).zip(0..state.len()) {

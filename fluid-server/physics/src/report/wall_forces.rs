@@ -14,6 +14,7 @@ use crate::neighbours::scene::Scene;
 use crate::rates::particle_rates::StagePart;
 use crate::rates::rate_pass::{StageFields, force_terms};
 use crate::system::model::FluidModel;
+use crate::system::packed_particle::Packed;
 use crate::system::state::FluidState;
 use crate::time::stage::Workspace;
 

@@ -3,7 +3,7 @@
 //! Where fewer than four are left, the last one fills the lanes; [`weight`] keeps it from counting twice.
 
 use sph::lanes::{Lanes, WIDTH};
-use sph::space::Vector;
+use sph::space::Space;
 
 /// Values `first` and following.
 #[inline(always)]
@@ -31,14 +31,8 @@ pub fn numbers<L: Lanes>(values: &[f64], first: usize) -> L {
 
 /// Components of vectors `first` and following.
 #[inline(always)]
-pub fn vectors<L: Lanes>(values: &[Vector], first: usize) -> [L; 2] {
-    components(get(values, first))
-}
-
-/// Components of four vectors.
-#[inline(always)]
-pub fn components<L: Lanes>([a, b, c, d]: [Vector; WIDTH]) -> [L; 2] {
-    L::halves([&a.data.0[0], &b.data.0[0], &c.data.0[0], &d.data.0[0]])
+pub fn vectors<S: Space, L: Lanes>(values: &[S::Vector], first: usize) -> S::Of<L> {
+    S::lanes(get(values, first).each_ref())
 }
 
 /// Transposes: number k of row l is lane l of column k.
@@ -72,6 +66,7 @@ pub fn largest<L: Lanes>(values: L) -> f64 {
 #[cfg(test)]
 mod tests {
     use sph::lanes::{Arithmetic, LanePass};
+    use sph::space::{Plane, Vector};
 
     use super::*;
 
@@ -88,7 +83,7 @@ mod tests {
             for first in (0..count).step_by(WIDTH) {
                 let value = numbers::<L>(numbers_of, first);
                 sum = sum + value * weight(first, count);
-                let [x, y] = vectors::<L>(vectors_of, first);
+                let [x, y] = vectors::<Plane, L>(vectors_of, first);
                 put(numbers_of, first, (value + value).to_array());
                 let rows = rows([y, x, value, value]);
                 put(vectors_of, first, rows.map(|[x, y, ..]| Vector::new(x, y)));

@@ -9,4 +9,5 @@ pub mod saved;
 pub mod setup_errors;
 pub mod state;
 pub mod tasks;
+pub mod thresholds;
 pub mod walls;

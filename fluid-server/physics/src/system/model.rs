@@ -11,20 +11,21 @@ use sph::setup::{
     OrderControl, Outflow,
 };
 use sph::space::domain::Domain;
+use sph::space::{Plane, Space};
 
 use super::walls::WallModel;
 
 /// Constants of a run.
 #[derive(Clone, Debug)]
-pub struct FluidModel {
+pub struct FluidModel<S: Space = Plane> {
     /// Box and periodic directions.
-    pub domain: Domain,
+    pub domain: Domain<S>,
     /// Constants of the fluid.
     pub constants: FluidParameters,
     /// Pressure of a density, Eq. (3).
     pub equation_of_state: Tait,
     /// Smoothing kernel, Eq. (10)-(11).
-    pub kernel: CubicSpline,
+    pub kernel: CubicSpline<S>,
     /// Pair laws among the fluid and toward walls.
     pub law: PairLaw,
     /// Factor on the kernel gradient of own pairs: 1/M or 1 \[-\].
@@ -44,13 +45,13 @@ pub struct FluidModel {
     /// Form of viscosity.
     pub viscosity: Viscosity,
     /// Body force.
-    pub body_force: BodyForceField,
+    pub body_force: BodyForceField<S>,
     /// Linear damping of the start.
     pub damping: Option<Damping>,
     /// Names of the regions.
     pub regions: Vec<String>,
     /// Walls.
-    pub walls: WallModel,
+    pub walls: WallModel<S>,
     /// Probes.
     pub probes: Vec<FluidProbe>,
     /// Open sides.
@@ -78,7 +79,7 @@ pub enum Viscosity {
     Pairwise,
 }
 
-impl FluidModel {
+impl<S: Space> FluidModel<S> {
     /// Whether the gradient pass is needed at all.
     pub fn needs_gradient_pass(&self) -> bool {
         self.needs_moments() || self.needs_velocity_gradient() || self.regularises()

@@ -1,8 +1,9 @@
 //! The state of the fluid: everything that a checkpoint must hold.
 
 use rayon::prelude::*;
-use sph::space::Vector;
 use sph::space::domain::Domain;
+use sph::space::tensors::SpaceVector;
+use sph::space::{Plane, Space};
 
 use super::tasks::TASK;
 
@@ -10,7 +11,7 @@ use super::tasks::TASK;
 ///
 /// The order of the particles is part of the state: it decides the order of every sum.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct FluidState {
+pub struct FluidState<S: Space = Plane> {
     /// Identity of each particle.
     pub id: Vec<u32>,
     /// Region of each particle.
@@ -18,25 +19,25 @@ pub struct FluidState {
     /// Mass per depth \[kg/m\].
     pub mass: Vec<f64>,
     /// Position \[m\].
-    pub position: Vec<Vector>,
+    pub position: Vec<S::Vector>,
     /// Velocity \[m/s\].
-    pub velocity: Vec<Vector>,
+    pub velocity: Vec<S::Vector>,
     /// Density \[kg/m³\].
     pub density: Vec<f64>,
     /// Origin of the neighbour lists; `None` where they must be rebuilt.
-    pub list_origin: Option<ListOrigin>,
+    pub list_origin: Option<ListOrigin<S>>,
     /// Skin of the neighbour lists \[m\].
     pub list_skin: f64,
     /// Momentum of the particles removed at the end of the last step \[kg/s\], accounted in the next.
-    pub removed_momentum: Vector,
+    pub removed_momentum: S::Vector,
     /// Their angular momentum about the domain's torque origin \[kg m/s\].
-    pub removed_angular_momentum: f64,
+    pub removed_angular_momentum: S::Spin,
     /// Largest acceleration of the last stage \[m/s²\].
     pub largest_acceleration: f64,
     /// Density rate at the start of the last step \[kg/(m³ s)\]; with leapfrog only.
     pub density_rate: Vec<f64>,
     /// Acceleration in the last step \[m/s²\]; with leapfrog only.
-    pub acceleration: Vec<Vector>,
+    pub acceleration: Vec<S::Vector>,
     /// Time over which `density_rate` was applied up to the last boundary: half the last step \[s\].
     pub density_age: f64,
     /// Particles that crossed a wall or a closed side.
@@ -49,40 +50,40 @@ pub struct FluidState {
 
 /// The input that determines content and order of the neighbour lists.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct ListOrigin {
+pub struct ListOrigin<S: Space = Plane> {
     /// Time to which moving walls belong \[s\].
     pub time: f64,
     /// Positions of the fluid \[m\].
-    pub position: Vec<Vector>,
+    pub position: Vec<S::Vector>,
 }
 
 /// The state at the start of a step, from which both stages of Eq. (30)-(31) advance; empty with leapfrog.
 #[derive(Clone, Debug, Default)]
-pub struct StepStart {
+pub struct StepStart<S: Space = Plane> {
     /// Position \[m\].
-    pub position: Vec<Vector>,
+    pub position: Vec<S::Vector>,
     /// Velocity \[m/s\].
-    pub velocity: Vec<Vector>,
+    pub velocity: Vec<S::Vector>,
     /// Density \[kg/m³\].
     pub density: Vec<f64>,
 }
 
-impl StepStart {
+impl<S: Space> StepStart<S> {
     /// Arrays for `particles`.
     pub fn resize(&mut self, particles: usize) {
-        self.position.resize(particles, Vector::zeros());
-        self.velocity.resize(particles, Vector::zeros());
+        self.position.resize(particles, S::Vector::zeros());
+        self.velocity.resize(particles, S::Vector::zeros());
         self.density.resize(particles, 0.0);
     }
 
     /// Bytes in use.
     pub fn bytes(&self) -> usize {
         8 * self.density.capacity()
-            + size_of::<Vector>() * (self.position.capacity() + self.velocity.capacity())
+            + size_of::<S::Vector>() * (self.position.capacity() + self.velocity.capacity())
     }
 }
 
-impl FluidState {
+impl<S: Space> FluidState<S> {
     /// Bytes in use.
     pub fn bytes(&self) -> usize {
         let Self {
@@ -100,7 +101,7 @@ impl FluidState {
         let origin = list_origin.as_ref().map_or(0, |origin| origin.position.capacity());
         4 * (id.capacity() + region.capacity())
             + 8 * (mass.capacity() + density.capacity() + density_rate.capacity())
-            + size_of::<Vector>()
+            + size_of::<S::Vector>()
                 * (position.capacity() + velocity.capacity() + acceleration.capacity() + origin)
     }
 
@@ -112,7 +113,7 @@ impl FluidState {
     /// Sorts the particles, with `base` where it is in use, by `order`: entry k is the old index.
     ///
     /// Positions of the last list build are overwritten: their memory is used for sorting.
-    pub fn reorder(&mut self, base: &mut StepStart, order: &[u32], scratch: Scratch) {
+    pub fn reorder(&mut self, base: &mut StepStart<S>, order: &[u32], scratch: Scratch) {
         let Self {
             id,
             region,
@@ -138,7 +139,7 @@ impl FluidState {
     }
 
     /// Moves particles back into the box along periodic directions, with their positions in `base`.
-    pub fn wrap(&mut self, base: &mut StepStart, domain: &Domain) {
+    pub fn wrap(&mut self, base: &mut StepStart<S>, domain: &Domain<S>) {
         if !domain.is_periodic() {
             return;
         }

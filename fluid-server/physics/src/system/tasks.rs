@@ -38,8 +38,10 @@ impl<A: Split, B: Split> Split for (A, B) {
 
 /// Implements [`Split`] for a struct of slices, field by field.
 macro_rules! split_by_field {
-    ($name:ident { $($field:ident),+ }) => {
-        impl $crate::system::tasks::Split for $name<'_> {
+    ($name:ident$(<$space:ident>)? { $($field:ident),+ }) => {
+        impl$(<$space: $crate::system::packed_particle::FluidSpace>)? $crate::system::tasks::Split
+            for $name<'_$(, $space)?>
+        {
             fn split(self, at: usize) -> (Self, Self) {
                 $(let $field = self.$field.split(at);)+
                 (Self { $($field: $field.0),+ }, Self { $($field: $field.1),+ })

@@ -3,8 +3,8 @@
 use sph::neighbours::CellGrid;
 use sph::prescribed::motion::{MotionState, RigidMotion};
 use sph::setup::{WallCondition, WallParticles, WallSetup};
-use sph::space::Vector;
 use sph::space::domain::Domain;
+use sph::space::{Plane, Space, Vector};
 
 /// Heights over a wall particle, along its normal, at which another one stands in front of it, in particle spacings.
 const IN_FRONT: std::ops::Range<f64> = 0.5..1.5;
@@ -20,7 +20,7 @@ const NO_DIRECTION: f64 = 1e-6;
 
 /// Constants of the walls.
 #[derive(Clone, Debug)]
-pub struct WallModel {
+pub struct WallModel<S: Space = Plane> {
     /// Name of each wall.
     pub names: Vec<String>,
     /// Wall of each particle.
@@ -28,12 +28,12 @@ pub struct WallModel {
     /// Mass per depth of a wall particle, ρ₀Δx² \[kg/m\].
     pub mass: f64,
     /// Unit normal into the fluid, used to detect wall crossings; zero where there is none.
-    pub face_normal: Vec<Vector>,
+    pub face_normal: Vec<S::Vector>,
     /// Whether a particle lies at the face, with no other wall particle in front of it.
     pub first_layer: Vec<bool>,
-    start: Vec<Vector>,
+    start: Vec<S::Vector>,
     /// Unit normal of the mirror in Eq. (27); zero where both components are reversed.
-    mirror_normal: Vec<Vector>,
+    mirror_normal: Vec<S::Vector>,
     motion: Vec<Option<RigidMotion>>,
     release_time: Vec<Option<f64>>,
 }
@@ -79,7 +79,9 @@ impl WallModel {
             release_time: walls.iter().map(|wall| wall.release_time).collect(),
         })
     }
+}
 
+impl<S: Space> WallModel<S> {
     /// Number of wall particles.
     pub fn len(&self) -> usize {
         self.wall.len()
@@ -94,7 +96,9 @@ impl WallModel {
     pub fn acts(&self, wall: u32, time: f64) -> bool {
         self.release_time[wall as usize].is_none_or(|release| time < release)
     }
+}
 
+impl WallModel {
     /// Motion of each wall at `time` \[s\], `None` for a wall at rest; nothing where no wall moves.
     pub fn motions_at(&self, time: f64) -> Vec<Option<MotionState>> {
         if !self.moves() {
@@ -139,7 +143,7 @@ fn first_layers(
 ) -> Vec<bool> {
     let positions = &particles.position;
     let radius = IN_FRONT_RADIUS * particle_spacing;
-    let list = CellGrid::new(domain, positions, radius).list(domain, positions, positions, radius, true);
+    let list = CellGrid::new(domain, positions, radius).list_among(domain, positions, radius);
     let stands_before = |w: usize, v: usize| {
         let d = domain.separation(&positions[v], &positions[w]) / particle_spacing;
         let height = d.dot(&face_normal[w]);
@@ -153,17 +157,17 @@ fn first_layers(
 
 /// Kinematics of the wall particles at one time.
 #[derive(Clone, Debug, Default)]
-pub struct WallField {
+pub struct WallField<S: Space = Plane> {
     /// Position \[m\].
-    pub position: Vec<Vector>,
+    pub position: Vec<S::Vector>,
     /// Velocity \[m/s\].
-    pub velocity: Vec<Vector>,
+    pub velocity: Vec<S::Vector>,
     /// Acceleration \[m/s²\].
-    pub acceleration: Vec<Vector>,
+    pub acceleration: Vec<S::Vector>,
     /// Normal of the mirror in Eq. (27), zero where both components are reversed.
-    pub mirror_normal: Vec<Vector>,
+    pub mirror_normal: Vec<S::Vector>,
     /// Unit normal of the face into the fluid.
-    pub face_normal: Vec<Vector>,
+    pub face_normal: Vec<S::Vector>,
 }
 
 impl WallField {

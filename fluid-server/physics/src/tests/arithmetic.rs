@@ -7,7 +7,7 @@ use sph::space::Vector;
 
 use super::support::{Noise, ORDERED, add_floor, dam_break, evaluate, random_patch};
 use crate::FluidSolver;
-use crate::system::packed_particle::PackedParticle;
+use crate::system::packed_particle::{Packed, PackedParticle};
 
 /// The random patch with a floor under it, which reaches into the support.
 fn patch(seed: u64) -> FluidSetup {

@@ -8,6 +8,7 @@ use sph::space::Vector;
 use super::support::{add_block, add_floor, empty_scene, evaluate, run, solver, try_step};
 use crate::FluidSolver;
 use crate::boundary::wall_states::mirrored;
+use crate::system::packed_particle::Packed;
 
 /// Water of uniform velocity on a floor, wide enough that its middle feels no side.
 fn moving_water(condition: WallCondition) -> FluidSetup {
@@ -30,11 +31,11 @@ fn middle(solver: &FluidSolver) -> usize {
 fn velocities_are_mirrored_along_the_normal_or_wholly() {
     let (fluid, wall) = (Vector::new(2.0, 3.0), Vector::new(0.5, 1.0));
     // Normal y: 3 − 2·(3 − 1) = −1.
-    assert_eq!(mirrored(&fluid, &wall, &Vector::new(0.0, 1.0)), Vector::new(2.0, -1.0));
-    assert_eq!(mirrored(&fluid, &wall, &Vector::zeros()), Vector::new(-1.0, -1.0));
+    assert_eq!(mirrored::<sph::space::Plane>(&fluid, &wall, &Vector::new(0.0, 1.0)), Vector::new(2.0, -1.0));
+    assert_eq!(mirrored::<sph::space::Plane>(&fluid, &wall, &Vector::zeros()), Vector::new(-1.0, -1.0));
     // 45°: v − v_wall = (1.5, 2) becomes its mirror image (−2, −1.5).
     let normal = Vector::repeat(std::f64::consts::FRAC_1_SQRT_2);
-    let turned = mirrored(&fluid, &wall, &normal) - wall;
+    let turned = mirrored::<sph::space::Plane>(&fluid, &wall, &normal) - wall;
     // Round-off of n² = 1/2.
     assert!((turned - Vector::new(-2.0, -1.5)).norm() < 1e-14, "{turned}");
 }

@@ -4,6 +4,7 @@ use sph::coupling::solver::Divergence;
 use sph::coupling::stage::StepStage;
 use sph::lanes::{LanePass, Lanes, WIDTH};
 use sph::laws::equation_of_state::LARGEST_COMPRESSION;
+use sph::space::Plane;
 use sph::space::domain::Domain;
 
 use crate::system::lane_arrays::{abs, largest, numbers, vectors};
@@ -212,7 +213,7 @@ impl LanePass for CheckPass<'_> {
         let Self { limits, state: FluidState { position, velocity, density, .. } } = self;
         let mut findings = LaneScanFindings::<L>::none();
         for first in (0..density.len()).step_by(WIDTH) {
-            let (x, v) = (vectors(position, first), vectors(velocity, first));
+            let (x, v) = (vectors::<Plane, L>(position, first), vectors::<Plane, L>(velocity, first));
             findings.add(&limits, first, &Motion { x, v, rho: numbers(density, first) }, None);
         }
         findings.total()

@@ -3,14 +3,14 @@
 use sph::coupling::stage::Stage;
 use sph::lanes::{LanePass, Lanes, WIDTH};
 use sph::laws::equation_of_state::Tait;
-use sph::space::Vector;
+use sph::space::{Plane, Space, Vector};
 
 use super::checks::{LaneScanFindings, Motion, ScanFindings};
 use super::momentum_budget::{LaneAngularBudget, LaneMomentumBudget, MomentumBudget};
 use super::state_scan::StateScan;
 use crate::rates::particle_rates::{Rates, StagePart};
-use crate::system::lane_arrays::{abs, components, get, numbers, put, rows, vectors, weight};
-use crate::system::packed_particle::PackedParticle;
+use crate::system::lane_arrays::{abs, get, numbers, put, rows, vectors, weight};
+use crate::system::packed_particle::{LaneMotion, LaneParticles, Packed, PackedParticle};
 use crate::system::tasks::{PerTask, split_by_field};
 
 /// Position, velocity and density of particles.
@@ -89,7 +89,8 @@ impl LanePass for Movement<'_> {
                 StagePart::Density => {
                     let (end, kept) = (step.density(&rates, &start, numbers(density_rate, k)), rates.density);
                     put(density_rate, k, kept.to_array());
-                    extrapolated = Some(add(end.v, vectors(acceleration, k), L::splat(step.half)));
+                    extrapolated =
+                        Some(add(end.v, vectors::<Plane, L>(acceleration, k), L::splat(step.half)));
                     end
                 }
                 StagePart::Momentum => {
@@ -117,7 +118,11 @@ impl<L: Lanes> Motion<L> {
     /// Those of the particles from `k` on.
     #[inline(always)]
     fn get(from: &MotionSlices, k: usize) -> Self {
-        Self { x: vectors(from.position, k), v: vectors(from.velocity, k), rho: numbers(from.density, k) }
+        Self {
+            x: vectors::<Plane, L>(from.position, k),
+            v: vectors::<Plane, L>(from.velocity, k),
+            rho: numbers(from.density, k),
+        }
     }
 
     /// Replaces those of the particles from `k` on.
@@ -143,8 +148,8 @@ impl<L: Lanes> LaneRates<L> {
     fn of([a, b, c, d]: [Rates; WIDTH]) -> Self {
         let own_acceleration = [a.acceleration, b.acceleration, c.acceleration, d.acceleration];
         Self {
-            acceleration: components(own_acceleration),
-            shift: components([a.shift, b.shift, c.shift, d.shift]),
+            acceleration: Plane::lanes(own_acceleration.each_ref()),
+            shift: Plane::lanes([&a.shift, &b.shift, &c.shift, &d.shift]),
             density: L::from_array([a.density, b.density, c.density, d.density]),
             own_acceleration,
         }
@@ -162,10 +167,10 @@ struct StageParticles<L> {
 
 impl<L: Lanes> StageParticles<L> {
     #[inline(always)]
-    fn of([a, b, c, d]: [PackedParticle; WIDTH], mass: L, weight: L) -> Self {
-        let [_, _, v_x, v_y] = L::columns([&a.motion, &b.motion, &c.motion, &d.motion]);
-        let [_, pressure, volume, _] = L::columns([&a.matter, &b.matter, &c.matter, &d.matter]);
-        Self { velocity: [v_x, v_y], pressure, volume: volume * weight, mass: mass * weight }
+    fn of(particles: [PackedParticle; WIDTH], mass: L, weight: L) -> Self {
+        let LaneParticles { motion: LaneMotion { v: velocity, .. }, pressure, volume, .. } =
+            PackedParticle::lanes(particles.each_ref());
+        Self { velocity, pressure, volume: volume * weight, mass: mass * weight }
     }
 }
 

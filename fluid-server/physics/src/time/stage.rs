@@ -5,6 +5,7 @@ use sph::coupling::ledger::Energies;
 use sph::coupling::solver::Divergence;
 use sph::coupling::stage::StageTime;
 use sph::lanes::{LanePass, Lanes, WIDTH};
+use sph::space::Plane;
 use sph::space::geometry::{Geometry, Open, Periodic};
 
 use super::checks::{LaneScanFindings, Motion, ScanFindings};
@@ -228,10 +229,11 @@ impl LanePass for PackPass<'_> {
         let mut findings = LaneScanFindings::<L>::none();
         for k in (0..self.packed.len()).step_by(WIDTH) {
             let i = self.first + k;
-            let (x, v, rho) = (vectors::<L>(position, i), vectors::<L>(velocity, i), numbers(density, i));
+            let (x, v, rho) =
+                (vectors::<Plane, L>(position, i), vectors::<Plane, L>(velocity, i), numbers(density, i));
             let mut extrapolated = None;
             if let Some(ahead) = self.ahead {
-                let (ahead, [a_x, a_y]) = (L::splat(ahead), vectors::<L>(acceleration, i));
+                let (ahead, [a_x, a_y]) = (L::splat(ahead), vectors::<Plane, L>(acceleration, i));
                 extrapolated = Some([v[0] + a_x * ahead, v[1] + a_y * ahead]);
             }
             let motion = Motion { x, v, rho };

@@ -2,13 +2,13 @@
 
 use sph::lanes::{Lanes, WIDTH};
 use sph::laws::equation_of_state::Tait;
-use sph::space::Vector;
 use sph::space::geometry::{Geometry, Periodic};
+use sph::space::{Plane, Vector};
 
 use super::checks::{LaneScanFindings, Motion, StateLimits};
 use crate::system::lane_arrays::vectors;
 use crate::system::model::FluidModel;
-use crate::system::packed_particle::PackedParticle;
+use crate::system::packed_particle::{LaneMotion, LaneParticles, Packed, PackedParticle};
 use crate::system::state::ListOrigin;
 
 /// The scan of one state.
@@ -46,24 +46,25 @@ impl<'a> StateScan<'a> {
     ) -> [PackedParticle; WIDTH] {
         let Motion { x: [x, y], v: own_velocity, rho: density } = *motion;
         findings.add(&self.limits, first, motion, self.displacement(first, [x, y]));
-        let [v_x, v_y] = match velocity {
+        let v = match velocity {
             Some(velocity) => velocity,
             None => own_velocity,
         };
         let pressure = self.equation_of_state.pressures(density);
-        PackedParticle::pack([x, y, v_x, v_y], [density, pressure, mass / density])
+        let motion = LaneMotion { x: [x, y], v };
+        PackedParticle::pack(LaneParticles { motion, density, pressure, volume: mass / density })
     }
 
     /// Displacement of particles since the lists were built \[m\].
     #[inline(always)]
     fn displacement<L: Lanes>(&self, first: usize, [x, y]: [L; 2]) -> Option<[L; 2]> {
         let [x_0, y_0] = match self.origin {
-            Some(origin) => vectors::<L>(origin, first),
+            Some(origin) => vectors::<Plane, L>(origin, first),
             None => return None,
         };
         let (x, y) = (x - x_0, y - y_0);
         Some(match self.periodic {
-            Some(geometry) => [geometry.nearest(x, 0), geometry.nearest(y, 1)],
+            Some(geometry) => geometry.nearest([x, y]),
             None => [x, y],
         })
     }

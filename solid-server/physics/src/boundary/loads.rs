@@ -2,9 +2,8 @@
 
 use sph::expression::{ComponentError, Expression};
 use sph::setup::{LoadLaw, SurfaceLoad};
+use sph::space::tensors::SpaceTensor;
 use sph::space::{Tensor, Vector};
-
-use crate::materials::hyperelastic::cofactor;
 
 /// A load on part of a body's surface.
 pub struct Load {
@@ -70,7 +69,7 @@ impl Load {
             let i = face.particle;
             let values = [position[i].x, position[i].y, time];
             let force = match &self.law {
-                ParsedLaw::Pressure(p) => cofactor(&deformation[i]) * face.area * -p.eval(&values),
+                ParsedLaw::Pressure(p) => deformation[i].cofactor() * face.area * -p.eval(&values),
                 ParsedLaw::Traction([x, y]) => {
                     Vector::new(x.eval(&values), y.eval(&values)) * face.area.norm()
                 }

@@ -5,44 +5,46 @@ use sph::neighbours::CellGrid;
 use sph::prescribed::motion::{MotionState, RigidMotion};
 use sph::setup::BodySetup;
 use sph::space::domain::Domain;
-use sph::space::{DIMENSIONS, Vector, cross};
 
 use crate::particles::variables::RigidState;
+use crate::space::SolidSpace;
+use sph::space::tensors::SpaceVector;
+use sph::space::{Plane, Space};
 
 /// One support of a body.
-pub struct Support {
+pub struct Support<S: SolidSpace = Plane> {
     /// Components held.
-    pub held: [bool; DIMENSIONS],
+    pub held: S::Of<bool>,
     /// Motion of the held components; `None` holds them where they are.
-    pub motion: Option<PrescribedMotion>,
+    pub motion: Option<PrescribedMotion<S>>,
     /// Time from which the support no longer acts \[s\]; infinite if it always does.
     pub release_time: f64,
     /// Particles held.
-    pub particles: Vec<HeldParticle>,
+    pub particles: Vec<HeldParticle<S>>,
 }
 
 /// A particle held by a support.
 #[derive(Clone, Copy)]
-pub struct HeldParticle {
+pub struct HeldParticle<S: SolidSpace = Plane> {
     /// Index of the particle within its body.
     pub particle: usize,
     /// Point that the support's motion carries to the particle's position, see [`PrescribedMotion::origin`] \[m\].
-    pub origin: Vector,
+    pub origin: S::Vector,
 }
 
 /// A prescribed rigid motion relative to the positions at the start of the run.
-pub struct PrescribedMotion {
+pub struct PrescribedMotion<S: SolidSpace = Plane> {
     motion: RigidMotion,
-    pivot: Vector,
-    start_time: f64,
+    pivot: S::Vector,
+    /// The motion at the start of the run.
+    start: MotionState<S>,
 }
 
 /// Position and velocity that a support prescribes at one time.
-pub struct SupportTarget<'a> {
-    support: &'a Support,
-    motion: Option<MotionState>,
-    /// Angle turned since the start \[rad\], on any branch.
-    angle: f64,
+pub struct SupportTarget<'a, S: SolidSpace = Plane> {
+    support: &'a Support<S>,
+    /// The motion at the start of the run and now.
+    motion: Option<[MotionState<S>; 2]>,
 }
 
 /// Fraction of a step by which a release may come early \[-\]: absorbs the round-off of nΔt.
@@ -55,7 +57,7 @@ pub fn acts(release_time: f64, time: &StageTime) -> bool {
     time.step_start + RELEASE_TOLERANCE * time.time_step < release_time
 }
 
-impl Support {
+impl<S: SolidSpace> Support<S> {
     /// Whether the support acts in the step of `time`.
     pub fn acts(&self, time: &StageTime) -> bool {
         !self.particles.is_empty() && acts(self.release_time, time)
@@ -63,38 +65,43 @@ impl Support {
 
     /// Whether it holds all components.
     pub fn holds_fully(&self) -> bool {
-        self.held.iter().all(|held| *held)
+        (0..S::DIMENSIONS).all(|axis| self.held[axis])
     }
 
     /// Reference point of a particle at `start` \[m\] for [`SupportTarget::of`].
-    pub fn origin(&self, start: &Vector) -> Vector {
+    pub fn origin(&self, start: &S::Vector) -> S::Vector {
         self.motion.as_ref().map_or(*start, |motion| motion.origin(start))
     }
 
     /// Prescribed position and velocity at `time` \[s\].
-    pub fn target(&self, time: f64) -> SupportTarget<'_> {
+    pub fn target(&self, time: f64) -> SupportTarget<'_, S> {
         SupportTarget {
             support: self,
-            motion: self.motion.as_ref().map(|motion| motion.motion.at(time)),
-            angle: self.motion.as_ref().map_or(0.0, |motion| motion.angle(time)),
+            motion: self.motion.as_ref().map(|motion| [motion.start, S::motion_at(&motion.motion, time)]),
         }
     }
 }
 
-impl SupportTarget<'_> {
+impl<S: SolidSpace> SupportTarget<'_, S> {
     /// Prescribed position \[m\] and velocity \[m/s\] of a held particle with reference point `origin`; at rest it stays
     /// at `base`.
-    fn of(&self, origin: &Vector, base: &Vector) -> (Vector, Vector) {
+    fn of(&self, origin: &S::Vector, base: &S::Vector) -> (S::Vector, S::Vector) {
         match &self.motion {
-            Some(motion) => (motion.position(origin), motion.velocity(origin)),
-            None => (*base, Vector::zeros()),
+            Some([_, motion]) => (motion.position(origin), motion.velocity(origin)),
+            None => (*base, S::Vector::zeros()),
         }
     }
 
     /// Imposes the held components on a particle with reference point `origin` that was at `base` when the step began.
-    pub fn impose(&self, origin: &Vector, base: &Vector, position: &mut Vector, velocity: &mut Vector) {
+    pub fn impose(
+        &self,
+        origin: &S::Vector,
+        base: &S::Vector,
+        position: &mut S::Vector,
+        velocity: &mut S::Vector,
+    ) {
         let (x, v) = self.of(origin, base);
-        for axis in 0..DIMENSIONS {
+        for axis in 0..S::DIMENSIONS {
             if self.support.held[axis] {
                 position[axis] = x[axis];
                 velocity[axis] = v[axis];
@@ -106,41 +113,36 @@ impl SupportTarget<'_> {
     ///
     /// Held components bind the centre of mass. A support that holds all components binds the rotation too; rollers
     /// leave it free.
-    pub fn impose_on_rigid(&self, origin: &Vector, base: &RigidState, next: &mut RigidState) {
+    pub fn impose_on_rigid(&self, origin: &S::Vector, base: &RigidState<S>, next: &mut RigidState<S>) {
         self.impose(origin, &base.centre, &mut next.centre, &mut next.velocity);
         if self.support.holds_fully() {
-            let angular_velocity = |motion: &MotionState| {
-                let tip = origin + Vector::x();
-                let arm = motion.position(&tip) - motion.position(origin);
-                cross(&arm, &(motion.velocity(&tip) - motion.velocity(origin)))
+            (next.angle, next.angular_velocity) = match &self.motion {
+                Some([start, now]) => (S::rotation_between(start, now, base.angle), S::spin_of(now, origin)),
+                None => (base.angle, S::Spin::default()),
             };
-            next.angle = self.motion.as_ref().map_or(base.angle, |_| nearest_branch(self.angle, base.angle));
-            next.angular_velocity = self.motion.as_ref().map_or(0.0, angular_velocity);
         }
     }
 }
 
-impl PrescribedMotion {
+impl<S: SolidSpace> PrescribedMotion<S> {
     /// `motion` about `pivot` \[m\] from `start_time` \[s\] on.
-    pub fn new(motion: RigidMotion, pivot: Vector, start_time: f64) -> Self {
-        Self { motion, pivot, start_time }
+    pub fn new(motion: RigidMotion, pivot: S::Vector, start_time: f64) -> Self {
+        let start = S::motion_at(&motion, start_time);
+        Self { motion, pivot, start }
     }
 
     /// The point \[m\] that the motion has carried to `start` by the start of the run.
     ///
     /// So held particles do not jump at the start, also where a run continues another one.
-    fn origin(&self, start: &Vector) -> Vector {
-        let now = self.motion.at(self.start_time);
-        let from_pivot = start - now.position(&self.pivot);
-        let along = |axis: Vector| now.rotate(&axis).dot(&from_pivot);
-        self.pivot + Vector::new(along(Vector::x()), along(Vector::y()))
-    }
-
-    /// Angle turned since the start by `time` \[rad\], in (−π, π].
-    fn angle(&self, time: f64) -> f64 {
-        let direction = |t: f64| self.motion.rotate(&Vector::x(), t);
-        let (then, now) = (direction(self.start_time), direction(time));
-        cross(&then, &now).atan2(then.dot(&now))
+    fn origin(&self, start: &S::Vector) -> S::Vector {
+        let from_pivot = *start - self.start.position(&self.pivot);
+        let mut origin = self.pivot;
+        for axis in 0..S::DIMENSIONS {
+            let mut unit = S::Vector::zeros();
+            unit[axis] = 1.0;
+            origin[axis] += self.start.rotate(&unit).dot(&from_pivot);
+        }
+        origin
     }
 }
 
@@ -150,7 +152,7 @@ impl PrescribedMotion {
 pub fn build_supports(
     body: &BodySetup,
     members: &[u32],
-    position: &[Vector],
+    position: &[<Plane as Space>::Vector],
     start_time: f64,
     errors: &mut Vec<String>,
 ) -> Vec<Support> {
@@ -178,7 +180,11 @@ pub fn build_supports(
 }
 
 /// Gives held components the velocity of their support, so that the first step starts without a jump.
-pub fn impose_velocities(supports: &[Support], start_time: f64, velocity: &mut [Vector]) {
+pub fn impose_velocities<S: SolidSpace>(
+    supports: &[Support<S>],
+    start_time: f64,
+    velocity: &mut [S::Vector],
+) {
     for support in supports.iter().filter(|support| support.release_time > start_time) {
         let target = support.target(start_time);
         for held in &support.particles {
@@ -189,11 +195,11 @@ pub fn impose_velocities(supports: &[Support], start_time: f64, velocity: &mut [
 }
 
 /// Time until which each wall particle is left out of the contact with a body, see `SolidModel::wall_acts_on`.
-pub fn wall_exemption(
-    domain: &Domain,
-    supports: &[Support],
-    position: &[Vector],
-    walls: &[Vector],
+pub fn wall_exemption<S: SolidSpace>(
+    domain: &Domain<S>,
+    supports: &[Support<S>],
+    position: &[S::Vector],
+    walls: &[S::Vector],
     radius: f64,
 ) -> Vec<f64> {
     if supports.is_empty() {
@@ -201,8 +207,8 @@ pub fn wall_exemption(
     }
     let mut until = vec![f64::NEG_INFINITY; walls.len()];
     for support in supports.iter().filter(|support| support.holds_fully()) {
-        let held: Vec<Vector> = support.particles.iter().map(|held| position[held.particle]).collect();
-        let near = CellGrid::new(domain, &held, radius).list(domain, walls, &held, radius, false);
+        let held: Vec<S::Vector> = support.particles.iter().map(|held| position[held.particle]).collect();
+        let near = CellGrid::new(domain, &held, radius).list(domain, walls, &held, radius);
         for w in (0..walls.len()).filter(|w| !near.of(*w).is_empty()) {
             until[w] = until[w].max(support.release_time);
         }
@@ -210,15 +216,10 @@ pub fn wall_exemption(
     until
 }
 
-/// `angle` plus whole turns, as near as possible to `near` \[rad\].
-pub fn nearest_branch(angle: f64, near: f64) -> f64 {
-    let turn = std::f64::consts::TAU;
-    angle + turn * ((near - angle) / turn).round()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::space::nearest_branch;
 
     #[test]
     fn angles_stay_continuous_over_turns() {

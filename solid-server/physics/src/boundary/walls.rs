@@ -3,18 +3,20 @@
 use sph::coupling::stage::StageTime;
 use sph::prescribed::motion::RigidMotion;
 use sph::setup::{SolidSetup, WallSetup};
-use sph::space::Vector;
 
 use crate::boundary::supports::acts;
+use crate::space::SolidSpace;
+use sph::space::Plane;
+use sph::space::tensors::SpaceVector;
 
 /// Constant facts of all walls.
-pub struct Walls {
+pub struct Walls<S: SolidSpace = Plane> {
     /// Motion and release of each wall.
     pub walls: Vec<Wall>,
     /// Index of the wall of each wall particle.
     pub wall_of: Vec<u32>,
     /// Positions at the start \[m\].
-    pub start: Vec<Vector>,
+    pub start: Vec<S::Vector>,
 }
 
 /// Constant facts of one wall.
@@ -29,13 +31,13 @@ pub struct Wall {
 
 /// Wall particles at one stage.
 #[derive(Debug, Default)]
-pub struct WallState {
+pub struct WallState<S: SolidSpace = Plane> {
     /// Position \[m\].
-    pub position: Vec<Vector>,
+    pub position: Vec<S::Vector>,
     /// Velocity \[m/s\].
-    pub velocity: Vec<Vector>,
+    pub velocity: Vec<S::Vector>,
     /// Acceleration \[m/s²\].
-    pub acceleration: Vec<Vector>,
+    pub acceleration: Vec<S::Vector>,
 }
 
 impl Walls {
@@ -59,7 +61,9 @@ impl Walls {
         let walls = members.into_iter().zip(&setup.walls).map(build).collect();
         Self { walls, wall_of, start: setup.wall_particles.position.clone() }
     }
+}
 
+impl<S: SolidSpace> Walls<S> {
     /// Number of wall particles.
     pub fn len(&self) -> usize {
         self.start.len()
@@ -76,15 +80,17 @@ impl Walls {
     }
 
     /// Wall particles at the start.
-    pub fn at_start(&self) -> WallState {
-        let at_rest = vec![Vector::zeros(); self.len()];
+    pub fn at_start(&self) -> WallState<S> {
+        let at_rest = vec![S::Vector::zeros(); self.len()];
         WallState { position: self.start.clone(), velocity: at_rest.clone(), acceleration: at_rest }
     }
 
     /// Moves the particles of moving walls to where they are at `time` \[s\].
-    pub fn move_to(&self, time: f64, state: &mut WallState) {
+    pub fn move_to(&self, time: f64, state: &mut WallState<S>) {
         for wall in &self.walls {
-            let Some(motion) = wall.motion.as_ref().map(|motion| motion.at(time)) else { continue };
+            let Some(motion) = wall.motion.as_ref().map(|motion| S::motion_at(motion, time)) else {
+                continue;
+            };
             for &w in &wall.particles {
                 state.position[w] = motion.position(&self.start[w]);
                 state.velocity[w] = motion.velocity(&self.start[w]);

@@ -7,7 +7,7 @@ use sph::lanes::Arithmetic;
 use sph::prescribed::body_force::BodyForceField;
 use sph::setup::{BodyForce, BodySetup, ContactLaw, Formulation, SolidSetup, UpdatedLagrangian};
 use sph::space::domain::Domain;
-use sph::space::{DIMENSIONS, Vector};
+use sph::space::{DIMENSIONS, Plane, Vector};
 
 use crate::boundary::loads::Load;
 use crate::boundary::supports::{build_supports, impose_velocities, wall_exemption};
@@ -161,19 +161,20 @@ pub fn initial_image_counts(
 pub fn build_contact(setup: &SolidSetup) -> ContactModel {
     match setup.contact {
         ContactLaw::Repulsion(law) => {
-            let fields = DensityFields::new(setup, law.distance);
-            ContactModel::Repulsion(Repulsion::new(
-                law.stiffness,
-                law.damping,
-                law.friction,
+            let fields = DensityFields::new::<Plane>(setup, law.distance);
+            let self_contact_distance = law.self_contact.then(|| fields.self_contact_distance::<Plane>());
+            ContactModel::Repulsion(Repulsion {
+                stiffness: law.stiffness,
+                damping: law.damping,
+                friction: law.friction,
                 fields,
-                law.self_contact,
-            ))
+                self_contact_distance,
+            })
         }
         ContactLaw::Sums => {
             let support = |body: &BodySetup| match &body.formulation {
                 Formulation::UpdatedLagrangian(law) => {
-                    CubicSpline::new(law.smoothing_length(setup.particle_spacing)).support_radius()
+                    CubicSpline::<Plane>::new(law.smoothing_length(setup.particle_spacing)).support_radius()
                 }
                 Formulation::TotalLagrangian(_) | Formulation::Rigid => 0.0,
             };

@@ -1,27 +1,20 @@
 //! Penetration depth of a particle in another body by a smoothed density, and the force of that depth.
 
-use std::f64::consts::PI;
-
 use sph::setup::SolidSetup;
-use sph::space::Vector;
 
-/// Support radius of the density's kernel in spacings \[-\]: wide enough to smooth the corrugation of the lattice.
-const REACH: f64 = 3.0;
-
-/// Depth in contact distances beyond which the force grows linearly \[-\]; at 1 rows of particles coincide.
-const STIFFEST: f64 = 0.95;
+use crate::space::SolidSpace;
 
 /// Number of places along a row at which the density of the half-plane is sampled.
 const SAMPLES: u32 = 16;
 
-/// Density field of a half-plane of particles as a measure of depth.
+/// Density field of a half-space of particles as a measure of depth.
 ///
 /// ```text
-/// D_i = Σ_j ΔX² W(r_ij),  δ = d (D − D(d))/(D(0) − D(d)),  W = 7/(πH²) (1 − q)⁴ (1 + 4q), q = r/H (Wendland C²)
+/// D_i = Σ_j ΔX² W(r_ij),  δ = d (D − D(d))/(D(0) − D(d)),  W ∝ (1 − q)⁴ (1 + 4q), q = r/H (Wendland C²)
 /// ```
 ///
 /// j are the particles of the other body, d is the contact distance of two rows, D(y) the density at height y over the
-/// outer row of a half-plane of particles at rest. So δ is 0 where rows are d apart and d where they coincide. Along a
+/// outer row of a half-space of particles at rest. So δ is 0 where rows are d apart and d where they coincide. Along a
 /// row δ varies by less than a thousandth of a spacing, so bodies do not interlock.
 #[derive(Clone, Copy, Debug)]
 pub struct DensityField {
@@ -38,13 +31,13 @@ pub struct DensityField {
 
 impl DensityField {
     /// Density field of a body of particle spacing `spacing` \[m\], in contact from the distance `distance` \[m\].
-    pub fn new(spacing: f64, distance: f64) -> Self {
-        let support = REACH.max(REACH - 1.0 + distance / spacing) * spacing;
-        let scale = spacing * spacing * 7.0 / (PI * support * support);
+    pub fn new<S: SolidSpace>(spacing: f64, distance: f64) -> Self {
+        let support = S::CONTACT_REACH.max(S::CONTACT_REACH - 1.0 + distance / spacing) * spacing;
+        let scale = S::wendland_weight(spacing, support);
         let bare = Self { support, scale, at_contact: 0.0, gain: 0.0, distance };
         let heights = |height: f64| {
             (0..SAMPLES)
-                .map(move |k| bare.over_half_plane(spacing, f64::from(k) / f64::from(SAMPLES), height))
+                .map(move |k| bare.over_half_space::<S>(spacing, f64::from(k) / f64::from(SAMPLES), height))
         };
         // The largest over the phases: lattices laid side by side start without force.
         let at_contact = heights(distance).fold(0.0, f64::max);
@@ -53,16 +46,8 @@ impl DensityField {
     }
 
     /// D at `height` \[m\] over the outer row, `phase` spacings along it.
-    fn over_half_plane(&self, spacing: f64, phase: f64, height: f64) -> f64 {
-        let reach = (self.support / spacing).ceil();
-        let steps = || (0..).map(|k| f64::from(k) - reach - 1.0).take_while(|k| *k <= reach + 1.0);
-        let weight = |column: f64, row: f64| {
-            self.weight(Vector::new((phase - column) * spacing, height + row * spacing).norm())
-        };
-        steps()
-            .filter(|row| *row >= 0.0)
-            .map(|row| steps().map(|column| weight(column, row)).sum::<f64>())
-            .sum()
+    fn over_half_space<S: SolidSpace>(&self, spacing: f64, phase: f64, height: f64) -> f64 {
+        S::over_half_space(self.support / spacing, phase, height, spacing, |r| self.weight(r))
     }
 
     /// ΔX² W at distance `r` \[m\].
@@ -99,14 +84,19 @@ pub struct DensityFields {
 
 impl DensityFields {
     /// Density fields of the bodies and walls of `setup`, in contact from `distance` mean spacings \[-\].
-    pub fn new(setup: &SolidSetup, distance: f64) -> Self {
+    pub fn new<S: SolidSpace>(setup: &SolidSetup, distance: f64) -> Self {
         let (spacing, wall_spacing) = (setup.particle_spacing, wall_spacing(setup));
         let to_walls = distance * 0.5 * (spacing + wall_spacing);
         Self {
-            bodies: DensityField::new(spacing, distance * spacing),
-            walls: DensityField::new(wall_spacing, to_walls),
-            bodies_from_walls: DensityField::new(spacing, to_walls),
+            bodies: DensityField::new::<S>(spacing, distance * spacing),
+            walls: DensityField::new::<S>(wall_spacing, to_walls),
+            bodies_from_walls: DensityField::new::<S>(spacing, to_walls),
         }
+    }
+
+    /// Undeformed distance \[m\] from which parts of one body can be in contact.
+    pub fn self_contact_distance<S: SolidSpace>(&self) -> f64 {
+        S::SELF_CONTACT_DISTANCE * self.bodies.support
     }
 
     /// Largest radius within which particles count \[m\].
@@ -139,8 +129,8 @@ pub struct Spring {
 impl Spring {
     /// f = κ δ d/(d − δ) of stiffness κ `stiffness` \[Pa\]; beyond 0.95 d by its tangent, so that it stays finite.
     #[inline]
-    pub fn new(stiffness: f64, depth: f64, distance: f64) -> Self {
-        let curved = depth.min(STIFFEST * distance);
+    pub fn new<S: SolidSpace>(stiffness: f64, depth: f64, distance: f64) -> Self {
+        let curved = depth.min(S::STIFFEST_DEPTH * distance);
         let ratio = distance / (distance - curved);
         let slope = stiffness * ratio * ratio;
         Self { force: stiffness * curved * ratio + slope * (depth - curved), slope }
@@ -150,14 +140,16 @@ impl Spring {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use sph::space::Plane;
 
     #[test]
     fn depth_is_that_of_rows_and_hardly_depends_on_the_lattice() {
-        let field = DensityField::new(0.01, 0.01);
+        let field = DensityField::new::<Plane>(0.01, 0.01);
         for (height, allowed) in [(1.0, 3e-4), (0.9, 1e-3), (0.7, 3e-3)] {
             for k in 0..10 {
-                let found = field.depth(field.over_half_plane(0.01, 0.1 * f64::from(k), 0.01 * height));
-                let flat = field.depth(field.over_half_plane(0.01, 0.0, 0.01 * height));
+                let found =
+                    field.depth(field.over_half_space::<Plane>(0.01, 0.1 * f64::from(k), 0.01 * height));
+                let flat = field.depth(field.over_half_space::<Plane>(0.01, 0.0, 0.01 * height));
                 // Measured: the corrugation grows from 1e-4 to 2e-3 spacings as rows approach.
                 assert!((found - flat).abs() < allowed * 0.01, "{height} {k}: {found} {flat}");
                 // The chord from contact to coincidence: D(y) bends by less than a tenth of a spacing.
@@ -168,7 +160,7 @@ mod tests {
 
     #[test]
     fn the_gradient_is_that_of_the_level() {
-        let field = DensityField::new(1.0, 1.0);
+        let field = DensityField::new::<Plane>(1.0, 1.0);
         for r in [0.0, 0.3, 1.0, 2.2, 2.999, 3.1] {
             let slope = (field.weight(r + 1e-6) - field.weight((r - 1e-6).abs())) / 2e-6;
             assert!((field.gradient_factor(r) * r - slope).abs() < 1e-9, "{r}");
@@ -177,10 +169,10 @@ mod tests {
 
     #[test]
     fn the_spring_sets_in_gently_stiffens_and_stays_smooth() {
-        assert_eq!(Spring::new(2.0, 0.0, 1.0), Spring { force: 0.0, slope: 2.0 });
-        assert!((Spring::new(2.0, 0.5, 1.0).force - 2.0).abs() < 1e-12);
+        assert_eq!(Spring::new::<Plane>(2.0, 0.0, 1.0), Spring { force: 0.0, slope: 2.0 });
+        assert!((Spring::new::<Plane>(2.0, 0.5, 1.0).force - 2.0).abs() < 1e-12);
         for depth in [0.2, 0.9, 0.95, 1.0, 2.0] {
-            let at = |x: f64| Spring::new(2.0, x, 1.0);
+            let at = |x: f64| Spring::new::<Plane>(2.0, x, 1.0);
             let slope = (at(depth + 1e-7).force - at(depth - 1e-7).force) / 2e-7;
             assert!((slope / at(depth).slope - 1.0).abs() < 1e-4, "{depth}");
         }

@@ -1,8 +1,9 @@
 //! Coulomb friction with stick between a particle and the patch of particles that it is in contact with.
 
-use sph::space::{Vector, cross};
-
 use crate::contact::density_field::DensityField;
+use crate::space::SolidSpace;
+use sph::space::tensors::SpaceVector;
+use sph::space::{Plane, Space};
 
 /// Smallest second moment of a patch, in squared contact distances \[-\], that bears friction.
 const SMALLEST_PATCH: f64 = 1e-6;
@@ -30,15 +31,15 @@ pub type ContactKey = (u32, Owner);
 /// μN/κ. The patch takes up −T by the shares W_sj and the torque about x̄ as a rotation of the patch, so that force and
 /// torque cancel. This is the dual of u: a rigid motion of both causes no friction, and sliding never adds energy.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Friction {
+pub struct Friction<S: SolidSpace = Plane> {
     /// Elongation s of the tangential spring \[m\].
     pub elongation: f64,
     /// T on the particle \[N/m\].
-    force: Vector,
+    force: S::Vector,
     /// Torque of T about x̄ over the patch's Σ w (x − x̄)² \[N/m²\].
-    couple: f64,
+    couple: S::Spin,
     /// x̄ − x_s \[m\].
-    centre: Vector,
+    centre: S::Vector,
     /// Σ W_sj \[-\].
     weight: f64,
 }
@@ -53,7 +54,7 @@ pub struct TangentialSprings {
 }
 
 /// A neighbour in the other body: x_sj \[m\], v_sj \[m/s\].
-pub type RelativeState = (Vector, Vector);
+pub type RelativeState<S> = (<S as Space>::Vector, <S as Space>::Vector);
 
 /// Constants of the friction of one contact.
 #[derive(Clone, Copy, Debug)]
@@ -66,47 +67,49 @@ pub struct FrictionConstants {
     pub bound: f64,
 }
 
-impl Friction {
+impl<S: SolidSpace> Friction<S> {
     /// Friction on a particle with the neighbours `near` and ∇D `gradient`, `dt` \[s\] after its spring had the elongation
     /// `elongation` \[m\].
     pub fn new(
         field: &DensityField,
         law: &FrictionConstants,
-        near: impl Iterator<Item = RelativeState> + Clone,
-        gradient: &Vector,
+        near: impl Iterator<Item = RelativeState<S>> + Clone,
+        gradient: &S::Vector,
         elongation: f64,
         dt: f64,
     ) -> Self {
         let weighted = || near.clone().map(|(x, v)| (field.weight(x.norm()), x, v));
         let weight: f64 = weighted().map(|(w, _, _)| w).sum();
-        let centre: Vector = weighted().map(|(w, x, _)| x * (-w / weight)).sum();
-        let drift: Vector = weighted().map(|(w, _, v)| v * (-w / weight)).sum();
+        let centre: S::Vector = weighted().map(|(w, x, _)| x * (-w / weight)).sum();
+        let drift: S::Vector = weighted().map(|(w, _, v)| v * (-w / weight)).sum();
         let inertia: f64 = weighted().map(|(w, x, _)| w / weight * (-x - centre).norm_squared()).sum();
         // A patch of one particle can bear no couple, and so no friction.
         if inertia <= SMALLEST_PATCH * field.distance * field.distance {
             return Self::default();
         }
-        let spin = weighted().map(|(w, x, v)| w / weight * cross(&(-x - centre), &(-v - drift))).sum::<f64>();
+        let spin = weighted()
+            .map(|(w, x, v)| S::cross(&(-x - centre), &(-v - drift)) * (w / weight))
+            .sum::<S::Spin>();
         let rotation = spin / inertia;
         let arm = -centre;
-        let tangent = Vector::new(-gradient.y, gradient.x) / gradient.norm();
-        let speed = tangent.dot(&(-drift - Vector::new(-arm.y, arm.x) * rotation));
+        let tangent = S::tangent(gradient);
+        let speed = tangent.dot(&(-drift - S::spin_cross(rotation, &arm)));
         let FrictionConstants { stiffness, dashpot, bound } = *law;
         let elastic = bound / stiffness;
         let elongation = (elongation + speed * dt).clamp(-elastic, elastic);
         let along = -(stiffness * elongation + dashpot * speed).clamp(-bound, bound);
         let force = tangent * along;
-        Self { elongation, force, couple: cross(&arm, &force) / inertia, centre, weight }
+        Self { elongation, force, couple: S::cross(&arm, &force) / inertia, centre, weight }
     }
 
     /// Reaction \[N/m\] on a particle of the patch at x_sj \[m\], `r` \[m\] away.
     #[inline]
-    pub fn reaction(&self, field: &DensityField, x_sj: &Vector, r: f64) -> Vector {
+    pub fn reaction(&self, field: &DensityField, x_sj: &S::Vector, r: f64) -> S::Vector {
         if self.weight == 0.0 {
-            return Vector::zeros();
+            return S::Vector::zeros();
         }
-        let arm = -x_sj - self.centre;
-        (self.force + Vector::new(-arm.y, arm.x) * self.couple) * (-field.weight(r) / self.weight)
+        let arm = -*x_sj - self.centre;
+        (self.force + S::spin_cross(self.couple, &arm)) * (-field.weight(r) / self.weight)
     }
 }
 
@@ -114,6 +117,12 @@ impl TangentialSprings {
     /// Elongation for the contact `key` \[m\]; zero where it is new.
     pub fn of(&self, key: &ContactKey) -> f64 {
         self.entries.binary_search_by_key(key, |(key, _)| *key).map_or(0.0, |found| self.entries[found].1)
+    }
+
+    /// Takes over `other`, keeping the allocation.
+    pub fn copy_from(&mut self, other: &Self) {
+        self.time = other.time;
+        self.entries.clone_from(&other.entries);
     }
 
     /// Replaces all by the elongations of `contacts`, ascending by key, at `time` \[s\].

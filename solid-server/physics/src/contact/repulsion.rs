@@ -2,7 +2,6 @@
 
 use rayon::prelude::*;
 
-use sph::space::Vector;
 use sph::space::domain::Domain;
 
 use crate::boundary::walls::WallState;
@@ -15,6 +14,9 @@ use crate::neighbours::lists::{ContactLists, TASK};
 use crate::particles::constants::ParticleConstants;
 use crate::particles::forces::ContactForces;
 use crate::particles::variables::Particles;
+use crate::space::SolidSpace;
+use sph::space::Plane;
+use sph::space::tensors::SpaceVector;
 
 /// Repulsion between particles of different bodies, of bodies and walls, and of distant parts of one body.
 ///
@@ -44,33 +46,37 @@ pub struct Repulsion {
     pub self_contact_distance: Option<f64>,
 }
 
-/// Undeformed distance from which parts of one body can be in contact, in support radii of the density field \[-\]: a body
-/// compressed by a third is not yet in contact with itself.
-const SELF_CONTACT_DISTANCE: f64 = 1.5;
-
 /// A particle that lies in a body or wall.
 #[derive(Clone, Copy, Debug)]
-pub struct Contact {
-    pub key: ContactKey,
+struct Contact<S: SolidSpace> {
+    key: ContactKey,
     /// Derivative p of the energy by the density, damping included \[N\].
     slope: f64,
     depth: f64,
     /// Bound of the stiffness over the gradient on one particle \[N\].
     stiffness: f64,
-    friction: Friction,
+    friction: Friction<S>,
+}
+
+/// All contacts of an evaluation, and buffers in which tasks find them.
+#[derive(Debug, Default)]
+pub struct Contacts<S: SolidSpace = Plane> {
+    /// Ascending by key.
+    found: Vec<Contact<S>>,
+    tasks: Vec<Vec<Contact<S>>>,
 }
 
 /// The state at which contact is evaluated.
 #[derive(Clone, Copy)]
-pub struct ContactStage<'a> {
-    pub domain: &'a Domain,
-    pub constants: &'a ParticleConstants,
-    pub bodies: &'a [Body],
+pub struct ContactStage<'a, S: SolidSpace = Plane> {
+    pub domain: &'a Domain<S>,
+    pub constants: &'a ParticleConstants<S>,
+    pub bodies: &'a [Body<S>],
     /// Time of the state \[s\].
     pub at: f64,
-    pub stage: &'a Particles,
-    pub lists: &'a ContactLists,
-    pub walls: &'a WallState,
+    pub stage: &'a Particles<S>,
+    pub lists: &'a ContactLists<S>,
+    pub walls: &'a WallState<S>,
 }
 
 /// Stiffness κ \[Pa\] and reduced mass \[kg/m\] of a contact.
@@ -80,12 +86,12 @@ struct ContactConstants {
     mass: f64,
 }
 
-impl Contact {
+impl<S: SolidSpace> Contact<S> {
     /// Force \[N/m\] of the particle on a particle at x_sj \[m\] of its partner.
     #[inline]
-    fn on_neighbour(&self, field: &DensityField, x_sj: &Vector) -> Vector {
+    fn on_neighbour(&self, field: &DensityField, x_sj: &S::Vector) -> S::Vector {
         let r = x_sj.norm();
-        x_sj * (self.slope * field.gradient_factor(r)) + self.friction.reaction(field, x_sj, r)
+        *x_sj * (self.slope * field.gradient_factor(r)) + self.friction.reaction(field, x_sj, r)
     }
 
     /// Bound of the contribution of one neighbour at distance `r` \[m\] to the stiffness of its contact \[Pa\].
@@ -94,13 +100,13 @@ impl Contact {
     }
 }
 
-impl ContactStage<'_> {
-    fn near(&self, i: usize, j: usize) -> RelativeState {
+impl<S: SolidSpace> ContactStage<'_, S> {
+    fn near(&self, i: usize, j: usize) -> RelativeState<S> {
         let Particles { position, velocity, .. } = self.stage;
         (self.domain.separation(&position[i], &position[j]), velocity[i] - velocity[j])
     }
 
-    fn near_wall(&self, i: usize, w: usize) -> RelativeState {
+    fn near_wall(&self, i: usize, w: usize) -> RelativeState<S> {
         let x_iw = self.domain.separation(&self.stage.position[i], &self.walls.position[w]);
         (x_iw, self.stage.velocity[i] - self.walls.velocity[w])
     }
@@ -118,65 +124,64 @@ impl ContactStage<'_> {
 }
 
 impl Repulsion {
-    /// A repulsion of the given stiffness, damping and coefficient of friction; with `self_contact` also between distant
-    /// parts of one body.
-    pub fn new(
-        stiffness: f64,
-        damping: f64,
-        friction: f64,
-        fields: DensityFields,
-        self_contact: bool,
-    ) -> Self {
-        let self_contact_distance = self_contact.then_some(SELF_CONTACT_DISTANCE * fields.bodies.support);
-        Self { stiffness, damping, friction, fields, self_contact_distance }
-    }
-
     /// Contact forces on all particles, and the contacts that cause them; `springs` advance to the time of the stage.
-    pub fn evaluate(
+    pub fn evaluate<S: SolidSpace>(
         &self,
-        at: &ContactStage<'_>,
+        at: &ContactStage<'_, S>,
         springs: &mut TangentialSprings,
-        contacts: &mut Vec<Contact>,
-        sums: &mut [ContactForces],
+        contacts: &mut Contacts<S>,
+        sums: &mut [ContactForces<S>],
     ) {
         self.find_contacts(at, springs, contacts);
-        let sticking: &[Contact] = if self.friction > 0.0 { contacts } else { &[] };
+        let contacts: &[Contact<S>] = &contacts.found;
+        let sticking = if self.friction > 0.0 { contacts } else { &[] };
         springs.renew(at.at, sticking.iter().map(|contact| (contact.key, contact.friction.elongation)));
         if contacts.is_empty() {
             sums.fill(ContactForces::default());
             return;
         }
-        let contacts: &[Contact] = contacts;
         sums.par_iter_mut().with_min_len(8 * TASK).enumerate().for_each(|(i, sums)| {
             *sums = self.forces(at, contacts, i);
         });
     }
 
     /// All particles that lie in something else, ascending.
-    fn find_contacts(&self, at: &ContactStage<'_>, springs: &TangentialSprings, contacts: &mut Vec<Contact>) {
+    fn find_contacts<S: SolidSpace>(
+        &self,
+        at: &ContactStage<'_, S>,
+        springs: &TangentialSprings,
+        contacts: &mut Contacts<S>,
+    ) {
         let dt = at.at - springs.time;
         let count = at.constants.len();
-        let find = |s: usize| -> Vec<Contact> {
-            match s.checked_sub(count) {
-                None => self.contacts_of(at, springs, dt, s),
-                Some(w) => self.contacts_of_wall(at, springs, dt, w),
+        let tasks = at.lists.active.par_chunks(2 * TASK);
+        if contacts.tasks.len() < tasks.len() {
+            contacts.tasks.resize_with(tasks.len(), Vec::new);
+        }
+        let Contacts { found, tasks: buffers } = contacts;
+        buffers.par_iter_mut().for_each(Vec::clear);
+        tasks.zip(&mut *buffers).for_each(|(active, found)| {
+            for s in active.iter().map(|s| *s as usize) {
+                match s.checked_sub(count) {
+                    None => self.contacts_of(at, springs, dt, s, found),
+                    Some(w) => self.contacts_of_wall(at, springs, dt, w, found),
+                }
             }
-        };
-        contacts.clear();
-        let active = at.lists.active.par_iter().with_min_len(2 * TASK);
-        contacts.par_extend(active.flat_map_iter(|s| find(*s as usize)));
+        });
+        found.clear();
+        found.extend(buffers.iter().flatten());
     }
 
-    fn contacts_of(
+    fn contacts_of<S: SolidSpace>(
         &self,
-        at: &ContactStage<'_>,
+        at: &ContactStage<'_, S>,
         springs: &TangentialSprings,
         dt: f64,
         i: usize,
-    ) -> Vec<Contact> {
+        found: &mut Vec<Contact<S>>,
+    ) {
         let constants = at.constants;
         let (body, mass) = (&at.bodies[constants.body[i] as usize], constants.mass[i]);
-        let mut found = Vec::new();
         for (other, group) in at.by_body(at.lists.bodies.of(i)) {
             let near = group.iter().map(|j| at.near(i, *j as usize));
             let other_mass = constants.mass[group[0] as usize];
@@ -191,17 +196,16 @@ impl Repulsion {
         let key = (i as u32, Owner::Walls);
         let contact = self.constants(body, None, mass);
         found.extend(self.contact(key, &self.fields.walls, &contact, near, springs, dt));
-        found
     }
 
-    fn contacts_of_wall(
+    fn contacts_of_wall<S: SolidSpace>(
         &self,
-        at: &ContactStage<'_>,
+        at: &ContactStage<'_, S>,
         springs: &TangentialSprings,
         dt: f64,
         w: usize,
-    ) -> Vec<Contact> {
-        let mut found = Vec::new();
+        found: &mut Vec<Contact<S>>,
+    ) {
         for (body, group) in at.by_body(at.lists.of_walls.of(w)) {
             let near = group.iter().map(|i| {
                 let (x, v) = at.near_wall(*i as usize, w);
@@ -212,25 +216,29 @@ impl Repulsion {
                 self.constants(&at.bodies[body as usize], None, at.constants.mass[group[0] as usize]);
             found.extend(self.contact(key, &self.fields.bodies_from_walls, &contact, near, springs, dt));
         }
-        found
     }
 
     /// Constants of the contact of `body` with `other` or a wall.
-    fn constants(&self, body: &Body, other: Option<&Body>, mass: f64) -> ContactConstants {
+    fn constants<S: SolidSpace>(
+        &self,
+        body: &Body<S>,
+        other: Option<&Body<S>>,
+        mass: f64,
+    ) -> ContactConstants {
         let softer = other.map_or(f64::INFINITY, |other| other.material.bulk_modulus);
         ContactConstants { stiffness: 0.5 * self.stiffness * body.material.bulk_modulus.min(softer), mass }
     }
 
     /// The contact of a particle with the neighbours `near`, if it lies in them; `dt` \[s\] after the time of `springs`.
-    fn contact(
+    fn contact<S: SolidSpace>(
         &self,
         key: ContactKey,
         field: &DensityField,
         constants: &ContactConstants,
-        near: impl Iterator<Item = RelativeState> + Clone,
+        near: impl Iterator<Item = RelativeState<S>> + Clone,
         springs: &TangentialSprings,
         dt: f64,
-    ) -> Option<Contact> {
+    ) -> Option<Contact<S>> {
         let square = field.support * field.support;
         let near = near.filter(|(x, _)| x.norm_squared() < square);
         // Most rows of neighbours end here.
@@ -238,7 +246,7 @@ impl Repulsion {
         if depth <= 0.0 {
             return None;
         }
-        let (mut gradient, mut rate, mut reach) = (Vector::zeros(), 0.0, 0.0);
+        let (mut gradient, mut rate, mut reach) = (S::Vector::zeros(), 0.0, 0.0);
         for (x, v) in near.clone() {
             let part = x * field.gradient_factor(x.norm());
             gradient += part;
@@ -246,7 +254,7 @@ impl Repulsion {
             reach += part.norm();
         }
         let (distance, gain) = (field.distance, field.gain);
-        let spring = Spring::new(constants.stiffness, depth, distance);
+        let spring = Spring::new::<S>(constants.stiffness, depth, distance);
         let dashpot = 2.0 * self.damping * (constants.stiffness * constants.mass).sqrt();
         // Within the spring's force: no jump at the onset, no attraction at the end, the same relative loss at any speed.
         let damping = (dashpot * gain * rate).clamp(-spring.force, spring.force);
@@ -267,17 +275,22 @@ impl Repulsion {
     }
 
     /// Contact forces on particle `i`: reactions to its own contacts, and forces of the contacts of others with its body.
-    fn forces(&self, at: &ContactStage<'_>, contacts: &[Contact], i: usize) -> ContactForces {
+    fn forces<S: SolidSpace>(
+        &self,
+        at: &ContactStage<'_, S>,
+        contacts: &[Contact<S>],
+        i: usize,
+    ) -> ContactForces<S> {
         let mut sums = ContactForces::default();
         let own = |key: ContactKey| {
             contacts.binary_search_by_key(&key, |contact| contact.key).ok().map(|k| &contacts[k])
         };
         let body = Owner::Body(at.constants.body[i]);
         // `sign` is 1 for the reaction to the particle's own contact, −1 for the force of another's.
-        let mut add = |contact: &Contact, field: &DensityField, x_ij: &Vector, sign: f64| {
-            let (r, x_sj) = (x_ij.norm(), x_ij * sign);
+        let mut add = |contact: &Contact<S>, field: &DensityField, x_ij: &S::Vector, sign: f64| {
+            let (r, x_sj) = (x_ij.norm(), *x_ij * sign);
             if r >= field.support {
-                return Vector::zeros();
+                return S::Vector::zeros();
             }
             sums.stiffness += contact.stiffness_at(field, r);
             sums.depth = sums.depth.max(contact.depth);

@@ -3,7 +3,6 @@
 use rayon::prelude::*;
 
 use sph::prescribed::body_force::BodyForceField;
-use sph::space::SymmetricTensor;
 use sph::space::domain::Domain;
 
 use crate::boundary::walls::WallState;
@@ -15,6 +14,9 @@ use crate::particles::constants::ParticleConstants;
 use crate::particles::fields::StressFields;
 use crate::particles::forces::ContactForces;
 use crate::particles::variables::Particles;
+use crate::space::SolidSpace;
+use sph::space::Plane;
+use sph::space::tensors::SpaceVector;
 
 /// Contact through the sums (17) and (25).
 ///
@@ -27,37 +29,37 @@ pub struct SumContact {
 }
 
 /// The state at which contact through the sums is evaluated.
-pub struct SumStage<'a> {
-    pub domain: &'a Domain,
+pub struct SumStage<'a, S: SolidSpace = Plane> {
+    pub domain: &'a Domain<S>,
     /// Spacing of the particles \[m\].
     pub spacing: f64,
-    pub constants: &'a ParticleConstants,
-    pub bodies: &'a [Body],
-    pub body_force: &'a BodyForceField,
+    pub constants: &'a ParticleConstants<S>,
+    pub bodies: &'a [Body<S>],
+    pub body_force: &'a BodyForceField<S>,
     /// Time of the state \[s\].
     pub at: f64,
-    pub stage: &'a Particles,
-    pub stress: &'a StressFields,
-    pub lists: &'a ContactLists,
-    pub walls: &'a WallState,
+    pub stage: &'a Particles<S>,
+    pub stress: &'a StressFields<S>,
+    pub lists: &'a ContactLists<S>,
+    pub walls: &'a WallState<S>,
 }
 
-impl SumStage<'_> {
-    fn particle(&self, i: usize) -> PairParticle {
+impl<S: SolidSpace> SumStage<'_, S> {
+    fn particle(&self, i: usize) -> PairParticle<S> {
         PairParticle {
             mass: self.constants.mass[i],
             density: self.stage.density[i],
-            velocity: self.stage.velocity[i],
-            stress: self.stress.cauchy[i],
-            artificial_stress: self.stress.artificial[i],
+            velocity: S::components(&self.stage.velocity[i]),
+            stress: S::symmetric_components(&self.stress.cauchy[i]),
+            artificial_stress: S::symmetric_components(&self.stress.artificial[i]),
         }
     }
 
-    fn body(&self, i: usize) -> &Body {
+    fn body(&self, i: usize) -> &Body<S> {
         &self.bodies[self.constants.body[i] as usize]
     }
 
-    fn law(&self, i: usize) -> Option<&SumLaw> {
+    fn law(&self, i: usize) -> Option<&SumLaw<S>> {
         self.body(i).formulation.sum_law()
     }
 
@@ -83,20 +85,20 @@ impl SumStage<'_> {
     }
 
     /// Adds the pairs of particle `i` with walls to `sums`.
-    fn add_walls(&self, i: usize, law: &SumLaw, wall_pressure: &[f64], sums: &mut PairSums) {
+    fn add_walls(&self, i: usize, law: &SumLaw<S>, wall_pressure: &[f64], sums: &mut PairSums<S>) {
         let material = &self.body(i).material;
         let own = self.particle(i);
-        let cell = self.spacing * self.spacing;
+        let cell = S::cell_volume(self.spacing);
         for w in self.lists.walls.of(i).iter().map(|w| *w as usize) {
             let wall = PairParticle {
                 mass: material.density * cell,
                 density: density(material, wall_pressure[w]),
-                velocity: self.walls.velocity[w],
-                stress: SymmetricTensor::isotropic(-wall_pressure[w]),
-                artificial_stress: SymmetricTensor::default(),
+                velocity: S::components(&self.walls.velocity[w]),
+                stress: S::symmetric_plus_isotropic(S::zero_symmetric(), -wall_pressure[w]),
+                artificial_stress: S::zero_symmetric(),
             };
             // R_ij belongs to pairs of solid particles only.
-            let own = PairParticle { artificial_stress: SymmetricTensor::default(), ..own };
+            let own = PairParticle { artificial_stress: S::zero_symmetric(), ..own };
             let x_iw = self.domain.separation(&self.stage.position[i], &self.walls.position[w]);
             law.add_pair(sums, &own, &wall, &x_iw);
         }
@@ -107,12 +109,12 @@ impl SumContact {
     /// Adds foreign neighbours to the gradients of `sums` and their forces to `contact`.
     ///
     /// `wall_pressure` is room for one value per wall particle.
-    pub fn evaluate(
+    pub fn evaluate<S: SolidSpace>(
         &self,
-        at: &SumStage<'_>,
+        at: &SumStage<'_, S>,
         wall_pressure: &mut [f64],
-        sums: &mut [PairSums],
-        contact: &mut [ContactForces],
+        sums: &mut [PairSums<S>],
+        contact: &mut [ContactForces<S>],
     ) {
         wall_pressure
             .par_iter_mut()
@@ -123,20 +125,19 @@ impl SumContact {
         sums.par_iter_mut().zip(contact).with_min_len(TASK).enumerate().for_each(|(i, (sums, contact))| {
             *contact = ContactForces::default();
             let Some(law) = at.law(i) else { return };
-            let mut foreign = PairSums::default();
+            let mut foreign = PairSums::zero();
             let own = at.particle(i);
             for j in at.lists.bodies.of(i).iter().map(|j| *j as usize) {
                 let Some(other) = at.law(j) else { continue };
                 let x_ij = at.domain.separation(&at.stage.position[i], &at.stage.position[j]);
                 law.between(other).add_pair(&mut foreign, &own, &at.particle(j), &x_ij);
             }
-            let mut of_walls = PairSums::default();
+            let mut of_walls = PairSums::zero();
             at.add_walls(i, law, wall_pressure, &mut of_walls);
-            contact.bodies = foreign.force;
-            contact.walls = of_walls.force;
+            contact.bodies = S::vector(foreign.force);
+            contact.walls = S::vector(of_walls.force);
             for more in [foreign, of_walls] {
-                sums.gradient += more.gradient;
-                sums.moment = sums.moment.plus(&more.moment);
+                sums.add_gradients_of(&more);
             }
         });
     }

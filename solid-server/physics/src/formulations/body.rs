@@ -8,6 +8,8 @@ use sph::setup::ElasticParameters;
 use crate::boundary::loads::Load;
 use crate::boundary::supports::Support;
 use crate::formulations::formulation::BodyFormulation;
+use crate::space::SolidSpace;
+use sph::space::Plane;
 
 /// Largest stable steps by the elastic waves inside an undeformed body; infinite for a rigid one.
 #[derive(Clone, Copy, Debug)]
@@ -24,16 +26,16 @@ impl WaveLimits {
 }
 
 /// One body.
-pub struct Body {
+pub struct Body<S: SolidSpace = Plane> {
     pub name: String,
     /// Its particles.
     pub range: Range<usize>,
     pub material: ElasticParameters,
-    pub formulation: Box<dyn BodyFormulation>,
+    pub formulation: Box<dyn BodyFormulation<S>>,
     pub wave_limits: WaveLimits,
-    pub supports: Vec<Support>,
+    pub supports: Vec<Support<S>>,
     /// Acceleration of this body alone.
-    pub acceleration: Option<BodyForceField>,
+    pub acceleration: Option<BodyForceField<S>>,
     pub loads: Vec<Load>,
     /// Time \[s\] until which contact with each wall particle is left out; empty without supports.
     pub wall_exemption: Vec<f64>,

@@ -4,85 +4,86 @@ use std::ops::AddAssign;
 
 use sph::coupling::stage::StageTime;
 use sph::space::domain::Domain;
-use sph::space::{SymmetricTensor, Tensor, Vector};
 
 use crate::boundary::supports::Support;
 use crate::formulations::pair_law::{PairSums, SumLaw};
 use crate::neighbours::lists::Rows;
 use crate::particles::fields::{RateView, RateViewMut, StressView, StressViewMut};
 use crate::particles::variables::{ParticleView, ParticleViewMut, RigidState};
+use crate::space::SolidSpace;
+use sph::space::Plane;
 
 /// Constants of a body's particles.
 #[derive(Clone, Copy)]
-pub struct BodyConstants<'a> {
-    pub domain: &'a Domain,
+pub struct BodyConstants<'a, S: SolidSpace = Plane> {
+    pub domain: &'a Domain<S>,
     /// Mass per depth \[kg/m\].
     pub mass: &'a [f64],
     /// Supports of the body.
-    pub supports: &'a [Support],
+    pub supports: &'a [Support<S>],
 }
 
 /// Input of [`BodyFormulation::advance`].
 #[derive(Clone, Copy)]
-pub struct BodyStep<'a> {
-    pub constants: BodyConstants<'a>,
+pub struct BodyStep<'a, S: SolidSpace = Plane> {
+    pub constants: BodyConstants<'a, S>,
     pub time: &'a StageTime,
     /// φⁿ.
-    pub base: ParticleView<'a>,
+    pub base: ParticleView<'a, S>,
     /// State whose rates these are.
-    pub stage: ParticleView<'a>,
-    pub base_rigid: &'a RigidState,
-    pub stage_rigid: &'a RigidState,
+    pub stage: ParticleView<'a, S>,
+    pub base_rigid: &'a RigidState<S>,
+    pub stage_rigid: &'a RigidState<S>,
     /// Whole periods by which particles have been wrapped.
-    pub image_counts: &'a [[i32; 2]],
+    pub image_counts: &'a [S::Of<i32>],
     /// Force on each particle of whatever origin \[N/m\].
-    pub force: &'a [Vector],
-    pub rates: RateView<'a>,
+    pub force: &'a [S::Vector],
+    pub rates: RateView<'a, S>,
 }
 
 /// Input of [`BodyFormulation::kick`].
 #[derive(Clone, Copy)]
-pub struct BodyKick<'a> {
-    pub constants: BodyConstants<'a>,
+pub struct BodyKick<'a, S: SolidSpace = Plane> {
+    pub constants: BodyConstants<'a, S>,
     pub time: &'a StageTime,
     /// Duration of the kick \[s\].
     pub duration: f64,
     /// Time at which the new velocities hold \[s\].
     pub target: f64,
     /// Force on each particle of whatever origin \[N/m\].
-    pub force: &'a [Vector],
+    pub force: &'a [S::Vector],
     /// Motion at the start of the step.
-    pub base_rigid: &'a RigidState,
-    pub image_counts: &'a [[i32; 2]],
+    pub base_rigid: &'a RigidState<S>,
+    pub image_counts: &'a [S::Of<i32>],
 }
 
 /// Input of [`BodyFormulation::drift`].
 #[derive(Clone, Copy)]
-pub struct BodyDrift<'a> {
-    pub constants: BodyConstants<'a>,
+pub struct BodyDrift<'a, S: SolidSpace = Plane> {
+    pub constants: BodyConstants<'a, S>,
     pub time: &'a StageTime,
     /// Duration of the drift \[s\].
     pub duration: f64,
     /// Time at which the new positions hold \[s\].
     pub target: f64,
     /// Own-body and foreign sums in the middle of the drift; empty where [`BodyFormulation::evolves`] is false.
-    pub sums: &'a [PairSums],
+    pub sums: &'a [PairSums<S>],
     /// Motion at the start of the step.
-    pub base_rigid: &'a RigidState,
-    pub image_counts: &'a [[i32; 2]],
+    pub base_rigid: &'a RigidState<S>,
+    pub image_counts: &'a [S::Of<i32>],
 }
 
 /// Change of a body's angular momentum by other causes than its forces, about the domain's torque origin
 /// \[kg m/s\].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct AngularImpulse {
+pub struct AngularImpulse<S: SolidSpace = Plane> {
     /// Supports.
-    pub supports: f64,
+    pub supports: S::Spin,
     /// The time scheme, [`sph::coupling::ledger::scheme_moment`].
-    pub scheme: f64,
+    pub scheme: S::Spin,
 }
 
-impl AddAssign for AngularImpulse {
+impl<S: SolidSpace> AddAssign for AngularImpulse<S> {
     fn add_assign(&mut self, other: Self) {
         self.supports += other.supports;
         self.scheme += other.scheme;
@@ -91,11 +92,11 @@ impl AddAssign for AngularImpulse {
 
 /// Moment of inertia of a rigid body.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RigidInertia {
+pub struct RigidInertia<S: SolidSpace = Plane> {
     /// Moment of inertia about the centre of mass per depth \[kg m\].
-    pub total: f64,
+    pub total: S::Inertia,
     /// The part of the cells about their own centres \[kg m\].
-    pub cells: f64,
+    pub cells: S::Inertia,
 }
 
 /// Bounds outside which a body's state has no meaning.
@@ -119,17 +120,17 @@ impl StateLimits {
 ///
 /// Slices hold the particles of the body alone. A formulation is constant: variables are in the state, buffers
 /// in the workspace. Forces between owners, contact, walls and supports are added by the solver.
-pub trait BodyFormulation: Send + Sync {
+pub trait BodyFormulation<S: SolidSpace = Plane>: Send + Sync {
     /// Pressure and stress of a state.
     fn update_stress(
         &self,
-        constants: &BodyConstants<'_>,
-        state: &ParticleView<'_>,
-        stress: StressViewMut<'_>,
+        constants: &BodyConstants<'_, S>,
+        state: &ParticleView<'_, S>,
+        stress: StressViewMut<'_, S>,
     );
 
     /// Overwrites the variables that follow from the stress just updated; none where density and stress are advanced.
-    fn derive(&self, _stress: &StressView<'_>, _derived: ParticleViewMut<'_>) {}
+    fn derive(&self, _stress: &StressView<'_, S>, _derived: ParticleViewMut<'_, S>) {}
 
     /// Radius \[m\] of the own-body neighbour lists in the current configuration; `None` when it needs none.
     fn list_radius(&self) -> Option<f64> {
@@ -137,24 +138,24 @@ pub trait BodyFormulation: Send + Sync {
     }
 
     /// Contribution of a load of `moment` f ⊗ X \[N\] about particle `i` to its pair tensor \[-\].
-    fn load_pair_tensor(&self, _i: usize, _moment: &Tensor) -> Tensor {
-        Tensor::zeros()
+    fn load_pair_tensor(&self, _i: usize, _moment: &S::Tensor) -> S::Matrix<f64> {
+        S::zero_matrix()
     }
 
     /// Sums over own-body pairs.
     fn evaluate(
         &self,
-        constants: &BodyConstants<'_>,
-        stage: &ParticleView<'_>,
-        stress: &StressView<'_>,
+        constants: &BodyConstants<'_, S>,
+        stage: &ParticleView<'_, S>,
+        stress: &StressView<'_, S>,
         neighbours: &Rows,
-        sums: &mut [PairSums],
+        sums: &mut [PairSums<S>],
     );
 
     /// Rates of own variables, once the sums hold all pairs that belong in them; zero where they are not advanced.
-    fn complete(&self, _stage: &ParticleView<'_>, _sums: &[PairSums], rates: RateViewMut<'_>) {
+    fn complete(&self, _stage: &ParticleView<'_, S>, _sums: &[PairSums<S>], rates: RateViewMut<'_, S>) {
         rates.density.fill(0.0);
-        rates.deviatoric_stress.fill(SymmetricTensor::default());
+        rates.deviatoric_stress.fill(S::SymmetricTensor::default());
     }
 
     /// Moves the body from φⁿ by the stage's duration, Eq. (30) or (31).
@@ -162,19 +163,19 @@ pub trait BodyFormulation: Send + Sync {
     /// Returns the change of the angular momentum of a rigid body by supports and scheme.
     fn advance(
         &self,
-        step: &BodyStep<'_>,
-        next: ParticleViewMut<'_>,
-        next_rigid: &mut RigidState,
-    ) -> AngularImpulse;
+        step: &BodyStep<'_, S>,
+        next: ParticleViewMut<'_, S>,
+        next_rigid: &mut RigidState<S>,
+    ) -> AngularImpulse<S>;
 
     /// Velocities follow the forces: v ← v + f Δt/m, particle by particle unless the body is rigid; [`AngularImpulse`] as in
     /// [`BodyFormulation::advance`].
     fn kick(
         &self,
-        kick: &BodyKick<'_>,
-        particles: ParticleViewMut<'_>,
-        _motion: &mut RigidState,
-    ) -> AngularImpulse {
+        kick: &BodyKick<'_, S>,
+        particles: ParticleViewMut<'_, S>,
+        _motion: &mut RigidState<S>,
+    ) -> AngularImpulse<S> {
         for (i, v) in particles.velocity.iter_mut().enumerate() {
             *v += kick.force[i] * (kick.duration / kick.constants.mass[i]);
         }
@@ -185,12 +186,12 @@ pub trait BodyFormulation: Send + Sync {
     /// [`BodyFormulation::advance`].
     fn drift(
         &self,
-        drift: &BodyDrift<'_>,
-        particles: ParticleViewMut<'_>,
-        _motion: &mut RigidState,
-    ) -> AngularImpulse {
+        drift: &BodyDrift<'_, S>,
+        particles: ParticleViewMut<'_, S>,
+        _motion: &mut RigidState<S>,
+    ) -> AngularImpulse<S> {
         for (x, v) in particles.position.iter_mut().zip(particles.velocity.iter()) {
-            *x += v * drift.duration;
+            *x += *v * drift.duration;
         }
         AngularImpulse::default()
     }
@@ -206,17 +207,17 @@ pub trait BodyFormulation: Send + Sync {
     }
 
     /// Moment of inertia of a body that is rigid.
-    fn inertia(&self) -> Option<RigidInertia> {
+    fn inertia(&self) -> Option<RigidInertia<S>> {
         None
     }
 
     /// Law by which its particles take part in sums with those of other bodies, walls or the fluid.
-    fn sum_law(&self) -> Option<&SumLaw> {
+    fn sum_law(&self) -> Option<&SumLaw<S>> {
         None
     }
 
     /// Tangent stiffness at particle `i` over that of the undeformed body \[-\].
-    fn tangent_stiffness_ratio(&self, _stress: &StressView<'_>, _i: usize) -> f64 {
+    fn tangent_stiffness_ratio(&self, _stress: &StressView<'_, S>, _i: usize) -> f64 {
         1.0
     }
 
@@ -226,5 +227,5 @@ pub trait BodyFormulation: Send + Sync {
     }
 
     /// Strain energy per metre of depth of particle `i` \[J/m\].
-    fn strain_energy(&self, constants: &BodyConstants<'_>, state: &ParticleView<'_>, i: usize) -> f64;
+    fn strain_energy(&self, constants: &BodyConstants<'_, S>, state: &ParticleView<'_, S>, i: usize) -> f64;
 }

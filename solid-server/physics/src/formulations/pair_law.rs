@@ -1,76 +1,128 @@
-//! Pair terms of two solid particles in the sums (17), (21) and (25).
+//! Pair terms of two solid particles in the sums (17), (21) and (25), over one neighbour or four.
 
 use sph::kernel::shape::Spline;
 use sph::kernel::{CubicSpline, PairKernel};
 use sph::lanes::Real;
 use sph::laws::artificial_viscosity::ArtificialViscosity;
 use sph::setup::{ElasticParameters, UpdatedLagrangian};
-use sph::space::{SymmetricTensor, Tensor, Vector};
+use sph::space::Plane;
+use sph::space::tensors::SpaceSymmetric;
 
-/// One particle as a pair sees it.
+use crate::space::SolidSpace;
+
+/// One particle as a pair sees it, or one in each lane.
 #[derive(Clone, Copy)]
-pub struct PairParticle {
+pub struct PairParticle<S: SolidSpace, R: Real = f64> {
     /// Mass per depth \[kg/m\].
-    pub mass: f64,
+    pub mass: R,
     /// Density \[kg/m³\].
-    pub density: f64,
+    pub density: R,
     /// Velocity \[m/s\].
-    pub velocity: Vector,
+    pub velocity: S::Of<R>,
     /// Cauchy stress \[Pa\].
-    pub stress: SymmetricTensor,
+    pub stress: S::Symmetric<R>,
     /// Artificial stress R_i \[m⁵/(kg s²)\].
-    pub artificial_stress: SymmetricTensor,
+    pub artificial_stress: S::Symmetric<R>,
 }
 
-/// Sums over the pairs of one particle.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct PairSums {
+/// What a pair of particles a, b adds to the sums of a.
+pub struct PairTerms<S: SolidSpace, R: Real> {
+    /// x_ab \[m\].
+    pub separation: S::Of<R>,
+    /// v_ab \[m/s\].
+    pub velocity: S::Of<R>,
+    /// (dW/dr)/r \[1/m⁴\].
+    pub gradient_factor: R,
+    /// V_b (dW/dr)/r \[1/m²\].
+    pub weight: R,
+    /// 1/(ρ_a ρ_b) \[m⁶/kg²\].
+    pub inverse_densities: R,
+    /// Π_ab of Eq. (23) \[m⁵/(kg s²)\].
+    pub viscosity: R,
+    /// Fⁿ of Eq. (26) \[-\]; `None` without artificial stress.
+    pub nearness: Option<R>,
+}
+
+/// Sums over the pairs of one particle, or over a part of them in each lane.
+#[derive(Clone, Copy, Debug)]
+pub struct PairSums<S: SolidSpace = Plane, R: Real = f64> {
     /// Force per metre of depth \[N/m\].
-    pub force: Vector,
+    pub force: S::Of<R>,
     /// Σ V_j (v_j − v_i) ⊗ ∇_i W_ij \[1/s\]: the velocity gradient ∂_b v_a before correction.
-    pub gradient: Tensor,
+    pub gradient: S::Matrix<R>,
     /// Σ V_j (x_j − x_i) ⊗ ∇_i W_ij \[-\]: the inverse of L_i, Eq. (21).
-    pub moment: SymmetricTensor,
+    pub moment: S::Symmetric<R>,
 }
 
-impl PairSums {
-    /// Adds a neighbour of volume V_j \[m²\] to gradient and moment; x_ij, v_ij and (dW/dr)/r as everywhere.
+impl<S: SolidSpace, R: Real> PairSums<S, R> {
+    /// Sums over no pairs.
+    #[inline(always)]
+    pub fn zero() -> Self {
+        Self { force: S::splat(R::zero()), gradient: S::zero_matrix(), moment: S::zero_symmetric() }
+    }
+
+    /// Adds a neighbour with V_j (dW/dr)/r = `weight` \[1/m²\], x_ij \[m\] and v_ij \[m/s\] to gradient and moment.
+    #[inline(always)]
+    pub fn add_gradient(&mut self, weight: R, x_ij: S::Of<R>, v_ij: S::Of<R>) {
+        let weighted = S::scaled(x_ij, weight);
+        self.gradient = S::minus_outer(self.gradient, v_ij, weighted);
+        self.moment = S::symmetric_minus_outer(self.moment, x_ij, weighted);
+    }
+
+    /// Adds the gradient and moment of `other`.
     #[inline]
-    pub fn add_gradient(&mut self, volume: f64, x_ij: &Vector, v_ij: &Vector, gradient_factor: f64) {
-        let weighted = x_ij * (-volume * gradient_factor);
-        self.gradient += v_ij * weighted.transpose();
-        self.moment.xx += x_ij.x * weighted.x;
-        self.moment.yy += x_ij.y * weighted.y;
-        self.moment.xy += x_ij.x * weighted.y;
+    pub fn add_gradients_of(&mut self, other: &Self) {
+        self.gradient = S::matrix_plus(self.gradient, other.gradient);
+        self.moment = S::symmetric_plus(self.moment, other.moment);
+    }
+
+    /// Adds neighbour `b` of `a`.
+    ///
+    /// ```text
+    /// f_ab = m_a m_b ((σ_a + σ_b)/(ρ_a ρ_b) − Π_ab I + (R_a + R_b) Fⁿ)·∇_a W_ab        Eq. (25)
+    /// ```
+    #[inline(always)]
+    pub fn add_pair(&mut self, a: &PairParticle<S, R>, b: &PairParticle<S, R>, pair: &PairTerms<S, R>) {
+        self.add_gradient(pair.weight, pair.separation, pair.velocity);
+        let stress = S::symmetric_scaled(S::symmetric_plus(a.stress, b.stress), pair.inverse_densities);
+        let mut law = S::symmetric_plus_isotropic(stress, R::zero() - pair.viscosity);
+        if let Some(nearness) = pair.nearness {
+            let artificial = S::symmetric_plus(a.artificial_stress, b.artificial_stress);
+            law = S::symmetric_plus_product(law, artificial, nearness);
+        }
+        let factor = a.mass * b.mass * pair.gradient_factor;
+        self.force = S::plus_product(self.force, factor, S::symmetric_times(law, pair.separation));
     }
 }
 
-/// Smallest eigenvalue of the moment along which the velocity gradient is corrected \[-\].
-///
-/// In the bulk it is 1, at the corner of a lattice of h = 1.3 Δx about 0.3. Below this bound too few neighbours lie
-/// along that direction, and the gradient along it stays as summed.
-pub const SMALLEST_MOMENT: f64 = 0.1;
-
-/// Velocity gradient \[1/s\] corrected by L_i, Eq. (21): G·M⁻¹, exact for linear velocities.
-///
-/// Fallback: no correction along principal directions of M whose eigenvalue is below [`SMALLEST_MOMENT`].
-#[inline]
-pub fn corrected_gradient(gradient: &Tensor, moment: &SymmetricTensor) -> Tensor {
-    let m = moment;
-    let principal = m.principal();
-    if principal.minor >= SMALLEST_MOMENT {
-        let inverse = 1.0 / (m.xx * m.yy - m.xy * m.xy);
-        return gradient * Tensor::new(m.yy * inverse, -m.xy * inverse, -m.xy * inverse, m.xx * inverse);
+impl<S: SolidSpace> PairSums<S> {
+    /// The velocity gradient as summed \[1/s\].
+    #[inline]
+    pub fn plain_gradient(&self) -> S::Tensor {
+        S::tensor(self.gradient)
     }
-    let factor = |eigenvalue: f64| if eigenvalue >= SMALLEST_MOMENT { 1.0 / eigenvalue } else { 1.0 };
-    gradient * principal.with_values(factor(principal.major), factor(principal.minor)).full()
+
+    /// Velocity gradient \[1/s\] corrected by L_i, Eq. (21): G·M⁻¹, exact for linear velocities.
+    ///
+    /// Fallback: no correction along principal directions of M whose eigenvalue is below [`crate::thresholds::Thresholds::SMALLEST_MOMENT`].
+    #[inline]
+    pub fn corrected_gradient(&self) -> S::Tensor {
+        let moment = S::symmetric_tensor(self.moment);
+        let [_, smallest] = moment.extremes();
+        let inverse = if smallest >= S::SMALLEST_MOMENT {
+            S::symmetric_tensor(S::symmetric_inverse(self.moment, S::symmetric_determinant(self.moment)))
+        } else {
+            moment.map_principal(|value| if value >= S::SMALLEST_MOMENT { 1.0 / value } else { 1.0 })
+        };
+        self.plain_gradient() * inverse.full()
+    }
 }
 
 /// Constants of the sum (25) between solid particles.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SumLaw {
+pub struct SumLaw<S: SolidSpace = Plane> {
     /// Kernel, Eq. (10)-(11).
-    pub kernel: CubicSpline,
+    pub kernel: CubicSpline<S>,
     /// Its gradient for lanes.
     pub pair_kernel: PairKernel,
     /// Sound speed c of Eq. (23) \[m/s\]: the longitudinal wave speed, as for every stiff wave of the solid.
@@ -89,7 +141,7 @@ pub struct SumLaw {
     inverse_reference_kernel: f64,
 }
 
-impl SumLaw {
+impl<S: SolidSpace> SumLaw<S> {
     /// The law of a body of `material` on a lattice of `particle_spacing` \[m\].
     pub fn new(constants: &UpdatedLagrangian, material: &ElasticParameters, particle_spacing: f64) -> Self {
         let kernel = CubicSpline::new(constants.smoothing_length(particle_spacing));
@@ -119,32 +171,34 @@ impl SumLaw {
     }
 
     /// Adds neighbour `b` of `a` to the sums of `a`, if it lies within support.
-    ///
-    /// ```text
-    /// f_ab = m_a m_b ((σ_a + σ_b)/(ρ_a ρ_b) − Π_ab I + (R_a + R_b) Fⁿ)·∇_a W_ab        Eq. (25)
-    /// ```
     #[inline]
-    pub fn add_pair(&self, sums: &mut PairSums, a: &PairParticle, b: &PairParticle, x_ab: &Vector) {
-        let square = x_ab.norm_squared();
+    pub fn add_pair(
+        &self,
+        sums: &mut PairSums<S>,
+        a: &PairParticle<S>,
+        b: &PairParticle<S>,
+        x_ab: &S::Vector,
+    ) {
+        let separation = S::components(x_ab);
+        let square = S::dot(separation, separation);
         let support = self.kernel.support_radius();
         if square >= support * support {
             return;
         }
         let distance = square.sqrt();
         let gradient_factor = self.kernel.gradient_factor(distance);
-        let v_ab = a.velocity - b.velocity;
-        sums.add_gradient(b.mass / b.density, x_ab, &v_ab, gradient_factor);
-
-        let mean_density = 0.5 * (a.density + b.density);
-        let viscosity = self.artificial_viscosity().pressure(v_ab.dot(x_ab), square) / mean_density;
-        let mut law = a.stress.plus(&b.stress).scaled(1.0 / (a.density * b.density));
-        law.xx -= viscosity;
-        law.yy -= viscosity;
-        let artificial = a.artificial_stress.plus(&b.artificial_stress);
-        if artificial != SymmetricTensor::default() {
-            law = law.plus(&artificial.scaled(self.power_of_nearness(distance)));
-        }
-        sums.force += law.dot(x_ab) * (a.mass * b.mass * gradient_factor);
+        let velocity = S::minus(a.velocity, b.velocity);
+        let damping = self.artificial_viscosity().pressure(S::dot(velocity, separation), square);
+        let pair = PairTerms {
+            separation,
+            velocity,
+            gradient_factor,
+            weight: b.mass / b.density * gradient_factor,
+            inverse_densities: 1.0 / (a.density * b.density),
+            viscosity: damping / (0.5 * (a.density + b.density)),
+            nearness: Some(self.power_of_nearness(distance)),
+        };
+        sums.add_pair(a, b, &pair);
     }
 
     /// The artificial viscosity, Eq. (23)-(24).
@@ -175,6 +229,9 @@ pub fn fourth_power<R: Real>(x: R) -> R {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use sph::space::{Tensor, Vector};
+
+    type Sums = PairSums<Plane>;
 
     fn law() -> SumLaw {
         let constants = UpdatedLagrangian { viscosity_b: 0.5, ..UpdatedLagrangian::default() };
@@ -182,13 +239,13 @@ mod tests {
         SumLaw::new(&constants, &material, 1.0)
     }
 
-    fn particle(k: f64) -> PairParticle {
+    fn particle(k: f64) -> PairParticle<Plane> {
         PairParticle {
             mass: 1.0 + 0.2 * k,
             density: 2.0 - 0.1 * k,
-            velocity: Vector::new(0.3 - k, 0.2 * k),
-            stress: SymmetricTensor { xx: 1.0 + k, yy: -0.5, xy: 0.4 * k },
-            artificial_stress: SymmetricTensor { xx: -0.1, yy: -0.2 * k, xy: 0.05 },
+            velocity: [0.3 - k, 0.2 * k],
+            stress: [1.0 + k, 0.4 * k, -0.5],
+            artificial_stress: [-0.1, 0.05, -0.2 * k],
         }
     }
 
@@ -196,11 +253,11 @@ mod tests {
     fn pair_force_is_antisymmetric() {
         let (a, b) = (particle(0.0), particle(1.0));
         let x_ab = Vector::new(0.7, -0.4);
-        let (mut on_a, mut on_b) = (PairSums::default(), PairSums::default());
+        let (mut on_a, mut on_b) = (Sums::zero(), Sums::zero());
         law().add_pair(&mut on_a, &a, &b, &x_ab);
         law().add_pair(&mut on_b, &b, &a, &-x_ab);
-        assert!(on_a.force.norm() > 0.1);
-        assert_eq!(on_a.force, -on_b.force);
+        assert!(on_a.force[0].abs() > 0.1);
+        assert_eq!(on_a.force, on_b.force.map(|component| -component));
     }
 
     #[test]
@@ -211,15 +268,15 @@ mod tests {
     }
 
     /// Sums at the corner particle of a lattice quadrant, a free edge or the bulk, for a linear velocity.
-    fn lattice_sums(columns: std::ops::RangeInclusive<i32>, rows: std::ops::RangeInclusive<i32>) -> PairSums {
+    fn lattice_sums(columns: std::ops::RangeInclusive<i32>, rows: std::ops::RangeInclusive<i32>) -> Sums {
         let law = law();
         let velocity = |x: &Vector| Tensor::new(0.3, -1.0, 0.8, -0.2) * x;
-        let mut sums = PairSums::default();
+        let mut sums = Sums::zero();
         for column in columns {
             for row in rows.clone() {
                 let x_j = Vector::new(f64::from(column), f64::from(row));
                 let r = x_j.norm();
-                sums.add_gradient(1.0, &-x_j, &-velocity(&x_j), law.kernel.gradient_factor(r));
+                sums.add_gradient(law.kernel.gradient_factor(r), (-x_j).into(), (-velocity(&x_j)).into());
             }
         }
         sums
@@ -230,23 +287,23 @@ mod tests {
         let expected = Tensor::new(0.3, -1.0, 0.8, -0.2);
         for (columns, rows) in [(-3..=3, -3..=3), (0..=3, -3..=3), (0..=3, 0..=3), (0..=1, 0..=3)] {
             let sums = lattice_sums(columns, rows);
-            let corrected = corrected_gradient(&sums.gradient, &sums.moment);
+            let corrected = sums.corrected_gradient();
             assert!((corrected - expected).norm() < 1e-13);
         }
         // Without correction a free edge sees shear in a rigid rotation.
         let sums = lattice_sums(0..=3, -3..=3);
-        assert!((sums.gradient - expected).norm() > 0.1);
+        assert!((sums.plain_gradient() - expected).norm() > 0.1);
     }
 
     #[test]
     fn correction_falls_back_along_directions_without_neighbours() {
         let sums = lattice_sums(-3..=3, 0..=0);
-        let corrected = corrected_gradient(&sums.gradient, &sums.moment);
+        let corrected = sums.corrected_gradient();
         // Along the row both components are exact; across it nothing is known.
         assert!((corrected[(0, 0)] - 0.3).abs() < 1e-14);
         assert!((corrected[(1, 0)] - 0.8).abs() < 1e-14);
         assert_eq!((corrected[(0, 1)], corrected[(1, 1)]), (0.0, 0.0));
-        let alone = corrected_gradient(&Tensor::zeros(), &SymmetricTensor::default());
+        let alone = Sums::zero().corrected_gradient();
         assert_eq!(alone, Tensor::zeros());
     }
 }

@@ -2,11 +2,12 @@
 
 use rayon::prelude::*;
 
-use sph::space::{Tensor, Vector};
+use sph::space::tensors::SpaceVector;
 use sph::sums::ordered_sum;
 
 use crate::neighbours::lists::TASK;
 use crate::neighbours::reference::{PairKind, Reference, ReferencePair};
+use crate::space::SolidSpace;
 
 /// Units of pair forces.
 ///
@@ -38,7 +39,7 @@ impl ForceUnits {
 /// Rounds of the power iteration; the top of the spectrum is found within some per cent.
 const ROUNDS: usize = 60;
 
-impl Reference {
+impl<S: SolidSpace> Reference<S> {
     /// Tensor N_i of the pair forces \[-\] for particle `i` with deformation gradient `f` \[-\] and nominal stress `p` \[Pa\].
     ///
     /// ```text
@@ -46,17 +47,21 @@ impl Reference {
     /// ```
     /// Zero where the material is rigid, which has neither.
     #[inline]
-    pub fn pair_tensor(&self, i: usize, f: &Tensor, p: &Tensor, units: &ForceUnits) -> Tensor {
+    pub fn pair_tensor(&self, i: usize, f: &S::Tensor, p: &S::Tensor, units: &ForceUnits) -> S::Matrix<f64> {
         if self.anchored[i] {
-            return Tensor::zeros();
+            return S::zero_matrix();
         }
-        self.moment_pair_tensor(i, &(p * self.volume[i]), units) - f * units.hourglass
+        let moment = *p * self.volume[i] * self.corrections[i].inverse / units.modulus;
+        S::tensor_components(&(moment - *f * units.hourglass))
     }
 
     /// Contribution of the moment `moment` \[N\] about particle `i` to its N; zero where the material is rigid.
     #[inline]
-    pub fn moment_pair_tensor(&self, i: usize, moment: &Tensor, units: &ForceUnits) -> Tensor {
-        if self.anchored[i] { Tensor::zeros() } else { moment * self.corrections[i].inverse / units.modulus }
+    pub fn moment_pair_tensor(&self, i: usize, moment: &S::Tensor, units: &ForceUnits) -> S::Matrix<f64> {
+        if self.anchored[i] {
+            return S::zero_matrix();
+        }
+        S::tensor_components(&(*moment * self.corrections[i].inverse / units.modulus))
     }
 
     /// Largest angular frequency \[rad/s\] of small vibrations, for a linear stress law and masses `mass` \[kg/m\].
@@ -66,37 +71,30 @@ impl Reference {
         &self,
         mass: &[f64],
         units: &ForceUnits,
-        stress: impl Fn(&Tensor) -> Tensor + Sync,
+        stress: impl Fn(&S::Tensor) -> S::Tensor + Sync,
     ) -> f64 {
         let n = mass.len();
-        let mut u: Vec<Vector> = (0..n)
-            .map(|i| {
-                if self.anchored[i] {
-                    return Vector::zeros();
-                }
-                let phase = if i % 2 == 0 { 1.0 } else { -1.0 };
-                Vector::new(phase, 0.7 * phase + 0.01 * (i % 7) as f64)
-            })
-            .collect();
+        let mut u: Vec<S::Vector> =
+            (0..n).map(|i| if self.anchored[i] { S::Vector::zeros() } else { S::checkerboard(i) }).collect();
         let mut square = 0.0;
         for _ in 0..ROUNDS {
             // Anchored particles and boundary points stay.
-            let change = |i: usize, pair: &ReferencePair| u[i] - u[pair.neighbour as usize];
-            let gradients: Vec<Tensor> = (0..n)
+            let change = |i: usize, pair: &ReferencePair<S>| u[i] - u[pair.neighbour as usize];
+            let gradients: Vec<S::Tensor> = (0..n)
                 .into_par_iter()
                 .with_min_len(TASK)
                 .map(|i| self.gradient(i, |pair| change(i, pair)))
                 .collect();
-            let pair_tensor: Vec<Tensor> =
+            let pair_tensor: Vec<S::Matrix<f64>> =
                 (0..n).map(|i| self.pair_tensor(i, &gradients[i], &stress(&gradients[i]), units)).collect();
-            let next: Vec<Vector> = (0..n)
+            let next: Vec<S::Vector> = (0..n)
                 .into_par_iter()
                 .with_min_len(TASK)
                 .map(|i| {
                     if self.anchored[i] {
-                        return Vector::zeros();
+                        return S::Vector::zeros();
                     }
-                    let change = |pair: &ReferencePair| change(i, pair);
+                    let change = |pair: &ReferencePair<S>| change(i, pair);
                     self.force(i, self.of(i).iter(), &pair_tensor, units, change) / -mass[i]
                 })
                 .collect();
@@ -125,20 +123,21 @@ impl Reference {
     pub fn force<'a>(
         &self,
         i: usize,
-        pairs: impl Iterator<Item = &'a ReferencePair>,
-        pair_tensor: &[Tensor],
+        pairs: impl Iterator<Item = &'a ReferencePair<S>>,
+        pair_tensor: &[S::Matrix<f64>],
         units: &ForceUnits,
-        x_ij: impl Fn(&ReferencePair) -> Vector,
-    ) -> Vector {
-        let mut force = Vector::zeros();
+        x_ij: impl Fn(&ReferencePair<S>) -> S::Vector,
+    ) -> S::Vector {
+        let mut force = S::Vector::zeros();
         for pair in pairs {
             let ends = match pair.kind {
                 PairKind::Inner if self.anchored[i] => continue,
                 PairKind::Inner => 2.0,
                 PairKind::ToAnchor | PairKind::FromAnchor => 1.0,
             };
-            let pair_tensor = pair_tensor[i] + pair_tensor[pair.neighbour as usize];
-            force -= (pair_tensor * pair.separation + x_ij(pair) * (ends * units.hourglass)) * pair.weight;
+            let both = S::matrix_plus(pair_tensor[i], pair_tensor[pair.neighbour as usize]);
+            force -=
+                (S::tensor(both) * pair.separation + x_ij(pair) * (ends * units.hourglass)) * pair.weight;
         }
         force * units.modulus
     }
@@ -147,14 +146,14 @@ impl Reference {
     pub fn hourglass_energy(
         &self,
         i: usize,
-        deformation: &Tensor,
+        deformation: &S::Tensor,
         hourglass_modulus: f64,
-        x_ij: impl Fn(&ReferencePair) -> Vector,
+        x_ij: impl Fn(&ReferencePair<S>) -> S::Vector,
     ) -> f64 {
         let misfit: f64 = self
             .of(i)
             .iter()
-            .map(|pair| pair.weight * (x_ij(pair) - deformation * pair.separation).norm_squared())
+            .map(|pair| pair.weight * (x_ij(pair) - *deformation * pair.separation).norm_squared())
             .sum();
         0.5 * hourglass_modulus * misfit
     }

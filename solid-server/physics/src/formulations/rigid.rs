@@ -6,7 +6,6 @@ use rayon::prelude::*;
 
 use sph::coupling::ledger::scheme_moment;
 use sph::coupling::stage::StageTime;
-use sph::space::{SymmetricTensor, Vector, cross};
 use sph::sums::ordered_sum;
 
 use crate::boundary::supports::Support;
@@ -17,82 +16,84 @@ use crate::formulations::pair_law::PairSums;
 use crate::neighbours::lists::{Rows, TASK};
 use crate::particles::fields::{StressView, StressViewMut};
 use crate::particles::variables::{ParticleView, ParticleViewMut, RigidState, image_offset};
+use crate::space::SolidSpace;
+use sph::space::Plane;
 
 /// A rigid body: M dV/dt = ΣF, I dω/dt = Σ r × F, by the midpoint rule of Eq. (30)-(31).
 ///
 /// ```text
-/// M = Σ m,  I = Σ m (|r|² + V/6)
+/// M = Σ m,  I = Σ (I_r + I_c)
 /// ```
-/// V/6 is the moment of inertia of a square cell of volume V about its own centre, per mass: without it a block of
-/// 4 × 4 particles turns 6 % too easily.
+/// I_r is [`SolidSpace::point_inertia`], I_c the [`SolidSpace::cell_inertia`] of the particle's own cell.
 ///
 /// Particles are placed by centre and angle each time, so that the shape stays rigid to round-off however long the
 /// run. Only forces from outside move it; neither stress nor density evolves.
-pub struct RigidBody {
+pub struct RigidBody<S: SolidSpace = Plane> {
     /// Mass per depth \[kg/m\].
     mass: f64,
     /// Moment of inertia about the centre.
-    inertia: RigidInertia,
+    inertia: RigidInertia<S>,
     /// Particles relative to the centre at the start \[m\].
-    arms: Vec<Vector>,
+    arms: Vec<S::Vector>,
     /// For each support the origin of the centre, see `PrescribedMotion::origin` \[m\].
-    origins: Vec<Vector>,
+    origins: Vec<S::Vector>,
 }
-
-/// Share of Σ m |r|² in the moment of inertia above which it is no round-off \[-\]: not of a single particle.
-const SMALLEST_INERTIA: f64 = 1e-9;
 
 /// Resultant of the forces on a body.
 #[derive(Clone, Copy, Default)]
-struct Wrench {
+struct Wrench<S: SolidSpace> {
     /// Force \[N/m\].
-    force: Vector,
+    force: S::Vector,
     /// Torque about the centre \[N\].
-    torque: f64,
+    torque: S::Spin,
 }
 
-impl AddAssign for Wrench {
+impl<S: SolidSpace> AddAssign for Wrench<S> {
     fn add_assign(&mut self, other: Self) {
         self.force += other.force;
         self.torque += other.torque;
     }
 }
 
-impl RigidBody {
+impl<S: SolidSpace> RigidBody<S> {
     /// A body of particles at `position` \[m\], connected across periodic sides, and its motion at the start: of equal
     /// momentum, and of the angular velocity Σ m r × v / Σ m |r|², which keeps a rotation that the velocities describe.
     pub fn new(
-        constants: &BodyConstants<'_>,
-        position: &[Vector],
-        velocity: &[Vector],
+        constants: &BodyConstants<'_, S>,
+        position: &[S::Vector],
+        velocity: &[S::Vector],
         density: &[f64],
-    ) -> (Self, RigidState) {
+    ) -> (Self, RigidState<S>) {
         let m = constants.mass;
         let n = position.len();
         let mass: f64 = ordered_sum(n, |i| m[i]);
-        let centre = ordered_sum::<Vector, _>(n, |i| position[i] * m[i]) / mass;
-        let mean_velocity = ordered_sum::<Vector, _>(n, |i| velocity[i] * m[i]) / mass;
-        let arms: Vec<Vector> = position.iter().map(|x| x - centre).collect();
-        let of_places: f64 = ordered_sum(n, |i| m[i] * arms[i].norm_squared());
-        let cells: f64 = ordered_sum(n, |i| m[i] * m[i] / (6.0 * density[i]));
-        let angular_momentum: f64 = ordered_sum(n, |i| m[i] * cross(&arms[i], &velocity[i]));
+        let centre = ordered_sum::<S::Vector, _>(n, |i| position[i] * m[i]) / mass;
+        let mean_velocity = ordered_sum::<S::Vector, _>(n, |i| velocity[i] * m[i]) / mass;
+        let arms: Vec<S::Vector> = position.iter().map(|x| *x - centre).collect();
+        let of_places: S::Inertia = ordered_sum(n, |i| S::point_inertia(m[i], &arms[i]));
+        let cells: S::Inertia = ordered_sum(n, |i| S::cell_inertia(m[i], density[i]));
+        let angular_momentum: S::Spin = ordered_sum(n, |i| S::cross(&arms[i], &velocity[i]) * m[i]);
         let origins = constants.supports.iter().map(|support| support.origin(&centre)).collect();
         let inertia = RigidInertia { total: of_places + cells, cells };
-        let turns = of_places > SMALLEST_INERTIA * inertia.total;
-        let angular_velocity = if turns { angular_momentum / of_places } else { 0.0 };
-        let state = RigidState { centre, velocity: mean_velocity, angle: 0.0, angular_velocity };
+        let angular_velocity = if S::is_extended(of_places, inertia.total) {
+            S::angular_velocity(of_places, angular_momentum)
+        } else {
+            S::Spin::default()
+        };
+        let state =
+            RigidState { centre, velocity: mean_velocity, angle: S::Rotation::default(), angular_velocity };
         (Self { mass, inertia, arms, origins }, state)
     }
 
     /// `motion` with the supports imposed that act in the step of `time`, at `target` \[s\].
     fn held(
         &self,
-        supports: &[Support],
+        supports: &[Support<S>],
         time: &StageTime,
         target: f64,
-        base: &RigidState,
-        mut motion: RigidState,
-    ) -> RigidState {
+        base: &RigidState<S>,
+        mut motion: RigidState<S>,
+    ) -> RigidState<S> {
         for (support, origin) in supports.iter().zip(&self.origins).filter(|(support, _)| support.acts(time))
         {
             support.target(target).impose_on_rigid(origin, base, &mut motion);
@@ -101,42 +102,45 @@ impl RigidBody {
     }
 
     /// Resultant of `force` \[N/m\] on a body turned by `angle` \[rad\].
-    fn wrench(&self, angle: f64, force: &[Vector]) -> Wrench {
-        let (sine, cosine) = angle.sin_cos();
+    fn wrench(&self, angle: S::Rotation, force: &[S::Vector]) -> Wrench<S> {
+        let rotation = S::rotation_matrix(angle);
         ordered_sum(self.arms.len(), |i| Wrench {
             force: force[i],
-            torque: cross(&turned(&self.arms[i], sine, cosine), &force[i]),
+            torque: S::cross(&(rotation * self.arms[i]), &force[i]),
         })
     }
 
     /// Velocity and angular velocity gained in `duration` \[s\].
-    fn gain(&self, wrench: &Wrench, duration: f64) -> (Vector, f64) {
-        (wrench.force * (duration / self.mass), wrench.torque / self.inertia.total * duration)
+    fn gain(&self, wrench: &Wrench<S>, duration: f64) -> (S::Vector, S::Spin) {
+        (
+            wrench.force * (duration / self.mass),
+            S::angular_velocity(self.inertia.total, wrench.torque) * duration,
+        )
     }
 
     /// Change by supports of the angular momentum of a body whose forces act with its centre at `centre` \[m\], by
     /// changing its motion from `free` to `held` \[kg m/s\].
     fn held_moment(
         &self,
-        constants: &BodyConstants<'_>,
-        centre: &Vector,
-        free: &RigidState,
-        held: &RigidState,
-    ) -> f64 {
-        let arm = centre - constants.domain.torque_origin();
-        self.mass * cross(&arm, &(held.velocity - free.velocity))
-            + self.inertia.total * (held.angular_velocity - free.angular_velocity)
+        constants: &BodyConstants<'_, S>,
+        centre: &S::Vector,
+        free: &RigidState<S>,
+        held: &RigidState<S>,
+    ) -> S::Spin {
+        let arm = *centre - constants.domain.torque_origin();
+        S::cross(&arm, &(held.velocity - free.velocity)) * self.mass
+            + S::angular_momentum(self.inertia.total, held.angular_velocity - free.angular_velocity)
     }
 
     /// Writes positions and velocities that belong to `motion`.
     pub fn place(
         &self,
-        constants: &BodyConstants<'_>,
-        motion: &RigidState,
-        image_counts: &[[i32; 2]],
-        particles: ParticleViewMut<'_>,
+        constants: &BodyConstants<'_, S>,
+        motion: &RigidState<S>,
+        image_counts: &[S::Of<i32>],
+        particles: ParticleViewMut<'_, S>,
     ) {
-        let (sine, cosine) = motion.angle.sin_cos();
+        let rotation = S::rotation_matrix(motion.angle);
         let omega = motion.angular_velocity;
         particles
             .position
@@ -145,55 +149,49 @@ impl RigidBody {
             .with_min_len(8 * TASK)
             .enumerate()
             .for_each(|(i, (x, v))| {
-                let arm = turned(&self.arms[i], sine, cosine);
+                let arm = rotation * self.arms[i];
                 *x = motion.centre + arm - image_offset(constants.domain, &image_counts[i]);
-                *v = motion.velocity + Vector::new(-omega * arm.y, omega * arm.x);
+                *v = motion.velocity + S::spin_cross(omega, &arm);
             });
     }
 }
 
-/// `arm` turned by the angle of this sine and cosine.
-#[inline]
-fn turned(arm: &Vector, sine: f64, cosine: f64) -> Vector {
-    Vector::new(cosine * arm.x - sine * arm.y, sine * arm.x + cosine * arm.y)
-}
-
-impl BodyFormulation for RigidBody {
+impl<S: SolidSpace> BodyFormulation<S> for RigidBody<S> {
     fn update_stress(
         &self,
-        _constants: &BodyConstants<'_>,
-        _state: &ParticleView<'_>,
-        stress: StressViewMut<'_>,
+        _constants: &BodyConstants<'_, S>,
+        _state: &ParticleView<'_, S>,
+        stress: StressViewMut<'_, S>,
     ) {
         stress.pressure.fill(0.0);
-        stress.cauchy.fill(SymmetricTensor::default());
-        stress.artificial.fill(SymmetricTensor::default());
+        stress.cauchy.fill(S::SymmetricTensor::default());
+        stress.artificial.fill(S::SymmetricTensor::default());
     }
 
     fn evaluate(
         &self,
-        _constants: &BodyConstants<'_>,
-        _stage: &ParticleView<'_>,
-        _stress: &StressView<'_>,
+        _constants: &BodyConstants<'_, S>,
+        _stage: &ParticleView<'_, S>,
+        _stress: &StressView<'_, S>,
         _neighbours: &Rows,
-        sums: &mut [PairSums],
+        sums: &mut [PairSums<S>],
     ) {
-        sums.fill(PairSums::default());
+        sums.fill(PairSums::zero());
     }
 
     fn advance(
         &self,
-        step: &BodyStep<'_>,
-        next: ParticleViewMut<'_>,
-        next_rigid: &mut RigidState,
-    ) -> AngularImpulse {
+        step: &BodyStep<'_, S>,
+        next: ParticleViewMut<'_, S>,
+        next_rigid: &mut RigidState<S>,
+    ) -> AngularImpulse<S> {
         let (base, stage) = (step.base_rigid, step.stage_rigid);
         let duration = step.time.duration();
         let (gain, spin) = self.gain(&self.wrench(stage.angle, step.force), duration);
         let free = RigidState {
             centre: base.centre + stage.velocity * duration,
             velocity: base.velocity + gain,
-            angle: base.angle + stage.angular_velocity * duration,
+            angle: S::rotated(base.angle, stage.angular_velocity, duration),
             angular_velocity: base.angular_velocity + spin,
         };
         *next_rigid = self.held(step.constants.supports, step.time, step.time.target_time(), base, free);
@@ -204,16 +202,16 @@ impl BodyFormulation for RigidBody {
         let (start, end) = ((&base.centre, &base.velocity), (&next_rigid.centre, &next_rigid.velocity));
         AngularImpulse {
             supports: self.held_moment(&step.constants, &stage.centre, &free, next_rigid),
-            scheme: self.mass * scheme_moment(start, &stage.centre, end),
+            scheme: scheme_moment::<S>(start, &stage.centre, end) * self.mass,
         }
     }
 
     fn kick(
         &self,
-        kick: &BodyKick<'_>,
-        particles: ParticleViewMut<'_>,
-        motion: &mut RigidState,
-    ) -> AngularImpulse {
+        kick: &BodyKick<'_, S>,
+        particles: ParticleViewMut<'_, S>,
+        motion: &mut RigidState<S>,
+    ) -> AngularImpulse<S> {
         let (gain, spin) = self.gain(&self.wrench(motion.angle, kick.force), kick.duration);
         motion.velocity += gain;
         motion.angular_velocity += spin;
@@ -222,30 +220,35 @@ impl BodyFormulation for RigidBody {
         motion.velocity = held.velocity;
         motion.angular_velocity = held.angular_velocity;
         self.place(&kick.constants, motion, kick.image_counts, particles);
-        AngularImpulse { supports, scheme: 0.0 }
+        AngularImpulse { supports, scheme: S::Spin::default() }
     }
 
     fn drift(
         &self,
-        drift: &BodyDrift<'_>,
-        particles: ParticleViewMut<'_>,
-        motion: &mut RigidState,
-    ) -> AngularImpulse {
+        drift: &BodyDrift<'_, S>,
+        particles: ParticleViewMut<'_, S>,
+        motion: &mut RigidState<S>,
+    ) -> AngularImpulse<S> {
         motion.centre += motion.velocity * drift.duration;
-        motion.angle += motion.angular_velocity * drift.duration;
+        motion.angle = S::rotated(motion.angle, motion.angular_velocity, drift.duration);
         let held = self.held(drift.constants.supports, drift.time, drift.target, drift.base_rigid, *motion);
-        let scheme = self.mass * cross(&(held.centre - motion.centre), &motion.velocity);
+        let scheme = S::cross(&(held.centre - motion.centre), &motion.velocity) * self.mass;
         motion.centre = held.centre;
         motion.angle = held.angle;
         self.place(&drift.constants, motion, drift.image_counts, particles);
-        AngularImpulse { supports: 0.0, scheme }
+        AngularImpulse { supports: S::Spin::default(), scheme }
     }
 
-    fn inertia(&self) -> Option<RigidInertia> {
+    fn inertia(&self) -> Option<RigidInertia<S>> {
         Some(self.inertia)
     }
 
-    fn strain_energy(&self, _constants: &BodyConstants<'_>, _state: &ParticleView<'_>, _i: usize) -> f64 {
+    fn strain_energy(
+        &self,
+        _constants: &BodyConstants<'_, S>,
+        _state: &ParticleView<'_, S>,
+        _i: usize,
+    ) -> f64 {
         0.0
     }
 }

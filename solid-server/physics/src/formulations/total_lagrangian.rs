@@ -7,7 +7,6 @@ use sph::lanes::Arithmetic;
 use sph::laws::artificial_viscosity::ArtificialViscosity;
 use sph::setup::{ElasticParameters, TotalLagrangian};
 use sph::space::geometry::{Geometry, Open, Periodic};
-use sph::space::{SymmetricTensor, Tensor, Vector};
 
 use crate::boundary::supports::Support;
 use crate::formulations::bond_forces::{Bonds, ForcePass, TOTAL_LAGRANGIAN_LAMBDA, Viscosity};
@@ -22,14 +21,17 @@ use crate::neighbours::reference::{Reference, ReferencePair};
 use crate::neighbours::stencil::MomentPass;
 use crate::particles::fields::{StressView, StressViewMut};
 use crate::particles::variables::{ParticleView, ParticleViewMut, RigidState};
+use crate::space::SolidSpace;
+use sph::space::Plane;
+use sph::space::tensors::{SpaceSymmetric, SpaceTensor, SpaceVector};
 
 /// A hyperelastic body whose neighbours are those of the undeformed body.
 ///
 /// Rigid motion is met exactly, forces derive from an energy, and neither tensile instability nor list builds occur.
-pub struct TotalLagrangianBody {
+pub struct TotalLagrangianBody<S: SolidSpace = Plane> {
     material: ElasticParameters,
     law: Hyperelastic,
-    reference: Reference,
+    reference: Reference<S>,
     /// Those of pair forces; the hourglass modulus is ζE over the lattice moment of the stencil.
     units: ForceUnits,
     viscosity: Option<Viscosity>,
@@ -38,13 +40,13 @@ pub struct TotalLagrangianBody {
     pub largest_frequency: f64,
 }
 
-impl TotalLagrangianBody {
+impl<S: SolidSpace> TotalLagrangianBody<S> {
     /// A body of `material` whose particles are at `position` \[m\] when undeformed, on a lattice of `spacing` \[m\].
     pub fn new(
         constants: &TotalLagrangian,
         material: &ElasticParameters,
-        body: &BodyConstants<'_>,
-        position: &[Vector],
+        body: &BodyConstants<'_, S>,
+        position: &[S::Vector],
         spacing: f64,
         arithmetic: Arithmetic,
     ) -> Self {
@@ -52,7 +54,7 @@ impl TotalLagrangianBody {
         let kernel = CubicSpline::new(smoothing_length);
         let volume = body.mass.iter().map(|mass| mass / material.density).collect();
         let mut anchored = vec![false; position.len()];
-        let lasting = |support: &&Support| support.holds_fully() && support.release_time == f64::INFINITY;
+        let lasting = |support: &&Support<S>| support.holds_fully() && support.release_time == f64::INFINITY;
         for held in body.supports.iter().filter(lasting).flat_map(|support| &support.particles) {
             anchored[held.particle] = true;
         }
@@ -63,7 +65,7 @@ impl TotalLagrangianBody {
             material.young_modulus(),
         );
         let largest_frequency =
-            reference.largest_frequency(body.mass, &units, |gradient| law.linear(gradient));
+            reference.largest_frequency(body.mass, &units, |gradient| law.linear::<S>(gradient));
         let viscous = constants.viscosity_a > 0.0 || constants.viscosity_b > 0.0;
         let viscosity = viscous.then(|| Viscosity {
             law: ArtificialViscosity::new(
@@ -78,13 +80,13 @@ impl TotalLagrangianBody {
     }
 
     /// Deformation gradients of the particles from `first` on \[-\], for the body at `position` \[m\].
-    fn deform<G: Geometry>(
+    fn deform<G: Geometry<S>>(
         &self,
         geometry: G,
-        body: &BodyConstants<'_>,
-        position: &[Vector],
+        body: &BodyConstants<'_, S>,
+        position: &[S::Vector],
         first: usize,
-        deformation: &mut [Tensor],
+        deformation: &mut [S::Tensor],
     ) {
         let stencils = &self.reference.stencils;
         self.arithmetic.run(MomentPass { geometry, stencils, position, first, sums: deformation });
@@ -96,10 +98,10 @@ impl TotalLagrangianBody {
     /// The same in the box of the body.
     fn deform_in_box(
         &self,
-        body: &BodyConstants<'_>,
-        position: &[Vector],
+        body: &BodyConstants<'_, S>,
+        position: &[S::Vector],
         first: usize,
-        deformation: &mut [Tensor],
+        deformation: &mut [S::Tensor],
     ) {
         if body.domain.is_periodic() {
             self.deform(Periodic::new(body.domain), body, position, first, deformation);
@@ -109,13 +111,13 @@ impl TotalLagrangianBody {
     }
 
     /// Forces of all pairs of the body \[N/m\].
-    fn pair_forces<G: Geometry>(
+    fn pair_forces<G: Geometry<S>>(
         &self,
         geometry: G,
-        body: &BodyConstants<'_>,
-        state: &ParticleView<'_>,
-        pair_tensor: &[Tensor],
-        sums: &mut [PairSums],
+        body: &BodyConstants<'_, S>,
+        state: &ParticleView<'_, S>,
+        pair_tensor: &[S::Matrix<f64>],
+        sums: &mut [PairSums<S>],
     ) {
         let bonds = Bonds {
             geometry,
@@ -128,17 +130,15 @@ impl TotalLagrangianBody {
         };
         sums.par_chunks_mut(TASK).enumerate().for_each(|(task, sums)| {
             let first = task * TASK;
-            let mut forces = [Vector::zeros(); TASK];
+            let mut forces = [S::Vector::zeros(); TASK];
             let forces = &mut forces[..sums.len()];
             self.arithmetic.run(ForcePass { bonds: &bonds, first, forces });
             for (k, (sums, force)) in sums.iter_mut().zip(forces).enumerate() {
                 let i = first + k;
                 // Anchored material is rigid within.
-                let inner = if self.reference.anchored[i] { Vector::zeros() } else { *force };
-                *sums = PairSums {
-                    force: inner + self.border_force(body, state, pair_tensor, i),
-                    ..PairSums::default()
-                };
+                let inner = if self.reference.anchored[i] { S::Vector::zeros() } else { *force };
+                let force = inner + self.border_force(body, state, pair_tensor, i);
+                *sums = PairSums { force: S::components(&force), ..PairSums::zero() };
             }
         });
     }
@@ -146,12 +146,12 @@ impl TotalLagrangianBody {
     /// Force on particle `i` of its pairs between anchored and free particles \[N/m\].
     fn border_force(
         &self,
-        body: &BodyConstants<'_>,
-        state: &ParticleView<'_>,
-        pair_tensor: &[Tensor],
+        body: &BodyConstants<'_, S>,
+        state: &ParticleView<'_, S>,
+        pair_tensor: &[S::Matrix<f64>],
         i: usize,
-    ) -> Vector {
-        let x_ij = |pair: &ReferencePair| self.reference.separation(body.domain, state.position, i, pair);
+    ) -> S::Vector {
+        let x_ij = |pair: &ReferencePair<S>| self.reference.separation(body.domain, state.position, i, pair);
         let mut force =
             self.reference.force(i, self.reference.across_border(i), pair_tensor, &self.units, x_ij);
         let Some(viscosity) = &self.viscosity else { return force };
@@ -165,8 +165,13 @@ impl TotalLagrangianBody {
     }
 }
 
-impl BodyFormulation for TotalLagrangianBody {
-    fn update_stress(&self, body: &BodyConstants<'_>, state: &ParticleView<'_>, stress: StressViewMut<'_>) {
+impl<S: SolidSpace> BodyFormulation<S> for TotalLagrangianBody<S> {
+    fn update_stress(
+        &self,
+        body: &BodyConstants<'_, S>,
+        state: &ParticleView<'_, S>,
+        stress: StressViewMut<'_, S>,
+    ) {
         stress
             .pressure
             .par_chunks_mut(TASK)
@@ -178,35 +183,35 @@ impl BodyFormulation for TotalLagrangianBody {
                 let first = task * TASK;
                 self.deform_in_box(body, state.position, first, deformation);
                 for (k, f) in deformation.iter().enumerate() {
-                    let found = self.law.stress(f);
+                    let found = self.law.stress::<S>(f);
                     pair_tensor[k] = self.reference.pair_tensor(first + k, f, &found.nominal, &self.units);
                     cauchy[k] = found.cauchy;
                     pressure[k] = found.pressure();
                 }
             });
-        stress.artificial.fill(SymmetricTensor::default());
+        stress.artificial.fill(S::SymmetricTensor::default());
     }
 
     /// ρ = ρ₀/J and s = σ + p I.
-    fn derive(&self, stress: &StressView<'_>, derived: ParticleViewMut<'_>) {
+    fn derive(&self, stress: &StressView<'_, S>, derived: ParticleViewMut<'_, S>) {
         for (i, (rho, s)) in derived.density.iter_mut().zip(derived.deviatoric_stress).enumerate() {
             *rho = self.material.density / stress.deformation[i].determinant();
-            *s = stress.cauchy[i].plus(&SymmetricTensor::isotropic(stress.pressure[i]));
+            *s = stress.cauchy[i].plus(&S::SymmetricTensor::isotropic(stress.pressure[i]));
         }
     }
 
     /// The virtual work of a force at x_i + F_i X is that of the force on i and of its moment on F_i.
-    fn load_pair_tensor(&self, i: usize, moment: &Tensor) -> Tensor {
-        -self.reference.moment_pair_tensor(i, moment, &self.units)
+    fn load_pair_tensor(&self, i: usize, moment: &S::Tensor) -> S::Matrix<f64> {
+        self.reference.moment_pair_tensor(i, &-*moment, &self.units)
     }
 
     fn evaluate(
         &self,
-        body: &BodyConstants<'_>,
-        stage: &ParticleView<'_>,
-        stress: &StressView<'_>,
+        body: &BodyConstants<'_, S>,
+        stage: &ParticleView<'_, S>,
+        stress: &StressView<'_, S>,
         _neighbours: &Rows,
-        sums: &mut [PairSums],
+        sums: &mut [PairSums<S>],
     ) {
         if body.domain.is_periodic() {
             self.pair_forces(Periodic::new(body.domain), body, stage, stress.pair_tensor, sums);
@@ -217,45 +222,45 @@ impl BodyFormulation for TotalLagrangianBody {
 
     fn advance(
         &self,
-        step: &BodyStep<'_>,
-        next: ParticleViewMut<'_>,
-        _next_rigid: &mut RigidState,
-    ) -> AngularImpulse {
+        step: &BodyStep<'_, S>,
+        next: ParticleViewMut<'_, S>,
+        _next_rigid: &mut RigidState<S>,
+    ) -> AngularImpulse<S> {
         let duration = step.time.duration();
         for i in 0..step.base.position.len() {
             next.position[i] = step.base.position[i] + step.stage.velocity[i] * duration;
             next.velocity[i] = step.base.velocity[i] + step.force[i] * (duration / step.constants.mass[i]);
         }
-        let position: &[Vector] = next.position;
+        let position: &[S::Vector] = next.position;
         let derived = next.density.chunks_mut(TASK).zip(next.deviatoric_stress.chunks_mut(TASK));
         for (task, (density, deviatoric_stress)) in derived.enumerate() {
-            let mut deformation = [Tensor::zeros(); TASK];
+            let mut deformation = [S::Tensor::zeros(); TASK];
             let deformation = &mut deformation[..density.len()];
             self.deform_in_box(&step.constants, position, task * TASK, deformation);
             for (k, f) in deformation.iter().enumerate() {
-                let stress = self.law.stress(f);
+                let stress = self.law.stress::<S>(f);
                 density[k] = self.material.density / f.determinant();
-                deviatoric_stress[k] = stress.cauchy.plus(&SymmetricTensor::isotropic(stress.pressure()));
+                deviatoric_stress[k] = stress.cauchy.plus(&S::SymmetricTensor::isotropic(stress.pressure()));
             }
         }
         AngularImpulse::default()
     }
 
-    fn tangent_stiffness_ratio(&self, stress: &StressView<'_>, i: usize) -> f64 {
-        self.law.tangent_stiffness_ratio(&stress.deformation[i])
+    fn tangent_stiffness_ratio(&self, stress: &StressView<'_, S>, i: usize) -> f64 {
+        self.law.tangent_stiffness_ratio::<S>(&stress.deformation[i])
     }
 
     fn limits(&self) -> StateLimits {
         StateLimits::HYPERELASTIC
     }
 
-    fn strain_energy(&self, body: &BodyConstants<'_>, state: &ParticleView<'_>, i: usize) -> f64 {
+    fn strain_energy(&self, body: &BodyConstants<'_, S>, state: &ParticleView<'_, S>, i: usize) -> f64 {
         if self.reference.anchored[i] {
             return 0.0;
         }
-        let x_ij = |pair: &ReferencePair| self.reference.separation(body.domain, state.position, i, pair);
+        let x_ij = |pair: &ReferencePair<S>| self.reference.separation(body.domain, state.position, i, pair);
         let deformation = self.reference.deformation_gradient(i, x_ij);
-        self.reference.volume[i] * self.law.energy_density(&deformation)
+        self.reference.volume[i] * self.law.energy_density::<S>(&deformation)
             + self.reference.hourglass_energy(i, &deformation, self.units.hourglass_modulus(), x_ij)
     }
 }

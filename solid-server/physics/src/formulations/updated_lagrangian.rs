@@ -4,32 +4,34 @@ use rayon::prelude::*;
 
 use sph::lanes::Arithmetic;
 use sph::setup::{ElasticParameters, UpdatedLagrangian};
-use sph::space::Tensor;
 use sph::space::geometry::{Geometry, Open, Periodic};
 
 use crate::formulations::formulation::{AngularImpulse, BodyConstants, BodyDrift, BodyFormulation, BodyStep};
 use crate::formulations::pair_lanes::{BodyArrays, PairPass};
-use crate::formulations::pair_law::{PairSums, SumLaw, corrected_gradient};
+use crate::formulations::pair_law::{PairSums, SumLaw};
 use crate::materials::hooke::{
     artificial_stress, cauchy_stress, deviatoric_stress_rate, pressure, strain_energy_density,
 };
 use crate::neighbours::lists::{Rows, TASK};
 use crate::particles::fields::{RateViewMut, StressView, StressViewMut};
 use crate::particles::variables::{ParticleView, ParticleViewMut, RigidState};
+use crate::space::SolidSpace;
+use sph::space::Plane;
+use sph::space::tensors::{SpaceSymmetric, SpaceTensor};
 
 /// An elastic body whose density and stress evolve with the velocity gradient.
 ///
 /// The same gradient, corrected by L_i of Eq. (21) or not, enters Eq. (7) and the continuity equation in the form
 /// dρ/dt = −ρ tr(∇v), which without correction is Eq. (17). Without correction free surfaces see shear in a rigid
 /// rotation, and the body turns as if on a torsion spring.
-pub struct UpdatedLagrangianBody {
+pub struct UpdatedLagrangianBody<S: SolidSpace = Plane> {
     material: ElasticParameters,
-    law: SumLaw,
+    law: SumLaw<S>,
     gradient_correction: bool,
     arithmetic: Arithmetic,
 }
 
-impl UpdatedLagrangianBody {
+impl<S: SolidSpace> UpdatedLagrangianBody<S> {
     /// A body of `material` on a lattice of `particle_spacing` \[m\].
     pub fn new(
         constants: &UpdatedLagrangian,
@@ -45,12 +47,12 @@ impl UpdatedLagrangianBody {
         }
     }
 
-    fn sum_pairs<G: Geometry>(
+    fn sum_pairs<G: Geometry<S>>(
         &self,
         geometry: G,
-        members: BodyArrays<'_>,
+        members: BodyArrays<'_, S>,
         neighbours: &Rows,
-        sums: &mut [PairSums],
+        sums: &mut [PairSums<S>],
     ) {
         let law = &self.law;
         sums.par_chunks_mut(TASK).enumerate().for_each(|(task, sums)| {
@@ -58,21 +60,17 @@ impl UpdatedLagrangianBody {
         });
     }
 
-    fn velocity_gradient(&self, sums: &PairSums) -> Tensor {
-        if self.gradient_correction {
-            corrected_gradient(&sums.gradient, &sums.moment)
-        } else {
-            sums.gradient
-        }
+    fn velocity_gradient(&self, sums: &PairSums<S>) -> S::Tensor {
+        if self.gradient_correction { sums.corrected_gradient() } else { sums.plain_gradient() }
     }
 }
 
-impl BodyFormulation for UpdatedLagrangianBody {
+impl<S: SolidSpace> BodyFormulation<S> for UpdatedLagrangianBody<S> {
     fn update_stress(
         &self,
-        _constants: &BodyConstants<'_>,
-        state: &ParticleView<'_>,
-        stress: StressViewMut<'_>,
+        _constants: &BodyConstants<'_, S>,
+        state: &ParticleView<'_, S>,
+        stress: StressViewMut<'_, S>,
     ) {
         let (material, epsilon) = (&self.material, self.law.artificial_stress);
         stress
@@ -85,8 +83,8 @@ impl BodyFormulation for UpdatedLagrangianBody {
             .for_each(|(i, ((p, sigma), artificial))| {
                 let rho = state.density[i];
                 *p = pressure(material, rho);
-                *sigma = cauchy_stress(*p, &state.deviatoric_stress[i]);
-                *artificial = artificial_stress(epsilon, sigma, rho);
+                *sigma = cauchy_stress::<S>(*p, &state.deviatoric_stress[i]);
+                *artificial = artificial_stress::<S>(epsilon, sigma, rho);
             });
     }
 
@@ -96,11 +94,11 @@ impl BodyFormulation for UpdatedLagrangianBody {
 
     fn evaluate(
         &self,
-        constants: &BodyConstants<'_>,
-        stage: &ParticleView<'_>,
-        stress: &StressView<'_>,
+        constants: &BodyConstants<'_, S>,
+        stage: &ParticleView<'_, S>,
+        stress: &StressView<'_, S>,
         neighbours: &Rows,
-        sums: &mut [PairSums],
+        sums: &mut [PairSums<S>],
     ) {
         let members = BodyArrays {
             position: stage.position,
@@ -117,7 +115,7 @@ impl BodyFormulation for UpdatedLagrangianBody {
         }
     }
 
-    fn complete(&self, stage: &ParticleView<'_>, sums: &[PairSums], rates: RateViewMut<'_>) {
+    fn complete(&self, stage: &ParticleView<'_, S>, sums: &[PairSums<S>], rates: RateViewMut<'_, S>) {
         rates
             .density
             .par_iter_mut()
@@ -127,7 +125,7 @@ impl BodyFormulation for UpdatedLagrangianBody {
             .for_each(|(i, (rho_dot, s_dot))| {
                 let gradient = self.velocity_gradient(&sums[i]);
                 *rho_dot = -stage.density[i] * gradient.trace();
-                *s_dot = deviatoric_stress_rate(
+                *s_dot = deviatoric_stress_rate::<S>(
                     self.material.shear_modulus,
                     &stage.deviatoric_stress[i],
                     &gradient,
@@ -137,10 +135,10 @@ impl BodyFormulation for UpdatedLagrangianBody {
 
     fn advance(
         &self,
-        step: &BodyStep<'_>,
-        next: ParticleViewMut<'_>,
-        _next_rigid: &mut RigidState,
-    ) -> AngularImpulse {
+        step: &BodyStep<'_, S>,
+        next: ParticleViewMut<'_, S>,
+        _next_rigid: &mut RigidState<S>,
+    ) -> AngularImpulse<S> {
         let duration = step.time.duration();
         let (base, stage, rates) = (&step.base, &step.stage, &step.rates);
         next.position
@@ -162,10 +160,10 @@ impl BodyFormulation for UpdatedLagrangianBody {
     /// Density and stress follow the gradient in the middle of the drift, both by the midpoint rule.
     fn drift(
         &self,
-        drift: &BodyDrift<'_>,
-        particles: ParticleViewMut<'_>,
-        _motion: &mut RigidState,
-    ) -> AngularImpulse {
+        drift: &BodyDrift<'_, S>,
+        particles: ParticleViewMut<'_, S>,
+        _motion: &mut RigidState<S>,
+    ) -> AngularImpulse<S> {
         let (duration, half) = (drift.duration, 0.5 * drift.duration);
         particles
             .position
@@ -178,7 +176,7 @@ impl BodyFormulation for UpdatedLagrangianBody {
             .for_each(|(i, (((x, v), rho), s))| {
                 *x += *v * duration;
                 let gradient = self.velocity_gradient(&drift.sums[i]);
-                let rate = |s| deviatoric_stress_rate(self.material.shear_modulus, s, &gradient);
+                let rate = |s| deviatoric_stress_rate::<S>(self.material.shear_modulus, s, &gradient);
                 *rho *= (1.0 - half * gradient.trace()) / (1.0 + half * gradient.trace());
                 let middle = s.plus(&rate(s).scaled(half));
                 *s = s.plus(&rate(&middle).scaled(duration));
@@ -190,13 +188,13 @@ impl BodyFormulation for UpdatedLagrangianBody {
         true
     }
 
-    fn sum_law(&self) -> Option<&SumLaw> {
+    fn sum_law(&self) -> Option<&SumLaw<S>> {
         Some(&self.law)
     }
 
-    fn strain_energy(&self, constants: &BodyConstants<'_>, state: &ParticleView<'_>, i: usize) -> f64 {
+    fn strain_energy(&self, constants: &BodyConstants<'_, S>, state: &ParticleView<'_, S>, i: usize) -> f64 {
         let rho = state.density[i];
         let p = pressure(&self.material, rho);
-        constants.mass[i] / rho * strain_energy_density(&self.material, p, &state.deviatoric_stress[i])
+        constants.mass[i] / rho * strain_energy_density::<S>(&self.material, p, &state.deviatoric_stress[i])
     }
 }

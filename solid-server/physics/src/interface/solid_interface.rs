@@ -198,14 +198,14 @@ impl SolidInterface {
 
     fn add_gradient(&self, s: usize, sums: &mut PairSums) {
         let [own, fluid] = &self.states;
-        let mut foreign = PairSums::default();
+        let mut foreign = PairSums::zero();
         for (f, _) in self.interface.fluids_near(s) {
             let x_sf = self.domain.separation(&own.position[s], &fluid.position[f]);
             let v_sf = own.velocity[s] - fluid.velocity[f];
             let gradient_factor = self.kernel.gradient_factor(x_sf.norm());
-            foreign.add_gradient(fluid.mass[f] / fluid.density[f], &x_sf, &v_sf, gradient_factor);
+            let weight = fluid.mass[f] / fluid.density[f] * gradient_factor;
+            foreign.add_gradient(weight, x_sf.into(), v_sf.into());
         }
-        sums.gradient += foreign.gradient;
-        sums.moment = sums.moment.plus(&foreign.moment);
+        sums.add_gradients_of(&foreign);
     }
 }

@@ -1,7 +1,9 @@
 //! The elastic law, Eq. (5)-(8), and the artificial stress of Gray, Monaghan & Swift 2001.
 
 use sph::setup::ElasticParameters;
-use sph::space::{SymmetricTensor, Tensor};
+use sph::space::tensors::{SpaceSymmetric, SpaceTensor};
+
+use crate::space::SolidSpace;
 
 /// Pressure \[Pa\] at `density` \[kg/m³\].
 ///
@@ -21,8 +23,14 @@ pub fn density(material: &ElasticParameters, pressure: f64) -> f64 {
 
 /// Cauchy stress σ = −p I + s \[Pa\], Eq. (6).
 #[inline]
-pub fn cauchy_stress(pressure: f64, deviatoric: &SymmetricTensor) -> SymmetricTensor {
-    SymmetricTensor::isotropic(-pressure).plus(deviatoric)
+pub fn cauchy_stress<S: SolidSpace>(pressure: f64, deviatoric: &S::SymmetricTensor) -> S::SymmetricTensor {
+    S::SymmetricTensor::isotropic(-pressure).plus(deviatoric)
+}
+
+/// Deviatoric stress s = σ + p I \[Pa\].
+#[inline]
+pub fn deviatoric_stress<S: SolidSpace>(pressure: f64, cauchy: &S::SymmetricTensor) -> S::SymmetricTensor {
+    cauchy.plus(&S::SymmetricTensor::isotropic(pressure))
 }
 
 /// Jaumann rate of the deviatoric stress s \[Pa/s\] under `velocity_gradient` L_ab = ∂_b v_a \[1/s\].
@@ -32,49 +40,35 @@ pub fn cauchy_stress(pressure: f64, deviatoric: &SymmetricTensor) -> SymmetricTe
 /// D_ab = ½(∂_b v_a + ∂_a v_b),  ω_ab = ½(∂_b v_a − ∂_a v_b)        Eq. (8)
 /// ```
 ///
-/// The third belongs to plane strain: s_zz = −(s_xx + s_yy) is implied and not stored.
+/// The third belongs to plane strain too: s_zz = −(s_xx + s_yy) is implied and not stored.
 #[inline]
-pub fn deviatoric_stress_rate(
+pub fn deviatoric_stress_rate<S: SolidSpace>(
     shear_modulus: f64,
-    s: &SymmetricTensor,
-    velocity_gradient: &Tensor,
-) -> SymmetricTensor {
-    let l = velocity_gradient;
-    let (d_xx, d_yy) = (l[(0, 0)], l[(1, 1)]);
-    let d_xy = 0.5 * (l[(0, 1)] + l[(1, 0)]);
-    let spin = 0.5 * (l[(0, 1)] - l[(1, 0)]);
-    let third = (d_xx + d_yy) / 3.0;
-    SymmetricTensor {
-        xx: 2.0 * shear_modulus * (d_xx - third) + 2.0 * spin * s.xy,
-        yy: 2.0 * shear_modulus * (d_yy - third) - 2.0 * spin * s.xy,
-        xy: 2.0 * shear_modulus * d_xy + spin * (s.yy - s.xx),
-    }
-}
-
-/// s : s \[Pa²\] with the implied s_zz.
-#[inline]
-pub fn squared_deviator(s: &SymmetricTensor) -> f64 {
-    let s_zz = -(s.xx + s.yy);
-    s.xx * s.xx + s.yy * s.yy + s_zz * s_zz + 2.0 * s.xy * s.xy
+    s: &S::SymmetricTensor,
+    velocity_gradient: &S::Tensor,
+) -> S::SymmetricTensor {
+    let third = velocity_gradient.trace() / 3.0;
+    S::SymmetricTensor::of(velocity_gradient)
+        .plus(&S::SymmetricTensor::isotropic(-third))
+        .scaled(2.0 * shear_modulus)
+        .plus(&S::corotation(velocity_gradient, s))
 }
 
 /// Strain energy per volume \[J/m³\]: p²/(2K) + s:s/(4G).
 #[inline]
-pub fn strain_energy_density(material: &ElasticParameters, pressure: f64, s: &SymmetricTensor) -> f64 {
-    pressure * pressure / (2.0 * material.bulk_modulus) + squared_deviator(s) / (4.0 * material.shear_modulus)
+pub fn strain_energy_density<S: SolidSpace>(
+    material: &ElasticParameters,
+    pressure: f64,
+    s: &S::SymmetricTensor,
+) -> f64 {
+    pressure * pressure / (2.0 * material.bulk_modulus)
+        + S::squared_deviator(s) / (4.0 * material.shear_modulus)
 }
 
 /// Von Mises stress √(3/2 s:s) \[Pa\].
 #[inline]
-pub fn von_mises_stress(s: &SymmetricTensor) -> f64 {
-    (1.5 * squared_deviator(s)).sqrt()
-}
-
-/// Principal stresses in the plane \[Pa\], the larger first.
-#[inline]
-pub fn principal_stresses(stress: &SymmetricTensor) -> [f64; 2] {
-    let principal = stress.principal();
-    [principal.major, principal.minor]
+pub fn von_mises_stress<S: SolidSpace>(s: &S::SymmetricTensor) -> f64 {
+    (1.5 * S::squared_deviator(s)).sqrt()
 }
 
 /// Artificial stress R_i of one particle \[m⁵/(kg s²)\], to be added for both particles of a pair in Eq. (25).
@@ -85,16 +79,19 @@ pub fn principal_stresses(stress: &SymmetricTensor) -> [f64; 2] {
 ///
 /// Principal axes are those of the full stress (Gray, Monaghan & Swift 2001).
 #[inline]
-pub fn artificial_stress(epsilon: f64, stress: &SymmetricTensor, density: f64) -> SymmetricTensor {
-    let principal = stress.principal();
+pub fn artificial_stress<S: SolidSpace>(
+    epsilon: f64,
+    stress: &S::SymmetricTensor,
+    density: f64,
+) -> S::SymmetricTensor {
     let factor = -epsilon / (density * density);
-    principal.with_values(factor * principal.major.max(0.0), factor * principal.minor.max(0.0))
+    stress.map_principal(|value| factor * value.max(0.0))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use sph::space::Tensor;
+    use sph::space::{Plane, SymmetricTensor, Tensor};
 
     const RUBBER: ElasticParameters =
         ElasticParameters { density: 1100.0, bulk_modulus: 20e6, shear_modulus: 4.27e6 };
@@ -104,7 +101,7 @@ mod tests {
         let dt = time / f64::from(steps);
         let (mut rho, mut s) = (RUBBER.density, s_start);
         let rates = |rho: f64, s: &SymmetricTensor| {
-            (-rho * gradient.trace(), deviatoric_stress_rate(RUBBER.shear_modulus, s, &gradient))
+            (-rho * gradient.trace(), deviatoric_stress_rate::<Plane>(RUBBER.shear_modulus, s, &gradient))
         };
         for _ in 0..steps {
             let (rho_dot, s_dot) = rates(rho, &s);
@@ -119,7 +116,7 @@ mod tests {
     fn uniaxial_strain_slope_is_the_longitudinal_modulus() {
         let strain = 1e-6;
         let (p, s) = strained(Tensor::new(1.0, 0.0, 0.0, 0.0), strain, 10, SymmetricTensor::default());
-        let slope = cauchy_stress(p, &s).xx / strain;
+        let slope = cauchy_stress::<Plane>(p, &s).xx / strain;
         let modulus = RUBBER.bulk_modulus + 4.0 / 3.0 * RUBBER.shear_modulus;
         // Second-order terms are of relative size strain.
         assert!((slope / modulus - 1.0).abs() < 2e-6);
@@ -132,7 +129,7 @@ mod tests {
         let lateral = -(k - 2.0 / 3.0 * g) / (k + 4.0 / 3.0 * g);
         let strain = 1e-6;
         let (p, s) = strained(Tensor::new(1.0, 0.0, 0.0, lateral), strain, 10, SymmetricTensor::default());
-        let stress = cauchy_stress(p, &s);
+        let stress = cauchy_stress::<Plane>(p, &s);
         let modulus = 4.0 * g * (k + g / 3.0) / (k + 4.0 / 3.0 * g);
         assert!((stress.xx / strain / modulus - 1.0).abs() < 2e-6);
         assert!(stress.yy.abs() < 1e-5 * stress.xx);
@@ -142,7 +139,7 @@ mod tests {
     fn simple_shear_slope_is_the_shear_modulus() {
         let strain = 1e-6;
         let (p, s) = strained(Tensor::new(0.0, 1.0, 0.0, 0.0), strain, 10, SymmetricTensor::default());
-        assert!((cauchy_stress(p, &s).xy / strain / RUBBER.shear_modulus - 1.0).abs() < 1e-9);
+        assert!((cauchy_stress::<Plane>(p, &s).xy / strain / RUBBER.shear_modulus - 1.0).abs() < 1e-9);
     }
 
     #[test]
@@ -165,7 +162,7 @@ mod tests {
     fn stress_is_the_slope_of_the_energy() {
         let energy = |strain: f64| {
             let (p, s) = strained(Tensor::new(1.0, 0.4, 0.0, -0.3), strain, 10, SymmetricTensor::default());
-            (strain_energy_density(&RUBBER, p, &s), cauchy_stress(p, &s))
+            (strain_energy_density::<Plane>(&RUBBER, p, &s), cauchy_stress::<Plane>(p, &s))
         };
         let (strain, step) = (1e-5, 1e-7);
         let slope = (energy(strain + step).0 - energy(strain - step).0) / (2.0 * step);
@@ -186,7 +183,7 @@ mod tests {
     fn uniaxial_von_mises_is_the_applied_stress() {
         // Plane stress tension T has s = (2, −1, −1) T/3; here s_zz is implied.
         let s = SymmetricTensor { xx: 2.0, yy: -1.0, xy: 0.0 };
-        assert!((von_mises_stress(&s) - 3.0).abs() < 1e-12);
+        assert!((von_mises_stress::<Plane>(&s) - 3.0).abs() < 1e-12);
     }
 
     #[test]
@@ -197,14 +194,15 @@ mod tests {
         let q = Tensor::new(angle.cos(), -angle.sin(), angle.sin(), angle.cos());
         let full = q * Tensor::new(major, 0.0, 0.0, minor) * q.transpose();
         let stress = SymmetricTensor { xx: full[(0, 0)], yy: full[(1, 1)], xy: full[(0, 1)] };
-        let r = artificial_stress(epsilon, &stress, 2.0);
+        let r = artificial_stress::<Plane>(epsilon, &stress, 2.0);
         let expected = q * Tensor::new(-epsilon * major / 4.0, 0.0, 0.0, 0.0) * q.transpose();
         assert!((r.xx - expected[(0, 0)]).abs() < 1e-15);
         assert!((r.yy - expected[(1, 1)]).abs() < 1e-15);
         assert!((r.xy - expected[(0, 1)]).abs() < 1e-15);
-        let compressed = artificial_stress(epsilon, &SymmetricTensor { xx: -1.0, yy: -2.0, xy: 0.1 }, 2.0);
+        let compressed =
+            artificial_stress::<Plane>(epsilon, &SymmetricTensor { xx: -1.0, yy: -2.0, xy: 0.1 }, 2.0);
         assert_eq!(compressed, SymmetricTensor::default());
-        let hydrostatic = artificial_stress(epsilon, &SymmetricTensor::isotropic(2.0), 2.0);
+        let hydrostatic = artificial_stress::<Plane>(epsilon, &SymmetricTensor::isotropic(2.0), 2.0);
         assert_eq!(hydrostatic, SymmetricTensor::isotropic(-0.15));
     }
 }

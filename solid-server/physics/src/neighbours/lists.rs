@@ -5,9 +5,11 @@
 
 use rayon::prelude::*;
 
+use crate::space::SolidSpace;
 use sph::neighbours::{CellGrid, NeighbourList, largest_displacement};
-use sph::space::Vector;
+use sph::space::Plane;
 use sph::space::domain::Domain;
+use sph::space::tensors::SpaceVector;
 use sph::sums::ordered_sum;
 
 /// Particles per task below which splitting costs more than it gains.
@@ -77,27 +79,27 @@ impl Rows {
 
 /// Neighbours of one body's particles among themselves.
 #[derive(Debug)]
-pub struct OwnLists {
+pub struct OwnLists<S: SolidSpace = Plane> {
     /// Local indices of the body.
     pub rows: Rows,
     support_radius: f64,
     skin: f64,
-    built_at: Vec<Vector>,
+    built_at: Vec<S::Vector>,
 }
 
-impl OwnLists {
+impl<S: SolidSpace> OwnLists<S> {
     /// Lists that hold all pairs within `support_radius` \[m\] while no pair approaches by more than `skin` \[m\].
     pub fn new(support_radius: f64, skin: f64) -> Self {
         Self { rows: Rows::default(), support_radius, skin, built_at: Vec::new() }
     }
 
     /// Rebuilds the lists if `positions` have deformed too far; returns whether it did.
-    pub fn refresh(&mut self, domain: &Domain, positions: &[Vector]) -> bool {
+    pub fn refresh(&mut self, domain: &Domain<S>, positions: &[S::Vector]) -> bool {
         if !self.stale(domain, positions) {
             return false;
         }
         let radius = self.support_radius + self.skin;
-        let list = CellGrid::new(domain, positions, radius).list(domain, positions, positions, radius, true);
+        let list = CellGrid::new(domain, positions, radius).list_among(domain, positions, radius);
         self.rows.fill(&list, |_, _| true);
         self.built_at.clear();
         self.built_at.extend_from_slice(positions);
@@ -105,12 +107,13 @@ impl OwnLists {
     }
 
     /// A body that drifts as a whole keeps its pairs: only motion relative to the mean counts.
-    fn stale(&self, domain: &Domain, positions: &[Vector]) -> bool {
+    fn stale(&self, domain: &Domain<S>, positions: &[S::Vector]) -> bool {
         let built_at = &self.built_at;
         if built_at.len() != positions.len() {
             return true;
         }
-        let total: Vector = ordered_sum(positions.len(), |i| domain.separation(&positions[i], &built_at[i]));
+        let total: S::Vector =
+            ordered_sum(positions.len(), |i| domain.separation(&positions[i], &built_at[i]));
         let mean = total / positions.len() as f64;
         let farthest = positions
             .par_iter()
@@ -134,7 +137,7 @@ pub struct ContactFilter<P, W> {
 
 /// Candidate pairs of contact: particles of different bodies or distant parts of one, and particles with walls.
 #[derive(Debug)]
-pub struct ContactLists {
+pub struct ContactLists<S: SolidSpace = Plane> {
     /// For each particle those of other bodies, and of its own with self-contact.
     pub bodies: Rows,
     /// For each particle the wall particles that act on it.
@@ -146,11 +149,11 @@ pub struct ContactLists {
     released: usize,
     radius: f64,
     skin: f64,
-    built_at: Vec<Vector>,
-    walls_built_at: Vec<Vector>,
+    built_at: Vec<S::Vector>,
+    walls_built_at: Vec<S::Vector>,
 }
 
-impl ContactLists {
+impl<S: SolidSpace> ContactLists<S> {
     /// Lists that hold all pairs within `radius` \[m\] until they approach by more than `skin` \[m\].
     pub fn new(radius: f64, skin: f64, particles: usize, walls: usize) -> Self {
         Self {
@@ -169,9 +172,9 @@ impl ContactLists {
     /// Rebuilds the lists if `positions` or `walls` have moved too far or a release occurred; returns whether it did.
     pub fn refresh<P, W>(
         &mut self,
-        domain: &Domain,
-        positions: &[Vector],
-        walls: &[Vector],
+        domain: &Domain<S>,
+        positions: &[S::Vector],
+        walls: &[S::Vector],
         filter: &ContactFilter<P, W>,
     ) -> bool
     where
@@ -185,11 +188,11 @@ impl ContactLists {
         let radius = self.radius + self.skin;
         let grid = CellGrid::new(domain, positions, radius);
         if let Some(may_be_in_contact) = &filter.particles {
-            let list = grid.list(domain, positions, positions, radius, true);
+            let list = grid.list_among(domain, positions, radius);
             self.bodies.fill(&list, may_be_in_contact);
         }
         if !walls.is_empty() {
-            let list = grid.list(domain, walls, positions, radius, false);
+            let list = grid.list(domain, walls, positions, radius);
             self.of_walls.fill(&list, |w, i| (filter.walls)(i, w));
             self.of_walls.transpose_into(positions.len(), &mut self.walls);
         }
@@ -209,7 +212,7 @@ impl ContactLists {
         true
     }
 
-    fn stale(&self, domain: &Domain, positions: &[Vector], walls: &[Vector]) -> bool {
+    fn stale(&self, domain: &Domain<S>, positions: &[S::Vector], walls: &[S::Vector]) -> bool {
         if self.built_at.len() != positions.len() {
             return true;
         }
@@ -222,15 +225,17 @@ impl ContactLists {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use sph::space::Vector;
 
     #[test]
     fn transposed_rows_hold_the_same_pairs() {
-        let domain = Domain { lower: Vector::zeros(), upper: Vector::new(1.0, 1.0), periodic: [false; 2] };
+        let domain: Domain =
+            Domain { lower: Vector::zeros(), upper: Vector::new(1.0, 1.0), periodic: [false; 2] };
         let at = |k: u32| Vector::new(0.1 * f64::from(k % 7), 0.13 * f64::from(k % 5));
         let a: Vec<Vector> = (0..20).map(at).collect();
         let b: Vec<Vector> = (3..12).map(|k| at(k) + Vector::new(0.05, 0.0)).collect();
         let mut rows = Rows::default();
-        rows.fill(&CellGrid::new(&domain, &b, 0.2).list(&domain, &a, &b, 0.2, false), |_, _| true);
+        rows.fill(&CellGrid::new(&domain, &b, 0.2).list(&domain, &a, &b, 0.2), |_, _| true);
         let mut transposed = Rows::default();
         rows.transpose_into(b.len(), &mut transposed);
         let pairs = |rows: &Rows, n: usize| -> Vec<(u32, u32)> {

@@ -3,6 +3,7 @@
 use nalgebra::{Matrix3, SymmetricEigen, Vector3};
 
 use sph::kernel::CubicSpline;
+use sph::space::Plane;
 use sph::space::Vector;
 
 /// A material point as a weighted mean of particles near it in the undeformed body.
@@ -51,7 +52,7 @@ impl MaterialPoint {
             }
             radius *= FIT_GROWTH;
         }
-        let kernel = CubicSpline::new(0.5 * radius);
+        let kernel = CubicSpline::<Plane>::new(0.5 * radius);
         let nearness = |k: usize| kernel.value(distance(k));
         let total: f64 = near.iter().map(|k| nearness(*k)).sum();
         let middle: Vector = near.iter().map(|k| reference[*k] * (nearness(*k) / total)).sum();

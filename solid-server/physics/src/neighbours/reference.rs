@@ -3,21 +3,22 @@
 use sph::kernel::CubicSpline;
 use sph::neighbours::CellGrid;
 use sph::space::domain::Domain;
-use sph::space::principal::Principal;
-use sph::space::{SymmetricTensor, Tensor, Vector};
 
 use crate::neighbours::stencil::Stencils;
+use crate::space::{SolidSpace, Span};
+use sph::space::Plane;
+use sph::space::tensors::{SpaceTensor, SpaceVector};
 
 /// A neighbour in the reference configuration.
 #[derive(Clone, Copy, Debug)]
-pub struct ReferencePair {
+pub struct ReferencePair<S: SolidSpace = Plane> {
     /// Index of the neighbour within the body.
     pub neighbour: u32,
     pub kind: PairKind,
     /// a_ij = −V_i V_j (dW/dr)/r at the reference distance \[-\], the same number from either side.
     pub weight: f64,
     /// X_ij \[m\]; X_ib of the boundary point where one particle is anchored.
-    pub separation: Vector,
+    pub separation: S::Vector,
 }
 
 /// Kind of a pair, which decides the sums that it enters.
@@ -35,50 +36,82 @@ pub enum PairKind {
     FromAnchor,
 }
 
-/// Weight of a boundary point over that of the particle at twice its distance.
-///
-/// One-sided differences at ½ΔX and −ΔX are exact for quadratic fields with weights inverse to the cubed distance.
-const BOUNDARY_WEIGHT: f64 = 8.0;
-
 /// Correction of the gradient at a particle.
 #[derive(Clone, Copy, Debug)]
-pub struct Correction {
+pub struct Correction<S: SolidSpace> {
     /// Inverse of Σ_j a_ij X_ij ⊗ X_ij, zero along a direction without neighbours \[1/m²\].
-    pub inverse: Tensor,
-    /// Unit vector of the one direction with neighbours, when all lie on one line.
-    line: Option<Vector>,
+    pub inverse: S::Tensor,
+    /// The directions with neighbours.
+    span: Span<S::Vector>,
 }
 
 /// The reference configuration of a body.
 #[derive(Debug)]
-pub struct Reference {
+pub struct Reference<S: SolidSpace = Plane> {
     offsets: Vec<u32>,
-    pairs: Vec<ReferencePair>,
+    pairs: Vec<ReferencePair<S>>,
     /// The pairs of [`PairKind::Inner`], for sums four at a time.
-    pub stencils: Stencils,
+    pub stencils: Stencils<S>,
     /// Whether a particle has pairs of another kind.
     bordering: Vec<bool>,
-    pub corrections: Vec<Correction>,
+    pub corrections: Vec<Correction<S>>,
     /// Whether each particle is held throughout the run.
     pub anchored: Vec<bool>,
     /// Reference volumes per depth V \[m²\].
     pub volume: Vec<f64>,
 }
 
-/// Ratio of the eigenvalues of the moment matrix below which all neighbours count as lying on one line.
-const COLLINEAR: f64 = 1e-6;
+impl<S: SolidSpace> Reference<S> {
+    /// Neighbours of particle `i`, ascending.
+    #[inline]
+    pub fn of(&self, i: usize) -> &[ReferencePair<S>] {
+        &self.pairs[self.offsets[i] as usize..self.offsets[i + 1] as usize]
+    }
 
-impl Reference {
+    /// Pairs of particle `i` between anchored and free particles.
+    #[inline]
+    pub fn across_border(&self, i: usize) -> impl Iterator<Item = &ReferencePair<S>> {
+        let row = if self.bordering[i] { self.of(i) } else { &[] };
+        row.iter().filter(|pair| pair.kind != PairKind::Inner)
+    }
+
+    /// Gradient at particle `i` of a field that changes by `change` from its neighbour or boundary point to itself.
+    ///
+    /// ```text
+    /// (Σ_j a_ij u_ij ⊗ X_ij) (Σ_j a_ij X_ij ⊗ X_ij)⁻¹
+    /// ```
+    /// Exact for linear fields wherever the neighbours span the plane.
+    #[inline]
+    pub fn gradient(&self, i: usize, change: impl Fn(&ReferencePair<S>) -> S::Vector) -> S::Tensor {
+        moment(self.of(i).iter(), change) * self.corrections[i].inverse
+    }
+
+    /// Deformation gradient F of particle `i` \[-\] when its neighbours are at `x_ij` \[m\].
+    ///
+    /// Along a direction without neighbours the material turns with the rest and is not strained.
+    #[inline]
+    pub fn deformation_gradient(&self, i: usize, x_ij: impl Fn(&ReferencePair<S>) -> S::Vector) -> S::Tensor {
+        self.deformation_of(i, &moment(self.of(i).iter(), x_ij))
+    }
+
+    /// F of particle `i` \[-\] from Σ_j a_ij x_ij ⊗ X_ij.
+    #[inline]
+    fn deformation_of(&self, i: usize, moment: &S::Tensor) -> S::Tensor {
+        S::completed(*moment * self.corrections[i].inverse, &self.corrections[i].span)
+    }
+}
+
+impl<S: SolidSpace> Reference<S> {
     /// Particles at `position` \[m\] with volumes `volume` \[m²\] and a stencil of the support of `kernel`.
     pub fn new(
-        domain: &Domain,
-        position: &[Vector],
+        domain: &Domain<S>,
+        position: &[S::Vector],
         volume: Vec<f64>,
         anchored: Vec<bool>,
-        kernel: &CubicSpline,
+        kernel: &CubicSpline<S>,
     ) -> Self {
         let radius = kernel.support_radius();
-        let list = CellGrid::new(domain, position, radius).list(domain, position, position, radius, true);
+        let list = CellGrid::new(domain, position, radius).list_among(domain, position, radius);
         let mut offsets = vec![0];
         let mut pairs = Vec::new();
         let mut corrections = Vec::new();
@@ -90,8 +123,8 @@ impl Reference {
                 let separation = domain.separation(&position[i], &position[j as usize]);
                 let weight = -volume[i] * volume[j as usize] * kernel.gradient_factor(separation.norm());
                 if weight > 0.0 {
-                    let ends = (anchored[i], anchored[j as usize]);
-                    pairs.push(ReferencePair::new(j, ends, weight, separation));
+                    let kind = PairKind::between(&anchored, i, j as usize);
+                    pairs.push(ReferencePair::new(j, kind, weight, separation));
                 }
             }
             pairs[start..].sort_unstable_by_key(|pair| pair.neighbour);
@@ -106,66 +139,30 @@ impl Reference {
         Self { offsets, pairs, stencils, bordering, corrections, anchored, volume }
     }
 
-    /// Neighbours of particle `i`, ascending.
-    #[inline]
-    pub fn of(&self, i: usize) -> &[ReferencePair] {
-        &self.pairs[self.offsets[i] as usize..self.offsets[i + 1] as usize]
-    }
-
-    /// Pairs of particle `i` between anchored and free particles.
-    #[inline]
-    pub fn across_border(&self, i: usize) -> impl Iterator<Item = &ReferencePair> {
-        let row = if self.bordering[i] { self.of(i) } else { &[] };
-        row.iter().filter(|pair| pair.kind != PairKind::Inner)
-    }
-
-    /// Gradient at particle `i` of a field that changes by `change` from its neighbour or boundary point to itself.
-    ///
-    /// ```text
-    /// (Σ_j a_ij u_ij ⊗ X_ij) (Σ_j a_ij X_ij ⊗ X_ij)⁻¹
-    /// ```
-    /// Exact for linear fields wherever the neighbours span the plane.
-    #[inline]
-    pub fn gradient(&self, i: usize, change: impl Fn(&ReferencePair) -> Vector) -> Tensor {
-        moment(self.of(i).iter(), change) * self.corrections[i].inverse
-    }
-
-    /// Deformation gradient F of particle `i` \[-\] when its neighbours are at `x_ij` \[m\].
-    ///
-    /// Along a direction without neighbours the material turns with the rest and is not strained.
-    #[inline]
-    pub fn deformation_gradient(&self, i: usize, x_ij: impl Fn(&ReferencePair) -> Vector) -> Tensor {
-        self.deformation_of(i, &moment(self.of(i).iter(), x_ij))
-    }
-
     /// The same from Σ_j a_ij x_ij ⊗ X_ij over the inner pairs alone, for particles at `position` \[m\].
     #[inline]
-    pub fn completed(&self, domain: &Domain, position: &[Vector], i: usize, inner: &Tensor) -> Tensor {
-        let x_ij = |pair: &ReferencePair| self.separation(domain, position, i, pair);
-        self.deformation_of(i, &(inner + moment(self.across_border(i), x_ij)))
-    }
-
-    /// F of particle `i` \[-\] from Σ_j a_ij x_ij ⊗ X_ij.
-    #[inline]
-    fn deformation_of(&self, i: usize, moment: &Tensor) -> Tensor {
-        let known = moment * self.corrections[i].inverse;
-        match &self.corrections[i].line {
-            None => known,
-            Some(line) if *line == Vector::zeros() => Tensor::identity(),
-            Some(line) => {
-                let along = known * line;
-                let length = along.norm();
-                let normal = Vector::new(-along.y, along.x) / length;
-                known + normal * Vector::new(-line.y, line.x).transpose()
-            }
-        }
+    pub fn completed(
+        &self,
+        domain: &Domain<S>,
+        position: &[S::Vector],
+        i: usize,
+        inner: &S::Tensor,
+    ) -> S::Tensor {
+        let x_ij = |pair: &ReferencePair<S>| self.separation(domain, position, i, pair);
+        self.deformation_of(i, &(*inner + moment(self.across_border(i), x_ij)))
     }
 
     /// x_ij \[m\] of `pair` of particle `i`, for particles at `position` \[m\].
     ///
     /// Boundary points turn with the anchored particles around theirs.
     #[inline]
-    pub fn separation(&self, domain: &Domain, position: &[Vector], i: usize, pair: &ReferencePair) -> Vector {
+    pub fn separation(
+        &self,
+        domain: &Domain<S>,
+        position: &[S::Vector],
+        i: usize,
+        pair: &ReferencePair<S>,
+    ) -> S::Vector {
         let j = pair.neighbour as usize;
         match pair.kind {
             PairKind::Inner => domain.separation(&position[i], &position[j]),
@@ -177,60 +174,57 @@ impl Reference {
     /// x_ib \[m\] of free particle `i` for its boundary point with anchored particle `j`, `separation` X_ib \[m\].
     fn boundary_separation(
         &self,
-        domain: &Domain,
-        position: &[Vector],
+        domain: &Domain<S>,
+        position: &[S::Vector],
         i: usize,
         j: usize,
-        separation: &Vector,
-    ) -> Vector {
+        separation: &S::Vector,
+    ) -> S::Vector {
         let among_anchored =
-            |pair: &ReferencePair| domain.separation(&position[j], &position[pair.neighbour as usize]);
+            |pair: &ReferencePair<S>| domain.separation(&position[j], &position[pair.neighbour as usize]);
         let turn = self.deformation_gradient(j, among_anchored);
-        domain.separation(&position[i], &position[j]) - turn * separation
+        domain.separation(&position[i], &position[j]) - turn * *separation
     }
 }
 
 /// Σ_j a_ij u_ij ⊗ X_ij of `pairs` with `change` u_ij; forces alone go from the anchored to the free.
 #[inline]
-fn moment<'a>(
-    pairs: impl Iterator<Item = &'a ReferencePair>,
-    change: impl Fn(&ReferencePair) -> Vector,
-) -> Tensor {
+fn moment<'a, S: SolidSpace>(
+    pairs: impl Iterator<Item = &'a ReferencePair<S>>,
+    change: impl Fn(&ReferencePair<S>) -> S::Vector,
+) -> S::Tensor {
     pairs
         .filter(|pair| pair.kind != PairKind::FromAnchor)
-        .map(|pair| change(pair) * (pair.separation * pair.weight).transpose())
+        .map(|pair| S::Tensor::outer(&change(pair), &(pair.separation * pair.weight)))
         .sum()
 }
 
-impl ReferencePair {
-    /// A pair whose particle and neighbour are anchored as `ends` says.
-    fn new(neighbour: u32, ends: (bool, bool), weight: f64, separation: Vector) -> Self {
-        let kind = match ends {
-            (false, true) => PairKind::ToAnchor,
-            (true, false) => PairKind::FromAnchor,
-            _ => PairKind::Inner,
-        };
-        let (factor, part) = if kind == PairKind::Inner { (1.0, 1.0) } else { (BOUNDARY_WEIGHT, 0.5) };
+impl PairKind {
+    fn between(anchored: &[bool], i: usize, j: usize) -> Self {
+        match (anchored[i], anchored[j]) {
+            (false, true) => Self::ToAnchor,
+            (true, false) => Self::FromAnchor,
+            _ => Self::Inner,
+        }
+    }
+}
+
+impl<S: SolidSpace> ReferencePair<S> {
+    fn new(neighbour: u32, kind: PairKind, weight: f64, separation: S::Vector) -> Self {
+        let (factor, part) = if kind == PairKind::Inner { (1.0, 1.0) } else { (S::BOUNDARY_WEIGHT, 0.5) };
         Self { neighbour, kind, weight: weight * factor, separation: separation * part }
     }
 }
 
-impl Correction {
-    fn of(pairs: &[ReferencePair]) -> Self {
+impl<S: SolidSpace> Correction<S> {
+    fn of(pairs: &[ReferencePair<S>]) -> Self {
         let moment = moment(pairs.iter(), |pair| pair.separation);
-        let symmetric = SymmetricTensor { xx: moment[(0, 0)], yy: moment[(1, 1)], xy: moment[(0, 1)] };
-        let principal = symmetric.principal();
-        let Principal { major, minor, .. } = principal;
-        if major <= 0.0 {
-            return Self { inverse: Tensor::zeros(), line: Some(Vector::zeros()) };
-        }
-        if minor > COLLINEAR * major {
-            let determinant = moment.determinant();
-            let inverse =
-                Tensor::new(moment[(1, 1)], -moment[(0, 1)], -moment[(1, 0)], moment[(0, 0)]) / determinant;
-            return Self { inverse, line: None };
-        }
-        let line = principal.major_direction();
-        Self { inverse: line * line.transpose() / major, line: Some(line) }
+        let span = S::span(&moment);
+        let inverse = match &span {
+            Span::All => moment.cofactor().transpose() / moment.determinant(),
+            Span::Line { direction, moment } => S::Tensor::outer(direction, direction) / *moment,
+            Span::None => S::Tensor::zeros(),
+        };
+        Self { inverse, span }
     }
 }

@@ -1,9 +1,11 @@
 //! Constants of each particle.
 
-use sph::space::Vector;
+use sph::space::Plane;
+
+use crate::space::SolidSpace;
 
 /// Constants of each particle throughout a run.
-pub struct ParticleConstants {
+pub struct ParticleConstants<S: SolidSpace = Plane> {
     pub id: Vec<u32>,
     /// Index of the body.
     pub body: Vec<u32>,
@@ -12,10 +14,10 @@ pub struct ParticleConstants {
     /// Mass per depth \[kg/m\].
     pub mass: Vec<f64>,
     /// Position in the undeformed body \[m\].
-    pub reference_position: Vec<Vector>,
+    pub reference_position: Vec<S::Vector>,
 }
 
-impl ParticleConstants {
+impl<S: SolidSpace> ParticleConstants<S> {
     /// Number of particles.
     pub fn len(&self) -> usize {
         self.mass.len()

@@ -1,87 +1,91 @@
 //! Stress of the particles and rates of their variables.
 
+use sph::space::tensors::SpaceTensor;
 use std::ops::Range;
 
-use sph::space::{SymmetricTensor, Tensor};
+use crate::materials::hooke::deviatoric_stress;
+use sph::space::Plane;
+
+use crate::space::SolidSpace;
 
 /// Stress of all particles.
 #[derive(Debug, Default)]
-pub struct StressFields {
+pub struct StressFields<S: SolidSpace = Plane> {
     /// Pressure \[Pa\].
     pub pressure: Vec<f64>,
     /// Cauchy stress \[Pa\].
-    pub cauchy: Vec<SymmetricTensor>,
+    pub cauchy: Vec<S::SymmetricTensor>,
     /// Artificial stress R_i of Eq. (25) \[m⁵/(kg s²)\].
-    pub artificial: Vec<SymmetricTensor>,
+    pub artificial: Vec<S::SymmetricTensor>,
     /// Deformation gradient F \[-\]; of total-Lagrangian bodies only.
-    pub deformation: Vec<Tensor>,
+    pub deformation: Vec<S::Tensor>,
     /// Tensor N of the pair forces \[-\], see `Reference::pair_tensor`; of total-Lagrangian bodies only.
-    pub pair_tensor: Vec<Tensor>,
+    pub pair_tensor: Vec<S::Matrix<f64>>,
 }
 
 /// Rates of all particles' own variables.
 #[derive(Debug, Default)]
-pub struct Rates {
+pub struct Rates<S: SolidSpace = Plane> {
     /// dρ/dt \[kg/(m³ s)\].
     pub density: Vec<f64>,
     /// ds/dt \[Pa/s\].
-    pub deviatoric_stress: Vec<SymmetricTensor>,
+    pub deviatoric_stress: Vec<S::SymmetricTensor>,
 }
 
 /// Stress of a body's particles at one stage.
 #[derive(Clone, Copy)]
-pub struct StressView<'a> {
+pub struct StressView<'a, S: SolidSpace = Plane> {
     /// Pressure \[Pa\].
     pub pressure: &'a [f64],
     /// Cauchy stress \[Pa\].
-    pub cauchy: &'a [SymmetricTensor],
+    pub cauchy: &'a [S::SymmetricTensor],
     /// Artificial stress R_i of Eq. (25) \[m⁵/(kg s²)\].
-    pub artificial: &'a [SymmetricTensor],
+    pub artificial: &'a [S::SymmetricTensor],
     /// Deformation gradient F \[-\]; used by total-Lagrangian bodies alone.
-    pub deformation: &'a [Tensor],
+    pub deformation: &'a [S::Tensor],
     /// Tensor N of the pair forces \[-\], see `Reference::pair_tensor`; likewise.
-    pub pair_tensor: &'a [Tensor],
+    pub pair_tensor: &'a [S::Matrix<f64>],
 }
 
 /// As [`StressView`], to be written.
-pub struct StressViewMut<'a> {
+pub struct StressViewMut<'a, S: SolidSpace = Plane> {
     /// Pressure \[Pa\].
     pub pressure: &'a mut [f64],
-    pub cauchy: &'a mut [SymmetricTensor],
-    pub artificial: &'a mut [SymmetricTensor],
-    pub deformation: &'a mut [Tensor],
-    pub pair_tensor: &'a mut [Tensor],
+    pub cauchy: &'a mut [S::SymmetricTensor],
+    pub artificial: &'a mut [S::SymmetricTensor],
+    pub deformation: &'a mut [S::Tensor],
+    pub pair_tensor: &'a mut [S::Matrix<f64>],
 }
 
 /// Rates of a body's own variables.
 #[derive(Clone, Copy)]
-pub struct RateView<'a> {
+pub struct RateView<'a, S: SolidSpace = Plane> {
     /// dρ/dt \[kg/(m³ s)\].
     pub density: &'a [f64],
     /// ds/dt \[Pa/s\].
-    pub deviatoric_stress: &'a [SymmetricTensor],
+    pub deviatoric_stress: &'a [S::SymmetricTensor],
 }
 
 /// As [`RateView`], to be written.
-pub struct RateViewMut<'a> {
+pub struct RateViewMut<'a, S: SolidSpace = Plane> {
     pub density: &'a mut [f64],
-    pub deviatoric_stress: &'a mut [SymmetricTensor],
+    pub deviatoric_stress: &'a mut [S::SymmetricTensor],
 }
 
-impl StressFields {
+impl<S: SolidSpace> StressFields<S> {
     /// Fields of `count` particles.
     pub fn new(count: usize) -> Self {
         Self {
             pressure: vec![0.0; count],
-            cauchy: vec![SymmetricTensor::default(); count],
-            artificial: vec![SymmetricTensor::default(); count],
-            deformation: vec![Tensor::identity(); count],
-            pair_tensor: vec![Tensor::zeros(); count],
+            cauchy: vec![S::SymmetricTensor::default(); count],
+            artificial: vec![S::SymmetricTensor::default(); count],
+            deformation: vec![S::Tensor::identity(); count],
+            pair_tensor: vec![S::zero_matrix(); count],
         }
     }
 
     /// The part of one body.
-    pub fn view(&self, range: &Range<usize>) -> StressView<'_> {
+    pub fn view(&self, range: &Range<usize>) -> StressView<'_, S> {
         StressView {
             pressure: &self.pressure[range.clone()],
             cauchy: &self.cauchy[range.clone()],
@@ -92,7 +96,7 @@ impl StressFields {
     }
 
     /// As [`StressFields::view`], to be written.
-    pub fn view_mut(&mut self, range: &Range<usize>) -> StressViewMut<'_> {
+    pub fn view_mut(&mut self, range: &Range<usize>) -> StressViewMut<'_, S> {
         StressViewMut {
             pressure: &mut self.pressure[range.clone()],
             cauchy: &mut self.cauchy[range.clone()],
@@ -103,19 +107,19 @@ impl StressFields {
     }
 
     /// Deviator of the stress of particle `i` \[Pa\].
-    pub fn deviator(&self, i: usize) -> SymmetricTensor {
-        self.cauchy[i].plus(&SymmetricTensor::isotropic(self.pressure[i]))
+    pub fn deviator(&self, i: usize) -> S::SymmetricTensor {
+        deviatoric_stress::<S>(self.pressure[i], &self.cauchy[i])
     }
 }
 
-impl Rates {
+impl<S: SolidSpace> Rates<S> {
     /// Rates of `count` particles.
     pub fn new(count: usize) -> Self {
-        Self { density: vec![0.0; count], deviatoric_stress: vec![SymmetricTensor::default(); count] }
+        Self { density: vec![0.0; count], deviatoric_stress: vec![S::SymmetricTensor::default(); count] }
     }
 
     /// The part of one body.
-    pub fn view(&self, range: &Range<usize>) -> RateView<'_> {
+    pub fn view(&self, range: &Range<usize>) -> RateView<'_, S> {
         RateView {
             density: &self.density[range.clone()],
             deviatoric_stress: &self.deviatoric_stress[range.clone()],
@@ -123,7 +127,7 @@ impl Rates {
     }
 
     /// As [`Rates::view`], to be written.
-    pub fn view_mut(&mut self, range: &Range<usize>) -> RateViewMut<'_> {
+    pub fn view_mut(&mut self, range: &Range<usize>) -> RateViewMut<'_, S> {
         RateViewMut {
             density: &mut self.density[range.clone()],
             deviatoric_stress: &mut self.deviatoric_stress[range.clone()],

@@ -2,15 +2,17 @@
 
 use std::ops::AddAssign;
 
-use sph::space::{Vector, cross};
+use sph::space::Plane;
+
+use crate::space::SolidSpace;
 
 /// Contact forces on one particle in a stage.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct ContactForces {
+pub struct ContactForces<S: SolidSpace = Plane> {
     /// Force from other bodies, or from distant parts of its own \[N/m\].
-    pub bodies: Vector,
+    pub bodies: S::Vector,
     /// Force from walls \[N/m\].
-    pub walls: Vector,
+    pub walls: S::Vector,
     /// Bound of the stiffness of all its contacts \[Pa\].
     pub stiffness: f64,
     /// Largest penetration depth of the particle, or of another particle near it \[m\].
@@ -19,21 +21,21 @@ pub struct ContactForces {
 
 /// Forces on one particle by origin \[N/m\], that of the fluid apart.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct ParticleForces {
+pub struct ParticleForces<S: SolidSpace = Plane> {
     /// Gravity and other body forces.
-    pub body_force: Vector,
+    pub body_force: S::Vector,
     /// Linear damping.
-    pub damping: Vector,
+    pub damping: S::Vector,
     /// Contact with walls.
-    pub walls: Vector,
+    pub walls: S::Vector,
     /// Particles of its own body.
-    pub own: Vector,
+    pub own: S::Vector,
     /// Sum of all, those of particles of its own and other bodies included.
-    pub total: Vector,
+    pub total: S::Vector,
     /// Sum of the magnitudes.
     pub gross: f64,
     /// Contact with other bodies, or with distant parts of its own.
-    pub contact: Vector,
+    pub contact: S::Vector,
     /// Sum of the magnitudes of both contact forces.
     pub contact_gross: f64,
     /// Sum of the stiffness of all contacts \[Pa\].
@@ -42,7 +44,7 @@ pub struct ParticleForces {
     pub contact_depth: f64,
 }
 
-impl ParticleForces {
+impl<S: SolidSpace> ParticleForces<S> {
     /// Adds `weight` times `other`; of stiffness and depth the larger stays.
     pub fn add(&mut self, weight: f64, other: &Self) {
         self.body_force += other.body_force * weight;
@@ -60,22 +62,22 @@ impl ParticleForces {
 
 /// Torques of [`ParticleForces`] about the domain's torque origin \[N\].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct ParticleTorques {
+pub struct ParticleTorques<S: SolidSpace = Plane> {
     /// Of gravity and other body forces.
-    pub body_force: f64,
+    pub body_force: S::Spin,
     /// Of linear damping.
-    pub damping: f64,
+    pub damping: S::Spin,
     /// Of contact with walls.
-    pub walls: f64,
+    pub walls: S::Spin,
     /// Of contact with other bodies, or with distant parts of its own.
-    pub contact: f64,
+    pub contact: S::Spin,
     /// Of particles of its own body.
-    pub own: f64,
+    pub own: S::Spin,
     /// Of the fluid, whose force acts at the moving particle: the torque in excess of that at the position of the exchange.
-    pub displaced: f64,
+    pub displaced: S::Spin,
 }
 
-impl AddAssign for ParticleTorques {
+impl<S: SolidSpace> AddAssign for ParticleTorques<S> {
     fn add_assign(&mut self, other: Self) {
         self.body_force += other.body_force;
         self.damping += other.damping;
@@ -86,13 +88,13 @@ impl AddAssign for ParticleTorques {
     }
 }
 
-impl ParticleTorques {
+impl<S: SolidSpace> ParticleTorques<S> {
     /// Adds `weight` times the torques of `forces` at `arm` \[m\] from the torque origin.
-    pub fn add(&mut self, weight: f64, arm: &Vector, forces: &ParticleForces) {
-        self.body_force += weight * cross(arm, &forces.body_force);
-        self.damping += weight * cross(arm, &forces.damping);
-        self.walls += weight * cross(arm, &forces.walls);
-        self.contact += weight * cross(arm, &forces.contact);
-        self.own += weight * cross(arm, &forces.own);
+    pub fn add(&mut self, weight: f64, arm: &S::Vector, forces: &ParticleForces<S>) {
+        self.body_force += S::cross(arm, &forces.body_force) * weight;
+        self.damping += S::cross(arm, &forces.damping) * weight;
+        self.walls += S::cross(arm, &forces.walls) * weight;
+        self.contact += S::cross(arm, &forces.contact) * weight;
+        self.own += S::cross(arm, &forces.own) * weight;
     }
 }

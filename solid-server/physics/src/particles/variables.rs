@@ -3,39 +3,43 @@
 use std::ops::Range;
 
 use sph::space::domain::Domain;
-use sph::space::{SymmetricTensor, Vector};
+use sph::space::tensors::SpaceVector;
+
+use sph::space::Plane;
+
+use crate::space::SolidSpace;
 
 /// Quantities φ of Eq. (29), one entry per particle of all bodies.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Particles {
+pub struct Particles<S: SolidSpace = Plane> {
     /// Position \[m\], inside the box along periodic directions.
-    pub position: Vec<Vector>,
+    pub position: Vec<S::Vector>,
     /// Velocity \[m/s\].
-    pub velocity: Vec<Vector>,
+    pub velocity: Vec<S::Vector>,
     /// Density \[kg/m³\].
     pub density: Vec<f64>,
     /// Deviatoric stress s \[Pa\].
-    pub deviatoric_stress: Vec<SymmetricTensor>,
+    pub deviatoric_stress: Vec<S::SymmetricTensor>,
 }
 
 /// The particles of one body.
 #[derive(Clone, Copy)]
-pub struct ParticleView<'a> {
-    pub position: &'a [Vector],
-    pub velocity: &'a [Vector],
+pub struct ParticleView<'a, S: SolidSpace = Plane> {
+    pub position: &'a [S::Vector],
+    pub velocity: &'a [S::Vector],
     pub density: &'a [f64],
-    pub deviatoric_stress: &'a [SymmetricTensor],
+    pub deviatoric_stress: &'a [S::SymmetricTensor],
 }
 
 /// The particles of one body, to be written.
-pub struct ParticleViewMut<'a> {
-    pub position: &'a mut [Vector],
-    pub velocity: &'a mut [Vector],
+pub struct ParticleViewMut<'a, S: SolidSpace = Plane> {
+    pub position: &'a mut [S::Vector],
+    pub velocity: &'a mut [S::Vector],
     pub density: &'a mut [f64],
-    pub deviatoric_stress: &'a mut [SymmetricTensor],
+    pub deviatoric_stress: &'a mut [S::SymmetricTensor],
 }
 
-impl Particles {
+impl<S: SolidSpace> Particles<S> {
     /// Number of particles.
     pub fn len(&self) -> usize {
         self.position.len()
@@ -50,7 +54,7 @@ impl Particles {
     }
 
     /// Particles of the body that holds `range`.
-    pub fn view(&self, range: &Range<usize>) -> ParticleView<'_> {
+    pub fn view(&self, range: &Range<usize>) -> ParticleView<'_, S> {
         ParticleView {
             position: &self.position[range.clone()],
             velocity: &self.velocity[range.clone()],
@@ -60,7 +64,7 @@ impl Particles {
     }
 
     /// As [`Particles::view`], to be written.
-    pub fn view_mut(&mut self, range: &Range<usize>) -> ParticleViewMut<'_> {
+    pub fn view_mut(&mut self, range: &Range<usize>) -> ParticleViewMut<'_, S> {
         ParticleViewMut {
             position: &mut self.position[range.clone()],
             velocity: &mut self.velocity[range.clone()],
@@ -74,28 +78,35 @@ impl Particles {
 ///
 /// Positions stay inside the box; adding this gives the path of the material.
 #[inline]
-pub fn image_offset(domain: &Domain, image_counts: &[i32; 2]) -> Vector {
-    let period = domain.size();
-    Vector::from_fn(
-        |axis, _| if image_counts[axis] == 0 { 0.0 } else { f64::from(image_counts[axis]) * period[axis] },
-    )
+pub fn image_offset<S: SolidSpace>(domain: &Domain<S>, image_counts: &S::Of<i32>) -> S::Vector {
+    let mut offset = domain.size();
+    for axis in 0..S::DIMENSIONS {
+        let count = image_counts[axis];
+        offset[axis] = if count == 0 { 0.0 } else { f64::from(count) * offset[axis] };
+    }
+    offset
 }
 
 /// Motion of a rigid body.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RigidState {
+pub struct RigidState<S: SolidSpace = Plane> {
     /// Centre of mass \[m\], not wrapped along periodic directions.
-    pub centre: Vector,
+    pub centre: S::Vector,
     /// Its velocity \[m/s\].
-    pub velocity: Vector,
+    pub velocity: S::Vector,
     /// Angle turned since the start, counter-clockwise \[rad\].
-    pub angle: f64,
+    pub angle: S::Rotation,
     /// Angular velocity \[rad/s\].
-    pub angular_velocity: f64,
+    pub angular_velocity: S::Spin,
 }
 
-impl Default for RigidState {
+impl<S: SolidSpace> Default for RigidState<S> {
     fn default() -> Self {
-        Self { centre: Vector::zeros(), velocity: Vector::zeros(), angle: 0.0, angular_velocity: 0.0 }
+        Self {
+            centre: S::Vector::zeros(),
+            velocity: S::Vector::zeros(),
+            angle: S::Rotation::default(),
+            angular_velocity: S::Spin::default(),
+        }
     }
 }

@@ -6,9 +6,9 @@ use sph::coupling::ledger::Energies;
 use sph::space::{SymmetricTensor, Vector, cross};
 use sph::sums::ordered_sum;
 
-use crate::boundary::supports::nearest_branch;
 use crate::formulations::body::Body;
 use crate::particles::variables::{Particles, image_offset};
+use crate::space::nearest_branch;
 use crate::system::model::SolidModel;
 use crate::system::state::SolidState;
 

@@ -1,9 +1,10 @@
 //! Fields of all particles at a step boundary.
 
 use sph::coupling::solver::{Field, ParticleFields};
-use sph::space::{SymmetricTensor, Vector};
+use sph::space::tensors::SpaceSymmetric;
+use sph::space::{Plane, SymmetricTensor, Vector};
 
-use crate::materials::hooke::{principal_stresses, von_mises_stress};
+use crate::materials::hooke::von_mises_stress;
 use crate::particles::fields::StressFields;
 use crate::report::body_sums::{material_position, particle_energy_density};
 use crate::system::model::SolidModel;
@@ -59,9 +60,9 @@ pub fn snapshot(model: &SolidModel, state: &SolidState, step: u64, time: f64) ->
             vector("displacement", "m", &|i| material_position(model, state, i) - reference[i]),
             vector("reference_position", "m", &|i| reference[i]),
             scalar("mass", "kg/m", &|i| constants.mass[i]),
-            scalar("von_mises", "Pa", &|i| von_mises_stress(&stress.deviator(i))),
-            scalar("principal_largest", "Pa", &|i| principal_stresses(&stress.cauchy[i])[0]),
-            scalar("principal_smallest", "Pa", &|i| principal_stresses(&stress.cauchy[i])[1]),
+            scalar("von_mises", "Pa", &|i| von_mises_stress::<Plane>(&stress.deviator(i))),
+            scalar("principal_largest", "Pa", &|i| stress.cauchy[i].extremes()[0]),
+            scalar("principal_smallest", "Pa", &|i| stress.cauchy[i].extremes()[1]),
             scalar("strain_energy_density", "J/m3", &|i| particle_energy_density(model, state, i)),
             scalar("support", "1", &|i| f64::from(constants.support[i])),
         ],

@@ -2,10 +2,11 @@
 
 use sph::neighbours::CellGrid;
 use sph::setup::{SolidProbeKind, SolidSetup};
-use sph::space::{SymmetricTensor, Vector, cross};
+use sph::space::tensors::SpaceSymmetric;
+use sph::space::{Plane, SymmetricTensor, Vector, cross};
 
 use crate::formulations::body::Body;
-use crate::materials::hooke::{principal_stresses, von_mises_stress};
+use crate::materials::hooke::{deviatoric_stress, von_mises_stress};
 use crate::neighbours::material_point::MaterialPoint;
 use crate::particles::fields::StressFields;
 use crate::report::body_sums::{
@@ -91,11 +92,11 @@ fn material_point(
     let mixed = point.mean(|i| Vector::new(stress.cauchy[i].xy, stress.pressure[i]));
     let energy = point.mean(|i| Vector::new(particle_energy_density(model, state, i), 0.0));
     let cauchy = SymmetricTensor { xx: normal.x, yy: normal.y, xy: mixed.x };
-    let deviator = cauchy.plus(&SymmetricTensor::isotropic(mixed.y));
+    let deviator = deviatoric_stress::<Plane>(mixed.y, &cauchy);
     push(values, &displacement);
     push(values, &velocity);
-    values.extend([cauchy.xx, cauchy.yy, cauchy.xy, von_mises_stress(&deviator)]);
-    values.extend(principal_stresses(&cauchy));
+    values.extend([cauchy.xx, cauchy.yy, cauchy.xy, von_mises_stress::<Plane>(&deviator)]);
+    values.extend(cauchy.extremes());
     values.push(energy.x);
 }
 
@@ -143,7 +144,7 @@ fn gaps(model: &SolidModel, state: &SolidState, time: f64, body: Option<u32>) ->
     let range = body.map_or(0..model.len(), |body| model.bodies[body as usize].range.clone());
     let smallest = |others: &[Vector], counts: &dyn Fn(usize, usize) -> bool| {
         let own = &position[range.clone()];
-        let list = CellGrid::new(&model.domain, others, reach).list(&model.domain, own, others, reach, false);
+        let list = CellGrid::new(&model.domain, others, reach).list(&model.domain, own, others, reach);
         let pairs =
             range.clone().enumerate().flat_map(|(k, i)| list.of(k).iter().map(move |j| (i, *j as usize)));
         let distance = |(i, j): (usize, usize)| model.domain.separation(&position[i], &others[j]).norm();

@@ -3,7 +3,6 @@
 use sph::coupling::stage::StageTime;
 use sph::prescribed::body_force::BodyForceField;
 use sph::setup::{Damping, SolidProbeKind, SolidStepping};
-use sph::space::Vector;
 use sph::space::domain::Domain;
 
 use crate::boundary::supports::{Support, acts};
@@ -14,17 +13,20 @@ use crate::formulations::body::Body;
 use crate::formulations::formulation::BodyConstants;
 use crate::neighbours::material_point::MaterialPoint;
 use crate::particles::constants::ParticleConstants;
+use crate::space::SolidSpace;
+use sph::space::Plane;
+use sph::space::tensors::SpaceVector;
 
 /// Constant facts of a run.
-pub struct SolidModel {
-    pub domain: Domain,
+pub struct SolidModel<S: SolidSpace = Plane> {
+    pub domain: Domain<S>,
     /// Spacing of the particles Δx \[m\].
     pub spacing: f64,
-    pub bodies: Vec<Body>,
-    pub particles: ParticleConstants,
+    pub bodies: Vec<Body<S>>,
+    pub particles: ParticleConstants<S>,
     pub contact: ContactModel,
-    pub walls: Walls,
-    pub body_force: BodyForceField,
+    pub walls: Walls<S>,
+    pub body_force: BodyForceField<S>,
     pub damping: Option<Damping>,
     pub stepping: SolidStepping,
     pub probes: Vec<Probe>,
@@ -48,9 +50,6 @@ pub enum Probe {
     Plain(SolidProbeKind),
 }
 
-/// [`ContactModel::clearance`] of the repulsion in contact distances \[-\]: two lattice columns.
-const CLAMP_CLEARANCE: f64 = 2.5;
-
 impl ContactModel {
     /// Distance within which particles of different owners interact \[m\].
     pub fn radius(&self) -> f64 {
@@ -69,17 +68,17 @@ impl ContactModel {
     }
 
     /// Distance from held particles within which walls are left out of the contact \[m\].
-    pub fn clearance(&self) -> f64 {
+    pub fn clearance<S: SolidSpace>(&self) -> f64 {
         match self {
-            Self::Repulsion(law) => CLAMP_CLEARANCE * law.fields.walls.distance,
+            Self::Repulsion(law) => S::CLAMP_CLEARANCE * law.fields.walls.distance,
             Self::Sums(sums) => sums.support_radius,
         }
     }
 }
 
-impl SolidModel {
+impl<S: SolidSpace> SolidModel<S> {
     /// Point about which torques are taken \[m\]; `None` in a periodic domain, where they have no meaning.
-    pub fn torque_origin(&self) -> Option<Vector> {
+    pub fn torque_origin(&self) -> Option<S::Vector> {
         (!self.domain.is_periodic()).then(|| self.domain.torque_origin())
     }
 
@@ -89,7 +88,7 @@ impl SolidModel {
     }
 
     /// Constants of `body` as its formulation needs them.
-    pub fn constants<'a>(&'a self, body: &'a Body) -> BodyConstants<'a> {
+    pub fn constants<'a>(&'a self, body: &'a Body<S>) -> BodyConstants<'a, S> {
         BodyConstants {
             domain: &self.domain,
             mass: &self.particles.mass[body.range.clone()],
@@ -98,7 +97,7 @@ impl SolidModel {
     }
 
     /// The body of particle `i`.
-    pub fn body_of(&self, i: usize) -> &Body {
+    pub fn body_of(&self, i: usize) -> &Body<S> {
         &self.bodies[self.particles.body[i] as usize]
     }
 
@@ -123,7 +122,7 @@ impl SolidModel {
     }
 
     /// The support that holds particle `i` in the step of `time`.
-    pub fn acting_support(&self, i: usize, time: &StageTime) -> Option<&Support> {
+    pub fn acting_support(&self, i: usize, time: &StageTime) -> Option<&Support<S>> {
         let k = self.particles.support[i];
         (k > 0).then(|| &self.body_of(i).supports[k as usize - 1]).filter(|support| support.acts(time))
     }

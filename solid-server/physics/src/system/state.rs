@@ -1,43 +1,44 @@
 //! State at a step boundary: all that a checkpoint holds.
 
-use sph::space::Vector;
 use sph::sums::ordered_sum;
 
 use crate::contact::friction::TangentialSprings;
 use crate::particles::forces::ParticleForces;
 use crate::particles::variables::{Particles, RigidState};
+use crate::space::SolidSpace;
+use sph::space::Plane;
 
 /// All that evolves, at a step boundary.
 #[derive(Clone, Debug, PartialEq)]
-pub struct SolidState {
+pub struct SolidState<S: SolidSpace = Plane> {
     /// φⁿ.
-    pub particles: Particles,
+    pub particles: Particles<S>,
     /// Motion of each body that is rigid; the others' entries stay as they are.
-    pub rigid: Vec<RigidState>,
+    pub rigid: Vec<RigidState<S>>,
     /// Whole periods by which each particle has been wrapped, by axis.
-    pub image_counts: Vec<[i32; 2]>,
+    pub image_counts: Vec<S::Of<i32>>,
     /// Best-fit angle of each body relative to its reference, continuous over turns \[rad\].
     pub angles: Vec<f64>,
     /// Elastic springs of the contacts under friction.
     pub springs: TangentialSprings,
     /// Results of the last corrector.
-    pub last: LastStage,
+    pub last: LastStage<S>,
 }
 
 /// Contact of one body.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct BodyContact {
+pub struct BodyContact<S: SolidSpace = Plane> {
     /// Force of other bodies in the last stage \[N/m\].
-    pub bodies: Vector,
+    pub bodies: S::Vector,
     /// Force of walls in the last stage \[N/m\].
-    pub walls: Vector,
+    pub walls: S::Vector,
     /// Deepest that its particles have been in others, or theirs in it, so far \[m\].
     pub deepest: f64,
     /// Sum over particles and time of the magnitudes of contact forces so far \[N s/m\].
     pub impulse: f64,
 }
 
-impl BodyContact {
+impl<S: SolidSpace> BodyContact<S> {
     /// Contact of all bodies together.
     pub fn all(contacts: &[Self]) -> Self {
         contacts.iter().fold(Self::default(), |sum, contact| Self {
@@ -49,7 +50,7 @@ impl BodyContact {
     }
 
     /// Adds the forces on the body's particles in a stage of `duration` \[s\].
-    pub fn follow(&mut self, forces: &[ParticleForces], duration: f64) {
+    pub fn follow(&mut self, forces: &[ParticleForces<S>], duration: f64) {
         let n = forces.len();
         self.bodies = ordered_sum(n, |i| forces[i].contact);
         self.walls = ordered_sum(n, |i| forces[i].walls);
@@ -71,13 +72,13 @@ pub struct StageMaxima {
 
 /// Results of the last accepted stage, for reports and for the limit of the next step.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct LastStage {
+pub struct LastStage<S: SolidSpace = Plane> {
     /// Force of the fluid on each body \[N/m\].
-    pub fluid_force: Vec<Vector>,
+    pub fluid_force: Vec<S::Vector>,
     /// Reaction of each support on its body, by body \[N/m\].
-    pub reactions: Vec<Vec<Vector>>,
+    pub reactions: Vec<Vec<S::Vector>>,
     /// Contact of each body.
-    pub contacts: Vec<BodyContact>,
+    pub contacts: Vec<BodyContact<S>>,
     pub maxima: StageMaxima,
     /// Particles outside the domain.
     pub outside: u64,

@@ -5,7 +5,7 @@ use sph::space::Vector;
 
 use crate::boundary::walls::WallState;
 use crate::contact::friction::TangentialSprings;
-use crate::contact::repulsion::Contact;
+use crate::contact::repulsion::Contacts;
 use crate::formulations::formulation::AngularImpulse;
 use crate::formulations::pair_law::PairSums;
 use crate::interface::solid_interface::SolidInterface;
@@ -29,7 +29,7 @@ pub struct Workspace {
     pub rates: Rates,
     pub contact_forces: Vec<ContactForces>,
     /// Contacts at the latest evaluation.
-    pub contacts: Vec<Contact>,
+    pub contacts: Contacts,
     /// Tangential springs at the latest evaluation, and those at the start of the step.
     pub springs: TangentialSprings,
     pub start_springs: TangentialSprings,

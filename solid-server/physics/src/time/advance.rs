@@ -2,7 +2,7 @@
 
 use sph::coupling::ledger::scheme_moment;
 use sph::coupling::stage::StageTime;
-use sph::space::{DIMENSIONS, Vector, cross};
+use sph::space::{DIMENSIONS, Plane, Vector, cross};
 use sph::sums::ordered_sum;
 
 use crate::formulations::body::Body;
@@ -58,7 +58,7 @@ fn deformable_impulse(
             let i = range.start + k;
             let start = (&base.position[i], &base.velocity[i]);
             let end = (&next.position[i], &next.velocity[i]);
-            model.particles.mass[i] * scheme_moment(start, &workspace.stage.position[i], end)
+            model.particles.mass[i] * scheme_moment::<Plane>(start, &workspace.stage.position[i], end)
         });
         for support in body.supports.iter().filter(|support| support.acts(time)) {
             for held in &support.particles {

@@ -4,9 +4,10 @@ use rayon::prelude::*;
 
 use sph::coupling::solver::Divergence;
 use sph::coupling::stage::StepStage;
+use sph::space::Plane;
 
-use crate::materials::hooke::squared_deviator;
 use crate::particles::variables::Particles;
+use crate::space::SolidSpace;
 use crate::system::model::SolidModel;
 
 /// Fails with the first particle, by index, of `particles` that breaks a limit.
@@ -109,7 +110,7 @@ fn broken_limit(model: &SolidModel, particles: &Particles, i: usize) -> Option<B
             hint: "the body is torn or crushed beyond what the elastic law can mean: reduce the load or the time step",
         });
     }
-    let shear = squared_deviator(s).sqrt() / (2.0 * body.material.shear_modulus);
+    let shear = Plane::squared_deviator(s).sqrt() / (2.0 * body.material.shear_modulus);
     (shear > limits.largest_shear).then(|| BrokenLimit {
         quantity: "elastic shear strain sqrt(s:s)/(2G) [-]",
         value: shear,

@@ -3,7 +3,8 @@
 use rayon::prelude::*;
 
 use sph::coupling::stage::StageTime;
-use sph::space::Vector;
+use sph::space::algebra::Algebra;
+use sph::space::{Plane, Vector};
 
 use crate::contact::repulsion::ContactStage;
 use crate::contact::sums::SumStage;
@@ -13,8 +14,15 @@ use crate::particles::forces::{ParticleForces, ParticleTorques};
 use crate::system::model::{ContactModel, SolidModel};
 use crate::system::workspace::Workspace;
 
+/// Walls, stress and neighbour lists of the stage state at time `at` \[s\].
+pub fn update_stage(model: &SolidModel, workspace: &mut Workspace, time: &StageTime, at: f64) {
+    model.walls.move_to(at, &mut workspace.walls);
+    update_stress(model, workspace);
+    refresh_lists(model, workspace, time);
+}
+
 /// Pressure and stress of the stage state, and the variables derived from them.
-pub fn update_stress(model: &SolidModel, workspace: &mut Workspace) {
+fn update_stress(model: &SolidModel, workspace: &mut Workspace) {
     let Workspace { stage, stress, .. } = workspace;
     for body in &model.bodies {
         let range = &body.range;
@@ -106,7 +114,8 @@ fn prescribe_loads(model: &SolidModel, workspace: &mut Workspace, at: f64) {
         for load in &body.loads {
             load.forces(at, position, deformation, |i, force, to_face| {
                 forces[i] += force;
-                pair_tensor[i] += body.formulation.load_pair_tensor(i, &(force * to_face.transpose()));
+                let of_load = body.formulation.load_pair_tensor(i, &(force * to_face.transpose()));
+                pair_tensor[i] = Plane::matrix_plus(pair_tensor[i], of_load);
             });
         }
     }
@@ -126,12 +135,12 @@ pub fn sum_forces(model: &SolidModel, workspace: &mut Workspace, time: &StageTim
         } else {
             stage.velocity[i] * (-damping_rate * mass)
         };
-        let parts = [sums[i].force, contact[i].bodies, contact[i].walls, body_force, damping];
+        let parts = [Vector::from(sums[i].force), contact[i].bodies, contact[i].walls, body_force, damping];
         *forces = ParticleForces {
             body_force,
             damping,
             walls: contact[i].walls,
-            own: sums[i].force,
+            own: sums[i].force.into(),
             total: parts.iter().sum(),
             gross: parts.iter().map(|force| force.norm()).sum(),
             contact: contact[i].bodies,

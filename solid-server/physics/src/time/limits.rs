@@ -4,30 +4,15 @@
 //! before its bodies exist.
 
 use sph::setup::{SolidStepping, SubstepCount};
+use sph::space::Plane;
 
 use crate::system::model::SolidModel;
 use crate::system::state::SolidState;
 use crate::system::workspace::Workspace;
+use crate::thresholds::Thresholds;
 
-/// Smallest Courant number of the stage rule \[-\]: that without artificial viscosity.
-const UNDAMPED_COURANT: f64 = 0.1;
-
-/// Largest c_L Δt/h \[-\] of velocity Verlet for an updated-Lagrangian body.
-const VERLET_COURANT: f64 = 0.6;
-
-/// Largest c_L Δt/h of the stage rule \[-\] for a total-Lagrangian body with A = 1, h = [`REFERENCE_KERNEL_RATIO`] Δx.
-///
-/// Measured on a cantilever with a stencil of h = 0.8 Δx: stable at 0.4, not at 0.59.
-const REFERENCE_COURANT: f64 = 0.4;
-
-/// h/Δx \[-\] that [`REFERENCE_COURANT`] refers to: that of the source paper, whatever the stencil.
+/// h/Δx \[-\] that [`Thresholds::REFERENCE_COURANT`] refers to: that of the source paper, whatever the stencil.
 const REFERENCE_KERNEL_RATIO: f64 = 1.3;
-
-/// Part of 2/ω to which velocity Verlet is used \[-\]; the power iteration may miss some per cent of ω.
-const VERLET_FRACTION: f64 = 0.9;
-
-/// Coefficient of the acceleration limit √(Δx/a) \[-\].
-const ACCELERATION_COEFFICIENT: f64 = 0.25;
 
 /// Part of the stable sub-step to which an automatic number of sub-steps keeps \[-\]; contact may stiffen within a step.
 const AUTOMATIC_FRACTION: f64 = 0.8;
@@ -45,7 +30,7 @@ const MOST_SUBSTEPS: f64 = 10_000.0;
 /// it up to ω Δt ∝ A^⅓. Measured on a cantilever: A = 1 stable to 1.2, not at 1.5; A = 0.1 stable at 0.5, not at
 /// 0.85. Above A = 1 the viscous term itself limits the step.
 pub fn stage_rule_courant(viscosity_a: f64) -> f64 {
-    if viscosity_a > 1.0 { 1.0 / viscosity_a } else { viscosity_a.cbrt().max(UNDAMPED_COURANT) }
+    if viscosity_a > 1.0 { 1.0 / viscosity_a } else { viscosity_a.cbrt().max(Plane::UNDAMPED_COURANT) }
 }
 
 /// Largest step of the stage rule for an updated-Lagrangian body of smoothing length h \[m\] and longitudinal wave speed
@@ -60,14 +45,14 @@ pub fn updated_lagrangian_stage_rule(
 
 /// Largest sub-step for an updated-Lagrangian body, 0.6 h/(c_L max(A, 1)) \[s\].
 pub fn updated_lagrangian_substep(smoothing_length: f64, longitudinal_speed: f64, viscosity_a: f64) -> f64 {
-    let courant = VERLET_COURANT / viscosity_a.max(1.0);
+    let courant = Plane::VERLET_COURANT / viscosity_a.max(1.0);
     courant * smoothing_length / longitudinal_speed
 }
 
 /// Largest step of the stage rule for a total-Lagrangian body of the given spacing Δx \[m\], 0.4 C(A) 1.3 Δx/c_L \[s\]
 /// with C of [`stage_rule_courant`].
 pub fn total_lagrangian_stage_rule(spacing: f64, longitudinal_speed: f64, viscosity_a: f64) -> f64 {
-    let courant = REFERENCE_COURANT * stage_rule_courant(viscosity_a);
+    let courant = Plane::REFERENCE_COURANT * stage_rule_courant(viscosity_a);
     courant * REFERENCE_KERNEL_RATIO * spacing / longitudinal_speed
 }
 
@@ -78,7 +63,7 @@ pub fn total_lagrangian_stage_rule(spacing: f64, longitudinal_speed: f64, viscos
 pub fn total_lagrangian_substep(largest_frequency: f64, viscosity_a: f64) -> f64 {
     let viscous = 1.0 + viscosity_a;
     if largest_frequency > 0.0 {
-        VERLET_FRACTION * 2.0 / (largest_frequency * viscous)
+        Plane::VERLET_FRACTION * 2.0 / (largest_frequency * viscous)
     } else {
         f64::INFINITY
     }
@@ -94,7 +79,7 @@ pub fn automatic_substeps(time_step: f64, substep_limit: f64) -> u32 {
 
 /// Largest step by the acceleration a of a particle \[m/s²\], ¼ √(Δx/a) \[s\].
 pub fn acceleration_limit(spacing: f64, acceleration: f64) -> f64 {
-    ACCELERATION_COEFFICIENT * (spacing / acceleration).sqrt()
+    Plane::ACCELERATION_COEFFICIENT * (spacing / acceleration).sqrt()
 }
 
 /// Largest stable sub-step from `state` \[s\]: by the waves of the deformed bodies, and 1/ω of the stiffest contact.

@@ -11,9 +11,22 @@ use crate::system::state::SolidState;
 use crate::system::workspace::Workspace;
 use crate::time::advance::{HeldQuantity, impose_supports, take_reactions};
 use crate::time::evaluate::{
-    add_torques, evaluate_pairs, refresh_lists, sum_forces, total_forces, update_stress,
+    add_torques, evaluate_pairs, refresh_lists, sum_forces, total_forces, update_stage,
 };
 use crate::time::limits::{automatic_substeps, substep_limit};
+use crate::time::stepping::Stepping;
+
+/// Velocity-Verlet sub-steps of this number per step.
+///
+/// ```text
+/// v½ = v + ½τ f(x, v)/m,  x' = x + τ v½,  v' = v½ + ½τ f(x', 2v½ − v)/m
+/// ```
+///
+/// The force of the fluid is that of the stage, all others are evaluated in every sub-step; those at the start of the
+/// step, `workspace.start_forces`, are given. Velocity-dependent forces see the extrapolated velocity, so that the rule
+/// is of second order; without them it is symplectic. Density and stress that evolve follow the velocity gradient at
+/// x + ½τ v½. A pass leaves the stress of the new state, and means of the forces over the stage.
+pub struct Substeps(pub SubstepCount);
 
 /// Sub-steps of the stage of `time`: half of those of the step in the predictor.
 ///
@@ -40,46 +53,49 @@ struct SubstepPass<'a> {
     evolves: bool,
 }
 
-/// Moves every body from φⁿ in `state` to `workspace.next` by sub-steps.
-///
-/// ```text
-/// v½ = v + ½τ f(x, v)/m,  x' = x + τ v½,  v' = v½ + ½τ f(x', 2v½ − v)/m
-/// ```
-///
-/// The force of the fluid is that of the stage, all others are evaluated in every sub-step; those at the start of the
-/// step, `workspace.start_forces`, are given. Velocity-dependent forces see the extrapolated velocity, so that the rule
-/// is of second order; without them it is symplectic. Density and stress that evolve follow the velocity gradient at
-/// x + ½τ v½. Leaves the stress of the new state, and means of the forces over the stage.
-pub fn move_by_substeps(
-    model: &SolidModel,
-    state: &SolidState,
-    workspace: &mut Workspace,
-    time: &StageTime,
-    count: SubstepCount,
-) {
-    let count = stage_substeps(model, state, count, time);
-    workspace.substeps = count;
-    let duration = time.duration() / f64::from(count);
-    let evolves = model.bodies.iter().any(|body| body.formulation.evolves());
-    let pass = SubstepPass { model, state, time, duration, evolves };
-    workspace.next.copy_from(&state.particles);
-    workspace.next_rigid.clone_from(&state.rigid);
-    workspace.forces.clone_from(&workspace.start_forces);
-    workspace.springs.clone_from(&workspace.start_springs);
-    workspace.mean_forces.fill(ParticleForces::default());
-    workspace.mean_torques.fill(ParticleTorques::default());
-    workspace.angular_impulse = AngularImpulse::default();
-    workspace.exchange_position.clone_from(&workspace.stage.position);
-    let weight = 0.5 / f64::from(count);
-    for k in 0..count {
-        pass.first_half(workspace, k, weight);
-        pass.second_half(workspace, k, weight);
+impl Stepping for Substeps {
+    /// A pass of sub-steps leaves the corrector all that belongs to its state.
+    fn prepare(&self, model: &SolidModel, workspace: &mut Workspace, time: &StageTime) {
+        if time.at.stage == Stage::Predictor {
+            update_stage(model, workspace, time, time.state_time());
+        }
     }
-    let Workspace { stage, next, mean_forces, fluid_force, total_force, .. } = workspace;
-    next.density.clone_from(&stage.density);
-    next.deviatoric_stress.clone_from(&stage.deviatoric_stress);
-    total_forces(mean_forces, fluid_force, total_force);
-    take_reactions(model, state, workspace, time);
+
+    /// Both passes start from the forces at the start of the step.
+    fn evaluate(&self, model: &SolidModel, workspace: &mut Workspace, time: &StageTime) {
+        if time.at.stage == Stage::Predictor {
+            evaluate_pairs(model, workspace, time.state_time());
+            sum_forces(model, workspace, time, time.state_time());
+            workspace.start_forces.clone_from(&workspace.forces);
+            workspace.start_springs.copy_from(&workspace.springs);
+        }
+    }
+
+    fn advance(&self, model: &SolidModel, state: &SolidState, workspace: &mut Workspace, time: &StageTime) {
+        let count = stage_substeps(model, state, self.0, time);
+        workspace.substeps = count;
+        let duration = time.duration() / f64::from(count);
+        let evolves = model.bodies.iter().any(|body| body.formulation.evolves());
+        let pass = SubstepPass { model, state, time, duration, evolves };
+        workspace.next.copy_from(&state.particles);
+        workspace.next_rigid.clone_from(&state.rigid);
+        workspace.forces.clone_from(&workspace.start_forces);
+        workspace.springs.copy_from(&workspace.start_springs);
+        workspace.mean_forces.fill(ParticleForces::default());
+        workspace.mean_torques.fill(ParticleTorques::default());
+        workspace.angular_impulse = AngularImpulse::default();
+        workspace.exchange_position.clone_from(&workspace.stage.position);
+        let weight = 0.5 / f64::from(count);
+        for k in 0..count {
+            pass.first_half(workspace, k, weight);
+            pass.second_half(workspace, k, weight);
+        }
+        let Workspace { stage, next, mean_forces, fluid_force, total_force, .. } = workspace;
+        next.density.clone_from(&stage.density);
+        next.deviatoric_stress.clone_from(&stage.deviatoric_stress);
+        total_forces(mean_forces, fluid_force, total_force);
+        take_reactions(model, state, workspace, time);
+    }
 }
 
 impl SubstepPass<'_> {
@@ -106,14 +122,12 @@ impl SubstepPass<'_> {
     /// Forces at the end of sub-step `k`, and the rest of its velocities.
     fn second_half(&self, workspace: &mut Workspace, k: u32, weight: f64) {
         let end = self.time_at(f64::from(k) + 1.0);
-        let Workspace { stage, next, velocity_gain, walls, .. } = workspace;
+        let Workspace { stage, next, velocity_gain, .. } = workspace;
         stage.copy_from(next);
         for (velocity, gain) in stage.velocity.iter_mut().zip(velocity_gain) {
             *velocity += *gain;
         }
-        self.model.walls.move_to(end, walls);
-        update_stress(self.model, workspace);
-        refresh_lists(self.model, workspace, self.time);
+        update_stage(self.model, workspace, self.time, end);
         evaluate_pairs(self.model, workspace, end);
         sum_forces(self.model, workspace, self.time, end);
         self.kick(workspace, end, weight);

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::LedgerVector;
-use crate::space::{Vector, cross};
+use crate::space::Space;
 
 /// A named change of one side's momentum or angular momentum that is not a pair force between owners.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -122,6 +122,10 @@ impl Accounts {
 /// The first term is the moment of the forces at the places where they were evaluated, the second is returned. It
 /// vanishes where positions move along the velocities beside them, as in leapfrog.
 #[inline]
-pub fn scheme_moment(start: (&Vector, &Vector), stage: &Vector, end: (&Vector, &Vector)) -> f64 {
-    cross(&(end.0 - stage), end.1) + cross(&(stage - start.0), start.1)
+pub fn scheme_moment<S: Space>(
+    start: (&S::Vector, &S::Vector),
+    stage: &S::Vector,
+    end: (&S::Vector, &S::Vector),
+) -> S::Spin {
+    S::cross(&(*end.0 - *stage), end.1) + S::cross(&(*stage - *start.0), start.1)
 }

@@ -6,6 +6,7 @@ use sph::space::geometry::Periodic;
 use super::*;
 use crate::neighbours::reference::{Reference, ReferencePair};
 use crate::neighbours::stencil::MomentPass;
+use sph::space::{Tensor, Vector};
 
 fn viscosity() -> Viscosity {
     Viscosity { law: ArtificialViscosity::new(0.75, 0.3, 0.7, 0.01), density: 1.2 }

@@ -3,9 +3,11 @@ use sph::neighbours::CellGrid;
 use sph::setup::{ElasticParameters, UpdatedLagrangian};
 use sph::space::domain::Domain;
 use sph::space::geometry::Periodic;
+use sph::space::tensors::SpaceSymmetric;
 
 use super::*;
 use crate::formulations::pair_law::PairParticle;
+use sph::space::{Plane, SymmetricTensor, Tensor, Vector};
 
 const SMOOTHING_LENGTH: f64 = 1.3;
 
@@ -87,7 +89,7 @@ impl Patch {
     fn rows(&self, radius: f64) -> Rows {
         let (domain, x) = (&self.domain, &self.position[..]);
         let mut rows = Rows::default();
-        rows.fill(&CellGrid::new(domain, x, radius).list(domain, x, x, radius, true), |_, _| true);
+        rows.fill(&CellGrid::new(domain, x, radius).list_among(domain, x, radius), |_, _| true);
         rows
     }
 

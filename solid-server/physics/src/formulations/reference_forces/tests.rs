@@ -2,6 +2,7 @@ use sph::kernel::CubicSpline;
 use sph::space::domain::Domain;
 
 use super::*;
+use sph::space::{Tensor, Vector};
 
 fn open() -> Domain {
     Domain { lower: Vector::new(-9.0, -9.0), upper: Vector::new(9.0, 9.0), periodic: [false; 2] }

@@ -1,6 +1,8 @@
 //! Principal values and directions of symmetric tensors.
 
-use super::{SymmetricTensor, Vector};
+use nalgebra::Vector2;
+
+use super::SymmetricTensor;
 
 /// A symmetric tensor by its principal values and directions.
 ///
@@ -51,16 +53,17 @@ impl Principal {
     }
 
     /// Unit vector along the direction of the larger value, with x ≥ 0.
-    pub fn major_direction(&self) -> Vector {
+    pub fn major_direction(&self) -> Vector2<f64> {
         let [cosine, sine] = self.double_angle;
         let angle = 0.5 * sine.atan2(cosine);
-        Vector::new(angle.cos(), angle.sin())
+        Vector2::new(angle.cos(), angle.sin())
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::space::tensors::SpaceSymmetric;
 
     #[test]
     fn the_tensor_follows_from_its_values_and_directions() {

@@ -1,0 +1,59 @@
+//! Thresholds of the solid's laws that were measured, space by space.
+
+use sph::laws::constant::Constant;
+use sph::space::{Plane, Space};
+
+/// Declares the thresholds as constants of a trait, their values in the plane, and their list.
+macro_rules! thresholds {
+    ($($(#[$reason:meta])+ $name:ident = $plane:literal, $key:literal, $meaning:literal;)+) => {
+        /// Thresholds measured in each space.
+        pub trait Thresholds: Space {
+            $($(#[$reason])+ const $name: f64;)+
+
+            /// All of them, for the header of a run.
+            const LIST: &'static [Constant] =
+                &[$(Constant { name: $key, value: Self::$name, meaning: $meaning }),+];
+        }
+
+        impl Thresholds for Plane {
+            $(const $name: f64 = $plane;)+
+        }
+    };
+}
+
+/// The thresholds of the plane.
+pub fn constants() -> &'static [Constant] {
+    Plane::LIST
+}
+
+thresholds! {
+    /// Smallest eigenvalue of the moment of Eq. (21) along which the velocity gradient is corrected \[-\]. In the bulk it
+    /// is 1, at the corner of a lattice of h = 1.3 Δx about 0.3. Below this bound too few neighbours lie along that
+    /// direction, and the gradient along it stays as summed.
+    SMALLEST_MOMENT = 0.1, "solid.correction.smallest_eigenvalue", "eigenvalue of the moment matrix below which L_i does not correct along its direction [-]";
+    /// Smallest Courant number of the stage rule \[-\]: that without artificial viscosity.
+    UNDAMPED_COURANT = 0.1, "solid.stage_rule.undamped_courant", "smallest c_L dt/h of the stage rule, without artificial viscosity [-]";
+    /// Largest c_L Δt/h \[-\] of velocity Verlet for an updated-Lagrangian body.
+    VERLET_COURANT = 0.6, "solid.substeps.courant", "largest c_L dt/h of a sub-step of an updated-Lagrangian body [-]";
+    /// Largest c_L Δt/h of the stage rule \[-\] for a total-Lagrangian body with A = 1 and h = 1.3 Δx. Measured on a
+    /// cantilever with a stencil of h = 0.8 Δx: stable at 0.4, not at 0.59.
+    REFERENCE_COURANT = 0.4, "solid.stage_rule.total_lagrangian_courant", "largest c_L dt/(1.3 dx) of the stage rule of a total-Lagrangian body with A = 1 [-]";
+    /// Part of 2/ω to which velocity Verlet is used \[-\]; the power iteration may miss some per cent of ω.
+    VERLET_FRACTION = 0.9, "solid.substeps.frequency_fraction", "part of 2/omega to which a sub-step of a total-Lagrangian body goes [-]";
+    /// Coefficient of the acceleration limit √(Δx/a) \[-\].
+    ACCELERATION_COEFFICIENT = 0.25, "solid.acceleration_coefficient", "coefficient of the step limit sqrt(dx/a) [-]";
+    /// Weight of a boundary point over that of the particle at twice its distance \[-\]. One-sided differences at ½ΔX and
+    /// −ΔX are exact for quadratic fields with weights inverse to the cubed distance.
+    BOUNDARY_WEIGHT = 8.0, "solid.clamp.boundary_weight", "weight of the boundary point of a clamp over that of the held particle [-]";
+    /// Support radius of the density field of contact in spacings \[-\]: wide enough to smooth the corrugation of the
+    /// lattice.
+    CONTACT_REACH = 3.0, "solid.contact.reach", "support radius of the density field of contact in spacings [-]";
+    /// Depth in contact distances beyond which the force grows linearly \[-\]; at 1 rows of particles coincide.
+    STIFFEST_DEPTH = 0.95, "solid.contact.stiffest_depth", "depth in contact distances beyond which the contact force grows linearly [-]";
+    /// Undeformed distance from which parts of one body can be in contact, in support radii of the density field \[-\]: a
+    /// body compressed by a third is not yet in contact with itself.
+    SELF_CONTACT_DISTANCE = 1.5, "solid.contact.self_contact_distance", "undeformed distance from which parts of one body can be in contact, in support radii [-]";
+    /// Distance from held particles within which walls are left out of the repulsion, in contact distances \[-\]: two
+    /// lattice columns.
+    CLAMP_CLEARANCE = 2.5, "solid.contact.clamp_clearance", "distance from held particles within which walls are left out of contact, in contact distances [-]";
+}

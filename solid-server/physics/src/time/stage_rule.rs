@@ -1,0 +1,45 @@
+//! The stage rule, Eq. (30)-(31): each stage evaluates all forces once and moves the bodies by them.
+
+use sph::coupling::stage::StageTime;
+
+use crate::particles::forces::ParticleTorques;
+use crate::system::model::SolidModel;
+use crate::system::state::SolidState;
+use crate::system::workspace::Workspace;
+use crate::time::advance::move_bodies;
+use crate::time::evaluate::{add_torques, evaluate_pairs, sum_forces, total_forces, update_stage};
+use crate::time::stepping::Stepping;
+
+/// The stage rule.
+pub struct StageRule;
+
+impl Stepping for StageRule {
+    fn prepare(&self, model: &SolidModel, workspace: &mut Workspace, time: &StageTime) {
+        update_stage(model, workspace, time, time.state_time());
+    }
+
+    fn evaluate(&self, model: &SolidModel, workspace: &mut Workspace, time: &StageTime) {
+        evaluate_pairs(model, workspace, time.state_time());
+    }
+
+    fn complete(&self, model: &SolidModel, workspace: &mut Workspace, time: &StageTime) {
+        sum_forces(model, workspace, time, time.state_time());
+        let Workspace {
+            stage, sums, rates, forces, mean_forces, mean_torques, fluid_force, total_force, ..
+        } = workspace;
+        total_forces(forces, fluid_force, total_force);
+        mean_forces.clone_from(forces);
+        if let Some(origin) = model.torque_origin() {
+            mean_torques.fill(ParticleTorques::default());
+            add_torques(mean_torques, 1.0, origin, &stage.position, forces);
+        }
+        for body in &model.bodies {
+            let range = &body.range;
+            body.formulation.complete(&stage.view(range), &sums[range.clone()], rates.view_mut(range));
+        }
+    }
+
+    fn advance(&self, model: &SolidModel, state: &SolidState, workspace: &mut Workspace, time: &StageTime) {
+        move_bodies(model, state, workspace, time);
+    }
+}

@@ -218,7 +218,7 @@ impl SolidSpace for Plane {
     }
 
     fn checkerboard(i: usize) -> Self::Vector {
-        let phase = if i % 2 == 0 { 1.0 } else { -1.0 };
+        let phase = if i.is_multiple_of(2) { 1.0 } else { -1.0 };
         Self::Vector::new(phase, 0.7 * phase + 0.01 * (i % 7) as f64)
     }
 

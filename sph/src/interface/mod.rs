@@ -275,9 +275,9 @@ impl PairLaw {
             InterfaceLaw::Wall => x_fs * central,
             InterfaceLaw::WallNoSlip => {
                 // Morris, Fox & Zhu 1997: 2 μ (x·∇W)/(ρ_f ρ_s r²) v_fs.
-                let regularised = self.artificial_viscosity.regularised(square);
+                let softened = self.artificial_viscosity.softened(square);
                 let friction = masses * 2.0 * self.dynamic_viscosity * square * gradient_factor
-                    / (rho_f * rho_s * regularised);
+                    / (rho_f * rho_s * softened);
                 x_fs * central + v_fs * friction
             }
             InterfaceLaw::PlainSum => {

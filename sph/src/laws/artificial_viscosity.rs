@@ -22,19 +22,18 @@ pub struct ArtificialViscosity<R = f64> {
     minus_linear: R,
     /// B \[-\].
     quadratic: R,
-    /// λh² \[m²\].
-    regularisation: R,
+    /// λh² \[m²\], which keeps θ finite where particles meet.
+    softening: R,
 }
 
 impl ArtificialViscosity {
     /// No viscosity.
-    pub const NONE: Self =
-        Self { smoothing_length: 0.0, minus_linear: 0.0, quadratic: 0.0, regularisation: 1.0 };
+    pub const NONE: Self = Self { smoothing_length: 0.0, minus_linear: 0.0, quadratic: 0.0, softening: 1.0 };
 
     /// The law of smoothing length h \[m\], A c \[m/s\], B \[-\] and λ \[-\].
     pub fn new(smoothing_length: f64, linear: f64, quadratic: f64, lambda: f64) -> Self {
-        let regularisation = lambda * smoothing_length * smoothing_length;
-        Self { smoothing_length, minus_linear: -linear, quadratic, regularisation }
+        let softening = lambda * smoothing_length * smoothing_length;
+        Self { smoothing_length, minus_linear: -linear, quadratic, softening }
     }
 
     /// The same in lanes.
@@ -44,7 +43,7 @@ impl ArtificialViscosity {
             smoothing_length: R::splat(self.smoothing_length),
             minus_linear: R::splat(self.minus_linear),
             quadratic: R::splat(self.quadratic),
-            regularisation: R::splat(self.regularisation),
+            softening: R::splat(self.softening),
         }
     }
 }
@@ -52,8 +51,8 @@ impl ArtificialViscosity {
 impl<R: Real> ArtificialViscosity<R> {
     /// x_ij² + λh² \[m²\] of x_ij² = `square` \[m²\].
     #[inline(always)]
-    pub fn regularised(&self, square: R) -> R {
-        square + self.regularisation
+    pub fn softened(&self, square: R) -> R {
+        square + self.softening
     }
 
     /// ρ̄ Π_ij \[m²/s²\] of v_ij·x_ij/(x_ij² + λh²) = `approach` \[1/s\]: times a density \[kg/m³\], a pressure.
@@ -67,7 +66,7 @@ impl<R: Real> ArtificialViscosity<R> {
     /// The same of v_ij·x_ij \[m²/s\] and x_ij² \[m²\].
     #[inline(always)]
     pub fn pressure(&self, approach: R, square: R) -> R {
-        self.pressure_over_density(approach / self.regularised(square))
+        self.pressure_over_density(approach / self.softened(square))
     }
 }
 

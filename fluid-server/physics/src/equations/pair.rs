@@ -118,15 +118,15 @@ impl<S: FluidSpace, L: Lanes> PairSums<S, L> {
 
         // One division for 1/s of the kernel, 1/(x² + λh²) and 1/(ρ_i + ρ_j).
         let (s, slope) = law.kernel.slope(square);
-        let (regularised, density_sum) = (law.viscosity.regularised(square), rho + density);
-        let both = regularised * density_sum;
+        let (softened, density_sum) = (law.viscosity.softened(square), rho + density);
+        let both = softened * density_sum;
         let inverse = L::splat(1.0) / (s * both);
         let weight = volume * slope * (both * inverse);
         let inverse = s * inverse;
         let regular = inverse * density_sum;
 
         // ρ_i ρ_j Π_ij of Eq. (23), with ρ_i ρ_j/ρ̄ = 2 ρ_i ρ_j/(ρ_i + ρ_j).
-        let twice_reduced = own.twice_density * density * (inverse * regularised);
+        let twice_reduced = own.twice_density * density * (inverse * softened);
         let viscosity = law.viscosity.pressure_over_density(approach * regular) * twice_reduced;
 
         let mut divergence = self.stress_divergence;

@@ -265,7 +265,7 @@ impl FluidInterface {
                     model.cross_gradient_scale * model.kernel.gradient_factor(square.sqrt());
                 let weight = dummy.mass / dummy.density * gradient_factor;
                 continuity += weight * (own.velocity[k] - partner.velocity[s]).dot(&d);
-                let share = square / model.law.viscosity.regularised(square);
+                let share = square / model.law.viscosity.softened(square);
                 let psi = plain(2.0 * rho, dummy.density, share);
                 exchange +=
                     weight * bracketed::<Plane, f64>(psi, gradient.map(|g| 2.0 * g), Plane::components(&d));

@@ -5,11 +5,11 @@ use sph::neighbours::CellGrid;
 use sph::prescribed::motion::{MotionState, RigidMotion};
 use sph::setup::BodySetup;
 use sph::space::domain::Domain;
+use sph::space::tensors::SpaceVector;
+use sph::space::{Plane, Space};
 
 use crate::particles::variables::RigidState;
 use crate::space::SolidSpace;
-use sph::space::tensors::SpaceVector;
-use sph::space::{Plane, Space};
 
 /// One support of a body.
 pub struct Support<S: SolidSpace = Plane> {

@@ -3,11 +3,11 @@
 use sph::coupling::stage::StageTime;
 use sph::prescribed::motion::RigidMotion;
 use sph::setup::{SolidSetup, WallSetup};
+use sph::space::Plane;
+use sph::space::tensors::SpaceVector;
 
 use crate::boundary::supports::acts;
 use crate::space::SolidSpace;
-use sph::space::Plane;
-use sph::space::tensors::SpaceVector;
 
 /// Constant facts of all walls.
 pub struct Walls<S: SolidSpace = Plane> {

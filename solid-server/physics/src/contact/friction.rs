@@ -1,9 +1,10 @@
 //! Coulomb friction with stick between a particle and the patch of particles that it is in contact with.
 
-use crate::contact::density_field::DensityField;
-use crate::space::SolidSpace;
 use sph::space::tensors::SpaceVector;
 use sph::space::{Plane, Space};
+
+use crate::contact::density_field::DensityField;
+use crate::space::SolidSpace;
 
 /// Smallest second moment of a patch, in squared contact distances \[-\], that bears friction.
 const SMALLEST_PATCH: f64 = 1e-6;

@@ -2,7 +2,9 @@
 
 use rayon::prelude::*;
 
+use sph::space::Plane;
 use sph::space::domain::Domain;
+use sph::space::tensors::SpaceVector;
 
 use crate::boundary::walls::WallState;
 use crate::contact::density_field::{DensityField, DensityFields, Spring};
@@ -15,8 +17,6 @@ use crate::particles::constants::ParticleConstants;
 use crate::particles::forces::ContactForces;
 use crate::particles::variables::Particles;
 use crate::space::SolidSpace;
-use sph::space::Plane;
-use sph::space::tensors::SpaceVector;
 
 /// Repulsion between particles of different bodies, of bodies and walls, and of distant parts of one body.
 ///

@@ -3,7 +3,9 @@
 use rayon::prelude::*;
 
 use sph::prescribed::body_force::BodyForceField;
+use sph::space::Plane;
 use sph::space::domain::Domain;
+use sph::space::tensors::SpaceVector;
 
 use crate::boundary::walls::WallState;
 use crate::formulations::body::Body;
@@ -15,8 +17,6 @@ use crate::particles::fields::StressFields;
 use crate::particles::forces::ContactForces;
 use crate::particles::variables::Particles;
 use crate::space::SolidSpace;
-use sph::space::Plane;
-use sph::space::tensors::SpaceVector;
 
 /// Contact through the sums (17) and (25).
 ///

@@ -4,12 +4,12 @@ use std::ops::Range;
 
 use sph::prescribed::body_force::BodyForceField;
 use sph::setup::ElasticParameters;
+use sph::space::Plane;
 
 use crate::boundary::loads::Load;
 use crate::boundary::supports::Support;
 use crate::formulations::formulation::BodyFormulation;
 use crate::space::SolidSpace;
-use sph::space::Plane;
 
 /// Largest stable steps by the elastic waves inside an undeformed body; infinite for a rigid one.
 #[derive(Clone, Copy, Debug)]

@@ -3,6 +3,7 @@
 use std::ops::AddAssign;
 
 use sph::coupling::stage::StageTime;
+use sph::space::Plane;
 use sph::space::domain::Domain;
 
 use crate::boundary::supports::Support;
@@ -11,7 +12,6 @@ use crate::neighbours::lists::Rows;
 use crate::particles::fields::{RateView, RateViewMut, StressView, StressViewMut};
 use crate::particles::variables::{ParticleView, ParticleViewMut, RigidState};
 use crate::space::SolidSpace;
-use sph::space::Plane;
 
 /// Constants of a body's particles.
 #[derive(Clone, Copy)]

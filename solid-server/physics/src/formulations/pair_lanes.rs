@@ -138,8 +138,8 @@ impl<'a, S: SolidSpace, L: Lanes, const ARTIFICIAL: bool> LawLanes<'a, S, L, ART
 
         // Π_ij of Eq. (23), with one division for θ and 1/ρ̄.
         let approach = S::dot(velocity, separation);
-        let (regularised, density_sum) = (self.viscosity.regularised(square), own.density + other.density);
-        let inverse = L::splat(1.0) / (regularised * density_sum);
+        let (softened, density_sum) = (self.viscosity.softened(square), own.density + other.density);
+        let inverse = L::splat(1.0) / (softened * density_sum);
         let damping = self.viscosity.pressure_over_density(approach * (inverse * density_sum));
         let pair = PairTerms {
             separation,
@@ -147,7 +147,7 @@ impl<'a, S: SolidSpace, L: Lanes, const ARTIFICIAL: bool> LawLanes<'a, S, L, ART
             gradient_factor,
             weight: other.mass * own.density * inverse_densities * gradient_factor,
             inverse_densities,
-            viscosity: (damping + damping) * (inverse * regularised),
+            viscosity: (damping + damping) * (inverse * softened),
             nearness: if ARTIFICIAL { Some(self.power_of_nearness(s)) } else { None },
         };
         sums.add_pair(own, &other, &pair);

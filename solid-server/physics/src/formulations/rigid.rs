@@ -6,6 +6,7 @@ use rayon::prelude::*;
 
 use sph::coupling::ledger::scheme_moment;
 use sph::coupling::stage::StageTime;
+use sph::space::Plane;
 use sph::sums::ordered_sum;
 
 use crate::boundary::supports::Support;
@@ -17,7 +18,6 @@ use crate::neighbours::lists::{Rows, TASK};
 use crate::particles::fields::{StressView, StressViewMut};
 use crate::particles::variables::{ParticleView, ParticleViewMut, RigidState, image_offset};
 use crate::space::SolidSpace;
-use sph::space::Plane;
 
 /// A rigid body: M dV/dt = ΣF, I dω/dt = Σ r × F, by the midpoint rule of Eq. (30)-(31).
 ///

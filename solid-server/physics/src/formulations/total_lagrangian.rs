@@ -6,7 +6,9 @@ use sph::kernel::CubicSpline;
 use sph::lanes::Arithmetic;
 use sph::laws::artificial_viscosity::ArtificialViscosity;
 use sph::setup::{ElasticParameters, TotalLagrangian};
+use sph::space::Plane;
 use sph::space::geometry::{Geometry, Open, Periodic};
+use sph::space::tensors::{SpaceSymmetric, SpaceTensor, SpaceVector};
 
 use crate::boundary::supports::Support;
 use crate::formulations::bond_forces::{Bonds, ForcePass, TOTAL_LAGRANGIAN_LAMBDA, Viscosity};
@@ -22,8 +24,6 @@ use crate::neighbours::stencil::MomentPass;
 use crate::particles::fields::{StressView, StressViewMut};
 use crate::particles::variables::{ParticleView, ParticleViewMut, RigidState};
 use crate::space::SolidSpace;
-use sph::space::Plane;
-use sph::space::tensors::{SpaceSymmetric, SpaceTensor, SpaceVector};
 
 /// A hyperelastic body whose neighbours are those of the undeformed body.
 ///

@@ -4,7 +4,9 @@ use rayon::prelude::*;
 
 use sph::lanes::Arithmetic;
 use sph::setup::{ElasticParameters, UpdatedLagrangian};
+use sph::space::Plane;
 use sph::space::geometry::{Geometry, Open, Periodic};
+use sph::space::tensors::{SpaceSymmetric, SpaceTensor};
 
 use crate::formulations::formulation::{AngularImpulse, BodyConstants, BodyDrift, BodyFormulation, BodyStep};
 use crate::formulations::pair_lanes::{BodyArrays, PairPass};
@@ -16,8 +18,6 @@ use crate::neighbours::lists::{Rows, TASK};
 use crate::particles::fields::{RateViewMut, StressView, StressViewMut};
 use crate::particles::variables::{ParticleView, ParticleViewMut, RigidState};
 use crate::space::SolidSpace;
-use sph::space::Plane;
-use sph::space::tensors::{SpaceSymmetric, SpaceTensor};
 
 /// An elastic body whose density and stress evolve with the velocity gradient.
 ///

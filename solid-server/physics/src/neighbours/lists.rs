@@ -5,12 +5,13 @@
 
 use rayon::prelude::*;
 
-use crate::space::SolidSpace;
 use sph::neighbours::{CellGrid, NeighbourList, largest_displacement};
 use sph::space::Plane;
 use sph::space::domain::Domain;
 use sph::space::tensors::SpaceVector;
 use sph::sums::ordered_sum;
+
+use crate::space::SolidSpace;
 
 /// Particles per task below which splitting costs more than it gains.
 pub const TASK: usize = 64;
@@ -251,7 +252,8 @@ mod tests {
 
     #[test]
     fn drift_keeps_a_body_s_list_and_deformation_renews_it() {
-        let domain = Domain { lower: Vector::zeros(), upper: Vector::new(9.0, 9.0), periodic: [false; 2] };
+        let domain: Domain =
+            Domain { lower: Vector::zeros(), upper: Vector::new(9.0, 9.0), periodic: [false; 2] };
         let block: Vec<Vector> = (0..25).map(|k| Vector::new(f64::from(k % 5), f64::from(k / 5))).collect();
         let mut lists = OwnLists::new(1.3, 0.2);
         assert!(lists.refresh(&domain, &block));

@@ -2,12 +2,12 @@
 
 use sph::kernel::CubicSpline;
 use sph::neighbours::CellGrid;
+use sph::space::Plane;
 use sph::space::domain::Domain;
+use sph::space::tensors::{SpaceTensor, SpaceVector};
 
 use crate::neighbours::stencil::Stencils;
 use crate::space::{SolidSpace, Span};
-use sph::space::Plane;
-use sph::space::tensors::{SpaceTensor, SpaceVector};
 
 /// A neighbour in the reference configuration.
 #[derive(Clone, Copy, Debug)]

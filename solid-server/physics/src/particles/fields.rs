@@ -1,11 +1,11 @@
 //! Stress of the particles and rates of their variables.
 
-use sph::space::tensors::SpaceTensor;
 use std::ops::Range;
 
-use crate::materials::hooke::deviatoric_stress;
 use sph::space::Plane;
+use sph::space::tensors::SpaceTensor;
 
+use crate::materials::hooke::deviatoric_stress;
 use crate::space::SolidSpace;
 
 /// Stress of all particles.

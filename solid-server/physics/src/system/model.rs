@@ -3,7 +3,9 @@
 use sph::coupling::stage::StageTime;
 use sph::prescribed::body_force::BodyForceField;
 use sph::setup::{Damping, SolidProbeKind, SolidStepping};
+use sph::space::Plane;
 use sph::space::domain::Domain;
+use sph::space::tensors::SpaceVector;
 
 use crate::boundary::supports::{Support, acts};
 use crate::boundary::walls::Walls;
@@ -14,8 +16,6 @@ use crate::formulations::formulation::BodyConstants;
 use crate::neighbours::material_point::MaterialPoint;
 use crate::particles::constants::ParticleConstants;
 use crate::space::SolidSpace;
-use sph::space::Plane;
-use sph::space::tensors::SpaceVector;
 
 /// Constant facts of a run.
 pub struct SolidModel<S: SolidSpace = Plane> {

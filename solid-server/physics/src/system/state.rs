@@ -1,12 +1,12 @@
 //! State at a step boundary: all that a checkpoint holds.
 
+use sph::space::Plane;
 use sph::sums::ordered_sum;
 
 use crate::contact::friction::TangentialSprings;
 use crate::particles::forces::ParticleForces;
 use crate::particles::variables::{Particles, RigidState};
 use crate::space::SolidSpace;
-use sph::space::Plane;
 
 /// All that evolves, at a step boundary.
 #[derive(Clone, Debug, PartialEq)]

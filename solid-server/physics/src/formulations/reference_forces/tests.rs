@@ -1,8 +1,8 @@
 use sph::kernel::CubicSpline;
 use sph::space::domain::Domain;
+use sph::space::{Plane, Tensor, Vector};
 
 use super::*;
-use sph::space::{Tensor, Vector};
 
 fn open() -> Domain {
     Domain { lower: Vector::new(-9.0, -9.0), upper: Vector::new(9.0, 9.0), periodic: [false; 2] }
@@ -73,17 +73,18 @@ fn derivative_of_the_energy(anchored: u32) {
         (0..n)
             .filter(|i| !reference.anchored[*i])
             .map(|i| {
-                let x_ij = |p: &ReferencePair| reference.separation(&open(), x, i, p);
-                law.energy_density(&f[i]) + reference.hourglass_energy(i, &f[i], k, x_ij)
+                let x_ij = |p: &ReferencePair<Plane>| reference.separation(&open(), x, i, p);
+                law.energy_density::<Plane>(&f[i]) + reference.hourglass_energy(i, &f[i], k, x_ij)
             })
             .sum()
     };
     let f = deformation(&x);
     let units = ForceUnits::new(k, 1.0);
-    let pair_tensor: Vec<Tensor> =
-        (0..n).map(|i| reference.pair_tensor(i, &f[i], &law.stress(&f[i]).nominal, &units)).collect();
+    let nominal = |i: usize| law.stress::<Plane>(&f[i]).nominal;
+    let pair_tensor: Vec<[f64; 4]> =
+        (0..n).map(|i| reference.pair_tensor(i, &f[i], &nominal(i), &units)).collect();
     let on = |i: usize| {
-        let x_ij = |p: &ReferencePair| reference.separation(&open(), &x, i, p);
+        let x_ij = |p: &ReferencePair<Plane>| reference.separation(&open(), &x, i, p);
         reference.force(i, reference.of(i).iter(), &pair_tensor, &units, x_ij)
     };
     // What the anchors take is what the others lack.

@@ -34,7 +34,7 @@ pub use files::LARGEST_FILE;
 pub use names::Probes;
 pub use restart::Loader;
 pub use scene::MOST_PARTICLES;
-pub use summary::{Count, Stabiliser, Summary};
+pub use summary::{ActiveTerm, Count, Summary};
 
 use errors::ErrorList;
 use file::CaseFile;

@@ -1,12 +1,17 @@
 //! What `check` and the run header report about a case.
 
-mod stabilisers;
+mod terms;
+
+use std::collections::BTreeMap;
 
 use solid::limits::{
     total_lagrangian_stage_rule, total_lagrangian_substep, updated_lagrangian_stage_rule,
     updated_lagrangian_substep,
 };
-use sph::setup::{FluidScheme, ParameterSet, SolidStepping, StepPolicy, SubstepCount};
+use sph::setup::{
+    Choice, ContactLaw, FluidScheme, Formulation, ParameterSet, SolidStepping, StepPolicy, SubstepCount,
+    Value,
+};
 
 use super::Case;
 use super::file::body::BodyTable;
@@ -36,13 +41,19 @@ pub struct Count {
     pub held: usize,
 }
 
-/// A stabiliser that is switched on.
+/// A term that a parameter switches on.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Stabiliser {
+pub struct ActiveTerm {
     /// What it acts on.
     pub owner: String,
-    /// Name, coefficients and source.
+    /// Parameter, value and meaning.
     pub text: String,
+}
+
+impl ActiveTerm {
+    fn new(owner: &str, text: String) -> Self {
+        Self { owner: owner.to_owned(), text }
+    }
 }
 
 /// Facts of a case that are known before it runs.
@@ -70,8 +81,8 @@ pub struct Summary {
     pub work: Work,
     /// Constants that decide the answer, in words.
     pub constants: Vec<String>,
-    /// Stabilisers that are switched on.
-    pub stabilisers: Vec<Stabiliser>,
+    /// Terms that parameters switch on, all stabilisers among them.
+    pub active_terms: Vec<ActiveTerm>,
     /// Where the case departs from recommended values, and what that costs.
     pub departures: Vec<String>,
     /// Particles left out where shapes meet, in words.
@@ -114,7 +125,7 @@ impl Case {
             steps: steps as u64,
             work: forecast::work(self.fluid_setup().as_ref(), self.solid_setup().as_ref(), time_step),
             constants: self.constants(),
-            stabilisers: self.stabilisers(),
+            active_terms: self.active_terms(),
             departures: self.departures(),
             cuts: scene.cuts.clone(),
             warnings: scene.warnings.clone(),
@@ -244,6 +255,32 @@ impl Case {
         lines
     }
 
+    /// Every parameter of fluid, bodies and contact by name, such as `fluid.artificial_viscosity_a`.
+    pub fn parameters(&self) -> BTreeMap<String, serde_json::Value> {
+        let mut all = BTreeMap::new();
+        if let Some(fluid) = &self.file.fluid {
+            list("fluid", &fluid.parameters.values(), &mut all);
+        }
+        let Some(solid) = &self.file.solid else { return all };
+        for body in &solid.bodies {
+            let name = &body.name.value;
+            let formulation = body.formulation.to_setup();
+            list(&format!("body.{name}.material"), &body.material.parameters.values(), &mut all);
+            all.insert(format!("body.{name}.formulation"), formulation.kind().name().into());
+            match &formulation {
+                Formulation::TotalLagrangian(set) => list(&format!("body.{name}"), set, &mut all),
+                Formulation::UpdatedLagrangian(set) => list(&format!("body.{name}"), set, &mut all),
+                Formulation::Rigid => {}
+            }
+        }
+        let contact = solid.contact.to_setup();
+        all.insert("contact".to_owned(), contact.kind().name().into());
+        if let ContactLaw::Repulsion(set) = &contact {
+            list("contact", set, &mut all);
+        }
+        all
+    }
+
     /// Parameters that are not at their recommended values.
     fn departures(&self) -> Vec<String> {
         let mut lines = Vec::new();
@@ -308,6 +345,19 @@ impl Case {
                 sound_speed / speed
             )
         })
+    }
+}
+
+/// Adds the values of a set under `owner`.
+fn list(owner: &str, set: &impl ParameterSet, all: &mut BTreeMap<String, serde_json::Value>) {
+    for (spec, value) in set.values() {
+        let value = match value {
+            Value::Number(number) => number.into(),
+            Value::Flag(flag) => flag.into(),
+            Value::Choice(word) => word.into(),
+            Value::Count(count) => count.into(),
+        };
+        all.insert(format!("{owner}.{}", spec.key), value);
     }
 }
 

@@ -120,9 +120,9 @@ impl Checked {
         line(format!("  {} steps; about {} on one core", summary.steps, duration(summary.forecast()),));
         line("\nconstants".into());
         summary.constants.iter().for_each(|constant| line(format!("  {constant}")));
-        if !summary.stabilisers.is_empty() {
-            line("\nstabilisers".into());
-            summary.stabilisers.iter().for_each(|s| line(format!("  {}: {}", s.owner, s.text)));
+        if !summary.active_terms.is_empty() {
+            line("\nactive terms".into());
+            summary.active_terms.iter().for_each(|s| line(format!("  {}: {}", s.owner, s.text)));
         }
         if !summary.departures.is_empty() {
             line("\ndepartures from the recommended settings (docs/method.md)".into());

@@ -86,6 +86,8 @@ pub struct Summary {
     pub in_process: bool,
     /// SHA-256, as hex, of the resolved case.
     pub case_digest: String,
+    /// Every parameter of fluid, bodies and contact by name, such as `fluid.artificial_viscosity_a`.
+    pub parameters: BTreeMap<String, serde_json::Value>,
     /// Versions of programs and protocol by name.
     pub versions: BTreeMap<String, String>,
     /// Things that the user should know of.

@@ -162,6 +162,7 @@ fn summarise(
         restarts: Vec::new(),
         in_process,
         case_digest: digest(resolved),
+        parameters: case.parameters(),
         versions: BTreeMap::from([
             ("coordinator".to_owned(), env!("CARGO_PKG_VERSION").to_owned()),
             ("protocol".to_owned(), proto::description::PROTOCOL.to_string()),

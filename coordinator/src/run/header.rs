@@ -64,7 +64,7 @@ pub fn facts(case: &Case, remote: Option<&Remote>) -> Vec<Fact> {
     }
     facts.extend(summary.constants.iter().map(|text| fact("constants", text.clone())));
     facts.extend(
-        summary.stabilisers.iter().map(|s| fact(&format!("stabiliser of {}", s.owner), s.text.clone())),
+        summary.active_terms.iter().map(|term| fact(&format!("term of {}", term.owner), term.text.clone())),
     );
     for server in remote.iter().flat_map(|remote| &remote.servers) {
         let report = &server.report;

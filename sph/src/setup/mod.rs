@@ -5,6 +5,7 @@
 
 mod fluid;
 mod implicit;
+mod parameter_spec;
 mod parameters;
 mod probes;
 mod run;
@@ -13,9 +14,8 @@ mod walls;
 
 pub use fluid::*;
 pub use implicit::*;
-pub use parameters::{
-    Allowed, Choice, Kind, ParameterError, ParameterSet, ParameterSpec, ParameterType, Value,
-};
+pub use parameter_spec::{Allowed, Choice, Kind, ParameterError, ParameterSpec, Value};
+pub use parameters::{ParameterSet, ParameterType};
 pub use probes::*;
 pub use run::*;
 pub use solid::*;

@@ -231,6 +231,9 @@ probes! {
             "kinetic_energy_j_per_m", "potential_energy_j_per_m", "compression_energy_j_per_m", "centre_x_m",
             "centre_y_m", "second_moment_xx_m2", "second_moment_yy_m2", "second_moment_xy_m2",
         ];
+        /// Volume flux of the fluid through a segment, positive to the right of the way from its first to its second
+        /// point: Σ V_j v_j·n ∫ W(|x − x_j|) ds; zero where it is dry.
+        FlowRate(from_m: Vector, to_m: Vector) = "flow-rate", ["flow_rate_m2_s"];
         /// Force of the fluid on a wall.
         WallForce(wall: u32) = "wall-force", ["force_x_n_per_m", "force_y_n_per_m"];
         /// Number of fluid particles inside solids: those with Σ V W > 1/2 over solid particles, as of the last corrector.

@@ -69,7 +69,7 @@ fn probes(page: &mut String, title: &str, specs: &[ProbeSpec]) {
             page,
             "| `{}` | {} | {} | {} |",
             spec.word,
-            spec.meaning(),
+            spec.meaning().replace('|', "\\|"),
             arguments.join(", "),
             columns.join(", ")
         );

@@ -15,7 +15,7 @@ const fn family(stem: &'static str, unit_key: &'static str, unit: &'static str) 
 }
 
 /// All quantities that probes report, longer stems before shorter ones that end them.
-const FAMILIES: [Family; 24] = [
+const FAMILIES: [Family; 25] = [
     family("strain_energy_density", "j_per_m3", "J/m³"),
     family("contact_bodies", "n_per_m", "N/m"),
     family("contact_walls", "n_per_m", "N/m"),
@@ -25,6 +25,7 @@ const FAMILIES: [Family; 24] = [
     family("displacement", "m", "m"),
     family("energy", "j_per_m", "J/m"),
     family("momentum", "kg_per_s", "kg/s"),
+    family("flow_rate", "m2_s", "m²/s"),
     family("pressure", "pa", "Pa"),
     family("velocity", "m_s", "m/s"),
     family("stress", "pa", "Pa"),

@@ -18,6 +18,9 @@ const LINK_LENGTH: f64 = 1.5;
 /// Share of the connected fluid that lies behind the reported front.
 const FRONT_PERCENTILE: f64 = 0.995;
 
+/// Intervals of the midpoint rule across the support of a particle: errors of the integral below 0.1 %.
+const FLUX_INTERVALS: u32 = 32;
+
 /// Values of `model`'s probes; `wall_forces` computes the force on each wall \[N/m\] where a probe needs it,
 /// `immersed` is the number of particles inside solids.
 pub fn values(
@@ -36,6 +39,7 @@ pub fn values(
         match &probe.kind {
             FluidProbeKind::Point(x) => values.extend(point(model, state, x)),
             FluidProbeKind::WaterLevel(x) => values.push(water_level(model, state, connected(), *x)),
+            FluidProbeKind::FlowRate(from, to) => values.push(flow_rate(model, state, from, to)),
             FluidProbeKind::Front => values.push(front(state, connected())),
             FluidProbeKind::Region(region) => {
                 let sums = region_sums(model, state, *region);
@@ -63,6 +67,31 @@ fn point(model: &FluidModel, state: &FluidState, x: &Vector) -> [f64; 3] {
         }
     }
     if weight > 0.0 { [pressure / weight, velocity.x / weight, velocity.y / weight] } else { [0.0; 3] }
+}
+
+/// Volume flux per depth through the segment \[m²/s\], positive to the right of the way `from` → `to` \[m\].
+///
+/// ```text
+/// Q = Σ V_j v_j·n ∫ W(|x(s) − x_j|) ds
+/// ```
+fn flow_rate(model: &FluidModel, state: &FluidState, from: &Vector, to: &Vector) -> f64 {
+    let length = (to - from).norm();
+    let (along, middle) = ((to - from) / length, 0.5 * (from + to));
+    let (normal, support) = (Vector::new(along.y, -along.x), model.kernel.support_radius());
+    let flux = |i: usize| {
+        let offset = model.domain.separation(&state.position[i], &middle);
+        let (s, distance) = (offset.dot(&along) + 0.5 * length, offset.dot(&normal).abs());
+        let half = (support * support - distance * distance).max(0.0).sqrt();
+        let (start, end) = ((s - half).max(0.0), (s + half).min(length));
+        if end <= start {
+            return 0.0;
+        }
+        let step = (end - start) / f64::from(FLUX_INTERVALS);
+        let kernel = |k: u32| model.kernel.value((start + (f64::from(k) + 0.5) * step - s).hypot(distance));
+        let integral = (0..FLUX_INTERVALS).map(kernel).sum::<f64>() * step;
+        state.mass[i] / state.density[i] * state.velocity[i].dot(&normal) * integral
+    };
+    ordered_sum(state.len(), flux)
 }
 
 /// Highest y of the connected fluid within a spacing of `x`, plus half a spacing; not a number where it is dry.

@@ -54,6 +54,30 @@ fn a_point_probe_is_a_shepard_mean_and_zero_where_dry() {
 }
 
 #[test]
+fn a_flow_rate_is_the_speed_times_the_wetted_length() {
+    let mut setup = empty_scene(0.02);
+    add_block(&mut setup, Vector::new(0.1, 0.1), 20, 20);
+    setup.particles.velocity.fill(Vector::new(0.5, -0.25));
+    let through =
+        |x: [f64; 4]| probe(FluidProbeKind::FlowRate(Vector::new(x[0], x[1]), Vector::new(x[2], x[3])));
+    setup.probes = vec![
+        through([0.3, 0.2, 0.3, 0.4]),
+        through([0.3, 0.4, 0.3, 0.2]),
+        through([0.2, 0.3, 0.4, 0.3]),
+        through([0.7, 0.2, 0.7, 0.4]),
+        // From within, through the surface at 0.5 m, and as far out.
+        through([0.3, 0.4, 0.3, 0.6]),
+    ];
+    let mut values = Vec::new();
+    solver(setup).probes(0.0, &mut values);
+    // U L with the sum of V W within 0.5 % of 1; to the right of the way is +x when going up, -y when going right.
+    for (value, expected) in values.iter().zip([0.1, -0.1, 0.05, 0.0, 0.05]) {
+        assert!((value - expected).abs() < 0.005 * 0.1, "{value}, not {expected}");
+    }
+    assert_eq!(values[3], 0.0);
+}
+
+#[test]
 fn region_sums_of_a_spinning_block() {
     let mut setup = empty_scene(0.02);
     add_block(&mut setup, Vector::new(0.4, 0.4), 10, 10);

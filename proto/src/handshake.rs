@@ -100,9 +100,9 @@ pub fn other_bodies(setup: &SolidSetup, report: &OpenReport) -> Vec<String> {
                 ));
             }
         };
-        compare("mass", "kg/m", said.mass, particles.mass());
+        compare("mass", "kg", said.mass, particles.mass());
         if let (Formulation::Rigid, Some(inertia)) = (&body.formulation, said.inertia) {
-            compare("moment of inertia", "kg m", inertia, particles.inertia());
+            compare("moment of inertia", "kg m2", inertia, particles.inertia());
         }
     }
     differences

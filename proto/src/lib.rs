@@ -23,6 +23,7 @@ pub mod description;
 mod error;
 pub mod file_size;
 pub mod handshake;
+pub mod hex;
 pub mod limits;
 pub mod recording;
 pub mod service;

@@ -2,7 +2,7 @@
 """A clamped Euler-Bernoulli beam of linear finite elements with force coupling.
 
 The body of the case defines it: its support marks the clamp, its particles give length, thickness and mass, its
-material E' = E/(1 - nu²) of plane strain. Hermite elements carry the deflection w(s) across the axis; a sample at
+material E' = E/(1 - nu²) of plane strain. Hermite elements carry the deflection w(s) across the axis; a point at
 (s, y) moves by w across and -y w' along it. Forces are transferred to the nodes by the transpose of the same shape
 functions, so that force, torque and work are preserved. The motion under the forces of a stage is exact in the modes of
 the elements, so the beam does not limit the time step. Deflections should stay below a tenth of the length.
@@ -81,7 +81,7 @@ class Beam(Solver):
         self._shape_functions(held, e, size)
 
     def _shape_functions(self, held, e, size):
-        """Rows that interpolate deflection and slope of each sample from the nodes; held samples do not move."""
+        """Rows that interpolate deflection and slope of each coupling point from the nodes; held points do not move."""
         self.w, self.slope = np.zeros((len(self.s), size)), np.zeros((len(self.s), size))
         for i in np.flatnonzero(~held):
             n = min(int(self.s[i] / e), ELEMENTS - 1)
@@ -134,7 +134,7 @@ class Beam(Solver):
 
         A force at (s, y) has the torque (s - s0) times its component across minus (y - y0) times that along the axis
         about the torque origin (s0, y0): `rotation` times its load on the nodes. The clamp carries the axial component in
-        the middle of its face, and the forces on held samples where they act. In the linear beam forces act at the
+        the middle of its face, and the forces on held points where they act. In the linear beam forces act at the
         undeformed positions: `own_forces` subtracts the additional torque at the displaced ones.
         """
         held = self.setup.support > 0

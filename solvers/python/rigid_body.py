@@ -2,7 +2,7 @@
 """Rigid bodies in the plane with force coupling: three degrees of freedom for each body of the case.
 
 Mass, centre and moment of inertia are those of the particles of the set-up, which are fixed in their body and are its
-samples. Bodies interact with the fluid only: neither with walls nor with each other.
+coupling points. Bodies interact with the fluid only: neither with walls nor with each other.
 """
 
 import numpy as np

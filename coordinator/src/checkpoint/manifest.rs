@@ -1,6 +1,7 @@
 //! `manifest.json`: what a checkpoint belongs to, and the digest of each of its files.
 
 use proto::checkpoint::{CheckpointData, CheckpointHeader};
+use proto::hex::hex;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use sph::coupling::solver::Role;
@@ -68,10 +69,6 @@ pub struct FileFacts {
 /// SHA-256 of `data`, as hex.
 pub(super) fn digest(data: &[u8]) -> String {
     hex(&Sha256::digest(data))
-}
-
-fn hex(bytes: &[u8]) -> String {
-    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 fn bits(number: f64) -> String {

@@ -74,7 +74,7 @@ pub fn digest(state: &ParticleFields) -> String {
             }
         }
     }
-    hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
+    proto::hex::hex(&hash.finalize())
 }
 
 /// Whether all arrays have one entry per particle, and texts and indices are in range.

@@ -172,5 +172,5 @@ fn summarise(
 }
 
 pub(crate) fn digest(text: &str) -> String {
-    Sha256::digest(text.as_bytes()).iter().map(|byte| format!("{byte:02x}")).collect()
+    proto::hex::hex(&Sha256::digest(text.as_bytes()))
 }

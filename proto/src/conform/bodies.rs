@@ -38,7 +38,7 @@ pub(super) async fn masses(bench: &Bench) -> Finding {
         compared += report.bodies.len();
     }
     if compared == 0 {
-        return not_offered("`OpenReply.bodies` is empty, as in protocol 1.2");
+        return not_offered("`OpenReply.bodies` is empty");
     }
     passed(format!("mass and inertia of {compared} bodies"))
 }

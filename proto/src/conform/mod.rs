@@ -166,7 +166,7 @@ checks! {
     QuarterTurn "quarter-turn" "A quarter turn of everything turns the forces." => physics::quarter_turn;
     Oscillator "order-oscillator" "On an exact oscillator the error falls as the square of the step." => physics::oscillator;
     Convergence "order-convergence" "Differences between steps dt, dt/2, dt/4 fall by four each." => physics::convergence;
-    Iterated "iterated-half-step" "Iterations settle, and the accepted state follows the midpoint rule." => implicit::iterated;
+    Iterated "iterated-half-step" "Iterations converge, and the accepted state follows the midpoint rule." => implicit::iterated;
     Determinism "determinism" "The same run gives the same bits, as declared." => physics::determinism;
     Replay "checkpoint-replay" "Saved, continued, restored and repeated: the same bits." => checkpoints::replay;
     Fresh "checkpoint-fresh" "A checkpoint restores into a fresh process: the same bits." => checkpoints::fresh;

@@ -130,7 +130,7 @@ fn tap(
 struct Onward(Channel);
 
 impl NamedService for Onward {
-    const NAME: &'static str = "fsi.v1.Participant";
+    const NAME: &'static str = "fsi.v2.Participant";
 }
 
 impl Service<http::Request<Body>> for Onward {

@@ -77,7 +77,7 @@ async fn calls_that_never_end_are_few_on_a_connection() {
         calls.push(tokio::spawn(async move {
             // An `Open` whose message never comes.
             let (_message, stream) = tokio::sync::mpsc::channel::<wire::OpenRequest>(1);
-            let path = PathAndQuery::from_static("/fsi.v1.Participant/Open");
+            let path = PathAndQuery::from_static("/fsi.v2.Participant/Open");
             let codec = Bounded::<wire::OpenRequest, wire::OpenReply>::default();
             let request = tonic::Request::new(ReceiverStream::new(stream));
             drop(client.client_streaming(request, path, codec).await);

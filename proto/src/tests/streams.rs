@@ -389,12 +389,12 @@ async fn health_and_reflection_answer() {
         channel::connect_secured(&server.address.to_string(), Duration::from_secs(5), &Default::default())
             .await
             .unwrap();
-    for service in ["", "fsi.v1.Participant", "fsi.v1.Peer"] {
+    for service in ["", "fsi.v2.Participant", "fsi.v2.Peer"] {
         let request = HealthCheckRequest { service: service.into() };
         let reply = HealthClient::new(channel.clone()).check(request).await.unwrap().into_inner();
         assert_eq!(reply.status(), ServingStatus::Serving, "{service}");
     }
-    let question = MessageRequest::FileContainingSymbol("fsi.v1.Frame".into());
+    let question = MessageRequest::FileContainingSymbol("fsi.v2.Frame".into());
     let request = ServerReflectionRequest { host: String::new(), message_request: Some(question) };
     let mut answers = ServerReflectionClient::new(channel)
         .server_reflection_info(tokio_stream::once(request))

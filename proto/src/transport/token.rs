@@ -1,5 +1,6 @@
 //! The token of a run: the secret that admits its coordinator and its partner.
 
+use crate::hex::hex;
 use tonic::metadata::{Ascii, MetadataMap, MetadataValue};
 
 use crate::limits::{MAX_NAME_BYTES, MIN_TOKEN_BYTES};
@@ -22,7 +23,7 @@ impl Token {
     pub(crate) fn fresh() -> Result<Self, String> {
         let mut bytes = [0; 32];
         getrandom::fill(&mut bytes).map_err(|e| format!("no random numbers for a token: {e}"))?;
-        Ok(Self(bytes.iter().map(|byte| format!("{byte:02x}")).collect()))
+        Ok(Self(hex(&bytes)))
     }
 
     /// A token from the wire.

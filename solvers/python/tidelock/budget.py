@@ -1,4 +1,4 @@
-"""AngularBudget of types.proto, from the samples of a solver and the masses of the set-up."""
+"""AngularBudget of types.proto, from the points of a solver and the masses of the set-up."""
 
 from dataclasses import dataclass
 
@@ -12,16 +12,16 @@ POINT = 1e-9
 
 
 @dataclass
-class SampleState:
-    """A state, and the positions [m] and velocities [m/s] of its samples."""
+class PointState:
+    """A state, and the positions [m] and velocities [m/s] of its points."""
 
     state: object
     position: np.ndarray
     velocity: np.ndarray
 
     @classmethod
-    def of(cls, solver: Solver, state) -> "SampleState":
-        """The samples of `solver` in `state`."""
+    def of(cls, solver: Solver, state) -> "PointState":
+        """The points of `solver` in `state`."""
         return cls(state, *solver.kinematics(state))
 
 
@@ -42,7 +42,7 @@ class AngularBudget:
 class Auditor:
     """Computes the angular budgets of a run.
 
-    For rigid bodies it needs nothing from the solver: their angular momentum follows from the samples. With 0, s and 1
+    For rigid bodies it needs nothing from the solver: their angular momentum follows from the points. With 0, s and 1
     for the start of the step, the state in which the forces act and the end of the half-step,
 
         x1 x v1 - x0 x v0 = xs x (v1 - v0) + [(x1 - xs) x v1 + (xs - x0) x v0]
@@ -56,11 +56,11 @@ class Auditor:
     def __init__(self, solver: Solver):
         setup = solver.setup
         self.solver, self.origin, self.gravity = solver, setup.origin, setup.gravity
-        own_samples = np.array_equal(solver.ids, setup.ids) and np.array_equal(solver.body, setup.body)
+        own_points = np.array_equal(solver.ids, setup.ids) and np.array_equal(solver.body, setup.body)
         inertias = solver.body_inertias()
         moves_rigidly = all(
             body.rigid or inertias is not None and inertias[k] is not None for k, body in enumerate(setup.bodies))
-        self.rigid = own_samples and moves_rigidly and len(setup.ids) > 0
+        self.rigid = own_points and moves_rigidly and len(setup.ids) > 0
         # From the set-up, not from attributes of the solver.
         self.body, self.mass = (setup.body, setup.mass) if self.rigid else (solver.body, solver.mass)
         if self.rigid:
@@ -70,16 +70,16 @@ class Auditor:
     def _sums(self, values: np.ndarray) -> np.ndarray:
         return np.bincount(self.body, values, len(self.solver.setup.bodies))
 
-    def budget(self, start: SampleState, stage: SampleState, end: SampleState, stage_budget: StageBudget,
+    def budget(self, start: PointState, stage: PointState, end: PointState, stage_budget: StageBudget,
                gross_torque: float, duration: float):
-        """The budget of a half-step in which the samples received forces of `gross_torque` [N]; None without a budget."""
+        """The budget of a half-step in which the points received forces of `gross_torque` [N]; None without a budget."""
         stated = stage_budget.torques
         if self.rigid and (stated is not None or stage_budget.supports is None):
             stated = Torques() if stated is None else stated
             change = self._rigid_angular_momentum(end) - self._rigid_angular_momentum(start)
             torques = self._add_rigid_torques(stated, start, stage, end, duration)
         else:
-            before, after = (self.solver.angular_momentum(samples.state) for samples in (start, end))
+            before, after = (self.solver.angular_momentum(points.state) for points in (start, end))
             if stated is None or before is None or after is None:
                 return None
             change, torques = after - before, stated
@@ -88,29 +88,29 @@ class Auditor:
         gross = self._sum_of_moments(start) + self._sum_of_moments(end) + duration * forces
         return AngularBudget(float(change), float(gross), torques)
 
-    def _sum_of_moments(self, samples: SampleState) -> float:
-        arm = np.linalg.norm(samples.position - self.origin, axis=1)
-        return self.mass @ (arm * np.linalg.norm(samples.velocity, axis=1))
+    def _sum_of_moments(self, points: PointState) -> float:
+        arm = np.linalg.norm(points.position - self.origin, axis=1)
+        return self.mass @ (arm * np.linalg.norm(points.velocity, axis=1))
 
     def _means(self, values: np.ndarray) -> np.ndarray:
         """Mean of `values` over each body, weighted by mass."""
         sums = np.array([self._sums(self.mass * column) for column in values.T])
         return sums.T / np.where(self.total > 0, self.total, 1.0)[:, None]
 
-    def _rigid_angular_momentum(self, samples: SampleState) -> float:
+    def _rigid_angular_momentum(self, points: PointState) -> float:
         """Angular momentum of all particles, and of their cells, which rotate with the body [kg m/s]."""
-        place = samples.position - self.origin
+        place = points.position - self.origin
         arm = place - self._means(place)[self.body]
-        slip = samples.velocity - self._means(samples.velocity)[self.body]
+        slip = points.velocity - self._means(points.velocity)[self.body]
         spread = self._sums(self.mass * (arm**2).sum(axis=1))
         turns = spread > POINT * self.cells
         spin = np.where(turns, self._sums(self.mass * _cross(arm, slip)) / np.where(turns, spread, 1.0), 0.0)
-        return self.mass @ _cross(place, samples.velocity) + self.cells @ spin
+        return self.mass @ _cross(place, points.velocity) + self.cells @ spin
 
-    def _add_rigid_torques(self, stated: Torques, start: SampleState, stage: SampleState, end: SampleState,
+    def _add_rigid_torques(self, stated: Torques, start: PointState, stage: PointState, end: PointState,
                            duration: float) -> Torques:
-        x0, xs, x1 = (self._means(samples.position - self.origin) for samples in (start, stage, end))
-        v0, v1 = (self._means(samples.velocity) for samples in (start, end))
+        x0, xs, x1 = (self._means(points.position - self.origin) for points in (start, stage, end))
+        v0, v1 = (self._means(points.velocity) for points in (start, end))
         scheme = self.total @ (_cross(x1 - xs, v1) + _cross(xs - x0, v0)) / duration
         weight = self.total @ _cross(xs, np.broadcast_to(self.gravity, xs.shape))
         return Torques(stated.supports, stated.body_force + weight, stated.own_forces, stated.time_scheme + scheme)

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from . import protocol
-from .budget import AngularBudget, Auditor, SampleState
+from .budget import AngularBudget, Auditor, PointState
 from .clock import CORRECTOR, PREDICTOR, Clock, StageTime, bits
 from .frames import Before, Exchange, PeerFault, Sums
 from .iteration import Iteration
@@ -161,29 +161,29 @@ class Run:
         limit = self.solver.time_step_limit(stage)
         sums = Sums(np.zeros(2), 0.0, 0.0, 0.0, 0.0, 0.0, 0)
         if self.coupled:
-            samples, limit, sums = self._exchange(start, stage, time, limit)
+            points, limit, sums = self._exchange(start, stage, time, limit)
         else:
-            samples = self._samples(stage)
-        state, self.stage_budget = self.solver.advance(start, samples.state, self.forces, time)
-        ends = SampleState.of(self.solver, start), SampleState.of(self.solver, state)
-        budget = self.auditor.budget(ends[0], samples, ends[1], self.stage_budget, sums.gross_torque, time.duration)
+            points = self._points(stage)
+        state, self.stage_budget = self.solver.advance(start, points.state, self.forces, time)
+        ends = PointState.of(self.solver, start), PointState.of(self.solver, state)
+        budget = self.auditor.budget(ends[0], points, ends[1], self.stage_budget, sums.gross_torque, time.duration)
         self._write_budget(message, sums, ends, budget, time)
         if self.before is not None:
             self.before.momentum = _momentum_report(message)
         return state, limit
 
-    def _samples(self, stage) -> SampleState:
-        samples = SampleState.of(self.solver, stage)
-        if not (np.isfinite(samples.position).all() and np.isfinite(samples.velocity).all()):
+    def _points(self, stage) -> PointState:
+        points = PointState.of(self.solver, stage)
+        if not (np.isfinite(points.position).all() and np.isfinite(points.velocity).all()):
             raise Diverged("position and velocity of the coupling points [m, m/s]", np.nan, "finite values", "take a smaller time step")
-        return samples
+        return points
 
     def _exchange(self, start, stage, time: StageTime, limit: float) -> tuple:
         """Sends the coupling points of the stage state and receives their forces; with implicit coupling until they converge."""
         iteration, iterated = 0, self.iteration is not None and time.stage == CORRECTOR
         while True:
-            samples = self._samples(stage)
-            frame = self.exchange.frame(time, samples.position, samples.velocity, limit, self.before, iteration)
+            points = self._points(stage)
+            frame = self.exchange.frame(time, points.position, points.velocity, limit, self.before, iteration)
             self.outbound.put(frame)
             self.forces, used, partner_limit = self._receive(time, iteration)
             if not iterated or self._accepts(time, iteration):
@@ -195,9 +195,9 @@ class Run:
         if self.iteration is not None and not iterated:
             self.iteration.begin(self.forces)
         self.iterations = iteration
-        sums = Sums.of(self.forces, samples.position, samples.velocity, self.setup.origin)
+        sums = Sums.of(self.forces, points.position, points.velocity, self.setup.origin)
         self.before = Before(time, sums, frame.digest, used)
-        return samples, min(limit, partner_limit), sums
+        return points, min(limit, partner_limit), sums
 
     def _accepts(self, time: StageTime, iteration: int) -> bool:
         plan, residual = self.iteration, self.iteration.compare(self.forces)

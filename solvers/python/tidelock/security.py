@@ -11,7 +11,7 @@ ACCESS_KEY = "fsi-access"
 # Is 1 if the first line of standard input is the access token.
 ANNOUNCEMENT = "TIDELOCK_TOKEN_STDIN"
 MAX_TOKEN_BYTES = 256
-GUARDED = "/fsi.v1.Participant/"
+GUARDED = "/fsi.v2.Participant/"
 LOOPBACK = ("127.", "localhost:", "[::1]:")
 
 

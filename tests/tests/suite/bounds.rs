@@ -23,7 +23,7 @@ fn kilobytes(process: u32, key: &str) -> u64 {
 async fn a_set_up_of_empty_entries_is_refused_by_name_in_little_memory() {
     let node = Node::start(Path::new(PROGRAM), "solid", &[]);
     let message = open_of_empty_bodies(30_000_000);
-    let refused = call(&node.address, "/fsi.v1.Participant/Open", message).await.unwrap_err();
+    let refused = call(&node.address, "/fsi.v2.Participant/Open", message).await.unwrap_err();
     assert_eq!(refused.code, RpcCode::TooLarge, "{refused}");
     for words in ["`SolidSetup.bodies`", "30000000 entries", "at most 65536"] {
         assert!(refused.message.contains(words), "{refused}");

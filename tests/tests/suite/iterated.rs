@@ -28,7 +28,7 @@ fn sound(summary: &Value) {
     assert_eq!(summary["ledger"]["breaches"], 0);
     assert!(number(summary, "/iterations/mean") >= 1.0, "{}", summary["iterations"]);
     assert_eq!(summary["iterations"]["unsettled_steps"], 0);
-    // The accepted iteration alone is in the books: the tolerance of the design.
+    // The momentum budget has the accepted iteration alone: the tolerance of the design.
     for check in ["force_imbalance", "torque_imbalance", "fluid_momentum_residual", "solid_momentum_residual"]
     {
         let worst = number(summary, &format!("/ledger/largest_{check}/value"));
@@ -163,6 +163,6 @@ fn a_server_that_does_not_iterate_is_refused_before_the_first_step() {
         &case,
         &["--solid", &address],
         4,
-        &["does not iterate", "leave out `interface.iterate`"],
+        &["does not offer implicit coupling", "leave out `interface.iterate`"],
     );
 }

@@ -96,12 +96,12 @@ fn more_inertia_than_is_said_is_named() {
 #[test]
 fn more_mass_than_the_set_up_has_is_named() {
     let more = format!("{MASS} * 1.01");
-    refused("more_mass_than_the_set_up_has_is_named", &[(MASS, &more)], 4, &["`block`", "mass", "kg/m"]);
+    refused("more_mass_than_the_set_up_has_is_named", &[(MASS, &more)], 4, &["`block`", "mass", "kg"]);
 }
 
 #[test]
 fn more_mass_than_is_said_is_named() {
-    // Its own momentum and books agree with each other.
+    // Its own momentum and its budget agree with each other.
     let lines = [
         (RATES, "rates[:, V] = force / (1.01 * self.total[:, None]); rates[:, SPIN] = torque / self.inertia"),
         ("return self.total @ state[:, V]", "return 1.01 * self.total @ state[:, V]"),

@@ -109,8 +109,7 @@ fn a_refused_resume_changes_nothing() {
     let junk = b"junk".repeat(100);
     json["sides"][1]["data"]["bytes"] = junk.len().into();
     let digest = proto::checkpoint::digest(&junk);
-    json["sides"][1]["data"]["sha256"] =
-        digest.iter().map(|byte| format!("{byte:02x}")).collect::<String>().into();
+    json["sides"][1]["data"]["sha256"] = proto::hex::hex(&digest).into();
     let sealed = coordinator::checkpoint::seal(&json.to_string()).unwrap();
     std::fs::write(newest.join("solid.bin"), &junk).unwrap();
     std::fs::write(newest.join("manifest.json"), sealed).unwrap();

@@ -25,6 +25,9 @@ pub trait Algebra: Sized {
     /// A tensor by rows: components 11, 12, 21, 22.
     type Matrix<T: Element>: Element;
 
+    /// An angular velocity, a torque or an angular momentum: one number in the plane.
+    type SpinOf<T: Element>: Element;
+
     /// `value` of each axis. Not for lanes, as a closure is not compiled for the instructions of a pass.
     fn axes<T: Element>(value: impl FnMut(usize) -> T) -> Self::Of<T>;
 
@@ -54,6 +57,21 @@ pub trait Algebra: Sized {
 
     /// a·b, with each product rounded: the same bits on all arithmetic paths.
     fn rounded_dot<R: Real>(a: Self::Of<R>, b: Self::Of<R>) -> R;
+
+    /// a × b, each product rounded.
+    fn rounded_cross<R: Real>(a: Self::Of<R>, b: Self::Of<R>) -> Self::SpinOf<R>;
+
+    /// The zero spin.
+    fn zero_spin<R: Real>() -> Self::SpinOf<R>;
+
+    /// a + b.
+    fn spin_plus<R: Real>(a: Self::SpinOf<R>, b: Self::SpinOf<R>) -> Self::SpinOf<R>;
+
+    /// a − b.
+    fn spin_minus<R: Real>(a: Self::SpinOf<R>, b: Self::SpinOf<R>) -> Self::SpinOf<R>;
+
+    /// s a.
+    fn spin_scaled<R: Real>(a: Self::SpinOf<R>, s: R) -> Self::SpinOf<R>;
 
     /// s − a·b, by [`Real::minus_product`].
     fn minus_dot<R: Real>(s: R, a: Self::Of<R>, b: Self::Of<R>) -> R;

@@ -98,6 +98,12 @@ pub trait Space:
     /// A symmetric tensor for each lane.
     fn symmetric_lanes<L: Lanes>(tensors: [&Self::SymmetricTensor; WIDTH]) -> Self::Symmetric<L>;
 
+    /// Two vectors of each lane.
+    fn vector_pairs<L: Lanes>(a: Self::Of<L>, b: Self::Of<L>) -> [[Self::Vector; 2]; WIDTH];
+
+    /// Sum over the lanes of a spin.
+    fn spin_sum<L: Lanes>(a: Self::SpinOf<L>) -> Self::Spin;
+
     /// Sums over the lanes of a vector and of two numbers.
     fn sums_with<L: Lanes>(a: Self::Of<L>, numbers: [L; 2]) -> (Self::Of<f64>, [f64; 2]);
 

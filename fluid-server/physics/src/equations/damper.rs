@@ -7,7 +7,7 @@ use crate::system::packed_particle::FluidSpace;
 /// Pressure of the acoustic damper \[Pa\], which acts in the momentum equation alone.
 ///
 /// ```text
-/// q_i = −α ρ_i c₀ h (∇·v)_i (1 − k s_i)₊,  k = [`SOLID_FADING`](crate::system::thresholds::Thresholds::SOLID_FADING)
+/// q_i = −α ρ_i c₀ h (∇·v)_i (1 − k s_i)₊,  k = SOLID_FADING
 /// ```
 /// A bulk viscosity: it damps sound and leaves vortices alone, as the term of Sun, Pilloton, Antuono & Colagrossi
 /// (2023). s_i is the share of solids in the support; near them the damper fades, since the reaction of a

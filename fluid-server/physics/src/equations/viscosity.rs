@@ -5,10 +5,10 @@ use sph::space::Space;
 
 use crate::system::thresholds::Thresholds;
 
-/// μ of each particle over half the trace of its moment matrix, within limits \[Pa s\].
+/// μ of each particle over its mean moment, the mean of the diagonal of its moment matrix, within limits \[Pa s\].
 ///
 /// On a lattice the kernel sums give a quadratic profile M times its curvature, and between other neighbours some
-/// percent more or less: half the trace of Σ V_j (x_j − x_i) ⊗ ∇W measures it.
+/// percent more or less: the mean of the diagonal of Σ V_j (x_j − x_i) ⊗ ∇W measures it.
 pub fn corrected<S: Thresholds>(viscosity: f64, mean_moment: f64) -> f64 {
     viscosity / mean_moment.clamp(S::SMALLEST_MEAN_MOMENT, S::LARGEST_MEAN_MOMENT)
 }

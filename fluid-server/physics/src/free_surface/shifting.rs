@@ -144,7 +144,7 @@ fn shift<S: FluidSpace>(
 /// Share of the shift that a particle takes: none where pressure orders it.
 ///
 /// ```text
-/// min(1, (2 − p_i/(k ρ_i U_i²))₊),  k = [`ORDERED_BY_PRESSURE`](crate::system::thresholds::Thresholds::ORDERED_BY_PRESSURE)
+/// min(1, (2 − p_i/(k ρ_i U_i²))₊),  k = ORDERED_BY_PRESSURE
 /// ```
 #[inline(always)]
 fn shift_share<S: FluidSpace>(sums: &RegularisationSums<S>, fluid: &S::Particle) -> f64 {

@@ -29,44 +29,61 @@ pub fn constants() -> &'static [Constant] {
 thresholds! {
     /// Determinant of the moment matrix below which the density gradient counts as zero: too few neighbours define it
     /// \[-\].
-    SMALLEST_GRADIENT_DETERMINANT = 1e-3, "correction.density_gradient.smallest_determinant", "determinant of the moment matrix below which the density gradient counts as zero [-]";
+    SMALLEST_GRADIENT_DETERMINANT = 1e-3, "correction.density_gradient.smallest_determinant",
+        "determinant of the moment matrix below which the density gradient counts as zero [-]";
     /// Determinant of the moment matrix below which L_i is the unit matrix: in spray a large L_i does more harm than
     /// good \[-\].
-    SMALLEST_CORRECTION_DETERMINANT = 0.3, "correction.smallest_determinant", "determinant of the moment matrix below which L_i is the unit matrix [-]";
+    SMALLEST_CORRECTION_DETERMINANT = 0.3, "correction.smallest_determinant",
+        "determinant of the moment matrix below which L_i is the unit matrix [-]";
     /// Determinant up to which L_i does not act in Eq. (22) \[-\]. At a surface few neighbours on one side define it:
     /// pressure forces with it tear splashes apart, and raise the frequency of sound above the stability limit of the
     /// time step.
-    LEAST_MOMENTUM_DETERMINANT = 0.4, "correction.momentum.least_determinant", "determinant up to which L_i does not act in Eq. (22) [-]";
+    LEAST_MOMENTUM_DETERMINANT = 0.4, "correction.momentum.least_determinant",
+        "determinant up to which L_i does not act in Eq. (22) [-]";
     /// Determinant from which on L_i acts in Eq. (22) with its largest share \[-\].
-    FULL_MOMENTUM_DETERMINANT = 0.7, "correction.momentum.full_determinant", "determinant from which on L_i acts in Eq. (22) with its largest share [-]";
-    /// Largest share of L_i in Eq. (22) \[-\]. The rest, the plain sum, keeps the particles evenly spaced under pressure:
-    /// with L_i alone no arrangement is preferred, and fluid at rest keeps creeping and contracts.
-    LARGEST_MOMENTUM_SHARE = 0.8, "correction.momentum.largest_share", "largest share of L_i in Eq. (22); the rest is the plain sum [-]";
+    FULL_MOMENTUM_DETERMINANT = 0.7, "correction.momentum.full_determinant",
+        "determinant from which on L_i acts in Eq. (22) with its largest share [-]";
+    /// Largest share of L_i in Eq. (22) \[-\]. The rest, the plain sum, keeps the particles evenly spaced under
+    /// pressure: with L_i alone no arrangement is preferred, and fluid at rest keeps creeping and contracts.
+    LARGEST_MOMENTUM_SHARE = 0.8, "correction.momentum.largest_share",
+        "largest share of L_i in Eq. (22); the rest is the plain sum [-]";
     /// Lower bound of the mean moment by which the viscous pair force is divided \[-\]: at a free surface half of the
     /// neighbours are missing rightly.
-    SMALLEST_MEAN_MOMENT = 0.9, "viscosity.smallest_mean_moment", "lower bound of the mean moment by which the viscous pair force is divided [-]";
+    SMALLEST_MEAN_MOMENT = 0.9, "viscosity.smallest_mean_moment",
+        "lower bound of the mean moment by which the viscous pair force is divided [-]";
     /// Upper bound of the same \[-\].
-    LARGEST_MEAN_MOMENT = 1.1, "viscosity.largest_mean_moment", "upper bound of the mean moment by which the viscous pair force is divided [-]";
+    LARGEST_MEAN_MOMENT = 1.1, "viscosity.largest_mean_moment",
+        "upper bound of the mean moment by which the viscous pair force is divided [-]";
     /// Factor on the share of solids by which the damper fades \[-\].
-    SOLID_FADING = 4.0, "damper.solid_fading", "factor on the share of solids in the support by which the acoustic damper fades [-]";
+    SOLID_FADING = 4.0, "damper.solid_fading",
+        "factor on the share of solids in the support by which the acoustic damper fades [-]";
     /// R of the anti-pairing term R (W/W(Δx))⁴ (Monaghan 2000).
-    PAIRING = 0.2, "shifting.anti_pairing", "factor R of the anti-pairing term R (W/W(dx))^4 of shifting (Monaghan 2000) [-]";
+    PAIRING = 0.2, "shifting.anti_pairing",
+        "factor R of the anti-pairing term R (W/W(dx))^4 of shifting (Monaghan 2000) [-]";
     /// Smallest eigenvalue of the moment matrix below which a particle may lie at the free surface \[-\].
-    SURFACE_EIGENVALUE = 0.75, "surface.largest_eigenvalue", "smallest eigenvalue of the moment matrix below which a particle may lie at the free surface [-]";
-    /// Smallest eigenvalue of the moment matrix below which a particle is spray: with so few neighbours a shift has no
-    /// meaning \[-\].
-    SPRAY_EIGENVALUE = 0.3, "surface.spray_eigenvalue", "smallest eigenvalue of the moment matrix below which a particle is spray and is not shifted [-]";
+    SURFACE_EIGENVALUE = 0.75, "surface.largest_eigenvalue",
+        "smallest eigenvalue of the moment matrix below which a particle may lie at the free surface [-]";
+    /// Smallest eigenvalue of the moment matrix below which a particle is spray: with so few neighbours a shift has
+    /// no meaning \[-\].
+    SPRAY_EIGENVALUE = 0.3, "surface.spray_eigenvalue",
+        "smallest eigenvalue of the moment matrix below which a particle is spray and is not shifted [-]";
     /// k of p/(k ρ U_i²): up to 1 a particle is shifted in full, from 2 on not at all \[-\]. Such a pressure orders
     /// particles by itself, and the two would work against each other: shifting moves particles at constant density,
     /// pressure moves them back and changes it, so that fluid with pressure waves would contract.
-    ORDERED_BY_PRESSURE = 100.0, "shifting.ordered_by_pressure", "p/(rho U^2) up to which shifting acts in full; from twice that on it does not act [-]";
+    ORDERED_BY_PRESSURE = 100.0, "shifting.ordered_by_pressure",
+        "p/(rho U^2) up to which shifting acts in full; from twice that on it does not act [-]";
     /// Largest tension −p that the tensile control removes, in ρ₀c₀² \[-\]. It is not conservative: the tension of a
     /// closing void would return as motion. Flows of a tenth of c₀ stay below a few thousandths.
-    LARGEST_TENSION = 1e-3, "tensile_control.largest_tension", "largest tension that tensile control removes, over rho0 c0^2 [-]";
-    /// Share of solids Σ V_s W around a fluid particle above which it counts as immersed: that at a solid's face \[-\].
-    IMMERSED_SHARE = 0.5, "interface.immersed_share", "share of solids around a fluid particle above which it counts as immersed [-]";
+    LARGEST_TENSION = 1e-3, "tensile_control.largest_tension",
+        "largest tension that tensile control removes, over rho0 c0^2 [-]";
+    /// Share of solids Σ V_s W around a fluid particle above which it counts as immersed: that at a solid's face
+    /// \[-\].
+    IMMERSED_SHARE = 0.5, "interface.immersed_share",
+        "share of solids around a fluid particle above which it counts as immersed [-]";
     /// Factor on √(h/|a|) in the time-step limit \[-\].
-    ACCELERATION_FACTOR = 0.25, "time_step.acceleration_factor", "factor on sqrt(h/|a|) in the time-step limit [-]";
+    ACCELERATION_FACTOR = 0.25, "time_step.acceleration_factor",
+        "factor on sqrt(h/|a|) in the time-step limit [-]";
     /// Factor on h²/ν in the time-step limit \[-\].
-    VISCOUS_FACTOR = 0.125, "time_step.viscous_factor", "factor on h^2/nu in the time-step limit [-]";
+    VISCOUS_FACTOR = 0.125, "time_step.viscous_factor",
+        "factor on h^2/nu in the time-step limit [-]";
 }

@@ -4,8 +4,8 @@ use sph::coupling::solver::Divergence;
 use sph::coupling::stage::StepStage;
 use sph::lanes::{LanePass, Lanes, WIDTH};
 use sph::laws::equation_of_state::LARGEST_COMPRESSION;
-use sph::space::Plane;
 use sph::space::domain::Domain;
+use sph::space::{Plane, Space};
 
 use crate::system::lane_arrays::{abs, largest, numbers, vectors};
 use crate::system::model::FluidModel;
@@ -16,26 +16,26 @@ const ALL_LANES: u8 = (1 << WIDTH) - 1;
 
 /// Position \[m\], velocity \[m/s\] and density \[kg/m³\] of four particles.
 #[derive(Clone, Copy, Debug)]
-pub struct Motion<L> {
+pub struct Motion<S: Space, L: Lanes> {
     /// Position x \[m\].
-    pub x: [L; 2],
+    pub x: S::Of<L>,
     /// Velocity v \[m/s\].
-    pub v: [L; 2],
+    pub v: S::Of<L>,
     /// Density ρ \[kg/m³\].
     pub rho: L,
 }
 
 /// Limits of a valid state.
 #[derive(Clone, Copy, Debug)]
-pub struct StateLimits {
-    domain: Domain,
+pub struct StateLimits<S: Space = Plane> {
+    domain: Domain<S>,
     square_speed: f64,
     densities: [f64; 2],
 }
 
-impl StateLimits {
+impl<S: Space> StateLimits<S> {
     /// The limits of `model`.
-    pub fn of(model: &FluidModel) -> Self {
+    pub fn of(model: &FluidModel<S>) -> Self {
         let c = &model.constants;
         let highest = (1.0 + LARGEST_COMPRESSION) * c.rest_density;
         Self {
@@ -99,39 +99,40 @@ impl<L: Lanes> LaneScanFindings<L> {
 
     /// Adds the particles from `first` on, displaced by `displacement` since the lists were built \[m\].
     #[inline(always)]
-    pub fn add(
+    pub fn add<S: Space>(
         &mut self,
-        limits: &StateLimits,
+        limits: &StateLimits<S>,
         first: usize,
-        motion: &Motion<L>,
-        displacement: Option<[L; 2]>,
+        motion: &Motion<S, L>,
+        displacement: Option<S::Of<L>>,
     ) {
         let StateLimits { domain, square_speed: limit, densities: [lowest, highest] } = limits;
-        let Motion { x: [x, y], v: [v_x, v_y], rho: density } = *motion;
-        let (square_speed, infinite) = (v_x * v_x + v_y * v_y, L::splat(f64::INFINITY));
+        let Motion { x, v, rho: density } = *motion;
+        let (square_speed, infinite) = (S::rounded_dot(v, v), L::splat(f64::INFINITY));
         // Comparisons with NaN are false.
-        let valid = square_speed.below(L::splat(*limit))
+        let mut valid = square_speed.below(L::splat(*limit))
             & L::splat(*lowest).below(density)
-            & density.below(L::splat(*highest))
-            & abs(x).below(infinite)
-            & abs(y).below(infinite);
+            & density.below(L::splat(*highest));
+        for axis in 0..S::DIMENSIONS {
+            valid &= abs(x[axis]).below(infinite);
+            self.outside |= beyond(domain, axis, x[axis]);
+        }
         let bad = valid ^ ALL_LANES;
         if bad != 0 {
             self.first_bad = self.first_bad.min(first + bad.trailing_zeros() as usize);
         }
         self.square_speed = square_speed.max(self.square_speed);
         let square = match displacement {
-            Some([x, y]) => x * x + y * y,
+            Some(u) => S::rounded_dot(u, u),
             None => L::splat(f64::INFINITY),
         };
         self.square_displacement = square.max(self.square_displacement);
-        self.outside |= beyond(domain, 0, x) | beyond(domain, 1, y);
     }
 
-    /// Adds particles that have moved by `x` and `y` \[m\].
+    /// Adds particles that have moved by `u` \[m\].
     #[inline(always)]
-    pub fn add_move(&mut self, [x, y]: [L; 2]) {
-        self.square_move = (x * x + y * y).max(self.square_move);
+    pub fn add_move<S: Space>(&mut self, u: S::Of<L>) {
+        self.square_move = S::rounded_dot(u, u).max(self.square_move);
     }
 
     /// The findings of all lanes.
@@ -149,7 +150,7 @@ impl<L: Lanes> LaneScanFindings<L> {
 
 /// Whether a coordinate along `axis` is beyond the sides of `domain`.
 #[inline(always)]
-fn beyond<L: Lanes>(domain: &Domain, axis: usize, x: L) -> bool {
+fn beyond<S: Space, L: Lanes>(domain: &Domain<S>, axis: usize, x: L) -> bool {
     let (lower, upper) = (L::splat(domain.lower[axis]), L::splat(domain.upper[axis]));
     !domain.periodic[axis] && (x.below(lower) | upper.below(x)) != 0
 }
@@ -200,12 +201,12 @@ pub fn check_state(model: &FluidModel, state: &FluidState, at: StepStage) -> Res
 }
 
 /// The scan of every particle, without displacements.
-struct CheckPass<'a> {
-    limits: StateLimits,
-    state: &'a FluidState,
+struct CheckPass<'a, S: Space> {
+    limits: StateLimits<S>,
+    state: &'a FluidState<S>,
 }
 
-impl LanePass for CheckPass<'_> {
+impl<S: Space> LanePass for CheckPass<'_, S> {
     type Output = ScanFindings;
 
     #[inline(always)]
@@ -213,8 +214,8 @@ impl LanePass for CheckPass<'_> {
         let Self { limits, state: FluidState { position, velocity, density, .. } } = self;
         let mut findings = LaneScanFindings::<L>::none();
         for first in (0..density.len()).step_by(WIDTH) {
-            let (x, v) = (vectors::<Plane, L>(position, first), vectors::<Plane, L>(velocity, first));
-            findings.add(&limits, first, &Motion { x, v, rho: numbers(density, first) }, None);
+            let (x, v) = (vectors::<S, L>(position, first), vectors::<S, L>(velocity, first));
+            findings.add(&limits, first, &Motion::<S, L> { x, v, rho: numbers(density, first) }, None);
         }
         findings.total()
     }

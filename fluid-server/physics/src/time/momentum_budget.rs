@@ -4,30 +4,30 @@ use std::ops::AddAssign;
 
 use sph::coupling::ledger::Energies;
 use sph::lanes::Lanes;
-use sph::space::Vector;
+use sph::space::{Plane, Space};
 
 use crate::system::lane_arrays::largest;
 
 /// Forces of a stage and the change of momentum by them, summed over particles.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct MomentumBudget {
+pub struct MomentumBudget<S: Space = Plane> {
     /// Force of the damping \[N/m\].
-    pub damping: Vector,
+    pub damping: S::Vector,
     /// Σ m |a| + |p| V/h, the scale of round-off of the forces \[N/m\].
     pub gross: f64,
     /// Largest acceleration \[m/s²\].
     pub largest_acceleration: f64,
     /// Σ m (v − vⁿ) \[kg/s\].
-    pub momentum: Vector,
+    pub momentum: S::Vector,
     /// Σ m |v| + m |vⁿ| \[kg/s\].
     pub gross_momentum: f64,
     /// Angular momentum, about the domain's torque origin.
-    pub angular: AngularBudgetSums,
+    pub angular: AngularBudgetSums<S>,
     /// Of the state that ends a step \[J/m\].
     pub energies: Energies,
 }
 
-impl AddAssign for MomentumBudget {
+impl<S: Space> AddAssign for MomentumBudget<S> {
     fn add_assign(&mut self, other: Self) {
         self.damping += other.damping;
         self.gross += other.gross;
@@ -41,22 +41,22 @@ impl AddAssign for MomentumBudget {
 
 /// Change of angular momentum in a stage, and its causes other than the rates, summed over particles.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct AngularBudgetSums {
+pub struct AngularBudgetSums<S: Space = Plane> {
     /// Σ m [(x − x₀) × v − (xⁿ − x₀) × vⁿ] \[kg m/s\].
-    pub change: f64,
+    pub change: S::Spin,
     /// Σ m |x − x₀| (|v| + |vⁿ|) \[kg m/s\].
     pub gross_change: f64,
     /// Σ |x − x₀| (m |a| + |p| V/h) \[N\].
     pub gross_torque: f64,
     /// Torque of the damping \[N\].
-    pub damping: f64,
+    pub damping: S::Spin,
     /// Part of shifting, Σ m δx × v \[kg m/s\].
-    pub shifting: f64,
+    pub shifting: S::Spin,
     /// Part of the time scheme, [`sph::coupling::ledger::scheme_moment`] \[kg m/s\].
-    pub scheme: f64,
+    pub scheme: S::Spin,
 }
 
-impl AddAssign for AngularBudgetSums {
+impl<S: Space> AddAssign for AngularBudgetSums<S> {
     fn add_assign(&mut self, other: Self) {
         self.change += other.change;
         self.gross_change += other.gross_change;
@@ -69,59 +69,65 @@ impl AddAssign for AngularBudgetSums {
 
 /// [`AngularBudgetSums`] in lanes.
 #[derive(Clone, Copy, Debug)]
-pub struct LaneAngularBudget<L> {
+pub struct LaneAngularBudget<S: Space, L: Lanes> {
     /// Change \[kg m/s\].
-    pub change: L,
+    pub change: S::SpinOf<L>,
     /// Its gross \[kg m/s\].
     pub gross_change: L,
     /// Gross of the torques \[N\].
     pub gross_torque: L,
     /// Torque of the damping \[N\].
-    pub damping: L,
+    pub damping: S::SpinOf<L>,
     /// Part of shifting \[kg m/s\].
-    pub shifting: L,
+    pub shifting: S::SpinOf<L>,
     /// Part of the time scheme \[kg m/s\].
-    pub scheme: L,
+    pub scheme: S::SpinOf<L>,
 }
 
-impl<L: Lanes> LaneAngularBudget<L> {
+impl<S: Space, L: Lanes> LaneAngularBudget<S, L> {
     #[inline(always)]
     fn none() -> Self {
-        let zero = L::zero();
+        let (zero, none) = (L::zero(), S::zero_spin());
         Self {
-            change: zero,
+            change: none,
             gross_change: zero,
             gross_torque: zero,
-            damping: zero,
-            shifting: zero,
-            scheme: zero,
+            damping: none,
+            shifting: none,
+            scheme: none,
         }
     }
 
     #[inline(always)]
-    fn total(&self) -> AngularBudgetSums {
-        let [change, gross_change, gross_torque, damping] =
-            L::sums([self.change, self.gross_change, self.gross_torque, self.damping]);
-        let [shifting, scheme, ..] = L::sums([self.shifting, self.scheme, L::zero(), L::zero()]);
-        AngularBudgetSums { change, gross_change, gross_torque, damping, shifting, scheme }
+    fn total(&self) -> AngularBudgetSums<S> {
+        let [gross_change, gross_torque, ..] =
+            L::sums([self.gross_change, self.gross_torque, L::zero(), L::zero()]);
+        AngularBudgetSums {
+            change: S::spin_sum(self.change),
+            gross_change,
+            gross_torque,
+            damping: S::spin_sum(self.damping),
+            shifting: S::spin_sum(self.shifting),
+            scheme: S::spin_sum(self.scheme),
+        }
     }
 }
 
 /// [`MomentumBudget`] in lanes.
 #[derive(Clone, Copy, Debug)]
-pub struct LaneMomentumBudget<L> {
+pub struct LaneMomentumBudget<S: Space, L: Lanes> {
     /// Force of the damping \[N/m\].
-    pub damping: [L; 2],
+    pub damping: S::Of<L>,
     /// Scale of round-off of the forces \[N/m\].
     pub gross: L,
     /// Largest acceleration \[m/s²\].
     pub largest_acceleration: L,
     /// Change of momentum \[kg/s\].
-    pub momentum: [L; 2],
+    pub momentum: S::Of<L>,
     /// Its gross \[kg/s\].
     pub gross_momentum: L,
     /// Angular momentum.
-    pub angular: LaneAngularBudget<L>,
+    pub angular: LaneAngularBudget<S, L>,
     /// Kinetic energy \[J/m\].
     pub kinetic: L,
     /// Potential energy \[J/m\].
@@ -130,16 +136,16 @@ pub struct LaneMomentumBudget<L> {
     pub internal: L,
 }
 
-impl<L: Lanes> LaneMomentumBudget<L> {
+impl<S: Space, L: Lanes> LaneMomentumBudget<S, L> {
     /// Over no particle.
     #[inline(always)]
     pub fn none() -> Self {
         let zero = L::zero();
         Self {
-            damping: [zero; 2],
+            damping: S::splat(zero),
             gross: zero,
             largest_acceleration: zero,
-            momentum: [zero; 2],
+            momentum: S::splat(zero),
             gross_momentum: zero,
             angular: LaneAngularBudget::none(),
             kinetic: zero,
@@ -150,17 +156,16 @@ impl<L: Lanes> LaneMomentumBudget<L> {
 
     /// Over all lanes.
     #[inline(always)]
-    pub fn total(&self) -> MomentumBudget {
-        let ([damped_x, damped_y], [x, y]) = (self.damping, self.momentum);
-        let [damped_x, damped_y, x, y] = L::sums([damped_x, damped_y, x, y]);
+    pub fn total(&self) -> MomentumBudget<S> {
+        let [damping, momentum] = S::vector_sums(self.damping, self.momentum);
         let [gross, gross_momentum, kinetic, potential] =
             L::sums([self.gross, self.gross_momentum, self.kinetic, self.potential]);
         let [internal, ..] = L::sums([self.internal, L::zero(), L::zero(), L::zero()]);
         MomentumBudget {
-            damping: Vector::new(damped_x, damped_y),
+            damping: S::vector(damping),
             gross,
             largest_acceleration: largest(self.largest_acceleration),
-            momentum: Vector::new(x, y),
+            momentum: S::vector(momentum),
             gross_momentum,
             angular: self.angular.total(),
             energies: Energies { kinetic, potential, internal },

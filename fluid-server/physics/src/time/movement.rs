@@ -3,63 +3,63 @@
 use sph::coupling::stage::Stage;
 use sph::lanes::{LanePass, Lanes, WIDTH};
 use sph::laws::equation_of_state::Tait;
-use sph::space::{Plane, Space, Vector};
+use sph::space::Space;
 
 use super::checks::{LaneScanFindings, Motion, ScanFindings};
 use super::momentum_budget::{LaneAngularBudget, LaneMomentumBudget, MomentumBudget};
 use super::state_scan::StateScan;
 use crate::rates::particle_rates::{Rates, StagePart};
-use crate::system::lane_arrays::{abs, get, numbers, put, rows, vectors, weight};
-use crate::system::packed_particle::{LaneMotion, LaneParticles, Packed, PackedParticle};
+use crate::system::lane_arrays::{abs, get, numbers, put, vectors, weight};
+use crate::system::packed_particle::{FluidSpace, LaneMotion, LaneParticles, Packed};
 use crate::system::tasks::{PerTask, split_by_field};
 
 /// Position, velocity and density of particles.
-pub struct MotionSlices<'a> {
+pub struct MotionSlices<'a, S: FluidSpace> {
     /// Position \[m\].
-    pub position: &'a mut [Vector],
+    pub position: &'a mut [S::Vector],
     /// Velocity \[m/s\].
-    pub velocity: &'a mut [Vector],
+    pub velocity: &'a mut [S::Vector],
     /// Density \[kg/m³\].
     pub density: &'a mut [f64],
 }
 
-split_by_field!(MotionSlices { position, velocity, density });
+split_by_field!(MotionSlices<S> { position, velocity, density });
 
 /// Arrays that a stage changes.
-pub struct StageSlices<'a> {
+pub struct StageSlices<'a, S: FluidSpace> {
     /// The state.
-    pub motion: MotionSlices<'a>,
+    pub motion: MotionSlices<'a, S>,
     /// Density rate that the state keeps, with leapfrog \[kg/(m³ s)\].
     pub density_rate: &'a mut [f64],
     /// Acceleration that the state keeps, with leapfrog \[m/s²\].
-    pub acceleration: &'a mut [Vector],
+    pub acceleration: &'a mut [S::Vector],
     /// The state at the start of the step, without leapfrog.
-    pub base: MotionSlices<'a>,
+    pub base: MotionSlices<'a, S>,
     /// The particles as pair sums read them: of the stage state before, of the new state after.
-    pub fluid: &'a mut [PackedParticle],
+    pub fluid: &'a mut [S::Particle],
     /// Momentum budget.
-    pub budget: PerTask<'a, MomentumBudget>,
+    pub budget: PerTask<'a, MomentumBudget<S>>,
     /// Findings in the new state.
     pub findings: PerTask<'a, ScanFindings>,
 }
 
-split_by_field!(StageSlices { motion, density_rate, acceleration, base, fluid, budget, findings });
+split_by_field!(StageSlices<S> { motion, density_rate, acceleration, base, fluid, budget, findings });
 
 /// The particles of one task.
 ///
 /// No product is fused with a sum: all paths give the same bits.
-pub struct Movement<'a> {
+pub struct Movement<'a, S: FluidSpace> {
     /// Constants of the stage.
-    pub step: &'a Step<'a>,
+    pub step: &'a Step<'a, S>,
     /// The scan of the new state.
-    pub scan: &'a StateScan<'a>,
+    pub scan: &'a StateScan<'a, S>,
     /// The first particle.
     pub first: usize,
     /// Their arrays.
-    pub slices: StageSlices<'a>,
+    pub slices: StageSlices<'a, S>,
 }
 
-impl LanePass for Movement<'_> {
+impl<S: FluidSpace> LanePass for Movement<'_, S> {
     type Output = ();
 
     #[inline(always)]
@@ -68,11 +68,11 @@ impl LanePass for Movement<'_> {
         let StageSlices { mut motion, density_rate, acceleration, base: mut start_of_step, fluid, .. } =
             slices;
         let count = fluid.len();
-        let (mut budget, mut findings) = (LaneMomentumBudget::<L>::none(), LaneScanFindings::<L>::none());
+        let (mut budget, mut findings) = (LaneMomentumBudget::<S, L>::none(), LaneScanFindings::<L>::none());
         for k in (0..count).step_by(WIDTH) {
             let i = first + k;
-            let (rates, mass) = (LaneRates::<L>::of(get(step.rates, i)), numbers::<L>(step.mass, i));
-            let start = Motion::get(&motion, k);
+            let (rates, mass) = (LaneRates::<S, L>::of(get(step.rates, i)), numbers::<L>(step.mass, i));
+            let start = Motion::<S, L>::get(&motion, k);
             let mut extrapolated = None;
             let end = match step.part {
                 StagePart::Whole => {
@@ -89,8 +89,8 @@ impl LanePass for Movement<'_> {
                 StagePart::Density => {
                     let (end, kept) = (step.density(&rates, &start, numbers(density_rate, k)), rates.density);
                     put(density_rate, k, kept.to_array());
-                    extrapolated =
-                        Some(add(end.v, vectors::<Plane, L>(acceleration, k), L::splat(step.half)));
+                    let acceleration = vectors::<S, L>(acceleration, k);
+                    extrapolated = Some(add::<S, L>(end.v, acceleration, L::splat(step.half)));
                     end
                 }
                 StagePart::Momentum => {
@@ -105,7 +105,7 @@ impl LanePass for Movement<'_> {
             };
             // Moves at known velocities are known beforehand.
             if step.part != StagePart::Density {
-                findings.add_move([end.x[0] - start.x[0], end.x[1] - start.x[1]]);
+                findings.add_move::<S>(S::minus(end.x, start.x));
             }
             end.put(&mut motion, k);
             put(fluid, k, scan.pack(i, &end, mass, extrapolated, &mut findings));
@@ -114,42 +114,42 @@ impl LanePass for Movement<'_> {
     }
 }
 
-impl<L: Lanes> Motion<L> {
+impl<S: FluidSpace, L: Lanes> Motion<S, L> {
     /// Those of the particles from `k` on.
     #[inline(always)]
-    fn get(from: &MotionSlices, k: usize) -> Self {
+    fn get(from: &MotionSlices<S>, k: usize) -> Self {
         Self {
-            x: vectors::<Plane, L>(from.position, k),
-            v: vectors::<Plane, L>(from.velocity, k),
+            x: vectors::<S, L>(from.position, k),
+            v: vectors::<S, L>(from.velocity, k),
             rho: numbers(from.density, k),
         }
     }
 
     /// Replaces those of the particles from `k` on.
     #[inline(always)]
-    fn put(&self, to: &mut MotionSlices, k: usize) {
-        let [a, b, c, d] = rows([self.x[0], self.x[1], self.v[0], self.v[1]]);
-        put(to.position, k, [a, b, c, d].map(|[x, y, ..]| Vector::new(x, y)));
-        put(to.velocity, k, [a, b, c, d].map(|[.., x, y]| Vector::new(x, y)));
+    fn put(&self, to: &mut MotionSlices<S>, k: usize) {
+        let pairs = S::vector_pairs(self.x, self.v);
+        put(to.position, k, pairs.map(|[x, _]| x));
+        put(to.velocity, k, pairs.map(|[_, v]| v));
         put(to.density, k, self.rho.to_array());
     }
 }
 
 /// [`Rates`] of four particles.
-struct LaneRates<L> {
-    acceleration: [L; 2],
-    shift: [L; 2],
+struct LaneRates<S: Space, L: Lanes> {
+    acceleration: S::Of<L>,
+    shift: S::Of<L>,
     density: L,
-    own_acceleration: [Vector; WIDTH],
+    own_acceleration: [S::Vector; WIDTH],
 }
 
-impl<L: Lanes> LaneRates<L> {
+impl<S: Space, L: Lanes> LaneRates<S, L> {
     #[inline(always)]
-    fn of([a, b, c, d]: [Rates; WIDTH]) -> Self {
+    fn of([a, b, c, d]: [Rates<S>; WIDTH]) -> Self {
         let own_acceleration = [a.acceleration, b.acceleration, c.acceleration, d.acceleration];
         Self {
-            acceleration: Plane::lanes(own_acceleration.each_ref()),
-            shift: Plane::lanes([&a.shift, &b.shift, &c.shift, &d.shift]),
+            acceleration: S::lanes(own_acceleration.each_ref()),
+            shift: S::lanes([&a.shift, &b.shift, &c.shift, &d.shift]),
             density: L::from_array([a.density, b.density, c.density, d.density]),
             own_acceleration,
         }
@@ -157,35 +157,35 @@ impl<L: Lanes> LaneRates<L> {
 }
 
 /// Four particles as pair sums have read them in the stage; those beyond the last have no mass and no volume.
-struct StageParticles<L> {
-    velocity: [L; 2],
+struct StageParticles<S: Space, L: Lanes> {
+    velocity: S::Of<L>,
     pressure: L,
     volume: L,
     /// Mass per depth \[kg/m\].
     mass: L,
 }
 
-impl<L: Lanes> StageParticles<L> {
+impl<S: FluidSpace, L: Lanes> StageParticles<S, L> {
     #[inline(always)]
-    fn of(particles: [PackedParticle; WIDTH], mass: L, weight: L) -> Self {
+    fn of(particles: [S::Particle; WIDTH], mass: L, weight: L) -> Self {
         let LaneParticles { motion: LaneMotion { v: velocity, .. }, pressure, volume, .. } =
-            PackedParticle::lanes(particles.each_ref());
+            S::Particle::lanes(particles.each_ref());
         Self { velocity, pressure, volume: volume * weight, mass: mass * weight }
     }
 }
 
 /// The path of four particles in a stage.
-struct Path<'a, L> {
+struct Path<'a, S: Space, L: Lanes> {
     /// The start of the step.
-    base: &'a Motion<L>,
+    base: &'a Motion<S, L>,
     /// Where the forces were evaluated \[m\].
-    stage: [L; 2],
+    stage: S::Of<L>,
     /// The new state.
-    end: &'a Motion<L>,
+    end: &'a Motion<S, L>,
 }
 
 /// Constants of a stage.
-pub struct Step<'a> {
+pub struct Step<'a, S: Space> {
     /// Part of the rates that the stage has computed.
     pub part: StagePart,
     /// Predictor or corrector.
@@ -201,71 +201,64 @@ pub struct Step<'a> {
     /// 1/h \[1/m\].
     pub inverse_h: f64,
     /// Constant part of the body force \[m/s²\].
-    pub gravity: Vector,
+    pub gravity: S::Vector,
     /// Point about which torques are taken; `None` leaves angular momentum out \[m\].
-    pub origin: Option<Vector>,
+    pub origin: Option<S::Vector>,
     /// For the energies.
     pub equation_of_state: Tait,
     /// Rates of all particles.
-    pub rates: &'a [Rates],
+    pub rates: &'a [Rates<S>],
     /// Mass per depth of all particles \[kg/m\].
     pub mass: &'a [f64],
 }
 
 /// `a + b t`, each product rounded.
 #[inline(always)]
-fn add<L: Lanes>([a_x, a_y]: [L; 2], [b_x, b_y]: [L; 2], t: L) -> [L; 2] {
-    [a_x + b_x * t, a_y + b_y * t]
-}
-
-/// `a − b`.
-#[inline(always)]
-fn minus<L: Lanes>([a_x, a_y]: [L; 2], [b_x, b_y]: [L; 2]) -> [L; 2] {
-    [a_x - b_x, a_y - b_y]
-}
-
-/// z component of `a × b`.
-#[inline(always)]
-fn cross<L: Lanes>([a_x, a_y]: [L; 2], [b_x, b_y]: [L; 2]) -> L {
-    a_x * b_y - a_y * b_x
+fn add<S: Space, L: Lanes>(a: S::Of<L>, b: S::Of<L>, t: L) -> S::Of<L> {
+    S::plus(a, S::scaled(b, t))
 }
 
 /// Length of each vector.
 #[inline(always)]
-fn norm<L: Lanes>([x, y]: [L; 2]) -> L {
-    (x * x + y * y).sqrt()
+fn norm<S: Space, L: Lanes>(a: S::Of<L>) -> L {
+    S::rounded_dot(a, a).sqrt()
 }
 
-impl Step<'_> {
+impl<S: Space> Step<'_, S> {
     /// Either stage of Eq. (30)-(31) from the start of the step. The position moves with the velocity `v` of the stage
     /// state, and with the shift.
     #[inline(always)]
-    fn whole<L: Lanes>(&self, rates: &LaneRates<L>, base: &Motion<L>, v: [L; 2]) -> Motion<L> {
+    fn whole<L: Lanes>(&self, rates: &LaneRates<S, L>, base: &Motion<S, L>, v: S::Of<L>) -> Motion<S, L> {
         let duration = L::splat(self.duration);
-        let moves = [v[0] + rates.shift[0], v[1] + rates.shift[1]];
+        let moves = S::plus(v, rates.shift);
         Motion {
-            x: add(base.x, moves, duration),
-            v: add(base.v, rates.acceleration, duration),
+            x: add::<S, L>(base.x, moves, duration),
+            v: add::<S, L>(base.v, rates.acceleration, duration),
             rho: base.rho + rates.density * duration,
         }
     }
 
     /// The predictor of leapfrog; `before` is the density rate at the start of the step before.
     #[inline(always)]
-    fn density<L: Lanes>(&self, rates: &LaneRates<L>, start: &Motion<L>, before: L) -> Motion<L> {
+    fn density<L: Lanes>(&self, rates: &LaneRates<S, L>, start: &Motion<S, L>, before: L) -> Motion<S, L> {
         let (half, rate) = (L::splat(self.half), rates.density);
         let since = L::splat(self.density_age) * (rate - before) + half * rate;
-        Motion { x: add(start.x, start.v, half), v: start.v, rho: start.rho + since }
+        Motion { x: add::<S, L>(start.x, start.v, half), v: start.v, rho: start.rho + since }
     }
 
     /// The corrector of leapfrog, from the density rate of the predictor.
     #[inline(always)]
-    fn momentum<L: Lanes>(&self, rates: &LaneRates<L>, start: &Motion<L>, density_rate: L) -> Motion<L> {
+    fn momentum<L: Lanes>(
+        &self,
+        rates: &LaneRates<S, L>,
+        start: &Motion<S, L>,
+        density_rate: L,
+    ) -> Motion<S, L> {
         let (half, duration) = (L::splat(self.half), L::splat(self.duration));
-        let v = add(start.v, rates.acceleration, duration);
-        let by = add([v[0] * half, v[1] * half], rates.shift, duration);
+        let v = add::<S, L>(start.v, rates.acceleration, duration);
+        let by = add::<S, L>(S::scaled(v, half), rates.shift, duration);
         Motion {
-            x: [start.x[0] + by[0], start.x[1] + by[1]],
+            x: S::plus(start.x, by),
             v,
             rho: start.rho + (rates.density * duration + density_rate * half),
         }
@@ -279,31 +272,30 @@ impl Step<'_> {
     #[inline(always)]
     fn account_for<L: Lanes>(
         &self,
-        particles: &StageParticles<L>,
-        rates: &LaneRates<L>,
-        path: &Path<'_, L>,
-        budget: &mut LaneMomentumBudget<L>,
+        particles: &StageParticles<S, L>,
+        rates: &LaneRates<S, L>,
+        path: &Path<'_, S, L>,
+        budget: &mut LaneMomentumBudget<S, L>,
     ) {
         let (now, v_0) = (path.end, path.base.v);
-        let (m, v, acceleration) = (particles.mass, now.v, norm(rates.acceleration));
+        let (m, v, acceleration) = (particles.mass, now.v, norm::<S, L>(rates.acceleration));
         let gross_force =
             m * acceleration + abs(particles.pressure) * particles.volume * L::splat(self.inverse_h);
-        let gross_momentum = m * (norm(v) + norm(v_0));
-        budget.damping = add(budget.damping, particles.velocity, L::splat(-self.damping) * m);
+        let gross_momentum = m * (norm::<S, L>(v) + norm::<S, L>(v_0));
+        budget.damping = add::<S, L>(budget.damping, particles.velocity, L::splat(-self.damping) * m);
         budget.gross = budget.gross + gross_force;
         budget.largest_acceleration = acceleration.max(budget.largest_acceleration);
-        budget.momentum = add(budget.momentum, [v[0] - v_0[0], v[1] - v_0[1]], m);
+        budget.momentum = add::<S, L>(budget.momentum, S::minus(v, v_0), m);
         budget.gross_momentum = budget.gross_momentum + gross_momentum;
         if let Some(origin) = self.origin {
-            let origin = [L::splat(origin.x), L::splat(origin.y)];
+            let origin = S::splat_vector(&origin);
             let gross = (gross_force, gross_momentum);
             self.account_for_angular(particles, rates.shift, path, origin, gross, &mut budget.angular);
         }
         if self.stage == Stage::Corrector {
             // As `energies_of`.
-            let ([x, y], [g_x, g_y]) = (now.x, self.gravity.data.0[0]);
-            let fall = L::splat(g_x) * x + L::splat(g_y) * y;
-            budget.kinetic = budget.kinetic + L::splat(0.5) * m * (v[0] * v[0] + v[1] * v[1]);
+            let fall = S::rounded_dot(S::splat_vector(&self.gravity), now.x);
+            budget.kinetic = budget.kinetic + L::splat(0.5) * m * S::rounded_dot(v, v);
             budget.potential = budget.potential - m * fall;
             budget.internal = budget.internal + m * self.equation_of_state.compression_energies(now.rho);
         }
@@ -314,24 +306,29 @@ impl Step<'_> {
     #[inline(always)]
     fn account_for_angular<L: Lanes>(
         &self,
-        particles: &StageParticles<L>,
-        shift: [L; 2],
-        path: &Path<'_, L>,
-        origin: [L; 2],
+        particles: &StageParticles<S, L>,
+        shift: S::Of<L>,
+        path: &Path<'_, S, L>,
+        origin: S::Of<L>,
         gross: (L, L),
-        budget: &mut LaneAngularBudget<L>,
+        budget: &mut LaneAngularBudget<S, L>,
     ) {
-        let (m, arm, start, end) = (particles.mass, minus(path.stage, origin), path.base, path.end);
-        let (distance, duration) = (norm(arm), L::splat(self.duration));
-        let shifted = [shift[0] * duration, shift[1] * duration];
-        let after_stage = minus(minus(end.x, path.stage), shifted);
-        let before_stage = minus(path.stage, start.x);
-        let change = cross(minus(end.x, origin), end.v) - cross(minus(start.x, origin), start.v);
-        budget.change = budget.change + m * change;
+        let (m, arm, start, end) = (particles.mass, S::minus(path.stage, origin), path.base, path.end);
+        let (distance, duration) = (norm::<S, L>(arm), L::splat(self.duration));
+        let shifted = S::scaled(shift, duration);
+        let after_stage = S::minus(S::minus(end.x, path.stage), shifted);
+        let before_stage = S::minus(path.stage, start.x);
+        let moment = S::rounded_cross(S::minus(end.x, origin), end.v);
+        let change = S::spin_minus(moment, S::rounded_cross(S::minus(start.x, origin), start.v));
+        budget.change = S::spin_plus(budget.change, S::spin_scaled(change, m));
         budget.gross_change = budget.gross_change + distance * gross.1;
         budget.gross_torque = budget.gross_torque + distance * gross.0;
-        budget.damping = budget.damping - L::splat(self.damping) * m * cross(arm, particles.velocity);
-        budget.shifting = budget.shifting + m * cross(shifted, end.v);
-        budget.scheme = budget.scheme + m * (cross(after_stage, end.v) + cross(before_stage, start.v));
+        let damped = S::spin_scaled(S::rounded_cross(arm, particles.velocity), L::splat(self.damping) * m);
+        budget.damping = S::spin_minus(budget.damping, damped);
+        let of_shift = S::spin_scaled(S::rounded_cross(shifted, end.v), m);
+        budget.shifting = S::spin_plus(budget.shifting, of_shift);
+        let of_scheme =
+            S::spin_plus(S::rounded_cross(after_stage, end.v), S::rounded_cross(before_stage, start.v));
+        budget.scheme = S::spin_plus(budget.scheme, S::spin_scaled(of_scheme, m));
     }
 }

@@ -5,7 +5,6 @@ use sph::coupling::ledger::Energies;
 use sph::coupling::solver::Divergence;
 use sph::coupling::stage::StageTime;
 use sph::lanes::{LanePass, Lanes, WIDTH};
-use sph::space::Plane;
 use sph::space::geometry::{Geometry, Open, Periodic};
 
 use super::checks::{LaneScanFindings, Motion, ScanFindings};
@@ -20,7 +19,7 @@ use crate::rates::particle_rates::{ExternalForces, Rates, StagePart};
 use crate::rates::rate_pass::StageFields;
 use crate::system::lane_arrays::{numbers, put, vectors};
 use crate::system::model::FluidModel;
-use crate::system::packed_particle::PackedParticle;
+use crate::system::packed_particle::{FluidSpace, PackedParticle};
 use crate::system::state::{FluidState, StepStart};
 use crate::system::tasks::{PerTask, for_each_task, per_task};
 
@@ -210,16 +209,16 @@ impl Workspace {
 }
 
 /// The pass over the particles of one task that packs them.
-struct PackPass<'a> {
-    scan: &'a StateScan<'a>,
-    state: &'a FluidState,
+struct PackPass<'a, S: FluidSpace> {
+    scan: &'a StateScan<'a, S>,
+    state: &'a FluidState<S>,
     /// By how much velocities are extrapolated \[s\].
     ahead: Option<f64>,
     first: usize,
-    packed: &'a mut [PackedParticle],
+    packed: &'a mut [S::Particle],
 }
 
-impl LanePass for PackPass<'_> {
+impl<S: FluidSpace> LanePass for PackPass<'_, S> {
     type Output = ScanFindings;
 
     #[inline(always)]
@@ -229,14 +228,16 @@ impl LanePass for PackPass<'_> {
         let mut findings = LaneScanFindings::<L>::none();
         for k in (0..self.packed.len()).step_by(WIDTH) {
             let i = self.first + k;
-            let (x, v, rho) =
-                (vectors::<Plane, L>(position, i), vectors::<Plane, L>(velocity, i), numbers(density, i));
+            let motion = Motion::<S, L> {
+                x: vectors::<S, L>(position, i),
+                v: vectors::<S, L>(velocity, i),
+                rho: numbers(density, i),
+            };
             let mut extrapolated = None;
             if let Some(ahead) = self.ahead {
-                let (ahead, [a_x, a_y]) = (L::splat(ahead), vectors::<Plane, L>(acceleration, i));
-                extrapolated = Some([v[0] + a_x * ahead, v[1] + a_y * ahead]);
+                let gained = S::scaled(vectors::<S, L>(acceleration, i), L::splat(ahead));
+                extrapolated = Some(S::plus(motion.v, gained));
             }
-            let motion = Motion { x, v, rho };
             put(self.packed, k, scan.pack(i, &motion, numbers(mass, i), extrapolated, &mut findings));
         }
         findings.total()

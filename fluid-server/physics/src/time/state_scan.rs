@@ -2,27 +2,27 @@
 
 use sph::lanes::{Lanes, WIDTH};
 use sph::laws::equation_of_state::Tait;
+use sph::space::Plane;
 use sph::space::geometry::{Geometry, Periodic};
-use sph::space::{Plane, Vector};
 
 use super::checks::{LaneScanFindings, Motion, StateLimits};
 use crate::system::lane_arrays::vectors;
 use crate::system::model::FluidModel;
-use crate::system::packed_particle::{LaneMotion, LaneParticles, Packed, PackedParticle};
+use crate::system::packed_particle::{FluidSpace, LaneMotion, LaneParticles, Packed};
 use crate::system::state::ListOrigin;
 
 /// The scan of one state.
 #[derive(Clone, Copy, Debug)]
-pub struct StateScan<'a> {
+pub struct StateScan<'a, S: FluidSpace = Plane> {
     equation_of_state: Tait,
-    limits: StateLimits,
-    periodic: Option<Periodic>,
-    origin: Option<&'a [Vector]>,
+    limits: StateLimits<S>,
+    periodic: Option<Periodic<S>>,
+    origin: Option<&'a [S::Vector]>,
 }
 
-impl<'a> StateScan<'a> {
+impl<'a, S: FluidSpace> StateScan<'a, S> {
     /// The scan of a state whose lists were built from `origin`, if there are any.
-    pub fn new(model: &FluidModel, origin: Option<&'a ListOrigin>) -> Self {
+    pub fn new(model: &FluidModel<S>, origin: Option<&'a ListOrigin<S>>) -> Self {
         Self {
             equation_of_state: model.equation_of_state,
             limits: StateLimits::of(model),
@@ -39,33 +39,33 @@ impl<'a> StateScan<'a> {
     pub fn pack<L: Lanes>(
         &self,
         first: usize,
-        motion: &Motion<L>,
+        motion: &Motion<S, L>,
         mass: L,
-        velocity: Option<[L; 2]>,
+        velocity: Option<S::Of<L>>,
         findings: &mut LaneScanFindings<L>,
-    ) -> [PackedParticle; WIDTH] {
-        let Motion { x: [x, y], v: own_velocity, rho: density } = *motion;
-        findings.add(&self.limits, first, motion, self.displacement(first, [x, y]));
+    ) -> [S::Particle; WIDTH] {
+        let Motion { x, v: own_velocity, rho: density } = *motion;
+        findings.add(&self.limits, first, motion, self.displacement(first, x));
         let v = match velocity {
             Some(velocity) => velocity,
             None => own_velocity,
         };
         let pressure = self.equation_of_state.pressures(density);
-        let motion = LaneMotion { x: [x, y], v };
-        PackedParticle::pack(LaneParticles { motion, density, pressure, volume: mass / density })
+        let motion = LaneMotion { x, v };
+        S::Particle::pack(LaneParticles { motion, density, pressure, volume: mass / density })
     }
 
     /// Displacement of particles since the lists were built \[m\].
     #[inline(always)]
-    fn displacement<L: Lanes>(&self, first: usize, [x, y]: [L; 2]) -> Option<[L; 2]> {
-        let [x_0, y_0] = match self.origin {
-            Some(origin) => vectors::<Plane, L>(origin, first),
+    fn displacement<L: Lanes>(&self, first: usize, x: S::Of<L>) -> Option<S::Of<L>> {
+        let origin = match self.origin {
+            Some(origin) => vectors::<S, L>(origin, first),
             None => return None,
         };
-        let (x, y) = (x - x_0, y - y_0);
+        let moved = S::minus(x, origin);
         Some(match self.periodic {
-            Some(geometry) => geometry.nearest([x, y]),
-            None => [x, y],
+            Some(geometry) => geometry.nearest(moved),
+            None => moved,
         })
     }
 }

@@ -8,6 +8,7 @@ impl Algebra for Plane {
     type Of<T: Element> = [T; 2];
     type Symmetric<T: Element> = [T; 3];
     type Matrix<T: Element> = [T; 4];
+    type SpinOf<T: Element> = T;
 
     #[inline(always)]
     fn axes<T: Element>(value: impl FnMut(usize) -> T) -> [T; 2] {
@@ -57,6 +58,31 @@ impl Algebra for Plane {
     #[inline(always)]
     fn rounded_dot<R: Real>(a: [R; 2], b: [R; 2]) -> R {
         a[0] * b[0] + a[1] * b[1]
+    }
+
+    #[inline(always)]
+    fn rounded_cross<R: Real>(a: [R; 2], b: [R; 2]) -> R {
+        a[0] * b[1] - a[1] * b[0]
+    }
+
+    #[inline(always)]
+    fn zero_spin<R: Real>() -> R {
+        R::zero()
+    }
+
+    #[inline(always)]
+    fn spin_plus<R: Real>(a: R, b: R) -> R {
+        a + b
+    }
+
+    #[inline(always)]
+    fn spin_minus<R: Real>(a: R, b: R) -> R {
+        a - b
+    }
+
+    #[inline(always)]
+    fn spin_scaled<R: Real>(a: R, s: R) -> R {
+        a * s
     }
 
     #[inline(always)]
@@ -205,5 +231,38 @@ impl Algebra for Plane {
         let inverse = R::splat(1.0) / determinant;
         // The sign of zero is that of −m₁₂ over the determinant.
         [m[2] * inverse, m[1] * (R::zero() - inverse), m[0] * inverse]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{Matrix2, Vector2};
+
+    use super::*;
+    use crate::space::Space;
+    use crate::space::tensors::SpaceSymmetric;
+
+    #[test]
+    fn components_give_what_vectors_and_tensors_give() {
+        let (a, b) = ([0.7, -1.3], [2.1, 0.4]);
+        let (u, v) = (Vector2::from(a), Vector2::from(b));
+        let (m, l) = ([1.5, -0.2, 0.9, 2.0], [1.1, 0.3, 0.8]);
+        let full = Plane::tensor(m);
+        let symmetric = Matrix2::new(l[0], l[1], l[1], l[2]);
+        assert_eq!(Plane::dot(a, b), u.dot(&v));
+        assert_eq!(Plane::vector(Plane::plus_product(a, 3.0, b)), u + v * 3.0);
+        assert_eq!(Plane::vector(Plane::matrix_times(m, a)), full * u);
+        assert_eq!(Plane::vector(Plane::symmetric_times(l, a)), symmetric * u);
+        assert_eq!(Plane::tensor(Plane::plus_outer(m, a, b)), full + u * v.transpose());
+        assert_eq!(Plane::tensor(Plane::minus_outer(m, a, b)), full - u * v.transpose());
+        assert_eq!(Plane::tensor(Plane::transposed(m)), full.transpose());
+        let less_trace = full.transpose() - Matrix2::identity() * full.trace();
+        // Round-off of numbers up to 4.
+        let close = |a: Matrix2<f64>, b: Matrix2<f64>| assert!((a - b).norm() < 1e-15, "{a} {b}");
+        close(Plane::tensor(Plane::transposed_less_trace(m)), less_trace);
+        close(Plane::tensor(Plane::matrix_times_symmetric(m, l)), full * symmetric);
+        assert!((Plane::contracted(m, l) - (full * symmetric).trace()).abs() < 1e-15);
+        let inverse = Plane::symmetric_inverse(l, Plane::symmetric_determinant(l));
+        close(Plane::symmetric_tensor(inverse).full() * symmetric, Matrix2::identity());
     }
 }

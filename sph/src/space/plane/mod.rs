@@ -113,6 +113,19 @@ impl Space for Plane {
     }
 
     #[inline(always)]
+    fn vector_pairs<L: Lanes>([x, y]: [L; 2], [v_x, v_y]: [L; 2]) -> [[Vector2<f64>; 2]; WIDTH] {
+        let [a, b, c, d] = L::columns([&x.to_array(), &y.to_array(), &v_x.to_array(), &v_y.to_array()]);
+        let pair = |[x, y, v_x, v_y]: [f64; 4]| [Vector2::new(x, y), Vector2::new(v_x, v_y)];
+        [pair(a.to_array()), pair(b.to_array()), pair(c.to_array()), pair(d.to_array())]
+    }
+
+    #[inline(always)]
+    fn spin_sum<L: Lanes>(a: L) -> f64 {
+        let [sum, ..] = L::sums([a, L::zero(), L::zero(), L::zero()]);
+        sum
+    }
+
+    #[inline(always)]
     fn sums_with<L: Lanes>([x, y]: [L; 2], [a, b]: [L; 2]) -> ([f64; 2], [f64; 2]) {
         let [a, b, x, y] = L::sums([a, b, x, y]);
         ([x, y], [a, b])

@@ -74,7 +74,7 @@ parameters! {
         /// v_n its speed off the wall, shared among neighbouring wall particles by 1 − |tangential distance|/Δx.
         wall_repulsion: f64 = 1.0, "wall_repulsion",
             Row::number(Allowed::NOT_NEGATIVE).off(Number(0.0)).paper(Number(0.0));
-        /// Coefficient C of the shifting of particles \[-\]: δu = −C 2h U Σ V_j [1 + 0.2 (W/W(Δx))⁴] ∇W, |δu| ≤ U/2, U
+        /// Coefficient C of the shifting of particles \[-\]: δu = −C 2h U Σ V_j \[1 + 0.2 (W/W(Δx))⁴\] ∇W, |δu| ≤ U/2, U
         /// the largest |v_ij| of neighbours; along the free surface only at it, fading under high pressure.
         shifting: f64 = 0.0, "shifting", Row::number(Allowed::NOT_NEGATIVE).off(Number(0.0))
             .recommended(Number(2.0), "without it a rotating patch has voids of 6 Δx and a Taylor-Green vortex stops");

@@ -78,7 +78,7 @@ impl<T: Choice> ParameterType for T {
     }
 }
 
-/// A set of parameters, made by [`parameters!`].
+/// A set of parameters, made by `parameters!`.
 pub trait ParameterSet: Copy + Default + PartialEq + fmt::Debug + 'static {
     /// The rows.
     const SPECIFICATIONS: &'static [ParameterSpec];

@@ -107,7 +107,7 @@ impl<S: Space> FluidModel<S> {
 
     /// Whether ∇ρ of Eq. (20) is needed, for Eq. (19).
     pub fn needs_density_gradient(&self) -> bool {
-        matches!(self.diffusion_form, DensityDiffusion::Renormalised { .. })
+        self.diffusion_form == DensityDiffusion::Renormalised
     }
 
     /// Whether L_i of Eq. (21) corrects Eq. (17).

@@ -90,7 +90,7 @@ fn a_lie_that_keeps_the_books_is_found_by_its_own_check_only() {
 
 #[test]
 fn another_protocol_is_reported() {
-    let version = ProtocolVersion { major: 2, minor: 0 };
+    let version = ProtocolVersion { major: 3, minor: 0 };
     let (code, table) = examine(Double(Wrong::Protocol(version)), &["--only", "description"]);
     assert_eq!(code, Some(9), "{table}");
     assert!(line(&table, "description").contains("protocol"), "{table}");

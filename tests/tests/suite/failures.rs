@@ -60,7 +60,7 @@ fn a_server_with_another_version_is_refused() {
     let case = bench.tank("case.toml", &[]);
     let server = serve(Double(Wrong::Protocol(ProtocolVersion { major: 2, minor: 1 })));
     let address = server.address.to_string();
-    let words = [&address, "protocol 2.1", "this coordinator 1.3", "use releases that share one"];
+    let words = [&address, "protocol 2.1", "this coordinator 2.0", "use releases that share one"];
     bench.run_refused(&case, &["--solid", &address], 4, &words);
 }
 

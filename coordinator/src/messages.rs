@@ -12,6 +12,8 @@ pub enum Messages {
     Warnings,
     /// Also the run header, the progress and the results.
     All,
+    /// Also every coefficient that no case sets.
+    Details,
 }
 
 impl Messages {
@@ -29,7 +31,7 @@ impl Messages {
 
     /// Prints a line of the progress.
     pub fn progress(self, text: impl Display) {
-        if self == Messages::All {
+        if self >= Messages::All {
             terminal::note(text);
         }
     }

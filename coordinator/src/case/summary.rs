@@ -8,6 +8,8 @@ use solid::limits::{
     total_lagrangian_stage_rule, total_lagrangian_substep, updated_lagrangian_stage_rule,
     updated_lagrangian_substep,
 };
+use sph::constants::Constant;
+use sph::coupling::solver::Role;
 use sph::setup::{
     Choice, ContactLaw, FluidScheme, Formulation, ParameterSet, SolidStepping, StepPolicy, SubstepCount,
     Value,
@@ -253,6 +255,13 @@ impl Case {
             ));
         }
         lines
+    }
+
+    /// Every coefficient of the laws of this case that no case sets.
+    pub fn fixed_constants(&self) -> impl Iterator<Item = &'static Constant> {
+        let fluid = if self.has(Role::Fluid) { fluid::constants() } else { &[] };
+        let solid = if self.has(Role::Solid) { solid::thresholds::constants() } else { &[] };
+        sph::constants::constants().iter().chain(fluid).chain(solid)
     }
 
     /// Every parameter of fluid, bodies and contact by name, such as `fluid.artificial_viscosity_a`.

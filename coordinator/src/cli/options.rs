@@ -76,6 +76,9 @@ pub(super) struct RunOptionArguments {
     /// No progress bar and no run header.
     #[arg(long, short)]
     quiet: bool,
+    /// Also print every coefficient that no case sets; `summary.json` always holds them.
+    #[arg(long, short, conflicts_with = "quiet")]
+    verbose: bool,
 }
 
 impl From<RunOptionArguments> for RunOptions {
@@ -88,7 +91,11 @@ impl From<RunOptionArguments> for RunOptions {
             checkpoint_every_wall: arguments.checkpoint_every_wall.map(Duration::from_secs_f64),
             max_restarts: arguments.max_restarts,
             trace: arguments.trace.clone(),
-            messages: if arguments.quiet { Messages::Warnings } else { Messages::All },
+            messages: match (arguments.quiet, arguments.verbose) {
+                (true, _) => Messages::Warnings,
+                (false, false) => Messages::All,
+                (false, true) => Messages::Details,
+            },
             solvers: arguments.placement(),
         }
     }

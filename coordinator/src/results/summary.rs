@@ -88,6 +88,8 @@ pub struct Summary {
     pub case_digest: String,
     /// Every parameter of fluid, bodies and contact by name, such as `fluid.artificial_viscosity_a`.
     pub parameters: BTreeMap<String, serde_json::Value>,
+    /// Every coefficient of the laws that no case sets, by name.
+    pub constants: BTreeMap<String, f64>,
     /// Versions of programs and protocol by name.
     pub versions: BTreeMap<String, String>,
     /// Things that the user should know of.

@@ -66,7 +66,7 @@ impl Attempt<'_> {
         let (mut solvers, mut participants) = self.start().await?;
         let facts = header::facts(case, solvers.remote());
         if self.number == 0 {
-            header::print_start(&facts, &case.summary().warnings, options.messages);
+            header::print_start(&facts, case, options.messages);
         }
         let roles = participants.roles();
         let mut setup = case.run_setup();

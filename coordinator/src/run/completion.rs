@@ -163,6 +163,7 @@ fn summarise(
         in_process,
         case_digest: digest(resolved),
         parameters: case.parameters(),
+        constants: case.fixed_constants().map(|c| (c.name.to_owned(), c.value)).collect(),
         versions: BTreeMap::from([
             ("coordinator".to_owned(), env!("CARGO_PKG_VERSION").to_owned()),
             ("protocol".to_owned(), proto::description::PROTOCOL.to_string()),

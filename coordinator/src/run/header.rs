@@ -1,5 +1,6 @@
 //! The run header: every fact that decides the answer, on the screen and in the report.
 
+use sph::constants::Constant;
 use sph::lanes::Arithmetic;
 use sph::setup::{
     BreachAction, CouplingKind, ImplicitCoupling, InterfaceLaw, NonConvergence, Relaxation, StepPolicy,
@@ -197,9 +198,14 @@ pub fn results(summary: &Summary) -> Vec<Fact> {
     facts
 }
 
-/// Prints facts and warnings before a run.
-pub fn print_start(facts: &[Fact], warnings: &[String], messages: Messages) {
+/// Prints facts and warnings before a run, and with details the coefficients that no case sets.
+pub fn print_start(facts: &[Fact], case: &Case, messages: Messages) {
     print(facts, messages);
+    if messages >= Messages::Details {
+        let line = |c: &Constant| fact(c.name, format!("{}, {}", c.value, c.meaning));
+        print(&case.fixed_constants().map(line).collect::<Vec<_>>(), messages);
+    }
+    let warnings = &case.summary().warnings;
     for warning in warnings {
         messages.progress(format_args!("warning: {}", quote::clean(warning)));
     }

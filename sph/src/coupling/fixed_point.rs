@@ -12,7 +12,7 @@ const FIRST_FACTOR: f64 = 1.0;
 
 /// Bounds of Aitken's factor. Forces that resist motion ask for 1/(1 + λ) with λ > 0; outside of them two residuals that
 /// happen to be alike, or a body that meets the fluid only now, make it meaningless.
-const FACTORS: (f64, f64) = (1e-3, 1.0);
+pub(crate) const FACTORS: (f64, f64) = (1e-3, 1.0);
 
 /// The fixed-point iteration of one half-step.
 #[derive(Debug)]

@@ -14,7 +14,7 @@ pub mod audit;
 pub mod driver;
 pub mod exchange;
 pub mod extent;
-mod fixed_point;
+pub(crate) mod fixed_point;
 pub mod ledger;
 mod role;
 pub mod saved;

@@ -42,7 +42,7 @@ struct TaskRegions {
 }
 
 /// Longer rows count as one region: a support holds about thirty particles, and the work grows with their square.
-const LARGEST_ROW: usize = 256;
+pub(crate) const LARGEST_ROW: usize = 256;
 
 /// A pair without a region.
 const UNASSIGNED: u32 = u32::MAX;

@@ -3,7 +3,7 @@
 //! Both solvers hold the same two sets of states, one own and one received, and evaluate the same pair function with
 //! the fluid particle first; the solid negates. That makes action equal reaction bit for bit.
 
-mod fluid_regions;
+pub(crate) mod fluid_regions;
 mod lists;
 pub mod states;
 

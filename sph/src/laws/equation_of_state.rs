@@ -10,7 +10,7 @@ pub const LARGEST_COMPRESSION: f64 = 0.3;
 
 /// Largest share of cavities in the volume at which a run continues \[-\]: particles some three spacings apart, beyond
 /// which they do not meet.
-const LARGEST_CAVITY: f64 = 0.9;
+pub(crate) const LARGEST_CAVITY: f64 = 0.9;
 
 /// Tait's equation of state.
 ///

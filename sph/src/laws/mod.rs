@@ -1,6 +1,5 @@
 //! Laws that both sides of an interface evaluate.
 
 pub mod artificial_viscosity;
-pub mod constant;
 pub mod equation_of_state;
 pub mod repulsion;

@@ -16,13 +16,16 @@ pub struct Repulsion {
 }
 
 /// Share of critical damping ζ.
-const DAMPING: f64 = 0.5;
+pub(crate) const DAMPING: f64 = 0.5;
+
+/// Distance at which it sets in, in mean spacings of the two \[-\].
+pub(crate) const DISTANCE: f64 = 0.6;
 
 impl Repulsion {
     /// A repulsion of coefficient k \[-\] between particles a mean of `spacing` \[m\] apart, in a fluid of spacing Δx
     /// \[m\] and sound speed c₀ \[m/s\].
     pub fn new(coefficient: f64, spacing: f64, fluid_spacing: f64, sound_speed: f64) -> Self {
-        Self { distance: 0.6 * spacing, frequency: coefficient.sqrt() * sound_speed / fluid_spacing }
+        Self { distance: DISTANCE * spacing, frequency: coefficient.sqrt() * sound_speed / fluid_spacing }
     }
 
     /// Whether it acts at all.

@@ -152,13 +152,13 @@ choices! {
 ///
 /// The rule damps nothing itself. A dam break with A = 1, or with A = 0.1 and the acoustic damper at 0.4, ran at 1.0;
 /// with A = 0.1 alone it kept its energy at 0.6, gained 5 % at 0.7 and broke at 0.95.
-const MIDPOINT_FRACTIONS: (f64, f64) = (1.0, 0.6);
+pub(crate) const MIDPOINT_FRACTIONS: (f64, f64) = (1.0, 0.6);
 
 /// The same for leapfrog without the acoustic damper.
 ///
 /// Sixteen dam breaks thrown against the wall and back to 2 s, at 1.05, gained 0.02 % of their energy on average and 0.1 %
 /// at most; at 1.25 one gained 0.6 %, at 1.35 6 %, and at 1.5 it broke.
-const LEAPFROG_FRACTION: f64 = 1.2;
+pub(crate) const LEAPFROG_FRACTION: f64 = 1.2;
 
 impl FluidParameters {
     /// Smoothing length h \[m\].

@@ -37,6 +37,7 @@ fn summary() -> Summary {
         in_process: false,
         case_digest: "00".into(),
         parameters: BTreeMap::from([("fluid.exponent".to_string(), 7.0.into())]),
+        constants: BTreeMap::new(),
         versions: BTreeMap::from([("coordinator".to_string(), "0.1.0".to_string())]),
         warnings: vec![],
     }

@@ -1,30 +1,6 @@
 //! Thresholds of the fluid's laws that were measured, space by space.
 
-use sph::laws::constant::Constant;
-use sph::space::{Plane, Space};
-
-/// Declares the thresholds as constants of a trait, their values in the plane, and their list.
-macro_rules! thresholds {
-    ($($(#[$reason:meta])+ $name:ident = $plane:literal, $key:literal, $meaning:literal;)+) => {
-        /// Thresholds measured in each space.
-        pub trait Thresholds: Space {
-            $($(#[$reason])+ const $name: f64;)+
-
-            /// All of them, for the header of a run.
-            const LIST: &'static [Constant] =
-                &[$(Constant { name: $key, value: Self::$name, meaning: $meaning }),+];
-        }
-
-        impl Thresholds for Plane {
-            $(const $name: f64 = $plane;)+
-        }
-    };
-}
-
-/// The thresholds of the plane.
-pub fn constants() -> &'static [Constant] {
-    Plane::LIST
-}
+use sph::thresholds;
 
 thresholds! {
     /// Determinant of the moment matrix below which the density gradient counts as zero: too few neighbours define it

@@ -8,7 +8,7 @@ use crate::coupling::stage::{StageTime, StepStage};
 use crate::setup::{BreachAction, StepPolicy};
 
 /// A fixed step beyond this multiple of its limit ends a run: three times what a case may begin with at its own risk.
-const LARGEST_STEP_OVER_LIMIT: f64 = 30.0;
+pub(crate) const LARGEST_STEP_OVER_LIMIT: f64 = 30.0;
 
 impl<S: Solver + ?Sized> Runner<'_, S> {
     /// Whether a fixed step is still one, by the own `limit` \[s\]; an adaptive one follows its limit by itself.

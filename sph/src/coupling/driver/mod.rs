@@ -4,7 +4,7 @@ use std::sync::mpsc::Receiver;
 
 use tracing::trace_span;
 
-mod checks;
+pub(crate) mod checks;
 mod half_step;
 mod implicit;
 mod messages;

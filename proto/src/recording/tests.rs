@@ -161,7 +161,7 @@ fn what_is_no_sound_recording_is_refused_with_the_place() {
     };
     refused(&|bytes| bytes[0] = b'X', &["is no recording", "--record"]);
     refused(&|bytes| bytes.truncate(5), &["is no recording"]);
-    refused(&|bytes| bytes[6] = 2, &["version 2", "reads version 1"]);
+    refused(&|bytes| bytes[6] = 1, &["version 1", "reads version 2"]);
     refused(&|bytes| bytes[8] = 77, &["damaged at byte 8", "kind of record 77"]);
     // A length that no memory should be set aside for.
     refused(&|bytes| bytes[9..13].fill(255), &["damaged at byte 8", "4294967295 bytes", "67108864"]);

@@ -301,8 +301,8 @@ async fn requests_that_cannot_be_opened_are_refused_and_leave_the_server_usable(
     let good = open_request(&alone(Role::Solid, RUN, 3), &walker.token);
     let mut refused = Vec::new();
     let mut request = good.clone();
-    request.protocol.as_mut().unwrap().major = 2;
-    refused.push((request, Code::Unimplemented, "is 2.3, this server speaks 1.3"));
+    request.protocol.as_mut().unwrap().major = 3;
+    refused.push((request, Code::Unimplemented, "is 3.0, this server speaks 2.0"));
     let mut request = good.clone();
     request.protocol = None;
     refused.push((request, Code::Unimplemented, "is 0.0"));

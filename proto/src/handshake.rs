@@ -170,7 +170,7 @@ impl Differences {
             if let (Some(f), Some(s)) = (f, s)
                 && !f.is(&s)
             {
-                self.0.push(format!("{} of the fluid: {f} at the fluid, {s} at the solid", spec.key));
+                self.0.push(format!("{}: {f} at the fluid, {s} at the solid", spec.key));
             }
         }
     }

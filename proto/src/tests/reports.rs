@@ -286,7 +286,7 @@ fn sides_that_fit_have_no_mismatch_and_others_have_all_at_once() {
     for expected in [
         "kernel: \"cubic-spline\" at the fluid, \"wendland\" at the solid",
         "gravity y: 0.0 m/s2 at the fluid, -9.81 m/s2 at the solid",
-        "rest density: 1000.0 kg/m3 at the fluid, 998.0 kg/m3 at the solid",
+        "rest_density_kg_m3: 1000 at the fluid, 998 at the solid",
         "solid particle spacing: 0.01 m at the fluid, 0.02 m at the solid",
         "interface law: Wall at the fluid, Wall at the solid",
         "end time:",

@@ -70,7 +70,7 @@ fn a_server_with_other_constants_is_refused_with_both_values() {
     let case = bench.tank("case.toml", &[]);
     let server = serve(Double(Wrong::SoundSpeed(20.0)));
     let address = server.address.to_string();
-    let words = ["sound speed: 25.0 m/s at the fluid, 20.0 m/s at the solid"];
+    let words = ["sound_speed_m_s: 25 at the fluid, 20 at the solid"];
     bench.run_refused(&case, &["--solid", &address], 4, &words);
     // The refused run is closed: the server is free for the next one.
     bench.run_refused(&case, &["--solid", &address], 4, &words);

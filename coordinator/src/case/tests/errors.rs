@@ -305,7 +305,8 @@ fn a_fixed_step_above_the_limit_that_a_solver_states_is_refused() {
 #[test]
 fn time_step_above_the_limit() {
     // c_L = √((20 + 4/3·4.27) MPa/1100) = 152.8 m/s, h = 13 mm: 8.506e-5 s.
-    let text = tank_with(&[("time_step_s = 1e-5", "time_step_s = 1e-4")]);
+    let [block, plate] = UPDATED;
+    let text = tank_with(&[block, plate, ("time_step_s = 1e-5", "time_step_s = 1e-4")]);
     let error = only_error(&text, "1e-4");
     assert!(
         error.allowed.as_ref().is_some_and(|text| text.contains("8.50") && text.contains("h/c_L")),

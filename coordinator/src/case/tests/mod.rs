@@ -58,6 +58,12 @@ type = "fluid-point"
 at_m = [0.1, 0.05]
 "#;
 
+/// Changes of [`TANK`] that make its bodies updated-Lagrangian.
+const UPDATED: [(&str, &str); 2] = [
+    ("name = \"block\"", "name = \"block\"\nformulation = { type = \"updated-lagrangian\" }"),
+    ("name = \"plate\"", "name = \"plate\"\nformulation = { type = \"updated-lagrangian\" }"),
+];
+
 /// [`TANK`] with each `from` replaced by its `to`.
 fn tank_with(changes: &[(&str, &str)]) -> String {
     let mut text = TANK.to_owned();

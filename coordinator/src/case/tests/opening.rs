@@ -103,14 +103,16 @@ fn states_beyond_the_limits_of_the_solvers() {
 #[test]
 fn laws_that_a_formulation_does_not_know() {
     let block = "name = \"block\"";
+    let [updated, plate] = UPDATED;
     let load = "load = [{ name = \"push\", shape = { type = \"rectangle\", lower_m = [0.04, 0.15], upper_m = [0.051, 0.21] }, pressure_pa = 5 }]";
     refused(
-        &[(block, &format!("{block}\n{load}"))],
+        &[updated, plate, (block, &format!("{block}\n{load}"))],
         "5 }]",
         &["`solid.body[0].load[0].pressure_pa`", "only a total-lagrangian body knows", "`traction_pa`"],
     );
     refused(
         &[
+            plate,
             (block, "name = \"block\"\nformulation = { type = \"rigid\" }"),
             ("[solid]", "[solid]\ncontact = { law = \"sums\" }"),
         ],
@@ -124,6 +126,8 @@ fn laws_that_a_formulation_does_not_know() {
     );
     // A solver of another make may know more.
     let text = tank_with(&[
+        updated,
+        plate,
         (block, &format!("{block}\n{load}")),
         ("[time]", "[servers]\nsolid_address = \"localhost:7000\"\n[time]"),
     ]);

@@ -77,7 +77,7 @@ impl RunAccess {
 ///
 /// ```no_run
 /// # async fn example(setup: sph::setup::ParticipantSetup, link: proto::description::LinkPlan) -> Result<(), proto::RpcError> {
-/// use proto::client::{Deadlines, ParticipantClient, RunAccess};
+/// use proto::transport::client::{Deadlines, ParticipantClient, RunAccess};
 /// let access = RunAccess::new("coordinator 17")?;
 /// let mut fluid = ParticipantClient::connect("127.0.0.1:4000", Deadlines::default()).await?;
 /// let report = fluid.open(&setup, &access).await?;

@@ -90,7 +90,7 @@ fn run(
     let order = |command: Command| {
         for solver in &solvers {
             // A side that has failed takes no commands; its last event says why.
-            let _ = solver.commands.send(command.clone());
+            let _ = solver.commands.send(command);
         }
     };
     let (mut granted, mut arrived) = (steps, 0);

@@ -3,27 +3,17 @@
 
 use solid::limits::{automatic_substeps, total_lagrangian_substep, updated_lagrangian_substep};
 use sph::setup::{
-    DensityDiffusion, FluidScheme, FluidSetup, Formulation, GradientCorrection, HyperelasticLaw, SolidSetup,
-    SolidStepping, SubstepCount,
+    FluidScheme, FluidSetup, Formulation, GradientCorrection, HyperelasticLaw, SolidSetup, SolidStepping,
+    SubstepCount,
 };
 
 /// What the time of a step goes into.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Unit {
-    /// A pair of fluid particles in the pass over gradients.
-    GradientPair,
-    /// The same, in addition where L_i, the density gradient or the viscosity need moments.
-    MomentPair,
-    /// The same, in addition with shifting or tensile control.
-    RegularisationPair,
-    /// A pair of fluid particles in the pass over forces.
-    ForcePair,
-    /// The same, in addition where neighbours read results of the pass over gradients.
-    FieldPair,
+    /// A pair of fluid particles in both passes: gradients and forces.
+    FluidPair,
     /// The same, in addition where the momentum equation takes tensors.
     TensorPair,
-    /// A fluid particle in a half-step: movement, checks, lists.
-    FluidParticle,
     /// A wall particle in a half-step.
     WallParticle,
     /// A pair of an updated-Lagrangian body in an evaluation of its forces.
@@ -32,54 +22,41 @@ pub enum Unit {
     ReferencePair,
     /// A particle of a neo-Hookean body in an evaluation of its forces.
     NeoHookeanParticle,
-    /// A particle of a body that can touch a wall or another body, in an evaluation of forces.
+    /// A particle of a body that can touch a wall or another body, in an evaluation of forces; one that does costs up to ten
+    /// times as much.
     ContactParticle,
     /// A solid particle in a step: checks, sums, energies.
     SolidParticle,
-    /// A solid particle that can meet the fluid, in a half-step.
-    InterfaceParticle,
     /// A step, whatever its particles: frames and reports.
     Step,
 }
 
 impl Unit {
     /// All units, in the order of [`Work`].
-    pub const ALL: [Self; 15] = [
-        Self::GradientPair,
-        Self::MomentPair,
-        Self::RegularisationPair,
-        Self::ForcePair,
-        Self::FieldPair,
+    pub const ALL: [Self; 9] = [
+        Self::FluidPair,
         Self::TensorPair,
-        Self::FluidParticle,
         Self::WallParticle,
         Self::UpdatedPair,
         Self::ReferencePair,
         Self::NeoHookeanParticle,
         Self::ContactParticle,
         Self::SolidParticle,
-        Self::InterfaceParticle,
         Self::Step,
     ];
 
-    /// CPU time of one on the machine of docs/performance.md \[s\].
+    /// CPU time of one on the machine of docs/performance.md \[s\], fitted to the shipped cases by the program `forecast`.
     fn cost(self) -> f64 {
         1e-9 * match self {
-            Self::GradientPair => 2.0,
-            Self::MomentPair => 1.0,
-            Self::RegularisationPair => 1.0,
-            Self::ForcePair => 3.0,
-            Self::FieldPair => 1.0,
-            Self::TensorPair => 1.0,
-            Self::FluidParticle => 50.0,
-            Self::WallParticle => 30.0,
-            Self::UpdatedPair => 5.0,
-            Self::ReferencePair => 5.0,
-            Self::NeoHookeanParticle => 50.0,
-            Self::ContactParticle => 100.0,
-            Self::SolidParticle => 300.0,
-            Self::InterfaceParticle => 200.0,
-            Self::Step => 50000.0,
+            Self::FluidPair => 9.0,
+            Self::TensorPair => 7.0,
+            Self::WallParticle => 25.0,
+            Self::UpdatedPair => 4.3,
+            Self::ReferencePair => 10.0,
+            Self::NeoHookeanParticle => 15.0,
+            Self::ContactParticle => 80.0,
+            Self::SolidParticle => 360.0,
+            Self::Step => 24000.0,
         }
     }
 }
@@ -134,28 +111,10 @@ fn fluid_work(work: &mut Work, setup: &FluidSetup) {
         FluidScheme::Leapfrog => 1.0,
         FluidScheme::PredictorCorrector => 2.0,
     };
-    let corrected =
-        matches!(parameters.correction, GradientCorrection::Continuity | GradientCorrection::Renormalised);
-    let viscous = parameters.dynamic_viscosity > 0.0;
-    let density_gradient = parameters.density_diffusion == DensityDiffusion::Renormalised;
-    let moments = corrected || viscous || density_gradient;
-    let regularises = parameters.order_control().is_some();
-    let fields = density_gradient || parameters.acoustic_damping > 0.0 || regularises;
-    let tensors = viscous || parameters.correction == GradientCorrection::Renormalised;
-    let gradients = moments || fields || parameters.scheme == FluidScheme::Leapfrog;
-    for (unit, present) in [
-        (Unit::GradientPair, gradients),
-        (Unit::MomentPair, moments),
-        (Unit::RegularisationPair, regularises),
-        (Unit::ForcePair, true),
-        (Unit::FieldPair, fields),
-        (Unit::TensorPair, tensors),
-    ] {
-        if present {
-            work.add(unit, passes * pairs);
-        }
+    work.add(Unit::FluidPair, passes * pairs);
+    if parameters.dynamic_viscosity > 0.0 || parameters.correction == GradientCorrection::Renormalised {
+        work.add(Unit::TensorPair, passes * pairs);
     }
-    work.add(Unit::FluidParticle, 2.0 * count);
     work.add(Unit::WallParticle, 2.0 * setup.wall_particles.wall.len() as f64);
 }
 
@@ -189,9 +148,6 @@ fn solid_work(work: &mut Work, setup: &SolidSetup, time_step: f64) {
             work.add(Unit::ContactParticle, evaluations * count);
         }
         work.add(Unit::SolidParticle, count);
-        if setup.run.coupling.is_some() {
-            work.add(Unit::InterfaceParticle, 2.0 * count);
-        }
     }
 }
 
@@ -218,4 +174,15 @@ fn substeps(setup: &SolidSetup, time_step: f64) -> Option<f64> {
     };
     let limit = count.fold(f64::INFINITY, f64::min);
     Some(f64::from(automatic_substeps(time_step, limit)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn neighbours_are_those_of_the_square_lattice() {
+        // 8 of a total-Lagrangian stencil, 20 of the kernel ratios 1.2 and 1.3.
+        assert_eq!([1.5, 2.4, 2.6].map(neighbours), [8.0, 20.0, 20.0]);
+    }
 }

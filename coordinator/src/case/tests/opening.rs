@@ -120,7 +120,7 @@ fn laws_that_a_formulation_does_not_know() {
         &["is not updated-lagrangian, which `solid.contact.law = \"sums\"` needs"],
     );
     refused(
-        &[("[solid]", "[interface]\nlaw = \"plain-sum\"\n[solid]\nsubsteps = 4")],
+        &[updated, plate, ("[solid]", "[interface]\nlaw = \"plain-sum\"\n[solid]\nsubsteps = 4")],
         "\"plain-sum\"",
         &["set `solid.substeps = \"none\"`"],
     );

@@ -63,7 +63,7 @@ impl<const N: usize> FromIterator<[f64; N]> for Column {
 
 /// States of the particles of one side that may lie within support of the other, ids ascending: what frames carry.
 ///
-/// Solvers work on [`InterfaceStates`](crate::interface::InterfaceStates) in the vectors of their space.
+/// Solvers work on [`InterfaceStates`](crate::interface::states::InterfaceStates) in the vectors of their space.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct StateColumns {
     /// Identity among the sender's particles, strictly ascending.

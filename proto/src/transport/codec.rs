@@ -274,7 +274,10 @@ mod tests {
         let body = wire::BodySetup {
             name: "body".into(),
             supports: vec![wire::Support { name: "a".into(), ..Default::default() }; 3],
-            material: vec![wire::Parameter::default()],
+            material: vec![wire::Parameter {
+                name: "a".into(),
+                value: Some(wire::parameter::Value::Number(1.0)),
+            }],
             ..Default::default()
         };
         let good = solid(wire::SolidSetup { bodies: vec![body; 4], ..Default::default() }).encode_to_vec();

@@ -12,7 +12,7 @@ pub enum Messages {
     Warnings,
     /// Also the run header, the progress and the results.
     All,
-    /// Also every coefficient that no case sets.
+    /// Also the thresholds of the laws that no case sets.
     Details,
 }
 

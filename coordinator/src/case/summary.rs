@@ -257,7 +257,7 @@ impl Case {
         lines
     }
 
-    /// Every coefficient of the laws of this case that no case sets.
+    /// Thresholds of the laws of this case that no case sets.
     pub fn fixed_constants(&self) -> impl Iterator<Item = &'static Constant> {
         let fluid = if self.has(Role::Fluid) { fluid::constants() } else { &[] };
         let solid = if self.has(Role::Solid) { solid::thresholds::constants() } else { &[] };

@@ -76,7 +76,7 @@ pub(super) struct RunOptionArguments {
     /// No progress bar and no run header.
     #[arg(long, short)]
     quiet: bool,
-    /// Also print every coefficient that no case sets; `summary.json` always holds them.
+    /// Also print the thresholds of the laws that no case sets; `summary.json` always holds them.
     #[arg(long, short, conflicts_with = "quiet")]
     verbose: bool,
 }

@@ -88,7 +88,7 @@ pub struct Summary {
     pub case_digest: String,
     /// Every parameter of fluid, bodies and contact by name, such as `fluid.artificial_viscosity_a`.
     pub parameters: BTreeMap<String, serde_json::Value>,
-    /// Every coefficient of the laws that no case sets, by name.
+    /// Thresholds of the laws that no case sets, by name.
     pub constants: BTreeMap<String, f64>,
     /// Versions of programs and protocol by name.
     pub versions: BTreeMap<String, String>,

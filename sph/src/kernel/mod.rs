@@ -88,10 +88,30 @@ impl<S: Space> CubicSpline<S> {
     /// assert!((1.0 / kernel.lattice_moment(1.0) - 1.0 - 0.0093).abs() < 1e-4);
     /// ```
     pub fn lattice_moment(&self, particle_spacing: f64) -> f64 {
+        let volume = S::cell_volume(particle_spacing);
+        let mut moment = 0.0;
+        self.for_lattice(particle_spacing, |x| {
+            moment -= volume * self.gradient_factor(x.norm()) * x[0] * x[0]
+        });
+        moment
+    }
+
+    /// Σ_j V_j W \[-\] on an undisturbed cubic lattice of `particle_spacing` \[m\], the particle itself included.
+    /// ```
+    /// let kernel = sph::kernel::CubicSpline::<sph::space::Plane>::new(1.3);
+    /// assert!((kernel.lattice_sum(1.0) - 1.0).abs() < 0.01);
+    /// ```
+    pub fn lattice_sum(&self, particle_spacing: f64) -> f64 {
+        let mut sum = 0.0;
+        self.for_lattice(particle_spacing, |x| sum += self.value(x.norm()));
+        S::cell_volume(particle_spacing) * sum
+    }
+
+    /// Calls `add` for each point within the support on a cubic lattice of `particle_spacing` \[m\] about the origin.
+    fn for_lattice(&self, particle_spacing: f64, mut add: impl FnMut(S::Vector)) {
         // Rows within the support radius; truncation is exact, the count is far below 2^31.
         let rows = (self.support_radius() / particle_spacing).ceil() as i32;
-        let (volume, width) = (S::cell_volume(particle_spacing), 2 * rows + 1);
-        let mut moment = 0.0;
+        let width = 2 * rows + 1;
         for point in 0..width.pow(S::DIMENSIONS as u32) {
             // Digits of the point's number, x counting fastest.
             let (mut x, mut rest) = (S::Vector::zeros(), point);
@@ -99,10 +119,8 @@ impl<S: Space> CubicSpline<S> {
                 x[axis] = f64::from(rest % width - rows);
                 rest /= width;
             }
-            let x = x * particle_spacing;
-            moment -= volume * self.gradient_factor(x.norm()) * x[0] * x[0];
+            add(x * particle_spacing);
         }
-        moment
     }
 }
 

@@ -53,6 +53,9 @@ parameters! {
                 .recommended(Choice("renormalised"), "with `none` pressure at rest is 0.9 % high at h/Δx = 1.2; with \
                     `none` or `lattice-moment` a stretching drop gains 12 % of area; with all but `renormalised` a \
                     standing wave of 1 m depth oscillates 4 % too fast");
+        /// Largest share of L_i in Eq. (22) with `renormalised` \[-\]; the rest is the plain sum, ∇W/M. Less than 1 keeps
+        /// still water from contracting, which `volume_correction` does better.
+        correction_share: f64 = 0.8, "gradient_correction_share", Row::number(Allowed::SHARE).off(Number(0.8));
         /// Density diffusion, Eq. (18).
         density_diffusion: DensityDiffusion = DensityDiffusion::Renormalised, "density_diffusion",
             Row::choice::<DensityDiffusion>().off(Choice("none"));
@@ -81,6 +84,10 @@ parameters! {
         /// Whether p_i + p_j becomes p_j − p_i where p_i < 0, down to −ρ₀c₀²/1000, away from the free surface.
         tensile_control: bool = false, "tensile_control", Row::flag().off(Flag(false))
             .recommended(Flag(true), "shifting alone leaves voids");
+        /// Coefficient k of the volume correction \[-\]: inside the fluid dρ/dt gains ρ (σ − 1) min(k U, 0.02 c₀)/h, which
+        /// ties the density to the volume that the particles fill, σ = Σ V_j W over the same sum on a lattice, U as
+        /// in `shifting`.
+        volume_correction: f64 = 0.0, "volume_correction", Row::number(Allowed::NOT_NEGATIVE).off(Number(0.0));
         /// Largest tension t that the fluid bears \[Pa\]: p = max(Eq. (3), −t), beyond which cavities lower its density.
         tension_limit: Option<f64> = None, "tension_limit_pa", Row::number(Allowed::POSITIVE).optional();
         /// Time integration.
@@ -191,10 +198,11 @@ impl FluidParameters {
         }
     }
 
-    /// Shifting and tensile control; `None` without either.
+    /// Shifting, tensile control and volume correction; `None` without any.
     pub fn order_control(&self) -> Option<OrderControl> {
-        let Self { shifting, tensile_control, .. } = *self;
-        (shifting > 0.0 || tensile_control).then_some(OrderControl { shifting, tensile_control })
+        let Self { shifting, tensile_control, volume_correction, .. } = *self;
+        let control = OrderControl { shifting, tensile_control, volume_correction };
+        (shifting > 0.0 || tensile_control || volume_correction > 0.0).then_some(control)
     }
 
     /// Parameters that do not go together: the key of one, and why.
@@ -249,6 +257,8 @@ pub struct OrderControl {
     pub shifting: f64,
     /// Whether pairs of negative pressure push apart instead of pulling together (Sun et al. 2018).
     pub tensile_control: bool,
+    /// Coefficient k of the volume correction \[-\].
+    pub volume_correction: f64,
 }
 
 /// Set-up of a fluid solver.

@@ -14,7 +14,7 @@ pub fn in_momentum<S: FluidSpace>(model: &FluidModel<S>, correction: S::Symmetri
     }
     let determinant = 1.0 / S::symmetric_determinant(correction);
     let (least, full) = (S::LEAST_MOMENTUM_DETERMINANT, S::FULL_MOMENTUM_DETERMINANT);
-    let share = S::LARGEST_MOMENTUM_SHARE * ((determinant - least) / (full - least)).clamp(0.0, 1.0);
+    let share = model.constants.correction_share * ((determinant - least) / (full - least)).clamp(0.0, 1.0);
     let rest = (1.0 - share) * model.cross_gradient_scale;
     S::symmetric_plus_isotropic(S::symmetric_scaled(correction, share), rest)
 }

@@ -10,3 +10,4 @@ pub mod pair;
 pub mod stress;
 pub mod terms;
 pub mod viscosity;
+pub mod volume;

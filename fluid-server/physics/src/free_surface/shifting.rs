@@ -1,12 +1,13 @@
-//! Particle regularisation: shifting toward an even distribution, and tensile control where pressure is negative.
+//! Particle regularisation: shifting toward an even distribution, tensile control where pressure is negative, and the
+//! volume correction.
 //!
-//! Both need the concentration gradient Σ V_j ∇W and the place of the free surface. The gradient pass computes them
-//! only where the case asks for either.
+//! All need the place of the free surface, and sums that the gradient pass computes only where the case asks for them.
 //!
 //! - Shifting (Lind et al. 2012; Sun et al. 2017, 2019) moves positions. A particle that is shifted by δu takes the
 //!   velocity of the fluid at its new place: dv/dt gains δu·∇v, which the ledger counts among the stabilisers.
 //! - Tensile control (Sun et al. 2018) replaces p_i + p_j by p_j − p_i where p_i is negative, inside the fluid. It is
 //!   not antisymmetric: the ledger counts its force among the stabilisers.
+//! - The volume correction ([`crate::equations::volume`]) changes densities alone, inside the fluid.
 
 use sph::lanes::Lanes;
 use sph::setup::OrderControl;
@@ -16,6 +17,7 @@ use sph::space::{Plane, Space};
 
 use super::detection::{SurfaceFlag, outward, read_surface_flag};
 use crate::equations::neighbour_sums::NeighbourSums;
+use crate::equations::volume::volume_rate;
 use crate::neighbours::scene::Scene;
 use crate::system::model::FluidModel;
 use crate::system::packed_particle::{FluidSpace, NeighbourFields, Packed};
@@ -31,20 +33,28 @@ pub struct RegularisationSums<S: Space = Plane> {
     speed: f64,
     /// ∇v corrected by L_i; zero where too few neighbours define it \[1/s\].
     velocity_gradient: S::Matrix<f64>,
+    /// σ − 1 of the volume correction \[-\].
+    volume_excess: f64,
 }
 
 impl<S: Space> Default for RegularisationSums<S> {
     #[inline(always)]
     fn default() -> Self {
         let zero = S::Vector::zeros();
-        Self { concentration: zero, shifting_gradient: zero, speed: 0.0, velocity_gradient: S::zero_matrix() }
+        Self {
+            concentration: zero,
+            shifting_gradient: zero,
+            speed: 0.0,
+            velocity_gradient: S::zero_matrix(),
+            volume_excess: 0.0,
+        }
     }
 }
 
 impl<S: Space> RegularisationSums<S> {
-    /// Of the sums over the neighbours; `inverse` is L_i, where enough of them define it.
+    /// Of the sums over the neighbours; `inverse` is L_i, where enough of them define it, `volume_excess` σ − 1.
     #[inline(always)]
-    pub fn new(sums: &NeighbourSums<S>, inverse: Option<S::Symmetric<f64>>) -> Self {
+    pub fn new(sums: &NeighbourSums<S>, inverse: Option<S::Symmetric<f64>>, volume_excess: f64) -> Self {
         let velocity_gradient =
             inverse.map_or(S::zero_matrix(), |l| S::matrix_times_symmetric(sums.velocity, l));
         let concentration = S::vector(sums.concentration);
@@ -53,6 +63,7 @@ impl<S: Space> RegularisationSums<S> {
             shifting_gradient: concentration + S::vector(sums.pairing),
             speed: sums.square_speed.sqrt(),
             velocity_gradient,
+            volume_excess,
         }
     }
 
@@ -70,6 +81,8 @@ pub struct Regularisation<S: Space = Plane> {
     pub shift: S::Vector,
     /// Acceleration by the tensile control and by the shift through a velocity gradient \[m/s²\].
     pub acceleration: S::Vector,
+    /// Density rate by the volume correction \[kg/(m³ s)\].
+    pub density: f64,
 }
 
 /// Where a particle lies relative to the free surface.
@@ -105,7 +118,7 @@ pub fn regularise<S: FluidSpace, L: Lanes, G: Geometry<S>>(
         Place::Inside
     };
     let fluid = &scene.fluid[i];
-    let share = shift_share::<S>(sums, fluid);
+    let share = shift_share::<S>(order, sums, fluid);
     let shift = if place == Place::Alone || share == 0.0 {
         S::Vector::zeros()
     } else {
@@ -119,7 +132,13 @@ pub fn regularise<S: FluidSpace, L: Lanes, G: Geometry<S>>(
     let advection = S::vector(S::matrix_times(sums.velocity_gradient, S::components(&shift)));
     let largest_tension = S::LARGEST_TENSION * scene.model.bulk_modulus();
     let pressure = (fluid.pressure() + fields.damper()).max(-largest_tension);
-    Regularisation { shift, acceleration: tensile(order, sums, place, pressure, fluid.density()) + advection }
+    let density = if order.volume_correction > 0.0 && place == Place::Inside {
+        fluid.density() * sums.volume_excess * volume_rate(scene.model, sums.speed, eigenvalue)
+    } else {
+        0.0
+    };
+    let acceleration = tensile(order, sums, place, pressure, fluid.density()) + advection;
+    Regularisation { shift, acceleration, density }
 }
 
 /// Velocity of the shift \[m/s\]; `normal` is zero away from the surface.
@@ -144,11 +163,17 @@ fn shift<S: FluidSpace>(
 /// Share of the shift that a particle takes: none where pressure orders it.
 ///
 /// ```text
-/// min(1, (2 − p_i/(k ρ_i U_i²))₊),  k = ORDERED_BY_PRESSURE
+/// min(1, (2 − p_i/(k ρ_i U_i²))₊),  k = ORDERED_BY_PRESSURE, or ORDERED_BY_PRESSURE_AT_VOLUME
 /// ```
 #[inline(always)]
-fn shift_share<S: FluidSpace>(sums: &RegularisationSums<S>, fluid: &S::Particle) -> f64 {
-    let enough = S::ORDERED_BY_PRESSURE * fluid.density() * sums.speed * sums.speed;
+fn shift_share<S: FluidSpace>(
+    order: &OrderControl,
+    sums: &RegularisationSums<S>,
+    fluid: &S::Particle,
+) -> f64 {
+    let ordered =
+        if order.volume_correction > 0.0 { S::ORDERED_BY_PRESSURE_AT_VOLUME } else { S::ORDERED_BY_PRESSURE };
+    let enough = ordered * fluid.density() * sums.speed * sums.speed;
     // Without relative motion there is no shift either.
     if enough > 0.0 { (2.0 - fluid.pressure() / enough).clamp(0.0, 1.0) } else { 0.0 }
 }

@@ -218,8 +218,11 @@ impl FluidInterface {
                 };
                 let volume = dummy.mass / dummy.density;
                 let gradient_factor = model.gradient_scale * model.kernel.gradient_factor(r);
-                let pairing = ratio.pairing(Plane::PAIRING, r / model.constants.smoothing_length());
+                let r_over_h = r / model.constants.smoothing_length();
+                let pairing = ratio.pairing(Plane::PAIRING, r_over_h);
                 sums.add_pair(&d, volume * gradient_factor, density, &v_sf, pairing);
+                // A particle of the solid stands for its own volume, not for that of its dummy state.
+                sums.volume += partner.volume(s) * ratio.at(r_over_h);
             }
         });
         gradients.merge(scene, particles, neighbour_sums, partner_density, rates);

@@ -18,6 +18,7 @@ use crate::equations::neighbour_sums::{
 };
 use crate::equations::stress::{momentum_tensor, transposed_stress, viscous_stress};
 use crate::equations::viscosity::corrected;
+use crate::equations::volume::volume_excess;
 use crate::free_surface::detection::{NO_SURFACE_FLAG, surface_flag};
 use crate::free_surface::shifting::RegularisationSums;
 use crate::neighbours::batch::NeighbourBatch;
@@ -56,10 +57,13 @@ impl<S: FluidSpace> Gradients<S> {
         self.resize(model, scene.fluid.len(), partner);
         rates.resize(scene.fluid.len(), Rates::default());
         match (model.regularises(), model.needs_moments(), model.needs_velocity_gradient()) {
-            (true, ..) => self.gather(scene, Selected::<true, true, true>, rates),
-            (false, true, true) => self.gather(scene, Selected::<true, true, false>, rates),
-            (false, true, false) => self.gather(scene, Selected::<true, false, false>, rates),
-            (false, false, _) => self.gather(scene, Selected::<false, true, false>, rates),
+            (true, ..) if model.corrects_volume() => {
+                self.gather(scene, Selected::<true, true, true, true>, rates)
+            }
+            (true, ..) => self.gather(scene, Selected::<true, true, true, false>, rates),
+            (false, true, true) => self.gather(scene, Selected::<true, true, false, false>, rates),
+            (false, true, false) => self.gather(scene, Selected::<true, false, false, false>, rates),
+            (false, false, _) => self.gather(scene, Selected::<false, true, false, false>, rates),
         }
     }
 
@@ -144,7 +148,8 @@ impl<S: FluidSpace, G: Geometry<S>, W: SumSelection> LanePass for Gather<'_, G, 
     fn run<L: Lanes>(self) {
         let Self { scene, first, count, mut results, .. } = self;
         let Scene { geometry, model, lists, fluid, walls } = *scene;
-        let law = SumKernel { kernel: model.law.kernel.lanes(), ratio: Ratio::new(model) };
+        let rest_volume = L::splat(1.0 / model.constants.rest_density);
+        let law = SumKernel { kernel: model.law.kernel.lanes(), ratio: Ratio::new(model), rest_volume };
         for k in 0..count {
             let i = first + k;
             let motion = fluid[i].splat_motion();
@@ -186,7 +191,8 @@ fn finish<S: FluidSpace, G: Geometry<S>>(
     let density_gradient =
         if has_gradient { S::symmetric_times(inverse, sums.density) } else { S::splat(0.0) };
     let (regularisation, flag) = if model.regularises() {
-        (RegularisationSums::new(sums, trusted), surface_flag(scene, i, sums))
+        let excess = volume_excess(model, sums, scene.fluid[i].volume());
+        (RegularisationSums::new(sums, trusted, excess), surface_flag(scene, i, sums))
     } else {
         (RegularisationSums::default(), NO_SURFACE_FLAG)
     };

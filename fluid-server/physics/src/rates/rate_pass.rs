@@ -266,7 +266,8 @@ impl<S: FluidSpace, G: Geometry<S>, T: PairTerms> LanePass for Evaluate<'_, G, S
                     + regularisation.acceleration,
                 shift: regularisation.shift,
                 density: density_rate(rho, -(sums.continuity + walls.continuity))
-                    + model.diffusion * (sums.diffusion + walls.diffusion),
+                    + model.diffusion * (sums.diffusion + walls.diffusion)
+                    + regularisation.density,
             };
             let (m, arm) = (state.mass[i], state.position[i] - origin);
             *external += ExternalForces {

@@ -53,6 +53,7 @@ pub fn build(setup: FluidSetup, arithmetic: Arithmetic) -> Result<(FluidModel, F
         domain: run.domain,
         constants,
         equation_of_state: constants.equation_of_state(),
+        lattice_sum: kernel.lattice_sum(constants.particle_spacing),
         kernel,
         law: PairLaw {
             kernel: PairKernel::new(&kernel, gradient_scale),

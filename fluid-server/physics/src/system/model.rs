@@ -32,6 +32,8 @@ pub struct FluidModel<S: Space = Plane> {
     pub gradient_scale: f64,
     /// Factor on the kernel gradient where L_i is not used though own pairs use it, as toward solids: 1/M or 1 \[-\].
     pub cross_gradient_scale: f64,
+    /// Σ_j V_j W on a lattice, the particle itself included \[-\].
+    pub lattice_sum: f64,
     /// δ h c₀ of Eq. (18) \[m²/s\]; zero without diffusion.
     pub diffusion: f64,
     /// α c₀ h of the acoustic damper \[m²/s\]; zero without it.
@@ -60,7 +62,7 @@ pub struct FluidModel<S: Space = Plane> {
     pub escaped_particle_limit: u64,
     /// Repulsion by wall faces.
     pub wall_repulsion: Repulsion,
-    /// Shifting and tensile control.
+    /// Shifting, tensile control and volume correction.
     pub regularisation: Option<OrderControl>,
     /// Facts of the interface.
     pub coupling: Option<Coupling>,
@@ -125,9 +127,14 @@ impl<S: Space> FluidModel<S> {
         self.acoustic_diffusivity > 0.0
     }
 
-    /// Whether particles are shifted or their tension is controlled.
+    /// Whether particles are shifted, or their tension or volume is controlled.
     pub fn regularises(&self) -> bool {
         self.regularisation.is_some()
+    }
+
+    /// Whether the volume correction acts.
+    pub fn corrects_volume(&self) -> bool {
+        self.constants.volume_correction > 0.0
     }
 
     /// Whether the predictor computes density rates alone, in the gradient pass, and the corrector the other rates.

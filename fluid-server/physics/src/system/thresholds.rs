@@ -19,10 +19,6 @@ thresholds! {
     /// Determinant from which on L_i acts in Eq. (22) with its largest share \[-\].
     FULL_MOMENTUM_DETERMINANT = 0.7, "correction.momentum.full_determinant",
         "determinant from which on L_i acts in Eq. (22) with its largest share [-]";
-    /// Largest share of L_i in Eq. (22) \[-\]. The rest, the plain sum, keeps the particles evenly spaced under
-    /// pressure: with L_i alone no arrangement is preferred, and fluid at rest keeps creeping and contracts.
-    LARGEST_MOMENTUM_SHARE = 0.8, "correction.momentum.largest_share",
-        "largest share of L_i in Eq. (22); the rest is the plain sum [-]";
     /// Lower bound of the mean moment by which the viscous pair force is divided \[-\]: at a free surface half of the
     /// neighbours are missing rightly.
     SMALLEST_MEAN_MOMENT = 0.9, "viscosity.smallest_mean_moment",
@@ -48,6 +44,23 @@ thresholds! {
     /// pressure moves them back and changes it, so that fluid with pressure waves would contract.
     ORDERED_BY_PRESSURE = 100.0, "shifting.ordered_by_pressure",
         "p/(rho U^2) up to which shifting acts in full; from twice that on it does not act [-]";
+    /// The same k with the volume correction, which keeps the volume \[-\]. It lifts the pressure of disordered fluid by
+    /// up to 0.002 ρ₀c₀², which must not end shifting.
+    ORDERED_BY_PRESSURE_AT_VOLUME = 1000.0, "shifting.ordered_by_pressure_at_volume",
+        "the same with volume_correction [-]";
+    /// Largest |σ − 1| that the volume correction takes \[-\]: beyond, voids open and no density is right.
+    LARGEST_VOLUME_EXCESS = 0.02, "volume_correction.largest_excess",
+        "largest excess of volume that the volume correction takes [-]";
+    /// Largest speed k U of the volume correction, in c₀ \[-\]: in violent flow a faster one adds energy.
+    LARGEST_VOLUME_SPEED = 0.02, "volume_correction.largest_speed",
+        "largest speed k U of the volume correction, over c0 [-]";
+    /// Smallest eigenvalue of the moment matrix up to which the volume correction does not act \[-\]: σ of strongly
+    /// stretched particles is too large by percent, and void counts as missing volume.
+    LEAST_VOLUME_EIGENVALUE = 0.8, "volume_correction.least_eigenvalue",
+        "smallest eigenvalue of the moment matrix up to which the volume correction does not act [-]";
+    /// The same from which on it acts in full \[-\].
+    FULL_VOLUME_EIGENVALUE = 0.9, "volume_correction.full_eigenvalue",
+        "smallest eigenvalue of the moment matrix from which on the volume correction acts in full [-]";
     /// Largest tension −p that the tensile control removes, in ρ₀c₀² \[-\]. It is not conservative: the tension of a
     /// closing void would return as motion. Flows of a tenth of c₀ stay below a few thousandths.
     LARGEST_TENSION = 1e-3, "tensile_control.largest_tension",

@@ -136,9 +136,9 @@ impl<S: FluidSpace, L: Lanes> LaneSums<S, L> {
             }
         }
         if W::VOLUME {
-            // A wall particle stands for its cell, whatever its density.
+            // The particle itself pads its row. A wall particle stands for its cell, whatever its density.
             let volume = match kind {
-                NeighbourKind::Fluid => volume,
+                NeighbourKind::Fluid => square.choose_below(L::splat(f64::MIN_POSITIVE), L::zero(), volume),
                 NeighbourKind::Wall => volume * density * law.rest_volume,
             };
             self.volume = self.volume.plus_product(volume, law.ratio.at(s));

@@ -4,6 +4,7 @@ use super::parameters::{choices, parameters};
 use super::{
     Allowed, Damping, FluidProbe, Outflow, ParameterSpec as Row, RunSetup, Value, WallParticles, WallSetup,
 };
+use crate::laws::acoustic_relaxation::AcousticRelaxation;
 use crate::laws::artificial_viscosity::ArtificialViscosity;
 use crate::laws::equation_of_state::Tait;
 use crate::space::Vector;
@@ -17,6 +18,9 @@ const EXPONENT: Allowed = Allowed::new(1.0, 20.0, (true, true), "a number from 1
 
 /// The stable step is by about this factor shorter.
 const DAMPER: Allowed = Allowed::new(0.0, 1e6, (true, true), "a number from 0 to 1e6");
+
+/// The stable step is by √(1 + r) shorter.
+const RELAXATION: Allowed = Allowed::new(0.0, 100.0, (true, true), "a number from 0 to 100");
 
 parameters! {
     /// Parameters of a fluid, Eq. (3)-(4), (17)-(24).
@@ -72,6 +76,12 @@ parameters! {
         /// Coefficient α of the acoustic damper \[-\]: each particle adds the pressure q = −α ρ c₀ h ∇·v to its own in
         /// Eq. (22), away from solids, and walls mirror it.
         acoustic_damping: f64 = 0.0, "acoustic_damping", Row::number(DAMPER).off(Number(0.0));
+        /// Relaxation strength r = (c_h/c₀)² of sound \[-\]: each particle carries a pressure q beside Eq. (3), dq/dt = r c₀²
+        /// dρ/dt − q/τ, which absorbs sound faster than τ. Sound is √(1 + r) times as fast, and steps as much shorter.
+        acoustic_relaxation: f64 = 0.0, "acoustic_relaxation", Row::number(RELAXATION).off(Number(0.0));
+        /// Relaxation time τ of sound \[s\]: about half the depth of the fluid at a structure over c₀.
+        acoustic_relaxation_time: Option<f64> = None, "acoustic_relaxation_time_s",
+            Row::number(Allowed::POSITIVE).optional();
         /// Coefficient k of the repulsion by wall faces \[-\]: a particle at height z over the first layer of a wall,
         /// z < D, gets the normal acceleration max(0, w²(D − z) − w min(1, 4(D − z)/D) v_n), w = √k c₀/Δx, D = 0.6 Δx,
         /// v_n its speed off the wall, shared among neighbouring wall particles by 1 − |tangential distance|/Δx.
@@ -190,6 +200,12 @@ impl FluidParameters {
         law.under(self.background_pressure)
     }
 
+    /// Its acoustic relaxation, if there is any.
+    pub fn acoustic_relaxation(&self) -> Option<AcousticRelaxation> {
+        let time = self.acoustic_relaxation_time.filter(|_| self.acoustic_relaxation > 0.0)?;
+        Some(AcousticRelaxation::new(self.acoustic_relaxation * self.sound_speed.powi(2), time))
+    }
+
     /// δ h c₀ of Eq. (18) \[m²/s\]; zero without diffusion.
     pub fn diffusivity(&self) -> f64 {
         match self.density_diffusion {
@@ -207,6 +223,13 @@ impl FluidParameters {
 
     /// Parameters that do not go together: the key of one, and why.
     pub fn contradiction(&self) -> Option<Contradiction> {
+        if self.acoustic_relaxation > 0.0 && self.acoustic_relaxation_time.is_none() {
+            return Some(Contradiction {
+                key: "acoustic_relaxation",
+                problem: "the relaxation of sound needs a time",
+                hint: "give `acoustic_relaxation_time_s`, about half the depth of the water over the sound speed",
+            });
+        }
         let stress_in_leapfrog =
             (self.scheme, self.viscous_form) == (FluidScheme::Leapfrog, ViscousForm::Stress);
         stress_in_leapfrog.then_some(Contradiction {
@@ -220,20 +243,25 @@ impl FluidParameters {
     /// Acoustic limit of the time step \[s\] at the largest speed `speed` \[m/s\].
     ///
     /// ```text
-    /// s h/(c₀ + |v|)
-    /// leapfrog: s = √(α² + 1.2²) − α
+    /// s h/(c + |v|),   c = √(1 + r) c₀
+    /// leapfrog: s = √(α² + 1.2²) − α,  α in units of c h
     /// predictor-corrector: s = 1 for A ≥ 0.5 or α ≥ 0.4, else 0.6; at most h/(α c₀)
     /// ```
-    /// Leapfrog takes the damper from the start of the step, which is stable for (ωΔt)² (1/4 + α/(2s)) < 1.
+    /// c is the speed of sound that is too fast for the acoustic relaxation. Leapfrog takes the damper from the start of the step, which is stable for (ωΔt)² (1/4 + α/(2s)) < 1.
     pub fn acoustic_limit(&self, speed: f64) -> f64 {
         let (h, c0, alpha) = (self.smoothing_length(), self.sound_speed, self.acoustic_damping);
+        let stiffening = (1.0 + self.acoustic_relaxation).sqrt();
+        let fastest = stiffening * c0 + speed;
         match self.scheme {
-            FluidScheme::Leapfrog => (alpha.hypot(LEAPFROG_FRACTION) - alpha) * h / (c0 + speed),
+            FluidScheme::Leapfrog => {
+                let alpha = alpha / stiffening;
+                (alpha.hypot(LEAPFROG_FRACTION) - alpha) * h / fastest
+            }
             FluidScheme::PredictorCorrector => {
                 let (damped, nearly_undamped) = MIDPOINT_FRACTIONS;
                 let fraction = if self.viscosity_a >= 0.5 || alpha >= 0.4 { damped } else { nearly_undamped };
                 let by_damper = if alpha > 0.0 { h / (alpha * c0) } else { f64::INFINITY };
-                by_damper.min(fraction * h / (c0 + speed))
+                by_damper.min(fraction * h / fastest)
             }
         }
     }

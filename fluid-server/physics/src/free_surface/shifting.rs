@@ -118,7 +118,7 @@ pub fn regularise<S: FluidSpace, L: Lanes, G: Geometry<S>>(
         Place::Inside
     };
     let fluid = &scene.fluid[i];
-    let share = shift_share::<S>(order, sums, fluid);
+    let share = shift_share::<S>(scene.model, sums, fluid);
     let shift = if place == Place::Alone || share == 0.0 {
         S::Vector::zeros()
     } else {
@@ -167,13 +167,11 @@ fn shift<S: FluidSpace>(
 /// ```
 #[inline(always)]
 fn shift_share<S: FluidSpace>(
-    order: &OrderControl,
+    model: &FluidModel<S>,
     sums: &RegularisationSums<S>,
     fluid: &S::Particle,
 ) -> f64 {
-    let ordered =
-        if order.volume_correction > 0.0 { S::ORDERED_BY_PRESSURE_AT_VOLUME } else { S::ORDERED_BY_PRESSURE };
-    let enough = ordered * fluid.density() * sums.speed * sums.speed;
+    let enough = model.ordered_by_pressure * fluid.density() * sums.speed * sums.speed;
     // Without relative motion there is no shift either.
     if enough > 0.0 { (2.0 - fluid.pressure() / enough).clamp(0.0, 1.0) } else { 0.0 }
 }

@@ -46,7 +46,8 @@ pub struct FluidInterface {
     particles_in_contact: Vec<u32>,
     /// Sums of these over the partner's particles.
     neighbour_sums: Vec<NeighbourSums>,
-    density_rates: Vec<f64>,
+    /// Density rates by the solid: all, and by continuity alone \[kg/(m³ s)\].
+    density_rates: Vec<[f64; 2]>,
     immersed: u32,
 }
 
@@ -252,7 +253,7 @@ impl FluidInterface {
             };
         let flux = if part == StagePart::Momentum { 0.0 } else { 1.0 };
         let Self { interface, domain, states: [own, partner], selection, density_rates, .. } = self;
-        density_rates.resize(own.len(), 0.0);
+        density_rates.resize(own.len(), [0.0; 2]);
         density_rates.par_iter_mut().with_min_len(TASK).enumerate().for_each(|(k, rate)| {
             let rho = own.density[k];
             let gradient = if model.needs_density_gradient() {
@@ -273,11 +274,14 @@ impl FluidInterface {
                 exchange +=
                     weight * bracketed::<Plane, f64>(psi, gradient.map(|g| 2.0 * g), Plane::components(&d));
             }
-            *rate = flux * density_rate(rho, -continuity) + diffusion * exchange;
+            let flow = flux * density_rate(rho, -continuity);
+            *rate = [flow + diffusion * exchange, flow];
         });
         for (k, i) in self.selection.members.iter().enumerate() {
             let i = *i as usize;
-            rates[i].density += self.density_rates[k];
+            let [density, continuity] = self.density_rates[k];
+            rates[i].density += density;
+            rates[i].continuity += continuity;
             if part != StagePart::Density {
                 rates[i].acceleration += self.interface.force(k) / state.mass[i];
             }

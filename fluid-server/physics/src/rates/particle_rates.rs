@@ -39,6 +39,8 @@ pub struct Rates<S: Space = Plane> {
     pub shift: S::Vector,
     /// Density rate \[kg/(m³ s)\].
     pub density: f64,
+    /// Part of it by continuity, Eq. (17), where a stage computes all rates \[kg/(m³ s)\].
+    pub continuity: f64,
 }
 
 /// Sums over the particles of one task: forces \[N/m\], and torques about the domain's torque origin \[N\].

@@ -261,13 +261,15 @@ impl<S: FluidSpace, G: Geometry<S>, T: PairTerms> LanePass for Evaluate<'_, G, S
                     sums,
                 );
             }
+            let continuity = density_rate(rho, -(sums.continuity + walls.continuity));
             *rates = Rates {
                 acceleration: by_fluid + by_walls + body - scene.fluid[i].velocity() * damping
                     + regularisation.acceleration,
                 shift: regularisation.shift,
-                density: density_rate(rho, -(sums.continuity + walls.continuity))
+                density: continuity
                     + model.diffusion * (sums.diffusion + walls.diffusion)
                     + regularisation.density,
+                continuity,
             };
             let (m, arm) = (state.mass[i], state.position[i] - origin);
             *external += ExternalForces {

@@ -44,9 +44,7 @@ pub fn particle_fields(
         vector("position", "m", &|i| state.position[i].into(), &|w| field.position[w].into()),
         vector("velocity", "m/s", &|i| state.velocity[i].into(), &|w| wall_particle(w).velocity().into()),
         scalar("density", "kg/m3", &|i| state.density[i], &|w| wall_particle(w).density()),
-        scalar("pressure", "Pa", &|i| equation_of_state.pressure(state.density[i]), &|w| {
-            wall_particle(w).pressure()
-        }),
+        scalar("pressure", "Pa", &|i| state.pressure(equation_of_state, i), &|w| wall_particle(w).pressure()),
         scalar("mass", "kg/m", &|i| state.mass[i], &|_| model.walls.mass),
     ];
     ParticleFields {

@@ -62,7 +62,7 @@ fn point(model: &FluidModel, state: &FluidState, x: &Vector) -> [f64; 3] {
         if distance < model.kernel.support_radius() {
             let share = state.mass[i] / state.density[i] * model.kernel.value(distance);
             weight += share;
-            pressure += share * model.equation_of_state.pressure(state.density[i]);
+            pressure += share * state.pressure(&model.equation_of_state, i);
             velocity += state.velocity[i] * share;
         }
     }
@@ -180,11 +180,15 @@ pub fn energies(model: &FluidModel, state: &FluidState) -> Energies {
 /// Energies of particle `i`.
 #[inline(always)]
 fn energies_of(model: &FluidModel, state: &FluidState, gravity: &Vector, i: usize) -> Energies {
-    let mass = state.mass[i];
+    let (mass, density) = (state.mass[i], state.density[i]);
+    let mut internal = mass * model.equation_of_state.compression_energy(density);
+    if let (Some(law), Some(q)) = (&model.acoustic_relaxation, state.relaxation.get(i)) {
+        internal += law.stored_energy(*q, mass, density);
+    }
     Energies {
         kinetic: 0.5 * mass * state.velocity[i].norm_squared(),
         potential: -mass * gravity.dot(&state.position[i]),
-        internal: mass * model.equation_of_state.compression_energy(state.density[i]),
+        internal,
     }
 }
 

@@ -5,12 +5,13 @@ use sph::lanes::Arithmetic;
 use sph::laws::repulsion::Repulsion;
 use sph::prescribed::body_force::BodyForceField;
 use sph::setup::{FluidParticles, FluidSetup, GradientCorrection, ViscousForm};
-use sph::space::Vector;
+use sph::space::{Plane, Vector};
 
 use super::list_limits::skins;
 use super::model::{FluidModel, PairLaw, Viscosity};
 use super::setup_errors::setup_errors;
 use super::state::FluidState;
+use super::thresholds::Thresholds;
 use super::walls::WallModel;
 
 /// Model and first state of `setup`.
@@ -53,6 +54,7 @@ pub fn build(setup: FluidSetup, arithmetic: Arithmetic) -> Result<(FluidModel, F
         domain: run.domain,
         constants,
         equation_of_state: constants.equation_of_state(),
+        acoustic_relaxation: constants.acoustic_relaxation(),
         lattice_sum: kernel.lattice_sum(constants.particle_spacing),
         kernel,
         law: PairLaw {
@@ -84,6 +86,11 @@ pub fn build(setup: FluidSetup, arithmetic: Arithmetic) -> Result<(FluidModel, F
             constants.sound_speed,
         ),
         escaped_particle_limit: constants.lost_particle_limit,
+        ordered_by_pressure: if constants.volume_correction > 0.0 {
+            Plane::ORDERED_BY_PRESSURE_AT_VOLUME
+        } else {
+            Plane::ORDERED_BY_PRESSURE
+        },
         regularisation: constants.order_control(),
         coupling: run.coupling,
         first_wall_id: particles.id.iter().max().map_or(0, |id| id.saturating_add(1)),
@@ -100,6 +107,7 @@ fn first_state(model: &FluidModel, particles: FluidParticles, time: f64) -> Flui
     let largest_acceleration = position.iter().map(|x| body_force.acceleration(x).norm()).fold(0.0, f64::max);
     let kept = if model.is_leapfrog() { id.len() } else { 0 };
     FluidState {
+        relaxation: model.relaxation_pressures(id.len()),
         density_rate: vec![0.0; kept],
         acceleration: vec![Vector::zeros(); kept],
         id,

@@ -2,6 +2,7 @@
 
 use sph::kernel::{CubicSpline, PairKernel};
 use sph::lanes::Arithmetic;
+use sph::laws::acoustic_relaxation::AcousticRelaxation;
 use sph::laws::artificial_viscosity::ArtificialViscosity;
 use sph::laws::equation_of_state::Tait;
 use sph::laws::repulsion::Repulsion;
@@ -24,6 +25,8 @@ pub struct FluidModel<S: Space = Plane> {
     pub constants: FluidParameters,
     /// Pressure of a density, Eq. (3).
     pub equation_of_state: Tait,
+    /// Acoustic relaxation, if there is any.
+    pub acoustic_relaxation: Option<AcousticRelaxation>,
     /// Smoothing kernel, Eq. (10)-(11).
     pub kernel: CubicSpline<S>,
     /// Pair laws among the fluid and toward walls.
@@ -62,6 +65,8 @@ pub struct FluidModel<S: Space = Plane> {
     pub escaped_particle_limit: u64,
     /// Repulsion by wall faces.
     pub wall_repulsion: Repulsion,
+    /// k of p/(k ρ U²), above which pressure orders the particles \[-\].
+    pub ordered_by_pressure: f64,
     /// Shifting, tensile control and volume correction.
     pub regularisation: Option<OrderControl>,
     /// Facts of the interface.
@@ -140,6 +145,11 @@ impl<S: Space> FluidModel<S> {
     /// Whether the predictor computes density rates alone, in the gradient pass, and the corrector the other rates.
     pub fn is_leapfrog(&self) -> bool {
         self.scheme == FluidScheme::Leapfrog
+    }
+
+    /// Pressures of the acoustic relaxation of `particles` at rest \[Pa\]; none without it.
+    pub fn relaxation_pressures(&self, particles: usize) -> Vec<f64> {
+        vec![0.0; self.acoustic_relaxation.map_or(0, |_| particles)]
     }
 
     /// Rate k of the linear damping at `time` \[1/s\].

@@ -23,6 +23,7 @@ impl FluidState {
             list_origin,
             density_rate,
             acceleration,
+            relaxation,
             ..
         } = self;
         saved.put_u32("fluid.id", id.iter().copied());
@@ -41,6 +42,9 @@ impl FluidState {
         saved.put_f64("fluid.last_step", last_step);
         saved.put_f64("fluid.density_rate", density_rate.iter().copied());
         saved.put_vectors("fluid.acceleration", acceleration);
+        if !relaxation.is_empty() {
+            saved.put_f64("fluid.relaxation", relaxation.iter().copied());
+        }
         saved.put_u64("fluid.counts", [self.escaped, self.outflow, self.list_builds]);
     }
 
@@ -94,6 +98,10 @@ impl FluidState {
             ));
         }
         let kept = if model.is_leapfrog() { n } else { 0 };
+        let relaxation = match model.acoustic_relaxation {
+            Some(_) => saved.f64s("fluid.relaxation", Some(n))?.to_vec(),
+            None => Vec::new(),
+        };
         let [escaped, outflow, list_builds] = saved.u64s("fluid.counts")?;
         Ok(Self {
             id: id.to_vec(),
@@ -110,6 +118,7 @@ impl FluidState {
             density_rate: saved.f64s("fluid.density_rate", Some(kept))?.to_vec(),
             acceleration: saved.vectors("fluid.acceleration", kept)?,
             density_age,
+            relaxation,
             escaped,
             outflow,
             list_builds,

@@ -1,6 +1,7 @@
 //! The state of the fluid: everything that a checkpoint must hold.
 
 use rayon::prelude::*;
+use sph::laws::equation_of_state::Tait;
 use sph::space::domain::Domain;
 use sph::space::tensors::SpaceVector;
 use sph::space::{Plane, Space};
@@ -40,6 +41,8 @@ pub struct FluidState<S: Space = Plane> {
     pub acceleration: Vec<S::Vector>,
     /// Time over which `density_rate` was applied up to the last boundary: half the last step \[s\].
     pub density_age: f64,
+    /// Pressure q of the acoustic relaxation \[Pa\]; empty without it.
+    pub relaxation: Vec<f64>,
     /// Particles that crossed a wall or a closed side.
     pub escaped: u64,
     /// Particles that left over an open rim or through an outflow side.
@@ -66,19 +69,22 @@ pub struct StepStart<S: Space = Plane> {
     pub velocity: Vec<S::Vector>,
     /// Density \[kg/m³\].
     pub density: Vec<f64>,
+    /// Pressure q of the acoustic relaxation \[Pa\]; empty without it.
+    pub relaxation: Vec<f64>,
 }
 
 impl<S: Space> StepStart<S> {
-    /// Arrays for `particles`.
-    pub fn resize(&mut self, particles: usize) {
-        self.position.resize(particles, S::Vector::zeros());
-        self.velocity.resize(particles, S::Vector::zeros());
-        self.density.resize(particles, 0.0);
+    /// Arrays for the particles of `state`.
+    pub fn resize(&mut self, state: &FluidState<S>) {
+        self.position.resize(state.len(), S::Vector::zeros());
+        self.velocity.resize(state.len(), S::Vector::zeros());
+        self.density.resize(state.len(), 0.0);
+        self.relaxation.resize(state.relaxation.len(), 0.0);
     }
 
     /// Bytes in use.
     pub fn bytes(&self) -> usize {
-        8 * self.density.capacity()
+        8 * (self.density.capacity() + self.relaxation.capacity())
             + size_of::<S::Vector>() * (self.position.capacity() + self.velocity.capacity())
     }
 }
@@ -96,13 +102,20 @@ impl<S: Space> FluidState<S> {
             list_origin,
             density_rate,
             acceleration,
+            relaxation,
             ..
         } = self;
         let origin = list_origin.as_ref().map_or(0, |origin| origin.position.capacity());
         4 * (id.capacity() + region.capacity())
-            + 8 * (mass.capacity() + density.capacity() + density_rate.capacity())
+            + 8 * (mass.capacity() + density.capacity() + density_rate.capacity() + relaxation.capacity())
             + size_of::<S::Vector>()
                 * (position.capacity() + velocity.capacity() + acceleration.capacity() + origin)
+    }
+
+    /// Pressure of particle `i` \[Pa\]: Eq. (3), and with acoustic relaxation q beside it.
+    pub fn pressure(&self, equation_of_state: &Tait, i: usize) -> f64 {
+        let pressure = equation_of_state.pressure(self.density[i]);
+        self.relaxation.get(i).map_or(pressure, |q| pressure + q)
     }
 
     /// Number of particles.
@@ -124,13 +137,14 @@ impl<S: Space> FluidState<S> {
             list_origin,
             density_rate,
             acceleration,
+            relaxation,
             ..
         } = self;
         let vectors = &mut list_origin.get_or_insert_default().position;
         for values in [id, region] {
             reorder(values, order, scratch.integers);
         }
-        for values in [mass, density, density_rate, &mut base.density] {
+        for values in [mass, density, density_rate, relaxation, &mut base.density, &mut base.relaxation] {
             reorder(values, order, scratch.numbers);
         }
         for values in [position, velocity, acceleration, &mut base.position, &mut base.velocity] {

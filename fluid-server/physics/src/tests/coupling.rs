@@ -296,3 +296,37 @@ fn water_inside_a_solid_is_counted() {
     assert_eq!(immersed(Vector::new(0.447, 0.3)), 1.0);
     assert_eq!(immersed(Vector::new(0.48, 0.3)), 1.0);
 }
+
+#[test]
+fn a_solid_stands_for_its_volume_in_the_volume_correction() {
+    let of = |law, density: f64, volume_correction| {
+        let mut setup = coupled(law, GradientCorrection::Renormalised, DensityDiffusion::None);
+        let block = setup.particles.clone();
+        setup.particles = Default::default();
+        add_block(&mut setup, Vector::new(0.2, 0.2), 12, 10);
+        setup.parameters.volume_correction = volume_correction;
+        setup.particles.density = vec![density; block.id.len()];
+        // Rows slide past each other at 0.1 m/s.
+        for i in 0..block.id.len() {
+            setup.particles.velocity[i].x = if i / 12 % 2 == 0 { 0.05 } else { -0.05 };
+        }
+        let mut solver = solver(setup);
+        let (mut own, partner, time) =
+            (StateColumns::default(), StateColumns::from(&solid()), stage_time(0, Stage::Predictor, 1e-4));
+        solver.begin_stage(&time).unwrap();
+        solver.interface(&extent(), REACH, &mut own);
+        solver.evaluate_own(&time);
+        solver.evaluate_cross(&time, &own, &partner);
+        // The particle at the solid, half-way up.
+        let at_solid = solver.state.id.iter().position(|id| *id == 5 * 12 + 11).unwrap();
+        solver.workspace.rates[at_solid].density
+    };
+    for law in [InterfaceLaw::Wall, InterfaceLaw::WallNoSlip, InterfaceLaw::PlainSum] {
+        let rate = |density| of(law, density, 2.0) - of(law, density, 0.0);
+        // ρ 2U/h; the lattice goes on in the solid, so that σ = 1 to round-off.
+        let scale = 1000.0 * 0.2 / 0.024;
+        assert!(rate(1000.0).abs() < 1e-12 * scale, "{law:?}: {}", rate(1000.0));
+        // Of 1 % more volume in the fluid the particle sees more than half.
+        assert!((0.005..0.009).contains(&(rate(990.0) / scale)), "{law:?}: {}", rate(990.0));
+    }
+}

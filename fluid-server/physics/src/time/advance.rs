@@ -2,11 +2,12 @@
 
 use sph::coupling::ledger::{Account, Accounts, AngularBudget, StageBudget, axial, lifted};
 use sph::coupling::stage::{Stage, StageTime};
-use sph::space::Vector;
+use sph::space::{Plane, Vector};
 
 use super::momentum_budget::{AngularBudgetSums, MomentumBudget};
 use super::movement::{MotionSlices, Movement, StageSlices, Step};
 use super::stage::Workspace;
+use super::stage_relaxation::StageRelaxation;
 use super::state_scan::StateScan;
 use crate::rates::particle_rates::{ExternalForces, StagePart};
 use crate::system::model::FluidModel;
@@ -29,7 +30,7 @@ use crate::system::tasks::{for_each_task, per_task};
 /// xⁿ⁺¹   = xⁿ + Δt/2 (vⁿ + vⁿ⁺¹) + Δt δu
 /// ρⁿ⁺¹   = ρⁿ⁺¹ᐟ² + Δt D + Δt/2 R(xⁿ, vⁿ)
 /// ```
-/// The last serves outputs and the other sums at the step boundary: the next step subtracts its part of R again.
+/// q of the acoustic relaxation follows ρ, as [`StageRelaxation`] says. The last line serves outputs and the other sums at the step boundary: the next step subtracts its part of R again.
 pub fn advance(
     model: &FluidModel,
     state: &mut FluidState,
@@ -41,9 +42,19 @@ pub fn advance(
     } = workspace;
     let n = state.len();
     if *part == StagePart::Whole {
-        base.resize(n);
+        base.resize(state);
     }
-    let FluidState { position, velocity, density, density_rate, acceleration, mass, list_origin, .. } = state;
+    let FluidState {
+        position,
+        velocity,
+        density,
+        density_rate,
+        acceleration,
+        relaxation,
+        mass,
+        list_origin,
+        ..
+    } = state;
     let step = Step {
         part: *part,
         stage: time.at.stage,
@@ -55,26 +66,32 @@ pub fn advance(
         gravity: model.body_force.gravity(),
         origin: (!model.domain.is_periodic()).then(|| model.domain.torque_origin()),
         equation_of_state: model.equation_of_state,
+        relaxation: model
+            .acoustic_relaxation
+            .map(|law| StageRelaxation::new(law, *part, state.density_age, time)),
         rates,
         mass,
     };
     let slices = StageSlices {
-        motion: MotionSlices { position, velocity, density },
+        motion: MotionSlices { position, velocity, density, relaxation },
         density_rate,
         acceleration,
         base: MotionSlices {
             position: &mut base.position,
             velocity: &mut base.velocity,
             density: &mut base.density,
+            relaxation: &mut base.relaxation,
         },
         fluid,
         budget: per_task(budget, n),
         findings: per_task(findings, n),
     };
     let scan = StateScan::new(model, list_origin.as_ref());
-    for_each_task(n, slices, &|particles, slices| {
-        model.arithmetic.run(Movement { step: &step, scan: &scan, first: particles.start, slices });
-    });
+    if step.relaxation.is_some() {
+        move_particles::<true>(model, &step, &scan, slices);
+    } else {
+        move_particles::<false>(model, &step, &scan, slices);
+    }
     *current = true;
     let (mut total, mut forces) = (MomentumBudget::default(), ExternalForces::default());
     budget.iter().for_each(|budget| total += *budget);
@@ -110,6 +127,18 @@ pub fn advance(
         momentum_change: lifted(&(total.momentum - removed)),
         gross_momentum: total.gross_momentum + duration * total.gross + removed.norm(),
     }
+}
+
+/// Moves all particles.
+fn move_particles<const RELAXES: bool>(
+    model: &FluidModel,
+    step: &Step<'_, Plane>,
+    scan: &StateScan,
+    slices: StageSlices<Plane>,
+) {
+    for_each_task(step.mass.len(), slices, &|particles, slices| {
+        model.arithmetic.run(Movement::<_, RELAXES> { step, scan, first: particles.start, slices });
+    });
 }
 
 /// Where particle `i` was at the start of the step whose corrector produced `state` \[m\].

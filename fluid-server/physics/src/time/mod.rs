@@ -5,5 +5,6 @@ pub mod checks;
 pub mod momentum_budget;
 pub mod movement;
 pub mod stage;
+mod stage_relaxation;
 pub mod state_scan;
 pub mod step_limit;

@@ -7,13 +7,14 @@ use sph::space::Space;
 
 use super::checks::{LaneScanFindings, Motion, ScanFindings};
 use super::momentum_budget::{LaneAngularBudget, LaneMomentumBudget, MomentumBudget};
+use super::stage_relaxation::StageRelaxation;
 use super::state_scan::StateScan;
 use crate::rates::particle_rates::{Rates, StagePart};
 use crate::system::lane_arrays::{abs, get, numbers, put, vectors, weight};
 use crate::system::packed_particle::{FluidSpace, LaneMotion, LaneParticles, Packed};
 use crate::system::tasks::{PerTask, split_by_field};
 
-/// Position, velocity and density of particles.
+/// Position, velocity, density and pressure of the acoustic relaxation of particles.
 pub struct MotionSlices<'a, S: FluidSpace> {
     /// Position \[m\].
     pub position: &'a mut [S::Vector],
@@ -21,9 +22,11 @@ pub struct MotionSlices<'a, S: FluidSpace> {
     pub velocity: &'a mut [S::Vector],
     /// Density \[kg/m³\].
     pub density: &'a mut [f64],
+    /// q \[Pa\]; empty without acoustic relaxation.
+    pub relaxation: &'a mut [f64],
 }
 
-split_by_field!(MotionSlices<S> { position, velocity, density });
+split_by_field!(MotionSlices<S> { position, velocity, density, relaxation });
 
 /// Arrays that a stage changes.
 pub struct StageSlices<'a, S: FluidSpace> {
@@ -47,8 +50,8 @@ split_by_field!(StageSlices<S> { motion, density_rate, acceleration, base, fluid
 
 /// The particles of one task.
 ///
-/// No product is fused with a sum: all paths give the same bits.
-pub struct Movement<'a, S: FluidSpace> {
+/// Compiled with acoustic relaxation and without it. No product is fused with a sum: all paths give the same bits.
+pub struct Movement<'a, S: FluidSpace, const RELAXES: bool> {
     /// Constants of the stage.
     pub step: &'a Step<'a, S>,
     /// The scan of the new state.
@@ -59,7 +62,7 @@ pub struct Movement<'a, S: FluidSpace> {
     pub slices: StageSlices<'a, S>,
 }
 
-impl<S: FluidSpace> LanePass for Movement<'_, S> {
+impl<S: FluidSpace, const RELAXES: bool> LanePass for Movement<'_, S, RELAXES> {
     type Output = ();
 
     #[inline(always)]
@@ -68,16 +71,24 @@ impl<S: FluidSpace> LanePass for Movement<'_, S> {
         let StageSlices { mut motion, density_rate, acceleration, base: mut start_of_step, fluid, .. } =
             slices;
         let count = fluid.len();
+        let relaxation = if RELAXES { step.relaxation } else { None };
         let (mut budget, mut findings) = (LaneMomentumBudget::<S, L>::none(), LaneScanFindings::<L>::none());
         for k in (0..count).step_by(WIDTH) {
             let i = first + k;
             let (rates, mass) = (LaneRates::<S, L>::of(get(step.rates, i)), numbers::<L>(step.mass, i));
             let start = Motion::<S, L>::get(&motion, k);
-            let mut extrapolated = None;
+            let (mut extrapolated, mut q) = (None, None);
             let end = match step.part {
                 StagePart::Whole => {
                     if step.stage == Stage::Predictor {
                         start.put(&mut start_of_step, k);
+                    }
+                    if let Some(law) = &relaxation {
+                        if step.stage == Stage::Predictor {
+                            put(start_of_step.relaxation, k, get(motion.relaxation, k));
+                        }
+                        let rate = L::from_array(get(step.rates, i).map(|rates| rates.continuity));
+                        q = Some(law.advanced(numbers(start_of_step.relaxation, k), rate));
                     }
                     let base = Motion::get(&start_of_step, k);
                     let end = step.whole(&rates, &base, start.v);
@@ -87,7 +98,11 @@ impl<S: FluidSpace> LanePass for Movement<'_, S> {
                     end
                 }
                 StagePart::Density => {
-                    let (end, kept) = (step.density(&rates, &start, numbers(density_rate, k)), rates.density);
+                    let (before, kept) = (numbers(density_rate, k), rates.density);
+                    let end = step.density(&rates, &start, before);
+                    if let Some(law) = &relaxation {
+                        q = Some(law.predicted(numbers(motion.relaxation, k), kept, before));
+                    }
                     put(density_rate, k, kept.to_array());
                     let acceleration = vectors::<S, L>(acceleration, k);
                     extrapolated = Some(add::<S, L>(end.v, acceleration, L::splat(step.half)));
@@ -100,6 +115,9 @@ impl<S: FluidSpace> LanePass for Movement<'_, S> {
                     let path = Path { base: &start, stage: start.x, end: &end };
                     step.account_for(&particles, &rates, &path, &mut budget);
                     put(acceleration, k, rates.own_acceleration);
+                    if let Some(law) = &relaxation {
+                        q = Some(law.advanced(numbers(motion.relaxation, k), numbers(density_rate, k)));
+                    }
                     end
                 }
             };
@@ -108,7 +126,14 @@ impl<S: FluidSpace> LanePass for Movement<'_, S> {
                 findings.add_move::<S>(S::minus(end.x, start.x));
             }
             end.put(&mut motion, k);
-            put(fluid, k, scan.pack(i, &end, mass, extrapolated, &mut findings));
+            if let (Some(law), Some(new)) = (&relaxation, q) {
+                let new = law.limited(new, step.equation_of_state.pressures(end.rho));
+                put(motion.relaxation, k, new.to_array());
+                let stored = law.law.stored_energy(new, mass * weight(k, count), end.rho);
+                budget.internal = budget.internal + stored;
+                q = Some(new);
+            }
+            put(fluid, k, scan.pack(i, &end, mass, extrapolated, q, &mut findings));
         }
         (slices.budget.0[0], slices.findings.0[0]) = (budget.total(), findings.total());
     }
@@ -206,6 +231,8 @@ pub struct Step<'a, S: Space> {
     pub origin: Option<S::Vector>,
     /// For the energies.
     pub equation_of_state: Tait,
+    /// Acoustic relaxation, if there is any.
+    pub relaxation: Option<StageRelaxation>,
     /// Rates of all particles.
     pub rates: &'a [Rates<S>],
     /// Mass per depth of all particles \[kg/m\].

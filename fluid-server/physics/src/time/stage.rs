@@ -223,8 +223,8 @@ impl<S: FluidSpace> LanePass for PackPass<'_, S> {
 
     #[inline(always)]
     fn run<L: Lanes>(self) -> ScanFindings {
-        let Self { scan, state: FluidState { position, velocity, density, mass, acceleration, .. }, .. } =
-            self;
+        let Self { scan, state, .. } = self;
+        let FluidState { position, velocity, density, mass, acceleration, relaxation, .. } = state;
         let mut findings = LaneScanFindings::<L>::none();
         for k in (0..self.packed.len()).step_by(WIDTH) {
             let i = self.first + k;
@@ -238,7 +238,8 @@ impl<S: FluidSpace> LanePass for PackPass<'_, S> {
                 let gained = S::scaled(vectors::<S, L>(acceleration, i), L::splat(ahead));
                 extrapolated = Some(S::plus(motion.v, gained));
             }
-            put(self.packed, k, scan.pack(i, &motion, numbers(mass, i), extrapolated, &mut findings));
+            let q = if relaxation.is_empty() { None } else { Some(numbers(relaxation, i)) };
+            put(self.packed, k, scan.pack(i, &motion, numbers(mass, i), extrapolated, q, &mut findings));
         }
         findings.total()
     }

@@ -33,7 +33,7 @@ impl<'a, S: FluidSpace> StateScan<'a, S> {
 
     /// Packs the particles from `first` on, of `mass` per depth \[kg/m\], and adds what is found of them to `findings`.
     ///
-    /// Pair sums read `velocity` \[m/s\], or by default their own. No product is fused with a sum: the state has the
+    /// Pair sums read `velocity` \[m/s\], or by default their own, and the pressure with `relaxation` q \[Pa\]. No product is fused with a sum: the state has the
     /// same bits on each path.
     #[inline(always)]
     pub fn pack<L: Lanes>(
@@ -42,6 +42,7 @@ impl<'a, S: FluidSpace> StateScan<'a, S> {
         motion: &Motion<S, L>,
         mass: L,
         velocity: Option<S::Of<L>>,
+        relaxation: Option<L>,
         findings: &mut LaneScanFindings<L>,
     ) -> [S::Particle; WIDTH] {
         let Motion { x, v: own_velocity, rho: density } = *motion;
@@ -50,7 +51,10 @@ impl<'a, S: FluidSpace> StateScan<'a, S> {
             Some(velocity) => velocity,
             None => own_velocity,
         };
-        let pressure = self.equation_of_state.pressures(density);
+        let mut pressure = self.equation_of_state.pressures(density);
+        if let Some(q) = relaxation {
+            pressure = pressure + q;
+        }
         let motion = LaneMotion { x, v };
         S::Particle::pack(LaneParticles { motion, density, pressure, volume: mass / density })
     }

@@ -27,6 +27,8 @@ fn sound_wave(scheme: FluidScheme) -> (FluidSetup, f64) {
     setup.parameters.correction = GradientCorrection::Renormalised;
     setup.parameters.density_diffusion = DensityDiffusion::None;
     setup.parameters.scheme = scheme;
+    // Far from tension.
+    setup.parameters.background_pressure = 1e3;
     add_block(&mut setup, Vector::zeros(), columns, rows);
     let k = 2.0 * PI / setup.run.domain.upper.x;
     for (v, x) in setup.particles.velocity.iter_mut().zip(&setup.particles.position) {
@@ -47,6 +49,8 @@ fn sound_decays_at_the_rate_of_the_maxwell_element() {
             let energies = solver.energies();
             energies.kinetic + energies.internal
         };
+        // In a period q has forgotten that it was zero.
+        run(&mut solver, steps / 2, time_step);
         let start = energy(&solver);
         run(&mut solver, steps, time_step);
         let rate = -(energy(&solver) / start).ln() / (steps as f64 * time_step);

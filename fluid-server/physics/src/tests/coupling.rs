@@ -323,7 +323,7 @@ fn a_solid_stands_for_its_volume_in_the_volume_correction() {
     };
     for law in [InterfaceLaw::Wall, InterfaceLaw::WallNoSlip, InterfaceLaw::PlainSum] {
         let rate = |density| of(law, density, 2.0) - of(law, density, 0.0);
-        // ρ 2U/h; the lattice goes on in the solid, so that σ = 1 to round-off.
+        // ρ 2U/h; the lattice continues in the solid, so that σ = 1 to round-off.
         let scale = 1000.0 * 0.2 / 0.024;
         assert!(rate(1000.0).abs() < 1e-12 * scale, "{law:?}: {}", rate(1000.0));
         // Of 1 % more volume in the fluid the particle sees more than half.

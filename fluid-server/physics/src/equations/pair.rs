@@ -9,10 +9,10 @@ use super::diffusion::{bracketed, plain};
 use super::terms::PairTerms;
 use super::viscosity::drag;
 use crate::neighbours::batch::NeighbourBatch;
-use crate::system::model::PairLaw;
+use crate::system::model::FluidModel;
 use crate::system::packed_particle::{FluidSpace, LaneMotion};
 
-/// [`PairLaw`] in lanes.
+/// The pair laws of a fluid in lanes.
 #[derive(Clone, Copy, Debug)]
 pub struct LawLanes<L> {
     kernel: KernelLanes<L>,
@@ -20,10 +20,10 @@ pub struct LawLanes<L> {
 }
 
 impl<L: Lanes> LawLanes<L> {
-    /// The constants of `law` in each lane.
+    /// The laws of `model`.
     #[inline(always)]
-    pub fn new(law: &PairLaw) -> Self {
-        Self { kernel: law.kernel.lanes(), viscosity: law.viscosity.lanes() }
+    pub fn new<S: FluidSpace>(model: &FluidModel<S>) -> Self {
+        Self { kernel: model.law.kernel.lanes(), viscosity: model.law.viscosity.lanes() }
     }
 }
 

@@ -111,7 +111,7 @@ impl<G: Geometry, T: PairTerms> LanePass for WallForce<'_, G, T> {
     fn run<L: Lanes>(self) -> Vector {
         let mut own = self.fields.own::<L, T>(self.i);
         own.pressure = own.pressure + L::splat(self.fields.damper(self.i));
-        let law = LawLanes::new(&self.fields.scene.model.law);
+        let law = LawLanes::new(self.fields.scene.model);
         self.fields.wall_sums::<L, T>(&law, self.i, &own, Some(self.wall)).total().stress_divergence
     }
 }

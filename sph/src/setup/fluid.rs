@@ -66,6 +66,10 @@ parameters! {
             Row::number(Allowed::NOT_NEGATIVE).off(Number(0.0)).of_pair_law().paper(Number(1.0));
         /// Fraction λ of h² in the denominators of Eq. (19) and (24) \[-\].
         lambda: f64 = 0.01, "lambda", Row::number(Allowed::SHARE).of_pair_law();
+        /// Coefficient ε of the artificial pressure \[-\]: fluid and wall pairs under tension add
+        /// ε (W/W(Δx))⁴ (\[−p_i\]₊ + \[−p_j\]₊) to p_i + p_j in Eq. (22), which keeps particles from clumping where
+        /// `tensile_control` is off; 0.2 to 0.3 is usual (Monaghan 2000).
+        artificial_pressure: f64 = 0.0, "artificial_pressure", Row::number(Allowed::SHARE).off(Number(0.0));
         /// Coefficient α of the acoustic damper \[-\]: each particle adds the pressure q = −α ρ c₀ h ∇·v to its own in
         /// Eq. (22), away from solids, and walls mirror it.
         acoustic_damping: f64 = 0.0, "acoustic_damping", Row::number(DAMPER).off(Number(0.0));

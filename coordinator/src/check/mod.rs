@@ -130,7 +130,7 @@ impl Checked {
         }
         line(format!("  {} steps; about {} on one core", summary.steps, duration(summary.forecast()),));
         line("\nconstants".into());
-        summary.constants.iter().for_each(|constant| line(format!("  {constant}")));
+        summary.constants.iter().flat_map(|constant| broken(constant)).for_each(&mut line);
         if !summary.active_terms.is_empty() {
             line("\nactive terms".into());
             summary.active_terms.iter().for_each(|s| line(format!("  {}: {}", s.owner, s.text)));
@@ -145,6 +145,18 @@ impl Checked {
         }
         text
     }
+}
+
+/// `text` in lines of about 100 characters, broken after commas, all but the first indented further.
+fn broken(text: &str) -> Vec<String> {
+    let mut lines = vec!["  ".to_owned()];
+    for part in text.split_inclusive(", ") {
+        match lines.last_mut() {
+            Some(line) if line.chars().count() + part.chars().count() <= 102 => line.push_str(part),
+            _ => lines.push(format!("    {part}")),
+        }
+    }
+    lines.iter().map(|line| line.trim_end().to_owned()).collect()
 }
 
 fn duration(seconds: f64) -> String {

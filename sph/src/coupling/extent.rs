@@ -81,7 +81,7 @@ fn gap(domain: &Domain, extent: &Extent, x: &Vector) -> f64 {
 
 /// Lower and upper corner of each box of `extent`.
 fn corners(extent: &Extent) -> impl Iterator<Item = (Vector, Vector)> {
-    extent.boxes.arrays().map(|[x0, y0, x1, y1]| (Vector::new(x0, y0), Vector::new(x1, y1)))
+    extent.boxes.quantities::<[f64; 4]>().map(|[x0, y0, x1, y1]| (Vector::new(x0, y0), Vector::new(x1, y1)))
 }
 
 fn box_gap(domain: &Domain, lower: &Vector, upper: &Vector, x: &Vector) -> f64 {

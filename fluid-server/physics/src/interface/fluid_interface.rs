@@ -4,7 +4,7 @@ use rayon::prelude::*;
 use sph::coupling::exchange::{Column, Extent, StateColumns};
 use sph::coupling::ledger::InterfaceSums;
 use sph::interface::Interface;
-use sph::interface::states::{InterfaceStates, write_vectors};
+use sph::interface::states::InterfaceStates;
 use sph::prescribed::body_force::BodyForceField;
 use sph::setup::{Coupling, FluidProbeKind, InterfaceLaw};
 use sph::space::domain::Domain;
@@ -158,7 +158,7 @@ impl FluidInterface {
         solid.read(points);
         interface.update(time, fluid, solid);
         interface.solid_forces(fluid, solid);
-        write_vectors((0..solid.len()).map(|s| interface.force(s)), forces);
+        forces.fill((0..solid.len()).map(|s| interface.force(s)));
     }
 
     /// Takes over the states of both sides; updates cross-owner lists, dummy states and pair forces of this stage.

@@ -28,19 +28,19 @@ impl FluidState {
         saved.put_u32("fluid.id", id.iter().copied());
         saved.put_u32("fluid.region", region.iter().copied());
         saved.put_f64("fluid.mass", mass.iter().copied());
-        saved.put_vectors("fluid.position", position);
-        saved.put_vectors("fluid.velocity", velocity);
+        saved.put_quantities("fluid.position", position);
+        saved.put_quantities("fluid.velocity", velocity);
         saved.put_f64("fluid.density", density.iter().copied());
         saved.put_f64("fluid.list_skin", [self.list_skin]);
         if let Some(origin) = list_origin {
             saved.put_f64("fluid.list_origin.time", [origin.time]);
-            saved.put_vectors("fluid.list_origin.position", &origin.position);
+            saved.put_quantities("fluid.list_origin.position", &origin.position);
         }
         let (removed, angular) = (self.removed_momentum, self.removed_angular_momentum);
         let last_step = [removed.x, removed.y, angular, self.largest_acceleration, self.density_age];
         saved.put_f64("fluid.last_step", last_step);
         saved.put_f64("fluid.density_rate", density_rate.iter().copied());
-        saved.put_vectors("fluid.acceleration", acceleration);
+        saved.put_quantities("fluid.acceleration", acceleration);
         saved.put_u64("fluid.counts", [self.escaped, self.outflow, self.list_builds]);
     }
 
@@ -75,7 +75,7 @@ impl FluidState {
         let list_origin = match saved.has("fluid.list_origin.time") {
             true => {
                 let [time] = saved.numbers("fluid.list_origin.time")?;
-                Some(ListOrigin { time, position: saved.vectors("fluid.list_origin.position", n)? })
+                Some(ListOrigin { time, position: saved.quantities("fluid.list_origin.position", n)? })
             }
             false => None,
         };
@@ -99,8 +99,8 @@ impl FluidState {
             id: id.to_vec(),
             region: region.to_vec(),
             mass: positive("fluid.mass")?,
-            position: saved.vectors("fluid.position", n)?,
-            velocity: saved.vectors("fluid.velocity", n)?,
+            position: saved.quantities("fluid.position", n)?,
+            velocity: saved.quantities("fluid.velocity", n)?,
             density: positive("fluid.density")?,
             list_origin,
             list_skin,
@@ -108,7 +108,7 @@ impl FluidState {
             removed_angular_momentum,
             largest_acceleration,
             density_rate: saved.f64s("fluid.density_rate", Some(kept))?.to_vec(),
-            acceleration: saved.vectors("fluid.acceleration", kept)?,
+            acceleration: saved.quantities("fluid.acceleration", kept)?,
             density_age,
             escaped,
             outflow,

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use sph::coupling::exchange::{Column, Extent, StateColumns};
 use sph::coupling::extent::{ExtentTracker, ReachMap};
 use sph::coupling::ledger::InterfaceSums;
-use sph::interface::states::{InterfaceStates, read_vectors};
+use sph::interface::states::InterfaceStates;
 use sph::interface::{Interface, load_sums};
 use sph::kernel::CubicSpline;
 use sph::prescribed::body_force::BodyForceField;
@@ -188,7 +188,7 @@ impl SolidInterface {
     pub fn apply(&mut self, own: &StateColumns, loads: &Column, forces: &mut [Vector]) -> InterfaceSums {
         let [points, _] = &mut self.states;
         points.read(own);
-        read_vectors(loads, &mut self.loads);
+        loads.read_into(&mut self.loads);
         forces.fill(Vector::zeros());
         for (load, i) in self.loads.iter().zip(&self.sent) {
             forces[*i as usize] = *load;

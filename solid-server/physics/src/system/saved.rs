@@ -33,19 +33,19 @@ impl SolidState {
     /// Saves all of it. Lists are no part: their rows ascend by index, so that no sum depends on when they were built.
     pub fn save(&self, saved: &mut SavedState) {
         let Self { particles, rigid, image_counts, angles, springs, last } = self;
-        saved.put_vectors("solid.position", &particles.position);
-        saved.put_vectors("solid.velocity", &particles.velocity);
+        saved.put_quantities("solid.position", &particles.position);
+        saved.put_quantities("solid.velocity", &particles.velocity);
         saved.put_f64("solid.density", particles.density.iter().copied());
-        saved.put_tensors("solid.deviatoric_stress", &particles.deviatoric_stress);
+        saved.put_quantities("solid.deviatoric_stress", &particles.deviatoric_stress);
         let motion = |r: &RigidState| {
             [r.centre.x, r.centre.y, r.velocity.x, r.velocity.y, r.angle, r.angular_velocity]
         };
         saved.put_f64("solid.rigid", rigid.iter().flat_map(motion));
         saved.put_u32("solid.windings", image_counts.iter().flatten().map(|w| w.cast_unsigned()));
         saved.put_f64("solid.angles", angles.iter().copied());
-        saved.put_vectors("solid.last.fluid_force", &last.fluid_force);
+        saved.put_quantities("solid.last.fluid_force", &last.fluid_force);
         let reactions: Vec<Vector> = last.reactions.iter().flatten().copied().collect();
-        saved.put_vectors("solid.last.reactions", &reactions);
+        saved.put_quantities("solid.last.reactions", &reactions);
         let maxima = &last.maxima;
         let judged = [maxima.largest_acceleration, maxima.contact_frequency, maxima.tangent_stiffness_ratio];
         saved.put_f64("solid.last.judged", judged);
@@ -78,7 +78,7 @@ impl SolidState {
         let rigid = saved.f64s("solid.rigid", start.rigid.len().checked_mul(6))?;
         let image_counts = saved.u32s("solid.windings", n.checked_mul(2))?;
         let counts: Vec<usize> = start.last.reactions.iter().map(Vec::len).collect();
-        let mut reactions = saved.vectors("solid.last.reactions", counts.iter().sum())?.into_iter();
+        let mut reactions = saved.quantities("solid.last.reactions", counts.iter().sum())?.into_iter();
         let [largest_acceleration, contact_frequency, tangent_stiffness_ratio] =
             saved.numbers("solid.last.judged")?;
         let [outside] = saved.u64s("solid.last.outside")?;
@@ -93,10 +93,10 @@ impl SolidState {
         Ok(Self {
             springs: restored_springs(saved)?,
             particles: Particles {
-                position: saved.vectors("solid.position", n)?,
-                velocity: saved.vectors("solid.velocity", n)?,
+                position: saved.quantities("solid.position", n)?,
+                velocity: saved.quantities("solid.velocity", n)?,
                 density: saved.f64s("solid.density", Some(n))?.to_vec(),
-                deviatoric_stress: saved.tensors("solid.deviatoric_stress", n)?,
+                deviatoric_stress: saved.quantities("solid.deviatoric_stress", n)?,
             },
             rigid: rigid.chunks_exact(6).map(motion).collect(),
             image_counts: image_counts
@@ -105,7 +105,7 @@ impl SolidState {
                 .collect(),
             angles: saved.f64s("solid.angles", Some(start.angles.len()))?.to_vec(),
             last: LastStage {
-                fluid_force: saved.vectors("solid.last.fluid_force", start.last.fluid_force.len())?,
+                fluid_force: saved.quantities("solid.last.fluid_force", start.last.fluid_force.len())?,
                 reactions: counts.iter().map(|count| reactions.by_ref().take(*count).collect()).collect(),
                 maxima: StageMaxima { largest_acceleration, contact_frequency, tangent_stiffness_ratio },
                 outside,

@@ -6,6 +6,7 @@ use sph::setup::{
     FluidScheme, FluidSetup, Formulation, GradientCorrection, HyperelasticLaw, SolidSetup, SolidStepping,
     SubstepCount,
 };
+use sph::space::Plane;
 
 /// What the time of a step goes into.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -160,12 +161,12 @@ fn substeps(setup: &SolidSetup, time_step: f64) -> Option<f64> {
             let speed = body.material.longitudinal_speed();
             match &body.formulation {
                 Formulation::Rigid => None,
-                Formulation::UpdatedLagrangian(constants) => Some(updated_lagrangian_substep(
+                Formulation::UpdatedLagrangian(constants) => Some(updated_lagrangian_substep::<Plane>(
                     constants.smoothing_length(setup.particle_spacing),
                     speed,
                     constants.viscosity_a,
                 )),
-                Formulation::TotalLagrangian(constants) => Some(total_lagrangian_substep(
+                Formulation::TotalLagrangian(constants) => Some(total_lagrangian_substep::<Plane>(
                     2.0 * speed / setup.particle_spacing,
                     constants.viscosity_a,
                 )),

@@ -14,6 +14,7 @@ use sph::setup::{
     Choice, ContactLaw, FluidScheme, Formulation, ParameterSet, SolidStepping, StepPolicy, SubstepCount,
     Value,
 };
+use sph::space::Plane;
 
 use super::Case;
 use super::file::body::BodyTable;
@@ -391,15 +392,15 @@ fn body_limit(solid: &SolidTable, body: &BodyTable) -> Option<(String, f64, f64)
         (FormulationTable::Rigid, _) => return None,
         (FormulationTable::UpdatedLagrangian(set), count) => {
             let (h, a) = (set.smoothing_length(spacing), set.viscosity_a);
-            let of_step = || updated_lagrangian_stage_rule(h, speed, a);
-            (count.map_or_else(of_step, |n| n * updated_lagrangian_substep(h, speed, a)), "h/c_L")
+            let of_step = || updated_lagrangian_stage_rule::<Plane>(h, speed, a);
+            (count.map_or_else(of_step, |n| n * updated_lagrangian_substep::<Plane>(h, speed, a)), "h/c_L")
         }
         (FormulationTable::TotalLagrangian(set), count) => {
             let a = set.viscosity_a;
-            let of_step = || total_lagrangian_stage_rule(spacing, speed, a);
+            let of_step = || total_lagrangian_stage_rule::<Plane>(spacing, speed, a);
             // The stiffest vibration of a lattice, which the solver finds exactly.
             let frequency = 2.0 * speed / spacing;
-            (count.map_or_else(of_step, |n| n * total_lagrangian_substep(frequency, a)), "Δx/c_L")
+            (count.map_or_else(of_step, |n| n * total_lagrangian_substep::<Plane>(frequency, a)), "Δx/c_L")
         }
     };
     let origin = match count {

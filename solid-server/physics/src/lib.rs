@@ -22,7 +22,7 @@
 //! build, solver  makes all of it from a set-up; steps it
 //! ```
 
-mod space;
+pub mod space;
 pub mod thresholds;
 
 mod particles {

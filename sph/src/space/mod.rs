@@ -67,6 +67,9 @@ pub trait Space:
     /// ω × (ω × r).
     fn centripetal(spin: Self::Spin, arm: &Self::Vector) -> Self::Vector;
 
+    /// `rotation` after `duration` \[s\] at angular velocity `spin`.
+    fn rotated(rotation: Self::Rotation, spin: Self::Spin, duration: f64) -> Self::Rotation;
+
     /// R such that R·v is the vector `v` after the rotation.
     fn rotation_matrix(rotation: Self::Rotation) -> Self::Tensor;
 

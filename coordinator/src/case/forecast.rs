@@ -6,6 +6,7 @@ use sph::setup::{
     FluidScheme, FluidSetup, Formulation, GradientCorrection, HyperelasticLaw, SolidSetup, SolidStepping,
     SubstepCount,
 };
+use sph::space::Plane;
 
 /// What the time of a step goes into.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -156,10 +157,9 @@ fn substeps(setup: &SolidSetup, time_step: f64) -> Option<f64> {
     let limits = match setup.stepping {
         SolidStepping::StageRule => return None,
         SolidStepping::Substeps(SubstepCount::Fixed(count)) => return Some(f64::from(count)),
-        SolidStepping::Substeps(SubstepCount::Automatic) => setup
-            .bodies
-            .iter()
-            .filter_map(|body| estimated_substep(&body.formulation, &body.material, setup.particle_spacing)),
+        SolidStepping::Substeps(SubstepCount::Automatic) => setup.bodies.iter().filter_map(|body| {
+            estimated_substep::<Plane>(&body.formulation, &body.material, setup.particle_spacing)
+        }),
     };
     let limit = limits.fold(f64::INFINITY, f64::min);
     Some(f64::from(automatic_substeps(time_step, limit)))

@@ -81,7 +81,8 @@ impl Case {
 fn body_limit(solid: &SolidTable, body: &BodyTable) -> Option<StepLimit> {
     let formulation = body.formulation.to_setup();
     let (stepping, spacing) = (solid.substeps.to_setup(), solid.particle_spacing_m.value);
-    let stability = estimated_step(stepping, &formulation, &body.material.parameters.values(), spacing)?;
+    let stability =
+        estimated_step::<Plane>(stepping, &formulation, &body.material.parameters.values(), spacing)?;
     let length = match formulation.kind() {
         FormulationKind::TotalLagrangian => "Δx/c_L",
         FormulationKind::UpdatedLagrangian | FormulationKind::Rigid => "h/c_L",

@@ -23,7 +23,7 @@
 //! constants      coefficients that no case sets, listed
 //! ```
 
-mod space;
+pub mod space;
 mod thresholds;
 
 mod particles {

@@ -6,7 +6,7 @@
 use crate::coupling::exchange::StateColumns;
 use crate::coupling::ledger::{LedgerVector, MomentumReport, axial, exceeds, lifted};
 use crate::coupling::stage::{Stage, StageTime};
-use crate::interface::states::{InterfaceStates, read_vectors};
+use crate::interface::states::InterfaceStates;
 use crate::setup::{CouplingKind, Formulation, SolidSetup};
 use crate::space::domain::Domain;
 use crate::space::{Vector, cross};
@@ -197,7 +197,7 @@ impl Audit {
 
     /// Takes the `states` of a further iteration of the corrector.
     pub fn update(&mut self, states: &StateColumns) {
-        read_vectors(&states.velocity, &mut self.middle);
+        states.velocity.read_into(&mut self.middle);
     }
 
     /// Compares the state at a step boundary with the one before.

@@ -195,11 +195,13 @@ mod tests {
         }
 
         fn forces(&self, applied: &Column) -> Column {
-            let (free, applied) = (self.free.arrays(), applied.arrays());
-            column(free.zip(applied).enumerate().map(|(k, ([x, y], [u, v]))| {
-                let slope = self.slope(k);
-                [x - u * slope, y - v * slope]
-            }))
+            let (free, applied) = (self.free.quantities(), applied.quantities());
+            column(free.zip(applied).enumerate().map(
+                |(k, ([x, y], [u, v])): (usize, ([f64; 2], [f64; 2]))| {
+                    let slope = self.slope(k);
+                    [x - u * slope, y - v * slope]
+                },
+            ))
         }
 
         /// a/(1 + λ).

@@ -5,7 +5,7 @@ use sph::lanes::Arithmetic;
 use sph::laws::repulsion::Repulsion;
 use sph::prescribed::body_force::BodyForceField;
 use sph::setup::{FluidParticles, FluidSetup, GradientCorrection, ViscousForm};
-use sph::space::Vector;
+use sph::space::{Plane, Space, Vector};
 
 use super::list_limits::skins;
 use super::model::{FluidModel, PairLaw, Viscosity};
@@ -17,7 +17,10 @@ use super::walls::WallModel;
 ///
 /// # Errors
 /// Everything in the set-up that can not be run.
-pub fn build(setup: FluidSetup, arithmetic: Arithmetic) -> Result<(FluidModel, FluidState), Vec<String>> {
+pub fn build(
+    setup: FluidSetup,
+    arithmetic: Arithmetic,
+) -> Result<(FluidModel<Plane>, FluidState<Plane>), Vec<String>> {
     let mut errors = setup_errors(&setup);
     if !errors.is_empty() {
         return Err(errors);
@@ -31,7 +34,7 @@ pub fn build(setup: FluidSetup, arithmetic: Arithmetic) -> Result<(FluidModel, F
         GradientCorrection::LatticeMoment | GradientCorrection::Continuity => (lattice_scale, lattice_scale),
         GradientCorrection::Renormalised => (1.0, lattice_scale),
     };
-    let mass = constants.rest_density * constants.particle_spacing.powi(2);
+    let mass = constants.rest_density * Plane::cell_volume(constants.particle_spacing);
     let walls = WallModel::new(
         &setup.walls,
         &setup.wall_particles,
@@ -92,7 +95,7 @@ pub fn build(setup: FluidSetup, arithmetic: Arithmetic) -> Result<(FluidModel, F
 }
 
 /// The state at `time` \[s\], before any stage has been evaluated.
-fn first_state(model: &FluidModel, particles: FluidParticles, time: f64) -> FluidState {
+fn first_state(model: &FluidModel<Plane>, particles: FluidParticles, time: f64) -> FluidState<Plane> {
     let FluidParticles { id, region, mass, position, velocity, density } = particles;
     let body_force = model.body_force.at(time);
     // No stage has been evaluated yet: the body force stands in for the acceleration.

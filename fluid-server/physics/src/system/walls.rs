@@ -4,6 +4,7 @@ use sph::neighbours::CellGrid;
 use sph::prescribed::motion::{MotionState, RigidMotion};
 use sph::setup::{WallCondition, WallParticles, WallSetup};
 use sph::space::domain::Domain;
+use sph::space::tensors::SpaceVector;
 use sph::space::{Plane, Space, Vector};
 
 sph::constants! {
@@ -33,9 +34,9 @@ pub struct WallModel<S: Space = Plane> {
     /// Whether a particle lies at the face, with no other wall particle in front of it.
     pub first_layer: Vec<bool>,
     start: Vec<S::Vector>,
-    /// Unit normal of the mirror in Eq. (27); zero where both components are reversed.
+    /// Unit normal of the mirror in Eq. (27); zero where all components are reversed.
     mirror_normal: Vec<S::Vector>,
-    motion: Vec<Option<RigidMotion>>,
+    motion: Vec<Option<RigidMotion<S>>>,
     release_time: Vec<Option<f64>>,
 }
 
@@ -97,11 +98,9 @@ impl<S: Space> WallModel<S> {
     pub fn acts(&self, wall: u32, time: f64) -> bool {
         self.release_time[wall as usize].is_none_or(|release| time < release)
     }
-}
 
-impl WallModel {
     /// Motion of each wall at `time` \[s\], `None` for a wall at rest; nothing where no wall moves.
-    pub fn motions_at(&self, time: f64) -> Vec<Option<MotionState>> {
+    pub fn motions_at(&self, time: f64) -> Vec<Option<MotionState<S>>> {
         if !self.moves() {
             return Vec::new();
         }
@@ -109,7 +108,7 @@ impl WallModel {
     }
 
     /// Position \[m\] and face normal of particle `w` while the walls are as `motions` say.
-    pub fn placed(&self, w: usize, motions: &[Option<MotionState>]) -> (Vector, Vector) {
+    pub fn placed(&self, w: usize, motions: &[Option<MotionState<S>>]) -> (S::Vector, S::Vector) {
         match motions.get(self.wall[w] as usize) {
             None | Some(None) => (self.start[w], self.face_normal[w]),
             Some(Some(motion)) => (motion.position(&self.start[w]), motion.rotate(&self.face_normal[w])),
@@ -166,19 +165,19 @@ pub struct WallField<S: Space = Plane> {
     pub velocity: Vec<S::Vector>,
     /// Acceleration \[m/s²\].
     pub acceleration: Vec<S::Vector>,
-    /// Normal of the mirror in Eq. (27), zero where both components are reversed.
+    /// Normal of the mirror in Eq. (27), zero where all components are reversed.
     pub mirror_normal: Vec<S::Vector>,
     /// Unit normal of the face into the fluid.
     pub face_normal: Vec<S::Vector>,
 }
 
-impl WallField {
+impl<S: Space> WallField<S> {
     /// Places the walls as they are at `time` \[s\].
-    pub fn place(&mut self, walls: &WallModel, domain: &Domain, time: f64) {
+    pub fn place(&mut self, walls: &WallModel<S>, domain: &Domain<S>, time: f64) {
         if self.position.len() != walls.len() {
             self.position = walls.start.iter().map(|x| domain.wrapped(x)).collect();
-            self.velocity = vec![Vector::zeros(); walls.len()];
-            self.acceleration = vec![Vector::zeros(); walls.len()];
+            self.velocity = vec![S::Vector::zeros(); walls.len()];
+            self.acceleration = vec![S::Vector::zeros(); walls.len()];
             self.mirror_normal.clone_from(&walls.mirror_normal);
             self.face_normal.clone_from(&walls.face_normal);
         }

@@ -4,7 +4,8 @@ use rayon::prelude::*;
 
 use sph::coupling::solver::Divergence;
 use sph::coupling::stage::StepStage;
-use sph::space::Plane;
+use sph::space::components::Components;
+use sph::space::tensors::SpaceVector;
 
 use crate::particles::variables::Particles;
 use crate::space::SolidSpace;
@@ -14,7 +15,11 @@ use crate::system::model::SolidModel;
 ///
 /// # Errors
 /// When a quantity is not finite, density or shear leave their range, or a particle outruns the waves in its body.
-pub fn check(model: &SolidModel, particles: &Particles, at: StepStage) -> Result<(), Box<Divergence>> {
+pub fn check<S: SolidSpace>(
+    model: &SolidModel<S>,
+    particles: &Particles<S>,
+    at: StepStage,
+) -> Result<(), Box<Divergence>> {
     (0..particles.len())
         .into_par_iter()
         .with_min_len(1024)
@@ -29,9 +34,9 @@ pub fn check(model: &SolidModel, particles: &Particles, at: StepStage) -> Result
 ///
 /// # Errors
 /// Names the first particle outside.
-pub fn check_domain(
-    model: &SolidModel,
-    particles: &Particles,
+pub fn check_domain<S: SolidSpace>(
+    model: &SolidModel<S>,
+    particles: &Particles<S>,
     time: &sph::coupling::stage::StageTime,
 ) -> Result<u64, Box<Divergence>> {
     let is_outside = |i: &usize| {
@@ -45,7 +50,7 @@ pub fn check_domain(
     Err(Box::new(Divergence {
         at: time.at,
         particle: first.map(|i| model.particles.id[i]),
-        position: first.map(|i| particles.position[i].as_slice().to_vec()),
+        position: first.map(|i| particles.position[i].row().as_ref().to_vec()),
         quantity: format!(
             "number of particles outside the domain [-]{}",
             first.map_or_else(String::new, |i| format!(" (first of body `{}`)", model.body_of(i).name))
@@ -68,22 +73,26 @@ struct BrokenLimit {
 const SHORTER_STEP: &str = "the step may be too long for the solid: reduce the time step, raise the number of its \
                             sub-steps, or its artificial viscosity A";
 
-fn broken_limit(model: &SolidModel, particles: &Particles, i: usize) -> Option<BrokenLimit> {
+fn broken_limit<S: SolidSpace>(
+    model: &SolidModel<S>,
+    particles: &Particles<S>,
+    i: usize,
+) -> Option<BrokenLimit> {
     let body = model.body_of(i);
-    let (x, v) = (&particles.position[i], &particles.velocity[i]);
-    let (rho, s) = (particles.density[i], &particles.deviatoric_stress[i]);
-    let finite = |quantity, values: [f64; 3]| {
-        values.into_iter().find(|value| !value.is_finite()).map(|value| BrokenLimit {
+    let (x, v) = (particles.position[i], particles.velocity[i]);
+    let (rho, s) = (particles.density[i], particles.deviatoric_stress[i]);
+    let finite = |quantity, values: &[f64]| {
+        values.iter().copied().find(|value| !value.is_finite()).map(|value| BrokenLimit {
             quantity,
             value,
             allowed: "finite values".into(),
             hint: SHORTER_STEP,
         })
     };
-    let not_finite = finite("position [m]", [x.x, x.y, 0.0])
-        .or_else(|| finite("velocity [m/s]", [v.x, v.y, 0.0]))
-        .or_else(|| finite("density [kg/m3]", [rho, 0.0, 0.0]))
-        .or_else(|| finite("deviatoric stress [Pa]", [s.xx, s.yy, s.xy]));
+    let not_finite = finite("position [m]", x.row().as_ref())
+        .or_else(|| finite("velocity [m/s]", v.row().as_ref()))
+        .or_else(|| finite("density [kg/m3]", &[rho]))
+        .or_else(|| finite("deviatoric stress [Pa]", s.row().as_ref()));
     if not_finite.is_some() {
         return not_finite;
     }
@@ -110,7 +119,7 @@ fn broken_limit(model: &SolidModel, particles: &Particles, i: usize) -> Option<B
             hint: "the body is torn or crushed beyond what the elastic law can mean: reduce the load or the time step",
         });
     }
-    let shear = Plane::squared_deviator(s).sqrt() / (2.0 * body.material.shear_modulus);
+    let shear = S::squared_deviator(&s).sqrt() / (2.0 * body.material.shear_modulus);
     (shear > limits.largest_shear).then(|| BrokenLimit {
         quantity: "elastic shear strain sqrt(s:s)/(2G) [-]",
         value: shear,
@@ -120,17 +129,17 @@ fn broken_limit(model: &SolidModel, particles: &Particles, i: usize) -> Option<B
 }
 
 impl BrokenLimit {
-    fn divergence(
+    fn divergence<S: SolidSpace>(
         self,
-        model: &SolidModel,
-        particles: &Particles,
+        model: &SolidModel<S>,
+        particles: &Particles<S>,
         i: usize,
         at: StepStage,
     ) -> Box<Divergence> {
         Box::new(Divergence {
             at,
             particle: Some(model.particles.id[i]),
-            position: Some(particles.position[i].as_slice().to_vec()),
+            position: Some(particles.position[i].row().as_ref().to_vec()),
             quantity: format!("{} of body `{}`", self.quantity, model.body_of(i).name),
             value: self.value,
             allowed: self.allowed,

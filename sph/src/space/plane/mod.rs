@@ -52,6 +52,11 @@ impl Space for Plane {
     }
 
     #[inline]
+    fn rotated(rotation: f64, spin: f64, duration: f64) -> f64 {
+        rotation + spin * duration
+    }
+
+    #[inline]
     fn rotation_matrix(rotation: f64) -> Matrix2<f64> {
         let (sine, cosine) = rotation.sin_cos();
         Matrix2::new(cosine, -sine, sine, cosine)

@@ -14,7 +14,7 @@ use sph::space::geometry::Geometry;
 use sph::space::tensors::SpaceVector;
 use sph::space::{Plane, Space};
 
-use super::detection::{SurfaceFlag, outward, read_surface_flag};
+use super::detection::outward;
 use crate::equations::neighbour_sums::NeighbourSums;
 use crate::neighbours::scene::Scene;
 use crate::system::model::FluidModel;
@@ -83,23 +83,22 @@ enum Place {
     Alone,
 }
 
-/// Shift and acceleration of particle `i`; `neighbour_fields` are those of all particles, `nearest` is r² of its
-/// nearest neighbour at the surface \[m²\].
+/// Shift and acceleration of particle `i`; `neighbour_fields` are those of all particles, `near_surface` is whether it
+/// lies near the free surface.
 #[inline(always)]
 pub fn regularise<S: FluidSpace, L: Lanes, G: Geometry<S>>(
     order: &OrderControl,
     scene: &Scene<G, S>,
     i: usize,
     neighbour_fields: &[S::Fields],
-    nearest: f64,
+    near_surface: bool,
     sums: &RegularisationSums<S>,
 ) -> Regularisation<S> {
     let fields = &neighbour_fields[i];
-    let SurfaceFlag { at_surface, eigenvalue } = read_surface_flag(fields.flag());
-    let near = nearest < scene.model.kernel.support_radius().powi(2);
+    let eigenvalue = fields.eigenvalue();
     let place = if eigenvalue < S::SPRAY_EIGENVALUE {
         Place::Alone
-    } else if at_surface || near {
+    } else if near_surface {
         Place::Surface
     } else {
         Place::Inside

@@ -150,7 +150,7 @@ impl<S: FluidSpace> Workspace<S> {
             let partner = if interface.is_some() { Partner::Present } else { Partner::Absent };
             gradients.accumulate(&scene, partner, rates);
         } else {
-            gradients.make_tensors(&scene);
+            gradients.make_tensors(model, fluid);
         }
     }
 
@@ -192,7 +192,10 @@ impl<S: FluidSpace> Workspace<S> {
             }
         }
         if *computes_gradients && part == StagePart::Momentum {
-            gradients.make_tensors(&scene);
+            gradients.make_tensors(model, fluid);
+        }
+        if part != StagePart::Density {
+            gradients.find_near_surface(&scene);
         }
         StageFields { scene, state, field: &walls.field, gradients, time, part }.rates(rates, external);
         if let Some(interface) = interface {
@@ -203,8 +206,7 @@ impl<S: FluidSpace> Workspace<S> {
     /// Walls and gradients of the present state at a step boundary of `time` \[s\], for outputs.
     pub fn evaluate_outputs(&mut self, model: &FluidModel<S>, time: f64) {
         self.evaluate_own(model, time);
-        let Self { lists, fluid, walls, gradients, .. } = self;
-        gradients.make_tensors(&Scene { geometry: Open, model, lists, fluid, walls: &walls.particles });
+        self.gradients.make_tensors(model, &self.fluid);
     }
 }
 

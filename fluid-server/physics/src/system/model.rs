@@ -10,14 +10,14 @@ use sph::setup::{
     Coupling, Damping, DensityDiffusion, FluidParameters, FluidProbe, FluidScheme, GradientCorrection,
     OrderControl, Outflow,
 };
+use sph::space::Space;
 use sph::space::domain::Domain;
-use sph::space::{Plane, Space};
 
 use super::walls::WallModel;
 
 /// Constants of a run.
 #[derive(Clone, Debug)]
-pub struct FluidModel<S: Space = Plane> {
+pub struct FluidModel<S: Space> {
     /// Box and periodic directions.
     pub domain: Domain<S>,
     /// Constants of the fluid.

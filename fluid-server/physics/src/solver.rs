@@ -74,7 +74,7 @@ impl<S: FluidSpace> FluidSolver<S> {
     }
 }
 
-impl Solver for FluidSolver<Plane> {
+impl<S: FluidSpace> Solver for FluidSolver<S> {
     fn role(&self) -> Role {
         Role::Fluid
     }
@@ -172,7 +172,7 @@ impl Solver for FluidSolver<Plane> {
     fn probes(&self, time: f64, values: &mut Vec<f64>) {
         let wall_forces = || match &self.boundary.evaluated(&self.model, &self.state, time).evaluated {
             Some((state, workspace)) => wall_forces(&self.model, state, workspace, time),
-            None => vec![SpaceVector::repeat(f64::NAN); self.model.walls.names.len()],
+            None => vec![S::Vector::repeat(f64::NAN); self.model.walls.names.len()],
         };
         let immersed = self.workspace.interface.as_ref().map_or(0, |interface| interface.immersed());
         probes::values(&self.model, &self.state, wall_forces, immersed, values);

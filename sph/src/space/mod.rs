@@ -1,7 +1,7 @@
 //! Space: vectors and tensors, the domain and its periodic directions.
 //!
-//! Laws, neighbours and solvers are written over [`Space`]. The types without a parameter are those of the plane, for
-//! code that is of the plane still: case files, set-ups, the exchange, outputs.
+//! Laws, neighbours, the interface and solvers are written over [`Space`]. The types without a parameter are those of the
+//! plane, for code that is of the plane still: case files, set-ups, outputs.
 
 pub mod algebra;
 pub mod components;

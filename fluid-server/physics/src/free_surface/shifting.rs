@@ -10,9 +10,9 @@
 
 use sph::lanes::Lanes;
 use sph::setup::OrderControl;
+use sph::space::Space;
 use sph::space::geometry::Geometry;
 use sph::space::tensors::SpaceVector;
-use sph::space::{Plane, Space};
 
 use super::detection::outward;
 use crate::equations::neighbour_sums::NeighbourSums;
@@ -22,7 +22,7 @@ use crate::system::packed_particle::{FluidSpace, NeighbourFields, Packed};
 
 /// Sums of a particle that its regularisation needs.
 #[derive(Clone, Copy, Debug)]
-pub struct RegularisationSums<S: Space = Plane> {
+pub struct RegularisationSums<S: Space> {
     /// Σ V_j ∇W \[1/m\].
     pub concentration: S::Vector,
     /// Σ V_j [1 + R (W/W(Δx))⁴] ∇W \[1/m\].
@@ -65,7 +65,7 @@ impl<S: Space> RegularisationSums<S> {
 
 /// Regularisation of one particle.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Regularisation<S: Space = Plane> {
+pub struct Regularisation<S: Space> {
     /// Velocity by which the position is shifted \[m/s\].
     pub shift: S::Vector,
     /// Acceleration by the tensile control and by the shift through a velocity gradient \[m/s²\].

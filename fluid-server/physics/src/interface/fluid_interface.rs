@@ -20,7 +20,7 @@ use crate::neighbours::scene::Scene;
 use crate::rates::gradient_pass::PartnerDensity;
 use crate::rates::gradients::Gradients;
 use crate::rates::particle_rates::{Rates, StagePart};
-use crate::system::model::FluidModel;
+use crate::system::model::{FluidModel, Probe};
 use crate::system::packed_particle::{FluidSpace, NeighbourFields};
 use crate::system::state::FluidState;
 
@@ -106,7 +106,7 @@ impl<S: FluidSpace> FluidInterface<S> {
 
     /// Counts the fluid particles inside solids, where a probe asks for it.
     fn count_immersed(&mut self, model: &FluidModel<S>) {
-        if !model.probes.iter().any(|probe| probe.kind == FluidProbeKind::Immersed) {
+        if !model.probes.iter().any(|probe| matches!(probe, Probe::Plain(FluidProbeKind::Immersed))) {
             return;
         }
         let [own, partner] = &self.states;

@@ -3,7 +3,6 @@
 use rayon::prelude::*;
 use sph::coupling::stage::StageTime;
 use sph::neighbours::largest_displacement;
-use sph::space::Plane;
 use sph::space::geometry::{Geometry, Open, Periodic};
 use sph::space::tensors::SpaceVector;
 
@@ -20,7 +19,7 @@ use crate::system::walls::WallField;
 
 /// Lists of all pairs closer than support radius plus skin.
 #[derive(Debug)]
-pub struct Lists<S: FluidSpace = Plane> {
+pub struct Lists<S: FluidSpace> {
     /// Fluid neighbours of each fluid particle.
     pub fluid: Rows,
     /// Wall neighbours of each fluid particle.

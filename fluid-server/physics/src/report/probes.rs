@@ -6,12 +6,12 @@ use std::ops::AddAssign;
 use sph::coupling::ledger::Energies;
 use sph::neighbours::CellGrid;
 use sph::setup::FluidProbeKind;
+use sph::space::Space;
 use sph::space::components::Components;
 use sph::space::tensors::{SpaceSymmetric, SpaceTensor, SpaceVector};
-use sph::space::{Plane, Space, Vector};
 use sph::sums::ordered_sum;
 
-use crate::system::model::FluidModel;
+use crate::system::model::{FluidModel, Probe, Segment};
 use crate::system::state::FluidState;
 
 sph::constants! {
@@ -26,29 +26,41 @@ sph::constants! {
 
 /// Values of `model`'s probes; `wall_forces` computes the force on each wall \[N/m\] where a probe needs it,
 /// `immersed` is the number of particles inside solids.
-pub fn values(
-    model: &FluidModel<Plane>,
-    state: &FluidState<Plane>,
-    wall_forces: impl FnOnce() -> Vec<Vector>,
+pub fn values<S: Space>(
+    model: &FluidModel<S>,
+    state: &FluidState<S>,
+    wall_forces: impl FnOnce() -> Vec<S::Vector>,
     immersed: u32,
     values: &mut Vec<f64>,
 ) {
     let connected = OnceCell::new();
     let connected = || connected.get_or_init(|| connected_fluid(model, state));
-    let needs_forces = |kind: &FluidProbeKind| matches!(kind, FluidProbeKind::WallForce(_));
-    let forces =
-        if model.probes.iter().any(|probe| needs_forces(&probe.kind)) { wall_forces() } else { Vec::new() };
+    let needs_forces = |probe: &Probe<S>| matches!(probe, Probe::Plain(FluidProbeKind::WallForce(_)));
+    let forces = if model.probes.iter().any(needs_forces) { wall_forces() } else { Vec::new() };
     for probe in &model.probes {
-        match &probe.kind {
-            FluidProbeKind::Point(x) => point(model, state, x, values),
+        let kind = match probe {
+            Probe::Point(x) => {
+                point(model, state, x, values);
+                continue;
+            }
+            Probe::FlowRate(segment) => {
+                values.push(flow_rate(model, state, segment));
+                continue;
+            }
+            Probe::Plain(kind) => kind,
+        };
+        match kind {
+            // Prepared as probes of their own when the model is built.
+            FluidProbeKind::Point(_) | FluidProbeKind::FlowRate(..) => {}
             FluidProbeKind::WaterLevel(x) => values.push(water_level(model, state, connected(), *x)),
-            FluidProbeKind::FlowRate(from, to) => values.push(flow_rate(model, state, from, to)),
             FluidProbeKind::Front => values.push(front(state, connected())),
             FluidProbeKind::Region(region) => {
                 let sums = region_sums(model, state, *region);
                 with_second_moments(state, *region, sums).write(values);
             }
-            FluidProbeKind::WallForce(wall) => values.extend(forces[*wall as usize].row()),
+            FluidProbeKind::WallForce(wall) => {
+                values.extend_from_slice(forces[*wall as usize].row().as_ref())
+            }
             FluidProbeKind::Immersed => values.push(f64::from(immersed)),
         }
     }
@@ -73,15 +85,13 @@ fn point<S: Space>(model: &FluidModel<S>, state: &FluidState<S>, x: &S::Vector, 
     values.extend_from_slice(velocity.row().as_ref());
 }
 
-/// Volume flux per depth through the segment \[m²/s\], positive to the right of the way `from` → `to` \[m\].
+/// Volume flux per depth through `segment` \[m²/s\].
 ///
 /// ```text
 /// Q = Σ V_j v_j·n ∫ W(|x(s) − x_j|) ds
 /// ```
-fn flow_rate(model: &FluidModel<Plane>, state: &FluidState<Plane>, from: &Vector, to: &Vector) -> f64 {
-    let length = (to - from).norm();
-    let (along, middle) = ((to - from) / length, 0.5 * (from + to));
-    let (normal, support) = (Vector::new(along.y, -along.x), model.kernel.support_radius());
+fn flow_rate<S: Space>(model: &FluidModel<S>, state: &FluidState<S>, segment: &Segment<S>) -> f64 {
+    let (Segment { middle, along, normal, length }, support) = (*segment, model.kernel.support_radius());
     let flux = |i: usize| {
         let offset = model.domain.separation(&state.position[i], &middle);
         let (s, distance) = (offset.dot(&along) + 0.5 * length, offset.dot(&normal).abs());
@@ -98,15 +108,19 @@ fn flow_rate(model: &FluidModel<Plane>, state: &FluidState<Plane>, from: &Vector
     ordered_sum(state.len(), flux)
 }
 
-/// Highest y of the connected fluid within a spacing of `x`, plus half a spacing; not a number where it is dry.
-fn water_level(model: &FluidModel<Plane>, state: &FluidState<Plane>, connected: &[u32], x: f64) -> f64 {
+/// Highest place, along the last axis, of the connected fluid within a spacing of `x` along the first, plus half a spacing;
+/// not a number where it is dry.
+fn water_level<S: Space>(model: &FluidModel<S>, state: &FluidState<S>, connected: &[u32], x: f64) -> f64 {
     let spacing = model.constants.particle_spacing;
     let near = |i: &&u32| {
         let x_i = &state.position[**i as usize];
-        model.domain.separation(&Vector::new(x, x_i.y), x_i).x.abs() <= spacing
+        let mut beside = *x_i;
+        beside[0] = x;
+        model.domain.separation(&beside, x_i)[0].abs() <= spacing
     };
-    let highest = connected.iter().filter(near).map(|i| state.position[*i as usize].y).reduce(f64::max);
-    highest.map_or(f64::NAN, |y| y + 0.5 * spacing)
+    let height = |i: &u32| state.position[*i as usize][S::DIMENSIONS - 1];
+    let highest = connected.iter().filter(near).map(height).reduce(f64::max);
+    highest.map_or(f64::NAN, |height| height + 0.5 * spacing)
 }
 
 /// 99.5 percentile (nearest rank) of x of the connected fluid; not a number without fluid.

@@ -4,11 +4,11 @@ use sph::kernel::{CubicSpline, PairKernel};
 use sph::lanes::Arithmetic;
 use sph::laws::repulsion::Repulsion;
 use sph::prescribed::body_force::BodyForceField;
-use sph::setup::{FluidParticles, FluidSetup, GradientCorrection, ViscousForm};
+use sph::setup::{FluidParticles, FluidProbe, FluidProbeKind, FluidSetup, GradientCorrection, ViscousForm};
 use sph::space::{Plane, Space, Vector};
 
 use super::list_limits::skins;
-use super::model::{FluidModel, PairLaw, Viscosity};
+use super::model::{FluidModel, PairLaw, Probe, Segment, Viscosity};
 use super::setup_errors::setup_errors;
 use super::state::FluidState;
 use super::walls::WallModel;
@@ -77,7 +77,7 @@ pub fn build(
         damping: setup.damping,
         regions: setup.regions,
         walls,
-        probes: setup.probes,
+        probes: setup.probes.into_iter().map(prepared).collect(),
         outflow: setup.outflow,
         wall_repulsion: Repulsion::new(
             constants.wall_repulsion,
@@ -92,6 +92,20 @@ pub fn build(
     };
     let state = first_state(&model, particles, run.time.start_time);
     Ok((model, state))
+}
+
+/// `probe` with the geometry that its evaluation needs.
+fn prepared(probe: FluidProbe) -> Probe<Plane> {
+    match probe.kind {
+        FluidProbeKind::Point(x) => Probe::Point(x),
+        FluidProbeKind::FlowRate(from, to) => {
+            let length = (to - from).norm();
+            let along = (to - from) / length;
+            let normal = Vector::new(along.y, -along.x);
+            Probe::FlowRate(Segment { middle: 0.5 * (from + to), along, normal, length })
+        }
+        kind => Probe::Plain(kind),
+    }
 }
 
 /// The state at `time` \[s\], before any stage has been evaluated.

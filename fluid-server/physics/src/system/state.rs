@@ -1,9 +1,9 @@
 //! The state of the fluid: everything that a checkpoint must hold.
 
 use rayon::prelude::*;
+use sph::space::Space;
 use sph::space::domain::Domain;
 use sph::space::tensors::SpaceVector;
-use sph::space::{Plane, Space};
 
 use super::tasks::TASK;
 
@@ -11,7 +11,7 @@ use super::tasks::TASK;
 ///
 /// The order of the particles is part of the state: it decides the order of every sum.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct FluidState<S: Space = Plane> {
+pub struct FluidState<S: Space> {
     /// Identity of each particle.
     pub id: Vec<u32>,
     /// Region of each particle.
@@ -50,7 +50,7 @@ pub struct FluidState<S: Space = Plane> {
 
 /// The input that determines content and order of the neighbour lists.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct ListOrigin<S: Space = Plane> {
+pub struct ListOrigin<S: Space> {
     /// Time to which moving walls belong \[s\].
     pub time: f64,
     /// Positions of the fluid \[m\].
@@ -59,7 +59,7 @@ pub struct ListOrigin<S: Space = Plane> {
 
 /// The state at the start of a step, from which both stages of Eq. (30)-(31) advance; empty with leapfrog.
 #[derive(Clone, Debug, Default)]
-pub struct StepStart<S: Space = Plane> {
+pub struct StepStart<S: Space> {
     /// Position \[m\].
     pub position: Vec<S::Vector>,
     /// Velocity \[m/s\].

@@ -4,10 +4,10 @@ use sph::coupling::solver::Divergence;
 use sph::coupling::stage::StepStage;
 use sph::lanes::{LanePass, Lanes, WIDTH};
 use sph::laws::equation_of_state::LARGEST_COMPRESSION;
+use sph::space::Space;
 use sph::space::components::Components;
 use sph::space::domain::Domain;
 use sph::space::tensors::SpaceVector;
-use sph::space::{Plane, Space};
 
 use crate::system::lane_arrays::{abs, largest, numbers, vectors};
 use crate::system::model::FluidModel;
@@ -29,7 +29,7 @@ pub struct Motion<S: Space, L: Lanes> {
 
 /// Limits of a valid state.
 #[derive(Clone, Copy, Debug)]
-pub struct StateLimits<S: Space = Plane> {
+pub struct StateLimits<S: Space> {
     domain: Domain<S>,
     square_speed: f64,
     densities: [f64; 2],

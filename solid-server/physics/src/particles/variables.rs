@@ -3,7 +3,6 @@
 use std::ops::Range;
 
 use sph::space::domain::Domain;
-use sph::space::tensors::SpaceVector;
 
 use crate::space::SolidSpace;
 
@@ -86,7 +85,7 @@ pub fn image_offset<S: SolidSpace>(domain: &Domain<S>, image_counts: &S::Of<i32>
 }
 
 /// Motion of a rigid body.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct RigidState<S: SolidSpace> {
     /// Centre of mass \[m\], not wrapped along periodic directions.
     pub centre: S::Vector,
@@ -96,15 +95,4 @@ pub struct RigidState<S: SolidSpace> {
     pub rotation: S::Rotation,
     /// Angular velocity \[rad/s\].
     pub angular_velocity: S::Spin,
-}
-
-impl<S: SolidSpace> Default for RigidState<S> {
-    fn default() -> Self {
-        Self {
-            centre: S::Vector::zeros(),
-            velocity: S::Vector::zeros(),
-            rotation: S::Rotation::default(),
-            angular_velocity: S::Spin::default(),
-        }
-    }
 }

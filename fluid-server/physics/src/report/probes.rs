@@ -253,8 +253,7 @@ impl<S: Space> RegionSums<S> {
     /// are not numbers without mass.
     fn write(&self, values: &mut Vec<f64>) {
         let centre = self.first_moment / self.mass;
-        let spread =
-            if self.mass > 0.0 { self.second_moment } else { S::SymmetricTensor::isotropic(f64::NAN) };
+        let spread = self.second_moment.scaled(if self.mass > 0.0 { 1.0 } else { f64::NAN });
         values.push(self.mass);
         values.extend_from_slice(self.momentum.row().as_ref());
         values.extend_from_slice(self.angular_momentum.row().as_ref());

@@ -7,9 +7,8 @@ use sph::coupling::solver::{Counts, Divergence, NoLoads, ParticleFields, Role, S
 use sph::coupling::stage::{StageTime, StepStage};
 use sph::lanes::Arithmetic;
 use sph::setup::FluidSetup;
-use sph::space::Plane;
 use sph::space::components::Components;
-use sph::space::tensors::SpaceVector;
+use sph::space::{Plane, Vector};
 
 use crate::boundary::departures::{EndedStep, remove_departed};
 use crate::report::boundary_evaluation::BoundaryEvaluation;
@@ -74,7 +73,8 @@ impl<S: FluidSpace> FluidSolver<S> {
     }
 }
 
-impl<S: FluidSpace> Solver for FluidSolver<S> {
+// Of the plane alone, for speed: its passes are then compiled in this crate, as one unit, and not where it is used.
+impl Solver for FluidSolver<Plane> {
     fn role(&self) -> Role {
         Role::Fluid
     }
@@ -92,7 +92,7 @@ impl<S: FluidSpace> Solver for FluidSolver<S> {
         let Self { model, state, workspace, .. } = self;
         // Accelerations stay with leapfrog alone; elsewhere speeds decide.
         let limit = |i: usize| {
-            let acceleration = state.acceleration.get(i).map_or(0.0, SpaceVector::norm);
+            let acceleration = state.acceleration.get(i).map_or(0.0, Vector::norm);
             time_step_limit(model, workspace.fluid[i].velocity().norm(), acceleration)
         };
         let i = (0..state.len()).min_by(|i, j| limit(*i).total_cmp(&limit(*j)))?;
@@ -172,7 +172,7 @@ impl<S: FluidSpace> Solver for FluidSolver<S> {
     fn probes(&self, time: f64, values: &mut Vec<f64>) {
         let wall_forces = || match &self.boundary.evaluated(&self.model, &self.state, time).evaluated {
             Some((state, workspace)) => wall_forces(&self.model, state, workspace, time),
-            None => vec![S::Vector::repeat(f64::NAN); self.model.walls.names.len()],
+            None => vec![Vector::repeat(f64::NAN); self.model.walls.names.len()],
         };
         let immersed = self.workspace.interface.as_ref().map_or(0, |interface| interface.immersed());
         probes::values(&self.model, &self.state, wall_forces, immersed, values);

@@ -38,30 +38,23 @@ pub fn values<S: Space>(
     let needs_forces = |probe: &Probe<S>| matches!(probe, Probe::Plain(FluidProbeKind::WallForce(_)));
     let forces = if model.probes.iter().any(needs_forces) { wall_forces() } else { Vec::new() };
     for probe in &model.probes {
-        let kind = match probe {
-            Probe::Point(x) => {
-                point(model, state, x, values);
-                continue;
-            }
-            Probe::FlowRate(segment) => {
-                values.push(flow_rate(model, state, segment));
-                continue;
-            }
-            Probe::Plain(kind) => kind,
-        };
-        match kind {
+        match probe {
+            Probe::Point(x) => point(model, state, x, values),
+            Probe::FlowRate(segment) => values.push(flow_rate(model, state, segment)),
             // Prepared as probes of their own when the model is built.
-            FluidProbeKind::Point(_) | FluidProbeKind::FlowRate(..) => {}
-            FluidProbeKind::WaterLevel(x) => values.push(water_level(model, state, connected(), *x)),
-            FluidProbeKind::Front => values.push(front(state, connected())),
-            FluidProbeKind::Region(region) => {
+            Probe::Plain(FluidProbeKind::Point(_) | FluidProbeKind::FlowRate(..)) => {}
+            Probe::Plain(FluidProbeKind::WaterLevel(x)) => {
+                values.push(water_level(model, state, connected(), *x))
+            }
+            Probe::Plain(FluidProbeKind::Front) => values.push(front(state, connected())),
+            Probe::Plain(FluidProbeKind::Region(region)) => {
                 let sums = region_sums(model, state, *region);
                 with_second_moments(state, *region, sums).write(values);
             }
-            FluidProbeKind::WallForce(wall) => {
+            Probe::Plain(FluidProbeKind::WallForce(wall)) => {
                 values.extend_from_slice(forces[*wall as usize].row().as_ref())
             }
-            FluidProbeKind::Immersed => values.push(f64::from(immersed)),
+            Probe::Plain(FluidProbeKind::Immersed) => values.push(f64::from(immersed)),
         }
     }
 }
@@ -108,8 +101,8 @@ fn flow_rate<S: Space>(model: &FluidModel<S>, state: &FluidState<S>, segment: &S
     ordered_sum(state.len(), flux)
 }
 
-/// Highest place, along the last axis, of the connected fluid within a spacing of `x` along the first, plus half a spacing;
-/// not a number where it is dry.
+/// Highest place, along the last axis, of the connected fluid within a spacing of `x` along the first, plus half a
+/// spacing; not a number where it is dry.
 fn water_level<S: Space>(model: &FluidModel<S>, state: &FluidState<S>, connected: &[u32], x: f64) -> f64 {
     let spacing = model.constants.particle_spacing;
     let near = |i: &&u32| {
@@ -257,12 +250,11 @@ fn with_second_moments<S: Space>(
 }
 
 impl<S: Space> RegionSums<S> {
-    /// Appends the values in the order of [`ProbeKind::columns`](sph::setup::ProbeKind::columns); centre and moments are
-    /// not numbers without mass.
+    /// Appends the values in the order of [`ProbeKind::columns`](sph::setup::ProbeKind::columns); centre and moments
+    /// are not numbers without mass.
     fn write(&self, values: &mut Vec<f64>) {
         let centre = self.first_moment / self.mass;
-        let spread =
-            if self.mass > 0.0 { self.second_moment } else { S::SymmetricTensor::isotropic(f64::NAN) };
+        let spread = self.second_moment.scaled(if self.mass > 0.0 { 1.0 } else { f64::NAN });
         values.push(self.mass);
         values.extend_from_slice(self.momentum.row().as_ref());
         values.extend_from_slice(self.angular_momentum.row().as_ref());

@@ -1,7 +1,7 @@
 //! Forecast of the CPU time of a step: the work of both solvers, counted in what their time goes into, and the cost of
 //! each unit of it.
 
-use solid::limits::{automatic_substeps, total_lagrangian_substep, updated_lagrangian_substep};
+use solid::limits::{automatic_substeps, estimated_substep};
 use sph::setup::{
     FluidScheme, FluidSetup, Formulation, GradientCorrection, HyperelasticLaw, SolidSetup, SolidStepping,
     SubstepCount,
@@ -154,26 +154,14 @@ fn solid_work(work: &mut Work, setup: &SolidSetup, time_step: f64) {
 
 /// Sub-steps of a step, as the solid chooses them at rest; `None` for the stage rule.
 fn substeps(setup: &SolidSetup, time_step: f64) -> Option<f64> {
-    let count = match setup.stepping {
+    let limits = match setup.stepping {
         SolidStepping::StageRule => return None,
         SolidStepping::Substeps(SubstepCount::Fixed(count)) => return Some(f64::from(count)),
         SolidStepping::Substeps(SubstepCount::Automatic) => setup.bodies.iter().filter_map(|body| {
-            let speed = body.material.longitudinal_speed();
-            match &body.formulation {
-                Formulation::Rigid => None,
-                Formulation::UpdatedLagrangian(constants) => Some(updated_lagrangian_substep::<Plane>(
-                    constants.smoothing_length(setup.particle_spacing),
-                    speed,
-                    constants.viscosity_a,
-                )),
-                Formulation::TotalLagrangian(constants) => Some(total_lagrangian_substep::<Plane>(
-                    2.0 * speed / setup.particle_spacing,
-                    constants.viscosity_a,
-                )),
-            }
+            estimated_substep::<Plane>(&body.formulation, &body.material, setup.particle_spacing)
         }),
     };
-    let limit = count.fold(f64::INFINITY, f64::min);
+    let limit = limits.fold(f64::INFINITY, f64::min);
     Some(f64::from(automatic_substeps(time_step, limit)))
 }
 

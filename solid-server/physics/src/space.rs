@@ -10,11 +10,12 @@ use sph::sums::ordered_sum;
 
 use crate::thresholds::Thresholds;
 
-/// Ratio of the eigenvalues of a moment matrix below which all neighbours count as lying on one line.
-const SINGULAR: f64 = 1e-6;
-
-/// Share of Σ m |r|² in the moment of inertia above which it is no round-off \[-\].
-const SMALLEST_INERTIA: f64 = 1e-9;
+sph::constants! {
+    const SINGULAR: f64 = 1e-6, "solid.correction.singular",
+        "ratio of the eigenvalues of a moment matrix below which all neighbours count as lying on one line [-]";
+    const SMALLEST_INERTIA: f64 = 1e-9, "solid.rigid.smallest_inertia",
+        "share of sum m |r|^2 in the moment of inertia above which it is no round-off [-]";
+}
 
 /// `angle` plus whole turns, as near as possible to `near` \[rad\].
 pub fn nearest_branch(angle: f64, near: f64) -> f64 {

@@ -42,8 +42,11 @@ struct TaskRegions<S: Space> {
     ambiguous: Vec<u32>,
 }
 
-/// Longer rows count as one region: a support holds about thirty particles, and the work grows with their square.
-pub(crate) const LARGEST_ROW: usize = 256;
+crate::constants! {
+    /// A support holds about thirty particles, and the work grows with their square.
+    const LARGEST_ROW: usize = 256, "interface.largest_row",
+        "fluid particles around one of a solid above which they count as one region [-]";
+}
 
 /// A pair without a region.
 const UNASSIGNED: u32 = u32::MAX;

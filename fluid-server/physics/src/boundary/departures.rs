@@ -16,9 +16,11 @@ use crate::system::state::FluidState;
 /// Particles per task.
 const TASK: usize = 2048;
 
-/// Distance outside a closed side of the domain from which a particle counts as escaped, in particle spacings. Where
-/// walls line the domain, this is the depth of their first layer.
-const CLOSED_SIDE_DEPTH: f64 = 0.5;
+sph::constants! {
+    /// Where walls line the domain, this is the depth of their first layer.
+    const CLOSED_SIDE_DEPTH: f64 = 0.5, "walls.closed_side_depth",
+        "distance outside a closed side of the domain from which a particle counts as escaped, in spacings [-]";
+}
 
 /// Why a particle is removed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

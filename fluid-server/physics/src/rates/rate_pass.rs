@@ -234,7 +234,7 @@ impl<S: FluidSpace, G: Geometry<S>, T: PairTerms> LanePass for Evaluate<'_, G, S
         let StageFields { scene, state, gradients, time, .. } = fields;
         let model = scene.model;
         let (damping, origin) = (model.damping_rate(*time), model.domain.torque_origin());
-        let law = LawLanes::<L>::new(&model.law);
+        let law = LawLanes::<L>::new(model);
         for (k, rates) in rates.iter_mut().enumerate() {
             let i = first + k;
             let own = fields.own::<L, T>(i);

@@ -14,14 +14,15 @@ use sph::sums::ordered_sum;
 use crate::system::model::{FluidModel, Probe, Segment};
 use crate::system::state::FluidState;
 
-/// Particles closer than this many spacings belong to one connected body of fluid.
-const LINK_LENGTH: f64 = 1.5;
-
-/// Share of the connected fluid that lies behind the reported front.
-const FRONT_PERCENTILE: f64 = 0.995;
-
-/// Intervals of the midpoint rule across the support of a particle: errors of the integral below 0.1 %.
-const FLUX_INTERVALS: u32 = 32;
+sph::constants! {
+    const LINK_LENGTH: f64 = 1.5, "probes.link_length",
+        "distance below which particles belong to one connected body of fluid, in spacings [-]";
+    const FRONT_PERCENTILE: f64 = 0.995, "probes.front_percentile",
+        "share of the connected fluid that lies behind the reported front [-]";
+    /// Errors of the integral below 0.1 %.
+    const FLUX_INTERVALS: u32 = 32, "probes.flux_intervals",
+        "intervals of the midpoint rule across the support of a particle in a flow rate [-]";
+}
 
 /// Values of `model`'s probes; `wall_forces` computes the force on each wall \[N/m\] where a probe needs it,
 /// `immersed` is the number of particles inside solids.

@@ -116,7 +116,7 @@ impl<S: FluidSpace, G: Geometry<S>, T: PairTerms> LanePass for WallForce<'_, G, 
     fn run<L: Lanes>(self) -> S::Vector {
         let mut own = self.fields.own::<L, T>(self.i);
         own.pressure = own.pressure + L::splat(self.fields.damper(self.i));
-        let law = LawLanes::new(&self.fields.scene.model.law);
+        let law = LawLanes::new(self.fields.scene.model);
         self.fields.wall_sums::<L, T>(&law, self.i, &own, Some(self.wall)).total().stress_divergence
     }
 }

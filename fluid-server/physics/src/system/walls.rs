@@ -7,14 +7,15 @@ use sph::space::domain::Domain;
 use sph::space::tensors::SpaceVector;
 use sph::space::{Plane, Space, Vector};
 
-/// Heights over a wall particle, along its normal, at which another one stands in front of it, in particle spacings.
-const IN_FRONT: std::ops::Range<f64> = 0.5..1.5;
-
-/// Largest tangential distance of such a particle, in particle spacings.
-const IN_FRONT_WIDTH: f64 = 0.6;
-
-/// Distance within which such particles are sought, in particle spacings.
-const IN_FRONT_RADIUS: f64 = 2.0;
+sph::constants! {
+    const IN_FRONT_WIDTH: f64 = 0.6, "walls.in_front_width",
+        "largest tangential distance of a wall particle that stands in front of another, in spacings [-]";
+    const IN_FRONT_RADIUS: f64 = 2.0, "walls.in_front_radius",
+        "distance within which such particles are sought, in spacings [-]";
+    const LOWEST_IN_FRONT: f64 = 0.5, "walls.in_front_lowest",
+        "least height over a wall particle, along its normal, at which another stands in front of it, in spacings [-]";
+    const HIGHEST_IN_FRONT: f64 = 1.5, "walls.in_front_highest", "largest such height, in spacings [-]";
+}
 
 /// Length below which a sum of unit normals has no direction \[-\].
 const NO_DIRECTION: f64 = 1e-6;
@@ -139,7 +140,8 @@ impl<S: Space> WallModel<S> {
         let stands_before = |w: usize, v: usize| {
             let d = domain.separation(&start[v], &start[w]) / particle_spacing;
             let height = d.dot(&face_normal[w]);
-            IN_FRONT.contains(&height) && (d - face_normal[w] * height).norm() < IN_FRONT_WIDTH
+            (LOWEST_IN_FRONT..HIGHEST_IN_FRONT).contains(&height)
+                && (d - face_normal[w] * height).norm() < IN_FRONT_WIDTH
         };
         let is_first = |w: usize| {
             face_normal[w].norm_squared() > 0.0 && !list.of(w).iter().any(|v| stands_before(w, *v as usize))

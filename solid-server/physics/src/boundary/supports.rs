@@ -47,8 +47,11 @@ pub struct SupportTarget<'a, S: SolidSpace> {
     motion: Option<[MotionState<S>; 2]>,
 }
 
-/// Fraction of a step by which a release may come early \[-\]: absorbs the round-off of nΔt.
-const RELEASE_TOLERANCE: f64 = 1e-6;
+sph::constants! {
+    /// Absorbs the round-off of nΔt.
+    const RELEASE_TOLERANCE: f64 = 1e-6, "solid.support.release_tolerance",
+        "fraction of a step by which a release may come early [-]";
+}
 
 /// Whether a support or wall released at `release_time` \[s\] acts in the step of `time`.
 ///

@@ -90,11 +90,10 @@ pub fn check_sums<S: SolidSpace>(model: &SolidModel<S>, law: Option<InterfaceLaw
             }
             continue;
         };
-        let (kernel, exponent) = *first.get_or_insert((law.kernel, law.exponent));
-        if contact_sums && (law.kernel != kernel || law.exponent != exponent) {
+        let own = (law.kernel, law.artificial_stress, law.exponent);
+        if contact_sums && own != *first.get_or_insert(own) {
             errors.push(format!(
-                "body `{}`: contact through the sums needs the same smoothing length and artificial-stress exponent in \
-                 all bodies",
+                "body `{}`: contact through the sums needs the same smoothing length and artificial stress in all bodies",
                 body.name
             ));
         }

@@ -6,8 +6,10 @@ use sph::space::tensors::SpaceVector;
 use crate::contact::density_field::DensityField;
 use crate::space::SolidSpace;
 
-/// Smallest second moment of a patch, in squared contact distances \[-\], that bears friction.
-const SMALLEST_PATCH: f64 = 1e-6;
+sph::constants! {
+    const SMALLEST_PATCH: f64 = 1e-6, "solid.contact.smallest_patch",
+        "smallest second moment of a patch that bears friction, in squared contact distances [-]";
+}
 
 /// The side opposite to a particle in contact.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

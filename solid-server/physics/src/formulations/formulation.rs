@@ -107,12 +107,25 @@ pub struct StateLimits {
     pub largest_shear: f64,
 }
 
+sph::constants! {
+    const LINEAR_DENSITY: f64 = 2.0, "solid.updated_lagrangian.largest_density",
+        "largest density of a valid state over that at rest, and largest ratio of the two in tension [-]";
+    const LINEAR_SHEAR: f64 = 1.0, "solid.updated_lagrangian.largest_shear",
+        "largest equivalent elastic shear strain sqrt(s:s)/(2G) of a valid state [-]";
+    const HYPERELASTIC_DENSITY: f64 = 10.0, "solid.total_lagrangian.largest_density",
+        "largest density of a valid state over that at rest, and largest ratio of the two in tension [-]";
+}
+
 impl StateLimits {
     /// Of Eq. (5)-(8), which are linear in density and strain.
-    pub const LINEAR: Self = Self { density_ratios: (0.5, 2.0), largest_shear: 1.0 };
+    pub const LINEAR: Self =
+        Self { density_ratios: (1.0 / LINEAR_DENSITY, LINEAR_DENSITY), largest_shear: LINEAR_SHEAR };
 
     /// Of hyperelastic laws.
-    pub const HYPERELASTIC: Self = Self { density_ratios: (0.1, 10.0), largest_shear: f64::INFINITY };
+    pub const HYPERELASTIC: Self = Self {
+        density_ratios: (1.0 / HYPERELASTIC_DENSITY, HYPERELASTIC_DENSITY),
+        largest_shear: f64::INFINITY,
+    };
 }
 
 /// Formulation of one body: from its state to stress, internal forces and rates.

@@ -16,20 +16,19 @@ pub struct MaterialPoint {
     pub weights: Vec<(usize, f64)>,
 }
 
-/// Eigenvalues of the moment matrix below this part of the largest are taken as zero: particles all on one line.
-const SINGULAR: f64 = 1e-9;
-
-/// First radius of the fit in particle spacings \[-\].
-const FIT_RADIUS: f64 = 2.0;
-
-/// Particles needed within the radius: three fix a linear fit, six make it robust.
-const FIT_PARTICLES: usize = 6;
-
-/// Factor by which the radius grows while there are too few \[-\].
-const FIT_GROWTH: f64 = 1.5;
-
-/// Most radii tried.
-const FIT_ROUNDS: usize = 3;
+sph::constants! {
+    const SINGULAR: f64 = 1e-9, "probes.fit_singular",
+        "eigenvalue over the largest below which the particles of a fit lie on one line [-]";
+    const FIT_RADIUS: f64 = 2.0, "probes.fit_radius",
+        "first radius of the fit at a material point, in spacings [-]";
+    /// Three fix a linear fit, six make it robust.
+    const FIT_PARTICLES: usize = 6, "probes.fit_particles",
+        "particles needed for that fit [-]";
+    const FIT_GROWTH: f64 = 1.5, "probes.fit_growth",
+        "factor by which its radius grows while there are too few [-]";
+    const FIT_ROUNDS: usize = 3, "probes.fit_rounds",
+        "most radii tried [-]";
+}
 
 impl MaterialPoint {
     /// The point at reference position `at` \[m\] of a body whose particles start at index `first`.

@@ -144,8 +144,10 @@ fn plain<S: SolidSpace>(
     }
 }
 
-/// Largest gap that is reported, in particle spacings \[-\].
-const GAP_REACH: f64 = 3.0;
+sph::constants! {
+    const GAP_REACH: f64 = 3.0, "probes.gap_reach",
+        "largest gap that is reported, in spacings [-]";
+}
 
 /// Smallest distance \[m\] from a particle of `body`, or of any, to one of another body, and from a free one to a wall's.
 ///

@@ -3,7 +3,7 @@
 //! The first functions need the material, the spacing and the coefficients of a body only, so that a case can be judged
 //! before its bodies exist.
 
-use sph::setup::{SolidStepping, SubstepCount};
+use sph::setup::{ElasticParameters, Formulation, SolidStepping, SubstepCount};
 use sph::space::tensors::SpaceVector;
 
 use crate::space::SolidSpace;
@@ -12,14 +12,16 @@ use crate::system::state::SolidState;
 use crate::system::workspace::Workspace;
 use crate::thresholds::Thresholds;
 
-/// h/Δx \[-\] that [`Thresholds::REFERENCE_COURANT`] refers to: that of the source paper, whatever the stencil.
-const REFERENCE_KERNEL_RATIO: f64 = 1.3;
-
-/// Part of the stable sub-step to which an automatic number of sub-steps keeps \[-\]; contact may stiffen within a step.
-const AUTOMATIC_FRACTION: f64 = 0.8;
-
-/// Most sub-steps per step that an automatic number reaches.
-const MOST_SUBSTEPS: f64 = 10_000.0;
+sph::constants! {
+    /// That of the source paper, whatever the stencil.
+    const REFERENCE_KERNEL_RATIO: f64 = 1.3, "solid.stage_rule.kernel_ratio",
+        "h/dx that the Courant number of the stage rule of a total-Lagrangian body refers to [-]";
+    /// Contact may stiffen within a step.
+    const AUTOMATIC_FRACTION: f64 = 0.8, "solid.substeps.automatic_fraction",
+        "part of the stable sub-step that an automatic number of sub-steps takes [-]";
+    const MOST_SUBSTEPS: f64 = 10_000.0, "solid.substeps.most",
+        "most sub-steps per step that an automatic number reaches [-]";
+}
 
 /// Largest c_L Δt/h \[-\] of the stage rule, Eq. (30)-(31), for artificial viscosity A.
 ///
@@ -78,6 +80,49 @@ pub fn total_lagrangian_substep<S: Thresholds>(largest_frequency: f64, viscosity
     }
 }
 
+/// Largest sub-step \[s\] of a body of particles of `spacing` \[m\], by an estimate that needs no particles; `None` for a
+/// rigid one.
+pub fn estimated_substep<S: Thresholds>(
+    formulation: &Formulation,
+    material: &ElasticParameters,
+    spacing: f64,
+) -> Option<f64> {
+    let speed = material.longitudinal_speed();
+    match formulation {
+        Formulation::Rigid => None,
+        Formulation::UpdatedLagrangian(set) => {
+            Some(updated_lagrangian_substep::<S>(set.smoothing_length(spacing), speed, set.viscosity_a))
+        }
+        Formulation::TotalLagrangian(set) => {
+            // The stiffest vibration of a lattice, which the solver finds exactly.
+            Some(total_lagrangian_substep::<S>(2.0 * speed / spacing, set.viscosity_a))
+        }
+    }
+}
+
+/// Largest step \[s\] of such a body, by the same estimate.
+pub fn estimated_step<S: Thresholds>(
+    stepping: SolidStepping,
+    formulation: &Formulation,
+    material: &ElasticParameters,
+    spacing: f64,
+) -> Option<f64> {
+    if stepping != SolidStepping::StageRule {
+        return estimated_substep::<S>(formulation, material, spacing)
+            .map(|limit| largest_count(stepping) * limit);
+    }
+    let speed = material.longitudinal_speed();
+    match formulation {
+        Formulation::Rigid => None,
+        Formulation::UpdatedLagrangian(set) => {
+            Some(updated_lagrangian_stage_rule::<S>(set.smoothing_length(spacing), speed, set.viscosity_a))
+        }
+        Formulation::TotalLagrangian(set) => {
+            Some(total_lagrangian_stage_rule::<S>(spacing, speed, set.viscosity_a))
+        }
+    }
+}
+
 /// Automatic number of sub-steps in a step of `time_step` \[s\], an even number, for sub-steps that are stable up to
 /// `substep_limit` \[s\].
 pub fn automatic_substeps(time_step: f64, substep_limit: f64) -> u32 {
@@ -105,7 +150,7 @@ pub(crate) fn step_limit<S: SolidSpace>(model: &SolidModel<S>, state: &SolidStat
             let waves = model.bodies.iter().map(|body| body.wave_limits.stage_rule);
             waves.fold(1.0 / state.last.maxima.contact_frequency, f64::min)
         }
-        SolidStepping::Substeps(_) => largest_count(model) * substep_limit(model, state),
+        stepping => largest_count(stepping) * substep_limit(model, state),
     }
 }
 
@@ -122,12 +167,13 @@ pub(crate) fn particle_limit<S: SolidSpace>(
         body.formulation.tangent_stiffness_ratio(&workspace.stress.view(&body.range), i - body.range.start);
     let waves = body.wave_limits.substep / stiffness_ratio.max(1.0).sqrt();
     let contact = (mass / (2.0 * forces.contact_stiffness)).sqrt();
-    acceleration_limit::<S>(model.spacing, acceleration).min(largest_count(model) * waves.min(contact))
+    acceleration_limit::<S>(model.spacing, acceleration)
+        .min(largest_count(model.stepping) * waves.min(contact))
 }
 
 /// The largest stable step over the largest stable sub-step \[-\].
-fn largest_count<S: SolidSpace>(model: &SolidModel<S>) -> f64 {
-    match model.stepping {
+fn largest_count(stepping: SolidStepping) -> f64 {
+    match stepping {
         SolidStepping::StageRule => 1.0,
         SolidStepping::Substeps(SubstepCount::Fixed(count)) => f64::from(count),
         SolidStepping::Substeps(SubstepCount::Automatic) => MOST_SUBSTEPS * AUTOMATIC_FRACTION,

@@ -2,13 +2,6 @@
 //!
 //! Sizes of tasks and skins of neighbour lists are not among them: they change results by round-off alone.
 
-use crate::coupling::driver::checks;
-use crate::coupling::{audit, fixed_point};
-use crate::interface::fluid_regions;
-use crate::laws::{equation_of_state, repulsion};
-use crate::shapes::{boundary, fitted};
-use crate::{kernel, setup};
-
 /// A coefficient that no case sets.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Constant {
@@ -55,21 +48,4 @@ macro_rules! thresholds {
             $(const $name: f64 = $plane;)+
         }
     };
-}
-
-/// Coefficients of laws that both solvers evaluate, and of the coupling.
-pub fn constants() -> impl Iterator<Item = &'static Constant> {
-    const LISTS: &[&[Constant]] = &[
-        kernel::CONSTANTS,
-        equation_of_state::CONSTANTS,
-        repulsion::CONSTANTS,
-        setup::CONSTANTS,
-        fluid_regions::CONSTANTS,
-        fixed_point::CONSTANTS,
-        checks::CONSTANTS,
-        audit::CONSTANTS,
-        boundary::CONSTANTS,
-        fitted::CONSTANTS,
-    ];
-    LISTS.iter().copied().flatten()
 }

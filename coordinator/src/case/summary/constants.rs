@@ -67,7 +67,7 @@ impl Case {
         let fluid = self.has(Role::Fluid).then(fluid::constants).into_iter().flatten();
         let solid = self.has(Role::Solid).then(solid::constants).into_iter().flatten();
         let own = [overlap::CONSTANTS, limits::CONSTANTS].into_iter().flatten();
-        sph::constants::constants().chain(fluid).chain(solid).chain(own)
+        sph::fixed_constants::fixed_constants().chain(fluid).chain(solid).chain(own)
     }
 
     /// Every parameter of fluid, bodies and contact by name, such as `fluid.artificial_viscosity_a`.

@@ -11,12 +11,13 @@
 //! shapes        regions and their particles                prescribed   body forces, motions
 //! setup         what a run is built from                   laws         laws that both sides evaluate
 //! interface     the pair law between fluid and solid       coupling     solver, driver, exchange, ledger
-//! constants     coefficients that no case sets
+//! constants     coefficients that no case sets          fixed_constants   their list
 //! ```
 
 pub mod constants;
 pub mod coupling;
 pub mod expression;
+pub mod fixed_constants;
 pub mod interface;
 pub mod kernel;
 pub mod lanes;

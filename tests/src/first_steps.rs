@@ -1,7 +1,9 @@
 //! The first steps of a case, both solvers as threads of this process, without outputs.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
 
+use clap::Args;
 use coordinator::case::Case;
 use coordinator::case::forecast::Work;
 use coordinator::results::state;
@@ -9,8 +11,34 @@ use coordinator::run::participants::News;
 use coordinator::run::participants::in_process;
 use coordinator::run::participants::threads::Threads;
 use sph::coupling::driver::{Command, Event};
-
 use sph::coupling::solver::Role;
+
+use crate::source_tree::case_files;
+
+/// The cases that a program goes through.
+#[derive(Debug, Args)]
+pub struct ChosenCases {
+    /// Only cases with this in their path.
+    #[arg(long, value_name = "TEXT", default_value = "")]
+    only: String,
+    /// Case files instead of the shipped ones.
+    cases: Vec<PathBuf>,
+}
+
+impl ChosenCases {
+    /// Calls `process` for each; failures are printed and give the exit code.
+    pub fn for_each(&self, mut process: impl FnMut(&Path) -> Result<(), String>) -> ExitCode {
+        let cases = if self.cases.is_empty() { case_files() } else { self.cases.clone() };
+        let mut code = ExitCode::SUCCESS;
+        for path in cases.iter().filter(|path| path.to_string_lossy().contains(&self.only)) {
+            if let Err(message) = process(path) {
+                terminal::note(format_args!("error: {message}"));
+                code = ExitCode::FAILURE;
+            }
+        }
+        code
+    }
+}
 
 /// Events that may wait for the reader.
 const PENDING_EVENTS: usize = 256;

@@ -56,6 +56,17 @@ pub struct Seeds {
     kept: Option<Kept>,
 }
 
+/// An input at which something panicked.
+#[derive(Clone, Debug)]
+pub struct Panic {
+    /// Number of the input.
+    pub number: u64,
+    /// Text of the panic.
+    pub text: String,
+    /// The input.
+    pub input: Vec<u8>,
+}
+
 /// What was found.
 #[derive(Clone, Debug, Default)]
 pub struct Findings {
@@ -63,8 +74,8 @@ pub struct Findings {
     pub inputs: u64,
     /// Inputs that were taken for good.
     pub accepted: u64,
-    /// Numbers of the inputs at which something panicked, with the text.
-    pub panics: Vec<(u64, String)>,
+    /// Inputs at which something panicked.
+    pub panics: Vec<Panic>,
     /// Longest time for an input.
     pub slowest: Duration,
     /// Number of that input.
@@ -235,7 +246,8 @@ fn feed(target: Target, seeds: &Seeds, input: &[u8]) -> bool {
             read_case(&text).is_ok_and(|case| {
                 // What `check` and the header of a run show.
                 std::hint::black_box(case.summary());
-                // What the solvers refuse is a mistake at its key before they see it.
+                // What the solvers refuse is a mistake at its key before they see it. Only the step that they state is
+                // theirs alone: it depends on bodies that touch.
                 if case.particles().iter().sum::<usize>() < MOST_OPENED
                     && let Err(refused) = coordinator::check::open(&case)
                 {
@@ -312,7 +324,7 @@ pub fn fuzz_for(
             Err(panic) => {
                 let text = panic.downcast_ref::<&str>().map(ToString::to_string);
                 let text = text.or_else(|| panic.downcast_ref::<String>().cloned()).unwrap_or_default();
-                findings.panics.push((number, text));
+                findings.panics.push(Panic { number, text, input });
             }
         }
         let took = started.elapsed();

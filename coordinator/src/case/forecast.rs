@@ -1,11 +1,19 @@
 //! Forecast of the CPU time of a step: the work of both solvers, counted in what their time goes into, and the cost of
 //! each unit of it.
 
-use solid::limits::{automatic_substeps, total_lagrangian_substep, updated_lagrangian_substep};
+use solid::limits::{automatic_substeps, estimated_substep};
+use sph::neighbours::CellGrid;
 use sph::setup::{
-    FluidScheme, FluidSetup, Formulation, GradientCorrection, HyperelasticLaw, SolidSetup, SolidStepping,
-    SubstepCount,
+    ContactLaw, FluidScheme, FluidSetup, Formulation, GradientCorrection, HyperelasticLaw, SolidSetup,
+    SolidStepping, SubstepCount,
 };
+use sph::space::Plane;
+
+/// Distance beyond that of contact within which particles of two owners count as a pair of a contact, in spacings.
+const CONTACT_MARGIN: f64 = 0.5;
+
+/// Most particles of bodies and walls among which pairs are searched.
+const MOST_SEARCHED: usize = 100_000;
 
 /// What the time of a step goes into.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -22,9 +30,10 @@ pub enum Unit {
     ReferencePair,
     /// A particle of a neo-Hookean body in an evaluation of its forces.
     NeoHookeanParticle,
-    /// A particle of a body that can touch a wall or another body, in an evaluation of forces; one that does costs up to ten
-    /// times as much.
+    /// A particle of a body that can touch a wall or another body, in an evaluation of forces.
     ContactParticle,
+    /// A pair of particles of two bodies, or of a body and a wall, that meet at the start, in an evaluation of forces.
+    ContactPair,
     /// A solid particle in a step: checks, sums, energies.
     SolidParticle,
     /// A step, whatever its particles: frames and reports.
@@ -33,7 +42,7 @@ pub enum Unit {
 
 impl Unit {
     /// All units, in the order of [`Work`].
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 10] = [
         Self::FluidPair,
         Self::TensorPair,
         Self::WallParticle,
@@ -41,6 +50,7 @@ impl Unit {
         Self::ReferencePair,
         Self::NeoHookeanParticle,
         Self::ContactParticle,
+        Self::ContactPair,
         Self::SolidParticle,
         Self::Step,
     ];
@@ -55,6 +65,7 @@ impl Unit {
             Self::ReferencePair => 10.0,
             Self::NeoHookeanParticle => 15.0,
             Self::ContactParticle => 80.0,
+            Self::ContactPair => 650.0,
             Self::SolidParticle => 360.0,
             Self::Step => 24000.0,
         }
@@ -149,30 +160,43 @@ fn solid_work(work: &mut Work, setup: &SolidSetup, time_step: f64) {
         }
         work.add(Unit::SolidParticle, count);
     }
+    if let (true, ContactLaw::Repulsion(contact)) = (touches, &setup.contact) {
+        let reach = (contact.distance + CONTACT_MARGIN) * setup.particle_spacing;
+        work.add(Unit::ContactPair, evaluations * contact_pairs(setup, reach));
+    }
+}
+
+/// Pairs of particles of two bodies, or of a body that no support holds and a wall, within `reach` \[m\]; none in large
+/// scenes, where their count would take long and means little.
+fn contact_pairs(setup: &SolidSetup, reach: f64) -> f64 {
+    let (particles, walls) = (&setup.particles, &setup.wall_particles.position);
+    if particles.position.len() + walls.len() > MOST_SEARCHED {
+        return 0.0;
+    }
+    let domain = &setup.run.domain;
+    let grid = CellGrid::new(domain, &particles.position, reach);
+    let near = grid.list_among(domain, &particles.position, reach);
+    let body = |i: usize| particles.body[i];
+    let others = |i: usize| near.of(i).iter().filter(|j| body(**j as usize) != body(i)).count();
+    let between: usize = (0..particles.position.len()).map(others).sum();
+    let near = grid.list(domain, walls, &particles.position, reach);
+    let is_free =
+        |j: &u32| setup.bodies.get(body(*j as usize) as usize).is_some_and(|body| body.supports.is_empty());
+    let toward_walls: usize =
+        (0..walls.len()).map(|w| near.of(w).iter().filter(|j| is_free(j)).count()).sum();
+    (between + toward_walls) as f64
 }
 
 /// Sub-steps of a step, as the solid chooses them at rest; `None` for the stage rule.
 fn substeps(setup: &SolidSetup, time_step: f64) -> Option<f64> {
-    let count = match setup.stepping {
+    let limits = match setup.stepping {
         SolidStepping::StageRule => return None,
         SolidStepping::Substeps(SubstepCount::Fixed(count)) => return Some(f64::from(count)),
         SolidStepping::Substeps(SubstepCount::Automatic) => setup.bodies.iter().filter_map(|body| {
-            let speed = body.material.longitudinal_speed();
-            match &body.formulation {
-                Formulation::Rigid => None,
-                Formulation::UpdatedLagrangian(constants) => Some(updated_lagrangian_substep(
-                    constants.smoothing_length(setup.particle_spacing),
-                    speed,
-                    constants.viscosity_a,
-                )),
-                Formulation::TotalLagrangian(constants) => Some(total_lagrangian_substep(
-                    2.0 * speed / setup.particle_spacing,
-                    constants.viscosity_a,
-                )),
-            }
+            estimated_substep::<Plane>(&body.formulation, &body.material, setup.particle_spacing)
         }),
     };
-    let limit = count.fold(f64::INFINITY, f64::min);
+    let limit = limits.fold(f64::INFINITY, f64::min);
     Some(f64::from(automatic_substeps(time_step, limit)))
 }
 

@@ -1,24 +1,23 @@
-//! Time-step limits of a scene and what to use of them. Formulas of acoustic and elastic waves are the solvers' own
-//! (`FluidParameters::acoustic_limit`, `solid::limits`).
+//! Time-step limits of a scene, by the formulas of the solvers, and what to use of them.
 
-/// Viscous limit h²/(8ν) \[s\] (Morris, Fox & Zhu 1997), ν the kinematic viscosity \[m²/s\].
-pub fn viscous(smoothing_length: f64, kinematic_viscosity: f64) -> f64 {
-    smoothing_length * smoothing_length / (8.0 * kinematic_viscosity)
+use solid::limits::estimated_step;
+use sph::setup::{FormulationKind, SolidStepping, SubstepCount};
+use sph::space::Plane;
+
+use super::Case;
+use super::file::body::BodyTable;
+use super::file::solid::SolidTable;
+
+sph::constants! {
+    /// Speeds and contacts grow after the start.
+    pub const RECOMMENDED_FRACTION: f64 = 0.8, "recommended.waves",
+        "recommended fraction of a limit by sound or elastic waves [-]";
+    /// That limit has a margin of its own.
+    const RECOMMENDED_REFERENCE_FRACTION: f64 = 0.9, "recommended.total_lagrangian",
+        "recommended fraction of the limit of total-Lagrangian sub-steps [-]";
+    const RECOMMENDED_DAMPING_FRACTION: f64 = 0.5, "recommended.damping",
+        "recommended fraction of a limit by linear damping [-]";
 }
-
-/// Limit of linear damping of rate k, 1/k \[s\].
-pub fn damping(rate: f64) -> f64 {
-    1.0 / rate
-}
-
-/// Fraction of a limit by sound or elastic waves to use \[-\]: speeds and contacts grow after the start.
-pub const RECOMMENDED_FRACTION: f64 = 0.8;
-
-/// Fraction of the limit of total-Lagrangian sub-steps to use \[-\]; that limit has a margin of its own.
-pub const RECOMMENDED_REFERENCE_FRACTION: f64 = 0.9;
-
-/// Fraction of a limit by linear damping to use \[-\].
-pub const RECOMMENDED_DAMPING_FRACTION: f64 = 0.5;
 
 /// A limit of the time step with its origin.
 #[derive(Clone, Debug, PartialEq)]
@@ -36,12 +35,70 @@ pub fn governing(limits: &[StepLimit], key: impl Fn(&StepLimit) -> f64) -> Optio
     limits.iter().min_by(|a, b| key(a).total_cmp(&key(b)))
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn viscosity_of_water_at_2_mm_is_far_from_limiting() {
-        assert!((viscous(0.0024, 1e-6) - 0.72).abs() < 1e-9);
+impl Case {
+    /// Limits of the time step of everything in the scene at the start.
+    pub(super) fn step_limits(&self) -> Vec<StepLimit> {
+        let mut found = Vec::new();
+        let limit = |origin: &str, stability: f64, fraction: f64| StepLimit {
+            origin: origin.to_owned(),
+            stability,
+            recommended: fraction * stability,
+        };
+        if let Some(fluid) = &self.file.fluid {
+            let constants = fluid.parameters.values();
+            let speed = self.scene.fluid.velocity.iter().map(|v| v.norm()).fold(0.0, f64::max);
+            found.push(limit(
+                "fluid, acoustic h/(c0 + v)",
+                constants.acoustic_limit(speed),
+                RECOMMENDED_FRACTION,
+            ));
+            if constants.dynamic_viscosity > 0.0 {
+                found.push(limit("fluid, viscous h²/(8 ν)", fluid::viscous_limit::<Plane>(&constants), 1.0));
+            }
+            if let Some(damping) = &fluid.damping {
+                found.push(limit(
+                    "fluid, damping 1/k",
+                    1.0 / damping.rate_per_s,
+                    RECOMMENDED_DAMPING_FRACTION,
+                ));
+            }
+        }
+        if let Some(solid) = &self.file.solid {
+            found.extend(solid.bodies.iter().filter_map(|body| body_limit(solid, body)));
+            if let Some(damping) = &solid.damping {
+                found.push(limit(
+                    "solid, damping 1/k",
+                    1.0 / damping.rate_per_s,
+                    RECOMMENDED_DAMPING_FRACTION,
+                ));
+            }
+        }
+        found
     }
+}
+
+/// What limits the step by the waves of `body`, by the formulas of the solver.
+fn body_limit(solid: &SolidTable, body: &BodyTable) -> Option<StepLimit> {
+    let formulation = body.formulation.to_setup();
+    let (stepping, spacing) = (solid.substeps.to_setup(), solid.particle_spacing_m.value);
+    let stability =
+        estimated_step::<Plane>(stepping, &formulation, &body.material.parameters.values(), spacing)?;
+    let length = match formulation.kind() {
+        FormulationKind::TotalLagrangian => "Δx/c_L",
+        FormulationKind::UpdatedLagrangian | FormulationKind::Rigid => "h/c_L",
+    };
+    let origin = match stepping {
+        SolidStepping::StageRule => format!("elastic, of {length}"),
+        SolidStepping::Substeps(SubstepCount::Fixed(count)) => {
+            format!("elastic, {count} sub-steps, each of {length}")
+        }
+        SolidStepping::Substeps(SubstepCount::Automatic) => {
+            format!("elastic, the largest number of sub-steps, each of {length}")
+        }
+    };
+    let has_margin =
+        stepping != SolidStepping::StageRule && formulation.kind() == FormulationKind::TotalLagrangian;
+    let fraction = if has_margin { RECOMMENDED_REFERENCE_FRACTION } else { RECOMMENDED_FRACTION };
+    let origin = format!("body `{}`, {origin}", body.name.value);
+    Some(StepLimit { origin, stability, recommended: fraction * stability })
 }

@@ -190,13 +190,15 @@ fn check_loads(body: &BodyTable, errors: &ErrorList) {
 /// Contact through the sums compares particles of two bodies by one kernel.
 fn check_kernels(bodies: &[BodyTable], errors: &ErrorList) {
     let law = |body: &BodyTable| match &body.formulation {
-        FormulationTable::UpdatedLagrangian(set) => Some((set.kernel_ratio, set.artificial_stress_exponent)),
+        FormulationTable::UpdatedLagrangian(set) => {
+            Some((set.kernel_ratio, set.artificial_stress, set.artificial_stress_exponent))
+        }
         _ => None,
     };
     let Some(first) = bodies.iter().find_map(law) else { return };
     for body in bodies.iter().filter(|body| law(body).is_some_and(|own| own != first)) {
-        let problem = "differs in `kernel_ratio` or `artificial_stress_exponent` from the first body, which contact \
-                       through the sums does not allow";
+        let problem = "differs in `kernel_ratio`, `artificial_stress` or `artificial_stress_exponent` from the first \
+                       body, which contact through the sums does not allow";
         let error = CaseError::new(&body.name.place, problem).value(&body.name.value);
         errors.add(error.hint("use the same values in all bodies, or `solid.contact.law = \"repulsion\"`"));
     }

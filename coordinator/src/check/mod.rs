@@ -28,9 +28,12 @@ pub struct Checked {
 /// All errors of the file, and all that a built-in solver refuses.
 pub fn check(path: &Path) -> Result<Checked, Failure> {
     let case = crate::run::load(path)?;
-    let left_out = open(&case)?;
+    let opened = open(&case)?;
+    for (role, limit) in opened.limits {
+        case.check_stated_limit(role, limit)?;
+    }
     let mut summary = case.summary();
-    summary.warnings.extend(left_out);
+    summary.warnings.extend(opened.left_out);
     Ok(Checked { case, summary })
 }
 
@@ -41,13 +44,22 @@ const SOLID_BYTES: usize = 1000;
 /// Most memory that a check takes for a solver \[bytes\].
 const MOST_BYTES: usize = 400 << 20;
 
+/// What the solvers of this program say of a case.
+#[derive(Clone, Debug, Default)]
+pub struct Opened {
+    /// Largest step \[s\] that each states for the start.
+    pub limits: Vec<(Role, f64)>,
+    /// Solvers that were not asked, in words.
+    pub left_out: Vec<String>,
+}
+
 /// Builds the solvers of this program for `case` as `Open` does at the start of a run; solvers that the case names are
-/// left out, and those of scenes so large that a check would need much memory: that is what the answer says.
+/// left out, and those of scenes so large that a check would need much memory.
 ///
 /// # Errors
 /// All that a solver refuses.
-pub fn open(case: &Case) -> Result<Vec<String>, Failure> {
-    let mut left_out = Vec::new();
+pub fn open(case: &Case) -> Result<Opened, Failure> {
+    let Opened { mut limits, mut left_out } = Opened::default();
     let [fluid, solid] = case.particles();
     let walls = case.wall_particles();
     let mut asked = |role: Role, server: &Server, bytes: usize| {
@@ -63,28 +75,27 @@ pub fn open(case: &Case) -> Result<Vec<String>, Failure> {
     // One after the other: each needs memory.
     if case.has(Role::Fluid) && asked(Role::Fluid, &case.servers.fluid, FLUID_BYTES * (fluid + walls)) {
         let setup = case.fluid_setup().map(ParticipantSetup::Fluid);
-        try_open(case, Role::Fluid, &fluid_server::FluidFactory, setup)?;
+        limits.extend(try_open(Role::Fluid, &fluid_server::FluidFactory, setup)?);
     }
     if case.has(Role::Solid)
         && asked(Role::Solid, &case.servers.solid, SOLID_BYTES * solid + FLUID_BYTES * walls)
     {
         let setup = case.solid_setup().map(ParticipantSetup::Solid);
-        try_open(case, Role::Solid, &solid_server::SolidFactory, setup)?;
+        limits.extend(try_open(Role::Solid, &solid_server::SolidFactory, setup)?);
     }
-    Ok(left_out)
+    Ok(Opened { limits, left_out })
 }
 
 fn try_open(
-    case: &Case,
     role: Role,
     factory: &impl SolverFactory,
     setup: Option<ParticipantSetup>,
-) -> Result<(), Failure> {
-    let Some(setup) = setup else { return Ok(()) };
+) -> Result<Option<(Role, f64)>, Failure> {
+    let Some(setup) = setup else { return Ok(None) };
     let (_, limit) = open_checked(factory, setup).map_err(|SetupProblems(problems)| {
         Failure::input(format!("the {role} solver refuses the case:\n  {}", problems.join("\n  ")))
     })?;
-    case.check_stated_limit(role, limit)
+    Ok(Some((role, limit)))
 }
 
 impl Checked {
@@ -119,7 +130,7 @@ impl Checked {
         }
         line(format!("  {} steps; about {} on one core", summary.steps, duration(summary.forecast()),));
         line("\nconstants".into());
-        summary.constants.iter().for_each(|constant| line(format!("  {constant}")));
+        summary.constants.iter().flat_map(|constant| broken(constant)).for_each(&mut line);
         if !summary.active_terms.is_empty() {
             line("\nactive terms".into());
             summary.active_terms.iter().for_each(|s| line(format!("  {}: {}", s.owner, s.text)));
@@ -134,6 +145,18 @@ impl Checked {
         }
         text
     }
+}
+
+/// `text` in lines of about 100 characters, broken after commas, all but the first indented further.
+fn broken(text: &str) -> Vec<String> {
+    let mut lines = vec!["  ".to_owned()];
+    for part in text.split_inclusive(", ") {
+        match lines.last_mut() {
+            Some(line) if line.chars().count() + part.chars().count() <= 102 => line.push_str(part),
+            _ => lines.push(format!("    {part}")),
+        }
+    }
+    lines.iter().map(|line| line.trim_end().to_owned()).collect()
 }
 
 fn duration(seconds: f64) -> String {

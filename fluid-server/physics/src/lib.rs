@@ -13,6 +13,7 @@
 //! time/          the flow of a stage, movement, step limit, state scan, momentum budget
 //! report/        probes, fields, wall forces
 //! solver         the solver as a half-step driver sees it
+//! constants      coefficients that no case sets, listed
 //! ```
 //!
 //! How the source paper is read, and its gaps filled:
@@ -25,6 +26,7 @@
 //!   use the plain gradient.
 
 mod boundary;
+mod constants;
 mod equations;
 mod free_surface;
 mod interface;
@@ -38,5 +40,6 @@ mod time;
 #[cfg(test)]
 mod tests;
 
+pub use constants::constants;
 pub use solver::FluidSolver;
-pub use system::thresholds::constants;
+pub use time::step_limit::viscous_limit;

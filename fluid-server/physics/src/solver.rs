@@ -7,7 +7,8 @@ use sph::coupling::solver::{Counts, Divergence, NoLoads, ParticleFields, Role, S
 use sph::coupling::stage::{StageTime, StepStage};
 use sph::lanes::Arithmetic;
 use sph::setup::FluidSetup;
-use sph::space::Vector;
+use sph::space::components::Components;
+use sph::space::{Plane, Vector};
 
 use crate::boundary::departures::{EndedStep, remove_departed};
 use crate::report::boundary_evaluation::BoundaryEvaluation;
@@ -15,7 +16,7 @@ use crate::report::wall_forces::wall_forces;
 use crate::report::{fields, probes};
 use crate::system::build::build;
 use crate::system::model::FluidModel;
-use crate::system::packed_particle::Packed;
+use crate::system::packed_particle::{FluidSpace, Packed};
 use crate::system::saved;
 use crate::system::state::FluidState;
 use crate::time::stage::Workspace;
@@ -24,12 +25,12 @@ use crate::time::{advance, checks};
 
 /// The fluid solver of one run.
 #[derive(Debug)]
-pub struct FluidSolver {
-    pub(crate) model: FluidModel,
-    pub(crate) state: FluidState,
-    pub(crate) workspace: Workspace,
+pub struct FluidSolver<S: FluidSpace = Plane> {
+    pub(crate) model: FluidModel<S>,
+    pub(crate) state: FluidState<S>,
+    pub(crate) workspace: Workspace<S>,
     /// Evaluation for outputs at the present boundary.
-    boundary: BoundaryEvaluation,
+    boundary: BoundaryEvaluation<S>,
     /// The extent of a fluid without partner.
     no_extent: Extent,
 }
@@ -63,14 +64,17 @@ impl FluidSolver {
             no_extent: Extent::default(),
         })
     }
+}
 
+impl<S: FluidSpace> FluidSolver<S> {
     /// Memory that grows with the particles, in use by state and workspace \[bytes\].
     pub fn memory(&self) -> usize {
         self.state.bytes() + self.workspace.bytes()
     }
 }
 
-impl Solver for FluidSolver {
+// Of the plane alone, for speed: its passes are then compiled in this crate, as one unit, and not where it is used.
+impl Solver for FluidSolver<Plane> {
     fn role(&self) -> Role {
         Role::Fluid
     }
@@ -92,7 +96,7 @@ impl Solver for FluidSolver {
             time_step_limit(model, workspace.fluid[i].velocity().norm(), acceleration)
         };
         let i = (0..state.len()).min_by(|i, j| limit(*i).total_cmp(&limit(*j)))?;
-        Some((state.id[i], state.position[i].as_slice().to_vec()))
+        Some((state.id[i], state.position[i].row().as_ref().to_vec()))
     }
 
     fn extent(&self) -> &Extent {
@@ -153,7 +157,7 @@ impl Solver for FluidSolver {
             lists: &workspace.lists,
             largest_square_move: findings.largest_square_move,
             outside: findings.outside,
-            start: |state: &FluidState, i| advance::start_of_step(state, workspace, time.time_step, i),
+            start: |state: &FluidState<_>, i| advance::start_of_step(state, workspace, time.time_step, i),
         };
         if remove_departed(model, state, &step).map_err(|divergence| *divergence)? {
             workspace.forget_state();

@@ -5,7 +5,7 @@ use sph::coupling::ledger::{Account, Accounts, Energies, InterfaceSums, LedgerVe
 use sph::coupling::saved::{RestoreError, SavedState};
 use sph::coupling::solver::{Counts, Divergence, Field, NoLoads, NotUpdated, ParticleFields, Role, Solver};
 use sph::coupling::stage::{Stage, StageTime, StepStage};
-use sph::interface::states::{InterfaceStates, read_vectors, write_vectors};
+use sph::interface::states::InterfaceStates;
 use sph::interface::{Interface, load_sums};
 use sph::prescribed::body_force::BodyForceField;
 use sph::setup::{Coupling, ParticipantSetup};
@@ -198,11 +198,11 @@ impl Solver for Dummy {
     ) -> Result<(), NoLoads> {
         let (own, points) = (&InterfaceStates::from(own), &InterfaceStates::from(points));
         match self.prescribe(points) {
-            Some(prescribed) => write_vectors(prescribed, forces),
+            Some(prescribed) => forces.fill(prescribed),
             None => {
                 self.interface.update(time.state_time(), own, points);
                 self.interface.solid_forces(own, points);
-                write_vectors((0..points.len()).map(|s| self.interface.force(s)), forces);
+                forces.fill((0..points.len()).map(|s| self.interface.force(s)));
             }
         }
         if self.quirk.not_a_number == Some(time.at)
@@ -215,7 +215,7 @@ impl Solver for Dummy {
 
     fn evaluate_loads(&mut self, _: &StageTime, own: &StateColumns, forces: &Column) -> Result<(), NoLoads> {
         let mut loads = Vec::new();
-        read_vectors(forces, &mut loads);
+        forces.read_into(&mut loads);
         self.sums = load_sums(&self.domain, &own.into(), &loads);
         Ok(())
     }
@@ -276,11 +276,11 @@ impl Solver for Dummy {
     }
 
     fn save(&self, state: &mut SavedState) {
-        state.put_vectors("position", &self.states.position);
+        state.put_quantities("position", &self.states.position);
     }
 
     fn restore(&mut self, state: &SavedState) -> Result<(), RestoreError> {
-        self.states.position = state.vectors("position", self.states.len())?;
+        self.states.position = state.quantities("position", self.states.len())?;
         Ok(())
     }
 }

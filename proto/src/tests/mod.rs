@@ -7,6 +7,7 @@ mod endings;
 mod fake;
 mod frames;
 mod life_cycle;
+mod properties;
 mod reports;
 mod runs;
 mod setups;

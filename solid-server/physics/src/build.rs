@@ -5,7 +5,8 @@ use sph::coupling::stage::{StageTime, StepStage};
 use sph::lanes::Arithmetic;
 use sph::prescribed::body_force::BodyForceField;
 use sph::setup::{SolidParticles, SolidSetup};
-use sph::space::{Plane, Vector};
+use sph::space::Plane;
+use sph::space::tensors::SpaceVector;
 
 use crate::boundary::walls::Walls;
 use crate::build::bodies::{build_bodies, build_contact, initial_image_counts};
@@ -21,8 +22,9 @@ use crate::particles::constants::ParticleConstants;
 use crate::particles::fields::{Rates, StressFields};
 use crate::particles::forces::{ContactForces, ParticleForces, ParticleTorques};
 use crate::particles::variables::{Particles, RigidState};
-use crate::report::body_sums::best_fit_angle;
+use crate::report::body_sums::best_fit_rotation;
 use crate::report::probes::build_probes;
+use crate::space::SolidSpace;
 use crate::system::model::SolidModel;
 use crate::system::state::{BodyContact, LastStage, SolidState};
 use crate::system::workspace::Workspace;
@@ -31,7 +33,10 @@ mod bodies;
 mod validate;
 
 /// Model and initial state of `setup`, or all its errors.
-pub fn build(setup: SolidSetup, arithmetic: Arithmetic) -> Result<(SolidModel, SolidState), Vec<String>> {
+pub fn build(
+    setup: SolidSetup,
+    arithmetic: Arithmetic,
+) -> Result<(SolidModel<Plane>, SolidState<Plane>), Vec<String>> {
     let ranges = check_arrays(&setup)?;
     let mut errors = Vec::new();
     let domain = setup.run.domain;
@@ -45,7 +50,7 @@ pub fn build(setup: SolidSetup, arithmetic: Arithmetic) -> Result<(SolidModel, S
     let image_counts =
         initial_image_counts(&domain, &ranges, &setup.particles.reference_position, &particles.position);
     let walls = Walls::new(&setup, &mut errors);
-    let contact = build_contact(&setup);
+    let contact = build_contact::<Plane>(&setup);
     let (mut bodies, rigid) = build_bodies(
         &setup,
         &ranges,
@@ -88,13 +93,13 @@ pub fn build(setup: SolidSetup, arithmetic: Arithmetic) -> Result<(SolidModel, S
 }
 
 /// Buffers for `model` in `state`.
-pub fn build_workspace(
-    model: &SolidModel,
-    state: &SolidState,
+pub fn build_workspace<S: SolidSpace>(
+    model: &SolidModel<S>,
+    state: &SolidState<S>,
     coupling: Option<&sph::setup::Coupling>,
-) -> Workspace {
+) -> Workspace<S> {
     let (n, walls) = (model.len(), model.walls.len());
-    let own_list = |body: &Body| {
+    let own_list = |body: &Body<S>| {
         body.formulation.list_radius().map(|radius| OwnLists::new(radius, OWN_SKIN * model.spacing))
     };
     Workspace {
@@ -110,7 +115,7 @@ pub fn build_workspace(
         springs: state.springs.clone(),
         start_springs: state.springs.clone(),
         loads: if model.bodies.iter().any(|body| body.acceleration.is_some() || !body.loads.is_empty()) {
-            vec![Vector::zeros(); n]
+            vec![S::Vector::zeros(); n]
         } else {
             Vec::new()
         },
@@ -120,9 +125,9 @@ pub fn build_workspace(
         mean_torques: vec![ParticleTorques::default(); n],
         angular_impulse: AngularImpulse::default(),
         exchange_position: Vec::new(),
-        fluid_force: vec![Vector::zeros(); n],
-        total_force: vec![Vector::zeros(); n],
-        velocity_gain: vec![Vector::zeros(); n],
+        fluid_force: vec![S::Vector::zeros(); n],
+        total_force: vec![S::Vector::zeros(); n],
+        velocity_gain: vec![S::Vector::zeros(); n],
         own_lists: model.bodies.iter().map(own_list).collect(),
         contact_lists: ContactLists::new(model.contact.radius(), CONTACT_SKIN * model.spacing, n, walls),
         walls: model.walls.at_start(),
@@ -137,28 +142,29 @@ pub fn build_workspace(
     }
 }
 
-fn initial_state(
-    model: &SolidModel,
-    particles: Particles,
-    rigid: Vec<RigidState>,
-    image_counts: Vec<[i32; 2]>,
+fn initial_state<S: SolidSpace>(
+    model: &SolidModel<S>,
+    particles: Particles<S>,
+    rigid: Vec<RigidState<S>>,
+    image_counts: Vec<S::Of<i32>>,
     start_time: f64,
-) -> SolidState {
+) -> SolidState<S> {
     let mut state = SolidState {
         particles,
         rigid,
         image_counts,
-        angles: vec![0.0; model.bodies.len()],
+        rotations: vec![S::Rotation::default(); model.bodies.len()],
         springs: TangentialSprings { time: start_time, entries: Vec::new() },
         last: LastStage {
-            fluid_force: vec![Vector::zeros(); model.bodies.len()],
-            reactions: model.bodies.iter().map(|b| vec![Vector::zeros(); b.supports.len()]).collect(),
+            fluid_force: vec![S::Vector::zeros(); model.bodies.len()],
+            reactions: model.bodies.iter().map(|b| vec![S::Vector::zeros(); b.supports.len()]).collect(),
             contacts: vec![BodyContact::default(); model.bodies.len()],
             ..LastStage::default()
         },
     };
     for (k, body) in model.bodies.iter().enumerate() {
-        state.angles[k] = best_fit_angle(model, body, &state.particles, &state.image_counts, 0.0);
+        state.rotations[k] =
+            best_fit_rotation(model, body, &state.particles, &state.image_counts, S::Rotation::default());
     }
     state
 }

@@ -20,10 +20,11 @@
 //! report/        probes, particle fields, energies
 //! time/          flow of a stage, evaluation of forces, the two ways to advance, step limits, checks, momentum budget
 //! build, solver  makes all of it from a set-up; steps it
+//! constants      coefficients that no case sets, listed
 //! ```
 
-mod space;
-pub mod thresholds;
+pub mod space;
+mod thresholds;
 
 mod particles {
     pub mod constants;
@@ -99,11 +100,13 @@ mod time {
 }
 
 mod build;
+mod constants;
 mod solver;
 
 #[cfg(test)]
 mod tests;
 
+pub use constants::constants;
 pub use formulations::bond_forces::TOTAL_LAGRANGIAN_LAMBDA;
 pub use solver::SolidSolver;
 pub use time::limits;

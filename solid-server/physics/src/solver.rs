@@ -7,12 +7,15 @@ use sph::coupling::solver::{Counts, Divergence, NoLoads, NotUpdated, ParticleFie
 use sph::coupling::stage::{Stage, StageTime, StepStage};
 use sph::lanes::Arithmetic;
 use sph::setup::{SolidSetup, SolidStepping};
+use sph::space::Plane;
+use sph::space::components::Components;
 use sph::sums::ordered_sum;
 
 use crate::build::{build, build_workspace};
-use crate::report::body_sums::{best_fit_angle, energies};
+use crate::report::body_sums::{best_fit_rotation, energies};
 use crate::report::fields::snapshot;
 use crate::report::probes::probe_values;
+use crate::space::SolidSpace;
 use crate::system::model::SolidModel;
 use crate::system::saved::HISTORY;
 use crate::system::state::{BodyContact, SolidState};
@@ -31,16 +34,16 @@ use crate::time::substeps::Substeps;
 /// The stated limit of the time step is the smallest of: the limit of each body's waves under the stepping of the case,
 /// 1/ω of the stiffest contact of the stage before, both times the number of sub-steps, and ¼ √(Δx/a) for the largest
 /// acceleration a of that stage.
-pub struct SolidSolver {
-    pub(crate) model: SolidModel,
-    pub(crate) state: SolidState,
-    pub(crate) workspace: Workspace,
-    stepping: Box<dyn Stepping>,
+pub struct SolidSolver<S: SolidSpace> {
+    pub(crate) model: SolidModel<S>,
+    pub(crate) state: SolidState<S>,
+    pub(crate) workspace: Workspace<S>,
+    stepping: Box<dyn Stepping<S>>,
     /// Empty extent of a run without a partner.
     no_extent: Extent,
 }
 
-impl SolidSolver {
+impl SolidSolver<Plane> {
     /// Mass \[kg/m\] of each body as its equations use it, and of a rigid one its moment of inertia \[kg m\].
     pub fn masses(&self) -> impl Iterator<Item = (f64, Option<f64>)> + '_ {
         self.model.bodies.iter().map(|body| {
@@ -67,13 +70,15 @@ impl SolidSolver {
         let coupling = setup.run.coupling;
         let (model, state) = build(setup, arithmetic)?;
         let workspace = build_workspace(&model, &state, coupling.as_ref());
-        let stepping: Box<dyn Stepping> = match model.stepping {
+        let stepping: Box<dyn Stepping<Plane>> = match model.stepping {
             SolidStepping::StageRule => Box::new(StageRule),
             SolidStepping::Substeps(count) => Box::new(Substeps(count)),
         };
         Ok(Self { model, state, workspace, stepping, no_extent: Extent::default() })
     }
+}
 
+impl<S: SolidSpace> SolidSolver<S> {
     fn enter_stage(&mut self, time: &StageTime) {
         self.stepping.prepare(&self.model, &mut self.workspace, time);
         if let Some(link) = &mut self.workspace.fluid {
@@ -88,7 +93,7 @@ impl SolidSolver {
     }
 }
 
-impl Solver for SolidSolver {
+impl<S: SolidSpace> Solver for SolidSolver<S> {
     fn role(&self) -> Role {
         Role::Solid
     }
@@ -104,7 +109,7 @@ impl Solver for SolidSolver {
     }
 
     fn time_step_limit(&self) -> f64 {
-        acceleration_limit(self.model.spacing, self.state.last.maxima.largest_acceleration)
+        acceleration_limit::<S>(self.model.spacing, self.state.last.maxima.largest_acceleration)
             .min(step_limit(&self.model, &self.state))
     }
 
@@ -112,7 +117,7 @@ impl Solver for SolidSolver {
         let Self { model, workspace, .. } = self;
         let limit = |i: usize| particle_limit(model, workspace, i);
         let i = (0..model.len()).min_by(|i, j| limit(*i).total_cmp(&limit(*j)))?;
-        Some((model.particles.id[i], workspace.stage.position[i].as_slice().to_vec()))
+        Some((model.particles.id[i], workspace.stage.position[i].row().as_ref().to_vec()))
     }
 
     fn extent(&self) -> &Extent {
@@ -196,9 +201,11 @@ impl Solver for SolidSolver {
         wrap(&self.model, &mut self.state);
         self.state.last.outside =
             check_domain(&self.model, &self.state.particles, time).map_err(|divergence| *divergence)?;
-        let SolidState { particles, image_counts, angles, .. } = &mut self.state;
-        for (body, angle) in self.model.bodies.iter().zip(angles).filter(|(body, _)| body.tracks_angle) {
-            *angle = best_fit_angle(&self.model, body, particles, image_counts, *angle);
+        let SolidState { particles, image_counts, rotations, .. } = &mut self.state;
+        for (body, rotation) in
+            self.model.bodies.iter().zip(rotations).filter(|(body, _)| body.tracks_rotation)
+        {
+            *rotation = best_fit_rotation(&self.model, body, particles, image_counts, *rotation);
         }
         Ok(())
     }

@@ -3,17 +3,19 @@
 use std::f64::consts::PI;
 
 use sph::lanes::Real;
-use sph::prescribed::motion::{MotionState, RigidMotion};
+use sph::prescribed::motion::MotionState;
 use sph::space::tensors::{Linear, SpaceSymmetric};
 use sph::space::{Plane, Space};
+use sph::sums::ordered_sum;
 
 use crate::thresholds::Thresholds;
 
-/// Ratio of the eigenvalues of a moment matrix below which all neighbours count as lying on one line.
-const SINGULAR: f64 = 1e-6;
-
-/// Share of Σ m |r|² in the moment of inertia above which it is no round-off \[-\].
-const SMALLEST_INERTIA: f64 = 1e-9;
+sph::constants! {
+    const SINGULAR: f64 = 1e-6, "solid.correction.singular",
+        "ratio of the eigenvalues of a moment matrix below which all neighbours count as lying on one line [-]";
+    const SMALLEST_INERTIA: f64 = 1e-9, "solid.rigid.smallest_inertia",
+        "share of sum m |r|^2 in the moment of inertia above which it is no round-off [-]";
+}
 
 /// `angle` plus whole turns, as near as possible to `near` \[rad\].
 pub fn nearest_branch(angle: f64, near: f64) -> f64 {
@@ -51,6 +53,9 @@ pub trait SolidSpace: Thresholds {
     /// Moment of inertia about its own centre of the cell of a particle.
     fn cell_inertia(mass: f64, density: f64) -> Self::Inertia;
 
+    /// Moment of inertia about its centre of a body of `mass` and the second moments `moments` \[m²\] about it.
+    fn body_inertia(mass: f64, moments: &Self::SymmetricTensor) -> Self::Inertia;
+
     /// Angular momentum of a body at angular velocity `spin`.
     fn angular_momentum(inertia: Self::Inertia, spin: Self::Spin) -> Self::Spin;
 
@@ -60,11 +65,16 @@ pub trait SolidSpace: Thresholds {
     /// Whether `inertia` is no round-off of `total`: not that of the place of a single particle.
     fn is_extended(inertia: Self::Inertia, total: Self::Inertia) -> bool;
 
-    /// `rotation` after `duration` \[s\] at angular velocity `spin`.
-    fn rotated(rotation: Self::Rotation, spin: Self::Spin, duration: f64) -> Self::Rotation;
+    /// From the middle of a cell to its face of the area vector `area`.
+    fn to_face(area: &Self::Vector) -> Self::Vector;
 
-    /// The prescribed motion `motion` at `time` \[s\].
-    fn motion_at(motion: &RigidMotion, time: f64) -> MotionState<Self>;
+    /// The rotation nearest to `near` that best fits `count` particles, each of the mass, the place before and the place
+    /// after that `particle` gives, places about the centre of mass: the polar part of Σ m x_after ⊗ x_before.
+    fn best_fit_rotation(
+        count: usize,
+        particle: impl Fn(usize) -> (f64, Self::Vector, Self::Vector) + Sync,
+        near: Self::Rotation,
+    ) -> Self::Rotation;
 
     /// Rotation from `then` to `now`, as near as possible to `near`.
     fn rotation_between(
@@ -129,6 +139,10 @@ impl SolidSpace for Plane {
         mass * mass / (6.0 * density)
     }
 
+    fn body_inertia(mass: f64, moments: &Self::SymmetricTensor) -> f64 {
+        mass * (moments.xx + moments.yy)
+    }
+
     #[inline]
     fn angular_momentum(inertia: f64, spin: f64) -> f64 {
         inertia * spin
@@ -143,13 +157,25 @@ impl SolidSpace for Plane {
         inertia > SMALLEST_INERTIA * total
     }
 
-    #[inline]
-    fn rotated(rotation: f64, spin: f64, duration: f64) -> f64 {
-        rotation + spin * duration
+    /// The face of a square is as far from the middle as half its length.
+    fn to_face(area: &Self::Vector) -> Self::Vector {
+        area * 0.5
     }
 
-    fn motion_at(motion: &RigidMotion, time: f64) -> MotionState<Self> {
-        motion.at(time)
+    fn best_fit_rotation(
+        count: usize,
+        particle: impl Fn(usize) -> (f64, Self::Vector, Self::Vector) + Sync,
+        near: f64,
+    ) -> f64 {
+        let sine: f64 = ordered_sum(count, |k| {
+            let (mass, before, after) = particle(k);
+            mass * Self::cross(&before, &after)
+        });
+        let cosine: f64 = ordered_sum(count, |k| {
+            let (mass, before, after) = particle(k);
+            mass * before.dot(&after)
+        });
+        nearest_branch(sine.atan2(cosine), near)
     }
 
     fn rotation_between(then: &MotionState<Self>, now: &MotionState<Self>, near: f64) -> f64 {

@@ -6,20 +6,25 @@
 use crate::coupling::exchange::StateColumns;
 use crate::coupling::ledger::{LedgerVector, MomentumReport, axial, exceeds, lifted};
 use crate::coupling::stage::{Stage, StageTime};
-use crate::interface::states::{InterfaceStates, read_vectors};
+use crate::interface::states::InterfaceStates;
 use crate::setup::{CouplingKind, Formulation, SolidSetup};
 use crate::space::domain::Domain;
 use crate::space::{Vector, cross};
 use crate::sums::ordered_sum;
 
-/// Error of a shown position at the start, in spacings \[-\]: far above round-off, far below what changes a result.
-const PLACE_TOLERANCE: f64 = 1e-6;
-/// Relative difference of a shown mass \[-\], a sum over round-off.
-const MASS_TOLERANCE: f64 = 1e-12;
-/// Distance by which the mean position of a body may part from its mean velocity, in spacings \[-\].
-const DRIFT_SPACINGS: f64 = 0.1;
-/// The same over the length of the way \[-\]: velocities within a step are known at its ends and its middle alone.
-const DRIFT_SHARE: f64 = 0.05;
+crate::constants! {
+    /// Far above round-off, far below what changes a result.
+    const PLACE_TOLERANCE: f64 = 1e-6, "audit.position",
+        "largest error of a shown position at the start, in spacings [-]";
+    /// A sum over round-off.
+    const MASS_TOLERANCE: f64 = 1e-12, "audit.mass",
+        "largest relative error of a shown mass [-]";
+    const DRIFT_SPACINGS: f64 = 0.1, "audit.drift",
+        "distance by which the mean position of a body may part from its mean velocity, in spacings [-]";
+    /// Velocities within a step are known at its ends and its middle alone.
+    const DRIFT_SHARE: f64 = 0.05, "audit.drift_share",
+        "the same over the length of the path [-]";
+}
 
 /// Particles of a solid as its set-up has them.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -192,7 +197,7 @@ impl Audit {
 
     /// Takes the `states` of a further iteration of the corrector.
     pub fn update(&mut self, states: &StateColumns) {
-        read_vectors(&states.velocity, &mut self.middle);
+        states.velocity.read_into(&mut self.middle);
     }
 
     /// Compares the state at a step boundary with the one before.

@@ -2,6 +2,7 @@
 
 use crate::coupling::ledger::{InterfaceSums, MomentumReport};
 use crate::coupling::stage::{StageTime, StepStage};
+use crate::space::components::Components;
 
 /// One field of all particles of a frame: `components` numbers per particle, particle by particle.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -34,18 +35,24 @@ impl Column {
         &self.values[i * self.components..(i + 1) * self.components]
     }
 
-    /// Takes over `rows` in place of what it held.
+    /// Takes over `quantities` in place of what it held.
     #[inline]
-    pub fn fill<const N: usize>(&mut self, rows: impl IntoIterator<Item = [f64; N]>) {
-        self.components = N;
+    pub fn fill<C: Components>(&mut self, quantities: impl IntoIterator<Item = C>) {
+        self.components = C::COUNT;
         self.values.clear();
-        rows.into_iter().for_each(|row| self.values.extend_from_slice(&row));
+        quantities.into_iter().for_each(|quantity| self.values.extend_from_slice(quantity.row().as_ref()));
     }
 
-    /// The numbers of each particle, in a column of `N` components; none in another.
+    /// The quantity of each particle; none in a column of another number of components.
     #[inline]
-    pub fn arrays<const N: usize>(&self) -> impl Iterator<Item = [f64; N]> {
-        self.rows().filter_map(|row| row.try_into().ok())
+    pub fn quantities<C: Components>(&self) -> impl Iterator<Item = C> {
+        self.rows().filter_map(C::of_row)
+    }
+
+    /// Replaces what `quantities` held by [`Column::quantities`].
+    pub fn read_into<C: Components>(&self, quantities: &mut Vec<C>) {
+        quantities.clear();
+        quantities.extend(self.quantities::<C>());
     }
 
     fn clear(&mut self) {
@@ -53,10 +60,10 @@ impl Column {
     }
 }
 
-impl<const N: usize> FromIterator<[f64; N]> for Column {
-    fn from_iter<I: IntoIterator<Item = [f64; N]>>(rows: I) -> Self {
+impl<C: Components> FromIterator<C> for Column {
+    fn from_iter<I: IntoIterator<Item = C>>(quantities: I) -> Self {
         let mut column = Self::default();
-        column.fill(rows);
+        column.fill(quantities);
         column
     }
 }

@@ -1,29 +1,48 @@
 //! Where particles are, coarsely: what decides who is sent to the partner.
 
+use std::cmp::Ordering;
+
 use rayon::prelude::*;
 
-use crate::coupling::exchange::Extent;
+use crate::coupling::exchange::{Column, Extent};
+use crate::space::algebra::Algebra;
+use crate::space::components::Components;
 use crate::space::domain::Domain;
-use crate::space::{DIMENSIONS, Vector};
+use crate::space::tensors::SpaceVector;
+use crate::space::{Plane, Space};
 
 /// Keeps the extent of one side's particles, renewed with its neighbour lists.
 #[derive(Clone, Debug)]
-pub struct ExtentTracker {
-    domain: Domain,
+pub struct ExtentTracker<S: Space = Plane> {
+    domain: Domain<S>,
     cell: f64,
     extent: Extent,
 }
 
-impl ExtentTracker {
+/// A block of cells: the first and the last along each axis.
+type Block<S> = [Index<S>; 2];
+
+/// Number of a cell along each axis.
+type Index<S> = <S as Algebra>::Of<i64>;
+
+impl<S: Space> ExtentTracker<S> {
     /// A tracker that describes particles by boxes made of cells of edge `cell` \[m\].
-    pub fn new(domain: &Domain, cell: f64) -> Self {
+    pub fn new(domain: &Domain<S>, cell: f64) -> Self {
         Self { domain: *domain, cell, extent: Extent::default() }
     }
 
     /// Describes `positions`, each free to move by `slack` \[m\] until the next update.
-    pub fn update(&mut self, positions: &[Vector], slack: f64) {
-        let corners = merged_boxes(&self.occupied(positions), &self.domain.lower, self.cell, slack);
-        let boxes = corners.iter().map(|(lower, upper)| [lower.x, lower.y, upper.x, upper.y]).collect();
+    pub fn update(&mut self, positions: &[S::Vector], slack: f64) {
+        let mut values = Vec::new();
+        for [first, last] in merged_blocks::<S>(&self.occupied(positions)) {
+            let corner = |cells: S::Of<f64>| self.domain.lower + S::vector(cells) * self.cell;
+            let (lower, upper) =
+                (S::axes(|axis| first[axis] as f64), S::axes(|axis| (last[axis] + 1) as f64));
+            let slack = S::Vector::repeat(slack);
+            values.extend_from_slice((corner(lower) - slack).row().as_ref());
+            values.extend_from_slice((corner(upper) + slack).row().as_ref());
+        }
+        let boxes = Column { components: 2 * S::DIMENSIONS, values };
         if boxes != self.extent.boxes {
             self.extent = Extent { version: self.extent.version + 1, boxes };
         }
@@ -42,7 +61,7 @@ impl ExtentTracker {
     pub fn shortfall(
         &self,
         known: &Extent,
-        positions: &[Vector],
+        positions: &[S::Vector],
         support: f64,
         reach: f64,
     ) -> Result<(), f64> {
@@ -60,90 +79,84 @@ impl ExtentTracker {
         if missing > 0.0 { Err(missing) } else { Ok(()) }
     }
 
-    /// Occupied cells as (row, column), sorted.
-    fn occupied(&self, positions: &[Vector]) -> Vec<(i64, i64)> {
+    /// Occupied cells by [`order`].
+    fn occupied(&self, positions: &[S::Vector]) -> Vec<Index<S>> {
         // Saturating conversions: positions are finite, and a stray one only makes a far box.
-        let cell_of = |x: &Vector| {
+        let cell_of = |x: &S::Vector| {
             let k = (self.domain.wrapped(x) - self.domain.lower) / self.cell;
-            (k.y.floor() as i64, k.x.floor() as i64)
+            S::axes(|axis| k[axis].floor() as i64)
         };
-        let mut cells: Vec<(i64, i64)> = positions.iter().map(cell_of).collect();
-        cells.sort_unstable();
-        cells.dedup();
+        let mut cells: Vec<_> = positions.iter().map(cell_of).collect();
+        cells.sort_unstable_by(order::<S>);
+        cells.dedup_by(|a, b| order::<S>(a, b).is_eq());
         cells
     }
 }
 
 /// Distance \[m\] from `x` to the nearest box of `extent`; zero inside, infinite without boxes.
-fn gap(domain: &Domain, extent: &Extent, x: &Vector) -> f64 {
-    corners(extent).map(|(lower, upper)| box_gap(domain, &lower, &upper, x)).fold(f64::INFINITY, f64::min)
+fn gap<S: Space>(domain: &Domain<S>, extent: &Extent, x: &S::Vector) -> f64 {
+    corners::<S>(extent)
+        .map(|(lower, upper)| box_gap(domain, &lower, &upper, x))
+        .fold(f64::INFINITY, f64::min)
 }
 
 /// Lower and upper corner of each box of `extent`.
-fn corners(extent: &Extent) -> impl Iterator<Item = (Vector, Vector)> {
-    extent.boxes.arrays().map(|[x0, y0, x1, y1]| (Vector::new(x0, y0), Vector::new(x1, y1)))
+fn corners<S: Space>(extent: &Extent) -> impl Iterator<Item = (S::Vector, S::Vector)> {
+    extent.boxes.rows().filter_map(|row| {
+        let (lower, upper) = row.split_at_checked(S::DIMENSIONS)?;
+        Some((S::Vector::of_row(lower)?, S::Vector::of_row(upper)?))
+    })
 }
 
-fn box_gap(domain: &Domain, lower: &Vector, upper: &Vector, x: &Vector) -> f64 {
-    let from_centre = domain.separation(x, &(0.5 * (lower + upper))).abs();
-    (from_centre - 0.5 * (upper - lower)).sup(&Vector::zeros()).norm()
-}
-
-/// Cells joined to runs along x, runs of equal columns joined along y, each grown by `slack`.
-fn merged_boxes(cells: &[(i64, i64)], origin: &Vector, cell: f64, slack: f64) -> Vec<(Vector, Vector)> {
-    // (first row, last row, first column, last column)
-    let mut blocks: Vec<(i64, i64, i64, i64)> = Vec::new();
-    let mut row_start = 0;
-    let mut above = 0;
-    let mut k = 0;
-    while k < cells.len() {
-        let (row, first) = cells[k];
-        let mut last = first;
-        while k + 1 < cells.len() && cells[k + 1] == (row, last + 1) {
-            last += 1;
-            k += 1;
-        }
-        k += 1;
-        if blocks.get(row_start).is_some_and(|block| block.1 != row) {
-            above = row_start;
-            row_start = blocks.len();
-        }
-        let matching = blocks[above..row_start]
-            .iter()
-            .position(|b| b.1 == row - 1 && (b.2, b.3) == (first, last))
-            .map(|position| above + position);
-        match matching {
-            // The grown block takes the place of the run, so that later rows see it beside this row's runs.
-            Some(position) => {
-                let grown = blocks.remove(position);
-                row_start -= 1;
-                blocks.push((grown.0, row, first, last));
-            }
-            None => blocks.push((row, row, first, last)),
-        }
+fn box_gap<S: Space>(domain: &Domain<S>, lower: &S::Vector, upper: &S::Vector, x: &S::Vector) -> f64 {
+    let mut gap = domain.separation(x, &((*lower + *upper) * 0.5));
+    for axis in 0..S::DIMENSIONS {
+        gap[axis] = (gap[axis].abs() - 0.5 * (upper[axis] - lower[axis])).max(0.0);
     }
-    let corner = |row: i64, column: i64| origin + Vector::new(column as f64, row as f64) * cell;
-    let slack = Vector::repeat(slack);
+    gap.norm()
+}
+
+/// Order of cells: along x, then along each further axis.
+fn order<S: Space>(a: &Index<S>, b: &Index<S>) -> Ordering {
+    (0..S::DIMENSIONS).rev().fold(Ordering::Equal, |order, axis| order.then(a[axis].cmp(&b[axis])))
+}
+
+/// `cells` joined to blocks: along x, then blocks of equal sides along each further axis; by the order of their last
+/// cells.
+fn merged_blocks<S: Space>(cells: &[Index<S>]) -> Vec<Block<S>> {
+    let mut blocks: Vec<Block<S>> = cells.iter().map(|cell| [*cell, *cell]).collect();
+    for along in 0..S::DIMENSIONS {
+        let across = |a: &Block<S>, b: &Block<S>| {
+            let sides = (0..S::DIMENSIONS).rev().filter(|axis| *axis != along);
+            sides.fold(Ordering::Equal, |order, axis| {
+                order.then(a[0][axis].cmp(&b[0][axis])).then(a[1][axis].cmp(&b[1][axis]))
+            })
+        };
+        blocks.sort_unstable_by(|a, b| across(a, b).then(a[0][along].cmp(&b[0][along])));
+        blocks.dedup_by(|next, block| {
+            let joined = across(next, block).is_eq() && next[0][along] == block[1][along] + 1;
+            if joined {
+                block[1] = next[1];
+            }
+            joined
+        });
+    }
+    blocks.sort_unstable_by(|a, b| order::<S>(&a[1], &b[1]));
     blocks
-        .into_iter()
-        .map(|(row, last_row, column, last_column)| {
-            (corner(row, column) - slack, corner(last_row + 1, last_column + 1) + slack)
-        })
-        .collect()
 }
 
 /// Answers quickly whether a position lies within reach of the partner's extent.
 #[derive(Clone, Debug)]
-pub struct ReachMap {
-    domain: Domain,
+pub struct ReachMap<S: Space = Plane> {
+    domain: Domain<S>,
     extent: Extent,
     reach: f64,
-    lower: Vector,
+    lower: S::Vector,
     cell: f64,
-    counts: [usize; DIMENSIONS],
+    counts: S::Of<usize>,
     marks: Vec<Mark>,
     /// Corners of a box outside which nothing is within reach; without bound along periodic directions.
-    bounds: (Vector, Vector),
+    bounds: (S::Vector, S::Vector),
 }
 
 /// Which positions of a cell are within reach.
@@ -157,16 +170,19 @@ enum Mark {
 /// Cells of the map at most: 1 MiB.
 const LARGEST_MAP: usize = 1 << 20;
 
-impl ReachMap {
+impl<S: Space> ReachMap<S> {
     /// A map over `domain` with cells of edge about `cell` \[m\].
-    pub fn new(domain: &Domain, cell: f64) -> Self {
+    pub fn new(domain: &Domain<S>, cell: f64) -> Self {
         let size = domain.size();
         let mut cell = cell;
-        let count = |axis: usize, cell: f64| ((size[axis] / cell).ceil() as usize).max(1);
-        while count(0, cell).saturating_mul(count(1, cell)) > LARGEST_MAP {
+        let counts = |cell: f64| S::axes(|axis| ((size[axis] / cell).ceil() as usize).max(1));
+        let total = |counts: S::Of<usize>| {
+            (0..S::DIMENSIONS).fold(1, |n: usize, axis| n.saturating_mul(counts[axis]))
+        };
+        while total(counts(cell)) > LARGEST_MAP {
             cell *= 2.0;
         }
-        let counts = [count(0, cell), count(1, cell)];
+        let counts = counts(cell);
         Self {
             domain: *domain,
             extent: Extent::default(),
@@ -174,8 +190,8 @@ impl ReachMap {
             lower: domain.lower,
             cell,
             counts,
-            marks: vec![Mark::None; counts[0] * counts[1]],
-            bounds: (Vector::repeat(f64::NEG_INFINITY), Vector::repeat(f64::INFINITY)),
+            marks: vec![Mark::None; total(counts)],
+            bounds: (S::Vector::repeat(f64::NEG_INFINITY), S::Vector::repeat(f64::INFINITY)),
         }
     }
 
@@ -187,11 +203,15 @@ impl ReachMap {
         self.extent.clone_from(extent);
         self.reach = reach;
         self.bounds = bounds_of(extent, reach, &self.domain);
-        let half_diagonal = self.cell * std::f64::consts::FRAC_1_SQRT_2;
-        let (domain, lower, cell, columns) = (&self.domain, &self.lower, self.cell, self.counts[0]);
-        self.marks.par_iter_mut().with_min_len(1024).enumerate().for_each(|(k, mark)| {
-            let (row, column) = (k / columns, k % columns);
-            let centre = lower + Vector::new(column as f64 + 0.5, row as f64 + 0.5) * cell;
+        let half_diagonal = self.cell * (0.5 * (S::DIMENSIONS as f64).sqrt());
+        let (domain, lower, cell, counts) = (&self.domain, &self.lower, self.cell, self.counts);
+        self.marks.par_iter_mut().with_min_len(1024).enumerate().for_each(|(mut k, mark)| {
+            let place = S::axes(|axis| {
+                let along = k % counts[axis];
+                k /= counts[axis];
+                along as f64 + 0.5
+            });
+            let centre = *lower + S::vector(place) * cell;
             let gap = gap(domain, extent, &centre);
             *mark = if gap > reach + half_diagonal {
                 Mark::None
@@ -206,17 +226,18 @@ impl ReachMap {
 
     /// Whether `x` lies within reach.
     #[inline]
-    pub fn contains(&self, x: &Vector) -> bool {
+    pub fn contains(&self, x: &S::Vector) -> bool {
         let (lower, upper) = &self.bounds;
         // Most of a large fluid is far from a small solid.
-        (0..DIMENSIONS).all(|axis| lower[axis] <= x[axis] && x[axis] <= upper[axis]) && self.looked_up(x)
+        (0..S::DIMENSIONS).all(|axis| lower[axis] <= x[axis] && x[axis] <= upper[axis]) && self.looked_up(x)
     }
 
-    fn looked_up(&self, x: &Vector) -> bool {
+    fn looked_up(&self, x: &S::Vector) -> bool {
         let x = self.domain.wrapped(x);
         let k = (x - self.lower) / self.cell;
-        let inside = (0..DIMENSIONS).all(|axis| k[axis] >= 0.0 && k[axis] < self.counts[axis] as f64);
-        let mark = if inside { self.marks[k.y as usize * self.counts[0] + k.x as usize] } else { Mark::Some };
+        let inside = (0..S::DIMENSIONS).all(|axis| k[axis] >= 0.0 && k[axis] < self.counts[axis] as f64);
+        let index = || (0..S::DIMENSIONS).rev().fold(0, |n, axis| n * self.counts[axis] + k[axis] as usize);
+        let mark = if inside { self.marks[index()] } else { Mark::Some };
         match mark {
             Mark::None => false,
             Mark::Some => gap(&self.domain, &self.extent, &x) <= self.reach,
@@ -226,14 +247,15 @@ impl ReachMap {
 }
 
 /// Box around all that lies within `reach` of `extent`, without bound along periodic directions.
-fn bounds_of(extent: &Extent, reach: f64, domain: &Domain) -> (Vector, Vector) {
-    let mut bounds = (Vector::repeat(f64::INFINITY), Vector::repeat(f64::NEG_INFINITY));
-    for (lower, upper) in corners(extent) {
-        // A little more than the reach: distances are rounded.
-        bounds.0 = bounds.0.inf(&lower.add_scalar(-1.001 * reach));
-        bounds.1 = bounds.1.sup(&upper.add_scalar(1.001 * reach));
+fn bounds_of<S: Space>(extent: &Extent, reach: f64, domain: &Domain<S>) -> (S::Vector, S::Vector) {
+    let mut bounds = (S::Vector::repeat(f64::INFINITY), S::Vector::repeat(f64::NEG_INFINITY));
+    // A little more than the reach: distances are rounded.
+    let margin = S::Vector::repeat(1.001 * reach);
+    for (lower, upper) in corners::<S>(extent) {
+        bounds.0 = bounds.0.inf(&(lower - margin));
+        bounds.1 = bounds.1.sup(&(upper + margin));
     }
-    for axis in (0..DIMENSIONS).filter(|axis| domain.periodic[*axis]) {
+    for axis in (0..S::DIMENSIONS).filter(|axis| domain.periodic[*axis]) {
         (bounds.0[axis], bounds.1[axis]) = (f64::NEG_INFINITY, f64::INFINITY);
     }
     bounds
@@ -242,6 +264,7 @@ fn bounds_of(extent: &Extent, reach: f64, domain: &Domain) -> (Vector, Vector) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::space::Vector;
 
     fn domain(periodic: [bool; 2]) -> Domain {
         Domain { lower: Vector::zeros(), upper: Vector::new(2.0, 1.0), periodic }
@@ -259,7 +282,7 @@ mod tests {
         let mut positions = block(Vector::new(0.2, 0.3), 10, 8, 0.05);
         tracker.update(&positions, 0.01);
         assert_eq!(tracker.extent().boxes.len(), 1);
-        let (lower, upper) = corners(tracker.extent()).next().unwrap();
+        let (lower, upper) = corners::<Plane>(tracker.extent()).next().unwrap();
         assert!((lower - Vector::new(0.19, 0.29)).norm() < 1e-12);
         assert!((upper - Vector::new(0.71, 0.71)).norm() < 1e-12);
         positions.extend(block(Vector::new(1.5, 0.0), 2, 20, 0.05));
@@ -267,7 +290,7 @@ mod tests {
         assert_eq!(tracker.extent().version, 2);
         let inside = positions.iter().all(|x| gap(&domain([false; 2]), tracker.extent(), x) == 0.0);
         assert!(inside);
-        let area: f64 = corners(tracker.extent())
+        let area: f64 = corners::<Plane>(tracker.extent())
             .map(|(lower, upper)| (upper.x - lower.x - 0.02) * (upper.y - lower.y - 0.02))
             .sum();
         // 5 x 4 cells and 1 x 10 cells of 0.01 m²: nothing doubled, nothing lost.

@@ -7,12 +7,15 @@
 use crate::coupling::exchange::{Column, StateColumns};
 use crate::setup::{ImplicitCoupling, Relaxation};
 
-/// First factor of Aitken's relaxation in a half-step, before there are two residuals: enough for most bodies.
-const FIRST_FACTOR: f64 = 1.0;
-
-/// Bounds of Aitken's factor. Forces that resist motion ask for 1/(1 + λ) with λ > 0; outside of them two residuals that
-/// happen to be alike, or a body that meets the fluid only now, make it meaningless.
-pub(crate) const FACTORS: (f64, f64) = (1e-3, 1.0);
+crate::constants! {
+    /// Enough for most bodies.
+    const FIRST_FACTOR: f64 = 1.0, "implicit.first_factor",
+        "first factor of Aitken relaxation in a half-step, before there are two residuals [-]";
+    /// Forces that resist motion ask for 1/(1 + λ) with λ > 0; outside of the bounds two residuals that happen to be
+    /// alike, or a body that meets the fluid only now, make the factor meaningless.
+    const SMALLEST_FACTOR: f64 = 1e-3, "implicit.smallest_factor", "smallest factor of Aitken relaxation [-]";
+    const LARGEST_FACTOR: f64 = 1.0, "implicit.largest_factor", "largest factor of Aitken relaxation [-]";
+}
 
 /// The fixed-point iteration of one half-step.
 #[derive(Debug)]
@@ -152,7 +155,7 @@ impl Relaxation {
         match (self, body.factor) {
             (Self::Fixed(factor), _) => factor,
             (Self::Aitken, Some(before)) if !first && body.change > 0.0 => {
-                (-before * body.along / body.change).clamp(FACTORS.0, FACTORS.1)
+                (-before * body.along / body.change).clamp(SMALLEST_FACTOR, LARGEST_FACTOR)
             }
             (Self::Aitken, before) => before.unwrap_or(FIRST_FACTOR),
         }
@@ -192,11 +195,13 @@ mod tests {
         }
 
         fn forces(&self, applied: &Column) -> Column {
-            let (free, applied) = (self.free.arrays(), applied.arrays());
-            column(free.zip(applied).enumerate().map(|(k, ([x, y], [u, v]))| {
-                let slope = self.slope(k);
-                [x - u * slope, y - v * slope]
-            }))
+            let (free, applied) = (self.free.quantities(), applied.quantities());
+            column(free.zip(applied).enumerate().map(
+                |(k, ([x, y], [u, v])): (usize, ([f64; 2], [f64; 2]))| {
+                    let slope = self.slope(k);
+                    [x - u * slope, y - v * slope]
+                },
+            ))
         }
 
         /// a/(1 + λ).

@@ -1,6 +1,6 @@
 //! The complete state of a participant at a step boundary, as named arrays: plain data, whatever becomes of it.
 
-use crate::space::{SymmetricTensor, Vector};
+use crate::space::components::Components;
 
 /// Values of one named array.
 #[derive(Clone, Debug, PartialEq)]
@@ -73,14 +73,11 @@ impl SavedState {
         self.put(name, Values::U64(values.into_iter().collect()));
     }
 
-    /// Saves vectors, two numbers each.
-    pub fn put_vectors(&mut self, name: &str, values: &[Vector]) {
-        self.put_f64(name, values.iter().flat_map(|v| [v.x, v.y]));
-    }
-
-    /// Saves symmetric tensors, three numbers each.
-    pub fn put_tensors(&mut self, name: &str, values: &[SymmetricTensor]) {
-        self.put_f64(name, values.iter().flat_map(|s| [s.xx, s.yy, s.xy]));
+    /// Saves quantities, the components of each after the other.
+    pub fn put_quantities<C: Components>(&mut self, name: &str, values: &[C]) {
+        let mut numbers = Vec::with_capacity(C::COUNT * values.len());
+        values.iter().for_each(|value| numbers.extend_from_slice(value.row().as_ref()));
+        self.put(name, Values::F64(numbers));
     }
 
     /// Whether `name` was saved.
@@ -141,22 +138,13 @@ impl SavedState {
         values.try_into().map_err(|_| RestoreError::new(name, "has another length"))
     }
 
-    /// `count` finite vectors.
+    /// `count` quantities of finite components.
     ///
     /// # Errors
     /// As [`SavedState::f64s`].
-    pub fn vectors(&self, name: &str, count: usize) -> Result<Vec<Vector>, RestoreError> {
-        let values = self.f64s(name, count.checked_mul(2))?;
-        Ok(values.chunks_exact(2).map(|v| Vector::new(v[0], v[1])).collect())
-    }
-
-    /// `count` finite symmetric tensors.
-    ///
-    /// # Errors
-    /// As [`SavedState::f64s`].
-    pub fn tensors(&self, name: &str, count: usize) -> Result<Vec<SymmetricTensor>, RestoreError> {
-        let values = self.f64s(name, count.checked_mul(3))?;
-        Ok(values.chunks_exact(3).map(|s| SymmetricTensor { xx: s[0], yy: s[1], xy: s[2] }).collect())
+    pub fn quantities<C: Components>(&self, name: &str, count: usize) -> Result<Vec<C>, RestoreError> {
+        let values = self.f64s(name, count.checked_mul(C::COUNT))?;
+        Ok(values.chunks_exact(C::COUNT).filter_map(C::of_row).collect())
     }
 }
 
@@ -172,18 +160,19 @@ fn expect_length(name: &str, length: usize, expected: Option<usize>) -> Result<(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::space::Vector;
 
     #[test]
     fn what_is_saved_comes_back_and_everything_else_is_named() {
         let mut state = SavedState::default();
-        state.put_vectors("x", &[Vector::new(0.1, -0.0), Vector::new(3.0, 1e-300)]);
+        state.put_quantities("x", &[Vector::new(0.1, -0.0), Vector::new(3.0, 1e-300)]);
         state.put_u64("step", [7]);
         state.put_f64("bad", [1.0, f64::NAN]);
-        let x = state.vectors("x", 2).unwrap();
+        let x: Vec<Vector> = state.quantities("x", 2).unwrap();
         assert_eq!(x[0].y.to_bits(), (-0.0f64).to_bits());
         assert_eq!(state.u64s::<1>("step").unwrap(), [7]);
         for (error, words) in [
-            (state.vectors("x", 3).unwrap_err(), "4 entries, must have 6"),
+            (state.quantities::<Vector>("x", 3).unwrap_err(), "4 entries, must have 6"),
             (state.f64s("step", None).map(drop).unwrap_err(), "floating-point"),
             (state.f64s("bad", None).map(drop).unwrap_err(), "entry 1 is NaN"),
             (state.u32s("gone", None).map(drop).unwrap_err(), "`gone`: is missing"),

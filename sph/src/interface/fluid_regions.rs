@@ -6,8 +6,9 @@
 use rayon::prelude::*;
 
 use super::states::InterfaceStates;
-use crate::space::Vector;
+use crate::space::Space;
 use crate::space::domain::Domain;
+use crate::space::tensors::SpaceVector;
 
 use super::lists::{CrossPair, Rows, TASK, TaskRows};
 
@@ -18,21 +19,21 @@ pub struct Dummy {
     pub pressure: f64,
     /// Density that belongs to the pressure \[kg/m³\].
     pub density: f64,
-    /// Mass per depth \[kg/m\].
+    /// Mass \[kg\], in the plane per depth.
     pub mass: f64,
 }
 
 /// The fluid within support of one solid particle; buffers are reused.
 #[derive(Debug, Default)]
-struct Neighbourhood {
-    separations: Vec<Vector>,
+struct Neighbourhood<S: Space> {
+    separations: Vec<S::Vector>,
     stack: Vec<usize>,
 }
 
 /// Fluid regions around the solid particles of one task.
 #[derive(Debug, Default)]
-struct TaskRegions {
-    neighbourhood: Neighbourhood,
+struct TaskRegions<S: Space> {
+    neighbourhood: Neighbourhood<S>,
     /// Regions around each particle.
     counts: Vec<u32>,
     /// Pairs of fluid particles, smaller index first, that a solid particle separates.
@@ -41,19 +42,22 @@ struct TaskRegions {
     ambiguous: Vec<u32>,
 }
 
-/// Longer rows count as one region: a support holds about thirty particles, and the work grows with their square.
-pub(crate) const LARGEST_ROW: usize = 256;
+crate::constants! {
+    /// A support holds about thirty particles, and the work grows with their square.
+    const LARGEST_ROW: usize = 256, "interface.largest_row",
+        "fluid particles around one of a solid above which they count as one region [-]";
+}
 
 /// A pair without a region.
 const UNASSIGNED: u32 = u32::MAX;
 
-impl TaskRegions {
+impl<S: Space> TaskRegions<S> {
     /// Numbers the regions around every particle of the task from 0, in the pairs of `rows`.
     fn find(
         &mut self,
-        domain: &Domain,
+        domain: &Domain<S>,
         square: f64,
-        [fluid, solid]: [&InterfaceStates; 2],
+        [fluid, solid]: [&InterfaceStates<S>; 2],
         rows: &mut TaskRows,
     ) {
         let Self { neighbourhood, counts, separated, ambiguous } = self;
@@ -62,7 +66,7 @@ impl TaskRegions {
         ambiguous.clear();
         rows.each(|s, row| {
             neighbourhood.separate(domain, fluid, &solid.position[s], row);
-            let mean: Vector = neighbourhood.separations.iter().sum();
+            let mean: S::Vector = neighbourhood.separations.iter().copied().sum();
             let one_sided = neighbourhood.separations.iter().all(|x_fs| x_fs.dot(&mean) > 0.0);
             let regions =
                 if neighbourhood.is_connected(square) { 1 } else { neighbourhood.flood(square, row) };
@@ -84,9 +88,15 @@ impl TaskRegions {
     }
 }
 
-impl Neighbourhood {
+impl<S: Space> Neighbourhood<S> {
     /// Stores the separations of `row` from the particle at `x_s`.
-    fn separate(&mut self, domain: &Domain, fluid: &InterfaceStates, x_s: &Vector, row: &[CrossPair]) {
+    fn separate(
+        &mut self,
+        domain: &Domain<S>,
+        fluid: &InterfaceStates<S>,
+        x_s: &S::Vector,
+        row: &[CrossPair],
+    ) {
         self.separations.clear();
         let separation = |pair: &CrossPair| domain.separation(&fluid.position[pair.other as usize], x_s);
         self.separations.extend(row.iter().map(separation));
@@ -99,7 +109,7 @@ impl Neighbourhood {
         }
         let nearest = self.separations.iter().min_by(|a, b| a.norm_squared().total_cmp(&b.norm_squared()));
         nearest.is_none_or(|nearest| {
-            self.separations.iter().all(|x_fs| (x_fs - nearest).norm_squared() < square)
+            self.separations.iter().all(|x_fs| (*x_fs - *nearest).norm_squared() < square)
         })
     }
 
@@ -148,13 +158,13 @@ fn merge(separated: &[(u32, u32)], row: &mut [CrossPair], regions: u32) -> u32 {
 
 /// Fluid regions around all solid particles, with their dummy states.
 #[derive(Debug, Default)]
-pub struct FluidRegions {
+pub struct FluidRegions<S: Space> {
     dummies: Vec<Dummy>,
-    tasks: Vec<TaskRegions>,
+    tasks: Vec<TaskRegions<S>>,
     separated: Vec<(u32, u32)>,
 }
 
-impl FluidRegions {
+impl<S: Space> FluidRegions<S> {
     /// The dummy state that the fluid of `pair` interacts with.
     pub fn dummy(&self, pair: &CrossPair) -> &Dummy {
         &self.dummies[pair.region as usize]
@@ -172,15 +182,15 @@ impl FluidRegions {
     /// The disconnected regions around every solid particle; `dummy` gives the dummy state of particle, row and region.
     pub fn update_disconnected(
         &mut self,
-        domain: &Domain,
+        domain: &Domain<S>,
         support: f64,
-        states: [&InterfaceStates; 2],
+        states: [&InterfaceStates<S>; 2],
         rows: &mut Rows,
         dummy: impl Fn(usize, &[CrossPair], u32) -> Dummy + Sync,
     ) {
         self.find(domain, support * support, states, rows);
         let Self { dummies, tasks, .. } = self;
-        let counts = |task: &TaskRegions| task.counts.iter().sum::<u32>();
+        let counts = |task: &TaskRegions<S>| task.counts.iter().sum::<u32>();
         dummies.clear();
         dummies.resize(tasks.iter().map(counts).sum::<u32>() as usize, Dummy::default());
         let (mut rest, mut first) = (&mut dummies[..], 0);
@@ -208,7 +218,7 @@ impl FluidRegions {
     /// the next, links them. A solid particle separates regions on different sides of it. Regions on one side of it, such
     /// as drops, count as one unless another particle separates them: the foot of a plate that stands in the floor has the
     /// fluid of both sides above it.
-    fn find(&mut self, domain: &Domain, square: f64, states: [&InterfaceStates; 2], rows: &mut Rows) {
+    fn find(&mut self, domain: &Domain<S>, square: f64, states: [&InterfaceStates<S>; 2], rows: &mut Rows) {
         let Self { tasks, separated, .. } = self;
         let of_tasks = rows.tasks();
         tasks.resize_with(of_tasks.len(), TaskRegions::default);

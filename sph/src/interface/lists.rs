@@ -4,8 +4,9 @@ use rayon::prelude::*;
 
 use super::states::InterfaceStates;
 use crate::neighbours::CellGrid;
-use crate::space::Vector;
+use crate::space::Space;
 use crate::space::domain::Domain;
+use crate::space::tensors::SpaceVector;
 
 /// States per task.
 pub const TASK: usize = 64;
@@ -21,10 +22,10 @@ pub struct CrossPair {
 
 /// Finds the pairs within support; buffers are reused.
 #[derive(Debug, Default)]
-pub struct Search {
-    grid: CellGrid,
+pub struct Search<S: Space> {
+    grid: CellGrid<S>,
     /// Positions of the solid's states in the order of cells \[m\].
-    placed: Vec<Vector>,
+    placed: Vec<S::Vector>,
     found: Vec<Found>,
 }
 
@@ -35,14 +36,14 @@ struct Found {
     pairs: Vec<CrossPair>,
 }
 
-impl Search {
+impl<S: Space> Search<S> {
     /// Fills `rows` of the fluid with exactly the pairs within `support` \[m\], without their regions.
     pub fn fill(
         &mut self,
-        domain: &Domain,
+        domain: &Domain<S>,
         support: f64,
-        fluid: &InterfaceStates,
-        solid: &InterfaceStates,
+        fluid: &InterfaceStates<S>,
+        solid: &InterfaceStates<S>,
         rows: &mut Rows,
     ) {
         let Self { grid, placed, found } = self;

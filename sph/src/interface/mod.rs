@@ -9,7 +9,7 @@ pub mod states;
 
 use rayon::prelude::*;
 
-use crate::coupling::ledger::{InterfaceSums, axial, lifted};
+use crate::coupling::ledger::{InterfaceSums, LedgerVector, axial, lifted};
 use crate::kernel::CubicSpline;
 use crate::laws::artificial_viscosity::ArtificialViscosity;
 use crate::laws::equation_of_state::Tait;
@@ -17,8 +17,8 @@ use crate::laws::repulsion::Repulsion;
 use crate::prescribed::body_force::BodyForceField;
 use crate::setup::{Coupling, GradientCorrection, InterfaceLaw};
 use crate::space::domain::Domain;
-use crate::space::tensors::SpaceSymmetric;
-use crate::space::{SymmetricTensor, Vector, cross};
+use crate::space::tensors::{SpaceSymmetric, SpaceVector};
+use crate::space::{Plane, Space};
 use crate::sums::ordered_sum;
 
 pub use fluid_regions::Dummy;
@@ -28,31 +28,31 @@ use states::InterfaceStates;
 
 /// Cross lists, dummy states and forces of one half-step; all buffers are reused.
 #[derive(Debug)]
-pub struct Interface {
-    law: PairLaw,
-    domain: Domain,
-    body_force: BodyForceField,
-    search: Search,
+pub struct Interface<S: Space = Plane> {
+    law: PairLaw<S>,
+    domain: Domain<S>,
+    body_force: BodyForceField<S>,
+    search: Search<S>,
     of_fluid: Rows,
     of_solid: Rows,
-    regions: FluidRegions,
-    sums: Vec<ParticleSums>,
+    regions: FluidRegions<S>,
+    sums: Vec<ParticleSums<S>>,
 }
 
 /// What one particle receives across the interface.
 #[derive(Clone, Copy, Debug, Default)]
-struct ParticleSums {
-    force: Vector,
+struct ParticleSums<S: Space> {
+    force: S::Vector,
     gross_force: f64,
-    couple: f64,
+    couple: S::Spin,
     pairs: u64,
 }
 
 /// Constants of the pair law.
 #[derive(Clone, Copy, Debug)]
-struct PairLaw {
+struct PairLaw<S: Space> {
     law: InterfaceLaw,
-    kernel: CubicSpline,
+    kernel: CubicSpline<S>,
     equation_of_state: Tait,
     /// 1/M or 1: fluid-solid pairs never use L_i, which needs second neighbours.
     gradient_scale: f64,
@@ -63,11 +63,11 @@ struct PairLaw {
     repulsion: Repulsion,
 }
 
-impl Interface {
+impl<S: Space> Interface<S> {
     /// An interface with the laws and constants of `coupling`.
-    pub fn new(coupling: &Coupling, domain: &Domain, body_force: BodyForceField) -> Self {
+    pub fn new(coupling: &Coupling, domain: &Domain<S>, body_force: BodyForceField<S>) -> Self {
         let fluid = &coupling.fluid;
-        let kernel = CubicSpline::new(fluid.smoothing_length());
+        let kernel = CubicSpline::<S>::new(fluid.smoothing_length());
         let gradient_scale = match fluid.correction {
             GradientCorrection::None => 1.0,
             GradientCorrection::LatticeMoment
@@ -103,7 +103,7 @@ impl Interface {
     /// Builds the cross lists and the dummy states for states at `time` \[s\].
     ///
     /// The lists hold exactly the pairs within the support radius, in id order, whatever else was sent.
-    pub fn update(&mut self, time: f64, fluid: &InterfaceStates, solid: &InterfaceStates) {
+    pub fn update(&mut self, time: f64, fluid: &InterfaceStates<S>, solid: &InterfaceStates<S>) {
         let Self { law, domain, body_force, search, of_fluid, of_solid, regions, .. } = self;
         let support = law.kernel.support_radius();
         search.fill(domain, support, fluid, solid, of_fluid);
@@ -140,12 +140,12 @@ impl Interface {
     }
 
     /// Force on state `k` of the side summed last \[N\].
-    pub fn force(&self, k: usize) -> Vector {
+    pub fn force(&self, k: usize) -> S::Vector {
         self.sums[k].force
     }
 
     /// Forces on the fluid's states; read them by [`Interface::force`].
-    pub fn fluid_forces(&mut self, fluid: &InterfaceStates, solid: &InterfaceStates) -> InterfaceSums {
+    pub fn fluid_forces(&mut self, fluid: &InterfaceStates<S>, solid: &InterfaceStates<S>) -> InterfaceSums {
         let (law, domain, rows, regions) = (&self.law, &self.domain, &self.of_fluid, &self.regions);
         self.sums.clear();
         self.sums.resize(fluid.len(), ParticleSums::default());
@@ -161,7 +161,7 @@ impl Interface {
     }
 
     /// Forces on the solid's states; read them by [`Interface::force`].
-    pub fn solid_forces(&mut self, fluid: &InterfaceStates, solid: &InterfaceStates) -> InterfaceSums {
+    pub fn solid_forces(&mut self, fluid: &InterfaceStates<S>, solid: &InterfaceStates<S>) -> InterfaceSums {
         let (law, domain, rows, regions) = (&self.law, &self.domain, &self.of_solid, &self.regions);
         self.sums.clear();
         self.sums.resize(solid.len(), ParticleSums::default());
@@ -176,7 +176,7 @@ impl Interface {
         self.total(solid)
     }
 
-    fn total(&self, states: &InterfaceStates) -> InterfaceSums {
+    fn total(&self, states: &InterfaceStates<S>) -> InterfaceSums {
         let origin = self.domain.torque_origin();
         ordered_sum(states.len(), |k| {
             let sums = &self.sums[k];
@@ -184,7 +184,7 @@ impl Interface {
             InterfaceSums {
                 force: lifted(&sums.force),
                 gross_force: sums.gross_force,
-                torque: axial(cross(&arm, &sums.force)),
+                torque: axial(S::cross(&arm, &sums.force)),
                 gross_torque: arm.norm() * sums.gross_force,
                 couple: axial(sums.couple),
                 power: sums.force.dot(&states.velocity[k]),
@@ -195,40 +195,44 @@ impl Interface {
 }
 
 /// Sums of the `forces` \[N\] that act on the coupling `points`: what a solid with force coupling reports.
-pub fn load_sums(domain: &Domain, points: &InterfaceStates, forces: &[Vector]) -> InterfaceSums {
+pub fn load_sums<S: Space>(
+    domain: &Domain<S>,
+    points: &InterfaceStates<S>,
+    forces: &[S::Vector],
+) -> InterfaceSums {
     let origin = domain.torque_origin();
     ordered_sum(forces.len(), |s| {
         let (force, arm) = (forces[s], points.position[s] - origin);
         InterfaceSums {
             force: lifted(&force),
             gross_force: force.norm(),
-            torque: axial(cross(&arm, &force)),
+            torque: axial(S::cross(&arm, &force)),
             gross_torque: arm.norm() * force.norm(),
             // Only the fluid knows where its particles are.
-            couple: axial(0.0),
+            couple: LedgerVector::zeros(),
             power: force.dot(&points.velocity[s]),
-            pairs: u64::from(force != Vector::zeros()),
+            pairs: u64::from(force != S::Vector::zeros()),
         }
     })
 }
 
-impl ParticleSums {
-    fn add(&mut self, separation: &Vector, force: Vector) {
+impl<S: Space> ParticleSums<S> {
+    fn add(&mut self, separation: &S::Vector, force: S::Vector) {
         self.force += force;
         self.gross_force += force.norm();
-        self.couple += 0.5 * cross(separation, &force);
+        self.couple += S::cross(separation, &force) * 0.5;
         self.pairs += 1;
     }
 }
 
-impl PairLaw {
+impl<S: Space> PairLaw<S> {
     /// Dummy state of solid state `s` toward `region` by Eq. (28), without the solid's acceleration, which would make light
     /// solids unstable.
     fn wall_dummy(
         &self,
-        domain: &Domain,
-        body_force: &Vector,
-        [fluid, solid]: [&InterfaceStates; 2],
+        domain: &Domain<S>,
+        body_force: &S::Vector,
+        [fluid, solid]: [&InterfaceStates<S>; 2],
         s: usize,
         row: &[CrossPair],
         region: u32,
@@ -253,13 +257,13 @@ impl PairLaw {
     #[inline]
     fn force_on_fluid(
         &self,
-        x_fs: &Vector,
-        fluid: &InterfaceStates,
+        x_fs: &S::Vector,
+        fluid: &InterfaceStates<S>,
         f: usize,
-        solid: &InterfaceStates,
+        solid: &InterfaceStates<S>,
         s: usize,
         dummy: &Dummy,
-    ) -> Vector {
+    ) -> S::Vector {
         let distance = x_fs.norm();
         let gradient_factor = self.gradient_scale * self.kernel.gradient_factor(distance);
         let (rho_f, rho_s) = (fluid.density[f], dummy.density);
@@ -272,18 +276,18 @@ impl PairLaw {
         let central = fluid.mass[f] * self.repulsion(distance, approach)
             - masses * ((fluid.pressure[f] + dummy.pressure) / (rho_f * rho_s) + viscosity) * gradient_factor;
         match self.law {
-            InterfaceLaw::Wall => x_fs * central,
+            InterfaceLaw::Wall => *x_fs * central,
             InterfaceLaw::WallNoSlip => {
                 // Morris, Fox & Zhu 1997: 2 μ (x·∇W)/(ρ_f ρ_s r²) v_fs.
                 let softened = self.artificial_viscosity.softened(square);
                 let friction = masses * 2.0 * self.dynamic_viscosity * square * gradient_factor
                     / (rho_f * rho_s * softened);
-                x_fs * central + v_fs * friction
+                *x_fs * central + v_fs * friction
             }
             InterfaceLaw::PlainSum => {
-                let stress = SymmetricTensor::isotropic(-fluid.pressure[f]).plus(&solid.stress[s]);
+                let stress = S::SymmetricTensor::isotropic(-fluid.pressure[f]).plus(&solid.stress[s]);
                 let factor = masses * gradient_factor;
-                stress.dot(x_fs) * (factor / (rho_f * rho_s)) - x_fs * (factor * viscosity)
+                stress.dot(x_fs) * (factor / (rho_f * rho_s)) - *x_fs * (factor * viscosity)
             }
         }
     }

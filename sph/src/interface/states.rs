@@ -1,30 +1,30 @@
 //! States of one side's interface particles in the vectors of the space.
 
-use crate::coupling::exchange::{Column, StateColumns};
-use crate::space::{SymmetricTensor, Vector};
+use crate::coupling::exchange::StateColumns;
+use crate::space::{Plane, Space};
 
 /// States of the particles of one side that may lie within support of the other, ids ascending.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct InterfaceStates {
+pub struct InterfaceStates<S: Space = Plane> {
     /// Identity among the owner's particles, strictly ascending.
     pub id: Vec<u32>,
     /// Region (fluid) or body (solid) of each particle.
     pub group: Vec<u32>,
-    /// Mass \[kg\].
+    /// Mass \[kg\], in the plane per depth.
     pub mass: Vec<f64>,
     /// Position \[m\].
-    pub position: Vec<Vector>,
+    pub position: Vec<S::Vector>,
     /// Velocity \[m/s\].
-    pub velocity: Vec<Vector>,
+    pub velocity: Vec<S::Vector>,
     /// Density \[kg/m³\].
     pub density: Vec<f64>,
     /// Pressure \[Pa\]; of a solid, −σ_kk/3 by Eq. (5).
     pub pressure: Vec<f64>,
     /// Cauchy stress σ \[Pa\]; empty unless the law needs it.
-    pub stress: Vec<SymmetricTensor>,
+    pub stress: Vec<S::SymmetricTensor>,
 }
 
-impl InterfaceStates {
+impl<S: Space> InterfaceStates<S> {
     /// Number of particles.
     pub fn len(&self) -> usize {
         self.id.len()
@@ -35,7 +35,7 @@ impl InterfaceStates {
         self.id.is_empty()
     }
 
-    /// Volume of particle `i` \[m³\].
+    /// Volume of particle `i` \[m³\], in the plane per depth.
     pub fn volume(&self, i: usize) -> f64 {
         self.mass[i] / self.density[i]
     }
@@ -51,12 +51,11 @@ impl InterfaceStates {
         id.clone_from(&columns.id);
         group.clone_from(&columns.group);
         mass.clone_from(&columns.mass);
-        read_vectors(&columns.position, position);
-        read_vectors(&columns.velocity, velocity);
+        columns.position.read_into(position);
+        columns.velocity.read_into(velocity);
         density.clone_from(&columns.density);
         pressure.clone_from(&columns.pressure);
-        stress.clear();
-        stress.extend(columns.stress.arrays().map(|[xx, yy, xy]| SymmetricTensor { xx, yy, xy }));
+        columns.stress.read_into(stress);
     }
 
     /// Writes the states to `columns`.
@@ -64,15 +63,15 @@ impl InterfaceStates {
         columns.id.clone_from(&self.id);
         columns.group.clone_from(&self.group);
         columns.mass.clone_from(&self.mass);
-        write_vectors(self.position.iter().copied(), &mut columns.position);
-        write_vectors(self.velocity.iter().copied(), &mut columns.velocity);
+        columns.position.fill(self.position.iter().copied());
+        columns.velocity.fill(self.velocity.iter().copied());
         columns.density.clone_from(&self.density);
         columns.pressure.clone_from(&self.pressure);
-        columns.stress.fill(self.stress.iter().map(|stress| [stress.xx, stress.yy, stress.xy]));
+        columns.stress.fill(self.stress.iter().copied());
     }
 }
 
-impl From<&StateColumns> for InterfaceStates {
+impl<S: Space> From<&StateColumns> for InterfaceStates<S> {
     fn from(columns: &StateColumns) -> Self {
         let mut states = Self::default();
         states.read(columns);
@@ -80,21 +79,10 @@ impl From<&StateColumns> for InterfaceStates {
     }
 }
 
-impl From<&InterfaceStates> for StateColumns {
-    fn from(states: &InterfaceStates) -> Self {
+impl<S: Space> From<&InterfaceStates<S>> for StateColumns {
+    fn from(states: &InterfaceStates<S>) -> Self {
         let mut columns = Self::default();
         states.write(&mut columns);
         columns
     }
-}
-
-/// Takes over the vectors of `column` in place of what `vectors` held.
-pub fn read_vectors(column: &Column, vectors: &mut Vec<Vector>) {
-    vectors.clear();
-    vectors.extend(column.arrays().map(|row: [f64; 2]| Vector::from(row)));
-}
-
-/// Writes `vectors` to `column`.
-pub fn write_vectors(vectors: impl IntoIterator<Item = Vector>, column: &mut Column) {
-    column.fill(vectors.into_iter().map(<[f64; 2]>::from));
 }

@@ -1,5 +1,6 @@
 use super::*;
 use crate::setup::{BodyForce, CouplingKind, FluidParameters};
+use crate::space::{SymmetricTensor, Vector};
 
 const SPACING: f64 = 0.01;
 
@@ -36,7 +37,7 @@ fn patch(lower: Vector, columns: usize, rows: usize, seed: u64) -> InterfaceStat
         state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (state >> 11) as f64 / (1u64 << 53) as f64 - 0.5
     };
-    let mut states = InterfaceStates::default();
+    let mut states = <InterfaceStates>::default();
     for k in 0..columns * rows {
         let cell = Vector::new((k % columns) as f64 + 0.5, (k / columns) as f64 + 0.5);
         states.id.push(k as u32);

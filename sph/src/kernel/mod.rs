@@ -9,9 +9,11 @@ use shape::{Slope, Spline};
 
 pub use pair::{KernelLanes, PairKernel};
 
-/// Distances below this fraction of h count as this fraction: keeps 1/r finite at r = 0, where the factor of x_ij
-/// stays right to 1e-8.
-const SMALLEST_RATIO: f64 = 1e-8;
+crate::constants! {
+    /// Keeps 1/r finite at r = 0, where the factor of x_ij stays right to 1e-8.
+    const SMALLEST_RATIO: f64 = 1e-8, "kernel.smallest_distance",
+        "distance in units of h below which pairs count as this far apart [-]";
+}
 
 /// Cubic spline W(r, h) with support radius 2h.
 ///

@@ -4,13 +4,13 @@ use std::ops::Mul;
 
 use crate::lanes::Lanes;
 
-/// Largest relative change of density at which a run continues \[-\]; walls and interface particles show none larger
-/// in tension.
-pub const LARGEST_COMPRESSION: f64 = 0.3;
-
-/// Largest share of cavities in the volume at which a run continues \[-\]: particles some three spacings apart, beyond
-/// which they do not meet.
-pub(crate) const LARGEST_CAVITY: f64 = 0.9;
+crate::constants! {
+    pub const LARGEST_COMPRESSION: f64 = 0.3, "density.largest_compression",
+        "largest relative change of density of a valid fluid, and of wall and interface particles in tension [-]";
+    /// Particles are some three spacings apart then; beyond that they do not meet.
+    pub(crate) const LARGEST_CAVITY: f64 = 0.9, "density.largest_cavity",
+        "largest share of cavities in the volume of a valid fluid with `tension_limit_pa` [-]";
+}
 
 /// Tait's equation of state.
 ///

@@ -15,11 +15,12 @@ pub struct Repulsion {
     frequency: f64,
 }
 
-/// Share of critical damping ζ.
-pub(crate) const DAMPING: f64 = 0.5;
-
-/// Distance at which it sets in, in mean spacings of the two \[-\].
-pub(crate) const DISTANCE: f64 = 0.6;
+crate::constants! {
+    pub(crate) const DAMPING: f64 = 0.5, "repulsion.damping",
+        "share of critical damping of the repulsion of close pairs [-]";
+    pub(crate) const DISTANCE: f64 = 0.6, "repulsion.distance",
+        "distance at which close pairs repel, in mean spacings of the two [-]";
+}
 
 impl Repulsion {
     /// A repulsion of coefficient k \[-\] between particles a mean of `spacing` \[m\] apart, in a fluid of spacing Δx

@@ -8,6 +8,17 @@ use crate::space::{Plane, Space};
 /// Most variables of an expression: three coordinates and the time.
 const MOST_VARIABLES: usize = 4;
 
+/// Values of the variables of an expression of `position` \[m\] and `time` \[s\], in the order of
+/// [`BodyForceField::VARIABLES`].
+#[inline]
+pub fn values_at<S: Space>(position: &S::Vector, time: f64) -> [f64; MOST_VARIABLES] {
+    let mut values = [time; MOST_VARIABLES];
+    for axis in 0..S::DIMENSIONS {
+        values[axis] = position[axis];
+    }
+    values
+}
+
 /// Constant gravity plus, where a scene names them, expressions of `x`, `y` \[m\] and `t` \[s\].
 #[derive(Clone, Debug, PartialEq)]
 pub struct BodyForceField<S: Space = Plane> {
@@ -72,12 +83,9 @@ impl<S: Space> BodyForceField<S> {
         if self.is_uniform() {
             return acceleration;
         }
-        let mut values = [time; MOST_VARIABLES];
-        for axis in 0..S::DIMENSIONS {
-            values[axis] = position[axis];
-        }
+        let values = values_at::<S>(position, time);
         for (axis, expression) in self.expressions.iter().enumerate() {
-            acceleration[axis] += expression.eval(&values[..=S::DIMENSIONS]);
+            acceleration[axis] += expression.eval(&values);
         }
         acceleration
     }

@@ -2,16 +2,21 @@
 
 use crate::expression::{ComponentError, Derivatives, Expression};
 use crate::setup::Motion;
-use crate::space::{Plane, Space, Vector};
+use crate::space::tensors::SpaceVector;
+use crate::space::{Plane, Space};
 
-/// A prescribed rigid motion: x = pivot + R(a)·(X − pivot) + d, with a(t) and d(t) given by expressions.
+/// A prescribed rigid motion: x = pivot + R(a)·(X − pivot) + d, with a(t) and d(t) given by expressions and R the rotation
+/// by the angle a about a fixed axis.
 ///
 /// Velocity and acceleration follow from exact derivatives; see [`crate::expression`] for jumps and kinks.
 #[derive(Clone, Debug, PartialEq)]
-pub struct RigidMotion {
-    displacement: [Option<Expression>; 2],
+pub struct RigidMotion<S: Space = Plane> {
+    /// One for each axis.
+    displacement: Vec<Option<Expression>>,
     angle: Option<Expression>,
-    pivot: Vector,
+    /// Angular velocity of unit magnitude about the axis of rotation.
+    axis: S::Spin,
+    pivot: S::Vector,
 }
 
 /// A rigid motion at one time; evaluates any number of positions cheaply.
@@ -49,52 +54,42 @@ impl RigidMotion {
             Ok(Some(expression).filter(|e| e.constant() != Some(0.0)))
         };
         Ok(Self {
-            displacement: [
+            displacement: vec![
                 parse("displacement x", &motion.displacement[0])?,
                 parse("displacement y", &motion.displacement[1])?,
             ],
             angle: parse("angle", &motion.angle)?,
+            axis: 1.0,
             pivot: motion.pivot,
         })
     }
+}
 
+impl<S: Space> RigidMotion<S> {
     /// The motion at `time` \[s\].
-    pub fn at(&self, time: f64) -> MotionState {
-        let derivatives = |expression: &Option<Expression>| {
-            expression.as_ref().map_or_else(Derivatives::default, |e| e.derivatives(&[time], 0))
-        };
-        let [x, y] = [derivatives(&self.displacement[0]), derivatives(&self.displacement[1])];
-        let rotation = self.angle.as_ref().map(|angle| {
-            let a = angle.derivatives(&[time], 0);
-            Rotation { matrix: Plane::rotation_matrix(a.value), rate: a.first, acceleration: a.second }
-        });
-        MotionState {
+    pub fn at(&self, time: f64) -> MotionState<S> {
+        let mut state = MotionState::<S> {
             pivot: self.pivot,
-            displacement: Vector::new(x.value, y.value),
-            displacement_rate: Vector::new(x.first, y.first),
-            displacement_acceleration: Vector::new(x.second, y.second),
-            rotation,
+            displacement: S::Vector::zeros(),
+            displacement_rate: S::Vector::zeros(),
+            displacement_acceleration: S::Vector::zeros(),
+            rotation: None,
+        };
+        for (axis, expression) in self.displacement.iter().enumerate() {
+            let d = expression.as_ref().map_or_else(Derivatives::default, |e| e.derivatives(&[time], 0));
+            state.displacement[axis] = d.value;
+            state.displacement_rate[axis] = d.first;
+            state.displacement_acceleration[axis] = d.second;
         }
-    }
-
-    /// Position \[m\] at `time` \[s\] of the point that is at `start` \[m\] in the undisplaced body.
-    pub fn position(&self, start: &Vector, time: f64) -> Vector {
-        self.at(time).position(start)
-    }
-
-    /// Velocity \[m/s\] at `time` \[s\] of the point that is at `start` \[m\] in the undisplaced body.
-    pub fn velocity(&self, start: &Vector, time: f64) -> Vector {
-        self.at(time).velocity(start)
-    }
-
-    /// Acceleration \[m/s²\] at `time` \[s\] of the point that is at `start` \[m\] in the undisplaced body.
-    pub fn acceleration(&self, start: &Vector, time: f64) -> Vector {
-        self.at(time).acceleration(start)
-    }
-
-    /// A direction of the undisplaced body, e.g. a normal, as it points at `time` \[s\].
-    pub fn rotate(&self, direction: &Vector, time: f64) -> Vector {
-        self.at(time).rotate(direction)
+        state.rotation = self.angle.as_ref().map(|angle| {
+            let a = angle.derivatives(&[time], 0);
+            Rotation {
+                matrix: S::rotation_matrix(S::rotated(S::Rotation::default(), self.axis, a.value)),
+                rate: self.axis * a.first,
+                acceleration: self.axis * a.second,
+            }
+        });
+        state
     }
 }
 
@@ -137,6 +132,7 @@ impl<S: Space> MotionState<S> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::space::Vector;
     use std::f64::consts::{FRAC_PI_2, PI};
 
     fn motion(x: &str, y: &str, angle: &str, pivot: Vector) -> RigidMotion {
@@ -148,10 +144,10 @@ mod tests {
     fn no_motion_keeps_every_bit() {
         let still = motion("", "0", " 0*1 ", Vector::new(0.1, 0.7));
         let start = Vector::new(0.3, 0.123_456_789);
-        assert_eq!(still.position(&start, 5.0), start);
-        assert_eq!(still.velocity(&start, 5.0), Vector::zeros());
-        assert_eq!(still.acceleration(&start, 5.0), Vector::zeros());
-        assert_eq!(still.rotate(&start, 5.0), start);
+        assert_eq!(still.at(5.0).position(&start), start);
+        assert_eq!(still.at(5.0).velocity(&start), Vector::zeros());
+        assert_eq!(still.at(5.0).acceleration(&start), Vector::zeros());
+        assert_eq!(still.at(5.0).rotate(&start), start);
     }
 
     #[test]
@@ -161,9 +157,9 @@ mod tests {
         let quarter = 0.25;
         // Round-off of a few operations on numbers up to 4.
         let close = |a: Vector, b: Vector| assert!((a - b).norm() < 1e-14, "{a} {b}");
-        close(shaken.position(&start, quarter), Vector::new(1.1, 2.0 - 0.0625));
-        close(shaken.velocity(&start, quarter), Vector::new(0.0, -0.5));
-        close(shaken.acceleration(&start, quarter), Vector::new(-0.1 * 4.0 * PI * PI, -2.0));
+        close(shaken.at(quarter).position(&start), Vector::new(1.1, 2.0 - 0.0625));
+        close(shaken.at(quarter).velocity(&start), Vector::new(0.0, -0.5));
+        close(shaken.at(quarter).acceleration(&start), Vector::new(-0.1 * 4.0 * PI * PI, -2.0));
     }
 
     #[test]
@@ -171,12 +167,15 @@ mod tests {
         let pivot = Vector::new(1.0, 1.0);
         let turning = motion("", "", "pi/2*t", pivot);
         let close = |a: Vector, b: Vector| assert!((a - b).norm() < 1e-14, "{a} {b}");
-        close(turning.position(&pivot, 0.7), pivot);
-        close(turning.position(&Vector::new(3.0, 1.0), 1.0), Vector::new(1.0, 3.0));
-        close(turning.rotate(&Vector::x(), 1.0), Vector::y());
+        close(turning.at(0.7).position(&pivot), pivot);
+        close(turning.at(1.0).position(&Vector::new(3.0, 1.0)), Vector::new(1.0, 3.0));
+        close(turning.at(1.0).rotate(&Vector::x()), Vector::y());
         // Speed ω r along the tangent, acceleration ω² r toward the pivot.
-        close(turning.velocity(&Vector::new(3.0, 1.0), 1.0), Vector::new(-2.0 * FRAC_PI_2, 0.0));
-        close(turning.acceleration(&Vector::new(3.0, 1.0), 1.0), Vector::new(0.0, -2.0 * FRAC_PI_2.powi(2)));
+        close(turning.at(1.0).velocity(&Vector::new(3.0, 1.0)), Vector::new(-2.0 * FRAC_PI_2, 0.0));
+        close(
+            turning.at(1.0).acceleration(&Vector::new(3.0, 1.0)),
+            Vector::new(0.0, -2.0 * FRAC_PI_2.powi(2)),
+        );
     }
 
     #[test]
@@ -185,12 +184,12 @@ mod tests {
         let start = Vector::new(0.9, 0.5);
         for time in [0.0, 0.3, 1.1] {
             let h = 1e-4;
-            let at = |t| mixed.position(&start, t);
+            let at = |t| mixed.at(t).position(&start);
             let velocity = (at(time + h) - at(time - h)) / (2.0 * h);
             let acceleration = (at(time + h) - at(time) * 2.0 + at(time - h)) / (h * h);
             // Truncation h²·(third and fourth derivatives, up to 1e3)/12; round-off 1e-16/h² = 1e-8.
-            assert!((mixed.velocity(&start, time) - velocity).norm() < 1e-5);
-            assert!((mixed.acceleration(&start, time) - acceleration).norm() < 1e-5);
+            assert!((mixed.at(time).velocity(&start) - velocity).norm() < 1e-5);
+            assert!((mixed.at(time).acceleration(&start) - acceleration).norm() < 1e-5);
         }
     }
 
@@ -198,7 +197,7 @@ mod tests {
     fn rigid_motion_keeps_distances() {
         let mixed = motion("t", "t^2", "3*t", Vector::new(0.3, 0.4));
         let (a, b) = (Vector::new(0.0, 0.0), Vector::new(0.6, 0.8));
-        let distance = (mixed.position(&a, 0.77) - mixed.position(&b, 0.77)).norm();
+        let distance = (mixed.at(0.77).position(&a) - mixed.at(0.77).position(&b)).norm();
         assert!((distance - 1.0).abs() < 1e-14);
     }
 

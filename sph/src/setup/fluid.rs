@@ -73,6 +73,10 @@ parameters! {
             Row::number(Allowed::NOT_NEGATIVE).off(Number(0.0)).of_pair_law().paper(Number(1.0));
         /// Fraction λ of h² in the denominators of Eq. (19) and (24) \[-\].
         lambda: f64 = 0.01, "lambda", Row::number(Allowed::SHARE).of_pair_law();
+        /// Coefficient ε of the artificial pressure \[-\]: fluid and wall pairs under tension add
+        /// ε (W/W(Δx))⁴ (\[−p_i\]₊ + \[−p_j\]₊) to p_i + p_j in Eq. (22), which keeps particles from clumping where
+        /// `tensile_control` is off; 0.2 to 0.3 is usual (Monaghan 2000).
+        artificial_pressure: f64 = 0.0, "artificial_pressure", Row::number(Allowed::SHARE).off(Number(0.0));
         /// Coefficient α of the acoustic damper \[-\]: each particle adds the pressure q = −α ρ c₀ h ∇·v to its own in
         /// Eq. (22), away from solids, and walls mirror it.
         acoustic_damping: f64 = 0.0, "acoustic_damping", Row::number(DAMPER).off(Number(0.0));
@@ -165,17 +169,22 @@ choices! {
     }
 }
 
-/// Fraction of h/(c₀ + |v|) up to which the midpoint rule runs a violent flow, with sound damped and nearly undamped.
-///
-/// The rule damps nothing itself. A dam break with A = 1, or with A = 0.1 and the acoustic damper at 0.4, ran at 1.0;
-/// with A = 0.1 alone it kept its energy at 0.6, gained 5 % at 0.7 and broke at 0.95.
-pub(crate) const MIDPOINT_FRACTIONS: (f64, f64) = (1.0, 0.6);
-
-/// The same for leapfrog without the acoustic damper.
-///
-/// Sixteen dam breaks thrown against the wall and back to 2 s, at 1.05, gained 0.02 % of their energy on average and 0.1 %
-/// at most; at 1.25 one gained 0.6 %, at 1.35 6 %, and at 1.5 it broke.
-pub(crate) const LEAPFROG_FRACTION: f64 = 1.2;
+crate::constants! {
+    /// The rule damps nothing itself. A dam break with A = 1, or with A = 0.1 and the acoustic damper at 0.4, ran at
+    /// 1.0.
+    const MIDPOINT_DAMPED_FRACTION: f64 = 1.0, "time_step.midpoint_damped",
+        "fraction of h/(c0 + v) that the midpoint rule takes where sound is damped [-]";
+    /// A dam break with A = 0.1 alone kept its energy at 0.6, gained 5 % at 0.7 and broke at 0.95.
+    const MIDPOINT_FRACTION: f64 = 0.6, "time_step.midpoint", "the same where sound is nearly undamped [-]";
+    /// Sixteen dam breaks thrown against the wall and back to 2 s, at 1.05, gained 0.02 % of their energy on average and
+    /// 0.1 % at most; at 1.25 one gained 0.6 %, at 1.35 6 %, and at 1.5 it broke.
+    const LEAPFROG_FRACTION: f64 = 1.2, "time_step.leapfrog",
+        "fraction of h/(c0 + v) that leapfrog takes without the acoustic damper [-]";
+    const DAMPED_VISCOSITY: f64 = 0.5, "time_step.damped_viscosity",
+        "artificial viscosity A from which on sound counts as damped in the midpoint rule [-]";
+    const DAMPED_ACOUSTICS: f64 = 0.4, "time_step.damped_acoustics",
+        "acoustic damping from which on sound counts as damped in the midpoint rule [-]";
+}
 
 impl FluidParameters {
     /// Smoothing length h \[m\].
@@ -258,8 +267,8 @@ impl FluidParameters {
                 (alpha.hypot(LEAPFROG_FRACTION) - alpha) * h / fastest
             }
             FluidScheme::PredictorCorrector => {
-                let (damped, nearly_undamped) = MIDPOINT_FRACTIONS;
-                let fraction = if self.viscosity_a >= 0.5 || alpha >= 0.4 { damped } else { nearly_undamped };
+                let is_damped = self.viscosity_a >= DAMPED_VISCOSITY || alpha >= DAMPED_ACOUSTICS;
+                let fraction = if is_damped { MIDPOINT_DAMPED_FRACTION } else { MIDPOINT_FRACTION };
                 let by_damper = if alpha > 0.0 { h / (alpha * c0) } else { f64::INFINITY };
                 by_damper.min(fraction * h / fastest)
             }

@@ -39,8 +39,10 @@ impl fmt::Display for Value<'_> {
 /// A range of numbers.
 #[derive(Clone, Copy, Debug)]
 pub struct Allowed {
-    lowest: f64,
-    highest: f64,
+    /// Lowest number.
+    pub lowest: f64,
+    /// Highest number.
+    pub highest: f64,
     includes: (bool, bool),
     /// The range in words.
     pub words: &'static str,

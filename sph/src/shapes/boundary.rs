@@ -5,10 +5,11 @@ use std::f64::consts::{PI, TAU};
 use super::{Shape, edges_of};
 use crate::space::{Vector, cross};
 
-/// Faces whose normals differ by less than this meet smoothly and form no corner \[rad\].
-///
-/// A curve drawn with many short edges has normals everywhere; a bend of a right angle has none at its vertex.
-pub const CORNER_ANGLE: f64 = PI / 6.0;
+crate::constants! {
+    /// A curve drawn with many short edges has normals everywhere; a bend of a right angle has none at its vertex.
+    pub const CORNER_ANGLE: f64 = PI / 6.0, "fitted.corner_angle",
+        "angle between the normals of two faces below which they meet smoothly, in radians";
+}
 
 /// Lengths below this fraction of the shape's diagonal are round-off.
 const ROUND_OFF: f64 = 1e-9;

@@ -11,19 +11,20 @@ use super::lattice::{LayerParticle, OpenSides, face_normal};
 use crate::shapes::Shape;
 use crate::space::Vector;
 
-/// Nearer particles than this fraction of the spacing would crowd: where layers of two faces meet one of them stays.
-const CLOSENESS: f64 = 0.75;
-
-/// A particle may lie this fraction of the spacing nearer to the boundary than its layer; nearer ones belong to a face
-/// on the other side of a sharp corner.
-const SLACK: f64 = 0.15;
+crate::constants! {
+    const CLOSENESS: f64 = 0.75, "fitted.closest",
+        "distance of fitted particles of two faces below which one of them is left out, in spacings [-]";
+    /// Nearer ones belong to a face on the other side of a sharp corner.
+    const SLACK: f64 = 0.15, "fitted.slack",
+        "distance by which a fitted particle may lie nearer to the boundary than its layer, in spacings [-]";
+    /// Behind sharper corners the layers end.
+    const LONGEST_MITRE: f64 = 2.0, "fitted.longest_mitre",
+        "longest mitre of fitted layers in units of their depth [-]";
+}
 
 /// Nearness of particles to a face that another wall covers, in units of the spacing: that wall's own stand half a
 /// spacing behind the face.
 const CLEARANCE: f64 = CLOSENESS - 0.5;
-
-/// Longest mitre in units of the depth: behind sharper corners the layers end.
-const LONGEST_MITRE: f64 = 2.0;
 
 /// On which side of the boundary the wall is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

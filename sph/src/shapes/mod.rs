@@ -5,8 +5,8 @@
 //! origin + (k + 1/2)·spacing, so that shapes that share a side share no particle and leave no gap. Walls with slanted
 //! or curved faces get [`layers_along`] their faces instead.
 
-mod boundary;
-mod fitted;
+pub(crate) mod boundary;
+pub(crate) mod fitted;
 mod lattice;
 mod thickness;
 mod validate;

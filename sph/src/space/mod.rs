@@ -1,9 +1,10 @@
 //! Space: vectors and tensors, the domain and its periodic directions.
 //!
-//! Laws, neighbours and solvers are written over [`Space`]. The types without a parameter are those of the plane, for
-//! code that is of the plane still: case files, set-ups, the exchange, outputs.
+//! Laws, neighbours, the interface and solvers are written over [`Space`]. The types without a parameter are those of the
+//! plane, for code that is of the plane still: case files, set-ups, outputs.
 
 pub mod algebra;
+pub mod components;
 pub mod domain;
 pub mod geometry;
 pub mod plane;
@@ -12,6 +13,7 @@ pub mod tensors;
 use std::fmt::Debug;
 
 use algebra::Algebra;
+use components::Components;
 pub use plane::{Plane, SymmetricTensor};
 use tensors::{Linear, SpaceSymmetric, SpaceTensor, SpaceVector, Value};
 
@@ -46,9 +48,9 @@ pub trait Space:
     /// A symmetric second-order tensor.
     type SymmetricTensor: SpaceSymmetric<Self::Vector, Self::Tensor>;
     /// An angular velocity, a torque or an angular momentum.
-    type Spin: Linear;
+    type Spin: Linear + Components;
     /// The orientation of a body.
-    type Rotation: Value;
+    type Rotation: Value + Components;
 
     /// `factor` over the integral of the unscaled kernel in units of h, see [`crate::kernel::shape::Spline`].
     fn kernel_normalised(factor: f64) -> f64;
@@ -64,6 +66,9 @@ pub trait Space:
 
     /// ω × (ω × r).
     fn centripetal(spin: Self::Spin, arm: &Self::Vector) -> Self::Vector;
+
+    /// `rotation` after `duration` \[s\] at angular velocity `spin`.
+    fn rotated(rotation: Self::Rotation, spin: Self::Spin, duration: f64) -> Self::Rotation;
 
     /// R such that R·v is the vector `v` after the rotation.
     fn rotation_matrix(rotation: Self::Rotation) -> Self::Tensor;

@@ -7,6 +7,8 @@ use std::ops::{Add, AddAssign, Div, Index, IndexMut, Mul, Neg, Sub, SubAssign};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
+use super::components::Components;
+
 /// A quantity that states hold.
 pub trait Value:
     Copy + Debug + Default + PartialEq + Send + Sync + Serialize + DeserializeOwned + 'static
@@ -46,7 +48,7 @@ impl<T> Linear for T where
 }
 
 /// A vector.
-pub trait SpaceVector: Linear + Index<usize, Output = f64> + IndexMut<usize> {
+pub trait SpaceVector: Linear + Components + Index<usize, Output = f64> + IndexMut<usize> {
     /// The zero vector.
     fn zeros() -> Self;
 
@@ -105,7 +107,7 @@ pub trait SpaceTensor<V>:
 }
 
 /// A symmetric tensor.
-pub trait SpaceSymmetric<V, T>: Value {
+pub trait SpaceSymmetric<V, T>: Value + Components {
     /// The isotropic tensor `value · I`.
     fn isotropic(value: f64) -> Self;
 

@@ -77,7 +77,7 @@ impl Solver for Mass {
     }
 
     fn interface(&mut self, _partner: &Extent, _reach: f64, states: &mut StateColumns) -> u64 {
-        let own = InterfaceStates {
+        let own: InterfaceStates = InterfaceStates {
             id: vec![0],
             group: vec![0],
             mass: vec![self.mass],
@@ -98,7 +98,7 @@ impl Solver for Mass {
     fn evaluate_own(&mut self, _time: &StageTime) {}
 
     fn evaluate_cross(&mut self, _time: &StageTime, own: &StateColumns, partner: &StateColumns) {
-        let (own, partner) = (InterfaceStates::from(own), InterfaceStates::from(partner));
+        let (own, partner) = (<InterfaceStates>::from(own), <InterfaceStates>::from(partner));
         // Alone it feels nothing.
         let (Some(own), Some(partner)) = (own.position.first(), partner.position.first()) else { return };
         let separation = own - partner;
@@ -153,11 +153,11 @@ impl Solver for Mass {
     }
 
     fn save(&self, state: &mut SavedState) {
-        state.put_vectors("motion", &[self.position, self.velocity]);
+        state.put_quantities("motion", &[self.position, self.velocity]);
     }
 
     fn restore(&mut self, state: &SavedState) -> Result<(), RestoreError> {
-        let motion = state.vectors("motion", 2)?;
+        let motion = state.quantities("motion", 2)?;
         (self.position, self.velocity) = (motion[0], motion[1]);
         Ok(())
     }

@@ -9,7 +9,7 @@ use sph::coupling::saved::{RestoreError, SavedState};
 use sph::coupling::solver::{Counts, Divergence, NoLoads, NotUpdated, ParticleFields, Role, Solver};
 use sph::coupling::stage::{Stage, StageTime, StepStage};
 use sph::interface::load_sums;
-use sph::interface::states::{InterfaceStates, write_vectors};
+use sph::interface::states::InterfaceStates;
 use sph::setup::{
     BodyForce, BreachAction, Coupling, CouplingKind, FluidParameters, GradientCorrection, ImplicitCoupling,
     InterfaceLaw, LedgerPolicy, NonConvergence, OutputPlan, Relaxation, RunSetup, StepPolicy, TimePlan,
@@ -82,7 +82,7 @@ impl Solver for Side {
     }
 
     fn interface(&mut self, _: &Extent, _: f64, states: &mut StateColumns) -> u64 {
-        let mut own = InterfaceStates::default();
+        let mut own = <InterfaceStates>::default();
         if self.role == Role::Solid {
             own.id.push(0);
             own.group.push(0);
@@ -111,12 +111,12 @@ impl Solver for Side {
         points: &StateColumns,
         forces: &mut Column,
     ) -> Result<(), NoLoads> {
-        let points = InterfaceStates::from(points);
+        let points = <InterfaceStates>::from(points);
         let force = |s: usize| -self.law.damper * points.velocity[s] - self.law.spring * points.position[s];
         let all: Vec<Vector> = (0..points.len()).map(force).collect();
         let on_points = load_sums(&self.domain, &points, &all);
         self.sums = InterfaceSums { force: -on_points.force, torque: -on_points.torque, ..on_points };
-        write_vectors(all, forces);
+        forces.fill(all);
         Ok(())
     }
 

@@ -1,6 +1,7 @@
 //! Feeds made-up input to everything that reads files, frames and command lines.
 
-use std::path::PathBuf;
+use std::io;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
@@ -31,6 +32,9 @@ struct Arguments {
     /// Program that makes a checkpoint to damage [default: `tidelock-node` beside this one].
     #[arg(long)]
     program: Option<PathBuf>,
+    /// Folder for the inputs at which something panicked.
+    #[arg(long)]
+    keep: Option<PathBuf>,
 }
 
 /// A process that grows by more than this has taken memory that no small input is worth: a scene of the largest allowed number
@@ -62,13 +66,17 @@ fn run(arguments: Arguments) -> ExitCode {
         // Making the seeds takes time as well.
         let longest = share.saturating_sub(begun.elapsed());
         let found = fuzz_for(target, &seeds, arguments.seed, numbers.clone(), longest);
-        print(target, &found);
+        if let Err(error) = report(target, &found, arguments.keep.as_deref()) {
+            terminal::note(format_args!("cannot write the inputs: {error}"));
+            return ExitCode::FAILURE;
+        }
         good &= found.inputs > 0 && found.panics.is_empty() && found.memory_growth < MEMORY_LIMIT;
     }
     if good { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }
 
-fn print(target: Target, found: &Findings) {
+/// Prints what was found, and writes the inputs at which something panicked to the folder `keep`.
+fn report(target: Target, found: &Findings, keep: Option<&Path>) -> io::Result<()> {
     terminal::say(format_args!(
         "{target:?}: {} inputs, {} accepted, {} panics, slowest {:.3} s (input {}), memory grew by {} MiB",
         found.inputs,
@@ -78,7 +86,14 @@ fn print(target: Target, found: &Findings) {
         found.slowest_input,
         found.memory_growth >> 20
     ));
-    for (number, text) in found.panics.iter().take(20) {
-        terminal::say(format_args!("  input {number}: {text}"));
+    for panic in found.panics.iter().take(20) {
+        terminal::say(format_args!("  input {}: {}", panic.number, panic.text));
     }
+    let Some(folder) = keep else { return Ok(()) };
+    std::fs::create_dir_all(folder)?;
+    for panic in &found.panics {
+        let name = format!("{}_{}", format!("{target:?}").to_lowercase(), panic.number);
+        std::fs::write(folder.join(name), &panic.input)?;
+    }
+    Ok(())
 }

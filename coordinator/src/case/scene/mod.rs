@@ -3,7 +3,7 @@
 mod fluid;
 mod lattice;
 mod loads;
-mod overlap;
+pub(super) mod overlap;
 mod solid;
 mod start;
 mod wall;

@@ -10,11 +10,11 @@ use sph::space::domain::Domain;
 
 use crate::case::errors::{ErrorList, Place};
 
-/// Particles closer than this fraction of the mean spacing overlap.
-///
-/// On one lattice neighbours of touching shapes are a whole spacing apart and overlapping ones coincide; the
-/// fraction lies above √½, so that no point inside a filled square lattice escapes.
-const CLOSENESS: f64 = 0.75;
+sph::constants! {
+    /// On one lattice neighbours of touching shapes are a whole spacing apart and overlapping ones coincide; the
+    /// fraction lies above √½, so that no point inside a filled square lattice escapes.
+    const CLOSENESS: f64 = 0.75, "scene.overlap", "distance below which particles overlap, in mean spacings of the two [-]";
+}
 
 /// Overlaps of groups that are reported; a further one is found when these are mended.
 pub const MOST_CLASHES: usize = 20;

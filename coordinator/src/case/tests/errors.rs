@@ -303,6 +303,19 @@ fn a_fixed_step_above_the_limit_that_a_solver_states_is_refused() {
 }
 
 #[test]
+fn a_step_beyond_what_automatic_substeps_reach_is_refused() {
+    // A = 1e12 narrows the sub-step so far that the largest number of them does not fill the step.
+    let stiff = "formulation = { type = \"total-lagrangian\", artificial_viscosity_a = 1e12 }";
+    let text = TANK.replacen("[solid]\n", "[solid]\nsubsteps = \"auto\"\n", 1).replacen(
+        "[[solid.body]]\nname = \"plate\"",
+        &format!("{stiff}\n[[solid.body]]\nname = \"plate\""),
+        1,
+    );
+    let error = only_error(&text, "1e-5");
+    assert!(error.allowed.is_some_and(|allowed| allowed.contains("body `block`")));
+}
+
+#[test]
 fn time_step_above_the_limit() {
     // c_L = √((20 + 4/3·4.27) MPa/1100) = 152.8 m/s, h = 13 mm: 8.506e-5 s.
     let [block, plate] = UPDATED;

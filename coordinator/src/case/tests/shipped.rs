@@ -152,3 +152,24 @@ fn every_key_of_the_format_is_documented() {
     // A change of the notation must not make the test look at nothing.
     assert!(count > 150, "{count} keys");
 }
+
+#[test]
+fn the_page_lists_the_constants_that_no_case_sets() {
+    let mut page = "# Fixed constants\n\nCoefficients that no case sets. `run --verbose` prints them, `summary.json` holds \
+                    them under `constants`. Sizes of\ntasks and skins of neighbour lists change results by round-off alone \
+                    and are left out.\n\n`UPDATE_DOCS=1 cargo test --release --workspace --lib the_page_lists` writes this \
+                    page again.\n\n| name | value | meaning |\n|---|---|---|\n"
+        .to_owned();
+    for constant in good(TANK).fixed_constants() {
+        let meaning = constant.meaning.replace('|', "\\|");
+        page += &format!("| `{}` | {} | {meaning} |\n", constant.name, constant.value);
+    }
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/constants.md");
+    if std::env::var_os("UPDATE_DOCS").is_some() {
+        std::fs::write(&path, &page).unwrap();
+    }
+    let written = std::fs::read_to_string(&path).unwrap_or_default();
+    assert!(written == page, "docs/constants.md is not what the lists say: run the test with UPDATE_DOCS=1");
+    let names: std::collections::BTreeSet<_> = good(TANK).fixed_constants().map(|c| c.name).collect();
+    assert_eq!(names.len(), good(TANK).fixed_constants().count(), "a name stands for two constants");
+}

@@ -4,19 +4,23 @@ use rayon::prelude::*;
 use sph::coupling::solver::Divergence;
 use sph::coupling::stage::StageTime;
 use sph::prescribed::motion::MotionState;
-use sph::space::{DIMENSIONS, Vector, cross};
+use sph::space::components::Components;
+use sph::space::tensors::SpaceVector;
 
 use crate::neighbours::lists::Lists;
 use crate::system::list_limits::PLANE_HALF_WIDTH;
 use crate::system::model::FluidModel;
+use crate::system::packed_particle::FluidSpace;
 use crate::system::state::FluidState;
 
 /// Particles per task.
 const TASK: usize = 2048;
 
-/// Distance outside a closed side of the domain from which a particle counts as escaped, in particle spacings. Where
-/// walls line the domain, this is the depth of their first layer.
-const CLOSED_SIDE_DEPTH: f64 = 0.5;
+sph::constants! {
+    /// Where walls line the domain, this is the depth of their first layer.
+    const CLOSED_SIDE_DEPTH: f64 = 0.5, "walls.closed_side_depth",
+        "distance outside a closed side of the domain from which a particle counts as escaped, in spacings [-]";
+}
 
 /// Why a particle is removed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -27,17 +31,17 @@ enum Departure {
 
 /// A step at its end.
 #[derive(Clone, Copy, Debug)]
-pub struct EndedStep<'a, S> {
+pub struct EndedStep<'a, S: FluidSpace, F> {
     /// Its times.
     pub time: &'a StageTime,
     /// Neighbours.
-    pub lists: &'a Lists,
+    pub lists: &'a Lists<S>,
     /// Square of the largest move in its last stage \[m²\].
     pub largest_square_move: f64,
     /// Whether a particle is outside the domain.
     pub outside: bool,
     /// Where a particle was at its start \[m\].
-    pub start: S,
+    pub start: F,
 }
 
 /// Removes the particles that left during `step`; returns whether there were any.
@@ -50,13 +54,13 @@ pub struct EndedStep<'a, S> {
 ///
 /// # Errors
 /// When more particles have escaped than the case allows.
-pub fn remove_departed<S: Fn(&FluidState, usize) -> Vector + Sync>(
-    model: &FluidModel,
-    state: &mut FluidState,
-    step: &EndedStep<'_, S>,
+pub fn remove_departed<S: FluidSpace, F: Fn(&FluidState<S>, usize) -> S::Vector + Sync>(
+    model: &FluidModel<S>,
+    state: &mut FluidState<S>,
+    step: &EndedStep<'_, S, F>,
 ) -> Result<bool, Box<Divergence>> {
     let time = step.time;
-    (state.removed_momentum, state.removed_angular_momentum) = (Vector::zeros(), 0.0);
+    (state.removed_momentum, state.removed_angular_momentum) = (S::Vector::zeros(), S::Spin::default());
     let watch = DepartureCheck {
         model,
         state,
@@ -92,13 +96,13 @@ pub fn remove_departed<S: Fn(&FluidState, usize) -> Vector + Sync>(
         let momentum = state.velocity[i] * state.mass[i];
         state.removed_momentum += momentum;
         state.removed_angular_momentum +=
-            cross(&(state.position[i] - model.domain.torque_origin()), &momentum);
+            S::cross(&(state.position[i] - model.domain.torque_origin()), &momentum);
     }
     if let Some((id, x)) = offending {
         return Err(Box::new(Divergence {
             at: time.at,
             particle: Some(id),
-            position: Some(x.as_slice().to_vec()),
+            position: Some(x.row().as_ref().to_vec()),
             quantity: "lost fluid particles".into(),
             value: state.escaped as f64,
             allowed: format!("at most {}", model.escaped_particle_limit),
@@ -112,15 +116,15 @@ pub fn remove_departed<S: Fn(&FluidState, usize) -> Vector + Sync>(
 }
 
 /// Decides for each particle whether it left during a step.
-struct DepartureCheck<'a, S> {
-    model: &'a FluidModel,
-    state: &'a FluidState,
-    step: &'a EndedStep<'a, S>,
-    before: Vec<Option<MotionState>>,
-    after: Vec<Option<MotionState>>,
+struct DepartureCheck<'a, S: FluidSpace, F> {
+    model: &'a FluidModel<S>,
+    state: &'a FluidState<S>,
+    step: &'a EndedStep<'a, S, F>,
+    before: Vec<Option<MotionState<S>>>,
+    after: Vec<Option<MotionState<S>>>,
 }
 
-impl<S: Fn(&FluidState, usize) -> Vector> DepartureCheck<'_, S> {
+impl<S: FluidSpace, F: Fn(&FluidState<S>, usize) -> S::Vector> DepartureCheck<'_, S, F> {
     fn departure(&self, i: usize) -> Option<Departure> {
         let x = &self.state.position[i];
         if !self.model.domain.contains(x)
@@ -132,11 +136,11 @@ impl<S: Fn(&FluidState, usize) -> Vector> DepartureCheck<'_, S> {
         self.step.lists.walls.neighbours(i).any(crossed).then_some(Departure::Escaped)
     }
 
-    fn beyond_a_side(&self, x: &Vector) -> Option<Departure> {
+    fn beyond_a_side(&self, x: &S::Vector) -> Option<Departure> {
         let (domain, outflow) = (&self.model.domain, &self.model.outflow);
         let depth = CLOSED_SIDE_DEPTH * self.model.constants.particle_spacing;
         let mut departure = None;
-        for axis in (0..DIMENSIONS).filter(|axis| !domain.periodic[*axis]) {
+        for axis in (0..S::DIMENSIONS).filter(|axis| !domain.periodic[*axis]) {
             let below = domain.lower[axis] - x[axis];
             let above = x[axis] - domain.upper[axis];
             for (outside, open) in [(below, outflow.lower[axis]), (above, outflow.upper[axis])] {

@@ -1,9 +1,9 @@
 //! The state of wall particles as the fluid sees it, Eq. (27)-(28).
 
 use rayon::prelude::*;
+use sph::space::Space;
 use sph::space::geometry::Geometry;
 use sph::space::tensors::SpaceVector;
-use sph::space::{Plane, Space};
 
 use crate::neighbours::rows::Rows;
 use crate::system::model::FluidModel;
@@ -15,7 +15,7 @@ const TASK: usize = 64;
 
 /// The walls as the fluid sees them in one stage.
 #[derive(Clone, Debug, Default)]
-pub struct WallStates<S: FluidSpace = Plane> {
+pub struct WallStates<S: FluidSpace> {
     /// Kinematics.
     pub field: WallField<S>,
     /// State of each wall particle, zero volume where it does not act, and one more that never acts.

@@ -1,6 +1,7 @@
 //! Laws of a pair and of a particle.
 
 pub mod anti_pairing;
+pub mod artificial_pressure;
 pub mod continuity;
 pub mod correction;
 pub mod damper;

@@ -5,25 +5,31 @@ use sph::lanes::Lanes;
 use sph::laws::artificial_viscosity::ArtificialViscosity;
 use sph::space::Space;
 
+use super::artificial_pressure::ArtificialPressure;
 use super::diffusion::{bracketed, plain};
 use super::terms::PairTerms;
 use super::viscosity::drag;
 use crate::neighbours::batch::NeighbourBatch;
-use crate::system::model::PairLaw;
+use crate::system::model::FluidModel;
 use crate::system::packed_particle::{FluidSpace, LaneMotion};
 
-/// [`PairLaw`] in lanes.
+/// The pair laws of a fluid in lanes.
 #[derive(Clone, Copy, Debug)]
 pub struct LawLanes<L> {
     kernel: KernelLanes<L>,
     viscosity: ArtificialViscosity<L>,
+    artificial_pressure: ArtificialPressure<L>,
 }
 
 impl<L: Lanes> LawLanes<L> {
-    /// The constants of `law` in each lane.
+    /// The laws of `model`.
     #[inline(always)]
-    pub fn new(law: &PairLaw) -> Self {
-        Self { kernel: law.kernel.lanes(), viscosity: law.viscosity.lanes() }
+    pub fn new<S: FluidSpace>(model: &FluidModel<S>) -> Self {
+        Self {
+            kernel: model.law.kernel.lanes(),
+            viscosity: model.law.viscosity.lanes(),
+            artificial_pressure: ArtificialPressure::new(model),
+        }
     }
 }
 
@@ -127,14 +133,17 @@ impl<S: FluidSpace, L: Lanes> PairSums<S, L> {
 
         // ρ_i ρ_j Π_ij of Eq. (23), with ρ_i ρ_j/ρ̄ = 2 ρ_i ρ_j/(ρ_i + ρ_j).
         let twice_reduced = own.twice_density * density * (inverse * softened);
-        let viscosity = law.viscosity.pressure_over_density(approach * regular) * twice_reduced;
+        let mut isotropic = law.viscosity.pressure_over_density(approach * regular) * twice_reduced;
+        if law.artificial_pressure.acts() {
+            isotropic = isotropic + law.artificial_pressure.at(s, own.pressure, pressure);
+        }
 
         let mut divergence = self.stress_divergence;
         divergence = if T::TENSOR {
             let stress = S::matrix_times(S::matrix_plus(own.tensor, data.tensor), x);
-            S::plus_product(divergence, weight, S::plus_product(stress, viscosity, x))
+            S::plus_product(divergence, weight, S::plus_product(stress, isotropic, x))
         } else {
-            S::plus_product(divergence, weight * (own.pressure + pressure + viscosity), x)
+            S::plus_product(divergence, weight * (own.pressure + pressure + isotropic), x)
         };
         if T::VISCOUS {
             let PairViscosity { viscosity, relative_velocity } = data.viscosity;

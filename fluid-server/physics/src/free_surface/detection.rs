@@ -1,9 +1,8 @@
 //! Detection of the free surface, and its normal (Marrone et al. 2010).
-//!
-//! The surface flag of a particle is one number, which carries two facts: the smallest eigenvalue λ of its moment
-//! matrix inside, λ − 16 at the surface. So neighbours read both in the line that they load anyway; only this file
-//! knows the form.
 
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use rayon::prelude::*;
 use sph::lanes::Lanes;
 use sph::space::geometry::Geometry;
 use sph::space::tensors::{SpaceSymmetric, SpaceVector};
@@ -14,30 +13,27 @@ use crate::neighbours::rows::Rows;
 use crate::neighbours::scene::Scene;
 use crate::system::packed_particle::{FluidSpace, NeighbourFields, Packed};
 
-/// Offset of the flag of a particle at the surface from its eigenvalue, which lies within ±2 \[-\].
-const SURFACE_OFFSET: f64 = 16.0;
-
-/// Flags below this are those of particles at the surface.
-const LARGEST_SURFACE_FLAG: f64 = -0.5 * SURFACE_OFFSET;
-
 /// Length below which a sum has no direction: of Σ V_j ∇W \[1/m\], or of ∇λ \[1/m\].
 const NO_DIRECTION: f64 = 1e-12;
 
-/// Flag of a particle in a case without particle regularisation.
-pub const NO_SURFACE_FLAG: f64 = 0.0;
+/// Particles of a task of [`mark_near`].
+const TASK: usize = 512;
 
-/// Surface flag of particle `i`.
-#[inline(always)]
-pub fn surface_flag<S: FluidSpace, G: Geometry<S>>(
-    scene: &Scene<G, S>,
-    i: usize,
-    sums: &NeighbourSums<S>,
-) -> f64 {
-    let [_, eigenvalue] = S::symmetric_tensor(sums.moment).extremes();
-    if eigenvalue < S::SURFACE_EIGENVALUE && cone_is_empty(scene, i, sums) {
-        eigenvalue - SURFACE_OFFSET
-    } else {
-        eigenvalue
+/// What the sums of a particle say of the free surface.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Surface {
+    /// Whether the particle lies at it.
+    pub at_surface: bool,
+    /// Smallest eigenvalue of the moment matrix \[-\].
+    pub eigenvalue: f64,
+}
+
+impl Surface {
+    /// Of particle `i`.
+    #[inline(always)]
+    pub fn of<S: FluidSpace, G: Geometry<S>>(scene: &Scene<G, S>, i: usize, sums: &NeighbourSums<S>) -> Self {
+        let [_, eigenvalue] = S::symmetric_tensor(sums.moment).extremes();
+        Self { at_surface: eigenvalue < S::SURFACE_EIGENVALUE && cone_is_empty(scene, i, sums), eigenvalue }
     }
 }
 
@@ -61,30 +57,28 @@ fn cone_is_empty<S: FluidSpace, G: Geometry<S>>(
     all_outside(&lists.fluid, fluid) && all_outside(&lists.walls, walls)
 }
 
-/// A surface flag that has been read.
-#[derive(Clone, Copy, Debug)]
-pub struct SurfaceFlag {
-    /// Whether the particle lies at the free surface.
-    pub at_surface: bool,
-    /// Smallest eigenvalue of its moment matrix \[-\].
-    pub eigenvalue: f64,
-}
-
-/// Reads a surface flag.
-#[inline(always)]
-pub fn read_surface_flag(flag: f64) -> SurfaceFlag {
-    if flag < LARGEST_SURFACE_FLAG {
-        SurfaceFlag { at_surface: true, eigenvalue: flag + SURFACE_OFFSET }
-    } else {
-        SurfaceFlag { at_surface: false, eigenvalue: flag }
-    }
-}
-
-/// r² of the nearest neighbour at the surface \[m²\], batch by batch.
-#[inline(always)]
-pub fn nearest_surface<L: Lanes>(nearest: L, flags: L, square: L) -> L {
-    let beyond = L::splat(f64::INFINITY);
-    nearest.min(flags.choose_below(L::splat(LARGEST_SURFACE_FLAG), square, beyond))
+/// Marks in `near` the particles that lie at the surface or have one of its particles within their support.
+pub fn mark_near<S: FluidSpace, G: Geometry<S>>(
+    scene: &Scene<G, S>,
+    at_surface: &[bool],
+    near: &mut Vec<AtomicBool>,
+) {
+    let Scene { geometry, model, lists, fluid, .. } = scene;
+    near.clear();
+    near.resize_with(fluid.len(), AtomicBool::default);
+    let square_support = model.kernel.support_radius().powi(2);
+    let marks = &near[..];
+    // The order of the marks does not matter.
+    let mark = |i: usize| marks[i].store(true, Ordering::Relaxed);
+    at_surface.par_iter().enumerate().with_min_len(TASK).filter(|(_, is)| **is).for_each(|(i, _)| {
+        mark(i);
+        for j in lists.fluid.neighbours(i) {
+            if geometry.separation(&fluid[j].position(), &fluid[i].position()).norm_squared() < square_support
+            {
+                mark(j);
+            }
+        }
+    });
 }
 
 /// Unit normal out of the fluid, −∇λ: the eigenvalue falls toward the surface.
@@ -97,14 +91,12 @@ pub fn outward<S: FluidSpace, L: Lanes, G: Geometry<S>>(
 ) -> S::Vector {
     let Scene { geometry, model, lists, fluid, .. } = *scene;
     let motion = fluid[i].splat_motion();
-    let (own, limit, offset) =
-        (L::splat(eigenvalue), L::splat(LARGEST_SURFACE_FLAG), L::splat(SURFACE_OFFSET));
+    let own = L::splat(eigenvalue);
     let kernel = model.law.kernel.lanes();
     let mut sum = S::splat(L::zero());
     for indices in lists.fluid.of(i) {
         let batch = NeighbourBatch::<S, L>::gather(geometry, &motion, fluid, *indices);
-        let (_, flag, _) = S::Fields::lanes::<L>(indices.map(|j| &neighbour_fields[j as usize]));
-        let other = flag.choose_below(limit, flag + offset, flag);
+        let (_, other, _) = S::Fields::lanes::<L>(indices.map(|j| &neighbour_fields[j as usize]));
         let weight = batch.volume * kernel.gradient_factor(batch.square) * (other - own);
         sum = S::minus_product(sum, weight, batch.x);
     }

@@ -11,11 +11,11 @@
 
 use sph::lanes::Lanes;
 use sph::setup::OrderControl;
+use sph::space::Space;
 use sph::space::geometry::Geometry;
 use sph::space::tensors::SpaceVector;
-use sph::space::{Plane, Space};
 
-use super::detection::{SurfaceFlag, outward, read_surface_flag};
+use super::detection::outward;
 use crate::equations::neighbour_sums::NeighbourSums;
 use crate::equations::volume::volume_rate;
 use crate::neighbours::scene::Scene;
@@ -24,7 +24,7 @@ use crate::system::packed_particle::{FluidSpace, NeighbourFields, Packed};
 
 /// Sums of a particle that its regularisation needs.
 #[derive(Clone, Copy, Debug)]
-pub struct RegularisationSums<S: Space = Plane> {
+pub struct RegularisationSums<S: Space> {
     /// Σ V_j ∇W \[1/m\].
     pub concentration: S::Vector,
     /// Σ V_j [1 + R (W/W(Δx))⁴] ∇W \[1/m\].
@@ -76,7 +76,7 @@ impl<S: Space> RegularisationSums<S> {
 
 /// Regularisation of one particle.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Regularisation<S: Space = Plane> {
+pub struct Regularisation<S: Space> {
     /// Velocity by which the position is shifted \[m/s\].
     pub shift: S::Vector,
     /// Acceleration by the tensile control and by the shift through a velocity gradient \[m/s²\].
@@ -96,23 +96,22 @@ enum Place {
     Alone,
 }
 
-/// Shift and acceleration of particle `i`; `neighbour_fields` are those of all particles, `nearest` is r² of its
-/// nearest neighbour at the surface \[m²\].
+/// Shift and acceleration of particle `i`; `neighbour_fields` are those of all particles, `near_surface` is whether it
+/// lies near the free surface.
 #[inline(always)]
 pub fn regularise<S: FluidSpace, L: Lanes, G: Geometry<S>>(
     order: &OrderControl,
     scene: &Scene<G, S>,
     i: usize,
     neighbour_fields: &[S::Fields],
-    nearest: f64,
+    near_surface: bool,
     sums: &RegularisationSums<S>,
 ) -> Regularisation<S> {
     let fields = &neighbour_fields[i];
-    let SurfaceFlag { at_surface, eigenvalue } = read_surface_flag(fields.flag());
-    let near = nearest < scene.model.kernel.support_radius().powi(2);
+    let eigenvalue = fields.eigenvalue();
     let place = if eigenvalue < S::SPRAY_EIGENVALUE {
         Place::Alone
-    } else if at_surface || near {
+    } else if near_surface {
         Place::Surface
     } else {
         Place::Inside

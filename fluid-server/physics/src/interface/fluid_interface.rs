@@ -4,12 +4,12 @@ use rayon::prelude::*;
 use sph::coupling::exchange::{Column, Extent, StateColumns};
 use sph::coupling::ledger::InterfaceSums;
 use sph::interface::Interface;
-use sph::interface::states::{InterfaceStates, write_vectors};
+use sph::interface::states::InterfaceStates;
 use sph::prescribed::body_force::BodyForceField;
 use sph::setup::{Coupling, FluidProbeKind, InterfaceLaw};
 use sph::space::domain::Domain;
 use sph::space::geometry::Geometry;
-use sph::space::{Plane, Space};
+use sph::space::tensors::SpaceVector;
 
 use super::selection::InterfaceSelection;
 use crate::equations::anti_pairing::Ratio;
@@ -20,23 +20,22 @@ use crate::neighbours::scene::Scene;
 use crate::rates::gradient_pass::PartnerDensity;
 use crate::rates::gradients::Gradients;
 use crate::rates::particle_rates::{Rates, StagePart};
-use crate::system::model::FluidModel;
-use crate::system::packed_particle::{NeighbourFields, PackedParticle};
+use crate::system::model::{FluidModel, Probe};
+use crate::system::packed_particle::{FluidSpace, NeighbourFields};
 use crate::system::state::FluidState;
-use crate::system::thresholds::Thresholds;
 
 /// Interface particles per task.
 const TASK: usize = 32;
 
 /// Interface data of a fluid with a solid partner.
 #[derive(Debug)]
-pub struct FluidInterface {
+pub struct FluidInterface<S: FluidSpace> {
     coupling: Coupling,
-    domain: Domain,
-    interface: Interface,
+    domain: Domain<S>,
+    interface: Interface<S>,
     /// Own interface states of the stage, and the partner's.
-    states: [InterfaceStates; 2],
-    selection: InterfaceSelection,
+    states: [InterfaceStates<S>; 2],
+    selection: InterfaceSelection<S>,
     /// Largest number of interface particles sent in a stage.
     largest: u64,
     sums: InterfaceSums,
@@ -45,15 +44,15 @@ pub struct FluidInterface {
     /// The fluid particles behind them.
     particles_in_contact: Vec<u32>,
     /// Sums of these over the partner's particles.
-    neighbour_sums: Vec<NeighbourSums>,
+    neighbour_sums: Vec<NeighbourSums<S>>,
     /// Density rates by the solid: all, and by continuity alone \[kg/(m³ s)\].
     density_rates: Vec<[f64; 2]>,
     immersed: u32,
 }
 
-impl FluidInterface {
+impl<S: FluidSpace> FluidInterface<S> {
     /// A side of `coupling` without particles.
-    pub fn new(coupling: &Coupling, domain: &Domain, body_force: &BodyForceField) -> Self {
+    pub fn new(coupling: &Coupling, domain: &Domain<S>, body_force: &BodyForceField<S>) -> Self {
         let support = 2.0 * coupling.fluid.smoothing_length();
         Self {
             coupling: *coupling,
@@ -72,7 +71,7 @@ impl FluidInterface {
     }
 
     /// Describes where the fluid can be until the next list build.
-    pub fn update_extent(&mut self, state: &FluidState) {
+    pub fn update_extent(&mut self, state: &FluidState<S>) {
         self.selection.update_extent(&state.position);
     }
 
@@ -84,7 +83,7 @@ impl FluidInterface {
     /// Continues from a restored `state` and the `history` by [`FluidInterface::history`].
     ///
     /// The extent is that of the last list build.
-    pub fn restore(&mut self, state: &FluidState, history: [u64; 2]) {
+    pub fn restore(&mut self, state: &FluidState<S>, history: [u64; 2]) {
         let position = state.list_origin.as_ref().map_or(&state.position, |origin| &origin.position);
         self.selection.update_extent(position);
         self.largest = history[0];
@@ -107,8 +106,8 @@ impl FluidInterface {
     }
 
     /// Counts the fluid particles inside solids, where a probe asks for it.
-    fn count_immersed(&mut self, model: &FluidModel) {
-        if !model.probes.iter().any(|probe| probe.kind == FluidProbeKind::Immersed) {
+    fn count_immersed(&mut self, model: &FluidModel<S>) {
+        if !model.probes.iter().any(|probe| matches!(probe, Probe::Plain(FluidProbeKind::Immersed))) {
             return;
         }
         let [own, partner] = &self.states;
@@ -119,7 +118,7 @@ impl FluidInterface {
             };
             self.interface.solids_near(f).map(weight).sum()
         };
-        self.immersed = (0..own.len()).map(|f| u32::from(share(f) > Plane::IMMERSED_SHARE)).sum();
+        self.immersed = (0..own.len()).map(|f| u32::from(share(f) > S::IMMERSED_SHARE)).sum();
     }
 
     /// Interface sums of the last evaluation.
@@ -131,7 +130,7 @@ impl FluidInterface {
     ///
     /// # Errors
     /// The shortfall \[m\].
-    pub fn covered_by(&self, state: &FluidState, extent: &Extent, reach: f64) -> Result<(), f64> {
+    pub fn covered_by(&self, state: &FluidState<S>, extent: &Extent, reach: f64) -> Result<(), f64> {
         let support = 2.0 * self.coupling.fluid.smoothing_length();
         self.selection.covered_by(state, support, extent, reach)
     }
@@ -139,8 +138,8 @@ impl FluidInterface {
     /// Fills `columns` with the particles within `reach` \[m\] of `partner`, ids ascending; returns the set's version.
     pub fn select(
         &mut self,
-        state: &FluidState,
-        fluid: &[PackedParticle],
+        state: &FluidState<S>,
+        fluid: &[S::Particle],
         partner: &Extent,
         reach: f64,
         columns: &mut StateColumns,
@@ -159,7 +158,7 @@ impl FluidInterface {
         solid.read(points);
         interface.update(time, fluid, solid);
         interface.solid_forces(fluid, solid);
-        write_vectors((0..solid.len()).map(|s| interface.force(s)), forces);
+        forces.fill((0..solid.len()).map(|s| interface.force(s)));
     }
 
     /// Takes over the states of both sides; updates cross-owner lists, dummy states and pair forces of this stage.
@@ -183,11 +182,11 @@ impl FluidInterface {
     /// face is not detected as free surface.
     ///
     /// The velocity gradient takes the whole velocity of the solid, or with slip only the approach along x_ij.
-    pub fn add_neighbour_sums<G: Geometry>(
+    pub fn add_neighbour_sums<G: Geometry<S>>(
         &mut self,
-        scene: &Scene<G>,
-        gradients: &mut Gradients,
-        rates: &mut [Rates],
+        scene: &Scene<G, S>,
+        gradients: &mut Gradients<S>,
+        rates: &mut [Rates<S>],
     ) {
         let model = scene.model;
         if !model.needs_gradient_pass() {
@@ -220,7 +219,7 @@ impl FluidInterface {
                 let volume = dummy.mass / dummy.density;
                 let gradient_factor = model.gradient_scale * model.kernel.gradient_factor(r);
                 let r_over_h = r / model.constants.smoothing_length();
-                let pairing = ratio.pairing(Plane::PAIRING, r_over_h);
+                let pairing = ratio.pairing(S::PAIRING, r_over_h);
                 sums.add_pair(&d, volume * gradient_factor, density, &v_sf, pairing);
                 // A particle of the solid stands for its own volume, not for that of its dummy state.
                 sums.volume += partner.volume(s) * ratio.at(r_over_h);
@@ -238,11 +237,11 @@ impl FluidInterface {
     /// The second sum is left out in the plain sum, where ρ_s is that of another material.
     pub fn add_rates(
         &mut self,
-        model: &FluidModel,
-        state: &FluidState,
+        model: &FluidModel<S>,
+        state: &FluidState<S>,
         part: StagePart,
-        gradients: &Gradients,
-        rates: &mut [Rates],
+        gradients: &Gradients<S>,
+        rates: &mut [Rates<S>],
     ) {
         self.count_immersed(model);
         let diffusion =
@@ -259,7 +258,7 @@ impl FluidInterface {
             let gradient = if model.needs_density_gradient() {
                 gradients.neighbour_fields[selection.members[k] as usize].density_gradient()
             } else {
-                [0.0; 2]
+                S::splat(0.0)
             };
             let (mut continuity, mut exchange) = (0.0, 0.0);
             for (s, dummy) in interface.solids_near(k) {
@@ -271,8 +270,7 @@ impl FluidInterface {
                 continuity += weight * (own.velocity[k] - partner.velocity[s]).dot(&d);
                 let share = square / model.law.viscosity.softened(square);
                 let psi = plain(2.0 * rho, dummy.density, share);
-                exchange +=
-                    weight * bracketed::<Plane, f64>(psi, gradient.map(|g| 2.0 * g), Plane::components(&d));
+                exchange += weight * bracketed::<S, f64>(psi, S::scaled(gradient, 2.0), S::components(&d));
             }
             let flow = flux * density_rate(rho, -continuity);
             *rate = [flow + diffusion * exchange, flow];

@@ -4,11 +4,10 @@ use rayon::prelude::*;
 use sph::coupling::exchange::Extent;
 use sph::coupling::extent::{ExtentTracker, ReachMap};
 use sph::interface::states::InterfaceStates;
-use sph::space::Vector;
 use sph::space::domain::Domain;
 
 use crate::system::list_limits::farthest;
-use crate::system::packed_particle::{Packed, PackedParticle};
+use crate::system::packed_particle::{FluidSpace, Packed};
 use crate::system::state::FluidState;
 
 /// Edge of the boxes that describe the fluid's extent, in support radii.
@@ -19,13 +18,13 @@ const TASK: usize = 1024;
 
 /// Extent of the fluid, and the particles within reach of the partner.
 #[derive(Debug)]
-pub struct InterfaceSelection {
+pub struct InterfaceSelection<S: FluidSpace> {
     /// Largest displacement of a particle between list builds \[m\].
     farthest: f64,
-    tracker: ExtentTracker,
-    reach: ReachMap,
+    tracker: ExtentTracker<S>,
+    reach: ReachMap<S>,
     /// Region from which particles may come within reach before the next list build.
-    vicinity: ReachMap,
+    vicinity: ReachMap<S>,
     /// The fluid particles there.
     candidates: Candidates,
     /// Whether each fluid particle is there.
@@ -45,9 +44,9 @@ struct Candidates {
     current: bool,
 }
 
-impl InterfaceSelection {
+impl<S: FluidSpace> InterfaceSelection<S> {
     /// A selection among particles of `spacing` \[m\] whose kernel reaches to `support` \[m\].
-    pub fn new(domain: &Domain, support: f64, spacing: f64) -> Self {
+    pub fn new(domain: &Domain<S>, support: f64, spacing: f64) -> Self {
         Self {
             farthest: farthest(spacing),
             tracker: ExtentTracker::new(domain, EXTENT_CELL * support),
@@ -62,7 +61,7 @@ impl InterfaceSelection {
     }
 
     /// Describes where the particles at `position` \[m\] can be until the next list build.
-    pub fn update_extent(&mut self, position: &[Vector]) {
+    pub fn update_extent(&mut self, position: &[S::Vector]) {
         // Lists are built before a particle has moved farther.
         self.tracker.update(position, self.farthest);
         self.candidates.current = false;
@@ -79,7 +78,7 @@ impl InterfaceSelection {
     /// The shortfall \[m\].
     pub fn covered_by(
         &self,
-        state: &FluidState,
+        state: &FluidState<S>,
         support: f64,
         extent: &Extent,
         reach: f64,
@@ -90,11 +89,11 @@ impl InterfaceSelection {
     /// Fills `states` with the particles within `reach` \[m\] of `partner`, ids ascending; returns the set's version.
     pub fn select(
         &mut self,
-        state: &FluidState,
-        fluid: &[PackedParticle],
+        state: &FluidState<S>,
+        fluid: &[S::Particle],
         partner: &Extent,
         reach: f64,
-        states: &mut InterfaceStates,
+        states: &mut InterfaceStates<S>,
     ) -> u64 {
         self.reach.update(partner, reach);
         // Candidates may be sought later than lists are built: a particle may then cross the whole range of
@@ -125,7 +124,7 @@ impl InterfaceSelection {
     }
 
     /// Finds the particles in the vicinity of the partner.
-    fn find_candidates(&mut self, state: &FluidState) {
+    fn find_candidates(&mut self, state: &FluidState<S>) {
         let Self { vicinity, candidates: Candidates { particles, current }, inside, .. } = self;
         inside.resize(state.len(), false);
         inside.par_iter_mut().zip(&state.position).with_min_len(TASK).for_each(|(inside, x)| {

@@ -2,8 +2,8 @@
 
 use rayon::prelude::*;
 use sph::neighbours::CellGrid;
+use sph::space::Space;
 use sph::space::tensors::SpaceVector;
-use sph::space::{Plane, Space};
 
 /// Cells of a row of the grid that lie between particles without a bound on their distance beyond a cell: themselves,
 /// their neighbours and the next.
@@ -17,7 +17,7 @@ const TASK: usize = 128;
 
 /// Displacements of the particles of each cell since the lists were built; buffers are reused.
 #[derive(Debug)]
-pub struct Drift<S: Space = Plane> {
+pub struct Drift<S: Space> {
     /// Number of cells along each axis.
     counts: S::Of<usize>,
     /// Whether a wall particle is in the cell or within [`WALL_RINGS`] of it.

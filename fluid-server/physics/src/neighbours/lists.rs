@@ -4,7 +4,7 @@ use rayon::prelude::*;
 use sph::coupling::stage::StageTime;
 use sph::neighbours::largest_displacement;
 use sph::space::geometry::{Geometry, Open, Periodic};
-use sph::space::{Plane, Vector};
+use sph::space::tensors::SpaceVector;
 
 use super::drift::{Drift, Moved};
 use super::rows::{Order, Padding, Rows, Search, Sources};
@@ -19,7 +19,7 @@ use crate::system::walls::WallField;
 
 /// Lists of all pairs closer than support radius plus skin.
 #[derive(Debug)]
-pub struct Lists<S: FluidSpace = Plane> {
+pub struct Lists<S: FluidSpace> {
     /// Fluid neighbours of each fluid particle.
     pub fluid: Rows,
     /// Wall neighbours of each fluid particle.
@@ -65,7 +65,7 @@ impl<S: FluidSpace> Default for Lists<S> {
     }
 }
 
-impl Lists {
+impl<S: FluidSpace> Lists<S> {
     /// Whether particles moved so far that the lists may miss a pair, now or after the moves to come; `displacement`
     /// is the largest since the lists were built \[m\].
     ///
@@ -74,11 +74,11 @@ impl Lists {
     /// result does not depend on when that is.
     pub fn outdated(
         &mut self,
-        model: &FluidModel,
-        state: &FluidState,
+        model: &FluidModel<S>,
+        state: &FluidState<S>,
         displacement: f64,
         moves: Moves,
-        walls: &WallField,
+        walls: &WallField<S>,
     ) -> bool {
         let (skin, domain) = (state.list_skin, &model.domain);
         let Some(origin) = state.list_origin.as_ref().filter(|_| self.current) else { return true };
@@ -105,9 +105,9 @@ impl Lists {
     /// Sorts the particles by cells and builds the lists for the present state and for `moves` to come.
     pub fn rebuild(
         &mut self,
-        model: &FluidModel,
-        state: &mut FluidState,
-        base: &mut StepStart,
+        model: &FluidModel<S>,
+        state: &mut FluidState<S>,
+        base: &mut StepStart<S>,
         time: &StageTime,
         moves: Moves,
     ) {
@@ -125,7 +125,7 @@ impl Lists {
     }
 
     /// Builds the lists that belong to the state's origin unless they are present, as after a restore.
-    pub fn restore(&mut self, model: &FluidModel, state: &FluidState) {
+    pub fn restore(&mut self, model: &FluidModel<S>, state: &FluidState<S>) {
         if let (false, Some(origin)) = (self.current, &state.list_origin) {
             self.fluid_sources.bin(&model.domain, &origin.position, radius(model, state.list_skin));
             self.build(model, origin, state.list_skin);
@@ -134,7 +134,7 @@ impl Lists {
 
     /// The only particles that can have passed a wall, when none has moved by more than the root of `square` \[m²\]
     /// in a stage; `None` when that is not known.
-    pub fn near_walls(&self, model: &FluidModel, square: f64) -> Option<&[u32]> {
+    pub fn near_walls(&self, model: &FluidModel<S>, square: f64) -> Option<&[u32]> {
         let holds =
             !model.walls.moves() && square <= (LARGEST_STAGE_MOVE * model.constants.particle_spacing).powi(2);
         holds.then_some(&self.near_walls[..])
@@ -143,7 +143,7 @@ impl Lists {
     /// Finds the particles that could be behind the plane of a wall particle, and within its width, after they have
     /// moved by `skin` \[m\], the most that lists bear there, and a stage from before it: by twice that at most
     /// behind it.
-    fn find_near_walls(&mut self, model: &FluidModel, fluid: &[Vector], skin: f64) {
+    fn find_near_walls(&mut self, model: &FluidModel<S>, fluid: &[S::Vector], skin: f64) {
         self.near_walls.clear();
         if model.walls.moves() {
             return;
@@ -174,7 +174,7 @@ impl Lists {
     }
 
     /// Builds the lists of a fluid whose particles are sorted and binned, with walls as of the time of `origin`.
-    fn build(&mut self, model: &FluidModel, origin: &ListOrigin, skin: f64) {
+    fn build(&mut self, model: &FluidModel<S>, origin: &ListOrigin<S>, skin: f64) {
         let (domain, fluid) = (&model.domain, &origin.position[..]);
         if model.walls.moves() || !self.current {
             let Skins { thickest, .. } = skins(model.constants.particle_spacing);
@@ -193,7 +193,7 @@ impl Lists {
         self.current = true;
     }
 
-    fn fill<G: Geometry>(&mut self, model: &FluidModel, geometry: G, fluid: &[Vector], radius: f64) {
+    fn fill<G: Geometry<S>>(&mut self, model: &FluidModel<S>, geometry: G, fluid: &[S::Vector], radius: f64) {
         let Self {
             fluid_sources: of_fluid,
             wall_sources: of_walls,
@@ -231,12 +231,12 @@ impl Moves {
 }
 
 /// Radius of the lists with `skin` \[m\].
-fn radius(model: &FluidModel, skin: f64) -> f64 {
+fn radius<S: FluidSpace>(model: &FluidModel<S>, skin: f64) -> f64 {
     model.kernel.support_radius() + skin
 }
 
 /// Skin \[m\] for lists that are built at `time`, by how long the last ones of `state` have lasted.
-fn next_skin(model: &FluidModel, state: &FluidState, time: &StageTime) -> f64 {
+fn next_skin<S: FluidSpace>(model: &FluidModel<S>, state: &FluidState<S>, time: &StageTime) -> f64 {
     let lasted = state.list_origin.as_ref().map(|origin| time.state_time() - origin.time);
     // Outputs are evaluated in a step of zero length.
     let Some(lasted) = lasted.filter(|_| time.time_step > 0.0) else { return state.list_skin };

@@ -3,9 +3,9 @@
 use rayon::prelude::*;
 use sph::lanes::{Arithmetic, LanePass, Lanes, WIDTH};
 use sph::neighbours::CellGrid;
+use sph::space::Space;
 use sph::space::domain::Domain;
 use sph::space::geometry::Geometry;
-use sph::space::{Plane, Space};
 
 use crate::system::tasks::TASK;
 
@@ -52,7 +52,7 @@ pub enum Order {
 
 /// Sources in the order of their cells.
 #[derive(Debug, Default)]
-pub struct Sources<S: Space = Plane> {
+pub struct Sources<S: Space> {
     kept: Order,
     grid: CellGrid<S>,
     /// Positions in that order \[m\], where the owner of the sources keeps another.
@@ -110,7 +110,7 @@ impl<S: Space> Sources<S> {
 
 /// Parameters of a neighbour search.
 #[derive(Clone, Copy, Debug)]
-pub struct Search<'a, G, S: Space = Plane> {
+pub struct Search<'a, G, S: Space> {
     /// Instructions.
     pub arithmetic: Arithmetic,
     /// Nearest images.

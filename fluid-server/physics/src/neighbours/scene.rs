@@ -1,14 +1,12 @@
 //! Input of a pass over neighbours.
 
-use sph::space::Plane;
-
 use super::lists::Lists;
 use crate::system::model::FluidModel;
 use crate::system::packed_particle::FluidSpace;
 
 /// The fluid and its surroundings in one stage.
 #[derive(Clone, Copy)]
-pub struct Scene<'a, G, S: FluidSpace = Plane> {
+pub struct Scene<'a, G, S: FluidSpace> {
     /// Nearest images.
     pub geometry: G,
     /// Constants.

@@ -19,7 +19,7 @@ use crate::equations::neighbour_sums::{
 use crate::equations::stress::{momentum_tensor, transposed_stress, viscous_stress};
 use crate::equations::viscosity::corrected;
 use crate::equations::volume::volume_excess;
-use crate::free_surface::detection::{NO_SURFACE_FLAG, surface_flag};
+use crate::free_surface::detection::Surface;
 use crate::free_surface::shifting::RegularisationSums;
 use crate::neighbours::batch::NeighbourBatch;
 use crate::neighbours::scene::Scene;
@@ -100,7 +100,7 @@ impl<S: FluidSpace> Gradients<S> {
             if let (PartnerDensity::OtherMaterial, Some(own)) = (density, self.neighbour_fields.get(i)) {
                 let fields = finished.neighbour_fields;
                 finished.neighbour_fields =
-                    S::Fields::new(fields.damper(), fields.flag(), own.density_gradient());
+                    S::Fields::new(fields.damper(), fields.eigenvalue(), own.density_gradient());
             }
             (sums, finished)
         });
@@ -115,17 +115,16 @@ impl<S: FluidSpace> Gradients<S> {
 
     /// T of every particle at its present pressure, from the results of the pass; the order of particles must be the
     /// same. With leapfrog only, whose predictor computes none.
-    pub fn make_tensors<G: Geometry<S>>(&mut self, scene: &Scene<G, S>) {
-        let model = scene.model;
+    pub fn make_tensors(&mut self, model: &FluidModel<S>, fluid: &[S::Particle]) {
         if !(model.has_tensors() && model.is_leapfrog()) {
             return;
         }
         let mut tensors = std::mem::take(&mut self.tensor);
-        for_each_task(scene.fluid.len(), &mut tensors[..], &|particles, tensors| {
+        for_each_task(fluid.len(), &mut tensors[..], &|particles, tensors| {
             for (i, of_particle) in particles.zip(tensors) {
                 let stress = self.viscous_stress.get(i).copied().unwrap_or(S::zero_matrix());
                 let correction = self.correction.get(i).copied().unwrap_or(S::identity());
-                *of_particle = tensor(model, scene.fluid[i].pressure() + self.damper(i), stress, correction);
+                *of_particle = tensor(model, fluid[i].pressure() + self.damper(i), stress, correction);
             }
         });
         self.tensor = tensors;
@@ -190,11 +189,11 @@ fn finish<S: FluidSpace, G: Geometry<S>>(
     let has_gradient = model.needs_density_gradient() && determinant >= S::SMALLEST_GRADIENT_DETERMINANT;
     let density_gradient =
         if has_gradient { S::symmetric_times(inverse, sums.density) } else { S::splat(0.0) };
-    let (regularisation, flag) = if model.regularises() {
+    let (regularisation, surface) = if model.regularises() {
         let excess = volume_excess(model, sums, scene.fluid[i].volume());
-        (RegularisationSums::new(sums, trusted, excess), surface_flag(scene, i, sums))
+        (RegularisationSums::new(sums, trusted, excess), Surface::of(scene, i, sums))
     } else {
-        (RegularisationSums::default(), NO_SURFACE_FLAG)
+        (RegularisationSums::default(), Surface::default())
     };
     let viscous_stress = if model.viscosity == Viscosity::Stress {
         viscous_stress::<S>(viscosity, S::matrix_times_symmetric(sums.velocity_gradient(), correction))
@@ -222,9 +221,10 @@ fn finish<S: FluidSpace, G: Geometry<S>>(
     } else {
         0.0
     };
-    let neighbour_fields = S::Fields::new(damper, flag, density_gradient);
+    let neighbour_fields = S::Fields::new(damper, surface.eigenvalue, density_gradient);
     ParticleGradients {
         neighbour_fields,
+        at_surface: surface.at_surface,
         correction,
         regularisation,
         viscous_stress,

@@ -1,11 +1,16 @@
 //! Results of the gradient pass.
 
+use std::sync::atomic::{AtomicBool, Ordering};
+
 use sph::space::Plane;
+use sph::space::geometry::Geometry;
 
 use super::particle_rates::Rates;
 use crate::equations::correction::in_momentum;
 use crate::equations::neighbour_sums::NeighbourSums;
+use crate::free_surface::detection::mark_near;
 use crate::free_surface::shifting::RegularisationSums;
+use crate::neighbours::scene::Scene;
 use crate::system::model::{FluidModel, Viscosity};
 use crate::system::packed_particle::{FluidSpace, NeighbourFields};
 use crate::system::tasks::split_by_field;
@@ -26,6 +31,10 @@ pub struct Gradients<S: FluidSpace = Plane> {
     pub(super) sums: Vec<NeighbourSums<S>>,
     /// Fields that neighbours read.
     pub neighbour_fields: Vec<S::Fields>,
+    /// Whether the particle lies at the free surface.
+    at_surface: Vec<bool>,
+    /// Whether it does, or one of its particles lies within the support.
+    near_surface: Vec<AtomicBool>,
     /// L_i of Eq. (21), or the unit matrix where few neighbours define it.
     pub correction: Vec<S::Symmetric<f64>>,
     /// Sums for the particle regularisation.
@@ -45,6 +54,7 @@ pub struct GradientSlices<'a, S: FluidSpace> {
     /// Raw sums.
     pub sums: &'a mut [NeighbourSums<S>],
     neighbour_fields: &'a mut [S::Fields],
+    at_surface: &'a mut [bool],
     correction: &'a mut [S::Symmetric<f64>],
     regularisation: &'a mut [RegularisationSums<S>],
     viscous_stress: &'a mut [S::Matrix<f64>],
@@ -57,6 +67,7 @@ pub struct GradientSlices<'a, S: FluidSpace> {
 split_by_field!(GradientSlices<S> {
     sums,
     neighbour_fields,
+    at_surface,
     correction,
     regularisation,
     viscous_stress,
@@ -70,6 +81,8 @@ impl<S: FluidSpace> Default for Gradients<S> {
         Self {
             sums: Vec::new(),
             neighbour_fields: Vec::new(),
+            at_surface: Vec::new(),
+            near_surface: Vec::new(),
             correction: Vec::new(),
             regularisation: Vec::new(),
             viscous_stress: Vec::new(),
@@ -86,6 +99,7 @@ impl<S: FluidSpace> Gradients<S> {
         let of = |needed: bool| if needed { particles } else { 0 };
         self.sums.resize(of(partner == Partner::Present), NeighbourSums::default());
         self.neighbour_fields.resize(of(model.has_neighbour_fields()), S::Fields::default());
+        self.at_surface.resize(of(model.regularises()), false);
         self.correction.resize(of(model.corrects_continuity()), S::zero_symmetric());
         self.regularisation.resize(of(model.regularises()), RegularisationSums::default());
         self.viscous_stress.resize(of(model.viscosity != Viscosity::Inviscid), S::zero_matrix());
@@ -103,6 +117,7 @@ impl<S: FluidSpace> Gradients<S> {
         GradientSlices {
             sums: &mut self.sums,
             neighbour_fields: &mut self.neighbour_fields,
+            at_surface: &mut self.at_surface,
             correction: &mut self.correction,
             regularisation: &mut self.regularisation,
             viscous_stress: &mut self.viscous_stress,
@@ -110,6 +125,19 @@ impl<S: FluidSpace> Gradients<S> {
             viscosity: &mut self.viscosity,
             rates,
         }
+    }
+
+    /// Finds the particles near the free surface at their present positions, in a case with particle regularisation.
+    pub fn find_near_surface<G: Geometry<S>>(&mut self, scene: &Scene<G, S>) {
+        if scene.model.regularises() {
+            mark_near(scene, &self.at_surface, &mut self.near_surface);
+        }
+    }
+
+    /// Whether particle `i` lies at the free surface, or one of its particles within the support.
+    #[inline(always)]
+    pub fn is_near_surface(&self, i: usize) -> bool {
+        self.near_surface.get(i).is_some_and(|is| is.load(Ordering::Relaxed))
     }
 
     /// q of the acoustic damper of particle `i` \[Pa\].
@@ -131,6 +159,8 @@ impl<S: FluidSpace> Gradients<S> {
         }
         bytes(&self.sums)
             + bytes(&self.neighbour_fields)
+            + bytes(&self.at_surface)
+            + bytes(&self.near_surface)
             + bytes(&self.correction)
             + bytes(&self.regularisation)
             + bytes(&self.viscous_stress)
@@ -145,6 +175,8 @@ impl<S: FluidSpace> Gradients<S> {
 pub struct ParticleGradients<S: FluidSpace> {
     /// Fields that neighbours read.
     pub neighbour_fields: S::Fields,
+    /// Whether the particle lies at the free surface.
+    pub at_surface: bool,
     /// L_i.
     pub correction: S::Symmetric<f64>,
     /// Sums for the particle regularisation.
@@ -164,6 +196,7 @@ impl<S: FluidSpace> GradientSlices<'_, S> {
     #[inline(always)]
     pub fn put(&mut self, k: usize, finished: &ParticleGradients<S>) {
         put(self.neighbour_fields, k, finished.neighbour_fields);
+        put(self.at_surface, k, finished.at_surface);
         put(self.correction, k, finished.correction);
         put(self.regularisation, k, finished.regularisation);
         put(self.viscous_stress, k, finished.viscous_stress);

@@ -15,7 +15,6 @@ use crate::equations::continuity::density_rate;
 use crate::equations::pair::{CentreParticle, LawLanes, NeighbourData, PairSums, PairTotals, PairViscosity};
 use crate::equations::stress::{mirrored_stress, momentum_tensor};
 use crate::equations::terms::{ActiveTerms, Continuity, ForceTerms, PairTerms, TermsPass};
-use crate::free_surface::detection::nearest_surface;
 use crate::free_surface::shifting::{self, Regularisation};
 use crate::neighbours::batch::{NeighbourBatch, gather};
 use crate::neighbours::scene::Scene;
@@ -79,30 +78,28 @@ impl<S: FluidSpace, G: Geometry<S>> StageFields<'_, G, S> {
         }
     }
 
-    /// Sums of particle `i` over its fluid neighbours, and r² of the nearest of them at the free surface \[m²\].
+    /// Sums of particle `i` over its fluid neighbours.
     #[inline(always)]
     fn fluid_sums<L: Lanes, T: PairTerms>(
         &self,
         law: &LawLanes<L>,
         i: usize,
         own: &CentreParticle<S, L>,
-    ) -> (PairSums<S, L>, L) {
+    ) -> PairSums<S, L> {
         let Scene { geometry, lists, fluid, .. } = self.scene;
         let gradients = self.gradients;
         // The same length, as one check of an index then serves both.
         let neighbour_fields =
             if T::NEIGHBOUR_FIELDS { &gradients.neighbour_fields[..fluid.len()] } else { &[] };
-        let (mut sums, mut nearest) = (PairSums::zero(), L::splat(f64::INFINITY));
+        let mut sums = PairSums::zero();
         for indices in lists.fluid.of(i) {
             let indices = *indices;
             let mut batch = NeighbourBatch::<S, L>::gather(geometry, &own.motion, fluid, indices);
             let mut data = NeighbourData::nothing();
             if T::NEIGHBOUR_FIELDS {
-                let (damper, flag, gradient) =
-                    S::Fields::lanes(indices.map(|j| &neighbour_fields[j as usize]));
+                let (damper, _, gradient) = S::Fields::lanes(indices.map(|j| &neighbour_fields[j as usize]));
                 batch.pressure = batch.pressure + damper;
                 data.density_gradient = gradient;
-                nearest = nearest_surface(nearest, flag, batch.square);
             }
             if T::TENSOR {
                 data.tensor = S::tensor_lanes(indices.map(|j| &gradients.tensor[j as usize]));
@@ -113,7 +110,7 @@ impl<S: FluidSpace, G: Geometry<S>> StageFields<'_, G, S> {
             }
             sums.add::<T>(law, own, &batch, &data);
         }
-        (sums, nearest)
+        sums
     }
 
     /// Sums of particle `i` over the particles of `wall`, or of all walls.
@@ -234,12 +231,12 @@ impl<S: FluidSpace, G: Geometry<S>, T: PairTerms> LanePass for Evaluate<'_, G, S
         let StageFields { scene, state, gradients, time, .. } = fields;
         let model = scene.model;
         let (damping, origin) = (model.damping_rate(*time), model.domain.torque_origin());
-        let law = LawLanes::<L>::new(&model.law);
+        let law = LawLanes::<L>::new(model);
         for (k, rates) in rates.iter_mut().enumerate() {
             let i = first + k;
             let own = fields.own::<L, T>(i);
-            let (sums, nearest) = fields.fluid_sums::<L, T>(&law, i, &own);
-            let (sums, rho) = (sums.total(), scene.fluid[i].density());
+            let sums = fields.fluid_sums::<L, T>(&law, i, &own).total();
+            let rho = scene.fluid[i].density();
             let by_fluid = sums.stress_divergence / -rho;
             // Most particles are far from walls.
             let (mut walls, mut by_walls) = (PairTotals::<S>::default(), S::Vector::zeros());
@@ -250,16 +247,9 @@ impl<S: FluidSpace, G: Geometry<S>, T: PairTerms> LanePass for Evaluate<'_, G, S
             let body = body_force.acceleration(&state.position[i]);
             let mut regularisation = Regularisation::<S>::default();
             if let (true, Some(order)) = (T::NEIGHBOUR_FIELDS, &model.regularisation) {
-                let nearest = nearest.to_array().into_iter().fold(f64::INFINITY, f64::min);
-                let sums = &gradients.regularisation[i];
-                regularisation = shifting::regularise::<S, L, G>(
-                    order,
-                    scene,
-                    i,
-                    &gradients.neighbour_fields,
-                    nearest,
-                    sums,
-                );
+                let (all, sums) = (&gradients.neighbour_fields, &gradients.regularisation[i]);
+                let near = gradients.is_near_surface(i);
+                regularisation = shifting::regularise::<S, L, G>(order, scene, i, all, near, sums);
             }
             let continuity = density_rate(rho, -(sums.continuity + walls.continuity));
             *rates = Rates {

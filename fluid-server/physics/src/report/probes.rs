@@ -6,57 +6,62 @@ use std::ops::AddAssign;
 use sph::coupling::ledger::Energies;
 use sph::neighbours::CellGrid;
 use sph::setup::FluidProbeKind;
-use sph::space::{Vector, cross};
+use sph::space::Space;
+use sph::space::components::Components;
+use sph::space::tensors::{SpaceSymmetric, SpaceTensor, SpaceVector};
 use sph::sums::ordered_sum;
 
-use crate::system::model::FluidModel;
+use crate::system::model::{FluidModel, Probe, Segment};
 use crate::system::state::FluidState;
 
-/// Particles closer than this many spacings belong to one connected body of fluid.
-const LINK_LENGTH: f64 = 1.5;
-
-/// Share of the connected fluid that lies behind the reported front.
-const FRONT_PERCENTILE: f64 = 0.995;
-
-/// Intervals of the midpoint rule across the support of a particle: errors of the integral below 0.1 %.
-const FLUX_INTERVALS: u32 = 32;
+sph::constants! {
+    const LINK_LENGTH: f64 = 1.5, "probes.link_length",
+        "distance below which particles belong to one connected body of fluid, in spacings [-]";
+    const FRONT_PERCENTILE: f64 = 0.995, "probes.front_percentile",
+        "share of the connected fluid that lies behind the reported front [-]";
+    /// Errors of the integral below 0.1 %.
+    const FLUX_INTERVALS: u32 = 32, "probes.flux_intervals",
+        "intervals of the midpoint rule across the support of a particle in a flow rate [-]";
+}
 
 /// Values of `model`'s probes; `wall_forces` computes the force on each wall \[N/m\] where a probe needs it,
 /// `immersed` is the number of particles inside solids.
-pub fn values(
-    model: &FluidModel,
-    state: &FluidState,
-    wall_forces: impl FnOnce() -> Vec<Vector>,
+pub fn values<S: Space>(
+    model: &FluidModel<S>,
+    state: &FluidState<S>,
+    wall_forces: impl FnOnce() -> Vec<S::Vector>,
     immersed: u32,
     values: &mut Vec<f64>,
 ) {
     let connected = OnceCell::new();
     let connected = || connected.get_or_init(|| connected_fluid(model, state));
-    let needs_forces = |kind: &FluidProbeKind| matches!(kind, FluidProbeKind::WallForce(_));
-    let forces =
-        if model.probes.iter().any(|probe| needs_forces(&probe.kind)) { wall_forces() } else { Vec::new() };
+    let needs_forces = |probe: &Probe<S>| matches!(probe, Probe::Plain(FluidProbeKind::WallForce(_)));
+    let forces = if model.probes.iter().any(needs_forces) { wall_forces() } else { Vec::new() };
     for probe in &model.probes {
-        match &probe.kind {
-            FluidProbeKind::Point(x) => values.extend(point(model, state, x)),
-            FluidProbeKind::WaterLevel(x) => values.push(water_level(model, state, connected(), *x)),
-            FluidProbeKind::FlowRate(from, to) => values.push(flow_rate(model, state, from, to)),
-            FluidProbeKind::Front => values.push(front(state, connected())),
-            FluidProbeKind::Region(region) => {
+        match probe {
+            Probe::Point(x) => point(model, state, x, values),
+            Probe::FlowRate(segment) => values.push(flow_rate(model, state, segment)),
+            // Prepared as probes of their own when the model is built.
+            Probe::Plain(FluidProbeKind::Point(_) | FluidProbeKind::FlowRate(..)) => {}
+            Probe::Plain(FluidProbeKind::WaterLevel(x)) => {
+                values.push(water_level(model, state, connected(), *x))
+            }
+            Probe::Plain(FluidProbeKind::Front) => values.push(front(state, connected())),
+            Probe::Plain(FluidProbeKind::Region(region)) => {
                 let sums = region_sums(model, state, *region);
-                values.extend(with_second_moments(state, *region, sums).values());
+                with_second_moments(state, *region, sums).write(values);
             }
-            FluidProbeKind::WallForce(wall) => {
-                let force = &forces[*wall as usize];
-                values.extend([force.x, force.y]);
+            Probe::Plain(FluidProbeKind::WallForce(wall)) => {
+                values.extend_from_slice(forces[*wall as usize].row().as_ref())
             }
-            FluidProbeKind::Immersed => values.push(f64::from(immersed)),
+            Probe::Plain(FluidProbeKind::Immersed) => values.push(f64::from(immersed)),
         }
     }
 }
 
 /// Pressure and velocity at `x`: Shepard means over the fluid; zero where no fluid is within support.
-fn point(model: &FluidModel, state: &FluidState, x: &Vector) -> [f64; 3] {
-    let (mut weight, mut pressure, mut velocity) = (0.0, 0.0, Vector::zeros());
+fn point<S: Space>(model: &FluidModel<S>, state: &FluidState<S>, x: &S::Vector, values: &mut Vec<f64>) {
+    let (mut weight, mut pressure, mut velocity) = (0.0, 0.0, S::Vector::zeros());
     for (i, x_i) in state.position.iter().enumerate() {
         let distance = model.domain.separation(x, x_i).norm();
         if distance < model.kernel.support_radius() {
@@ -66,18 +71,20 @@ fn point(model: &FluidModel, state: &FluidState, x: &Vector) -> [f64; 3] {
             velocity += state.velocity[i] * share;
         }
     }
-    if weight > 0.0 { [pressure / weight, velocity.x / weight, velocity.y / weight] } else { [0.0; 3] }
+    if weight > 0.0 {
+        (pressure, velocity) = (pressure / weight, velocity / weight);
+    }
+    values.push(pressure);
+    values.extend_from_slice(velocity.row().as_ref());
 }
 
-/// Volume flux per depth through the segment \[m²/s\], positive to the right of the way `from` → `to` \[m\].
+/// Volume flux per depth through `segment` \[m²/s\].
 ///
 /// ```text
 /// Q = Σ V_j v_j·n ∫ W(|x(s) − x_j|) ds
 /// ```
-fn flow_rate(model: &FluidModel, state: &FluidState, from: &Vector, to: &Vector) -> f64 {
-    let length = (to - from).norm();
-    let (along, middle) = ((to - from) / length, 0.5 * (from + to));
-    let (normal, support) = (Vector::new(along.y, -along.x), model.kernel.support_radius());
+fn flow_rate<S: Space>(model: &FluidModel<S>, state: &FluidState<S>, segment: &Segment<S>) -> f64 {
+    let (Segment { middle, along, normal, length }, support) = (*segment, model.kernel.support_radius());
     let flux = |i: usize| {
         let offset = model.domain.separation(&state.position[i], &middle);
         let (s, distance) = (offset.dot(&along) + 0.5 * length, offset.dot(&normal).abs());
@@ -94,20 +101,24 @@ fn flow_rate(model: &FluidModel, state: &FluidState, from: &Vector, to: &Vector)
     ordered_sum(state.len(), flux)
 }
 
-/// Highest y of the connected fluid within a spacing of `x`, plus half a spacing; not a number where it is dry.
-fn water_level(model: &FluidModel, state: &FluidState, connected: &[u32], x: f64) -> f64 {
+/// Highest place, along the last axis, of the connected fluid within a spacing of `x` along the first, plus half a
+/// spacing; not a number where it is dry.
+fn water_level<S: Space>(model: &FluidModel<S>, state: &FluidState<S>, connected: &[u32], x: f64) -> f64 {
     let spacing = model.constants.particle_spacing;
     let near = |i: &&u32| {
         let x_i = &state.position[**i as usize];
-        model.domain.separation(&Vector::new(x, x_i.y), x_i).x.abs() <= spacing
+        let mut beside = *x_i;
+        beside[0] = x;
+        model.domain.separation(&beside, x_i)[0].abs() <= spacing
     };
-    let highest = connected.iter().filter(near).map(|i| state.position[*i as usize].y).reduce(f64::max);
-    highest.map_or(f64::NAN, |y| y + 0.5 * spacing)
+    let height = |i: &u32| state.position[*i as usize][S::DIMENSIONS - 1];
+    let highest = connected.iter().filter(near).map(height).reduce(f64::max);
+    highest.map_or(f64::NAN, |height| height + 0.5 * spacing)
 }
 
 /// 99.5 percentile (nearest rank) of x of the connected fluid; not a number without fluid.
-fn front(state: &FluidState, connected: &[u32]) -> f64 {
-    let mut x: Vec<f64> = connected.iter().map(|i| state.position[*i as usize].x).collect();
+fn front<S: Space>(state: &FluidState<S>, connected: &[u32]) -> f64 {
+    let mut x: Vec<f64> = connected.iter().map(|i| state.position[*i as usize][0]).collect();
     x.sort_unstable_by(f64::total_cmp);
     // Rank from 1; exact for any count far below 2^53.
     let rank = (FRONT_PERCENTILE * x.len() as f64).ceil() as usize;
@@ -115,7 +126,7 @@ fn front(state: &FluidState, connected: &[u32]) -> f64 {
 }
 
 /// Indices of the largest set of particles connected by links of [`LINK_LENGTH`] spacings.
-fn connected_fluid(model: &FluidModel, state: &FluidState) -> Vec<u32> {
+fn connected_fluid<S: Space>(model: &FluidModel<S>, state: &FluidState<S>) -> Vec<u32> {
     let link = LINK_LENGTH * model.constants.particle_spacing;
     let (domain, position) = (&model.domain, &state.position);
     let links = CellGrid::new(domain, position, link).list_among(domain, position, link);
@@ -145,41 +156,46 @@ fn connected_fluid(model: &FluidModel, state: &FluidState) -> Vec<u32> {
 
 /// Sums over the particles of a region or of all fluid.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct RegionSums {
-    /// Mass \[kg/m\].
+pub struct RegionSums<S: Space> {
+    /// Mass \[kg\], in the plane per depth, as all that follows.
     mass: f64,
-    /// Σ m x \[kg\].
-    first_moment: Vector,
-    /// Σ m v \[kg/s\].
-    momentum: Vector,
-    /// Σ m x × v about the centre of the domain \[kg m/s\].
-    angular_momentum: f64,
+    /// Σ m x \[kg m\].
+    first_moment: S::Vector,
+    /// Σ m v \[kg m/s\].
+    momentum: S::Vector,
+    /// Σ m x × v about the centre of the domain \[kg m²/s\].
+    angular_momentum: S::Spin,
     /// Energies; the potential one is zero at the origin of coordinates.
     energies: Energies,
-    /// Σ m (x − c)(x − c)/Σ m about the centre of mass c: xx, yy, xy \[m²\].
-    second_moment: [f64; 3],
+    /// Σ m (x − c)(x − c)/Σ m about the centre of mass c \[m²\].
+    second_moment: S::SymmetricTensor,
 }
 
-impl AddAssign for RegionSums {
+impl<S: Space> AddAssign for RegionSums<S> {
     fn add_assign(&mut self, other: Self) {
         self.mass += other.mass;
         self.first_moment += other.first_moment;
         self.momentum += other.momentum;
         self.angular_momentum += other.angular_momentum;
         self.energies += other.energies;
-        self.second_moment.iter_mut().zip(other.second_moment).for_each(|(a, b)| *a += b);
+        self.second_moment = self.second_moment.plus(&other.second_moment);
     }
 }
 
 /// Energies of all fluid; positions count as they are, unwrapped.
-pub fn energies(model: &FluidModel, state: &FluidState) -> Energies {
+pub fn energies<S: Space>(model: &FluidModel<S>, state: &FluidState<S>) -> Energies {
     let gravity = model.body_force.gravity();
     ordered_sum(state.len(), |i| energies_of(model, state, &gravity, i))
 }
 
 /// Energies of particle `i`.
 #[inline(always)]
-fn energies_of(model: &FluidModel, state: &FluidState, gravity: &Vector, i: usize) -> Energies {
+fn energies_of<S: Space>(
+    model: &FluidModel<S>,
+    state: &FluidState<S>,
+    gravity: &S::Vector,
+    i: usize,
+) -> Energies {
     let (mass, density) = (state.mass[i], state.density[i]);
     let mut internal = mass * model.equation_of_state.compression_energy(density);
     if let (Some(law), Some(q)) = (&model.acoustic_relaxation, state.relaxation.get(i)) {
@@ -195,7 +211,11 @@ fn energies_of(model: &FluidModel, state: &FluidState, gravity: &Vector, i: usiz
 /// Sums over the particles of `region`, or of all fluid for `None`; positions count as they are, unwrapped.
 ///
 /// Leaves the second moments out.
-pub fn region_sums(model: &FluidModel, state: &FluidState, region: Option<u32>) -> RegionSums {
+pub fn region_sums<S: Space>(
+    model: &FluidModel<S>,
+    state: &FluidState<S>,
+    region: Option<u32>,
+) -> RegionSums<S> {
     let (origin, gravity) = (model.domain.torque_origin(), model.body_force.gravity());
     ordered_sum(state.len(), |i| {
         if region.is_some_and(|region| state.region[i] != region) {
@@ -206,9 +226,9 @@ pub fn region_sums(model: &FluidModel, state: &FluidState, region: Option<u32>) 
             mass: m,
             first_moment: x * m,
             momentum: v * m,
-            angular_momentum: m * cross(&(x - origin), &v),
+            angular_momentum: S::cross(&(x - origin), &v) * m,
             energies: energies_of(model, state, &gravity, i),
-            second_moment: [0.0; 3],
+            second_moment: S::SymmetricTensor::default(),
         }
     })
 }
@@ -216,37 +236,34 @@ pub fn region_sums(model: &FluidModel, state: &FluidState, region: Option<u32>) 
 /// Adds the second moments about the centre of mass to `sums` over `region`.
 ///
 /// A sum of its own: the difference of Σ m x² and M c² would lose the small spread of a far-off body.
-fn with_second_moments(state: &FluidState, region: Option<u32>, sums: RegionSums) -> RegionSums {
+fn with_second_moments<S: Space>(
+    state: &FluidState<S>,
+    region: Option<u32>,
+    sums: RegionSums<S>,
+) -> RegionSums<S> {
     let centre = sums.first_moment / sums.mass;
-    let spread: RegionSums = ordered_sum(state.len(), |i| {
+    let spread: RegionSums<S> = ordered_sum(state.len(), |i| {
         if region.is_some_and(|region| state.region[i] != region) {
             return RegionSums::default();
         }
         let (share, d) = (state.mass[i] / sums.mass, state.position[i] - centre);
-        let second_moment = [d.x * d.x, d.y * d.y, d.x * d.y].map(|moment| share * moment);
+        let second_moment = S::SymmetricTensor::of(&S::Tensor::outer(&d, &d)).scaled(share);
         RegionSums { second_moment, ..RegionSums::default() }
     });
     RegionSums { second_moment: spread.second_moment, ..sums }
 }
 
-impl RegionSums {
-    /// Values in the order of [`ProbeKind::columns`](sph::setup::ProbeKind::columns); centre and moments are not numbers without mass.
-    fn values(&self) -> [f64; 12] {
+impl<S: Space> RegionSums<S> {
+    /// Appends the values in the order of [`ProbeKind::columns`](sph::setup::ProbeKind::columns); centre and moments
+    /// are not numbers without mass.
+    fn write(&self, values: &mut Vec<f64>) {
         let centre = self.first_moment / self.mass;
-        let spread = if self.mass > 0.0 { self.second_moment } else { [f64::NAN; 3] };
-        [
-            self.mass,
-            self.momentum.x,
-            self.momentum.y,
-            self.angular_momentum,
-            self.energies.kinetic,
-            self.energies.potential,
-            self.energies.internal,
-            centre.x,
-            centre.y,
-            spread[0],
-            spread[1],
-            spread[2],
-        ]
+        let spread = self.second_moment.scaled(if self.mass > 0.0 { 1.0 } else { f64::NAN });
+        values.push(self.mass);
+        values.extend_from_slice(self.momentum.row().as_ref());
+        values.extend_from_slice(self.angular_momentum.row().as_ref());
+        values.extend([self.energies.kinetic, self.energies.potential, self.energies.internal]);
+        values.extend_from_slice(centre.row().as_ref());
+        values.extend_from_slice(spread.row().as_ref());
     }
 }

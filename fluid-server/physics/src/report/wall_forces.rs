@@ -4,8 +4,8 @@ use std::marker::PhantomData;
 use std::ops::AddAssign;
 
 use sph::lanes::{LanePass, Lanes};
-use sph::space::Vector;
 use sph::space::geometry::{Geometry, Open, Periodic};
+use sph::space::tensors::SpaceVector;
 
 use crate::boundary::repulsion::wall_repulsion;
 use crate::equations::pair::LawLanes;
@@ -14,12 +14,17 @@ use crate::neighbours::scene::Scene;
 use crate::rates::particle_rates::StagePart;
 use crate::rates::rate_pass::{StageFields, force_terms};
 use crate::system::model::FluidModel;
-use crate::system::packed_particle::Packed;
+use crate::system::packed_particle::{FluidSpace, Packed};
 use crate::system::state::FluidState;
 use crate::time::stage::Workspace;
 
 /// Force of the fluid on each wall \[N/m\] as of the last evaluation in `workspace`, at `time` \[s\].
-pub fn wall_forces(model: &FluidModel, state: &FluidState, workspace: &Workspace, time: f64) -> Vec<Vector> {
+pub fn wall_forces<S: FluidSpace>(
+    model: &FluidModel<S>,
+    state: &FluidState<S>,
+    workspace: &Workspace<S>,
+    time: f64,
+) -> Vec<S::Vector> {
     if model.domain.is_periodic() {
         forces(Periodic::new(&model.domain), model, state, workspace, time)
     } else {
@@ -27,13 +32,13 @@ pub fn wall_forces(model: &FluidModel, state: &FluidState, workspace: &Workspace
     }
 }
 
-fn forces<G: Geometry>(
+fn forces<S: FluidSpace, G: Geometry<S>>(
     geometry: G,
-    model: &FluidModel,
-    state: &FluidState,
-    workspace: &Workspace,
+    model: &FluidModel<S>,
+    state: &FluidState<S>,
+    workspace: &Workspace<S>,
     time: f64,
-) -> Vec<Vector> {
+) -> Vec<S::Vector> {
     let Workspace { lists, fluid, walls, gradients, .. } = workspace;
     let scene = Scene { geometry, model, lists, fluid, walls: &walls.particles };
     let fields =
@@ -42,18 +47,18 @@ fn forces<G: Geometry>(
 }
 
 /// The pass over all particles.
-struct WallForces<'a, G> {
-    fields: &'a StageFields<'a, G>,
+struct WallForces<'a, G, S: FluidSpace> {
+    fields: &'a StageFields<'a, G, S>,
 }
 
-impl<G: Geometry> TermsPass for WallForces<'_, G> {
-    type Output = Vec<Vector>;
+impl<S: FluidSpace, G: Geometry<S>> TermsPass for WallForces<'_, G, S> {
+    type Output = Vec<S::Vector>;
 
-    fn call<T: PairTerms>(self) -> Vec<Vector> {
+    fn call<T: PairTerms>(self) -> Vec<S::Vector> {
         let fields = self.fields;
         let Scene { model, lists, fluid, .. } = fields.scene;
         let walls = &model.walls;
-        let mut forces: PerWall = sph::sums::ordered_sum(fluid.len(), |i| {
+        let mut forces: PerWall<S> = sph::sums::ordered_sum(fluid.len(), |i| {
             // Most particles are near no wall, and few near more than one.
             let mut near: Vec<u32> = Vec::new();
             for w in lists.walls.neighbours(i) {
@@ -61,7 +66,7 @@ impl<G: Geometry> TermsPass for WallForces<'_, G> {
                     near.push(walls.wall[w]);
                 }
             }
-            let mut forces = PerWall::default();
+            let mut forces = PerWall::<S>::default();
             for wall in near {
                 let kernel = WallForce { fields, terms: PhantomData::<T>, i, wall };
                 let divergence = model.arithmetic.run(kernel);
@@ -70,25 +75,25 @@ impl<G: Geometry> TermsPass for WallForces<'_, G> {
             }
             forces
         });
-        forces.0.resize(walls.names.len(), Vector::zeros());
+        forces.0.resize(walls.names.len(), S::Vector::zeros());
         forces.0
     }
 }
 
 /// Force on each wall \[N/m\]; zero on those beyond the end.
 #[derive(Debug, Default)]
-struct PerWall(Vec<Vector>);
+struct PerWall<S: FluidSpace>(Vec<S::Vector>);
 
-impl PerWall {
-    fn of(&mut self, wall: usize) -> &mut Vector {
+impl<S: FluidSpace> PerWall<S> {
+    fn of(&mut self, wall: usize) -> &mut S::Vector {
         if self.0.len() <= wall {
-            self.0.resize(wall + 1, Vector::zeros());
+            self.0.resize(wall + 1, S::Vector::zeros());
         }
         &mut self.0[wall]
     }
 }
 
-impl AddAssign for PerWall {
+impl<S: FluidSpace> AddAssign for PerWall<S> {
     fn add_assign(&mut self, other: Self) {
         for (wall, force) in other.0.into_iter().enumerate() {
             *self.of(wall) += force;
@@ -97,21 +102,21 @@ impl AddAssign for PerWall {
 }
 
 /// Σ V_w [...]·∇W of particle `i` over one wall \[Pa/m\].
-struct WallForce<'a, G, T> {
-    fields: &'a StageFields<'a, G>,
+struct WallForce<'a, G, S: FluidSpace, T> {
+    fields: &'a StageFields<'a, G, S>,
     terms: PhantomData<T>,
     i: usize,
     wall: u32,
 }
 
-impl<G: Geometry, T: PairTerms> LanePass for WallForce<'_, G, T> {
-    type Output = Vector;
+impl<S: FluidSpace, G: Geometry<S>, T: PairTerms> LanePass for WallForce<'_, G, S, T> {
+    type Output = S::Vector;
 
     #[inline(always)]
-    fn run<L: Lanes>(self) -> Vector {
+    fn run<L: Lanes>(self) -> S::Vector {
         let mut own = self.fields.own::<L, T>(self.i);
         own.pressure = own.pressure + L::splat(self.fields.damper(self.i));
-        let law = LawLanes::new(&self.fields.scene.model.law);
+        let law = LawLanes::new(self.fields.scene.model);
         self.fields.wall_sums::<L, T>(&law, self.i, &own, Some(self.wall)).total().stress_divergence
     }
 }

@@ -4,11 +4,11 @@ use sph::kernel::{CubicSpline, PairKernel};
 use sph::lanes::Arithmetic;
 use sph::laws::repulsion::Repulsion;
 use sph::prescribed::body_force::BodyForceField;
-use sph::setup::{FluidParticles, FluidSetup, GradientCorrection, ViscousForm};
-use sph::space::{Plane, Vector};
+use sph::setup::{FluidParticles, FluidProbe, FluidProbeKind, FluidSetup, GradientCorrection, ViscousForm};
+use sph::space::{Plane, Space, Vector};
 
 use super::list_limits::skins;
-use super::model::{FluidModel, PairLaw, Viscosity};
+use super::model::{FluidModel, PairLaw, Probe, Segment, Viscosity};
 use super::setup_errors::setup_errors;
 use super::state::FluidState;
 use super::thresholds::Thresholds;
@@ -18,7 +18,10 @@ use super::walls::WallModel;
 ///
 /// # Errors
 /// Everything in the set-up that can not be run.
-pub fn build(setup: FluidSetup, arithmetic: Arithmetic) -> Result<(FluidModel, FluidState), Vec<String>> {
+pub fn build(
+    setup: FluidSetup,
+    arithmetic: Arithmetic,
+) -> Result<(FluidModel<Plane>, FluidState<Plane>), Vec<String>> {
     let mut errors = setup_errors(&setup);
     if !errors.is_empty() {
         return Err(errors);
@@ -32,7 +35,7 @@ pub fn build(setup: FluidSetup, arithmetic: Arithmetic) -> Result<(FluidModel, F
         GradientCorrection::LatticeMoment | GradientCorrection::Continuity => (lattice_scale, lattice_scale),
         GradientCorrection::Renormalised => (1.0, lattice_scale),
     };
-    let mass = constants.rest_density * constants.particle_spacing.powi(2);
+    let mass = constants.rest_density * Plane::cell_volume(constants.particle_spacing);
     let walls = WallModel::new(
         &setup.walls,
         &setup.wall_particles,
@@ -77,7 +80,7 @@ pub fn build(setup: FluidSetup, arithmetic: Arithmetic) -> Result<(FluidModel, F
         damping: setup.damping,
         regions: setup.regions,
         walls,
-        probes: setup.probes,
+        probes: setup.probes.into_iter().map(prepared).collect(),
         outflow: setup.outflow,
         wall_repulsion: Repulsion::new(
             constants.wall_repulsion,
@@ -99,8 +102,22 @@ pub fn build(setup: FluidSetup, arithmetic: Arithmetic) -> Result<(FluidModel, F
     Ok((model, state))
 }
 
+/// `probe` with the geometry that its evaluation needs.
+fn prepared(probe: FluidProbe) -> Probe<Plane> {
+    match probe.kind {
+        FluidProbeKind::Point(x) => Probe::Point(x),
+        FluidProbeKind::FlowRate(from, to) => {
+            let length = (to - from).norm();
+            let along = (to - from) / length;
+            let normal = Vector::new(along.y, -along.x);
+            Probe::FlowRate(Segment { middle: 0.5 * (from + to), along, normal, length })
+        }
+        kind => Probe::Plain(kind),
+    }
+}
+
 /// The state at `time` \[s\], before any stage has been evaluated.
-fn first_state(model: &FluidModel, particles: FluidParticles, time: f64) -> FluidState {
+fn first_state(model: &FluidModel<Plane>, particles: FluidParticles, time: f64) -> FluidState<Plane> {
     let FluidParticles { id, region, mass, position, velocity, density } = particles;
     let body_force = model.body_force.at(time);
     // No stage has been evaluated yet: the body force stands in for the acceleration.

@@ -16,9 +16,11 @@ const LARGEST_DISPLACEMENT: f64 = 0.5;
 /// Largest move in a stage for which `Lists::near_walls` hold, in particle spacings.
 pub const LARGEST_STAGE_MOVE: f64 = 0.1;
 
-/// Half-width of the plane of a wall particle that counts as wall, in particle spacings: half the distance to the next
-/// particle of the layer, and a little more for curved layers.
-pub const PLANE_HALF_WIDTH: f64 = 0.55;
+sph::constants! {
+    /// Half the distance to the next particle of the layer, and a little more for curved layers.
+    pub const PLANE_HALF_WIDTH: f64 = 0.55, "walls.half_width",
+        "half-width of the plane of a wall particle that counts as wall, in spacings [-]";
+}
 
 /// Skins that lists can have.
 #[derive(Clone, Copy, Debug)]

@@ -8,17 +8,17 @@ use sph::laws::equation_of_state::Tait;
 use sph::laws::repulsion::Repulsion;
 use sph::prescribed::body_force::BodyForceField;
 use sph::setup::{
-    Coupling, Damping, DensityDiffusion, FluidParameters, FluidProbe, FluidScheme, GradientCorrection,
+    Coupling, Damping, DensityDiffusion, FluidParameters, FluidProbeKind, FluidScheme, GradientCorrection,
     OrderControl, Outflow,
 };
+use sph::space::Space;
 use sph::space::domain::Domain;
-use sph::space::{Plane, Space};
 
 use super::walls::WallModel;
 
 /// Constants of a run.
 #[derive(Clone, Debug)]
-pub struct FluidModel<S: Space = Plane> {
+pub struct FluidModel<S: Space> {
     /// Box and periodic directions.
     pub domain: Domain<S>,
     /// Constants of the fluid.
@@ -58,7 +58,7 @@ pub struct FluidModel<S: Space = Plane> {
     /// Walls.
     pub walls: WallModel<S>,
     /// Probes.
-    pub probes: Vec<FluidProbe>,
+    pub probes: Vec<Probe<S>>,
     /// Open sides.
     pub outflow: Outflow,
     /// Escaped particles allowed.
@@ -73,6 +73,30 @@ pub struct FluidModel<S: Space = Plane> {
     pub coupling: Option<Coupling>,
     /// Id of the first wall particle in snapshots: one beyond the fluid's largest.
     pub first_wall_id: u32,
+}
+
+/// A probe.
+#[derive(Clone, Debug)]
+pub enum Probe<S: Space> {
+    /// Means at a point \[m\].
+    Point(S::Vector),
+    /// Volume flux through a segment.
+    FlowRate(Segment<S>),
+    /// All others.
+    Plain(FluidProbeKind),
+}
+
+/// A segment of a line.
+#[derive(Clone, Copy, Debug)]
+pub struct Segment<S: Space> {
+    /// Its middle \[m\].
+    pub middle: S::Vector,
+    /// Unit vector along it.
+    pub along: S::Vector,
+    /// Unit vector across it, along which a flux is positive.
+    pub normal: S::Vector,
+    /// Length \[m\].
+    pub length: f64,
 }
 
 /// Form of viscosity in Eq. (22).

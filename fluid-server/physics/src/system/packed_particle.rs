@@ -53,17 +53,17 @@ pub trait Packed<S: Space>: Copy + Debug + Default + PartialEq + Send + Sync + '
 
 /// Results of the gradient pass as neighbours read them.
 pub trait NeighbourFields<S: Space>: Copy + Debug + Default + Send + Sync + 'static {
-    /// Pressure q of the acoustic damper \[Pa\], surface flag \[-\], ∇ρ of Eq. (20) \[kg/m⁴\].
-    fn new(damper: f64, flag: f64, density_gradient: S::Of<f64>) -> Self;
+    /// Pressure q of the acoustic damper \[Pa\], smallest eigenvalue of the moment matrix \[-\], ∇ρ of Eq. (20) \[kg/m⁴\].
+    fn new(damper: f64, eigenvalue: f64, density_gradient: S::Of<f64>) -> Self;
 
-    /// Those of four particles: damper, flag and ∇ρ.
+    /// Those of four particles: damper, eigenvalue and ∇ρ.
     fn lanes<L: Lanes>(fields: [&Self; WIDTH]) -> (L, L, S::Of<L>);
 
     /// Pressure q of the acoustic damper \[Pa\].
     fn damper(&self) -> f64;
 
-    /// Surface flag \[-\].
-    fn flag(&self) -> f64;
+    /// Smallest eigenvalue of the moment matrix \[-\]; 0 without particle regularisation.
+    fn eigenvalue(&self) -> f64;
 
     /// ∇ρ of Eq. (20) \[kg/m⁴\].
     fn density_gradient(&self) -> S::Of<f64>;
@@ -161,14 +161,14 @@ impl Packed<Plane> for PackedParticle {
 
 impl NeighbourFields<Plane> for [f64; 4] {
     #[inline(always)]
-    fn new(damper: f64, flag: f64, [g_x, g_y]: [f64; 2]) -> Self {
-        [damper, flag, g_x, g_y]
+    fn new(damper: f64, eigenvalue: f64, [g_x, g_y]: [f64; 2]) -> Self {
+        [damper, eigenvalue, g_x, g_y]
     }
 
     #[inline(always)]
     fn lanes<L: Lanes>([a, b, c, d]: [&Self; WIDTH]) -> (L, L, [L; 2]) {
-        let [damper, flag, g_x, g_y] = L::columns([a, b, c, d]);
-        (damper, flag, [g_x, g_y])
+        let [damper, eigenvalue, g_x, g_y] = L::columns([a, b, c, d]);
+        (damper, eigenvalue, [g_x, g_y])
     }
 
     #[inline(always)]
@@ -177,7 +177,7 @@ impl NeighbourFields<Plane> for [f64; 4] {
     }
 
     #[inline(always)]
-    fn flag(&self) -> f64 {
+    fn eigenvalue(&self) -> f64 {
         self[1]
     }
 

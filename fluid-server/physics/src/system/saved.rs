@@ -1,7 +1,8 @@
 //! The checkpoint form of the state: named arrays.
 
 use sph::coupling::saved::{RestoreError, SavedState};
-use sph::space::Vector;
+use sph::space::Space;
+use sph::space::components::Components;
 
 use super::list_limits::{Skins, skins};
 use super::model::FluidModel;
@@ -10,7 +11,7 @@ use super::state::{FluidState, ListOrigin};
 /// Figures of the interface for reports: see `FluidInterface::history`.
 pub const INTERFACE: &str = "fluid.interface";
 
-impl FluidState {
+impl<S: Space> FluidState<S> {
     /// Saves all of it.
     pub fn save(&self, saved: &mut SavedState) {
         let Self {
@@ -29,19 +30,20 @@ impl FluidState {
         saved.put_u32("fluid.id", id.iter().copied());
         saved.put_u32("fluid.region", region.iter().copied());
         saved.put_f64("fluid.mass", mass.iter().copied());
-        saved.put_vectors("fluid.position", position);
-        saved.put_vectors("fluid.velocity", velocity);
+        saved.put_quantities("fluid.position", position);
+        saved.put_quantities("fluid.velocity", velocity);
         saved.put_f64("fluid.density", density.iter().copied());
         saved.put_f64("fluid.list_skin", [self.list_skin]);
         if let Some(origin) = list_origin {
             saved.put_f64("fluid.list_origin.time", [origin.time]);
-            saved.put_vectors("fluid.list_origin.position", &origin.position);
+            saved.put_quantities("fluid.list_origin.position", &origin.position);
         }
-        let (removed, angular) = (self.removed_momentum, self.removed_angular_momentum);
-        let last_step = [removed.x, removed.y, angular, self.largest_acceleration, self.density_age];
+        let mut last_step = self.removed_momentum.row().as_ref().to_vec();
+        last_step.extend_from_slice(self.removed_angular_momentum.row().as_ref());
+        last_step.extend([self.largest_acceleration, self.density_age]);
         saved.put_f64("fluid.last_step", last_step);
         saved.put_f64("fluid.density_rate", density_rate.iter().copied());
-        saved.put_vectors("fluid.acceleration", acceleration);
+        saved.put_quantities("fluid.acceleration", acceleration);
         if !relaxation.is_empty() {
             saved.put_f64("fluid.relaxation", relaxation.iter().copied());
         }
@@ -52,7 +54,7 @@ impl FluidState {
     ///
     /// # Errors
     /// When arrays do not fit each other or the model.
-    pub fn restored(model: &FluidModel, saved: &SavedState) -> Result<Self, RestoreError> {
+    pub fn restored(model: &FluidModel<S>, saved: &SavedState) -> Result<Self, RestoreError> {
         let id = saved.u32s("fluid.id", None)?;
         let n = id.len();
         let mut sorted = id.to_vec();
@@ -79,7 +81,7 @@ impl FluidState {
         let list_origin = match saved.has("fluid.list_origin.time") {
             true => {
                 let [time] = saved.numbers("fluid.list_origin.time")?;
-                Some(ListOrigin { time, position: saved.vectors("fluid.list_origin.position", n)? })
+                Some(ListOrigin { time, position: saved.quantities("fluid.list_origin.position", n)? })
             }
             false => None,
         };
@@ -89,8 +91,11 @@ impl FluidState {
             let problem = format!("holds {list_skin} m, must lie between {thinnest} and {thickest} m");
             return Err(RestoreError::new("fluid.list_skin", problem));
         }
-        let [removed_x, removed_y, removed_angular_momentum, largest_acceleration, density_age] =
-            saved.numbers("fluid.last_step")?;
+        let removed_numbers = S::DIMENSIONS + S::Spin::COUNT;
+        let last_step = saved.f64s("fluid.last_step", Some(removed_numbers + 2))?;
+        let (momentum, angular_momentum) = last_step[..removed_numbers].split_at(S::DIMENSIONS);
+        let (largest_acceleration, density_age) =
+            (last_step[removed_numbers], last_step[removed_numbers + 1]);
         if density_age < 0.0 {
             return Err(RestoreError::new(
                 "fluid.last_step",
@@ -107,16 +112,16 @@ impl FluidState {
             id: id.to_vec(),
             region: region.to_vec(),
             mass: positive("fluid.mass")?,
-            position: saved.vectors("fluid.position", n)?,
-            velocity: saved.vectors("fluid.velocity", n)?,
+            position: saved.quantities("fluid.position", n)?,
+            velocity: saved.quantities("fluid.velocity", n)?,
             density: positive("fluid.density")?,
             list_origin,
             list_skin,
-            removed_momentum: Vector::new(removed_x, removed_y),
-            removed_angular_momentum,
+            removed_momentum: S::Vector::of_row(momentum).unwrap_or_default(),
+            removed_angular_momentum: S::Spin::of_row(angular_momentum).unwrap_or_default(),
             largest_acceleration,
             density_rate: saved.f64s("fluid.density_rate", Some(kept))?.to_vec(),
-            acceleration: saved.vectors("fluid.acceleration", kept)?,
+            acceleration: saved.quantities("fluid.acceleration", kept)?,
             density_age,
             relaxation,
             escaped,

@@ -2,9 +2,9 @@
 
 use rayon::prelude::*;
 use sph::laws::equation_of_state::Tait;
+use sph::space::Space;
 use sph::space::domain::Domain;
 use sph::space::tensors::SpaceVector;
-use sph::space::{Plane, Space};
 
 use super::tasks::TASK;
 
@@ -12,7 +12,7 @@ use super::tasks::TASK;
 ///
 /// The order of the particles is part of the state: it decides the order of every sum.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct FluidState<S: Space = Plane> {
+pub struct FluidState<S: Space> {
     /// Identity of each particle.
     pub id: Vec<u32>,
     /// Region of each particle.
@@ -53,7 +53,7 @@ pub struct FluidState<S: Space = Plane> {
 
 /// The input that determines content and order of the neighbour lists.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct ListOrigin<S: Space = Plane> {
+pub struct ListOrigin<S: Space> {
     /// Time to which moving walls belong \[s\].
     pub time: f64,
     /// Positions of the fluid \[m\].
@@ -62,7 +62,7 @@ pub struct ListOrigin<S: Space = Plane> {
 
 /// The state at the start of a step, from which both stages of Eq. (30)-(31) advance; empty with leapfrog.
 #[derive(Clone, Debug, Default)]
-pub struct StepStart<S: Space = Plane> {
+pub struct StepStart<S: Space> {
     /// Position \[m\].
     pub position: Vec<S::Vector>,
     /// Velocity \[m/s\].

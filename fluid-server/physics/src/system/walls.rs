@@ -4,23 +4,25 @@ use sph::neighbours::CellGrid;
 use sph::prescribed::motion::{MotionState, RigidMotion};
 use sph::setup::{WallCondition, WallParticles, WallSetup};
 use sph::space::domain::Domain;
+use sph::space::tensors::SpaceVector;
 use sph::space::{Plane, Space, Vector};
 
-/// Heights over a wall particle, along its normal, at which another one stands in front of it, in particle spacings.
-const IN_FRONT: std::ops::Range<f64> = 0.5..1.5;
-
-/// Largest tangential distance of such a particle, in particle spacings.
-const IN_FRONT_WIDTH: f64 = 0.6;
-
-/// Distance within which such particles are sought, in particle spacings.
-const IN_FRONT_RADIUS: f64 = 2.0;
+sph::constants! {
+    const IN_FRONT_WIDTH: f64 = 0.6, "walls.in_front_width",
+        "largest tangential distance of a wall particle that stands in front of another, in spacings [-]";
+    const IN_FRONT_RADIUS: f64 = 2.0, "walls.in_front_radius",
+        "distance within which such particles are sought, in spacings [-]";
+    const LOWEST_IN_FRONT: f64 = 0.5, "walls.in_front_lowest",
+        "least height over a wall particle, along its normal, at which another stands in front of it, in spacings [-]";
+    const HIGHEST_IN_FRONT: f64 = 1.5, "walls.in_front_highest", "largest such height, in spacings [-]";
+}
 
 /// Length below which a sum of unit normals has no direction \[-\].
 const NO_DIRECTION: f64 = 1e-6;
 
 /// Constants of the walls.
 #[derive(Clone, Debug)]
-pub struct WallModel<S: Space = Plane> {
+pub struct WallModel<S: Space> {
     /// Name of each wall.
     pub names: Vec<String>,
     /// Wall of each particle.
@@ -32,13 +34,13 @@ pub struct WallModel<S: Space = Plane> {
     /// Whether a particle lies at the face, with no other wall particle in front of it.
     pub first_layer: Vec<bool>,
     start: Vec<S::Vector>,
-    /// Unit normal of the mirror in Eq. (27); zero where both components are reversed.
+    /// Unit normal of the mirror in Eq. (27); zero where all components are reversed.
     mirror_normal: Vec<S::Vector>,
-    motion: Vec<Option<RigidMotion>>,
+    motion: Vec<Option<RigidMotion<S>>>,
     release_time: Vec<Option<f64>>,
 }
 
-impl WallModel {
+impl WallModel<Plane> {
     /// The walls of a set-up whose indices are in range; `mass` per depth of a particle \[kg/m\].
     ///
     /// # Errors
@@ -66,18 +68,20 @@ impl WallModel {
         let mirror_normal = (0..particles.position.len())
             .map(|w| if slips(w) { particles.normal[w] } else { Vector::zeros() })
             .collect();
-        let face_normal = face_normals(particles, support_radius, domain);
-        Ok(Self {
+        let mut model = Self {
             names: walls.iter().map(|wall| wall.name.clone()).collect(),
             wall: particles.wall.clone(),
             mass,
-            first_layer: first_layers(particles, &face_normal, particle_spacing, domain),
-            face_normal,
+            first_layer: Vec::new(),
+            face_normal: Vec::new(),
             start: particles.position.clone(),
             mirror_normal,
             motion,
             release_time: walls.iter().map(|wall| wall.release_time).collect(),
-        })
+        };
+        model.face_normal = model.face_normals(&particles.normal, support_radius, domain);
+        model.first_layer = model.first_layers(particle_spacing, domain);
+        Ok(model)
     }
 }
 
@@ -96,11 +100,9 @@ impl<S: Space> WallModel<S> {
     pub fn acts(&self, wall: u32, time: f64) -> bool {
         self.release_time[wall as usize].is_none_or(|release| time < release)
     }
-}
 
-impl WallModel {
     /// Motion of each wall at `time` \[s\], `None` for a wall at rest; nothing where no wall moves.
-    pub fn motions_at(&self, time: f64) -> Vec<Option<MotionState>> {
+    pub fn motions_at(&self, time: f64) -> Vec<Option<MotionState<S>>> {
         if !self.moves() {
             return Vec::new();
         }
@@ -108,75 +110,68 @@ impl WallModel {
     }
 
     /// Position \[m\] and face normal of particle `w` while the walls are as `motions` say.
-    pub fn placed(&self, w: usize, motions: &[Option<MotionState>]) -> (Vector, Vector) {
+    pub fn placed(&self, w: usize, motions: &[Option<MotionState<S>>]) -> (S::Vector, S::Vector) {
         match motions.get(self.wall[w] as usize) {
             None | Some(None) => (self.start[w], self.face_normal[w]),
             Some(Some(motion)) => (motion.position(&self.start[w]), motion.rotate(&self.face_normal[w])),
         }
     }
-}
 
-/// Given normals; where faces meet, the mean direction of the normals nearby on the same wall.
-fn face_normals(particles: &WallParticles, support_radius: f64, domain: &Domain) -> Vec<Vector> {
-    let mean_nearby = |w: usize| -> Vector {
-        let near = |v: &usize| {
-            particles.wall[*v] == particles.wall[w]
-                && domain.separation(&particles.position[w], &particles.position[*v]).norm() < support_radius
+    /// The normals `given`; where faces meet, the mean direction of those nearby on the same wall.
+    fn face_normals(&self, given: &[S::Vector], support_radius: f64, domain: &Domain<S>) -> Vec<S::Vector> {
+        let Self { wall, start, .. } = self;
+        let mean_nearby = |w: usize| -> S::Vector {
+            let near = |v: &usize| {
+                wall[*v] == wall[w] && domain.separation(&start[w], &start[*v]).norm() < support_radius
+            };
+            (0..wall.len()).filter(near).map(|v| given[v]).sum()
         };
-        (0..particles.wall.len()).filter(near).map(|v| particles.normal[v]).sum()
-    };
-    let given = |w: usize| {
-        let normal = particles.normal[w];
-        if normal.norm_squared() > 0.0 { normal } else { mean_nearby(w) }
-    };
-    (0..particles.wall.len())
-        .map(|w| given(w).try_normalize(NO_DIRECTION).unwrap_or_else(Vector::zeros))
-        .collect()
-}
+        let normal = |w: usize| if given[w].norm_squared() > 0.0 { given[w] } else { mean_nearby(w) };
+        (0..wall.len())
+            .map(|w| normal(w).try_normalize(NO_DIRECTION).unwrap_or_else(S::Vector::zeros))
+            .collect()
+    }
 
-/// Whether no wall particle stands in front of each one.
-fn first_layers(
-    particles: &WallParticles,
-    face_normal: &[Vector],
-    particle_spacing: f64,
-    domain: &Domain,
-) -> Vec<bool> {
-    let positions = &particles.position;
-    let radius = IN_FRONT_RADIUS * particle_spacing;
-    let list = CellGrid::new(domain, positions, radius).list_among(domain, positions, radius);
-    let stands_before = |w: usize, v: usize| {
-        let d = domain.separation(&positions[v], &positions[w]) / particle_spacing;
-        let height = d.dot(&face_normal[w]);
-        IN_FRONT.contains(&height) && (d - face_normal[w] * height).norm() < IN_FRONT_WIDTH
-    };
-    let is_first = |w: usize| {
-        face_normal[w].norm_squared() > 0.0 && !list.of(w).iter().any(|v| stands_before(w, *v as usize))
-    };
-    (0..positions.len()).map(is_first).collect()
+    /// Whether no wall particle stands in front of each one.
+    fn first_layers(&self, particle_spacing: f64, domain: &Domain<S>) -> Vec<bool> {
+        let Self { start, face_normal, .. } = self;
+        let radius = IN_FRONT_RADIUS * particle_spacing;
+        let list = CellGrid::new(domain, start, radius).list_among(domain, start, radius);
+        let stands_before = |w: usize, v: usize| {
+            let d = domain.separation(&start[v], &start[w]) / particle_spacing;
+            let height = d.dot(&face_normal[w]);
+            (LOWEST_IN_FRONT..HIGHEST_IN_FRONT).contains(&height)
+                && (d - face_normal[w] * height).norm() < IN_FRONT_WIDTH
+        };
+        let is_first = |w: usize| {
+            face_normal[w].norm_squared() > 0.0 && !list.of(w).iter().any(|v| stands_before(w, *v as usize))
+        };
+        (0..start.len()).map(is_first).collect()
+    }
 }
 
 /// Kinematics of the wall particles at one time.
 #[derive(Clone, Debug, Default)]
-pub struct WallField<S: Space = Plane> {
+pub struct WallField<S: Space> {
     /// Position \[m\].
     pub position: Vec<S::Vector>,
     /// Velocity \[m/s\].
     pub velocity: Vec<S::Vector>,
     /// Acceleration \[m/s²\].
     pub acceleration: Vec<S::Vector>,
-    /// Normal of the mirror in Eq. (27), zero where both components are reversed.
+    /// Normal of the mirror in Eq. (27), zero where all components are reversed.
     pub mirror_normal: Vec<S::Vector>,
     /// Unit normal of the face into the fluid.
     pub face_normal: Vec<S::Vector>,
 }
 
-impl WallField {
+impl<S: Space> WallField<S> {
     /// Places the walls as they are at `time` \[s\].
-    pub fn place(&mut self, walls: &WallModel, domain: &Domain, time: f64) {
+    pub fn place(&mut self, walls: &WallModel<S>, domain: &Domain<S>, time: f64) {
         if self.position.len() != walls.len() {
             self.position = walls.start.iter().map(|x| domain.wrapped(x)).collect();
-            self.velocity = vec![Vector::zeros(); walls.len()];
-            self.acceleration = vec![Vector::zeros(); walls.len()];
+            self.velocity = vec![S::Vector::zeros(); walls.len()];
+            self.acceleration = vec![S::Vector::zeros(); walls.len()];
             self.mirror_normal.clone_from(&walls.mirror_normal);
             self.face_normal.clone_from(&walls.face_normal);
         }

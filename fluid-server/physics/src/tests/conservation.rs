@@ -24,14 +24,18 @@ fn force_sums(solver: &FluidSolver) -> (Vector, f64, f64) {
 #[test]
 fn internal_forces_cancel_for_every_variant() {
     for (correction, diffusion) in variants() {
-        for (viscosity, form) in
-            [(0.0, ViscousForm::Pairwise), (5.0, ViscousForm::Pairwise), (5.0, ViscousForm::Stress)]
-        {
+        for (viscosity, form, artificial_pressure) in [
+            (0.0, ViscousForm::Pairwise, 0.0),
+            (5.0, ViscousForm::Pairwise, 0.0),
+            (5.0, ViscousForm::Stress, 0.3),
+            (0.0, ViscousForm::Pairwise, 0.3),
+        ] {
             for seed in SEEDS {
                 let mut setup = random_patch(seed);
                 setup.parameters.correction = correction;
                 setup.parameters.dynamic_viscosity = viscosity;
                 setup.parameters.viscous_form = form;
+                setup.parameters.artificial_pressure = artificial_pressure;
                 setup.parameters.density_diffusion = diffusion;
                 let mut solver = solver(setup);
                 evaluate(&mut solver);

@@ -42,7 +42,7 @@ fn coupled(law: InterfaceLaw, correction: GradientCorrection, diffusion: Density
 
 /// Four layers of a solid with some stress.
 fn solid() -> InterfaceStates {
-    let mut states = InterfaceStates::default();
+    let mut states = <InterfaceStates>::default();
     let mut noise = Noise(9);
     for row in 0..12 {
         for column in 0..4 {
@@ -71,7 +71,7 @@ fn extent() -> Extent {
 
 /// The states of `states` for which `keep` says so.
 fn part(states: &InterfaceStates, keep: impl Fn(usize) -> bool) -> InterfaceStates {
-    let mut part = InterfaceStates::default();
+    let mut part = <InterfaceStates>::default();
     for i in (0..states.len()).filter(|i| keep(*i)) {
         part.id.push(states.id[i]);
         part.group.push(states.group[i]);
@@ -114,7 +114,7 @@ fn the_interface_holds_all_within_reach_in_id_order() {
     solver.begin_stage(&time).unwrap();
     let mut columns = StateColumns::default();
     let version = solver.interface(&extent(), REACH, &mut columns);
-    let own = InterfaceStates::from(&columns);
+    let own = <InterfaceStates>::from(&columns);
     assert!(own.id.is_sorted_by(|a, b| a < b));
     let near = |x: &Vector| x.x > 0.45 - REACH;
     let expected = solver.state.position.iter().filter(|x| near(x)).count();
@@ -122,7 +122,7 @@ fn the_interface_holds_all_within_reach_in_id_order() {
     assert!(expected > 15 && own.position.iter().all(near));
     assert_eq!(solver.interface(&extent(), REACH, &mut columns), version, "the same set keeps its version");
     assert_ne!(solver.interface(&extent(), 2.0 * REACH, &mut columns), version);
-    let own = InterfaceStates::from(&columns);
+    let own = <InterfaceStates>::from(&columns);
     for (k, id) in own.id.iter().enumerate() {
         let i = solver.state.id.iter().position(|other| other == id).unwrap();
         assert_eq!(own.position[k], solver.state.position[i]);
@@ -179,7 +179,7 @@ fn budgets_close_and_both_sides_agree_for_every_law() {
             solver.begin_stage(&time).unwrap();
             let mut columns = StateColumns::default();
             solver.interface(&extent(), REACH, &mut columns);
-            let own = InterfaceStates::from(&columns);
+            let own = <InterfaceStates>::from(&columns);
             solver.evaluate_own(&time);
             solver.evaluate_cross(&time, &columns, &(&partner).into());
             let budgets = solver.advance(&time).unwrap();

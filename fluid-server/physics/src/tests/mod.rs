@@ -1,6 +1,7 @@
 //! Laws of the fluid, tested on whole solvers.
 
 mod arithmetic;
+mod artificial_pressure;
 mod conservation;
 mod coupling;
 mod damper;

@@ -2,7 +2,8 @@
 
 use sph::coupling::ledger::{Account, Accounts, AngularBudget, StageBudget, axial, lifted};
 use sph::coupling::stage::{Stage, StageTime};
-use sph::space::{Plane, Vector};
+use sph::space::Space;
+use sph::space::tensors::SpaceVector;
 
 use super::momentum_budget::{AngularBudgetSums, MomentumBudget};
 use super::movement::{MotionSlices, Movement, StageSlices, Step};
@@ -11,6 +12,7 @@ use super::stage_relaxation::StageRelaxation;
 use super::state_scan::StateScan;
 use crate::rates::particle_rates::{ExternalForces, StagePart};
 use crate::system::model::FluidModel;
+use crate::system::packed_particle::FluidSpace;
 use crate::system::state::FluidState;
 use crate::system::tasks::{for_each_task, per_task};
 
@@ -30,11 +32,12 @@ use crate::system::tasks::{for_each_task, per_task};
 /// xⁿ⁺¹   = xⁿ + Δt/2 (vⁿ + vⁿ⁺¹) + Δt δu
 /// ρⁿ⁺¹   = ρⁿ⁺¹ᐟ² + Δt D + Δt/2 R(xⁿ, vⁿ)
 /// ```
-/// q of the acoustic relaxation follows ρ, as [`StageRelaxation`] says. The last line serves outputs and the other sums at the step boundary: the next step subtracts its part of R again.
-pub fn advance(
-    model: &FluidModel,
-    state: &mut FluidState,
-    workspace: &mut Workspace,
+/// q of the acoustic relaxation follows ρ, as [`StageRelaxation`] says. The last line serves outputs and the other sums at
+/// the step boundary: the next step subtracts its part of R again.
+pub fn advance<S: FluidSpace>(
+    model: &FluidModel<S>,
+    state: &mut FluidState<S>,
+    workspace: &mut Workspace<S>,
     time: &StageTime,
 ) -> StageBudget {
     let Workspace {
@@ -88,12 +91,12 @@ pub fn advance(
     };
     let scan = StateScan::new(model, list_origin.as_ref());
     if step.relaxation.is_some() {
-        move_particles::<true>(model, &step, &scan, slices);
+        move_particles::<S, true>(model, &step, &scan, slices);
     } else {
-        move_particles::<false>(model, &step, &scan, slices);
+        move_particles::<S, false>(model, &step, &scan, slices);
     }
     *current = true;
-    let (mut total, mut forces) = (MomentumBudget::default(), ExternalForces::default());
+    let (mut total, mut forces) = (MomentumBudget::<S>::default(), ExternalForces::<S>::default());
     budget.iter().for_each(|budget| total += *budget);
     *energies = (time.at.stage == Stage::Corrector).then_some(total.energies);
     let interface = interface.as_ref().map(|interface| interface.sums()).unwrap_or_default();
@@ -130,35 +133,40 @@ pub fn advance(
 }
 
 /// Moves all particles.
-fn move_particles<const RELAXES: bool>(
-    model: &FluidModel,
-    step: &Step<'_, Plane>,
-    scan: &StateScan,
-    slices: StageSlices<Plane>,
+fn move_particles<S: FluidSpace, const RELAXES: bool>(
+    model: &FluidModel<S>,
+    step: &Step<'_, S>,
+    scan: &StateScan<'_, S>,
+    slices: StageSlices<'_, S>,
 ) {
     for_each_task(step.mass.len(), slices, &|particles, slices| {
-        model.arithmetic.run(Movement::<_, RELAXES> { step, scan, first: particles.start, slices });
+        model.arithmetic.run(Movement::<S, RELAXES> { step, scan, first: particles.start, slices });
     });
 }
 
 /// Where particle `i` was at the start of the step whose corrector produced `state` \[m\].
 ///
 /// With leapfrog it is found from the step itself, to round-off.
-pub fn start_of_step(state: &FluidState, workspace: &Workspace, time_step: f64, i: usize) -> Vector {
+pub fn start_of_step<S: FluidSpace>(
+    state: &FluidState<S>,
+    workspace: &Workspace<S>,
+    time_step: f64,
+    i: usize,
+) -> S::Vector {
     if workspace.part == StagePart::Whole {
         return workspace.base.position[i];
     }
-    let (x, v, rates) = (&state.position[i], &state.velocity[i], &workspace.rates[i]);
+    let (x, v, rates) = (state.position[i], state.velocity[i], &workspace.rates[i]);
     let mean_velocity = v - rates.acceleration * (0.5 * time_step);
     x - (mean_velocity + rates.shift) * time_step
 }
 
 /// Enters the torques in `accounts`; returns the change of the angular momentum, of which `removed` \[kg m²/s\] was removed.
-fn angular_budget(
+fn angular_budget<S: Space>(
     accounts: &mut Accounts,
-    budget: &AngularBudgetSums,
-    forces: &ExternalForces,
-    removed: f64,
+    budget: &AngularBudgetSums<S>,
+    forces: &ExternalForces<S>,
+    removed: S::Spin,
     duration: f64,
 ) -> AngularBudget {
     for (account, torque) in [
@@ -175,6 +183,6 @@ fn angular_budget(
     }
     AngularBudget {
         change: axial(budget.change - removed),
-        gross: budget.gross_change + duration * budget.gross_torque + removed.abs(),
+        gross: budget.gross_change + duration * budget.gross_torque + axial(removed).norm(),
     }
 }

@@ -4,8 +4,10 @@ use sph::coupling::solver::Divergence;
 use sph::coupling::stage::StepStage;
 use sph::lanes::{LanePass, Lanes, WIDTH};
 use sph::laws::equation_of_state::LARGEST_COMPRESSION;
+use sph::space::Space;
+use sph::space::components::Components;
 use sph::space::domain::Domain;
-use sph::space::{Plane, Space};
+use sph::space::tensors::SpaceVector;
 
 use crate::system::lane_arrays::{abs, largest, numbers, vectors};
 use crate::system::model::FluidModel;
@@ -27,7 +29,7 @@ pub struct Motion<S: Space, L: Lanes> {
 
 /// Limits of a valid state.
 #[derive(Clone, Copy, Debug)]
-pub struct StateLimits<S: Space = Plane> {
+pub struct StateLimits<S: Space> {
     domain: Domain<S>,
     square_speed: f64,
     densities: [f64; 2],
@@ -178,10 +180,10 @@ impl ScanFindings {
     ///
     /// # Errors
     /// The first particle that breaks a limit.
-    pub fn verdict(
+    pub fn verdict<S: Space>(
         &self,
-        model: &FluidModel,
-        state: &FluidState,
+        model: &FluidModel<S>,
+        state: &FluidState<S>,
         at: StepStage,
     ) -> Result<f64, Box<Divergence>> {
         if self.first_bad == usize::MAX {
@@ -196,7 +198,11 @@ impl ScanFindings {
 ///
 /// # Errors
 /// The first particle that is not.
-pub fn check_state(model: &FluidModel, state: &FluidState, at: StepStage) -> Result<f64, Box<Divergence>> {
+pub fn check_state<S: Space>(
+    model: &FluidModel<S>,
+    state: &FluidState<S>,
+    at: StepStage,
+) -> Result<f64, Box<Divergence>> {
     model.arithmetic.run(CheckPass { limits: StateLimits::of(model), state }).verdict(model, state, at)
 }
 
@@ -222,14 +228,14 @@ impl<S: Space> LanePass for CheckPass<'_, S> {
 }
 
 /// The limit that particle `i` breaks.
-fn diagnosis(model: &FluidModel, state: &FluidState, at: StepStage, i: usize) -> Divergence {
+fn diagnosis<S: Space>(model: &FluidModel<S>, state: &FluidState<S>, at: StepStage, i: usize) -> Divergence {
     let (x, v, density) = (state.position[i], state.velocity[i], state.density[i]);
     let (rest, c0) = (model.constants.rest_density, model.constants.sound_speed);
     let step = "a smaller time step or a smaller step factor usually cures this";
-    let (quantity, value, allowed, hint) = if !(x.x.is_finite() && x.y.is_finite()) {
-        let value = if x.x.is_finite() { x.y } else { x.x };
+    let not_finite = |v: S::Vector| v.row().as_ref().iter().copied().find(|c| !c.is_finite());
+    let (quantity, value, allowed, hint) = if let Some(value) = not_finite(x) {
         ("position [m]", value, "a finite number".to_string(), step.to_string())
-    } else if !(v.x.is_finite() && v.y.is_finite()) {
+    } else if not_finite(v).is_some() {
         ("speed [m/s]", v.norm(), "a finite number".to_string(), step.to_string())
     } else if !density.is_finite() {
         ("density [kg/m³]", density, "a finite number".to_string(), step.to_string())
@@ -257,7 +263,7 @@ fn diagnosis(model: &FluidModel, state: &FluidState, at: StepStage, i: usize) ->
     Divergence {
         at,
         particle: Some(state.id[i]),
-        position: Some(x.as_slice().to_vec()),
+        position: Some(x.row().as_ref().to_vec()),
         quantity: quantity.into(),
         value,
         allowed,

@@ -4,13 +4,13 @@ use std::ops::AddAssign;
 
 use sph::coupling::ledger::Energies;
 use sph::lanes::Lanes;
-use sph::space::{Plane, Space};
+use sph::space::Space;
 
 use crate::system::lane_arrays::largest;
 
 /// Forces of a stage and the change of momentum by them, summed over particles.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct MomentumBudget<S: Space = Plane> {
+pub struct MomentumBudget<S: Space> {
     /// Force of the damping \[N/m\].
     pub damping: S::Vector,
     /// Σ m |a| + |p| V/h, the scale of round-off of the forces \[N/m\].
@@ -41,7 +41,7 @@ impl<S: Space> AddAssign for MomentumBudget<S> {
 
 /// Change of angular momentum in a stage, and its causes other than the rates, summed over particles.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct AngularBudgetSums<S: Space = Plane> {
+pub struct AngularBudgetSums<S: Space> {
     /// Σ m [(x − x₀) × v − (xⁿ − x₀) × vⁿ] \[kg m/s\].
     pub change: S::Spin,
     /// Σ m |x − x₀| (|v| + |vⁿ|) \[kg m/s\].

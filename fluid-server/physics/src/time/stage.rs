@@ -19,35 +19,35 @@ use crate::rates::particle_rates::{ExternalForces, Rates, StagePart};
 use crate::rates::rate_pass::StageFields;
 use crate::system::lane_arrays::{numbers, put, vectors};
 use crate::system::model::FluidModel;
-use crate::system::packed_particle::{FluidSpace, PackedParticle};
+use crate::system::packed_particle::FluidSpace;
 use crate::system::state::{FluidState, StepStart};
 use crate::system::tasks::{PerTask, for_each_task, per_task};
 
 /// Everything that follows from model and state.
 #[derive(Debug, Default)]
-pub struct Workspace {
+pub struct Workspace<S: FluidSpace> {
     /// State at the start of the step.
-    pub base: StepStart,
+    pub base: StepStart<S>,
     /// Neighbours.
-    pub lists: Lists,
+    pub lists: Lists<S>,
     /// Fluid as pair sums read it.
-    pub fluid: Vec<PackedParticle>,
+    pub fluid: Vec<S::Particle>,
     /// Whether `fluid` and `findings` are those of the present state.
     pub current: bool,
     /// Walls as pair sums read them.
-    pub walls: WallStates,
+    pub walls: WallStates<S>,
     /// Results of the gradient pass.
-    pub gradients: Gradients,
+    pub gradients: Gradients<S>,
     /// Whether this stage computes them, or keeps those of the stage before.
     computes_gradients: bool,
     /// Part of the rates that this stage computes.
     pub part: StagePart,
     /// Rates of the stage.
-    pub rates: Vec<Rates>,
+    pub rates: Vec<Rates<S>>,
     /// External forces, by task.
-    pub external: Vec<ExternalForces>,
+    pub external: Vec<ExternalForces<S>>,
     /// Momentum budget of the stage, by task.
-    pub budget: Vec<MomentumBudget>,
+    pub budget: Vec<MomentumBudget<S>>,
     /// Findings of the last scan of the particles, by task.
     pub findings: Vec<ScanFindings>,
     /// Energies of the state that ended the last step \[J/m\], unless it has changed since.
@@ -55,12 +55,12 @@ pub struct Workspace {
     /// Largest speed of the stage state \[m/s\].
     pub largest_speed: f64,
     /// The fluid's side of the interface, with a partner.
-    pub interface: Option<FluidInterface>,
+    pub interface: Option<FluidInterface<S>>,
 }
 
-impl Workspace {
+impl<S: FluidSpace> Workspace<S> {
     /// A workspace for a run; it has an interface where the model has a coupling.
-    pub fn new(model: &FluidModel) -> Self {
+    pub fn new(model: &FluidModel<S>) -> Self {
         let interface = |coupling| FluidInterface::new(coupling, &model.domain, &model.body_force);
         Self { interface: model.coupling.as_ref().map(interface), ..Self::default() }
     }
@@ -69,9 +69,9 @@ impl Workspace {
     pub fn bytes(&self) -> usize {
         self.base.bytes()
             + self.lists.bytes()
-            + size_of::<PackedParticle>() * self.fluid.capacity()
+            + size_of::<S::Particle>() * self.fluid.capacity()
             + self.gradients.bytes()
-            + size_of::<Rates>() * self.rates.capacity()
+            + size_of::<Rates<S>>() * self.rates.capacity()
     }
 
     /// Checks the state, places the walls, rebuilds the lists where needed and computes pressures.
@@ -80,8 +80,8 @@ impl Workspace {
     /// When the state is not finite or breaks a limit.
     pub fn begin_stage(
         &mut self,
-        model: &FluidModel,
-        state: &mut FluidState,
+        model: &FluidModel<S>,
+        state: &mut FluidState<S>,
         time: &StageTime,
     ) -> Result<(), Box<Divergence>> {
         self.part = StagePart::of(model, time.at.stage);
@@ -112,9 +112,9 @@ impl Workspace {
     /// Packs every particle for the pair sums and checks it.
     ///
     /// The corrector of leapfrog extrapolates velocities to the middle of the step, vⁿ + Δt/2 aⁿ⁻¹ᐟ².
-    fn pack(&mut self, model: &FluidModel, state: &FluidState, time_step: f64) {
+    fn pack(&mut self, model: &FluidModel<S>, state: &FluidState<S>, time_step: f64) {
         let ahead = (self.part == StagePart::Momentum).then_some(0.5 * time_step);
-        self.fluid.resize(state.len(), PackedParticle::default());
+        self.fluid.resize(state.len(), S::Particle::default());
         let scan = &StateScan::new(model, state.list_origin.as_ref());
         let results = (&mut self.fluid[..], per_task(&mut self.findings, state.len()));
         for_each_task(state.len(), results, &|particles, (packed, PerTask(findings))| {
@@ -134,7 +134,7 @@ impl Workspace {
     }
 
     /// Walls, and the gradient pass over own particles where this stage computes it, at `time` \[s\].
-    pub fn evaluate_own(&mut self, model: &FluidModel, time: f64) {
+    pub fn evaluate_own(&mut self, model: &FluidModel<S>, time: f64) {
         if model.domain.is_periodic() {
             self.own(Periodic::new(&model.domain), model, time);
         } else {
@@ -142,7 +142,7 @@ impl Workspace {
         }
     }
 
-    fn own<G: Geometry>(&mut self, geometry: G, model: &FluidModel, time: f64) {
+    fn own<G: Geometry<S>>(&mut self, geometry: G, model: &FluidModel<S>, time: f64) {
         let Self { lists, fluid, walls, gradients, computes_gradients, interface, rates, .. } = self;
         walls.extrapolate(geometry, model, &lists.fluid_of_walls, fluid, time);
         let scene = Scene { geometry, model, lists, fluid, walls: &walls.particles };
@@ -150,7 +150,7 @@ impl Workspace {
             let partner = if interface.is_some() { Partner::Present } else { Partner::Absent };
             gradients.accumulate(&scene, partner, rates);
         } else {
-            gradients.make_tensors(&scene);
+            gradients.make_tensors(model, fluid);
         }
     }
 
@@ -159,8 +159,8 @@ impl Workspace {
     /// Own sums in list order, then the partner's in id order, added once: the same bits in one process or two.
     pub fn evaluate_cross(
         &mut self,
-        model: &FluidModel,
-        state: &FluidState,
+        model: &FluidModel<S>,
+        state: &FluidState<S>,
         time: f64,
         own: &StateColumns,
         partner: &StateColumns,
@@ -172,11 +172,11 @@ impl Workspace {
         }
     }
 
-    fn complete<G: Geometry>(
+    fn complete<G: Geometry<S>>(
         &mut self,
         geometry: G,
-        model: &FluidModel,
-        state: &FluidState,
+        model: &FluidModel<S>,
+        state: &FluidState<S>,
         time: f64,
         [own, partner]: [&StateColumns; 2],
     ) {
@@ -192,7 +192,10 @@ impl Workspace {
             }
         }
         if *computes_gradients && part == StagePart::Momentum {
-            gradients.make_tensors(&scene);
+            gradients.make_tensors(model, fluid);
+        }
+        if part != StagePart::Density {
+            gradients.find_near_surface(&scene);
         }
         StageFields { scene, state, field: &walls.field, gradients, time, part }.rates(rates, external);
         if let Some(interface) = interface {
@@ -201,10 +204,9 @@ impl Workspace {
     }
 
     /// Walls and gradients of the present state at a step boundary of `time` \[s\], for outputs.
-    pub fn evaluate_outputs(&mut self, model: &FluidModel, time: f64) {
+    pub fn evaluate_outputs(&mut self, model: &FluidModel<S>, time: f64) {
         self.evaluate_own(model, time);
-        let Self { lists, fluid, walls, gradients, .. } = self;
-        gradients.make_tensors(&Scene { geometry: Open, model, lists, fluid, walls: &walls.particles });
+        self.gradients.make_tensors(model, &self.fluid);
     }
 }
 

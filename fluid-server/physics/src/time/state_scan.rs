@@ -2,7 +2,6 @@
 
 use sph::lanes::{Lanes, WIDTH};
 use sph::laws::equation_of_state::Tait;
-use sph::space::Plane;
 use sph::space::geometry::{Geometry, Periodic};
 
 use super::checks::{LaneScanFindings, Motion, StateLimits};
@@ -13,7 +12,7 @@ use crate::system::state::ListOrigin;
 
 /// The scan of one state.
 #[derive(Clone, Copy, Debug)]
-pub struct StateScan<'a, S: FluidSpace = Plane> {
+pub struct StateScan<'a, S: FluidSpace> {
     equation_of_state: Tait,
     limits: StateLimits<S>,
     periodic: Option<Periodic<S>>,

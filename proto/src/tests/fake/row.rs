@@ -76,7 +76,7 @@ impl Row {
         let inside = self
             .extent
             .boxes
-            .arrays()
+            .quantities::<[f64; 4]>()
             .map(|[x0, y0, x1, y1]| (Vector::new(x0, y0), Vector::new(x1, y1)))
             .any(|(lower, upper)| self.states.position.iter().all(|x| *x >= lower && *x <= upper));
         if inside {
@@ -165,7 +165,7 @@ impl Solver for Row {
     fn evaluate_own(&mut self, _: &StageTime) {}
 
     fn evaluate_cross(&mut self, _: &StageTime, own: &StateColumns, partner: &StateColumns) {
-        let (own, partner) = (InterfaceStates::from(own), InterfaceStates::from(partner));
+        let (own, partner) = (<InterfaceStates>::from(own), <InterfaceStates>::from(partner));
         self.sums = InterfaceSums::default();
         self.force.fill(Vector::zeros());
         for i in 0..own.len() {
@@ -244,13 +244,13 @@ impl Solver for Row {
     }
 
     fn save(&self, state: &mut SavedState) {
-        state.put_vectors("position", &self.states.position);
-        state.put_vectors("velocity", &self.states.velocity);
+        state.put_quantities("position", &self.states.position);
+        state.put_quantities("velocity", &self.states.velocity);
     }
 
     fn restore(&mut self, state: &SavedState) -> Result<(), RestoreError> {
-        self.states.position = state.vectors("position", MASSES)?;
-        self.states.velocity = state.vectors("velocity", MASSES)?;
+        self.states.position = state.quantities("position", MASSES)?;
+        self.states.velocity = state.quantities("velocity", MASSES)?;
         self.update_extent();
         Ok(())
     }

@@ -1,52 +1,55 @@
 //! Loads on the surface of bodies, prescribed as expressions.
 
 use sph::expression::{ComponentError, Expression};
+use sph::prescribed::body_force::{BodyForceField, values_at};
 use sph::setup::{LoadLaw, SurfaceLoad};
-use sph::space::tensors::SpaceTensor;
-use sph::space::{Tensor, Vector};
+use sph::space::Plane;
+use sph::space::tensors::{SpaceTensor, SpaceVector};
+
+use crate::space::SolidSpace;
 
 /// A load on part of a body's surface.
-pub struct Load {
+pub struct Load<S: SolidSpace> {
     law: ParsedLaw,
-    faces: Vec<LoadedFace>,
+    faces: Vec<LoadedFace<S>>,
 }
 
 /// A face of a particle's cell.
-struct LoadedFace {
+struct LoadedFace<S: SolidSpace> {
     /// Index of the particle within its body.
     particle: usize,
     /// Outward area vector N A of the undeformed face per depth \[m\].
-    area: Vector,
+    area: S::Vector,
 }
 
 enum ParsedLaw {
     /// Pressure \[Pa\].
     Pressure(Expression),
-    /// Force per undeformed area \[Pa\].
-    Traction([Expression; 2]),
+    /// Force per undeformed area, one for each axis \[Pa\].
+    Traction(Vec<Expression>),
 }
 
-impl Load {
-    /// Variables of the expressions in the order of evaluation: present position \[m\] and time \[s\].
-    const VARIABLES: [&'static str; 3] = ["x", "y", "t"];
-
+impl Load<Plane> {
     /// The load that `setup` describes.
     ///
     /// # Errors
-    /// When a text is no expression of x, y, t.
+    /// When a text is no expression of x, y, t: present position \[m\] and time \[s\].
     pub fn new(setup: &SurfaceLoad) -> Result<Self, ComponentError> {
-        let parse = |component, text: &str| Expression::parse_component(component, text, &Self::VARIABLES);
+        let parse =
+            |component, text: &str| Expression::parse_component(component, text, &BodyForceField::VARIABLES);
         let law = match &setup.law {
             LoadLaw::Pressure(text) => ParsedLaw::Pressure(parse("pressure", text)?),
             LoadLaw::Traction([x, y]) => {
-                ParsedLaw::Traction([parse("traction x", x)?, parse("traction y", y)?])
+                ParsedLaw::Traction(vec![parse("traction x", x)?, parse("traction y", y)?])
             }
         };
         let faces = setup.particles.iter().zip(&setup.areas);
         let faces = faces.map(|(i, area)| LoadedFace { particle: *i as usize, area: *area }).collect();
         Ok(Self { law, faces })
     }
+}
 
+impl<S: SolidSpace> Load<S> {
     /// Whether the load turns with the surface.
     pub fn follows(&self) -> bool {
         matches!(self.law, ParsedLaw::Pressure(_))
@@ -61,21 +64,20 @@ impl Load {
     pub fn forces(
         &self,
         time: f64,
-        position: &[Vector],
-        deformation: &[Tensor],
-        mut add: impl FnMut(usize, Vector, Vector),
+        position: &[S::Vector],
+        deformation: &[S::Tensor],
+        mut add: impl FnMut(usize, S::Vector, S::Vector),
     ) {
         for face in &self.faces {
             let i = face.particle;
-            let values = [position[i].x, position[i].y, time];
+            let values = values_at::<S>(&position[i], time);
             let force = match &self.law {
                 ParsedLaw::Pressure(p) => deformation[i].cofactor() * face.area * -p.eval(&values),
-                ParsedLaw::Traction([x, y]) => {
-                    Vector::new(x.eval(&values), y.eval(&values)) * face.area.norm()
+                ParsedLaw::Traction(components) => {
+                    S::vector(S::axes(|axis| components[axis].eval(&values))) * face.area.norm()
                 }
             };
-            // Cells are squares: a face is as far from the middle as half its length.
-            add(i, force, face.area * 0.5);
+            add(i, force, S::to_face(&face.area));
         }
     }
 }

@@ -12,7 +12,7 @@ use crate::particles::variables::RigidState;
 use crate::space::SolidSpace;
 
 /// One support of a body.
-pub struct Support<S: SolidSpace = Plane> {
+pub struct Support<S: SolidSpace> {
     /// Components held.
     pub held: S::Of<bool>,
     /// Motion of the held components; `None` holds them where they are.
@@ -25,7 +25,7 @@ pub struct Support<S: SolidSpace = Plane> {
 
 /// A particle held by a support.
 #[derive(Clone, Copy)]
-pub struct HeldParticle<S: SolidSpace = Plane> {
+pub struct HeldParticle<S: SolidSpace> {
     /// Index of the particle within its body.
     pub particle: usize,
     /// Point that the support's motion carries to the particle's position, see [`PrescribedMotion::origin`] \[m\].
@@ -33,22 +33,25 @@ pub struct HeldParticle<S: SolidSpace = Plane> {
 }
 
 /// A prescribed rigid motion relative to the positions at the start of the run.
-pub struct PrescribedMotion<S: SolidSpace = Plane> {
-    motion: RigidMotion,
+pub struct PrescribedMotion<S: SolidSpace> {
+    motion: RigidMotion<S>,
     pivot: S::Vector,
     /// The motion at the start of the run.
     start: MotionState<S>,
 }
 
 /// Position and velocity that a support prescribes at one time.
-pub struct SupportTarget<'a, S: SolidSpace = Plane> {
+pub struct SupportTarget<'a, S: SolidSpace> {
     support: &'a Support<S>,
     /// The motion at the start of the run and now.
     motion: Option<[MotionState<S>; 2]>,
 }
 
-/// Fraction of a step by which a release may come early \[-\]: absorbs the round-off of nΔt.
-const RELEASE_TOLERANCE: f64 = 1e-6;
+sph::constants! {
+    /// Absorbs the round-off of nΔt.
+    const RELEASE_TOLERANCE: f64 = 1e-6, "solid.support.release_tolerance",
+        "fraction of a step by which a release may come early [-]";
+}
 
 /// Whether a support or wall released at `release_time` \[s\] acts in the step of `time`.
 ///
@@ -77,7 +80,7 @@ impl<S: SolidSpace> Support<S> {
     pub fn target(&self, time: f64) -> SupportTarget<'_, S> {
         SupportTarget {
             support: self,
-            motion: self.motion.as_ref().map(|motion| [motion.start, S::motion_at(&motion.motion, time)]),
+            motion: self.motion.as_ref().map(|motion| [motion.start, motion.motion.at(time)]),
         }
     }
 }
@@ -116,9 +119,11 @@ impl<S: SolidSpace> SupportTarget<'_, S> {
     pub fn impose_on_rigid(&self, origin: &S::Vector, base: &RigidState<S>, next: &mut RigidState<S>) {
         self.impose(origin, &base.centre, &mut next.centre, &mut next.velocity);
         if self.support.holds_fully() {
-            (next.angle, next.angular_velocity) = match &self.motion {
-                Some([start, now]) => (S::rotation_between(start, now, base.angle), S::spin_of(now, origin)),
-                None => (base.angle, S::Spin::default()),
+            (next.rotation, next.angular_velocity) = match &self.motion {
+                Some([start, now]) => {
+                    (S::rotation_between(start, now, base.rotation), S::spin_of(now, origin))
+                }
+                None => (base.rotation, S::Spin::default()),
             };
         }
     }
@@ -126,8 +131,8 @@ impl<S: SolidSpace> SupportTarget<'_, S> {
 
 impl<S: SolidSpace> PrescribedMotion<S> {
     /// `motion` about `pivot` \[m\] from `start_time` \[s\] on.
-    pub fn new(motion: RigidMotion, pivot: S::Vector, start_time: f64) -> Self {
-        let start = S::motion_at(&motion, start_time);
+    pub fn new(motion: RigidMotion<S>, pivot: S::Vector, start_time: f64) -> Self {
+        let start = motion.at(start_time);
         Self { motion, pivot, start }
     }
 
@@ -155,7 +160,7 @@ pub fn build_supports(
     position: &[<Plane as Space>::Vector],
     start_time: f64,
     errors: &mut Vec<String>,
-) -> Vec<Support> {
+) -> Vec<Support<Plane>> {
     let build = |(k, setup): (u32, &sph::setup::Support)| {
         let motion = setup.motion.as_ref().and_then(|motion| match RigidMotion::new(motion) {
             Ok(parsed) => Some(PrescribedMotion::new(parsed, motion.pivot, start_time)),

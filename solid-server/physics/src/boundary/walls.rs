@@ -10,9 +10,9 @@ use crate::boundary::supports::acts;
 use crate::space::SolidSpace;
 
 /// Constant facts of all walls.
-pub struct Walls<S: SolidSpace = Plane> {
+pub struct Walls<S: SolidSpace> {
     /// Motion and release of each wall.
-    pub walls: Vec<Wall>,
+    pub walls: Vec<Wall<S>>,
     /// Index of the wall of each wall particle.
     pub wall_of: Vec<u32>,
     /// Positions at the start \[m\].
@@ -20,9 +20,9 @@ pub struct Walls<S: SolidSpace = Plane> {
 }
 
 /// Constant facts of one wall.
-pub struct Wall {
+pub struct Wall<S: SolidSpace> {
     /// Prescribed motion; `None` for a wall at rest.
-    pub motion: Option<RigidMotion>,
+    pub motion: Option<RigidMotion<S>>,
     /// Time from which it no longer acts \[s\].
     pub release_time: f64,
     /// Indices of its particles.
@@ -31,7 +31,7 @@ pub struct Wall {
 
 /// Wall particles at one stage.
 #[derive(Debug, Default)]
-pub struct WallState<S: SolidSpace = Plane> {
+pub struct WallState<S: SolidSpace> {
     /// Position \[m\].
     pub position: Vec<S::Vector>,
     /// Velocity \[m/s\].
@@ -40,7 +40,7 @@ pub struct WallState<S: SolidSpace = Plane> {
     pub acceleration: Vec<S::Vector>,
 }
 
-impl Walls {
+impl Walls<Plane> {
     /// The walls of `setup`; expressions that do not parse are added to `errors`.
     pub fn new(setup: &SolidSetup, errors: &mut Vec<String>) -> Self {
         let wall_of = setup.wall_particles.wall.clone();
@@ -88,7 +88,7 @@ impl<S: SolidSpace> Walls<S> {
     /// Moves the particles of moving walls to where they are at `time` \[s\].
     pub fn move_to(&self, time: f64, state: &mut WallState<S>) {
         for wall in &self.walls {
-            let Some(motion) = wall.motion.as_ref().map(|motion| S::motion_at(motion, time)) else {
+            let Some(motion) = wall.motion.as_ref().map(|motion| motion.at(time)) else {
                 continue;
             };
             for &w in &wall.particles {

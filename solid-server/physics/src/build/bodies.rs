@@ -5,9 +5,10 @@ use std::ops::Range;
 use sph::kernel::CubicSpline;
 use sph::lanes::Arithmetic;
 use sph::prescribed::body_force::BodyForceField;
-use sph::setup::{BodyForce, BodySetup, ContactLaw, Formulation, SolidSetup, UpdatedLagrangian};
+use sph::setup::{BodyForce, BodySetup, ContactLaw, Formulation, SolidSetup};
+use sph::space::algebra::Algebra;
 use sph::space::domain::Domain;
-use sph::space::{DIMENSIONS, Plane, Vector};
+use sph::space::{Plane, Vector};
 
 use crate::boundary::loads::Load;
 use crate::boundary::supports::{build_supports, impose_velocities, wall_exemption};
@@ -20,7 +21,8 @@ use crate::formulations::formulation::{BodyConstants, BodyFormulation};
 use crate::formulations::rigid::RigidBody;
 use crate::formulations::total_lagrangian::TotalLagrangianBody;
 use crate::formulations::updated_lagrangian::UpdatedLagrangianBody;
-use crate::particles::variables::{Particles, RigidState, image_offset};
+use crate::particles::variables::{ParticleViewMut, Particles, RigidState, image_offset};
+use crate::space::SolidSpace;
 use crate::system::model::ContactModel;
 use crate::time::limits::{
     total_lagrangian_stage_rule, total_lagrangian_substep, updated_lagrangian_stage_rule,
@@ -32,11 +34,11 @@ pub fn build_bodies(
     setup: &SolidSetup,
     ranges: &[Range<usize>],
     arithmetic: Arithmetic,
-    (walls, clearance): (&Walls, f64),
-    image_counts: &[[i32; 2]],
-    particles: &mut Particles,
+    (walls, clearance): (&Walls<Plane>, f64),
+    image_counts: &[<Plane as Algebra>::Of<i32>],
+    particles: &mut Particles<Plane>,
     errors: &mut Vec<String>,
-) -> (Vec<Body>, Vec<RigidState>) {
+) -> (Vec<Body<Plane>>, Vec<RigidState<Plane>>) {
     let domain = &setup.run.domain;
     let start_time = setup.run.time.start_time;
     let mut bodies = Vec::new();
@@ -49,37 +51,14 @@ pub fn build_bodies(
         impose_velocities(&supports, start_time, &mut particles.velocity[range.clone()]);
         let constants =
             BodyConstants { domain, mass: &setup.particles.mass[range.clone()], supports: &supports };
-        let velocity = &particles.velocity[range.clone()];
-        let speed = body.material.longitudinal_speed();
-        let smoothing_length = |law: &UpdatedLagrangian| law.smoothing_length(setup.particle_spacing);
-        let (formulation, motion, wave_limits): (Box<dyn BodyFormulation>, _, _) = match &body.formulation {
-            Formulation::UpdatedLagrangian(law) => (
-                Box::new(UpdatedLagrangianBody::new(law, &body.material, setup.particle_spacing, arithmetic)),
-                RigidState::default(),
-                WaveLimits {
-                    stage_rule: updated_lagrangian_stage_rule(smoothing_length(law), speed, law.viscosity_a),
-                    substep: updated_lagrangian_substep(smoothing_length(law), speed, law.viscosity_a),
-                },
-            ),
-            Formulation::TotalLagrangian(law) => {
-                let reference = &setup.particles.reference_position[range.clone()];
-                let spacing = setup.particle_spacing;
-                let material = &body.material;
-                let body =
-                    TotalLagrangianBody::new(law, material, &constants, reference, spacing, arithmetic);
-                let limits = WaveLimits {
-                    stage_rule: total_lagrangian_stage_rule(spacing, speed, law.viscosity_a),
-                    substep: total_lagrangian_substep(body.largest_frequency, law.viscosity_a),
-                };
-                (Box::new(body), RigidState::default(), limits)
-            }
-            Formulation::Rigid => {
-                let (body, motion) =
-                    RigidBody::new(&constants, &connected, velocity, &particles.density[range.clone()]);
-                body.place(&constants, &motion, &image_counts[range.clone()], particles.view_mut(range));
-                (Box::new(body), motion, WaveLimits::NONE)
-            }
+        let places = Places {
+            reference: &setup.particles.reference_position[range.clone()],
+            connected: &connected,
+            image_counts: &image_counts[range.clone()],
         };
+        let spacing = setup.particle_spacing;
+        let (formulation, motion, wave_limits) =
+            formulate::<Plane>(body, spacing, arithmetic, &constants, &places, particles.view_mut(range));
         let wall_exemption = wall_exemption(domain, &supports, &connected, &walls.start, clearance);
         rigid.push(motion);
         bodies.push(Body {
@@ -93,14 +72,63 @@ pub fn build_bodies(
             loads: loads(body, range.len(), errors),
             wall_exemption,
             self_contact: matches!(body.formulation, Formulation::TotalLagrangian(_)),
-            tracks_angle: false,
+            tracks_rotation: false,
         });
     }
     (bodies, rigid)
 }
 
+/// Where the particles of one body are at the start of a run.
+struct Places<'a, S: SolidSpace> {
+    /// Position in the undeformed body \[m\].
+    reference: &'a [S::Vector],
+    /// Position, connected across periodic sides \[m\].
+    connected: &'a [S::Vector],
+    /// Whole periods from positions to these.
+    image_counts: &'a [S::Of<i32>],
+}
+
+/// Formulation, rigid motion and wave limits of `body`; the motion of a rigid body is written to `particles`.
+fn formulate<S: SolidSpace>(
+    body: &BodySetup,
+    spacing: f64,
+    arithmetic: Arithmetic,
+    constants: &BodyConstants<'_, S>,
+    places: &Places<'_, S>,
+    particles: ParticleViewMut<'_, S>,
+) -> (Box<dyn BodyFormulation<S>>, RigidState<S>, WaveLimits) {
+    let material = &body.material;
+    let speed = material.longitudinal_speed();
+    match &body.formulation {
+        Formulation::UpdatedLagrangian(law) => {
+            let smoothing_length = law.smoothing_length(spacing);
+            let limits = WaveLimits {
+                stage_rule: updated_lagrangian_stage_rule::<S>(smoothing_length, speed, law.viscosity_a),
+                substep: updated_lagrangian_substep::<S>(smoothing_length, speed, law.viscosity_a),
+            };
+            let body = UpdatedLagrangianBody::new(law, material, spacing, arithmetic);
+            (Box::new(body), RigidState::default(), limits)
+        }
+        Formulation::TotalLagrangian(law) => {
+            let body =
+                TotalLagrangianBody::new(law, material, constants, places.reference, spacing, arithmetic);
+            let limits = WaveLimits {
+                stage_rule: total_lagrangian_stage_rule::<S>(spacing, speed, law.viscosity_a),
+                substep: total_lagrangian_substep::<S>(body.largest_frequency, law.viscosity_a),
+            };
+            (Box::new(body), RigidState::default(), limits)
+        }
+        Formulation::Rigid => {
+            let (body, motion) =
+                RigidBody::new(constants, places.connected, particles.velocity, particles.density);
+            body.place(constants, &motion, places.image_counts, particles);
+            (Box::new(body), motion, WaveLimits::NONE)
+        }
+    }
+}
+
 /// The acceleration of `body` alone.
-fn acceleration(body: &BodySetup, errors: &mut Vec<String>) -> Option<BodyForceField> {
+fn acceleration(body: &BodySetup, errors: &mut Vec<String>) -> Option<BodyForceField<Plane>> {
     let expressions = body.acceleration.clone()?;
     BodyForceField::new(&BodyForce { gravity: Vector::zeros(), expressions: Some(expressions) })
         .map_err(|error| errors.push(format!("body `{}`: {error}", body.name)))
@@ -108,7 +136,7 @@ fn acceleration(body: &BodySetup, errors: &mut Vec<String>) -> Option<BodyForceF
 }
 
 /// The loads on `body` of `count` particles.
-fn loads(body: &BodySetup, count: usize, errors: &mut Vec<String>) -> Vec<Load> {
+fn loads(body: &BodySetup, count: usize, errors: &mut Vec<String>) -> Vec<Load<Plane>> {
     let mut loads = Vec::new();
     for setup in &body.loads {
         let mut refuse = |problem: &str| {
@@ -133,17 +161,17 @@ fn loads(body: &BodySetup, count: usize, errors: &mut Vec<String>) -> Vec<Load> 
 }
 
 /// Whole periods that connect each body to itself and to the image of its reference nearest to its first particle.
-pub fn initial_image_counts(
-    domain: &Domain,
+pub fn initial_image_counts<S: SolidSpace>(
+    domain: &Domain<S>,
     ranges: &[Range<usize>],
-    reference: &[Vector],
-    position: &[Vector],
-) -> Vec<[i32; 2]> {
+    reference: &[S::Vector],
+    position: &[S::Vector],
+) -> Vec<S::Of<i32>> {
     let period = domain.size();
-    let mut image_counts = vec![[0; DIMENSIONS]; position.len()];
+    let mut image_counts = vec![S::splat(0); position.len()];
     for range in ranges {
         let first = range.start;
-        for axis in (0..DIMENSIONS).filter(|axis| domain.periodic[*axis]) {
+        for axis in (0..S::DIMENSIONS).filter(|axis| domain.periodic[*axis]) {
             // A saturating conversion of a small whole number.
             let turns = |distance: f64| (distance / period[axis]).round() as i32;
             image_counts[first][axis] = turns(reference[first][axis] - position[first][axis]);
@@ -158,11 +186,11 @@ pub fn initial_image_counts(
 }
 
 /// The law of contact of `setup`.
-pub fn build_contact(setup: &SolidSetup) -> ContactModel {
+pub fn build_contact<S: SolidSpace>(setup: &SolidSetup) -> ContactModel {
     match setup.contact {
         ContactLaw::Repulsion(law) => {
-            let fields = DensityFields::new::<Plane>(setup, law.distance);
-            let self_contact_distance = law.self_contact.then(|| fields.self_contact_distance::<Plane>());
+            let fields = DensityFields::new::<S>(setup, law.distance);
+            let self_contact_distance = law.self_contact.then(|| fields.self_contact_distance::<S>());
             ContactModel::Repulsion(Repulsion {
                 stiffness: law.stiffness,
                 damping: law.damping,
@@ -174,7 +202,7 @@ pub fn build_contact(setup: &SolidSetup) -> ContactModel {
         ContactLaw::Sums => {
             let support = |body: &BodySetup| match &body.formulation {
                 Formulation::UpdatedLagrangian(law) => {
-                    CubicSpline::<Plane>::new(law.smoothing_length(setup.particle_spacing)).support_radius()
+                    CubicSpline::<S>::new(law.smoothing_length(setup.particle_spacing)).support_radius()
                 }
                 Formulation::TotalLagrangian(_) | Formulation::Rigid => 0.0,
             };

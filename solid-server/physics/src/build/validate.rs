@@ -3,9 +3,9 @@
 use std::ops::Range;
 
 use sph::setup::{InterfaceLaw, SolidSetup, SolidStepping, SubstepCount};
-use sph::space::DIMENSIONS;
 
 use crate::neighbours::lists::{CONTACT_SKIN, OWN_SKIN};
+use crate::space::SolidSpace;
 use crate::system::model::{ContactModel, SolidModel};
 
 /// Ranges of the bodies' particles, or all errors of the arrays.
@@ -61,7 +61,7 @@ pub fn check_arrays(setup: &SolidSetup) -> Result<Vec<Range<usize>>, Vec<String>
 }
 
 /// Bodies that take part in sums with others need a stress, and one kernel between them.
-pub fn check_sums(model: &SolidModel, law: Option<InterfaceLaw>, errors: &mut Vec<String>) {
+pub fn check_sums<S: SolidSpace>(model: &SolidModel<S>, law: Option<InterfaceLaw>, errors: &mut Vec<String>) {
     let contact_sums = matches!(model.contact, ContactModel::Sums(_));
     let plain_sum = law == Some(InterfaceLaw::PlainSum);
     if plain_sum && model.stepping != SolidStepping::StageRule {
@@ -90,11 +90,10 @@ pub fn check_sums(model: &SolidModel, law: Option<InterfaceLaw>, errors: &mut Ve
             }
             continue;
         };
-        let (kernel, exponent) = *first.get_or_insert((law.kernel, law.exponent));
-        if contact_sums && (law.kernel != kernel || law.exponent != exponent) {
+        let own = (law.kernel, law.artificial_stress, law.exponent);
+        if contact_sums && own != *first.get_or_insert(own) {
             errors.push(format!(
-                "body `{}`: contact through the sums needs the same smoothing length and artificial-stress exponent in \
-                 all bodies",
+                "body `{}`: contact through the sums needs the same smoothing length and artificial stress in all bodies",
                 body.name
             ));
         }
@@ -102,14 +101,14 @@ pub fn check_sums(model: &SolidModel, law: Option<InterfaceLaw>, errors: &mut Ve
 }
 
 /// A pair may interact through one periodic image only.
-pub fn check_periods(model: &SolidModel, errors: &mut Vec<String>) {
+pub fn check_periods<S: SolidSpace>(model: &SolidModel<S>, errors: &mut Vec<String>) {
     let own = model.bodies.iter().filter_map(|body| body.formulation.list_radius()).fold(0.0, f64::max);
     let needed =
         2.0 * (own + OWN_SKIN * model.spacing).max(model.contact.radius() + CONTACT_SKIN * model.spacing);
-    for axis in (0..DIMENSIONS).filter(|axis| model.domain.periodic[*axis]) {
+    for axis in (0..S::DIMENSIONS).filter(|axis| model.domain.periodic[*axis]) {
         let period = model.domain.size()[axis];
         if period < needed {
-            let name = ["x", "y"][axis];
+            let name = ["x", "y", "z"][axis];
             errors.push(format!(
                 "period of {period} m along {name} is too short: the solids need {needed:.4} m"
             ));

@@ -4,8 +4,10 @@ use sph::setup::SolidSetup;
 
 use crate::space::SolidSpace;
 
-/// Number of places along a row at which the density of the half-plane is sampled.
-const SAMPLES: u32 = 16;
+sph::constants! {
+    const SAMPLES: u32 = 16, "solid.contact.samples",
+        "places along a row at which the density of a half-space is sampled [-]";
+}
 
 /// Density field of a half-space of particles as a measure of depth.
 ///

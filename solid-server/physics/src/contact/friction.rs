@@ -1,13 +1,15 @@
 //! Coulomb friction with stick between a particle and the patch of particles that it is in contact with.
 
+use sph::space::Space;
 use sph::space::tensors::SpaceVector;
-use sph::space::{Plane, Space};
 
 use crate::contact::density_field::DensityField;
 use crate::space::SolidSpace;
 
-/// Smallest second moment of a patch, in squared contact distances \[-\], that bears friction.
-const SMALLEST_PATCH: f64 = 1e-6;
+sph::constants! {
+    const SMALLEST_PATCH: f64 = 1e-6, "solid.contact.smallest_patch",
+        "smallest second moment of a patch that bears friction, in squared contact distances [-]";
+}
 
 /// The side opposite to a particle in contact.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -32,7 +34,7 @@ pub type ContactKey = (u32, Owner);
 /// μN/κ. The patch takes up −T by the shares W_sj and the torque about x̄ as a rotation of the patch, so that force and
 /// torque cancel. This is the dual of u: a rigid motion of both causes no friction, and sliding never adds energy.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Friction<S: SolidSpace = Plane> {
+pub struct Friction<S: SolidSpace> {
     /// Elongation s of the tangential spring \[m\].
     pub elongation: f64,
     /// T on the particle \[N/m\].

@@ -2,7 +2,6 @@
 
 use rayon::prelude::*;
 
-use sph::space::Plane;
 use sph::space::domain::Domain;
 use sph::space::tensors::SpaceVector;
 
@@ -60,7 +59,7 @@ struct Contact<S: SolidSpace> {
 
 /// All contacts of an evaluation, and buffers in which tasks find them.
 #[derive(Debug, Default)]
-pub struct Contacts<S: SolidSpace = Plane> {
+pub struct Contacts<S: SolidSpace> {
     /// Ascending by key.
     found: Vec<Contact<S>>,
     tasks: Vec<Vec<Contact<S>>>,
@@ -68,7 +67,7 @@ pub struct Contacts<S: SolidSpace = Plane> {
 
 /// The state at which contact is evaluated.
 #[derive(Clone, Copy)]
-pub struct ContactStage<'a, S: SolidSpace = Plane> {
+pub struct ContactStage<'a, S: SolidSpace> {
     pub domain: &'a Domain<S>,
     pub constants: &'a ParticleConstants<S>,
     pub bodies: &'a [Body<S>],

@@ -3,7 +3,6 @@
 use rayon::prelude::*;
 
 use sph::prescribed::body_force::BodyForceField;
-use sph::space::Plane;
 use sph::space::domain::Domain;
 use sph::space::tensors::SpaceVector;
 
@@ -29,7 +28,7 @@ pub struct SumContact {
 }
 
 /// The state at which contact through the sums is evaluated.
-pub struct SumStage<'a, S: SolidSpace = Plane> {
+pub struct SumStage<'a, S: SolidSpace> {
     pub domain: &'a Domain<S>,
     /// Spacing of the particles \[m\].
     pub spacing: f64,

@@ -4,7 +4,6 @@ use std::ops::Range;
 
 use sph::prescribed::body_force::BodyForceField;
 use sph::setup::ElasticParameters;
-use sph::space::Plane;
 
 use crate::boundary::loads::Load;
 use crate::boundary::supports::Support;
@@ -26,7 +25,7 @@ impl WaveLimits {
 }
 
 /// One body.
-pub struct Body<S: SolidSpace = Plane> {
+pub struct Body<S: SolidSpace> {
     pub name: String,
     /// Its particles.
     pub range: Range<usize>,
@@ -36,11 +35,11 @@ pub struct Body<S: SolidSpace = Plane> {
     pub supports: Vec<Support<S>>,
     /// Acceleration of this body alone.
     pub acceleration: Option<BodyForceField<S>>,
-    pub loads: Vec<Load>,
+    pub loads: Vec<Load<S>>,
     /// Time \[s\] until which contact with each wall particle is left out; empty without supports.
     pub wall_exemption: Vec<f64>,
     /// Whether parts of it that are far apart when undeformed may be in contact.
     pub self_contact: bool,
-    /// Whether a probe reads the body's angle.
-    pub tracks_angle: bool,
+    /// Whether a probe reads the body's rotation.
+    pub tracks_rotation: bool,
 }

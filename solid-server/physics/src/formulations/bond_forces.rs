@@ -24,8 +24,10 @@ impl Viscosity {
     }
 }
 
-/// λ of Eq. (24) in total-Lagrangian bodies \[-\]: no key of a case.
-pub const TOTAL_LAGRANGIAN_LAMBDA: f64 = 0.01;
+sph::constants! {
+    pub const TOTAL_LAGRANGIAN_LAMBDA: f64 = 0.01, "solid.artificial_viscosity.lambda",
+        "lambda of Eq. (24) in total-Lagrangian bodies [-]";
+}
 
 /// State that the pair forces of a body read.
 #[derive(Clone, Copy)]

@@ -3,7 +3,6 @@
 use std::ops::AddAssign;
 
 use sph::coupling::stage::StageTime;
-use sph::space::Plane;
 use sph::space::domain::Domain;
 
 use crate::boundary::supports::Support;
@@ -15,7 +14,7 @@ use crate::space::SolidSpace;
 
 /// Constants of a body's particles.
 #[derive(Clone, Copy)]
-pub struct BodyConstants<'a, S: SolidSpace = Plane> {
+pub struct BodyConstants<'a, S: SolidSpace> {
     pub domain: &'a Domain<S>,
     /// Mass per depth \[kg/m\].
     pub mass: &'a [f64],
@@ -25,7 +24,7 @@ pub struct BodyConstants<'a, S: SolidSpace = Plane> {
 
 /// Input of [`BodyFormulation::advance`].
 #[derive(Clone, Copy)]
-pub struct BodyStep<'a, S: SolidSpace = Plane> {
+pub struct BodyStep<'a, S: SolidSpace> {
     pub constants: BodyConstants<'a, S>,
     pub time: &'a StageTime,
     /// φⁿ.
@@ -43,7 +42,7 @@ pub struct BodyStep<'a, S: SolidSpace = Plane> {
 
 /// Input of [`BodyFormulation::kick`].
 #[derive(Clone, Copy)]
-pub struct BodyKick<'a, S: SolidSpace = Plane> {
+pub struct BodyKick<'a, S: SolidSpace> {
     pub constants: BodyConstants<'a, S>,
     pub time: &'a StageTime,
     /// Duration of the kick \[s\].
@@ -59,7 +58,7 @@ pub struct BodyKick<'a, S: SolidSpace = Plane> {
 
 /// Input of [`BodyFormulation::drift`].
 #[derive(Clone, Copy)]
-pub struct BodyDrift<'a, S: SolidSpace = Plane> {
+pub struct BodyDrift<'a, S: SolidSpace> {
     pub constants: BodyConstants<'a, S>,
     pub time: &'a StageTime,
     /// Duration of the drift \[s\].
@@ -76,7 +75,7 @@ pub struct BodyDrift<'a, S: SolidSpace = Plane> {
 /// Change of a body's angular momentum by other causes than its forces, about the domain's torque origin
 /// \[kg m/s\].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct AngularImpulse<S: SolidSpace = Plane> {
+pub struct AngularImpulse<S: SolidSpace> {
     /// Supports.
     pub supports: S::Spin,
     /// The time scheme, [`sph::coupling::ledger::scheme_moment`].
@@ -92,7 +91,7 @@ impl<S: SolidSpace> AddAssign for AngularImpulse<S> {
 
 /// Moment of inertia of a rigid body.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RigidInertia<S: SolidSpace = Plane> {
+pub struct RigidInertia<S: SolidSpace> {
     /// Moment of inertia about the centre of mass per depth \[kg m\].
     pub total: S::Inertia,
     /// The part of the cells about their own centres \[kg m\].
@@ -108,19 +107,32 @@ pub struct StateLimits {
     pub largest_shear: f64,
 }
 
+sph::constants! {
+    const LINEAR_DENSITY: f64 = 2.0, "solid.updated_lagrangian.largest_density",
+        "largest density of a valid state over that at rest, and largest ratio of the two in tension [-]";
+    const LINEAR_SHEAR: f64 = 1.0, "solid.updated_lagrangian.largest_shear",
+        "largest equivalent elastic shear strain sqrt(s:s)/(2G) of a valid state [-]";
+    const HYPERELASTIC_DENSITY: f64 = 10.0, "solid.total_lagrangian.largest_density",
+        "largest density of a valid state over that at rest, and largest ratio of the two in tension [-]";
+}
+
 impl StateLimits {
     /// Of Eq. (5)-(8), which are linear in density and strain.
-    pub const LINEAR: Self = Self { density_ratios: (0.5, 2.0), largest_shear: 1.0 };
+    pub const LINEAR: Self =
+        Self { density_ratios: (1.0 / LINEAR_DENSITY, LINEAR_DENSITY), largest_shear: LINEAR_SHEAR };
 
     /// Of hyperelastic laws.
-    pub const HYPERELASTIC: Self = Self { density_ratios: (0.1, 10.0), largest_shear: f64::INFINITY };
+    pub const HYPERELASTIC: Self = Self {
+        density_ratios: (1.0 / HYPERELASTIC_DENSITY, HYPERELASTIC_DENSITY),
+        largest_shear: f64::INFINITY,
+    };
 }
 
 /// Formulation of one body: from its state to stress, internal forces and rates.
 ///
 /// Slices hold the particles of the body alone. A formulation is constant: variables are in the state, buffers
 /// in the workspace. Forces between owners, contact, walls and supports are added by the solver.
-pub trait BodyFormulation<S: SolidSpace = Plane>: Send + Sync {
+pub trait BodyFormulation<S: SolidSpace>: Send + Sync {
     /// Pressure and stress of a state.
     fn update_stress(
         &self,

@@ -5,7 +5,6 @@ use sph::kernel::{CubicSpline, PairKernel};
 use sph::lanes::Real;
 use sph::laws::artificial_viscosity::ArtificialViscosity;
 use sph::setup::{ElasticParameters, UpdatedLagrangian};
-use sph::space::Plane;
 use sph::space::tensors::SpaceSymmetric;
 
 use crate::space::SolidSpace;
@@ -45,7 +44,7 @@ pub struct PairTerms<S: SolidSpace, R: Real> {
 
 /// Sums over the pairs of one particle, or over a part of them in each lane.
 #[derive(Clone, Copy, Debug)]
-pub struct PairSums<S: SolidSpace = Plane, R: Real = f64> {
+pub struct PairSums<S: SolidSpace, R: Real = f64> {
     /// Force per metre of depth \[N/m\].
     pub force: S::Of<R>,
     /// Σ V_j (v_j − v_i) ⊗ ∇_i W_ij \[1/s\]: the velocity gradient ∂_b v_a before correction.
@@ -120,7 +119,7 @@ impl<S: SolidSpace> PairSums<S> {
 
 /// Constants of the sum (25) between solid particles.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SumLaw<S: SolidSpace = Plane> {
+pub struct SumLaw<S: SolidSpace> {
     /// Kernel, Eq. (10)-(11).
     pub kernel: CubicSpline<S>,
     /// Its gradient for lanes.
@@ -229,11 +228,11 @@ pub fn fourth_power<R: Real>(x: R) -> R {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use sph::space::{Tensor, Vector};
+    use sph::space::{Plane, Tensor, Vector};
 
     type Sums = PairSums<Plane>;
 
-    fn law() -> SumLaw {
+    fn law() -> SumLaw<Plane> {
         let constants = UpdatedLagrangian { viscosity_b: 0.5, ..UpdatedLagrangian::default() };
         let material = ElasticParameters { density: 2.0, bulk_modulus: 5.0, shear_modulus: 3.0 };
         SumLaw::new(&constants, &material, 1.0)

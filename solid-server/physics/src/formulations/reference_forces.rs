@@ -36,8 +36,11 @@ impl ForceUnits {
     }
 }
 
-/// Rounds of the power iteration; the top of the spectrum is found within some per cent.
-const ROUNDS: usize = 60;
+sph::constants! {
+    /// The top of the spectrum is found within some per cent.
+    const ROUNDS: usize = 60, "solid.substeps.frequency_rounds",
+        "rounds of the power iteration that finds the stiffest vibration of a body [-]";
+}
 
 impl<S: SolidSpace> Reference<S> {
     /// Tensor N_i of the pair forces \[-\] for particle `i` with deformation gradient `f` \[-\] and nominal stress `p` \[Pa\].

@@ -6,7 +6,6 @@ use rayon::prelude::*;
 
 use sph::coupling::ledger::scheme_moment;
 use sph::coupling::stage::StageTime;
-use sph::space::Plane;
 use sph::sums::ordered_sum;
 
 use crate::boundary::supports::Support;
@@ -26,9 +25,9 @@ use crate::space::SolidSpace;
 /// ```
 /// I_r is [`SolidSpace::point_inertia`], I_c the [`SolidSpace::cell_inertia`] of the particle's own cell.
 ///
-/// Particles are placed by centre and angle each time, so that the shape stays rigid to round-off however long the
+/// Particles are placed by centre and rotation each time, so that the shape stays rigid to round-off however long the
 /// run. Only forces from outside move it; neither stress nor density evolves.
-pub struct RigidBody<S: SolidSpace = Plane> {
+pub struct RigidBody<S: SolidSpace> {
     /// Mass per depth \[kg/m\].
     mass: f64,
     /// Moment of inertia about the centre.
@@ -80,8 +79,12 @@ impl<S: SolidSpace> RigidBody<S> {
         } else {
             S::Spin::default()
         };
-        let state =
-            RigidState { centre, velocity: mean_velocity, angle: S::Rotation::default(), angular_velocity };
+        let state = RigidState {
+            centre,
+            velocity: mean_velocity,
+            rotation: S::Rotation::default(),
+            angular_velocity,
+        };
         (Self { mass, inertia, arms, origins }, state)
     }
 
@@ -101,9 +104,9 @@ impl<S: SolidSpace> RigidBody<S> {
         motion
     }
 
-    /// Resultant of `force` \[N/m\] on a body turned by `angle` \[rad\].
-    fn wrench(&self, angle: S::Rotation, force: &[S::Vector]) -> Wrench<S> {
-        let rotation = S::rotation_matrix(angle);
+    /// Resultant of `force` \[N/m\] on a body with the rotation `rotation`.
+    fn wrench(&self, rotation: S::Rotation, force: &[S::Vector]) -> Wrench<S> {
+        let rotation = S::rotation_matrix(rotation);
         ordered_sum(self.arms.len(), |i| Wrench {
             force: force[i],
             torque: S::cross(&(rotation * self.arms[i]), &force[i]),
@@ -140,7 +143,7 @@ impl<S: SolidSpace> RigidBody<S> {
         image_counts: &[S::Of<i32>],
         particles: ParticleViewMut<'_, S>,
     ) {
-        let rotation = S::rotation_matrix(motion.angle);
+        let rotation = S::rotation_matrix(motion.rotation);
         let omega = motion.angular_velocity;
         particles
             .position
@@ -187,11 +190,11 @@ impl<S: SolidSpace> BodyFormulation<S> for RigidBody<S> {
     ) -> AngularImpulse<S> {
         let (base, stage) = (step.base_rigid, step.stage_rigid);
         let duration = step.time.duration();
-        let (gain, spin) = self.gain(&self.wrench(stage.angle, step.force), duration);
+        let (gain, spin) = self.gain(&self.wrench(stage.rotation, step.force), duration);
         let free = RigidState {
             centre: base.centre + stage.velocity * duration,
             velocity: base.velocity + gain,
-            angle: S::rotated(base.angle, stage.angular_velocity, duration),
+            rotation: S::rotated(base.rotation, stage.angular_velocity, duration),
             angular_velocity: base.angular_velocity + spin,
         };
         *next_rigid = self.held(step.constants.supports, step.time, step.time.target_time(), base, free);
@@ -212,7 +215,7 @@ impl<S: SolidSpace> BodyFormulation<S> for RigidBody<S> {
         particles: ParticleViewMut<'_, S>,
         motion: &mut RigidState<S>,
     ) -> AngularImpulse<S> {
-        let (gain, spin) = self.gain(&self.wrench(motion.angle, kick.force), kick.duration);
+        let (gain, spin) = self.gain(&self.wrench(motion.rotation, kick.force), kick.duration);
         motion.velocity += gain;
         motion.angular_velocity += spin;
         let held = self.held(kick.constants.supports, kick.time, kick.target, kick.base_rigid, *motion);
@@ -230,11 +233,11 @@ impl<S: SolidSpace> BodyFormulation<S> for RigidBody<S> {
         motion: &mut RigidState<S>,
     ) -> AngularImpulse<S> {
         motion.centre += motion.velocity * drift.duration;
-        motion.angle = S::rotated(motion.angle, motion.angular_velocity, drift.duration);
+        motion.rotation = S::rotated(motion.rotation, motion.angular_velocity, drift.duration);
         let held = self.held(drift.constants.supports, drift.time, drift.target, drift.base_rigid, *motion);
         let scheme = S::cross(&(held.centre - motion.centre), &motion.velocity) * self.mass;
         motion.centre = held.centre;
-        motion.angle = held.angle;
+        motion.rotation = held.rotation;
         self.place(&drift.constants, motion, drift.image_counts, particles);
         AngularImpulse { supports: S::Spin::default(), scheme }
     }

@@ -6,7 +6,6 @@ use sph::kernel::CubicSpline;
 use sph::lanes::Arithmetic;
 use sph::laws::artificial_viscosity::ArtificialViscosity;
 use sph::setup::{ElasticParameters, TotalLagrangian};
-use sph::space::Plane;
 use sph::space::geometry::{Geometry, Open, Periodic};
 use sph::space::tensors::{SpaceSymmetric, SpaceTensor, SpaceVector};
 
@@ -28,7 +27,7 @@ use crate::space::SolidSpace;
 /// A hyperelastic body whose neighbours are those of the undeformed body.
 ///
 /// Rigid motion is met exactly, forces derive from an energy, and neither tensile instability nor list builds occur.
-pub struct TotalLagrangianBody<S: SolidSpace = Plane> {
+pub struct TotalLagrangianBody<S: SolidSpace> {
     material: ElasticParameters,
     law: Hyperelastic,
     reference: Reference<S>,

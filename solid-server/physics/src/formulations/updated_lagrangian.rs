@@ -4,7 +4,6 @@ use rayon::prelude::*;
 
 use sph::lanes::Arithmetic;
 use sph::setup::{ElasticParameters, UpdatedLagrangian};
-use sph::space::Plane;
 use sph::space::geometry::{Geometry, Open, Periodic};
 use sph::space::tensors::{SpaceSymmetric, SpaceTensor};
 
@@ -24,7 +23,7 @@ use crate::space::SolidSpace;
 /// The same gradient, corrected by L_i of Eq. (21) or not, enters Eq. (7) and the continuity equation in the form
 /// dρ/dt = −ρ tr(∇v), which without correction is Eq. (17). Without correction free surfaces see shear in a rigid
 /// rotation, and the body turns as if on a torsion spring.
-pub struct UpdatedLagrangianBody<S: SolidSpace = Plane> {
+pub struct UpdatedLagrangianBody<S: SolidSpace> {
     material: ElasticParameters,
     law: SumLaw<S>,
     gradient_correction: bool,

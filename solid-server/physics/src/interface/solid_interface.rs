@@ -5,52 +5,53 @@ use rayon::prelude::*;
 use sph::coupling::exchange::{Column, Extent, StateColumns};
 use sph::coupling::extent::{ExtentTracker, ReachMap};
 use sph::coupling::ledger::InterfaceSums;
-use sph::interface::states::{InterfaceStates, read_vectors};
+use sph::interface::states::InterfaceStates;
 use sph::interface::{Interface, load_sums};
 use sph::kernel::CubicSpline;
 use sph::prescribed::body_force::BodyForceField;
 use sph::setup::{Coupling, InterfaceLaw};
-use sph::space::Vector;
 use sph::space::domain::Domain;
+use sph::space::tensors::SpaceVector;
 
 use crate::formulations::pair_law::PairSums;
 use crate::particles::constants::ParticleConstants;
 use crate::particles::fields::StressFields;
 use crate::particles::variables::Particles;
+use crate::space::SolidSpace;
 
 /// Motion in particle spacings after which the extent is rebuilt \[-\].
 const EXTENT_SLACK: f64 = 0.5;
 
 /// State of the interface with the fluid on the side of the solids.
 #[derive(Debug)]
-pub struct SolidInterface {
-    interface: Interface,
+pub struct SolidInterface<S: SolidSpace> {
+    interface: Interface<S>,
     /// Own interface states of the stage, and the fluid's.
-    states: [InterfaceStates; 2],
+    states: [InterfaceStates<S>; 2],
     /// Forces that the fluid returned for the own states \[N\].
-    loads: Vec<Vector>,
-    domain: Domain,
+    loads: Vec<S::Vector>,
+    domain: Domain<S>,
     /// The fluid's kernel, used for fluid-solid pairs on both sides.
-    kernel: CubicSpline,
+    kernel: CubicSpline<S>,
     law: InterfaceLaw,
-    tracker: ExtentTracker,
+    tracker: ExtentTracker<S>,
     /// Distance by which particles may move before the extent is rebuilt \[m\].
     slack: f64,
-    tracked_at: Vec<Vector>,
-    reach_map: ReachMap,
+    tracked_at: Vec<S::Vector>,
+    reach_map: ReachMap<S>,
     /// Index of the particle of each interface state.
     sent: Vec<u32>,
     set_version: u64,
     pub largest_set: u64,
 }
 
-impl SolidInterface {
+impl<S: SolidSpace> SolidInterface<S> {
     /// The link that `coupling` describes, for particles at `positions` \[m\].
     pub fn new(
         coupling: &Coupling,
-        domain: &Domain,
-        body_force: &BodyForceField,
-        positions: &[Vector],
+        domain: &Domain<S>,
+        body_force: &BodyForceField<S>,
+        positions: &[S::Vector],
     ) -> Self {
         let kernel = CubicSpline::new(coupling.fluid.smoothing_length());
         let cell = kernel.support_radius();
@@ -74,7 +75,7 @@ impl SolidInterface {
     }
 
     /// Rebuilds the extent when particles have moved too far.
-    pub fn track(&mut self, positions: &[Vector]) {
+    pub fn track(&mut self, positions: &[S::Vector]) {
         let moved = if self.tracked_at.len() == positions.len() {
             sph::neighbours::largest_displacement(&self.domain, positions, &self.tracked_at)
         } else {
@@ -88,7 +89,7 @@ impl SolidInterface {
     }
 
     /// Continues with particles restored to `positions` \[m\].
-    pub fn restore(&mut self, positions: &[Vector], largest_set: u64) {
+    pub fn restore(&mut self, positions: &[S::Vector], largest_set: u64) {
         self.tracked_at.clear();
         self.track(positions);
         self.largest_set = largest_set;
@@ -103,16 +104,16 @@ impl SolidInterface {
     ///
     /// # Errors
     /// The shortfall \[m\].
-    pub fn covered_by(&self, extent: &Extent, reach: f64, positions: &[Vector]) -> Result<(), f64> {
+    pub fn covered_by(&self, extent: &Extent, reach: f64, positions: &[S::Vector]) -> Result<(), f64> {
         self.tracker.shortfall(extent, positions, self.kernel.support_radius(), reach)
     }
 
     /// Fills `columns` with the particles within `reach` \[m\] of `partner`; returns the version of the set.
     pub fn select(
         &mut self,
-        constants: &ParticleConstants,
-        stage: &Particles,
-        stress: &StressFields,
+        constants: &ParticleConstants<S>,
+        stage: &Particles<S>,
+        stress: &StressFields<S>,
         partner: &Extent,
         reach: f64,
         columns: &mut StateColumns,
@@ -164,15 +165,15 @@ impl SolidInterface {
         time: f64,
         own: &StateColumns,
         partner: &StateColumns,
-        sums: &mut [PairSums],
-        forces: &mut [Vector],
+        sums: &mut [PairSums<S>],
+        forces: &mut [S::Vector],
     ) -> InterfaceSums {
         let [solid, fluid] = &mut self.states;
         solid.read(own);
         fluid.read(partner);
         self.interface.update(time, fluid, solid);
         let total = self.interface.solid_forces(fluid, solid);
-        forces.par_iter_mut().with_min_len(4096).for_each(|force| *force = Vector::zeros());
+        forces.par_iter_mut().with_min_len(4096).for_each(|force| *force = S::Vector::zeros());
         for (s, i) in self.sent.iter().enumerate() {
             forces[*i as usize] = self.interface.force(s);
         }
@@ -185,18 +186,18 @@ impl SolidInterface {
     }
 
     /// Takes the `loads` \[N\] that the fluid returned for each of the `own` coupling points as forces on their particles.
-    pub fn apply(&mut self, own: &StateColumns, loads: &Column, forces: &mut [Vector]) -> InterfaceSums {
+    pub fn apply(&mut self, own: &StateColumns, loads: &Column, forces: &mut [S::Vector]) -> InterfaceSums {
         let [points, _] = &mut self.states;
         points.read(own);
-        read_vectors(loads, &mut self.loads);
-        forces.fill(Vector::zeros());
+        loads.read_into(&mut self.loads);
+        forces.fill(S::Vector::zeros());
         for (load, i) in self.loads.iter().zip(&self.sent) {
             forces[*i as usize] = *load;
         }
         load_sums(&self.domain, points, &self.loads)
     }
 
-    fn add_gradient(&self, s: usize, sums: &mut PairSums) {
+    fn add_gradient(&self, s: usize, sums: &mut PairSums<S>) {
         let [own, fluid] = &self.states;
         let mut foreign = PairSums::zero();
         for (f, _) in self.interface.fluids_near(s) {
@@ -204,7 +205,7 @@ impl SolidInterface {
             let v_sf = own.velocity[s] - fluid.velocity[f];
             let gradient_factor = self.kernel.gradient_factor(x_sf.norm());
             let weight = fluid.mass[f] / fluid.density[f] * gradient_factor;
-            foreign.add_gradient(weight, x_sf.into(), v_sf.into());
+            foreign.add_gradient(weight, S::components(&x_sf), S::components(&v_sf));
         }
         sums.add_gradients_of(&foreign);
     }

@@ -6,7 +6,6 @@
 use rayon::prelude::*;
 
 use sph::neighbours::{CellGrid, NeighbourList, largest_displacement};
-use sph::space::Plane;
 use sph::space::domain::Domain;
 use sph::space::tensors::SpaceVector;
 use sph::sums::ordered_sum;
@@ -80,7 +79,7 @@ impl Rows {
 
 /// Neighbours of one body's particles among themselves.
 #[derive(Debug)]
-pub struct OwnLists<S: SolidSpace = Plane> {
+pub struct OwnLists<S: SolidSpace> {
     /// Local indices of the body.
     pub rows: Rows,
     support_radius: f64,
@@ -138,7 +137,7 @@ pub struct ContactFilter<P, W> {
 
 /// Candidate pairs of contact: particles of different bodies or distant parts of one, and particles with walls.
 #[derive(Debug)]
-pub struct ContactLists<S: SolidSpace = Plane> {
+pub struct ContactLists<S: SolidSpace> {
     /// For each particle those of other bodies, and of its own with self-contact.
     pub bodies: Rows,
     /// For each particle the wall particles that act on it.

@@ -2,7 +2,6 @@
 
 use sph::kernel::CubicSpline;
 use sph::neighbours::CellGrid;
-use sph::space::Plane;
 use sph::space::domain::Domain;
 use sph::space::tensors::{SpaceTensor, SpaceVector};
 
@@ -11,7 +10,7 @@ use crate::space::{SolidSpace, Span};
 
 /// A neighbour in the reference configuration.
 #[derive(Clone, Copy, Debug)]
-pub struct ReferencePair<S: SolidSpace = Plane> {
+pub struct ReferencePair<S: SolidSpace> {
     /// Index of the neighbour within the body.
     pub neighbour: u32,
     pub kind: PairKind,
@@ -47,7 +46,7 @@ pub struct Correction<S: SolidSpace> {
 
 /// The reference configuration of a body.
 #[derive(Debug)]
-pub struct Reference<S: SolidSpace = Plane> {
+pub struct Reference<S: SolidSpace> {
     offsets: Vec<u32>,
     pairs: Vec<ReferencePair<S>>,
     /// The pairs of [`PairKind::Inner`], for sums four at a time.

@@ -1,11 +1,9 @@
 //! Constants of each particle.
 
-use sph::space::Plane;
-
 use crate::space::SolidSpace;
 
 /// Constants of each particle throughout a run.
-pub struct ParticleConstants<S: SolidSpace = Plane> {
+pub struct ParticleConstants<S: SolidSpace> {
     pub id: Vec<u32>,
     /// Index of the body.
     pub body: Vec<u32>,

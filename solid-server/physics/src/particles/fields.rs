@@ -2,7 +2,6 @@
 
 use std::ops::Range;
 
-use sph::space::Plane;
 use sph::space::tensors::SpaceTensor;
 
 use crate::materials::hooke::deviatoric_stress;
@@ -10,7 +9,7 @@ use crate::space::SolidSpace;
 
 /// Stress of all particles.
 #[derive(Debug, Default)]
-pub struct StressFields<S: SolidSpace = Plane> {
+pub struct StressFields<S: SolidSpace> {
     /// Pressure \[Pa\].
     pub pressure: Vec<f64>,
     /// Cauchy stress \[Pa\].
@@ -25,7 +24,7 @@ pub struct StressFields<S: SolidSpace = Plane> {
 
 /// Rates of all particles' own variables.
 #[derive(Debug, Default)]
-pub struct Rates<S: SolidSpace = Plane> {
+pub struct Rates<S: SolidSpace> {
     /// dρ/dt \[kg/(m³ s)\].
     pub density: Vec<f64>,
     /// ds/dt \[Pa/s\].
@@ -34,7 +33,7 @@ pub struct Rates<S: SolidSpace = Plane> {
 
 /// Stress of a body's particles at one stage.
 #[derive(Clone, Copy)]
-pub struct StressView<'a, S: SolidSpace = Plane> {
+pub struct StressView<'a, S: SolidSpace> {
     /// Pressure \[Pa\].
     pub pressure: &'a [f64],
     /// Cauchy stress \[Pa\].
@@ -48,7 +47,7 @@ pub struct StressView<'a, S: SolidSpace = Plane> {
 }
 
 /// As [`StressView`], to be written.
-pub struct StressViewMut<'a, S: SolidSpace = Plane> {
+pub struct StressViewMut<'a, S: SolidSpace> {
     /// Pressure \[Pa\].
     pub pressure: &'a mut [f64],
     pub cauchy: &'a mut [S::SymmetricTensor],
@@ -59,7 +58,7 @@ pub struct StressViewMut<'a, S: SolidSpace = Plane> {
 
 /// Rates of a body's own variables.
 #[derive(Clone, Copy)]
-pub struct RateView<'a, S: SolidSpace = Plane> {
+pub struct RateView<'a, S: SolidSpace> {
     /// dρ/dt \[kg/(m³ s)\].
     pub density: &'a [f64],
     /// ds/dt \[Pa/s\].
@@ -67,7 +66,7 @@ pub struct RateView<'a, S: SolidSpace = Plane> {
 }
 
 /// As [`RateView`], to be written.
-pub struct RateViewMut<'a, S: SolidSpace = Plane> {
+pub struct RateViewMut<'a, S: SolidSpace> {
     pub density: &'a mut [f64],
     pub deviatoric_stress: &'a mut [S::SymmetricTensor],
 }

@@ -2,13 +2,11 @@
 
 use std::ops::AddAssign;
 
-use sph::space::Plane;
-
 use crate::space::SolidSpace;
 
 /// Contact forces on one particle in a stage.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct ContactForces<S: SolidSpace = Plane> {
+pub struct ContactForces<S: SolidSpace> {
     /// Force from other bodies, or from distant parts of its own \[N/m\].
     pub bodies: S::Vector,
     /// Force from walls \[N/m\].
@@ -21,7 +19,7 @@ pub struct ContactForces<S: SolidSpace = Plane> {
 
 /// Forces on one particle by origin \[N/m\], that of the fluid apart.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct ParticleForces<S: SolidSpace = Plane> {
+pub struct ParticleForces<S: SolidSpace> {
     /// Gravity and other body forces.
     pub body_force: S::Vector,
     /// Linear damping.
@@ -62,7 +60,7 @@ impl<S: SolidSpace> ParticleForces<S> {
 
 /// Torques of [`ParticleForces`] about the domain's torque origin \[N\].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct ParticleTorques<S: SolidSpace = Plane> {
+pub struct ParticleTorques<S: SolidSpace> {
     /// Of gravity and other body forces.
     pub body_force: S::Spin,
     /// Of linear damping.

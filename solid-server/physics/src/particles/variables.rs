@@ -3,15 +3,12 @@
 use std::ops::Range;
 
 use sph::space::domain::Domain;
-use sph::space::tensors::SpaceVector;
-
-use sph::space::Plane;
 
 use crate::space::SolidSpace;
 
 /// Quantities φ of Eq. (29), one entry per particle of all bodies.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Particles<S: SolidSpace = Plane> {
+pub struct Particles<S: SolidSpace> {
     /// Position \[m\], inside the box along periodic directions.
     pub position: Vec<S::Vector>,
     /// Velocity \[m/s\].
@@ -24,7 +21,7 @@ pub struct Particles<S: SolidSpace = Plane> {
 
 /// The particles of one body.
 #[derive(Clone, Copy)]
-pub struct ParticleView<'a, S: SolidSpace = Plane> {
+pub struct ParticleView<'a, S: SolidSpace> {
     pub position: &'a [S::Vector],
     pub velocity: &'a [S::Vector],
     pub density: &'a [f64],
@@ -32,7 +29,7 @@ pub struct ParticleView<'a, S: SolidSpace = Plane> {
 }
 
 /// The particles of one body, to be written.
-pub struct ParticleViewMut<'a, S: SolidSpace = Plane> {
+pub struct ParticleViewMut<'a, S: SolidSpace> {
     pub position: &'a mut [S::Vector],
     pub velocity: &'a mut [S::Vector],
     pub density: &'a mut [f64],
@@ -88,25 +85,14 @@ pub fn image_offset<S: SolidSpace>(domain: &Domain<S>, image_counts: &S::Of<i32>
 }
 
 /// Motion of a rigid body.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RigidState<S: SolidSpace = Plane> {
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct RigidState<S: SolidSpace> {
     /// Centre of mass \[m\], not wrapped along periodic directions.
     pub centre: S::Vector,
     /// Its velocity \[m/s\].
     pub velocity: S::Vector,
-    /// Angle turned since the start, counter-clockwise \[rad\].
-    pub angle: S::Rotation,
+    /// Rotation since the start.
+    pub rotation: S::Rotation,
     /// Angular velocity \[rad/s\].
     pub angular_velocity: S::Spin,
-}
-
-impl<S: SolidSpace> Default for RigidState<S> {
-    fn default() -> Self {
-        Self {
-            centre: S::Vector::zeros(),
-            velocity: S::Vector::zeros(),
-            angle: S::Rotation::default(),
-            angular_velocity: S::Spin::default(),
-        }
-    }
 }

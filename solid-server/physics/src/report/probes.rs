@@ -2,8 +2,9 @@
 
 use sph::neighbours::CellGrid;
 use sph::setup::{SolidProbeKind, SolidSetup};
-use sph::space::tensors::SpaceSymmetric;
-use sph::space::{Plane, SymmetricTensor, Vector, cross};
+use sph::space::Plane;
+use sph::space::components::Components;
+use sph::space::tensors::{SpaceSymmetric, SpaceVector};
 
 use crate::formulations::body::Body;
 use crate::materials::hooke::{deviatoric_stress, von_mises_stress};
@@ -13,11 +14,12 @@ use crate::report::body_sums::{
     BodySums, body_sums, material_position, particle_energy_density, second_moments,
 };
 use crate::report::fields::stress_of;
+use crate::space::SolidSpace;
 use crate::system::model::{Probe, SolidModel};
 use crate::system::state::{BodyContact, SolidState};
 
 /// The probes of `setup` on `bodies`; their errors are added to `errors`.
-pub fn build_probes(setup: &SolidSetup, bodies: &mut [Body], errors: &mut Vec<String>) -> Vec<Probe> {
+pub fn build_probes(setup: &SolidSetup, bodies: &mut [Body<Plane>], errors: &mut Vec<String>) -> Vec<Probe> {
     let mut probes = Vec::new();
     for probe in &setup.probes {
         let name = &probe.name;
@@ -38,7 +40,7 @@ pub fn build_probes(setup: &SolidSetup, bodies: &mut [Body], errors: &mut Vec<St
         match &probe.kind {
             SolidProbeKind::MaterialPoint(_, at) => {
                 let reference = &setup.particles.reference_position[body.range.clone()];
-                match MaterialPoint::new(at, body.range.start, reference, setup.particle_spacing) {
+                match MaterialPoint::new::<Plane>(at, body.range.start, reference, setup.particle_spacing) {
                     Ok(point) => probes.push(Probe::MaterialPoint(point)),
                     Err(distance) => errors.push(format!(
                         "probe `{name}`: ({}, {}) m lies {distance:.3e} m from the nearest particle of body `{}`; it \
@@ -48,7 +50,7 @@ pub fn build_probes(setup: &SolidSetup, bodies: &mut [Body], errors: &mut Vec<St
                 }
                 continue;
             }
-            SolidProbeKind::Motion(_) => body.tracks_angle = true,
+            SolidProbeKind::Motion(_) => body.tracks_rotation = true,
             SolidProbeKind::Reaction(_, support) if *support as usize >= body.supports.len() => {
                 errors.push(format!("probe `{name}`: body `{}` has no support {support}", body.name));
             }
@@ -63,7 +65,12 @@ pub fn build_probes(setup: &SolidSetup, bodies: &mut [Body], errors: &mut Vec<St
 ///
 /// Forces and reactions are those of the last corrector, that is half a step before the boundary; at the start of a run
 /// they are zero. Angular momentum is taken about the centre of the domain.
-pub fn probe_values(model: &SolidModel, state: &SolidState, time: f64, values: &mut Vec<f64>) {
+pub fn probe_values<S: SolidSpace>(
+    model: &SolidModel<S>,
+    state: &SolidState<S>,
+    time: f64,
+    values: &mut Vec<f64>,
+) {
     let reads_stress = model.probes.iter().any(|probe| matches!(probe, Probe::MaterialPoint(_)));
     let stress = reads_stress.then(|| stress_of(model, state));
     for probe in &model.probes {
@@ -78,43 +85,49 @@ pub fn probe_values(model: &SolidModel, state: &SolidState, time: f64, values: &
     }
 }
 
-fn material_point(
-    model: &SolidModel,
-    state: &SolidState,
-    stress: &StressFields,
+fn material_point<S: SolidSpace>(
+    model: &SolidModel<S>,
+    state: &SolidState<S>,
+    stress: &StressFields<S>,
     point: &MaterialPoint,
     values: &mut Vec<f64>,
 ) {
     let displacement =
         point.mean(|i| material_position(model, state, i) - model.particles.reference_position[i]);
     let velocity = point.mean(|i| state.particles.velocity[i]);
-    let normal = point.mean(|i| Vector::new(stress.cauchy[i].xx, stress.cauchy[i].yy));
-    let mixed = point.mean(|i| Vector::new(stress.cauchy[i].xy, stress.pressure[i]));
-    let energy = point.mean(|i| Vector::new(particle_energy_density(model, state, i), 0.0));
-    let cauchy = SymmetricTensor { xx: normal.x, yy: normal.y, xy: mixed.x };
-    let deviator = deviatoric_stress::<Plane>(mixed.y, &cauchy);
-    push(values, &displacement);
-    push(values, &velocity);
-    values.extend([cauchy.xx, cauchy.yy, cauchy.xy, von_mises_stress::<Plane>(&deviator)]);
+    let cauchy = S::SymmetricTensor::of(&point.mean(|i| stress.cauchy[i].full()));
+    let pressure = point.mean(|i| stress.pressure[i]);
+    let energy = point.mean(|i| particle_energy_density(model, state, i));
+    let deviator = deviatoric_stress::<S>(pressure, &cauchy);
+    push(values, displacement);
+    push(values, velocity);
+    push(values, cauchy);
+    values.push(von_mises_stress::<S>(&deviator));
     values.extend(cauchy.extremes());
-    values.push(energy.x);
+    values.push(energy);
 }
 
-fn plain(model: &SolidModel, state: &SolidState, time: f64, kind: &SolidProbeKind, values: &mut Vec<f64>) {
+fn plain<S: SolidSpace>(
+    model: &SolidModel<S>,
+    state: &SolidState<S>,
+    time: f64,
+    kind: &SolidProbeKind,
+    values: &mut Vec<f64>,
+) {
     match kind {
         // Prepared as `Probe::MaterialPoint` when the model is built.
         SolidProbeKind::MaterialPoint(..) => {}
         SolidProbeKind::Motion(body) => motion(model, state, *body as usize, values),
-        SolidProbeKind::BodyForce(body) => push(values, &state.last.fluid_force[*body as usize]),
+        SolidProbeKind::BodyForce(body) => push(values, state.last.fluid_force[*body as usize]),
         SolidProbeKind::Reaction(body, support) => {
-            push(values, &state.last.reactions[*body as usize][*support as usize]);
+            push(values, state.last.reactions[*body as usize][*support as usize]);
         }
         SolidProbeKind::Gap(body) => values.extend(gaps(model, state, time, *body)),
         SolidProbeKind::Contact(body) => {
             let contacts = &state.last.contacts;
             let contact = body.map_or_else(|| BodyContact::all(contacts), |body| contacts[body as usize]);
-            push(values, &contact.bodies);
-            push(values, &contact.walls);
+            push(values, contact.bodies);
+            push(values, contact.walls);
             values.extend([contact.deepest, contact.impulse]);
         }
         SolidProbeKind::Sums(body) => {
@@ -122,27 +135,35 @@ fn plain(model: &SolidModel, state: &SolidState, time: f64, kind: &SolidProbeKin
             let sums = body_sums(model, state, &range);
             let moments = second_moments(model, state, &range, &sums);
             values.push(sums.mass);
-            push(values, &sums.momentum);
-            values.extend([sums.angular_momentum, sums.kinetic, sums.potential, sums.strain]);
-            push(values, &sums.centre());
-            values.extend([moments.xx, moments.yy, moments.xy]);
+            push(values, sums.momentum);
+            push(values, sums.angular_momentum);
+            values.extend([sums.kinetic, sums.potential, sums.strain]);
+            push(values, sums.centre());
+            push(values, moments);
         }
     }
 }
 
-/// Largest gap that is reported, in particle spacings \[-\].
-const GAP_REACH: f64 = 3.0;
+sph::constants! {
+    const GAP_REACH: f64 = 3.0, "probes.gap_reach",
+        "largest gap that is reported, in spacings [-]";
+}
 
 /// Smallest distance \[m\] from a particle of `body`, or of any, to one of another body, and from a free one to a wall's.
 ///
 /// Not a number where there is none within [`GAP_REACH`].
-fn gaps(model: &SolidModel, state: &SolidState, time: f64, body: Option<u32>) -> [f64; 2] {
+fn gaps<S: SolidSpace>(
+    model: &SolidModel<S>,
+    state: &SolidState<S>,
+    time: f64,
+    body: Option<u32>,
+) -> [f64; 2] {
     let reach = GAP_REACH * model.spacing;
     let mut walls = model.walls.at_start();
     model.walls.move_to(time, &mut walls);
     let position = &state.particles.position;
     let range = body.map_or(0..model.len(), |body| model.bodies[body as usize].range.clone());
-    let smallest = |others: &[Vector], counts: &dyn Fn(usize, usize) -> bool| {
+    let smallest = |others: &[S::Vector], counts: &dyn Fn(usize, usize) -> bool| {
         let own = &position[range.clone()];
         let list = CellGrid::new(&model.domain, others, reach).list(&model.domain, own, others, reach);
         let pairs =
@@ -158,21 +179,24 @@ fn gaps(model: &SolidModel, state: &SolidState, time: f64, body: Option<u32>) ->
     [smallest(position, &other_body), smallest(&walls.position, &wall_acts_on)]
 }
 
-fn push(values: &mut Vec<f64>, vector: &Vector) {
-    values.extend([vector.x, vector.y]);
+fn push(values: &mut Vec<f64>, quantity: impl Components) {
+    values.extend_from_slice(quantity.row().as_ref());
 }
 
 /// Centre, velocity, angle and angular velocity; the latter is angular momentum over moment of inertia.
-fn motion(model: &SolidModel, state: &SolidState, body: usize, values: &mut Vec<f64>) {
+fn motion<S: SolidSpace>(model: &SolidModel<S>, state: &SolidState<S>, body: usize, values: &mut Vec<f64>) {
     let range = &model.bodies[body].range;
-    let sums: BodySums = body_sums(model, state, range);
+    let sums: BodySums<S> = body_sums(model, state, range);
     let (centre, velocity) = (sums.centre(), sums.momentum / sums.mass);
     let moments = second_moments(model, state, range, &sums);
-    let cells = model.bodies[body].formulation.inertia().map_or(0.0, |inertia| inertia.cells);
-    let inertia = sums.mass * (moments.xx + moments.yy) + cells;
+    let cells =
+        model.bodies[body].formulation.inertia().map_or_else(S::Inertia::default, |inertia| inertia.cells);
+    let inertia = S::body_inertia(sums.mass, &moments) + cells;
     let arm = centre - model.domain.torque_origin();
-    let spin = sums.angular_momentum - cross(&arm, &sums.momentum);
-    push(values, &centre);
-    push(values, &velocity);
-    values.extend([state.angles[body], if inertia > 0.0 { spin / inertia } else { 0.0 }]);
+    let spin = sums.angular_momentum - S::cross(&arm, &sums.momentum);
+    push(values, centre);
+    push(values, velocity);
+    push(values, state.rotations[body]);
+    let turns = S::is_extended(inertia, inertia);
+    push(values, if turns { S::angular_velocity(inertia, spin) } else { S::Spin::default() });
 }

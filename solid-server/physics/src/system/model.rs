@@ -3,7 +3,6 @@
 use sph::coupling::stage::StageTime;
 use sph::prescribed::body_force::BodyForceField;
 use sph::setup::{Damping, SolidProbeKind, SolidStepping};
-use sph::space::Plane;
 use sph::space::domain::Domain;
 use sph::space::tensors::SpaceVector;
 
@@ -18,7 +17,7 @@ use crate::particles::constants::ParticleConstants;
 use crate::space::SolidSpace;
 
 /// Constant facts of a run.
-pub struct SolidModel<S: SolidSpace = Plane> {
+pub struct SolidModel<S: SolidSpace> {
     pub domain: Domain<S>,
     /// Spacing of the particles Δx \[m\].
     pub spacing: f64,

@@ -1,6 +1,5 @@
 //! State at a step boundary: all that a checkpoint holds.
 
-use sph::space::Plane;
 use sph::sums::ordered_sum;
 
 use crate::contact::friction::TangentialSprings;
@@ -10,15 +9,15 @@ use crate::space::SolidSpace;
 
 /// All that evolves, at a step boundary.
 #[derive(Clone, Debug, PartialEq)]
-pub struct SolidState<S: SolidSpace = Plane> {
+pub struct SolidState<S: SolidSpace> {
     /// φⁿ.
     pub particles: Particles<S>,
     /// Motion of each body that is rigid; the others' entries stay as they are.
     pub rigid: Vec<RigidState<S>>,
     /// Whole periods by which each particle has been wrapped, by axis.
     pub image_counts: Vec<S::Of<i32>>,
-    /// Best-fit angle of each body relative to its reference, continuous over turns \[rad\].
-    pub angles: Vec<f64>,
+    /// Best-fit rotation of each body from its reference, in the plane an angle continuous over turns \[rad\].
+    pub rotations: Vec<S::Rotation>,
     /// Elastic springs of the contacts under friction.
     pub springs: TangentialSprings,
     /// Results of the last corrector.
@@ -27,7 +26,7 @@ pub struct SolidState<S: SolidSpace = Plane> {
 
 /// Contact of one body.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct BodyContact<S: SolidSpace = Plane> {
+pub struct BodyContact<S: SolidSpace> {
     /// Force of other bodies in the last stage \[N/m\].
     pub bodies: S::Vector,
     /// Force of walls in the last stage \[N/m\].
@@ -72,7 +71,7 @@ pub struct StageMaxima {
 
 /// Results of the last accepted stage, for reports and for the limit of the next step.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct LastStage<S: SolidSpace = Plane> {
+pub struct LastStage<S: SolidSpace> {
     /// Force of the fluid on each body \[N/m\].
     pub fluid_force: Vec<S::Vector>,
     /// Reaction of each support on its body, by body \[N/m\].

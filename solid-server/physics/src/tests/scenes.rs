@@ -11,7 +11,7 @@ use sph::setup::{
     WallCondition, WallParticles, WallSetup,
 };
 use sph::space::domain::Domain;
-use sph::space::{SymmetricTensor, Vector};
+use sph::space::{Plane, SymmetricTensor, Vector};
 
 use crate::SolidSolver;
 
@@ -171,7 +171,7 @@ pub fn add_probe(setup: &mut SolidSetup, kind: SolidProbeKind) {
 
 /// A solver stepped with a fixed time step.
 pub struct Run {
-    pub solver: SolidSolver,
+    pub solver: SolidSolver<Plane>,
     pub time_step: f64,
     pub step: u64,
     start_time: f64,

@@ -2,18 +2,24 @@
 
 use sph::coupling::ledger::scheme_moment;
 use sph::coupling::stage::StageTime;
-use sph::space::{DIMENSIONS, Plane, Vector, cross};
+use sph::space::tensors::SpaceVector;
 use sph::sums::ordered_sum;
 
 use crate::formulations::body::Body;
 use crate::formulations::formulation::{AngularImpulse, BodyStep};
 use crate::particles::variables::{Particles, image_offset};
+use crate::space::SolidSpace;
 use crate::system::model::SolidModel;
 use crate::system::state::SolidState;
 use crate::system::workspace::Workspace;
 
 /// Moves every body from φⁿ in `state` to `workspace.next`, supports included, Eq. (30) or (31).
-pub fn move_bodies(model: &SolidModel, state: &SolidState, workspace: &mut Workspace, time: &StageTime) {
+pub fn move_bodies<S: SolidSpace>(
+    model: &SolidModel<S>,
+    state: &SolidState<S>,
+    workspace: &mut Workspace<S>,
+    time: &StageTime,
+) {
     let Workspace { stage, stage_rigid, next, next_rigid, rates, total_force, angular_impulse, .. } =
         workspace;
     *angular_impulse = AngularImpulse::default();
@@ -43,22 +49,22 @@ pub fn move_bodies(model: &SolidModel, state: &SolidState, workspace: &mut Works
 }
 
 /// Change of the angular momentum of the deformable bodies by supports and scheme in a stage of Eq. (30)-(31).
-fn deformable_impulse(
-    model: &SolidModel,
-    state: &SolidState,
-    workspace: &Workspace,
+fn deformable_impulse<S: SolidSpace>(
+    model: &SolidModel<S>,
+    state: &SolidState<S>,
+    workspace: &Workspace<S>,
     time: &StageTime,
-    origin: Vector,
-) -> AngularImpulse {
+    origin: S::Vector,
+) -> AngularImpulse<S> {
     let (base, next) = (&state.particles, &workspace.next);
     let mut impulse = AngularImpulse::default();
     for body in model.bodies.iter().filter(|body| !body.formulation.is_rigid()) {
         let range = &body.range;
-        impulse.scheme += ordered_sum::<f64, _>(range.len(), |k| {
+        impulse.scheme += ordered_sum::<S::Spin, _>(range.len(), |k| {
             let i = range.start + k;
             let start = (&base.position[i], &base.velocity[i]);
             let end = (&next.position[i], &next.velocity[i]);
-            model.particles.mass[i] * scheme_moment::<Plane>(start, &workspace.stage.position[i], end)
+            scheme_moment::<S>(start, &workspace.stage.position[i], end) * model.particles.mass[i]
         });
         for support in body.supports.iter().filter(|support| support.acts(time)) {
             for held in &support.particles {
@@ -67,7 +73,7 @@ fn deformable_impulse(
                     - workspace.total_force[i] * time.duration();
                 let of_held = |axis: usize| if support.held[axis] { missing[axis] } else { 0.0 };
                 let arm = workspace.stage.position[i] - origin;
-                impulse.supports += cross(&arm, &Vector::from_fn(|axis, _| of_held(axis)));
+                impulse.supports += S::cross(&arm, &S::vector(S::axes(of_held)));
             }
         }
     }
@@ -83,15 +89,15 @@ pub enum HeldQuantity {
 
 /// Imposes the supports on the particles of deformable bodies, as they are to be at `target` \[s\]; returns by how much
 /// that changes their angular momentum \[kg m/s\].
-pub fn impose_supports(
-    model: &SolidModel,
-    state: &SolidState,
+pub fn impose_supports<S: SolidSpace>(
+    model: &SolidModel<S>,
+    state: &SolidState<S>,
     time: &StageTime,
     target: f64,
     what: HeldQuantity,
-    particles: &mut Particles,
-) -> f64 {
-    let mut moment = 0.0;
+    particles: &mut Particles<S>,
+) -> S::Spin {
+    let mut moment = S::Spin::default();
     for body in model.bodies.iter().filter(|body| !body.formulation.is_rigid()) {
         for support in body.supports.iter().filter(|support| support.acts(time)) {
             let target = support.target(target);
@@ -102,18 +108,17 @@ pub fn impose_supports(
                 let (mut place, mut velocity) = (base, particles.velocity[i]);
                 target.impose(&held.origin, &base, &mut place, &mut velocity);
                 let before = (particles.position[i], particles.velocity[i]);
-                for axis in (0..DIMENSIONS).filter(|axis| support.held[*axis]) {
+                for axis in (0..S::DIMENSIONS).filter(|axis| support.held[*axis]) {
                     match what {
                         HeldQuantity::Positions => particles.position[i][axis] = place[axis] - offset[axis],
                         HeldQuantity::Velocities => particles.velocity[i][axis] = velocity[axis],
                     }
                 }
                 let (x, v) = (particles.position[i] - model.domain.torque_origin(), particles.velocity[i]);
-                moment += model.particles.mass[i]
-                    * match what {
-                        HeldQuantity::Positions => cross(&(particles.position[i] - before.0), &v),
-                        HeldQuantity::Velocities => cross(&x, &(v - before.1)),
-                    };
+                moment += match what {
+                    HeldQuantity::Positions => S::cross(&(particles.position[i] - before.0), &v),
+                    HeldQuantity::Velocities => S::cross(&x, &(v - before.1)),
+                } * model.particles.mass[i];
             }
         }
     }
@@ -122,7 +127,12 @@ pub fn impose_supports(
 
 /// Reactions of all supports \[N/m\]: the force beyond `workspace.total_force` that gives the held particles their
 /// prescribed motion in the stage.
-pub fn take_reactions(model: &SolidModel, state: &SolidState, workspace: &mut Workspace, time: &StageTime) {
+pub fn take_reactions<S: SolidSpace>(
+    model: &SolidModel<S>,
+    state: &SolidState<S>,
+    workspace: &mut Workspace<S>,
+    time: &StageTime,
+) {
     let Workspace { next, total_force, reactions, .. } = workspace;
     for (body, reactions) in model.bodies.iter().zip(reactions) {
         let missing = |i: usize| {
@@ -130,7 +140,7 @@ pub fn take_reactions(model: &SolidModel, state: &SolidState, workspace: &mut Wo
             let change = next.velocity[i] - state.particles.velocity[i];
             change * (model.particles.mass[i] / time.duration()) - total_force[i]
         };
-        reactions.fill(Vector::zeros());
+        reactions.fill(S::Vector::zeros());
         if body.formulation.is_rigid() {
             rigid_reactions(body, time, missing, reactions);
             continue;
@@ -140,7 +150,7 @@ pub fn take_reactions(model: &SolidModel, state: &SolidState, workspace: &mut Wo
         {
             for held in &support.particles {
                 let missing = missing(held.particle);
-                for axis in (0..DIMENSIONS).filter(|axis| support.held[*axis]) {
+                for axis in (0..S::DIMENSIONS).filter(|axis| support.held[*axis]) {
                     reaction[axis] += missing[axis];
                 }
             }
@@ -149,19 +159,19 @@ pub fn take_reactions(model: &SolidModel, state: &SolidState, workspace: &mut Wo
 }
 
 /// Distributes the resultant reaction on a rigid body among its supports, by the number of particles they hold.
-fn rigid_reactions(
-    body: &Body,
+fn rigid_reactions<S: SolidSpace>(
+    body: &Body<S>,
     time: &StageTime,
-    missing: impl Fn(usize) -> Vector + Sync,
-    reactions: &mut [Vector],
+    missing: impl Fn(usize) -> S::Vector + Sync,
+    reactions: &mut [S::Vector],
 ) {
     let acting =
         |axis: usize| body.supports.iter().enumerate().filter(move |(_, s)| s.held[axis] && s.acts(time));
-    if (0..DIMENSIONS).all(|axis| acting(axis).next().is_none()) {
+    if (0..S::DIMENSIONS).all(|axis| acting(axis).next().is_none()) {
         return;
     }
-    let missing: Vector = ordered_sum(body.range.len(), missing);
-    for axis in 0..DIMENSIONS {
+    let missing: S::Vector = ordered_sum(body.range.len(), missing);
+    for axis in 0..S::DIMENSIONS {
         let held: usize = acting(axis).map(|(_, support)| support.particles.len()).sum();
         for (k, support) in acting(axis) {
             reactions[k][axis] = missing[axis] * support.particles.len() as f64 / held as f64;

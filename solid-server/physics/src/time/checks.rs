@@ -4,7 +4,8 @@ use rayon::prelude::*;
 
 use sph::coupling::solver::Divergence;
 use sph::coupling::stage::StepStage;
-use sph::space::Plane;
+use sph::space::components::Components;
+use sph::space::tensors::SpaceVector;
 
 use crate::particles::variables::Particles;
 use crate::space::SolidSpace;
@@ -14,13 +15,17 @@ use crate::system::model::SolidModel;
 ///
 /// # Errors
 /// When a quantity is not finite, density or shear leave their range, or a particle outruns the waves in its body.
-pub fn check(model: &SolidModel, particles: &Particles, at: StepStage) -> Result<(), Box<Divergence>> {
+pub fn check<S: SolidSpace>(
+    model: &SolidModel<S>,
+    particles: &Particles<S>,
+    at: StepStage,
+) -> Result<(), Box<Divergence>> {
     (0..particles.len())
         .into_par_iter()
         .with_min_len(1024)
-        .filter_map(|i| broken_limit(model, particles, i).map(|limit| (i, limit)))
+        .filter_map(|i| broken_limit(model, particles, i, at))
         .find_first(|_| true)
-        .map_or(Ok(()), |(i, limit)| Err(limit.divergence(model, particles, i, at)))
+        .map_or(Ok(()), Err)
 }
 
 /// Fails when more particles than allowed are outside the domain; returns how many are.
@@ -29,9 +34,9 @@ pub fn check(model: &SolidModel, particles: &Particles, at: StepStage) -> Result
 ///
 /// # Errors
 /// Names the first particle outside.
-pub fn check_domain(
-    model: &SolidModel,
-    particles: &Particles,
+pub fn check_domain<S: SolidSpace>(
+    model: &SolidModel<S>,
+    particles: &Particles<S>,
     time: &sph::coupling::stage::StageTime,
 ) -> Result<u64, Box<Divergence>> {
     let is_outside = |i: &usize| {
@@ -45,7 +50,7 @@ pub fn check_domain(
     Err(Box::new(Divergence {
         at: time.at,
         particle: first.map(|i| model.particles.id[i]),
-        position: first.map(|i| particles.position[i].as_slice().to_vec()),
+        position: first.map(|i| particles.position[i].row().as_ref().to_vec()),
         quantity: format!(
             "number of particles outside the domain [-]{}",
             first.map_or_else(String::new, |i| format!(" (first of body `{}`)", model.body_of(i).name))
@@ -57,44 +62,45 @@ pub fn check_domain(
     }))
 }
 
-/// A limit that a particle broke.
-struct BrokenLimit {
-    quantity: &'static str,
-    value: f64,
-    allowed: String,
-    hint: &'static str,
-}
-
 const SHORTER_STEP: &str = "the step may be too long for the solid: reduce the time step, raise the number of its \
                             sub-steps, or its artificial viscosity A";
 
-fn broken_limit(model: &SolidModel, particles: &Particles, i: usize) -> Option<BrokenLimit> {
+/// The first limit that particle `i` breaks.
+fn broken_limit<S: SolidSpace>(
+    model: &SolidModel<S>,
+    particles: &Particles<S>,
+    i: usize,
+    at: StepStage,
+) -> Option<Box<Divergence>> {
     let body = model.body_of(i);
-    let (x, v) = (&particles.position[i], &particles.velocity[i]);
-    let (rho, s) = (particles.density[i], &particles.deviatoric_stress[i]);
-    let finite = |quantity, values: [f64; 3]| {
-        values.into_iter().find(|value| !value.is_finite()).map(|value| BrokenLimit {
-            quantity,
+    let (x, v) = (particles.position[i], particles.velocity[i]);
+    let (rho, s) = (particles.density[i], particles.deviatoric_stress[i]);
+    let broken = |quantity: &str, value: f64, allowed: String, hint: &str| {
+        Some(Box::new(Divergence {
+            at,
+            particle: Some(model.particles.id[i]),
+            position: Some(x.row().as_ref().to_vec()),
+            quantity: format!("{quantity} of body `{}`", body.name),
             value,
-            allowed: "finite values".into(),
-            hint: SHORTER_STEP,
-        })
+            allowed,
+            hint: hint.into(),
+        }))
     };
-    let not_finite = finite("position [m]", [x.x, x.y, 0.0])
-        .or_else(|| finite("velocity [m/s]", [v.x, v.y, 0.0]))
-        .or_else(|| finite("density [kg/m3]", [rho, 0.0, 0.0]))
-        .or_else(|| finite("deviatoric stress [Pa]", [s.xx, s.yy, s.xy]));
-    if not_finite.is_some() {
-        return not_finite;
+    let not_finite = |values: &[f64]| values.iter().copied().find(|value| !value.is_finite());
+    for (quantity, value) in [
+        ("position [m]", not_finite(x.row().as_ref())),
+        ("velocity [m/s]", not_finite(v.row().as_ref())),
+        ("density [kg/m3]", not_finite(&[rho])),
+        ("deviatoric stress [Pa]", not_finite(s.row().as_ref())),
+    ] {
+        if let Some(value) = value {
+            return broken(quantity, value, "finite values".into(), SHORTER_STEP);
+        }
     }
     let wave_speed = body.material.longitudinal_speed();
     if v.norm() > wave_speed {
-        return Some(BrokenLimit {
-            quantity: "speed [m/s]",
-            value: v.norm(),
-            allowed: format!("at most the longitudinal wave speed {wave_speed:.4e} m/s"),
-            hint: SHORTER_STEP,
-        });
+        let allowed = format!("at most the longitudinal wave speed {wave_speed:.4e} m/s");
+        return broken("speed [m/s]", v.norm(), allowed, SHORTER_STEP);
     }
     if body.formulation.is_rigid() {
         return None;
@@ -103,38 +109,21 @@ fn broken_limit(model: &SolidModel, particles: &Particles, i: usize) -> Option<B
     let ratio = rho / body.material.density;
     let (smallest, largest) = limits.density_ratios;
     if !(smallest..=largest).contains(&ratio) {
-        return Some(BrokenLimit {
-            quantity: "density over rest density [-]",
-            value: ratio,
-            allowed: format!("{smallest} to {largest}"),
-            hint: "the body is torn or crushed beyond what the elastic law can mean: reduce the load or the time step",
-        });
+        return broken(
+            "density over rest density [-]",
+            ratio,
+            format!("{smallest} to {largest}"),
+            "the body is torn or crushed beyond what the elastic law can mean: reduce the load or the time step",
+        );
     }
-    let shear = Plane::squared_deviator(s).sqrt() / (2.0 * body.material.shear_modulus);
-    (shear > limits.largest_shear).then(|| BrokenLimit {
-        quantity: "elastic shear strain sqrt(s:s)/(2G) [-]",
-        value: shear,
-        allowed: format!("at most {}", limits.largest_shear),
-        hint: "the body is deformed beyond what the elastic law can mean: reduce the load or the time step",
-    })
-}
-
-impl BrokenLimit {
-    fn divergence(
-        self,
-        model: &SolidModel,
-        particles: &Particles,
-        i: usize,
-        at: StepStage,
-    ) -> Box<Divergence> {
-        Box::new(Divergence {
-            at,
-            particle: Some(model.particles.id[i]),
-            position: Some(particles.position[i].as_slice().to_vec()),
-            quantity: format!("{} of body `{}`", self.quantity, model.body_of(i).name),
-            value: self.value,
-            allowed: self.allowed,
-            hint: self.hint.into(),
-        })
+    let shear = S::squared_deviator(&s).sqrt() / (2.0 * body.material.shear_modulus);
+    if shear > limits.largest_shear {
+        return broken(
+            "elastic shear strain sqrt(s:s)/(2G) [-]",
+            shear,
+            format!("at most {}", limits.largest_shear),
+            "the body is deformed beyond what the elastic law can mean: reduce the load or the time step",
+        );
     }
+    None
 }

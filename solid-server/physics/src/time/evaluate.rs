@@ -3,26 +3,31 @@
 use rayon::prelude::*;
 
 use sph::coupling::stage::StageTime;
-use sph::space::algebra::Algebra;
-use sph::space::{Plane, Vector};
+use sph::space::tensors::{SpaceTensor, SpaceVector};
 
 use crate::contact::repulsion::ContactStage;
 use crate::contact::sums::SumStage;
 use crate::neighbours::lists::{ContactFilter, Rows, TASK};
 use crate::particles::fields::StressViewMut;
 use crate::particles::forces::{ParticleForces, ParticleTorques};
+use crate::space::SolidSpace;
 use crate::system::model::{ContactModel, SolidModel};
 use crate::system::workspace::Workspace;
 
 /// Walls, stress and neighbour lists of the stage state at time `at` \[s\].
-pub fn update_stage(model: &SolidModel, workspace: &mut Workspace, time: &StageTime, at: f64) {
+pub fn update_stage<S: SolidSpace>(
+    model: &SolidModel<S>,
+    workspace: &mut Workspace<S>,
+    time: &StageTime,
+    at: f64,
+) {
     model.walls.move_to(at, &mut workspace.walls);
     update_stress(model, workspace);
     refresh_lists(model, workspace, time);
 }
 
 /// Pressure and stress of the stage state, and the variables derived from them.
-fn update_stress(model: &SolidModel, workspace: &mut Workspace) {
+fn update_stress<S: SolidSpace>(model: &SolidModel<S>, workspace: &mut Workspace<S>) {
     let Workspace { stage, stress, .. } = workspace;
     for body in &model.bodies {
         let range = &body.range;
@@ -32,7 +37,7 @@ fn update_stress(model: &SolidModel, workspace: &mut Workspace) {
 }
 
 /// Rebuilds neighbour lists where particles have moved too far, for the step of `time`.
-pub fn refresh_lists(model: &SolidModel, workspace: &mut Workspace, time: &StageTime) {
+pub fn refresh_lists<S: SolidSpace>(model: &SolidModel<S>, workspace: &mut Workspace<S>, time: &StageTime) {
     let Workspace { stage, own_lists, contact_lists, walls, list_builds, .. } = workspace;
     let domain = &model.domain;
     for (body, lists) in model.bodies.iter().zip(own_lists) {
@@ -49,7 +54,7 @@ pub fn refresh_lists(model: &SolidModel, workspace: &mut Workspace, time: &Stage
 }
 
 /// Sums over pairs of the solids among themselves and with walls, at the stage state of time `at` \[s\].
-pub fn evaluate_pairs(model: &SolidModel, workspace: &mut Workspace, at: f64) {
+pub fn evaluate_pairs<S: SolidSpace>(model: &SolidModel<S>, workspace: &mut Workspace<S>, at: f64) {
     prescribe_loads(model, workspace, at);
     let Workspace { stage, stress, sums, own_lists, .. } = workspace;
     let none = Rows::default();
@@ -67,7 +72,7 @@ pub fn evaluate_pairs(model: &SolidModel, workspace: &mut Workspace, at: f64) {
 }
 
 /// Contact of bodies with each other and with walls.
-fn evaluate_contact(model: &SolidModel, workspace: &mut Workspace, at: f64) {
+fn evaluate_contact<S: SolidSpace>(model: &SolidModel<S>, workspace: &mut Workspace<S>, at: f64) {
     let Workspace {
         stage,
         stress,
@@ -96,12 +101,12 @@ fn evaluate_contact(model: &SolidModel, workspace: &mut Workspace, at: f64) {
 /// Loads that are prescribed to act on bodies, at the stage state of time `at` \[s\], and their share in its stress.
 ///
 /// A surface load acts at the face, half a spacing outside the particle.
-fn prescribe_loads(model: &SolidModel, workspace: &mut Workspace, at: f64) {
+fn prescribe_loads<S: SolidSpace>(model: &SolidModel<S>, workspace: &mut Workspace<S>, at: f64) {
     let Workspace { stage, stress, loads, .. } = workspace;
     if loads.is_empty() {
         return;
     }
-    loads.fill(Vector::zeros());
+    loads.fill(S::Vector::zeros());
     for body in &model.bodies {
         let (position, forces) = (&stage.position[body.range.clone()], &mut loads[body.range.clone()]);
         if let Some(field) = &body.acceleration {
@@ -114,15 +119,20 @@ fn prescribe_loads(model: &SolidModel, workspace: &mut Workspace, at: f64) {
         for load in &body.loads {
             load.forces(at, position, deformation, |i, force, to_face| {
                 forces[i] += force;
-                let of_load = body.formulation.load_pair_tensor(i, &(force * to_face.transpose()));
-                pair_tensor[i] = Plane::matrix_plus(pair_tensor[i], of_load);
+                let of_load = body.formulation.load_pair_tensor(i, &S::Tensor::outer(&force, &to_face));
+                pair_tensor[i] = S::matrix_plus(pair_tensor[i], of_load);
             });
         }
     }
 }
 
 /// Forces on all particles but those of the fluid, at the stage state of time `at` \[s\].
-pub fn sum_forces(model: &SolidModel, workspace: &mut Workspace, time: &StageTime, at: f64) {
+pub fn sum_forces<S: SolidSpace>(
+    model: &SolidModel<S>,
+    workspace: &mut Workspace<S>,
+    time: &StageTime,
+    at: f64,
+) {
     let Workspace { stage, sums, contact_forces: contact, forces, loads, .. } = workspace;
     let damping_rate = model.damping_rate(time);
     forces.par_iter_mut().with_min_len(8 * TASK).enumerate().for_each(|(i, forces)| {
@@ -131,17 +141,17 @@ pub fn sum_forces(model: &SolidModel, workspace: &mut Workspace, time: &StageTim
         let body_force = model.body_force.acceleration(&stage.position[i], at) * mass + load;
         // Damping acts on free particles; a support would only take it up again.
         let damping = if damping_rate == 0.0 || model.acting_support(i, time).is_some() {
-            Vector::zeros()
+            S::Vector::zeros()
         } else {
             stage.velocity[i] * (-damping_rate * mass)
         };
-        let parts = [Vector::from(sums[i].force), contact[i].bodies, contact[i].walls, body_force, damping];
+        let parts = [S::vector(sums[i].force), contact[i].bodies, contact[i].walls, body_force, damping];
         *forces = ParticleForces {
             body_force,
             damping,
             walls: contact[i].walls,
-            own: sums[i].force.into(),
-            total: parts.iter().sum(),
+            own: S::vector(sums[i].force),
+            total: parts.into_iter().sum(),
             gross: parts.iter().map(|force| force.norm()).sum(),
             contact: contact[i].bodies,
             contact_gross: contact[i].bodies.norm() + contact[i].walls.norm(),
@@ -152,19 +162,23 @@ pub fn sum_forces(model: &SolidModel, workspace: &mut Workspace, time: &StageTim
 }
 
 /// Adds the fluid's force to `forces`, the others' of each particle.
-pub fn total_forces(forces: &[ParticleForces], fluid: &[Vector], total: &mut [Vector]) {
+pub fn total_forces<S: SolidSpace>(
+    forces: &[ParticleForces<S>],
+    fluid: &[S::Vector],
+    total: &mut [S::Vector],
+) {
     for ((total, forces), fluid) in total.iter_mut().zip(forces).zip(fluid) {
-        *total = forces.total + fluid;
+        *total = forces.total + *fluid;
     }
 }
 
 /// Adds `weight` times the torques of `forces` on particles at `position` \[m\] about `origin` \[m\].
-pub fn add_torques(
-    torques: &mut [ParticleTorques],
+pub fn add_torques<S: SolidSpace>(
+    torques: &mut [ParticleTorques<S>],
     weight: f64,
-    origin: Vector,
-    position: &[Vector],
-    forces: &[ParticleForces],
+    origin: S::Vector,
+    position: &[S::Vector],
+    forces: &[ParticleForces<S>],
 ) {
     torques.par_iter_mut().with_min_len(8 * TASK).enumerate().for_each(|(i, torques)| {
         torques.add(weight, &(position[i] - origin), &forces[i]);

@@ -3,22 +3,25 @@
 //! The first functions need the material, the spacing and the coefficients of a body only, so that a case can be judged
 //! before its bodies exist.
 
-use sph::setup::{SolidStepping, SubstepCount};
-use sph::space::Plane;
+use sph::setup::{ElasticParameters, Formulation, SolidStepping, SubstepCount};
+use sph::space::tensors::SpaceVector;
 
+use crate::space::SolidSpace;
 use crate::system::model::SolidModel;
 use crate::system::state::SolidState;
 use crate::system::workspace::Workspace;
 use crate::thresholds::Thresholds;
 
-/// h/Δx \[-\] that [`Thresholds::REFERENCE_COURANT`] refers to: that of the source paper, whatever the stencil.
-const REFERENCE_KERNEL_RATIO: f64 = 1.3;
-
-/// Part of the stable sub-step to which an automatic number of sub-steps keeps \[-\]; contact may stiffen within a step.
-const AUTOMATIC_FRACTION: f64 = 0.8;
-
-/// Most sub-steps per step that an automatic number reaches.
-const MOST_SUBSTEPS: f64 = 10_000.0;
+sph::constants! {
+    /// That of the source paper, whatever the stencil.
+    const REFERENCE_KERNEL_RATIO: f64 = 1.3, "solid.stage_rule.kernel_ratio",
+        "h/dx that the Courant number of the stage rule of a total-Lagrangian body refers to [-]";
+    /// Contact may stiffen within a step.
+    const AUTOMATIC_FRACTION: f64 = 0.8, "solid.substeps.automatic_fraction",
+        "part of the stable sub-step that an automatic number of sub-steps takes [-]";
+    const MOST_SUBSTEPS: f64 = 10_000.0, "solid.substeps.most",
+        "most sub-steps per step that an automatic number reaches [-]";
+}
 
 /// Largest c_L Δt/h \[-\] of the stage rule, Eq. (30)-(31), for artificial viscosity A.
 ///
@@ -29,30 +32,38 @@ const MOST_SUBSTEPS: f64 = 10_000.0;
 /// The midpoint rule lets an undamped oscillation grow by (ω Δt)⁴/8 per step; viscous damping of rate ∝ A ω outweighs
 /// it up to ω Δt ∝ A^⅓. Measured on a cantilever: A = 1 stable to 1.2, not at 1.5; A = 0.1 stable at 0.5, not at
 /// 0.85. Above A = 1 the viscous term itself limits the step.
-pub fn stage_rule_courant(viscosity_a: f64) -> f64 {
-    if viscosity_a > 1.0 { 1.0 / viscosity_a } else { viscosity_a.cbrt().max(Plane::UNDAMPED_COURANT) }
+pub fn stage_rule_courant<S: Thresholds>(viscosity_a: f64) -> f64 {
+    if viscosity_a > 1.0 { 1.0 / viscosity_a } else { viscosity_a.cbrt().max(S::UNDAMPED_COURANT) }
 }
 
 /// Largest step of the stage rule for an updated-Lagrangian body of smoothing length h \[m\] and longitudinal wave speed
 /// c_L \[m/s\], C(A) h/c_L \[s\] with C of [`stage_rule_courant`].
-pub fn updated_lagrangian_stage_rule(
+pub fn updated_lagrangian_stage_rule<S: Thresholds>(
     smoothing_length: f64,
     longitudinal_speed: f64,
     viscosity_a: f64,
 ) -> f64 {
-    stage_rule_courant(viscosity_a) * smoothing_length / longitudinal_speed
+    stage_rule_courant::<S>(viscosity_a) * smoothing_length / longitudinal_speed
 }
 
 /// Largest sub-step for an updated-Lagrangian body, 0.6 h/(c_L max(A, 1)) \[s\].
-pub fn updated_lagrangian_substep(smoothing_length: f64, longitudinal_speed: f64, viscosity_a: f64) -> f64 {
-    let courant = Plane::VERLET_COURANT / viscosity_a.max(1.0);
+pub fn updated_lagrangian_substep<S: Thresholds>(
+    smoothing_length: f64,
+    longitudinal_speed: f64,
+    viscosity_a: f64,
+) -> f64 {
+    let courant = S::VERLET_COURANT / viscosity_a.max(1.0);
     courant * smoothing_length / longitudinal_speed
 }
 
 /// Largest step of the stage rule for a total-Lagrangian body of the given spacing Δx \[m\], 0.4 C(A) 1.3 Δx/c_L \[s\]
 /// with C of [`stage_rule_courant`].
-pub fn total_lagrangian_stage_rule(spacing: f64, longitudinal_speed: f64, viscosity_a: f64) -> f64 {
-    let courant = Plane::REFERENCE_COURANT * stage_rule_courant(viscosity_a);
+pub fn total_lagrangian_stage_rule<S: Thresholds>(
+    spacing: f64,
+    longitudinal_speed: f64,
+    viscosity_a: f64,
+) -> f64 {
+    let courant = S::REFERENCE_COURANT * stage_rule_courant::<S>(viscosity_a);
     courant * REFERENCE_KERNEL_RATIO * spacing / longitudinal_speed
 }
 
@@ -60,12 +71,55 @@ pub fn total_lagrangian_stage_rule(spacing: f64, longitudinal_speed: f64, viscos
 /// 0.9 · 2/(ω (1 + A)) \[s\]: the limit of velocity Verlet, narrowed by the explicit viscosity.
 ///
 /// 2 c_L/Δx estimates ω within 5 % for kernel ratios 0.72 to 0.9 and hourglass coefficients up to 0.5.
-pub fn total_lagrangian_substep(largest_frequency: f64, viscosity_a: f64) -> f64 {
+pub fn total_lagrangian_substep<S: Thresholds>(largest_frequency: f64, viscosity_a: f64) -> f64 {
     let viscous = 1.0 + viscosity_a;
     if largest_frequency > 0.0 {
-        Plane::VERLET_FRACTION * 2.0 / (largest_frequency * viscous)
+        S::VERLET_FRACTION * 2.0 / (largest_frequency * viscous)
     } else {
         f64::INFINITY
+    }
+}
+
+/// Largest sub-step \[s\] of a body of particles of `spacing` \[m\], by an estimate that needs no particles; `None` for a
+/// rigid one.
+pub fn estimated_substep<S: Thresholds>(
+    formulation: &Formulation,
+    material: &ElasticParameters,
+    spacing: f64,
+) -> Option<f64> {
+    let speed = material.longitudinal_speed();
+    match formulation {
+        Formulation::Rigid => None,
+        Formulation::UpdatedLagrangian(set) => {
+            Some(updated_lagrangian_substep::<S>(set.smoothing_length(spacing), speed, set.viscosity_a))
+        }
+        Formulation::TotalLagrangian(set) => {
+            // The stiffest vibration of a lattice, which the solver finds exactly.
+            Some(total_lagrangian_substep::<S>(2.0 * speed / spacing, set.viscosity_a))
+        }
+    }
+}
+
+/// Largest step \[s\] of such a body, by the same estimate.
+pub fn estimated_step<S: Thresholds>(
+    stepping: SolidStepping,
+    formulation: &Formulation,
+    material: &ElasticParameters,
+    spacing: f64,
+) -> Option<f64> {
+    if stepping != SolidStepping::StageRule {
+        return estimated_substep::<S>(formulation, material, spacing)
+            .map(|limit| largest_count(stepping) * limit);
+    }
+    let speed = material.longitudinal_speed();
+    match formulation {
+        Formulation::Rigid => None,
+        Formulation::UpdatedLagrangian(set) => {
+            Some(updated_lagrangian_stage_rule::<S>(set.smoothing_length(spacing), speed, set.viscosity_a))
+        }
+        Formulation::TotalLagrangian(set) => {
+            Some(total_lagrangian_stage_rule::<S>(spacing, speed, set.viscosity_a))
+        }
     }
 }
 
@@ -78,30 +132,34 @@ pub fn automatic_substeps(time_step: f64, substep_limit: f64) -> u32 {
 }
 
 /// Largest step by the acceleration a of a particle \[m/s²\], ¼ √(Δx/a) \[s\].
-pub fn acceleration_limit(spacing: f64, acceleration: f64) -> f64 {
-    Plane::ACCELERATION_COEFFICIENT * (spacing / acceleration).sqrt()
+pub fn acceleration_limit<S: Thresholds>(spacing: f64, acceleration: f64) -> f64 {
+    S::ACCELERATION_COEFFICIENT * (spacing / acceleration).sqrt()
 }
 
 /// Largest stable sub-step from `state` \[s\]: by the waves of the deformed bodies, and 1/ω of the stiffest contact.
-pub(crate) fn substep_limit(model: &SolidModel, state: &SolidState) -> f64 {
+pub(crate) fn substep_limit<S: SolidSpace>(model: &SolidModel<S>, state: &SolidState<S>) -> f64 {
     let waves = model.bodies.iter().map(|body| body.wave_limits.substep);
     let frequency_ratio = state.last.maxima.tangent_stiffness_ratio.max(1.0).sqrt();
     (waves.fold(f64::INFINITY, f64::min) / frequency_ratio).min(1.0 / state.last.maxima.contact_frequency)
 }
 
 /// Largest stable step from `state` \[s\] by the waves and contacts of the solids.
-pub(crate) fn step_limit(model: &SolidModel, state: &SolidState) -> f64 {
+pub(crate) fn step_limit<S: SolidSpace>(model: &SolidModel<S>, state: &SolidState<S>) -> f64 {
     match model.stepping {
         SolidStepping::StageRule => {
             let waves = model.bodies.iter().map(|body| body.wave_limits.stage_rule);
             waves.fold(1.0 / state.last.maxima.contact_frequency, f64::min)
         }
-        SolidStepping::Substeps(_) => largest_count(model) * substep_limit(model, state),
+        stepping => largest_count(stepping) * substep_limit(model, state),
     }
 }
 
 /// Step limit by particle `i` in the stage that `workspace` has just made \[s\].
-pub(crate) fn particle_limit(model: &SolidModel, workspace: &Workspace, i: usize) -> f64 {
+pub(crate) fn particle_limit<S: SolidSpace>(
+    model: &SolidModel<S>,
+    workspace: &Workspace<S>,
+    i: usize,
+) -> f64 {
     let (mass, forces) = (model.particles.mass[i], &workspace.mean_forces[i]);
     let acceleration = workspace.total_force[i].norm() / mass;
     let body = model.body_of(i);
@@ -109,12 +167,13 @@ pub(crate) fn particle_limit(model: &SolidModel, workspace: &Workspace, i: usize
         body.formulation.tangent_stiffness_ratio(&workspace.stress.view(&body.range), i - body.range.start);
     let waves = body.wave_limits.substep / stiffness_ratio.max(1.0).sqrt();
     let contact = (mass / (2.0 * forces.contact_stiffness)).sqrt();
-    acceleration_limit(model.spacing, acceleration).min(largest_count(model) * waves.min(contact))
+    acceleration_limit::<S>(model.spacing, acceleration)
+        .min(largest_count(model.stepping) * waves.min(contact))
 }
 
 /// The largest stable step over the largest stable sub-step \[-\].
-fn largest_count(model: &SolidModel) -> f64 {
-    match model.stepping {
+fn largest_count(stepping: SolidStepping) -> f64 {
+    match stepping {
         SolidStepping::StageRule => 1.0,
         SolidStepping::Substeps(SubstepCount::Fixed(count)) => f64::from(count),
         SolidStepping::Substeps(SubstepCount::Automatic) => MOST_SUBSTEPS * AUTOMATIC_FRACTION,
@@ -123,13 +182,15 @@ fn largest_count(model: &SolidModel) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use sph::space::Plane;
+
     use super::*;
 
     #[test]
     fn stage_rule_courant_lies_between_what_was_measured_stable_and_unstable() {
-        assert!(stage_rule_courant(1.0) <= 1.2);
-        assert!((0.45..0.5).contains(&stage_rule_courant(0.1)));
-        assert_eq!(stage_rule_courant(0.0), 0.1);
-        assert_eq!(stage_rule_courant(4.0), 0.25);
+        assert!(stage_rule_courant::<Plane>(1.0) <= 1.2);
+        assert!((0.45..0.5).contains(&stage_rule_courant::<Plane>(0.1)));
+        assert_eq!(stage_rule_courant::<Plane>(0.0), 0.1);
+        assert_eq!(stage_rule_courant::<Plane>(4.0), 0.25);
     }
 }

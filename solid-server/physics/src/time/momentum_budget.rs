@@ -4,32 +4,33 @@ use std::ops::AddAssign;
 
 use sph::coupling::ledger::{Account, Accounts, AngularBudget, StageBudget, axial, lifted};
 use sph::coupling::stage::StageTime;
-use sph::space::{Vector, cross};
+use sph::space::tensors::SpaceVector;
 use sph::sums::ordered_sum;
 
 use crate::particles::forces::ParticleTorques;
+use crate::space::SolidSpace;
 use crate::system::model::SolidModel;
 use crate::system::state::{SolidState, StageMaxima};
 use crate::system::workspace::Workspace;
 
 /// Sums over all particles that the budget needs.
 #[derive(Clone, Copy, Default)]
-struct BudgetSums {
-    momentum_change: Vector,
+struct BudgetSums<S: SolidSpace> {
+    momentum_change: S::Vector,
     gross_momentum: f64,
     gross_force: f64,
-    body_force: Vector,
-    damping: Vector,
-    wall_contact: Vector,
-    angular_change: f64,
+    body_force: S::Vector,
+    damping: S::Vector,
+    wall_contact: S::Vector,
+    angular_change: S::Spin,
     gross_angular: f64,
-    torques: ParticleTorques,
+    torques: ParticleTorques<S>,
     largest_acceleration: f64,
     largest_contact_rate: f64,
     tangent_stiffness_ratio: f64,
 }
 
-impl AddAssign for BudgetSums {
+impl<S: SolidSpace> AddAssign for BudgetSums<S> {
     /// Adds the sums and keeps the larger of each maximum.
     fn add_assign(&mut self, other: Self) {
         self.momentum_change += other.momentum_change;
@@ -50,16 +51,16 @@ impl AddAssign for BudgetSums {
 /// Momentum budget of the stage that has just moved `workspace.next`, and the maxima that limit the next step.
 ///
 /// The scale of round-off counts each force by its origin: forces that cancel at rest still round.
-pub fn momentum_budget(
-    model: &SolidModel,
-    state: &SolidState,
-    workspace: &Workspace,
+pub fn momentum_budget<S: SolidSpace>(
+    model: &SolidModel<S>,
+    state: &SolidState<S>,
+    workspace: &Workspace<S>,
     time: &StageTime,
 ) -> (StageBudget, StageMaxima) {
     let (start, end) = (&state.particles.position, &workspace.next.position);
     let (base, next) = (&state.particles.velocity, &workspace.next.velocity);
     let (duration, origin) = (time.duration(), model.domain.torque_origin());
-    let sums: BudgetSums = ordered_sum(model.len(), |i| {
+    let sums: BudgetSums<S> = ordered_sum(model.len(), |i| {
         let mass = model.particles.mass[i];
         let forces = &workspace.mean_forces[i];
         let body = model.body_of(i);
@@ -72,7 +73,7 @@ pub fn momentum_budget(
             momentum_change: change * mass,
             gross_momentum,
             gross_force,
-            angular_change: mass * (cross(&to, &next[i]) - cross(&from, &base[i])),
+            angular_change: (S::cross(&to, &next[i]) - S::cross(&from, &base[i])) * mass,
             gross_angular: from.norm().max(to.norm()) * (gross_momentum + duration * gross_force),
             torques: workspace.mean_torques[i],
             body_force: forces.body_force,
@@ -111,13 +112,13 @@ pub fn momentum_budget(
 
 /// Enters the torques in `accounts`; returns the change of the angular momentum of all particles and of the cells of rigid
 /// bodies.
-fn angular_budget(
+fn angular_budget<S: SolidSpace>(
     accounts: &mut Accounts,
-    model: &SolidModel,
-    state: &SolidState,
-    workspace: &Workspace,
+    model: &SolidModel<S>,
+    state: &SolidState<S>,
+    workspace: &Workspace<S>,
     duration: f64,
-    sums: &BudgetSums,
+    sums: &BudgetSums<S>,
 ) -> AngularBudget {
     let (torques, impulse) = (&sums.torques, &workspace.angular_impulse);
     for (account, torque) in [
@@ -131,13 +132,14 @@ fn angular_budget(
     ] {
         accounts.add_torque(account, axial(torque));
     }
-    let (mut change, mut gross) = (sums.angular_change, sums.gross_angular);
+    let (mut change, mut gross) = (axial(sums.angular_change), sums.gross_angular);
     for (k, body) in model.bodies.iter().enumerate() {
         if let Some(inertia) = body.formulation.inertia() {
             let (before, after) = (state.rigid[k].angular_velocity, workspace.next_rigid[k].angular_velocity);
-            change += inertia.cells * (after - before);
-            gross += inertia.cells * (after.abs() + before.abs());
+            let moment = |spin| axial(S::angular_momentum(inertia.cells, spin));
+            change += moment(after - before);
+            gross += moment(after - before).norm().max(moment(after + before).norm());
         }
     }
-    AngularBudget { change: axial(change), gross }
+    AngularBudget { change, gross }
 }

@@ -2,22 +2,23 @@
 
 use sph::sums::ordered_sum;
 
+use crate::space::SolidSpace;
 use crate::system::model::SolidModel;
 use crate::system::state::{SolidState, StageMaxima};
 use crate::system::workspace::Workspace;
 
 /// Takes the predictor's result as the stage state of the corrector.
-pub fn take_prediction(workspace: &mut Workspace) {
+pub fn take_prediction<S: SolidSpace>(workspace: &mut Workspace<S>) {
     let Workspace { stage, stage_rigid, next, next_rigid, .. } = workspace;
     std::mem::swap(stage, next);
     std::mem::swap(stage_rigid, next_rigid);
 }
 
 /// Takes the corrector's result as the state at the new step boundary, `duration` \[s\] after the last.
-pub fn accept(
-    model: &SolidModel,
-    state: &mut SolidState,
-    workspace: &mut Workspace,
+pub fn accept<S: SolidSpace>(
+    model: &SolidModel<S>,
+    state: &mut SolidState<S>,
+    workspace: &mut Workspace<S>,
     maxima: StageMaxima,
     duration: f64,
 ) {
@@ -40,14 +41,14 @@ pub fn accept(
 }
 
 /// Moves particles back into the box along periodic directions.
-pub fn wrap(model: &SolidModel, state: &mut SolidState) {
+pub fn wrap<S: SolidSpace>(model: &SolidModel<S>, state: &mut SolidState<S>) {
     let domain = &model.domain;
     if !domain.is_periodic() {
         return;
     }
     for (x, image_count) in state.particles.position.iter_mut().zip(&mut state.image_counts) {
         let wrapped = domain.wrapped(x);
-        for axis in 0..image_count.len() {
+        for axis in 0..S::DIMENSIONS {
             let turns = (x[axis] - wrapped[axis]) / domain.size()[axis];
             // A saturating conversion of a small whole number.
             image_count[axis] += turns.round() as i32;

@@ -3,6 +3,7 @@
 use sph::coupling::stage::StageTime;
 
 use crate::particles::forces::ParticleTorques;
+use crate::space::SolidSpace;
 use crate::system::model::SolidModel;
 use crate::system::state::SolidState;
 use crate::system::workspace::Workspace;
@@ -13,16 +14,16 @@ use crate::time::stepping::Stepping;
 /// The stage rule.
 pub struct StageRule;
 
-impl Stepping for StageRule {
-    fn prepare(&self, model: &SolidModel, workspace: &mut Workspace, time: &StageTime) {
+impl<S: SolidSpace> Stepping<S> for StageRule {
+    fn prepare(&self, model: &SolidModel<S>, workspace: &mut Workspace<S>, time: &StageTime) {
         update_stage(model, workspace, time, time.state_time());
     }
 
-    fn evaluate(&self, model: &SolidModel, workspace: &mut Workspace, time: &StageTime) {
+    fn evaluate(&self, model: &SolidModel<S>, workspace: &mut Workspace<S>, time: &StageTime) {
         evaluate_pairs(model, workspace, time.state_time());
     }
 
-    fn complete(&self, model: &SolidModel, workspace: &mut Workspace, time: &StageTime) {
+    fn complete(&self, model: &SolidModel<S>, workspace: &mut Workspace<S>, time: &StageTime) {
         sum_forces(model, workspace, time, time.state_time());
         let Workspace {
             stage, sums, rates, forces, mean_forces, mean_torques, fluid_force, total_force, ..
@@ -39,7 +40,13 @@ impl Stepping for StageRule {
         }
     }
 
-    fn advance(&self, model: &SolidModel, state: &SolidState, workspace: &mut Workspace, time: &StageTime) {
+    fn advance(
+        &self,
+        model: &SolidModel<S>,
+        state: &SolidState<S>,
+        workspace: &mut Workspace<S>,
+        time: &StageTime,
+    ) {
         move_bodies(model, state, workspace, time);
     }
 }

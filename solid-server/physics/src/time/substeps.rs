@@ -2,10 +2,10 @@
 
 use sph::coupling::stage::{Stage, StageTime};
 use sph::setup::SubstepCount;
-use sph::space::cross;
 
 use crate::formulations::formulation::{AngularImpulse, BodyDrift, BodyKick};
 use crate::particles::forces::{ParticleForces, ParticleTorques};
+use crate::space::SolidSpace;
 use crate::system::model::SolidModel;
 use crate::system::state::SolidState;
 use crate::system::workspace::Workspace;
@@ -31,7 +31,12 @@ pub struct Substeps(pub SubstepCount);
 /// Sub-steps of the stage of `time`: half of those of the step in the predictor.
 ///
 /// Both stages decide by the state at the start of the step.
-fn stage_substeps(model: &SolidModel, state: &SolidState, count: SubstepCount, time: &StageTime) -> u32 {
+fn stage_substeps<S: SolidSpace>(
+    model: &SolidModel<S>,
+    state: &SolidState<S>,
+    count: SubstepCount,
+    time: &StageTime,
+) -> u32 {
     let pairs = match count {
         SubstepCount::Fixed(count) => count / 2,
         SubstepCount::Automatic => automatic_substeps(time.time_step, substep_limit(model, state)) / 2,
@@ -43,9 +48,9 @@ fn stage_substeps(model: &SolidModel, state: &SolidState, count: SubstepCount, t
 }
 
 /// A stage of sub-steps.
-struct SubstepPass<'a> {
-    model: &'a SolidModel,
-    state: &'a SolidState,
+struct SubstepPass<'a, S: SolidSpace> {
+    model: &'a SolidModel<S>,
+    state: &'a SolidState<S>,
     time: &'a StageTime,
     /// Duration of a sub-step \[s\].
     duration: f64,
@@ -53,16 +58,16 @@ struct SubstepPass<'a> {
     evolves: bool,
 }
 
-impl Stepping for Substeps {
+impl<S: SolidSpace> Stepping<S> for Substeps {
     /// A pass of sub-steps leaves the corrector all that belongs to its state.
-    fn prepare(&self, model: &SolidModel, workspace: &mut Workspace, time: &StageTime) {
+    fn prepare(&self, model: &SolidModel<S>, workspace: &mut Workspace<S>, time: &StageTime) {
         if time.at.stage == Stage::Predictor {
             update_stage(model, workspace, time, time.state_time());
         }
     }
 
     /// Both passes start from the forces at the start of the step.
-    fn evaluate(&self, model: &SolidModel, workspace: &mut Workspace, time: &StageTime) {
+    fn evaluate(&self, model: &SolidModel<S>, workspace: &mut Workspace<S>, time: &StageTime) {
         if time.at.stage == Stage::Predictor {
             evaluate_pairs(model, workspace, time.state_time());
             sum_forces(model, workspace, time, time.state_time());
@@ -71,7 +76,13 @@ impl Stepping for Substeps {
         }
     }
 
-    fn advance(&self, model: &SolidModel, state: &SolidState, workspace: &mut Workspace, time: &StageTime) {
+    fn advance(
+        &self,
+        model: &SolidModel<S>,
+        state: &SolidState<S>,
+        workspace: &mut Workspace<S>,
+        time: &StageTime,
+    ) {
         let count = stage_substeps(model, state, self.0, time);
         workspace.substeps = count;
         let duration = time.duration() / f64::from(count);
@@ -98,20 +109,20 @@ impl Stepping for Substeps {
     }
 }
 
-impl SubstepPass<'_> {
+impl<S: SolidSpace> SubstepPass<'_, S> {
     /// Time `parts` sub-steps after the start of the step \[s\].
     fn time_at(&self, parts: f64) -> f64 {
         self.time.step_start + parts * self.duration
     }
 
     /// From the start of sub-step `k` to its end, velocities half a sub-step behind.
-    fn first_half(&self, workspace: &mut Workspace, k: u32, weight: f64) {
+    fn first_half(&self, workspace: &mut Workspace<S>, k: u32, weight: f64) {
         let k = f64::from(k);
         workspace.velocity_gain.clone_from(&workspace.next.velocity);
         self.kick(workspace, self.time_at(k + 0.5), weight);
         let Workspace { next, velocity_gain, .. } = workspace;
         for (gain, velocity) in velocity_gain.iter_mut().zip(&next.velocity) {
-            *gain = velocity - *gain;
+            *gain = *velocity - *gain;
         }
         if self.evolves {
             self.sum_in_the_middle(workspace, self.time_at(k + 0.5));
@@ -120,7 +131,7 @@ impl SubstepPass<'_> {
     }
 
     /// Forces at the end of sub-step `k`, and the rest of its velocities.
-    fn second_half(&self, workspace: &mut Workspace, k: u32, weight: f64) {
+    fn second_half(&self, workspace: &mut Workspace<S>, k: u32, weight: f64) {
         let end = self.time_at(f64::from(k) + 1.0);
         let Workspace { stage, next, velocity_gain, .. } = workspace;
         stage.copy_from(next);
@@ -134,7 +145,7 @@ impl SubstepPass<'_> {
     }
 
     /// Half a sub-step of all velocities; adds the forces to their means with `weight`.
-    fn kick(&self, workspace: &mut Workspace, target: f64, weight: f64) {
+    fn kick(&self, workspace: &mut Workspace<S>, target: f64, weight: f64) {
         let Workspace {
             next,
             next_rigid,
@@ -153,7 +164,7 @@ impl SubstepPass<'_> {
             let (torques, at) = (&mut workspace.mean_torques, &workspace.exchange_position);
             add_torques(torques, weight, origin, &next.position, forces);
             for (i, torques) in torques.iter_mut().enumerate() {
-                torques.displaced += weight * cross(&(next.position[i] - at[i]), &fluid_force[i]);
+                torques.displaced += S::cross(&(next.position[i] - at[i]), &fluid_force[i]) * weight;
             }
         }
         for (k, body) in self.model.bodies.iter().enumerate() {
@@ -173,18 +184,18 @@ impl SubstepPass<'_> {
     }
 
     /// Velocity gradients half a drift on.
-    fn sum_in_the_middle(&self, workspace: &mut Workspace, middle: f64) {
+    fn sum_in_the_middle(&self, workspace: &mut Workspace<S>, middle: f64) {
         let Workspace { stage, next, walls, .. } = workspace;
         stage.copy_from(next);
         for (x, v) in stage.position.iter_mut().zip(&next.velocity) {
-            *x += v * (0.5 * self.duration);
+            *x += *v * (0.5 * self.duration);
         }
         self.model.walls.move_to(middle, walls);
         refresh_lists(self.model, workspace, self.time);
         evaluate_pairs(self.model, workspace, middle);
     }
 
-    fn drift(&self, workspace: &mut Workspace, target: f64) {
+    fn drift(&self, workspace: &mut Workspace<S>, target: f64) {
         let Workspace { next, next_rigid, sums, angular_impulse, .. } = workspace;
         for (k, body) in self.model.bodies.iter().enumerate() {
             let drift = BodyDrift {

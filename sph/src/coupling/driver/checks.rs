@@ -7,8 +7,11 @@ use crate::coupling::solver::{Divergence, Fault, Solver};
 use crate::coupling::stage::{StageTime, StepStage};
 use crate::setup::{BreachAction, StepPolicy};
 
-/// A fixed step beyond this multiple of its limit ends a run: three times what a case may begin with at its own risk.
-pub(crate) const LARGEST_STEP_OVER_LIMIT: f64 = 30.0;
+crate::constants! {
+    /// Three times what a case may begin with at its own risk.
+    pub(crate) const LARGEST_STEP_OVER_LIMIT: f64 = 30.0, "time_step.largest_over_limit",
+        "fixed step over the reported limit that ends a run [-]";
+}
 
 impl<S: Solver + ?Sized> Runner<'_, S> {
     /// Whether a fixed step is still one, by the own `limit` \[s\]; an adaptive one follows its limit by itself.

@@ -7,24 +7,28 @@ mod accounts;
 mod balance;
 mod budget;
 
-use nalgebra::{SVector, Vector3};
+use nalgebra::Vector3;
 
 pub use accounts::{Account, AccountEntry, Accounts, scheme_moment};
 pub(crate) use balance::exceeds;
 pub use balance::{Breach, Check, Imbalance, TorqueCheck, balance_breaches, budget_breaches, imbalance};
 pub use budget::{AngularBudget, Energies, InterfaceSums, MomentumReport, StageBudget};
 
+use crate::space::components::Components;
+
 /// A vector of the ledger, (x, y, z).
 pub type LedgerVector = Vector3<f64>;
 
 /// `vector` with zeros for the components that its space lacks.
 #[inline]
-pub fn lifted<const D: usize>(vector: &SVector<f64, D>) -> LedgerVector {
-    LedgerVector::from_fn(|k, _| if k < D { vector[k] } else { 0.0 })
+pub fn lifted<V: Components>(vector: &V) -> LedgerVector {
+    let row = vector.row();
+    LedgerVector::from_fn(|k, _| if k < V::COUNT { row.as_ref()[k] } else { 0.0 })
 }
 
-/// A torque or angular momentum of the plane, about z.
+/// A torque or angular momentum: of the plane, about z.
 #[inline]
-pub fn axial(z: f64) -> LedgerVector {
-    LedgerVector::new(0.0, 0.0, z)
+pub fn axial<T: Components>(spin: T) -> LedgerVector {
+    let (row, missing) = (spin.row(), 3 - T::COUNT);
+    LedgerVector::from_fn(|k, _| if k < missing { 0.0 } else { row.as_ref()[k - missing] })
 }

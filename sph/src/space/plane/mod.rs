@@ -7,6 +7,7 @@ use nalgebra::{Matrix2, Vector2};
 use serde::{Deserialize, Serialize};
 
 use super::Space;
+use super::components::Components;
 use super::tensors::{SpaceSymmetric, SpaceTensor, SpaceVector};
 use crate::lanes::{Lanes, WIDTH};
 
@@ -49,6 +50,11 @@ impl Space for Plane {
     #[inline(always)]
     fn centripetal(spin: f64, arm: &Vector2<f64>) -> Vector2<f64> {
         -arm * spin.powi(2)
+    }
+
+    #[inline]
+    fn rotated(rotation: f64, spin: f64, duration: f64) -> f64 {
+        rotation + spin * duration
     }
 
     #[inline]
@@ -146,6 +152,38 @@ impl Space for Plane {
     fn symmetric_sums<L: Lanes>([xx, xy, yy]: [L; 3]) -> [f64; 3] {
         let [xx, xy, yy, _] = L::sums([xx, xy, yy, L::zero()]);
         [xx, xy, yy]
+    }
+}
+
+impl Components for Vector2<f64> {
+    const COUNT: usize = 2;
+
+    type Row = [f64; 2];
+
+    #[inline]
+    fn row(self) -> [f64; 2] {
+        self.into()
+    }
+
+    #[inline]
+    fn from_row(row: [f64; 2]) -> Self {
+        row.into()
+    }
+}
+
+impl Components for SymmetricTensor {
+    const COUNT: usize = 3;
+
+    type Row = [f64; 3];
+
+    #[inline]
+    fn row(self) -> [f64; 3] {
+        [self.xx, self.yy, self.xy]
+    }
+
+    #[inline]
+    fn from_row([xx, yy, xy]: [f64; 3]) -> Self {
+        Self { xx, yy, xy }
     }
 }
 

@@ -159,7 +159,7 @@ impl Case for PlateStiffness {
                 .with("solid.body.0.shape.lower_m", lower.clone())
                 .with("solid.body.0.support.0.shape.lower_m", lower)
         };
-        let document = |spacing: f64| {
+        let paper = |spacing: f64| {
             let mut formulation = toml::Table::new();
             formulation.insert("type".into(), "updated-lagrangian".into());
             formulation.insert("kernel_ratio".into(), 1.3.into());
@@ -172,9 +172,9 @@ impl Case for PlateStiffness {
             member("total-lagrangian", 0.004).quick(),
             member("total-lagrangian", 0.002),
             member("total-lagrangian", 0.001),
-            document(0.004),
-            document(0.002),
-            document(0.001),
+            paper(0.004),
+            paper(0.002),
+            paper(0.001),
         ]
     }
 

@@ -64,7 +64,7 @@ const PAPER: &str = "source paper";
 
 /// The case with the source paper's formulation of both bodies, its gradients corrected; all else stays as it is, sub-steps
 /// included.
-fn with_document_solid(mut member: Member) -> Member {
+fn with_paper_solid(mut member: Member) -> Member {
     let mut formulation = toml::Table::new();
     formulation.insert("type".into(), "updated-lagrangian".into());
     formulation.insert("kernel_ratio".into(), 1.3.into());
@@ -86,9 +86,9 @@ impl Case for DriftingBody {
     fn members(&self) -> Vec<Member> {
         vec![
             member("../drifting_body_coarse", 0.004),
-            with_document_solid(member("../drifting_body_coarse", 0.004)),
+            with_paper_solid(member("../drifting_body_coarse", 0.004)),
             member("../drifting_body", 0.002),
-            with_document_solid(member("../drifting_body", 0.002)),
+            with_paper_solid(member("../drifting_body", 0.002)),
             member("../drifting_body_paper", 0.002).scheme(PAPER),
         ]
     }

@@ -34,7 +34,7 @@ impl Case for StillWater {
             Member::new("still_water", 0.006).quick(),
             Member::new("still_water", 0.003),
             Member::new("still_water_undamped", 0.003)
-                .scheme("document, undamped")
+                .scheme("paper, undamped")
                 .with("fluid.kernel_ratio", 1.2)
                 .with("fluid.artificial_viscosity_a", 1.0)
                 .with("fluid.artificial_viscosity_b", 1.0)
@@ -100,7 +100,7 @@ fn settled(run: &Run) -> Result<Vec<Figure>, String> {
 fn ringing(run: &Run) -> Result<Vec<Figure>, String> {
     let mean = series::mean(&run.history("p1_pressure_pa")?, 10.0, 15.0);
     let exact = DENSITY * GRAVITY * 0.295;
-    let tolerance = if run.member.scheme.starts_with("document") { 0.012 } else { 0.003 };
+    let tolerance = if run.member.scheme.starts_with("paper") { 0.012 } else { 0.003 };
     let kinetic = run.history("water_kinetic_energy_j_per_m")?;
     let peaks: Vec<f64> = (0..15)
         .map(f64::from)

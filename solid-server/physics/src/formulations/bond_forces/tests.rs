@@ -2,7 +2,7 @@ use sph::kernel::CubicSpline;
 use sph::lanes::Arithmetic;
 use sph::space::domain::Domain;
 use sph::space::geometry::Periodic;
-use sph::space::{Tensor, Vector};
+use sph::space::{Plane, Tensor, Vector};
 
 use super::*;
 use crate::neighbours::reference::{Reference, ReferencePair};
@@ -15,7 +15,7 @@ fn viscosity() -> Viscosity {
 /// A lattice of 7 × 4 across the edge of a periodic box, nothing held.
 struct Patch {
     domain: Domain,
-    reference: Reference,
+    reference: Reference<Plane>,
     position: Vec<Vector>,
     velocity: Vec<Vector>,
 }
@@ -37,7 +37,7 @@ impl Patch {
         Self { domain, reference, position, velocity }
     }
 
-    fn x_ij(&self, i: usize) -> impl Fn(&ReferencePair) -> Vector {
+    fn x_ij(&self, i: usize) -> impl Fn(&ReferencePair<Plane>) -> Vector {
         move |pair| self.domain.separation(&self.position[i], &self.position[pair.neighbour as usize])
     }
 

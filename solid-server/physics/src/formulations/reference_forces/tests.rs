@@ -8,12 +8,12 @@ fn open() -> Domain {
     Domain { lower: Vector::new(-9.0, -9.0), upper: Vector::new(9.0, 9.0), periodic: [false; 2] }
 }
 
-fn lattice(columns: u32, rows: u32) -> (Vec<Vector>, Reference) {
+fn lattice(columns: u32, rows: u32) -> (Vec<Vector>, Reference<Plane>) {
     anchored_lattice(columns, rows, 0)
 }
 
 /// A lattice whose first columns are anchored.
-fn anchored_lattice(columns: u32, rows: u32, anchored: u32) -> (Vec<Vector>, Reference) {
+fn anchored_lattice(columns: u32, rows: u32, anchored: u32) -> (Vec<Vector>, Reference<Plane>) {
     let position: Vec<Vector> =
         (0..columns * rows).map(|k| Vector::new(f64::from(k % columns), f64::from(k / columns))).collect();
     let volume = vec![1.0; position.len()];

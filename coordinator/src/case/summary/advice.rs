@@ -1,0 +1,82 @@
+//! Where a case departs from what is recommended, and what deserves a second look.
+
+use sph::setup::{FluidScheme, ParameterSet};
+
+use super::Summary;
+use crate::case::Case;
+use crate::case::file::material::FormulationTable;
+
+/// Fewest times the largest speed that the sound speed should be, so that density stays within 1 %.
+const SOUND_SPEED_RATIO: f64 = 10.0;
+
+/// What the updated-Lagrangian formulation costs; `docs/verification.md` has the measurements.
+const UPDATED_LAGRANGIAN_COST: &str =
+    "a cantilever of 6 particles across swings with a period 29 % too long, one of 10 with 19 %";
+
+impl Case {
+    /// Parameters that are not at their recommended values.
+    pub(super) fn departures(&self) -> Vec<String> {
+        let mut lines = Vec::new();
+        if let Some(fluid) = &self.file.fluid {
+            for (spec, value) in fluid.parameters.values().values() {
+                if let Some((recommended, cost)) = spec.recommended
+                    && !recommended.is(&value)
+                {
+                    lines.push(format!("fluid.{} = {value}, recommended {recommended}: {cost}", spec.key));
+                }
+            }
+        }
+        for body in self.file.solid.iter().flat_map(|solid| &solid.bodies) {
+            if matches!(body.formulation, FormulationTable::UpdatedLagrangian(_)) {
+                lines.push(format!(
+                    "formulation of body `{}` = updated-lagrangian, recommended total-lagrangian: \
+                     {UPDATED_LAGRANGIAN_COST}",
+                    body.name.value
+                ));
+            }
+        }
+        lines
+    }
+
+    pub(super) fn step_warning(&self, summary: &Summary) -> Option<String> {
+        // A step of exactly the recommended size must not warn.
+        (summary.ratio_to_recommended > 1.0 + 1e-9).then(|| {
+            format!(
+                "the time step of {:.3e} s is {:.2} times the recommended one",
+                summary.time_step, summary.ratio_to_recommended
+            )
+        })
+    }
+
+    /// Warns when half-steps are iterated that leave the fluid's forces as they are.
+    pub(super) fn iteration_warning(&self) -> Option<String> {
+        let iterated = self.file.interface.as_ref().is_some_and(|interface| interface.iterate.is_some());
+        let leapfrog = self.file.fluid.as_ref().is_some_and(|f| f.parameters.scheme == FluidScheme::Leapfrog);
+        (iterated && leapfrog).then(|| {
+            "[interface] iterate: with the fluid's scheme `leapfrog` its pressure in the corrector does not depend on the \
+             solid's velocity of the same step, so that iterations change next to nothing; use `scheme = \
+             \"predictor-corrector\"` in [fluid]"
+                .to_owned()
+        })
+    }
+
+    /// Warns when the fluid can move faster than a tenth of its sound speed.
+    pub(super) fn sound_speed_warning(&self) -> Option<String> {
+        let fluid = self.file.fluid.as_ref()?;
+        let gravity = self.file.body_force.gravity_m_s2;
+        let heights = self.scene.fluid.position.iter().map(|x| -x.dot(&gravity));
+        let (lowest, highest) =
+            heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), h| (low.min(h), high.max(h)));
+        // g·height: a fall through all of the fluid gives √(2gH).
+        let fall = (2.0 * (highest - lowest).max(0.0)).sqrt();
+        let speed = self.scene.fluid.velocity.iter().map(|v| v.norm()).fold(fall, f64::max);
+        let sound_speed = fluid.parameters.sound_speed;
+        (sound_speed < SOUND_SPEED_RATIO * speed).then(|| {
+            format!(
+                "the sound speed of {sound_speed} m/s is {:.1} times the speed {speed:.2} m/s that the fluid can reach; \
+                 below {SOUND_SPEED_RATIO} times its density varies by more than 1 %",
+                sound_speed / speed
+            )
+        })
+    }
+}

@@ -1,0 +1,16 @@
+//! Coefficients of the fluid that no case sets.
+
+use sph::constants::Constant;
+use sph::space::Plane;
+
+use crate::boundary::departures;
+use crate::report::probes;
+use crate::system::thresholds::Thresholds;
+use crate::system::{list_limits, walls};
+
+/// Coefficients of the fluid that no case sets.
+pub fn constants() -> impl Iterator<Item = &'static Constant> {
+    const LISTS: &[&[Constant]] =
+        &[Plane::LIST, walls::CONSTANTS, list_limits::CONSTANTS, departures::CONSTANTS, probes::CONSTANTS];
+    LISTS.iter().copied().flatten()
+}

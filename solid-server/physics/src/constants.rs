@@ -1,0 +1,31 @@
+//! Coefficients of solids that no case sets.
+
+use sph::constants::Constant;
+use sph::space::Plane;
+
+use crate::boundary::supports;
+use crate::contact::{density_field, friction};
+use crate::formulations::{bond_forces, formulation, reference_forces};
+use crate::neighbours::material_point;
+use crate::report::probes;
+use crate::space;
+use crate::thresholds::Thresholds;
+use crate::time::limits;
+
+/// Coefficients of solids that no case sets.
+pub fn constants() -> impl Iterator<Item = &'static Constant> {
+    const LISTS: &[&[Constant]] = &[
+        Plane::LIST,
+        space::CONSTANTS,
+        supports::CONSTANTS,
+        formulation::CONSTANTS,
+        bond_forces::CONSTANTS,
+        reference_forces::CONSTANTS,
+        density_field::CONSTANTS,
+        friction::CONSTANTS,
+        limits::CONSTANTS,
+        material_point::CONSTANTS,
+        probes::CONSTANTS,
+    ];
+    LISTS.iter().copied().flatten()
+}

@@ -1,0 +1,26 @@
+//! The list of coefficients in this crate that no case sets.
+
+use crate::constants::Constant;
+use crate::coupling::driver::checks;
+use crate::coupling::{audit, fixed_point};
+use crate::interface::fluid_regions;
+use crate::laws::{equation_of_state, repulsion};
+use crate::shapes::{boundary, fitted};
+use crate::{kernel, setup};
+
+/// Coefficients of laws that both solvers evaluate, and of the coupling.
+pub fn fixed_constants() -> impl Iterator<Item = &'static Constant> {
+    const LISTS: &[&[Constant]] = &[
+        kernel::CONSTANTS,
+        equation_of_state::CONSTANTS,
+        repulsion::CONSTANTS,
+        setup::CONSTANTS,
+        fluid_regions::CONSTANTS,
+        fixed_point::CONSTANTS,
+        checks::CONSTANTS,
+        audit::CONSTANTS,
+        boundary::CONSTANTS,
+        fitted::CONSTANTS,
+    ];
+    LISTS.iter().copied().flatten()
+}

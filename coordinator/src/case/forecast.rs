@@ -4,8 +4,8 @@
 use solid::limits::{automatic_substeps, estimated_substep};
 use sph::neighbours::CellGrid;
 use sph::setup::{
-    ContactLaw, FluidScheme, FluidSetup, Formulation, GradientCorrection, HyperelasticLaw, SolidSetup,
-    SolidStepping, SubstepCount,
+    ContactLaw, FluidScheme, FluidSetup, Formulation, GradientCorrection, SolidSetup, SolidStepping,
+    SubstepCount,
 };
 use sph::space::Plane;
 
@@ -28,8 +28,6 @@ pub enum Unit {
     UpdatedPair,
     /// A pair of a total-Lagrangian body in an evaluation of its forces.
     ReferencePair,
-    /// A particle of a neo-Hookean body in an evaluation of its forces.
-    NeoHookeanParticle,
     /// A particle of a body that can touch a wall or another body, in an evaluation of forces.
     ContactParticle,
     /// A pair of particles of two bodies, or of a body and a wall, that meet at the start, in an evaluation of forces.
@@ -42,13 +40,12 @@ pub enum Unit {
 
 impl Unit {
     /// All units, in the order of [`Work`].
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 9] = [
         Self::FluidPair,
         Self::TensorPair,
         Self::WallParticle,
         Self::UpdatedPair,
         Self::ReferencePair,
-        Self::NeoHookeanParticle,
         Self::ContactParticle,
         Self::ContactPair,
         Self::SolidParticle,
@@ -58,16 +55,15 @@ impl Unit {
     /// CPU time of one on the machine of docs/performance.md \[s\], fitted to the shipped cases by the program `forecast`.
     fn cost(self) -> f64 {
         1e-9 * match self {
-            Self::FluidPair => 9.0,
-            Self::TensorPair => 7.0,
+            Self::FluidPair => 8.4,
+            Self::TensorPair => 6.1,
             Self::WallParticle => 25.0,
-            Self::UpdatedPair => 4.3,
-            Self::ReferencePair => 10.0,
-            Self::NeoHookeanParticle => 15.0,
-            Self::ContactParticle => 80.0,
-            Self::ContactPair => 650.0,
-            Self::SolidParticle => 360.0,
-            Self::Step => 24000.0,
+            Self::UpdatedPair => 3.6,
+            Self::ReferencePair => 9.0,
+            Self::ContactParticle => 55.0,
+            Self::ContactPair => 720.0,
+            Self::SolidParticle => 370.0,
+            Self::Step => 20500.0,
         }
     }
 }
@@ -150,9 +146,6 @@ fn solid_work(work: &mut Work, setup: &SolidSetup, time_step: f64) {
             Formulation::TotalLagrangian(constants) => {
                 let pairs = count * neighbours(2.0 * constants.kernel_ratio);
                 work.add(Unit::ReferencePair, evaluations * pairs);
-                if constants.law == HyperelasticLaw::NeoHookean {
-                    work.add(Unit::NeoHookeanParticle, evaluations * count);
-                }
             }
         }
         if touches {

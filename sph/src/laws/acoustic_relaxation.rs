@@ -2,6 +2,14 @@
 
 use crate::lanes::Real;
 
+crate::constants! {
+    /// Without a limit a body that rebounds from water is held back by 21 kPa; with none at all a pool that has been
+    /// struck rings on below p = 0, where q could not act. At 0.001 it rings no longer, and an impulse on a plate is as
+    /// without relaxation.
+    pub const LARGEST_TENSION: f64 = 0.001,
+        "acoustic_relaxation.largest_tension", "largest tension that acoustic relaxation adds, over rho0 c0^2 [-]";
+}
+
 /// A Maxwell element of modulus ρ c_h² and relaxation time τ beside Eq. (3).
 ///
 /// ```text
@@ -17,12 +25,30 @@ use crate::lanes::Real;
 pub struct AcousticRelaxation {
     square_speed: f64,
     time: f64,
+    tension: f64,
 }
 
 impl AcousticRelaxation {
-    /// Square c_h² of the speed of sound by the element alone \[m²/s²\], relaxation time τ \[s\].
+    /// Square c_h² of the speed of sound by the element alone \[m²/s²\], relaxation time τ \[s\]; it adds no tension.
     pub fn new(square_speed: f64, time: f64) -> Self {
-        Self { square_speed, time }
+        Self { square_speed, time, tension: 0.0 }
+    }
+
+    /// Adds a tension of at most `tension` t \[Pa\].
+    pub fn bearing(self, tension: f64) -> Self {
+        Self { tension, ..self }
+    }
+
+    /// q \[Pa\] within its limit where Eq. (3) gives `pressure` p \[Pa\]: tension would hold fluid back that leaves a
+    /// wall.
+    ///
+    /// ```text
+    /// max(q, −max(p, 0) − t)
+    /// ```
+    /// This only moves q toward zero: it loses energy.
+    #[inline(always)]
+    pub fn limited<R: Real>(&self, q: R, pressure: R) -> R {
+        q.max(R::splat(-self.tension) - pressure.max(R::zero()))
     }
 
     /// The element after `duration` \[s\].
@@ -85,17 +111,6 @@ impl Relaxed {
     }
 }
 
-/// q \[Pa\] where Eq. (3) gives `pressure` p \[Pa\]: it makes no tension, which would hold fluid back that leaves a wall.
-///
-/// ```text
-/// max(q, −max(p, 0))
-/// ```
-/// This only moves q toward zero: it loses energy.
-#[inline(always)]
-pub fn without_tension<R: Real>(q: R, pressure: R) -> R {
-    q.max(R::zero() - pressure.max(R::zero()))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -121,9 +136,10 @@ mod tests {
     }
 
     #[test]
-    fn the_limit_leaves_no_tension() {
-        for (q, p, expected) in [(-5.0, 3.0, -3.0), (-2.0, 3.0, -2.0), (-5.0, -3.0, 0.0), (4.0, -3.0, 4.0)] {
-            assert_eq!(without_tension(q, p), expected);
+    fn the_limit_leaves_little_tension() {
+        let element = AcousticRelaxation::new(400.0, 2e-3).bearing(1.0);
+        for (q, p, expected) in [(-5.0, 3.0, -4.0), (-2.0, 3.0, -2.0), (-5.0, -3.0, -1.0), (4.0, -3.0, 4.0)] {
+            assert_eq!(element.limited(q, p), expected);
         }
     }
 }

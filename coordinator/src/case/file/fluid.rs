@@ -27,7 +27,7 @@ impl FluidTable {
     /// Reads the table.
     pub fn read(mut table: Table<'_>, preset: Preset) -> Self {
         let parameters = table.parameters(preset.values::<FluidParameters>(), &[]);
-        if let Some(Contradiction { key, problem, hint }) = parameters.contradiction() {
+        if let Some(Contradiction { key, problem, hint }) = parameters.contradiction_of_forms() {
             table.error(CaseError::new(&table.place_of(key), problem).hint(hint));
         }
         let damping = DampingTable::read(&mut table);

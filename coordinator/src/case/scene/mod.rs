@@ -1,5 +1,6 @@
 //! The scene that a case means: all particles at the start, and every check that needs them.
 
+pub(super) mod depth;
 mod fluid;
 mod lattice;
 mod loads;

@@ -2,7 +2,7 @@
 
 use sph::coupling::stage::StageTime;
 use sph::lanes::Lanes;
-use sph::laws::acoustic_relaxation::{AcousticRelaxation, Relaxed, without_tension};
+use sph::laws::acoustic_relaxation::{AcousticRelaxation, Relaxed};
 
 use crate::rates::particle_rates::StagePart;
 
@@ -46,6 +46,6 @@ impl StageRelaxation {
     /// `q` within its limit, where Eq. (3) gives `pressure` \[Pa\].
     #[inline(always)]
     pub fn limited<L: Lanes>(&self, q: L, pressure: L) -> L {
-        without_tension(q, pressure)
+        self.law.limited(q, pressure)
     }
 }

@@ -14,6 +14,7 @@ mod names;
 mod notation;
 mod opening;
 mod reader;
+mod relaxation;
 mod restart;
 mod scene;
 mod separation;
@@ -137,7 +138,7 @@ fn build(text: &str, directory: &Path, final_state: Loader<'_>, errors: &ErrorLi
     if errors.count() == 0 {
         restart::apply(&file, &mut scene, final_state, errors);
     }
-    file.fill_in_relaxation_time(&scene);
+    file.fill_in_relaxation(&scene);
     let probes = names::probes(&file, &scene, errors);
     let case = Case {
         name: file.name.value.clone(),
@@ -171,22 +172,6 @@ impl CaseFile {
         }
         if self.domain.outflow_sides.is_none() {
             self.domain.outflow_sides = Some(self.open_rims());
-        }
-    }
-
-    /// Relaxation time of sound that the case leaves out: half the mean depth of the water at the start over c₀.
-    ///
-    /// ```text
-    /// τ = V/(2 S c₀)
-    /// ```
-    /// with the volume V of the water and the area S of its faces. From 0.3 to 3 times as much serve as well.
-    fn fill_in_relaxation_time(&mut self, scene: &Scene) {
-        let domain = self.domain.domain();
-        let Some(fluid) = self.fluid.as_mut().filter(|fluid| fluid.intact) else { return };
-        if fluid.parameters.acoustic_relaxation > 0.0 && fluid.parameters.acoustic_relaxation_time.is_none() {
-            let depth = scene::depth::mean_depth(&scene.fluid, &domain, fluid.parameters.particle_spacing);
-            let time = 0.5 * depth / fluid.parameters.sound_speed;
-            fluid.parameters.derive(|parameters| parameters.acoustic_relaxation_time = Some(time));
         }
     }
 

@@ -19,6 +19,9 @@ pub struct FluidTable {
     pub damping: Option<DampingTable>,
     #[serde(rename = "region")]
     pub regions: Vec<RegionTable>,
+    /// Whether the strength of the acoustic relaxation is left to the room that the time step leaves.
+    #[serde(skip)]
+    pub takes_relaxation_of_step: bool,
     #[serde(skip)]
     pub intact: bool,
 }
@@ -27,6 +30,8 @@ impl FluidTable {
     /// Reads the table.
     pub fn read(mut table: Table<'_>, preset: Preset) -> Self {
         let parameters = table.parameters(preset.values::<FluidParameters>(), &[]);
+        let takes_relaxation_of_step =
+            !table.has("acoustic_relaxation") && parameters.acoustic_relaxation > 0.0;
         if let Some(Contradiction { key, problem, hint }) = parameters.contradiction_of_forms() {
             table.error(CaseError::new(&table.place_of(key), problem).hint(hint));
         }
@@ -34,7 +39,7 @@ impl FluidTable {
         let intact = table.intact();
         let regions = table.tables("region").into_iter().map(RegionTable::read).collect();
         table.finish();
-        Self { parameters, damping, regions, intact }
+        Self { parameters, damping, regions, takes_relaxation_of_step, intact }
     }
 
     /// Whether spacing and kernel ratio can be relied on.

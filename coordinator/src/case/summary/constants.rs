@@ -9,7 +9,7 @@ use sph::setup::{Choice, ContactLaw, Formulation, ParameterSet, SolidStepping, S
 use crate::case::Case;
 use crate::case::file::material::FormulationTable;
 use crate::case::file::solid::ContactTable;
-use crate::case::limits;
+use crate::case::{limits, relaxation};
 use crate::case::scene::overlap;
 
 impl Case {
@@ -66,7 +66,7 @@ impl Case {
     pub fn fixed_constants(&self) -> impl Iterator<Item = &'static Constant> {
         let fluid = self.has(Role::Fluid).then(fluid::constants).into_iter().flatten();
         let solid = self.has(Role::Solid).then(solid::constants).into_iter().flatten();
-        let own = [overlap::CONSTANTS, limits::CONSTANTS].into_iter().flatten();
+        let own = [overlap::CONSTANTS, limits::CONSTANTS, relaxation::CONSTANTS].into_iter().flatten();
         sph::fixed_constants::fixed_constants().chain(fluid).chain(solid).chain(own)
     }
 

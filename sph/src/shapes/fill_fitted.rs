@@ -13,6 +13,9 @@ crate::constants! {
         "samples along a spacing by which cells are measured [-]";
 }
 
+/// Thinner lattices than this inside the layers leave holes, in spacings.
+const CORE: f64 = 6.0;
+
 /// Spacings below the layers within which particles of the lattice still move.
 const BUFFER: f64 = 3.0;
 
@@ -41,7 +44,7 @@ pub fn fill_fitted(shape: &Shape, spacing: f64, origin: Vector) -> Packing<Plane
     let depth = |x: &Vector| -boundary.surface(x).distance;
     let thickness = 2.0 * largest_depth(shape, spacing, origin, depth);
     let across = (thickness / spacing).round().max(1.0);
-    let thick = across > 2.0 * LAYERS;
+    let thick = across > 2.0 * LAYERS + CORE;
     let below = if thick { spacing } else { thickness / across };
     let along = spacing * spacing / below;
     // Of a thin shape both faces; the deepest layer is in the middle.

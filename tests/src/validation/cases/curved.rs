@@ -58,7 +58,7 @@ pub fn ring_period(waves: u32, radii: [f64; 2]) -> f64 {
         let power = (k / fields) as i32;
         let (value, slope) =
             (s.powi(power), if power > 0 { f64::from(power) * s.powi(power - 1) / half } else { 0.0 });
-        if k % fields == 0 { ([value, 0.0], [slope, 0.0]) } else { ([0.0, value], [0.0, slope]) }
+        if k.is_multiple_of(fields) { ([value, 0.0], [slope, 0.0]) } else { ([0.0, value], [0.0, slope]) }
     };
     let (mut stiffness, mut mass) = (vec![vec![0.0; size]; size], vec![vec![0.0; size]; size]);
     // The midpoint rule with this many points is exact to 1e-7.
@@ -103,9 +103,8 @@ fn solved(mut matrix: Vec<Vec<f64>>, mut right: Vec<f64>) -> Vec<f64> {
     for k in 0..n {
         for i in k + 1..n {
             let factor = matrix[i][k] / matrix[k][k];
-            for j in k..n {
-                matrix[i][j] -= factor * matrix[k][j];
-            }
+            let above = matrix[k].clone();
+            matrix[i].iter_mut().zip(&above).for_each(|(own, above)| *own -= factor * above);
             right[i] -= factor * right[k];
         }
     }

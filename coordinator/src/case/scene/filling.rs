@@ -19,6 +19,9 @@ pub enum Otherwise {
     Scaled,
 }
 
+/// Change of the masses that is no more than round-off, in per cent.
+const EXACT: f64 = 1e-7;
+
 /// Particles that fill a shape.
 #[derive(Debug, Default)]
 pub struct Filling {
@@ -102,11 +105,15 @@ impl Lattice<'_> {
             let positions = self.fill(written, spacing, filled.origin);
             return Filling { positions, cells: Cells::Lattice };
         }
+        // A lattice of its own says where the rows of a box are to stand.
+        let own_rows = filled.layout == Layout::Auto && filled.origin.is_some();
         match (&shape, filled.layout, filled.otherwise) {
-            (Shape::Rectangle { lower, upper }, Layout::Auto | Layout::Fitted, _) => {
+            (Shape::Rectangle { lower, upper }, Layout::Auto | Layout::Fitted, _) if !own_rows => {
                 self.fill_box(filled, *lower, *upper, adjusted)
             }
-            (_, Layout::Fitted, _) | (_, Layout::Auto, Otherwise::Fitted) => {
+            (_, Layout::Fitted, _) | (_, Layout::Auto, Otherwise::Fitted)
+                if !matches!(shape, Shape::Rectangle { .. }) =>
+            {
                 let steps = FITTED_STEPS + 100.0 * pieces;
                 let area = edges.moments().volume / (spacing * spacing);
                 if !self.errors.spend(&written.place, area.min(edges.length() / spacing * 12.0) * steps) {
@@ -131,6 +138,9 @@ impl Lattice<'_> {
                 let count = positions.len();
                 let volume = edges.moments().volume / count.max(1) as f64;
                 let change = 100.0 * (volume / (spacing * spacing) - 1.0);
+                if change.abs() < EXACT {
+                    return Filling { positions, cells: Cells::Lattice };
+                }
                 if count > 0 {
                     adjusted.push(format!(
                         "{what}: masses of its {count} particles scaled by {change:+.2} %, so that their sum is that of \

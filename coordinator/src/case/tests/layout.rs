@@ -1,5 +1,7 @@
 //! Shapes that do not fit the lattice.
 
+use sph::space::Vector;
+
 use super::*;
 
 /// A tank of 0.2 m × 0.3 m with `more` tables, on a lattice of 4 mm.

@@ -5,7 +5,7 @@ use crate::coupling::driver::checks;
 use crate::coupling::{audit, fixed_point};
 use crate::interface::fluid_regions;
 use crate::laws::{acoustic_relaxation, equation_of_state, repulsion};
-use crate::shapes::{boundary, fitted};
+use crate::shapes::{boundary, fill_fitted, fitted, packing};
 use crate::{kernel, setup};
 
 /// Coefficients of laws that both solvers evaluate, and of the coupling.
@@ -22,6 +22,8 @@ pub fn fixed_constants() -> impl Iterator<Item = &'static Constant> {
         audit::CONSTANTS,
         boundary::CONSTANTS,
         fitted::CONSTANTS,
+        fill_fitted::CONSTANTS,
+        packing::CONSTANTS,
     ];
     LISTS.iter().copied().flatten()
 }

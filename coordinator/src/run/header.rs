@@ -86,6 +86,7 @@ pub fn facts(case: &Case, remote: Option<&Remote>) -> Vec<Fact> {
         let arithmetic = Arithmetic::chosen().name();
         facts.push(fact("solvers", format!("threads of this process, arithmetic {arithmetic}")));
     }
+    facts.extend(summary.adjusted.iter().map(|line| fact("fitted", line.clone())));
     facts.extend(summary.cuts.iter().map(|cut| fact("cut", cut.clone())));
     facts
 }

@@ -12,7 +12,8 @@ use crate::boundary::walls::Walls;
 use crate::build::bodies::{build_bodies, build_contact, initial_image_counts};
 use crate::build::validate::{check_arrays, check_periods, check_sums};
 use crate::contact::friction::TangentialSprings;
-use crate::contact::repulsion::Contacts;
+use crate::contact::repulsion::{Contacts, Repulsion};
+use crate::contact::start::start_depths;
 use crate::formulations::body::Body;
 use crate::formulations::formulation::AngularImpulse;
 use crate::formulations::pair_law::PairSums;
@@ -25,7 +26,7 @@ use crate::particles::variables::{Particles, RigidState};
 use crate::report::body_sums::best_fit_rotation;
 use crate::report::probes::build_probes;
 use crate::space::SolidSpace;
-use crate::system::model::SolidModel;
+use crate::system::model::{ContactModel, SolidModel};
 use crate::system::state::{BodyContact, LastStage, SolidState};
 use crate::system::workspace::Workspace;
 
@@ -66,7 +67,7 @@ pub fn build(
     });
     let probes = build_probes(&setup, &mut bodies, &mut errors);
     let SolidParticles { id, body, support, mass, reference_position, .. } = setup.particles;
-    let model = SolidModel {
+    let mut model = SolidModel {
         domain,
         spacing: setup.particle_spacing,
         bodies,
@@ -84,8 +85,12 @@ pub fn build(
     if !errors.is_empty() {
         return Err(errors);
     }
-    let state = initial_state(&model, particles, rigid, image_counts, start_time);
     let start = StageTime { at: StepStage::FIRST, step_start: start_time, time_step: 0.0 };
+    if let ContactModel::Repulsion(law) = &model.contact {
+        let depths = start_depths(&model, law, &start);
+        model.contact = ContactModel::Repulsion(Repulsion { start: depths, ..law.clone() });
+    }
+    let state = initial_state(&model, particles, rigid, image_counts, start_time);
     crate::time::checks::check(&model, &state.particles, start.at)
         .and_then(|()| crate::time::checks::check_domain(&model, &state.particles, &start))
         .map_err(|divergence| vec![format!("the initial state is not usable: {divergence}")])?;

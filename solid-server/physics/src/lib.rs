@@ -67,6 +67,7 @@ mod contact {
     pub mod density_field;
     pub mod friction;
     pub mod repulsion;
+    pub mod start;
     pub mod sums;
 }
 

@@ -12,6 +12,7 @@ use sph::space::components::Components;
 use sph::sums::ordered_sum;
 
 use crate::build::{build, build_workspace};
+use crate::contact::start::remarks;
 use crate::report::body_sums::{best_fit_rotation, energies};
 use crate::report::fields::snapshot;
 use crate::report::probes::probe_values;
@@ -118,6 +119,10 @@ impl<S: SolidSpace> Solver for SolidSolver<S> {
         let limit = |i: usize| particle_limit(model, workspace, i);
         let i = (0..model.len()).min_by(|i, j| limit(*i).total_cmp(&limit(*j)))?;
         Some((model.particles.id[i], workspace.stage.position[i].row().as_ref().to_vec()))
+    }
+
+    fn remarks(&self) -> Vec<String> {
+        remarks(&self.model)
     }
 
     fn extent(&self) -> &Extent {

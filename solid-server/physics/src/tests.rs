@@ -5,6 +5,7 @@ mod contact;
 mod coupling;
 mod elastic;
 mod friction;
+mod plane_stress;
 mod scenes;
 mod substeps;
 mod supports;

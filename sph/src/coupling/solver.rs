@@ -83,6 +83,11 @@ pub trait Solver: Send {
         None
     }
 
+    /// What deserves a second look about the state at the start, in words; asked for by a check.
+    fn remarks(&self) -> Vec<String> {
+        Vec::new()
+    }
+
     /// Where own particles are that can meet the partner.
     fn extent(&self) -> &Extent;
 

@@ -78,7 +78,7 @@ impl Edge {
     }
 
     /// Point at a fraction of the way along the edge, and the outward normal there.
-    fn at(&self, fraction: f64) -> (Vector, Vector) {
+    pub(super) fn at(&self, fraction: f64) -> (Vector, Vector) {
         match *self {
             Self::Segment { start, end, normal } => (start + (end - start) * fraction, normal),
             Self::Arc { centre, radius, begin, sweep, outward } => {
@@ -88,7 +88,7 @@ impl Edge {
         }
     }
 
-    fn length(&self) -> f64 {
+    pub(super) fn length(&self) -> f64 {
         match *self {
             Self::Segment { start, end, .. } => (end - start).norm(),
             Self::Arc { radius, sweep, .. } => radius * sweep,

@@ -4,6 +4,7 @@ use serde::Serialize;
 use sph::setup::{Contradiction, Damping, FluidParameters};
 use sph::space::Vector;
 
+use super::layout::Layout;
 use super::shape::ShapeTable;
 use super::{Preset, formula};
 use crate::case::errors::CaseError;
@@ -92,6 +93,7 @@ pub struct RegionTable {
     /// Particles that would overlap a solid or a wall are left out; otherwise an overlap is an error.
     pub cut_by_solids: bool,
     pub cut_by_walls: bool,
+    pub layout: Choice<Layout>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub lattice_origin_m: Option<At<Vector>>,
     /// Largest random displacement along each axis as a fraction of the spacing.
@@ -154,6 +156,7 @@ impl RegionTable {
         let start = StartTable::read(&mut table);
         let cut_by_solids = table.flag_or("cut_by_solids", true);
         let cut_by_walls = table.flag_or("cut_by_walls", true);
+        let layout = Layout::read(&mut table);
         let lattice_origin_m = table.optional_vector("lattice_origin_m");
         let displacement_fraction = table.number_or("displacement_fraction", &DISPLACEMENT, 0.0).value;
         // TOML integers have 63 bits.
@@ -165,6 +168,7 @@ impl RegionTable {
             start,
             cut_by_solids,
             cut_by_walls,
+            layout,
             lattice_origin_m,
             displacement_fraction,
             displacement_seed,

@@ -6,6 +6,7 @@ pub mod body;
 pub mod fluid;
 pub mod formula;
 pub mod interface;
+pub mod layout;
 pub mod material;
 pub mod probe;
 pub mod run;

@@ -4,6 +4,7 @@ mod bounded;
 mod errors;
 mod hostile;
 mod iterated;
+mod layout;
 mod opening;
 mod restart;
 mod scene;

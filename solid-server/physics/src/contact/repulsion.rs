@@ -8,7 +8,7 @@ use sph::space::tensors::SpaceVector;
 use crate::boundary::walls::WallState;
 use crate::contact::density_field::{DensityField, DensityFields, Spring};
 use crate::contact::friction::{
-    ContactKey, Friction, FrictionConstants, Owner, RelativeState, TangentialSprings,
+    ContactKey, Friction, FrictionConstants, Owner, RelativeState, StartDepths, TangentialSprings,
 };
 use crate::formulations::body::Body;
 use crate::neighbours::lists::{ContactLists, TASK};
@@ -32,7 +32,9 @@ use crate::space::SolidSpace;
 /// penetrate the other. ζ is a fraction of critical damping for the reduced mass m of two particles. The force sets
 /// in without a jump and stiffens without bound up to where rows coincide, so that bodies do not pass through each
 /// other. Friction is that of [`Friction`].
-#[derive(Clone, Copy, Debug)]
+///
+/// A particle that lies in another body or wall as they are laid out, by δ₀, has depth δ − δ₀ and contact distance d − δ₀.
+#[derive(Clone, Debug)]
 pub struct Repulsion {
     /// Stiffness k as a fraction of the bulk modulus \[-\].
     pub stiffness: f64,
@@ -43,6 +45,8 @@ pub struct Repulsion {
     pub fields: DensityFields,
     /// Undeformed distance \[m\] from which parts of one body can be in contact; `None` without self-contact.
     pub self_contact_distance: Option<f64>,
+    /// Depths of the bodies as they are laid out, from which forces are measured.
+    pub start: StartDepths,
 }
 
 /// A particle that lies in a body or wall.
@@ -217,6 +221,18 @@ impl Repulsion {
         }
     }
 
+    /// Depth of a contact as the bodies are laid out \[m\].
+    fn start_depth(&self, key: &ContactKey) -> f64 {
+        self.start.binary_search_by_key(key, |(key, _)| *key).map_or(0.0, |k| self.start[k].1)
+    }
+
+    /// Depths of all contacts, ascending by key \[m\].
+    pub fn depths<S: SolidSpace>(&self, at: &ContactStage<'_, S>) -> StartDepths {
+        let mut contacts = Contacts { found: Vec::new(), tasks: Vec::new() };
+        self.find_contacts(at, &TangentialSprings::default(), &mut contacts);
+        contacts.found.iter().map(|contact| (contact.key, contact.depth)).collect()
+    }
+
     /// Constants of the contact of `body` with `other` or a wall.
     fn constants<S: SolidSpace>(
         &self,
@@ -245,6 +261,11 @@ impl Repulsion {
         if depth <= 0.0 {
             return None;
         }
+        let start = self.start_depth(&key).min(S::STIFFEST_DEPTH * field.distance);
+        let depth = depth - start;
+        if depth <= 0.0 {
+            return None;
+        }
         let (mut gradient, mut rate, mut reach) = (S::Vector::zeros(), 0.0, 0.0);
         for (x, v) in near.clone() {
             let part = x * field.gradient_factor(x.norm());
@@ -252,7 +273,7 @@ impl Repulsion {
             rate += part.dot(&v);
             reach += part.norm();
         }
-        let (distance, gain) = (field.distance, field.gain);
+        let (distance, gain) = (field.distance - start, field.gain);
         let spring = Spring::new::<S>(constants.stiffness, depth, distance);
         let dashpot = 2.0 * self.damping * (constants.stiffness * constants.mass).sqrt();
         // Within the spring's force: no jump at the onset, no attraction at the end, the same relative loss at any speed.

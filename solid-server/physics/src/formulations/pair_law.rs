@@ -234,7 +234,12 @@ mod tests {
 
     fn law() -> SumLaw<Plane> {
         let constants = UpdatedLagrangian { viscosity_b: 0.5, ..UpdatedLagrangian::default() };
-        let material = ElasticParameters { density: 2.0, bulk_modulus: 5.0, shear_modulus: 3.0 };
+        let material = ElasticParameters {
+            density: 2.0,
+            bulk_modulus: 5.0,
+            shear_modulus: 3.0,
+            plane: sph::setup::PlaneState::Strain,
+        };
         SumLaw::new(&constants, &material, 1.0)
     }
 

@@ -148,8 +148,12 @@ fn cantilever() -> Run {
     let mut setup = scene(spacing);
     let corner = Vector::new(-f64::from(clamp_columns) * spacing, -0.5 * height);
     add_elastic(&mut setup, &block(corner, columns, across, spacing));
-    setup.bodies[0].material =
-        sph::setup::ElasticParameters { density: 1000.0, bulk_modulus: 3.25e6, shear_modulus: 7.15e5 };
+    setup.bodies[0].material = sph::setup::ElasticParameters {
+        density: 1000.0,
+        bulk_modulus: 3.25e6,
+        shear_modulus: 7.15e5,
+        plane: sph::setup::PlaneState::Strain,
+    };
     let cell = spacing * spacing;
     setup.particles.mass.fill(1000.0 * cell);
     setup.particles.density.fill(1000.0);

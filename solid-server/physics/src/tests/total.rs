@@ -156,7 +156,12 @@ fn cantilever(substeps: SubstepCount) -> SolidSetup {
     setup.stepping = SolidStepping::Substeps(substeps);
     set_material(
         &mut setup,
-        ElasticParameters { density: 1000.0, bulk_modulus: 3.25e6, shear_modulus: 7.15e5 },
+        ElasticParameters {
+            density: 1000.0,
+            bulk_modulus: 3.25e6,
+            shear_modulus: 7.15e5,
+            plane: sph::setup::PlaneState::Strain,
+        },
     );
     add_support(&mut setup, 0, clamp(), |x| x.x < 0.0);
     add_probe(&mut setup, SolidProbeKind::MaterialPoint(0, Vector::new(0.2, 0.0)));
@@ -191,7 +196,12 @@ fn an_elastic_bar_swings_with_its_exact_period_and_keeps_its_energy() {
     add_total(&mut setup, 2, &block(Vector::new(-4.0 * spacing, 0.0), 44, 4, spacing));
     set_material(
         &mut setup,
-        ElasticParameters { density: 1000.0, bulk_modulus: 2e6 / 3.0, shear_modulus: 1e6 },
+        ElasticParameters {
+            density: 1000.0,
+            bulk_modulus: 2e6 / 3.0,
+            shear_modulus: 1e6,
+            plane: sph::setup::PlaneState::Strain,
+        },
     );
     add_support(&mut setup, 0, clamp(), |x| x.x < 0.0);
     let shape = |x: &Vector| (std::f64::consts::PI * x.x.max(0.0) / 0.4).sin();

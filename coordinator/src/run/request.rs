@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use proto::transport::security::ClientFiles;
 
+use crate::case::overrides::Override;
 use crate::failure::Failure;
 use crate::messages::Messages;
 use crate::results::directory::Existing;
@@ -16,6 +17,8 @@ use crate::run::participants::launch::Source;
 pub struct RunRequest {
     /// Case file, TOML.
     pub case: PathBuf,
+    /// Values set over those of the file; the results hold the case with them.
+    pub overrides: Vec<Override>,
     /// Folder for the results; by default `results/` and the name of the case file.
     pub out: Option<PathBuf>,
     /// What becomes of the results of an earlier run in that folder.

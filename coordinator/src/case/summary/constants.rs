@@ -75,6 +75,10 @@ impl Case {
         let mut all = BTreeMap::new();
         if let Some(fluid) = &self.file.fluid {
             list("fluid", &fluid.parameters.values(), &mut all);
+        if let Some(run) = &self.file.run {
+            all.insert("run.seed".to_owned(), run.seed.into());
+            all.insert("run.displacement_fraction".to_owned(), run.displacement_fraction.into());
+        }
         }
         let Some(solid) = &self.file.solid else { return all };
         for body in &solid.bodies {

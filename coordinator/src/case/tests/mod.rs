@@ -1,10 +1,12 @@
 //! Tests of the case format as a whole.
 
 mod bounded;
+mod disturbance;
 mod errors;
 mod hostile;
 mod iterated;
 mod opening;
+mod overrides;
 mod restart;
 mod scene;
 mod shipped;

@@ -4,6 +4,8 @@ use sph::setup::InterfaceLaw;
 use sph::shapes::local_thickness;
 
 use super::Case;
+use super::file::material::FormulationTable;
+use super::scene::particles_across;
 
 /// Corners and tips have fewer particles than this; fluid interacts around them anyway.
 const LEAST_PARTICLES: usize = 8;
@@ -82,6 +84,21 @@ fn mechanism(
 }
 
 impl Case {
+    /// Particles across the thin side of the thinnest body that deforms and is not held as a whole; `None` where there is
+    /// none.
+    pub fn least_across(&self) -> Option<usize> {
+        let solid = self.file.solid.as_ref()?;
+        let particles = &self.scene.solid;
+        let across = (0u32..).zip(&solid.bodies).filter_map(|(k, body)| {
+            let range = self.scene.body_range(k);
+            let deforms = !matches!(body.formulation, FormulationTable::Rigid);
+            let moves = particles.support[range.clone()].iter().any(|support| *support == 0);
+            let places = &particles.reference_position[range];
+            (deforms && moves).then(|| particles_across(places, solid.particle_spacing_m.value))
+        });
+        across.min()
+    }
+
     /// How each body separates the fluid regions on its sides; nothing for a case of one side.
     pub fn separations(&self) -> Vec<Separation> {
         let (Some(fluid), Some(solid), Some(interface)) =

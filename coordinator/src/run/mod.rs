@@ -23,7 +23,7 @@ use std::sync::Arc;
 
 pub(crate) use execution::execute;
 pub use outcome::RunOutcome;
-pub use request::{Placement, RelayOptions, RunOptions, RunRequest, ServerOptions};
+pub use request::{OnReservations, Placement, RelayOptions, RunOptions, RunRequest, ServerOptions};
 
 use self::job::Job;
 use self::origin::Origin;

@@ -49,8 +49,20 @@ pub struct RunOptions {
     pub max_restarts: Option<u64>,
     /// File for a trace of all processes.
     pub trace: Option<PathBuf>,
+    /// What becomes of a run that reaches its end with reservations.
+    pub reservations: OnReservations,
     /// What is printed.
     pub messages: Messages,
+}
+
+/// What becomes of a run that reaches its end with reservations.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum OnReservations {
+    /// It succeeds; they are reported.
+    #[default]
+    Report,
+    /// It fails with an exit code of its own; its results are complete.
+    Fail,
 }
 
 impl Default for RunOptions {
@@ -64,6 +76,7 @@ impl Default for RunOptions {
             checkpoint_every_wall: None,
             max_restarts: None,
             trace: None,
+            reservations: OnReservations::default(),
             messages: Messages::default(),
         }
     }

@@ -19,6 +19,7 @@ use super::file::CaseFile;
 use super::reader::Choice;
 use lattice::Lattice;
 pub use lattice::MOST_PARTICLES;
+pub use solid::particles_across;
 pub use start::expression_steps;
 
 /// All particles at the start.

@@ -192,7 +192,7 @@ fn bending_compliance(formulation: &FormulationTable, across: usize) -> f64 {
 }
 
 /// Particles across the thin side: median over the particles of the shorter of the two rows they stand in.
-fn particles_across(positions: &[Vector], spacing: f64) -> usize {
+pub fn particles_across(positions: &[Vector], spacing: f64) -> usize {
     let mut shorter = row_lengths(positions, spacing, 0);
     for (a, b) in shorter.iter_mut().zip(row_lengths(positions, spacing, 1)) {
         *a = (*a).min(b);

@@ -1,6 +1,6 @@
 //! Values set over those of a case file, by key.
 //!
-//! They are put into the document before it is read, so that each is checked, completed and reported like a value of the
+//! They are put into the parsed file before it is read, so that each is checked, completed and reported like a value of the
 //! file.
 
 use std::borrow::Cow;
@@ -57,7 +57,7 @@ impl Override {
     }
 }
 
-/// Puts the overrides of `source` into the `document` of its file; those that cannot be are errors.
+/// Puts the overrides of `source` into the parsed `document` of its file; those that cannot be are errors.
 pub fn apply<'t>(source: &'t Source, document: &mut DeTable<'t>, errors: &ErrorList) {
     for (key, value) in source.overrides() {
         let path = &source.text()[key.clone()];

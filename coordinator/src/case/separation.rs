@@ -92,7 +92,7 @@ impl Case {
         let across = (0u32..).zip(&solid.bodies).filter_map(|(k, body)| {
             let range = self.scene.body_range(k);
             let deforms = !matches!(body.formulation, FormulationTable::Rigid);
-            let moves = particles.support[range.clone()].iter().any(|support| *support == 0);
+            let moves = particles.support[range.clone()].contains(&0);
             let places = &particles.reference_position[range];
             (deforms && moves).then(|| particles_across(places, solid.particle_spacing_m.value))
         });

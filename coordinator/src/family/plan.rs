@@ -71,7 +71,8 @@ impl Plan {
     pub fn of(request: &FamilyRequest) -> Result<Self, Failure> {
         let case = load_with(&request.run.case, &request.run.overrides)?;
         let base = Base::of(&case, request.displacement_fraction)?;
-        if !base.has_fluid && !(request.sound_speeds.is_empty() && request.seeds.is_empty()) {
+        let varies_water = !request.sound_speeds.is_empty() || !request.seeds.is_empty();
+        if varies_water && !base.has_fluid {
             return Err(Failure::input("sound speeds and seeds vary the water, of which the case has none"));
         }
         let spacings = values("spacing", "m", &request.spacings, base.spacing)?;

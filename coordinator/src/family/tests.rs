@@ -111,7 +111,6 @@ fn a_channel_converges_to_its_exact_flow() {
     request.spacings = vec![0.05, 0.1, 0.2 / 3.0];
     request.figures = vec![figure("water_momentum_x_kg_per_s", Measure::At(1.0))];
     let family = run(&request, |_| {}).unwrap();
-    println!("{:?} exact {}", family.figures, exact_momentum(1.0));
     let spacings: Vec<f64> = family.members.iter().map(|member| member.place.spacing).collect();
     assert_eq!(spacings, [0.1, 0.2 / 3.0, 0.05]);
     // The fixed step shrinks with the spacing.
@@ -144,7 +143,6 @@ fn seeds_spread_a_violent_scene_and_finished_members_are_kept() {
     ];
     let lines = RefCell::new(Vec::new());
     let family = run(&request, |line| lines.borrow_mut().push(line.to_owned())).unwrap();
-    println!("{:?}", family.figures);
     let spread = family.figures[0].values[0].spread.unwrap();
     assert_eq!((spread.count, family.figures[0].values[0].missing), (3, 0));
     // After the strike runs that differ by 0.01 Δx have parted, and are still runs of one scene.

@@ -21,7 +21,7 @@ pub fn noise(rows: &[(f64, Vec<f64>)], window: f64) -> Option<f64> {
     let windows: Vec<(f64, f64)> = rows
         .chunk_by(|a, b| number(a) == number(b))
         .filter(|rows| rows.len() >= LEAST_ROWS)
-        .map(|rows| swing(rows))
+        .map(swing)
         .filter(|(swing, load)| swing.is_finite() && load.is_finite())
         .collect();
     // Counts far below 2^53. A mean of nothing is no number, and no window is above it.

@@ -53,7 +53,7 @@ impl Sampler {
             let larger = self.evidence.volume_excess.filter(|before| before.abs() >= excess.abs());
             self.evidence.volume_excess = Some(larger.unwrap_or(excess));
         }
-        if *self.is_full.get_or_insert(filling.is_full()) {
+        if *self.is_full.get_or_insert(filling.is_full) {
             raise(&mut self.evidence.cavity, cloud.cavity());
         }
         let (sound, rest) = (setup.parameters.sound_speed, setup.parameters.rest_density);

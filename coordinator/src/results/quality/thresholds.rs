@@ -7,10 +7,10 @@ sph::constants! {
     /// Disorder leaves 1.1; a void that opens grows on.
     pub const LARGEST_CAVITY: f64 = 1.5, "quality.cavity",
         "largest distance from a point of water that fills its container to a particle, in spacings [-]";
-    /// Pressures of a flow are then wrong by about Ma²/4 = 1 %.
-    pub const LARGEST_MACH: f64 = 0.2, "quality.mach", "largest speed over the sound speed [-]";
-    /// Ma²/2 = 2 % by that speed, and 1 % by the rule c₀ ≥ 10 √(gH) for still water of depth H.
-    pub const LARGEST_DENSITY_VARIATION: f64 = 0.03, "quality.density_variation",
+    /// The usual limit of a flow that counts as incompressible: densities change by Ma²/2 = 4.5 %.
+    pub const LARGEST_MACH: f64 = 0.3, "quality.mach", "largest speed over the sound speed [-]";
+    /// Ma²/2 = 4.5 % by that speed, and 0.5 % by the rule c₀ ≥ 10 √(gH) for still water of mean depth H/2.
+    pub const LARGEST_DENSITY_VARIATION: f64 = 0.05, "quality.density_variation",
         "largest departure of a density from that at rest, over it [-]";
     /// Loads that ring have 0.3 to 1.5; a light body in the air, which carries next to no load, 0.2 at most.
     pub const LARGEST_LOAD_NOISE: f64 = 0.3, "quality.load_noise",

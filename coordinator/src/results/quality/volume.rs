@@ -14,9 +14,9 @@ sph::constants! {
     /// Below it what is left does not stand for the water.
     const LEAST_SURROUNDED: f64 = 0.2, "quality.least_surrounded",
         "share of the water that must be surrounded for a volume to be read [-]";
-    /// A few particles where edges of walls meet are not surrounded even so.
-    const FULL_SHARE: f64 = 0.99, "quality.full_share",
-        "share of the water that is surrounded at the start where water fills its container [-]";
+    /// A free surface has about N^(1 − 1/d) particles; where edges of walls meet some are not surrounded even so.
+    const FULL_RIM: f64 = 0.2, "quality.full_rim",
+        "particles of N that nothing surrounds at the start, over N^(1 - 1/d), up to which water fills its container [-]";
 }
 
 /// Particles at one time.
@@ -45,15 +45,8 @@ pub struct Filling {
     /// ```
     /// V is m/ρ of water, Δx² of walls, m/ρ of solids: σ − 1 is how much more volume the densities claim than there is.
     pub excess: Option<f64>,
-    /// Share of the water that other particles surround \[-\].
-    pub surrounded: f64,
-}
-
-impl Filling {
     /// Whether the water has no free surface.
-    pub fn is_full(&self) -> bool {
-        self.surrounded >= FULL_SHARE
-    }
+    pub is_full: bool,
 }
 
 impl<S: Space> Cloud<S> {
@@ -79,8 +72,12 @@ impl<S: Space> Cloud<S> {
             }
         }
         // Counts far below 2^53.
-        let surrounded = if *water > 0 { count as f64 / *water as f64 } else { 0.0 };
-        Filling { excess: (surrounded >= LEAST_SURROUNDED).then(|| sum / count as f64), surrounded }
+        let (all, surrounded) = (*water as f64, count as f64);
+        let rim = FULL_RIM * all.powf(1.0 - 1.0 / S::DIMENSIONS as f64);
+        Filling {
+            excess: (count > 0 && surrounded >= LEAST_SURROUNDED * all).then(|| sum / surrounded),
+            is_full: all - surrounded <= rim,
+        }
     }
 
     /// Largest distance from a point of the water to its nearest particle over the spacing \[-\], as seen from points half
@@ -182,7 +179,7 @@ mod tests {
         let filling = lattice(1.01, |x| x).filling();
         // Round-off of sums of 21 terms.
         assert!((filling.excess.unwrap() - 0.01).abs() < 1e-12, "{filling:?}");
-        assert!(filling.is_full());
+        assert!(filling.is_full);
         // A particle fewer in 400, their densities as before: the others claim too little.
         let mut thinned = lattice(1.0, |x| x);
         thinned.position.pop();
@@ -200,7 +197,14 @@ mod tests {
         let filling = open.filling();
         // The second row still counts as surrounded and misses some of its outermost neighbours: a few tenths of a
         // percent where it is a fifth of all.
-        assert!(filling.excess.unwrap().abs() < 3e-3 && !filling.is_full(), "{filling:?}");
+        assert!(filling.excess.unwrap().abs() < 3e-3 && !filling.is_full, "{filling:?}");
+        // Nor is it overlooked in a shaft that is thirty times as deep as wide.
+        let mut shaft = lattice(1.0, |x| x);
+        shaft.domain =
+            Domain { lower: Vector::zeros(), upper: Vector::new(5.0, 200.0), periodic: [true, false] };
+        let place = |k: i32| Vector::new(f64::from(k % 5) + 0.5, f64::from(k / 5) + 0.5);
+        (shaft.position, shaft.volume, shaft.water) = ((0..750).map(place).collect(), vec![1.0; 750], 750);
+        assert!(!shaft.filling().is_full);
         // A thread has no inside.
         let mut thread = lattice(1.0, |x| Vector::new(x.x, 0.05 * x.y));
         thread.domain.periodic = [false; 2];

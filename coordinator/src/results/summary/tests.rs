@@ -18,7 +18,7 @@ fn summary() -> Summary {
         run_id: "r-1".into(),
         verdict: Verdict::Failed,
         reservations: vec!["a reservation".into()],
-        quality: Evidence { mach: Some(0.25), ..Evidence::default() }.figures(),
+        quality: Evidence { mach: Some(0.5), ..Evidence::default() }.figures(),
         reason: "ledger breach".into(),
         steps: 10,
         simulated: Span { start_s: 0.0, end_s: 0.1 },
@@ -58,8 +58,8 @@ fn programs_find_every_figure_under_its_key() {
     expect("/verdict", "failed".into());
     expect("/reservations/0", "a reservation".into());
     expect("/quality/2/name", "mach_number".into());
-    expect("/quality/2/value", 0.25.into());
-    expect("/quality/2/threshold", 0.2.into());
+    expect("/quality/2/value", 0.5.into());
+    expect("/quality/2/threshold", 0.3.into());
     expect("/quality/2/verdict", "reservation".into());
     expect("/quality/0/value", serde_json::Value::Null);
     expect("/quality/0/verdict", "not-judged".into());

@@ -29,6 +29,7 @@ pub mod plots;
 pub mod probes;
 pub mod process;
 pub mod progress;
+pub mod quality;
 pub mod recorder;
 pub mod report;
 pub mod state;

@@ -13,6 +13,7 @@ use super::files::open_regular;
 use super::files::write_file;
 use super::ledger_sums::{Extremes, Largest, Work};
 use super::process::Process;
+use super::quality::QualityFigure;
 
 /// Version of the layout of `summary.json`; keys are only ever added within a version.
 pub const FORMAT: u32 = 1;
@@ -53,6 +54,10 @@ pub struct Summary {
     pub run_id: String,
     /// How the run ended.
     pub verdict: Verdict,
+    /// What speaks against trusting the answer, in words; empty where nothing is known to.
+    pub reservations: Vec<String>,
+    /// Figures of the run that judge its answer.
+    pub quality: Vec<QualityFigure>,
     /// Why, in a sentence; names step, stage, particle and quantity of a fault.
     pub reason: String,
     /// Completed steps.
@@ -275,6 +280,14 @@ impl Participant {
 }
 
 impl Summary {
+    /// The verdict in words; "completed, with reservations" where there are.
+    pub fn verdict_text(&self) -> String {
+        match self.reservations.is_empty() {
+            true => self.verdict.to_string(),
+            false => format!("{}, with reservations", self.verdict),
+        }
+    }
+
     /// Writes the summary to `path`.
     ///
     /// # Errors

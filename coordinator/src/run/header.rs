@@ -9,6 +9,7 @@ use sph::setup::{
 use crate::case::Case;
 use crate::messages::Messages;
 use crate::quote;
+use crate::results::quality;
 use crate::results::summary::Summary;
 use crate::run::participants::remote::Remote;
 
@@ -120,10 +121,12 @@ fn implicit(plan: &ImplicitCoupling) -> String {
 /// Results of a run, in words.
 pub fn results(summary: &Summary) -> Vec<Fact> {
     let mut facts = vec![
-        fact("verdict", format!("{}: {}", summary.verdict, summary.reason)),
+        fact("verdict", format!("{}: {}", summary.verdict_text(), summary.reason)),
         fact("simulated", format!("{:.6} s in {} steps", summary.simulated.end_s, summary.steps)),
         fact("wall time", format!("{:.1} s", summary.wall_seconds)),
     ];
+    facts.extend(summary.reservations.iter().map(|text| fact("reservation", text.clone())));
+    facts.push(fact("quality", quality::line(&summary.quality)));
     if let Some(rate) = summary.particle_stages_per_second {
         facts.push(fact("speed", format!("{rate:.3e} particle-stages per second")));
     }

@@ -35,6 +35,8 @@ pub struct Scene {
     pub solid: SolidParticles,
     /// Loads on the surface of each body, in the order of the bodies.
     pub loads: Vec<Vec<SurfaceLoad>>,
+    /// Particles across the thin side of each body that deforms.
+    pub across: Vec<Option<usize>>,
     /// How masses and spacings were adjusted to shapes that do not fit the lattice, in words.
     pub adjusted: Vec<String>,
     /// What was left out where shapes meet, in words.

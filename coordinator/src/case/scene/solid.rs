@@ -28,6 +28,7 @@ pub fn lay_out(
     scene: &mut Scene,
 ) {
     scene.loads = vec![Vec::new(); solid.bodies.len()];
+    scene.across = vec![None; solid.bodies.len()];
     for (k, body) in solid.bodies.iter().enumerate() {
         if body.intact {
             lay_out_body(file, solid, index(k), body, domain, lattice, scene);
@@ -95,7 +96,7 @@ fn lay_out_body(
         _ => faces_of(body, &shape.value.to_shape(), &positions, spacing, lattice.errors),
     };
     let laid = Laid { shape: &shape.value.to_shape(), positions: &positions, cells: &cells, spacing };
-    check_thickness(body, &laid, lattice.errors, &mut scene.warnings);
+    scene.across[number as usize] = check_thickness(body, &laid, lattice.errors, &mut scene.warnings);
 
     let material = body.material.parameters.values();
     let mut velocities = field(&body.velocity_m_s, &positions, lattice.errors);

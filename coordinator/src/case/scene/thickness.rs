@@ -30,9 +30,16 @@ pub struct Laid<'a> {
 }
 
 /// Warns of bodies that are too thin to bend as they should, refuses those without thickness.
-pub fn check_thickness(body: &BodyTable, laid: &Laid<'_>, errors: &ErrorList, warnings: &mut Vec<String>) {
+///
+/// Returns the particles across the thin side of a body that deforms.
+pub fn check_thickness(
+    body: &BodyTable,
+    laid: &Laid<'_>,
+    errors: &ErrorList,
+    warnings: &mut Vec<String>,
+) -> Option<usize> {
     if laid.positions.is_empty() || matches!(body.formulation, FormulationTable::Rigid) {
-        return;
+        return None;
     }
     let across = match laid.cells {
         Cells::Lattice | Cells::Scaled { .. } => particles_across(laid.positions, laid.spacing),
@@ -58,6 +65,7 @@ pub fn check_thickness(body: &BodyTable, laid: &Laid<'_>, errors: &ErrorList, wa
             name.value
         ));
     }
+    Some(across)
 }
 
 /// Bending compliance of a body of few particles across over that of its material \[-\], measured at ν = 0.4.

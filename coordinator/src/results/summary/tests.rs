@@ -1,6 +1,7 @@
 use sph::coupling::stage::Stage;
 
 use super::*;
+use crate::results::quality::Evidence;
 
 fn summary() -> Summary {
     let mut fluid = Participant { solver: "fluid-server 0.1.0".into(), ..Participant::default() };
@@ -16,6 +17,8 @@ fn summary() -> Summary {
         case: "still water".into(),
         run_id: "r-1".into(),
         verdict: Verdict::Failed,
+        reservations: vec!["a reservation".into()],
+        quality: Evidence { mach: Some(0.5), ..Evidence::default() }.figures(),
         reason: "ledger breach".into(),
         steps: 10,
         simulated: Span { start_s: 0.0, end_s: 0.1 },
@@ -53,6 +56,14 @@ fn programs_find_every_figure_under_its_key() {
         assert_eq!(json.pointer(pointer), Some(&value), "{pointer}");
     };
     expect("/verdict", "failed".into());
+    expect("/reservations/0", "a reservation".into());
+    expect("/quality/2/name", "mach_number".into());
+    expect("/quality/2/value", 0.5.into());
+    expect("/quality/2/threshold", 0.3.into());
+    expect("/quality/2/verdict", "reservation".into());
+    expect("/quality/0/value", serde_json::Value::Null);
+    expect("/quality/0/verdict", "not-judged".into());
+    assert_eq!(summary().verdict_text(), "failed, with reservations");
     expect("/time_step/smallest_s", 1e-5.into());
     expect("/time_step/largest_s", 2e-5.into());
     expect("/fluid/waited_share", 0.25.into());

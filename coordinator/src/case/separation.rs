@@ -4,7 +4,6 @@ use sph::setup::InterfaceLaw;
 use sph::shapes::local_thickness;
 
 use super::Case;
-use super::file::material::FormulationTable;
 
 /// Corners and tips have fewer particles than this; fluid interacts around them anyway.
 const LEAST_PARTICLES: usize = 8;

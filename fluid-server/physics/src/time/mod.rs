@@ -2,6 +2,8 @@
 
 pub mod advance;
 pub mod checks;
+pub mod compression_budget;
+pub mod energy_budget;
 pub mod momentum_budget;
 pub mod movement;
 pub mod stage;

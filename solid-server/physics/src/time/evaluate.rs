@@ -9,7 +9,7 @@ use crate::contact::repulsion::ContactStage;
 use crate::contact::sums::SumStage;
 use crate::neighbours::lists::{ContactFilter, Rows, TASK};
 use crate::particles::fields::StressViewMut;
-use crate::particles::forces::{ParticleForces, ParticleTorques};
+use crate::particles::forces::{ForceParts, ParticleForces, ParticleTorques};
 use crate::space::SolidSpace;
 use crate::system::model::{ContactModel, SolidModel};
 use crate::system::workspace::Workspace;
@@ -157,6 +157,14 @@ pub fn sum_forces<S: SolidSpace>(
             contact_gross: contact[i].bodies.norm() + contact[i].walls.norm(),
             contact_stiffness: contact[i].stiffness,
             contact_depth: contact[i].depth,
+            parts: ForceParts {
+                load,
+                viscous: S::vector(sums[i].viscous),
+                artificial: S::vector(sums[i].artificial),
+                friction: contact[i].friction,
+                wall_power: contact[i].wall_power,
+                wall_friction_power: contact[i].wall_friction_power,
+            },
         };
     });
 }

@@ -91,6 +91,8 @@ pub struct PairSums<S: Space, L: Lanes> {
     artificial: S::Of<L>,
     drag: S::Of<L>,
     clumping: S::Of<L>,
+    /// Whether there was any artificial pressure.
+    clumps: bool,
 }
 
 /// [`PairSums`] over all batches.
@@ -135,6 +137,7 @@ impl<S: FluidSpace, L: Lanes> PairSums<S, L> {
             artificial: none,
             drag: none,
             clumping: none,
+            clumps: false,
         }
     }
 
@@ -168,6 +171,7 @@ impl<S: FluidSpace, L: Lanes> PairSums<S, L> {
             let clumping = law.artificial_pressure.at(s, own.pressure, pressure);
             isotropic = isotropic + clumping;
             self.clumping = S::plus_product(self.clumping, weight * clumping, x);
+            self.clumps = true;
         }
 
         let mut divergence = self.stress_divergence;
@@ -203,7 +207,12 @@ impl<S: FluidSpace, L: Lanes> PairSums<S, L> {
         let (divergence, [continuity, diffusion]) =
             S::sums_with(self.stress_divergence, [self.continuity, self.diffusion]);
         let [artificial, drag] = S::vector_sums(self.artificial, self.drag);
-        let [clumping, _] = S::vector_sums(self.clumping, S::splat(L::zero()));
+        let clumping = if self.clumps {
+            let [clumping, _] = S::vector_sums(self.clumping, S::splat(L::zero()));
+            clumping
+        } else {
+            S::splat(0.0)
+        };
         PairTotals {
             continuity,
             diffusion,

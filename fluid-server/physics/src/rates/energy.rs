@@ -79,6 +79,21 @@ pub struct MovingParticle<S: FluidSpace> {
     pub shift: S::Vector,
 }
 
+/// The powers that a particle may have; the others are zero and cost nothing.
+#[derive(Clone, Copy, Debug)]
+pub struct ActivePowers {
+    /// Viscous pair force and artificial pressure.
+    pub pairs: bool,
+    /// Walls are near.
+    pub walls: bool,
+    /// Linear damping.
+    pub damping: bool,
+    /// Shifting and tensile control.
+    pub regularisation: bool,
+    /// Positions do not move with the mean velocity.
+    pub scheme: bool,
+}
+
 /// Powers on the fluid \[W/m\], summed over particles.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct ForcePowers {
@@ -130,22 +145,33 @@ impl ForcePowers {
         particle: &MovingParticle<S>,
         by: &Accelerations<S>,
         falling: &S::Vector,
+        active: &ActivePowers,
     ) {
         let PairParts { artificial, drag, clumping } = by.parts;
         let momentum = particle.mean_velocity * particle.mass;
         let rest = by.pairs - artificial - drag - clumping;
         self.pressure += rest.dot(&momentum);
         self.artificial_viscosity += artificial.dot(&momentum);
-        self.drag += drag.dot(&momentum);
-        self.clumping += clumping.dot(&momentum);
-        self.repulsion += by.repulsion.dot(&momentum);
         self.body_force += (by.body - *falling).dot(&momentum);
-        self.damping += by.damping.dot(&momentum);
-        self.tension += by.tension.dot(&momentum);
-        self.advection += by.advection.dot(&momentum);
-        let weight = *falling * particle.mass;
-        self.shifted += weight.dot(&particle.shift);
-        self.scheme += weight.dot(&(particle.mean_velocity - particle.path_velocity));
+        // Most cases have none, or most particles feel none.
+        if active.pairs {
+            self.drag += drag.dot(&momentum);
+            self.clumping += clumping.dot(&momentum);
+        }
+        if active.walls {
+            self.repulsion += by.repulsion.dot(&momentum);
+        }
+        if active.damping {
+            self.damping += by.damping.dot(&momentum);
+        }
+        if active.regularisation {
+            self.tension += by.tension.dot(&momentum);
+            self.advection += by.advection.dot(&momentum);
+            self.shifted += particle.mass * falling.dot(&particle.shift);
+        }
+        if active.scheme {
+            self.scheme += particle.mass * falling.dot(&(particle.mean_velocity - particle.path_velocity));
+        }
     }
 
     /// Moves to the account of walls what the force of one that moves with `velocity` \[m/s\] does by that, for

@@ -8,7 +8,7 @@ use sph::space::Plane;
 use sph::space::geometry::Geometry;
 use sph::space::tensors::SpaceVector;
 
-use super::energy::{Accelerations, EnergyInput, ForcePowers, MovingParticle, PairParts};
+use super::energy::{Accelerations, ActivePowers, EnergyInput, ForcePowers, MovingParticle, PairParts};
 use super::gradients::Gradients;
 use super::particle_rates::{ExternalForces, Rates, StagePart, Wrench};
 use crate::boundary::repulsion::wall_repulsion;
@@ -289,6 +289,7 @@ impl<S: FluidSpace, G: Geometry<S>, T: PairTerms> LanePass for Evaluate<'_, G, S
         let (damping, origin) = (model.damping_rate(*time), model.domain.torque_origin());
         let law = LawLanes::<L>::new(model);
         let mut powers = ForcePowers::default();
+        let clumps = model.constants.artificial_pressure > 0.0;
         for (k, rates) in rates.iter_mut().enumerate() {
             let i = first + k;
             let own = fields.own::<L, T>(i);
@@ -333,7 +334,14 @@ impl<S: FluidSpace, G: Geometry<S>, T: PairTerms> LanePass for Evaluate<'_, G, S
                     tension: regularisation.acceleration - regularisation.advection,
                     advection: regularisation.advection,
                 };
-                powers.add(&fields.moving(energy, i, rates), &by, &energy.falling);
+                let active = ActivePowers {
+                    pairs: T::VISCOUS || clumps,
+                    walls: !scene.lists.walls.of(i).is_empty(),
+                    damping: damping != 0.0,
+                    regularisation: T::NEIGHBOUR_FIELDS && model.regularisation.is_some(),
+                    scheme: fields.part == StagePart::Whole,
+                };
+                powers.add(&fields.moving(energy, i, rates), &by, &energy.falling, &active);
                 fields.add_losses(&mut powers, i);
                 if !energy.motions.is_empty() {
                     fields.credit_walls::<L, T>(&mut powers, energy, &law, i);

@@ -7,6 +7,7 @@ use sph::space::Space;
 
 use super::checks::{LaneScanFindings, Motion, ScanFindings};
 use super::compression_budget::{DensityChange, LaneCompressionBudget};
+use super::lane_rates::LaneRates;
 use super::momentum_budget::{LaneAngularBudget, LaneMomentumBudget, MomentumBudget};
 use super::stage_relaxation::StageRelaxation;
 use super::state_scan::StateScan;
@@ -176,41 +177,6 @@ impl<S: FluidSpace, L: Lanes> Motion<S, L> {
         put(to.position, k, pairs.map(|[x, _]| x));
         put(to.velocity, k, pairs.map(|[_, v]| v));
         put(to.density, k, self.rho.to_array());
-    }
-}
-
-/// [`Rates`] of four particles.
-struct LaneRates<S: Space, L: Lanes> {
-    acceleration: S::Of<L>,
-    shift: S::Of<L>,
-    density: L,
-    continuity: L,
-    volume: L,
-    own_acceleration: [S::Vector; WIDTH],
-}
-
-impl<S: Space, L: Lanes> LaneRates<S, L> {
-    #[inline(always)]
-    fn of([a, b, c, d]: [Rates<S>; WIDTH]) -> Self {
-        let own_acceleration = [a.acceleration, b.acceleration, c.acceleration, d.acceleration];
-        Self {
-            acceleration: S::lanes(own_acceleration.each_ref()),
-            shift: S::lanes([&a.shift, &b.shift, &c.shift, &d.shift]),
-            density: L::from_array([a.density, b.density, c.density, d.density]),
-            continuity: L::from_array([a.continuity, b.continuity, c.continuity, d.continuity]),
-            volume: L::from_array([a.volume, b.volume, c.volume, d.volume]),
-            own_acceleration,
-        }
-    }
-}
-
-impl<S: Space, L: Lanes> LaneRates<S, L> {
-    /// Change of density by `continuity` \[kg/m³\], and by the other causes in `duration` \[s\].
-    #[inline(always)]
-    fn change(&self, continuity: L, duration: f64) -> DensityChange<L> {
-        let duration = L::splat(duration);
-        let diffusion = (self.density - self.continuity - self.volume) * duration;
-        DensityChange { continuity, diffusion, volume: self.volume * duration }
     }
 }
 

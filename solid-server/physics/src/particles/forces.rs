@@ -26,6 +26,8 @@ pub struct ContactForces<S: SolidSpace> {
 /// Parts of the forces on one particle that the energy budget tells apart.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ForceParts<S: SolidSpace> {
+    /// Whether there are body forces other than gravity, loads, damping or artificial stress.
+    pub varies: bool,
     /// Prescribed loads, in the body force \[N/m\].
     pub load: S::Vector,
     /// Artificial viscosity, in the force of its own body \[N/m\].

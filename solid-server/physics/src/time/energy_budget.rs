@@ -61,25 +61,32 @@ impl ForceWork {
         velocity: &S::Vector,
         weight: &S::Vector,
     ) -> Self {
-        let ParticleForces { contact, walls, parts, .. } = forces;
-        let stress = forces.own - parts.viscous - parts.artificial;
-        let friction = parts.friction.dot(velocity);
-        Self {
+        let ParticleForces { parts, .. } = forces;
+        let viscosity = parts.viscous.dot(velocity);
+        let mut power = Self {
             gravity: weight.dot(velocity),
-            body_force: (forces.body_force - parts.load - *weight).dot(velocity),
-            loads: parts.load.dot(velocity),
-            damping: forces.damping.dot(velocity),
-            viscosity: parts.viscous.dot(velocity),
-            artificial_stress: parts.artificial.dot(velocity),
-            stress: stress.dot(velocity),
-            // What a moving wall does by its motion is no loss of the contact.
-            contact: (*contact + *walls).dot(velocity)
-                - friction
-                - (parts.wall_power - parts.wall_friction_power),
-            friction: friction - parts.wall_friction_power,
-            walls: parts.wall_power,
+            viscosity,
+            stress: forces.own.dot(velocity) - viscosity,
             interface: fluid.dot(velocity),
+            ..Self::default()
+        };
+        if parts.varies {
+            power.body_force = (forces.body_force - parts.load - *weight).dot(velocity);
+            power.loads = parts.load.dot(velocity);
+            power.damping = forces.damping.dot(velocity);
+            power.artificial_stress = parts.artificial.dot(velocity);
+            power.stress -= power.artificial_stress;
         }
+        if forces.contact_gross > 0.0 {
+            let friction = parts.friction.dot(velocity);
+            // What a moving wall does by its motion is no loss of the contact.
+            power.contact = (forces.contact + forces.walls).dot(velocity)
+                - friction
+                - (parts.wall_power - parts.wall_friction_power);
+            power.friction = friction - parts.wall_friction_power;
+            power.walls = parts.wall_power;
+        }
+        power
     }
 
     /// Enters this power over `duration` \[s\] on a body whose strain follows `rule`.

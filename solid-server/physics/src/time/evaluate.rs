@@ -135,6 +135,7 @@ pub fn sum_forces<S: SolidSpace>(
 ) {
     let Workspace { stage, sums, contact_forces: contact, forces, loads, .. } = workspace;
     let damping_rate = model.damping_rate(time);
+    let varies = !model.body_force.is_uniform() || !loads.is_empty() || damping_rate != 0.0;
     forces.par_iter_mut().with_min_len(8 * TASK).enumerate().for_each(|(i, forces)| {
         let mass = model.particles.mass[i];
         let load = loads.get(i).copied().unwrap_or_default();
@@ -158,6 +159,7 @@ pub fn sum_forces<S: SolidSpace>(
             contact_stiffness: contact[i].stiffness,
             contact_depth: contact[i].depth,
             parts: ForceParts {
+                varies: varies || S::vector(sums[i].artificial) != S::Vector::zeros(),
                 load,
                 viscous: S::vector(sums[i].viscous),
                 artificial: S::vector(sums[i].artificial),

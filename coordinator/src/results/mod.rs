@@ -16,6 +16,7 @@
 
 pub mod directory;
 pub(crate) mod earlier;
+pub mod energy;
 pub mod error;
 pub mod files;
 pub mod font;

@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 use sph::coupling::solver::Counts;
 use sph::coupling::stage::StepStage;
 
+use super::energy::EnergySummary;
 use super::error::OutputError;
 use super::files::open_regular;
 use super::files::write_file;
@@ -72,6 +73,8 @@ pub struct Summary {
     pub particle_stages_per_second: Option<f64>,
     /// Interface ledger.
     pub ledger: LedgerSummary,
+    /// Energy budget by mechanism.
+    pub energy: EnergySummary,
     /// Iterated half-steps, where the case has them.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub iterations: Option<IterationSummary>,
@@ -187,8 +190,8 @@ pub struct InterfaceEnergy {
     pub fluid_received_j_per_m: f64,
     /// Work that the solid received \[J/m\].
     pub solid_received_j_per_m: f64,
-    /// Sum of both \[J/m\]: what one side gave and the other did not receive, lost in viscosity and repulsion between
-    /// them and in squeezing the water at the face.
+    /// Sum of both \[J/m\]; holds the compression of the water by solids, so that it is no loss: see
+    /// [`EnergySummary::interface_slip_j_per_m`].
     pub drift_j_per_m: f64,
     /// Drift over the larger of both sides' sums of |power| over time \[-\]; `null` when nothing crossed.
     pub drift_share: Option<f64>,

@@ -16,6 +16,7 @@ use super::job::Job;
 use super::participants::hints;
 use crate::case::Case;
 use crate::failure::Failure;
+use crate::results::energy::EnergySummary;
 use crate::results::names;
 use crate::results::plots::gallery::PairedSnapshot;
 use crate::results::process::Process;
@@ -172,6 +173,7 @@ fn summarise(
         // Counts far below 2^53.
         particle_stages_per_second: (tally.steps > 0 && wall_seconds > 0.0)
             .then(|| 2.0 * (tally.steps * particles) as f64 / wall_seconds),
+        energy: EnergySummary::new(&recorded.energy),
         ledger: LedgerSummary::new(
             tally.breaches,
             tally.first_breaches.clone(),

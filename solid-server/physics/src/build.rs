@@ -1,6 +1,6 @@
 //! From set-up data to model, state and workspace.
 
-use sph::coupling::ledger::InterfaceSums;
+use sph::coupling::ledger::{EnergyAccount, EnergyTally, EnergyValues, InterfaceSums};
 use sph::coupling::stage::{StageTime, StepStage};
 use sph::lanes::Arithmetic;
 use sph::prescribed::body_force::BodyForceField;
@@ -29,6 +29,7 @@ use crate::space::SolidSpace;
 use crate::system::model::{ContactModel, SolidModel};
 use crate::system::state::{BodyContact, LastStage, SolidState};
 use crate::system::workspace::Workspace;
+use crate::time::energy_budget;
 
 mod bodies;
 mod validate;
@@ -66,6 +67,7 @@ pub fn build(
         BodyForceField::uniform(setup.run.body_force.gravity)
     });
     let probes = build_probes(&setup, &mut bodies, &mut errors);
+    let energy_accounts = EnergyAccount::of_solid(&setup);
     let SolidParticles { id, body, support, mass, reference_position, .. } = setup.particles;
     let mut model = SolidModel {
         domain,
@@ -79,6 +81,7 @@ pub fn build(
         stepping: setup.stepping,
         probes,
         lost_particle_limit: setup.lost_particle_limit,
+        energy_accounts,
     };
     check_sums(&model, setup.run.coupling.as_ref().map(|coupling| coupling.law), &mut errors);
     check_periods(&model, &mut errors);
@@ -129,6 +132,8 @@ pub fn build_workspace<S: SolidSpace>(
         mean_forces: vec![ParticleForces::default(); n],
         mean_torques: vec![ParticleTorques::default(); n],
         angular_impulse: AngularImpulse::default(),
+        kicked_from: vec![S::Vector::zeros(); n],
+        energy: EnergyValues::default(),
         exchange_position: Vec::new(),
         fluid_force: vec![S::Vector::zeros(); n],
         total_force: vec![S::Vector::zeros(); n],
@@ -160,6 +165,7 @@ fn initial_state<S: SolidSpace>(
         image_counts,
         rotations: vec![S::Rotation::default(); model.bodies.len()],
         springs: TangentialSprings { time: start_time, entries: Vec::new() },
+        energy: EnergyTally::default(),
         last: LastStage {
             fluid_force: vec![S::Vector::zeros(); model.bodies.len()],
             reactions: model.bodies.iter().map(|b| vec![S::Vector::zeros(); b.supports.len()]).collect(),
@@ -171,5 +177,6 @@ fn initial_state<S: SolidSpace>(
         state.rotations[k] =
             best_fit_rotation(model, body, &state.particles, &state.image_counts, S::Rotation::default());
     }
+    state.energy = energy_budget::start(model, &state);
     state
 }

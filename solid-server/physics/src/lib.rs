@@ -91,6 +91,7 @@ mod report {
 mod time {
     pub mod advance;
     pub mod checks;
+    pub mod energy_budget;
     pub mod evaluate;
     pub mod limits;
     pub mod momentum_budget;

@@ -4,6 +4,7 @@ mod bodies;
 mod contact;
 mod coupling;
 mod elastic;
+mod energy;
 mod friction;
 mod plane_stress;
 mod scenes;

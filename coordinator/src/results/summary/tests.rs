@@ -31,6 +31,7 @@ fn summary() -> Summary {
             &extremes,
             Work { received: [-2.0, 1.5], passed: 10.0 },
         ),
+        energy: EnergySummary::default(),
         iterations: Some(IterationSummary { mean: Some(2.5), largest: 4, unsettled_steps: 1 }),
         fluid: Some(fluid),
         solid: None,
@@ -75,6 +76,7 @@ fn programs_find_every_figure_under_its_key() {
     expect("/ledger/interface_energy/solid_received_j_per_m", 1.5.into());
     expect("/ledger/interface_energy/drift_j_per_m", (-0.5).into());
     expect("/ledger/interface_energy/drift_share", (-0.05).into());
+    expect("/energy/residual_j_per_m", serde_json::Value::Null);
     expect("/ledger/largest_torque_imbalance/value", serde_json::Value::Null);
     expect("/ledger/largest_torque_imbalance/at/stage", "predictor".into());
     expect("/coordinator/peak_memory_bytes", (1 << 20).into());

@@ -1,5 +1,6 @@
 //! The two passes over neighbours: gradients, then rates.
 
+pub mod energy;
 pub mod gradient_pass;
 pub mod gradients;
 pub mod particle_rates;

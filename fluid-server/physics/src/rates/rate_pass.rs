@@ -8,6 +8,7 @@ use sph::space::Plane;
 use sph::space::geometry::Geometry;
 use sph::space::tensors::SpaceVector;
 
+use super::energy::{Accelerations, ActivePowers, EnergyInput, ForcePowers, MovingParticle, PairParts};
 use super::gradients::Gradients;
 use super::particle_rates::{ExternalForces, Rates, StagePart, Wrench};
 use crate::boundary::repulsion::wall_repulsion;
@@ -39,6 +40,8 @@ pub struct StageFields<'a, G, S: FluidSpace = Plane> {
     pub time: f64,
     /// Part of the rates.
     pub part: StagePart,
+    /// What the energy budget needs, in a corrector.
+    pub energy: Option<EnergyInput<'a, S>>,
 }
 
 impl<S: FluidSpace, G: Geometry<S>> StageFields<'_, G, S> {
@@ -167,6 +170,59 @@ impl<S: FluidSpace, G: Geometry<S>> StageFields<'_, G, S> {
         S::plus_product(S::scaled(batch.v, along), S::dot(batch.v, normal), normal)
     }
 
+    /// Particle `i` of own `rates` as the energy budget needs it.
+    #[inline(always)]
+    fn moving(&self, energy: &EnergyInput<'_, S>, i: usize, rates: &Rates<S>) -> MovingParticle<S> {
+        let by_solids = energy.by_solids.get(i).copied().unwrap_or_default();
+        let mean_velocity = energy.start_velocity[i] + (rates.acceleration + by_solids) * energy.half;
+        // Leapfrog moves positions with the mean of both velocities.
+        let path_velocity = match self.part {
+            StagePart::Whole => self.scene.fluid[i].velocity(),
+            StagePart::Density | StagePart::Momentum => mean_velocity,
+        };
+        MovingParticle { mass: self.state.mass[i], mean_velocity, path_velocity, shift: rates.shift }
+    }
+
+    /// What acoustic damper and viscous stress lose at particle `i`.
+    ///
+    /// ```text
+    /// V q²/(ρ α c₀ h),   V τ:∇v
+    /// ```
+    #[inline(always)]
+    fn add_losses(&self, powers: &mut ForcePowers, i: usize) {
+        let (model, particle) = (self.scene.model, &self.scene.fluid[i]);
+        if model.has_damper() {
+            let q = self.damper(i);
+            powers.damper += particle.volume() * q * q / (particle.density() * model.acoustic_diffusivity);
+        }
+        if let Some(dissipation) = self.gradients.dissipation.get(i) {
+            powers.stress += particle.volume() * dissipation;
+        }
+    }
+
+    /// Moves to the account of walls what those near particle `i` that move do by their motion.
+    fn credit_walls<L: Lanes, T: PairTerms>(
+        &self,
+        powers: &mut ForcePowers,
+        energy: &EnergyInput<'_, S>,
+        law: &LawLanes<L>,
+        i: usize,
+    ) {
+        let Scene { model, lists, fluid, .. } = self.scene;
+        let (own, rho, mass) = (self.own::<L, T>(i), fluid[i].density(), self.state.mass[i]);
+        for (wall, motion) in (0..).zip(energy.motions) {
+            let near = |w: usize| model.walls.wall[w] == wall;
+            let Some(motion) = motion.as_ref().filter(|_| lists.walls.neighbours(i).any(near)) else {
+                continue;
+            };
+            let sums = self.wall_sums::<L, T>(law, i, &own, Some(wall)).total();
+            let pairs = sums.stress_divergence / -rho;
+            let repulsion = wall_repulsion(&self.scene, self.field, i, Some(wall));
+            let velocity = motion.velocity_at(&fluid[i].position());
+            powers.credit_wall(mass, &velocity, &pairs, &PairParts::of(&sums, rho), &repulsion);
+        }
+    }
+
     /// Normal of the mirror of wall particle `w`; none for the one that does not act.
     fn mirror_normal(&self, w: usize) -> S::Vector {
         self.field.mirror_normal.get(w).copied().unwrap_or_default()
@@ -232,6 +288,8 @@ impl<S: FluidSpace, G: Geometry<S>, T: PairTerms> LanePass for Evaluate<'_, G, S
         let model = scene.model;
         let (damping, origin) = (model.damping_rate(*time), model.domain.torque_origin());
         let law = LawLanes::<L>::new(model);
+        let mut powers = ForcePowers::default();
+        let clumps = model.constants.artificial_pressure > 0.0;
         for (k, rates) in rates.iter_mut().enumerate() {
             let i = first + k;
             let own = fields.own::<L, T>(i);
@@ -240,9 +298,11 @@ impl<S: FluidSpace, G: Geometry<S>, T: PairTerms> LanePass for Evaluate<'_, G, S
             let by_fluid = sums.stress_divergence / -rho;
             // Most particles are far from walls.
             let (mut walls, mut by_walls) = (PairTotals::<S>::default(), S::Vector::zeros());
+            let mut repulsion = S::Vector::zeros();
             if !scene.lists.walls.of(i).is_empty() {
                 walls = fields.wall_sums::<L, T>(&law, i, &own, None).total();
-                by_walls = walls.stress_divergence / -rho + wall_repulsion(scene, fields.field, i, None);
+                repulsion = wall_repulsion(scene, fields.field, i, None);
+                by_walls = walls.stress_divergence / -rho + repulsion;
             }
             let body = body_force.acceleration(&state.position[i]);
             let mut regularisation = Regularisation::<S>::default();
@@ -252,22 +312,50 @@ impl<S: FluidSpace, G: Geometry<S>, T: PairTerms> LanePass for Evaluate<'_, G, S
                 regularisation = shifting::regularise::<S, L, G>(order, scene, i, all, near, sums);
             }
             let continuity = density_rate(rho, -(sums.continuity + walls.continuity));
+            let damped = scene.fluid[i].velocity() * damping;
             *rates = Rates {
-                acceleration: by_fluid + by_walls + body - scene.fluid[i].velocity() * damping
-                    + regularisation.acceleration,
+                acceleration: by_fluid + by_walls + body - damped + regularisation.acceleration,
                 shift: regularisation.shift,
                 density: continuity
                     + model.diffusion * (sums.diffusion + walls.diffusion)
                     + regularisation.density,
                 continuity,
+                volume: regularisation.density,
             };
+            if let Some(energy) = &fields.energy {
+                let pairs = by_fluid + (by_walls - repulsion);
+                let parts = PairParts::of(&sums.with(&walls), rho);
+                let by = Accelerations {
+                    pairs,
+                    parts,
+                    repulsion,
+                    body,
+                    damping: -damped,
+                    tension: regularisation.acceleration - regularisation.advection,
+                    advection: regularisation.advection,
+                };
+                let active = ActivePowers {
+                    pairs: T::VISCOUS || clumps,
+                    walls: !scene.lists.walls.of(i).is_empty(),
+                    damping: damping != 0.0,
+                    regularisation: T::NEIGHBOUR_FIELDS && model.regularisation.is_some(),
+                    scheme: fields.part == StagePart::Whole,
+                };
+                powers.add(&fields.moving(energy, i, rates), &by, &energy.falling, &active);
+                fields.add_losses(&mut powers, i);
+                if !energy.motions.is_empty() {
+                    fields.credit_walls::<L, T>(&mut powers, energy, &law, i);
+                }
+            }
             let (m, arm) = (state.mass[i], state.position[i] - origin);
             *external += ExternalForces {
                 body: Wrench::at(&arm, body * m),
                 walls: Wrench::at(&arm, by_walls * m),
                 stabilisers: Wrench::at(&arm, regularisation.acceleration * m),
                 own_torque: S::cross(&arm, &(by_fluid * m)),
+                powers: ForcePowers::default(),
             };
         }
+        external.powers = powers;
     }
 }

@@ -1,5 +1,6 @@
 //! Acoustic relaxation: its effect on sound, its limit, its state.
 
+use sph::coupling::ledger::EnergyAccount;
 use std::f64::consts::PI;
 
 use sph::coupling::saved::SavedState;
@@ -47,7 +48,9 @@ fn sound_decays_at_the_rate_of_the_maxwell_element() {
         let mut solver = solver(setup);
         let energy = |solver: &FluidSolver| {
             let energies = solver.energies();
-            energies.kinetic + energies.internal
+            energies.value(EnergyAccount::Kinetic)
+                + energies.value(EnergyAccount::Compression)
+                + energies.value(EnergyAccount::Relaxation)
         };
         // In a period q has forgotten that it was zero.
         run(&mut solver, steps / 2, time_step);

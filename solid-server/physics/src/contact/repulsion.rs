@@ -90,11 +90,12 @@ struct ContactConstants {
 }
 
 impl<S: SolidSpace> Contact<S> {
-    /// Force \[N/m\] of the particle on a particle at x_sj \[m\] of its partner.
+    /// Force \[N/m\] of the particle on a particle at x_sj \[m\] of its partner, and the part of it by friction.
     #[inline]
-    fn on_neighbour(&self, field: &DensityField, x_sj: &S::Vector) -> S::Vector {
+    fn on_neighbour(&self, field: &DensityField, x_sj: &S::Vector) -> [S::Vector; 2] {
         let r = x_sj.norm();
-        *x_sj * (self.slope * field.gradient_factor(r)) + self.friction.reaction(field, x_sj, r)
+        let friction = self.friction.reaction(field, x_sj, r);
+        [*x_sj * (self.slope * field.gradient_factor(r)) + friction, friction]
     }
 
     /// Bound of the contribution of one neighbour at distance `r` \[m\] to the stiffness of its contact \[Pa\].
@@ -302,6 +303,8 @@ impl Repulsion {
         i: usize,
     ) -> ContactForces<S> {
         let mut sums = ContactForces::default();
+        let (mut of_bodies, mut of_walls) = (S::Vector::zeros(), S::Vector::zeros());
+        let (mut wall_power, mut wall_friction_power) = (0.0, 0.0);
         let own = |key: ContactKey| {
             contacts.binary_search_by_key(&key, |contact| contact.key).ok().map(|k| &contacts[k])
         };
@@ -310,34 +313,43 @@ impl Repulsion {
         let mut add = |contact: &Contact<S>, field: &DensityField, x_ij: &S::Vector, sign: f64| {
             let (r, x_sj) = (x_ij.norm(), *x_ij * sign);
             if r >= field.support {
-                return S::Vector::zeros();
+                return [S::Vector::zeros(); 2];
             }
             sums.stiffness += contact.stiffness_at(field, r);
             sums.depth = sums.depth.max(contact.depth);
-            contact.on_neighbour(field, &x_sj) * -sign
+            let [force, friction] = contact.on_neighbour(field, &x_sj).map(|force| force * -sign);
+            sums.friction += friction;
+            [force, friction]
         };
         for (other, group) in at.by_body(at.lists.bodies.of(i)) {
             let contact = own((i as u32, Owner::Body(other)));
             for &j in group {
                 let x_ij = at.near(i, j as usize).0;
                 if let Some(contact) = contact {
-                    sums.bodies += add(contact, &self.fields.bodies, &x_ij, 1.0);
+                    let [force, _] = add(contact, &self.fields.bodies, &x_ij, 1.0);
+                    of_bodies += force;
                 }
                 if let Some(contact) = own((j, body)) {
-                    sums.bodies += add(contact, &self.fields.bodies, &x_ij, -1.0);
+                    let [force, _] = add(contact, &self.fields.bodies, &x_ij, -1.0);
+                    of_bodies += force;
                 }
             }
         }
         let contact = own((i as u32, Owner::Walls));
         for w in at.walls_of(i) {
-            let x_iw = at.near_wall(i, w).0;
+            let (x_iw, v_w) = (at.near_wall(i, w).0, at.walls.velocity[w]);
+            let mut take = |[force, friction]: [S::Vector; 2]| {
+                of_walls += force;
+                wall_power += force.dot(&v_w);
+                wall_friction_power += friction.dot(&v_w);
+            };
             if let Some(contact) = contact {
-                sums.walls += add(contact, &self.fields.walls, &x_iw, 1.0);
+                take(add(contact, &self.fields.walls, &x_iw, 1.0));
             }
             if let Some(contact) = own(((at.constants.len() + w) as u32, body)) {
-                sums.walls += add(contact, &self.fields.bodies_from_walls, &x_iw, -1.0);
+                take(add(contact, &self.fields.bodies_from_walls, &x_iw, -1.0));
             }
         }
-        sums
+        ContactForces { bodies: of_bodies, walls: of_walls, wall_power, wall_friction_power, ..sums }
     }
 }

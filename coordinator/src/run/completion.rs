@@ -16,7 +16,7 @@ use super::job::Job;
 use super::participants::hints;
 use crate::case::Case;
 use crate::failure::Failure;
-use crate::results::energy::EnergySummary;
+use crate::results::energy::{EnergySummary, SideEnergy};
 use crate::results::names;
 use crate::results::plots::gallery::PairedSnapshot;
 use crate::results::process::Process;
@@ -99,7 +99,11 @@ fn quality(job: &Job, recorded: &Recorded) -> Evidence {
         }
     }
     let escaped = recorded.tally.sides.iter().map(|side| side.counts.escaped).sum();
-    sampler.finish(Table::read(&directory.file(names::PROBES)).ok().as_ref(), escaped)
+    let probes = Table::read(&directory.file(names::PROBES)).ok();
+    // Of the worse side; what is no number is worse than any.
+    let worst = |a: f64, b: f64| if a.total_cmp(&b).is_lt() { b } else { a };
+    let energy_residual = recorded.energy.iter().filter_map(SideEnergy::residual_share).reduce(worst);
+    Evidence { energy_residual, ..sampler.finish(probes.as_ref(), escaped) }
 }
 
 /// Writes the report of a run whose tables and summary are complete.

@@ -175,6 +175,17 @@ impl Convert for MomentumReport {
     }
 }
 
+/// The stores of an energy budget in short.
+pub(super) fn stores_to_wire(report: &EnergyReport) -> wire::Energies {
+    use EnergyAccount::{Compression, Kinetic, Potential, Relaxation, Strain};
+    let internal = [Compression, Relaxation, Strain].map(|account| report.value(account));
+    wire::Energies {
+        kinetic_j: Some(report.value(Kinetic)),
+        potential_j: Some(report.value(Potential)),
+        internal_j: Some(internal.iter().sum()),
+    }
+}
+
 /// The accounts of an energy budget, by name.
 pub(super) fn energies_to_wire(report: &EnergyReport) -> Vec<wire::EnergyEntry> {
     let entry = |(account, entry): (EnergyAccount, EnergyEntry)| wire::EnergyEntry {
@@ -192,7 +203,7 @@ pub(super) fn energies_from_wire(
 ) -> Result<EnergyReport, WireError> {
     let mut report = EnergyReport::default();
     for (k, entry) in wire.iter().enumerate() {
-        let at = at.item("energies", k);
+        let at = at.item("energy_accounts", k);
         let Some(account) = EnergyAccount::named(&entry.account) else {
             let known: Vec<&str> = EnergyAccount::all().map(EnergyAccount::name).collect();
             let problem =

@@ -138,7 +138,7 @@ fn most(shape: &Shape, field: &Field) -> usize {
         ("EventBatch", "events") => MAX_EVENTS,
         // Two budgets in each event, with all accounts.
         ("StageBudget", "accounts") => 2 * MAX_ACCOUNTS * MAX_EVENTS,
-        ("StepReport", "energies") => MAX_ENERGIES * MAX_EVENTS,
+        ("StepReport", "energy_accounts") => MAX_ENERGIES * MAX_EVENTS,
         // One for each dimension.
         (_, "components") => 3 * MAX_LIST,
         _ => MAX_LIST,

@@ -150,8 +150,10 @@ class Run:
         self.clock.advance(limit)
         report.end_time_s_bits = bits(self.clock.time)
         now = self.solver.energies(self.state)
+        energies = report.energies
+        energies.kinetic_j, energies.potential_j, energies.internal_j = now
         for account, value, start in zip(("kinetic", "potential", "strain"), now, self.start_energies):
-            report.energies.add(account=account, value_j=value, start_j=start)
+            report.energy_accounts.add(account=account, value_j=value, start_j=start)
         report.own_interface_particles = len(self.solver.ids) if self.coupled else 0
         report.iterations, report.unconverged = self.iterations, self.unconverged
         report.waited_s, report.breaches = self.waited - waited, self.breaches - breaches

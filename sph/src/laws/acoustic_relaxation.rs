@@ -177,7 +177,7 @@ mod tests {
         assert!((lost / sum - 1.0).abs() < 1e-7, "{lost} {sum}");
         // With the work of compression R/ρ·∫(−q) dt it makes up the change of the store.
         let end = element.after(duration).pressure(q, rate);
-        let work = rate * 2e-3 * (400.0 * rate * duration - (end - q)) * 0.1 / 1e6 / 400.0;
+        let work = rate * 2e-3 * (400.0 * rate * duration - (end - q)) * 0.1 / 1e6;
         let stored = |q: f64| element.stored_energy(q, 0.1, 1000.0);
         // Round-off.
         assert!((stored(end) - stored(q) - work + lost).abs() < 1e-14 * lost.abs().max(1.0), "{work}");

@@ -34,7 +34,7 @@ fn a_run_with_reservations_succeeds_and_says_so_and_fails_with_strict_alone() {
     assert_eq!(figure("particles_across")["verdict"], "reservation");
     assert_eq!(figure("escaped_particles")["value"], 0.0);
     assert_eq!(figure("volume_excess")["verdict"], "good");
-    assert_eq!(figure("energy_residual")["verdict"], "not-judged");
+    assert_eq!(figure("energy_residual")["verdict"], "good");
     // Water with a surface has no full container.
     assert_eq!(figure("cavity_spacings")["verdict"], "not-judged");
     let page = std::fs::read_to_string(bench.path("out/report.html")).unwrap();

@@ -110,7 +110,7 @@ fn presets_fill_in_what_a_case_leaves_out_and_departures_name_their_cost() {
         departures[0].starts_with("fluid.kernel_ratio = 1.2, recommended 1.3: at 1.2"),
         "{departures:#?}"
     );
-    assert_eq!(departures.len(), 4, "{departures:#?}");
+    assert_eq!(departures.len(), 7, "{departures:#?}");
     assert_eq!(with("recommended").summary().departures, [""; 0]);
     let paper = with("paper");
     let (fluid, solid) = (paper.fluid_setup().unwrap(), paper.solid_setup().unwrap());

@@ -30,10 +30,10 @@ pub fn spread(line: &[Vector], from_corner: bool, to_corner: bool, spacing: f64)
     stations(line, first, count, step)
 }
 
-/// Even stations along the closed `line`.
+/// Even stations along the closed `line`, an even number of them, so that a circle keeps its mirror symmetry.
 pub fn stations_on_loop(line: &[Vector], spacing: f64, found: &mut Vec<Vector>) {
     let length = length(line);
-    let n = (length / spacing).round().max(1.0);
+    let n = 2.0 * (0.5 * length / spacing).round().max(1.0);
     found.extend(stations(line, 0.0, n, length / n));
 }
 

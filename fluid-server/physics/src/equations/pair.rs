@@ -112,19 +112,6 @@ pub struct PairTotals<S: Space> {
     pub clumping: S::Vector,
 }
 
-impl<S: Space> PairTotals<S> {
-    /// The parts of the stress divergence here and in `other` together, for the energy budget.
-    #[inline(always)]
-    pub fn with(&self, other: &Self) -> Self {
-        Self {
-            artificial: self.artificial + other.artificial,
-            drag: self.drag + other.drag,
-            clumping: self.clumping + other.clumping,
-            ..*self
-        }
-    }
-}
-
 impl<S: FluidSpace, L: Lanes> PairSums<S, L> {
     /// Sums over nothing.
     #[inline(always)]

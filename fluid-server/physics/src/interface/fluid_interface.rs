@@ -259,7 +259,7 @@ impl<S: FluidSpace> FluidInterface<S> {
     }
 
     /// Adds the solid's part to the rates, once for each fluid particle: continuity, diffusion and force, as far as
-    /// `part` has them.
+    /// `part` has them; that of continuity also to its own rates, where a stage computes all rates.
     ///
     /// ```text
     /// ρ_f Σ V_s v_fs·∇W  +  δ h c₀ Σ V_s [2 (ρ_f − ρ_s) x²/(x² + λh²) − 2 ∇ρ_f·x_fs] (dW/dr)/r
@@ -271,7 +271,7 @@ impl<S: FluidSpace> FluidInterface<S> {
         state: &FluidState<S>,
         part: StagePart,
         gradients: &Gradients<S>,
-        rates: &mut [Rates<S>],
+        (rates, by_continuity): (&mut [Rates<S>], &mut [f64]),
     ) {
         self.count_immersed(model);
         let diffusion =
@@ -317,7 +317,9 @@ impl<S: FluidSpace> FluidInterface<S> {
             let i = *i as usize;
             let [density, continuity] = self.density_rates[k];
             rates[i].density += density;
-            rates[i].continuity += continuity;
+            if let Some(own) = by_continuity.get_mut(i) {
+                *own += continuity;
+            }
             if part != StagePart::Density {
                 rates[i].acceleration += self.interface.force(k) / state.mass[i];
             }

@@ -1,7 +1,7 @@
 //! Powers of the forces on the fluid, by mechanism.
 //!
 //! With v̄ the mean of a particle's velocities at both ends of the step, a force f does the work Δt f·v̄: summed over all
-//! forces this is the change of kinetic energy, exactly.
+//! forces this is the change of kinetic energy, exactly. [`super::lane_powers`] sums them four particles at a time.
 
 use std::ops::AddAssign;
 
@@ -27,25 +27,6 @@ pub struct EnergyInput<'a, S: FluidSpace> {
     pub motions: &'a [Option<MotionState<S>>],
 }
 
-/// Accelerations of one particle by mechanism \[m/s²\].
-#[derive(Clone, Copy, Debug)]
-pub struct Accelerations<S: FluidSpace> {
-    /// All pair forces of Eq. (22), without repulsion.
-    pub pairs: S::Vector,
-    /// Parts of them.
-    pub parts: PairParts<S>,
-    /// Repulsion by wall faces.
-    pub repulsion: S::Vector,
-    /// All body forces.
-    pub body: S::Vector,
-    /// Linear damping.
-    pub damping: S::Vector,
-    /// Tensile control.
-    pub tension: S::Vector,
-    /// The velocity of the fluid where a shift has taken the particle.
-    pub advection: S::Vector,
-}
-
 /// Parts of the acceleration by pairs \[m/s²\]; the rest is that of pressure and viscous stress.
 #[derive(Clone, Copy, Debug)]
 pub struct PairParts<S: FluidSpace> {
@@ -66,51 +47,33 @@ impl<S: FluidSpace> PairParts<S> {
     }
 }
 
-/// A particle as [`ForcePowers::add`] needs it.
-#[derive(Clone, Copy, Debug)]
-pub struct MovingParticle<S: FluidSpace> {
-    /// Mass per depth \[kg/m\].
-    pub mass: f64,
-    /// v̄ \[m/s\].
-    pub mean_velocity: S::Vector,
-    /// Velocity with which its position moves, the shift apart \[m/s\].
-    pub path_velocity: S::Vector,
-    /// Velocity of the shift \[m/s\].
-    pub shift: S::Vector,
-}
-
-/// The powers that a particle may have; the others are zero and cost nothing.
-#[derive(Clone, Copy, Debug)]
-pub struct ActivePowers {
-    /// Viscous pair force and artificial pressure.
-    pub pairs: bool,
-    /// Walls are near.
-    pub walls: bool,
-    /// Linear damping.
-    pub damping: bool,
-    /// Shifting and tensile control.
-    pub regularisation: bool,
-    /// Positions do not move with the mean velocity.
-    pub scheme: bool,
-}
-
 /// Powers on the fluid \[W/m\], summed over particles.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct ForcePowers {
-    pressure: f64,
-    artificial_viscosity: f64,
-    drag: f64,
-    clumping: f64,
-    repulsion: f64,
-    body_force: f64,
-    damping: f64,
-    tension: f64,
-    advection: f64,
+    /// Pressure and viscous stress.
+    pub pressure: f64,
+    /// Artificial viscosity.
+    pub artificial_viscosity: f64,
+    /// The viscous pair force.
+    pub drag: f64,
+    /// Artificial pressure.
+    pub clumping: f64,
+    /// Repulsion by wall faces.
+    pub repulsion: f64,
+    /// Body forces without the part of gravity that has a potential.
+    pub body_force: f64,
+    /// Linear damping.
+    pub damping: f64,
+    /// Tensile control.
+    pub tension: f64,
+    /// The velocity of the fluid where a shift has taken the particle.
+    pub advection: f64,
     /// Of gravity on the velocity of the shift.
-    shifted: f64,
+    pub shifted: f64,
     /// Of gravity on v̄ beyond that on the velocity of the path.
-    scheme: f64,
-    walls: f64,
+    pub scheme: f64,
+    /// Of moving walls by their motion.
+    pub walls: f64,
     /// Lost to the acoustic damper.
     pub damper: f64,
     /// Lost to the viscous stress.
@@ -138,42 +101,6 @@ impl AddAssign for ForcePowers {
 }
 
 impl ForcePowers {
-    /// Adds those on one particle.
-    #[inline(always)]
-    pub fn add<S: FluidSpace>(
-        &mut self,
-        particle: &MovingParticle<S>,
-        by: &Accelerations<S>,
-        falling: &S::Vector,
-        active: &ActivePowers,
-    ) {
-        let PairParts { artificial, drag, clumping } = by.parts;
-        let momentum = particle.mean_velocity * particle.mass;
-        let rest = by.pairs - artificial - drag - clumping;
-        self.pressure += rest.dot(&momentum);
-        self.artificial_viscosity += artificial.dot(&momentum);
-        self.body_force += (by.body - *falling).dot(&momentum);
-        // Most cases have none, or most particles feel none.
-        if active.pairs {
-            self.drag += drag.dot(&momentum);
-            self.clumping += clumping.dot(&momentum);
-        }
-        if active.walls {
-            self.repulsion += by.repulsion.dot(&momentum);
-        }
-        if active.damping {
-            self.damping += by.damping.dot(&momentum);
-        }
-        if active.regularisation {
-            self.tension += by.tension.dot(&momentum);
-            self.advection += by.advection.dot(&momentum);
-            self.shifted += particle.mass * falling.dot(&particle.shift);
-        }
-        if active.scheme {
-            self.scheme += particle.mass * falling.dot(&(particle.mean_velocity - particle.path_velocity));
-        }
-    }
-
     /// Moves to the account of walls what the force of one that moves with `velocity` \[m/s\] does by that, for
     /// accelerations by `pairs`, of which `parts`, and by `repulsion` \[m/s²\] of a particle of `mass` per depth \[kg/m\].
     pub fn credit_wall<S: FluidSpace>(

@@ -3,5 +3,6 @@
 pub mod energy;
 pub mod gradient_pass;
 pub mod gradients;
+pub mod lane_powers;
 pub mod particle_rates;
 pub mod rate_pass;

@@ -40,8 +40,6 @@ pub struct Rates<S: Space = Plane> {
     pub shift: S::Vector,
     /// Density rate \[kg/(m³ s)\].
     pub density: f64,
-    /// Part of it by continuity, Eq. (17), where a stage computes all rates \[kg/(m³ s)\].
-    pub continuity: f64,
     /// Part of it by the volume correction \[kg/(m³ s)\].
     pub volume: f64,
 }

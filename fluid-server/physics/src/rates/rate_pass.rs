@@ -2,14 +2,16 @@
 
 use std::marker::PhantomData;
 
+use sph::coupling::ledger::EnergyAccount;
 use sph::lanes::{LanePass, Lanes, WIDTH};
 use sph::prescribed::body_force::BodyForceAt;
 use sph::space::Plane;
 use sph::space::geometry::Geometry;
 use sph::space::tensors::SpaceVector;
 
-use super::energy::{Accelerations, ActivePowers, EnergyInput, ForcePowers, MovingParticle, PairParts};
+use super::energy::{EnergyInput, ForcePowers, PairParts};
 use super::gradients::Gradients;
+use super::lane_powers::{ActivePowers, ForceBatch, LanePowers, MovingParticles};
 use super::particle_rates::{ExternalForces, Rates, StagePart, Wrench};
 use crate::boundary::repulsion::wall_repulsion;
 use crate::equations::continuity::density_rate;
@@ -19,6 +21,7 @@ use crate::equations::terms::{ActiveTerms, Continuity, ForceTerms, PairTerms, Te
 use crate::free_surface::shifting::{self, Regularisation};
 use crate::neighbours::batch::{NeighbourBatch, gather};
 use crate::neighbours::scene::Scene;
+use crate::system::lane_arrays::{get, numbers, vectors, weight};
 use crate::system::model::{FluidModel, Viscosity};
 use crate::system::packed_particle::{FluidSpace, NeighbourFields, Packed};
 use crate::system::state::FluidState;
@@ -45,11 +48,18 @@ pub struct StageFields<'a, G, S: FluidSpace = Plane> {
 }
 
 impl<S: FluidSpace, G: Geometry<S>> StageFields<'_, G, S> {
-    /// Rates by the fluid itself, walls, body force, damping and regularisation into `rates`; `external` gets the sums
-    /// of each task.
-    pub fn rates(&self, rates: &mut Vec<Rates<S>>, external: &mut Vec<ExternalForces<S>>) {
+    /// Rates by the fluid itself, walls, body force, damping and regularisation into `rates`; where a stage computes all
+    /// rates, the part of the density rate by continuity, Eq. (17), into `by_continuity` \[kg/(m³ s)\]; `external` gets the
+    /// sums of each task.
+    pub fn rates(
+        &self,
+        rates: &mut Vec<Rates<S>>,
+        by_continuity: &mut Vec<f64>,
+        external: &mut Vec<ExternalForces<S>>,
+    ) {
         let model = self.scene.model;
         rates.resize(self.scene.fluid.len(), Rates::default());
+        by_continuity.resize(if self.part == StagePart::Whole { rates.len() } else { 0 }, 0.0);
         if self.part == StagePart::Density {
             // The gradient pass has computed them.
             return;
@@ -61,7 +71,7 @@ impl<S: FluidSpace, G: Geometry<S>> StageFields<'_, G, S> {
             (_, false) => Continuity::Plain,
         };
         let terms = ActiveTerms { neighbour_fields: model.has_neighbour_fields(), continuity, forces };
-        terms.call(RatePass { fields: self, rates, external });
+        terms.call(RatePass { fields: self, rates, by_continuity, external });
     }
 
     #[inline(always)]
@@ -170,17 +180,28 @@ impl<S: FluidSpace, G: Geometry<S>> StageFields<'_, G, S> {
         S::plus_product(S::scaled(batch.v, along), S::dot(batch.v, normal), normal)
     }
 
-    /// Particle `i` of own `rates` as the energy budget needs it.
+    /// Up to four particles from `first` on, of own `rates`, as the energy budget needs them.
     #[inline(always)]
-    fn moving(&self, energy: &EnergyInput<'_, S>, i: usize, rates: &Rates<S>) -> MovingParticle<S> {
-        let by_solids = energy.by_solids.get(i).copied().unwrap_or_default();
-        let mean_velocity = energy.start_velocity[i] + (rates.acceleration + by_solids) * energy.half;
-        // Leapfrog moves positions with the mean of both velocities.
-        let path_velocity = match self.part {
-            StagePart::Whole => self.scene.fluid[i].velocity(),
-            StagePart::Density | StagePart::Momentum => mean_velocity,
-        };
-        MovingParticle { mass: self.state.mass[i], mean_velocity, path_velocity, shift: rates.shift }
+    fn moving<L: Lanes>(
+        &self,
+        energy: &EnergyInput<'_, S>,
+        first: usize,
+        rates: &[Rates<S>],
+    ) -> MovingParticles<S, L> {
+        let [a, b, c, d] = get(rates, 0);
+        let mut acceleration = S::lanes([&a.acceleration, &b.acceleration, &c.acceleration, &d.acceleration]);
+        if !energy.by_solids.is_empty() {
+            acceleration = S::plus(acceleration, vectors::<S, L>(energy.by_solids, first));
+        }
+        let start = vectors::<S, L>(energy.start_velocity, first);
+        let velocities = get(self.scene.fluid, first).map(|particle| particle.velocity());
+        MovingParticles {
+            mass: numbers::<L>(&self.state.mass, first) * weight(0, rates.len()),
+            density: numbers(&self.state.density, first),
+            mean_velocity: S::plus(start, S::scaled(acceleration, L::splat(energy.half))),
+            velocity: S::lanes(velocities.each_ref()),
+            shift: S::lanes([&a.shift, &b.shift, &c.shift, &d.shift]),
+        }
     }
 
     /// What acoustic damper and viscous stress lose at particle `i`.
@@ -246,6 +267,7 @@ pub fn force_terms<S: FluidSpace>(model: &FluidModel<S>) -> ForceTerms {
 struct RatePass<'a, G, S: FluidSpace> {
     fields: &'a StageFields<'a, G, S>,
     rates: &'a mut [Rates<S>],
+    by_continuity: &'a mut [f64],
     external: &'a mut Vec<ExternalForces<S>>,
 }
 
@@ -253,18 +275,26 @@ impl<S: FluidSpace, G: Geometry<S>> TermsPass for RatePass<'_, G, S> {
     type Output = ();
 
     fn call<T: PairTerms>(self) {
-        let Self { fields, rates, external } = self;
+        let Self { fields, rates, by_continuity, external } = self;
         let Scene { model, fluid, .. } = fields.scene;
         let body_force = &model.body_force.at(fields.time);
-        for_each_task(
-            fluid.len(),
-            (rates, per_task(external, fluid.len())),
-            &|particles, (rates, external)| {
-                let (terms, first, PerTask(external)) = (PhantomData::<T>, particles.start, external);
-                let external = &mut external[0];
-                model.arithmetic.run(Evaluate { fields, terms, body_force, first, rates, external });
-            },
-        );
+        for_each_task(fluid.len(), ((rates, by_continuity), per_task(external, fluid.len())), &|particles,
+                                                                                                (
+            (rates, by_continuity),
+            external,
+        )| {
+            let (terms, first, PerTask(external)) = (PhantomData::<T>, particles.start, external);
+            let external = &mut external[0];
+            model.arithmetic.run(Evaluate {
+                fields,
+                terms,
+                body_force,
+                first,
+                rates,
+                by_continuity,
+                external,
+            });
+        });
     }
 }
 
@@ -275,6 +305,7 @@ struct Evaluate<'a, G, S: FluidSpace, T> {
     body_force: &'a BodyForceAt<'a, S>,
     first: usize,
     rates: &'a mut [Rates<S>],
+    by_continuity: &'a mut [f64],
     external: &'a mut ExternalForces<S>,
 }
 
@@ -283,14 +314,23 @@ impl<S: FluidSpace, G: Geometry<S>, T: PairTerms> LanePass for Evaluate<'_, G, S
 
     #[inline(always)]
     fn run<L: Lanes>(self) {
-        let Self { fields, body_force, first, rates, external, .. } = self;
+        let Self { fields, body_force, first, rates, by_continuity, external, .. } = self;
         let StageFields { scene, state, gradients, time, .. } = fields;
         let model = scene.model;
         let (damping, origin) = (model.damping_rate(*time), model.domain.torque_origin());
         let law = LawLanes::<L>::new(model);
-        let mut powers = ForcePowers::default();
-        let clumps = model.constants.artificial_pressure > 0.0;
-        for (k, rates) in rates.iter_mut().enumerate() {
+        let (mut powers, mut lost) = (LanePowers::<L>::none(), ForcePowers::default());
+        let mut batch = ForceBatch::<S>::default();
+        let active = ActivePowers {
+            drag: T::VISCOUS,
+            clumping: model.constants.artificial_pressure > 0.0,
+            body_force: model.energy_accounts.contains(&EnergyAccount::BodyForce),
+            damping: damping != 0.0,
+            regularisation: T::NEIGHBOUR_FIELDS && model.regularisation.is_some(),
+            scheme: fields.part == StagePart::Whole,
+        };
+        let count = rates.len();
+        for k in 0..count {
             let i = first + k;
             let own = fields.own::<L, T>(i);
             let sums = fields.fluid_sums::<L, T>(&law, i, &own).total();
@@ -313,49 +353,53 @@ impl<S: FluidSpace, G: Geometry<S>, T: PairTerms> LanePass for Evaluate<'_, G, S
             }
             let continuity = density_rate(rho, -(sums.continuity + walls.continuity));
             let damped = scene.fluid[i].velocity() * damping;
-            *rates = Rates {
+            rates[k] = Rates {
                 acceleration: by_fluid + by_walls + body - damped + regularisation.acceleration,
                 shift: regularisation.shift,
                 density: continuity
                     + model.diffusion * (sums.diffusion + walls.diffusion)
                     + regularisation.density,
-                continuity,
                 volume: regularisation.density,
             };
+            if let Some(place) = by_continuity.get_mut(k) {
+                *place = continuity;
+            }
             if let Some(energy) = &fields.energy {
-                let pairs = by_fluid + (by_walls - repulsion);
-                let parts = PairParts::of(&sums.with(&walls), rho);
-                let by = Accelerations {
-                    pairs,
-                    parts,
-                    repulsion,
-                    body,
-                    damping: -damped,
-                    tension: regularisation.acceleration - regularisation.advection,
-                    advection: regularisation.advection,
-                };
-                let active = ActivePowers {
-                    pairs: T::VISCOUS || clumps,
-                    walls: !scene.lists.walls.of(i).is_empty(),
-                    damping: damping != 0.0,
-                    regularisation: T::NEIGHBOUR_FIELDS && model.regularisation.is_some(),
-                    scheme: fields.part == StagePart::Whole,
-                };
-                powers.add(&fields.moving(energy, i, rates), &by, &energy.falling, &active);
-                fields.add_losses(&mut powers, i);
+                let lane = k % WIDTH;
+                batch.forces[lane] = by_fluid + by_walls;
+                batch.artificial[lane] = sums.artificial + walls.artificial;
+                if T::VISCOUS {
+                    batch.drag[lane] = sums.drag + walls.drag;
+                }
+                if active.clumping {
+                    batch.clumping[lane] = sums.clumping + walls.clumping;
+                }
+                batch.repulsion[lane] = repulsion;
+                batch.near_walls |= !scene.lists.walls.of(i).is_empty();
+                if active.body_force {
+                    batch.body[lane] = body;
+                }
+                if active.regularisation {
+                    batch.regularisation[lane] = regularisation.acceleration;
+                    batch.advection[lane] = regularisation.advection;
+                }
+                if lane == WIDTH - 1 || k + 1 == count {
+                    let particles = fields.moving(energy, i - lane, &rates[k - lane..=k]);
+                    powers.add(&batch, &particles, (damping, &energy.falling), &active);
+                    batch.near_walls = false;
+                }
+                fields.add_losses(&mut lost, i);
                 if !energy.motions.is_empty() {
-                    fields.credit_walls::<L, T>(&mut powers, energy, &law, i);
+                    fields.credit_walls::<L, T>(&mut lost, energy, &law, i);
                 }
             }
             let (m, arm) = (state.mass[i], state.position[i] - origin);
-            *external += ExternalForces {
-                body: Wrench::at(&arm, body * m),
-                walls: Wrench::at(&arm, by_walls * m),
-                stabilisers: Wrench::at(&arm, regularisation.acceleration * m),
-                own_torque: S::cross(&arm, &(by_fluid * m)),
-                powers: ForcePowers::default(),
-            };
+            external.body += Wrench::at(&arm, body * m);
+            external.walls += Wrench::at(&arm, by_walls * m);
+            external.stabilisers += Wrench::at(&arm, regularisation.acceleration * m);
+            external.own_torque += S::cross(&arm, &(by_fluid * m));
         }
-        external.powers = powers;
+        external.powers = powers.total();
+        external.powers += lost;
     }
 }

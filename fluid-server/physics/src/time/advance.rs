@@ -45,6 +45,7 @@ pub fn advance<S: FluidSpace>(
         base,
         fluid,
         rates,
+        continuity,
         interface,
         external,
         budget,
@@ -86,6 +87,7 @@ pub fn advance<S: FluidSpace>(
             .acoustic_relaxation
             .map(|law| StageRelaxation::new(law, *part, state.density_age, time)),
         rates,
+        continuity,
         mass,
     };
     let slices = StageSlices {

@@ -14,8 +14,6 @@ pub struct LaneRates<S: Space, L: Lanes> {
     pub shift: S::Of<L>,
     /// Density rate \[kg/(m³ s)\].
     pub density: L,
-    /// Part of it by continuity, where a stage computes all rates \[kg/(m³ s)\].
-    pub continuity: L,
     /// Part of it by the volume correction \[kg/(m³ s)\].
     pub volume: L,
     /// Acceleration of each particle \[m/s²\].
@@ -31,7 +29,6 @@ impl<S: Space, L: Lanes> LaneRates<S, L> {
             acceleration: S::lanes(own_acceleration.each_ref()),
             shift: S::lanes([&a.shift, &b.shift, &c.shift, &d.shift]),
             density: L::from_array([a.density, b.density, c.density, d.density]),
-            continuity: L::from_array([a.continuity, b.continuity, c.continuity, d.continuity]),
             volume: L::from_array([a.volume, b.volume, c.volume, d.volume]),
             own_acceleration,
         }
@@ -39,11 +36,12 @@ impl<S: Space, L: Lanes> LaneRates<S, L> {
 }
 
 impl<S: Space, L: Lanes> LaneRates<S, L> {
-    /// Change of density by `continuity` \[kg/m³\], and by the other causes in `duration` \[s\].
+    /// Change of density by `continuity` \[kg/m³\], and by `others`, the part of the density rate without it
+    /// \[kg/(m³ s)\], in `duration` \[s\].
     #[inline(always)]
-    pub fn change(&self, continuity: L, duration: f64) -> DensityChange<L> {
+    pub fn change(&self, continuity: L, others: L, duration: f64) -> DensityChange<L> {
         let duration = L::splat(duration);
-        let diffusion = (self.density - self.continuity - self.volume) * duration;
+        let diffusion = (others - self.volume) * duration;
         DensityChange { continuity, diffusion, volume: self.volume * duration }
     }
 }

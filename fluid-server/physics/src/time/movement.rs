@@ -88,11 +88,12 @@ impl<S: FluidSpace, const RELAXES: bool> LanePass for Movement<'_, S, RELAXES> {
                     if step.stage == Stage::Predictor {
                         start.put(&mut start_of_step, k);
                     }
+                    let rate = numbers(step.continuity, i);
                     if let Some(law) = &relaxation {
                         if step.stage == Stage::Predictor {
                             put(start_of_step.relaxation, k, get(motion.relaxation, k));
                         }
-                        let (q_0, rate) = (numbers(start_of_step.relaxation, k), rates.continuity);
+                        let q_0 = numbers(start_of_step.relaxation, k);
                         compression.relaxes(law.lost(q_0, rate, weighted, start.rho));
                         q = Some(law.advanced(q_0, rate));
                     }
@@ -101,7 +102,8 @@ impl<S: FluidSpace, const RELAXES: bool> LanePass for Movement<'_, S, RELAXES> {
                     let particles = StageParticles::of(get(fluid, k), mass, weight(k, count));
                     let path = Path { base: &base, stage: start.x, end: &end };
                     step.account_for(&particles, &rates, &path, &mut budget);
-                    (end, base.rho, rates.change(rates.continuity * L::splat(step.duration), step.duration))
+                    let duration = step.duration;
+                    (end, base.rho, rates.change(rate * L::splat(duration), rates.density - rate, duration))
                 }
                 StagePart::Density => {
                     let (before, kept) = (numbers(density_rate, k), rates.density);
@@ -134,7 +136,7 @@ impl<S: FluidSpace, const RELAXES: bool> LanePass for Movement<'_, S, RELAXES> {
                         compression.relaxes(law.lost(q_0, rate, weighted, start.rho));
                         q = Some(law.advanced(q_0, rate));
                     }
-                    (end, start.rho, rates.change(rate * L::splat(step.half), step.duration))
+                    (end, start.rho, rates.change(rate * L::splat(step.half), rates.density, step.duration))
                 }
             };
             // Moves at known velocities are known beforehand.
@@ -234,6 +236,8 @@ pub struct Step<'a, S: Space> {
     pub relaxation: Option<StageRelaxation>,
     /// Rates of all particles.
     pub rates: &'a [Rates<S>],
+    /// The part of their density rates by continuity, where the stage has computed all rates \[kg/(m³ s)\].
+    pub continuity: &'a [f64],
     /// Mass per depth of all particles \[kg/m\].
     pub mass: &'a [f64],
 }

@@ -46,6 +46,8 @@ pub struct Workspace<S: FluidSpace> {
     pub part: StagePart,
     /// Rates of the stage.
     pub rates: Vec<Rates<S>>,
+    /// The part of the density rates by continuity, Eq. (17), where a stage computes all rates \[kg/(m³ s)\].
+    pub continuity: Vec<f64>,
     /// External forces, by task.
     pub external: Vec<ExternalForces<S>>,
     /// Momentum budget of the stage, by task.
@@ -78,6 +80,7 @@ impl<S: FluidSpace> Workspace<S> {
             + size_of::<S::Particle>() * self.fluid.capacity()
             + self.gradients.bytes()
             + size_of::<Rates<S>>() * self.rates.capacity()
+            + size_of::<f64>() * self.continuity.capacity()
     }
 
     /// Checks the state, places the walls, rebuilds the lists where needed and computes pressures.
@@ -195,6 +198,7 @@ impl<S: FluidSpace> Workspace<S> {
             part,
             interface,
             rates,
+            continuity,
             external,
             base,
             interface_powers,
@@ -227,9 +231,9 @@ impl<S: FluidSpace> Workspace<S> {
         });
         let moves = energy.is_some();
         StageFields { scene, state, field: &walls.field, gradients, time, part, energy }
-            .rates(rates, external);
+            .rates(rates, continuity, external);
         if let Some(interface) = interface {
-            interface.add_rates(model, state, part, gradients, rates);
+            interface.add_rates(model, state, part, gradients, (rates, continuity));
             if moves {
                 *interface_powers = interface.powers(start_velocity, half, rates);
             }

@@ -91,7 +91,7 @@ fn around_a_circle_layers_are_rings_of_even_spacing() {
                 ((p.position - at(0.2, -0.1)).norm() - radius).abs() < 1e-4
             };
             let ring: Vec<_> = particles.iter().filter(in_ring).collect();
-            let expected = (2.0 * PI * radius / 0.02).round();
+            let expected = 2.0 * (PI * radius / 0.02).round();
             assert_eq!(ring.len() as f64, expected, "layer {layer}");
             for p in ring {
                 let outward = (p.position - at(0.2, -0.1)).normalize();

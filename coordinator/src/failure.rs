@@ -26,13 +26,15 @@ pub enum Kind {
     Nonconforming,
     /// Recordings differ, or a replay from its recording.
     Different,
+    /// The run reached its end with reservations that were to fail it.
+    Reserved,
     /// A fault of this program.
     Internal,
 }
 
 impl Kind {
     /// All kinds, for the table in the help.
-    pub const ALL: [Kind; 10] = [
+    pub const ALL: [Kind; 11] = [
         Kind::Input,
         Kind::Output,
         Kind::Server,
@@ -42,6 +44,7 @@ impl Kind {
         Kind::Stopped,
         Kind::Nonconforming,
         Kind::Different,
+        Kind::Reserved,
         Kind::Internal,
     ];
 
@@ -57,6 +60,7 @@ impl Kind {
             Kind::Stopped => 8,
             Kind::Nonconforming => 9,
             Kind::Different => 10,
+            Kind::Reserved => 11,
             Kind::Internal => terminal::program::FAULT,
         }
     }
@@ -73,6 +77,9 @@ impl Kind {
             Kind::Stopped => "stopped from outside before the end time, outputs complete; `resume` continues",
             Kind::Nonconforming => "a participant fails a check of `conform`",
             Kind::Different => "two recordings differ, or a replay from its recording",
+            Kind::Reserved => {
+                "the run reached its end with reservations, and `--strict` was given; outputs complete"
+            }
             Kind::Internal => "a fault of this program",
         }
     }

@@ -8,6 +8,7 @@
 //! | [`checkpoint`] | states from which a run continues |
 //! | [`resume`], [`replay`], [`check`], [`conform`] | the other commands |
 //! | [`messages`], [`failure`], [`quote`] | what is printed and returned |
+//! | [`family`] | one case at several spacings, sound speeds and seeds |
 //! | [`study`] | what accuracy costs: `report` |
 //! | [`cli`] | the command line, which nothing else depends on |
 //!
@@ -35,6 +36,7 @@ pub mod checkpoint;
 pub mod cli;
 pub mod conform;
 pub mod failure;
+pub mod family;
 pub mod messages;
 pub mod quote;
 pub mod replay;

@@ -4,8 +4,8 @@ use crate::constants::Constant;
 use crate::coupling::driver::checks;
 use crate::coupling::{audit, fixed_point};
 use crate::interface::fluid_regions;
-use crate::laws::{equation_of_state, repulsion};
-use crate::shapes::{boundary, fitted};
+use crate::laws::{acoustic_relaxation, equation_of_state, repulsion};
+use crate::shapes::{boundary, fill_fitted, fitted, packing};
 use crate::{kernel, setup};
 
 /// Coefficients of laws that both solvers evaluate, and of the coupling.
@@ -14,6 +14,7 @@ pub fn fixed_constants() -> impl Iterator<Item = &'static Constant> {
         kernel::CONSTANTS,
         equation_of_state::CONSTANTS,
         repulsion::CONSTANTS,
+        acoustic_relaxation::CONSTANTS,
         setup::CONSTANTS,
         fluid_regions::CONSTANTS,
         fixed_point::CONSTANTS,
@@ -21,6 +22,8 @@ pub fn fixed_constants() -> impl Iterator<Item = &'static Constant> {
         audit::CONSTANTS,
         boundary::CONSTANTS,
         fitted::CONSTANTS,
+        fill_fitted::CONSTANTS,
+        packing::CONSTANTS,
     ];
     LISTS.iter().copied().flatten()
 }

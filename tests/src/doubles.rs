@@ -6,7 +6,7 @@ use std::time::Duration;
 use proto::description::{Description, ProtocolVersion};
 use proto::service::{Opened, ServeOptions, Server, SetupProblems, SolverFactory};
 use sph::coupling::exchange::{Column, Exchange, Extent, Frame, PeerError, StateColumns};
-use sph::coupling::ledger::{Energies, StageBudget};
+use sph::coupling::ledger::{EnergyReport, StageBudget};
 use sph::coupling::saved::{RestoreError, SavedState};
 use sph::coupling::solver::{Counts, Divergence, NoLoads, NotUpdated, ParticleFields, Role, Solver};
 use sph::coupling::stage::{StageTime, StepStage};
@@ -217,7 +217,7 @@ impl Solver for WrongSolver {
         self.solver.end_step(time)
     }
 
-    fn energies(&self) -> Energies {
+    fn energies(&self) -> EnergyReport {
         self.solver.energies()
     }
 

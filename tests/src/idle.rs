@@ -5,7 +5,7 @@ use std::time::Duration;
 use proto::description::Description;
 use proto::service::{Opened, SetupProblems, SolverFactory};
 use sph::coupling::exchange::{Extent, StateColumns};
-use sph::coupling::ledger::{Energies, StageBudget};
+use sph::coupling::ledger::{EnergyReport, StageBudget};
 use sph::coupling::saved::{RestoreError, SavedState};
 use sph::coupling::solver::{Counts, Divergence, ParticleFields, Role, Solver};
 use sph::coupling::stage::StageTime;
@@ -98,7 +98,7 @@ impl Solver for IdleSolver {
         Ok(())
     }
 
-    fn energies(&self) -> Energies {
+    fn energies(&self) -> EnergyReport {
         self.solver.energies()
     }
 

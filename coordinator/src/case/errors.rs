@@ -7,6 +7,7 @@ use std::ops::Range;
 use annotate_snippets::{AnnotationKind, Group, Level, Origin, Renderer, Snippet};
 
 use super::effort::Effort;
+use super::source::Source;
 use crate::quote;
 
 /// Errors beyond this number are counted, not kept: a hostile file must not fill the memory.
@@ -17,6 +18,9 @@ const PRINTED: usize = 50;
 
 /// Of lines of more bytes than these, a part around the error is shown.
 const LONGEST_SHOWN: usize = 8000;
+
+/// Stands for the file where a value set over that of the file is wrong.
+const OVERRIDES: &str = "values set over the file";
 
 /// Of a value that spans more lines than this, the first is shown.
 const MOST_LINES: usize = 40;
@@ -44,7 +48,7 @@ pub struct Position {
 pub struct CaseError {
     /// Where.
     pub place: Place,
-    /// Line and column; `None` when the error has no place in the text.
+    /// Line and column, of a value set over the file its number; `None` when the error has no place in the text.
     pub position: Option<Position>,
     /// The value as written.
     pub value: Option<String>,
@@ -147,13 +151,17 @@ impl ErrorList {
         false
     }
 
-    /// The report on `source`, the text of `file`; in the order of the text.
-    pub fn into_errors(self, file: String, source: String) -> CaseErrors {
+    /// The report on `source`, the text of `file` and what is set over it; in the order of the text.
+    pub fn into_errors(self, file: String, source: Source) -> CaseErrors {
         let mut errors = self.kept.into_inner();
         errors.sort_by_key(|error| error.place.span.as_ref().map_or(usize::MAX, |span| span.start));
-        let mut sweep = Sweep { source: &source, offset: 0, position: Position { line: 1, column: 1 } };
+        let mut sweep = Sweep { source: source.text(), offset: 0, position: Position { line: 1, column: 1 } };
         for error in &mut errors {
-            error.position = error.place.span.as_ref().map(|span| sweep.to(span.start));
+            error.position = error.place.span.as_ref().map(|span| {
+                let position = sweep.to(span.start);
+                let line = source.override_at(span.start).unwrap_or(position.line);
+                Position { line, ..position }
+            });
         }
         CaseErrors { file: quote::path(file.as_ref()), source, list: errors, count: self.count.get() }
     }
@@ -190,14 +198,14 @@ pub struct CaseErrors {
     pub list: Vec<CaseError>,
     /// How many there are, also those that were cut.
     pub count: usize,
-    source: String,
+    source: Source,
 }
 
 impl CaseErrors {
     /// Errors of a file that cannot be read at all.
     pub(super) fn unreadable(file: String, problem: String, hint: &str) -> Self {
         let error = CaseError::new(&Place::default(), problem).hint(hint);
-        Self { file: quote::path(file.as_ref()), list: vec![error], count: 1, source: String::new() }
+        Self { file: quote::path(file.as_ref()), list: vec![error], count: 1, source: Source::empty() }
     }
 
     /// The report as for a compiler; `styled` adds colours for a terminal.
@@ -223,6 +231,7 @@ impl CaseErrors {
         match &error.place.span {
             Some(span) => {
                 let position = error.position.unwrap_or(Position { line: 1, column: 1 });
+                let path = self.source.override_at(span.start).map_or(self.file.as_str(), |_| OVERRIDES);
                 let (mut lines, mut span) = self.lines_of(span);
                 let is_long = lines.len() > LONGEST_SHOWN;
                 if is_long {
@@ -234,10 +243,10 @@ impl CaseErrors {
                 let snippet = Snippet::source(lines).line_start(position.line).annotation(annotation);
                 groups.push(if is_long {
                     // The column in the file is not that in the part.
-                    let origin = Origin::path(&self.file).line(position.line).char_column(position.column);
+                    let origin = Origin::path(path).line(position.line).char_column(position.column);
                     title.element(origin).element(snippet)
                 } else {
-                    title.element(snippet.path(&self.file))
+                    title.element(snippet.path(path))
                 });
             }
             None => {
@@ -256,7 +265,7 @@ impl CaseErrors {
 
     /// The lines that hold `span`, and the span in them: no more of a large file is looked at.
     fn lines_of(&self, span: &Range<usize>) -> (&str, Range<usize>) {
-        let source = self.source.as_str();
+        let source = self.source.text();
         let before = source.get(..span.start).unwrap_or_default();
         let start = before.rfind('\n').map_or(0, |at| at + 1);
         let line_end = |from: usize| {

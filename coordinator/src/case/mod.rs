@@ -4,6 +4,7 @@
 //! out its particles and checks everything across tables; the [`Case`] that results is never checked again.
 //! All errors of a file are reported at once, see [`CaseErrors`].
 
+mod disturbance;
 mod effort;
 mod errors;
 pub mod file;
@@ -13,11 +14,14 @@ pub mod limits;
 mod names;
 mod notation;
 mod opening;
+pub mod overrides;
 mod reader;
+mod relaxation;
 mod restart;
 mod scene;
 mod separation;
 mod setups;
+mod source;
 mod steps;
 mod summary;
 #[cfg(test)]
@@ -29,7 +33,7 @@ use proto::transport::security::ClientFiles;
 use sph::coupling::solver::Role;
 use sph::setup::OutputPlan;
 
-pub use errors::{CaseError, CaseErrors, Place, Position};
+pub use errors::{CaseError, CaseErrors, Place, Position, suggest};
 pub use files::LARGEST_FILE;
 pub use names::Probes;
 pub use restart::Loader;
@@ -41,8 +45,10 @@ use file::CaseFile;
 use file::interface::FramePath;
 use file::run::{SIDES, Side};
 use file::wall::WallKind;
+use overrides::Override;
 use reader::{Choice, Table};
 use scene::Scene;
+use source::Source;
 
 /// A case as meant: everything in it fits together.
 #[derive(Clone, Debug)]
@@ -107,12 +113,20 @@ pub struct Outputs {
 /// # Errors
 /// All errors of the file.
 pub fn load(path: &Path, final_state: Loader<'_>) -> Result<Case, CaseErrors> {
+    load_with(path, &[], final_state)
+}
+
+/// As [`load`], with `overrides` set over the values of the file.
+///
+/// # Errors
+/// All errors of the file and of the overrides.
+pub fn load_with(path: &Path, overrides: &[Override], final_state: Loader<'_>) -> Result<Case, CaseErrors> {
     let name = path.display().to_string();
     let text = files::read_text(path).map_err(|problem| {
         CaseErrors::unreadable(name.clone(), problem, "give the path of a case file (TOML)")
     })?;
     let directory = path.parent().unwrap_or(Path::new(""));
-    parse(&text, &name, directory, final_state)
+    read(Source::new(&text, overrides.iter().map(Override::parts)), &name, directory, final_state)
 }
 
 /// Reads and checks the text of a case file; `name` stands for it in messages, file names in it are taken from
@@ -121,22 +135,29 @@ pub fn load(path: &Path, final_state: Loader<'_>) -> Result<Case, CaseErrors> {
 /// # Errors
 /// All errors of the text.
 pub fn parse(text: &str, name: &str, directory: &Path, final_state: Loader<'_>) -> Result<Case, CaseErrors> {
+    read(Source::new(text, []), name, directory, final_state)
+}
+
+fn read(source: Source, name: &str, directory: &Path, final_state: Loader<'_>) -> Result<Case, CaseErrors> {
     let errors = ErrorList::default();
-    match build(text, directory, final_state, &errors) {
+    match build(&source, directory, final_state, &errors) {
         Some(case) if errors.count() == 0 => Ok(case),
-        _ => Err(errors.into_errors(name.to_owned(), text.to_owned())),
+        _ => Err(errors.into_errors(name.to_owned(), source)),
     }
 }
 
-fn build(text: &str, directory: &Path, final_state: Loader<'_>, errors: &ErrorList) -> Option<Case> {
-    let document = notation::parse(text, errors)?;
-    let mut file = CaseFile::read(Table::root(document.get_ref(), text, directory, errors));
+fn build(source: &Source, directory: &Path, final_state: Loader<'_>, errors: &ErrorList) -> Option<Case> {
+    let mut document = notation::parse(source.file(), errors)?;
+    overrides::apply(source, document.get_mut(), errors);
+    let mut file = CaseFile::read(Table::root(document.get_ref(), source.text(), directory, errors));
     file.fill_in_defaults();
     names::check_unique(&file, errors);
     let mut scene = scene::build(&file, errors);
     if errors.count() == 0 {
         restart::apply(&file, &mut scene, final_state, errors);
+        disturbance::apply(&file, &mut scene.fluid);
     }
+    file.fill_in_relaxation(&scene);
     let probes = names::probes(&file, &scene, errors);
     let case = Case {
         name: file.name.value.clone(),

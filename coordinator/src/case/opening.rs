@@ -3,7 +3,7 @@
 
 use sph::expression::Expression;
 use sph::laws::equation_of_state::LARGEST_COMPRESSION;
-use sph::setup::InterfaceLaw;
+use sph::setup::{InterfaceLaw, PlaneState};
 use sph::space::Vector;
 
 use super::errors::{CaseError, ErrorList, Place};
@@ -26,6 +26,7 @@ impl Case {
         self.check_motions(errors);
         self.check_fluid_state(errors);
         self.check_solid_speeds(errors);
+        self.check_planes(errors);
         // Another solid solver may know more.
         if self.servers.solid == Server::BuiltIn {
             self.check_laws(errors);
@@ -140,6 +141,17 @@ impl Case {
                             "lower `velocity_m_s` or `rotation_speed_rad_s`, or check the elastic constants",
                         ),
                 );
+            }
+        }
+    }
+
+    /// A rigid body has no stress for `plane` to act on.
+    fn check_planes(&self, errors: &ErrorList) {
+        for body in self.file.solid.iter().flat_map(|solid| &solid.bodies) {
+            let material = &body.material.parameters;
+            if matches!(body.formulation, FormulationTable::Rigid) && material.plane != PlaneState::Strain {
+                let error = CaseError::new(&material.place("plane"), "a rigid body bears no stress");
+                errors.add(error.hint("leave `plane` out, or use another formulation"));
             }
         }
     }

@@ -82,6 +82,17 @@ fn mechanism(
 }
 
 impl Case {
+    /// Particles across the thin side of the thinnest body that deforms and is not held as a whole; `None` where there is
+    /// none.
+    pub fn least_across(&self) -> Option<usize> {
+        let particles = &self.scene.solid;
+        let across = (0u32..).zip(&self.scene.across).filter_map(|(k, across)| {
+            let moves = particles.support[self.scene.body_range(k)].contains(&0);
+            across.filter(|_| moves)
+        });
+        across.min()
+    }
+
     /// How each body separates the fluid regions on its sides; nothing for a case of one side.
     pub fn separations(&self) -> Vec<Separation> {
         let (Some(fluid), Some(solid), Some(interface)) =

@@ -68,6 +68,8 @@ pub struct Summary {
     pub active_terms: Vec<ActiveTerm>,
     /// Where the case departs from recommended values, and what that costs.
     pub departures: Vec<String>,
+    /// How masses and spacings were adjusted to shapes off the lattice, in words.
+    pub adjusted: Vec<String>,
     /// Particles left out where shapes meet, in words.
     pub cuts: Vec<String>,
     /// What deserves a second look.
@@ -110,6 +112,7 @@ impl Case {
             constants: self.constants(),
             active_terms: self.active_terms(),
             departures: self.departures(),
+            adjusted: scene.adjusted.clone(),
             cuts: scene.cuts.clone(),
             warnings: scene.warnings.clone(),
             limits,

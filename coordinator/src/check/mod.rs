@@ -33,6 +33,7 @@ pub fn check(path: &Path) -> Result<Checked, Failure> {
         case.check_stated_limit(role, limit)?;
     }
     let mut summary = case.summary();
+    summary.warnings.extend(opened.remarks);
     summary.warnings.extend(opened.left_out);
     Ok(Checked { case, summary })
 }
@@ -49,6 +50,8 @@ const MOST_BYTES: usize = 400 << 20;
 pub struct Opened {
     /// Largest step \[s\] that each states for the start.
     pub limits: Vec<(Role, f64)>,
+    /// What deserves a second look about the start, in words.
+    pub remarks: Vec<String>,
     /// Solvers that were not asked, in words.
     pub left_out: Vec<String>,
 }
@@ -59,7 +62,7 @@ pub struct Opened {
 /// # Errors
 /// All that a solver refuses.
 pub fn open(case: &Case) -> Result<Opened, Failure> {
-    let Opened { mut limits, mut left_out } = Opened::default();
+    let Opened { mut limits, mut remarks, mut left_out } = Opened::default();
     let [fluid, solid] = case.particles();
     let walls = case.wall_particles();
     let mut asked = |role: Role, server: &Server, bytes: usize| {
@@ -75,26 +78,28 @@ pub fn open(case: &Case) -> Result<Opened, Failure> {
     // One after the other: each needs memory.
     if case.has(Role::Fluid) && asked(Role::Fluid, &case.servers.fluid, FLUID_BYTES * (fluid + walls)) {
         let setup = case.fluid_setup().map(ParticipantSetup::Fluid);
-        limits.extend(try_open(Role::Fluid, &fluid_server::FluidFactory, setup)?);
+        limits.extend(try_open(Role::Fluid, &fluid_server::FluidFactory, setup, &mut remarks)?);
     }
     if case.has(Role::Solid)
         && asked(Role::Solid, &case.servers.solid, SOLID_BYTES * solid + FLUID_BYTES * walls)
     {
         let setup = case.solid_setup().map(ParticipantSetup::Solid);
-        limits.extend(try_open(Role::Solid, &solid_server::SolidFactory, setup)?);
+        limits.extend(try_open(Role::Solid, &solid_server::SolidFactory, setup, &mut remarks)?);
     }
-    Ok(Opened { limits, left_out })
+    Ok(Opened { limits, remarks, left_out })
 }
 
 fn try_open(
     role: Role,
     factory: &impl SolverFactory,
     setup: Option<ParticipantSetup>,
+    remarks: &mut Vec<String>,
 ) -> Result<Option<(Role, f64)>, Failure> {
     let Some(setup) = setup else { return Ok(None) };
-    let (_, limit) = open_checked(factory, setup).map_err(|SetupProblems(problems)| {
+    let (opened, limit) = open_checked(factory, setup).map_err(|SetupProblems(problems)| {
         Failure::input(format!("the {role} solver refuses the case:\n  {}", problems.join("\n  ")))
     })?;
+    remarks.extend(opened.solver.remarks());
     Ok(Some((role, limit)))
 }
 
@@ -112,6 +117,7 @@ impl Checked {
             let held = if count.held > 0 { format!("  (and {} held)", count.held) } else { String::new() };
             line(format!("  {:>9}  {} {}{held}", count.particles, count.kind, count.name));
         }
+        summary.adjusted.iter().for_each(|adjusted| line(format!("  {adjusted}")));
         summary.cuts.iter().for_each(|cut| line(format!("  {cut}")));
         line("\ntime step".into());
         for limit in &summary.limits {

@@ -9,7 +9,7 @@ use clap::Args;
 use super::security::SecurityArguments;
 use crate::messages::Messages;
 use crate::run::participants::launch::Source;
-use crate::run::{Placement, RelayOptions, RunOptions, ServerOptions};
+use crate::run::{OnReservations, Placement, RelayOptions, RunOptions, ServerOptions};
 
 /// How a case is run, new or resumed.
 #[derive(Debug, Args)]
@@ -73,6 +73,10 @@ pub(super) struct RunOptionArguments {
     /// start from its own program are not in it.
     #[arg(long, value_name = "FILE")]
     trace: Option<PathBuf>,
+    /// Fail, with an exit code of its own, when the run reaches its end with reservations about its answer; the results
+    /// are complete all the same.
+    #[arg(long)]
+    strict: bool,
     /// No progress bar and no run header.
     #[arg(long, short)]
     quiet: bool,
@@ -91,6 +95,7 @@ impl From<RunOptionArguments> for RunOptions {
             checkpoint_every_wall: arguments.checkpoint_every_wall.map(Duration::from_secs_f64),
             max_restarts: arguments.max_restarts,
             trace: arguments.trace.clone(),
+            reservations: if arguments.strict { OnReservations::Fail } else { OnReservations::Report },
             messages: match (arguments.quiet, arguments.verbose) {
                 (true, _) => Messages::Warnings,
                 (false, false) => Messages::All,

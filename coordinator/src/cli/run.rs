@@ -41,7 +41,13 @@ impl NewRunArguments {
 
 impl From<RunArguments> for RunRequest {
     fn from(RunArguments { case, new }: RunArguments) -> Self {
-        Self { case, existing: new.existing(), out: new.out, options: new.options.into() }
+        Self {
+            case,
+            overrides: Vec::new(),
+            existing: new.existing(),
+            out: new.out,
+            options: new.options.into(),
+        }
     }
 }
 

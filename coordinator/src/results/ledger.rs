@@ -6,14 +6,16 @@
 //! `momentum_change = interface_impulse + Σ account impulses` holds in every row, check (b), and
 //! `fluid_interface_impulse = −solid_interface_impulse`, check (a). The same holds of angular momentum and angular
 //! impulses; these columns are NaN where a side has no such budget: in a periodic domain, and of solvers that report none.
+//! Energies are those of the end of the last step: stores as they are, works and losses since the start of the run.
 
 use std::path::{Path, PathBuf};
 
 use sph::coupling::driver::StepReport;
-use sph::coupling::ledger::{Account, Imbalance};
+use sph::coupling::ledger::{Account, EnergyAccount, Imbalance};
 use sph::coupling::solver::Role;
 use sph::coupling::stage::{Stage, StepStage};
 
+use super::energy::{LedgerSide, SideEnergy};
 use super::error::OutputError;
 use super::ledger_sums::{Extremes, Largest, LedgerSums, SideSums, Work};
 use super::table::{Changed, Resumed, TableFile, TableMark};
@@ -44,13 +46,20 @@ const INTERFACE: [&str; 14] = [
 const ANGULAR: [&str; 3] =
     ["interface_angular_impulse_n_s", "angular_momentum_change_n_s", "angular_momentum_residual"];
 
-/// Columns of a side after the accounts of its angular momentum.
-const ENERGIES: [&str; 3] = ["kinetic_energy_j_per_m", "potential_energy_j_per_m", "internal_energy_j_per_m"];
+/// Name of the column of an `account` of the energy of `side`.
+pub fn energy_column(side: Role, account: EnergyAccount) -> String {
+    format!("{side}_energy_{}_j_per_m", account.name())
+}
+
+/// Name of the column of the residual of the energy of `side`.
+pub fn energy_residual_column(side: Role) -> String {
+    format!("{side}_energy_residual_j_per_m")
+}
 
 /// Column names of `ledger.csv` for the sides that take part.
-pub fn columns(sides: &[Role]) -> Vec<String> {
+pub fn columns(sides: &[LedgerSide]) -> Vec<String> {
     let mut names: Vec<String> = COMMON.map(String::from).into();
-    for side in sides {
+    for LedgerSide { role: side, accounts } in sides {
         names.extend(INTERFACE.iter().map(|name| format!("{side}_{name}")));
         for account in Account::with_force() {
             names
@@ -58,7 +67,8 @@ pub fn columns(sides: &[Role]) -> Vec<String> {
         }
         names.extend(ANGULAR.iter().map(|name| format!("{side}_{name}")));
         names.extend(Account::ALL.map(|account| format!("{side}_{}_angular_impulse_n_s", account.name())));
-        names.extend(ENERGIES.iter().map(|name| format!("{side}_{name}")));
+        names.extend(accounts.iter().map(|account| energy_column(*side, *account)));
+        names.push(energy_residual_column(*side));
     }
     names
 }
@@ -66,7 +76,7 @@ pub fn columns(sides: &[Role]) -> Vec<String> {
 /// Writer of `ledger.csv`.
 pub struct LedgerFile {
     file: TableFile,
-    sides: Vec<Role>,
+    sides: Vec<LedgerSide>,
     sums: LedgerSums,
     row: Vec<f64>,
 }
@@ -76,7 +86,7 @@ impl LedgerFile {
     ///
     /// # Errors
     /// When it cannot be written.
-    pub fn create(path: &Path, sides: &[Role]) -> Result<Self, OutputError> {
+    pub fn create(path: &Path, sides: &[LedgerSide]) -> Result<Self, OutputError> {
         let file = TableFile::create(path, &columns(sides))?;
         Ok(Self { file, sides: sides.to_vec(), sums: LedgerSums::default(), row: Vec::new() })
     }
@@ -88,7 +98,7 @@ impl LedgerFile {
     /// As [`TableFile::resume`].
     pub fn resume(
         path: &Path,
-        sides: &[Role],
+        sides: &[LedgerSide],
         mark: &TableMark,
         sums: LedgerSums,
         changed: Changed,
@@ -145,6 +155,7 @@ impl LedgerFile {
             }
             let [_, corrector] = &report.budgets;
             sums.add(corrector);
+            sums.energy.take(&report.energies);
         }
         self.sums.pending = Some([fluid.copied(), solid.copied()]);
     }
@@ -163,10 +174,10 @@ impl LedgerFile {
         self.row.extend(self.sums.since_row.map(|largest| largest.value));
         self.row.push(self.sums.most_iterations.into());
         for side in &self.sides {
-            let k = side.index();
+            let k = side.role.index();
             match &reports[k] {
-                Some(report) => push_side(&mut self.row, report, &self.sums.sides[k]),
-                None => self.row.extend(std::iter::repeat_n(f64::NAN, side_width())),
+                Some(report) => push_side(&mut self.row, report, &self.sums.sides[k], &side.accounts),
+                None => self.row.extend(std::iter::repeat_n(f64::NAN, side_width(side))),
             }
             self.sums.sides[k].residual = Largest::default();
             self.sums.sides[k].angular.residual = Largest::default();
@@ -187,6 +198,12 @@ impl LedgerFile {
         Work { received: [fluid.work, solid.work], passed: fluid.passed.max(solid.passed) }
     }
 
+    /// Energy of both sides.
+    pub fn energy(&self) -> [SideEnergy; 2] {
+        let [fluid, solid] = &self.sums.sides;
+        [fluid.energy, solid.energy]
+    }
+
     /// Writes the last steps and gives the file its final name.
     ///
     /// # Errors
@@ -197,12 +214,13 @@ impl LedgerFile {
     }
 }
 
-fn side_width() -> usize {
-    INTERFACE.len() + 2 * Account::with_force().count() + ANGULAR.len() + Account::ALL.len() + ENERGIES.len()
+fn side_width(side: &LedgerSide) -> usize {
+    let momentum = INTERFACE.len() + 2 * Account::with_force().count();
+    momentum + ANGULAR.len() + Account::ALL.len() + side.accounts.len() + 1
 }
 
-/// Values in the order of [`INTERFACE`], accounts, [`ANGULAR`], their accounts, [`ENERGIES`].
-fn push_side(row: &mut Vec<f64>, report: &StepReport, sums: &SideSums) {
+/// Values in the order of [`INTERFACE`], accounts, [`ANGULAR`], their accounts, accounts of `energy` and its residual.
+fn push_side(row: &mut Vec<f64>, report: &StepReport, sums: &SideSums, energy: &[EnergyAccount]) {
     let interface = &report.budgets[1].interface;
     row.extend([
         interface.force.x,
@@ -226,7 +244,10 @@ fn push_side(row: &mut Vec<f64>, report: &StepReport, sums: &SideSums) {
     let angular = &sums.angular;
     row.extend([angular.impulse.z, angular.change.z, angular.residual.value]);
     row.extend(Account::ALL.map(|account| sums.accounts.get(account).torque.z));
-    row.extend([report.energies.kinetic, report.energies.potential, report.energies.internal]);
+    let energies = &report.energies;
+    let value = |account: &EnergyAccount| energies.get(*account).map_or(f64::NAN, |entry| entry.value);
+    row.extend(energy.iter().map(value));
+    row.push(energies.residual().unwrap_or(f64::NAN));
 }
 
 #[cfg(test)]

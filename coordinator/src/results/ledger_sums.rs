@@ -5,6 +5,8 @@ use sph::coupling::driver::StepReport;
 use sph::coupling::ledger::{Account, Accounts, LedgerVector, StageBudget};
 use sph::coupling::stage::StepStage;
 
+use super::energy::SideEnergy;
+
 /// The largest value of a check and the half-step where it occurred; NaN is larger than everything.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Largest {
@@ -46,8 +48,7 @@ pub struct Work {
 }
 
 impl Work {
-    /// What one side gave and the other did not receive: lost in viscosity and repulsion between them, and in squeezing
-    /// the water at the face.
+    /// What one side gave and the other did not receive, the compression of the water by solids included.
     pub fn drift(&self) -> f64 {
         self.received[0] + self.received[1]
     }
@@ -66,6 +67,7 @@ pub(super) struct SideSums {
     /// Worst residual since the last row.
     pub(super) residual: Largest,
     pub(super) angular: AngularSums,
+    pub(super) energy: SideEnergy,
 }
 
 /// Sums of the angular momentum of one side; NaN where it has no budget.

@@ -16,6 +16,7 @@
 
 pub mod directory;
 pub(crate) mod earlier;
+pub mod energy;
 pub mod error;
 pub mod files;
 pub mod font;
@@ -29,6 +30,7 @@ pub mod plots;
 pub mod probes;
 pub mod process;
 pub mod progress;
+pub mod quality;
 pub mod recorder;
 pub mod report;
 pub mod state;

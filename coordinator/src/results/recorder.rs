@@ -14,6 +14,7 @@ use tracing::trace_span;
 use crate::case::Case;
 use crate::failure::Failure;
 use crate::results::directory::OutputDirectory;
+use crate::results::energy::{LedgerSide, SideEnergy};
 use crate::results::error::OutputError;
 use crate::results::ledger::{self, LedgerFile};
 use crate::results::ledger_sums::{Extremes, LedgerSums, Work};
@@ -75,6 +76,8 @@ pub struct Recorded {
     pub extremes: Extremes,
     /// Energy that crossed the interface.
     pub work: Work,
+    /// Energy budget of fluid and solid.
+    pub energy: [SideEnergy; 2],
     /// Snapshots for pictures, in time order.
     pub snapshots: Vec<PairedSnapshot>,
     /// Warnings about outputs that were found changed when the run continued.
@@ -99,7 +102,7 @@ impl Recorder {
         Ok(Self {
             directory: directory.clone(),
             probes: ProbeFile::create(&directory.file(names::PROBES), fluid, solid)?,
-            ledger: LedgerFile::create(&directory.file(names::LEDGER), roles)?,
+            ledger: LedgerFile::create(&directory.file(names::LEDGER), &LedgerSide::of(case, roles))?,
             ledger_every_steps: case.outputs.ledger_every_steps.max(1),
             ledger_row_due: false,
             // A lost attempt that took no checkpoint may have left its last frame.
@@ -133,7 +136,7 @@ impl Recorder {
             if takes_part(Role::Solid) { &probes.solid } else { &[] },
         );
         TableFile::examine(&directory.file(names::PROBES), &columns, &state.probes)?;
-        let columns = ledger::columns(roles);
+        let columns = ledger::columns(&LedgerSide::of(case, roles));
         TableFile::examine(&directory.file(names::LEDGER), &columns, &state.ledger_file)?;
         for files in &state.snapshots {
             Series::examine(&directory.file(names::SNAPSHOTS), files)?;
@@ -168,8 +171,13 @@ impl Recorder {
         let (probes, warning) = ProbeFile::resume(&path, fluid, solid, &state.probes, changed)?;
         news.extend(warning);
         let path = directory.file(names::LEDGER);
-        let (ledger, warning) =
-            LedgerFile::resume(&path, roles, &state.ledger_file, state.ledger.clone(), changed)?;
+        let (ledger, warning) = LedgerFile::resume(
+            &path,
+            &LedgerSide::of(case, roles),
+            &state.ledger_file,
+            state.ledger.clone(),
+            changed,
+        )?;
         news.extend(warning);
         let (pictures, stored) = stored_pictures(directory, case, state, &mut news);
         for text in &news {
@@ -293,10 +301,10 @@ impl Recorder {
         if self.ledger_row_due {
             self.ledger.write_row()?;
         }
-        let (extremes, work) = (*self.ledger.extremes(), self.ledger.work());
+        let (extremes, work, energy) = (*self.ledger.extremes(), self.ledger.work(), self.ledger.energy());
         self.probes.finish()?;
         self.ledger.finish()?;
         let (snapshots, warnings) = (self.pictures.finish(), self.warnings);
-        Ok(Recorded { tally: self.tally, extremes, work, snapshots, warnings })
+        Ok(Recorded { tally: self.tally, extremes, work, energy, snapshots, warnings })
     }
 }

@@ -1,5 +1,6 @@
 //! `report.html`: the run's facts and pictures in one file that needs no network.
 
+mod energies;
 mod fields;
 pub(crate) mod page;
 mod series;
@@ -59,7 +60,7 @@ pub fn html(data: &ReportData) -> Result<String, PlotError> {
         fields::stress(data)?,
         series::probes(&data.probes)?,
         series::ledger(&data.ledger, data.tolerance)?,
-        series::energies(&data.ledger)?,
+        energies::energies(&data.ledger)?,
     ];
     let sections: Vec<page::Section> = sections.into_iter().flatten().collect();
     Ok(page::page(data, &sections))

@@ -8,11 +8,13 @@ use serde::{Deserialize, Serialize};
 use sph::coupling::solver::Counts;
 use sph::coupling::stage::StepStage;
 
+use super::energy::EnergySummary;
 use super::error::OutputError;
 use super::files::open_regular;
 use super::files::write_file;
 use super::ledger_sums::{Extremes, Largest, Work};
 use super::process::Process;
+use super::quality::QualityFigure;
 
 /// Version of the layout of `summary.json`; keys are only ever added within a version.
 pub const FORMAT: u32 = 1;
@@ -53,6 +55,10 @@ pub struct Summary {
     pub run_id: String,
     /// How the run ended.
     pub verdict: Verdict,
+    /// What speaks against trusting the answer, in words; empty where nothing is known to.
+    pub reservations: Vec<String>,
+    /// Figures of the run that judge its answer.
+    pub quality: Vec<QualityFigure>,
     /// Why, in a sentence; names step, stage, particle and quantity of a fault.
     pub reason: String,
     /// Completed steps.
@@ -67,6 +73,8 @@ pub struct Summary {
     pub particle_stages_per_second: Option<f64>,
     /// Interface ledger.
     pub ledger: LedgerSummary,
+    /// Energy budget by mechanism.
+    pub energy: EnergySummary,
     /// Iterated half-steps, where the case has them.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub iterations: Option<IterationSummary>,
@@ -182,8 +190,8 @@ pub struct InterfaceEnergy {
     pub fluid_received_j_per_m: f64,
     /// Work that the solid received \[J/m\].
     pub solid_received_j_per_m: f64,
-    /// Sum of both \[J/m\]: what one side gave and the other did not receive, lost in viscosity and repulsion between
-    /// them and in squeezing the water at the face.
+    /// Sum of both \[J/m\]; holds the compression of the water by solids, so that it is no loss: see
+    /// [`EnergySummary::interface_slip_j_per_m`].
     pub drift_j_per_m: f64,
     /// Drift over the larger of both sides' sums of |power| over time \[-\]; `null` when nothing crossed.
     pub drift_share: Option<f64>,
@@ -275,6 +283,14 @@ impl Participant {
 }
 
 impl Summary {
+    /// The verdict in words; "completed, with reservations" where there are.
+    pub fn verdict_text(&self) -> String {
+        match self.reservations.is_empty() {
+            true => self.verdict.to_string(),
+            false => format!("{}, with reservations", self.verdict),
+        }
+    }
+
     /// Writes the summary to `path`.
     ///
     /// # Errors

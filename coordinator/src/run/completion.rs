@@ -16,11 +16,14 @@ use super::job::Job;
 use super::participants::hints;
 use crate::case::Case;
 use crate::failure::Failure;
+use crate::results::energy::{EnergySummary, SideEnergy};
 use crate::results::names;
 use crate::results::plots::gallery::PairedSnapshot;
 use crate::results::process::Process;
+use crate::results::quality::{self, Evidence, Sampler};
 use crate::results::recorder::Recorded;
 use crate::results::report::{self, ReportData};
+use crate::results::state;
 use crate::results::summary::{self, Checkpoints, LedgerSummary, Participant, Span, Summary, Verdict};
 use crate::results::table::Table;
 use crate::results::tally::Iterations;
@@ -54,6 +57,12 @@ pub(super) async fn finish(
     summary.checkpoints = scheduler.figures().clone();
     summary.restarts = restarts;
     summary.warnings.extend(recorded.warnings.iter().cloned());
+    // As for the report: a fault here leaves the results as they are.
+    match trace_span!(target: TRACE, "quality").in_scope(|| program::contain(|| quality(job, &recorded))) {
+        Ok(evidence) => summary.quality = evidence.figures(),
+        Err(panic) => summary.warnings.push(format!("the quality of the run was not judged: {panic}")),
+    }
+    summary.reservations = quality::reservations(&summary.quality);
     summary.write(&directory.file(names::SUMMARY))?;
     let report = || write_report(job, &summary, facts, recorded.snapshots);
     // The run has the exit code that it earned, whatever becomes of its pictures.
@@ -75,6 +84,28 @@ pub(super) async fn finish(
     Ok((ending, summary))
 }
 
+/// What the results say of the run's answer.
+fn quality(job: &Job, recorded: &Recorded) -> Evidence {
+    let Job { case, directory, .. } = job;
+    let mut sampler = Sampler::new(case);
+    let last = |role: Role| state::read(&directory.final_state(&role.to_string())).ok();
+    // A side that was lost has no final state; one that was played has none of its own.
+    let last = PairedSnapshot { time: f64::INFINITY, fluid: last(Role::Fluid), solid: last(Role::Solid) };
+    let is_last =
+        |pair: &&PairedSnapshot| pair.fluid.as_ref().map(|f| f.step) == last.fluid.as_ref().map(|f| f.step);
+    for pair in recorded.snapshots.iter().filter(|pair| !is_last(pair)).chain([&last]) {
+        if let Some(fluid) = &pair.fluid {
+            sampler.take(fluid, pair.solid.as_ref());
+        }
+    }
+    let escaped = recorded.tally.sides.iter().map(|side| side.counts.escaped).sum();
+    let probes = Table::read(&directory.file(names::PROBES)).ok();
+    // Of the worse side; what is no number is worse than any.
+    let worst = |a: f64, b: f64| if a.total_cmp(&b).is_lt() { b } else { a };
+    let energy_residual = recorded.energy.iter().filter_map(SideEnergy::residual_share).reduce(worst);
+    Evidence { energy_residual, ..sampler.finish(probes.as_ref(), escaped) }
+}
+
 /// Writes the report of a run whose tables and summary are complete.
 fn write_report(
     job: &Job,
@@ -86,7 +117,7 @@ fn write_report(
     let setup = case.run_setup();
     let data = ReportData {
         title: case.name.clone(),
-        verdict: summary.verdict.to_string(),
+        verdict: summary.verdict_text(),
         reason: summary.reason.clone(),
         facts: header::results(summary),
         negotiated: facts,
@@ -136,6 +167,8 @@ fn summarise(
         case: case.name.clone(),
         run_id: case.run_setup().run_id,
         verdict,
+        reservations: Vec::new(),
+        quality: Vec::new(),
         reason,
         steps: tally.steps,
         simulated: Span { start_s, end_s: tally.time },
@@ -144,6 +177,7 @@ fn summarise(
         // Counts far below 2^53.
         particle_stages_per_second: (tally.steps > 0 && wall_seconds > 0.0)
             .then(|| 2.0 * (tally.steps * particles) as f64 / wall_seconds),
+        energy: EnergySummary::new(&recorded.energy),
         ledger: LedgerSummary::new(
             tally.breaches,
             tally.first_breaches.clone(),

@@ -15,7 +15,7 @@ use super::losses::Losses;
 use super::outcome::RunOutcome;
 use super::participants::hints;
 use super::participants::remote::Remote;
-use super::request::RunOptions;
+use super::request::{OnReservations, RunOptions};
 use super::signals::watch_signals;
 use super::trace::Trace;
 use crate::case::Case;
@@ -50,7 +50,7 @@ pub(crate) fn execute(job: &Job) -> Result<RunOutcome, Failure> {
     job.directory.complete()?;
     job.options.messages.progress(format_args!("results in {}", out.display()));
     let failure = match ending {
-        Ending::Completed => None,
+        Ending::Completed => reserved(job, &summary),
         Ending::Stopped => {
             let text = "stopped from outside before the end time at a step boundary; results up to there are complete in";
             Some(Failure::new(Kind::Stopped, format!("{text} {}", out.display())))
@@ -70,6 +70,18 @@ pub(crate) fn execute(job: &Job) -> Result<RunOutcome, Failure> {
         }
     };
     Ok(RunOutcome { directory: out.to_owned(), summary, failure, replayed })
+}
+
+/// The failure of a run that reached its end with reservations, where these fail it.
+fn reserved(job: &Job, summary: &Summary) -> Option<Failure> {
+    let fails = job.options.reservations == OnReservations::Fail && !summary.reservations.is_empty();
+    let list = summary.reservations.join("\n  ");
+    fails.then(|| {
+        Failure::new(
+            Kind::Reserved,
+            format!("completed, with reservations; the results are complete\n  {list}"),
+        )
+    })
 }
 
 /// Adds the command that continues the run, where there is a checkpoint and to continue may help.

@@ -1,6 +1,7 @@
 //! The run header: every fact that decides the answer, on the screen and in the report.
 
 use sph::constants::Constant;
+use sph::coupling::ledger::{EnergyKind, SignRule};
 use sph::lanes::Arithmetic;
 use sph::setup::{
     BreachAction, CouplingKind, ImplicitCoupling, InterfaceLaw, NonConvergence, Relaxation, StepPolicy,
@@ -9,6 +10,8 @@ use sph::setup::{
 use crate::case::Case;
 use crate::messages::Messages;
 use crate::quote;
+use crate::results::energy::{AccountSummary, EnergySummary};
+use crate::results::quality;
 use crate::results::summary::Summary;
 use crate::run::participants::remote::Remote;
 
@@ -86,6 +89,7 @@ pub fn facts(case: &Case, remote: Option<&Remote>) -> Vec<Fact> {
         let arithmetic = Arithmetic::chosen().name();
         facts.push(fact("solvers", format!("threads of this process, arithmetic {arithmetic}")));
     }
+    facts.extend(summary.adjusted.iter().map(|line| fact("fitted", line.clone())));
     facts.extend(summary.cuts.iter().map(|cut| fact("cut", cut.clone())));
     facts
 }
@@ -119,10 +123,12 @@ fn implicit(plan: &ImplicitCoupling) -> String {
 /// Results of a run, in words.
 pub fn results(summary: &Summary) -> Vec<Fact> {
     let mut facts = vec![
-        fact("verdict", format!("{}: {}", summary.verdict, summary.reason)),
+        fact("verdict", format!("{}: {}", summary.verdict_text(), summary.reason)),
         fact("simulated", format!("{:.6} s in {} steps", summary.simulated.end_s, summary.steps)),
         fact("wall time", format!("{:.1} s", summary.wall_seconds)),
     ];
+    facts.extend(summary.reservations.iter().map(|text| fact("reservation", text.clone())));
+    facts.push(fact("quality", quality::line(&summary.quality)));
     if let Some(rate) = summary.particle_stages_per_second {
         facts.push(fact("speed", format!("{rate:.3e} particle-stages per second")));
     }
@@ -137,18 +143,8 @@ pub fn results(summary: &Summary) -> Vec<Fact> {
                 summary.ledger.breaches
             ),
         ));
-        let energy = &summary.ledger.interface_energy;
-        let share = energy
-            .drift_share
-            .map_or(String::new(), |share| format!(", {:.2} % of what passed to and fro", 100.0 * share));
-        facts.push(fact(
-            "interface energy",
-            format!(
-                "received by the fluid {:.4e} J/m, by the solid {:.4e} J/m; drift, lost at the face, {:.1e} J/m{share}",
-                energy.fluid_received_j_per_m, energy.solid_received_j_per_m, energy.drift_j_per_m
-            ),
-        ));
     }
+    facts.extend(energy(&summary.energy));
     if let Some(iterations) = &summary.iterations {
         let mean = iterations.mean.map_or(String::new(), |mean| format!("{mean:.2} a step, "));
         let text = format!(
@@ -221,4 +217,38 @@ fn print(facts: &[Fact], messages: Messages) {
 /// Prints the results of a run.
 pub fn print_results(summary: &Summary, messages: Messages) {
     print(&results(summary), messages);
+}
+
+/// Works and losses that are named in words.
+const NAMED_FLOWS: usize = 4;
+
+/// The energy budget: the largest accounts of each side, and the residual.
+fn energy(energy: &EnergySummary) -> Vec<Fact> {
+    let mut facts = Vec::new();
+    let mark = |flow: &AccountSummary| if flow.sign == SignRule::Either { "±" } else { "" };
+    for (name, side) in [("energy of fluid", &energy.fluid), ("energy of solids", &energy.solid)] {
+        let Some(side) = side else { continue };
+        let flows: Vec<String> = side
+            .largest_flows()
+            .iter()
+            .take(NAMED_FLOWS)
+            .filter(|flow| flow.value_j_per_m != 0.0)
+            .map(|flow| {
+                let kind = if flow.kind == EnergyKind::Work { "work" } else { "loss" };
+                let name = flow.account.name().replace('_', " ");
+                format!("{kind} {name}{} {:.3e}", mark(flow), flow.value_j_per_m)
+            })
+            .collect();
+        let flows = if flows.is_empty() { String::new() } else { format!("; {}", flows.join(", ")) };
+        facts.push(fact(name, format!("change {:.3e} J/m{flows}", side.change())));
+    }
+    if let Some(residual) = energy.residual_j_per_m {
+        let share =
+            energy.residual_share.map_or(String::new(), |share| format!(", {share:.1e} of the energy spent"));
+        let slip = energy
+            .interface_slip_j_per_m
+            .map_or(String::new(), |slip| format!("; lost between the sides± {slip:.3e} J/m"));
+        facts.push(fact("energy residual", format!("{residual:.2e} J/m{share}{slip}")));
+    }
+    facts
 }

@@ -23,11 +23,12 @@ use std::sync::Arc;
 
 pub(crate) use execution::execute;
 pub use outcome::RunOutcome;
-pub use request::{Placement, RelayOptions, RunOptions, RunRequest, ServerOptions};
+pub use request::{OnReservations, Placement, RelayOptions, RunOptions, RunRequest, ServerOptions};
 
 use self::job::Job;
 use self::origin::Origin;
 use crate::case::Case;
+use crate::case::overrides::Override;
 use crate::failure::Failure;
 use crate::results::directory::{Existing, OutputDirectory};
 
@@ -38,7 +39,7 @@ use crate::results::directory::{Existing, OutputDirectory};
 /// results. A run that ends before its end time has an outcome, which holds its failure.
 pub fn run(request: &RunRequest) -> Result<RunOutcome, Failure> {
     request.options.force_arithmetic()?;
-    let (case, origin) = origin::load(&request.case)?;
+    let (case, origin) = origin::load_with(&request.case, &request.overrides)?;
     let out = request.out.clone().unwrap_or_else(|| default_folder(&request.case, ""));
     let directory = new_folder(&out, request.existing, &origin)?;
     let options = request.options.clone();
@@ -50,7 +51,15 @@ pub fn run(request: &RunRequest) -> Result<RunOutcome, Failure> {
 /// # Errors
 /// All errors of the file.
 pub fn load(path: &Path) -> Result<Case, Failure> {
-    origin::load(path).map(|(case, _)| case)
+    load_with(path, &[])
+}
+
+/// Reads and checks a case file with `overrides` set over its values.
+///
+/// # Errors
+/// All errors of the file and of the overrides.
+pub fn load_with(path: &Path, overrides: &[Override]) -> Result<Case, Failure> {
+    origin::load_with(path, overrides).map(|(case, _)| case)
 }
 
 /// Folder for the results of the case at `path`, where none is given.

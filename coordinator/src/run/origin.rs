@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 
 use sph::coupling::solver::{ParticleFields, Role};
 
+use crate::case::overrides::Override;
 use crate::case::{self, Case};
 use crate::checkpoint::OriginDigests;
 use crate::failure::Failure;
@@ -29,6 +30,14 @@ pub struct Origin {
 /// # Errors
 /// All errors of the file.
 pub fn load(path: &Path) -> Result<(Case, Origin), Failure> {
+    load_with(path, &[])
+}
+
+/// As [`load`], with `overrides` set over the values of the file.
+///
+/// # Errors
+/// All errors of the file and of the overrides.
+pub fn load_with(path: &Path, overrides: &[Override]) -> Result<(Case, Origin), Failure> {
     let origin = RefCell::new(Origin::default());
     let read = |path: &Path| {
         let state = state::read(path)?;
@@ -37,7 +46,7 @@ pub fn load(path: &Path) -> Result<(Case, Origin), Failure> {
         origin.files.push(path.to_path_buf());
         Ok(state)
     };
-    let case = case::load(path, &read).map_err(|errors| Failure::case_errors(&errors))?;
+    let case = case::load_with(path, overrides, &read).map_err(|errors| Failure::case_errors(&errors))?;
     Ok((case, origin.into_inner()))
 }
 

@@ -14,7 +14,7 @@ pub struct RunOutcome {
     pub directory: PathBuf,
     /// Verdict and figures, as `summary.json` holds them.
     pub summary: Summary,
-    /// Why the run ended before its end time, if it did.
+    /// Why the run ended before its end time, if it did, or its reservations where these fail it.
     pub failure: Option<Failure>,
     /// How the solver compares with the recording, if one was replayed.
     pub replayed: Option<Replayed>,

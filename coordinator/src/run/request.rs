@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use proto::transport::security::ClientFiles;
 
+use crate::case::overrides::Override;
 use crate::failure::Failure;
 use crate::messages::Messages;
 use crate::results::directory::Existing;
@@ -16,6 +17,8 @@ use crate::run::participants::launch::Source;
 pub struct RunRequest {
     /// Case file, TOML.
     pub case: PathBuf,
+    /// Values set over those of the file; the results hold the case with them.
+    pub overrides: Vec<Override>,
     /// Folder for the results; by default `results/` and the name of the case file.
     pub out: Option<PathBuf>,
     /// What becomes of the results of an earlier run in that folder.
@@ -46,8 +49,20 @@ pub struct RunOptions {
     pub max_restarts: Option<u64>,
     /// File for a trace of all processes.
     pub trace: Option<PathBuf>,
+    /// What becomes of a run that reaches its end with reservations.
+    pub reservations: OnReservations,
     /// What is printed.
     pub messages: Messages,
+}
+
+/// What becomes of a run that reaches its end with reservations.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum OnReservations {
+    /// It succeeds; they are reported.
+    #[default]
+    Report,
+    /// It fails with an exit code of its own; its results are complete.
+    Fail,
 }
 
 impl Default for RunOptions {
@@ -61,6 +76,7 @@ impl Default for RunOptions {
             checkpoint_every_wall: None,
             max_restarts: None,
             trace: None,
+            reservations: OnReservations::default(),
             messages: Messages::default(),
         }
     }

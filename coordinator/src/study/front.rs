@@ -1,4 +1,4 @@
-//! What a set of runs shows together: which are worth their cost, and how fast errors fall.
+//! What a set of runs shows together: which are worth their cost.
 
 /// Which of the points (cost, error) lie on the Pareto front: no other is at least as good in both and better in one.
 /// Points with anything that is no number lie on none.
@@ -11,12 +11,6 @@ pub fn pareto(points: &[(f64, f64)]) -> Vec<bool> {
         .collect()
 }
 
-/// Observed order between a coarser and a finer run, each given as (spacing, error).
-pub fn order(coarse: (f64, f64), fine: (f64, f64)) -> Option<f64> {
-    let order = (coarse.1 / fine.1).ln() / (coarse.0 / fine.0).ln();
-    order.is_finite().then_some(order)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -27,11 +21,5 @@ mod tests {
         assert_eq!(pareto(&points), [true, true, false, false, true, false]);
         // Two equal ones are both on it.
         assert_eq!(pareto(&[(1.0, 1.0), (1.0, 1.0)]), [true, true]);
-    }
-
-    #[test]
-    fn a_quarter_of_the_error_at_half_the_spacing_is_second_order() {
-        assert_eq!(order((0.2, 0.04), (0.1, 0.01)), Some(2.0));
-        assert_eq!(order((0.2, 0.04), (0.1, 0.0)), None);
     }
 }

@@ -26,6 +26,8 @@ use self::cost::Totals;
 use self::picture::Panel;
 use self::results::{Measured, Results};
 use crate::failure::{Failure, Kind};
+use crate::family::convergence::order_of_errors;
+use crate::family::member::made_by;
 use crate::results::files::write_file;
 use crate::results::names;
 use crate::results::plots::field;
@@ -240,14 +242,6 @@ fn make(
     })
 }
 
-/// Names the solvers' builds and the arithmetic path.
-fn made_by() -> String {
-    use crate::run::participants::in_process::description;
-    use sph::coupling::solver::Role;
-    let arithmetic = sph::lanes::Arithmetic::chosen().name();
-    format!("{} {} {arithmetic}", description(Role::Fluid).build, description(Role::Solid).build)
-}
-
 /// Marks the fronts and finds the orders.
 fn judge(rows: &mut [Row]) {
     for study in 0..ALL.len() {
@@ -262,7 +256,7 @@ fn judge(rows: &mut [Row]) {
         let (coarse, fine) = (&rows[k - 1], &rows[k]);
         let alike = |row: &Row| (row.study, row.scheme, row.step);
         if alike(coarse) == alike(fine) {
-            rows[k].order = front::order((coarse.spacing, coarse.error()), (fine.spacing, fine.error()));
+            rows[k].order = order_of_errors((coarse.spacing, coarse.error()), (fine.spacing, fine.error()));
         }
     }
 }

@@ -8,15 +8,14 @@ use sph::space::Vector;
 
 use super::cost::{PASSES, STEP};
 use super::order::{domain_around, surrounded, widest_gap};
-use crate::results::names;
+use crate::family::figures::Histories;
 use crate::results::state;
-use crate::results::table::Table;
 
 /// Outputs of a finished run.
 pub struct Results {
     folder: PathBuf,
     spacing: f64,
-    probes: Table,
+    probes: Histories,
 }
 
 impl Results {
@@ -25,7 +24,7 @@ impl Results {
     /// # Errors
     /// When the probes cannot be read.
     pub fn read(folder: &Path, spacing: f64) -> Result<Self, String> {
-        let probes = Table::read(&folder.join(names::PROBES)).map_err(|e| e.to_string())?;
+        let probes = Histories::read(folder)?;
         Ok(Self { folder: folder.to_owned(), spacing, probes })
     }
 
@@ -34,8 +33,7 @@ impl Results {
     /// # Errors
     /// When there is no such column.
     pub fn history(&self, name: &str) -> Result<Vec<(f64, f64)>, String> {
-        let column = |name: &str| self.probes.column(name).ok_or_else(|| format!("no probe column `{name}`"));
-        Ok(column("t_s")?.into_iter().zip(column(name)?).collect())
+        self.probes.of(name)
     }
 
     /// Diameter of the widest void within the fluid at the end, over the spacing; √2 on a lattice.

@@ -21,6 +21,7 @@ pub struct MeasuredRun {
 pub fn run(case_file: &Path, out: &Path, threads: Option<u16>) -> MeasuredRun {
     let request = RunRequest {
         case: case_file.to_owned(),
+        overrides: Vec::new(),
         out: Some(out.to_owned()),
         existing: Existing::Replace,
         options: RunOptions { threads, messages: Messages::Warnings, ..RunOptions::default() },

@@ -1,7 +1,7 @@
 //! The solver as a half-step driver sees it.
 
 use sph::coupling::exchange::{Column, Extent, StateColumns};
-use sph::coupling::ledger::{Energies, StageBudget};
+use sph::coupling::ledger::{EnergyReport, StageBudget};
 use sph::coupling::saved::{RestoreError, SavedState};
 use sph::coupling::solver::{Counts, Divergence, NoLoads, ParticleFields, Role, Solver};
 use sph::coupling::stage::{StageTime, StepStage};
@@ -21,7 +21,7 @@ use crate::system::saved;
 use crate::system::state::FluidState;
 use crate::time::stage::Workspace;
 use crate::time::step_limit::time_step_limit;
-use crate::time::{advance, checks};
+use crate::time::{advance, checks, energy_budget};
 
 /// The fluid solver of one run.
 #[derive(Debug)]
@@ -49,7 +49,8 @@ impl FluidSolver {
     /// # Errors
     /// Everything in the set-up that can not be run.
     pub fn with_arithmetic(setup: FluidSetup, arithmetic: Arithmetic) -> Result<Self, Vec<String>> {
-        let (model, state) = build(setup, arithmetic)?;
+        let (model, mut state) = build(setup, arithmetic)?;
+        state.energy.start = energy_budget::stores(&probes::energies(&model, &state));
         let mut workspace = Workspace::new(&model);
         if let Some(interface) = &mut workspace.interface {
             interface.update_extent(&state);
@@ -126,7 +127,7 @@ impl Solver for FluidSolver<Plane> {
     }
 
     fn evaluate_cross(&mut self, time: &StageTime, own: &StateColumns, partner: &StateColumns) {
-        self.workspace.evaluate_cross(&self.model, &self.state, time.state_time(), own, partner);
+        self.workspace.evaluate_cross(&self.model, &self.state, time, own, partner);
     }
 
     fn reactions(
@@ -165,8 +166,9 @@ impl Solver for FluidSolver<Plane> {
         Ok(())
     }
 
-    fn energies(&self) -> Energies {
-        self.workspace.energies.unwrap_or_else(|| probes::energies(&self.model, &self.state))
+    fn energies(&self) -> EnergyReport {
+        let energies = self.workspace.energies.unwrap_or_else(|| probes::energies(&self.model, &self.state));
+        energy_budget::report(&self.model.energy_accounts, &self.state.energy, &energies)
     }
 
     fn probes(&self, time: f64, values: &mut Vec<f64>) {

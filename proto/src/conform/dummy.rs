@@ -1,7 +1,7 @@
 //! The partner that the kit plays: particles that move as prescribed and take part in the interface by the book.
 
 use sph::coupling::exchange::{Column, Extent, StateColumns};
-use sph::coupling::ledger::{Account, Accounts, Energies, InterfaceSums, LedgerVector, StageBudget};
+use sph::coupling::ledger::{Account, Accounts, EnergyReport, InterfaceSums, LedgerVector, StageBudget};
 use sph::coupling::saved::{RestoreError, SavedState};
 use sph::coupling::solver::{Counts, Divergence, Field, NoLoads, NotUpdated, ParticleFields, Role, Solver};
 use sph::coupling::stage::{Stage, StageTime, StepStage};
@@ -249,8 +249,8 @@ impl Solver for Dummy {
         Ok(())
     }
 
-    fn energies(&self) -> Energies {
-        Energies::default()
+    fn energies(&self) -> EnergyReport {
+        EnergyReport::default()
     }
 
     fn probes(&self, _: f64, _: &mut Vec<f64>) {}

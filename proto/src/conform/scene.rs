@@ -176,7 +176,12 @@ impl Scene {
             particle_spacing: SPACING,
             bodies: vec![BodySetup {
                 name: "block".into(),
-                material: ElasticParameters { density: SOLID_DENSITY, bulk_modulus: 2e6, shear_modulus: 1e6 },
+                material: ElasticParameters {
+                    density: SOLID_DENSITY,
+                    bulk_modulus: 2e6,
+                    shear_modulus: 1e6,
+                    plane: sph::setup::PlaneState::Strain,
+                },
                 formulation: if self.rigid { Formulation::Rigid } else { elastic() },
                 supports: if self.clamped { vec![clamp] } else { Vec::new() },
                 acceleration: None,

@@ -1,11 +1,12 @@
 //! Commands and events of the Run stream.
 
 use sph::coupling::driver::{Command, Paused, ProbeValues, StepReport};
-use sph::coupling::ledger::{Energies, StageBudget};
+use sph::coupling::ledger::StageBudget;
 use sph::coupling::solver::{Counts, Fault};
 use sph::coupling::stage::StepStage;
 
 use super::arrays::{pack, unpack_all};
+use super::report::{energies_from_wire, energies_to_wire, stores_to_wire};
 use super::{Choice, Convert, Path, WireError, choice, finite, length, optional, required};
 use crate::limits::MAX_LIST;
 use crate::wire;
@@ -219,7 +220,8 @@ impl Convert for StepReport {
             time_step_s_bits: self.time_step.to_bits(),
             predictor: Some(predictor.to_wire()),
             corrector: Some(corrector.to_wire()),
-            energies: Some(self.energies.to_wire()),
+            energies: Some(stores_to_wire(&self.energies)),
+            energy_accounts: energies_to_wire(&self.energies),
             own_interface_particles: own,
             partner_interface_particles: partner,
             elapsed_s: Some(self.elapsed),
@@ -233,7 +235,7 @@ impl Convert for StepReport {
     fn from_wire(wire: &wire::StepReport, at: &Path<'_>) -> Result<Self, WireError> {
         let predictor: StageBudget = required(&wire.predictor, &at.field("predictor"))?;
         let corrector: StageBudget = required(&wire.corrector, &at.field("corrector"))?;
-        let energies: Energies = required(&wire.energies, &at.field("energies"))?;
+        let energies = energies_from_wire(&wire.energy_accounts, at)?;
         Ok(Self {
             step: wire.step,
             end_time: time(wire.end_time_s_bits, at, "end_time_s_bits")?,

@@ -1,8 +1,8 @@
 //! Budgets, facts and faults: numbers of a report may be anything, so that a breakdown can be reported.
 
 use sph::coupling::ledger::{
-    Account, Accounts, AngularBudget, Breach, Check, Energies, InterfaceSums, LedgerVector, MomentumReport,
-    StageBudget,
+    Account, Accounts, AngularBudget, Breach, Check, EnergyAccount, EnergyEntry, EnergyKind, EnergyReport,
+    InterfaceSums, LedgerVector, MomentumReport, StageBudget,
 };
 use sph::coupling::solver::{Counts, Divergence, Fault};
 use sph::coupling::stage::StepStage;
@@ -175,24 +175,51 @@ impl Convert for MomentumReport {
     }
 }
 
-impl Convert for Energies {
-    type Wire = wire::Energies;
+/// The stores of an energy budget in short.
+pub(super) fn stores_to_wire(report: &EnergyReport) -> wire::Energies {
+    use EnergyAccount::{Compression, Kinetic, Potential, Relaxation, Strain};
+    let internal = [Compression, Relaxation, Strain].map(|account| report.value(account));
+    wire::Energies {
+        kinetic_j: Some(report.value(Kinetic)),
+        potential_j: Some(report.value(Potential)),
+        internal_j: Some(internal.iter().sum()),
+    }
+}
 
-    fn to_wire(&self) -> wire::Energies {
-        wire::Energies {
-            kinetic_j: Some(self.kinetic),
-            potential_j: Some(self.potential),
-            internal_j: Some(self.internal),
+/// The accounts of an energy budget, by name.
+pub(super) fn energies_to_wire(report: &EnergyReport) -> Vec<wire::EnergyEntry> {
+    let entry = |(account, entry): (EnergyAccount, EnergyEntry)| wire::EnergyEntry {
+        account: account.name().to_owned(),
+        value_j: Some(entry.value),
+        start_j: (account.kind() == EnergyKind::Store).then_some(entry.start),
+    };
+    report.entries().map(entry).collect()
+}
+
+/// The same back; what is wrong with a name says which there are.
+pub(super) fn energies_from_wire(
+    wire: &[wire::EnergyEntry],
+    at: &Path<'_>,
+) -> Result<EnergyReport, WireError> {
+    let mut report = EnergyReport::default();
+    for (k, entry) in wire.iter().enumerate() {
+        let at = at.item("energy_accounts", k);
+        let Some(account) = EnergyAccount::named(&entry.account) else {
+            let known: Vec<&str> = EnergyAccount::all().map(EnergyAccount::name).collect();
+            let problem =
+                format!("`{}` is no account of energy; allowed: {}", entry.account, known.join(", "));
+            return Err(at.field("account").error(problem));
+        };
+        if report.get(account).is_some() {
+            return Err(at.field("account").error(format!("repeats {}", account.name())));
         }
+        let start = match account.kind() {
+            EnergyKind::Store => any_number(entry.start_j),
+            EnergyKind::Work | EnergyKind::Loss => 0.0,
+        };
+        report.set(account, EnergyEntry { value: any_number(entry.value_j), start });
     }
-
-    fn from_wire(wire: &wire::Energies, _at: &Path<'_>) -> Result<Self, WireError> {
-        Ok(Self {
-            kinetic: any_number(wire.kinetic_j),
-            potential: any_number(wire.potential_j),
-            internal: any_number(wire.internal_j),
-        })
-    }
+    Ok(report)
 }
 
 impl Convert for Counts {

@@ -3,7 +3,8 @@
 use bytes::Bytes;
 use sph::coupling::driver::{Command, ProbeValues, StepReport};
 use sph::coupling::ledger::{
-    Account, Accounts, AngularBudget, Breach, Check, Energies, InterfaceSums, LedgerVector, StageBudget,
+    Account, Accounts, AngularBudget, Breach, Check, EnergyAccount, EnergyEntry, EnergyReport, InterfaceSums,
+    LedgerVector, StageBudget,
 };
 use sph::coupling::solver::{Counts, Divergence, Fault, Field, ParticleFields, Role};
 use sph::coupling::stage::{Stage, StepStage};
@@ -95,7 +96,7 @@ fn items() -> Vec<BatchItem> {
             end_time: 0.1 + 0.2,
             time_step: 1e-5,
             budgets: [budget(1.0), budget(-0.1)],
-            energies: Energies { kinetic: -0.0, potential: f64::NAN, internal: 1.0 },
+            energies: energies(),
             interface_particles: [3, 4],
             elapsed: 0.5,
             waited: 0.25,
@@ -149,6 +150,15 @@ fn commands_survive() {
     }
     let none = wire::Command { run_id: "run".into(), epoch: 0, order: None };
     assert!(decode_command(&none).is_err());
+}
+
+/// A store, a work and a loss; others are not known.
+fn energies() -> EnergyReport {
+    let mut report = EnergyReport::default();
+    report.set(EnergyAccount::Kinetic, EnergyEntry { value: -0.0, start: 1.5 });
+    report.set(EnergyAccount::Interface, EnergyEntry { value: f64::INFINITY, start: 0.0 });
+    report.set(EnergyAccount::Friction, EnergyEntry { value: -2.0, start: 0.0 });
+    report
 }
 
 fn snapshot(count: usize) -> ParticleFields {

@@ -106,7 +106,12 @@ fn solid() -> SolidSetup {
     let ParticipantSetup::Solid(mut setup) = fake::solid_setup(run) else { panic!() };
     setup.bodies.push(BodySetup {
         name: "plate".into(),
-        material: ElasticParameters { density: 1100.0, bulk_modulus: 2e7, shear_modulus: 1.0 },
+        material: ElasticParameters {
+            density: 1100.0,
+            bulk_modulus: 2e7,
+            shear_modulus: 1.0,
+            plane: sph::setup::PlaneState::Strain,
+        },
         formulation: Formulation::UpdatedLagrangian(UpdatedLagrangian {
             viscosity_b: 2.0,
             lambda: -0.0,
@@ -139,7 +144,12 @@ fn solid() -> SolidSetup {
     });
     setup.bodies.push(BodySetup {
         name: "ring".into(),
-        material: ElasticParameters { density: 900.0, bulk_modulus: 1e7, shear_modulus: 3e6 },
+        material: ElasticParameters {
+            density: 900.0,
+            bulk_modulus: 1e7,
+            shear_modulus: 3e6,
+            plane: sph::setup::PlaneState::Strain,
+        },
         formulation: Formulation::TotalLagrangian(TotalLagrangian {
             viscosity_b: 0.7,
             ..TotalLagrangian::default()

@@ -12,7 +12,7 @@ use tonic::Status;
 use tonic::codec::{BufferSettings, Codec, DecodeBuf, Decoder};
 use tonic_prost::{ProstDecoder, ProstEncoder};
 
-use crate::limits::{MAX_ACCOUNTS, MAX_DEPTH, MAX_EVENTS, MAX_LIST};
+use crate::limits::{MAX_ACCOUNTS, MAX_DEPTH, MAX_ENERGIES, MAX_EVENTS, MAX_LIST};
 
 include!(concat!(env!("OUT_DIR"), "/shapes.rs"));
 
@@ -138,6 +138,7 @@ fn most(shape: &Shape, field: &Field) -> usize {
         ("EventBatch", "events") => MAX_EVENTS,
         // Two budgets in each event, with all accounts.
         ("StageBudget", "accounts") => 2 * MAX_ACCOUNTS * MAX_EVENTS,
+        ("StepReport", "energy_accounts") => MAX_ENERGIES * MAX_EVENTS,
         // One for each dimension.
         (_, "components") => 3 * MAX_LIST,
         _ => MAX_LIST,

@@ -1,6 +1,6 @@
 //! From set-up data to model, state and workspace.
 
-use sph::coupling::ledger::InterfaceSums;
+use sph::coupling::ledger::{EnergyAccount, EnergyTally, EnergyValues, InterfaceSums};
 use sph::coupling::stage::{StageTime, StepStage};
 use sph::lanes::Arithmetic;
 use sph::prescribed::body_force::BodyForceField;
@@ -12,7 +12,8 @@ use crate::boundary::walls::Walls;
 use crate::build::bodies::{build_bodies, build_contact, initial_image_counts};
 use crate::build::validate::{check_arrays, check_periods, check_sums};
 use crate::contact::friction::TangentialSprings;
-use crate::contact::repulsion::Contacts;
+use crate::contact::repulsion::{Contacts, Repulsion};
+use crate::contact::start::start_depths;
 use crate::formulations::body::Body;
 use crate::formulations::formulation::AngularImpulse;
 use crate::formulations::pair_law::PairSums;
@@ -25,9 +26,10 @@ use crate::particles::variables::{Particles, RigidState};
 use crate::report::body_sums::best_fit_rotation;
 use crate::report::probes::build_probes;
 use crate::space::SolidSpace;
-use crate::system::model::SolidModel;
+use crate::system::model::{ContactModel, SolidModel};
 use crate::system::state::{BodyContact, LastStage, SolidState};
 use crate::system::workspace::Workspace;
+use crate::time::energy_budget;
 
 mod bodies;
 mod validate;
@@ -65,8 +67,9 @@ pub fn build(
         BodyForceField::uniform(setup.run.body_force.gravity)
     });
     let probes = build_probes(&setup, &mut bodies, &mut errors);
+    let energy_accounts = EnergyAccount::of_solid(&setup);
     let SolidParticles { id, body, support, mass, reference_position, .. } = setup.particles;
-    let model = SolidModel {
+    let mut model = SolidModel {
         domain,
         spacing: setup.particle_spacing,
         bodies,
@@ -78,14 +81,19 @@ pub fn build(
         stepping: setup.stepping,
         probes,
         lost_particle_limit: setup.lost_particle_limit,
+        energy_accounts,
     };
     check_sums(&model, setup.run.coupling.as_ref().map(|coupling| coupling.law), &mut errors);
     check_periods(&model, &mut errors);
     if !errors.is_empty() {
         return Err(errors);
     }
-    let state = initial_state(&model, particles, rigid, image_counts, start_time);
     let start = StageTime { at: StepStage::FIRST, step_start: start_time, time_step: 0.0 };
+    if let ContactModel::Repulsion(law) = &model.contact {
+        let depths = start_depths(&model, law, &start);
+        model.contact = ContactModel::Repulsion(Repulsion { start: depths, ..law.clone() });
+    }
+    let state = initial_state(&model, particles, rigid, image_counts, start_time);
     crate::time::checks::check(&model, &state.particles, start.at)
         .and_then(|()| crate::time::checks::check_domain(&model, &state.particles, &start))
         .map_err(|divergence| vec![format!("the initial state is not usable: {divergence}")])?;
@@ -124,6 +132,8 @@ pub fn build_workspace<S: SolidSpace>(
         mean_forces: vec![ParticleForces::default(); n],
         mean_torques: vec![ParticleTorques::default(); n],
         angular_impulse: AngularImpulse::default(),
+        kicked_from: vec![S::Vector::zeros(); n],
+        energy: EnergyValues::default(),
         exchange_position: Vec::new(),
         fluid_force: vec![S::Vector::zeros(); n],
         total_force: vec![S::Vector::zeros(); n],
@@ -155,6 +165,7 @@ fn initial_state<S: SolidSpace>(
         image_counts,
         rotations: vec![S::Rotation::default(); model.bodies.len()],
         springs: TangentialSprings { time: start_time, entries: Vec::new() },
+        energy: EnergyTally::default(),
         last: LastStage {
             fluid_force: vec![S::Vector::zeros(); model.bodies.len()],
             reactions: model.bodies.iter().map(|b| vec![S::Vector::zeros(); b.supports.len()]).collect(),
@@ -166,5 +177,6 @@ fn initial_state<S: SolidSpace>(
         state.rotations[k] =
             best_fit_rotation(model, body, &state.particles, &state.image_counts, S::Rotation::default());
     }
+    state.energy = energy_budget::start(model, &state);
     state
 }

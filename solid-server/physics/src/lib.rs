@@ -67,6 +67,7 @@ mod contact {
     pub mod density_field;
     pub mod friction;
     pub mod repulsion;
+    pub mod start;
     pub mod sums;
 }
 
@@ -90,6 +91,7 @@ mod report {
 mod time {
     pub mod advance;
     pub mod checks;
+    pub mod energy_budget;
     pub mod evaluate;
     pub mod limits;
     pub mod momentum_budget;

@@ -1,7 +1,7 @@
 //! The solid side of a run, stepped by the half-step driver.
 
 use sph::coupling::exchange::{Column, Extent, StateColumns};
-use sph::coupling::ledger::{Energies, StageBudget};
+use sph::coupling::ledger::{EnergyReport, StageBudget};
 use sph::coupling::saved::{RestoreError, SavedState};
 use sph::coupling::solver::{Counts, Divergence, NoLoads, NotUpdated, ParticleFields, Role, Solver};
 use sph::coupling::stage::{Stage, StageTime, StepStage};
@@ -12,7 +12,8 @@ use sph::space::components::Components;
 use sph::sums::ordered_sum;
 
 use crate::build::{build, build_workspace};
-use crate::report::body_sums::{best_fit_rotation, energies};
+use crate::contact::start::remarks;
+use crate::report::body_sums::best_fit_rotation;
 use crate::report::fields::snapshot;
 use crate::report::probes::probe_values;
 use crate::space::SolidSpace;
@@ -21,6 +22,7 @@ use crate::system::saved::HISTORY;
 use crate::system::state::{BodyContact, SolidState};
 use crate::system::workspace::Workspace;
 use crate::time::checks::{check, check_domain};
+use crate::time::energy_budget;
 use crate::time::evaluate::total_forces;
 use crate::time::limits::{acceleration_limit, particle_limit, step_limit};
 use crate::time::momentum_budget::momentum_budget;
@@ -120,6 +122,10 @@ impl<S: SolidSpace> Solver for SolidSolver<S> {
         Some((model.particles.id[i], workspace.stage.position[i].row().as_ref().to_vec()))
     }
 
+    fn remarks(&self) -> Vec<String> {
+        remarks(&self.model)
+    }
+
     fn extent(&self) -> &Extent {
         self.workspace.fluid.as_ref().map_or(&self.no_extent, |link| link.extent())
     }
@@ -210,8 +216,8 @@ impl<S: SolidSpace> Solver for SolidSolver<S> {
         Ok(())
     }
 
-    fn energies(&self) -> Energies {
-        energies(&self.model, &self.state, &(0..self.model.len()))
+    fn energies(&self) -> EnergyReport {
+        energy_budget::report(&self.model, &self.state)
     }
 
     fn probes(&self, time: f64, values: &mut Vec<f64>) {

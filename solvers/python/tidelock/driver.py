@@ -43,6 +43,7 @@ class Run:
         self.wants_snapshots = False
         self.orders, self.granted, self.stopping, self.aborted = threading.Condition(), 0, False, False
         self.state, self.stage_budget = solver.state, StageBudget(solver.momentum(solver.state))
+        self.start_energies = solver.energies(solver.state)
         self.auditor = Auditor(solver)
         self.forces = np.zeros((len(solver.ids), 2))
         self.before, self.index, self.breaches, self.waited = None, 0, 0, 0.0
@@ -148,8 +149,11 @@ class Run:
                 raise
         self.clock.advance(limit)
         report.end_time_s_bits = bits(self.clock.time)
+        now = self.solver.energies(self.state)
         energies = report.energies
-        energies.kinetic_j, energies.potential_j, energies.internal_j = self.solver.energies(self.state)
+        energies.kinetic_j, energies.potential_j, energies.internal_j = now
+        for account, value, start in zip(("kinetic", "potential", "strain"), now, self.start_energies):
+            report.energy_accounts.add(account=account, value_j=value, start_j=start)
         report.own_interface_particles = len(self.solver.ids) if self.coupled else 0
         report.iterations, report.unconverged = self.iterations, self.unconverged
         report.waited_s, report.breaches = self.waited - waited, self.breaches - breaches

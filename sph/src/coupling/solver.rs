@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::coupling::exchange::{Column, Extent, PeerError, StateColumns};
-use crate::coupling::ledger::{Breach, Energies, StageBudget};
+use crate::coupling::ledger::{Breach, EnergyReport, StageBudget};
 use crate::coupling::saved::{RestoreError, SavedState};
 use crate::coupling::stage::{StageTime, StepStage};
 
@@ -81,6 +81,11 @@ pub trait Solver: Send {
     /// Asked for only when a run breaks down over its step.
     fn limiting_particle(&self) -> Option<(u32, Vec<f64>)> {
         None
+    }
+
+    /// What deserves a second look about the state at the start, in words; asked for by a check.
+    fn remarks(&self) -> Vec<String> {
+        Vec::new()
     }
 
     /// Where own particles are that can meet the partner.
@@ -166,8 +171,8 @@ pub trait Solver: Send {
     /// When more escape than the case allows.
     fn end_step(&mut self, time: &StageTime) -> Result<(), Divergence>;
 
-    /// Energies of all own particles.
-    fn energies(&self) -> Energies;
+    /// The energy budget at the present step boundary: stores, and works and losses since the start of the run.
+    fn energies(&self) -> EnergyReport;
 
     /// Values of all probes in the order of the set-up, columns as the probe kinds list them.
     fn probes(&self, time: f64, values: &mut Vec<f64>);

@@ -112,6 +112,17 @@ impl<S: Space> MotionState<S> {
         }
     }
 
+    /// Velocity \[m/s\] with which the motion carries whatever is at `position` x \[m\] now.
+    pub fn velocity_at(&self, position: &S::Vector) -> S::Vector {
+        match &self.rotation {
+            None => self.displacement_rate,
+            Some(Rotation { rate, .. }) => {
+                let arm = *position - self.pivot - self.displacement;
+                S::spin_cross(*rate, &arm) + self.displacement_rate
+            }
+        }
+    }
+
     /// Acceleration ω̇ × r + ω × (ω × r) + d̈ \[m/s²\] of the point `start` X \[m\], with r = R·(X − pivot).
     pub fn acceleration(&self, start: &S::Vector) -> S::Vector {
         match &self.rotation {

@@ -21,6 +21,8 @@ pub use run::*;
 pub use solid::*;
 pub use walls::*;
 
+pub(crate) use parameters::choices;
+
 /// Set-up of either participant.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ParticipantSetup {

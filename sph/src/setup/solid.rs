@@ -8,7 +8,7 @@ use super::{
 };
 use crate::space::{DIMENSIONS, SymmetricTensor, Vector};
 
-use Value::{Flag, Number};
+use Value::{Choice, Flag, Number};
 
 /// Below 0.6 the support does not reach past the nearest neighbours by a margin.
 const STENCIL_RATIO: Allowed = Allowed::new(0.6, 3.0, (true, true), "a number from 0.6 to 3");
@@ -111,13 +111,46 @@ parameters! {
         bulk_modulus: f64 = 1e6, "bulk_modulus_pa", Row::number(Allowed::POSITIVE).stated();
         /// Shear modulus G \[Pa\].
         shear_modulus: f64 = 1e5, "shear_modulus_pa", Row::number(Allowed::POSITIVE).stated();
+        /// What holds across the plane.
+        plane: PlaneState = PlaneState::Strain, "plane", Row::choice::<PlaneState>().off(Choice("strain"));
+    }
+}
+
+choices! {
+    /// What holds across the plane of an elastic body.
+    pub enum PlaneState {
+        /// No strain: a slice of a long body, or one between smooth walls.
+        Strain = "strain",
+        /// No stress: a thin sheet that is free to change its thickness. Masses and forces are per undeformed depth.
+        Stress = "stress",
     }
 }
 
 impl ElasticParameters {
-    /// Speed of longitudinal waves c_L = √((K + 4G/3)/ρ₀) \[m/s\].
+    /// Speed of longitudinal waves \[m/s\]: c_L = √((K + 4G/3)/ρ₀) in plane strain, √((λ' + 2G)/ρ₀) = √(E/((1 − ν²) ρ₀)) in
+    /// plane stress, λ' of [`Self::plane_lame_constant`].
     pub fn longitudinal_speed(&self) -> f64 {
-        ((self.bulk_modulus + 4.0 / 3.0 * self.shear_modulus) / self.density).sqrt()
+        let modulus = match self.plane {
+            PlaneState::Strain => self.bulk_modulus + 4.0 / 3.0 * self.shear_modulus,
+            PlaneState::Stress => self.plane_lame_constant() + 2.0 * self.shear_modulus,
+        };
+        (modulus / self.density).sqrt()
+    }
+
+    /// Share β of a small change of area that remains as change of volume \[-\]: 1 in plane strain, 2G/(λ + 2G) in plane
+    /// stress, where the thickness yields so that σ_zz = 0.
+    pub fn volume_share(&self) -> f64 {
+        match self.plane {
+            PlaneState::Strain => 1.0,
+            PlaneState::Stress => {
+                2.0 * self.shear_modulus / (self.first_lame_constant() + 2.0 * self.shear_modulus)
+            }
+        }
+    }
+
+    /// First Lamé constant of Hooke's law within the plane \[Pa\]: λ in plane strain, λ' = 2Gλ/(λ + 2G) in plane stress.
+    pub fn plane_lame_constant(&self) -> f64 {
+        self.first_lame_constant() * self.volume_share()
     }
 
     /// Young's modulus E = 9KG/(3K + G) \[Pa\].
@@ -216,7 +249,7 @@ impl TotalLagrangian {
 }
 
 choices! {
-    /// Stress as a function of the deformation gradient F, in plane strain.
+    /// Stress as a function of the deformation gradient F; σ_zz is that of plane strain or zero, see [`PlaneState`].
     pub enum HyperelasticLaw {
         /// σ = (G (FFᵀ − I) + λ ln J I)/J: resists compression to nothing.
         NeoHookean = "neo-hookean",

@@ -78,7 +78,7 @@ impl Edge {
     }
 
     /// Point at a fraction of the way along the edge, and the outward normal there.
-    fn at(&self, fraction: f64) -> (Vector, Vector) {
+    pub(super) fn at(&self, fraction: f64) -> (Vector, Vector) {
         match *self {
             Self::Segment { start, end, normal } => (start + (end - start) * fraction, normal),
             Self::Arc { centre, radius, begin, sweep, outward } => {
@@ -88,7 +88,7 @@ impl Edge {
         }
     }
 
-    fn length(&self) -> f64 {
+    pub(super) fn length(&self) -> f64 {
         match *self {
             Self::Segment { start, end, .. } => (end - start).norm(),
             Self::Arc { radius, sweep, .. } => radius * sweep,
@@ -209,7 +209,8 @@ impl Edge {
     pub(super) fn traced(&self, chord: f64) -> Vec<Vector> {
         let (pieces, shape_on_left) = match *self {
             Self::Segment { start, end, normal } => (1.0, cross(&normal, &(end - start)) > 0.0),
-            Self::Arc { outward, .. } => ((self.length() / chord).ceil().max(12.0), outward > 0.0),
+            // In fours: the chords of a circle are its own mirror images.
+            Self::Arc { outward, .. } => (4.0 * (0.25 * self.length() / chord).ceil().max(3.0), outward > 0.0),
         };
         let fractions = std::iter::successors(Some(0.0), |k| Some(k + 1.0)).take_while(|k| *k <= pieces);
         let mut points: Vec<Vector> = fractions.map(|k| self.at(k / pieces).0).collect();

@@ -4,12 +4,15 @@
 //! is the boundary offset by its depth, with mitred corners, and particles stand along it at even distances as close to
 //! the spacing as its length allows. Where the boundary runs along the lattice both ways give the same particles.
 
+mod stations;
+
 use std::collections::HashMap;
 
 use super::boundary::{Boundary, CORNER_ANGLE};
 use super::lattice::{LayerParticle, OpenSides, face_normal};
 use crate::shapes::Shape;
 use crate::space::Vector;
+use stations::{Crowd, around, cell, spread, stations_on_loop};
 
 crate::constants! {
     const CLOSENESS: f64 = 0.75, "fitted.closest",
@@ -88,14 +91,43 @@ pub fn layers_along(
     particles
 }
 
-/// Whether every edge of `shape` is parallel to an axis, within a millionth of `spacing` \[m\].
-pub fn is_axis_parallel(shape: &Shape, spacing: f64) -> bool {
-    let parallel = |a: &Vector, b: &Vector| (0..2).any(|axis| (a[axis] - b[axis]).abs() < 1e-6 * spacing);
-    shape
-        .boundary()
+/// Points of `layers` layers inside the shape of `boundary`: `depth` \[m\] from layer to layer, the first half of it from the face, and
+/// `along` \[m\] apart in a layer.
+pub(super) fn layers_within(boundary: &Boundary, depth: f64, along: f64, layers: u32) -> Vec<Vector> {
+    let lines = polylines(boundary.traced(0.05 * along), 1e-6 * along, |_, _| false);
+    let mut crowd = Crowd::new(CLOSENESS * depth.min(along));
+    let mut points = Vec::new();
+    for layer in 0..layers {
+        let below = (f64::from(layer) + 0.5) * depth;
+        for x in lines.iter().flat_map(|line| line.stations(below, -1.0, along)) {
+            let surface = boundary.surface(&x);
+            if -surface.distance >= below - SLACK * depth && crowd.admit(&x) {
+                points.push(x);
+            }
+        }
+    }
+    points
+}
+
+/// Whether every edge of `boundary` runs between two rows of the lattice of `spacing` \[m\] that starts at `origin` \[m\],
+/// within a millionth of the spacing; edges for which `left_out` holds, given their ends, do not count.
+pub fn is_on_lattice(
+    boundary: &Boundary,
+    spacing: f64,
+    origin: Vector,
+    left_out: impl Fn(&Vector, &Vector) -> bool,
+) -> bool {
+    let between_rows = |a: &Vector, b: &Vector| {
+        (0..2).any(|axis| {
+            let rows = (a[axis] - origin[axis]) / spacing;
+            (a[axis] - b[axis]).abs() < 1e-6 * spacing && (rows - rows.round()).abs() < 1e-6
+        })
+    };
+    boundary
         .traced(spacing)
         .iter()
-        .all(|edge| edge.windows(2).all(|pair| parallel(&pair[0], &pair[1])))
+        .filter(|edge| !left_out(&edge[0], &edge[edge.len() - 1]))
+        .all(|edge| edge.windows(2).all(|pair| between_rows(&pair[0], &pair[1])))
 }
 
 /// A connected part of the boundary, with the shape on its left.
@@ -146,18 +178,6 @@ fn polylines(
         lines.push(Polyline { points, closed, bare: [None; 2] });
     }
     lines
-}
-
-/// Cell of a grid with cells of `size` \[m\].
-fn cell(x: &Vector, size: f64) -> (i64, i64) {
-    // A whole number of an f64 saturates; scenes are far smaller than 2^63 cells.
-    let index = |x: f64| (x / size).floor() as i64;
-    (index(x.x), index(x.y))
-}
-
-/// A cell and those around it.
-fn around((x, y): (i64, i64)) -> impl Iterator<Item = (i64, i64)> {
-    (-1..=1).flat_map(move |i| (-1..=1).map(move |j| (x + i, y + j)))
 }
 
 impl Polyline {
@@ -259,83 +279,6 @@ fn beside(t: Vector, into_wall: Vector, bare: Option<Vector>) -> Vector {
     let skew = bare.map_or(0.0, |c| c.dot(&t) / c.dot(&into_wall));
     // A bare edge that goes straight on has no place at that depth.
     into_wall + if skew.abs() < LONGEST_MITRE { t * skew } else { Vector::zeros() }
-}
-
-/// Even stations along `line`: one on the corner where it starts, none on the one where it ends (the next line starts
-/// there), half a step from free ends.
-fn spread(line: &[Vector], from_corner: bool, to_corner: bool, spacing: f64) -> Vec<Vector> {
-    let length = length(line);
-    let spacings = length / spacing;
-    let (count, step, first) = match (from_corner, to_corner) {
-        (true, true) => {
-            let n = spacings.round().max(1.0);
-            (n, length / n, 0.0)
-        }
-        (false, false) => {
-            let n = spacings.round().max(1.0);
-            (n, length / n, 0.5)
-        }
-        (true, false) => {
-            let n = (spacings + 0.5).round().max(1.0);
-            (n, length / (n - 0.5), 0.0)
-        }
-        (false, true) => {
-            let n = (spacings + 0.5).round().max(1.0);
-            (n - 1.0, length / (n - 0.5), 0.5)
-        }
-    };
-    stations(line, first, count, step)
-}
-
-fn stations_on_loop(line: &[Vector], spacing: f64, found: &mut Vec<Vector>) {
-    let length = length(line);
-    let n = (length / spacing).round().max(1.0);
-    found.extend(stations(line, 0.0, n, length / n));
-}
-
-fn length(line: &[Vector]) -> f64 {
-    line.windows(2).map(|pair| (pair[1] - pair[0]).norm()).sum()
-}
-
-/// Points of `line` at the lengths (first + k)·step, k below `count`.
-fn stations(line: &[Vector], first: f64, count: f64, step: f64) -> Vec<Vector> {
-    let mut found = Vec::new();
-    let (mut k, mut passed) = (0.0, 0.0);
-    for pair in line.windows(2) {
-        let along = pair[1] - pair[0];
-        let length = along.norm();
-        while k < count && (first + k) * step <= passed + length * (1.0 + 1e-12) {
-            if length > 0.0 {
-                found.push(pair[0] + along * (((first + k) * step - passed) / length).clamp(0.0, 1.0));
-            }
-            k += 1.0;
-        }
-        passed += length;
-    }
-    found
-}
-
-/// Positions that keep their distance.
-struct Crowd {
-    distance: f64,
-    cells: HashMap<(i64, i64), Vec<Vector>>,
-}
-
-impl Crowd {
-    fn new(distance: f64) -> Self {
-        Self { distance, cells: HashMap::new() }
-    }
-
-    /// Takes `x` in unless it is too close to one that is in.
-    fn admit(&mut self, x: &Vector) -> bool {
-        let own = cell(x, self.distance);
-        let mut near = around(own).filter_map(|c| self.cells.get(&c)).flatten();
-        let free = near.all(|y| (x - y).norm() >= self.distance);
-        if free {
-            self.cells.entry(own).or_default().push(*x);
-        }
-        free
-    }
 }
 
 impl Boundary {

@@ -6,14 +6,19 @@
 //! or curved faces get [`layers_along`] their faces instead.
 
 pub(crate) mod boundary;
+pub(crate) mod fill_fitted;
 pub(crate) mod fitted;
 mod lattice;
+mod moments;
+pub(crate) mod packing;
 mod thickness;
 mod validate;
 
 pub use boundary::{Boundary, CORNER_ANGLE, SurfacePoint};
-pub use fitted::{Side, is_axis_parallel, layers_along};
+pub use fill_fitted::{FITTED_STEPS, fill_fitted};
+pub use fitted::{Side, is_on_lattice, layers_along};
 pub use lattice::{LayerParticle, OpenSides, displace, fill, lattice_points, layers_around, wall_fill};
+pub use packing::{Interior, Moments, Packing, Sample};
 pub use thickness::local_thickness;
 pub use validate::{MAXIMUM_NESTING, MAXIMUM_VERTICES};
 

@@ -4,7 +4,7 @@ use std::sync::mpsc;
 
 use sph::coupling::driver::{Command, Event, Link, run};
 use sph::coupling::exchange::{Column, Exchange, Extent, Frame, PeerError, StateColumns, in_process_pair};
-use sph::coupling::ledger::{Energies, InterfaceSums, StageBudget, axial, lifted};
+use sph::coupling::ledger::{EnergyReport, InterfaceSums, StageBudget, axial, lifted};
 use sph::coupling::saved::{RestoreError, SavedState};
 use sph::coupling::solver::{Counts, Divergence, Fault, ParticleFields, Role, Solver};
 use sph::coupling::stage::{StageTime, StepStage};
@@ -136,8 +136,8 @@ impl Solver for Mass {
         Ok(())
     }
 
-    fn energies(&self) -> Energies {
-        Energies::default()
+    fn energies(&self) -> EnergyReport {
+        EnergyReport::default()
     }
 
     fn probes(&self, _time: f64, values: &mut Vec<f64>) {

@@ -4,7 +4,7 @@ use std::sync::mpsc;
 
 use sph::coupling::driver::{Command, Event, Link, StepReport, run};
 use sph::coupling::exchange::{Column, Exchange, Extent, Frame, PeerError, StateColumns, in_process_pair};
-use sph::coupling::ledger::{Energies, InterfaceSums, StageBudget, lifted};
+use sph::coupling::ledger::{EnergyReport, InterfaceSums, StageBudget, lifted};
 use sph::coupling::saved::{RestoreError, SavedState};
 use sph::coupling::solver::{Counts, Divergence, NoLoads, NotUpdated, ParticleFields, Role, Solver};
 use sph::coupling::stage::{Stage, StageTime, StepStage};
@@ -155,8 +155,8 @@ impl Solver for Side {
         Ok(())
     }
 
-    fn energies(&self) -> Energies {
-        Energies::default()
+    fn energies(&self) -> EnergyReport {
+        EnergyReport::default()
     }
 
     fn probes(&self, _: f64, values: &mut Vec<f64>) {

@@ -17,8 +17,12 @@ use sph::space::{SymmetricTensor, Vector};
 /// Particles of the plates; the first is about that of the drifting-body case.
 const SIZES: [u32; 3] = [600, 10_000, 100_000];
 const SPACING: f64 = 0.002;
-const RUBBER: ElasticParameters =
-    ElasticParameters { density: 1100.0, bulk_modulus: 20e6, shear_modulus: 4.27e6 };
+const RUBBER: ElasticParameters = ElasticParameters {
+    density: 1100.0,
+    bulk_modulus: 20e6,
+    shear_modulus: 4.27e6,
+    plane: sph::setup::PlaneState::Strain,
+};
 /// Sub-steps of a step.
 const SUBSTEPS: u32 = 8;
 /// Particles evaluated for a figure, at least.

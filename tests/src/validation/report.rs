@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
+use coordinator::family::convergence::order_of_errors;
 use terminal::say;
 
 use super::{Figure, Goal, Run};
@@ -37,8 +38,8 @@ pub fn rows(case: &str, results: &[(&Run, Vec<Figure>)]) -> Vec<Row> {
                     && row.spacing > run.member.spacing
             });
             let order = coarser.and_then(|coarser| {
-                let errors = (coarser.figure.error()?.abs(), figure.error()?.abs());
-                Some((errors.0 / errors.1).ln() / (coarser.spacing / run.member.spacing).ln())
+                let errors = (coarser.figure.error()?, figure.error()?);
+                order_of_errors((coarser.spacing, errors.0), (run.member.spacing, errors.1))
             });
             rows.push(Row {
                 case: case.to_owned(),

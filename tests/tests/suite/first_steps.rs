@@ -1,6 +1,7 @@
-//! Every shipped case runs: two steps with both solvers.
+//! Every shipped case runs: two steps with both solvers. In some more steps energy budgets close; the program `energy`
+//! goes through all cases.
 
-use tests::first_steps::first_steps;
+use tests::first_steps::{LARGEST_ENERGY_RESIDUAL, first_steps};
 use tests::source_tree::case_files;
 
 #[test]
@@ -15,4 +16,19 @@ fn every_shipped_case_takes_two_steps() {
             assert!(side.time > 0.0, "{}: {side:?}", path.display());
         }
     }
+}
+
+#[test]
+fn energy_budgets_close() {
+    let named = ["drifting_body_coarse", "floating_body", "still_water"];
+    let cases = case_files();
+    let mut seen = 0;
+    for path in cases.iter().filter(|path| named.iter().any(|name| path.ends_with(format!("{name}.toml")))) {
+        for side in first_steps(path, 150).unwrap() {
+            let share = side.energy.residual_share().unwrap();
+            assert!(share < LARGEST_ENERGY_RESIDUAL, "{}: {:?}", path.display(), side.role);
+            seen += 1;
+        }
+    }
+    assert!(seen >= named.len(), "{seen} sides");
 }

@@ -19,6 +19,7 @@ mod lying_solvers;
 mod mutants;
 mod python;
 mod recordings;
+mod reservations;
 mod restarts;
 mod results;
 mod special_files;

@@ -107,19 +107,29 @@ fn the_beam_in_python_bends_as_the_particles_of_the_obstacle() {
         ("end_time_s = 0.35", "end_time_s = 0.19"),
         ("-0.006]", "-0.012]"),
     ];
+    // One run scatters by 5 %, as the water is violent: three arrangements of the water, displaced by a hundredth of the
+    // spacing.
     let peak = |name: &str| {
-        let summary = bench.run(&bench.shipped(name, &coarse), name, &[]);
-        assert_eq!(summary["ledger"]["breaches"], 0);
-        let table = std::fs::read_to_string(bench.path(name).join("probes.csv")).unwrap();
-        let mut lines = table.lines();
-        let column = lines.next().unwrap().split(',').position(|n| n == "tip_displacement_x_m").unwrap();
-        lines.map(|line| line.split(',').nth(column).unwrap().parse::<f64>().unwrap()).fold(0.0, f64::max)
+        let peaks = (1..=3).map(|seed| {
+            let case = bench.shipped(name, &coarse);
+            let mut text = std::fs::read_to_string(&case).unwrap();
+            text.push_str(&format!("\n[run]\nseed = {seed}\ndisplacement_fraction = 0.01\n"));
+            std::fs::write(&case, text).unwrap();
+            let out = format!("{name}_{seed}");
+            let summary = bench.run(&case, &out, &[]);
+            assert_eq!(summary["ledger"]["breaches"], 0);
+            let table = std::fs::read_to_string(bench.path(&out).join("probes.csv")).unwrap();
+            let mut lines = table.lines();
+            let column = lines.next().unwrap().split(',').position(|n| n == "tip_displacement_x_m").unwrap();
+            lines.map(|line| line.split(',').nth(column).unwrap().parse::<f64>().unwrap()).fold(0.0, f64::max)
+        });
+        peaks.sum::<f64>() / 3.0
     };
     let (particles, beam) = (peak("obstacle"), peak("obstacle_python"));
     assert!(beam > 2e-3 && beam < 8e-3, "{beam} m: bent, and below a tenth of the length");
-    // A tenth, as two solvers of one obstacle in one violent flow may differ; measured are 1.3 % with these three rows of
-    // particles. Without the clamp or with the load on the wrong nodes it is another number altogether.
-    assert!((beam / particles - 1.0).abs() < 0.1, "beam {beam} m, particles {particles} m");
+    // An eighth: means of three scatter by 3 %, and three rows of particles bend some percent more easily than the beam.
+    // Without the clamp or with the load on the wrong nodes it is another number altogether.
+    assert!((beam / particles - 1.0).abs() < 0.125, "beam {beam} m, particles {particles} m");
 }
 
 #[test]

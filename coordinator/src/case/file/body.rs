@@ -4,10 +4,11 @@ use serde::Serialize;
 use sph::space::Vector;
 
 use super::formula;
+use super::layout::Layout;
 use super::material::{BodyDefaults, FormulationTable, MaterialTable};
 use super::shape::ShapeTable;
 use super::support::{LoadTable, SupportTable};
-use crate::case::reader::{Allowed, At, Table, Written};
+use crate::case::reader::{Allowed, At, Choice, Table, Written};
 
 /// `[[solid.body]]`.
 #[derive(Clone, Debug, Serialize)]
@@ -22,6 +23,7 @@ pub struct BodyTable {
     pub velocity_m_s: [At<Written>; 2],
     /// Rotation about the centre of mass at the start.
     pub rotation_speed_rad_s: f64,
+    pub layout: Choice<Layout>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub lattice_origin_m: Option<At<Vector>>,
     /// Expressions of x, y and t.
@@ -44,6 +46,7 @@ impl BodyTable {
         let velocity_m_s = formula::read_pair(&mut table, "velocity_m_s", &["x", "y"])
             .unwrap_or_else(|| formula::zeros(&table.place_of("velocity_m_s")));
         let rotation_speed_rad_s = table.number_or("rotation_speed_rad_s", &Allowed::FINITE, 0.0).value;
+        let layout = Layout::read(&mut table);
         let lattice_origin_m = table.optional_vector("lattice_origin_m");
         let acceleration_m_s2 = formula::read_pair(&mut table, "acceleration_m_s2", &["x", "y", "t"]);
         let supports = table.tables("support").into_iter().map(SupportTable::read).collect();
@@ -55,6 +58,7 @@ impl BodyTable {
             formulation,
             velocity_m_s,
             rotation_speed_rad_s,
+            layout,
             lattice_origin_m,
             acceleration_m_s2,
             supports,

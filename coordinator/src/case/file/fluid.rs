@@ -4,6 +4,7 @@ use serde::Serialize;
 use sph::setup::{Contradiction, Damping, FluidParameters};
 use sph::space::Vector;
 
+use super::layout::Layout;
 use super::shape::ShapeTable;
 use super::{Preset, formula};
 use crate::case::errors::CaseError;
@@ -19,6 +20,9 @@ pub struct FluidTable {
     pub damping: Option<DampingTable>,
     #[serde(rename = "region")]
     pub regions: Vec<RegionTable>,
+    /// Whether the strength of the acoustic relaxation is left to the room that the time step leaves.
+    #[serde(skip)]
+    pub takes_relaxation_of_step: bool,
     #[serde(skip)]
     pub intact: bool,
 }
@@ -27,14 +31,16 @@ impl FluidTable {
     /// Reads the table.
     pub fn read(mut table: Table<'_>, preset: Preset) -> Self {
         let parameters = table.parameters(preset.values::<FluidParameters>(), &[]);
-        if let Some(Contradiction { key, problem, hint }) = parameters.contradiction() {
+        let takes_relaxation_of_step =
+            !table.has("acoustic_relaxation") && parameters.acoustic_relaxation > 0.0;
+        if let Some(Contradiction { key, problem, hint }) = parameters.contradiction_of_forms() {
             table.error(CaseError::new(&table.place_of(key), problem).hint(hint));
         }
         let damping = DampingTable::read(&mut table);
         let intact = table.intact();
         let regions = table.tables("region").into_iter().map(RegionTable::read).collect();
         table.finish();
-        Self { parameters, damping, regions, intact }
+        Self { parameters, damping, regions, takes_relaxation_of_step, intact }
     }
 
     /// Whether spacing and kernel ratio can be relied on.
@@ -87,6 +93,7 @@ pub struct RegionTable {
     /// Particles that would overlap a solid or a wall are left out; otherwise an overlap is an error.
     pub cut_by_solids: bool,
     pub cut_by_walls: bool,
+    pub layout: Choice<Layout>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub lattice_origin_m: Option<At<Vector>>,
     /// Largest random displacement along each axis as a fraction of the spacing.
@@ -149,6 +156,7 @@ impl RegionTable {
         let start = StartTable::read(&mut table);
         let cut_by_solids = table.flag_or("cut_by_solids", true);
         let cut_by_walls = table.flag_or("cut_by_walls", true);
+        let layout = Layout::read(&mut table);
         let lattice_origin_m = table.optional_vector("lattice_origin_m");
         let displacement_fraction = table.number_or("displacement_fraction", &DISPLACEMENT, 0.0).value;
         // TOML integers have 63 bits.
@@ -160,6 +168,7 @@ impl RegionTable {
             start,
             cut_by_solids,
             cut_by_walls,
+            layout,
             lattice_origin_m,
             displacement_fraction,
             displacement_seed,

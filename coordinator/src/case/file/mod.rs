@@ -6,7 +6,9 @@ pub mod body;
 pub mod fluid;
 pub mod formula;
 pub mod interface;
+pub mod layout;
 pub mod material;
+pub mod member;
 pub mod probe;
 pub mod run;
 pub mod safety;
@@ -22,6 +24,7 @@ use crate::case::errors::CaseError;
 use crate::case::reader::{At, Table};
 use fluid::FluidTable;
 use interface::{InterfaceTable, ServersTable};
+use member::MemberTable;
 use probe::ProbeTable;
 use run::{BodyForceTable, DomainTable, LedgerTable, OutputsTable, TimeTable};
 use safety::{CheckpointTable, DeadlinesTable};
@@ -61,6 +64,9 @@ pub struct CaseFile {
     /// Output folder of the run whose final state this one starts from.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub start_from: Option<At<String>>,
+    /// Which member of an ensemble the run is.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub run: Option<MemberTable>,
     pub domain: DomainTable,
     pub body_force: BodyForceTable,
     pub time: TimeTable,
@@ -109,8 +115,13 @@ impl CaseFile {
         let checkpoint = CheckpointTable::read(root.table_or_empty("checkpoint"));
         let deadlines = DeadlinesTable::read(root.table_or_empty("deadlines"));
         let servers = ServersTable::read(root.table_or_empty("servers"));
+        let run = MemberTable::read(&mut root);
         let fluid = root.optional_table("fluid").map(|table| FluidTable::read(table, preset));
         let solid = root.optional_table("solid").map(|table| SolidTable::read(table, fluid.as_ref(), preset));
+        if run.is_some() && fluid.is_none() {
+            let error = CaseError::new(&root.place_of("run"), "displaces water, of which the case has none");
+            root.error(error.hint("leave the table out"));
+        }
         let coupled = fluid.is_some() && solid.is_some();
         let interface = if coupled {
             Some(InterfaceTable::read(root.table_or_empty("interface"), preset))
@@ -132,6 +143,7 @@ impl CaseFile {
         Self {
             name,
             start_from,
+            run,
             domain,
             body_force,
             time,

@@ -4,6 +4,7 @@ use serde::Serialize;
 use sph::setup::WallCondition;
 use sph::space::Vector;
 
+use super::layout::Layout;
 use super::run::{MotionTable, SIDES, Side};
 use super::shape::ShapeTable;
 use crate::case::reader::{Allowed, At, Choice, Table};
@@ -24,7 +25,7 @@ pub struct WallTable {
     /// Rows of particles; by default enough for the widest kernel and one more.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub layers: Option<u64>,
-    pub layout: Choice<WallLayout>,
+    pub layout: Choice<Layout>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub lattice_origin_m: Option<At<Vector>>,
     pub condition: Choice<WallCondition>,
@@ -45,17 +46,6 @@ pub enum WallKind {
     Solid,
 }
 
-/// How the particles of a wall are laid out.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum WallLayout {
-    /// On the lattice where all faces are parallel to its axes, else along the faces.
-    Auto,
-    /// In layers along the faces.
-    Fitted,
-    /// On the lattice: faces that do not run along it become staircases.
-    Lattice,
-}
-
 impl WallTable {
     /// Reads the table.
     pub fn read(mut table: Table<'_>) -> Self {
@@ -74,10 +64,7 @@ impl WallTable {
             WallKind::Solid => (ShapeTable::read(&mut table, "shape"), None),
         };
         let layers = table.optional_count("layers", 1..101);
-        let layout = table.choice_or_first(
-            "layout",
-            &[("auto", WallLayout::Auto), ("fitted", WallLayout::Fitted), ("lattice", WallLayout::Lattice)],
-        );
+        let layout = Layout::read(&mut table);
         let lattice_origin_m = table.optional_vector("lattice_origin_m");
         let condition = table.choice_or_first(
             "condition",

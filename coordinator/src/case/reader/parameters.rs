@@ -39,6 +39,11 @@ impl<S: ParameterSet> Parameters<S> {
         self.values
     }
 
+    /// Sets values that follow from other parts of the case.
+    pub fn derive(&mut self, set: impl FnOnce(&mut S)) {
+        set(&mut self.values);
+    }
+
     /// Where `key` stands, or the table that leaves it out.
     pub fn place(&self, key: &str) -> Place {
         self.places.get(key).cloned().unwrap_or_default()

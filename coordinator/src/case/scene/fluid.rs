@@ -5,9 +5,10 @@ use sph::shapes::displace;
 use sph::space::Vector;
 use sph::space::domain::Domain;
 
+use super::filling::{Filled, Filling, Otherwise, named};
 use super::lattice::Lattice;
 use super::overlap::{Crowd, first_clashes};
-use super::start::{field, start};
+use super::start::{Water, field, start};
 use super::wall::retain;
 use super::{Scene, index, meets_itself, point_text, report_outside};
 use crate::case::errors::{CaseError, ErrorList};
@@ -27,8 +28,8 @@ pub fn lay_out(
     scene: &mut Scene,
 ) {
     let spacing = fluid.parameters.particle_spacing;
-    let mut laid: Vec<(usize, Vec<Vector>)> = Vec::new();
-    let Scene { fluid: particles, solid, walls, cuts, .. } = scene;
+    let mut laid: Vec<(usize, Filling)> = Vec::new();
+    let Scene { fluid: particles, solid, walls, adjusted, cuts, .. } = scene;
     let obstacles = Obstacles {
         solids: file
             .solid
@@ -39,19 +40,28 @@ pub fn lay_out(
     };
     for (k, region) in fluid.regions.iter().enumerate() {
         if let Some(shape) = region.shape.as_ref().filter(|_| region.intact) {
-            let mut positions = lattice.fill(shape, spacing, region.lattice_origin_m.as_ref());
+            let what = named("region", &region.name.value);
+            let filled = Filled {
+                what: &what,
+                shape,
+                spacing,
+                origin: region.lattice_origin_m.as_ref(),
+                layout: region.layout.value,
+                // Water arranges itself as it flows.
+                otherwise: Otherwise::Scaled,
+            };
+            let mut filling = lattice.lay(&filled, adjusted);
             let error = CaseError::new(&shape.place, "");
-            let what = format!("region `{}`", quoted(&region.name.value));
-            if meets_itself(&shape.place, &what, file, &positions, spacing, lattice.errors) {
-                positions.clear();
+            if meets_itself(&shape.place, &what, file, &filling.positions, spacing, lattice.errors) {
+                filling = Filling::default();
             }
-            report_outside(error, &what, domain, positions.iter(), lattice.errors);
-            obstacles.cut(region, spacing, &mut positions, lattice, cuts);
-            laid.push((k, positions));
+            report_outside(error, &what, domain, filling.positions.iter(), lattice.errors);
+            obstacles.cut(region, spacing, &mut filling, lattice, cuts);
+            laid.push((k, filling));
         }
     }
     report_clashes(fluid, domain, &laid, lattice);
-    for (k, mut positions) in laid {
+    for (k, Filling { mut positions, cells }) in laid {
         let region = &fluid.regions[k];
         if region.displacement_fraction > 0.0 {
             displace(
@@ -63,8 +73,9 @@ pub fn lay_out(
         }
         let place = &region.name.place;
         let gravity = file.body_force.gravity_m_s2;
-        let started =
-            start(&region.start, place, &fluid.parameters.values(), gravity, &mut positions, lattice.errors);
+        let constants = fluid.parameters.values();
+        let water = Water { constants: &constants, gravity, volume: cells.volume() };
+        let started = start(&region.start, place, &water, &mut positions, lattice.errors);
         particles.id.extend((particles.id.len()..particles.id.len() + positions.len()).map(index));
         particles.region.extend(std::iter::repeat_n(index(k), positions.len()));
         particles.mass.extend(started.mass);
@@ -149,22 +160,22 @@ impl Obstacles<'_> {
         &self,
         region: &RegionTable,
         spacing: f64,
-        positions: &mut Vec<Vector>,
+        filling: &mut Filling,
         lattice: &Lattice<'_>,
         cuts: &mut Vec<String>,
     ) {
-        let before = positions.len();
-        if let Some(solids) = self.solids.as_ref().filter(|_| !positions.is_empty()) {
-            let held = solids.hold(positions, spacing, region, lattice.errors);
+        let before = filling.positions.len();
+        if let Some(solids) = self.solids.as_ref().filter(|_| before > 0) {
+            let held = solids.hold(&filling.positions, spacing, region, lattice.errors);
             let kept: Vec<bool> = held.into_iter().map(|held| !held).collect();
             let obstacle = Obstacle { name: "solids", key: "cut_by_solids", cuts: region.cut_by_solids };
-            obstacle.make_way(region, positions, &kept, lattice, cuts);
+            obstacle.make_way(region, filling, &kept, lattice, cuts);
         }
-        let held = self.walls.touches(positions, &region.name.place, lattice.errors);
+        let held = self.walls.touches(&filling.positions, &region.name.place, lattice.errors);
         let kept: Vec<bool> = held.into_iter().map(|held| !held).collect();
         let obstacle = Obstacle { name: "walls", key: "cut_by_walls", cuts: region.cut_by_walls };
-        obstacle.make_way(region, positions, &kept, lattice, cuts);
-        if positions.is_empty() && before > 0 {
+        obstacle.make_way(region, filling, &kept, lattice, cuts);
+        if filling.positions.is_empty() && before > 0 {
             let error = CaseError::new(&region.name.place, "no particle is left beside solids and walls");
             lattice.errors.add(error.value(&region.name.value).hint("move or enlarge its shape"));
         }
@@ -183,28 +194,31 @@ impl Obstacle {
     fn make_way(
         &self,
         region: &RegionTable,
-        positions: &mut Vec<Vector>,
+        filling: &mut Filling,
         kept: &[bool],
         lattice: &Lattice<'_>,
         cuts: &mut Vec<String>,
     ) {
         let Some(first) = kept.iter().position(|kept| !kept) else { return };
         if !self.cuts {
-            let problem = format!("overlaps {} at {}", self.name, point_text(&positions[first]));
+            let problem = format!("overlaps {} at {}", self.name, point_text(&filling.positions[first]));
             let error = CaseError::new(&region.name.place, problem).value(&region.name.value);
             lattice.errors.add(error.hint(format!("set `{} = true` or change the shape", self.key)));
             return;
         }
         let cut = kept.iter().filter(|kept| !**kept).count();
-        retain(positions, kept);
+        retain(&mut filling.positions, kept);
+        if let Some(volume) = filling.cells.volume_mut() {
+            retain(volume, kept);
+        }
         cuts.push(format!("region `{}`: {cut} particles make way for {}", region.name.value, self.name));
     }
 }
 
-fn report_clashes(fluid: &FluidTable, domain: &Domain, laid: &[(usize, Vec<Vector>)], lattice: &Lattice<'_>) {
-    let positions: Vec<Vector> = laid.iter().flat_map(|(_, positions)| positions).copied().collect();
+fn report_clashes(fluid: &FluidTable, domain: &Domain, laid: &[(usize, Filling)], lattice: &Lattice<'_>) {
+    let positions: Vec<Vector> = laid.iter().flat_map(|(_, filling)| &filling.positions).copied().collect();
     let regions: Vec<u32> =
-        laid.iter().flat_map(|(k, positions)| std::iter::repeat_n(index(*k), positions.len())).collect();
+        laid.iter().flat_map(|(k, laid)| std::iter::repeat_n(index(*k), laid.positions.len())).collect();
     let (spacing, errors) = (&fluid.spacing(), lattice.errors);
     for clash in first_clashes(domain, &positions, &regions, spacing.value, &spacing.place, errors) {
         let names = [clash.groups.0, clash.groups.1].map(|region| &fluid.regions[region as usize].name);

@@ -1,11 +1,14 @@
 //! The scene that a case means: all particles at the start, and every check that needs them.
 
+pub(super) mod depth;
+mod filling;
 mod fluid;
 mod lattice;
 mod loads;
 pub(super) mod overlap;
 mod solid;
 mod start;
+mod thickness;
 mod wall;
 
 use std::collections::BTreeSet;
@@ -32,6 +35,10 @@ pub struct Scene {
     pub solid: SolidParticles,
     /// Loads on the surface of each body, in the order of the bodies.
     pub loads: Vec<Vec<SurfaceLoad>>,
+    /// Particles across the thin side of each body that deforms.
+    pub across: Vec<Option<usize>>,
+    /// How masses and spacings were adjusted to shapes that do not fit the lattice, in words.
+    pub adjusted: Vec<String>,
     /// What was left out where shapes meet, in words.
     pub cuts: Vec<String>,
     /// What deserves a second look, in words.

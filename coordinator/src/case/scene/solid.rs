@@ -4,10 +4,12 @@ use sph::setup::SolidParticles;
 use sph::space::domain::Domain;
 use sph::space::{SymmetricTensor, Vector};
 
+use super::filling::{Cells, Filled, Filling, Otherwise, named};
 use super::lattice::Lattice;
-use super::loads::faces;
+use super::loads::{faces, faces_of};
 use super::overlap::first_clashes;
 use super::start::field;
+use super::thickness::{Laid, check_thickness};
 use super::{Scene, index, meets_itself, point_text, report_outside};
 use crate::case::errors::{CaseError, ErrorList};
 use crate::case::file::CaseFile;
@@ -16,12 +18,6 @@ use crate::case::file::material::FormulationTable;
 use crate::case::file::solid::SolidTable;
 use crate::case::file::support::SupportTable;
 use crate::quote::quoted;
-
-/// Bodies with fewer particles across bend far too easily.
-const ENOUGH_ACROSS: usize = 6;
-
-/// Bodies with fewer particles across have no bending stiffness at all.
-const LEAST_ACROSS: usize = 2;
 
 /// Lays out all bodies.
 pub fn lay_out(
@@ -32,6 +28,7 @@ pub fn lay_out(
     scene: &mut Scene,
 ) {
     scene.loads = vec![Vec::new(); solid.bodies.len()];
+    scene.across = vec![None; solid.bodies.len()];
     for (k, body) in solid.bodies.iter().enumerate() {
         if body.intact {
             lay_out_body(file, solid, index(k), body, domain, lattice, scene);
@@ -62,10 +59,23 @@ fn lay_out_body(
 ) {
     let Some(shape) = &body.shape else { return };
     let spacing = solid.particle_spacing_m.value;
-    let mut positions = lattice.fill(shape, spacing, body.lattice_origin_m.as_ref());
-    let what = format!("body `{}`", quoted(&body.name.value));
+    let what = named("body", &body.name.value);
+    let filled = Filled {
+        what: &what,
+        shape,
+        spacing,
+        origin: body.lattice_origin_m.as_ref(),
+        layout: body.layout.value,
+        otherwise: match body.formulation {
+            // Its sums in the current configuration start quietest on the lattice.
+            FormulationTable::UpdatedLagrangian(_) => Otherwise::Scaled,
+            FormulationTable::TotalLagrangian(_) | FormulationTable::Rigid => Otherwise::Fitted,
+        },
+    };
+    let Filling { mut positions, mut cells } = lattice.lay(&filled, &mut scene.adjusted);
     if meets_itself(&shape.place, &what, file, &positions, spacing, lattice.errors) {
         positions.clear();
+        cells = Cells::Lattice;
     }
     let before = lattice.errors.count();
     let supports = assign_supports(body, &positions, lattice.errors);
@@ -81,12 +91,21 @@ fn lay_out_body(
     } else {
         scene.unsupported.insert(number);
     }
-    scene.loads[number as usize] = faces(body, &positions, spacing, lattice.errors);
-    check_thickness(body, &positions, spacing, lattice.errors, &mut scene.warnings);
+    scene.loads[number as usize] = match cells {
+        Cells::Lattice => faces(body, &positions, spacing, lattice.errors),
+        _ => faces_of(body, &shape.value.to_shape(), &positions, spacing, lattice.errors),
+    };
+    let laid = Laid { shape: &shape.value.to_shape(), positions: &positions, cells: &cells, spacing };
+    scene.across[number as usize] = check_thickness(body, &laid, lattice.errors, &mut scene.warnings);
 
     let material = body.material.parameters.values();
     let mut velocities = field(&body.velocity_m_s, &positions, lattice.errors);
-    let centre = positions.iter().sum::<Vector>() / positions.len().max(1) as f64;
+    let centre = match cells.volume() {
+        None => positions.iter().sum::<Vector>() / positions.len().max(1) as f64,
+        Some(volume) => {
+            positions.iter().zip(volume).map(|(x, v)| x * *v).sum::<Vector>() / volume.iter().sum::<f64>()
+        }
+    };
     for (velocity, x) in velocities.iter_mut().zip(&positions) {
         let r = x - centre;
         *velocity += body.rotation_speed_rad_s * Vector::new(-r.y, r.x);
@@ -106,7 +125,10 @@ fn lay_out_body(
     id.extend((id.len()..id.len() + count).map(index));
     bodies.extend(std::iter::repeat_n(number, count));
     support.extend(supports);
-    mass.extend(std::iter::repeat_n(material.density * spacing * spacing, count));
+    match cells.volume() {
+        None => mass.extend(std::iter::repeat_n(material.density * spacing * spacing, count)),
+        Some(volume) => mass.extend(volume.iter().map(|volume| material.density * volume)),
+    }
     reference_position.extend_from_slice(&positions);
     position.extend(positions);
     velocity.extend(velocities);
@@ -148,73 +170,4 @@ fn assign_supports(body: &BodyTable, positions: &[Vector], errors: &ErrorList) -
         }
     }
     assigned
-}
-
-/// Warns of bodies that are too thin to bend as they should, refuses those without thickness.
-fn check_thickness(
-    body: &BodyTable,
-    positions: &[Vector],
-    spacing: f64,
-    errors: &ErrorList,
-    warnings: &mut Vec<String>,
-) {
-    if positions.is_empty() || matches!(body.formulation, FormulationTable::Rigid) {
-        return;
-    }
-    let across = particles_across(positions, spacing);
-    if across < LEAST_ACROSS {
-        let error = CaseError::new(&body.name.place, format!("is {across} particle across its thin side"));
-        errors.add(
-            error
-                .value(&body.name.value)
-                .allowed(format!("at least {LEAST_ACROSS}"))
-                .hint("use a smaller `solid.particle_spacing_m` or a thicker shape"),
-        );
-    } else if across < ENOUGH_ACROSS {
-        let compliance = bending_compliance(&body.formulation, across);
-        warnings.push(format!(
-            "body `{}` is about {across} particles across its thin side; below {ENOUGH_ACROSS} its bending is no longer \
-             resolved: it bends about {compliance:.2} times as easily as it should",
-            body.name.value
-        ));
-    }
-}
-
-/// Bending compliance of a plate of few particles across over that of its material \[-\], measured at ν = 0.4.
-fn bending_compliance(formulation: &FormulationTable, across: usize) -> f64 {
-    match formulation {
-        // Static cantilevers in a linear model of the sums: 0.70 at 2 across, 1.02, 1.01 and 1.015 at 3, 4 and 5.
-        FormulationTable::TotalLagrangian(_) if across == 2 => 0.7,
-        FormulationTable::TotalLagrangian(_) => 1.02,
-        // Cantilever of Gray et al. (2001): periods 29 % too long at 6 across, 19 % at 10.
-        _ => (1.0 + 1.8 / across as f64).powi(2),
-    }
-}
-
-/// Particles across the thin side: median over the particles of the shorter of the two rows they stand in.
-fn particles_across(positions: &[Vector], spacing: f64) -> usize {
-    let mut shorter = row_lengths(positions, spacing, 0);
-    for (a, b) in shorter.iter_mut().zip(row_lengths(positions, spacing, 1)) {
-        *a = (*a).min(b);
-    }
-    shorter.sort_unstable();
-    shorter[shorter.len() / 2]
-}
-
-/// For every particle the number of particles in its unbroken row along `axis`.
-fn row_lengths(positions: &[Vector], spacing: f64, axis: usize) -> Vec<usize> {
-    let across = 1 - axis;
-    let mut order: Vec<usize> = (0..positions.len()).collect();
-    let row = |k: usize| (positions[k][across] / spacing).round();
-    order.sort_by(|&a, &b| row(a).total_cmp(&row(b)).then(positions[a][axis].total_cmp(&positions[b][axis])));
-    let mut lengths = vec![0; positions.len()];
-    let unbroken = |a: &usize, b: &usize| {
-        row(*a) == row(*b) && (positions[*b][axis] - positions[*a][axis]).abs() < 1.5 * spacing
-    };
-    for run in order.chunk_by(unbroken) {
-        for &k in run {
-            lengths[k] = run.len();
-        }
-    }
-    lengths
 }

@@ -52,19 +52,30 @@ pub struct Started {
     pub density: Vec<f64>,
 }
 
+/// What decides masses and densities at the start.
+pub struct Water<'a> {
+    /// Parameters of the fluid.
+    pub constants: &'a FluidParameters,
+    /// Gravity \[m/s²\].
+    pub gravity: Vector,
+    /// Area of the cell of each particle \[m²\]; `None` for those of the lattice.
+    pub volume: Option<&'a [f64]>,
+}
+
 /// Gives the particles of a region their mass and density; a consistent hydrostatic start moves them too.
 pub fn start(
     table: &StartTable,
     place: &Place,
-    constants: &FluidParameters,
-    gravity: Vector,
+    water: &Water<'_>,
     positions: &mut [Vector],
     errors: &ErrorList,
 ) -> Started {
-    let volume = constants.particle_spacing * constants.particle_spacing;
-    let rest_mass = constants.rest_density * volume;
+    let &Water { constants, gravity, .. } = water;
+    let cell = constants.particle_spacing * constants.particle_spacing;
+    let volume = |k: usize| water.volume.map_or(cell, |volume| volume[k]);
     let count = positions.len();
-    let at_rest = || Started { mass: vec![rest_mass; count], density: vec![constants.rest_density; count] };
+    let rest_mass = || (0..count).map(|k| constants.rest_density * volume(k)).collect();
+    let at_rest = || Started { mass: rest_mass(), density: vec![constants.rest_density; count] };
     let tait = constants.equation_of_state();
     match table {
         StartTable::Rest => at_rest(),
@@ -75,7 +86,7 @@ pub fn start(
                 return at_rest();
             };
             let density = column.settle(&tait, positions, lattice.value);
-            Started { mass: vec![rest_mass; count], density }
+            Started { mass: rest_mass(), density }
         }
         StartTable::Pressure { pressure_pa, particle_mass } => {
             let pressure = values(pressure_pa, positions, errors);
@@ -93,8 +104,10 @@ pub fn start(
                 errors.add(error.hint("check the pressure, or raise `fluid.sound_speed_m_s`"));
             }
             let mass = match particle_mass.value {
-                ParticleMass::Rest => vec![rest_mass; count],
-                ParticleMass::FromDensity => density.iter().map(|rho| rho * volume).collect(),
+                ParticleMass::Rest => rest_mass(),
+                ParticleMass::FromDensity => {
+                    density.iter().enumerate().map(|(k, rho)| rho * volume(k)).collect()
+                }
             };
             Started { mass, density }
         }

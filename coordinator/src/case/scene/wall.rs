@@ -3,7 +3,7 @@
 use std::collections::HashSet;
 
 use sph::shapes::{
-    Boundary, LayerParticle, OpenSides, Shape, Side, is_axis_parallel, layers_along, layers_around, wall_fill,
+    Boundary, LayerParticle, OpenSides, Shape, Side, is_on_lattice, layers_along, layers_around, wall_fill,
 };
 use sph::space::Vector;
 use sph::space::domain::Domain;
@@ -13,9 +13,10 @@ use super::overlap::{Crowd, MOST_CLASHES, first_clashes};
 use super::{Scene, index, point_text};
 use crate::case::errors::CaseError;
 use crate::case::file::CaseFile;
+use crate::case::file::layout::Layout;
 use crate::case::file::run::Side as DomainSide;
 use crate::case::file::shape::ShapeTable;
-use crate::case::file::wall::{WallKind, WallLayout, WallTable};
+use crate::case::file::wall::{WallKind, WallTable};
 use crate::case::reader::At;
 use crate::quote::quoted;
 
@@ -64,14 +65,6 @@ fn lay_out_wall(
     }
     let origin = wall.lattice_origin_m.as_ref().map_or(lattice.origin, |at| at.value);
     let container = wall.kind.value == WallKind::Container;
-    if container {
-        scene.warnings.extend(off_lattice(wall, &written.value, spacing, origin));
-    }
-    let on_lattice = match wall.layout.value {
-        WallLayout::Auto => is_axis_parallel(&shape, spacing),
-        WallLayout::Fitted => false,
-        WallLayout::Lattice => true,
-    };
     let open = open_sides(wall, domain);
     // A face against another wall is none: water never meets it, and it would bend the normals of corners.
     let covered = |point: &Vector| {
@@ -79,6 +72,16 @@ fn lay_out_wall(
         lattice.errors.spend(&written.place, steps) && others.iter().any(|other| other.holds(point))
     };
     let boundary = shape.boundary().uncovered(!container, 0.5 * spacing, covered);
+    let on_lattice = match wall.layout.value {
+        Layout::Auto => {
+            is_on_lattice(&boundary, spacing, origin, |a, b| on_open_side(&shape, open, spacing, a, b))
+        }
+        Layout::Fitted => false,
+        Layout::Lattice => true,
+    };
+    if container && on_lattice {
+        scene.warnings.extend(off_lattice(wall, &written.value, spacing, origin));
+    }
     let particles = match (container, on_lattice) {
         (true, true) => layers_around(&shape, &boundary, spacing, layers, origin, open),
         (true, false) => layers_along(&shape, &boundary, spacing, layers, Side::Outside(open)),
@@ -200,6 +203,15 @@ fn open_sides(wall: &WallTable, domain: &Domain) -> OpenSides {
     }
 }
 
+/// Whether an edge of `shape` from `a` to `b` \[m\] lies in a side that bears no wall.
+fn on_open_side(shape: &Shape, open: OpenSides, spacing: f64, a: &Vector, b: &Vector) -> bool {
+    let (lower, upper) = shape.bounds();
+    (0..2).any(|axis| {
+        let in_plane = |plane: f64| [a, b].iter().all(|x| (x[axis] - plane).abs() < 1e-6 * spacing);
+        (open.lower[axis] && in_plane(lower[axis])) || (open.upper[axis] && in_plane(upper[axis]))
+    })
+}
+
 /// Warns of a box whose sides do not lie between two rows of the lattice.
 fn off_lattice(wall: &WallTable, shape: &ShapeTable, spacing: f64, origin: Vector) -> Option<String> {
     let ShapeTable::Rectangle { lower_m, upper_m } = shape else { return None };
@@ -215,7 +227,7 @@ fn off_lattice(wall: &WallTable, shape: &ShapeTable, spacing: f64, origin: Vecto
     let axis = ["x", "y"][axis];
     Some(format!(
         "wall `{}`: its side at {axis} = {position} m lies {:.2} spacings off the lattice; fluid will not fit against \
-         it closely (sizes that are whole multiples of {spacing} m do)",
+         it closely (sizes that are whole multiples of {spacing} m do, and so does `layout = \"fitted\"`)",
         wall.name.value,
         rows.abs()
     ))

@@ -9,8 +9,9 @@ use sph::setup::{Choice, ContactLaw, Formulation, ParameterSet, SolidStepping, S
 use crate::case::Case;
 use crate::case::file::material::FormulationTable;
 use crate::case::file::solid::ContactTable;
-use crate::case::limits;
 use crate::case::scene::overlap;
+use crate::case::{limits, relaxation};
+use crate::results::quality::{thresholds, volume};
 
 impl Case {
     /// Constants that decide the answer, in words.
@@ -66,13 +67,18 @@ impl Case {
     pub fn fixed_constants(&self) -> impl Iterator<Item = &'static Constant> {
         let fluid = self.has(Role::Fluid).then(fluid::constants).into_iter().flatten();
         let solid = self.has(Role::Solid).then(solid::constants).into_iter().flatten();
-        let own = [overlap::CONSTANTS, limits::CONSTANTS].into_iter().flatten();
+        let case = [overlap::CONSTANTS, limits::CONSTANTS, relaxation::CONSTANTS];
+        let own = case.into_iter().chain([thresholds::CONSTANTS, volume::CONSTANTS]).flatten();
         sph::fixed_constants::fixed_constants().chain(fluid).chain(solid).chain(own)
     }
 
     /// Every parameter of fluid, bodies and contact by name, such as `fluid.artificial_viscosity_a`.
     pub fn parameters(&self) -> BTreeMap<String, serde_json::Value> {
         let mut all = BTreeMap::new();
+        if let Some(run) = &self.file.run {
+            all.insert("run.seed".to_owned(), run.seed.into());
+            all.insert("run.displacement_fraction".to_owned(), run.displacement_fraction.into());
+        }
         if let Some(fluid) = &self.file.fluid {
             list("fluid", &fluid.parameters.values(), &mut all);
         }

@@ -11,6 +11,13 @@ use crate::case::file::solid::ContactTable;
 impl Case {
     pub(super) fn active_terms(&self) -> Vec<ActiveTerm> {
         let mut found = Vec::new();
+        if let Some(run) = &self.file.run {
+            let (seed, fraction) = (run.seed, run.displacement_fraction);
+            let text = format!(
+                "seed = {seed}: every water particle displaced by at most {fraction} Δx along each axis"
+            );
+            found.push(ActiveTerm::new("start", text));
+        }
         if let Some(fluid) = &self.file.fluid {
             add("fluid", &fluid.parameters.values(), &mut found);
             add_damping("fluid", fluid.damping.as_ref(), &mut found);

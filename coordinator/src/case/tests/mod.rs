@@ -1,10 +1,13 @@
 //! Tests of the case format as a whole.
 
 mod bounded;
+mod disturbance;
 mod errors;
 mod hostile;
 mod iterated;
+mod layout;
 mod opening;
+mod overrides;
 mod restart;
 mod scene;
 mod shipped;

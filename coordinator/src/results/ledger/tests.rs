@@ -1,8 +1,9 @@
 use sph::coupling::ledger::{
-    Accounts, AngularBudget, Energies, InterfaceSums, LedgerVector, StageBudget, axial,
+    Accounts, AngularBudget, EnergyEntry, EnergyReport, InterfaceSums, LedgerVector, StageBudget, axial,
 };
 
 use super::*;
+use crate::results::energy::EnergySummary;
 use crate::results::table::Table;
 
 /// A step of 0.1 s under an interface force and gravity, whose budget balances; torques are the x-components.
@@ -27,14 +28,22 @@ fn report(step: u64, force: LedgerVector, weight: LedgerVector) -> StepReport {
             angular: Some(AngularBudget { change: axial(duration * (force.x + weight.y)), gross: 10.0 }),
         }
     };
+    let mut energies = EnergyReport::default();
+    energies.set(EnergyAccount::Kinetic, EnergyEntry { value: 1.5, start: 0.5 });
+    energies.set(EnergyAccount::Walls, EnergyEntry { value: 1.25, start: 0.0 });
     StepReport {
         step,
         end_time: 0.1 * (step + 1) as f64,
         time_step: 0.1,
         budgets: [budget(0.05), budget(0.1)],
-        energies: Energies { kinetic: 1.5, potential: 2.5, internal: 3.5 },
+        energies,
         ..StepReport::default()
     }
+}
+
+/// A side whose case could also have strain.
+fn side(role: Role) -> LedgerSide {
+    LedgerSide { role, accounts: vec![EnergyAccount::Kinetic, EnergyAccount::Strain, EnergyAccount::Walls] }
 }
 
 fn imbalance(force: f64) -> Imbalance {
@@ -45,7 +54,7 @@ fn imbalance(force: f64) -> Imbalance {
 fn rows_hold_the_worst_imbalance_and_the_impulse_of_all_steps() {
     let root = tempfile::tempdir().unwrap();
     let path = root.path().join("ledger.csv");
-    let mut file = LedgerFile::create(&path, &[Role::Fluid, Role::Solid]).unwrap();
+    let mut file = LedgerFile::create(&path, &[side(Role::Fluid), side(Role::Solid)]).unwrap();
     let (force, weight) = (LedgerVector::new(3.0, -1.0, 0.0), LedgerVector::new(0.0, -9.81, 0.0));
     for step in 0..5 {
         let worst = if step == 1 { 4e-14 } else { 1e-15 };
@@ -68,6 +77,7 @@ fn rows_hold_the_worst_imbalance_and_the_impulse_of_all_steps() {
     let work = file.work();
     assert!((work.received[0] - 1.0).abs() < 1e-14 && (work.received[1] + 0.6).abs() < 1e-14);
     assert!((work.passed - 1.0).abs() < 1e-14 && (work.drift() - 0.4).abs() < 1e-14);
+    let energy = EnergySummary::new(&file.energy());
     file.finish().unwrap();
 
     let table = Table::read(&path).unwrap();
@@ -76,7 +86,12 @@ fn rows_hold_the_worst_imbalance_and_the_impulse_of_all_steps() {
     assert_eq!(column("imbalance_force"), [4e-14, 2e-15]);
     assert_eq!(column("most_iterations"), [7.0, 4.0]);
     assert_eq!(column("fluid_pairs"), [7.0, 7.0]);
-    assert_eq!(column("solid_internal_energy_j_per_m"), [3.5, 3.5]);
+    assert_eq!(column("solid_energy_kinetic_j_per_m"), [1.5, 1.5]);
+    assert_eq!(column("fluid_energy_walls_j_per_m"), [1.25, 1.25]);
+    assert_eq!(column("fluid_energy_residual_j_per_m"), [-0.25, -0.25]);
+    assert!(column("fluid_energy_strain_j_per_m").iter().all(|value| value.is_nan()));
+    assert!(energy.fluid.is_some_and(|fluid| fluid.residual_share == Some(0.25 / 1.25)));
+    assert!((energy.residual_share.unwrap() - 0.5 / 1.25).abs() < 1e-15);
     for axis in ["x", "y"] {
         let fluid = column(&format!("fluid_interface_impulse_{axis}_n_s_per_m"));
         let solid = column(&format!("solid_interface_impulse_{axis}_n_s_per_m"));
@@ -112,14 +127,14 @@ fn a_residual_that_is_no_number_is_the_largest() {
 fn one_side_alone_has_its_own_columns_only() {
     let root = tempfile::tempdir().unwrap();
     let path = root.path().join("ledger.csv");
-    let mut file = LedgerFile::create(&path, &[Role::Solid]).unwrap();
+    let mut file = LedgerFile::create(&path, &[side(Role::Solid)]).unwrap();
     let mut report = report(0, LedgerVector::zeros(), LedgerVector::zeros());
     report.budgets.iter_mut().for_each(|budget| budget.angular = None);
     file.record(None, Some(&report), &[Imbalance::default(); 2]);
     assert_eq!(file.extremes().angular, [None; 2]);
     file.finish().unwrap();
     let table = Table::read(&path).unwrap();
-    assert_eq!(table.columns().len(), COMMON.len() + side_width());
+    assert_eq!(table.columns().len(), COMMON.len() + side_width(&side(Role::Solid)));
     assert!(table.columns().iter().all(|name| !name.starts_with("fluid")));
     assert_eq!(table.rows(), 1);
     assert!(table.column("solid_angular_momentum_change_n_s").unwrap()[0].is_nan());

@@ -1,4 +1,4 @@
-//! Quantities over time: probes, the ledger's checks, energies.
+//! Quantities over time: probes, the ledger's checks.
 
 use sph::coupling::solver::Role;
 
@@ -81,58 +81,8 @@ pub fn ledger(table: &Table, tolerance: Option<f64>) -> Result<Option<Section>, 
     }))
 }
 
-/// Energies of each side over time; `None` without rows.
-pub fn energies(table: &Table) -> Result<Option<Section>, PlotError> {
-    let times = table.column("t_s").unwrap_or_default();
-    let mut figures = Vec::new();
-    for side in [Role::Fluid, Role::Solid] {
-        if times.is_empty() || !has(table, side) {
-            continue;
-        }
-        let internal = match side {
-            Role::Fluid => "compression",
-            Role::Solid => "strain",
-        };
-        let column = |name: &str| table.column(&format!("{side}_{name}_j_per_m")).unwrap_or_default();
-        let kinetic = column("kinetic_energy");
-        let (potential, stored) = (change(column("potential_energy")), change(column("internal_energy")));
-        let sum = (0..times.len()).map(|k| kinetic[k] - kinetic[0] + potential[k] + stored[k]).collect();
-        let work = change(column("interface_work"));
-        let line = |name: &str, values| Line { name: name.into(), values };
-        let mut lines = vec![
-            line("kinetic", kinetic),
-            line("potential, change", potential),
-            line(&format!("{internal}, change"), stored),
-            line("sum, change", sum),
-        ];
-        if work.iter().any(|work| *work != 0.0) {
-            lines.push(line("work of the interface", work));
-        }
-        let title = match side {
-            Role::Fluid => "Fluid",
-            Role::Solid => "Solids",
-        };
-        figures.push(linear(title, &times, lines, "J/m")?);
-    }
-    Ok((!figures.is_empty()).then_some(Section {
-        id: "energies",
-        headline: "Energies",
-        note: "Changes count from the first row of ledger.csv. A trend, no check: viscosity and contact take energy \
-               out, walls and supports may do either."
-            .into(),
-        figures,
-    }))
-}
-
 fn has(table: &Table, side: Role) -> bool {
-    table.columns().iter().any(|column| *column == format!("{side}_kinetic_energy_j_per_m"))
-}
-
-/// Values minus the first.
-fn change(mut values: Vec<f64>) -> Vec<f64> {
-    let first = values.first().copied().unwrap_or(0.0);
-    values.iter_mut().for_each(|value| *value -= first);
-    values
+    table.columns().iter().any(|column| column.starts_with(&format!("{side}_")))
 }
 
 /// The columns that the table has, under their names in the legend.
@@ -146,7 +96,11 @@ fn legend(lines: &[Line]) -> Vec<(String, Rgb)> {
     lines.iter().map(|line| line.name.clone()).zip(LINES.into_iter().cycle()).collect()
 }
 
-fn linear(title: &str, times: &[f64], lines: Vec<Line>, unit: &str) -> Result<String, PlotError> {
+/// A figure of lines over time.
+///
+/// # Errors
+/// When it cannot be drawn.
+pub fn linear(title: &str, times: &[f64], lines: Vec<Line>, unit: &str) -> Result<String, PlotError> {
     let legend = legend(&lines);
     let svg = Chart { times, lines, unit, vertical: Vertical::Linear, level: None }.svg()?;
     Ok(svg_figure(title, &legend, svg.as_deref(), "no value at any time"))

@@ -1,10 +1,13 @@
 //! Reports of made-up runs.
 
 use sph::coupling::driver::StepReport;
-use sph::coupling::ledger::{Energies, Imbalance, InterfaceSums, LedgerVector, StageBudget};
+use sph::coupling::ledger::{
+    EnergyAccount, EnergyEntry, EnergyReport, Imbalance, InterfaceSums, LedgerVector, StageBudget,
+};
 use sph::coupling::solver::{Field, ParticleFields, Role};
 
 use super::*;
+use crate::results::energy::LedgerSide;
 use crate::results::ledger::LedgerFile;
 
 /// How many times the fields are shown at.
@@ -169,7 +172,10 @@ fn probes() -> Table {
 fn ledger(sides: &[Role]) -> Table {
     let root = tempfile::tempdir().unwrap();
     let path = root.path().join("ledger.csv");
-    let mut file = LedgerFile::create(&path, sides).unwrap();
+    let accounts = vec![EnergyAccount::Kinetic, EnergyAccount::Potential, EnergyAccount::Viscosity];
+    let ledger_sides: Vec<LedgerSide> =
+        sides.iter().map(|role| LedgerSide { role: *role, accounts: accounts.clone() }).collect();
+    let mut file = LedgerFile::create(&path, &ledger_sides).unwrap();
     for step in 0..1000u64 {
         let t = 5e-4 * step as f64;
         let force = LedgerVector::new(40.0 * (20.0 * t).sin(), 12.0, 0.0);
@@ -187,12 +193,20 @@ fn ledger(sides: &[Role]) -> Table {
                 gross_momentum: 10.0,
                 ..StageBudget::default()
             };
+            let mut energies = EnergyReport::default();
+            for (account, value, start) in [
+                (EnergyAccount::Kinetic, 50.0 * t, 0.0),
+                (EnergyAccount::Potential, 60.0 - 52.0 * t, 60.0),
+                (EnergyAccount::Viscosity, 2.0 * t, 0.0),
+            ] {
+                energies.set(account, EnergyEntry { value, start });
+            }
             StepReport {
                 step,
                 end_time: t + 5e-4,
                 time_step: 5e-4,
                 budgets: [budget(2.5e-4), budget(5e-4)],
-                energies: Energies { kinetic: 50.0 * t, potential: 60.0 - 52.0 * t, internal: 0.4 * t * t },
+                energies,
                 ..StepReport::default()
             }
         };
@@ -241,8 +255,8 @@ fn a_report_is_one_file_with_all_pictures() {
     }
     assert_eq!(count(&html, "<img"), 2 * PICTURES);
     assert_eq!(count(&html, "data:image/png;base64,iVBOR"), 2 * PICTURES);
-    // Seven pictures of probes, four of the ledger, two of energies.
-    assert_eq!(count(&html, "<svg"), 13);
+    // Seven pictures of probes, four of the ledger, four of energies.
+    assert_eq!(count(&html, "<svg"), 15);
     assert!(html.contains("Drifting &lt;body&gt; &amp; plate") && !html.contains("<body> &"));
     for outside in ["src=\"http", "href=\"http", "url(", "@import", "<script", "<link"] {
         assert_eq!(count(&html, outside), 0, "{outside}");

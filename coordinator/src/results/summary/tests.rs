@@ -1,6 +1,7 @@
 use sph::coupling::stage::Stage;
 
 use super::*;
+use crate::results::quality::Evidence;
 
 fn summary() -> Summary {
     let mut fluid = Participant { solver: "fluid-server 0.1.0".into(), ..Participant::default() };
@@ -16,6 +17,8 @@ fn summary() -> Summary {
         case: "still water".into(),
         run_id: "r-1".into(),
         verdict: Verdict::Failed,
+        reservations: vec!["a reservation".into()],
+        quality: Evidence { mach: Some(0.5), ..Evidence::default() }.figures(),
         reason: "ledger breach".into(),
         steps: 10,
         simulated: Span { start_s: 0.0, end_s: 0.1 },
@@ -28,6 +31,7 @@ fn summary() -> Summary {
             &extremes,
             Work { received: [-2.0, 1.5], passed: 10.0 },
         ),
+        energy: EnergySummary::default(),
         iterations: Some(IterationSummary { mean: Some(2.5), largest: 4, unsettled_steps: 1 }),
         fluid: Some(fluid),
         solid: None,
@@ -53,6 +57,14 @@ fn programs_find_every_figure_under_its_key() {
         assert_eq!(json.pointer(pointer), Some(&value), "{pointer}");
     };
     expect("/verdict", "failed".into());
+    expect("/reservations/0", "a reservation".into());
+    expect("/quality/2/name", "mach_number".into());
+    expect("/quality/2/value", 0.5.into());
+    expect("/quality/2/threshold", 0.3.into());
+    expect("/quality/2/verdict", "reservation".into());
+    expect("/quality/0/value", serde_json::Value::Null);
+    expect("/quality/0/verdict", "not-judged".into());
+    assert_eq!(summary().verdict_text(), "failed, with reservations");
     expect("/time_step/smallest_s", 1e-5.into());
     expect("/time_step/largest_s", 2e-5.into());
     expect("/fluid/waited_share", 0.25.into());
@@ -64,6 +76,7 @@ fn programs_find_every_figure_under_its_key() {
     expect("/ledger/interface_energy/solid_received_j_per_m", 1.5.into());
     expect("/ledger/interface_energy/drift_j_per_m", (-0.5).into());
     expect("/ledger/interface_energy/drift_share", (-0.05).into());
+    expect("/energy/residual_j_per_m", serde_json::Value::Null);
     expect("/ledger/largest_torque_imbalance/value", serde_json::Value::Null);
     expect("/ledger/largest_torque_imbalance/at/stage", "predictor".into());
     expect("/coordinator/peak_memory_bytes", (1 << 20).into());

@@ -8,10 +8,12 @@ use sph::space::components::Components;
 use sph::space::tensors::SpaceVector;
 
 use crate::neighbours::lists::Lists;
+use crate::report::probes::energies_of;
 use crate::system::list_limits::PLANE_HALF_WIDTH;
 use crate::system::model::FluidModel;
 use crate::system::packed_particle::FluidSpace;
 use crate::system::state::FluidState;
+use crate::time::energy_budget;
 
 /// Particles per task.
 const TASK: usize = 2048;
@@ -95,6 +97,8 @@ pub fn remove_departed<S: FluidSpace, F: Fn(&FluidState<S>, usize) -> S::Vector 
         }
         let momentum = state.velocity[i] * state.mass[i];
         state.removed_momentum += momentum;
+        let energies = energies_of(model, state, &model.falling, i);
+        energy_budget::enter_removed(&mut state.energy.flows, &energies);
         state.removed_angular_momentum +=
             S::cross(&(state.position[i] - model.domain.torque_origin()), &momentum);
     }

@@ -88,6 +88,11 @@ pub struct PairSums<S: Space, L: Lanes> {
     continuity: L,
     diffusion: L,
     stress_divergence: S::Of<L>,
+    artificial: S::Of<L>,
+    drag: S::Of<L>,
+    clumping: S::Of<L>,
+    /// Whether there was any artificial pressure.
+    clumps: bool,
 }
 
 /// [`PairSums`] over all batches.
@@ -99,14 +104,28 @@ pub struct PairTotals<S: Space> {
     pub diffusion: f64,
     /// Σ V_j [T_i + T_j + ρ_i ρ_j Π_ij]·∇W \[Pa/m\]: −ρ_i times the acceleration.
     pub stress_divergence: S::Vector,
+    /// The part of it by artificial viscosity \[Pa/m\].
+    pub artificial: S::Vector,
+    /// The part of it by the viscous pair force \[Pa/m\].
+    pub drag: S::Vector,
+    /// The part of it by artificial pressure \[Pa/m\].
+    pub clumping: S::Vector,
 }
 
 impl<S: FluidSpace, L: Lanes> PairSums<S, L> {
     /// Sums over nothing.
     #[inline(always)]
     pub fn zero() -> Self {
-        let zero = L::zero();
-        Self { continuity: zero, diffusion: zero, stress_divergence: S::splat(zero) }
+        let (zero, none) = (L::zero(), S::splat(L::zero()));
+        Self {
+            continuity: zero,
+            diffusion: zero,
+            stress_divergence: none,
+            artificial: none,
+            drag: none,
+            clumping: none,
+            clumps: false,
+        }
     }
 
     /// Adds the neighbours of `batch`.
@@ -134,8 +153,12 @@ impl<S: FluidSpace, L: Lanes> PairSums<S, L> {
         // ρ_i ρ_j Π_ij of Eq. (23), with ρ_i ρ_j/ρ̄ = 2 ρ_i ρ_j/(ρ_i + ρ_j).
         let twice_reduced = own.twice_density * density * (inverse * softened);
         let mut isotropic = law.viscosity.pressure_over_density(approach * regular) * twice_reduced;
+        self.artificial = S::plus_product(self.artificial, weight * isotropic, x);
         if law.artificial_pressure.acts() {
-            isotropic = isotropic + law.artificial_pressure.at(s, own.pressure, pressure);
+            let clumping = law.artificial_pressure.at(s, own.pressure, pressure);
+            isotropic = isotropic + clumping;
+            self.clumping = S::plus_product(self.clumping, weight * clumping, x);
+            self.clumps = true;
         }
 
         let mut divergence = self.stress_divergence;
@@ -147,7 +170,9 @@ impl<S: FluidSpace, L: Lanes> PairSums<S, L> {
         };
         if T::VISCOUS {
             let PairViscosity { viscosity, relative_velocity } = data.viscosity;
-            divergence = S::plus(divergence, drag::<S, L>(viscosity, weight, relative_velocity));
+            let drag = drag::<S, L>(viscosity, weight, relative_velocity);
+            divergence = S::plus(divergence, drag);
+            self.drag = S::plus(self.drag, drag);
         }
         self.stress_divergence = divergence;
         if T::CONTINUITY {
@@ -168,6 +193,20 @@ impl<S: FluidSpace, L: Lanes> PairSums<S, L> {
     pub fn total(&self) -> PairTotals<S> {
         let (divergence, [continuity, diffusion]) =
             S::sums_with(self.stress_divergence, [self.continuity, self.diffusion]);
-        PairTotals { continuity, diffusion, stress_divergence: S::vector(divergence) }
+        let [artificial, drag] = S::vector_sums(self.artificial, self.drag);
+        let clumping = if self.clumps {
+            let [clumping, _] = S::vector_sums(self.clumping, S::splat(L::zero()));
+            clumping
+        } else {
+            S::splat(0.0)
+        };
+        PairTotals {
+            continuity,
+            diffusion,
+            stress_divergence: S::vector(divergence),
+            artificial: S::vector(artificial),
+            drag: S::vector(drag),
+            clumping: S::vector(clumping),
+        }
     }
 }

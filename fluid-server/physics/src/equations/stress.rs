@@ -1,6 +1,7 @@
 //! Viscous stress, Eq. (4), and the tensor T = (p I − τ)·L of the momentum equation.
 
 use sph::space::Space;
+use sph::space::tensors::SpaceTensor;
 
 /// τ of Eq. (4) \[Pa\] from the velocity gradient ∂v_a/∂x_b \[1/s\].
 ///
@@ -22,6 +23,13 @@ pub fn viscous_stress<S: Space>(viscosity: f64, gradient: S::Matrix<f64>) -> S::
 /// traction, and so half of the dissipation of a wave (Colagrossi et al. 2011).
 pub fn transposed_stress<S: Space>(viscosity: f64, gradient: S::Matrix<f64>) -> S::Matrix<f64> {
     S::matrix_scaled(S::transposed_less_trace(gradient), viscosity)
+}
+
+/// Dissipation τ:∇v \[W/m³\] of a viscous `stress` τ \[Pa\] in the velocity gradient ∂v_a/∂x_b \[1/s\].
+pub fn dissipation<S: Space>(stress: S::Matrix<f64>, gradient: S::Matrix<f64>) -> f64 {
+    // τ:∇v = tr(τᵀ·∇v), row by row.
+    let (stress, gradient) = (S::tensor(stress), S::tensor(gradient));
+    (SpaceTensor::transpose(&stress) * gradient).trace()
 }
 
 /// T = (p I − τ)·L \[Pa\].

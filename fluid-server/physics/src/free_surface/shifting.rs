@@ -81,6 +81,8 @@ pub struct Regularisation<S: Space> {
     pub shift: S::Vector,
     /// Acceleration by the tensile control and by the shift through a velocity gradient \[m/s²\].
     pub acceleration: S::Vector,
+    /// The part of it by the shift \[m/s²\].
+    pub advection: S::Vector,
     /// Density rate by the volume correction \[kg/(m³ s)\].
     pub density: f64,
 }
@@ -137,7 +139,7 @@ pub fn regularise<S: FluidSpace, L: Lanes, G: Geometry<S>>(
         0.0
     };
     let acceleration = tensile(order, sums, place, pressure, fluid.density()) + advection;
-    Regularisation { shift, acceleration, density }
+    Regularisation { shift, acceleration, advection, density }
 }
 
 /// Velocity of the shift \[m/s\]; `normal` is zero away from the surface.

@@ -48,6 +48,10 @@ pub struct FluidInterface<S: FluidSpace> {
     /// Density rates by the solid: all, and by continuity alone \[kg/(m³ s)\].
     density_rates: Vec<[f64; 2]>,
     immersed: u32,
+    /// Acceleration of each fluid particle by solids \[m/s²\].
+    accelerations: Vec<S::Vector>,
+    /// Power with which the approach of solids compresses the fluid \[W/m\].
+    compression_power: f64,
 }
 
 impl<S: FluidSpace> FluidInterface<S> {
@@ -67,6 +71,8 @@ impl<S: FluidSpace> FluidInterface<S> {
             neighbour_sums: Vec::new(),
             density_rates: Vec::new(),
             immersed: 0,
+            accelerations: Vec::new(),
+            compression_power: 0.0,
         }
     }
 
@@ -170,6 +176,30 @@ impl<S: FluidSpace> FluidInterface<S> {
         *sums = interface.fluid_forces(fluid, solid);
     }
 
+    /// Acceleration of each fluid particle by solids in this stage \[m/s²\].
+    pub fn accelerations(&mut self, state: &FluidState<S>) -> &[S::Vector] {
+        let Self { interface, selection, accelerations, .. } = self;
+        accelerations.clear();
+        accelerations.resize(state.len(), S::Vector::zeros());
+        for (k, i) in selection.members.iter().enumerate() {
+            let i = *i as usize;
+            accelerations[i] = interface.force(k) / state.mass[i];
+        }
+        accelerations
+    }
+
+    /// Power of the solids' forces on the fluid \[W/m\] at the mean velocities of a step, v + ½Δt a with v the
+    /// `start_velocity` \[m/s\] and ½Δt = `half` \[s\], once `rates` are complete; and the power with which their
+    /// approach compresses it.
+    pub fn powers(&self, start_velocity: &[S::Vector], half: f64, rates: &[Rates<S>]) -> [f64; 2] {
+        let members = &self.selection.members;
+        let power = sph::sums::ordered_sum::<f64, _>(members.len(), |k| {
+            let i = members[k] as usize;
+            self.interface.force(k).dot(&(start_velocity[i] + rates[i].acceleration * half))
+        });
+        [power, self.compression_power]
+    }
+
     /// Meaning of the solid's density in the fluid's density gradient and diffusion.
     fn partner_density(&self) -> PartnerDensity {
         match self.coupling.law {
@@ -229,7 +259,7 @@ impl<S: FluidSpace> FluidInterface<S> {
     }
 
     /// Adds the solid's part to the rates, once for each fluid particle: continuity, diffusion and force, as far as
-    /// `part` has them.
+    /// `part` has them; that of continuity also to its own rates, where a stage computes all rates.
     ///
     /// ```text
     /// ρ_f Σ V_s v_fs·∇W  +  δ h c₀ Σ V_s [2 (ρ_f − ρ_s) x²/(x² + λh²) − 2 ∇ρ_f·x_fs] (dW/dr)/r
@@ -241,7 +271,7 @@ impl<S: FluidSpace> FluidInterface<S> {
         state: &FluidState<S>,
         part: StagePart,
         gradients: &Gradients<S>,
-        rates: &mut [Rates<S>],
+        (rates, by_continuity): (&mut [Rates<S>], &mut [f64]),
     ) {
         self.count_immersed(model);
         let diffusion =
@@ -275,11 +305,21 @@ impl<S: FluidSpace> FluidInterface<S> {
             let flow = flux * density_rate(rho, -continuity);
             *rate = [flow + diffusion * exchange, flow];
         });
+        if part != StagePart::Momentum {
+            let [own, _] = &self.states;
+            // V p/ρ dρ/dt
+            self.compression_power = sph::sums::ordered_sum::<f64, _>(own.len(), |k| {
+                let rho = own.density[k];
+                own.mass[k] * own.pressure[k] * self.density_rates[k][1] / (rho * rho)
+            });
+        }
         for (k, i) in self.selection.members.iter().enumerate() {
             let i = *i as usize;
             let [density, continuity] = self.density_rates[k];
             rates[i].density += density;
-            rates[i].continuity += continuity;
+            if let Some(own) = by_continuity.get_mut(i) {
+                *own += continuity;
+            }
             if part != StagePart::Density {
                 rates[i].acceleration += self.interface.force(k) / state.mass[i];
             }

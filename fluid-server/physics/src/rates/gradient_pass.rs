@@ -16,7 +16,7 @@ use crate::equations::damper::damper;
 use crate::equations::neighbour_sums::{
     LaneSums, NeighbourKind, NeighbourSums, Selected, SumKernel, SumSelection,
 };
-use crate::equations::stress::{momentum_tensor, transposed_stress, viscous_stress};
+use crate::equations::stress::{dissipation, momentum_tensor, transposed_stress, viscous_stress};
 use crate::equations::viscosity::corrected;
 use crate::equations::volume::volume_excess;
 use crate::free_surface::detection::Surface;
@@ -195,14 +195,19 @@ fn finish<S: FluidSpace, G: Geometry<S>>(
     } else {
         (RegularisationSums::default(), Surface::default())
     };
-    let viscous_stress = if model.viscosity == Viscosity::Stress {
-        viscous_stress::<S>(viscosity, S::matrix_times_symmetric(sums.velocity_gradient(), correction))
-    } else if model.viscosity == Viscosity::Pairwise {
-        let gradient = sums.velocity_gradient();
-        let corrected = trusted.map_or(gradient, |l| S::matrix_times_symmetric(gradient, l));
-        transposed_stress::<S>(viscosity, corrected)
-    } else {
-        S::zero_matrix()
+    let (viscous_stress, dissipation) = match model.viscosity {
+        Viscosity::Inviscid => (S::zero_matrix(), 0.0),
+        Viscosity::Stress => {
+            let gradient = S::matrix_times_symmetric(sums.velocity_gradient(), correction);
+            let stress = viscous_stress::<S>(viscosity, gradient);
+            (stress, dissipation::<S>(stress, gradient))
+        }
+        Viscosity::Pairwise => {
+            let gradient = sums.velocity_gradient();
+            let corrected = trusted.map_or(gradient, |l| S::matrix_times_symmetric(gradient, l));
+            let stress = transposed_stress::<S>(viscosity, corrected);
+            (stress, dissipation::<S>(stress, corrected))
+        }
     };
     // With leapfrog the pressure is not known yet.
     let tensor = if model.has_tensors() && !model.is_leapfrog() {
@@ -228,6 +233,7 @@ fn finish<S: FluidSpace, G: Geometry<S>>(
         correction,
         regularisation,
         viscous_stress,
+        dissipation,
         tensor,
         viscosity,
         density_rate,

@@ -41,6 +41,8 @@ pub struct Gradients<S: FluidSpace = Plane> {
     pub regularisation: Vec<RegularisationSums<S>>,
     /// Viscous stress τ of Eq. (4), or the part of it that the viscous pair force leaves out \[Pa\].
     pub viscous_stress: Vec<S::Matrix<f64>>,
+    /// Dissipation by it, τ:∇v \[W/m³\].
+    pub dissipation: Vec<f64>,
     /// T = −σ·L \[Pa\].
     pub tensor: Vec<S::Matrix<f64>>,
     /// Viscosity in the viscous pair force \[Pa s\].
@@ -58,6 +60,7 @@ pub struct GradientSlices<'a, S: FluidSpace> {
     correction: &'a mut [S::Symmetric<f64>],
     regularisation: &'a mut [RegularisationSums<S>],
     viscous_stress: &'a mut [S::Matrix<f64>],
+    dissipation: &'a mut [f64],
     tensor: &'a mut [S::Matrix<f64>],
     viscosity: &'a mut [f64],
     /// Rates whose density rate the pass computes, with leapfrog.
@@ -71,6 +74,7 @@ split_by_field!(GradientSlices<S> {
     correction,
     regularisation,
     viscous_stress,
+    dissipation,
     tensor,
     viscosity,
     rates
@@ -86,6 +90,7 @@ impl<S: FluidSpace> Default for Gradients<S> {
             correction: Vec::new(),
             regularisation: Vec::new(),
             viscous_stress: Vec::new(),
+            dissipation: Vec::new(),
             tensor: Vec::new(),
             viscosity: Vec::new(),
             merged: Vec::new(),
@@ -103,6 +108,7 @@ impl<S: FluidSpace> Gradients<S> {
         self.correction.resize(of(model.corrects_continuity()), S::zero_symmetric());
         self.regularisation.resize(of(model.regularises()), RegularisationSums::default());
         self.viscous_stress.resize(of(model.viscosity != Viscosity::Inviscid), S::zero_matrix());
+        self.dissipation.resize(of(model.viscosity != Viscosity::Inviscid), 0.0);
         self.tensor.resize(of(model.has_tensors()), S::zero_matrix());
         self.viscosity.resize(of(model.viscosity == Viscosity::Pairwise), 0.0);
     }
@@ -121,6 +127,7 @@ impl<S: FluidSpace> Gradients<S> {
             correction: &mut self.correction,
             regularisation: &mut self.regularisation,
             viscous_stress: &mut self.viscous_stress,
+            dissipation: &mut self.dissipation,
             tensor: &mut self.tensor,
             viscosity: &mut self.viscosity,
             rates,
@@ -164,6 +171,7 @@ impl<S: FluidSpace> Gradients<S> {
             + bytes(&self.correction)
             + bytes(&self.regularisation)
             + bytes(&self.viscous_stress)
+            + bytes(&self.dissipation)
             + bytes(&self.tensor)
             + bytes(&self.viscosity)
             + bytes(&self.merged)
@@ -183,6 +191,8 @@ pub struct ParticleGradients<S: FluidSpace> {
     pub regularisation: RegularisationSums<S>,
     /// Viscous stress \[Pa\].
     pub viscous_stress: S::Matrix<f64>,
+    /// Dissipation by it \[W/m³\].
+    pub dissipation: f64,
     /// T \[Pa\].
     pub tensor: S::Matrix<f64>,
     /// Viscosity \[Pa s\].
@@ -200,6 +210,7 @@ impl<S: FluidSpace> GradientSlices<'_, S> {
         put(self.correction, k, finished.correction);
         put(self.regularisation, k, finished.regularisation);
         put(self.viscous_stress, k, finished.viscous_stress);
+        put(self.dissipation, k, finished.dissipation);
         put(self.tensor, k, finished.tensor);
         put(self.viscosity, k, finished.viscosity);
         if let Some(rates) = self.rates.get_mut(k) {

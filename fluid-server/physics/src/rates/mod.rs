@@ -1,6 +1,8 @@
 //! The two passes over neighbours: gradients, then rates.
 
+pub mod energy;
 pub mod gradient_pass;
 pub mod gradients;
+pub mod lane_powers;
 pub mod particle_rates;
 pub mod rate_pass;

@@ -5,6 +5,7 @@ use std::ops::AddAssign;
 use sph::coupling::stage::Stage;
 use sph::space::{Plane, Space};
 
+use super::energy::ForcePowers;
 use crate::system::model::FluidModel;
 
 /// The part of the rates that a stage computes.
@@ -39,8 +40,8 @@ pub struct Rates<S: Space = Plane> {
     pub shift: S::Vector,
     /// Density rate \[kg/(m³ s)\].
     pub density: f64,
-    /// Part of it by continuity, Eq. (17), where a stage computes all rates \[kg/(m³ s)\].
-    pub continuity: f64,
+    /// Part of it by the volume correction \[kg/(m³ s)\].
+    pub volume: f64,
 }
 
 /// Sums over the particles of one task: forces \[N/m\], and torques about the domain's torque origin \[N\].
@@ -54,6 +55,8 @@ pub struct ExternalForces<S: Space = Plane> {
     pub stabilisers: Wrench<S>,
     /// Torque of the fluid's forces on itself, which do not all act along the line between two particles.
     pub own_torque: S::Spin,
+    /// Powers of all forces, in a corrector.
+    pub powers: ForcePowers,
 }
 
 impl<S: Space> AddAssign for ExternalForces<S> {
@@ -62,6 +65,7 @@ impl<S: Space> AddAssign for ExternalForces<S> {
         self.walls += other.walls;
         self.stabilisers += other.stabilisers;
         self.own_torque += other.own_torque;
+        self.powers += other.powers;
     }
 }
 

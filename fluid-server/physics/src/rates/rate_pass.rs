@@ -2,13 +2,16 @@
 
 use std::marker::PhantomData;
 
+use sph::coupling::ledger::EnergyAccount;
 use sph::lanes::{LanePass, Lanes, WIDTH};
 use sph::prescribed::body_force::BodyForceAt;
 use sph::space::Plane;
 use sph::space::geometry::Geometry;
 use sph::space::tensors::SpaceVector;
 
+use super::energy::{EnergyInput, ForcePowers, PairParts};
 use super::gradients::Gradients;
+use super::lane_powers::{ActivePowers, ForceBatch, LanePowers, MovingParticles};
 use super::particle_rates::{ExternalForces, Rates, StagePart, Wrench};
 use crate::boundary::repulsion::wall_repulsion;
 use crate::equations::continuity::density_rate;
@@ -18,6 +21,7 @@ use crate::equations::terms::{ActiveTerms, Continuity, ForceTerms, PairTerms, Te
 use crate::free_surface::shifting::{self, Regularisation};
 use crate::neighbours::batch::{NeighbourBatch, gather};
 use crate::neighbours::scene::Scene;
+use crate::system::lane_arrays::{get, numbers, vectors, weight};
 use crate::system::model::{FluidModel, Viscosity};
 use crate::system::packed_particle::{FluidSpace, NeighbourFields, Packed};
 use crate::system::state::FluidState;
@@ -39,14 +43,23 @@ pub struct StageFields<'a, G, S: FluidSpace = Plane> {
     pub time: f64,
     /// Part of the rates.
     pub part: StagePart,
+    /// What the energy budget needs, in a corrector.
+    pub energy: Option<EnergyInput<'a, S>>,
 }
 
 impl<S: FluidSpace, G: Geometry<S>> StageFields<'_, G, S> {
-    /// Rates by the fluid itself, walls, body force, damping and regularisation into `rates`; `external` gets the sums
-    /// of each task.
-    pub fn rates(&self, rates: &mut Vec<Rates<S>>, external: &mut Vec<ExternalForces<S>>) {
+    /// Rates by the fluid itself, walls, body force, damping and regularisation into `rates`; where a stage computes all
+    /// rates, the part of the density rate by continuity, Eq. (17), into `by_continuity` \[kg/(m³ s)\]; `external` gets the
+    /// sums of each task.
+    pub fn rates(
+        &self,
+        rates: &mut Vec<Rates<S>>,
+        by_continuity: &mut Vec<f64>,
+        external: &mut Vec<ExternalForces<S>>,
+    ) {
         let model = self.scene.model;
         rates.resize(self.scene.fluid.len(), Rates::default());
+        by_continuity.resize(if self.part == StagePart::Whole { rates.len() } else { 0 }, 0.0);
         if self.part == StagePart::Density {
             // The gradient pass has computed them.
             return;
@@ -58,7 +71,7 @@ impl<S: FluidSpace, G: Geometry<S>> StageFields<'_, G, S> {
             (_, false) => Continuity::Plain,
         };
         let terms = ActiveTerms { neighbour_fields: model.has_neighbour_fields(), continuity, forces };
-        terms.call(RatePass { fields: self, rates, external });
+        terms.call(RatePass { fields: self, rates, by_continuity, external });
     }
 
     #[inline(always)]
@@ -167,6 +180,70 @@ impl<S: FluidSpace, G: Geometry<S>> StageFields<'_, G, S> {
         S::plus_product(S::scaled(batch.v, along), S::dot(batch.v, normal), normal)
     }
 
+    /// Up to four particles from `first` on, of own `rates`, as the energy budget needs them.
+    #[inline(always)]
+    fn moving<L: Lanes>(
+        &self,
+        energy: &EnergyInput<'_, S>,
+        first: usize,
+        rates: &[Rates<S>],
+    ) -> MovingParticles<S, L> {
+        let [a, b, c, d] = get(rates, 0);
+        let mut acceleration = S::lanes([&a.acceleration, &b.acceleration, &c.acceleration, &d.acceleration]);
+        if !energy.by_solids.is_empty() {
+            acceleration = S::plus(acceleration, vectors::<S, L>(energy.by_solids, first));
+        }
+        let start = vectors::<S, L>(energy.start_velocity, first);
+        let velocities = get(self.scene.fluid, first).map(|particle| particle.velocity());
+        MovingParticles {
+            mass: numbers::<L>(&self.state.mass, first) * weight(0, rates.len()),
+            density: numbers(&self.state.density, first),
+            mean_velocity: S::plus(start, S::scaled(acceleration, L::splat(energy.half))),
+            velocity: S::lanes(velocities.each_ref()),
+            shift: S::lanes([&a.shift, &b.shift, &c.shift, &d.shift]),
+        }
+    }
+
+    /// What acoustic damper and viscous stress lose at particle `i`.
+    ///
+    /// ```text
+    /// V q²/(ρ α c₀ h),   V τ:∇v
+    /// ```
+    #[inline(always)]
+    fn add_losses(&self, powers: &mut ForcePowers, i: usize) {
+        let (model, particle) = (self.scene.model, &self.scene.fluid[i]);
+        if model.has_damper() {
+            let q = self.damper(i);
+            powers.damper += particle.volume() * q * q / (particle.density() * model.acoustic_diffusivity);
+        }
+        if let Some(dissipation) = self.gradients.dissipation.get(i) {
+            powers.stress += particle.volume() * dissipation;
+        }
+    }
+
+    /// Moves to the account of walls what those near particle `i` that move do by their motion.
+    fn credit_walls<L: Lanes, T: PairTerms>(
+        &self,
+        powers: &mut ForcePowers,
+        energy: &EnergyInput<'_, S>,
+        law: &LawLanes<L>,
+        i: usize,
+    ) {
+        let Scene { model, lists, fluid, .. } = self.scene;
+        let (own, rho, mass) = (self.own::<L, T>(i), fluid[i].density(), self.state.mass[i]);
+        for (wall, motion) in (0..).zip(energy.motions) {
+            let near = |w: usize| model.walls.wall[w] == wall;
+            let Some(motion) = motion.as_ref().filter(|_| lists.walls.neighbours(i).any(near)) else {
+                continue;
+            };
+            let sums = self.wall_sums::<L, T>(law, i, &own, Some(wall)).total();
+            let pairs = sums.stress_divergence / -rho;
+            let repulsion = wall_repulsion(&self.scene, self.field, i, Some(wall));
+            let velocity = motion.velocity_at(&fluid[i].position());
+            powers.credit_wall(mass, &velocity, &pairs, &PairParts::of(&sums, rho), &repulsion);
+        }
+    }
+
     /// Normal of the mirror of wall particle `w`; none for the one that does not act.
     fn mirror_normal(&self, w: usize) -> S::Vector {
         self.field.mirror_normal.get(w).copied().unwrap_or_default()
@@ -190,6 +267,7 @@ pub fn force_terms<S: FluidSpace>(model: &FluidModel<S>) -> ForceTerms {
 struct RatePass<'a, G, S: FluidSpace> {
     fields: &'a StageFields<'a, G, S>,
     rates: &'a mut [Rates<S>],
+    by_continuity: &'a mut [f64],
     external: &'a mut Vec<ExternalForces<S>>,
 }
 
@@ -197,18 +275,26 @@ impl<S: FluidSpace, G: Geometry<S>> TermsPass for RatePass<'_, G, S> {
     type Output = ();
 
     fn call<T: PairTerms>(self) {
-        let Self { fields, rates, external } = self;
+        let Self { fields, rates, by_continuity, external } = self;
         let Scene { model, fluid, .. } = fields.scene;
         let body_force = &model.body_force.at(fields.time);
-        for_each_task(
-            fluid.len(),
-            (rates, per_task(external, fluid.len())),
-            &|particles, (rates, external)| {
-                let (terms, first, PerTask(external)) = (PhantomData::<T>, particles.start, external);
-                let external = &mut external[0];
-                model.arithmetic.run(Evaluate { fields, terms, body_force, first, rates, external });
-            },
-        );
+        for_each_task(fluid.len(), ((rates, by_continuity), per_task(external, fluid.len())), &|particles,
+                                                                                                (
+            (rates, by_continuity),
+            external,
+        )| {
+            let (terms, first, PerTask(external)) = (PhantomData::<T>, particles.start, external);
+            let external = &mut external[0];
+            model.arithmetic.run(Evaluate {
+                fields,
+                terms,
+                body_force,
+                first,
+                rates,
+                by_continuity,
+                external,
+            });
+        });
     }
 }
 
@@ -219,6 +305,7 @@ struct Evaluate<'a, G, S: FluidSpace, T> {
     body_force: &'a BodyForceAt<'a, S>,
     first: usize,
     rates: &'a mut [Rates<S>],
+    by_continuity: &'a mut [f64],
     external: &'a mut ExternalForces<S>,
 }
 
@@ -227,12 +314,23 @@ impl<S: FluidSpace, G: Geometry<S>, T: PairTerms> LanePass for Evaluate<'_, G, S
 
     #[inline(always)]
     fn run<L: Lanes>(self) {
-        let Self { fields, body_force, first, rates, external, .. } = self;
+        let Self { fields, body_force, first, rates, by_continuity, external, .. } = self;
         let StageFields { scene, state, gradients, time, .. } = fields;
         let model = scene.model;
         let (damping, origin) = (model.damping_rate(*time), model.domain.torque_origin());
         let law = LawLanes::<L>::new(model);
-        for (k, rates) in rates.iter_mut().enumerate() {
+        let (mut powers, mut lost) = (LanePowers::<L>::none(), ForcePowers::default());
+        let mut batch = ForceBatch::<S>::default();
+        let active = ActivePowers {
+            drag: T::VISCOUS,
+            clumping: model.constants.artificial_pressure > 0.0,
+            body_force: model.energy_accounts.contains(&EnergyAccount::BodyForce),
+            damping: damping != 0.0,
+            regularisation: T::NEIGHBOUR_FIELDS && model.regularisation.is_some(),
+            scheme: fields.part == StagePart::Whole,
+        };
+        let count = rates.len();
+        for k in 0..count {
             let i = first + k;
             let own = fields.own::<L, T>(i);
             let sums = fields.fluid_sums::<L, T>(&law, i, &own).total();
@@ -240,9 +338,11 @@ impl<S: FluidSpace, G: Geometry<S>, T: PairTerms> LanePass for Evaluate<'_, G, S
             let by_fluid = sums.stress_divergence / -rho;
             // Most particles are far from walls.
             let (mut walls, mut by_walls) = (PairTotals::<S>::default(), S::Vector::zeros());
+            let mut repulsion = S::Vector::zeros();
             if !scene.lists.walls.of(i).is_empty() {
                 walls = fields.wall_sums::<L, T>(&law, i, &own, None).total();
-                by_walls = walls.stress_divergence / -rho + wall_repulsion(scene, fields.field, i, None);
+                repulsion = wall_repulsion(scene, fields.field, i, None);
+                by_walls = walls.stress_divergence / -rho + repulsion;
             }
             let body = body_force.acceleration(&state.position[i]);
             let mut regularisation = Regularisation::<S>::default();
@@ -252,22 +352,54 @@ impl<S: FluidSpace, G: Geometry<S>, T: PairTerms> LanePass for Evaluate<'_, G, S
                 regularisation = shifting::regularise::<S, L, G>(order, scene, i, all, near, sums);
             }
             let continuity = density_rate(rho, -(sums.continuity + walls.continuity));
-            *rates = Rates {
-                acceleration: by_fluid + by_walls + body - scene.fluid[i].velocity() * damping
-                    + regularisation.acceleration,
+            let damped = scene.fluid[i].velocity() * damping;
+            rates[k] = Rates {
+                acceleration: by_fluid + by_walls + body - damped + regularisation.acceleration,
                 shift: regularisation.shift,
                 density: continuity
                     + model.diffusion * (sums.diffusion + walls.diffusion)
                     + regularisation.density,
-                continuity,
+                volume: regularisation.density,
             };
+            if let Some(place) = by_continuity.get_mut(k) {
+                *place = continuity;
+            }
+            if let Some(energy) = &fields.energy {
+                let lane = k % WIDTH;
+                batch.forces[lane] = by_fluid + by_walls;
+                batch.artificial[lane] = sums.artificial + walls.artificial;
+                if T::VISCOUS {
+                    batch.drag[lane] = sums.drag + walls.drag;
+                }
+                if active.clumping {
+                    batch.clumping[lane] = sums.clumping + walls.clumping;
+                }
+                batch.repulsion[lane] = repulsion;
+                batch.near_walls |= !scene.lists.walls.of(i).is_empty();
+                if active.body_force {
+                    batch.body[lane] = body;
+                }
+                if active.regularisation {
+                    batch.regularisation[lane] = regularisation.acceleration;
+                    batch.advection[lane] = regularisation.advection;
+                }
+                if lane == WIDTH - 1 || k + 1 == count {
+                    let particles = fields.moving(energy, i - lane, &rates[k - lane..=k]);
+                    powers.add(&batch, &particles, (damping, &energy.falling), &active);
+                    batch.near_walls = false;
+                }
+                fields.add_losses(&mut lost, i);
+                if !energy.motions.is_empty() {
+                    fields.credit_walls::<L, T>(&mut lost, energy, &law, i);
+                }
+            }
             let (m, arm) = (state.mass[i], state.position[i] - origin);
-            *external += ExternalForces {
-                body: Wrench::at(&arm, body * m),
-                walls: Wrench::at(&arm, by_walls * m),
-                stabilisers: Wrench::at(&arm, regularisation.acceleration * m),
-                own_torque: S::cross(&arm, &(by_fluid * m)),
-            };
+            external.body += Wrench::at(&arm, body * m);
+            external.walls += Wrench::at(&arm, by_walls * m);
+            external.stabilisers += Wrench::at(&arm, regularisation.acceleration * m);
+            external.own_torque += S::cross(&arm, &(by_fluid * m));
         }
+        external.powers = powers.total();
+        external.powers += lost;
     }
 }

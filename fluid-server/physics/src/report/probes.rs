@@ -182,29 +182,30 @@ impl<S: Space> AddAssign for RegionSums<S> {
     }
 }
 
-/// Energies of all fluid; positions count as they are, unwrapped.
+/// Energies of all fluid as the energy budget takes them: gravity counts where it has a potential.
 pub fn energies<S: Space>(model: &FluidModel<S>, state: &FluidState<S>) -> Energies {
-    let gravity = model.body_force.gravity();
-    ordered_sum(state.len(), |i| energies_of(model, state, &gravity, i))
+    ordered_sum(state.len(), |i| energies_of(model, state, &model.falling, i))
 }
 
 /// Energies of particle `i`.
 #[inline(always)]
-fn energies_of<S: Space>(
+pub fn energies_of<S: Space>(
     model: &FluidModel<S>,
     state: &FluidState<S>,
     gravity: &S::Vector,
     i: usize,
 ) -> Energies {
     let (mass, density) = (state.mass[i], state.density[i]);
-    let mut internal = mass * model.equation_of_state.compression_energy(density);
-    if let (Some(law), Some(q)) = (&model.acoustic_relaxation, state.relaxation.get(i)) {
-        internal += law.stored_energy(*q, mass, density);
-    }
+    let internal = mass * model.equation_of_state.compression_energy(density);
+    let relaxation = match (&model.acoustic_relaxation, state.relaxation.get(i)) {
+        (Some(law), Some(q)) => law.stored_energy(*q, mass, density),
+        _ => 0.0,
+    };
     Energies {
         kinetic: 0.5 * mass * state.velocity[i].norm_squared(),
         potential: -mass * gravity.dot(&state.position[i]),
         internal,
+        relaxation,
     }
 }
 
@@ -262,7 +263,8 @@ impl<S: Space> RegionSums<S> {
         values.push(self.mass);
         values.extend_from_slice(self.momentum.row().as_ref());
         values.extend_from_slice(self.angular_momentum.row().as_ref());
-        values.extend([self.energies.kinetic, self.energies.potential, self.energies.internal]);
+        values.extend([self.energies.kinetic, self.energies.potential]);
+        values.extend([self.energies.internal + self.energies.relaxation]);
         values.extend_from_slice(centre.row().as_ref());
         values.extend_from_slice(spread.row().as_ref());
     }

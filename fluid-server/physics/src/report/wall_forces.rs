@@ -41,8 +41,15 @@ fn forces<S: FluidSpace, G: Geometry<S>>(
 ) -> Vec<S::Vector> {
     let Workspace { lists, fluid, walls, gradients, .. } = workspace;
     let scene = Scene { geometry, model, lists, fluid, walls: &walls.particles };
-    let fields =
-        StageFields { scene, state, field: &walls.field, gradients, time, part: StagePart::Momentum };
+    let fields = StageFields {
+        scene,
+        state,
+        field: &walls.field,
+        gradients,
+        time,
+        part: StagePart::Momentum,
+        energy: None,
+    };
     force_terms(model).call(WallForces { fields: &fields })
 }
 

@@ -1,5 +1,6 @@
 //! Builds model and first state from a set-up.
 
+use sph::coupling::ledger::{EnergyAccount, potential_gravity};
 use sph::kernel::{CubicSpline, PairKernel};
 use sph::lanes::Arithmetic;
 use sph::laws::repulsion::Repulsion;
@@ -26,6 +27,7 @@ pub fn build(
     if !errors.is_empty() {
         return Err(errors);
     }
+    let energy_accounts = EnergyAccount::of_fluid(&setup);
     let FluidSetup { run, parameters: constants, particles, .. } = setup;
     let h = constants.smoothing_length();
     let kernel = CubicSpline::new(h);
@@ -76,6 +78,8 @@ pub fn build(
             ViscousForm::Stress => Viscosity::Stress,
             ViscousForm::Pairwise => Viscosity::Pairwise,
         },
+        falling: potential_gravity::<Plane>(body_force.gravity(), |axis| run.domain.periodic[axis]),
+        energy_accounts,
         body_force,
         damping: setup.damping,
         regions: setup.regions,

@@ -1,5 +1,6 @@
 //! Constants of a run, checked once.
 
+use sph::coupling::ledger::EnergyAccount;
 use sph::kernel::{CubicSpline, PairKernel};
 use sph::lanes::Arithmetic;
 use sph::laws::acoustic_relaxation::AcousticRelaxation;
@@ -49,6 +50,10 @@ pub struct FluidModel<S: Space> {
     pub diffusion_form: DensityDiffusion,
     /// Form of viscosity.
     pub viscosity: Viscosity,
+    /// The part of gravity that has a potential: the domain is not periodic along it \[m/s²\].
+    pub falling: S::Vector,
+    /// Accounts of the energy budget that the case can have.
+    pub energy_accounts: Vec<EnergyAccount>,
     /// Body force.
     pub body_force: BodyForceField<S>,
     /// Linear damping of the start.

@@ -1,5 +1,6 @@
 //! The checkpoint form of the state: named arrays.
 
+use sph::coupling::ledger::EnergyTally;
 use sph::coupling::saved::{RestoreError, SavedState};
 use sph::space::Space;
 use sph::space::components::Components;
@@ -47,6 +48,7 @@ impl<S: Space> FluidState<S> {
         if !relaxation.is_empty() {
             saved.put_f64("fluid.relaxation", relaxation.iter().copied());
         }
+        self.energy.save("fluid.energy", saved);
         saved.put_u64("fluid.counts", [self.escaped, self.outflow, self.list_builds]);
     }
 
@@ -124,6 +126,7 @@ impl<S: Space> FluidState<S> {
             acceleration: saved.quantities("fluid.acceleration", kept)?,
             density_age,
             relaxation,
+            energy: EnergyTally::restored("fluid.energy", saved)?,
             escaped,
             outflow,
             list_builds,

@@ -1,6 +1,7 @@
 //! The state of the fluid: everything that a checkpoint must hold.
 
 use rayon::prelude::*;
+use sph::coupling::ledger::EnergyTally;
 use sph::laws::equation_of_state::Tait;
 use sph::space::Space;
 use sph::space::domain::Domain;
@@ -43,6 +44,8 @@ pub struct FluidState<S: Space> {
     pub density_age: f64,
     /// Pressure q of the acoustic relaxation \[Pa\]; empty without it.
     pub relaxation: Vec<f64>,
+    /// Energy at the start, and works and losses since.
+    pub energy: EnergyTally,
     /// Particles that crossed a wall or a closed side.
     pub escaped: u64,
     /// Particles that left over an open rim or through an outflow side.

@@ -1,5 +1,6 @@
 //! The acoustic damper: its effect, its limits and its momentum budget.
 
+use sph::coupling::ledger::EnergyAccount;
 use std::f64::consts::PI;
 
 use sph::coupling::solver::Solver;
@@ -68,7 +69,7 @@ fn sound_wave_decays(timing: FluidScheme, correction: GradientCorrection) {
     let mut solver = solver(setup);
     let energy = |solver: &crate::FluidSolver| {
         let energies = solver.energies();
-        energies.kinetic + energies.internal
+        energies.value(EnergyAccount::Kinetic) + energies.value(EnergyAccount::Compression)
     };
     let start = energy(&solver);
     run(&mut solver, steps, time_step);

@@ -1,6 +1,7 @@
 //! Divergence, lost particles and outflow.
 
 use sph::coupling::exchange::StateColumns;
+use sph::coupling::ledger::EnergyAccount;
 use sph::coupling::ledger::{Account, LedgerVector, StageBudget};
 use sph::coupling::solver::Solver;
 use sph::coupling::stage::Stage;
@@ -115,9 +116,9 @@ fn energies_are_those_of_the_particles_that_are_left() {
         try_step(&mut solver, step, 1e-4).unwrap();
         let (found, summed) = (solver.energies(), probes::energies(&solver.model, &solver.state));
         for (found, summed) in [
-            (found.kinetic, summed.kinetic),
-            (found.potential, summed.potential),
-            (found.internal, summed.internal),
+            (found.value(EnergyAccount::Kinetic), summed.kinetic),
+            (found.value(EnergyAccount::Potential), summed.potential),
+            (found.value(EnergyAccount::Compression), summed.internal),
         ] {
             // Two terms at most, in either order.
             assert!((found - summed).abs() <= 1e-15 * summed.abs(), "step {step}: {found} {summed}");

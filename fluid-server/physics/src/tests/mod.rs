@@ -6,6 +6,7 @@ mod conservation;
 mod coupling;
 mod damper;
 mod departures;
+mod energy;
 mod invariance;
 mod lists;
 mod relaxation;

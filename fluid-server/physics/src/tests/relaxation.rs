@@ -1,9 +1,11 @@
 //! Acoustic relaxation: its effect on sound, its limit, its state.
 
+use sph::coupling::ledger::EnergyAccount;
 use std::f64::consts::PI;
 
 use sph::coupling::saved::SavedState;
 use sph::coupling::solver::Solver;
+use sph::laws::acoustic_relaxation::LARGEST_TENSION;
 use sph::setup::{DensityDiffusion, FluidScheme, FluidSetup, GradientCorrection, WallCondition};
 use sph::space::Vector;
 
@@ -47,7 +49,9 @@ fn sound_decays_at_the_rate_of_the_maxwell_element() {
         let mut solver = solver(setup);
         let energy = |solver: &FluidSolver| {
             let energies = solver.energies();
-            energies.kinetic + energies.internal
+            energies.value(EnergyAccount::Kinetic)
+                + energies.value(EnergyAccount::Compression)
+                + energies.value(EnergyAccount::Relaxation)
         };
         // In a period q has forgotten that it was zero.
         run(&mut solver, steps / 2, time_step);
@@ -82,7 +86,7 @@ fn both_schemes_follow_the_same_pressure() {
 }
 
 #[test]
-fn it_makes_no_tension_and_the_budgets_close() {
+fn it_bears_little_tension_and_the_budgets_close() {
     for scheme in SCHEMES {
         let mut setup = empty_scene(0.02);
         relaxing(&mut setup, 1.0, 5e-3);
@@ -95,8 +99,9 @@ fn it_makes_no_tension_and_the_budgets_close() {
         let mut solver = solver(setup);
         assert!(largest_residual(&run(&mut solver, 20, 1e-4)) < 1e-12);
         let (state, law) = (&solver.state, &solver.model.equation_of_state);
+        let tension = LARGEST_TENSION * solver.model.bulk_modulus();
         for i in 0..state.len() {
-            assert!(state.pressure(law, i) >= law.pressure(state.density[i]).min(0.0));
+            assert!(state.pressure(law, i) >= law.pressure(state.density[i]).min(0.0) - tension);
         }
         assert!(state.relaxation.iter().any(|q| *q < -10.0) && state.relaxation.iter().any(|q| *q > 100.0));
     }

@@ -5,6 +5,7 @@ use sph::coupling::stage::{Stage, StageTime};
 use sph::space::Space;
 use sph::space::tensors::SpaceVector;
 
+use super::energy_budget;
 use super::momentum_budget::{AngularBudgetSums, MomentumBudget};
 use super::movement::{MotionSlices, Movement, StageSlices, Step};
 use super::stage::Workspace;
@@ -41,7 +42,20 @@ pub fn advance<S: FluidSpace>(
     time: &StageTime,
 ) -> StageBudget {
     let Workspace {
-        base, fluid, rates, interface, external, budget, findings, part, current, energies, ..
+        base,
+        fluid,
+        rates,
+        continuity,
+        interface,
+        external,
+        budget,
+        findings,
+        part,
+        current,
+        energies,
+        interface_powers,
+        predicted,
+        ..
     } = workspace;
     let n = state.len();
     if *part == StagePart::Whole {
@@ -66,13 +80,14 @@ pub fn advance<S: FluidSpace>(
         density_age: state.density_age,
         damping: model.damping_rate(time.state_time()),
         inverse_h: 1.0 / model.constants.smoothing_length(),
-        gravity: model.body_force.gravity(),
+        gravity: model.falling,
         origin: (!model.domain.is_periodic()).then(|| model.domain.torque_origin()),
         equation_of_state: model.equation_of_state,
         relaxation: model
             .acoustic_relaxation
             .map(|law| StageRelaxation::new(law, *part, state.density_age, time)),
         rates,
+        continuity,
         mass,
     };
     let slices = StageSlices {
@@ -102,6 +117,7 @@ pub fn advance<S: FluidSpace>(
     let interface = interface.as_ref().map(|interface| interface.sums()).unwrap_or_default();
     if *part == StagePart::Density {
         // The velocity of this stage is an extrapolation: no force has acted.
+        *predicted = total.compression;
         return StageBudget { interface, ..StageBudget::default() };
     }
     external.iter().for_each(|external| forces += *external);
@@ -110,6 +126,16 @@ pub fn advance<S: FluidSpace>(
         state.density_age = step.half;
     }
     let duration = step.duration;
+    if time.at.stage == Stage::Corrector {
+        let mut compression = total.compression;
+        if *part == StagePart::Momentum {
+            compression += *predicted;
+        }
+        let flows = &mut state.energy.flows;
+        forces.powers.enter(flows, duration);
+        energy_budget::enter_compression(flows, &compression);
+        energy_budget::enter_interface(flows, *interface_powers, duration);
+    }
     let removed = state.removed_momentum;
     let mut accounts = Accounts::default();
     accounts.add_force(Account::BodyForce, lifted(&forces.body.force));

@@ -2,6 +2,9 @@
 
 pub mod advance;
 pub mod checks;
+pub mod compression_budget;
+pub mod energy_budget;
+mod lane_rates;
 pub mod momentum_budget;
 pub mod movement;
 pub mod stage;

@@ -6,6 +6,7 @@ use sph::coupling::ledger::Energies;
 use sph::lanes::Lanes;
 use sph::space::Space;
 
+use super::compression_budget::CompressionBudget;
 use crate::system::lane_arrays::largest;
 
 /// Forces of a stage and the change of momentum by them, summed over particles.
@@ -25,6 +26,8 @@ pub struct MomentumBudget<S: Space> {
     pub angular: AngularBudgetSums<S>,
     /// Of the state that ends a step \[J/m\].
     pub energies: Energies,
+    /// What the stage did to the compression of the fluid.
+    pub compression: CompressionBudget,
 }
 
 impl<S: Space> AddAssign for MomentumBudget<S> {
@@ -36,6 +39,7 @@ impl<S: Space> AddAssign for MomentumBudget<S> {
         self.gross_momentum += other.gross_momentum;
         self.angular += other.angular;
         self.energies += other.energies;
+        self.compression += other.compression;
     }
 }
 
@@ -134,6 +138,8 @@ pub struct LaneMomentumBudget<S: Space, L: Lanes> {
     pub potential: L,
     /// Energy of compression \[J/m\].
     pub internal: L,
+    /// What the acoustic relaxation stores \[J/m\].
+    pub relaxation: L,
 }
 
 impl<S: Space, L: Lanes> LaneMomentumBudget<S, L> {
@@ -151,16 +157,17 @@ impl<S: Space, L: Lanes> LaneMomentumBudget<S, L> {
             kinetic: zero,
             potential: zero,
             internal: zero,
+            relaxation: zero,
         }
     }
 
-    /// Over all lanes.
+    /// Over all lanes; `compression` is kept apart.
     #[inline(always)]
-    pub fn total(&self) -> MomentumBudget<S> {
+    pub fn total(&self, compression: CompressionBudget) -> MomentumBudget<S> {
         let [damping, momentum] = S::vector_sums(self.damping, self.momentum);
         let [gross, gross_momentum, kinetic, potential] =
             L::sums([self.gross, self.gross_momentum, self.kinetic, self.potential]);
-        let [internal, ..] = L::sums([self.internal, L::zero(), L::zero(), L::zero()]);
+        let [internal, relaxation, ..] = L::sums([self.internal, self.relaxation, L::zero(), L::zero()]);
         MomentumBudget {
             damping: S::vector(damping),
             gross,
@@ -168,7 +175,8 @@ impl<S: Space, L: Lanes> LaneMomentumBudget<S, L> {
             momentum: S::vector(momentum),
             gross_momentum,
             angular: self.angular.total(),
-            energies: Energies { kinetic, potential, internal },
+            energies: Energies { kinetic, potential, internal, relaxation },
+            compression,
         }
     }
 }

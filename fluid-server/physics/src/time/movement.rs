@@ -6,6 +6,8 @@ use sph::laws::equation_of_state::Tait;
 use sph::space::Space;
 
 use super::checks::{LaneScanFindings, Motion, ScanFindings};
+use super::compression_budget::{DensityChange, LaneCompressionBudget};
+use super::lane_rates::LaneRates;
 use super::momentum_budget::{LaneAngularBudget, LaneMomentumBudget, MomentumBudget};
 use super::stage_relaxation::StageRelaxation;
 use super::state_scan::StateScan;
@@ -72,41 +74,54 @@ impl<S: FluidSpace, const RELAXES: bool> LanePass for Movement<'_, S, RELAXES> {
             slices;
         let count = fluid.len();
         let relaxation = if RELAXES { step.relaxation } else { None };
+        let mut compression = LaneCompressionBudget::<L>::none();
         let (mut budget, mut findings) = (LaneMomentumBudget::<S, L>::none(), LaneScanFindings::<L>::none());
         for k in (0..count).step_by(WIDTH) {
             let i = first + k;
             let (rates, mass) = (LaneRates::<S, L>::of(get(step.rates, i)), numbers::<L>(step.mass, i));
             let start = Motion::<S, L>::get(&motion, k);
             let (mut extrapolated, mut q) = (None, None);
-            let end = match step.part {
+            let weighted = mass * weight(k, count);
+            // Where this stage starts, and how it changes the density.
+            let (end, from, change) = match step.part {
                 StagePart::Whole => {
                     if step.stage == Stage::Predictor {
                         start.put(&mut start_of_step, k);
                     }
+                    let rate = numbers(step.continuity, i);
                     if let Some(law) = &relaxation {
                         if step.stage == Stage::Predictor {
                             put(start_of_step.relaxation, k, get(motion.relaxation, k));
                         }
-                        let rate = L::from_array(get(step.rates, i).map(|rates| rates.continuity));
-                        q = Some(law.advanced(numbers(start_of_step.relaxation, k), rate));
+                        let q_0 = numbers(start_of_step.relaxation, k);
+                        compression.relaxes(law.lost(q_0, rate, weighted, start.rho));
+                        q = Some(law.advanced(q_0, rate));
                     }
                     let base = Motion::get(&start_of_step, k);
                     let end = step.whole(&rates, &base, start.v);
                     let particles = StageParticles::of(get(fluid, k), mass, weight(k, count));
                     let path = Path { base: &base, stage: start.x, end: &end };
                     step.account_for(&particles, &rates, &path, &mut budget);
-                    end
+                    let duration = step.duration;
+                    (end, base.rho, rates.change(rate * L::splat(duration), rates.density - rate, duration))
                 }
                 StagePart::Density => {
                     let (before, kept) = (numbers(density_rate, k), rates.density);
                     let end = step.density(&rates, &start, before);
                     if let Some(law) = &relaxation {
-                        q = Some(law.predicted(numbers(motion.relaxation, k), kept, before));
+                        let q_0 = numbers(motion.relaxation, k);
+                        compression.relaxes(law.lost(
+                            law.corrected(q_0, kept, before),
+                            kept,
+                            weighted,
+                            start.rho,
+                        ));
+                        q = Some(law.predicted(q_0, kept, before));
                     }
                     put(density_rate, k, kept.to_array());
                     let acceleration = vectors::<S, L>(acceleration, k);
                     extrapolated = Some(add::<S, L>(end.v, acceleration, L::splat(step.half)));
-                    end
+                    (end, start.rho, DensityChange::by_continuity(step.predicted_change(kept, before)))
                 }
                 StagePart::Momentum => {
                     let end = step.momentum(&rates, &start, numbers(density_rate, k));
@@ -115,10 +130,13 @@ impl<S: FluidSpace, const RELAXES: bool> LanePass for Movement<'_, S, RELAXES> {
                     let path = Path { base: &start, stage: start.x, end: &end };
                     step.account_for(&particles, &rates, &path, &mut budget);
                     put(acceleration, k, rates.own_acceleration);
+                    let rate = numbers(density_rate, k);
                     if let Some(law) = &relaxation {
-                        q = Some(law.advanced(numbers(motion.relaxation, k), numbers(density_rate, k)));
+                        let q_0 = numbers(motion.relaxation, k);
+                        compression.relaxes(law.lost(q_0, rate, weighted, start.rho));
+                        q = Some(law.advanced(q_0, rate));
                     }
-                    end
+                    (end, start.rho, rates.change(rate * L::splat(step.half), rates.density, step.duration))
                 }
             };
             // Moves at known velocities are known beforehand.
@@ -126,16 +144,20 @@ impl<S: FluidSpace, const RELAXES: bool> LanePass for Movement<'_, S, RELAXES> {
                 findings.add_move::<S>(S::minus(end.x, start.x));
             }
             end.put(&mut motion, k);
-            if let (Some(law), Some(new)) = (&relaxation, q) {
-                let new = law.limited(new, step.equation_of_state.pressures(end.rho));
+            let mut pressure = scan.pressures(end.rho);
+            let states = [(from, scan.pressures(from)), (end.rho, pressure)];
+            compression.compresses(weighted, states, &change);
+            if let (Some(law), Some(free)) = (&relaxation, q) {
+                let new = law.limited(free, pressure);
                 put(motion.relaxation, k, new.to_array());
-                let stored = law.law.stored_energy(new, mass * weight(k, count), end.rho);
-                budget.internal = budget.internal + stored;
-                q = Some(new);
+                let stored = law.law.stored_energy(new, weighted, end.rho);
+                compression.relaxes(law.law.stored_energy(free, weighted, end.rho) - stored);
+                budget.relaxation = budget.relaxation + stored;
+                pressure = pressure + new;
             }
-            put(fluid, k, scan.pack(i, &end, mass, extrapolated, q, &mut findings));
+            put(fluid, k, scan.pack(i, &end, mass, extrapolated, pressure, &mut findings));
         }
-        (slices.budget.0[0], slices.findings.0[0]) = (budget.total(), findings.total());
+        (slices.budget.0[0], slices.findings.0[0]) = (budget.total(compression.total()), findings.total());
     }
 }
 
@@ -157,27 +179,6 @@ impl<S: FluidSpace, L: Lanes> Motion<S, L> {
         put(to.position, k, pairs.map(|[x, _]| x));
         put(to.velocity, k, pairs.map(|[_, v]| v));
         put(to.density, k, self.rho.to_array());
-    }
-}
-
-/// [`Rates`] of four particles.
-struct LaneRates<S: Space, L: Lanes> {
-    acceleration: S::Of<L>,
-    shift: S::Of<L>,
-    density: L,
-    own_acceleration: [S::Vector; WIDTH],
-}
-
-impl<S: Space, L: Lanes> LaneRates<S, L> {
-    #[inline(always)]
-    fn of([a, b, c, d]: [Rates<S>; WIDTH]) -> Self {
-        let own_acceleration = [a.acceleration, b.acceleration, c.acceleration, d.acceleration];
-        Self {
-            acceleration: S::lanes(own_acceleration.each_ref()),
-            shift: S::lanes([&a.shift, &b.shift, &c.shift, &d.shift]),
-            density: L::from_array([a.density, b.density, c.density, d.density]),
-            own_acceleration,
-        }
     }
 }
 
@@ -225,7 +226,7 @@ pub struct Step<'a, S: Space> {
     pub damping: f64,
     /// 1/h \[1/m\].
     pub inverse_h: f64,
-    /// Constant part of the body force \[m/s²\].
+    /// The part of gravity that has a potential \[m/s²\].
     pub gravity: S::Vector,
     /// Point about which torques are taken; `None` leaves angular momentum out \[m\].
     pub origin: Option<S::Vector>,
@@ -235,6 +236,8 @@ pub struct Step<'a, S: Space> {
     pub relaxation: Option<StageRelaxation>,
     /// Rates of all particles.
     pub rates: &'a [Rates<S>],
+    /// The part of their density rates by continuity, where the stage has computed all rates \[kg/(m³ s)\].
+    pub continuity: &'a [f64],
     /// Mass per depth of all particles \[kg/m\].
     pub mass: &'a [f64],
 }
@@ -268,9 +271,15 @@ impl<S: Space> Step<'_, S> {
     /// The predictor of leapfrog; `before` is the density rate at the start of the step before.
     #[inline(always)]
     fn density<L: Lanes>(&self, rates: &LaneRates<S, L>, start: &Motion<S, L>, before: L) -> Motion<S, L> {
-        let (half, rate) = (L::splat(self.half), rates.density);
-        let since = L::splat(self.density_age) * (rate - before) + half * rate;
-        Motion { x: add::<S, L>(start.x, start.v, half), v: start.v, rho: start.rho + since }
+        let since = self.predicted_change(rates.density, before);
+        Motion { x: add::<S, L>(start.x, start.v, L::splat(self.half)), v: start.v, rho: start.rho + since }
+    }
+
+    /// Change of the density in the predictor of leapfrog \[kg/m³\] at a density `rate`, that at the start of the step
+    /// before having been `before`.
+    #[inline(always)]
+    fn predicted_change<L: Lanes>(&self, rate: L, before: L) -> L {
+        L::splat(self.density_age) * (rate - before) + L::splat(self.half) * rate
     }
 
     /// The corrector of leapfrog, from the density rate of the predictor.

@@ -3,17 +3,19 @@
 use sph::coupling::exchange::StateColumns;
 use sph::coupling::ledger::Energies;
 use sph::coupling::solver::Divergence;
-use sph::coupling::stage::StageTime;
+use sph::coupling::stage::{Stage, StageTime};
 use sph::lanes::{LanePass, Lanes, WIDTH};
 use sph::space::geometry::{Geometry, Open, Periodic};
 
 use super::checks::{LaneScanFindings, Motion, ScanFindings};
+use super::compression_budget::CompressionBudget;
 use super::momentum_budget::MomentumBudget;
 use super::state_scan::StateScan;
 use crate::boundary::wall_states::WallStates;
 use crate::interface::fluid_interface::FluidInterface;
 use crate::neighbours::lists::{Lists, Moves};
 use crate::neighbours::scene::Scene;
+use crate::rates::energy::EnergyInput;
 use crate::rates::gradients::{Gradients, Partner};
 use crate::rates::particle_rates::{ExternalForces, Rates, StagePart};
 use crate::rates::rate_pass::StageFields;
@@ -44,10 +46,16 @@ pub struct Workspace<S: FluidSpace> {
     pub part: StagePart,
     /// Rates of the stage.
     pub rates: Vec<Rates<S>>,
+    /// The part of the density rates by continuity, Eq. (17), where a stage computes all rates \[kg/(m³ s)\].
+    pub continuity: Vec<f64>,
     /// External forces, by task.
     pub external: Vec<ExternalForces<S>>,
     /// Momentum budget of the stage, by task.
     pub budget: Vec<MomentumBudget<S>>,
+    /// Power of solids on the fluid in the corrector, and that of the compression by their approach \[W/m\].
+    pub interface_powers: [f64; 2],
+    /// What the predictor of leapfrog did to the compression of the fluid.
+    pub predicted: CompressionBudget,
     /// Findings of the last scan of the particles, by task.
     pub findings: Vec<ScanFindings>,
     /// Energies of the state that ended the last step \[J/m\], unless it has changed since.
@@ -72,6 +80,7 @@ impl<S: FluidSpace> Workspace<S> {
             + size_of::<S::Particle>() * self.fluid.capacity()
             + self.gradients.bytes()
             + size_of::<Rates<S>>() * self.rates.capacity()
+            + size_of::<f64>() * self.continuity.capacity()
     }
 
     /// Checks the state, places the walls, rebuilds the lists where needed and computes pressures.
@@ -161,7 +170,7 @@ impl<S: FluidSpace> Workspace<S> {
         &mut self,
         model: &FluidModel<S>,
         state: &FluidState<S>,
-        time: f64,
+        time: &StageTime,
         own: &StateColumns,
         partner: &StateColumns,
     ) {
@@ -177,13 +186,25 @@ impl<S: FluidSpace> Workspace<S> {
         geometry: G,
         model: &FluidModel<S>,
         state: &FluidState<S>,
-        time: f64,
+        stage: &StageTime,
         [own, partner]: [&StateColumns; 2],
     ) {
         let Self {
-            lists, fluid, walls, gradients, computes_gradients, part, interface, rates, external, ..
+            lists,
+            fluid,
+            walls,
+            gradients,
+            computes_gradients,
+            part,
+            interface,
+            rates,
+            continuity,
+            external,
+            base,
+            interface_powers,
+            ..
         } = self;
-        let part = *part;
+        let (part, time) = (*part, stage.state_time());
         let scene = Scene { geometry, model, lists, fluid, walls: &walls.particles };
         if let Some(interface) = interface {
             interface.update(time, own, partner);
@@ -197,9 +218,25 @@ impl<S: FluidSpace> Workspace<S> {
         if part != StagePart::Density {
             gradients.find_near_surface(&scene);
         }
-        StageFields { scene, state, field: &walls.field, gradients, time, part }.rates(rates, external);
+        // Leapfrog has not moved velocities since the start of the step.
+        let start_velocity = if part == StagePart::Whole { &base.velocity } else { &state.velocity };
+        let motions = model.walls.motions_at(time);
+        let half = 0.5 * stage.time_step;
+        let energy = (stage.at.stage == Stage::Corrector).then(|| EnergyInput {
+            start_velocity,
+            half,
+            by_solids: interface.as_mut().map_or(&[], |interface| interface.accelerations(state)),
+            falling: model.falling,
+            motions: &motions,
+        });
+        let moves = energy.is_some();
+        StageFields { scene, state, field: &walls.field, gradients, time, part, energy }
+            .rates(rates, continuity, external);
         if let Some(interface) = interface {
-            interface.add_rates(model, state, part, gradients, rates);
+            interface.add_rates(model, state, part, gradients, (rates, continuity));
+            if moves {
+                *interface_powers = interface.powers(start_velocity, half, rates);
+            }
         }
     }
 
@@ -241,7 +278,15 @@ impl<S: FluidSpace> LanePass for PackPass<'_, S> {
                 extrapolated = Some(S::plus(motion.v, gained));
             }
             let q = if relaxation.is_empty() { None } else { Some(numbers(relaxation, i)) };
-            put(self.packed, k, scan.pack(i, &motion, numbers(mass, i), extrapolated, q, &mut findings));
+            let mut pressure = scan.pressures(motion.rho);
+            if let Some(q) = q {
+                pressure = pressure + q;
+            }
+            put(
+                self.packed,
+                k,
+                scan.pack(i, &motion, numbers(mass, i), extrapolated, pressure, &mut findings),
+            );
         }
         findings.total()
     }

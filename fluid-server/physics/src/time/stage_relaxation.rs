@@ -2,7 +2,7 @@
 
 use sph::coupling::stage::StageTime;
 use sph::lanes::Lanes;
-use sph::laws::acoustic_relaxation::{AcousticRelaxation, Relaxed, without_tension};
+use sph::laws::acoustic_relaxation::{AcousticRelaxation, Relaxed};
 
 use crate::rates::particle_rates::StagePart;
 
@@ -40,12 +40,25 @@ impl StageRelaxation {
     /// The same in the predictor of leapfrog; `before` is the density rate at the start of the step before.
     #[inline(always)]
     pub fn predicted<L: Lanes>(&self, q: L, rate: L, before: L) -> L {
-        self.advanced(q + self.since.gain(rate - before), rate)
+        self.advanced(self.corrected(q, rate, before), rate)
+    }
+
+    /// What the element loses in the stage on the way to [`Self::advanced`] \[J/m\]; `q`, `rate`, mass and density as
+    /// in [`Relaxed::lost`].
+    #[inline(always)]
+    pub fn lost<L: Lanes>(&self, q: L, rate: L, mass: L, density: L) -> L {
+        self.ahead.lost(q, rate, mass, density)
+    }
+
+    /// q of the predictor of leapfrog with the new rate in place of the one `before`, from which it is advanced.
+    #[inline(always)]
+    pub fn corrected<L: Lanes>(&self, q: L, rate: L, before: L) -> L {
+        q + self.since.gain(rate - before)
     }
 
     /// `q` within its limit, where Eq. (3) gives `pressure` \[Pa\].
     #[inline(always)]
     pub fn limited<L: Lanes>(&self, q: L, pressure: L) -> L {
-        without_tension(q, pressure)
+        self.law.limited(q, pressure)
     }
 }

@@ -32,8 +32,8 @@ impl<'a, S: FluidSpace> StateScan<'a, S> {
 
     /// Packs the particles from `first` on, of `mass` per depth \[kg/m\], and adds what is found of them to `findings`.
     ///
-    /// Pair sums read `velocity` \[m/s\], or by default their own, and the pressure with `relaxation` q \[Pa\]. No product is fused with a sum: the state has the
-    /// same bits on each path.
+    /// Pair sums read `velocity` \[m/s\], or by default their own, and `pressure` \[Pa\], with that of the acoustic
+    /// relaxation. No product is fused with a sum: the state has the same bits on each path.
     #[inline(always)]
     pub fn pack<L: Lanes>(
         &self,
@@ -41,7 +41,7 @@ impl<'a, S: FluidSpace> StateScan<'a, S> {
         motion: &Motion<S, L>,
         mass: L,
         velocity: Option<S::Of<L>>,
-        relaxation: Option<L>,
+        pressure: L,
         findings: &mut LaneScanFindings<L>,
     ) -> [S::Particle; WIDTH] {
         let Motion { x, v: own_velocity, rho: density } = *motion;
@@ -50,12 +50,14 @@ impl<'a, S: FluidSpace> StateScan<'a, S> {
             Some(velocity) => velocity,
             None => own_velocity,
         };
-        let mut pressure = self.equation_of_state.pressures(density);
-        if let Some(q) = relaxation {
-            pressure = pressure + q;
-        }
         let motion = LaneMotion { x, v };
         S::Particle::pack(LaneParticles { motion, density, pressure, volume: mass / density })
+    }
+
+    /// Eq. (3) \[Pa\] of densities \[kg/m³\].
+    #[inline(always)]
+    pub fn pressures<L: Lanes>(&self, density: L) -> L {
+        self.equation_of_state.pressures(density)
     }
 
     /// Displacement of particles since the lists were built \[m\].

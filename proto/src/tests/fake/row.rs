@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use sph::coupling::exchange::{Column, Extent, StateColumns};
-use sph::coupling::ledger::{Energies, InterfaceSums, StageBudget, axial, lifted};
+use sph::coupling::ledger::{EnergyReport, InterfaceSums, StageBudget, axial, lifted};
 use sph::coupling::saved::{RestoreError, SavedState};
 use sph::coupling::solver::{Counts, Divergence, Field, ParticleFields, Role, Solver};
 use sph::coupling::stage::{Stage, StageTime};
@@ -211,8 +211,8 @@ impl Solver for Row {
         Ok(())
     }
 
-    fn energies(&self) -> Energies {
-        Energies::default()
+    fn energies(&self) -> EnergyReport {
+        EnergyReport::default()
     }
 
     fn probes(&self, time: f64, values: &mut Vec<f64>) {

@@ -99,7 +99,12 @@ pub(crate) fn solid_setup(run: RunSetup) -> ParticipantSetup {
         particle_spacing: 0.01,
         bodies: vec![BodySetup {
             name: "row".into(),
-            material: ElasticParameters { density: 1100.0, bulk_modulus: 2e7, shear_modulus: 4e6 },
+            material: ElasticParameters {
+                density: 1100.0,
+                bulk_modulus: 2e7,
+                shear_modulus: 4e6,
+                plane: sph::setup::PlaneState::Strain,
+            },
             formulation: Formulation::Rigid,
             supports: Vec::new(),
             acceleration: None,

@@ -197,6 +197,7 @@ pub fn build_contact<S: SolidSpace>(setup: &SolidSetup) -> ContactModel {
                 friction: law.friction,
                 fields,
                 self_contact_distance,
+                start: Vec::new(),
             })
         }
         ContactLaw::Sums => {

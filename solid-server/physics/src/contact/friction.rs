@@ -23,6 +23,9 @@ pub enum Owner {
 /// Identity of a contact: the particle, or the number of particles plus the index of a wall particle, and its partner.
 pub type ContactKey = (u32, Owner);
 
+/// Depths in contact of bodies as they are laid out, ascending by key \[m\].
+pub type StartDepths = Vec<(ContactKey, f64)>;
+
 /// Coulomb friction with stick, between a particle and the patch of particles that it is in contact with.
 ///
 /// ```text

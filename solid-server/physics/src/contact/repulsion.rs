@@ -8,7 +8,7 @@ use sph::space::tensors::SpaceVector;
 use crate::boundary::walls::WallState;
 use crate::contact::density_field::{DensityField, DensityFields, Spring};
 use crate::contact::friction::{
-    ContactKey, Friction, FrictionConstants, Owner, RelativeState, TangentialSprings,
+    ContactKey, Friction, FrictionConstants, Owner, RelativeState, StartDepths, TangentialSprings,
 };
 use crate::formulations::body::Body;
 use crate::neighbours::lists::{ContactLists, TASK};
@@ -32,7 +32,9 @@ use crate::space::SolidSpace;
 /// penetrate the other. ζ is a fraction of critical damping for the reduced mass m of two particles. The force sets
 /// in without a jump and stiffens without bound up to where rows coincide, so that bodies do not pass through each
 /// other. Friction is that of [`Friction`].
-#[derive(Clone, Copy, Debug)]
+///
+/// A particle that lies in another body or wall as they are laid out, by δ₀, has depth δ − δ₀ and contact distance d − δ₀.
+#[derive(Clone, Debug)]
 pub struct Repulsion {
     /// Stiffness k as a fraction of the bulk modulus \[-\].
     pub stiffness: f64,
@@ -43,6 +45,8 @@ pub struct Repulsion {
     pub fields: DensityFields,
     /// Undeformed distance \[m\] from which parts of one body can be in contact; `None` without self-contact.
     pub self_contact_distance: Option<f64>,
+    /// Depths of the bodies as they are laid out, from which forces are measured.
+    pub start: StartDepths,
 }
 
 /// A particle that lies in a body or wall.
@@ -86,11 +90,12 @@ struct ContactConstants {
 }
 
 impl<S: SolidSpace> Contact<S> {
-    /// Force \[N/m\] of the particle on a particle at x_sj \[m\] of its partner.
+    /// Force \[N/m\] of the particle on a particle at x_sj \[m\] of its partner, and the part of it by friction.
     #[inline]
-    fn on_neighbour(&self, field: &DensityField, x_sj: &S::Vector) -> S::Vector {
+    fn on_neighbour(&self, field: &DensityField, x_sj: &S::Vector) -> [S::Vector; 2] {
         let r = x_sj.norm();
-        *x_sj * (self.slope * field.gradient_factor(r)) + self.friction.reaction(field, x_sj, r)
+        let friction = self.friction.reaction(field, x_sj, r);
+        [*x_sj * (self.slope * field.gradient_factor(r)) + friction, friction]
     }
 
     /// Bound of the contribution of one neighbour at distance `r` \[m\] to the stiffness of its contact \[Pa\].
@@ -217,6 +222,18 @@ impl Repulsion {
         }
     }
 
+    /// Depth of a contact as the bodies are laid out \[m\].
+    fn start_depth(&self, key: &ContactKey) -> f64 {
+        self.start.binary_search_by_key(key, |(key, _)| *key).map_or(0.0, |k| self.start[k].1)
+    }
+
+    /// Depths of all contacts, ascending by key \[m\].
+    pub fn depths<S: SolidSpace>(&self, at: &ContactStage<'_, S>) -> StartDepths {
+        let mut contacts = Contacts { found: Vec::new(), tasks: Vec::new() };
+        self.find_contacts(at, &TangentialSprings::default(), &mut contacts);
+        contacts.found.iter().map(|contact| (contact.key, contact.depth)).collect()
+    }
+
     /// Constants of the contact of `body` with `other` or a wall.
     fn constants<S: SolidSpace>(
         &self,
@@ -245,6 +262,11 @@ impl Repulsion {
         if depth <= 0.0 {
             return None;
         }
+        let start = self.start_depth(&key).min(S::STIFFEST_DEPTH * field.distance);
+        let depth = depth - start;
+        if depth <= 0.0 {
+            return None;
+        }
         let (mut gradient, mut rate, mut reach) = (S::Vector::zeros(), 0.0, 0.0);
         for (x, v) in near.clone() {
             let part = x * field.gradient_factor(x.norm());
@@ -252,7 +274,7 @@ impl Repulsion {
             rate += part.dot(&v);
             reach += part.norm();
         }
-        let (distance, gain) = (field.distance, field.gain);
+        let (distance, gain) = (field.distance - start, field.gain);
         let spring = Spring::new::<S>(constants.stiffness, depth, distance);
         let dashpot = 2.0 * self.damping * (constants.stiffness * constants.mass).sqrt();
         // Within the spring's force: no jump at the onset, no attraction at the end, the same relative loss at any speed.
@@ -281,6 +303,8 @@ impl Repulsion {
         i: usize,
     ) -> ContactForces<S> {
         let mut sums = ContactForces::default();
+        let (mut of_bodies, mut of_walls) = (S::Vector::zeros(), S::Vector::zeros());
+        let (mut wall_power, mut wall_friction_power) = (0.0, 0.0);
         let own = |key: ContactKey| {
             contacts.binary_search_by_key(&key, |contact| contact.key).ok().map(|k| &contacts[k])
         };
@@ -289,34 +313,43 @@ impl Repulsion {
         let mut add = |contact: &Contact<S>, field: &DensityField, x_ij: &S::Vector, sign: f64| {
             let (r, x_sj) = (x_ij.norm(), *x_ij * sign);
             if r >= field.support {
-                return S::Vector::zeros();
+                return [S::Vector::zeros(); 2];
             }
             sums.stiffness += contact.stiffness_at(field, r);
             sums.depth = sums.depth.max(contact.depth);
-            contact.on_neighbour(field, &x_sj) * -sign
+            let [force, friction] = contact.on_neighbour(field, &x_sj).map(|force| force * -sign);
+            sums.friction += friction;
+            [force, friction]
         };
         for (other, group) in at.by_body(at.lists.bodies.of(i)) {
             let contact = own((i as u32, Owner::Body(other)));
             for &j in group {
                 let x_ij = at.near(i, j as usize).0;
                 if let Some(contact) = contact {
-                    sums.bodies += add(contact, &self.fields.bodies, &x_ij, 1.0);
+                    let [force, _] = add(contact, &self.fields.bodies, &x_ij, 1.0);
+                    of_bodies += force;
                 }
                 if let Some(contact) = own((j, body)) {
-                    sums.bodies += add(contact, &self.fields.bodies, &x_ij, -1.0);
+                    let [force, _] = add(contact, &self.fields.bodies, &x_ij, -1.0);
+                    of_bodies += force;
                 }
             }
         }
         let contact = own((i as u32, Owner::Walls));
         for w in at.walls_of(i) {
-            let x_iw = at.near_wall(i, w).0;
+            let (x_iw, v_w) = (at.near_wall(i, w).0, at.walls.velocity[w]);
+            let mut take = |[force, friction]: [S::Vector; 2]| {
+                of_walls += force;
+                wall_power += force.dot(&v_w);
+                wall_friction_power += friction.dot(&v_w);
+            };
             if let Some(contact) = contact {
-                sums.walls += add(contact, &self.fields.walls, &x_iw, 1.0);
+                take(add(contact, &self.fields.walls, &x_iw, 1.0));
             }
             if let Some(contact) = own(((at.constants.len() + w) as u32, body)) {
-                sums.walls += add(contact, &self.fields.bodies_from_walls, &x_iw, -1.0);
+                take(add(contact, &self.fields.bodies_from_walls, &x_iw, -1.0));
             }
         }
-        sums
+        ContactForces { bodies: of_bodies, walls: of_walls, wall_power, wall_friction_power, ..sums }
     }
 }

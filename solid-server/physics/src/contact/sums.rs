@@ -83,8 +83,16 @@ impl<S: SolidSpace> SumStage<'_, S> {
         if weight > 0.0 { weighted / weight } else { 0.0 }
     }
 
-    /// Adds the pairs of particle `i` with walls to `sums`.
-    fn add_walls(&self, i: usize, law: &SumLaw<S>, wall_pressure: &[f64], sums: &mut PairSums<S>) {
+    /// Adds the pairs of particle `i` with walls to `sums`, and the power of their forces by the motion of the walls to
+    /// `power` \[W/m\].
+    fn add_walls(
+        &self,
+        i: usize,
+        law: &SumLaw<S>,
+        wall_pressure: &[f64],
+        sums: &mut PairSums<S>,
+        power: &mut f64,
+    ) {
         let material = &self.body(i).material;
         let own = self.particle(i);
         let cell = S::cell_volume(self.spacing);
@@ -99,7 +107,9 @@ impl<S: SolidSpace> SumStage<'_, S> {
             // R_ij belongs to pairs of solid particles only.
             let own = PairParticle { artificial_stress: S::zero_symmetric(), ..own };
             let x_iw = self.domain.separation(&self.stage.position[i], &self.walls.position[w]);
+            let before = sums.force;
             law.add_pair(sums, &own, &wall, &x_iw);
+            *power += S::vector(S::minus(sums.force, before)).dot(&self.walls.velocity[w]);
         }
     }
 }
@@ -132,7 +142,7 @@ impl SumContact {
                 law.between(other).add_pair(&mut foreign, &own, &at.particle(j), &x_ij);
             }
             let mut of_walls = PairSums::zero();
-            at.add_walls(i, law, wall_pressure, &mut of_walls);
+            at.add_walls(i, law, wall_pressure, &mut of_walls, &mut contact.wall_power);
             contact.bodies = S::vector(foreign.force);
             contact.walls = S::vector(of_walls.force);
             for more in [foreign, of_walls] {

@@ -45,11 +45,12 @@ pub struct Bonds<'a, G, S: SolidSpace> {
     pub viscosity: Option<Viscosity>,
 }
 
-/// Pair forces \[N/m\] on the particles from `first` on.
+/// Pair forces \[N/m\] on the particles from `first` on, and the part of them by artificial viscosity.
 pub struct ForcePass<'a, G, S: SolidSpace> {
     pub bonds: &'a Bonds<'a, G, S>,
     pub first: usize,
     pub forces: &'a mut [S::Vector],
+    pub viscous: &'a mut [S::Vector],
 }
 
 impl<G: Geometry<S>, S: SolidSpace> LanePass for ForcePass<'_, G, S> {
@@ -57,9 +58,9 @@ impl<G: Geometry<S>, S: SolidSpace> LanePass for ForcePass<'_, G, S> {
 
     #[inline(always)]
     fn run<L: Lanes>(self) {
-        let Self { bonds, first, forces } = self;
-        for (k, force) in forces.iter_mut().enumerate() {
-            *force = match &bonds.viscosity {
+        let Self { bonds, first, forces, viscous } = self;
+        for (k, (force, viscous)) in forces.iter_mut().zip(viscous).enumerate() {
+            [*force, *viscous] = match &bonds.viscosity {
                 Some(viscosity) => bonds.force::<L, true>(first + k, viscosity),
                 None => bonds.force::<L, false>(first + k, &NO_VISCOSITY),
             };
@@ -71,7 +72,7 @@ const NO_VISCOSITY: Viscosity = Viscosity { law: ArtificialViscosity::NONE, dens
 
 impl<G: Geometry<S>, S: SolidSpace> Bonds<'_, G, S> {
     #[inline(always)]
-    fn force<L: Lanes, const VISCOUS: bool>(&self, i: usize, viscosity: &Viscosity) -> S::Vector {
+    fn force<L: Lanes, const VISCOUS: bool>(&self, i: usize, viscosity: &Viscosity) -> [S::Vector; 2] {
         let own = S::splat_vector::<L>(&self.position[i]);
         let velocity = S::splat_vector::<L>(&self.velocity[i]);
         let pair_tensor = S::splat_matrix::<L>(&self.pair_tensor[i]);
@@ -94,7 +95,8 @@ impl<G: Geometry<S>, S: SolidSpace> Bonds<'_, G, S> {
             }
         }
         let [elastic, viscous] = S::vector_sums(elastic, viscous);
-        S::vector(elastic) * -self.units.modulus + S::vector(viscous)
+        let viscous = S::vector(viscous);
+        [S::vector(elastic) * -self.units.modulus + viscous, viscous]
     }
 }
 

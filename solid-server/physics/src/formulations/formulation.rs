@@ -72,20 +72,32 @@ pub struct BodyDrift<'a, S: SolidSpace> {
     pub image_counts: &'a [S::Of<i32>],
 }
 
+/// How the strain of a body comes about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum StrainRule {
+    /// It follows from the positions, and the forces are the derivatives of its energy; or there is none.
+    OfPositions,
+    /// Density and stress evolve with the velocity gradient.
+    Evolves,
+}
+
 /// Change of a body's angular momentum by other causes than its forces, about the domain's torque origin
-/// \[kg m/s\].
+/// \[kg m/s\], and the work of the supports of a rigid body.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct AngularImpulse<S: SolidSpace> {
     /// Supports.
     pub supports: S::Spin,
     /// The time scheme, [`sph::coupling::ledger::scheme_moment`].
     pub scheme: S::Spin,
+    /// Work of the supports of a rigid body \[J/m\].
+    pub work: f64,
 }
 
 impl<S: SolidSpace> AddAssign for AngularImpulse<S> {
     fn add_assign(&mut self, other: Self) {
         self.supports += other.supports;
         self.scheme += other.scheme;
+        self.work += other.work;
     }
 }
 
@@ -211,6 +223,11 @@ pub trait BodyFormulation<S: SolidSpace>: Send + Sync {
     /// Whether density and stress evolve with the velocity gradient, so that a drift needs sums in its middle.
     fn evolves(&self) -> bool {
         false
+    }
+
+    /// How its strain comes about.
+    fn strain_rule(&self) -> StrainRule {
+        if self.evolves() { StrainRule::Evolves } else { StrainRule::OfPositions }
     }
 
     /// Whether the body is rigid: supports then act on the whole body, not on single particles.

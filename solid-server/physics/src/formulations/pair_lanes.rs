@@ -199,8 +199,15 @@ impl<S: SolidSpace, L: Lanes> PairSums<S, L> {
     /// Sums over the lanes.
     #[inline(always)]
     fn total(self) -> PairSums<S> {
-        let [force, _] = S::vector_sums(self.force, S::splat(L::zero()));
-        PairSums { force, gradient: S::matrix_sums(self.gradient), moment: S::symmetric_sums(self.moment) }
+        let [force, viscous] = S::vector_sums(self.force, self.viscous);
+        let [artificial, _] = S::vector_sums(self.artificial, S::splat(L::zero()));
+        PairSums {
+            force,
+            viscous,
+            artificial,
+            gradient: S::matrix_sums(self.gradient),
+            moment: S::symmetric_sums(self.moment),
+        }
     }
 }
 

@@ -47,6 +47,10 @@ pub struct PairTerms<S: SolidSpace, R: Real> {
 pub struct PairSums<S: SolidSpace, R: Real = f64> {
     /// Force per metre of depth \[N/m\].
     pub force: S::Of<R>,
+    /// The part of it by artificial viscosity \[N/m\].
+    pub viscous: S::Of<R>,
+    /// The part of it by artificial stress \[N/m\].
+    pub artificial: S::Of<R>,
     /// Σ V_j (v_j − v_i) ⊗ ∇_i W_ij \[1/s\]: the velocity gradient ∂_b v_a before correction.
     pub gradient: S::Matrix<R>,
     /// Σ V_j (x_j − x_i) ⊗ ∇_i W_ij \[-\]: the inverse of L_i, Eq. (21).
@@ -57,7 +61,14 @@ impl<S: SolidSpace, R: Real> PairSums<S, R> {
     /// Sums over no pairs.
     #[inline(always)]
     pub fn zero() -> Self {
-        Self { force: S::splat(R::zero()), gradient: S::zero_matrix(), moment: S::zero_symmetric() }
+        let none = S::splat(R::zero());
+        Self {
+            force: none,
+            viscous: none,
+            artificial: none,
+            gradient: S::zero_matrix(),
+            moment: S::zero_symmetric(),
+        }
     }
 
     /// Adds a neighbour with V_j (dW/dr)/r = `weight` \[1/m²\], x_ij \[m\] and v_ij \[m/s\] to gradient and moment.
@@ -85,11 +96,14 @@ impl<S: SolidSpace, R: Real> PairSums<S, R> {
         self.add_gradient(pair.weight, pair.separation, pair.velocity);
         let stress = S::symmetric_scaled(S::symmetric_plus(a.stress, b.stress), pair.inverse_densities);
         let mut law = S::symmetric_plus_isotropic(stress, R::zero() - pair.viscosity);
+        let factor = a.mass * b.mass * pair.gradient_factor;
         if let Some(nearness) = pair.nearness {
             let artificial = S::symmetric_plus(a.artificial_stress, b.artificial_stress);
             law = S::symmetric_plus_product(law, artificial, nearness);
+            let force = S::symmetric_times(artificial, pair.separation);
+            self.artificial = S::plus_product(self.artificial, factor * nearness, force);
         }
-        let factor = a.mass * b.mass * pair.gradient_factor;
+        self.viscous = S::minus_product(self.viscous, factor * pair.viscosity, pair.separation);
         self.force = S::plus_product(self.force, factor, S::symmetric_times(law, pair.separation));
     }
 }
@@ -234,7 +248,12 @@ mod tests {
 
     fn law() -> SumLaw<Plane> {
         let constants = UpdatedLagrangian { viscosity_b: 0.5, ..UpdatedLagrangian::default() };
-        let material = ElasticParameters { density: 2.0, bulk_modulus: 5.0, shear_modulus: 3.0 };
+        let material = ElasticParameters {
+            density: 2.0,
+            bulk_modulus: 5.0,
+            shear_modulus: 3.0,
+            plane: sph::setup::PlaneState::Strain,
+        };
         SumLaw::new(&constants, &material, 1.0)
     }
 

@@ -4,8 +4,9 @@ use std::ops::AddAssign;
 
 use rayon::prelude::*;
 
-use sph::coupling::ledger::scheme_moment;
+use sph::coupling::ledger::{axial, scheme_moment};
 use sph::coupling::stage::StageTime;
+use sph::space::tensors::SpaceVector;
 use sph::sums::ordered_sum;
 
 use crate::boundary::supports::Support;
@@ -135,6 +136,15 @@ impl<S: SolidSpace> RigidBody<S> {
             + S::angular_momentum(self.inertia.total, held.angular_velocity - free.angular_velocity)
     }
 
+    /// Work of supports that change the motion of the body from `free` to `held`, where its forces alone took it from
+    /// `start` to `free` \[J/m\].
+    fn held_work(&self, start: &RigidState<S>, free: &RigidState<S>, held: &RigidState<S>) -> f64 {
+        let mean = (start.velocity + held.velocity) * 0.5;
+        let mean_spin = (start.angular_velocity + held.angular_velocity) * 0.5;
+        let turned = S::angular_momentum(self.inertia.total, held.angular_velocity - free.angular_velocity);
+        (held.velocity - free.velocity).dot(&mean) * self.mass + axial(turned).dot(&axial(mean_spin))
+    }
+
     /// Writes positions and velocities that belong to `motion`.
     pub fn place(
         &self,
@@ -206,6 +216,7 @@ impl<S: SolidSpace> BodyFormulation<S> for RigidBody<S> {
         AngularImpulse {
             supports: self.held_moment(&step.constants, &stage.centre, &free, next_rigid),
             scheme: scheme_moment::<S>(start, &stage.centre, end) * self.mass,
+            work: self.held_work(base, &free, next_rigid),
         }
     }
 
@@ -215,15 +226,17 @@ impl<S: SolidSpace> BodyFormulation<S> for RigidBody<S> {
         particles: ParticleViewMut<'_, S>,
         motion: &mut RigidState<S>,
     ) -> AngularImpulse<S> {
+        let start = *motion;
         let (gain, spin) = self.gain(&self.wrench(motion.rotation, kick.force), kick.duration);
         motion.velocity += gain;
         motion.angular_velocity += spin;
         let held = self.held(kick.constants.supports, kick.time, kick.target, kick.base_rigid, *motion);
         let supports = self.held_moment(&kick.constants, &motion.centre, motion, &held);
+        let work = self.held_work(&start, motion, &held);
         motion.velocity = held.velocity;
         motion.angular_velocity = held.angular_velocity;
         self.place(&kick.constants, motion, kick.image_counts, particles);
-        AngularImpulse { supports, scheme: S::Spin::default() }
+        AngularImpulse { supports, scheme: S::Spin::default(), work }
     }
 
     fn drift(
@@ -239,7 +252,7 @@ impl<S: SolidSpace> BodyFormulation<S> for RigidBody<S> {
         motion.centre = held.centre;
         motion.rotation = held.rotation;
         self.place(&drift.constants, motion, drift.image_counts, particles);
-        AngularImpulse { supports: S::Spin::default(), scheme }
+        AngularImpulse { supports: S::Spin::default(), scheme, work: 0.0 }
     }
 
     fn inertia(&self) -> Option<RigidInertia<S>> {

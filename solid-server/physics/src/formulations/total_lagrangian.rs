@@ -129,38 +129,50 @@ impl<S: SolidSpace> TotalLagrangianBody<S> {
         };
         sums.par_chunks_mut(TASK).enumerate().for_each(|(task, sums)| {
             let first = task * TASK;
-            let mut forces = [S::Vector::zeros(); TASK];
-            let forces = &mut forces[..sums.len()];
-            self.arithmetic.run(ForcePass { bonds: &bonds, first, forces });
-            for (k, (sums, force)) in sums.iter_mut().zip(forces).enumerate() {
+            let mut both = [[S::Vector::zeros(); TASK]; 2];
+            let [forces, viscous] = both.each_mut().map(|forces| &mut forces[..sums.len()]);
+            self.arithmetic.run(ForcePass { bonds: &bonds, first, forces, viscous });
+            for (k, sums) in sums.iter_mut().enumerate() {
                 let i = first + k;
                 // Anchored material is rigid within.
-                let inner = if self.reference.anchored[i] { S::Vector::zeros() } else { *force };
-                let force = inner + self.border_force(body, state, pair_tensor, i);
-                *sums = PairSums { force: S::components(&force), ..PairSums::zero() };
+                let inner = if self.reference.anchored[i] {
+                    [S::Vector::zeros(); 2]
+                } else {
+                    [forces[k], viscous[k]]
+                };
+                let border = self.border_force(body, state, pair_tensor, i);
+                *sums = PairSums {
+                    force: S::components(&(inner[0] + border[0])),
+                    viscous: S::components(&(inner[1] + border[1])),
+                    ..PairSums::zero()
+                };
             }
         });
     }
 
-    /// Force on particle `i` of its pairs between anchored and free particles \[N/m\].
+    /// Force on particle `i` of its pairs between anchored and free particles, and the part of it by artificial viscosity
+    /// \[N/m\].
     fn border_force(
         &self,
         body: &BodyConstants<'_, S>,
         state: &ParticleView<'_, S>,
         pair_tensor: &[S::Matrix<f64>],
         i: usize,
-    ) -> S::Vector {
+    ) -> [S::Vector; 2] {
         let x_ij = |pair: &ReferencePair<S>| self.reference.separation(body.domain, state.position, i, pair);
+        let mut viscous = S::Vector::zeros();
         let mut force =
             self.reference.force(i, self.reference.across_border(i), pair_tensor, &self.units, x_ij);
-        let Some(viscosity) = &self.viscosity else { return force };
+        let Some(viscosity) = &self.viscosity else { return [force, viscous] };
         for pair in self.reference.across_border(i) {
             let j = pair.neighbour as usize;
             let x_ij = body.domain.separation(&state.position[i], &state.position[j]);
             let approach = (state.velocity[i] - state.velocity[j]).dot(&x_ij);
-            force += x_ij * (pair.weight * viscosity.pressure(approach, x_ij.norm_squared()));
+            let of_pair = x_ij * (pair.weight * viscosity.pressure(approach, x_ij.norm_squared()));
+            force += of_pair;
+            viscous += of_pair;
         }
-        force
+        [force, viscous]
     }
 }
 

@@ -124,11 +124,7 @@ impl<S: SolidSpace> BodyFormulation<S> for UpdatedLagrangianBody<S> {
             .for_each(|(i, (rho_dot, s_dot))| {
                 let gradient = self.velocity_gradient(&sums[i]);
                 *rho_dot = -stage.density[i] * gradient.trace();
-                *s_dot = deviatoric_stress_rate::<S>(
-                    self.material.shear_modulus,
-                    &stage.deviatoric_stress[i],
-                    &gradient,
-                );
+                *s_dot = deviatoric_stress_rate::<S>(&self.material, &stage.deviatoric_stress[i], &gradient);
             });
     }
 
@@ -175,7 +171,7 @@ impl<S: SolidSpace> BodyFormulation<S> for UpdatedLagrangianBody<S> {
             .for_each(|(i, (((x, v), rho), s))| {
                 *x += *v * duration;
                 let gradient = self.velocity_gradient(&drift.sums[i]);
-                let rate = |s| deviatoric_stress_rate::<S>(self.material.shear_modulus, s, &gradient);
+                let rate = |s| deviatoric_stress_rate::<S>(&self.material, s, &gradient);
                 *rho *= (1.0 - half * gradient.trace()) / (1.0 + half * gradient.trace());
                 let middle = s.plus(&rate(s).scaled(half));
                 *s = s.plus(&rate(&middle).scaled(duration));

@@ -8,17 +8,19 @@ use crate::space::SolidSpace;
 /// Pressure \[Pa\] at `density` \[kg/m³\].
 ///
 /// ```text
-/// p = K (ρ/ρ₀ − 1)                                                 Eq. (5)
+/// p = K β (ρ/ρ₀ − 1)                                               Eq. (5)
 /// ```
+///
+/// ρ is the density at undeformed thickness, β [`ElasticParameters::volume_share`]: 1 in plane strain, Eq. (5) itself.
 #[inline]
 pub fn pressure(material: &ElasticParameters, density: f64) -> f64 {
-    material.bulk_modulus * (density / material.density - 1.0)
+    material.bulk_modulus * material.volume_share() * (density / material.density - 1.0)
 }
 
 /// Density \[kg/m³\] at `pressure` \[Pa\]: Eq. (5) solved for ρ.
 #[inline]
 pub fn density(material: &ElasticParameters, pressure: f64) -> f64 {
-    material.density * (1.0 + pressure / material.bulk_modulus)
+    material.density * (1.0 + pressure / (material.bulk_modulus * material.volume_share()))
 }
 
 /// Cauchy stress σ = −p I + s \[Pa\], Eq. (6).
@@ -36,21 +38,22 @@ pub fn deviatoric_stress<S: SolidSpace>(pressure: f64, cauchy: &S::SymmetricTens
 /// Jaumann rate of the deviatoric stress s \[Pa/s\] under `velocity_gradient` L_ab = ∂_b v_a \[1/s\].
 ///
 /// ```text
-/// ṡ = 2G (D − ⅓ tr(D) I) + s·ωᵀ + ω·s                              Eq. (7)
+/// ṡ = 2G (D − ⅓ β tr(D) I) + s·ωᵀ + ω·s                            Eq. (7)
 /// D_ab = ½(∂_b v_a + ∂_a v_b),  ω_ab = ½(∂_b v_a − ∂_a v_b)        Eq. (8)
 /// ```
 ///
-/// The third belongs to plane strain too: s_zz = −(s_xx + s_yy) is implied and not stored.
+/// The third belongs to plane strain too: s_zz = −(s_xx + s_yy) is implied and not stored. In plane stress D_zz is
+/// (β − 1) tr(D), β [`ElasticParameters::volume_share`], so that σ_zz stays zero.
 #[inline]
 pub fn deviatoric_stress_rate<S: SolidSpace>(
-    shear_modulus: f64,
+    material: &ElasticParameters,
     s: &S::SymmetricTensor,
     velocity_gradient: &S::Tensor,
 ) -> S::SymmetricTensor {
-    let third = velocity_gradient.trace() / 3.0;
+    let third = velocity_gradient.trace() * material.volume_share() / 3.0;
     S::SymmetricTensor::of(velocity_gradient)
         .plus(&S::SymmetricTensor::isotropic(-third))
-        .scaled(2.0 * shear_modulus)
+        .scaled(2.0 * material.shear_modulus)
         .plus(&S::corotation(velocity_gradient, s))
 }
 
@@ -93,15 +96,19 @@ mod tests {
     use super::*;
     use sph::space::{Plane, SymmetricTensor, Tensor};
 
-    const RUBBER: ElasticParameters =
-        ElasticParameters { density: 1100.0, bulk_modulus: 20e6, shear_modulus: 4.27e6 };
+    const RUBBER: ElasticParameters = ElasticParameters {
+        density: 1100.0,
+        bulk_modulus: 20e6,
+        shear_modulus: 4.27e6,
+        plane: sph::setup::PlaneState::Strain,
+    };
 
     /// Integrates Eq. (7) and (17) under a constant velocity gradient by the midpoint rule.
     fn strained(gradient: Tensor, time: f64, steps: u32, s_start: SymmetricTensor) -> (f64, SymmetricTensor) {
         let dt = time / f64::from(steps);
         let (mut rho, mut s) = (RUBBER.density, s_start);
         let rates = |rho: f64, s: &SymmetricTensor| {
-            (-rho * gradient.trace(), deviatoric_stress_rate::<Plane>(RUBBER.shear_modulus, s, &gradient))
+            (-rho * gradient.trace(), deviatoric_stress_rate::<Plane>(&RUBBER, s, &gradient))
         };
         for _ in 0..steps {
             let (rho_dot, s_dot) = rates(rho, &s);
@@ -133,6 +140,27 @@ mod tests {
         let modulus = 4.0 * g * (k + g / 3.0) / (k + 4.0 / 3.0 * g);
         assert!((stress.xx / strain / modulus - 1.0).abs() < 2e-6);
         assert!(stress.yy.abs() < 1e-5 * stress.xx);
+    }
+
+    #[test]
+    fn a_sheet_in_tension_has_young_s_modulus_and_no_stress_across() {
+        let sheet = ElasticParameters { plane: sph::setup::PlaneState::Stress, ..RUBBER };
+        let young = RUBBER.young_modulus();
+        let nu = 0.5 * young / RUBBER.shear_modulus - 1.0;
+        let strain = 1e-6;
+        let gradient = Tensor::new(strain, 0.0, 0.0, -nu * strain);
+        let rho = RUBBER.density * (1.0 - gradient.trace());
+        let p = pressure(&sheet, rho);
+        let s = deviatoric_stress_rate::<Plane>(&sheet, &SymmetricTensor::default(), &gradient);
+        let stress = cauchy_stress::<Plane>(p, &s);
+        // Round-off of the density, whose change is a millionth.
+        assert!((stress.xx / (young * strain) - 1.0).abs() < 1e-8, "{}", stress.xx / (young * strain));
+        assert!(stress.yy.abs() < 1e-8 * stress.xx);
+        let across = -p - (s.xx + s.yy);
+        assert!(across.abs() < 1e-8 * stress.xx, "{across}");
+        assert!((von_mises_stress::<Plane>(&s) / stress.xx - 1.0).abs() < 1e-8);
+        let energy = strain_energy_density::<Plane>(&sheet, p, &s);
+        assert!((energy / (0.5 * young * strain * strain) - 1.0).abs() < 1e-8);
     }
 
     #[test]

@@ -15,6 +15,31 @@ pub struct ContactForces<S: SolidSpace> {
     pub stiffness: f64,
     /// Largest penetration depth of the particle, or of another particle near it \[m\].
     pub depth: f64,
+    /// The part of both forces by friction \[N/m\].
+    pub friction: S::Vector,
+    /// Power of the forces from walls by the motion of these, Σ f·v_w, and the part of it by friction \[W/m\].
+    pub wall_power: f64,
+    /// See there.
+    pub wall_friction_power: f64,
+}
+
+/// Parts of the forces on one particle that the energy budget tells apart.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ForceParts<S: SolidSpace> {
+    /// Whether there are body forces other than gravity, loads, damping or artificial stress.
+    pub varies: bool,
+    /// Prescribed loads, in the body force \[N/m\].
+    pub load: S::Vector,
+    /// Artificial viscosity, in the force of its own body \[N/m\].
+    pub viscous: S::Vector,
+    /// Artificial stress, likewise.
+    pub artificial: S::Vector,
+    /// Friction, in both contact forces \[N/m\].
+    pub friction: S::Vector,
+    /// As in [`ContactForces`] \[W/m\].
+    pub wall_power: f64,
+    /// As in [`ContactForces`] \[W/m\].
+    pub wall_friction_power: f64,
 }
 
 /// Forces on one particle by origin \[N/m\], that of the fluid apart.
@@ -40,6 +65,8 @@ pub struct ParticleForces<S: SolidSpace> {
     pub contact_stiffness: f64,
     /// Largest depth in contact \[m\].
     pub contact_depth: f64,
+    /// Parts of the forces; not in means.
+    pub parts: ForceParts<S>,
 }
 
 impl<S: SolidSpace> ParticleForces<S> {

@@ -2,7 +2,7 @@
 
 use std::ops::{AddAssign, Range};
 
-use sph::coupling::ledger::{Energies, axial};
+use sph::coupling::ledger::axial;
 use sph::space::tensors::{SpaceSymmetric, SpaceTensor, SpaceVector};
 use sph::sums::ordered_sum;
 
@@ -100,16 +100,6 @@ pub fn body_sums<S: SolidSpace>(
         }
     }
     sums
-}
-
-/// Energies of the particles of `range`.
-pub fn energies<S: SolidSpace>(
-    model: &SolidModel<S>,
-    state: &SolidState<S>,
-    range: &Range<usize>,
-) -> Energies {
-    let sums = body_sums(model, state, range);
-    Energies { kinetic: sums.kinetic, potential: sums.potential, internal: sums.strain }
 }
 
 /// Second moments Σ m (x − c)⊗(x − c)/M \[m²\] of the particles of `range` about their centre `centre` \[m\].

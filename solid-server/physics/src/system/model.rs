@@ -1,5 +1,6 @@
 //! Constant facts of a run of solids.
 
+use sph::coupling::ledger::EnergyAccount;
 use sph::coupling::stage::StageTime;
 use sph::prescribed::body_force::BodyForceField;
 use sph::setup::{Damping, SolidProbeKind, SolidStepping};
@@ -31,6 +32,8 @@ pub struct SolidModel<S: SolidSpace> {
     pub probes: Vec<Probe>,
     /// The run stops when more particles than this are outside the domain.
     pub lost_particle_limit: u64,
+    /// Accounts of the energy budget that the case can have.
+    pub energy_accounts: Vec<EnergyAccount>,
 }
 
 /// Law of contact between bodies and with walls.

@@ -1,5 +1,6 @@
 //! The solids' state as named arrays, and back.
 
+use sph::coupling::ledger::EnergyTally;
 use sph::coupling::saved::{RestoreError, SavedState};
 
 use crate::contact::friction::{Owner, TangentialSprings};
@@ -37,7 +38,8 @@ fn each<T, C>(values: &[T], part: impl Fn(&T) -> C) -> Vec<C> {
 impl<S: SolidSpace> SolidState<S> {
     /// Saves all of it. Lists are no part: their rows ascend by index, so that no sum depends on when they were built.
     pub fn save(&self, saved: &mut SavedState) {
-        let Self { particles, rigid, image_counts, rotations, springs, last } = self;
+        let Self { particles, rigid, image_counts, rotations, springs, energy, last } = self;
+        energy.save("solid.energy", saved);
         saved.put_quantities("solid.position", &particles.position);
         saved.put_quantities("solid.velocity", &particles.velocity);
         saved.put_quantities("solid.density", &particles.density);
@@ -109,6 +111,7 @@ impl<S: SolidSpace> SolidState<S> {
         };
         Ok(Self {
             springs: restored_springs(saved)?,
+            energy: EnergyTally::restored("solid.energy", saved)?,
             particles: Particles {
                 position: saved.quantities("solid.position", n)?,
                 velocity: saved.quantities("solid.velocity", n)?,

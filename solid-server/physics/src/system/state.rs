@@ -1,5 +1,6 @@
 //! State at a step boundary: all that a checkpoint holds.
 
+use sph::coupling::ledger::EnergyTally;
 use sph::sums::ordered_sum;
 
 use crate::contact::friction::TangentialSprings;
@@ -20,6 +21,8 @@ pub struct SolidState<S: SolidSpace> {
     pub rotations: Vec<S::Rotation>,
     /// Elastic springs of the contacts under friction.
     pub springs: TangentialSprings,
+    /// Energy at the start, and works and losses since.
+    pub energy: EnergyTally,
     /// Results of the last corrector.
     pub last: LastStage<S>,
 }

@@ -1,6 +1,6 @@
 //! Disposable buffers of a stage.
 
-use sph::coupling::ledger::InterfaceSums;
+use sph::coupling::ledger::{EnergyValues, InterfaceSums};
 
 use crate::boundary::walls::WallState;
 use crate::contact::friction::TangentialSprings;
@@ -47,6 +47,10 @@ pub struct Workspace<S: SolidSpace> {
     pub angular_impulse: AngularImpulse<S>,
     /// Positions at which the forces of the fluid were exchanged; with sub-steps only \[m\].
     pub exchange_position: Vec<S::Vector>,
+    /// Velocities at the start of the change that the energy budget follows \[m/s\].
+    pub kicked_from: Vec<S::Vector>,
+    /// Works and losses of the stage \[J/m\].
+    pub energy: EnergyValues,
     /// Force of the fluid on each particle in this stage \[N/m\].
     pub fluid_force: Vec<S::Vector>,
     /// Sum of all forces on each particle \[N/m\].

@@ -16,8 +16,12 @@ use sph::space::{Plane, SymmetricTensor, Vector};
 use crate::SolidSolver;
 
 /// The solid of the source paper.
-pub const RUBBER: ElasticParameters =
-    ElasticParameters { density: 1100.0, bulk_modulus: 20e6, shear_modulus: 4.27e6 };
+pub const RUBBER: ElasticParameters = ElasticParameters {
+    density: 1100.0,
+    bulk_modulus: 20e6,
+    shear_modulus: 4.27e6,
+    plane: sph::setup::PlaneState::Strain,
+};
 
 /// The contact law of the scenes.
 pub const REPULSION: ContactLaw = ContactLaw::Repulsion(RepulsionParameters {

@@ -1,7 +1,7 @@
 //! Moving all bodies by one stage; supports and their reactions.
 
-use sph::coupling::ledger::scheme_moment;
-use sph::coupling::stage::StageTime;
+use sph::coupling::ledger::{EnergyAccount, EnergyValues, scheme_moment};
+use sph::coupling::stage::{Stage, StageTime};
 use sph::space::tensors::SpaceVector;
 use sph::sums::ordered_sum;
 
@@ -12,6 +12,7 @@ use crate::space::SolidSpace;
 use crate::system::model::SolidModel;
 use crate::system::state::SolidState;
 use crate::system::workspace::Workspace;
+use crate::time::energy_budget::enter_stage;
 
 /// Moves every body from φⁿ in `state` to `workspace.next`, supports included, Eq. (30) or (31).
 pub fn move_bodies<S: SolidSpace>(
@@ -20,9 +21,11 @@ pub fn move_bodies<S: SolidSpace>(
     workspace: &mut Workspace<S>,
     time: &StageTime,
 ) {
-    let Workspace { stage, stage_rigid, next, next_rigid, rates, total_force, angular_impulse, .. } =
-        workspace;
+    let Workspace {
+        stage, stage_rigid, next, next_rigid, rates, total_force, angular_impulse, energy, ..
+    } = workspace;
     *angular_impulse = AngularImpulse::default();
+    *energy = EnergyValues::default();
     for (k, body) in model.bodies.iter().enumerate() {
         let range = &body.range;
         let step = BodyStep {
@@ -42,6 +45,10 @@ pub fn move_bodies<S: SolidSpace>(
     impose_supports(model, state, time, target, HeldQuantity::Positions, next);
     impose_supports(model, state, time, target, HeldQuantity::Velocities, next);
     take_reactions(model, state, workspace, time);
+    if time.at.stage == Stage::Corrector {
+        workspace.energy.add(EnergyAccount::Supports, workspace.angular_impulse.work);
+        enter_stage(model, state, workspace, time);
+    }
     if let Some(origin) = model.torque_origin() {
         let impulse = deformable_impulse(model, state, workspace, time, origin);
         workspace.angular_impulse += impulse;

@@ -9,7 +9,7 @@ use crate::contact::repulsion::ContactStage;
 use crate::contact::sums::SumStage;
 use crate::neighbours::lists::{ContactFilter, Rows, TASK};
 use crate::particles::fields::StressViewMut;
-use crate::particles::forces::{ParticleForces, ParticleTorques};
+use crate::particles::forces::{ForceParts, ParticleForces, ParticleTorques};
 use crate::space::SolidSpace;
 use crate::system::model::{ContactModel, SolidModel};
 use crate::system::workspace::Workspace;
@@ -135,6 +135,7 @@ pub fn sum_forces<S: SolidSpace>(
 ) {
     let Workspace { stage, sums, contact_forces: contact, forces, loads, .. } = workspace;
     let damping_rate = model.damping_rate(time);
+    let varies = !model.body_force.is_uniform() || !loads.is_empty() || damping_rate != 0.0;
     forces.par_iter_mut().with_min_len(8 * TASK).enumerate().for_each(|(i, forces)| {
         let mass = model.particles.mass[i];
         let load = loads.get(i).copied().unwrap_or_default();
@@ -157,6 +158,15 @@ pub fn sum_forces<S: SolidSpace>(
             contact_gross: contact[i].bodies.norm() + contact[i].walls.norm(),
             contact_stiffness: contact[i].stiffness,
             contact_depth: contact[i].depth,
+            parts: ForceParts {
+                varies: varies || S::vector(sums[i].artificial) != S::Vector::zeros(),
+                load,
+                viscous: S::vector(sums[i].viscous),
+                artificial: S::vector(sums[i].artificial),
+                friction: contact[i].friction,
+                wall_power: contact[i].wall_power,
+                wall_friction_power: contact[i].wall_friction_power,
+            },
         };
     });
 }

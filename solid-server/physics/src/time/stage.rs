@@ -25,6 +25,7 @@ pub fn accept<S: SolidSpace>(
     std::mem::swap(&mut state.particles, &mut workspace.next);
     std::mem::swap(&mut state.rigid, &mut workspace.next_rigid);
     state.springs.copy_from(&workspace.springs);
+    state.energy.flows += workspace.energy;
     let last = &mut state.last;
     last.maxima = maxima;
     last.substeps += u64::from(workspace.substeps);

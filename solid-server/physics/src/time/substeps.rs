@@ -1,5 +1,6 @@
 //! Velocity-Verlet sub-steps of the solids within a stage, under the frozen force of the fluid.
 
+use sph::coupling::ledger::{EnergyAccount, EnergyValues};
 use sph::coupling::stage::{Stage, StageTime};
 use sph::setup::SubstepCount;
 
@@ -10,6 +11,7 @@ use crate::system::model::SolidModel;
 use crate::system::state::SolidState;
 use crate::system::workspace::Workspace;
 use crate::time::advance::{HeldQuantity, impose_supports, take_reactions};
+use crate::time::energy_budget::enter_kick;
 use crate::time::evaluate::{
     add_torques, evaluate_pairs, refresh_lists, sum_forces, total_forces, update_stage,
 };
@@ -95,12 +97,14 @@ impl<S: SolidSpace> Stepping<S> for Substeps {
         workspace.mean_forces.fill(ParticleForces::default());
         workspace.mean_torques.fill(ParticleTorques::default());
         workspace.angular_impulse = AngularImpulse::default();
+        workspace.energy = EnergyValues::default();
         workspace.exchange_position.clone_from(&workspace.stage.position);
         let weight = 0.5 / f64::from(count);
         for k in 0..count {
             pass.first_half(workspace, k, weight);
             pass.second_half(workspace, k, weight);
         }
+        workspace.energy.add(EnergyAccount::Supports, workspace.angular_impulse.work);
         let Workspace { stage, next, mean_forces, fluid_force, total_force, .. } = workspace;
         next.density.clone_from(&stage.density);
         next.deviatoric_stress.clone_from(&stage.deviatoric_stress);
@@ -146,6 +150,11 @@ impl<S: SolidSpace> SubstepPass<'_, S> {
 
     /// Half a sub-step of all velocities; adds the forces to their means with `weight`.
     fn kick(&self, workspace: &mut Workspace<S>, target: f64, weight: f64) {
+        // The predictor's pass is only a guess at the middle of the step.
+        let counts = self.time.at.stage == Stage::Corrector;
+        if counts {
+            workspace.kicked_from.clone_from(&workspace.next.velocity);
+        }
         let Workspace {
             next,
             next_rigid,
@@ -181,6 +190,9 @@ impl<S: SolidSpace> SubstepPass<'_, S> {
         }
         angular_impulse.supports +=
             impose_supports(self.model, self.state, self.time, target, HeldQuantity::Velocities, next);
+        if counts {
+            enter_kick(self.model, workspace, self.time, 0.5 * self.duration);
+        }
     }
 
     /// Velocity gradients half a drift on.

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::coupling::ledger::{Energies, StageBudget};
+use crate::coupling::ledger::{EnergyReport, StageBudget};
 use crate::coupling::saved::SavedState;
 use crate::coupling::solver::{Counts, Fault, ParticleFields};
 
@@ -87,8 +87,8 @@ pub struct StepReport {
     pub time_step: f64,
     /// Momentum budgets of predictor and corrector.
     pub budgets: [StageBudget; 2],
-    /// Energies at its end.
-    pub energies: Energies,
+    /// Energy budget at its end, since the start of the run.
+    pub energies: EnergyReport,
     /// Own and partner particles in the last frames.
     pub interface_particles: [u64; 2],
     /// Wall time of the step \[s\].

@@ -113,6 +113,8 @@ pub struct Energies {
     pub potential: f64,
     /// Compression energy of a fluid, strain energy of a solid.
     pub internal: f64,
+    /// What the acoustic relaxation of a fluid stores.
+    pub relaxation: f64,
 }
 
 impl AddAssign for Energies {
@@ -121,6 +123,7 @@ impl AddAssign for Energies {
         self.kinetic += other.kinetic;
         self.potential += other.potential;
         self.internal += other.internal;
+        self.relaxation += other.relaxation;
     }
 }
 

@@ -1,4 +1,4 @@
-//! The ledger: what each side reports of its momentum in a half-step, and the checks on it.
+//! The ledger: what each side reports of its momentum in a half-step and of its energy, and the checks on it.
 //!
 //! Vectors have three components whatever the space: in the plane, forces have no z and torques nothing else. Extensive
 //! quantities of the plane are per metre of depth: a force \[N\] is one per metre.
@@ -6,6 +6,8 @@
 mod accounts;
 mod balance;
 mod budget;
+mod energy;
+mod energy_listing;
 
 use nalgebra::Vector3;
 
@@ -13,6 +15,8 @@ pub use accounts::{Account, AccountEntry, Accounts, scheme_moment};
 pub(crate) use balance::exceeds;
 pub use balance::{Breach, Check, Imbalance, TorqueCheck, balance_breaches, budget_breaches, imbalance};
 pub use budget::{AngularBudget, Energies, InterfaceSums, MomentumReport, StageBudget};
+pub use energy::{EnergyAccount, EnergyEntry, EnergyKind, EnergyReport, EnergyTally, EnergyValues, SignRule};
+pub use energy_listing::potential_gravity;
 
 use crate::space::components::Components;
 

@@ -284,7 +284,7 @@ fn resized(file: &'static str, scheme: &'static str, spacing: f64) -> Member {
 }
 
 /// Last value of a probe column.
-fn last(run: &Run, column: &str) -> Result<f64, String> {
+pub fn last(run: &Run, column: &str) -> Result<f64, String> {
     run.column(column)?.last().copied().ok_or_else(|| "no probe row".into())
 }
 

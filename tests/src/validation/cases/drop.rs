@@ -1,5 +1,6 @@
 //! Stretching of a free drop (Monaghan 1994) against the exact ordinary differential equation.
 
+use coordinator::family::convergence::order_of_errors;
 use coordinator::study::references::drop_semi_axes;
 
 use crate::validation::{Case, Figure, Goal, Member, Plot, Run, series};
@@ -67,8 +68,8 @@ impl Case for Drop {
             let ((_, start), (end, moment)) = ends;
             Ok((moment / start).sqrt() / drop_semi_axes(*end)[1] - 1.0)
         };
-        let order =
-            (error(first)? / error(last)?).abs().ln() / (first.member.spacing / last.member.spacing).ln();
+        let (coarse, fine) = ((first.member.spacing, error(first)?), (last.member.spacing, error(last)?));
+        let order = order_of_errors(coarse, fine).unwrap_or(f64::NAN);
         Ok(vec![Figure::judged(
             "observed order of the long semi-axis over that of the start",
             order,

@@ -6,6 +6,7 @@ mod beams;
 mod bore;
 mod channel;
 mod contact;
+pub mod curved;
 mod dam_break;
 mod dam_break_pressure;
 mod debris;
@@ -42,6 +43,8 @@ pub fn all() -> Vec<&'static dyn Case> {
         &beams::PlateStiffness,
         &beams::TurekHron,
         &beams::ElasticBar,
+        &curved::Ring,
+        &curved::Arch,
         &free_solids::SpinningSquare,
         &free_solids::Rings,
         &contact::Incline,

@@ -30,7 +30,6 @@ impl Case for StillWater {
     fn members(&self) -> Vec<Member> {
         let step: toml::Table = "type = \"fixed\"\ntime_step_s = 1e-4".parse().unwrap_or_default();
         vec![
-            // 83 columns of 6 mm are 0.498 m.
             Member::new("still_water", 0.006).quick(),
             Member::new("still_water", 0.003),
             Member::new("still_water_undamped", 0.003)
@@ -76,9 +75,7 @@ fn settled(run: &Run) -> Result<Vec<Figure>, String> {
     let (mass, density) = (field("mass")?, field("density")?);
     let fluid = || (0..state.group.len()).filter(|i| state.group[*i] == 0);
     let volume: f64 = fluid().map(|i| mass.values[i] / density.values[i]).sum();
-    // The tank is as wide as its columns.
-    let columns = (WIDTH / run.member.spacing + 1e-6).floor();
-    let surface = volume / (columns * run.member.spacing);
+    let surface = volume / WIDTH;
     // The water is a little compressed, by g H/(2 c0²) on average: its weight is that of its mean density.
     let mean_density = fluid().map(|i| mass.values[i]).sum::<f64>() / volume;
     let mut figures = vec![

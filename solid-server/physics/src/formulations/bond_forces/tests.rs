@@ -62,7 +62,8 @@ impl Patch {
             viscosity,
         };
         let mut forces = vec![Vector::zeros(); self.position.len()];
-        arithmetic.run(ForcePass { bonds: &bonds, first: 0, forces: &mut forces });
+        let viscous = &mut forces.clone();
+        arithmetic.run(ForcePass { bonds: &bonds, first: 0, forces: &mut forces, viscous });
         forces
     }
 }

@@ -34,7 +34,12 @@ impl Patch {
             artificial_stress_exponent: exponent,
             ..UpdatedLagrangian::default()
         };
-        let material = ElasticParameters { density: 2.0, bulk_modulus: 5.0, shear_modulus: 3.0 };
+        let material = ElasticParameters {
+            density: 2.0,
+            bulk_modulus: 5.0,
+            shear_modulus: 3.0,
+            plane: sph::setup::PlaneState::Strain,
+        };
         let n = 35;
         let wave = |k: usize, by: f64| (by * k as f64).sin();
         let pair = |k: usize, by: f64| Vector::new(wave(k, by), wave(k, 1.7 * by + 0.3));

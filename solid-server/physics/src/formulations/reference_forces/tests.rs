@@ -59,7 +59,12 @@ fn derivative_of_the_energy(anchored: u32) {
     }
     let law = crate::materials::hyperelastic::Hyperelastic::new(
         sph::setup::HyperelasticLaw::NeoHookean,
-        &sph::setup::ElasticParameters { density: 1.0, bulk_modulus: 2.0, shear_modulus: 1.0 },
+        &sph::setup::ElasticParameters {
+            density: 1.0,
+            bulk_modulus: 2.0,
+            shear_modulus: 1.0,
+            plane: sph::setup::PlaneState::Strain,
+        },
     );
     let n = x.len();
     let k = 0.7;

@@ -1,0 +1,162 @@
+//! Key figures of a run: numbers read off the histories of its probes.
+
+use std::path::Path;
+
+use serde::Serialize;
+
+use crate::results::names;
+use crate::results::table::Table;
+use crate::study::series;
+
+/// A number read off a column of `probes.csv`.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Figure {
+    /// Column, such as `tip_displacement_y_m`.
+    pub column: String,
+    /// What of it.
+    pub measure: Measure,
+}
+
+/// What is read off a history.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Measure {
+    /// Largest value in a span of time.
+    Largest(Times),
+    /// Smallest value in a span of time.
+    Smallest(Times),
+    /// Mean over a span of time, by trapezia.
+    Mean(Times),
+    /// Value at a time \[s\], between rows by a straight line.
+    At(f64),
+    /// Last value.
+    Last,
+    /// First time \[s\] at which the value rises to a level.
+    Rises(f64),
+    /// First time \[s\] at which the value falls to a level.
+    Falls(f64),
+}
+
+/// A span of simulated time \[s\]; rows at its ends belong to it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Times {
+    /// Start \[s\].
+    pub from: f64,
+    /// End \[s\].
+    pub to: f64,
+}
+
+impl Times {
+    /// The whole run.
+    pub const ALL: Self = Self { from: f64::NEG_INFINITY, to: f64::INFINITY };
+}
+
+impl std::fmt::Display for Times {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match (self.from.is_finite(), self.to.is_finite()) {
+            (false, false) => Ok(()),
+            (true, false) => write!(f, " from {} s", self.from),
+            (false, true) => write!(f, " until {} s", self.to),
+            (true, true) => write!(f, " from {} to {} s", self.from, self.to),
+        }
+    }
+}
+
+impl std::fmt::Display for Figure {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let column = &self.column;
+        match self.measure {
+            Measure::Largest(times) => write!(f, "largest {column}{times}"),
+            Measure::Smallest(times) => write!(f, "smallest {column}{times}"),
+            Measure::Mean(times) => write!(f, "mean {column}{times}"),
+            Measure::At(time) => write!(f, "{column} at {time} s"),
+            Measure::Last => write!(f, "last {column}"),
+            Measure::Rises(level) => write!(f, "time [s] at which {column} rises to {level}"),
+            Measure::Falls(level) => write!(f, "time [s] at which {column} falls to {level}"),
+        }
+    }
+}
+
+impl Figure {
+    /// Largest, smallest and last value of each of `columns`.
+    pub fn of_all<'a>(columns: impl IntoIterator<Item = &'a str>) -> Vec<Self> {
+        let measures = [Measure::Largest(Times::ALL), Measure::Smallest(Times::ALL), Measure::Last];
+        columns
+            .into_iter()
+            .flat_map(|column| measures.map(|measure| Self { column: column.to_owned(), measure }))
+            .collect()
+    }
+
+    /// Its value in a history of (time \[s\], value).
+    ///
+    /// # Errors
+    /// When the history has none: no row in the span, a level that is not reached, no finite number.
+    pub fn of_history(&self, history: &[(f64, f64)]) -> Result<f64, String> {
+        let within = |times: Times| series::window(history, times.from, times.to);
+        let values = |times: Times| within(times).into_iter().map(|row| row.1);
+        let negated = || history.iter().map(|(t, value)| (*t, -value)).collect::<Vec<_>>();
+        let value = match self.measure {
+            // A row that is no number must not hide behind the others.
+            Measure::Largest(times) | Measure::Smallest(times) if values(times).any(f64::is_nan) => f64::NAN,
+            Measure::Largest(times) => series::largest(values(times)),
+            Measure::Smallest(times) => -series::largest(values(times).map(|value| -value)),
+            Measure::Mean(times) => series::mean(history, times.from, times.to),
+            Measure::At(time) => series::at(history, time),
+            Measure::Last => history.last().map_or(f64::NAN, |row| row.1),
+            Measure::Rises(level) => series::first_reach(history, level),
+            Measure::Falls(level) => series::first_reach(&negated(), -level),
+        };
+        match value.is_finite() {
+            true => Ok(value),
+            false => Err(format!("{self}: the run has no such value")),
+        }
+    }
+}
+
+/// Probes of a finished run.
+pub struct Histories(Table);
+
+impl Histories {
+    /// Reads the results in `folder`.
+    ///
+    /// # Errors
+    /// When they cannot be read.
+    pub fn read(folder: &Path) -> Result<Self, String> {
+        Table::read(&folder.join(names::PROBES)).map(Self).map_err(|e| e.to_string())
+    }
+
+    /// Rows of the column `name` as (time \[s\], value).
+    ///
+    /// # Errors
+    /// When there is no such column.
+    pub fn of(&self, name: &str) -> Result<Vec<(f64, f64)>, String> {
+        let column = |name: &str| self.0.column(name).ok_or_else(|| format!("no probe column `{name}`"));
+        Ok(column("t_s")?.into_iter().zip(column(name)?).collect())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn figures_are_read_off_a_history() {
+        let history = [(0.0, 1.0), (1.0, 3.0), (2.0, 2.0), (3.0, -1.0)];
+        let value = |measure| Figure { column: "p_pa".to_owned(), measure }.of_history(&history);
+        let times = Times { from: 1.5, to: 3.0 };
+        assert_eq!(value(Measure::Largest(Times::ALL)), Ok(3.0));
+        assert_eq!(value(Measure::Largest(times)), Ok(2.0));
+        assert_eq!(value(Measure::Smallest(times)), Ok(-1.0));
+        assert_eq!(value(Measure::Mean(times)), Ok(0.5));
+        assert_eq!(value(Measure::At(0.25)), Ok(1.5));
+        assert_eq!(value(Measure::Last), Ok(-1.0));
+        assert_eq!(value(Measure::Rises(2.0)), Ok(0.5));
+        assert_eq!(value(Measure::Falls(0.5)), Ok(2.5));
+        let refused = value(Measure::Rises(4.0)).unwrap_err();
+        assert!(refused.contains("rises to 4") && refused.contains("no such value"), "{refused}");
+        assert!(value(Measure::At(3.5)).is_err());
+        let broken = [(0.0, 1.0), (1.0, f64::NAN)];
+        let largest = Figure { column: "p_pa".to_owned(), measure: Measure::Largest(Times::ALL) };
+        assert!(largest.of_history(&broken).is_err());
+    }
+}

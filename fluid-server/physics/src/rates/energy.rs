@@ -1,0 +1,145 @@
+//! Powers of the forces on the fluid, by mechanism.
+//!
+//! With v̄ the mean of a particle's velocities at both ends of the step, a force f does the work Δt f·v̄: summed over all
+//! forces this is the change of kinetic energy, exactly. [`super::lane_powers`] sums them four particles at a time.
+
+use std::ops::AddAssign;
+
+use sph::coupling::ledger::{EnergyAccount, EnergyValues};
+use sph::prescribed::motion::MotionState;
+use sph::space::tensors::SpaceVector;
+
+use crate::equations::pair::PairTotals;
+use crate::system::packed_particle::FluidSpace;
+
+/// What the rates of a corrector need for the energy budget.
+#[derive(Clone, Copy)]
+pub struct EnergyInput<'a, S: FluidSpace> {
+    /// Velocities at the start of the step \[m/s\].
+    pub start_velocity: &'a [S::Vector],
+    /// Half the step \[s\].
+    pub half: f64,
+    /// Acceleration of each particle by solids \[m/s²\]; empty without them.
+    pub by_solids: &'a [S::Vector],
+    /// The part of gravity that has a potential \[m/s²\].
+    pub falling: S::Vector,
+    /// Motion of each wall, `None` for one at rest; empty where no wall moves.
+    pub motions: &'a [Option<MotionState<S>>],
+}
+
+/// Parts of the acceleration by pairs \[m/s²\]; the rest is that of pressure and viscous stress.
+#[derive(Clone, Copy, Debug)]
+pub struct PairParts<S: FluidSpace> {
+    /// Artificial viscosity.
+    pub artificial: S::Vector,
+    /// The viscous pair force.
+    pub drag: S::Vector,
+    /// Artificial pressure.
+    pub clumping: S::Vector,
+}
+
+impl<S: FluidSpace> PairParts<S> {
+    /// Those of a particle of `density` \[kg/m³\].
+    #[inline(always)]
+    pub fn of(sums: &PairTotals<S>, density: f64) -> Self {
+        let scale = -1.0 / density;
+        Self { artificial: sums.artificial * scale, drag: sums.drag * scale, clumping: sums.clumping * scale }
+    }
+}
+
+/// Powers on the fluid \[W/m\], summed over particles.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct ForcePowers {
+    /// Pressure and viscous stress.
+    pub pressure: f64,
+    /// Artificial viscosity.
+    pub artificial_viscosity: f64,
+    /// The viscous pair force.
+    pub drag: f64,
+    /// Artificial pressure.
+    pub clumping: f64,
+    /// Repulsion by wall faces.
+    pub repulsion: f64,
+    /// Body forces without the part of gravity that has a potential.
+    pub body_force: f64,
+    /// Linear damping.
+    pub damping: f64,
+    /// Tensile control.
+    pub tension: f64,
+    /// The velocity of the fluid where a shift has taken the particle.
+    pub advection: f64,
+    /// Of gravity on the velocity of the shift.
+    pub shifted: f64,
+    /// Of gravity on v̄ beyond that on the velocity of the path.
+    pub scheme: f64,
+    /// Of moving walls by their motion.
+    pub walls: f64,
+    /// Lost to the acoustic damper.
+    pub damper: f64,
+    /// Lost to the viscous stress.
+    pub stress: f64,
+}
+
+impl AddAssign for ForcePowers {
+    #[inline(always)]
+    fn add_assign(&mut self, other: Self) {
+        self.pressure += other.pressure;
+        self.artificial_viscosity += other.artificial_viscosity;
+        self.drag += other.drag;
+        self.clumping += other.clumping;
+        self.repulsion += other.repulsion;
+        self.body_force += other.body_force;
+        self.damping += other.damping;
+        self.tension += other.tension;
+        self.advection += other.advection;
+        self.shifted += other.shifted;
+        self.scheme += other.scheme;
+        self.walls += other.walls;
+        self.damper += other.damper;
+        self.stress += other.stress;
+    }
+}
+
+impl ForcePowers {
+    /// Moves to the account of walls what the force of one that moves with `velocity` \[m/s\] does by that, for
+    /// accelerations by `pairs`, of which `parts`, and by `repulsion` \[m/s²\] of a particle of `mass` per depth \[kg/m\].
+    pub fn credit_wall<S: FluidSpace>(
+        &mut self,
+        mass: f64,
+        velocity: &S::Vector,
+        pairs: &S::Vector,
+        parts: &PairParts<S>,
+        repulsion: &S::Vector,
+    ) {
+        let momentum = *velocity * mass;
+        let rest = *pairs - parts.artificial - parts.drag - parts.clumping;
+        self.pressure -= rest.dot(&momentum);
+        self.artificial_viscosity -= parts.artificial.dot(&momentum);
+        self.drag -= parts.drag.dot(&momentum);
+        self.clumping -= parts.clumping.dot(&momentum);
+        self.repulsion -= repulsion.dot(&momentum);
+        self.walls += (*pairs + *repulsion).dot(&momentum);
+    }
+
+    /// Enters the work in `duration` \[s\]. The pressure's is a gain that the account of corrected gradients gives.
+    pub fn enter(&self, flows: &mut EnergyValues, duration: f64) {
+        use EnergyAccount as A;
+        // The work of the viscous stress is part of the pressure's; what it loses is known by itself.
+        for (account, power) in [
+            (A::BodyForce, self.body_force),
+            (A::Walls, self.walls),
+            (A::CorrectedGradients, -self.pressure - self.damper - self.stress),
+            (A::ArtificialViscosity, -self.artificial_viscosity),
+            (A::Viscosity, self.stress - self.drag),
+            (A::AcousticDamper, self.damper),
+            (A::ArtificialPressure, -self.clumping),
+            (A::Repulsion, -self.repulsion),
+            (A::Damping, -self.damping),
+            (A::TensileControl, -self.tension),
+            (A::Shifting, self.shifted - self.advection),
+            (A::TimeScheme, -self.scheme),
+        ] {
+            flows.add(account, duration * power);
+        }
+    }
+}

@@ -210,7 +210,9 @@ impl Edge {
         let (pieces, shape_on_left) = match *self {
             Self::Segment { start, end, normal } => (1.0, cross(&normal, &(end - start)) > 0.0),
             // In fours: the chords of a circle are its own mirror images.
-            Self::Arc { outward, .. } => (4.0 * (0.25 * self.length() / chord).ceil().max(3.0), outward > 0.0),
+            Self::Arc { outward, .. } => {
+                (4.0 * (0.25 * self.length() / chord).ceil().max(3.0), outward > 0.0)
+            }
         };
         let fractions = std::iter::successors(Some(0.0), |k| Some(k + 1.0)).take_while(|k| *k <= pieces);
         let mut points: Vec<Vector> = fractions.map(|k| self.at(k / pieces).0).collect();

@@ -106,6 +106,16 @@ impl<S: Space> CellGrid<S> {
         &self.entries
     }
 
+    /// Lower corner of the first cell \[m\].
+    pub fn lower(&self) -> S::Vector {
+        self.lower
+    }
+
+    /// Edge of the cells along `axis` \[m\]; the last one may be up to twice as long.
+    pub fn edge(&self, axis: usize) -> f64 {
+        1.0 / self.inverse_edge[axis]
+    }
+
     /// Number of cells along each axis; cell k is in row k / columns.
     pub fn counts(&self) -> S::Of<usize> {
         self.counts

@@ -29,8 +29,6 @@ pub struct NeighbourSums<S: Space = Plane> {
     pub pairing: S::Of<f64>,
     /// Largest |v_ij|² of fluid neighbours, fading out between h and 2h \[m²/s²\].
     pub square_speed: f64,
-    /// Σ V_j W/W(Δx), with the volume of the cells of walls and solids; in the plane per depth \[m²\].
-    pub volume: f64,
 }
 
 /// The sums that a pass computes.
@@ -41,21 +39,18 @@ pub trait SumSelection: Copy + Send + Sync {
     const VELOCITY: bool;
     /// Sums of the particle regularisation.
     const REGULARISATION: bool;
-    /// The sum of the volume correction.
-    const VOLUME: bool;
 }
 
 /// [`SumSelection`] by flags.
 #[derive(Clone, Copy, Debug)]
-pub struct Selected<const MOMENTS: bool, const VELOCITY: bool, const REGULARISATION: bool, const VOLUME: bool>;
+pub struct Selected<const MOMENTS: bool, const VELOCITY: bool, const REGULARISATION: bool>;
 
-impl<const MOMENTS: bool, const VELOCITY: bool, const REGULARISATION: bool, const VOLUME: bool> SumSelection
-    for Selected<MOMENTS, VELOCITY, REGULARISATION, VOLUME>
+impl<const MOMENTS: bool, const VELOCITY: bool, const REGULARISATION: bool> SumSelection
+    for Selected<MOMENTS, VELOCITY, REGULARISATION>
 {
     const MOMENTS: bool = MOMENTS;
     const VELOCITY: bool = VELOCITY;
     const REGULARISATION: bool = REGULARISATION;
-    const VOLUME: bool = VOLUME;
 }
 
 /// Kind of the neighbours of a batch.
@@ -73,8 +68,6 @@ pub struct SumKernel<L> {
     pub kernel: KernelLanes<L>,
     /// W/W(Δx).
     pub ratio: Ratio<L>,
-    /// 1/ρ₀ \[m³/kg\].
-    pub rest_volume: L,
 }
 
 /// [`NeighbourSums`] being gathered, batch by batch.
@@ -86,7 +79,6 @@ pub struct LaneSums<S: Space, L: Lanes> {
     concentration: S::Of<L>,
     pairing: S::Of<L>,
     square_speed: L,
-    volume: L,
 }
 
 impl<S: FluidSpace, L: Lanes> LaneSums<S, L> {
@@ -101,7 +93,6 @@ impl<S: FluidSpace, L: Lanes> LaneSums<S, L> {
             concentration: zero,
             pairing: zero,
             square_speed: L::zero(),
-            volume: L::zero(),
         }
     }
 
@@ -135,14 +126,6 @@ impl<S: FluidSpace, L: Lanes> LaneSums<S, L> {
                 self.square_speed = self.square_speed.max(nearness * nearness * S::dot(v, v));
             }
         }
-        if W::VOLUME {
-            // The particle itself pads its row. A wall particle stands for its cell, whatever its density.
-            let volume = match kind {
-                NeighbourKind::Fluid => square.choose_below(L::splat(f64::MIN_POSITIVE), L::zero(), volume),
-                NeighbourKind::Wall => volume * density * law.rest_volume,
-            };
-            self.volume = self.volume.plus_product(volume, law.ratio.at(s));
-        }
     }
 
     /// The sums over all batches.
@@ -160,10 +143,6 @@ impl<S: FluidSpace, L: Lanes> LaneSums<S, L> {
             [sums.concentration, _] = S::vector_sums(self.concentration, S::splat(L::zero()));
             sums.square_speed = self.square_speed.to_array().into_iter().fold(0.0, f64::max);
         }
-        if W::VOLUME {
-            let zero = L::zero();
-            [sums.volume, ..] = L::sums([self.volume, zero, zero, zero]);
-        }
         sums
     }
 }
@@ -180,7 +159,6 @@ impl<S: Space> Default for NeighbourSums<S> {
             concentration: S::splat(0.0),
             pairing: S::splat(0.0),
             square_speed: 0.0,
-            volume: 0.0,
         }
     }
 }
@@ -207,7 +185,6 @@ impl<S: Space> NeighbourSums<S> {
         self.concentration = S::plus(self.concentration, other.concentration);
         self.pairing = S::plus(self.pairing, other.pairing);
         self.solid_share += other.solid_share;
-        self.volume += other.volume;
     }
 
     /// Mean of the diagonal of the moment matrix: 1 for complete and even neighbours \[-\].

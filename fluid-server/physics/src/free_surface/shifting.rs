@@ -33,8 +33,6 @@ pub struct RegularisationSums<S: Space> {
     speed: f64,
     /// ∇v corrected by L_i; zero where too few neighbours define it \[1/s\].
     velocity_gradient: S::Matrix<f64>,
-    /// σ − 1 of the volume correction \[-\].
-    volume_excess: f64,
 }
 
 impl<S: Space> Default for RegularisationSums<S> {
@@ -46,15 +44,14 @@ impl<S: Space> Default for RegularisationSums<S> {
             shifting_gradient: zero,
             speed: 0.0,
             velocity_gradient: S::zero_matrix(),
-            volume_excess: 0.0,
         }
     }
 }
 
 impl<S: Space> RegularisationSums<S> {
-    /// Of the sums over the neighbours; `inverse` is L_i, where enough of them define it, `volume_excess` σ − 1.
+    /// Of the sums over the neighbours; `inverse` is L_i, where enough of them define it.
     #[inline(always)]
-    pub fn new(sums: &NeighbourSums<S>, inverse: Option<S::Symmetric<f64>>, volume_excess: f64) -> Self {
+    pub fn new(sums: &NeighbourSums<S>, inverse: Option<S::Symmetric<f64>>) -> Self {
         let velocity_gradient =
             inverse.map_or(S::zero_matrix(), |l| S::matrix_times_symmetric(sums.velocity, l));
         let concentration = S::vector(sums.concentration);
@@ -63,7 +60,6 @@ impl<S: Space> RegularisationSums<S> {
             shifting_gradient: concentration + S::vector(sums.pairing),
             speed: sums.square_speed.sqrt(),
             velocity_gradient,
-            volume_excess,
         }
     }
 
@@ -99,7 +95,7 @@ enum Place {
 }
 
 /// Shift and acceleration of particle `i`; `neighbour_fields` are those of all particles, `near_surface` is whether it
-/// lies near the free surface.
+/// lies near the free surface, `excess` ε of the volume correction.
 #[inline(always)]
 pub fn regularise<S: FluidSpace, L: Lanes, G: Geometry<S>>(
     order: &OrderControl,
@@ -108,6 +104,7 @@ pub fn regularise<S: FluidSpace, L: Lanes, G: Geometry<S>>(
     neighbour_fields: &[S::Fields],
     near_surface: bool,
     sums: &RegularisationSums<S>,
+    excess: f64,
 ) -> Regularisation<S> {
     let fields = &neighbour_fields[i];
     let eigenvalue = fields.eigenvalue();
@@ -134,7 +131,7 @@ pub fn regularise<S: FluidSpace, L: Lanes, G: Geometry<S>>(
     let largest_tension = S::LARGEST_TENSION * scene.model.bulk_modulus();
     let pressure = (fluid.pressure() + fields.damper()).max(-largest_tension);
     let density = if order.volume_correction > 0.0 && place == Place::Inside {
-        fluid.density() * sums.volume_excess * volume_rate(scene.model, sums.speed, eigenvalue)
+        fluid.density() * excess * volume_rate(scene.model, sums.speed, eigenvalue)
     } else {
         0.0
     };

@@ -127,6 +127,11 @@ impl<S: FluidSpace> FluidInterface<S> {
         self.immersed = (0..own.len()).map(|f| u32::from(share(f) > S::IMMERSED_SHARE)).sum();
     }
 
+    /// The partner's particles in this stage.
+    pub fn partner(&self) -> &InterfaceStates<S> {
+        &self.states[1]
+    }
+
     /// Interface sums of the last evaluation.
     pub fn sums(&self) -> InterfaceSums {
         self.sums
@@ -251,8 +256,6 @@ impl<S: FluidSpace> FluidInterface<S> {
                 let r_over_h = r / model.constants.smoothing_length();
                 let pairing = ratio.pairing(S::PAIRING, r_over_h);
                 sums.add_pair(&d, volume * gradient_factor, density, &v_sf, pairing);
-                // A particle of the solid stands for its own volume, not for that of its dummy state.
-                sums.volume += partner.volume(s) * ratio.at(r_over_h);
             }
         });
         gradients.merge(scene, particles, neighbour_sums, partner_density, rates);

@@ -6,6 +6,7 @@ use sph::neighbours::largest_displacement;
 use sph::space::geometry::{Geometry, Open, Periodic};
 use sph::space::tensors::SpaceVector;
 
+use super::background_grid::BackgroundGrid;
 use super::drift::{Drift, Moved};
 use super::rows::{Order, Padding, Rows, Search, Sources};
 use crate::system::list_limits::{
@@ -38,6 +39,8 @@ pub struct Lists<S: FluidSpace> {
     near_walls: Vec<u32>,
     /// Whether each particle is one of them.
     is_near: Vec<bool>,
+    /// Nodes over the fluid, with the volume correction.
+    background: BackgroundGrid,
     /// Displacements by cell.
     drift: Drift<S>,
     /// Lower bound of the unused part of the skin \[m\], where it is known.
@@ -58,6 +61,7 @@ impl<S: FluidSpace> Default for Lists<S> {
             wall_origin: WallField::default(),
             near_walls: Vec::new(),
             is_near: Vec::new(),
+            background: BackgroundGrid::default(),
             drift: Drift::default(),
             remaining_skin: None,
             current: false,
@@ -120,7 +124,7 @@ impl<S: FluidSpace> Lists<S> {
         origin.time = time.state_time();
         origin.position.clone_from(&state.position);
         state.list_builds += 1;
-        self.build(model, origin, state.list_skin);
+        self.build(model, origin, state.list_skin, state.list_builds);
         self.remaining_skin = Some(state.list_skin - 2.0 * moves.next());
     }
 
@@ -128,7 +132,7 @@ impl<S: FluidSpace> Lists<S> {
     pub fn restore(&mut self, model: &FluidModel<S>, state: &FluidState<S>) {
         if let (false, Some(origin)) = (self.current, &state.list_origin) {
             self.fluid_sources.bin(&model.domain, &origin.position, radius(model, state.list_skin));
-            self.build(model, origin, state.list_skin);
+            self.build(model, origin, state.list_skin, state.list_builds);
         }
     }
 
@@ -170,11 +174,18 @@ impl<S: FluidSpace> Lists<S> {
             + 8 * self.numbers.capacity()
             + 4 * self.near_walls.capacity()
             + self.is_near.capacity()
+            + self.background.bytes()
             + self.drift.bytes()
     }
 
-    /// Builds the lists of a fluid whose particles are sorted and binned, with walls as of the time of `origin`.
-    fn build(&mut self, model: &FluidModel<S>, origin: &ListOrigin<S>, skin: f64) {
+    /// Nodes over the fluid; none without the volume correction.
+    pub fn background(&self) -> &BackgroundGrid {
+        &self.background
+    }
+
+    /// Builds the lists of a fluid whose particles are sorted and binned, for the time number `builds`, with walls as of
+    /// the time of `origin`.
+    fn build(&mut self, model: &FluidModel<S>, origin: &ListOrigin<S>, skin: f64, builds: u64) {
         let (domain, fluid) = (&model.domain, &origin.position[..]);
         if model.walls.moves() || !self.current {
             let Skins { thickest, .. } = skins(model.constants.particle_spacing);
@@ -189,6 +200,11 @@ impl<S: FluidSpace> Lists<S> {
         }
         self.remaining_skin = None;
         self.find_near_walls(model, fluid, skin);
+        if model.corrects_volume() {
+            let farthest = farthest(model.constants.particle_spacing);
+            let (cells, spacing) = (self.fluid_sources.grid(), model.constants.smoothing_length());
+            self.background.place(domain, cells, spacing, farthest, builds);
+        }
         self.drift.place_walls(self.fluid_sources.grid(), &self.wall_origin.position);
         self.current = true;
     }

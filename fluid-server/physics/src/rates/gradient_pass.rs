@@ -18,7 +18,6 @@ use crate::equations::neighbour_sums::{
 };
 use crate::equations::stress::{dissipation, momentum_tensor, transposed_stress, viscous_stress};
 use crate::equations::viscosity::corrected;
-use crate::equations::volume::volume_excess;
 use crate::free_surface::detection::Surface;
 use crate::free_surface::shifting::RegularisationSums;
 use crate::neighbours::batch::NeighbourBatch;
@@ -57,13 +56,10 @@ impl<S: FluidSpace> Gradients<S> {
         self.resize(model, scene.fluid.len(), partner);
         rates.resize(scene.fluid.len(), Rates::default());
         match (model.regularises(), model.needs_moments(), model.needs_velocity_gradient()) {
-            (true, ..) if model.corrects_volume() => {
-                self.gather(scene, Selected::<true, true, true, true>, rates)
-            }
-            (true, ..) => self.gather(scene, Selected::<true, true, true, false>, rates),
-            (false, true, true) => self.gather(scene, Selected::<true, true, false, false>, rates),
-            (false, true, false) => self.gather(scene, Selected::<true, false, false, false>, rates),
-            (false, false, _) => self.gather(scene, Selected::<false, true, false, false>, rates),
+            (true, ..) => self.gather(scene, Selected::<true, true, true>, rates),
+            (false, true, true) => self.gather(scene, Selected::<true, true, false>, rates),
+            (false, true, false) => self.gather(scene, Selected::<true, false, false>, rates),
+            (false, false, _) => self.gather(scene, Selected::<false, true, false>, rates),
         }
     }
 
@@ -147,8 +143,7 @@ impl<S: FluidSpace, G: Geometry<S>, W: SumSelection> LanePass for Gather<'_, G, 
     fn run<L: Lanes>(self) {
         let Self { scene, first, count, mut results, .. } = self;
         let Scene { geometry, model, lists, fluid, walls } = *scene;
-        let rest_volume = L::splat(1.0 / model.constants.rest_density);
-        let law = SumKernel { kernel: model.law.kernel.lanes(), ratio: Ratio::new(model), rest_volume };
+        let law = SumKernel { kernel: model.law.kernel.lanes(), ratio: Ratio::new(model) };
         for k in 0..count {
             let i = first + k;
             let motion = fluid[i].splat_motion();
@@ -190,8 +185,7 @@ fn finish<S: FluidSpace, G: Geometry<S>>(
     let density_gradient =
         if has_gradient { S::symmetric_times(inverse, sums.density) } else { S::splat(0.0) };
     let (regularisation, surface) = if model.regularises() {
-        let excess = volume_excess(model, sums, scene.fluid[i].volume());
-        (RegularisationSums::new(sums, trusted, excess), Surface::of(scene, i, sums))
+        (RegularisationSums::new(sums, trusted), Surface::of(scene, i, sums))
     } else {
         (RegularisationSums::default(), Surface::default())
     };

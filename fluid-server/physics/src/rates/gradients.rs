@@ -147,6 +147,12 @@ impl<S: FluidSpace> Gradients<S> {
         self.near_surface.get(i).is_some_and(|is| is.load(Ordering::Relaxed))
     }
 
+    /// Whether particle `i` lies at the free surface.
+    #[inline(always)]
+    pub fn is_at_surface(&self, i: usize) -> bool {
+        self.at_surface.get(i).copied().unwrap_or_default()
+    }
+
     /// q of the acoustic damper of particle `i` \[Pa\].
     #[inline(always)]
     pub fn damper(&self, i: usize) -> f64 {

@@ -6,3 +6,4 @@ pub mod gradients;
 pub mod lane_powers;
 pub mod particle_rates;
 pub mod rate_pass;
+pub mod volume_reading;

@@ -60,7 +60,6 @@ pub fn build(
         constants,
         equation_of_state: constants.equation_of_state(),
         acoustic_relaxation: constants.acoustic_relaxation(),
-        lattice_sum: kernel.lattice_sum(constants.particle_spacing),
         kernel,
         law: PairLaw {
             kernel: PairKernel::new(&kernel, gradient_scale),

@@ -36,8 +36,6 @@ pub struct FluidModel<S: Space> {
     pub gradient_scale: f64,
     /// Factor on the kernel gradient where L_i is not used though own pairs use it, as toward solids: 1/M or 1 \[-\].
     pub cross_gradient_scale: f64,
-    /// Σ_j V_j W on a lattice, the particle itself included \[-\].
-    pub lattice_sum: f64,
     /// δ h c₀ of Eq. (18) \[m²/s\]; zero without diffusion.
     pub diffusion: f64,
     /// α c₀ h of the acoustic damper \[m²/s\]; zero without it.

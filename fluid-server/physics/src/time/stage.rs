@@ -19,6 +19,7 @@ use crate::rates::energy::EnergyInput;
 use crate::rates::gradients::{Gradients, Partner};
 use crate::rates::particle_rates::{ExternalForces, Rates, StagePart};
 use crate::rates::rate_pass::StageFields;
+use crate::rates::volume_reading::VolumeReading;
 use crate::system::lane_arrays::{numbers, put, vectors};
 use crate::system::model::FluidModel;
 use crate::system::packed_particle::FluidSpace;
@@ -40,6 +41,8 @@ pub struct Workspace<S: FluidSpace> {
     pub walls: WallStates<S>,
     /// Results of the gradient pass.
     pub gradients: Gradients<S>,
+    /// The volume that the particles claim, with the volume correction.
+    pub volume: VolumeReading,
     /// Whether this stage computes them, or keeps those of the stage before.
     computes_gradients: bool,
     /// Part of the rates that this stage computes.
@@ -79,6 +82,7 @@ impl<S: FluidSpace> Workspace<S> {
             + self.lists.bytes()
             + size_of::<S::Particle>() * self.fluid.capacity()
             + self.gradients.bytes()
+            + self.volume.bytes()
             + size_of::<Rates<S>>() * self.rates.capacity()
             + size_of::<f64>() * self.continuity.capacity()
     }
@@ -194,6 +198,7 @@ impl<S: FluidSpace> Workspace<S> {
             fluid,
             walls,
             gradients,
+            volume,
             computes_gradients,
             part,
             interface,
@@ -217,6 +222,10 @@ impl<S: FluidSpace> Workspace<S> {
         }
         if part != StagePart::Density {
             gradients.find_near_surface(&scene);
+            if model.corrects_volume() {
+                let partner = interface.as_ref().map(FluidInterface::partner);
+                volume.read(&scene, &walls.field, time, partner, |i| gradients.is_at_surface(i));
+            }
         }
         // Leapfrog has not moved velocities since the start of the step.
         let start_velocity = if part == StagePart::Whole { &base.velocity } else { &state.velocity };
@@ -230,7 +239,7 @@ impl<S: FluidSpace> Workspace<S> {
             motions: &motions,
         });
         let moves = energy.is_some();
-        StageFields { scene, state, field: &walls.field, gradients, time, part, energy }
+        StageFields { scene, state, field: &walls.field, gradients, volume, time, part, energy }
             .rates(rates, continuity, external);
         if let Some(interface) = interface {
             interface.add_rates(model, state, part, gradients, (rates, continuity));

@@ -1,0 +1,355 @@
+//! Nodes of a regular grid over the fluid, on which particles are summed with cubic B-splines.
+//!
+//! The weights of a particle on the nodes sum to one, so that a sum over all nodes is that over all particles. Nodes are
+//! kept along each axis only where there is fluid, so that one stray particle does not cost memory.
+
+use std::ops::Range;
+
+use sph::neighbours::CellGrid;
+use sph::space::Space;
+use sph::space::domain::Domain;
+
+/// Nodes along each axis on which a particle has a weight.
+const STENCIL: usize = 4;
+
+/// Cells without fluid, next to those with fluid, whose nodes are kept: two hold all that has a weight on nodes on which
+/// fluid has one.
+const RINGS: usize = 2;
+
+/// Nodes beyond the kept cells and beyond the box along a periodic axis: those of a stencil, and one for particles that
+/// have left the box since the lists were built.
+const MARGIN: usize = STENCIL;
+
+/// The nodes.
+#[derive(Clone, Debug, Default)]
+pub struct BackgroundGrid {
+    axes: Vec<Axis>,
+    /// Volume of the cell of a node, in the plane per depth \[m²\].
+    node_volume: f64,
+    /// Fluid particles whose nodes do not overlap those of others in the same list.
+    bands: [Vec<Band>; 2],
+}
+
+/// Nodes along one axis.
+#[derive(Clone, Debug)]
+struct Axis {
+    /// Place of node 0 \[m\], whether it is kept or not.
+    origin: f64,
+    inverse_spacing: f64,
+    /// Lower end of the first cell in `shifts` \[m\].
+    lower: f64,
+    inverse_edge: f64,
+    /// Index of a kept node, less the number of the node, for each cell; `None` where no fluid is near.
+    shifts: Vec<Option<i64>>,
+    /// Number of kept nodes.
+    count: usize,
+    /// Distance between the indices of kept nodes that follow each other.
+    stride: usize,
+    /// Number of nodes in a period.
+    period: Option<usize>,
+}
+
+/// Fluid particles of some rows of cells.
+#[derive(Clone, Debug)]
+struct Band {
+    particles: Range<usize>,
+    /// The nodes on which they have weights, and others.
+    nodes: Range<usize>,
+}
+
+/// Weights of a particle.
+#[derive(Clone, Copy, Debug)]
+pub struct Stencil<S: Space> {
+    /// The first of its nodes.
+    first: usize,
+    /// Weights along each axis.
+    weights: S::Of<[f64; STENCIL]>,
+}
+
+impl BackgroundGrid {
+    /// Places nodes of about `spacing` \[m\] for the fluid in `cells`, whose particles move by at most `farthest` \[m\]
+    /// before they are placed again.
+    ///
+    /// Each `placement` displaces them by another fraction of their spacing, so that no row of particles keeps its
+    /// place among them.
+    pub fn place<S: Space>(
+        &mut self,
+        domain: &Domain<S>,
+        cells: &CellGrid<S>,
+        spacing: f64,
+        farthest: f64,
+        placement: u64,
+    ) {
+        self.axes.clear();
+        self.node_volume = 1.0;
+        self.bands.iter_mut().for_each(Vec::clear);
+        if cells.order().is_empty() {
+            return;
+        }
+        let mut stride = 1;
+        for axis in 0..S::DIMENSIONS {
+            let fraction = low_discrepancy(S::DIMENSIONS, axis, placement);
+            let placed = if domain.periodic[axis] {
+                let length = domain.upper[axis] - domain.lower[axis];
+                Axis::periodic(domain.lower[axis], length, spacing, fraction, stride)
+            } else {
+                Axis::open(&occupied(cells, axis), cells.lower()[axis], cells.edge(axis), spacing, fraction, stride)
+            };
+            stride *= placed.count;
+            self.node_volume /= placed.inverse_spacing;
+            self.axes.push(placed);
+        }
+        self.divide(cells, farthest);
+    }
+
+    /// Divides the fluid into bands of rows of cells along the last axis, so high that every other one has nodes of
+    /// its own.
+    fn divide<S: Space>(&mut self, cells: &CellGrid<S>, farthest: f64) {
+        let last = S::DIMENSIONS - 1;
+        let (lower, edge, rows) = (cells.lower()[last], cells.edge(last), cells.counts()[last]);
+        let axis = &self.axes[last];
+        let row_cells = (0..last).map(|axis| cells.counts()[axis]).product::<usize>();
+        let particles = |row: usize| {
+            cells.of_cell(row * row_cells).start..cells.of_cell((row + 1) * row_cells - 1).end
+        };
+        // A stencil reaches two spacings to either side; one more, as nodes are whole numbers.
+        let apart = (STENCIL + 1) as f64 / axis.inverse_spacing + 2.0 * farthest;
+        let height = (apart / edge).ceil() as usize;
+        for (band, first) in (0..rows).step_by(height).enumerate() {
+            let mut filled = (first..rows.min(first + height)).filter(|row| !particles(*row).is_empty());
+            let Some(lowest) = filled.next() else { continue };
+            let highest = filled.next_back().unwrap_or(lowest);
+            // The last row is up to twice as high.
+            let end = if highest + 1 == rows { rows + 1 } else { highest + 1 };
+            let bottom = axis.node(lower + edge * lowest as f64 - farthest);
+            let top = axis.node(lower + edge * end as f64 + farthest);
+            let shift = |row: usize| axis.shift(lower + edge * (row as f64 + 0.5)).unwrap_or_default();
+            let start = (bottom - 1 + shift(lowest)).max(0) as usize;
+            let end = ((top + STENCIL as i64 - 1 + shift(highest)) as usize).min(axis.count);
+            let nodes = start * axis.stride..end * axis.stride;
+            self.bands[band % 2].push(Band { particles: particles(lowest).start..particles(highest).end, nodes });
+        }
+    }
+
+    /// Number of kept nodes.
+    pub fn len(&self) -> usize {
+        self.axes.last().map_or(0, |axis| axis.count * axis.stride)
+    }
+
+    /// Volume of the cell of a node, in the plane per depth \[m²\].
+    pub fn node_volume(&self) -> f64 {
+        self.node_volume
+    }
+
+    /// Bytes in use.
+    pub fn bytes(&self) -> usize {
+        let bands = self.bands.iter().map(Vec::capacity).sum::<usize>();
+        let shifts = self.axes.iter().map(|axis| axis.shifts.capacity()).sum::<usize>();
+        size_of::<Band>() * bands + size_of::<Option<i64>>() * shifts
+    }
+
+    /// Weights of a particle at `x` \[m\], inside the box along periodic axes; `None` where no fluid is near.
+    #[inline(always)]
+    pub fn stencil<S: Space>(&self, x: &S::Vector) -> Option<Stencil<S>> {
+        let (mut first, mut near) = (0, true);
+        let weights = S::axes(|axis| {
+            let nodes = &self.axes[axis];
+            let position = (x[axis] - nodes.origin) * nodes.inverse_spacing;
+            let below = position.floor();
+            match nodes.shift(x[axis]) {
+                Some(shift) => first += (below as i64 - 1 + shift) as usize * nodes.stride,
+                None => near = false,
+            }
+            cubic(position - below)
+        });
+        near.then_some(Stencil { first, weights })
+    }
+
+    /// Calls `row` with the first of [`STENCIL`] nodes that follow each other along the first axis, and the product of
+    /// the weights along the others, for all nodes of `stencil`.
+    #[inline(always)]
+    fn for_each_row<S: Space>(&self, stencil: &Stencil<S>, mut row: impl FnMut(usize, f64)) {
+        for k in 0..STENCIL.pow(S::DIMENSIONS as u32 - 1) {
+            let (mut node, mut weight, mut rest) = (stencil.first, 1.0, k);
+            for axis in 1..S::DIMENSIONS {
+                let step = rest % STENCIL;
+                rest /= STENCIL;
+                node += step * self.axes[axis].stride;
+                weight *= stencil.weights[axis][step];
+            }
+            row(node, weight);
+        }
+    }
+
+    /// Adds `value` of a particle to `nodes`, of which the first has the index `origin`.
+    #[inline(always)]
+    pub fn add<S: Space>(&self, stencil: &Stencil<S>, value: f64, nodes: &mut [f64], origin: usize) {
+        self.for_each_row(stencil, |first, weight| {
+            let along = &mut nodes[first - origin..][..STENCIL];
+            let value = value * weight;
+            for (node, weight) in along.iter_mut().zip(&stencil.weights[0]) {
+                *node += value * weight;
+            }
+        });
+    }
+
+    /// Sets all nodes on which a particle has a weight to `value`.
+    pub fn set<S: Space>(&self, stencil: &Stencil<S>, value: f64, nodes: &mut [f64], origin: usize) {
+        self.for_each_row(stencil, |first, _| nodes[first - origin..][..STENCIL].fill(value));
+    }
+
+    /// The mean of `nodes` by the weights of a particle.
+    #[inline(always)]
+    pub fn mean<S: Space>(&self, stencil: &Stencil<S>, nodes: &[f64]) -> f64 {
+        let mut along = [0.0; STENCIL];
+        self.for_each_row(stencil, |first, weight| {
+            for (sum, node) in along.iter_mut().zip(&nodes[first..][..STENCIL]) {
+                *sum += weight * node;
+            }
+        });
+        along.iter().zip(&stencil.weights[0]).map(|(sum, weight)| sum * weight).sum()
+    }
+
+    /// Calls `work` with ranges of fluid particles that together are all, and with the nodes on which they have
+    /// weights, the first of which has the index that is given beside them. The sums on a node do not depend on the
+    /// number of threads.
+    pub fn for_each_band(&self, nodes: &mut [f64], work: &(impl Fn(Range<usize>, &mut [f64], usize) + Sync)) {
+        for bands in &self.bands {
+            each_band(bands, nodes, 0, work);
+        }
+    }
+
+    /// Adds up the nodes that are images of each other.
+    pub fn fold(&self, nodes: &mut [f64]) {
+        for axis in &self.axes {
+            let Some(period) = axis.period else { continue };
+            // All nodes at one place along the axis, for each of its repetitions along the later ones.
+            for block in nodes.chunks_mut(axis.stride * axis.count) {
+                for image in (0..MARGIN).chain(MARGIN + period..axis.count) {
+                    let own = if image < MARGIN { image + period } else { image - period };
+                    for k in 0..axis.stride {
+                        block[own * axis.stride + k] += block[image * axis.stride + k];
+                    }
+                }
+                for image in (0..MARGIN).chain(MARGIN + period..axis.count) {
+                    let own = if image < MARGIN { image + period } else { image - period };
+                    block.copy_within(own * axis.stride..(own + 1) * axis.stride, image * axis.stride);
+                }
+            }
+        }
+    }
+}
+
+impl Axis {
+    /// Nodes of a periodic axis of `length` \[m\].
+    fn periodic(lower: f64, length: f64, spacing: f64, fraction: f64, stride: usize) -> Self {
+        let period = (length / spacing).round().max(1.0);
+        let spacing = length / period;
+        Self {
+            origin: lower - fraction * spacing,
+            inverse_spacing: 1.0 / spacing,
+            // One cell, and one to either side for particles that have left the box since the lists were built.
+            lower: lower - length,
+            inverse_edge: 1.0 / length,
+            shifts: vec![Some(MARGIN as i64); 3],
+            count: period as usize + 2 * MARGIN,
+            stride,
+            period: Some(period as usize),
+        }
+    }
+
+    /// Nodes near the `occupied` cells of `edge` \[m\], the first of which begins at `lower` \[m\].
+    fn open(occupied: &[bool], lower: f64, edge: f64, spacing: f64, fraction: f64, stride: usize) -> Self {
+        let mut axis = Self {
+            origin: lower - fraction * spacing,
+            inverse_spacing: 1.0 / spacing,
+            lower: lower - RINGS as f64 * edge,
+            inverse_edge: 1.0 / edge,
+            shifts: vec![None; occupied.len() + 2 * RINGS],
+            count: 0,
+            stride,
+            period: None,
+        };
+        // Cell `cell` has the entry `cell + RINGS`.
+        let is_near = |entry: usize| occupied[entry.saturating_sub(2 * RINGS)..occupied.len().min(entry + 1)].contains(&true);
+        let mut entry = 0;
+        while entry < axis.shifts.len() {
+            let end = (entry..axis.shifts.len()).find(|entry| !is_near(*entry)).unwrap_or(axis.shifts.len());
+            if end > entry {
+                let first = axis.node(axis.lower + edge * entry as f64) - MARGIN as i64;
+                let last = axis.node(axis.lower + edge * end as f64) + MARGIN as i64;
+                axis.shifts[entry..end].fill(Some(axis.count as i64 - first));
+                axis.count += (last - first + 1) as usize;
+            }
+            entry = end + 1;
+        }
+        axis
+    }
+
+    /// Number of the last node that is not beyond `x` \[m\].
+    fn node(&self, x: f64) -> i64 {
+        ((x - self.origin) * self.inverse_spacing).floor() as i64
+    }
+
+    /// Index less number of the nodes near `x` \[m\].
+    #[inline(always)]
+    fn shift(&self, x: f64) -> Option<i64> {
+        // Below zero the conversion gives the first cell: it is next to the box or holds no fluid.
+        let cell = ((x - self.lower) * self.inverse_edge).max(-1.0);
+        if cell < 0.0 { None } else { self.shifts.get(cell as usize).copied().flatten() }
+    }
+}
+
+/// Whether there are particles at each place of `cells` along `axis`.
+fn occupied<S: Space>(cells: &CellGrid<S>, axis: usize) -> Vec<bool> {
+    let counts = cells.counts();
+    let before = (0..axis).map(|axis| counts[axis]).product::<usize>();
+    let all = (0..S::DIMENSIONS).map(|axis| counts[axis]).product();
+    let mut occupied = vec![false; counts[axis]];
+    for cell in 0..all {
+        occupied[cell / before % counts[axis]] |= !cells.of_cell(cell).is_empty();
+    }
+    occupied
+}
+
+/// Number `k` along `axis` of a sequence that fills the unit cell of `dimensions` evenly (Roberts 2018): the fraction of
+/// k/φ^(axis + 1), with φ^(dimensions + 1) = φ + 1.
+fn low_discrepancy(dimensions: usize, axis: usize, k: u64) -> f64 {
+    let root = 1.0 / (dimensions + 1) as f64;
+    // The iteration gains half a digit each time.
+    let phi = (0..64).fold(1.0_f64, |phi, _| (1.0 + phi).powf(root));
+    // Products of larger numbers would lose their fraction.
+    ((k % (1 << 32)) as f64 * phi.powi(-(axis as i32 + 1))).fract()
+}
+
+/// Weights on four nodes of a particle that lies the fraction `t` of the spacing behind the second: the cubic B-spline.
+#[inline(always)]
+fn cubic(t: f64) -> [f64; STENCIL] {
+    let (u, square) = (1.0 - t, t * t);
+    [
+        u * u * u / 6.0,
+        (4.0 - 6.0 * square + 3.0 * square * t) / 6.0,
+        (1.0 + 3.0 * (t + square - square * t)) / 6.0,
+        square * t / 6.0,
+    ]
+}
+
+fn each_band(
+    bands: &[Band],
+    nodes: &mut [f64],
+    origin: usize,
+    work: &(impl Fn(Range<usize>, &mut [f64], usize) + Sync),
+) {
+    match bands {
+        [] => {}
+        [Band { particles, nodes: own }] => {
+            work(particles.clone(), &mut nodes[own.start - origin..own.end - origin], own.start);
+        }
+        _ => {
+            let (some, rest) = bands.split_at(bands.len() / 2);
+            let middle = rest[0].nodes.start;
+            let (below, above) = nodes.split_at_mut(middle - origin);
+            rayon::join(|| each_band(some, below, origin, work), || each_band(rest, above, middle, work));
+        }
+    }
+}

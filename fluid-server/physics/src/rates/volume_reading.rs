@@ -1,0 +1,118 @@
+//! The volume that the particles claim, against the volume that is there.
+//!
+//! ```text
+//! φ_n = Σ_j V_j w_nj / V_n over the fluid, σ_n the same over fluid, walls and solids,   ε_i = Σ_n w_ni (σ_n − 1)/φ_n
+//! ```
+//! with the weights w_nj of particle j on the node n of a background grid, and V_n the volume of the cell of the node.
+//! Where fluid, walls and solids fill all that has a weight on a node, σ_n − 1 is how much more volume their densities
+//! claim than there is; other nodes are left out of ε_i. A node hands its excess to the fluid that claims it:
+//! Σ_i V_i ε_i = Σ_n V_n (σ_n − 1), whatever the arrangement of the particles. In a full vessel that is all the volume
+//! that is claimed in excess, since Σ_n w_nj = 1. A sum with the kernel at the particles themselves has a bias: 0.2 % too much inside disordered fluid,
+//! 0.8 % too little along walls, since the places of particles are not independent of each other.
+
+use rayon::prelude::*;
+use sph::interface::states::InterfaceStates;
+use sph::space::geometry::Geometry;
+
+use crate::neighbours::background_grid::BackgroundGrid;
+use crate::neighbours::scene::Scene;
+use crate::system::packed_particle::{FluidSpace, Packed};
+use crate::system::tasks::{TASK, for_each_task};
+use crate::system::walls::WallField;
+
+/// Claims on the nodes, and what follows for each particle; buffers are reused.
+#[derive(Clone, Debug, Default)]
+pub struct VolumeReading {
+    /// φ of each node \[-\], then (σ − 1)/φ.
+    fluid: Vec<f64>,
+    /// Claim of walls and solids on each node, σ − φ \[-\].
+    others: Vec<f64>,
+    /// ε of each fluid particle \[-\].
+    excess: Vec<f64>,
+}
+
+impl VolumeReading {
+    /// Reads the volumes of `scene`, with the walls in `field` at `time` \[s\] and the particles of a `partner`.
+    ///
+    /// A node counts where the claim of the fluid is not small beside that of walls and solids, and where no particle at
+    /// the surface has a weight. Walls and solids stand for their own volume.
+    pub fn read<S: FluidSpace, G: Geometry<S>>(
+        &mut self,
+        scene: &Scene<G, S>,
+        field: &WallField<S>,
+        time: f64,
+        partner: Option<&InterfaceStates<S>>,
+        at_surface: impl Fn(usize) -> bool + Sync,
+    ) {
+        let Scene { lists, fluid, .. } = *scene;
+        let grid = lists.background();
+        self.sum_others(grid, scene, field, time, partner);
+        let per_volume = 1.0 / grid.node_volume();
+        self.fluid.clear();
+        self.fluid.resize(grid.len(), 0.0);
+        grid.for_each_band(&mut self.fluid, &|particles, nodes, origin| {
+            for i in particles {
+                let Some(stencil) = grid.stencil::<S>(&fluid[i].position()) else { continue };
+                if at_surface(i) {
+                    grid.set(&stencil, f64::NEG_INFINITY, nodes, origin);
+                } else {
+                    grid.add(&stencil, fluid[i].volume() * per_volume, nodes, origin);
+                }
+            }
+        });
+        grid.fold(&mut self.fluid);
+        let each = self.fluid.par_iter_mut().zip(&self.others).with_min_len(TASK);
+        each.for_each(|(fluid, others)| {
+            let counts = *fluid > S::LEAST_FLUID_CLAIM * others;
+            *fluid = if counts { (*fluid + others - 1.0) / *fluid } else { 0.0 };
+        });
+        self.excess.resize(fluid.len(), 0.0);
+        let nodes = &self.fluid;
+        for_each_task(fluid.len(), &mut self.excess[..], &|particles, excess| {
+            for (i, excess) in particles.zip(excess) {
+                let stencil = grid.stencil::<S>(&fluid[i].position());
+                let mean = stencil.map_or(0.0, |stencil| grid.mean(&stencil, nodes));
+                *excess = mean.clamp(-S::LARGEST_VOLUME_EXCESS, S::LARGEST_VOLUME_EXCESS);
+            }
+        });
+    }
+
+    /// ε of particle `i` within limits \[-\].
+    #[inline(always)]
+    pub fn excess(&self, i: usize) -> f64 {
+        self.excess.get(i).copied().unwrap_or_default()
+    }
+
+    /// Bytes in use.
+    pub fn bytes(&self) -> usize {
+        8 * (self.fluid.capacity() + self.others.capacity() + self.excess.capacity())
+    }
+
+    fn sum_others<S: FluidSpace, G: Geometry<S>>(
+        &mut self,
+        grid: &BackgroundGrid,
+        scene: &Scene<G, S>,
+        field: &WallField<S>,
+        time: f64,
+        partner: Option<&InterfaceStates<S>>,
+    ) {
+        let model = scene.model;
+        let per_volume = 1.0 / grid.node_volume();
+        self.others.clear();
+        self.others.resize(grid.len(), 0.0);
+        let of_wall = model.walls.mass / model.constants.rest_density;
+        for (x, wall) in field.position.iter().zip(&model.walls.wall) {
+            if let (true, Some(stencil)) = (model.walls.acts(*wall, time), grid.stencil::<S>(x)) {
+                grid.add(&stencil, of_wall * per_volume, &mut self.others, 0);
+            }
+        }
+        if let Some(solids) = partner {
+            for s in 0..solids.len() {
+                if let Some(stencil) = grid.stencil::<S>(&model.domain.wrapped(&solids.position[s])) {
+                    grid.add(&stencil, solids.volume(s) * per_volume, &mut self.others, 0);
+                }
+            }
+        }
+        grid.fold(&mut self.others);
+    }
+}

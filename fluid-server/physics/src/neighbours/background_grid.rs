@@ -16,9 +16,12 @@ const STENCIL: usize = 4;
 /// fluid has one.
 const RINGS: usize = 2;
 
-/// Nodes beyond the kept cells and beyond the box along a periodic axis: those of a stencil, and one for particles that
-/// have left the box since the lists were built.
-const MARGIN: usize = STENCIL;
+/// By how much the nodes move along the first axis from one placement to the next, in spacings of theirs.
+const STEP: f64 = 0.01;
+
+/// Nodes beyond the kept cells and beyond the box along a periodic axis: those of a stencil, one for particles that have
+/// left the box since the lists were built, and one by which the nodes may have moved.
+const MARGIN: usize = STENCIL + 1;
 
 /// The nodes.
 #[derive(Clone, Debug, Default)]
@@ -68,10 +71,10 @@ pub struct Stencil<S: Space> {
 
 impl BackgroundGrid {
     /// Places nodes of about `spacing` \[m\] for the fluid in `cells`, whose particles move by at most `farthest` \[m\]
-    /// before they are placed again.
+    /// before they are placed again, for the time number `placement`.
     ///
-    /// Each `placement` displaces them by another fraction of their spacing, so that no row of particles keeps its
-    /// place among them.
+    /// From one placement to the next the nodes move by a hundredth of their spacing: no row of particles keeps its
+    /// place among them, and what they read changes as slowly as by the flow. Nodes that jump make noise.
     pub fn place<S: Space>(
         &mut self,
         domain: &Domain<S>,
@@ -88,12 +91,14 @@ impl BackgroundGrid {
         }
         let mut stride = 1;
         for axis in 0..S::DIMENSIONS {
-            let fraction = low_discrepancy(S::DIMENSIONS, axis, placement);
+            // The ratio of the steps along the axes is irrational: in time the nodes visit all places.
+            let step = STEP * std::f64::consts::SQRT_2.powi(-(axis as i32));
+            let origin = domain.lower[axis] - spacing * (step * (placement % (1 << 32)) as f64).fract();
             let placed = if domain.periodic[axis] {
-                let length = domain.upper[axis] - domain.lower[axis];
-                Axis::periodic(domain.lower[axis], length, spacing, fraction, stride)
+                Axis::periodic(origin, domain.upper[axis] - domain.lower[axis], spacing, stride)
             } else {
-                Axis::open(&occupied(cells, axis), cells.lower()[axis], cells.edge(axis), spacing, fraction, stride)
+                let (occupied, lower) = (occupied(cells, axis), cells.lower()[axis]);
+                Axis::open(&occupied, [origin, lower], cells.edge(axis), spacing, stride)
             };
             stride *= placed.count;
             self.node_volume /= placed.inverse_spacing;
@@ -242,14 +247,14 @@ impl BackgroundGrid {
 
 impl Axis {
     /// Nodes of a periodic axis of `length` \[m\].
-    fn periodic(lower: f64, length: f64, spacing: f64, fraction: f64, stride: usize) -> Self {
+    fn periodic(origin: f64, length: f64, spacing: f64, stride: usize) -> Self {
         let period = (length / spacing).round().max(1.0);
         let spacing = length / period;
         Self {
-            origin: lower - fraction * spacing,
+            origin,
             inverse_spacing: 1.0 / spacing,
             // One cell, and one to either side for particles that have left the box since the lists were built.
-            lower: lower - length,
+            lower: origin - length,
             inverse_edge: 1.0 / length,
             shifts: vec![Some(MARGIN as i64); 3],
             count: period as usize + 2 * MARGIN,
@@ -259,9 +264,9 @@ impl Axis {
     }
 
     /// Nodes near the `occupied` cells of `edge` \[m\], the first of which begins at `lower` \[m\].
-    fn open(occupied: &[bool], lower: f64, edge: f64, spacing: f64, fraction: f64, stride: usize) -> Self {
+    fn open(occupied: &[bool], [origin, lower]: [f64; 2], edge: f64, spacing: f64, stride: usize) -> Self {
         let mut axis = Self {
-            origin: lower - fraction * spacing,
+            origin,
             inverse_spacing: 1.0 / spacing,
             lower: lower - RINGS as f64 * edge,
             inverse_edge: 1.0 / edge,
@@ -310,16 +315,6 @@ fn occupied<S: Space>(cells: &CellGrid<S>, axis: usize) -> Vec<bool> {
         occupied[cell / before % counts[axis]] |= !cells.of_cell(cell).is_empty();
     }
     occupied
-}
-
-/// Number `k` along `axis` of a sequence that fills the unit cell of `dimensions` evenly (Roberts 2018): the fraction of
-/// k/φ^(axis + 1), with φ^(dimensions + 1) = φ + 1.
-fn low_discrepancy(dimensions: usize, axis: usize, k: u64) -> f64 {
-    let root = 1.0 / (dimensions + 1) as f64;
-    // The iteration gains half a digit each time.
-    let phi = (0..64).fold(1.0_f64, |phi, _| (1.0 + phi).powf(root));
-    // Products of larger numbers would lose their fraction.
-    ((k % (1 << 32)) as f64 * phi.powi(-(axis as i32 + 1))).fract()
 }
 
 /// Weights on four nodes of a particle that lies the fraction `t` of the spacing behind the second: the cubic B-spline.

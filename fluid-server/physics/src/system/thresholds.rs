@@ -51,13 +51,13 @@ thresholds! {
     /// Least claim of the fluid on a node that counts in the volume correction, over that of walls and solids \[-\].
     /// Reached about a spacing behind a face; walls of few layers do not fill what has a weight on nodes much farther
     /// behind.
-    LEAST_FLUID_CLAIM = 0.1, "volume_correction.least_claim",
+    LEAST_FLUID_CLAIM = 0.05, "volume_correction.least_claim",
         "least claim of the fluid on a node of the background grid, over that of walls and solids [-]";
     /// Largest |ε| that the volume correction takes \[-\]: beyond, voids open and no density is right.
     LARGEST_VOLUME_EXCESS = 0.02, "volume_correction.largest_excess",
         "largest excess of volume that the volume correction takes [-]";
     /// Largest speed k U of the volume correction, in c₀ \[-\]: in violent flow a faster one adds energy.
-    LARGEST_VOLUME_SPEED = 0.08, "volume_correction.largest_speed",
+    LARGEST_VOLUME_SPEED = 0.1, "volume_correction.largest_speed",
         "largest speed k U of the volume correction, over c0 [-]";
     /// Smallest eigenvalue of the moment matrix up to which the volume correction does not act \[-\]: σ of strongly
     /// stretched particles is too large by percent, and void counts as missing volume.

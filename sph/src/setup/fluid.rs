@@ -103,11 +103,11 @@ parameters! {
         /// Whether p_i + p_j becomes p_j − p_i where p_i < 0, down to −ρ₀c₀²/1000, away from the free surface.
         tensile_control: bool = false, "tensile_control", Row::flag().off(Flag(false))
             .recommended(Flag(true), "shifting alone leaves voids");
-        /// Coefficient k of the volume correction \[-\]: inside the fluid dρ/dt gains ρ (σ − 1) min(k U, 0.02 c₀)/h, which
-        /// ties the density to the volume that the particles fill, σ = Σ V_j W over the same sum on a lattice, U as
-        /// in `shifting`.
+        /// Coefficient k of the volume correction \[-\]: inside the fluid dρ/dt gains ρ ε min(k U, 0.2 c₀)/h, which ties
+        /// the density to the volume that the particles fill, ε the share of its volume that a particle claims in
+        /// excess, read on a background grid, U as in `shifting`.
         volume_correction: f64 = 0.0, "volume_correction", Row::number(Allowed::NOT_NEGATIVE).off(Number(0.0))
-            .recommended(Number(2.0), "without it a full channel loses its pressure, and an oscillating drop 5 % of its \
+            .recommended(Number(30.0), "without it a full channel loses its pressure, and an oscillating drop 5 % of its \
                 area");
         /// Largest tension t that the fluid bears \[Pa\]: p = max(Eq. (3), −t), beyond which cavities lower its density.
         tension_limit: Option<f64> = None, "tension_limit_pa", Row::number(Allowed::POSITIVE).optional();

@@ -19,12 +19,6 @@ impl<R: Real> Ratio<R> {
         Self(Spline::scaled(1.0 / at_spacing))
     }
 
-    /// W(r)/W(Δx).
-    #[inline(always)]
-    pub fn at(&self, s: R) -> R {
-        self.0.at(s)
-    }
-
     /// R (W(r)/W(Δx))⁴, R = `factor`.
     #[inline(always)]
     pub fn pairing(&self, factor: f64, s: R) -> R {

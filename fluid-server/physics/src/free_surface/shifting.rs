@@ -39,12 +39,7 @@ impl<S: Space> Default for RegularisationSums<S> {
     #[inline(always)]
     fn default() -> Self {
         let zero = S::Vector::zeros();
-        Self {
-            concentration: zero,
-            shifting_gradient: zero,
-            speed: 0.0,
-            velocity_gradient: S::zero_matrix(),
-        }
+        Self { concentration: zero, shifting_gradient: zero, speed: 0.0, velocity_gradient: S::zero_matrix() }
     }
 }
 

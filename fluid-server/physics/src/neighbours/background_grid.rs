@@ -114,9 +114,8 @@ impl BackgroundGrid {
         let (lower, edge, rows) = (cells.lower()[last], cells.edge(last), cells.counts()[last]);
         let axis = &self.axes[last];
         let row_cells = (0..last).map(|axis| cells.counts()[axis]).product::<usize>();
-        let particles = |row: usize| {
-            cells.of_cell(row * row_cells).start..cells.of_cell((row + 1) * row_cells - 1).end
-        };
+        let particles =
+            |row: usize| cells.of_cell(row * row_cells).start..cells.of_cell((row + 1) * row_cells - 1).end;
         // A stencil reaches two spacings to either side; one more, as nodes are whole numbers.
         let apart = (STENCIL + 1) as f64 / axis.inverse_spacing + 2.0 * farthest;
         let height = (apart / edge).ceil() as usize;
@@ -132,7 +131,8 @@ impl BackgroundGrid {
             let start = (bottom - 1 + shift(lowest)).max(0) as usize;
             let end = ((top + STENCIL as i64 - 1 + shift(highest)) as usize).min(axis.count);
             let nodes = start * axis.stride..end * axis.stride;
-            self.bands[band % 2].push(Band { particles: particles(lowest).start..particles(highest).end, nodes });
+            self.bands[band % 2]
+                .push(Band { particles: particles(lowest).start..particles(highest).end, nodes });
         }
     }
 
@@ -276,7 +276,9 @@ impl Axis {
             period: None,
         };
         // Cell `cell` has the entry `cell + RINGS`.
-        let is_near = |entry: usize| occupied[entry.saturating_sub(2 * RINGS)..occupied.len().min(entry + 1)].contains(&true);
+        let is_near = |entry: usize| {
+            occupied[entry.saturating_sub(2 * RINGS)..occupied.len().min(entry + 1)].contains(&true)
+        };
         let mut entry = 0;
         while entry < axis.shifts.len() {
             let end = (entry..axis.shifts.len()).find(|entry| !is_near(*entry)).unwrap_or(axis.shifts.len());
@@ -346,5 +348,101 @@ fn each_band(
             let (below, above) = nodes.split_at_mut(middle - origin);
             rayon::join(|| each_band(some, below, origin, work), || each_band(rest, above, middle, work));
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use sph::space::{Plane, Vector};
+
+    use super::*;
+
+    fn scattered(count: usize, lower: Vector, size: Vector) -> Vec<Vector> {
+        // The fractions of multiples of two irrational numbers.
+        let place = |k: usize, a: f64| (k as f64 * a).fract();
+        (0..count)
+            .map(|k| lower + Vector::new(place(k, 0.754_878), place(k, 0.569_840)).component_mul(&size))
+            .collect()
+    }
+
+    fn sorted(domain: &Domain, positions: &[Vector]) -> (CellGrid, Vec<Vector>) {
+        let cells = CellGrid::new(domain, positions, 0.026);
+        let sorted = cells.order().iter().map(|k| positions[*k as usize]).collect();
+        (cells, sorted)
+    }
+
+    fn grid(domain: &Domain, cells: &CellGrid) -> BackgroundGrid {
+        let mut grid = BackgroundGrid::default();
+        grid.place::<Plane>(domain, cells, 0.013, 0.005, 77);
+        grid
+    }
+
+    #[test]
+    fn weights_sum_to_one_and_have_the_place_of_the_particle_as_their_mean() {
+        for t in [0.0, 0.25, 0.7, 0.999] {
+            let weights = cubic(t);
+            let mean: f64 = weights.iter().zip(-1..).map(|(weight, k)| weight * f64::from(k)).sum();
+            assert!((weights.iter().sum::<f64>() - 1.0).abs() < 1e-15 && (mean - t).abs() < 1e-15, "{t}");
+        }
+    }
+
+    #[test]
+    fn bands_sum_what_one_particle_after_the_other_sums() {
+        for periodic in [[false, false], [true, false], [false, true], [true, true]] {
+            let domain = Domain { lower: Vector::new(-0.2, 0.1), upper: Vector::new(0.3, 0.8), periodic };
+            let (cells, mut positions) = sorted(&domain, &scattered(700, domain.lower, domain.size()));
+            let grid = grid(&domain, &cells);
+            // Particles move by at most 0.005 m before the lists are rebuilt.
+            for (k, x) in positions.iter_mut().enumerate() {
+                let angle = k as f64;
+                *x += Vector::new(angle.cos(), angle.sin()) * 0.0049;
+            }
+            let stencil = |i: usize| grid.stencil::<Plane>(&positions[i]).unwrap();
+            let mut nodes = vec![0.0; grid.len()];
+            grid.for_each_band(&mut nodes, &|particles, nodes, origin| {
+                particles.for_each(|i| grid.add(&stencil(i), 1.0 + i as f64, nodes, origin));
+            });
+            let mut expected = vec![0.0; grid.len()];
+            (0..positions.len()).for_each(|i| grid.add(&stencil(i), 1.0 + i as f64, &mut expected, 0));
+            let total: f64 = nodes.iter().sum();
+            assert!((total / (350.5 * 700.0) - 1.0).abs() < 1e-12, "{periodic:?}: {total}");
+            let largest = nodes.iter().zip(&expected).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            assert!(largest < 1e-11, "{periodic:?}: {largest}");
+        }
+    }
+
+    #[test]
+    fn images_of_a_node_have_the_same_sum() {
+        let domain = Domain { lower: Vector::zeros(), upper: Vector::new(0.5, 0.4), periodic: [true, true] };
+        let (cells, positions) = sorted(&domain, &scattered(500, domain.lower, domain.size()));
+        let grid = grid(&domain, &cells);
+        let mut nodes = vec![0.0; grid.len()];
+        for x in &positions {
+            grid.add(&grid.stencil::<Plane>(x).unwrap(), 1.0, &mut nodes, 0);
+        }
+        grid.fold(&mut nodes);
+        // Each particle reads the same sums through the opposite side.
+        for x in &positions[..20] {
+            let read = |x: Vector| grid.mean(&grid.stencil::<Plane>(&x).unwrap(), &nodes);
+            let near = Vector::new(x.x * 0.01, x.y);
+            let image = near + Vector::new(0.5, 0.0);
+            assert!((read(near) / read(image) - 1.0).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn a_stray_particle_costs_no_memory() {
+        let domain =
+            Domain { lower: Vector::repeat(-1e4), upper: Vector::repeat(1e4), periodic: [false, false] };
+        let mut positions = scattered(2000, Vector::zeros(), Vector::new(0.5, 0.4));
+        let (cells, _) = sorted(&domain, &positions);
+        let few = grid(&domain, &cells).len();
+        positions.push(Vector::new(40.0, 0.7));
+        let (cells, sorted) = sorted(&domain, &positions);
+        let grid = grid(&domain, &cells);
+        // Nodes for all of the box of the particles would be sixty times as many.
+        assert!(grid.len() < 8 * few, "{} {few}", grid.len());
+        assert!(sorted.iter().all(|x| grid.stencil::<Plane>(x).is_some()));
+        assert!(grid.stencil::<Plane>(&Vector::new(20.0, 0.2)).is_none());
     }
 }

@@ -44,8 +44,7 @@ thresholds! {
     /// pressure moves them back and changes it, so that fluid with pressure waves would contract.
     ORDERED_BY_PRESSURE = 100.0, "shifting.ordered_by_pressure",
         "p/(rho U^2) up to which shifting acts in full; from twice that on it does not act [-]";
-    /// The same k with the volume correction, which keeps the volume \[-\]. It lifts the pressure of disordered fluid by
-    /// up to 0.002 ρ₀c₀², which must not end shifting.
+    /// The same k with the volume correction \[-\], which keeps the volume when both work against each other.
     ORDERED_BY_PRESSURE_AT_VOLUME = 1000.0, "shifting.ordered_by_pressure_at_volume",
         "the same with volume_correction [-]";
     /// Least claim of the fluid on a node that counts in the volume correction, over that of walls and solids \[-\].
@@ -56,8 +55,8 @@ thresholds! {
     /// Largest |ε| that the volume correction takes \[-\]: beyond, voids open and no density is right.
     LARGEST_VOLUME_EXCESS = 0.02, "volume_correction.largest_excess",
         "largest excess of volume that the volume correction takes [-]";
-    /// Largest speed k U of the volume correction, in c₀ \[-\]: in violent flow a faster one adds energy.
-    LARGEST_VOLUME_SPEED = 0.1, "volume_correction.largest_speed",
+    /// Largest speed k U of the volume correction, in c₀ \[-\]: slow against sound, and a small part of ε in a step.
+    LARGEST_VOLUME_SPEED = 0.2, "volume_correction.largest_speed",
         "largest speed k U of the volume correction, over c0 [-]";
     /// Smallest eigenvalue of the moment matrix up to which the volume correction does not act \[-\]: σ of strongly
     /// stretched particles is too large by percent, and void counts as missing volume.

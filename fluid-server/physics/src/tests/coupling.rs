@@ -323,10 +323,12 @@ fn a_solid_stands_for_its_volume_in_the_volume_correction() {
     };
     for law in [InterfaceLaw::Wall, InterfaceLaw::WallNoSlip, InterfaceLaw::PlainSum] {
         let rate = |density| of(law, density, 2.0) - of(law, density, 0.0);
-        // ρ 2U/h; the lattice continues in the solid, so that σ = 1 to round-off.
+        // ρ 2U/h; the lattice continues in the solid, which nodes of spacing 1.2 Δx read to some tenths of a percent. A
+        // solid that is not there would read as the bound of −2 %.
         let scale = 1000.0 * 0.2 / 0.024;
-        assert!(rate(1000.0).abs() < 1e-12 * scale, "{law:?}: {}", rate(1000.0));
+        assert!(rate(1000.0).abs() < 0.004 * scale, "{law:?}: {}", rate(1000.0) / scale);
         // Of 1 % more volume in the fluid the particle sees more than half.
-        assert!((0.005..0.009).contains(&(rate(990.0) / scale)), "{law:?}: {}", rate(990.0));
+        let more = (rate(990.0) - rate(1000.0)) / scale;
+        assert!((0.005..0.012).contains(&more), "{law:?}: {more}");
     }
 }

@@ -41,13 +41,28 @@ const DROP_STRAIN_RATE: f64 = 100.0;
 /// dA/dt = A² (b² − a²)/(a² + b²),  da/dt = A a,  db/dt = −A b,  v = A (x, −y);  A(0) = −A₀
 /// ```
 pub fn drop_semi_axes(time: f64) -> [f64; 2] {
+    semi_axes(-DROP_STRAIN_RATE, 0.0, time)
+}
+
+/// Semi-axes along x and y \[m\] at `time` \[s\] of the unit circle that starts with v = A₀ (x, −y), A₀ = `strain_rate`
+/// \[1/s\], under a central acceleration −Ω² x, Ω = `frequency` \[1/s\].
+///
+/// ```text
+/// dA/dt = (A² + Ω²) (b² − a²)/(a² + b²),  da/dt = A a,  db/dt = −A b        Monaghan & Rafiee 2013
+/// ```
+/// From the momentum along both axes with p/ρ = K (1 − x²/a² − y²/b²): A' + A² + Ω² = 2K/a², −A' + A² + Ω² = 2K/b².
+pub fn oscillating_drop_semi_axes(strain_rate: f64, frequency: f64, time: f64) -> [f64; 2] {
+    semi_axes(strain_rate, frequency, time)
+}
+
+fn semi_axes(strain_rate: f64, frequency: f64, time: f64) -> [f64; 2] {
     let rate = |[strain, a, b]: [f64; 3]| {
         let (a2, b2) = (a * a, b * b);
-        [strain * strain * (b2 - a2) / (a2 + b2), strain * a, -strain * b]
+        [(strain * strain + frequency * frequency) * (b2 - a2) / (a2 + b2), strain * a, -strain * b]
     };
     let steps = 2000;
     let dt = time / f64::from(steps);
-    let mut state = [-DROP_STRAIN_RATE, 1.0, 1.0];
+    let mut state = [strain_rate, 1.0, 1.0];
     let moved = |state: [f64; 3], rate: [f64; 3], by: f64| std::array::from_fn(|k| state[k] + by * rate[k]);
     for _ in 0..steps {
         // Runge-Kutta of fourth order.
@@ -72,5 +87,19 @@ mod tests {
         // Known semi-axes at A₀t = 0.8: about 0.500 and 2.000.
         let [a, b] = drop_semi_axes(0.008);
         assert!((a - 0.5).abs() < 0.01 && (b - 2.0).abs() < 0.04, "{a} {b}");
+    }
+
+    #[test]
+    fn the_drop_under_a_central_force_swings_with_its_known_period() {
+        // For small amplitudes a'' = −2 Ω² (a − 1): the period is √2 π/Ω.
+        let quarter = std::f64::consts::SQRT_2 * PI / (4.0 * 3.0);
+        let [a, b] = oscillating_drop_semi_axes(1e-4, 3.0, quarter);
+        assert!(((a - 1.0) / (1e-4 / (3.0 * std::f64::consts::SQRT_2)) - 1.0).abs() < 1e-3, "{a}");
+        assert!((a * b - 1.0).abs() < 1e-10, "{a} {b}");
+        // At A₀ = Ω = 1/s the period is 4.827 s (Monaghan & Rafiee 2013).
+        let [a, b] = oscillating_drop_semi_axes(1.0, 1.0, 4.827_343);
+        assert!((a - 1.0).abs() < 1e-5 && (b - 1.0).abs() < 1e-5, "{a} {b}");
+        let [before, after] = [4.82, 4.83].map(|time| oscillating_drop_semi_axes(1.0, 1.0, time)[0]);
+        assert!(before < 1.0 && after > 1.0, "it passes the circle as at its start");
     }
 }

@@ -5,6 +5,7 @@ use super::Case;
 mod beams;
 mod bore;
 mod channel;
+mod confined;
 mod contact;
 pub mod curved;
 mod dam_break;
@@ -37,6 +38,10 @@ pub fn all() -> Vec<&'static dyn Case> {
         &dam_break_pressure::DamBreakPressure,
         &bore::Bore,
         &standing_wave::StandingWave,
+        &confined::ClosedChannel,
+        &confined::FullTank,
+        &confined::MeetingPatches,
+        &confined::OscillatingDrop,
         &hard::Hard,
         &beams::Cantilever,
         &beams::StaticCantilever,

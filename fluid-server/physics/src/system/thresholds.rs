@@ -48,9 +48,9 @@ thresholds! {
     ORDERED_BY_PRESSURE_AT_VOLUME = 1000.0, "shifting.ordered_by_pressure_at_volume",
         "the same with volume_correction [-]";
     /// Least claim of the fluid on a node that counts in the volume correction, over that of walls and solids \[-\].
-    /// Reached about a spacing behind a face; walls of few layers do not fill what has a weight on nodes much farther
-    /// behind.
-    LEAST_FLUID_CLAIM = 0.05, "volume_correction.least_claim",
+    /// Reached about a spacing and a half behind a face; walls of few layers do not fill what has a weight on nodes much
+    /// farther behind.
+    LEAST_FLUID_CLAIM = 0.02, "volume_correction.least_claim",
         "least claim of the fluid on a node of the background grid, over that of walls and solids [-]";
     /// Largest |ε| that the volume correction takes \[-\]: beyond, voids open and no density is right.
     LARGEST_VOLUME_EXCESS = 0.02, "volume_correction.largest_excess",

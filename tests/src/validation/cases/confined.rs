@@ -115,7 +115,10 @@ impl Case for FullTank {
     }
 
     fn members(&self) -> Vec<Member> {
-        vec![Member::new("rotating_full_tank", 0.01), Member::new("rotating_full_tank", 0.005)]
+        let of = |spacing| Member::new("rotating_full_tank", spacing);
+        let short = of(0.01).with("time.end_time_s", 4.0).with("outputs.snapshot_interval_s", 1.0);
+        let short = short.with("outputs.picture_times_s", vec![0.5, 4.0]);
+        vec![short.scheme("two turns").quick(), of(0.01), of(0.005)]
     }
 
     fn figures(&self, run: &Run) -> Result<Vec<Figure>, String> {

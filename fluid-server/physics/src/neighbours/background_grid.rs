@@ -29,6 +29,8 @@ pub struct BackgroundGrid {
     axes: Vec<Axis>,
     /// Volume of the cell of a node, in the plane per depth \[m²\].
     node_volume: f64,
+    /// Number of the placement.
+    placement: u64,
     /// Fluid particles whose nodes do not overlap those of others in the same list.
     bands: [Vec<Band>; 2],
 }
@@ -84,7 +86,7 @@ impl BackgroundGrid {
         placement: u64,
     ) {
         self.axes.clear();
-        self.node_volume = 1.0;
+        (self.node_volume, self.placement) = (1.0, placement);
         self.bands.iter_mut().for_each(Vec::clear);
         if cells.order().is_empty() {
             return;
@@ -136,6 +138,11 @@ impl BackgroundGrid {
         }
     }
 
+    /// Number of the placement: nodes of the same one have the same places.
+    pub fn placement(&self) -> u64 {
+        self.placement
+    }
+
     /// Number of kept nodes.
     pub fn len(&self) -> usize {
         self.axes.last().map_or(0, |axis| axis.count * axis.stride)
@@ -156,18 +163,17 @@ impl BackgroundGrid {
     /// Weights of a particle at `x` \[m\], inside the box along periodic axes; `None` where no fluid is near.
     #[inline(always)]
     pub fn stencil<S: Space>(&self, x: &S::Vector) -> Option<Stencil<S>> {
-        let (mut first, mut near) = (0, true);
-        let weights = S::axes(|axis| {
+        let mut first = 0;
+        // A loop: the closure of `S::axes` is not compiled into it.
+        let mut weights = S::splat([0.0; STENCIL]);
+        for axis in 0..S::DIMENSIONS {
             let nodes = &self.axes[axis];
             let position = (x[axis] - nodes.origin) * nodes.inverse_spacing;
-            let below = position.floor();
-            match nodes.shift(x[axis]) {
-                Some(shift) => first += (below as i64 - 1 + shift) as usize * nodes.stride,
-                None => near = false,
-            }
-            cubic(position - below)
-        });
-        near.then_some(Stencil { first, weights })
+            let below = floor(position);
+            first += (below - 1 + nodes.shift(x[axis])?) as usize * nodes.stride;
+            weights[axis] = cubic(position - below as f64);
+        }
+        Some(Stencil { first, weights })
     }
 
     /// Calls `row` with the first of [`STENCIL`] nodes that follow each other along the first axis, and the product of
@@ -295,7 +301,7 @@ impl Axis {
 
     /// Number of the last node that is not beyond `x` \[m\].
     fn node(&self, x: f64) -> i64 {
-        ((x - self.origin) * self.inverse_spacing).floor() as i64
+        floor((x - self.origin) * self.inverse_spacing)
     }
 
     /// Index less number of the nodes near `x` \[m\].
@@ -305,6 +311,13 @@ impl Axis {
         let cell = ((x - self.lower) * self.inverse_edge).max(-1.0);
         if cell < 0.0 { None } else { self.shifts.get(cell as usize).copied().flatten() }
     }
+}
+
+/// The largest whole number that is not above `x`; `f64::floor` is a call without the instructions of later processors.
+#[inline(always)]
+fn floor(x: f64) -> i64 {
+    let toward_zero = x as i64;
+    if toward_zero as f64 > x { toward_zero - 1 } else { toward_zero }
 }
 
 /// Whether there are particles at each place of `cells` along `axis`.

@@ -27,6 +27,8 @@ pub struct VolumeReading {
     fluid: Vec<f64>,
     /// Claim of walls and solids on each node, σ − φ \[-\].
     others: Vec<f64>,
+    /// Claim of walls that stand on each node \[-\], and the placement of the nodes to which it belongs.
+    standing: (Option<u64>, Vec<f64>),
     /// ε of each fluid particle \[-\].
     excess: Vec<f64>,
 }
@@ -85,9 +87,11 @@ impl VolumeReading {
 
     /// Bytes in use.
     pub fn bytes(&self) -> usize {
-        8 * (self.fluid.capacity() + self.others.capacity() + self.excess.capacity())
+        let Self { fluid, others, standing: (_, standing), excess } = self;
+        8 * [fluid, others, standing, excess].map(Vec::capacity).iter().sum::<usize>()
     }
 
+    /// Sums the claims of walls and solids.
     fn sum_others<S: FluidSpace, G: Geometry<S>>(
         &mut self,
         grid: &BackgroundGrid,
@@ -98,21 +102,31 @@ impl VolumeReading {
     ) {
         let model = scene.model;
         let per_volume = 1.0 / grid.node_volume();
-        self.others.clear();
-        self.others.resize(grid.len(), 0.0);
-        let of_wall = model.walls.mass / model.constants.rest_density;
-        for (x, wall) in field.position.iter().zip(&model.walls.wall) {
-            if let (true, Some(stencil)) = (model.walls.acts(*wall, time), grid.stencil::<S>(x)) {
-                grid.add(&stencil, of_wall * per_volume, &mut self.others, 0);
-            }
-        }
-        if let Some(solids) = partner {
-            for s in 0..solids.len() {
-                if let Some(stencil) = grid.stencil::<S>(&model.domain.wrapped(&solids.position[s])) {
-                    grid.add(&stencil, solids.volume(s) * per_volume, &mut self.others, 0);
+        let of_wall = per_volume * model.walls.mass / model.constants.rest_density;
+        let Self { others, standing: (placement, standing), .. } = self;
+        let sum_walls = |nodes: &mut Vec<f64>| {
+            nodes.clear();
+            nodes.resize(grid.len(), 0.0);
+            for (x, wall) in field.position.iter().zip(&model.walls.wall) {
+                if let (true, Some(stencil)) = (model.walls.acts(*wall, time), grid.stencil::<S>(x)) {
+                    grid.add(&stencil, of_wall, nodes, 0);
                 }
             }
+        };
+        if model.walls.stand() {
+            if *placement != Some(grid.placement()) {
+                sum_walls(standing);
+                *placement = Some(grid.placement());
+            }
+            others.clone_from(standing);
+        } else {
+            sum_walls(others);
         }
-        grid.fold(&mut self.others);
+        for (s, x) in partner.iter().flat_map(|solids| solids.position.iter().enumerate()) {
+            if let (Some(solids), Some(stencil)) = (partner, grid.stencil::<S>(&model.domain.wrapped(x))) {
+                grid.add(&stencil, solids.volume(s) * per_volume, others, 0);
+            }
+        }
+        grid.fold(others);
     }
 }

@@ -96,6 +96,11 @@ impl<S: Space> WallModel<S> {
         self.motion.iter().any(Option::is_some)
     }
 
+    /// Whether all walls act at their places throughout.
+    pub fn stand(&self) -> bool {
+        !self.moves() && self.release_time.iter().all(Option::is_none)
+    }
+
     /// Whether wall `wall` (index) acts at `time` \[s\].
     pub fn acts(&self, wall: u32, time: f64) -> bool {
         self.release_time[wall as usize].is_none_or(|release| time < release)

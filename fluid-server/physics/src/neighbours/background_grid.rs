@@ -180,12 +180,16 @@ impl BackgroundGrid {
     /// the weights along the others, for all nodes of `stencil`.
     #[inline(always)]
     fn for_each_row<S: Space>(&self, stencil: &Stencil<S>, mut row: impl FnMut(usize, f64)) {
+        let mut strides = S::splat(0);
+        for axis in 1..S::DIMENSIONS {
+            strides[axis] = self.axes[axis].stride;
+        }
         for k in 0..STENCIL.pow(S::DIMENSIONS as u32 - 1) {
             let (mut node, mut weight, mut rest) = (stencil.first, 1.0, k);
             for axis in 1..S::DIMENSIONS {
                 let step = rest % STENCIL;
                 rest /= STENCIL;
-                node += step * self.axes[axis].stride;
+                node += step * strides[axis];
                 weight *= stencil.weights[axis][step];
             }
             row(node, weight);

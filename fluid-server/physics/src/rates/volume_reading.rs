@@ -122,9 +122,11 @@ impl VolumeReading {
         } else {
             sum_walls(others);
         }
-        for (s, x) in partner.iter().flat_map(|solids| solids.position.iter().enumerate()) {
-            if let (Some(solids), Some(stencil)) = (partner, grid.stencil::<S>(&model.domain.wrapped(x))) {
-                grid.add(&stencil, solids.volume(s) * per_volume, others, 0);
+        if let Some(solids) = partner {
+            for (s, x) in solids.position.iter().enumerate() {
+                if let Some(stencil) = grid.stencil::<S>(&model.domain.wrapped(x)) {
+                    grid.add(&stencil, solids.volume(s) * per_volume, others, 0);
+                }
             }
         }
         grid.fold(others);

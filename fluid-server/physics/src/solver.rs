@@ -127,7 +127,7 @@ impl Solver for FluidSolver<Plane> {
     }
 
     fn evaluate_cross(&mut self, time: &StageTime, own: &StateColumns, partner: &StateColumns) {
-        self.workspace.evaluate_cross(&self.model, &self.state, time, own, partner);
+        self.workspace.evaluate_cross(&self.model, &mut self.state, time, own, partner);
     }
 
     fn reactions(

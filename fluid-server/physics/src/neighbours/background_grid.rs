@@ -3,14 +3,17 @@
 //! The weights of a particle on the nodes sum to one, so that a sum over all nodes is that over all particles. Nodes are
 //! kept along each axis only where there is fluid, so that one stray particle does not cost memory.
 
+mod transfer;
+
 use std::ops::Range;
 
+use sph::lanes::WIDTH;
 use sph::neighbours::CellGrid;
 use sph::space::Space;
 use sph::space::domain::Domain;
 
-/// Nodes along each axis on which a particle has a weight.
-const STENCIL: usize = 4;
+/// Nodes along each axis on which a particle has a weight: those of a row fill the lanes.
+const STENCIL: usize = WIDTH;
 
 /// Cells without fluid, next to those with fluid, whose nodes are kept: two hold all that has a weight on nodes on which
 /// fluid has one.
@@ -60,15 +63,6 @@ struct Band {
     particles: Range<usize>,
     /// The nodes on which they have weights, and others.
     nodes: Range<usize>,
-}
-
-/// Weights of a particle.
-#[derive(Clone, Copy, Debug)]
-pub struct Stencil<S: Space> {
-    /// The first of its nodes.
-    first: usize,
-    /// Weights along each axis.
-    weights: S::Of<[f64; STENCIL]>,
 }
 
 impl BackgroundGrid {
@@ -160,82 +154,21 @@ impl BackgroundGrid {
         size_of::<Band>() * bands + size_of::<Option<i64>>() * shifts
     }
 
-    /// Weights of a particle at `x` \[m\], inside the box along periodic axes; `None` where no fluid is near.
-    #[inline(always)]
-    pub fn stencil<S: Space>(&self, x: &S::Vector) -> Option<Stencil<S>> {
-        let mut first = 0;
-        // A loop: the closure of `S::axes` is not compiled into it.
-        let mut weights = S::splat([0.0; STENCIL]);
-        for axis in 0..S::DIMENSIONS {
-            let nodes = &self.axes[axis];
-            let position = (x[axis] - nodes.origin) * nodes.inverse_spacing;
-            let below = floor(position);
-            first += (below - 1 + nodes.shift(x[axis])?) as usize * nodes.stride;
-            weights[axis] = cubic(position - below as f64);
-        }
-        Some(Stencil { first, weights })
-    }
-
-    /// Calls `row` with the first of [`STENCIL`] nodes that follow each other along the first axis, and the product of
-    /// the weights along the others, for all nodes of `stencil`.
-    #[inline(always)]
-    fn for_each_row<S: Space>(&self, stencil: &Stencil<S>, mut row: impl FnMut(usize, f64)) {
-        let mut strides = S::splat(0);
-        for axis in 1..S::DIMENSIONS {
-            strides[axis] = self.axes[axis].stride;
-        }
-        for k in 0..STENCIL.pow(S::DIMENSIONS as u32 - 1) {
-            let (mut node, mut weight, mut rest) = (stencil.first, 1.0, k);
-            for axis in 1..S::DIMENSIONS {
-                let step = rest % STENCIL;
-                rest /= STENCIL;
-                node += step * strides[axis];
-                weight *= stencil.weights[axis][step];
-            }
-            row(node, weight);
-        }
-    }
-
-    /// Adds `value` of a particle to `nodes`, of which the first has the index `origin`.
-    #[inline(always)]
-    pub fn add<S: Space>(&self, stencil: &Stencil<S>, value: f64, nodes: &mut [f64], origin: usize) {
-        self.for_each_row(stencil, |first, weight| {
-            let along = &mut nodes[first - origin..][..STENCIL];
-            let value = value * weight;
-            for (node, weight) in along.iter_mut().zip(&stencil.weights[0]) {
-                *node += value * weight;
-            }
-        });
-    }
-
-    /// Sets all nodes on which a particle has a weight to `value`.
-    pub fn set<S: Space>(&self, stencil: &Stencil<S>, value: f64, nodes: &mut [f64], origin: usize) {
-        self.for_each_row(stencil, |first, _| nodes[first - origin..][..STENCIL].fill(value));
-    }
-
-    /// The mean of `nodes` by the weights of a particle.
-    #[inline(always)]
-    pub fn mean<S: Space>(&self, stencil: &Stencil<S>, nodes: &[f64]) -> f64 {
-        let mut along = [0.0; STENCIL];
-        self.for_each_row(stencil, |first, weight| {
-            for (sum, node) in along.iter_mut().zip(&nodes[first..][..STENCIL]) {
-                *sum += weight * node;
-            }
-        });
-        along.iter().zip(&stencil.weights[0]).map(|(sum, weight)| sum * weight).sum()
-    }
-
     /// Calls `work` with ranges of fluid particles that together are all, and with the nodes on which they have
     /// weights, the first of which has the index that is given beside them. The sums on a node do not depend on the
     /// number of threads.
-    pub fn for_each_band(&self, nodes: &mut [f64], work: &(impl Fn(Range<usize>, &mut [f64], usize) + Sync)) {
+    pub fn for_each_band<T: Send>(
+        &self,
+        nodes: &mut [T],
+        work: &(impl Fn(Range<usize>, &mut [T], usize) + Sync),
+    ) {
         for bands in &self.bands {
             each_band(bands, nodes, 0, work);
         }
     }
 
-    /// Adds up the nodes that are images of each other.
-    pub fn fold(&self, nodes: &mut [f64]) {
+    /// Gives nodes that are images of each other the `sum` of their values.
+    pub fn fold<T: Copy>(&self, nodes: &mut [T], sum: impl Fn(T, T) -> T) {
         for axis in &self.axes {
             let Some(period) = axis.period else { continue };
             // All nodes at one place along the axis, for each of its repetitions along the later ones.
@@ -243,7 +176,9 @@ impl BackgroundGrid {
                 for image in (0..MARGIN).chain(MARGIN + period..axis.count) {
                     let own = if image < MARGIN { image + period } else { image - period };
                     for k in 0..axis.stride {
-                        block[own * axis.stride + k] += block[image * axis.stride + k];
+                        let value = block[image * axis.stride + k];
+                        let own = &mut block[own * axis.stride + k];
+                        *own = sum(*own, value);
                     }
                 }
                 for image in (0..MARGIN).chain(MARGIN + period..axis.count) {
@@ -336,23 +271,11 @@ fn occupied<S: Space>(cells: &CellGrid<S>, axis: usize) -> Vec<bool> {
     occupied
 }
 
-/// Weights on four nodes of a particle that lies the fraction `t` of the spacing behind the second: the cubic B-spline.
-#[inline(always)]
-fn cubic(t: f64) -> [f64; STENCIL] {
-    let (u, square) = (1.0 - t, t * t);
-    [
-        u * u * u / 6.0,
-        (4.0 - 6.0 * square + 3.0 * square * t) / 6.0,
-        (1.0 + 3.0 * (t + square - square * t)) / 6.0,
-        square * t / 6.0,
-    ]
-}
-
-fn each_band(
+fn each_band<T: Send>(
     bands: &[Band],
-    nodes: &mut [f64],
+    nodes: &mut [T],
     origin: usize,
-    work: &(impl Fn(Range<usize>, &mut [f64], usize) + Sync),
+    work: &(impl Fn(Range<usize>, &mut [T], usize) + Sync),
 ) {
     match bands {
         [] => {}
@@ -369,97 +292,4 @@ fn each_band(
 }
 
 #[cfg(test)]
-mod tests {
-    use sph::space::{Plane, Vector};
-
-    use super::*;
-
-    fn scattered(count: usize, lower: Vector, size: Vector) -> Vec<Vector> {
-        // The fractions of multiples of two irrational numbers.
-        let place = |k: usize, a: f64| (k as f64 * a).fract();
-        (0..count)
-            .map(|k| lower + Vector::new(place(k, 0.754_878), place(k, 0.569_840)).component_mul(&size))
-            .collect()
-    }
-
-    fn sorted(domain: &Domain, positions: &[Vector]) -> (CellGrid, Vec<Vector>) {
-        let cells = CellGrid::new(domain, positions, 0.026);
-        let sorted = cells.order().iter().map(|k| positions[*k as usize]).collect();
-        (cells, sorted)
-    }
-
-    fn grid(domain: &Domain, cells: &CellGrid) -> BackgroundGrid {
-        let mut grid = BackgroundGrid::default();
-        grid.place::<Plane>(domain, cells, 0.013, 0.005, 77);
-        grid
-    }
-
-    #[test]
-    fn weights_sum_to_one_and_have_the_place_of_the_particle_as_their_mean() {
-        for t in [0.0, 0.25, 0.7, 0.999] {
-            let weights = cubic(t);
-            let mean: f64 = weights.iter().zip(-1..).map(|(weight, k)| weight * f64::from(k)).sum();
-            assert!((weights.iter().sum::<f64>() - 1.0).abs() < 1e-15 && (mean - t).abs() < 1e-15, "{t}");
-        }
-    }
-
-    #[test]
-    fn bands_sum_what_one_particle_after_the_other_sums() {
-        for periodic in [[false, false], [true, false], [false, true], [true, true]] {
-            let domain = Domain { lower: Vector::new(-0.2, 0.1), upper: Vector::new(0.3, 0.8), periodic };
-            let (cells, mut positions) = sorted(&domain, &scattered(700, domain.lower, domain.size()));
-            let grid = grid(&domain, &cells);
-            // Particles move by at most 0.005 m before the lists are rebuilt.
-            for (k, x) in positions.iter_mut().enumerate() {
-                let angle = k as f64;
-                *x += Vector::new(angle.cos(), angle.sin()) * 0.0049;
-            }
-            let stencil = |i: usize| grid.stencil::<Plane>(&positions[i]).unwrap();
-            let mut nodes = vec![0.0; grid.len()];
-            grid.for_each_band(&mut nodes, &|particles, nodes, origin| {
-                particles.for_each(|i| grid.add(&stencil(i), 1.0 + i as f64, nodes, origin));
-            });
-            let mut expected = vec![0.0; grid.len()];
-            (0..positions.len()).for_each(|i| grid.add(&stencil(i), 1.0 + i as f64, &mut expected, 0));
-            let total: f64 = nodes.iter().sum();
-            assert!((total / (350.5 * 700.0) - 1.0).abs() < 1e-12, "{periodic:?}: {total}");
-            let largest = nodes.iter().zip(&expected).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-            assert!(largest < 1e-11, "{periodic:?}: {largest}");
-        }
-    }
-
-    #[test]
-    fn images_of_a_node_have_the_same_sum() {
-        let domain = Domain { lower: Vector::zeros(), upper: Vector::new(0.5, 0.4), periodic: [true, true] };
-        let (cells, positions) = sorted(&domain, &scattered(500, domain.lower, domain.size()));
-        let grid = grid(&domain, &cells);
-        let mut nodes = vec![0.0; grid.len()];
-        for x in &positions {
-            grid.add(&grid.stencil::<Plane>(x).unwrap(), 1.0, &mut nodes, 0);
-        }
-        grid.fold(&mut nodes);
-        // Each particle reads the same sums through the opposite side.
-        for x in &positions[..20] {
-            let read = |x: Vector| grid.mean(&grid.stencil::<Plane>(&x).unwrap(), &nodes);
-            let near = Vector::new(x.x * 0.01, x.y);
-            let image = near + Vector::new(0.5, 0.0);
-            assert!((read(near) / read(image) - 1.0).abs() < 1e-12);
-        }
-    }
-
-    #[test]
-    fn a_stray_particle_costs_no_memory() {
-        let domain =
-            Domain { lower: Vector::repeat(-1e4), upper: Vector::repeat(1e4), periodic: [false, false] };
-        let mut positions = scattered(2000, Vector::zeros(), Vector::new(0.5, 0.4));
-        let (cells, _) = sorted(&domain, &positions);
-        let few = grid(&domain, &cells).len();
-        positions.push(Vector::new(40.0, 0.7));
-        let (cells, sorted) = sorted(&domain, &positions);
-        let grid = grid(&domain, &cells);
-        // Nodes for all of the box of the particles would be sixty times as many.
-        assert!(grid.len() < 8 * few, "{} {few}", grid.len());
-        assert!(sorted.iter().all(|x| grid.stencil::<Plane>(x).is_some()));
-        assert!(grid.stencil::<Plane>(&Vector::new(20.0, 0.2)).is_none());
-    }
-}
+mod tests;

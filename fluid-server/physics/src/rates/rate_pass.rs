@@ -13,7 +13,6 @@ use super::energy::{EnergyInput, ForcePowers, PairParts};
 use super::gradients::Gradients;
 use super::lane_powers::{ActivePowers, ForceBatch, LanePowers, MovingParticles};
 use super::particle_rates::{ExternalForces, Rates, StagePart, Wrench};
-use super::volume_reading::VolumeReading;
 use crate::boundary::repulsion::wall_repulsion;
 use crate::equations::continuity::density_rate;
 use crate::equations::pair::{CentreParticle, LawLanes, NeighbourData, PairSums, PairTotals, PairViscosity};
@@ -40,8 +39,6 @@ pub struct StageFields<'a, G, S: FluidSpace = Plane> {
     pub field: &'a WallField<S>,
     /// Results of the gradient pass.
     pub gradients: &'a Gradients<S>,
-    /// The volume that the particles claim.
-    pub volume: &'a VolumeReading,
     /// Time of the stage state \[s\].
     pub time: f64,
     /// Part of the rates.
@@ -318,7 +315,7 @@ impl<S: FluidSpace, G: Geometry<S>, T: PairTerms> LanePass for Evaluate<'_, G, S
     #[inline(always)]
     fn run<L: Lanes>(self) {
         let Self { fields, body_force, first, rates, by_continuity, external, .. } = self;
-        let StageFields { scene, state, gradients, volume, time, .. } = fields;
+        let StageFields { scene, state, gradients, time, .. } = fields;
         let model = scene.model;
         let (damping, origin) = (model.damping_rate(*time), model.domain.torque_origin());
         let law = LawLanes::<L>::new(model);
@@ -352,7 +349,7 @@ impl<S: FluidSpace, G: Geometry<S>, T: PairTerms> LanePass for Evaluate<'_, G, S
             if let (true, Some(order)) = (T::NEIGHBOUR_FIELDS, &model.regularisation) {
                 let (all, sums) = (&gradients.neighbour_fields, &gradients.regularisation[i]);
                 let near = gradients.is_near_surface(i);
-                let excess = volume.excess(i);
+                let excess = state.volume_excess.get(i).copied().unwrap_or_default();
                 regularisation = shifting::regularise::<S, L, G>(order, scene, i, all, near, sums, excess);
             }
             let continuity = density_rate(rho, -(sums.continuity + walls.continuity));

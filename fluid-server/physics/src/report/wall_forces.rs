@@ -39,14 +39,13 @@ fn forces<S: FluidSpace, G: Geometry<S>>(
     workspace: &Workspace<S>,
     time: f64,
 ) -> Vec<S::Vector> {
-    let Workspace { lists, fluid, walls, gradients, volume, .. } = workspace;
+    let Workspace { lists, fluid, walls, gradients, .. } = workspace;
     let scene = Scene { geometry, model, lists, fluid, walls: &walls.particles };
     let fields = StageFields {
         scene,
         state,
         field: &walls.field,
         gradients,
-        volume,
         time,
         part: StagePart::Momentum,
         energy: None,

@@ -128,6 +128,7 @@ fn first_state(model: &FluidModel<Plane>, particles: FluidParticles, time: f64) 
     let kept = if model.is_leapfrog() { id.len() } else { 0 };
     FluidState {
         relaxation: model.relaxation_pressures(id.len()),
+        volume_excess: vec![0.0; if model.corrects_volume() { id.len() } else { 0 }],
         density_rate: vec![0.0; kept],
         acceleration: vec![Vector::zeros(); kept],
         id,

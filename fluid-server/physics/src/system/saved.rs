@@ -26,6 +26,7 @@ impl<S: Space> FluidState<S> {
             density_rate,
             acceleration,
             relaxation,
+            volume_excess,
             ..
         } = self;
         saved.put_u32("fluid.id", id.iter().copied());
@@ -47,6 +48,9 @@ impl<S: Space> FluidState<S> {
         saved.put_quantities("fluid.acceleration", acceleration);
         if !relaxation.is_empty() {
             saved.put_f64("fluid.relaxation", relaxation.iter().copied());
+        }
+        if !volume_excess.is_empty() {
+            saved.put_f64("fluid.volume_excess", volume_excess.iter().copied());
         }
         self.energy.save("fluid.energy", saved);
         saved.put_u64("fluid.counts", [self.escaped, self.outflow, self.list_builds]);
@@ -109,6 +113,10 @@ impl<S: Space> FluidState<S> {
             Some(_) => saved.f64s("fluid.relaxation", Some(n))?.to_vec(),
             None => Vec::new(),
         };
+        let volume_excess = match model.corrects_volume() {
+            true => saved.f64s("fluid.volume_excess", Some(n))?.to_vec(),
+            false => Vec::new(),
+        };
         let [escaped, outflow, list_builds] = saved.u64s("fluid.counts")?;
         Ok(Self {
             id: id.to_vec(),
@@ -126,6 +134,7 @@ impl<S: Space> FluidState<S> {
             acceleration: saved.quantities("fluid.acceleration", kept)?,
             density_age,
             relaxation,
+            volume_excess,
             energy: EnergyTally::restored("fluid.energy", saved)?,
             escaped,
             outflow,

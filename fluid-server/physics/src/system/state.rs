@@ -44,6 +44,8 @@ pub struct FluidState<S: Space> {
     pub density_age: f64,
     /// Pressure q of the acoustic relaxation \[Pa\]; empty without it.
     pub relaxation: Vec<f64>,
+    /// Share of its volume that each particle claims in excess, as last read \[-\]; empty without volume correction.
+    pub volume_excess: Vec<f64>,
     /// Energy at the start, and works and losses since.
     pub energy: EnergyTally,
     /// Particles that crossed a wall or a closed side.
@@ -106,11 +108,15 @@ impl<S: Space> FluidState<S> {
             density_rate,
             acceleration,
             relaxation,
+            volume_excess,
             ..
         } = self;
         let origin = list_origin.as_ref().map_or(0, |origin| origin.position.capacity());
         4 * (id.capacity() + region.capacity())
-            + 8 * (mass.capacity() + density.capacity() + density_rate.capacity() + relaxation.capacity())
+            + 8 * [mass, density, density_rate, relaxation, volume_excess]
+                .map(Vec::capacity)
+                .iter()
+                .sum::<usize>()
             + size_of::<S::Vector>()
                 * (position.capacity() + velocity.capacity() + acceleration.capacity() + origin)
     }
@@ -141,13 +147,15 @@ impl<S: Space> FluidState<S> {
             density_rate,
             acceleration,
             relaxation,
+            volume_excess,
             ..
         } = self;
         let vectors = &mut list_origin.get_or_insert_default().position;
         for values in [id, region] {
             reorder(values, order, scratch.integers);
         }
-        for values in [mass, density, density_rate, relaxation, &mut base.density, &mut base.relaxation] {
+        let own = [mass, density, density_rate, relaxation, volume_excess];
+        for values in own.into_iter().chain([&mut base.density, &mut base.relaxation]) {
             reorder(values, order, scratch.numbers);
         }
         for values in [position, velocity, acceleration, &mut base.position, &mut base.velocity] {

@@ -52,6 +52,10 @@ thresholds! {
     /// farther behind.
     LEAST_FLUID_CLAIM = 0.02, "volume_correction.least_claim",
         "least claim of the fluid on a node of the background grid, over that of walls and solids [-]";
+    /// Least mean claim around a particle of a solid that is surrounded \[-\]: the first row at a face that nothing
+    /// touches has 0.68, the second 0.92.
+    LEAST_CLAIM_AROUND_SOLIDS = 0.85, "volume_correction.least_claim_around_solids",
+        "least claim around a particle of a solid, below which volume next to it counts as void [-]";
     /// Largest |ε| that the volume correction takes \[-\]: beyond, voids open and no density is right.
     LARGEST_VOLUME_EXCESS = 0.02, "volume_correction.largest_excess",
         "largest excess of volume that the volume correction takes [-]";

@@ -62,7 +62,7 @@ fn particles_together_are_told_all_the_volume_that_they_claim_in_excess() {
         let each = solver.workspace.fluid.iter().map(|particle| particle.volume()).enumerate();
         let (mut claimed, mut excess, mut largest) = (0.0, 0.0, 0.0_f64);
         for (i, of_particle) in each {
-            let share = solver.workspace.volume.excess(i);
+            let share = solver.state.volume_excess[i];
             claimed += of_particle;
             excess += of_particle * share;
             largest = largest.max(share.abs());

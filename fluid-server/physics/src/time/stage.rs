@@ -19,7 +19,7 @@ use crate::rates::energy::EnergyInput;
 use crate::rates::gradients::{Gradients, Partner};
 use crate::rates::particle_rates::{ExternalForces, Rates, StagePart};
 use crate::rates::rate_pass::StageFields;
-use crate::rates::volume_reading::VolumeReading;
+use crate::rates::volume_reading::{self, VolumeReading};
 use crate::system::lane_arrays::{numbers, put, vectors};
 use crate::system::model::FluidModel;
 use crate::system::packed_particle::FluidSpace;
@@ -173,7 +173,7 @@ impl<S: FluidSpace> Workspace<S> {
     pub fn evaluate_cross(
         &mut self,
         model: &FluidModel<S>,
-        state: &FluidState<S>,
+        state: &mut FluidState<S>,
         time: &StageTime,
         own: &StateColumns,
         partner: &StateColumns,
@@ -189,7 +189,7 @@ impl<S: FluidSpace> Workspace<S> {
         &mut self,
         geometry: G,
         model: &FluidModel<S>,
-        state: &FluidState<S>,
+        state: &mut FluidState<S>,
         stage: &StageTime,
         [own, partner]: [&StateColumns; 2],
     ) {
@@ -222,11 +222,13 @@ impl<S: FluidSpace> Workspace<S> {
         }
         if part != StagePart::Density {
             gradients.find_near_surface(&scene);
-            if model.corrects_volume() {
+            if model.corrects_volume() && volume_reading::is_read(stage.at, part) {
                 let partner = interface.as_ref().map(FluidInterface::partner);
-                volume.read(&scene, &walls.field, time, partner, |i| gradients.is_at_surface(i));
+                let at_surface = |i| gradients.is_at_surface(i);
+                volume.read(&scene, &walls.field, time, partner, at_surface, &mut state.volume_excess);
             }
         }
+        let state = &*state;
         // Leapfrog has not moved velocities since the start of the step.
         let start_velocity = if part == StagePart::Whole { &base.velocity } else { &state.velocity };
         let motions = model.walls.motions_at(time);
@@ -239,7 +241,7 @@ impl<S: FluidSpace> Workspace<S> {
             motions: &motions,
         });
         let moves = energy.is_some();
-        StageFields { scene, state, field: &walls.field, gradients, volume, time, part, energy }
+        StageFields { scene, state, field: &walls.field, gradients, time, part, energy }
             .rates(rates, continuity, external);
         if let Some(interface) = interface {
             interface.add_rates(model, state, part, gradients, (rates, continuity));

@@ -72,7 +72,7 @@ mod tests {
             kernel_ratio: 1.0,
             sound_speed: 10.0,
             acoustic_relaxation: 1.0,
-            ..FluidParameters::default()
+            ..FluidParameters::PLAIN
         };
         let of = |time_step_s: f64| {
             let step = At { value: time_step_s, place: Default::default() };

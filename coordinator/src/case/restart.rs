@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::path::Path;
 
-use sph::coupling::solver::{Field, ParticleFields};
+use sph::coupling::solver::{Field, ParticleFields, RELAXATION_PRESSURE};
 use sph::setup::{FluidParticles, SolidParticles};
 use sph::space::{SymmetricTensor, Vector};
 
@@ -111,34 +111,43 @@ fn restore_fluid(
     let velocity = field(state, "velocity", 2)?;
     let density = field(state, "density", 1)?;
     let mass = field(state, "mass", 1)?;
+    let relaxation = match state.field(RELAXATION_PRESSURE) {
+        Some(_) => Some(field(state, RELAXATION_PRESSURE, 1)?),
+        None => None,
+    };
     let laid = std::mem::take(particles);
     let mut members = members(state);
     let mut taken = 0;
     for (region, name) in (0u32..).zip(names) {
         let found = members.remove(*name).unwrap_or_default();
         taken += found.len();
-        let mut add = |m: f64, x: Vector, v: Vector, rho: f64| {
+        let mut add = |m: f64, x: Vector, v: Vector, rho: f64, q: f64| {
             particles.region.push(region);
             particles.mass.push(m);
             particles.position.push(x);
             particles.velocity.push(v);
             particles.density.push(rho);
+            particles.relaxation.push(q);
         };
         if found.is_empty() {
             // Regions follow each other.
             let start = laid.region.partition_point(|other| *other < region);
             for k in start..laid.region.partition_point(|other| *other <= region) {
-                add(laid.mass[k], laid.position[k], laid.velocity[k], laid.density[k]);
+                add(laid.mass[k], laid.position[k], laid.velocity[k], laid.density[k], 0.0);
             }
         }
         for k in found {
             if !(mass.values[k] > 0.0 && density.values[k] > 0.0) {
                 return Err(format!("particle {} of `{name}` has no mass or density", state.id[k]));
             }
-            add(mass.values[k], vector(position, k), vector(velocity, k), density.values[k]);
+            let q = relaxation.map_or(0.0, |q| q.values[k]);
+            add(mass.values[k], vector(position, k), vector(velocity, k), density.values[k], q);
         }
     }
     particles.id = (0u32..).take(particles.mass.len()).collect();
+    if relaxation.is_none() {
+        particles.relaxation.clear();
+    }
     Ok(taken)
 }
 

@@ -26,10 +26,14 @@ particle_spacing_m = 0.1
 sound_speed_m_s = 10.0
 dynamic_viscosity_pa_s = 100.0
 rest_density_kg_m3 = 1000.0
-gradient_correction = "renormalised"
-density_diffusion = "renormalised"
 artificial_viscosity_a = 0.0
-artificial_viscosity_b = 0.0
+# Lattices that stay lattices, so that the errors have one order.
+kernel_ratio = 1.2
+gradient_correction_share = 0.8
+shifting = 0.0
+tensile_control = false
+volume_correction = 0.0
+acoustic_relaxation = 0.0
 [[fluid.region]]
 name = "water"
 shape = { type = "rectangle", lower_m = [0.0, 0.0], upper_m = [0.8, 1.0] }

@@ -215,7 +215,7 @@ fn fluid_parameters() -> FluidParameters {
         density_diffusion: DensityDiffusion::None,
         wall_repulsion: 0.0,
         scheme: FluidScheme::PredictorCorrector,
-        ..FluidParameters::default()
+        ..FluidParameters::PLAIN
     }
 }
 

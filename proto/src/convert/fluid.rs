@@ -80,6 +80,7 @@ fn particles_to_wire(particles: &FluidParticles) -> wire::FluidParticles {
         positions_m: pack(&particles.position),
         velocities_m_per_s: pack(&particles.velocity),
         densities_kg_per_m3: pack(&particles.density),
+        relaxation_pressures_pa: pack(&particles.relaxation),
     }
 }
 
@@ -90,6 +91,7 @@ fn particles_from_wire(
 ) -> Result<FluidParticles, WireError> {
     let Some(wire) = wire else { return Ok(FluidParticles::default()) };
     let count = index_count(&wire.ids, &at.field("ids"))?;
+    let relaxing = if wire.relaxation_pressures_pa.is_empty() { 0 } else { count };
     Ok(FluidParticles {
         id: unpack_ids(&wire.ids, count, &at.field("ids"))?,
         region: unpack_indices_below(&wire.regions, count, regions, "regions", &at.field("regions"))?,
@@ -97,5 +99,6 @@ fn particles_from_wire(
         position: unpack(&wire.positions_m, count, &at.field("positions_m"))?,
         velocity: unpack(&wire.velocities_m_per_s, count, &at.field("velocities_m_per_s"))?,
         density: unpack_positive(&wire.densities_kg_per_m3, count, &at.field("densities_kg_per_m3"))?,
+        relaxation: unpack(&wire.relaxation_pressures_pa, relaxing, &at.field("relaxation_pressures_pa"))?,
     })
 }

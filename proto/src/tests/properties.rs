@@ -71,13 +71,15 @@ fn fluid_particles() -> impl Strategy<Value = FluidParticles> {
     ids().prop_flat_map(|id| {
         let n = id.len();
         let each = prop::collection::vec((positive(), positive(), vectors(), vectors()), n);
-        each.prop_map(move |rows| FluidParticles {
+        let relaxation = prop_oneof![Just(Vec::new()), prop::collection::vec(numbers(), n)];
+        (each, relaxation).prop_map(move |(rows, relaxation)| FluidParticles {
             id: id.clone(),
             region: vec![0; n],
             mass: rows.iter().map(|row| row.0).collect(),
             density: rows.iter().map(|row| row.1).collect(),
             position: rows.iter().map(|row| row.2).collect(),
             velocity: rows.iter().map(|row| row.3).collect(),
+            relaxation,
         })
     })
 }

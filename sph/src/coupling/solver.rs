@@ -220,6 +220,9 @@ pub struct Counts {
     pub substeps: u64,
 }
 
+/// Name of the field of q, the pressure of the acoustic relaxation \[Pa\]. The field `pressure` includes it.
+pub const RELAXATION_PRESSURE: &str = "relaxation_pressure";
+
 /// Particles with named fields, as written to snapshots and final states.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ParticleFields {

@@ -13,7 +13,7 @@ fn coupling(law: InterfaceLaw) -> Coupling {
             particle_spacing: SPACING,
             viscosity_a: 0.3,
             viscosity_b: 0.5,
-            ..FluidParameters::default()
+            ..FluidParameters::PLAIN
         },
         solid_spacing: SPACING,
         repulsion: 0.5,

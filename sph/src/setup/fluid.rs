@@ -28,8 +28,8 @@ parameters! {
         /// Particle spacing Δx \[m\].
         particle_spacing: f64 = 0.01, "particle_spacing_m", Row::number(Allowed::POSITIVE).stated().of_pair_law();
         /// Kernel ratio h/Δx \[-\]; the support radius of the kernel is 2h.
-        kernel_ratio: f64 = 1.2, "kernel_ratio", Row::number(Allowed::KERNEL_RATIO).of_pair_law()
-            .recommended(Number(1.3), "at 1.2 a drop changes its area by 0.9 % instead of 0.03 %");
+        kernel_ratio: f64 = 1.3, "kernel_ratio", Row::number(Allowed::KERNEL_RATIO).of_pair_law()
+            .cost("at 1.2 a drop changes its area by 0.9 % instead of 0.03 %").paper(Number(1.2));
         /// Rest density ρ₀ \[kg/m³\].
         rest_density: f64 = 1000.0, "rest_density_kg_m3", Row::number(Allowed::POSITIVE).stated().of_pair_law();
         /// Artificial speed of sound c₀ \[m/s\]; at least 10 times the largest speed of the fluid.
@@ -52,15 +52,15 @@ parameters! {
                 .paper(Choice("stress"));
         /// Correction of the kernel gradient in Eq. (17) and (22); fluid-solid pairs divide ∇W by the lattice moment
         /// M, unless it is `none`.
-        correction: GradientCorrection = GradientCorrection::LatticeMoment, "gradient_correction",
+        correction: GradientCorrection = GradientCorrection::Renormalised, "gradient_correction",
             Row::choice::<GradientCorrection>().off(Choice("none")).of_pair_law().paper(Choice("none"))
-                .recommended(Choice("renormalised"), "with `none` pressure at rest is 0.9 % high at h/Δx = 1.2; with \
+                .cost("with `none` pressure at rest is 0.9 % high at h/Δx = 1.2; with \
                     `none` or `lattice-moment` a stretching drop gains 12 % of area; with all but `renormalised` a \
                     standing wave of 1 m depth oscillates 4 % too fast");
         /// Largest share of L_i in Eq. (22) with `renormalised` \[-\]; the rest is the plain sum, ∇W/M. Less than 1 keeps
         /// still water from contracting, which `volume_correction` does better.
-        correction_share: f64 = 0.8, "gradient_correction_share", Row::number(Allowed::SHARE).off(Number(0.8))
-            .recommended(Number(1.0), "0.8 takes 0.8 % off the period of a standing wave and adds 2 % to its decay");
+        correction_share: f64 = 1.0, "gradient_correction_share", Row::number(Allowed::SHARE).off(Number(0.8))
+            .cost("0.8 takes 0.8 % off the period of a standing wave and adds 2 % to its decay");
         /// Density diffusion, Eq. (18).
         density_diffusion: DensityDiffusion = DensityDiffusion::Renormalised, "density_diffusion",
             Row::choice::<DensityDiffusion>().off(Choice("none"));
@@ -83,10 +83,10 @@ parameters! {
         acoustic_damping: f64 = 0.0, "acoustic_damping", Row::number(DAMPER).off(Number(0.0));
         /// Relaxation strength r = (c_h/c₀)² of sound \[-\]: each particle carries a pressure q beside Eq. (3), dq/dt = r c₀²
         /// dρ/dt − q/τ, which absorbs sound faster than τ. Sound is √(1 + r) times as fast, and steps as much shorter.
-        /// A case that takes the recommended value by leaving it out gets less where its steps leave less room: 0.25 with
-        /// adaptive steps.
-        acoustic_relaxation: f64 = 0.0, "acoustic_relaxation", Row::number(RELAXATION).off(Number(0.0))
-            .recommended(Number(1.0), "without it an impact rings: the load on a plate swings by as much as its mean");
+        /// A case that leaves it out gets less where its steps leave less room: 0.25 with adaptive steps.
+        acoustic_relaxation: f64 = 1.0, "acoustic_relaxation",
+            Row::number(RELAXATION).off(Number(0.0)).paper(Number(0.0))
+                .cost("without it an impact rings: the load on a plate swings by as much as its mean");
         /// Relaxation time τ of sound \[s\]; a case that leaves it out takes V/(2 S c₀), V the volume of the fluid at the
         /// start and S the area of its faces.
         acoustic_relaxation_time: Option<f64> = None, "acoustic_relaxation_time_s",
@@ -98,16 +98,17 @@ parameters! {
             Row::number(Allowed::NOT_NEGATIVE).off(Number(0.0)).paper(Number(0.0));
         /// Coefficient C of the shifting of particles \[-\]: δu = −C 2h U Σ V_j \[1 + 0.2 (W/W(Δx))⁴\] ∇W, |δu| ≤ U/2, U
         /// the largest |v_ij| of neighbours; along the free surface only at it, fading under high pressure.
-        shifting: f64 = 0.0, "shifting", Row::number(Allowed::NOT_NEGATIVE).off(Number(0.0))
-            .recommended(Number(2.0), "without it a rotating patch has voids of 6 Δx and a Taylor-Green vortex stops");
+        shifting: f64 = 2.0, "shifting", Row::number(Allowed::NOT_NEGATIVE).off(Number(0.0)).paper(Number(0.0))
+            .cost("without it a rotating patch has voids of 6 Δx and a Taylor-Green vortex stops");
         /// Whether p_i + p_j becomes p_j − p_i where p_i < 0, down to −ρ₀c₀²/1000, away from the free surface.
-        tensile_control: bool = false, "tensile_control", Row::flag().off(Flag(false))
-            .recommended(Flag(true), "shifting alone leaves voids");
+        tensile_control: bool = true, "tensile_control", Row::flag().off(Flag(false)).paper(Flag(false))
+            .cost("shifting alone leaves voids");
         /// Coefficient k of the volume correction \[-\]: inside the fluid dρ/dt gains ρ ε min(k U, 0.2 c₀)/h, which ties
         /// the density to the volume that the particles fill, ε the share of its volume that a particle claims in
         /// excess, read on a background grid, U as in `shifting`.
-        volume_correction: f64 = 0.0, "volume_correction", Row::number(Allowed::NOT_NEGATIVE).off(Number(0.0))
-            .recommended(Number(30.0), "without it a full channel loses its pressure, and an oscillating drop 5 % of its \
+        volume_correction: f64 = 30.0, "volume_correction",
+            Row::number(Allowed::NOT_NEGATIVE).off(Number(0.0)).paper(Number(0.0))
+                .cost("without it a full channel loses its pressure, and an oscillating drop 5 % of its \
                 area");
         /// Largest tension t that the fluid bears \[Pa\]: p = max(Eq. (3), −t), beyond which cavities lower its density.
         tension_limit: Option<f64> = None, "tension_limit_pa", Row::number(Allowed::POSITIVE).optional();
@@ -194,6 +195,18 @@ crate::constants! {
 }
 
 impl FluidParameters {
+    /// The fewest passes: gradients corrected by a constant, no particle regularisation, no volume correction and no
+    /// acoustic relaxation.
+    pub const PLAIN: Self = Self {
+        kernel_ratio: 1.2,
+        correction: GradientCorrection::LatticeMoment,
+        shifting: 0.0,
+        tensile_control: false,
+        volume_correction: 0.0,
+        acoustic_relaxation: 0.0,
+        ..Self::DEFAULT
+    };
+
     /// Smoothing length h \[m\].
     #[inline]
     pub fn smoothing_length(&self) -> f64 {
@@ -349,4 +362,6 @@ pub struct FluidParticles {
     pub velocity: Vec<Vector>,
     /// Density \[kg/m³\].
     pub density: Vec<f64>,
+    /// Pressure q of the acoustic relaxation \[Pa\]; empty where all particles start without.
+    pub relaxation: Vec<f64>,
 }

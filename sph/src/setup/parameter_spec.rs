@@ -110,8 +110,8 @@ pub struct ParameterSpec {
     pub is_stated: bool,
     /// The pair law between fluid and solid needs it, so that both sides hold it.
     pub is_of_pair_law: bool,
-    /// The recommended value, and what other values cost.
-    pub recommended: Option<(Value<'static>, &'static str)>,
+    /// What other values than the default cost.
+    pub cost: Option<&'static str>,
     /// The value of the source paper.
     pub paper: Option<Value<'static>>,
 }
@@ -126,7 +126,7 @@ impl ParameterSpec {
             is_optional: false,
             is_stated: false,
             is_of_pair_law: false,
-            recommended: None,
+            cost: None,
             paper: None,
         }
     }
@@ -176,9 +176,9 @@ impl ParameterSpec {
         Self { is_of_pair_law: true, ..self }
     }
 
-    /// `value` is recommended; `cost` is what the default costs.
-    pub const fn recommended(self, value: Value<'static>, cost: &'static str) -> Self {
-        Self { recommended: Some((value, cost)), ..self }
+    /// `cost` is what other values than the default cost.
+    pub const fn cost(self, cost: &'static str) -> Self {
+        Self { cost: Some(cost), ..self }
     }
 
     /// The value of the source paper.

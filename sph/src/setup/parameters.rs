@@ -154,11 +154,6 @@ pub trait ParameterSet: Copy + Default + PartialEq + fmt::Debug + 'static {
         self
     }
 
-    /// The recommended values, and the defaults where nothing is recommended.
-    fn recommended() -> Self {
-        Self::default().with(|spec| spec.recommended.map(|(value, _)| value))
-    }
-
     /// The values of the source paper, and the defaults where it has none.
     fn paper() -> Self {
         Self::default().with(|spec| spec.paper)

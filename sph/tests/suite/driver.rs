@@ -181,7 +181,7 @@ fn setup(time_step: f64, end_time: f64, action: BreachAction) -> RunSetup {
                 particle_spacing: 0.1,
                 viscosity_a: 0.0,
                 correction: GradientCorrection::None,
-                ..FluidParameters::default()
+                ..FluidParameters::PLAIN
             },
             solid_spacing: 0.1,
             repulsion: 0.5,

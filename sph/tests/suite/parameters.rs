@@ -19,7 +19,7 @@ evaluate pairs of fluid and solid with them. [method.md](method.md) explains the
 
 fn set<T: ParameterSet>(page: &mut String, title: &str, place: &str) {
     let _ = write!(page, "\n## {title}\n\n{place}\n\n");
-    page.push_str("| name | meaning | allowed | default | off | recommended | source paper |\n|---|---|---|---|---|---|---|\n");
+    page.push_str("| name | meaning | allowed | default | off | source paper |\n|---|---|---|---|---|---|\n");
     let default = T::default();
     for spec in T::SPECIFICATIONS {
         let pair = if spec.is_of_pair_law { " *Pair law.*" } else { "" };
@@ -32,18 +32,17 @@ fn set<T: ParameterSet>(page: &mut String, title: &str, place: &str) {
         };
         let _ = writeln!(
             page,
-            "| `{}` | {}{pair} | {} | {default} | {off} | {} | {} |",
+            "| `{}` | {}{pair} | {} | {default} | {off} | {} |",
             spec.key,
             spec.meaning().replace('|', "\\|"),
             spec.allowed(),
-            value(spec.recommended.map(|(value, _)| value)),
             value(spec.paper),
         );
     }
     T::SPECIFICATIONS.iter().for_each(|spec| words(page, spec));
 }
 
-/// The words of a closed choice, and what a departure from the recommended value costs.
+/// The words of a closed choice, and what a departure from the default costs.
 fn words(page: &mut String, spec: &ParameterSpec) {
     if let Kind::Choice(words) = spec.kind {
         let _ = write!(page, "\n`{}`:\n\n", spec.key);
@@ -51,8 +50,8 @@ fn words(page: &mut String, spec: &ParameterSpec) {
             let _ = writeln!(page, "- `{word}`: {}", meaning.trim());
         }
     }
-    if let Some((_, cost)) = spec.recommended {
-        let _ = write!(page, "\n`{}` other than recommended: {cost}.\n", spec.key);
+    if let Some(cost) = spec.cost {
+        let _ = write!(page, "\n`{}` other than the default: {cost}.\n", spec.key);
     }
 }
 

@@ -33,7 +33,7 @@ pub struct Run {
     pub member: Member,
     /// Folder of its results.
     pub folder: PathBuf,
-    /// The case as it was run.
+    /// The case as it was run, with every default.
     pub case: toml::Table,
     /// All probes.
     pub probes: Table,
@@ -73,10 +73,10 @@ impl Run {
             }
             write(&folder.join(CPU_FILE), &format!("{}\n", run.cpu_seconds))?;
         }
-        Self::read(member, folder, &case_file)
+        Self::read(member, folder)
     }
 
-    fn read(member: Member, folder: PathBuf, case_file: &Path) -> Result<Self, String> {
+    fn read(member: Member, folder: PathBuf) -> Result<Self, String> {
         let results = folder.join("results");
         let read = |path: PathBuf| {
             std::fs::read_to_string(&path).map_err(|e| format!("`{}` cannot be read: {e}", path.display()))
@@ -84,7 +84,7 @@ impl Run {
         let probes = Table::read(&results.join(names::PROBES)).map_err(|e| e.to_string())?;
         let summary = serde_json::from_str(&read(results.join(names::SUMMARY))?)
             .map_err(|e| format!("{}: {e}", results.join(names::SUMMARY).display()))?;
-        let case = read(case_file.to_path_buf())?.parse().map_err(|e| format!("{e}"))?;
+        let case = read(results.join(names::CASE))?.parse().map_err(|e| format!("{e}"))?;
         let cpu_seconds = read(folder.join(CPU_FILE))?.trim().parse().unwrap_or(f64::NAN);
         Ok(Self { member, folder, case, probes, summary, cpu_seconds })
     }
@@ -147,7 +147,7 @@ impl Run {
         value.ok_or_else(|| format!("the case holds no number `{path}`"))
     }
 
-    /// Settings of the fluid in one line: c0, h/Δx, A, B, correction, diffusion, shifting, step.
+    /// Settings of the fluid in one line: c0, h/Δx, A, B, correction, diffusion, regularisation, relaxation, step.
     pub fn settings(&self) -> String {
         let Some(fluid) = self.case.get("fluid").and_then(toml::Value::as_table) else {
             return String::new();
@@ -155,7 +155,8 @@ impl Run {
         let shown = ["sound_speed_m_s", "kernel_ratio", "artificial_viscosity_a", "artificial_viscosity_b"]
             .into_iter()
             .chain(["dynamic_viscosity_pa_s", "gradient_correction", "density_diffusion_delta"])
-            .chain(["shifting", "tensile_control"]);
+            .chain(["gradient_correction_share", "shifting", "tensile_control", "volume_correction"])
+            .chain(["acoustic_relaxation", "acoustic_relaxation_time_s"]);
         let mut parts: Vec<String> =
             shown.filter_map(|key| fluid.get(key).map(|value| format!("{key} = {value}"))).collect();
         parts.extend(self.case.get("time").and_then(|t| t.get("step")).map(|step| format!("step = {step}")));

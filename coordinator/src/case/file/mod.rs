@@ -34,23 +34,19 @@ use wall::WallTable;
 /// Where the values come from that a case leaves out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Preset {
-    /// The defaults of each key.
-    Default,
-    /// The recommended value where there is one.
+    /// The recommended settings: the defaults of each key.
     Recommended,
     /// The settings of the source paper.
     Paper,
 }
 
 impl Preset {
-    const NAMES: [(&str, Self); 3] =
-        [("default", Self::Default), ("recommended", Self::Recommended), ("paper", Self::Paper)];
+    const NAMES: [(&str, Self); 2] = [("recommended", Self::Recommended), ("paper", Self::Paper)];
 
     /// The values of a set of parameters.
     pub fn values<S: ParameterSet>(self) -> S {
         match self {
-            Self::Default => S::default(),
-            Self::Recommended => S::recommended(),
+            Self::Recommended => S::default(),
             Self::Paper => S::paper(),
         }
     }

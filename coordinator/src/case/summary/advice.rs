@@ -1,6 +1,6 @@
 //! Where a case departs from what is recommended, and what deserves a second look.
 
-use sph::setup::{FluidScheme, ParameterSet};
+use sph::setup::{FluidParameters, FluidScheme, ParameterSet};
 
 use super::Summary;
 use crate::case::Case;
@@ -18,8 +18,12 @@ impl Case {
     pub(super) fn departures(&self) -> Vec<String> {
         let mut lines = Vec::new();
         if let Some(fluid) = &self.file.fluid {
+            let recommended = FluidParameters::DEFAULT;
             for (spec, value) in fluid.parameters.values().values() {
-                if let Some((recommended, cost)) = spec.recommended
+                // What the case leaves to its step is no departure.
+                let is_derived = spec.key == "acoustic_relaxation" && fluid.takes_relaxation_of_step;
+                if let (Some(cost), Some(recommended)) = (spec.cost, recommended.get(spec.key))
+                    && !is_derived
                     && !recommended.is(&value)
                 {
                     lines.push(format!("fluid.{} = {value}, recommended {recommended}: {cost}", spec.key));

@@ -17,8 +17,8 @@ fn the_tank_is_laid_out_on_one_lattice() {
     assert_eq!(fluid.particles.id.len(), 340);
     assert_eq!(solid.particles.id.len(), 36 + 18 * 6);
     assert_eq!(solid.particles.support.iter().filter(|support| **support == 1).count(), 18);
-    // Floor 40 × 3 less 18, two sides 30 × 3, corners of 9 without the one beyond 3 spacings.
-    assert_eq!(fluid.wall_particles.wall.len(), 120 - 18 + 180 + 16);
+    // Floor 40 × 4 less 18, two sides 30 × 4, corners of 16 without the three beyond 4 spacings.
+    assert_eq!(fluid.wall_particles.wall.len(), 160 - 18 + 240 + 26);
     assert_eq!(fluid.run, solid.run);
     assert_eq!(fluid.wall_particles, solid.wall_particles);
     // The open rim of a container that fills the domain lets water out.
@@ -57,6 +57,7 @@ step = {{ type = \"fixed\", time_step_s = 1e-4 }}
 particle_spacing_m = 0.003
 rest_density_kg_m3 = 1000.0
 sound_speed_m_s = 17.16
+kernel_ratio = 1.2
 gradient_correction = \"{correction}\"
 [[fluid.region]]
 name = \"water\"

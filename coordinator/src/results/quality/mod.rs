@@ -117,14 +117,14 @@ impl Evidence {
                 self.volume_excess,
                 (AtMost, LARGEST_EXCESS),
                 "volume that the densities claim beyond what the particles fill",
-                "set `[fluid] volume_correction = 30.0`, or refine",
+                "leave out `[fluid] volume_correction`, or refine",
             ),
             figure(
                 "cavity_spacings",
                 self.cavity,
                 (AtMost, LARGEST_CAVITY),
                 "farthest point of the water from a particle, in spacings, where water fills its container",
-                "set `[fluid] volume_correction = 30.0`, or raise the pressure of the water so that it does not tear",
+                "leave out `[fluid] volume_correction`, or raise the pressure of the water so that it does not tear",
             ),
             figure(
                 "mach_number",
@@ -145,7 +145,7 @@ impl Evidence {
                 self.load_noise,
                 (AtMost, LARGEST_LOAD_NOISE),
                 "swing of a load of the water while sound crosses it, over the load",
-                "set `[fluid] acoustic_relaxation` and `acoustic_relaxation_time_s`, or use means of loads only",
+                "leave out `[fluid] acoustic_relaxation`, or use means of loads only",
             ),
             figure(
                 "energy_residual",
@@ -215,7 +215,7 @@ mod tests {
         let texts = reservations(&bad.figures());
         assert_eq!(texts.len(), 4, "{texts:?}");
         assert!(texts[0].starts_with("volume_excess = -6.000e-3, threshold 0.005: "), "{texts:?}");
-        assert!(texts[0].ends_with("set `[fluid] volume_correction = 30.0`, or refine"), "{texts:?}");
+        assert!(texts[0].ends_with("leave out `[fluid] volume_correction`, or refine"), "{texts:?}");
         assert!(line(&good.figures()).contains("particles_across 3.000e0"));
     }
 }

@@ -25,21 +25,15 @@ const fn with(parameters: FluidParameters) -> Settings {
     Settings { parameters, walls: true, periodic: false }
 }
 
-/// What is recommended for water.
-const WATER: FluidParameters = FluidParameters {
-    kernel_ratio: 1.3,
-    correction: GradientCorrection::Renormalised,
-    shifting: 2.0,
-    tensile_control: true,
-    wall_repulsion: 0.0,
-    ..FluidParameters::DEFAULT
-};
+/// The default settings without repulsion by walls.
+const WATER: FluidParameters =
+    FluidParameters { wall_repulsion: 0.0, acoustic_relaxation_time: Some(1e-3), ..FluidParameters::DEFAULT };
 
 /// The same at the kernel ratio of 20 neighbours.
 pub const RECOMMENDED: Settings = with(FluidParameters { kernel_ratio: 1.2, ..WATER });
 
 /// The recommended settings, and the same with one thing left out or added.
-pub const FEATURES: [(&str, Settings); 11] = [
+pub const FEATURES: [(&str, Settings); 13] = [
     ("all", with(WATER)),
     ("predictor-corrector", with(FluidParameters { scheme: FluidScheme::PredictorCorrector, ..WATER })),
     ("h/dx 1.2", RECOMMENDED),
@@ -47,7 +41,12 @@ pub const FEATURES: [(&str, Settings); 11] = [
     ("no L_i", with(FluidParameters { correction: GradientCorrection::LatticeMoment, ..WATER })),
     ("plain diffusion", with(FluidParameters { density_diffusion: DensityDiffusion::Plain, ..WATER })),
     ("no shifting", with(FluidParameters { shifting: 0.0, ..WATER })),
-    ("no order control", with(FluidParameters { shifting: 0.0, tensile_control: false, ..WATER })),
+    ("no relaxation", with(FluidParameters { acoustic_relaxation: 0.0, ..WATER })),
+    ("no volume correction", with(FluidParameters { volume_correction: 0.0, ..WATER })),
+    (
+        "no order control",
+        with(FluidParameters { shifting: 0.0, tensile_control: false, volume_correction: 0.0, ..WATER }),
+    ),
     ("with acoustic damper", with(FluidParameters { acoustic_damping: 0.4, ..WATER })),
     ("no artificial viscosity", with(FluidParameters { viscosity_a: 0.0, ..WATER })),
     ("with viscosity", with(FluidParameters { dynamic_viscosity: 1e-3, ..WATER })),
@@ -57,7 +56,7 @@ pub const FEATURES: [(&str, Settings); 11] = [
 pub const LEAN: Settings = with(FluidParameters {
     density_diffusion: DensityDiffusion::Plain,
     wall_repulsion: 0.0,
-    ..FluidParameters::DEFAULT
+    ..FluidParameters::PLAIN
 });
 
 /// A free block that moves as one.

@@ -1,7 +1,7 @@
 //! Particle fields for snapshots and final states.
 
 use sph::coupling::exchange::Column;
-use sph::coupling::solver::{Field, ParticleFields};
+use sph::coupling::solver::{Field, ParticleFields, RELAXATION_PRESSURE};
 use sph::space::components::Components;
 
 use crate::system::model::FluidModel;
@@ -28,13 +28,16 @@ pub fn particle_fields<S: FluidSpace>(
     let wall_particle = |w: usize| walls.get(w).copied().unwrap_or_default();
     let pressure = |i: usize| state.pressure(&model.equation_of_state, i);
     let all = All { order: &order, walls: model.walls.len() };
-    let fields = vec![
+    let mut fields = vec![
         all.field("position", "m", |i| state.position[i], |w| field.position[w]),
         all.field("velocity", "m/s", |i| state.velocity[i], |w| wall_particle(w).velocity()),
         all.field("density", "kg/m3", |i| state.density[i], |w| wall_particle(w).density()),
         all.field("pressure", "Pa", pressure, |w| wall_particle(w).pressure()),
         all.field("mass", "kg/m", |i| state.mass[i], |_| model.walls.mass),
     ];
+    if !state.relaxation.is_empty() {
+        fields.push(all.field(RELAXATION_PRESSURE, "Pa", |i| state.relaxation[i], |_| 0.0));
+    }
     ParticleFields {
         step,
         time,

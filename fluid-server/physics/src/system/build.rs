@@ -121,13 +121,17 @@ fn prepared(probe: FluidProbe) -> Probe<Plane> {
 
 /// The state at `time` \[s\], before any stage has been evaluated.
 fn first_state(model: &FluidModel<Plane>, particles: FluidParticles, time: f64) -> FluidState<Plane> {
-    let FluidParticles { id, region, mass, position, velocity, density } = particles;
+    let FluidParticles { id, region, mass, position, velocity, density, mut relaxation } = particles;
+    match model.acoustic_relaxation {
+        Some(_) => relaxation.resize(id.len(), 0.0),
+        None => relaxation.clear(),
+    }
     let body_force = model.body_force.at(time);
     // No stage has been evaluated yet: the body force stands in for the acceleration.
     let largest_acceleration = position.iter().map(|x| body_force.acceleration(x).norm()).fold(0.0, f64::max);
     let kept = if model.is_leapfrog() { id.len() } else { 0 };
     FluidState {
-        relaxation: model.relaxation_pressures(id.len()),
+        relaxation,
         volume_excess: vec![0.0; if model.corrects_volume() { id.len() } else { 0 }],
         density_rate: vec![0.0; kept],
         acceleration: vec![Vector::zeros(); kept],

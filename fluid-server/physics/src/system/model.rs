@@ -174,11 +174,6 @@ impl<S: Space> FluidModel<S> {
         self.scheme == FluidScheme::Leapfrog
     }
 
-    /// Pressures of the acoustic relaxation of `particles` at rest \[Pa\]; none without it.
-    pub fn relaxation_pressures(&self, particles: usize) -> Vec<f64> {
-        vec![0.0; self.acoustic_relaxation.map_or(0, |_| particles)]
-    }
-
     /// Rate k of the linear damping at `time` \[1/s\].
     pub fn damping_rate(&self, time: f64) -> f64 {
         self.damping.filter(|damping| time < damping.until).map_or(0.0, |damping| damping.rate)

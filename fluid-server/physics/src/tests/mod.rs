@@ -16,4 +16,5 @@ mod settling;
 mod shifting;
 mod support;
 mod volume;
+mod volume_at_solids;
 mod walls;

@@ -63,7 +63,7 @@ pub fn empty_scene(spacing: f64) -> FluidSetup {
             viscosity_b: 0.1,
             scheme: FluidScheme::PredictorCorrector,
             wall_repulsion: 0.0,
-            ..FluidParameters::default()
+            ..FluidParameters::PLAIN
         },
         damping: None,
         regions: vec!["water".into()],

@@ -43,7 +43,7 @@ mod tests {
             particle_spacing: 0.002,
             kernel_ratio: 1.2,
             dynamic_viscosity: 1e-3,
-            ..FluidParameters::default()
+            ..FluidParameters::PLAIN
         };
         assert!((viscous_limit::<Plane>(&water) - 0.72).abs() < 1e-9);
     }

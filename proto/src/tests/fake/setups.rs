@@ -57,7 +57,7 @@ pub(crate) fn water() -> FluidParameters {
         particle_spacing: RANGE / 4.0,
         density_diffusion: DensityDiffusion::None,
         scheme: FluidScheme::PredictorCorrector,
-        ..FluidParameters::default()
+        ..FluidParameters::PLAIN
     }
 }
 
@@ -85,6 +85,7 @@ pub(crate) fn fluid_setup(run: RunSetup) -> ParticipantSetup {
             position,
             velocity,
             density: vec![1000.0; MASSES],
+            relaxation: Vec::new(),
         },
         wall_particles: WallParticles::default(),
         probes: Vec::new(),

@@ -22,7 +22,7 @@ pub fn coupling(law: InterfaceLaw) -> Coupling {
             sound_speed: 25.0,
             dynamic_viscosity: 1e-3,
             particle_spacing: SPACING,
-            ..FluidParameters::default()
+            ..FluidParameters::PLAIN
         },
         solid_spacing: SPACING,
         repulsion: 0.5,

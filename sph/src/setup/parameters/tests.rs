@@ -5,12 +5,12 @@ use crate::setup::{
 use super::*;
 
 fn check<T: ParameterSet>() {
-    for set in [T::default(), T::recommended(), T::paper()] {
+    for set in [T::default(), T::paper()] {
         assert_eq!(set.errors(), [], "{set:?}");
         let stated = set.stated().map(|(spec, value)| (spec.key, value));
         assert_eq!(T::from_stated(stated, |_| true).as_ref(), Ok(&set));
     }
-    let values = |spec: &ParameterSpec| [spec.off, spec.paper, spec.recommended.map(|(value, _)| value)];
+    let values = |spec: &ParameterSpec| [spec.off, spec.paper];
     for spec in T::SPECIFICATIONS {
         for value in values(spec).into_iter().flatten() {
             let mut set = T::default();

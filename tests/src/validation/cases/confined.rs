@@ -18,6 +18,9 @@ pub struct ClosedChannel;
 /// A full square tank with no-slip walls that turns twenty times.
 pub struct FullTank;
 
+/// Plane Poiseuille flow of water under pressure.
+pub struct FullPoiseuille;
+
 /// Two blocks of water that meet.
 pub struct MeetingPatches;
 
@@ -133,6 +136,36 @@ impl Case for FullTank {
             Domain { lower: Vector::repeat(-0.15), upper: Vector::repeat(0.15), periodic: [false, false] };
         let mut figures = kept(run, 500.0, 0.04)?;
         figures.push(farthest(run, &domain, &positions(&water)?, within));
+        Ok(figures)
+    }
+
+    fn plots(&self, runs: &[Run]) -> Result<Vec<Plot>, String> {
+        pressure_plot(runs)
+    }
+}
+
+impl Case for FullPoiseuille {
+    fn name(&self) -> &'static str {
+        "full_poiseuille"
+    }
+
+    fn about(&self) -> &'static str {
+        "plane Poiseuille flow under 2000 Pa keeps its mean pressure and volume for 30 s"
+    }
+
+    fn members(&self) -> Vec<Member> {
+        let of = |spacing| {
+            let start: toml::Table = "type = \"pressure\"\npressure_pa = 2000.0".parse().unwrap_or_default();
+            let member = Member::new("poiseuille", spacing).scheme("under 2000 Pa");
+            member.with("fluid.region.0.start", start).with("time.end_time_s", 30.0)
+        };
+        vec![of(0.05), of(0.025)]
+    }
+
+    fn figures(&self, run: &Run) -> Result<Vec<Figure>, String> {
+        let mut figures = kept(run, 2000.0, 0.5)?;
+        let domain = Domain { lower: Vector::zeros(), upper: Vector::new(0.5, 1.0), periodic: [true, false] };
+        figures.push(farthest(run, &domain, &positions(&run.final_fluid()?)?, |_| true));
         Ok(figures)
     }
 

@@ -17,6 +17,7 @@ mod elastic;
 mod floating;
 mod free_solids;
 mod hard;
+mod jet;
 mod solid_hard;
 mod square_patch;
 mod standing_wave;
@@ -24,6 +25,7 @@ mod still_water;
 mod substeps;
 mod taylor_green;
 mod thin_plate;
+mod wall_impact;
 
 /// All cases, in the order in which they are run.
 pub fn all() -> Vec<&'static dyn Case> {
@@ -36,10 +38,13 @@ pub fn all() -> Vec<&'static dyn Case> {
         &still_water::StillWater,
         &dam_break::DamBreak,
         &dam_break_pressure::DamBreakPressure,
+        &wall_impact::WallImpact,
+        &jet::Jet,
         &bore::Bore,
         &standing_wave::StandingWave,
         &confined::ClosedChannel,
         &confined::FullTank,
+        &confined::FullPoiseuille,
         &confined::MeetingPatches,
         &confined::OscillatingDrop,
         &hard::Hard,

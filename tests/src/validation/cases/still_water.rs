@@ -9,6 +9,9 @@ const DENSITY: f64 = 1000.0;
 const GRAVITY: f64 = 9.81;
 const WIDTH: f64 = 0.501;
 
+/// End of the long member \[s\].
+const LONG: f64 = 60.0;
+
 /// Probes: name, height above the floor \[m\], tolerance.
 const PROBES: [(&str, f64, f64); 5] = [
     ("p1", 0.005, 0.001),
@@ -24,7 +27,7 @@ impl Case for StillWater {
     }
 
     fn about(&self) -> &'static str {
-        "case 5.1: pressure of still water, damped to rest and ringing for 15 s"
+        "case 5.1: pressure of still water, damped to rest, and from p = 0 for 15 and 60 s"
     }
 
     fn members(&self) -> Vec<Member> {
@@ -34,16 +37,12 @@ impl Case for StillWater {
             Member::new("still_water", 0.003),
             Member::new("still_water_undamped", 0.003)
                 .scheme("paper, undamped")
-                .with("fluid.kernel_ratio", 1.2)
-                .with("fluid.artificial_viscosity_a", 1.0)
-                .with("fluid.artificial_viscosity_b", 1.0)
-                .with("fluid.gradient_correction", "none")
-                .with("fluid.scheme", "predictor-corrector")
-                .with("fluid.wall_repulsion", 0.0)
-                .with("fluid.shifting", 0.0)
-                .with("fluid.tensile_control", false)
+                .with("preset", "paper")
                 .with("time.step", step),
-            Member::new("still_water_undamped", 0.003).scheme("recommended, undamped"),
+            Member::new("still_water_undamped", 0.003).scheme("recommended, from p = 0"),
+            Member::new("still_water_undamped", 0.006)
+                .scheme("recommended, 60 s from p = 0")
+                .with("time.end_time_s", LONG),
         ]
     }
 
@@ -95,8 +94,21 @@ fn settled(run: &Run) -> Result<Vec<Figure>, String> {
 }
 
 fn ringing(run: &Run) -> Result<Vec<Figure>, String> {
-    let mean = series::mean(&run.history("p1_pressure_pa")?, 10.0, 15.0);
+    let pressure = run.history("p1_pressure_pa")?;
     let exact = DENSITY * GRAVITY * 0.295;
+    if run.number("time.end_time_s")? >= LONG {
+        let error = |second: u32| {
+            (series::mean(&pressure, f64::from(second), f64::from(second + 1)) / exact - 1.0).abs()
+        };
+        let largest = series::largest((10..60).map(error));
+        // The kernel at P1, 5 mm above the floor, reaches 16 mm: the goal holds at any spacing.
+        return Ok(vec![Figure::judged(
+            "largest error of the mean of P1 in a second from 10 s on",
+            largest,
+            Goal::AtMost(0.01),
+        )]);
+    }
+    let mean = series::mean(&pressure, 10.0, 15.0);
     let tolerance = if run.member.scheme.starts_with("paper") { 0.012 } else { 0.003 };
     let kinetic = run.history("water_kinetic_energy_j_per_m")?;
     let peaks: Vec<f64> = (0..15)

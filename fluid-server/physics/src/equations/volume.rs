@@ -11,7 +11,7 @@ use crate::system::packed_particle::FluidSpace;
 /// the smallest `eigenvalue` of the moment matrix \[-\].
 ///
 /// ```text
-/// dρ_i/dt gains ρ_i ε_i r_i,   r_i = min(k U_i, 0.2 c₀)/h · clamp((λ_i − 0.8)/0.1, 0, 1)
+/// dρ_i/dt gains ρ_i ε_i r_i,   r_i = min(k U_i, 0.2 c₀)/h · clamp((λ_i − 0.87)/0.06, 0, 1)
 /// ```
 /// Disorder arises as fast as particles pass each other: a rate by U leaves an error in equilibrium that does not depend
 /// on spacing, flow or c₀, and leaves rigid motion alone.

@@ -17,6 +17,7 @@ mod elastic;
 mod floating;
 mod free_solids;
 mod hard;
+mod slab;
 mod solid_hard;
 mod square_patch;
 mod standing_wave;
@@ -63,6 +64,7 @@ pub fn all() -> Vec<&'static dyn Case> {
         &floating::LightFloat,
         &floating::HydrostaticPlate,
         &thin_plate::ThinPlate,
+        &slab::Slab,
         &elastic::Gate,
         &elastic::Obstacle,
         &debris::Debris,

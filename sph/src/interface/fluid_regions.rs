@@ -6,21 +6,24 @@
 use rayon::prelude::*;
 
 use super::states::InterfaceStates;
-use crate::space::Space;
 use crate::space::domain::Domain;
 use crate::space::tensors::SpaceVector;
+use crate::space::{Plane, Space};
 
 use super::lists::{CrossPair, Rows, TASK, TaskRows};
 
 /// Dummy state of a solid particle toward one fluid region.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Dummy {
+pub struct Dummy<S: Space = Plane> {
     /// Pressure \[Pa\].
     pub pressure: f64,
     /// Density that belongs to the pressure \[kg/m³\].
     pub density: f64,
     /// Mass \[kg\], in the plane per depth.
     pub mass: f64,
+    /// Velocity toward which the fluid's viscosity acts \[m/s\]. Without slip that of the solid particle and of the fluid
+    /// around it mirrored, so that the velocity of the solid is met at its face, half-way.
+    pub velocity: S::Vector,
 }
 
 /// The fluid within support of one solid particle; buffers are reused.
@@ -159,19 +162,19 @@ fn merge(separated: &[(u32, u32)], row: &mut [CrossPair], regions: u32) -> u32 {
 /// Fluid regions around all solid particles, with their dummy states.
 #[derive(Debug, Default)]
 pub struct FluidRegions<S: Space> {
-    dummies: Vec<Dummy>,
+    dummies: Vec<Dummy<S>>,
     tasks: Vec<TaskRegions<S>>,
     separated: Vec<(u32, u32)>,
 }
 
 impl<S: Space> FluidRegions<S> {
     /// The dummy state that the fluid of `pair` interacts with.
-    pub fn dummy(&self, pair: &CrossPair) -> &Dummy {
+    pub fn dummy(&self, pair: &CrossPair) -> &Dummy<S> {
         &self.dummies[pair.region as usize]
     }
 
     /// One region around every solid particle, however the fluid lies.
-    pub fn update_whole(&mut self, rows: &mut Rows, dummy: impl Fn(usize) -> Dummy) {
+    pub fn update_whole(&mut self, rows: &mut Rows, dummy: impl Fn(usize) -> Dummy<S>) {
         self.dummies.clear();
         for s in 0..rows.len() {
             rows.of_mut(s).iter_mut().for_each(|pair| pair.region = s as u32);
@@ -186,7 +189,7 @@ impl<S: Space> FluidRegions<S> {
         support: f64,
         states: [&InterfaceStates<S>; 2],
         rows: &mut Rows,
-        dummy: impl Fn(usize, &[CrossPair], u32) -> Dummy + Sync,
+        dummy: impl Fn(usize, &[CrossPair], u32) -> Dummy<S> + Sync,
     ) {
         self.find(domain, support * support, states, rows);
         let Self { dummies, tasks, .. } = self;

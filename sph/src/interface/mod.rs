@@ -5,25 +5,23 @@
 
 pub(crate) mod fluid_regions;
 mod lists;
+mod pair_law;
 pub mod states;
 
 use rayon::prelude::*;
 
 use crate::coupling::ledger::{InterfaceSums, LedgerVector, axial, lifted};
-use crate::kernel::CubicSpline;
-use crate::laws::artificial_viscosity::ArtificialViscosity;
-use crate::laws::equation_of_state::Tait;
-use crate::laws::repulsion::Repulsion;
 use crate::prescribed::body_force::BodyForceField;
-use crate::setup::{Coupling, GradientCorrection, InterfaceLaw};
+use crate::setup::{Coupling, InterfaceLaw};
 use crate::space::domain::Domain;
-use crate::space::tensors::{SpaceSymmetric, SpaceVector};
+use crate::space::tensors::SpaceVector;
 use crate::space::{Plane, Space};
 use crate::sums::ordered_sum;
 
 pub use fluid_regions::Dummy;
 use fluid_regions::FluidRegions;
-use lists::{CrossPair, Rows, Search};
+use lists::{Rows, Search};
+use pair_law::PairLaw;
 use states::InterfaceStates;
 
 /// Cross lists, dummy states and forces of one half-step; all buffers are reused.
@@ -48,48 +46,11 @@ struct ParticleSums<S: Space> {
     pairs: u64,
 }
 
-/// Constants of the pair law.
-#[derive(Clone, Copy, Debug)]
-struct PairLaw<S: Space> {
-    law: InterfaceLaw,
-    kernel: CubicSpline<S>,
-    equation_of_state: Tait,
-    /// 1/M or 1: fluid-solid pairs never use L_i, which needs second neighbours.
-    gradient_scale: f64,
-    rest_density: f64,
-    artificial_viscosity: ArtificialViscosity,
-    dynamic_viscosity: f64,
-    /// Repulsion of close pairs.
-    repulsion: Repulsion,
-}
-
 impl<S: Space> Interface<S> {
     /// An interface with the laws and constants of `coupling`.
     pub fn new(coupling: &Coupling, domain: &Domain<S>, body_force: BodyForceField<S>) -> Self {
-        let fluid = &coupling.fluid;
-        let kernel = CubicSpline::<S>::new(fluid.smoothing_length());
-        let gradient_scale = match fluid.correction {
-            GradientCorrection::None => 1.0,
-            GradientCorrection::LatticeMoment
-            | GradientCorrection::Continuity
-            | GradientCorrection::Renormalised => 1.0 / kernel.lattice_moment(fluid.particle_spacing),
-        };
         Self {
-            law: PairLaw {
-                law: coupling.law,
-                kernel,
-                equation_of_state: fluid.equation_of_state(),
-                gradient_scale,
-                rest_density: fluid.rest_density,
-                artificial_viscosity: fluid.artificial_viscosity(),
-                dynamic_viscosity: fluid.dynamic_viscosity,
-                repulsion: Repulsion::new(
-                    coupling.repulsion,
-                    0.5 * (fluid.particle_spacing + coupling.solid_spacing),
-                    fluid.particle_spacing,
-                    fluid.sound_speed,
-                ),
-            },
+            law: PairLaw::new(coupling),
             domain: *domain,
             body_force,
             search: Search::default(),
@@ -105,14 +66,15 @@ impl<S: Space> Interface<S> {
     /// The lists hold exactly the pairs within the support radius, in id order, whatever else was sent.
     pub fn update(&mut self, time: f64, fluid: &InterfaceStates<S>, solid: &InterfaceStates<S>) {
         let Self { law, domain, body_force, search, of_fluid, of_solid, regions, .. } = self;
-        let support = law.kernel.support_radius();
+        let support = law.support_radius();
         search.fill(domain, support, fluid, solid, of_fluid);
         of_solid.transpose(of_fluid, solid.len());
-        match law.law {
+        match law.kind() {
             InterfaceLaw::PlainSum => regions.update_whole(of_solid, |s| Dummy {
                 pressure: solid.pressure[s],
                 density: solid.density[s],
                 mass: solid.mass[s],
+                velocity: solid.velocity[s],
             }),
             InterfaceLaw::Wall | InterfaceLaw::WallNoSlip => {
                 regions.update_disconnected(domain, support, [fluid, solid], of_solid, |s, row, region| {
@@ -130,12 +92,12 @@ impl<S: Space> Interface<S> {
     }
 
     /// The solid's states within support of fluid state `f`, indices ascending, with what `f` feels of each.
-    pub fn solids_near(&self, f: usize) -> impl Iterator<Item = (usize, &Dummy)> {
+    pub fn solids_near(&self, f: usize) -> impl Iterator<Item = (usize, &Dummy<S>)> {
         self.of_fluid.of(f).iter().map(|pair| (pair.other as usize, self.regions.dummy(pair)))
     }
 
     /// The fluid's states within support of solid state `s`, indices ascending, with what each feels of `s`.
-    pub fn fluids_near(&self, s: usize) -> impl Iterator<Item = (usize, &Dummy)> {
+    pub fn fluids_near(&self, s: usize) -> impl Iterator<Item = (usize, &Dummy<S>)> {
         self.of_solid.of(s).iter().map(|pair| (pair.other as usize, self.regions.dummy(pair)))
     }
 
@@ -222,86 +184,6 @@ impl<S: Space> ParticleSums<S> {
         self.gross_force += force.norm();
         self.couple += S::cross(separation, &force) * 0.5;
         self.pairs += 1;
-    }
-}
-
-impl<S: Space> PairLaw<S> {
-    /// Dummy state of solid state `s` toward `region` by Eq. (28), without the solid's acceleration, which would make light
-    /// solids unstable.
-    fn wall_dummy(
-        &self,
-        domain: &Domain<S>,
-        body_force: &S::Vector,
-        [fluid, solid]: [&InterfaceStates<S>; 2],
-        s: usize,
-        row: &[CrossPair],
-        region: u32,
-    ) -> Dummy {
-        let (mut weighted, mut weight) = (0.0, 0.0);
-        for f in row.iter().filter(|pair| pair.region == region).map(|pair| pair.other as usize) {
-            let x_fs = domain.separation(&fluid.position[f], &solid.position[s]);
-            let w = self.kernel.value(x_fs.norm());
-            weighted += w * (fluid.pressure[f] - fluid.density[f] * body_force.dot(&x_fs));
-            weight += w;
-        }
-        let pressure = if weight > 0.0 { weighted / weight } else { 0.0 };
-        Dummy {
-            pressure,
-            density: self.equation_of_state.wall_density(pressure),
-            // In this order: coupling points of a solid with force coupling carry the volume alone.
-            mass: self.rest_density * solid.volume(s),
-        }
-    }
-
-    /// Force of solid state `s` on fluid state `f` \[N\], Eq. (22) with the fluid's h and c₀.
-    #[inline]
-    fn force_on_fluid(
-        &self,
-        x_fs: &S::Vector,
-        fluid: &InterfaceStates<S>,
-        f: usize,
-        solid: &InterfaceStates<S>,
-        s: usize,
-        dummy: &Dummy,
-    ) -> S::Vector {
-        let distance = x_fs.norm();
-        let gradient_factor = self.gradient_scale * self.kernel.gradient_factor(distance);
-        let (rho_f, rho_s) = (fluid.density[f], dummy.density);
-        let masses = fluid.mass[f] * dummy.mass;
-        let v_fs = fluid.velocity[f] - solid.velocity[s];
-        let approach = v_fs.dot(x_fs);
-        let square = distance * distance;
-        // Π_fs of Eq. (23).
-        let viscosity = self.artificial_viscosity.pressure(approach, square) / (0.5 * (rho_f + rho_s));
-        let central = fluid.mass[f] * self.repulsion(distance, approach)
-            - masses * ((fluid.pressure[f] + dummy.pressure) / (rho_f * rho_s) + viscosity) * gradient_factor;
-        match self.law {
-            InterfaceLaw::Wall => *x_fs * central,
-            InterfaceLaw::WallNoSlip => {
-                // Morris, Fox & Zhu 1997: 2 μ (x·∇W)/(ρ_f ρ_s r²) v_fs.
-                let softened = self.artificial_viscosity.softened(square);
-                let friction = masses * 2.0 * self.dynamic_viscosity * square * gradient_factor
-                    / (rho_f * rho_s * softened);
-                *x_fs * central + v_fs * friction
-            }
-            InterfaceLaw::PlainSum => {
-                let stress = S::SymmetricTensor::isotropic(-fluid.pressure[f]).plus(&solid.stress[s]);
-                let factor = masses * gradient_factor;
-                stress.dot(x_fs) * (factor / (rho_f * rho_s)) - *x_fs * (factor * viscosity)
-            }
-        }
-    }
-
-    /// Repulsion over distance and mass of the fluid particle \[1/s²\], for v_fs·x_fs.
-    ///
-    /// Pressure alone can not keep out a particle that has been squeezed between two of the solid's. Coincident
-    /// particles have no direction in which to part.
-    #[inline]
-    fn repulsion(&self, distance: f64, approach: f64) -> f64 {
-        if distance >= self.repulsion.distance() || distance == 0.0 {
-            return 0.0;
-        }
-        self.repulsion.acceleration(distance, approach / distance) / distance
     }
 }
 

@@ -244,3 +244,70 @@ fn repulsion_keeps_close_pairs_apart_and_leaves_others_alone() {
     assert_eq!(law.repulsion(0.601 * SPACING, -1e-3), 0.0);
     assert_eq!(law.repulsion(0.0, 0.0), 0.0);
 }
+
+#[test]
+fn a_no_slip_solid_shows_the_mirrored_mean_velocity_and_others_their_own() {
+    let (mut fluid, mut solid) = facing_patches(25);
+    let (flow, motion) = (Vector::new(0.3, -0.2), Vector::new(0.1, 0.5));
+    fluid.velocity.fill(flow);
+    solid.velocity.fill(motion);
+    for (law, expected) in [
+        (InterfaceLaw::Wall, motion),
+        (InterfaceLaw::WallNoSlip, 2.0 * motion - flow),
+        (InterfaceLaw::PlainSum, motion),
+    ] {
+        let mut interface = Interface::new(&coupling(law), &domain(), gravity());
+        interface.update(0.0, &fluid, &solid);
+        let shown = (0..solid.len()).flat_map(|s| interface.fluids_near(s).map(|(_, dummy)| dummy.velocity));
+        let errors: Vec<f64> = shown.map(|velocity| (velocity - expected).norm()).collect();
+        // Round-off of a mean.
+        assert!(errors.len() > 50 && errors.iter().all(|error| *error < 1e-14), "{law:?}");
+    }
+}
+
+#[test]
+fn both_sides_of_a_no_slip_interface_evaluate_the_same_bits() {
+    let (fluid, solid) = facing_patches(26);
+    let mut spare_fluid = fluid.clone();
+    append(&mut spare_fluid, &patch(Vector::new(0.7, 0.7), 5, 5, 27));
+    let mut spare_solid = solid.clone();
+    append(&mut spare_solid, &patch(Vector::new(0.2, 0.7), 5, 5, 28));
+    // Each side may hold particles that the other does not.
+    let pairs = |fluid: &InterfaceStates, solid: &InterfaceStates| {
+        let mut interface = Interface::new(&coupling(InterfaceLaw::WallNoSlip), &domain(), gravity());
+        interface.update(0.0, fluid, solid);
+        let mut pairs = Vec::new();
+        for f in 0..fluid.len() {
+            for (s, dummy) in interface.solids_near(f) {
+                let x_fs = fluid.position[f] - solid.position[s];
+                let force = interface.law.force_on_fluid(&x_fs, fluid, f, solid, s, dummy);
+                pairs.push((f, s, dummy.velocity.map(f64::to_bits), force.map(f64::to_bits)));
+            }
+        }
+        pairs
+    };
+    let of_fluid = pairs(&fluid, &spare_solid);
+    assert!(of_fluid.len() > 50);
+    assert_eq!(of_fluid, pairs(&spare_fluid, &solid));
+}
+
+#[test]
+fn fluid_beyond_a_plate_is_not_part_of_the_mean_velocity() {
+    // Rows of fluid, two of the plate, and fluid again; the right one moves.
+    let mut fluid = patch(Vector::new(0.2, 0.2), 4, 12, 29);
+    let left = fluid.len();
+    append(&mut fluid, &patch(Vector::new(0.2 + 6.0 * SPACING, 0.2), 4, 12, 30));
+    fluid.velocity.fill(Vector::zeros());
+    fluid.velocity[left..].fill(Vector::new(0.0, 1.0));
+    let mut plate = patch(Vector::new(0.2 + 4.0 * SPACING, 0.2), 2, 12, 31);
+    plate.velocity.fill(Vector::zeros());
+    let mut interface = Interface::new(&coupling(InterfaceLaw::WallNoSlip), &domain(), gravity());
+    interface.update(0.0, &fluid, &plate);
+    for s in 0..plate.len() {
+        for (f, dummy) in interface.fluids_near(s) {
+            let expected = if f < left { 0.0 } else { -1.0 };
+            // Round-off of a mean.
+            assert!((dummy.velocity.y - expected).abs() < 1e-14, "fluid {f}, solid {s}");
+        }
+    }
+}

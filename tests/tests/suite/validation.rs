@@ -86,6 +86,11 @@ fn a_thin_plate_separates_two_fluid_regions() {
 }
 
 #[test]
+fn flow_without_slip_meets_an_elastic_slab_at_its_face() {
+    meets_its_goals("slab", 4);
+}
+
+#[test]
 fn all_members_have_case_files_and_places_of_their_own() {
     let mut labels = Vec::new();
     for case in cases::all() {

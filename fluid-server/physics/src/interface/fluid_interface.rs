@@ -216,7 +216,7 @@ impl<S: FluidSpace> FluidInterface<S> {
     /// Adds the solid's particles to the sums of the gradient pass, once for each fluid particle, so that a solid's
     /// face is not detected as free surface.
     ///
-    /// The velocity gradient takes the whole velocity of the solid, or with slip only the approach along x_ij.
+    /// The velocity gradient takes the velocity that viscosity acts toward, with slip only the approach along x_ij.
     pub fn add_neighbour_sums<G: Geometry<S>>(
         &mut self,
         scene: &Scene<G, S>,
@@ -243,7 +243,7 @@ impl<S: FluidSpace> FluidInterface<S> {
             for (s, dummy) in interface.solids_near(k) {
                 let d = domain.separation(&own.position[k], &partner.position[s]);
                 let r = d.norm();
-                let mut v_sf = partner.velocity[s] - own.velocity[k];
+                let mut v_sf = dummy.velocity - own.velocity[k];
                 if slips {
                     v_sf = d * (v_sf.dot(&d) / d.norm_squared().max(f64::MIN_POSITIVE));
                 }

@@ -9,6 +9,7 @@ mod departures;
 mod energy;
 mod invariance;
 mod lists;
+mod no_slip;
 mod relaxation;
 mod reports;
 mod scheme;

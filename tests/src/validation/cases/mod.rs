@@ -18,6 +18,7 @@ mod floating;
 mod free_solids;
 mod hard;
 mod jet;
+mod slab;
 mod solid_hard;
 mod square_patch;
 mod standing_wave;
@@ -68,6 +69,7 @@ pub fn all() -> Vec<&'static dyn Case> {
         &floating::LightFloat,
         &floating::HydrostaticPlate,
         &thin_plate::ThinPlate,
+        &slab::Slab,
         &elastic::Gate,
         &elastic::Obstacle,
         &debris::Debris,

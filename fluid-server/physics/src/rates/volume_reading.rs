@@ -11,6 +11,10 @@
 //! much inside disordered fluid, 0.8 % too little along walls, since the places of particles are not independent of each
 //! other.
 //!
+//! The lattice of the particles shows on the nodes, the more the wider it is stretched: the particles spread V_j ε_j on the
+//! nodes and read it once more, ε_i ← Σ_n w_ni (Σ_j V_j ε_j w_nj/V_n)/φ_n. This keeps the sum, and takes from what
+//! alternates between neighbours all but its square.
+//!
 //! Volume parts from density slowly: it is read in every fourth step, and the particles keep what they were told.
 
 use sph::coupling::stage::{Stage, StepStage};
@@ -40,9 +44,9 @@ pub fn is_read(at: StepStage, part: StagePart) -> bool {
 /// Claims on the nodes; buffers are reused.
 #[derive(Clone, Debug, Default)]
 pub struct VolumeReading {
-    /// φ of each node \[-\], then (σ − 1)/φ.
+    /// φ of each node \[-\].
     fluid: Vec<f64>,
-    /// Claim of walls and solids on each node, then σ \[-\].
+    /// Claim of walls and solids on each node, then σ, then what is handed back \[-\].
     all: Vec<f64>,
     /// Claim of walls that stand on each node \[-\], and the placement of the nodes to which it belongs.
     standing: (Option<u64>, Vec<f64>),
@@ -81,7 +85,8 @@ impl VolumeReading {
             grid.spread::<S>(arithmetic, claims, &mut self.all, 0);
         }
         grid.fold(&mut self.all, |a, b| a + b);
-        self.sum_fluid::<S>(grid, arithmetic, fluid);
+        let claim = |i: usize| fluid[i].volume() / grid.node_volume();
+        Self::sum::<S>(grid, arithmetic, fluid, &claim, &mut self.fluid);
         self.all.iter_mut().zip(&self.fluid).for_each(|(all, fluid)| *all += fluid);
         self.around_solids.resize(partner.map_or(0, InterfaceStates::len), 0.0);
         grid.read::<S>(arithmetic, solids(), &self.all, self.around_solids.iter_mut());
@@ -95,17 +100,34 @@ impl VolumeReading {
         });
         grid.mark::<S>(exposed.map(|(x, _)| x), &mut self.at_surface, 0);
         grid.fold(&mut self.at_surface, |a, b| a || b);
-        for ((fluid, all), at_surface) in self.fluid.iter_mut().zip(&self.all).zip(&self.at_surface) {
-            let counts = !at_surface && *fluid > S::LEAST_FLUID_CLAIM * (all - *fluid);
-            *fluid = if counts { (all - 1.0) / *fluid } else { 0.0 };
+        for ((all, fluid), at_surface) in self.all.iter_mut().zip(&self.fluid).zip(&self.at_surface) {
+            let counts = !at_surface && *fluid > S::LEAST_FLUID_CLAIM * (*all - fluid);
+            *all = if counts { (*all - 1.0) / fluid } else { 0.0 };
         }
-        let nodes = &self.fluid;
-        for_each_task(fluid.len(), excess, &|particles, excess: &mut [f64]| {
+        self.hand_back::<S>(grid, arithmetic, fluid, excess);
+        excess.iter_mut().for_each(|excess| {
+            *excess = excess.clamp(-S::LARGEST_VOLUME_EXCESS, S::LARGEST_VOLUME_EXCESS);
+        });
+        // Once more by way of the nodes.
+        let claimed = |i: usize| fluid[i].volume() * excess[i] / grid.node_volume();
+        Self::sum::<S>(grid, arithmetic, fluid, &claimed, &mut self.all);
+        self.all.iter_mut().zip(&self.fluid).for_each(|(all, fluid)| {
+            *all = if *fluid > 0.0 { *all / fluid } else { 0.0 };
+        });
+        self.hand_back::<S>(grid, arithmetic, fluid, excess);
+    }
+
+    /// The means of `all` around the particles.
+    fn hand_back<S: FluidSpace>(
+        &self,
+        grid: &BackgroundGrid,
+        arithmetic: Arithmetic,
+        fluid: &[S::Particle],
+        means: &mut [f64],
+    ) {
+        for_each_task(fluid.len(), means, &|particles, means: &mut [f64]| {
             let positions = fluid[particles].iter().map(Packed::position);
-            grid.read::<S>(arithmetic, positions, nodes, excess.iter_mut());
-            for excess in excess {
-                *excess = excess.clamp(-S::LARGEST_VOLUME_EXCESS, S::LARGEST_VOLUME_EXCESS);
-            }
+            grid.read::<S>(arithmetic, positions, &self.all, means.iter_mut());
         });
     }
 
@@ -116,21 +138,21 @@ impl VolumeReading {
             + at_surface.capacity()
     }
 
-    /// Sums the claims of the fluid.
-    fn sum_fluid<S: FluidSpace>(
-        &mut self,
+    /// Sums a `value` of each particle on the nodes.
+    fn sum<S: FluidSpace>(
         grid: &BackgroundGrid,
         arithmetic: Arithmetic,
         fluid: &[S::Particle],
+        value: &(impl Fn(usize) -> f64 + Sync),
+        nodes: &mut Vec<f64>,
     ) {
-        let per_volume = 1.0 / grid.node_volume();
-        self.fluid.clear();
-        self.fluid.resize(grid.len(), 0.0);
-        grid.for_each_band(&mut self.fluid, &|particles, nodes, origin| {
-            let claim = |particle: &S::Particle| (particle.position(), particle.volume() * per_volume);
-            grid.spread::<S>(arithmetic, fluid[particles].iter().map(claim), nodes, origin);
+        nodes.clear();
+        nodes.resize(grid.len(), 0.0);
+        grid.for_each_band(nodes, &|particles, nodes, origin| {
+            let particles = particles.map(|i| (fluid[i].position(), value(i)));
+            grid.spread::<S>(arithmetic, particles, nodes, origin);
         });
-        grid.fold(&mut self.fluid, |a, b| a + b);
+        grid.fold(nodes, |a, b| a + b);
     }
 
     /// Sums the claims of walls.

@@ -61,10 +61,13 @@ impl Exact {
     }
 }
 
-/// Heights \[m\] and velocities \[m/s\] of the free particles of one side at the times of the last period \[s\].
-fn last_period(run: &Run, side: &str) -> Result<Vec<(f64, Vec<[f64; 2]>)>, String> {
+/// A time \[s\], and height \[m\] and velocity \[m/s\] of each free particle of one side.
+type Row = (f64, Vec<[f64; 2]>);
+
+/// The snapshots of one side in the last period.
+fn last_period(run: &Run, side: &str) -> Result<Vec<Row>, String> {
     let files = snapshot::series(&run.folder.join("results/snapshots").join(Path::new(side)))?;
-    let of = |(time, path): (f64, std::path::PathBuf)| -> Result<(f64, Vec<[f64; 2]>), String> {
+    let of = |(time, path): (f64, std::path::PathBuf)| -> Result<Row, String> {
         let state = Snapshot::read(&path, 1)?;
         let particles = state.position.iter().zip(&state.velocity).map(|(x, v)| [x.y, v.x]);
         Ok((time, particles.filter(|[y, _]| *y > -1.0).collect()))

@@ -1,5 +1,7 @@
 //! The pair laws Eq. (17)-(19) and (22)-(24).
 
+use std::ops::AddAssign;
+
 use sph::kernel::KernelLanes;
 use sph::lanes::Lanes;
 use sph::laws::artificial_viscosity::ArtificialViscosity;
@@ -91,8 +93,6 @@ pub struct PairSums<S: Space, L: Lanes> {
     artificial: S::Of<L>,
     drag: S::Of<L>,
     clumping: S::Of<L>,
-    /// Whether there was any artificial pressure.
-    clumps: bool,
 }
 
 /// [`PairSums`] over all batches.
@@ -104,12 +104,26 @@ pub struct PairTotals<S: Space> {
     pub diffusion: f64,
     /// Σ V_j [T_i + T_j + ρ_i ρ_j Π_ij]·∇W \[Pa/m\]: −ρ_i times the acceleration.
     pub stress_divergence: S::Vector,
-    /// The part of it by artificial viscosity \[Pa/m\].
+}
+
+/// Parts of the stress divergence \[Pa/m\]; the rest is that of pressure and viscous stress.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct PairParts<S: Space> {
+    /// Artificial viscosity.
     pub artificial: S::Vector,
-    /// The part of it by the viscous pair force \[Pa/m\].
+    /// The viscous pair force.
     pub drag: S::Vector,
-    /// The part of it by artificial pressure \[Pa/m\].
+    /// Artificial pressure.
     pub clumping: S::Vector,
+}
+
+impl<S: Space> AddAssign for PairParts<S> {
+    #[inline(always)]
+    fn add_assign(&mut self, other: Self) {
+        self.artificial += other.artificial;
+        self.drag += other.drag;
+        self.clumping += other.clumping;
+    }
 }
 
 impl<S: FluidSpace, L: Lanes> PairSums<S, L> {
@@ -124,7 +138,6 @@ impl<S: FluidSpace, L: Lanes> PairSums<S, L> {
             artificial: none,
             drag: none,
             clumping: none,
-            clumps: false,
         }
     }
 
@@ -158,7 +171,6 @@ impl<S: FluidSpace, L: Lanes> PairSums<S, L> {
             let clumping = law.artificial_pressure.at(s, own.pressure, pressure);
             isotropic = isotropic + clumping;
             self.clumping = S::plus_product(self.clumping, weight * clumping, x);
-            self.clumps = true;
         }
 
         let mut divergence = self.stress_divergence;
@@ -193,20 +205,19 @@ impl<S: FluidSpace, L: Lanes> PairSums<S, L> {
     pub fn total(&self) -> PairTotals<S> {
         let (divergence, [continuity, diffusion]) =
             S::sums_with(self.stress_divergence, [self.continuity, self.diffusion]);
+        PairTotals { continuity, diffusion, stress_divergence: S::vector(divergence) }
+    }
+
+    /// The parts of the stress divergence over all batches, by the `law` that made them.
+    #[inline(always)]
+    pub fn parts(&self, law: &LawLanes<L>) -> PairParts<S> {
         let [artificial, drag] = S::vector_sums(self.artificial, self.drag);
-        let clumping = if self.clumps {
+        let mut parts =
+            PairParts { artificial: S::vector(artificial), drag: S::vector(drag), ..Default::default() };
+        if law.artificial_pressure.acts() {
             let [clumping, _] = S::vector_sums(self.clumping, S::splat(L::zero()));
-            clumping
-        } else {
-            S::splat(0.0)
-        };
-        PairTotals {
-            continuity,
-            diffusion,
-            stress_divergence: S::vector(divergence),
-            artificial: S::vector(artificial),
-            drag: S::vector(drag),
-            clumping: S::vector(clumping),
+            parts.clumping = S::vector(clumping);
         }
+        parts
     }
 }

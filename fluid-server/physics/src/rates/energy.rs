@@ -1,7 +1,7 @@
 //! Powers of the forces on the fluid, by mechanism.
 //!
 //! With v̄ the mean of a particle's velocities at both ends of the step, a force f does the work Δt f·v̄: summed over all
-//! forces this is the change of kinetic energy, exactly. [`super::lane_powers`] sums them four particles at a time.
+//! forces this is the change of kinetic energy, exactly. [`super::power_sums`] sums them.
 
 use std::ops::AddAssign;
 
@@ -9,7 +9,7 @@ use sph::coupling::ledger::{EnergyAccount, EnergyValues};
 use sph::prescribed::motion::MotionState;
 use sph::space::tensors::SpaceVector;
 
-use crate::equations::pair::PairTotals;
+use crate::equations::pair::PairParts;
 use crate::system::packed_particle::FluidSpace;
 
 /// What the rates of a corrector need for the energy budget.
@@ -25,26 +25,6 @@ pub struct EnergyInput<'a, S: FluidSpace> {
     pub falling: S::Vector,
     /// Motion of each wall, `None` for one at rest; empty where no wall moves.
     pub motions: &'a [Option<MotionState<S>>],
-}
-
-/// Parts of the acceleration by pairs \[m/s²\]; the rest is that of pressure and viscous stress.
-#[derive(Clone, Copy, Debug)]
-pub struct PairParts<S: FluidSpace> {
-    /// Artificial viscosity.
-    pub artificial: S::Vector,
-    /// The viscous pair force.
-    pub drag: S::Vector,
-    /// Artificial pressure.
-    pub clumping: S::Vector,
-}
-
-impl<S: FluidSpace> PairParts<S> {
-    /// Those of a particle of `density` \[kg/m³\].
-    #[inline(always)]
-    pub fn of(sums: &PairTotals<S>, density: f64) -> Self {
-        let scale = -1.0 / density;
-        Self { artificial: sums.artificial * scale, drag: sums.drag * scale, clumping: sums.clumping * scale }
-    }
 }
 
 /// Powers on the fluid \[W/m\], summed over particles.
@@ -101,24 +81,27 @@ impl AddAssign for ForcePowers {
 }
 
 impl ForcePowers {
-    /// Moves to the account of walls what the force of one that moves with `velocity` \[m/s\] does by that, for
-    /// accelerations by `pairs`, of which `parts`, and by `repulsion` \[m/s²\] of a particle of `mass` per depth \[kg/m\].
+    /// Moves to the account of walls what the force of one that moves with `velocity` \[m/s\] does by that, for an
+    /// acceleration by `pairs` and by `repulsion` \[m/s²\], and `parts` of the pairs' stress divergence \[Pa/m\], on a
+    /// particle of `mass` \[kg/m\] and `volume` \[m²\] per depth.
     pub fn credit_wall<S: FluidSpace>(
         &mut self,
-        mass: f64,
+        (mass, volume): (f64, f64),
         velocity: &S::Vector,
         pairs: &S::Vector,
         parts: &PairParts<S>,
         repulsion: &S::Vector,
     ) {
-        let momentum = *velocity * mass;
-        let rest = *pairs - parts.artificial - parts.drag - parts.clumping;
-        self.pressure -= rest.dot(&momentum);
-        self.artificial_viscosity -= parts.artificial.dot(&momentum);
-        self.drag -= parts.drag.dot(&momentum);
-        self.clumping -= parts.clumping.dot(&momentum);
-        self.repulsion -= repulsion.dot(&momentum);
-        self.walls += (*pairs + *repulsion).dot(&momentum);
+        let (momentum, flow) = (*velocity * mass, *velocity * -volume);
+        let [artificial, drag, clumping] =
+            [parts.artificial, parts.drag, parts.clumping].map(|part| part.dot(&flow));
+        let (pairs, repulsion) = (pairs.dot(&momentum), repulsion.dot(&momentum));
+        self.pressure -= pairs - artificial - drag - clumping;
+        self.artificial_viscosity -= artificial;
+        self.drag -= drag;
+        self.clumping -= clumping;
+        self.repulsion -= repulsion;
+        self.walls += pairs + repulsion;
     }
 
     /// Enters the work in `duration` \[s\]. The pressure's is a gain that the account of corrected gradients gives.

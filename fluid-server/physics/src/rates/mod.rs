@@ -3,7 +3,7 @@
 pub mod energy;
 pub mod gradient_pass;
 pub mod gradients;
-pub mod lane_powers;
 pub mod particle_rates;
+pub mod power_sums;
 pub mod rate_pass;
 pub mod volume_reading;

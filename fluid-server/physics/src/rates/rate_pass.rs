@@ -1,6 +1,7 @@
 //! Rates of change of every fluid particle, Eq. (17)-(19), (22)-(24).
 
 use std::marker::PhantomData;
+use std::ops::Range;
 
 use sph::coupling::ledger::EnergyAccount;
 use sph::lanes::{LanePass, Lanes, WIDTH};
@@ -9,10 +10,10 @@ use sph::space::Plane;
 use sph::space::geometry::Geometry;
 use sph::space::tensors::SpaceVector;
 
-use super::energy::{EnergyInput, ForcePowers, PairParts};
+use super::energy::{EnergyInput, ForcePowers};
 use super::gradients::Gradients;
-use super::lane_powers::{ActivePowers, ForceBatch, LanePowers, MovingParticles};
 use super::particle_rates::{ExternalForces, Rates, StagePart, Wrench};
+use super::power_sums::{ActingForces, ActivePowers, BLOCK, MovingParticles, PowerSums};
 use crate::boundary::repulsion::wall_repulsion;
 use crate::equations::continuity::density_rate;
 use crate::equations::pair::{CentreParticle, LawLanes, NeighbourData, PairSums, PairTotals, PairViscosity};
@@ -104,6 +105,7 @@ impl<S: FluidSpace, G: Geometry<S>> StageFields<'_, G, S> {
         // The same length, as one check of an index then serves both.
         let neighbour_fields =
             if T::NEIGHBOUR_FIELDS { &gradients.neighbour_fields[..fluid.len()] } else { &[] };
+        let tensors = if T::TENSOR { &gradients.tensor[..fluid.len()] } else { &[] };
         let mut sums = PairSums::zero();
         for indices in lists.fluid.of(i) {
             let indices = *indices;
@@ -115,7 +117,7 @@ impl<S: FluidSpace, G: Geometry<S>> StageFields<'_, G, S> {
                 data.density_gradient = gradient;
             }
             if T::TENSOR {
-                data.tensor = S::tensor_lanes(indices.map(|j| &gradients.tensor[j as usize]));
+                data.tensor = S::tensor_lanes(indices.map(|j| &tensors[j as usize]));
             }
             if T::VISCOUS {
                 let viscosity = L::splat(gradients.viscosity[i]) + gather(indices, &gradients.viscosity);
@@ -180,44 +182,62 @@ impl<S: FluidSpace, G: Geometry<S>> StageFields<'_, G, S> {
         S::plus_product(S::scaled(batch.v, along), S::dot(batch.v, normal), normal)
     }
 
-    /// Up to four particles from `first` on, of own `rates`, as the energy budget needs them.
+    /// Adds the powers of the `acting` forces on `particles`.
     #[inline(always)]
-    fn moving<L: Lanes>(
+    fn add_powers<L: Lanes, T: PairTerms>(
         &self,
+        powers: &mut PowerSums<L>,
         energy: &EnergyInput<'_, S>,
-        first: usize,
-        rates: &[Rates<S>],
-    ) -> MovingParticles<S, L> {
-        let [a, b, c, d] = get(rates, 0);
-        let mut acceleration = S::lanes([&a.acceleration, &b.acceleration, &c.acceleration, &d.acceleration]);
-        if !energy.by_solids.is_empty() {
-            acceleration = S::plus(acceleration, vectors::<S, L>(energy.by_solids, first));
-        }
-        let start = vectors::<S, L>(energy.start_velocity, first);
-        let velocities = get(self.scene.fluid, first).map(|particle| particle.velocity());
-        MovingParticles {
-            mass: numbers::<L>(&self.state.mass, first) * weight(0, rates.len()),
-            density: numbers(&self.state.density, first),
-            mean_velocity: S::plus(start, S::scaled(acceleration, L::splat(energy.half))),
-            velocity: S::lanes(velocities.each_ref()),
-            shift: S::lanes([&a.shift, &b.shift, &c.shift, &d.shift]),
+        particles: Range<usize>,
+        acting: &[ActingForces<S>; BLOCK],
+        (damping, active): (f64, &ActivePowers),
+    ) {
+        let half = L::splat(energy.half);
+        for (first, acting) in particles.clone().step_by(WIDTH).zip(acting.as_chunks::<WIDTH>().0) {
+            let [a, b, c, d] = acting.each_ref().map(|acting| &acting.acceleration);
+            let mut acceleration = S::lanes::<L>([a, b, c, d]);
+            if !energy.by_solids.is_empty() {
+                acceleration = S::plus(acceleration, vectors::<S, L>(energy.by_solids, first));
+            }
+            let start = vectors::<S, L>(energy.start_velocity, first);
+            let velocity = if active.damping || active.scheme {
+                let velocities = get(self.scene.fluid, first).map(|particle| particle.velocity());
+                S::lanes(velocities.each_ref())
+            } else {
+                S::splat(L::zero())
+            };
+            let particles = MovingParticles {
+                mass: numbers::<L>(&self.state.mass, first) * weight(first, particles.end),
+                density: numbers(&self.state.density, first),
+                mean_velocity: S::plus(start, S::scaled(acceleration, half)),
+                velocity,
+            };
+            powers.add::<S, T>(acting, &particles, (damping, &energy.falling), active);
         }
     }
 
-    /// What acoustic damper and viscous stress lose at particle `i`.
+    /// Adds what acoustic damper and viscous stress lose at `particles`.
     ///
     /// ```text
     /// V q²/(ρ α c₀ h),   V τ:∇v
     /// ```
-    #[inline(always)]
-    fn add_losses(&self, powers: &mut ForcePowers, i: usize) {
-        let (model, particle) = (self.scene.model, &self.scene.fluid[i]);
+    fn add_losses(&self, powers: &mut ForcePowers, particles: Range<usize>) {
+        let (model, fluid) = (&self.scene.model, &self.scene.fluid);
         if model.has_damper() {
-            let q = self.damper(i);
-            powers.damper += particle.volume() * q * q / (particle.density() * model.acoustic_diffusivity);
+            powers.damper += particles
+                .clone()
+                .map(|i| {
+                    let q = self.damper(i);
+                    fluid[i].volume() * q * q / (fluid[i].density() * model.acoustic_diffusivity)
+                })
+                .sum::<f64>();
         }
-        if let Some(dissipation) = self.gradients.dissipation.get(i) {
-            powers.stress += particle.volume() * dissipation;
+        if let Some(dissipation) = self.gradients.dissipation.get(particles.clone()) {
+            powers.stress += fluid[particles]
+                .iter()
+                .zip(dissipation)
+                .map(|(particle, lost)| particle.volume() * lost)
+                .sum::<f64>();
         }
     }
 
@@ -230,17 +250,18 @@ impl<S: FluidSpace, G: Geometry<S>> StageFields<'_, G, S> {
         i: usize,
     ) {
         let Scene { model, lists, fluid, .. } = self.scene;
-        let (own, rho, mass) = (self.own::<L, T>(i), fluid[i].density(), self.state.mass[i]);
+        let (own, particle, mass) = (self.own::<L, T>(i), &fluid[i], self.state.mass[i]);
         for (wall, motion) in (0..).zip(energy.motions) {
             let near = |w: usize| model.walls.wall[w] == wall;
             let Some(motion) = motion.as_ref().filter(|_| lists.walls.neighbours(i).any(near)) else {
                 continue;
             };
-            let sums = self.wall_sums::<L, T>(law, i, &own, Some(wall)).total();
-            let pairs = sums.stress_divergence / -rho;
+            let sums = self.wall_sums::<L, T>(law, i, &own, Some(wall));
+            let pairs = sums.total().stress_divergence / -particle.density();
             let repulsion = wall_repulsion(&self.scene, self.field, i, Some(wall));
-            let velocity = motion.velocity_at(&fluid[i].position());
-            powers.credit_wall(mass, &velocity, &pairs, &PairParts::of(&sums, rho), &repulsion);
+            let velocity = motion.velocity_at(&particle.position());
+            let extent = (mass, particle.volume());
+            powers.credit_wall(extent, &velocity, &pairs, &sums.parts(law), &repulsion);
         }
     }
 
@@ -319,88 +340,94 @@ impl<S: FluidSpace, G: Geometry<S>, T: PairTerms> LanePass for Evaluate<'_, G, S
         let model = scene.model;
         let (damping, origin) = (model.damping_rate(*time), model.domain.torque_origin());
         let law = LawLanes::<L>::new(model);
-        let (mut powers, mut lost) = (LanePowers::<L>::none(), ForcePowers::default());
-        let mut batch = ForceBatch::<S>::default();
+        let (mut powers, mut lost) = (PowerSums::<L>::none(), ForcePowers::default());
         let active = ActivePowers {
-            drag: T::VISCOUS,
             clumping: model.constants.artificial_pressure > 0.0,
+            repulsion: model.energy_accounts.contains(&EnergyAccount::Repulsion),
             body_force: model.energy_accounts.contains(&EnergyAccount::BodyForce),
             damping: damping != 0.0,
             regularisation: T::NEIGHBOUR_FIELDS && model.regularisation.is_some(),
             scheme: fields.part == StagePart::Whole,
         };
         let count = rates.len();
-        for k in 0..count {
-            let i = first + k;
-            let own = fields.own::<L, T>(i);
-            let sums = fields.fluid_sums::<L, T>(&law, i, &own).total();
-            let rho = scene.fluid[i].density();
-            let by_fluid = sums.stress_divergence / -rho;
-            // Most particles are far from walls.
-            let (mut walls, mut by_walls) = (PairTotals::<S>::default(), S::Vector::zeros());
-            let mut repulsion = S::Vector::zeros();
-            if !scene.lists.walls.of(i).is_empty() {
-                walls = fields.wall_sums::<L, T>(&law, i, &own, None).total();
-                repulsion = wall_repulsion(scene, fields.field, i, None);
-                by_walls = walls.stress_divergence / -rho + repulsion;
-            }
-            let body = body_force.acceleration(&state.position[i]);
-            let mut regularisation = Regularisation::<S>::default();
-            if let (true, Some(order)) = (T::NEIGHBOUR_FIELDS, &model.regularisation) {
-                let (all, sums) = (&gradients.neighbour_fields, &gradients.regularisation[i]);
-                let near = gradients.is_near_surface(i);
-                let excess = state.volume_excess.get(i).copied().unwrap_or_default();
-                regularisation = shifting::regularise::<S, L, G>(order, scene, i, all, near, sums, excess);
-            }
-            let continuity = density_rate(rho, -(sums.continuity + walls.continuity));
-            let damped = scene.fluid[i].velocity() * damping;
-            rates[k] = Rates {
-                acceleration: by_fluid + by_walls + body - damped + regularisation.acceleration,
-                shift: regularisation.shift,
-                density: continuity
-                    + model.diffusion * (sums.diffusion + walls.diffusion)
-                    + regularisation.density,
-                volume: regularisation.density,
-            };
-            if let Some(place) = by_continuity.get_mut(k) {
-                *place = continuity;
+        let mut acting = [ActingForces::<S>::default(); BLOCK];
+        for start in (0..count).step_by(BLOCK) {
+            let block = start..count.min(start + BLOCK);
+            for (k, acting) in block.clone().zip(&mut acting) {
+                let i = first + k;
+                let own = fields.own::<L, T>(i);
+                let pairs = fields.fluid_sums::<L, T>(&law, i, &own);
+                let sums = pairs.total();
+                let rho = scene.fluid[i].density();
+                let by_fluid = sums.stress_divergence / -rho;
+                // Most particles are far from walls.
+                let (mut walls, mut by_walls) = (PairTotals::<S>::default(), S::Vector::zeros());
+                let mut repulsion = S::Vector::zeros();
+                let at_walls = (!scene.lists.walls.of(i).is_empty()).then(|| {
+                    let pairs = fields.wall_sums::<L, T>(&law, i, &own, None);
+                    (pairs, wall_repulsion(scene, fields.field, i, None))
+                });
+                if let Some((pairs, repels)) = &at_walls {
+                    walls = pairs.total();
+                    repulsion = *repels;
+                    by_walls = walls.stress_divergence / -rho + repulsion;
+                }
+                let body = body_force.acceleration(&state.position[i]);
+                let mut regularisation = Regularisation::<S>::default();
+                if let (true, Some(order)) = (T::NEIGHBOUR_FIELDS, &model.regularisation) {
+                    let (all, sums) = (&gradients.neighbour_fields, &gradients.regularisation[i]);
+                    let near = gradients.is_near_surface(i);
+                    let excess = state.volume_excess.get(i).copied().unwrap_or_default();
+                    regularisation =
+                        shifting::regularise::<S, L, G>(order, scene, i, all, near, sums, excess);
+                }
+                let continuity = density_rate(rho, -(sums.continuity + walls.continuity));
+                let damped = scene.fluid[i].velocity() * damping;
+                rates[k] = Rates {
+                    acceleration: by_fluid + by_walls + body - damped + regularisation.acceleration,
+                    shift: regularisation.shift,
+                    density: continuity
+                        + model.diffusion * (sums.diffusion + walls.diffusion)
+                        + regularisation.density,
+                    volume: regularisation.density,
+                };
+                if let Some(place) = by_continuity.get_mut(k) {
+                    *place = continuity;
+                }
+                let (m, arm) = (state.mass[i], state.position[i] - origin);
+                external.body += Wrench::at(&arm, body * m);
+                external.walls += Wrench::at(&arm, by_walls * m);
+                external.stabilisers += Wrench::at(&arm, regularisation.acceleration * m);
+                external.own_torque += S::cross(&arm, &(by_fluid * m));
+                if let Some(energy) = &fields.energy {
+                    let mut parts = pairs.parts(&law);
+                    if let Some((pairs, _)) = &at_walls {
+                        parts += pairs.parts(&law);
+                        if !energy.motions.is_empty() {
+                            fields.credit_walls::<L, T>(&mut lost, energy, &law, i);
+                        }
+                    }
+                    *acting = ActingForces {
+                        acceleration: rates[k].acceleration,
+                        forces: by_fluid + by_walls,
+                        parts,
+                        repulsion,
+                        body,
+                        regularisation: regularisation.acceleration,
+                        advection: regularisation.advection,
+                        shift: regularisation.shift,
+                    };
+                }
             }
             if let Some(energy) = &fields.energy {
-                let lane = k % WIDTH;
-                batch.forces[lane] = by_fluid + by_walls;
-                batch.artificial[lane] = sums.artificial + walls.artificial;
-                if T::VISCOUS {
-                    batch.drag[lane] = sums.drag + walls.drag;
-                }
-                if active.clumping {
-                    batch.clumping[lane] = sums.clumping + walls.clumping;
-                }
-                batch.repulsion[lane] = repulsion;
-                batch.near_walls |= !scene.lists.walls.of(i).is_empty();
-                if active.body_force {
-                    batch.body[lane] = body;
-                }
-                if active.regularisation {
-                    batch.regularisation[lane] = regularisation.acceleration;
-                    batch.advection[lane] = regularisation.advection;
-                }
-                if lane == WIDTH - 1 || k + 1 == count {
-                    let particles = fields.moving(energy, i - lane, &rates[k - lane..=k]);
-                    powers.add(&batch, &particles, (damping, &energy.falling), &active);
-                    batch.near_walls = false;
-                }
-                fields.add_losses(&mut lost, i);
-                if !energy.motions.is_empty() {
-                    fields.credit_walls::<L, T>(&mut lost, energy, &law, i);
-                }
+                let particles = first + block.start..first + block.end;
+                fields.add_powers::<L, T>(&mut powers, energy, particles, &acting, (damping, &active));
             }
-            let (m, arm) = (state.mass[i], state.position[i] - origin);
-            external.body += Wrench::at(&arm, body * m);
-            external.walls += Wrench::at(&arm, by_walls * m);
-            external.stabilisers += Wrench::at(&arm, regularisation.acceleration * m);
-            external.own_torque += S::cross(&arm, &(by_fluid * m));
         }
-        external.powers = powers.total();
-        external.powers += lost;
+        if fields.energy.is_some() {
+            fields.add_losses(&mut lost, first..first + count);
+            external.powers = powers.total();
+            external.powers += lost;
+        }
     }
 }

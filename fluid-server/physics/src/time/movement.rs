@@ -82,7 +82,7 @@ impl<S: FluidSpace, const RELAXES: bool> LanePass for Movement<'_, S, RELAXES> {
             let start = Motion::<S, L>::get(&motion, k);
             let (mut extrapolated, mut q) = (None, None);
             let weighted = mass * weight(k, count);
-            // Where this stage starts, and how it changes the density.
+            // The density and the pressure by Eq. (3) where this stage starts, and how it changes the density.
             let (end, from, change) = match step.part {
                 StagePart::Whole => {
                     if step.stage == Stage::Predictor {
@@ -102,8 +102,8 @@ impl<S: FluidSpace, const RELAXES: bool> LanePass for Movement<'_, S, RELAXES> {
                     let particles = StageParticles::of(get(fluid, k), mass, weight(k, count));
                     let path = Path { base: &base, stage: start.x, end: &end };
                     step.account_for(&particles, &rates, &path, &mut budget);
-                    let duration = step.duration;
-                    (end, base.rho, rates.change(rate * L::splat(duration), rates.density - rate, duration))
+                    let (from, duration) = ((base.rho, scan.pressures(base.rho)), step.duration);
+                    (end, from, rates.change(rate * L::splat(duration), rates.density - rate, duration))
                 }
                 StagePart::Density => {
                     let (before, kept) = (numbers(density_rate, k), rates.density);
@@ -121,7 +121,8 @@ impl<S: FluidSpace, const RELAXES: bool> LanePass for Movement<'_, S, RELAXES> {
                     put(density_rate, k, kept.to_array());
                     let acceleration = vectors::<S, L>(acceleration, k);
                     extrapolated = Some(add::<S, L>(end.v, acceleration, L::splat(step.half)));
-                    (end, start.rho, DensityChange::by_continuity(step.predicted_change(kept, before)))
+                    let change = DensityChange::by_continuity(step.predicted_change(kept, before));
+                    (end, (start.rho, scan.pressures(start.rho)), change)
                 }
                 StagePart::Momentum => {
                     let end = step.momentum(&rates, &start, numbers(density_rate, k));
@@ -130,13 +131,16 @@ impl<S: FluidSpace, const RELAXES: bool> LanePass for Movement<'_, S, RELAXES> {
                     let path = Path { base: &start, stage: start.x, end: &end };
                     step.account_for(&particles, &rates, &path, &mut budget);
                     put(acceleration, k, rates.own_acceleration);
-                    let rate = numbers(density_rate, k);
+                    let (rate, mut pressure) = (numbers(density_rate, k), particles.pressure);
                     if let Some(law) = &relaxation {
                         let q_0 = numbers(motion.relaxation, k);
                         compression.relaxes(law.lost(q_0, rate, weighted, start.rho));
                         q = Some(law.advanced(q_0, rate));
+                        // Pair sums have read the pressure with it.
+                        pressure = pressure - q_0;
                     }
-                    (end, start.rho, rates.change(rate * L::splat(step.half), rates.density, step.duration))
+                    let change = rates.change(rate * L::splat(step.half), rates.density, step.duration);
+                    (end, (start.rho, pressure), change)
                 }
             };
             // Moves at known velocities are known beforehand.
@@ -145,8 +149,7 @@ impl<S: FluidSpace, const RELAXES: bool> LanePass for Movement<'_, S, RELAXES> {
             }
             end.put(&mut motion, k);
             let mut pressure = scan.pressures(end.rho);
-            let states = [(from, scan.pressures(from)), (end.rho, pressure)];
-            compression.compresses(weighted, states, &change);
+            compression.compresses(weighted, [from, (end.rho, pressure)], &change);
             if let (Some(law), Some(free)) = (&relaxation, q) {
                 let new = law.limited(free, pressure);
                 put(motion.relaxation, k, new.to_array());

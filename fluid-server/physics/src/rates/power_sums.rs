@@ -1,58 +1,45 @@
-//! Powers of the forces on the fluid, four particles at a time.
+//! Sums of the powers of the forces on the fluid, four particles at a time.
 
 use sph::lanes::{Lanes, WIDTH};
 use sph::space::Space;
 
 use super::energy::ForcePowers;
+use crate::equations::pair::PairParts;
+use crate::equations::terms::PairTerms;
 use crate::system::packed_particle::FluidSpace;
 
-/// What acts on each of four particles. Entries of the last four that no particle has written have no weight.
-#[derive(Clone, Copy, Debug)]
-pub struct ForceBatch<S: FluidSpace> {
-    /// Acceleration by fluid and walls \[m/s²\].
-    pub forces: [S::Vector; WIDTH],
-    /// Part of the stress divergence by artificial viscosity \[Pa/m\].
-    pub artificial: [S::Vector; WIDTH],
-    /// The same by the viscous pair force \[Pa/m\].
-    pub drag: [S::Vector; WIDTH],
-    /// The same by artificial pressure \[Pa/m\].
-    pub clumping: [S::Vector; WIDTH],
-    /// Acceleration by the repulsion of wall faces, a part of `forces` \[m/s²\].
-    pub repulsion: [S::Vector; WIDTH],
-    /// Acceleration by body forces \[m/s²\].
-    pub body: [S::Vector; WIDTH],
-    /// Acceleration by the particle regularisation \[m/s²\].
-    pub regularisation: [S::Vector; WIDTH],
-    /// The part of it by the shift \[m/s²\].
-    pub advection: [S::Vector; WIDTH],
-    /// Whether walls are near one of them.
-    pub near_walls: bool,
-}
+/// Particles whose forces are kept until their powers are summed: few enough to stay in the cache. The sums then have a
+/// loop of their own, since in that over pairs there is no register left for them.
+pub const BLOCK: usize = 16 * WIDTH;
 
-impl<S: FluidSpace> Default for ForceBatch<S> {
-    fn default() -> Self {
-        let none = [S::Vector::default(); WIDTH];
-        Self {
-            forces: none,
-            artificial: none,
-            drag: none,
-            clumping: none,
-            repulsion: none,
-            body: none,
-            regularisation: none,
-            advection: none,
-            near_walls: false,
-        }
-    }
+/// What acts on a particle.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct ActingForces<S: Space> {
+    /// Acceleration, without that by solids \[m/s²\].
+    pub acceleration: S::Vector,
+    /// The part by fluid and walls \[m/s²\].
+    pub forces: S::Vector,
+    /// Parts of it, as stress divergences \[Pa/m\].
+    pub parts: PairParts<S>,
+    /// The part by the repulsion of wall faces \[m/s²\].
+    pub repulsion: S::Vector,
+    /// The part by body forces \[m/s²\].
+    pub body: S::Vector,
+    /// The part by the particle regularisation \[m/s²\].
+    pub regularisation: S::Vector,
+    /// The part of that by the shift \[m/s²\].
+    pub advection: S::Vector,
+    /// Velocity of the shift \[m/s\].
+    pub shift: S::Vector,
 }
 
 /// The powers that a pass has; the others are zero and cost nothing.
 #[derive(Clone, Copy, Debug)]
 pub struct ActivePowers {
-    /// The viscous pair force.
-    pub drag: bool,
     /// Artificial pressure.
     pub clumping: bool,
+    /// Repulsion by wall faces.
+    pub repulsion: bool,
     /// Body forces other than gravity with a potential.
     pub body_force: bool,
     /// Linear damping.
@@ -72,15 +59,13 @@ pub struct MovingParticles<S: Space, L: Lanes> {
     pub density: L,
     /// v̄ \[m/s\].
     pub mean_velocity: S::Of<L>,
-    /// Velocity of the stage \[m/s\].
+    /// Velocity of the stage; zero where neither damping nor scheme reads it \[m/s\].
     pub velocity: S::Of<L>,
-    /// Velocity of the shift \[m/s\].
-    pub shift: S::Of<L>,
 }
 
 /// Powers on the fluid \[W/m\] in lanes. No product is fused with a sum.
 #[derive(Clone, Copy, Debug)]
-pub struct LanePowers<L: Lanes> {
+pub struct PowerSums<L: Lanes> {
     forces: L,
     artificial: L,
     drag: L,
@@ -94,13 +79,7 @@ pub struct LanePowers<L: Lanes> {
     scheme: L,
 }
 
-/// Scalar product of `b` with each of the four vectors `a`.
-#[inline(always)]
-fn product<S: FluidSpace, L: Lanes>(a: &[S::Vector; WIDTH], b: S::Of<L>) -> L {
-    S::rounded_dot(S::lanes(a.each_ref()), b)
-}
-
-impl<L: Lanes> LanePowers<L> {
+impl<L: Lanes> PowerSums<L> {
     /// Of no force.
     #[inline(always)]
     pub fn none() -> Self {
@@ -123,43 +102,52 @@ impl<L: Lanes> LanePowers<L> {
     /// Adds those on four particles, with `damping` the rate of the linear damping \[1/s\] and `falling` the part of
     /// gravity that has a potential \[m/s²\].
     #[inline(always)]
-    pub fn add<S: FluidSpace>(
+    pub fn add<S: FluidSpace, T: PairTerms>(
         &mut self,
-        batch: &ForceBatch<S>,
+        [a, b, c, d]: &[ActingForces<S>; WIDTH],
         particles: &MovingParticles<S, L>,
         (damping, falling): (f64, &S::Vector),
         active: &ActivePowers,
     ) {
-        let MovingParticles { mass, density, mean_velocity, velocity, shift } = *particles;
+        let MovingParticles { mass, density, mean_velocity, velocity } = *particles;
+        let falling = S::splat_vector(falling);
         let momentum = S::scaled(mean_velocity, mass);
         // −1/ρ makes an acceleration of a stress divergence.
         let flow = S::scaled(mean_velocity, mass / density);
-        self.forces = self.forces + product::<S, L>(&batch.forces, momentum);
-        self.artificial = self.artificial - product::<S, L>(&batch.artificial, flow);
-        if active.drag {
-            self.drag = self.drag - product::<S, L>(&batch.drag, flow);
+        let product = |vectors, b| S::rounded_dot(S::lanes::<L>(vectors), b);
+        self.forces = self.forces + product([&a.forces, &b.forces, &c.forces, &d.forces], momentum);
+        let [p, q, r, s] = [&a.parts, &b.parts, &c.parts, &d.parts];
+        let artificial = [&p.artificial, &q.artificial, &r.artificial, &s.artificial];
+        self.artificial = self.artificial - product(artificial, flow);
+        if T::VISCOUS {
+            self.drag = self.drag - product([&p.drag, &q.drag, &r.drag, &s.drag], flow);
         }
         if active.clumping {
-            self.clumping = self.clumping - product::<S, L>(&batch.clumping, flow);
+            let clumping = [&p.clumping, &q.clumping, &r.clumping, &s.clumping];
+            self.clumping = self.clumping - product(clumping, flow);
         }
-        if batch.near_walls {
-            self.repulsion = self.repulsion + product::<S, L>(&batch.repulsion, momentum);
+        if active.repulsion {
+            let repulsion = [&a.repulsion, &b.repulsion, &c.repulsion, &d.repulsion];
+            self.repulsion = self.repulsion + product(repulsion, momentum);
         }
         if active.body_force {
-            let excess = S::minus(S::lanes(batch.body.each_ref()), S::splat_vector(falling));
+            let excess = S::minus(S::lanes([&a.body, &b.body, &c.body, &d.body]), falling);
             self.body = self.body + S::rounded_dot(excess, momentum);
         }
         if active.damping {
             self.damping = self.damping - L::splat(damping) * S::rounded_dot(velocity, momentum);
         }
         if active.regularisation {
-            self.regularisation = self.regularisation + product::<S, L>(&batch.regularisation, momentum);
-            self.advection = self.advection + product::<S, L>(&batch.advection, momentum);
-            self.shifted = self.shifted + mass * S::rounded_dot(S::splat_vector(falling), shift);
+            let regularisation = [&a.regularisation, &b.regularisation, &c.regularisation, &d.regularisation];
+            self.regularisation = self.regularisation + product(regularisation, momentum);
+            let advection = [&a.advection, &b.advection, &c.advection, &d.advection];
+            self.advection = self.advection + product(advection, momentum);
+            let shift = S::lanes([&a.shift, &b.shift, &c.shift, &d.shift]);
+            self.shifted = self.shifted + mass * S::rounded_dot(falling, shift);
         }
         if active.scheme {
             let beyond = S::minus(mean_velocity, velocity);
-            self.scheme = self.scheme + mass * S::rounded_dot(S::splat_vector(falling), beyond);
+            self.scheme = self.scheme + mass * S::rounded_dot(falling, beyond);
         }
     }
 

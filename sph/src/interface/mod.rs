@@ -101,6 +101,12 @@ impl<S: Space> Interface<S> {
         self.of_solid.of(s).iter().map(|pair| (pair.other as usize, self.regions.dummy(pair)))
     }
 
+    /// Whether solid state `s` stands between disconnected regions of the fluid.
+    pub fn separates(&self, s: usize) -> bool {
+        let row = self.of_solid.of(s);
+        row.iter().any(|pair| pair.region != row[0].region)
+    }
+
     /// Force on state `k` of the side summed last \[N\].
     pub fn force(&self, k: usize) -> S::Vector {
         self.sums[k].force

@@ -132,6 +132,11 @@ impl<S: FluidSpace> FluidInterface<S> {
         &self.states[1]
     }
 
+    /// Whether particle `s` of the partner stands between disconnected regions of the fluid.
+    pub fn separates(&self, s: usize) -> bool {
+        self.interface.separates(s)
+    }
+
     /// Interface sums of the last evaluation.
     pub fn sums(&self) -> InterfaceSums {
         self.sums

@@ -18,10 +18,10 @@
 //! Volume parts from density slowly: it is read in every fourth step, and the particles keep what they were told.
 
 use sph::coupling::stage::{Stage, StepStage};
-use sph::interface::states::InterfaceStates;
 use sph::lanes::Arithmetic;
 use sph::space::geometry::Geometry;
 
+use crate::interface::fluid_interface::FluidInterface;
 use crate::neighbours::background_grid::BackgroundGrid;
 use crate::neighbours::scene::Scene;
 use crate::rates::particle_rates::StagePart;
@@ -58,22 +58,23 @@ pub struct VolumeReading {
 
 impl VolumeReading {
     /// Reads ε of each fluid particle within limits \[-\] into `excess`, in `scene` with the walls in `field` at `time`
-    /// \[s\] and the particles of a `partner`.
+    /// \[s\] and the particles of a partner, by its `interface`.
     ///
     /// A node counts where the claim of the fluid is not small beside that of walls and solids, and where no particle at
-    /// the surface of the fluid, or of a solid that is not surrounded, has a weight. Walls and solids stand for their own
-    /// volume.
+    /// the surface of the fluid has a weight, nor one of a solid that is not surrounded or stands between disconnected
+    /// regions of the fluid, of which one would read the volume of the other. Walls and solids stand for their own volume.
     pub fn read<S: FluidSpace, G: Geometry<S>>(
         &mut self,
         scene: &Scene<G, S>,
         field: &WallField<S>,
         time: f64,
-        partner: Option<&InterfaceStates<S>>,
+        interface: Option<&FluidInterface<S>>,
         at_surface: impl Fn(usize) -> bool + Sync,
         excess: &mut [f64],
     ) {
         let Scene { lists, fluid, model, .. } = *scene;
         let (grid, arithmetic) = (lists.background(), model.arithmetic);
+        let partner = interface.map(FluidInterface::partner);
         // Particles of a solid along periodic axes may lie outside the box.
         let solids = || {
             let wrapped = |x| model.domain.wrapped(x);
@@ -88,17 +89,20 @@ impl VolumeReading {
         let claim = |i: usize| fluid[i].volume() / grid.node_volume();
         Self::sum::<S>(grid, arithmetic, fluid, &claim, &mut self.fluid);
         self.all.iter_mut().zip(&self.fluid).for_each(|(all, fluid)| *all += fluid);
-        self.around_solids.resize(partner.map_or(0, InterfaceStates::len), 0.0);
+        self.around_solids.resize(partner.map_or(0, |states| states.len()), 0.0);
         grid.read::<S>(arithmetic, solids(), &self.all, self.around_solids.iter_mut());
-        let exposed =
-            solids().zip(&self.around_solids).filter(|(_, claim)| **claim < S::LEAST_CLAIM_AROUND_SOLIDS);
+        let is_left_out = |s: usize| {
+            let separates = interface.is_some_and(|interface| interface.separates(s));
+            separates || self.around_solids[s] < S::LEAST_CLAIM_AROUND_SOLIDS
+        };
+        let left_out = solids().enumerate().filter(|(s, _)| is_left_out(*s)).map(|(_, x)| x);
         self.at_surface.clear();
         self.at_surface.resize(grid.len(), false);
         grid.for_each_band(&mut self.at_surface, &|particles, nodes, origin| {
             let positions = particles.filter(|i| at_surface(*i)).map(|i| fluid[i].position());
             grid.mark::<S>(positions, nodes, origin);
         });
-        grid.mark::<S>(exposed.map(|(x, _)| x), &mut self.at_surface, 0);
+        grid.mark::<S>(left_out, &mut self.at_surface, 0);
         grid.fold(&mut self.at_surface, |a, b| a || b);
         for ((all, fluid), at_surface) in self.all.iter_mut().zip(&self.fluid).zip(&self.at_surface) {
             let counts = !at_surface && *fluid > S::LEAST_FLUID_CLAIM * (*all - fluid);

@@ -73,13 +73,15 @@ fn air_behind_a_thin_solid_is_not_missing_volume() {
         let least = excess.iter().copied().fold(f64::INFINITY, f64::min);
         // As much as the lattice reads next to a thick solid; air that counts as missing volume reads −2 %.
         assert!(least > -0.004, "{layers}: {least}");
-        // 1 % more is seen beyond the reach of the nodes behind the solid, and next to four layers at the face too.
+        // Of 1 % more volume the middle of the block is told a part, as nodes near its three surfaces do not count; next to
+        // four layers the particle at the face is, too.
         let solver = evaluated(InterfaceLaw::Wall, 990.0, 2.0, &thin);
-        let inside = (0..solver.state.len())
+        let middle = (0..solver.state.len())
             .filter(|i| (solver.state.position[*i] - Vector::new(0.33, 0.3)).norm() < 0.03)
-            .map(|i| solver.state.volume_excess[i]);
-        assert!(inside.clone().count() > 4 && inside.into_iter().all(|excess| excess > 0.008), "{layers}");
+            .map(|i| solver.state.volume_excess[i])
+            .fold(f64::INFINITY, f64::min);
+        assert!((0.003..0.01).contains(&middle), "{layers}: {middle}");
         let at_face = solver.state.volume_excess[at_solid(&solver)];
-        assert!(layers < 4 || at_face > 0.005, "{layers}: {at_face}");
+        assert!(layers < 4 || at_face > 0.003, "{layers}: {at_face}");
     }
 }

@@ -223,9 +223,8 @@ impl<S: FluidSpace> Workspace<S> {
         if part != StagePart::Density {
             gradients.find_near_surface(&scene);
             if model.corrects_volume() && volume_reading::is_read(stage.at, part) {
-                let partner = interface.as_ref().map(FluidInterface::partner);
-                let at_surface = |i| gradients.is_at_surface(i);
-                volume.read(&scene, &walls.field, time, partner, at_surface, &mut state.volume_excess);
+                let (interface, at_surface) = (interface.as_ref(), |i| gradients.is_at_surface(i));
+                volume.read(&scene, &walls.field, time, interface, at_surface, &mut state.volume_excess);
             }
         }
         let state = &*state;

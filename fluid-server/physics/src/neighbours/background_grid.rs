@@ -19,7 +19,7 @@ const STENCIL: usize = WIDTH;
 /// fluid has one.
 const RINGS: usize = 2;
 
-/// By how much the nodes move along the first axis from one placement to the next, in spacings of theirs.
+/// By how much the nodes move along the first axis from one period to the next, in spacings of theirs.
 const STEP: f64 = 0.01;
 
 /// Nodes beyond the kept cells and beyond the box along a periodic axis: those of a stencil, one for particles that have
@@ -32,8 +32,8 @@ pub struct BackgroundGrid {
     axes: Vec<Axis>,
     /// Volume of the cell of a node, in the plane per depth \[m²\].
     node_volume: f64,
-    /// Number of the placement.
-    placement: u64,
+    /// Times that the nodes were placed.
+    placements: u64,
     /// Fluid particles whose nodes do not overlap those of others in the same list.
     bands: [Vec<Band>; 2],
 }
@@ -67,9 +67,9 @@ struct Band {
 
 impl BackgroundGrid {
     /// Places nodes of about `spacing` \[m\] for the fluid in `cells`, whose particles move by at most `farthest` \[m\]
-    /// before they are placed again, for the time number `placement`.
+    /// before they are placed again, in the period number `period`.
     ///
-    /// From one placement to the next the nodes move by a hundredth of their spacing: no row of particles keeps its
+    /// From one period to the next the nodes move by a hundredth of their spacing: no row of particles keeps its
     /// place among them, and what they read changes as slowly as by the flow. Nodes that jump make noise.
     pub fn place<S: Space>(
         &mut self,
@@ -77,10 +77,10 @@ impl BackgroundGrid {
         cells: &CellGrid<S>,
         spacing: f64,
         farthest: f64,
-        placement: u64,
+        period: u64,
     ) {
         self.axes.clear();
-        (self.node_volume, self.placement) = (1.0, placement);
+        (self.node_volume, self.placements) = (1.0, self.placements + 1);
         self.bands.iter_mut().for_each(Vec::clear);
         if cells.order().is_empty() {
             return;
@@ -89,7 +89,7 @@ impl BackgroundGrid {
         for axis in 0..S::DIMENSIONS {
             // The ratio of the steps along the axes is irrational: in time the nodes visit all places.
             let step = STEP * std::f64::consts::SQRT_2.powi(-(axis as i32));
-            let origin = domain.lower[axis] - spacing * (step * (placement % (1 << 32)) as f64).fract();
+            let origin = domain.lower[axis] - spacing * (step * (period % (1 << 32)) as f64).fract();
             let placed = if domain.periodic[axis] {
                 Axis::periodic(origin, domain.upper[axis] - domain.lower[axis], spacing, stride)
             } else {
@@ -132,9 +132,9 @@ impl BackgroundGrid {
         }
     }
 
-    /// Number of the placement: nodes of the same one have the same places.
-    pub fn placement(&self) -> u64 {
-        self.placement
+    /// Times that the nodes were placed: in between they keep their places.
+    pub fn placements(&self) -> u64 {
+        self.placements
     }
 
     /// Number of kept nodes.

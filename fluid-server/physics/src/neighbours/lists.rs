@@ -18,6 +18,9 @@ use crate::system::state::{FluidState, ListOrigin, Scratch, StepStart};
 use crate::system::tasks::TASK;
 use crate::system::walls::WallField;
 
+/// Steps in which the nodes keep their places: about as long as lists last.
+const BACKGROUND_STEPS: u64 = 16;
+
 /// Lists of all pairs closer than support radius plus skin.
 #[derive(Debug)]
 pub struct Lists<S: FluidSpace> {
@@ -41,6 +44,8 @@ pub struct Lists<S: FluidSpace> {
     is_near: Vec<bool>,
     /// Nodes over the fluid, with the volume correction.
     background: BackgroundGrid,
+    /// The period of steps for which they are placed.
+    background_period: Option<u64>,
     /// Displacements by cell.
     drift: Drift<S>,
     /// Lower bound of the unused part of the skin \[m\], where it is known.
@@ -62,6 +67,7 @@ impl<S: FluidSpace> Default for Lists<S> {
             near_walls: Vec::new(),
             is_near: Vec::new(),
             background: BackgroundGrid::default(),
+            background_period: None,
             drift: Drift::default(),
             remaining_skin: None,
             current: false,
@@ -124,7 +130,7 @@ impl<S: FluidSpace> Lists<S> {
         origin.time = time.state_time();
         origin.position.clone_from(&state.position);
         state.list_builds += 1;
-        self.build(model, origin, state.list_skin, state.list_builds);
+        self.build(model, origin, state.list_skin);
         self.remaining_skin = Some(state.list_skin - 2.0 * moves.next());
     }
 
@@ -132,7 +138,7 @@ impl<S: FluidSpace> Lists<S> {
     pub fn restore(&mut self, model: &FluidModel<S>, state: &FluidState<S>) {
         if let (false, Some(origin)) = (self.current, &state.list_origin) {
             self.fluid_sources.bin(&model.domain, &origin.position, radius(model, state.list_skin));
-            self.build(model, origin, state.list_skin, state.list_builds);
+            self.build(model, origin, state.list_skin);
         }
     }
 
@@ -178,14 +184,25 @@ impl<S: FluidSpace> Lists<S> {
             + self.drift.bytes()
     }
 
+    /// Places the nodes over the fluid for `step`. They move with the number of the step and not with the builds of lists, in
+    /// which separate waters have a part.
+    pub fn place_background(&mut self, model: &FluidModel<S>, step: u64) {
+        let period = step / BACKGROUND_STEPS;
+        if self.background_period != Some(period) {
+            let farthest = farthest(model.constants.particle_spacing);
+            let (cells, spacing) = (self.fluid_sources.grid(), model.constants.smoothing_length());
+            self.background.place(&model.domain, cells, spacing, farthest, period);
+            self.background_period = Some(period);
+        }
+    }
+
     /// Nodes over the fluid; none without the volume correction.
     pub fn background(&self) -> &BackgroundGrid {
         &self.background
     }
 
-    /// Builds the lists of a fluid whose particles are sorted and binned, for the time number `builds`, with walls as of
-    /// the time of `origin`.
-    fn build(&mut self, model: &FluidModel<S>, origin: &ListOrigin<S>, skin: f64, builds: u64) {
+    /// Builds the lists of a fluid whose particles are sorted and binned, with walls as of the time of `origin`.
+    fn build(&mut self, model: &FluidModel<S>, origin: &ListOrigin<S>, skin: f64) {
         let (domain, fluid) = (&model.domain, &origin.position[..]);
         if model.walls.moves() || !self.current {
             let Skins { thickest, .. } = skins(model.constants.particle_spacing);
@@ -200,11 +217,7 @@ impl<S: FluidSpace> Lists<S> {
         }
         self.remaining_skin = None;
         self.find_near_walls(model, fluid, skin);
-        if model.corrects_volume() {
-            let farthest = farthest(model.constants.particle_spacing);
-            let (cells, spacing) = (self.fluid_sources.grid(), model.constants.smoothing_length());
-            self.background.place(domain, cells, spacing, farthest, builds);
-        }
+        self.background_period = None;
         self.drift.place_walls(self.fluid_sources.grid(), &self.wall_origin.position);
         self.current = true;
     }

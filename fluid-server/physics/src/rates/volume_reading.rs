@@ -177,9 +177,9 @@ impl VolumeReading {
             grid.spread::<S>(scene.model.arithmetic, acting.map(|(x, _)| (*x, claim)), nodes, 0);
         };
         if walls.stand() {
-            if *placement != Some(grid.placement()) {
+            if *placement != Some(grid.placements()) {
                 sum(standing);
-                *placement = Some(grid.placement());
+                *placement = Some(grid.placements());
             }
             all.clone_from(standing);
         } else {

@@ -210,6 +210,10 @@ impl<S: FluidSpace> Workspace<S> {
             ..
         } = self;
         let (part, time) = (*part, stage.state_time());
+        let reads_volume = model.corrects_volume() && volume_reading::is_read(stage.at, part);
+        if reads_volume {
+            lists.place_background(model, stage.at.step);
+        }
         let scene = Scene { geometry, model, lists, fluid, walls: &walls.particles };
         if let Some(interface) = interface {
             interface.update(time, own, partner);
@@ -222,7 +226,7 @@ impl<S: FluidSpace> Workspace<S> {
         }
         if part != StagePart::Density {
             gradients.find_near_surface(&scene);
-            if model.corrects_volume() && volume_reading::is_read(stage.at, part) {
+            if reads_volume {
                 let (interface, at_surface) = (interface.as_ref(), |i| gradients.is_at_surface(i));
                 volume.read(&scene, &walls.field, time, interface, at_surface, &mut state.volume_excess);
             }

@@ -13,7 +13,7 @@
 //!
 //! The lattice of the particles shows on the nodes, the more the wider it is stretched: the particles spread V_j ε_j on the
 //! nodes and read it once more, ε_i ← Σ_n w_ni (Σ_j V_j ε_j w_nj/V_n)/φ_n. This keeps the sum, and takes from what
-//! alternates between neighbours all but its square.
+//! alternates between neighbours all but its square. Nodes at a surface are left out again.
 //!
 //! Volume parts from density slowly: it is read in every fourth step, and the particles keep what they were told.
 
@@ -115,9 +115,9 @@ impl VolumeReading {
         // Once more by way of the nodes.
         let claimed = |i: usize| fluid[i].volume() * excess[i] / grid.node_volume();
         Self::sum::<S>(grid, arithmetic, fluid, &claimed, &mut self.all);
-        self.all.iter_mut().zip(&self.fluid).for_each(|(all, fluid)| {
-            *all = if *fluid > 0.0 { *all / fluid } else { 0.0 };
-        });
+        for ((all, fluid), at_surface) in self.all.iter_mut().zip(&self.fluid).zip(&self.at_surface) {
+            *all = if !at_surface && *fluid > 0.0 { *all / fluid } else { 0.0 };
+        }
         self.hand_back::<S>(grid, arithmetic, fluid, excess);
     }
 

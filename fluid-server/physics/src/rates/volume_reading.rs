@@ -13,7 +13,7 @@
 //!
 //! The lattice of the particles shows on the nodes, the more the wider it is stretched: the particles spread V_j ε_j on the
 //! nodes and read it once more, ε_i ← Σ_n w_ni (Σ_j V_j ε_j w_nj/V_n)/φ_n. This keeps the sum, and takes from what
-//! alternates between neighbours all but its square. Nodes at a surface are left out again.
+//! alternates between neighbours all but its square. The same nodes count.
 //!
 //! Volume parts from density slowly: it is read in every fourth step, and the particles keep what they were told.
 
@@ -50,8 +50,8 @@ pub struct VolumeReading {
     all: Vec<f64>,
     /// Claim of walls that stand on each node \[-\], and the placement of the nodes to which it belongs.
     standing: (Option<u64>, Vec<f64>),
-    /// Whether each node has a weight of a particle at the surface of what is filled.
-    at_surface: Vec<bool>,
+    /// Whether each node does not count.
+    left_out: Vec<bool>,
     /// Mean claim around each particle of a partner \[-\].
     around_solids: Vec<f64>,
 }
@@ -96,17 +96,17 @@ impl VolumeReading {
             separates || self.around_solids[s] < S::LEAST_CLAIM_AROUND_SOLIDS
         };
         let left_out = solids().enumerate().filter(|(s, _)| is_left_out(*s)).map(|(_, x)| x);
-        self.at_surface.clear();
-        self.at_surface.resize(grid.len(), false);
-        grid.for_each_band(&mut self.at_surface, &|particles, nodes, origin| {
+        self.left_out.clear();
+        self.left_out.resize(grid.len(), false);
+        grid.for_each_band(&mut self.left_out, &|particles, nodes, origin| {
             let positions = particles.filter(|i| at_surface(*i)).map(|i| fluid[i].position());
             grid.mark::<S>(positions, nodes, origin);
         });
-        grid.mark::<S>(left_out, &mut self.at_surface, 0);
-        grid.fold(&mut self.at_surface, |a, b| a || b);
-        for ((all, fluid), at_surface) in self.all.iter_mut().zip(&self.fluid).zip(&self.at_surface) {
-            let counts = !at_surface && *fluid > S::LEAST_FLUID_CLAIM * (*all - fluid);
-            *all = if counts { (*all - 1.0) / fluid } else { 0.0 };
+        grid.mark::<S>(left_out, &mut self.left_out, 0);
+        grid.fold(&mut self.left_out, |a, b| a || b);
+        for ((all, fluid), left_out) in self.all.iter_mut().zip(&self.fluid).zip(&mut self.left_out) {
+            *left_out |= *fluid <= S::LEAST_FLUID_CLAIM * (*all - fluid);
+            *all = if *left_out { 0.0 } else { (*all - 1.0) / fluid };
         }
         self.hand_back::<S>(grid, arithmetic, fluid, excess);
         excess.iter_mut().for_each(|excess| {
@@ -115,8 +115,8 @@ impl VolumeReading {
         // Once more by way of the nodes.
         let claimed = |i: usize| fluid[i].volume() * excess[i] / grid.node_volume();
         Self::sum::<S>(grid, arithmetic, fluid, &claimed, &mut self.all);
-        for ((all, fluid), at_surface) in self.all.iter_mut().zip(&self.fluid).zip(&self.at_surface) {
-            *all = if !at_surface && *fluid > 0.0 { *all / fluid } else { 0.0 };
+        for ((all, fluid), left_out) in self.all.iter_mut().zip(&self.fluid).zip(&self.left_out) {
+            *all = if *left_out { 0.0 } else { *all / fluid };
         }
         self.hand_back::<S>(grid, arithmetic, fluid, excess);
     }
@@ -137,9 +137,9 @@ impl VolumeReading {
 
     /// Bytes in use.
     pub fn bytes(&self) -> usize {
-        let Self { fluid, all, standing: (_, standing), at_surface, around_solids } = self;
+        let Self { fluid, all, standing: (_, standing), left_out, around_solids } = self;
         8 * [fluid, all, standing, around_solids].map(Vec::capacity).iter().sum::<usize>()
-            + at_surface.capacity()
+            + left_out.capacity()
     }
 
     /// Sums a `value` of each particle on the nodes.

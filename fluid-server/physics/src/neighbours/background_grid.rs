@@ -87,9 +87,7 @@ impl BackgroundGrid {
         }
         let mut stride = 1;
         for axis in 0..S::DIMENSIONS {
-            // The ratio of the steps along the axes is irrational: in time the nodes visit all places.
-            let step = STEP * std::f64::consts::SQRT_2.powi(-(axis as i32));
-            let origin = domain.lower[axis] - spacing * (step * (period % (1 << 32)) as f64).fract();
+            let origin = origin(domain, axis, spacing, period);
             let placed = if domain.periodic[axis] {
                 Axis::periodic(origin, domain.upper[axis] - domain.lower[axis], spacing, stride)
             } else {
@@ -101,6 +99,25 @@ impl BackgroundGrid {
             self.axes.push(placed);
         }
         self.divide(cells, farthest);
+    }
+
+    /// Moves nodes that were placed since the lists were built to their places in another `period`.
+    pub fn shift<S: Space>(
+        &mut self,
+        domain: &Domain<S>,
+        cells: &CellGrid<S>,
+        spacing: f64,
+        farthest: f64,
+        period: u64,
+    ) {
+        for (axis, nodes) in self.axes.iter_mut().enumerate() {
+            nodes.origin = origin(domain, axis, spacing, period);
+        }
+        self.placements += 1;
+        self.bands.iter_mut().for_each(Vec::clear);
+        if !self.axes.is_empty() {
+            self.divide(cells, farthest);
+        }
     }
 
     /// Divides the fluid into bands of rows of cells along the last axis, so high that every other one has nodes of
@@ -250,6 +267,13 @@ impl Axis {
         let cell = ((x - self.lower) * self.inverse_edge).max(-1.0);
         if cell < 0.0 { None } else { self.shifts.get(cell as usize).copied().flatten() }
     }
+}
+
+/// Place of node 0 along `axis` in a period \[m\].
+fn origin<S: Space>(domain: &Domain<S>, axis: usize, spacing: f64, period: u64) -> f64 {
+    // The ratio of the steps along the axes is irrational: in time the nodes visit all places.
+    let step = STEP * std::f64::consts::SQRT_2.powi(-(axis as i32));
+    domain.lower[axis] - spacing * (step * (period % (1 << 32)) as f64).fract()
 }
 
 /// The largest whole number that is not above `x`; `f64::floor` is a call without the instructions of later processors.

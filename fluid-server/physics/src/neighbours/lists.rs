@@ -191,7 +191,11 @@ impl<S: FluidSpace> Lists<S> {
         if self.background_period != Some(period) {
             let farthest = farthest(model.constants.particle_spacing);
             let (cells, spacing) = (self.fluid_sources.grid(), model.constants.smoothing_length());
-            self.background.place(&model.domain, cells, spacing, farthest, period);
+            let (domain, background) = (&model.domain, &mut self.background);
+            match self.background_period {
+                None => background.place(domain, cells, spacing, farthest, period),
+                Some(_) => background.shift(domain, cells, spacing, farthest, period),
+            }
             self.background_period = Some(period);
         }
     }

@@ -69,6 +69,28 @@ fn bands_sum_what_one_particle_after_the_other_sums() {
 }
 
 #[test]
+fn nodes_that_were_shifted_are_where_nodes_are_placed() {
+    for periodic in [[false, false], [true, false]] {
+        let domain = Domain { lower: Vector::new(-0.2, 0.1), upper: Vector::new(0.3, 0.8), periodic };
+        let (cells, positions) = sorted(&domain, &scattered(700, domain.lower, domain.size()));
+        // Along the first axis the nodes have come back by a spacing in between.
+        let (mut shifted, mut placed) = (grid(&domain, &cells), BackgroundGrid::default());
+        shifted.shift::<Plane>(&domain, &cells, 0.013, 0.005, 103);
+        placed.place::<Plane>(&domain, &cells, 0.013, 0.005, 103);
+        let sums = |grid: &BackgroundGrid| -> Vec<f64> {
+            let mut nodes = vec![0.0; grid.len()];
+            grid.for_each_band(&mut nodes, &|particles, nodes, origin| {
+                spread(grid, &positions, particles, nodes, origin);
+            });
+            grid.fold(&mut nodes, |a, b| a + b);
+            positions.iter().map(|x| read(grid, *x, &nodes)).collect()
+        };
+        let pairs = sums(&shifted).into_iter().zip(sums(&placed));
+        assert!(pairs.into_iter().all(|(a, b)| (a / b - 1.0).abs() < 1e-12), "{periodic:?}");
+    }
+}
+
+#[test]
 fn marked_nodes_are_those_on_which_a_particle_has_a_weight() {
     let domain = Domain { lower: Vector::zeros(), upper: Vector::new(0.5, 0.4), periodic: [true, false] };
     let (cells, positions) = sorted(&domain, &scattered(500, domain.lower, domain.size()));

@@ -21,9 +21,7 @@ impl Case for Jet {
     }
 
     fn members(&self) -> Vec<Member> {
-        let short = Member::new("jet", 0.01).scheme("to 0.6 s").with("time.end_time_s", 0.6);
-        let short = short.with("outputs.picture_times_s", vec![0.1, 0.6]);
-        vec![short.quick(), Member::new("jet", 0.01), Member::new("jet", 0.005), Member::new("jet", 0.0025)]
+        vec![Member::new("jet", 0.01), Member::new("jet", 0.005), Member::new("jet", 0.0025)]
     }
 
     fn figures(&self, run: &Run) -> Result<Vec<Figure>, String> {

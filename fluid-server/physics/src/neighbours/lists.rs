@@ -184,8 +184,8 @@ impl<S: FluidSpace> Lists<S> {
             + self.drift.bytes()
     }
 
-    /// Places the nodes over the fluid for `step`. They move with the number of the step and not with the builds of lists, in
-    /// which separate waters have a part.
+    /// Places the nodes over the fluid for `step`. They move with the number of the step and not with the builds of lists,
+    /// which depend on disconnected water elsewhere.
     pub fn place_background(&mut self, model: &FluidModel<S>, step: u64) {
         let period = step / BACKGROUND_STEPS;
         if self.background_period != Some(period) {

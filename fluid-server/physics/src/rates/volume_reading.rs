@@ -15,7 +15,7 @@
 //! nodes and read it once more, ε_i ← Σ_n w_ni (Σ_j V_j ε_j w_nj/V_n)/φ_n. This keeps the sum, and takes from what
 //! alternates between neighbours all but its square. The same nodes count.
 //!
-//! Volume parts from density slowly: it is read in every fourth step, and the particles keep what they were told.
+//! Volume parts from density slowly: it is read in every fourth step, and each particle keeps its ε_i until the next reading.
 
 use sph::coupling::stage::{Stage, StepStage};
 use sph::lanes::Arithmetic;

@@ -73,7 +73,7 @@ fn air_behind_a_thin_solid_is_not_missing_volume() {
         let least = excess.iter().copied().fold(f64::INFINITY, f64::min);
         // As much as the lattice reads next to a thick solid; air that counts as missing volume reads −2 %.
         assert!(least > -0.004, "{layers}: {least}");
-        // Of 1 % more volume the middle of the block is told a part, as nodes near its three surfaces do not count; next to
+        // Of 1 % more volume the middle of the block reads a part, as nodes near its three surfaces do not count; next to
         // four layers the particle at the face is, too.
         let solver = evaluated(InterfaceLaw::Wall, 990.0, 2.0, &thin);
         let middle = (0..solver.state.len())

@@ -225,13 +225,15 @@ impl Shared {
     }
 
     /// Compares all frames of the examined side with those of the recording.
-    async fn watch(&self, frames: Streaming<wire::Frame>) {
-        self.compare(frames).await;
+    async fn watch(&self, mut frames: Streaming<wire::Frame>) {
+        self.compare(&mut frames).await;
         // Nothing is left to wait for.
         self.compared.send_replace(usize::MAX);
+        // A stream that is dropped here ends the call, and the farewell would not arrive.
+        while let Ok(Some(_)) = frames.message().await {}
     }
 
-    async fn compare(&self, mut frames: Streaming<wire::Frame>) {
+    async fn compare(&self, frames: &mut Streaming<wire::Frame>) {
         let mut ids = Ids::default();
         while let Ok(Some(frame)) = frames.message().await {
             if frame.farewell.is_some() {

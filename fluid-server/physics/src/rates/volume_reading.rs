@@ -12,8 +12,9 @@
 //! other.
 //!
 //! The lattice of the particles shows on the nodes, the more the wider it is stretched: the particles spread V_j ε_j on the
-//! nodes and read it once more, ε_i ← Σ_n w_ni (Σ_j V_j ε_j w_nj/V_n)/φ_n. This keeps the sum, and takes from what
-//! alternates between neighbours all but its square. The same nodes count.
+//! nodes and read it once more, ε_i ← Σ_n w_ni (Σ_j V_j ε_j w_nj/V_n)/φ_n. Over the nodes that
+//! count this keeps the sum, and takes from what alternates between neighbours all but its square. The share on other nodes
+//! is lost: the correction is that much slower there, and zero where there is no excess.
 //!
 //! Volume parts from density slowly: it is read in every fourth step, and each particle keeps its ε_i until the next reading.
 

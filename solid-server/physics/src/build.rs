@@ -11,6 +11,7 @@ use sph::space::tensors::SpaceVector;
 use crate::boundary::walls::Walls;
 use crate::build::bodies::{build_bodies, build_contact, initial_image_counts};
 use crate::build::validate::{check_arrays, check_periods, check_sums};
+use crate::contact::film::Film;
 use crate::contact::friction::TangentialSprings;
 use crate::contact::repulsion::{Contacts, Repulsion};
 use crate::contact::start::start_depths;
@@ -110,6 +111,13 @@ pub fn build_workspace<S: SolidSpace>(
     let own_list = |body: &Body<S>| {
         body.formulation.list_radius().map(|radius| OwnLists::new(radius, OWN_SKIN * model.spacing))
     };
+    let film = match (&model.contact, coupling) {
+        (ContactModel::Repulsion(law), Some(coupling)) if law.wet && coupling.has_wall_states() => {
+            Some(Film::new(coupling, law.fields.wall_spacing, n))
+        }
+        _ => None,
+    };
+    let reach = film.as_ref().map_or(0.0, Film::reach);
     Workspace {
         stage: state.particles.clone(),
         stage_rigid: state.rigid.clone(),
@@ -120,6 +128,7 @@ pub fn build_workspace<S: SolidSpace>(
         rates: Rates::new(n),
         contact_forces: vec![ContactForces::default(); n],
         contacts: Contacts::default(),
+        film,
         springs: state.springs.clone(),
         start_springs: state.springs.clone(),
         loads: if model.bodies.iter().any(|body| body.acceleration.is_some() || !body.loads.is_empty()) {
@@ -139,7 +148,12 @@ pub fn build_workspace<S: SolidSpace>(
         total_force: vec![S::Vector::zeros(); n],
         velocity_gain: vec![S::Vector::zeros(); n],
         own_lists: model.bodies.iter().map(own_list).collect(),
-        contact_lists: ContactLists::new(model.contact.radius(), CONTACT_SKIN * model.spacing, n, walls),
+        contact_lists: ContactLists::new(
+            model.contact.radius().max(reach),
+            CONTACT_SKIN * model.spacing,
+            n,
+            walls,
+        ),
         walls: model.walls.at_start(),
         wall_pressure: vec![0.0; walls],
         reactions: state.last.reactions.clone(),

@@ -4,7 +4,7 @@ use sph::constants::Constant;
 use sph::space::Plane;
 
 use crate::boundary::supports;
-use crate::contact::{density_field, friction, start};
+use crate::contact::{density_field, film, friction, start};
 use crate::formulations::{bond_forces, formulation, reference_forces};
 use crate::neighbours::material_point;
 use crate::report::probes;
@@ -22,6 +22,7 @@ pub fn constants() -> impl Iterator<Item = &'static Constant> {
         bond_forces::CONSTANTS,
         reference_forces::CONSTANTS,
         density_field::CONSTANTS,
+        film::CONSTANTS,
         friction::CONSTANTS,
         start::CONSTANTS,
         limits::CONSTANTS,

@@ -65,6 +65,7 @@ mod formulations {
 
 mod contact {
     pub mod density_field;
+    pub mod film;
     pub mod friction;
     pub mod repulsion;
     pub mod start;

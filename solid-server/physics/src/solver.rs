@@ -12,6 +12,7 @@ use sph::space::components::Components;
 use sph::sums::ordered_sum;
 
 use crate::build::{build, build_workspace};
+use crate::contact::film::FilmStage;
 use crate::contact::start::remarks;
 use crate::report::body_sums::best_fit_rotation;
 use crate::report::fields::snapshot;
@@ -151,9 +152,22 @@ impl<S: SolidSpace> Solver for SolidSolver<S> {
     }
 
     fn evaluate_cross(&mut self, time: &StageTime, own: &StateColumns, partner: &StateColumns) {
-        let Workspace { fluid, sums, fluid_force, interface_sums, .. } = &mut self.workspace;
+        let Workspace { fluid, sums, fluid_force, interface_sums, film, stage, contact_lists, walls, .. } =
+            &mut self.workspace;
         if let Some(link) = fluid {
             *interface_sums = link.evaluate(time.state_time(), own, partner, sums, fluid_force);
+            if let Some(film) = film {
+                let (model, pairs) = (&self.model, link.pairs());
+                film.evaluate(&FilmStage {
+                    domain: &model.domain,
+                    constants: &model.particles,
+                    body_force: model.body_force.at(time.state_time()),
+                    stage,
+                    lists: contact_lists,
+                    walls,
+                    pairs,
+                });
+            }
         }
         self.stepping.complete(&self.model, &mut self.workspace, time);
     }

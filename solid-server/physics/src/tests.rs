@@ -5,6 +5,7 @@ mod contact;
 mod coupling;
 mod elastic;
 mod energy;
+mod film;
 mod friction;
 mod plane_stress;
 mod scenes;

@@ -26,6 +26,23 @@ thresholds! {
     CONTACT_REACH = 3.0, "solid.contact.reach", "support radius of the density field of contact in spacings [-]";
     /// Depth in contact distances beyond which the force grows linearly \[-\]; at 1 rows of particles coincide.
     STIFFEST_DEPTH = 0.95, "solid.contact.stiffest_depth", "depth in contact distances beyond which the contact force grows linearly [-]";
+    /// Depth \[-\], in spacings of the fluid behind a particle, from which water counts as behind a thin body, not in the gap
+    /// that the particle faces; and the one up to which it counts in full. Between them lies the second row of a body.
+    BEHIND = -0.75, "solid.film.behind", "height in spacings below which water is not on the side of the gap [-]";
+    /// See there \[-\].
+    BESIDE = -0.25, "solid.film.beside", "height in spacings from which water is on the side of the gap [-]";
+    /// Sum that a particle lacks along a gap, over that of a half-space, from which air is beside it \[-\]: disordered water
+    /// lacks less; and the one from which it is air in full.
+    OPEN_SIDE = 0.3, "solid.film.open_side", "lacking sum along a gap, over that of a half-space, from which air is beside it [-]";
+    /// See there \[-\].
+    AIR_SIDE = 0.7, "solid.film.air_side", "lacking sum along a gap, over that of a half-space, from which air fills that side [-]";
+    /// Gap in spacings up to which pairs make up for all that its water lacks in the sums \[-\]; and from which for nothing, as
+    /// particles fit in there and a gap without is a void.
+    THIN_GAP = 0.6, "solid.film.thin_gap", "gap in spacings up to which water fills it without particles [-]";
+    /// See there \[-\].
+    OPEN_GAP = 1.0, "solid.film.open_gap", "gap in spacings from which it has no water but particles [-]";
+    /// Cosine of the directions of two particles above which they belong to one face \[-\].
+    SAME_FACE = 0.5, "solid.film.same_face", "cosine of directions above which particles belong to one face [-]";
     /// Undeformed distance from which parts of one body can be in contact, in support radii of the density field \[-\]: a
     /// body compressed by a third is not yet in contact with itself.
     SELF_CONTACT_DISTANCE = 1.5, "solid.contact.self_contact_distance", "undeformed distance from which parts of one body can be in contact, in support radii [-]";

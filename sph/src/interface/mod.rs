@@ -35,6 +35,8 @@ pub struct Interface<S: Space = Plane> {
     of_solid: Rows,
     regions: FluidRegions<S>,
     sums: Vec<ParticleSums<S>>,
+    /// Repulsion of each fluid state by faces; see [`PairLaw::barrier`].
+    barriers: Vec<f64>,
 }
 
 /// What one particle receives across the interface.
@@ -58,6 +60,7 @@ impl<S: Space> Interface<S> {
             of_solid: Rows::default(),
             regions: FluidRegions::default(),
             sums: Vec::new(),
+            barriers: Vec::new(),
         }
     }
 
@@ -84,6 +87,12 @@ impl<S: Space> Interface<S> {
             }
         }
         of_fluid.take_regions(of_solid);
+        self.barriers.clear();
+        self.barriers.resize(fluid.len(), 0.0);
+        let (law, domain, of_fluid) = (&self.law, &self.domain, &self.of_fluid);
+        self.barriers.par_iter_mut().with_min_len(64).enumerate().for_each(|(f, barrier)| {
+            *barrier = law.barrier(domain, [fluid, solid], f, of_fluid.of(f));
+        });
     }
 
     /// Whether any state of the solid is within support of fluid state `f`.
@@ -115,13 +124,15 @@ impl<S: Space> Interface<S> {
     /// Forces on the fluid's states; read them by [`Interface::force`].
     pub fn fluid_forces(&mut self, fluid: &InterfaceStates<S>, solid: &InterfaceStates<S>) -> InterfaceSums {
         let (law, domain, rows, regions) = (&self.law, &self.domain, &self.of_fluid, &self.regions);
+        let barriers = &self.barriers;
         self.sums.clear();
         self.sums.resize(fluid.len(), ParticleSums::default());
         self.sums.par_iter_mut().with_min_len(64).enumerate().for_each(|(f, sums)| {
             for pair in rows.of(f) {
                 let s = pair.other as usize;
                 let x_fs = domain.separation(&fluid.position[f], &solid.position[s]);
-                let force = law.force_on_fluid(&x_fs, fluid, f, solid, s, regions.dummy(pair));
+                let force =
+                    law.force_on_fluid(&x_fs, [fluid, solid], [f, s], regions.dummy(pair), barriers[f]);
                 sums.add(&x_fs, force);
             }
         });
@@ -131,13 +142,15 @@ impl<S: Space> Interface<S> {
     /// Forces on the solid's states; read them by [`Interface::force`].
     pub fn solid_forces(&mut self, fluid: &InterfaceStates<S>, solid: &InterfaceStates<S>) -> InterfaceSums {
         let (law, domain, rows, regions) = (&self.law, &self.domain, &self.of_solid, &self.regions);
+        let barriers = &self.barriers;
         self.sums.clear();
         self.sums.resize(solid.len(), ParticleSums::default());
         self.sums.par_iter_mut().with_min_len(64).enumerate().for_each(|(s, sums)| {
             for pair in rows.of(s) {
                 let f = pair.other as usize;
                 let x_fs = domain.separation(&fluid.position[f], &solid.position[s]);
-                let force = law.force_on_fluid(&x_fs, fluid, f, solid, s, regions.dummy(pair));
+                let force =
+                    law.force_on_fluid(&x_fs, [fluid, solid], [f, s], regions.dummy(pair), barriers[f]);
                 sums.add(&-x_fs, -force);
             }
         });

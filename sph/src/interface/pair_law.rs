@@ -7,7 +7,7 @@ use crate::kernel::CubicSpline;
 use crate::laws::artificial_viscosity::ArtificialViscosity;
 use crate::laws::equation_of_state::Tait;
 use crate::laws::repulsion::Repulsion;
-use crate::setup::{Coupling, GradientCorrection, InterfaceLaw};
+use crate::setup::{Coupling, InterfaceLaw};
 use crate::space::Space;
 use crate::space::domain::Domain;
 use crate::space::tensors::{SpaceSymmetric, SpaceVector};
@@ -23,8 +23,26 @@ pub struct PairLaw<S: Space> {
     rest_density: f64,
     artificial_viscosity: ArtificialViscosity,
     dynamic_viscosity: f64,
-    /// Repulsion of close pairs.
+    /// Repulsion by faces, against the height over the outer row of a solid.
     repulsion: Repulsion,
+    faces: Faces,
+}
+
+/// Height over the outer row of a half-space of a solid, from the share of a kernel that it fills.
+///
+/// ```text
+/// φ_f = Σ_s V_s W_fs,   y_f = D − g (φ_f − φ(D)),   g = −dy/dφ between 0.4 Δx and D
+/// ```
+/// φ(y) is the sum at height y over the outer row of a half-space on a lattice. It is straight to 0.01 Δx between 0 and D and
+/// varies by 0.004 Δx along the row, so that a face does not hold particles in place along it.
+#[derive(Clone, Copy, Debug)]
+struct Faces {
+    /// φ at the height where the repulsion sets in \[-\].
+    onset: f64,
+    /// g \[m\].
+    gain: f64,
+    /// Distance from the nearest particle above which a height is beyond the onset \[m\].
+    nearest: f64,
 }
 
 impl<S: Space> PairLaw<S> {
@@ -32,26 +50,19 @@ impl<S: Space> PairLaw<S> {
     pub fn new(coupling: &Coupling) -> Self {
         let fluid = &coupling.fluid;
         let kernel = CubicSpline::<S>::new(fluid.smoothing_length());
-        let gradient_scale = match fluid.correction {
-            GradientCorrection::None => 1.0,
-            GradientCorrection::LatticeMoment
-            | GradientCorrection::Continuity
-            | GradientCorrection::Renormalised => 1.0 / kernel.lattice_moment(fluid.particle_spacing),
-        };
+        let spacing = 0.5 * (fluid.particle_spacing + coupling.solid_spacing);
+        let repulsion =
+            Repulsion::new(coupling.repulsion, spacing, fluid.particle_spacing, fluid.sound_speed);
         Self {
             law: coupling.law,
             kernel,
             equation_of_state: fluid.equation_of_state(),
-            gradient_scale,
+            gradient_scale: fluid.pair_gradient_scale::<S>(),
             rest_density: fluid.rest_density,
             artificial_viscosity: fluid.artificial_viscosity(),
             dynamic_viscosity: fluid.dynamic_viscosity,
-            repulsion: Repulsion::new(
-                coupling.repulsion,
-                0.5 * (fluid.particle_spacing + coupling.solid_spacing),
-                fluid.particle_spacing,
-                fluid.sound_speed,
-            ),
+            faces: Faces::new(&kernel, spacing, repulsion.distance()),
+            repulsion,
         }
     }
 
@@ -101,28 +112,27 @@ impl<S: Space> PairLaw<S> {
         }
     }
 
-    /// Force of solid state `s` on fluid state `f` \[N\], Eq. (22) with the fluid's h and c₀.
+    /// Force of solid state `s` on fluid state `f` \[N\], Eq. (22) with the fluid's h and c₀, and its part of the repulsion of
+    /// `f`, see [`PairLaw::barrier`].
     #[inline]
     pub fn force_on_fluid(
         &self,
         x_fs: &S::Vector,
-        fluid: &InterfaceStates<S>,
-        f: usize,
-        solid: &InterfaceStates<S>,
-        s: usize,
+        [fluid, solid]: [&InterfaceStates<S>; 2],
+        [f, s]: [usize; 2],
         dummy: &Dummy<S>,
+        barrier: f64,
     ) -> S::Vector {
         let distance = x_fs.norm();
         let gradient_factor = self.gradient_scale * self.kernel.gradient_factor(distance);
         let (rho_f, rho_s) = (fluid.density[f], dummy.density);
         let masses = fluid.mass[f] * dummy.mass;
         let square = distance * distance;
-        let approach = (fluid.velocity[f] - solid.velocity[s]).dot(x_fs);
         let viscous_v_fs = fluid.velocity[f] - dummy.velocity;
         // Π_fs of Eq. (23).
         let viscosity =
             self.artificial_viscosity.pressure(viscous_v_fs.dot(x_fs), square) / (0.5 * (rho_f + rho_s));
-        let central = fluid.mass[f] * self.repulsion(distance, approach)
+        let central = -barrier * solid.volume(s) * self.kernel.gradient_factor(distance)
             - masses * ((fluid.pressure[f] + dummy.pressure) / (rho_f * rho_s) + viscosity) * gradient_factor;
         match self.law {
             InterfaceLaw::Wall => *x_fs * central,
@@ -141,15 +151,50 @@ impl<S: Space> PairLaw<S> {
         }
     }
 
-    /// Repulsion over distance and mass of the fluid particle \[1/s²\], for v_fs·x_fs.
+    /// Repulsion of fluid state `f` by the faces of the solid in its `row`: the force over −Σ V_s ∇W \[N m\].
     ///
-    /// Pressure alone can not keep out a particle that has been squeezed between two of the solid's. Coincident
-    /// particles have no direction in which to part.
-    #[inline]
-    pub(super) fn repulsion(&self, distance: f64, approach: f64) -> f64 {
-        if distance >= self.repulsion.distance() || distance == 0.0 {
+    /// Pressure alone can not keep out a particle that is squeezed against a face: pair forces vanish as particles meet.
+    pub(super) fn barrier(
+        &self,
+        domain: &Domain<S>,
+        [fluid, solid]: [&InterfaceStates<S>; 2],
+        f: usize,
+        row: &[CrossPair],
+    ) -> f64 {
+        if !self.repulsion.acts() {
             return 0.0;
         }
-        self.repulsion.acceleration(distance, approach / distance) / distance
+        let square = self.faces.nearest * self.faces.nearest;
+        let separation =
+            |pair: &CrossPair| domain.separation(&fluid.position[f], &solid.position[pair.other as usize]);
+        if row.iter().all(|pair| separation(pair).norm_squared() > square) {
+            return 0.0;
+        }
+        let (mut filled, mut parting) = (0.0, 0.0);
+        for pair in row {
+            let (s, x_fs) = (pair.other as usize, separation(pair));
+            let (r, volume) = (x_fs.norm(), solid.volume(s));
+            filled += volume * self.kernel.value(r);
+            parting -=
+                volume * self.kernel.gradient_factor(r) * x_fs.dot(&(fluid.velocity[f] - solid.velocity[s]));
+        }
+        let Faces { onset, gain, .. } = self.faces;
+        let height = self.repulsion.distance() - gain * (filled - onset);
+        fluid.mass[f] * gain * self.repulsion.acceleration(height, gain * parting)
+    }
+}
+
+impl Faces {
+    /// Faces of solids whose particles, and those of the fluid, are a mean of `spacing` \[m\] apart; the repulsion sets in at
+    /// the height `onset` \[m\].
+    fn new<S: Space>(kernel: &CubicSpline<S>, spacing: f64, onset: f64) -> Self {
+        let filled = |height: f64| kernel.half_space_sum(spacing, height);
+        let lower = 0.4 * spacing;
+        Self {
+            onset: filled(onset),
+            gain: (onset - lower) / (filled(lower) - filled(onset)),
+            // Below the onset a particle of a lattice is nearer than this.
+            nearest: spacing,
+        }
     }
 }

@@ -234,15 +234,53 @@ fn a_plate_parts_waters_at_its_foot_too() {
     assert!(foot.iter().all(|s| faces(&interface, *s) == 2));
 }
 
+/// Repulsion \[N\] of a fluid particle that moves at `velocity` \[m/s\], `height` spacings over the outer row of a solid and
+/// `phase` spacings along it.
+fn repelled(height: f64, phase: f64, velocity: Vector) -> Vector {
+    let at = |k: i32, row: i32| Vector::new(0.5 + f64::from(k) * SPACING, 0.4 - f64::from(row) * SPACING);
+    let mut solid = patch(Vector::zeros(), 21, 6, 32);
+    solid.position = (0..6).flat_map(|row| (-10..=10).map(move |k| at(k, row))).collect();
+    solid.velocity.fill(Vector::zeros());
+    solid.density.fill(1100.0);
+    solid.mass.fill(1100.0 * SPACING * SPACING);
+    let mut fluid = patch(Vector::zeros(), 1, 1, 33);
+    fluid.position = vec![Vector::new(0.5 + phase * SPACING, 0.4 + height * SPACING)];
+    fluid.velocity = vec![velocity];
+    fluid.density = vec![1000.0];
+    // Neither pressure nor viscosity: all is repulsion.
+    fluid.pressure = vec![0.0];
+    let mut coupling = coupling(InterfaceLaw::Wall);
+    (coupling.fluid.viscosity_a, coupling.fluid.viscosity_b) = (0.0, 0.0);
+    let mut interface = Interface::new(&coupling, &domain(), BodyForceField::uniform(Vector::zeros()));
+    interface.update(0.0, &fluid, &solid);
+    let on_solid = interface.solid_forces(&fluid, &solid).force;
+    let on_fluid = interface.fluid_forces(&fluid, &solid).force;
+    assert!((on_solid + on_fluid).norm() <= 1e-14 * on_fluid.norm());
+    interface.force(0) / fluid.mass[0]
+}
+
 #[test]
-fn repulsion_keeps_close_pairs_apart_and_leaves_others_alone() {
-    let law = Interface::new(&coupling(InterfaceLaw::Wall), &domain(), gravity()).law;
-    // k (c₀/Δx)² (D − r)/r with k = 0.5, D = 0.6 Δx, at rest at r = ½ Δx.
-    let expected = 0.5 * (20.0f64 / SPACING).powi(2) * 0.2;
-    assert!((law.repulsion(0.5 * SPACING, 0.0) / expected - 1.0).abs() < 1e-12);
-    assert!(law.repulsion(0.5 * SPACING, -1e-3) > expected, "approaching pairs feel the dashpot");
-    assert_eq!(law.repulsion(0.601 * SPACING, -1e-3), 0.0);
-    assert_eq!(law.repulsion(0.0, 0.0), 0.0);
+fn faces_of_solids_repel_along_their_normal_wherever_water_meets_them() {
+    let rest = Vector::zeros();
+    let frequency_squared = 0.5 * (20.0f64 / SPACING).powi(2);
+    for phase in [0.0, 0.2, 0.5] {
+        // The height varies by 0.004 spacings along the row.
+        assert_eq!(repelled(0.61, phase, rest), Vector::zeros());
+        assert_eq!(repelled(1.0, phase, Vector::new(0.0, -1.0)), Vector::zeros());
+        for (height, allowed) in [(0.4, 0.05), (0.2, 0.15), (0.0, 0.35)] {
+            let found = repelled(height, phase, rest);
+            let expected = frequency_squared * (0.6 - height) * SPACING;
+            // Toward the outer row the sums flatten: the force there is lower, not the energy of a particle that reaches it.
+            assert!((found.y / expected - 1.0).abs() < allowed, "{height} {phase}: {}", found.y / expected);
+            assert!(found.x.abs() < 0.02 * found.y, "{height} {phase}: {found}");
+        }
+    }
+    // In a hollow behind the outer row pairs would let it pass.
+    assert!(repelled(-0.5, 0.5, rest).y > 0.1 * frequency_squared * SPACING);
+    let approaching = repelled(0.4, 0.0, Vector::new(0.0, -1e-3)).y;
+    let parting = repelled(0.4, 0.0, Vector::new(0.0, 1e-3)).y;
+    assert!(approaching > repelled(0.4, 0.0, rest).y && parting < repelled(0.4, 0.0, rest).y);
+    assert_eq!(repelled(0.4, 0.0, Vector::new(0.0, 1e3)), Vector::zeros(), "never pulls");
 }
 
 #[test]
@@ -280,7 +318,8 @@ fn both_sides_of_a_no_slip_interface_evaluate_the_same_bits() {
         for f in 0..fluid.len() {
             for (s, dummy) in interface.solids_near(f) {
                 let x_fs = fluid.position[f] - solid.position[s];
-                let force = interface.law.force_on_fluid(&x_fs, fluid, f, solid, s, dummy);
+                let force =
+                    interface.law.force_on_fluid(&x_fs, [fluid, solid], [f, s], dummy, interface.barriers[f]);
                 pairs.push((f, s, dummy.velocity.map(f64::to_bits), force.map(f64::to_bits)));
             }
         }

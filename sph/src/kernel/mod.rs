@@ -109,6 +109,24 @@ impl<S: Space> CubicSpline<S> {
         S::cell_volume(particle_spacing) * sum
     }
 
+    /// Σ_j V_j W \[-\] over a half-space of a cubic lattice of `particle_spacing` \[m\], at `height` \[m\] over a particle of
+    /// its outer row. At the face, half a spacing high, it is one half.
+    /// ```
+    /// let kernel = sph::kernel::CubicSpline::<sph::space::Plane>::new(1.3);
+    /// assert!((kernel.half_space_sum(1.0, 0.5) - 0.5).abs() < 1e-3);
+    /// ```
+    pub fn half_space_sum(&self, particle_spacing: f64, height: f64) -> f64 {
+        let mut sum = 0.0;
+        self.for_lattice(particle_spacing, |mut x| {
+            // Whole multiples of the spacing.
+            if x[0] <= 0.0 {
+                x[0] -= height;
+                sum += self.value(x.norm());
+            }
+        });
+        S::cell_volume(particle_spacing) * sum
+    }
+
     /// Calls `add` for each point within the support on a cubic lattice of `particle_spacing` \[m\] about the origin.
     fn for_lattice(&self, particle_spacing: f64, mut add: impl FnMut(S::Vector)) {
         // Rows within the support radius; truncation is exact, the count is far below 2^31.

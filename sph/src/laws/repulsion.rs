@@ -1,11 +1,11 @@
-//! Repulsion of particles that come too close for their pair forces, which vanish where particles meet.
+//! Repulsion of particles that come too close to a face for their pair forces, which vanish where particles meet.
 
 /// A spring with a dashpot that sets in below a distance and never pulls.
 ///
 /// ```text
-/// a = [ω² (D − r) − 2 ζ ω w u]₊ for r < D,  ω = √k c₀/Δx,  D = 0.6 Δx,  ζ = ½,  w = min(1, 4 (D − r)/D)
+/// a = [ω² (D − y) − 2 ζ ω w u]₊ for y < D,  ω = √k c₀/Δx,  D = 0.6 Δx,  ζ = ½,  w = min(1, 4 (D − y)/D)
 /// ```
-/// u is the speed at which the two part. The dashpot keeps water from bouncing; it sets in with w, so that the
+/// y is the height over the outer row of the face, u the speed at which the two part. The dashpot keeps water from bouncing; it sets in with w, so that the
 /// acceleration is continuous, and acts in full from a depth of D/4.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Repulsion {
@@ -17,9 +17,9 @@ pub struct Repulsion {
 
 crate::constants! {
     pub(crate) const DAMPING: f64 = 0.5, "repulsion.damping",
-        "share of critical damping of the repulsion of close pairs [-]";
+        "share of critical damping of the repulsion by faces [-]";
     pub(crate) const DISTANCE: f64 = 0.6, "repulsion.distance",
-        "distance at which close pairs repel, in mean spacings of the two [-]";
+        "height over the outer row of a face at which it repels, in mean spacings of the two [-]";
 }
 
 impl Repulsion {

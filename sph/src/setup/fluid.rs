@@ -4,10 +4,11 @@ use super::parameters::{choices, parameters};
 use super::{
     Allowed, Damping, FluidProbe, Outflow, ParameterSpec as Row, RunSetup, Value, WallParticles, WallSetup,
 };
+use crate::kernel::CubicSpline;
 use crate::laws::acoustic_relaxation::{AcousticRelaxation, LARGEST_TENSION};
 use crate::laws::artificial_viscosity::ArtificialViscosity;
 use crate::laws::equation_of_state::Tait;
-use crate::space::Vector;
+use crate::space::{Space, Vector};
 
 use Value::{Choice, Flag, Number};
 
@@ -211,6 +212,19 @@ impl FluidParameters {
     #[inline]
     pub fn smoothing_length(&self) -> f64 {
         self.kernel_ratio * self.particle_spacing
+    }
+
+    /// Factor of kernel gradients in fluid-solid pairs \[-\]: 1/M, or 1 without correction. These pairs never use L_i, which
+    /// needs second neighbours.
+    pub fn pair_gradient_scale<S: Space>(&self) -> f64 {
+        match self.correction {
+            GradientCorrection::None => 1.0,
+            GradientCorrection::LatticeMoment
+            | GradientCorrection::Continuity
+            | GradientCorrection::Renormalised => {
+                1.0 / CubicSpline::<S>::new(self.smoothing_length()).lattice_moment(self.particle_spacing)
+            }
+        }
     }
 
     /// The artificial viscosity of this fluid.

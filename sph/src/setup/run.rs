@@ -147,12 +147,19 @@ pub struct Coupling {
     pub fluid: FluidParameters,
     /// Spacing of the solid's particles \[m\].
     pub solid_spacing: f64,
-    /// Repulsion of fluid and solid particles that come closer than 0.6 of their mean spacing \[-\]; zero leaves it out.
+    /// Repulsion of fluid particles lower than 0.6 of the mean spacing over the outer row of a solid \[-\]; zero leaves it out.
     pub repulsion: f64,
     /// Largest distance beyond the support radius at which particles are sent to spare \[m\].
     pub margin: f64,
     /// Implicit coupling, with force coupling only; `None` for explicit coupling, one evaluation per half-step.
     pub implicit: Option<ImplicitCoupling>,
+}
+
+impl Coupling {
+    /// Whether both sides hold the states of the other and meet as fluid and wall.
+    pub fn has_wall_states(&self) -> bool {
+        self.kind == CouplingKind::States && self.law != InterfaceLaw::PlainSum
+    }
 }
 
 /// Linear damping −k v of all free particles until a time.

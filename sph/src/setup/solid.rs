@@ -371,6 +371,8 @@ parameters! {
         damping: f64 = 0.2, "damping", Row::number(Allowed::NOT_NEGATIVE).off(Number(0.0));
         /// Coulomb's coefficient of friction \[-\].
         friction: f64 = 0.0, "friction", Row::number(Allowed::NOT_NEGATIVE).off(Number(0.0));
+        /// Whether the water around presses in gaps that are too thin for its particles.
+        wet: bool = true, "wet", Row::flag().off(Flag(false));
         /// Whether total-Lagrangian bodies also touch themselves.
         self_contact: bool = true, "self_contact", Row::flag().off(Flag(false));
     }

@@ -86,6 +86,11 @@ fn a_thin_plate_separates_two_fluid_regions() {
 }
 
 #[test]
+fn a_block_leaves_the_floor_under_its_weight_less_its_buoyancy() {
+    meets_its_goals("lift", 3);
+}
+
+#[test]
 fn flow_without_slip_meets_an_elastic_slab_at_its_face() {
     meets_its_goals("slab", 4);
 }

@@ -30,7 +30,7 @@ pub struct InterfaceTable {
     pub kind: Option<Choice<CouplingKind>>,
     /// Way of the half-step frames.
     pub path: Choice<FramePath>,
-    /// Coefficient of the repulsion of close pairs; only in the wall laws.
+    /// Coefficient of the repulsion by faces of solids; only in the wall laws.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub repulsion: Option<f64>,
     /// Distance beyond the support radius at which particles are sent to spare, in spacings of the fluid.

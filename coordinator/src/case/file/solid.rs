@@ -41,7 +41,7 @@ impl SolidTable {
         let lost_particle_limit = table.count_or("lost_particle_limit", 0..1_000_000_001, 0).value;
         let damping = DampingTable::read(&mut table);
         let substeps = SubstepsKey::read(&mut table);
-        let contact = ContactTable::read(table.table_or_empty("contact"), preset);
+        let contact = ContactTable::read(table.table_or_empty("contact"), preset, fluid.is_some());
         let intact = table.intact() && known_spacing;
         let defaults = BodyDefaults { preset, kernel_ratio: kernel_ratio.value, is_wet: fluid.is_some() };
         let bodies: Vec<BodyTable> =
@@ -117,6 +117,10 @@ impl SubstepsKey {
     }
 }
 
+/// Default contact distance in water in particle spacings \[-\]. It leaves half a spacing for water that has not drained:
+/// particles that faces squeeze against each other do not pass into the bodies, and are not crushed.
+const WET_DISTANCE: f64 = 1.5;
+
 /// `[solid.contact]`.
 #[derive(Clone, Debug, Serialize)]
 #[serde(tag = "law", rename_all = "kebab-case")]
@@ -127,12 +131,14 @@ pub enum ContactTable {
 }
 
 impl ContactTable {
-    fn read(mut table: Table<'_>, preset: Preset) -> Self {
+    fn read(mut table: Table<'_>, preset: Preset, is_wet: bool) -> Self {
         let default = if preset == Preset::Paper { ContactKind::Sums } else { ContactKind::Repulsion };
         let read = match table.choice_or("law", ContactKind::NAMES, default).value {
             ContactKind::Sums => Self::Sums,
             ContactKind::Repulsion => {
-                Self::Repulsion(table.parameters(preset.values::<RepulsionParameters>(), &[]))
+                let base = preset.values::<RepulsionParameters>();
+                let distance = if is_wet { WET_DISTANCE } else { base.distance };
+                Self::Repulsion(table.parameters(RepulsionParameters { distance, ..base }, &[]))
             }
         };
         table.finish();

@@ -23,7 +23,10 @@ impl Case {
             add_damping("fluid", fluid.damping.as_ref(), &mut found);
         }
         if let Some(k) = self.file.interface.as_ref().and_then(|table| table.repulsion).filter(|k| *k > 0.0) {
-            found.push(ActiveTerm::new("interface", format!("repulsion = {k}: pairs closer than 0.6 Δx")));
+            found.push(ActiveTerm::new(
+                "interface",
+                format!("repulsion = {k}: water lower than 0.6 Δx over solids"),
+            ));
         }
         let Some(solid) = &self.file.solid else { return found };
         for body in &solid.bodies {

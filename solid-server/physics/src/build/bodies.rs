@@ -196,6 +196,7 @@ pub fn build_contact<S: SolidSpace>(setup: &SolidSetup) -> ContactModel {
                 damping: law.damping,
                 friction: law.friction,
                 fields,
+                wet: law.wet,
                 self_contact_distance,
                 start: Vec::new(),
             })

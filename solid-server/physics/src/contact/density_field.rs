@@ -82,6 +82,8 @@ pub struct DensityFields {
     pub walls: DensityField,
     /// Of bodies, for the depth of wall particles in them.
     pub bodies_from_walls: DensityField,
+    /// Spacing of the wall particles \[m\].
+    pub wall_spacing: f64,
 }
 
 impl DensityFields {
@@ -93,6 +95,7 @@ impl DensityFields {
             bodies: DensityField::new::<S>(spacing, distance * spacing),
             walls: DensityField::new::<S>(wall_spacing, to_walls),
             bodies_from_walls: DensityField::new::<S>(spacing, to_walls),
+            wall_spacing,
         }
     }
 

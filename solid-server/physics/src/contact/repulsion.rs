@@ -43,6 +43,8 @@ pub struct Repulsion {
     /// Coulomb's coefficient of friction μ \[-\].
     pub friction: f64,
     pub fields: DensityFields,
+    /// Whether water presses in gaps; see [`Film`](crate::contact::film::Film).
+    pub wet: bool,
     /// Undeformed distance \[m\] from which parts of one body can be in contact; `None` without self-contact.
     pub self_contact_distance: Option<f64>,
     /// Depths of the bodies as they are laid out, from which forces are measured.

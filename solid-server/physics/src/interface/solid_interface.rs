@@ -45,6 +45,15 @@ pub struct SolidInterface<S: SolidSpace> {
     pub largest_set: u64,
 }
 
+/// Pairs of solid and fluid of a stage.
+#[derive(Clone, Copy)]
+pub struct FluidPairs<'a, S: SolidSpace> {
+    pub interface: &'a Interface<S>,
+    pub fluid: &'a InterfaceStates<S>,
+    /// Index of the particle of each interface state of the solid.
+    pub sent: &'a [u32],
+}
+
 impl<S: SolidSpace> SolidInterface<S> {
     /// The link that `coupling` describes, for particles at `positions` \[m\].
     pub fn new(
@@ -72,6 +81,11 @@ impl<S: SolidSpace> SolidInterface<S> {
         };
         link.track(positions);
         link
+    }
+
+    /// Pairs of the stage with the fluid.
+    pub fn pairs(&self) -> FluidPairs<'_, S> {
+        FluidPairs { interface: &self.interface, fluid: &self.states[1], sent: &self.sent }
     }
 
     /// Rebuilds the extent when particles have moved too far.

@@ -59,6 +59,10 @@ pub struct ParticleForces<S: SolidSpace> {
     pub gross: f64,
     /// Contact with other bodies, or with distant parts of its own.
     pub contact: S::Vector,
+    /// Water in gaps toward bodies and toward walls, in the two forces of contact.
+    pub film: [S::Vector; 2],
+    /// Power of the water in gaps by the motion of walls, Σ f·v_w \[W/m\]; not in means.
+    pub film_wall_power: f64,
     /// Sum of the magnitudes of both contact forces.
     pub contact_gross: f64,
     /// Sum of the stiffness of all contacts \[Pa\].
@@ -79,6 +83,9 @@ impl<S: SolidSpace> ParticleForces<S> {
         self.total += other.total * weight;
         self.gross += other.gross * weight;
         self.contact += other.contact * weight;
+        for (film, other) in self.film.iter_mut().zip(other.film) {
+            *film += other * weight;
+        }
         self.contact_gross += other.contact_gross * weight;
         self.contact_stiffness = self.contact_stiffness.max(other.contact_stiffness);
         self.contact_depth = self.contact_depth.max(other.contact_depth);

@@ -54,8 +54,8 @@ impl<S: SolidSpace> BodyContact<S> {
     /// Adds the forces on the body's particles in a stage of `duration` \[s\].
     pub fn follow(&mut self, forces: &[ParticleForces<S>], duration: f64) {
         let n = forces.len();
-        self.bodies = ordered_sum(n, |i| forces[i].contact);
-        self.walls = ordered_sum(n, |i| forces[i].walls);
+        self.bodies = ordered_sum(n, |i| forces[i].contact - forces[i].film[0]);
+        self.walls = ordered_sum(n, |i| forces[i].walls - forces[i].film[1]);
         self.impulse += duration * ordered_sum::<f64, _>(n, |i| forces[i].contact_gross);
         self.deepest = forces.iter().map(|forces| forces.contact_depth).fold(self.deepest, f64::max);
     }
@@ -75,7 +75,7 @@ pub struct StageMaxima {
 /// Results of the last accepted stage, for reports and for the limit of the next step.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LastStage<S: SolidSpace> {
-    /// Force of the fluid on each body \[N/m\].
+    /// Force of the fluid on each body, that of the water in gaps included \[N/m\].
     pub fluid_force: Vec<S::Vector>,
     /// Reaction of each support on its body, by body \[N/m\].
     pub reactions: Vec<Vec<S::Vector>>,

@@ -3,6 +3,7 @@
 use sph::coupling::ledger::{EnergyValues, InterfaceSums};
 
 use crate::boundary::walls::WallState;
+use crate::contact::film::Film;
 use crate::contact::friction::TangentialSprings;
 use crate::contact::repulsion::Contacts;
 use crate::formulations::formulation::AngularImpulse;
@@ -30,6 +31,8 @@ pub struct Workspace<S: SolidSpace> {
     pub contact_forces: Vec<ContactForces<S>>,
     /// Contacts at the latest evaluation.
     pub contacts: Contacts<S>,
+    /// Pressure of the water in gaps; `None` without a fluid or where contact is dry.
+    pub film: Option<Film<S>>,
     /// Tangential springs at the latest evaluation, and those at the start of the step.
     pub springs: TangentialSprings,
     pub start_springs: TangentialSprings,

@@ -29,6 +29,7 @@ pub const REPULSION: ContactLaw = ContactLaw::Repulsion(RepulsionParameters {
     distance: 1.0,
     damping: 0.2,
     friction: 0.0,
+    wet: true,
     self_contact: true,
 });
 

@@ -32,6 +32,7 @@ struct ForceWork {
     stress: f64,
     contact: f64,
     friction: f64,
+    film: f64,
     walls: f64,
     interface: f64,
 }
@@ -47,6 +48,7 @@ impl AddAssign for ForceWork {
         self.stress += other.stress;
         self.contact += other.contact;
         self.friction += other.friction;
+        self.film += other.film;
         self.walls += other.walls;
         self.interface += other.interface;
     }
@@ -77,14 +79,21 @@ impl ForceWork {
             power.artificial_stress = parts.artificial.dot(velocity);
             power.stress -= power.artificial_stress;
         }
+        let [film_bodies, film_walls] = forces.film;
+        let film = film_bodies + film_walls;
+        if film != S::Vector::zeros() {
+            // As the walls', what they do by their motion is theirs.
+            power.film = film.dot(velocity) - forces.film_wall_power;
+            power.walls = forces.film_wall_power;
+        }
         if forces.contact_gross > 0.0 {
             let friction = parts.friction.dot(velocity);
             // What a moving wall does by its motion is no loss of the contact.
-            power.contact = (forces.contact + forces.walls).dot(velocity)
+            power.contact = (forces.contact + forces.walls - film).dot(velocity)
                 - friction
                 - (parts.wall_power - parts.wall_friction_power);
             power.friction = friction - parts.wall_friction_power;
-            power.walls = parts.wall_power;
+            power.walls += parts.wall_power;
         }
         power
     }
@@ -105,6 +114,7 @@ impl ForceWork {
             (strain, -self.stress),
             (A::Contact, -self.contact),
             (A::Friction, -self.friction),
+            (A::Film, self.film),
             (A::Walls, self.walls),
             (A::Interface, self.interface),
         ] {

@@ -155,6 +155,8 @@ pub fn sum_forces<S: SolidSpace>(
             total: parts.into_iter().sum(),
             gross: parts.iter().map(|force| force.norm()).sum(),
             contact: contact[i].bodies,
+            film: [S::Vector::zeros(); 2],
+            film_wall_power: 0.0,
             contact_gross: contact[i].bodies.norm() + contact[i].walls.norm(),
             contact_stiffness: contact[i].stiffness,
             contact_depth: contact[i].depth,
@@ -169,6 +171,20 @@ pub fn sum_forces<S: SolidSpace>(
             },
         };
     });
+}
+
+/// Adds the forces of the water in gaps to those of contact: like the fluid's they are those of the stage throughout its
+/// sub-steps.
+pub fn add_film<S: SolidSpace>(workspace: &mut Workspace<S>) {
+    let Workspace { film: Some(film), forces, .. } = workspace else { return };
+    for (forces, film) in forces.iter_mut().zip(&film.forces) {
+        forces.contact += film.bodies;
+        forces.walls += film.walls;
+        forces.total += film.bodies + film.walls;
+        forces.gross += film.bodies.norm() + film.walls.norm();
+        forces.film = [film.bodies, film.walls];
+        forces.film_wall_power = film.wall_power;
+    }
 }
 
 /// Adds the fluid's force to `forces`, the others' of each particle.

@@ -30,8 +30,12 @@ pub fn accept<S: SolidSpace>(
     last.maxima = maxima;
     last.substeps += u64::from(workspace.substeps);
     for (fluid_force, body) in last.fluid_force.iter_mut().zip(&model.bodies) {
-        let forces = &workspace.fluid_force[body.range.clone()];
-        *fluid_force = ordered_sum(forces.len(), |i| forces[i]);
+        let (forces, others) =
+            (&workspace.fluid_force[body.range.clone()], &workspace.mean_forces[body.range.clone()]);
+        *fluid_force = ordered_sum(forces.len(), |i| {
+            let [bodies, walls] = others[i].film;
+            forces[i] + (bodies + walls)
+        });
     }
     for (contact, body) in last.contacts.iter_mut().zip(&model.bodies) {
         contact.follow(&workspace.mean_forces[body.range.clone()], duration);

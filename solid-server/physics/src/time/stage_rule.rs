@@ -8,7 +8,7 @@ use crate::system::model::SolidModel;
 use crate::system::state::SolidState;
 use crate::system::workspace::Workspace;
 use crate::time::advance::move_bodies;
-use crate::time::evaluate::{add_torques, evaluate_pairs, sum_forces, total_forces, update_stage};
+use crate::time::evaluate::{add_film, add_torques, evaluate_pairs, sum_forces, total_forces, update_stage};
 use crate::time::stepping::Stepping;
 
 /// The stage rule.
@@ -25,6 +25,7 @@ impl<S: SolidSpace> Stepping<S> for StageRule {
 
     fn complete(&self, model: &SolidModel<S>, workspace: &mut Workspace<S>, time: &StageTime) {
         sum_forces(model, workspace, time, time.state_time());
+        add_film(workspace);
         let Workspace {
             stage, sums, rates, forces, mean_forces, mean_torques, fluid_force, total_force, ..
         } = workspace;

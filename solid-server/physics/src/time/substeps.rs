@@ -13,7 +13,7 @@ use crate::system::workspace::Workspace;
 use crate::time::advance::{HeldQuantity, impose_supports, take_reactions};
 use crate::time::energy_budget::enter_kick;
 use crate::time::evaluate::{
-    add_torques, evaluate_pairs, refresh_lists, sum_forces, total_forces, update_stage,
+    add_film, add_torques, evaluate_pairs, refresh_lists, sum_forces, total_forces, update_stage,
 };
 use crate::time::limits::{automatic_substeps, substep_limit};
 use crate::time::stepping::Stepping;
@@ -93,6 +93,7 @@ impl<S: SolidSpace> Stepping<S> for Substeps {
         workspace.next.copy_from(&state.particles);
         workspace.next_rigid.clone_from(&state.rigid);
         workspace.forces.clone_from(&workspace.start_forces);
+        add_film(workspace);
         workspace.springs.copy_from(&workspace.start_springs);
         workspace.mean_forces.fill(ParticleForces::default());
         workspace.mean_torques.fill(ParticleTorques::default());
@@ -145,6 +146,7 @@ impl<S: SolidSpace> SubstepPass<'_, S> {
         update_stage(self.model, workspace, self.time, end);
         evaluate_pairs(self.model, workspace, end);
         sum_forces(self.model, workspace, self.time, end);
+        add_film(workspace);
         self.kick(workspace, end, weight);
     }
 

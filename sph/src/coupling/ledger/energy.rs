@@ -38,6 +38,8 @@ choices! {
         /// Work that this side received from the other: force times own velocity; of a fluid also the compression by the
         /// approach of solids.
         Interface = "interface",
+        /// Work of the water in gaps that are too thin for its particles, on bodies.
+        Film = "film",
         /// Artificial viscosity of fluid and bodies.
         ArtificialViscosity = "artificial_viscosity",
         /// Physical viscosity.
@@ -126,7 +128,7 @@ impl EnergyAccount {
         use EnergyAccount as A;
         match self {
             A::Kinetic | A::Potential | A::Compression | A::Relaxation | A::Strain => EnergyKind::Store,
-            A::BodyForce | A::Walls | A::Supports | A::Loads | A::Interface => EnergyKind::Work,
+            A::BodyForce | A::Walls | A::Supports | A::Loads | A::Interface | A::Film => EnergyKind::Work,
             _ => EnergyKind::Loss,
         }
     }

@@ -50,7 +50,7 @@ impl A {
                 A::TimeScheme => p.scheme == FluidScheme::PredictorCorrector && falling != Vector::zeros(),
                 A::Repulsion => p.wall_repulsion > 0.0 && !walls.is_empty(),
                 A::Removed => leaves,
-                A::Strain | A::Supports | A::Loads | A::Contact | A::Friction => false,
+                A::Strain | A::Supports | A::Loads | A::Film | A::Contact | A::Friction => false,
             })
             .collect()
     }
@@ -72,9 +72,9 @@ impl A {
         let falls = run.body_force.gravity != Vector::zeros();
         let any = |is: &dyn Fn(&Formulation) -> bool| bodies.iter().any(|body| is(&body.formulation));
         let elastic = bodies.iter().any(|body| deformable(&body));
-        let friction = match &setup.contact {
-            ContactLaw::Repulsion(law) => law.friction,
-            ContactLaw::Sums => 0.0,
+        let (friction, wet) = match &setup.contact {
+            ContactLaw::Repulsion(law) => (law.friction, law.wet),
+            ContactLaw::Sums => (0.0, false),
         };
         let touches = bodies.len() > 1 || !walls.is_empty() || elastic;
         Self::all()
@@ -87,6 +87,7 @@ impl A {
                 A::Supports => bodies.iter().any(|body| !body.supports.is_empty()),
                 A::Loads => bodies.iter().any(|body| body.acceleration.is_some() || !body.loads.is_empty()),
                 A::Interface => run.coupling.is_some(),
+                A::Film => touches && wet && run.coupling.is_some_and(|coupling| coupling.has_wall_states()),
                 A::ArtificialViscosity => any(&viscous),
                 A::Damping => setup.damping.is_some(),
                 A::ArtificialPressure => any(&pulls),

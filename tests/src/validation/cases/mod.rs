@@ -18,6 +18,7 @@ mod floating;
 mod free_solids;
 mod hard;
 mod jet;
+mod near_floor;
 mod slab;
 mod solid_hard;
 mod square_patch;
@@ -66,6 +67,8 @@ pub fn all() -> Vec<&'static dyn Case> {
         &substeps::Substeps,
         &floating::DensityRatio,
         &floating::Draught,
+        &near_floor::Approach,
+        &near_floor::Lift,
         &floating::LightFloat,
         &floating::HydrostaticPlate,
         &thin_plate::ThinPlate,

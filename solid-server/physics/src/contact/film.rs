@@ -59,9 +59,9 @@ struct Node<S: SolidSpace> {
 /// ```text
 /// f_ij = −V_i V_j (g_i p_i + g_j p_j) ∇W/M,   p_w = p_i − ρ₀ b·x_iw for a particle w of a wall
 /// ```
-/// b is the body acceleration. With water in the gap, the pairs complete the sums, g = 1. In a gap without water g makes up
-/// for what the sums of the particle's own body, the faces and the water lack along the gap, up to the factor of a gap of one
-/// spacing. The pressure follows from the water around; see [`FilmPressure`].
+/// b is the body acceleration. With water in the gap, the pairs complete the sums, g = 1. In a gap too thin for particles of
+/// water g makes up for what the sums of the particle's own body, the faces and the water lack along the gap. The pressure
+/// follows from the water around; see [`FilmPressure`].
 #[derive(Debug)]
 pub struct Film<S: SolidSpace> {
     kernel: CubicSpline<S>,
@@ -303,8 +303,10 @@ impl<S: SolidSpace> Film<S> {
         };
         let loaded = |k: usize| self.nodes[k].gain * self.pressure.of(k).unwrap_or(0.0);
         for (j, x) in at.bodies_near(i).filter(|(_, x)| x.norm() < reach) {
-            let other = self.node_of[j] as usize;
-            force.bodies += pair(x, self.nodes[other].volume, loaded(k) + loaded(other));
+            // The last bit of a distance may depend on the side from which it is seen.
+            if let Some(other) = self.nodes.get(self.node_of[j] as usize) {
+                force.bodies += pair(x, other.volume, loaded(k) + loaded(self.node_of[j] as usize));
+            }
         }
         let Some(pressure) = self.pressure.of(k) else { return force };
         for (w, x) in at.walls_near(i).filter(|(_, x)| x.norm() < reach) {

@@ -33,8 +33,8 @@ pub struct PairLaw<S: Space> {
 /// ```text
 /// φ_f = Σ_s V_s W_fs,   y_f = D − g (φ_f − φ(D)),   g = −dy/dφ between 0.4 Δx and D
 /// ```
-/// φ(y) is the sum at height y over the outer row of a half-space on a lattice. It is straight to 0.01 Δx between 0 and D and
-/// varies by 0.004 Δx along the row, so that a face does not hold particles in place along it.
+/// φ(y) is the sum at height y over the outer row of a half-space on a lattice. y_f is right to 0.03 Δx between 0 and D, and
+/// φ varies by 0.004 Δx along the row, so that a face does not hold particles in place along it.
 #[derive(Clone, Copy, Debug)]
 struct Faces {
     /// φ at the height where the repulsion sets in \[-\].

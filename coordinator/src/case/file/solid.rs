@@ -117,9 +117,9 @@ impl SubstepsKey {
     }
 }
 
-/// Default contact distance in water in particle spacings \[-\]. It leaves half a spacing for water that has not drained:
-/// particles that faces squeeze against each other do not pass into the bodies, and are not crushed.
-const WET_DISTANCE: f64 = 1.5;
+/// Default contact distance in water in particle spacings \[-\]: a row of water fits between. Where bodies are thrown about, less
+/// crushes particles that cannot drain.
+const WET_DISTANCE: f64 = 2.0;
 
 /// `[solid.contact]`.
 #[derive(Clone, Debug, Serialize)]

@@ -203,12 +203,16 @@ impl CaseFile {
         }
     }
 
+    /// Layers of a wall that fill the support of the fluid's kernel; `None` without fluid.
+    fn fluid_layers(&self) -> Option<f64> {
+        let (fluid, spacing) = (self.fluid.as_ref()?, self.wall_spacing()?);
+        Some(rows(fluid.parameters.smoothing_length(), spacing))
+    }
+
     /// Rows that fill the widest support behind a wall, and one more for fluid in violent flow.
     fn default_layers(&self) -> u64 {
-        let rows = |smoothing_length: f64, spacing: f64| (2.0 * smoothing_length / spacing - 0.5).ceil();
         let Some(spacing) = self.wall_spacing() else { return 3 };
-        let fluid =
-            self.fluid.as_ref().map_or(0.0, |fluid| rows(fluid.parameters.smoothing_length(), spacing) + 1.0);
+        let fluid = self.fluid_layers().map_or(0.0, |layers| layers + 1.0);
         let solid = self.solid.as_ref().filter(|solid| solid.intact);
         let solid = solid.map_or(0.0, |solid| rows(solid.smoothing_length(), spacing));
         // At most 100 by the ranges of kernel ratios, unless both spacings differ widely.
@@ -241,6 +245,11 @@ impl CaseFile {
             .map(|(word, value)| Choice { word, value, place: self.domain.lower_m.place.clone() })
             .collect()
     }
+}
+
+/// Rows of particles `spacing` \[m\] apart within the support of a kernel.
+fn rows(smoothing_length: f64, spacing: f64) -> f64 {
+    (2.0 * smoothing_length / spacing - 0.5).ceil()
 }
 
 impl Case {

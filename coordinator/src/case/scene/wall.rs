@@ -3,7 +3,8 @@
 use std::collections::HashSet;
 
 use sph::shapes::{
-    Boundary, LayerParticle, OpenSides, Shape, Side, is_on_lattice, layers_along, layers_around, wall_fill,
+    Boundary, LayerParticle, OpenSides, Shape, Side, is_on_lattice, layers_along, layers_around,
+    local_thickness, wall_fill,
 };
 use sph::space::Vector;
 use sph::space::domain::Domain;
@@ -107,7 +108,34 @@ fn lay_out_wall(
                 .add(CaseError::new(&written.place, problem).hint("end it at the side of the domain"));
         }
     }
+    if let Some(needed) = file.fluid_layers() {
+        let layers = match container {
+            true => thickness / spacing,
+            false => layers_across(&shape, &particles, spacing, needed).min(thickness / spacing),
+        };
+        scene.warnings.extend(thinner_than_the_kernel(wall, layers.round(), needed));
+    }
     if lattice.take(&written, particles.len()) { particles } else { Vec::new() }
+}
+
+/// Layers across a solid wall, up to one more than `needed`: median over its particles.
+fn layers_across(shape: &Shape, particles: &[LayerParticle], spacing: f64, needed: f64) -> f64 {
+    let positions: Vec<Vector> = particles.iter().map(|particle| particle.position).collect();
+    let mut thickness = local_thickness(shape, &positions, spacing, (needed + 1.0) * spacing);
+    thickness.sort_by(f64::total_cmp);
+    thickness.get(thickness.len() / 2).map_or(f64::INFINITY, |median| median / spacing)
+}
+
+/// Warns of a wall through which the fluid's kernel reaches.
+fn thinner_than_the_kernel(wall: &WallTable, layers: f64, needed: f64) -> Option<String> {
+    (layers < needed).then(|| {
+        format!(
+            "wall `{}` is about {layers} layers thick, and the fluid's kernel reaches through: pressure sums at it lack a \
+             part, and the volume correction takes what is missing behind it for missing fluid; make it at least {needed} \
+             layers thick",
+            wall.name.value
+        )
+    })
 }
 
 /// Where the stuff of a wall is.

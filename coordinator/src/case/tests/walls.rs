@@ -5,13 +5,18 @@ use sph::space::Vector;
 
 use super::*;
 
-/// Particles of a block on the floor of the tank, in place of its solids.
-fn block(shape: &str, layout: &str) -> WallParticles {
+/// The tank with a block on its floor, in place of its solids, and `more` about the block.
+fn tank(shape: &str, more: &str) -> String {
     let (head, _) = TANK.split_once("[solid]").expect("the tank has solids");
-    let walls = format!(
+    format!(
         "{head}[[wall]]\nname = \"box\"\ntype = \"container\"\nopen_sides = [\"top\"]\n\
-         [[wall]]\nname = \"block\"\ntype = \"solid\"\nshape = {shape}\nlayout = \"{layout}\"\n"
-    );
+         [[wall]]\nname = \"block\"\ntype = \"solid\"\nshape = {shape}\n{more}\n"
+    )
+}
+
+/// Particles of the block.
+fn block(shape: &str, layout: &str) -> WallParticles {
+    let walls = tank(shape, &format!("layout = \"{layout}\""));
     let mut particles = good(&walls).fluid_setup().unwrap().wall_particles;
     let mut own = particles.wall.clone().into_iter().map(|wall| wall == 1);
     particles.position.retain(|_| own.next().unwrap());
@@ -61,4 +66,25 @@ fn a_wedge_has_layers_along_its_faces_down_to_the_floor() {
     let off_lattice = |x: f64| (x / 0.01 - 0.5 - (x / 0.01 - 0.5).round()).abs() > 1e-6;
     assert!(!stairs.position.iter().any(|x| off_lattice(x.x) || off_lattice(x.y)));
     assert!(fitted.position.iter().any(|x| off_lattice(x.x)));
+}
+
+#[test]
+fn a_wall_through_which_the_kernel_reaches_is_warned_of() {
+    let warning = |shape: &str, more: &str| {
+        let warnings = good(&tank(shape, more)).summary().warnings;
+        warnings.into_iter().find(|warning| warning.contains("kernel reaches through"))
+    };
+    // h/dx = 1.3: the kernel reaches over three layers.
+    let wide = |layers: f64| {
+        format!("{{ type = \"rectangle\", lower_m = [0.2, 0.0], upper_m = [{}, 0.15] }}", 0.2 + 0.01 * layers)
+    };
+    for layers in [1.0, 2.0] {
+        let warning = warning(&wide(layers), "").expect("it is thin");
+        assert!(warning.contains(&format!("`block` is about {layers} layers thick")), "{warning}");
+        assert!(warning.contains("at least 3 layers"), "{warning}");
+    }
+    assert_eq!(warning(&wide(3.0), ""), None);
+    assert_eq!(warning(RECTANGLE, "layers = 3"), None);
+    assert!(warning(RECTANGLE, "layers = 2").is_some(), "layers that the case sets count");
+    assert_eq!(warning(WEDGE, ""), None, "tips are thin everywhere");
 }

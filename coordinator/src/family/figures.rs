@@ -77,6 +77,54 @@ impl std::fmt::Display for Figure {
     }
 }
 
+impl std::str::FromStr for Figure {
+    type Err = String;
+
+    /// Reads what [`Figure`] displays, such as `body_centre_y_m at 0.15 s` or `mean plate_force_x_n from 0.24 to 0.4 s`.
+    fn from_str(text: &str) -> Result<Self, String> {
+        let wrong = || {
+            format!(
+                "`{text}` is no key figure; write `largest COLUMN`, `smallest COLUMN` or `mean COLUMN`, each with \
+                 ` from T to T s` where it is of a part of the run, `COLUMN at T s`, `last COLUMN`, or \
+                 `COLUMN rises to LEVEL` or `COLUMN falls to LEVEL`"
+            )
+        };
+        let words: Vec<&str> = text.split_whitespace().collect();
+        let number =
+            |word: &str| word.parse::<f64>().ok().filter(|value| value.is_finite()).ok_or_else(wrong);
+        let words = match words[..] {
+            // As displayed: what is read off comes first.
+            ["time", "[s]", "at", "which", ref rest @ ..] => rest,
+            [ref rest @ .., "s"] => rest,
+            ref all => all,
+        };
+        let (column, measure) = match *words {
+            ["last", column] => (column, Measure::Last),
+            [column, "at", time] => (column, Measure::At(number(time)?)),
+            [column, "rises", "to", level] => (column, Measure::Rises(number(level)?)),
+            [column, "falls", "to", level] => (column, Measure::Falls(number(level)?)),
+            [what @ ("largest" | "smallest" | "mean"), column, ref span @ ..] => {
+                let (from, to) = match *span {
+                    [] => (f64::NEG_INFINITY, f64::INFINITY),
+                    ["from", from] => (number(from)?, f64::INFINITY),
+                    ["until", to] => (f64::NEG_INFINITY, number(to)?),
+                    ["from", from, "to", to] => (number(from)?, number(to)?),
+                    _ => return Err(wrong()),
+                };
+                let times = Times { from, to };
+                let measure = match what {
+                    "largest" => Measure::Largest(times),
+                    "smallest" => Measure::Smallest(times),
+                    _ => Measure::Mean(times),
+                };
+                (column, measure)
+            }
+            _ => return Err(wrong()),
+        };
+        Ok(Self { column: column.to_owned(), measure })
+    }
+}
+
 impl Figure {
     /// Largest, smallest and last value of each of `columns`.
     pub fn of_all<'a>(columns: impl IntoIterator<Item = &'a str>) -> Vec<Self> {
@@ -138,6 +186,31 @@ impl Histories {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn figures_are_read_as_they_are_displayed() {
+        let spans = [Times::ALL, Times { from: 0.1, ..Times::ALL }, Times { to: 0.2, ..Times::ALL }];
+        let spans = spans.into_iter().chain([Times { from: 0.1, to: 0.2 }]);
+        let measures = spans
+            .flat_map(|span| [Measure::Largest(span), Measure::Smallest(span), Measure::Mean(span)])
+            .chain([Measure::At(0.25), Measure::Last, Measure::Rises(-1e-3), Measure::Falls(2.0)]);
+        for measure in measures {
+            let figure = Figure { column: "tip_x_m".to_owned(), measure };
+            assert_eq!(figure.to_string().parse(), Ok(figure));
+        }
+        for wrong in [
+            "",
+            "tip_x_m",
+            "mean",
+            "mean tip_x_m from",
+            "tip_x_m at noon",
+            "median tip_x_m",
+            "tip_x_m at nan",
+        ] {
+            let error = wrong.parse::<Figure>().unwrap_err();
+            assert!(error.contains("no key figure") && error.contains("at T s"), "{error}");
+        }
+    }
 
     #[test]
     fn figures_are_read_off_a_history() {

@@ -19,6 +19,7 @@ mod free_solids;
 mod hard;
 mod jet;
 mod near_floor;
+mod plate_mode;
 mod slab;
 mod solid_hard;
 mod square_patch;
@@ -64,6 +65,7 @@ pub fn all() -> Vec<&'static dyn Case> {
         &contact::Fold,
         &solid_hard::SolidHard,
         &drifting_body::DriftingBody,
+        &plate_mode::PlateMode,
         &substeps::Substeps,
         &floating::DensityRatio,
         &floating::Draught,

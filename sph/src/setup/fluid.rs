@@ -70,8 +70,8 @@ parameters! {
         /// Artificial viscosity A of Eq. (23) \[-\].
         viscosity_a: f64 = 0.1, "artificial_viscosity_a",
             Row::number(Allowed::NOT_NEGATIVE).off(Number(0.0)).of_pair_law().paper(Number(1.0));
-        /// Artificial viscosity B of Eq. (23) \[-\].
-        viscosity_b: f64 = 0.0, "artificial_viscosity_b",
+        /// Artificial viscosity B of Eq. (23) \[-\]. It acts where water strikes water at a good part of c₀.
+        viscosity_b: f64 = 0.5, "artificial_viscosity_b",
             Row::number(Allowed::NOT_NEGATIVE).off(Number(0.0)).of_pair_law().paper(Number(1.0));
         /// Fraction λ of h² in the denominators of Eq. (19) and (24) \[-\].
         lambda: f64 = 0.01, "lambda", Row::number(Allowed::SHARE).of_pair_law();
@@ -111,7 +111,8 @@ parameters! {
             Row::number(Allowed::NOT_NEGATIVE).off(Number(0.0)).paper(Number(0.0))
                 .cost("without it a full channel loses its pressure, and an oscillating drop 5 % of its \
                 area");
-        /// Largest tension t that the fluid bears \[Pa\]: p = max(Eq. (3), −t), beyond which cavities lower its density.
+        /// Largest tension t that the fluid bears \[Pa\]: p = max(Eq. (3), −t), beyond which cavities lower its density. A
+        /// case that leaves it out takes the tension at 0.9 ρ₀.
         tension_limit: Option<f64> = None, "tension_limit_pa", Row::number(Allowed::POSITIVE).optional();
         /// Time integration.
         scheme: FluidScheme = FluidScheme::Leapfrog, "scheme", Row::choice::<FluidScheme>()
@@ -201,6 +202,7 @@ impl FluidParameters {
     pub const PLAIN: Self = Self {
         kernel_ratio: 1.2,
         correction: GradientCorrection::LatticeMoment,
+        viscosity_b: 0.0,
         shifting: 0.0,
         tensile_control: false,
         volume_correction: 0.0,

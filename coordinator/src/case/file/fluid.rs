@@ -27,10 +27,17 @@ pub struct FluidTable {
     pub intact: bool,
 }
 
+sph::constants! {
+    /// No flow that a weakly compressible fluid stands for gets there. Eq. (3) bears hardly more tension below, so that what
+    /// tears beside an edge would stretch without bound.
+    const LEAST_DENSITY: f64 = 0.9, "density.least_without_cavities",
+        "density below which cavities open where a case sets no limit of tension, over that at rest [-]";
+}
+
 impl FluidTable {
     /// Reads the table.
     pub fn read(mut table: Table<'_>, preset: Preset) -> Self {
-        let parameters = table.parameters(preset.values::<FluidParameters>(), &[]);
+        let mut parameters = table.parameters(preset.values::<FluidParameters>(), &[]);
         let takes_relaxation_of_step =
             !table.has("acoustic_relaxation") && parameters.acoustic_relaxation > 0.0;
         if let Some(Contradiction { key, problem, hint }) = parameters.contradiction_of_forms() {
@@ -38,6 +45,11 @@ impl FluidTable {
         }
         let damping = DampingTable::read(&mut table);
         let intact = table.intact();
+        if intact && parameters.tension_limit.is_none() {
+            let fluid = FluidParameters { background_pressure: 0.0, ..parameters.values() };
+            let tension = -fluid.equation_of_state().pressure(LEAST_DENSITY * fluid.rest_density);
+            parameters.derive(|parameters| parameters.tension_limit = Some(tension));
+        }
         let regions = table.tables("region").into_iter().map(RegionTable::read).collect();
         table.finish();
         Self { parameters, damping, regions, takes_relaxation_of_step, intact }

@@ -7,6 +7,7 @@ use sph::coupling::solver::Role;
 use sph::setup::{Choice, ContactLaw, Formulation, ParameterSet, SolidStepping, SubstepCount, Value};
 
 use crate::case::Case;
+use crate::case::file::fluid as fluid_file;
 use crate::case::file::material::FormulationTable;
 use crate::case::file::solid::ContactTable;
 use crate::case::scene::overlap;
@@ -67,7 +68,7 @@ impl Case {
     pub fn fixed_constants(&self) -> impl Iterator<Item = &'static Constant> {
         let fluid = self.has(Role::Fluid).then(fluid::constants).into_iter().flatten();
         let solid = self.has(Role::Solid).then(solid::constants).into_iter().flatten();
-        let case = [overlap::CONSTANTS, limits::CONSTANTS, relaxation::CONSTANTS];
+        let case = [overlap::CONSTANTS, limits::CONSTANTS, relaxation::CONSTANTS, fluid_file::CONSTANTS];
         let own = case.into_iter().chain([thresholds::CONSTANTS, volume::CONSTANTS]).flatten();
         sph::fixed_constants::fixed_constants().chain(fluid).chain(solid).chain(own)
     }

@@ -42,7 +42,13 @@ impl Case {
             ContactTable::Sums => {
                 found.push(ActiveTerm::new("contact", "sums: Eq. (22) and section 4.1".to_owned()));
             }
-            ContactTable::Repulsion(set) => add("contact", &set.values(), &mut found),
+            ContactTable::Repulsion(set) => {
+                let mut values = set.values();
+                // Water presses in gaps only where the solid's side evaluates the pair law with walls.
+                let setup = self.solid_setup().and_then(|setup| setup.run.coupling);
+                values.wet &= setup.is_some_and(|coupling| coupling.has_wall_states());
+                add("contact", &values, &mut found);
+            }
         }
         found
     }

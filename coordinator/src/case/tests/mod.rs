@@ -1,6 +1,7 @@
 //! Tests of the case format as a whole.
 
 mod bounded;
+mod derived;
 mod disturbance;
 mod errors;
 mod hostile;

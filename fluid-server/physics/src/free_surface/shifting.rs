@@ -17,7 +17,7 @@ use sph::space::tensors::SpaceVector;
 
 use super::detection::outward;
 use crate::equations::neighbour_sums::NeighbourSums;
-use crate::equations::volume::volume_rate;
+use crate::equations::volume::{lone_relaxation, volume_rate};
 use crate::neighbours::scene::Scene;
 use crate::system::model::FluidModel;
 use crate::system::packed_particle::{FluidSpace, NeighbourFields, Packed};
@@ -125,11 +125,14 @@ pub fn regularise<S: FluidSpace, L: Lanes, G: Geometry<S>>(
     let advection = S::vector(S::matrix_times(sums.velocity_gradient, S::components(&shift)));
     let largest_tension = S::LARGEST_TENSION * scene.model.bulk_modulus();
     let pressure = (fluid.pressure() + fields.damper()).max(-largest_tension);
-    let density = if order.volume_correction > 0.0 && place == Place::Inside {
-        fluid.density() * excess * volume_rate(scene.model, sums.speed, eigenvalue)
-    } else {
-        0.0
-    };
+    let mut density = 0.0;
+    if order.volume_correction > 0.0 {
+        // Walls and solids on both sides of a lone particle leave no sign of a surface.
+        density = lone_relaxation(scene, i);
+        if place == Place::Inside {
+            density += fluid.density() * excess * volume_rate(scene.model, sums.speed, eigenvalue);
+        }
+    }
     let acceleration = tensile(order, sums, place, pressure, fluid.density()) + advection;
     Regularisation { shift, acceleration, advection, density }
 }

@@ -70,6 +70,15 @@ thresholds! {
     /// times.
     FULL_VOLUME_EIGENVALUE = 0.93, "volume_correction.full_eigenvalue",
         "smallest eigenvalue of the moment matrix from which on the volume correction acts in full [-]";
+    /// Σ_j V_j W over fluid neighbours up to which a particle is alone \[-\]. One at a distance of Δx gives 0.12.
+    LONE_SHARE = 0.02, "volume_correction.lone_share",
+        "weight of the fluid around a particle up to which it is alone: only walls and solids change its density [-]";
+    /// The same from which on it is not alone at all \[-\].
+    ACCOMPANIED_SHARE = 0.1, "volume_correction.accompanied_share",
+        "weight of the fluid around a particle from which on it is not alone at all [-]";
+    /// |ρ/ρ₀ − 1| of a lone particle up to which it is left alone \[-\]: what rest and waves do to density.
+    LONE_COMPRESSION = 0.01, "volume_correction.lone_compression",
+        "relative change of the density of a lone particle that is not relaxed [-]";
     /// Largest tension −p that the tensile control removes, in ρ₀c₀² \[-\]. It is not conservative: the tension of a
     /// closing void would return as motion. Flows of a tenth of c₀ stay below a few thousandths.
     LARGEST_TENSION = 1e-3, "tensile_control.largest_tension",

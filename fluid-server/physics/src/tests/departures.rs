@@ -52,7 +52,7 @@ fn a_particle_that_breaks_a_limit_is_named() {
     type Spoil = fn(&mut FluidSetup);
     let cases: [(&str, Spoil); 4] = [
         ("speed [m/s]", |s| s.particles.velocity[1].x = 25.0),
-        ("density [kg/m³]", |s| s.particles.density[1] = 1400.0),
+        ("density [kg/m³]", |s| s.particles.density[1] = 1600.0),
         ("density [kg/m³]", |s| s.particles.density[1] = 600.0),
         ("position [m]", |s| s.particles.position[1].y = f64::NAN),
     ];

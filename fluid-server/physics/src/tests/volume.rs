@@ -5,7 +5,7 @@ use sph::space::Vector;
 
 use crate::system::packed_particle::Packed;
 
-use super::support::{Noise, add_block, add_floor, empty_scene, evaluate, solver};
+use super::support::{Noise, add_block, add_floor, add_particle, empty_scene, evaluate, solver};
 
 const SPACING: f64 = 0.02;
 
@@ -138,4 +138,38 @@ fn a_wall_stands_for_its_cells_under_any_pressure() {
         }
     }
     assert!((0.7 * above..1.01 * above).contains(&lowest), "{lowest} {above}");
+}
+
+/// Density rates of two particles `apart` times the spacing on a floor, compressed by 5 %, that the volume correction adds.
+fn on_the_floor(apart: f64) -> [f64; 2] {
+    let rates = |volume_correction| {
+        let mut setup = empty_scene(SPACING);
+        setup.parameters.kernel_ratio = 1.3;
+        setup.parameters.volume_correction = volume_correction;
+        add_floor(&mut setup, 0.1, 0.3, 40, WallCondition::Slip);
+        for x in [0.5, 0.5 + apart * SPACING] {
+            add_particle(&mut setup, Vector::new(x, 0.31), Vector::new(0.0, -1.0));
+        }
+        setup.particles.density.iter_mut().for_each(|density| *density *= 1.05);
+        let mut solver = solver(setup);
+        evaluate(&mut solver);
+        [0, 1].map(|i| solver.workspace.rates[i].density)
+    };
+    let (with, without) = (rates(2.0), rates(0.0));
+    [0, 1].map(|i| with[i] - without[i])
+}
+
+#[test]
+fn a_particle_without_fluid_around_it_relaxes_toward_rest_density() {
+    let parameters = empty_scene(SPACING).parameters;
+    // c0/h times what is beyond 1 %.
+    let full = -parameters.sound_speed / (1.3 * SPACING) * 0.04 * parameters.rest_density;
+    for rate in on_the_floor(3.0) {
+        assert!((rate / full - 1.0).abs() < 1e-12, "{rate} {full}");
+    }
+    // Beside a second one the correction reads volume as before, which at a surface is none.
+    assert_eq!(on_the_floor(1.0), [0.0; 2]);
+    // In between it fades.
+    let between = on_the_floor(1.4)[0] / full;
+    assert!((0.1..0.9).contains(&between), "{between}");
 }

@@ -249,16 +249,13 @@ fn diagnosis<S: Space>(model: &FluidModel<S>, state: &FluidState<S>, at: StepSta
         )
     } else {
         let (low, high) = (model.equation_of_state.lowest_density(), (1.0 + LARGEST_COMPRESSION) * rest);
-        let allowed = format!("{low} to {high} kg/m³");
-        (
-            "density [kg/m³]",
-            density,
-            allowed,
-            format!(
-                "{step}; else raise the sound speed or the artificial viscosity, or set `tension_limit_pa` where \
-                 the fluid is under tension"
-            ),
-        )
+        let allowed = format!("{low:.3e} to {high:.3e} kg/m³");
+        let cure = if density < low {
+            "set `tension_limit_pa`, with which the fluid cavitates under tension"
+        } else {
+            "raise the sound speed or the artificial viscosity"
+        };
+        ("density [kg/m³]", density, allowed, format!("{step}; else {cure}"))
     };
     Divergence {
         at,

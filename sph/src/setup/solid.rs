@@ -15,7 +15,11 @@ const STENCIL_RATIO: Allowed = Allowed::new(0.6, 3.0, (true, true), "a number fr
 
 const STRESS_EXPONENT: Allowed = Allowed::new(0.0, 20.0, (false, true), "a number above 0 and at most 20");
 
-const DISTANCE: Allowed = Allowed::new(0.0, 3.0, (false, true), "a number above 0 and at most 3");
+/// Largest contact distance in particle spacings \[-\]: beyond, pairs in contact cost more than finer bodies would.
+pub const LARGEST_CONTACT_DISTANCE: f64 = 10.0;
+
+const DISTANCE: Allowed =
+    Allowed::new(0.0, LARGEST_CONTACT_DISTANCE, (false, true), "a number above 0 and at most 10");
 
 /// Set-up of a solid solver.
 #[derive(Clone, Debug, PartialEq)]

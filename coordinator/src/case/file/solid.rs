@@ -1,7 +1,10 @@
 //! Solids, their sub-steps and contact as a case file writes them.
 
 use serde::Serialize;
-use sph::setup::{Choice, ContactKind, ContactLaw, RepulsionParameters, SolidStepping, SubstepCount};
+use sph::setup::{
+    Choice, ContactKind, ContactLaw, LARGEST_CONTACT_DISTANCE, RepulsionParameters, SolidStepping,
+    SubstepCount,
+};
 
 use super::Preset;
 use super::body::BodyTable;
@@ -41,8 +44,10 @@ impl SolidTable {
         let lost_particle_limit = table.count_or("lost_particle_limit", 0..1_000_000_001, 0).value;
         let damping = DampingTable::read(&mut table);
         let substeps = SubstepsKey::read(&mut table);
-        let contact = ContactTable::read(table.table_or_empty("contact"), preset, fluid.is_some());
         let intact = table.intact() && known_spacing;
+        let spacing = intact.then_some(particle_spacing_m.value);
+        let contact = ContactTable::read(table.table_or_empty("contact"), preset, fluid.is_some(), spacing);
+        let intact = intact && table.intact();
         let defaults = BodyDefaults { preset, kernel_ratio: kernel_ratio.value, is_wet: fluid.is_some() };
         let bodies: Vec<BodyTable> =
             table.tables("body").into_iter().map(|body| BodyTable::read(body, defaults)).collect();
@@ -131,18 +136,40 @@ pub enum ContactTable {
 }
 
 impl ContactTable {
-    fn read(mut table: Table<'_>, preset: Preset, is_wet: bool) -> Self {
+    /// Reads the table; `spacing` \[m\] of the solids, if it is known.
+    fn read(mut table: Table<'_>, preset: Preset, is_wet: bool, spacing: Option<f64>) -> Self {
         let default = if preset == Preset::Paper { ContactKind::Sums } else { ContactKind::Repulsion };
         let read = match table.choice_or("law", ContactKind::NAMES, default).value {
             ContactKind::Sums => Self::Sums,
             ContactKind::Repulsion => {
                 let base = preset.values::<RepulsionParameters>();
-                let distance = if is_wet { WET_DISTANCE } else { base.distance };
+                let by_gap = Self::distance_of_gap(&mut table, spacing);
+                let distance = by_gap.unwrap_or(if is_wet { WET_DISTANCE } else { base.distance });
                 Self::Repulsion(table.parameters(RepulsionParameters { distance, ..base }, &[]))
             }
         };
         table.finish();
         read
+    }
+
+    /// The contact distance \[-\] at which the outer rows of two bodies keep their faces `gap_m` apart.
+    fn distance_of_gap(table: &mut Table<'_>, spacing: Option<f64>) -> Option<f64> {
+        let gap = table.optional_number("gap_m", &Allowed::NOT_NEGATIVE)?;
+        let place = table.place_of("gap_m");
+        if table.has("distance") {
+            let error = CaseError::new(&place, "stands beside `distance`, which it takes the place of");
+            table.error(error.value(gap).hint("leave out one of the two"));
+            return None;
+        }
+        let spacing = spacing?;
+        let distance = 1.0 + gap / spacing;
+        if distance > LARGEST_CONTACT_DISTANCE {
+            let largest = (LARGEST_CONTACT_DISTANCE - 1.0) * spacing;
+            let error = CaseError::new(&place, "is more particles wide than contact reaches").value(gap);
+            table.error(error.allowed(&format!("up to {largest} m, nine spacings of the solids")));
+            return None;
+        }
+        Some(distance)
     }
 
     /// Set-up of the solvers.

@@ -29,3 +29,32 @@ fn gaps_are_wet_only_where_the_solid_can_see_to_it() {
     assert!(is_wet(TANK));
     assert!(!is_wet(&tank_with(&[("[solid]\n", "[interface]\nkind = \"loads\"\n[solid]\n")])));
 }
+
+#[test]
+fn a_gap_in_metres_takes_the_place_of_a_contact_distance_in_spacings() {
+    let with = |contact: &str, spacing: &str| {
+        let contact = format!("[solid]\ncontact = {{ {contact} }}\n");
+        tank_with(&[
+            ("[solid]\n", &contact),
+            ("particle_spacing_m = 0.01", &format!("particle_spacing_m = {spacing}")),
+        ])
+    };
+    let distance =
+        |contact: &str, spacing: &str| match good(&with(contact, spacing)).solid_setup().unwrap().contact {
+            sph::setup::ContactLaw::Repulsion(repulsion) => repulsion.distance,
+            sph::setup::ContactLaw::Sums => f64::NAN,
+        };
+    // Rows lie half a spacing behind their faces.
+    for (spacing, expected) in [("0.01", 1.5), ("0.005", 2.0), ("0.0025", 3.0)] {
+        let found = distance("gap_m = 0.005", spacing);
+        // Round-off of a ratio of two numbers of the case.
+        assert!((found - expected).abs() < 1e-12, "{spacing}: {found}");
+    }
+    assert_eq!(distance("gap_m = 0.0", "0.01"), 1.0);
+    assert_eq!(distance("distance = 1.5", "0.01"), 1.5);
+    let report = |contact: &str| bad(&with(contact, "0.01")).to_string();
+    let both = report("gap_m = 0.005, distance = 1.5");
+    assert!(both.contains("`solid.contact.gap_m`") && both.contains("leave out one of the two"), "{both}");
+    let wide = report("gap_m = 0.1");
+    assert!(wide.contains("up to 0.09 m, nine spacings"), "{wide}");
+}

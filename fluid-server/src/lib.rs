@@ -37,8 +37,8 @@ impl SolverFactory for FluidFactory {
         ];
         let facts =
             facts.map(|(name, value, unit)| Fact { name: name.into(), value, unit: unit.into() }).into();
-        let solver = fluid::FluidSolver::new(setup).map_err(SetupProblems)?;
-        Ok(Opened { solver: Box::new(solver), constants, facts, bodies: Vec::new() })
+        let solver = fluid::plane_solver(setup).map_err(SetupProblems)?;
+        Ok(Opened { solver, constants, facts, bodies: Vec::new() })
     }
 }
 

@@ -30,10 +30,20 @@ macro_rules! constants {
     };
 }
 
-/// Declares the thresholds of a solver as constants of a trait, their values in the plane, and their list.
+/// Declares the thresholds of a solver as constants of a trait, their values in the plane and, where they differ, in space,
+/// and their list.
+///
+/// ```text
+/// /// Reason of the value.
+/// NAME = 0.1, "key", "meaning [unit]";
+/// /// Reason of both values.
+/// OTHER = 0.3, in space 0.2, "key", "meaning [unit]";
+/// ```
 #[macro_export]
 macro_rules! thresholds {
-    ($($(#[$reason:meta])+ $name:ident = $plane:literal, $key:literal, $meaning:literal;)+) => {
+    (@spatial $plane:literal) => { $plane };
+    (@spatial $plane:literal $spatial:literal) => { $spatial };
+    ($($(#[$reason:meta])+ $name:ident = $plane:literal, $(in space $spatial:literal,)? $key:literal, $meaning:literal;)+) => {
         /// Thresholds measured in each space.
         pub trait Thresholds: $crate::space::Space {
             $($(#[$reason])+ const $name: f64;)+
@@ -46,6 +56,10 @@ macro_rules! thresholds {
 
         impl Thresholds for $crate::space::Plane {
             $(const $name: f64 = $plane;)+
+        }
+
+        impl Thresholds for $crate::space::Spatial {
+            $(const $name: f64 = $crate::thresholds!(@spatial $plane $($spatial)?);)+
         }
     };
 }

@@ -2,7 +2,7 @@
 
 use sph::coupling::solver::Role;
 use sph::setup::{Argument, FluidProbe, FluidProbeKind, ProbeKind, SolidProbe};
-use sph::space::Vector;
+use sph::space::{Plane, Vector};
 
 use super::errors::{CaseError, ErrorList, Place, suggest};
 use super::file::CaseFile;
@@ -79,7 +79,7 @@ struct Resolver<'a> {
 
 impl Resolver<'_> {
     /// The kind with its arguments; `owner` is who reports it, if the case has one.
-    fn kind<K: ProbeKind>(&self, has_owner: bool, owner: &str) -> Option<K> {
+    fn kind<K: ProbeKind<In = Plane>>(&self, has_owner: bool, owner: &str) -> Option<K> {
         if !has_owner {
             self.without(owner);
             return None;

@@ -41,5 +41,5 @@ mod time;
 mod tests;
 
 pub use constants::constants;
-pub use solver::FluidSolver;
+pub use solver::{FluidSolver, plane_solver, spatial_solver};
 pub use time::step_limit::viscous_limit;

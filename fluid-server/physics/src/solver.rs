@@ -8,7 +8,8 @@ use sph::coupling::stage::{StageTime, StepStage};
 use sph::lanes::Arithmetic;
 use sph::setup::FluidSetup;
 use sph::space::components::Components;
-use sph::space::{Plane, Vector};
+use sph::space::tensors::SpaceVector;
+use sph::space::{Plane, Spatial};
 
 use crate::boundary::departures::{EndedStep, remove_departed};
 use crate::report::boundary_evaluation::BoundaryEvaluation;
@@ -35,12 +36,12 @@ pub struct FluidSolver<S: FluidSpace = Plane> {
     no_extent: Extent,
 }
 
-impl FluidSolver {
+impl<S: FluidSpace> FluidSolver<S> {
     /// A solver at the start of the run that `setup` describes, with the arithmetic of this process.
     ///
     /// # Errors
     /// Everything in the set-up that can not be run.
-    pub fn new(setup: FluidSetup) -> Result<Self, Vec<String>> {
+    pub fn new(setup: FluidSetup<S>) -> Result<Self, Vec<String>> {
         Self::with_arithmetic(setup, Arithmetic::chosen())
     }
 
@@ -48,7 +49,7 @@ impl FluidSolver {
     ///
     /// # Errors
     /// Everything in the set-up that can not be run.
-    pub fn with_arithmetic(setup: FluidSetup, arithmetic: Arithmetic) -> Result<Self, Vec<String>> {
+    pub fn with_arithmetic(setup: FluidSetup<S>, arithmetic: Arithmetic) -> Result<Self, Vec<String>> {
         let (model, mut state) = build(setup, arithmetic)?;
         state.energy.start = energy_budget::stores(&probes::energies(&model, &state));
         let mut workspace = Workspace::new(&model);
@@ -74,8 +75,25 @@ impl<S: FluidSpace> FluidSolver<S> {
     }
 }
 
-// Of the plane alone, for speed: its passes are then compiled in this crate, as one unit, and not where it is used.
-impl Solver for FluidSolver<Plane> {
+/// A solver in the plane at the start of the run that `setup` describes, with the arithmetic of this process.
+///
+/// Its passes are compiled in this crate, as one unit, which makes them faster than where they are used.
+///
+/// # Errors
+/// Everything in the set-up that can not be run.
+pub fn plane_solver(setup: FluidSetup<Plane>) -> Result<Box<dyn Solver>, Vec<String>> {
+    Ok(Box::new(FluidSolver::new(setup)?))
+}
+
+/// The same in space.
+///
+/// # Errors
+/// Everything in the set-up that can not be run.
+pub fn spatial_solver(setup: FluidSetup<Spatial>) -> Result<Box<dyn Solver>, Vec<String>> {
+    Ok(Box::new(FluidSolver::new(setup)?))
+}
+
+impl<S: FluidSpace> Solver for FluidSolver<S> {
     fn role(&self) -> Role {
         Role::Fluid
     }
@@ -93,7 +111,7 @@ impl Solver for FluidSolver<Plane> {
         let Self { model, state, workspace, .. } = self;
         // Accelerations stay with leapfrog alone; elsewhere speeds decide.
         let limit = |i: usize| {
-            let acceleration = state.acceleration.get(i).map_or(0.0, Vector::norm);
+            let acceleration = state.acceleration.get(i).map_or(0.0, S::Vector::norm);
             time_step_limit(model, workspace.fluid[i].velocity().norm(), acceleration)
         };
         let i = (0..state.len()).min_by(|i, j| limit(*i).total_cmp(&limit(*j)))?;
@@ -174,7 +192,7 @@ impl Solver for FluidSolver<Plane> {
     fn probes(&self, time: f64, values: &mut Vec<f64>) {
         let wall_forces = || match &self.boundary.evaluated(&self.model, &self.state, time).evaluated {
             Some((state, workspace)) => wall_forces(&self.model, state, workspace, time),
-            None => vec![Vector::repeat(f64::NAN); self.model.walls.names.len()],
+            None => vec![S::Vector::repeat(f64::NAN); self.model.walls.names.len()],
         };
         let immersed = self.workspace.interface.as_ref().map_or(0, |interface| interface.immersed());
         probes::values(&self.model, &self.state, wall_forces, immersed, values);

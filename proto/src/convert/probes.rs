@@ -1,13 +1,14 @@
 //! Probes.
 
 use sph::setup::{Argument, Probe, ProbeKind};
+use sph::space::Plane;
 
 use super::{Convert, Path, WireError, finite, index, length, name};
 use crate::limits::MAX_LIST;
 use crate::wire;
 use crate::wire::probe_argument::Value;
 
-impl<K: ProbeKind> Convert for Probe<K> {
+impl<K: ProbeKind<In = Plane>> Convert for Probe<K> {
     type Wire = wire::Probe;
 
     fn to_wire(&self) -> wire::Probe {
@@ -62,7 +63,7 @@ impl<K: ProbeKind> Convert for Probe<K> {
 
 /// Checks that the probes refer to what exists; `count` gives the length of the list that an argument points into, and
 /// its name, from all arguments of the probe.
-pub(super) fn check_references<K: ProbeKind>(
+pub(super) fn check_references<K: ProbeKind<In = Plane>>(
     probes: &[Probe<K>],
     at: &Path<'_>,
     count: impl Fn(&str, &[(&'static str, Argument)]) -> (usize, &'static str),

@@ -286,6 +286,7 @@ impl Convert for Motion {
         Ok(Self {
             displacement: required(&wire.displacement_m, &at.field("displacement_m"))?,
             angle: text(&wire.angle_rad, &at.field("angle_rad"))?,
+            axis: 1.0,
             pivot: required(&wire.pivot_m, &at.field("pivot_m"))?,
         })
     }

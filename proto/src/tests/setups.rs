@@ -19,6 +19,7 @@ fn motion() -> Motion {
     Motion {
         displacement: ["0.1*sin(t)".into(), String::new()],
         angle: "t^2".into(),
+        axis: 1.0,
         pivot: Vector::new(-0.0, 0.5),
     }
 }

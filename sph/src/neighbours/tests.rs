@@ -1,5 +1,6 @@
 use super::*;
-use crate::space::Vector;
+use crate::space::tensors::SpaceVector;
+use crate::space::{Plane, Space, Spatial, Vector};
 
 #[test]
 fn targets_beyond_the_sources_find_those_in_the_last_cell() {
@@ -12,7 +13,7 @@ fn targets_beyond_the_sources_find_those_in_the_last_cell() {
 }
 
 /// Pseudo-random positions over the box, some exactly on cell borders.
-fn scatter(domain: &Domain, n: usize, seed: u64) -> Vec<Vector> {
+fn scatter<S: Space>(domain: &Domain<S>, n: usize, seed: u64) -> Vec<S::Vector> {
     let mut state = seed;
     let mut next = || {
         state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
@@ -21,17 +22,20 @@ fn scatter(domain: &Domain, n: usize, seed: u64) -> Vec<Vector> {
     let size = domain.size();
     (0..n)
         .map(|k| {
-            let (u, v) = (next(), next());
-            let snap = |u: f64| if k % 3 == 0 { (u * 10.0).floor() / 10.0 } else { u };
-            domain.lower + Vector::new(snap(u) * size.x, snap(v) * size.y)
+            let mut x = domain.lower;
+            for axis in 0..S::DIMENSIONS {
+                let u = next();
+                x[axis] += size[axis] * if k % 3 == 0 { (u * 10.0).floor() / 10.0 } else { u };
+            }
+            x
         })
         .collect()
 }
 
-fn brute_force(
-    domain: &Domain,
-    targets: &[Vector],
-    sources: &[Vector],
+fn brute_force<S: Space>(
+    domain: &Domain<S>,
+    targets: &[S::Vector],
+    sources: &[S::Vector],
     radius: f64,
     own: bool,
 ) -> Vec<Vec<u32>> {
@@ -58,18 +62,27 @@ fn sorted_rows(list: &NeighbourList) -> Vec<Vec<u32>> {
         .collect()
 }
 
+fn lists_equal_brute_force<S: Space>(periodic: S::Of<bool>) {
+    let lower = S::Vector::repeat(0.2);
+    let domain = Domain::<S> { lower, upper: lower + S::Vector::repeat(1.0), periodic };
+    for (seed, radius) in [(1, 0.1), (2, 0.23), (3, 0.49), (4, 0.03)] {
+        let positions = scatter(&domain, 300, seed);
+        let others = scatter(&domain, 150, seed + 100);
+        let grid = CellGrid::new(&domain, &positions, radius);
+        let list = grid.list_among(&domain, &positions, radius);
+        assert_eq!(sorted_rows(&list), brute_force(&domain, &positions, &positions, radius, true));
+        let list = grid.list(&domain, &others, &positions, radius);
+        assert_eq!(sorted_rows(&list), brute_force(&domain, &others, &positions, radius, false));
+    }
+}
+
 #[test]
 fn lists_equal_brute_force_also_on_cell_borders_and_across_periodic_sides() {
-    for periodic in [[false, false], [true, false], [false, true], [true, true]] {
-        let domain: Domain = Domain { lower: Vector::new(-0.3, 0.2), upper: Vector::new(0.7, 1.2), periodic };
-        for (seed, radius) in [(1, 0.1), (2, 0.23), (3, 0.49), (4, 0.03)] {
-            let positions = scatter(&domain, 300, seed);
-            let others = scatter(&domain, 150, seed + 100);
-            let grid = CellGrid::new(&domain, &positions, radius);
-            let list = grid.list_among(&domain, &positions, radius);
-            assert_eq!(sorted_rows(&list), brute_force(&domain, &positions, &positions, radius, true));
-            let list = grid.list(&domain, &others, &positions, radius);
-            assert_eq!(sorted_rows(&list), brute_force(&domain, &others, &positions, radius, false));
+    for sides in 0..8_u8 {
+        let periodic = |axis: u32| sides & (1 << axis) != 0;
+        lists_equal_brute_force::<Spatial>([periodic(0), periodic(1), periodic(2)]);
+        if !periodic(2) {
+            lists_equal_brute_force::<Plane>([periodic(0), periodic(1)]);
         }
     }
 }
@@ -87,23 +100,33 @@ fn targets_outside_the_sources_are_found() {
     assert_eq!(list.of(0), [0]);
 }
 
-#[test]
-fn a_stray_particle_does_not_cost_memory() {
-    let domain: Domain =
-        Domain { lower: Vector::zeros(), upper: Vector::new(1.0, 1.0), periodic: [false; 2] };
+/// A box of edge 1 m without periodic sides.
+fn unit_box<S: Space>() -> Domain<S> {
+    Domain { lower: S::Vector::zeros(), upper: S::Vector::repeat(1.0), periodic: S::splat(false) }
+}
+
+fn stray_particle_costs_no_memory<S: Space>() {
+    let domain = unit_box::<S>();
     let mut positions = scatter(&domain, 100, 9);
-    positions.push(Vector::new(1e12, -1e9));
+    let mut stray = S::Vector::repeat(-1e9);
+    stray[0] = 1e12;
+    positions.push(stray);
     let grid = CellGrid::new(&domain, &positions, 0.05);
-    let [columns, rows] = grid.counts();
-    assert!(columns * rows < 1000);
+    let counts = grid.counts();
+    assert!((0..S::DIMENSIONS).map(|axis| counts[axis]).product::<usize>() < 1000);
     let list = grid.list_among(&domain, &positions, 0.05);
     assert_eq!(sorted_rows(&list), brute_force(&domain, &positions, &positions, 0.05, true));
 }
 
 #[test]
-fn lists_have_the_same_order_on_any_number_of_threads() {
-    let domain: Domain =
-        Domain { lower: Vector::zeros(), upper: Vector::new(1.0, 1.0), periodic: [true, false] };
+fn a_stray_particle_does_not_cost_memory() {
+    stray_particle_costs_no_memory::<Plane>();
+    stray_particle_costs_no_memory::<Spatial>();
+}
+
+fn order_is_that_of_one_thread<S: Space>() {
+    let mut domain = unit_box::<S>();
+    domain.periodic[0] = true;
     let positions = scatter(&domain, 3000, 5);
     let build = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
@@ -113,18 +136,29 @@ fn lists_have_the_same_order_on_any_number_of_threads() {
 }
 
 #[test]
-fn cell_order_is_a_permutation_that_keeps_rows_together() {
-    let domain: Domain =
-        Domain { lower: Vector::zeros(), upper: Vector::new(1.0, 1.0), periodic: [false; 2] };
-    let positions = scatter(&domain, 500, 6);
-    let order = CellGrid::new(&domain, &positions, 0.2).order().to_vec();
+fn lists_have_the_same_order_on_any_number_of_threads() {
+    order_is_that_of_one_thread::<Plane>();
+    order_is_that_of_one_thread::<Spatial>();
+}
+
+fn cell_order_keeps_rows_together<S: Space>() {
+    let positions = scatter(&unit_box::<S>(), 500, 6);
+    let order = CellGrid::new(&unit_box::<S>(), &positions, 0.2).order().to_vec();
     let mut seen = order.clone();
     seen.sort_unstable();
     assert_eq!(seen, (0..500).collect::<Vec<_>>());
-    let lower = positions.iter().map(|x| x.y).fold(f64::INFINITY, f64::min);
+    // The last axis counts slowest.
+    let last = S::DIMENSIONS - 1;
+    let lower = positions.iter().map(|x| x[last]).fold(f64::INFINITY, f64::min);
     let rows: Vec<i64> = order
         .iter()
-        .map(|k| ((positions[*k as usize].y - lower) * (1.0 / 0.2)).floor().min(3.0) as i64)
+        .map(|k| ((positions[*k as usize][last] - lower) * (1.0 / 0.2)).floor().min(3.0) as i64)
         .collect();
     assert!(rows.is_sorted());
+}
+
+#[test]
+fn cell_order_is_a_permutation_that_keeps_rows_together() {
+    cell_order_keeps_rows_together::<Plane>();
+    cell_order_keeps_rows_together::<Spatial>();
 }

@@ -27,30 +27,31 @@ pub struct BodyForceField<S: Space = Plane> {
     expressions: Vec<Expression>,
 }
 
-impl BodyForceField {
+impl<S: Space> BodyForceField<S> {
     /// Names of the variables in the order of evaluation.
-    pub const VARIABLES: [&'static str; 3] = ["x", "y", "t"];
+    pub const VARIABLES: &'static [&'static str] =
+        if S::DIMENSIONS == 2 { &["x", "y", "t"] } else { &["x", "y", "z", "t"] };
 
     /// The field that `body_force` describes; empty texts and constants are cheap.
     ///
     /// # Errors
-    /// When a text is no expression of `x`, `y`, `t`.
-    pub fn new(body_force: &BodyForce) -> Result<Self, ComponentError> {
+    /// When a text is no expression of the coordinates and `t`.
+    pub fn new(body_force: &BodyForce<S>) -> Result<Self, ComponentError> {
         let mut field = Self { gravity: body_force.gravity, expressions: Vec::new() };
         let Some(texts) = &body_force.expressions else { return Ok(field) };
         let parse = |component, text: &str| {
             let text = if text.trim().is_empty() { "0" } else { text };
-            Expression::parse_component(component, text, &Self::VARIABLES)
+            Expression::parse_component(component, text, Self::VARIABLES)
         };
-        let [x, y] = [parse("body force x", &texts[0])?, parse("body force y", &texts[1])?];
-        if (x.constant(), y.constant()) != (Some(0.0), Some(0.0)) {
-            field.expressions = vec![x, y];
+        let components = ["body force x", "body force y", "body force z"];
+        let parsed = components.iter().zip(texts.as_ref()).map(|(component, text)| parse(component, text));
+        let expressions = parsed.collect::<Result<Vec<_>, _>>()?;
+        if expressions.iter().any(|expression| expression.constant() != Some(0.0)) {
+            field.expressions = expressions;
         }
         Ok(field)
     }
-}
 
-impl<S: Space> BodyForceField<S> {
     /// A field of gravity alone \[m/s²\].
     pub fn uniform(gravity: S::Vector) -> Self {
         Self { gravity, expressions: Vec::new() }
@@ -138,7 +139,8 @@ mod tests {
 
     #[test]
     fn without_expressions_gravity_acts_alone() {
-        let plain = BodyForceField::new(&BodyForce { gravity: Vector::new(0.1, -9.81), expressions: None });
+        let plain =
+            BodyForceField::<Plane>::new(&BodyForce { gravity: Vector::new(0.1, -9.81), expressions: None });
         assert_eq!(plain, Ok(BodyForceField::uniform(Vector::new(0.1, -9.81))));
         let empty = field("", "0*2");
         assert!(empty.is_uniform());
@@ -159,8 +161,8 @@ mod tests {
     #[test]
     fn errors_name_the_component() {
         let expressions = Some(["0".to_owned(), "2*z".to_owned()]);
-        let error =
-            BodyForceField::new(&BodyForce { gravity: Vector::zeros(), expressions }).expect_err("no z");
+        let error = BodyForceField::<Plane>::new(&BodyForce { gravity: Vector::zeros(), expressions })
+            .expect_err("no z");
         assert!(error.to_string().starts_with("body force y = \"2*z\": character 3"), "{error}");
     }
 }

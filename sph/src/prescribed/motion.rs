@@ -39,12 +39,12 @@ struct Rotation<S: Space> {
     acceleration: S::Spin,
 }
 
-impl RigidMotion {
+impl<S: Space> RigidMotion<S> {
     /// The motion that `motion` describes; an empty text means none.
     ///
     /// # Errors
     /// When a text is no expression of `t`.
-    pub fn new(motion: &Motion) -> Result<Self, ComponentError> {
+    pub fn new(motion: &Motion<S>) -> Result<Self, ComponentError> {
         let parse = |component, text: &str| {
             if text.trim().is_empty() {
                 return Ok(None);
@@ -53,19 +53,17 @@ impl RigidMotion {
             // Left out rather than evaluated, so that positions at rest keep their bits.
             Ok(Some(expression).filter(|e| e.constant() != Some(0.0)))
         };
+        let components = ["displacement x", "displacement y", "displacement z"];
+        let texts = motion.displacement.as_ref();
+        let displacement = components.iter().zip(texts).map(|(component, text)| parse(component, text));
         Ok(Self {
-            displacement: vec![
-                parse("displacement x", &motion.displacement[0])?,
-                parse("displacement y", &motion.displacement[1])?,
-            ],
+            displacement: displacement.collect::<Result<_, _>>()?,
             angle: parse("angle", &motion.angle)?,
-            axis: 1.0,
+            axis: motion.axis,
             pivot: motion.pivot,
         })
     }
-}
 
-impl<S: Space> RigidMotion<S> {
     /// The motion at `time` \[s\].
     pub fn at(&self, time: f64) -> MotionState<S> {
         let mut state = MotionState::<S> {
@@ -148,7 +146,8 @@ mod tests {
 
     fn motion(x: &str, y: &str, angle: &str, pivot: Vector) -> RigidMotion {
         let displacement = [x.to_owned(), y.to_owned()];
-        RigidMotion::new(&Motion { displacement, angle: angle.to_owned(), pivot }).expect("valid motion")
+        RigidMotion::new(&Motion { displacement, angle: angle.to_owned(), axis: 1.0, pivot })
+            .expect("valid motion")
     }
 
     #[test]
@@ -215,8 +214,13 @@ mod tests {
     #[test]
     fn errors_name_the_component() {
         let displacement = ["0".to_owned(), "x+1".to_owned()];
-        let error = RigidMotion::new(&Motion { displacement, angle: String::new(), pivot: Vector::zeros() })
-            .expect_err("x is no variable of a motion");
+        let error = RigidMotion::<Plane>::new(&Motion {
+            displacement,
+            angle: String::new(),
+            axis: 1.0,
+            pivot: Vector::zeros(),
+        })
+        .expect_err("x is no variable of a motion");
         let message = error.to_string();
         assert!(message.starts_with("displacement y = \"x+1\": character 1: unknown name `x`"), "{message}");
     }

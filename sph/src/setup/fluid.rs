@@ -8,7 +8,7 @@ use crate::kernel::CubicSpline;
 use crate::laws::acoustic_relaxation::{AcousticRelaxation, LARGEST_TENSION};
 use crate::laws::artificial_viscosity::ArtificialViscosity;
 use crate::laws::equation_of_state::Tait;
-use crate::space::{Space, Vector};
+use crate::space::{Plane, Space};
 
 use Value::{Choice, Flag, Number};
 
@@ -342,9 +342,9 @@ pub struct OrderControl {
 
 /// Set-up of a fluid solver.
 #[derive(Clone, Debug, PartialEq)]
-pub struct FluidSetup {
+pub struct FluidSetup<S: Space = Plane> {
     /// Common part.
-    pub run: RunSetup,
+    pub run: RunSetup<S>,
     /// Parameters of the fluid.
     pub parameters: FluidParameters,
     /// Linear damping of the start; an account of the ledger.
@@ -352,30 +352,30 @@ pub struct FluidSetup {
     /// Names of the fluid regions; `FluidParticles::region` indexes them.
     pub regions: Vec<String>,
     /// Walls; `WallParticles::wall` indexes them.
-    pub walls: Vec<WallSetup>,
+    pub walls: Vec<WallSetup<S>>,
     /// Fluid particles at the start.
-    pub particles: FluidParticles,
+    pub particles: FluidParticles<S>,
     /// Wall particles at the start.
-    pub wall_particles: WallParticles,
+    pub wall_particles: WallParticles<S>,
     /// What to report at probe times.
-    pub probes: Vec<FluidProbe>,
+    pub probes: Vec<FluidProbe<S>>,
     /// Sides of the domain through which particles may leave; other crossings count as escaped.
-    pub outflow: Outflow,
+    pub outflow: Outflow<S>,
 }
 
 /// Fluid particles, one entry per particle in each array.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct FluidParticles {
+pub struct FluidParticles<S: Space = Plane> {
     /// Identity, unique among the fluid's particles, ascending.
     pub id: Vec<u32>,
     /// Index of the region.
     pub region: Vec<u32>,
-    /// Mass per depth \[kg/m\].
+    /// Mass \[kg\], in the plane per depth.
     pub mass: Vec<f64>,
     /// Position \[m\].
-    pub position: Vec<Vector>,
+    pub position: Vec<S::Vector>,
     /// Velocity \[m/s\].
-    pub velocity: Vec<Vector>,
+    pub velocity: Vec<S::Vector>,
     /// Density \[kg/m³\].
     pub density: Vec<f64>,
     /// Pressure q of the acoustic relaxation \[Pa\]; empty where all particles start without.

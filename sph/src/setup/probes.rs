@@ -4,7 +4,7 @@
 
 use std::fmt;
 
-use crate::space::Vector;
+use crate::space::{Plane, Space};
 
 /// A named quantity to report at probe times.
 #[derive(Clone, Debug, PartialEq)]
@@ -16,10 +16,10 @@ pub struct Probe<K> {
 }
 
 /// A probe of the fluid.
-pub type FluidProbe = Probe<FluidProbeKind>;
+pub type FluidProbe<S = Plane> = Probe<FluidProbeKind<S>>;
 
 /// A probe of the solids.
-pub type SolidProbe = Probe<SolidProbeKind>;
+pub type SolidProbe<S = Plane> = Probe<SolidProbeKind<S>>;
 
 /// The row of a kind of probe.
 #[derive(Clone, Copy, Debug)]
@@ -78,72 +78,34 @@ impl ArgumentKind {
 
 /// Value of an argument.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Argument {
+pub enum Argument<S: Space = Plane> {
     /// A number.
     Number(f64),
     /// A point \[m\].
-    Point(Vector),
+    Point(S::Vector),
     /// An index.
     Index(u32),
 }
 
-/// A type that an argument may have.
-trait ArgumentType: Sized {
-    const KIND: ArgumentKind;
-    fn argument(&self) -> Option<Argument>;
-    fn taken(argument: Option<Argument>) -> Option<Self>;
-}
-
-impl ArgumentType for f64 {
-    const KIND: ArgumentKind = ArgumentKind::Number;
-
-    fn argument(&self) -> Option<Argument> {
-        Some(Argument::Number(*self))
+impl<S: Space> Argument<S> {
+    fn number(self) -> Option<f64> {
+        if let Self::Number(number) = self { Some(number) } else { None }
     }
 
-    fn taken(argument: Option<Argument>) -> Option<Self> {
-        if let Some(Argument::Number(number)) = argument { Some(number) } else { None }
-    }
-}
-
-impl ArgumentType for Vector {
-    const KIND: ArgumentKind = ArgumentKind::Point;
-
-    fn argument(&self) -> Option<Argument> {
-        Some(Argument::Point(*self))
+    fn point(self) -> Option<S::Vector> {
+        if let Self::Point(point) = self { Some(point) } else { None }
     }
 
-    fn taken(argument: Option<Argument>) -> Option<Self> {
-        if let Some(Argument::Point(point)) = argument { Some(point) } else { None }
-    }
-}
-
-impl ArgumentType for u32 {
-    const KIND: ArgumentKind = ArgumentKind::Index;
-
-    fn argument(&self) -> Option<Argument> {
-        Some(Argument::Index(*self))
-    }
-
-    fn taken(argument: Option<Argument>) -> Option<Self> {
-        if let Some(Argument::Index(index)) = argument { Some(index) } else { None }
-    }
-}
-
-impl ArgumentType for Option<u32> {
-    const KIND: ArgumentKind = ArgumentKind::OptionalIndex;
-
-    fn argument(&self) -> Option<Argument> {
-        self.map(Argument::Index)
-    }
-
-    fn taken(argument: Option<Argument>) -> Option<Self> {
-        if argument.is_none() { Some(None) } else { u32::taken(argument).map(Some) }
+    fn index(self) -> Option<u32> {
+        if let Self::Index(index) = self { Some(index) } else { None }
     }
 }
 
 /// A closed list of kinds of probes.
 pub trait ProbeKind: Clone + PartialEq + fmt::Debug + 'static {
+    /// The space that is probed.
+    type In: Space;
+
     /// The rows.
     const SPECIFICATIONS: &'static [ProbeSpec];
 
@@ -151,14 +113,15 @@ pub trait ProbeKind: Clone + PartialEq + fmt::Debug + 'static {
     fn word(&self) -> &'static str;
 
     /// Names and values of the arguments.
-    fn arguments(&self) -> Vec<(&'static str, Argument)>;
+    fn arguments(&self) -> Vec<(&'static str, Argument<Self::In>)>;
 
     /// The kind `word` with arguments by name; the name of the argument that is missing or of another type, or `kind`
     /// for an unknown word.
     ///
     /// # Errors
     /// There is no such kind, or an argument does not fit.
-    fn build(word: &str, argument: impl Fn(&str) -> Option<Argument>) -> Result<Self, &'static str>;
+    fn build(word: &str, argument: impl Fn(&str) -> Option<Argument<Self::In>>)
+    -> Result<Self, &'static str>;
 
     /// Column suffixes `<quantity>_<unit>` in the order in which values are reported.
     fn columns(&self) -> &'static [&'static str] {
@@ -167,27 +130,75 @@ pub trait ProbeKind: Clone + PartialEq + fmt::Debug + 'static {
     }
 }
 
-/// Defines kinds of probes: `Variant(argument: type, ..) = "word", [columns];`, with the meaning as doc comment.
+/// Types of arguments as rows name them.
+type Number = f64;
+type Point<S> = <S as Space>::Vector;
+type Index = u32;
+type OptionalIndex = Option<u32>;
+
+/// Kind of the argument of a row, a value as argument, and the way back.
+macro_rules! argument {
+    (kind $kind:ident) => {
+        ArgumentKind::$kind
+    };
+    (value Number $value:ident) => {
+        Some(Argument::Number(*$value))
+    };
+    (value Point $value:ident) => {
+        Some(Argument::Point(*$value))
+    };
+    (value Index $value:ident) => {
+        Some(Argument::Index(*$value))
+    };
+    (value OptionalIndex $value:ident) => {
+        $value.map(Argument::Index)
+    };
+    (taken Number $argument:expr) => {
+        $argument.and_then(Argument::number)
+    };
+    (taken Point $argument:expr) => {
+        $argument.and_then(Argument::point)
+    };
+    (taken Index $argument:expr) => {
+        $argument.and_then(Argument::index)
+    };
+    (taken OptionalIndex $argument:expr) => {
+        match $argument {
+            None => Some(None),
+            Some(argument) => argument.index().map(Some),
+        }
+    };
+}
+
+/// Columns in the plane and in space: the same where a row states one list.
+macro_rules! columns {
+    ($($column:literal),+) => { &[$($column),+] };
+    ($($column:literal),+; $($spatial:literal),+) => {
+        if S::DIMENSIONS == 2 { &[$($column),+] } else { &[$($spatial),+] }
+    };
+}
+
+/// Defines kinds of probes: `Variant(argument: type, ..) = "word", [columns], in space [columns];`, with the meaning as doc
+/// comment; `in space` only where the columns differ there.
 macro_rules! probes {
     ($(#[$attribute:meta])* pub enum $name:ident {
-        $($(#[doc = $meaning:literal])+ $variant:ident $(($($argument:ident: $type:ty),+))? = $word:literal,
-            [$($column:literal),+ $(,)?];)+
+        $($(#[doc = $meaning:literal])+ $variant:ident $(($($argument:ident: $kind:ident $(<$space:ident>)?),+))? = $word:literal,
+            [$($column:literal),+ $(,)?] $(, in space [$($spatial:literal),+ $(,)?])?;)+
     }) => {
         $(#[$attribute])*
         #[derive(Clone, Debug, PartialEq)]
-        pub enum $name {
-            $($(#[doc = $meaning])+ $variant $(($($type),+))?,)+
+        pub enum $name<S: Space = Plane> {
+            $($(#[doc = $meaning])+ $variant $(($($kind $(<$space>)?),+))?,)+
         }
 
-        impl ProbeKind for $name {
+        impl<S: Space> ProbeKind for $name<S> {
+            type In = S;
+
             const SPECIFICATIONS: &'static [ProbeSpec] = &[$(ProbeSpec {
                 word: $word,
                 meaning: &[$($meaning),+],
-                arguments: &[$($(ArgumentSpec {
-                    name: stringify!($argument),
-                    kind: <$type as ArgumentType>::KIND,
-                },)+)?],
-                columns: &[$($column),+],
+                arguments: &[$($(ArgumentSpec { name: stringify!($argument), kind: argument!(kind $kind) },)+)?],
+                columns: columns!($($column),+ $(; $($spatial),+)?),
             },)+];
 
             fn word(&self) -> &'static str {
@@ -196,18 +207,21 @@ macro_rules! probes {
                 }
             }
 
-            fn arguments(&self) -> Vec<(&'static str, Argument)> {
-                let all: Vec<(&'static str, Option<Argument>)> = match self {
+            fn arguments(&self) -> Vec<(&'static str, Argument<S>)> {
+                let all: Vec<(&'static str, Option<Argument<S>>)> = match self {
                     $(Self::$variant $(($($argument),+))? =>
-                        vec![$($((stringify!($argument), $argument.argument()),)+)?],)+
+                        vec![$($((stringify!($argument), argument!(value $kind $argument)),)+)?],)+
                 };
                 all.into_iter().filter_map(|(name, argument)| Some((name, argument?))).collect()
             }
 
-            fn build(word: &str, argument: impl Fn(&str) -> Option<Argument>) -> Result<Self, &'static str> {
+            fn build(
+                word: &str,
+                argument: impl Fn(&str) -> Option<Argument<S>>,
+            ) -> Result<Self, &'static str> {
                 match word {
                     $($word => Ok(Self::$variant $(($(
-                        <$type>::taken(argument(stringify!($argument))).ok_or(stringify!($argument))?
+                        argument!(taken $kind argument(stringify!($argument))).ok_or(stringify!($argument))?
                     ),+))?),)+
                     _ => Err("kind"),
                 }
@@ -217,62 +231,90 @@ macro_rules! probes {
 }
 
 probes! {
-    /// What a fluid probe reports. Sums are per metre of depth.
+    /// What a fluid probe reports. Sums are per metre of depth in the plane.
     pub enum FluidProbeKind {
         /// Shepard means of pressure and velocity over the fluid in the support of a point; zero where there is none.
-        Point(at_m: Vector) = "fluid-point", ["pressure_pa", "velocity_x_m_s", "velocity_y_m_s"];
+        Point(at_m: Point<S>) = "fluid-point", ["pressure_pa", "velocity_x_m_s", "velocity_y_m_s"],
+            in space ["pressure_pa", "velocity_x_m_s", "velocity_y_m_s", "velocity_z_m_s"];
         /// Highest connected fluid at an x; not a number where it is dry.
-        WaterLevel(x_m: f64) = "water-level", ["level_m"];
+        WaterLevel(x_m: Number) = "water-level", ["level_m"];
         /// 99.5 percentile of x of the connected fluid.
         Front = "front", ["front_x_m"];
         /// Mass, momentum, energies, and second moments about the centre of mass, of a region or of all fluid.
-        Region(region: Option<u32>) = "fluid-sums", [
+        Region(region: OptionalIndex) = "fluid-sums", [
             "mass_kg_per_m", "momentum_x_kg_per_s", "momentum_y_kg_per_s", "angular_momentum_kg_m_per_s",
             "kinetic_energy_j_per_m", "potential_energy_j_per_m", "compression_energy_j_per_m", "centre_x_m",
             "centre_y_m", "second_moment_xx_m2", "second_moment_yy_m2", "second_moment_xy_m2",
+        ], in space [
+            "mass_kg", "momentum_x_kg_m_per_s", "momentum_y_kg_m_per_s", "momentum_z_kg_m_per_s",
+            "angular_momentum_x_kg_m2_per_s", "angular_momentum_y_kg_m2_per_s", "angular_momentum_z_kg_m2_per_s",
+            "kinetic_energy_j", "potential_energy_j", "compression_energy_j", "centre_x_m", "centre_y_m", "centre_z_m",
+            "second_moment_xx_m2", "second_moment_yy_m2", "second_moment_zz_m2", "second_moment_xy_m2",
+            "second_moment_yz_m2", "second_moment_xz_m2",
         ];
         /// Volume flux of the fluid through a segment, positive to the right of the way from its first to its second
         /// point: Σ V_j v_j·n ∫ W(|x − x_j|) ds; zero where it is dry.
-        FlowRate(from_m: Vector, to_m: Vector) = "flow-rate", ["flow_rate_m2_s"];
+        FlowRate(from_m: Point<S>, to_m: Point<S>) = "flow-rate", ["flow_rate_m2_s"];
         /// Force of the fluid on a wall.
-        WallForce(wall: u32) = "wall-force", ["force_x_n_per_m", "force_y_n_per_m"];
+        WallForce(wall: Index) = "wall-force", ["force_x_n_per_m", "force_y_n_per_m"],
+            in space ["force_x_n", "force_y_n", "force_z_n"];
         /// Number of fluid particles inside solids: those with Σ V W > 1/2 over solid particles, as of the last corrector.
         Immersed = "immersed-fluid", ["immersed_count"];
     }
 }
 
 probes! {
-    /// What a solid probe reports. Sums are per metre of depth.
+    /// What a solid probe reports. Sums are per metre of depth in the plane.
     pub enum SolidProbeKind {
         /// Displacement, velocity, stress, its invariants and the strain energy of the material at a point of the
         /// undeformed body; principal stresses are those in the plane.
-        MaterialPoint(body: u32, at_m: Vector) = "material-point", [
+        MaterialPoint(body: Index, at_m: Point<S>) = "material-point", [
             "displacement_x_m", "displacement_y_m", "velocity_x_m_s", "velocity_y_m_s", "stress_xx_pa", "stress_yy_pa",
             "stress_xy_pa", "von_mises_pa", "principal_largest_pa", "principal_smallest_pa",
             "strain_energy_density_j_per_m3",
+        ], in space [
+            "displacement_x_m", "displacement_y_m", "displacement_z_m", "velocity_x_m_s", "velocity_y_m_s",
+            "velocity_z_m_s", "stress_xx_pa", "stress_yy_pa", "stress_zz_pa", "stress_xy_pa", "stress_yz_pa",
+            "stress_xz_pa", "von_mises_pa", "principal_largest_pa", "principal_smallest_pa",
+            "strain_energy_density_j_per_m3",
         ];
         /// Centre of mass, velocity, angle and angular velocity of a body.
-        Motion(body: u32) = "body-motion", [
+        Motion(body: Index) = "body-motion", [
             "centre_x_m", "centre_y_m", "velocity_x_m_s", "velocity_y_m_s", "angle_rad", "angular_velocity_rad_s",
+        ], in space [
+            "centre_x_m", "centre_y_m", "centre_z_m", "velocity_x_m_s", "velocity_y_m_s", "velocity_z_m_s",
+            "quaternion_w", "quaternion_x", "quaternion_y", "quaternion_z", "angular_velocity_x_rad_s",
+            "angular_velocity_y_rad_s", "angular_velocity_z_rad_s",
         ];
         /// Force of the fluid on a body.
-        BodyForce(body: u32) = "body-force", ["force_x_n_per_m", "force_y_n_per_m"];
+        BodyForce(body: Index) = "body-force", ["force_x_n_per_m", "force_y_n_per_m"],
+            in space ["force_x_n", "force_y_n", "force_z_n"];
         /// Reaction of a support on its body.
-        Reaction(body: u32, support: u32) = "support-reaction", ["force_x_n_per_m", "force_y_n_per_m"];
+        Reaction(body: Index, support: Index) = "support-reaction", ["force_x_n_per_m", "force_y_n_per_m"],
+            in space ["force_x_n", "force_y_n", "force_z_n"];
         /// Mass, momentum, energies, and second moments about the centre of mass, of a body or of all.
-        Sums(body: Option<u32>) = "body-sums", [
+        Sums(body: OptionalIndex) = "body-sums", [
             "mass_kg_per_m", "momentum_x_kg_per_s", "momentum_y_kg_per_s", "angular_momentum_kg_m_per_s",
             "kinetic_energy_j_per_m", "potential_energy_j_per_m", "strain_energy_j_per_m", "centre_x_m", "centre_y_m",
             "second_moment_xx_m2", "second_moment_yy_m2", "second_moment_xy_m2",
+        ], in space [
+            "mass_kg", "momentum_x_kg_m_per_s", "momentum_y_kg_m_per_s", "momentum_z_kg_m_per_s",
+            "angular_momentum_x_kg_m2_per_s", "angular_momentum_y_kg_m2_per_s", "angular_momentum_z_kg_m2_per_s",
+            "kinetic_energy_j", "potential_energy_j", "strain_energy_j", "centre_x_m", "centre_y_m", "centre_z_m",
+            "second_moment_xx_m2", "second_moment_yy_m2", "second_moment_zz_m2", "second_moment_xy_m2",
+            "second_moment_yz_m2", "second_moment_xz_m2",
         ];
         /// Smallest distance from a particle of a body, or of any, to one of another body, and from one that no support
         /// holds to one of a wall; not a number beyond three spacings.
-        Gap(body: Option<u32>) = "gap", ["gap_body_m", "gap_wall_m"];
+        Gap(body: OptionalIndex) = "gap", ["gap_body_m", "gap_wall_m"];
         /// Contact of a body, or of all: forces of other bodies and of walls on it, deepest penetration so far of it
         /// into others or of others into it, and the sum over its particles and time of the magnitudes of the forces.
-        Contact(body: Option<u32>) = "contact", [
+        Contact(body: OptionalIndex) = "contact", [
             "contact_bodies_x_n_per_m", "contact_bodies_y_n_per_m", "contact_walls_x_n_per_m",
             "contact_walls_y_n_per_m", "deepest_m", "impulse_n_s_per_m",
+        ], in space [
+            "contact_bodies_x_n", "contact_bodies_y_n", "contact_bodies_z_n", "contact_walls_x_n", "contact_walls_y_n",
+            "contact_walls_z_n", "deepest_m", "impulse_n_s",
         ];
     }
 }

@@ -2,19 +2,19 @@
 
 use super::{FluidParameters, ImplicitCoupling};
 use crate::space::domain::Domain;
-use crate::space::{DIMENSIONS, Vector};
+use crate::space::{Plane, Space};
 
 /// Set-up that both participants of a run receive alike.
 #[derive(Clone, Debug, PartialEq)]
-pub struct RunSetup {
+pub struct RunSetup<S: Space = Plane> {
     /// Name of the run; every message carries it.
     pub run_id: String,
     /// Box and periodic directions.
-    pub domain: Domain,
+    pub domain: Domain<S>,
     /// Steps and end of the run.
     pub time: TimePlan,
     /// Acceleration acting on all matter.
-    pub body_force: BodyForce,
+    pub body_force: BodyForce<S>,
     /// When outputs are due.
     pub outputs: OutputPlan,
     /// How ledger checks are acted on.
@@ -91,13 +91,13 @@ impl Default for LedgerPolicy {
     }
 }
 
-/// Acceleration acting on all matter: constant gravity plus an optional expression of x, y, t.
+/// Acceleration acting on all matter: constant gravity plus optional expressions of the coordinates and t.
 #[derive(Clone, Debug, PartialEq)]
-pub struct BodyForce {
+pub struct BodyForce<S: Space = Plane> {
     /// Constant part g \[m/s²\].
-    pub gravity: Vector,
-    /// Expressions of `x`, `y`, `t` for the components added to gravity \[m/s²\].
-    pub expressions: Option<[String; DIMENSIONS]>,
+    pub gravity: S::Vector,
+    /// Expressions of `x`, `y`, in space `z`, and `t` for the components added to gravity \[m/s²\].
+    pub expressions: Option<S::PerAxis<String>>,
 }
 
 /// What a solid sends to the fluid and receives from it.

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::space::{Plane, Space};
 
 /// Axis-aligned box of the scene \[m\] with its periodic directions.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 #[serde(bound(
     serialize = "S::Of<bool>: Serialize",
     deserialize = "S::Of<bool>: serde::de::DeserializeOwned"
@@ -17,6 +17,13 @@ pub struct Domain<S: Space = Plane> {
     pub upper: S::Vector,
     /// Directions in which the scene repeats with period `upper − lower`.
     pub periodic: S::Of<bool>,
+}
+
+impl<S: Space> PartialEq for Domain<S> {
+    fn eq(&self, other: &Self) -> bool {
+        let periodic = (0..S::DIMENSIONS).all(|axis| self.periodic[axis] == other.periodic[axis]);
+        periodic && self.lower == other.lower && self.upper == other.upper
+    }
 }
 
 impl<S: Space> Domain<S> {

@@ -8,6 +8,7 @@ pub mod components;
 pub mod domain;
 pub mod geometry;
 pub mod plane;
+pub mod spatial;
 pub mod tensors;
 
 use std::fmt::Debug;
@@ -15,6 +16,7 @@ use std::fmt::Debug;
 use algebra::Algebra;
 use components::Components;
 pub use plane::{Plane, SymmetricTensor};
+pub use spatial::{Spatial, SymmetricTensor3};
 use tensors::{Linear, SpaceSymmetric, SpaceTensor, SpaceVector, Value};
 
 use crate::lanes::{Lanes, WIDTH};
@@ -32,6 +34,8 @@ mod sealed {
     pub trait Sealed {}
 
     impl Sealed for super::Plane {}
+
+    impl Sealed for super::Spatial {}
 }
 
 /// A space that runs can be computed in.
@@ -47,6 +51,13 @@ pub trait Space:
     type Tensor: SpaceTensor<Self::Vector>;
     /// A symmetric second-order tensor.
     type SymmetricTensor: SpaceSymmetric<Self::Vector, Self::Tensor>;
+    /// One value for each axis, such as a text, that need not be copied.
+    type PerAxis<T: Clone + Debug + PartialEq + Send + Sync + 'static>: Clone
+        + Debug
+        + PartialEq
+        + AsRef<[T]>
+        + Send
+        + Sync;
     /// An angular velocity, a torque or an angular momentum.
     type Spin: Linear + Components;
     /// The orientation of a body.

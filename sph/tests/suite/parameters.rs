@@ -88,8 +88,8 @@ fn the_page_lists_all_parameters() {
     set::<TotalLagrangian>(&mut page, "total-lagrangian", place);
     set::<UpdatedLagrangian>(&mut page, "updated-lagrangian", place);
     set::<RepulsionParameters>(&mut page, "repulsion", "`[solid.contact]`; `ContactLaw.parameters`.");
-    probes(&mut page, "probes of the fluid", FluidProbeKind::SPECIFICATIONS);
-    probes(&mut page, "probes of the solids", SolidProbeKind::SPECIFICATIONS);
+    probes(&mut page, "probes of the fluid", <FluidProbeKind>::SPECIFICATIONS);
+    probes(&mut page, "probes of the solids", <SolidProbeKind>::SPECIFICATIONS);
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/parameters.md");
     if std::env::var_os("UPDATE_DOCS").is_some() {
         std::fs::write(&path, &page).unwrap();

@@ -327,7 +327,7 @@ fn probes_in_python_have_the_columns_of_the_built_in_solver() {
     let code = "from tests.test_probes import COLUMNS\nfor kind in COLUMNS.items(): print(*kind)";
     let output = Command::new("python3").args(["-c", code]).current_dir(python::folder()).output().unwrap();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    let kinds = SolidProbeKind::SPECIFICATIONS[..5].iter();
+    let kinds = <SolidProbeKind>::SPECIFICATIONS[..5].iter();
     let expected: String = kinds.map(|spec| format!("{} {}\n", spec.word, spec.columns.len())).collect();
     assert_eq!(String::from_utf8_lossy(&output.stdout), expected);
 }

@@ -39,8 +39,8 @@ impl ProbeTable {
     /// Reads the table; `None` when its type is wrong.
     pub fn read(mut table: Table<'_>) -> Option<Self> {
         let name = table.name("name");
-        let fluid = FluidProbeKind::SPECIFICATIONS.iter().map(|spec| (spec.word, (Role::Fluid, spec)));
-        let solid = SolidProbeKind::SPECIFICATIONS.iter().map(|spec| (spec.word, (Role::Solid, spec)));
+        let fluid = <FluidProbeKind>::SPECIFICATIONS.iter().map(|spec| (spec.word, (Role::Fluid, spec)));
+        let solid = <SolidProbeKind>::SPECIFICATIONS.iter().map(|spec| (spec.word, (Role::Solid, spec)));
         let kinds: Vec<_> = fluid.chain(solid).collect();
         let Some(kind) = table.choice("type", &kinds) else {
             table.abandon();

@@ -329,6 +329,7 @@ impl MotionTable {
         Motion {
             displacement: [self.displacement_x_m.value.text(), self.displacement_y_m.value.text()],
             angle: self.angle_rad.value.text(),
+            axis: 1.0,
             pivot: self.pivot_m,
         }
     }

@@ -166,7 +166,7 @@ impl ContactTable {
         if distance > LARGEST_CONTACT_DISTANCE {
             let largest = (LARGEST_CONTACT_DISTANCE - 1.0) * spacing;
             let error = CaseError::new(&place, "is more particles wide than contact reaches").value(gap);
-            table.error(error.allowed(&format!("up to {largest} m, nine spacings of the solids")));
+            table.error(error.allowed(format!("up to {largest} m, nine spacings of the solids")));
             return None;
         }
         Some(distance)

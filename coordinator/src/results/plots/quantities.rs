@@ -127,7 +127,7 @@ mod tests {
 
     #[test]
     fn every_column_of_every_kind_of_probe_is_understood() {
-        let specs = FluidProbeKind::SPECIFICATIONS.iter().chain(SolidProbeKind::SPECIFICATIONS);
+        let specs = <FluidProbeKind>::SPECIFICATIONS.iter().chain(<SolidProbeKind>::SPECIFICATIONS);
         let suffixes = specs.flat_map(|spec| spec.columns);
         for suffix in suffixes {
             let meaning = meaning(&format!("left_gauge_2_{suffix}"));

@@ -54,8 +54,8 @@ pub fn start(
     let mut solvers: Vec<(Box<dyn Solver>, RunSetup)> = Vec::new();
     if let Some(setup) = fluid {
         let run = setup.run.clone();
-        let solver = fluid::FluidSolver::new(setup).map_err(|e| refused(Role::Fluid, &e))?;
-        solvers.push((Box::new(solver), run));
+        let solver = fluid::plane_solver(setup).map_err(|e| refused(Role::Fluid, &e))?;
+        solvers.push((solver, run));
     }
     if let Some(setup) = solid {
         let run = setup.run.clone();

@@ -6,7 +6,8 @@ use sph::lanes::Arithmetic;
 use sph::laws::repulsion::Repulsion;
 use sph::prescribed::body_force::BodyForceField;
 use sph::setup::{FluidParticles, FluidProbe, FluidProbeKind, FluidSetup, GradientCorrection, ViscousForm};
-use sph::space::{Plane, Space, Vector};
+use sph::space::Space;
+use sph::space::tensors::SpaceVector;
 
 use super::list_limits::skins;
 use super::model::{FluidModel, PairLaw, Probe, Segment, Viscosity};
@@ -19,10 +20,10 @@ use super::walls::WallModel;
 ///
 /// # Errors
 /// Everything in the set-up that can not be run.
-pub fn build(
-    setup: FluidSetup,
+pub fn build<S: Thresholds>(
+    setup: FluidSetup<S>,
     arithmetic: Arithmetic,
-) -> Result<(FluidModel<Plane>, FluidState<Plane>), Vec<String>> {
+) -> Result<(FluidModel<S>, FluidState<S>), Vec<String>> {
     let mut errors = setup_errors(&setup);
     if !errors.is_empty() {
         return Err(errors);
@@ -37,7 +38,7 @@ pub fn build(
         GradientCorrection::LatticeMoment | GradientCorrection::Continuity => (lattice_scale, lattice_scale),
         GradientCorrection::Renormalised => (1.0, lattice_scale),
     };
-    let mass = constants.rest_density * Plane::cell_volume(constants.particle_spacing);
+    let mass = constants.rest_density * S::cell_volume(constants.particle_spacing);
     let walls = WallModel::new(
         &setup.walls,
         &setup.wall_particles,
@@ -77,7 +78,7 @@ pub fn build(
             ViscousForm::Stress => Viscosity::Stress,
             ViscousForm::Pairwise => Viscosity::Pairwise,
         },
-        falling: potential_gravity::<Plane>(body_force.gravity(), |axis| run.domain.periodic[axis]),
+        falling: potential_gravity::<S>(body_force.gravity(), |axis| run.domain.periodic[axis]),
         energy_accounts,
         body_force,
         damping: setup.damping,
@@ -93,9 +94,9 @@ pub fn build(
         ),
         escaped_particle_limit: constants.lost_particle_limit,
         ordered_by_pressure: if constants.volume_correction > 0.0 {
-            Plane::ORDERED_BY_PRESSURE_AT_VOLUME
+            S::ORDERED_BY_PRESSURE_AT_VOLUME
         } else {
-            Plane::ORDERED_BY_PRESSURE
+            S::ORDERED_BY_PRESSURE
         },
         regularisation: constants.order_control(),
         coupling: run.coupling,
@@ -106,21 +107,22 @@ pub fn build(
 }
 
 /// `probe` with the geometry that its evaluation needs.
-fn prepared(probe: FluidProbe) -> Probe<Plane> {
+fn prepared<S: Space>(probe: FluidProbe<S>) -> Probe<S> {
     match probe.kind {
         FluidProbeKind::Point(x) => Probe::Point(x),
         FluidProbeKind::FlowRate(from, to) => {
             let length = (to - from).norm();
             let along = (to - from) / length;
-            let normal = Vector::new(along.y, -along.x);
-            Probe::FlowRate(Segment { middle: 0.5 * (from + to), along, normal, length })
+            let mut normal = S::Vector::zeros();
+            (normal[0], normal[1]) = (along[1], -along[0]);
+            Probe::FlowRate(Segment { middle: (from + to) * 0.5, along, normal, length })
         }
         kind => Probe::Plain(kind),
     }
 }
 
 /// The state at `time` \[s\], before any stage has been evaluated.
-fn first_state(model: &FluidModel<Plane>, particles: FluidParticles, time: f64) -> FluidState<Plane> {
+fn first_state<S: Space>(model: &FluidModel<S>, particles: FluidParticles<S>, time: f64) -> FluidState<S> {
     let FluidParticles { id, region, mass, position, velocity, density, mut relaxation } = particles;
     match model.acoustic_relaxation {
         Some(_) => relaxation.resize(id.len(), 0.0),
@@ -134,7 +136,7 @@ fn first_state(model: &FluidModel<Plane>, particles: FluidParticles, time: f64) 
         relaxation,
         volume_excess: vec![0.0; if model.corrects_volume() { id.len() } else { 0 }],
         density_rate: vec![0.0; kept],
-        acceleration: vec![Vector::zeros(); kept],
+        acceleration: vec![S::Vector::zeros(); kept],
         id,
         region,
         mass,

@@ -63,7 +63,7 @@ pub struct FluidModel<S: Space> {
     /// Probes.
     pub probes: Vec<Probe<S>>,
     /// Open sides.
-    pub outflow: Outflow,
+    pub outflow: Outflow<S>,
     /// Escaped particles allowed.
     pub escaped_particle_limit: u64,
     /// Repulsion by wall faces.
@@ -86,7 +86,7 @@ pub enum Probe<S: Space> {
     /// Volume flux through a segment.
     FlowRate(Segment<S>),
     /// All others.
-    Plain(FluidProbeKind),
+    Plain(FluidProbeKind<S>),
 }
 
 /// A segment of a line.

@@ -3,10 +3,12 @@
 use std::fmt::Debug;
 
 use sph::lanes::{Lanes, WIDTH};
-use sph::space::{Plane, Space, Vector};
+use sph::space::{Plane, Space, Spatial, Vector};
 
 use super::lane_arrays::rows;
 use super::thresholds::Thresholds;
+
+type SpatialVector = <Spatial as Space>::Vector;
 
 /// A space with a fluid in it.
 pub trait FluidSpace: Thresholds {
@@ -19,6 +21,11 @@ pub trait FluidSpace: Thresholds {
 impl FluidSpace for Plane {
     type Particle = PackedParticle;
     type Fields = [f64; 4];
+}
+
+impl FluidSpace for Spatial {
+    type Particle = SpatialParticle;
+    type Fields = [f64; 5];
 }
 
 /// State of a particle as pair sums read it.
@@ -184,5 +191,102 @@ impl NeighbourFields<Plane> for [f64; 4] {
     #[inline(always)]
     fn density_gradient(&self) -> [f64; 2] {
         [self[2], self[3]]
+    }
+}
+
+/// A particle in space: one cache line and a half.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[repr(align(32))]
+pub struct SpatialParticle {
+    /// x, y, z \[m\], ρ \[kg/m³\].
+    place: [f64; 4],
+    /// v_x, v_y, v_z \[m/s\], p \[Pa\].
+    motion: [f64; 4],
+    /// V \[m³\].
+    volume: f64,
+}
+
+impl Packed<Spatial> for SpatialParticle {
+    #[inline(always)]
+    fn new(x: &SpatialVector, v: &SpatialVector, density: f64, pressure: f64, volume: f64) -> Self {
+        Self { place: [x.x, x.y, x.z, density], motion: [v.x, v.y, v.z, pressure], volume }
+    }
+
+    #[inline(always)]
+    fn pack<L: Lanes>(particles: LaneParticles<Spatial, L>) -> [Self; WIDTH] {
+        let LaneParticles { motion: LaneMotion { x: [x, y, z], v: [u, v, w] }, density, pressure, volume } =
+            particles;
+        let [a, b, c, d] = rows([x, y, z, density]);
+        let [m_a, m_b, m_c, m_d] = rows([u, v, w, pressure]);
+        let [v_a, v_b, v_c, v_d] = volume.to_array();
+        let particle = |place, motion, volume| Self { place, motion, volume };
+        [particle(a, m_a, v_a), particle(b, m_b, v_b), particle(c, m_c, v_c), particle(d, m_d, v_d)]
+    }
+
+    #[inline(always)]
+    fn lanes<L: Lanes>([a, b, c, d]: [&Self; WIDTH]) -> LaneParticles<Spatial, L> {
+        let [x, y, z, density] = L::columns([&a.place, &b.place, &c.place, &d.place]);
+        let [u, v, w, pressure] = L::columns([&a.motion, &b.motion, &c.motion, &d.motion]);
+        let volume = L::from_array([a.volume, b.volume, c.volume, d.volume]);
+        LaneParticles { motion: LaneMotion { x: [x, y, z], v: [u, v, w] }, density, pressure, volume }
+    }
+
+    #[inline(always)]
+    fn splat_motion<L: Lanes>(&self) -> LaneMotion<Spatial, L> {
+        let ([x, y, z, _], [u, v, w, _]) = (L::splat_each(self.place), L::splat_each(self.motion));
+        LaneMotion { x: [x, y, z], v: [u, v, w] }
+    }
+
+    #[inline(always)]
+    fn position(&self) -> SpatialVector {
+        Spatial::vector([self.place[0], self.place[1], self.place[2]])
+    }
+
+    #[inline(always)]
+    fn velocity(&self) -> SpatialVector {
+        Spatial::vector([self.motion[0], self.motion[1], self.motion[2]])
+    }
+
+    #[inline(always)]
+    fn density(&self) -> f64 {
+        self.place[3]
+    }
+
+    #[inline(always)]
+    fn pressure(&self) -> f64 {
+        self.motion[3]
+    }
+
+    #[inline(always)]
+    fn volume(&self) -> f64 {
+        self.volume
+    }
+}
+
+impl NeighbourFields<Spatial> for [f64; 5] {
+    #[inline(always)]
+    fn new(damper: f64, eigenvalue: f64, [g_x, g_y, g_z]: [f64; 3]) -> Self {
+        [g_x, g_y, g_z, damper, eigenvalue]
+    }
+
+    #[inline(always)]
+    fn lanes<L: Lanes>([a, b, c, d]: [&Self; WIDTH]) -> (L, L, [L; 3]) {
+        let column = |k: usize| L::from_array([a[k], b[k], c[k], d[k]]);
+        (column(3), column(4), [column(0), column(1), column(2)])
+    }
+
+    #[inline(always)]
+    fn damper(&self) -> f64 {
+        self[3]
+    }
+
+    #[inline(always)]
+    fn eigenvalue(&self) -> f64 {
+        self[4]
+    }
+
+    #[inline(always)]
+    fn density_gradient(&self) -> [f64; 3] {
+        [self[0], self[1], self[2]]
     }
 }

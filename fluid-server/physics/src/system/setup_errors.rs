@@ -1,12 +1,13 @@
 //! Errors of a set-up.
 
 use sph::setup::{Contradiction, FluidParticles, FluidProbeKind, FluidSetup, ParameterSet, WallParticles};
-use sph::space::Vector;
+use sph::space::Space;
+use sph::space::components::Components;
 
 use super::list_limits::skins;
 
 /// Everything that would make the solver read outside its arrays or divide by zero.
-pub fn setup_errors(setup: &FluidSetup) -> Vec<String> {
+pub fn setup_errors<S: Space>(setup: &FluidSetup<S>) -> Vec<String> {
     let mut errors = Vec::new();
     constants_errors(setup, &mut errors);
     particle_errors(&setup.particles, setup.regions.len(), &mut errors);
@@ -24,7 +25,12 @@ pub fn setup_errors(setup: &FluidSetup) -> Vec<String> {
     errors
 }
 
-fn constants_errors(setup: &FluidSetup, errors: &mut Vec<String>) {
+/// Whether all components are finite.
+fn is_finite<S: Space>(v: &S::Vector) -> bool {
+    v.row().as_ref().iter().all(|c| c.is_finite())
+}
+
+fn constants_errors<S: Space>(setup: &FluidSetup<S>, errors: &mut Vec<String>) {
     let parameters = &setup.parameters;
     errors.extend(parameters.errors().iter().map(ToString::to_string));
     if let Some(Contradiction { key, problem, hint }) = parameters.contradiction() {
@@ -34,7 +40,7 @@ fn constants_errors(setup: &FluidSetup, errors: &mut Vec<String>) {
         &setup.run.domain,
         4.0 * parameters.smoothing_length() + 2.0 * skins(parameters.particle_spacing).thickest,
     );
-    for (axis, name) in ["x", "y"].into_iter().enumerate() {
+    for (axis, name) in ["x", "y", "z"].into_iter().take(S::DIMENSIONS).enumerate() {
         let size = domain.size()[axis];
         if domain.periodic[axis] && size < smallest {
             errors.push(format!(
@@ -45,7 +51,7 @@ fn constants_errors(setup: &FluidSetup, errors: &mut Vec<String>) {
     }
 }
 
-fn particle_errors(p: &FluidParticles, regions: usize, errors: &mut Vec<String>) {
+fn particle_errors<S: Space>(p: &FluidParticles<S>, regions: usize, errors: &mut Vec<String>) {
     let n = p.id.len();
     let lengths = [p.region.len(), p.mass.len(), p.position.len(), p.velocity.len(), p.density.len()];
     if lengths.iter().any(|length| *length != n) {
@@ -60,7 +66,7 @@ fn particle_errors(p: &FluidParticles, regions: usize, errors: &mut Vec<String>)
         if p.region[i] as usize >= regions {
             errors.push(format!("fluid particle {id} names region {}, but there are {regions}", p.region[i]));
         }
-        let finite = |v: &Vector| v.iter().all(|c| c.is_finite());
+        let finite = |v: &S::Vector| is_finite::<S>(v);
         let positive = |v: f64| v > 0.0 && v.is_finite();
         if !(positive(p.mass[i])
             && positive(p.density[i])
@@ -79,7 +85,7 @@ fn particle_errors(p: &FluidParticles, regions: usize, errors: &mut Vec<String>)
     }
 }
 
-fn wall_errors(p: &WallParticles, walls: usize, errors: &mut Vec<String>) {
+fn wall_errors<S: Space>(p: &WallParticles<S>, walls: usize, errors: &mut Vec<String>) {
     let n = p.wall.len();
     if p.position.len() != n || p.normal.len() != n {
         let (positions, normals) = (p.position.len(), p.normal.len());
@@ -91,7 +97,7 @@ fn wall_errors(p: &WallParticles, walls: usize, errors: &mut Vec<String>) {
     if let Some(wall) = p.wall.iter().find(|wall| **wall as usize >= walls) {
         errors.push(format!("a wall particle names wall {wall}, but there are {walls}"));
     }
-    if p.position.iter().chain(&p.normal).any(|v| !v.iter().all(|c| c.is_finite())) {
+    if p.position.iter().chain(&p.normal).any(|v| !is_finite::<S>(v)) {
         errors.push("positions and normals of wall particles must be finite".into());
     }
 }

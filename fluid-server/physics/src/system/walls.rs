@@ -3,9 +3,9 @@
 use sph::neighbours::CellGrid;
 use sph::prescribed::motion::{MotionState, RigidMotion};
 use sph::setup::{WallCondition, WallParticles, WallSetup};
+use sph::space::Space;
 use sph::space::domain::Domain;
 use sph::space::tensors::SpaceVector;
-use sph::space::{Plane, Space, Vector};
 
 sph::constants! {
     const IN_FRONT_WIDTH: f64 = 0.6, "walls.in_front_width",
@@ -27,7 +27,7 @@ pub struct WallModel<S: Space> {
     pub names: Vec<String>,
     /// Wall of each particle.
     pub wall: Vec<u32>,
-    /// Mass per depth of a wall particle, ρ₀Δx² \[kg/m\].
+    /// Mass of a wall particle, ρ₀ times the volume of its cell \[kg\], in the plane per depth.
     pub mass: f64,
     /// Unit normal into the fluid, used to detect wall crossings; zero where there is none.
     pub face_normal: Vec<S::Vector>,
@@ -40,18 +40,18 @@ pub struct WallModel<S: Space> {
     release_time: Vec<Option<f64>>,
 }
 
-impl WallModel<Plane> {
-    /// The walls of a set-up whose indices are in range; `mass` per depth of a particle \[kg/m\].
+impl<S: Space> WallModel<S> {
+    /// The walls of a set-up whose indices are in range; `mass` of a particle \[kg\], in the plane per depth.
     ///
     /// # Errors
     /// All expressions of motions that are wrong.
     pub fn new(
-        walls: &[WallSetup],
-        particles: &WallParticles,
+        walls: &[WallSetup<S>],
+        particles: &WallParticles<S>,
         mass: f64,
         particle_spacing: f64,
         support_radius: f64,
-        domain: &Domain,
+        domain: &Domain<S>,
     ) -> Result<Self, Vec<String>> {
         let mut errors = Vec::new();
         let mut motion = Vec::with_capacity(walls.len());
@@ -66,7 +66,7 @@ impl WallModel<Plane> {
         }
         let slips = |w: usize| walls[particles.wall[w] as usize].condition == WallCondition::Slip;
         let mirror_normal = (0..particles.position.len())
-            .map(|w| if slips(w) { particles.normal[w] } else { Vector::zeros() })
+            .map(|w| if slips(w) { particles.normal[w] } else { S::Vector::zeros() })
             .collect();
         let mut model = Self {
             names: walls.iter().map(|wall| wall.name.clone()).collect(),
@@ -83,9 +83,7 @@ impl WallModel<Plane> {
         model.first_layer = model.first_layers(particle_spacing, domain);
         Ok(model)
     }
-}
 
-impl<S: Space> WallModel<S> {
     /// Number of wall particles.
     pub fn len(&self) -> usize {
         self.wall.len()

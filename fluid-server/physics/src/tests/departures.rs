@@ -86,8 +86,12 @@ fn a_set_up_that_can_not_run_is_refused_with_all_reasons() {
     assert_eq!(errors.len(), 4, "{errors:#?}");
     let mut setup = falling(0.0);
     add_floor(&mut setup, 0.0, 0.3, 5, WallCondition::Slip);
-    setup.walls[0].motion =
-        Some(Motion { displacement: ["t +".into(), "0".into()], angle: "0".into(), pivot: Vector::zeros() });
+    setup.walls[0].motion = Some(Motion {
+        displacement: ["t +".into(), "0".into()],
+        angle: "0".into(),
+        axis: 1.0,
+        pivot: Vector::zeros(),
+    });
     setup.run.body_force.expressions = Some(["z".into(), "0".into()]);
     let errors = crate::FluidSolver::new(setup).unwrap_err();
     assert_eq!(errors.len(), 2, "{errors:#?}");
@@ -227,6 +231,7 @@ fn a_particle_that_passes_the_first_layer_of_a_wall_is_lost() {
     rising.walls[0].motion = Some(Motion {
         displacement: [String::new(), "4*t".into()],
         angle: String::new(),
+        axis: 1.0,
         pivot: Vector::zeros(),
     });
     assert!(lost_after(rising, Vector::new(0.5, 0.392)));

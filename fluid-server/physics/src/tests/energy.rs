@@ -106,6 +106,7 @@ fn a_moving_floor_does_the_work_that_lifts_the_fluid() {
         setup.walls[0].motion = Some(Motion {
             displacement: [String::new(), "0.5*t".into()],
             angle: String::new(),
+            axis: 1.0,
             pivot: Vector::zeros(),
         });
         let mut solver = solver(setup);

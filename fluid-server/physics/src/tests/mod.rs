@@ -15,6 +15,7 @@ mod reports;
 mod scheme;
 mod settling;
 mod shifting;
+mod spatial;
 mod support;
 mod volume;
 mod volume_at_solids;

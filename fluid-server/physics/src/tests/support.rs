@@ -9,10 +9,12 @@ use sph::setup::{
     GradientCorrection, LedgerPolicy, Outflow, OutputPlan, RunSetup, StepPolicy, TimePlan, WallCondition,
     WallParticles, WallSetup,
 };
-use sph::space::Vector;
 use sph::space::domain::Domain;
+use sph::space::tensors::SpaceVector;
+use sph::space::{Plane, Space, Vector};
 
 use crate::FluidSolver;
+use crate::system::packed_particle::FluidSpace;
 
 /// Every combination of gradient correction and density diffusion.
 pub fn variants() -> Vec<(GradientCorrection, DensityDiffusion)> {
@@ -42,18 +44,35 @@ impl Noise {
     }
 
     pub fn vector(&mut self) -> Vector {
-        Vector::new(self.next(), self.next())
+        self.vector_in::<Plane>()
+    }
+
+    pub fn vector_in<S: Space>(&mut self) -> S::Vector {
+        let mut vector = S::Vector::zeros();
+        for axis in 0..S::DIMENSIONS {
+            vector[axis] = self.next();
+        }
+        vector
     }
 }
 
-/// An empty scene in an open box of 1 m × 1 m, weightless.
+/// An empty scene in an open square of 1 m, weightless.
 pub fn empty_scene(spacing: f64) -> FluidSetup {
+    empty_scene_in::<Plane>(spacing)
+}
+
+/// An empty scene in an open square or cube of 1 m, weightless.
+pub fn empty_scene_in<S: Space>(spacing: f64) -> FluidSetup<S> {
     FluidSetup {
         run: RunSetup {
             run_id: "test".into(),
-            domain: Domain { lower: Vector::zeros(), upper: Vector::new(1.0, 1.0), periodic: [false; 2] },
+            domain: Domain {
+                lower: S::Vector::zeros(),
+                upper: S::Vector::repeat(1.0),
+                periodic: S::splat(false),
+            },
             time: TimePlan { start_time: 0.0, end_time: 1.0, step: StepPolicy::Fixed { time_step: 1e-4 } },
-            body_force: BodyForce { gravity: Vector::zeros(), expressions: None },
+            body_force: BodyForce { gravity: S::Vector::zeros(), expressions: None },
             outputs: OutputPlan { snapshot_interval: None, probe_interval: None },
             ledger: LedgerPolicy::default(),
             coupling: None,
@@ -75,13 +94,13 @@ pub fn empty_scene(spacing: f64) -> FluidSetup {
     }
 }
 
-/// Adds a fluid particle of one spacing squared at rest density.
-pub fn add_particle(setup: &mut FluidSetup, position: Vector, velocity: Vector) {
+/// Adds a fluid particle of one lattice cell at rest density.
+pub fn add_particle<S: Space>(setup: &mut FluidSetup<S>, position: S::Vector, velocity: S::Vector) {
     let (rho, spacing) = (setup.parameters.rest_density, setup.parameters.particle_spacing);
     let p = &mut setup.particles;
     p.id.push(p.id.len() as u32);
     p.region.push(0);
-    p.mass.push(rho * spacing * spacing);
+    p.mass.push(rho * S::cell_volume(spacing));
     p.position.push(position);
     p.velocity.push(velocity);
     p.density.push(rho);
@@ -89,12 +108,20 @@ pub fn add_particle(setup: &mut FluidSetup, position: Vector, velocity: Vector) 
 
 /// Adds a lattice block of `columns` × `rows` fluid particles from the `lower` corner on, at rest.
 pub fn add_block(setup: &mut FluidSetup, lower: Vector, columns: usize, rows: usize) {
+    add_lattice(setup, lower, [columns, rows]);
+}
+
+/// Adds a lattice block of `counts` fluid particles along the axes from the `lower` corner on, at rest.
+pub fn add_lattice<S: Space>(setup: &mut FluidSetup<S>, lower: S::Vector, counts: S::Of<usize>) {
     let spacing = setup.parameters.particle_spacing;
-    for row in 0..rows {
-        for column in 0..columns {
-            let offset = Vector::new(column as f64 + 0.5, row as f64 + 0.5) * spacing;
-            add_particle(setup, lower + offset, Vector::zeros());
+    for cell in 0..(0..S::DIMENSIONS).map(|axis| counts[axis]).product() {
+        // Digits of the cell's number, x counting fastest.
+        let (mut offset, mut rest) = (S::Vector::zeros(), cell);
+        for axis in 0..S::DIMENSIONS {
+            offset[axis] = (rest % counts[axis]) as f64 + 0.5;
+            rest /= counts[axis];
         }
+        add_particle(setup, lower + offset * spacing, S::Vector::zeros());
     }
 }
 
@@ -118,18 +145,23 @@ pub fn add_floor(setup: &mut FluidSetup, left: f64, surface: f64, columns: usize
 pub fn random_patch(seed: u64) -> FluidSetup {
     let mut setup = empty_scene(0.02);
     add_block(&mut setup, Vector::new(0.4, 0.4), 9, 9);
-    let mut noise = Noise(seed);
-    let p = &mut setup.particles;
-    for i in 0..p.id.len() {
-        p.position[i] += noise.vector() * 0.004;
-        p.velocity[i] = noise.vector();
-        p.density[i] *= 1.0 + 0.01 * noise.next();
-        p.mass[i] *= 1.0 + 0.1 * noise.next();
-    }
+    disturb(&mut setup, seed);
     setup
 }
 
-pub fn solver(setup: FluidSetup) -> FluidSolver {
+/// Displaces all particles by up to 0.2 spacings of 0.02 m, and gives them random velocities, densities and masses.
+pub fn disturb<S: Space>(setup: &mut FluidSetup<S>, seed: u64) {
+    let mut noise = Noise(seed);
+    let p = &mut setup.particles;
+    for i in 0..p.id.len() {
+        p.position[i] += noise.vector_in::<S>() * 0.004;
+        p.velocity[i] = noise.vector_in::<S>();
+        p.density[i] *= 1.0 + 0.01 * noise.next();
+        p.mass[i] *= 1.0 + 0.1 * noise.next();
+    }
+}
+
+pub fn solver<S: FluidSpace>(setup: FluidSetup<S>) -> FluidSolver<S> {
     FluidSolver::new(setup).unwrap()
 }
 
@@ -139,7 +171,7 @@ pub fn stage_time(step: u64, stage: Stage, time_step: f64) -> StageTime {
 }
 
 /// Rates of the present state, without moving it.
-pub fn evaluate(solver: &mut FluidSolver) {
+pub fn evaluate<S: FluidSpace>(solver: &mut FluidSolver<S>) {
     let time = stage_time(0, Stage::Predictor, 1e-5);
     solver.begin_stage(&time).unwrap();
     solver.evaluate_own(&time);
@@ -148,8 +180,8 @@ pub fn evaluate(solver: &mut FluidSolver) {
 }
 
 /// One step without a partner.
-pub fn try_step(
-    solver: &mut FluidSolver,
+pub fn try_step<S: FluidSpace>(
+    solver: &mut FluidSolver<S>,
     step: u64,
     time_step: f64,
 ) -> Result<[StageBudget; 2], Box<Divergence>> {
@@ -167,7 +199,7 @@ pub fn try_step(
 }
 
 /// `steps` steps without a partner; returns all budgets.
-pub fn run(solver: &mut FluidSolver, steps: u64, time_step: f64) -> Vec<StageBudget> {
+pub fn run<S: FluidSpace>(solver: &mut FluidSolver<S>, steps: u64, time_step: f64) -> Vec<StageBudget> {
     (0..steps).flat_map(|step| try_step(solver, step, time_step).unwrap()).collect()
 }
 

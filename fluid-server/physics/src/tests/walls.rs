@@ -95,6 +95,7 @@ fn the_known_acceleration_of_a_wall_enters_its_pressure() {
         setup.walls[0].motion = Some(Motion {
             displacement: [String::new(), format!("0.5*({acceleration})*t^2")],
             angle: String::new(),
+            axis: 1.0,
             pivot: Vector::zeros(),
         });
         let mut solver = solver(setup);
@@ -116,6 +117,7 @@ fn a_moving_wall_carries_water_that_does_not_slip() {
     setup.walls[0].motion = Some(Motion {
         displacement: ["0.25*t".into(), String::new()],
         angle: String::new(),
+        axis: 1.0,
         pivot: Vector::zeros(),
     });
     let mut solver = solver(setup);

@@ -35,8 +35,9 @@ impl Load<Plane> {
     /// # Errors
     /// When a text is no expression of x, y, t: present position \[m\] and time \[s\].
     pub fn new(setup: &SurfaceLoad) -> Result<Self, ComponentError> {
-        let parse =
-            |component, text: &str| Expression::parse_component(component, text, &BodyForceField::VARIABLES);
+        let parse = |component, text: &str| {
+            Expression::parse_component(component, text, BodyForceField::<Plane>::VARIABLES)
+        };
         let law = match &setup.law {
             LoadLaw::Pressure(text) => ParsedLaw::Pressure(parse("pressure", text)?),
             LoadLaw::Traction([x, y]) => {

@@ -172,7 +172,8 @@ fn in_the_sums_of_the_source_paper_walls_take_the_pressure_of_the_solid() {
         setup.run.body_force.gravity = Vector::new(0.0, gravity);
         setup.particles.density.iter_mut().for_each(|rho| *rho *= 1.001);
         let displacement = [String::new(), wall_motion.into()];
-        setup.walls[0].motion = Some(Motion { displacement, angle: String::new(), pivot: Vector::zeros() });
+        setup.walls[0].motion =
+            Some(Motion { displacement, angle: String::new(), axis: 1.0, pivot: Vector::zeros() });
         let mut run = Run::new(setup, 1e-6);
         let time = run.stage_time(Stage::Predictor);
         run.solver.begin_stage(&time).unwrap();
@@ -248,6 +249,7 @@ fn a_moving_wall_pushes_until_it_is_released() {
         // Once released it dashes through where the block is.
         displacement: ["0.5*t + 20*ramp(t - 0.005)".into(), String::new()],
         angle: String::new(),
+        axis: 1.0,
         pivot: Vector::zeros(),
     };
     setup.walls[0].motion = Some(motion);

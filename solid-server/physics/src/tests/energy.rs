@@ -58,6 +58,7 @@ fn everything(stepping: SolidStepping) -> SolidSetup {
     let motion = Motion {
         displacement: ["0.01*t".into(), String::new()],
         angle: "30*t".into(),
+        axis: 1.0,
         pivot: Vector::new(0.09, 0.02),
     };
     add_support(&mut setup, driven, Support { motion: Some(motion), ..clamp() }, |_| true);

@@ -25,6 +25,7 @@ fn everything(substeps: u32) -> SolidSetup {
     let motion = Motion {
         displacement: ["2e-3*sin(300*t)".into(), "0".into()],
         angle: "5*t".into(),
+        axis: 1.0,
         pivot: Vector::zeros(),
     };
     let support = Support { motion: Some(motion), ..clamp() };

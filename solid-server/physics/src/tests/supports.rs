@@ -9,7 +9,12 @@ use super::scenes::{Run, add_body, add_elastic, add_probe, add_support, block, c
 const SPACING: f64 = 2e-3;
 
 fn motion(x: &str, y: &str, angle: &str) -> Motion {
-    Motion { displacement: [x.into(), y.into()], angle: angle.into(), pivot: Vector::new(0.01, 0.0) }
+    Motion {
+        displacement: [x.into(), y.into()],
+        angle: angle.into(),
+        axis: 1.0,
+        pivot: Vector::new(0.01, 0.0),
+    }
 }
 
 /// A bar of 12 x 4 whose first three columns are held by `support`.

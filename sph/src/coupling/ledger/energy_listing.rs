@@ -2,7 +2,8 @@
 
 use super::energy::EnergyAccount as A;
 use crate::setup::{ContactLaw, FluidScheme, FluidSetup, Formulation, ParticipantSetup, SolidSetup};
-use crate::space::{Plane, Space, Vector};
+use crate::space::tensors::SpaceVector;
+use crate::space::{Space, Vector};
 
 /// The part of `gravity` \[m/s²\] that has a potential in a domain with these `periodic` directions.
 pub fn potential_gravity<S: Space>(gravity: S::Vector, periodic: impl Fn(usize) -> bool) -> S::Vector {
@@ -23,17 +24,16 @@ impl A {
     }
 
     /// The accounts that a fluid can have.
-    pub fn of_fluid(setup: &FluidSetup) -> Vec<Self> {
+    pub fn of_fluid<S: Space>(setup: &FluidSetup<S>) -> Vec<Self> {
         let FluidSetup { run, parameters: p, walls, outflow, .. } = setup;
         let gravity = run.body_force.gravity;
-        let falling = potential_gravity::<Plane>(gravity, |axis| run.domain.periodic[axis]);
+        let falling = potential_gravity::<S>(gravity, |axis| run.domain.periodic[axis]);
         let relaxes = p.acoustic_relaxation().is_some();
-        let leaves =
-            p.lost_particle_limit > 0 || outflow.lower.iter().chain(&outflow.upper).any(|open| *open);
+        let leaves = p.lost_particle_limit > 0 || outflow.is_open();
         Self::all()
             .filter(|account| match account {
                 A::Kinetic | A::Compression | A::CorrectedGradients => true,
-                A::Potential => falling != Vector::zeros(),
+                A::Potential => falling != S::Vector::zeros(),
                 A::Relaxation | A::AcousticRelaxation => relaxes,
                 A::BodyForce => run.body_force.expressions.is_some() || falling != gravity,
                 A::Walls => walls.iter().any(|wall| wall.motion.is_some()),
@@ -47,7 +47,7 @@ impl A {
                 A::Shifting => p.shifting > 0.0,
                 A::TensileControl => p.tensile_control,
                 A::ArtificialPressure => p.artificial_pressure > 0.0,
-                A::TimeScheme => p.scheme == FluidScheme::PredictorCorrector && falling != Vector::zeros(),
+                A::TimeScheme => p.scheme == FluidScheme::PredictorCorrector && falling != S::Vector::zeros(),
                 A::Repulsion => p.wall_repulsion > 0.0 && !walls.is_empty(),
                 A::Removed => leaves,
                 A::Strain | A::Supports | A::Loads | A::Film | A::Contact | A::Friction => false,

@@ -3,6 +3,8 @@
 mod algebra;
 pub mod principal;
 
+use std::fmt::Debug;
+
 use nalgebra::{Matrix2, Vector2};
 use serde::{Deserialize, Serialize};
 
@@ -21,6 +23,7 @@ impl Space for Plane {
     type Vector = Vector2<f64>;
     type Tensor = Matrix2<f64>;
     type SymmetricTensor = SymmetricTensor;
+    type PerAxis<T: Clone + Debug + PartialEq + Send + Sync + 'static> = [T; 2];
     /// About z.
     type Spin = f64;
     /// Angle counter-clockwise \[rad\].

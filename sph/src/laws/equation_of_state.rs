@@ -67,7 +67,8 @@ impl Tait {
     /// ```
     #[must_use]
     pub fn bearing(self, tension: f64) -> Self {
-        Self { lowest: (-tension, self.density(-tension)), ..self }
+        // Above zero, so that its inverse is a number where Eq. (3) bears less than the limit.
+        Self { lowest: (-tension, self.density(-tension).max(f64::MIN_POSITIVE)), ..self }
     }
 
     /// The same under a background pressure p_b \[Pa\] (Adami, Hu & Adams 2012).
@@ -236,9 +237,12 @@ mod tests {
     fn four_particles_have_the_bits_of_each_alone() {
         let densities = [460.0, 1000.0, 1003.7, 1080.3];
         for exponent in [1.0, 1.4, 7.0] {
-            for water in [(1000.0, 0.0), (30e3, 0.0), (f64::INFINITY, 0.0), (f64::INFINITY, 3e3)].map(
-                |(tension, background)| Tait::new(1000.0, 20.0, exponent).bearing(tension).under(background),
-            ) {
+            // Eq. (3) bears 57 kPa at most with the exponent 7.
+            for water in [(1000.0, 0.0), (30e3, 0.0), (60e3, 0.0), (f64::INFINITY, 0.0), (f64::INFINITY, 3e3)]
+                .map(|(tension, background)| {
+                    Tait::new(1000.0, 20.0, exponent).bearing(tension).under(background)
+                })
+            {
                 let alone = [
                     densities.map(|rho| water.pressure(rho)),
                     densities.map(|rho| water.compression_energy(rho)),

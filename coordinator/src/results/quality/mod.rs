@@ -5,6 +5,7 @@
 //! is counted anyway. They change no result.
 
 mod loads;
+mod nodes;
 mod samples;
 pub mod thresholds;
 pub mod volume;
@@ -14,8 +15,8 @@ use serde::Serialize;
 pub use samples::Sampler;
 
 use self::thresholds::{
-    LARGEST_CAVITY, LARGEST_DENSITY_VARIATION, LARGEST_ENERGY_RESIDUAL, LARGEST_EXCESS, LARGEST_LOAD_NOISE,
-    LARGEST_MACH, LARGEST_STEP_RATIO, LEAST_ACROSS,
+    LARGEST_CAVITY, LARGEST_DENSITY_VARIATION, LARGEST_ENERGY_RESIDUAL, LARGEST_EXCESS,
+    LARGEST_EXCESS_WHERE_FULL, LARGEST_LOAD_NOISE, LARGEST_MACH, LARGEST_STEP_RATIO, LEAST_ACROSS,
 };
 
 /// A figure of a run with its threshold.
@@ -115,7 +116,7 @@ impl Evidence {
             figure(
                 "volume_excess",
                 self.volume_excess,
-                (AtMost, LARGEST_EXCESS),
+                (AtMost, if self.cavity.is_some() { LARGEST_EXCESS_WHERE_FULL } else { LARGEST_EXCESS }),
                 "volume that the densities claim beyond what the particles fill",
                 "leave out `[fluid] volume_correction`, or refine",
             ),
@@ -206,7 +207,7 @@ mod tests {
         assert_eq!(verdicts.iter().filter(|verdict| **verdict == Judgement::Good).count(), 3);
         assert_eq!(verdicts.iter().filter(|verdict| **verdict == Judgement::NotJudged).count(), 6);
         let bad = Evidence {
-            volume_excess: Some(-0.006),
+            volume_excess: Some(-0.009),
             particles_across: Some(2.0),
             escaped: Some(1.0),
             mach: Some(f64::NAN),
@@ -214,8 +215,11 @@ mod tests {
         };
         let texts = reservations(&bad.figures());
         assert_eq!(texts.len(), 4, "{texts:?}");
-        assert!(texts[0].starts_with("volume_excess = -6.000e-3, threshold 0.005: "), "{texts:?}");
+        assert!(texts[0].starts_with("volume_excess = -9.000e-3, threshold 0.008: "), "{texts:?}");
         assert!(texts[0].ends_with("leave out `[fluid] volume_correction`, or refine"), "{texts:?}");
         assert!(line(&good.figures()).contains("particles_across 3.000e0"));
+        // Where water fills its container the same excess is too much.
+        let full = Evidence { cavity: Some(0.8), ..good };
+        assert!(reservations(&full.figures())[0].starts_with("volume_excess = -4.000e-3, threshold 0.002: "));
     }
 }

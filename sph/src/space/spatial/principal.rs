@@ -20,7 +20,7 @@ pub struct Principal3 {
 impl SymmetricTensor3 {
     /// Principal values, the largest first.
     ///
-    /// From the cubic equation by cosines ([Smith1961]): to round-off of the largest, unless two of them are equal, then to
+    /// From the cubic equation by cosines (Smith 1961): to round-off of the largest, unless two of them are equal, then to
     /// its square root.
     ///
     /// ```text

@@ -1,17 +1,12 @@
 //! Particles of a shape in layers along its faces.
 
-use super::fitted::layers_within;
-use super::packing::{Interior, Packing, Sample};
-use super::{Boundary, Shape, fill};
-use crate::space::{Plane, Vector};
+use rayon::prelude::*;
 
-crate::constants! {
-    /// Further inside, a lattice is as good.
-    const LAYERS: f64 = 6.0, "packing.layers",
-        "layers along the faces of a thick shape; the lattice fills the rest [-]";
-    const SAMPLES: f64 = 8.0, "packing.samples",
-        "samples along a spacing by which cells are measured [-]";
-}
+use super::lattice::{Lattice, nudged};
+use super::packing::{Interior, Packing, Sample};
+use super::{Faces, Region, ShapedSpace, fill};
+use crate::space::Space;
+use crate::space::tensors::SpaceVector;
 
 /// Thinner lattices than this inside the layers leave holes, in spacings.
 const CORE: f64 = 6.0;
@@ -39,44 +34,56 @@ pub const FITTED_STEPS: f64 = 40_000.0;
 /// let area = std::f64::consts::PI * (0.12 * 0.12 - 0.08 * 0.08);
 /// assert!((packing.volume.iter().sum::<f64>() / area - 1.0).abs() < 1e-12);
 /// ```
-pub fn fill_fitted(shape: &Shape, spacing: f64, origin: Vector) -> Packing<Plane> {
+pub fn fill_fitted<S: ShapedSpace, R: Region<S>>(shape: &R, spacing: f64, origin: S::Vector) -> Packing<S> {
     let boundary = shape.boundary();
-    let depth = |x: &Vector| -boundary.surface(x).distance;
-    let thickness = 2.0 * largest_depth(shape, spacing, origin, depth);
+    let depth = |x: &S::Vector| -boundary.surface(x).distance;
+    let thickness = 2.0 * largest_depth::<S, R>(shape, spacing, origin, depth);
     let across = (thickness / spacing).round().max(1.0);
-    let thick = across > 2.0 * LAYERS + CORE;
+    let thick = across > 2.0 * S::LAYERS + CORE;
     let below = if thick { spacing } else { thickness / across };
-    let along = spacing * spacing / below;
+    let per_layer = S::cell_volume(spacing) / below;
+    let along = if S::DIMENSIONS == 2 { per_layer } else { per_layer.sqrt() };
     // Of a thin shape both faces; the deepest layer is in the middle.
-    let layers = if thick { LAYERS } else { (0.5 * across).ceil() };
+    let layers = if thick { S::LAYERS } else { (0.5 * across).ceil() };
     // Whole and small.
-    let mut position = layers_within(&boundary, below, along, layers as u32);
+    let mut position = boundary.layers_within(below, along, layers as u32);
     let mut free = vec![true; position.len()];
     if thick {
-        for x in fill(shape, spacing, origin) {
-            let rows = depth(&x) / spacing;
-            if rows > LAYERS + 0.3 {
+        let inside = fill(shape, spacing, origin);
+        let rows: Vec<f64> = inside.par_iter().map(|x| depth(x) / spacing).collect();
+        for (x, rows) in inside.into_iter().zip(rows) {
+            if rows > S::LAYERS + 0.3 {
                 position.push(x);
-                free.push(rows < LAYERS + BUFFER);
+                free.push(rows < S::LAYERS + BUFFER);
             }
         }
     }
-    let samples = samples(shape, &boundary, spacing, origin);
-    let interior = Interior { samples: &samples, width: spacing / SAMPLES, spacing };
+    let samples = samples::<S, R>(shape, &boundary, spacing, origin);
+    let interior = Interior { samples: &samples, width: spacing / S::SAMPLES, spacing };
     let mut packing = interior.pack(position, free);
     packing.match_moments(&boundary.moments());
     in_rows(packing, spacing)
 }
 
 /// Largest depth \[m\] below the surface.
-fn largest_depth(shape: &Shape, spacing: f64, origin: Vector, depth: impl Fn(&Vector) -> f64) -> f64 {
+fn largest_depth<S: Space, R: Region<S>>(
+    shape: &R,
+    spacing: f64,
+    origin: S::Vector,
+    depth: impl Fn(&S::Vector) -> f64 + Sync,
+) -> f64 {
     let coarse = fill(shape, 0.5 * spacing, origin);
-    let deepest = coarse.iter().map(|x| (depth(x), *x)).max_by(|a, b| a.0.total_cmp(&b.0));
+    let depths: Vec<f64> = coarse.par_iter().map(&depth).collect();
+    let deepest = depths.into_iter().zip(coarse).max_by(|a, b| a.0.total_cmp(&b.0));
     let Some((mut largest, mut at)) = deepest else { return 0.0 };
     let mut step = 0.25 * spacing;
+    let ways: Vec<S::Vector> = (0..S::DIMENSIONS)
+        .map(|axis| S::vector(S::axes(|other| if other == axis { 1.0 } else { 0.0 })))
+        .flat_map(|unit| [unit, -unit])
+        .collect();
     for _ in 0..HALVINGS {
-        let tried = [Vector::x(), -Vector::x(), Vector::y(), -Vector::y()].map(|d| at + d * step);
-        match tried.into_iter().map(|x| (depth(&x), x)).max_by(|a, b| a.0.total_cmp(&b.0)) {
+        let tried = ways.iter().map(|d| at + *d * step);
+        match tried.map(|x| (depth(&x), x)).max_by(|a, b| a.0.total_cmp(&b.0)) {
             Some((deeper, x)) if deeper > largest => (largest, at) = (deeper, x),
             _ => step *= 0.5,
         }
@@ -85,42 +92,56 @@ fn largest_depth(shape: &Shape, spacing: f64, origin: Vector, depth: impl Fn(&Ve
 }
 
 /// Samples of the inside of `shape` as far from the surface as particles move; at the surface by the share that is inside.
-fn samples(shape: &Shape, boundary: &Boundary, spacing: f64, origin: Vector) -> Vec<Sample<Plane>> {
-    let width = spacing / SAMPLES;
-    let deepest = (LAYERS + BUFFER + 2.0) * spacing;
+fn samples<S: ShapedSpace, R: Region<S>>(
+    shape: &R,
+    boundary: &R::Boundary,
+    spacing: f64,
+    origin: S::Vector,
+) -> Vec<Sample<S>> {
+    let width = spacing / S::SAMPLES;
+    let deepest = (S::LAYERS + BUFFER + 2.0) * spacing;
     let (lower, upper) = shape.bounds();
-    let around = Shape::Rectangle { lower: lower.add_scalar(-spacing), upper: upper.add_scalar(spacing) };
-    let mut samples = Vec::new();
-    for middle in fill(&around, spacing, origin) {
-        let distance = boundary.surface(&middle).distance;
+    let margin = S::Vector::repeat(spacing);
+    let around = (lower - margin, upper + margin);
+    let cells = Lattice::<S>::around(around, spacing, origin)
+        .filter_map(|middle| within::<S>(&middle, &around, spacing).then_some(middle));
+    let of_cell = |middle: &S::Vector| {
+        let distance = boundary.surface(middle).distance;
         if distance > spacing || -distance > deepest {
-            continue;
+            return Vec::new();
         }
-        let cell = Shape::Rectangle {
-            lower: middle.add_scalar(-0.5 * spacing),
-            upper: middle.add_scalar(0.5 * spacing),
-        };
-        for position in fill(&cell, width, middle.add_scalar(-0.5 * spacing)) {
+        let half = S::Vector::repeat(0.5 * spacing);
+        let cell = (*middle - half, *middle + half);
+        Lattice::<S>::around(cell, width, cell.0).filter_map(|position| {
+            if !within::<S>(&position, &cell, width) {
+                return None;
+            }
             // Beyond half the diagonal of a cell and that of a sample no face passes.
             let share = if -distance > spacing {
                 1.0
             } else {
                 (0.5 - boundary.surface(&position).distance / width).clamp(0.0, 1.0)
             };
-            if share > 0.0 {
-                samples.push(Sample { position, volume: share * width * width });
-            }
-        }
-    }
-    samples
+            (share > 0.0).then(|| Sample { position, volume: share * S::cell_volume(width) })
+        })
+    };
+    cells.par_iter().map(of_cell).collect::<Vec<_>>().into_iter().flatten().collect()
+}
+
+/// Whether a point of the lattice of `spacing` lies in a box.
+fn within<S: Space>(x: &S::Vector, (lower, upper): &(S::Vector, S::Vector), spacing: f64) -> bool {
+    let x = nudged::<S>(x, spacing);
+    (0..S::DIMENSIONS).all(|axis| lower[axis] <= x[axis] && x[axis] < upper[axis])
 }
 
 /// The particles in bands of a spacing upward, within a band along x: neighbours stay near in memory.
-fn in_rows(packing: Packing<Plane>, spacing: f64) -> Packing<Plane> {
+fn in_rows<S: Space>(packing: Packing<S>, spacing: f64) -> Packing<S> {
     let mut order: Vec<usize> = (0..packing.position.len()).collect();
-    let row = |k: usize| (packing.position[k].y / spacing).floor();
+    let row = |k: usize, axis: usize| (packing.position[k][axis] / spacing).floor();
     order.sort_by(|&a, &b| {
-        row(a).total_cmp(&row(b)).then(packing.position[a].x.total_cmp(&packing.position[b].x))
+        let rows = (1..S::DIMENSIONS).rev().map(|axis| row(a, axis).total_cmp(&row(b, axis)));
+        let rows = rows.fold(std::cmp::Ordering::Equal, std::cmp::Ordering::then);
+        rows.then(packing.position[a][0].total_cmp(&packing.position[b][0]))
     });
     Packing {
         position: order.iter().map(|k| packing.position[*k]).collect(),

@@ -9,10 +9,12 @@ mod stations;
 use std::collections::HashMap;
 
 use super::boundary::{Boundary, CORNER_ANGLE};
-use super::lattice::{LayerParticle, OpenSides, face_normal};
+use super::crowd::{Crowd, around, cell};
+use super::lattice::face_normal;
+use super::region::{LayerParticle, OpenSides, Region, Side};
 use crate::shapes::Shape;
-use crate::space::Vector;
-use stations::{Crowd, around, cell, spread, stations_on_loop};
+use crate::space::{Plane, Space, Vector};
+use stations::{spread, stations_on_loop};
 
 crate::constants! {
     const CLOSENESS: f64 = 0.75, "fitted.closest",
@@ -29,19 +31,22 @@ crate::constants! {
 /// spacing behind the face.
 const CLEARANCE: f64 = CLOSENESS - 0.5;
 
-/// On which side of the boundary the wall is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Side {
-    /// Around the shape, a container; these sides of the box around it stay open.
-    Outside(OpenSides),
-    /// Inside the shape, a solid wall.
-    Inside,
-}
-
 /// Particles of `layers` layers along the given `boundary` of `shape`, outer layer first.
 ///
-/// Normals point away from the wall, as those of [`super::layers_around`] and [`super::wall_fill`].
-pub fn layers_along(
+/// Normals point away from the wall, as those of [`super::layers_around`] and [`super::wall_fill`]. In the plane layers have
+/// mitred corners; in space they are all that is as far from the faces, rounded behind edges.
+pub fn layers_along<S: Space, R: Region<S>>(
+    shape: &R,
+    boundary: &R::Boundary,
+    spacing: f64,
+    layers: u32,
+    side: Side<S>,
+) -> Vec<LayerParticle<S>> {
+    shape.layers_along(boundary, spacing, layers, side)
+}
+
+/// [`layers_along`] in the plane.
+pub(super) fn along_lines(
     shape: &Shape,
     boundary: &Boundary,
     spacing: f64,
@@ -73,7 +78,7 @@ pub fn layers_along(
     let mut lines = polylines(boundary.traced(chord), tolerance, on_open_side);
     let edges = whole.traced(chord);
     lines.iter_mut().for_each(|line| line.end_at(&edges, tolerance));
-    let mut crowd = Crowd::new(CLOSENESS * spacing);
+    let mut crowd = Crowd::<Plane>::new(CLOSENESS * spacing);
     let mut particles = Vec::new();
     for layer in 0..layers {
         let depth = (f64::from(layer) + 0.5) * spacing;
@@ -95,7 +100,7 @@ pub fn layers_along(
 /// `along` \[m\] apart in a layer.
 pub(super) fn layers_within(boundary: &Boundary, depth: f64, along: f64, layers: u32) -> Vec<Vector> {
     let lines = polylines(boundary.traced(0.05 * along), 1e-6 * along, |_, _| false);
-    let mut crowd = Crowd::new(CLOSENESS * depth.min(along));
+    let mut crowd = Crowd::<Plane>::new(CLOSENESS * depth.min(along));
     let mut points = Vec::new();
     for layer in 0..layers {
         let below = (f64::from(layer) + 0.5) * depth;
@@ -148,15 +153,19 @@ fn polylines(
     let mut edges: Vec<Option<Vec<Vector>>> =
         edges.into_iter().filter(|edge| !leave_out(&edge[0], &edge[edge.len() - 1])).map(Some).collect();
     let ends = |edge: &[Vector]| (edge[0], edge[edge.len() - 1]);
-    let mut starts: HashMap<(i64, i64), Vec<usize>> = HashMap::new();
-    let mut finishes: HashMap<(i64, i64), Vec<usize>> = HashMap::new();
+    let mut starts: HashMap<[i64; 3], Vec<usize>> = HashMap::new();
+    let mut finishes: HashMap<[i64; 3], Vec<usize>> = HashMap::new();
     for (k, edge) in edges.iter().flatten().enumerate() {
         let (start, end) = ends(edge);
-        starts.entry(cell(&start, tolerance)).or_default().push(k);
-        finishes.entry(cell(&end, tolerance)).or_default().push(k);
+        starts.entry(cell::<Plane>(&start, tolerance)).or_default().push(k);
+        finishes.entry(cell::<Plane>(&end, tolerance)).or_default().push(k);
     }
-    let met = |x: &Vector, places: &HashMap<(i64, i64), Vec<usize>>| -> Vec<usize> {
-        around(cell(x, tolerance)).filter_map(|c| places.get(&c)).flatten().copied().collect()
+    let met = |x: &Vector, places: &HashMap<[i64; 3], Vec<usize>>| -> Vec<usize> {
+        around::<Plane>(cell::<Plane>(x, tolerance))
+            .filter_map(|c| places.get(&c))
+            .flatten()
+            .copied()
+            .collect()
     };
     // Open lines first, from their free starts; what is left is closed.
     let free: Vec<usize> = (0..edges.len())

@@ -1,24 +1,33 @@
 //! Shapes of a scene and the particles that fill or surround them.
 //!
-//! Regions, bodies and containers are [`Shape`]s; [`fill`] puts particles into one, [`layers_around`] puts wall
-//! particles around one, [`wall_fill`] makes one a wall. These lie on one square lattice with points at
-//! origin + (k + 1/2)·spacing, so that shapes that share a side share no particle and leave no gap. Walls with slanted
-//! or curved faces get [`layers_along`] their faces instead.
+//! Regions, bodies and containers are [`Shape`]s in the plane and [`SpatialShape`]s in space; [`fill`] puts particles
+//! into one, [`layers_around`] puts wall particles around one, [`wall_fill`] makes one a wall. These lie on one square
+//! (cubic) lattice with points at origin + (k + 1/2)·spacing, so that shapes that share a side share no particle and
+//! leave no gap. Walls with slanted or curved faces get [`layers_along`] their faces instead.
 
 pub(crate) mod boundary;
+mod crowd;
 pub(crate) mod fill_fitted;
 pub(crate) mod fitted;
 mod lattice;
 mod moments;
 pub(crate) mod packing;
+mod plane_region;
+mod region;
+pub(crate) mod spatial;
+pub mod surface;
 mod thickness;
+pub(crate) mod thresholds;
 mod validate;
 
 pub use boundary::{Boundary, CORNER_ANGLE, SurfacePoint};
 pub use fill_fitted::{FITTED_STEPS, fill_fitted};
-pub use fitted::{Side, is_on_lattice, layers_along};
-pub use lattice::{LayerParticle, OpenSides, displace, fill, lattice_points, layers_around, wall_fill};
+pub use fitted::{is_on_lattice, layers_along};
+pub use lattice::{displace, fill, lattice_points, layers_around, wall_fill};
 pub use packing::{Interior, Moments, Packing, Sample};
+pub use region::{Faces, LayerParticle, OpenSides, Region, ShapedSpace, Side};
+pub use spatial::{Frame, SpatialBoundary, SpatialShape};
+pub use surface::Surface;
 pub use thickness::local_thickness;
 pub use validate::{MAXIMUM_NESTING, MAXIMUM_VERTICES};
 

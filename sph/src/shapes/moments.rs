@@ -40,6 +40,22 @@ impl Boundary {
         // About a point of the shape's size away at most: no cancellation far from the origin.
         let origin = self.edges().first().map_or_else(Vector::zeros, |edge| edge.at(0.0).0);
         let (mut area, mut first, mut second) = (0.0, Vector::zeros(), [0.0; 3]);
+        self.integrate(|x, n, ds| {
+            let x = x - origin;
+            area += 0.5 * x.dot(&n) * ds;
+            first += x.component_mul(&x).component_mul(&n) * (0.5 * ds);
+            second[0] += x.x.powi(3) * n.x * ds / 3.0;
+            second[1] += x.x * x.x * x.y * n.x * ds / 2.0;
+            second[2] += x.y.powi(3) * n.y * ds / 3.0;
+        });
+        let c = first / area;
+        let [xx, xy, yy] =
+            [second[0] - area * c.x * c.x, second[1] - area * c.x * c.y, second[2] - area * c.y * c.y];
+        Moments { volume: area, centroid: origin + c, second: vec![xx, xy, xy, yy] }
+    }
+    /// Calls `add` with place \[m\], outward normal and length \[m\] at the nodes of a quadrature of the boundary: exact for
+    /// polynomials of degree nine on straight edges, to round-off for such on circular ones.
+    pub(super) fn integrate(&self, mut add: impl FnMut(Vector, Vector, f64)) {
         for edge in self.edges() {
             let pieces = match edge {
                 Edge::Segment { .. } => 1.0,
@@ -49,18 +65,9 @@ impl Boundary {
             for piece in std::iter::successors(Some(0.0), |k| Some(k + 1.0)).take_while(|k| *k < pieces) {
                 for (node, weight) in GAUSS {
                     let (x, n) = edge.at((piece + node) / pieces);
-                    let (x, ds) = (x - origin, weight * length);
-                    area += 0.5 * x.dot(&n) * ds;
-                    first += x.component_mul(&x).component_mul(&n) * (0.5 * ds);
-                    second[0] += x.x.powi(3) * n.x * ds / 3.0;
-                    second[1] += x.x * x.x * x.y * n.x * ds / 2.0;
-                    second[2] += x.y.powi(3) * n.y * ds / 3.0;
+                    add(x, n, weight * length);
                 }
             }
         }
-        let c = first / area;
-        let [xx, xy, yy] =
-            [second[0] - area * c.x * c.x, second[1] - area * c.x * c.y, second[2] - area * c.y * c.y];
-        Moments { volume: area, centroid: origin + c, second: vec![xx, xy, xy, yy] }
     }
 }

@@ -7,21 +7,17 @@
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use rayon::prelude::*;
 
+use super::thresholds::Thresholds;
 use crate::neighbours::CellGrid;
 use crate::space::Space;
 use crate::space::domain::Domain;
 use crate::space::tensors::SpaceVector;
 
 crate::constants! {
-    /// A square lattice has places 0.71 spacings from its points.
-    const HOLE: f64 = 0.85, "packing.hole",
-        "distance from all particles of a place that gets a particle of its own, in spacings [-]";
     const SMALLEST_CELL: f64 = 0.5, "packing.smallest_cell",
         "volume of a cell below which its particle is left out, in volumes of a lattice cell [-]";
     const ROUNDS: usize = 3, "packing.rounds",
         "times that particles are added and left out while they spread [-]";
-    const SWEEPS: usize = 15, "packing.sweeps",
-        "moves to the centroids after each of these [-]";
     /// Twice would overshoot.
     const RELAXATION: f64 = 1.5, "packing.relaxation",
         "part of the way to the centroid that a particle moves [-]";
@@ -32,8 +28,8 @@ crate::constants! {
         "largest relative change of a volume that makes the second moments exact [-]";
 }
 
-/// Nearest particles are looked for within this many spacings.
-const REACH: f64 = 1.6;
+/// Nearest particles are looked for within this many spacings, in the plane and in space, where there are many more of them.
+const REACH: [f64; 2] = [1.6, 1.05];
 
 /// Rounds after which second moments, cells included, are exact to round-off.
 const MOMENT_ROUNDS: usize = 6;
@@ -101,7 +97,7 @@ struct Cell<V> {
     moment: V,
 }
 
-impl<S: Space> Interior<'_, S> {
+impl<S: Thresholds> Interior<'_, S> {
     /// Volume of a lattice cell \[m²\].
     fn lattice_cell(&self) -> f64 {
         S::cell_volume(self.spacing)
@@ -113,7 +109,7 @@ impl<S: Space> Interior<'_, S> {
     fn shares(&self, position: &[S::Vector]) -> Vec<Share> {
         let open =
             Domain::<S> { lower: S::Vector::zeros(), upper: S::Vector::zeros(), periodic: S::splat(false) };
-        let grid = CellGrid::new(&open, position, REACH * self.spacing);
+        let grid = CellGrid::new(&open, position, REACH[S::DIMENSIONS - 2] * self.spacing);
         let share = |sample: &Sample<S>| {
             let x = sample.position;
             let mut nearest = [(f64::INFINITY, NONE); 2];
@@ -158,7 +154,7 @@ impl<S: Space> Interior<'_, S> {
 
     /// Adds particles in the holes, the widest first.
     fn fill_holes(&self, position: &mut Vec<S::Vector>, free: &mut Vec<bool>) {
-        let hole = HOLE * self.spacing;
+        let hole = S::HOLE * self.spacing;
         let mut holes: Vec<(f64, S::Vector)> = self
             .shares(position)
             .iter()
@@ -180,7 +176,7 @@ impl<S: Space> Interior<'_, S> {
     pub fn pack(&self, mut position: Vec<S::Vector>, mut free: Vec<bool>) -> Packing<S> {
         for round in 0..ROUNDS {
             self.fill_holes(&mut position, &mut free);
-            for _ in 0..SWEEPS {
+            for _ in 0..S::SWEEPS as usize {
                 let cells = self.cells(&position, &self.shares(&position));
                 let mut largest: f64 = 0.0;
                 for ((x, cell), _) in position.iter_mut().zip(&cells).zip(&free).filter(|(_, free)| **free) {

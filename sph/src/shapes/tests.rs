@@ -323,7 +323,7 @@ fn translation_moves_the_filling() {
 
 #[test]
 fn displacements_are_bounded_repeatable_and_fixed_for_ever() {
-    let domain = Domain { lower: at(0.0, 0.0), upper: at(1.0, 1.0), periodic: [true, false] };
+    let domain: Domain = Domain { lower: at(0.0, 0.0), upper: at(1.0, 1.0), periodic: [true, false] };
     let lattice = fill(&rectangle(0.0, 0.0, 1.0, 1.0), 0.02, Vector::zeros());
     let displaced = |seed| {
         let mut positions = lattice.clone();

@@ -1,6 +1,8 @@
 use std::f64::consts::PI;
 
 use super::*;
+use crate::shapes::Shape;
+use crate::space::{Plane, Vector};
 
 const SPACING: f64 = 0.01;
 

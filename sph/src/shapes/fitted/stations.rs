@@ -1,7 +1,5 @@
 //! Even stations along lines, and positions that keep their distance.
 
-use std::collections::HashMap;
-
 use crate::space::Vector;
 
 /// Even stations along `line`: one on the corner where it starts, none on the one where it ends (the next line starts
@@ -57,40 +55,4 @@ fn stations(line: &[Vector], first: f64, count: f64, step: f64) -> Vec<Vector> {
         passed += length;
     }
     found
-}
-
-/// Cell of a grid with cells of `size` \[m\].
-pub fn cell(x: &Vector, size: f64) -> (i64, i64) {
-    // A whole number of an f64 saturates; scenes are far smaller than 2^63 cells.
-    let index = |x: f64| (x / size).floor() as i64;
-    (index(x.x), index(x.y))
-}
-
-/// A cell and those around it.
-pub fn around((x, y): (i64, i64)) -> impl Iterator<Item = (i64, i64)> {
-    (-1..=1).flat_map(move |i| (-1..=1).map(move |j| (x + i, y + j)))
-}
-
-/// Positions that keep their distance.
-pub struct Crowd {
-    distance: f64,
-    cells: HashMap<(i64, i64), Vec<Vector>>,
-}
-
-impl Crowd {
-    /// None yet; they stay `distance` \[m\] apart.
-    pub fn new(distance: f64) -> Self {
-        Self { distance, cells: HashMap::new() }
-    }
-
-    /// Takes `x` in unless it is too close to one that is in.
-    pub fn admit(&mut self, x: &Vector) -> bool {
-        let own = cell(x, self.distance);
-        let mut near = around(own).filter_map(|c| self.cells.get(&c)).flatten();
-        let free = near.all(|y| (x - y).norm() >= self.distance);
-        if free {
-            self.cells.entry(own).or_default().push(*x);
-        }
-        free
-    }
 }

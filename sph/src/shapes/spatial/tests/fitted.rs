@@ -1,0 +1,114 @@
+//! Layers along faces, and bodies filled by them.
+
+use std::f64::consts::PI;
+
+use super::*;
+use crate::neighbours::CellGrid;
+use crate::shapes::{Side, fill_fitted, layers_along, local_thickness};
+use crate::space::domain::Domain;
+
+const SPACING: f64 = 0.1;
+
+/// Neighbours within `reach` of each point.
+fn near(x: &[Vector3<f64>], reach: f64) -> Vec<Vec<usize>> {
+    let open = Domain::<Spatial> { lower: Vector3::zeros(), upper: Vector3::zeros(), periodic: [false; 3] };
+    let list = CellGrid::new(&open, x, reach).list(&open, x, x, reach);
+    (0..x.len()).map(|k| list.of(k).iter().map(|j| *j as usize).filter(|j| *j != k).collect()).collect()
+}
+
+fn smallest_distance(x: &[Vector3<f64>]) -> f64 {
+    let near = near(x, 1.5 * SPACING);
+    let pairs = near.iter().enumerate().flat_map(|(i, near)| near.iter().map(move |j| (i, *j)));
+    pairs.map(|(i, j)| (x[i] - x[j]).norm()).fold(f64::INFINITY, f64::min)
+}
+
+#[test]
+fn around_a_sphere_layers_are_even_spheres() {
+    let round = ball([0.03, 0.02, 0.01], 0.8);
+    let boundary = round.boundary();
+    for (side, sign) in [(Side::Outside(OpenSides::default()), 1.0), (Side::Inside, -1.0)] {
+        let particles = layers_along(&round, &boundary, SPACING, 3, side);
+        for layer in [0.5, 1.5, 2.5] {
+            let radius = 0.8 + sign * layer * SPACING;
+            let of_layer: Vec<_> = particles
+                .iter()
+                .filter(|p| ((p.position - at(0.03, 0.02, 0.01)).norm() - radius).abs() < 1e-9)
+                .collect();
+            let expected = 4.0 * PI * radius * radius / (SPACING * SPACING);
+            // As many as the volume of the layer has room for, measured by points of a lattice.
+            assert!((of_layer.len() as f64 / expected - 1.0).abs() < 0.03, "{} {expected}", of_layer.len());
+            for p in of_layer {
+                let outward = (p.position - at(0.03, 0.02, 0.01)).normalize();
+                assert!((p.normal + outward * sign).norm() < 1e-12);
+            }
+        }
+        let positions: Vec<_> = particles.iter().map(|p| p.position).collect();
+        // Layers are a spacing apart; a hexagonal one of the same density has neighbours at 1.07.
+        assert!(smallest_distance(&positions) > 0.74 * SPACING, "{}", smallest_distance(&positions));
+    }
+}
+
+#[test]
+fn layers_of_an_open_cylinder_end_at_its_rim() {
+    let tank = rod([0.0; 3], [0.0, 0.0, 1.0], 0.7, 0.0);
+    let open = OpenSides { upper: [false, false, true], ..OpenSides::default() };
+    let particles = layers_along(&tank, &tank.boundary(), SPACING, 2, Side::Outside(open));
+    assert!(particles.iter().all(|p| p.position.z < 1.0 + 1e-6 && !tank.contains(&p.position)));
+    let side = particles.iter().filter(|p| (p.normal.z.abs() < 1e-9) && p.normal != Vector3::zeros()).count();
+    let expected = 2.0 * PI * (0.75 + 0.85) / (SPACING * SPACING);
+    assert!((side as f64 / expected - 1.0).abs() < 0.08, "{side} {expected}");
+}
+
+#[test]
+fn bodies_are_filled_evenly_with_the_mass_and_moments_of_the_shape() {
+    let turned = Frame::new(at(0.1, 0.0, 0.0), &at(1.0, 0.3, 0.1), &at(0.0, 1.0, 0.2)).expect("axes");
+    for (name, shape) in [
+        ("sphere", ball([0.03, 0.02, 0.01], 0.8)),
+        (
+            "torus",
+            SpatialShape::Torus {
+                centre: at(0.0, 0.0, 0.0),
+                axis: at(0.1, 0.0, 1.0),
+                radius: 0.7,
+                tube_radius: 0.25,
+            },
+        ),
+        ("plate", block([-0.5, -0.4, 0.0], [0.5, 0.4, 0.2]).placed(turned)),
+    ] {
+        let packing = fill_fitted(&shape, SPACING, Vector3::zeros());
+        let (exact, cell) = (shape.boundary().moments(), SPACING.powi(3));
+        let volume: f64 = packing.volume.iter().sum();
+        assert!((volume / exact.volume - 1.0).abs() < 1e-12, "{name}: {volume}");
+        let weighted = packing.position.iter().zip(&packing.volume).map(|(x, v)| x * *v);
+        assert!((weighted.sum::<Vector3<f64>>() / volume - exact.centroid).norm() < 1e-9, "{name}");
+        let count = packing.position.len() as f64 * cell / exact.volume;
+        // Layers and the lattice further inside do not fit each other everywhere; edges of a plate two layers thick get more.
+        assert!((count - 1.0).abs() < if name == "plate" { 0.22 } else { 0.06 }, "{name}: {count}");
+        let nearest = smallest_distance(&packing.position) / SPACING;
+        assert!(nearest > 0.6, "{name}: {nearest}");
+        assert!(packing.position.iter().all(|x| shape.contains(x)), "{name}");
+        let farthest = fill(&shape, 0.5 * SPACING, Vector3::zeros())
+            .iter()
+            .map(|y| packing.position.iter().map(|x| (x - y).norm()).fold(f64::INFINITY, f64::min))
+            .fold(0.0, f64::max);
+        // 0.87 in a cubic lattice.
+        assert!(farthest < 1.1 * SPACING, "{name}: {farthest}");
+    }
+}
+
+#[test]
+fn thickness_is_that_of_the_thinnest_part_and_corners_are_not_thin() {
+    let cross = SpatialShape::Union(vec![block([0.0; 3], [1.0; 3]), block([1.0, 0.3, 0.3], [1.6, 0.6, 0.5])]);
+    let points = fill(&cross, SPACING, Vector3::zeros());
+    for (x, thickness) in points.iter().zip(local_thickness(&cross, &points, SPACING, 0.6)) {
+        if x.x > 1.2 {
+            // Of the smaller side of the bar.
+            assert!((thickness - 0.2).abs() < 1e-9, "{x}: {thickness}");
+        } else if x.x < 0.9 {
+            // Into the corner of a cube a ball reaches less far than a disc into that of a square.
+            assert!(thickness > 0.29, "{x}: {thickness}");
+            let at_corner = x.iter().filter(|k| **k < 0.2 || **k > 0.8).count() > 1;
+            assert!(at_corner || thickness > 0.59, "{x}: {thickness}");
+        }
+    }
+}

@@ -5,7 +5,10 @@ use crate::coupling::driver::checks;
 use crate::coupling::{audit, fixed_point};
 use crate::interface::fluid_regions;
 use crate::laws::{acoustic_relaxation, equation_of_state, repulsion};
-use crate::shapes::{boundary, fill_fitted, fitted, packing};
+use crate::shapes::spatial::faces::layers;
+use crate::shapes::surface::{defects, tree, weld};
+use crate::shapes::{boundary, fitted, packing, thresholds};
+use crate::space::Plane;
 use crate::{kernel, setup};
 
 /// Coefficients of laws that both solvers evaluate, and of the coupling.
@@ -22,8 +25,12 @@ pub fn fixed_constants() -> impl Iterator<Item = &'static Constant> {
         audit::CONSTANTS,
         boundary::CONSTANTS,
         fitted::CONSTANTS,
-        fill_fitted::CONSTANTS,
+        <Plane as thresholds::Thresholds>::LIST,
         packing::CONSTANTS,
+        layers::CONSTANTS,
+        weld::CONSTANTS,
+        tree::CONSTANTS,
+        defects::CONSTANTS,
     ];
     LISTS.iter().copied().flatten()
 }

@@ -3,13 +3,15 @@
 //! The ledger compares what each side reports of itself. A solver that integrates one motion and sends another would
 //! pass it: see AUDIT OF THE SOLID'S FRAMES in `peer.proto`.
 
-use crate::coupling::exchange::StateColumns;
-use crate::coupling::ledger::{LedgerVector, MomentumReport, axial, exceeds, lifted};
+use nalgebra::{Matrix3, SymmetricEigen};
+
+use crate::coupling::exchange::{Column, StateColumns};
+use crate::coupling::ledger::{LedgerVector, MomentumReport, exceeds};
 use crate::coupling::stage::{Stage, StageTime};
 use crate::interface::states::InterfaceStates;
-use crate::setup::{CouplingKind, Formulation, SolidSetup};
+use crate::setup::{CouplingKind, DomainPlan, Formulation, SolidSetup};
 use crate::space::domain::Domain;
-use crate::space::{Vector, cross};
+use crate::space::{Space, Spatial};
 use crate::sums::ordered_sum;
 
 crate::constants! {
@@ -36,7 +38,7 @@ pub struct PartnerParticles {
     /// Mass \[kg\].
     pub mass: Vec<f64>,
     /// Position at the start \[m\].
-    pub position: Vec<Vector>,
+    pub position: Column,
     /// Bodies.
     pub bodies: Vec<PartnerBody>,
 }
@@ -54,7 +56,7 @@ pub struct PartnerBody {
 
 impl PartnerParticles {
     /// Those of the solid of `setup`.
-    pub fn of(setup: &SolidSetup) -> Self {
+    pub fn of<S: Space>(setup: &SolidSetup<S>) -> Self {
         let particles = &setup.particles;
         let bodies = (0u32..).zip(&setup.bodies).map(|(k, body)| {
             let rigid = matches!(body.formulation, Formulation::Rigid);
@@ -68,7 +70,7 @@ impl PartnerParticles {
             id: particles.id.clone(),
             body: particles.body.clone(),
             mass: particles.mass.clone(),
-            position: particles.position.clone(),
+            position: particles.position.iter().copied().collect(),
             bodies: bodies.collect(),
         }
     }
@@ -91,16 +93,38 @@ struct Shown {
 #[derive(Clone, Copy, Debug, Default)]
 struct Track {
     /// Mean displacement minus mean of the velocities over time \[m\].
-    drift: Vector,
+    drift: LedgerVector,
     /// Length of the way by either, the longer \[m\].
     way: f64,
 }
 
-/// Watches the frames of one solid over a run.
+/// Numbers of a vector of any space as a vector of three.
+fn lifted(row: &[f64]) -> LedgerVector {
+    LedgerVector::from_fn(|k, _| row.get(k).copied().unwrap_or(0.0))
+}
+
+/// States with the vectors of a plane lifted into space, where z is zero.
+fn read(columns: &StateColumns, states: &mut InterfaceStates<Spatial>) {
+    let lift = |column: &Column, vectors: &mut Vec<LedgerVector>| {
+        vectors.clear();
+        vectors.extend(column.rows().map(lifted));
+    };
+    states.id.clone_from(&columns.id);
+    states.group.clone_from(&columns.group);
+    states.mass.clone_from(&columns.mass);
+    lift(&columns.position, &mut states.position);
+    lift(&columns.velocity, &mut states.velocity);
+}
+
+/// Watches the frames of one solid over a run; in three dimensions always.
 #[derive(Debug)]
 pub struct Audit {
     particles: PartnerParticles,
-    domain: Domain,
+    /// Places of the particles at the start \[m\].
+    places: Vec<LedgerVector>,
+    domain: Domain<Spatial>,
+    /// Number of dimensions of the run.
+    dimensions: usize,
     spacing: f64,
     tolerance: f64,
     /// Whether the momentum of what is shown is that of the bodies: they are particles of this kind, or rigid.
@@ -109,11 +133,11 @@ pub struct Audit {
     /// Whether the next frame is the first of a run from its start.
     first: bool,
     /// States of the latest frame.
-    received: InterfaceStates,
+    received: InterfaceStates<Spatial>,
     /// The state at the start of the step.
-    start: Option<(StageTime, InterfaceStates, Option<Shown>)>,
+    start: Option<(StageTime, InterfaceStates<Spatial>, Option<Shown>)>,
     /// Velocities in the middle of the step.
-    middle: Vec<Vector>,
+    middle: Vec<LedgerVector>,
     predicted: Option<Shown>,
     tracks: Vec<Track>,
 }
@@ -123,7 +147,7 @@ impl Audit {
     /// that of the momentum check, and `first` tells a run from its start from one that continues.
     pub fn new(
         particles: PartnerParticles,
-        domain: Domain,
+        domain: &DomainPlan,
         kind: CouplingKind,
         [spacing, tolerance]: [f64; 2],
         first: bool,
@@ -133,8 +157,14 @@ impl Audit {
             carries_momentum: kind == CouplingKind::States || all_rigid,
             shows_masses: kind == CouplingKind::States,
             tracks: vec![Track::default(); particles.bodies.len()],
+            places: particles.position.rows().map(lifted).collect(),
             particles,
-            domain,
+            domain: Domain {
+                lower: lifted(&domain.lower),
+                upper: lifted(&domain.upper),
+                periodic: std::array::from_fn(|axis| domain.periodic.get(axis).copied().unwrap_or(false)),
+            },
+            dimensions: domain.lower.len(),
             spacing,
             tolerance,
             first,
@@ -157,7 +187,7 @@ impl Audit {
         report: Option<&MomentumReport>,
     ) -> Result<(), String> {
         let mut received = std::mem::take(&mut self.received);
-        received.read(states);
+        read(states, &mut received);
         let result = self.compare(time, &received, report);
         self.received = received;
         result
@@ -166,7 +196,7 @@ impl Audit {
     fn compare(
         &mut self,
         time: &StageTime,
-        states: &InterfaceStates,
+        states: &InterfaceStates<Spatial>,
         report: Option<&MomentumReport>,
     ) -> Result<(), String> {
         if std::mem::take(&mut self.first) {
@@ -197,13 +227,14 @@ impl Audit {
 
     /// Takes the `states` of a further iteration of the corrector.
     pub fn update(&mut self, states: &StateColumns) {
-        states.velocity.read_into(&mut self.middle);
+        self.middle.clear();
+        self.middle.extend(states.velocity.rows().map(lifted));
     }
 
     /// Compares the state at a step boundary with the one before.
     fn end_step(
         &mut self,
-        states: &InterfaceStates,
+        states: &InterfaceStates<Spatial>,
         shown: Option<&Shown>,
         report: Option<&MomentumReport>,
     ) -> Result<(), String> {
@@ -215,17 +246,17 @@ impl Audit {
     }
 
     /// Check 1: particles are where the set-up has them.
-    fn compare_places(&self, states: &InterfaceStates) -> Result<(), String> {
+    fn compare_places(&self, states: &InterfaceStates<Spatial>) -> Result<(), String> {
         let all = &self.particles;
         for (i, id) in states.id.iter().enumerate() {
             let Ok(k) = all.id.binary_search(id) else {
                 return Err(format!("particle {id} is shown, which the set-up does not have"));
             };
-            let distance = |k: usize| self.domain.separation(&states.position[i], &all.position[k]).norm();
+            let distance = |k: usize| self.domain.separation(&states.position[i], &self.places[k]).norm();
             let allowed = PLACE_TOLERANCE * self.spacing;
             let within = |distance: f64| distance <= allowed;
             if !within(distance(k)) {
-                let (x, place) = (states.position[i], all.position[k]);
+                let (x, place) = (self.text(&states.position[i]), self.text(&self.places[k]));
                 let other = (0..all.id.len()).find(|k| within(distance(*k)));
                 let cause = match other {
                     Some(other) => format!(
@@ -235,12 +266,8 @@ impl Audit {
                     None => format!("the position is {:.3e} m beside its place", distance(k)),
                 };
                 return Err(format!(
-                    "particle {id} of body `{}` is shown at ({:.6}, {:.6}) m, the set-up has it at ({:.6}, {:.6}) m; {cause}",
-                    all.body_name(all.body[k]),
-                    x.x,
-                    x.y,
-                    place.x,
-                    place.y
+                    "particle {id} of body `{}` is shown at {x} m, the set-up has it at {place} m; {cause}",
+                    all.body_name(all.body[k])
                 ));
             }
             let (mass, expected) = (states.mass[i], all.mass[k]);
@@ -254,8 +281,25 @@ impl Audit {
         Ok(())
     }
 
+    /// The components of `vector` that the run has.
+    fn text(&self, vector: &LedgerVector) -> String {
+        let row: Vec<String> = vector.iter().take(self.dimensions).map(|x| format!("{x:.6}")).collect();
+        format!("({})", row.join(", "))
+    }
+
+    /// The same for momenta, which may be of any magnitude.
+    fn momentum_text(&self, vector: &LedgerVector) -> String {
+        let row: Vec<String> = vector.iter().take(self.dimensions).map(|x| format!("{x:.6e}")).collect();
+        format!("({})", row.join(", "))
+    }
+
+    /// The components of a moment that the run has: in the plane that about z.
+    fn axial_text(&self, moment: &LedgerVector) -> String {
+        if self.dimensions < 3 { format!("{:.6e}", moment.z) } else { self.momentum_text(moment) }
+    }
+
     /// Momentum of all particles, where all are shown and carry it.
-    fn shown(&self, states: &InterfaceStates) -> Option<Shown> {
+    fn shown(&self, states: &InterfaceStates<Spatial>) -> Option<Shown> {
         let all = &self.particles;
         if !self.carries_momentum || states.id != all.id {
             return None;
@@ -265,34 +309,33 @@ impl Audit {
             let (m, v) = (all.mass[i], states.velocity[i]);
             let arm = states.position[i] - origin;
             let (gross, momentum) = (m * v.norm(), v * m);
-            [momentum.x, momentum.y, cross(&arm, &momentum), gross, arm.norm() * gross]
+            Shown { momentum, angular: arm.cross(&momentum), gross, gross_angular: arm.norm() * gross }
         };
-        let sums: Sums = ordered_sum(all.id.len(), |i| Sums(term(i)));
-        let [x, y, angular, gross, gross_angular] = sums.0;
-        let spins = self.spins(states);
-        let momentum = lifted(&Vector::new(x, y));
-        Some(Shown { momentum, angular: axial(angular + spins), gross, gross_angular })
+        let mut shown: Shown = ordered_sum(all.id.len(), term);
+        shown.angular += self.spins(states);
+        Some(shown)
     }
 
     /// Angular momentum of the cells of rigid bodies about their own centres \[kg m²/s\].
-    fn spins(&self, states: &InterfaceStates) -> f64 {
+    fn spins(&self, states: &InterfaceStates<Spatial>) -> LedgerVector {
         let all = &self.particles;
         let rigid = (0u32..).zip(&all.bodies).filter_map(|(k, body)| Some((k, body.cell_inertia?)));
         rigid
             .map(|(k, cells)| {
                 let own: Vec<usize> = (0..all.id.len()).filter(|i| all.body[*i] == k).collect();
                 let mass: f64 = own.iter().map(|i| all.mass[*i]).sum();
-                let mean =
-                    |values: &[Vector]| own.iter().map(|i| values[*i] * all.mass[*i]).sum::<Vector>() / mass;
+                let mean = |values: &[LedgerVector]| {
+                    own.iter().map(|i| values[*i] * all.mass[*i]).sum::<LedgerVector>() / mass
+                };
                 let (centre, velocity) = (mean(&states.position), mean(&states.velocity));
-                let (mut moment, mut inertia) = (0.0, 0.0);
+                let (mut moment, mut inertia) = (LedgerVector::zeros(), Matrix3::zeros());
                 for &i in &own {
                     let arm = states.position[i] - centre;
-                    moment += all.mass[i] * cross(&arm, &(states.velocity[i] - velocity));
-                    inertia += all.mass[i] * arm.norm_squared();
+                    moment += arm.cross(&(states.velocity[i] - velocity)) * all.mass[i];
+                    let square = Matrix3::from_diagonal_element(arm.norm_squared());
+                    inertia += (square - arm * arm.transpose()) * all.mass[i];
                 }
-                // Of a single particle nothing but round-off is left to divide.
-                if inertia > 1e-9 * cells { cells * moment / inertia } else { 0.0 }
+                spin_of(moment, inertia, cells) * cells
             })
             .sum()
     }
@@ -304,10 +347,11 @@ impl Audit {
         if exceeds((change - report.change).norm(), self.tolerance * scale) {
             let ratio = report.change.norm() / change.norm();
             return Err(format!(
-                "it reports that its momentum changed by ({:.6e}, {:.6e}) kg m/s, the velocities it shows and the masses of the \
-                 set-up give ({:.6e}, {:.6e}) kg m/s, a ratio of {ratio:.6}: its mass is not that of the set-up, or the \
-                 velocities shown are not those of its motion",
-                report.change.x, report.change.y, change.x, change.y
+                "it reports that its momentum changed by {} kg m/s, the velocities it shows and the masses of the set-up \
+                 give {} kg m/s, a ratio of {ratio:.6}: its mass is not that of the set-up, or the velocities shown are \
+                 not those of its motion",
+                self.momentum_text(&report.change),
+                self.momentum_text(&change)
             ));
         }
         let Some(reported) = report.angular.filter(|_| !self.domain.is_periodic()) else { return Ok(()) };
@@ -315,17 +359,18 @@ impl Audit {
         let scale = reported.gross + now.gross_angular + before.gross_angular;
         if exceeds((change - reported.change).norm(), self.tolerance * scale) {
             return Err(format!(
-                "it reports that its angular momentum changed by {:.6e} kg m2/s, the motion it shows and the masses of \
-                 the set-up give {:.6e} kg m2/s: its moment of inertia is not that of the set-up, or what is shown \
-                 is not its motion",
-                reported.change.z, change.z
+                "it reports that its angular momentum changed by {} kg m2/s, the motion it shows and the masses of the \
+                 set-up give {} kg m2/s: its moment of inertia is not that of the set-up, or what is shown is not its \
+                 motion",
+                self.axial_text(&reported.change),
+                self.axial_text(&change)
             ));
         }
         Ok(())
     }
 
     /// Check 3: bodies go where their velocities lead.
-    fn follow(&mut self, states: &InterfaceStates) -> Result<(), String> {
+    fn follow(&mut self, states: &InterfaceStates<Spatial>) -> Result<(), String> {
         let Some((time, before, _)) = &self.start else { return Ok(()) };
         if before.id != states.id || self.middle.len() != states.len() {
             return Ok(());
@@ -340,12 +385,12 @@ impl Audit {
             }
             let moved = own()
                 .map(|i| self.domain.separation(&states.position[i], &before.position[i]))
-                .sum::<Vector>()
+                .sum::<LedgerVector>()
                 / count;
             // Simpson's rule over the step.
             let velocity = own()
                 .map(|i| (before.velocity[i] + self.middle[i] * 4.0 + states.velocity[i]) / 6.0)
-                .sum::<Vector>()
+                .sum::<LedgerVector>()
                 / count;
             let led = velocity * time.time_step;
             track.drift += moved - led;
@@ -365,15 +410,23 @@ impl Audit {
     }
 }
 
-/// Sums over particles in a fixed order.
-#[derive(Clone, Copy, Default)]
-struct Sums([f64; 5]);
+/// The spin of particles whose angular momentum is `moment` and whose tensor of inertia is `inertia`; none about axes
+/// about which they have no more inertia than round-off, measured by that of their cells.
+fn spin_of(moment: LedgerVector, inertia: Matrix3<f64>, cells: f64) -> LedgerVector {
+    let eigen = SymmetricEigen::new(inertia);
+    let part = |(k, value): (usize, &f64)| {
+        let axis = eigen.eigenvectors.column(k);
+        if *value > 1e-9 * cells { axis * (axis.dot(&moment) / value) } else { LedgerVector::zeros() }
+    };
+    eigen.eigenvalues.iter().enumerate().map(part).sum()
+}
 
-impl std::ops::AddAssign for Sums {
+impl std::ops::AddAssign for Shown {
     fn add_assign(&mut self, other: Self) {
-        for (sum, value) in self.0.iter_mut().zip(other.0) {
-            *sum += value;
-        }
+        self.momentum += other.momentum;
+        self.angular += other.angular;
+        self.gross += other.gross;
+        self.gross_angular += other.gross_angular;
     }
 }
 

@@ -3,7 +3,17 @@
 use crate::coupling::exchange::FrameContent;
 use crate::coupling::fixed_point::FixedPoint;
 use crate::coupling::solver::Role;
-use crate::setup::{CouplingKind, RunSetup};
+use crate::setup::{CouplingKind, ParticipantSetup, RunPlan};
+
+impl ParticipantSetup {
+    /// Side that the participant plays.
+    pub fn role(&self) -> Role {
+        match self {
+            Self::Fluid(_) => Role::Fluid,
+            Self::Solid(_) => Role::Solid,
+        }
+    }
+}
 
 /// What one side exchanges with its partner in a half-step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -20,7 +30,7 @@ pub(crate) enum CouplingRole {
 
 impl CouplingRole {
     /// What the solver of `role` exchanges, where it is `coupled` to a partner.
-    pub(crate) fn of(role: Role, coupled: bool, setup: &RunSetup) -> Self {
+    pub(crate) fn of(role: Role, coupled: bool, setup: &RunPlan) -> Self {
         let kind = setup.coupling.map(|coupling| coupling.kind).unwrap_or_default();
         match (coupled, kind, role) {
             (false, ..) => Self::Alone,
@@ -40,7 +50,7 @@ impl CouplingRole {
     }
 
     /// The fixed point that a solid seeks with implicit coupling.
-    pub(crate) fn fixed_point(self, setup: &RunSetup) -> Option<FixedPoint> {
+    pub(crate) fn fixed_point(self, setup: &RunPlan) -> Option<FixedPoint> {
         let plan = setup.coupling.and_then(|coupling| coupling.implicit)?;
         (self == Self::TakesLoads).then(|| FixedPoint::new(plan))
     }

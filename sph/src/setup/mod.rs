@@ -10,6 +10,7 @@ mod parameters;
 mod probes;
 mod run;
 mod solid;
+mod solid_particles;
 mod walls;
 
 pub use fluid::*;
@@ -19,35 +20,61 @@ pub use parameters::{ParameterSet, ParameterType};
 pub use probes::*;
 pub use run::*;
 pub use solid::*;
+pub use solid_particles::*;
 pub use walls::*;
 
 pub(crate) use parameters::choices;
+
+use crate::in_space;
+use crate::space::{AnySpace, Plane, Spatial};
+
+/// Set-up of a fluid solver, of the plane or of space.
+pub type AnyFluidSetup = AnySpace<FluidSetup<Plane>, FluidSetup<Spatial>>;
+
+/// Set-up of a solid solver, of the plane or of space.
+pub type AnySolidSetup = AnySpace<SolidSetup<Plane>, SolidSetup<Spatial>>;
 
 /// Set-up of either participant.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ParticipantSetup {
     /// For a fluid solver.
-    Fluid(FluidSetup),
+    Fluid(AnyFluidSetup),
     /// For a solid solver.
-    Solid(SolidSetup),
+    Solid(AnySolidSetup),
 }
 
 impl ParticipantSetup {
     /// The part that both participants receive alike.
-    pub fn run(&self) -> &RunSetup {
+    pub fn plan(&self) -> RunPlan {
         match self {
-            Self::Fluid(setup) => &setup.run,
-            Self::Solid(setup) => &setup.run,
+            Self::Fluid(setup) => in_space!(setup, setup => setup.run.plan()),
+            Self::Solid(setup) => in_space!(setup, setup => setup.run.plan()),
+        }
+    }
+
+    /// Name of the run.
+    pub fn run_id(&self) -> &str {
+        match self {
+            Self::Fluid(setup) => in_space!(setup, setup => &setup.run.run_id),
+            Self::Solid(setup) => in_space!(setup, setup => &setup.run.run_id),
+        }
+    }
+
+    /// Number of dimensions.
+    pub fn dimensions(&self) -> usize {
+        match self {
+            Self::Fluid(setup) => setup.dimensions(),
+            Self::Solid(setup) => setup.dimensions(),
         }
     }
 
     /// Chooses the kind of coupling; changes nothing in a run with one participant.
     pub fn set_coupling_kind(&mut self, kind: CouplingKind) {
-        let run = match self {
-            Self::Fluid(setup) => &mut setup.run,
-            Self::Solid(setup) => &mut setup.run,
+        let coupling = match self {
+            Self::Fluid(setup) => in_space!(setup, setup => &mut setup.run.coupling),
+            Self::Solid(setup) => in_space!(setup, setup => &mut setup.run.coupling),
         };
-        if let Some(coupling) = &mut run.coupling {
+        if let Some(coupling) = coupling {
             coupling.kind = kind;
         }
     }

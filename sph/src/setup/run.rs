@@ -1,6 +1,7 @@
 //! Set-up that both participants share.
 
 use super::{FluidParameters, ImplicitCoupling};
+use crate::space::components::Components;
 use crate::space::domain::Domain;
 use crate::space::{Plane, Space};
 
@@ -21,6 +22,113 @@ pub struct RunSetup<S: Space = Plane> {
     pub ledger: LedgerPolicy,
     /// Facts of the interface; `None` when the run has one participant.
     pub coupling: Option<Coupling>,
+}
+
+/// The set-up of a run in numbers alone, whatever its dimensions: what the driver, the handshake and messages need.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RunPlan {
+    /// Name of the run; every message carries it.
+    pub run_id: String,
+    /// Box and periodic directions.
+    pub domain: DomainPlan,
+    /// Steps and end of the run.
+    pub time: TimePlan,
+    /// Acceleration acting on all matter.
+    pub body_force: BodyForcePlan,
+    /// When outputs are due.
+    pub outputs: OutputPlan,
+    /// How ledger checks are acted on.
+    pub ledger: LedgerPolicy,
+    /// Facts of the interface; `None` when the run has one participant.
+    pub coupling: Option<Coupling>,
+}
+
+/// A [`Domain`] in numbers, one for each axis.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct DomainPlan {
+    /// Lower corner \[m\].
+    pub lower: Vec<f64>,
+    /// Upper corner \[m\].
+    pub upper: Vec<f64>,
+    /// Directions in which the scene repeats.
+    pub periodic: Vec<bool>,
+}
+
+impl DomainPlan {
+    /// The numbers of `domain`.
+    pub fn of<S: Space>(domain: &Domain<S>) -> Self {
+        Self {
+            lower: domain.lower.row().as_ref().to_vec(),
+            upper: domain.upper.row().as_ref().to_vec(),
+            periodic: (0..S::DIMENSIONS).map(|axis| domain.periodic[axis]).collect(),
+        }
+    }
+
+    /// Whether any direction is periodic.
+    pub fn is_periodic(&self) -> bool {
+        self.periodic.contains(&true)
+    }
+}
+
+/// A [`BodyForce`] in numbers, one for each axis.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct BodyForcePlan {
+    /// Constant part g \[m/s²\].
+    pub gravity: Vec<f64>,
+    /// Expressions for the components added to gravity \[m/s²\].
+    pub expressions: Option<Vec<String>>,
+}
+
+impl RunPlan {
+    /// Number of dimensions.
+    pub fn dimensions(&self) -> usize {
+        self.domain.lower.len()
+    }
+
+    /// The set-up in the space `S`; `None` for a plan of another number of dimensions.
+    pub fn to_setup<S: Space>(&self) -> Option<RunSetup<S>> {
+        let vector = |row: &[f64]| <S::Vector as Components>::of_row(row);
+        let expressions = self.body_force.expressions.as_ref();
+        if self.domain.periodic.len() != S::DIMENSIONS
+            || expressions.is_some_and(|expressions| expressions.len() != S::DIMENSIONS)
+        {
+            return None;
+        }
+        Some(RunSetup {
+            run_id: self.run_id.clone(),
+            domain: Domain {
+                lower: vector(&self.domain.lower)?,
+                upper: vector(&self.domain.upper)?,
+                periodic: S::axes(|axis| self.domain.periodic[axis]),
+            },
+            time: self.time,
+            body_force: BodyForce {
+                gravity: vector(&self.body_force.gravity)?,
+                expressions: expressions.map(|expressions| S::per_axis(|axis| expressions[axis].clone())),
+            },
+            outputs: self.outputs,
+            ledger: self.ledger,
+            coupling: self.coupling,
+        })
+    }
+}
+
+impl<S: Space> RunSetup<S> {
+    /// The same in numbers alone.
+    pub fn plan(&self) -> RunPlan {
+        RunPlan {
+            run_id: self.run_id.clone(),
+            domain: DomainPlan::of(&self.domain),
+            time: self.time,
+            body_force: BodyForcePlan {
+                gravity: self.body_force.gravity.row().as_ref().to_vec(),
+                expressions: self.body_force.expressions.as_ref().map(|all| all.as_ref().to_vec()),
+            },
+            outputs: self.outputs,
+            ledger: self.ledger,
+            coupling: self.coupling,
+        }
+    }
 }
 
 /// Steps and end of a run.

@@ -1,12 +1,11 @@
 //! Set-up of a solid solver.
 
-use std::ops::Range;
-
 use super::parameters::{choices, parameters};
 use super::{
-    Allowed, Damping, Motion, ParameterSpec as Row, RunSetup, SolidProbe, Value, WallParticles, WallSetup,
+    Allowed, Damping, Motion, ParameterSpec as Row, RunSetup, SolidParticles, SolidProbe, Value,
+    WallParticles, WallSetup,
 };
-use crate::space::{DIMENSIONS, SymmetricTensor, Vector};
+use crate::space::{Plane, Space};
 
 use Value::{Choice, Flag, Number};
 
@@ -23,27 +22,27 @@ const DISTANCE: Allowed =
 
 /// Set-up of a solid solver.
 #[derive(Clone, Debug, PartialEq)]
-pub struct SolidSetup {
+pub struct SolidSetup<S: Space = Plane> {
     /// Common part.
-    pub run: RunSetup,
+    pub run: RunSetup<S>,
     /// Spacing of the particles Δx \[m\].
     pub particle_spacing: f64,
     /// Bodies; `SolidParticles::body` indexes them.
-    pub bodies: Vec<BodySetup>,
+    pub bodies: Vec<BodySetup<S>>,
     /// Particles of all bodies at the start.
-    pub particles: SolidParticles,
+    pub particles: SolidParticles<S>,
     /// How bodies touch each other and walls.
     pub contact: ContactLaw,
     /// Walls as the solids meet them; `wall_particles.wall` indexes them.
-    pub walls: Vec<WallSetup>,
+    pub walls: Vec<WallSetup<S>>,
     /// Wall particles that a solid can touch.
-    pub wall_particles: WallParticles,
+    pub wall_particles: WallParticles<S>,
     /// Linear damping of the start; an account of the ledger.
     pub damping: Option<Damping>,
     /// How the solids advance within a step.
     pub stepping: SolidStepping,
     /// What to report at probe times.
-    pub probes: Vec<SolidProbe>,
+    pub probes: Vec<SolidProbe<S>>,
     /// The run stops when more particles than this leave the domain.
     pub lost_particle_limit: u64,
 }
@@ -69,7 +68,7 @@ pub enum SubstepCount {
 
 /// One body.
 #[derive(Clone, Debug, PartialEq)]
-pub struct BodySetup {
+pub struct BodySetup<S: Space = Plane> {
     /// Name.
     pub name: String,
     /// Elastic constants.
@@ -77,33 +76,33 @@ pub struct BodySetup {
     /// How the body is discretised.
     pub formulation: Formulation,
     /// Supports; `SolidParticles::support` indexes them from 1, 0 is free.
-    pub supports: Vec<Support>,
-    /// Expressions of `x`, `y`, `t` for an acceleration of this body alone, added to the run's \[m/s²\].
-    pub acceleration: Option<[String; DIMENSIONS]>,
+    pub supports: Vec<Support<S>>,
+    /// Expressions of `x`, `y`, in space `z`, and `t` for an acceleration of this body alone, added to the run's \[m/s²\].
+    pub acceleration: Option<S::PerAxis<String>>,
     /// Loads on its surface.
-    pub loads: Vec<SurfaceLoad>,
+    pub loads: Vec<SurfaceLoad<S>>,
 }
 
 /// A load on part of a body's surface.
 #[derive(Clone, Debug, PartialEq)]
-pub struct SurfaceLoad {
+pub struct SurfaceLoad<S: Space = Plane> {
     /// Name.
     pub name: String,
     /// What acts there.
-    pub law: LoadLaw,
+    pub law: LoadLaw<S>,
     /// Particle of each loaded face: index within the body.
     pub particles: Vec<u32>,
-    /// Outward area vector of each face of the undeformed body per depth \[m\].
-    pub areas: Vec<Vector>,
+    /// Outward area vector of each face of the undeformed body \[m²\], in the plane per depth.
+    pub areas: Vec<S::Vector>,
 }
 
-/// What a surface load does; expressions of `x`, `y` (present position) and `t`.
+/// What a surface load does; expressions of `x`, `y`, in space `z` (present position), and `t`.
 #[derive(Clone, Debug, PartialEq)]
-pub enum LoadLaw {
+pub enum LoadLaw<S: Space = Plane> {
     /// Pressure on the deformed surface, along its present normal \[Pa\].
     Pressure(String),
     /// Force per area of the undeformed surface, of given direction \[Pa\].
-    Traction([String; DIMENSIONS]),
+    Traction(S::PerAxis<String>),
 }
 
 parameters! {
@@ -115,7 +114,7 @@ parameters! {
         bulk_modulus: f64 = 1e6, "bulk_modulus_pa", Row::number(Allowed::POSITIVE).stated();
         /// Shear modulus G \[Pa\].
         shear_modulus: f64 = 1e5, "shear_modulus_pa", Row::number(Allowed::POSITIVE).stated();
-        /// What holds across the plane.
+        /// What holds across the plane; in space there is no such axis, and no other choice than `strain`.
         plane: PlaneState = PlaneState::Strain, "plane", Row::choice::<PlaneState>().off(Choice("strain"));
     }
 }
@@ -175,7 +174,7 @@ choices! {
         TotalLagrangian = "total-lagrangian",
         /// That of the source paper: Eq. (5)-(8), (17), (25)-(26).
         UpdatedLagrangian = "updated-lagrangian",
-        /// Moves with three degrees of freedom and takes no stress.
+        /// Keeps its shape and takes no stress: three degrees of freedom in the plane, six in space.
         Rigid = "rigid",
     }
 }
@@ -187,7 +186,7 @@ pub enum Formulation {
     TotalLagrangian(TotalLagrangian),
     /// That of the source paper: Eq. (5)-(8), (17), (25)-(26).
     UpdatedLagrangian(UpdatedLagrangian),
-    /// Moves with three degrees of freedom and takes no stress.
+    /// Keeps its shape and takes no stress: three degrees of freedom in the plane, six in space.
     Rigid,
 }
 
@@ -234,7 +233,7 @@ parameters! {
     pub struct TotalLagrangian {
         /// Stress as a function of the deformation gradient.
         law: HyperelasticLaw = HyperelasticLaw::NeoHookean, "law", Row::choice::<HyperelasticLaw>();
-        /// Kernel ratio h/Δx of the stencil in the undeformed body \[-\]; 0.75 has 8 neighbours.
+        /// Kernel ratio h/Δx of the stencil in the undeformed body \[-\]; 0.75 has 8 neighbours in the plane, 18 in space.
         kernel_ratio: f64 = 0.75, "kernel_ratio", Row::number(STENCIL_RATIO);
         /// Hourglass coefficient ζ \[-\], as a fraction of Young's modulus.
         hourglass: f64 = 0.3, "hourglass", Row::number(Allowed::NOT_NEGATIVE).off(Number(0.0));
@@ -264,75 +263,15 @@ choices! {
 
 /// How held particles move.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Support {
+pub struct Support<S: Space = Plane> {
     /// Name, used by reaction probes.
     pub name: String,
-    /// Components held: x, y.
-    pub held: [bool; DIMENSIONS],
+    /// Components held: x, y and in space z.
+    pub held: S::PerAxis<bool>,
     /// Prescribed motion of the held components; `None` holds them at rest.
-    pub motion: Option<Motion>,
+    pub motion: Option<Motion<S>>,
     /// The support ceases to act at this time \[s\].
     pub release_time: Option<f64>,
-}
-
-/// Solid particles, one entry per particle in each array; particles of a body are contiguous, bodies in order.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct SolidParticles {
-    /// Identity, unique among the solid's particles, ascending.
-    pub id: Vec<u32>,
-    /// Index of the body.
-    pub body: Vec<u32>,
-    /// 0 free, k the body's support k−1.
-    pub support: Vec<u32>,
-    /// Mass per depth \[kg/m\].
-    pub mass: Vec<f64>,
-    /// Position in the undeformed body \[m\]: displacements and material points refer to it.
-    pub reference_position: Vec<Vector>,
-    /// Position \[m\].
-    pub position: Vec<Vector>,
-    /// Velocity \[m/s\].
-    pub velocity: Vec<Vector>,
-    /// Density \[kg/m³\].
-    pub density: Vec<f64>,
-    /// Deviatoric stress s \[Pa\].
-    pub deviatoric_stress: Vec<SymmetricTensor>,
-}
-
-impl SolidParticles {
-    /// The particles of body `k`.
-    pub fn of_body(&self, k: u32) -> BodyParticles<'_> {
-        let start = self.body.partition_point(|body| *body < k);
-        let end = self.body.partition_point(|body| *body <= k);
-        BodyParticles { particles: self, range: start..end }
-    }
-}
-
-/// The particles of one body.
-#[derive(Clone, Debug)]
-pub struct BodyParticles<'a> {
-    particles: &'a SolidParticles,
-    range: Range<usize>,
-}
-
-impl BodyParticles<'_> {
-    /// Mass per depth Σ m \[kg/m\].
-    pub fn mass(&self) -> f64 {
-        self.range.clone().map(|i| self.particles.mass[i]).sum()
-    }
-
-    /// Moment of inertia per depth of the particles' cells about their own centres, Σ m V/6 \[kg m\]: cells are squares.
-    pub fn cell_inertia(&self) -> f64 {
-        let SolidParticles { mass, density, .. } = self.particles;
-        self.range.clone().map(|i| mass[i] * mass[i] / (6.0 * density[i])).sum()
-    }
-
-    /// Moment of inertia per depth of a rigid body about its centre of mass, Σ m (|r|² + V/6) \[kg m\].
-    pub fn inertia(&self) -> f64 {
-        let SolidParticles { mass, reference_position: x, .. } = self.particles;
-        let own = || self.range.clone();
-        let centre = own().map(|i| x[i] * mass[i]).sum::<Vector>() / self.mass();
-        own().map(|i| mass[i] * (x[i] - centre).norm_squared()).sum::<f64>() + self.cell_inertia()
-    }
 }
 
 choices! {

@@ -4,6 +4,7 @@
 //! plane, for code that is of the plane still: case files, set-ups, outputs.
 
 pub mod algebra;
+mod any;
 pub mod components;
 pub mod domain;
 pub mod geometry;
@@ -14,6 +15,7 @@ pub mod tensors;
 use std::fmt::Debug;
 
 use algebra::Algebra;
+pub use any::{AnySpace, SomeSpace};
 use components::Components;
 pub use plane::{Plane, SymmetricTensor};
 pub use spatial::{Spatial, SymmetricTensor3};
@@ -63,11 +65,20 @@ pub trait Space:
     /// The orientation of a body.
     type Rotation: Value + Components;
 
+    /// `value` of each axis.
+    fn per_axis<T: Clone + Debug + PartialEq + Send + Sync + 'static>(
+        value: impl FnMut(usize) -> T,
+    ) -> Self::PerAxis<T>;
+
     /// `factor` over the integral of the unscaled kernel in units of h, see [`crate::kernel::shape::Spline`].
     fn kernel_normalised(factor: f64) -> f64;
 
     /// Volume of the cell of a particle in a lattice of `spacing` \[m\]: Δx² per depth in the plane.
     fn cell_volume(spacing: f64) -> f64;
+
+    /// Moment of inertia of the cell of a particle of this mass and density about its own centre and any axis, m a²/6 \[kg m²\]:
+    /// of a square of area a² = V in the plane, of a cube in space.
+    fn cell_inertia(mass: f64, density: f64) -> f64;
 
     /// a × b.
     fn cross(a: &Self::Vector, b: &Self::Vector) -> Self::Spin;

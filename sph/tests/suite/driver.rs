@@ -204,6 +204,7 @@ fn run_pair(
     wrap: impl FnOnce(Box<dyn Exchange>) -> Box<dyn Exchange>,
     commands: impl Fn(&mpsc::Sender<Command>),
 ) -> (Vec<Event>, Vec<Event>) {
+    let plan = &setup.plan();
     let (mut fluid, mut solid) = masses(&setup.domain);
     let (a, b) = in_process_pair();
     let link = |partner: &Mass| Link {
@@ -224,11 +225,11 @@ fn run_pair(
     std::thread::scope(|scope| {
         let partner = scope.spawn(move || {
             let mut events = Vec::new();
-            run(&mut solid, setup, &solid_link, Some(Box::new(b)), &solid_receiver, &mut |e| events.push(e));
+            run(&mut solid, plan, &solid_link, Some(Box::new(b)), &solid_receiver, &mut |e| events.push(e));
             events
         });
         let mut events = Vec::new();
-        run(&mut fluid, setup, &fluid_link, Some(fluid_exchange), &fluid_receiver, &mut |e| events.push(e));
+        run(&mut fluid, plan, &fluid_link, Some(fluid_exchange), &fluid_receiver, &mut |e| events.push(e));
         drop((fluid_sender, solid_sender));
         (events, partner.join().unwrap())
     })
@@ -370,6 +371,7 @@ fn a_stop_ends_both_sides_at_the_granted_step_with_outputs_complete() {
 #[test]
 fn a_fixed_step_far_above_its_limit_ends_the_run_at_that_half_step() {
     let setup = setup(1e-3, 0.05, BreachAction::Stop);
+    let plan = &setup.plan();
     let from = StepStage { step: 7, stage: sph::coupling::stage::Stage::Corrector };
     for (limit, stops) in [(3.5e-5, false), (3.2e-5, true), (f64::NAN, true)] {
         let (mut fluid, _) = masses(&setup.domain);
@@ -383,7 +385,7 @@ fn a_fixed_step_far_above_its_limit_ends_the_run_at_that_half_step() {
             resume: None,
             partner_particles: None,
         };
-        run(&mut fluid, &setup, &link, None, &receiver, &mut |e| events.push(e));
+        run(&mut fluid, plan, &link, None, &receiver, &mut |e| events.push(e));
         match fault(&events) {
             Some(Fault::Diverged(divergence)) if stops => {
                 assert_eq!(divergence.at, from);
@@ -398,12 +400,13 @@ fn a_fixed_step_far_above_its_limit_ends_the_run_at_that_half_step() {
 #[test]
 fn a_coordinator_that_is_gone_ends_the_run() {
     let setup = setup(1e-3, 0.05, BreachAction::Stop);
+    let plan = &setup.plan();
     let (mut fluid, _) = masses(&setup.domain);
     let (sender, receiver) = mpsc::channel::<Command>();
     drop(sender);
     let mut events = Vec::new();
     let link =
         Link { partner_extent: Extent::default(), first_limit: 1.0, resume: None, partner_particles: None };
-    run(&mut fluid, &setup, &link, None, &receiver, &mut |e| events.push(e));
+    run(&mut fluid, plan, &link, None, &receiver, &mut |e| events.push(e));
     assert!(matches!(fault(&events), Some(Fault::Aborted { .. })));
 }

@@ -224,6 +224,7 @@ fn run_sides(
     alter: impl FnOnce(&mut Side),
     wrap: impl FnOnce(Box<dyn Exchange>) -> Box<dyn Exchange>,
 ) -> [Vec<Event>; 2] {
+    let plan = &setup.plan();
     let mut fluid = Side::new(Role::Fluid, law, &setup.domain);
     let mut solid = Side::new(Role::Solid, law, &setup.domain);
     alter(&mut solid);
@@ -246,11 +247,11 @@ fn run_sides(
     std::thread::scope(|scope| {
         let partner = scope.spawn(move || {
             let mut events = Vec::new();
-            run(&mut solid, setup, link, Some(to_fluid), &solid_commands, &mut |e| events.push(e));
+            run(&mut solid, plan, link, Some(to_fluid), &solid_commands, &mut |e| events.push(e));
             events
         });
         let mut events = Vec::new();
-        run(&mut fluid, setup, link, Some(Box::new(a)), &fluid_commands, &mut |e| events.push(e));
+        run(&mut fluid, plan, link, Some(Box::new(a)), &fluid_commands, &mut |e| events.push(e));
         [events, partner.join().unwrap()]
     })
 }

@@ -1,6 +1,9 @@
+use nalgebra::Rotation3;
+
 use super::*;
-use crate::coupling::ledger::AngularBudget;
+use crate::coupling::ledger::{AngularBudget, axial};
 use crate::coupling::stage::StepStage;
+use crate::space::{Plane, Space, Vector};
 
 const SPACING: f64 = 0.01;
 const STEP: f64 = 1e-3;
@@ -12,28 +15,29 @@ fn particles() -> PartnerParticles {
         id: (0..6).collect(),
         body: vec![0; 6],
         mass: vec![2.0; 6],
-        position: (0..6).map(place).collect(),
+        position: (0..6).map(place).collect::<Column>(),
         bodies: vec![PartnerBody { name: "block".into(), cell_inertia: Some(1e-4), driven: false }],
     }
 }
 
-fn domain() -> Domain {
-    Domain { lower: Vector::zeros(), upper: Vector::new(1.0, 1.0), periodic: [false; 2] }
+fn domain() -> DomainPlan {
+    DomainPlan { lower: vec![0.0; 2], upper: vec![1.0; 2], periodic: vec![false; 2] }
 }
 
 fn audit() -> Audit {
-    Audit::new(particles(), domain(), CouplingKind::Loads, [SPACING, 1e-12], true)
+    Audit::new(particles(), &domain(), CouplingKind::Loads, [SPACING, 1e-12], true)
 }
 
 /// The block after `time` \[s\] of an even fall, turning at `spin` \[rad/s\].
-fn shown(time: f64, spin: f64) -> InterfaceStates {
+fn shown(time: f64, spin: f64) -> InterfaceStates<Plane> {
     let all = particles();
-    let centre = all.position.iter().sum::<Vector>() / 6.0;
+    let places: Vec<Vector> = all.position.quantities().collect();
+    let centre = places.iter().sum::<Vector>() / 6.0;
     let velocity = Vector::new(0.3, -1.0);
     let turned = |arm: Vector, a: f64| {
         Vector::new(a.cos() * arm.x - a.sin() * arm.y, a.sin() * arm.x + a.cos() * arm.y)
     };
-    let arms: Vec<Vector> = all.position.iter().map(|x| turned(x - centre, spin * time)).collect();
+    let arms: Vec<Vector> = places.iter().map(|x| turned(x - centre, spin * time)).collect();
     InterfaceStates {
         id: all.id.clone(),
         group: all.body.clone(),
@@ -53,12 +57,25 @@ fn observe(
     audit: &mut Audit,
     steps: u64,
     report: &MomentumReport,
-    alter: impl Fn(u64, &mut InterfaceStates),
+    alter: impl Fn(u64, &mut InterfaceStates<Plane>),
+) -> Result<(), String> {
+    watch(audit, steps, report, |step, time| {
+        let mut states = shown(time, 3.0);
+        alter(step, &mut states);
+        states
+    })
+}
+
+/// Shows `steps` steps of the motion whose states at a step and a time \[s\] are `shown`.
+fn watch<S: Space>(
+    audit: &mut Audit,
+    steps: u64,
+    report: &MomentumReport,
+    shown: impl Fn(u64, f64) -> InterfaceStates<S>,
 ) -> Result<(), String> {
     for step in 0..steps {
         for (stage, part) in [(Stage::Predictor, 0.0), (Stage::Corrector, 0.5)] {
-            let mut states = shown(STEP * (step as f64 + part), 3.0);
-            alter(step, &mut states);
+            let states = shown(step, STEP * (step as f64 + part));
             let report = (step > 0 || stage == Stage::Corrector).then_some(report);
             let mut columns = StateColumns::default();
             states.write(&mut columns);
@@ -96,7 +113,7 @@ fn places_and_order_are_those_of_the_set_up() {
 
 #[test]
 fn masses_are_those_of_the_set_up_where_they_are_shown() {
-    let mut states = Audit::new(particles(), domain(), CouplingKind::States, [SPACING, 1e-12], true);
+    let mut states = Audit::new(particles(), &domain(), CouplingKind::States, [SPACING, 1e-12], true);
     let error = observe(&mut states, 1, &even(), |_, states| states.mass[2] *= 1.01).unwrap_err();
     assert!(error.contains("particle 0") && error.contains("mass"), "{error}");
 }
@@ -113,7 +130,7 @@ fn the_momentum_reported_is_that_of_the_motion_shown() {
     // A deformable body that couples by loads may carry its mass elsewhere than its samples.
     let mut soft = particles();
     soft.bodies[0].cell_inertia = None;
-    let mut soft = Audit::new(soft, domain(), CouplingKind::Loads, [SPACING, 1e-12], true);
+    let mut soft = Audit::new(soft, &domain(), CouplingKind::Loads, [SPACING, 1e-12], true);
     assert_eq!(observe(&mut soft, 3, &push, |_, _| {}), Ok(()));
 }
 
@@ -121,16 +138,59 @@ fn the_momentum_reported_is_that_of_the_motion_shown() {
 fn velocities_at_rest_are_named_before_the_body_has_moved_far() {
     let mut soft = particles();
     soft.bodies[0].cell_inertia = None;
-    let mut soft = Audit::new(soft, domain(), CouplingKind::Loads, [SPACING, 1e-12], true);
+    let mut soft = Audit::new(soft, &domain(), CouplingKind::Loads, [SPACING, 1e-12], true);
     // At 1.04 m/s a tenth of a spacing is passed within the first step.
-    let still = |_: u64, states: &mut InterfaceStates| states.velocity.fill(Vector::zeros());
+    let still = |_: u64, states: &mut InterfaceStates<Plane>| states.velocity.fill(Vector::zeros());
     let error = observe(&mut soft, 3, &even(), still).unwrap_err();
     assert!(error.contains("velocities shown lead"), "{error}");
 }
 
 #[test]
 fn a_run_that_continues_is_not_held_against_the_start() {
-    let mut later = Audit::new(particles(), domain(), CouplingKind::Loads, [SPACING, 1e-12], false);
-    let moved = |_: u64, states: &mut InterfaceStates| states.position.iter_mut().for_each(|x| x.x += 0.1);
+    let mut later = Audit::new(particles(), &domain(), CouplingKind::Loads, [SPACING, 1e-12], false);
+    let moved =
+        |_: u64, states: &mut InterfaceStates<Plane>| states.position.iter_mut().for_each(|x| x.x += 0.1);
     assert_eq!(observe(&mut later, 3, &MomentumReport { angular: None, ..even() }, moved), Ok(()));
+}
+
+/// A rigid block of 2 × 2 × 2 particles in space after `time` \[s\] of turning about an oblique axis at `speed` \[rad/s\].
+fn turning_in_space(time: f64, speed: f64) -> InterfaceStates<Spatial> {
+    let axis = LedgerVector::new(1.0, 2.0, 2.0) / 3.0;
+    let spin = axis * speed;
+    let centre = LedgerVector::repeat(0.5);
+    let arm =
+        |k: u32| LedgerVector::new(f64::from(k & 1), f64::from(k >> 1 & 1), f64::from(k >> 2)) * SPACING;
+    let middle = LedgerVector::repeat(0.5 * SPACING);
+    let turn = Rotation3::new(spin * time);
+    let arms: Vec<LedgerVector> = (0..8).map(|k| turn * (arm(k) - middle)).collect();
+    InterfaceStates {
+        id: (0..8).collect(),
+        group: vec![0; 8],
+        mass: vec![2.0; 8],
+        position: arms.iter().map(|arm| centre + arm).collect(),
+        velocity: arms.iter().map(|arm| spin.cross(arm)).collect(),
+        ..InterfaceStates::default()
+    }
+}
+
+#[test]
+fn a_spin_in_space_agrees_with_itself_and_a_torque_that_is_not_shown_is_named() {
+    let start = turning_in_space(0.0, 3.0);
+    let particles = PartnerParticles {
+        id: start.id.clone(),
+        body: start.group.clone(),
+        mass: start.mass.clone(),
+        position: start.position.iter().copied().collect(),
+        bodies: vec![PartnerBody { name: "block".into(), cell_inertia: Some(1e-4), driven: false }],
+    };
+    let domain = DomainPlan { lower: vec![0.0; 3], upper: vec![1.0; 3], periodic: vec![false; 3] };
+    let audit = || Audit::new(particles.clone(), &domain, CouplingKind::States, [SPACING, 1e-12], true);
+    assert_eq!(watch(&mut audit(), 20, &even(), |_, time| turning_in_space(time, 3.0)), Ok(()));
+    // Faster by a part in 1e6: the angular momentum of the particles and of their cells grows, about all axes.
+    let faster = |step: u64, time| turning_in_space(time, if step < 1 { 3.0 } else { 3.0 + 3e-6 });
+    let error = watch(&mut audit(), 2, &even(), faster).unwrap_err();
+    assert!(error.contains("moment of inertia"), "{error}");
+    // A cube turns about any axis with I ω: (2 · 8 · Δx²/2 + cells) · 3e-6 rad/s, of which the axis has a third along x.
+    let change = (16.0 * 0.5 * SPACING * SPACING + 1e-4) * 3e-6;
+    assert!(error.contains(&format!("{:.3e}", change / 3.0)[..4]), "{error} has not {change:e}");
 }

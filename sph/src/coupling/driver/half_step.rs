@@ -13,7 +13,7 @@ use crate::coupling::ledger::{InterfaceSums, MomentumReport, StageBudget, Torque
 use crate::coupling::role::CouplingRole;
 use crate::coupling::solver::{Fault, NoLoads, Role, Solver};
 use crate::coupling::stage::{Clock, Stage, StageTime, StepStage};
-use crate::setup::RunSetup;
+use crate::setup::RunPlan;
 
 /// Digests of the frames of one half-step: the one sent, and the partner's that was computed from.
 #[derive(Clone, Copy)]
@@ -26,7 +26,7 @@ pub(super) struct Digests {
 pub(super) struct Runner<'a, S: Solver + ?Sized> {
     pub(super) solver: &'a mut S,
     pub(super) exchange: Option<Box<dyn Exchange>>,
-    pub(super) setup: &'a RunSetup,
+    pub(super) setup: &'a RunPlan,
     pub(super) role: CouplingRole,
     pub(super) partner_extent: Extent,
     /// Own extents that the partner may still refer to, newest last.
@@ -63,7 +63,7 @@ pub(super) struct Before {
 impl<'a, S: Solver + ?Sized> Runner<'a, S> {
     pub(super) fn new(
         solver: &'a mut S,
-        setup: &'a RunSetup,
+        setup: &'a RunPlan,
         link: &Link,
         exchange: Option<Box<dyn Exchange>>,
         clock: &Clock,
@@ -309,10 +309,10 @@ impl<'a, S: Solver + ?Sized> Runner<'a, S> {
 }
 
 /// The audit of the partner that `link` describes, if it does.
-fn audit_of(setup: &RunSetup, link: &Link) -> Option<Audit> {
+fn audit_of(setup: &RunPlan, link: &Link) -> Option<Audit> {
     let (particles, coupling) = (link.partner_particles.clone()?, setup.coupling.as_ref()?);
     let scales = [coupling.solid_spacing, setup.ledger.momentum_tolerance];
-    Some(Audit::new(particles, setup.domain, coupling.kind, scales, link.resume.is_none()))
+    Some(Audit::new(particles, &setup.domain, coupling.kind, scales, link.resume.is_none()))
 }
 
 fn not_offered(at: StepStage, error: NoLoads) -> Fault {

@@ -17,7 +17,7 @@ use crate::coupling::audit::PartnerParticles;
 use crate::coupling::exchange::{Exchange, Extent};
 use crate::coupling::solver::{Fault, Solver};
 use crate::coupling::stage::{Clock, ClockState, Stage};
-use crate::setup::RunSetup;
+use crate::setup::RunPlan;
 use half_step::Runner;
 
 /// Target of the spans that tell where the time of a run goes; they cost nothing unless somebody records them.
@@ -41,7 +41,7 @@ pub struct Link {
 /// Without an exchange the solver has no partner. Every event is reported in order, `Finished` or `Failed` last.
 pub fn run<S: Solver + ?Sized>(
     solver: &mut S,
-    setup: &RunSetup,
+    setup: &RunPlan,
     link: &Link,
     exchange: Option<Box<dyn Exchange>>,
     commands: &Receiver<Command>,

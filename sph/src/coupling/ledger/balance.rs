@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::budget::{InterfaceSums, StageBudget, relative};
 use crate::coupling::stage::StepStage;
-use crate::setup::{CouplingKind, InterfaceLaw, LedgerPolicy, RunSetup};
+use crate::setup::{CouplingKind, InterfaceLaw, LedgerPolicy, RunPlan};
 
 /// Imbalance of one half-step, relative to gross: check (a).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -30,7 +30,7 @@ pub enum TorqueCheck {
 
 impl TorqueCheck {
     /// The check that fits the interface law and the domain of a run.
-    pub fn of(run: &RunSetup) -> Self {
+    pub fn of(run: &RunPlan) -> Self {
         let Some(coupling) = &run.coupling else { return Self::Central };
         match (coupling.law, coupling.kind) {
             _ if run.domain.is_periodic() => Self::Skipped,

@@ -1,9 +1,10 @@
 //! Which energy accounts a case can have: solvers report these, and outputs list no others.
 
 use super::energy::EnergyAccount as A;
+use crate::in_space;
 use crate::setup::{ContactLaw, FluidScheme, FluidSetup, Formulation, ParticipantSetup, SolidSetup};
+use crate::space::Space;
 use crate::space::tensors::SpaceVector;
-use crate::space::{Space, Vector};
 
 /// The part of `gravity` \[m/s²\] that has a potential in a domain with these `periodic` directions.
 pub fn potential_gravity<S: Space>(gravity: S::Vector, periodic: impl Fn(usize) -> bool) -> S::Vector {
@@ -18,8 +19,8 @@ impl A {
     /// The accounts that the run of `setup` can have.
     pub fn of(setup: &ParticipantSetup) -> Vec<Self> {
         match setup {
-            ParticipantSetup::Fluid(setup) => Self::of_fluid(setup),
-            ParticipantSetup::Solid(setup) => Self::of_solid(setup),
+            ParticipantSetup::Fluid(setup) => in_space!(setup, setup => Self::of_fluid(setup)),
+            ParticipantSetup::Solid(setup) => in_space!(setup, setup => Self::of_solid(setup)),
         }
     }
 
@@ -56,9 +57,9 @@ impl A {
     }
 
     /// The accounts that solids can have.
-    pub fn of_solid(setup: &SolidSetup) -> Vec<Self> {
+    pub fn of_solid<S: Space>(setup: &SolidSetup<S>) -> Vec<Self> {
         let SolidSetup { run, bodies, walls, .. } = setup;
-        let deformable = |body: &&crate::setup::BodySetup| !matches!(body.formulation, Formulation::Rigid);
+        let deformable = |body: &&crate::setup::BodySetup<S>| !matches!(body.formulation, Formulation::Rigid);
         let updated = |formulation: &Formulation| matches!(formulation, Formulation::UpdatedLagrangian(_));
         let viscous = |formulation: &Formulation| match formulation {
             Formulation::UpdatedLagrangian(law) => law.viscosity_a > 0.0 || law.viscosity_b > 0.0,
@@ -69,7 +70,7 @@ impl A {
             Formulation::UpdatedLagrangian(law) => law.artificial_stress > 0.0,
             _ => false,
         };
-        let falls = run.body_force.gravity != Vector::zeros();
+        let falls = run.body_force.gravity != S::Vector::zeros();
         let any = |is: &dyn Fn(&Formulation) -> bool| bodies.iter().any(|body| is(&body.formulation));
         let elastic = bodies.iter().any(|body| deformable(&body));
         let (friction, wet) = match &setup.contact {

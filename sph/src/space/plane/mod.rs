@@ -35,9 +35,19 @@ impl Space for Plane {
         factor * 10.0 / (7.0 * std::f64::consts::PI)
     }
 
+    fn per_axis<T: Clone + Debug + PartialEq + Send + Sync + 'static>(
+        value: impl FnMut(usize) -> T,
+    ) -> Self::PerAxis<T> {
+        std::array::from_fn(value)
+    }
+
     #[inline(always)]
     fn cell_volume(spacing: f64) -> f64 {
         spacing * spacing
+    }
+
+    fn cell_inertia(mass: f64, density: f64) -> f64 {
+        mass * mass / (6.0 * density)
     }
 
     #[inline(always)]

@@ -40,9 +40,19 @@ impl Space for Spatial {
         factor / std::f64::consts::PI
     }
 
+    fn per_axis<T: Clone + Debug + PartialEq + Send + Sync + 'static>(
+        value: impl FnMut(usize) -> T,
+    ) -> Self::PerAxis<T> {
+        std::array::from_fn(value)
+    }
+
     #[inline(always)]
     fn cell_volume(spacing: f64) -> f64 {
         spacing * spacing * spacing
+    }
+
+    fn cell_inertia(mass: f64, density: f64) -> f64 {
+        mass * (mass / density).cbrt().powi(2) / 6.0
     }
 
     #[inline(always)]

@@ -42,4 +42,5 @@ mod tests;
 
 pub use constants::constants;
 pub use solver::{FluidSolver, plane_solver, spatial_solver};
+pub use system::packed_particle::FluidSpace;
 pub use time::step_limit::viscous_limit;

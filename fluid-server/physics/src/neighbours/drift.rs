@@ -134,6 +134,12 @@ impl<S: Space> Drift<S> {
         }
     }
 
+    /// By how much [`Drift::approach`] grows at most when no particle moves farther than `way` \[m\]: along each axis by twice the
+    /// way. With less, the lists of a run that is restored would last shorter than those of one that was not.
+    pub fn growth(way: f64) -> f64 {
+        (S::DIMENSIONS as f64).sqrt() * 2.0 * way
+    }
+
     /// Upper bound \[m\] of the approach, since `grid` was built, of two particles that are not in each other's lists.
     ///
     /// Cells are at least as wide as the lists' radius, which is the support and the skin. Two particles that are not

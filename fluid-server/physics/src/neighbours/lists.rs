@@ -101,7 +101,8 @@ impl<S: FluidSpace> Lists<S> {
         if displacement > farthest(model.constants.particle_spacing) {
             return true;
         }
-        self.remaining_skin = self.remaining_skin.map(|skin| skin - 2.0 * (moves.last + moves.next()));
+        let growth = Drift::<S>::growth(moves.last + moves.next());
+        self.remaining_skin = self.remaining_skin.map(|skin| skin - growth);
         if self.remaining_skin.is_some_and(|skin| skin >= 0.0) {
             return false;
         }
@@ -131,7 +132,7 @@ impl<S: FluidSpace> Lists<S> {
         origin.position.clone_from(&state.position);
         state.list_builds += 1;
         self.build(model, origin, state.list_skin);
-        self.remaining_skin = Some(state.list_skin - 2.0 * moves.next());
+        self.remaining_skin = Some(state.list_skin - Drift::<S>::growth(moves.next()));
     }
 
     /// Builds the lists that belong to the state's origin unless they are present, as after a restore.

@@ -229,7 +229,7 @@ fn the_driver_runs_a_fluid_without_partner() {
     let (sender, commands) = std::sync::mpsc::channel();
     sender.send(Command::GrantThrough(1_000_000)).unwrap();
     let mut events = Vec::new();
-    sph::coupling::driver::run(&mut solver, &run_setup, &link, None, &commands, &mut |event| {
+    sph::coupling::driver::run(&mut solver, &run_setup.plan(), &link, None, &commands, &mut |event| {
         events.push(event)
     });
     let steps = events.iter().filter(|event| matches!(event, Event::Step(_))).count();

@@ -5,7 +5,6 @@ use sph::coupling::stage::{StageTime, StepStage};
 use sph::lanes::Arithmetic;
 use sph::prescribed::body_force::BodyForceField;
 use sph::setup::{SolidParticles, SolidSetup};
-use sph::space::Plane;
 use sph::space::tensors::SpaceVector;
 
 use crate::boundary::walls::Walls;
@@ -36,10 +35,10 @@ mod bodies;
 mod validate;
 
 /// Model and initial state of `setup`, or all its errors.
-pub fn build(
-    setup: SolidSetup,
+pub fn build<S: SolidSpace>(
+    setup: SolidSetup<S>,
     arithmetic: Arithmetic,
-) -> Result<(SolidModel<Plane>, SolidState<Plane>), Vec<String>> {
+) -> Result<(SolidModel<S>, SolidState<S>), Vec<String>> {
     let ranges = check_arrays(&setup)?;
     let mut errors = Vec::new();
     let domain = setup.run.domain;
@@ -53,12 +52,12 @@ pub fn build(
     let image_counts =
         initial_image_counts(&domain, &ranges, &setup.particles.reference_position, &particles.position);
     let walls = Walls::new(&setup, &mut errors);
-    let contact = build_contact::<Plane>(&setup);
+    let contact = build_contact(&setup);
     let (mut bodies, rigid) = build_bodies(
         &setup,
         &ranges,
         arithmetic,
-        (&walls, contact.clearance::<Plane>()),
+        (&walls, contact.clearance::<S>()),
         &image_counts,
         &mut particles,
         &mut errors,

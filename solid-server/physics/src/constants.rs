@@ -4,7 +4,7 @@ use sph::constants::Constant;
 use sph::space::Plane;
 
 use crate::boundary::supports;
-use crate::contact::{density_field, film, friction, start};
+use crate::contact::{density_field, film, start};
 use crate::formulations::{bond_forces, formulation, reference_forces};
 use crate::neighbours::material_point;
 use crate::report::probes;
@@ -23,7 +23,6 @@ pub fn constants() -> impl Iterator<Item = &'static Constant> {
         reference_forces::CONSTANTS,
         density_field::CONSTANTS,
         film::CONSTANTS,
-        friction::CONSTANTS,
         start::CONSTANTS,
         limits::CONSTANTS,
         material_point::CONSTANTS,

@@ -7,8 +7,8 @@ use sph::coupling::solver::{Counts, Divergence, NoLoads, NotUpdated, ParticleFie
 use sph::coupling::stage::{Stage, StageTime, StepStage};
 use sph::lanes::Arithmetic;
 use sph::setup::{SolidSetup, SolidStepping};
-use sph::space::Plane;
 use sph::space::components::Components;
+use sph::space::{Plane, Spatial};
 use sph::sums::ordered_sum;
 
 use crate::build::{build, build_workspace};
@@ -46,9 +46,10 @@ pub struct SolidSolver<S: SolidSpace> {
     no_extent: Extent,
 }
 
-impl SolidSolver<Plane> {
-    /// Mass \[kg/m\] of each body as its equations use it, and of a rigid one its moment of inertia \[kg m\].
-    pub fn masses(&self) -> impl Iterator<Item = (f64, Option<f64>)> + '_ {
+impl<S: SolidSpace> SolidSolver<S> {
+    /// Mass of each body as its equations use it, and of a rigid one its moment of inertia about its centre of mass at the
+    /// start \[kg\], \[kg m²\], in the plane per depth.
+    pub fn masses(&self) -> impl Iterator<Item = (f64, Option<S::Inertia>)> + '_ {
         self.model.bodies.iter().map(|body| {
             let mass = &self.model.particles.mass[body.range.clone()];
             let inertia = body.formulation.inertia().map(|inertia| inertia.total);
@@ -61,7 +62,7 @@ impl SolidSolver<Plane> {
     /// # Errors
     /// All that is wrong with the set-up: arrays that do not fit each other, expressions that do not parse, probes
     /// outside their body, laws that a body's formulation cannot serve, an initial state beyond the limits.
-    pub fn new(setup: SolidSetup) -> Result<Self, Vec<String>> {
+    pub fn new(setup: SolidSetup<S>) -> Result<Self, Vec<String>> {
         Self::with_arithmetic(setup, Arithmetic::chosen())
     }
 
@@ -69,16 +70,34 @@ impl SolidSolver<Plane> {
     ///
     /// # Errors
     /// As [`Self::new`].
-    pub fn with_arithmetic(setup: SolidSetup, arithmetic: Arithmetic) -> Result<Self, Vec<String>> {
+    pub fn with_arithmetic(setup: SolidSetup<S>, arithmetic: Arithmetic) -> Result<Self, Vec<String>> {
         let coupling = setup.run.coupling;
         let (model, state) = build(setup, arithmetic)?;
         let workspace = build_workspace(&model, &state, coupling.as_ref());
-        let stepping: Box<dyn Stepping<Plane>> = match model.stepping {
+        let stepping: Box<dyn Stepping<S>> = match model.stepping {
             SolidStepping::StageRule => Box::new(StageRule),
             SolidStepping::Substeps(count) => Box::new(Substeps(count)),
         };
         Ok(Self { model, state, workspace, stepping, no_extent: Extent::default() })
     }
+}
+
+/// A solver in the plane at the start of the run that `setup` describes, with the arithmetic of this process.
+///
+/// Its passes are compiled in this crate, as one unit.
+///
+/// # Errors
+/// As [`SolidSolver::new`].
+pub fn plane_solver(setup: SolidSetup<Plane>) -> Result<Box<SolidSolver<Plane>>, Vec<String>> {
+    Ok(Box::new(SolidSolver::new(setup)?))
+}
+
+/// The same in space.
+///
+/// # Errors
+/// As [`SolidSolver::new`].
+pub fn spatial_solver(setup: SolidSetup<Spatial>) -> Result<Box<SolidSolver<Spatial>>, Vec<String>> {
+    Ok(Box::new(SolidSolver::new(setup)?))
 }
 
 impl<S: SolidSpace> SolidSolver<S> {

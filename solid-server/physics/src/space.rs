@@ -1,26 +1,25 @@
 //! What the solid needs of a space beyond `sph`.
 
-use std::f64::consts::PI;
+mod plane;
+mod spatial;
 
 use sph::lanes::Real;
 use sph::prescribed::motion::MotionState;
-use sph::space::tensors::{Linear, SpaceSymmetric};
-use sph::space::{Plane, Space};
-use sph::sums::ordered_sum;
+use sph::space::components::Components;
+use sph::space::tensors::Linear;
+
+pub use plane::nearest_branch;
 
 use crate::thresholds::Thresholds;
 
 sph::constants! {
     const SINGULAR: f64 = 1e-6, "solid.correction.singular",
-        "ratio of the eigenvalues of a moment matrix below which all neighbours count as lying on one line [-]";
+        "ratio of an eigenvalue of a moment matrix to the largest below which no neighbours count as lying that way [-]";
     const SMALLEST_INERTIA: f64 = 1e-9, "solid.rigid.smallest_inertia",
         "share of sum m |r|^2 in the moment of inertia above which it is no round-off [-]";
-}
-
-/// `angle` plus whole turns, as near as possible to `near` \[rad\].
-pub fn nearest_branch(angle: f64, near: f64) -> f64 {
-    let turn = std::f64::consts::TAU;
-    angle + turn * ((near - angle) / turn).round()
+    /// The rule converges by a factor of the angle of a step per round; at a tenth of a radian 16 rounds reach round-off.
+    const COAST_ROUNDS: usize = 32, "solid.rigid.coast_rounds",
+        "most rounds by which the mean spin of a freely turning body is found in space [-]";
 }
 
 /// The directions in which a particle has neighbours.
@@ -28,6 +27,13 @@ pub fn nearest_branch(angle: f64, near: f64) -> f64 {
 pub enum Span<V> {
     /// All of them.
     All,
+    /// A surface in space.
+    Surface {
+        /// Its unit normal.
+        normal: V,
+        /// Σ a |X|² \[m²\].
+        moment: f64,
+    },
     /// One line.
     Line {
         /// Unit vector along it.
@@ -47,6 +53,9 @@ pub trait SolidSpace: Thresholds {
     /// Moment of inertia of a body about its centre of mass.
     type Inertia: Linear;
 
+    /// A displacement along a face: a number in the plane, a vector in space.
+    type Slide: Linear + Components;
+
     /// Moment of inertia of a particle of `mass` at `arm` \[m\] from the centre.
     fn point_inertia(mass: f64, arm: &Self::Vector) -> Self::Inertia;
 
@@ -56,14 +65,57 @@ pub trait SolidSpace: Thresholds {
     /// Moment of inertia about its centre of a body of `mass` and the second moments `moments` \[m²\] about it.
     fn body_inertia(mass: f64, moments: &Self::SymmetricTensor) -> Self::Inertia;
 
-    /// Angular momentum of a body at angular velocity `spin`.
+    /// Angular momentum at angular velocity `spin` of a body of `inertia` as it stands.
     fn angular_momentum(inertia: Self::Inertia, spin: Self::Spin) -> Self::Spin;
 
     /// Angular velocity of a body of this angular momentum.
     fn angular_velocity(inertia: Self::Inertia, angular_momentum: Self::Spin) -> Self::Spin;
 
-    /// Whether `inertia` is no round-off of `total`: not that of the place of a single particle.
-    fn is_extended(inertia: Self::Inertia, total: Self::Inertia) -> bool;
+    /// The smallest principal moment.
+    fn smallest_inertia(inertia: Self::Inertia) -> f64;
+
+    /// Angular velocity of particles of the angular momentum Σ m r × v and of `inertia`, without the part about axes about
+    /// which that is round-off of `total`: a single particle has none.
+    fn described_spin(
+        inertia: Self::Inertia,
+        total: Self::Inertia,
+        angular_momentum: Self::Spin,
+    ) -> Self::Spin;
+
+    /// Angular velocity after `torque` for `duration` \[s\] of a body that turned from the first to the second of `rotations`,
+    /// of `inertia` without rotation.
+    ///
+    /// ```text
+    /// ω' = I'⁻¹ (I ω + τ Δt),  I = R I₀ Rᵀ
+    /// ```
+    fn spin_after(
+        inertia: Self::Inertia,
+        rotations: [Self::Rotation; 2],
+        spin: Self::Spin,
+        torque: Self::Spin,
+        duration: f64,
+    ) -> Self::Spin;
+
+    /// Rotation and angular velocity after `duration` \[s\] without torque, of second order in time, and the same back in time.
+    ///
+    /// In space by the implicit midpoint rule, which keeps the angular momentum L:
+    ///
+    /// ```text
+    /// R' = exp(ω̄ Δt) R,  ω̄ = Ī⁻¹ L,  Ī that of exp(½ ω̄ Δt) R
+    /// ```
+    fn coasted(
+        inertia: Self::Inertia,
+        rotation: Self::Rotation,
+        spin: Self::Spin,
+        duration: f64,
+    ) -> (Self::Rotation, Self::Spin);
+
+    /// Change of the angular momentum between two rotations and angular velocities of a body of `inertia` without rotation.
+    fn angular_gain(
+        inertia: Self::Inertia,
+        from: (Self::Rotation, Self::Spin),
+        to: (Self::Rotation, Self::Spin),
+    ) -> Self::Spin;
 
     /// From the middle of a cell to its face of the area vector `area`.
     fn to_face(area: &Self::Vector) -> Self::Vector;
@@ -95,8 +147,23 @@ pub trait SolidSpace: Thresholds {
     fn over_half_space(reach: f64, phase: f64, height: f64, spacing: f64, weight: impl Fn(f64) -> f64)
     -> f64;
 
-    /// Unit vector across `gradient` in which a contact sticks.
-    fn tangent(gradient: &Self::Vector) -> Self::Vector;
+    /// Area of the face of a cell over its side `spacing` \[m\]: 1 per depth in the plane.
+    fn face_over_side(spacing: f64) -> f64;
+
+    /// The face across `gradient`: a unit vector along it in the plane, its unit normal in space.
+    fn face(gradient: &Self::Vector) -> Self::Vector;
+
+    /// The part of `v` along `face`.
+    fn along(face: &Self::Vector, v: &Self::Vector) -> Self::Slide;
+
+    /// `slide` along a face that has turned into `face` since, of the same length.
+    fn turned_slide(face: &Self::Vector, slide: Self::Slide) -> Self::Slide;
+
+    /// `slide` with a length of at most `largest`.
+    fn capped_slide(slide: Self::Slide, largest: f64) -> Self::Slide;
+
+    /// `slide` along `face` as a vector.
+    fn slide_vector(face: &Self::Vector, slide: Self::Slide) -> Self::Vector;
 
     /// a + m·b, column by column by [`Real::plus_product`].
     fn plus_matrix_times<R: Real>(a: Self::Of<R>, m: Self::Matrix<R>, b: Self::Of<R>) -> Self::Of<R>;
@@ -122,156 +189,4 @@ pub trait SolidSpace: Thresholds {
 
     /// Squares of the largest and the smallest principal stretch of the deformation gradient `f` \[-\].
     fn squared_stretches(f: &Self::Tensor) -> [f64; 2];
-}
-
-impl SolidSpace for Plane {
-    /// Per depth \[kg m\].
-    type Inertia = f64;
-
-    #[inline]
-    fn point_inertia(mass: f64, arm: &Self::Vector) -> f64 {
-        mass * arm.norm_squared()
-    }
-
-    /// m V/6 of a square: without it a block of 4 × 4 particles turns 6 % too easily.
-    #[inline]
-    fn cell_inertia(mass: f64, density: f64) -> f64 {
-        mass * mass / (6.0 * density)
-    }
-
-    fn body_inertia(mass: f64, moments: &Self::SymmetricTensor) -> f64 {
-        mass * (moments.xx + moments.yy)
-    }
-
-    #[inline]
-    fn angular_momentum(inertia: f64, spin: f64) -> f64 {
-        inertia * spin
-    }
-
-    #[inline]
-    fn angular_velocity(inertia: f64, angular_momentum: f64) -> f64 {
-        angular_momentum / inertia
-    }
-
-    fn is_extended(inertia: f64, total: f64) -> bool {
-        inertia > SMALLEST_INERTIA * total
-    }
-
-    /// The face of a square is as far from the middle as half its length.
-    fn to_face(area: &Self::Vector) -> Self::Vector {
-        area * 0.5
-    }
-
-    fn best_fit_rotation(
-        count: usize,
-        particle: impl Fn(usize) -> (f64, Self::Vector, Self::Vector) + Sync,
-        near: f64,
-    ) -> f64 {
-        let sine: f64 = ordered_sum(count, |k| {
-            let (mass, before, after) = particle(k);
-            mass * Self::cross(&before, &after)
-        });
-        let cosine: f64 = ordered_sum(count, |k| {
-            let (mass, before, after) = particle(k);
-            mass * before.dot(&after)
-        });
-        nearest_branch(sine.atan2(cosine), near)
-    }
-
-    fn rotation_between(then: &MotionState<Self>, now: &MotionState<Self>, near: f64) -> f64 {
-        let (then, now) = (then.rotate(&Self::Vector::x()), now.rotate(&Self::Vector::x()));
-        nearest_branch(Self::cross(&then, &now).atan2(then.dot(&now)), near)
-    }
-
-    fn spin_of(motion: &MotionState<Self>, origin: &Self::Vector) -> f64 {
-        let tip = origin + Self::Vector::x();
-        let arm = motion.position(&tip) - motion.position(origin);
-        Self::cross(&arm, &(motion.velocity(&tip) - motion.velocity(origin)))
-    }
-
-    fn wendland_weight(spacing: f64, support: f64) -> f64 {
-        spacing * spacing * 7.0 / (PI * support * support)
-    }
-
-    fn over_half_space(
-        reach: f64,
-        phase: f64,
-        height: f64,
-        spacing: f64,
-        weight: impl Fn(f64) -> f64,
-    ) -> f64 {
-        let reach = reach.ceil();
-        let steps = || (0..).map(|k| f64::from(k) - reach - 1.0).take_while(|k| *k <= reach + 1.0);
-        let at = |column: f64, row: f64| {
-            weight(Self::Vector::new((phase - column) * spacing, height + row * spacing).norm())
-        };
-        let of_row = |row: f64| steps().map(|column| at(column, row)).sum::<f64>();
-        steps().filter(|row| *row >= 0.0).map(of_row).sum()
-    }
-
-    #[inline]
-    fn tangent(gradient: &Self::Vector) -> Self::Vector {
-        Self::spin_cross(1.0, gradient) / gradient.norm()
-    }
-
-    #[inline(always)]
-    fn plus_matrix_times<R: Real>([x, y]: [R; 2], m: [R; 4], [b_x, b_y]: [R; 2]) -> [R; 2] {
-        [x.plus_product(m[0], b_x).plus_product(m[1], b_y), y.plus_product(m[2], b_x).plus_product(m[3], b_y)]
-    }
-
-    #[inline]
-    fn completed(known: Self::Tensor, span: &Span<Self::Vector>) -> Self::Tensor {
-        match span {
-            Span::All => known,
-            Span::None => Self::Tensor::identity(),
-            Span::Line { direction: line, .. } => {
-                let along = known * line;
-                known + Self::spin_cross(1.0, &along) / along.norm() * Self::spin_cross(1.0, line).transpose()
-            }
-        }
-    }
-
-    fn span(moment: &Self::Tensor) -> Span<Self::Vector> {
-        let symmetric = Self::SymmetricTensor { xx: moment[(0, 0)], yy: moment[(1, 1)], xy: moment[(0, 1)] };
-        let [major, minor] = symmetric.extremes();
-        if major <= 0.0 {
-            Span::None
-        } else if minor > SINGULAR * major {
-            Span::All
-        } else {
-            Span::Line { direction: symmetric.major_direction(), moment: major }
-        }
-    }
-
-    fn checkerboard(i: usize) -> Self::Vector {
-        let phase = if i.is_multiple_of(2) { 1.0 } else { -1.0 };
-        Self::Vector::new(phase, 0.7 * phase + 0.01 * (i % 7) as f64)
-    }
-
-    #[inline]
-    fn corotation(l: &Self::Tensor, s: &Self::SymmetricTensor) -> Self::SymmetricTensor {
-        let spin = 0.5 * (l[(0, 1)] - l[(1, 0)]);
-        let turning = 2.0 * spin * s.xy;
-        Self::SymmetricTensor { xx: turning, yy: -turning, xy: spin * (s.yy - s.xx) }
-    }
-
-    #[inline]
-    fn squared_deviator(s: &Self::SymmetricTensor) -> f64 {
-        let s_zz = -(s.xx + s.yy);
-        s.xx * s.xx + s.yy * s.yy + s_zz * s_zz + 2.0 * s.xy * s.xy
-    }
-
-    fn shear_measure(f: &Self::Tensor) -> f64 {
-        // tr(FᵀF) − 2J + 2(J − 1 − ln J).
-        let (stretch, shear) = (f[(0, 0)] - f[(1, 1)], f[(0, 1)] + f[(1, 0)]);
-        let growth = f.determinant() - 1.0;
-        stretch * stretch + shear * shear + 2.0 * (growth - growth.ln_1p())
-    }
-
-    fn squared_stretches(f: &Self::Tensor) -> [f64; 2] {
-        let (jacobian, sum) = (f.determinant(), f.norm_squared());
-        let spread = (sum * sum - 4.0 * jacobian * jacobian).max(0.0).sqrt();
-        let largest = 0.5 * (sum + spread);
-        [largest, jacobian * jacobian / largest]
-    }
 }

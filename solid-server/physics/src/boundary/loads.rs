@@ -3,7 +3,6 @@
 use sph::expression::{ComponentError, Expression};
 use sph::prescribed::body_force::{BodyForceField, values_at};
 use sph::setup::{LoadLaw, SurfaceLoad};
-use sph::space::Plane;
 use sph::space::tensors::{SpaceTensor, SpaceVector};
 
 use crate::space::SolidSpace;
@@ -29,28 +28,29 @@ enum ParsedLaw {
     Traction(Vec<Expression>),
 }
 
-impl Load<Plane> {
+impl<S: SolidSpace> Load<S> {
     /// The load that `setup` describes.
     ///
     /// # Errors
-    /// When a text is no expression of x, y, t: present position \[m\] and time \[s\].
-    pub fn new(setup: &SurfaceLoad) -> Result<Self, ComponentError> {
+    /// When a text is no expression of x, y, in space z, and t: present position \[m\] and time \[s\].
+    pub fn new(setup: &SurfaceLoad<S>) -> Result<Self, ComponentError> {
         let parse = |component, text: &str| {
-            Expression::parse_component(component, text, BodyForceField::<Plane>::VARIABLES)
+            Expression::parse_component(component, text, BodyForceField::<S>::VARIABLES)
         };
         let law = match &setup.law {
             LoadLaw::Pressure(text) => ParsedLaw::Pressure(parse("pressure", text)?),
-            LoadLaw::Traction([x, y]) => {
-                ParsedLaw::Traction(vec![parse("traction x", x)?, parse("traction y", y)?])
+            LoadLaw::Traction(texts) => {
+                let components = ["traction x", "traction y", "traction z"];
+                let parsed =
+                    components.iter().zip(texts.as_ref()).map(|(component, text)| parse(component, text));
+                ParsedLaw::Traction(parsed.collect::<Result<_, _>>()?)
             }
         };
         let faces = setup.particles.iter().zip(&setup.areas);
         let faces = faces.map(|(i, area)| LoadedFace { particle: *i as usize, area: *area }).collect();
         Ok(Self { law, faces })
     }
-}
 
-impl<S: SolidSpace> Load<S> {
     /// Whether the load turns with the surface.
     pub fn follows(&self) -> bool {
         matches!(self.law, ParsedLaw::Pressure(_))

@@ -6,7 +6,6 @@ use sph::prescribed::motion::{MotionState, RigidMotion};
 use sph::setup::BodySetup;
 use sph::space::domain::Domain;
 use sph::space::tensors::SpaceVector;
-use sph::space::{Plane, Space};
 
 use crate::particles::variables::RigidState;
 use crate::space::SolidSpace;
@@ -154,14 +153,14 @@ impl<S: SolidSpace> PrescribedMotion<S> {
 /// Supports of `body`, whose particles at `position` \[m\] belong to the supports `members`.
 ///
 /// Expressions that do not parse are added to `errors`.
-pub fn build_supports(
-    body: &BodySetup,
+pub fn build_supports<S: SolidSpace>(
+    body: &BodySetup<S>,
     members: &[u32],
-    position: &[<Plane as Space>::Vector],
+    position: &[S::Vector],
     start_time: f64,
     errors: &mut Vec<String>,
-) -> Vec<Support<Plane>> {
-    let build = |(k, setup): (u32, &sph::setup::Support)| {
+) -> Vec<Support<S>> {
+    let build = |(k, setup): (u32, &sph::setup::Support<S>)| {
         let motion = setup.motion.as_ref().and_then(|motion| match RigidMotion::new(motion) {
             Ok(parsed) => Some(PrescribedMotion::new(parsed, motion.pivot, start_time)),
             Err(error) => {
@@ -170,7 +169,7 @@ pub fn build_supports(
             }
         });
         let mut support = Support {
-            held: setup.held,
+            held: S::axes(|axis| setup.held.as_ref()[axis]),
             motion,
             release_time: setup.release_time.unwrap_or(f64::INFINITY),
             particles: Vec::new(),

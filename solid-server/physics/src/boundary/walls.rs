@@ -3,7 +3,6 @@
 use sph::coupling::stage::StageTime;
 use sph::prescribed::motion::RigidMotion;
 use sph::setup::{SolidSetup, WallSetup};
-use sph::space::Plane;
 use sph::space::tensors::SpaceVector;
 
 use crate::boundary::supports::acts;
@@ -40,15 +39,15 @@ pub struct WallState<S: SolidSpace> {
     pub acceleration: Vec<S::Vector>,
 }
 
-impl Walls<Plane> {
+impl<S: SolidSpace> Walls<S> {
     /// The walls of `setup`; expressions that do not parse are added to `errors`.
-    pub fn new(setup: &SolidSetup, errors: &mut Vec<String>) -> Self {
+    pub fn new(setup: &SolidSetup<S>, errors: &mut Vec<String>) -> Self {
         let wall_of = setup.wall_particles.wall.clone();
         let mut members = vec![Vec::new(); setup.walls.len()];
         for (w, wall) in wall_of.iter().enumerate() {
             members[*wall as usize].push(w);
         }
-        let build = |(particles, wall): (Vec<usize>, &WallSetup)| {
+        let build = |(particles, wall): (Vec<usize>, &WallSetup<S>)| {
             let motion = wall.motion.as_ref().and_then(|motion| match RigidMotion::new(motion) {
                 Ok(motion) => Some(motion),
                 Err(error) => {
@@ -61,9 +60,7 @@ impl Walls<Plane> {
         let walls = members.into_iter().zip(&setup.walls).map(build).collect();
         Self { walls, wall_of, start: setup.wall_particles.position.clone() }
     }
-}
 
-impl<S: SolidSpace> Walls<S> {
     /// Number of wall particles.
     pub fn len(&self) -> usize {
         self.start.len()

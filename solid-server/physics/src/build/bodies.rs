@@ -5,10 +5,9 @@ use std::ops::Range;
 use sph::kernel::CubicSpline;
 use sph::lanes::Arithmetic;
 use sph::prescribed::body_force::BodyForceField;
-use sph::setup::{BodyForce, BodySetup, ContactLaw, Formulation, SolidSetup};
-use sph::space::algebra::Algebra;
+use sph::setup::{BodyForce, BodySetup, ContactLaw, Formulation, PlaneState, SolidSetup};
 use sph::space::domain::Domain;
-use sph::space::{Plane, Vector};
+use sph::space::tensors::SpaceVector;
 
 use crate::boundary::loads::Load;
 use crate::boundary::supports::{build_supports, impose_velocities, wall_exemption};
@@ -30,21 +29,27 @@ use crate::time::limits::{
 };
 
 /// Bodies and their rigid motions; held velocities and the motion of rigid bodies are written to `particles`.
-pub fn build_bodies(
-    setup: &SolidSetup,
+pub fn build_bodies<S: SolidSpace>(
+    setup: &SolidSetup<S>,
     ranges: &[Range<usize>],
     arithmetic: Arithmetic,
-    (walls, clearance): (&Walls<Plane>, f64),
-    image_counts: &[<Plane as Algebra>::Of<i32>],
-    particles: &mut Particles<Plane>,
+    (walls, clearance): (&Walls<S>, f64),
+    image_counts: &[S::Of<i32>],
+    particles: &mut Particles<S>,
     errors: &mut Vec<String>,
-) -> (Vec<Body<Plane>>, Vec<RigidState<Plane>>) {
+) -> (Vec<Body<S>>, Vec<RigidState<S>>) {
     let domain = &setup.run.domain;
     let start_time = setup.run.time.start_time;
     let mut bodies = Vec::new();
     let mut rigid = Vec::new();
     for (body, range) in setup.bodies.iter().zip(ranges) {
-        let connected: Vec<Vector> =
+        if S::IMPLIED_AXES == 0.0 && body.material.plane == PlaneState::Stress {
+            errors.push(format!(
+                "body `{}`: plane stress belongs to the plane; leave `plane` out, or give the body its thickness",
+                body.name
+            ));
+        }
+        let connected: Vec<S::Vector> =
             range.clone().map(|i| particles.position[i] + image_offset(domain, &image_counts[i])).collect();
         let members = &setup.particles.support[range.clone()];
         let supports = build_supports(body, members, &connected, start_time, errors);
@@ -58,7 +63,7 @@ pub fn build_bodies(
         };
         let spacing = setup.particle_spacing;
         let (formulation, motion, wave_limits) =
-            formulate::<Plane>(body, spacing, arithmetic, &constants, &places, particles.view_mut(range));
+            formulate(body, spacing, arithmetic, &constants, &places, particles.view_mut(range));
         let wall_exemption = wall_exemption(domain, &supports, &connected, &walls.start, clearance);
         rigid.push(motion);
         bodies.push(Body {
@@ -90,7 +95,7 @@ struct Places<'a, S: SolidSpace> {
 
 /// Formulation, rigid motion and wave limits of `body`; the motion of a rigid body is written to `particles`.
 fn formulate<S: SolidSpace>(
-    body: &BodySetup,
+    body: &BodySetup<S>,
     spacing: f64,
     arithmetic: Arithmetic,
     constants: &BodyConstants<'_, S>,
@@ -128,15 +133,15 @@ fn formulate<S: SolidSpace>(
 }
 
 /// The acceleration of `body` alone.
-fn acceleration(body: &BodySetup, errors: &mut Vec<String>) -> Option<BodyForceField<Plane>> {
+fn acceleration<S: SolidSpace>(body: &BodySetup<S>, errors: &mut Vec<String>) -> Option<BodyForceField<S>> {
     let expressions = body.acceleration.clone()?;
-    BodyForceField::new(&BodyForce { gravity: Vector::zeros(), expressions: Some(expressions) })
+    BodyForceField::new(&BodyForce { gravity: S::Vector::zeros(), expressions: Some(expressions) })
         .map_err(|error| errors.push(format!("body `{}`: {error}", body.name)))
         .ok()
 }
 
 /// The loads on `body` of `count` particles.
-fn loads(body: &BodySetup, count: usize, errors: &mut Vec<String>) -> Vec<Load<Plane>> {
+fn loads<S: SolidSpace>(body: &BodySetup<S>, count: usize, errors: &mut Vec<String>) -> Vec<Load<S>> {
     let mut loads = Vec::new();
     for setup in &body.loads {
         let mut refuse = |problem: &str| {
@@ -186,7 +191,7 @@ pub fn initial_image_counts<S: SolidSpace>(
 }
 
 /// The law of contact of `setup`.
-pub fn build_contact<S: SolidSpace>(setup: &SolidSetup) -> ContactModel {
+pub fn build_contact<S: SolidSpace>(setup: &SolidSetup<S>) -> ContactModel {
     match setup.contact {
         ContactLaw::Repulsion(law) => {
             let fields = DensityFields::new::<S>(setup, law.distance);
@@ -196,13 +201,14 @@ pub fn build_contact<S: SolidSpace>(setup: &SolidSetup) -> ContactModel {
                 damping: law.damping,
                 friction: law.friction,
                 fields,
+                spacing: setup.particle_spacing,
                 wet: law.wet,
                 self_contact_distance,
                 start: Vec::new(),
             })
         }
         ContactLaw::Sums => {
-            let support = |body: &BodySetup| match &body.formulation {
+            let support = |body: &BodySetup<S>| match &body.formulation {
                 Formulation::UpdatedLagrangian(law) => {
                     CubicSpline::<S>::new(law.smoothing_length(setup.particle_spacing)).support_radius()
                 }

@@ -9,7 +9,7 @@ use crate::space::SolidSpace;
 use crate::system::model::{ContactModel, SolidModel};
 
 /// Ranges of the bodies' particles, or all errors of the arrays.
-pub fn check_arrays(setup: &SolidSetup) -> Result<Vec<Range<usize>>, Vec<String>> {
+pub fn check_arrays<S: SolidSpace>(setup: &SolidSetup<S>) -> Result<Vec<Range<usize>>, Vec<String>> {
     let p = &setup.particles;
     let n = p.id.len();
     let lengths = [

@@ -1,6 +1,7 @@
 //! Penetration depth of a particle in another body by a smoothed density, and the force of that depth.
 
 use sph::setup::SolidSetup;
+use sph::space::tensors::SpaceVector;
 
 use crate::space::SolidSpace;
 
@@ -88,7 +89,7 @@ pub struct DensityFields {
 
 impl DensityFields {
     /// Density fields of the bodies and walls of `setup`, in contact from `distance` mean spacings \[-\].
-    pub fn new<S: SolidSpace>(setup: &SolidSetup, distance: f64) -> Self {
+    pub fn new<S: SolidSpace>(setup: &SolidSetup<S>, distance: f64) -> Self {
         let (spacing, wall_spacing) = (setup.particle_spacing, wall_spacing(setup));
         let to_walls = distance * 0.5 * (spacing + wall_spacing);
         Self {
@@ -112,7 +113,7 @@ impl DensityFields {
 
 /// Spacing of the wall particles \[m\]: the smallest distance of consecutive particles of a wall; that of the bodies
 /// without walls.
-fn wall_spacing(setup: &SolidSetup) -> f64 {
+fn wall_spacing<S: SolidSpace>(setup: &SolidSetup<S>) -> f64 {
     let walls = &setup.wall_particles;
     let distance = |k: usize| {
         let next = (k + 1..walls.position.len()).take(1).filter(|next| walls.wall[*next] == walls.wall[k]);
@@ -122,7 +123,7 @@ fn wall_spacing(setup: &SolidSetup) -> f64 {
     if smallest.is_finite() && smallest > 0.0 { smallest } else { setup.particle_spacing }
 }
 
-/// Force against the depth of a particle, per metre of depth of the scene, and its slope.
+/// Force against the depth of a particle, in the plane per metre of depth of the scene, and its slope.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Spring {
     /// Force \[N/m\].
@@ -145,22 +146,26 @@ impl Spring {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use sph::space::Plane;
+    use sph::space::{Plane, Spatial};
 
-    #[test]
-    fn depth_is_that_of_rows_and_hardly_depends_on_the_lattice() {
-        let field = DensityField::new::<Plane>(0.01, 0.01);
+    fn check_depth<S: SolidSpace>() {
+        let field = DensityField::new::<S>(0.01, 0.01);
         for (height, allowed) in [(1.0, 3e-4), (0.9, 1e-3), (0.7, 3e-3)] {
             for k in 0..10 {
-                let found =
-                    field.depth(field.over_half_space::<Plane>(0.01, 0.1 * f64::from(k), 0.01 * height));
-                let flat = field.depth(field.over_half_space::<Plane>(0.01, 0.0, 0.01 * height));
+                let found = field.depth(field.over_half_space::<S>(0.01, 0.1 * f64::from(k), 0.01 * height));
+                let flat = field.depth(field.over_half_space::<S>(0.01, 0.0, 0.01 * height));
                 // Measured: the corrugation grows from 1e-4 to 2e-3 spacings as rows approach.
                 assert!((found - flat).abs() < allowed * 0.01, "{height} {k}: {found} {flat}");
                 // The chord from contact to coincidence: D(y) bends by less than a tenth of a spacing.
                 assert!((found - 0.01 * (1.0 - height)).abs() < 1e-3, "{height}: {found}");
             }
         }
+    }
+
+    #[test]
+    fn depth_is_that_of_rows_and_hardly_depends_on_the_lattice() {
+        check_depth::<Plane>();
+        check_depth::<Spatial>();
     }
 
     #[test]

@@ -6,11 +6,6 @@ use sph::space::tensors::SpaceVector;
 use crate::contact::density_field::DensityField;
 use crate::space::SolidSpace;
 
-sph::constants! {
-    const SMALLEST_PATCH: f64 = 1e-6, "solid.contact.smallest_patch",
-        "smallest second moment of a patch that bears friction, in squared contact distances [-]";
-}
-
 /// The side opposite to a particle in contact.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Owner {
@@ -36,10 +31,12 @@ pub type StartDepths = Vec<(ContactKey, f64)>;
 /// s is the elongation of a tangential spring, which prevents creep while the contact sticks; while it slides, s stays at
 /// μN/κ. The patch takes up −T by the shares W_sj and the torque about x̄ as a rotation of the patch, so that force and
 /// torque cancel. This is the dual of u: a rigid motion of both causes no friction, and sliding never adds energy.
+///
+/// In space u and s are vectors along the face, T = −(κ s + c u) with a length of at most μ N, and s turns with the face.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Friction<S: SolidSpace> {
     /// Elongation s of the tangential spring \[m\].
-    pub elongation: f64,
+    pub elongation: S::Slide,
     /// T on the particle \[N/m\].
     force: S::Vector,
     /// Torque of T about x̄ over the patch's Σ w (x − x̄)² \[N/m²\].
@@ -52,11 +49,11 @@ pub struct Friction<S: SolidSpace> {
 
 /// Elongations of the tangential springs of all contacts at one time, ascending by key.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct TangentialSprings {
+pub struct TangentialSprings<S: SolidSpace> {
     /// Time that they belong to \[s\].
     pub time: f64,
     /// Elongation s for each contact \[m\].
-    pub entries: Vec<(ContactKey, f64)>,
+    pub entries: Vec<(ContactKey, S::Slide)>,
 }
 
 /// A neighbour in the other body: x_sj \[m\], v_sj \[m/s\].
@@ -81,31 +78,33 @@ impl<S: SolidSpace> Friction<S> {
         law: &FrictionConstants,
         near: impl Iterator<Item = RelativeState<S>> + Clone,
         gradient: &S::Vector,
-        elongation: f64,
+        elongation: S::Slide,
         dt: f64,
     ) -> Self {
         let weighted = || near.clone().map(|(x, v)| (field.weight(x.norm()), x, v));
         let weight: f64 = weighted().map(|(w, _, _)| w).sum();
         let centre: S::Vector = weighted().map(|(w, x, _)| x * (-w / weight)).sum();
         let drift: S::Vector = weighted().map(|(w, _, v)| v * (-w / weight)).sum();
-        let inertia: f64 = weighted().map(|(w, x, _)| w / weight * (-x - centre).norm_squared()).sum();
-        // A patch of one particle can bear no couple, and so no friction.
-        if inertia <= SMALLEST_PATCH * field.distance * field.distance {
+        let inertia: S::Inertia =
+            weighted().map(|(w, x, _)| S::point_inertia(w / weight, &(-x - centre))).sum();
+        // A patch of one particle, in space of particles on one line, can bear no couple, and so no friction.
+        if S::smallest_inertia(inertia) <= S::SMALLEST_PATCH * field.distance * field.distance {
             return Self::default();
         }
         let spin = weighted()
             .map(|(w, x, v)| S::cross(&(-x - centre), &(-v - drift)) * (w / weight))
             .sum::<S::Spin>();
-        let rotation = spin / inertia;
+        let rotation = S::angular_velocity(inertia, spin);
         let arm = -centre;
-        let tangent = S::tangent(gradient);
-        let speed = tangent.dot(&(-drift - S::spin_cross(rotation, &arm)));
+        let face = S::face(gradient);
+        let speed = S::along(&face, &(-drift - S::spin_cross(rotation, &arm)));
         let FrictionConstants { stiffness, dashpot, bound } = *law;
         let elastic = bound / stiffness;
-        let elongation = (elongation + speed * dt).clamp(-elastic, elastic);
-        let along = -(stiffness * elongation + dashpot * speed).clamp(-bound, bound);
-        let force = tangent * along;
-        Self { elongation, force, couple: S::cross(&arm, &force) / inertia, centre, weight }
+        let elongation = S::capped_slide(S::turned_slide(&face, elongation) + speed * dt, elastic);
+        let along = -S::capped_slide(elongation * stiffness + speed * dashpot, bound);
+        let force = S::slide_vector(&face, along);
+        let couple = S::angular_velocity(inertia, S::cross(&arm, &force));
+        Self { elongation, force, couple, centre, weight }
     }
 
     /// Reaction \[N/m\] on a particle of the patch at x_sj \[m\], `r` \[m\] away.
@@ -119,10 +118,11 @@ impl<S: SolidSpace> Friction<S> {
     }
 }
 
-impl TangentialSprings {
+impl<S: SolidSpace> TangentialSprings<S> {
     /// Elongation for the contact `key` \[m\]; zero where it is new.
-    pub fn of(&self, key: &ContactKey) -> f64 {
-        self.entries.binary_search_by_key(key, |(key, _)| *key).map_or(0.0, |found| self.entries[found].1)
+    pub fn of(&self, key: &ContactKey) -> S::Slide {
+        let found = self.entries.binary_search_by_key(key, |(key, _)| *key);
+        found.map_or_else(|_| S::Slide::default(), |found| self.entries[found].1)
     }
 
     /// Takes over `other`, keeping the allocation.
@@ -132,7 +132,7 @@ impl TangentialSprings {
     }
 
     /// Replaces all by the elongations of `contacts`, ascending by key, at `time` \[s\].
-    pub fn renew(&mut self, time: f64, contacts: impl Iterator<Item = (ContactKey, f64)>) {
+    pub fn renew(&mut self, time: f64, contacts: impl Iterator<Item = (ContactKey, S::Slide)>) {
         self.time = time;
         self.entries.clear();
         self.entries.extend(contacts);

@@ -23,7 +23,7 @@ use crate::space::SolidSpace;
 ///
 /// ```text
 /// p_s = (f + clamp(c δ', ±f)) dδ/dD,  f = κ δ d/(d − δ);   f_sj = −p_s ΔX² (dW/dr)/r x_sj
-/// κ = kK/2,  c = 2ζ √(κ m)
+/// κ = kK/2,  c = 2ζ √(κ m);  in space κ = kK Δx/2
 /// ```
 ///
 /// The forces are minus the derivative of Σ Ψ(D_s), plus damping. Each is along x_sj and has its opposite on j, so
@@ -43,6 +43,8 @@ pub struct Repulsion {
     /// Coulomb's coefficient of friction μ \[-\].
     pub friction: f64,
     pub fields: DensityFields,
+    /// Spacing of the bodies' particles \[m\].
+    pub spacing: f64,
     /// Whether water presses in gaps; see [`Film`](crate::contact::film::Film).
     pub wet: bool,
     /// Undeformed distance \[m\] from which parts of one body can be in contact; `None` without self-contact.
@@ -84,7 +86,7 @@ pub struct ContactStage<'a, S: SolidSpace> {
     pub walls: &'a WallState<S>,
 }
 
-/// Stiffness κ \[Pa\] and reduced mass \[kg/m\] of a contact.
+/// Stiffness κ \[Pa\], in space \[N/m\], and reduced mass \[kg/m\] of a contact.
 #[derive(Clone, Copy)]
 struct ContactConstants {
     stiffness: f64,
@@ -134,7 +136,7 @@ impl Repulsion {
     pub fn evaluate<S: SolidSpace>(
         &self,
         at: &ContactStage<'_, S>,
-        springs: &mut TangentialSprings,
+        springs: &mut TangentialSprings<S>,
         contacts: &mut Contacts<S>,
         sums: &mut [ContactForces<S>],
     ) {
@@ -155,7 +157,7 @@ impl Repulsion {
     fn find_contacts<S: SolidSpace>(
         &self,
         at: &ContactStage<'_, S>,
-        springs: &TangentialSprings,
+        springs: &TangentialSprings<S>,
         contacts: &mut Contacts<S>,
     ) {
         let dt = at.at - springs.time;
@@ -181,7 +183,7 @@ impl Repulsion {
     fn contacts_of<S: SolidSpace>(
         &self,
         at: &ContactStage<'_, S>,
-        springs: &TangentialSprings,
+        springs: &TangentialSprings<S>,
         dt: f64,
         i: usize,
         found: &mut Vec<Contact<S>>,
@@ -207,7 +209,7 @@ impl Repulsion {
     fn contacts_of_wall<S: SolidSpace>(
         &self,
         at: &ContactStage<'_, S>,
-        springs: &TangentialSprings,
+        springs: &TangentialSprings<S>,
         dt: f64,
         w: usize,
         found: &mut Vec<Contact<S>>,
@@ -244,7 +246,8 @@ impl Repulsion {
         mass: f64,
     ) -> ContactConstants {
         let softer = other.map_or(f64::INFINITY, |other| other.material.bulk_modulus);
-        ContactConstants { stiffness: 0.5 * self.stiffness * body.material.bulk_modulus.min(softer), mass }
+        let pressure = 0.5 * self.stiffness * body.material.bulk_modulus.min(softer);
+        ContactConstants { stiffness: pressure * S::face_over_side(self.spacing), mass }
     }
 
     /// The contact of a particle with the neighbours `near`, if it lies in them; `dt` \[s\] after the time of `springs`.
@@ -254,7 +257,7 @@ impl Repulsion {
         field: &DensityField,
         constants: &ContactConstants,
         near: impl Iterator<Item = RelativeState<S>> + Clone,
-        springs: &TangentialSprings,
+        springs: &TangentialSprings<S>,
         dt: f64,
     ) -> Option<Contact<S>> {
         let square = field.support * field.support;

@@ -1,4 +1,4 @@
-//! A body that keeps its shape: three degrees of freedom, no stress.
+//! A body that keeps its shape: three degrees of freedom in the plane, six in space, no stress.
 
 use std::ops::AddAssign;
 
@@ -19,19 +19,21 @@ use crate::particles::fields::{StressView, StressViewMut};
 use crate::particles::variables::{ParticleView, ParticleViewMut, RigidState, image_offset};
 use crate::space::SolidSpace;
 
-/// A rigid body: M dV/dt = ΣF, I dω/dt = Σ r × F, by the midpoint rule of Eq. (30)-(31).
+/// A rigid body: M dV/dt = ΣF, d(Iω)/dt = Σ r × F, by the midpoint rule of Eq. (30)-(31).
 ///
 /// ```text
 /// M = Σ m,  I = Σ (I_r + I_c)
 /// ```
 /// I_r is [`SolidSpace::point_inertia`], I_c the [`SolidSpace::cell_inertia`] of the particle's own cell.
 ///
+/// In space I turns with the body; the angular momentum Iω is what torques change, so that it is kept without.
+///
 /// Particles are placed by centre and rotation each time, so that the shape stays rigid to round-off however long the
 /// run. Only forces from outside move it; neither stress nor density evolves.
 pub struct RigidBody<S: SolidSpace> {
     /// Mass per depth \[kg/m\].
     mass: f64,
-    /// Moment of inertia about the centre.
+    /// Moment of inertia about the centre, without rotation.
     inertia: RigidInertia<S>,
     /// Particles relative to the centre at the start \[m\].
     arms: Vec<S::Vector>,
@@ -57,7 +59,8 @@ impl<S: SolidSpace> AddAssign for Wrench<S> {
 
 impl<S: SolidSpace> RigidBody<S> {
     /// A body of particles at `position` \[m\], connected across periodic sides, and its motion at the start: of equal
-    /// momentum, and of the angular velocity Σ m r × v / Σ m |r|², which keeps a rotation that the velocities describe.
+    /// momentum, and of the angular velocity Σ m r × v / Σ m |r|², in space (Σ I_r)⁻¹ Σ m r × v, which keeps a rotation that
+    /// the velocities describe.
     pub fn new(
         constants: &BodyConstants<'_, S>,
         position: &[S::Vector],
@@ -71,15 +74,11 @@ impl<S: SolidSpace> RigidBody<S> {
         let mean_velocity = ordered_sum::<S::Vector, _>(n, |i| velocity[i] * m[i]) / mass;
         let arms: Vec<S::Vector> = position.iter().map(|x| *x - centre).collect();
         let of_places: S::Inertia = ordered_sum(n, |i| S::point_inertia(m[i], &arms[i]));
-        let cells: S::Inertia = ordered_sum(n, |i| S::cell_inertia(m[i], density[i]));
+        let cells: S::Inertia = ordered_sum(n, |i| <S as SolidSpace>::cell_inertia(m[i], density[i]));
         let angular_momentum: S::Spin = ordered_sum(n, |i| S::cross(&arms[i], &velocity[i]) * m[i]);
         let origins = constants.supports.iter().map(|support| support.origin(&centre)).collect();
         let inertia = RigidInertia { total: of_places + cells, cells };
-        let angular_velocity = if S::is_extended(of_places, inertia.total) {
-            S::angular_velocity(of_places, angular_momentum)
-        } else {
-            S::Spin::default()
-        };
+        let angular_velocity = S::described_spin(of_places, inertia.total, angular_momentum);
         let state = RigidState {
             centre,
             velocity: mean_velocity,
@@ -114,12 +113,15 @@ impl<S: SolidSpace> RigidBody<S> {
         })
     }
 
-    /// Velocity and angular velocity gained in `duration` \[s\].
-    fn gain(&self, wrench: &Wrench<S>, duration: f64) -> (S::Vector, S::Spin) {
-        (
-            wrench.force * (duration / self.mass),
-            S::angular_velocity(self.inertia.total, wrench.torque) * duration,
-        )
+    /// Velocity gained in `duration` \[s\].
+    fn gain(&self, wrench: &Wrench<S>, duration: f64) -> S::Vector {
+        wrench.force * (duration / self.mass)
+    }
+
+    /// Change of the angular momentum about the centre from `from` to `to`.
+    fn angular_gain(&self, from: &RigidState<S>, to: &RigidState<S>) -> S::Spin {
+        let of = |motion: &RigidState<S>| (motion.rotation, motion.angular_velocity);
+        S::angular_gain(self.inertia.total, of(from), of(to))
     }
 
     /// Change by supports of the angular momentum of a body whose forces act with its centre at `centre` \[m\], by
@@ -132,8 +134,7 @@ impl<S: SolidSpace> RigidBody<S> {
         held: &RigidState<S>,
     ) -> S::Spin {
         let arm = *centre - constants.domain.torque_origin();
-        S::cross(&arm, &(held.velocity - free.velocity)) * self.mass
-            + S::angular_momentum(self.inertia.total, held.angular_velocity - free.angular_velocity)
+        S::cross(&arm, &(held.velocity - free.velocity)) * self.mass + self.angular_gain(free, held)
     }
 
     /// Work of supports that change the motion of the body from `free` to `held`, where its forces alone took it from
@@ -141,7 +142,7 @@ impl<S: SolidSpace> RigidBody<S> {
     fn held_work(&self, start: &RigidState<S>, free: &RigidState<S>, held: &RigidState<S>) -> f64 {
         let mean = (start.velocity + held.velocity) * 0.5;
         let mean_spin = (start.angular_velocity + held.angular_velocity) * 0.5;
-        let turned = S::angular_momentum(self.inertia.total, held.angular_velocity - free.angular_velocity);
+        let turned = self.angular_gain(free, held);
         (held.velocity - free.velocity).dot(&mean) * self.mass + axial(turned).dot(&axial(mean_spin))
     }
 
@@ -200,12 +201,19 @@ impl<S: SolidSpace> BodyFormulation<S> for RigidBody<S> {
     ) -> AngularImpulse<S> {
         let (base, stage) = (step.base_rigid, step.stage_rigid);
         let duration = step.time.duration();
-        let (gain, spin) = self.gain(&self.wrench(stage.rotation, step.force), duration);
+        let wrench = self.wrench(stage.rotation, step.force);
+        let rotation = S::rotated(base.rotation, stage.angular_velocity, duration);
         let free = RigidState {
             centre: base.centre + stage.velocity * duration,
-            velocity: base.velocity + gain,
-            rotation: S::rotated(base.rotation, stage.angular_velocity, duration),
-            angular_velocity: base.angular_velocity + spin,
+            velocity: base.velocity + self.gain(&wrench, duration),
+            rotation,
+            angular_velocity: S::spin_after(
+                self.inertia.total,
+                [base.rotation, rotation],
+                base.angular_velocity,
+                wrench.torque,
+                duration,
+            ),
         };
         *next_rigid = self.held(step.constants.supports, step.time, step.time.target_time(), base, free);
         next.density.copy_from_slice(step.base.density);
@@ -227,10 +235,18 @@ impl<S: SolidSpace> BodyFormulation<S> for RigidBody<S> {
         motion: &mut RigidState<S>,
     ) -> AngularImpulse<S> {
         let start = *motion;
-        let (gain, spin) = self.gain(&self.wrench(motion.rotation, kick.force), kick.duration);
-        motion.velocity += gain;
-        motion.angular_velocity += spin;
+        let wrench = self.wrench(motion.rotation, kick.force);
+        motion.velocity += self.gain(&wrench, kick.duration);
+        motion.angular_velocity = S::spin_after(
+            self.inertia.total,
+            [motion.rotation; 2],
+            motion.angular_velocity,
+            wrench.torque,
+            kick.duration,
+        );
         let held = self.held(kick.constants.supports, kick.time, kick.target, kick.base_rigid, *motion);
+        // A kick turns nothing.
+        let held = RigidState { rotation: motion.rotation, ..held };
         let supports = self.held_moment(&kick.constants, &motion.centre, motion, &held);
         let work = self.held_work(&start, motion, &held);
         motion.velocity = held.velocity;
@@ -246,9 +262,12 @@ impl<S: SolidSpace> BodyFormulation<S> for RigidBody<S> {
         motion: &mut RigidState<S>,
     ) -> AngularImpulse<S> {
         motion.centre += motion.velocity * drift.duration;
-        motion.rotation = S::rotated(motion.rotation, motion.angular_velocity, drift.duration);
+        (motion.rotation, motion.angular_velocity) =
+            S::coasted(self.inertia.total, motion.rotation, motion.angular_velocity, drift.duration);
         let held = self.held(drift.constants.supports, drift.time, drift.target, drift.base_rigid, *motion);
-        let scheme = S::cross(&(held.centre - motion.centre), &motion.velocity) * self.mass;
+        let held = RigidState { angular_velocity: motion.angular_velocity, ..held };
+        let scheme = S::cross(&(held.centre - motion.centre), &motion.velocity) * self.mass
+            + self.angular_gain(motion, &held);
         motion.centre = held.centre;
         motion.rotation = held.rotation;
         self.place(&drift.constants, motion, drift.image_counts, particles);

@@ -187,6 +187,26 @@ mod tests {
     }
 
     #[test]
+    fn a_spin_in_space_only_rotates_the_stress() {
+        use nalgebra::{Matrix3, UnitQuaternion, Vector3};
+        use sph::space::{Spatial, SymmetricTensor3};
+
+        let spin = Vector3::new(0.3, -0.5, 0.6);
+        let start = SymmetricTensor3 { xx: 2e5, yy: -0.5e5, zz: -1.5e5, xy: 0.3e5, yz: -0.4e5, xz: 0.7e5 };
+        let (mut s, steps) = (start, 2000);
+        let dt = 1.0 / f64::from(steps);
+        let rate = |s: &SymmetricTensor3| deviatoric_stress_rate::<Spatial>(&RUBBER, s, &spin.cross_matrix());
+        for _ in 0..steps {
+            let middle = s.plus(&rate(&s).scaled(0.5 * dt));
+            s = s.plus(&rate(&middle).scaled(dt));
+        }
+        let q: Matrix3<f64> = UnitQuaternion::from_scaled_axis(spin).to_rotation_matrix().into_inner();
+        // Midpoint rule: relative error (2Ω dt)²/6.
+        assert!((s.full() - q * start.full() * q.transpose()).norm() < 1e-6 * start.full().norm());
+        assert!((von_mises_stress::<Spatial>(&s) / von_mises_stress::<Spatial>(&start) - 1.0).abs() < 1e-6);
+    }
+
+    #[test]
     fn stress_is_the_slope_of_the_energy() {
         let energy = |strain: f64| {
             let (p, s) = strained(Tensor::new(1.0, 0.4, 0.0, -0.3), strain, 10, SymmetricTensor::default());

@@ -79,7 +79,7 @@ impl<S: SolidSpace> Reference<S> {
     /// ```text
     /// (Σ_j a_ij u_ij ⊗ X_ij) (Σ_j a_ij X_ij ⊗ X_ij)⁻¹
     /// ```
-    /// Exact for linear fields wherever the neighbours span the plane.
+    /// Exact for linear fields wherever the neighbours span the plane or space.
     #[inline]
     pub fn gradient(&self, i: usize, change: impl Fn(&ReferencePair<S>) -> S::Vector) -> S::Tensor {
         moment(self.of(i).iter(), change) * self.corrections[i].inverse
@@ -221,6 +221,12 @@ impl<S: SolidSpace> Correction<S> {
         let span = S::span(&moment);
         let inverse = match &span {
             Span::All => moment.cofactor().transpose() / moment.determinant(),
+            // Regular with a part along the normal, which is taken out again.
+            Span::Surface { normal, moment: size } => {
+                let across = S::Tensor::outer(normal, normal);
+                let regular = moment + across * *size;
+                regular.cofactor().transpose() / regular.determinant() - across / *size
+            }
             Span::Line { direction, moment } => S::Tensor::outer(direction, direction) / *moment,
             Span::None => S::Tensor::zeros(),
         };

@@ -2,7 +2,6 @@
 
 use sph::neighbours::CellGrid;
 use sph::setup::{SolidProbeKind, SolidSetup};
-use sph::space::Plane;
 use sph::space::components::Components;
 use sph::space::tensors::{SpaceSymmetric, SpaceVector};
 
@@ -19,7 +18,11 @@ use crate::system::model::{Probe, SolidModel};
 use crate::system::state::{BodyContact, SolidState};
 
 /// The probes of `setup` on `bodies`; their errors are added to `errors`.
-pub fn build_probes(setup: &SolidSetup, bodies: &mut [Body<Plane>], errors: &mut Vec<String>) -> Vec<Probe> {
+pub fn build_probes<S: SolidSpace>(
+    setup: &SolidSetup<S>,
+    bodies: &mut [Body<S>],
+    errors: &mut Vec<String>,
+) -> Vec<Probe<S>> {
     let mut probes = Vec::new();
     for probe in &setup.probes {
         let name = &probe.name;
@@ -39,13 +42,15 @@ pub fn build_probes(setup: &SolidSetup, bodies: &mut [Body<Plane>], errors: &mut
         };
         match &probe.kind {
             SolidProbeKind::MaterialPoint(_, at) => {
+                let place: Vec<String> = at.row().as_ref().iter().map(f64::to_string).collect();
                 let reference = &setup.particles.reference_position[body.range.clone()];
-                match MaterialPoint::new::<Plane>(at, body.range.start, reference, setup.particle_spacing) {
+                match MaterialPoint::new::<S>(at, body.range.start, reference, setup.particle_spacing) {
                     Ok(point) => probes.push(Probe::MaterialPoint(point)),
                     Err(distance) => errors.push(format!(
-                        "probe `{name}`: ({}, {}) m lies {distance:.3e} m from the nearest particle of body `{}`; it \
+                        "probe `{name}`: ({}) m lies {distance:.3e} m from the nearest particle of body `{}`; it \
                          must lie in the undeformed body",
-                        at.x, at.y, body.name
+                        place.join(", "),
+                        body.name
                     )),
                 }
                 continue;
@@ -111,7 +116,7 @@ fn plain<S: SolidSpace>(
     model: &SolidModel<S>,
     state: &SolidState<S>,
     time: f64,
-    kind: &SolidProbeKind,
+    kind: &SolidProbeKind<S>,
     values: &mut Vec<f64>,
 ) {
     match kind {
@@ -183,7 +188,7 @@ fn push(values: &mut Vec<f64>, quantity: impl Components) {
     values.extend_from_slice(quantity.row().as_ref());
 }
 
-/// Centre, velocity, angle and angular velocity; the latter is angular momentum over moment of inertia.
+/// Centre, velocity, angle or quaternion, and angular velocity; the latter is angular momentum over moment of inertia.
 fn motion<S: SolidSpace>(model: &SolidModel<S>, state: &SolidState<S>, body: usize, values: &mut Vec<f64>) {
     let range = &model.bodies[body].range;
     let sums: BodySums<S> = body_sums(model, state, range);
@@ -197,6 +202,5 @@ fn motion<S: SolidSpace>(model: &SolidModel<S>, state: &SolidState<S>, body: usi
     push(values, centre);
     push(values, velocity);
     push(values, state.rotations[body]);
-    let turns = S::is_extended(inertia, inertia);
-    push(values, if turns { S::angular_velocity(inertia, spin) } else { S::Spin::default() });
+    push(values, S::described_spin(inertia, inertia, spin));
 }

@@ -29,7 +29,7 @@ pub struct SolidModel<S: SolidSpace> {
     pub body_force: BodyForceField<S>,
     pub damping: Option<Damping>,
     pub stepping: SolidStepping,
-    pub probes: Vec<Probe>,
+    pub probes: Vec<Probe<S>>,
     /// The run stops when more particles than this are outside the domain.
     pub lost_particle_limit: u64,
     /// Accounts of the energy budget that the case can have.
@@ -45,11 +45,11 @@ pub enum ContactModel {
 }
 
 /// A probe: its kind in the set-up, with precomputed weights.
-pub enum Probe {
+pub enum Probe<S: SolidSpace> {
     /// A material point.
     MaterialPoint(MaterialPoint),
     /// Any other kind, which needs no preparation.
-    Plain(SolidProbeKind),
+    Plain(SolidProbeKind<S>),
 }
 
 impl ContactModel {

@@ -16,14 +16,14 @@ pub const HISTORY: &str = "solid.history";
 const WALLS: u32 = u32::MAX;
 
 /// The tangential springs that were saved.
-fn restored_springs(saved: &SavedState) -> Result<TangentialSprings, RestoreError> {
+fn restored_springs<S: SolidSpace>(saved: &SavedState) -> Result<TangentialSprings<S>, RestoreError> {
     let [time] = saved.numbers("solid.springs.time")?;
-    let elongations = saved.f64s("solid.springs.elongation", None)?;
-    let particles = saved.u32s("solid.springs.particle", Some(elongations.len()))?;
-    let owners = saved.u32s("solid.springs.owner", Some(elongations.len()))?;
+    let particles = saved.u32s("solid.springs.particle", None)?;
+    let owners = saved.u32s("solid.springs.owner", Some(particles.len()))?;
+    let elongations: Vec<S::Slide> = saved.quantities("solid.springs.elongation", particles.len())?;
     let owner = |of: u32| if of == WALLS { Owner::Walls } else { Owner::Body(of) };
     let keys = particles.iter().zip(owners).map(|(particle, of)| (*particle, owner(*of)));
-    let entries: Vec<_> = keys.zip(elongations.iter().copied()).collect();
+    let entries: Vec<_> = keys.zip(elongations).collect();
     if entries.windows(2).any(|pair| pair[0].0 >= pair[1].0) {
         return Err(RestoreError::new("solid.springs.particle", "contacts must ascend, each once"));
     }

@@ -20,7 +20,7 @@ pub struct SolidState<S: SolidSpace> {
     /// Best-fit rotation of each body from its reference, in the plane an angle continuous over turns \[rad\].
     pub rotations: Vec<S::Rotation>,
     /// Elastic springs of the contacts under friction.
-    pub springs: TangentialSprings,
+    pub springs: TangentialSprings<S>,
     /// Energy at the start, and works and losses since.
     pub energy: EnergyTally,
     /// Results of the last corrector.

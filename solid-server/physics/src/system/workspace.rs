@@ -34,8 +34,8 @@ pub struct Workspace<S: SolidSpace> {
     /// Pressure of the water in gaps; `None` without a fluid or where contact is dry.
     pub film: Option<Film<S>>,
     /// Tangential springs at the latest evaluation, and those at the start of the step.
-    pub springs: TangentialSprings,
-    pub start_springs: TangentialSprings,
+    pub springs: TangentialSprings<S>,
+    pub start_springs: TangentialSprings<S>,
     /// Prescribed loads on each particle; empty where no body has any \[N/m\].
     pub loads: Vec<S::Vector>,
     /// Forces of the latest evaluation.

@@ -1,5 +1,6 @@
 //! Small scenes and a driver without a partner.
 
+use nalgebra::Vector3;
 use sph::coupling::exchange::StateColumns;
 use sph::coupling::ledger::StageBudget;
 use sph::coupling::solver::{Divergence, Solver};
@@ -10,10 +11,13 @@ use sph::setup::{
     SolidStepping, StepPolicy, SubstepCount, Support, TimePlan, TotalLagrangian, UpdatedLagrangian,
     WallCondition, WallParticles, WallSetup,
 };
+use sph::space::components::Components;
 use sph::space::domain::Domain;
-use sph::space::{Plane, SymmetricTensor, Vector};
+use sph::space::tensors::SpaceVector;
+use sph::space::{Plane, Space, Spatial, Vector};
 
 use crate::SolidSolver;
+use crate::space::SolidSpace;
 
 /// The solid of the source paper.
 pub const RUBBER: ElasticParameters = ElasticParameters {
@@ -54,18 +58,32 @@ pub fn block(corner: Vector, columns: u32, rows: u32, spacing: f64) -> Vec<Vecto
         .collect()
 }
 
-/// An empty scene in a box of ±1 m.
+/// Particles of a box of `counts` cells along x, y and z whose lowest corner is at `corner` \[m\]; x runs fastest.
+pub fn brick(corner: Vector3<f64>, counts: [u32; 3], spacing: f64) -> Vec<Vector3<f64>> {
+    let [nx, ny, nz] = counts;
+    let middle = |k: u32| f64::from(k) + 0.5;
+    (0..nx * ny * nz)
+        .map(|k| corner + Vector3::new(middle(k % nx), middle(k / nx % ny), middle(k / nx / ny)) * spacing)
+        .collect()
+}
+
+/// An empty scene in a square of ±1 m.
 pub fn scene(spacing: f64) -> SolidSetup {
+    scene_in(spacing)
+}
+
+/// The same in a box of a space.
+pub fn scene_in<S: Space>(spacing: f64) -> SolidSetup<S> {
     SolidSetup {
         run: RunSetup {
             run_id: "test".into(),
             domain: Domain {
-                lower: Vector::new(-1.0, -1.0),
-                upper: Vector::new(1.0, 1.0),
-                periodic: [false; 2],
+                lower: S::Vector::repeat(-1.0),
+                upper: S::Vector::repeat(1.0),
+                periodic: S::splat(false),
             },
             time: TimePlan { start_time: 0.0, end_time: 1.0, step: StepPolicy::Fixed { time_step: 1e-5 } },
-            body_force: BodyForce { gravity: Vector::zeros(), expressions: None },
+            body_force: BodyForce { gravity: S::Vector::zeros(), expressions: None },
             outputs: OutputPlan { snapshot_interval: None, probe_interval: None },
             ledger: LedgerPolicy::default(),
             coupling: None,
@@ -84,7 +102,11 @@ pub fn scene(spacing: f64) -> SolidSetup {
 }
 
 /// Adds a body of rubber at rest; returns its index.
-pub fn add_body(setup: &mut SolidSetup, formulation: Formulation, positions: &[Vector]) -> u32 {
+pub fn add_body<S: Space>(
+    setup: &mut SolidSetup<S>,
+    formulation: Formulation,
+    positions: &[S::Vector],
+) -> u32 {
     let body = setup.bodies.len() as u32;
     let spacing = setup.particle_spacing;
     setup.bodies.push(BodySetup {
@@ -100,24 +122,29 @@ pub fn add_body(setup: &mut SolidSetup, formulation: Formulation, positions: &[V
         p.id.push(p.id.len() as u32);
         p.body.push(body);
         p.support.push(0);
-        p.mass.push(RUBBER.density * spacing * spacing);
+        p.mass.push((0..S::DIMENSIONS).fold(RUBBER.density, |mass, _| mass * spacing));
         p.reference_position.push(*x);
         p.position.push(*x);
-        p.velocity.push(Vector::zeros());
+        p.velocity.push(S::Vector::zeros());
         p.density.push(RUBBER.density);
-        p.deviatoric_stress.push(SymmetricTensor::default());
+        p.deviatoric_stress.push(S::SymmetricTensor::default());
     }
     body
 }
 
 /// Adds the elastic body of the source paper.
-pub fn add_elastic(setup: &mut SolidSetup, positions: &[Vector]) -> u32 {
+pub fn add_elastic<S: Space>(setup: &mut SolidSetup<S>, positions: &[S::Vector]) -> u32 {
     let formulation = Formulation::UpdatedLagrangian(UpdatedLagrangian::default());
     add_body(setup, formulation, positions)
 }
 
 /// Adds `support` to `body` for its particles that `holds` picks.
-pub fn add_support(setup: &mut SolidSetup, body: u32, support: Support, holds: impl Fn(&Vector) -> bool) {
+pub fn add_support<S: Space>(
+    setup: &mut SolidSetup<S>,
+    body: u32,
+    support: Support<S>,
+    holds: impl Fn(&S::Vector) -> bool,
+) {
     setup.bodies[body as usize].supports.push(support);
     let index = setup.bodies[body as usize].supports.len() as u32;
     let p = &mut setup.particles;
@@ -133,8 +160,13 @@ pub fn clamp() -> Support {
     Support { name: "clamp".into(), held: [true, true], motion: None, release_time: None }
 }
 
+/// The same in space.
+pub fn spatial_clamp() -> Support<Spatial> {
+    Support { name: "clamp".into(), held: [true; 3], motion: None, release_time: None }
+}
+
 /// Adds a wall of the given particles.
-pub fn add_wall(setup: &mut SolidSetup, positions: &[Vector]) {
+pub fn add_wall<S: Space>(setup: &mut SolidSetup<S>, positions: &[S::Vector]) {
     let wall = setup.walls.len() as u32;
     setup.walls.push(WallSetup {
         name: format!("wall{wall}"),
@@ -145,38 +177,40 @@ pub fn add_wall(setup: &mut SolidSetup, positions: &[Vector]) {
     for x in positions {
         setup.wall_particles.wall.push(wall);
         setup.wall_particles.position.push(*x);
-        setup.wall_particles.normal.push(Vector::new(0.0, 1.0));
+        let mut normal = S::Vector::zeros();
+        normal[1] = 1.0;
+        setup.wall_particles.normal.push(normal);
     }
 }
 
 /// Adds a total-Lagrangian neo-Hookean body to a scene with `substeps` sub-steps per step.
-pub fn add_total(setup: &mut SolidSetup, substeps: u32, positions: &[Vector]) -> u32 {
+pub fn add_total<S: Space>(setup: &mut SolidSetup<S>, substeps: u32, positions: &[S::Vector]) -> u32 {
     setup.stepping = SolidStepping::Substeps(SubstepCount::Fixed(substeps));
     let formulation = total_lagrangian(HyperelasticLaw::NeoHookean);
     add_body(setup, formulation, positions)
 }
 
 /// Gives all bodies `material`, at rest density.
-pub fn set_material(setup: &mut SolidSetup, material: ElasticParameters) {
-    let cell = setup.particle_spacing * setup.particle_spacing;
+pub fn set_material<S: Space>(setup: &mut SolidSetup<S>, material: ElasticParameters) {
+    let cell = S::cell_volume(setup.particle_spacing);
     setup.bodies.iter_mut().for_each(|body| body.material = material);
     setup.particles.mass.fill(material.density * cell);
     setup.particles.density.fill(material.density);
 }
 
 /// Sets velocities from positions.
-pub fn set_velocity(setup: &mut SolidSetup, velocity: impl Fn(&Vector) -> Vector) {
+pub fn set_velocity<S: Space>(setup: &mut SolidSetup<S>, velocity: impl Fn(&S::Vector) -> S::Vector) {
     setup.particles.velocity = setup.particles.position.iter().map(velocity).collect();
 }
 
 /// Adds a probe.
-pub fn add_probe(setup: &mut SolidSetup, kind: SolidProbeKind) {
+pub fn add_probe<S: Space>(setup: &mut SolidSetup<S>, kind: SolidProbeKind<S>) {
     setup.probes.push(SolidProbe { name: format!("probe{}", setup.probes.len()), kind });
 }
 
 /// A solver stepped with a fixed time step.
-pub struct Run {
-    pub solver: SolidSolver<Plane>,
+pub struct Run<S: SolidSpace = Plane> {
+    pub solver: SolidSolver<S>,
     pub time_step: f64,
     pub step: u64,
     start_time: f64,
@@ -184,9 +218,9 @@ pub struct Run {
     pub largest_residual: f64,
 }
 
-impl Run {
+impl<S: SolidSpace> Run<S> {
     /// A run of `setup`.
-    pub fn new(setup: SolidSetup, time_step: f64) -> Self {
+    pub fn new(setup: SolidSetup<S>, time_step: f64) -> Self {
         let start_time = setup.run.time.start_time;
         let solver = SolidSolver::new(setup).unwrap();
         Self { solver, time_step, step: 0, start_time, largest_residual: 0.0 }
@@ -232,10 +266,10 @@ impl Run {
     }
 
     /// A vector field of the particles.
-    pub fn vectors(&self, name: &str) -> Vec<Vector> {
+    pub fn vectors(&self, name: &str) -> Vec<S::Vector> {
         let snapshot = self.solver.snapshot(self.step, self.time());
         let field = snapshot.field(name).unwrap();
-        field.values.chunks(2).map(|v| Vector::new(v[0], v[1])).collect()
+        field.values.chunks(S::DIMENSIONS).filter_map(S::Vector::of_row).collect()
     }
 
     /// A scalar field, or all components of another.

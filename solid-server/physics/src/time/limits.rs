@@ -26,14 +26,19 @@ sph::constants! {
 /// Largest c_L Δt/h \[-\] of the stage rule, Eq. (30)-(31), for artificial viscosity A.
 ///
 /// ```text
-/// A^⅓ for 0.001 < A < 1,  0.1 below,  1/A above
+/// C₁ A^⅓ for C₁ A^⅓ > 0.1 and A < 1,  0.1 below,  C₁/A above;  C₁ = 1, in space 0.65
 /// ```
 ///
 /// The midpoint rule lets an undamped oscillation grow by (ω Δt)⁴/8 per step; viscous damping of rate ∝ A ω outweighs
 /// it up to ω Δt ∝ A^⅓. Measured on a cantilever: A = 1 stable to 1.2, not at 1.5; A = 0.1 stable at 0.5, not at
-/// 0.85. Above A = 1 the viscous term itself limits the step.
+/// 0.85. Above A = 1 the viscous term itself limits the step. In space, on a cube: A = 1 stable at 0.7, not at 0.85;
+/// A = 0.1 stable at 0.3, not at 0.45.
 pub fn stage_rule_courant<S: Thresholds>(viscosity_a: f64) -> f64 {
-    if viscosity_a > 1.0 { 1.0 / viscosity_a } else { viscosity_a.cbrt().max(S::UNDAMPED_COURANT) }
+    if viscosity_a > 1.0 {
+        S::DAMPED_COURANT / viscosity_a
+    } else {
+        (S::DAMPED_COURANT * viscosity_a.cbrt()).max(S::UNDAMPED_COURANT)
+    }
 }
 
 /// Largest step of the stage rule for an updated-Lagrangian body of smoothing length h \[m\] and longitudinal wave speed
@@ -46,7 +51,7 @@ pub fn updated_lagrangian_stage_rule<S: Thresholds>(
     stage_rule_courant::<S>(viscosity_a) * smoothing_length / longitudinal_speed
 }
 
-/// Largest sub-step for an updated-Lagrangian body, 0.6 h/(c_L max(A, 1)) \[s\].
+/// Largest sub-step for an updated-Lagrangian body, 0.6 h/(c_L max(A, 1)) \[s\], in space 0.4 h/(c_L max(A, 1)).
 pub fn updated_lagrangian_substep<S: Thresholds>(
     smoothing_length: f64,
     longitudinal_speed: f64,
@@ -70,7 +75,8 @@ pub fn total_lagrangian_stage_rule<S: Thresholds>(
 /// Largest sub-step for a total-Lagrangian body whose stiffest vibration at rest has the angular frequency ω \[rad/s\],
 /// 0.9 · 2/(ω (1 + A)) \[s\]: the limit of velocity Verlet, narrowed by the explicit viscosity.
 ///
-/// 2 c_L/Δx estimates ω within 5 % for kernel ratios 0.72 to 0.9 and hourglass coefficients up to 0.5.
+/// 2 c_L/Δx estimates ω within 7 % for kernel ratios 0.72 to 0.9 and hourglass coefficients up to 0.5; in space 2.3 c_L/Δx
+/// does so within 9 %.
 pub fn total_lagrangian_substep<S: Thresholds>(largest_frequency: f64, viscosity_a: f64) -> f64 {
     let viscous = 1.0 + viscosity_a;
     if largest_frequency > 0.0 {
@@ -95,7 +101,7 @@ pub fn estimated_substep<S: Thresholds>(
         }
         Formulation::TotalLagrangian(set) => {
             // The stiffest vibration of a lattice, which the solver finds exactly.
-            Some(total_lagrangian_substep::<S>(2.0 * speed / spacing, set.viscosity_a))
+            Some(total_lagrangian_substep::<S>(S::STIFFEST_LATTICE * speed / spacing, set.viscosity_a))
         }
     }
 }

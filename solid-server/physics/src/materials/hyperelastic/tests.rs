@@ -135,3 +135,33 @@ fn a_sheet_bears_no_stress_across_and_the_rest_is_hooke_s_law_of_plane_stress() 
         assert!((stress.pressure() / in_plane - 1.0).abs() < 1e-12);
     }
 }
+
+#[test]
+fn in_space_the_stress_is_the_derivative_of_the_energy_and_hooke_s_law_for_small_strains() {
+    use nalgebra::Matrix3;
+    use sph::space::Spatial;
+
+    let f = Matrix3::new(1.2, 0.3, -0.1, -0.15, 0.8, 0.2, 0.05, -0.2, 1.1);
+    let gradient = Matrix3::new(1.0, 0.4, -0.2, 0.5, -0.7, 0.3, 0.1, 0.6, 0.2) * 1e-7;
+    for law in LAWS {
+        let law = Hyperelastic::new(law, &RUBBER);
+        let stress = law.stress::<Spatial>(&f);
+        for k in 0..9 {
+            let step = 1e-6;
+            let mut shifted = [f, f];
+            shifted[0][k] += step;
+            shifted[1][k] -= step;
+            let [above, below] = shifted.map(|f| law.energy_density::<Spatial>(&f));
+            let slope = (above - below) / (2.0 * step);
+            // Central difference: truncation and round-off near 1e-9 of the modulus.
+            assert!((slope - stress.nominal[k]).abs() < 1e-8 * RUBBER.bulk_modulus, "{law:?} {k}");
+        }
+        let cauchy = stress.nominal * f.transpose() / f.determinant();
+        assert!((cauchy - stress.cauchy.full()).norm() < 1e-9 * cauchy.norm());
+        assert_eq!(stress.implied, 0.0);
+        let small = law.stress::<Spatial>(&(Matrix3::identity() + gradient)).nominal;
+        let expected = law.linear::<Spatial>(&gradient);
+        // Second-order terms are of relative size strain.
+        assert!((small - expected).norm() < 1e-6 * expected.norm());
+    }
+}

@@ -6,8 +6,10 @@ use std::process::ExitCode;
 use proto::description::{Constants, Description, Fact};
 use proto::service::{Opened, SetupProblems, SolverFactory};
 use sph::coupling::solver::Role;
+use sph::in_space;
 use sph::lanes::Arithmetic;
 use sph::setup::{Coupling, ParameterSet, ParticipantSetup};
+use sph::space::AnySpace;
 
 /// Makes fluid solvers for the service.
 #[derive(Clone, Copy, Debug, Default)]
@@ -16,8 +18,13 @@ pub struct FluidFactory;
 impl SolverFactory for FluidFactory {
     fn describe(&self) -> Description {
         let version = env!("CARGO_PKG_VERSION");
-        let description =
-            Description::of_solver("fluid-server", version, Role::Fluid, Arithmetic::chosen().name());
+        let description = Description::of_solver(
+            "fluid-server",
+            version,
+            Role::Fluid,
+            &[2, 3],
+            Arithmetic::chosen().name(),
+        );
         Description { build: env!("TIDELOCK_BUILD").into(), ..description }
     }
 
@@ -25,8 +32,9 @@ impl SolverFactory for FluidFactory {
         let ParticipantSetup::Fluid(setup) = setup else {
             return Err(SetupProblems(vec!["`open.setup`: is for a solid, must be for a fluid".into()]));
         };
-        let fluid = setup.parameters.of_pair_law();
-        let mut constants = Constants::of(&setup.run);
+        let (run, parameters) = in_space!(&setup, setup => (setup.run.plan(), setup.parameters));
+        let fluid = parameters.of_pair_law();
+        let mut constants = Constants::of(&run);
         // The fluid computes with its own constants, whatever the set-up of the interface says.
         constants.coupling = constants.coupling.map(|coupling| Coupling { fluid, ..coupling });
         let facts = [
@@ -37,7 +45,11 @@ impl SolverFactory for FluidFactory {
         ];
         let facts =
             facts.map(|(name, value, unit)| Fact { name: name.into(), value, unit: unit.into() }).into();
-        let solver = fluid::plane_solver(setup).map_err(SetupProblems)?;
+        let solver = match setup {
+            AnySpace::Plane(setup) => fluid::plane_solver(setup),
+            AnySpace::Spatial(setup) => fluid::spatial_solver(setup),
+        };
+        let solver = solver.map_err(SetupProblems)?;
         Ok(Opened { solver, constants, facts, bodies: Vec::new() })
     }
 }

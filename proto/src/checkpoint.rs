@@ -8,7 +8,7 @@ use sph::coupling::solver::{Role, Solver};
 use sph::coupling::stage::ClockState;
 
 use crate::convert::{Convert, Path, WireError, choice, count, decode_state, encode_state, finite, name};
-use crate::convert::{positive, positive_or_infinite, required, text};
+use crate::convert::{extent_from_wire, positive, positive_or_infinite, text};
 use crate::description::Description;
 use crate::limits::{CHUNK_BYTES, EAGER_BYTES};
 use crate::wire;
@@ -154,12 +154,13 @@ pub struct RestoreReport {
 }
 
 impl RestoreReport {
-    pub(crate) fn from_wire(wire: &wire::RestoreReply) -> Result<Self, WireError> {
+    /// That of a run of `dimensions` dimensions.
+    pub(crate) fn from_wire(wire: &wire::RestoreReply, dimensions: usize) -> Result<Self, WireError> {
         let at = Path::root("reply");
         Ok(Self {
             step: wire.step,
             time: finite(f64::from_bits(wire.time_s_bits), &at.field("time_s_bits"))?,
-            extent: required(&wire.extent, &at.field("extent"))?,
+            extent: extent_from_wire(&wire.extent, dimensions, &at.field("extent"))?,
             time_step_limit: positive_or_infinite(wire.time_step_limit_s, &at.field("time_step_limit_s"))?,
         })
     }

@@ -7,8 +7,8 @@ use sph::coupling::audit::PartnerParticles;
 use sph::coupling::exchange::{Extent, FrameContent};
 use sph::coupling::solver::{Counts, Role};
 pub use sph::setup::CouplingKind;
-use sph::setup::{BodyForce, Coupling, InterfaceLaw, RunSetup, TimePlan};
-use sph::space::domain::Domain;
+use sph::setup::{BodyForcePlan, Coupling, DomainPlan, InterfaceLaw, RunPlan, TimePlan};
+use sph::space::{AnySpace, SymmetricTensor3};
 
 /// Version of the protocol.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -21,9 +21,6 @@ pub struct ProtocolVersion {
 
 /// Version that this crate speaks.
 pub const PROTOCOL: ProtocolVersion = ProtocolVersion { major: 2, minor: 0 };
-
-/// Number of space dimensions of the runs of this program.
-pub const DIMENSION_COUNT: u32 = 2;
 
 impl fmt::Display for ProtocolVersion {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -64,24 +61,29 @@ impl FrameField {
         }
     }
 
-    /// The field as the protocol defines it.
-    pub fn spec(self) -> FieldSpec {
-        let unit = match self {
+    /// SI unit as the protocol spells it.
+    pub fn unit(self) -> &'static str {
+        match self {
             Self::Position => "m",
             Self::Velocity => "m/s",
             Self::Density => "kg/m3",
             Self::Pressure | Self::Stress => "Pa",
             Self::Volume => "m3",
             Self::Force => "N",
-        };
-        FieldSpec { field: self, unit: unit.into(), components: self.components().into() }
+        }
     }
 
-    /// Numbers per particle in the plane.
-    pub fn components(self) -> u8 {
+    /// The field as the protocol defines it for runs of `dimensions` dimensions.
+    pub fn spec(self, dimensions: usize) -> FieldSpec {
+        FieldSpec { field: self, unit: self.unit().into(), components: self.components(dimensions) }
+    }
+
+    /// Numbers per particle in runs of `dimensions` dimensions.
+    pub fn components(self, dimensions: usize) -> u32 {
+        let spatial = dimensions == 3;
         match self {
-            Self::Position | Self::Velocity | Self::Force => 2,
-            Self::Stress => 3,
+            Self::Position | Self::Velocity | Self::Force => 2 + u32::from(spatial),
+            Self::Stress => 3 + 3 * u32::from(spatial),
             Self::Density | Self::Pressure | Self::Volume => 1,
         }
     }
@@ -185,23 +187,23 @@ pub struct Constants {
     /// Name of the kernel.
     pub kernel: String,
     /// Acceleration acting on all matter.
-    pub body_force: BodyForce,
+    pub body_force: BodyForcePlan,
     /// Facts of the interface; `None` without a partner.
     pub coupling: Option<Coupling>,
     /// Box and periodic directions.
-    pub domain: Domain,
+    pub domain: DomainPlan,
     /// Steps and end of the run.
     pub time: TimePlan,
 }
 
 impl Constants {
     /// Constants of a solver that takes every one from `run` unchanged.
-    pub fn of(run: &RunSetup) -> Self {
+    pub fn of(run: &RunPlan) -> Self {
         Self {
             kernel: sph::kernel::NAME.into(),
             body_force: run.body_force.clone(),
             coupling: run.coupling,
-            domain: run.domain,
+            domain: run.domain.clone(),
             time: run.time,
         }
     }
@@ -259,8 +261,11 @@ pub struct BodyReport {
     /// Mass \[kg\].
     pub mass: f64,
     /// Moment of inertia of a rigid body about its centre of mass \[kg m²\].
-    pub inertia: Option<f64>,
+    pub inertia: Option<Inertia>,
 }
+
+/// A moment of inertia about an axis across the plane, or the tensor of inertia in space \[kg m²\].
+pub type Inertia = AnySpace<f64, SymmetricTensor3>;
 
 /// Where the partner of a participant is.
 #[derive(Clone, Debug, PartialEq, Eq)]

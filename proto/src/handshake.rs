@@ -2,10 +2,15 @@
 
 use sph::coupling::solver::Role;
 use sph::lanes::Path;
-use sph::setup::{Coupling, FluidParameters, Formulation, ParameterSet, RunSetup, SolidSetup, StepPolicy};
+use sph::setup::{
+    AnySolidSetup, BodyParticles, BodySetup, Coupling, FluidParameters, Formulation, ParameterSet, RunPlan,
+    SolidSetup, StepPolicy,
+};
+use sph::space::components::Components;
+use sph::space::{AnySpace, Space};
 
 use crate::description::{
-    Constants, CouplingKind, DIMENSION_COUNT, Description, FieldSpec, OpenReport, PROTOCOL,
+    BodyReport, Constants, CouplingKind, Description, FieldSpec, Inertia, OpenReport, PROTOCOL,
 };
 
 /// The first of the kinds `acceptable` that every participant offers; the first of all when they share none, which
@@ -18,7 +23,7 @@ pub fn coupling_kind(acceptable: &[CouplingKind], descriptions: &[&Description])
 }
 
 /// Why a server of `description` cannot play `role` in `run`; empty when it can.
-pub fn unfit(description: &Description, role: Role, run: &RunSetup) -> Vec<String> {
+pub fn unfit(description: &Description, role: Role, run: &RunPlan) -> Vec<String> {
     let who = format!("{} {}", description.name, description.version);
     let mut reasons = Vec::new();
     let [lowest, highest] = description.protocols;
@@ -29,10 +34,11 @@ pub fn unfit(description: &Description, role: Role, run: &RunSetup) -> Vec<Strin
         let roles: Vec<String> = description.roles.iter().map(Role::to_string).collect();
         reasons.push(format!("{who} plays {}, needed is {role}", roles.join(" or ")));
     }
-    if !description.dimensions.contains(&DIMENSION_COUNT) {
+    let dimensions = run.dimensions();
+    if !description.dimensions.iter().any(|offered| usize::try_from(*offered) == Ok(dimensions)) {
         let offered: Vec<String> = description.dimensions.iter().map(u32::to_string).collect();
         reasons.push(format!(
-            "{who} computes in {} dimensions, the case in {DIMENSION_COUNT}",
+            "{who} computes in {} dimensions, the case in {dimensions}; use a solver that offers {dimensions}",
             offered.join(" or ")
         ));
     }
@@ -81,31 +87,66 @@ const SAME_MASS: f64 = 1e-9;
 
 /// All differences between the bodies of `setup` and those that the solid says it moves, each with both values; empty
 /// when they fit, and for a solver of a version that does not say.
-pub fn other_bodies(setup: &SolidSetup, report: &OpenReport) -> Vec<String> {
+pub fn other_bodies(setup: &AnySolidSetup, report: &OpenReport) -> Vec<String> {
     if report.bodies.is_empty() {
         return Vec::new();
     }
-    if report.bodies.len() != setup.bodies.len() {
-        return vec![format!("it has {} bodies, the set-up {}", report.bodies.len(), setup.bodies.len())];
+    let expected = match setup {
+        AnySpace::Plane(setup) => bodies(setup, |particles| AnySpace::Plane(particles.inertia())),
+        AnySpace::Spatial(setup) => bodies(setup, |particles| AnySpace::Spatial(particles.inertia())),
+    };
+    if report.bodies.len() != expected.len() {
+        return vec![format!("it has {} bodies, the set-up {}", report.bodies.len(), expected.len())];
     }
     let mut differences = Vec::new();
-    for ((body, said), k) in setup.bodies.iter().zip(&report.bodies).zip(0u32..) {
-        let particles = setup.particles.of_body(k);
-        let mut compare = |what: &str, unit: &str, said: f64, expected: f64| {
+    for ((body, expected), said) in expected.iter().zip(&report.bodies) {
+        // Relative to `scale`, as a component of a tensor may be zero.
+        let mut compare = |what: &str, unit: &str, said: f64, expected: f64, scale: f64| {
             let error = (said - expected).abs();
-            if error.is_nan() || error > SAME_MASS * expected {
+            if error.is_nan() || error > SAME_MASS * scale {
                 differences.push(format!(
-                    "{what} of body `{}`: {said:e} {unit}, the particles of the set-up have {expected:e} {unit}",
-                    body.name
+                    "{what} of body `{body}`: {said:e} {unit}, the particles of the set-up have {expected:e} {unit}"
                 ));
             }
         };
-        compare("mass", "kg", said.mass, particles.mass());
-        if let (Formulation::Rigid, Some(inertia)) = (&body.formulation, said.inertia) {
-            compare("moment of inertia", "kg m2", inertia, particles.inertia());
+        compare("mass", "kg", said.mass, expected.mass, expected.mass);
+        match (said.inertia, expected.inertia) {
+            (Some(AnySpace::Plane(said)), Some(AnySpace::Plane(expected))) => {
+                compare("moment of inertia", "kg m2", said, expected, expected);
+            }
+            (Some(AnySpace::Spatial(said)), Some(AnySpace::Spatial(expected))) => {
+                let (said, expected) = (said.row(), expected.row());
+                let scale = expected.iter().fold(0.0, |largest: f64, x| largest.max(x.abs()));
+                for ((name, said), expected) in TENSOR.iter().zip(said).zip(expected) {
+                    compare(&format!("moment of inertia {name}"), "kg m2", said, expected, scale);
+                }
+            }
+            (Some(said), Some(expected)) => differences.push(format!(
+                "moment of inertia of body `{body}`: is of {} dimensions, the set-up of {}",
+                said.dimensions(),
+                expected.dimensions()
+            )),
+            (None, _) | (_, None) => {}
         }
     }
     differences
+}
+
+/// Components of a symmetric tensor in space.
+const TENSOR: [&str; 6] = ["xx", "yy", "zz", "xy", "yz", "xz"];
+
+/// Name, mass and, of a rigid one, inertia of each body of `setup`.
+fn bodies<S: Space>(
+    setup: &SolidSetup<S>,
+    inertia: impl Fn(BodyParticles<'_, S>) -> Inertia,
+) -> Vec<(String, BodyReport)> {
+    let report = |(k, body): (u32, &BodySetup<S>)| {
+        let particles = setup.particles.of_body(k);
+        let mass = particles.mass();
+        let rigid = matches!(body.formulation, Formulation::Rigid);
+        (body.name.clone(), BodyReport { mass, inertia: rigid.then(|| inertia(particles)) })
+    };
+    (0u32..).zip(&setup.bodies).map(report).collect()
 }
 
 /// All differences between the two sides of a coupled run, each with both values; empty when they fit.
@@ -139,15 +180,20 @@ impl Differences {
         }
     }
 
+    /// Compares vectors along the axes that both have.
+    fn axes(&mut self, what: &str, unit: &str, fluid: &[f64], solid: &[f64]) {
+        for ((name, fluid), solid) in ["x", "y", "z"].into_iter().zip(fluid).zip(solid) {
+            self.number(&format!("{what} {name}"), unit, *fluid, *solid);
+        }
+    }
+
     fn constants(&mut self, fluid: &Constants, solid: &Constants) {
         self.compare("kernel", &fluid.kernel, &solid.kernel);
-        for (axis, name) in ["x", "y"].into_iter().enumerate() {
-            let (f, s) = (&fluid.body_force.gravity, &solid.body_force.gravity);
-            self.number(&format!("gravity {name}"), "m/s2", f[axis], s[axis]);
-            let (f, s) = (&fluid.domain, &solid.domain);
-            self.number(&format!("domain lower {name}"), "m", f.lower[axis], s.lower[axis]);
-            self.number(&format!("domain upper {name}"), "m", f.upper[axis], s.upper[axis]);
-        }
+        self.compare("dimensions", &fluid.domain.lower.len(), &solid.domain.lower.len());
+        let (f, s) = (&fluid.domain, &solid.domain);
+        self.axes("gravity", "m/s2", &fluid.body_force.gravity, &solid.body_force.gravity);
+        self.axes("domain lower", "m", &f.lower, &s.lower);
+        self.axes("domain upper", "m", &f.upper, &s.upper);
         self.compare("body force", &fluid.body_force.expressions, &solid.body_force.expressions);
         self.compare("periodic directions", &fluid.domain.periodic, &solid.domain.periodic);
         self.number("start time", "s", fluid.time.start_time, solid.time.start_time);

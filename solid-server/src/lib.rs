@@ -3,11 +3,17 @@
 use std::ffi::OsString;
 use std::process::ExitCode;
 
-use proto::description::{BodyReport, Constants, Description, Fact};
+use proto::description::{BodyReport, Constants, Description, Fact, Inertia};
 use proto::service::{Opened, SetupProblems, SolverFactory};
-use sph::coupling::solver::Role;
+use sph::coupling::solver::{Role, Solver};
+use sph::in_space;
 use sph::lanes::Arithmetic;
-use sph::setup::{Coupling, ParticipantSetup};
+use sph::setup::{Coupling, ElasticParameters, ParticipantSetup, SolidSetup};
+use sph::space::tensors::SpaceSymmetric;
+use sph::space::{AnySpace, Space, SymmetricTensor3};
+
+/// Numbers of dimensions of the runs that it takes.
+const DIMENSIONS: [u32; 2] = [2, 3];
 
 /// Makes solid solvers for the service.
 #[derive(Clone, Copy, Debug, Default)]
@@ -16,8 +22,13 @@ pub struct SolidFactory;
 impl SolverFactory for SolidFactory {
     fn describe(&self) -> Description {
         let version = env!("CARGO_PKG_VERSION");
-        let description =
-            Description::of_solver("solid-server", version, Role::Solid, Arithmetic::chosen().name());
+        let description = Description::of_solver(
+            "solid-server",
+            version,
+            Role::Solid,
+            &DIMENSIONS,
+            Arithmetic::chosen().name(),
+        );
         Description { build: env!("TIDELOCK_BUILD").into(), ..description }
     }
 
@@ -25,14 +36,13 @@ impl SolverFactory for SolidFactory {
         let ParticipantSetup::Solid(setup) = setup else {
             return Err(SetupProblems(vec!["`open.setup`: is for a fluid, must be for a solid".into()]));
         };
-        let mut constants = Constants::of(&setup.run);
+        let (run, solid_spacing) = in_space!(&setup, setup => (setup.run.plan(), setup.particle_spacing));
+        let mut constants = Constants::of(&run);
         // The solid computes with its own spacing, whatever the coupling constants say.
-        let solid_spacing = setup.particle_spacing;
         constants.coupling = constants.coupling.map(|coupling| Coupling { solid_spacing, ..coupling });
         let mut facts =
             vec![Fact { name: "particle_spacing".into(), value: solid_spacing, unit: "m".into() }];
-        for body in &setup.bodies {
-            let material = &body.material;
+        for (name, material) in in_space!(&setup, setup => materials(setup)) {
             facts.extend(
                 [
                     ("density", material.density, "kg/m3"),
@@ -40,17 +50,41 @@ impl SolverFactory for SolidFactory {
                     ("shear_modulus", material.shear_modulus, "Pa"),
                     ("longitudinal_speed", material.longitudinal_speed(), "m/s"),
                 ]
-                .map(|(name, value, unit)| Fact {
-                    name: format!("{}.{name}", body.name),
+                .map(|(fact, value, unit)| Fact {
+                    name: format!("{name}.{fact}"),
                     value,
                     unit: unit.into(),
                 }),
             );
         }
-        let solver = solid::SolidSolver::new(setup).map_err(SetupProblems)?;
-        let bodies = solver.masses().map(|(mass, inertia)| BodyReport { mass, inertia }).collect();
-        Ok(Opened { solver: Box::new(solver), constants, facts, bodies })
+        let (solver, bodies): (Box<dyn Solver>, _) = match setup {
+            AnySpace::Plane(setup) => {
+                let solver = solid::plane_solver(setup).map_err(SetupProblems)?;
+                let bodies = reports(solver.masses(), AnySpace::Plane);
+                (solver, bodies)
+            }
+            AnySpace::Spatial(setup) => {
+                let solver = solid::spatial_solver(setup).map_err(SetupProblems)?;
+                let bodies =
+                    reports(solver.masses(), |inertia| AnySpace::Spatial(SymmetricTensor3::of(&inertia)));
+                (solver, bodies)
+            }
+        };
+        Ok(Opened { solver, constants, facts, bodies })
     }
+}
+
+/// Names and materials of the bodies.
+fn materials<S: Space>(setup: &SolidSetup<S>) -> Vec<(String, ElasticParameters)> {
+    setup.bodies.iter().map(|body| (body.name.clone(), body.material)).collect()
+}
+
+/// Masses and inertias as the equations of motion use them.
+fn reports<I>(
+    masses: impl Iterator<Item = (f64, Option<I>)>,
+    inertia: impl Fn(I) -> Inertia,
+) -> Vec<BodyReport> {
+    masses.map(|(mass, own)| BodyReport { mass, inertia: own.map(&inertia) }).collect()
 }
 
 /// Runs the server program on `args`, the program's name first; see [`proto::transport::node::NodeArgs`].

@@ -7,20 +7,20 @@ use std::time::Duration;
 use sph::coupling::audit::PartnerParticles;
 use sph::coupling::driver::{Command, Event, StepReport};
 use sph::coupling::exchange::Extent;
+use sph::coupling::ledger::LedgerVector;
 use sph::coupling::solver::{Fault, ParticleFields, Role};
+use sph::in_space;
 use sph::setup::{CouplingKind, ParticipantSetup};
-use sph::space::Vector;
-use tokio::sync::oneshot;
+use sph::space::{Plane, SomeSpace, Spatial};
 use tonic::Status;
 
-use super::dummy::{DummyFactory, Quirk};
-use super::scene::Scene;
+use super::dummy::{DummyServer, Quirk};
+use super::scene::{Scene, in_dimensions};
 use super::{Options, connect};
-use crate::convert::Convert;
+use crate::convert::{Convert, encode_setup};
 use crate::description::{Description, LinkPlan, OpenReport, PROTOCOL, Partner};
 use crate::error::{RpcCode, RpcError};
 use crate::handshake;
-use crate::service::{ServeOptions, Server};
 use crate::transport::client::{CommandSender, Deadlines, EventReceiver, ParticipantClient, RunAccess};
 use crate::transport::relay::{Relay, Tap};
 use crate::transport::security::{ClientSecurity, SecuredChannel, ServerSecurity};
@@ -38,6 +38,8 @@ pub(super) struct Bench {
     pub(super) description: Description,
     pub(super) role: Role,
     pub(super) kind: CouplingKind,
+    /// Space in which it is examined.
+    pub(super) space: SomeSpace,
     /// Whether it takes a body that nothing holds; a fluid has none.
     pub(super) takes_free_bodies: bool,
     /// Runs that raw calls opened, to be closed.
@@ -56,12 +58,16 @@ pub(super) struct Record {
 
 impl Record {
     /// Values of a vector field of the final state in the order of ids.
-    pub(super) fn field(&self, name: &str) -> Result<Vec<Vector>, String> {
-        let field = self.state.field(name).filter(|field| field.components == 2);
-        let field = field.ok_or_else(|| format!("the final state has no vector field `{name}`"))?;
+    pub(super) fn field(&self, space: SomeSpace, name: &str) -> Result<Vec<LedgerVector>, String> {
+        let dimensions = space.dimensions();
+        let field = self.state.field(name).filter(|field| field.components == dimensions);
+        let field = field.ok_or_else(|| {
+            format!("the final state has no vector field `{name}` of {dimensions} components")
+        })?;
+        let number = |i: usize, k: usize| if k < dimensions { field.values[dimensions * i + k] } else { 0.0 };
         let mut order: Vec<usize> = (0..self.state.id.len()).collect();
         order.sort_unstable_by_key(|i| self.state.id[*i]);
-        Ok(order.iter().map(|i| Vector::new(field.values[2 * i], field.values[2 * i + 1])).collect())
+        Ok(order.iter().map(|i| LedgerVector::from_fn(|k, _| number(*i, k))).collect())
     }
 
     /// That the run came to its end.
@@ -70,33 +76,6 @@ impl Record {
             None => Ok(self),
             Some(fault) => Err(format!("the run of {who} failed: {fault}")),
         }
-    }
-}
-
-/// A server of dummies in this process.
-pub(super) struct DummyServer {
-    pub(super) address: String,
-    _stop: oneshot::Sender<()>,
-}
-
-impl DummyServer {
-    /// A dummy that calls its partner by `security`.
-    pub(super) fn start(role: Role, quirk: Quirk, security: ClientSecurity) -> Result<Self, String> {
-        let server = Server::bind(([127, 0, 0, 1], 0).into()).map_err(|e| e.to_string())?;
-        let address = server.address().to_string();
-        let (stop, stopped) = oneshot::channel::<()>();
-        let options = ServeOptions {
-            threads: 1,
-            shutdown_limit: Duration::from_millis(100),
-            security: ServerSecurity::calling(security),
-            ..ServeOptions::default()
-        };
-        tokio::spawn(async move {
-            // Its fate shows in the run.
-            let stopped = async { drop(stopped.await) };
-            drop(server.serve(DummyFactory(role, quirk), options, stopped).await);
-        });
-        Ok(Self { address, _stop: stop })
     }
 }
 
@@ -118,6 +97,21 @@ impl Bench {
     ) -> Result<Self, RpcError> {
         let kind = options.kind.or(description.coupling_kinds.first().copied()).unwrap_or_default();
         let role = description.roles.first().copied().unwrap_or(Role::Solid);
+        let offers = |space: &SomeSpace| {
+            description.dimensions.contains(&options.dimensions)
+                && usize::try_from(options.dimensions) == Ok(space.dimensions())
+        };
+        let space = [SomeSpace::Plane(Plane), SomeSpace::Spatial(Spatial)].into_iter().find(offers);
+        let space = space.ok_or_else(|| {
+            let offered: Vec<String> = description.dimensions.iter().map(u32::to_string).collect();
+            let text = format!(
+                "{} computes in {} dimensions and cannot be examined in {}; choose by `--dimensions`",
+                description.name,
+                offered.join(" or "),
+                options.dimensions
+            );
+            RpcError::new(RpcCode::FailedPrecondition, "Describe", address, text)
+        })?;
         let mut bench = Self {
             address: address.to_owned(),
             fresh: options.fresh.clone(),
@@ -127,10 +121,11 @@ impl Bench {
             description,
             role,
             kind,
+            space,
             takes_free_bodies: true,
             left_open: Mutex::default(),
         };
-        let scene = |clamped: bool| Scene { clamped, ..Scene::still(kind) }.setup(role);
+        let scene = |clamped: bool| Scene { clamped, ..Scene::still(space, kind) }.setup(role);
         let (mut client, _) = match bench.open(&scene(false)).await {
             Ok(opened) => opened,
             Err(free) => {
@@ -153,8 +148,18 @@ impl Bench {
         Scene { clamped: scene.clamped || !self.takes_free_bodies, ..scene }
     }
 
+    /// A scene at rest without contact.
+    pub(super) fn still(&self) -> Scene {
+        Scene::still(self.space, self.kind)
+    }
+
+    /// The vector of `components`, the last one for space alone.
+    pub(super) fn vector(&self, components: [f64; 3]) -> LedgerVector {
+        in_dimensions(self.space, components)
+    }
+
     pub(super) fn pushing(&self) -> Scene {
-        self.fit(Scene::pushing(self.kind))
+        self.fit(Scene::pushing(self.space, self.kind))
     }
 
     fn access() -> Result<RunAccess, String> {
@@ -168,7 +173,7 @@ impl Bench {
         let client = ParticipantClient::connect_secured(&self.address, self.deadlines, &self.security);
         let mut client = client.await.map_err(|e| e.to_string())?;
         let access = Self::access()?;
-        self.opens(&setup.run().run_id, &access.token);
+        self.opens(setup.run_id(), &access.token);
         let report = client.open(setup, &access).await.map_err(|e| e.to_string())?;
         Ok((client, report))
     }
@@ -204,7 +209,7 @@ impl Bench {
         let partner = self.role.partner();
         let dummy = DummyServer::start(partner, quirk, self.security.clone())?;
         let access = Self::access()?;
-        self.opens(&scene.setup(self.role).run().run_id, &access.token);
+        self.opens(scene.setup(self.role).run_id(), &access.token);
         let mut clients = Vec::new();
         for address in [&self.address, &dummy.address] {
             let client = ParticipantClient::connect_secured(address, self.deadlines, &self.security).await;
@@ -232,7 +237,7 @@ impl Bench {
         let relay = tap.map(|tap| Relay::start(&listening, security, tap)).transpose()?;
         let dialled = relay.as_ref().map_or(listening, |relay| relay.address.to_string());
         let particles = match scene.setup(Role::Solid) {
-            ParticipantSetup::Solid(setup) => Some(PartnerParticles::of(&setup)),
+            ParticipantSetup::Solid(setup) => Some(in_space!(&setup, setup => PartnerParticles::of(setup))),
             ParticipantSetup::Fluid(_) => None,
         };
         clients[fluid]
@@ -347,7 +352,7 @@ impl Bench {
             // A run that is closed already refuses no call.
             drop(self.within("Close", client.close(request)).await?);
         }
-        let setup = self.fit(Scene { coupled: false, ..Scene::still(self.kind) }).setup(self.role);
+        let setup = self.fit(Scene { coupled: false, ..self.still() }).setup(self.role);
         let until = tokio::time::Instant::now() + self.deadline;
         loop {
             match self.open(&setup).await {
@@ -371,14 +376,10 @@ pub(super) fn grant(commands: &CommandSender) {
 
 /// The message that opens a run of `setup`.
 pub(super) fn open_request(setup: &ParticipantSetup, token: &Token) -> wire::OpenRequest {
-    use wire::open_request::Setup;
     wire::OpenRequest {
         protocol: Some(PROTOCOL.to_wire()),
         token: token.text().into(),
         holder: "coordinator conform".into(),
-        setup: Some(match setup {
-            ParticipantSetup::Fluid(fluid) => Setup::Fluid(fluid.to_wire()),
-            ParticipantSetup::Solid(solid) => Setup::Solid(solid.to_wire()),
-        }),
+        setup: Some(encode_setup(setup)),
     }
 }

@@ -8,7 +8,7 @@ use tokio_stream::wrappers::ReceiverStream;
 use super::bench::{Bench, open_request};
 use super::scene::Scene;
 use super::{Finding, connect, not_offered, passed};
-use crate::convert::{BatchItem, Convert, decode_batch, encode_command};
+use crate::convert::{BatchItem, decode_batch, encode_command, link_to_wire};
 use crate::description::{LinkPlan, Partner};
 use crate::transport::security::SecuredChannel;
 use crate::transport::token::Token;
@@ -36,9 +36,9 @@ impl<'a> Replay<'a> {
         let scene = bench.fit(Scene {
             coupled: false,
             steps: STEPS,
-            gravity: sph::space::Vector::new(0.3, -9.81),
+            gravity: bench.vector([0.3, -9.81, 0.2]),
             compression: 0.01,
-            ..Scene::still(bench.kind)
+            ..bench.still()
         });
         let limit = crate::limits::MAX_MESSAGE_BYTES;
         let client = WireClient::new(channel).max_decoding_message_size(limit);
@@ -46,7 +46,7 @@ impl<'a> Replay<'a> {
     }
 
     fn run_id(&self) -> String {
-        self.scene.setup(self.bench.role).run().run_id.clone()
+        self.scene.setup(self.bench.role).run_id().to_owned()
     }
 
     async fn open(&mut self) -> Result<f64, String> {
@@ -63,7 +63,7 @@ impl<'a> Replay<'a> {
             partner: Partner::Alone,
             partner_particles: None,
         };
-        let request = wire::LinkRequest { run_id: self.run_id(), ..plan.to_wire() };
+        let request = wire::LinkRequest { run_id: self.run_id(), ..link_to_wire(&plan) };
         let answer = self.client.link(self.token.attach(request));
         self.bench.within("Link", answer).await?.map(drop).map_err(|status| format!("Link: {status}"))
     }

@@ -23,7 +23,7 @@ pub(super) async fn complete(bench: &Bench) -> Finding {
         (d.language.is_empty(), "the language is empty"),
         (d.arithmetic.is_empty(), "the arithmetic is empty"),
         (d.roles.is_empty(), "no role that this kit knows"),
-        (!d.dimensions.contains(&2), "2 is not among the numbers of dimensions"),
+        (d.dimensions.iter().any(|d| ![2, 3].contains(d)), "dimensions other than 2 and 3"),
         (d.coupling_kinds.is_empty(), "no kind of coupling that this kit knows"),
         (d.interface_laws.is_empty(), "no interface law that this kit knows"),
         (
@@ -48,7 +48,7 @@ pub(super) async fn complete(bench: &Bench) -> Finding {
 
 pub(super) async fn idempotent(bench: &Bench) -> Finding {
     let (mut client, _) = bench.raw().await?;
-    let setup = bench.fit(Scene { coupled: false, ..Scene::still(bench.kind) }).setup(bench.role);
+    let setup = bench.fit(Scene { coupled: false, ..bench.still() }).setup(bench.role);
     let mut answers = Vec::new();
     for around_run in [false, true, false] {
         let opened = if around_run { Some(bench.open(&setup).await?) } else { None };
@@ -67,7 +67,7 @@ pub(super) async fn idempotent(bench: &Bench) -> Finding {
 
 pub(super) async fn versions(bench: &Bench) -> Finding {
     let (mut client, _) = bench.raw().await?;
-    let setup = bench.fit(Scene { coupled: false, ..Scene::still(bench.kind) }).setup(bench.role);
+    let setup = bench.fit(Scene { coupled: false, ..bench.still() }).setup(bench.role);
     let token = Token::fresh()?;
     let of = |major: u32, minor: u32| {
         let mut request = open_request(&setup, &token);
@@ -76,7 +76,7 @@ pub(super) async fn versions(bench: &Bench) -> Finding {
             Some(wire::ProtocolVersion { major: known.major + major, minor: known.minor + minor });
         request
     };
-    bench.opens(&setup.run().run_id, &token);
+    bench.opens(setup.run_id(), &token);
     match bench.within("Open", client.open(of(1, 0))).await? {
         Err(status) if status.code() == Code::Unimplemented => {}
         Err(status) => return Err(format!("another major version: expected UNIMPLEMENTED, got {status}")),

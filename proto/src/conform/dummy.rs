@@ -1,20 +1,27 @@
 //! The partner that the kit plays: particles that move as prescribed and take part in the interface by the book.
 
+use std::time::Duration;
+
 use sph::coupling::exchange::{Column, Extent, StateColumns};
 use sph::coupling::ledger::{Account, Accounts, EnergyReport, InterfaceSums, LedgerVector, StageBudget};
 use sph::coupling::saved::{RestoreError, SavedState};
 use sph::coupling::solver::{Counts, Divergence, Field, NoLoads, NotUpdated, ParticleFields, Role, Solver};
 use sph::coupling::stage::{Stage, StageTime, StepStage};
+use sph::in_space;
 use sph::interface::states::InterfaceStates;
 use sph::interface::{Interface, load_sums};
 use sph::prescribed::body_force::BodyForceField;
-use sph::setup::{Coupling, ParticipantSetup};
-use sph::space::Vector;
+use sph::setup::{Coupling, FluidSetup, ParticipantSetup, RunSetup, SolidSetup};
+use sph::space::Space;
+use sph::space::components::Components;
 use sph::space::domain::Domain;
+use sph::space::tensors::SpaceVector;
+use tokio::sync::oneshot;
 
 use super::scene::SOLID_DENSITY;
 use crate::description::{Constants, Description};
-use crate::service::{Opened, SetupProblems, SolverFactory};
+use crate::service::{Opened, ServeOptions, Server, SetupProblems, SolverFactory};
+use crate::transport::security::{ClientSecurity, ServerSecurity};
 
 /// What a dummy does apart from its set-up.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -30,70 +37,113 @@ pub(super) struct Quirk {
 
 /// Makes dummies of one role.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct DummyFactory(pub(super) Role, pub(super) Quirk);
+struct DummyFactory(Role, Quirk);
 
 impl SolverFactory for DummyFactory {
     fn describe(&self) -> Description {
-        Description::of_solver("conform", env!("CARGO_PKG_VERSION"), self.0, "f64")
+        Description::of_solver("conform", env!("CARGO_PKG_VERSION"), self.0, &[2, 3], "f64")
     }
 
     fn open(&self, setup: ParticipantSetup) -> Result<Opened, SetupProblems> {
-        let constants = Constants::of(setup.run());
-        let dummy = Dummy::new(&setup, self.1).map_err(|problem| SetupProblems(vec![problem]))?;
-        Ok(Opened { solver: Box::new(dummy), constants, facts: Vec::new(), bodies: Vec::new() })
+        let constants = Constants::of(&setup.plan());
+        let solver: Result<Box<dyn Solver>, String> = match &setup {
+            ParticipantSetup::Fluid(setup) => {
+                in_space!(setup, setup => Dummy::fluid(setup, self.1).map(boxed))
+            }
+            ParticipantSetup::Solid(setup) => {
+                in_space!(setup, setup => Dummy::solid(setup, self.1).map(boxed))
+            }
+        };
+        let solver = solver.map_err(|problem| SetupProblems(vec![problem]))?;
+        Ok(Opened { solver, constants, facts: Vec::new(), bodies: Vec::new() })
     }
 }
 
-struct Dummy {
+/// A server of dummies in this process.
+pub(super) struct DummyServer {
+    pub(super) address: String,
+    _stop: oneshot::Sender<()>,
+}
+
+impl DummyServer {
+    /// A dummy that calls its partner by `security`.
+    pub(super) fn start(role: Role, quirk: Quirk, security: ClientSecurity) -> Result<Self, String> {
+        let server = Server::bind(([127, 0, 0, 1], 0).into()).map_err(|e| e.to_string())?;
+        let address = server.address().to_string();
+        let (stop, stopped) = oneshot::channel::<()>();
+        let options = ServeOptions {
+            threads: 1,
+            shutdown_limit: Duration::from_millis(100),
+            security: ServerSecurity::calling(security),
+            ..ServeOptions::default()
+        };
+        tokio::spawn(async move {
+            // Its fate shows in the run.
+            let stopped = async { drop(stopped.await) };
+            drop(server.serve(DummyFactory(role, quirk), options, stopped).await);
+        });
+        Ok(Self { address, _stop: stop })
+    }
+}
+
+fn boxed<S: Space>(dummy: Dummy<S>) -> Box<dyn Solver> {
+    Box::new(dummy)
+}
+
+struct Dummy<S: Space> {
     role: Role,
-    domain: Domain,
+    domain: Domain<S>,
     quirk: Quirk,
-    interface: Interface,
-    states: InterfaceStates,
+    interface: Interface<S>,
+    states: InterfaceStates<S>,
     /// Positions at the start of the step \[m\].
-    base: Vec<Vector>,
+    base: Vec<S::Vector>,
     /// Where the partner's coupling points began \[m\].
-    anchors: Vec<Vector>,
+    anchors: Vec<S::Vector>,
     extent: Extent,
     sums: InterfaceSums,
     /// Whether the forces of this stage were prescribed.
     prescribes: bool,
 }
 
-impl Dummy {
-    fn new(setup: &ParticipantSetup, quirk: Quirk) -> Result<Self, String> {
-        let run = setup.run();
+impl<S: Space> Dummy<S> {
+    fn fluid(setup: &FluidSetup<S>, quirk: Quirk) -> Result<Self, String> {
+        let (particles, law) = (&setup.particles, setup.parameters.equation_of_state());
+        let states = InterfaceStates {
+            id: particles.id.clone(),
+            group: particles.region.clone(),
+            mass: particles.mass.clone(),
+            position: particles.position.clone(),
+            velocity: particles.velocity.clone(),
+            density: particles.density.clone(),
+            pressure: particles.density.iter().map(|density| law.pressure(*density)).collect(),
+            ..InterfaceStates::default()
+        };
+        Self::new(Role::Fluid, &setup.run, states, quirk)
+    }
+
+    fn solid(setup: &SolidSetup<S>, quirk: Quirk) -> Result<Self, String> {
+        let particles = &setup.particles;
+        let states = InterfaceStates {
+            id: particles.id.clone(),
+            group: particles.body.clone(),
+            mass: particles.mass.clone(),
+            position: particles.position.clone(),
+            velocity: particles.velocity.clone(),
+            density: particles.density.clone(),
+            pressure: vec![0.0; particles.density.len()],
+            ..InterfaceStates::default()
+        };
+        Self::new(Role::Solid, &setup.run, states, quirk)
+    }
+
+    fn new(role: Role, run: &RunSetup<S>, states: InterfaceStates<S>, quirk: Quirk) -> Result<Self, String> {
         let coupling: &Coupling = run.coupling.as_ref().ok_or("a dummy needs a partner")?;
         let body_force = BodyForceField::new(&run.body_force).map_err(|e| e.to_string())?;
-        let mut states = InterfaceStates::default();
-        let role = match setup {
-            ParticipantSetup::Fluid(fluid) => {
-                let (particles, c) = (&fluid.particles, &fluid.parameters);
-                let law = c.equation_of_state();
-                states.id.clone_from(&particles.id);
-                states.group.clone_from(&particles.region);
-                states.mass.clone_from(&particles.mass);
-                states.position.clone_from(&particles.position);
-                states.velocity.clone_from(&particles.velocity);
-                states.density.clone_from(&particles.density);
-                states.pressure.extend(particles.density.iter().map(|density| law.pressure(*density)));
-                Role::Fluid
-            }
-            ParticipantSetup::Solid(solid) => {
-                let particles = &solid.particles;
-                states.id.clone_from(&particles.id);
-                states.group.clone_from(&particles.body);
-                states.mass.clone_from(&particles.mass);
-                states.position.clone_from(&particles.position);
-                states.velocity.clone_from(&particles.velocity);
-                states.density.clone_from(&particles.density);
-                states.pressure.resize(particles.density.len(), 0.0);
-                Role::Solid
-            }
-        };
         // The whole domain: the partner sends all it has.
-        let (lower, upper) = (run.domain.lower, run.domain.upper);
-        let whole = Column::from_iter([[lower.x, lower.y, upper.x, upper.y]]);
+        let corners = [run.domain.lower.row(), run.domain.upper.row()];
+        let values = corners.iter().flat_map(|corner| corner.as_ref().iter().copied()).collect();
+        let whole = Column { components: 2 * S::DIMENSIONS, values };
         let extent = Extent { version: 1, boxes: whole };
         Ok(Self {
             role,
@@ -110,21 +160,23 @@ impl Dummy {
     }
 
     /// Acceleration of point `s` that is prescribed in place of the pair law \[m/s²\].
-    fn prescribed(&mut self, points: &InterfaceStates, s: usize) -> Option<Vector> {
+    fn prescribed(&mut self, points: &InterfaceStates<S>, s: usize) -> Option<S::Vector> {
         if let Some((rate, left)) = self.quirk.spring {
             if self.anchors.is_empty() {
                 self.anchors.clone_from(&points.position);
             }
-            return Some(-rate * rate * (points.position[s] - self.anchors[s] + Vector::new(left, 0.0)));
+            let mut stretched = points.position[s] - self.anchors[s];
+            stretched[0] += left;
+            return Some(stretched * (-rate * rate));
         }
-        self.quirk.damper.map(|rate| -rate * points.velocity[s])
+        self.quirk.damper.map(|rate| points.velocity[s] * -rate)
     }
 
     /// Prescribed forces on `points`, whose reaction becomes the own sums; `None` where the pair law holds.
-    fn prescribe(&mut self, points: &InterfaceStates) -> Option<Vec<Vector>> {
+    fn prescribe(&mut self, points: &InterfaceStates<S>) -> Option<Vec<S::Vector>> {
         let mut forces = Vec::with_capacity(points.len());
         for s in 0..points.len() {
-            forces.push(SOLID_DENSITY * points.volume(s) * self.prescribed(points, s)?);
+            forces.push(self.prescribed(points, s)? * (SOLID_DENSITY * points.volume(s)));
         }
         let on_points = load_sums(&self.domain, points, &forces);
         self.sums =
@@ -134,7 +186,7 @@ impl Dummy {
     }
 }
 
-impl Solver for Dummy {
+impl<S: Space> Solver for Dummy<S> {
     fn role(&self) -> Role {
         self.role
     }
@@ -146,7 +198,7 @@ impl Solver for Dummy {
         if self.quirk.not_a_number == Some(time.at)
             && let Some(velocity) = self.states.velocity.first_mut()
         {
-            velocity.x = f64::NAN;
+            velocity[0] = f64::NAN;
         }
         Ok(())
     }
@@ -228,7 +280,7 @@ impl Solver for Dummy {
     fn advance(&mut self, time: &StageTime) -> Result<StageBudget, Divergence> {
         let duration = time.duration();
         for (k, position) in self.states.position.iter_mut().enumerate() {
-            *position = self.base[k] + duration * self.states.velocity[k];
+            *position = self.base[k] + self.states.velocity[k] * duration;
         }
         let mut accounts = Accounts::default();
         // Whatever moves the dummy takes up the force.
@@ -265,8 +317,8 @@ impl Solver for Dummy {
             fields: vec![Field {
                 name: "position".into(),
                 unit: "m".into(),
-                components: 2,
-                values: self.states.position.iter().flat_map(|x| [x.x, x.y]).collect(),
+                components: S::DIMENSIONS,
+                values: Column::from_iter(self.states.position.iter().copied()).values,
             }],
         }
     }

@@ -3,11 +3,10 @@
 use sph::coupling::driver::StepReport;
 use sph::coupling::solver::Role;
 use sph::setup::{CouplingKind, ImplicitCoupling, NonConvergence, Relaxation};
-use sph::space::Vector;
 
 use super::bench::Bench;
 use super::dummy::Quirk;
-use super::scene::{Scene, TIME_STEP};
+use super::scene::Scene;
 use super::{Finding, not_offered, passed};
 
 const PLAN: ImplicitCoupling = ImplicitCoupling {
@@ -51,16 +50,16 @@ fn iterations(own: &[StepReport], partner: &[StepReport]) -> Result<u32, String>
 
 /// A stiff damper slows a solid by (1 - z/2)/(1 + z/2) a step, which is the implicit midpoint rule.
 async fn converges(bench: &Bench) -> Finding {
-    let velocity = Vector::new(0.7, -0.3);
-    let scene = Scene { velocity, steps: 4, implicit: Some(PLAN), ..Scene::still(bench.kind) };
-    let quirk = Quirk { damper: Some(STIFFNESS / TIME_STEP), ..Quirk::default() };
+    let velocity = bench.vector([0.7, -0.3, 0.2]);
+    let scene = Scene { velocity, steps: 4, implicit: Some(PLAN), ..bench.still() };
+    let quirk = Quirk { damper: Some(STIFFNESS / scene.time_step), ..Quirk::default() };
     let [own, dummy] = bench.completed(scene, quirk).await?;
     let most = iterations(&own.reports, &dummy.reports)?;
     let factor = (1.0 - 0.5 * STIFFNESS) / (1.0 + 0.5 * STIFFNESS);
     let expected = velocity * (0..scene.steps).map(|_| factor).product::<f64>();
     // A step's forces may be off by the tolerance, which is z/2 of it in velocity; ten times that over four steps.
     let allowed = 10.0 * STIFFNESS * PLAN.tolerance * velocity.norm();
-    for (i, found) in own.field("velocity")?.iter().enumerate() {
+    for (i, found) in own.field(bench.space, "velocity")?.iter().enumerate() {
         let error = (found - expected).norm();
         if error.is_nan() || error > allowed {
             return Err(format!(

@@ -9,7 +9,7 @@ use tonic::{Code, Status};
 use super::bench::{Bench, open_request};
 use super::scene::Scene;
 use super::{Finding, passed};
-use crate::convert::{Convert, encode_command};
+use crate::convert::{encode_command, link_to_wire};
 use crate::description::{LinkPlan, Partner};
 use crate::transport::security::SecuredChannel;
 use crate::transport::token::Token;
@@ -66,7 +66,7 @@ struct Walker<'a> {
 impl<'a> Walker<'a> {
     async fn at(bench: &'a Bench, state: State) -> Result<Self, String> {
         let (client, channel) = bench.raw().await?;
-        let scene = bench.fit(Scene { coupled: false, steps: 3, ..Scene::still(bench.kind) });
+        let scene = bench.fit(Scene { coupled: false, steps: 3, ..bench.still() });
         let mut walker = Self {
             bench,
             client,
@@ -78,7 +78,7 @@ impl<'a> Walker<'a> {
             events: None,
         };
         let on_the_way = |call: Call| move |status: Status| format!("{call:?} on the way: {status}");
-        bench.opens(&walker.setup.run().run_id, &walker.token);
+        bench.opens(walker.setup.run_id(), &walker.token);
         if state >= State::Open {
             walker.call(Call::Open).await?.map_err(on_the_way(Call::Open))?;
         }
@@ -95,7 +95,7 @@ impl<'a> Walker<'a> {
     }
 
     async fn finish(&mut self) -> Result<(), String> {
-        let run_id = &self.setup.run().run_id;
+        let run_id = self.setup.run_id();
         let Some(commands) = self.commands.first() else { return Err("there is no run".into()) };
         let grant = encode_command(run_id, 0, Command::GrantThrough(1 << 40));
         commands.send(grant).await.map_err(|_| "the server takes no commands")?;
@@ -108,7 +108,7 @@ impl<'a> Walker<'a> {
 
     async fn call(&mut self, call: Call) -> Result<Result<(), Status>, String> {
         let token = self.token.clone();
-        let run_id = self.setup.run().run_id.clone();
+        let run_id = self.setup.run_id().to_owned();
         let bench = self.bench;
         let name = format!("{call:?}");
         let client = &mut self.client;
@@ -129,7 +129,7 @@ impl<'a> Walker<'a> {
                     partner: Partner::Alone,
                     partner_particles: None,
                 };
-                let request = token.attach(wire::LinkRequest { run_id, ..plan.to_wire() });
+                let request = token.attach(wire::LinkRequest { run_id, ..link_to_wire(&plan) });
                 bench.within(&name, client.link(request)).await?.map(drop)
             }
             Call::Snapshots => {
@@ -249,9 +249,9 @@ pub(super) async fn token(bench: &Bench) -> Finding {
 pub(super) async fn bad_setups(bench: &Bench) -> Finding {
     use wire::open_request::Setup;
     let (mut client, _) = bench.raw().await?;
-    let setup = bench.fit(Scene { coupled: false, ..Scene::still(bench.kind) }).setup(bench.role);
+    let setup = bench.fit(Scene { coupled: false, ..bench.still() }).setup(bench.role);
     let token = Token::fresh()?;
-    bench.opens(&setup.run().run_id, &token);
+    bench.opens(setup.run_id(), &token);
     type Spoil = fn(&mut wire::OpenRequest);
     let cases: [(&str, Spoil); 6] = [
         ("no set-up", |request| request.setup = None),
@@ -302,7 +302,7 @@ pub(super) async fn bad_setups(bench: &Bench) -> Finding {
             Ok(_) => {
                 wrong.push(format!("{what} is accepted"));
                 bench.free().await?;
-                bench.opens(&setup.run().run_id, &token);
+                bench.opens(setup.run_id(), &token);
             }
         }
     }
@@ -314,13 +314,13 @@ pub(super) async fn coordinator_vanishes(bench: &Bench) -> Finding {
     let Walker { commands, events, client, .. } = walker;
     drop((commands, events, client));
     let (mut client, _) = bench.raw().await?;
-    let setup = bench.fit(Scene { coupled: false, ..Scene::still(bench.kind) }).setup(bench.role);
+    let setup = bench.fit(Scene { coupled: false, ..bench.still() }).setup(bench.role);
     let token = Token::fresh()?;
     let started = tokio::time::Instant::now();
     loop {
         match bench.within("Open", client.open(open_request(&setup, &token))).await? {
             Ok(_) => {
-                bench.opens(&setup.run().run_id, &token);
+                bench.opens(setup.run_id(), &token);
                 return passed(format!("free after {:.1} s", started.elapsed().as_secs_f64()));
             }
             Err(status) if started.elapsed() > bench.deadline => {

@@ -34,6 +34,8 @@ pub struct Options {
     pub deadline: Duration,
     /// Kind of coupling to examine; by default the first that the participant offers.
     pub kind: Option<CouplingKind>,
+    /// Number of dimensions of the runs of the examination, 2 or 3.
+    pub dimensions: u32,
     /// Address of a fresh process of the same participant, for checks that need one.
     pub fresh: Option<String>,
     /// Only checks whose name contains this.
@@ -47,6 +49,7 @@ impl Default for Options {
         Self {
             deadline: Duration::from_secs(10),
             kind: None,
+            dimensions: 2,
             fresh: None,
             only: None,
             security: ClientSecurity::default(),
@@ -85,6 +88,8 @@ pub struct Report {
     pub role: Role,
     /// Kind of coupling by which it was examined.
     pub kind: CouplingKind,
+    /// Number of dimensions of the runs.
+    pub dimensions: u32,
     /// One for each check, in order.
     pub outcomes: Vec<Outcome>,
 }
@@ -204,7 +209,13 @@ pub async fn examine(
     let mut client = ParticipantClient::connect_secured(address, deadlines, &options.security).await?;
     let description = client.describe().await?;
     let bench = Bench::new(address, options, deadlines, description.clone()).await?;
-    let mut report = Report { description, role: bench.role, kind: bench.kind, outcomes: Vec::new() };
+    let mut report = Report {
+        description,
+        role: bench.role,
+        kind: bench.kind,
+        dimensions: options.dimensions,
+        outcomes: Vec::new(),
+    };
     let chosen =
         |check: &&Check| options.only.as_ref().is_none_or(|only| check.name().contains(only.as_str()));
     for check in Check::ALL.iter().filter(chosen) {

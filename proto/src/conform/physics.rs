@@ -1,10 +1,13 @@
 //! What a participant computes, as far as it can be judged from outside.
 
 use sph::coupling::driver::StepReport;
-use sph::coupling::ledger::{LedgerVector, TorqueCheck, imbalance};
+use sph::coupling::ledger::{LedgerVector, TorqueCheck, imbalance, lifted};
 use sph::coupling::solver::Role;
-use sph::setup::{CouplingKind, ParameterSet, ParticipantSetup, RunSetup};
-use sph::space::Vector;
+use sph::in_space;
+use sph::setup::{
+    CouplingKind, FluidSetup, ParameterSet, ParameterSpec, ParticipantSetup, RunPlan, SolidSetup,
+};
+use sph::space::Space;
 
 use super::bench::{Bench, Record};
 use super::dummy::Quirk;
@@ -18,36 +21,51 @@ const ROUND_OFF: f64 = 1e-12;
 const ROUND_OFF_OF_PAIRS: f64 = 1e-9;
 
 /// Changes a run's set-up in one place.
-type Change = fn(&mut RunSetup);
+type Change = fn(&mut RunPlan);
 
 fn changed(setup: &ParticipantSetup, change: Change) -> ParticipantSetup {
-    let mut setup = setup.clone();
+    let (mut setup, mut plan) = (setup.clone(), setup.plan());
+    change(&mut plan);
     match &mut setup {
-        ParticipantSetup::Fluid(fluid) => {
-            change(&mut fluid.run);
-            if let Some(coupling) = &fluid.run.coupling {
-                fluid.parameters = fluid
-                    .parameters
-                    .with(|spec| coupling.fluid.get(spec.key).filter(|_| spec.is_of_pair_law));
-            }
-        }
-        ParticipantSetup::Solid(solid) => {
-            change(&mut solid.run);
-            if let Some(coupling) = &solid.run.coupling {
-                solid.particle_spacing = coupling.solid_spacing;
-            }
-        }
+        ParticipantSetup::Fluid(fluid) => in_space!(fluid, fluid => change_fluid(fluid, &plan)),
+        ParticipantSetup::Solid(solid) => in_space!(solid, solid => change_solid(solid, &plan)),
     }
     setup
 }
 
+fn change_fluid<S: Space>(fluid: &mut FluidSetup<S>, plan: &RunPlan) {
+    // A change leaves the dimensions as they are.
+    if let Some(run) = plan.to_setup() {
+        fluid.run = run;
+    }
+    if let Some(coupling) = &plan.coupling {
+        let stated = |spec: &ParameterSpec| coupling.fluid.get(spec.key).filter(|_| spec.is_of_pair_law);
+        fluid.parameters = fluid.parameters.with(stated);
+    }
+}
+
+fn change_solid<S: Space>(solid: &mut SolidSetup<S>, plan: &RunPlan) {
+    if let Some(run) = plan.to_setup() {
+        solid.run = run;
+    }
+    if let Some(coupling) = &plan.coupling {
+        solid.particle_spacing = coupling.solid_spacing;
+    }
+}
+
+fn set_gravity(run: &mut RunPlan) {
+    for (component, value) in run.body_force.gravity.iter_mut().zip([1.25, -3.7, 0.4]) {
+        *component = value;
+    }
+}
+
 pub(super) async fn constants(bench: &Bench) -> Finding {
-    let setup = bench.fit(Scene::still(bench.kind)).setup(bench.role);
+    let setup = bench.fit(bench.still()).setup(bench.role);
     let changes: [(&str, Change); 6] = [
         ("as they are", |_| {}),
-        ("gravity", |run| run.body_force.gravity = Vector::new(1.25, -3.7)),
+        ("gravity", set_gravity),
         ("end time", |run| run.time.end_time *= 2.0),
-        ("domain", |run| run.domain.upper.y = 1.5),
+        ("domain", |run| run.domain.upper[1] = 1.5),
         ("sound speed", |run| run.coupling.iter_mut().for_each(|c| c.fluid.sound_speed = 22.5)),
         ("solid spacing", |run| run.coupling.iter_mut().for_each(|c| c.solid_spacing *= 1.1)),
     ];
@@ -60,7 +78,7 @@ pub(super) async fn constants(bench: &Bench) -> Finding {
         if *role != bench.role || *coupling_kind != bench.kind {
             wrong.push(format!("{what}: opened as {role}, coupled by {}", coupling_kind.name()));
         }
-        if format!("{constants:?}") != format!("{:?}", Constants::of(asked.run())) {
+        if format!("{constants:?}") != format!("{:?}", Constants::of(&asked.plan())) {
             wrong.push(format!("{what}: the reply has {constants:?}"));
         }
         if constants.kernel != KERNEL {
@@ -80,13 +98,13 @@ pub(super) async fn gravity(bench: &Bench) -> Finding {
     if !bench.takes_free_bodies {
         return not_offered("it takes clamped bodies only, which do not fall");
     }
-    for gravity in [Vector::new(0.0, -9.81), Vector::new(3.0, 1.5)] {
-        let scene = Scene { gravity, ..Scene::still(bench.kind) };
+    for gravity in [[0.0, -9.81, 0.0], [3.0, 1.5, -2.0]].map(|gravity| bench.vector(gravity)) {
+        let scene = Scene { gravity, ..bench.still() };
         let record = bench.run_alone(scene).await?;
         let expected = gravity * scene.duration();
-        let velocities = record.field("velocity")?;
-        let mean = velocities.iter().sum::<Vector>() / velocities.len().max(1) as f64;
-        let off = |velocity: &Vector, allowed: f64| {
+        let velocities = record.field(bench.space, "velocity")?;
+        let mean = velocities.iter().sum::<LedgerVector>() / velocities.len().max(1) as f64;
+        let off = |velocity: &LedgerVector, allowed: f64| {
             let error = (velocity - expected).norm() / expected.norm();
             error.is_nan() || error > allowed
         };
@@ -108,15 +126,16 @@ fn gross(reports: &[StepReport]) -> f64 {
 }
 
 pub(super) async fn free_flight(bench: &Bench) -> Finding {
-    let velocity = if bench.takes_free_bodies { Vector::new(0.7, -0.3) } else { Vector::zeros() };
-    let scene = bench.fit(Scene { velocity, ..Scene::still(bench.kind) });
+    let velocity =
+        if bench.takes_free_bodies { bench.vector([0.7, -0.3, 0.2]) } else { LedgerVector::zeros() };
+    let scene = bench.fit(Scene { velocity, ..bench.still() });
     let [own, _] = bench.completed(scene, Quirk::default()).await?;
     if gross(&own.reports) != 0.0 {
-        return Err(format!("forces of {:e} N/m in sum, without any pair", gross(&own.reports)));
+        return Err(format!("forces of {:e} N in sum, without any pair", gross(&own.reports)));
     }
     let still = Scene { steps: 0, ..scene };
     let start = positions(&still.setup(bench.role));
-    for (i, (from, to)) in start.iter().zip(own.field("position")?).enumerate() {
+    for (i, (from, to)) in start.iter().zip(own.field(bench.space, "position")?).enumerate() {
         let error = (to - from - velocity * scene.duration()).norm();
         if error.is_nan() || error > ROUND_OFF {
             return Err(format!("particle {i} is {error:e} m beside its path"));
@@ -125,17 +144,21 @@ pub(super) async fn free_flight(bench: &Bench) -> Finding {
     passed(format!("{} steps, no force", own.reports.len()))
 }
 
-fn positions(setup: &ParticipantSetup) -> Vec<Vector> {
+fn positions(setup: &ParticipantSetup) -> Vec<LedgerVector> {
     match setup {
-        ParticipantSetup::Fluid(fluid) => fluid.particles.position.clone(),
-        ParticipantSetup::Solid(solid) => solid.particles.position.clone(),
+        ParticipantSetup::Fluid(fluid) => {
+            in_space!(fluid, fluid => fluid.particles.position.iter().map(lifted).collect())
+        }
+        ParticipantSetup::Solid(solid) => {
+            in_space!(solid, solid => solid.particles.position.iter().map(lifted).collect())
+        }
     }
 }
 
 pub(super) async fn rest(bench: &Bench) -> Finding {
-    let scene = bench.fit(Scene { touching: true, ..Scene::still(bench.kind) });
+    let scene = bench.fit(Scene { touching: true, ..bench.still() });
     let [own, _] = bench.completed(scene, Quirk::default()).await?;
-    let fastest = own.field("velocity")?.iter().map(|v| v.norm()).fold(0.0, f64::max);
+    let fastest = own.field(bench.space, "velocity")?.iter().map(|v| v.norm()).fold(0.0, f64::max);
     // Differences of equal numbers are zero; 1e-12 m/s leaves room for sums in another order.
     if fastest <= 1e-12 {
         passed(format!("fastest {fastest:.1e} m/s"))
@@ -203,7 +226,7 @@ pub(super) async fn galilean(bench: &Bench) -> Finding {
     }
     let scene = bench.pushing();
     let [still, _] = bench.completed(scene, Quirk::default()).await?;
-    let moving = Scene { velocity: Vector::new(1.5, 0.5), ..scene };
+    let moving = Scene { velocity: bench.vector([1.5, 0.5, -0.7]), ..scene };
     let [moving, _] = bench.completed(moving, Quirk::default()).await?;
     invariant(difference(&still, &moving, false)?)
 }
@@ -236,14 +259,15 @@ pub(super) async fn oscillator(bench: &Bench) -> Finding {
     }
     const RATE: f64 = 200.0;
     const AMPLITUDE: f64 = 1e-3;
-    let scene = Scene { steps: 50, ..Scene::still(bench.kind) };
+    let scene = Scene { steps: 50, ..bench.still() };
     let quirk = Quirk { spring: Some((RATE, AMPLITUDE)), ..Quirk::default() };
     let start = positions(&scene.setup(bench.role));
     let exact = AMPLITUDE * ((RATE * scene.duration()).cos() - 1.0);
     let mut errors = Vec::new();
     for refinement in [1, 2, 4] {
         let [own, _] = bench.completed(refined(scene, refinement), quirk).await?;
-        let mean = own.field("position")?.iter().zip(&start).map(|(x, from)| x.x - from.x).sum::<f64>();
+        let ends = own.field(bench.space, "position")?;
+        let mean = ends.iter().zip(&start).map(|(x, from)| x.x - from.x).sum::<f64>();
         errors.push((mean / start.len() as f64 - exact).abs());
     }
     let order = (errors[1] / errors[2]).log2();
@@ -259,9 +283,9 @@ pub(super) async fn convergence(bench: &Bench) -> Finding {
     // The first step resolves the waves of the solid.
     for refinement in [2, 4, 8] {
         let [own, _] = bench.completed(refined(scene, refinement), Quirk::default()).await?;
-        ends.push(own.field("position")?);
+        ends.push(own.field(bench.space, "position")?);
     }
-    let distance = |a: &[Vector], b: &[Vector]| {
+    let distance = |a: &[LedgerVector], b: &[LedgerVector]| {
         let squares: f64 = a.iter().zip(b).map(|(a, b)| (a - b).norm_squared()).sum();
         (squares / a.len().max(1) as f64).sqrt()
     };
@@ -289,7 +313,7 @@ pub(super) async fn determinism(bench: &Bench) -> Finding {
 }
 
 pub(super) async fn latency(bench: &Bench) -> Finding {
-    let scene = bench.fit(Scene { touching: true, steps: 200, ..Scene::still(bench.kind) });
+    let scene = bench.fit(Scene { touching: true, steps: 200, ..bench.still() });
     let [_, dummy] = bench.completed(scene, Quirk::default()).await?;
     let mut half_steps: Vec<f64> = dummy.reports.iter().map(|report| 0.5e6 * report.elapsed).collect();
     half_steps.sort_unstable_by(f64::total_cmp);

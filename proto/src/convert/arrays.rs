@@ -2,7 +2,7 @@
 
 use bytes::{BufMut, Bytes, BytesMut};
 use sph::coupling::exchange::Column;
-use sph::space::{SymmetricTensor, Vector};
+use sph::space::components::Components;
 
 use super::{Path, WireError};
 use crate::limits::MAX_PARTICLES;
@@ -10,69 +10,18 @@ use crate::limits::MAX_PARTICLES;
 const NUMBER_BYTES: usize = 8;
 const INDEX_BYTES: usize = 4;
 
-/// A value of fixed size in a packed array.
-pub(super) trait Packed: Copy {
-    /// Numbers per value.
-    const COMPONENTS: usize;
-
-    /// Appends the value's numbers.
-    fn put(self, out: &mut BytesMut);
-
-    /// The value of `COMPONENTS` numbers.
-    fn get(bytes: &[u8]) -> Self;
-}
-
-/// The `k`-th number of `bytes`, which the caller has cut to whole values.
-fn number(bytes: &[u8], k: usize) -> f64 {
+/// The number of eight bytes; the caller has cut them.
+fn number(bytes: &[u8]) -> f64 {
     let mut raw = [0; NUMBER_BYTES];
-    raw.copy_from_slice(&bytes[k * NUMBER_BYTES..(k + 1) * NUMBER_BYTES]);
+    raw.copy_from_slice(bytes);
     f64::from_le_bytes(raw)
 }
 
-impl Packed for f64 {
-    const COMPONENTS: usize = 1;
-
-    fn put(self, out: &mut BytesMut) {
-        out.put_f64_le(self);
-    }
-
-    fn get(bytes: &[u8]) -> Self {
-        number(bytes, 0)
-    }
-}
-
-impl Packed for Vector {
-    const COMPONENTS: usize = 2;
-
-    fn put(self, out: &mut BytesMut) {
-        out.put_f64_le(self.x);
-        out.put_f64_le(self.y);
-    }
-
-    fn get(bytes: &[u8]) -> Self {
-        Vector::new(number(bytes, 0), number(bytes, 1))
-    }
-}
-
-impl Packed for SymmetricTensor {
-    const COMPONENTS: usize = 3;
-
-    fn put(self, out: &mut BytesMut) {
-        out.put_f64_le(self.xx);
-        out.put_f64_le(self.yy);
-        out.put_f64_le(self.xy);
-    }
-
-    fn get(bytes: &[u8]) -> Self {
-        Self { xx: number(bytes, 0), yy: number(bytes, 1), xy: number(bytes, 2) }
-    }
-}
-
 /// Packs `values`.
-pub(super) fn pack<T: Packed>(values: &[T]) -> Bytes {
-    let mut out = BytesMut::with_capacity(values.len() * T::COMPONENTS * NUMBER_BYTES);
+pub(super) fn pack<C: Components>(values: &[C]) -> Bytes {
+    let mut out = BytesMut::with_capacity(values.len() * C::COUNT * NUMBER_BYTES);
     for value in values {
-        value.put(&mut out);
+        value.row().as_ref().iter().for_each(|number| out.put_f64_le(*number));
     }
     out.freeze()
 }
@@ -86,7 +35,7 @@ pub(super) fn unpack_column(
     at: &Path<'_>,
 ) -> Result<(), WireError> {
     check_size(bytes, count, components, at)?;
-    let numbers = bytes.chunks_exact(NUMBER_BYTES).map(|chunk| number(chunk, 0));
+    let numbers = bytes.chunks_exact(NUMBER_BYTES).map(number);
     column.components = components;
     column.values.clear();
     column.values.extend(numbers);
@@ -114,16 +63,16 @@ fn check_size(bytes: &[u8], count: usize, components: usize, at: &Path<'_>) -> R
 }
 
 /// Unpacks `count` finite values.
-pub(super) fn unpack<T: Packed>(bytes: &[u8], count: usize, at: &Path<'_>) -> Result<Vec<T>, WireError> {
+pub(super) fn unpack<C: Components>(bytes: &[u8], count: usize, at: &Path<'_>) -> Result<Vec<C>, WireError> {
     let mut column = Column::default();
-    unpack_column(bytes, count, T::COMPONENTS, &mut column, at)?;
-    Ok(bytes.chunks_exact(T::COMPONENTS * NUMBER_BYTES).map(T::get).collect())
+    unpack_column(bytes, count, C::COUNT, &mut column, at)?;
+    Ok(column.quantities().collect())
 }
 
 /// Unpacks all values, of any bits, that `bytes` holds.
 pub(super) fn unpack_all(bytes: &[u8], at: &Path<'_>) -> Result<Vec<f64>, WireError> {
     check_size(bytes, bytes.len() / NUMBER_BYTES, 1, at)?;
-    Ok(bytes.chunks_exact(NUMBER_BYTES).map(|chunk| number(chunk, 0)).collect())
+    Ok(bytes.chunks_exact(NUMBER_BYTES).map(number).collect())
 }
 
 /// Unpacks `count` positive values.
@@ -204,6 +153,7 @@ pub(super) fn unpack_indices_below(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use sph::space::Vector;
 
     #[test]
     fn all_bits_of_finite_numbers_survive_and_others_are_refused_by_particle() {

@@ -2,21 +2,21 @@
 
 use std::time::Duration;
 
-use sph::coupling::exchange::{Column, Extent};
 use sph::coupling::solver::Role;
 use sph::setup::InterfaceLaw;
-use sph::space::DIMENSIONS;
+use sph::space::components::Components;
+use sph::space::{AnySpace, SomeSpace, SymmetricTensor3};
 
-use super::arrays::{pack, unpack_all};
+use super::run::{body_force_from_wire, body_force_to_wire, domain_from_wire, domain_to_wire};
 use super::{
-    Choice, Convert, Path, WireError, choice, finite, length, list, name, not_negative, optional,
-    positive_or_infinite, required, text, wires,
+    Choice, Convert, Path, WireError, choice, components, extent_from_wire, extent_to_wire, finite, length,
+    list, name, not_negative, optional, positive_or_infinite, required, text, wires,
 };
 use crate::description::{
     BodyReport, Capabilities, Constants, CouplingKind, Description, Fact, FieldSpec, FrameField, Limits,
-    LinkPlan, OpenReport, Partner, ProtocolVersion,
+    OpenReport, ProtocolVersion,
 };
-use crate::limits::{MAX_BOXES, MAX_LIST};
+use crate::limits::MAX_LIST;
 use crate::wire;
 
 choices!(CouplingKind = wire::CouplingKind { States, Loads });
@@ -58,38 +58,6 @@ impl Convert for FieldSpec {
             unit: name(&wire.unit, &at.field("unit"))?,
             components: wire.components,
         })
-    }
-}
-
-impl Convert for Extent {
-    type Wire = wire::Extent;
-
-    fn to_wire(&self) -> wire::Extent {
-        wire::Extent { version: self.version, boxes_m: pack(&self.boxes.values) }
-    }
-
-    fn from_wire(wire: &wire::Extent, at: &Path<'_>) -> Result<Self, WireError> {
-        let at = at.field("boxes_m");
-        let (components, bytes) = (2 * DIMENSIONS, wire.boxes_m.len());
-        if !bytes.is_multiple_of(8 * components) {
-            let problem = format!("has {bytes} bytes, must have {} for each box", 8 * components);
-            return Err(at.error(problem));
-        }
-        length(bytes / (8 * components), MAX_BOXES, &at)?;
-        if bytes == 0 {
-            return Ok(Self { version: wire.version, ..Self::default() });
-        }
-        let boxes = Column { components, values: unpack_all(&wire.boxes_m, &at)? };
-        for (k, corners) in boxes.rows().enumerate() {
-            let (lower, upper) = corners.split_at(DIMENSIONS);
-            let ordered = lower.iter().zip(upper).all(|(lower, upper)| lower <= upper);
-            if !(ordered && corners.iter().all(|value| value.is_finite())) {
-                let problem =
-                    format!("of box number {k} are {corners:?}, must be finite with lower <= upper");
-                return Err(at.error(problem));
-            }
-        }
-        Ok(Self { version: wire.version, boxes })
     }
 }
 
@@ -180,19 +148,27 @@ impl Convert for Constants {
     fn to_wire(&self) -> wire::Constants {
         wire::Constants {
             kernel: self.kernel.clone(),
-            body_force: Some(self.body_force.to_wire()),
+            body_force: Some(body_force_to_wire(&self.body_force)),
             coupling: self.coupling.as_ref().map(Convert::to_wire),
-            domain: Some(self.domain.to_wire()),
+            domain: Some(domain_to_wire(&self.domain)),
             time: Some(self.time.to_wire()),
         }
     }
 
     fn from_wire(wire: &wire::Constants, at: &Path<'_>) -> Result<Self, WireError> {
+        let lower = wire.domain.as_ref().and_then(|domain| domain.lower_m.as_ref());
+        let lower = lower.map_or(0, |lower| lower.components.len());
+        let Some(space) = SomeSpace::of_dimensions(lower) else {
+            let problem =
+                format!("has {lower} components, must have 2 or 3, as many as the run has dimensions");
+            return Err(at.field("domain").field("lower_m").error(problem));
+        };
+        let dimensions = space.dimensions();
         Ok(Self {
             kernel: name(&wire.kernel, &at.field("kernel"))?,
-            body_force: required(&wire.body_force, &at.field("body_force"))?,
+            body_force: body_force_from_wire(&wire.body_force, dimensions, &at.field("body_force"))?,
             coupling: optional(&wire.coupling, &at.field("coupling"))?,
-            domain: required(&wire.domain, &at.field("domain"))?,
+            domain: domain_from_wire(&wire.domain, dimensions, &at.field("domain"))?,
             time: required(&wire.time, &at.field("time"))?,
         })
     }
@@ -228,7 +204,7 @@ impl Convert for OpenReport {
             constants: Some(self.constants.to_wire()),
             fields_sent: wires(&self.fields_sent),
             fields_needed: wires(&self.fields_needed),
-            extent: Some(self.extent.to_wire()),
+            extent: Some(extent_to_wire(&self.extent)),
             time_step_limit_s: Some(self.time_step_limit),
             counts: Some(self.counts.to_wire()),
             facts: wires(&self.facts),
@@ -238,6 +214,18 @@ impl Convert for OpenReport {
     }
 
     fn from_wire(wire: &wire::OpenReply, at: &Path<'_>) -> Result<Self, WireError> {
+        let constants: Constants = required(&wire.constants, &at.field("constants"))?;
+        let dimensions = constants.domain.lower.len();
+        let bodies: Vec<BodyReport> = list(&wire.bodies, at, "bodies")?;
+        for (k, inertia) in bodies.iter().enumerate().filter_map(|(k, body)| Some((k, body.inertia?))) {
+            if inertia.dimensions() != dimensions {
+                let problem = format!(
+                    "has an inertia of {} dimensions in a run of {dimensions} dimensions",
+                    inertia.dimensions()
+                );
+                return Err(at.item("bodies", k).error(problem));
+            }
+        }
         Ok(Self {
             run_id: name(&wire.run_id, &at.field("run_id"))?,
             role: choice(wire.role, &at.field("role"))?,
@@ -246,68 +234,45 @@ impl Convert for OpenReport {
             version: text(&wire.version, &at.field("version"))?,
             arithmetic: text(&wire.arithmetic, &at.field("arithmetic"))?,
             coupling_kind: choice(wire.coupling_kind, &at.field("coupling_kind"))?,
-            constants: required(&wire.constants, &at.field("constants"))?,
+            constants,
             fields_sent: list(&wire.fields_sent, at, "fields_sent")?,
             fields_needed: list(&wire.fields_needed, at, "fields_needed")?,
-            extent: required(&wire.extent, &at.field("extent"))?,
+            extent: extent_from_wire(&wire.extent, dimensions, &at.field("extent"))?,
             time_step_limit: positive_or_infinite(wire.time_step_limit_s, &at.field("time_step_limit_s"))?,
             counts: required(&wire.counts, &at.field("counts"))?,
             facts: list(&wire.facts, at, "facts")?,
-            bodies: list(&wire.bodies, at, "bodies")?,
+            bodies,
         })
     }
 }
 
+/// Number and tensor have fields of their own.
 impl Convert for BodyReport {
     type Wire = wire::BodyReport;
 
     fn to_wire(&self) -> wire::BodyReport {
-        wire::BodyReport { mass_kg: Some(self.mass), inertia_kg_m2: self.inertia }
+        let (number, tensor) = match self.inertia {
+            None => (None, Vec::new()),
+            Some(AnySpace::Plane(number)) => (Some(number), Vec::new()),
+            Some(AnySpace::Spatial(tensor)) => (None, tensor.row().to_vec()),
+        };
+        wire::BodyReport { mass_kg: Some(self.mass), inertia_kg_m2: number, inertia_tensor_kg_m2: tensor }
     }
 
     fn from_wire(wire: &wire::BodyReport, at: &Path<'_>) -> Result<Self, WireError> {
-        let inertia = wire.inertia_kg_m2.map(|value| finite(Some(value), &at.field("inertia_kg_m2")));
-        Ok(Self { mass: finite(wire.mass_kg, &at.field("mass_kg"))?, inertia: inertia.transpose()? })
-    }
-}
-
-/// A link request belongs to a run, which the caller compares.
-impl Convert for LinkPlan {
-    type Wire = wire::LinkRequest;
-
-    fn to_wire(&self) -> wire::LinkRequest {
-        use wire::link_request::Partner as Wire;
-        let partner = match &self.partner {
-            Partner::Alone => Wire::Alone(wire::Unit {}),
-            Partner::Dial(address) => Wire::Dial(address.clone()),
-            Partner::Listen => Wire::Listen(wire::Unit {}),
+        let tensor = at.field("inertia_tensor_kg_m2");
+        let inertia = match (wire.inertia_kg_m2, wire.inertia_tensor_kg_m2.as_slice()) {
+            (None, []) => None,
+            (Some(number), []) => Some(AnySpace::Plane(finite(number, &at.field("inertia_kg_m2"))?)),
+            (None, numbers) => {
+                let row: [f64; 6] = components(numbers, &tensor)?;
+                for (k, number) in row.into_iter().enumerate() {
+                    finite(number, &at.item("inertia_tensor_kg_m2", k))?;
+                }
+                Some(AnySpace::Spatial(SymmetricTensor3::from_row(row)))
+            }
+            (Some(_), _) => return Err(tensor.error("is given beside inertia_kg_m2")),
         };
-        wire::LinkRequest {
-            run_id: String::new(),
-            first_limit_s: Some(self.first_limit),
-            partner_extent: Some(self.partner_extent.to_wire()),
-            partner: Some(partner),
-            partner_particles: self.partner_particles.as_ref().map(Convert::to_wire),
-        }
-    }
-
-    fn from_wire(wire: &wire::LinkRequest, at: &Path<'_>) -> Result<Self, WireError> {
-        use wire::link_request::Partner as Wire;
-        let partner = match &wire.partner {
-            Some(Wire::Alone(_)) => Partner::Alone,
-            Some(Wire::Dial(address)) => Partner::Dial(name(address, &at.field("dial"))?),
-            Some(Wire::Listen(_)) => Partner::Listen,
-            None => return Err(at.field("partner").error("is missing, must be `alone`, `dial` or `listen`")),
-        };
-        let partner_extent: Option<Extent> = optional(&wire.partner_extent, &at.field("partner_extent"))?;
-        if partner_extent.is_none() && partner != Partner::Alone {
-            return Err(at.field("partner_extent").error("is missing"));
-        }
-        Ok(Self {
-            first_limit: positive_or_infinite(wire.first_limit_s, &at.field("first_limit_s"))?,
-            partner_extent: partner_extent.unwrap_or_default(),
-            partner,
-            partner_particles: optional(&wire.partner_particles, &at.field("partner_particles"))?,
-        })
+        Ok(Self { mass: finite(wire.mass_kg, &at.field("mass_kg"))?, inertia })
     }
 }

@@ -1,20 +1,21 @@
 //! The set-up of a fluid solver.
 
 use sph::setup::{FluidParticles, FluidProbe, FluidSetup, Outflow, ParameterSet};
+use sph::space::Space;
 
 use super::arrays::{
     index_count, pack, pack_indices, unpack, unpack_ids, unpack_indices_below, unpack_positive,
 };
 use super::parameters::{parameters_from_wire, parameters_to_wire};
 use super::probes::check_references;
-use super::run::{wall_particles_from_wire, wall_particles_to_wire};
+use super::walls::{wall_particles_from_wire, wall_particles_to_wire};
 use super::{
     Convert, Path, WireError, flags_from_wire, flags_to_wire, length, list, name, optional, required, wires,
 };
 use crate::limits::MAX_LIST;
 use crate::wire;
 
-impl Convert for FluidSetup {
+impl<S: Space> Convert for FluidSetup<S> {
     type Wire = wire::FluidSetup;
 
     fn to_wire(&self) -> wire::FluidSetup {
@@ -29,14 +30,13 @@ impl Convert for FluidSetup {
             particles: Some(particles_to_wire(particles)),
             wall_particles: Some(wall_particles_to_wire(wall_particles)),
             probes: wires(probes),
-            outflow: Some(wire::Outflow {
-                lower: flags_to_wire(outflow.lower),
-                upper: flags_to_wire(outflow.upper),
-            }),
+            outflow: Some(outflow.to_wire()),
         }
     }
 
     fn from_wire(wire: &wire::FluidSetup, at: &Path<'_>) -> Result<Self, WireError> {
+        // First: what its dimensions are explains all that does not fit them.
+        let run = required(&wire.run, &at.field("run"))?;
         length(wire.regions.len(), MAX_LIST, &at.field("regions"))?;
         let regions: Vec<String> = wire
             .regions
@@ -45,14 +45,13 @@ impl Convert for FluidSetup {
             .map(|(k, region)| name(region, &at.item("regions", k)))
             .collect::<Result<_, _>>()?;
         let walls: Vec<_> = list(&wire.walls, at, "walls")?;
-        let probes: Vec<FluidProbe> = list(&wire.probes, at, "probes")?;
+        let probes: Vec<FluidProbe<S>> = list(&wire.probes, at, "probes")?;
         check_references(&probes, at, |name, _| match name {
             "region" => (regions.len(), "regions"),
             _ => (walls.len(), "walls"),
         })?;
-        let outflow = wire.outflow.clone().unwrap_or_default();
         Ok(Self {
-            run: required(&wire.run, &at.field("run"))?,
+            run,
             parameters: parameters_from_wire(&wire.parameters, |_| true, &at.field("parameters"))?,
             damping: optional(&wire.damping, &at.field("damping"))?,
             particles: particles_from_wire(&wire.particles, regions.len(), &at.field("particles"))?,
@@ -64,15 +63,32 @@ impl Convert for FluidSetup {
             regions,
             walls,
             probes,
-            outflow: Outflow {
-                lower: flags_from_wire(&outflow.lower, &at.field("outflow").field("lower"))?,
-                upper: flags_from_wire(&outflow.upper, &at.field("outflow").field("upper"))?,
-            },
+            outflow: optional(&wire.outflow, &at.field("outflow"))?.unwrap_or_default(),
         })
     }
 }
 
-fn particles_to_wire(particles: &FluidParticles) -> wire::FluidParticles {
+impl<S: Space> Convert for Outflow<S> {
+    type Wire = wire::Outflow;
+
+    fn to_wire(&self) -> wire::Outflow {
+        let flags = |side: &S::Of<bool>| {
+            let flags: Vec<bool> = (0..S::DIMENSIONS).map(|axis| side[axis]).collect();
+            flags_to_wire(&flags)
+        };
+        wire::Outflow { lower: flags(&self.lower), upper: flags(&self.upper) }
+    }
+
+    fn from_wire(wire: &wire::Outflow, at: &Path<'_>) -> Result<Self, WireError> {
+        let flags = |side: &Option<wire::Flags>, name| {
+            let flags = flags_from_wire(side, S::DIMENSIONS, &at.field(name))?;
+            Ok(S::axes(|axis| flags[axis]))
+        };
+        Ok(Self { lower: flags(&wire.lower, "lower")?, upper: flags(&wire.upper, "upper")? })
+    }
+}
+
+fn particles_to_wire<S: Space>(particles: &FluidParticles<S>) -> wire::FluidParticles {
     wire::FluidParticles {
         ids: pack_indices(&particles.id),
         regions: pack_indices(&particles.region),
@@ -84,11 +100,11 @@ fn particles_to_wire(particles: &FluidParticles) -> wire::FluidParticles {
     }
 }
 
-fn particles_from_wire(
+fn particles_from_wire<S: Space>(
     wire: &Option<wire::FluidParticles>,
     regions: usize,
     at: &Path<'_>,
-) -> Result<FluidParticles, WireError> {
+) -> Result<FluidParticles<S>, WireError> {
     let Some(wire) = wire else { return Ok(FluidParticles::default()) };
     let count = index_count(&wire.ids, &at.field("ids"))?;
     let relaxing = if wire.relaxation_pressures_pa.is_empty() { 0 } else { count };

@@ -23,25 +23,32 @@ mod description;
 mod events;
 mod fluid;
 mod frame;
+mod frame_reader;
 mod implicit;
+mod link;
 mod parameters;
 mod partner;
 mod probes;
 mod report;
 mod run;
 mod saved;
+mod setup;
 mod snapshot;
 mod solid;
+mod walls;
 
 pub(crate) use events::{BatchItem, decode_batch, decode_command, encode_batch, encode_command};
 pub use events::{Beat, Phase};
-pub(crate) use frame::{FrameReader, FrameWriter, ReceivedFrame};
+pub(crate) use frame::{FrameWriter, Layout};
+pub(crate) use frame_reader::{FrameReader, ReceivedFrame};
+pub(crate) use link::{extent_from_wire, extent_to_wire, link_from_wire, link_to_wire};
 pub use saved::{decode_state, encode_state};
+pub(crate) use setup::{decode_setup, encode_setup};
 pub(crate) use snapshot::{SnapshotAssembler, snapshot_chunks};
 
 use std::fmt;
 
-use sph::space::{DIMENSIONS, Vector};
+use sph::space::components::Components;
 
 use crate::limits::{MAX_LIST, MAX_NAME_BYTES, MAX_TEXT_BYTES};
 use crate::wire;
@@ -231,7 +238,7 @@ pub(crate) fn count(len: usize) -> u64 {
     u64::try_from(len).unwrap_or(u64::MAX)
 }
 
-/// The `D` components of a vector of the scene or of the ledger.
+/// The three components of a vector of the ledger.
 pub(crate) fn components<T: Clone, const D: usize>(values: &[T], at: &Path<'_>) -> Result<[T; D], WireError> {
     values
         .to_vec()
@@ -244,32 +251,56 @@ pub(crate) fn components_to_wire(values: &[f64]) -> Option<wire::Vector> {
     Some(wire::Vector { components: values.to_vec() })
 }
 
-impl Convert for Vector {
-    type Wire = wire::Vector;
-
-    fn to_wire(&self) -> wire::Vector {
-        wire::Vector { components: self.as_slice().to_vec() }
-    }
-
-    fn from_wire(wire: &wire::Vector, at: &Path<'_>) -> Result<Self, WireError> {
-        let values: [f64; DIMENSIONS] = components(&wire.components, at)?;
-        for (k, value) in values.into_iter().enumerate() {
-            finite(value, &at.item("components", k))?;
-        }
-        Ok(values.into())
+/// Whether a vector of the scene has one component for each of the `dimensions` of the run.
+pub(crate) fn one_for_each(dimensions: usize, components: usize, at: &Path<'_>) -> Result<(), WireError> {
+    if components == dimensions {
+        Ok(())
+    } else {
+        Err(at.error(format!(
+            "has {components} components, must have {dimensions} in a run of {dimensions} dimensions"
+        )))
     }
 }
 
-pub(crate) fn flags_to_wire(flags: [bool; DIMENSIONS]) -> Option<wire::Flags> {
-    Some(wire::Flags { components: flags.into() })
+/// The finite numbers of a vector of the scene, one for each of the `dimensions` of the run.
+pub(crate) fn numbers_from_wire(
+    wire: &Option<wire::Vector>,
+    dimensions: usize,
+    at: &Path<'_>,
+) -> Result<Vec<f64>, WireError> {
+    let Some(wire) = wire else { return Err(at.error("is missing")) };
+    one_for_each(dimensions, wire.components.len(), at)?;
+    let checked = |(k, value): (usize, &f64)| finite(*value, &at.item("components", k));
+    wire.components.iter().enumerate().map(checked).collect()
 }
 
-/// One flag per dimension; absent ones are unset.
+/// A vector of the scene.
+pub(crate) fn vector_to_wire(vector: &impl Components) -> Option<wire::Vector> {
+    components_to_wire(vector.row().as_ref())
+}
+
+/// The same back.
+pub(crate) fn vector_from_wire<V: Components>(
+    wire: &Option<wire::Vector>,
+    at: &Path<'_>,
+) -> Result<V, WireError> {
+    let numbers = numbers_from_wire(wire, V::COUNT, at)?;
+    V::of_row(&numbers).ok_or_else(|| at.error("has another number of components than the run"))
+}
+
+pub(crate) fn flags_to_wire(flags: &[bool]) -> Option<wire::Flags> {
+    Some(wire::Flags { components: flags.to_vec() })
+}
+
+/// One flag for each of the `dimensions` of the run; absent ones are unset.
 pub(crate) fn flags_from_wire(
     wire: &Option<wire::Flags>,
+    dimensions: usize,
     at: &Path<'_>,
-) -> Result<[bool; DIMENSIONS], WireError> {
-    wire.as_ref().map_or(Ok([false; DIMENSIONS]), |flags| components(&flags.components, at))
+) -> Result<Vec<bool>, WireError> {
+    let Some(flags) = wire else { return Ok(vec![false; dimensions]) };
+    one_for_each(dimensions, flags.components.len(), at)?;
+    Ok(flags.components.clone())
 }
 
 #[cfg(test)]

@@ -1,21 +1,23 @@
 //! Probes.
 
 use sph::setup::{Argument, Probe, ProbeKind};
-use sph::space::Plane;
+use sph::space::components::Components;
 
-use super::{Convert, Path, WireError, finite, index, length, name};
+use super::{Convert, Path, WireError, finite, index, length, name, vector_from_wire};
 use crate::limits::MAX_LIST;
 use crate::wire;
 use crate::wire::probe_argument::Value;
 
-impl<K: ProbeKind<In = Plane>> Convert for Probe<K> {
+impl<K: ProbeKind> Convert for Probe<K> {
     type Wire = wire::Probe;
 
     fn to_wire(&self) -> wire::Probe {
-        let argument = |(name, argument): (&'static str, Argument)| {
+        let argument = |(name, argument): (&'static str, Argument<K::In>)| {
             let value = match argument {
                 Argument::Number(number) => Value::Number(number),
-                Argument::Point(point) => Value::PointM(point.to_wire()),
+                Argument::Point(point) => {
+                    Value::PointM(wire::Vector { components: point.row().as_ref().to_vec() })
+                }
                 Argument::Index(index) => Value::Index(index),
             };
             wire::ProbeArgument { name: name.to_owned(), value: Some(value) }
@@ -43,7 +45,7 @@ impl<K: ProbeKind<In = Plane>> Convert for Probe<K> {
             }
             let argument = match value {
                 Some(Value::Number(number)) => Argument::Number(finite(*number, &at)?),
-                Some(Value::PointM(point)) => Argument::Point(Convert::from_wire(point, &at)?),
+                Some(Value::PointM(point)) => Argument::Point(vector_from_wire(&Some(point.clone()), &at)?),
                 Some(Value::Index(index)) => Argument::Index(*index),
                 None => return Err(at.error("has no value, or one of a later version of the protocol")),
             };
@@ -63,10 +65,10 @@ impl<K: ProbeKind<In = Plane>> Convert for Probe<K> {
 
 /// Checks that the probes refer to what exists; `count` gives the length of the list that an argument points into, and
 /// its name, from all arguments of the probe.
-pub(super) fn check_references<K: ProbeKind<In = Plane>>(
+pub(super) fn check_references<K: ProbeKind>(
     probes: &[Probe<K>],
     at: &Path<'_>,
-    count: impl Fn(&str, &[(&'static str, Argument)]) -> (usize, &'static str),
+    count: impl Fn(&str, &[(&'static str, Argument<K::In>)]) -> (usize, &'static str),
 ) -> Result<(), WireError> {
     for (k, probe) in probes.iter().enumerate() {
         let arguments = probe.kind.arguments();

@@ -3,19 +3,17 @@
 use sph::coupling::solver::Role;
 use sph::coupling::stage::Stage;
 use sph::setup::{
-    BodyForce, BreachAction, Coupling, CouplingKind, Damping, InterfaceLaw, LedgerPolicy, Motion, OutputPlan,
-    ParameterSet, RunSetup, StepPolicy, TimePlan, WallCondition, WallParticles, WallSetup,
+    BodyForcePlan, BreachAction, Coupling, CouplingKind, Damping, DomainPlan, InterfaceLaw, LedgerPolicy,
+    OutputPlan, ParameterSet, RunPlan, RunSetup, StepPolicy, TimePlan,
 };
-use sph::space::DIMENSIONS;
-use sph::space::domain::Domain;
+use sph::space::{SomeSpace, Space};
 
-use super::arrays::{index_count, pack, pack_indices, unpack, unpack_indices_below};
 use super::parameters::{parameters_from_wire, parameters_to_wire};
 use super::{
-    Choice, Convert, Path, WireError, choice, components, finite, flags_from_wire, flags_to_wire, fraction,
-    name, not_negative, optional, positive, positive_or_infinite, required, text,
+    Choice, Convert, Path, WireError, choice, components_to_wire, finite, flags_from_wire, flags_to_wire,
+    fraction, name, not_negative, numbers_from_wire, one_for_each, optional, positive, positive_or_infinite,
+    required, text,
 };
-use crate::description::DIMENSION_COUNT;
 use crate::wire;
 
 choices!(Role = wire::Role { Fluid, Solid });
@@ -26,19 +24,24 @@ choices!(BreachAction = wire::BreachAction { Warn, Stop, StopAndCheckpoint });
 
 choices!(InterfaceLaw = wire::InterfaceLaw { Wall, WallNoSlip, PlainSum });
 
-choices!(WallCondition = wire::WallCondition { Slip, NoSlip });
+/// The number of dimensions of a run, 2 or 3.
+pub(super) fn dimensions_from_wire(wire: &wire::RunSetup, at: &Path<'_>) -> Result<SomeSpace, WireError> {
+    let space = usize::try_from(wire.dimensions).ok().and_then(SomeSpace::of_dimensions);
+    space.ok_or_else(|| at.field("dimensions").error(format!("is {}, must be 2 or 3", wire.dimensions)))
+}
 
-impl Convert for RunSetup {
+impl Convert for RunPlan {
     type Wire = wire::RunSetup;
 
     fn to_wire(&self) -> wire::RunSetup {
         let Self { run_id, domain, time, body_force, outputs, ledger, coupling } = self;
         wire::RunSetup {
             run_id: run_id.clone(),
-            dimensions: DIMENSION_COUNT,
-            domain: Some(domain.to_wire()),
+            // Two or three.
+            dimensions: u32::try_from(self.dimensions()).unwrap_or(u32::MAX),
+            domain: Some(domain_to_wire(domain)),
             time: Some(time.to_wire()),
-            body_force: Some(body_force.to_wire()),
+            body_force: Some(body_force_to_wire(body_force)),
             outputs: Some(outputs.to_wire()),
             ledger: Some(ledger.to_wire()),
             coupling: coupling.as_ref().map(Convert::to_wire),
@@ -46,15 +49,12 @@ impl Convert for RunSetup {
     }
 
     fn from_wire(wire: &wire::RunSetup, at: &Path<'_>) -> Result<Self, WireError> {
-        if wire.dimensions != DIMENSION_COUNT {
-            let problem = format!("is {}, this program computes in {DIMENSIONS}", wire.dimensions);
-            return Err(at.field("dimensions").error(problem));
-        }
+        let dimensions = dimensions_from_wire(wire, at)?.dimensions();
         Ok(Self {
             run_id: name(&wire.run_id, &at.field("run_id"))?,
-            domain: required(&wire.domain, &at.field("domain"))?,
+            domain: domain_from_wire(&wire.domain, dimensions, &at.field("domain"))?,
             time: required(&wire.time, &at.field("time"))?,
-            body_force: required(&wire.body_force, &at.field("body_force"))?,
+            body_force: body_force_from_wire(&wire.body_force, dimensions, &at.field("body_force"))?,
             outputs: required(&wire.outputs, &at.field("outputs"))?,
             ledger: required(&wire.ledger, &at.field("ledger"))?,
             coupling: optional(&wire.coupling, &at.field("coupling"))?,
@@ -62,34 +62,98 @@ impl Convert for RunSetup {
     }
 }
 
-impl Convert for Domain {
-    type Wire = wire::Domain;
+impl<S: Space> Convert for RunSetup<S> {
+    type Wire = wire::RunSetup;
 
-    fn to_wire(&self) -> wire::Domain {
-        wire::Domain {
-            lower_m: Some(self.lower.to_wire()),
-            upper_m: Some(self.upper.to_wire()),
-            periodic: flags_to_wire(self.periodic),
-        }
+    fn to_wire(&self) -> wire::RunSetup {
+        self.plan().to_wire()
     }
 
-    fn from_wire(wire: &wire::Domain, at: &Path<'_>) -> Result<Self, WireError> {
-        let domain = Self {
-            lower: required(&wire.lower_m, &at.field("lower_m"))?,
-            upper: required(&wire.upper_m, &at.field("upper_m"))?,
-            periodic: flags_from_wire(&wire.periodic, &at.field("periodic"))?,
-        };
-        for axis in 0..DIMENSIONS {
-            let (lower, upper) = (domain.lower[axis], domain.upper[axis]);
-            if lower >= upper {
-                let at = at.field("upper_m");
-                return Err(at.error(format!("is {upper:?} on axis {axis}, must exceed lower_m {lower:?}")));
-            }
-            // Products of positions with the size must stay finite.
-            positive(upper - lower, &at.field("upper_m"))?;
-        }
-        Ok(domain)
+    fn from_wire(wire: &wire::RunSetup, at: &Path<'_>) -> Result<Self, WireError> {
+        let plan = RunPlan::from_wire(wire, at)?;
+        plan.to_setup().ok_or_else(|| {
+            at.field("dimensions").error(format!("is {}, must be {}", wire.dimensions, S::DIMENSIONS))
+        })
     }
+}
+
+pub(super) fn domain_to_wire(domain: &DomainPlan) -> wire::Domain {
+    wire::Domain {
+        lower_m: components_to_wire(&domain.lower),
+        upper_m: components_to_wire(&domain.upper),
+        periodic: flags_to_wire(&domain.periodic),
+    }
+}
+
+/// The box of a run of `dimensions` dimensions.
+pub(super) fn domain_from_wire(
+    wire: &Option<wire::Domain>,
+    dimensions: usize,
+    at: &Path<'_>,
+) -> Result<DomainPlan, WireError> {
+    let Some(wire) = wire else { return Err(at.error("is missing")) };
+    let domain = DomainPlan {
+        lower: numbers_from_wire(&wire.lower_m, dimensions, &at.field("lower_m"))?,
+        upper: numbers_from_wire(&wire.upper_m, dimensions, &at.field("upper_m"))?,
+        periodic: flags_from_wire(&wire.periodic, dimensions, &at.field("periodic"))?,
+    };
+    for (axis, (lower, upper)) in domain.lower.iter().zip(&domain.upper).enumerate() {
+        if lower >= upper {
+            let at = at.field("upper_m");
+            return Err(at.error(format!("is {upper:?} on axis {axis}, must exceed lower_m {lower:?}")));
+        }
+        // Products of positions with the size must stay finite.
+        positive(upper - lower, &at.field("upper_m"))?;
+    }
+    Ok(domain)
+}
+
+pub(super) fn body_force_to_wire(body_force: &BodyForcePlan) -> wire::BodyForce {
+    wire::BodyForce {
+        gravity_m_per_s2: components_to_wire(&body_force.gravity),
+        expressions_m_per_s2: body_force.expressions.as_deref().and_then(expressions_to_wire),
+    }
+}
+
+/// The body force of a run of `dimensions` dimensions.
+pub(super) fn body_force_from_wire(
+    wire: &Option<wire::BodyForce>,
+    dimensions: usize,
+    at: &Path<'_>,
+) -> Result<BodyForcePlan, WireError> {
+    let Some(wire) = wire else { return Err(at.error("is missing")) };
+    let gravity = numbers_from_wire(&wire.gravity_m_per_s2, dimensions, &at.field("gravity_m_per_s2"))?;
+    let at = at.field("expressions_m_per_s2");
+    let expressions = wire.expressions_m_per_s2.as_ref();
+    Ok(BodyForcePlan {
+        gravity,
+        expressions: expressions.map(|texts| expressions_from_wire(texts, dimensions, &at)).transpose()?,
+    })
+}
+
+/// One expression for each dimension.
+pub(super) fn expressions_to_wire(texts: &[String]) -> Option<wire::Expressions> {
+    Some(wire::Expressions { components: texts.to_vec() })
+}
+
+/// The expressions of a vector of a run of `dimensions` dimensions.
+pub(super) fn expressions_from_wire(
+    wire: &wire::Expressions,
+    dimensions: usize,
+    at: &Path<'_>,
+) -> Result<Vec<String>, WireError> {
+    one_for_each(dimensions, wire.components.len(), at)?;
+    let checked = |(k, expression): (usize, &String)| text(expression, &at.item("components", k));
+    wire.components.iter().enumerate().map(checked).collect()
+}
+
+/// The expressions of a vector of `S`.
+pub(super) fn expressions_of<S: Space>(
+    wire: &wire::Expressions,
+    at: &Path<'_>,
+) -> Result<S::PerAxis<String>, WireError> {
+    let texts = expressions_from_wire(wire, S::DIMENSIONS, at)?;
+    Ok(S::per_axis(|axis| texts[axis].clone()))
 }
 
 impl Convert for TimePlan {
@@ -140,40 +204,6 @@ impl Convert for TimePlan {
             None => return Err(at.field("step").error("is missing, must be `fixed` or `adaptive`")),
         };
         Ok(Self { start_time, end_time, step })
-    }
-}
-
-/// One expression per dimension.
-impl Convert for [String; DIMENSIONS] {
-    type Wire = wire::Expressions;
-
-    fn to_wire(&self) -> wire::Expressions {
-        wire::Expressions { components: self.to_vec() }
-    }
-
-    fn from_wire(wire: &wire::Expressions, at: &Path<'_>) -> Result<Self, WireError> {
-        for (k, expression) in wire.components.iter().enumerate() {
-            text(expression, &at.item("components", k))?;
-        }
-        components(&wire.components, at)
-    }
-}
-
-impl Convert for BodyForce {
-    type Wire = wire::BodyForce;
-
-    fn to_wire(&self) -> wire::BodyForce {
-        wire::BodyForce {
-            gravity_m_per_s2: Some(self.gravity.to_wire()),
-            expressions_m_per_s2: self.expressions.as_ref().map(Convert::to_wire),
-        }
-    }
-
-    fn from_wire(wire: &wire::BodyForce, at: &Path<'_>) -> Result<Self, WireError> {
-        Ok(Self {
-            gravity: required(&wire.gravity_m_per_s2, &at.field("gravity_m_per_s2"))?,
-            expressions: optional(&wire.expressions_m_per_s2, &at.field("expressions_m_per_s2"))?,
-        })
     }
 }
 
@@ -269,75 +299,4 @@ impl Convert for Damping {
             until: finite(wire.until_s, &at.field("until_s"))?,
         })
     }
-}
-
-impl Convert for Motion {
-    type Wire = wire::Motion;
-
-    fn to_wire(&self) -> wire::Motion {
-        wire::Motion {
-            displacement_m: Some(self.displacement.to_wire()),
-            angle_rad: self.angle.clone(),
-            pivot_m: Some(self.pivot.to_wire()),
-        }
-    }
-
-    fn from_wire(wire: &wire::Motion, at: &Path<'_>) -> Result<Self, WireError> {
-        Ok(Self {
-            displacement: required(&wire.displacement_m, &at.field("displacement_m"))?,
-            angle: text(&wire.angle_rad, &at.field("angle_rad"))?,
-            axis: 1.0,
-            pivot: required(&wire.pivot_m, &at.field("pivot_m"))?,
-        })
-    }
-}
-
-/// A time of release, which may be absent.
-pub(super) fn release_time(wire: Option<f64>, at: &Path<'_>) -> Result<Option<f64>, WireError> {
-    wire.map(|time| finite(time, &at.field("release_time_s"))).transpose()
-}
-
-impl Convert for WallSetup {
-    type Wire = wire::WallSetup;
-
-    fn to_wire(&self) -> wire::WallSetup {
-        wire::WallSetup {
-            name: self.name.clone(),
-            condition: self.condition.code(),
-            motion: self.motion.as_ref().map(Convert::to_wire),
-            release_time_s: self.release_time,
-        }
-    }
-
-    fn from_wire(wire: &wire::WallSetup, at: &Path<'_>) -> Result<Self, WireError> {
-        Ok(Self {
-            name: name(&wire.name, &at.field("name"))?,
-            condition: choice(wire.condition, &at.field("condition"))?,
-            motion: optional(&wire.motion, &at.field("motion"))?,
-            release_time: release_time(wire.release_time_s, at)?,
-        })
-    }
-}
-
-pub(super) fn wall_particles_to_wire(particles: &WallParticles) -> wire::WallParticles {
-    wire::WallParticles {
-        walls: pack_indices(&particles.wall),
-        positions_m: pack(&particles.position),
-        normals: pack(&particles.normal),
-    }
-}
-
-/// Wall particles of `walls` walls; an absent message has none.
-pub(super) fn wall_particles_from_wire(
-    wire: &Option<wire::WallParticles>,
-    walls: usize,
-    at: &Path<'_>,
-) -> Result<WallParticles, WireError> {
-    let Some(wire) = wire else { return Ok(WallParticles::default()) };
-    let count = index_count(&wire.walls, &at.field("walls"))?;
-    Ok(WallParticles {
-        wall: unpack_indices_below(&wire.walls, count, walls, "walls", &at.field("walls"))?,
-        position: unpack(&wire.positions_m, count, &at.field("positions_m"))?,
-        normal: unpack(&wire.normals, count, &at.field("normals"))?,
-    })
 }

@@ -4,6 +4,7 @@ use sph::setup::{
     Argument, BodySetup, Choice, ContactKind, ContactLaw, Formulation, FormulationKind, LoadLaw,
     ParameterSet, SolidParticles, SolidProbe, SolidSetup, SolidStepping, SubstepCount, Support, SurfaceLoad,
 };
+use sph::space::Space;
 
 use super::arrays::{
     index_count, pack, pack_indices, unpack, unpack_ids, unpack_indices, unpack_indices_below,
@@ -11,14 +12,15 @@ use super::arrays::{
 };
 use super::parameters::{parameters_from_wire, parameters_to_wire, word};
 use super::probes::check_references;
-use super::run::{release_time, wall_particles_from_wire, wall_particles_to_wire};
+use super::run::{expressions_of, expressions_to_wire};
+use super::walls::{release_time, wall_particles_from_wire, wall_particles_to_wire};
 use super::{
     Convert, Path, WireError, flags_from_wire, flags_to_wire, list, name, optional, positive, required, text,
     wires,
 };
 use crate::wire;
 
-impl Convert for SolidSetup {
+impl<S: Space> Convert for SolidSetup<S> {
     type Wire = wire::SolidSetup;
 
     fn to_wire(&self) -> wire::SolidSetup {
@@ -51,10 +53,12 @@ impl Convert for SolidSetup {
     }
 
     fn from_wire(wire: &wire::SolidSetup, at: &Path<'_>) -> Result<Self, WireError> {
-        let bodies: Vec<BodySetup> = list(&wire.bodies, at, "bodies")?;
+        // First: what its dimensions are explains all that does not fit them.
+        let run = required(&wire.run, &at.field("run"))?;
+        let bodies: Vec<BodySetup<S>> = list(&wire.bodies, at, "bodies")?;
         let walls: Vec<_> = list(&wire.walls, at, "walls")?;
-        let probes: Vec<SolidProbe> = list(&wire.probes, at, "probes")?;
-        let supports = |arguments: &[(&'static str, Argument)]| {
+        let probes: Vec<SolidProbe<S>> = list(&wire.probes, at, "probes")?;
+        let supports = |arguments: &[(&'static str, Argument<S>)]| {
             let body = arguments.iter().find_map(|argument| match argument {
                 ("body", Argument::Index(body)) => usize::try_from(*body).ok(),
                 _ => None,
@@ -66,7 +70,7 @@ impl Convert for SolidSetup {
             _ => (bodies.len(), "bodies"),
         })?;
         Ok(Self {
-            run: required(&wire.run, &at.field("run"))?,
+            run,
             particle_spacing: positive(wire.particle_spacing_m, &at.field("particle_spacing_m"))?,
             particles: particles_from_wire(&wire.particles, &bodies, &at.field("particles"))?,
             contact: required(&wire.contact, &at.field("contact"))?,
@@ -109,7 +113,7 @@ fn substeps_from_wire(wire: Option<&wire::Substeps>, at: &Path<'_>) -> Result<So
     Ok(SolidStepping::Substeps(count))
 }
 
-fn particles_to_wire(particles: &SolidParticles) -> wire::SolidParticles {
+fn particles_to_wire<S: Space>(particles: &SolidParticles<S>) -> wire::SolidParticles {
     wire::SolidParticles {
         ids: pack_indices(&particles.id),
         bodies: pack_indices(&particles.body),
@@ -123,11 +127,11 @@ fn particles_to_wire(particles: &SolidParticles) -> wire::SolidParticles {
     }
 }
 
-fn particles_from_wire(
+fn particles_from_wire<S: Space>(
     wire: &Option<wire::SolidParticles>,
-    bodies: &[BodySetup],
+    bodies: &[BodySetup<S>],
     at: &Path<'_>,
-) -> Result<SolidParticles, WireError> {
+) -> Result<SolidParticles<S>, WireError> {
     let Some(wire) = wire else { return Ok(SolidParticles::default()) };
     let count = index_count(&wire.ids, &at.field("ids"))?;
     let body = unpack_indices_below(&wire.bodies, count, bodies.len(), "bodies", &at.field("bodies"))?;
@@ -159,7 +163,7 @@ fn particles_from_wire(
     })
 }
 
-impl Convert for BodySetup {
+impl<S: Space> Convert for BodySetup<S> {
     type Wire = wire::BodySetup;
 
     fn to_wire(&self) -> wire::BodySetup {
@@ -174,13 +178,17 @@ impl Convert for BodySetup {
             formulation: self.formulation.kind().name().to_owned(),
             parameters,
             supports: wires(&self.supports),
-            acceleration_m_per_s2: self.acceleration.as_ref().map(Convert::to_wire),
+            acceleration_m_per_s2: self
+                .acceleration
+                .as_ref()
+                .and_then(|texts| expressions_to_wire(texts.as_ref())),
             loads: wires(&self.loads),
         }
     }
 
     fn from_wire(wire: &wire::BodySetup, at: &Path<'_>) -> Result<Self, WireError> {
         let set = at.field("parameters");
+        let acceleration = at.field("acceleration_m_per_s2");
         let formulation = match word(&wire.formulation, &at.field("formulation"))? {
             FormulationKind::UpdatedLagrangian => {
                 Formulation::UpdatedLagrangian(parameters_from_wire(&wire.parameters, |_| true, &set)?)
@@ -195,24 +203,28 @@ impl Convert for BodySetup {
             material: parameters_from_wire(&wire.material, |_| true, &at.field("material"))?,
             formulation,
             supports: list(&wire.supports, at, "supports")?,
-            acceleration: optional(&wire.acceleration_m_per_s2, &at.field("acceleration_m_per_s2"))?,
+            acceleration: wire
+                .acceleration_m_per_s2
+                .as_ref()
+                .map(|texts| expressions_of::<S>(texts, &acceleration))
+                .transpose()?,
             loads: list(&wire.loads, at, "loads")?,
         })
     }
 }
 
-impl Convert for SurfaceLoad {
+impl<S: Space> Convert for SurfaceLoad<S> {
     type Wire = wire::SurfaceLoad;
 
     fn to_wire(&self) -> wire::SurfaceLoad {
         use wire::surface_load::Law;
         let law = match &self.law {
-            LoadLaw::Pressure(pressure) => Law::PressurePa(pressure.clone()),
-            LoadLaw::Traction(traction) => Law::TractionPa(traction.to_wire()),
+            LoadLaw::Pressure(pressure) => Some(Law::PressurePa(pressure.clone())),
+            LoadLaw::Traction(traction) => expressions_to_wire(traction.as_ref()).map(Law::TractionPa),
         };
         wire::SurfaceLoad {
             name: self.name.clone(),
-            law: Some(law),
+            law,
             particles: pack_indices(&self.particles),
             areas_m2: pack(&self.areas),
         }
@@ -223,7 +235,7 @@ impl Convert for SurfaceLoad {
         let law = match &wire.law {
             Some(Law::PressurePa(pressure)) => LoadLaw::Pressure(text(pressure, &at.field("pressure_pa"))?),
             Some(Law::TractionPa(traction)) => {
-                LoadLaw::Traction(<[String; 2]>::from_wire(traction, &at.field("traction_pa"))?)
+                LoadLaw::Traction(expressions_of::<S>(traction, &at.field("traction_pa"))?)
             }
             None => return Err(at.field("law").error("is missing or of a later version of the protocol")),
         };
@@ -237,22 +249,23 @@ impl Convert for SurfaceLoad {
     }
 }
 
-impl Convert for Support {
+impl<S: Space> Convert for Support<S> {
     type Wire = wire::Support;
 
     fn to_wire(&self) -> wire::Support {
         wire::Support {
             name: self.name.clone(),
-            held: flags_to_wire(self.held),
+            held: flags_to_wire(self.held.as_ref()),
             motion: self.motion.as_ref().map(Convert::to_wire),
             release_time_s: self.release_time,
         }
     }
 
     fn from_wire(wire: &wire::Support, at: &Path<'_>) -> Result<Self, WireError> {
+        let held = flags_from_wire(&wire.held, S::DIMENSIONS, &at.field("held"))?;
         Ok(Self {
             name: name(&wire.name, &at.field("name"))?,
-            held: flags_from_wire(&wire.held, &at.field("held"))?,
+            held: S::per_axis(|axis| held[axis]),
             motion: optional(&wire.motion, &at.field("motion"))?,
             release_time: release_time(wire.release_time_s, at)?,
         })

@@ -196,9 +196,8 @@ fn blocks(a: &wire::Frame, b: &wire::Frame, ids: &Ids) -> Option<Found> {
         let Some(other) = b.blocks.iter().find(|other| other.field == own.field) else {
             return whole(field.name(), "there", "missing");
         };
-        let spec = field.spec();
-        let components = usize::try_from(spec.components).unwrap_or(1);
-        let name = format!("{} [{}]", field.name(), spec.unit);
+        let components = usize::try_from(own.components).unwrap_or(1);
+        let name = format!("{} [{}]", field.name(), field.unit());
         if let Some(found) = numbers_differ(&name, components, &own.data, &other.data, &ids.0) {
             return Some(found);
         }

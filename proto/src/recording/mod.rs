@@ -18,7 +18,9 @@ use sph::coupling::solver::Role;
 use sph::coupling::stage::StepStage;
 use sph::setup::CouplingKind;
 
-use crate::convert::{self, Convert, WireError, choice, positive_or_infinite, required};
+use crate::convert::{
+    self, Convert, WireError, choice, extent_from_wire, extent_to_wire, positive_or_infinite,
+};
 use crate::limits::MAX_FRAME_BYTES;
 use crate::wire;
 
@@ -73,6 +75,8 @@ impl Convert for Attempt {
 
     fn to_wire(&self) -> wire::Attempt {
         let [fluid_solver, solid_solver] = self.solvers.clone();
+        // Two corners of three numbers; of a run without any box it does not matter.
+        let spatial = self.extents.iter().any(|extent| extent.boxes.components == 6);
         wire::Attempt {
             run_id: self.run_id.clone(),
             case_name: self.case_name.clone(),
@@ -83,12 +87,18 @@ impl Convert for Attempt {
             epoch: self.epoch,
             first_step: self.first_step,
             first_limit_s: Some(self.first_limit),
-            fluid_extent: Some(self.extents[0].to_wire()),
-            solid_extent: Some(self.extents[1].to_wire()),
+            fluid_extent: Some(extent_to_wire(&self.extents[0])),
+            solid_extent: Some(extent_to_wire(&self.extents[1])),
+            dimensions: if spatial { 3 } else { 2 },
         }
     }
 
     fn from_wire(wire: &wire::Attempt, at: &convert::Path<'_>) -> Result<Self, WireError> {
+        let dimensions = match wire.dimensions {
+            0 | 2 => 2,
+            3 => 3,
+            other => return Err(at.field("dimensions").error(format!("is {other}, must be 2 or 3"))),
+        };
         Ok(Self {
             run_id: wire.run_id.clone(),
             case_name: wire.case_name.clone(),
@@ -99,8 +109,8 @@ impl Convert for Attempt {
             first_step: wire.first_step,
             first_limit: positive_or_infinite(wire.first_limit_s, &at.field("first_limit_s"))?,
             extents: [
-                required(&wire.fluid_extent, &at.field("fluid_extent"))?,
-                required(&wire.solid_extent, &at.field("solid_extent"))?,
+                extent_from_wire(&wire.fluid_extent, dimensions, &at.field("fluid_extent"))?,
+                extent_from_wire(&wire.solid_extent, dimensions, &at.field("solid_extent"))?,
             ],
         })
     }

@@ -34,7 +34,7 @@ fn frame(step: u64, stage: Stage, velocity: f64) -> wire::Frame {
     let pack = |values: &[f64]| values.iter().flat_map(|value| value.to_le_bytes()).collect::<Vec<u8>>();
     let block = |field: FrameField, values: &[f64]| wire::Block {
         field: field.code(),
-        components: field.components().into(),
+        components: field.components(2),
         data: pack(values).into(),
     };
     let ids = IDS.iter().flat_map(|id| id.to_le_bytes()).collect::<Vec<u8>>();

@@ -12,7 +12,7 @@ use super::SolverFactory;
 use super::reply::{Reply, invalid, panic_text};
 use super::session::{Host, Ready, Serial, State};
 use crate::checkpoint::{CheckpointAssembler, CheckpointData, CheckpointHeader, restore_solver};
-use crate::convert::{Convert, count, encode_state};
+use crate::convert::{count, encode_state, extent_to_wire};
 use crate::error::status_text;
 use crate::wire;
 
@@ -122,7 +122,7 @@ pub(super) async fn restore<F: SolverFactory>(
         step: clock.step,
         time_s_bits: clock.time.to_bits(),
         sha256: sha256.to_vec().into(),
-        extent: Some(ready.solver.extent().to_wire()),
+        extent: Some(extent_to_wire(ready.solver.extent())),
         time_step_limit_s: Some(ready.solver.time_step_limit()),
     };
     let held = host.with_session(serial, |session| {

@@ -24,7 +24,7 @@ use sph::setup::{InterfaceLaw, ParticipantSetup};
 use tonic::service::interceptor::InterceptedService;
 
 use crate::description::{
-    BodyReport, Capabilities, Constants, CouplingKind, DIMENSION_COUNT, Description, Fact, Limits, PROTOCOL,
+    BodyReport, Capabilities, Constants, CouplingKind, Description, Fact, Limits, PROTOCOL,
 };
 use crate::error::with_causes;
 use crate::limits::{MAX_FRAME_BYTES, MAX_MESSAGE_BYTES};
@@ -82,8 +82,9 @@ pub fn open_checked<F: SolverFactory + ?Sized>(
 }
 
 impl Description {
-    /// A solver of this workspace: states coupling, all laws, nothing optional but what it says.
-    pub fn of_solver(name: &str, version: &str, role: Role, arithmetic: &str) -> Self {
+    /// A solver of this workspace that takes runs of these numbers of `dimensions`: states coupling, all laws, nothing
+    /// optional but what it says.
+    pub fn of_solver(name: &str, version: &str, role: Role, dimensions: &[u32], arithmetic: &str) -> Self {
         Self {
             name: name.into(),
             version: version.into(),
@@ -91,7 +92,7 @@ impl Description {
             language: "rust".into(),
             protocols: [PROTOCOL; 2],
             roles: vec![role],
-            dimensions: vec![DIMENSION_COUNT],
+            dimensions: dimensions.to_vec(),
             coupling_kinds: CouplingKind::ALL.to_vec(),
             interface_laws: vec![InterfaceLaw::Wall, InterfaceLaw::WallNoSlip, InterfaceLaw::PlainSum],
             arithmetic: arithmetic.into(),

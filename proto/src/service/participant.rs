@@ -6,8 +6,7 @@ use std::sync::Arc;
 use std::task::{Context, Poll};
 
 use sph::coupling::driver::Link;
-use sph::coupling::solver::{ParticleFields, Role};
-use sph::setup::ParticipantSetup;
+use sph::coupling::solver::ParticleFields;
 use tokio::sync::mpsc;
 use tokio_stream::Stream;
 use tokio_stream::wrappers::ReceiverStream;
@@ -17,7 +16,9 @@ use tonic::{Request, Response, Status, Streaming};
 use super::reply::{Reply, invalid, panic_text};
 use super::session::{Host, Linked, Ready, Serial, Skin, State};
 use super::{Opened, SetupProblems, SolverFactory, checkpoint, compute, open_checked};
-use crate::convert::{Convert, FrameReader, FrameWriter, Path, WireError, snapshot_chunks};
+use crate::convert::{
+    Convert, FrameReader, FrameWriter, Layout, Path, decode_setup, link_from_wire, snapshot_chunks,
+};
 use crate::description::{FrameField, LinkPlan, OpenReport, PROTOCOL, Partner};
 use crate::error::status_text;
 use crate::limits::MAX_NAME_BYTES;
@@ -31,14 +32,6 @@ use crate::wire::open_request::Setup;
 const PENDING_SNAPSHOTS: usize = 2;
 /// Chunks of a snapshot that may wait for the transport.
 const PENDING_CHUNKS: usize = 4;
-
-fn decode_setup(setup: &Setup) -> Result<ParticipantSetup, WireError> {
-    let root = Path::root("open");
-    Ok(match setup {
-        Setup::Fluid(fluid) => ParticipantSetup::Fluid(Convert::from_wire(fluid, &root.field("fluid"))?),
-        Setup::Solid(solid) => ParticipantSetup::Solid(Convert::from_wire(solid, &root.field("solid"))?),
-    })
-}
 
 #[tonic::async_trait]
 impl<F: SolverFactory> wire::participant_server::Participant for Skin<F> {
@@ -103,7 +96,8 @@ impl<F: SolverFactory> wire::participant_server::Participant for Skin<F> {
             let mut slot = self.0.slot();
             let session = Host::<F>::admit(&mut slot, "Link", &request.run_id, &metadata)?;
             let State::Open(ready) = &session.state else { return Err(session.refused("Link", "OPEN")) };
-            let plan = LinkPlan::from_wire(&request, &Path::root("link")).map_err(|e| invalid(&e))?;
+            let plan = link_from_wire(&request, ready.setup.dimensions(), &Path::root("link"))
+                .map_err(|e| invalid(&e))?;
             let peer = self.0.prepare_peer(&plan, ready, session.epoch, session.abort.clone())?;
             (session.serial, session.token.clone(), plan, peer)
         };
@@ -256,10 +250,13 @@ impl<F: SolverFactory> Host<F> {
         };
         let role = ready.solver.role();
         let extent = ready.solver.extent().version;
-        let fields = |role| FrameField::sent_by(role, coupling.law, coupling.kind);
-        let writer = FrameWriter::new(&run.run_id, epoch, fields(role), extent);
+        let layout = |role| Layout {
+            fields: FrameField::sent_by(role, coupling.law, coupling.kind),
+            dimensions: run.dimensions(),
+        };
+        let writer = FrameWriter::new(&run.run_id, epoch, layout(role), extent);
         let partner_extent = plan.partner_extent.clone();
-        let reader = FrameReader::new(&run.run_id, epoch, fields(role.partner()), partner_extent);
+        let reader = FrameReader::new(&run.run_id, epoch, layout(role.partner()), partner_extent);
         Ok(Some(GrpcPeer::new(writer, reader, abort, self.options.partner_deadline)))
     }
 }
@@ -304,20 +301,27 @@ fn build<F: SolverFactory>(
     cancel: &CancellationToken,
 ) -> Result<(Ready, OpenReport), Status> {
     let setup = decode_setup(setup).map_err(|e| invalid(&e))?;
-    let role = match &setup {
-        ParticipantSetup::Fluid(_) => Role::Fluid,
-        ParticipantSetup::Solid(_) => Role::Solid,
-    };
+    let role = setup.role();
     let description = &host.description;
     if !description.roles.contains(&role) {
         let text =
             format!("`open.setup`: is for a {role}, but {} plays {:?}", description.name, description.roles);
         return Err(Status::invalid_argument(text));
     }
+    let dimensions = setup.dimensions();
+    if !description.dimensions.iter().any(|offered| usize::try_from(*offered) == Ok(dimensions)) {
+        let offered: Vec<String> = description.dimensions.iter().map(u32::to_string).collect();
+        let text = format!(
+            "`open.{role}.run.dimensions`: is {dimensions}, but {} computes in {}",
+            description.name,
+            offered.join(" or ")
+        );
+        return Err(Status::invalid_argument(text));
+    }
     if cancel.is_cancelled() {
         return Err(Status::cancelled("the run was closed while it was being opened"));
     }
-    let run = setup.run().clone();
+    let run = setup.plan();
     let opened = catch_unwind(AssertUnwindSafe(|| host.pool.install(|| open_checked(&host.factory, setup))));
     let (Opened { solver, constants, facts, bodies }, time_step_limit) = opened
         .map_err(|panic| {
@@ -326,7 +330,8 @@ fn build<F: SolverFactory>(
         .map_err(|SetupProblems(problems)| Status::invalid_argument(status_text(problems.join("\n"))))?;
     let fields = |role| match &run.coupling {
         Some(coupling) => {
-            FrameField::sent_by(role, coupling.law, coupling.kind).iter().map(|field| field.spec()).collect()
+            let fields = FrameField::sent_by(role, coupling.law, coupling.kind);
+            fields.iter().map(|field| field.spec(dimensions)).collect()
         }
         None => Vec::new(),
     };

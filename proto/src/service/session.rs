@@ -7,7 +7,7 @@ use std::time::Instant;
 use sph::coupling::driver::Link;
 use sph::coupling::solver::{ParticleFields, Role, Solver};
 use sph::coupling::stage::ClockState;
-use sph::setup::RunSetup;
+use sph::setup::RunPlan;
 use tokio::sync::mpsc;
 use tokio_util::sync::CancellationToken;
 use tonic::Status;
@@ -80,7 +80,7 @@ pub(super) enum State {
 /// A solver with its set-up.
 pub(super) struct Ready {
     pub(super) solver: Box<dyn Solver>,
-    pub(super) setup: RunSetup,
+    pub(super) setup: RunPlan,
     /// Where a restored run continues.
     pub(super) resume: Option<ClockState>,
 }

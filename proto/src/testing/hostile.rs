@@ -11,13 +11,12 @@ use sph::coupling::ledger::MomentumReport;
 use sph::coupling::solver::Role;
 use sph::coupling::stage::{StageTime, StepStage};
 use sph::setup::{CouplingKind, InterfaceLaw};
-use sph::space::Vector;
 
 use tonic::Status;
 use tonic::codec::{Codec, DecodeBuf, Decoder, EncodeBuf, Encoder};
 use tonic::codegen::http::uri::PathAndQuery;
 
-use crate::convert::{FrameReader, FrameWriter};
+use crate::convert::{FrameReader, FrameWriter, Layout};
 use crate::description::FrameField;
 use crate::error::{RpcError, with_causes};
 use crate::transport::channel;
@@ -27,8 +26,8 @@ use crate::wire;
 
 const RUN: &str = "run";
 
-fn fields(role: Role, kind: CouplingKind) -> &'static [FrameField] {
-    FrameField::sent_by(role, InterfaceLaw::Wall, kind)
+fn layout(role: Role, kind: CouplingKind) -> Layout {
+    Layout { fields: FrameField::sent_by(role, InterfaceLaw::Wall, kind), dimensions: 2 }
 }
 
 /// A frame of three particles.
@@ -68,9 +67,9 @@ pub fn frames() -> Vec<Vec<u8>> {
     let mut frames = Vec::new();
     for kind in CouplingKind::ALL {
         for role in [Role::Fluid, Role::Solid] {
-            let fields = fields(role, kind);
-            let mut writer = FrameWriter::new(RUN, 0, fields, 0);
-            frames.push(writer.write(&frame(FrameField::content(fields))).encode_to_vec());
+            let layout = layout(role, kind);
+            let mut writer = FrameWriter::new(RUN, 0, layout, 0);
+            frames.push(writer.write(&frame(FrameField::content(layout.fields))).encode_to_vec());
             frames.push(writer.farewell("the end").encode_to_vec());
         }
     }
@@ -86,7 +85,7 @@ pub fn read_frame(bytes: &[u8]) -> Result<u32, String> {
     let mut taken = 0;
     for kind in CouplingKind::ALL {
         for role in [Role::Fluid, Role::Solid] {
-            let mut reader = FrameReader::new(RUN, 0, fields(role, kind), Extent::default());
+            let mut reader = FrameReader::new(RUN, 0, layout(role, kind), Extent::default());
             let mut into = frame(FrameContent::States);
             taken += u32::from(reader.read(&message, StepStage::FIRST, &mut into).is_ok());
         }
@@ -96,15 +95,14 @@ pub fn read_frame(bytes: &[u8]) -> Result<u32, String> {
 
 /// Reads `bytes` as the messages of the control plane; how many kinds of set-up and command they are.
 pub fn read_control(bytes: &[u8]) -> u32 {
-    use crate::convert::{Convert, Path, decode_batch, decode_command};
-    use crate::description::{Description, LinkPlan, OpenReport};
+    use crate::convert::{Convert, Path, decode_batch, decode_command, link_from_wire};
+    use crate::description::{Description, OpenReport};
     let root = Path::root("message");
     let fluid = codec::decode::<wire::FluidSetup>(bytes)
-        .is_ok_and(|m| <sph::setup::FluidSetup as Convert>::from_wire(&m, &root).is_ok());
+        .is_ok_and(|m| <sph::setup::AnyFluidSetup as Convert>::from_wire(&m, &root).is_ok());
     let solid = codec::decode::<wire::SolidSetup>(bytes)
-        .is_ok_and(|m| <sph::setup::SolidSetup as Convert>::from_wire(&m, &root).is_ok());
-    let link =
-        codec::decode::<wire::LinkRequest>(bytes).is_ok_and(|m| LinkPlan::from_wire(&m, &root).is_ok());
+        .is_ok_and(|m| <sph::setup::AnySolidSetup as Convert>::from_wire(&m, &root).is_ok());
+    let link = codec::decode::<wire::LinkRequest>(bytes).is_ok_and(|m| link_from_wire(&m, 2, &root).is_ok());
     let reply =
         codec::decode::<wire::OpenReply>(bytes).is_ok_and(|m| OpenReport::from_wire(&m, &root).is_ok());
     let reported =
@@ -116,7 +114,7 @@ pub fn read_control(bytes: &[u8]) -> u32 {
 
 /// Good messages of the control plane for `setup`, as bytes.
 pub fn control(setup: &sph::setup::ParticipantSetup) -> Vec<Vec<u8>> {
-    use crate::convert::Convert;
+    use crate::convert::{Convert, link_to_wire};
     use crate::description::{LinkPlan, Partner};
     let link = LinkPlan {
         first_limit: 1e-3,
@@ -126,7 +124,7 @@ pub fn control(setup: &sph::setup::ParticipantSetup) -> Vec<Vec<u8>> {
             id: vec![3],
             body: vec![0],
             mass: vec![1.0],
-            position: vec![Vector::zeros()],
+            position: Column::from_iter([[0.0, 0.0]]),
             bodies: vec![PartnerBody { name: "body".into(), cell_inertia: Some(0.5), driven: false }],
         }),
     };
@@ -134,7 +132,7 @@ pub fn control(setup: &sph::setup::ParticipantSetup) -> Vec<Vec<u8>> {
         sph::setup::ParticipantSetup::Fluid(fluid) => fluid.to_wire().encode_to_vec(),
         sph::setup::ParticipantSetup::Solid(solid) => solid.to_wire().encode_to_vec(),
     };
-    vec![setup, link.to_wire().encode_to_vec()]
+    vec![setup, link_to_wire(&link).encode_to_vec()]
 }
 
 /// Messages as the bytes that they are.

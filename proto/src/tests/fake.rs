@@ -4,6 +4,8 @@ mod row;
 mod servers;
 mod setups;
 
-pub(crate) use row::{Row, RowFactory};
+pub(crate) use row::{RowFactory, row};
 pub(crate) use servers::{Pair, TestServer, assert_usable, soon};
-pub(crate) use setups::{IMPLICIT, MASSES, alone, fluid_setup, run_setup, setup, solid_setup};
+pub(crate) use setups::{
+    IMPLICIT, MASSES, PLANE, SPATIAL, alone, fluid_setup, run_setup, setup, setup_in, solid_setup,
+};

@@ -7,7 +7,7 @@ use sph::coupling::solver::Role;
 use sph::coupling::stage::{Stage, StageTime, StepStage};
 use sph::setup::{CouplingKind, InterfaceLaw};
 
-use crate::convert::{FrameReader, FrameWriter, ReceivedFrame};
+use crate::convert::{FrameReader, FrameWriter, Layout, ReceivedFrame};
 use crate::description::FrameField;
 use crate::wire;
 
@@ -60,20 +60,17 @@ fn frame(at: StepStage) -> Frame {
     }
 }
 
-fn fields(kind: CouplingKind) -> &'static [FrameField] {
-    FrameField::sent_by(
-        Role::Solid,
-        if kind == CouplingKind::States { InterfaceLaw::PlainSum } else { InterfaceLaw::Wall },
-        kind,
-    )
+fn layout(dimensions: usize) -> Layout {
+    let fields = FrameField::sent_by(Role::Solid, InterfaceLaw::PlainSum, CouplingKind::States);
+    Layout { fields, dimensions }
 }
 
 fn writer() -> FrameWriter {
-    FrameWriter::new("run", 0, fields(CouplingKind::States), 0)
+    FrameWriter::new("run", 0, layout(2), 0)
 }
 
 fn reader() -> FrameReader {
-    FrameReader::new("run", 0, fields(CouplingKind::States), extent(7))
+    FrameReader::new("run", 0, layout(2), extent(7))
 }
 
 fn empty() -> Frame {
@@ -263,6 +260,50 @@ fn damaged_numbers_are_refused_by_field_and_particle() {
 }
 
 #[test]
+fn components_of_another_space_are_refused() {
+    let message = writer().write(&frame(AT));
+    let mut reader = FrameReader::new("run", 0, layout(3), extent(7));
+    let error = reader.read(&message, AT, &mut empty()).unwrap_err().to_string();
+    let expected = "is 2 for the position, must be 3 in a run of 3 dimensions";
+    assert_eq!(error, format!("`frame.blocks[0].components`: {expected}"));
+    // As many bytes as the plane's tensor has: six numbers are needed.
+    let mut message = FrameWriter::new("run", 0, layout(3), 0).write(&spatial_frame());
+    block(&mut message, wire::Field::Stress).components = 3;
+    let error = FrameReader::new("run", 0, layout(3), Extent::default()).read(&message, AT, &mut empty());
+    let error = error.unwrap_err().to_string();
+    assert!(error.contains("is 3 for the stress, must be 6 in a run of 3 dimensions"), "{error}");
+    // An extent of the plane has four numbers for each box.
+    let mut message = FrameWriter::new("run", 0, layout(3), 0).write(&spatial_frame());
+    message.extent = Some(wire::Extent { version: 7, boxes_m: Bytes::from(vec![0; 32]) });
+    let error = FrameReader::new("run", 0, layout(3), Extent::default()).read(&message, AT, &mut empty());
+    let error = error.unwrap_err().to_string();
+    let expected = "has 32 bytes, must have 48 for each box in a run of 3 dimensions";
+    assert_eq!(error, format!("`frame.extent.boxes_m`: {expected}"));
+}
+
+/// A frame of a run in space.
+fn spatial_frame() -> Frame {
+    let mut frame = frame(AT);
+    let states = &mut frame.states;
+    states.position = Column::from_iter([[0.1, -0.0, 5e-324]; 3]);
+    states.velocity = Column::from_iter([[1.0, -f64::MAX, 0.3]; 3]);
+    states.stress = Column::from_iter([[1.0, -0.0, 3.0, 4.0, 5e-324, 6.0]; 3]);
+    frame.extent.boxes = Column::from_iter([[-1.0, -0.0, 0.0, 1.0, 0.5, 0.1]; 2]);
+    frame
+}
+
+#[test]
+fn a_frame_of_space_keeps_all_bits() {
+    let (sent, mut received) = (spatial_frame(), empty());
+    let message = FrameWriter::new("run", 0, layout(3), 0).write(&sent);
+    let components: Vec<u32> = message.blocks.iter().map(|block| block.components).collect();
+    assert_eq!(components, [3, 3, 1, 1, 6]);
+    let mut reader = FrameReader::new("run", 0, layout(3), Extent::default());
+    assert_eq!(reader.read(&message, AT, &mut received), Ok(ReceivedFrame::Frame));
+    assert_eq!(bits(&received), bits(&sent));
+}
+
+#[test]
 fn missing_repeated_and_unknown_blocks_are_refused() {
     let stress = |m: &mut wire::Frame| m.blocks.retain(|b| b.field != i32::from(wire::Field::Stress));
     assert!(refusal(stress).contains("`frame.blocks`: lack the stress"));
@@ -326,7 +367,8 @@ fn loads_frame(at: StepStage, role: Role) -> Frame {
 
 fn loads_pair(role: Role) -> (FrameWriter, FrameReader) {
     let fields = FrameField::sent_by(role, InterfaceLaw::Wall, CouplingKind::Loads);
-    (FrameWriter::new("run", 0, fields, 0), FrameReader::new("run", 0, fields, extent(7)))
+    let layout = Layout { fields, dimensions: 2 };
+    (FrameWriter::new("run", 0, layout, 0), FrameReader::new("run", 0, layout, extent(7)))
 }
 
 #[test]

@@ -12,9 +12,9 @@ use tokio_stream::wrappers::ReceiverStream;
 use tonic::Code;
 use tonic::transport::Channel;
 
-use super::fake::{Row, RowFactory, TestServer, alone, assert_usable, setup, soon};
+use super::fake::{RowFactory, TestServer, alone, assert_usable, row, setup, soon};
 use crate::checkpoint::{CheckpointData, CheckpointHeader};
-use crate::convert::{Convert, encode_command};
+use crate::convert::{Convert, encode_command, link_to_wire};
 use crate::description::{LinkPlan, PROTOCOL, Partner};
 use crate::error::RpcCode;
 use crate::service::{ServeOptions, SolverFactory};
@@ -96,14 +96,14 @@ fn link_request(run_id: &str) -> wire::LinkRequest {
         partner: Partner::Listen,
         partner_particles: None,
     };
-    wire::LinkRequest { run_id: run_id.into(), ..plan.to_wire() }
+    wire::LinkRequest { run_id: run_id.into(), ..link_to_wire(&plan) }
 }
 
 /// The state of a solid at the start of its run.
 fn start_of_a_run() -> CheckpointData {
-    let row = Row::new(&setup(Role::Solid, RUN, 10));
+    let row = row(&setup(Role::Solid, RUN, 10));
     let clock = ClockState { step: 0, time: 0.0, time_step: 1e-3, elapsed_before: 0.0 };
-    let checkpoint = sph::coupling::driver::save(&row, &clock);
+    let checkpoint = sph::coupling::driver::save(&*row, &clock);
     let description = RowFactory(Role::Solid).describe();
     CheckpointData::new(CheckpointHeader::new(&description, Role::Solid, &checkpoint), &checkpoint)
 }

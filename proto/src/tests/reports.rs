@@ -1,4 +1,4 @@
-//! Events, commands, snapshots and descriptions keep all they hold.
+//! Events, commands and snapshots keep all they hold.
 
 use bytes::Bytes;
 use sph::coupling::driver::{Command, ProbeValues, StepReport};
@@ -6,20 +6,13 @@ use sph::coupling::ledger::{
     Account, Accounts, AngularBudget, Breach, Check, EnergyAccount, EnergyEntry, EnergyReport, InterfaceSums,
     LedgerVector, StageBudget,
 };
-use sph::coupling::solver::{Counts, Divergence, Fault, Field, ParticleFields, Role};
+use sph::coupling::solver::{Counts, Divergence, Fault, Field, ParticleFields};
 use sph::coupling::stage::{Stage, StepStage};
-use sph::setup::InterfaceLaw;
 
-use super::fake;
 use crate::convert::{
-    BatchItem, Beat, Convert, Path, Phase, SnapshotAssembler, decode_batch, decode_command, encode_batch,
-    encode_command, snapshot_chunks,
+    BatchItem, Beat, Phase, SnapshotAssembler, decode_batch, decode_command, encode_batch, encode_command,
+    snapshot_chunks,
 };
-use crate::description::{
-    BodyReport, Constants, CouplingKind, Description, Fact, FrameField, LinkPlan, OpenReport, PROTOCOL,
-    Partner,
-};
-use crate::handshake;
 use crate::limits::CHUNK_BYTES;
 use crate::wire;
 
@@ -228,115 +221,4 @@ fn broken_snapshots_are_refused() {
     let mut assembler = SnapshotAssembler::default();
     assembler.take(chunks[0].clone()).unwrap();
     assert!(assembler.take(empty).is_err());
-}
-
-fn open_report(role: Role) -> OpenReport {
-    let run = fake::run_setup("run", 5);
-    let law = InterfaceLaw::PlainSum;
-    let fields =
-        |role| FrameField::sent_by(role, law, CouplingKind::States).iter().map(|f| f.spec()).collect();
-    OpenReport {
-        run_id: "run".into(),
-        role,
-        protocol: PROTOCOL,
-        name: "row".into(),
-        version: "1".into(),
-        arithmetic: "f64 scalar".into(),
-        coupling_kind: CouplingKind::States,
-        constants: Constants::of(&run),
-        fields_sent: fields(role),
-        fields_needed: fields(role.partner()),
-        extent: sph::coupling::exchange::Extent {
-            version: 3,
-            boxes: sph::coupling::exchange::Column::from_iter([[0.0, 0.0, 1.0, 2.0]]),
-        },
-        time_step_limit: f64::INFINITY,
-        counts: Counts { particles: 5, ..Counts::default() },
-        facts: vec![Fact { name: "c".into(), value: 20.0, unit: "m/s".into() }],
-        bodies: vec![BodyReport { mass: 2.0, inertia: Some(0.25) }, BodyReport { mass: 1.0, inertia: None }],
-    }
-}
-
-#[test]
-fn the_hand_shake_survives() {
-    let root = Path::root("reply");
-    let description = Description::of_solver("row", "1.2", Role::Solid, "f64 scalar");
-    assert_eq!(Description::from_wire(&description.to_wire(), &root), Ok(description));
-    let report = open_report(Role::Solid);
-    assert_eq!(OpenReport::from_wire(&report.to_wire(), &root), Ok(report));
-    for partner in [Partner::Alone, Partner::Listen, Partner::Dial("localhost:1".into())] {
-        let plan = LinkPlan {
-            first_limit: 0.1,
-            partner_extent: open_report(Role::Solid).extent,
-            partner,
-            partner_particles: None,
-        };
-        assert_eq!(LinkPlan::from_wire(&plan.to_wire(), &root), Ok(plan));
-    }
-    // Roles of a later version are left out, not refused.
-    let mut later = Description::of_solver("row", "1.2", Role::Solid, "f64 scalar").to_wire();
-    later.roles.push(99);
-    assert_eq!(Description::from_wire(&later, &root).unwrap().roles, vec![Role::Solid]);
-}
-
-#[test]
-fn sides_that_fit_have_no_mismatch_and_others_have_all_at_once() {
-    let (fluid, mut solid) = (open_report(Role::Fluid), open_report(Role::Solid));
-    assert_eq!(handshake::mismatches(&fluid, &solid), Vec::<String>::new());
-    solid.constants.body_force.gravity.y = -9.81;
-    solid.constants.kernel = "wendland".into();
-    let coupling = solid.constants.coupling.as_mut().unwrap();
-    coupling.fluid.rest_density = 998.0;
-    coupling.solid_spacing = 0.02;
-    coupling.law = InterfaceLaw::Wall;
-    solid.constants.time.end_time = 9.0;
-    solid.fields_sent[1].unit = "cm/s".into();
-    solid.fields_sent.retain(|spec| spec.field != FrameField::Stress);
-    let found = handshake::mismatches(&fluid, &solid);
-    for expected in [
-        "kernel: \"cubic-spline\" at the fluid, \"wendland\" at the solid",
-        "gravity y: 0.0 m/s2 at the fluid, -9.81 m/s2 at the solid",
-        "rest_density_kg_m3: 1000 at the fluid, 998 at the solid",
-        "solid particle spacing: 0.01 m at the fluid, 0.02 m at the solid",
-        "interface law: Wall at the fluid, Wall at the solid",
-        "end time:",
-        "field velocity: the fluid needs 2 numbers in m/s, the solid sends 2 in cm/s",
-        "field stress: the fluid needs it, the solid does not send it",
-    ] {
-        let expected_is_equal = expected.starts_with("interface law");
-        assert_eq!(
-            found.iter().any(|line| line.contains(expected)),
-            !expected_is_equal,
-            "{expected}: {found:#?}"
-        );
-    }
-    assert_eq!(found.len(), 7, "{found:#?}");
-    let swapped = handshake::mismatches(&solid, &fluid);
-    assert!(swapped[0].contains("roles: solid and fluid"), "{swapped:?}");
-}
-
-#[test]
-fn a_server_that_cannot_play_is_told_why() {
-    let mut run = fake::run_setup("run", 5);
-    run.time.step = sph::setup::StepPolicy::Adaptive { factor: 0.5, maximum: 1.0, growth: 1.1 };
-    run.body_force.expressions = Some(["x".into(), "t".into()]);
-    let mut description = Description::of_solver("beam", "3", Role::Solid, "f64");
-    assert_eq!(handshake::unfit(&description, Role::Solid, &run), Vec::<String>::new());
-    let coupling = run.coupling.as_mut().unwrap();
-    coupling.kind = CouplingKind::Loads;
-    coupling.implicit = Some(fake::IMPLICIT);
-    assert_eq!(handshake::unfit(&description, Role::Solid, &run), Vec::<String>::new());
-    description.capabilities.implicit_coupling = false;
-    let reasons = handshake::unfit(&description, Role::Solid, &run);
-    assert!(reasons.len() == 1 && reasons[0].contains("leave out `interface.iterate`"), "{reasons:#?}");
-    run.coupling.as_mut().unwrap().kind = CouplingKind::States;
-    description.dimensions = vec![3];
-    description.coupling_kinds = vec![CouplingKind::Loads];
-    description.interface_laws.clear();
-    description.capabilities = Default::default();
-    description.protocols = [crate::description::ProtocolVersion { major: 3, minor: 0 }; 2];
-    let reasons = handshake::unfit(&description, Role::Fluid, &run);
-    assert_eq!(reasons.len(), 8, "{reasons:#?}");
-    assert!(reasons[0].contains("beam 3 speaks protocol 3.0 to 3.0, this coordinator 2.0"), "{reasons:#?}");
-    assert!(reasons[1].contains("plays solid, needed is fluid"), "{reasons:#?}");
 }

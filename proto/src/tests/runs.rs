@@ -2,10 +2,11 @@
 
 use sph::coupling::driver::{Command, Event, FinalReport, Link};
 use sph::coupling::exchange::{Exchange, Extent, Frame, PeerError, in_process_pair};
-use sph::coupling::solver::{Fault, Role, Solver};
+use sph::coupling::solver::{Fault, Role};
 use sph::coupling::stage::StepStage;
+use sph::space::SomeSpace;
 
-use super::fake::{Pair, Row, alone, assert_usable, setup, soon};
+use super::fake::{PLANE, Pair, SPATIAL, alone, assert_usable, row, setup, setup_in, soon};
 use crate::description::{LinkPlan, Partner};
 use crate::transport::client::{EventReceiver, RunAccess};
 
@@ -51,9 +52,9 @@ fn final_report(events: &[Event]) -> &FinalReport {
 }
 
 /// Runs both rows in threads of this process, over the channel exchange.
-fn in_process(steps: u32) -> [Vec<Event>; 2] {
-    let setups = [Role::Fluid, Role::Solid].map(|role| setup(role, "run", steps));
-    let rows = setups.each_ref().map(Row::new);
+fn in_process(space: SomeSpace, steps: u32) -> [Vec<Event>; 2] {
+    let setups = [Role::Fluid, Role::Solid].map(|role| setup_in(space, role, "run", steps));
+    let rows = setups.each_ref().map(row);
     let extents = rows.each_ref().map(|row| row.extent().clone());
     let first_limit = rows[0].time_step_limit().min(rows[1].time_step_limit());
     let (a, b) = in_process_pair();
@@ -67,13 +68,13 @@ fn in_process(steps: u32) -> [Vec<Event>; 2] {
                 resume: None,
                 partner_particles: None,
             };
-            let run = setups[k].run().clone();
+            let run = setups[k].plan();
             let exchange = exchanges[k].take().map(|e| Box::new(e) as Box<dyn Exchange>);
             threads.push(scope.spawn(move || {
                 let (commands, ordered) = std::sync::mpsc::channel();
                 commands.send(Command::GrantThrough(u64::from(steps))).unwrap();
                 let mut events = Vec::new();
-                sph::coupling::driver::run(&mut row, &run, &link, exchange, &ordered, &mut |event| {
+                sph::coupling::driver::run(&mut *row, &run, &link, exchange, &ordered, &mut |event| {
                     events.push(event)
                 });
                 events
@@ -86,8 +87,14 @@ fn in_process(steps: u32) -> [Vec<Event>; 2] {
 
 #[tokio::test(flavor = "multi_thread")]
 async fn two_processes_and_one_give_the_same_bits() {
+    for space in [PLANE, SPATIAL] {
+        compare_processes(space).await;
+    }
+}
+
+async fn compare_processes(space: SomeSpace) {
     const STEPS: u32 = 60;
-    let mut pair = Pair::linked("run", STEPS).await;
+    let mut pair = Pair::linked_in(space, "run", STEPS).await;
     let (fluid_commands, mut fluid_events) = pair.fluid.run().await.unwrap();
     let (solid_commands, mut solid_events) = pair.solid.run().await.unwrap();
     // Several grants, the last beyond the end.
@@ -97,13 +104,15 @@ async fn two_processes_and_one_give_the_same_bits() {
     }
     let (fluid, solid) =
         soon("the run", async { tokio::join!(collect(&mut fluid_events), collect(&mut solid_events)) }).await;
-    let expected = in_process(STEPS);
+    let expected = in_process(space, STEPS);
     assert_same(&timeless(&fluid), &timeless(&expected[0]));
     assert_same(&timeless(&solid), &timeless(&expected[1]));
     let bits = |events: &[Event]| -> Vec<u64> {
         final_report(events).state.fields.iter().flat_map(|f| &f.values).map(|v| v.to_bits()).collect()
     };
     assert_eq!(bits(&fluid), bits(&expected[0]));
+    let position = final_report(&fluid).state.field("position").unwrap();
+    assert_eq!(position.components, space.dimensions());
     // The rows really met: the solid's has lost speed.
     let slowed = final_report(&solid).state.field("velocity").unwrap().values[0];
     assert!(slowed > -0.4, "{slowed}");
@@ -219,15 +228,20 @@ impl Exchange for Never {
 #[test]
 fn the_driver_calls_a_cancelled_wait_an_abort() {
     let setup = setup(Role::Fluid, "run", 5);
-    let mut row = Row::new(&setup);
+    let mut row = row(&setup);
     let link =
         Link { partner_extent: Extent::default(), first_limit: 1.0, resume: None, partner_particles: None };
     let (commands, ordered) = std::sync::mpsc::channel();
     commands.send(Command::GrantThrough(5)).unwrap();
     let mut last = None;
-    sph::coupling::driver::run(&mut row, setup.run(), &link, Some(Box::new(Never)), &ordered, &mut |event| {
-        last = Some(event)
-    });
+    sph::coupling::driver::run(
+        &mut *row,
+        &setup.plan(),
+        &link,
+        Some(Box::new(Never)),
+        &ordered,
+        &mut |event| last = Some(event),
+    );
     let Some(Event::Failed(report)) = last else { panic!("{last:?}") };
     assert!(matches!(report.fault, Fault::Aborted { .. }));
 }

@@ -11,8 +11,8 @@ use sph::setup::{CouplingKind, InterfaceLaw};
 use tokio::sync::mpsc;
 use tokio_stream::wrappers::ReceiverStream;
 
-use super::fake::{Pair, Row, TestServer, alone, assert_usable, setup, soon};
-use crate::convert::{FrameWriter, Phase};
+use super::fake::{Pair, TestServer, alone, assert_usable, row, setup, soon};
+use crate::convert::{FrameWriter, Layout, Phase};
 use crate::description::{FrameField, LinkPlan, Partner};
 use crate::error::RpcCode;
 use crate::limits::MAX_FRAME_BYTES;
@@ -32,7 +32,7 @@ struct Script {
     to_solid: mpsc::Sender<wire::Frame>,
     from_solid: tonic::Streaming<wire::Frame>,
     writer: FrameWriter,
-    row: Row,
+    row: Box<dyn Solver>,
 }
 
 impl Script {
@@ -41,12 +41,15 @@ impl Script {
         let mut client = server.client().await;
         let access = RunAccess::new("script").unwrap();
         client.open(&setup(Role::Solid, RUN, 100), &access).await.unwrap();
-        let row = Row::new(&setup(Role::Fluid, RUN, 100));
+        let row = row(&setup(Role::Fluid, RUN, 100));
         let partner_extent = row.extent().clone();
         let writer = FrameWriter::new(
             RUN,
             0,
-            FrameField::sent_by(Role::Fluid, InterfaceLaw::Wall, CouplingKind::States),
+            Layout {
+                fields: FrameField::sent_by(Role::Fluid, InterfaceLaw::Wall, CouplingKind::States),
+                dimensions: 2,
+            },
             partner_extent.version,
         );
         let plan =

@@ -7,9 +7,12 @@ use sph::coupling::ledger::{EnergyReport, InterfaceSums, StageBudget, axial, lif
 use sph::coupling::saved::{RestoreError, SavedState};
 use sph::coupling::solver::{Counts, Divergence, Field, ParticleFields, Role, Solver};
 use sph::coupling::stage::{Stage, StageTime};
+use sph::in_space;
 use sph::interface::states::InterfaceStates;
-use sph::setup::ParticipantSetup;
-use sph::space::Vector;
+use sph::setup::{FluidParticles, FluidSetup, ParticipantSetup, SolidParticles, SolidSetup};
+use sph::space::Space;
+use sph::space::components::Components;
+use sph::space::tensors::SpaceVector;
 
 use super::setups::{MASSES, RANGE};
 use crate::description::{Constants, Description};
@@ -19,50 +22,51 @@ use crate::service::{Opened, SetupProblems, SolverFactory};
 const STIFFNESS: f64 = 3000.0;
 
 /// A row of masses that the partner's row repels.
-pub(crate) struct Row {
+struct Row<S: Space> {
     role: Role,
     run_id: String,
-    states: InterfaceStates,
+    states: InterfaceStates<S>,
     set_version: u64,
-    position_start: Vec<Vector>,
-    velocity_start: Vec<Vector>,
-    force: Vec<Vector>,
+    position_start: Vec<S::Vector>,
+    velocity_start: Vec<S::Vector>,
+    force: Vec<S::Vector>,
     sums: InterfaceSums,
     extent: Extent,
 }
 
-impl Row {
-    pub(crate) fn new(setup: &ParticipantSetup) -> Self {
-        let mut states = InterfaceStates::default();
-        match setup {
-            ParticipantSetup::Fluid(s) => {
-                states.id.clone_from(&s.particles.id);
-                states.mass.clone_from(&s.particles.mass);
-                states.position.clone_from(&s.particles.position);
-                states.velocity.clone_from(&s.particles.velocity);
-                states.density.clone_from(&s.particles.density);
-            }
-            ParticipantSetup::Solid(s) => {
-                states.id.clone_from(&s.particles.id);
-                states.mass.clone_from(&s.particles.mass);
-                states.position.clone_from(&s.particles.position);
-                states.velocity.clone_from(&s.particles.velocity);
-                states.density.clone_from(&s.particles.density);
-            }
-        }
+/// The row of `setup`.
+pub(crate) fn row(setup: &ParticipantSetup) -> Box<dyn Solver> {
+    fn boxed<S: Space>(role: Role, run_id: &str, states: InterfaceStates<S>) -> Box<dyn Solver> {
+        Box::new(Row::new(role, run_id, states))
+    }
+    let (role, run_id) = (setup.role(), setup.run_id());
+    match setup {
+        ParticipantSetup::Fluid(setup) => in_space!(setup, setup => boxed(role, run_id, fluid_states(setup))),
+        ParticipantSetup::Solid(setup) => in_space!(setup, setup => boxed(role, run_id, solid_states(setup))),
+    }
+}
+
+fn fluid_states<S: Space>(setup: &FluidSetup<S>) -> InterfaceStates<S> {
+    let FluidParticles { id, mass, position, velocity, density, .. } = setup.particles.clone();
+    InterfaceStates { id, mass, position, velocity, density, ..InterfaceStates::default() }
+}
+
+fn solid_states<S: Space>(setup: &SolidSetup<S>) -> InterfaceStates<S> {
+    let SolidParticles { id, mass, position, velocity, density, .. } = setup.particles.clone();
+    InterfaceStates { id, mass, position, velocity, density, ..InterfaceStates::default() }
+}
+
+impl<S: Space> Row<S> {
+    fn new(role: Role, run_id: &str, mut states: InterfaceStates<S>) -> Self {
         let count = states.id.len();
         states.group = vec![0; count];
         states.pressure = (0..count).map(|k| k as f64).collect();
-        let role = match setup {
-            ParticipantSetup::Fluid(_) => Role::Fluid,
-            ParticipantSetup::Solid(_) => Role::Solid,
-        };
         let mut row = Self {
             role,
-            run_id: setup.run().run_id.clone(),
+            run_id: run_id.to_owned(),
             position_start: states.position.clone(),
             velocity_start: states.velocity.clone(),
-            force: vec![Vector::zeros(); count],
+            force: vec![S::Vector::zeros(); count],
             states,
             set_version: 1,
             sums: InterfaceSums::default(),
@@ -73,30 +77,30 @@ impl Row {
     }
 
     fn update_extent(&mut self) {
-        let inside = self
-            .extent
-            .boxes
-            .quantities::<[f64; 4]>()
-            .map(|[x0, y0, x1, y1]| (Vector::new(x0, y0), Vector::new(x1, y1)))
-            .any(|(lower, upper)| self.states.position.iter().all(|x| *x >= lower && *x <= upper));
-        if inside {
+        let within = |corners: &[f64], x: &S::Vector| {
+            let (lower, upper) = corners.split_at(S::DIMENSIONS);
+            (0..S::DIMENSIONS).all(|axis| lower[axis] <= x[axis] && x[axis] <= upper[axis])
+        };
+        let inside = |corners: &[f64]| self.states.position.iter().all(|x| within(corners, x));
+        if self.extent.boxes.rows().any(inside) {
             return;
         }
         let first = self.states.position[0];
-        let slack = Vector::repeat(0.01);
+        let slack = S::Vector::repeat(0.01);
         let lower = self.states.position.iter().fold(first, |a, b| a.inf(b)) - slack;
         let upper = self.states.position.iter().fold(first, |a, b| a.sup(b)) + slack;
-        let boxes = Column::from_iter([[lower.x, lower.y, upper.x, upper.y]]);
+        let values = [lower, upper].iter().flat_map(|x| x.row().as_ref().to_vec()).collect();
+        let boxes = Column { components: 2 * S::DIMENSIONS, values };
         self.extent = Extent { version: self.extent.version + 1, boxes };
     }
 
-    fn momentum(&self, velocities: &[Vector]) -> (Vector, f64) {
-        let terms = || velocities.iter().zip(&self.states.mass).map(|(v, m)| v * *m);
+    fn momentum(&self, velocities: &[S::Vector]) -> (S::Vector, f64) {
+        let terms = || velocities.iter().zip(&self.states.mass).map(|(v, m)| *v * *m);
         (terms().sum(), terms().map(|p| p.norm()).sum())
     }
 }
 
-impl Drop for Row {
+impl<S: Space> Drop for Row<S> {
     /// A solver of some size takes time to go.
     fn drop(&mut self) {
         if self.run_id == "slow-end" {
@@ -106,12 +110,12 @@ impl Drop for Row {
 }
 
 /// Force on a fluid mass by a solid mass, x_fs apart.
-fn repulsion(x_fs: &Vector) -> Option<Vector> {
+fn repulsion<V: SpaceVector>(x_fs: &V) -> Option<V> {
     let distance = x_fs.norm();
-    (distance < RANGE).then(|| x_fs * (STIFFNESS * (RANGE - distance).powi(2) / distance))
+    (distance < RANGE).then(|| *x_fs * (STIFFNESS * (RANGE - distance).powi(2) / distance))
 }
 
-impl Solver for Row {
+impl<S: Space> Solver for Row<S> {
     fn role(&self) -> Role {
         self.role
     }
@@ -165,9 +169,9 @@ impl Solver for Row {
     fn evaluate_own(&mut self, _: &StageTime) {}
 
     fn evaluate_cross(&mut self, _: &StageTime, own: &StateColumns, partner: &StateColumns) {
-        let (own, partner) = (<InterfaceStates>::from(own), <InterfaceStates>::from(partner));
+        let (own, partner) = (InterfaceStates::<S>::from(own), InterfaceStates::<S>::from(partner));
         self.sums = InterfaceSums::default();
-        self.force.fill(Vector::zeros());
+        self.force.fill(S::Vector::zeros());
         for i in 0..own.len() {
             for j in 0..partner.len() {
                 let (sign, x_fs) = match self.role {
@@ -179,7 +183,7 @@ impl Solver for Row {
                     let sums = &mut self.sums;
                     sums.force += lifted(&force);
                     sums.gross_force += force.norm();
-                    sums.torque += axial(sph::space::cross(&own.position[i], &force));
+                    sums.torque += axial(S::cross(&own.position[i], &force));
                     sums.gross_torque += own.position[i].norm() * force.norm();
                     sums.power += force.dot(&own.velocity[i]);
                     sums.pairs += 1;
@@ -216,15 +220,15 @@ impl Solver for Row {
     }
 
     fn probes(&self, time: f64, values: &mut Vec<f64>) {
-        values.extend([time, f64::NAN, self.states.position[0].x]);
+        values.extend([time, f64::NAN, self.states.position[0][0]]);
     }
 
     fn snapshot(&self, step: u64, time: f64) -> ParticleFields {
-        let field = |name: &str, unit: &str, values: &[Vector]| Field {
+        let field = |name: &str, unit: &str, values: &[S::Vector]| Field {
             name: name.into(),
             unit: unit.into(),
-            components: 2,
-            values: values.iter().flat_map(|v| [v.x, v.y]).collect(),
+            components: S::DIMENSIONS,
+            values: Column::from_iter(values.iter().copied()).values,
         };
         ParticleFields {
             step,
@@ -261,11 +265,11 @@ pub(crate) struct RowFactory(pub Role);
 
 impl SolverFactory for RowFactory {
     fn describe(&self) -> Description {
-        Description::of_solver("row", "0.0.1", self.0, "f64 scalar")
+        Description::of_solver("row", "0.0.1", self.0, &[2, 3], "f64 scalar")
     }
 
     fn open(&self, setup: ParticipantSetup) -> Result<Opened, SetupProblems> {
-        let problems = match setup.run().run_id.as_str() {
+        let problems = match setup.run_id() {
             "bad" => vec!["first problem".into(), "second problem".into()],
             "open-panic" => panic!("seeded panic in open"),
             "open-slow" => {
@@ -277,7 +281,7 @@ impl SolverFactory for RowFactory {
         if !problems.is_empty() {
             return Err(SetupProblems(problems));
         }
-        let constants = Constants::of(setup.run());
-        Ok(Opened { solver: Box::new(Row::new(&setup)), constants, facts: Vec::new(), bodies: Vec::new() })
+        let constants = Constants::of(&setup.plan());
+        Ok(Opened { solver: row(&setup), constants, facts: Vec::new(), bodies: Vec::new() })
     }
 }

@@ -5,10 +5,12 @@ use std::time::Duration;
 
 use sph::coupling::exchange::Extent;
 use sph::coupling::solver::Role;
+use sph::setup::ParticipantSetup;
+use sph::space::SomeSpace;
 use tokio_util::sync::CancellationToken;
 
 use super::row::RowFactory;
-use super::setups::{alone, setup};
+use super::setups::{PLANE, alone, setup_in};
 use crate::description::{LinkPlan, Partner};
 use crate::service::{ServeOptions, Server};
 use crate::transport::client::{Deadlines, ParticipantClient, RunAccess};
@@ -62,10 +64,19 @@ pub(crate) struct Pair {
 
 impl Pair {
     pub(crate) async fn linked(run_id: &str, steps: u32) -> Self {
+        Self::linked_in(PLANE, run_id, steps).await
+    }
+
+    pub(crate) async fn linked_in(space: SomeSpace, run_id: &str, steps: u32) -> Self {
         let servers = [TestServer::start(Role::Fluid), TestServer::start(Role::Solid)];
         let mut fluid = servers[0].client().await;
         let mut solid = servers[1].client().await;
-        link(&mut fluid, &mut solid, run_id, steps).await;
+        link(
+            &mut fluid,
+            &mut solid,
+            [Role::Fluid, Role::Solid].map(|role| setup_in(space, role, run_id, steps)),
+        )
+        .await;
         Self { servers, fluid, solid }
     }
 }
@@ -74,12 +85,11 @@ impl Pair {
 pub(crate) async fn link(
     fluid: &mut ParticipantClient,
     solid: &mut ParticipantClient,
-    run_id: &str,
-    steps: u32,
+    setups: [ParticipantSetup; 2],
 ) {
     let access = RunAccess::new("a test").unwrap();
-    let f = fluid.open(&setup(Role::Fluid, run_id, steps), &access).await.unwrap();
-    let s = solid.open(&setup(Role::Solid, run_id, steps), &access).await.unwrap();
+    let f = fluid.open(&setups[0], &access).await.unwrap();
+    let s = solid.open(&setups[1], &access).await.unwrap();
     assert_eq!(crate::handshake::mismatches(&f, &s), Vec::<String>::new());
     let first_limit = f.time_step_limit.min(s.time_step_limit);
     let plan = |partner_extent: &Extent, partner| LinkPlan {

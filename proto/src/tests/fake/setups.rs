@@ -1,6 +1,7 @@
 //! Set-ups of two rows of masses.
 
 use sph::coupling::solver::Role;
+use sph::map_space;
 use sph::setup::{
     BodyForce, BodySetup, BreachAction, ContactLaw, Coupling, CouplingKind, DensityDiffusion,
     ElasticParameters, FluidParameters, FluidParticles, FluidScheme, FluidSetup, Formulation,
@@ -9,7 +10,13 @@ use sph::setup::{
     WallParticles,
 };
 use sph::space::domain::Domain;
-use sph::space::{SymmetricTensor, Vector};
+use sph::space::tensors::SpaceVector;
+use sph::space::{Plane, SomeSpace, Space, Spatial};
+
+/// The plane.
+pub(crate) const PLANE: SomeSpace = SomeSpace::Plane(Plane);
+/// Space.
+pub(crate) const SPATIAL: SomeSpace = SomeSpace::Spatial(Spatial);
 
 /// Masses per side.
 pub(crate) const MASSES: usize = 40;
@@ -17,17 +24,21 @@ pub(crate) const MASSES: usize = 40;
 pub(super) const RANGE: f64 = 0.2;
 
 /// A short coupled run. Some run ids make the fake solver misbehave: see `Row` and `RowFactory`.
-pub(crate) fn run_setup(run_id: &str, steps: u32) -> RunSetup {
+pub(crate) fn run_setup<S: Space>(run_id: &str, steps: u32) -> RunSetup<S> {
     let time_step = 1e-3;
     RunSetup {
         run_id: run_id.into(),
-        domain: Domain { lower: Vector::new(-1.0, -1.0), upper: Vector::new(1.0, 1.0), periodic: [false; 2] },
+        domain: Domain {
+            lower: S::Vector::repeat(-1.0),
+            upper: S::Vector::repeat(1.0),
+            periodic: S::splat(false),
+        },
         time: TimePlan {
             start_time: 0.0,
             end_time: f64::from(steps) * time_step,
             step: StepPolicy::Fixed { time_step },
         },
-        body_force: BodyForce { gravity: Vector::zeros(), expressions: None },
+        body_force: BodyForce { gravity: S::Vector::zeros(), expressions: None },
         outputs: OutputPlan { snapshot_interval: Some(0.01), probe_interval: Some(0.005) },
         // Sums over some hundred pairs round near 1e-15.
         ledger: LedgerPolicy { action: BreachAction::Stop, ..LedgerPolicy::default() },
@@ -61,18 +72,20 @@ pub(crate) fn water() -> FluidParameters {
     }
 }
 
-/// Position and velocity of mass `k` of a row.
-fn start(role: Role, k: usize) -> (Vector, Vector) {
+/// Position and velocity of mass `k` of a row, which lies along y.
+fn start<S: Space>(role: Role, k: usize) -> (S::Vector, S::Vector) {
     let side = if role == Role::Fluid { -1.0 } else { 1.0 };
     let y = 0.02 * (k as f64 - 0.5 * MASSES as f64) + 0.003 * side;
     // Irregular on purpose: equal terms would hide a wrong order of sums.
     let bend = 1e-3 * ((7 * k) % 5) as f64 / 3.0;
-    (Vector::new(side * (0.11 + bend), y), Vector::new(-side * (0.5 + bend), 0.01 * bend))
+    let position = [side * (0.11 + bend), y, 0.7 * bend];
+    let velocity = [-side * (0.5 + bend), 0.01 * bend, side * 0.3 * bend];
+    (S::vector(S::axes(|axis| position[axis])), S::vector(S::axes(|axis| velocity[axis])))
 }
 
-pub(crate) fn fluid_setup(run: RunSetup) -> ParticipantSetup {
-    let (position, velocity) = (0..MASSES).map(|k| start(Role::Fluid, k)).unzip();
-    ParticipantSetup::Fluid(FluidSetup {
+pub(crate) fn fluid_setup<S: Space>(run: RunSetup<S>) -> FluidSetup<S> {
+    let (position, velocity) = (0..MASSES).map(|k| start::<S>(Role::Fluid, k)).unzip();
+    FluidSetup {
         run,
         parameters: water(),
         damping: None,
@@ -90,12 +103,12 @@ pub(crate) fn fluid_setup(run: RunSetup) -> ParticipantSetup {
         wall_particles: WallParticles::default(),
         probes: Vec::new(),
         outflow: Outflow::default(),
-    })
+    }
 }
 
-pub(crate) fn solid_setup(run: RunSetup) -> ParticipantSetup {
-    let (position, velocity): (Vec<_>, _) = (0..MASSES).map(|k| start(Role::Solid, k)).unzip();
-    ParticipantSetup::Solid(SolidSetup {
+pub(crate) fn solid_setup<S: Space>(run: RunSetup<S>) -> SolidSetup<S> {
+    let (position, velocity): (Vec<_>, _) = (0..MASSES).map(|k| start::<S>(Role::Solid, k)).unzip();
+    SolidSetup {
         run,
         particle_spacing: 0.01,
         bodies: vec![BodySetup {
@@ -120,7 +133,7 @@ pub(crate) fn solid_setup(run: RunSetup) -> ParticipantSetup {
             position,
             velocity,
             density: vec![1100.0; MASSES],
-            deviatoric_stress: vec![SymmetricTensor::default(); MASSES],
+            deviatoric_stress: vec![S::SymmetricTensor::default(); MASSES],
         },
         contact: ContactLaw::Sums,
         walls: Vec::new(),
@@ -129,21 +142,30 @@ pub(crate) fn solid_setup(run: RunSetup) -> ParticipantSetup {
         stepping: SolidStepping::StageRule,
         probes: Vec::new(),
         lost_particle_limit: 0,
-    })
+    }
+}
+
+fn of_role(space: SomeSpace, role: Role, run_id: &str, steps: u32, coupled: bool) -> ParticipantSetup {
+    fn run<S: Space>(_: S, run_id: &str, steps: u32, coupled: bool) -> RunSetup<S> {
+        let run = run_setup(run_id, steps);
+        RunSetup { coupling: run.coupling.filter(|_| coupled), ..run }
+    }
+    let run = map_space!(space, space => run(space, run_id, steps, coupled));
+    match role {
+        Role::Fluid => ParticipantSetup::Fluid(map_space!(run, run => fluid_setup(run))),
+        Role::Solid => ParticipantSetup::Solid(map_space!(run, run => solid_setup(run))),
+    }
+}
+
+pub(crate) fn setup_in(space: SomeSpace, role: Role, run_id: &str, steps: u32) -> ParticipantSetup {
+    of_role(space, role, run_id, steps, true)
 }
 
 pub(crate) fn setup(role: Role, run_id: &str, steps: u32) -> ParticipantSetup {
-    match role {
-        Role::Fluid => fluid_setup(run_setup(run_id, steps)),
-        Role::Solid => solid_setup(run_setup(run_id, steps)),
-    }
+    setup_in(PLANE, role, run_id, steps)
 }
 
 /// The same set-up without a partner.
 pub(crate) fn alone(role: Role, run_id: &str, steps: u32) -> ParticipantSetup {
-    let run = RunSetup { coupling: None, ..run_setup(run_id, steps) };
-    match role {
-        Role::Fluid => fluid_setup(run),
-        Role::Solid => solid_setup(run),
-    }
+    of_role(PLANE, role, run_id, steps, false)
 }

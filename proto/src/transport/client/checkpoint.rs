@@ -54,7 +54,7 @@ impl ParticipantClient {
             return Err(self.error(RpcCode::Malformed, "Restore", text));
         }
         self.epoch = epoch;
-        self.accept("Restore", RestoreReport::from_wire(&reply))
+        self.accept("Restore", RestoreReport::from_wire(&reply, self.dimensions))
     }
 }
 

@@ -11,7 +11,7 @@ use tokio_stream::wrappers::ReceiverStream;
 use tonic::service::interceptor::InterceptedService;
 use tonic::transport::Channel;
 
-use crate::convert::{Convert, Path, WireError};
+use crate::convert::{Convert, Path, WireError, encode_setup, link_to_wire};
 use crate::description::{Description, LinkPlan, OpenReport, PROTOCOL};
 use crate::error::{RpcCode, RpcError};
 use crate::limits::MAX_MESSAGE_BYTES;
@@ -98,6 +98,8 @@ pub struct ParticipantClient {
     address: String,
     deadlines: Deadlines,
     run: Option<(String, Token)>,
+    /// Number of dimensions of the run.
+    dimensions: usize,
     /// Counts the restores of the run.
     epoch: u32,
 }
@@ -126,7 +128,15 @@ impl ParticipantClient {
             .map_err(|problem| RpcError::new(RpcCode::Unavailable, "connect", address, problem))?;
         let service = InterceptedService::new(channel, security.shower());
         let inner = WireClient::new(service.clone()).max_decoding_message_size(MAX_MESSAGE_BYTES);
-        Ok(Self { inner, service, address: address.to_owned(), deadlines, run: None, epoch: 0 })
+        Ok(Self {
+            inner,
+            service,
+            address: address.to_owned(),
+            deadlines,
+            run: None,
+            dimensions: 2,
+            epoch: 0,
+        })
     }
 
     /// Address of the server.
@@ -174,23 +184,25 @@ impl ParticipantClient {
         setup: &ParticipantSetup,
         access: &RunAccess,
     ) -> Result<OpenReport, RpcError> {
-        use wire::open_request::Setup;
-        let run_id = setup.run().run_id.clone();
+        let run_id = setup.run_id().to_owned();
         let request = wire::OpenRequest {
             protocol: Some(PROTOCOL.to_wire()),
             token: access.token.text().to_owned(),
             holder: access.holder.clone(),
-            setup: Some(match setup {
-                ParticipantSetup::Fluid(fluid) => Setup::Fluid(fluid.to_wire()),
-                ParticipantSetup::Solid(solid) => Setup::Solid(solid.to_wire()),
-            }),
+            setup: Some(encode_setup(setup)),
         };
         let reply = within(self.deadlines.open, "Open", &self.address, self.inner.open(request)).await?;
         self.run = Some((run_id.clone(), access.token.clone()));
-        self.epoch = 0;
+        (self.dimensions, self.epoch) = (setup.dimensions(), 0);
         let report = self.accept("Open", OpenReport::from_wire(&reply, &Path::root("reply")))?;
         if report.run_id != run_id {
             let message = format!("the reply is for run {:?}, expected {run_id:?}", report.run_id);
+            return Err(self.error(RpcCode::Malformed, "Open", message));
+        }
+        let dimensions = report.constants.domain.lower.len();
+        if dimensions != self.dimensions {
+            let message =
+                format!("the reply is of a run of {dimensions} dimensions, expected are {}", self.dimensions);
             return Err(self.error(RpcCode::Malformed, "Open", message));
         }
         Ok(report)
@@ -202,7 +214,7 @@ impl ParticipantClient {
     /// When the partner cannot be reached or refuses.
     pub async fn link(&mut self, plan: &LinkPlan) -> Result<(), RpcError> {
         let (run_id, token) = self.opened("Link")?;
-        let request = token.attach(wire::LinkRequest { run_id, ..plan.to_wire() });
+        let request = token.attach(wire::LinkRequest { run_id, ..link_to_wire(plan) });
         within(self.deadlines.call, "Link", &self.address, self.inner.link(request)).await.map(drop)
     }
 

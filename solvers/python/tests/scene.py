@@ -20,13 +20,20 @@ def lattice(columns, rows, corner, angle=0.0):
     return np.array(corner) + SPACING * np.c_[x.ravel(), y.ravel()] @ np.array([[cos, sin], [-sin, cos]])
 
 
-def setup(blocks, formulation="rigid", held=None, velocity=None, gravity=(0.7, -9.81), implicit=False, steps=50):
+def spatial_lattice(counts, corner):
+    """Positions of a block of particles in space."""
+    x, y, z = np.meshgrid(*(np.arange(count) + 0.5 for count in counts))
+    return np.array(corner) + SPACING * np.c_[x.ravel(), y.ravel(), z.ravel()]
+
+
+def setup(blocks, formulation="rigid", held=None, velocity=None, gravity=(0.7, -9.81, 0.4), implicit=False, steps=50):
     """A Setup of bodies with particles at `blocks`, of which those with index in `held` are clamped."""
     message = protocol.setup.SolidSetup(particle_spacing_m=SPACING)
-    run = message.run
-    run.run_id, run.dimensions = "test", 2
-    run.domain.lower_m.components[:], run.domain.upper_m.components[:] = (-0.3, -0.5), (0.8, 0.6)
-    run.body_force.gravity_m_per_s2.components[:] = gravity
+    run, dimensions = message.run, blocks[0].shape[1]
+    run.run_id, run.dimensions = "test", dimensions
+    run.domain.lower_m.components[:] = (-0.3, -0.5, -0.2)[:dimensions]
+    run.domain.upper_m.components[:] = (0.8, 0.6, 0.5)[:dimensions]
+    run.body_force.gravity_m_per_s2.components[:] = gravity[:dimensions]
     run.time.start_time_s, run.time.end_time_s, run.time.fixed.time_step_s = 0.0, steps * STEP, STEP
     run.ledger.action, run.ledger.balance_tolerance = protocol.setup.BREACH_ACTION_STOP, 1e-12
     coupling = run.coupling
@@ -52,17 +59,21 @@ def setup(blocks, formulation="rigid", held=None, velocity=None, gravity=(0.7, -
     particles.ids = np.arange(count, dtype="<u4").tobytes()
     particles.bodies = np.repeat(np.arange(len(blocks), dtype="<u4"), [len(block) for block in blocks]).tobytes()
     particles.supports = supports.tobytes()
-    particles.masses_kg = (density * SPACING**2).tobytes()
+    particles.masses_kg = (density * SPACING**dimensions).tobytes()
     particles.densities_kg_per_m3 = density.tobytes()
     particles.reference_positions_m = particles.positions_m = places.tobytes()
-    particles.velocities_m_per_s = (np.zeros((count, 2)) if velocity is None else velocity).tobytes()
+    particles.velocities_m_per_s = (np.zeros((count, dimensions)) if velocity is None else velocity).tobytes()
     return Setup(message)
 
 
 class Played:
-    """A run of `solver` to its end, in which the fluid exerts random forces of some hundred N/m in all."""
+    """A run of `solver` to its end, in which the fluid exerts random forces of up to `strength` on each point.
 
-    def __init__(self, solver):
+    They are some hundred N/m in all in the plane.
+    """
+
+    def __init__(self, solver, strength=3.0):
+        self.dimensions, self.strength = solver.setup.dimensions, strength
         link = protocol.participant.LinkRequest(run_id="test", first_limit_s=1.0)
         link.partner_extent.version = 1
         self.run, self.solver = Run(solver, link), solver
@@ -89,14 +100,14 @@ class Played:
                 if sums is not None:
                     previous.at.step, previous.at.stage = self.frames[-2].step, self.frames[-2].stage
                     sums.write(previous.sums)
-            position, velocity = arrays(frame)
-            forces = self.random.uniform(-3.0, 3.0, position.shape)
+            position, velocity = arrays(frame, self.dimensions)
+            forces = self.random.uniform(-self.strength, self.strength, position.shape)
             answer = protocol.peer.Frame(
                 run_id="test", step=frame.step, stage=frame.stage, iteration=frame.iteration,
                 step_start_s_bits=frame.step_start_s_bits, time_step_s_bits=frame.time_step_s_bits, set_version=1,
                 count=len(forces), time_step_limit_s=1.0)
             data = forces.tobytes()
-            answer.blocks.add(field=protocol.types.FIELD_FORCE, components=2, data=data)
+            answer.blocks.add(field=protocol.types.FIELD_FORCE, components=self.dimensions, data=data)
             answer.digest = digest(StageTime(frame.step, frame.stage, 0.0, STEP), [], answer.blocks)
             if len(self.frames) > 1:
                 answer.previous.CopyFrom(previous)
@@ -111,19 +122,22 @@ class Played:
             yield f"step {report.step} corrector", report.corrector
 
 
-def arrays(frame):
+def arrays(frame, dimensions=2):
     """Positions and velocities in a frame of coupling points."""
-    blocks = {block.field: np.frombuffer(block.data, "<f8") for block in frame.blocks}
-    return (blocks[protocol.types.FIELD_POSITION].reshape(-1, 2), blocks[protocol.types.FIELD_VELOCITY].reshape(-1, 2))
+    blocks = {block.field: np.frombuffer(block.data, "<f8").reshape(-1, block.components) for block in frame.blocks}
+    position, velocity = blocks[protocol.types.FIELD_POSITION], blocks[protocol.types.FIELD_VELOCITY]
+    assert position.shape[1] == velocity.shape[1] == dimensions
+    return position, velocity
 
 
 def residual(budget):
     """Residual of the check of the angular momentum over its gross, as StageBudget defines it."""
-    torques = sum(entry.torque_n_m.components[2] for entry in budget.accounts)
-    change = budget.duration_s * (budget.interface.torque_n_m.components[2] + torques)
-    return abs(budget.angular.change_kg_m2_per_s.components[2] - change) / budget.angular.gross_kg_m2_per_s
+    torques = sum(np.array(entry.torque_n_m.components) for entry in budget.accounts)
+    change = budget.duration_s * (np.array(budget.interface.torque_n_m.components) + torques)
+    off = np.linalg.norm(budget.angular.change_kg_m2_per_s.components - change)
+    return off / budget.angular.gross_kg_m2_per_s
 
 
 def torque(budget, account):
-    """Torque of an account of a StageBudget [N m]."""
+    """Torque of an account of a StageBudget about z [N m]."""
     return sum(entry.torque_n_m.components[2] for entry in budget.accounts if entry.account == account)

@@ -6,6 +6,7 @@ import numpy as np
 
 from . import protocol
 from .solver import Solver, StageBudget, Torques
+from .vectors import cross, point_inertia, spin_of, sums
 
 # Below this fraction of the inertia of its cells, the particles of a body are a point and have no rotation.
 POINT = 1e-9
@@ -27,9 +28,9 @@ class PointState:
 
 @dataclass
 class AngularBudget:
-    """Change of the angular momentum in a half-step and the scale of its round-off [kg m/s], and its torques."""
+    """Change of the angular momentum in a half-step and the scale of its round-off [kg m^2/s], and its torques."""
 
-    change: float
+    change: np.ndarray
     gross: float
     torques: Torques
 
@@ -64,11 +65,11 @@ class Auditor:
         # From the set-up, not from attributes of the solver.
         self.body, self.mass = (setup.body, setup.mass) if self.rigid else (solver.body, solver.mass)
         if self.rigid:
-            self.cells = self._sums(setup.mass * setup.volume / 6.0)
+            self.cells = self._sums(setup.cell_inertia)
             self.total = self._sums(setup.mass)
 
     def _sums(self, values: np.ndarray) -> np.ndarray:
-        return np.bincount(self.body, values, len(self.solver.setup.bodies))
+        return sums(self.body, values, len(self.solver.setup.bodies))
 
     def budget(self, start: PointState, stage: PointState, end: PointState, stage_budget: StageBudget,
                gross_torque: float, duration: float):
@@ -86,7 +87,7 @@ class Auditor:
         size = np.linalg.norm(stage.position - self.origin, axis=1)
         forces = gross_torque + self.mass @ size * np.linalg.norm(self.gravity) + stated.gross
         gross = self._sum_of_moments(start) + self._sum_of_moments(end) + duration * forces
-        return AngularBudget(float(change), float(gross), torques)
+        return AngularBudget(change, float(gross), torques)
 
     def _sum_of_moments(self, points: PointState) -> float:
         arm = np.linalg.norm(points.position - self.origin, axis=1)
@@ -94,27 +95,25 @@ class Auditor:
 
     def _means(self, values: np.ndarray) -> np.ndarray:
         """Mean of `values` over each body, weighted by mass."""
-        sums = np.array([self._sums(self.mass * column) for column in values.T])
-        return sums.T / np.where(self.total > 0, self.total, 1.0)[:, None]
+        return self._sums(self.mass[:, None] * values) / np.where(self.total > 0, self.total, 1.0)[:, None]
 
-    def _rigid_angular_momentum(self, points: PointState) -> float:
-        """Angular momentum of all particles, and of their cells, which rotate with the body [kg m/s]."""
+    def _rigid_angular_momentum(self, points: PointState):
+        """Angular momentum of all particles, and of their cells, which rotate with the body [kg m^2/s]."""
         place = points.position - self.origin
         arm = place - self._means(place)[self.body]
         slip = points.velocity - self._means(points.velocity)[self.body]
-        spread = self._sums(self.mass * (arm**2).sum(axis=1))
-        turns = spread > POINT * self.cells
-        spin = np.where(turns, self._sums(self.mass * _cross(arm, slip)) / np.where(turns, spread, 1.0), 0.0)
-        return self.mass @ _cross(place, points.velocity) + self.cells @ spin
+        moment = self._sums(_times(self.mass, cross(arm, slip)))
+        spin = spin_of(moment, self._sums(point_inertia(self.mass, arm)), POINT * self.cells)
+        return self.mass @ cross(place, points.velocity) + self.cells @ spin
 
     def _add_rigid_torques(self, stated: Torques, start: PointState, stage: PointState, end: PointState,
                            duration: float) -> Torques:
         x0, xs, x1 = (self._means(points.position - self.origin) for points in (start, stage, end))
         v0, v1 = (self._means(points.velocity) for points in (start, end))
-        scheme = self.total @ (_cross(x1 - xs, v1) + _cross(xs - x0, v0)) / duration
-        weight = self.total @ _cross(xs, np.broadcast_to(self.gravity, xs.shape))
+        scheme = self.total @ (cross(x1 - xs, v1) + cross(xs - x0, v0)) / duration
+        weight = self.total @ cross(xs, np.broadcast_to(self.gravity, xs.shape))
         return Torques(stated.supports, stated.body_force + weight, stated.own_forces, stated.time_scheme + scheme)
 
 
-def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    return a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
+def _times(mass: np.ndarray, values: np.ndarray) -> np.ndarray:
+    return mass * values if values.ndim == 1 else mass[:, None] * values

@@ -45,7 +45,7 @@ class Run:
         self.state, self.stage_budget = solver.state, StageBudget(solver.momentum(solver.state))
         self.start_energies = solver.energies(solver.state)
         self.auditor = Auditor(solver)
-        self.forces = np.zeros((len(solver.ids), 2))
+        self.forces = np.zeros((len(solver.ids), self.setup.dimensions))
         self.before, self.index, self.breaches, self.waited = None, 0, 0, 0.0
         self.phase = MESSAGES.PHASE_WAITING_FOR_GRANT
         self.last_step = self.heard = wall.monotonic()
@@ -163,7 +163,7 @@ class Run:
 
     def _half_step(self, start, stage, time: StageTime, message) -> tuple:
         limit = self.solver.time_step_limit(stage)
-        sums = Sums(np.zeros(2), 0.0, 0.0, 0.0, 0.0, 0.0, 0)
+        sums = Sums(np.zeros(3), 0.0, np.zeros(3), 0.0, np.zeros(3), 0.0, 0)
         if self.coupled:
             points, limit, sums = self._exchange(start, stage, time, limit)
         else:
@@ -236,13 +236,13 @@ class Run:
     def _write_budget(self, wire, sums: Sums, ends: tuple, budget: AngularBudget | None, time: StageTime) -> None:
         sums.write(wire.interface)
         own, before = self.stage_budget, self.solver.momentum(ends[0].state)
-        supports = np.zeros(2) if own.supports is None else own.supports
+        supports = np.zeros(3) if own.supports is None else own.supports
         torques = Torques() if budget is None else budget.torques
         for account, force, torque in [
             (MESSAGES.ACCOUNT_BODY_FORCE, own.body_force, torques.body_force),
             (MESSAGES.ACCOUNT_SUPPORTS, supports, torques.supports),
-            (MESSAGES.ACCOUNT_OWN_FORCES, (0.0, 0.0), torques.own_forces),
-            (MESSAGES.ACCOUNT_TIME_SCHEME, (0.0, 0.0), torques.time_scheme),
+            (MESSAGES.ACCOUNT_OWN_FORCES, np.zeros(3), torques.own_forces),
+            (MESSAGES.ACCOUNT_TIME_SCHEME, np.zeros(3), torques.time_scheme),
         ]:
             wire.accounts.add(account=account, force_n=protocol.force(force), torque_n_m=protocol.torque(torque))
         wire.duration_s = time.duration
@@ -272,7 +272,8 @@ class Run:
         if not self.wants_snapshots:
             return index
         position, velocity = self.solver.kinematics(self.state)
-        fields = [("position", "m", position), ("velocity", "m/s", velocity), ("fluid_force", "N/m", self.forces),
+        force_unit = "N/m" if self.setup.dimensions == 2 else "N"
+        fields = [("position", "m", position), ("velocity", "m/s", velocity), ("fluid_force", force_unit, self.forces),
                   ("density", "kg/m3", self.solver.mass / self.solver.volume)]
         first = MESSAGES.SnapshotChunk(run_id=self.setup.run_id)
         header = first.header

@@ -8,6 +8,7 @@ import numpy as np
 
 from . import protocol
 from .clock import PREDICTOR, STAGE_NAMES, StageTime, bits, from_bits
+from .vectors import axial, cross, lifted
 
 TYPES, CHECKS = protocol.types, protocol.participant
 CHECK_NAMES = {CHECKS.CHECK_FORCE: "force", CHECKS.CHECK_TORQUE: "torque"}
@@ -57,13 +58,13 @@ class StaleFault(PeerFault):
 
 @dataclass
 class Sums:
-    """InterfaceSums of the forces on coupling points, in the plane."""
+    """InterfaceSums of the forces on coupling points; vectors have three components."""
 
     force: np.ndarray
     gross_force: float
-    torque: float
+    torque: np.ndarray
     gross_torque: float
-    couple: float
+    couple: np.ndarray
     power: float
     pairs: int
 
@@ -71,8 +72,8 @@ class Sums:
     def of(cls, forces, position, velocity, origin) -> "Sums":
         """Sums of `forces` that act on coupling points, torques about `origin`."""
         size, arm = np.linalg.norm(forces, axis=1), position - origin
-        torque = arm[:, 0] * forces[:, 1] - arm[:, 1] * forces[:, 0]
-        return cls(forces.sum(axis=0), size.sum(), torque.sum(), np.linalg.norm(arm, axis=1) @ size, 0.0,
+        torque = axial(cross(arm, forces).sum(axis=0))
+        return cls(lifted(forces.sum(axis=0)), size.sum(), torque, np.linalg.norm(arm, axis=1) @ size, np.zeros(3),
                    (forces * velocity).sum(), int((size > 0).sum()))
 
     @classmethod
@@ -82,13 +83,13 @@ class Sums:
             np.array(vector.components) for vector in (wire.force_n, wire.torque_n_m, wire.couple_n_m))
         if not len(force) == len(torque) == len(couple) == 3:
             raise PeerFault("`frame.previous.sums`: vectors must have 3 components")
-        return cls(force[:2], wire.gross_force_n, torque[2], wire.gross_torque_n_m, couple[2], wire.power_w, wire.pairs)
+        return cls(force, wire.gross_force_n, torque, wire.gross_torque_n_m, couple, wire.power_w, wire.pairs)
 
     def write(self, wire) -> None:
         """Fills an InterfaceSums message."""
-        wire.force_n.CopyFrom(protocol.force(self.force))
-        wire.torque_n_m.CopyFrom(protocol.torque(self.torque))
-        wire.couple_n_m.CopyFrom(protocol.torque(self.couple))
+        wire.force_n.CopyFrom(protocol.vector(self.force))
+        wire.torque_n_m.CopyFrom(protocol.vector(self.torque))
+        wire.couple_n_m.CopyFrom(protocol.vector(self.couple))
         wire.gross_force_n, wire.gross_torque_n_m = self.gross_force, self.gross_torque
         wire.power_w, wire.pairs = self.power, self.pairs
 
@@ -132,9 +133,9 @@ class Exchange:
         """Updates the extent when coupling points have left its box; returns whether it did."""
         slack = self.setup.spacing
         lower, upper = position.min(axis=0), position.max(axis=0)
-        if self.boxes is not None and (lower >= self.boxes[:2]).all() and (upper <= self.boxes[2:]).all():
+        if self.boxes is not None and (lower >= self.boxes[0]).all() and (upper <= self.boxes[1]).all():
             return False
-        self.boxes = np.concatenate([lower - slack, upper + slack])
+        self.boxes = np.array([lower - slack, upper + slack])
         self.extent = TYPES.Extent(version=self.extent.version + 1, boxes_m=self.boxes.astype("<f8").tobytes())
         return True
 
@@ -162,7 +163,9 @@ class Exchange:
             self.set_sent = True
             frame.set.ids = np.asarray(solver.ids, "<u4").tobytes()
             frame.set.groups = np.asarray(solver.body, "<u4").tobytes()
-        for field, components, values in [(TYPES.FIELD_POSITION, 2, position), (TYPES.FIELD_VELOCITY, 2, velocity),
+        dimensions = self.setup.dimensions
+        for field, components, values in [(TYPES.FIELD_POSITION, dimensions, position),
+                                          (TYPES.FIELD_VELOCITY, dimensions, velocity),
                                           (TYPES.FIELD_VOLUME, 1, solver.volume)]:
             frame.blocks.add(field=field, components=components, data=np.ascontiguousarray(values, "<f8").tobytes())
         frame.digest = digest(time, solver.ids, frame.blocks)
@@ -206,12 +209,13 @@ class Exchange:
         count = len(self.solver.ids)
         if (frame.count, frame.set_version) != (count, 1):
             raise PeerFault(f"`frame.count`: is {frame.count} for set {frame.set_version}, {count} coupling points of set 1 were sent")
-        if [(block.field, block.components) for block in frame.blocks] != [(TYPES.FIELD_FORCE, 2)]:
-            raise PeerFault("`frame.blocks`: must be the force with 2 components, once")
+        dimensions = self.setup.dimensions
+        if [(block.field, block.components) for block in frame.blocks] != [(TYPES.FIELD_FORCE, dimensions)]:
+            raise PeerFault(f"`frame.blocks`: must be the force with {dimensions} components, once")
         data = frame.blocks[0].data
-        if len(data) != 16 * count:
-            raise PeerFault(f"`frame.blocks[0].force`: has {len(data)} bytes, must have {count} particles x 2 numbers x 8 bytes")
-        forces = np.frombuffer(data, "<f8").reshape(count, 2)
+        if len(data) != 8 * dimensions * count:
+            raise PeerFault(f"`frame.blocks[0].force`: has {len(data)} bytes, must have {count} particles x {dimensions} numbers x 8 bytes")
+        forces = np.frombuffer(data, "<f8").reshape(count, dimensions)
         if not np.isfinite(forces).all():
             bad = int(np.flatnonzero(~np.isfinite(forces).all(axis=1))[0])
             raise PeerFault(f"`frame.blocks[0].force`: of particle number {bad} is {forces[bad]}, NaN or infinite; must be finite")
@@ -238,7 +242,7 @@ class Exchange:
         own, partner = before.sums, Sums.read(theirs.sums)
         net = own.torque + partner.torque - (0.0 if self.central else 2.0 * partner.couple)
         checks = [(CHECKS.CHECK_FORCE, np.linalg.norm(own.force + partner.force), max(own.gross_force, partner.gross_force)),
-                  (CHECKS.CHECK_TORQUE, abs(net), max(own.gross_torque, partner.gross_torque))]
+                  (CHECKS.CHECK_TORQUE, np.linalg.norm(net), max(own.gross_torque, partner.gross_torque))]
         for check, residual, gross in checks:
             if not residual <= tolerance * gross:
                 faults.append(LedgerFault(before.at, check, residual / gross if gross else np.inf, tolerance))

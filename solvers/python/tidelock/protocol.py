@@ -12,6 +12,8 @@ import pathlib
 import sys
 import tempfile
 
+from .vectors import axial, lifted
+
 HERE = pathlib.Path(__file__).resolve().parent
 NAMES = ["types", "setup", "peer", "participant"]
 
@@ -61,8 +63,6 @@ peer_grpc, participant_grpc = (importlib.import_module(f"fsi.v2.{name}_pb2_grpc"
 
 # Version of the files above; see ProtocolVersion.
 MAJOR, MINOR = 2, 0
-# The solvers of this package compute in the plane.
-DIMENSIONS = 2
 # Interface laws that go with force coupling.
 INTERFACE_LAWS = [setup.INTERFACE_LAW_WALL, setup.INTERFACE_LAW_WALL_NO_SLIP]
 # Limits of the protocol: bytes of a message on either plane, of a name, of a text.
@@ -78,10 +78,10 @@ def vector(values):
 
 
 def torque(value):
-    """The Vector message of a torque or angular momentum about z."""
-    return vector((0.0, 0.0, value))
+    """The Vector message of a torque or angular momentum in sums; a number is one about z."""
+    return vector(axial(value))
 
 
 def force(values):
-    """The Vector message of a force or momentum of the plane in the ledger."""
-    return vector((*values, 0.0))
+    """The Vector message of a force or momentum in sums."""
+    return vector(lifted(values))

@@ -18,6 +18,7 @@ from . import protocol
 from .driver import BEAT_SECONDS, NO_MORE, Run
 from .security import Security
 from .setup import Refused, Setup
+from .vectors import TENSOR
 
 MESSAGES, CODE = protocol.participant, grpc.StatusCode
 MAX_STATUS_BYTES = 3500
@@ -83,7 +84,7 @@ class Server(protocol.participant_grpc.ParticipantServicer, protocol.peer_grpc.P
     def Describe(self, request, context):
         """What the solver is and can do."""
         described = MESSAGES.Description(
-            name=self.factory.name, version=self.factory.version, language="python", dimensions=[protocol.DIMENSIONS],
+            name=self.factory.name, version=self.factory.version, language="python", dimensions=self.factory.dimensions,
             roles=[protocol.types.ROLE_SOLID], coupling_kinds=[protocol.types.COUPLING_KIND_LOADS],
             interface_laws=protocol.INTERFACE_LAWS,
             arithmetic=f"numpy {np.__version__}",
@@ -110,6 +111,10 @@ class Server(protocol.participant_grpc.ParticipantServicer, protocol.peer_grpc.P
             _stop(context, CODE.INVALID_ARGUMENT, "`open.holder`: at most 256 bytes are allowed")
         if request.WhichOneof("setup") != "solid":
             _stop(context, CODE.INVALID_ARGUMENT, "`open.setup`: must be `solid`, this solver plays solids")
+        run, offered = request.solid.run, self.factory.dimensions
+        if run.dimensions not in offered:
+            words = " or ".join(map(str, offered))
+            _stop(context, CODE.INVALID_ARGUMENT, f"`open.solid.run.dimensions`: is {run.dimensions}, this solver computes in {words}")
         with self.lock:
             held = self.session
             if held is not None:
@@ -140,16 +145,23 @@ class Server(protocol.participant_grpc.ParticipantServicer, protocol.peer_grpc.P
             constants.coupling.CopyFrom(run.coupling)
             constants.coupling.solid_spacing_m = setup.spacing
             types = protocol.types
-            for field, unit, count in [(types.FIELD_POSITION, "m", 2), (types.FIELD_VELOCITY, "m/s", 2), (types.FIELD_VOLUME, "m3", 1)]:
+            dimensions = setup.dimensions
+            for field, unit, count in [(types.FIELD_POSITION, "m", dimensions), (types.FIELD_VELOCITY, "m/s", dimensions),
+                                       (types.FIELD_VOLUME, "m3", 1)]:
                 reply.fields_sent.add(field=field, unit=unit, components=count)
-            reply.fields_needed.add(field=types.FIELD_FORCE, unit="N", components=2)
+            reply.fields_needed.add(field=types.FIELD_FORCE, unit="N", components=dimensions)
         position, _ = solver.kinematics(solver.state)
         box = np.concatenate([position.min(axis=0), position.max(axis=0)])
         reply.extent.boxes_m = box.astype("<f8").tobytes()
         reply.counts.particles = len(solver.ids)
         masses, inertias = solver.body_masses(), solver.body_inertias()
         for k in range(len(setup.bodies)):
-            reply.bodies.add(mass_kg=masses[k], inertia_kg_m2=None if inertias is None else inertias[k])
+            body = reply.bodies.add(mass_kg=masses[k])
+            inertia = None if inertias is None else inertias[k]
+            if inertia is not None and setup.dimensions == 3:
+                body.inertia_tensor_kg_m2[:] = [inertia[place] for place in TENSOR]
+            elif inertia is not None:
+                body.inertia_kg_m2 = inertia
         return reply
 
     def Link(self, request, context):

@@ -58,13 +58,17 @@ class Body:
 
 @dataclass
 class Setup:
-    """Set-up of a solid solver, in SI units per metre of depth; `message` is the SolidSetup itself."""
+    """Set-up of a solid solver, in SI units, in the plane per metre of depth; `message` is the SolidSetup itself.
+
+    Vectors have `dimensions` components.
+    """
 
     message: object
     run_id: str = ""
-    gravity: np.ndarray = field(default_factory=lambda: np.zeros(2))
+    dimensions: int = 2
+    gravity: np.ndarray = None
     spacing: float = 0.0
-    origin: np.ndarray = field(default_factory=lambda: np.zeros(2))
+    origin: np.ndarray = None
     bodies: list = field(default_factory=list)
     ids: np.ndarray = None
     body: np.ndarray = None
@@ -80,12 +84,17 @@ class Setup:
         if problems:
             raise Refused(problems)
         run = self.message.run
-        self.run_id = run.run_id
+        self.run_id, self.dimensions = run.run_id, run.dimensions
         self.gravity = np.array(run.body_force.gravity_m_per_s2.components)
         self.spacing = self.message.particle_spacing_m
         # Reference point of torques.
         self.origin = 0.5 * (np.array(run.domain.lower_m.components) + np.array(run.domain.upper_m.components))
         self._read_particles()
+
+    @property
+    def cell_inertia(self) -> np.ndarray:
+        """Moment of inertia of the cell of each particle about its own centre and any axis, m a^2 / 6 [kg m^2]."""
+        return self.mass * self.volume ** (2.0 / self.dimensions) / 6.0
 
     @property
     def fluid_support(self) -> float:
@@ -107,12 +116,12 @@ class Setup:
                 found.append(f"`open.solid.{place}`: {problem}")
 
         check(0 < len(run.run_id.encode()) <= protocol.MAX_NAME_BYTES, "run.run_id", "must have 1 to 256 bytes")
-        count = protocol.DIMENSIONS
-        check(run.dimensions == count, "run.dimensions", f"is {run.dimensions}, this solver computes in {count}")
+        count = run.dimensions
+        check(count in (2, 3), "run.dimensions", f"is {count}, must be 2 or 3")
         lower, upper = run.domain.lower_m.components, run.domain.upper_m.components
         for name, values in [("run.domain.lower_m", lower), ("run.domain.upper_m", upper),
                              ("run.body_force.gravity_m_per_s2", run.body_force.gravity_m_per_s2.components)]:
-            check(len(values) == count, name, f"has {len(values)} components, must have {count}")
+            check(len(values) == count, name, f"has {len(values)} components, must have {count} in a run of {count} dimensions")
             check(all(map(math.isfinite, values)), name, f"is {list(values)}, must be finite")
         for name, value in [("run.time.start_time_s", run.time.start_time_s), ("run.time.end_time_s", run.time.end_time_s)]:
             check(math.isfinite(value), name, f"is {value}, must be finite")
@@ -160,7 +169,7 @@ class Setup:
                 values = unpack(getattr(particles, name), count, components, f"{place}.{name}", kind)
             except Refused as refused:
                 problems.append(str(refused))
-                return np.zeros((count, components)[: min(components, 2)])
+                return np.zeros((count, components) if components > 1 else count)
             if positive and (values <= 0).any():
                 problems.append(f"`{place}.{name}`: must be positive")
             if below is not None and (values >= below).any():
@@ -173,9 +182,9 @@ class Setup:
         self.support = read("supports", kind="<u4")
         self.mass = read("masses_kg", positive=True)
         density = read("densities_kg_per_m3", positive=True)
-        self.reference = read("reference_positions_m", 2)
-        self.position = read("positions_m", 2)
-        self.velocity = read("velocities_m_per_s", 2)
+        self.reference = read("reference_positions_m", self.dimensions)
+        self.position = read("positions_m", self.dimensions)
+        self.velocity = read("velocities_m_per_s", self.dimensions)
         if problems:
             raise Refused(problems)
         self.volume = self.mass / density

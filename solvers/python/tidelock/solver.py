@@ -6,6 +6,7 @@ import numpy as np
 
 from .clock import StageTime
 from .setup import Setup
+from .vectors import TENSOR, cross
 
 
 class Diverged(Exception):
@@ -18,8 +19,9 @@ class Diverged(Exception):
 
 @dataclass
 class Torques:
-    """Torques about the centre of the domain, `setup.origin`, that the fluid does not exert, as means over a stage [N].
+    """Torques about the centre of the domain, `setup.origin`, that the fluid does not exert, as means over a stage [N m].
 
+    Numbers in the plane, vectors in space.
     A solver with deformable bodies returns all of them, one with rigid bodies those besides weight and time scheme,
     which the package computes. `own_forces` is the torque of forces inside a body, or the remainder of an approximation.
     `time_scheme` is the change of the sum of m (x - x0) x v by the motion of the positions alone
@@ -35,16 +37,16 @@ class Torques:
 
 @dataclass
 class StageBudget:
-    """Momentum budget of a stage; all forces [N/m] are means over its duration.
+    """Momentum budget of a stage; all forces [N], in the plane per metre of depth, are means over its duration.
 
-    `momentum` [kg/s] is that of the new state, summed over the body itself and not from the forces; `gross` [N/m] is the
+    `momentum` [kg m/s] is that of the new state, summed over the body itself and not from the forces; `gross` [N] is the
     sum of the magnitudes of all forces on parts of the body, the scale of round-off. `supports` is None in a solver
     without supports. Without `torques` there is no budget of the angular momentum, except for rigid bodies without
     supports.
     """
 
     momentum: np.ndarray
-    body_force: np.ndarray = field(default_factory=lambda: np.zeros(2))
+    body_force: np.ndarray = field(default_factory=lambda: np.zeros(3))
     supports: np.ndarray | None = None
     gross: float = 0.0
     torques: Torques | None = None
@@ -59,6 +61,8 @@ class Solver:
     """
 
     name, version = "solver", "1"
+    # Numbers of dimensions of the runs that it takes.
+    dimensions = (2,)
     # Whether the same set-up gives the same bits each time.
     deterministic = True
 
@@ -78,31 +82,34 @@ class Solver:
         raise NotImplementedError
 
     def momentum(self, state) -> np.ndarray:
-        """Momentum of all bodies in `state` [kg/s]."""
+        """Momentum of all bodies in `state` [kg m/s], in the plane per metre of depth."""
         raise NotImplementedError
 
     def advance(self, start, stage, forces: np.ndarray, time: StageTime) -> tuple:
         """The state after `time.duration` from `start`, and its `StageBudget`.
 
-        `forces` [N/m] are those of the fluid on the coupling points in the `stage` state, which is `start` in the predictor and
+        `forces` [N] are those of the fluid on the coupling points in the `stage` state, which is `start` in the predictor and
         the predictor's result in the corrector.
         """
         raise NotImplementedError
 
-    def angular_momentum(self, state) -> float | None:
-        """Angular momentum about `setup.origin` of all bodies in `state` [kg m/s], not from torques; None for no budget.
+    def angular_momentum(self, state):
+        """Angular momentum about `setup.origin` of all bodies in `state` [kg m^2/s], not from torques; None for no budget.
+
+        A number in the plane, a vector in space.
 
         Not called for rigid bodies, whose angular momentum the package computes.
         """
         return None
 
     def body_masses(self):
-        """Mass of each body of the set-up [kg/m] used in the equations of motion."""
+        """Mass of each body of the set-up [kg] used in the equations of motion."""
         return np.bincount(self.setup.body, self.setup.mass, len(self.setup.bodies))
 
     def body_inertias(self):
-        """Moment of inertia of each body about its centre of mass [kg m] used in the equations of motion.
+        """Moment of inertia of each body about its centre of mass [kg m^2] used in the equations of motion.
 
+        A number in the plane, in space the tensor at the start, an array of 3 x 3.
         None for a body that is not rigid, or in place of the list when no body is.
         """
         return None
@@ -112,18 +119,18 @@ class Solver:
         return np.inf
 
     def energies(self, state) -> tuple:
-        """Kinetic, potential and strain energy [J/m]."""
+        """Kinetic, potential and strain energy [J]."""
         position, velocity = self.kinematics(state)
         kinetic = 0.5 * self.mass @ (velocity**2).sum(axis=1)
         return kinetic, -self.mass @ (position @ self.setup.gravity), 0.0
 
     def angle(self, state, body: int) -> tuple:
-        """Angle of a body [rad] and its rate [rad/s], for probes."""
-        return np.nan, np.nan
+        """Angle of a body [rad] and its rate [rad/s], for probes; in space its quaternion w, x, y, z and its spin x, y, z."""
+        return (np.nan,) * (2 if self.setup.dimensions == 2 else 7)
 
     def stress(self, state, point: np.ndarray) -> tuple:
-        """Stress xx, yy, xy [Pa] at a point of the undeformed body, for probes."""
-        return np.nan, np.nan, np.nan
+        """Stress xx, yy, xy, in space xx, yy, zz, xy, yz, xz [Pa], at a point of the undeformed body, for probes."""
+        return (np.nan,) * (3 if self.setup.dimensions == 2 else 6)
 
 
 def probe_values(solver: Solver, state, forces: np.ndarray, budget: StageBudget) -> np.ndarray:
@@ -139,8 +146,8 @@ def probe_values(solver: Solver, state, forces: np.ndarray, budget: StageBudget)
             weights = _weights(solver.setup.reference[own], point, solver.setup.spacing)
             at, speed = weights @ position[own], weights @ velocity[own]
             stress = solver.stress(state, point)
-            # Von Mises stress needs the out-of-plane stress, and energy the material: a Python solver provides neither.
-            values += [*(at - point), *speed, *stress, np.nan, *_principal(*stress), np.nan]
+            # Energy needs the material, which a Python solver does not provide.
+            values += [*(at - point), *speed, *stress, *_invariants(stress), np.nan]
         elif kind == "body-motion":
             mass = solver.mass[own]
             centre, speed = mass @ position[own] / mass.sum(), mass @ velocity[own] / mass.sum()
@@ -148,7 +155,7 @@ def probe_values(solver: Solver, state, forces: np.ndarray, budget: StageBudget)
         elif kind == "body-force":
             values += list(forces[own].sum(axis=0))
         elif kind == "support-reaction":
-            values += [0.0, 0.0] if budget.supports is None else list(budget.supports)
+            values += [0.0] * solver.setup.dimensions if budget.supports is None else list(budget.supports)
         elif kind == "body-sums":
             values += _sums(solver, state, position[own], velocity[own], solver.mass[own])
         else:
@@ -156,10 +163,20 @@ def probe_values(solver: Solver, state, forces: np.ndarray, budget: StageBudget)
     return np.array(values, dtype=float)
 
 
-def _principal(xx: float, yy: float, xy: float) -> tuple:
-    """Largest and smallest principal stress in the plane [Pa]."""
-    mean, radius = 0.5 * (xx + yy), np.hypot(0.5 * (xx - yy), xy)
-    return mean + radius, mean - radius
+def _invariants(stress) -> tuple:
+    """Von Mises stress, largest and smallest principal stress [Pa]; the first needs the stress across a plane."""
+    if len(stress) == 3:
+        xx, yy, xy = stress
+        mean, radius = 0.5 * (xx + yy), np.hypot(0.5 * (xx - yy), xy)
+        return np.nan, mean + radius, mean - radius
+    if not np.isfinite(stress).all():
+        return (np.nan,) * 3
+    tensor = np.zeros((3, 3))
+    for (i, j), value in zip(TENSOR, stress):
+        tensor[i, j] = tensor[j, i] = value
+    smallest, middle, largest = np.linalg.eigvalsh(tensor)
+    squares = (largest - middle) ** 2 + (middle - smallest) ** 2 + (largest - smallest) ** 2
+    return np.sqrt(0.5 * squares), largest, smallest
 
 
 def _weights(reference: np.ndarray, point: np.ndarray, spacing: float) -> np.ndarray:
@@ -174,9 +191,10 @@ def _weights(reference: np.ndarray, point: np.ndarray, spacing: float) -> np.nda
 
 def _sums(solver: Solver, state, position, velocity, mass) -> list:
     momentum = mass @ velocity
-    angular = mass @ (position[:, 0] * velocity[:, 1] - position[:, 1] * velocity[:, 0])
+    angular = np.atleast_1d(mass @ cross(position, velocity))
     centre = mass @ position / mass.sum()
     arm = position - centre
-    second = [mass @ (arm[:, 0] ** 2), mass @ (arm[:, 1] ** 2), mass @ (arm[:, 0] * arm[:, 1])]
+    places = TENSOR if position.shape[1] == 3 else [(0, 0), (1, 1), (0, 1)]
+    second = [mass @ (arm[:, i] * arm[:, j]) for i, j in places]
     energies = solver.energies(state)
-    return [mass.sum(), *momentum, angular, *energies, *centre, *(np.array(second) / mass.sum())]
+    return [mass.sum(), *momentum, *angular, *energies, *centre, *(np.array(second) / mass.sum())]

@@ -22,6 +22,8 @@ pub struct ConformRequest {
     pub junit: Option<PathBuf>,
     /// Kind of coupling to examine, `None` for the first that the solver offers.
     pub kind: Option<CouplingKind>,
+    /// Number of dimensions of the runs of the examination, 2 or 3.
+    pub dimensions: u32,
     /// Only checks with this in their name.
     pub only: Option<String>,
     /// Address of another process of the same solver, into which checkpoints are restored.
@@ -41,6 +43,7 @@ impl ConformRequest {
             address: address.into(),
             junit: None,
             kind: None,
+            dimensions: 2,
             only: None,
             fresh: None,
             security: ClientFiles::default(),
@@ -64,6 +67,7 @@ pub fn conform(request: &ConformRequest, each: impl FnMut(&Outcome)) -> Result<R
     let options = Options {
         deadline: request.deadline,
         kind: request.kind,
+        dimensions: request.dimensions,
         fresh: request.fresh.clone(),
         only: request.only.clone(),
         security: ClientSecurity::load(&request.security).map_err(Failure::input)?,

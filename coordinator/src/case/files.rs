@@ -12,11 +12,14 @@ pub fn resolved(directory: &Path, name: &str) -> PathBuf {
     directory.join(name)
 }
 
-/// The whole of a regular UTF-8 text file of at most [`LARGEST_FILE`] bytes.
+/// Largest file of a surface that is read \[bytes\]: some two million facets in words, ten in binary form.
+pub const LARGEST_SURFACE: u64 = 512 << 20;
+
+/// The whole of a regular file of at most `largest` bytes.
 ///
 /// # Errors
 /// What is wrong, in words that name the file.
-pub fn read_text(path: &Path) -> Result<String, String> {
+pub fn read_bytes(path: &Path, largest: u64) -> Result<Vec<u8>, String> {
     let quoted = quote::path(path);
     let facts = std::fs::metadata(path).map_err(|error| match error.kind() {
         std::io::ErrorKind::NotFound => format!("no such file: {quoted}"),
@@ -26,11 +29,17 @@ pub fn read_text(path: &Path) -> Result<String, String> {
     if !facts.is_file() {
         return Err(format!("{quoted} is not a regular file"));
     }
-    if facts.len() > LARGEST_FILE {
-        return Err(format!("{quoted} has {} bytes; at most {LARGEST_FILE} are read", facts.len()));
+    if facts.len() > largest {
+        return Err(format!("{quoted} has {} bytes; at most {largest} are read", facts.len()));
     }
-    std::fs::read_to_string(path).map_err(|error| match error.kind() {
-        std::io::ErrorKind::InvalidData => format!("{quoted} is not UTF-8 text"),
-        _ => format!("cannot read {quoted}: {error}"),
-    })
+    std::fs::read(path).map_err(|error| format!("cannot read {quoted}: {error}"))
+}
+
+/// The whole of a regular UTF-8 text file of at most [`LARGEST_FILE`] bytes.
+///
+/// # Errors
+/// What is wrong, in words that name the file.
+pub fn read_text(path: &Path) -> Result<String, String> {
+    let bytes = read_bytes(path, LARGEST_FILE)?;
+    String::from_utf8(bytes).map_err(|_| format!("{} is not UTF-8 text", quote::path(path)))
 }

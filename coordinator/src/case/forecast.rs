@@ -2,12 +2,14 @@
 //! each unit of it.
 
 use solid::limits::{automatic_substeps, estimated_substep};
+use solid::space::SolidSpace;
+use sph::in_space;
 use sph::neighbours::CellGrid;
 use sph::setup::{
-    ContactLaw, FluidScheme, FluidSetup, Formulation, GradientCorrection, SolidSetup, SolidStepping,
-    SubstepCount,
+    AnyFluidSetup, AnySolidSetup, ContactLaw, FluidScheme, FluidSetup, Formulation, GradientCorrection,
+    SolidSetup, SolidStepping, SubstepCount,
 };
-use sph::space::Plane;
+use sph::space::Space;
 
 /// Distance beyond that of contact within which particles of two owners count as a pair of a contact, in spacings.
 const CONTACT_MARGIN: f64 = 0.5;
@@ -88,31 +90,39 @@ impl Work {
     }
 }
 
-/// Particles within `reach` spacings of one on a square lattice.
-fn neighbours(reach: f64) -> f64 {
-    // At most some hundred: kernel ratios are bounded.
+/// Particles within `reach` spacings of one on a square (cubic) lattice.
+fn neighbours<S: Space>(reach: f64) -> f64 {
+    // At most some thousand: kernel ratios are bounded.
     let rows = reach.ceil() as i32;
-    let squares = (-rows..=rows).flat_map(|y| (-rows..=rows).map(move |x| f64::from(x * x + y * y)));
-    squares.filter(|square| square.sqrt() < reach).count() as f64 - 1.0
+    let squares = || (-rows..=rows).map(|k| f64::from(k * k));
+    let within = |square: f64| square.sqrt() < reach;
+    let plane = || squares().flat_map(|y| squares().map(move |x| x + y));
+    let count = match S::DIMENSIONS {
+        2 => plane().filter(|square| within(*square)).count(),
+        _ => squares().map(|z| plane().filter(|square| within(square + z)).count()).sum(),
+    };
+    count as f64 - 1.0
 }
 
 /// Work of a step of `time_step` \[s\].
-pub fn work(fluid: Option<&FluidSetup>, solid: Option<&SolidSetup>, time_step: f64) -> Work {
+pub fn work(fluid: Option<&AnyFluidSetup>, solid: Option<&AnySolidSetup>, time_step: f64) -> Work {
     let mut work = Work::default();
     work.add(Unit::Step, 1.0);
     if let Some(setup) = fluid {
-        fluid_work(&mut work, setup);
+        in_space!(setup, setup => fluid_work(&mut work, setup));
     }
     if let Some(setup) = solid {
-        solid_work(&mut work, setup, time_step);
+        in_space!(setup, setup => solid_work(&mut work, setup, time_step));
     }
     work
 }
 
-fn fluid_work(work: &mut Work, setup: &FluidSetup) {
+fn fluid_work<S: Space>(work: &mut Work, setup: &FluidSetup<S>) {
     let parameters = &setup.parameters;
     let count = setup.particles.id.len() as f64;
-    let pairs = count * neighbours(2.0 * parameters.kernel_ratio);
+    // In space a pair has three components for two.
+    let components = S::DIMENSIONS as f64 / 2.0;
+    let pairs = components * count * neighbours::<S>(2.0 * parameters.kernel_ratio);
     // Leapfrog makes each pass in one of the two half-steps.
     let passes = match parameters.scheme {
         FluidScheme::Leapfrog => 1.0,
@@ -125,7 +135,7 @@ fn fluid_work(work: &mut Work, setup: &FluidSetup) {
     work.add(Unit::WallParticle, 2.0 * setup.wall_particles.wall.len() as f64);
 }
 
-fn solid_work(work: &mut Work, setup: &SolidSetup, time_step: f64) {
+fn solid_work<S: SolidSpace>(work: &mut Work, setup: &SolidSetup<S>, time_step: f64) {
     let count = substeps(setup, time_step);
     // Half of the sub-steps in the predictor, all in the corrector.
     let evaluations = count.map_or(2.0, |count| 1.5 * count);
@@ -140,11 +150,11 @@ fn solid_work(work: &mut Work, setup: &SolidSetup, time_step: f64) {
         match &body.formulation {
             Formulation::Rigid => {}
             Formulation::UpdatedLagrangian(constants) => {
-                let pairs = count * neighbours(2.0 * constants.kernel_ratio);
+                let pairs = count * neighbours::<S>(2.0 * constants.kernel_ratio);
                 work.add(Unit::UpdatedPair, evaluations * pairs);
             }
             Formulation::TotalLagrangian(constants) => {
-                let pairs = count * neighbours(2.0 * constants.kernel_ratio);
+                let pairs = count * neighbours::<S>(2.0 * constants.kernel_ratio);
                 work.add(Unit::ReferencePair, evaluations * pairs);
             }
         }
@@ -161,7 +171,7 @@ fn solid_work(work: &mut Work, setup: &SolidSetup, time_step: f64) {
 
 /// Pairs of particles of two bodies, or of a body that no support holds and a wall, within `reach` \[m\]; none in large
 /// scenes, where their count would take long and means little.
-fn contact_pairs(setup: &SolidSetup, reach: f64) -> f64 {
+fn contact_pairs<S: Space>(setup: &SolidSetup<S>, reach: f64) -> f64 {
     let (particles, walls) = (&setup.particles, &setup.wall_particles.position);
     if particles.position.len() + walls.len() > MOST_SEARCHED {
         return 0.0;
@@ -181,12 +191,12 @@ fn contact_pairs(setup: &SolidSetup, reach: f64) -> f64 {
 }
 
 /// Sub-steps of a step, as the solid chooses them at rest; `None` for the stage rule.
-fn substeps(setup: &SolidSetup, time_step: f64) -> Option<f64> {
+fn substeps<S: SolidSpace>(setup: &SolidSetup<S>, time_step: f64) -> Option<f64> {
     let limits = match setup.stepping {
         SolidStepping::StageRule => return None,
         SolidStepping::Substeps(SubstepCount::Fixed(count)) => return Some(f64::from(count)),
         SolidStepping::Substeps(SubstepCount::Automatic) => setup.bodies.iter().filter_map(|body| {
-            estimated_substep::<Plane>(&body.formulation, &body.material, setup.particle_spacing)
+            estimated_substep::<S>(&body.formulation, &body.material, setup.particle_spacing)
         }),
     };
     let limit = limits.fold(f64::INFINITY, f64::min);
@@ -195,11 +205,15 @@ fn substeps(setup: &SolidSetup, time_step: f64) -> Option<f64> {
 
 #[cfg(test)]
 mod tests {
+    use sph::space::{Plane, Spatial};
+
     use super::*;
 
     #[test]
     fn neighbours_are_those_of_the_square_lattice() {
         // 8 of a total-Lagrangian stencil, 20 of the kernel ratios 1.2 and 1.3.
-        assert_eq!([1.5, 2.4, 2.6].map(neighbours), [8.0, 20.0, 20.0]);
+        assert_eq!([1.5, 2.4, 2.6].map(neighbours::<Plane>), [8.0, 20.0, 20.0]);
+        // 6 + 12 beside it and on edges of a total-Lagrangian stencil; those of a cube within 2.6 spacings.
+        assert_eq!([1.5, 2.6].map(neighbours::<Spatial>), [18.0, 80.0]);
     }
 }

@@ -2,11 +2,12 @@
 
 use solid::limits::estimated_step;
 use sph::setup::{FormulationKind, SolidStepping, SubstepCount};
-use sph::space::Plane;
+use sph::space::tensors::SpaceVector;
 
 use super::Case;
 use super::file::body::BodyTable;
 use super::file::solid::SolidTable;
+use super::scene::{Scene, SceneSpace};
 
 sph::constants! {
     /// Speeds and contacts grow after the start.
@@ -38,6 +39,10 @@ pub fn governing(limits: &[StepLimit], key: impl Fn(&StepLimit) -> f64) -> Optio
 impl Case {
     /// Limits of the time step of everything in the scene at the start.
     pub(super) fn step_limits(&self) -> Vec<StepLimit> {
+        sph::in_space!(&self.scene, scene => self.step_limits_in(scene))
+    }
+
+    fn step_limits_in<S: SceneSpace>(&self, scene: &Scene<S>) -> Vec<StepLimit> {
         let mut found = Vec::new();
         let limit = |origin: &str, stability: f64, fraction: f64| StepLimit {
             origin: origin.to_owned(),
@@ -46,14 +51,14 @@ impl Case {
         };
         if let Some(fluid) = &self.file.fluid {
             let constants = fluid.parameters.values();
-            let speed = self.scene.fluid.velocity.iter().map(|v| v.norm()).fold(0.0, f64::max);
+            let speed = scene.fluid.velocity.iter().map(|v| v.norm()).fold(0.0, f64::max);
             found.push(limit(
                 "fluid, acoustic h/(c0 + v)",
                 constants.acoustic_limit(speed),
                 RECOMMENDED_FRACTION,
             ));
             if constants.dynamic_viscosity > 0.0 {
-                found.push(limit("fluid, viscous h²/(8 ν)", fluid::viscous_limit::<Plane>(&constants), 1.0));
+                found.push(limit("fluid, viscous h²/(8 ν)", fluid::viscous_limit::<S>(&constants), 1.0));
             }
             if let Some(damping) = &fluid.damping {
                 found.push(limit(
@@ -64,7 +69,7 @@ impl Case {
             }
         }
         if let Some(solid) = &self.file.solid {
-            found.extend(solid.bodies.iter().filter_map(|body| body_limit(solid, body)));
+            found.extend(solid.bodies.iter().filter_map(|body| body_limit::<S>(solid, body)));
             if let Some(damping) = &solid.damping {
                 found.push(limit(
                     "solid, damping 1/k",
@@ -78,11 +83,10 @@ impl Case {
 }
 
 /// What limits the step by the waves of `body`, by the formulas of the solver.
-fn body_limit(solid: &SolidTable, body: &BodyTable) -> Option<StepLimit> {
+fn body_limit<S: SceneSpace>(solid: &SolidTable, body: &BodyTable) -> Option<StepLimit> {
     let formulation = body.formulation.to_setup();
     let (stepping, spacing) = (solid.substeps.to_setup(), solid.particle_spacing_m.value);
-    let stability =
-        estimated_step::<Plane>(stepping, &formulation, &body.material.parameters.values(), spacing)?;
+    let stability = estimated_step::<S>(stepping, &formulation, &body.material.parameters.values(), spacing)?;
     let length = match formulation.kind() {
         FormulationKind::TotalLagrangian => "Δx/c_L",
         FormulationKind::UpdatedLagrangian | FormulationKind::Rigid => "h/c_L",

@@ -32,22 +32,23 @@ use std::path::Path;
 use proto::transport::security::ClientFiles;
 use sph::coupling::solver::Role;
 use sph::setup::OutputPlan;
+use sph::shapes::Region;
+use sph::space::{AnySpace, Plane, Spatial};
+use sph::{in_space, map_space};
 
 pub use errors::{CaseError, CaseErrors, Place, Position, suggest};
 pub use files::LARGEST_FILE;
-pub use names::Probes;
 pub use restart::Loader;
-pub use scene::MOST_PARTICLES;
+pub use scene::{AnyScene, MOST_PARTICLES, Probes, Scene, SceneSpace};
 pub use summary::{ActiveTerm, Count, Summary};
 
 use errors::ErrorList;
 use file::CaseFile;
 use file::interface::FramePath;
-use file::run::{SIDES, Side};
+use file::run::{Side, sides};
 use file::wall::WallKind;
 use overrides::Override;
 use reader::{Choice, Table};
-use scene::Scene;
 use source::Source;
 
 /// A case as meant: everything in it fits together.
@@ -60,8 +61,7 @@ pub struct Case {
     /// What a run leaves behind.
     pub outputs: Outputs,
     file: CaseFile,
-    scene: Scene,
-    probes: Probes,
+    scene: AnyScene,
 }
 
 /// Where both servers of a run come from; of no meaning where the case has no such participant.
@@ -152,13 +152,10 @@ fn build(source: &Source, directory: &Path, final_state: Loader<'_>, errors: &Er
     let mut file = CaseFile::read(Table::root(document.get_ref(), source.text(), directory, errors));
     file.fill_in_defaults();
     names::check_unique(&file, errors);
-    let mut scene = scene::build(&file, errors);
-    if errors.count() == 0 {
-        restart::apply(&file, &mut scene, final_state, errors);
-        disturbance::apply(&file, &mut scene.fluid);
-    }
-    file.fill_in_relaxation(&scene);
-    let probes = names::probes(&file, &scene, errors);
+    let scene = match file.domain.dimensions() {
+        2 => build_scene::<Plane>(&mut file, final_state, errors),
+        _ => build_scene::<Spatial>(&mut file, final_state, errors),
+    };
     let case = Case {
         name: file.name.value.clone(),
         servers: Servers {
@@ -173,13 +170,24 @@ fn build(source: &Source, directory: &Path, final_state: Loader<'_>, errors: &Er
         },
         file,
         scene,
-        probes,
     };
     case.check_time_step(errors);
     if errors.count() == 0 {
         case.check_opening(errors);
     }
     Some(case)
+}
+
+/// All particles and probes of `file`, which takes over the relaxation that fits them.
+fn build_scene<S: SceneSpace>(file: &mut CaseFile, final_state: Loader<'_>, errors: &ErrorList) -> AnyScene {
+    let mut scene = scene::build::<S>(file, errors);
+    if errors.count() == 0 {
+        restart::apply(file, &mut scene, final_state, errors);
+        disturbance::apply(file, &mut scene.fluid);
+    }
+    file.fill_in_relaxation(&scene);
+    scene.probes = names::probes(file, &scene, errors);
+    S::any(scene)
 }
 
 impl CaseFile {
@@ -221,15 +229,21 @@ impl CaseFile {
 
     /// Open sides of containers that coincide with sides of the domain.
     fn open_rims(&self) -> Vec<Choice<Side>> {
-        let domain = self.domain.domain();
+        match self.domain.dimensions() {
+            2 => self.open_rims_in::<Plane>(),
+            _ => self.open_rims_in::<Spatial>(),
+        }
+    }
+
+    fn open_rims_in<S: SceneSpace>(&self) -> Vec<Choice<Side>> {
+        let domain = self.domain.domain::<S>();
         let coincides = |wall: &file::wall::WallTable, side: Side| {
-            let corner = |of: fn(&sph::shapes::Shape) -> sph::space::Vector, fallback: sph::space::Vector| {
-                wall.shape.as_ref().map_or(fallback, |shape| of(&shape.value.to_shape()))[side.axis]
-            };
+            let bounds = wall.shape.as_ref().map(|shape| S::shape(&shape.value).bounds());
+            let (lower, upper) = bounds.unwrap_or((domain.lower, domain.upper));
             if side.upper {
-                corner(|shape| shape.bounds().1, domain.upper) == domain.upper[side.axis]
+                upper[side.axis] == domain.upper[side.axis]
             } else {
-                corner(|shape| shape.bounds().0, domain.lower) == domain.lower[side.axis]
+                lower[side.axis] == domain.lower[side.axis]
             }
         };
         let open = |side: Side| {
@@ -239,8 +253,8 @@ impl CaseFile {
                         && coincides(wall, side)
                 })
         };
-        SIDES
-            .into_iter()
+        let sides = sides(S::DIMENSIONS).iter().copied();
+        sides
             .filter(|(_, side)| open(*side))
             .map(|(word, value)| Choice { word, value, place: self.domain.lower_m.place.clone() })
             .collect()
@@ -266,13 +280,23 @@ impl Case {
         &self.file
     }
 
+    /// Number of dimensions.
+    pub fn dimensions(&self) -> usize {
+        self.scene.dimensions()
+    }
+
     /// Probes of both solvers.
-    pub fn probes(&self) -> &Probes {
-        &self.probes
+    pub fn probes(&self) -> AnySpace<&Probes<Plane>, &Probes<Spatial>> {
+        map_space!(&self.scene, scene => &scene.probes)
+    }
+
+    /// Names of the columns of `probes.csv` that the fluid's and the solid's probes fill.
+    pub fn probe_columns(&self) -> [Vec<String>; 2] {
+        in_space!(&self.scene, scene => scene.probes.columns())
     }
 
     /// All particles at the start.
-    pub(crate) fn scene(&self) -> &Scene {
+    pub(crate) fn scene(&self) -> &AnyScene {
         &self.scene
     }
 
@@ -283,12 +307,12 @@ impl Case {
 
     /// Particles that move, of fluid and solids.
     pub fn particles(&self) -> [usize; 2] {
-        [self.scene.fluid.id.len(), self.scene.solid.id.len()]
+        in_space!(&self.scene, scene => [scene.fluid.id.len(), scene.solid.id.len()])
     }
 
     /// Particles of walls.
     pub fn wall_particles(&self) -> usize {
-        self.scene.walls.wall.len()
+        in_space!(&self.scene, scene => scene.walls.wall.len())
     }
 
     /// What decides the bits of a run: the case as resolved, without its end time, servers, checkpoints, deadlines and

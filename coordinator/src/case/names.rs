@@ -2,23 +2,14 @@
 
 use sph::coupling::solver::Role;
 use sph::setup::{Argument, FluidProbe, FluidProbeKind, ProbeKind, SolidProbe};
-use sph::space::{Plane, Vector};
+use sph::space::tensors::SpaceVector;
 
 use super::errors::{CaseError, ErrorList, Place, suggest};
 use super::file::CaseFile;
 use super::file::probe::{ProbeTable, WrittenArgument};
-use super::reader::At;
-use super::scene::Scene;
+use super::reader::{At, Coordinates};
+use super::scene::{Probes, Scene, SceneSpace};
 use crate::quote::quoted;
-
-/// Probes of both solvers.
-#[derive(Clone, Debug, Default)]
-pub struct Probes {
-    /// For the fluid solver.
-    pub fluid: Vec<FluidProbe>,
-    /// For the solid solver.
-    pub solid: Vec<SolidProbe>,
-}
 
 /// Reports names that are given twice.
 pub fn check_unique(file: &CaseFile, errors: &ErrorList) {
@@ -47,9 +38,19 @@ fn unique<'a>(what: &str, names: impl Iterator<Item = &'a At<String>>, errors: &
 }
 
 /// Resolves the names in all probes and checks that points lie where they can be measured.
-pub fn probes(file: &CaseFile, scene: &Scene, errors: &ErrorList) -> Probes {
+pub fn probes<S: SceneSpace>(file: &CaseFile, scene: &Scene<S>, errors: &ErrorList) -> Probes<S> {
     let mut probes = Probes::default();
     for table in file.probes.iter().filter(|probe| probe.intact) {
+        if S::DIMENSIONS == 3 && PLANE_PROBES.contains(&table.kind.word) {
+            let error =
+                CaseError::new(&table.kind.place, "is a probe of the plane, in a case of 3 dimensions");
+            errors.add(
+                error
+                    .value(table.kind.word)
+                    .hint("use `fluid-point` or `fluid-sums`, or evaluate the snapshots"),
+            );
+            continue;
+        }
         let name = table.name.value.clone();
         let resolver = Resolver { file, scene, errors, table };
         match table.kind.value.0 {
@@ -70,16 +71,19 @@ pub fn probes(file: &CaseFile, scene: &Scene, errors: &ErrorList) -> Probes {
     probes
 }
 
-struct Resolver<'a> {
+/// Probes that are not offered in space: a level has no single place there, and a segment no flow through it.
+const PLANE_PROBES: [&str; 2] = ["water-level", "flow-rate"];
+
+struct Resolver<'a, S: SceneSpace> {
     file: &'a CaseFile,
-    scene: &'a Scene,
+    scene: &'a Scene<S>,
     errors: &'a ErrorList,
     table: &'a ProbeTable,
 }
 
-impl Resolver<'_> {
+impl<S: SceneSpace> Resolver<'_, S> {
     /// The kind with its arguments; `owner` is who reports it, if the case has one.
-    fn kind<K: ProbeKind<In = Plane>>(&self, has_owner: bool, owner: &str) -> Option<K> {
+    fn kind<K: ProbeKind<In = S>>(&self, has_owner: bool, owner: &str) -> Option<K> {
         if !has_owner {
             self.without(owner);
             return None;
@@ -99,14 +103,15 @@ impl Resolver<'_> {
                 WrittenArgument::Point(at) => {
                     let inside = match body {
                         Some(body) => self.inside_body(body, at),
-                        None => self.inside_domain(at.value, &at.place),
+                        None => self.inside_domain(at.value.to::<S>(), &at.place),
                     };
-                    inside.then_some(Argument::Point(at.value))?
+                    inside.then_some(Argument::Point(at.value.to::<S>()))?
                 }
                 WrittenArgument::Number(x) => {
-                    let domain = &self.file.domain;
-                    let height = 0.5 * (domain.lower_m.value.y + domain.upper_m.value.y);
-                    let inside = self.inside_domain(Vector::new(x.value, height), &x.place);
+                    let domain = self.file.domain.domain::<S>();
+                    let mut point = (domain.lower + domain.upper) * 0.5;
+                    point[0] = x.value;
+                    let inside = self.inside_domain(point, &x.place);
                     inside.then_some(Argument::Number(x.value))?
                 }
             };
@@ -149,26 +154,24 @@ impl Resolver<'_> {
         found
     }
 
-    fn inside_domain(&self, point: Vector, place: &Place) -> bool {
-        let domain = self.file.domain.domain();
+    fn inside_domain(&self, point: S::Vector, place: &Place) -> bool {
+        let domain = self.file.domain.domain::<S>();
         let inside = !self.file.domain.intact || domain.contains(&point);
         if !inside {
-            let allowed = format!(
-                "x from {} to {}, y from {} to {}",
-                domain.lower.x, domain.upper.x, domain.lower.y, domain.upper.y
-            );
+            let allowed = self.file.domain.extent_text();
             self.errors.add(CaseError::new(place, "lies outside the domain").allowed(allowed));
         }
         inside
     }
 
-    fn inside_body(&self, body: u32, at: &At<Vector>) -> bool {
+    fn inside_body(&self, body: u32, at: &At<Coordinates>) -> bool {
         let Some(solid) = &self.file.solid else { return false };
         let own = &self.scene.solid.reference_position[self.scene.body_range(body)];
         if !self.errors.spend(&at.place, 3.0 * own.len() as f64) {
             return true;
         }
-        let nearest = own.iter().map(|x| (x - at.value).norm()).min_by(f64::total_cmp);
+        let point = at.value.to::<S>();
+        let nearest = own.iter().map(|x| (*x - point).norm()).min_by(f64::total_cmp);
         // A body that could not be laid out has been reported.
         let Some(nearest) = nearest else { return true };
         let inside = nearest <= solid.particle_spacing_m.value;

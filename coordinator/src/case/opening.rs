@@ -4,15 +4,18 @@
 use sph::expression::Expression;
 use sph::laws::equation_of_state::LARGEST_COMPRESSION;
 use sph::setup::{InterfaceLaw, PlaneState};
-use sph::space::Vector;
+use sph::space::Space;
+use sph::space::components::Components;
+use sph::space::tensors::SpaceVector;
 
 use super::errors::{CaseError, ErrorList, Place};
 use super::file::body::BodyTable;
+use super::file::formula;
 use super::file::material::FormulationTable;
 use super::file::run::MotionTable;
 use super::file::solid::{ContactTable, SubstepsKey, SubstepsWord};
 use super::reader::{At, Written, is_bounded};
-use super::scene::{expression_steps, point_text};
+use super::scene::{Scene, expression_steps, point_text};
 use super::{Case, Server};
 use crate::quote::quoted;
 
@@ -22,10 +25,12 @@ const BOUNDED: &str = "finite values at the start, of a magnitude of at most 1e3
 impl Case {
     /// Reports what the solvers would refuse; for a case without other errors.
     pub(super) fn check_opening(&self, errors: &ErrorList) {
-        self.check_forces(errors);
+        sph::in_space!(&self.scene, scene => {
+            self.check_forces(scene, errors);
+            self.check_fluid_state(scene, errors);
+            self.check_solid_speeds(scene, errors);
+        });
         self.check_motions(errors);
-        self.check_fluid_state(errors);
-        self.check_solid_speeds(errors);
         self.check_planes(errors);
         // Another solid solver may know more.
         if self.servers.solid == Server::BuiltIn {
@@ -34,27 +39,27 @@ impl Case {
     }
 
     /// Evaluates body forces, accelerations of bodies and loads where they act.
-    fn check_forces(&self, errors: &ErrorList) {
-        let (file, scene, time) = (&self.file, &self.scene, self.file.time.start_time_s);
+    fn check_forces<S: Space>(&self, scene: &Scene<S>, errors: &ErrorList) {
+        let (file, time) = (&self.file, self.file.time.start_time_s);
         for written in file.body_force.acceleration_m_s2.iter().flatten() {
             // The fluid's walls feel it as the fluid before them does.
             let walls = if file.fluid.is_some() { &scene.walls.position[..] } else { &[] };
             let all = [&scene.fluid.position[..], &scene.solid.position, walls];
-            all.iter().all(|positions| has_values(written, positions, time, errors));
+            all.iter().all(|positions| has_values::<S>(written, positions, time, errors));
         }
         let bodies = file.solid.as_ref().map_or(&[][..], |solid| &solid.bodies);
         for (k, body) in (0u32..).zip(bodies) {
             let positions = &scene.solid.position[scene.body_range(k)];
             for written in body.acceleration_m_s2.iter().flatten() {
-                has_values(written, positions, time, errors);
+                has_values::<S>(written, positions, time, errors);
             }
             let loads = scene.loads.get(k as usize).map_or(&[][..], |loads| &loads[..]);
             // Each written load has its faces, in the same order.
             for (load, faces) in body.loads.iter().zip(loads) {
-                let loaded: Vec<Vector> =
+                let loaded: Vec<S::Vector> =
                     faces.particles.iter().filter_map(|i| positions.get(*i as usize)).copied().collect();
                 for written in load.pressure_pa.iter().chain(load.traction_pa.iter().flatten()) {
-                    has_values(written, &loaded, time, errors);
+                    has_values::<S>(written, &loaded, time, errors);
                 }
             }
         }
@@ -66,10 +71,8 @@ impl Case {
         let bodies = self.file.solid.iter().flat_map(|solid| &solid.bodies);
         let supports = bodies.flat_map(|body| &body.supports).filter_map(|support| support.motion.as_ref());
         let walls = self.file.walls.iter().filter_map(|wall| wall.motion.as_ref());
-        for MotionTable { displacement_x_m, displacement_y_m, angle_rad, .. } in walls.chain(supports) {
-            for written in [displacement_x_m, displacement_y_m, angle_rad] {
-                moves(written, time, errors);
-            }
+        for written in walls.chain(supports).flat_map(MotionTable::formulas) {
+            moves(written, time, errors);
         }
     }
 
@@ -79,9 +82,9 @@ impl Case {
     }
 
     /// Speeds and densities of the fluid are those of weakly compressible flow.
-    fn check_fluid_state(&self, errors: &ErrorList) {
+    fn check_fluid_state<S: Space>(&self, scene: &Scene<S>, errors: &ErrorList) {
         let Some(fluid) = &self.file.fluid else { return };
-        let (constants, particles) = (fluid.parameters.values(), &self.scene.fluid);
+        let (constants, particles) = (fluid.parameters.values(), &scene.fluid);
         let c0 = constants.sound_speed;
         let water = constants.equation_of_state();
         let (lowest, highest) =
@@ -100,7 +103,7 @@ impl Case {
                     "region `{}` starts at {:.3e} m/s at {}",
                     region.name.value,
                     v.norm(),
-                    point_text(x)
+                    point_text::<S>(x)
                 );
                 let error = CaseError::new(self.origin(&region.velocity_m_s[0].place), problem);
                 error
@@ -110,7 +113,7 @@ impl Case {
                 let problem = format!(
                     "region `{}` starts with a density of {density:.6e} kg/m³ at {}",
                     region.name.value,
-                    point_text(x)
+                    point_text::<S>(x)
                 );
                 let error = CaseError::new(self.origin(&region.name.place), problem);
                 error
@@ -125,11 +128,11 @@ impl Case {
     }
 
     /// No body starts faster than its waves.
-    fn check_solid_speeds(&self, errors: &ErrorList) {
+    fn check_solid_speeds<S: Space>(&self, scene: &Scene<S>, errors: &ErrorList) {
         let bodies = self.file.solid.as_ref().map_or(&[][..], |solid| &solid.bodies);
         for (k, body) in (0u32..).zip(bodies) {
             let limit = body.material.parameters.values().longitudinal_speed();
-            let velocities = &self.scene.solid.velocity[self.scene.body_range(k)];
+            let velocities = &scene.solid.velocity[scene.body_range(k)];
             let speed = velocities.iter().map(|v| v.norm()).fold(0.0, f64::max);
             if speed > limit {
                 let problem = format!("body `{}` starts at {speed:.3e} m/s", body.name.value);
@@ -216,18 +219,28 @@ fn check_kernels(bodies: &[BodyTable], errors: &ErrorList) {
     }
 }
 
-/// Whether an expression of x, y and t has bounded values at `positions` \[m\] and `time` \[s\]; an error where not.
-fn has_values(written: &At<Written>, positions: &[Vector], time: f64, errors: &ErrorList) -> bool {
+/// Whether an expression of the coordinates and t has bounded values at `positions` \[m\] and `time` \[s\]; an error where not.
+fn has_values<S: Space>(
+    written: &At<Written>,
+    positions: &[S::Vector],
+    time: f64,
+    errors: &ErrorList,
+) -> bool {
     let Written::Text(text) = &written.value else { return true };
-    let Ok(expression) = Expression::parse(text, &["x", "y", "t"]) else { return true };
-    let varies = expression.uses(0) || expression.uses(1);
+    let variables = formula::coordinates_and_time(S::DIMENSIONS);
+    let Ok(expression) = Expression::parse(text, variables) else { return true };
+    let varies = (0..S::DIMENSIONS).any(|axis| expression.uses(axis));
     let positions = if varies { positions } else { positions.get(..1).unwrap_or_default() };
     if !errors.spend(&written.place, expression_steps(text) * positions.len() as f64) {
         return false;
     }
-    let value = |x: &Vector| expression.eval(&[x.x, x.y, time]);
+    let value = |x: &S::Vector| {
+        let row = x.row();
+        let values: Vec<f64> = row.as_ref().iter().copied().chain([time]).collect();
+        expression.eval(&values)
+    };
     let Some(x) = positions.iter().find(|x| !is_bounded(value(x))) else { return true };
-    let place = if varies { format!(" at {}", point_text(x)) } else { String::new() };
+    let place = if varies { format!(" at {}", point_text::<S>(x)) } else { String::new() };
     let problem = format!("is {:e}{place} at t = {time:e} s", value(x));
     errors.add(CaseError::new(&written.place, problem).value(quoted(text)).allowed(BOUNDED));
     false

@@ -3,6 +3,7 @@
 //! A key that was asked for is known; [`Table::finish`] reports the others. A value that is missing or wrong is
 //! reported and replaced by a fallback, so that reading continues; nothing is built from such a table later.
 
+mod coordinates;
 mod lists;
 mod parameters;
 mod text;
@@ -14,6 +15,7 @@ use std::path::Path;
 use toml::de::{DeTable, DeValue};
 
 use super::errors::{CaseError, ErrorList, Place, suggest, suggestion};
+pub use coordinates::Coordinates;
 pub use parameters::Parameters;
 pub use sph::setup::Allowed;
 pub use value::{At, Choice, SOUND, Written, is_bounded, is_sound};
@@ -24,6 +26,8 @@ pub const LONGEST_LIST: usize = 10_000;
 /// A table of the file while it is read.
 pub struct Table<'t> {
     errors: &'t ErrorList,
+    /// Number of dimensions of the case.
+    pub dimensions: usize,
     /// Folder of the case file, against which file names are resolved.
     pub directory: &'t Path,
     source: &'t str,
@@ -59,6 +63,7 @@ impl<'t> Table<'t> {
     ) -> Self {
         Self {
             errors,
+            dimensions: 2,
             directory,
             source,
             entries,
@@ -71,7 +76,8 @@ impl<'t> Table<'t> {
     }
 
     fn child(&self, entries: Option<&'t DeTable<'t>>, place: Place) -> Self {
-        Self::at(self.errors, self.directory, self.source, entries, place)
+        let child = Self::at(self.errors, self.directory, self.source, entries, place);
+        Self { dimensions: self.dimensions, ..child }
     }
 
     /// Where the table stands.

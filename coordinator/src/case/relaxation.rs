@@ -5,8 +5,8 @@ use sph::setup::FluidParameters;
 use super::file::CaseFile;
 use super::file::run::StepTable;
 use super::limits::RECOMMENDED_FRACTION;
-use super::scene::Scene;
 use super::scene::depth::mean_depth;
+use super::scene::{Scene, SceneSpace};
 
 sph::constants! {
     /// Steps at their limit are shorter by √(1 + r): 12 %.
@@ -28,8 +28,8 @@ impl CaseFile {
     /// τ = V/(2 S c₀)
     /// ```
     /// with the volume V of the water at the start and the area S of its faces. From 0.3 to 3 times this τ serve as well.
-    pub fn fill_in_relaxation(&mut self, scene: &Scene) {
-        let domain = self.domain.domain();
+    pub fn fill_in_relaxation<S: SceneSpace>(&mut self, scene: &Scene<S>) {
+        let domain = self.domain.domain::<S>();
         let Some(fluid) = self.fluid.as_mut().filter(|fluid| fluid.intact) else { return };
         if fluid.takes_relaxation_of_step {
             let strength = strength(&fluid.parameters.values(), &self.time.step);

@@ -5,7 +5,8 @@ use std::path::Path;
 
 use sph::coupling::solver::{Field, ParticleFields, RELAXATION_PRESSURE};
 use sph::setup::{FluidParticles, SolidParticles};
-use sph::space::{SymmetricTensor, Vector};
+use sph::space::Space;
+use sph::space::components::Components;
 
 use super::errors::{CaseError, ErrorList};
 use super::file::CaseFile;
@@ -34,7 +35,7 @@ fn read(path: &Path, load: Loader<'_>) -> Result<ParticleFields, String> {
 ///
 /// Regions take over whatever particles they have then. Bodies must have the same particles; their supports stay
 /// those of this case. Names that only this case has start as it says.
-pub fn apply(file: &CaseFile, scene: &mut Scene, load: Loader<'_>, errors: &ErrorList) {
+pub fn apply<S: Space>(file: &CaseFile, scene: &mut Scene<S>, load: Loader<'_>, errors: &ErrorList) {
     let Some(folder) = &file.start_from else { return };
     let directory = Path::new(&folder.value).join("final");
     let mut taken = 0;
@@ -48,12 +49,12 @@ pub fn apply(file: &CaseFile, scene: &mut Scene, load: Loader<'_>, errors: &Erro
     if let Some(fluid) = &file.fluid {
         let names: Vec<&str> = fluid.regions.iter().map(|region| region.name.value.as_str()).collect();
         let state = read(&directory.join("fluid.state"), load);
-        report("fluid", state.and_then(|state| restore_fluid(&names, &state, &mut scene.fluid)));
+        report("fluid", state.and_then(|state| restore_fluid::<S>(&names, &state, &mut scene.fluid)));
     }
     if let Some(solid) = &file.solid {
         let names: Vec<&str> = solid.bodies.iter().map(|body| body.name.value.as_str()).collect();
         let state = read(&directory.join("solid.state"), load);
-        report("solid", state.and_then(|state| restore_solid(&names, &state, &mut scene.solid)));
+        report("solid", state.and_then(|state| restore_solid::<S>(&names, &state, &mut scene.solid)));
     }
     if taken == 0 && errors.count() == 0 {
         let error = CaseError::new(&folder.place, "no region or body of this case has a name of that run");
@@ -73,8 +74,9 @@ fn field<'a>(state: &'a ParticleFields, name: &str, components: usize) -> Result
     }
 }
 
-fn vector(field: &Field, particle: usize) -> Vector {
-    Vector::new(field.values[2 * particle], field.values[2 * particle + 1])
+/// The quantity of `particle`, of a field whose number of components was checked.
+fn quantity<C: Components + Default>(field: &Field, particle: usize) -> C {
+    C::of_row(&field.values[C::COUNT * particle..C::COUNT * (particle + 1)]).unwrap_or_default()
 }
 
 /// Particles of `state` by the name of their group, each by ascending id.
@@ -101,14 +103,14 @@ fn check_size(state: &ParticleFields) -> Result<(), String> {
     Ok(())
 }
 
-fn restore_fluid(
+fn restore_fluid<S: Space>(
     names: &[&str],
     state: &ParticleFields,
-    particles: &mut FluidParticles,
+    particles: &mut FluidParticles<S>,
 ) -> Result<usize, String> {
     check_size(state)?;
-    let position = field(state, "position", 2)?;
-    let velocity = field(state, "velocity", 2)?;
+    let position = field(state, "position", S::DIMENSIONS)?;
+    let velocity = field(state, "velocity", S::DIMENSIONS)?;
     let density = field(state, "density", 1)?;
     let mass = field(state, "mass", 1)?;
     let relaxation = match state.field(RELAXATION_PRESSURE) {
@@ -121,7 +123,7 @@ fn restore_fluid(
     for (region, name) in (0u32..).zip(names) {
         let found = members.remove(*name).unwrap_or_default();
         taken += found.len();
-        let mut add = |m: f64, x: Vector, v: Vector, rho: f64, q: f64| {
+        let mut add = |m: f64, x: S::Vector, v: S::Vector, rho: f64, q: f64| {
             particles.region.push(region);
             particles.mass.push(m);
             particles.position.push(x);
@@ -141,7 +143,7 @@ fn restore_fluid(
                 return Err(format!("particle {} of `{name}` has no mass or density", state.id[k]));
             }
             let q = relaxation.map_or(0.0, |q| q.values[k]);
-            add(mass.values[k], vector(position, k), vector(velocity, k), density.values[k], q);
+            add(mass.values[k], quantity(position, k), quantity(velocity, k), density.values[k], q);
         }
     }
     particles.id = (0u32..).take(particles.mass.len()).collect();
@@ -151,17 +153,17 @@ fn restore_fluid(
     Ok(taken)
 }
 
-fn restore_solid(
+fn restore_solid<S: Space>(
     names: &[&str],
     state: &ParticleFields,
-    particles: &mut SolidParticles,
+    particles: &mut SolidParticles<S>,
 ) -> Result<usize, String> {
     check_size(state)?;
-    let position = field(state, "position", 2)?;
-    let velocity = field(state, "velocity", 2)?;
+    let position = field(state, "position", S::DIMENSIONS)?;
+    let velocity = field(state, "velocity", S::DIMENSIONS)?;
     let density = field(state, "density", 1)?;
-    let stress = field(state, "deviatoric_stress", 3)?;
-    let reference = field(state, "reference_position", 2).ok();
+    let stress = field(state, "deviatoric_stress", S::SymmetricTensor::COUNT)?;
+    let reference = field(state, "reference_position", S::DIMENSIONS).ok();
     let mut members = members(state);
     let mut taken = 0;
     for (body, name) in (0u32..).zip(names) {
@@ -177,14 +179,12 @@ fn restore_solid(
         taken += found.len();
         for (k, s) in own.zip(found) {
             if let Some(reference) = reference {
-                particles.reference_position[k] = vector(reference, s);
+                particles.reference_position[k] = quantity(reference, s);
             }
-            particles.position[k] = vector(position, s);
-            particles.velocity[k] = vector(velocity, s);
+            particles.position[k] = quantity(position, s);
+            particles.velocity[k] = quantity(velocity, s);
             particles.density[k] = density.values[s];
-            let components = &stress.values[3 * s..3 * s + 3];
-            particles.deviatoric_stress[k] =
-                SymmetricTensor { xx: components[0], yy: components[1], xy: components[2] };
+            particles.deviatoric_stress[k] = quantity(stress, s);
         }
     }
     Ok(taken)

@@ -1,9 +1,10 @@
 //! Whether bodies that are wet on both sides separate the fluid regions there.
 
-use sph::setup::InterfaceLaw;
 use sph::shapes::local_thickness;
 
 use super::Case;
+use super::scene::{Scene, SceneSpace};
+use sph::setup::InterfaceLaw;
 
 /// Corners and tips have fewer particles than this; fluid interacts around them anyway.
 const LEAST_PARTICLES: usize = 8;
@@ -85,16 +86,21 @@ impl Case {
     /// Particles across the thin side of the thinnest body that deforms and is not held as a whole; `None` where there is
     /// none.
     pub fn least_across(&self) -> Option<usize> {
-        let particles = &self.scene.solid;
-        let across = (0u32..).zip(&self.scene.across).filter_map(|(k, across)| {
-            let moves = particles.support[self.scene.body_range(k)].contains(&0);
-            across.filter(|_| moves)
-        });
-        across.min()
+        sph::in_space!(&self.scene, scene => {
+            let across = (0u32..).zip(&scene.across).filter_map(|(k, across)| {
+                let moves = scene.solid.support[scene.body_range(k)].contains(&0);
+                across.filter(|_| moves)
+            });
+            across.min()
+        })
     }
 
     /// How each body separates the fluid regions on its sides; nothing for a case of one side.
     pub fn separations(&self) -> Vec<Separation> {
+        sph::in_space!(&self.scene, scene => self.separations_in(scene))
+    }
+
+    fn separations_in<S: SceneSpace>(&self, scene: &Scene<S>) -> Vec<Separation> {
         let (Some(fluid), Some(solid), Some(interface)) =
             (&self.file.fluid, &self.file.solid, &self.file.interface)
         else {
@@ -105,12 +111,12 @@ impl Case {
             (fluid.parameters.particle_spacing, 2.0 * fluid.parameters.smoothing_length());
         // Beyond twice the support a body is thick at any ratio of the spacings.
         let limit = 2.0 * support + spacing;
-        let particles = &self.scene.solid;
+        let particles = &scene.solid;
         let mut found = Vec::new();
         for (k, body) in (0u32..).zip(&solid.bodies) {
             let Some(shape) = &body.shape else { continue };
-            let points = &particles.reference_position[self.scene.body_range(k)];
-            let mut thickness = local_thickness(&shape.value.to_shape(), points, spacing, limit);
+            let points = &particles.reference_position[scene.body_range(k)];
+            let mut thickness = local_thickness(&S::shape(&shape.value), points, spacing, limit);
             thickness.sort_by(f64::total_cmp);
             let Some(thin) = thickness.get(LEAST_PARTICLES.min(thickness.len()).saturating_sub(1)) else {
                 continue;

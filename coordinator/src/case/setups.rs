@@ -1,12 +1,23 @@
 //! Set-ups of the solvers of a case.
 
-use sph::setup::{Coupling, CouplingKind, FluidSetup, InterfaceLaw, ParameterSet, RunSetup, SolidSetup};
+use sph::map_space;
+use sph::setup::{
+    AnyFluidSetup, AnySolidSetup, BodySetup, Coupling, CouplingKind, FluidSetup, InterfaceLaw, ParameterSet,
+    RunPlan, RunSetup, SolidSetup,
+};
+use sph::space::Space;
 
+use super::scene::Scene;
 use super::{Case, file};
 
 impl Case {
     /// The part of the set-up that both participants share; the run's id is the name of the case.
-    pub fn run_setup(&self) -> RunSetup {
+    pub fn run_plan(&self) -> RunPlan {
+        sph::in_space!(&self.scene, scene => self.run_setup(scene).plan())
+    }
+
+    /// The same in the space of `scene`.
+    fn run_setup<S: Space>(&self, _scene: &Scene<S>) -> RunSetup<S> {
         let file = &self.file;
         let coupling = match (&file.fluid, &file.solid, &file.interface) {
             (Some(fluid), Some(solid), Some(interface)) => Some(Coupling {
@@ -45,45 +56,52 @@ impl Case {
     }
 
     /// Set-up of the fluid solver; `None` without a fluid.
-    pub fn fluid_setup(&self) -> Option<FluidSetup> {
+    pub fn fluid_setup(&self) -> Option<AnyFluidSetup> {
         let fluid = self.file.fluid.as_ref()?;
-        Some(FluidSetup {
-            run: self.run_setup(),
+        Some(map_space!(&self.scene, scene => self.fluid_of(fluid, scene)))
+    }
+
+    fn fluid_of<S: Space>(&self, fluid: &file::fluid::FluidTable, scene: &Scene<S>) -> FluidSetup<S> {
+        FluidSetup {
+            run: self.run_setup(scene),
             parameters: fluid.parameters.values(),
             damping: fluid.damping.as_ref().map(file::fluid::DampingTable::to_setup),
             regions: fluid.regions.iter().map(|region| region.name.value.clone()).collect(),
             walls: self.file.walls.iter().map(file::wall::WallTable::to_setup).collect(),
-            particles: self.scene.fluid.clone(),
-            wall_particles: self.scene.walls.clone(),
-            probes: self.probes.fluid.clone(),
+            particles: scene.fluid.clone(),
+            wall_particles: scene.walls.clone(),
+            probes: scene.probes.fluid.clone(),
             outflow: self.file.domain.outflow(),
-        })
+        }
     }
 
     /// Set-up of the solid solver; `None` without a solid.
-    pub fn solid_setup(&self) -> Option<SolidSetup> {
+    pub fn solid_setup(&self) -> Option<AnySolidSetup> {
         let solid = self.file.solid.as_ref()?;
-        let spacing = solid.particle_spacing_m.value;
-        let body = |(k, body): (usize, &file::body::BodyTable)| sph::setup::BodySetup {
+        Some(map_space!(&self.scene, scene => self.solid_of(solid, scene)))
+    }
+
+    fn solid_of<S: Space>(&self, solid: &file::solid::SolidTable, scene: &Scene<S>) -> SolidSetup<S> {
+        let body = |(k, body): (usize, &file::body::BodyTable)| BodySetup {
             name: body.name.value.clone(),
             material: body.material.parameters.values(),
             formulation: body.formulation.to_setup(),
             supports: body.supports.iter().map(file::support::SupportTable::to_setup).collect(),
-            acceleration: body.acceleration_m_s2.as_ref().map(|pair| pair.each_ref().map(|w| w.value.text())),
-            loads: self.scene.loads.get(k).cloned().unwrap_or_default(),
+            acceleration: body.acceleration_m_s2.as_deref().map(file::formula::texts::<S>),
+            loads: scene.loads.get(k).cloned().unwrap_or_default(),
         };
-        Some(SolidSetup {
-            run: self.run_setup(),
-            particle_spacing: spacing,
+        SolidSetup {
+            run: self.run_setup(scene),
+            particle_spacing: solid.particle_spacing_m.value,
             bodies: solid.bodies.iter().enumerate().map(body).collect(),
-            particles: self.scene.solid.clone(),
+            particles: scene.solid.clone(),
             contact: solid.contact.to_setup(),
             walls: self.file.walls.iter().map(file::wall::WallTable::to_setup).collect(),
-            wall_particles: self.scene.walls.clone(),
+            wall_particles: scene.walls.clone(),
             damping: solid.damping.as_ref().map(file::fluid::DampingTable::to_setup),
             stepping: solid.substeps.to_setup(),
-            probes: self.probes.solid.clone(),
+            probes: scene.probes.solid.clone(),
             lost_particle_limit: solid.lost_particle_limit,
-        })
+        }
     }
 }

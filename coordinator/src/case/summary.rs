@@ -5,11 +5,12 @@ mod constants;
 mod terms;
 
 use sph::setup::StepPolicy;
+use sph::space::Space;
 
 use super::Case;
 use super::forecast::{self, Work};
 use super::limits::{self, StepLimit};
-use super::scene::tally;
+use super::scene::{Scene, tally};
 
 /// A named set of particles.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -97,7 +98,9 @@ impl Case {
             StepPolicy::Adaptive { factor, maximum, .. } => ((factor * stability).min(maximum), false),
         };
         let steps = ((plan.end_time - plan.start_time) / time_step - 1e-6).ceil().max(0.0);
-        let scene = &self.scene;
+        let (adjusted, cuts, warnings) = sph::in_space!(&self.scene, scene => {
+            (scene.adjusted.clone(), scene.cuts.clone(), scene.warnings.clone())
+        });
         let mut summary = Summary {
             name: self.name.clone(),
             counts: self.counts(),
@@ -112,9 +115,9 @@ impl Case {
             constants: self.constants(),
             active_terms: self.active_terms(),
             departures: self.departures(),
-            adjusted: scene.adjusted.clone(),
-            cuts: scene.cuts.clone(),
-            warnings: scene.warnings.clone(),
+            adjusted,
+            cuts,
+            warnings,
             limits,
         };
         summary.warnings.extend(self.step_warning(&summary));
@@ -128,22 +131,26 @@ impl Case {
     }
 
     fn counts(&self) -> Vec<Count> {
+        sph::in_space!(&self.scene, scene => self.counts_in(scene))
+    }
+
+    fn counts_in<S: Space>(&self, scene: &Scene<S>) -> Vec<Count> {
         let mut counts = Vec::new();
         let mut add = |kind, name: &str, particles, held| {
             counts.push(Count { kind, name: name.to_owned(), particles, held });
         };
         let regions = self.file.fluid.as_ref().map_or(&[][..], |fluid| &fluid.regions);
-        for (region, particles) in regions.iter().zip(tally(&self.scene.fluid.region, regions.len())) {
+        for (region, particles) in regions.iter().zip(tally(&scene.fluid.region, regions.len())) {
             add("fluid region", &region.name.value, particles, 0);
         }
         let bodies = self.file.solid.as_ref().map_or(&[][..], |solid| &solid.bodies);
         for (k, body) in (0u32..).zip(bodies) {
-            let supports = &self.scene.solid.support[self.scene.body_range(k)];
+            let supports = &scene.solid.support[scene.body_range(k)];
             let held = supports.iter().filter(|support| **support > 0).count();
             add("body", &body.name.value, supports.len() - held, held);
         }
         let walls = &self.file.walls;
-        for (wall, particles) in walls.iter().zip(tally(&self.scene.walls.wall, walls.len())) {
+        for (wall, particles) in walls.iter().zip(tally(&scene.walls.wall, walls.len())) {
             add("wall", &wall.name.value, particles, 0);
         }
         counts

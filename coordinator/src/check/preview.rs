@@ -6,13 +6,17 @@ use plotters::backend::DrawingBackend;
 use plotters::coord::types::RangedCoordf64;
 use plotters::drawing::DrawingAreaErrorKind;
 use plotters::prelude::*;
-use sph::setup::{Argument, ProbeKind};
-use sph::space::Vector;
+use sph::in_space;
+use sph::setup::{Argument, Probe, ProbeKind};
+use sph::space::Space;
+use sph::space::components::Components;
 
-use crate::case::Case;
+use crate::case::file::wall::WallKind;
+use crate::case::{Case, Scene};
 use crate::failure::Failure;
 use crate::quote;
 use crate::results::font;
+use crate::results::plots::projection::{AXES, Place, Projection, SLICE, Views, up_axis};
 
 /// Colours of fluid regions.
 const FLUIDS: [RGBColor; 4] =
@@ -78,22 +82,39 @@ struct Group {
     label: String,
     colour: RGBColor,
     spacing: f64,
-    positions: Vec<Vector>,
+    /// A container would hide what it holds from a view from outside.
+    is_container: bool,
+    positions: Vec<Place>,
+}
+
+/// `vector` with zeros for the axes that its space lacks.
+fn lifted<V: Components>(vector: &V) -> Place {
+    let row = vector.row();
+    std::array::from_fn(|axis| row.as_ref().get(axis).copied().unwrap_or(0.0))
 }
 
 fn groups(case: &Case) -> Vec<Group> {
-    let (scene, file) = (case.scene(), case.file());
-    let members = |groups: &[u32], positions: &[Vector], count: usize| {
+    in_space!(case.scene(), scene => groups_in(case, scene))
+}
+
+fn groups_in<S: Space>(case: &Case, scene: &Scene<S>) -> Vec<Group> {
+    let file = case.file();
+    let members = |groups: &[u32], positions: &[S::Vector], count: usize| {
         let mut of_group = vec![Vec::new(); count];
         for (group, x) in groups.iter().zip(positions) {
-            of_group[*group as usize].push(*x);
+            of_group[*group as usize].push(lifted(x));
         }
         of_group.into_iter()
     };
     let mut found = Vec::new();
-    let mut add = |kind: &str, name: &str, colour: RGBColor, spacing: f64, positions: Vec<Vector>| {
+    let mut add = |kind: &str, name: &str, colour: RGBColor, spacing: f64, positions: Vec<Place>| {
         let label = format!("{kind}{name} ({})", positions.len());
-        found.push(Group { label, colour, spacing, positions });
+        let is_container = kind == "wall "
+            && file
+                .walls
+                .iter()
+                .any(|wall| wall.name.value == name && wall.kind.value == WallKind::Container);
+        found.push(Group { label, colour, spacing, is_container, positions });
     };
     let wall_spacing = file.wall_spacing().unwrap_or(1.0);
     let walls = members(&scene.walls.wall, &scene.walls.position, file.walls.len());
@@ -119,7 +140,7 @@ fn groups(case: &Case) -> Vec<Group> {
         add("body ", &body.name.value, BODIES[k % BODIES.len()], spacing, positions);
     }
     let held = scene.solid.position.iter().zip(&scene.solid.support).filter(|(_, support)| **support > 0);
-    let held: Vec<Vector> = held.map(|(x, _)| *x).collect();
+    let held: Vec<Place> = held.map(|(x, _)| lifted(x)).collect();
     if !held.is_empty() {
         add("held by supports", "", HELD, 0.5 * spacing, held);
     }
@@ -131,82 +152,183 @@ type Drawn = Result<(), DrawingAreaErrorKind<<BitMapBackend<'static> as DrawingB
 type Picture<'a> = DrawingArea<BitMapBackend<'a>, plotters::coord::Shift>;
 type Chart<'a> = ChartContext<'a, BitMapBackend<'a>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
 
+/// What is shown: the plane as it is; of a scene in space a cut and views from the side and from above.
+fn projections(case: &Case, groups: &[Group]) -> Vec<Projection> {
+    if case.dimensions() == 2 {
+        return vec![Projection::PLANE];
+    }
+    let (lower, upper) = extent(case, groups);
+    // Through the bodies where there are any, else through the water.
+    let shown = groups.iter().filter(|group| !group.is_container);
+    let inner = shown.clone().filter(|group| group.label.starts_with("body "));
+    let places: Vec<&Place> = match inner.clone().next() {
+        Some(_) => inner.flat_map(|group| &group.positions).collect(),
+        None => shown.clone().flat_map(|group| &group.positions).collect(),
+    };
+    let middle = std::array::from_fn(|axis| {
+        let along = || places.iter().map(|x| x[axis]);
+        0.5 * (along().fold(f64::INFINITY, f64::min) + along().fold(f64::NEG_INFINITY, f64::max))
+    });
+    let middle =
+        if places.is_empty() { std::array::from_fn(|k| 0.5 * (lower[k] + upper[k])) } else { middle };
+    // The slice holds a row of particles wherever it is.
+    let thickness = SLICE * groups.iter().map(|group| group.spacing).fold(0.0, f64::max);
+    let up = up_axis(case.file().body_force.gravity_m_s2.as_slice());
+    let Views { side, above, cut } = Views::of(up, lower, upper, middle, thickness);
+    vec![cut, side, above]
+}
+
 fn paint(case: &Case, groups: &[Group], path: &Path) -> Drawn {
-    let (lower, upper) = frame(case, groups);
-    let size = upper - lower;
-    let scale = LONG_SIDE / size.amax();
+    let projections = projections(case, groups);
+    let frames: Vec<([f64; 2], [f64; 2])> =
+        projections.iter().map(|projection| frame(case, groups, projection)).collect();
+    let size = |(lower, upper): &([f64; 2], [f64; 2])| [upper[0] - lower[0], upper[1] - lower[1]];
+    // One scale for all.
+    let longest = frames.iter().flat_map(size).fold(0.0, f64::max);
+    let scale = LONG_SIDE / longest;
     // Rounded and within a few thousand pixels.
     let pixels = |length: f64| (scale * length).max(LEAST_SIDE).round() as u32;
-    let (width, height) = (pixels(size.x), pixels(size.y));
+    let width = frames.iter().map(|frame| pixels(size(frame)[0])).max().unwrap_or_default();
+    let heights: Vec<u32> = frames.iter().map(|frame| pixels(size(frame)[1]) + LABELS + 3 * MARGIN).collect();
     // At most a few dozen.
     let rows = groups.len().min(MOST_ROWS) as u32;
     let legend_height = ROW.unsigned_abs() * (rows + 4) + 2 * MARGIN;
-    let total = (width + LABELS + 2 * MARGIN + LEGEND, (height + LABELS + 3 * MARGIN).max(legend_height));
+    let total = (width + LABELS + 2 * MARGIN + LEGEND, heights.iter().sum::<u32>().max(legend_height));
     let root = BitMapBackend::new(path, total).into_drawing_area();
     root.fill(&WHITE)?;
-    let (left, right) = root.split_horizontally(total.0 - LEGEND);
-    let mut chart = ChartBuilder::on(&left)
+    let (mut left, right) = root.split_horizontally(total.0 - LEGEND);
+    let up = up_axis(case.file().body_force.gravity_m_s2.as_slice());
+    for (k, (projection, height)) in projections.iter().zip(heights).enumerate() {
+        let (panel, rest) = left.split_vertically(height);
+        left = rest;
+        let mut title = match k {
+            0 => format!("{}: particles at the start", case.name),
+            _ => String::new(),
+        };
+        if case.dimensions() == 3 {
+            let view = projection.title(up);
+            title = if title.is_empty() { view } else { format!("{title}, {view}") };
+        }
+        draw_panel(&panel, case, groups, (projection, frames[k]), &title)?;
+    }
+    draw_legend(&right, groups, !probe_marks(case).is_empty())?;
+    root.present()?;
+    Ok(())
+}
+
+fn draw_panel(
+    area: &Picture<'_>,
+    case: &Case,
+    groups: &[Group],
+    (projection, (lower, upper)): (&Projection, ([f64; 2], [f64; 2])),
+    title: &str,
+) -> Drawn {
+    // A frame of the proportions of the scene, from the left.
+    let size = [upper[0] - lower[0], upper[1] - lower[1]];
+    let room = area.dim_in_pixel();
+    let plot = [room.0 - LABELS - 2 * MARGIN, room.1 - LABELS - 3 * MARGIN].map(f64::from);
+    let scale = (plot[0] / size[0]).min(plot[1] / size[1]);
+    let spare = (plot[0] - scale * size[0]).max(0.0) as u32;
+    let (area, _) = area.split_horizontally(room.0 - spare);
+    let mut chart = ChartBuilder::on(&area)
         .margin(MARGIN)
         .x_label_area_size(LABELS)
         .y_label_area_size(LABELS)
-        .caption(format!("{}: particles at the start", case.name), (font::FAMILY, 18))
-        .build_cartesian_2d(lower.x..upper.x, lower.y..upper.y)?;
+        .caption(title, (font::FAMILY, 18))
+        .build_cartesian_2d(lower[0]..upper[0], lower[1]..upper[1])?;
     chart
         .configure_mesh()
-        .x_desc("x in m")
-        .y_desc("y in m")
+        .x_desc(format!("{} in m", AXES[projection.right]))
+        .y_desc(format!("{} in m", AXES[projection.upward]))
         .light_line_style(WHITE)
         .bold_line_style(RGBColor(225, 225, 225))
         .label_style((font::FAMILY, TEXT))
         .axis_desc_style((font::FAMILY, TEXT))
         .draw()?;
     let plotted = chart.plotting_area().dim_in_pixel();
-    let scale = (f64::from(plotted.0) / size.x).min(f64::from(plotted.1) / size.y);
-    for group in groups {
-        draw_group(&mut chart, group, scale)?;
+    let scale = (f64::from(plotted.0) / size[0]).min(f64::from(plotted.1) / size[1]);
+    draw_groups(&mut chart, case, groups, projection, scale)?;
+    draw_domain(&mut chart, case, projection)?;
+    draw_probes(&mut chart, case, projection)
+}
+
+/// Darkest shade of the particles that are farthest from the viewer.
+const FARTHEST_SHADE: f64 = 0.45;
+
+/// Particles as discs, or as their cells where discs would be a few pixels only, the farthest first; `scale` in pixels per
+/// metre.
+fn draw_groups(
+    chart: &mut Chart<'_>,
+    case: &Case,
+    groups: &[Group],
+    projection: &Projection,
+    scale: f64,
+) -> Drawn {
+    let from_outside = case.dimensions() == 3 && projection.slice.is_none();
+    let mut shown: Vec<(f64, &Group, &Place)> = groups
+        .iter()
+        .filter(|group| !(from_outside && group.is_container))
+        .flat_map(|group| group.positions.iter().map(move |x| (group, x)))
+        .filter(|(_, x)| projection.shows(x))
+        .map(|(group, x)| (projection.nearness(x), group, x))
+        .collect();
+    let (mut nearest, mut farthest) = (f64::NEG_INFINITY, f64::INFINITY);
+    if from_outside {
+        shown.sort_by(|a, b| a.0.total_cmp(&b.0));
+        nearest = shown.last().map_or(0.0, |last| last.0);
+        farthest = shown.first().map_or(0.0, |first| first.0);
     }
-    draw_domain(&mut chart, case)?;
-    draw_probes(&mut chart, case)?;
-    draw_legend(&right, groups, !probe_marks(case).is_empty())?;
-    root.present()?;
+    for (nearness, group, x) in shown {
+        let [x, y] = projection.point(x);
+        let far = if nearest > farthest { (nearest - nearness) / (nearest - farthest) } else { 0.0 };
+        let shade = 1.0 - (1.0 - FARTHEST_SHADE) * far;
+        let RGBColor(red, green, blue) = group.colour;
+        let [red, green, blue] = [red, green, blue].map(|c| (f64::from(c) * shade).round() as u8);
+        let style = RGBColor(red, green, blue).filled();
+        let radius = 0.45 * scale * group.spacing;
+        if radius >= LEAST_RADIUS {
+            chart.draw_series(std::iter::once(Circle::new((x, y), radius.round() as i32, style)))?;
+        } else {
+            // At least a pixel wide.
+            let half = (0.5 * group.spacing).max(0.5 / scale);
+            let cell = Rectangle::new([(x - half, y - half), (x + half, y + half)], style);
+            chart.draw_series(std::iter::once(cell))?;
+        }
+    }
     Ok(())
 }
 
-/// Particles as discs, or as their cells where discs would be a few pixels only; `scale` in pixels per metre.
-fn draw_group(chart: &mut Chart<'_>, group: &Group, scale: f64) -> Drawn {
-    let style = group.colour.filled();
-    let radius = 0.45 * scale * group.spacing;
-    if radius >= LEAST_RADIUS {
-        let discs = group.positions.iter().map(|x| Circle::new((x.x, x.y), radius.round() as i32, style));
-        chart.draw_series(discs)?;
-    } else {
-        // At least a pixel wide.
-        let half = (0.5 * group.spacing).max(0.5 / scale);
-        let cells = group
-            .positions
-            .iter()
-            .map(|x| Rectangle::new([(x.x - half, x.y - half), (x.x + half, x.y + half)], style));
-        chart.draw_series(cells)?;
-    }
-    Ok(())
+/// The corners \[m\] of the domain.
+fn domain_of(case: &Case) -> (Place, Place) {
+    let domain = &case.file().domain;
+    let place = |row: &[f64]| std::array::from_fn(|axis| row.get(axis).copied().unwrap_or(0.0));
+    (place(domain.lower_m.value.as_slice()), place(domain.upper_m.value.as_slice()))
 }
 
-/// Box around the domain and all particles, and a little more; square pixels.
-fn frame(case: &Case, groups: &[Group]) -> (Vector, Vector) {
-    let domain = case.file().domain.domain();
-    let spacing = groups.iter().map(|group| group.spacing).fold(0.0, f64::max);
-    let mut lower = domain.lower;
-    let mut upper = domain.upper;
+/// Box around the domain and all particles \[m\].
+fn extent(case: &Case, groups: &[Group]) -> (Place, Place) {
+    let (mut lower, mut upper) = domain_of(case);
     for x in groups.iter().flat_map(|group| &group.positions) {
-        lower = lower.inf(x);
-        upper = upper.sup(x);
+        for axis in 0..3 {
+            lower[axis] = lower[axis].min(x[axis]);
+            upper[axis] = upper[axis].max(x[axis]);
+        }
     }
-    let margin = (0.02 * (upper - lower).amax()).max(spacing);
-    lower.add_scalar_mut(-margin);
-    upper.add_scalar_mut(margin);
+    (lower, upper)
+}
+
+/// That box in the picture, and a little more; square pixels.
+fn frame(case: &Case, groups: &[Group], projection: &Projection) -> ([f64; 2], [f64; 2]) {
+    let spacing = groups.iter().map(|group| group.spacing).fold(0.0, f64::max);
+    let (lower, upper) = extent(case, groups);
+    let (mut lower, mut upper) = (projection.point(&lower), projection.point(&upper));
+    let longer = (upper[0] - lower[0]).max(upper[1] - lower[1]);
+    let margin = (0.02 * longer).max(spacing);
     // A slender scene gets at least the least side, at the same scale in both directions.
-    let least = (upper - lower).amax() * LEAST_SIDE / LONG_SIDE;
+    let least = (longer + 2.0 * margin) * LEAST_SIDE / LONG_SIDE;
     for axis in 0..2 {
+        lower[axis] -= margin;
+        upper[axis] += margin;
         let missing = (least - (upper[axis] - lower[axis])).max(0.0);
         lower[axis] -= 0.5 * missing;
         upper[axis] += 0.5 * missing;
@@ -214,49 +336,52 @@ fn frame(case: &Case, groups: &[Group]) -> (Vector, Vector) {
     (lower, upper)
 }
 
-fn draw_domain(chart: &mut Chart<'_>, case: &Case) -> Drawn {
-    let domain = case.file().domain.domain();
-    let corners = [(domain.lower.x, domain.lower.y), (domain.upper.x, domain.upper.y)];
+fn draw_domain(chart: &mut Chart<'_>, case: &Case, projection: &Projection) -> Drawn {
+    let (lower, upper) = domain_of(case);
+    let corners = [projection.point(&lower), projection.point(&upper)].map(|[x, y]| (x, y));
     chart.draw_series(std::iter::once(Rectangle::new(corners, BLACK.mix(0.35).stroke_width(1))))?;
     Ok(())
 }
 
 /// Names and positions of the probes that have one.
-fn probe_marks(case: &Case) -> Vec<(String, Vector)> {
-    let probes = case.probes();
-    let domain = case.file().domain.domain();
-    let fluid = probes.fluid.iter().map(|probe| (&probe.name, probe.kind.arguments()));
-    let solid = probes.solid.iter().map(|probe| (&probe.name, probe.kind.arguments()));
-    let marks = fluid.chain(solid).flat_map(|(name, arguments)| {
-        let place = move |(_, argument)| match argument {
-            Argument::Point(x) => Some(x),
-            Argument::Number(x) => Some(Vector::new(x, domain.upper.y)),
-            Argument::Index(_) => None,
-        };
-        arguments.into_iter().filter_map(place).map(|x| (name.clone(), x))
-    });
-    marks.collect()
+fn probe_marks(case: &Case) -> Vec<(String, Place)> {
+    let top = domain_of(case).1;
+    in_space!(case.probes(), probes => marks(&probes.fluid, top).chain(marks(&probes.solid, top)).collect())
 }
 
-fn draw_probes(chart: &mut Chart<'_>, case: &Case) -> Drawn {
+fn marks<K: ProbeKind>(probes: &[Probe<K>], top: Place) -> impl Iterator<Item = (String, Place)> + '_ {
+    let place = move |argument| match argument {
+        Argument::Point(x) => Some(lifted(&x)),
+        Argument::Number(x) => Some([x, top[1], top[2]]),
+        Argument::Index(_) => None,
+    };
+    probes.iter().flat_map(move |probe| {
+        let arguments = probe.kind.arguments().into_iter();
+        arguments.filter_map(move |(_, argument)| Some((probe.name.clone(), place(argument)?)))
+    })
+}
+
+fn draw_probes(chart: &mut Chart<'_>, case: &Case, projection: &Projection) -> Drawn {
     let marks = probe_marks(case);
-    chart.draw_series(marks.iter().map(|(_, x)| Cross::new((x.x, x.y), 6, PROBE.stroke_width(2))))?;
+    let marks: Vec<(String, [f64; 2])> =
+        marks.into_iter().map(|(name, place)| (name, projection.point(&place))).collect();
+    chart.draw_series(marks.iter().map(|(_, [x, y])| Cross::new((*x, *y), 6, PROBE.stroke_width(2))))?;
     // Labels climb until they are clear of those before.
     let mut taken: Vec<(i32, i32, i32)> = Vec::new();
-    for (name, x) in marks.iter().take(MOST_LABELS) {
-        let (left, centre) = chart.backend_coord(&(x.x, x.y));
+    for (name, [x, y]) in marks.into_iter().take(MOST_LABELS) {
+        let (left, centre) = chart.backend_coord(&(x, y));
         // About the width of a character; names have at most 64.
         let width = name.chars().map(|_| TEXT / 2 + 1).sum::<i32>();
         let clashes =
             |y: i32| taken.iter().any(|(l, w, t)| left < l + w && *l < left + width && (y - t).abs() < TEXT);
-        let mut y = centre - TEXT;
-        while clashes(y) {
-            y -= TEXT / 2;
+        let mut row = centre - TEXT;
+        while clashes(row) {
+            row -= TEXT / 2;
         }
-        taken.push((left, width, y));
+        taken.push((left, width, row));
         let style = (font::FAMILY, TEXT - 2).into_font().color(&PROBE);
         chart.draw_series(std::iter::once(
-            EmptyElement::at((x.x, x.y)) + Text::new(name.clone(), (9, y - centre), style),
+            EmptyElement::at((x, y)) + Text::new(name, (9, row - centre), style),
         ))?;
     }
     Ok(())

@@ -25,6 +25,9 @@ pub(super) struct ConformArguments {
     /// Kind of coupling to examine [default: the first that the solver offers].
     #[arg(long, value_name = "KIND", value_parser = coupling_kind)]
     kind: Option<CouplingKind>,
+    /// Number of dimensions of the runs of the examination, 2 or 3.
+    #[arg(long, value_name = "D", default_value_t = 2, value_parser = clap::value_parser!(u32).range(2..=3))]
+    dimensions: u32,
     /// Only checks with this in their name.
     #[arg(long, value_name = "TEXT")]
     only: Option<String>,
@@ -59,6 +62,7 @@ impl ConformArguments {
             address,
             junit: self.junit,
             kind: self.kind,
+            dimensions: self.dimensions,
             only: self.only,
             fresh: self.fresh,
             security: self.security.into(),
@@ -94,10 +98,11 @@ fn print_end(address: &str, report: &Report) {
     let count = |word: &str| report.outcomes.iter().filter(|o| words(&o.verdict).0 == word).count();
     let description = &report.description;
     say(format_args!(
-        "\n{} {} at {address}, as {}, coupled by {}: {} passed, {} failed, {} not offered",
+        "\n{} {} at {address}, as {} in {} dimensions, coupled by {}: {} passed, {} failed, {} not offered",
         description.name,
         description.version,
         report.role,
+        report.dimensions,
         report.kind.name(),
         count("passed"),
         count("FAILED"),

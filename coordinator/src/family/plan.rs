@@ -182,8 +182,8 @@ fn values(what: &str, unit: &str, asked: &[f64], own: f64) -> Result<Vec<f64>, F
 
 /// The figures asked for, whose columns must be those of the case's probes; of all columns when none is.
 fn figures(case: &Case, asked: &[Figure]) -> Result<Vec<Figure>, Failure> {
-    let probes = case.probes();
-    let columns = probes::columns(&probes.fluid, &probes.solid);
+    let [fluid, solid] = case.probe_columns();
+    let columns = probes::columns(&fluid, &solid);
     let columns: Vec<&str> = columns.iter().map(String::as_str).filter(|name| *name != "t_s").collect();
     if columns.is_empty() {
         let text = "the case has no probe, so that its runs have no key figure; add a [[probe]]";

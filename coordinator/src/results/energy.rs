@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 use sph::coupling::ledger::{EnergyAccount, EnergyEntry, EnergyKind, EnergyReport, SignRule};
 use sph::coupling::solver::Role;
+use sph::setup::ParticipantSetup;
 
 use crate::case::Case;
 
@@ -11,6 +12,8 @@ use crate::case::Case;
 pub struct LedgerSide {
     /// Which side.
     pub role: Role,
+    /// Number of dimensions of the run.
+    pub dimensions: usize,
     /// Its accounts.
     pub accounts: Vec<EnergyAccount>,
 }
@@ -18,11 +21,13 @@ pub struct LedgerSide {
 impl LedgerSide {
     /// Those of `roles` in `case`.
     pub fn of(case: &Case, roles: &[Role]) -> Vec<Self> {
-        let accounts = |role: &Role| match role {
-            Role::Fluid => case.fluid_setup().map(|setup| EnergyAccount::of_fluid(&setup)),
-            Role::Solid => case.solid_setup().map(|setup| EnergyAccount::of_solid(&setup)),
+        let setup = |role: &Role| match role {
+            Role::Fluid => case.fluid_setup().map(ParticipantSetup::Fluid),
+            Role::Solid => case.solid_setup().map(ParticipantSetup::Solid),
         };
-        roles.iter().map(|role| Self { role: *role, accounts: accounts(role).unwrap_or_default() }).collect()
+        let accounts = |role| setup(role).map_or_else(Vec::new, |setup| EnergyAccount::of(&setup));
+        let dimensions = case.dimensions();
+        roles.iter().map(|role| Self { role: *role, dimensions, accounts: accounts(role) }).collect()
     }
 }
 

@@ -11,7 +11,7 @@
 use std::path::{Path, PathBuf};
 
 use sph::coupling::driver::StepReport;
-use sph::coupling::ledger::{Account, EnergyAccount, Imbalance};
+use sph::coupling::ledger::{Account, EnergyAccount, Imbalance, LedgerVector};
 use sph::coupling::solver::Role;
 use sph::coupling::stage::{Stage, StepStage};
 
@@ -24,51 +24,102 @@ use super::table::{Changed, Resumed, TableFile, TableMark};
 const COMMON: [&str; 6] =
     ["step", "t_s", "time_step_s", "imbalance_force", "imbalance_torque", "most_iterations"];
 
-/// Columns of a side before its accounts.
-const INTERFACE: [&str; 14] = [
-    "force_x_n_per_m",
-    "force_y_n_per_m",
-    "gross_force_n_per_m",
-    "torque_n",
-    "gross_torque_n",
-    "couple_n",
-    "power_w_per_m",
-    "pairs",
-    "interface_impulse_x_n_s_per_m",
-    "interface_impulse_y_n_s_per_m",
-    "interface_work_j_per_m",
-    "momentum_change_x_n_s_per_m",
-    "momentum_change_y_n_s_per_m",
-    "momentum_residual",
-];
+/// Names and values of the columns of one side; in the plane vectors have x and y, moments are about z, and all are per metre of depth.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Layout {
+    in_space: bool,
+}
 
-/// Columns of a side after the accounts of its momentum.
-const ANGULAR: [&str; 3] =
-    ["interface_angular_impulse_n_s", "angular_momentum_change_n_s", "angular_momentum_residual"];
+impl Layout {
+    fn of(dimensions: usize) -> Self {
+        Self { in_space: dimensions > 2 }
+    }
 
-/// Name of the column of an `account` of the energy of `side`.
-pub fn energy_column(side: Role, account: EnergyAccount) -> String {
-    format!("{side}_energy_{}_j_per_m", account.name())
+    /// `unit` in space, `unit` per metre in the plane.
+    fn per_depth(self, unit: &str) -> String {
+        if self.in_space { unit.to_owned() } else { format!("{unit}_per_m") }
+    }
+
+    /// Columns of a vector of `unit` in space.
+    fn vector(self, stem: &str, unit: &str) -> Vec<String> {
+        let axes = if self.in_space { &["x", "y", "z"][..] } else { &["x", "y"] };
+        axes.iter().map(|axis| format!("{stem}_{axis}_{}", self.per_depth(unit))).collect()
+    }
+
+    /// Columns of a moment of `unit` in space, of `plane_unit` in the plane.
+    fn moment(self, stem: &str, unit: &str, plane_unit: &str) -> Vec<String> {
+        match self.in_space {
+            true => ["x", "y", "z"].map(|axis| format!("{stem}_{axis}_{unit}")).into(),
+            false => vec![format!("{stem}_{plane_unit}")],
+        }
+    }
+
+    /// Columns of a side before its accounts.
+    fn interface(self) -> Vec<String> {
+        let gross_torque = if self.in_space { "gross_torque_n_m" } else { "gross_torque_n" };
+        [
+            self.vector("force", "n"),
+            vec![format!("gross_force_{}", self.per_depth("n"))],
+            self.moment("torque", "n_m", "n"),
+            vec![gross_torque.to_owned()],
+            self.moment("couple", "n_m", "n"),
+            vec![format!("power_{}", self.per_depth("w")), "pairs".to_owned()],
+            self.vector("interface_impulse", "n_s"),
+            vec![format!("interface_work_{}", self.per_depth("j"))],
+            self.vector("momentum_change", "n_s"),
+            vec!["momentum_residual".to_owned()],
+        ]
+        .concat()
+    }
+
+    /// Columns of a side after the accounts of its momentum.
+    fn angular(self) -> Vec<String> {
+        [
+            self.moment("interface_angular_impulse", "n_m_s", "n_s"),
+            self.moment("angular_momentum_change", "n_m_s", "n_s"),
+            vec!["angular_momentum_residual".to_owned()],
+        ]
+        .concat()
+    }
+
+    /// Appends the components of a vector.
+    fn push_vector(self, row: &mut Vec<f64>, vector: &LedgerVector) {
+        row.extend(vector.iter().take(if self.in_space { 3 } else { 2 }));
+    }
+
+    /// Appends the components of a moment.
+    fn push_moment(self, row: &mut Vec<f64>, moment: &LedgerVector) {
+        row.extend(moment.iter().skip(if self.in_space { 0 } else { 2 }));
+    }
+}
+
+/// Name of the column of an `account` of the energy of `side` in a run of so many `dimensions`.
+pub fn energy_column(side: Role, account: EnergyAccount, dimensions: usize) -> String {
+    format!("{side}_energy_{}_{}", account.name(), Layout::of(dimensions).per_depth("j"))
 }
 
 /// Name of the column of the residual of the energy of `side`.
-pub fn energy_residual_column(side: Role) -> String {
-    format!("{side}_energy_residual_j_per_m")
+pub fn energy_residual_column(side: Role, dimensions: usize) -> String {
+    format!("{side}_energy_residual_{}", Layout::of(dimensions).per_depth("j"))
 }
 
 /// Column names of `ledger.csv` for the sides that take part.
 pub fn columns(sides: &[LedgerSide]) -> Vec<String> {
     let mut names: Vec<String> = COMMON.map(String::from).into();
-    for LedgerSide { role: side, accounts } in sides {
-        names.extend(INTERFACE.iter().map(|name| format!("{side}_{name}")));
+    for LedgerSide { role: side, dimensions, accounts } in sides {
+        let layout = Layout::of(*dimensions);
+        let own = |name: String| format!("{side}_{name}");
+        names.extend(layout.interface().into_iter().map(own));
         for account in Account::with_force() {
-            names
-                .extend(["x", "y"].map(|axis| format!("{side}_{}_impulse_{axis}_n_s_per_m", account.name())));
+            names.extend(layout.vector(&format!("{side}_{}_impulse", account.name()), "n_s"));
         }
-        names.extend(ANGULAR.iter().map(|name| format!("{side}_{name}")));
-        names.extend(Account::ALL.map(|account| format!("{side}_{}_angular_impulse_n_s", account.name())));
-        names.extend(accounts.iter().map(|account| energy_column(*side, *account)));
-        names.push(energy_residual_column(*side));
+        names.extend(layout.angular().into_iter().map(own));
+        for account in Account::ALL {
+            let stem = format!("{side}_{}_angular_impulse", account.name());
+            names.extend(layout.moment(&stem, "n_m_s", "n_s"));
+        }
+        names.extend(accounts.iter().map(|account| energy_column(*side, *account, *dimensions)));
+        names.push(energy_residual_column(*side, *dimensions));
     }
     names
 }
@@ -176,8 +227,11 @@ impl LedgerFile {
         for side in &self.sides {
             let k = side.role.index();
             match &reports[k] {
-                Some(report) => push_side(&mut self.row, report, &self.sums.sides[k], &side.accounts),
-                None => self.row.extend(std::iter::repeat_n(f64::NAN, side_width(side))),
+                Some(report) => push_side(&mut self.row, report, &self.sums.sides[k], side),
+                None => {
+                    let width = columns(std::slice::from_ref(side)).len() - COMMON.len();
+                    self.row.extend(std::iter::repeat_n(f64::NAN, width));
+                }
             }
             self.sums.sides[k].residual = Largest::default();
             self.sums.sides[k].angular.residual = Largest::default();
@@ -214,39 +268,28 @@ impl LedgerFile {
     }
 }
 
-fn side_width(side: &LedgerSide) -> usize {
-    let momentum = INTERFACE.len() + 2 * Account::with_force().count();
-    momentum + ANGULAR.len() + Account::ALL.len() + side.accounts.len() + 1
-}
-
-/// Values in the order of [`INTERFACE`], accounts, [`ANGULAR`], their accounts, accounts of `energy` and its residual.
-fn push_side(row: &mut Vec<f64>, report: &StepReport, sums: &SideSums, energy: &[EnergyAccount]) {
-    let interface = &report.budgets[1].interface;
-    row.extend([
-        interface.force.x,
-        interface.force.y,
-        interface.gross_force,
-        interface.torque.z,
-        interface.gross_torque,
-        interface.couple.z,
-        interface.power,
-        // Exact: pair counts stay far below 2^53.
-        interface.pairs as f64,
-        sums.impulse.x,
-        sums.impulse.y,
-        sums.work,
-        sums.momentum_change.x,
-        sums.momentum_change.y,
-        sums.residual.value,
-    ]);
-    let impulses = Account::with_force().map(|account| sums.accounts.get(account).force);
-    row.extend(impulses.flat_map(|impulse| [impulse.x, impulse.y]));
-    let angular = &sums.angular;
-    row.extend([angular.impulse.z, angular.change.z, angular.residual.value]);
-    row.extend(Account::ALL.map(|account| sums.accounts.get(account).torque.z));
+/// Values in the order of [`columns`].
+fn push_side(row: &mut Vec<f64>, report: &StepReport, sums: &SideSums, side: &LedgerSide) {
+    let (interface, layout) = (&report.budgets[1].interface, Layout::of(side.dimensions));
+    layout.push_vector(row, &interface.force);
+    row.push(interface.gross_force);
+    layout.push_moment(row, &interface.torque);
+    row.push(interface.gross_torque);
+    layout.push_moment(row, &interface.couple);
+    // Exact: pair counts stay far below 2^53.
+    row.extend([interface.power, interface.pairs as f64]);
+    layout.push_vector(row, &sums.impulse);
+    row.push(sums.work);
+    layout.push_vector(row, &sums.momentum_change);
+    row.push(sums.residual.value);
+    Account::with_force().for_each(|account| layout.push_vector(row, &sums.accounts.get(account).force));
+    layout.push_moment(row, &sums.angular.impulse);
+    layout.push_moment(row, &sums.angular.change);
+    row.push(sums.angular.residual.value);
+    Account::ALL.iter().for_each(|account| layout.push_moment(row, &sums.accounts.get(*account).torque));
     let energies = &report.energies;
     let value = |account: &EnergyAccount| energies.get(*account).map_or(f64::NAN, |entry| entry.value);
-    row.extend(energy.iter().map(value));
+    row.extend(side.accounts.iter().map(value));
     row.push(energies.residual().unwrap_or(f64::NAN));
 }
 

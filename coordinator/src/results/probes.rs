@@ -5,20 +5,23 @@ use std::path::{Path, PathBuf};
 
 use sph::coupling::driver::ProbeValues;
 use sph::coupling::solver::Role;
-use sph::setup::{FluidProbe, ProbeKind, SolidProbe};
+use sph::setup::{Probe, ProbeKind};
 
 use super::error::OutputError;
 use super::table::{Changed, Resumed, TableFile, TableMark};
 
-/// Column names of `probes.csv`: `t_s`, then `<probe>_<quantity>_<unit>`, the fluid's before the solid's.
-pub fn columns(fluid: &[FluidProbe], solid: &[SolidProbe]) -> Vec<String> {
-    let fluid = fluid.iter().flat_map(|probe| named(&probe.name, probe.kind.columns()));
-    let solid = solid.iter().flat_map(|probe| named(&probe.name, probe.kind.columns()));
-    std::iter::once("t_s".to_string()).chain(fluid).chain(solid).collect()
+/// Column names of one side: `<probe>_<quantity>_<unit>`.
+pub fn columns_of<K: ProbeKind>(probes: &[Probe<K>]) -> Vec<String> {
+    let named = |probe: &Probe<K>| {
+        let (name, columns) = (probe.name.clone(), probe.kind.columns());
+        columns.iter().map(move |quantity| format!("{name}_{quantity}"))
+    };
+    probes.iter().flat_map(named).collect()
 }
 
-fn named<'a>(name: &'a str, quantities: &'a [&'a str]) -> impl Iterator<Item = String> + 'a {
-    quantities.iter().map(move |quantity| format!("{name}_{quantity}"))
+/// Column names of `probes.csv`: `t_s`, then the fluid's before the solid's.
+pub fn columns(fluid: &[String], solid: &[String]) -> Vec<String> {
+    std::iter::once("t_s".to_string()).chain(fluid.iter().cloned()).chain(solid.iter().cloned()).collect()
 }
 
 /// One side's share of the rows.
@@ -45,8 +48,8 @@ impl ProbeFile {
     /// When the file cannot be written.
     pub fn create(
         path: &Path,
-        fluid: Option<&[FluidProbe]>,
-        solid: Option<&[SolidProbe]>,
+        fluid: Option<&[String]>,
+        solid: Option<&[String]>,
     ) -> Result<Self, OutputError> {
         Self::open(path, fluid, solid, |columns| TableFile::create(path, columns))
     }
@@ -57,8 +60,8 @@ impl ProbeFile {
     /// As [`TableFile::resume`].
     pub fn resume(
         path: &Path,
-        fluid: Option<&[FluidProbe]>,
-        solid: Option<&[SolidProbe]>,
+        fluid: Option<&[String]>,
+        solid: Option<&[String]>,
         mark: &TableMark,
         changed: Changed,
     ) -> Result<(Self, Option<String>), OutputError> {
@@ -73,13 +76,12 @@ impl ProbeFile {
 
     fn open(
         path: &Path,
-        fluid: Option<&[FluidProbe]>,
-        solid: Option<&[SolidProbe]>,
+        fluid: Option<&[String]>,
+        solid: Option<&[String]>,
         open: impl FnOnce(&[String]) -> Result<TableFile, OutputError>,
     ) -> Result<Self, OutputError> {
         let columns = columns(fluid.unwrap_or_default(), solid.unwrap_or_default());
-        let of_fluid = fluid.iter().copied().flatten().map(|p| p.kind.columns().len()).sum();
-        let of_solid = solid.iter().copied().flatten().map(|p| p.kind.columns().len()).sum();
+        let [of_fluid, of_solid] = [fluid, solid].map(|side| side.map_or(0, <[String]>::len));
         let side = |takes_part, columns| Side { takes_part, columns, waiting: VecDeque::new() };
         Ok(Self {
             path: path.to_path_buf(),
@@ -156,22 +158,25 @@ impl ProbeFile {
 
 #[cfg(test)]
 mod tests {
-    use sph::setup::{FluidProbeKind, SolidProbeKind};
+    use sph::setup::{FluidProbe, FluidProbeKind, SolidProbe, SolidProbeKind};
     use sph::space::Vector;
 
     use super::*;
     use crate::results::table::Table;
 
-    fn fluid_probes() -> Vec<FluidProbe> {
+    fn fluid_probes() -> Vec<String> {
         let probe = |name: &str, kind| FluidProbe { name: name.into(), kind };
-        vec![
+        columns_of::<FluidProbeKind>(&[
             probe("p1", FluidProbeKind::Point(Vector::new(0.1, 0.2))),
             probe("gauge", FluidProbeKind::WaterLevel(0.3)),
-        ]
+        ])
     }
 
-    fn solid_probes() -> Vec<SolidProbe> {
-        vec![SolidProbe { name: "clamp".into(), kind: SolidProbeKind::Reaction(0, 0) }]
+    fn solid_probes() -> Vec<String> {
+        columns_of::<SolidProbeKind>(&[SolidProbe {
+            name: "clamp".into(),
+            kind: SolidProbeKind::Reaction(0, 0),
+        }])
     }
 
     fn values(step: u64, values: &[f64]) -> ProbeValues {

@@ -95,10 +95,10 @@ impl Recorder {
         roles: &[Role],
         progress: Progress,
     ) -> Result<Self, Failure> {
-        let probes = case.probes();
+        let [fluid, solid] = case.probe_columns();
         let snapshots = directory.file(names::SNAPSHOTS);
-        let fluid = roles.contains(&Role::Fluid).then_some(probes.fluid.as_slice());
-        let solid = roles.contains(&Role::Solid).then_some(probes.solid.as_slice());
+        let fluid = roles.contains(&Role::Fluid).then_some(fluid.as_slice());
+        let solid = roles.contains(&Role::Solid).then_some(solid.as_slice());
         Ok(Self {
             directory: directory.clone(),
             probes: ProbeFile::create(&directory.file(names::PROBES), fluid, solid)?,
@@ -112,7 +112,7 @@ impl Recorder {
             ],
             pictures: Pictures::new(case.outputs.picture_times.clone()),
             progress,
-            tally: Tally { time: case.run_setup().time.start_time, ..Tally::default() },
+            tally: Tally { time: case.run_plan().time.start_time, ..Tally::default() },
             impulse: [LedgerVector::zeros(); 2],
             stored: [Vec::new(), Vec::new()],
             warnings: Vec::new(),
@@ -129,11 +129,11 @@ impl Recorder {
         roles: &[Role],
         state: &RecorderState,
     ) -> Result<(), Failure> {
-        let probes = case.probes();
+        let [fluid, solid] = case.probe_columns();
         let takes_part = |role: Role| roles.contains(&role);
         let columns = probes::columns(
-            if takes_part(Role::Fluid) { &probes.fluid } else { &[] },
-            if takes_part(Role::Solid) { &probes.solid } else { &[] },
+            if takes_part(Role::Fluid) { &fluid } else { &[] },
+            if takes_part(Role::Solid) { &solid } else { &[] },
         );
         TableFile::examine(&directory.file(names::PROBES), &columns, &state.probes)?;
         let columns = ledger::columns(&LedgerSide::of(case, roles));
@@ -156,10 +156,10 @@ impl Recorder {
         state: &RecorderState,
         changed: Changed,
     ) -> Result<Self, Failure> {
-        let probes = case.probes();
+        let [fluid, solid] = case.probe_columns();
         let folder = directory.file(names::SNAPSHOTS);
-        let fluid = roles.contains(&Role::Fluid).then_some(probes.fluid.as_slice());
-        let solid = roles.contains(&Role::Solid).then_some(probes.solid.as_slice());
+        let fluid = roles.contains(&Role::Fluid).then_some(fluid.as_slice());
+        let solid = roles.contains(&Role::Solid).then_some(solid.as_slice());
         let mut news: Vec<String> = Vec::new();
         let mut series = |role: Role| -> Result<Series, OutputError> {
             let (series, missing) = Series::resume(&folder, role, state.snapshots[role.index()].clone())?;

@@ -33,6 +33,8 @@ pub struct ReportData {
     pub snapshots: Vec<PairedSnapshot>,
     /// Names of the groups of the fluid that are walls.
     pub walls: Vec<String>,
+    /// Axis that points against gravity.
+    pub up_axis: usize,
     /// Content of `probes.csv`.
     pub probes: Table,
     /// Content of `ledger.csv`.
@@ -56,6 +58,7 @@ pub fn write(path: &Path, data: &ReportData) -> Result<(), OutputError> {
 /// When a picture cannot be drawn.
 pub fn html(data: &ReportData) -> Result<String, PlotError> {
     let sections = [
+        fields::outside(data)?,
         fields::pressure(data)?,
         fields::stress(data)?,
         series::probes(&data.probes)?,

@@ -53,6 +53,8 @@ pub struct Summary {
     pub case: String,
     /// Name of the run.
     pub run_id: String,
+    /// Number of dimensions. In three, quantities under keys that end in `_per_m` are the quantity itself, not per metre.
+    pub dimensions: usize,
     /// How the run ended.
     pub verdict: Verdict,
     /// What speaks against trusting the answer, in words; empty where nothing is known to.

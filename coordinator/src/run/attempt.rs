@@ -69,7 +69,7 @@ impl Attempt<'_> {
             header::print_start(&facts, case, options.messages);
         }
         let roles = participants.roles();
-        let mut setup = case.run_setup();
+        let mut setup = case.run_plan();
         if let (Some(coupling), Some(kind)) = (&mut setup.coupling, solvers.coupling_kind()) {
             coupling.kind = kind;
         }

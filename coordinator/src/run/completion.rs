@@ -19,6 +19,7 @@ use crate::failure::Failure;
 use crate::results::energy::{EnergySummary, SideEnergy};
 use crate::results::names;
 use crate::results::plots::gallery::PairedSnapshot;
+use crate::results::plots::projection::up_axis;
 use crate::results::process::Process;
 use crate::results::quality::{self, Evidence, Sampler};
 use crate::results::recorder::Recorded;
@@ -114,7 +115,7 @@ fn write_report(
     snapshots: Vec<PairedSnapshot>,
 ) -> Result<(), Failure> {
     let Job { case, directory, .. } = job;
-    let setup = case.run_setup();
+    let setup = case.run_plan();
     let data = ReportData {
         title: case.name.clone(),
         verdict: summary.verdict_text(),
@@ -123,12 +124,11 @@ fn write_report(
         negotiated: facts,
         warnings: summary.warnings.clone(),
         snapshots,
-        walls: case
-            .fluid_setup()
-            .iter()
-            .flat_map(|fluid| &fluid.walls)
-            .map(|wall| wall.name.clone())
-            .collect(),
+        walls: match case.has(Role::Fluid) {
+            true => case.file().walls.iter().map(|wall| wall.name.value.clone()).collect(),
+            false => Vec::new(),
+        },
+        up_axis: up_axis(&setup.body_force.gravity),
         tolerance: setup.coupling.map(|_| setup.ledger.balance_tolerance),
         probes: Table::read(&directory.file(names::PROBES))?,
         ledger: Table::read(&directory.file(names::LEDGER))?,
@@ -161,11 +161,12 @@ fn summarise(
     }
     let particles: u64 = tally.sides.iter().map(|side| side.counts.particles).sum();
     let [fluid, solid] = participants;
-    let start_s = case.run_setup().time.start_time;
+    let start_s = case.run_plan().time.start_time;
     Summary {
         format: summary::FORMAT,
         case: case.name.clone(),
-        run_id: case.run_setup().run_id,
+        run_id: case.run_plan().run_id,
+        dimensions: case.dimensions(),
         verdict,
         reservations: Vec::new(),
         quality: Vec::new(),
@@ -184,7 +185,7 @@ fn summarise(
             &recorded.extremes,
             recorded.work,
         ),
-        iterations: case.run_setup().coupling.and_then(|coupling| coupling.implicit).map(|_| {
+        iterations: case.run_plan().coupling.and_then(|coupling| coupling.implicit).map(|_| {
             let Iterations { sum, largest, unconverged } = tally.iterations;
             let mean = (tally.steps > 0).then(|| sum as f64 / tally.steps as f64);
             summary::IterationSummary { mean, largest, unsettled_steps: unconverged }

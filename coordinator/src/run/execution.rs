@@ -100,7 +100,7 @@ fn with_resume_hint(mut failure: Failure, job: &Job) -> Failure {
 async fn run_recorded(job: &Job, trace: Option<&Trace>) -> Result<EndedRun, Failure> {
     let relay = job.options.servers().and_then(|servers| servers.relay.as_ref());
     let recording = match relay.and_then(|relay| relay.record.as_ref()) {
-        Some(path) if job.case.run_setup().coupling.is_some() => Some(RecordingWriter::create(path)?),
+        Some(path) if job.case.run_plan().coupling.is_some() => Some(RecordingWriter::create(path)?),
         Some(_) => {
             return Err(Failure::input("`--record`: the case has one side only, whose run has no frames"));
         }

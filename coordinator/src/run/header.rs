@@ -25,7 +25,7 @@ fn fact(name: &str, text: impl Into<String>) -> Fact {
 /// Facts of a run before its first step.
 pub fn facts(case: &Case, remote: Option<&Remote>) -> Vec<Fact> {
     let summary = case.summary();
-    let setup = case.run_setup();
+    let setup = case.run_plan();
     let mut facts = vec![fact("case", case.name.clone())];
     for count in &summary.counts {
         let held = if count.held > 0 { format!(", and {} held", count.held) } else { String::new() };
@@ -144,7 +144,7 @@ pub fn results(summary: &Summary) -> Vec<Fact> {
             ),
         ));
     }
-    facts.extend(energy(&summary.energy));
+    facts.extend(energy(&summary.energy, if summary.dimensions == 2 { "J/m" } else { "J" }));
     if let Some(iterations) = &summary.iterations {
         let mean = iterations.mean.map_or(String::new(), |mean| format!("{mean:.2} a step, "));
         let text = format!(
@@ -223,7 +223,7 @@ pub fn print_results(summary: &Summary, messages: Messages) {
 const NAMED_FLOWS: usize = 4;
 
 /// The energy budget: the largest accounts of each side, and the residual.
-fn energy(energy: &EnergySummary) -> Vec<Fact> {
+fn energy(energy: &EnergySummary, unit: &str) -> Vec<Fact> {
     let mut facts = Vec::new();
     let mark = |flow: &AccountSummary| if flow.sign == SignRule::Either { "±" } else { "" };
     for (name, side) in [("energy of fluid", &energy.fluid), ("energy of solids", &energy.solid)] {
@@ -240,15 +240,15 @@ fn energy(energy: &EnergySummary) -> Vec<Fact> {
             })
             .collect();
         let flows = if flows.is_empty() { String::new() } else { format!("; {}", flows.join(", ")) };
-        facts.push(fact(name, format!("change {:.3e} J/m{flows}", side.change())));
+        facts.push(fact(name, format!("change {:.3e} {unit}{flows}", side.change())));
     }
     if let Some(residual) = energy.residual_j_per_m {
         let share =
             energy.residual_share.map_or(String::new(), |share| format!(", {share:.1e} of the energy spent"));
         let slip = energy
             .interface_slip_j_per_m
-            .map_or(String::new(), |slip| format!("; lost between the sides± {slip:.3e} J/m"));
-        facts.push(fact("energy residual", format!("{residual:.2e} J/m{share}{slip}")));
+            .map_or(String::new(), |slip| format!("; lost between the sides± {slip:.3e} {unit}"));
+        facts.push(fact("energy residual", format!("{residual:.2e} {unit}{share}{slip}")));
     }
     facts
 }

@@ -1,14 +1,15 @@
 //! Bodies as a case file writes them.
 
 use serde::Serialize;
-use sph::space::Vector;
+use sph::space::Space;
+use sph::space::components::Components;
 
 use super::formula;
 use super::layout::Layout;
 use super::material::{BodyDefaults, FormulationTable, MaterialTable};
 use super::shape::ShapeTable;
 use super::support::{LoadTable, SupportTable};
-use crate::case::reader::{Allowed, At, Choice, Table, Written};
+use crate::case::reader::{Allowed, At, Choice, Coordinates, Table, Written};
 
 /// `[[solid.body]]`.
 #[derive(Clone, Debug, Serialize)]
@@ -19,16 +20,16 @@ pub struct BodyTable {
     pub shape: Option<At<ShapeTable>>,
     pub material: MaterialTable,
     pub formulation: FormulationTable,
-    /// Expressions of x and y.
-    pub velocity_m_s: [At<Written>; 2],
+    /// Expressions of the coordinates.
+    pub velocity_m_s: Vec<At<Written>>,
     /// Rotation about the centre of mass at the start.
-    pub rotation_speed_rad_s: f64,
+    pub rotation_speed_rad_s: SpinKey,
     pub layout: Choice<Layout>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub lattice_origin_m: Option<At<Vector>>,
-    /// Expressions of x, y and t.
+    pub lattice_origin_m: Option<At<Coordinates>>,
+    /// Expressions of the coordinates and t.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub acceleration_m_s2: Option<[At<Written>; 2]>,
+    pub acceleration_m_s2: Option<Vec<At<Written>>>,
     #[serde(rename = "support")]
     pub supports: Vec<SupportTable>,
     #[serde(rename = "load")]
@@ -43,12 +44,18 @@ impl BodyTable {
         let shape = ShapeTable::read(&mut table, "shape");
         let material = MaterialTable::read(&mut table);
         let formulation = FormulationTable::read(table.table_or_empty("formulation"), defaults);
-        let velocity_m_s = formula::read_pair(&mut table, "velocity_m_s", &["x", "y"])
-            .unwrap_or_else(|| formula::zeros(&table.place_of("velocity_m_s")));
-        let rotation_speed_rad_s = table.number_or("rotation_speed_rad_s", &Allowed::FINITE, 0.0).value;
+        let dimensions = table.dimensions;
+        let velocity_m_s =
+            formula::read_components(&mut table, "velocity_m_s", formula::coordinates(dimensions))
+                .unwrap_or_else(|| formula::zeros(dimensions, &table.place_of("velocity_m_s")));
+        let rotation_speed_rad_s = SpinKey::read(&mut table);
         let layout = Layout::read(&mut table);
         let lattice_origin_m = table.optional_vector("lattice_origin_m");
-        let acceleration_m_s2 = formula::read_pair(&mut table, "acceleration_m_s2", &["x", "y", "t"]);
+        let acceleration_m_s2 = formula::read_components(
+            &mut table,
+            "acceleration_m_s2",
+            formula::coordinates_and_time(dimensions),
+        );
         let supports = table.tables("support").into_iter().map(SupportTable::read).collect();
         let loads = table.tables("load").into_iter().map(LoadTable::read).collect();
         Self {
@@ -73,5 +80,36 @@ impl BodyTable {
             FormulationTable::UpdatedLagrangian(set) => Some(set.kernel_ratio),
             FormulationTable::TotalLagrangian(_) | FormulationTable::Rigid => None,
         }
+    }
+}
+
+/// `rotation_speed_rad_s`: a number in the plane, a vector in space.
+#[derive(Clone, Debug, Serialize)]
+#[serde(untagged)]
+#[allow(missing_docs)]
+pub enum SpinKey {
+    Plane(f64),
+    Spatial(Coordinates),
+}
+
+impl SpinKey {
+    const KEY: &'static str = "rotation_speed_rad_s";
+
+    fn read(table: &mut Table<'_>) -> Self {
+        match table.dimensions {
+            2 => Self::Plane(table.number_or(Self::KEY, &Allowed::FINITE, 0.0).value),
+            dimensions => {
+                Self::Spatial(table.vector_or(Self::KEY, Coordinates::repeat(dimensions, 0.0)).value)
+            }
+        }
+    }
+
+    /// The angular velocity \[rad/s\].
+    pub fn to<S: Space>(&self) -> S::Spin {
+        match self {
+            Self::Plane(speed) => S::Spin::of_row(&[*speed]),
+            Self::Spatial(vector) => S::Spin::of_row(vector.as_slice()),
+        }
+        .unwrap_or_default()
     }
 }

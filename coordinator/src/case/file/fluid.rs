@@ -2,13 +2,12 @@
 
 use serde::Serialize;
 use sph::setup::{Contradiction, Damping, FluidParameters};
-use sph::space::Vector;
 
 use super::layout::Layout;
 use super::shape::ShapeTable;
 use super::{Preset, formula};
 use crate::case::errors::CaseError;
-use crate::case::reader::{Allowed, At, Choice, Parameters, Table, Written};
+use crate::case::reader::{Allowed, At, Choice, Coordinates, Parameters, Table, Written};
 
 /// `[fluid]`.
 #[derive(Clone, Debug, Serialize)]
@@ -99,15 +98,15 @@ pub struct RegionTable {
     pub name: At<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub shape: Option<At<ShapeTable>>,
-    /// Expressions of x and y.
-    pub velocity_m_s: [At<Written>; 2],
+    /// Expressions of the coordinates.
+    pub velocity_m_s: Vec<At<Written>>,
     pub start: StartTable,
     /// Particles that would overlap a solid or a wall are left out; otherwise an overlap is an error.
     pub cut_by_solids: bool,
     pub cut_by_walls: bool,
     pub layout: Choice<Layout>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub lattice_origin_m: Option<At<Vector>>,
+    pub lattice_origin_m: Option<At<Coordinates>>,
     /// Largest random displacement along each axis as a fraction of the spacing.
     pub displacement_fraction: f64,
     pub displacement_seed: u64,
@@ -128,7 +127,7 @@ pub enum StartTable {
         surface_m: f64,
         lattice: Choice<HydrostaticLattice>,
     },
-    /// Pressure by an expression of x and y.
+    /// Pressure by an expression of the coordinates.
     Pressure { pressure_pa: At<Written>, particle_mass: Choice<ParticleMass> },
 }
 
@@ -163,8 +162,9 @@ impl RegionTable {
         const DISPLACEMENT: Allowed = Allowed::new(0.0, 0.5, (true, false), "a number from 0 to below 0.5");
         let name = table.name("name");
         let shape = ShapeTable::read(&mut table, "shape");
-        let velocity_m_s = formula::read_pair(&mut table, "velocity_m_s", &["x", "y"])
-            .unwrap_or_else(|| formula::zeros(&table.place_of("velocity_m_s")));
+        let (dimensions, variables) = (table.dimensions, formula::coordinates(table.dimensions));
+        let velocity_m_s = formula::read_components(&mut table, "velocity_m_s", variables)
+            .unwrap_or_else(|| formula::zeros(dimensions, &table.place_of("velocity_m_s")));
         let start = StartTable::read(&mut table);
         let cut_by_solids = table.flag_or("cut_by_solids", true);
         let cut_by_walls = table.flag_or("cut_by_walls", true);
@@ -197,6 +197,7 @@ impl StartTable {
             ("hydrostatic", StartKind::Hydrostatic),
             ("pressure", StartKind::Pressure),
         ];
+        let variables = formula::coordinates(table.dimensions);
         let read = match table.choice("type", &kinds).map(|choice| choice.value) {
             Some(StartKind::Hydrostatic) => Self::Hydrostatic {
                 surface_m: table.number("surface_m", &Allowed::FINITE).value,
@@ -209,7 +210,7 @@ impl StartTable {
                 ),
             },
             Some(StartKind::Pressure) => Self::Pressure {
-                pressure_pa: formula::read(&mut table, "pressure_pa", &["x", "y"]),
+                pressure_pa: formula::read(&mut table, "pressure_pa", variables),
                 particle_mass: table.choice_or_first(
                     "particle_mass",
                     &[("from-density", ParticleMass::FromDensity), ("rest", ParticleMass::Rest)],

@@ -1,6 +1,7 @@
 //! Numbers or expressions as a case file writes them, checked where they are read.
 
 use sph::expression::Expression;
+use sph::space::Space;
 
 use crate::case::errors::{CaseError, Place};
 use crate::case::reader::{At, Table, Written};
@@ -30,14 +31,33 @@ pub fn read(table: &mut Table<'_>, key: &'static str, variables: &[&str]) -> At<
     written
 }
 
-/// A checked pair of expressions under `key`, if written.
-pub fn read_pair(table: &mut Table<'_>, key: &'static str, variables: &[&str]) -> Option<[At<Written>; 2]> {
-    let pair = table.optional_written_pair(key)?;
-    pair.iter().for_each(|written| check(table, written, variables));
-    Some(pair)
+/// Checked expressions under `key`, one for each axis, if written.
+pub fn read_components(
+    table: &mut Table<'_>,
+    key: &'static str,
+    variables: &[&str],
+) -> Option<Vec<At<Written>>> {
+    let components = table.optional_written_components(key)?;
+    components.iter().for_each(|written| check(table, written, variables));
+    Some(components)
 }
 
-/// A pair of zeros at `place`.
-pub fn zeros(place: &Place) -> [At<Written>; 2] {
-    [0.0, 0.0].map(|zero| At { value: Written::Number(zero), place: place.clone() })
+/// A zero for each of `dimensions` axes at `place`.
+pub fn zeros(dimensions: usize, place: &Place) -> Vec<At<Written>> {
+    vec![At { value: Written::Number(0.0), place: place.clone() }; dimensions]
+}
+
+/// The texts of expressions in the space of the case; zeros where there are too few.
+pub fn texts<S: Space>(components: &[At<Written>]) -> S::PerAxis<String> {
+    S::per_axis(|axis| components.get(axis).map_or_else(|| "0".to_owned(), |written| written.value.text()))
+}
+
+/// Variables of an expression of the coordinates in a case of `dimensions` dimensions.
+pub fn coordinates(dimensions: usize) -> &'static [&'static str] {
+    if dimensions == 2 { &["x", "y"] } else { &["x", "y", "z"] }
+}
+
+/// The same with the time.
+pub fn coordinates_and_time(dimensions: usize) -> &'static [&'static str] {
+    if dimensions == 2 { &["x", "y", "t"] } else { &["x", "y", "z", "t"] }
 }

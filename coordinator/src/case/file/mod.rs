@@ -87,6 +87,7 @@ pub struct CaseFile {
 impl CaseFile {
     /// Reads the whole file.
     pub fn read(mut root: Table<'_>) -> Self {
+        root.take_dimensions("domain", "lower_m");
         let name = root.name("name");
         let start_from = root.optional_text("start_from").map(|mut folder| {
             let path = root.directory.join(&folder.value);

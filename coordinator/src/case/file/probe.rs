@@ -5,9 +5,8 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 use sph::coupling::solver::Role;
 use sph::setup::{ArgumentKind, FluidProbeKind, ProbeKind, ProbeSpec, SolidProbeKind};
-use sph::space::Vector;
 
-use crate::case::reader::{Allowed, At, Choice, Table};
+use crate::case::reader::{Allowed, At, Choice, Coordinates, Table};
 
 /// `[[probe]]`.
 #[derive(Clone, Debug, Serialize)]
@@ -30,7 +29,7 @@ pub struct ProbeTable {
 #[allow(missing_docs)]
 pub enum WrittenArgument {
     Number(At<f64>),
-    Point(At<Vector>),
+    Point(At<Coordinates>),
     /// Name of a region, wall, body or support.
     Name(At<String>),
 }

@@ -2,15 +2,21 @@
 
 use serde::Serialize;
 use sph::setup::{BreachAction, LedgerPolicy, Motion, Outflow, OutputPlan, StepPolicy, TimePlan};
+use sph::space::Space;
+use sph::space::components::Components;
 use sph::space::domain::Domain;
-use sph::space::{DIMENSIONS, Vector};
 
 use super::formula;
 use crate::case::errors::{CaseError, Place};
-use crate::case::reader::{Allowed, At, Choice, Table, Written};
+use crate::case::reader::{Allowed, At, Choice, Coordinates, Table, Written};
 
-/// Names of the axes in lists of directions.
-pub const AXES: [(&str, usize); DIMENSIONS] = [("x", 0), ("y", 1)];
+/// Names of the axes in lists of directions; the plane has the first two.
+pub const AXES: [(&str, usize); 3] = [("x", 0), ("y", 1), ("z", 2)];
+
+/// Names of the axes of a case of `dimensions` dimensions.
+pub fn axes(dimensions: usize) -> &'static [(&'static str, usize)] {
+    &AXES[..dimensions]
+}
 
 /// A side of a box: axis, and whether it is the upper one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -21,23 +27,38 @@ pub struct Side {
     pub upper: bool,
 }
 
-/// Names of the sides of a box.
-pub const SIDES: [(&str, Side); 2 * DIMENSIONS] = [
+/// Names of the sides of a box in the plane.
+const PLANE_SIDES: [(&str, Side); 4] = [
     ("left", Side { axis: 0, upper: false }),
     ("right", Side { axis: 0, upper: true }),
     ("bottom", Side { axis: 1, upper: false }),
     ("top", Side { axis: 1, upper: true }),
 ];
 
+/// Names of the sides of a box in space, where gravity says what is up.
+const SPATIAL_SIDES: [(&str, Side); 6] = [
+    ("-x", Side { axis: 0, upper: false }),
+    ("+x", Side { axis: 0, upper: true }),
+    ("-y", Side { axis: 1, upper: false }),
+    ("+y", Side { axis: 1, upper: true }),
+    ("-z", Side { axis: 2, upper: false }),
+    ("+z", Side { axis: 2, upper: true }),
+];
+
+/// Names of the sides of a box in a case of `dimensions` dimensions.
+pub fn sides(dimensions: usize) -> &'static [(&'static str, Side)] {
+    if dimensions == 2 { &PLANE_SIDES } else { &SPATIAL_SIDES }
+}
+
 /// `[domain]`.
 #[derive(Clone, Debug, Serialize)]
 #[allow(missing_docs)] // As for all tables here: the keys name quantity and unit.
 pub struct DomainTable {
-    pub lower_m: At<Vector>,
-    pub upper_m: At<Vector>,
+    pub lower_m: At<Coordinates>,
+    pub upper_m: At<Coordinates>,
     pub periodic: Vec<Choice<usize>>,
     /// Corner of the one lattice on which all particles of the scene are laid.
-    pub lattice_origin_m: Vector,
+    pub lattice_origin_m: Coordinates,
     /// Sides through which particles may leave; by default the open sides of containers that fill the domain.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub outflow_sides: Option<Vec<Choice<Side>>>,
@@ -48,12 +69,12 @@ pub struct DomainTable {
 impl DomainTable {
     /// What stands in for a table that is missing; nothing is built from it.
     pub fn unwritten(place: &Place) -> Self {
-        let corner = |value| At { value: Vector::repeat(value), place: place.clone() };
+        let corner = |value| At { value: Coordinates::repeat(2, value), place: place.clone() };
         Self {
             lower_m: corner(0.0),
             upper_m: corner(1.0),
             periodic: Vec::new(),
-            lattice_origin_m: Vector::zeros(),
+            lattice_origin_m: Coordinates::repeat(2, 0.0),
             outflow_sides: None,
             intact: false,
         }
@@ -61,34 +82,59 @@ impl DomainTable {
 
     /// Reads the table.
     pub fn read(mut table: Table<'_>) -> Self {
+        let dimensions = table.dimensions;
         let lower_m = table.vector("lower_m");
         let upper_m = table.vector("upper_m");
-        if table.intact() && !(lower_m.value.x < upper_m.value.x && lower_m.value.y < upper_m.value.y) {
-            let error = CaseError::new(&upper_m.place, "does not lie above and to the right of `lower_m`");
+        let mut sizes = lower_m.value.as_slice().iter().zip(upper_m.value.as_slice());
+        if table.intact() && !sizes.all(|(lower, upper)| lower < upper) {
+            let problem = match dimensions {
+                2 => "does not lie above and to the right of `lower_m`",
+                _ => "does not exceed `lower_m` along each axis",
+            };
+            let error = CaseError::new(&upper_m.place, problem);
             table.error(error.value(table.written(&upper_m.place)));
         }
-        let periodic = table.words("periodic", &AXES).unwrap_or_default();
-        let outflow_sides = table.words("outflow_sides", &SIDES);
+        let periodic = table.words("periodic", axes(dimensions)).unwrap_or_default();
+        let outflow_sides = table.words("outflow_sides", sides(dimensions));
         for side in outflow_sides.iter().flatten() {
             if periodic.iter().any(|axis| axis.value == side.value.axis) {
                 table.error(CaseError::new(&side.place, "lies across a periodic direction").value(side.word));
             }
         }
-        let lattice_origin_m = table.vector_or("lattice_origin_m", lower_m.value).value;
+        let lattice_origin_m = table.vector_or("lattice_origin_m", lower_m.value.clone()).value;
         Self { lower_m, upper_m, periodic, lattice_origin_m, outflow_sides, intact: table.finish() }
     }
 
+    /// Number of dimensions of the case.
+    pub fn dimensions(&self) -> usize {
+        self.lower_m.value.as_slice().len()
+    }
+
+    /// Whether the scene repeats along `axis`.
+    pub fn is_periodic(&self, axis: usize) -> bool {
+        self.periodic.iter().any(|choice| choice.value == axis)
+    }
+
     /// The box of the scene.
-    pub fn domain(&self) -> Domain {
-        let periodic = std::array::from_fn(|axis| self.periodic.iter().any(|choice| choice.value == axis));
-        Domain { lower: self.lower_m.value, upper: self.upper_m.value, periodic }
+    pub fn domain<S: Space>(&self) -> Domain<S> {
+        let periodic = S::axes(|axis| self.is_periodic(axis));
+        Domain { lower: self.lower_m.value.to::<S>(), upper: self.upper_m.value.to::<S>(), periodic }
     }
 
     /// Sides through which particles may leave.
-    pub fn outflow(&self) -> Outflow {
+    pub fn outflow<S: Space>(&self) -> Outflow<S> {
         let sides = || self.outflow_sides.iter().flatten().map(|choice| choice.value);
-        let open = |upper| std::array::from_fn(|axis| sides().any(|side| side == Side { axis, upper }));
+        let open = |upper| S::axes(|axis| sides().any(|side| side == Side { axis, upper }));
         Outflow { lower: open(false), upper: open(true) }
+    }
+
+    /// Where coordinates may lie, in words: `x from 0 to 1, y from 0 to 2`.
+    pub fn extent_text(&self) -> String {
+        let (lower, upper) = (self.lower_m.value.as_slice(), self.upper_m.value.as_slice());
+        let spans = AXES.iter().zip(lower.iter().zip(upper));
+        let spans: Vec<String> =
+            spans.map(|((axis, _), (lower, upper))| format!("{axis} from {lower} to {upper}")).collect();
+        spans.join(", ")
     }
 }
 
@@ -96,26 +142,27 @@ impl DomainTable {
 #[derive(Clone, Debug, Serialize)]
 #[allow(missing_docs)]
 pub struct BodyForceTable {
-    pub gravity_m_s2: Vector,
-    /// Expressions of x, y, t added to gravity.
+    pub gravity_m_s2: Coordinates,
+    /// Expressions of x, y, in space z, and t, added to gravity.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub acceleration_m_s2: Option<[At<Written>; 2]>,
+    pub acceleration_m_s2: Option<Vec<At<Written>>>,
 }
 
 impl BodyForceTable {
     /// Reads the table; left out, nothing pulls.
     pub fn read(mut table: Table<'_>) -> Self {
-        let gravity_m_s2 = table.vector_or("gravity_m_s2", Vector::zeros()).value;
-        let acceleration_m_s2 = formula::read_pair(&mut table, "acceleration_m_s2", &["x", "y", "t"]);
+        let zero = Coordinates::repeat(table.dimensions, 0.0);
+        let gravity_m_s2 = table.vector_or("gravity_m_s2", zero).value;
+        let variables = formula::coordinates_and_time(table.dimensions);
+        let acceleration_m_s2 = formula::read_components(&mut table, "acceleration_m_s2", variables);
         table.finish();
         Self { gravity_m_s2, acceleration_m_s2 }
     }
 
     /// Set-up of the solvers.
-    pub fn to_setup(&self) -> sph::setup::BodyForce {
-        let expressions =
-            self.acceleration_m_s2.as_ref().map(|pair| pair.each_ref().map(|written| written.value.text()));
-        sph::setup::BodyForce { gravity: self.gravity_m_s2, expressions }
+    pub fn to_setup<S: Space>(&self) -> sph::setup::BodyForce<S> {
+        let expressions = self.acceleration_m_s2.as_deref().map(formula::texts::<S>);
+        sph::setup::BodyForce { gravity: self.gravity_m_s2.to::<S>(), expressions }
     }
 }
 
@@ -240,7 +287,10 @@ impl OutputsTable {
         }
         let spread = || {
             let last = f64::from(Self::DEFAULT_PICTURES - 1);
-            (0..Self::DEFAULT_PICTURES).map(|k| start + (end - start) * f64::from(k) / last).collect()
+            // Rounding must not put the last one beyond the end.
+            (0..Self::DEFAULT_PICTURES)
+                .map(|k| (start + (end - start) * f64::from(k) / last).min(end))
+                .collect()
         };
         let picture_times_s = pictures.map_or_else(spread, |times| times.value);
         table.finish();
@@ -302,35 +352,72 @@ impl LedgerTable {
 pub struct MotionTable {
     pub displacement_x_m: At<Written>,
     pub displacement_y_m: At<Written>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub displacement_z_m: Option<At<Written>>,
     pub angle_rad: At<Written>,
-    pub pivot_m: Vector,
+    /// Direction of the axis of rotation; the plane has but one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub axis: Option<Coordinates>,
+    pub pivot_m: Coordinates,
 }
 
 impl MotionTable {
     /// Reads `motion`, which may be left out.
     pub fn read(parent: &mut Table<'_>) -> Option<Self> {
         let mut table = parent.optional_table("motion")?;
-        let turns = table.has("angle_rad");
+        let (turns, in_space) = (table.has("angle_rad"), table.dimensions == 3);
+        let zero = Coordinates::repeat(table.dimensions, 0.0);
         let read = Self {
             displacement_x_m: formula::read(&mut table, "displacement_x_m", &["t"]),
             displacement_y_m: formula::read(&mut table, "displacement_y_m", &["t"]),
+            displacement_z_m: in_space.then(|| formula::read(&mut table, "displacement_z_m", &["t"])),
             angle_rad: formula::read(&mut table, "angle_rad", &["t"]),
+            axis: (in_space && turns).then(|| Self::read_axis(&mut table)),
             pivot_m: match turns {
                 true => table.vector("pivot_m").value,
-                false => table.vector_or("pivot_m", Vector::zeros()).value,
+                false => table.vector_or("pivot_m", zero).value,
             },
         };
         table.finish();
         Some(read)
     }
 
+    fn read_axis(table: &mut Table<'_>) -> Coordinates {
+        let axis = table.vector("axis");
+        if table.intact() && !axis.value.is_nonzero() {
+            let error = CaseError::new(&axis.place, "has no direction").value(table.written(&axis.place));
+            table.error(error.hint("give a direction such as [0.0, 0.0, 1.0]; its length does not matter"));
+        }
+        axis.value
+    }
+
+    /// The expressions of the displacement along the axes of the case, then that of the angle.
+    pub fn formulas(&self) -> impl Iterator<Item = &At<Written>> {
+        let displacement = [&self.displacement_x_m, &self.displacement_y_m].into_iter();
+        displacement.chain(&self.displacement_z_m).chain([&self.angle_rad])
+    }
+
     /// Set-up of the solvers.
-    pub fn to_setup(&self) -> Motion {
+    pub fn to_setup<S: Space>(&self) -> Motion<S> {
+        let texts: Vec<String> = self.formulas().map(|written| written.value.text()).collect();
         Motion {
-            displacement: [self.displacement_x_m.value.text(), self.displacement_y_m.value.text()],
+            displacement: S::per_axis(|axis| texts[axis].clone()),
             angle: self.angle_rad.value.text(),
-            axis: 1.0,
-            pivot: self.pivot_m,
+            axis: axis_of::<S>(self.axis.as_ref()),
+            pivot: self.pivot_m.to::<S>(),
         }
     }
+}
+
+/// The spin of unit magnitude about `axis`: in the plane counter-clockwise, in space about z where none is written.
+fn axis_of<S: Space>(axis: Option<&Coordinates>) -> S::Spin {
+    let mut row = vec![0.0; S::Spin::COUNT];
+    match axis {
+        Some(axis) if axis.as_slice().len() == row.len() => {
+            let length = axis.as_slice().iter().map(|x| x * x).sum::<f64>().sqrt();
+            row.iter_mut().zip(axis.as_slice()).for_each(|(row, x)| *row = x / length);
+        }
+        _ => row.iter_mut().last().into_iter().for_each(|last| *last = 1.0),
+    }
+    S::Spin::of_row(&row).unwrap_or_default()
 }

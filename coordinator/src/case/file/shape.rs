@@ -1,15 +1,20 @@
 //! Shapes as a case file writes them.
 
+mod spatial;
+mod surface;
+
 use std::path::Path;
 
 use serde::Serialize;
 use sph::shapes::{MAXIMUM_NESTING, MAXIMUM_VERTICES, Shape};
-use sph::space::Vector;
+use sph::space::Plane;
 
 use crate::case::errors::{CaseError, ErrorList, Place};
 use crate::case::files::{LARGEST_FILE, read_text, resolved};
-use crate::case::reader::{Allowed, At, SOUND, Table, is_sound};
+use crate::case::reader::{Allowed, At, Coordinates, SOUND, Table, is_sound};
 use crate::quote;
+use spatial::SpatialKind;
+use surface::SurfaceTable;
 
 /// Most primitives and corners that one shape may have: the work per particle grows with them.
 const MOST_PIECES: usize = 2 * MAXIMUM_VERTICES;
@@ -19,12 +24,81 @@ const MOST_PIECES: usize = 2 * MAXIMUM_VERTICES;
 #[serde(tag = "type", rename_all = "kebab-case")]
 #[allow(missing_docs)] // The keys are the documentation: each names its quantity and unit.
 pub enum ShapeTable {
-    Rectangle { lower_m: Vector, upper_m: Vector },
-    Circle { centre_m: Vector, radius_m: f64 },
-    Ring { centre_m: Vector, inner_radius_m: f64, outer_radius_m: f64 },
-    Polygon { vertices_m: Vec<Vector> },
-    Union { parts: Vec<ShapeTable> },
-    Difference { from: Box<ShapeTable>, minus: Vec<ShapeTable> },
+    Rectangle {
+        lower_m: Coordinates,
+        upper_m: Coordinates,
+    },
+    Circle {
+        centre_m: Coordinates,
+        radius_m: f64,
+    },
+    Ring {
+        centre_m: Coordinates,
+        inner_radius_m: f64,
+        outer_radius_m: f64,
+    },
+    Polygon {
+        vertices_m: Vec<Coordinates>,
+    },
+    Box {
+        lower_m: Coordinates,
+        upper_m: Coordinates,
+    },
+    Sphere {
+        centre_m: Coordinates,
+        radius_m: f64,
+    },
+    Cylinder {
+        from_m: Coordinates,
+        to_m: Coordinates,
+        radius_m: f64,
+        inner_radius_m: f64,
+    },
+    Cone {
+        from_m: Coordinates,
+        to_m: Coordinates,
+        radius_from_m: f64,
+        radius_to_m: f64,
+    },
+    Torus {
+        centre_m: Coordinates,
+        axis: Coordinates,
+        radius_m: f64,
+        tube_radius_m: f64,
+    },
+    Extrusion {
+        origin_m: Coordinates,
+        x_axis: Coordinates,
+        y_axis: Coordinates,
+        height_m: f64,
+        section: Box<ShapeTable>,
+    },
+    Revolution {
+        origin_m: Coordinates,
+        axis: Coordinates,
+        section: Box<ShapeTable>,
+    },
+    HalfSpace {
+        point_m: Coordinates,
+        normal: Coordinates,
+    },
+    Surface(SurfaceTable),
+    Placed {
+        axis: Coordinates,
+        angle_rad: f64,
+        by_m: Coordinates,
+        shape: Box<ShapeTable>,
+    },
+    Union {
+        parts: Vec<ShapeTable>,
+    },
+    Intersection {
+        parts: Vec<ShapeTable>,
+    },
+    Difference {
+        from: Box<ShapeTable>,
+        minus: Vec<ShapeTable>,
+    },
 }
 
 #[derive(Clone, Copy)]
@@ -33,11 +107,13 @@ enum Kind {
     Circle,
     Ring,
     Polygon,
+    Spatial(SpatialKind),
     Union,
     Difference,
 }
 
-const KINDS: [(&str, Kind); 6] = [
+/// Words of the shapes of the plane.
+const PLANE_KINDS: [(&str, Kind); 6] = [
     ("rectangle", Kind::Rectangle),
     ("circle", Kind::Circle),
     ("ring", Kind::Ring),
@@ -82,7 +158,7 @@ impl ShapeTable {
         if !errors.spend(place, 2.5 * (pieces * pieces) as f64) {
             return Err("was not examined: those before it took too much work".into());
         }
-        self.to_shape().validate()
+        self.validate()
     }
 
     fn read_table(table: &mut Table<'_>, depth: usize) -> Option<Self> {
@@ -91,7 +167,21 @@ impl ShapeTable {
             table.error(CaseError::new(table.place(), problem).hint("draw a polygon instead"));
             return None;
         }
-        let Some(kind) = table.choice("type", &KINDS) else {
+        let (kinds, others, space) = match table.dimensions {
+            2 => (&PLANE_KINDS[..], &spatial::KINDS[..], "in space"),
+            _ => (&spatial::KINDS[..], &PLANE_KINDS[..], "of the plane"),
+        };
+        let word = table.peek_text("type").unwrap_or_default();
+        let known = |kinds: &[(&str, Kind)]| kinds.iter().any(|(kind, _)| *kind == word);
+        if known(others) && !known(kinds) {
+            let place = table.place_of("type");
+            let words: Vec<String> = kinds.iter().map(|(word, _)| format!("\"{word}\"")).collect();
+            let problem = format!("is a shape {space}, in a case of {} dimensions", table.dimensions);
+            table.error(CaseError::new(&place, problem).value(word).allowed(words.join(", ")));
+            table.abandon();
+            return None;
+        }
+        let Some(kind) = table.choice("type", kinds) else {
             table.abandon();
             return None;
         };
@@ -110,6 +200,7 @@ impl ShapeTable {
                 outer_radius_m: table.number("outer_radius_m", &Allowed::POSITIVE).value,
             },
             Kind::Polygon => Self::Polygon { vertices_m: read_polygon(table)? },
+            Kind::Spatial(kind) => spatial::read(kind, table, depth)?,
             Kind::Union => Self::Union { parts: Self::read_parts(table, "parts", depth) },
             Kind::Difference => {
                 let from = table.required_table("from");
@@ -138,34 +229,63 @@ impl ShapeTable {
         let sum = |parts: &[Self]| parts.iter().map(Self::pieces).sum::<usize>();
         match self {
             Self::Rectangle { .. } => 4,
-            Self::Circle { .. } => 1,
+            Self::Circle { .. } | Self::Sphere { .. } | Self::HalfSpace { .. } | Self::Torus { .. } => 1,
             Self::Ring { .. } => 2,
+            Self::Cone { .. } => 3,
+            Self::Cylinder { .. } => 4,
+            Self::Box { .. } => 6,
+            Self::Extrusion { section, .. } => section.pieces() + 2,
+            Self::Revolution { section, .. } => section.pieces(),
+            Self::Placed { shape, .. } => shape.pieces(),
+            Self::Surface(surface) => surface.pieces(),
             Self::Polygon { vertices_m } => vertices_m.len(),
-            Self::Union { parts } => sum(parts),
+            Self::Union { parts } | Self::Intersection { parts } => sum(parts),
             Self::Difference { from, minus } => from.pieces() + sum(minus),
         }
     }
 
-    /// The region of the plane that it means.
-    pub fn to_shape(&self) -> Shape {
-        let all = |parts: &[Self]| parts.iter().map(Self::to_shape).collect();
+    fn validate(&self) -> Result<(), String> {
+        if self.is_spatial() { self.to_spatial().validate() } else { self.to_plane().validate() }
+    }
+
+    /// Whether it is a shape in space.
+    fn is_spatial(&self) -> bool {
         match self {
-            Self::Rectangle { lower_m, upper_m } => Shape::Rectangle { lower: *lower_m, upper: *upper_m },
-            Self::Circle { centre_m, radius_m } => Shape::Circle { centre: *centre_m, radius: *radius_m },
+            Self::Rectangle { .. } | Self::Circle { .. } | Self::Ring { .. } | Self::Polygon { .. } => false,
+            Self::Union { parts } => parts.iter().any(Self::is_spatial),
+            Self::Difference { from, .. } => from.is_spatial(),
+            _ => true,
+        }
+    }
+
+    /// The region of the plane that it means; none for a shape in space, which is refused where a case is read.
+    pub fn to_plane(&self) -> Shape {
+        let all = |parts: &[Self]| parts.iter().map(Self::to_plane).collect();
+        let vector = Coordinates::to::<Plane>;
+        match self {
+            Self::Rectangle { lower_m, upper_m } => {
+                Shape::Rectangle { lower: vector(lower_m), upper: vector(upper_m) }
+            }
+            Self::Circle { centre_m, radius_m } => {
+                Shape::Circle { centre: vector(centre_m), radius: *radius_m }
+            }
             Self::Ring { centre_m, inner_radius_m, outer_radius_m } => Shape::Ring {
-                centre: *centre_m,
+                centre: vector(centre_m),
                 inner_radius: *inner_radius_m,
                 outer_radius: *outer_radius_m,
             },
-            Self::Polygon { vertices_m } => Shape::Polygon { vertices: vertices_m.clone() },
+            Self::Polygon { vertices_m } => {
+                Shape::Polygon { vertices: vertices_m.iter().map(vector).collect() }
+            }
             Self::Union { parts } => Shape::Union(all(parts)),
-            Self::Difference { from, minus } => Shape::Difference(Box::new(from.to_shape()), all(minus)),
+            Self::Difference { from, minus } => Shape::Difference(Box::new(from.to_plane()), all(minus)),
+            _ => Shape::Union(Vec::new()),
         }
     }
 }
 
 /// Corners of a polygon, written inline or in a CSV file with columns `x_m` and `y_m`.
-fn read_polygon(table: &mut Table<'_>) -> Option<Vec<Vector>> {
+fn read_polygon(table: &mut Table<'_>) -> Option<Vec<Coordinates>> {
     if !table.has("file") {
         return Some(table.points("vertices_m")?.value);
     }
@@ -186,7 +306,7 @@ fn read_polygon(table: &mut Table<'_>) -> Option<Vec<Vector>> {
         .ok()
 }
 
-fn read_points(path: &Path) -> Result<Vec<Vector>, String> {
+fn read_points(path: &Path) -> Result<Vec<Coordinates>, String> {
     let text = read_text(path)?;
     let mut reader =
         csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).from_reader(text.as_bytes());
@@ -213,7 +333,7 @@ fn read_points(path: &Path) -> Result<Vec<Vector>, String> {
             };
             cell.parse().ok().filter(|value: &f64| is_sound(*value)).ok_or_else(bad)
         };
-        points.push(Vector::new(number(x)?, number(y)?));
+        points.push(vec![number(x)?, number(y)?].into());
         if points.len() > MAXIMUM_VERTICES {
             return Err(format!("{} has more than {MAXIMUM_VERTICES} points", quote::path(path)));
         }

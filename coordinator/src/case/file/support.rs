@@ -2,9 +2,10 @@
 
 use serde::Serialize;
 use sph::setup::{LoadLaw, Support};
+use sph::space::Space;
 
 use super::formula;
-use super::run::{AXES, MotionTable};
+use super::run::{MotionTable, axes};
 use super::shape::ShapeTable;
 use crate::case::errors::CaseError;
 use crate::case::reader::{Allowed, At, Choice, Table, Written};
@@ -17,22 +18,21 @@ pub struct LoadTable {
     /// Outer faces whose middle lies inside this shape at the start are loaded.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub shape: Option<At<ShapeTable>>,
-    /// Expressions of x, y and t.
+    /// Expressions of the coordinates and t.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pressure_pa: Option<At<Written>>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub traction_pa: Option<[At<Written>; 2]>,
+    pub traction_pa: Option<Vec<At<Written>>>,
 }
 
 impl LoadTable {
-    const VARIABLES: [&'static str; 3] = ["x", "y", "t"];
-
     pub(super) fn read(mut table: Table<'_>) -> Self {
         let name = table.name("name");
         let shape = ShapeTable::read(&mut table, "shape");
+        let variables = formula::coordinates_and_time(table.dimensions);
         let pressure_pa =
-            table.has("pressure_pa").then(|| formula::read(&mut table, "pressure_pa", &Self::VARIABLES));
-        let traction_pa = formula::read_pair(&mut table, "traction_pa", &Self::VARIABLES);
+            table.has("pressure_pa").then(|| formula::read(&mut table, "pressure_pa", variables));
+        let traction_pa = formula::read_components(&mut table, "traction_pa", variables);
         if pressure_pa.is_some() == traction_pa.is_some() && table.intact() {
             let error = CaseError::new(table.place(), "does not say what acts");
             table.error(error.allowed("either `pressure_pa` or `traction_pa`"));
@@ -42,10 +42,10 @@ impl LoadTable {
     }
 
     /// Set-up of the solvers; `None` if the table is wrong.
-    pub fn to_law(&self) -> Option<LoadLaw> {
+    pub fn to_law<S: Space>(&self) -> Option<LoadLaw<S>> {
         match (&self.pressure_pa, &self.traction_pa) {
             (Some(pressure), None) => Some(LoadLaw::Pressure(pressure.value.text())),
-            (None, Some(traction)) => Some(LoadLaw::Traction(traction.each_ref().map(|w| w.value.text()))),
+            (None, Some(traction)) => Some(LoadLaw::Traction(formula::texts::<S>(traction))),
             _ => None,
         }
     }
@@ -59,7 +59,7 @@ pub struct SupportTable {
     /// Particles inside this shape at the start are held.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub shape: Option<At<ShapeTable>>,
-    /// Components that are held: both for a clamp, one for a roller.
+    /// Components that are held: all for a clamp, fewer for a roller.
     pub held: Vec<Choice<usize>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub motion: Option<MotionTable>,
@@ -71,15 +71,15 @@ impl SupportTable {
     pub(super) fn read(mut table: Table<'_>) -> Self {
         let name = table.name("name");
         let shape = ShapeTable::read(&mut table, "shape");
-        let both = || {
-            let place = table.place().clone();
-            AXES.map(|(word, value)| Choice { word, value, place: place.clone() }).to_vec()
-        };
-        let default = both();
-        let held = table.words("held", &AXES);
+        let axes = axes(table.dimensions);
+        let all =
+            axes.iter().map(|(word, value)| Choice { word, value: *value, place: table.place().clone() });
+        let default = all.collect();
+        let held = table.words("held", axes);
         if held.as_ref().is_some_and(Vec::is_empty) && table.intact() {
             let error = CaseError::new(&table.place_of("held"), "holds no component");
-            table.error(error.value("[]").allowed("[\"x\"], [\"y\"] or [\"x\", \"y\"]"));
+            let words: Vec<String> = axes.iter().map(|(word, _)| format!("\"{word}\"")).collect();
+            table.error(error.value("[]").allowed(format!("a list of some of {}", words.join(", "))));
         }
         let motion = MotionTable::read(&mut table);
         let release_time_s = table.optional_number("release_time_s", &Allowed::FINITE);
@@ -88,11 +88,11 @@ impl SupportTable {
     }
 
     /// Set-up of the solvers.
-    pub fn to_setup(&self) -> Support {
+    pub fn to_setup<S: Space>(&self) -> Support<S> {
         Support {
             name: self.name.value.clone(),
-            held: std::array::from_fn(|axis| self.held.iter().any(|choice| choice.value == axis)),
-            motion: self.motion.as_ref().map(MotionTable::to_setup),
+            held: S::per_axis(|axis| self.held.iter().any(|choice| choice.value == axis)),
+            motion: self.motion.as_ref().map(MotionTable::to_setup::<S>),
             release_time: self.release_time_s,
         }
     }

@@ -2,12 +2,12 @@
 
 use serde::Serialize;
 use sph::setup::WallCondition;
-use sph::space::Vector;
+use sph::space::Space;
 
 use super::layout::Layout;
-use super::run::{MotionTable, SIDES, Side};
+use super::run::{MotionTable, Side, sides};
 use super::shape::ShapeTable;
-use crate::case::reader::{Allowed, At, Choice, Table};
+use crate::case::reader::{Allowed, At, Choice, Coordinates, Table};
 
 /// `[[wall]]`.
 #[derive(Clone, Debug, Serialize)]
@@ -27,7 +27,7 @@ pub struct WallTable {
     pub layers: Option<u64>,
     pub layout: Choice<Layout>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub lattice_origin_m: Option<At<Vector>>,
+    pub lattice_origin_m: Option<At<Coordinates>>,
     pub condition: Choice<WallCondition>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub motion: Option<MotionTable>,
@@ -56,10 +56,11 @@ impl WallTable {
             table.abandon();
             Choice { word: "container", value: WallKind::Container, place: table.place_of("type") }
         });
+        let dimensions = table.dimensions;
         let (shape, open_sides) = match kind.value {
             WallKind::Container => (
                 ShapeTable::read_optional(&mut table, "shape"),
-                Some(table.words("open_sides", &SIDES).unwrap_or_default()),
+                Some(table.words("open_sides", sides(dimensions)).unwrap_or_default()),
             ),
             WallKind::Solid => (ShapeTable::read(&mut table, "shape"), None),
         };
@@ -88,11 +89,11 @@ impl WallTable {
     }
 
     /// Set-up of the solvers.
-    pub fn to_setup(&self) -> sph::setup::WallSetup {
+    pub fn to_setup<S: Space>(&self) -> sph::setup::WallSetup<S> {
         sph::setup::WallSetup {
             name: self.name.value.clone(),
             condition: self.condition.value,
-            motion: self.motion.as_ref().map(MotionTable::to_setup),
+            motion: self.motion.as_ref().map(MotionTable::to_setup::<S>),
             release_time: self.release_time_s,
         }
     }

@@ -1,54 +1,86 @@
 //! Reading of vectors, lists, expressions and tables within tables.
 
-use sph::space::Vector;
 use toml::de::DeValue;
 
-use super::{Allowed, At, LONGEST_LIST, SOUND, Table, Written, is_sound, plain_number};
+use super::{Allowed, At, Coordinates, LONGEST_LIST, SOUND, Table, Written, is_sound, plain_number};
 use crate::case::errors::{CaseError, Place};
 
+/// Names of the axes of a case, in order.
+const AXIS_NAMES: [&str; 2] = ["[x, y]", "[x, y, z]"];
+
+/// Numbers of components in words.
+const COUNT_NAMES: [&str; 2] = ["two", "three"];
+
 impl<'t> Table<'t> {
-    /// Two numbers, x and y, which must be written.
-    pub fn vector(&mut self, key: &'static str) -> At<Vector> {
-        let found = self.demand(key).and_then(|(value, place)| self.as_vector(value, &place));
-        self.or_default(key, found, Vector::zeros())
+    /// Takes the number of dimensions of the case from the vector `key` of the table `owner`: three where it has three
+    /// numbers, else two.
+    pub fn take_dimensions(&mut self, owner: &str, key: &str) {
+        let table =
+            self.entries.and_then(|entries| entries.get(owner)).and_then(|value| value.get_ref().as_table());
+        let vector = table.and_then(|table| table.get(key)).and_then(|value| value.get_ref().as_array());
+        self.dimensions = if vector.is_some_and(|list| list.len() == 3) { 3 } else { 2 };
     }
 
-    /// Two numbers, x and y, that may be left out.
-    pub fn optional_vector(&mut self, key: &'static str) -> Option<At<Vector>> {
+    /// `[x, y]` or `[x, y, z]`, with their number.
+    fn vector_words(&self, what: &str) -> String {
+        let k = self.dimensions - 2;
+        format!("{} {what}, {}", COUNT_NAMES[k], AXIS_NAMES[k])
+    }
+
+    /// A vector that must be written.
+    pub fn vector(&mut self, key: &'static str) -> At<Coordinates> {
+        let found = self.demand(key).and_then(|(value, place)| self.as_vector(value, &place));
+        self.or_default(key, found, Coordinates::repeat(self.dimensions, 0.0))
+    }
+
+    /// A vector that may be left out.
+    pub fn optional_vector(&mut self, key: &'static str) -> Option<At<Coordinates>> {
         let (value, place) = self.take(key)?;
         let value = self.as_vector(value, &place)?;
         Some(At { value, place })
     }
 
-    /// Two numbers, x and y, with a default.
-    pub fn vector_or(&mut self, key: &'static str, default: Vector) -> At<Vector> {
+    /// A vector with a default.
+    pub fn vector_or(&mut self, key: &'static str, default: Coordinates) -> At<Coordinates> {
         let found = self.optional_vector(key).map(|at| at.value);
         self.or_default(key, found, default)
     }
 
-    fn as_vector(&self, value: &DeValue<'_>, place: &Place) -> Option<Vector> {
-        let words = format!("two finite numbers, [x, y], each {SOUND}");
+    fn as_vector(&self, value: &DeValue<'_>, place: &Place) -> Option<Coordinates> {
+        let words = format!("{}, each {SOUND}", self.vector_words("finite numbers"));
         match value.as_array() {
-            Some(list) if list.len() == 2 => {
-                let mut components = list.iter().map(|item| plain_number(item.get_ref()));
-                if let (Some(Some(x)), Some(Some(y))) = (components.next(), components.next())
-                    && is_sound(x)
-                    && is_sound(y)
-                {
-                    return Some(Vector::new(x, y));
+            Some(list) if list.len() == self.dimensions => {
+                let components: Option<Vec<f64>> =
+                    list.iter().map(|item| plain_number(item.get_ref()).filter(|x| is_sound(*x))).collect();
+                if let Some(components) = components {
+                    return Some(components.into());
                 }
                 self.error(CaseError::new(place, "wrong value").value(self.written(place)).allowed(words));
+            }
+            Some(list) if list.len() == 5 - self.dimensions => {
+                self.other_dimensions(list.len(), place, words)
             }
             _ => self.wrong_type(value, place, &words),
         }
         None
     }
 
+    /// A vector of the other number of dimensions.
+    fn other_dimensions(&self, count: usize, place: &Place, allowed: String) {
+        let problem = format!("has {count} components, in a case of {} dimensions", self.dimensions);
+        let error = CaseError::new(place, problem).value(self.written(place)).allowed(allowed);
+        self.error(
+            error.hint(
+                "the number of dimensions is that of `domain.lower_m`; all vectors have as many numbers",
+            ),
+        );
+    }
+
     /// A list of points that must be written.
-    pub fn points(&mut self, key: &'static str) -> Option<At<Vec<Vector>>> {
+    pub fn points(&mut self, key: &'static str) -> Option<At<Vec<Coordinates>>> {
         let (value, place) = self.demand(key)?;
         let items = self.as_list(value, &place)?;
-        let points: Vec<Vector> =
+        let points: Vec<Coordinates> =
             items.into_iter().filter_map(|(item, place)| self.as_vector(item, &place)).collect();
         Some(At { value: points, place })
     }
@@ -77,18 +109,22 @@ impl<'t> Table<'t> {
         self.as_written(value, place)
     }
 
-    /// A pair of numbers or expressions in quotes that may be left out.
-    pub fn optional_written_pair(&mut self, key: &'static str) -> Option<[At<Written>; 2]> {
+    /// Numbers or expressions in quotes, one for each axis, that may be left out.
+    pub fn optional_written_components(&mut self, key: &'static str) -> Option<Vec<At<Written>>> {
         let (value, place) = self.take(key)?;
+        let words = self.vector_words("numbers or expressions in quotes");
         let items = match value.as_array() {
-            Some(list) if list.len() == 2 => self.as_list(value, &place)?,
+            Some(list) if list.len() == self.dimensions => self.as_list(value, &place)?,
+            Some(list) if list.len() == 5 - self.dimensions => {
+                self.other_dimensions(list.len(), &place, words);
+                return None;
+            }
             _ => {
-                self.wrong_type(value, &place, "two numbers or expressions in quotes, [x, y]");
+                self.wrong_type(value, &place, &words);
                 return None;
             }
         };
-        let mut found = items.into_iter().filter_map(|(item, place)| self.as_written(item, place));
-        Some([found.next()?, found.next()?])
+        items.into_iter().map(|(item, place)| self.as_written(item, place)).collect()
     }
 
     fn as_written(&self, value: &DeValue<'_>, place: Place) -> Option<At<Written>> {

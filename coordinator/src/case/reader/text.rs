@@ -22,6 +22,11 @@ impl<'t> Table<'t> {
         found
     }
 
+    /// The text under `key`, which is read elsewhere.
+    pub fn peek_text(&self, key: &str) -> Option<&'t str> {
+        self.entries.and_then(|entries| entries.get(key)).and_then(|value| value.get_ref().as_str())
+    }
+
     /// A text that may be left out.
     pub fn optional_text(&mut self, key: &'static str) -> Option<At<String>> {
         let (value, place) = self.take(key)?;

@@ -3,43 +3,54 @@
 use std::collections::HashSet;
 
 use sph::setup::FluidParticles;
-use sph::space::Vector;
+use sph::space::Space;
 use sph::space::domain::Domain;
 
 /// Side of the boxes in particle spacings: no box inside water is empty, however its particles stand.
 const BOX: f64 = 2.0;
 
 /// Volume of the fluid over the area of its faces, at walls and free ones alike \[m\]: half the depth of a wide layer, a
-/// quarter of the side of a square. Half the shortest period where there are no faces; zero without particles.
+/// quarter of the side of a square, a sixth of that of a cube. Half the shortest period where there are no faces; zero
+/// without particles.
 ///
 /// Faces are those of the boxes of two spacings that hold particles.
-pub fn mean_depth(fluid: &FluidParticles, domain: &Domain, spacing: f64) -> f64 {
+pub fn mean_depth<S: Space>(fluid: &FluidParticles<S>, domain: &Domain<S>, spacing: f64) -> f64 {
     let side = BOX * spacing;
     let count = |axis: usize| (domain.size()[axis] / side).ceil() as i64;
-    let cell = |x: &Vector| [0, 1].map(|axis| ((x[axis] - domain.lower[axis]) / side).floor() as i64);
-    let filled: HashSet<[i64; 2]> = fluid.position.iter().map(cell).collect();
-    let neighbour = |mut cell: [i64; 2], axis: usize, step: i64| {
+    // In the plane the third is 0.
+    let cell = |x: &S::Vector| {
+        let mut cell = [0; 3];
+        for (axis, k) in cell.iter_mut().enumerate().take(S::DIMENSIONS) {
+            *k = ((x[axis] - domain.lower[axis]) / side).floor() as i64;
+        }
+        cell
+    };
+    let filled: HashSet<[i64; 3]> = fluid.position.iter().map(cell).collect();
+    let neighbour = |mut cell: [i64; 3], axis: usize, step: i64| {
         cell[axis] += step;
         if domain.periodic[axis] {
             cell[axis] = cell[axis].rem_euclid(count(axis));
         }
         cell
     };
-    let is_face = |cell: &[i64; 2], axis: usize, step: i64| !filled.contains(&neighbour(*cell, axis, step));
+    let is_face = |cell: &[i64; 3], axis: usize, step: i64| !filled.contains(&neighbour(*cell, axis, step));
+    let sides = || (0..S::DIMENSIONS).flat_map(|axis| [(axis, -1), (axis, 1)]);
     let faces = filled
         .iter()
-        .flat_map(|cell| [(0, -1), (0, 1), (1, -1), (1, 1)].map(|(axis, step)| (cell, axis, step)))
+        .flat_map(|cell| sides().map(move |(axis, step)| (cell, axis, step)))
         .filter(|(cell, axis, step)| is_face(cell, *axis, *step))
         .count();
     if faces > 0 {
         return side * filled.len() as f64 / faces as f64;
     }
-    let periods = [0, 1].into_iter().filter(|axis| domain.periodic[*axis]).map(|axis| domain.size()[axis]);
+    let periods = (0..S::DIMENSIONS).filter(|axis| domain.periodic[*axis]).map(|axis| domain.size()[axis]);
     if filled.is_empty() { 0.0 } else { 0.5 * periods.fold(f64::INFINITY, f64::min) }
 }
 
 #[cfg(test)]
 mod tests {
+    use sph::space::{Spatial, Vector};
+
     use super::*;
 
     fn block(columns: usize, rows: usize, periodic: [bool; 2]) -> (FluidParticles, Domain) {
@@ -68,5 +79,17 @@ mod tests {
         domain.upper.y = 2.0;
         assert_eq!(mean_depth(&fluid, &domain, 0.1), 1.0);
         assert_eq!(mean_depth(&FluidParticles::default(), &domain, 0.1), 0.0);
+    }
+
+    #[test]
+    fn a_cube_has_six_faces() {
+        let mut fluid = FluidParticles::<Spatial>::default();
+        for k in 0..8_000 {
+            let place = [k % 20, k / 20 % 20, k / 400].map(|n| (f64::from(n) + 0.5) * 0.1);
+            fluid.position.push(place.into());
+        }
+        let upper = [4.0; 3].into();
+        let domain = Domain { lower: [0.0; 3].into(), upper, periodic: [false; 3] };
+        assert!((mean_depth::<Spatial>(&fluid, &domain, 0.1) - 2.0 / 6.0).abs() < 1e-12);
     }
 }

@@ -1,13 +1,14 @@
 //! How shapes are filled: on the lattice, in whole cells between the sides of a box, or in layers along the faces.
 
-use sph::shapes::{FITTED_STEPS, Shape, fill_fitted, is_on_lattice};
-use sph::space::Vector;
+use sph::shapes::{Faces, OpenSides, Region, fill_fitted};
+use sph::space::Space;
 
 use super::lattice::Lattice;
+use super::space::SceneSpace;
 use crate::case::errors::CaseError;
 use crate::case::file::layout::Layout;
 use crate::case::file::shape::ShapeTable;
-use crate::case::reader::At;
+use crate::case::reader::{At, Coordinates};
 use crate::quote::quoted;
 
 /// What `layout = "auto"` means for a shape that is neither on the lattice nor a box.
@@ -24,9 +25,9 @@ const EXACT: f64 = 1e-7;
 
 /// Particles that fill a shape.
 #[derive(Debug, Default)]
-pub struct Filling {
+pub struct Filling<S: Space> {
     /// Where they are \[m\].
-    pub positions: Vec<Vector>,
+    pub positions: Vec<S::Vector>,
     /// Their cells.
     pub cells: Cells,
 }
@@ -34,30 +35,30 @@ pub struct Filling {
 /// Cells of the particles that fill a shape.
 #[derive(Debug, Default)]
 pub enum Cells {
-    /// Squares of the lattice that fill the shape exactly.
+    /// Squares (cubes) of the lattice that fill the shape exactly.
     #[default]
     Lattice,
-    /// Rectangles in rows and columns between the sides of a box.
+    /// Cells in rows between the sides of a box.
     Box {
-        /// Area of each \[m²\].
+        /// Volume (area in the plane) of each \[m³\].
         volume: Vec<f64>,
         /// Fewest along a side.
         across: usize,
     },
     /// Cells along the faces.
     Fitted {
-        /// Area of each \[m²\].
+        /// Volume (area in the plane) of each \[m³\].
         volume: Vec<f64>,
     },
-    /// Squares of the lattice, scaled so that they have the area of the shape.
+    /// Cells of the lattice, scaled so that they have the volume of the shape.
     Scaled {
-        /// Area of each \[m²\].
+        /// Volume (area in the plane) of each \[m³\].
         volume: Vec<f64>,
     },
 }
 
 impl Cells {
-    /// Area of each cell per particle \[m²\]; `None` for those of the lattice.
+    /// Volume (area in the plane) of each cell \[m³\]; `None` for those of the lattice.
     pub fn volume(&self) -> Option<&[f64]> {
         match self {
             Self::Lattice => None,
@@ -83,51 +84,50 @@ pub struct Filled<'a> {
     /// Particle spacing \[m\].
     pub spacing: f64,
     /// A lattice of its own.
-    pub origin: Option<&'a At<Vector>>,
+    pub origin: Option<&'a At<Coordinates>>,
     /// As written.
     pub layout: Layout,
     /// What `auto` means.
     pub otherwise: Otherwise,
 }
 
-impl Lattice<'_> {
+impl<S: SceneSpace> Lattice<'_, S> {
     /// Particles that fill a shape, and what was adjusted in words; none, with an error, when there are too many or none.
-    pub fn lay(&mut self, filled: &Filled<'_>, adjusted: &mut Vec<String>) -> Filling {
+    pub fn lay(&mut self, filled: &Filled<'_>, adjusted: &mut Vec<String>) -> Filling<S> {
         let &Filled { what, shape: written, spacing, .. } = filled;
-        let shape = written.value.to_shape();
+        let shape = S::shape(&written.value);
         if !self.permits(written, &shape, spacing, 0.0) {
             return Filling::default();
         }
-        let origin = filled.origin.map_or(self.origin, |at| at.value);
-        let pieces = written.value.pieces() as f64;
-        let edges = shape.boundary();
-        if is_on_lattice(&edges, spacing, origin, |_, _| false) {
+        let origin = filled.origin.map_or(self.origin, |at| at.value.to::<S>());
+        let faces = shape.boundary();
+        if S::is_on_lattice(&shape, &faces, spacing, origin, OpenSides::default()) {
             let positions = self.fill(written, spacing, filled.origin);
             return Filling { positions, cells: Cells::Lattice };
         }
+        let corners = S::box_corners(&shape);
         // A lattice of its own says where the rows of a box are to stand.
         let own_rows = filled.layout == Layout::Auto && filled.origin.is_some();
-        match (&shape, filled.layout, filled.otherwise) {
-            (Shape::Rectangle { lower, upper }, Layout::Auto | Layout::Fitted, _) if !own_rows => {
-                self.fill_box(filled, *lower, *upper, adjusted)
+        match (corners, filled.layout, filled.otherwise) {
+            (Some(corners), Layout::Auto | Layout::Fitted, _) if !own_rows => {
+                self.fill_box(filled, corners, adjusted)
             }
-            (_, Layout::Fitted, _) | (_, Layout::Auto, Otherwise::Fitted)
-                if !matches!(shape, Shape::Rectangle { .. }) =>
-            {
-                let steps = FITTED_STEPS + 100.0 * pieces;
-                let area = edges.moments().volume / (spacing * spacing);
-                if !self.errors.spend(&written.place, area.min(edges.length() / spacing * 12.0) * steps) {
+            (None, Layout::Fitted, _) | (None, Layout::Auto, Otherwise::Fitted) => {
+                let pieces = written.value.pieces() as f64;
+                let steps = S::fitted_steps(&faces, faces.volume(), spacing, pieces);
+                if !self.errors.spend(&written.place, steps) {
                     return Filling::default();
                 }
                 let packing = fill_fitted(&shape, spacing, origin);
                 if !self.accept(filled, packing.position.len()) {
                     return Filling::default();
                 }
-                let cell = spacing * spacing;
+                let cell = S::cell_volume(spacing);
                 let relative = packing.volume.iter().map(|volume| volume / cell);
                 let (least, most) = relative.fold((f64::INFINITY, 0.0_f64), |(a, b), v| (a.min(v), b.max(v)));
+                let unit = if S::DIMENSIONS == 2 { "Δx²" } else { "Δx³" };
                 adjusted.push(format!(
-                    "{what}: {} particles in layers along its faces, cells of {least:.2} to {most:.2} Δx²; mass and \
+                    "{what}: {} particles in layers along its faces, cells of {least:.2} to {most:.2} {unit}; mass and \
                      second moments are those of the shape",
                     packing.position.len()
                 ));
@@ -136,8 +136,8 @@ impl Lattice<'_> {
             _ => {
                 let positions = self.fill(written, spacing, filled.origin);
                 let count = positions.len();
-                let volume = edges.moments().volume / count.max(1) as f64;
-                let change = 100.0 * (volume / (spacing * spacing) - 1.0);
+                let volume = faces.volume() / count.max(1) as f64;
+                let change = 100.0 * (volume / S::cell_volume(spacing) - 1.0);
                 if change.abs() < EXACT {
                     return Filling { positions, cells: Cells::Lattice };
                 }
@@ -156,39 +156,53 @@ impl Lattice<'_> {
     fn fill_box(
         &mut self,
         filled: &Filled<'_>,
-        lower: Vector,
-        upper: Vector,
+        (lower, upper): (S::Vector, S::Vector),
         adjusted: &mut Vec<String>,
-    ) -> Filling {
+    ) -> Filling<S> {
         let spacing = filled.spacing;
         let size = upper - lower;
-        let counts = size.map(|length| (length / spacing).round());
         // Bounded by `permits`.
-        let [columns, rows] = [counts.x as usize, counts.y as usize];
-        if !self.accept(filled, columns * rows) {
+        let counts: Vec<usize> =
+            (0..S::DIMENSIONS).map(|axis| (size[axis] / spacing).round() as usize).collect();
+        let count = counts.iter().product();
+        if !self.accept(filled, count) {
             return Filling::default();
         }
-        let cell = size.component_div(&counts);
-        let place = |column: usize, row: usize| {
-            lower + Vector::new((column as f64 + 0.5) * cell.x, (row as f64 + 0.5) * cell.y)
+        let mut cell = size;
+        (0..S::DIMENSIONS).for_each(|axis| cell[axis] = size[axis] / counts[axis] as f64);
+        // Along x first, then along the other axes.
+        let place = |k: usize| {
+            let (mut x, mut left) = (lower, k);
+            for axis in 0..S::DIMENSIONS {
+                x[axis] = lower[axis] + ((left % counts[axis]) as f64 + 0.5) * cell[axis];
+                left /= counts[axis];
+            }
+            x
         };
-        let positions: Vec<Vector> =
-            (0..rows).flat_map(|row| (0..columns).map(move |column| place(column, row))).collect();
-        let change = cell / spacing - Vector::repeat(1.0);
-        adjusted.push(if change.amax() < 1e-6 {
-            format!("{}: its particles stand between its own sides, off the lattice of the scene", filled.what)
-        } else {
+        let positions: Vec<S::Vector> = (0..count).map(place).collect();
+        let changes: Vec<f64> = (0..S::DIMENSIONS).map(|axis| cell[axis] / spacing - 1.0).collect();
+        adjusted.push(if changes.iter().all(|change| change.abs() < 1e-6) {
             format!(
-                "{}: particles {:.6} m apart along x and {:.6} m along y ({:+.2} %, {:+.2} %), so that they fill its sides",
+                "{}: its particles stand between its own sides, off the lattice of the scene",
+                filled.what
+            )
+        } else {
+            let along: Vec<String> = S::AXES
+                .iter()
+                .enumerate()
+                .map(|(axis, name)| format!("{:.6} m apart along {name}", cell[axis]))
+                .collect();
+            let by: Vec<String> = changes.iter().map(|change| format!("{:+.2} %", 100.0 * change)).collect();
+            format!(
+                "{}: particles {} ({}), so that they fill its sides",
                 filled.what,
-                cell.x,
-                cell.y,
-                100.0 * change.x,
-                100.0 * change.y
+                in_words(&along),
+                by.join(", ")
             )
         });
-        let volume = vec![cell.x * cell.y; positions.len()];
-        Filling { positions, cells: Cells::Box { volume, across: columns.min(rows) } }
+        let volume = (0..S::DIMENSIONS).map(|axis| cell[axis]).product();
+        let across = counts.into_iter().min().unwrap_or_default();
+        Filling { positions, cells: Cells::Box { volume: vec![volume; count], across } }
     }
 
     /// Counts `count` particles in; an error when there are too many or none.
@@ -199,6 +213,14 @@ impl Lattice<'_> {
             self.errors.add(error.hint(format!("make it larger than the particle spacing of {spacing} m")));
         }
         count > 0 && self.take(filled.shape, count)
+    }
+}
+
+/// `a and b`, or `a, b and c`.
+fn in_words(parts: &[String]) -> String {
+    match parts {
+        [first @ .., last] if !first.is_empty() => format!("{} and {last}", first.join(", ")),
+        _ => parts.concat(),
     }
 }
 

@@ -1,11 +1,12 @@
 //! Filling shapes with particles within stated limits on count and work.
 
-use sph::shapes::{Shape, fill, lattice_points};
-use sph::space::Vector;
+use sph::shapes::{Region, fill, lattice_points};
+use sph::space::components::Components;
 
+use super::space::SceneSpace;
 use crate::case::errors::{CaseError, ErrorList};
 use crate::case::file::shape::ShapeTable;
-use crate::case::reader::At;
+use crate::case::reader::{At, Coordinates};
 
 /// Most particles of a scene, walls included.
 pub const MOST_PARTICLES: usize = 5_000_000;
@@ -20,24 +21,26 @@ const MOST_WORK: f64 = 1e9;
 const FARTHEST: f64 = 1e8;
 
 /// The one lattice of a scene; counts what is laid on it.
-pub struct Lattice<'a> {
+pub struct Lattice<'a, S: SceneSpace> {
     /// Corner of the lattice \[m\].
-    pub origin: Vector,
+    pub origin: S::Vector,
     /// Where errors go.
     pub errors: &'a ErrorList,
     left: usize,
 }
 
-impl<'a> Lattice<'a> {
+impl<'a, S: SceneSpace> Lattice<'a, S> {
     /// An empty lattice.
-    pub fn new(origin: Vector, errors: &'a ErrorList) -> Self {
+    pub fn new(origin: S::Vector, errors: &'a ErrorList) -> Self {
         Self { origin, errors, left: MOST_PARTICLES }
     }
 
     /// Whether `shape` may be laid out with `spacing` \[m\]; `margin` \[m\] is examined around it.
-    pub fn permits(&self, written: &At<ShapeTable>, shape: &Shape, spacing: f64, margin: f64) -> bool {
+    pub fn permits(&self, written: &At<ShapeTable>, shape: &S::Shape, spacing: f64, margin: f64) -> bool {
         let (lower, upper) = shape.bounds();
-        let reach = [lower, upper].iter().map(|x| (x - self.origin).amax()).fold(margin, f64::max) / spacing;
+        let farthest =
+            |x: S::Vector| (x - self.origin).row().as_ref().iter().fold(0.0, |far: f64, d| far.max(d.abs()));
+        let reach = [lower, upper].into_iter().map(farthest).fold(margin, f64::max) / spacing;
         let points = lattice_points(shape, spacing, margin);
         let too_much = if exceeds(points, MOST_LATTICE_POINTS) {
             format!(
@@ -63,13 +66,13 @@ impl<'a> Lattice<'a> {
         &mut self,
         written: &At<ShapeTable>,
         spacing: f64,
-        origin: Option<&At<Vector>>,
-    ) -> Vec<Vector> {
-        let shape = written.value.to_shape();
+        origin: Option<&At<Coordinates>>,
+    ) -> Vec<S::Vector> {
+        let shape = S::shape(&written.value);
         if !self.permits(written, &shape, spacing, 0.0) {
             return Vec::new();
         }
-        let positions = fill(&shape, spacing, origin.map_or(self.origin, |at| at.value));
+        let positions = fill(&shape, spacing, origin.map_or(self.origin, |at| at.value.to::<S>()));
         if positions.is_empty() {
             let error = CaseError::new(&written.place, "holds no particle");
             self.errors.add(error.hint(format!("make it larger than the particle spacing of {spacing} m")));

@@ -7,6 +7,7 @@ mod lattice;
 mod loads;
 pub(super) mod overlap;
 mod solid;
+mod space;
 mod start;
 mod thickness;
 mod wall;
@@ -14,27 +15,33 @@ mod wall;
 use std::collections::BTreeSet;
 use std::ops::Range;
 
-use sph::setup::{FluidParticles, SolidParticles, SurfaceLoad, WallParticles};
+use sph::setup::{FluidParticles, FluidProbe, SolidParticles, SolidProbe, SurfaceLoad, WallParticles};
+use sph::space::components::Components;
 use sph::space::domain::Domain;
+use sph::space::{AnySpace, Plane, Space, Spatial};
 
 use super::errors::{CaseError, ErrorList, Place};
 use super::file::CaseFile;
 use super::reader::Choice;
+use crate::results::probes;
 use lattice::Lattice;
 pub use lattice::MOST_PARTICLES;
+pub use space::SceneSpace;
 pub use start::expression_steps;
 
 /// All particles at the start.
 #[derive(Clone, Debug, Default)]
-pub struct Scene {
+pub struct Scene<S: Space = Plane> {
     /// Fluid.
-    pub fluid: FluidParticles,
+    pub fluid: FluidParticles<S>,
     /// Walls.
-    pub walls: WallParticles,
+    pub walls: WallParticles<S>,
     /// Solids.
-    pub solid: SolidParticles,
+    pub solid: SolidParticles<S>,
+    /// Probes of both solvers.
+    pub probes: Probes<S>,
     /// Loads on the surface of each body, in the order of the bodies.
-    pub loads: Vec<Vec<SurfaceLoad>>,
+    pub loads: Vec<Vec<SurfaceLoad<S>>>,
     /// Particles across the thin side of each body that deforms.
     pub across: Vec<Option<usize>>,
     /// How masses and spacings were adjusted to shapes that do not fit the lattice, in words.
@@ -47,7 +54,26 @@ pub struct Scene {
     unsupported: BTreeSet<u32>,
 }
 
-impl Scene {
+/// Probes of both solvers.
+#[derive(Clone, Debug, Default)]
+pub struct Probes<S: Space = Plane> {
+    /// For the fluid solver.
+    pub fluid: Vec<FluidProbe<S>>,
+    /// For the solid solver.
+    pub solid: Vec<SolidProbe<S>>,
+}
+
+impl<S: Space> Probes<S> {
+    /// Names of the columns of the fluid's and of the solid's probes.
+    pub fn columns(&self) -> [Vec<String>; 2] {
+        [probes::columns_of(&self.fluid), probes::columns_of(&self.solid)]
+    }
+}
+
+/// The scene of a case, of the plane or in space.
+pub type AnyScene = AnySpace<Scene<Plane>, Scene<Spatial>>;
+
+impl<S: Space> Scene<S> {
     /// Where the particles of body `k` stand among those of all bodies, which follow each other.
     pub fn body_range(&self, k: u32) -> Range<usize> {
         let bodies = &self.solid.body;
@@ -67,13 +93,13 @@ pub fn tally(groups: &[u32], count: usize) -> Vec<usize> {
 }
 
 /// Lays out everything that is written without errors; reports what does not fit together.
-pub fn build(file: &CaseFile, errors: &ErrorList) -> Scene {
+pub fn build<S: SceneSpace>(file: &CaseFile, errors: &ErrorList) -> Scene<S> {
     let mut scene = Scene::default();
     if !file.domain.intact || !spacings_fit(file, errors) {
         return scene;
     }
-    let domain = file.domain.domain();
-    let mut lattice = Lattice::new(file.domain.lattice_origin_m, errors);
+    let domain = file.domain.domain::<S>();
+    let mut lattice = Lattice::new(file.domain.lattice_origin_m.to::<S>(), errors);
     if let Some(solid) = file.solid.as_ref().filter(|solid| solid.intact) {
         solid::lay_out(file, solid, &domain, &mut lattice, &mut scene);
     }
@@ -93,7 +119,7 @@ fn spacings_fit(file: &CaseFile, errors: &ErrorList) -> bool {
     // Pairs must meet through one image only: twice the support radius and a skin.
     const LEAST_SMOOTHING_LENGTHS: f64 = 5.0;
     let before = errors.count();
-    let domain = file.domain.domain();
+    let size = |axis: usize| file.domain.upper_m.value[axis] - file.domain.lower_m.value[axis];
     let fluid = file.fluid.as_ref().filter(|fluid| fluid.lattice_intact());
     let solid = file.solid.as_ref().filter(|solid| solid.intact);
     let lengths = [
@@ -102,7 +128,7 @@ fn spacings_fit(file: &CaseFile, errors: &ErrorList) -> bool {
     ];
     for (owner, spacing, smoothing_length) in lengths.into_iter().flatten() {
         for choice in &file.domain.periodic {
-            let period = domain.size()[choice.value];
+            let period = size(choice.value);
             let count = (period / spacing.value).round();
             if (period / spacing.value - count).abs() > 1e-6 * count.max(1.0) {
                 let problem = format!(
@@ -128,21 +154,25 @@ fn index(k: usize) -> u32 {
     u32::try_from(k).unwrap_or(u32::MAX)
 }
 
-/// `(x, y) m`.
-pub fn point_text(x: &sph::space::Vector) -> String {
-    if x.amax() < 1e7 { format!("({:.6}, {:.6}) m", x.x, x.y) } else { format!("({:e}, {:e}) m", x.x, x.y) }
+/// `(x, y) m`, in space `(x, y, z) m`.
+pub fn point_text<S: Space>(x: &S::Vector) -> String {
+    let row = x.row();
+    let is_small = row.as_ref().iter().all(|x| x.abs() < 1e7);
+    let text = |x: &f64| if is_small { format!("{x:.6}") } else { format!("{x:e}") };
+    let components: Vec<String> = row.as_ref().iter().map(text).collect();
+    format!("({}) m", components.join(", "))
 }
 
 /// Whether `positions`, a row of `spacing` \[m\] or more, meet themselves through a periodic side; then that is an error.
-fn meets_itself(
+fn meets_itself<S: Space>(
     shape: &Place,
     what: &str,
     file: &CaseFile,
-    positions: &[sph::space::Vector],
+    positions: &[S::Vector],
     spacing: f64,
     errors: &ErrorList,
 ) -> bool {
-    let domain = file.domain.domain();
+    let domain = file.domain.domain::<S>();
     let beyond = |choice: &&Choice<usize>| {
         let along = || positions.iter().map(|x| x[choice.value]);
         let (low, high) = (along().fold(f64::INFINITY, f64::min), along().fold(f64::NEG_INFINITY, f64::max));
@@ -156,23 +186,25 @@ fn meets_itself(
 }
 
 /// Reports the first of `outside`, the particles of `what` that lie outside the domain.
-fn report_outside<'a>(
+fn report_outside<'a, S: SceneSpace>(
     error: CaseError,
     what: &str,
-    domain: &Domain,
-    outside: impl Iterator<Item = &'a sph::space::Vector>,
+    domain: &Domain<S>,
+    outside: impl Iterator<Item = &'a S::Vector>,
     errors: &ErrorList,
 ) {
     let mut outside = outside.filter(|x| !domain.contains(x)).peekable();
     if let Some(first) = outside.peek().copied() {
         let count = outside.count();
         let problem =
-            format!("{what} leaves the domain: {count} particles outside, one at {}", point_text(first));
-        let allowed = format!(
-            "x from {} to {}, y from {} to {}",
-            domain.lower.x, domain.upper.x, domain.lower.y, domain.upper.y
+            format!("{what} leaves the domain: {count} particles outside, one at {}", point_text::<S>(first));
+        let spans = (0..S::DIMENSIONS)
+            .map(|k| format!("{} from {} to {}", S::AXES[k], domain.lower[k], domain.upper[k]))
+            .collect::<Vec<String>>();
+        errors.add(
+            CaseError { problem, ..error }
+                .allowed(spans.join(", "))
+                .hint("move the shape or enlarge `domain`"),
         );
-        errors
-            .add(CaseError { problem, ..error }.allowed(allowed).hint("move the shape or enlarge `domain`"));
     }
 }

@@ -5,8 +5,9 @@
 use std::collections::HashSet;
 
 use sph::neighbours::CellGrid;
-use sph::space::Vector;
 use sph::space::domain::Domain;
+use sph::space::tensors::SpaceVector;
+use sph::space::{Plane, Space};
 
 use crate::case::errors::{ErrorList, Place};
 
@@ -20,28 +21,28 @@ sph::constants! {
 pub const MOST_CLASHES: usize = 20;
 
 /// Steps of work for a pair that is looked at, more where images are compared.
-fn pair_steps(domain: &Domain) -> f64 {
+fn pair_steps<S: Space>(domain: &Domain<S>) -> f64 {
     if domain.is_periodic() { 20.0 } else { 6.0 }
 }
 
 /// Particles that others may stand too close to.
-pub struct Crowd<'a> {
-    domain: &'a Domain,
-    positions: &'a [Vector],
+pub struct Crowd<'a, S: Space = Plane> {
+    domain: &'a Domain<S>,
+    positions: &'a [S::Vector],
     radius: f64,
-    grid: CellGrid,
+    grid: CellGrid<S>,
 }
 
-impl<'a> Crowd<'a> {
+impl<'a, S: Space> Crowd<'a, S> {
     /// `positions` \[m\] of particles of one of the `spacings` \[m\], to be compared with particles of the other.
-    pub fn new(domain: &'a Domain, positions: &'a [Vector], spacings: [f64; 2]) -> Self {
+    pub fn new(domain: &'a Domain<S>, positions: &'a [S::Vector], spacings: [f64; 2]) -> Self {
         let radius = CLOSENESS * 0.5 * (spacings[0] + spacings[1]);
         Self { domain, positions, radius, grid: CellGrid::new(domain, positions, radius) }
     }
 
     /// Calls `found` with each particle that overlaps one at `x` \[m\], until it answers `false`; the number of particles
     /// that were looked at.
-    fn visit(&self, x: &Vector, mut found: impl FnMut(usize) -> bool) -> usize {
+    fn visit(&self, x: &S::Vector, mut found: impl FnMut(usize) -> bool) -> usize {
         let mut seen = 0;
         if self.positions.is_empty() {
             return seen;
@@ -61,7 +62,7 @@ impl<'a> Crowd<'a> {
     }
 
     /// Whether each of `targets` \[m\] overlaps a particle; all that are left do not when `errors` allow no more work.
-    pub fn touches(&self, targets: &[Vector], place: &Place, errors: &ErrorList) -> Vec<bool> {
+    pub fn touches(&self, targets: &[S::Vector], place: &Place, errors: &ErrorList) -> Vec<bool> {
         let mut touches = vec![false; targets.len()];
         for (touch, x) in touches.iter_mut().zip(targets) {
             let seen = self.visit(x, |_| {
@@ -76,7 +77,7 @@ impl<'a> Crowd<'a> {
     }
 
     /// All particles that overlap one at `x` \[m\]; none when `errors` allow no more work.
-    pub fn around(&self, x: &Vector, found: &mut Vec<usize>, place: &Place, errors: &ErrorList) {
+    pub fn around(&self, x: &S::Vector, found: &mut Vec<usize>, place: &Place, errors: &ErrorList) {
         found.clear();
         // A clear answer needs few of them, whatever stands here.
         const ENOUGH: usize = 1000;
@@ -92,16 +93,16 @@ impl<'a> Crowd<'a> {
 
 /// First pairs of particles of one list that overlap though their groups differ, one of each pair of groups; at most
 /// [`MOST_CLASHES`].
-pub fn first_clashes(
-    domain: &Domain,
-    positions: &[Vector],
+pub fn first_clashes<S: Space>(
+    domain: &Domain<S>,
+    positions: &[S::Vector],
     groups: &[u32],
     spacing: f64,
     place: &Place,
     errors: &ErrorList,
-) -> Vec<Clash> {
+) -> Vec<Clash<S>> {
     let crowd = Crowd::new(domain, positions, [spacing; 2]);
-    let mut clashes: Vec<Clash> = Vec::new();
+    let mut clashes: Vec<Clash<S>> = Vec::new();
     let mut known = HashSet::new();
     for (position, &a) in positions.iter().zip(groups) {
         let seen = crowd.visit(position, |j| {
@@ -119,9 +120,9 @@ pub fn first_clashes(
 }
 
 /// Two groups of particles that overlap.
-pub struct Clash {
+pub struct Clash<S: Space> {
     /// The groups, smaller first.
     pub groups: (u32, u32),
     /// Where \[m\].
-    pub position: Vector,
+    pub position: S::Vector,
 }

@@ -1,13 +1,14 @@
 //! Particles of the solid bodies.
 
 use sph::setup::SolidParticles;
+use sph::shapes::Region;
 use sph::space::domain::Domain;
-use sph::space::{SymmetricTensor, Vector};
 
 use super::filling::{Cells, Filled, Filling, Otherwise, named};
 use super::lattice::Lattice;
 use super::loads::{faces, faces_of};
 use super::overlap::first_clashes;
+use super::space::SceneSpace;
 use super::start::field;
 use super::thickness::{Laid, check_thickness};
 use super::{Scene, index, meets_itself, point_text, report_outside};
@@ -20,12 +21,12 @@ use crate::case::file::support::SupportTable;
 use crate::quote::quoted;
 
 /// Lays out all bodies.
-pub fn lay_out(
+pub fn lay_out<S: SceneSpace>(
     file: &CaseFile,
     solid: &SolidTable,
-    domain: &Domain,
-    lattice: &mut Lattice<'_>,
-    scene: &mut Scene,
+    domain: &Domain<S>,
+    lattice: &mut Lattice<'_, S>,
+    scene: &mut Scene<S>,
 ) {
     scene.loads = vec![Vec::new(); solid.bodies.len()];
     scene.across = vec![None; solid.bodies.len()];
@@ -42,22 +43,27 @@ pub fn lay_out(
         let names = [clash.groups.0, clash.groups.1].map(|body| &solid.bodies[body as usize].name);
         let error = CaseError::new(
             &names[1].place,
-            format!("overlaps the body `{}` at {}", quoted(&names[0].value), point_text(&clash.position)),
+            format!(
+                "overlaps the body `{}` at {}",
+                quoted(&names[0].value),
+                point_text::<S>(&clash.position)
+            ),
         );
         errors.add(error.value(&names[1].value).hint("leave at least one particle spacing between bodies"));
     }
 }
 
-fn lay_out_body(
+fn lay_out_body<S: SceneSpace>(
     file: &CaseFile,
     solid: &SolidTable,
     number: u32,
     body: &BodyTable,
-    domain: &Domain,
-    lattice: &mut Lattice<'_>,
-    scene: &mut Scene,
+    domain: &Domain<S>,
+    lattice: &mut Lattice<'_, S>,
+    scene: &mut Scene<S>,
 ) {
     let Some(shape) = &body.shape else { return };
+    let region = S::shape(&shape.value);
     let spacing = solid.particle_spacing_m.value;
     let what = named("body", &body.name.value);
     let filled = Filled {
@@ -73,12 +79,12 @@ fn lay_out_body(
         },
     };
     let Filling { mut positions, mut cells } = lattice.lay(&filled, &mut scene.adjusted);
-    if meets_itself(&shape.place, &what, file, &positions, spacing, lattice.errors) {
+    if meets_itself::<S>(&shape.place, &what, file, &positions, spacing, lattice.errors) {
         positions.clear();
         cells = Cells::Lattice;
     }
     let before = lattice.errors.count();
-    let supports = assign_supports(body, &positions, lattice.errors);
+    let supports = assign_supports::<S>(body, &positions, lattice.errors);
     if lattice.errors.count() == before {
         // A support that is released by then holds nothing.
         let start = file.time.start_time_s;
@@ -92,23 +98,23 @@ fn lay_out_body(
         scene.unsupported.insert(number);
     }
     scene.loads[number as usize] = match cells {
-        Cells::Lattice => faces(body, &positions, spacing, lattice.errors),
-        _ => faces_of(body, &shape.value.to_shape(), &positions, spacing, lattice.errors),
+        Cells::Lattice => faces::<S>(body, &positions, spacing, lattice.errors),
+        _ => faces_of::<S>(body, &region, &positions, spacing, lattice.errors),
     };
-    let laid = Laid { shape: &shape.value.to_shape(), positions: &positions, cells: &cells, spacing };
+    let laid = Laid::<S> { shape: &region, positions: &positions, cells: &cells, spacing };
     scene.across[number as usize] = check_thickness(body, &laid, lattice.errors, &mut scene.warnings);
 
     let material = body.material.parameters.values();
-    let mut velocities = field(&body.velocity_m_s, &positions, lattice.errors);
+    let mut velocities = field::<S>(&body.velocity_m_s, &positions, lattice.errors);
     let centre = match cells.volume() {
-        None => positions.iter().sum::<Vector>() / positions.len().max(1) as f64,
+        None => positions.iter().copied().sum::<S::Vector>() / positions.len().max(1) as f64,
         Some(volume) => {
-            positions.iter().zip(volume).map(|(x, v)| x * *v).sum::<Vector>() / volume.iter().sum::<f64>()
+            positions.iter().zip(volume).map(|(x, v)| *x * *v).sum::<S::Vector>() / volume.iter().sum::<f64>()
         }
     };
+    let spin = body.rotation_speed_rad_s.to::<S>();
     for (velocity, x) in velocities.iter_mut().zip(&positions) {
-        let r = x - centre;
-        *velocity += body.rotation_speed_rad_s * Vector::new(-r.y, r.x);
+        *velocity += S::spin_cross(spin, &(*x - centre));
     }
     let count = positions.len();
     let SolidParticles {
@@ -126,22 +132,22 @@ fn lay_out_body(
     bodies.extend(std::iter::repeat_n(number, count));
     support.extend(supports);
     match cells.volume() {
-        None => mass.extend(std::iter::repeat_n(material.density * spacing * spacing, count)),
+        None => mass.extend(std::iter::repeat_n(material.density * S::cell_volume(spacing), count)),
         Some(volume) => mass.extend(volume.iter().map(|volume| material.density * volume)),
     }
     reference_position.extend_from_slice(&positions);
     position.extend(positions);
     velocity.extend(velocities);
     density.extend(std::iter::repeat_n(material.density, count));
-    deviatoric_stress.extend(std::iter::repeat_n(SymmetricTensor::default(), count));
+    deviatoric_stress.extend(std::iter::repeat_n(S::SymmetricTensor::default(), count));
 }
 
 /// 0 for free particles, k for those that support k−1 holds.
-fn assign_supports(body: &BodyTable, positions: &[Vector], errors: &ErrorList) -> Vec<u32> {
+fn assign_supports<S: SceneSpace>(body: &BodyTable, positions: &[S::Vector], errors: &ErrorList) -> Vec<u32> {
     let mut assigned = vec![0; positions.len()];
     for (k, support) in body.supports.iter().enumerate() {
         let Some(written) = &support.shape else { continue };
-        let shape = written.value.to_shape();
+        let shape = S::shape(&written.value);
         if !errors.spend(&written.place, positions.len() as f64 * (2 + written.value.pieces()) as f64) {
             break;
         }
@@ -152,7 +158,8 @@ fn assign_supports(body: &BodyTable, positions: &[Vector], errors: &ErrorList) -
                 *slot = index(k + 1);
             } else if *slot <= index(k) {
                 let other = quoted(&body.supports[*slot as usize - 1].name.value);
-                let problem = format!("holds the particle at {} that `{other}` holds already", point_text(x));
+                let problem =
+                    format!("holds the particle at {} that `{other}` holds already", point_text::<S>(x));
                 errors.add(
                     CaseError::new(&written.place, problem).hint("make the shapes of the supports disjoint"),
                 );

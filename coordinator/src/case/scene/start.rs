@@ -4,12 +4,14 @@ use sph::expression::Expression;
 use sph::kernel::CubicSpline;
 use sph::laws::equation_of_state::Tait;
 use sph::setup::{FluidParameters, GradientCorrection};
-use sph::space::Plane;
-use sph::space::Vector;
+use sph::space::Space;
+use sph::space::components::Components;
+use sph::space::tensors::SpaceVector;
 
 use super::point_text;
 use crate::case::errors::{CaseError, ErrorList, Place};
 use crate::case::file::fluid::{HydrostaticLattice, ParticleMass, StartTable};
+use crate::case::file::formula;
 use crate::case::reader::{At, Written, is_bounded};
 
 /// Steps of work to evaluate the expression `text`: an instruction of some nanoseconds has two characters or more.
@@ -17,26 +19,37 @@ pub fn expression_steps(text: &str) -> f64 {
     2.0 * (1 + text.len()) as f64
 }
 
-/// Values of a pair of expressions of x and y at `positions`.
-pub fn field(pair: &[At<Written>; 2], positions: &[Vector], errors: &ErrorList) -> Vec<Vector> {
-    let [x, y] = pair.each_ref().map(|written| values(written, positions, errors));
-    x.into_iter().zip(y).map(|(x, y)| Vector::new(x, y)).collect()
+/// Values of expressions of the coordinates, one for each axis, at `positions`.
+pub fn field<S: Space>(
+    components: &[At<Written>],
+    positions: &[S::Vector],
+    errors: &ErrorList,
+) -> Vec<S::Vector> {
+    let mut vectors = vec![S::Vector::zeros(); positions.len()];
+    for (axis, written) in components.iter().enumerate() {
+        for (vector, value) in vectors.iter_mut().zip(values::<S>(written, positions, errors)) {
+            vector[axis] = value;
+        }
+    }
+    vectors
 }
 
-/// Values of an expression of x and y at `positions`; an error where one is not finite.
-pub fn values(written: &At<Written>, positions: &[Vector], errors: &ErrorList) -> Vec<f64> {
+/// Values of an expression of the coordinates at `positions`; an error where one is not finite.
+pub fn values<S: Space>(written: &At<Written>, positions: &[S::Vector], errors: &ErrorList) -> Vec<f64> {
     let text = match &written.value {
         Written::Number(number) => return vec![*number; positions.len()],
         Written::Text(text) => text,
     };
     // A text that is no expression has been reported where it was read.
-    let Ok(expression) = Expression::parse(text, &["x", "y"]) else { return vec![0.0; positions.len()] };
+    let Ok(expression) = Expression::parse(text, formula::coordinates(S::DIMENSIONS)) else {
+        return vec![0.0; positions.len()];
+    };
     if !errors.spend(&written.place, expression_steps(text) * positions.len() as f64) {
         return vec![0.0; positions.len()];
     }
-    let mut values: Vec<f64> = positions.iter().map(|x| expression.eval(&[x.x, x.y])).collect();
+    let mut values: Vec<f64> = positions.iter().map(|x| expression.eval(x.row().as_ref())).collect();
     if let Some(k) = values.iter().position(|value| !is_bounded(*value)) {
-        let problem = format!("is {:e} at {}", values[k], point_text(&positions[k]));
+        let problem = format!("is {:e} at {}", values[k], point_text::<S>(&positions[k]));
         let allowed = "finite values in the whole shape, of a magnitude of at most 1e30";
         errors.add(CaseError::new(&written.place, problem).value(text).allowed(allowed));
         values.fill(0.0);
@@ -46,32 +59,32 @@ pub fn values(written: &At<Written>, positions: &[Vector], errors: &ErrorList) -
 
 /// Particles of a region at the start.
 pub struct Started {
-    /// Masses \[kg/m\].
+    /// Masses \[kg\], in the plane per depth.
     pub mass: Vec<f64>,
     /// Densities \[kg/m³\].
     pub density: Vec<f64>,
 }
 
 /// What decides masses and densities at the start.
-pub struct Water<'a> {
+pub struct Water<'a, S: Space> {
     /// Parameters of the fluid.
     pub constants: &'a FluidParameters,
     /// Gravity \[m/s²\].
-    pub gravity: Vector,
-    /// Area of the cell of each particle \[m²\]; `None` for those of the lattice.
+    pub gravity: S::Vector,
+    /// Volume (area in the plane) of the cell of each particle \[m³\]; `None` for those of the lattice.
     pub volume: Option<&'a [f64]>,
 }
 
 /// Gives the particles of a region their mass and density; a consistent hydrostatic start moves them too.
-pub fn start(
+pub fn start<S: Space>(
     table: &StartTable,
     place: &Place,
-    water: &Water<'_>,
-    positions: &mut [Vector],
+    water: &Water<'_, S>,
+    positions: &mut [S::Vector],
     errors: &ErrorList,
 ) -> Started {
     let &Water { constants, gravity, .. } = water;
-    let cell = constants.particle_spacing * constants.particle_spacing;
+    let cell = S::cell_volume(constants.particle_spacing);
     let volume = |k: usize| water.volume.map_or(cell, |volume| volume[k]);
     let count = positions.len();
     let rest_mass = || (0..count).map(|k| constants.rest_density * volume(k)).collect();
@@ -80,7 +93,7 @@ pub fn start(
     match table {
         StartTable::Rest => at_rest(),
         StartTable::Hydrostatic { surface_m, lattice } => {
-            let Some(column) = Hydrostatics::new(constants, gravity, *surface_m, lattice.value) else {
+            let Some(column) = Hydrostatics::<S>::new(constants, gravity, *surface_m, lattice.value) else {
                 let error = CaseError::new(place, "a hydrostatic start needs gravity");
                 errors.add(error.hint("set `body_force.gravity_m_s2`"));
                 return at_rest();
@@ -89,7 +102,7 @@ pub fn start(
             Started { mass: rest_mass(), density }
         }
         StartTable::Pressure { pressure_pa, particle_mass } => {
-            let pressure = values(pressure_pa, positions, errors);
+            let pressure = values::<S>(pressure_pa, positions, errors);
             let density: Vec<f64> = pressure.iter().map(|p| tait.density(*p)).collect();
             // Beyond these the weakly compressible model has no meaning.
             let sound = |rho: &f64| (0.5..=2.0).contains(&(rho / constants.rest_density));
@@ -97,7 +110,7 @@ pub fn start(
                 let problem = format!(
                     "{} Pa at {} means a density of {} kg/m³",
                     pressure[k],
-                    point_text(&positions[k]),
+                    point_text::<S>(&positions[k]),
                     density[k]
                 );
                 let error = CaseError::new(&pressure_pa.place, problem);
@@ -121,8 +134,8 @@ pub fn start(
 /// ```
 /// M' is the lattice moment where the kernel gradient is not corrected: the sums (17) and (22) are adjoint, so they
 /// balance this pressure and no other. It is 1 otherwise.
-struct Hydrostatics {
-    up: Vector,
+struct Hydrostatics<S: Space> {
+    up: S::Vector,
     surface: f64,
     /// dp/dd \[Pa/m\].
     slope: f64,
@@ -132,18 +145,17 @@ struct Hydrostatics {
     spacing: f64,
 }
 
-impl Hydrostatics {
+impl<S: Space> Hydrostatics<S> {
     fn new(
         constants: &FluidParameters,
-        gravity: Vector,
+        gravity: S::Vector,
         surface: f64,
         lattice: HydrostaticLattice,
     ) -> Option<Self> {
         let g = gravity.norm();
         let moment = match (lattice, constants.correction) {
             (HydrostaticLattice::Consistent, GradientCorrection::None) => {
-                CubicSpline::<Plane>::new(constants.smoothing_length())
-                    .lattice_moment(constants.particle_spacing)
+                CubicSpline::<S>::new(constants.smoothing_length()).lattice_moment(constants.particle_spacing)
             }
             _ => 1.0,
         };
@@ -174,7 +186,7 @@ impl Hydrostatics {
     }
 
     /// Densities; on the consistent lattice, rows move down onto those below.
-    fn settle(&self, tait: &Tait, positions: &mut [Vector], lattice: HydrostaticLattice) -> Vec<f64> {
+    fn settle(&self, tait: &Tait, positions: &mut [S::Vector], lattice: HydrostaticLattice) -> Vec<f64> {
         let lowest = positions.iter().map(|x| x.dot(&self.up)).fold(f64::INFINITY, f64::min);
         let base = lowest - 0.5 * self.spacing;
         let whole = self.compressed(self.surface - base);

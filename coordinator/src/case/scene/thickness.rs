@@ -1,9 +1,9 @@
 //! Particles across the thin side of a body, and what few of them cost.
 
-use sph::shapes::{Shape, local_thickness};
-use sph::space::Vector;
+use sph::shapes::local_thickness;
 
 use super::filling::Cells;
+use super::space::SceneSpace;
 use crate::case::errors::{CaseError, ErrorList};
 use crate::case::file::body::BodyTable;
 use crate::case::file::material::FormulationTable;
@@ -18,11 +18,11 @@ const LEAST_ACROSS: usize = 2;
 const ENOUGH_FOR_STAIRS: usize = 16;
 
 /// A body as it is laid out.
-pub struct Laid<'a> {
+pub struct Laid<'a, S: SceneSpace> {
     /// Its shape.
-    pub shape: &'a Shape,
+    pub shape: &'a S::Shape,
     /// Its particles \[m\].
-    pub positions: &'a [Vector],
+    pub positions: &'a [S::Vector],
     /// Their cells.
     pub cells: &'a Cells,
     /// Particle spacing \[m\].
@@ -32,9 +32,9 @@ pub struct Laid<'a> {
 /// Warns of bodies that are too thin to bend as they should, refuses those without thickness.
 ///
 /// Returns the particles across the thin side of a body that deforms.
-pub fn check_thickness(
+pub fn check_thickness<S: SceneSpace>(
     body: &BodyTable,
-    laid: &Laid<'_>,
+    laid: &Laid<'_, S>,
     errors: &ErrorList,
     warnings: &mut Vec<String>,
 ) -> Option<usize> {
@@ -42,11 +42,11 @@ pub fn check_thickness(
         return None;
     }
     let across = match laid.cells {
-        Cells::Lattice | Cells::Scaled { .. } => particles_across(laid.positions, laid.spacing),
+        Cells::Lattice | Cells::Scaled { .. } => particles_across::<S>(laid.positions, laid.spacing),
         Cells::Box { across, .. } => *across,
         Cells::Fitted { .. } => layers_across(laid),
     };
-    let stairs = matches!(laid.cells, Cells::Scaled { .. }) && !matches!(laid.shape, Shape::Rectangle { .. });
+    let stairs = matches!(laid.cells, Cells::Scaled { .. }) && S::box_corners(laid.shape).is_none();
     let name = &body.name;
     if across < LEAST_ACROSS {
         let error = CaseError::new(&name.place, format!("is {across} particle across its thin side"));
@@ -85,7 +85,7 @@ fn bending_compliance(body: &BodyTable, cells: &Cells, stairs: bool, across: usi
 }
 
 /// Layers across the thin side of a body whose particles follow its faces: median over the particles.
-fn layers_across(laid: &Laid<'_>) -> usize {
+fn layers_across<S: SceneSpace>(laid: &Laid<'_, S>) -> usize {
     let spacing = laid.spacing;
     let limit = (ENOUGH_FOR_STAIRS + 1) as f64 * spacing;
     let mut thickness = local_thickness(laid.shape, laid.positions, spacing, limit);
@@ -94,22 +94,29 @@ fn layers_across(laid: &Laid<'_>) -> usize {
     (thickness[thickness.len() / 2] / spacing).round() as usize
 }
 
-/// Particles across the thin side: median over the particles of the shorter of the two rows they stand in.
-fn particles_across(positions: &[Vector], spacing: f64) -> usize {
-    let mut shorter = row_lengths(positions, spacing, 0);
-    for (a, b) in shorter.iter_mut().zip(row_lengths(positions, spacing, 1)) {
-        *a = (*a).min(b);
+/// Particles across the thin side: median over the particles of the shortest of the rows they stand in.
+fn particles_across<S: SceneSpace>(positions: &[S::Vector], spacing: f64) -> usize {
+    let mut shortest = row_lengths::<S>(positions, spacing, 0);
+    for axis in 1..S::DIMENSIONS {
+        for (a, b) in shortest.iter_mut().zip(row_lengths::<S>(positions, spacing, axis)) {
+            *a = (*a).min(b);
+        }
     }
-    shorter.sort_unstable();
-    shorter[shorter.len() / 2]
+    shortest.sort_unstable();
+    shortest[shortest.len() / 2]
 }
 
 /// For every particle the number of particles in its unbroken row along `axis`.
-fn row_lengths(positions: &[Vector], spacing: f64, axis: usize) -> Vec<usize> {
-    let across = 1 - axis;
+fn row_lengths<S: SceneSpace>(positions: &[S::Vector], spacing: f64, axis: usize) -> Vec<usize> {
+    // In the plane but one.
+    let others = [(axis + 1) % S::DIMENSIONS, (axis + S::DIMENSIONS - 1) % S::DIMENSIONS];
     let mut order: Vec<usize> = (0..positions.len()).collect();
-    let row = |k: usize| (positions[k][across] / spacing).round();
-    order.sort_by(|&a, &b| row(a).total_cmp(&row(b)).then(positions[a][axis].total_cmp(&positions[b][axis])));
+    let row = |k: usize| others.map(|other| (positions[k][other] / spacing).round());
+    let by_row = |a: usize, b: usize| {
+        let [a, b] = [row(a), row(b)];
+        a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1]))
+    };
+    order.sort_by(|&a, &b| by_row(a, b).then(positions[a][axis].total_cmp(&positions[b][axis])));
     let mut lengths = vec![0; positions.len()];
     let unbroken = |a: &usize, b: &usize| {
         row(*a) == row(*b) && (positions[*b][axis] - positions[*a][axis]).abs() < 1.5 * spacing

@@ -3,14 +3,14 @@
 use std::collections::HashSet;
 
 use sph::shapes::{
-    Boundary, LayerParticle, OpenSides, Shape, Side, is_on_lattice, layers_along, layers_around,
-    local_thickness, wall_fill,
+    Faces, LayerParticle, OpenSides, Region, Side, layers_along, layers_around, local_thickness, wall_fill,
 };
-use sph::space::Vector;
 use sph::space::domain::Domain;
+use sph::space::tensors::SpaceVector;
 
 use super::lattice::Lattice;
 use super::overlap::{Crowd, MOST_CLASHES, first_clashes};
+use super::space::{BoundaryOf, SceneSpace};
 use super::{Scene, index, point_text};
 use crate::case::errors::CaseError;
 use crate::case::file::CaseFile;
@@ -22,9 +22,14 @@ use crate::case::reader::At;
 use crate::quote::quoted;
 
 /// Lays out all walls, cut where held solids enter them.
-pub fn lay_out(file: &CaseFile, domain: &Domain, lattice: &mut Lattice<'_>, scene: &mut Scene) {
+pub fn lay_out<S: SceneSpace>(
+    file: &CaseFile,
+    domain: &Domain<S>,
+    lattice: &mut Lattice<'_, S>,
+    scene: &mut Scene<S>,
+) {
     let Some(spacing) = file.wall_spacing() else { return };
-    let materials: Vec<Material> =
+    let materials: Vec<Material<S>> =
         file.walls.iter().map(|wall| Material::of(wall, spacing, domain)).collect();
     for (k, wall) in file.walls.iter().enumerate() {
         if wall.intact {
@@ -40,53 +45,54 @@ pub fn lay_out(file: &CaseFile, domain: &Domain, lattice: &mut Lattice<'_>, scen
     let place = &first.name.place;
     for clash in first_clashes(domain, &walls.position, &walls.wall, spacing, place, lattice.errors) {
         let names = [clash.groups.0, clash.groups.1].map(|wall| &file.walls[wall as usize].name);
-        let problem =
-            format!("overlaps the wall `{}` at {}", quoted(&names[0].value), point_text(&clash.position));
+        let problem = format!(
+            "overlaps the wall `{}` at {}",
+            quoted(&names[0].value),
+            point_text::<S>(&clash.position)
+        );
         let error = CaseError::new(&names[1].place, problem).value(&names[1].value);
         lattice.errors.add(error.hint("make the shapes disjoint, for example with a difference"));
     }
     cut_by_solids(file, spacing, domain, lattice, scene);
 }
 
-fn lay_out_wall(
+fn lay_out_wall<S: SceneSpace>(
     file: &CaseFile,
     wall: &WallTable,
     spacing: f64,
-    domain: &Domain,
-    others: &[&Material],
-    lattice: &mut Lattice<'_>,
-    scene: &mut Scene,
-) -> Vec<LayerParticle> {
+    domain: &Domain<S>,
+    others: &[&Material<S>],
+    lattice: &mut Lattice<'_, S>,
+    scene: &mut Scene<S>,
+) -> Vec<LayerParticle<S>> {
     let written = written_shape(wall, domain);
-    let shape = written.value.to_shape();
+    let shape = S::shape(&written.value);
     let layers = wall.layers.map_or(1, |layers| u32::try_from(layers).unwrap_or(u32::MAX));
     let thickness = layers_of(wall) * spacing;
     if !lattice.permits(&written, &shape, spacing, thickness) {
         return Vec::new();
     }
-    let origin = wall.lattice_origin_m.as_ref().map_or(lattice.origin, |at| at.value);
+    let origin = wall.lattice_origin_m.as_ref().map_or(lattice.origin, |at| at.value.to::<S>());
     let container = wall.kind.value == WallKind::Container;
     let open = open_sides(wall, domain);
     // A face against another wall is none: water never meets it, and it would bend the normals of corners.
-    let covered = |point: &Vector| {
+    let covered = |point: &S::Vector| {
         let steps: f64 = others.iter().map(|other| other.steps).sum();
         lattice.errors.spend(&written.place, steps) && others.iter().any(|other| other.holds(point))
     };
-    let boundary = shape.boundary().uncovered(!container, 0.5 * spacing, covered);
+    let boundary = S::uncovered(shape.boundary(), !container, 0.5 * spacing, covered);
     let on_lattice = match wall.layout.value {
-        Layout::Auto => {
-            is_on_lattice(&boundary, spacing, origin, |a, b| on_open_side(&shape, open, spacing, a, b))
-        }
+        Layout::Auto => S::is_on_lattice(&shape, &boundary, spacing, origin, open),
         Layout::Fitted => false,
         Layout::Lattice => true,
     };
     if container && on_lattice {
-        scene.warnings.extend(off_lattice(wall, &written.value, spacing, origin));
+        scene.warnings.extend(off_lattice::<S>(wall, &shape, spacing, origin));
     }
     let particles = match (container, on_lattice) {
         (true, true) => layers_around(&shape, &boundary, spacing, layers, origin, open),
         (true, false) => layers_along(&shape, &boundary, spacing, layers, Side::Outside(open)),
-        (false, true) => skin(&shape, &boundary, spacing, origin, thickness),
+        (false, true) => skin::<S>(&shape, &boundary, spacing, origin, thickness),
         (false, false) => layers_along(&shape, &boundary, spacing, layers, Side::Inside),
     };
     if particles.is_empty() {
@@ -95,13 +101,13 @@ fn lay_out_wall(
     }
     for choice in &file.domain.periodic {
         let axis = choice.value;
-        let beyond = |x: &Vector| x[axis] < domain.lower[axis] || x[axis] >= domain.upper[axis];
+        let beyond = |x: &S::Vector| x[axis] < domain.lower[axis] || x[axis] >= domain.upper[axis];
         if let Some(particle) = particles.iter().find(|particle| beyond(&particle.position)) {
             let problem = format!(
                 "wall `{}` reaches across the periodic side along {}, at {}",
                 quoted(&wall.name.value),
                 choice.word,
-                point_text(&particle.position)
+                point_text::<S>(&particle.position)
             );
             lattice
                 .errors
@@ -111,7 +117,7 @@ fn lay_out_wall(
     if let Some(needed) = file.fluid_layers() {
         let layers = match container {
             true => thickness / spacing,
-            false => layers_across(&shape, &particles, spacing, needed).min(thickness / spacing),
+            false => layers_across::<S>(&shape, &particles, spacing, needed).min(thickness / spacing),
         };
         scene.warnings.extend(thinner_than_the_kernel(wall, layers.round(), needed));
     }
@@ -119,8 +125,13 @@ fn lay_out_wall(
 }
 
 /// Layers across a solid wall, up to one more than `needed`: median over its particles.
-fn layers_across(shape: &Shape, particles: &[LayerParticle], spacing: f64, needed: f64) -> f64 {
-    let positions: Vec<Vector> = particles.iter().map(|particle| particle.position).collect();
+fn layers_across<S: SceneSpace>(
+    shape: &S::Shape,
+    particles: &[LayerParticle<S>],
+    spacing: f64,
+    needed: f64,
+) -> f64 {
+    let positions: Vec<S::Vector> = particles.iter().map(|particle| particle.position).collect();
     let mut thickness = local_thickness(shape, &positions, spacing, (needed + 1.0) * spacing);
     thickness.sort_by(f64::total_cmp);
     thickness.get(thickness.len() / 2).map_or(f64::INFINITY, |median| median / spacing)
@@ -139,23 +150,23 @@ fn thinner_than_the_kernel(wall: &WallTable, layers: f64, needed: f64) -> Option
 }
 
 /// Where the stuff of a wall is.
-struct Material {
-    shape: Shape,
-    boundary: Boundary,
+struct Material<S: SceneSpace> {
+    shape: S::Shape,
+    boundary: BoundaryOf<S>,
     thickness: f64,
     container: bool,
-    open: OpenSides,
+    open: OpenSides<S>,
     /// A box around it and the points before its faces \[m\].
-    lower: Vector,
-    upper: Vector,
+    lower: S::Vector,
+    upper: S::Vector,
     /// Steps of work for a point.
     steps: f64,
 }
 
-impl Material {
-    fn of(wall: &WallTable, spacing: f64, domain: &Domain) -> Self {
+impl<S: SceneSpace> Material<S> {
+    fn of(wall: &WallTable, spacing: f64, domain: &Domain<S>) -> Self {
         let written = written_shape(wall, domain);
-        let shape = written.value.to_shape();
+        let shape = S::shape(&written.value);
         let thickness = layers_of(wall) * spacing;
         let (lower, upper) = shape.bounds();
         Self {
@@ -164,19 +175,19 @@ impl Material {
             thickness,
             container: wall.kind.value == WallKind::Container,
             open: open_sides(wall, domain),
-            lower: lower.add_scalar(-thickness - spacing),
-            upper: upper.add_scalar(thickness + spacing),
+            lower: lower + S::Vector::repeat(-thickness - spacing),
+            upper: upper + S::Vector::repeat(thickness + spacing),
             steps: 10.0 * (1 + written.value.pieces()) as f64,
         }
     }
 
-    fn holds(&self, point: &Vector) -> bool {
+    fn holds(&self, point: &S::Vector) -> bool {
         let inside = self.shape.contains(point);
         if !self.container {
             return inside;
         }
         let (lower, upper) = self.shape.bounds();
-        let beyond_open_side = (0..2).any(|axis| {
+        let beyond_open_side = (0..S::DIMENSIONS).any(|axis| {
             (self.open.lower[axis] && point[axis] < lower[axis])
                 || (self.open.upper[axis] && point[axis] >= upper[axis])
         });
@@ -185,19 +196,24 @@ impl Material {
 }
 
 /// The walls that may hold points near the faces of wall `k`.
-fn others<'m>(materials: &'m [Material], k: usize, walls: &[WallTable]) -> Vec<&'m Material> {
+fn others<'m, S: SceneSpace>(
+    materials: &'m [Material<S>],
+    k: usize,
+    walls: &[WallTable],
+) -> Vec<&'m Material<S>> {
     let own = &materials[k];
-    let meets = |other: &Material| {
-        (0..2).all(|axis| own.lower[axis] <= other.upper[axis] && other.lower[axis] <= own.upper[axis])
+    let meets = |other: &Material<S>| {
+        (0..S::DIMENSIONS)
+            .all(|axis| own.lower[axis] <= other.upper[axis] && other.lower[axis] <= own.upper[axis])
     };
     let all = materials.iter().enumerate();
     all.filter(|(j, other)| *j != k && walls[*j].intact && meets(other)).map(|(_, other)| other).collect()
 }
 
 /// The shape of a wall; a container without one surrounds the domain.
-fn written_shape(wall: &WallTable, domain: &Domain) -> At<ShapeTable> {
+fn written_shape<S: SceneSpace>(wall: &WallTable, domain: &Domain<S>) -> At<ShapeTable> {
     wall.shape.clone().unwrap_or_else(|| At {
-        value: ShapeTable::Rectangle { lower_m: domain.lower, upper_m: domain.upper },
+        value: S::box_table(&domain.lower, &domain.upper),
         place: wall.name.place.clone(),
     })
 }
@@ -208,61 +224,63 @@ fn layers_of(wall: &WallTable) -> f64 {
 }
 
 /// The outer layers of a solid wall: what lies deeper is never met.
-fn skin(
-    shape: &Shape,
-    boundary: &Boundary,
+fn skin<S: SceneSpace>(
+    shape: &S::Shape,
+    boundary: &BoundaryOf<S>,
     spacing: f64,
-    origin: Vector,
+    origin: S::Vector,
     thickness: f64,
-) -> Vec<LayerParticle> {
+) -> Vec<LayerParticle<S>> {
     let mut particles = wall_fill(shape, boundary, spacing, origin);
     particles.retain(|particle| -boundary.surface(&particle.position).distance < thickness);
     particles
 }
 
 /// Sides without a wall: those named, and both across a periodic direction.
-fn open_sides(wall: &WallTable, domain: &Domain) -> OpenSides {
+fn open_sides<S: SceneSpace>(wall: &WallTable, domain: &Domain<S>) -> OpenSides<S> {
     let named = |axis, upper| {
         wall.open_sides.iter().flatten().any(|choice| choice.value == DomainSide { axis, upper })
     };
     OpenSides {
-        lower: std::array::from_fn(|axis| domain.periodic[axis] || named(axis, false)),
-        upper: std::array::from_fn(|axis| domain.periodic[axis] || named(axis, true)),
+        lower: S::axes(|axis| domain.periodic[axis] || named(axis, false)),
+        upper: S::axes(|axis| domain.periodic[axis] || named(axis, true)),
     }
 }
 
-/// Whether an edge of `shape` from `a` to `b` \[m\] lies in a side that bears no wall.
-fn on_open_side(shape: &Shape, open: OpenSides, spacing: f64, a: &Vector, b: &Vector) -> bool {
-    let (lower, upper) = shape.bounds();
-    (0..2).any(|axis| {
-        let in_plane = |plane: f64| [a, b].iter().all(|x| (x[axis] - plane).abs() < 1e-6 * spacing);
-        (open.lower[axis] && in_plane(lower[axis])) || (open.upper[axis] && in_plane(upper[axis]))
-    })
-}
-
 /// Warns of a box whose sides do not lie between two rows of the lattice.
-fn off_lattice(wall: &WallTable, shape: &ShapeTable, spacing: f64, origin: Vector) -> Option<String> {
-    let ShapeTable::Rectangle { lower_m, upper_m } = shape else { return None };
+fn off_lattice<S: SceneSpace>(
+    wall: &WallTable,
+    shape: &S::Shape,
+    spacing: f64,
+    origin: S::Vector,
+) -> Option<String> {
+    let (lower, upper) = S::box_corners(shape)?;
     let offset = |position: f64, axis: usize| {
         let rows = (position - origin[axis]) / spacing;
         rows - rows.round()
     };
-    let (axis, rows, position) = [lower_m, upper_m]
+    let (axis, rows, position) = [lower, upper]
         .into_iter()
-        .flat_map(|corner| (0..2).map(move |axis| (axis, corner[axis])))
+        .flat_map(|corner| (0..S::DIMENSIONS).map(move |axis| (axis, corner[axis])))
         .map(|(axis, position)| (axis, offset(position, axis), position))
         .find(|(_, rows, _)| rows.abs() > 1e-6)?;
-    let axis = ["x", "y"][axis];
     Some(format!(
-        "wall `{}`: its side at {axis} = {position} m lies {:.2} spacings off the lattice; fluid will not fit against \
+        "wall `{}`: its side at {} = {position} m lies {:.2} spacings off the lattice; fluid will not fit against \
          it closely (sizes that are whole multiples of {spacing} m do, and so does `layout = \"fitted\"`)",
         wall.name.value,
+        S::AXES[axis],
         rows.abs()
     ))
 }
 
 /// Removes wall particles where held particles of a solid stand; a free one there is an error.
-fn cut_by_solids(file: &CaseFile, spacing: f64, domain: &Domain, lattice: &Lattice<'_>, scene: &mut Scene) {
+fn cut_by_solids<S: SceneSpace>(
+    file: &CaseFile,
+    spacing: f64,
+    domain: &Domain<S>,
+    lattice: &Lattice<'_, S>,
+    scene: &mut Scene<S>,
+) {
     let Some(solid) = &file.solid else { return };
     let mut reported = HashSet::new();
     let mut kept = Vec::with_capacity(scene.walls.position.len());
@@ -282,7 +300,7 @@ fn cut_by_solids(file: &CaseFile, spacing: f64, domain: &Domain, lattice: &Latti
         }
         if reported.insert(clash) {
             let (body, wall) = (&solid.bodies[clash.0 as usize].name, &file.walls[wall as usize].name);
-            let problem = format!("overlaps the wall `{}` at {}", quoted(&wall.value), point_text(x));
+            let problem = format!("overlaps the wall `{}` at {}", quoted(&wall.value), point_text::<S>(x));
             let error = CaseError::new(&body.place, problem).value(&body.value);
             let hint = "move it out of the wall, or hold the part inside with a support";
             lattice.errors.add(error.hint(hint));

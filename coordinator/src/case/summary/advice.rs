@@ -1,9 +1,12 @@
 //! Where a case departs from what is recommended, and what deserves a second look.
 
 use sph::setup::{FluidParameters, FluidScheme, ParameterSet};
+use sph::space::Space;
+use sph::space::tensors::SpaceVector;
 
 use super::Summary;
 use crate::case::Case;
+use crate::case::Scene;
 use crate::case::file::material::FormulationTable;
 
 /// Fewest times the largest speed that the sound speed should be, so that density stays within 1 %.
@@ -66,14 +69,18 @@ impl Case {
 
     /// Warns when the fluid can move faster than a tenth of its sound speed.
     pub(super) fn sound_speed_warning(&self) -> Option<String> {
+        sph::in_space!(&self.scene, scene => self.sound_speed_warning_in(scene))
+    }
+
+    fn sound_speed_warning_in<S: Space>(&self, scene: &Scene<S>) -> Option<String> {
         let fluid = self.file.fluid.as_ref()?;
-        let gravity = self.file.body_force.gravity_m_s2;
-        let heights = self.scene.fluid.position.iter().map(|x| -x.dot(&gravity));
+        let gravity = self.file.body_force.gravity_m_s2.to::<S>();
+        let heights = scene.fluid.position.iter().map(|x| -x.dot(&gravity));
         let (lowest, highest) =
             heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), h| (low.min(h), high.max(h)));
         // g·height: a fall through all of the fluid gives √(2gH).
         let fall = (2.0 * (highest - lowest).max(0.0)).sqrt();
-        let speed = self.scene.fluid.velocity.iter().map(|v| v.norm()).fold(fall, f64::max);
+        let speed = scene.fluid.velocity.iter().map(|v| v.norm()).fold(fall, f64::max);
         let sound_speed = fluid.parameters.sound_speed;
         (sound_speed < SOUND_SPEED_RATIO * speed).then(|| {
             format!(

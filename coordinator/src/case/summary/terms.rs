@@ -45,8 +45,8 @@ impl Case {
             ContactTable::Repulsion(set) => {
                 let mut values = set.values();
                 // Water presses in gaps only where the solid's side evaluates the pair law with walls.
-                let setup = self.solid_setup().and_then(|setup| setup.run.coupling);
-                values.wet &= setup.is_some_and(|coupling| coupling.has_wall_states());
+                let coupling = self.run_plan().coupling;
+                values.wet &= coupling.is_some_and(|coupling| coupling.has_wall_states());
                 add("contact", &values, &mut found);
             }
         }

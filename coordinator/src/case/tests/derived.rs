@@ -6,7 +6,7 @@ use super::*;
 fn water_bears_the_tension_at_nine_tenths_of_rest_density_unless_the_case_says_otherwise() {
     let with = |more: &str| {
         let text = tank_with(&[("sound_speed_m_s = 30.0", &format!("sound_speed_m_s = 30.0\n{more}"))]);
-        good(&text).fluid_setup().unwrap().parameters
+        good(&text).fluid_setup().unwrap().plane().unwrap().parameters
     };
     let fluid = with("");
     let unbounded = sph::laws::equation_of_state::Tait::new(1000.0, 30.0, 7.0);
@@ -39,11 +39,16 @@ fn a_gap_in_metres_takes_the_place_of_a_contact_distance_in_spacings() {
             ("particle_spacing_m = 0.01", &format!("particle_spacing_m = {spacing}")),
         ])
     };
-    let distance =
-        |contact: &str, spacing: &str| match good(&with(contact, spacing)).solid_setup().unwrap().contact {
-            sph::setup::ContactLaw::Repulsion(repulsion) => repulsion.distance,
-            sph::setup::ContactLaw::Sums => f64::NAN,
-        };
+    let distance = |contact: &str, spacing: &str| match good(&with(contact, spacing))
+        .solid_setup()
+        .unwrap()
+        .plane()
+        .unwrap()
+        .contact
+    {
+        sph::setup::ContactLaw::Repulsion(repulsion) => repulsion.distance,
+        sph::setup::ContactLaw::Sums => f64::NAN,
+    };
     // Rows lie half a spacing behind their faces.
     for (spacing, expected) in [("0.01", 1.5), ("0.005", 2.0), ("0.0025", 3.0)] {
         let found = distance("gap_m = 0.005", spacing);

@@ -4,7 +4,7 @@ use super::*;
 
 fn displaced(table: &str) -> Vec<sph::space::Vector> {
     let case = good(&tank_with(&[("[domain]", &format!("{table}\n[domain]"))]));
-    case.fluid_setup().unwrap().particles.position
+    case.fluid_setup().unwrap().plane().unwrap().particles.position
 }
 
 #[test]
@@ -24,8 +24,12 @@ fn a_seed_displaces_every_water_particle_a_little_and_nothing_else() {
     assert!((ratio - 2.0).abs() < 1e-9, "{ratio}");
     let [with, without] =
         ["[run]\nseed = 7\n[domain]", "[domain]"].map(|text| good(&tank_with(&[("[domain]", text)])));
-    assert_eq!(with.solid_setup().unwrap().particles, without.solid_setup().unwrap().particles);
-    let (with, without) = (with.fluid_setup().unwrap(), without.fluid_setup().unwrap());
+    assert_eq!(
+        with.solid_setup().unwrap().plane().unwrap().particles,
+        without.solid_setup().unwrap().plane().unwrap().particles
+    );
+    let (with, without) =
+        (with.fluid_setup().unwrap().plane().unwrap(), without.fluid_setup().unwrap().plane().unwrap());
     assert_eq!(
         (with.wall_particles, with.particles.density),
         (without.wall_particles, without.particles.density)

@@ -28,8 +28,8 @@ fn iterated_half_steps_have_ranges_and_go_with_loads() {
 
 #[test]
 fn iterating_alone_chooses_loads_and_has_defaults() {
-    assert_eq!(good(&tank("kind = \"loads\"")).run_setup().coupling.unwrap().implicit, None);
-    let coupling = good(&tank("iterate = {}")).run_setup().coupling.unwrap();
+    assert_eq!(good(&tank("kind = \"loads\"")).run_plan().coupling.unwrap().implicit, None);
+    let coupling = good(&tank("iterate = {}")).run_plan().coupling.unwrap();
     assert_eq!(coupling.kind, CouplingKind::Loads);
     let implicit = coupling.implicit.unwrap();
     assert_eq!((implicit.relaxation, implicit.non_convergence), (Relaxation::Aitken, NonConvergence::Stop));

@@ -29,7 +29,7 @@ open_sides = [\"top\"]
 }
 
 fn mass(case: &Case) -> f64 {
-    case.fluid_setup().unwrap().particles.mass.iter().sum()
+    case.fluid_setup().unwrap().plane().unwrap().particles.mass.iter().sum()
 }
 
 #[test]
@@ -47,7 +47,7 @@ shape = {{ type = \"rectangle\", lower_m = [0.0, 0.0], upper_m = [0.146, 0.12] }
     let exact = 1000.0 * 0.146 * 0.12;
     // Round-off of a sum of a thousand masses.
     assert!((mass(&case) / exact - 1.0).abs() < 1e-12);
-    let fluid = case.fluid_setup().unwrap().particles;
+    let fluid = case.fluid_setup().unwrap().plane().unwrap().particles;
     let right = fluid.position.iter().map(|x| x.x).fold(0.0, f64::max);
     // Half a cell of 0.146/37 m before its side.
     assert!((right - (0.146 - 0.5 * 0.146 / 37.0)).abs() < 1e-12, "{right}");
@@ -99,7 +99,7 @@ material = {{ density_kg_m3 = 1000.0, young_modulus_pa = 1e6, poisson_ratio = 0.
 fn a_round_rigid_body_has_the_mass_and_moment_of_inertia_of_its_shape() {
     let shape = "{ type = \"circle\", centre_m = [0.011, 0.003], radius_m = 0.03 }";
     let case = body(shape, "formulation = { type = \"rigid\" }");
-    let setup = case.solid_setup().unwrap();
+    let setup = case.solid_setup().unwrap().plane().unwrap();
     let thing = setup.particles.of_body(0);
     let area = std::f64::consts::PI * 0.03 * 0.03;
     assert!((thing.mass() / (1000.0 * area) - 1.0).abs() < 1e-12);
@@ -110,7 +110,7 @@ fn a_round_rigid_body_has_the_mass_and_moment_of_inertia_of_its_shape() {
 #[test]
 fn a_round_body_turns_about_its_centre_of_mass_at_the_start() {
     let shape = "{ type = \"ring\", centre_m = [0.01, 0.0], inner_radius_m = 0.03, outer_radius_m = 0.05 }";
-    let setup = body(shape, "rotation_speed_rad_s = 2.0").solid_setup().unwrap();
+    let setup = body(shape, "rotation_speed_rad_s = 2.0").solid_setup().unwrap().plane().unwrap();
     let p = &setup.particles;
     let momentum: Vector = p.velocity.iter().zip(&p.mass).map(|(v, m)| v * *m).sum();
     // Round-off beside 2.5 kg/s of the gross.
@@ -124,7 +124,7 @@ fn loads_on_curved_faces_have_their_area() {
 name = \"right\"
 shape = { type = \"rectangle\", lower_m = [0.0, -0.1], upper_m = [0.1, 0.1] }
 pressure_pa = \"100\"";
-    let setup = body(shape, load).solid_setup().unwrap();
+    let setup = body(shape, load).solid_setup().unwrap().plane().unwrap();
     let load = &setup.bodies[0].loads[0];
     let total: Vector = load.areas.iter().sum();
     // The right half of a circle: 2 r along x. Pieces of a tenth of a spacing end on the border of the load.
@@ -151,7 +151,7 @@ fn a_wall_off_the_lattice_stands_at_its_face() {
     let region = "[[fluid.region]]
 name = \"water\"
 shape = { type = \"rectangle\", lower_m = [0.0, 0.0], upper_m = [0.1985, 0.1] }";
-    let setup = good(&format!("{text}\n{region}")).fluid_setup().unwrap();
+    let setup = good(&format!("{text}\n{region}")).fluid_setup().unwrap().plane().unwrap();
     let right = setup.wall_particles.position.iter().filter(|x| x.x > 0.19 && x.y > 0.0);
     let nearest = right.map(|x| x.x).fold(f64::INFINITY, f64::min);
     assert!((nearest - 0.2005).abs() < 1e-12, "{nearest}");
@@ -177,7 +177,7 @@ formulation = { type = \"rigid\" }
     let errors = bad(text).to_string();
     assert!(errors.contains("a rigid body bears no stress"), "{errors}");
     let sheet = good(&text.replace("rigid", "total-lagrangian"));
-    let speed = sheet.solid_setup().unwrap().bodies[0].material.longitudinal_speed();
+    let speed = sheet.solid_setup().unwrap().plane().unwrap().bodies[0].material.longitudinal_speed();
     // √(E/((1 − ν²) ρ)), to round-off.
     assert!((speed / (1e6_f64 / 0.84 / 1000.0).sqrt() - 1.0).abs() < 1e-12);
 }

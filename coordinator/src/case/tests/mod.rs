@@ -12,6 +12,7 @@ mod overrides;
 mod restart;
 mod scene;
 mod shipped;
+mod spatial;
 mod walls;
 
 use std::path::Path;

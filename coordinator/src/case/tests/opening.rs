@@ -1,5 +1,7 @@
 //! What the solvers would refuse at the start of a run is an error at its key, and what is accepted they open.
 
+use crate::case::AnyScene;
+
 use super::*;
 
 /// Reads [`TANK`] with the changes; the one error stands at `needle`, and its report holds all `words`.
@@ -139,7 +141,8 @@ fn what_is_accepted_the_solvers_open() {
     opens(TANK);
     // The solvers' own examination is asked as well, whatever the case language knows.
     let mut case = good(TANK);
-    case.scene.fluid.density[3] = 1e6;
+    let AnyScene::Plane(scene) = &mut case.scene else { panic!("of the plane") };
+    scene.fluid.density[3] = 1e6;
     let refused = crate::check::open(&case).unwrap_err();
     assert!(refused.message.starts_with("the fluid solver refuses the case:"), "{refused}");
     assert_eq!(refused.kind, crate::failure::Kind::Input);

@@ -10,8 +10,8 @@ fn field(name: &str, components: usize, values: Vec<f64>) -> Field {
 
 /// Final states of the tank in which everything has moved by 1 cm and is a little denser.
 fn states(case: &Case) -> (ParticleFields, ParticleFields) {
-    let fluid = case.fluid_setup().unwrap().particles;
-    let solid = case.solid_setup().unwrap().particles;
+    let fluid = case.fluid_setup().unwrap().plane().unwrap().particles;
+    let solid = case.solid_setup().unwrap().plane().unwrap().particles;
     let moved = |x: &[sph::space::Vector]| x.iter().flat_map(|x| [x.x + 0.01, x.y]).collect::<Vec<_>>();
     let fluid_state = ParticleFields {
         step: 10,
@@ -56,10 +56,13 @@ fn matching_names_take_over_the_state_and_supports_stay() {
     let (fluid, solid) = states(&case);
     let text = format!("start_from = \"earlier\"\n{TANK}");
     let again = restart(&text, &fluid, &solid).unwrap();
-    let (water, bodies) = (again.fluid_setup().unwrap().particles, again.solid_setup().unwrap().particles);
+    let (water, bodies) = (
+        again.fluid_setup().unwrap().plane().unwrap().particles,
+        again.solid_setup().unwrap().plane().unwrap().particles,
+    );
     assert_eq!(water.velocity[3], sph::space::Vector::repeat(0.5));
     assert_eq!(water.density[3], 1001.0);
-    let before = case.solid_setup().unwrap().particles;
+    let before = case.solid_setup().unwrap().plane().unwrap().particles;
     assert_eq!(bodies.support, before.support);
     assert_eq!(bodies.reference_position, before.reference_position);
     assert!((bodies.position[5].x - before.position[5].x - 0.01).abs() < 1e-15);

@@ -12,7 +12,8 @@ use super::*;
 #[test]
 fn the_tank_is_laid_out_on_one_lattice() {
     let case = good(TANK);
-    let (fluid, solid) = (case.fluid_setup().unwrap(), case.solid_setup().unwrap());
+    let (fluid, solid) =
+        (case.fluid_setup().unwrap().plane().unwrap(), case.solid_setup().unwrap().plane().unwrap());
     // 40 × 10 less 6 × 10 of the plate.
     assert_eq!(fluid.particles.id.len(), 340);
     assert_eq!(solid.particles.id.len(), 36 + 18 * 6);
@@ -32,7 +33,7 @@ fn the_tank_is_laid_out_on_one_lattice() {
 
 #[test]
 fn moduli_may_be_given_either_way() {
-    let solid = good(TANK).solid_setup().unwrap();
+    let solid = good(TANK).solid_setup().unwrap().plane().unwrap();
     let [block, plate] = [&solid.bodies[0].material, &solid.bodies[1].material];
     // E = 12 MPa, ν = 0.4: K = 20 MPa, G = 4.2857 MPa.
     assert!((block.bulk_modulus / 20e6 - 1.0).abs() < 1e-12);
@@ -73,7 +74,7 @@ open_sides = [\"top\"]
 
 /// Vertical acceleration by Eq. (22) of the particle nearest to `height` [m], over g; 0 is at rest.
 fn imbalance(case: &Case, height: f64, moment: f64) -> f64 {
-    let setup = case.fluid_setup().unwrap();
+    let setup = case.fluid_setup().unwrap().plane().unwrap();
     let (c, particles) = (&setup.parameters, &setup.particles);
     let kernel = CubicSpline::<Plane>::new(c.smoothing_length());
     let tait = Tait::new(c.rest_density, c.sound_speed, c.exponent);
@@ -108,8 +109,11 @@ fn the_consistent_hydrostatic_start_is_at_rest_and_the_uniform_one_is_not() {
 
 #[test]
 fn a_hydrostatic_start_keeps_the_mass_and_sinks_by_its_compression() {
-    let setup =
-        column("{ type = \"hydrostatic\", surface_m = 0.3 }", "lattice-moment").fluid_setup().unwrap();
+    let setup = column("{ type = \"hydrostatic\", surface_m = 0.3 }", "lattice-moment")
+        .fluid_setup()
+        .unwrap()
+        .plane()
+        .unwrap();
     let mass: f64 = setup.particles.mass.iter().sum();
     assert!((mass - 1000.0 * 0.03 * 0.3).abs() < 1e-9);
     let top = setup.particles.position.iter().map(|x| x.y).fold(0.0, f64::max);
@@ -128,7 +132,8 @@ fn pressure_by_expression_fills_the_cells_or_keeps_the_mass() {
         format!("{{ type = \"pressure\", pressure_pa = \"1e4*(0.3-y)\", particle_mass = \"{mass}\" }}")
     };
     for (word, constant_volume) in [("from-density", true), ("rest", false)] {
-        let particles = column(&start(word), "lattice-moment").fluid_setup().unwrap().particles;
+        let particles =
+            column(&start(word), "lattice-moment").fluid_setup().unwrap().plane().unwrap().particles;
         let tait = Tait::new(1000.0, 17.16, 7.0);
         for k in 0..particles.id.len() {
             let wanted = 1e4 * (0.3 - particles.position[k].y);
@@ -146,12 +151,12 @@ fn displaced_lattices_repeat_with_their_seed() {
             "name = \"water\"",
             &format!("name = \"water\"\ndisplacement_fraction = 0.1\ndisplacement_seed = {seed}"),
         )]);
-        good(&text).fluid_setup().unwrap().particles.position
+        good(&text).fluid_setup().unwrap().plane().unwrap().particles.position
     };
     let (a, b, c) = (with("7"), with("7"), with("8"));
     assert_eq!(a, b);
     assert_ne!(a, c);
-    let rest = good(TANK).fluid_setup().unwrap().particles.position;
+    let rest = good(TANK).fluid_setup().unwrap().plane().unwrap().particles.position;
     let largest = a.iter().zip(&rest).map(|(a, r)| (a - r).amax()).fold(0.0, f64::max);
     assert!((0.9e-3..=1e-3).contains(&largest), "{largest}");
 }
@@ -163,9 +168,9 @@ fn velocities_by_expression_and_rotation() {
         ("name = \"block\"", "name = \"block\"\nvelocity_m_s = [1.5, 0]\nrotation_speed_rad_s = 10.0"),
     ]);
     let case = good(&text);
-    let fluid = case.fluid_setup().unwrap().particles;
+    let fluid = case.fluid_setup().unwrap().plane().unwrap().particles;
     assert!(fluid.position.iter().zip(&fluid.velocity).all(|(x, v)| *v == Vector::new(-x.x, 2.0 * x.y)));
-    let solid = case.solid_setup().unwrap().particles;
+    let solid = case.solid_setup().unwrap().plane().unwrap().particles;
     let centre = Vector::new(0.08, 0.18);
     for k in 0..36 {
         let r = solid.position[k] - centre;
@@ -182,7 +187,10 @@ fn a_body_may_have_a_lattice_of_its_own_and_water_keeps_clear_of_it() {
     )]);
     let text = text.replace("name = \"block\"", "name = \"block\"\nlattice_origin_m = [0.054, 0.057]");
     let case = good(&text);
-    let (fluid, solid) = (case.fluid_setup().unwrap().particles, case.solid_setup().unwrap().particles);
+    let (fluid, solid) = (
+        case.fluid_setup().unwrap().plane().unwrap().particles,
+        case.solid_setup().unwrap().plane().unwrap().particles,
+    );
     assert_eq!(solid.body.iter().filter(|body| **body == 0).count(), 36);
     let closest = fluid
         .position
@@ -220,7 +228,8 @@ fn every_setting_reaches_the_solvers() {
         ),
     ]);
     let case = good(&text);
-    let (fluid, solid) = (case.fluid_setup().unwrap(), case.solid_setup().unwrap());
+    let (fluid, solid) =
+        (case.fluid_setup().unwrap().plane().unwrap(), case.solid_setup().unwrap().plane().unwrap());
     assert_eq!(fluid.run.time.step, StepPolicy::Adaptive { factor: 0.4, maximum: 2e-5, growth: 1.1 });
     let coupling = fluid.run.coupling.unwrap();
     assert_eq!(

@@ -113,14 +113,15 @@ fn presets_fill_in_what_a_case_leaves_out_and_departures_name_their_cost() {
         "{departures:#?}"
     );
     let paper = with("paper");
-    let (fluid, solid) = (paper.fluid_setup().unwrap(), paper.solid_setup().unwrap());
+    let (fluid, solid) =
+        (paper.fluid_setup().unwrap().plane().unwrap(), paper.solid_setup().unwrap().plane().unwrap());
     // The limit of tension is the default of every preset: without it a run stops at 0.7 of the rest density.
     assert_eq!(
         fluid.parameters,
         FluidParameters {
             particle_spacing: 0.01,
             sound_speed: 30.0,
-            tension_limit: plain.fluid_setup().unwrap().parameters.tension_limit,
+            tension_limit: plain.fluid_setup().unwrap().plane().unwrap().parameters.tension_limit,
             ..ParameterSet::paper()
         }
     );
@@ -128,7 +129,9 @@ fn presets_fill_in_what_a_case_leaves_out_and_departures_name_their_cost() {
     assert!(solid.bodies.iter().all(|body| body.formulation.kind() == FormulationKind::UpdatedLagrangian));
     assert_eq!(solid.contact, sph::setup::ContactLaw::Sums);
     // Without a word on it, bodies are total-Lagrangian, with some damping in water.
-    let Formulation::TotalLagrangian(body) = plain.solid_setup().unwrap().bodies[0].formulation else {
+    let Formulation::TotalLagrangian(body) =
+        plain.solid_setup().unwrap().plane().unwrap().bodies[0].formulation
+    else {
         panic!()
     };
     assert_eq!((body.viscosity_a, body.hourglass), (0.2, 0.3));

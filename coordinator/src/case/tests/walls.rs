@@ -17,7 +17,7 @@ fn tank(shape: &str, more: &str) -> String {
 /// Particles of the block.
 fn block(shape: &str, layout: &str) -> WallParticles {
     let walls = tank(shape, &format!("layout = \"{layout}\""));
-    let mut particles = good(&walls).fluid_setup().unwrap().wall_particles;
+    let mut particles = good(&walls).fluid_setup().unwrap().plane().unwrap().wall_particles;
     let mut own = particles.wall.clone().into_iter().map(|wall| wall == 1);
     particles.position.retain(|_| own.next().unwrap());
     let mut own = particles.wall.clone().into_iter().map(|wall| wall == 1);

@@ -43,7 +43,11 @@ fn report(step: u64, force: LedgerVector, weight: LedgerVector) -> StepReport {
 
 /// A side whose case could also have strain.
 fn side(role: Role) -> LedgerSide {
-    LedgerSide { role, accounts: vec![EnergyAccount::Kinetic, EnergyAccount::Strain, EnergyAccount::Walls] }
+    LedgerSide {
+        role,
+        dimensions: 2,
+        accounts: vec![EnergyAccount::Kinetic, EnergyAccount::Strain, EnergyAccount::Walls],
+    }
 }
 
 fn imbalance(force: f64) -> Imbalance {
@@ -134,8 +138,36 @@ fn one_side_alone_has_its_own_columns_only() {
     assert_eq!(file.extremes().angular, [None; 2]);
     file.finish().unwrap();
     let table = Table::read(&path).unwrap();
-    assert_eq!(table.columns().len(), COMMON.len() + side_width(&side(Role::Solid)));
+    assert_eq!(table.columns().len(), columns(&[side(Role::Solid)]).len());
     assert!(table.columns().iter().all(|name| !name.starts_with("fluid")));
     assert_eq!(table.rows(), 1);
     assert!(table.column("solid_angular_momentum_change_n_s").unwrap()[0].is_nan());
+}
+
+#[test]
+fn in_space_vectors_have_three_components_and_units_are_not_per_metre() {
+    let side = LedgerSide { dimensions: 3, ..side(Role::Solid) };
+    let names = columns(std::slice::from_ref(&side));
+    for name in [
+        "solid_force_z_n",
+        "solid_torque_x_n_m",
+        "solid_interface_impulse_z_n_s",
+        "solid_body_force_angular_impulse_y_n_m_s",
+        "solid_energy_kinetic_j",
+    ] {
+        assert!(names.iter().any(|known| known == name), "{name} is not in {names:?}");
+    }
+    assert!(!names.iter().any(|name| name.ends_with("_per_m")));
+    let root = tempfile::tempdir().unwrap();
+    let mut file = LedgerFile::create(&root.path().join("ledger.csv"), &[side]).unwrap();
+    let step = report(0, LedgerVector::new(1.0, 2.0, 3.0), LedgerVector::new(0.0, -1.0, -4.0));
+    file.record(None, Some(&step), &[imbalance(0.0); 2]);
+    let table = Table::read(&file.finish().unwrap()).unwrap();
+    let value = |name: &str| table.column(name).unwrap()[0];
+    assert_eq!(["x", "y", "z"].map(|axis| value(&format!("solid_force_{axis}_n"))), [1.0, 2.0, 3.0]);
+    // The torque of the report is about z, that of its force's x.
+    assert_eq!(["x", "y", "z"].map(|axis| value(&format!("solid_torque_{axis}_n_m"))), [0.0, 0.0, 1.0]);
+    let [impulse, weight, change] = ["interface_impulse", "body_force_impulse", "momentum_change"]
+        .map(|name| value(&format!("solid_{name}_z_n_s")));
+    assert!((impulse + weight - change).abs() < 1e-12, "{impulse} + {weight} is not {change}");
 }

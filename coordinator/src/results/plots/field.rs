@@ -6,6 +6,7 @@ use sph::coupling::solver::ParticleFields;
 
 use super::PlotError;
 use super::colour::{ColourScale, Rgb};
+use super::projection::{AXES, Place, Projection};
 use super::scale::{Magnitude, label, text_width, ticks};
 use crate::results::font;
 
@@ -26,19 +27,36 @@ const GAP: i32 = 16;
 const INK: RGBColor = RGBColor(34, 34, 34);
 /// Particles reach a little beyond their own square, so that strained matter shows no gaps.
 const REACH: f64 = 0.8;
+/// Light at the rim of a ball over that at its middle.
+const DARKEST: f64 = 0.55;
 
 /// A particle to draw.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Dot {
     /// Position \[m\].
     pub position: [f64; 2],
+    /// How near it is to the viewer \[m\]; of a view from outside only.
+    pub nearness: f64,
     /// Particle spacing \[m\].
     pub spacing: f64,
     /// Colour.
     pub colour: Rgb,
 }
 
-/// The part of the plane that a picture shows.
+/// What a picture shows, but for its particles.
+#[derive(Clone, Copy, Debug)]
+pub struct Sheet<'a> {
+    /// Title above it.
+    pub title: &'a str,
+    /// Part of the scene.
+    pub view: View,
+    /// How the scene is looked at.
+    pub projection: Projection,
+    /// The colour bar.
+    pub scale: &'a ColourScale,
+}
+
+/// The part of the scene that a picture shows.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct View {
     /// Lower corner \[m\].
@@ -79,43 +97,57 @@ impl View {
 }
 
 /// Positions of all particles \[m\]; empty without a `position` of at least two components.
-pub fn positions(particles: &ParticleFields) -> impl Iterator<Item = [f64; 2]> + '_ {
+pub fn positions(particles: &ParticleFields) -> impl Iterator<Item = Place> + '_ {
     let field = particles.field("position").filter(|field| field.components >= 2);
-    field.into_iter().flat_map(|field| field.values.chunks(field.components).map(|x| [x[0], x[1]]))
+    let place = |x: &[f64]| [x[0], x[1], x.get(2).copied().unwrap_or(0.0)];
+    field.into_iter().flat_map(move |field| field.values.chunks(field.components).map(place))
+}
+
+/// Whether `particles` have positions in space.
+pub fn is_in_space(particles: &ParticleFields) -> bool {
+    particles.field("position").is_some_and(|field| field.components > 2)
 }
 
 /// Distance between neighbouring particles \[m\].
 ///
-/// The edge √(m/ρ) of the median particle; without `mass` and `density` the edge of an even share of the area.
+/// The edge √(m/ρ), in space ∛(m/ρ), of the median particle; without `mass` and `density` the edge of an even share of the
+/// area or volume.
 pub fn spacing(particles: &ParticleFields) -> Option<f64> {
+    let in_space = is_in_space(particles);
+    let edge = |volume: f64| if in_space { volume.cbrt() } else { volume.sqrt() };
     let (mass, density) = (particles.field("mass"), particles.field("density"));
     let mut edges: Vec<f64> = match (mass, density) {
         (Some(mass), Some(density)) => {
-            mass.values.iter().zip(&density.values).map(|(m, rho)| (m / rho).sqrt()).collect()
+            mass.values.iter().zip(&density.values).map(|(m, rho)| edge(m / rho)).collect()
         }
         _ => Vec::new(),
     };
     edges.retain(|edge| *edge > 0.0);
     super::scale::quantile(&mut edges, 0.5).or_else(|| {
-        let view = View::around(positions(particles), 0.0)?;
+        let size = |axis: usize| {
+            let along = || positions(particles).map(|x| x[axis]).filter(|x| x.is_finite());
+            along().fold(f64::NEG_INFINITY, f64::max) - along().fold(f64::INFINITY, f64::min)
+        };
         let count = positions(particles).count() as f64;
-        Some((view.size(0) * view.size(1) / count).sqrt())
+        let axes = if in_space { 3 } else { 2 };
+        (count > 0.0).then(|| edge((0..axes).map(size).product::<f64>() / count))
     })
 }
 
-/// A picture as PNG: `dots` in `view`, `title` above, `scale` as the colour bar.
+/// The `dots` on `sheet`, as PNG.
 ///
 /// # Errors
 /// When the drawing library fails.
-pub fn picture(title: &str, view: View, dots: &[Dot], scale: &ColourScale) -> Result<Vec<u8>, PlotError> {
+pub fn draw(sheet: &Sheet<'_>, dots: &[Dot]) -> Result<Vec<u8>, PlotError> {
     font::register();
+    let &Sheet { title, view, projection, scale } = sheet;
     let layout = Layout::new(view);
     let (width, height) = layout.canvas;
     let mut pixels = vec![255u8; 3 * width as usize * height as usize];
-    layout.paint(&mut pixels, dots);
+    layout.paint(&mut pixels, dots, projection.is_from_outside());
     {
         let area = BitMapBackend::with_buffer(&mut pixels, layout.canvas).into_drawing_area();
-        layout.axes(&area)?;
+        layout.axes(&area, [projection.right, projection.upward].map(|axis| AXES[axis]))?;
         layout.colour_bar(&area, title, scale)?;
         area.present().map_err(PlotError::new)?;
     }
@@ -169,12 +201,13 @@ impl Layout {
         ((position[0] - self.view.lower[0]) * self.zoom, (self.view.upper[1] - position[1]) * self.zoom)
     }
 
-    /// Gives every pixel within reach of a particle the colour of the nearest one.
-    fn paint(&self, pixels: &mut [u8], dots: &[Dot]) {
+    /// Gives every pixel within reach of a particle its colour: that of the nearest one in the picture, or, `from_outside`,
+    /// that of the ball nearest to the viewer, shaded as if lit from there.
+    fn paint(&self, pixels: &mut [u8], dots: &[Dot], from_outside: bool) {
         let (width, height) = (self.plot.0 as usize, self.plot.1 as usize);
         let stride = self.canvas.0 as usize;
-        // Squared distance to the nearest particle so far, in units of its reach.
-        let mut nearest = vec![1.0f64; width * height];
+        // Of what is there so far: squared distance in units of its reach, or how far it is from the viewer.
+        let mut best = vec![if from_outside { f64::INFINITY } else { 1.0 }; width * height];
         for dot in dots {
             let (x, y) = self.place(dot.position);
             // A particle is never smaller than what the eye can find.
@@ -189,12 +222,20 @@ impl Layout {
                 for column in span(x, width) {
                     let (dx, dy) = (column as f64 + 0.5 - x, row as f64 + 0.5 - y);
                     let distance = (dx * dx + dy * dy) / (reach * reach);
+                    let bulge = (1.0 - distance).max(0.0).sqrt();
+                    let order = match from_outside {
+                        true if distance < 1.0 => -dot.nearness - bulge * reach / self.zoom,
+                        true => f64::INFINITY,
+                        false => distance,
+                    };
                     let at = row * width + column;
-                    if distance < nearest[at] {
-                        nearest[at] = distance;
+                    if order < best[at] {
+                        best[at] = order;
                         let (left, top) = (self.origin.0 as usize, self.origin.1 as usize);
                         let pixel = 3 * ((top + row) * stride + left + column);
-                        pixels[pixel..pixel + 3].copy_from_slice(&dot.colour);
+                        let light = if from_outside { DARKEST + (1.0 - DARKEST) * bulge } else { 1.0 };
+                        let colour = dot.colour.map(|c| (f64::from(c) * light).round() as u8);
+                        pixels[pixel..pixel + 3].copy_from_slice(&colour);
                     }
                 }
             }
@@ -204,6 +245,7 @@ impl Layout {
     fn axes<DB: DrawingBackend>(
         &self,
         area: &DrawingArea<DB, plotters::coord::Shift>,
+        [right_name, upward_name]: [&str; 2],
     ) -> Result<(), PlotError> {
         let (left, top) = (self.origin.0 as i32, self.origin.1 as i32);
         let (right, bottom) = (left + self.plot.0 as i32, top + self.plot.1 as i32);
@@ -226,7 +268,8 @@ impl Layout {
             }
         }
         let middle = left + self.plot.0 as i32 / 2;
-        area.draw(&Text::new("x [m]", (middle, bottom + 54), below)).map_err(PlotError::new)?;
+        area.draw(&Text::new(format!("{right_name} [m]"), (middle, bottom + 54), below))
+            .map_err(PlotError::new)?;
         let beside = text(HPos::Right, VPos::Center, TEXT);
         let (marks, step) = ticks(self.view.lower[1], self.view.upper[1], wanted(self.plot.1));
         for mark in marks {
@@ -237,7 +280,8 @@ impl Layout {
         }
         let upright = text(HPos::Center, VPos::Top, TEXT).transform(FontTransform::Rotate270);
         let middle = top + self.plot.1 as i32 / 2;
-        area.draw(&Text::new("y [m]", (left - 140, middle), upright)).map_err(PlotError::new)
+        area.draw(&Text::new(format!("{upward_name} [m]"), (left - 140, middle), upright))
+            .map_err(PlotError::new)
     }
 
     fn colour_bar<DB: DrawingBackend>(

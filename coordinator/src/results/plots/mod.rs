@@ -4,6 +4,7 @@ pub mod chart;
 pub mod colour;
 pub mod field;
 pub mod gallery;
+pub mod projection;
 pub mod quantities;
 pub mod scale;
 

@@ -4,7 +4,7 @@
 struct Family {
     /// Start of the column suffix, such as `velocity`.
     stem: &'static str,
-    /// End of the column suffix, such as `m_s`.
+    /// End of the column suffix, such as `m_s`; empty for a number without unit.
     unit_key: &'static str,
     /// Unit as shown.
     unit: &'static str,
@@ -15,7 +15,7 @@ const fn family(stem: &'static str, unit_key: &'static str, unit: &'static str) 
 }
 
 /// All quantities that probes report, longer stems before shorter ones that end them.
-const FAMILIES: [Family; 25] = [
+const FAMILIES: [Family; 37] = [
     family("strain_energy_density", "j_per_m3", "J/m³"),
     family("contact_bodies", "n_per_m", "N/m"),
     family("contact_walls", "n_per_m", "N/m"),
@@ -41,12 +41,25 @@ const FAMILIES: [Family; 25] = [
     family("angle", "rad", "rad"),
     family("mass", "kg_per_m", "kg/m"),
     family("gap", "m", "m"),
+    family("contact_bodies", "n", "N"),
+    family("contact_walls", "n", "N"),
+    family("angular_momentum", "kg_m2_per_s", "kg m²/s"),
+    family("energy", "j", "J"),
+    family("momentum", "kg_m_per_s", "kg m/s"),
+    family("flow_rate", "m3_s", "m³/s"),
+    family("impulse", "n_s", "N s"),
+    family("force", "n", "N"),
+    family("torque", "n_m", "N m"),
+    family("torque", "n", "N"),
+    family("quaternion", "", "-"),
+    family("mass", "kg", "kg"),
 ];
 
 /// Kinds of energy, which stand before the stem.
 const ENERGIES: [&str; 4] = ["kinetic", "potential", "compression", "strain"];
 /// Components, which stand after the stem; the empty one is a scalar.
-const COMPONENTS: [&str; 10] = ["", "x", "y", "xx", "yy", "xy", "body", "wall", "largest", "smallest"];
+const COMPONENTS: [&str; 15] =
+    ["", "x", "y", "z", "w", "xx", "yy", "zz", "xy", "yz", "xz", "body", "wall", "largest", "smallest"];
 
 /// What a column of `probes.csv` means.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -73,7 +86,8 @@ pub fn meaning(column: &str) -> Meaning {
         };
         for component in COMPONENTS {
             let separator = if component.is_empty() { "" } else { "_" };
-            let suffix = format!("_{}{separator}{component}_{}", family.stem, family.unit_key);
+            let unit_separator = if family.unit_key.is_empty() { "" } else { "_" };
+            let suffix = format!("_{}{separator}{component}{unit_separator}{}", family.stem, family.unit_key);
             let Some(before) = column.strip_suffix(&suffix) else { continue };
             if family.stem != "energy" {
                 return found(before, component);
@@ -122,13 +136,16 @@ pub fn groups(columns: &[String]) -> Vec<Group> {
 #[cfg(test)]
 mod tests {
     use sph::setup::{FluidProbeKind, ProbeKind, SolidProbeKind};
+    use sph::space::Spatial;
 
     use super::*;
 
     #[test]
     fn every_column_of_every_kind_of_probe_is_understood() {
-        let specs = <FluidProbeKind>::SPECIFICATIONS.iter().chain(<SolidProbeKind>::SPECIFICATIONS);
-        let suffixes = specs.flat_map(|spec| spec.columns);
+        let plane = <FluidProbeKind>::SPECIFICATIONS.iter().chain(<SolidProbeKind>::SPECIFICATIONS);
+        let spatial =
+            <FluidProbeKind<Spatial>>::SPECIFICATIONS.iter().chain(<SolidProbeKind<Spatial>>::SPECIFICATIONS);
+        let suffixes = plane.chain(spatial).flat_map(|spec| spec.columns);
         for suffix in suffixes {
             let meaning = meaning(&format!("left_gauge_2_{suffix}"));
             assert_eq!(meaning.probe, "left_gauge_2", "{suffix}");

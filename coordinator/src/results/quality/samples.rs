@@ -1,20 +1,22 @@
 //! Gathers the evidence from what a run left.
 
 use sph::coupling::solver::ParticleFields;
+use sph::in_space;
 use sph::kernel::CubicSpline;
-use sph::setup::{FluidProbeKind, FluidSetup, ProbeKind as _, SolidProbeKind};
+use sph::setup::{AnyFluidSetup, FluidProbeKind, FluidSetup, ProbeKind as _, SolidProbeKind};
+use sph::space::Space;
 use sph::space::components::Components as _;
-use sph::space::{Plane, Space, Vector};
+use sph::space::tensors::SpaceVector;
 
 use super::Evidence;
 use super::loads::noise;
 use super::volume::Cloud;
-use crate::case::Case;
+use crate::case::{Case, Probes};
 use crate::results::table::Table;
 
 /// Gathers the evidence of a run.
 pub struct Sampler {
-    setup: Option<FluidSetup>,
+    setup: Option<AnyFluidSetup>,
     /// Columns of the loads of the water, by load.
     loads: Vec<Vec<String>>,
     /// Whether the water fills its container, as its first particles say.
@@ -25,46 +27,19 @@ pub struct Sampler {
 impl Sampler {
     /// For a run of `case`.
     pub fn new(case: &Case) -> Self {
-        let probes = case.probes();
-        let forces = |name: &str, columns: &[&str]| -> Vec<String> {
-            let force = columns.iter().filter(|column| column.starts_with("force_"));
-            force.map(|column| format!("{name}_{column}")).collect()
-        };
-        let of_walls = probes.fluid.iter().filter(|p| matches!(p.kind, FluidProbeKind::WallForce(_)));
-        let of_bodies = probes.solid.iter().filter(|p| matches!(p.kind, SolidProbeKind::BodyForce(_)));
-        let loads = of_walls
-            .map(|probe| forces(&probe.name, probe.kind.columns()))
-            .chain(of_bodies.map(|probe| forces(&probe.name, probe.kind.columns())));
+        let loads = in_space!(case.probes(), probes => loads(probes));
         let evidence = Evidence {
             particles_across: case.least_across().map(|across| across as f64),
             step_over_limit: Some(case.summary().ratio_to_limit),
             ..Evidence::default()
         };
-        Self { setup: case.fluid_setup(), loads: loads.collect(), is_full: None, evidence }
+        Self { setup: case.fluid_setup(), loads, is_full: None, evidence }
     }
 
     /// Takes the particles of the water and its walls, and of the solids, at one time.
     pub fn take(&mut self, fluid: &ParticleFields, solid: Option<&ParticleFields>) {
         let Some(setup) = &self.setup else { return };
-        // A solver that sends no such fields leaves the figures out.
-        let Some(cloud) = cloud(setup, fluid, solid) else { return };
-        let filling = cloud.filling();
-        if let Some(excess) = filling.excess {
-            let larger = self.evidence.volume_excess.filter(|before| before.abs() >= excess.abs());
-            self.evidence.volume_excess = Some(larger.unwrap_or(excess));
-        }
-        if *self.is_full.get_or_insert(filling.is_full) {
-            raise(&mut self.evidence.cavity, cloud.cavity());
-        }
-        let (sound, rest) = (setup.parameters.sound_speed, setup.parameters.rest_density);
-        if let Some(velocity) = vectors(fluid, "velocity") {
-            let speeds = velocity[..cloud.water].iter().map(|v| v.norm() / sound);
-            raise(&mut self.evidence.mach, speeds.fold(0.0, f64::max));
-        }
-        if let Some(density) = fluid.field("density") {
-            let departures = density.values[..cloud.water].iter().map(|density| (density / rest - 1.0).abs());
-            raise(&mut self.evidence.density_variation, departures.fold(0.0, f64::max));
-        }
+        in_space!(setup, setup => sample(setup, (fluid, solid), &mut self.evidence, &mut self.is_full));
     }
 
     /// The evidence, with the histories of `probes`, where they can be read, and the particles that `escaped`.
@@ -72,7 +47,7 @@ impl Sampler {
         if let (Some(setup), Some(probes)) = (&self.setup, probes)
             && let Some(times) = probes.column("t_s")
         {
-            let window = crossing_time(setup);
+            let window = in_space!(setup, setup => crossing_time(setup));
             for load in &self.loads {
                 let Some(columns) = load.iter().map(|name| probes.column(name)).collect::<Option<Vec<_>>>()
                 else {
@@ -92,25 +67,71 @@ impl Sampler {
     }
 }
 
+/// Columns of the forces on each wall and body that a probe reports.
+fn loads<S: Space>(probes: &Probes<S>) -> Vec<Vec<String>> {
+    let forces = |name: &str, columns: &[&str]| -> Vec<String> {
+        let force = columns.iter().filter(|column| column.starts_with("force_"));
+        force.map(|column| format!("{name}_{column}")).collect()
+    };
+    let of_walls = probes.fluid.iter().filter(|p| matches!(p.kind, FluidProbeKind::WallForce(_)));
+    let of_bodies = probes.solid.iter().filter(|p| matches!(p.kind, SolidProbeKind::BodyForce(_)));
+    of_walls
+        .map(|probe| forces(&probe.name, probe.kind.columns()))
+        .chain(of_bodies.map(|probe| forces(&probe.name, probe.kind.columns())))
+        .collect()
+}
+
+/// Adds what the particles of `fluid` and `solid` at one time say.
+fn sample<S: Space>(
+    setup: &FluidSetup<S>,
+    (fluid, solid): (&ParticleFields, Option<&ParticleFields>),
+    evidence: &mut Evidence,
+    is_full: &mut Option<bool>,
+) {
+    // A solver that sends no such fields leaves the figures out.
+    let Some(cloud) = cloud(setup, fluid, solid) else { return };
+    let filling = cloud.filling();
+    if let Some(excess) = filling.excess {
+        let larger = evidence.volume_excess.filter(|before| before.abs() >= excess.abs());
+        evidence.volume_excess = Some(larger.unwrap_or(excess));
+    }
+    if *is_full.get_or_insert(filling.is_full) {
+        raise(&mut evidence.cavity, cloud.cavity());
+    }
+    let (sound, rest) = (setup.parameters.sound_speed, setup.parameters.rest_density);
+    if let Some(velocity) = vectors::<S>(fluid, "velocity") {
+        let speeds = velocity[..cloud.water].iter().map(|v| v.norm() / sound);
+        raise(&mut evidence.mach, speeds.fold(0.0, f64::max));
+    }
+    if let Some(density) = fluid.field("density") {
+        let departures = density.values[..cloud.water].iter().map(|density| (density / rest - 1.0).abs());
+        raise(&mut evidence.density_variation, departures.fold(0.0, f64::max));
+    }
+}
+
 fn raise(largest: &mut Option<f64>, value: f64) {
     *largest = Some(largest.map_or(value, |largest| largest.max(value)));
 }
 
 /// Time that sound takes across the water \[s\]: the side of a cube of its volume over c₀.
-fn crossing_time(setup: &FluidSetup) -> f64 {
+fn crossing_time<S: Space>(setup: &FluidSetup<S>) -> f64 {
     let volume = setup.particles.mass.iter().sum::<f64>() / setup.parameters.rest_density;
-    volume.powf(1.0 / Plane::DIMENSIONS as f64) / setup.parameters.sound_speed
+    volume.powf(1.0 / S::DIMENSIONS as f64) / setup.parameters.sound_speed
 }
 
 /// Vectors of the field `name`.
-fn vectors(fields: &ParticleFields, name: &str) -> Option<Vec<Vector>> {
-    let field = fields.field(name).filter(|field| field.components == Vector::COUNT)?;
-    let vectors: Option<Vec<Vector>> = field.values.chunks(Vector::COUNT).map(Vector::of_row).collect();
+fn vectors<S: Space>(fields: &ParticleFields, name: &str) -> Option<Vec<S::Vector>> {
+    let field = fields.field(name).filter(|field| field.components == S::DIMENSIONS)?;
+    let vectors: Option<Vec<S::Vector>> = field.values.chunks(S::DIMENSIONS).map(S::Vector::of_row).collect();
     vectors.filter(|vectors| vectors.len() == fields.id.len())
 }
 
 /// The particles as the figures of the volume need them; `None` where a field is missing.
-fn cloud(setup: &FluidSetup, fluid: &ParticleFields, solid: Option<&ParticleFields>) -> Option<Cloud<Plane>> {
+fn cloud<S: Space>(
+    setup: &FluidSetup<S>,
+    fluid: &ParticleFields,
+    solid: Option<&ParticleFields>,
+) -> Option<Cloud<S>> {
     let parameters = &setup.parameters;
     let (spacing, regions) = (parameters.particle_spacing, setup.regions.len());
     let volumes = |fields: &ParticleFields| -> Option<Vec<f64>> {
@@ -118,11 +139,11 @@ fn cloud(setup: &FluidSetup, fluid: &ParticleFields, solid: Option<&ParticleFiel
         let same = mass.values.len() == fields.id.len() && density.values.len() == fields.id.len();
         same.then(|| mass.values.iter().zip(&density.values).map(|(mass, density)| mass / density).collect())
     };
-    let (mut position, mut volume) = (vectors(fluid, "position")?, volumes(fluid)?);
+    let (mut position, mut volume) = (vectors::<S>(fluid, "position")?, volumes(fluid)?);
     // The water comes first, then the walls by their names.
     let wall = |group: u32| (group as usize).checked_sub(regions);
     let water = fluid.group.iter().position(|group| wall(*group).is_some()).unwrap_or(fluid.group.len());
-    volume[water..].fill(Plane::cell_volume(spacing));
+    volume[water..].fill(S::cell_volume(spacing));
     // A wall that has been released acts no more.
     let acts = |group: &u32| {
         let release = wall(*group).and_then(|wall| setup.walls.get(wall)?.release_time);
@@ -133,7 +154,7 @@ fn cloud(setup: &FluidSetup, fluid: &ParticleFields, solid: Option<&ParticleFiel
     let mut kept = fluid.group.iter().map(acts);
     volume.retain(|_| kept.next().unwrap_or(true));
     if let Some(solid) = solid {
-        position.extend(vectors(solid, "position")?);
+        position.extend(vectors::<S>(solid, "position")?);
         volume.extend(volumes(solid)?);
     }
     if !position.iter().all(|x| x.norm().is_finite()) || !volume.iter().all(|v| v.is_finite()) {

@@ -20,6 +20,9 @@ const MOST_LINES: usize = 8;
 pub fn energies(table: &Table) -> Result<Option<Section>, PlotError> {
     let times = table.column("t_s").unwrap_or_default();
     let mut figures = Vec::new();
+    // A run in space has columns in J, one of the plane in J/m.
+    let in_space = table.columns().iter().any(|name| name.contains("_energy_") && name.ends_with("_j"));
+    let (dimensions, unit) = if in_space { (3, "J") } else { (2, "J/m") };
     for (side, title) in [(Role::Fluid, "Fluid"), (Role::Solid, "Solids")] {
         if times.is_empty() {
             continue;
@@ -28,7 +31,7 @@ pub fn energies(table: &Table) -> Result<Option<Section>, PlotError> {
             let of_kind = EnergyAccount::all().filter(|account| kinds.contains(&account.kind()));
             let mut lines: Vec<Line> = of_kind
                 .filter_map(|account| {
-                    let values = table.column(&energy_column(side, account))?;
+                    let values = table.column(&energy_column(side, account, dimensions))?;
                     let name = label(account);
                     let is_store = account.kind() == EnergyKind::Store;
                     Some(Line { name, values: if is_store { change(values) } else { values } })
@@ -42,12 +45,12 @@ pub fn energies(table: &Table) -> Result<Option<Section>, PlotError> {
         if stores.is_empty() {
             continue;
         }
-        figures.push(linear(&format!("{title}: stores, change since the first row"), &times, stores, "J/m")?);
+        figures.push(linear(&format!("{title}: stores, change since the first row"), &times, stores, unit)?);
         let mut flows = lines(&[EnergyKind::Work, EnergyKind::Loss]);
-        if let Some(values) = table.column(&energy_residual_column(side)) {
+        if let Some(values) = table.column(&energy_residual_column(side, dimensions)) {
             flows.push(Line { name: "residual".into(), values });
         }
-        figures.push(linear(&format!("{title}: works and losses since the start"), &times, flows, "J/m")?);
+        figures.push(linear(&format!("{title}: works and losses since the start"), &times, flows, unit)?);
     }
     Ok((!figures.is_empty()).then_some(Section {
         id: "energies",

@@ -6,8 +6,9 @@ use super::ReportData;
 use super::page::{Section, png_figure};
 use crate::results::plots::PlotError;
 use crate::results::plots::colour::{ColourMap, ColourScale, Rgb, SOLID, WALL, WATER};
-use crate::results::plots::field::{Dot, View, picture, positions, spacing};
+use crate::results::plots::field::{Dot, Sheet, View, draw, is_in_space, positions, spacing};
 use crate::results::plots::gallery::PairedSnapshot;
+use crate::results::plots::projection::{Place, Projection, SLICE, Views};
 use crate::results::plots::scale::quantile;
 
 /// Shares of all values that lie below and above the colours; they take the colours of the ends.
@@ -31,33 +32,64 @@ pub fn pressure(data: &ReportData) -> Result<Option<Section>, PlotError> {
     let (lower, upper) = if lower < upper { (lower, upper) } else { (lower - 1.0, upper + 1.0) };
     let scale = scale(ColourMap::Viridis, lower, upper, "pressure");
     let sizes = Sizes::of(data);
-    // One view for all times, so that pictures can be compared.
-    let everything = sides(data).flat_map(|(fluid, solid)| [fluid, solid]).flatten().flat_map(positions);
-    let Some(whole) = View::around(everything, sizes.fluid) else { return Ok(None) };
-    let walls = sides(data).filter_map(|(fluid, _)| fluid).flat_map(|fluid| walls_of(fluid, &data.walls));
-    let view = View::around(walls, sizes.fluid).map_or(whole, |walls| enclosing(walls, whole));
+    let projection = views(data, &sizes).map_or(Projection::PLANE, |views| views.cut);
+    let Some(view) = common_view(data, &projection, &sizes) else { return Ok(None) };
     let mut figures = Vec::new();
     for snapshot in &data.snapshots {
         let Some(fluid) = &snapshot.fluid else { continue };
         let colours = colours(fluid, &data.walls, components(fluid, "pressure", 0).map(|p| scale.colour(p)));
-        let mut dots = dots(fluid, sizes.fluid, colours);
+        let mut dots = dots(fluid, &projection, sizes.fluid, colours);
         if let Some(solid) = &snapshot.solid {
-            dots.extend(self::dots(solid, sizes.solid, std::iter::repeat_n(SOLID, solid.id.len())));
+            let orange = std::iter::repeat_n(SOLID, solid.id.len());
+            dots.extend(self::dots(solid, &projection, sizes.solid, orange));
         }
-        let title = time_of(snapshot);
-        figures.push(png_figure(&picture(&title, view, &dots, &scale)?, &format!("pressure at {title}")));
+        let time = time_of(snapshot);
+        let title = titled(&time, &projection, data.up_axis);
+        let sheet = Sheet { title: &title, view, projection, scale: &scale };
+        figures.push(png_figure(&draw(&sheet, &dots)?, &format!("pressure at {time}")));
     }
     let solids = if data.snapshots.iter().any(|s| s.solid.is_some()) { ", solids orange" } else { "" };
     Ok(Some(Section {
         id: "pressure",
         headline: "Pressure of the fluid",
         note: format!(
-            "Walls grey{solids}. All pictures share one colour scale; the lowest and the highest {:.1} % of all \
+            "{}alls grey{solids}. All pictures share one colour scale; the lowest and the highest {:.1} % of all \
              values take the colours of its ends.",
+            if projection.in_space { "In a cut, w" } else { "W" },
             100.0 * OUTLIERS
         ),
         figures,
     }))
+}
+
+/// A run in space seen from the side: water coloured by its speed, solids, no walls; `None` in the plane.
+pub fn outside(data: &ReportData) -> Result<Option<Section>, PlotError> {
+    let sizes = Sizes::of(data);
+    let Some(Views { side: projection, .. }) = views(data, &sizes) else { return Ok(None) };
+    let Some(view) = common_view(data, &projection, &sizes) else { return Ok(None) };
+    let mut speeds: Vec<f64> = sides(data).filter_map(|(fluid, _)| fluid).flat_map(speeds).collect();
+    let largest = quantile(&mut speeds, 1.0 - OUTLIERS).filter(|largest| *largest > 0.0).unwrap_or(1.0);
+    let scale = ColourScale { unit: "m/s".into(), ..scale(ColourMap::Viridis, 0.0, largest, "speed") };
+    let mut figures = Vec::new();
+    for snapshot in &data.snapshots {
+        let mut all = Vec::new();
+        if let Some(fluid) = &snapshot.fluid {
+            let colours = self::speeds(fluid).map(|speed| scale.colour(speed));
+            let shown = dots(fluid, &projection, sizes.fluid, colours);
+            let walls = is_wall(fluid, &data.walls);
+            all.extend(shown.into_iter().zip(walls).filter(|(_, wall)| !wall).map(|(dot, _)| dot));
+        }
+        if let Some(solid) = &snapshot.solid {
+            let orange = std::iter::repeat_n(SOLID, solid.id.len());
+            all.extend(dots(solid, &projection, sizes.solid, orange));
+        }
+        let time = time_of(snapshot);
+        let title = titled(&time, &projection, data.up_axis);
+        let sheet = Sheet { title: &title, view, projection, scale: &scale };
+        figures.push(png_figure(&draw(&sheet, &all)?, &format!("the scene at {time}")));
+    }
+    let note = "Water coloured by its speed, solids orange; walls are left out. All pictures share one colour scale.";
+    Ok(Some(Section { id: "outside", headline: "Seen from outside", note: note.to_owned(), figures }))
 }
 
 /// σ₂₂ in the solids, close up; `None` without solids.
@@ -69,21 +101,25 @@ pub fn stress(data: &ReportData) -> Result<Option<Section>, PlotError> {
     let largest = if largest > 0.0 { largest } else { 1.0 };
     let scale = scale(ColourMap::CoolWarm, -largest, largest, "σ₂₂");
     let sizes = Sizes::of(data);
+    let projection = views(data, &sizes).map_or(Projection::PLANE, |views| views.cut);
     let mut figures = Vec::new();
     for snapshot in &data.snapshots {
         let Some(solid) = &snapshot.solid else { continue };
-        let Some(view) = View::around(positions(solid), SOLID_MARGIN * sizes.solid) else { continue };
+        let points = positions(solid).map(|x| projection.point(&x));
+        let Some(view) = View::around(points, SOLID_MARGIN * sizes.solid) else { continue };
         let mut all = match &snapshot.fluid {
             Some(fluid) => {
                 let water = std::iter::repeat_n(WATER, fluid.id.len());
-                dots(fluid, sizes.fluid, colours(fluid, &data.walls, water))
+                dots(fluid, &projection, sizes.fluid, colours(fluid, &data.walls, water))
             }
             None => Vec::new(),
         };
         let stresses = components(solid, "stress", 1).map(|stress| scale.colour(stress));
-        all.extend(dots(solid, sizes.solid, stresses));
-        let title = time_of(snapshot);
-        figures.push(png_figure(&picture(&title, view, &all, &scale)?, &format!("sigma_22 at {title}")));
+        all.extend(dots(solid, &projection, sizes.solid, stresses));
+        let time = time_of(snapshot);
+        let title = titled(&time, &projection, data.up_axis);
+        let sheet = Sheet { title: &title, view, projection, scale: &scale };
+        figures.push(png_figure(&draw(&sheet, &all)?, &format!("sigma_22 at {time}")));
     }
     Ok(Some(Section {
         id: "stress",
@@ -162,13 +198,69 @@ fn colours<'a>(
     colours.zip(is_wall(fluid, walls)).map(|(colour, wall)| if wall { WALL } else { colour })
 }
 
-fn dots(particles: &ParticleFields, spacing: f64, colours: impl Iterator<Item = Rgb>) -> Vec<Dot> {
-    positions(particles).zip(colours).map(|(position, colour)| Dot { position, spacing, colour }).collect()
+/// Particles that `projection` shows; the others are no numbers, which no picture has a place for.
+fn dots(
+    particles: &ParticleFields,
+    projection: &Projection,
+    spacing: f64,
+    colours: impl Iterator<Item = Rgb>,
+) -> Vec<Dot> {
+    let dot = |(place, colour): (Place, Rgb)| {
+        let position = if projection.shows(&place) { projection.point(&place) } else { [f64::NAN; 2] };
+        Dot { position, nearness: projection.nearness(&place), spacing, colour }
+    };
+    positions(particles).zip(colours).map(dot).collect()
+}
+
+/// Speed of each particle \[m/s\].
+fn speeds(particles: &ParticleFields) -> impl Iterator<Item = f64> + '_ {
+    let field = particles.field("velocity");
+    let speed = |v: &[f64]| v.iter().map(|c| c * c).sum::<f64>().sqrt();
+    field.into_iter().flat_map(move |field| field.values.chunks(field.components.max(1)).map(speed))
+}
+
+/// The views of a run in space; `None` in the plane.
+fn views(data: &ReportData, sizes: &Sizes) -> Option<Views> {
+    let first = |of: fn(&PairedSnapshot) -> Option<&ParticleFields>| data.snapshots.iter().find_map(of);
+    let (fluid, solid) = (first(|pair| pair.fluid.as_ref()), first(|pair| pair.solid.as_ref()));
+    let inner = solid.or(fluid).filter(|particles| is_in_space(particles))?;
+    let bounds = |places: &mut dyn Iterator<Item = Place>| {
+        places.fold(([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]), |(lower, upper), x| {
+            (std::array::from_fn(|k| lower[k].min(x[k])), std::array::from_fn(|k| upper[k].max(x[k])))
+        })
+    };
+    let (lower, upper) = bounds(&mut fluid.into_iter().chain(solid).flat_map(positions));
+    // The cut goes through the middle of the solids, or of the water.
+    let (first, last) = match solid {
+        Some(_) => bounds(&mut positions(inner)),
+        None => bounds(&mut water_of(inner, &data.walls)),
+    };
+    let middle = std::array::from_fn(|k| 0.5 * (first[k] + last[k]));
+    Some(Views::of(data.up_axis, lower, upper, middle, SLICE * sizes.fluid.max(sizes.solid)))
+}
+
+/// `t = 0.1 s, cut at z = 0.2 m`; the time alone in the plane.
+fn titled(time: &str, projection: &Projection, up_axis: usize) -> String {
+    if projection.in_space { format!("{time}, {}", projection.title(up_axis)) } else { time.to_owned() }
+}
+
+/// One view for all times, so that pictures can be compared.
+fn common_view(data: &ReportData, projection: &Projection, sizes: &Sizes) -> Option<View> {
+    let everything = sides(data).flat_map(|(fluid, solid)| [fluid, solid]).flatten().flat_map(positions);
+    let whole = View::around(everything.map(|x| projection.point(&x)), sizes.fluid)?;
+    let walls = sides(data).filter_map(|(fluid, _)| fluid).flat_map(|fluid| walls_of(fluid, &data.walls));
+    let walls = View::around(walls.map(|x| projection.point(&x)), sizes.fluid);
+    Some(walls.map_or(whole, |walls| enclosing(walls, whole)))
 }
 
 /// Positions of the wall particles \[m\].
-fn walls_of<'a>(fluid: &'a ParticleFields, walls: &[String]) -> impl Iterator<Item = [f64; 2]> + 'a {
+fn walls_of<'a>(fluid: &'a ParticleFields, walls: &[String]) -> impl Iterator<Item = Place> + 'a {
     positions(fluid).zip(is_wall(fluid, walls)).filter(|(_, wall)| *wall).map(|(position, _)| position)
+}
+
+/// Positions of the water particles \[m\].
+fn water_of<'a>(fluid: &'a ParticleFields, walls: &[String]) -> impl Iterator<Item = Place> + 'a {
+    positions(fluid).zip(is_wall(fluid, walls)).filter(|(_, wall)| !wall).map(|(position, _)| position)
 }
 
 /// The walls, widened to what lies outside of them by at most their own height or width: a few drops that fly far

@@ -58,15 +58,30 @@ pub fn ledger(table: &Table, tolerance: Option<f64>) -> Result<Option<Section>, 
         figures.push(svg_figure(title, &legend, svg.as_deref(), "exactly zero at every half-step"));
     }
     if coupled {
-        let force = [("solid_force_x_n_per_m", "x"), ("solid_force_y_n_per_m", "y")];
-        figures.push(linear("Force of the fluid on the solids", &times, lines(table, &force), "N/m")?);
+        // Of the plane and of space; the table has one of them.
+        let force = [
+            ("solid_force_x_n_per_m", "x"),
+            ("solid_force_y_n_per_m", "y"),
+            ("solid_force_x_n", "x"),
+            ("solid_force_y_n", "y"),
+            ("solid_force_z_n", "z"),
+        ];
+        let in_space = table.columns().iter().any(|name| name == "solid_force_z_n");
+        let [force_unit, impulse_unit] = if in_space { ["N", "N s"] } else { ["N/m", "N s/m"] };
+        figures.push(linear("Force of the fluid on the solids", &times, lines(table, &force), force_unit)?);
         let impulse = [
             ("solid_interface_impulse_x_n_s_per_m", "solid x"),
             ("solid_interface_impulse_y_n_s_per_m", "solid y"),
             ("fluid_interface_impulse_x_n_s_per_m", "fluid x"),
             ("fluid_interface_impulse_y_n_s_per_m", "fluid y"),
+            ("solid_interface_impulse_x_n_s", "solid x"),
+            ("solid_interface_impulse_y_n_s", "solid y"),
+            ("solid_interface_impulse_z_n_s", "solid z"),
+            ("fluid_interface_impulse_x_n_s", "fluid x"),
+            ("fluid_interface_impulse_y_n_s", "fluid y"),
+            ("fluid_interface_impulse_z_n_s", "fluid z"),
         ];
-        figures.push(linear("Impulse across the interface", &times, lines(table, &impulse), "N s/m")?);
+        figures.push(linear("Impulse across the interface", &times, lines(table, &impulse), impulse_unit)?);
     }
     let dashed =
         tolerance.map(|t| format!(" The dashed line is what the case allows, {t:e}.")).unwrap_or_default();

@@ -173,8 +173,10 @@ fn ledger(sides: &[Role]) -> Table {
     let root = tempfile::tempdir().unwrap();
     let path = root.path().join("ledger.csv");
     let accounts = vec![EnergyAccount::Kinetic, EnergyAccount::Potential, EnergyAccount::Viscosity];
-    let ledger_sides: Vec<LedgerSide> =
-        sides.iter().map(|role| LedgerSide { role: *role, accounts: accounts.clone() }).collect();
+    let ledger_sides: Vec<LedgerSide> = sides
+        .iter()
+        .map(|role| LedgerSide { role: *role, dimensions: 2, accounts: accounts.clone() })
+        .collect();
     let mut file = LedgerFile::create(&path, &ledger_sides).unwrap();
     for step in 0..1000u64 {
         let t = 5e-4 * step as f64;
@@ -237,6 +239,7 @@ fn data(sides: &[Role]) -> ReportData {
         warnings: vec![],
         snapshots: snapshots(sides),
         walls: vec!["tank".into()],
+        up_axis: 1,
         probes: probes(),
         ledger: ledger(sides),
         tolerance: Some(1e-12),

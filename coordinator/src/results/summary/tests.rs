@@ -16,6 +16,7 @@ fn summary() -> Summary {
         format: FORMAT,
         case: "still water".into(),
         run_id: "r-1".into(),
+        dimensions: 2,
         verdict: Verdict::Failed,
         reservations: vec!["a reservation".into()],
         quality: Evidence { mach: Some(0.5), ..Evidence::default() }.figures(),

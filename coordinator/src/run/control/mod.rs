@@ -12,7 +12,7 @@ use proto::checkpoint::CheckpointData;
 use sph::coupling::driver::{Command, Event, FailureReport, FinalReport};
 use sph::coupling::ledger::{LedgerVector, TorqueCheck};
 use sph::coupling::solver::{Fault, Role};
-use sph::setup::{BreachAction, RunSetup};
+use sph::setup::{BreachAction, RunPlan};
 use tokio::sync::mpsc::Receiver;
 use tokio::time::Interval;
 
@@ -60,7 +60,7 @@ pub struct Pace {
 /// When an output cannot be written; the participants have been ordered to abort.
 pub async fn drive(
     participants: &mut Participants,
-    run: &RunSetup,
+    run: &RunPlan,
     pace: Pace,
     resumed: Option<ResumedAt>,
     outputs: &Writer,
@@ -128,7 +128,7 @@ struct Control {
 }
 
 impl Control {
-    fn new(roles: Vec<Role>, run: &RunSetup, pace: Pace) -> Self {
+    fn new(roles: Vec<Role>, run: &RunPlan, pace: Pace) -> Self {
         Self {
             lockstep: LockStep::new(roles.clone(), run.ledger, TorqueCheck::of(run)),
             action: run.ledger.action,

@@ -5,12 +5,13 @@ use std::thread::JoinHandle;
 
 use proto::checkpoint::{CheckpointData, CheckpointHeader, restore_solver};
 use proto::description::Description;
-use proto::service::SolverFactory;
+use proto::service::{SetupProblems, SolverFactory};
 use sph::coupling::audit::PartnerParticles;
 use sph::coupling::driver::{self, Command, Event, Link};
 use sph::coupling::exchange::{Exchange, Extent, in_process_pair};
 use sph::coupling::solver::{Role, Solver};
-use sph::setup::{FluidSetup, RunSetup, SolidSetup};
+use sph::in_space;
+use sph::setup::{AnyFluidSetup, AnySolidSetup, ParticipantSetup, RunPlan};
 use tokio::sync::mpsc::Sender;
 
 use crate::checkpoint::RunCheckpoint;
@@ -44,23 +45,23 @@ impl ThreadParticipant {
 /// # Errors
 /// When a solver refuses its set-up, with all reasons.
 pub fn start(
-    fluid: Option<FluidSetup>,
-    solid: Option<SolidSetup>,
+    fluid: Option<AnyFluidSetup>,
+    solid: Option<AnySolidSetup>,
     threads: Threads,
     resume: Option<&RunCheckpoint>,
     events: &Sender<(Role, NewsResult)>,
 ) -> Result<Vec<ThreadParticipant>, Failure> {
-    let mut particles = solid.as_ref().map(PartnerParticles::of);
-    let mut solvers: Vec<(Box<dyn Solver>, RunSetup)> = Vec::new();
-    if let Some(setup) = fluid {
-        let run = setup.run.clone();
-        let solver = fluid::plane_solver(setup).map_err(|e| refused(Role::Fluid, &e))?;
-        solvers.push((solver, run));
-    }
-    if let Some(setup) = solid {
-        let run = setup.run.clone();
-        let solver = solid::SolidSolver::new(setup).map_err(|e| refused(Role::Solid, &e))?;
-        solvers.push((Box::new(solver), run));
+    let mut particles = solid.as_ref().map(|setup| in_space!(setup, setup => PartnerParticles::of(setup)));
+    let setups = fluid.map(ParticipantSetup::Fluid).into_iter().chain(solid.map(ParticipantSetup::Solid));
+    let mut solvers: Vec<(Box<dyn Solver>, RunPlan)> = Vec::new();
+    for setup in setups {
+        let (role, run) = (setup.role(), setup.plan());
+        let opened = match role {
+            Role::Fluid => fluid_server::FluidFactory.open(setup),
+            Role::Solid => solid_server::SolidFactory.open(setup),
+        };
+        let opened = opened.map_err(|SetupProblems(problems)| refused(role, &problems))?;
+        solvers.push((opened.solver, run));
     }
     let mut clocks = vec![None; solvers.len()];
     if let Some(checkpoint) = resume {
@@ -98,7 +99,7 @@ pub fn start(
 
 fn spawn(
     mut solver: Box<dyn Solver>,
-    run: RunSetup,
+    run: RunPlan,
     link: Link,
     exchange: Option<Box<dyn Exchange>>,
     threads: Threads,

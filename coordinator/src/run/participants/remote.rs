@@ -11,7 +11,8 @@ use proto::transport::security::{ClientFiles, ClientSecurity};
 use sph::coupling::audit::PartnerParticles;
 use sph::coupling::exchange::Extent;
 use sph::coupling::solver::Role;
-use sph::setup::{CouplingKind, ParticipantSetup, SolidSetup};
+use sph::in_space;
+use sph::setup::{AnySolidSetup, CouplingKind, ParticipantSetup};
 use tokio::sync::mpsc;
 
 use super::frame_path::{FramePath, OpenPath};
@@ -69,13 +70,6 @@ pub struct Remote {
     frame_path: OpenPath,
 }
 
-fn role_of(setup: &ParticipantSetup) -> Role {
-    match setup {
-        ParticipantSetup::Fluid(_) => Role::Fluid,
-        ParticipantSetup::Solid(_) => Role::Solid,
-    }
-}
-
 impl Remote {
     /// Starts or attaches to the servers of `plans`, compares what they say, and links them. The run is coupled by the
     /// first of `with.kinds` that all servers offer.
@@ -92,7 +86,7 @@ impl Remote {
         }
         let mut servers = Vec::new();
         for plan in &plans {
-            let role = role_of(&plan.setup);
+            let role = plan.setup.role();
             let part = with.trace.map(|folder| trace::part_of(folder, role, with.attempt));
             let launch = Launch {
                 threads: with.threads.for_role(role),
@@ -110,9 +104,9 @@ impl Remote {
         let descriptions: Vec<_> = servers.iter().map(|(_, _, description)| description).collect();
         let kind = handshake::coupling_kind(with.kinds, &descriptions);
         for (plan, (server, _, description)) in plans.iter_mut().zip(&servers) {
-            let role = role_of(&plan.setup);
+            let role = plan.setup.role();
             plan.setup.set_coupling_kind(kind);
-            let reasons = handshake::unfit(description, role, plan.setup.run());
+            let reasons = handshake::unfit(description, role, &plan.setup.plan());
             if !reasons.is_empty() {
                 let list = reasons.join("\n  ");
                 let at = &server.address;
@@ -123,7 +117,7 @@ impl Remote {
         }
         let mut opened = Vec::new();
         for (plan, (server, mut client, description)) in plans.iter().zip(servers) {
-            let role = role_of(&plan.setup);
+            let role = plan.setup.role();
             let side = with.restore.map(|restore| restore.side_for(role, &description)).transpose()?;
             let saves = description.capabilities.checkpoint;
             let mut report = client.open(&plan.setup, &access).await.map_err(|e| at_start(role, e))?;
@@ -165,7 +159,7 @@ impl Remote {
 
     async fn link(
         &mut self,
-        solid_setup: Option<&SolidSetup>,
+        solid_setup: Option<&AnySolidSetup>,
         path: FramePath<'_>,
         access: &RunAccess,
         security: &ClientSecurity,
@@ -216,7 +210,8 @@ impl Remote {
                     self.frame_path = OpenPath::Relay { relay };
                 }
                 let dials = LinkPlan {
-                    partner_particles: solid_setup.map(PartnerParticles::of),
+                    partner_particles: solid_setup
+                        .map(|setup| in_space!(setup, setup => PartnerParticles::of(setup))),
                     ..plan(solid.report.extent.clone(), Partner::Dial(dialled))
                 };
                 fluid.client.link(&dials).await.map_err(|e| at_start(Role::Fluid, e))?;

@@ -7,6 +7,11 @@ fn scale() -> ColourScale {
     ColourScale { map: ColourMap::Viridis, lower: 0.0, upper: 1.0, quantity, unit }
 }
 
+/// A picture of the plane.
+fn picture(title: &str, view: View, dots: &[Dot], scale: &ColourScale) -> Result<Vec<u8>, PlotError> {
+    draw(&Sheet { title, view, projection: Projection::PLANE, scale }, dots)
+}
+
 fn decode(bytes: &[u8]) -> (Vec<u8>, png::OutputInfo) {
     let mut reader = png::Decoder::new(bytes).read_info().unwrap();
     let mut pixels = vec![0; reader.output_buffer_size()];
@@ -17,7 +22,7 @@ fn decode(bytes: &[u8]) -> (Vec<u8>, png::OutputInfo) {
 #[test]
 fn no_scale_and_no_view_is_too_extreme_to_draw() {
     let ends = [0.0, 1.0, -1e308, 1e308, f64::MAX, 1e-308, 5e-324, f64::NAN, f64::INFINITY];
-    let dot = Dot { position: [0.5, 0.5], spacing: 0.1, colour: [0; 3] };
+    let dot = Dot { position: [0.5, 0.5], nearness: 0.0, spacing: 0.1, colour: [0; 3] };
     for lower in ends {
         for upper in ends {
             let unit = View { lower: [0.0; 2], upper: [1.0; 2] };
@@ -42,6 +47,7 @@ fn a_square_of_particles_fills_a_square_without_gaps() {
     let dots: Vec<Dot> = (0..100)
         .map(|k| Dot {
             position: [0.05 + 0.1 * f64::from(k % 10), 0.05 + 0.1 * f64::from(k / 10)],
+            nearness: 0.0,
             spacing: 0.1,
             colour: red,
         })
@@ -69,8 +75,8 @@ fn a_square_of_particles_fills_a_square_without_gaps() {
 
 #[test]
 fn the_nearest_particle_colours_a_pixel_whatever_the_order() {
-    let near = Dot { position: [0.3, 0.5], spacing: 0.5, colour: [1, 2, 3] };
-    let far = Dot { position: [0.7, 0.5], spacing: 0.5, colour: [4, 5, 6] };
+    let near = Dot { position: [0.3, 0.5], nearness: 0.0, spacing: 0.5, colour: [1, 2, 3] };
+    let far = Dot { position: [0.7, 0.5], nearness: 0.0, spacing: 0.5, colour: [4, 5, 6] };
     let view = View { lower: [0.0, 0.0], upper: [1.0, 1.0] };
     let paint = |dots: &[Dot]| picture("", view, dots, &scale()).unwrap();
     assert_eq!(paint(&[near, far]), paint(&[far, near]));
@@ -78,7 +84,7 @@ fn the_nearest_particle_colours_a_pixel_whatever_the_order() {
 
 #[test]
 fn odd_views_and_positions_that_are_no_numbers_do_no_harm() {
-    let dot = |x: f64, y: f64| Dot { position: [x, y], spacing: 1e-3, colour: [0, 0, 0] };
+    let dot = |x: f64, y: f64| Dot { position: [x, y], nearness: 0.0, spacing: 1e-3, colour: [0, 0, 0] };
     let dots = [dot(f64::NAN, 0.0), dot(0.0, f64::INFINITY), dot(-1e9, 1e9), dot(0.1, 0.1)];
     for (lower, upper) in [([0.0, 0.0], [10.0, 0.001]), ([0.0, 0.0], [0.001, 10.0])] {
         let (_, info) = decode(&picture("t", View { lower, upper }, &dots, &scale()).unwrap());
@@ -106,5 +112,46 @@ fn spacing_is_that_of_the_matter() {
     assert!((spacing(&particles).unwrap() - 0.01).abs() < 6e-4);
     particles.fields.push(field("mass", 1, vec![0.1; 400]));
     particles.fields.push(field("density", 1, vec![1000.0; 400]));
+    assert!((spacing(&particles).unwrap() - 0.01).abs() < 1e-15);
+}
+
+#[test]
+fn seen_from_outside_the_ball_nearest_to_the_viewer_hides_the_others() {
+    let ball = |nearness: f64, colour| Dot { position: [0.5, 0.5], nearness, spacing: 0.5, colour };
+    let (near, far) = (ball(1.0, [200, 0, 0]), ball(0.0, [0, 200, 0]));
+    let view = View { lower: [0.0; 2], upper: [1.0; 2] };
+    let projection = Projection { in_space: true, right: 0, upward: 2, slice: None };
+    let sheet = Sheet { title: "", view, projection, scale: &scale() };
+    let [one, other] = [[near, far], [far, near]].map(|dots| draw(&sheet, &dots).unwrap());
+    assert_eq!(one, other);
+    let (pixels, _) = decode(&one);
+    assert!(pixels.chunks(3).any(|pixel| pixel == [200, 0, 0]), "the middle of a ball has its colour");
+    assert!(
+        pixels.chunks(3).any(|pixel| (111..120).contains(&pixel[0]) && pixel[1] == 0),
+        "its rim is darker"
+    );
+    assert!(
+        !pixels.chunks(3).any(|pixel| pixel[1] > 100 && pixel[0] == 0 && pixel[2] == 0),
+        "nothing behind it shows"
+    );
+}
+
+#[test]
+fn spacing_in_space_is_the_edge_of_a_cube() {
+    let field = |name: &str, components: usize, values: Vec<f64>| Field {
+        name: name.into(),
+        unit: String::new(),
+        components,
+        values,
+    };
+    let particles = ParticleFields {
+        id: vec![0],
+        fields: vec![
+            field("position", 3, vec![0.0; 3]),
+            field("mass", 1, vec![1e-3]),
+            field("density", 1, vec![1000.0]),
+        ],
+        ..ParticleFields::default()
+    };
     assert!((spacing(&particles).unwrap() - 0.01).abs() < 1e-15);
 }

@@ -10,6 +10,7 @@ use sph::coupling::ledger::{EnergyReport, StageBudget};
 use sph::coupling::saved::{RestoreError, SavedState};
 use sph::coupling::solver::{Counts, Divergence, NoLoads, NotUpdated, ParticleFields, Role, Solver};
 use sph::coupling::stage::{StageTime, StepStage};
+use sph::in_space;
 use sph::setup::ParticipantSetup;
 use tokio::sync::oneshot;
 
@@ -62,9 +63,9 @@ impl SolverFactory for Double {
     }
 
     fn open(&self, mut setup: ParticipantSetup) -> Result<Opened, SetupProblems> {
-        let prescribed = setup.run().body_force.clone();
+        let prescribed = setup.plan().body_force;
         if let (Wrong::Gravity(factor), ParticipantSetup::Solid(solid)) = (self.0, &mut setup) {
-            solid.run.body_force.gravity *= factor;
+            in_space!(solid, solid => solid.run.body_force.gravity *= factor);
         }
         let mut opened = solid_server::SolidFactory.open(setup)?;
         opened.constants.body_force = prescribed;

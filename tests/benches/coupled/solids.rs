@@ -88,7 +88,7 @@ fn seconds_per_step(setup: SolidSetup, steps: u32) -> f64 {
     let none = StateColumns::default();
     let time_step = 1e-6;
     pool.install(|| {
-        let mut solver = solid::SolidSolver::new(setup).unwrap_or_else(|errors| panic!("{errors:?}"));
+        let mut solver = solid::plane_solver(setup).unwrap_or_else(|errors| panic!("{errors:?}"));
         let mut step = |step: u32| {
             let started = Instant::now();
             for stage in Stage::BOTH {

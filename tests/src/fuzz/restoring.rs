@@ -9,7 +9,7 @@ use coordinator::run::participants::in_process;
 use coordinator::run::participants::threads::Threads;
 use proto::checkpoint::CheckpointData;
 use sph::coupling::driver::{Command, Event};
-use sph::setup::{FluidSetup, SolidSetup};
+use sph::setup::{AnyFluidSetup, AnySolidSetup};
 
 /// Two good checkpoints of a run of the tank, and its set-ups.
 pub(super) struct Kept {
@@ -18,7 +18,7 @@ pub(super) struct Kept {
     older: RunCheckpoint,
     /// Files of the newest.
     files: Vec<(PathBuf, Vec<u8>)>,
-    setups: (Option<FluidSetup>, Option<SolidSetup>),
+    setups: (Option<AnyFluidSetup>, Option<AnySolidSetup>),
 }
 
 /// Steps that solvers take from a damaged state.

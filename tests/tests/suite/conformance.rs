@@ -29,24 +29,24 @@ fn line<'a>(table: &'a str, check: &str) -> &'a str {
 
 #[test]
 fn the_servers_of_this_workspace_conform() {
-    let offered = ["large-frame", "order-oscillator", "iterated-half-step", "body-masses"];
-    for (kind, table) in [
-        ("states", examine(solid_server::SolidFactory, &["--kind", "states"])),
-        ("loads", examine(solid_server::SolidFactory, &["--kind", "loads"])),
-        ("states", examine(fluid_server::FluidFactory, &["--kind", "states"])),
-        ("loads", examine(fluid_server::FluidFactory, &["--kind", "loads"])),
-    ] {
-        let (code, table) = table;
-        assert_eq!(code, Some(0), "{kind}: {table}");
-        for line in table.lines().filter(|line| line.contains(" not offered ")) {
-            assert!(offered.iter().any(|name| line.starts_with(name)), "{kind}: {line}");
-        }
-        for check in ["action-reaction", "angular-momentum"] {
-            assert!(line(&table, check).contains(" passed "), "{table}");
-        }
-        let iterated = if kind == "loads" { " passed " } else { " not offered " };
-        assert!(line(&table, "iterated-half-step").contains(iterated), "{table}");
+    for (kind, dimensions) in [("states", "2"), ("loads", "2"), ("states", "3"), ("loads", "3")] {
+        let options = ["--kind", kind, "--dimensions", dimensions];
+        conforms(kind, examine(solid_server::SolidFactory, &options));
+        conforms(kind, examine(fluid_server::FluidFactory, &options));
     }
+}
+
+fn conforms(kind: &str, (code, table): (Option<i32>, String)) {
+    let offered = ["large-frame", "order-oscillator", "iterated-half-step", "body-masses"];
+    assert_eq!(code, Some(0), "{kind}: {table}");
+    for line in table.lines().filter(|line| line.contains(" not offered ")) {
+        assert!(offered.iter().any(|name| line.starts_with(name)), "{kind}: {line}");
+    }
+    for check in ["action-reaction", "angular-momentum"] {
+        assert!(line(&table, check).contains(" passed "), "{table}");
+    }
+    let iterated = if kind == "loads" { " passed " } else { " not offered " };
+    assert!(line(&table, "iterated-half-step").contains(iterated), "{table}");
 }
 
 #[test]

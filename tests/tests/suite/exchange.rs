@@ -21,16 +21,16 @@ fn couple(margin: &str, double: impl Fn(Role, Box<dyn Exchange>) -> Box<dyn Exch
     let bench = bench();
     let case = bench.tank("case.toml", &[("margin_spacings = 1", &format!("margin_spacings = {margin}"))]);
     let case = coordinator::case::load(&case, &coordinator::results::state::read).unwrap();
-    let fluid = fluid::FluidSolver::new(case.fluid_setup().unwrap()).unwrap();
-    let solid = solid::SolidSolver::new(case.solid_setup().unwrap()).unwrap();
+    let fluid = fluid::plane_solver(case.fluid_setup().unwrap().plane().unwrap()).unwrap();
+    let solid = solid::plane_solver(case.solid_setup().unwrap().plane().unwrap()).unwrap();
     let first_limit = fluid.time_step_limit().min(solid.time_step_limit());
     let extents = [solid.extent().clone(), fluid.extent().clone()];
-    let solvers: [Box<dyn Solver>; 2] = [Box::new(fluid), Box::new(solid)];
+    let solvers: [Box<dyn Solver>; 2] = [fluid, solid];
     let (a, b) = in_process_pair();
     let exchanges: [Box<dyn Exchange>; 2] = [Box::new(a), Box::new(b)];
     let threads = solvers.into_iter().zip(exchanges).zip(extents).map(|((mut solver, exchange), extent)| {
         let exchange = double(solver.role(), exchange);
-        let setup = case.run_setup();
+        let setup = case.run_plan();
         std::thread::spawn(move || {
             let link = Link { partner_extent: extent, first_limit, resume: None, partner_particles: None };
             let (commands, receiver) = mpsc::channel();

@@ -10,11 +10,12 @@ use crate::bench;
 use tests::bench::{Bench, text};
 use tests::python::{Listening, folder, import_path, python_is_there};
 
-const MASS: &str = "self.total = np.bincount(setup.body, setup.mass)";
-const INERTIA: &str = "self.inertia = np.bincount(setup.body, own)";
-const TORQUE: &str = "torque = np.bincount(self.body, _cross(self._arms(stage), forces))";
-const RATES: &str = "rates[:, V], rates[:, SPIN] = force / self.total[:, None], torque / self.inertia";
-const SHOWN: &str = "return state[self.body, X] + arms, state[self.body, V] + turning";
+const MASS: &str = "self.total = self._sums(setup.mass)";
+const INERTIA: &str = "self.inertia = of_places + cells\n";
+const TORQUE: &str = "torque = self._sums(cross(self._arms(stage), forces))";
+const ACCELERATION: &str = "= stage[:, self.velocity], force / self.total[:, None]";
+const SPINNING: &str = "rates[:, ANGLE], rates[:, SPIN] = stage[:, SPIN], torque / self.inertia";
+const SHOWN: &str = "return state[self.body, self.centre] + arms, state[self.body, self.velocity] + turning";
 
 /// A copy of `rigid_body.py` with lines replaced.
 fn script_of(bench: &Bench, lines: &[(&str, &str)]) -> PathBuf {
@@ -73,10 +74,10 @@ fn more_torque_than_the_forces_give_is_named() {
 
 #[test]
 fn more_inertia_than_the_particles_have_is_named() {
-    let more = format!("{INERTIA} * 1.05");
+    let more = "self.inertia = (of_places + cells) * 1.05\n";
     refused(
         "more_inertia_than_the_particles_have_is_named",
-        &[(INERTIA, &more)],
+        &[(INERTIA, more)],
         4,
         &["`block`", "moment of inertia", "kg m"],
     );
@@ -84,10 +85,10 @@ fn more_inertia_than_the_particles_have_is_named() {
 
 #[test]
 fn more_inertia_than_is_said_is_named() {
-    let more = RATES.replace("self.inertia", "(1.05 * self.inertia)");
+    let more = SPINNING.replace("self.inertia", "(1.05 * self.inertia)");
     refused(
         "more_inertia_than_is_said_is_named",
-        &[(RATES, &more)],
+        &[(SPINNING, &more)],
         6,
         &["angular momentum", "solid", "step 0 predictor"],
     );
@@ -103,8 +104,8 @@ fn more_mass_than_the_set_up_has_is_named() {
 fn more_mass_than_is_said_is_named() {
     // Its own momentum and its budget agree with each other.
     let lines = [
-        (RATES, "rates[:, V] = force / (1.01 * self.total[:, None]); rates[:, SPIN] = torque / self.inertia"),
-        ("return self.total @ state[:, V]", "return 1.01 * self.total @ state[:, V]"),
+        (ACCELERATION, "= stage[:, self.velocity], force / (1.01 * self.total[:, None])"),
+        ("return self.total @ state[:, self.velocity]", "return 1.01 * self.total @ state[:, self.velocity]"),
     ];
     refused("more_mass_than_is_said_is_named", &lines, 6, &["mass", "momentum", "step 0 corrector"]);
 }
@@ -122,7 +123,7 @@ fn samples_away_from_their_places_are_named() {
 
 #[test]
 fn velocities_shown_as_zero_are_named() {
-    let still = SHOWN.replace("state[self.body, V] + turning", "0.0 * turning");
+    let still = SHOWN.replace("state[self.body, self.velocity] + turning", "0.0 * turning");
     refused(
         "velocities_shown_as_zero_are_named",
         &[(SHOWN, &still)],
@@ -133,7 +134,8 @@ fn velocities_shown_as_zero_are_named() {
 
 #[test]
 fn samples_shown_in_another_order_are_named() {
-    let reverse = SHOWN.replace("state[self.body, X] + arms", "(state[self.body, X] + arms)[::-1]");
+    let reverse =
+        SHOWN.replace("state[self.body, self.centre] + arms", "(state[self.body, self.centre] + arms)[::-1]");
     refused(
         "samples_shown_in_another_order_are_named",
         &[(SHOWN, &reverse)],
@@ -167,14 +169,15 @@ fn conform_names_each_lie() {
     let test = "conform_names_each_lie";
     let more = format!("torque = 1.05 * {}", TORQUE.strip_prefix("torque = ").unwrap());
     found_out(test, &[(TORQUE, &more)], &["angular momentum", "torque"]);
-    let more = format!("{INERTIA} * 1.05");
-    found_out(test, &[(INERTIA, &more)], &["moment of inertia of body `block`"]);
+    let more = "self.inertia = (of_places + cells) * 1.05\n";
+    found_out(test, &[(INERTIA, more)], &["moment of inertia of body `block`"]);
     let more = format!("{MASS} * 1.01");
     found_out(test, &[(MASS, &more)], &["mass of body `block`"]);
     let displaced = SHOWN.replace("+ arms", "+ arms + [0.002, 0.0]");
     found_out(test, &[(SHOWN, &displaced)], &["position", "beside its place"]);
-    let still = SHOWN.replace("state[self.body, V] + turning", "0.0 * turning");
+    let still = SHOWN.replace("state[self.body, self.velocity] + turning", "0.0 * turning");
     found_out(test, &[(SHOWN, &still)], &["momentum", "velocities"]);
-    let reverse = SHOWN.replace("state[self.body, X] + arms", "(state[self.body, X] + arms)[::-1]");
+    let reverse =
+        SHOWN.replace("state[self.body, self.centre] + arms", "(state[self.body, self.centre] + arms)[::-1]");
     found_out(test, &[(SHOWN, &reverse)], &["another order"]);
 }

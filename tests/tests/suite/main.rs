@@ -22,6 +22,7 @@ mod recordings;
 mod reservations;
 mod restarts;
 mod results;
+mod spatial;
 mod special_files;
 mod stopping;
 mod streams;

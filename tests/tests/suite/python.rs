@@ -7,6 +7,7 @@ use std::process::{Command, Stdio};
 
 use crate::{PROGRAM, bench};
 use sph::setup::{ProbeKind, SolidProbeKind};
+use sph::space::{Plane, Spatial};
 use tests::bench::{digests, probe_rows, soon, text, wait_for_first_frame};
 use tests::certificates::{Authority, token};
 use tests::python::{self, Listening, python_is_there};
@@ -324,10 +325,11 @@ fn probes_in_python_have_the_columns_of_the_built_in_solver() {
     if !python_is_there("probes_in_python_have_the_columns_of_the_built_in_solver") {
         return;
     }
-    let code = "from tests.test_probes import COLUMNS\nfor kind in COLUMNS.items(): print(*kind)";
+    let code = "from tests.test_probes import COLUMNS, IN_SPACE\nfor kind in [*COLUMNS.items(), *IN_SPACE.items()]: print(*kind)";
     let output = Command::new("python3").args(["-c", code]).current_dir(python::folder()).output().unwrap();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    let kinds = <SolidProbeKind>::SPECIFICATIONS[..5].iter();
+    let plane = SolidProbeKind::<Plane>::SPECIFICATIONS[..5].iter();
+    let kinds = plane.chain(&SolidProbeKind::<Spatial>::SPECIFICATIONS[..5]);
     let expected: String = kinds.map(|spec| format!("{} {}\n", spec.word, spec.columns.len())).collect();
     assert_eq!(String::from_utf8_lossy(&output.stdout), expected);
 }

@@ -105,7 +105,10 @@ fn goes_on(scheme: &str, tolerance: f64) {
 
 fn the_state_is_taken_over_bit_for_bit(case: &Path, earlier: &Path) {
     let case = coordinator::case::load(case, &state::read).unwrap();
-    let (fluid, solid) = (case.fluid_setup().unwrap().particles, case.solid_setup().unwrap().particles);
+    let (fluid, solid) = (
+        case.fluid_setup().unwrap().plane().unwrap().particles,
+        case.solid_setup().unwrap().plane().unwrap().particles,
+    );
     let flat =
         |vectors: &[sph::space::Vector]| -> Vec<f64> { vectors.iter().flat_map(|v| [v.x, v.y]).collect() };
     let stress: Vec<f64> = solid.deviatoric_stress.iter().flat_map(|s| [s.xx, s.yy, s.xy]).collect();

@@ -22,6 +22,7 @@ mod near_floor;
 mod plate_mode;
 mod slab;
 mod solid_hard;
+mod spatial;
 mod square_patch;
 mod standing_wave;
 mod still_water;
@@ -78,5 +79,11 @@ pub fn all() -> Vec<&'static dyn Case> {
         &elastic::Gate,
         &elastic::Obstacle,
         &debris::Debris,
+        &spatial::StillWater3d,
+        &spatial::SlabDamBreak,
+        &spatial::DuctFlow,
+        &spatial::Drop3d,
+        &spatial::StandingWave3d,
+        &spatial::TaylorGreen3d,
     ]
 }

@@ -15,9 +15,9 @@ use crate::transport::codec::Bounded;
 use crate::wire;
 use crate::wire::participant_client::ParticipantClient;
 
-/// Waits for the end of a connection that brings no call; how long it took.
-async fn closed(mut stream: TcpStream) -> Duration {
-    let started = tokio::time::Instant::now();
+/// Waits for the end of a connection that brings no call; how long it took since `started`, which must lie before the
+/// connection: on a busy machine the server's clock runs before this function does.
+async fn closed(mut stream: TcpStream, started: tokio::time::Instant) -> Duration {
     let mut bytes = [0; 1024];
     // What the server says first does not matter, and a reset is an end too.
     while stream.read(&mut bytes).await.is_ok_and(|count| count > 0) {}
@@ -29,11 +29,13 @@ async fn a_connection_that_brings_no_call_is_closed_and_one_that_called_stays() 
     let server = TestServer::start(Role::Solid);
     let mut client = server.client().await;
     client.describe().await.unwrap();
+    let started = tokio::time::Instant::now();
     let silent = TcpStream::connect(server.address).await.unwrap();
     let mut greeting = TcpStream::connect(server.address).await.unwrap();
     // The preface of HTTP/2 and empty settings, and then nothing.
     greeting.write_all(b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n\0\0\0\x04\0\0\0\0\0").await.unwrap();
-    let (silent, greeting) = soon("the end", async { tokio::join!(closed(silent), closed(greeting)) }).await;
+    let (silent, greeting) =
+        soon("the end", async { tokio::join!(closed(silent, started), closed(greeting, started)) }).await;
     for elapsed in [silent, greeting] {
         let over = elapsed.checked_sub(FIRST_CALL).expect("not before its time");
         assert!(over < Duration::from_secs(4), "{elapsed:?}");
@@ -56,9 +58,14 @@ async fn callers_that_say_nothing_do_not_keep_others_out() {
     let mut second = server.client().await;
     tokio::time::timeout(soon_enough, second.describe()).await.expect("a place").unwrap();
     // The oldest made room, and they only.
-    let oldest = tokio::time::timeout(soon_enough, closed(silent.remove(0))).await;
+    let oldest =
+        tokio::time::timeout(soon_enough, closed(silent.remove(0), tokio::time::Instant::now())).await;
     assert!(oldest.is_ok(), "the oldest connection without a call is still there");
-    let newest = tokio::time::timeout(Duration::from_millis(200), closed(silent.pop().unwrap())).await;
+    let newest = tokio::time::timeout(
+        Duration::from_millis(200),
+        closed(silent.pop().unwrap(), tokio::time::Instant::now()),
+    )
+    .await;
     assert!(newest.is_err(), "the newest connection was closed");
     first.describe().await.unwrap();
     server.end().await;

@@ -188,8 +188,7 @@ impl<S: FluidSpace, L: Lanes> PairSums<S, L> {
         }
         self.stress_divergence = divergence;
         if T::CONTINUITY {
-            let flux =
-                if T::CORRECTION { S::dot(v, S::symmetric_times(own.correction, x)) } else { approach };
+            let flux = S::dot(v, S::symmetric_times(own.correction, x));
             self.continuity = self.continuity.plus_product(weight, flux);
         }
 

@@ -7,10 +7,8 @@ pub trait PairTerms: Copy + Send + Sync {
     const NEIGHBOUR_FIELDS: bool;
     /// Each particle carries T = −σ·L instead of a pressure.
     const TENSOR: bool;
-    /// Eq. (17).
+    /// Eq. (17), with L_i or the unit matrix.
     const CONTINUITY: bool;
-    /// L_i in it.
-    const CORRECTION: bool;
     /// A viscous pair force.
     const VISCOUS: bool;
 }
@@ -21,34 +19,16 @@ struct CompiledTerms<
     const NEIGHBOUR_FIELDS: bool,
     const TENSOR: bool,
     const CONTINUITY: bool,
-    const CORRECTION: bool,
     const VISCOUS: bool,
 >;
 
-impl<
-    const NEIGHBOUR_FIELDS: bool,
-    const TENSOR: bool,
-    const CONTINUITY: bool,
-    const CORRECTION: bool,
-    const VISCOUS: bool,
-> PairTerms for CompiledTerms<NEIGHBOUR_FIELDS, TENSOR, CONTINUITY, CORRECTION, VISCOUS>
+impl<const NEIGHBOUR_FIELDS: bool, const TENSOR: bool, const CONTINUITY: bool, const VISCOUS: bool> PairTerms
+    for CompiledTerms<NEIGHBOUR_FIELDS, TENSOR, CONTINUITY, VISCOUS>
 {
     const NEIGHBOUR_FIELDS: bool = NEIGHBOUR_FIELDS;
     const TENSOR: bool = TENSOR;
     const CONTINUITY: bool = CONTINUITY;
-    const CORRECTION: bool = CORRECTION;
     const VISCOUS: bool = VISCOUS;
-}
-
-/// Eq. (17) in a pair sum.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Continuity {
-    /// Absent.
-    Absent,
-    /// With the plain kernel gradient.
-    Plain,
-    /// With L_i.
-    Corrected,
 }
 
 /// Optional terms of the momentum equation.
@@ -66,7 +46,7 @@ pub struct ActiveTerms {
     /// Results of the gradient pass that neighbours read.
     pub neighbour_fields: bool,
     /// Eq. (17).
-    pub continuity: Continuity,
+    pub continuity: bool,
     /// Eq. (22).
     pub forces: ForceTerms,
 }
@@ -83,26 +63,15 @@ pub trait TermsPass {
 impl ForceTerms {
     /// Runs `pass` with these terms alone.
     pub fn call<P: TermsPass>(self, pass: P) -> P::Output {
-        self.with::<P, false, false, false>(pass)
+        self.with::<P, false, false>(pass)
     }
 
-    fn with<P: TermsPass, const NEIGHBOUR_FIELDS: bool, const CONTINUITY: bool, const CORRECTION: bool>(
-        self,
-        pass: P,
-    ) -> P::Output {
+    fn with<P: TermsPass, const NEIGHBOUR_FIELDS: bool, const CONTINUITY: bool>(self, pass: P) -> P::Output {
         match (self.tensor, self.viscous) {
-            (false, false) => {
-                pass.call::<CompiledTerms<NEIGHBOUR_FIELDS, false, CONTINUITY, CORRECTION, false>>()
-            }
-            (false, true) => {
-                pass.call::<CompiledTerms<NEIGHBOUR_FIELDS, false, CONTINUITY, CORRECTION, true>>()
-            }
-            (true, false) => {
-                pass.call::<CompiledTerms<NEIGHBOUR_FIELDS, true, CONTINUITY, CORRECTION, false>>()
-            }
-            (true, true) => {
-                pass.call::<CompiledTerms<NEIGHBOUR_FIELDS, true, CONTINUITY, CORRECTION, true>>()
-            }
+            (false, false) => pass.call::<CompiledTerms<NEIGHBOUR_FIELDS, false, CONTINUITY, false>>(),
+            (false, true) => pass.call::<CompiledTerms<NEIGHBOUR_FIELDS, false, CONTINUITY, true>>(),
+            (true, false) => pass.call::<CompiledTerms<NEIGHBOUR_FIELDS, true, CONTINUITY, false>>(),
+            (true, true) => pass.call::<CompiledTerms<NEIGHBOUR_FIELDS, true, CONTINUITY, true>>(),
         }
     }
 }
@@ -112,12 +81,10 @@ impl ActiveTerms {
     pub fn call<P: TermsPass>(self, pass: P) -> P::Output {
         let Self { neighbour_fields, continuity, forces } = self;
         match (neighbour_fields, continuity) {
-            (false, Continuity::Absent) => forces.with::<P, false, false, false>(pass),
-            (false, Continuity::Plain) => forces.with::<P, false, true, false>(pass),
-            (false, Continuity::Corrected) => forces.with::<P, false, true, true>(pass),
-            (true, Continuity::Absent) => forces.with::<P, true, false, false>(pass),
-            (true, Continuity::Plain) => forces.with::<P, true, true, false>(pass),
-            (true, Continuity::Corrected) => forces.with::<P, true, true, true>(pass),
+            (false, false) => forces.with::<P, false, false>(pass),
+            (false, true) => forces.with::<P, false, true>(pass),
+            (true, false) => forces.with::<P, true, false>(pass),
+            (true, true) => forces.with::<P, true, true>(pass),
         }
     }
 }

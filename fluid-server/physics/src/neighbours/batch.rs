@@ -31,7 +31,7 @@ impl<S: FluidSpace, L: Lanes> NeighbourBatch<S, L> {
         others: &[S::Particle],
         indices: [u32; WIDTH],
     ) -> Self {
-        let others = S::Particle::lanes::<L>(indices.map(|j| &others[j as usize]));
+        let others = S::Particle::lanes::<L>(of_each(indices, others));
         let LaneParticles { motion: LaneMotion { x, v }, density, pressure, volume } = others;
         let x = geometry.nearest(S::minus(own.x, x));
         Self { x, square: S::dot(x, x), v: S::minus(own.v, v), density, pressure, volume }
@@ -41,5 +41,18 @@ impl<S: FluidSpace, L: Lanes> NeighbourBatch<S, L> {
 /// One number of each neighbour of a batch.
 #[inline(always)]
 pub fn gather<L: Lanes>(indices: [u32; WIDTH], values: &[f64]) -> L {
-    L::from_array(indices.map(|j| values[j as usize]))
+    let [a, b, c, d] = of_each(indices, values);
+    L::from_array([*a, *b, *c, *d])
+}
+
+/// What belongs to each neighbour of a batch.
+#[inline(always)]
+pub fn of_each<T>([a, b, c, d]: [u32; WIDTH], values: &[T]) -> [&T; WIDTH] {
+    [&values[a as usize], &values[b as usize], &values[c as usize], &values[d as usize]]
+}
+
+/// `value` of each neighbour of a batch. As `map` of arrays, which would be compiled for every pass that calls it.
+#[inline(always)]
+pub fn each<T>([a, b, c, d]: [u32; WIDTH], value: impl Fn(u32) -> T) -> [T; WIDTH] {
+    [value(a), value(b), value(c), value(d)]
 }

@@ -1,12 +1,15 @@
 //! Sums of the powers of the forces on the fluid, four particles at a time.
 
-use sph::lanes::{Lanes, WIDTH};
+use std::ops::Range;
+
+use sph::lanes::{LanePass, Lanes, WIDTH};
 use sph::space::Space;
 
-use super::energy::ForcePowers;
+use super::energy::{EnergyInput, ForcePowers};
 use crate::equations::pair::PairParts;
-use crate::equations::terms::PairTerms;
-use crate::system::packed_particle::FluidSpace;
+use crate::system::lane_arrays::{get, numbers, vectors, weight};
+use crate::system::packed_particle::{FluidSpace, Packed};
+use crate::system::state::FluidState;
 
 /// Particles whose forces are kept until their powers are summed: few enough to stay in the cache. The sums then have a
 /// loop of their own, since in that over pairs there is no register left for them.
@@ -36,6 +39,8 @@ pub struct ActingForces<S: Space> {
 /// The powers that a pass has; the others are zero and cost nothing.
 #[derive(Clone, Copy, Debug)]
 pub struct ActivePowers {
+    /// The viscous pair force.
+    pub drag: bool,
     /// Artificial pressure.
     pub clumping: bool,
     /// Repulsion by wall faces.
@@ -52,57 +57,148 @@ pub struct ActivePowers {
 
 /// The motion of four particles; those beyond the last have no mass.
 #[derive(Clone, Copy, Debug)]
-pub struct MovingParticles<S: Space, L: Lanes> {
+struct MovingParticles<S: Space, L: Lanes> {
     /// Mass per depth \[kg/m\].
-    pub mass: L,
+    mass: L,
     /// Density \[kg/m³\].
-    pub density: L,
+    density: L,
     /// v̄ \[m/s\].
-    pub mean_velocity: S::Of<L>,
+    mean_velocity: S::Of<L>,
     /// Velocity of the stage; zero where neither damping nor scheme reads it \[m/s\].
-    pub velocity: S::Of<L>,
+    velocity: S::Of<L>,
 }
 
-/// Powers on the fluid \[W/m\] in lanes. No product is fused with a sum.
-#[derive(Clone, Copy, Debug)]
-pub struct PowerSums<L: Lanes> {
-    forces: L,
-    artificial: L,
-    drag: L,
-    clumping: L,
-    repulsion: L,
-    body: L,
-    damping: L,
-    regularisation: L,
-    advection: L,
-    shifted: L,
-    scheme: L,
+/// Powers on the fluid \[W/m\], each over every fourth particle. No product is fused with a sum.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct PowerSums<N = [f64; WIDTH]> {
+    forces: N,
+    artificial: N,
+    drag: N,
+    clumping: N,
+    repulsion: N,
+    body: N,
+    damping: N,
+    regularisation: N,
+    advection: N,
+    shifted: N,
+    scheme: N,
+}
+
+/// Adds the powers of the `acting` forces on `particles` to `sums`: a pass of its own, so that it is compiled once for
+/// all combinations of terms of the pair sums.
+pub struct AddPowers<'a, S: FluidSpace> {
+    /// Sums over earlier particles.
+    pub sums: &'a mut PowerSums,
+    /// Particles as neighbours read them.
+    pub fluid: &'a [S::Particle],
+    /// State.
+    pub state: &'a FluidState<S>,
+    /// What the energy budget needs.
+    pub energy: &'a EnergyInput<'a, S>,
+    /// The particles, at most [`BLOCK`].
+    pub particles: Range<usize>,
+    /// What acts on each.
+    pub acting: &'a [ActingForces<S>; BLOCK],
+    /// Rate of the linear damping \[1/s\].
+    pub damping: f64,
+    /// The powers that there are.
+    pub active: &'a ActivePowers,
+}
+
+impl<S: FluidSpace> LanePass for AddPowers<'_, S> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let Self { fluid, state, energy, particles, active, .. } = self;
+        let half = L::splat(energy.half);
+        let mut sums = self.sums.in_lanes::<L>();
+        for (first, acting) in particles.clone().step_by(WIDTH).zip(self.acting.as_chunks::<WIDTH>().0) {
+            let [a, b, c, d] = acting;
+            let mut acceleration =
+                S::lanes::<L>([&a.acceleration, &b.acceleration, &c.acceleration, &d.acceleration]);
+            if !energy.by_solids.is_empty() {
+                acceleration = S::plus(acceleration, vectors::<S, L>(energy.by_solids, first));
+            }
+            let start = vectors::<S, L>(energy.start_velocity, first);
+            let velocity = if active.damping || active.scheme {
+                let velocities = get(fluid, first).map(|particle| particle.velocity());
+                S::lanes(velocities.each_ref())
+            } else {
+                S::splat(L::zero())
+            };
+            let moving = MovingParticles {
+                mass: numbers::<L>(&state.mass, first) * weight(first, particles.end),
+                density: numbers(&state.density, first),
+                mean_velocity: S::plus(start, S::scaled(acceleration, half)),
+                velocity,
+            };
+            sums.add::<S>(acting, &moving, (self.damping, &energy.falling), active);
+        }
+        *self.sums = sums.in_memory();
+    }
+}
+
+/// Each sum as `$convert` gives it.
+macro_rules! converted {
+    ($sums:expr, $convert:path) => {
+        PowerSums {
+            forces: $convert($sums.forces),
+            artificial: $convert($sums.artificial),
+            drag: $convert($sums.drag),
+            clumping: $convert($sums.clumping),
+            repulsion: $convert($sums.repulsion),
+            body: $convert($sums.body),
+            damping: $convert($sums.damping),
+            regularisation: $convert($sums.regularisation),
+            advection: $convert($sums.advection),
+            shifted: $convert($sums.shifted),
+            scheme: $convert($sums.scheme),
+        }
+    };
+}
+
+impl PowerSums {
+    #[inline(always)]
+    fn in_lanes<L: Lanes>(&self) -> PowerSums<L> {
+        converted!(self, L::from_array)
+    }
+
+    /// Over all particles.
+    pub fn total(&self) -> ForcePowers {
+        let sums = converted!(self, sum);
+        ForcePowers {
+            pressure: sums.forces - sums.repulsion - sums.artificial - sums.drag - sums.clumping,
+            artificial_viscosity: sums.artificial,
+            drag: sums.drag,
+            clumping: sums.clumping,
+            repulsion: sums.repulsion,
+            body_force: sums.body,
+            damping: sums.damping,
+            tension: sums.regularisation - sums.advection,
+            advection: sums.advection,
+            shifted: sums.shifted,
+            scheme: sums.scheme,
+            ..ForcePowers::default()
+        }
+    }
+}
+
+/// As [`Lanes::sums`].
+fn sum([a, b, c, d]: [f64; WIDTH]) -> f64 {
+    (a + b) + (c + d)
 }
 
 impl<L: Lanes> PowerSums<L> {
-    /// Of no force.
     #[inline(always)]
-    pub fn none() -> Self {
-        let zero = L::zero();
-        Self {
-            forces: zero,
-            artificial: zero,
-            drag: zero,
-            clumping: zero,
-            repulsion: zero,
-            body: zero,
-            damping: zero,
-            regularisation: zero,
-            advection: zero,
-            shifted: zero,
-            scheme: zero,
-        }
+    fn in_memory(&self) -> PowerSums {
+        converted!(self, L::to_array)
     }
 
     /// Adds those on four particles, with `damping` the rate of the linear damping \[1/s\] and `falling` the part of
     /// gravity that has a potential \[m/s²\].
     #[inline(always)]
-    pub fn add<S: FluidSpace, T: PairTerms>(
+    fn add<S: FluidSpace>(
         &mut self,
         [a, b, c, d]: &[ActingForces<S>; WIDTH],
         particles: &MovingParticles<S, L>,
@@ -119,7 +215,7 @@ impl<L: Lanes> PowerSums<L> {
         let [p, q, r, s] = [&a.parts, &b.parts, &c.parts, &d.parts];
         let artificial = [&p.artificial, &q.artificial, &r.artificial, &s.artificial];
         self.artificial = self.artificial - product(artificial, flow);
-        if T::VISCOUS {
+        if active.drag {
             self.drag = self.drag - product([&p.drag, &q.drag, &r.drag, &s.drag], flow);
         }
         if active.clumping {
@@ -148,29 +244,6 @@ impl<L: Lanes> PowerSums<L> {
         if active.scheme {
             let beyond = S::minus(mean_velocity, velocity);
             self.scheme = self.scheme + mass * S::rounded_dot(falling, beyond);
-        }
-    }
-
-    /// Over all lanes.
-    pub fn total(&self) -> ForcePowers {
-        let [forces, artificial_viscosity, drag, clumping] =
-            L::sums([self.forces, self.artificial, self.drag, self.clumping]);
-        let [repulsion, body_force, damping, regularisation] =
-            L::sums([self.repulsion, self.body, self.damping, self.regularisation]);
-        let [advection, shifted, scheme, _] = L::sums([self.advection, self.shifted, self.scheme, L::zero()]);
-        ForcePowers {
-            pressure: forces - repulsion - artificial_viscosity - drag - clumping,
-            artificial_viscosity,
-            drag,
-            clumping,
-            repulsion,
-            body_force,
-            damping,
-            tension: regularisation - advection,
-            advection,
-            shifted,
-            scheme,
-            ..ForcePowers::default()
         }
     }
 }

@@ -3,16 +3,16 @@
 use std::marker::PhantomData;
 use std::ops::AddAssign;
 
-use sph::lanes::{LanePass, Lanes};
 use sph::space::geometry::{Geometry, Open, Periodic};
 use sph::space::tensors::SpaceVector;
 
 use crate::boundary::repulsion::wall_repulsion;
-use crate::equations::pair::LawLanes;
 use crate::equations::terms::{PairTerms, TermsPass};
 use crate::neighbours::scene::Scene;
 use crate::rates::particle_rates::StagePart;
-use crate::rates::rate_pass::{StageFields, force_terms};
+use crate::rates::rate_pass::force_terms;
+use crate::rates::stage_fields::StageFields;
+use crate::rates::wall_pass::OneWall;
 use crate::system::model::FluidModel;
 use crate::system::packed_particle::{FluidSpace, Packed};
 use crate::system::state::FluidState;
@@ -75,8 +75,8 @@ impl<S: FluidSpace, G: Geometry<S>> TermsPass for WallForces<'_, G, S> {
             }
             let mut forces = PerWall::<S>::default();
             for wall in near {
-                let kernel = WallForce { fields, terms: PhantomData::<T>, i, wall };
-                let divergence = model.arithmetic.run(kernel);
+                let pass = OneWall { fields, terms: PhantomData::<T>, i, wall };
+                let (divergence, _) = model.arithmetic.run(pass);
                 let repulsion = wall_repulsion(&fields.scene, fields.field, i, Some(wall));
                 *forces.of(wall as usize) = divergence * fluid[i].volume() - repulsion * fields.state.mass[i];
             }
@@ -105,25 +105,5 @@ impl<S: FluidSpace> AddAssign for PerWall<S> {
         for (wall, force) in other.0.into_iter().enumerate() {
             *self.of(wall) += force;
         }
-    }
-}
-
-/// Σ V_w [...]·∇W of particle `i` over one wall \[Pa/m\].
-struct WallForce<'a, G, S: FluidSpace, T> {
-    fields: &'a StageFields<'a, G, S>,
-    terms: PhantomData<T>,
-    i: usize,
-    wall: u32,
-}
-
-impl<S: FluidSpace, G: Geometry<S>, T: PairTerms> LanePass for WallForce<'_, G, S, T> {
-    type Output = S::Vector;
-
-    #[inline(always)]
-    fn run<L: Lanes>(self) -> S::Vector {
-        let mut own = self.fields.own::<L, T>(self.i);
-        own.pressure = own.pressure + L::splat(self.fields.damper(self.i));
-        let law = LawLanes::new(self.fields.scene.model);
-        self.fields.wall_sums::<L, T>(&law, self.i, &own, Some(self.wall)).total().stress_divergence
     }
 }

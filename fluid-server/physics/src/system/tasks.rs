@@ -52,12 +52,16 @@ macro_rules! split_by_field {
 pub(crate) use split_by_field;
 
 /// Calls `work` for each task of `particles` particles, in parallel, with the task's particles and its part of
-/// `results`. Allocates nothing.
-pub fn for_each_task<S: Split>(particles: usize, results: S, work: &(impl Fn(Range<usize>, S) + Sync)) {
+/// `results`. Allocates nothing. A dynamic call for each task costs nothing, and a pass that is compiled for many
+/// combinations of terms shares one copy of the division.
+pub fn for_each_task<S: Split>(particles: usize, results: S, work: &Work<'_, S>) {
     divide(0..particles, results, work);
 }
 
-fn divide<S: Split>(particles: Range<usize>, results: S, work: &(impl Fn(Range<usize>, S) + Sync)) {
+/// Work on the particles of a task and its part of the results.
+type Work<'a, S> = dyn Fn(Range<usize>, S) + Sync + 'a;
+
+fn divide<S: Split>(particles: Range<usize>, results: S, work: &Work<'_, S>) {
     if particles.len() <= TASK {
         if !particles.is_empty() {
             work(particles, results);

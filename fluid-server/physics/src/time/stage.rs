@@ -18,7 +18,7 @@ use crate::neighbours::scene::Scene;
 use crate::rates::energy::EnergyInput;
 use crate::rates::gradients::{Gradients, Partner};
 use crate::rates::particle_rates::{ExternalForces, Rates, StagePart};
-use crate::rates::rate_pass::StageFields;
+use crate::rates::stage_fields::StageFields;
 use crate::rates::volume_reading::{self, VolumeReading};
 use crate::system::lane_arrays::{numbers, put, vectors};
 use crate::system::model::FluidModel;

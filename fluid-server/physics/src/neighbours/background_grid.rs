@@ -38,6 +38,21 @@ pub struct BackgroundGrid {
     bands: [Vec<Band>; 2],
 }
 
+/// About the distance between nodes \[m\].
+#[derive(Clone, Copy, Debug)]
+pub struct NodeSpacings {
+    /// Along an axis that is not periodic.
+    pub open: f64,
+    /// Along a periodic axis, whose period is a whole number of distances.
+    pub periodic: f64,
+}
+
+impl NodeSpacings {
+    fn along<S: Space>(self, domain: &Domain<S>, axis: usize) -> f64 {
+        if domain.periodic[axis] { self.periodic } else { self.open }
+    }
+}
+
 /// Nodes along one axis.
 #[derive(Clone, Debug)]
 struct Axis {
@@ -66,7 +81,7 @@ struct Band {
 }
 
 impl BackgroundGrid {
-    /// Places nodes of about `spacing` \[m\] for the fluid in `cells`, whose particles move by at most `farthest` \[m\]
+    /// Places nodes of about `spacings` for the fluid in `cells`, whose particles move by at most `farthest` \[m\]
     /// before they are placed again, in the period number `period`.
     ///
     /// From one period to the next the nodes move by a hundredth of their spacing: no row of particles keeps its
@@ -75,7 +90,7 @@ impl BackgroundGrid {
         &mut self,
         domain: &Domain<S>,
         cells: &CellGrid<S>,
-        spacing: f64,
+        spacings: NodeSpacings,
         farthest: f64,
         period: u64,
     ) {
@@ -87,6 +102,7 @@ impl BackgroundGrid {
         }
         let mut stride = 1;
         for axis in 0..S::DIMENSIONS {
+            let spacing = spacings.along(domain, axis);
             let origin = origin(domain, axis, spacing, period);
             let placed = if domain.periodic[axis] {
                 Axis::periodic(origin, domain.upper[axis] - domain.lower[axis], spacing, stride)
@@ -106,12 +122,12 @@ impl BackgroundGrid {
         &mut self,
         domain: &Domain<S>,
         cells: &CellGrid<S>,
-        spacing: f64,
+        spacings: NodeSpacings,
         farthest: f64,
         period: u64,
     ) {
         for (axis, nodes) in self.axes.iter_mut().enumerate() {
-            nodes.origin = origin(domain, axis, spacing, period);
+            nodes.origin = origin(domain, axis, spacings.along(domain, axis), period);
         }
         self.placements += 1;
         self.bands.iter_mut().for_each(Vec::clear);

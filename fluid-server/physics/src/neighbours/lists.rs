@@ -6,14 +6,14 @@ use sph::neighbours::largest_displacement;
 use sph::space::geometry::{Geometry, Open, Periodic};
 use sph::space::tensors::SpaceVector;
 
-use super::background_grid::BackgroundGrid;
+use super::background_grid::{BackgroundGrid, NodeSpacings};
 use super::drift::{Drift, Moved};
 use super::rows::{Order, Padding, Rows, Search, Sources};
 use crate::system::list_limits::{
     LARGEST_STAGE_MOVE, PLANE_HALF_WIDTH, SKIN_BALANCE, Skins, farthest, skins,
 };
 use crate::system::model::FluidModel;
-use crate::system::packed_particle::FluidSpace;
+use crate::system::packed_particle::{FluidSpace, PeriodicNodes};
 use crate::system::state::{FluidState, ListOrigin, Scratch, StepStart};
 use crate::system::tasks::TASK;
 use crate::system::walls::WallField;
@@ -191,11 +191,16 @@ impl<S: FluidSpace> Lists<S> {
         let period = step / BACKGROUND_STEPS;
         if self.background_period != Some(period) {
             let farthest = farthest(model.constants.particle_spacing);
-            let (cells, spacing) = (self.fluid_sources.grid(), model.constants.smoothing_length());
+            let (cells, open) = (self.fluid_sources.grid(), model.constants.smoothing_length());
+            let periodic = match S::PERIODIC_NODES {
+                PeriodicNodes::Lattice => model.constants.particle_spacing,
+                PeriodicNodes::AsOther => open,
+            };
+            let spacings = NodeSpacings { open, periodic };
             let (domain, background) = (&model.domain, &mut self.background);
             match self.background_period {
-                None => background.place(domain, cells, spacing, farthest, period),
-                Some(_) => background.shift(domain, cells, spacing, farthest, period),
+                None => background.place(domain, cells, spacings, farthest, period),
+                Some(_) => background.shift(domain, cells, spacings, farthest, period),
             }
             self.background_period = Some(period);
         }

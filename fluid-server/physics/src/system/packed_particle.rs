@@ -16,16 +16,30 @@ pub trait FluidSpace: Thresholds {
     type Particle: Packed<Self>;
     /// Results of the gradient pass as neighbours read them.
     type Fields: NeighbourFields<Self>;
+    /// Distance of the nodes of the volume correction along periodic axes.
+    const PERIODIC_NODES: PeriodicNodes;
+}
+
+/// Distance of the nodes of the volume correction along periodic axes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PeriodicNodes {
+    /// The smoothing length, as along others.
+    AsOther,
+    /// The particle spacing: nodes lie alike to all layers of a lattice, so that a slab that repeats along an axis stays
+    /// in layers.
+    Lattice,
 }
 
 impl FluidSpace for Plane {
     type Particle = PackedParticle;
     type Fields = [f64; 4];
+    const PERIODIC_NODES: PeriodicNodes = PeriodicNodes::AsOther;
 }
 
 impl FluidSpace for Spatial {
     type Particle = SpatialParticle;
     type Fields = [f64; 5];
+    const PERIODIC_NODES: PeriodicNodes = PeriodicNodes::Lattice;
 }
 
 /// State of a particle as pair sums read it.

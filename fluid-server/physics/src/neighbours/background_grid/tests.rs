@@ -5,6 +5,9 @@ use sph::space::{Plane, Vector};
 
 use super::*;
 
+/// The nodes lie closer along periodic axes.
+const SPACINGS: NodeSpacings = NodeSpacings { open: 0.013, periodic: 0.01 };
+
 fn scattered(count: usize, lower: Vector, size: Vector) -> Vec<Vector> {
     // The fractions of multiples of two irrational numbers.
     let place = |k: usize, a: f64| (k as f64 * a).fract();
@@ -21,7 +24,7 @@ fn sorted(domain: &Domain, positions: &[Vector]) -> (CellGrid, Vec<Vector>) {
 
 fn grid(domain: &Domain, cells: &CellGrid) -> BackgroundGrid {
     let mut grid = BackgroundGrid::default();
-    grid.place::<Plane>(domain, cells, 0.013, 0.005, 77);
+    grid.place::<Plane>(domain, cells, SPACINGS, 0.005, 77);
     grid
 }
 
@@ -75,8 +78,8 @@ fn nodes_that_were_shifted_are_where_nodes_are_placed() {
         let (cells, positions) = sorted(&domain, &scattered(700, domain.lower, domain.size()));
         // Along the first axis the nodes have come back by a spacing in between.
         let (mut shifted, mut placed) = (grid(&domain, &cells), BackgroundGrid::default());
-        shifted.shift::<Plane>(&domain, &cells, 0.013, 0.005, 103);
-        placed.place::<Plane>(&domain, &cells, 0.013, 0.005, 103);
+        shifted.shift::<Plane>(&domain, &cells, SPACINGS, 0.005, 103);
+        placed.place::<Plane>(&domain, &cells, SPACINGS, 0.005, 103);
         let sums = |grid: &BackgroundGrid| -> Vec<f64> {
             let mut nodes = vec![0.0; grid.len()];
             grid.for_each_band(&mut nodes, &|particles, nodes, origin| {

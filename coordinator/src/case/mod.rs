@@ -25,7 +25,7 @@ mod source;
 mod steps;
 mod summary;
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;
 
 use std::path::Path;
 

@@ -28,6 +28,7 @@ pub struct Checked {
 /// All errors of the file, and all that a built-in solver refuses.
 pub fn check(path: &Path) -> Result<Checked, Failure> {
     let case = crate::run::load(path)?;
+    crate::run::memory::check(&case)?;
     let opened = open(&case)?;
     for (role, limit) in opened.limits {
         case.check_stated_limit(role, limit)?;

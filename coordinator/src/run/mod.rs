@@ -8,6 +8,7 @@ mod execution;
 pub mod header;
 pub(crate) mod job;
 mod losses;
+pub(crate) mod memory;
 pub mod origin;
 pub mod outcome;
 pub mod participants;
@@ -40,6 +41,7 @@ use crate::results::directory::{Existing, OutputDirectory};
 pub fn run(request: &RunRequest) -> Result<RunOutcome, Failure> {
     request.options.force_arithmetic()?;
     let (case, origin) = origin::load_with(&request.case, &request.overrides)?;
+    memory::check(&case)?;
     let out = request.out.clone().unwrap_or_else(|| default_folder(&request.case, ""));
     let directory = new_folder(&out, request.existing, &origin)?;
     let options = request.options.clone();

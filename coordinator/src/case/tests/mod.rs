@@ -20,7 +20,7 @@ use std::path::Path;
 use super::{Case, CaseError, CaseErrors, Position, parse};
 
 /// A small tank with water, a free block, a clamped plate and a probe of each solver.
-const TANK: &str = r#"name = "tank"
+pub(crate) const TANK: &str = r#"name = "tank"
 [domain]
 lower_m = [0.0, 0.0]
 upper_m = [0.4, 0.3]
@@ -85,7 +85,7 @@ fn read(text: &str) -> Result<Case, CaseErrors> {
     })
 }
 
-fn good(text: &str) -> Case {
+pub(crate) fn good(text: &str) -> Case {
     read(text).unwrap_or_else(|errors| panic!("{errors}"))
 }
 

@@ -16,9 +16,6 @@ use crate::case::file::support::LoadTable;
 use crate::case::reader::At;
 use crate::quote::quoted;
 
-/// Length of the pieces of a face that does not run along the lattice, in spacings.
-const PIECE: f64 = 0.1;
-
 /// The loads of `body`, whose particles of `spacing` \[m\] are at `positions` \[m\].
 ///
 /// A face of a particle's cell is on the surface where no particle of the body stands beyond it; a load takes those whose
@@ -74,13 +71,7 @@ pub fn faces_of<S: SceneSpace>(
     if body.loads.is_empty() || positions.is_empty() {
         return Vec::new();
     }
-    let Some(pieces) = S::pieces(&shape.boundary(), PIECE * spacing) else {
-        let problem =
-            "bears a load, and its particles stand in layers along its faces, which have no loads in space";
-        let error = CaseError::new(&body.name.place, problem).value(&body.name.value);
-        errors.add(error.hint("set `layout = \"lattice\"` for the body"));
-        return Vec::new();
-    };
+    let pieces = S::pieces(&shape.boundary(), spacing);
     let open =
         Domain::<S> { lower: S::Vector::zeros(), upper: S::Vector::zeros(), periodic: S::splat(false) };
     let grid = CellGrid::new(&open, positions, 1.5 * spacing);

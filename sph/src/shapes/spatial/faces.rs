@@ -82,7 +82,7 @@ impl SpatialBoundary {
     }
 
     /// Whether face `k` counts.
-    fn is_left_out(&self, k: usize) -> bool {
+    pub(super) fn is_left_out(&self, k: usize) -> bool {
         self.covered.get(k).copied().unwrap_or(false)
     }
 

@@ -5,6 +5,7 @@ pub(crate) mod faces;
 mod frame;
 pub(crate) mod made_of;
 mod moments;
+mod pieces;
 mod validate;
 
 use std::sync::Arc;

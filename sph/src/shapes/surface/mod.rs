@@ -6,7 +6,7 @@ mod report;
 mod stl;
 mod thin;
 pub(crate) mod tree;
-mod triangle;
+pub(crate) mod triangle;
 pub(crate) mod weld;
 
 use std::collections::HashMap;

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 /// Corners of a triangle.
-pub(super) type Triangle = [Vector3<f64>; 3];
+pub(crate) type Triangle = [Vector3<f64>; 3];
 
 /// Where on a triangle a point lies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -17,7 +17,7 @@ pub(super) enum Feature {
 }
 
 /// Area vector \[m²\]: along the normal by the right-hand rule, as long as the area.
-pub(super) fn area_vector([a, b, c]: &Triangle) -> Vector3<f64> {
+pub(crate) fn area_vector([a, b, c]: &Triangle) -> Vector3<f64> {
     (b - a).cross(&(c - a)) * 0.5
 }
 

@@ -162,3 +162,24 @@ fn wrong_shapes_are_refused_with_their_values() {
         assert!(error.contains(words), "{error}");
     }
 }
+
+#[test]
+fn pieces_of_the_faces_close_and_enclose_the_volume() {
+    for (name, shape) in all_shapes() {
+        let boundary = shape.boundary();
+        let (lower, upper) = shape.bounds();
+        let middle = (lower + upper) * 0.5;
+        let pieces = boundary.pieces((upper - lower).norm() / 150.0);
+        let area: f64 = pieces.iter().map(|(_, area)| area.norm()).sum();
+        let sum: Vector3<f64> = pieces.iter().map(|(_, area)| area).sum();
+        // ∮ n dA = 0, and by the divergence theorem ∮ x·n dA = 3 V; where faces cut each other pieces count whole or not at
+        // all, which is right on average.
+        assert!(sum.norm() < 0.01 * area, "{name}: {sum} of {area}");
+        let volume = pieces.iter().map(|(x, area)| (x - middle).dot(area)).sum::<f64>() / 3.0;
+        let exact = boundary.moments().volume;
+        assert!((volume / exact - 1.0).abs() < 0.015, "{name}: {volume} {exact}");
+        // Each piece lies on the surface, but for the chord of a curved one.
+        let farthest = pieces.iter().map(|(x, _)| boundary.slope(x).0.abs()).fold(0.0, f64::max);
+        assert!(farthest < 0.01 * (upper - lower).norm(), "{name}: {farthest}");
+    }
+}

@@ -2,6 +2,7 @@
 
 use sph::coupling::solver::Role;
 use sph::setup::{Argument, FluidProbe, FluidProbeKind, ProbeKind, SolidProbe};
+use sph::space::AXIS_NAMES;
 use sph::space::tensors::SpaceVector;
 
 use super::errors::{CaseError, ErrorList, Place, suggest};
@@ -41,14 +42,13 @@ fn unique<'a>(what: &str, names: impl Iterator<Item = &'a At<String>>, errors: &
 pub fn probes<S: SceneSpace>(file: &CaseFile, scene: &Scene<S>, errors: &ErrorList) -> Probes<S> {
     let mut probes = Probes::default();
     for table in file.probes.iter().filter(|probe| probe.intact) {
-        if S::DIMENSIONS == 3 && PLANE_PROBES.contains(&table.kind.word) {
-            let error =
-                CaseError::new(&table.kind.place, "is a probe of the plane, in a case of 3 dimensions");
-            errors.add(
-                error
-                    .value(table.kind.word)
-                    .hint("use `fluid-point` or `fluid-sums`, or evaluate the snapshots"),
-            );
+        let other = OF_ONE_SPACE
+            .iter()
+            .find(|(dimensions, word, _)| *dimensions != S::DIMENSIONS && *word == table.kind.word);
+        if let Some((dimensions, word, instead)) = other {
+            let problem = format!("is a probe of {dimensions} dimensions, in a case of {}", S::DIMENSIONS);
+            let error = CaseError::new(&table.kind.place, problem).value(word);
+            errors.add(error.hint(format!("use `{instead}`")));
             continue;
         }
         let name = table.name.value.clone();
@@ -71,8 +71,10 @@ pub fn probes<S: SceneSpace>(file: &CaseFile, scene: &Scene<S>, errors: &ErrorLi
     probes
 }
 
-/// Probes that are not offered in space: a level has no single place there, and a segment no flow through it.
-const PLANE_PROBES: [&str; 2] = ["water-level", "flow-rate"];
+/// Probes of one space alone: its dimensions, the probe, and what serves in the other. In space a level has no single place,
+/// and nothing flows through a segment.
+const OF_ONE_SPACE: [(usize, &str, &str); 3] =
+    [(2, "water-level", "gauge"), (2, "flow-rate", "surface-flux"), (3, "surface-flux", "flow-rate")];
 
 struct Resolver<'a, S: SceneSpace> {
     file: &'a CaseFile,
@@ -124,6 +126,9 @@ impl<S: SceneSpace> Resolver<'_, S> {
     /// Names that the argument `what` may have.
     fn names(&self, what: &str, body: Option<u32>) -> Vec<&str> {
         let bodies = self.file.solid.as_ref().map_or(&[][..], |solid| &solid.bodies);
+        if what == "axis" {
+            return AXIS_NAMES[..S::DIMENSIONS].to_vec();
+        }
         let names: Vec<&At<String>> = match (what, body) {
             ("region", _) => {
                 self.file.fluid.iter().flat_map(|fluid| &fluid.regions).map(|region| &region.name).collect()

@@ -32,6 +32,7 @@ impl Case {
         });
         self.check_motions(errors);
         self.check_planes(errors);
+        self.check_pivots(errors);
         // Another solid solver may know more.
         if self.servers.solid == Server::BuiltIn {
             self.check_laws(errors);
@@ -155,6 +156,25 @@ impl Case {
             if matches!(body.formulation, FormulationTable::Rigid) && material.plane != PlaneState::Strain {
                 let error = CaseError::new(&material.place("plane"), "a rigid body bears no stress");
                 errors.add(error.hint("leave `plane` out, or use another formulation"));
+            }
+        }
+    }
+
+    /// A pivot is the only support of a rigid body.
+    fn check_pivots(&self, errors: &ErrorList) {
+        for body in self.file.solid.iter().flat_map(|solid| &solid.bodies) {
+            let Some(pivot) = body.supports.iter().find_map(|support| support.pivot_m.as_ref()) else {
+                continue;
+            };
+            if !matches!(body.formulation, FormulationTable::Rigid) {
+                let error = CaseError::new(&pivot.place, "is a pivot of a body that is not rigid");
+                errors.add(
+                    error.hint("set `formulation = { type = \"rigid\" }`, or hold particles by a `shape`"),
+                );
+            } else if body.supports.len() > 1 {
+                let error = CaseError::new(&pivot.place, "is a pivot beside other supports of its body");
+                errors
+                    .add(error.hint("leave the others out: a rigid body with a pivot has no other support"));
             }
         }
     }

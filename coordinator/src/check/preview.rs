@@ -8,15 +8,15 @@ use plotters::drawing::DrawingAreaErrorKind;
 use plotters::prelude::*;
 use sph::in_space;
 use sph::setup::{Argument, Probe, ProbeKind};
-use sph::space::Space;
 use sph::space::components::Components;
+use sph::space::{AXIS_NAMES, Space};
 
 use crate::case::file::wall::WallKind;
 use crate::case::{Case, Scene};
 use crate::failure::Failure;
 use crate::quote;
 use crate::results::font;
-use crate::results::plots::projection::{AXES, Place, Projection, SLICE, Views, up_axis};
+use crate::results::plots::projection::{Place, Projection, SLICE, Views, up_axis};
 
 /// Colours of fluid regions.
 const FLUIDS: [RGBColor; 4] =
@@ -238,8 +238,8 @@ fn draw_panel(
         .build_cartesian_2d(lower[0]..upper[0], lower[1]..upper[1])?;
     chart
         .configure_mesh()
-        .x_desc(format!("{} in m", AXES[projection.right]))
-        .y_desc(format!("{} in m", AXES[projection.upward]))
+        .x_desc(format!("{} in m", AXIS_NAMES[projection.right]))
+        .y_desc(format!("{} in m", AXIS_NAMES[projection.upward]))
         .light_line_style(WHITE)
         .bold_line_style(RGBColor(225, 225, 225))
         .label_style((font::FAMILY, TEXT))

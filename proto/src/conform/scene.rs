@@ -194,7 +194,7 @@ impl Scene {
             particles.deviatoric_stress.push(S::SymmetricTensor::default());
         }
         let held = S::per_axis(|_| true);
-        let clamp = Support { name: "clamp".into(), held, motion: None, release_time: None };
+        let clamp = Support { name: "clamp".into(), held, motion: None, pivot: None, release_time: None };
         SolidSetup {
             run: self.run(),
             particle_spacing: SPACING,

@@ -16,7 +16,7 @@ use super::run::{expressions_of, expressions_to_wire};
 use super::walls::{release_time, wall_particles_from_wire, wall_particles_to_wire};
 use super::{
     Convert, Path, WireError, flags_from_wire, flags_to_wire, list, name, optional, positive, required, text,
-    wires,
+    vector_from_wire, vector_to_wire, wires,
 };
 use crate::wire;
 
@@ -258,6 +258,7 @@ impl<S: Space> Convert for Support<S> {
             held: flags_to_wire(self.held.as_ref()),
             motion: self.motion.as_ref().map(Convert::to_wire),
             release_time_s: self.release_time,
+            pivot_m: self.pivot.as_ref().and_then(vector_to_wire),
         }
     }
 
@@ -267,6 +268,10 @@ impl<S: Space> Convert for Support<S> {
             name: name(&wire.name, &at.field("name"))?,
             held: S::per_axis(|axis| held[axis]),
             motion: optional(&wire.motion, &at.field("motion"))?,
+            pivot: match wire.pivot_m {
+                Some(_) => Some(vector_from_wire(&wire.pivot_m, &at.field("pivot_m"))?),
+                None => None,
+            },
             release_time: release_time(wire.release_time_s, at)?,
         })
     }

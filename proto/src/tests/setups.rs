@@ -131,12 +131,26 @@ pub(super) fn solid<S: Space>() -> SolidSetup<S> {
             ..UpdatedLagrangian::default()
         }),
         supports: vec![
-            Support { name: "root".into(), held: S::per_axis(|_| true), motion: None, release_time: None },
+            Support {
+                name: "root".into(),
+                held: S::per_axis(|_| true),
+                motion: None,
+                pivot: None,
+                release_time: None,
+            },
             Support {
                 name: "hand".into(),
                 held: S::per_axis(|axis| axis == 1),
                 motion: Some(motion()),
+                pivot: None,
                 release_time: Some(0.2),
+            },
+            Support {
+                name: "hinge".into(),
+                held: S::per_axis(|_| false),
+                motion: None,
+                pivot: Some(vector::<S>([0.1, -0.0, 0.3])),
+                release_time: None,
             },
         ],
         acceleration: Some(texts::<S>(["0", "-9.81*t", "z"])),

@@ -238,6 +238,10 @@ probes! {
             in space ["pressure_pa", "velocity_x_m_s", "velocity_y_m_s", "velocity_z_m_s"];
         /// Highest connected fluid at an x; not a number where it is dry.
         WaterLevel(x_m: Number) = "water-level", ["level_m"];
+        /// Free surface along an axis: the farthest place against gravity, at the highest coordinate where gravity does
+        /// not act along the axis, of the connected fluid within a spacing of the line along it through a point; not a
+        /// number where that is dry.
+        Gauge(at_m: Point<S>, axis: Index) = "gauge", ["level_m"];
         /// 99.5 percentile of x of the connected fluid.
         Front = "front", ["front_x_m"];
         /// Mass, momentum, energies, and second moments about the centre of mass, of a region or of all fluid.
@@ -255,6 +259,9 @@ probes! {
         /// Volume flux of the fluid through a segment, positive to the right of the way from its first to its second
         /// point: Σ V_j v_j·n ∫ W(|x − x_j|) ds; zero where it is dry.
         FlowRate(from_m: Point<S>, to_m: Point<S>) = "flow-rate", ["flow_rate_m2_s"];
+        /// Volume flux of the fluid in space through the parallelogram with a corner and the two corners next to it, positive
+        /// along (first − corner) × (second − corner): Σ V_j v_j·n ∫ W(|x − x_j|) dA; zero where it is dry.
+        SurfaceFlux(corner_m: Point<S>, first_m: Point<S>, second_m: Point<S>) = "surface-flux", ["flow_rate_m3_s"];
         /// Force of the fluid on a wall.
         WallForce(wall: Index) = "wall-force", ["force_x_n_per_m", "force_y_n_per_m"],
             in space ["force_x_n", "force_y_n", "force_z_n"];

@@ -268,8 +268,11 @@ pub struct Support<S: Space = Plane> {
     pub name: String,
     /// Components held: x, y and in space z.
     pub held: S::PerAxis<bool>,
-    /// Prescribed motion of the held components; `None` holds them at rest.
+    /// Prescribed motion of the held components, or of the pivot; `None` holds them at rest.
     pub motion: Option<Motion<S>>,
+    /// A point of a rigid body, on it or off it, about which the body turns freely \[m\]; such a support holds no particles
+    /// and no components, and is the only one of its body.
+    pub pivot: Option<S::Vector>,
     /// The support ceases to act at this time \[s\].
     pub release_time: Option<f64>,
 }

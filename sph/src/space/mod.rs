@@ -26,6 +26,9 @@ use crate::lanes::{Lanes, WIDTH};
 /// Number of dimensions of the plane.
 pub const DIMENSIONS: usize = Plane::DIMENSIONS;
 
+/// Names of the axes.
+pub const AXIS_NAMES: [&str; 3] = ["x", "y", "z"];
+
 /// A vector of the plane; component 0 is x, component 1 is y (up).
 pub type Vector = nalgebra::Vector2<f64>;
 

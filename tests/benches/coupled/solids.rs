@@ -46,7 +46,8 @@ fn plate(particles: u32, formulation: Formulation, stepping: SolidStepping) -> S
         density: vec![RUBBER.density; count],
         deviatoric_stress: vec![SymmetricTensor::default(); count],
     };
-    let clamp = Support { name: "clamp".into(), held: [true, true], motion: None, release_time: None };
+    let clamp =
+        Support { name: "clamp".into(), held: [true, true], motion: None, pivot: None, release_time: None };
     SolidSetup {
         run: RunSetup {
             run_id: "benchmark".into(),

@@ -2,16 +2,16 @@
 
 use serde::Serialize;
 use sph::setup::{BreachAction, LedgerPolicy, Motion, Outflow, OutputPlan, StepPolicy, TimePlan};
-use sph::space::Space;
 use sph::space::components::Components;
 use sph::space::domain::Domain;
+use sph::space::{AXIS_NAMES, Space};
 
 use super::formula;
 use crate::case::errors::{CaseError, Place};
 use crate::case::reader::{Allowed, At, Choice, Coordinates, Table, Written};
 
 /// Names of the axes in lists of directions; the plane has the first two.
-pub const AXES: [(&str, usize); 3] = [("x", 0), ("y", 1), ("z", 2)];
+const AXES: [(&str, usize); 3] = [(AXIS_NAMES[0], 0), (AXIS_NAMES[1], 1), (AXIS_NAMES[2], 2)];
 
 /// Names of the axes of a case of `dimensions` dimensions.
 pub fn axes(dimensions: usize) -> &'static [(&'static str, usize)] {
@@ -131,9 +131,9 @@ impl DomainTable {
     /// Where coordinates may lie, in words: `x from 0 to 1, y from 0 to 2`.
     pub fn extent_text(&self) -> String {
         let (lower, upper) = (self.lower_m.value.as_slice(), self.upper_m.value.as_slice());
-        let spans = AXES.iter().zip(lower.iter().zip(upper));
+        let spans = AXIS_NAMES.iter().zip(lower.iter().zip(upper));
         let spans: Vec<String> =
-            spans.map(|((axis, _), (lower, upper))| format!("{axis} from {lower} to {upper}")).collect();
+            spans.map(|(axis, (lower, upper))| format!("{axis} from {lower} to {upper}")).collect();
         spans.join(", ")
     }
 }

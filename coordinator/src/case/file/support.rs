@@ -8,7 +8,7 @@ use super::formula;
 use super::run::{MotionTable, axes};
 use super::shape::ShapeTable;
 use crate::case::errors::CaseError;
-use crate::case::reader::{Allowed, At, Choice, Table, Written};
+use crate::case::reader::{Allowed, At, Choice, Coordinates, Table, Written};
 
 /// `[[solid.body.load]]`.
 #[derive(Clone, Debug, Serialize)]
@@ -59,7 +59,11 @@ pub struct SupportTable {
     /// Particles inside this shape at the start are held.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub shape: Option<At<ShapeTable>>,
-    /// Components that are held: all for a clamp, fewer for a roller.
+    /// Point about which a rigid body turns, in place of a shape.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub pivot_m: Option<At<Coordinates>>,
+    /// Components that are held: all for a clamp, fewer for a roller, none for a pivot.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
     pub held: Vec<Choice<usize>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub motion: Option<MotionTable>,
@@ -70,13 +74,23 @@ pub struct SupportTable {
 impl SupportTable {
     pub(super) fn read(mut table: Table<'_>) -> Self {
         let name = table.name("name");
-        let shape = ShapeTable::read(&mut table, "shape");
+        let pivot_m = table.has("pivot_m").then(|| table.vector("pivot_m"));
+        let shape = match &pivot_m {
+            None => ShapeTable::read(&mut table, "shape"),
+            Some(_) => {
+                for key in ["shape", "held"].into_iter().filter(|key| table.has(key)) {
+                    let error = CaseError::new(&table.place_of(key), "is given beside `pivot_m`");
+                    table.error(error.hint("a pivot holds no particles; leave one of them out"));
+                }
+                None
+            }
+        };
         let axes = axes(table.dimensions);
         let all =
             axes.iter().map(|(word, value)| Choice { word, value: *value, place: table.place().clone() });
         let default = all.collect();
-        let held = table.words("held", axes);
-        if held.as_ref().is_some_and(Vec::is_empty) && table.intact() {
+        let held = if pivot_m.is_some() { Some(Vec::new()) } else { table.words("held", axes) };
+        if pivot_m.is_none() && held.as_ref().is_some_and(Vec::is_empty) && table.intact() {
             let error = CaseError::new(&table.place_of("held"), "holds no component");
             let words: Vec<String> = axes.iter().map(|(word, _)| format!("\"{word}\"")).collect();
             table.error(error.value("[]").allowed(format!("a list of some of {}", words.join(", "))));
@@ -84,7 +98,7 @@ impl SupportTable {
         let motion = MotionTable::read(&mut table);
         let release_time_s = table.optional_number("release_time_s", &Allowed::FINITE);
         table.finish();
-        Self { name, shape, held: held.unwrap_or(default), motion, release_time_s }
+        Self { name, shape, pivot_m, held: held.unwrap_or(default), motion, release_time_s }
     }
 
     /// Set-up of the solvers.
@@ -93,6 +107,7 @@ impl SupportTable {
             name: self.name.value.clone(),
             held: S::per_axis(|axis| self.held.iter().any(|choice| choice.value == axis)),
             motion: self.motion.as_ref().map(MotionTable::to_setup::<S>),
+            pivot: self.pivot_m.as_ref().map(|at| at.value.to::<S>()),
             release_time: self.release_time_s,
         }
     }

@@ -1,7 +1,7 @@
 //! How shapes are filled: on the lattice, in whole cells between the sides of a box, or in layers along the faces.
 
 use sph::shapes::{Faces, OpenSides, Region, fill_fitted};
-use sph::space::Space;
+use sph::space::{AXIS_NAMES, Space};
 
 use super::lattice::Lattice;
 use super::space::SceneSpace;
@@ -187,8 +187,9 @@ impl<S: SceneSpace> Lattice<'_, S> {
                 filled.what
             )
         } else {
-            let along: Vec<String> = S::AXES
+            let along: Vec<String> = AXIS_NAMES
                 .iter()
+                .take(S::DIMENSIONS)
                 .enumerate()
                 .map(|(axis, name)| format!("{:.6} m apart along {name}", cell[axis]))
                 .collect();

@@ -18,7 +18,7 @@ use std::ops::Range;
 use sph::setup::{FluidParticles, FluidProbe, SolidParticles, SolidProbe, SurfaceLoad, WallParticles};
 use sph::space::components::Components;
 use sph::space::domain::Domain;
-use sph::space::{AnySpace, Plane, Space, Spatial};
+use sph::space::{AXIS_NAMES, AnySpace, Plane, Space, Spatial};
 
 use super::errors::{CaseError, ErrorList, Place};
 use super::file::CaseFile;
@@ -199,7 +199,7 @@ fn report_outside<'a, S: SceneSpace>(
         let problem =
             format!("{what} leaves the domain: {count} particles outside, one at {}", point_text::<S>(first));
         let spans = (0..S::DIMENSIONS)
-            .map(|k| format!("{} from {} to {}", S::AXES[k], domain.lower[k], domain.upper[k]))
+            .map(|k| format!("{} from {} to {}", AXIS_NAMES[k], domain.lower[k], domain.upper[k]))
             .collect::<Vec<String>>();
         errors.add(
             CaseError { problem, ..error }

@@ -15,9 +15,6 @@ pub type Pieces<S> = Vec<(<S as sph::space::Space>::Vector, <S as sph::space::Sp
 
 /// A space in which scenes are laid out and solved.
 pub trait SceneSpace: ShapedSpace + fluid::FluidSpace + solid::space::SolidSpace {
-    /// Names of the axes.
-    const AXES: &'static [&'static str];
-
     /// The shape that `table` means.
     fn shape(table: &ShapeTable) -> Self::Shape;
 
@@ -48,16 +45,14 @@ pub trait SceneSpace: ShapedSpace + fluid::FluidSpace + solid::space::SolidSpace
     /// Steps of work of [`shapes::fill_fitted`] for a shape of this `volume` \[m³\] of so many `pieces`.
     fn fitted_steps(boundary: &BoundaryOf<Self>, volume: f64, spacing: f64, pieces: f64) -> f64;
 
-    /// The faces in pieces of at most `length` \[m\]; `None` where they cannot be had.
-    fn pieces(boundary: &BoundaryOf<Self>, length: f64) -> Option<Pieces<Self>>;
+    /// The faces of a body of particles of `spacing` \[m\] in small pieces.
+    fn pieces(boundary: &BoundaryOf<Self>, spacing: f64) -> Pieces<Self>;
 
     /// What `scene` is where the space is not known.
     fn any(scene: Scene<Self>) -> super::AnyScene;
 }
 
 impl SceneSpace for Plane {
-    const AXES: &'static [&'static str] = &["x", "y"];
-
     fn shape(table: &ShapeTable) -> Shape {
         table.to_plane()
     }
@@ -102,8 +97,8 @@ impl SceneSpace for Plane {
         (volume / (spacing * spacing)).min(boundary.length() / spacing * 12.0) * steps
     }
 
-    fn pieces(boundary: &Boundary, length: f64) -> Option<Pieces<Self>> {
-        Some(boundary.pieces(length))
+    fn pieces(boundary: &Boundary, spacing: f64) -> Pieces<Self> {
+        boundary.pieces(0.1 * spacing)
     }
 
     fn any(scene: Scene<Self>) -> super::AnyScene {
@@ -112,8 +107,6 @@ impl SceneSpace for Plane {
 }
 
 impl SceneSpace for Spatial {
-    const AXES: &'static [&'static str] = &["x", "y", "z"];
-
     fn shape(table: &ShapeTable) -> SpatialShape {
         table.to_spatial()
     }
@@ -157,8 +150,9 @@ impl SceneSpace for Spatial {
         volume / spacing.powi(3) * (shapes::FITTED_STEPS + 100.0 * pieces)
     }
 
-    fn pieces(_boundary: &SpatialBoundary, _length: f64) -> Option<Pieces<Self>> {
-        None
+    fn pieces(boundary: &SpatialBoundary, spacing: f64) -> Pieces<Self> {
+        // 16 for the cell of a particle.
+        boundary.pieces(0.25 * spacing)
     }
 
     fn any(scene: Scene<Self>) -> super::AnyScene {

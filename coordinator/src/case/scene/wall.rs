@@ -5,6 +5,7 @@ use std::collections::HashSet;
 use sph::shapes::{
     Faces, LayerParticle, OpenSides, Region, Side, layers_along, layers_around, local_thickness, wall_fill,
 };
+use sph::space::AXIS_NAMES;
 use sph::space::domain::Domain;
 use sph::space::tensors::SpaceVector;
 
@@ -268,7 +269,7 @@ fn off_lattice<S: SceneSpace>(
         "wall `{}`: its side at {} = {position} m lies {:.2} spacings off the lattice; fluid will not fit against \
          it closely (sizes that are whole multiples of {spacing} m do, and so does `layout = \"fitted\"`)",
         wall.name.value,
-        S::AXES[axis],
+        AXIS_NAMES[axis],
         rows.abs()
     ))
 }

@@ -146,7 +146,11 @@ fn what_belongs_to_the_other_space_is_refused_where_it_stands() {
     assert!(report.contains("is a shape of the plane, in a case of 3 dimensions"), "{report}");
     assert!(report.contains("\"sphere\""), "{report}");
     let level = with("type = \"fluid-point\"\nat_m = [0.1, 0.1, 0.05]", "type = \"water-level\"\nx_m = 0.1");
-    assert!(bad(&level).to_string().contains("is a probe of the plane"));
+    let report = bad(&level).to_string();
+    assert!(
+        report.contains("is a probe of 2 dimensions, in a case of 3") && report.contains("`gauge`"),
+        "{report}"
+    );
     // A rotation in space needs an axis.
     let turning = bad(&with("axis = [0.0, 0.0, 2.0], ", "")).to_string();
     assert!(turning.contains("motion.axis`: missing"), "{turning}");
@@ -194,4 +198,62 @@ fn a_surface_from_a_file_is_filled_or_says_what_to_repair() {
     refused("file = \"open.stl\", unit = \"dm\"", "3 open edges");
     refused("file = \"none.stl\", unit = \"dm\"", "no such file");
     assert!(read("file = \"open.stl\", unit = \"dm\", defects = \"accept\"").is_ok());
+}
+
+#[test]
+fn gauges_and_fluxes_say_along_which_axis_and_through_what() {
+    let point = "type = \"fluid-point\"\nat_m = [0.1, 0.1, 0.05]";
+    let gauge = with(point, "type = \"gauge\"\nat_m = [0.1, 0.1, 0.05]\naxis = \"z\"");
+    let case = good(&gauge);
+    assert_eq!(case.probe_columns()[0], ["gauge_level_m"]);
+    let setup = fluid(&gauge);
+    let place = Vector::new(0.1, 0.1, 0.05);
+    assert_eq!(setup.probes[0].kind, sph::setup::FluidProbeKind::Gauge(place, 2));
+    let error = only_error(&gauge.replace("\"z\"", "\"w\""), "\"w\"");
+    assert!(error.problem.contains("no axis has this name"), "{error:?}");
+    let flux = |second: &str| {
+        let corners = "corner_m = [0.1, 0.1, 0.0]\nfirst_m = [0.1, 0.2, 0.0]\nsecond_m = ";
+        with(point, &format!("type = \"surface-flux\"\n{corners}{second}"))
+    };
+    assert_eq!(good(&flux("[0.1, 0.1, 0.1]")).probe_columns()[0], ["gauge_flow_rate_m3_s"]);
+    // Outside the domain.
+    only_error(&flux("[0.1, 0.1, 0.4]"), "[0.1, 0.1, 0.4]");
+    let plane = super::TANK.replacen("type = \"fluid-point\"", "type = \"surface-flux\"", 1);
+    assert!(bad(&plane).to_string().contains("use `flow-rate`"));
+}
+
+#[test]
+fn a_pivot_holds_a_rigid_body_alone() {
+    let rigid = "formulation = { type = \"rigid\" }";
+    let pivot = "[[solid.body.support]]\nname = \"hinge\"\npivot_m = [0.1, 0.1, 0.05]\n";
+    let held = with("[[wall]]\nname = \"box\"", &format!("{pivot}[[wall]]\nname = \"box\""));
+    let case = good(&held);
+    let support = case.solid_setup().unwrap().spatial().unwrap().bodies[0].supports[0].clone();
+    assert_eq!((support.pivot, support.held), (Some(Vector::new(0.1, 0.1, 0.05)), [false; 3]));
+    // As resolved it means the same.
+    let resolved = good(&case.resolved_toml());
+    assert_eq!(resolved.solid_setup(), case.solid_setup());
+    let error = only_error(&held.replace(rigid, ""), "[0.1, 0.1, 0.05]");
+    assert!(error.problem.contains("not rigid"), "{error:?}");
+    let beside = held.replace("pivot_m = [0.1, 0.1, 0.05]", "held = [\"x\"]\npivot_m = [0.1, 0.1, 0.05]");
+    assert!(only_error(&beside, "[\"x\"]").problem.contains("beside `pivot_m`"));
+    let roller = "[[solid.body.support]]\nname = \"roller\"\nheld = [\"x\"]\nshape = { type = \"sphere\", centre_m = [0.1, 0.1, 0.2], radius_m = 0.02 }\n";
+    let two = held.replace(pivot, &format!("{pivot}{roller}"));
+    assert!(bad(&two).to_string().contains("beside other supports"));
+}
+
+#[test]
+fn a_load_acts_on_the_curved_face_of_a_fitted_body() {
+    let elastic = with("formulation = { type = \"rigid\" }", "formulation = { type = \"total-lagrangian\" }");
+    // Half of the sphere, pressed from above.
+    let load = "[[solid.body.load]]\nname = \"cap\"\npressure_pa = \"100\"\nshape = { type = \"box\", lower_m = [0.0, 0.0, 0.2], upper_m = [0.2, 0.2, 0.3] }\n[[wall]]\nname = \"box\"";
+    let text = elastic.replacen("[[wall]]\nname = \"box\"", load, 1);
+    let setup = good(&text).solid_setup().unwrap().spatial().unwrap();
+    let load = &setup.bodies[0].loads[0];
+    let sum: Vector = load.areas.iter().sum();
+    // The area vectors of a hemisphere sum to those of its base, π R².
+    let exact = std::f64::consts::PI * 0.06 * 0.06;
+    assert!((sum - Vector::new(0.0, 0.0, exact)).norm() < 0.01 * exact, "{sum} {exact}");
+    let upper = |i: &&u32| setup.particles.position[**i as usize].z > 0.19;
+    assert_eq!(load.particles.iter().filter(upper).count(), load.particles.len());
 }

@@ -3,10 +3,11 @@
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use sph::coupling::solver::ParticleFields;
+use sph::space::AXIS_NAMES;
 
 use super::PlotError;
 use super::colour::{ColourScale, Rgb};
-use super::projection::{AXES, Place, Projection};
+use super::projection::{Place, Projection};
 use super::scale::{Magnitude, label, text_width, ticks};
 use crate::results::font;
 
@@ -147,7 +148,7 @@ pub fn draw(sheet: &Sheet<'_>, dots: &[Dot]) -> Result<Vec<u8>, PlotError> {
     layout.paint(&mut pixels, dots, projection.is_from_outside());
     {
         let area = BitMapBackend::with_buffer(&mut pixels, layout.canvas).into_drawing_area();
-        layout.axes(&area, [projection.right, projection.upward].map(|axis| AXES[axis]))?;
+        layout.axes(&area, [projection.right, projection.upward].map(|axis| AXIS_NAMES[axis]))?;
         layout.colour_bar(&area, title, scale)?;
         area.present().map_err(PlotError::new)?;
     }

@@ -1,13 +1,12 @@
 //! What pictures show of a scene in space: views from outside and cuts.
 
+use sph::space::AXIS_NAMES;
+
 /// A place \[m\]; z is zero in the plane.
 pub type Place = [f64; 3];
 
 /// Thickness of a cut in particle spacings: rows that leave their place a little stay in it.
 pub const SLICE: f64 = 1.5;
-
-/// Names of the axes.
-pub const AXES: [&str; 3] = ["x", "y", "z"];
 
 /// How places become points of a picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -56,7 +55,7 @@ impl Projection {
 
     /// The view in words, such as `cut at z = 0.1 m`; empty in the plane.
     pub fn title(&self, up: usize) -> String {
-        let axis = AXES[self.depth_axis()];
+        let axis = AXIS_NAMES[self.depth_axis()];
         match self.slice {
             Some([from, to]) => format!("cut at {axis} = {:.4} m", 0.5 * (from + to)),
             None if self.depth_axis() == up => "from above".to_owned(),

@@ -11,7 +11,7 @@ use sph::space::components::Components;
 use sph::space::tensors::{SpaceSymmetric, SpaceTensor, SpaceVector};
 use sph::sums::ordered_sum;
 
-use crate::system::model::{FluidModel, Probe, Segment};
+use crate::system::model::{FluidModel, Parallelogram, Probe, Segment};
 use crate::system::state::FluidState;
 
 sph::constants! {
@@ -42,9 +42,17 @@ pub fn values<S: Space>(
             Probe::Point(x) => point(model, state, x, values),
             Probe::FlowRate(segment) => values.push(flow_rate(model, state, segment)),
             // Prepared as probes of their own when the model is built.
-            Probe::Plain(FluidProbeKind::Point(_) | FluidProbeKind::FlowRate(..)) => {}
+            Probe::SurfaceFlux(surface) => values.push(surface_flux(model, state, surface)),
+            Probe::Plain(
+                FluidProbeKind::Point(_) | FluidProbeKind::FlowRate(..) | FluidProbeKind::SurfaceFlux(..),
+            ) => {}
             Probe::Plain(FluidProbeKind::WaterLevel(x)) => {
-                values.push(water_level(model, state, connected(), *x))
+                let mut place = S::Vector::zeros();
+                place[0] = *x;
+                values.push(surface_along(model, state, connected(), &place, S::DIMENSIONS - 1))
+            }
+            Probe::Plain(FluidProbeKind::Gauge(place, axis)) => {
+                values.push(surface_along(model, state, connected(), place, *axis as usize))
             }
             Probe::Plain(FluidProbeKind::Front) => values.push(front(state, connected())),
             Probe::Plain(FluidProbeKind::Region(region)) => {
@@ -101,19 +109,59 @@ fn flow_rate<S: Space>(model: &FluidModel<S>, state: &FluidState<S>, segment: &S
     ordered_sum(state.len(), flux)
 }
 
-/// Highest place, along the last axis, of the connected fluid within a spacing of `x` along the first, plus half a
-/// spacing; not a number where it is dry.
-fn water_level<S: Space>(model: &FluidModel<S>, state: &FluidState<S>, connected: &[u32], x: f64) -> f64 {
+/// Volume flux through the parallelogram `surface` \[m³/s\].
+///
+/// ```text
+/// Q = Σ V_j v_j·n ∫ W(|x − x_j|) dA
+/// ```
+fn surface_flux<S: Space>(model: &FluidModel<S>, state: &FluidState<S>, surface: &Parallelogram<S>) -> f64 {
+    let (Parallelogram { corner, edges, gradients, normal, area }, kernel) = (*surface, &model.kernel);
+    let support = kernel.support_radius();
+    let flux = |i: usize| {
+        let offset = model.domain.separation(&state.position[i], &corner);
+        let distance = offset.dot(&normal);
+        let half = (support * support - distance * distance).max(0.0).sqrt();
+        // Of the square around the support's disc, in coordinates along the edges, what is inside.
+        let ranges = gradients.map(|gradient| {
+            let (middle, reach) = (offset.dot(&gradient), half * gradient.norm());
+            (middle - reach).max(0.0)..(middle + reach).min(1.0)
+        });
+        if half == 0.0 || ranges.iter().any(|range| range.is_empty()) {
+            return 0.0;
+        }
+        let steps = ranges.each_ref().map(|range| (range.end - range.start) / f64::from(FLUX_INTERVALS));
+        let place = |axis: usize, k: u32| ranges[axis].start + (f64::from(k) + 0.5) * steps[axis];
+        let mut integral = 0.0;
+        for j in 0..FLUX_INTERVALS {
+            let from_row = offset - edges[0] * place(0, j);
+            integral += (0..FLUX_INTERVALS)
+                .map(|k| kernel.value((from_row - edges[1] * place(1, k)).norm()))
+                .sum::<f64>();
+        }
+        let share = integral * steps[0] * steps[1] * area;
+        state.mass[i] / state.density[i] * state.velocity[i].dot(&normal) * share
+    };
+    ordered_sum(state.len(), flux)
+}
+
+/// Farthest place against gravity, along `axis`, of the connected fluid within a spacing of the line along it through
+/// `place`, with half a spacing added; not a number where that is dry.
+fn surface_along<S: Space>(
+    model: &FluidModel<S>,
+    state: &FluidState<S>,
+    connected: &[u32],
+    place: &S::Vector,
+    axis: usize,
+) -> f64 {
     let spacing = model.constants.particle_spacing;
     let near = |i: &&u32| {
-        let x_i = &state.position[**i as usize];
-        let mut beside = *x_i;
-        beside[0] = x;
-        model.domain.separation(&beside, x_i)[0].abs() <= spacing
+        let offset = model.domain.separation(place, &state.position[**i as usize]);
+        (0..S::DIMENSIONS).filter(|other| *other != axis).all(|other| offset[other].abs() <= spacing)
     };
-    let height = |i: &u32| state.position[*i as usize][S::DIMENSIONS - 1];
+    let up = if model.body_force.gravity()[axis] > 0.0 { -1.0 } else { 1.0 };
+    let height = |i: &u32| up * state.position[*i as usize][axis];
     let highest = connected.iter().filter(near).map(height).reduce(f64::max);
-    highest.map_or(f64::NAN, |height| height + 0.5 * spacing)
+    highest.map_or(f64::NAN, |height| up * (height + 0.5 * spacing))
 }
 
 /// 99.5 percentile (nearest rank) of x of the connected fluid; not a number without fluid.

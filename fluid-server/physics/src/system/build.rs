@@ -10,7 +10,7 @@ use sph::space::Space;
 use sph::space::tensors::SpaceVector;
 
 use super::list_limits::skins;
-use super::model::{FluidModel, PairLaw, Probe, Segment, Viscosity};
+use super::model::{FluidModel, PairLaw, Parallelogram, Probe, Segment, Viscosity};
 use super::setup_errors::setup_errors;
 use super::state::FluidState;
 use super::thresholds::Thresholds;
@@ -117,8 +117,28 @@ fn prepared<S: Space>(probe: FluidProbe<S>) -> Probe<S> {
             (normal[0], normal[1]) = (along[1], -along[0]);
             Probe::FlowRate(Segment { middle: (from + to) * 0.5, along, normal, length })
         }
+        FluidProbeKind::SurfaceFlux(corner, first, second) => {
+            Probe::SurfaceFlux(parallelogram(corner, [first - corner, second - corner]))
+        }
         kind => Probe::Plain(kind),
     }
+}
+
+/// The parallelogram of `edges` \[m\] from `corner`. With a space of two dimensions there is no normal: a set-up with the
+/// probe has been refused.
+fn parallelogram<S: Space>(corner: S::Vector, edges: [S::Vector; 2]) -> Parallelogram<S> {
+    let [a, b] = edges;
+    let (aa, bb, ab) = (a.norm_squared(), b.norm_squared(), a.dot(&b));
+    let square = aa * bb - ab * ab;
+    let gradients = [(a * bb - b * ab) / square, (b * aa - a * ab) / square];
+    let mut normal = S::Vector::zeros();
+    if S::DIMENSIONS == 3 {
+        for axis in 0..3 {
+            let (j, k) = ((axis + 1) % 3, (axis + 2) % 3);
+            normal[axis] = (a[j] * b[k] - a[k] * b[j]) / square.sqrt();
+        }
+    }
+    Parallelogram { corner, edges, gradients, normal, area: square.sqrt() }
 }
 
 /// The state at `time` \[s\], before any stage has been evaluated.

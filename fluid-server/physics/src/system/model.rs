@@ -85,6 +85,8 @@ pub enum Probe<S: Space> {
     Point(S::Vector),
     /// Volume flux through a segment.
     FlowRate(Segment<S>),
+    /// Volume flux through a parallelogram.
+    SurfaceFlux(Parallelogram<S>),
     /// All others.
     Plain(FluidProbeKind<S>),
 }
@@ -100,6 +102,21 @@ pub struct Segment<S: Space> {
     pub normal: S::Vector,
     /// Length \[m\].
     pub length: f64,
+}
+
+/// A plane parallelogram in space.
+#[derive(Clone, Copy, Debug)]
+pub struct Parallelogram<S: Space> {
+    /// One of its corners \[m\].
+    pub corner: S::Vector,
+    /// Edges from there \[m\].
+    pub edges: [S::Vector; 2],
+    /// The gradients of the coordinates along the edges, which are 1 at their ends \[1/m\].
+    pub gradients: [S::Vector; 2],
+    /// Unit vector across it, along which a flux is positive.
+    pub normal: S::Vector,
+    /// Area \[m²\].
+    pub area: f64,
 }
 
 /// Form of viscosity in Eq. (22).

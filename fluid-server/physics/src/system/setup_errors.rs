@@ -1,10 +1,17 @@
 //! Errors of a set-up.
 
-use sph::setup::{Contradiction, FluidParticles, FluidProbeKind, FluidSetup, ParameterSet, WallParticles};
-use sph::space::Space;
+use sph::setup::{
+    Contradiction, FluidParticles, FluidProbe, FluidProbeKind, FluidSetup, ParameterSet, ProbeKind,
+    WallParticles,
+};
 use sph::space::components::Components;
+use sph::space::tensors::SpaceVector;
+use sph::space::{AXIS_NAMES, Space};
 
 use super::list_limits::skins;
+
+/// Squares of sines, or lengths \[m\], up to which points count as one.
+const LEAST_EXTENT: f64 = 1e-12;
 
 /// Everything that would make the solver read outside its arrays or divide by zero.
 pub fn setup_errors<S: Space>(setup: &FluidSetup<S>) -> Vec<String> {
@@ -13,7 +20,9 @@ pub fn setup_errors<S: Space>(setup: &FluidSetup<S>) -> Vec<String> {
     particle_errors(&setup.particles, setup.regions.len(), &mut errors);
     wall_errors(&setup.wall_particles, setup.walls.len(), &mut errors);
     for probe in &setup.probes {
+        probe_geometry_errors(probe, &mut errors);
         let (index, count, what) = match probe.kind {
+            FluidProbeKind::Gauge(_, axis) => (axis, S::DIMENSIONS, "axis"),
             FluidProbeKind::Region(Some(region)) => (region, setup.regions.len(), "region"),
             FluidProbeKind::WallForce(wall) => (wall, setup.walls.len(), "wall"),
             _ => continue,
@@ -23,6 +32,27 @@ pub fn setup_errors<S: Space>(setup: &FluidSetup<S>) -> Vec<String> {
         }
     }
     errors
+}
+
+/// Probes of the other space, and those through nothing.
+fn probe_geometry_errors<S: Space>(probe: &FluidProbe<S>, errors: &mut Vec<String>) {
+    let (wanted, extent) = match probe.kind {
+        FluidProbeKind::WaterLevel(_) => (2, 1.0),
+        FluidProbeKind::FlowRate(from, to) => (2, (to - from).norm()),
+        FluidProbeKind::SurfaceFlux(corner, first, second) => {
+            let (a, b) = (first - corner, second - corner);
+            // The square of the sine of the angle between the edges.
+            (3, 1.0 - a.dot(&b).powi(2) / (a.norm_squared() * b.norm_squared()))
+        }
+        _ => return,
+    };
+    let (name, word) = (&probe.name, probe.kind.word());
+    if wanted != S::DIMENSIONS {
+        errors
+            .push(format!("probe `{name}`: `{word}` needs {wanted} dimensions, there are {}", S::DIMENSIONS));
+    } else if extent.is_nan() || extent <= LEAST_EXTENT {
+        errors.push(format!("probe `{name}`: `{word}` has its points on one line or in one place"));
+    }
 }
 
 /// Whether all components are finite.
@@ -40,7 +70,7 @@ fn constants_errors<S: Space>(setup: &FluidSetup<S>, errors: &mut Vec<String>) {
         &setup.run.domain,
         4.0 * parameters.smoothing_length() + 2.0 * skins(parameters.particle_spacing).thickest,
     );
-    for (axis, name) in ["x", "y", "z"].into_iter().take(S::DIMENSIONS).enumerate() {
+    for (axis, name) in AXIS_NAMES.into_iter().take(S::DIMENSIONS).enumerate() {
         let size = domain.size()[axis];
         if domain.periodic[axis] && size < smallest {
             errors.push(format!(

@@ -14,8 +14,10 @@ use crate::space::SolidSpace;
 pub struct Support<S: SolidSpace> {
     /// Components held.
     pub held: S::Of<bool>,
-    /// Motion of the held components; `None` holds them where they are.
+    /// Motion of the held components, or of the pivot; `None` holds them where they are.
     pub motion: Option<PrescribedMotion<S>>,
+    /// Point of a rigid body about which it turns, at the start \[m\].
+    pub pivot: Option<S::Vector>,
     /// Time from which the support no longer acts \[s\]; infinite if it always does.
     pub release_time: f64,
     /// Particles held.
@@ -62,7 +64,12 @@ pub fn acts(release_time: f64, time: &StageTime) -> bool {
 impl<S: SolidSpace> Support<S> {
     /// Whether the support acts in the step of `time`.
     pub fn acts(&self, time: &StageTime) -> bool {
-        !self.particles.is_empty() && acts(self.release_time, time)
+        (!self.particles.is_empty() || self.pivot.is_some()) && acts(self.release_time, time)
+    }
+
+    /// Whether it has a reaction along `axis`.
+    pub fn binds(&self, axis: usize) -> bool {
+        self.held[axis] || self.pivot.is_some()
     }
 
     /// Whether it holds all components.
@@ -87,7 +94,7 @@ impl<S: SolidSpace> Support<S> {
 impl<S: SolidSpace> SupportTarget<'_, S> {
     /// Prescribed position \[m\] and velocity \[m/s\] of a held particle with reference point `origin`; at rest it stays
     /// at `base`.
-    fn of(&self, origin: &S::Vector, base: &S::Vector) -> (S::Vector, S::Vector) {
+    pub fn of(&self, origin: &S::Vector, base: &S::Vector) -> (S::Vector, S::Vector) {
         match &self.motion {
             Some([_, motion]) => (motion.position(origin), motion.velocity(origin)),
             None => (*base, S::Vector::zeros()),
@@ -171,6 +178,7 @@ pub fn build_supports<S: SolidSpace>(
         let mut support = Support {
             held: S::axes(|axis| setup.held.as_ref()[axis]),
             motion,
+            pivot: setup.pivot,
             release_time: setup.release_time.unwrap_or(f64::INFINITY),
             particles: Vec::new(),
         };

@@ -49,6 +49,16 @@ pub fn build_bodies<S: SolidSpace>(
                 body.name
             ));
         }
+        if body.supports.iter().any(|support| support.pivot.is_some()) {
+            if !matches!(body.formulation, Formulation::Rigid) {
+                errors.push(format!(
+                    "body `{}`: a pivot needs a rigid body; hold particles instead",
+                    body.name
+                ));
+            } else if body.supports.len() > 1 {
+                errors.push(format!("body `{}`: a pivot must be its only support", body.name));
+            }
+        }
         let connected: Vec<S::Vector> =
             range.clone().map(|i| particles.position[i] + image_offset(domain, &image_counts[i])).collect();
         let members = &setup.particles.support[range.clone()];
@@ -62,8 +72,14 @@ pub fn build_bodies<S: SolidSpace>(
             image_counts: &image_counts[range.clone()],
         };
         let spacing = setup.particle_spacing;
-        let (formulation, motion, wave_limits) =
-            formulate(body, spacing, arithmetic, &constants, &places, particles.view_mut(range));
+        let (formulation, motion, wave_limits) = formulate(
+            body,
+            (spacing, start_time),
+            arithmetic,
+            &constants,
+            &places,
+            particles.view_mut(range),
+        );
         let wall_exemption = wall_exemption(domain, &supports, &connected, &walls.start, clearance);
         rigid.push(motion);
         bodies.push(Body {
@@ -93,10 +109,11 @@ struct Places<'a, S: SolidSpace> {
     image_counts: &'a [S::Of<i32>],
 }
 
-/// Formulation, rigid motion and wave limits of `body`; the motion of a rigid body is written to `particles`.
+/// Formulation, rigid motion and wave limits of `body` of particles of `spacing` \[m\] at `start_time` \[s\]; the motion of a
+/// rigid body is written to `particles`.
 fn formulate<S: SolidSpace>(
     body: &BodySetup<S>,
-    spacing: f64,
+    (spacing, start_time): (f64, f64),
     arithmetic: Arithmetic,
     constants: &BodyConstants<'_, S>,
     places: &Places<'_, S>,
@@ -124,8 +141,13 @@ fn formulate<S: SolidSpace>(
             (Box::new(body), RigidState::default(), limits)
         }
         Formulation::Rigid => {
-            let (body, motion) =
-                RigidBody::new(constants, places.connected, particles.velocity, particles.density);
+            let (body, motion) = RigidBody::new(
+                constants,
+                start_time,
+                places.connected,
+                particles.velocity,
+                particles.density,
+            );
             body.place(constants, &motion, places.image_counts, particles);
             (Box::new(body), motion, WaveLimits::NONE)
         }

@@ -28,6 +28,12 @@ use crate::space::SolidSpace;
 ///
 /// In space I turns with the body; the angular momentum Iω is what torques change, so that it is kept without.
 ///
+/// A body with a pivot at p, at rest or moved, turns about it instead, with a = c − p from there to the centre:
+///
+/// ```text
+/// d(I_p ω)/dt = Σ (x − p) × F − M a × dv_p/dt,  I_p = I + I_r(M, a),  V = v_p + ω × a
+/// ```
+///
 /// Particles are placed by centre and rotation each time, so that the shape stays rigid to round-off however long the
 /// run. Only forces from outside move it; neither stress nor density evolves.
 pub struct RigidBody<S: SolidSpace> {
@@ -37,8 +43,21 @@ pub struct RigidBody<S: SolidSpace> {
     inertia: RigidInertia<S>,
     /// Particles relative to the centre at the start \[m\].
     arms: Vec<S::Vector>,
-    /// For each support the origin of the centre, see `PrescribedMotion::origin` \[m\].
+    /// For each support the origin of the centre, or of the pivot, see `PrescribedMotion::origin` \[m\].
     origins: Vec<S::Vector>,
+    /// What turns about a pivot, where a support is one.
+    hinge: Option<Hinge<S>>,
+}
+
+/// A body about its pivot.
+#[derive(Clone, Copy)]
+struct Hinge<S: SolidSpace> {
+    /// Index of the support.
+    support: usize,
+    /// From the pivot to the centre, without rotation \[m\].
+    arm: S::Vector,
+    /// Moment of inertia about the pivot, without rotation.
+    inertia: S::Inertia,
 }
 
 /// Resultant of the forces on a body.
@@ -60,9 +79,10 @@ impl<S: SolidSpace> AddAssign for Wrench<S> {
 impl<S: SolidSpace> RigidBody<S> {
     /// A body of particles at `position` \[m\], connected across periodic sides, and its motion at the start: of equal
     /// momentum, and of the angular velocity Σ m r × v / Σ m |r|², in space (Σ I_r)⁻¹ Σ m r × v, which keeps a rotation that
-    /// the velocities describe.
+    /// the velocities describe. A pivot that acts at `start_time` \[s\] has its own velocity then.
     pub fn new(
         constants: &BodyConstants<'_, S>,
+        start_time: f64,
         position: &[S::Vector],
         velocity: &[S::Vector],
         density: &[f64],
@@ -76,16 +96,27 @@ impl<S: SolidSpace> RigidBody<S> {
         let of_places: S::Inertia = ordered_sum(n, |i| S::point_inertia(m[i], &arms[i]));
         let cells: S::Inertia = ordered_sum(n, |i| <S as SolidSpace>::cell_inertia(m[i], density[i]));
         let angular_momentum: S::Spin = ordered_sum(n, |i| S::cross(&arms[i], &velocity[i]) * m[i]);
-        let origins = constants.supports.iter().map(|support| support.origin(&centre)).collect();
+        let bound = |support: &Support<S>| support.origin(&support.pivot.unwrap_or(centre));
+        let origins: Vec<S::Vector> = constants.supports.iter().map(bound).collect();
         let inertia = RigidInertia { total: of_places + cells, cells };
         let angular_velocity = S::described_spin(of_places, inertia.total, angular_momentum);
-        let state = RigidState {
+        let hinge = constants.supports.iter().enumerate().find_map(|(support, of)| {
+            let arm = centre - of.pivot?;
+            Some(Hinge { support, arm, inertia: inertia.total + S::point_inertia(mass, &arm) })
+        });
+        let mut state = RigidState {
             centre,
             velocity: mean_velocity,
             rotation: S::Rotation::default(),
             angular_velocity,
         };
-        (Self { mass, inertia, arms, origins }, state)
+        let starts = |hinge: &Hinge<S>| constants.supports[hinge.support].release_time > start_time;
+        if let Some(hinge) = hinge.filter(starts) {
+            let target = constants.supports[hinge.support].target(start_time);
+            let (_, v) = target.of(&origins[hinge.support], &S::Vector::zeros());
+            state.velocity = v + S::spin_cross(angular_velocity, &hinge.arm);
+        }
+        (Self { mass, inertia, arms, origins, hinge }, state)
     }
 
     /// `motion` with the supports imposed that act in the step of `time`, at `target` \[s\].
@@ -97,8 +128,8 @@ impl<S: SolidSpace> RigidBody<S> {
         base: &RigidState<S>,
         mut motion: RigidState<S>,
     ) -> RigidState<S> {
-        for (support, origin) in supports.iter().zip(&self.origins).filter(|(support, _)| support.acts(time))
-        {
+        let acts = |support: &Support<S>| support.pivot.is_none() && support.acts(time);
+        for (support, origin) in supports.iter().zip(&self.origins).filter(|(support, _)| acts(support)) {
             support.target(target).impose_on_rigid(origin, base, &mut motion);
         }
         motion
@@ -116,6 +147,57 @@ impl<S: SolidSpace> RigidBody<S> {
     /// Velocity gained in `duration` \[s\].
     fn gain(&self, wrench: &Wrench<S>, duration: f64) -> S::Vector {
         wrench.force * (duration / self.mass)
+    }
+
+    /// The hinge, if it acts in the step of `time`.
+    fn acting_hinge(&self, supports: &[Support<S>], time: &StageTime) -> Option<&Hinge<S>> {
+        self.hinge.as_ref().filter(|hinge| supports[hinge.support].acts(time))
+    }
+
+    /// Place and velocity of the pivot of a body that was at `base` when the step began, at `time` \[s\].
+    fn pivot(
+        &self,
+        hinge: &Hinge<S>,
+        supports: &[Support<S>],
+        base: &RigidState<S>,
+        time: f64,
+    ) -> (S::Vector, S::Vector) {
+        let at_base = base.centre - S::rotation_matrix(base.rotation) * hinge.arm;
+        supports[hinge.support].target(time).of(&self.origins[hinge.support], &at_base)
+    }
+
+    /// The motion about a pivot at `place` with `velocity`.
+    fn about(
+        &self,
+        hinge: &Hinge<S>,
+        (place, velocity): (S::Vector, S::Vector),
+        (rotation, angular_velocity): (S::Rotation, S::Spin),
+    ) -> RigidState<S> {
+        let arm = S::rotation_matrix(rotation) * hinge.arm;
+        let velocity = velocity + S::spin_cross(angular_velocity, &arm);
+        RigidState { centre: place + arm, velocity, rotation, angular_velocity }
+    }
+
+    /// Angular velocity of a body about its pivot after the forces of `wrench`, which act at the rotation `acting`, for
+    /// `duration` \[s\], while it turns between `rotations` and the pivot gains the velocity `gained` \[m/s\].
+    fn spin_about(
+        &self,
+        hinge: &Hinge<S>,
+        (wrench, acting): (&Wrench<S>, S::Rotation),
+        rotations: [S::Rotation; 2],
+        spin: S::Spin,
+        (duration, gained): (f64, S::Vector),
+    ) -> S::Spin {
+        let arm = S::rotation_matrix(acting) * hinge.arm;
+        let impulse = wrench.force * duration - gained * self.mass;
+        let angular_impulse = wrench.torque * duration + S::cross(&arm, &impulse);
+        S::spin_after(hinge.inertia, rotations, spin, angular_impulse, 1.0)
+    }
+
+    /// Velocity of the pivot of a body that moves as `motion`.
+    fn pivot_velocity(&self, hinge: &Hinge<S>, motion: &RigidState<S>) -> S::Vector {
+        let arm = S::rotation_matrix(motion.rotation) * hinge.arm;
+        motion.velocity - S::spin_cross(motion.angular_velocity, &arm)
     }
 
     /// Change of the angular momentum about the centre from `from` to `to`.
@@ -215,7 +297,22 @@ impl<S: SolidSpace> BodyFormulation<S> for RigidBody<S> {
                 duration,
             ),
         };
-        *next_rigid = self.held(step.constants.supports, step.time, step.time.target_time(), base, free);
+        let (supports, target) = (step.constants.supports, step.time.target_time());
+        *next_rigid = match self.acting_hinge(supports, step.time) {
+            Some(hinge) => {
+                let pivot = self.pivot(hinge, supports, base, target);
+                let gained = pivot.1 - self.pivot_velocity(hinge, base);
+                let spin = self.spin_about(
+                    hinge,
+                    (&wrench, stage.rotation),
+                    [base.rotation, rotation],
+                    base.angular_velocity,
+                    (duration, gained),
+                );
+                self.about(hinge, pivot, (rotation, spin))
+            }
+            None => self.held(supports, step.time, target, base, free),
+        };
         next.density.copy_from_slice(step.base.density);
         next.deviatoric_stress.copy_from_slice(step.base.deviatoric_stress);
         let particles = ParticleViewMut { position: next.position, velocity: next.velocity, ..next };
@@ -244,15 +341,30 @@ impl<S: SolidSpace> BodyFormulation<S> for RigidBody<S> {
             wrench.torque,
             kick.duration,
         );
-        let held = self.held(kick.constants.supports, kick.time, kick.target, kick.base_rigid, *motion);
+        let supports = kick.constants.supports;
+        let held = match self.acting_hinge(supports, kick.time) {
+            Some(hinge) => {
+                let pivot = self.pivot(hinge, supports, kick.base_rigid, kick.target);
+                let gained = pivot.1 - self.pivot_velocity(hinge, &start);
+                let spin = self.spin_about(
+                    hinge,
+                    (&wrench, start.rotation),
+                    [start.rotation; 2],
+                    start.angular_velocity,
+                    (kick.duration, gained),
+                );
+                self.about(hinge, pivot, (start.rotation, spin))
+            }
+            None => self.held(supports, kick.time, kick.target, kick.base_rigid, *motion),
+        };
         // A kick turns nothing.
         let held = RigidState { rotation: motion.rotation, ..held };
-        let supports = self.held_moment(&kick.constants, &motion.centre, motion, &held);
+        let by_supports = self.held_moment(&kick.constants, &motion.centre, motion, &held);
         let work = self.held_work(&start, motion, &held);
         motion.velocity = held.velocity;
         motion.angular_velocity = held.angular_velocity;
         self.place(&kick.constants, motion, kick.image_counts, particles);
-        AngularImpulse { supports, scheme: S::Spin::default(), work }
+        AngularImpulse { supports: by_supports, scheme: S::Spin::default(), work }
     }
 
     fn drift(
@@ -261,10 +373,25 @@ impl<S: SolidSpace> BodyFormulation<S> for RigidBody<S> {
         particles: ParticleViewMut<'_, S>,
         motion: &mut RigidState<S>,
     ) -> AngularImpulse<S> {
+        let supports = drift.constants.supports;
+        if let Some(hinge) = self.acting_hinge(supports, drift.time) {
+            let start = *motion;
+            let turned = S::coasted(hinge.inertia, start.rotation, start.angular_velocity, drift.duration);
+            let (place, _) = self.pivot(hinge, supports, drift.base_rigid, drift.target);
+            *motion = self.about(hinge, (place, self.pivot_velocity(hinge, &start)), turned);
+            self.place(&drift.constants, motion, drift.image_counts, particles);
+            let origin = drift.constants.domain.torque_origin();
+            let moment = |motion: &RigidState<S>| S::cross(&(motion.centre - origin), &motion.velocity);
+            return AngularImpulse {
+                supports: (moment(motion) - moment(&start)) * self.mass + self.angular_gain(&start, motion),
+                scheme: S::Spin::default(),
+                work: self.held_work(&start, &start, motion),
+            };
+        }
         motion.centre += motion.velocity * drift.duration;
         (motion.rotation, motion.angular_velocity) =
             S::coasted(self.inertia.total, motion.rotation, motion.angular_velocity, drift.duration);
-        let held = self.held(drift.constants.supports, drift.time, drift.target, drift.base_rigid, *motion);
+        let held = self.held(supports, drift.time, drift.target, drift.base_rigid, *motion);
         let held = RigidState { angular_velocity: motion.angular_velocity, ..held };
         let scheme = S::cross(&(held.centre - motion.centre), &motion.velocity) * self.mass
             + self.angular_gain(motion, &held);

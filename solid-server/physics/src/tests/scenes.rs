@@ -157,12 +157,12 @@ pub fn add_support<S: Space>(
 
 /// A support that holds all components at rest.
 pub fn clamp() -> Support {
-    Support { name: "clamp".into(), held: [true, true], motion: None, release_time: None }
+    Support { name: "clamp".into(), held: [true, true], motion: None, pivot: None, release_time: None }
 }
 
 /// The same in space.
 pub fn spatial_clamp() -> Support<Spatial> {
-    Support { name: "clamp".into(), held: [true; 3], motion: None, release_time: None }
+    Support { name: "clamp".into(), held: [true; 3], motion: None, pivot: None, release_time: None }
 }
 
 /// Adds a wall of the given particles.

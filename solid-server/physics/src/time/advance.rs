@@ -5,6 +5,7 @@ use sph::coupling::stage::{Stage, StageTime};
 use sph::space::tensors::SpaceVector;
 use sph::sums::ordered_sum;
 
+use crate::boundary::supports::Support;
 use crate::formulations::body::Body;
 use crate::formulations::formulation::{AngularImpulse, BodyStep};
 use crate::particles::variables::{Particles, image_offset};
@@ -165,7 +166,8 @@ pub fn take_reactions<S: SolidSpace>(
     }
 }
 
-/// Distributes the resultant reaction on a rigid body among its supports, by the number of particles they hold.
+/// Distributes the resultant reaction on a rigid body among its supports, by the number of particles they hold; a pivot is
+/// the only support of its body.
 fn rigid_reactions<S: SolidSpace>(
     body: &Body<S>,
     time: &StageTime,
@@ -173,15 +175,16 @@ fn rigid_reactions<S: SolidSpace>(
     reactions: &mut [S::Vector],
 ) {
     let acting =
-        |axis: usize| body.supports.iter().enumerate().filter(move |(_, s)| s.held[axis] && s.acts(time));
+        |axis: usize| body.supports.iter().enumerate().filter(move |(_, s)| s.binds(axis) && s.acts(time));
+    let weight = |support: &Support<S>| support.particles.len().max(1);
     if (0..S::DIMENSIONS).all(|axis| acting(axis).next().is_none()) {
         return;
     }
     let missing: S::Vector = ordered_sum(body.range.len(), missing);
     for axis in 0..S::DIMENSIONS {
-        let held: usize = acting(axis).map(|(_, support)| support.particles.len()).sum();
+        let held: usize = acting(axis).map(|(_, support)| weight(support)).sum();
         for (k, support) in acting(axis) {
-            reactions[k][axis] = missing[axis] * support.particles.len() as f64 / held as f64;
+            reactions[k][axis] = missing[axis] * weight(support) as f64 / held as f64;
         }
     }
 }

@@ -82,8 +82,18 @@ pub fn all() -> Vec<&'static dyn Case> {
         &spatial::StillWater3d,
         &spatial::SlabDamBreak,
         &spatial::DuctFlow,
+        &spatial::PipeFlow,
         &spatial::Drop3d,
         &spatial::StandingWave3d,
         &spatial::TaylorGreen3d,
+        &spatial::DamBreakBox,
+        &spatial::Cantilever3d,
+        &spatial::TorsionRod,
+        &spatial::SpinningCube,
+        &spatial::HeavyTop,
+        &spatial::TwistingColumn,
+        &spatial::FallingSphere,
+        &spatial::Floating3d,
+        &spatial::HydrostaticPlate3d,
     ]
 }

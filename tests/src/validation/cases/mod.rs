@@ -95,5 +95,6 @@ pub fn all() -> Vec<&'static dyn Case> {
         &spatial::FallingSphere,
         &spatial::Floating3d,
         &spatial::HydrostaticPlate3d,
+        &spatial::Debris3d,
     ]
 }

@@ -160,7 +160,7 @@ impl Case for HeavyTop {
         let mut plot = Plot::new("precession", "t [s]", "angle of the axis about the vertical [rad]");
         for run in runs {
             let motion = Self::motion(run)?.into_iter();
-            plot.line("computed".into(), motion.map(|(t, about, _)| (t, about.abs())).collect());
+            plot.line("computed", motion.map(|(t, about, _)| (t, about.abs())).collect());
             let (_, rate) = Self::exact(run.member.spacing);
             plot.line("rigid body", vec![(0.0, 0.0), (1.584, 1.584 * rate)]);
         }

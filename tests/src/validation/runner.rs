@@ -131,6 +131,14 @@ impl Run {
         snapshot::series(&self.folder.join("results/snapshots/fluid.pvd"))
     }
 
+    /// Times \[s\] and files of the solid's snapshots, in order.
+    ///
+    /// # Errors
+    /// When they cannot be read.
+    pub fn solid_snapshots(&self) -> Result<Vec<(f64, PathBuf)>, String> {
+        snapshot::series(&self.folder.join("results/snapshots/solid.pvd"))
+    }
+
     /// The number at `path` of the case, such as `fluid.sound_speed_m_s`.
     ///
     /// # Errors

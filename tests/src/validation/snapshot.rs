@@ -40,38 +40,75 @@ pub fn series(path: &Path) -> Result<Vec<(f64, PathBuf)>, String> {
         .collect()
 }
 
+/// A snapshot file whose arrays can be read by name.
+pub struct Arrays {
+    path: PathBuf,
+    header: String,
+    data: Vec<u8>,
+}
+
+impl Arrays {
+    /// Opens the snapshot at `path`.
+    ///
+    /// # Errors
+    /// When it is no snapshot that this program wrote.
+    pub fn open(path: &Path) -> Result<Self, String> {
+        let bad = |reason: &str| format!("`{}`: {reason}", path.display());
+        let bytes = std::fs::read(path).map_err(|e| bad(&e.to_string()))?;
+        let mark: &[u8] = b"<AppendedData encoding=\"raw\">\n    _";
+        let start =
+            bytes.windows(mark.len()).position(|w| w == mark).ok_or_else(|| bad("no appended data"))?;
+        Ok(Self {
+            path: path.to_path_buf(),
+            header: String::from_utf8_lossy(&bytes[..start]).into_owned(),
+            data: bytes[start + mark.len()..].to_vec(),
+        })
+    }
+
+    /// All numbers of the array `name`, particle by particle; vectors have three components.
+    ///
+    /// # Errors
+    /// When there is no such array.
+    pub fn numbers(&self, name: &str) -> Result<Vec<f64>, String> {
+        Ok(f64s(&self.bytes(name)?))
+    }
+
+    /// All whole numbers of the array `name`, such as `group`, particle by particle.
+    ///
+    /// # Errors
+    /// When there is no such array.
+    pub fn integers(&self, name: &str) -> Result<Vec<u32>, String> {
+        let bytes = self.bytes(name)?;
+        Ok(bytes.chunks_exact(4).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect())
+    }
+
+    fn bytes(&self, name: &str) -> Result<Vec<u8>, String> {
+        let bad = |reason: &str| format!("`{}`: {reason}", self.path.display());
+        let quoted = format!("Name=\"{name}\"");
+        let line = self.header.lines().find(|line| line.contains(&quoted)).ok_or_else(|| bad(name))?;
+        let offset = attribute(line, "offset").and_then(|o| o.parse().ok()).ok_or_else(|| bad(name))?;
+        block(&self.data, offset).ok_or_else(|| bad(&format!("array `{name}` is damaged")))
+    }
+}
+
 impl Snapshot {
     /// Reads the fluid particles of the snapshot at `path`; `regions` is the number of fluid regions.
     ///
     /// # Errors
     /// When it is no snapshot that this program wrote.
     pub fn read(path: &Path, regions: u32) -> Result<Self, String> {
-        let bad = |reason: &str| format!("`{}`: {reason}", path.display());
-        let bytes = std::fs::read(path).map_err(|e| bad(&e.to_string()))?;
-        let mark: &[u8] = b"<AppendedData encoding=\"raw\">\n    _";
-        let start =
-            bytes.windows(mark.len()).position(|w| w == mark).ok_or_else(|| bad("no appended data"))?;
-        let header = String::from_utf8_lossy(&bytes[..start]).into_owned();
-        let data = &bytes[start + mark.len()..];
-        let array = |name: &str| -> Result<Vec<u8>, String> {
-            let quoted = format!("Name=\"{name}\"");
-            let line = header.lines().find(|line| line.contains(&quoted)).ok_or_else(|| bad(name))?;
-            let offset = attribute(line, "offset").and_then(|o| o.parse().ok()).ok_or_else(|| bad(name))?;
-            block(data, offset).ok_or_else(|| bad(&format!("array `{name}` is damaged")))
-        };
-        let numbers = |name: &str| array(name).map(|bytes| f64s(&bytes));
+        let arrays = Arrays::open(path)?;
         let vectors = |name: &str| -> Result<Vec<Vector>, String> {
-            Ok(numbers(name)?.chunks(3).map(|x| Vector::new(x[0], x[1])).collect())
+            Ok(arrays.numbers(name)?.chunks(3).map(|x| Vector::new(x[0], x[1])).collect())
         };
-        let group: Vec<u32> =
-            array("group")?.chunks_exact(4).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect();
+        let group = arrays.integers("group")?;
         let fluid = group.iter().filter(|group| **group < regions).count();
         let mut snapshot = Self {
             position: vectors("Points")?,
             velocity: vectors("velocity")?,
-            pressure: numbers("pressure")?,
-            mass: numbers("mass")?,
-            density: numbers("density")?,
+            pressure: arrays.numbers("pressure")?,
+            mass: arrays.numbers("mass")?,
+            density: arrays.numbers("density")?,
             group,
         };
         // The fluid comes first.

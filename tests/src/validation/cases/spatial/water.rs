@@ -1,0 +1,156 @@
+//! Water in a box in space: at rest, as a standing wave, and a dam break against the plane.
+
+use std::f64::consts::PI;
+
+use crate::validation::{Case, Figure, Goal, Member, Run, series};
+
+/// Water at rest in a box.
+pub struct StillWater3d;
+
+/// Mean of the last second \[s\].
+const LAST_SECOND: f64 = 9.0;
+
+impl Case for StillWater3d {
+    fn name(&self) -> &'static str {
+        "still_water_3d"
+    }
+
+    fn about(&self) -> &'static str {
+        "still water in a box in space, slip and no-slip: pressure at the bottom, force on all walls, leaks"
+    }
+
+    fn members(&self) -> Vec<Member> {
+        let short = Member::new("still_water_3d", 0.025).scheme("short").with("time.end_time_s", 1.0).quick();
+        let no_slip =
+            Member::new("still_water_3d", 0.0125).scheme("no-slip").with("wall.0.condition", "no-slip");
+        vec![short, Member::new("still_water_3d", 0.0125), no_slip]
+    }
+
+    fn figures(&self, run: &Run) -> Result<Vec<Figure>, String> {
+        let end = if run.member.scheme == "short" { 1.0 } else { 10.0 };
+        let mean = |column: &str| -> Result<f64, String> {
+            Ok(series::mean(&run.history(column)?, LAST_SECOND.min(0.5 * end), end))
+        };
+        // 1000 kg/m3 of 0.2 m cubed, and 0.175 m above the point.
+        let (weight, pressure) = (1000.0 * 9.81 * 0.008, 1000.0 * 9.81 * 0.175);
+        let goal = |figure: Figure| if run.member.scheme == "short" { figure.report_only() } else { figure };
+        Ok(vec![
+            goal(Figure::compared(
+                "pressure 0.025 m above the bottom [Pa]",
+                mean("bottom_pressure_pa")?,
+                pressure,
+                0.001,
+            )),
+            goal(Figure::compared("force on all walls [N]", -mean("tank_force_z_n")?, weight, 0.001)),
+            Figure::judged("particles lost", run.lost(), Goal::AtMost(0.0)),
+        ])
+    }
+}
+
+/// A dam break that repeats along z against the same in the plane.
+pub struct SlabDamBreak;
+
+/// Scheme of the run in the plane.
+const PLANE: &str = "plane";
+
+impl SlabDamBreak {
+    /// Period of the slab \[m\].
+    const PERIOD: f64 = 0.04;
+}
+
+impl Case for SlabDamBreak {
+    fn name(&self) -> &'static str {
+        "slab_dam_break"
+    }
+
+    fn about(&self) -> &'static str {
+        "dam break periodic in z against the plane to 0.1 s: front, kinetic energy, motion along z"
+    }
+
+    fn members(&self) -> Vec<Member> {
+        let pair = |spacing: f64| {
+            let step = ("time.step.time_step_s", 0.02 * spacing);
+            [
+                Member::new("slab_dam_break_plane", spacing).scheme(PLANE).with(step.0, step.1),
+                Member::new("slab_dam_break", spacing).with(step.0, step.1),
+            ]
+        };
+        let [coarse_plane, coarse] = pair(0.01);
+        let [plane, slab] = pair(0.005);
+        // Five smoothing lengths of the coarse water.
+        let long = |member: Member| {
+            member
+                .with("domain.upper_m", vec![0.5, 0.4, 0.08])
+                .with("fluid.region.0.shape.upper_m", vec![0.1, 0.2, 0.08])
+        };
+        vec![coarse_plane, long(coarse), plane, slab]
+    }
+
+    fn figures(&self, run: &Run) -> Result<Vec<Figure>, String> {
+        if run.member.scheme == PLANE {
+            return Ok(vec![Figure::judged("particles lost", run.lost(), Goal::AtMost(0.0))]);
+        }
+        let state = run.final_fluid()?;
+        let velocity = state.field("velocity").ok_or("no field `velocity`")?;
+        let water = velocity.values.chunks(3).zip(&state.group).filter(|(_, group)| **group == 0);
+        let (mut across, mut fastest) = (0.0_f64, 0.0_f64);
+        for (v, _) in water {
+            across = across.max(v[2].abs());
+            fastest = fastest.max(v.iter().map(|c| c * c).sum::<f64>().sqrt());
+        }
+        Ok(vec![
+            Figure::reported("largest speed along z over the largest speed at 0.1 s", across / fastest),
+            Figure::judged("particles lost", run.lost(), Goal::AtMost(0.0)),
+        ])
+    }
+
+    fn comparison(&self, runs: &[Run]) -> Result<Vec<Figure>, String> {
+        let mut figures = Vec::new();
+        for slab in runs.iter().filter(|run| run.member.scheme != PLANE) {
+            let spacing = slab.member.spacing;
+            let same = |run: &&Run| run.member.scheme == PLANE && run.member.spacing == spacing;
+            let Some(plane) = runs.iter().find(same) else { continue };
+            let front = |run: &Run| Ok::<_, String>(series::at(&run.history("front_front_x_m")?, 0.1));
+            let energy = series::at(&slab.history("water_kinetic_energy_j")?, 0.1)
+                / if spacing > 0.007 { 2.0 * Self::PERIOD } else { Self::PERIOD };
+            let plane_energy = series::at(&plane.history("water_kinetic_energy_j_per_m")?, 0.1);
+            // The difference falls with the spacing; the goal is that of the finer pair.
+            let judged = |figure: Figure| if spacing > 0.007 { figure.report_only() } else { figure };
+            let name = |what: &str| format!("{what} at 0.1 s, {spacing} m");
+            figures.push(judged(Figure::compared(name("front [m]"), front(slab)?, front(plane)?, 0.01)));
+            figures.push(judged(Figure::compared(name("kinetic energy [J/m]"), energy, plane_energy, 0.01)));
+        }
+        Ok(figures)
+    }
+}
+
+/// A standing wave of mode (1, 1).
+pub struct StandingWave3d;
+
+impl Case for StandingWave3d {
+    fn name(&self) -> &'static str {
+        "standing_wave_3d"
+    }
+
+    fn about(&self) -> &'static str {
+        "standing wave of mode (1, 1) in a box in space over 5 periods against linear theory"
+    }
+
+    fn members(&self) -> Vec<Member> {
+        vec![Member::new("standing_wave_3d", 0.025), Member::new("standing_wave_3d", 0.0125)]
+    }
+
+    fn figures(&self, run: &Run) -> Result<Vec<Figure>, String> {
+        // Kinetic energy swings twice a period about half the energy of the wave.
+        let history = run.history("water_kinetic_energy_j")?;
+        let (_, decay, omega) = series::damped_oscillation(&history, (0.1, 2.0 * 9.22728));
+        let period = Figure::compared("period [s]", 2.0 * (2.0 * PI / omega), 0.680_936, 0.01);
+        // The goal is asked for at 20 particles in the depth.
+        let period = if run.member.spacing > 0.013 { period.report_only() } else { period };
+        Ok(vec![
+            period,
+            Figure::reported("decay of the energy [1/s]", decay),
+            Figure::judged("particles lost", run.lost(), Goal::AtMost(0.0)),
+        ])
+    }
+}

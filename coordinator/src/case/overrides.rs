@@ -116,11 +116,12 @@ fn put<'t>(
     })?;
     shift(&mut value, span.start);
     let Some(((_, first), rest)) = steps.split_first() else { return Ok(()) };
-    let mut found = entry(document, first, &span);
+    let key_span = place.span.clone().unwrap_or_default();
+    let mut found = entry(document, first, &key_span, &span);
     for (indexed, step) in rest {
         let problem = |text: String| CaseError::new(place, text);
         found = match found.get_mut() {
-            DeValue::Table(table) if !indexed => entry(table, step, &span),
+            DeValue::Table(table) if !indexed => entry(table, step, &key_span, &span),
             DeValue::Array(list) => {
                 let names: Vec<&str> = list.iter().filter_map(|entry| name_of(entry.get_ref())).collect();
                 let by_name = (!indexed).then(|| names.iter().position(|name| name == step)).flatten();
@@ -140,14 +141,15 @@ fn put<'t>(
     Ok(())
 }
 
-/// The entry of `key` in `table`, where there is none an empty table that stands at `span`.
+/// The entry of `key` in `table`, where there is none an empty table that stands at `span`, its key at `key_span`.
 fn entry<'d, 't>(
     table: &'d mut DeTable<'t>,
     key: &'t str,
+    key_span: &Range<usize>,
     span: &Range<usize>,
 ) -> &'d mut Spanned<DeValue<'t>> {
     table
-        .entry(Spanned::new(span.clone(), Cow::Borrowed(key)))
+        .entry(Spanned::new(key_span.clone(), Cow::Borrowed(key)))
         .or_insert_with(|| Spanned::new(span.clone(), DeValue::Table(DeTable::new())))
 }
 

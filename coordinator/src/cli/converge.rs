@@ -78,7 +78,7 @@ impl ConvergeArguments {
         aligned(&rows).iter().for_each(say);
         let left_out = family.figures.len() - verdicts.len();
         if left_out > 0 {
-            say(format_args!("{left_out} key figures are the same at all resolutions"));
+            say(format_args!("{left_out} key figures are the same at all resolutions, or as another"));
         }
         say(verdict::sentence(&verdicts, tolerance));
         let page = page::write_convergence(&family, &verdicts, &spacings, tolerance)?;

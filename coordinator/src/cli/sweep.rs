@@ -84,7 +84,7 @@ impl SweepArguments {
         let Some(scheduler) = self.emit else { return finish(&sweep::run(&request, each)?) };
         let (folder, manifest) = sweep::plan(&request, each)?;
         let call =
-            Call { program: self.program, threads: threads.unwrap_or(1), jobs: (jobs > 1).then_some(jobs) };
+            Call { program: full_path(self.program), threads: threads.unwrap_or(1), jobs: (jobs > 1).then_some(jobs) };
         let (path, commands) = emit(scheduler, &manifest, &folder, &call)?;
         say(format_args!("{} members planned in {}", manifest.members.len(), folder.display()));
         say(format_args!("written: {}", path.display()));
@@ -92,6 +92,12 @@ impl SweepArguments {
         say(format_args!("then:    coordinator sweep --join {}", folder.display()));
         Ok(())
     }
+}
+
+/// A program in a folder by its full path, since jobs run elsewhere; a name is sought on the PATH of the nodes.
+fn full_path(program: String) -> String {
+    let full = || Some(std::path::absolute(&program).ok()?.to_str()?.to_owned());
+    if program.contains('/') { full().unwrap_or(program) } else { program }
 }
 
 fn make_member(folder: &Path, number: usize, many: ManyRunsArguments) -> Result<(), Failure> {

@@ -83,10 +83,14 @@ impl Verdict {
     }
 }
 
-/// What `family` says of each key figure, those that are the same at all resolutions apart.
+/// What `family` says of each key figure, those apart that are the same at all resolutions, or everywhere as an earlier one.
 pub fn verdicts(family: &Family, tolerance: f64) -> Vec<Verdict> {
-    let all = family.figures.iter().map(|result| Verdict::of(result, tolerance));
-    all.filter(|verdict| !verdict.is_constant()).collect()
+    let means = |result: &FigureResult| -> Vec<Option<f64>> {
+        result.values.iter().map(|at| at.spread.map(|spread| spread.mean)).collect()
+    };
+    let is_new = |k: usize| !family.figures[..k].iter().any(|other| means(other) == means(&family.figures[k]));
+    let all = family.figures.iter().enumerate().filter(|(k, _)| is_new(*k));
+    all.map(|(_, result)| Verdict::of(result, tolerance)).filter(|verdict| !verdict.is_constant()).collect()
 }
 
 /// The answer as a whole, in a sentence or two.

@@ -104,15 +104,18 @@ pub fn lines(overlay: &Overlay) -> Vec<String> {
     lines
 }
 
-/// Rows of cells as lines, columns two spaces apart, the first to the left and numbers to the right.
+/// Rows of cells, heads first, as lines: columns two spaces apart, those of numbers to the right.
 pub fn aligned(rows: &[Vec<String>]) -> Vec<String> {
     let count = rows.iter().map(Vec::len).max().unwrap_or(0);
     let width = |k: usize| rows.iter().filter_map(|row| row.get(k)).map(|cell| cell.chars().count()).max();
     let widths: Vec<usize> = (0..count).map(|k| width(k).unwrap_or(0)).collect();
+    let is_number = |cell: &String| cell.parse::<f64>().is_ok();
+    let numbers: Vec<bool> =
+        (0..count).map(|k| k > 0 && rows.iter().skip(1).filter_map(|row| row.get(k)).any(is_number)).collect();
     let line = |row: &Vec<String>| {
-        let cells = row.iter().zip(&widths).enumerate().map(|(k, (cell, width))| {
-            let number = cell.parse::<f64>().is_ok();
-            if k == 0 || !number { format!("{cell:<width$}") } else { format!("{cell:>width$}") }
+        let cells = row.iter().zip(&widths).zip(&numbers).map(|((cell, width), number)| match number {
+            true => format!("{cell:>width$}"),
+            false => format!("{cell:<width$}"),
         });
         cells.collect::<Vec<_>>().join("  ").trim_end().to_owned()
     };

@@ -60,14 +60,16 @@ fn csv(joined: &Joined) -> std::io::Result<Vec<u8>> {
     writer.into_inner().map_err(|e| e.into_error())
 }
 
-/// Key figures that are shown: the first that vary from member to member.
+/// Key figures that are shown: the first that vary from member to member, those apart that are everywhere as an earlier one.
 fn shown(joined: &Joined) -> Vec<usize> {
+    let of = |k: usize| joined.members.iter().map(move |(_, values)| values[k]);
+    let is_new = |k: &usize| (0..*k).all(|earlier| !of(earlier).eq(of(*k)));
     let varies = |k: &usize| {
         let mut values = joined.members.iter().filter_map(|(_, values)| values[*k]);
         let first = values.next();
         values.any(|value| Some(value) != first)
     };
-    let varying: Vec<usize> = (0..joined.figures.len()).filter(varies).take(MOST_FIGURES).collect();
+    let varying: Vec<usize> = (0..joined.figures.len()).filter(varies).filter(is_new).take(MOST_FIGURES).collect();
     if varying.is_empty() { (0..joined.figures.len()).take(MOST_FIGURES).collect() } else { varying }
 }
 

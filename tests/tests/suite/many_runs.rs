@@ -23,6 +23,7 @@ probe_interval_s = 0.001
 [fluid]
 particle_spacing_m = 0.01
 sound_speed_m_s = 20.0
+rest_density_kg_m3 = 1000.0
 [[fluid.region]]
 name = "water"
 shape = { type = "rectangle", lower_m = [0.0, 0.0], upper_m = [0.1, 0.1] }

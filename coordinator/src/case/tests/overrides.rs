@@ -83,6 +83,7 @@ fn an_error_names_the_override_its_value_and_what_is_allowed() {
 fn keys_that_lead_nowhere_are_refused_with_what_there_is() {
     for (key, value, problem, hint) in [
         ("fluid.kernel_rato", "1.2", "unknown key", "did you mean `kernel_ratio`?"),
+        ("fluid.sound_sped_m_s", "1.2", "unknown key", "did you mean `sound_speed_m_s`?"),
         ("solid.body[2].name", "\"a\"", "the list has no entry `2`", "known here: block, plate"),
         ("solid.body.plat.name", "\"a\"", "the list has no entry `plat`", "did you mean `plate`?"),
         ("fluid.particle_spacing_m.x", "1", "`x` lies below a plain value", ""),

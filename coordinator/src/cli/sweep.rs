@@ -83,8 +83,11 @@ impl SweepArguments {
         let each = progress(&request.run.options);
         let Some(scheduler) = self.emit else { return finish(&sweep::run(&request, each)?) };
         let (folder, manifest) = sweep::plan(&request, each)?;
-        let call =
-            Call { program: full_path(self.program), threads: threads.unwrap_or(1), jobs: (jobs > 1).then_some(jobs) };
+        let call = Call {
+            program: full_path(self.program),
+            threads: threads.unwrap_or(1),
+            jobs: (jobs > 1).then_some(jobs),
+        };
         let (path, commands) = emit(scheduler, &manifest, &folder, &call)?;
         say(format_args!("{} members planned in {}", manifest.members.len(), folder.display()));
         say(format_args!("written: {}", path.display()));

@@ -6,11 +6,11 @@ use std::path::PathBuf;
 use super::verdict::{Verdict, sentence};
 use super::{Family, FigureResult};
 use crate::failure::Failure;
-use crate::overlay::page::{Summing, section, short, wide_table};
+use crate::overlay::page::{Summing, page, section, short, wide_table};
 use crate::overlay::{Overlay, Run};
 use crate::results::files::write_file;
 use crate::results::plots::PlotError;
-use crate::results::report::page::{document, escaped};
+use crate::results::report::page::escaped;
 
 /// Name of the page of a convergence study.
 const CONVERGENCE: &str = "convergence.html";
@@ -108,7 +108,7 @@ fn write(
         sections.push(section);
     }
     let path = family.folder.join(name);
-    let page = document(title, head, after, &sections);
+    let page = page(title, head, &sections, after);
     write_file(&path, |out| out.write_all(page.as_bytes()))?;
     Ok(path)
 }

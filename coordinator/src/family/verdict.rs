@@ -88,7 +88,8 @@ pub fn verdicts(family: &Family, tolerance: f64) -> Vec<Verdict> {
     let means = |result: &FigureResult| -> Vec<Option<f64>> {
         result.values.iter().map(|at| at.spread.map(|spread| spread.mean)).collect()
     };
-    let is_new = |k: usize| !family.figures[..k].iter().any(|other| means(other) == means(&family.figures[k]));
+    let is_new =
+        |k: usize| !family.figures[..k].iter().any(|other| means(other) == means(&family.figures[k]));
     let all = family.figures.iter().enumerate().filter(|(k, _)| is_new(*k));
     all.map(|(_, result)| Verdict::of(result, tolerance)).filter(|verdict| !verdict.is_constant()).collect()
 }

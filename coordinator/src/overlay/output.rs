@@ -110,8 +110,9 @@ pub fn aligned(rows: &[Vec<String>]) -> Vec<String> {
     let width = |k: usize| rows.iter().filter_map(|row| row.get(k)).map(|cell| cell.chars().count()).max();
     let widths: Vec<usize> = (0..count).map(|k| width(k).unwrap_or(0)).collect();
     let is_number = |cell: &String| cell.parse::<f64>().is_ok();
-    let numbers: Vec<bool> =
-        (0..count).map(|k| k > 0 && rows.iter().skip(1).filter_map(|row| row.get(k)).any(is_number)).collect();
+    let numbers: Vec<bool> = (0..count)
+        .map(|k| k > 0 && rows.iter().skip(1).filter_map(|row| row.get(k)).any(is_number))
+        .collect();
     let line = |row: &Vec<String>| {
         let cells = row.iter().zip(&widths).zip(&numbers).map(|((cell, width), number)| match number {
             true => format!("{cell:>width$}"),

@@ -60,8 +60,11 @@ fn figure(runs: &[Run], column: &Column, summing: Summing) -> Result<String, Plo
     let legend: Vec<(String, Rgb)> =
         lines.iter().map(|line| line.name.clone()).zip(LINES.into_iter().cycle()).collect();
     let Meaning { probe, quantity, component, unit } = meaning(&column.name);
-    let title = [probe, quantity, component].into_iter().filter(|part| !part.is_empty());
-    let title = title.collect::<Vec<_>>().join(" ");
+    let quantity = format!("{quantity} {component}");
+    let title = match quantity.trim() {
+        "" => probe,
+        quantity => format!("{probe}: {quantity}"),
+    };
     let chart = Chart { times: &times, lines, unit: &unit, vertical: Vertical::Linear, level: None };
     Ok(svg_figure(&title, &legend, chart.svg()?.as_deref(), "no value at any time"))
 }
@@ -122,10 +125,15 @@ pub fn short(value: f64) -> String {
     }
 }
 
-/// A table over the whole width.
+/// Columns of [`wide_table`] are as wide as what is in them, and its texts keep their lines.
+const STYLE: &str = "<style>.many table { width: auto; } .many th { width: auto; padding-right: 1.2rem; } \
+    .many td { overflow-wrap: normal; white-space: pre-wrap; padding-right: 1.2rem; }</style>";
+
+/// A table whose columns are as wide as what is in them.
 pub fn wide_table(headline: &str, head: &[&str], rows: impl Iterator<Item = Vec<String>>) -> String {
+    let headline = escaped(headline);
     let mut html =
-        format!("<section><h2>{}</h2><figure class=\"wide\"><table><thead><tr>", escaped(headline));
+        format!("<section><h2>{headline}</h2><figure class=\"wide many\">{STYLE}<table><thead><tr>");
     for cell in head {
         html.push_str(&format!("<th scope=\"col\">{}</th>", escaped(cell)));
     }
@@ -140,6 +148,11 @@ pub fn wide_table(headline: &str, head: &[&str], rows: impl Iterator<Item = Vec<
     html + "</tbody></table></figure></section>\n"
 }
 
+/// A page of `sections`, pictures first, since the `tables` below them may be long.
+pub fn page(title: &str, head: &str, sections: &[Section], tables: &str) -> String {
+    document(title, head, "", sections).replacen("</main>", &format!("{tables}</main>"), 1)
+}
+
 /// The page of an overlay.
 ///
 /// # Errors
@@ -149,7 +162,5 @@ pub fn html(overlay: &Overlay) -> Result<String, PlotError> {
     let title = format!("{} runs side by side", names.len());
     let sections = [section(overlay, Summing::None)?];
     let head = "<p>Histories of the probes on common axes. Differences are from the first run.</p>\n";
-    // Pictures first: the tables are long.
-    let page = document(&title, head, "", &sections);
-    Ok(page.replacen("</main>", &format!("{}</main>", tables(overlay)), 1))
+    Ok(page(&title, head, &sections, &tables(overlay)))
 }

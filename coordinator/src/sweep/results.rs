@@ -7,11 +7,11 @@ use super::scatter::{Point, scatter};
 use super::{Joined, batch, member};
 use crate::failure::Failure;
 use crate::overlay::output::aligned;
-use crate::overlay::page::{Summing, section, short, wide_table};
+use crate::overlay::page::{Summing, page, section, short, wide_table};
 use crate::overlay::{Overlay, Run};
 use crate::results::files::write_file;
 use crate::results::plots::PlotError;
-use crate::results::report::page::{Section, document, escaped};
+use crate::results::report::page::{Section, escaped};
 
 /// Name of the table.
 pub const TABLE: &str = "sweep.csv";
@@ -69,7 +69,8 @@ fn shown(joined: &Joined) -> Vec<usize> {
         let first = values.next();
         values.any(|value| Some(value) != first)
     };
-    let varying: Vec<usize> = (0..joined.figures.len()).filter(varies).filter(is_new).take(MOST_FIGURES).collect();
+    let varying: Vec<usize> =
+        (0..joined.figures.len()).filter(varies).filter(is_new).take(MOST_FIGURES).collect();
     if varying.is_empty() { (0..joined.figures.len()).take(MOST_FIGURES).collect() } else { varying }
 }
 
@@ -164,7 +165,7 @@ fn html(joined: &Joined) -> Result<String, Failure> {
         }
         sections.push(section);
     }
-    Ok(document(&title, &head, &after, &sections))
+    Ok(page(&title, &head, &sections, &after))
 }
 
 /// Histories of the first finished members.

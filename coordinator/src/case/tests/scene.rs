@@ -315,6 +315,7 @@ fn intervals_that_a_fixed_step_does_not_divide_are_named() {
     let [only] = &warnings[..] else { panic!("{warnings:?}") };
     assert!(only.contains("`outputs.probe_interval_s`") && only.contains("8.333333e-6 s divides"), "{only}");
     // An adaptive step has no such word.
-    let adaptive = with("probe_interval_s = 2.5e-5").replace("type = \"fixed\", time_step_s = 1e-5", "type = \"adaptive\"");
+    let adaptive = with("probe_interval_s = 2.5e-5")
+        .replace("type = \"fixed\", time_step_s = 1e-5", "type = \"adaptive\"");
     assert!(good(&adaptive).summary().warnings.is_empty());
 }

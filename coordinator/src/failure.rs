@@ -28,13 +28,15 @@ pub enum Kind {
     Different,
     /// The run reached its end with reservations that were to fail it.
     Reserved,
+    /// Members of a sweep are not finished.
+    Incomplete,
     /// A fault of this program.
     Internal,
 }
 
 impl Kind {
     /// All kinds, for the table in the help.
-    pub const ALL: [Kind; 11] = [
+    pub const ALL: [Kind; 12] = [
         Kind::Input,
         Kind::Output,
         Kind::Server,
@@ -45,6 +47,7 @@ impl Kind {
         Kind::Nonconforming,
         Kind::Different,
         Kind::Reserved,
+        Kind::Incomplete,
         Kind::Internal,
     ];
 
@@ -61,6 +64,7 @@ impl Kind {
             Kind::Nonconforming => 9,
             Kind::Different => 10,
             Kind::Reserved => 11,
+            Kind::Incomplete => 12,
             Kind::Internal => terminal::program::FAULT,
         }
     }
@@ -80,6 +84,7 @@ impl Kind {
             Kind::Reserved => {
                 "the run reached its end with reservations, and `--strict` was given; outputs complete"
             }
+            Kind::Incomplete => "members of a sweep failed or are not finished, the others are complete",
             Kind::Internal => "a fault of this program",
         }
     }

@@ -8,7 +8,9 @@
 //! | [`checkpoint`] | states from which a run continues |
 //! | [`resume`], [`replay`], [`check`], [`conform`] | the other commands |
 //! | [`messages`], [`failure`], [`quote`] | what is printed and returned |
+//! | [`batch`] | many runs of one case, several at a time, kept when finished |
 //! | [`family`] | one case at several spacings, sound speeds and seeds |
+//! | [`sweep`], [`overlay`] | a case over values of its keys; finished runs side by side |
 //! | [`study`] | what accuracy costs: `report` |
 //! | [`cli`] | the command line, which nothing else depends on |
 //!
@@ -30,6 +32,7 @@
 //! # Ok::<(), coordinator::failure::Failure>(())
 //! ```
 
+pub mod batch;
 pub mod case;
 pub mod check;
 pub mod checkpoint;
@@ -38,9 +41,11 @@ pub mod conform;
 pub mod failure;
 pub mod family;
 pub mod messages;
+pub mod overlay;
 pub mod quote;
 pub mod replay;
 pub mod results;
 pub mod resume;
 pub mod run;
 pub mod study;
+pub mod sweep;

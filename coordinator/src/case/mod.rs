@@ -60,6 +60,8 @@ pub struct Case {
     pub servers: Servers,
     /// What a run leaves behind.
     pub outputs: Outputs,
+    /// Values that were set over the file, now or when the resolved case that it is was made.
+    overrides: Vec<Override>,
     file: CaseFile,
     scene: AnyScene,
 }
@@ -168,6 +170,7 @@ fn build(source: &Source, directory: &Path, final_state: Loader<'_>, errors: &Er
             ledger_every_steps: file.outputs.ledger_every_steps,
             picture_times: file.outputs.picture_times_s.clone(),
         },
+        overrides: overrides::all(source),
         file,
         scene,
     };
@@ -305,6 +308,13 @@ impl Case {
         self.file.interface.as_ref().is_some_and(|interface| interface.path.value == FramePath::Relay)
     }
 
+    /// Lengths of the periodic directions \[m\].
+    pub fn periods(&self) -> Vec<f64> {
+        let domain = &self.file.domain;
+        let length = |axis: usize| domain.upper_m.value[axis] - domain.lower_m.value[axis];
+        (0..domain.dimensions()).filter(|axis| domain.is_periodic(*axis)).map(length).collect()
+    }
+
     /// Particles that move, of fluid and solids.
     pub fn particles(&self) -> [usize; 2] {
         in_space!(&self.scene, scene => [scene.fluid.id.len(), scene.solid.id.len()])
@@ -365,6 +375,16 @@ impl Case {
     /// Longest wait for the disk to take outputs.
     pub fn disk_deadline(&self) -> std::time::Duration {
         std::time::Duration::from_secs_f64(self.file.deadlines.disk_s)
+    }
+
+    /// Values that were set over the case file, in the order in which they were set; the resolved case holds them.
+    pub fn overrides(&self) -> &[Override] {
+        &self.overrides
+    }
+
+    /// The resolved case with the values that were set over its file as comments at its head, as a run leaves it.
+    pub fn recorded_toml(&self) -> String {
+        overrides::header(&self.overrides) + &self.resolved_toml()
     }
 
     /// The case file with every default written out and nothing left in other files but final states and programs,

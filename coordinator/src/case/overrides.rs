@@ -6,6 +6,7 @@
 use std::borrow::Cow;
 use std::ops::Range;
 
+use serde::{Deserialize, Serialize};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
@@ -19,7 +20,7 @@ const LONGEST: usize = 64 << 10;
 const DEEPEST: usize = 20;
 
 /// A value set over that of a case file.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Override {
     /// Path of the key, such as `fluid.sound_speed_m_s`. An entry of a list goes by its number from 0 or by its name:
     /// `solid.body[0].material.poisson_ratio`, `solid.body.plate.material.poisson_ratio`.
@@ -57,6 +58,29 @@ impl Override {
     }
 }
 
+/// Starts a line of a resolved case that records a value set over the case file.
+const RECORD: &str = "# set: ";
+
+/// Comments for the head of a resolved case that record `overrides`, a line each; [`all`] reads them.
+pub fn header(overrides: &[Override]) -> String {
+    let line = |Override { key, value }: &Override| format!("{RECORD}{key} = {value}\n");
+    overrides.iter().map(line).collect()
+}
+
+/// What was set over the file of `source`: recorded at its head where it is a resolved case, and set over it now. Of several
+/// values of a key the last one is kept.
+pub fn all(source: &Source) -> Vec<Override> {
+    let recorded = source.file().lines().map_while(|line| line.strip_prefix(RECORD)?.split_once(" = "));
+    let text = source.text();
+    let now = source.overrides().iter().map(|(key, value)| (&text[key.clone()], &text[value.clone()]));
+    let mut found: Vec<Override> = Vec::new();
+    for (key, value) in recorded.chain(now) {
+        found.retain(|earlier| earlier.key != key);
+        found.push(Override { key: key.to_owned(), value: value.to_owned() });
+    }
+    found
+}
+
 /// Puts the overrides of `source` into the parsed `document` of its file; those that cannot be are errors.
 pub fn apply<'t>(source: &'t Source, document: &mut DeTable<'t>, errors: &ErrorList) {
     for (key, value) in source.overrides() {
@@ -92,11 +116,12 @@ fn put<'t>(
     })?;
     shift(&mut value, span.start);
     let Some(((_, first), rest)) = steps.split_first() else { return Ok(()) };
-    let mut found = entry(document, first, &span);
+    let key_span = place.span.clone().unwrap_or_default();
+    let mut found = entry(document, first, &key_span, &span);
     for (indexed, step) in rest {
         let problem = |text: String| CaseError::new(place, text);
         found = match found.get_mut() {
-            DeValue::Table(table) if !indexed => entry(table, step, &span),
+            DeValue::Table(table) if !indexed => entry(table, step, &key_span, &span),
             DeValue::Array(list) => {
                 let names: Vec<&str> = list.iter().filter_map(|entry| name_of(entry.get_ref())).collect();
                 let by_name = (!indexed).then(|| names.iter().position(|name| name == step)).flatten();
@@ -116,14 +141,15 @@ fn put<'t>(
     Ok(())
 }
 
-/// The entry of `key` in `table`, where there is none an empty table that stands at `span`.
+/// The entry of `key` in `table`, where there is none an empty table that stands at `span`, its key at `key_span`.
 fn entry<'d, 't>(
     table: &'d mut DeTable<'t>,
     key: &'t str,
+    key_span: &Range<usize>,
     span: &Range<usize>,
 ) -> &'d mut Spanned<DeValue<'t>> {
     table
-        .entry(Spanned::new(span.clone(), Cow::Borrowed(key)))
+        .entry(Spanned::new(key_span.clone(), Cow::Borrowed(key)))
         .or_insert_with(|| Spanned::new(span.clone(), DeValue::Table(DeTable::new())))
 }
 

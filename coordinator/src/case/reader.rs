@@ -268,7 +268,10 @@ impl<'t> Table<'t> {
             }
             meant.extend(suggested);
             let place = Place { key: join(&self.place.key, word), ..place };
-            let error = CaseError::new(&place, "unknown key").hint(suggest(word, &unused));
+            // A value set over the file may mean a key that the file has.
+            let is_near_used = suggested.is_none() && suggestion(word, self.known.iter().copied()).is_some();
+            let hint = suggest(word, if is_near_used { &self.known } else { &unused });
+            let error = CaseError::new(&place, "unknown key").hint(hint);
             let is_table = value.get_ref().is_table();
             self.error(if is_table { error } else { error.value(self.written(&self.place_of(word))) });
         }

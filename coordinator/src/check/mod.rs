@@ -10,6 +10,7 @@ use proto::service::{SetupProblems, SolverFactory, open_checked};
 use sph::coupling::solver::Role;
 use sph::setup::ParticipantSetup;
 
+use crate::case::overrides::Override;
 use crate::case::{Case, Server, Summary};
 use crate::failure::Failure;
 use crate::quote;
@@ -22,12 +23,12 @@ pub struct Checked {
     pub summary: Summary,
 }
 
-/// Checks the case file at `path`, as a run does before its first step.
+/// Checks the case file at `path` with `overrides` set over its values, as a run does before its first step.
 ///
 /// # Errors
-/// All errors of the file, and all that a built-in solver refuses.
-pub fn check(path: &Path) -> Result<Checked, Failure> {
-    let case = crate::run::load(path)?;
+/// All errors of the file and of the overrides, and all that a built-in solver refuses.
+pub fn check(path: &Path, overrides: &[Override]) -> Result<Checked, Failure> {
+    let case = crate::run::load_with(path, overrides)?;
     crate::run::memory::check(&case)?;
     let opened = open(&case)?;
     for (role, limit) in opened.limits {
@@ -108,7 +109,11 @@ impl Checked {
     /// Counts, time steps, constants and warnings, in lines.
     pub fn text(&self) -> String {
         let summary = &self.summary;
-        let mut text = format!("{}: no errors\n\nparticles\n", summary.name);
+        let mut text = format!("{}: no errors\n", summary.name);
+        for Override { key, value } in self.case.overrides() {
+            text.push_str(&quote::clean(&format!("  set: {key} = {value}\n")));
+        }
+        text.push_str("\nparticles\n");
         // Writing to a string cannot fail.
         let mut line = |line: String| {
             text.push_str(&quote::clean(&line));

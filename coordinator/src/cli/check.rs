@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use terminal::say;
 
+use super::set::SetArguments;
 use crate::check;
 use crate::failure::Failure;
 use crate::quote;
@@ -14,6 +15,8 @@ use crate::quote;
 pub(super) struct CheckArguments {
     /// Case file, TOML; see cases/FORMAT.md.
     case: PathBuf,
+    #[command(flatten)]
+    set: SetArguments,
     /// Draw the initial particles to this PNG.
     #[arg(long, value_name = "PNG")]
     picture: Option<PathBuf>,
@@ -24,8 +27,8 @@ pub(super) struct CheckArguments {
 
 impl CheckArguments {
     pub(super) fn execute(&self) -> Result<(), Failure> {
-        let checked = check::check(&self.case)?;
-        let text = if self.resolved { checked.case.resolved_toml() } else { checked.text() };
+        let checked = check::check(&self.case, &self.set.overrides)?;
+        let text = if self.resolved { checked.case.recorded_toml() } else { checked.text() };
         say(text.trim_end());
         if let Some(picture) = &self.picture {
             check::draw(&checked.case, picture)?;

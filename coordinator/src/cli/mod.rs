@@ -3,13 +3,18 @@
 mod check;
 mod colour;
 mod conform;
+mod converge;
+mod many;
 mod node;
 mod options;
+mod overlay;
 mod replay;
 mod report;
 mod resume;
 mod run;
 mod security;
+mod set;
+mod sweep;
 
 use std::ffi::OsString;
 use std::process::ExitCode;
@@ -18,11 +23,14 @@ use clap::{Parser, Subcommand};
 
 use self::check::CheckArguments;
 use self::conform::ConformArguments;
+use self::converge::{ConvergeArguments, EnsembleArguments};
 use self::node::{GuardArguments, NodeArguments};
+use self::overlay::OverlayArguments;
 use self::replay::{CompareArguments, ReplayArguments};
 use self::report::ReportArguments;
 use self::resume::ResumeArguments;
 use self::run::RunArguments;
+use self::sweep::SweepArguments;
 use crate::failure::{Failure, Kind};
 use crate::run::participants::guard::Guard;
 
@@ -55,6 +63,28 @@ enum Command {
     /// Check a case without running it: errors, particle counts, time-step limits, forecast run time.
     #[command(after_help = exit_codes())]
     Check(CheckArguments),
+    /// Run a case over values of its keys: a grid, values side by side, a Latin hypercube, seeds.
+    ///
+    /// Runs here, several at a time, or writes the files for Slurm or Snakemake. Finished members are kept, so that the same
+    /// command continues a sweep that was stopped; members that fail are named, and the others go ahead. Writes sweep.csv, a
+    /// row for each member, sweep.html with the probes on common axes, and manifest.json. Try: `sweep CASE --over
+    /// fluid.sound_speed_m_s=20,30,40 --jobs 2`.
+    #[command(after_help = exit_codes())]
+    Sweep(SweepArguments),
+    /// Say whether a case is converged: three spacings and two sound speeds, observed orders, estimated errors.
+    ///
+    /// The finest run is the case as it is; all runs together cost about 2.3 times as much. Finished runs are kept. Writes
+    /// convergence.html, family.json and members.csv.
+    #[command(after_help = exit_codes())]
+    Converge(ConvergeArguments),
+    /// Run a case with several seeds, where the motion is chaotic: mean and spread of key figures.
+    ///
+    /// Finished runs are kept. Writes ensemble.html, family.json and members.csv.
+    #[command(after_help = exit_codes())]
+    Ensemble(EnsembleArguments),
+    /// Lay finished runs over each other: probes on common axes, peaks, differences from the first.
+    #[command(after_help = exit_codes())]
+    Overlay(OverlayArguments),
     /// Show what accuracy costs: runs cases with known answers over resolution, scheme and step, error against CPU time.
     ///
     /// The quick study takes under five minutes, `--full` as long as it says first. Finished runs are kept, so that a
@@ -104,6 +134,10 @@ pub fn main() -> ExitCode {
         Command::Run(arguments) => arguments.execute(),
         Command::Resume(arguments) => arguments.execute(),
         Command::Check(arguments) => arguments.execute(),
+        Command::Sweep(arguments) => arguments.execute(),
+        Command::Converge(arguments) => arguments.execute(),
+        Command::Ensemble(arguments) => arguments.execute(),
+        Command::Overlay(arguments) => arguments.execute(),
         Command::Report(arguments) => arguments.execute(),
         Command::Conform(arguments) => arguments.execute(),
         Command::Replay(arguments) => arguments.execute(),

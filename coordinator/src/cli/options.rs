@@ -107,6 +107,11 @@ impl From<RunOptionArguments> for RunOptions {
 }
 
 impl RunOptionArguments {
+    /// Compute threads asked for.
+    pub(super) fn threads(&self) -> Option<u16> {
+        self.threads
+    }
+
     fn placement(self) -> Placement {
         if self.in_process {
             return Placement::Threads;

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::options::RunOptionArguments;
+use super::set::SetArguments;
 use crate::failure::Failure;
 use crate::results::directory::Existing;
 use crate::run::{self, RunOutcome, RunRequest};
@@ -14,6 +15,8 @@ use crate::run::{self, RunOutcome, RunRequest};
 pub(super) struct RunArguments {
     /// Case file, TOML; see cases/FORMAT.md.
     case: PathBuf,
+    #[command(flatten)]
+    set: SetArguments,
     #[command(flatten)]
     new: NewRunArguments,
 }
@@ -40,10 +43,10 @@ impl NewRunArguments {
 }
 
 impl From<RunArguments> for RunRequest {
-    fn from(RunArguments { case, new }: RunArguments) -> Self {
+    fn from(RunArguments { case, set, new }: RunArguments) -> Self {
         Self {
             case,
-            overrides: Vec::new(),
+            overrides: set.overrides,
             existing: new.existing(),
             out: new.out,
             options: new.options.into(),

@@ -11,6 +11,9 @@ const FORMAL_ORDER: f64 = 2.0;
 /// 100 sequences bound the true error (Roache 1994; Celik et al. 2008).
 const SAFETY: f64 = 1.25;
 
+/// Factor of safety where two resolutions show no order, and the formal one is taken (Roache 1994).
+const SAFETY_OF_TWO: f64 = 3.0;
+
 /// Least order that counts as convergence. Below it, half the step takes off less than 30 % of the error, and the
 /// extrapolated value lies more than 2.4 times the last difference beyond the finest run.
 const LEAST_ORDER: f64 = 0.5;
@@ -25,8 +28,15 @@ const CHANCE: f64 = 2.0;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(tag = "verdict", rename_all = "kebab-case")]
 pub enum Trend {
-    /// Fewer than three resolutions have a value: nothing can be said.
+    /// Fewer than two resolutions have a value: nothing can be said.
     TooFew,
+    /// Two resolutions have a value: there is a difference, but no order.
+    Pair {
+        /// Finer less coarser value.
+        difference: f64,
+        /// Estimated error of the finer value, were the order that of the scheme, in the unit of the figure.
+        error: f64,
+    },
     /// All values are the same up to round-off.
     Unchanged,
     /// The difference of the two finest is no larger than chance, as the spread over seeds says.
@@ -65,7 +75,10 @@ pub enum Reason {
 impl std::fmt::Display for Trend {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
-            Self::TooFew => write!(f, "fewer than three resolutions: no order"),
+            Self::TooFew => write!(f, "there are fewer than two values"),
+            Self::Pair { difference, error } => {
+                write!(f, "difference {difference:.3e}, estimated error at second order {error:.2e}")
+            }
             Self::Unchanged => write!(f, "the same at all resolutions"),
             Self::WithinSpread { uncertainty } => {
                 write!(f, "the two finest differ by chance only, within {uncertainty:.3e}")
@@ -93,7 +106,11 @@ pub fn order_of_errors(coarse: (f64, f64), fine: (f64, f64)) -> Option<f64> {
 pub fn trend(points: &[(f64, Spread)]) -> Trend {
     let mut points: Vec<(f64, Spread)> = points.to_vec();
     points.sort_by(|a, b| b.0.total_cmp(&a.0));
-    let [.., coarse, middle, fine] = points[..] else { return Trend::TooFew };
+    let (coarse, middle, fine) = match points[..] {
+        [.., coarse, middle, fine] => (coarse, middle, fine),
+        [coarse, fine] => return pair(coarse, fine),
+        _ => return Trend::TooFew,
+    };
     let (f1, f2, f3) = (coarse.1.mean, middle.1.mean, fine.1.mean);
     let scale = f1.abs().max(f2.abs()).max(f3.abs());
     let (first, last) = (f2 - f1, f3 - f2);
@@ -114,6 +131,17 @@ pub fn trend(points: &[(f64, Spread)]) -> Trend {
             Trend::Converging { order, extrapolated: f3 + ahead(order), error }
         }
     }
+}
+
+/// What two values, steps before means, say.
+fn pair(coarse: (f64, Spread), fine: (f64, Spread)) -> Trend {
+    let (before, after) = (coarse.1.mean, fine.1.mean);
+    let difference = after - before;
+    if difference.abs() <= ROUND_OFF * before.abs().max(after.abs()) {
+        return Trend::Unchanged;
+    }
+    let error = SAFETY_OF_TWO * (difference / ((coarse.0 / fine.0).powf(FORMAL_ORDER) - 1.0)).abs();
+    Trend::Pair { difference, error }
 }
 
 /// The order p at which f = f₀ + C hᵖ has the ratio of differences of three steps, coarse before fine:
@@ -196,7 +224,9 @@ mod tests {
         assert_eq!(of(&[(4.0, 0.223), (2.0, 0.250), (1.0, 0.170)]), reason(Reason::Oscillates));
         assert_eq!(of(&[(4.0, 0.0), (2.0, 1.0), (1.0, 2.5)]), reason(Reason::Grows));
         assert_eq!(of(&[(4.0, 0.0), (2.0, 1.0), (1.0, 1.9)]), reason(Reason::TooSlow));
-        assert_eq!(of(&[(4.0, 0.0), (2.0, 1.0)]), Trend::TooFew);
+        assert_eq!(of(&[(4.0, 0.0), (2.0, 1.0)]), Trend::Pair { difference: 1.0, error: 1.0 });
+        assert_eq!(of(&[(4.0, 1.0), (2.0, 1.0)]), Trend::Unchanged);
+        assert_eq!(of(&[(4.0, 0.0)]), Trend::TooFew);
         assert_eq!(of(&[(4.0, 2.0), (2.0, 2.0), (1.0, 2.0)]), Trend::Unchanged);
         // The last refinement changes nothing after an earlier one did: a product of zero is no order.
         assert_eq!(of(&[(4.0, 1.0), (2.0, 2.0), (1.0, 2.0)]), reason(Reason::Oscillates));

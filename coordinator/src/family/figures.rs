@@ -4,7 +4,10 @@ use std::path::Path;
 
 use serde::Serialize;
 
+use crate::case::Case;
+use crate::failure::Failure;
 use crate::results::names;
+use crate::results::probes;
 use crate::results::table::Table;
 use crate::study::series;
 
@@ -180,6 +183,46 @@ impl Histories {
     pub fn of(&self, name: &str) -> Result<Vec<(f64, f64)>, String> {
         let column = |name: &str| self.0.column(name).ok_or_else(|| format!("no probe column `{name}`"));
         Ok(column("t_s")?.into_iter().zip(column(name)?).collect())
+    }
+}
+
+/// The `figures` of the finished run in the folder `results`; `None` where it has no such value.
+///
+/// # Errors
+/// When its probes cannot be read or lack a column.
+pub fn of_results(results: &Path, figures: &[Figure]) -> Result<Vec<Option<f64>>, Failure> {
+    let histories = Histories::read(results).map_err(Failure::output)?;
+    let value = |figure: &Figure| {
+        // A level that this run does not reach is a result, a column that is missing none.
+        Ok(figure.of_history(&histories.of(&figure.column).map_err(Failure::output)?).ok())
+    };
+    figures.iter().map(value).collect()
+}
+
+/// The figures asked for, whose columns must be those of the case's probes; of all columns when none is.
+///
+/// # Errors
+/// When the case has no probe, or none with such a column.
+pub fn of_case(case: &Case, asked: &[Figure]) -> Result<Vec<Figure>, Failure> {
+    let [fluid, solid] = case.probe_columns();
+    let columns = probes::columns(&fluid, &solid);
+    let columns: Vec<&str> = columns.iter().map(String::as_str).filter(|name| *name != "t_s").collect();
+    if columns.is_empty() {
+        let text = "the case has no probe, so that its runs have no key figure; add a [[probe]]";
+        return Err(Failure::input(text));
+    }
+    if asked.is_empty() {
+        return Ok(Figure::of_all(columns));
+    }
+    match asked.iter().find(|figure| !columns.contains(&figure.column.as_str())) {
+        None => Ok(asked.to_vec()),
+        Some(figure) => {
+            let hint = crate::case::suggest(&figure.column, &columns);
+            Err(Failure::input(format!(
+                "`{figure}`: the case has no probe column `{}`; {hint}",
+                figure.column
+            )))
+        }
     }
 }
 

@@ -5,11 +5,13 @@
 //! that a family that was stopped continues; a member that fails is named and the others go ahead.
 
 pub mod convergence;
+pub mod defaults;
 pub mod figures;
-pub mod member;
+pub mod page;
 pub mod plan;
 mod results;
 pub mod spread;
+pub mod verdict;
 
 use std::path::PathBuf;
 
@@ -17,11 +19,11 @@ use serde::Serialize;
 
 use self::convergence::Trend;
 use self::figures::Figure;
-use self::member::{Built, Finished};
 use self::plan::{Place, Plan};
 use self::spread::Spread;
+use crate::batch::{self, Batch};
 use crate::case::file::member::MemberTable;
-use crate::failure::{Failure, Kind};
+use crate::failure::Failure;
 use crate::run::RunRequest;
 
 /// A family of runs to be made.
@@ -42,6 +44,8 @@ pub struct FamilyRequest {
     pub figures: Vec<Figure>,
     /// Repeat all runs; otherwise those that this build has finished in that folder are kept.
     pub fresh: bool,
+    /// Runs at a time.
+    pub jobs: usize,
 }
 
 impl Default for FamilyRequest {
@@ -54,6 +58,7 @@ impl Default for FamilyRequest {
             displacement_fraction: MemberTable::DEFAULT_DISPLACEMENT,
             figures: Vec::new(),
             fresh: false,
+            jobs: 1,
         }
     }
 }
@@ -75,12 +80,23 @@ pub struct Family {
 pub struct Member {
     /// Where it stands in the family.
     pub place: Place,
-    /// Its folder.
+    /// Folder of its results.
     #[serde(skip)]
     pub folder: PathBuf,
     /// What it gave, or why it gave nothing.
     #[serde(serialize_with = "results::outcome")]
     pub outcome: Result<Finished, Failure>,
+}
+
+/// What a finished run gave.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Finished {
+    /// Completed steps.
+    pub steps: u64,
+    /// Wall-clock time of its steps \[s\].
+    pub wall_seconds: f64,
+    /// Key figures in the order of the plan; `None` where the run has no such value.
+    pub figures: Vec<Option<f64>>,
 }
 
 /// A key figure over all resolutions.
@@ -116,30 +132,31 @@ pub struct Resolution {
 /// When the case or a figure is wrong, a file cannot be written, or the family is stopped from outside; finished runs are
 /// kept. A member that fails for reasons of its own is in the result.
 pub fn run(request: &FamilyRequest, each: impl Fn(&str)) -> Result<Family, Failure> {
-    request.run.options.force_arithmetic()?;
-    member::must_suit_many(&request.run.options)?;
+    batch::member::must_suit_many(&request.run.options)?;
     let plan = Plan::of(request)?;
     let folder =
         request.run.out.clone().unwrap_or_else(|| crate::run::default_folder(&request.run.case, "_family"));
-    let built = Built::here(&request.run.options);
+    let batch = Batch {
+        case: &request.run.case,
+        options: &request.run.options,
+        folder: &folder,
+        jobs: request.jobs,
+        fresh: request.fresh,
+    };
+    let runs: Vec<batch::Member> = plan.places.iter().map(|place| plan.member(request, place)).collect();
+    let mut done = 0;
+    let outcomes = batch.run(&runs, |place, outcome| {
+        done += 1;
+        each(&format!("[{done}/{}] {}: {}", runs.len(), runs[place].label, batch::line(outcome)));
+    })?;
     let mut members: Vec<Member> = Vec::new();
-    for (k, place) in plan.places.iter().enumerate() {
-        let label = place.label();
-        let at = folder.join("members").join(&label);
-        let outcome = member::run(request, &plan, place, &at, &built);
-        let of = format!("[{}/{}]", k + 1, plan.places.len());
-        match &outcome {
-            Ok(run) if run.kept => each(&format!("{of} {label}: kept")),
-            Ok(run) => each(&format!("{of} {label}: {} steps in {:.1} s", run.steps, run.wall_seconds)),
-            Err(failure) => each(&format!("{of} {label}: failed: {}", failure.message)),
-        }
-        match outcome {
-            // These would meet every other member too.
-            Err(failure) if matches!(failure.kind, Kind::Stopped | Kind::Output | Kind::Internal) => {
-                return Err(failure);
-            }
-            outcome => members.push(Member { place: *place, folder: at, outcome }),
-        }
+    for ((place, run), outcome) in plan.places.iter().zip(&runs).zip(outcomes) {
+        let results = batch::member::results_of(&batch.folder_of(&run.label));
+        let outcome = outcome.and_then(|run| {
+            let (steps, wall_seconds) = (run.steps, run.wall_seconds);
+            Ok(Finished { steps, wall_seconds, figures: figures::of_results(&results, &plan.figures)? })
+        });
+        members.push(Member { place: *place, folder: results, outcome });
     }
     let figures =
         plan.figures.iter().enumerate().map(|(k, figure)| judge(k, figure, &members, &plan)).collect();

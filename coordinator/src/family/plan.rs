@@ -3,12 +3,12 @@
 use serde::Serialize;
 
 use super::FamilyRequest;
-use super::figures::Figure;
+use super::figures::{self, Figure};
+use crate::batch::Member;
 use crate::case::Case;
 use crate::case::file::run::StepTable;
 use crate::case::overrides::Override;
 use crate::failure::Failure;
-use crate::results::probes;
 use crate::run::load_with;
 
 /// Where a run stands in its family.
@@ -103,13 +103,20 @@ impl Plan {
                 places.extend(seeds.iter().copied().map(place));
             }
         }
-        let figures = figures(&case, &request.figures)?;
+        let figures = figures::of_case(&case, &request.figures)?;
         Ok(Self { spacings, sound_speeds, places, figures, base })
     }
 
     /// All pairs of spacing and sound speed, in the order of the runs.
     pub fn resolutions(&self) -> impl Iterator<Item = (f64, Option<f64>)> {
         self.spacings.iter().flat_map(|spacing| self.sound_speeds.iter().map(|speed| (*spacing, *speed)))
+    }
+
+    /// The run at `place`.
+    pub fn member(&self, request: &FamilyRequest, place: &Place) -> Member {
+        let mut overrides = request.run.overrides.clone();
+        overrides.extend(self.changes(place));
+        Member { label: place.label(), overrides }
     }
 
     /// What the run at `place` sets over the case. Spacings of fluid and solids keep their ratio. A fixed step shrinks and
@@ -178,28 +185,4 @@ fn values(what: &str, unit: &str, asked: &[f64], own: f64) -> Result<Vec<f64>, F
         return Err(Failure::input(format!("{what} {} {unit} is given twice", twice[0])));
     }
     Ok(values)
-}
-
-/// The figures asked for, whose columns must be those of the case's probes; of all columns when none is.
-fn figures(case: &Case, asked: &[Figure]) -> Result<Vec<Figure>, Failure> {
-    let [fluid, solid] = case.probe_columns();
-    let columns = probes::columns(&fluid, &solid);
-    let columns: Vec<&str> = columns.iter().map(String::as_str).filter(|name| *name != "t_s").collect();
-    if columns.is_empty() {
-        let text = "the case has no probe, so that its runs have no key figure; add a [[probe]]";
-        return Err(Failure::input(text));
-    }
-    if asked.is_empty() {
-        return Ok(Figure::of_all(columns));
-    }
-    match asked.iter().find(|figure| !columns.contains(&figure.column.as_str())) {
-        None => Ok(asked.to_vec()),
-        Some(figure) => {
-            let hint = crate::case::suggest(&figure.column, &columns);
-            Err(Failure::input(format!(
-                "`{figure}`: the case has no probe column `{}`; {hint}",
-                figure.column
-            )))
-        }
-    }
 }

@@ -4,8 +4,7 @@ use std::io::Write as _;
 
 use serde::{Serialize, Serializer};
 
-use super::member::Finished;
-use super::{Family, Member};
+use super::{Family, Finished, Member};
 use crate::failure::Failure;
 use crate::results::files::write_file;
 

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use super::error::OutputError;
 use super::files::{remove_if_there, with_suffix};
 use super::names::{self, CHECKPOINTS, FINAL, LOGS, MARKER, SNAPSHOTS, SUMMARY};
-use super::{marker, summary};
+use super::{marker, snapshots, summary};
 
 /// Whether `root` holds the marker or the summary of a run.
 pub(super) fn carries_mark(root: &Path) -> bool {
@@ -39,7 +39,7 @@ impl Remains {
         }
         for (folder, is_ours) in [
             (FINAL, names::is_final as fn(&str) -> bool),
-            (SNAPSHOTS, names::is_snapshot),
+            (SNAPSHOTS, snapshots::is_ours),
             (CHECKPOINTS, names::is_beside_checkpoints),
         ] {
             found.folder(root, folder, is_ours)?;

@@ -4,7 +4,7 @@
 //! |---|---|---|
 //! | `probes.csv` | [`probes`] | every probe over time |
 //! | `ledger.csv` | [`ledger`] | what crossed the interface, and whether it balances |
-//! | `snapshots/` | [`vtk`] | particle fields for ParaView and PyVista, one `.pvd` per side |
+//! | `snapshots/` | [`snapshots`], [`vtk`] | particle fields for ParaView and PyVista, one `.pvd` per side and one of all |
 //! | `final/*.state` | [`state`] | all particles with full precision, from which another run can start |
 //! | `divergence.csv` | [`neighbourhood`] | the offending particle of a run that broke down, and those around it |
 //! | `summary.json` | [`summary`] | verdict and figures of the run |
@@ -33,6 +33,7 @@ pub mod progress;
 pub mod quality;
 pub mod recorder;
 pub mod report;
+pub mod snapshots;
 pub mod state;
 pub mod summary;
 pub mod table;

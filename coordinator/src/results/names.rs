@@ -65,15 +65,6 @@ pub(super) fn is_final(name: &str) -> bool {
     name.strip_suffix(".state").is_some_and(|side| SIDES.contains(&side))
 }
 
-/// Whether a run gives this name to a file in its snapshot folder.
-pub(super) fn is_snapshot(name: &str) -> bool {
-    let name = name.strip_suffix(PARTIAL).unwrap_or(name);
-    SIDES.iter().filter_map(|side| name.strip_prefix(side)).any(|rest| {
-        let digits = rest.strip_prefix('_').and_then(|rest| rest.strip_suffix(".vtp"));
-        rest == ".pvd" || digits.is_some_and(is_number)
-    })
-}
-
 /// Whether a run gives this name to a server's log.
 pub(super) fn is_log(name: &str) -> bool {
     SIDES

@@ -24,11 +24,11 @@ use crate::results::neighbourhood;
 use crate::results::plots::gallery::{PairedSnapshot, Pictures};
 use crate::results::probes::{self, ProbeFile};
 use crate::results::progress::Progress;
+use crate::results::snapshots::Snapshots;
 use crate::results::state;
 use crate::results::table::Changed;
 use crate::results::table::{TableFile, TableMark};
 use crate::results::tally::Tally;
-use crate::results::vtk::Series;
 
 pub use pictures::forget_others as forget_other_pictures;
 use pictures::{picture_file, stored_pictures};
@@ -58,7 +58,7 @@ pub struct Recorder {
     ledger: LedgerFile,
     ledger_every_steps: u64,
     ledger_row_due: bool,
-    series: [Series; 2],
+    snapshots: Snapshots,
     pictures: Pictures,
     progress: Progress,
     tally: Tally,
@@ -106,10 +106,7 @@ impl Recorder {
             ledger_every_steps: case.outputs.ledger_every_steps.max(1),
             ledger_row_due: false,
             // A lost attempt that took no checkpoint may have left its last frame.
-            series: [
-                Series::resume(&snapshots, Role::Fluid, Vec::new())?.0,
-                Series::resume(&snapshots, Role::Solid, Vec::new())?.0,
-            ],
+            snapshots: Snapshots::create(&snapshots, case, roles)?,
             pictures: Pictures::new(case.outputs.picture_times.clone()),
             progress,
             tally: Tally { time: case.run_plan().time.start_time, ..Tally::default() },
@@ -138,10 +135,7 @@ impl Recorder {
         TableFile::examine(&directory.file(names::PROBES), &columns, &state.probes)?;
         let columns = ledger::columns(&LedgerSide::of(case, roles));
         TableFile::examine(&directory.file(names::LEDGER), &columns, &state.ledger_file)?;
-        for files in &state.snapshots {
-            Series::examine(&directory.file(names::SNAPSHOTS), files)?;
-        }
-        Ok(())
+        Ok(Snapshots::examine(&directory.file(names::SNAPSHOTS), &state.snapshots)?)
     }
 
     /// A recorder that continues from `state`: what was written after it goes.
@@ -160,13 +154,9 @@ impl Recorder {
         let folder = directory.file(names::SNAPSHOTS);
         let fluid = roles.contains(&Role::Fluid).then_some(fluid.as_slice());
         let solid = roles.contains(&Role::Solid).then_some(solid.as_slice());
-        let mut news: Vec<String> = Vec::new();
-        let mut series = |role: Role| -> Result<Series, OutputError> {
-            let (series, missing) = Series::resume(&folder, role, state.snapshots[role.index()].clone())?;
-            news.extend(missing.iter().map(|name| format!("the snapshot `{name}` was missing")));
-            Ok(series)
-        };
-        let series = [series(Role::Fluid)?, series(Role::Solid)?];
+        let (snapshots, missing) = Snapshots::resume(&folder, case, roles, &state.snapshots)?;
+        let mut news: Vec<String> =
+            missing.iter().map(|name| format!("the snapshot `{name}` was missing")).collect();
         let path = directory.file(names::PROBES);
         let (probes, warning) = ProbeFile::resume(&path, fluid, solid, &state.probes, changed)?;
         news.extend(warning);
@@ -189,7 +179,7 @@ impl Recorder {
             ledger,
             ledger_every_steps: case.outputs.ledger_every_steps.max(1),
             ledger_row_due: state.ledger_row_due,
-            series,
+            snapshots,
             pictures,
             progress,
             tally: state.tally.clone(),
@@ -221,7 +211,7 @@ impl Recorder {
             ledger_file: self.ledger.file().mark(),
             ledger: self.ledger.sums().clone(),
             ledger_row_due: self.ledger_row_due,
-            snapshots: self.series.each_ref().map(|series| series.files_before(step)),
+            snapshots: self.snapshots.files_before(step),
             pictures: self.stored.clone(),
             tally: self.tally.clone(),
             impulse: self.impulse,
@@ -263,7 +253,7 @@ impl Recorder {
     /// When a file cannot be written.
     pub fn snapshot(&mut self, role: Role, fields: ParticleFields) -> Result<(), Failure> {
         let _span = trace_span!(target: TRACE, "write snapshot").entered();
-        self.series[role.index()].write(&fields)?;
+        self.snapshots.write(role, &fields)?;
         self.pictures.take(role, fields);
         Ok(())
     }

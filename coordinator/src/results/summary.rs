@@ -8,6 +8,8 @@ use serde::{Deserialize, Serialize};
 use sph::coupling::solver::Counts;
 use sph::coupling::stage::StepStage;
 
+use crate::case::overrides::Override;
+
 use super::energy::EnergySummary;
 use super::error::OutputError;
 use super::files::open_regular;
@@ -96,6 +98,8 @@ pub struct Summary {
     pub in_process: bool,
     /// SHA-256, as hex, of the resolved case.
     pub case_digest: String,
+    /// Values that were set over the case file, in their order; empty where the case is as its file.
+    pub set: Vec<Override>,
     /// Every parameter of fluid, bodies and contact by name, such as `fluid.artificial_viscosity_a`.
     pub parameters: BTreeMap<String, serde_json::Value>,
     /// Thresholds of the laws that no case sets, by name.

@@ -34,6 +34,16 @@ impl Series {
         Self { folder: folder.to_path_buf(), side: side.to_string(), files: Vec::new() }
     }
 
+    /// All complete snapshots.
+    pub fn files(&self) -> &[(String, f64)] {
+        &self.files
+    }
+
+    /// Path of the collection.
+    pub fn collection(&self) -> PathBuf {
+        self.folder.join(format!("{}.pvd", self.side))
+    }
+
     /// The complete snapshots of steps before `step`.
     pub fn files_before(&self, step: u64) -> Vec<(String, f64)> {
         let bound = file_name(&self.side, step);
@@ -93,27 +103,68 @@ impl Series {
     /// # Errors
     /// When a file cannot be written or the arrays of `particles` do not fit each other.
     pub fn write(&mut self, particles: &ParticleFields) -> Result<(), OutputError> {
-        let name = file_name(&self.side, particles.step);
-        write_particles(&self.folder.join(&name), particles)?;
+        write_particles(&self.folder.join(file_name(&self.side, particles.step)), particles)?;
+        self.add(particles.step, particles.time)
+    }
+
+    /// As [`Series::write`], the file at hand.
+    ///
+    /// # Errors
+    /// When a file cannot be written.
+    pub fn write_bytes(&mut self, step: u64, time: f64, bytes: &[u8]) -> Result<(), OutputError> {
+        write_file(&self.folder.join(file_name(&self.side, step)), |file| file.write_all(bytes))?;
+        self.add(step, time)
+    }
+
+    fn add(&mut self, step: u64, time: f64) -> Result<(), OutputError> {
+        let name = file_name(&self.side, step);
         // A run that is stopped at an output boundary reports it twice.
         if self.files.last().is_none_or(|(last, _)| *last != name) {
-            self.files.push((name, particles.time));
+            self.files.push((name, time));
         }
         self.write_collection()
     }
 
     fn write_collection(&self) -> Result<(), OutputError> {
-        write_file(&self.folder.join(format!("{}.pvd", self.side)), |file| {
-            writeln!(file, "<?xml version=\"1.0\"?>")?;
-            writeln!(file, "<VTKFile type=\"Collection\" version=\"0.1\" byte_order=\"LittleEndian\">")?;
-            writeln!(file, "  <Collection>")?;
-            for (name, time) in &self.files {
-                writeln!(file, "    <DataSet timestep=\"{time:?}\" part=\"0\" file=\"{name}\"/>")?;
-            }
-            writeln!(file, "  </Collection>")?;
-            writeln!(file, "</VTKFile>")
-        })
+        let entry = |(name, time): &(String, f64)| (*time, 0, String::new(), name.clone());
+        write_collection(&self.collection(), &self.files.iter().map(entry).collect::<Vec<_>>())
     }
+}
+
+/// Writes a collection of files, each with time \[s\], number and name of its part.
+///
+/// # Errors
+/// When it cannot be written.
+pub fn write_collection(path: &Path, entries: &[(f64, usize, String, String)]) -> Result<(), OutputError> {
+    write_file(path, |file| {
+        writeln!(file, "<?xml version=\"1.0\"?>")?;
+        writeln!(file, "<VTKFile type=\"Collection\" version=\"0.1\" byte_order=\"LittleEndian\">")?;
+        writeln!(file, "  <Collection>")?;
+        for (time, part, name, path) in entries {
+            let name = if name.is_empty() { String::new() } else { format!(" name=\"{name}\"") };
+            writeln!(file, "    <DataSet timestep=\"{time:?}\" part=\"{part}\"{name} file=\"{path}\"/>")?;
+        }
+        writeln!(file, "  </Collection>")?;
+        writeln!(file, "</VTKFile>")
+    })
+}
+
+/// Files and times of the collection at `path`, as far as it can be read.
+pub fn read_collection(path: &Path) -> Vec<(String, f64)> {
+    let value = |line: &str, name: &str| {
+        let (_, rest) = line.split_once(&format!(" {name}=\""))?;
+        rest.split_once('"').map(|(value, _)| value.to_owned())
+    };
+    let entry = |line: &str| {
+        let name = value(line, "file").filter(|name| !name.contains(['/', '\\']))?;
+        Some((name, value(line, "timestep")?.parse().ok()?))
+    };
+    std::fs::read_to_string(path).unwrap_or_default().lines().filter_map(entry).collect()
+}
+
+/// Whether `name` is that of the collection or of a complete snapshot of `side`.
+pub(super) fn is_of(side: &str, name: &str) -> bool {
+    name.strip_prefix(side) == Some(".pvd") || is_snapshot_of(side, name) && !name.ends_with(PARTIAL)
 }
 
 fn file_name(side: &str, step: u64) -> String {
@@ -132,23 +183,40 @@ fn is_snapshot_of(side: &str, name: &str) -> bool {
 /// # Errors
 /// When the file cannot be written, there is no `position`, or the arrays do not fit each other.
 pub fn write_particles(path: &Path, particles: &ParticleFields) -> Result<(), OutputError> {
-    state::check(particles).map_err(|reason| OutputError::content(path, reason))?;
+    let bytes = encoded(particles, true).map_err(|reason| OutputError::content(path, reason))?;
+    write_file(path, |file| file.write_all(&bytes))
+}
+
+/// The file of `particles` without time and step: that of particles that do not move stays the same.
+///
+/// # Errors
+/// When there is no `position`, or the arrays do not fit each other.
+pub fn untimed(particles: &ParticleFields) -> Result<Vec<u8>, String> {
+    encoded(particles, false)
+}
+
+fn encoded(particles: &ParticleFields, timed: bool) -> Result<Vec<u8>, String> {
+    state::check(particles)?;
     let position = particles
         .field("position")
         .filter(|field| (1..=3).contains(&field.components))
-        .ok_or_else(|| OutputError::content(path, "the particles have no `position` of 1 to 3 components"))?;
-    write_file(path, |file| {
-        let mut appended = Appended::default();
-        let header = header(particles, position, &mut appended)?;
-        file.write_all(header.as_bytes())?;
-        file.write_all(b"  <AppendedData encoding=\"raw\">\n    _")?;
-        file.write_all(&appended.bytes)?;
-        file.write_all(b"\n  </AppendedData>\n</VTKFile>\n")
-    })
+        .ok_or("the particles have no `position` of 1 to 3 components")?;
+    let mut appended = Appended::default();
+    let header = header(particles, position, timed, &mut appended).map_err(|e| e.to_string())?;
+    let mut bytes = header.into_bytes();
+    bytes.extend(b"  <AppendedData encoding=\"raw\">\n    _");
+    bytes.append(&mut appended.bytes);
+    bytes.extend(b"\n  </AppendedData>\n</VTKFile>\n");
+    Ok(bytes)
 }
 
 /// The XML part; fills `appended` with what it refers to.
-fn header(particles: &ParticleFields, position: &Field, appended: &mut Appended) -> io::Result<String> {
+fn header(
+    particles: &ParticleFields,
+    position: &Field,
+    timed: bool,
+    appended: &mut Appended,
+) -> io::Result<String> {
     let n = particles.id.len();
     let mut xml = String::new();
     xml.push_str(
@@ -157,10 +225,12 @@ fn header(particles: &ParticleFields, position: &Field, appended: &mut Appended)
          compressor=\"vtkZLibDataCompressor\">\n  <PolyData>\n    <FieldData>\n",
     );
     let tuple = "NumberOfTuples=\"1\"";
-    let time = appended.add(particles.time.to_le_bytes())?;
-    array(&mut xml, "Float64", "TimeValue", tuple, time, "s");
-    let step = appended.add(particles.step.to_le_bytes())?;
-    array(&mut xml, "UInt64", "step", tuple, step, "");
+    if timed {
+        let time = appended.add(particles.time.to_le_bytes())?;
+        array(&mut xml, "Float64", "TimeValue", tuple, time, "s");
+        let step = appended.add(particles.step.to_le_bytes())?;
+        array(&mut xml, "UInt64", "step", tuple, step, "");
+    }
     // A string array holds the characters' codes, each string closed by 0.
     let _ = write!(
         xml,

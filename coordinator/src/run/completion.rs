@@ -197,6 +197,7 @@ fn summarise(
         restarts: Vec::new(),
         in_process,
         case_digest: digest(resolved),
+        set: case.overrides().to_vec(),
         parameters: case.parameters(),
         constants: case.fixed_constants().map(|c| (c.name.to_owned(), c.value)).collect(),
         versions: BTreeMap::from([

@@ -12,9 +12,9 @@ use crate::results::recorder;
 use crate::results::table::Changed;
 
 impl Job {
-    /// Writes the case as resolved.
+    /// Writes the case as resolved, with what was set over its file.
     fn write_case(&self) -> Result<(), OutputError> {
-        let resolved = self.case.resolved_toml();
+        let resolved = self.case.recorded_toml();
         write_file(&self.directory.file(names::CASE), |file| {
             std::io::Write::write_all(file, resolved.as_bytes())
         })

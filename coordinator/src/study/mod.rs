@@ -25,9 +25,10 @@ use self::cases::{ALL, Member, Study};
 use self::cost::Totals;
 use self::picture::Panel;
 use self::results::{Measured, Results};
+use crate::batch::member::made_by;
 use crate::failure::{Failure, Kind};
 use crate::family::convergence::order_of_errors;
-use crate::family::member::made_by;
+
 use crate::results::files::write_file;
 use crate::results::names;
 use crate::results::plots::field;

@@ -16,6 +16,7 @@ mod hostile;
 mod iterated;
 mod losses;
 mod lying_solvers;
+mod many_runs;
 mod mutants;
 mod python;
 mod recordings;

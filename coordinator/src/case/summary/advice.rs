@@ -1,6 +1,6 @@
 //! Where a case departs from what is recommended, and what deserves a second look.
 
-use sph::setup::{FluidParameters, FluidScheme, ParameterSet};
+use sph::setup::{FluidParameters, FluidScheme, ParameterSet, StepPolicy};
 use sph::space::Space;
 use sph::space::tensors::SpaceVector;
 
@@ -53,6 +53,32 @@ impl Case {
                 summary.time_step, summary.ratio_to_recommended
             )
         })
+    }
+
+    /// Warns of intervals that a fixed step does not divide: what is due then comes up to a step late.
+    pub(super) fn offbeat_warnings(&self) -> Vec<String> {
+        // As the clock of a run, which absorbs the round-off of decimal times.
+        const ROUND_OFF: f64 = 1e-6;
+        let plan = self.file.time.to_setup();
+        let StepPolicy::Fixed { time_step } = plan.step else { return Vec::new() };
+        let intervals = [
+            ("outputs.snapshot_interval_s", self.outputs.plan.snapshot_interval, "snapshots come"),
+            ("outputs.probe_interval_s", self.outputs.plan.probe_interval, "rows of probes.csv come"),
+            ("time.end_time_s", Some(plan.end_time - plan.start_time), "the run ends"),
+        ];
+        let mut warnings = Vec::new();
+        for (key, interval, what) in intervals {
+            let Some(interval) = interval.filter(|interval| *interval > 0.0) else { continue };
+            let steps = interval / time_step;
+            if (steps - steps.round()).abs() > ROUND_OFF {
+                let fitting = interval / steps.ceil();
+                warnings.push(format!(
+                    "the fixed time step of {time_step:.4e} s does not divide `{key}` ({interval} s): {what} up to a step \
+                     late; {fitting:.6e} s divides it"
+                ));
+            }
+        }
+        warnings
     }
 
     /// Warns when half-steps are iterated that leave the fluid's forces as they are.

@@ -46,6 +46,26 @@ fn any_key_can_be_set_and_the_resolved_case_holds_it() {
 }
 
 #[test]
+fn what_was_set_is_recorded_with_the_resolved_case_and_read_back() {
+    let set = [
+        Override::new("fluid.sound_speed_m_s", 40.0),
+        Override::parse("name = \"a = b\"").unwrap(),
+        Override::new("fluid.sound_speed_m_s", 50.0),
+    ];
+    let case = with(&set[..]).unwrap_or_else(|e| panic!("{e}"));
+    assert_eq!(case.overrides(), &set[1..], "the last value of a key");
+    let recorded = case.recorded_toml();
+    assert!(
+        recorded.starts_with("# set: name = \"a = b\"\n# set: fluid.sound_speed_m_s = 50.0\n"),
+        "{recorded}"
+    );
+    let again = good(&recorded);
+    assert_eq!((again.overrides(), again.resolved_toml()), (case.overrides(), case.resolved_toml()));
+    // A comment of the same words further down is a comment.
+    assert!(good(&format!("{TANK}\n# set: a = b\n")).overrides().is_empty());
+}
+
+#[test]
 fn an_error_names_the_override_its_value_and_what_is_allowed() {
     let errors = refused("fluid.sound_speed_m_s", "-3");
     let error = errors.list[0].clone();
@@ -63,6 +83,7 @@ fn an_error_names_the_override_its_value_and_what_is_allowed() {
 fn keys_that_lead_nowhere_are_refused_with_what_there_is() {
     for (key, value, problem, hint) in [
         ("fluid.kernel_rato", "1.2", "unknown key", "did you mean `kernel_ratio`?"),
+        ("fluid.sound_sped_m_s", "1.2", "unknown key", "did you mean `sound_speed_m_s`?"),
         ("solid.body[2].name", "\"a\"", "the list has no entry `2`", "known here: block, plate"),
         ("solid.body.plat.name", "\"a\"", "the list has no entry `plat`", "did you mean `plate`?"),
         ("fluid.particle_spacing_m.x", "1", "`x` lies below a plain value", ""),

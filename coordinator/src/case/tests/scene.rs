@@ -307,3 +307,15 @@ fn thin_bodies_and_slow_sound_are_warned_of() {
     assert!(warnings.iter().any(|warning| warning.contains("the sound speed of 9 m/s")), "{warnings:?}");
     assert!(good(TANK).summary().warnings.is_empty(), "{:?}", good(TANK).summary().warnings);
 }
+
+#[test]
+fn intervals_that_a_fixed_step_does_not_divide_are_named() {
+    let with = |outputs: &str| tank_with(&[("[time]", &format!("[outputs]\n{outputs}\n[time]"))]);
+    let warnings = good(&with("probe_interval_s = 2.5e-5\nsnapshot_interval_s = 3e-5")).summary().warnings;
+    let [only] = &warnings[..] else { panic!("{warnings:?}") };
+    assert!(only.contains("`outputs.probe_interval_s`") && only.contains("8.333333e-6 s divides"), "{only}");
+    // An adaptive step has no such word.
+    let adaptive = with("probe_interval_s = 2.5e-5")
+        .replace("type = \"fixed\", time_step_s = 1e-5", "type = \"adaptive\"");
+    assert!(good(&adaptive).summary().warnings.is_empty());
+}

@@ -1,6 +1,7 @@
 use sph::coupling::stage::Stage;
 
 use super::*;
+use crate::case::overrides::Override;
 use crate::results::quality::Evidence;
 
 fn summary() -> Summary {
@@ -41,6 +42,7 @@ fn summary() -> Summary {
         restarts: vec![],
         in_process: false,
         case_digest: "00".into(),
+        set: vec![Override::new("fluid.sound_speed_m_s", 40.0)],
         parameters: BTreeMap::from([("fluid.exponent".to_string(), 7.0.into())]),
         constants: BTreeMap::new(),
         versions: BTreeMap::from([("coordinator".to_string(), "0.1.0".to_string())]),
@@ -66,6 +68,8 @@ fn programs_find_every_figure_under_its_key() {
     expect("/quality/0/value", serde_json::Value::Null);
     expect("/quality/0/verdict", "not-judged".into());
     assert_eq!(summary().verdict_text(), "failed, with reservations");
+    expect("/set/0/key", "fluid.sound_speed_m_s".into());
+    expect("/set/0/value", "40.0".into());
     expect("/time_step/smallest_s", 1e-5.into());
     expect("/time_step/largest_s", 2e-5.into());
     expect("/fluid/waited_share", 0.25.into());

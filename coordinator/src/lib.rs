@@ -7,6 +7,7 @@
 //! | [`results`] | everything that a run writes |
 //! | [`checkpoint`] | states from which a run continues |
 //! | [`resume`], [`replay`], [`check`], [`conform`] | the other commands |
+//! | [`page`] | the page that shows a run, in `report.html` and live |
 //! | [`messages`], [`failure`], [`quote`] | what is printed and returned |
 //! | [`family`] | one case at several spacings, sound speeds and seeds |
 //! | [`study`] | what accuracy costs: `report` |
@@ -38,6 +39,7 @@ pub mod conform;
 pub mod failure;
 pub mod family;
 pub mod messages;
+pub mod page;
 pub mod quote;
 pub mod replay;
 pub mod results;

@@ -10,6 +10,7 @@ mod report;
 mod resume;
 mod run;
 mod security;
+mod view;
 
 use std::ffi::OsString;
 use std::process::ExitCode;
@@ -23,6 +24,7 @@ use self::replay::{CompareArguments, ReplayArguments};
 use self::report::ReportArguments;
 use self::resume::ResumeArguments;
 use self::run::RunArguments;
+use self::view::ViewArguments;
 use crate::failure::{Failure, Kind};
 use crate::run::participants::guard::Guard;
 
@@ -55,6 +57,12 @@ enum Command {
     /// Check a case without running it: errors, particle counts, time-step limits, forecast run time.
     #[command(after_help = exit_codes())]
     Check(CheckArguments),
+    /// Show the folder of a run, finished or running, in a browser of this machine.
+    ///
+    /// Serves a page at a port of 127.0.0.1 and prints its address: the particles over time, probes, balances. It reads
+    /// the folder and changes nothing. `run --view` also has buttons for a checkpoint and to stop.
+    #[command(after_help = exit_codes())]
+    View(ViewArguments),
     /// Show what accuracy costs: runs cases with known answers over resolution, scheme and step, error against CPU time.
     ///
     /// The quick study takes under five minutes, `--full` as long as it says first. Finished runs are kept, so that a
@@ -105,6 +113,7 @@ pub fn main() -> ExitCode {
         Command::Resume(arguments) => arguments.execute(),
         Command::Check(arguments) => arguments.execute(),
         Command::Report(arguments) => arguments.execute(),
+        Command::View(arguments) => arguments.execute(),
         Command::Conform(arguments) => arguments.execute(),
         Command::Replay(arguments) => arguments.execute(),
         Command::Compare(arguments) => arguments.execute(),

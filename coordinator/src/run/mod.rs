@@ -10,6 +10,7 @@ pub(crate) mod job;
 mod losses;
 pub mod origin;
 pub mod outcome;
+mod page;
 pub mod participants;
 mod path_choice;
 pub mod request;

@@ -29,6 +29,7 @@ mod streams;
 mod tidy;
 mod trace;
 mod validation;
+mod view;
 
 use tests::bench::Bench;
 

@@ -64,25 +64,25 @@ pub fn short(value: f64) -> Option<f64> {
     value.is_finite().then(|| format!("{value:.5e}").parse().unwrap_or(value))
 }
 
-/// Headlines of the plots of probes, and the quantities under each; the last takes all else.
+/// Headlines of the plots of probes, and the quantities under each in their order; the last takes all else.
 const KINDS: [(&str, &str, &[&str]); 5] = [
     (
         "motion",
         "Motion",
-        &["displacement", "velocity", "centre", "angle", "angular velocity", "quaternion", "gap", "deepest"],
+        &["displacement", "centre", "angle", "gap", "deepest", "velocity", "angular velocity", "quaternion"],
     ),
     (
         "loads",
         "Loads and stresses",
         &[
             "force",
+            "von mises",
+            "stress",
+            "principal",
             "torque",
             "contact bodies",
             "contact walls",
             "impulse",
-            "stress",
-            "von mises",
-            "principal",
             "strain energy density",
         ],
     ),
@@ -98,23 +98,32 @@ pub fn probes(table: &Table) -> Vec<PlotGroup> {
         .iter()
         .map(|(id, headline, _)| PlotGroup { id, headline, note: String::new(), plots: Vec::new() })
         .collect();
+    let mut found: Vec<(usize, usize, Plot)> = Vec::new();
     for group in groups(table.columns()).iter().filter(|_| !times.is_empty()) {
         let meaning = &group.meaning;
-        let kind =
-            KINDS.iter().position(|(_, _, quantities)| quantities.contains(&meaning.quantity.as_str()));
-        let lines = group
-            .columns
-            .iter()
-            .map(|(component, index)| Line { name: component.clone(), values: table.column_at(*index) });
+        let place = KINDS.iter().enumerate().find_map(|(kind, (_, _, quantities))| {
+            let rank = quantities.iter().position(|quantity| *quantity == meaning.quantity)?;
+            Some((kind, rank))
+        });
+        let line = |(component, index): &(String, usize)| Line {
+            name: component.clone(),
+            values: table.column_at(*index),
+        };
         let plot = Plot {
             title: title(&meaning.probe, &meaning.quantity),
             unit: meaning.unit.clone(),
             logarithmic: false,
             level: None,
             times: times.clone(),
-            lines: lines.collect(),
+            lines: group.columns.iter().map(line).collect(),
         };
-        list[kind.unwrap_or(KINDS.len() - 1)].plots.push(plot.thinned());
+        let (kind, rank) = place.unwrap_or((KINDS.len() - 1, 0));
+        found.push((kind, rank, plot.thinned()));
+    }
+    // Stable: probes of a quantity stay in the order of the case.
+    found.sort_by_key(|(kind, rank, _)| (*kind, *rank));
+    for (kind, _, plot) in found {
+        list[kind].plots.push(plot);
     }
     list.retain(|group| !group.plots.is_empty());
     list
@@ -240,7 +249,7 @@ pub fn energies(table: &Table) -> Option<PlotGroup> {
         "Change of the stores = works − losses + residual. A loss marked ± may have either sign. The {MOST_ACCOUNTS} \
          largest accounts are drawn; ledger.csv has all."
     );
-    (!plots.is_empty()).then(|| PlotGroup { id: "energies", headline: "Energy over time", note, plots })
+    (!plots.is_empty()).then_some(PlotGroup { id: "energies", headline: "Energy over time", note, plots })
 }
 
 /// Whether the energies of a ledger are of space, 3, or per metre of the plane, 2.

@@ -31,6 +31,7 @@ pub fn plain(value: f64, unit: &str) -> String {
         // Tenths of a metre and thousandths of a second are as common as they are.
         -1 if takes_prefix && unit != "s" && (unit != "m" || decade < -1) => (-3, "m"),
         -2 if takes_prefix => (-6, "µ"),
+        -3 if takes_prefix => (-9, "n"),
         _ => (0, ""),
     };
     let shown = value / 10f64.powi(exponent);

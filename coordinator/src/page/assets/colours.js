@@ -48,7 +48,7 @@ function magnitude(largest, unit) {
   const third = Math.floor(decade / 3);
   const short = unit === "m" || unit === "s";
   const prefixed = short || /^(Pa|N|J|W)/.test(unit);
-  const prefix = { 3: "G", 2: "M", 1: "k", "-1": "m", "-2": "µ" }[third];
+  const prefix = { 3: "G", 2: "M", 1: "k", "-1": "m", "-2": "µ", "-3": "n" }[third];
   if (third === 0 || (short && third > 0) || (unit === "m" && decade === -1) || (unit === "s" && third === -1) || (!prefixed && decade >= -3 && decade < 5)) return { divisor: 1, unit };
   if (prefixed && prefix) return { divisor: 10 ** (3 * third), unit: prefix + unit };
   return { divisor: 10 ** decade, unit: `·10${superscript(decade)}${unit ? " " + unit : ""}` };

@@ -1,4 +1,4 @@
-// Draws particles as discs or shaded balls: by WebGL2, or on a plain canvas where there is none.
+// Draws particles as discs or shaded balls: by WebGL2 on a graphics card, or else pixel by pixel on a plain canvas.
 
 const VERTEX = `#version 300 es
 in vec3 position; in vec4 colour; in float diameter;
@@ -87,49 +87,99 @@ class GlPainter {
   }
 }
 
-/** Draws on a plain canvas, the farthest first. */
+/** Whether WebGL2 is there and drawn by a graphics card: by software, a plain canvas is faster. */
+function hasGraphicsCard() {
+  const gl = document.createElement("canvas").getContext("webgl2");
+  if (!gl) return false;
+  const names = gl.getExtension("WEBGL_debug_renderer_info");
+  const name = names ? gl.getParameter(names.UNMASKED_RENDERER_WEBGL) : "";
+  gl.getExtension("WEBGL_lose_context")?.loseContext();
+  return !/swiftshader|llvmpipe|softpipe|software|basic render/i.test(name);
+}
+
+/** Draws into the pixels of a plain canvas: discs in their order, or balls of which the nearest part is seen. */
 class FlatPainter {
   constructor(canvas) {
     this.context = canvas.getContext("2d");
     this.name = "canvas";
+    this.stamps = new Map();
+  }
+
+  /** Pixels of a disc: offsets, light in 256 parts, and how far it bulges toward the viewer in radii. */
+  stamp(radius) {
+    const key = Math.round(2 * radius);
+    const known = this.stamps.get(key);
+    if (known) return known;
+    const r = Math.max(key / 2, 0.5);
+    const [x, y, light, bulge] = [[], [], [], []];
+    const reach = Math.ceil(r);
+    for (let j = -reach; j <= reach; j++) for (let i = -reach; i <= reach; i++) {
+      const [u, v] = [i / r, j / r];
+      const q = u * u + v * v;
+      if (q > 1 && !(i === 0 && j === 0)) continue;
+      const w = Math.sqrt(Math.max(0, 1 - q));
+      x.push(i);
+      y.push(j);
+      bulge.push(w);
+      // The light of the shader.
+      light.push(Math.min(255, 256 * (0.45 + 0.6 * Math.max(0, (-0.4 * u - 0.6 * v + 0.75 * w) / 1.04))));
+    }
+    const made = { x: Int16Array.from(x), y: Int16Array.from(y), light: Int16Array.from(light), bulge: Float32Array.from(bulge) };
+    this.stamps.set(key, made);
+    return made;
   }
 
   paint(points, camera) {
     const { context } = this;
     const { width, height } = context.canvas;
-    const [turn, centre, s] = [camera.turn, camera.centre, camera.pixels];
-    context.clearRect(0, 0, width, height);
-    let order = null;
-    if (camera.balls) {
-      const depth = new Float32Array(points.count);
-      for (let i = 0; i < points.count; i++) {
-        const [x, y, z] = [0, 1, 2].map((k) => points.positions[3 * i + k] - centre[k]);
-        depth[i] = turn[6] * x + turn[7] * y + turn[8] * z;
-      }
-      order = Uint32Array.from({ length: points.count }, (_, i) => i).sort((a, b) => depth[a] - depth[b]);
+    if (this.image?.width !== width || this.image.height !== height) {
+      this.image = context.createImageData(width, height);
+      this.pixels = new Uint32Array(this.image.data.buffer);
+      this.depths = new Float32Array(width * height);
     }
+    const { pixels, depths, stamps } = this;
+    stamps.clear();
+    pixels.fill(0);
+    if (camera.balls) depths.fill(-Infinity);
+    const { positions, colours, diameters } = points;
+    const [t, c, s] = [camera.turn, camera.centre, camera.pixels];
+    const [middleX, middleY] = [width / 2, height / 2];
+    let [stamp, stampedRadius] = [null, -1];
     for (let k = 0; k < points.count; k++) {
-      const i = order ? order[k] : k;
-      if (!points.colours[4 * i + 3]) continue;
-      const x = points.positions[3 * i] - centre[0];
-      const y = points.positions[3 * i + 1] - centre[1];
-      const z = points.positions[3 * i + 2] - centre[2];
-      const px = width / 2 + s * (turn[0] * x + turn[1] * y + turn[2] * z);
-      const py = height / 2 - s * (turn[3] * x + turn[4] * y + turn[5] * z);
-      const r = Math.max(0.75, 0.5 * s * points.diameters[i]);
-      if (!(px > -r && px < width + r && py > -r && py < height + r)) continue;
-      context.fillStyle = `rgb(${points.colours[4 * i]},${points.colours[4 * i + 1]},${points.colours[4 * i + 2]})`;
-      if (r < 2) {
-        context.fillRect(px - r, py - r, 2 * r, 2 * r);
-      } else {
-        context.beginPath();
-        context.arc(px, py, r, 0, 2 * Math.PI);
-        context.fill();
-        if (camera.balls) {
-          context.strokeStyle = "rgba(0, 0, 0, 0.35)";
-          context.stroke();
+      if (!colours[4 * k + 3]) continue;
+      const x = positions[3 * k] - c[0];
+      const y = positions[3 * k + 1] - c[1];
+      const z = positions[3 * k + 2] - c[2];
+      const px = Math.floor(middleX + s * (t[0] * x + t[1] * y + t[2] * z));
+      const py = Math.floor(middleY - s * (t[3] * x + t[4] * y + t[5] * z));
+      const radius = 0.5 * s * diameters[k];
+      if (!(px > -radius && py > -radius && px < width + radius && py < height + radius)) continue;
+      const r = colours[4 * k];
+      const g = colours[4 * k + 1];
+      const b = colours[4 * k + 2];
+      const colour = 0xff000000 | (b << 16) | (g << 8) | r;
+      if (radius !== stampedRadius) {
+        stamp = this.stamp(radius);
+        stampedRadius = radius;
+      }
+      const { x: dx, y: dy, light, bulge } = stamp;
+      const near = s * (t[6] * x + t[7] * y + t[8] * z);
+      for (let n = 0; n < dx.length; n++) {
+        const i = px + dx[n];
+        const j = py + dy[n];
+        if (i < 0 || j < 0 || i >= width || j >= height) continue;
+        const at = j * width + i;
+        if (!camera.balls) {
+          pixels[at] = colour;
+          continue;
         }
+        const depth = near + radius * bulge[n];
+        if (depth <= depths[at]) continue;
+        depths[at] = depth;
+        const l = light[n];
+        pixels[at] = 0xff000000 | (((b * l) >> 8) << 16) | (((g * l) >> 8) << 8) | ((r * l) >> 8);
       }
     }
+    context.putImageData(this.image, 0, 0);
   }
 }

@@ -79,9 +79,9 @@ class Page {
     };
     const row = (figure) => element("tr", {}, element("th", { scope: "row" }, figure.name, figure.place ? element("small", {}, figure.place) : null),
       element("td", {}, figure.largest, when(figure.largest_at, figure.largest_time, figure, true)),
-      element("td", {}, figure.smallest, when(figure.smallest_at, figure.smallest_time, figure, false)), element("td", {}, figure.last));
+      element("td", {}, figure.smallest, when(figure.smallest_at, figure.smallest_time, figure, false)), element("td", { class: "last-value" }, figure.last));
     const table = (rows) => element("table", { class: "figures-table" },
-      element("thead", {}, element("tr", {}, ["quantity", "largest", "smallest", "last"].map((name) => element("th", { scope: "col" }, name)))), element("tbody", {}, rows.map(row)));
+      element("thead", {}, element("tr", {}, ["quantity", "largest", "smallest", "last"].map((name) => element("th", { scope: "col", class: name === "last" ? "last-value" : null }, name)))), element("tbody", {}, rows.map(row)));
     const rest = figures.slice(first);
     const isOpen = dom("all-figures")?.open;
     return element("section", { id: "figures" }, element("h2", {}, "Key figures"), table(figures.slice(0, first)),
@@ -109,7 +109,7 @@ class Page {
         const most = Math.max(...budget.accounts.map((account) => Math.abs(account.value)));
         return element("table", { class: "budget" }, element("caption", {}, budget.side), element("tbody", {}, budget.accounts.map((account) => {
           const share = (50 * Math.abs(account.value)) / most;
-          return element("tr", { class: account.kind }, element("th", { scope: "row" }, account.name, element("small", {}, ` ${account.kind}`)),
+          return element("tr", { class: account.kind }, element("th", { scope: "row" }, account.name, account.kind === account.name ? null : element("small", {}, ` ${account.kind}`)),
             element("td", { class: "bar-cell" }, element("span", { class: "beam", style: `${account.value < 0 ? "right" : "left"}: 50%; width: ${Math.max(share, 0.4)}%` })), element("td", {}, account.text));
         })));
       })));

@@ -5,6 +5,12 @@ const MATTERS = { fluid: "Water", solid: "Solids" };
 const FILM_SECONDS = 8;
 const MOST_A_SECOND = 25;
 
+/** `?draw=webgl` and `?draw=canvas` decide, otherwise the machine. */
+function wantsGl() {
+  const asked = new URLSearchParams(location.search).get("draw");
+  return asked ? asked === "webgl" : hasGraphicsCard();
+}
+
 class Player {
   /** `run` is the message of the page; `changed` hears of the time that is shown. */
   constructor(run, changed) {
@@ -90,7 +96,7 @@ class Player {
     return [thin, outliers, exact].filter(Boolean).join(" ");
   }
 
-  makeCanvas(flat = new URLSearchParams(location.search).get("draw") === "canvas") {
+  makeCanvas(flat = !wantsGl()) {
     this.canvas?.remove();
     this.canvas = element("canvas", { tabindex: 0, role: "img", "aria-label": "particles; space plays, arrows step, plus and minus zoom" });
     this.stage.prepend(this.canvas);

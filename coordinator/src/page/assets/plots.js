@@ -39,7 +39,7 @@ class Plots {
         this.drawn.push({ plot, figure, legend, holder });
         return figure;
       });
-      const details = element("details", { id: `plots-${group.id}`, open: this.open[`plots-${group.id}`] ?? k < 2, ontoggle: () => { if (details.open) this.drawAll(); } },
+      const details = element("details", { id: `plots-${group.id}`, open: this.open[`plots-${group.id}`] ?? k < (innerWidth < 700 ? 1 : 2), ontoggle: () => { if (details.open) this.drawAll(); } },
         element("summary", {}, element("h3", {}, `${group.headline} `, element("span", { class: "count" }, `${group.plots.length}`))), group.note ? element("p", { class: "note" }, group.note) : null, element("div", { class: "figures" }, figures));
       return details;
     }));

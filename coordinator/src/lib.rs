@@ -7,6 +7,7 @@
 //! | [`results`] | everything that a run writes |
 //! | [`checkpoint`] | states from which a run continues |
 //! | [`resume`], [`replay`], [`check`], [`conform`] | the other commands |
+//! | [`page`] | the page that shows a run, in `report.html` and live |
 //! | [`messages`], [`failure`], [`quote`] | what is printed and returned |
 //! | [`batch`] | many runs of one case, several at a time, kept when finished |
 //! | [`family`] | one case at several spacings, sound speeds and seeds |
@@ -42,6 +43,7 @@ pub mod failure;
 pub mod family;
 pub mod messages;
 pub mod overlay;
+pub mod page;
 pub mod quote;
 pub mod replay;
 pub mod results;

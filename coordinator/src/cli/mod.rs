@@ -15,6 +15,7 @@ mod run;
 mod security;
 mod set;
 mod sweep;
+mod view;
 
 use std::ffi::OsString;
 use std::process::ExitCode;
@@ -31,6 +32,7 @@ use self::report::ReportArguments;
 use self::resume::ResumeArguments;
 use self::run::RunArguments;
 use self::sweep::SweepArguments;
+use self::view::ViewArguments;
 use crate::failure::{Failure, Kind};
 use crate::run::participants::guard::Guard;
 
@@ -85,6 +87,12 @@ enum Command {
     /// Lay finished runs over each other: probes on common axes, peaks, differences from the first.
     #[command(after_help = exit_codes())]
     Overlay(OverlayArguments),
+    /// Show the folder of a run, finished or running, in a browser of this machine.
+    ///
+    /// Serves a page at a port of 127.0.0.1 and prints its address: the particles over time, probes, balances. It reads
+    /// the folder and changes nothing. `run --view` also has buttons for a checkpoint and to stop.
+    #[command(after_help = exit_codes())]
+    View(ViewArguments),
     /// Show what accuracy costs: runs cases with known answers over resolution, scheme and step, error against CPU time.
     ///
     /// The quick study takes under five minutes, `--full` as long as it says first. Finished runs are kept, so that a
@@ -139,6 +147,7 @@ pub fn main() -> ExitCode {
         Command::Ensemble(arguments) => arguments.execute(),
         Command::Overlay(arguments) => arguments.execute(),
         Command::Report(arguments) => arguments.execute(),
+        Command::View(arguments) => arguments.execute(),
         Command::Conform(arguments) => arguments.execute(),
         Command::Replay(arguments) => arguments.execute(),
         Command::Compare(arguments) => arguments.execute(),

@@ -73,6 +73,10 @@ pub(super) struct RunOptionArguments {
     /// start from its own program are not in it.
     #[arg(long, value_name = "FILE")]
     trace: Option<PathBuf>,
+    /// Serve a page on this machine that shows the run while it goes on, and print its address; the results are
+    /// bit-identical.
+    #[arg(long)]
+    view: bool,
     /// Fail, with an exit code of its own, when the run reaches its end with reservations about its answer; the results
     /// are complete all the same.
     #[arg(long)]
@@ -95,6 +99,7 @@ impl From<RunOptionArguments> for RunOptions {
             checkpoint_every_wall: arguments.checkpoint_every_wall.map(Duration::from_secs_f64),
             max_restarts: arguments.max_restarts,
             trace: arguments.trace.clone(),
+            view: arguments.view,
             reservations: if arguments.strict { OnReservations::Fail } else { OnReservations::Report },
             messages: match (arguments.quiet, arguments.verbose) {
                 (true, _) => Messages::Warnings,

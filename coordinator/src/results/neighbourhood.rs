@@ -18,9 +18,16 @@ const LISTED: usize = 50;
 /// # Errors
 /// When the file cannot be written.
 pub fn write(path: &Path, divergence: &Divergence, state: &ParticleFields) -> Result<(), OutputError> {
-    let position = state.field("position").filter(|field| field.components == 2);
-    let (Some([x, y]), Some(position)) = (divergence.position.as_deref(), position) else { return Ok(()) };
-    let distance = |i: usize| (position.values[2 * i] - x).hypot(position.values[2 * i + 1] - y);
+    let (Some(place), Some(position)) = (divergence.position.as_deref(), state.field("position")) else {
+        return Ok(());
+    };
+    if position.components != place.len() {
+        return Ok(());
+    }
+    let distance = |i: usize| {
+        let x = position.values.iter().skip(i * place.len());
+        x.zip(place).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
+    };
     let offending = |i: usize| divergence.particle == Some(state.id[i]);
     let mut nearest: Vec<usize> = (0..state.id.len()).collect();
     // The offending particle first, also where its place is no number; others without a place last.

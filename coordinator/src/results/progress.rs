@@ -2,6 +2,7 @@
 
 use std::fmt::Display;
 use std::io::IsTerminal;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -9,6 +10,7 @@ use sph::setup::TimePlan;
 
 use super::tally::Tally;
 use crate::messages::Messages;
+use crate::page::live::Live;
 
 /// Parts of the bar; finer than any terminal is wide.
 const PARTS: u64 = 10_000;
@@ -24,6 +26,7 @@ pub struct Progress {
     messages: Messages,
     started: Instant,
     shown: Instant,
+    live: Option<Arc<Live>>,
 }
 
 enum Kind {
@@ -48,7 +51,12 @@ impl Progress {
             Kind::Lines
         };
         let now = Instant::now();
-        Self { plan, kind, messages, started: now, shown: now }
+        Self { plan, kind, messages, started: now, shown: now, live: None }
+    }
+
+    /// Also tells the page of the run.
+    pub fn with_live(self, live: Option<Arc<Live>>) -> Self {
+        Self { live, ..self }
     }
 
     /// Prints a warning.
@@ -58,6 +66,9 @@ impl Progress {
 
     /// Takes the figures after a step.
     pub fn step(&mut self, tally: &Tally) {
+        if let Some(live) = &self.live {
+            live.step(tally.steps, tally.time, tally.breaches);
+        }
         let between = match self.kind {
             Kind::Bar(_) => BETWEEN_DRAWS,
             Kind::Lines => BETWEEN_LINES,

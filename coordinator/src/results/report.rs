@@ -1,9 +1,7 @@
-//! `report.html`: the run's facts and pictures in one file that needs no network.
+//! `report.html`: what a run says, its film and its pictures, in one file that needs no network.
 
-mod energies;
 mod fields;
 pub(crate) mod page;
-mod series;
 
 use std::io::Write;
 use std::path::Path;
@@ -12,35 +10,23 @@ use super::error::OutputError;
 use super::files::write_file;
 use super::plots::PlotError;
 use super::plots::gallery::PairedSnapshot;
-use super::table::Table;
+use crate::page::document;
+use crate::page::film::Film;
+use crate::page::run::RunPage;
 
 /// Everything that a report shows.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default)]
 pub struct ReportData {
-    /// Title, usually that of the case.
-    pub title: String,
-    /// How the run ended: one word such as `completed`.
-    pub verdict: String,
-    /// Why it ended, in a sentence.
-    pub reason: String,
-    /// Facts of the run by name.
-    pub facts: Vec<(String, String)>,
-    /// What the solvers agreed on before the run, by name.
-    pub negotiated: Vec<(String, String)>,
-    /// Things that the user should know of.
-    pub warnings: Vec<String>,
-    /// Snapshots to show, in time order.
+    /// What the run says.
+    pub page: RunPage,
+    /// Its frames; `None` where there are none.
+    pub film: Option<Film>,
+    /// Snapshots to show as pictures, in time order.
     pub snapshots: Vec<PairedSnapshot>,
     /// Names of the groups of the fluid that are walls.
     pub walls: Vec<String>,
     /// Axis that points against gravity.
     pub up_axis: usize,
-    /// Content of `probes.csv`.
-    pub probes: Table,
-    /// Content of `ledger.csv`.
-    pub ledger: Table,
-    /// Largest imbalance that the case allows \[-\].
-    pub tolerance: Option<f64>,
 }
 
 /// Writes the report to `path`.
@@ -57,16 +43,12 @@ pub fn write(path: &Path, data: &ReportData) -> Result<(), OutputError> {
 /// # Errors
 /// When a picture cannot be drawn.
 pub fn html(data: &ReportData) -> Result<String, PlotError> {
-    let sections = [
-        fields::outside(data)?,
-        fields::pressure(data)?,
-        fields::stress(data)?,
-        series::probes(&data.probes)?,
-        series::ledger(&data.ledger, data.tolerance)?,
-        energies::energies(&data.ledger)?,
-    ];
-    let sections: Vec<page::Section> = sections.into_iter().flatten().collect();
-    Ok(page::page(data, &sections))
+    let sections = [fields::outside(data)?, fields::pressure(data)?, fields::stress(data)?];
+    let mut pictures = String::new();
+    for section in sections.into_iter().flatten() {
+        page::folded_section(&mut pictures, &section);
+    }
+    document::report(&data.page, data.film.as_ref(), &pictures).map_err(PlotError::new)
 }
 
 #[cfg(test)]

@@ -1,5 +1,7 @@
 //! One attempt at a run: from its start or a checkpoint to its end.
 
+use std::sync::Arc;
+
 use proto::recording::RecordingWriter;
 use sph::coupling::solver::Role;
 use sph::setup::ParticipantSetup;
@@ -16,12 +18,13 @@ use super::participants::remote::{Plan, Remote, Start};
 use super::participants::restore::Restore;
 use super::participants::threads::Threads;
 use super::participants::{CommandChannel, NewsResult, Participants};
-use super::signals::StopRequest;
+use super::signals::OutsideRequest;
 use super::solvers::Solvers;
 use super::trace::Trace;
 use crate::case;
 use crate::checkpoint::RunCheckpoint;
 use crate::failure::Failure;
+use crate::page::live::Live;
 use crate::results::names;
 use crate::results::progress::Progress;
 use crate::results::recorder::Recorder;
@@ -41,6 +44,8 @@ pub(super) struct Attempt<'a> {
     pub recording: Option<&'a RecordingWriter>,
     /// Trace of all processes.
     pub trace: Option<&'a Trace>,
+    /// What the page of the run reads.
+    pub live: Option<&'a Arc<Live>>,
 }
 
 /// An attempt that has ended, its solvers still there.
@@ -60,7 +65,7 @@ impl Attempt<'_> {
     pub(super) async fn run(
         &self,
         scheduler: &mut CheckpointScheduler,
-        stops: &mut mpsc::Receiver<StopRequest>,
+        requests: &mut mpsc::Receiver<OutsideRequest>,
     ) -> Result<EndedAttempt, Failure> {
         let Job { case, directory, options, .. } = self.job;
         let (mut solvers, mut participants) = self.start().await?;
@@ -73,7 +78,10 @@ impl Attempt<'_> {
         if let (Some(coupling), Some(kind)) = (&mut setup.coupling, solvers.coupling_kind()) {
             coupling.kind = kind;
         }
-        let progress = Progress::new(setup.time, options.messages);
+        if let Some(live) = self.live {
+            live.agreed(&facts, header::step_limits(case));
+        }
+        let progress = Progress::new(setup.time, options.messages).with_live(self.live.cloned());
         let taken = match self.from {
             Some(checkpoint) => self.take_over(checkpoint, scheduler.store()),
             None => self.begin(),
@@ -96,7 +104,7 @@ impl Attempt<'_> {
         let outputs = Writer::start(recorder, case.disk_deadline())?;
         let pace = Pace { window: options.window, step_deadline: case.step_deadline() };
         let driven =
-            control::drive(&mut participants, &setup, pace, resumed, &outputs, scheduler, stops).await;
+            control::drive(&mut participants, &setup, pace, resumed, &outputs, scheduler, requests).await;
         drop(participants);
         match driven {
             Ok(ending) => Ok(EndedAttempt { ending, solvers, outputs, facts }),

@@ -16,10 +16,12 @@ use super::job::Job;
 use super::participants::hints;
 use crate::case::Case;
 use crate::failure::Failure;
+use crate::page::film::Film;
+use crate::page::folder::{CaseFacts, Snapshots};
+use crate::page::run::{FactTable, RunPage, Sources};
 use crate::results::energy::{EnergySummary, SideEnergy};
 use crate::results::names;
 use crate::results::plots::gallery::PairedSnapshot;
-use crate::results::plots::projection::up_axis;
 use crate::results::process::Process;
 use crate::results::quality::{self, Evidence, Sampler};
 use crate::results::recorder::Recorded;
@@ -115,23 +117,27 @@ fn write_report(
     snapshots: Vec<PairedSnapshot>,
 ) -> Result<(), Failure> {
     let Job { case, directory, .. } = job;
-    let setup = case.run_plan();
-    let data = ReportData {
-        title: case.name.clone(),
-        verdict: summary.verdict_text(),
-        reason: summary.reason.clone(),
-        facts: header::results(summary),
-        negotiated: facts,
-        warnings: summary.warnings.clone(),
-        snapshots,
-        walls: match case.has(Role::Fluid) {
-            true => case.file().walls.iter().map(|wall| wall.name.value.clone()).collect(),
-            false => Vec::new(),
-        },
-        up_axis: up_axis(&setup.body_force.gravity),
-        tolerance: setup.coupling.map(|_| setup.ledger.balance_tolerance),
+    let folder = directory.path();
+    let facts_of_case = CaseFacts::of(&case.resolved_toml()).map_err(Failure::internal)?;
+    let film = Film::of(&facts_of_case, &Snapshots::list(folder, false)).map_err(Failure::output)?;
+    let value = serde_json::to_value(summary).map_err(|e| Failure::internal(e.to_string()))?;
+    let sources = Sources {
+        summary: Some(&value),
         probes: Table::read(&directory.file(names::PROBES))?,
         ledger: Table::read(&directory.file(names::LEDGER))?,
+        extremes: film.as_ref().map_or(&[], |film| &film.extremes),
+        tables: vec![
+            FactTable { id: "facts", headline: "Run", rows: header::results(summary) },
+            FactTable { id: "negotiated", headline: "Agreed before the run", rows: facts },
+        ],
+    };
+    let page = RunPage::new(folder, &facts_of_case, sources);
+    let data = ReportData {
+        page: film.iter().fold(page, |page, film| page.with_film(film)),
+        film,
+        snapshots,
+        walls: facts_of_case.walls,
+        up_axis: facts_of_case.up_axis,
     };
     Ok(report::write(&directory.file(names::REPORT), &data)?)
 }

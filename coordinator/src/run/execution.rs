@@ -13,6 +13,7 @@ use super::control::ending::Ending;
 use super::job::Job;
 use super::losses::Losses;
 use super::outcome::RunOutcome;
+use super::page::RunPage;
 use super::participants::hints;
 use super::participants::remote::Remote;
 use super::request::{OnReservations, RunOptions};
@@ -42,7 +43,11 @@ pub(crate) fn execute(job: &Job) -> Result<RunOutcome, Failure> {
         .build()
         .map_err(|e| Failure::internal(format!("cannot start the runtime: {e}")))?;
     let trace = job.options.trace.as_deref().map(Trace::start).transpose()?;
-    let ended = runtime.block_on(run_recorded(job, trace.as_ref()));
+    let page = job.options.view.then(|| RunPage::start(job)).transpose()?;
+    let ended = runtime.block_on(run_recorded(job, trace.as_ref(), page.as_ref()));
+    if let Some(page) = page {
+        page.end(ended.as_ref().map(|ended| &ended.ending));
+    }
     // Blocking readers of a child's output may linger; nothing waits for them.
     runtime.shutdown_background();
     let traced = trace.map_or(Ok(()), Trace::finish);
@@ -97,7 +102,7 @@ fn with_resume_hint(mut failure: Failure, job: &Job) -> Failure {
     failure
 }
 
-async fn run_recorded(job: &Job, trace: Option<&Trace>) -> Result<EndedRun, Failure> {
+async fn run_recorded(job: &Job, trace: Option<&Trace>, page: Option<&RunPage>) -> Result<EndedRun, Failure> {
     let relay = job.options.servers().and_then(|servers| servers.relay.as_ref());
     let recording = match relay.and_then(|relay| relay.record.as_ref()) {
         Some(path) if job.case.run_plan().coupling.is_some() => Some(RecordingWriter::create(path)?),
@@ -106,7 +111,7 @@ async fn run_recorded(job: &Job, trace: Option<&Trace>) -> Result<EndedRun, Fail
         }
         None => None,
     };
-    let ended = make_attempts(job, recording.as_ref(), trace).await;
+    let ended = make_attempts(job, recording.as_ref(), trace, page).await;
     if let Some(recording) = recording {
         let path = recording.path().to_owned();
         let frames = recording.finish().await;
@@ -125,10 +130,15 @@ async fn make_attempts(
     job: &Job,
     recording: Option<&RecordingWriter>,
     trace: Option<&Trace>,
+    page: Option<&RunPage>,
 ) -> Result<EndedRun, Failure> {
     let Job { case, directory, options, .. } = job;
     let resolved = case.resolved_toml();
-    let mut stops = watch_signals(options.messages)?;
+    let (sender, mut requests) = watch_signals(options.messages)?;
+    if let Some(page) = page {
+        page.take_orders(sender);
+    }
+    let live = page.map(RunPage::live);
     let mut scheduler = CheckpointScheduler::new(
         directory.file(names::CHECKPOINTS),
         schedule(case, options),
@@ -142,9 +152,12 @@ async fn make_attempts(
     let most =
         if job.replay.is_some() { 0 } else { options.max_restarts.unwrap_or(case.checkpoint().max_restarts) };
     loop {
-        let attempt = Attempt { job, from: from.as_ref(), number: restarts.len(), recording, trace };
-        let mut ended = attempt.run(&mut scheduler, &mut stops).await?;
+        let attempt = Attempt { job, from: from.as_ref(), number: restarts.len(), recording, trace, live };
+        let mut ended = attempt.run(&mut scheduler, &mut requests).await?;
         let Some((roles, failure)) = ended.lost(&mut losses, most).await else {
+            if let Some(live) = live {
+                live.doing("writing summary and report");
+            }
             let replayed = ended.solvers.remote().and_then(Remote::replayed);
             let (ending, summary) = completion::finish(job, &resolved, ended, &scheduler, restarts).await?;
             return Ok(EndedRun { ending, summary, replayed });

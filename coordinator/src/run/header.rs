@@ -120,6 +120,13 @@ fn implicit(plan: &ImplicitCoupling) -> String {
     )
 }
 
+/// The limits of the time step, in words: the smallest, and what sets it.
+pub fn step_limits(case: &Case) -> String {
+    let summary = case.summary();
+    let least = summary.limits.iter().min_by(|a, b| a.stability.total_cmp(&b.stability));
+    least.map_or(String::new(), |limit| format!("{:.3e} s ({})", limit.stability, limit.origin))
+}
+
 /// Results of a run, in words.
 pub fn results(summary: &Summary) -> Vec<Fact> {
     let mut facts = vec![

@@ -11,6 +11,7 @@ mod losses;
 pub(crate) mod memory;
 pub mod origin;
 pub mod outcome;
+mod page;
 pub mod participants;
 mod path_choice;
 pub mod request;

@@ -51,6 +51,8 @@ pub struct RunOptions {
     pub trace: Option<PathBuf>,
     /// What becomes of a run that reaches its end with reservations.
     pub reservations: OnReservations,
+    /// Serve a page on this machine that shows the run, and print its address.
+    pub view: bool,
     /// What is printed.
     pub messages: Messages,
 }
@@ -77,6 +79,7 @@ impl Default for RunOptions {
             max_restarts: None,
             trace: None,
             reservations: OnReservations::default(),
+            view: false,
             messages: Messages::default(),
         }
     }

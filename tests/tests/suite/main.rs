@@ -30,6 +30,7 @@ mod streams;
 mod tidy;
 mod trace;
 mod validation;
+mod view;
 
 use tests::bench::Bench;
 

@@ -1,6 +1,5 @@
-//! Pictures of a run: particle fields as PNG, quantities over time as SVG.
+//! Pictures of a run: particle fields as PNG, and what pictures and the page share.
 
-pub mod chart;
 pub mod colour;
 pub mod field;
 pub mod gallery;

@@ -1,4 +1,4 @@
-//! Pictures of the particles: pressure of the fluid, stress in the solids.
+//! Pictures of the particles at the times of the case: pressure of the fluid, stress in the solids.
 
 use sph::coupling::solver::ParticleFields;
 
@@ -51,7 +51,7 @@ pub fn pressure(data: &ReportData) -> Result<Option<Section>, PlotError> {
     let solids = if data.snapshots.iter().any(|s| s.solid.is_some()) { ", solids orange" } else { "" };
     Ok(Some(Section {
         id: "pressure",
-        headline: "Pressure of the fluid",
+        headline: "Pictures: pressure of the fluid",
         note: format!(
             "{}alls grey{solids}. All pictures share one colour scale; the lowest and the highest {:.1} % of all \
              values take the colours of its ends.",
@@ -89,24 +89,28 @@ pub fn outside(data: &ReportData) -> Result<Option<Section>, PlotError> {
         figures.push(png_figure(&draw(&sheet, &all)?, &format!("the scene at {time}")));
     }
     let note = "Water coloured by its speed, solids orange; walls are left out. All pictures share one colour scale.";
-    Ok(Some(Section { id: "outside", headline: "Seen from outside", note: note.to_owned(), figures }))
+    Ok(Some(Section {
+        id: "outside",
+        headline: "Pictures: seen from outside",
+        note: note.to_owned(),
+        figures,
+    }))
 }
 
-/// σ₂₂ in the solids, close up; `None` without solids.
+/// Von Mises stress in the solids, in one window for all times; `None` without solids.
 pub fn stress(data: &ReportData) -> Result<Option<Section>, PlotError> {
     let solids = || sides(data).filter_map(|(_, solid)| solid);
-    let mut values: Vec<f64> =
-        solids().flat_map(|solid| components(solid, "stress", 1)).map(f64::abs).collect();
-    let Some(largest) = quantile(&mut values, 1.0 - 2.0 * OUTLIERS) else { return Ok(None) };
+    let mut values: Vec<f64> = solids().flat_map(|solid| components(solid, "von_mises", 0)).collect();
+    let Some(largest) = quantile(&mut values, 1.0 - OUTLIERS) else { return Ok(None) };
     let largest = if largest > 0.0 { largest } else { 1.0 };
-    let scale = scale(ColourMap::CoolWarm, -largest, largest, "σ₂₂");
+    let scale = scale(ColourMap::Viridis, 0.0, largest, "von Mises");
     let sizes = Sizes::of(data);
     let projection = views(data, &sizes).map_or(Projection::PLANE, |views| views.cut);
+    let points = solids().flat_map(positions).map(|x| projection.point(&x));
+    let Some(view) = View::around(points, SOLID_MARGIN * sizes.solid) else { return Ok(None) };
     let mut figures = Vec::new();
     for snapshot in &data.snapshots {
         let Some(solid) = &snapshot.solid else { continue };
-        let points = positions(solid).map(|x| projection.point(&x));
-        let Some(view) = View::around(points, SOLID_MARGIN * sizes.solid) else { continue };
         let mut all = match &snapshot.fluid {
             Some(fluid) => {
                 let water = std::iter::repeat_n(WATER, fluid.id.len());
@@ -114,20 +118,19 @@ pub fn stress(data: &ReportData) -> Result<Option<Section>, PlotError> {
             }
             None => Vec::new(),
         };
-        let stresses = components(solid, "stress", 1).map(|stress| scale.colour(stress));
+        let stresses = components(solid, "von_mises", 0).map(|stress| scale.colour(stress));
         all.extend(dots(solid, &projection, sizes.solid, stresses));
         let time = time_of(snapshot);
         let title = titled(&time, &projection, data.up_axis);
         let sheet = Sheet { title: &title, view, projection, scale: &scale };
-        figures.push(png_figure(&draw(&sheet, &all)?, &format!("sigma_22 at {time}")));
+        figures.push(png_figure(&draw(&sheet, &all)?, &format!("von Mises stress at {time}")));
     }
     Ok(Some(Section {
         id: "stress",
-        headline: "Stress σ₂₂ in the solids",
+        headline: "Pictures: von Mises stress in the solids",
         note: format!(
-            "Red is tension along y, blue is compression. Each picture is a close-up of the solids at its time; all \
-             share one colour scale, and the largest {:.0} % of all magnitudes take the colours of its ends.",
-            200.0 * OUTLIERS
+            "All pictures share one window and one colour scale; the largest {:.1} % of all values take the colour of its end.",
+            100.0 * OUTLIERS
         ),
         figures,
     }))

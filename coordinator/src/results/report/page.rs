@@ -1,12 +1,11 @@
-//! The page: head, facts, sections.
+//! Sections of figures, and pages made of them alone.
 
 use std::fmt::Write;
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 
-use super::ReportData;
-use crate::results::plots::colour::Rgb;
+pub use crate::page::document::escaped;
 
 /// A part of the page with its own headline.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -21,11 +20,6 @@ pub struct Section {
     pub figures: Vec<String>,
 }
 
-/// Text as HTML.
-pub fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
-}
-
 /// A figure with a picture given as PNG.
 pub fn png_figure(png: &[u8], description: &str) -> String {
     format!(
@@ -35,49 +29,18 @@ pub fn png_figure(png: &[u8], description: &str) -> String {
     )
 }
 
-/// A figure with a drawing given as SVG, its title and its legend; without a drawing it says `empty`.
-pub fn svg_figure(title: &str, legend: &[(String, Rgb)], svg: Option<&str>, empty: &str) -> String {
-    let mut html = format!("<figure><figcaption><b>{}</b>", escaped(title));
-    for (name, [r, g, b]) in legend.iter().filter(|(name, _)| !name.is_empty()) {
-        let _ =
-            write!(html, " <span class=\"key\" style=\"--key:rgb({r},{g},{b})\">{}</span>", escaped(name));
+/// Appends a section that is folded away.
+pub fn folded_section(html: &mut String, section: &Section) {
+    let (id, headline, note) = (section.id, escaped(section.headline), escaped(&section.note));
+    let _ = writeln!(
+        html,
+        "<section id=\"{id}\"><details><summary><h2>{headline}</h2></summary>\n<p class=\"note\">{note}</p>\n<div class=\"figures\">"
+    );
+    for figure in &section.figures {
+        html.push_str(figure);
+        html.push('\n');
     }
-    html.push_str("</figcaption>");
-    match svg {
-        Some(svg) => html.push_str(svg),
-        None => {
-            let _ = write!(html, "<p class=\"none\">{}</p>", escaped(empty));
-        }
-    }
-    html.push_str("</figure>");
-    html
-}
-
-/// The whole page.
-pub fn page(data: &ReportData, sections: &[Section]) -> String {
-    let title = if data.title.is_empty() { "Run" } else { &data.title };
-    let mut head = String::new();
-    if !data.verdict.is_empty() {
-        let verdict = escaped(&data.verdict);
-        let _ = writeln!(
-            head,
-            "<p><span class=\"verdict {verdict}\">{verdict}</span> {}</p>",
-            escaped(&data.reason)
-        );
-    }
-    let mut before = String::new();
-    if !data.warnings.is_empty() {
-        before.push_str("<section id=\"warnings\" class=\"warnings\"><h2>Warnings</h2><ul>");
-        for warning in &data.warnings {
-            let _ = write!(before, "<li>{}</li>", escaped(warning));
-        }
-        before.push_str("</ul></section>\n");
-    }
-    before.push_str("<div class=\"tables\">\n");
-    table(&mut before, "facts", "Run", &data.facts);
-    table(&mut before, "negotiated", "Agreed before the run", &data.negotiated);
-    before.push_str("</div>\n");
-    document(title, &head, &before, sections)
+    html.push_str("</div></details></section>\n");
 }
 
 /// A page that needs no network: title as text, below it `head`, then `before` and the sections, as HTML.

@@ -6,9 +6,16 @@ use sph::coupling::ledger::{
 };
 use sph::coupling::solver::{Field, ParticleFields, Role};
 
+use serde_json::json;
+
 use super::*;
+use crate::page::folder::{CaseFacts, Snapshots};
+use crate::page::run::{FactTable, Sources};
 use crate::results::energy::LedgerSide;
 use crate::results::ledger::LedgerFile;
+use crate::results::names;
+use crate::results::table::Table;
+use crate::results::vtk::Series;
 
 /// How many times the fields are shown at.
 const PICTURES: usize = 6;
@@ -19,8 +26,8 @@ fn block(
     counts: [u32; 2],
     spacing: f64,
     name: &str,
-    components: usize,
-    values: impl Fn([f64; 2]) -> Vec<f64>,
+    quantity: &str,
+    value: impl Fn([f64; 2]) -> f64,
 ) -> ParticleFields {
     let position: Vec<[f64; 2]> = (0..counts[0] * counts[1])
         .map(|k| {
@@ -45,12 +52,7 @@ fn block(
             field("position", "m", 2, position.iter().flatten().copied().collect()),
             field("mass", "kg/m", 1, vec![1000.0 * spacing * spacing; n]),
             field("density", "kg/m3", 1, vec![1000.0; n]),
-            field(
-                if components == 1 { "pressure" } else { "stress" },
-                "Pa",
-                components,
-                position.iter().flat_map(|x| values(*x)).collect(),
-            ),
+            field(quantity, "Pa", 1, position.iter().map(|x| value(*x)).collect()),
         ],
     }
 }
@@ -92,29 +94,28 @@ fn fluid(time: f64) -> ParticleFields {
     let width = 73 + (400.0 * time) as u32;
     let height = (10_658.0 / f64::from(width)) as u32;
     let top = 0.002 * f64::from(height);
-    let water = block([0.0, 0.0], [width, height], 0.002, "column", 1, |x| {
-        vec![9810.0 * (top - x[1]) * (1.0 + 2.0 * time * (20.0 * x[0]).sin())]
+    let water = block([0.0, 0.0], [width, height], 0.002, "column", "pressure", |x| {
+        9810.0 * (top - x[1]) * (1.0 + 2.0 * time * (20.0 * x[0]).sin())
     });
     let start = 0.234 + 0.22 * time;
     let water = cut(water, |[x, y]| {
         let body = (start..start + 0.036).contains(&x) && (0.008..0.044).contains(&y);
         body || ((0.398..0.41).contains(&x) && y < 0.08)
     });
-    let zero = |_| vec![0.0];
-    let floor = block([-0.006, -0.006], [298, 3], 0.002, "tank", 1, zero);
-    let left = block([-0.006, 0.0], [3, 292], 0.002, "tank", 1, zero);
-    let right = block([0.584, 0.0], [3, 292], 0.002, "tank", 1, zero);
+    let zero = |_| 0.0;
+    let floor = block([-0.006, -0.006], [298, 3], 0.002, "tank", "pressure", zero);
+    let left = block([-0.006, 0.0], [3, 292], 0.002, "tank", "pressure", zero);
+    let right = block([0.584, 0.0], [3, 292], 0.002, "tank", "pressure", zero);
     let mut all = joined(joined(joined(water, floor), left), right);
     all.time = time;
     all
 }
 
 fn solid(time: f64) -> ParticleFields {
-    let bend = |x: [f64; 2]| vec![0.0, 4e5 * time * (0.404 - x[0]) / 0.006 * (1.0 - x[1] / 0.08), 0.0];
-    let plate = block([0.398, 0.0], [6, 40], 0.002, "plate", 3, bend);
+    let bend = |x: [f64; 2]| (4e5 * time * (0.404 - x[0]) / 0.006 * (1.0 - x[1] / 0.08)).abs();
+    let plate = block([0.398, 0.0], [6, 40], 0.002, "plate", "von_mises", bend);
     let start = 0.234 + 0.22 * time;
-    let body =
-        block([start, 0.008], [18, 18], 0.002, "body", 3, |x| vec![0.0, -800.0 * (0.05 - x[1]) / 0.05, 0.0]);
+    let body = block([start, 0.008], [18, 18], 0.002, "body", "von_mises", |x| 800.0 * (0.05 - x[1]) / 0.05);
     let mut all = joined(plate, body);
     all.time = time;
     all
@@ -228,47 +229,93 @@ fn ledger(sides: &[Role]) -> Table {
 
 fn data(sides: &[Role]) -> ReportData {
     let pair = |(a, b): (&str, &str)| (a.to_string(), b.to_string());
-    ReportData {
+    let snapshots = snapshots(sides);
+    let root = tempfile::tempdir().unwrap();
+    let folder = root.path().join(names::SNAPSHOTS);
+    std::fs::create_dir(&folder).unwrap();
+    let mut series = [Series::new(&folder, Role::Fluid), Series::new(&folder, Role::Solid)];
+    for (step, pair) in (0..).zip(&snapshots) {
+        for (series, fields) in series.iter_mut().zip([&pair.fluid, &pair.solid]) {
+            if let Some(fields) = fields {
+                series.write(&ParticleFields { step, ..fields.clone() }).unwrap();
+            }
+        }
+    }
+    let case = CaseFacts {
         title: "Drifting <body> & plate".into(),
-        verdict: "completed".into(),
-        reason: "the end time 0.5 s was reached".into(),
-        facts: [("steps", "50000"), ("wall time", "312 s"), ("particles", "11510 fluid, 564 solid")]
-            .map(pair)
-            .into(),
-        negotiated: [("smoothing length of the fluid", "2.4 mm"), ("protocol", "1")].map(pair).into(),
-        warnings: vec![],
-        snapshots: snapshots(sides),
-        walls: vec!["tank".into()],
+        dimensions: 2,
         up_axis: 1,
+        walls: vec!["tank".into()],
+        spacings: [Some(0.002); 2],
+        span: [0.0, 0.5],
+        tolerance: Some(1e-12),
+    };
+    let film = Film::of(&case, &Snapshots::list(root.path(), false)).unwrap();
+    let summary = json!({
+        "verdict": "completed", "reason": "the end time 0.5 s was reached", "steps": 50000, "reservations": ["mach_number = 0.5"],
+        "quality": [{"name": "mach_number", "value": 0.5, "threshold": 0.3, "verdict": "reservation",
+            "meaning": "largest speed", "advice": "raise the sound speed"}],
+    });
+    let facts = [("wall time", "312 s"), ("particles", "11510 fluid, 564 solid")].map(pair).into();
+    let sources = Sources {
+        summary: Some(&summary),
         probes: probes(),
         ledger: ledger(sides),
-        tolerance: Some(1e-12),
-    }
+        extremes: film.as_ref().map_or(&[], |film| &film.extremes),
+        tables: vec![FactTable { id: "facts", headline: "Run", rows: facts }],
+    };
+    let page = RunPage::new(root.path(), &case, sources);
+    let page = film.iter().fold(page, |page, film| page.with_film(film));
+    ReportData { page, film, snapshots, walls: case.walls, up_axis: 1 }
 }
 
 fn count(html: &str, part: &str) -> usize {
     html.matches(part).count()
 }
 
+/// The message inside a report.
+fn message(html: &str) -> serde_json::Value {
+    let start = html.split("id=\"run\">").nth(1).unwrap();
+    serde_json::from_str(start.split("</script>").next().unwrap()).unwrap()
+}
+
 #[test]
-fn a_report_is_one_file_with_all_pictures() {
+fn a_report_is_one_file_with_film_and_pictures() {
     let html = html(&data(&[Role::Fluid, Role::Solid])).unwrap();
-    for id in ["facts", "negotiated", "pressure", "stress", "probes", "ledger", "energies"] {
+    for id in ["run", "page", "pressure", "stress"] {
         assert_eq!(count(&html, &format!("id=\"{id}\"")), 1, "{id}");
     }
-    assert_eq!(count(&html, "<img"), 2 * PICTURES);
+    assert_eq!(count(&html, "class=\"frame\">"), PICTURES);
     assert_eq!(count(&html, "data:image/png;base64,iVBOR"), 2 * PICTURES);
-    // Seven pictures of probes, four of the ledger, four of energies.
-    assert_eq!(count(&html, "<svg"), 15);
     assert!(html.contains("Drifting &lt;body&gt; &amp; plate") && !html.contains("<body> &"));
-    for outside in ["src=\"http", "href=\"http", "url(", "@import", "<script", "<link"] {
+    for outside in ["src=\"http", "href=\"http", "url(", "@import", "src=\"/", "import("] {
         assert_eq!(count(&html, outside), 0, "{outside}");
     }
     // Names of XML vocabularies are no addresses that a browser would open.
-    let without_names = html.replace("xmlns=\"http://www.w3.org/2000/svg\"", "");
-    assert_eq!(count(&without_names, "http"), 0);
-    assert_eq!(count(&html, "<figure"), count(&html, "</figure>"));
-    assert!(html.len() < 4_000_000, "{} bytes", html.len());
+    let without_names = html.replace("http://www.w3.org/2000/svg", "");
+    assert_eq!(count(&without_names, "http://") + count(&without_names, "https://"), 0);
+    assert!(html.len() < 2_000_000, "{} bytes", html.len());
+}
+
+#[test]
+fn a_report_says_what_came_out() {
+    let html = html(&data(&[Role::Fluid, Role::Solid])).unwrap();
+    let message = message(&html);
+    let sentence = message["sentence"].as_str().unwrap();
+    // The largest displacement of the probe is −1 mm · sin(40 t), at t = π/80.
+    assert!(sentence.contains("tip displacement, x reaches −1\u{a0}mm at 0.0392"), "{sentence}");
+    assert!(sentence.contains("largest von Mises stress ") && sentence.contains(" in plate"), "{sentence}");
+    assert!(html.contains(&document::escaped(sentence)), "readable without scripts");
+    assert_eq!(message["verdict"], "completed, with reservations");
+    assert_eq!(message["quality"][0]["advice"], "raise the sound speed");
+    let names: Vec<&str> =
+        message["plots"].as_array().unwrap().iter().map(|group| group["id"].as_str().unwrap()).collect();
+    assert_eq!(names, ["motion", "water", "energies-of-probes", "sums", "energies", "ledger"]);
+    let figure = &message["figures"][0];
+    assert_eq!(figure["name"], "von Mises stress, solids");
+    assert!(figure["place"].as_str().unwrap().starts_with("plate, (0."), "{figure}");
+    let budget = &message["budgets"][0]["accounts"];
+    assert_eq!(budget.as_array().unwrap().last().unwrap()["kind"], "residual");
 }
 
 #[test]
@@ -276,7 +323,7 @@ fn one_side_alone_is_enough() {
     let fluid = html(&data(&[Role::Fluid])).unwrap();
     assert_eq!(count(&fluid, "<img"), PICTURES);
     assert!(!fluid.contains("id=\"stress\"") && !fluid.contains("solids orange"));
-    assert!(!fluid.contains("Action = reaction"), "no partner, no balance");
+    assert!(!message(&fluid).to_string().contains("Action = reaction"), "no partner, no balance");
     let solid = html(&data(&[Role::Solid])).unwrap();
     assert!(solid.contains("id=\"stress\"") && !solid.contains("id=\"pressure\""));
 }
@@ -284,25 +331,18 @@ fn one_side_alone_is_enough() {
 #[test]
 fn a_run_that_left_nothing_still_has_its_facts() {
     let empty = ReportData {
-        title: "t".into(),
-        verdict: "failed".into(),
-        reason: "diverged at step 0 predictor".into(),
-        warnings: vec!["1 particle lost".into()],
-        facts: vec![("steps".into(), "0".into())],
+        page: RunPage {
+            title: "t".into(),
+            verdict: "failed".into(),
+            reason: "diverged at step 0 predictor".into(),
+            warnings: vec!["1 particle lost".into()],
+            ..RunPage::default()
+        },
         ..ReportData::default()
     };
     let html = html(&empty).unwrap();
-    assert!(
-        html.contains("diverged at step 0")
-            && html.contains("1 particle lost")
-            && html.contains("id=\"facts\"")
-    );
-    assert_eq!(count(&html, "<img") + count(&html, "<svg"), 0);
-    let mut dry = data(&[Role::Fluid]);
-    dry.probes = Table::new(vec!["t_s".into(), "p_pressure_pa".into()]);
-    dry.probes.push(&[0.0, f64::NAN]);
-    dry.ledger = Table::default();
-    assert!(super::html(&dry).unwrap().contains("no value at any time"));
+    assert!(html.contains("diverged at step 0") && html.contains("<td>1 particle lost</td>"));
+    assert_eq!(count(&html, "<img") + count(&html, "class=\"frame\">"), 0);
 }
 
 #[test]
@@ -319,6 +359,29 @@ fn fields_that_are_missing_or_no_numbers_are_survived() {
         }
     }
     assert!(count(&html(&odd).unwrap(), "<img") > PICTURES);
+}
+
+#[test]
+fn a_film_keeps_to_its_size_by_coarser_values_and_fewer_particles() {
+    let root = tempfile::tempdir().unwrap();
+    let folder = root.path().join(names::SNAPSHOTS);
+    std::fs::create_dir(&folder).unwrap();
+    let mut series = Series::new(&folder, Role::Fluid);
+    for (step, time) in [(0, 0.0), (1, 0.1), (2, 0.2)] {
+        series.write(&ParticleFields { step, ..fluid(time) }).unwrap();
+    }
+    let case = CaseFacts { dimensions: 2, walls: vec!["tank".into()], ..CaseFacts::default() };
+    let list = Snapshots::list(root.path(), false);
+    let whole = Film::within(&case, &list, 12_000_000).unwrap().unwrap();
+    assert!(whole.notes.is_empty() && whole.columns.iter().all(|column| column.bits == 16));
+    let size = |film: &Film| film.frames.iter().map(|frame| frame.data.len()).sum::<usize>();
+    let small = Film::within(&case, &list, size(&whole) / 20).unwrap().unwrap();
+    assert!(size(&small) <= size(&whole) / 20);
+    assert!(
+        small.scene.every > 1 && small.notes[0].contains(&format!("one particle in {}", small.scene.every))
+    );
+    // Extremes are those of all particles.
+    assert_eq!(small.extremes, whole.extremes);
 }
 
 #[test]

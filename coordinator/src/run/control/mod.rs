@@ -22,7 +22,7 @@ use crate::results::writer::Writer;
 use crate::run::checkpoint_scheduler::CheckpointScheduler;
 use crate::run::control::lockstep::LockStep;
 use crate::run::participants::{News, Participants};
-use crate::run::signals::StopRequest;
+use crate::run::signals::OutsideRequest;
 use ending::Ending;
 use stall::StepWatch;
 
@@ -65,7 +65,7 @@ pub async fn drive(
     resumed: Option<ResumedAt>,
     outputs: &Writer,
     scheduler: &mut CheckpointScheduler,
-    stops: &mut Receiver<StopRequest>,
+    requests: &mut Receiver<OutsideRequest>,
 ) -> Result<Ending, Failure> {
     let mut control = Control::new(participants.roles(), run, pace);
     control.can_save = participants.checkpoints;
@@ -77,7 +77,7 @@ pub async fn drive(
         participants.command_all(Command::Pause);
     }
     control.pace(participants, scheduler);
-    let ending = control.run(participants, outputs, scheduler, stops).await;
+    let ending = control.run(participants, outputs, scheduler, requests).await;
     if ending.is_err() {
         participants.command_all(Command::Abort);
     }
@@ -158,7 +158,7 @@ impl Control {
         participants: &mut Participants,
         outputs: &Writer,
         scheduler: &mut CheckpointScheduler,
-        stops: &mut Receiver<StopRequest>,
+        requests: &mut Receiver<OutsideRequest>,
     ) -> Result<Ending, Failure> {
         let mut since = None;
         while !self.running.is_empty() {
@@ -171,7 +171,7 @@ impl Control {
                 biased;
                 // First: a coordinator that was stopped must know it before it treats others as silent.
                 _ = self.ticks.tick() => self.tick(participants),
-                Some(request) = stops.recv() => self.stop(request, participants, scheduler),
+                Some(request) = requests.recv() => self.request(request, participants, scheduler),
                 written = scheduler.written() => written?,
                 news = participants.next_news() => {
                     let Some((role, news)) = news else { break };
@@ -270,16 +270,23 @@ impl Control {
         self.find_stalled(participants);
     }
 
-    fn stop(
+    fn request(
         &mut self,
-        request: StopRequest,
+        request: OutsideRequest,
         participants: &Participants,
         scheduler: &mut CheckpointScheduler,
     ) {
-        self.stopping = true;
         match request {
-            StopRequest::AtBoundary => self.pace(participants, scheduler),
-            StopRequest::Now => {
+            OutsideRequest::Checkpoint => {
+                self.checkpoint_due |= self.can_save;
+                self.pace(participants, scheduler);
+            }
+            OutsideRequest::AtBoundary => {
+                self.stopping = true;
+                self.pace(participants, scheduler);
+            }
+            OutsideRequest::Now => {
+                self.stopping = true;
                 self.fail(Failure::new(
                     Kind::Stopped,
                     "aborted at the second signal; outputs end where they are",

@@ -1,0 +1,88 @@
+// Frames of particles: the format is described in packing.rs.
+
+/** Bytes of base64 text, decompressed. */
+async function inflated(text) {
+  const packed = Uint8Array.from(atob(text.trim()), (character) => character.charCodeAt(0));
+  const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate"));
+  return new Uint8Array(await new Response(stream).arrayBuffer());
+}
+
+/** Numbers stored as planes of bytes, the lowest first; returns them and where the next begin. */
+function planes(raw, start, count, bytes) {
+  const numbers = bytes > 2 ? new Uint32Array(count) : new Uint16Array(count);
+  for (let plane = 0; plane < bytes; plane++) {
+    const from = start + plane * count;
+    for (let i = 0; i < count; i++) numbers[i] |= raw[from + i] << (8 * plane);
+  }
+  return [numbers, start + bytes * count];
+}
+
+/** Running sums, in the width of the array. */
+function summed(numbers) {
+  for (let i = 1; i < numbers.length; i++) numbers[i] += numbers[i - 1];
+  return numbers;
+}
+
+/** A frame from its bytes: groups, ids, and per column the codes of all particles. */
+function decoded(raw, facts, columns, before) {
+  const count = facts.count;
+  let at = 0;
+  let { groups, ids } = before ?? {};
+  if (!before) {
+    [groups, at] = planes(raw, at, count, 2);
+    [ids, at] = planes(raw, at, count, 4);
+    summed(groups);
+    summed(ids);
+  }
+  const codes = {};
+  for (const column of columns) {
+    let folded;
+    [folded, at] = planes(raw, at, count, column.bits / 8);
+    const mask = column.bits === 8 ? 0xff : 0xffff;
+    const old = before?.codes[column.name];
+    const list = new Uint16Array(count);
+    for (let i = 0; i < count; i++) {
+      const difference = folded[i] & 1 ? -((folded[i] + 1) >> 1) : folded[i] >> 1;
+      const reference = old ? old[i] : i > 0 ? list[i - 1] : 0;
+      list[i] = (reference + difference) & mask;
+    }
+    codes[column.name] = list;
+  }
+  return { time: facts.time, step: facts.step, count, groups, ids, codes, columns };
+}
+
+/** The largest code of a column stands for no value. */
+const noneOf = (column) => (column.bits === 8 ? 0xff : 0xffff);
+
+/** Value of a column at a particle; NaN for none. */
+function valueAt(frame, name, i) {
+  const column = frame.columns.find((one) => one.name === name);
+  if (!column) return NaN;
+  const code = frame.codes[name][i];
+  const none = noneOf(column);
+  return code === none ? NaN : column.lower + (code * (column.upper - column.lower)) / (none - 1);
+}
+
+/** All values of a column as floats; NaN for none. */
+function valuesOf(frame, name) {
+  const values = new Float32Array(frame.count).fill(NaN);
+  const column = frame.columns.find((one) => one.name === name);
+  if (!column) return values;
+  const none = noneOf(column);
+  const quantum = (column.upper - column.lower) / (none - 1);
+  const codes = frame.codes[name];
+  for (let i = 0; i < frame.count; i++) if (codes[i] !== none) values[i] = column.lower + codes[i] * quantum;
+  return values;
+}
+
+/** The frames of this document, one after another: each is handed over as soon as it is read. */
+async function readEmbedded(run, take) {
+  const elements = document.querySelectorAll("script.frame");
+  let before = null;
+  for (let k = 0; k < elements.length; k++) {
+    const raw = await inflated(elements[k].textContent);
+    elements[k].remove();
+    before = decoded(raw, run.frames[k], run.columns, before);
+    take(k, before);
+  }
+}

@@ -1,0 +1,327 @@
+//! What the folder of a run shows at present: read again when files have changed.
+
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::{Instant, SystemTime};
+
+use hyper::body::Bytes;
+use serde::Serialize;
+use serde_json::Value;
+
+use crate::page::document;
+use crate::page::film::{Extreme, Film, Frame, single};
+use crate::page::folder::{CaseFacts, Snapshots, is_unfinished, text};
+use crate::page::live::Live;
+use crate::page::particles::Group;
+use crate::page::run::{FactTable, RunPage, Sources, Status, duration, facts_of};
+use crate::page::scene::{Scale, Scene};
+use crate::page::story::plain;
+use crate::results::names;
+use crate::results::table::Table;
+
+/// Most particles of a frame of a run that goes on.
+const MOST_PARTICLES: usize = 200_000;
+/// Frames that are kept packed.
+const KEPT_FRAMES: usize = 8;
+
+/// Size and time of each file that is shown.
+type Stamp = Vec<Option<(u64, SystemTime)>>;
+
+/// What the page shows of a folder.
+pub(super) struct Show {
+    folder: PathBuf,
+    live: Option<Arc<Live>>,
+    started: Instant,
+    state: Mutex<State>,
+}
+
+#[derive(Default)]
+struct State {
+    case: Option<CaseFacts>,
+    stamp: Stamp,
+    /// Counts what was read anew.
+    version: u64,
+    page: Option<RunPage>,
+    snapshots: Snapshots,
+    groups: Vec<Group>,
+    extremes: Vec<Extreme>,
+    scene: Option<Scene>,
+    packed: Vec<(usize, Bytes)>,
+    /// Simulated time when this page first looked, and when that was.
+    first: Option<(f64, Instant)>,
+    /// Change of the mean volume of a mass of water since the first frame, by density \[-\].
+    volume: Option<(f64, f64)>,
+    ended: bool,
+}
+
+/// An event.
+#[derive(Serialize)]
+struct Message {
+    version: u64,
+    frames: usize,
+    status: Status,
+}
+
+/// The answer to the request for a frame.
+#[derive(Serialize)]
+struct FrameMessage {
+    #[serde(flatten)]
+    frame: Frame,
+    data: String,
+    /// Colour scales of this frame alone.
+    scales: Vec<Scale>,
+}
+
+impl Show {
+    pub fn new(folder: &Path, live: Option<Arc<Live>>) -> Self {
+        Self { folder: folder.to_owned(), live, started: Instant::now(), state: Mutex::default() }
+    }
+
+    fn state(&self) -> MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The state, read once at least.
+    fn looked_at(&self) -> MutexGuard<'_, State> {
+        if self.state().page.is_none() {
+            self.look(false);
+        }
+        self.state()
+    }
+
+    /// Whether the run has written all that it will.
+    fn is_finished(&self) -> bool {
+        self.live.is_none() && !is_unfinished(&self.folder)
+    }
+
+    /// The page: with all frames inside where the run has ended.
+    pub fn page(&self) -> Result<Option<Bytes>, String> {
+        if !self.is_finished() {
+            self.look(false);
+            let state = self.state();
+            let empty = RunPage { title: "run".into(), verdict: "running".into(), ..RunPage::default() };
+            let page = state.page.as_ref().unwrap_or(&empty);
+            return Ok(Some(document::live(page).map_err(|e| e.to_string())?.into()));
+        }
+        let case = CaseFacts::read(&self.folder)?;
+        let film = Film::of(&case, &Snapshots::list(&self.folder, false))?;
+        let page = self.read(&case, film.as_ref().map_or(&[], |film| &film.extremes))?;
+        let page = film.iter().fold(page, |page, film| page.with_film(film));
+        Ok(Some(document::report(&page, film.as_ref(), "").map_err(|e| e.to_string())?.into()))
+    }
+
+    /// The message of the page.
+    pub fn run(&self) -> Result<Option<Bytes>, String> {
+        let state = self.looked_at();
+        let Some(page) = &state.page else { return Ok(None) };
+        Ok(Some(serde_json::to_vec(page).map_err(|e| e.to_string())?.into()))
+    }
+
+    /// Frame `k`, standing alone.
+    pub fn frame(&self, k: usize) -> Result<Option<Bytes>, String> {
+        let mut state = self.looked_at();
+        if let Some((_, bytes)) = state.packed.iter().find(|(kept, _)| *kept == k) {
+            return Ok(Some(bytes.clone()));
+        }
+        let Some((case, moment)) = state.case.clone().zip(state.snapshots.moments.get(k).cloned()) else {
+            return Ok(None);
+        };
+        let every = state.scene.as_ref().map_or(1, |scene| scene.every);
+        let mut groups = state.groups.clone();
+        let found = single(&case, &state.snapshots, &moment, &mut groups, every)?;
+        let scene = Scene::of(&case, groups.clone(), std::slice::from_ref(&found.particles), every);
+        let data = found.frame.data.clone();
+        let message = FrameMessage { frame: found.frame, data, scales: scene.scales };
+        let bytes: Bytes = serde_json::to_vec(&message).map_err(|e| e.to_string())?.into();
+        state.groups = groups;
+        for extreme in found.extremes {
+            crate::page::film::keep(&mut state.extremes, extreme);
+        }
+        if let Some(volume) = found.specific_volume {
+            let first = state.volume.map_or(volume, |(first, _)| first);
+            state.volume = Some((first, volume));
+        }
+        state.packed.push((k, bytes.clone()));
+        if state.packed.len() > KEPT_FRAMES {
+            state.packed.remove(0);
+        }
+        Ok(Some(bytes))
+    }
+
+    /// Reads what has changed; answers the event to send.
+    pub fn look(&self, ended: bool) -> String {
+        let mut state = self.state();
+        state.ended |= ended || self.is_finished();
+        if state.case.is_none() {
+            state.case = CaseFacts::read(&self.folder).ok();
+        }
+        let stamp = self.stamp();
+        if let Some(case) = state.case.clone()
+            && (stamp != state.stamp || state.page.is_none())
+        {
+            state.stamp = stamp;
+            self.refresh(&mut state, &case);
+        }
+        let status = self.status(&mut state);
+        let message = Message { version: state.version, frames: state.snapshots.moments.len(), status };
+        serde_json::to_string(&message).unwrap_or_default()
+    }
+
+    fn stamp(&self) -> Stamp {
+        let tables = [names::PROBES, names::LEDGER].map(|name| table_path(&self.folder, name));
+        let snapshots = self.folder.join(names::SNAPSHOTS);
+        let others = ["fluid.pvd", "solid.pvd"].map(|name| snapshots.join(name));
+        let files = tables.into_iter().chain(others).chain([self.folder.join(names::SUMMARY)]);
+        files
+            .map(|path| {
+                std::fs::metadata(path).ok().and_then(|facts| Some((facts.len(), facts.modified().ok()?)))
+            })
+            .collect()
+    }
+
+    fn refresh(&self, state: &mut State, case: &CaseFacts) {
+        let snapshots = Snapshots::list(&self.folder, !state.ended);
+        // A run that continues may have taken snapshots back.
+        if !snapshots.moments.starts_with(&state.snapshots.moments) {
+            state.packed.clear();
+        }
+        state.snapshots = snapshots;
+        if state.scene.is_none()
+            && let Some(first) = state.snapshots.moments.first().cloned()
+        {
+            let mut groups = Vec::new();
+            // A file that is not there yet is there at the next look.
+            let whole = state.snapshots.read(&first, &case.walls, &mut groups, 1, |_, _| {});
+            if let Ok(mut particles) = whole {
+                let mut every = 1u32;
+                while particles.slots.len() / every as usize > MOST_PARTICLES {
+                    every *= 2;
+                }
+                particles.thin(every);
+                state.scene = Some(Scene::of(case, groups.clone(), &[particles], every));
+                state.groups = groups;
+            }
+        }
+        let Ok(mut page) = self.read(case, &state.extremes) else { return };
+        page.scene.clone_from(&state.scene);
+        if let Some(scene) = &mut page.scene {
+            scene.groups.clone_from(&state.groups);
+            if scene.every > 1 {
+                page.notes.push(format!("about one particle in {} is shown", scene.every));
+            }
+        }
+        let frame = |time| Frame { time, step: 0, count: 0, columns: None, data: String::new() };
+        page.frames = state.snapshots.moments.iter().map(|moment| frame(moment.time)).collect();
+        state.page = Some(page);
+        state.version += 1;
+    }
+
+    /// The message of the page, without frames.
+    fn read(&self, case: &CaseFacts, extremes: &[Extreme]) -> Result<RunPage, String> {
+        let summary: Option<Value> = match self.live.is_some() || is_unfinished(&self.folder) {
+            // That of an earlier part of a run that continues.
+            true => None,
+            false => {
+                text(&self.folder.join(names::SUMMARY)).ok().and_then(|text| serde_json::from_str(&text).ok())
+            }
+        };
+        let table = |name: &str| Table::read(&table_path(&self.folder, name)).unwrap_or_default();
+        let tables = match (&self.live, &summary) {
+            (Some(live), _) => live.now().tables(),
+            (None, Some(summary)) => {
+                vec![FactTable { id: "facts", headline: "Run", rows: facts_of(summary) }]
+            }
+            (None, None) => Vec::new(),
+        };
+        let sources = Sources {
+            summary: summary.as_ref(),
+            probes: table(names::PROBES),
+            ledger: table(names::LEDGER),
+            extremes,
+            tables,
+        };
+        let mut page = RunPage::new(&self.folder, case, sources);
+        if summary.is_none() {
+            page.next.clear();
+        }
+        Ok(page)
+    }
+
+    fn status(&self, state: &mut State) -> Status {
+        let now = self.live.as_ref().map(|live| live.now());
+        let case = state.case.clone().unwrap_or_default();
+        let last = |name: &str| {
+            let plots = state.page.iter().flat_map(|page| &page.plots).flat_map(|group| &group.plots);
+            plots.flat_map(|plot| plot.lines.iter().map(move |line| (plot, line))).find_map(|(plot, line)| {
+                (plot.title.starts_with(name)).then(|| line.values.last().copied()).flatten()
+            })
+        };
+        let of_tables = state.page.as_ref().and_then(|page| {
+            page.plots.iter().find(|group| group.id == "ledger")?.plots.first()?.times.last().copied()
+        });
+        let time = now.as_ref().and_then(|now| now.time).or(of_tables).unwrap_or(case.span[0]);
+        let first = *state.first.get_or_insert((time, Instant::now()));
+        let (from, since) = now.as_ref().and_then(|now| now.began).unwrap_or(first);
+        let (done, seconds) = (time - from, since.elapsed().as_secs_f64());
+        let left = if done > 0.0 { (case.span[1] - time) / done * seconds } else { f64::INFINITY };
+        let started = now.as_ref().map_or(self.started, |now| now.started);
+        let mut figures = Vec::new();
+        let mut add = |name: &str, value: Option<String>| {
+            if let Some(value) = value.filter(|value| !value.is_empty()) {
+                figures.push((name.to_owned(), value));
+            }
+        };
+        add("time step", last("Time step").map(|step| plain(step, "s")));
+        add("limit of the step", now.as_ref().map(|now| now.limits.clone()));
+        add(
+            "ledger",
+            now.as_ref().map(|now| match now.breaches {
+                0 => "balances".to_owned(),
+                some => format!("{some} breaches"),
+            }),
+        );
+        add("imbalance", last("Action = reaction").map(|value| plain(value, "")));
+        let residuals = state.page.iter().flat_map(|page| &page.budgets);
+        let residual =
+            residuals.flat_map(|budget| &budget.accounts).filter(|account| account.kind == "residual");
+        let residual = residual.max_by(|a, b| a.value.abs().total_cmp(&b.value.abs()));
+        add("energy residual", residual.map(|account| account.text.clone()));
+        add(
+            "volume of the water by density",
+            state.volume.map(|(first, now)| format!("{:+.3} %", 100.0 * (now / first - 1.0))),
+        );
+        add("last checkpoint", last_checkpoint(&self.folder).map(|step| format!("step {step}")));
+        let doing = match (&now, state.ended) {
+            (Some(now), _) => now.doing.clone(),
+            (None, true) => "ended".to_owned(),
+            (None, false) => format!(
+                "running in another process, or ended without completing its files; looked at for {}",
+                duration(self.started.elapsed().as_secs_f64())
+            ),
+        };
+        let span = (case.span[1] - case.span[0]).max(f64::MIN_POSITIVE);
+        Status {
+            doing,
+            ended: state.ended,
+            time,
+            end_time: case.span[1],
+            share: ((time - case.span[0]) / span).clamp(0.0, 1.0),
+            steps: now.as_ref().map_or(0, |now| now.steps),
+            elapsed: if now.is_some() { duration(started.elapsed().as_secs_f64()) } else { String::new() },
+            left: if state.ended { String::new() } else { duration(left) },
+            figures,
+        }
+    }
+}
+
+/// The table of that name, complete or growing.
+fn table_path(folder: &Path, name: &str) -> PathBuf {
+    let growing = folder.join(format!("{name}{}", names::PARTIAL));
+    if growing.is_file() { growing } else { folder.join(name) }
+}
+
+/// Step of the newest complete checkpoint.
+fn last_checkpoint(folder: &Path) -> Option<u64> {
+    let entries = std::fs::read_dir(folder.join(names::CHECKPOINTS)).ok()?;
+    entries.filter_map(|entry| names::checkpoint_step(&entry.ok()?.file_name().to_string_lossy())).max()
+}

@@ -75,22 +75,23 @@ impl SupportTable {
     pub(super) fn read(mut table: Table<'_>) -> Self {
         let name = table.name("name");
         let pivot_m = table.has("pivot_m").then(|| table.vector("pivot_m"));
-        let shape = match &pivot_m {
-            None => ShapeTable::read(&mut table, "shape"),
-            Some(_) => {
-                for key in ["shape", "held"].into_iter().filter(|key| table.has(key)) {
-                    let error = CaseError::new(&table.place_of(key), "is given beside `pivot_m`");
-                    table.error(error.hint("a pivot holds no particles; leave one of them out"));
-                }
-                None
-            }
-        };
+        let is_pivot = pivot_m.is_some();
+        for key in ["shape", "held"].into_iter().filter(|key| is_pivot && table.has(key)) {
+            let error = CaseError::new(&table.place_of(key), "is given beside `pivot_m`");
+            table.error(error.hint("a pivot holds no particles; leave one of them out"));
+        }
+        // Read all the same, so that they are known keys.
+        let shape =
+            (!is_pivot || table.has("shape")).then(|| ShapeTable::read(&mut table, "shape")).flatten();
         let axes = axes(table.dimensions);
         let all =
             axes.iter().map(|(word, value)| Choice { word, value: *value, place: table.place().clone() });
         let default = all.collect();
-        let held = if pivot_m.is_some() { Some(Vec::new()) } else { table.words("held", axes) };
-        if pivot_m.is_none() && held.as_ref().is_some_and(Vec::is_empty) && table.intact() {
+        let mut held = table.words("held", axes);
+        if is_pivot {
+            held = Some(Vec::new());
+        }
+        if !is_pivot && held.as_ref().is_some_and(Vec::is_empty) && table.intact() {
             let error = CaseError::new(&table.place_of("held"), "holds no component");
             let words: Vec<String> = axes.iter().map(|(word, _)| format!("\"{word}\"")).collect();
             table.error(error.value("[]").allowed(format!("a list of some of {}", words.join(", "))));

@@ -209,7 +209,7 @@ fn gauges_and_fluxes_say_along_which_axis_and_through_what() {
     let setup = fluid(&gauge);
     let place = Vector::new(0.1, 0.1, 0.05);
     assert_eq!(setup.probes[0].kind, sph::setup::FluidProbeKind::Gauge(place, 2));
-    let error = only_error(&gauge.replace("\"z\"", "\"w\""), "\"w\"");
+    let error = only_error(&gauge.replace("axis = \"z\"", "axis = \"w\""), "\"w\"");
     assert!(error.problem.contains("no axis has this name"), "{error:?}");
     let flux = |second: &str| {
         let corners = "corner_m = [0.1, 0.1, 0.0]\nfirst_m = [0.1, 0.2, 0.0]\nsecond_m = ";

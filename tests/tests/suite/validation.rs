@@ -68,7 +68,7 @@ fn beams_and_bars_swing_and_bend_as_they_should() {
 
 #[test]
 fn free_solids_keep_momentum_and_energy() {
-    for (name, goals) in [("spinning_square", 2), ("rings", 5), ("solid_hard", 2)] {
+    for (name, goals) in [("spinning_square", 2), ("spinning_cube", 7), ("rings", 5), ("solid_hard", 2)] {
         meets_its_goals(name, goals);
     }
 }

@@ -63,7 +63,40 @@ fn judged_if(judged: bool, figure: Figure) -> Figure {
 
 #[cfg(test)]
 mod tests {
+    use std::collections::BTreeSet;
+    use std::path::Path;
+
     use super::*;
+    use crate::validation::{Case, template};
+
+    #[test]
+    fn solvers_accept_the_coarsest_member_of_every_scheme() {
+        let cases: [&dyn Case; 10] = [
+            &Cantilever3d,
+            &TorsionRod,
+            &SpinningCube,
+            &HeavyTop,
+            &TwistingColumn,
+            &PipeFlow,
+            &FallingSphere,
+            &Floating3d,
+            &HydrostaticPlate3d,
+            &Debris3d,
+        ];
+        let mut seen = BTreeSet::new();
+        for member in cases.iter().flat_map(|case| case.members()) {
+            if !seen.insert((member.file, member.scheme)) {
+                continue;
+            }
+            let path = template::folder().join(member.file).with_extension("toml");
+            let text = template::instantiate(&path, &member.changes).unwrap();
+            let none = |path: &Path| Err(format!("no state: {}", path.display()));
+            let accepted = coordinator::case::parse(&text, member.file, &template::folder(), &none)
+                .map_err(|errors| errors.to_string())
+                .and_then(|case| coordinator::check::open(&case).map_err(|failure| failure.message));
+            assert!(accepted.is_ok(), "{}: {}", member.label(), accepted.err().unwrap_or_default());
+        }
+    }
 
     #[test]
     fn turns_of_an_angle_add_up() {

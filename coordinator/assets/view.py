@@ -48,7 +48,7 @@ def show(side, array, view):
     display.SetScaleArray = ["POINTS", "point_radius"]
     display.UseScaleFunction = 0
     if array is None:
-        ColorBy(display, None)
+        display.ColorArrayName = [None, ""]
         display.AmbientColor = display.DiffuseColor = [0.55, 0.55, 0.55]
     else:
         ColorBy(display, ("POINTS", array))

@@ -8,7 +8,6 @@ import os
 import sys
 
 from paraview.simple import (
-    AssignViewToLayout,
     ColorBy,
     CreateView,
     GetActiveView,
@@ -41,20 +40,23 @@ def show(side, array, view):
     reader.UpdatePipeline()
     display = Show(reader, view)
     display.SetRepresentationType("Point Gaussian")
-    display.ShaderPreset = "Sphere"
+    bounds = reader.GetDataInformation().GetBounds()
+    display.ShaderPreset = "Plain circle" if bounds[4] == bounds[5] else "Sphere"
     # The array holds radii in metres.
     display.GaussianRadius = 1.0
     display.ScaleByArray = 1
     display.SetScaleArray = ["POINTS", "point_radius"]
     display.UseScaleFunction = 0
     if array is None:
-        ColorBy(display, None)
+        display.ColorArrayName = [None, ""]
         display.AmbientColor = display.DiffuseColor = [0.55, 0.55, 0.55]
     else:
         ColorBy(display, ("POINTS", array))
         display.RescaleTransferFunctionToDataRange(False, True)
         bar = GetScalarBar(GetColorTransferFunction(array), view)
-        bar.Title = side + " " + array + " [Pa]"
+        bar.Title = side + ": " + array + " [Pa]"
+        bar.ComponentTitle = ""
+        bar.TitleFontSize = bar.LabelFontSize = 14
         display.SetScalarBarVisibility(view, True)
     return reader
 
@@ -76,10 +78,13 @@ def main():
         view.CameraPosition = [1.0, -2.0, 1.0]
         view.CameraFocalPoint = [0.0, 0.0, 0.0]
         view.CameraViewUp = [0.0, 0.0, 1.0]
+    picture = sys.argv[1] if len(sys.argv) > 1 and sys.argv[1].endswith(".png") else None
+    if picture is not None:
+        view.ViewSize = [1200, 800]
     ResetCamera(view)
     Render(view)
-    if len(sys.argv) > 1 and sys.argv[1].endswith(".png"):
-        SaveScreenshot(sys.argv[1], view, ImageResolution=[1200, 800])
+    if picture is not None:
+        SaveScreenshot(picture, view, ImageResolution=[1200, 800])
 
 
 main()

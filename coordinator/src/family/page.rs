@@ -17,7 +17,7 @@ const CONVERGENCE: &str = "convergence.html";
 /// Name of the page of an ensemble.
 const ENSEMBLE: &str = "ensemble.html";
 
-/// Most runs whose histories are drawn; with more no line can be told from another.
+/// Most runs whose histories are drawn; more lines look alike.
 const MOST_DRAWN: usize = 24;
 
 /// Heads of the table of a convergence study for spacings \[m\].

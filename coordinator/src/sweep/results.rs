@@ -18,7 +18,7 @@ pub const TABLE: &str = "sweep.csv";
 /// Name of the page.
 pub const PAGE: &str = "sweep.html";
 
-/// Most members whose histories the page shows: with more no line can be told from another.
+/// Most members whose histories the page shows: more lines look alike.
 const MOST_DRAWN: usize = 24;
 /// Most key figures of the page and of the terminal; the table has all.
 const MOST_FIGURES: usize = 6;

@@ -1,4 +1,4 @@
-"""The page in a real browser: a report, a failed run, a run that goes on. Pictures of it go to a folder, to be looked at.
+"""The page in a real browser: a report, a failed run, a run while it runs. Pictures of it go to a folder, to be looked at.
 
 usage: page.py COORDINATOR FOLDER
 """
@@ -118,7 +118,7 @@ def player_works(browser):
     assert not browser.run("page.player.playing")
     at = browser.run("page.player.shown")
     time.sleep(0.5)
-    assert browser.run("page.player.shown") == at, "a film that was paused goes on"
+    assert browser.run("page.player.shown") == at, "a film that was paused still moves"
     browser.press("Home")
     browser.press("ArrowRight")
     assert browser.run("page.player.shown") == 1

@@ -73,7 +73,7 @@ pub(super) struct RunOptionArguments {
     /// start from its own program are not in it.
     #[arg(long, value_name = "FILE")]
     trace: Option<PathBuf>,
-    /// Serve a page on this machine that shows the run while it goes on, and print its address; the results are
+    /// Serve a page on this machine that shows the run while it runs, and print its address; the results are
     /// bit-identical.
     #[arg(long)]
     view: bool,

@@ -149,7 +149,7 @@ impl Film {
         slots.sort_unstable();
         slots.dedup();
         let count = slots.len();
-        let mut packer = Packer::new(columns.clone(), slots, Compression::best());
+        let mut packer = Packer::new(columns.clone(), slots, Compression::default());
         let pack = |particles: &Particles| {
             let data = as_text(&packer.pack(particles)?);
             Ok(Frame { time: particles.time, step: particles.step, count, columns: None, data })

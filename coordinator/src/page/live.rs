@@ -1,4 +1,4 @@
-//! What a run in this process says of itself to its page while it goes on: cheap to write, read by the page's own thread.
+//! What a run in this process says of itself to its page while it runs: cheap to write, read by the page's own thread.
 
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;

@@ -25,6 +25,7 @@ use std::time::Duration;
 use proto::hex::hex;
 use tokio::net::TcpListener;
 use tokio::sync::{Semaphore, oneshot, watch};
+use tokio::time::Instant;
 
 use self::answer::Site;
 use self::show::Show;
@@ -83,7 +84,11 @@ impl Server {
         let address = listener.local_addr().map_err(failed)?;
         let token = exhibit.orders.is_some().then(new_token).transpose()?;
         let (stop, stopped) = oneshot::channel();
-        let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().map_err(failed)?;
+        let runtime = tokio::runtime::Builder::new_current_thread()
+            .thread_name("page")
+            .enable_all()
+            .build()
+            .map_err(failed)?;
         let secret = token.clone();
         let work = move || {
             lower_priority();
@@ -136,7 +141,7 @@ async fn serve(
     let (news, _) = watch::channel(String::new());
     let site = Arc::new(Site { show: show.clone(), news: news.clone(), token, orders });
     let room = Arc::new(Semaphore::new(CONNECTIONS));
-    let mut pause = Duration::ZERO;
+    let mut next = Instant::now();
     loop {
         tokio::select! {
             _ = &mut stopped => break,
@@ -154,16 +159,18 @@ async fn serve(
                     });
                 }
             }
-            () = tokio::time::sleep(LOOK.max(pause)), if news.receiver_count() > 0 => {
-                let began = std::time::Instant::now();
-                look(&show, &news, false).await;
-                pause = began.elapsed() * LARGEST_PART;
+            () = tokio::time::sleep_until(next) => {
+                let began = Instant::now();
+                if news.receiver_count() > 0 {
+                    look(&show, &news, false).await;
+                }
+                next = Instant::now() + LOOK.max(began.elapsed() * LARGEST_PART);
             }
         }
     }
     if news.receiver_count() > 0 {
         look(&show, &news, true).await;
-        let farewell = tokio::time::Instant::now() + FAREWELL;
+        let farewell = Instant::now() + FAREWELL;
         while let Ok(Ok((stream, _))) = tokio::time::timeout_at(farewell, listener.accept()).await {
             let site = site.clone();
             tokio::spawn(async move { connection::serve(stream, site).await });

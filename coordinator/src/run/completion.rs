@@ -119,7 +119,11 @@ fn write_report(
     let Job { case, directory, .. } = job;
     let folder = directory.path();
     let facts_of_case = CaseFacts::of(&case.resolved_toml()).map_err(Failure::internal)?;
-    let film = Film::of(&facts_of_case, &Snapshots::list(folder, false)).map_err(Failure::output)?;
+    // Snapshots that are not there any more take nothing else from the report.
+    let (film, problem) = match Film::of(&facts_of_case, &Snapshots::list(folder, false)) {
+        Ok(film) => (film, None),
+        Err(why) => (None, Some(format!("the report has no film of the particles: {why}"))),
+    };
     let value = serde_json::to_value(summary).map_err(|e| Failure::internal(e.to_string()))?;
     let sources = Sources {
         summary: Some(&value),
@@ -131,7 +135,8 @@ fn write_report(
             FactTable { id: "negotiated", headline: "Agreed before the run", rows: facts },
         ],
     };
-    let page = RunPage::new(folder, &facts_of_case, sources);
+    let mut page = RunPage::new(folder, &facts_of_case, sources);
+    page.warnings.extend(problem);
     let data = ReportData {
         page: film.iter().fold(page, |page, film| page.with_film(film)),
         film,

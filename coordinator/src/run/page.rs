@@ -1,4 +1,4 @@
-//! The page that shows a run while it goes on.
+//! The page that shows a run while it runs.
 
 use std::sync::{Arc, OnceLock};
 

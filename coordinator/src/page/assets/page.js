@@ -1,4 +1,4 @@
-// The page: made of one message, again and again while a run is going on.
+// The page: made of one message, again and again while a run is running.
 
 const dom = (id) => document.getElementById(id);
 
@@ -127,7 +127,7 @@ class Page {
   }
 }
 
-/** Memory for frames of a run that is going on [bytes]. */
+/** Memory for frames of a running run [bytes]. */
 const MOST_BYTES = 256e6;
 
 /** Follows a run: its state by server-sent events, its figures and frames by request, as fast as this browser takes them. */
@@ -214,7 +214,7 @@ class Live {
   }
 }
 
-/** Scales of a run that is going on only ever grow. */
+/** Scales of a running run only ever grow. */
 Player.prototype.widen = function (scales) {
   let grown = false;
   for (const scale of scales) {

@@ -92,7 +92,7 @@ fn is_for_loopback<B>(request: &Request<B>) -> bool {
     matches!(name, "127.0.0.1" | "localhost" | "::1")
 }
 
-/// What `make` gives, on a thread where reading files holds nobody up.
+/// What `make` gives, on a thread that may wait for files.
 async fn made(
     site: &Arc<Site>,
     kind: &'static str,

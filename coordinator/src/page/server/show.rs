@@ -19,7 +19,7 @@ use crate::page::story::plain;
 use crate::results::names;
 use crate::results::table::Table;
 
-/// Most particles of a frame of a run that goes on.
+/// Most particles of a frame of a running run.
 const MOST_PARTICLES: usize = 200_000;
 /// Frames that are kept packed.
 const KEPT_FRAMES: usize = 8;
@@ -39,7 +39,7 @@ pub(super) struct Show {
 struct State {
     case: Option<CaseFacts>,
     stamp: Stamp,
-    /// Counts what was read anew.
+    /// Counts the times that the folder was read.
     version: u64,
     page: Option<RunPage>,
     snapshots: Snapshots,
@@ -52,6 +52,8 @@ struct State {
     /// Change of the mean volume of a mass of water since the first frame, by density \[-\].
     volume: Option<(f64, f64)>,
     ended: bool,
+    /// The page of a run that has ended, and of which files it is.
+    finished: Option<(Stamp, Bytes)>,
 }
 
 /// An event.
@@ -103,11 +105,19 @@ impl Show {
             let page = state.page.as_ref().unwrap_or(&empty);
             return Ok(Some(document::live(page).map_err(|e| e.to_string())?.into()));
         }
+        let mut state = self.state();
+        let stamp = self.stamp();
+        if let Some((_, page)) = state.finished.as_ref().filter(|(known, _)| *known == stamp) {
+            return Ok(Some(page.clone()));
+        }
         let case = CaseFacts::read(&self.folder)?;
         let film = Film::of(&case, &Snapshots::list(&self.folder, false))?;
-        let page = self.read(&case, film.as_ref().map_or(&[], |film| &film.extremes))?;
+        let extremes = film.as_ref().map_or(&[][..], |film| &film.extremes);
+        let page = self.read(&case, extremes, true)?;
         let page = film.iter().fold(page, |page, film| page.with_film(film));
-        Ok(Some(document::report(&page, film.as_ref(), "").map_err(|e| e.to_string())?.into()))
+        let bytes: Bytes = document::report(&page, film.as_ref(), "").map_err(|e| e.to_string())?.into();
+        state.finished = Some((stamp, bytes.clone()));
+        Ok(Some(bytes))
     }
 
     /// The message of the page.
@@ -157,7 +167,7 @@ impl Show {
         }
         let stamp = self.stamp();
         if let Some(case) = state.case.clone()
-            && (stamp != state.stamp || state.page.is_none())
+            && (ended || stamp != state.stamp || state.page.is_none())
         {
             state.stamp = stamp;
             self.refresh(&mut state, &case);
@@ -184,6 +194,7 @@ impl Show {
         // A run that continues may have taken snapshots back.
         if !snapshots.moments.starts_with(&state.snapshots.moments) {
             state.packed.clear();
+            state.scene = None;
         }
         state.snapshots = snapshots;
         if state.scene.is_none()
@@ -202,7 +213,7 @@ impl Show {
                 state.groups = groups;
             }
         }
-        let Ok(mut page) = self.read(case, &state.extremes) else { return };
+        let Ok(mut page) = self.read(case, &state.extremes, state.ended) else { return };
         page.scene.clone_from(&state.scene);
         if let Some(scene) = &mut page.scene {
             scene.groups.clone_from(&state.groups);
@@ -217,14 +228,11 @@ impl Show {
     }
 
     /// The message of the page, without frames.
-    fn read(&self, case: &CaseFacts, extremes: &[Extreme]) -> Result<RunPage, String> {
-        let summary: Option<Value> = match self.live.is_some() || is_unfinished(&self.folder) {
-            // That of an earlier part of a run that continues.
-            true => None,
-            false => {
-                text(&self.folder.join(names::SUMMARY)).ok().and_then(|text| serde_json::from_str(&text).ok())
-            }
-        };
+    fn read(&self, case: &CaseFacts, extremes: &[Extreme], ended: bool) -> Result<RunPage, String> {
+        // Before the end it is that of an earlier part of the run, if there is one.
+        let read = || text(&self.folder.join(names::SUMMARY)).ok();
+        let parse = |text: String| serde_json::from_str::<Value>(&text).ok();
+        let summary = ended.then(read).flatten().and_then(parse);
         let table = |name: &str| Table::read(&table_path(&self.folder, name)).unwrap_or_default();
         let tables = match (&self.live, &summary) {
             (Some(live), _) => live.now().tables(),

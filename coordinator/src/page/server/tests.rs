@@ -130,7 +130,7 @@ fn only_the_names_of_this_machine_are_answered_and_no_origin_is_let_in() {
 }
 
 #[test]
-fn a_run_that_goes_on_is_followed_by_events_and_frames_that_stand_alone() {
+fn a_running_run_is_followed_by_events_and_frames_that_stand_alone() {
     let folder = folder();
     let (server, _) = with_orders(&folder);
     let mut stream = open(&server);
@@ -147,7 +147,7 @@ fn a_run_that_goes_on_is_followed_by_events_and_frames_that_stand_alone() {
     assert!(status == 200 && run.contains("\"verdict\":\"running\"") && run.contains("\"every\":1"), "{run}");
     let (status, frame) = ask(&server, "GET /api/frames/1", HERE);
     assert!(status == 200 && frame.contains("\"count\":40") && frame.contains("\"time\":0.5"), "{frame}");
-    // The end is told to those who listen.
+    // Those who listen learn of the end.
     let end = std::thread::spawn(move || server.end());
     while !heard.contains("\"ended\":true") {
         let n = stream.read(&mut some).unwrap();
@@ -158,7 +158,7 @@ fn a_run_that_goes_on_is_followed_by_events_and_frames_that_stand_alone() {
 }
 
 #[test]
-fn browsers_that_take_nothing_or_are_too_many_hold_nobody_up() {
+fn browsers_that_take_nothing_or_are_too_many_do_not_delay_the_run() {
     let folder = folder();
     let (server, _) = with_orders(&folder);
     // Some read nothing, some say nothing.
@@ -194,5 +194,5 @@ fn browsers_that_take_nothing_or_are_too_many_hold_nobody_up() {
     }
     let began = std::time::Instant::now();
     server.end();
-    assert!(began.elapsed() < Duration::from_secs(10), "the end waits for nobody");
+    assert!(began.elapsed() < Duration::from_secs(10), "the end does not wait for browsers");
 }

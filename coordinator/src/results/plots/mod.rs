@@ -1,5 +1,6 @@
 //! Pictures of a run: particle fields as PNG, and what pictures and the page share.
 
+pub mod chart;
 pub mod colour;
 pub mod field;
 pub mod gallery;

@@ -100,6 +100,24 @@ pub fn superscript(exponent: i32) -> String {
         .collect()
 }
 
+/// Range of the finite values, widened by a twentieth on either side; a constant gets some room around it.
+pub fn padded_range(values: impl Iterator<Item = f64>) -> (f64, f64) {
+    let (lower, upper) = values
+        .filter(|value| value.is_finite())
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), value| (a.min(value), b.max(value)));
+    if lower > upper {
+        return (0.0, 1.0);
+    }
+    let largest = lower.abs().max(upper.abs());
+    // Round-off of a constant is not worth a picture.
+    if upper - lower <= 1e-9 * largest {
+        let room = if largest > 0.0 { 0.1 * largest } else { 1.0 };
+        return (lower - room, upper + room);
+    }
+    let room = 0.05 * (upper - lower);
+    (lower - room, upper + room)
+}
+
 /// The value below which the fraction `q` of `values` lies; sorts the finite values to the front.
 pub fn quantile(values: &mut Vec<f64>, q: f64) -> Option<f64> {
     values.retain(|value| value.is_finite());
@@ -160,6 +178,16 @@ mod tests {
             let shown = largest / Magnitude::of(largest, "Pa").divisor;
             assert!(shown < 1e3, "{largest:e} is shown as {shown:e}");
         }
+    }
+
+    #[test]
+    fn ranges_ignore_gaps_and_give_constants_room() {
+        let range = |values: &[f64]| padded_range(values.iter().copied());
+        assert_eq!(range(&[0.0, f64::NAN, 10.0]), (-0.5, 10.5));
+        assert_eq!(range(&[]), (0.0, 1.0));
+        assert_eq!(range(&[0.0, 0.0]), (-1.0, 1.0));
+        let (a, b) = range(&[5.0, 5.0 + 1e-13]);
+        assert!(a < 4.6 && b > 5.4);
     }
 
     #[test]

@@ -6,6 +6,7 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 
 pub use crate::page::document::escaped;
+use crate::results::plots::colour::Rgb;
 
 /// A part of the page with its own headline.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -27,6 +28,24 @@ pub fn png_figure(png: &[u8], description: &str) -> String {
         escaped(description),
         STANDARD.encode(png)
     )
+}
+
+/// A figure with a drawing given as SVG, its title and its legend; without a drawing it says `empty`.
+pub fn svg_figure(title: &str, legend: &[(String, Rgb)], svg: Option<&str>, empty: &str) -> String {
+    let mut html = format!("<figure><figcaption><b>{}</b>", escaped(title));
+    for (name, [r, g, b]) in legend.iter().filter(|(name, _)| !name.is_empty()) {
+        let _ =
+            write!(html, " <span class=\"key\" style=\"--key:rgb({r},{g},{b})\">{}</span>", escaped(name));
+    }
+    html.push_str("</figcaption>");
+    match svg {
+        Some(svg) => html.push_str(svg),
+        None => {
+            let _ = write!(html, "<p class=\"none\">{}</p>", escaped(empty));
+        }
+    }
+    html.push_str("</figure>");
+    html
 }
 
 /// Appends a section that is folded away.

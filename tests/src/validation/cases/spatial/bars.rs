@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use coordinator::study::references;
 
-use super::judged_if;
+use super::common::{energy, judged_if};
 use crate::validation::cases::beams::{cost, last};
 use crate::validation::{Case, Figure, Goal, Member, Plot, Run, series};
 
@@ -73,7 +73,7 @@ impl Cantilever3d {
             from += period;
         }
         let fine = run.member.spacing < 0.0025;
-        let total = super::energy(run, "bar")?;
+        let total = energy(run, "bar")?;
         let mut figures = vec![
             Figure::reported("Poisson's ratio", ratio),
             Figure::compared("frequency [Hz]", 1.0 / period, frequency, if fine { 0.015 } else { 0.03 }),
@@ -229,7 +229,7 @@ impl Case for TorsionRod {
         let (rate, period) = references::swing(&twist);
         let goal = if run.member.spacing < 0.002 { 0.01 } else { 0.02 };
         let judged = !run.member.scheme.contains("lattice");
-        let total = super::energy(run, "rod")?;
+        let total = energy(run, "rod")?;
         let mut figures = vec![
             judged_if(judged, Figure::compared("frequency [Hz]", 1.0 / period, exact, goal)),
             Figure::reported("largest twist [rad]", series::largest(twist.iter().map(|row| row.1))),

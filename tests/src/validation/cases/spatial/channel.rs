@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use super::judged_if;
+use super::common::judged_if;
 use crate::validation::{Case, Figure, Goal, Member, Plot, Run, series};
 
 /// Flow through a square duct.

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use coordinator::results::table::Table;
 
-use super::judged_if;
+use super::common::judged_if;
 use crate::validation::snapshot::Arrays;
 use crate::validation::{Case, Figure, Goal, Member, Plot, Run, series};
 

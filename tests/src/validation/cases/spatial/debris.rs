@@ -1,6 +1,6 @@
 //! Case 5.2 in a tank of finite width, and as wide as the tank against the plane.
 
-use super::judged_if;
+use super::common::judged_if;
 use crate::validation::cases::floating::coupling;
 use crate::validation::{Case, Figure, Goal, Member, Plot, Run, series};
 

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use super::{dot, energy, norm, unwrapped, vectors};
+use super::common::{dot, energy, norm, unwrapped, vectors};
 use crate::validation::cases::beams::cost;
 use crate::validation::{Case, Figure, Goal, Member, Plot, Run, series};
 

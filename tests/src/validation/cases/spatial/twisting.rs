@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::{energy, unwrapped};
+use super::common::{energy, unwrapped};
 use crate::validation::cases::beams::cost;
 use crate::validation::snapshot::Arrays;
 use crate::validation::{Case, Figure, Goal, Member, Plot, Run, series};

@@ -143,7 +143,8 @@ def looks_right(browser, pictures, name):
         for scheme in ["light", "dark"]:
             browser.size(width, height)
             browser.scheme(scheme)
-            time.sleep(0.5)
+            # Until plots have their new width.
+            browser.wait("document.documentElement.scrollWidth <= innerWidth", 30)
             complaints = browser.run(COMPLAINTS)
             assert not complaints, f"{name} at {width} px, {scheme}:\n  " + "\n  ".join(complaints)
             top = browser.run("page.player.canvas.getBoundingClientRect().top + scrollY")
@@ -199,12 +200,12 @@ def failed(browser, coordinator, folder):
     read(browser, f"file://{folder}/failed/report.html")
     assert "ended the run" in browser.run("document.getElementById('culprit').textContent")
     browser.run("document.querySelector('#culprit button').click()")
-    browser.wait("document.querySelector('.ring.culprit')", 10)
+    browser.wait("document.querySelector('.ring.culprit') !== null", 10)
     looks_right(browser, folder, "failed")
 
 
 def live(browser, coordinator, folder):
-    case = shorter("drifting_body_coarse.toml", f"{folder}/live.toml", (r"^snapshot_interval_s = .*", "snapshot_interval_s = 0.001"))
+    case = shorter("drifting_body_coarse.toml", f"{folder}/live.toml", (r"^snapshot_interval_s = .*", "snapshot_interval_s = 0.002"))
     begun = time.monotonic()
     program = subprocess.Popen([coordinator, "run", case, "--out", f"{folder}/live", "--view", "--in-process", "--quiet"], stderr=subprocess.PIPE, text=True)
     try:
@@ -212,7 +213,7 @@ def live(browser, coordinator, folder):
         browser.size(1440, 900)
         browser.scheme("light")
         browser.open(link)
-        browser.wait("page.player?.frames.length > 1 && page.player.canvas.dataset.drawn > 0")
+        browser.wait("page.player?.frames.length > 1 && page.player.canvas.dataset.drawn > 0", 180)
         print(f"first moving picture {time.monotonic() - begun:.1f} s after the start of the run")
         browser.wait("document.querySelector('.doing').textContent === 'computing'", 20)
         looks_right(browser, folder, "live")

@@ -126,7 +126,7 @@ fn new_token() -> Result<String, Failure> {
 /// The thread that serves a page gives way to those that compute.
 fn lower_priority() {
     // Without it the page competes with the solvers, no more.
-    let _ = rustix::process::nice(10);
+    let _ = rustix::process::nice(5);
 }
 
 async fn serve(

@@ -8,7 +8,7 @@ use crate::results::plots::quantities::{Meaning, meaning};
 use crate::results::report::page::{Section, document, escaped, svg_figure, table};
 use crate::study::series;
 
-/// What is drawn besides the runs themselves.
+/// What is drawn in addition to the runs themselves.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Summing {
     /// Nothing.

@@ -181,7 +181,7 @@ impl Case for Cantilever3d {
     }
 }
 
-/// A round rod that twists to and fro.
+/// A round rod that twists back and forth.
 pub struct TorsionRod;
 
 impl TorsionRod {

@@ -1,6 +1,7 @@
 //! What the solvers find at the start of a run: expressions without a value, states beyond their limits and laws that do
 //! not go together are errors of the case, each at its key.
 
+use solid::limits::LARGEST_SPEED;
 use sph::expression::Expression;
 use sph::laws::equation_of_state::LARGEST_COMPRESSION;
 use sph::setup::{InterfaceLaw, PlaneState};
@@ -18,10 +19,6 @@ use super::reader::{At, Written, is_bounded};
 use super::scene::{Scene, expression_steps, point_text};
 use super::{Case, Server};
 use crate::quote::quoted;
-
-/// Largest speed of a body at the start over that of longitudinal waves in it \[-\]. Corners of bodies that spin may be somewhat
-/// faster than their waves; beyond twice, a speed or an elastic constant is wrong.
-const FASTEST: f64 = 2.0;
 
 /// What expressions must give.
 const BOUNDED: &str = "finite values at the start, of a magnitude of at most 1e30";
@@ -139,13 +136,13 @@ impl Case {
             let waves = body.material.parameters.values().longitudinal_speed();
             let velocities = &scene.solid.velocity[scene.body_range(k)];
             let speed = velocities.iter().map(|v| v.norm()).fold(0.0, f64::max);
-            if speed > FASTEST * waves {
+            if speed > LARGEST_SPEED * waves {
                 let problem = format!("body `{}` starts at {speed:.3e} m/s", body.name.value);
                 let error = CaseError::new(self.origin(&body.velocity_m_s[0].place), problem);
                 errors.add(
                     error
                         .allowed(format!(
-                            "at most {FASTEST} times the speed {waves:.4e} m/s of waves in its material"
+                            "at most {LARGEST_SPEED} times the speed {waves:.4e} m/s of waves in its material"
                         ))
                         .hint(
                             "lower `velocity_m_s` or `rotation_speed_rad_s`, or check the elastic constants",

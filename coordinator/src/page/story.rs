@@ -20,8 +20,9 @@ pub fn plain(value: f64, unit: &str) -> String {
     if !value.is_finite() {
         return "no number".into();
     }
-    // Within ±324 for finite numbers.
-    let decade = value.abs().log10().floor() as i32;
+    // That of the number as shown: 9.9999 is shown as 10.
+    let shown = format!("{value:.3e}");
+    let decade: i32 = shown.split_once('e').and_then(|(_, decade)| decade.parse().ok()).unwrap_or(0);
     let is_short = unit == "m" || unit == "s";
     let takes_prefix = is_short || ["Pa", "N", "J", "W"].iter().any(|start| unit.starts_with(start));
     let (exponent, prefix) = match decade.div_euclid(3) {

@@ -66,8 +66,9 @@ pub fn parse(bytes: &[u8], wanted: &[&str]) -> Result<ParticleFields, String> {
     let whole = |name: &str| -> Result<Vec<u32>, String> {
         Ok(numbers(name, 4, n)?.as_chunks::<4>().0.iter().map(|b| u32::from_le_bytes(*b)).collect())
     };
-    let time = numbers("TimeValue", 8, 1)?;
-    let step = numbers("step", 8, 1)?;
+    // Walls that stand have one file for all times.
+    let at = |name: &str| find(name).map_or(Ok(Vec::new()), |_| numbers(name, 8, 1));
+    let (time, step) = (at("TimeValue")?, at("step")?);
     let mut fields = Vec::new();
     for entry in &entries {
         let name = if entry.name == "Points" { "position" } else { entry.name };

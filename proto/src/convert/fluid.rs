@@ -48,6 +48,7 @@ impl<S: Space> Convert for FluidSetup<S> {
         let probes: Vec<FluidProbe<S>> = list(&wire.probes, at, "probes")?;
         check_references(&probes, at, |name, _| match name {
             "region" => (regions.len(), "regions"),
+            "axis" => (S::DIMENSIONS, "axes"),
             _ => (walls.len(), "walls"),
         })?;
         Ok(Self {

@@ -136,6 +136,8 @@ fn probes_must_point_at_what_exists() {
     assert!(error.contains("`open.probes[3].region`: is 2, but there are 2 regions"), "{error}");
     let error = fluid_refusal(|m| m.probes[5].arguments[0].value = index(2));
     assert!(error.contains("`open.probes[5].wall`"), "{error}");
+    let error = fluid_refusal(|m| m.probes[7].arguments[1].value = index(2));
+    assert!(error.contains("`open.probes[7].axis`: is 2, but there are 2 axes"), "{error}");
     let error = fluid_refusal(|m| m.probes[0].kind = "depth".into());
     assert!(error.contains("`open.probes[0].kind`: is \"depth\", must be \"fluid-point\""), "{error}");
     let error = fluid_refusal(|m| m.probes[0].arguments.clear());
@@ -144,7 +146,7 @@ fn probes_must_point_at_what_exists() {
     assert!(error.contains("`open.probes[0].z_m`: is no argument of the kind `fluid-point`"), "{error}");
     let error = fluid_refusal(|m| m.probes[0].columns.truncate(1));
     assert!(error.contains("`open.probes[0].columns`"), "{error}");
-    for (probe, argument, value) in [(1, 0, 3), (4, 0, u32::MAX), (3, 1, 2), (3, 0, 0)] {
+    for (probe, argument, value) in [(1, 0, 3), (4, 0, u32::MAX), (3, 1, 3), (3, 0, 0)] {
         let error = solid_refusal(|m| m.probes[probe].arguments[argument].value = index(value));
         assert!(error.contains(&format!("`open.probes[{probe}].")), "{error}");
     }

@@ -103,6 +103,7 @@ pub(super) fn fluid<S: Space>() -> FluidSetup<S> {
         FluidProbeKind::Region(None),
         FluidProbeKind::WallForce(1),
         FluidProbeKind::Immersed,
+        FluidProbeKind::Gauge(vector::<S>([0.1, -0.0, 0.3]), 1),
     ];
     setup.probes = kinds
         .into_iter()

@@ -80,9 +80,11 @@ fn tank_with(changes: &[(&str, &str)]) -> String {
 }
 
 fn read(text: &str) -> Result<Case, CaseErrors> {
-    parse(text, "case.toml", Path::new(env!("CARGO_MANIFEST_DIR")), &|path| {
-        Err(format!("no such file: {}", path.display()))
-    })
+    read_in(text, Path::new(env!("CARGO_MANIFEST_DIR")))
+}
+
+fn read_in(text: &str, folder: &Path) -> Result<Case, CaseErrors> {
+    parse(text, "case.toml", folder, &|path| Err(format!("no such file: {}", path.display())))
 }
 
 pub(crate) fn good(text: &str) -> Case {

@@ -48,12 +48,18 @@ fn all_shipped_cases_load_and_are_named_after_their_files() {
 
 #[test]
 fn resolved_cases_read_back_as_the_same_case() {
-    let mut texts: Vec<String> = cases().iter().map(|path| std::fs::read_to_string(path).unwrap()).collect();
-    texts.extend([TANK.to_owned(), EVERYTHING.to_owned()]);
-    for text in texts {
-        let case = good(&text);
+    // Files that a case names stand in its folder.
+    let of_file = |path: PathBuf| {
+        let text = std::fs::read_to_string(&path).unwrap();
+        (text, path.parent().unwrap().to_owned())
+    };
+    let mut texts: Vec<(String, PathBuf)> = cases().into_iter().map(of_file).collect();
+    texts.extend([TANK, EVERYTHING].map(|text| (text.to_owned(), env!("CARGO_MANIFEST_DIR").into())));
+    for (text, folder) in texts {
+        let read = |text: &str| read_in(text, &folder).unwrap_or_else(|errors| panic!("{errors}"));
+        let case = read(&text);
         let resolved = case.resolved_toml();
-        let again = good(&resolved);
+        let again = read(&resolved);
         assert_eq!(again.resolved_toml(), resolved);
         assert_eq!(again.fluid_setup(), case.fluid_setup());
         assert_eq!(again.solid_setup(), case.solid_setup());

@@ -218,7 +218,9 @@ fn gauges_and_fluxes_say_along_which_axis_and_through_what() {
     assert_eq!(good(&flux("[0.1, 0.1, 0.1]")).probe_columns()[0], ["gauge_flow_rate_m3_s"]);
     // Outside the domain.
     only_error(&flux("[0.1, 0.1, 0.4]"), "[0.1, 0.1, 0.4]");
-    let plane = super::TANK.replacen("type = \"fluid-point\"", "type = \"surface-flux\"", 1);
+    let corners =
+        "type = \"surface-flux\"\ncorner_m = [0.1, 0.05]\nfirst_m = [0.1, 0.06]\nsecond_m = [0.1, 0.07]";
+    let plane = super::TANK.replacen("type = \"fluid-point\"\nat_m = [0.1, 0.05]", corners, 1);
     assert!(bad(&plane).to_string().contains("use `flow-rate`"));
 }
 

@@ -303,7 +303,7 @@ fn a_report_says_what_came_out() {
     let message = message(&html);
     let sentence = message["sentence"].as_str().unwrap();
     // The largest displacement of the probe is −1 mm · sin(40 t), at t = π/80.
-    assert!(sentence.contains("tip displacement, x reaches −1\u{a0}mm at 0.0392"), "{sentence}");
+    assert!(sentence.contains("tip displacement, x reaches −1\u{a0}mm at 0.0393"), "{sentence}");
     assert!(sentence.contains("largest von Mises stress ") && sentence.contains(" in plate"), "{sentence}");
     assert!(html.contains(&document::escaped(sentence)), "readable without scripts");
     assert_eq!(message["verdict"], "completed, with reservations");

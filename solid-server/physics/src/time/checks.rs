@@ -10,11 +10,12 @@ use sph::space::tensors::SpaceVector;
 use crate::particles::variables::Particles;
 use crate::space::SolidSpace;
 use crate::system::model::SolidModel;
+use crate::time::limits::LARGEST_SPEED;
 
 /// Fails with the first particle, by index, of `particles` that breaks a limit.
 ///
 /// # Errors
-/// When a quantity is not finite, density or shear leave their range, or a particle outruns the waves in its body.
+/// When a quantity is not finite, density or shear leave their range, or a particle is much faster than the waves in its body.
 pub fn check<S: SolidSpace>(
     model: &SolidModel<S>,
     particles: &Particles<S>,
@@ -98,8 +99,9 @@ fn broken_limit<S: SolidSpace>(
         }
     }
     let wave_speed = body.material.longitudinal_speed();
-    if v.norm() > wave_speed {
-        let allowed = format!("at most the longitudinal wave speed {wave_speed:.4e} m/s");
+    if v.norm() > LARGEST_SPEED * wave_speed {
+        let allowed =
+            format!("at most {LARGEST_SPEED} times the longitudinal wave speed {wave_speed:.4e} m/s");
         return broken("speed [m/s]", v.norm(), allowed, SHORTER_STEP);
     }
     if body.formulation.is_rigid() {

@@ -13,6 +13,9 @@ use crate::system::workspace::Workspace;
 use crate::thresholds::Thresholds;
 
 sph::constants! {
+    /// Corners of bodies that spin may be somewhat faster than their waves; beyond, a step or a speed is wrong.
+    pub const LARGEST_SPEED: f64 = 2.0, "solid.largest_speed",
+        "largest speed of a particle of a solid, over the longitudinal wave speed [-]";
     /// That of the source paper, whatever the stencil.
     const REFERENCE_KERNEL_RATIO: f64 = 1.3, "solid.stage_rule.kernel_ratio",
         "h/dx that the Courant number of the stage rule of a total-Lagrangian body refers to [-]";

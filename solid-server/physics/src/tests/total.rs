@@ -353,7 +353,7 @@ fn an_acceleration_of_one_body_moves_it_alone() {
 fn a_crushed_body_stops_the_run_with_a_diagnosis() {
     let mut setup = scene(SPACING);
     add_total(&mut setup, 2, &block(Vector::zeros(), 8, 4, SPACING));
-    set_velocity(&mut setup, |x| Vector::new(if x.x < 8e-3 { 140.0 } else { -140.0 }, 0.0));
+    set_velocity(&mut setup, |x| Vector::new(if x.x < 8e-3 { 280.0 } else { -280.0 }, 0.0));
     let mut run = Run::new(setup, 2e-6);
     let failure = (0..500).find_map(|_| run.step().err()).unwrap();
     assert!(failure.quantity.contains("body `body0`"), "{failure}");

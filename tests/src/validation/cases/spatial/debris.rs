@@ -34,6 +34,7 @@ impl Debris3d {
             .with("domain.upper_m", vec![0.584, 0.584, PERIOD])
             .with("domain.periodic", vec!["z"])
             .with("time.end_time_s", UNTIL + 0.01)
+            .with("outputs.picture_times_s", vec![0.0, 0.1, 0.2, 0.25, 0.3])
             .with("solid.body.0.lattice_origin_m", vec![0.234, 0.008, 0.0])
             .with("solid.body.1.lattice_origin_m", vec![0.398, 0.0, 0.0])
             .with("probe.0.at_m", vec![0.404, 0.078, 0.5 * PERIOD]);
@@ -73,7 +74,10 @@ impl Case for Debris3d {
         vec![
             Member::new("../debris_3d_coarse", 0.008),
             Member::new("../debris_3d", 0.004),
-            Member::new("../drifting_body_coarse", 0.004).scheme(PLANE).with("time.end_time_s", UNTIL + 0.01),
+            Member::new("../drifting_body_coarse", 0.004)
+                .scheme(PLANE)
+                .with("time.end_time_s", UNTIL + 0.01)
+                .with("outputs.picture_times_s", vec![0.0, 0.1, 0.2, 0.25, 0.3]),
             Self::periodic(),
         ]
     }

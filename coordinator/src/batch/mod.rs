@@ -1,6 +1,6 @@
 //! Many runs of one case: each in a folder of its own, several at a time, kept when they are finished.
 //!
-//! A member is prepared first: its resolved case is written into its folder. [`member::make`] then makes it from this file
+//! A member is prepared first: its resolved case is written into its folder. `member::make` then makes it from this file
 //! alone, so that a job of a cluster does the same as a thread here.
 
 pub mod member;

@@ -1,6 +1,6 @@
 """The page in a real browser: a report, a failed run, a run while it runs. Pictures of it go to a folder, to be looked at.
 
-usage: page.py COORDINATOR FOLDER
+usage: page.py COORDINATOR FOLDER [report] [space] [failed] [live]
 """
 
 import os
@@ -84,21 +84,17 @@ RATE = """(async () => {
 })()"""
 
 
-def run(coordinator, case, out, *options, expect=0):
-    done = subprocess.run([coordinator, "run", case, "--out", out, "--in-process", "--quiet", *options], capture_output=True, text=True)
+def command(coordinator, case, out, changes, *options):
+    """A run of a shipped case with other values of its keys."""
+    words = [coordinator, "run", os.path.join(CASES, case), "--out", out, "--in-process", "--quiet", *options]
+    for key, value in changes.items():
+        words += ["--set", f"{key}={value}"]
+    return words
+
+
+def run(coordinator, case, out, changes, expect=0):
+    done = subprocess.run(command(coordinator, case, out, changes), capture_output=True, text=True)
     assert done.returncode == expect, (done.returncode, done.stderr)
-
-
-def shorter(case, to, *changes):
-    """The case of that name with other values, in a file of its own."""
-    with open(os.path.join(CASES, case), encoding="utf-8") as file:
-        text = file.read()
-    for pattern, value in changes:
-        text, count = re.subn(pattern, value, text, flags=re.M)
-        assert count, pattern
-    with open(to, "w", encoding="utf-8") as file:
-        file.write(text)
-    return to
 
 
 def read(browser, address):
@@ -154,8 +150,8 @@ def looks_right(browser, pictures, name):
 
 
 def report(browser, coordinator, folder):
-    case = shorter("drifting_body_coarse.toml", f"{folder}/plane.toml", (r"^end_time_s = .*", "end_time_s = 0.03"), (r"^snapshot_interval_s = .*", "snapshot_interval_s = 0.005"))
-    run(coordinator, case, f"{folder}/plane")
+    changes = {"time.end_time_s": 0.03, "outputs.snapshot_interval_s": 0.005, "outputs.picture_times_s": [0.0, 0.03]}
+    run(coordinator, "drifting_body_coarse.toml", f"{folder}/plane", changes)
     begun = time.monotonic()
     read(browser, f"file://{folder}/plane/report.html")
     print(f"plane run: {os.path.getsize(f'{folder}/plane/report.html')} bytes, read and drawn in {time.monotonic() - begun:.1f} s")
@@ -179,8 +175,8 @@ def report(browser, coordinator, folder):
 
 
 def space(browser, coordinator, folder):
-    case = shorter("dam_break_3d.toml", f"{folder}/space.toml", (r"^end_time_s = .*", "end_time_s = 0.06"), (r"^picture_times_s = .*", "picture_times_s = [0.0, 0.06]"))
-    run(coordinator, case, f"{folder}/space")
+    changes = {"time.end_time_s": 0.06, "outputs.picture_times_s": [0.0, 0.06]}
+    run(coordinator, "dam_break_3d.toml", f"{folder}/space", changes)
     browser.size(1440, 900)
     read(browser, f"file://{folder}/space/report.html")
     before = browser.run("page.player.turn()")
@@ -194,8 +190,8 @@ def space(browser, coordinator, folder):
 
 def failed(browser, coordinator, folder):
     # A step far above the limit of stability, which the case allows itself.
-    case = shorter("drifting_body_coarse.toml", f"{folder}/failed.toml", (r"^step = .*", 'step = { type = "fixed", time_step_s = 4e-4 }\nlimit_factor = 10.0'), (r"^snapshot_interval_s = .*", "snapshot_interval_s = 0.002"))
-    run(coordinator, case, f"{folder}/failed", expect=5)
+    changes = {"time.step.time_step_s": 4e-4, "time.limit_factor": 10.0, "outputs.snapshot_interval_s": 0.002}
+    run(coordinator, "drifting_body_coarse.toml", f"{folder}/failed", changes, expect=5)
     browser.size(1440, 900)
     read(browser, f"file://{folder}/failed/report.html")
     assert "ended the run" in browser.run("document.getElementById('culprit').textContent")
@@ -205,9 +201,9 @@ def failed(browser, coordinator, folder):
 
 
 def live(browser, coordinator, folder):
-    case = shorter("drifting_body_coarse.toml", f"{folder}/live.toml", (r"^snapshot_interval_s = .*", "snapshot_interval_s = 0.002"))
+    words = command(coordinator, "drifting_body_coarse.toml", f"{folder}/live", {"outputs.snapshot_interval_s": 0.002}, "--view")
     begun = time.monotonic()
-    program = subprocess.Popen([coordinator, "run", case, "--out", f"{folder}/live", "--view", "--in-process", "--quiet"], stderr=subprocess.PIPE, text=True)
+    program = subprocess.Popen(words, stderr=subprocess.PIPE, text=True)
     try:
         link = re.search(r"http://\S+", program.stderr.readline())[0]
         browser.size(1440, 900)
@@ -243,10 +239,12 @@ def live(browser, coordinator, folder):
 
 def main():
     coordinator, folder = map(os.path.abspath, sys.argv[1:3])
+    parts = {part.__name__: part for part in [report, space, failed, live]}
+    wanted = sys.argv[3:] or list(parts)
     os.makedirs(folder, exist_ok=True)
     browser = Browser()
     try:
-        for part in [report, space, failed, live]:
+        for part in [parts[name] for name in wanted]:
             part(browser, coordinator, folder)
             assert not browser.problems, f"{part.__name__}: the console says\n  " + "\n  ".join(browser.problems)
             print(f"{part.__name__}: passed")

@@ -130,6 +130,10 @@ fn a_server_that_cannot_play_is_told_why() {
     coupling.kind = CouplingKind::Loads;
     coupling.implicit = Some(fake::IMPLICIT);
     assert_eq!(handshake::unfit(&description, Role::Solid, &run), Vec::<String>::new());
+    description.capabilities.exact_times = false;
+    let reasons = handshake::unfit(&description, Role::Solid, &run);
+    assert!(reasons.len() == 1 && reasons[0].contains("exact_outputs = false"), "{reasons:#?}");
+    description.capabilities.exact_times = true;
     description.capabilities.implicit_coupling = false;
     let reasons = handshake::unfit(&description, Role::Solid, &run);
     assert!(reasons.len() == 1 && reasons[0].contains("leave out `interface.iterate`"), "{reasons:#?}");

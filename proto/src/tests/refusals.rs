@@ -68,9 +68,19 @@ fn wrong_numbers_are_refused_by_path() {
             factor: Some(0.5),
             maximum_s: Some(1.0),
             growth: Some(1.0),
+            exact: None,
         }));
     });
     assert!(error.contains("`open.run.time.adaptive.growth`: is 1.0, must be above 1"), "{error}");
+    let error = spoil_run(|r| {
+        r.time.as_mut().unwrap().step = Some(wire::time_plan::Step::Adaptive(wire::AdaptiveStep {
+            factor: Some(0.5),
+            maximum_s: Some(1.0),
+            growth: Some(1.1),
+            exact: Some(wire::ExactTimes { times_s: vec![0.1, f64::NAN] }),
+        }));
+    });
+    assert!(error.contains("`open.run.time.adaptive.exact.times_s[1]`: is NaN"), "{error}");
     let error = spoil_run(|r| {
         r.domain.as_mut().unwrap().upper_m = Some(wire::Vector { components: vec![-1.0, 1.0] })
     });

@@ -207,7 +207,8 @@ async fn one_participant_runs_alone_with_complete_snapshots() {
     let snapshots = events
         .iter()
         .filter(|event| matches!(event, Event::Snapshot(s) if s.id.len() == super::fake::MASSES));
-    assert_eq!(snapshots.count(), 3);
+    // At 0, at the listed 3 ms, at 10 ms, and at the end.
+    assert_eq!(snapshots.count(), 4);
     assert_eq!(final_report(&events).step, 20);
     client.close().await.unwrap();
 }

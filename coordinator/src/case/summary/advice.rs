@@ -9,6 +9,7 @@ use super::Summary;
 use crate::case::Case;
 use crate::case::Scene;
 use crate::case::file::material::FormulationTable;
+use crate::case::file::run::StepTable;
 
 /// Fewest times the largest speed that the sound speed should be, so that density stays within 1 %.
 const SOUND_SPEED_RATIO: f64 = 10.0;
@@ -57,17 +58,11 @@ impl Case {
     }
 
     /// Warns of times that steps do not meet: what is due then comes up to a step late.
-    pub(super) fn offbeat_warnings(&self, summary: &Summary) -> Vec<String> {
+    pub(super) fn offbeat_warnings(&self) -> Vec<String> {
         // As the clock of a run, which absorbs the round-off of decimal times.
         const ROUND_OFF: f64 = 1e-6;
         let plan = self.file.time.to_setup();
-        let time_step = match plan.step {
-            StepPolicy::Fixed { time_step } => time_step,
-            StepPolicy::Adaptive { exact: Some(_), .. } => {
-                return self.missed_probes(summary.time_step).into_iter().collect();
-            }
-            StepPolicy::Adaptive { exact: None, .. } => return Vec::new(),
-        };
+        let StepPolicy::Fixed { time_step } = plan.step else { return Vec::new() };
         let intervals = [
             ("outputs.snapshot_interval_s", self.outputs.plan.snapshot_interval, "snapshots come"),
             ("outputs.probe_interval_s", self.outputs.plan.probe_interval, "rows of probes.csv come"),
@@ -99,7 +94,8 @@ impl Case {
     }
 
     /// Says so where adaptive steps of about `time_step` \[s\] are too long to meet the times of probes.
-    fn missed_probes(&self, time_step: f64) -> Option<String> {
+    pub(super) fn missed_probes(&self, time_step: f64) -> Option<String> {
+        let StepTable::Adaptive { exact_outputs: true, .. } = self.file.time.step else { return None };
         let interval = self.outputs.plan.probe_interval?;
         let least = STEPS_PER_EXACT_PROBE * time_step;
         (interval < least).then(|| {

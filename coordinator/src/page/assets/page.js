@@ -137,7 +137,7 @@ class Live {
     this.token = new URLSearchParams(location.hash.slice(1)).get("token");
     this.meter = element("progress", { max: 1, value: 0, "aria-label": "part of the simulated time that is done" });
     this.words = element("p", { class: "doing", role: "status" });
-    this.facts = element("dl", { class: "live-facts" });
+    this.facts = element("dl", { class: "live-facts", role: "group", tabindex: "0", "aria-label": "state of the run" });
     const order = (what, label) => element("button", { type: "button", onclick: () => this.order(what, label), disabled: !this.token }, label);
     this.answer = element("span", { role: "status", class: "answer" });
     this.buttons = element("div", { class: "orders" }, order("checkpoint", "take a checkpoint"), order("stop", "stop the run"), this.answer);

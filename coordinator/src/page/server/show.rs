@@ -32,7 +32,11 @@ pub(super) struct Show {
     folder: PathBuf,
     live: Option<Arc<Live>>,
     started: Instant,
+    /// What was read. It is never held while files are read: answers do not wait for the disk.
     state: Mutex<State>,
+    /// Tables, and a frame, are read by one at a time, so that many visitors cost the memory of one.
+    reading_tables: Mutex<()>,
+    reading_frame: Mutex<()>,
 }
 
 #[derive(Default)]
@@ -76,11 +80,18 @@ struct FrameMessage {
 
 impl Show {
     pub fn new(folder: &Path, live: Option<Arc<Live>>) -> Self {
-        Self { folder: folder.to_owned(), live, started: Instant::now(), state: Mutex::default() }
+        Self {
+            folder: folder.to_owned(),
+            live,
+            started: Instant::now(),
+            state: Mutex::default(),
+            reading_tables: Mutex::default(),
+            reading_frame: Mutex::default(),
+        }
     }
 
     fn state(&self) -> MutexGuard<'_, State> {
-        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+        held(&self.state)
     }
 
     /// The state, read once at least.
@@ -105,9 +116,9 @@ impl Show {
             let page = state.page.as_ref().unwrap_or(&empty);
             return Ok(Some(document::live(page).map_err(|e| e.to_string())?.into()));
         }
-        let mut state = self.state();
+        let _reading = held(&self.reading_tables);
         let stamp = self.stamp();
-        if let Some((_, page)) = state.finished.as_ref().filter(|(known, _)| *known == stamp) {
+        if let Some((_, page)) = self.state().finished.as_ref().filter(|(known, _)| *known == stamp) {
             return Ok(Some(page.clone()));
         }
         let case = CaseFacts::read(&self.folder)?;
@@ -116,7 +127,7 @@ impl Show {
         let page = self.read(&case, extremes, true)?;
         let page = film.iter().fold(page, |page, film| page.with_film(film));
         let bytes: Bytes = document::report(&page, film.as_ref(), "").map_err(|e| e.to_string())?.into();
-        state.finished = Some((stamp, bytes.clone()));
+        self.state().finished = Some((stamp, bytes.clone()));
         Ok(Some(bytes))
     }
 
@@ -129,20 +140,27 @@ impl Show {
 
     /// Frame `k`, standing alone.
     pub fn frame(&self, k: usize) -> Result<Option<Bytes>, String> {
-        let mut state = self.looked_at();
-        if let Some((_, bytes)) = state.packed.iter().find(|(kept, _)| *kept == k) {
-            return Ok(Some(bytes.clone()));
-        }
-        let Some((case, moment)) = state.case.clone().zip(state.snapshots.moments.get(k).cloned()) else {
-            return Ok(None);
+        let _reading = held(&self.reading_frame);
+        let (case, snapshots, mut groups, every) = {
+            let state = self.looked_at();
+            if let Some((_, bytes)) = state.packed.iter().find(|(kept, _)| *kept == k) {
+                return Ok(Some(bytes.clone()));
+            }
+            let Some(case) = state.case.clone() else { return Ok(None) };
+            let every = state.scene.as_ref().map_or(1, |scene| scene.every);
+            (case, state.snapshots.clone(), state.groups.clone(), every)
         };
-        let every = state.scene.as_ref().map_or(1, |scene| scene.every);
-        let mut groups = state.groups.clone();
-        let found = single(&case, &state.snapshots, &moment, &mut groups, every)?;
+        let Some(moment) = snapshots.moments.get(k) else { return Ok(None) };
+        let found = single(&case, &snapshots, moment, &mut groups, every)?;
         let scene = Scene::of(&case, groups.clone(), std::slice::from_ref(&found.particles), every);
         let data = found.frame.data.clone();
         let message = FrameMessage { frame: found.frame, data, scales: scene.scales };
         let bytes: Bytes = serde_json::to_vec(&message).map_err(|e| e.to_string())?.into();
+        let mut state = self.state();
+        if !state.snapshots.moments.starts_with(&snapshots.moments) {
+            // The run took the snapshot back meanwhile.
+            return Ok(Some(bytes));
+        }
         state.groups = groups;
         for extreme in found.extremes {
             crate::page::film::keep(&mut state.extremes, extreme);
@@ -160,18 +178,22 @@ impl Show {
 
     /// Reads what has changed; answers the event to send.
     pub fn look(&self, ended: bool) -> String {
-        let mut state = self.state();
-        state.ended |= ended || self.is_finished();
-        if state.case.is_none() {
-            state.case = CaseFacts::read(&self.folder).ok();
-        }
+        let reading = held(&self.reading_tables);
+        let finished = self.is_finished();
         let stamp = self.stamp();
-        if let Some(case) = state.case.clone()
-            && (ended || stamp != state.stamp || state.page.is_none())
-        {
-            state.stamp = stamp;
-            self.refresh(&mut state, &case);
+        let (case, changed) = {
+            let mut state = self.state();
+            state.ended |= ended || finished;
+            (state.case.clone(), ended || stamp != state.stamp || state.page.is_none())
+        };
+        if let Some(case) = case.or_else(|| CaseFacts::read(&self.folder).ok()) {
+            self.state().case = Some(case.clone());
+            if changed {
+                self.refresh(&case, stamp);
+            }
         }
+        drop(reading);
+        let mut state = self.state();
         let status = self.status(&mut state);
         let message = Message { version: state.version, frames: state.snapshots.moments.len(), status };
         serde_json::to_string(&message).unwrap_or_default()
@@ -189,31 +211,47 @@ impl Show {
             .collect()
     }
 
-    fn refresh(&self, state: &mut State, case: &CaseFacts) {
-        let snapshots = Snapshots::list(&self.folder, !state.ended);
+    /// Reads what the folder holds and publishes it; the caller holds `reading_tables`.
+    fn refresh(&self, case: &CaseFacts, stamp: Stamp) {
+        let (ended, known, extremes, mut groups, mut scene) = {
+            let state = self.state();
+            let known = state.snapshots.moments.clone();
+            (state.ended, known, state.extremes.clone(), state.groups.clone(), state.scene.clone())
+        };
+        let snapshots = Snapshots::list(&self.folder, !ended);
         // A run that continues may have taken snapshots back.
-        if !snapshots.moments.starts_with(&state.snapshots.moments) {
-            state.packed.clear();
-            state.scene = None;
+        let taken_back = !snapshots.moments.starts_with(&known);
+        if taken_back {
+            scene = None;
         }
-        state.snapshots = snapshots;
-        if state.scene.is_none()
-            && let Some(first) = state.snapshots.moments.first().cloned()
+        if scene.is_none()
+            && let Some(first) = snapshots.moments.first()
         {
-            let mut groups = Vec::new();
+            let mut found = Vec::new();
             // A file that is not there yet is there at the next look.
-            let whole = state.snapshots.read(&first, &case.walls, &mut groups, 1, |_, _| {});
+            let whole = snapshots.read(first, &case.walls, &mut found, 1, |_, _| {});
             if let Ok(mut particles) = whole {
                 let mut every = 1u32;
                 while particles.slots.len() / every as usize > MOST_PARTICLES {
                     every *= 2;
                 }
                 particles.thin(every);
-                state.scene = Some(Scene::of(case, groups.clone(), &[particles], every));
-                state.groups = groups;
+                scene = Some(Scene::of(case, found.clone(), &[particles], every));
+                groups = found;
             }
         }
-        let Ok(mut page) = self.read(case, &state.extremes, state.ended) else { return };
+        let page = self.read(case, &extremes, ended);
+        let mut state = self.state();
+        if taken_back {
+            state.packed.clear();
+        }
+        // A frame that was read meanwhile may know more groups.
+        if taken_back || groups.len() > state.groups.len() {
+            state.groups = groups;
+        }
+        (state.snapshots, state.scene) = (snapshots, scene);
+        let Ok(mut page) = page else { return };
+        state.stamp = stamp;
         page.scene.clone_from(&state.scene);
         if let Some(scene) = &mut page.scene {
             scene.groups.clone_from(&state.groups);
@@ -320,6 +358,10 @@ impl Show {
             figures,
         }
     }
+}
+
+fn held<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// The table of that name, complete or growing.

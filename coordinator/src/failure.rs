@@ -51,6 +51,11 @@ impl Kind {
         Kind::Internal,
     ];
 
+    /// All exit codes with their meaning, success first.
+    pub fn codes() -> impl Iterator<Item = (u8, &'static str)> {
+        std::iter::once((0, "success")).chain(Self::ALL.iter().map(|kind| (kind.code(), kind.meaning())))
+    }
+
     /// Exit code; 0 is success and 2 is also what the command-line parser uses.
     pub fn code(self) -> u8 {
         match self {

@@ -8,7 +8,7 @@
 //! | [`checkpoint`] | states from which a run continues |
 //! | [`resume`], [`replay`], [`check`], [`conform`] | the other commands |
 //! | [`page`] | the page that shows a run, in `report.html` and live |
-//! | [`messages`], [`failure`], [`quote`] | what is printed and returned |
+//! | [`messages`], [`failure`], [`quote`], [`brief`] | what is printed and returned |
 //! | [`batch`] | many runs of one case, several at a time, kept when finished |
 //! | [`family`] | one case at several spacings, sound speeds and seeds |
 //! | [`sweep`], [`overlay`] | a case over values of its keys; finished runs side by side |
@@ -34,6 +34,7 @@
 //! ```
 
 pub mod batch;
+pub mod brief;
 pub mod case;
 pub mod check;
 pub mod checkpoint;
@@ -51,3 +52,6 @@ pub mod resume;
 pub mod run;
 pub mod study;
 pub mod sweep;
+
+/// Name of the program in commands that a user is told to type.
+pub const PROGRAM: &str = "tidelock";

@@ -1,5 +1,5 @@
-//! Starts and steps a coupled run; see `coordinator --help`.
+//! `tidelock` under its former name, with the same options.
 
 fn main() -> std::process::ExitCode {
-    terminal::program::run(coordinator::cli::main)
+    terminal::program::run(|| coordinator::cli::main("coordinator"))
 }

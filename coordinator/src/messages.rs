@@ -2,6 +2,8 @@
 
 use std::fmt::Display;
 
+use terminal::style::{Style, Tone};
+
 /// Which messages are printed. A failure is never printed here: it is returned.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Messages {
@@ -10,16 +12,18 @@ pub enum Messages {
     None,
     /// Warnings, restarts of servers and stops.
     Warnings,
+    /// Also the verdict of a run.
+    Verdict,
     /// Also the run header, the progress and the results.
     All,
-    /// Also the thresholds of the laws that no case sets.
+    /// Also all that decides the results.
     Details,
 }
 
 impl Messages {
     /// Prints a warning with its mark.
     pub fn warning(self, text: impl Display) {
-        self.notice(format_args!("warning: {text}"));
+        self.notice(format_args!("{} {text}", Style::of_errors().paint(Tone::Doubt, "warning:")));
     }
 
     /// Prints what concerns the user whether or not he follows the progress.

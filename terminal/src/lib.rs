@@ -2,13 +2,16 @@
 //!
 //! `println!` and `eprintln!` panic when the stream cannot be written: where a reader such as `head` has left, a disk is
 //! full or a session has ended. The lints of the workspace deny them; all programs print by [`say`] and [`note`].
-//! [`program`] gives a panic its exit code, [`stop`] listens to the signals that ask a program to end.
+//! [`program`] gives a panic its exit code, [`stop`] listens to the signals that ask a program to end, [`style`] knows
+//! whether there are colours, and [`lines`] how wide lines may be.
 
 use std::fmt::Display;
 use std::io::Write;
 
+pub mod lines;
 pub mod program;
 pub mod stop;
+pub mod style;
 
 /// Prints a line of a command's answer to standard output. That it cannot be written is no error.
 pub fn say(line: impl Display) {

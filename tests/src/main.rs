@@ -1,5 +1,5 @@
 //! The coordinator as the tests start it.
 
 fn main() -> std::process::ExitCode {
-    terminal::program::run(coordinator::cli::main)
+    terminal::program::run(|| coordinator::cli::main("tidelock-node"))
 }

@@ -1,6 +1,7 @@
 //! A case without a run.
 
 mod preview;
+mod text;
 
 pub use preview::draw;
 
@@ -13,7 +14,6 @@ use sph::setup::ParticipantSetup;
 use crate::case::overrides::Override;
 use crate::case::{Case, Server, Summary};
 use crate::failure::Failure;
-use crate::quote;
 
 /// A case that a run accepts.
 pub struct Checked {
@@ -103,79 +103,4 @@ fn try_open(
     })?;
     remarks.extend(opened.solver.remarks());
     Ok(Some((role, limit)))
-}
-
-impl Checked {
-    /// Counts, time steps, constants and warnings, in lines.
-    pub fn text(&self) -> String {
-        let summary = &self.summary;
-        let mut text = format!("{}: no errors\n", summary.name);
-        for Override { key, value } in self.case.overrides() {
-            text.push_str(&quote::clean(&format!("  set: {key} = {value}\n")));
-        }
-        text.push_str("\nparticles\n");
-        // Writing to a string cannot fail.
-        let mut line = |line: String| {
-            text.push_str(&quote::clean(&line));
-            text.push('\n');
-        };
-        for count in &summary.counts {
-            let held = if count.held > 0 { format!("  (and {} held)", count.held) } else { String::new() };
-            line(format!("  {:>9}  {} {}{held}", count.particles, count.kind, count.name));
-        }
-        summary.adjusted.iter().for_each(|adjusted| line(format!("  {adjusted}")));
-        summary.cuts.iter().for_each(|cut| line(format!("  {cut}")));
-        line("\ntime step".into());
-        for limit in &summary.limits {
-            line(format!(
-                "  {:.3e} s stable, {:.3e} s recommended  ({})",
-                limit.stability, limit.recommended, limit.origin
-            ));
-        }
-        let kind = if summary.fixed { "fixed" } else { "first of an adaptive run" };
-        line(format!(
-            "  {:.3e} s chosen ({kind}): {:.2} of the stability limit, {:.2} of the recommended step",
-            summary.time_step, summary.ratio_to_limit, summary.ratio_to_recommended
-        ));
-        if let Some(factor) = summary.limit_override {
-            line(format!("  the case overrides the limit by a factor of {factor}"));
-        }
-        line(format!("  {} steps; about {} on one core", summary.steps, duration(summary.forecast()),));
-        line("\nconstants".into());
-        summary.constants.iter().flat_map(|constant| broken(constant)).for_each(&mut line);
-        if !summary.active_terms.is_empty() {
-            line("\nactive terms".into());
-            summary.active_terms.iter().for_each(|s| line(format!("  {}: {}", s.owner, s.text)));
-        }
-        if !summary.departures.is_empty() {
-            line("\ndepartures from the recommended settings (docs/method.md)".into());
-            summary.departures.iter().for_each(|departure| line(format!("  {departure}")));
-        }
-        if !summary.warnings.is_empty() {
-            line("\nwarnings".into());
-            summary.warnings.iter().for_each(|warning| line(format!("  {warning}")));
-        }
-        text
-    }
-}
-
-/// `text` in lines of about 100 characters, broken after commas, all but the first indented further.
-fn broken(text: &str) -> Vec<String> {
-    let mut lines = vec!["  ".to_owned()];
-    for part in text.split_inclusive(", ") {
-        match lines.last_mut() {
-            Some(line) if line.chars().count() + part.chars().count() <= 102 => line.push_str(part),
-            _ => lines.push(format!("    {part}")),
-        }
-    }
-    lines.iter().map(|line| line.trim_end().to_owned()).collect()
-}
-
-fn duration(seconds: f64) -> String {
-    match seconds {
-        s if s < 120.0 => format!("{s:.0} s"),
-        s if s < 7200.0 => format!("{:.0} min", s / 60.0),
-        s if s < 1e6 => format!("{:.1} h", s / 3600.0),
-        s => format!("{:.2e} days", s / 86_400.0),
-    }
 }

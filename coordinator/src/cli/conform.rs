@@ -1,4 +1,4 @@
-//! `coordinator conform`.
+//! `tidelock conform`.
 
 use std::path::PathBuf;
 use std::time::Duration;

@@ -1,4 +1,4 @@
-//! `coordinator converge` and `coordinator ensemble`.
+//! `tidelock converge` and `tidelock ensemble`.
 
 use std::path::PathBuf;
 

@@ -1,7 +1,6 @@
 //! The command line.
 
 mod check;
-mod colour;
 mod conform;
 mod converge;
 mod many;
@@ -14,33 +13,40 @@ mod resume;
 mod run;
 mod security;
 mod set;
+mod setting_up;
 mod sweep;
+mod topics;
 mod view;
 
 use std::ffi::OsString;
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
+use fluid_server::FluidFactory;
+use proto::transport::node::NodeArgs;
+use solid_server::SolidFactory;
+use terminal::style::{Style, Tone};
 
 use self::check::CheckArguments;
 use self::conform::ConformArguments;
 use self::converge::{ConvergeArguments, EnsembleArguments};
-use self::node::{GuardArguments, NodeArguments};
+use self::node::GuardArguments;
 use self::overlay::OverlayArguments;
 use self::replay::{CompareArguments, ReplayArguments};
 use self::report::ReportArguments;
 use self::resume::ResumeArguments;
 use self::run::RunArguments;
+use self::setting_up::{CompletionsArguments, ManArguments};
 use self::sweep::SweepArguments;
 use self::view::ViewArguments;
 use crate::failure::{Failure, Kind};
 use crate::run::participants::guard::Guard;
 
-/// Couples a fluid solver and an elastic-solid solver in lock-step and audits their interface.
+/// Couples a fluid solver and a solid solver in lock-step and audits their interface.
 ///
-/// Start with `run cases/drifting_body_coarse.toml`. cases/FORMAT.md lists every key of a case file.
+/// Start with `tidelock run cases/drifting_body_coarse.toml`. cases/FORMAT.md lists every key of a case file.
 #[derive(Debug, Parser)]
-#[command(name = "coordinator", version, after_help = exit_codes())]
+#[command(version, after_help = exit_codes(), after_long_help = exit_codes())]
 struct Cli {
     #[command(subcommand)]
     command: Command,
@@ -48,97 +54,131 @@ struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// Run a case; starts the servers it needs on this machine by default.
+    /// Run a case; starts the servers it needs on this machine
     ///
     /// A case with a fluid needs a fluid server, one with solids a solid server. The results are summary.json,
     /// report.html, probes.csv, ledger.csv, case.toml with every default, snapshots/ for ParaView, final/ from which
     /// another case can start, checkpoints/ from which `resume` continues, and logs/ of the servers. Ctrl-C, SIGTERM
     /// and SIGHUP stop at a step boundary with a checkpoint and outputs complete; a second Ctrl-C or SIGTERM aborts at
     /// once. SIGHUP stays ignored where it was at the start, as by `nohup`.
-    #[command(after_help = exit_codes())]
     Run(RunArguments),
-    /// Continue a run from its newest good checkpoint; the results are bit-identical to those of a run that was not stopped.
+    /// Continue a run from its newest good checkpoint
     ///
-    /// Servers come from where the case says; thread counts and addresses may differ.
-    #[command(after_help = exit_codes())]
+    /// The results are bit-identical to those of a run that was not stopped. Servers come from where the case says; thread
+    /// counts and addresses may differ.
     Resume(ResumeArguments),
-    /// Check a case without running it: errors, particle counts, time-step limits, forecast run time.
-    #[command(after_help = exit_codes())]
-    Check(CheckArguments),
-    /// Run a case over values of its keys: a grid, values side by side, a Latin hypercube, seeds.
+    /// Check a case without running it: verdict, cost, warnings
     ///
+    /// Reports all errors of the file at once, or in six lines what a run would be and cost, and what deserves a second look.
+    /// `-v` adds particle counts, time-step limits, constants and active terms.
+    Check(CheckArguments),
+    /// Run a case over values of its keys
+    ///
+    /// A grid, values side by side, a Latin hypercube, or seeds.
     /// Runs here, several at a time, or writes the files for Slurm or Snakemake. Finished members are kept, so that the same
     /// command continues a sweep that was stopped; members that fail are named, and the others go ahead. Writes sweep.csv, a
     /// row for each member, sweep.html with the probes on common axes, and manifest.json. Try: `sweep CASE --over
     /// fluid.sound_speed_m_s=20,30,40 --jobs 2`.
-    #[command(after_help = exit_codes())]
     Sweep(SweepArguments),
-    /// Say whether a case is converged: three spacings and two sound speeds, observed orders, estimated errors.
+    /// Say whether a case is converged, with estimated errors
     ///
+    /// Three spacings and two sound speeds give observed orders and estimated errors.
     /// The finest run is the case as it is; all runs together cost about 2.3 times as much. Finished runs are kept. Writes
     /// convergence.html, family.json and members.csv.
-    #[command(after_help = exit_codes())]
     Converge(ConvergeArguments),
-    /// Run a case with several seeds, where the motion is chaotic: mean and spread of key figures.
+    /// Run a case with several seeds: mean and spread of key figures
     ///
-    /// Finished runs are kept. Writes ensemble.html, family.json and members.csv.
-    #[command(after_help = exit_codes())]
+    /// For cases whose motion is chaotic. Finished runs are kept. Writes ensemble.html, family.json and members.csv.
     Ensemble(EnsembleArguments),
-    /// Lay finished runs over each other: probes on common axes, peaks, differences from the first.
-    #[command(after_help = exit_codes())]
+    /// Lay finished runs over each other: probes, peaks, differences
+    ///
+    /// Probes are on common axes; peaks and differences are from the first run.
     Overlay(OverlayArguments),
-    /// Show the folder of a run, finished or running, in a browser of this machine.
+    /// Show the folder of a run, finished or running, in a browser
     ///
     /// Serves a page at a port of 127.0.0.1 and prints its address: the particles over time, probes, balances. It reads
     /// the folder and changes nothing. `run --view` also has buttons for a checkpoint and to stop.
-    #[command(after_help = exit_codes())]
     View(ViewArguments),
-    /// Show what accuracy costs: runs cases with known answers over resolution, scheme and step, error against CPU time.
+    /// Show what accuracy costs: error against CPU time
     ///
+    /// Runs cases with known answers over resolution, scheme and step.
     /// The quick study takes under five minutes, `--full` as long as it says first. Finished runs are kept, so that a
     /// study that was stopped continues. Writes report.html, report.csv and report.png.
-    #[command(after_help = exit_codes())]
     Report(ReportArguments),
-    /// Examine a running solver of any make: life cycle, refusals, damaged frames, invariances, order, checkpoints.
+    /// Examine a running solver of any make
     ///
+    /// Life cycle, refusals, damaged frames, invariances, order, checkpoints.
     /// It plays coordinator and partner, takes some seconds, prints a line for each check and leaves the solver free.
     /// What the solver does not offer is printed as such. Try: `conform 127.0.0.1:7001 --junit conform.xml`.
-    #[command(after_help = exit_codes())]
     Conform(ConformArguments),
-    /// Run one solver alone, its partner played from a recording, and compare what it sends with the recording.
+    /// Run one solver alone, its partner played from a recording
     ///
+    /// What it sends is compared with the recording.
     /// Make the recording by `run CASE --record FILE`. The solver comes from where `run` takes it and leaves the results of a
     /// run. The exit code is 10 when it sends other bits than the recorded one.
-    #[command(after_help = exit_codes())]
     Replay(ReplayArguments),
-    /// Compare two recordings and report the first half-step and field in which they differ.
-    #[command(after_help = exit_codes())]
+    /// Compare two recordings: the first half-step that differs
+    ///
+    /// Names the half-step and the field.
     Compare(CompareArguments),
-    /// A fluid server; `run` starts it.
-    #[command(name = "node-fluid", hide = true, disable_help_flag = true)]
-    NodeFluid(NodeArguments),
-    /// A solid server; `run` starts it.
-    #[command(name = "node-solid", hide = true, disable_help_flag = true)]
-    NodeSolid(NodeArguments),
+    /// Serve the fluid solver, for runs on other machines
+    ///
+    /// Prints one line, `LISTEN <addr>`, when it is ready, logs to standard error (filter: RUST_LOG) and ends in order on
+    /// SIGTERM, SIGINT or SIGHUP. `run` starts one by itself where the case names no address.
+    #[command(name = "fluid-server", alias = "node-fluid")]
+    FluidServer(NodeArgs),
+    /// Serve the solid solver, likewise
+    ///
+    /// Prints one line, `LISTEN <addr>`, when it is ready, logs to standard error (filter: RUST_LOG) and ends in order on
+    /// SIGTERM, SIGINT or SIGHUP. `run` starts one by itself where the case names no address.
+    #[command(name = "solid-server", alias = "node-solid")]
+    SolidServer(NodeArgs),
+    /// Print completions for a shell
+    ///
+    /// For bash: `tidelock completions bash > ~/.local/share/bash-completion/completions/tidelock`. For zsh write to
+    /// `_tidelock` in a folder of `fpath`, for fish to ~/.config/fish/completions/tidelock.fish.
+    Completions(CompletionsArguments),
+    /// Write man pages to a folder
+    Man(ManArguments),
     /// Ends another program with the coordinator; `run` starts it.
     #[command(name = Guard::COMMAND, hide = true)]
     NodeGuard(GuardArguments),
 }
 
+/// The command line of the program `name`.
+fn command(name: &'static str) -> clap::Command {
+    let of_commands = |sub: clap::Command| match sub.get_name() {
+        "fluid-server" | "solid-server" => sub,
+        _ => sub.after_help(SEE_CODES).after_long_help(SEE_CODES),
+    };
+    topics::grouped(Cli::command().name(name).long_version(version()).mut_subcommands(of_commands))
+}
+
+/// Stands under the help of each command.
+const SEE_CODES: &str = "`tidelock --help` lists the exit codes.";
+
+/// Version, protocol, and what the program was built for.
+fn version() -> String {
+    let (version, protocol) = (env!("CARGO_PKG_VERSION"), proto::description::PROTOCOL);
+    let (target, libc) = (env!("TIDELOCK_TARGET"), env!("TIDELOCK_LIBC"));
+    format!("{version}\nprotocol {protocol}; built for {target}{libc}")
+}
+
 /// Table of exit codes for the help.
 fn exit_codes() -> String {
-    let mut text = String::from("Exit codes:\n   0  success\n");
-    for kind in Kind::ALL {
-        text.push_str(&format!("  {:>2}  {}\n", kind.code(), kind.meaning()));
+    let mut text = String::from("Exit codes:\n");
+    for (code, meaning) in Kind::codes() {
+        text.push_str(&format!("  {code:>2}  {meaning}\n"));
     }
     text
 }
 
-/// Runs the command line of this process.
-pub fn main() -> ExitCode {
+/// Runs the command line of this process, the program `name`.
+pub fn main(name: &'static str) -> ExitCode {
     // Without it only the message is lost.
     drop(proto::file_size::fail_beyond_largest_file());
-    let result = match Cli::parse().command {
+    let parsed = Cli::from_arg_matches(&command(name).get_matches()).unwrap_or_else(|e| e.exit());
+    let result = match parsed.command {
         Command::Run(arguments) => arguments.execute(),
         Command::Resume(arguments) => arguments.execute(),
         Command::Check(arguments) => arguments.execute(),
@@ -151,8 +191,10 @@ pub fn main() -> ExitCode {
         Command::Conform(arguments) => arguments.execute(),
         Command::Replay(arguments) => arguments.execute(),
         Command::Compare(arguments) => arguments.execute(),
-        Command::NodeFluid(node) => return fluid_server::main_with(node.words("fluid-server")),
-        Command::NodeSolid(node) => return solid_server::main_with(node.words("solid-server")),
+        Command::Completions(arguments) => arguments.execute(),
+        Command::Man(arguments) => arguments.execute(),
+        Command::FluidServer(node) => return node.serve(FluidFactory),
+        Command::SolidServer(node) => return node.serve(SolidFactory),
         Command::NodeGuard(guard) => return guard.execute(),
     };
     match result {
@@ -171,24 +213,34 @@ pub fn accepts(words: &[OsString]) -> Result<(), String> {
 
 fn print_failure(failure: &Failure) -> ExitCode {
     // A list of errors comes with its own marks.
-    let mark = if failure.message.starts_with("error") { "" } else { "error: " };
-    terminal::note(format_args!("{mark}{}", failure.text(colour::on_stderr())));
+    let style = Style::of_errors();
+    let marked = failure.message.starts_with("error");
+    let mark = if marked { String::new() } else { format!("{} ", style.paint(Tone::Bad, "error:")) };
+    terminal::note(format_args!("{mark}{}", failure.text(style.is_coloured())));
     failure.exit_code()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use clap::CommandFactory;
 
     #[test]
     fn the_command_line_is_consistent_and_lists_the_exit_codes() {
-        Cli::command().debug_assert();
-        let help = Cli::command().render_long_help().to_string();
+        command("tidelock").debug_assert();
+        let help = command("tidelock").render_long_help().to_string();
         for kind in Kind::ALL {
             assert!(help.contains(kind.meaning()), "{help}");
         }
         assert!(!help.contains("node-"));
+    }
+
+    #[test]
+    fn the_version_is_that_of_the_program_that_was_called() {
+        for name in ["tidelock", "coordinator"] {
+            let version = command(name).render_long_version();
+            let first = format!("{name} {}", env!("CARGO_PKG_VERSION"));
+            assert_eq!(version.lines().next(), Some(first.as_str()), "{version}");
+        }
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! `coordinator overlay`.
+//! `tidelock overlay`.
 
 use std::path::PathBuf;
 

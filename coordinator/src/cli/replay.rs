@@ -1,4 +1,4 @@
-//! `coordinator replay` and `coordinator compare`.
+//! `tidelock replay` and `tidelock compare`.
 
 use std::path::PathBuf;
 

@@ -1,4 +1,4 @@
-//! `coordinator report`.
+//! `tidelock report`.
 
 use std::path::PathBuf;
 

@@ -1,4 +1,4 @@
-//! `coordinator resume`.
+//! `tidelock resume`.
 
 use std::path::PathBuf;
 

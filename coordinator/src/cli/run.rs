@@ -1,10 +1,11 @@
-//! `coordinator run`.
+//! `tidelock run`.
 
 use std::path::PathBuf;
 
 use clap::Args;
 
 use super::options::RunOptionArguments;
+use super::options::heading::RESULTS;
 use super::set::SetArguments;
 use crate::failure::Failure;
 use crate::results::directory::Existing;
@@ -25,11 +26,11 @@ pub(super) struct RunArguments {
 #[derive(Debug, Args)]
 pub(super) struct NewRunArguments {
     /// Folder for the results [default: results/ and the name of the case file, with `_replay` for a replay].
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, value_name = "DIR", help_heading = RESULTS)]
     pub(super) out: Option<PathBuf>,
     /// Replace the results of an earlier run in that folder, which are refused otherwise. Files of a run go by their names;
     /// a folder that no run wrote to is refused.
-    #[arg(long)]
+    #[arg(long, help_heading = RESULTS)]
     force: bool,
     #[command(flatten)]
     pub(super) options: RunOptionArguments,

@@ -1,4 +1,4 @@
-//! `coordinator sweep`.
+//! `tidelock sweep`.
 
 use std::path::{Path, PathBuf};
 
@@ -6,6 +6,7 @@ use clap::Args;
 use terminal::say;
 
 use super::many::{ManyRuns, ManyRunsArguments, progress};
+use crate::PROGRAM;
 use crate::failure::{Failure, Kind};
 use crate::run::RunOptions;
 use crate::sweep::axes::Axis;
@@ -40,7 +41,7 @@ pub(super) struct SweepArguments {
     #[arg(long, value_name = "SCHEDULER", conflicts_with_all = ["join", "member"])]
     emit: Option<Scheduler>,
     /// Program that the emitted files call, as the nodes find it.
-    #[arg(long, value_name = "PROGRAM", default_value = "coordinator", requires = "emit")]
+    #[arg(long, value_name = "PROGRAM", default_value = PROGRAM, requires = "emit")]
     program: String,
     /// Join the results of the sweep in this folder, finished or not.
     #[arg(long, value_name = "DIR", conflicts_with = "member")]
@@ -92,7 +93,7 @@ impl SweepArguments {
         say(format_args!("{} members planned in {}", manifest.members.len(), folder.display()));
         say(format_args!("written: {}", path.display()));
         commands.iter().for_each(|command| say(format_args!("start:   {command}")));
-        say(format_args!("then:    coordinator sweep --join {}", folder.display()));
+        say(format_args!("then:    {PROGRAM} sweep --join {}", folder.display()));
         Ok(())
     }
 }

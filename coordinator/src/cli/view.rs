@@ -1,4 +1,4 @@
-//! `coordinator view`.
+//! `tidelock view`.
 
 use std::path::PathBuf;
 

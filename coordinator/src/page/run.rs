@@ -11,6 +11,7 @@ use super::packing::Column;
 use super::plots::{self, PlotGroup};
 use super::scene::Scene;
 use super::story::{self, Budget, KeyFigure, plain};
+use crate::PROGRAM;
 use crate::results::names;
 use crate::results::table::Table;
 
@@ -239,12 +240,10 @@ fn next(folder: &Path, verdict: &str) -> Vec<(String, String)> {
         vec![("open the particles in ParaView".to_owned(), format!("paraview {shown}/snapshots/*.pvd"))];
     match verdict {
         "completed" => {
-            list.push(("let it run longer".to_owned(), format!("coordinator resume {shown} --until T")))
+            list.push(("let it run longer".to_owned(), format!("{PROGRAM} resume {shown} --until T")))
         }
         "" => {}
-        _ => {
-            list.push(("continue from the last checkpoint".to_owned(), format!("coordinator resume {shown}")))
-        }
+        _ => list.push(("continue from the last checkpoint".to_owned(), format!("{PROGRAM} resume {shown}"))),
     }
     list
 }

@@ -6,9 +6,14 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use sph::coupling::driver::ProbeValues;
+use sph::coupling::ledger::EnergyAccount;
+use sph::coupling::solver::Role;
 use sph::setup::TimePlan;
 
+use super::matched_step::MatchedStep;
 use super::tally::Tally;
+use crate::case::Case;
 use crate::messages::Messages;
 use crate::page::live::Live;
 
@@ -25,8 +30,11 @@ pub struct Progress {
     kind: Kind,
     messages: Messages,
     started: Instant,
+    /// Share of the plan at the first step that this process made.
+    began: Option<f64>,
     shown: Instant,
     live: Option<Arc<Live>>,
+    watched: Watched,
 }
 
 enum Kind {
@@ -35,15 +43,52 @@ enum Kind {
     Silent,
 }
 
+/// The physics beside the bar.
+#[derive(Clone, Debug, Default)]
+struct Watched {
+    /// Unit of energies.
+    energy_unit: &'static str,
+    /// Kinetic energy of all sides.
+    kinetic: f64,
+    /// Side and name of the first column of the probes; those of a solid tell more.
+    column: Option<(Role, String)>,
+    /// Its last value.
+    value: Option<f64>,
+}
+
+impl Watched {
+    fn of(case: &Case) -> Self {
+        let [fluid, solid] = case.probe_columns();
+        let first = |role, columns: Vec<String>| columns.into_iter().next().map(|name| (role, name));
+        Self {
+            energy_unit: if case.dimensions() == 2 { "J/m" } else { "J" },
+            column: first(Role::Solid, solid).or_else(|| first(Role::Fluid, fluid)),
+            ..Self::default()
+        }
+    }
+
+    fn text(&self) -> String {
+        let mut text = format!("kinetic {:.3e} {}", self.kinetic, self.energy_unit);
+        if let (Some((_, name)), Some(value)) = (&self.column, self.value) {
+            text.push_str(&format!(", {} {value:.3e}", crate::quote::clean(name)));
+        }
+        text
+    }
+}
+
+/// The bar; what does not fit beside it is cut off at the edge of the terminal.
+const BAR: &str = "{bar:16} {percent:>3} %  {wide_msg}";
+
 impl Progress {
-    /// Progress through the times of `plan`.
-    pub fn new(plan: TimePlan, messages: Messages) -> Self {
+    /// Progress of a run of `case`.
+    pub fn new(case: &Case, messages: Messages) -> Self {
+        let errors = std::io::stderr();
+        let is_dumb = std::env::var_os("TERM").is_some_and(|term| term == "dumb");
         let kind = if messages < Messages::All {
             Kind::Silent
-        } else if std::io::stderr().is_terminal() {
+        } else if errors.is_terminal() && !is_dumb {
             let bar = ProgressBar::with_draw_target(Some(PARTS), ProgressDrawTarget::stderr());
-            let style = ProgressStyle::with_template("{bar:40} {percent:>3} %  {msg}  left {eta}");
-            if let Ok(style) = style {
+            if let Ok(style) = ProgressStyle::with_template(BAR) {
                 bar.set_style(style);
             }
             Kind::Bar(bar)
@@ -51,7 +96,16 @@ impl Progress {
             Kind::Lines
         };
         let now = Instant::now();
-        Self { plan, kind, messages, started: now, shown: now, live: None }
+        Self {
+            plan: case.run_plan().time,
+            kind,
+            messages,
+            started: now,
+            began: None,
+            shown: now,
+            live: None,
+            watched: Watched::of(case),
+        }
     }
 
     /// Also tells the page of the run.
@@ -64,8 +118,15 @@ impl Progress {
         self.messages.warning(text);
     }
 
-    /// Takes the figures after a step.
-    pub fn step(&mut self, tally: &Tally) {
+    /// Takes probe values of `role`.
+    pub fn probes(&mut self, role: Role, values: &ProbeValues) {
+        if self.watched.column.as_ref().is_some_and(|(side, _)| *side == role) {
+            self.watched.value = values.values.first().copied();
+        }
+    }
+
+    /// Takes the figures after `step`.
+    pub fn step(&mut self, tally: &Tally, step: &MatchedStep) {
         if let Some(live) = &self.live {
             live.step(tally.steps, tally.time, tally.breaches);
         }
@@ -74,29 +135,32 @@ impl Progress {
             Kind::Lines => BETWEEN_LINES,
             Kind::Silent => return,
         };
+        let span = (self.plan.end_time - self.plan.start_time).max(f64::MIN_POSITIVE);
+        let share = ((tally.time - self.plan.start_time) / span).clamp(0.0, 1.0);
+        let began = *self.began.get_or_insert(share);
         if self.shown.elapsed() < between {
             return;
         }
         self.shown = Instant::now();
-        let span = (self.plan.end_time - self.plan.start_time).max(f64::MIN_POSITIVE);
-        let share = ((tally.time - self.plan.start_time) / span).clamp(0.0, 1.0);
-        let elapsed = self.started.elapsed().as_secs_f64();
-        let step = tally.step_sizes.map_or(0.0, |sizes| sizes.smallest_s);
-        let text = format!(
-            "t = {:.4} of {:.4} s, step {} (smallest {step:.2e} s)",
-            tally.time, self.plan.end_time, tally.steps
-        );
+        let sides = [&step.fluid, &step.solid].into_iter().flatten();
+        self.watched.kinetic = sides
+            .filter_map(|report| report.energies.get(EnergyAccount::Kinetic))
+            .map(|entry| entry.value)
+            .sum();
+        let left = left(self.started.elapsed(), share - began, 1.0 - share);
+        let time = format!("t = {:.4} of {} s", tally.time, self.plan.end_time);
+        let physics = self.watched.text();
         match &self.kind {
             Kind::Bar(bar) => {
                 // A share of PARTS is exact enough and positive.
                 bar.set_position((share * PARTS as f64) as u64);
-                bar.set_message(text);
+                bar.set_message(format!("{left} left  {time}  {physics}"));
             }
             Kind::Lines => {
-                let left = if share > 0.0 { elapsed * (1.0 - share) / share } else { f64::INFINITY };
+                let percent = 100.0 * share;
                 terminal::note(format_args!(
-                    "{:3.0} %  {text}, {elapsed:.0} s gone, {left:.0} s left",
-                    100.0 * share
+                    "{percent:3.0} %  {time}, step {}, {left} left, {physics}",
+                    tally.steps
                 ));
             }
             Kind::Silent => {}
@@ -108,5 +172,44 @@ impl Progress {
         if let Kind::Bar(bar) = &self.kind {
             bar.finish_and_clear();
         }
+    }
+}
+
+/// Time left, in words, when the share `done` took `elapsed` and `open` remains.
+fn left(elapsed: Duration, done: f64, open: f64) -> String {
+    if done <= 0.0 {
+        return "?".to_owned();
+    }
+    // Rounded, and far below 2^64.
+    let seconds = (elapsed.as_secs_f64() * open / done).round() as u64;
+    match seconds {
+        0..60 => format!("{seconds} s"),
+        60..3600 => format!("{}:{:02} min", seconds / 60, seconds % 60),
+        _ => format!("{}:{:02} h", seconds / 3600, seconds / 60 % 60),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_time_left_follows_from_what_this_process_has_done() {
+        let after = |seconds| Duration::from_secs(seconds);
+        assert_eq!(left(after(10), 0.5, 0.5), "10 s");
+        // A run that continues at 80 % and has done 10 % since.
+        assert_eq!(left(after(75), 0.1, 0.1), "1:15 min");
+        assert_eq!(left(after(36), 0.01, 0.99), "59:24 min");
+        assert_eq!(left(after(360), 0.01, 0.99), "9:54 h");
+        assert_eq!(left(after(1), 0.0, 1.0), "?");
+    }
+
+    #[test]
+    fn the_physics_beside_the_bar_are_a_probe_and_the_energy() {
+        let mut watched = Watched { energy_unit: "J/m", kinetic: 12.34, ..Watched::default() };
+        assert_eq!(watched.text(), "kinetic 1.234e1 J/m");
+        watched.column = Some((Role::Solid, "tip_x_m".to_owned()));
+        watched.value = Some(0.0191);
+        assert_eq!(watched.text(), "kinetic 1.234e1 J/m, tip_x_m 1.910e-2");
     }
 }

@@ -234,7 +234,7 @@ impl Recorder {
             self.ledger.write_row()?;
             self.ledger_row_due = false;
         }
-        self.progress.step(&self.tally);
+        self.progress.step(&self.tally, step);
         Ok(())
     }
 
@@ -244,6 +244,7 @@ impl Recorder {
     /// When a row cannot be written or does not fit.
     pub fn probes(&mut self, role: Role, values: ProbeValues) -> Result<(), Failure> {
         let _span = trace_span!(target: TRACE, "write probes").entered();
+        self.progress.probes(role, &values);
         Ok(self.probes.take(role, values)?)
     }
 

@@ -190,7 +190,7 @@ mod tests {
         let case = case::parse(text, "case.toml", Path::new("."), &none).unwrap();
         let directory = Arc::new(OutputDirectory::create(out, Existing::Refuse).unwrap());
         directory.begin().unwrap();
-        let progress = Progress::new(case.run_plan().time, Messages::None);
+        let progress = Progress::new(&case, Messages::None);
         (Recorder::create(&directory, &case, &[], progress).unwrap(), directory)
     }
 

@@ -71,7 +71,7 @@ impl Attempt<'_> {
         let (mut solvers, mut participants) = self.start().await?;
         let facts = header::facts(case, solvers.remote());
         if self.number == 0 {
-            header::print_start(&facts, case, options.messages);
+            header::print_start(&facts, case, solvers.remote(), directory.path(), options.messages);
         }
         let roles = participants.roles();
         let mut setup = case.run_plan();
@@ -81,7 +81,7 @@ impl Attempt<'_> {
         if let Some(live) = self.live {
             live.agreed(&facts, header::step_limits(case));
         }
-        let progress = Progress::new(setup.time.clone(), options.messages).with_live(self.live.cloned());
+        let progress = Progress::new(case, options.messages).with_live(self.live.cloned());
         let taken = match self.from {
             Some(checkpoint) => self.take_over(checkpoint, scheduler.store()),
             None => self.begin(),

@@ -1,4 +1,6 @@
-//! The run header: every fact that decides the answer, on the screen and in the report.
+//! The run header: every fact that decides the answer, in the report and, where asked for, on the screen.
+
+use std::path::Path;
 
 use sph::constants::Constant;
 use sph::coupling::ledger::{EnergyKind, SignRule};
@@ -7,12 +9,15 @@ use sph::setup::{
     BreachAction, CouplingKind, ImplicitCoupling, InterfaceLaw, NonConvergence, Relaxation, StepPolicy,
 };
 
+use terminal::style::{Style, Tone};
+
+use crate::brief::{self, Layout};
 use crate::case::Case;
 use crate::messages::Messages;
 use crate::quote;
 use crate::results::energy::{AccountSummary, EnergySummary};
 use crate::results::quality;
-use crate::results::summary::Summary;
+use crate::results::summary::{Summary, Verdict};
 use crate::run::participants::remote::Remote;
 
 /// A named fact.
@@ -205,29 +210,82 @@ pub fn results(summary: &Summary) -> Vec<Fact> {
     facts
 }
 
-/// Prints facts and warnings before a run, and with details the coefficients that no case sets.
-pub fn print_start(facts: &[Fact], case: &Case, messages: Messages) {
-    print(facts, messages);
+/// Prints what a run will be, in six lines or with all `facts`, and what deserves a second look; `out` is its folder.
+pub fn print_start(facts: &[Fact], case: &Case, remote: Option<&Remote>, out: &Path, messages: Messages) {
+    let layout = Layout::of_errors();
     if messages >= Messages::Details {
+        print(facts, messages);
         let line = |c: &Constant| fact(c.name, format!("{}, {}", c.value, c.meaning));
         print(&case.fixed_constants().map(line).collect::<Vec<_>>(), messages);
+    } else {
+        print(&outline(facts, case, remote, out), messages);
     }
-    let warnings = &case.summary().warnings;
-    for warning in warnings {
-        messages.progress(format_args!("warning: {}", quote::clean(warning)));
+    for warning in &case.summary().warnings {
+        messages.progress(layout.warning(warning));
     }
+}
+
+/// The facts of a run in six lines.
+fn outline(facts: &[Fact], case: &Case, remote: Option<&Remote>, out: &Path) -> Vec<Fact> {
+    let summary = case.summary();
+    let known = |name: &str| facts.iter().find(|(known, _)| known == name).map(|(_, text)| text.as_str());
+    let mut lines = vec![
+        fact("case", case.name.clone()),
+        fact("particles", brief::particles(case, &summary)),
+        fact("time step", brief::time_step(&summary)),
+    ];
+    if let Some(law) = known("interface law") {
+        let kind = known("coupling").and_then(|text| text.split(':').next()).unwrap_or_default();
+        let ledger = known("ledger").unwrap_or_default();
+        lines.push(fact("interface", format!("{law}; {kind}; {ledger}")));
+    }
+    let solvers = remote.map(|remote| {
+        let servers = remote.servers.iter().map(|server| (&server.report, server.address()));
+        servers.map(|(of, at)| format!("{} {} at {at}", of.name, of.version)).collect::<Vec<_>>().join(", ")
+    });
+    lines.push(fact("solvers", solvers.or_else(|| known("solvers").map(str::to_owned)).unwrap_or_default()));
+    let cost = brief::duration(summary.forecast());
+    lines.push(fact("results", format!("{} in about {cost} of one core", quote::path(out))));
+    lines
 }
 
 fn print(facts: &[Fact], messages: Messages) {
-    let width = facts.iter().map(|(name, _)| name.chars().count()).max().unwrap_or(0);
+    let layout = Layout::of_errors();
+    let names = facts.iter().map(|(name, _)| name.chars().count() + 2).max().unwrap_or(0);
     for (name, text) in facts {
-        messages.progress(format_args!("{:width$}  {}", quote::clean(name), quote::clean(text)));
+        messages.progress(layout.fact(name, text, names));
     }
 }
 
-/// Prints the results of a run.
+/// Results that are printed unless all are asked for.
+const FIRST_RESULTS: [&str; 6] =
+    ["simulated", "wall time", "reservation", "largest imbalance", "energy residual", "iterations"];
+
+/// Prints the results of a run, the verdict first.
 pub fn print_results(summary: &Summary, messages: Messages) {
-    print(&results(summary), messages);
+    let verdict = format!("{}: {}", summary.verdict_text(), summary.reason);
+    // A failure is returned and says why by itself.
+    if messages == Messages::Verdict && summary.verdict == Verdict::Completed {
+        let (case, time) = (quote::clean(&summary.case), summary.wall_seconds);
+        terminal::note(format_args!("{case}: {}, after {time:.1} s", painted(summary, &verdict)));
+    }
+    let results = results(summary);
+    let shown: Vec<Fact> = match messages {
+        Messages::Details => results.into_iter().skip(1).collect(),
+        _ => results.into_iter().filter(|(name, _)| FIRST_RESULTS.contains(&name.as_str())).collect(),
+    };
+    messages.progress(painted(summary, &verdict));
+    print(&shown, messages);
+}
+
+/// `text` in the colour of the verdict.
+fn painted(summary: &Summary, text: &str) -> String {
+    let tone = match summary.verdict {
+        Verdict::Completed if summary.reservations.is_empty() => Tone::Good,
+        Verdict::Completed | Verdict::Stopped => Tone::Doubt,
+        Verdict::Failed => Tone::Bad,
+    };
+    Style::of_errors().paint(tone, quote::clean(text))
 }
 
 /// Works and losses that are named in words.

@@ -321,7 +321,7 @@ fn taylor_green_error(run: &Results) -> Result<f64, String> {
 const DAM_BREAK_SPAN: (f64, f64) = (0.05, 0.12);
 
 fn dam_break_error(run: &Results) -> Result<f64, String> {
-    // `coordinator run` of cases/validation/dam_break.toml with particle_spacing_m = 0.001 and end_time_s = 0.15.
+    // `tidelock run` of cases/validation/dam_break.toml with particle_spacing_m = 0.001 and end_time_s = 0.15.
     let fine = Table::parse(include_bytes!("../../reference/dam_break_front_1mm.csv").as_slice())?;
     let fine: Vec<(f64, f64)> = fine.column_at(0).into_iter().zip(fine.column_at(1)).collect();
     let front = series::window(&run.history("head_front_x_m")?, DAM_BREAK_SPAN.0, DAM_BREAK_SPAN.1);

@@ -78,6 +78,62 @@ impl NodeArgs {
         Self::from_arg_matches(&command.try_get_matches_from(args)?)
     }
 
+    /// Serves the solver of `factory` until it is stopped.
+    pub fn serve<F: SolverFactory>(&self, factory: F) -> ExitCode {
+        let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new("info"));
+        let security = match self.load_security() {
+            Ok(security) => security,
+            Err(problem) => {
+                terminal::note(format_args!("error: {problem}"));
+                return ExitCode::from(EXIT_USAGE);
+            }
+        };
+        let part = match record(self, filter, &factory.describe().name) {
+            Ok(part) => part,
+            Err(problem) => {
+                terminal::note(format_args!("error: {problem}"));
+                return ExitCode::from(EXIT_USAGE);
+            }
+        };
+        if let Some(refusal) = security.refusal(&self.listen).filter(|_| !self.insecure) {
+            terminal::note(format_args!("error: {refusal}"));
+            return ExitCode::from(EXIT_USAGE);
+        }
+        if let Some(Err(problem)) = self.arithmetic.map(sph::lanes::force) {
+            terminal::note(format_args!("error: {problem}"));
+            return ExitCode::from(EXIT_USAGE);
+        }
+        for warning in security.warnings() {
+            tracing::warn!("{warning}");
+        }
+        // Two workers for I/O: one may be busy with a large message while the other serves frames.
+        let runtime = match tokio::runtime::Builder::new_multi_thread().worker_threads(2).enable_all().build()
+        {
+            Ok(runtime) => runtime,
+            Err(error) => {
+                terminal::note(format_args!("error: cannot start the runtime: {error}"));
+                return ExitCode::from(EXIT_FAILED);
+            }
+        };
+        let code = match runtime.block_on(serve(self, security, factory)) {
+            Ok(()) => ExitCode::SUCCESS,
+            Err(error) => {
+                terminal::note(format_args!("error: {error}"));
+                ExitCode::from(if matches!(error, ServeError::Bind { .. }) {
+                    EXIT_ADDRESS
+                } else {
+                    EXIT_FAILED
+                })
+            }
+        };
+        // A solver in the middle of a step must not hold up the end.
+        runtime.shutdown_timeout(Duration::from_secs(1));
+        if let Some(Err(problem)) = part.map(|part| part.flush()) {
+            tracing::error!("the trace is not complete: {problem}");
+        }
+        code
+    }
+
     /// Who may speak, by files and by what the program that started this one says.
     fn load_security(&self) -> Result<ServerSecurity, String> {
         let security = ServerSecurity::load(&self.security)?;
@@ -101,53 +157,7 @@ pub fn main_with<F: SolverFactory>(args: impl IntoIterator<Item = OsString>, fac
             return if error.use_stderr() { ExitCode::from(EXIT_USAGE) } else { ExitCode::SUCCESS };
         }
     };
-    let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new("info"));
-    let security = match args.load_security() {
-        Ok(security) => security,
-        Err(problem) => {
-            terminal::note(format_args!("error: {problem}"));
-            return ExitCode::from(EXIT_USAGE);
-        }
-    };
-    let part = match record(&args, filter, &factory.describe().name) {
-        Ok(part) => part,
-        Err(problem) => {
-            terminal::note(format_args!("error: {problem}"));
-            return ExitCode::from(EXIT_USAGE);
-        }
-    };
-    if let Some(refusal) = security.refusal(&args.listen).filter(|_| !args.insecure) {
-        terminal::note(format_args!("error: {refusal}"));
-        return ExitCode::from(EXIT_USAGE);
-    }
-    if let Some(Err(problem)) = args.arithmetic.map(sph::lanes::force) {
-        terminal::note(format_args!("error: {problem}"));
-        return ExitCode::from(EXIT_USAGE);
-    }
-    for warning in security.warnings() {
-        tracing::warn!("{warning}");
-    }
-    // Two workers for I/O: one may be busy with a large message while the other serves frames.
-    let runtime = match tokio::runtime::Builder::new_multi_thread().worker_threads(2).enable_all().build() {
-        Ok(runtime) => runtime,
-        Err(error) => {
-            terminal::note(format_args!("error: cannot start the runtime: {error}"));
-            return ExitCode::from(EXIT_FAILED);
-        }
-    };
-    let code = match runtime.block_on(serve(&args, security, factory)) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            terminal::note(format_args!("error: {error}"));
-            ExitCode::from(if matches!(error, ServeError::Bind { .. }) { EXIT_ADDRESS } else { EXIT_FAILED })
-        }
-    };
-    // A solver in the middle of a step must not hold up the end.
-    runtime.shutdown_timeout(Duration::from_secs(1));
-    if let Some(Err(problem)) = part.map(|part| part.flush()) {
-        tracing::error!("the trace is not complete: {problem}");
-    }
-    code
+    args.serve(factory)
 }
 
 /// Starts the log, and the trace where one is wanted.

@@ -23,7 +23,7 @@ struct Arguments {
     rounds: u32,
     /// Case file.
     case: PathBuf,
-    /// Further arguments of `coordinator run`.
+    /// Further arguments of `tidelock run`.
     #[arg(last = true)]
     further: Vec<String>,
 }

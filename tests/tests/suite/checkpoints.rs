@@ -66,7 +66,7 @@ fn a_stopped_run_goes_on_as_if_it_had_never_been_stopped() {
     run.signal("TERM");
     let (status, message) = run.end();
     assert_eq!(status.code(), Some(8), "{message}");
-    assert!(message.contains("coordinator resume"), "{message}");
+    assert!(message.contains("tidelock resume"), "{message}");
     run.servers_end();
     let steps = bench.summary("stopped")["steps"].as_u64().unwrap();
     assert!(steps < 2500, "the run was over before the signal");
@@ -199,7 +199,7 @@ fn a_server_that_the_run_did_not_start_is_not_replaced_and_the_remedy_is_named()
     let status = run.wait().unwrap();
     let said = std::io::read_to_string(run.stderr.take().unwrap()).unwrap();
     assert_eq!(status.code(), Some(7), "{said}");
-    assert!(said.contains("lost the solid solver") && said.contains("coordinator resume"), "{said}");
+    assert!(said.contains("lost the solid solver") && said.contains("tidelock resume"), "{said}");
     // On another port it continues.
     let server = start();
     resume(&bench, "out", &["--solid", &server.address, "--until", "0.05"]);
@@ -247,7 +247,7 @@ fn a_coordinator_frozen_beyond_the_lease_loses_its_servers_to_others_and_says_so
     let status = run.wait().unwrap();
     let said = std::io::read_to_string(run.stderr.take().unwrap()).unwrap();
     assert_eq!(status.code(), Some(7), "{said}");
-    for words in ["lost the ", "this coordinator did not run for", "coordinator resume"] {
+    for words in ["lost the ", "this coordinator did not run for", "tidelock resume"] {
         assert!(said.contains(words), "no {words:?} in {said}");
     }
     resume(&bench, "out", &servers);
@@ -286,7 +286,7 @@ fn a_full_disk_ends_the_run_with_its_checkpoint_and_the_rest_follows_when_there_
     let said = String::from_utf8_lossy(&output.stderr).into_owned();
     assert_eq!(output.status.code(), Some(3), "{said}");
     assert!(said.contains("ledger.csv") && said.contains("ulimit -f"), "{said}");
-    assert!(said.contains("coordinator resume"), "{said}");
+    assert!(said.contains("tidelock resume"), "{said}");
     assert!(!kept(&out).is_empty());
     resume(&bench, "out", &[]);
     assert!(bench.summary("out")["checkpoints"]["resumed_from"].as_u64().unwrap() > 0);
@@ -322,7 +322,7 @@ fn a_broken_balance_may_stop_the_run_with_a_checkpoint() {
     let out = bench.path("out");
     let address = served.address.to_string();
     let arguments = ["run", text(&case), "--quiet", "--out", text(&out), "--solid", &address];
-    bench.refused(&arguments, 6, &["step 20 corrector", "coordinator resume"]);
+    bench.refused(&arguments, 6, &["step 20 corrector", "tidelock resume"]);
     // Reported with the next step's first frame, stopped at its end.
     assert_eq!(kept(&out).last().unwrap(), "step_000000000022");
     assert_eq!(bench.summary("out")["steps"], 22);

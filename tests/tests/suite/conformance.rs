@@ -1,4 +1,4 @@
-//! The kit of `coordinator conform`: sound solvers pass it, and each seeded fault is called by its name.
+//! The kit of `tidelock conform`: sound solvers pass it, and each seeded fault is called by its name.
 
 use std::time::Duration;
 

@@ -27,6 +27,7 @@ mod spatial;
 mod special_files;
 mod stopping;
 mod streams;
+mod terminal;
 mod tidy;
 mod trace;
 mod validation;

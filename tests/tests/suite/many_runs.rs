@@ -158,7 +158,7 @@ fn a_member_that_was_killed_continues_from_its_checkpoint() {
     let sweep = ["sweep", text(&case), "--seeds", "1", "--out", text(&out), "--emit", "snakemake"];
     call(&bench, &sweep);
     let snakefile = std::fs::read_to_string(out.join("Snakefile")).unwrap();
-    assert!(snakefile.contains("PROGRAM = \"coordinator\""), "{snakefile}");
+    assert!(snakefile.contains("PROGRAM = \"tidelock\""), "{snakefile}");
     let member =
         ["sweep", "--member", "1", "--out", text(&out), "--in-process", "--checkpoint-every-steps", "40"];
     let mut killed = Command::new(PROGRAM).args(member).spawn().unwrap();

@@ -124,7 +124,7 @@ fn a_run_outlives_its_terminal() {
     let mut coordinator = Command::new(PROGRAM);
     let (terminal, mut run) = Terminal::start(coordinator.args(["run", text(&case), "--out", text(&out)]));
     // The bar, which needs a terminal; lines would come every ten seconds.
-    terminal.wait_for(" of 0.1000 s, step ");
+    terminal.wait_for(" of 0.1 s  kinetic ");
     terminal.close();
     assert!(run.child().try_wait().unwrap().is_none(), "the run was over before its terminal closed");
     assert_eq!(run.end(), Some(0));
@@ -176,7 +176,7 @@ fn a_report_that_cannot_be_written_leaves_the_exit_code_and_is_made_again() {
     std::fs::create_dir_all(report.join("occupied")).unwrap();
     let (status, message) = run.end();
     assert_eq!(status.code(), Some(0), "{message}");
-    for words in ["warning: ", "report.html", "coordinator resume"] {
+    for words in ["warning: ", "report.html", "tidelock resume"] {
         assert!(message.contains(words), "no {words:?} in {message}");
     }
     assert_eq!(bench.summary("out")["verdict"], "completed");

@@ -5,6 +5,7 @@ use std::path::Path;
 use proto::transport::security::ClientSecurity;
 use proto::{RpcCode, RpcError};
 
+use crate::PROGRAM;
 use crate::failure::Failure;
 use crate::run::participants::launch::Server;
 use crate::run::participants::logs;
@@ -63,5 +64,5 @@ pub(crate) fn of_secrets(error: &RpcError, security: &ClientSecurity) -> Option<
 
 /// The command that continues the run in `folder`.
 pub(crate) fn resume_command(folder: &Path) -> String {
-    format!("coordinator resume {}", folder.display())
+    format!("{PROGRAM} resume {}", folder.display())
 }

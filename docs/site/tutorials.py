@@ -13,6 +13,7 @@ import io
 import os
 import pathlib
 import re
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -21,7 +22,7 @@ import time
 import tidelock
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-PAGES = ["first_picture.md", *(f"tutorials/{n}.md" for n in ["first_case", "flexible_structure", "own_solver", "sweep"])]
+PAGES = ["first_picture.md", *(f"tutorials/{n}.md" for n in ["first_case", "flexible_structure", "own_solver", "sweep"]), "python.md"]
 BLOCK = re.compile(r"^```(\w+)([^\n]*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 
 
@@ -53,6 +54,10 @@ def run_python(code, names):
 def run_page(page, folder):
     """The blocks of a page; their number."""
     text = (ROOT / "docs" / page).read_text(encoding="utf-8")
+    # The case that later pages go on with.
+    earlier = folder.parent / "flexible_structure" / "dam_plate.toml"
+    if earlier.is_file():
+        shutil.copy(earlier, folder)
     names, printed, count = {"__name__": "tutorial"}, "", 0
     for language, options, code in BLOCK.findall(text):
         title = re.search(r'title="([^"]+)"', options)
@@ -86,7 +91,6 @@ def main():
         for page in arguments.pages or PAGES:
             folder = top / pathlib.Path(page).stem
             folder.mkdir(parents=True)
-            # Pages that build on an earlier one copy its files.
             os.chdir(folder)
             begun = time.monotonic()
             try:

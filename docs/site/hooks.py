@@ -62,8 +62,8 @@ class Equations(Extension):
     """Blocks ```` ```math ```` and `$...$` become MathML, which browsers draw without scripts and fonts."""
 
     def extendMarkdown(self, md):
-        # Before fences, which would take the blocks.
-        md.preprocessors.register(Blocks(md), "equations", 40)
+        # After white space is normalised, before fences, which would take the blocks.
+        md.preprocessors.register(Blocks(md), "equations", 27)
         md.inlinePatterns.register(Inline(r"(?<![\\$])\$([^$\n]+)\$", md), "equation", 185)
 
 
@@ -72,7 +72,9 @@ class Blocks(Preprocessor):
         text = "\n".join(lines)
 
         def drawn(match):
-            return "\n" + self.md.htmlStash.store(mathml(match.group(1), "block")) + "\n"
+            # Parts of a line wrap on narrow pages.
+            parts = "".join(mathml(part, "block") for part in match.group(1).split(r"\qquad"))
+            return "\n" + self.md.htmlStash.store(f'<div class="equation">{parts}</div>') + "\n"
 
         return re.sub(r"^```math\n(.*?)^```$", drawn, text, flags=re.MULTILINE | re.DOTALL).split("\n")
 

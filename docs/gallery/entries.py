@@ -21,6 +21,11 @@ class Entry:
     # Between snapshots [s].
     interval: float = 0.05
 
+    @property
+    def settings(self):
+        """Keys over the case; the report's pictures of the whole case do not fit a shorter run."""
+        return {"outputs.picture_times_s": [0.0], **self.set} if "time.end_time_s" in self.set else self.set
+
 
 FREE, STILL, SHEAR = "Water with a free surface", "Water at rest", "Flow between walls and drops"
 FSI, FLOAT, SOLID = "Water and elastic bodies", "Floating and falling bodies", "Solids alone"

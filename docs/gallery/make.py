@@ -35,7 +35,7 @@ def cpu():
 def make(entry, out):
     """Runs a case and draws it; what there is to say of the run."""
     begun = cpu()
-    settings = {"outputs.snapshot_interval_s": entry.interval, **entry.set}
+    settings = {"outputs.snapshot_interval_s": entry.interval, **entry.settings}
     run = tidelock.run(ROOT / entry.case, out, set=settings, threads=1, in_process=True)
     seconds = cpu() - begun
     if entry.plot:
@@ -52,7 +52,7 @@ def make(entry, out):
 def command(entry):
     """The command that runs the case as the gallery does."""
     words = [f"tidelock run {entry.case}"]
-    words += [f"--set {key}={value}" for key, value in entry.set.items()]
+    words += [f"--set {key}={value}" for key, value in entry.settings.items()]
     words.append(f"--out results/gallery/{entry.name}")
     return " \\\n    ".join(words)
 

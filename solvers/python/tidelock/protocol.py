@@ -1,8 +1,8 @@
 """The messages and services of package fsi.v2, generated from the .proto files at the first start.
 
-The files are found in `proto/proto` of this repository, or where the environment variable TIDELOCK_PROTO points. The
-stubs are stored next to this file, or in the system's temporary folder if that is read-only, under the digest of the
-files from which they were generated, so that they are never out of date.
+The files are found in the installed package, in a checkout in its `proto/proto`, or where the environment variable
+TIDELOCK_PROTO points. The stubs are stored next to this file, or in the system's temporary folder if that is read-only,
+under the digest of the files from which they were generated, so that they are never out of date.
 """
 
 import hashlib
@@ -20,7 +20,9 @@ NAMES = ["types", "setup", "peer", "participant"]
 
 def proto_folder() -> pathlib.Path:
     """The folder that holds fsi/v2."""
-    folder = pathlib.Path(os.environ.get("TIDELOCK_PROTO", HERE.parents[2] / "proto" / "proto"))
+    places = [HERE / "proto", HERE.parents[2] / "proto" / "proto"]
+    own = next((place for place in places if place.is_dir()), places[-1])
+    folder = pathlib.Path(os.environ.get("TIDELOCK_PROTO", own))
     if not (folder / "fsi" / "v2" / "participant.proto").is_file():
         raise SystemExit(f"no fsi/v2/participant.proto in {folder}: set TIDELOCK_PROTO to the folder that holds fsi/")
     return folder

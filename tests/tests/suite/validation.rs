@@ -101,7 +101,9 @@ fn all_members_have_case_files_and_places_of_their_own() {
     for case in cases::all() {
         for member in case.members() {
             let file = template::folder().join(member.file).with_extension("toml");
-            template::instantiate(&file, &member.changes).unwrap();
+            let text = template::instantiate(&file, &member.changes).unwrap();
+            let (end, last_picture) = end_and_last_picture(&text);
+            assert!(last_picture <= end, "{}: a picture at {last_picture} s", member.label());
             labels.push(format!("{}/{}", case.name(), member.label()));
         }
     }
@@ -109,4 +111,14 @@ fn all_members_have_case_files_and_places_of_their_own() {
     labels.sort();
     labels.dedup();
     assert_eq!(labels.len(), count);
+}
+
+/// Time of the end and of the last picture \[s\] of a case file.
+fn end_and_last_picture(text: &str) -> (f64, f64) {
+    let file: toml::Table = text.parse().unwrap();
+    // Whole numbers among them.
+    let number = |value: &toml::Value| value.to_string().parse::<f64>().unwrap();
+    let pictures = file.get("outputs").and_then(|outputs| outputs.get("picture_times_s")?.as_array());
+    let times = pictures.into_iter().flatten().map(number);
+    (number(&file["time"]["end_time_s"]), times.fold(0.0, f64::max))
 }

@@ -107,11 +107,35 @@ pub fn check_periods<S: SolidSpace>(model: &SolidModel<S>, errors: &mut Vec<Stri
         2.0 * (own + OWN_SKIN * model.spacing).max(model.contact.radius() + CONTACT_SKIN * model.spacing);
     for axis in (0..S::DIMENSIONS).filter(|axis| model.domain.periodic[*axis]) {
         let period = model.domain.size()[axis];
-        if period < needed {
+        // Not by round-off.
+        if period < needed * (1.0 - 1e-12) {
             let name = ["x", "y", "z"][axis];
             errors.push(format!(
-                "period of {period} m along {name} is too short: the solids need {needed:.4} m"
+                "period of {period} m along {name} is too short: the solids need {} m",
+                rounded_up(needed)
             ));
+        }
+    }
+}
+
+/// `length` \[m\] upward to four digits, so that what a message asks for is enough.
+fn rounded_up(length: f64) -> f64 {
+    let digit = 10.0_f64.powf(length.log10().floor() - 3.0);
+    // Without the round-off of the product.
+    format!("{:.3e}", (length / digit).ceil() * digit).parse().unwrap_or(length)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_period_of_the_length_that_a_message_asks_for_is_long_enough() {
+        assert_eq!(rounded_up(0.008_100_000_1), 0.008_101);
+        assert_eq!(rounded_up(1.234_5), 1.235);
+        for length in [0.008_1, 0.1, 1.0 / 3.0, 12.345_6, 7e-9] {
+            let shown = rounded_up(length);
+            assert!(shown >= length * (1.0 - 1e-12) && shown < 1.001 * length, "{length} {shown}");
         }
     }
 }

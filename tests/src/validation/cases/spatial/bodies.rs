@@ -215,7 +215,7 @@ impl Case for HydrostaticPlate3d {
             let spacing = Self::THICKNESS / n;
             Member::new("hydrostatic_plate_3d", 2.0 * spacing).with("solid.particle_spacing_m", spacing)
         };
-        vec![across(4.0), across(6.0), across(10.0)]
+        vec![across(4.0), across(6.0)]
     }
 
     fn figures(&self, run: &Run) -> Result<Vec<Figure>, String> {

@@ -105,12 +105,10 @@ impl Case for DamBreakBox {
                 .with("probe.0.at_m", gauge(0.021))
                 .with("probe.1.at_m", gauge(0.101))
         };
-        vec![
-            of(0.04).with("time.end_time_s", 1.2),
-            of(0.02),
-            of(0.015),
-            of(0.01).with("time.end_time_s", 1.2),
-        ]
+        let impact = |spacing: f64| {
+            of(spacing).with("time.end_time_s", 1.2).with("outputs.picture_times_s", vec![0.0, 0.4, 0.6, 1.0])
+        };
+        vec![impact(0.04), of(0.02), of(0.015), impact(0.01)]
     }
 
     fn figures(&self, run: &Run) -> Result<Vec<Figure>, String> {

@@ -83,12 +83,10 @@ impl Kind {
             Kind::Diverged => "the physics broke down, with the offending particle named",
             Kind::Ledger => "the ledger does not balance or a frame was stale",
             Kind::Lost => "a partner or a connection was lost during the run",
-            Kind::Stopped => "stopped from outside before the end time, outputs complete; `resume` continues",
+            Kind::Stopped => "stopped from outside before the end, outputs complete; `resume` continues",
             Kind::Nonconforming => "a participant fails a check of `conform`",
             Kind::Different => "two recordings differ, or a replay from its recording",
-            Kind::Reserved => {
-                "the run reached its end with reservations, and `--strict` was given; outputs complete"
-            }
+            Kind::Reserved => "completed with reservations, and `--strict` was given; outputs complete",
             Kind::Incomplete => "members of a sweep failed or are not finished, the others are complete",
             Kind::Internal => "a fault of this program",
         }

@@ -38,7 +38,7 @@ impl Checked {
             ("time step", brief::time_step(summary)),
             ("cost", brief::cost(case, summary)),
             ("settings", settings + &set),
-            ("next", format!("`{PROGRAM} run {}`; more of the case: `check -v`", quote::path(path))),
+            ("next", format!("`{PROGRAM} run {}`; more: `check -v`", quote::path(path))),
         ] {
             lines.push(layout.fact(name, &text, 0));
         }

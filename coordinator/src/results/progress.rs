@@ -67,17 +67,24 @@ impl Watched {
         }
     }
 
-    fn text(&self) -> String {
-        let mut text = format!("kinetic {:.3e} {}", self.kinetic, self.energy_unit);
+    /// Energy and, where `room` characters hold it as well, the probe.
+    fn text(&self, room: usize) -> String {
+        let mut text = format!("kinetic {:.2e} {}", self.kinetic, self.energy_unit);
         if let (Some((_, name)), Some(value)) = (&self.column, self.value) {
-            text.push_str(&format!(", {} {value:.3e}", crate::quote::clean(name)));
+            let probe = format!(", {} {value:.2e}", crate::quote::clean(name));
+            if text.chars().count() + probe.chars().count() <= room {
+                text.push_str(&probe);
+            }
         }
         text
     }
 }
 
 /// The bar; what does not fit beside it is cut off at the edge of the terminal.
-const BAR: &str = "{bar:16} {percent:>3} %  {wide_msg}";
+const BAR: &str = "{bar:10} {percent:>3} %  {wide_msg}";
+
+/// Columns before the message of the bar.
+const BEFORE_MESSAGE: usize = 18;
 
 impl Progress {
     /// Progress of a run of `case`.
@@ -149,15 +156,17 @@ impl Progress {
             .sum();
         let left = left(self.started.elapsed(), share - began, 1.0 - share);
         let time = format!("t = {:.4} of {} s", tally.time, self.plan.end_time);
-        let physics = self.watched.text();
         match &self.kind {
             Kind::Bar(bar) => {
                 // A share of PARTS is exact enough and positive.
                 bar.set_position((share * PARTS as f64) as u64);
-                bar.set_message(format!("{left} left  {time}  {physics}"));
+                let message = format!("{left} left  {time}  ");
+                let width = terminal::lines::errors_width().unwrap_or(0);
+                let room = width.saturating_sub(BEFORE_MESSAGE + message.chars().count());
+                bar.set_message(message + &self.watched.text(room));
             }
             Kind::Lines => {
-                let percent = 100.0 * share;
+                let (percent, physics) = (100.0 * share, self.watched.text(usize::MAX));
                 terminal::note(format_args!(
                     "{percent:3.0} %  {time}, step {}, {left} left, {physics}",
                     tally.steps
@@ -207,9 +216,10 @@ mod tests {
     #[test]
     fn the_physics_beside_the_bar_are_a_probe_and_the_energy() {
         let mut watched = Watched { energy_unit: "J/m", kinetic: 12.34, ..Watched::default() };
-        assert_eq!(watched.text(), "kinetic 1.234e1 J/m");
+        assert_eq!(watched.text(80), "kinetic 1.23e1 J/m");
         watched.column = Some((Role::Solid, "tip_x_m".to_owned()));
         watched.value = Some(0.0191);
-        assert_eq!(watched.text(), "kinetic 1.234e1 J/m, tip_x_m 1.910e-2");
+        assert_eq!(watched.text(80), "kinetic 1.23e1 J/m, tip_x_m 1.91e-2");
+        assert_eq!(watched.text(30), "kinetic 1.23e1 J/m");
     }
 }

@@ -240,8 +240,9 @@ fn outline(facts: &[Fact], case: &Case, remote: Option<&Remote>, out: &Path) -> 
         lines.push(fact("interface", format!("{law}; {kind}; {ledger}")));
     }
     let solvers = remote.map(|remote| {
-        let servers = remote.servers.iter().map(|server| (&server.report, server.address()));
-        servers.map(|(of, at)| format!("{} {} at {at}", of.name, of.version)).collect::<Vec<_>>().join(", ")
+        let names =
+            remote.servers.iter().map(|server| format!("{} {}", server.report.name, server.report.version));
+        names.collect::<Vec<_>>().join(", ")
     });
     lines.push(fact("solvers", solvers.or_else(|| known("solvers").map(str::to_owned)).unwrap_or_default()));
     let cost = brief::duration(summary.forecast());

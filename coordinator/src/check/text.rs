@@ -112,7 +112,7 @@ mod tests {
 
     fn checked(set: &[&str]) -> (std::path::PathBuf, Checked) {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../cases/drifting_body_coarse.toml");
-        let overrides: Vec<Override> = set.iter().map(|text| text.parse().unwrap()).collect();
+        let overrides: Vec<Override> = set.iter().map(|text| Override::parse(text).unwrap()).collect();
         let checked = crate::check::check(&path, &overrides).unwrap();
         (path, checked)
     }

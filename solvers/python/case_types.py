@@ -15,7 +15,7 @@ import textwrap
 TARGET = pathlib.Path(__file__).resolve().parent / "tidelock" / "case_types.py"
 HEAD = '''"""Tables of a case file, made from its JSON Schema by solvers/python/case_types.py; do not edit."""
 
-from typing import Any, Literal, NotRequired, TypedDict
+from typing import Any, Literal, NotRequired, TypeAlias, TypedDict
 '''
 PLAIN = {"string": "str", "number": "float", "integer": "int", "boolean": "bool", "null": "None"}
 
@@ -42,17 +42,22 @@ class Types:
             return f"Literal[{node['const']!r}]"
         if "enum" in node:
             return f"Literal[{', '.join(map(repr, node['enum']))}]"
+        if len(node.get("allOf", [])) == 1:
+            return self.of(node["allOf"][0], name)
+        if node.get("properties"):
+            # Which of its keys go together is left to `check`.
+            return self.table(node, name)
         for key in ("oneOf", "anyOf"):
             if key in node:
-                return union(self.of(choice, f"{name}{k + 1}") for k, choice in enumerate(node[key]))
+                return union(self.of(choice, variant(name, choice, k)) for k, choice in enumerate(node[key]))
         kind = node.get("type")
         if isinstance(kind, list):
             return union(self.of({**node, "type": one}, name) for one in kind)
         if kind == "array":
             entries = node.get("prefixItems") or [node.get("items", {})]
             return f"list[{union(self.of(entry, name) for entry in entries)}]"
-        if kind == "object" or "properties" in node:
-            return self.table(node, name) if node.get("properties") else "dict[str, Any]"
+        if kind == "object":
+            return "dict[str, Any]"
         return PLAIN.get(kind, "Any")
 
     def reference(self, path):
@@ -64,7 +69,9 @@ class Types:
             self.names[path] = f'"{class_name(path.rsplit("/", 1)[1])}"'
             made = self.of(node, self.names[path].strip('"'))
             if made != self.names[path].strip('"'):
-                self.texts.append(f"{self.names[path].strip(chr(34))} = {made}\n")
+                kinds = "\n    | ".join(made.strip('"').split(" | "))
+                # Text, since it may contain itself.
+                self.texts.append(f'{self.names[path].strip(chr(34))}: TypeAlias = """\n    {kinds}\n"""\n')
         return self.names[path]
 
     def table(self, node, name):
@@ -76,11 +83,11 @@ class Types:
                 kind = f"NotRequired[{kind}]"
             lines += [f"    # {line}" for line in textwrap.wrap(value.get("description", ""), 112)]
             lines.append(f"    {key}: {kind}")
-        doc = " ".join(node.get("description", "A table of a case file.").split())
+        doc = "\n    ".join(textwrap.wrap(node.get("description", "A table of a case file."), 110))
         if any(keyword.iskeyword(key) or not key.isidentifier() for key in node["properties"]):
             # Keys that are no names of Python, such as `lambda` and `from`.
-            entries = ", ".join(self.entry(node, key, value, name) for key, value in node["properties"].items())
-            self.texts.append(f'{name} = TypedDict("{name}", {{{entries}}})\n')
+            entries = "\n".join(f"        {self.entry(node, key, value, name)}," for key, value in node["properties"].items())
+            self.texts.append(f'{name} = TypedDict(\n    "{name}",\n    {{\n{entries}\n    }},\n)\n')
         else:
             self.texts.append("\n".join([f"class {name}(TypedDict):", f'    """{doc}"""', "", *lines, ""]))
         return name
@@ -88,6 +95,17 @@ class Types:
     def entry(self, node, key, value, name):
         kind = self.of(value, name + class_name(key)).replace('"', "'")
         return f'"{key}": {kind if key in node.get("required", []) else f"NotRequired[{kind}]"}'
+
+
+def variant(name, choice, number):
+    """The name of one of several tables: by its `type` if it has one, else by its number.
+
+    >>> variant("Probe", {"properties": {"type": {"const": "water-level"}}}, 1), variant("Probe", {}, 1)
+    ('ProbeWaterLevel', 'Probe2')
+    """
+    kind = choice.get("properties", {}).get("type", {}) if isinstance(choice, dict) else {}
+    kinds = [kind["const"]] if "const" in kind else kind.get("enum", [])
+    return name + (class_name(kinds[0]) if len(kinds) == 1 else str(number + 1))
 
 
 def union(kinds):

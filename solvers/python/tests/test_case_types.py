@@ -1,9 +1,13 @@
 """Types of case files from their schema."""
 
 import doctest
+import json
+import pathlib
 import unittest
 
 import case_types
+
+SHIPPED = pathlib.Path(__file__).resolve().parents[3] / "docs" / "case.schema.json"
 
 SCHEMA = {
     "type": "object",
@@ -41,6 +45,14 @@ class Generated(unittest.TestCase):
         # A shape of shapes.
         self.assertIn("Shape2", names)
         self.assertIn("Shape", str(names["Shape2"].__annotations__["parts"]))
+
+
+    def test_the_module_of_the_package_is_that_of_the_schema(self):
+        if not SHIPPED.is_file():
+            self.skipTest(f"no {SHIPPED}")
+        made = case_types.generated(json.loads(SHIPPED.read_text(encoding="utf-8")))
+        command = "python3 solvers/python/case_types.py docs/case.schema.json"
+        self.assertEqual(case_types.TARGET.read_text(encoding="utf-8"), made, f"make it again by {command}")
 
 
 if __name__ == "__main__":

@@ -250,7 +250,7 @@ fn has_values<S: Space>(
     errors: &ErrorList,
 ) -> bool {
     let Written::Text(text) = &written.value else { return true };
-    let variables = formula::coordinates_and_time(S::DIMENSIONS);
+    let variables = Variables::CoordinatesAndTime.names(S::DIMENSIONS);
     let Ok(expression) = Expression::parse(text, variables) else { return true };
     let varies = (0..S::DIMENSIONS).any(|axis| expression.uses(axis));
     let positions = if varies { positions } else { positions.get(..1).unwrap_or_default() };

@@ -9,6 +9,7 @@ use sph::space::{AXIS_NAMES, Space};
 use super::formula;
 use crate::case::errors::{CaseError, Place};
 use crate::case::reader::{Allowed, At, Choice, Coordinates, Table, Written};
+use crate::case::spec::{Kind, TableSpec, Variables, Variant, Variants, Words, key};
 
 /// Names of the axes in lists of directions; the plane has the first two.
 const AXES: [(&str, usize); 3] = [(AXIS_NAMES[0], 0), (AXIS_NAMES[1], 1), (AXIS_NAMES[2], 2)];
@@ -49,6 +50,43 @@ const SPATIAL_SIDES: [(&str, Side); 6] = [
 pub fn sides(dimensions: usize) -> &'static [(&'static str, Side)] {
     if dimensions == 2 { &PLANE_SIDES } else { &SPATIAL_SIDES }
 }
+
+/// Meanings of the names of axes.
+pub const AXIS_WORDS: Words = &[("x", "along x"), ("y", "along y"), ("z", "along z; in space only")];
+
+/// Meanings of the names of sides: four in the plane, six in space.
+pub const SIDE_WORDS: Words = &[
+    ("left", "toward lower x, in the plane"),
+    ("right", "toward higher x, in the plane"),
+    ("bottom", "toward lower y, in the plane"),
+    ("top", "toward higher y, in the plane"),
+    ("-x", "toward lower x, in space"),
+    ("+x", "toward higher x, in space"),
+    ("-y", "toward lower y, in space"),
+    ("+y", "toward higher y, in space"),
+    ("-z", "toward lower z, in space"),
+    ("+z", "toward higher z, in space"),
+];
+
+/// Rows of `[domain]`.
+pub static DOMAIN: TableSpec = TableSpec::new(
+    "domain",
+    "The box that contains the scene; the number of its coordinates is the number of dimensions of the case.",
+    &[
+        key("lower_m", Kind::Vector, "lower corner of the box: two numbers for a case of the plane, three for one in space"),
+        key("upper_m", Kind::Vector, "upper corner of the box"),
+        key("periodic", Kind::SomeWords(AXIS_WORDS), "directions in which the scene repeats").or_else("`[]`"),
+        key("lattice_origin_m", Kind::Vector, "a corner of the square lattice on which all particles are placed")
+            .or_else("`lower_m`"),
+        key(
+            "outflow_sides",
+            Kind::SomeWords(SIDE_WORDS),
+            "sides through which particles may leave; a particle that crosses another side has escaped, see \
+             `lost_particle_limit`",
+        )
+        .or_else("open sides of containers that reach the domain's side"),
+    ],
+);
 
 /// `[domain]`.
 #[derive(Clone, Debug, Serialize)]
@@ -138,6 +176,21 @@ impl DomainTable {
     }
 }
 
+/// Rows of `[body_force]`.
+pub static BODY_FORCE: TableSpec = TableSpec::new(
+    "body_force",
+    "Accelerations of everything that moves freely, water and solids.",
+    &[
+        key("gravity_m_s2", Kind::Vector, "constant acceleration, such as [0.0, -9.81]").or_else("0 along each axis"),
+        key(
+            "acceleration_m_s2",
+            Kind::Expressions(Variables::CoordinatesAndTime),
+            "acceleration added to gravity, for example by a shaken tank",
+        )
+        .or_else("none"),
+    ],
+);
+
 /// `[body_force]`.
 #[derive(Clone, Debug, Serialize)]
 #[allow(missing_docs)]
@@ -153,8 +206,7 @@ impl BodyForceTable {
     pub fn read(mut table: Table<'_>) -> Self {
         let zero = Coordinates::repeat(table.dimensions, 0.0);
         let gravity_m_s2 = table.vector_or("gravity_m_s2", zero).value;
-        let variables = formula::coordinates_and_time(table.dimensions);
-        let acceleration_m_s2 = formula::read_components(&mut table, "acceleration_m_s2", variables);
+        let acceleration_m_s2 = formula::read_components(&mut table, "acceleration_m_s2");
         table.finish();
         Self { gravity_m_s2, acceleration_m_s2 }
     }
@@ -165,6 +217,46 @@ impl BodyForceTable {
         sph::setup::BodyForce { gravity: self.gravity_m_s2.to::<S>(), expressions }
     }
 }
+
+const GROWTH: Allowed = Allowed::new(1.0, 2.0, (false, true), "a number above 1 and at most 2");
+const LIMIT: Allowed = Allowed::new(0.0, 10.0, (false, true), "a number above 0 and at most 10");
+
+/// Rows of `[time]`.
+pub static TIME: TableSpec = TableSpec::new(
+    "time",
+    "Start, end and steps of the run.",
+    &[
+        key("end_time_s", Kind::Number(Allowed::FINITE), "end of the run"),
+        key("start_time_s", Kind::Number(Allowed::FINITE), "start of the run").or(0.0),
+        key("step", Kind::Table(&STEP), "size of the time steps"),
+        key(
+            "limit_factor",
+            Kind::Number(LIMIT),
+            "a fixed step above this fraction of the stability limit is refused; the run header shows it when it is not 1",
+        )
+        .or(1.0),
+    ],
+);
+
+/// Rows of `step` of `[time]`.
+static STEP: TableSpec =
+    TableSpec::new("step", "Size of the time steps.", &[]).by(Variants::new("type", "how steps are sized", &[
+        Variant::new("fixed", "steps of one size", &[key(
+            "time_step_s",
+            Kind::Number(Allowed::POSITIVE),
+            "size of every step",
+        )]),
+        Variant::new("adaptive", "steps follow the stability limits of both solvers", &[
+            key(
+                "factor",
+                Kind::Number(Allowed::FRACTION),
+                "fraction of the smaller of both solvers' stability limits that a step takes",
+            )
+            .or(0.5),
+            key("maximum_s", Kind::Number(Allowed::POSITIVE), "longest step").or_else("the time of the run"),
+            key("growth", Kind::Number(GROWTH), "longest step, as a multiple of the previous one").or(1.05),
+        ]),
+    ]));
 
 /// `[time]`.
 #[derive(Clone, Debug, Serialize)]
@@ -195,11 +287,6 @@ enum StepKind {
 }
 
 impl TimeTable {
-    /// Default of `time.step.factor`: half of the stated limit.
-    const DEFAULT_FACTOR: f64 = 0.5;
-    /// Default of `time.step.growth`.
-    const DEFAULT_GROWTH: f64 = 1.05;
-
     /// What stands in for a table that is missing; nothing is built from it.
     pub fn unwritten(place: &Place) -> Self {
         let one = At { value: 1.0, place: place.clone() };
@@ -209,28 +296,26 @@ impl TimeTable {
 
     /// Reads the table.
     pub fn read(mut table: Table<'_>) -> Self {
-        const GROWTH: Allowed = Allowed::new(1.0, 2.0, (false, true), "a number above 1 and at most 2");
-        const LIMIT: Allowed = Allowed::new(0.0, 10.0, (false, true), "a number above 0 and at most 10");
-        let start_time_s = table.number_or("start_time_s", &Allowed::FINITE, 0.0).value;
-        let end_time_s = table.number("end_time_s", &Allowed::FINITE);
+        let start_time_s = table.number("start_time_s").value;
+        let end_time_s = table.number("end_time_s");
         if table.intact() && end_time_s.value < start_time_s {
             let error = CaseError::new(&end_time_s.place, "lies before the start").value(end_time_s.value);
             table.error(error.allowed(format!("a time of {start_time_s} s or later")));
         }
         let span = (end_time_s.value - start_time_s).max(f64::MIN_POSITIVE);
-        let limit_factor = table.number_or("limit_factor", &LIMIT, 1.0);
+        let limit_factor = table.number("limit_factor");
         let mut step = StepTable::Fixed { time_step_s: At { value: 1.0, place: end_time_s.place.clone() } };
         if let Some(mut inner) = table.required_table("step") {
             let kinds = [("fixed", StepKind::Fixed), ("adaptive", StepKind::Adaptive)];
             match inner.choice("type", &kinds).map(|choice| choice.value) {
                 Some(StepKind::Fixed) => {
-                    step = StepTable::Fixed { time_step_s: inner.number("time_step_s", &Allowed::POSITIVE) };
+                    step = StepTable::Fixed { time_step_s: inner.number("time_step_s") };
                 }
                 Some(StepKind::Adaptive) => {
                     step = StepTable::Adaptive {
-                        factor: inner.number_or("factor", &Allowed::FRACTION, Self::DEFAULT_FACTOR),
-                        maximum_s: inner.number_or("maximum_s", &Allowed::POSITIVE, span).value,
-                        growth: inner.number_or("growth", &GROWTH, Self::DEFAULT_GROWTH).value,
+                        factor: inner.number("factor"),
+                        maximum_s: inner.number_or("maximum_s", span).value,
+                        growth: inner.number("growth").value,
                     };
                 }
                 None => inner.abandon(),
@@ -252,6 +337,22 @@ impl TimeTable {
     }
 }
 
+/// Rows of `[outputs]`.
+pub static OUTPUTS: TableSpec = TableSpec::new(
+    "outputs",
+    "What a run leaves behind, and when.",
+    &[
+        key("snapshot_interval_s", Kind::Number(Allowed::POSITIVE), "time between snapshots for ParaView")
+            .or_else("first and last only"),
+        key("probe_interval_s", Kind::Number(Allowed::POSITIVE), "time between rows of `probes.csv`")
+            .or_else("first and last only"),
+        // A row has some eighty numbers, and one a step would outgrow all other outputs.
+        key("ledger_every_steps", Kind::Count(1, 1_000_000), "steps between rows of `ledger.csv`").or_count(10),
+        key("picture_times_s", Kind::Numbers(Allowed::FINITE), "times of the report's pictures")
+            .or_else("six, evenly spaced"),
+    ],
+);
+
 /// `[outputs]`.
 #[derive(Clone, Debug, Serialize)]
 #[allow(missing_docs)]
@@ -268,17 +369,13 @@ impl OutputsTable {
     /// Pictures of a report when a case names no times.
     const DEFAULT_PICTURES: u8 = 6;
 
-    /// Steps between rows of the ledger: a row has some eighty numbers, and one a step would outgrow all other outputs.
-    const DEFAULT_LEDGER_STEPS: u64 = 10;
-
     /// Reads the table; times are checked against `time`.
     pub fn read(mut table: Table<'_>, time: &TimeTable) -> Self {
-        let snapshot_interval_s = table.optional_number("snapshot_interval_s", &Allowed::POSITIVE);
-        let probe_interval_s = table.optional_number("probe_interval_s", &Allowed::POSITIVE);
-        let ledger_every_steps =
-            table.count_or("ledger_every_steps", 1..1_000_001, Self::DEFAULT_LEDGER_STEPS).value;
+        let snapshot_interval_s = table.optional_number("snapshot_interval_s");
+        let probe_interval_s = table.optional_number("probe_interval_s");
+        let ledger_every_steps = table.count("ledger_every_steps").value;
         let (start, end) = (time.start_time_s, time.end_time_s.value);
-        let pictures = table.optional_numbers("picture_times_s", &Allowed::FINITE);
+        let pictures = table.optional_numbers("picture_times_s");
         if let Some(times) = pictures.as_ref().filter(|_| time.intact)
             && let Some(outside) = times.value.iter().find(|t| !(start..=end).contains(*t))
         {
@@ -303,7 +400,37 @@ impl OutputsTable {
     }
 }
 
-/// Names of what a failed balance does; the first is the default.
+/// Rows of `[ledger]`; the tolerances are those of [`LedgerPolicy`].
+pub static LEDGER: TableSpec = TableSpec::new(
+    "ledger",
+    "The audit of forces, torques and momentum at every half-step.",
+    &[
+        key(
+            "action",
+            Kind::Word(&[
+                ("stop", "the run ends"),
+                ("warn", "the run continues, and its verdict says so"),
+                ("stop-and-checkpoint", "the run ends with a checkpoint of the end of the step"),
+            ]),
+            "effect of a failed balance",
+        )
+        .or_word("stop"),
+        key(
+            "balance_tolerance",
+            Kind::Number(Allowed::POSITIVE),
+            "largest imbalance of force and torque across the interface, relative to the sum of magnitudes",
+        )
+        .or(LedgerPolicy::DEFAULT.balance_tolerance),
+        key(
+            "momentum_tolerance",
+            Kind::Number(Allowed::POSITIVE),
+            "largest residual of each side's momentum and angular momentum budget, relative to the sum of magnitudes",
+        )
+        .or(LedgerPolicy::DEFAULT.momentum_tolerance),
+    ],
+);
+
+/// Names of what a failed balance does.
 const ACTIONS: [(&str, BreachAction); 3] = [
     ("stop", BreachAction::Stop),
     ("warn", BreachAction::Warn),
@@ -322,15 +449,10 @@ pub struct LedgerTable {
 impl LedgerTable {
     /// Reads the table.
     pub fn read(mut table: Table<'_>) -> Self {
-        let default = LedgerPolicy::default();
         let read = Self {
-            action: table.choice_or_first("action", &ACTIONS),
-            balance_tolerance: table
-                .number_or("balance_tolerance", &Allowed::POSITIVE, default.balance_tolerance)
-                .value,
-            momentum_tolerance: table
-                .number_or("momentum_tolerance", &Allowed::POSITIVE, default.momentum_tolerance)
-                .value,
+            action: table.choice_or_default("action", &ACTIONS),
+            balance_tolerance: table.number("balance_tolerance").value,
+            momentum_tolerance: table.number("momentum_tolerance").value,
         };
         table.finish();
         read
@@ -345,6 +467,31 @@ impl LedgerTable {
         }
     }
 }
+
+/// Rows of `motion` of walls and supports.
+pub static MOTION: TableSpec = TableSpec::new(
+    "motion",
+    "A prescribed motion: pivot + R(angle)(X − pivot) + displacement, X the position at the start.",
+    &[
+        key("displacement_x_m", Kind::Expression(Variables::Time), "displacement along x").or(0.0),
+        key("displacement_y_m", Kind::Expression(Variables::Time), "displacement along y").or(0.0),
+        key("displacement_z_m", Kind::Expression(Variables::Time), "displacement along z; in space only").or(0.0),
+        key(
+            "angle_rad",
+            Kind::Expression(Variables::Time),
+            "angle of rotation, in the plane counter-clockwise, in space right-handed about `axis`",
+        )
+        .or(0.0),
+        key(
+            "axis",
+            Kind::Vector,
+            "direction of the axis of rotation, of any length; in space only, where it must be written with `angle_rad`",
+        )
+        .or_else("none without `angle_rad`"),
+        key("pivot_m", Kind::Vector, "point about which it turns; must be written with `angle_rad`")
+            .or_else("the origin without `angle_rad`"),
+    ],
+);
 
 /// A prescribed motion, expressions of t.
 #[derive(Clone, Debug, Serialize)]
@@ -368,10 +515,10 @@ impl MotionTable {
         let (turns, in_space) = (table.has("angle_rad"), table.dimensions == 3);
         let zero = Coordinates::repeat(table.dimensions, 0.0);
         let read = Self {
-            displacement_x_m: formula::read(&mut table, "displacement_x_m", &["t"]),
-            displacement_y_m: formula::read(&mut table, "displacement_y_m", &["t"]),
-            displacement_z_m: in_space.then(|| formula::read(&mut table, "displacement_z_m", &["t"])),
-            angle_rad: formula::read(&mut table, "angle_rad", &["t"]),
+            displacement_x_m: formula::read(&mut table, "displacement_x_m"),
+            displacement_y_m: formula::read(&mut table, "displacement_y_m"),
+            displacement_z_m: in_space.then(|| formula::read(&mut table, "displacement_z_m")),
+            angle_rad: formula::read(&mut table, "angle_rad"),
             axis: (in_space && turns).then(|| Self::read_axis(&mut table)),
             pivot_m: match turns {
                 true => table.vector("pivot_m").value,

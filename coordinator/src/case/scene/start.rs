@@ -41,7 +41,7 @@ pub fn values<S: Space>(written: &At<Written>, positions: &[S::Vector], errors: 
         Written::Text(text) => text,
     };
     // A text that is no expression has been reported where it was read.
-    let Ok(expression) = Expression::parse(text, formula::coordinates(S::DIMENSIONS)) else {
+    let Ok(expression) = Expression::parse(text, Variables::Coordinates.names(S::DIMENSIONS)) else {
         return vec![0.0; positions.len()];
     };
     if !errors.spend(&written.place, expression_steps(text) * positions.len() as f64) {

@@ -1,0 +1,1 @@
+//! Tables of keys for `cases/FORMAT.md`.

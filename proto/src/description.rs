@@ -133,6 +133,8 @@ pub struct Capabilities {
     pub deterministic: bool,
     /// Steps of changing size.
     pub adaptive_step: bool,
+    /// Steps that are shortened to meet exact times.
+    pub exact_times: bool,
     /// Evaluates expressions.
     pub expressions: bool,
     /// Implicit coupling in its role.
@@ -204,7 +206,7 @@ impl Constants {
             body_force: run.body_force.clone(),
             coupling: run.coupling,
             domain: run.domain.clone(),
-            time: run.time,
+            time: run.time.clone(),
         }
     }
 }

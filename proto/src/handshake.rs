@@ -66,8 +66,15 @@ pub fn unfit(description: &Description, role: Role, run: &RunPlan) -> Vec<String
             "{who} computes with arithmetic {said}, the command line says `{forced}`; start it with `--arithmetic {forced}`"
         ));
     }
-    if matches!(run.time.step, StepPolicy::Adaptive { .. }) && !description.capabilities.adaptive_step {
-        reasons.push(format!("{who} takes fixed time steps only, the case asks for adaptive ones"));
+    if let StepPolicy::Adaptive { exact, .. } = &run.time.step {
+        if !description.capabilities.adaptive_step {
+            reasons.push(format!("{who} takes fixed time steps only, the case asks for adaptive ones"));
+        } else if exact.is_some() && !description.capabilities.exact_times {
+            reasons.push(format!(
+                "{who} does not shorten adaptive steps to meet the times of outputs; set `exact_outputs = false` in the \
+                 case's `[time] step`, or use a solver that does"
+            ));
+        }
     }
     let implicit = run.coupling.is_some_and(|coupling| coupling.implicit.is_some());
     if implicit && !description.capabilities.implicit_coupling {

@@ -46,7 +46,7 @@ pub use summary::{ActiveTerm, Count, Summary};
 use errors::ErrorList;
 use file::CaseFile;
 use file::interface::FramePath;
-use file::run::{Side, sides};
+use file::run::{Side, StepTable, sides};
 use file::wall::WallKind;
 use overrides::Override;
 use reader::{Choice, Table};
@@ -331,7 +331,10 @@ impl Case {
     pub fn identity(&self) -> String {
         let mut file = self.file.clone();
         file.time.end_time_s.value = file.time.start_time_s;
-        file.outputs.picture_times_s = Vec::new();
+        // Steps that are shortened toward pictures depend on their times.
+        if !matches!(file.time.step, StepTable::Adaptive { exact_outputs: true, .. }) {
+            file.outputs.picture_times_s = Vec::new();
+        }
         file.servers = file::interface::ServersTable::none();
         if let Some(interface) = &mut file.interface {
             interface.path = Choice { word: "direct", value: FramePath::Direct, ..interface.path.clone() };

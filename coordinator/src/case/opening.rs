@@ -17,6 +17,7 @@ use super::file::run::MotionTable;
 use super::file::solid::{ContactTable, SubstepsKey, SubstepsWord};
 use super::reader::{At, Written, is_bounded};
 use super::scene::{Scene, expression_steps, point_text};
+use super::spec::Variables;
 use super::{Case, Server};
 use crate::quote::quoted;
 

@@ -36,7 +36,7 @@ impl Case {
             domain: file.domain.domain(),
             time: file.time.to_setup(),
             body_force: file.body_force.to_setup(),
-            outputs: self.outputs.plan,
+            outputs: self.outputs.plan.clone(),
             ledger: file.ledger.to_setup(),
             coupling,
         }

@@ -121,7 +121,7 @@ impl Case {
             limits,
         };
         summary.warnings.extend(self.step_warning(&summary));
-        summary.warnings.extend(self.offbeat_warnings());
+        summary.warnings.extend(self.offbeat_warnings(&summary));
         summary.warnings.extend(self.sound_speed_warning());
         summary.warnings.extend(self.iteration_warning());
         for body in self.separations() {

@@ -81,7 +81,7 @@ impl Attempt<'_> {
         if let Some(live) = self.live {
             live.agreed(&facts, header::step_limits(case));
         }
-        let progress = Progress::new(setup.time, options.messages).with_live(self.live.cloned());
+        let progress = Progress::new(setup.time.clone(), options.messages).with_live(self.live.cloned());
         let taken = match self.from {
             Some(checkpoint) => self.take_over(checkpoint, scheduler.store()),
             None => self.begin(),

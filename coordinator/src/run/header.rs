@@ -99,9 +99,13 @@ fn time_step(step: &StepPolicy, ratio: f64) -> String {
         StepPolicy::Fixed { time_step } => {
             format!("fixed, {time_step:.3e} s, {ratio:.2} of the stability limit")
         }
-        StepPolicy::Adaptive { factor, maximum, growth } => format!(
-            "adaptive, {factor} of both solvers' limits, at most {maximum:.3e} s, growing by at most {growth} a step"
-        ),
+        StepPolicy::Adaptive { factor, maximum, growth, exact } => {
+            let times = if exact.is_some() { ", shortened to meet the times of outputs" } else { "" };
+            format!(
+                "adaptive, {factor} of both solvers' limits, at most {maximum:.3e} s, growing by at most {growth} a \
+                 step{times}"
+            )
+        }
     }
 }
 

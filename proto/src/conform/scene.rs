@@ -131,7 +131,7 @@ impl Scene {
                 step: StepPolicy::Fixed { time_step: self.time_step },
             },
             body_force: BodyForce { gravity: self.directed::<S>(self.gravity), expressions: None },
-            outputs: OutputPlan { snapshot_interval: None, probe_interval: None },
+            outputs: OutputPlan::default(),
             ledger: LedgerPolicy { action: BreachAction::Stop, ..LedgerPolicy::default() },
             coupling: self.coupled.then(|| Coupling {
                 kind: self.kind,

@@ -88,14 +88,28 @@ impl Convert for Capabilities {
     type Wire = wire::Capabilities;
 
     fn to_wire(&self) -> wire::Capabilities {
-        let Self { checkpoint, deterministic, adaptive_step, expressions, implicit_coupling } = *self;
-        wire::Capabilities { checkpoint, deterministic, adaptive_step, expressions, implicit_coupling }
+        let Self { checkpoint, deterministic, adaptive_step, exact_times, expressions, implicit_coupling } =
+            *self;
+        wire::Capabilities {
+            checkpoint,
+            deterministic,
+            adaptive_step,
+            expressions,
+            implicit_coupling,
+            exact_times,
+        }
     }
 
     fn from_wire(wire: &wire::Capabilities, _at: &Path<'_>) -> Result<Self, WireError> {
-        let wire::Capabilities { checkpoint, deterministic, adaptive_step, expressions, implicit_coupling } =
-            *wire;
-        Ok(Self { checkpoint, deterministic, adaptive_step, expressions, implicit_coupling })
+        let wire::Capabilities {
+            checkpoint,
+            deterministic,
+            adaptive_step,
+            expressions,
+            implicit_coupling,
+            exact_times,
+        } = *wire;
+        Ok(Self { checkpoint, deterministic, adaptive_step, exact_times, expressions, implicit_coupling })
     }
 }
 

@@ -161,12 +161,13 @@ impl Convert for TimePlan {
 
     fn to_wire(&self) -> wire::TimePlan {
         use wire::time_plan::Step;
-        let step = match self.step {
-            StepPolicy::Fixed { time_step } => Step::Fixed(wire::FixedStep { time_step_s: Some(time_step) }),
-            StepPolicy::Adaptive { factor, maximum, growth } => Step::Adaptive(wire::AdaptiveStep {
-                factor: Some(factor),
-                maximum_s: Some(maximum),
-                growth: Some(growth),
+        let step = match &self.step {
+            StepPolicy::Fixed { time_step } => Step::Fixed(wire::FixedStep { time_step_s: Some(*time_step) }),
+            StepPolicy::Adaptive { factor, maximum, growth, exact } => Step::Adaptive(wire::AdaptiveStep {
+                factor: Some(*factor),
+                maximum_s: Some(*maximum),
+                growth: Some(*growth),
+                exact: exact.as_ref().map(|times| wire::ExactTimes { times_s: times.clone() }),
             }),
         };
         wire::TimePlan {
@@ -199,6 +200,11 @@ impl Convert for TimePlan {
                     factor: fraction(step.factor, &at.field("factor"))?,
                     maximum: positive_or_infinite(step.maximum_s, &at.field("maximum_s"))?,
                     growth,
+                    exact: step
+                        .exact
+                        .as_ref()
+                        .map(|exact| times(&exact.times_s, &at.field("exact"), "times_s"))
+                        .transpose()?,
                 }
             }
             None => return Err(at.field("step").error("is missing, must be `fixed` or `adaptive`")),
@@ -214,6 +220,7 @@ impl Convert for OutputPlan {
         wire::OutputPlan {
             snapshot_interval_s: self.snapshot_interval,
             probe_interval_s: self.probe_interval,
+            snapshot_times_s: self.snapshot_times.clone(),
         }
     }
 
@@ -222,8 +229,14 @@ impl Convert for OutputPlan {
         Ok(Self {
             snapshot_interval: interval(wire.snapshot_interval_s, "snapshot_interval_s")?,
             probe_interval: interval(wire.probe_interval_s, "probe_interval_s")?,
+            snapshot_times: times(&wire.snapshot_times_s, at, "snapshot_times_s")?,
         })
     }
+}
+
+/// A list of times, all finite.
+fn times(wire: &[f64], at: &Path<'_>, field: &str) -> Result<Vec<f64>, WireError> {
+    wire.iter().enumerate().map(|(k, time)| finite(*time, &at.item(field, k))).collect()
 }
 
 impl Convert for LedgerPolicy {

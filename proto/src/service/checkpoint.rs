@@ -138,7 +138,7 @@ pub(super) async fn restore<F: SolverFactory>(
 
 /// Most bytes of a state of the run: some more than it has now, for what is there only after a step.
 fn largest_state(solver: &dyn Solver) -> u64 {
-    let clock = ClockState { step: 0, time: 0.0, time_step: 1.0, elapsed_before: 0.0 };
+    let clock = ClockState { step: 0, time: 0.0, time_step: 1.0, allowed_step: 1.0, elapsed_before: 0.0 };
     2 * count(encode_state(&save(solver, &clock).state).len()) + (1 << 20)
 }
 

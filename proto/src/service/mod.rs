@@ -100,6 +100,7 @@ impl Description {
                 checkpoint: true,
                 deterministic: true,
                 adaptive_step: true,
+                exact_times: true,
                 expressions: true,
                 implicit_coupling: true,
             },

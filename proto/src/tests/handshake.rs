@@ -121,7 +121,8 @@ fn sides_that_fit_have_no_mismatch_and_others_have_all_at_once() {
 #[test]
 fn a_server_that_cannot_play_is_told_why() {
     let mut run = fake::run_setup::<Plane>("run", 5).plan();
-    run.time.step = sph::setup::StepPolicy::Adaptive { factor: 0.5, maximum: 1.0, growth: 1.1 };
+    run.time.step =
+        sph::setup::StepPolicy::Adaptive { factor: 0.5, maximum: 1.0, growth: 1.1, exact: Some(vec![0.5]) };
     run.body_force.expressions = Some(vec!["x".into(), "t".into()]);
     let mut description = Description::of_solver("beam", "3", Role::Solid, &[2], "f64");
     assert_eq!(handshake::unfit(&description, Role::Solid, &run), Vec::<String>::new());

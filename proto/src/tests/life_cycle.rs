@@ -102,7 +102,7 @@ fn link_request(run_id: &str) -> wire::LinkRequest {
 /// The state of a solid at the start of its run.
 fn start_of_a_run() -> CheckpointData {
     let row = row(&setup(Role::Solid, RUN, 10));
-    let clock = ClockState { step: 0, time: 0.0, time_step: 1e-3, elapsed_before: 0.0 };
+    let clock = ClockState { step: 0, time: 0.0, time_step: 1e-3, allowed_step: 1e-3, elapsed_before: 0.0 };
     let checkpoint = sph::coupling::driver::save(&*row, &clock);
     let description = RowFactory(Role::Solid).describe();
     CheckpointData::new(CheckpointHeader::new(&description, Role::Solid, &checkpoint), &checkpoint)

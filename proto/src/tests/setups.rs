@@ -75,7 +75,12 @@ fn run<S: Space>(step: StepPolicy, law: InterfaceLaw, correction: GradientCorrec
 }
 
 pub(super) fn fluid<S: Space>() -> FluidSetup<S> {
-    let policy = StepPolicy::Adaptive { factor: 1.0, maximum: f64::INFINITY, growth: 1.05 };
+    let policy = StepPolicy::Adaptive {
+        factor: 1.0,
+        maximum: f64::INFINITY,
+        growth: 1.05,
+        exact: Some(vec![0.25, 1.0]),
+    };
     let run = run(policy, InterfaceLaw::WallNoSlip, GradientCorrection::Renormalised);
     let mut setup = fake::fluid_setup::<S>(run);
     setup.parameters = FluidParameters {

@@ -8,6 +8,10 @@ from . import protocol
 
 PREDICTOR, CORRECTOR = protocol.types.STAGE_PREDICTOR, protocol.types.STAGE_CORRECTOR
 STAGE_NAMES = {PREDICTOR: "predictor", CORRECTOR: "corrector"}
+# Constants of the CLOCK RULE.
+SLACK = 1e-6
+SHORTENED_STEPS = 4
+STEPS_PER_EXACT_PROBE = 5
 
 
 def bits(value: float) -> int:
@@ -54,15 +58,43 @@ class Clock:
             "probes": outputs.probe_interval_s if outputs.HasField("probe_interval_s") else None,
             "snapshot": outputs.snapshot_interval_s if outputs.HasField("snapshot_interval_s") else None,
         }
+        self.snapshot_times = [time - self.start for time in outputs.snapshot_times_s]
+        self.exact_times = None
         if plan.WhichOneof("step") == "fixed":
-            self.time_step = plan.fixed.time_step_s
+            self.allowed_step = plan.fixed.time_step_s
         else:
             adaptive = plan.adaptive
-            self.time_step = min(adaptive.factor * first_limit, adaptive.maximum_s)
+            self.allowed_step = min(adaptive.factor * first_limit, adaptive.maximum_s)
+            if adaptive.HasField("exact"):
+                self.exact_times = [*adaptive.exact.times_s, *outputs.snapshot_times_s]
+        self.time_step = self._shortened()
         self.counts = dict.fromkeys(self.intervals, -1)
+        self.snapshots_passed = 0
 
     def _elapsed(self) -> float:
-        return self.time - self.start + 1e-6 * self.time_step
+        return self.time - self.start + SLACK * self.time_step
+
+    def _next_exact_time(self) -> float:
+        if self.exact_times is None:
+            return math.inf
+        after = self.time + SLACK * self.allowed_step
+        found = [time for time in self.exact_times if time > after]
+        snapshots, probes = self.intervals["snapshot"], self.intervals["probes"]
+        if probes is not None and probes < STEPS_PER_EXACT_PROBE * self.allowed_step:
+            probes = None
+        for interval in (snapshots, probes):
+            if interval is not None:
+                count = math.floor((after - self.start) / interval)
+                multiples = (self.start + (count + more) * interval for more in range(3))
+                found.append(next((time for time in multiples if time > after), math.inf))
+        return min(found, default=math.inf)
+
+    def _shortened(self) -> float:
+        left = self._next_exact_time() - self.time
+        if left == math.inf:
+            return self.allowed_step
+        steps = max(math.ceil(left / self.allowed_step - SLACK), 1)
+        return min(left / steps, self.allowed_step) if steps <= SHORTENED_STEPS else self.allowed_step
 
     def stage(self, stage: int) -> StageTime:
         """The half-step of `stage` in the current step."""
@@ -79,9 +111,11 @@ class Clock:
             self.time = self.start + self.step * self.time_step
         else:
             adaptive = self.plan.adaptive
-            self.time += self.time_step
+            reached, mark = self.time + self.time_step, self._next_exact_time()
+            self.time = mark if abs(mark - reached) <= SLACK * self.time_step else reached
             wanted = min(adaptive.factor * limit, adaptive.maximum_s)
-            self.time_step = min(wanted, adaptive.growth * self.time_step)
+            self.allowed_step = min(wanted, adaptive.growth * self.allowed_step)
+            self.time_step = self._shortened()
 
     def due(self) -> set:
         """Names of the outputs that are due at the current boundary; call it once per boundary."""
@@ -91,4 +125,8 @@ class Clock:
             if self.step == 0 or self.finished() or count > self.counts[name]:
                 found.add(name)
             self.counts[name] = count
+        passed = sum(0 < time <= self._elapsed() for time in self.snapshot_times)
+        if passed > self.snapshots_passed:
+            found.add("snapshot")
+        self.snapshots_passed = passed
         return found

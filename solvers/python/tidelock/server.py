@@ -93,6 +93,7 @@ class Server(protocol.participant_grpc.ParticipantServicer, protocol.peer_grpc.P
         described.highest_protocol.major, described.highest_protocol.minor = protocol.MAJOR, protocol.MINOR
         described.capabilities.deterministic = self.factory.deterministic
         described.capabilities.adaptive_step = True
+        described.capabilities.exact_times = True
         described.capabilities.implicit_coupling = True
         limits = described.limits
         limits.runs, limits.lease_s = 1, self.lease

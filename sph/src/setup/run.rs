@@ -101,12 +101,12 @@ impl RunPlan {
                 upper: vector(&self.domain.upper)?,
                 periodic: S::axes(|axis| self.domain.periodic[axis]),
             },
-            time: self.time,
+            time: self.time.clone(),
             body_force: BodyForce {
                 gravity: vector(&self.body_force.gravity)?,
                 expressions: expressions.map(|expressions| S::per_axis(|axis| expressions[axis].clone())),
             },
-            outputs: self.outputs,
+            outputs: self.outputs.clone(),
             ledger: self.ledger,
             coupling: self.coupling,
         })
@@ -119,12 +119,12 @@ impl<S: Space> RunSetup<S> {
         RunPlan {
             run_id: self.run_id.clone(),
             domain: DomainPlan::of(&self.domain),
-            time: self.time,
+            time: self.time.clone(),
             body_force: BodyForcePlan {
                 gravity: self.body_force.gravity.row().as_ref().to_vec(),
                 expressions: self.body_force.expressions.as_ref().map(|all| all.as_ref().to_vec()),
             },
-            outputs: self.outputs,
+            outputs: self.outputs.clone(),
             ledger: self.ledger,
             coupling: self.coupling,
         }
@@ -132,7 +132,7 @@ impl<S: Space> RunSetup<S> {
 }
 
 /// Steps and end of a run.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct TimePlan {
     /// Time at which the run starts \[s\].
     pub start_time: f64,
@@ -143,7 +143,7 @@ pub struct TimePlan {
 }
 
 /// How a step's size is chosen; both sides apply the same rule to the same bits.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum StepPolicy {
     /// Every step has this size \[s\].
     Fixed {
@@ -158,16 +158,21 @@ pub enum StepPolicy {
         maximum: f64,
         /// Largest ratio of one step to the one before it, above 1; shrinking is immediate.
         growth: f64,
+        /// Times that a step boundary meets exactly \[s\], besides those of snapshots, and of probes where their interval is
+        /// at least [`STEPS_PER_EXACT_PROBE`](crate::coupling::stage::STEPS_PER_EXACT_PROBE) steps. `None` shortens no step.
+        exact: Option<Vec<f64>>,
     },
 }
 
-/// When outputs are due: at the first step boundary at or after each multiple of the interval.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// When outputs are due: at the first step boundary at or after each time, and at the first and last boundary.
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct OutputPlan {
     /// Time between snapshots \[s\]; `None` for the first and last only.
     pub snapshot_interval: Option<f64>,
     /// Time between probe rows \[s\]; `None` for the first and last only.
     pub probe_interval: Option<f64>,
+    /// Further times of snapshots \[s\].
+    pub snapshot_times: Vec<f64>,
 }
 
 /// What to do when a ledger check fails.

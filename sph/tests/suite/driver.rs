@@ -169,7 +169,7 @@ fn setup(time_step: f64, end_time: f64, action: BreachAction) -> RunSetup {
         domain: Domain { lower: Vector::zeros(), upper: Vector::new(1.0, 1.0), periodic: [false; 2] },
         time: TimePlan { start_time: 0.0, end_time, step: StepPolicy::Fixed { time_step } },
         body_force: BodyForce { gravity: Vector::zeros(), expressions: None },
-        outputs: OutputPlan { snapshot_interval: None, probe_interval: None },
+        outputs: OutputPlan::default(),
         ledger: LedgerPolicy { action, ..LedgerPolicy::default() },
         coupling: Some(Coupling {
             kind: CouplingKind::States,

@@ -195,7 +195,7 @@ fn setup(time_step: f64, end_time: f64, implicit: Option<ImplicitCoupling>) -> R
         domain: Domain { lower: Vector::new(-9.0, -9.0), upper: Vector::new(9.0, 9.0), periodic: [false; 2] },
         time: TimePlan { start_time: 0.0, end_time, step: StepPolicy::Fixed { time_step } },
         body_force: BodyForce { gravity: Vector::zeros(), expressions: None },
-        outputs: OutputPlan { snapshot_interval: None, probe_interval: None },
+        outputs: OutputPlan::default(),
         ledger: LedgerPolicy { action: BreachAction::Stop, ..LedgerPolicy::default() },
         coupling: Some(Coupling {
             kind: CouplingKind::Loads,

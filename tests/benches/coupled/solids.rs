@@ -54,7 +54,7 @@ fn plate(particles: u32, formulation: Formulation, stepping: SolidStepping) -> S
             domain: Domain { lower: Vector::repeat(-1.0), upper: Vector::repeat(2.0), periodic: [false; 2] },
             time: TimePlan { start_time: 0.0, end_time: 1.0, step: StepPolicy::Fixed { time_step: 1e-6 } },
             body_force: BodyForce { gravity: Vector::new(0.0, -9.81), expressions: None },
-            outputs: OutputPlan { snapshot_interval: None, probe_interval: None },
+            outputs: OutputPlan::default(),
             ledger: LedgerPolicy::default(),
             coupling: None,
         },

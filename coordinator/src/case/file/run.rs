@@ -255,6 +255,15 @@ static STEP: TableSpec =
             .or(0.5),
             key("maximum_s", Kind::Number(Allowed::POSITIVE), "longest step").or_else("the time of the run"),
             key("growth", Kind::Number(GROWTH), "longest step, as a multiple of the previous one").or(1.05),
+            key(
+                "exact_outputs",
+                Kind::Flag,
+                "steps are shortened so that they meet the times of snapshots, pictures and `exact_times_s`, and of probes \
+                 where these are at least five steps apart",
+            )
+            .or_flag(true),
+            key("exact_times_s", Kind::Numbers(Allowed::FINITE), "further times that steps meet; with `exact_outputs` only")
+                .or_else("the end of the run"),
         ]),
     ]));
 
@@ -276,8 +285,19 @@ pub struct TimeTable {
 #[serde(tag = "type", rename_all = "kebab-case")]
 #[allow(missing_docs)]
 pub enum StepTable {
-    Fixed { time_step_s: At<f64> },
-    Adaptive { factor: At<f64>, maximum_s: f64, growth: f64 },
+    Fixed {
+        time_step_s: At<f64>,
+    },
+    Adaptive {
+        factor: At<f64>,
+        maximum_s: f64,
+        growth: f64,
+        /// Steps are shortened so that boundaries meet the times of outputs and `exact_times_s`.
+        exact_outputs: bool,
+        /// `None` where outputs are not met.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        exact_times_s: Option<Vec<f64>>,
+    },
 }
 
 #[derive(Clone, Copy)]
@@ -312,10 +332,15 @@ impl TimeTable {
                     step = StepTable::Fixed { time_step_s: inner.number("time_step_s") };
                 }
                 Some(StepKind::Adaptive) => {
+                    let exact_outputs = inner.flag("exact_outputs");
+                    let exact_times_s =
+                        exact_times(&mut inner, exact_outputs, start_time_s, end_time_s.value);
                     step = StepTable::Adaptive {
                         factor: inner.number("factor"),
                         maximum_s: inner.number_or("maximum_s", span).value,
                         growth: inner.number("growth").value,
+                        exact_outputs,
+                        exact_times_s,
                     };
                 }
                 None => inner.abandon(),
@@ -329,12 +354,32 @@ impl TimeTable {
     pub fn to_setup(&self) -> TimePlan {
         let step = match &self.step {
             StepTable::Fixed { time_step_s } => StepPolicy::Fixed { time_step: time_step_s.value },
-            StepTable::Adaptive { factor, maximum_s, growth } => {
-                StepPolicy::Adaptive { factor: factor.value, maximum: *maximum_s, growth: *growth }
-            }
+            StepTable::Adaptive { factor, maximum_s, growth, exact_times_s, .. } => StepPolicy::Adaptive {
+                factor: factor.value,
+                maximum: *maximum_s,
+                growth: *growth,
+                exact: exact_times_s.clone(),
+            },
         };
         TimePlan { start_time: self.start_time_s, end_time: self.end_time_s.value, step }
     }
+}
+
+/// `exact_times_s`: the end of the run where it is not written. A run that is continued beyond that end keeps it.
+fn exact_times(table: &mut Table<'_>, exact_outputs: bool, start: f64, end: f64) -> Option<Vec<f64>> {
+    let written = table.optional_numbers("exact_times_s");
+    if !exact_outputs {
+        if let Some(times) = written {
+            table.error(CaseError::new(&times.place, "needs `exact_outputs = true`").allowed("no times"));
+        }
+        return None;
+    }
+    let Some(times) = written else { return Some(vec![end]) };
+    if let Some(early) = times.value.iter().find(|time| **time < start) {
+        let error = CaseError::new(&times.place, format!("{early} s is before the start"));
+        table.error(error.allowed(format!("times of {start} s or later")));
+    }
+    Some(times.value)
 }
 
 /// Rows of `[outputs]`.
@@ -349,7 +394,7 @@ pub static OUTPUTS: TableSpec = TableSpec::new(
         // A row has some eighty numbers, and one a step would outgrow all other outputs.
         key("ledger_every_steps", Kind::Count(1, 1_000_000), "steps between rows of `ledger.csv`").or_count(10),
         key("picture_times_s", Kind::Numbers(Allowed::FINITE), "times of the report's pictures")
-            .or_else("six, evenly spaced"),
+            .or_else("six of the snapshots, evenly spaced"),
     ],
 );
 
@@ -365,10 +410,21 @@ pub struct OutputsTable {
     pub picture_times_s: Vec<f64>,
 }
 
-impl OutputsTable {
-    /// Pictures of a report when a case names no times.
-    const DEFAULT_PICTURES: u8 = 6;
+/// Times of pictures when a case names none: of snapshots, about evenly from `start` to `end`.
+fn default_pictures(start: f64, end: f64, snapshot_interval: Option<f64>) -> Vec<f64> {
+    const PICTURES: u8 = 6;
+    let Some(interval) = snapshot_interval else { return vec![start, end] };
+    let last = f64::from(PICTURES - 1);
+    let wanted = (0..PICTURES).map(|k| (end - start) * f64::from(k) / last);
+    // Rounding must not put the last one beyond the end.
+    let mut times: Vec<f64> =
+        wanted.map(|time| (start + (time / interval).round() * interval).min(end)).collect();
+    times[usize::from(PICTURES - 1)] = end;
+    times.dedup();
+    times
+}
 
+impl OutputsTable {
     /// Reads the table; times are checked against `time`.
     pub fn read(mut table: Table<'_>, time: &TimeTable) -> Self {
         let snapshot_interval_s = table.optional_number("snapshot_interval_s");
@@ -382,13 +438,7 @@ impl OutputsTable {
             let error = CaseError::new(&times.place, format!("{outside} s is not within the run"));
             table.error(error.allowed(format!("times from {start} to {end} s")));
         }
-        let spread = || {
-            let last = f64::from(Self::DEFAULT_PICTURES - 1);
-            // Rounding must not put the last one beyond the end.
-            (0..Self::DEFAULT_PICTURES)
-                .map(|k| (start + (end - start) * f64::from(k) / last).min(end))
-                .collect()
-        };
+        let spread = || default_pictures(start, end, snapshot_interval_s);
         let picture_times_s = pictures.map_or_else(spread, |times| times.value);
         table.finish();
         Self { snapshot_interval_s, probe_interval_s, ledger_every_steps, picture_times_s }
@@ -396,7 +446,11 @@ impl OutputsTable {
 
     /// Set-up of the solvers.
     pub fn plan(&self) -> OutputPlan {
-        OutputPlan { snapshot_interval: self.snapshot_interval_s, probe_interval: self.probe_interval_s }
+        OutputPlan {
+            snapshot_interval: self.snapshot_interval_s,
+            probe_interval: self.probe_interval_s,
+            snapshot_times: self.picture_times_s.clone(),
+        }
     }
 }
 

@@ -13,6 +13,7 @@ use crate::case::errors::{CaseError, ErrorList, Place};
 use crate::case::file::fluid::{HydrostaticLattice, ParticleMass, StartTable};
 use crate::case::file::formula;
 use crate::case::reader::{At, Written, is_bounded};
+use crate::case::spec::Variables;
 
 /// Steps of work to evaluate the expression `text`: an instruction of some nanoseconds has two characters or more.
 pub fn expression_steps(text: &str) -> f64 {

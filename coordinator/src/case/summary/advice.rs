@@ -1,5 +1,6 @@
 //! Where a case departs from what is recommended, and what deserves a second look.
 
+use sph::coupling::stage::STEPS_PER_EXACT_PROBE;
 use sph::setup::{FluidParameters, FluidScheme, ParameterSet, StepPolicy};
 use sph::space::Space;
 use sph::space::tensors::SpaceVector;
@@ -55,12 +56,18 @@ impl Case {
         })
     }
 
-    /// Warns of intervals that a fixed step does not divide: what is due then comes up to a step late.
-    pub(super) fn offbeat_warnings(&self) -> Vec<String> {
+    /// Warns of times that steps do not meet: what is due then comes up to a step late.
+    pub(super) fn offbeat_warnings(&self, summary: &Summary) -> Vec<String> {
         // As the clock of a run, which absorbs the round-off of decimal times.
         const ROUND_OFF: f64 = 1e-6;
         let plan = self.file.time.to_setup();
-        let StepPolicy::Fixed { time_step } = plan.step else { return Vec::new() };
+        let time_step = match plan.step {
+            StepPolicy::Fixed { time_step } => time_step,
+            StepPolicy::Adaptive { exact: Some(_), .. } => {
+                return self.missed_probes(summary.time_step).into_iter().collect();
+            }
+            StepPolicy::Adaptive { exact: None, .. } => return Vec::new(),
+        };
         let intervals = [
             ("outputs.snapshot_interval_s", self.outputs.plan.snapshot_interval, "snapshots come"),
             ("outputs.probe_interval_s", self.outputs.plan.probe_interval, "rows of probes.csv come"),
@@ -78,7 +85,29 @@ impl Case {
                 ));
             }
         }
+        let late = |time: &&f64| {
+            let steps = (**time - plan.start_time) / time_step;
+            (steps - steps.round()).abs() > ROUND_OFF
+        };
+        if let Some(time) = self.outputs.picture_times.iter().find(late) {
+            warnings.push(format!(
+                "no multiple of the fixed time step of {time_step:.4e} s meets {time} s of `outputs.picture_times_s`: the \
+                 picture comes up to a step late"
+            ));
+        }
         warnings
+    }
+
+    /// Says so where adaptive steps of about `time_step` \[s\] are too long to meet the times of probes.
+    fn missed_probes(&self, time_step: f64) -> Option<String> {
+        let interval = self.outputs.plan.probe_interval?;
+        let least = STEPS_PER_EXACT_PROBE * time_step;
+        (interval < least).then(|| {
+            format!(
+                "`outputs.probe_interval_s` = {interval} s is less than {STEPS_PER_EXACT_PROBE} steps of about {time_step:.2e} \
+                 s: rows of probes.csv come up to a step late; from {least:.2e} s on they come at the exact times"
+            )
+        })
     }
 
     /// Warns when half-steps are iterated that leave the fluid's forces as they are.

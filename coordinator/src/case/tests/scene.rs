@@ -230,7 +230,10 @@ fn every_setting_reaches_the_solvers() {
     let case = good(&text);
     let (fluid, solid) =
         (case.fluid_setup().unwrap().plane().unwrap(), case.solid_setup().unwrap().plane().unwrap());
-    assert_eq!(fluid.run.time.step, StepPolicy::Adaptive { factor: 0.4, maximum: 2e-5, growth: 1.1 });
+    assert_eq!(
+        fluid.run.time.step,
+        StepPolicy::Adaptive { factor: 0.4, maximum: 2e-5, growth: 1.1, exact: Some(vec![0.1]) }
+    );
     let coupling = fluid.run.coupling.unwrap();
     assert_eq!(
         (coupling.law, coupling.margin, coupling.solid_spacing),

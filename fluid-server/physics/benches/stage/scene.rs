@@ -112,7 +112,7 @@ pub fn block(settings: Settings, particles: usize) -> FluidSetup {
             },
             time: TimePlan { start_time: 0.0, end_time: 1.0, step: StepPolicy::Fixed { time_step: 1e-5 } },
             body_force: BodyForce { gravity, expressions: None },
-            outputs: OutputPlan { snapshot_interval: None, probe_interval: None },
+            outputs: OutputPlan::default(),
             ledger: LedgerPolicy::default(),
             coupling: None,
         },

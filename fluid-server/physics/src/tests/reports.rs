@@ -216,7 +216,7 @@ fn the_step_limit_is_the_smallest_of_three() {
 fn the_driver_runs_a_fluid_without_partner() {
     let mut setup = dam_break();
     setup.run.time.end_time = 0.02;
-    setup.run.time.step = StepPolicy::Adaptive { factor: 0.5, maximum: 1e-3, growth: 1.1 };
+    setup.run.time.step = StepPolicy::Adaptive { factor: 0.5, maximum: 1e-3, growth: 1.1, exact: None };
     setup.probes = vec![probe(FluidProbeKind::Front)];
     let run_setup = setup.run.clone();
     let mut solver = solver(setup);

@@ -39,7 +39,11 @@ pub(crate) fn run_setup<S: Space>(run_id: &str, steps: u32) -> RunSetup<S> {
             step: StepPolicy::Fixed { time_step },
         },
         body_force: BodyForce { gravity: S::Vector::zeros(), expressions: None },
-        outputs: OutputPlan { snapshot_interval: Some(0.01), probe_interval: Some(0.005) },
+        outputs: OutputPlan {
+            snapshot_interval: Some(0.01),
+            probe_interval: Some(0.005),
+            snapshot_times: vec![0.003],
+        },
         // Sums over some hundred pairs round near 1e-15.
         ledger: LedgerPolicy { action: BreachAction::Stop, ..LedgerPolicy::default() },
         coupling: Some(Coupling {

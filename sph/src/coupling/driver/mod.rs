@@ -48,8 +48,8 @@ pub fn run<S: Solver + ?Sized>(
     report: &mut dyn FnMut(Event),
 ) {
     let mut clock = match &link.resume {
-        Some(state) => Clock::resumed(setup.time, setup.outputs, state),
-        None => Clock::new(setup.time, setup.outputs, link.first_limit),
+        Some(state) => Clock::resumed(setup.time.clone(), setup.outputs.clone(), state),
+        None => Clock::new(setup.time.clone(), setup.outputs.clone(), link.first_limit),
     };
     let mut runner = Runner::new(solver, setup, link, exchange, &clock);
     let mut granted = 0;

@@ -7,6 +7,7 @@ use crate::coupling::stage::ClockState;
 
 const CLOCK_STEP: &str = "driver.step";
 const CLOCK_TIMES: &str = "driver.times";
+const ALLOWED_STEP: &str = "driver.allowed_step";
 
 /// Takes `solver` back to a boundary that was saved by [`Command::Checkpoint`](super::Command::Checkpoint); returns where the run continues.
 ///
@@ -18,16 +19,18 @@ pub fn restore<S: Solver + ?Sized>(solver: &mut S, state: &SavedState) -> Result
     if time_step <= 0.0 {
         return Err(RestoreError::new(CLOCK_TIMES, format!("time step {time_step} s, must be positive")));
     }
+    let [allowed_step] = state.numbers(ALLOWED_STEP)?;
     solver.restore(state)?;
-    Ok(ClockState { step, time, time_step, elapsed_before })
+    Ok(ClockState { step, time, time_step, allowed_step, elapsed_before })
 }
 
 /// Saves what [`restore`] takes.
 pub fn save<S: Solver + ?Sized>(solver: &S, clock: &ClockState) -> Checkpoint {
-    let ClockState { step, time, time_step, elapsed_before } = *clock;
+    let ClockState { step, time, time_step, allowed_step, elapsed_before } = *clock;
     let mut state = SavedState::default();
     state.put_u64(CLOCK_STEP, [step]);
     state.put_f64(CLOCK_TIMES, [time, time_step, elapsed_before]);
+    state.put_f64(ALLOWED_STEP, [allowed_step]);
     solver.save(&mut state);
     Checkpoint { step, time, time_step, state }
 }

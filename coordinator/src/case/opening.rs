@@ -11,7 +11,6 @@ use sph::space::tensors::SpaceVector;
 
 use super::errors::{CaseError, ErrorList, Place};
 use super::file::body::BodyTable;
-use super::file::formula;
 use super::file::material::FormulationTable;
 use super::file::run::MotionTable;
 use super::file::solid::{ContactTable, SubstepsKey, SubstepsWord};

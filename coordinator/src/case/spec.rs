@@ -204,7 +204,8 @@ impl TableSpec {
 
     /// Whether there is a row of any make for `key`, where the word of the tag is `word`.
     pub(super) fn has(&self, key: &str, word: Option<&str>) -> bool {
-        let is_of_set = |set: &Option<SetSpec>| set.is_some_and(|set| set.rows.iter().any(|row| row.key == key));
+        let is_of_set =
+            |set: &Option<SetSpec>| set.is_some_and(|set| set.rows.iter().any(|row| row.key == key));
         let is_meant = |known: &str| word.is_none_or(|word| word == known);
         let is_of_variant = |variants: &Variants| {
             variants.tag == key
@@ -213,7 +214,9 @@ impl TableSpec {
                     is_meant(probe.word) && probe.arguments.iter().any(|argument| argument.name == key)
                 })
         };
-        self.row(key, word).is_some() || is_of_set(&self.set) || self.variants.as_ref().is_some_and(is_of_variant)
+        self.row(key, word).is_some()
+            || is_of_set(&self.set)
+            || self.variants.as_ref().is_some_and(is_of_variant)
     }
 
     /// Whether `word` is one of the words of the tag.

@@ -2,6 +2,7 @@
 
 mod advice;
 mod constants;
+mod oddities;
 mod terms;
 
 use sph::setup::StepPolicy;
@@ -123,6 +124,7 @@ impl Case {
         summary.warnings.extend(self.step_warning(&summary));
         summary.warnings.extend(self.offbeat_warnings(&summary));
         summary.warnings.extend(self.sound_speed_warning());
+        summary.warnings.extend(self.oddities());
         summary.warnings.extend(self.iteration_warning());
         for body in self.separations() {
             let lines = if body.is_complete() { &mut summary.constants } else { &mut summary.warnings };

@@ -5,6 +5,7 @@ mod colour;
 mod conform;
 mod converge;
 mod many;
+mod new;
 mod node;
 mod options;
 mod overlay;
@@ -12,6 +13,7 @@ mod replay;
 mod report;
 mod resume;
 mod run;
+mod schema;
 mod security;
 mod set;
 mod sweep;
@@ -25,12 +27,14 @@ use clap::{Parser, Subcommand};
 use self::check::CheckArguments;
 use self::conform::ConformArguments;
 use self::converge::{ConvergeArguments, EnsembleArguments};
+use self::new::NewArguments;
 use self::node::{GuardArguments, NodeArguments};
 use self::overlay::OverlayArguments;
 use self::replay::{CompareArguments, ReplayArguments};
 use self::report::ReportArguments;
 use self::resume::ResumeArguments;
 use self::run::RunArguments;
+use self::schema::SchemaArguments;
 use self::sweep::SweepArguments;
 use self::view::ViewArguments;
 use crate::failure::{Failure, Kind};
@@ -65,6 +69,15 @@ enum Command {
     /// Check a case without running it: errors, particle counts, time-step limits, forecast run time.
     #[command(after_help = exit_codes())]
     Check(CheckArguments),
+    /// Write a case file to start from: commented, and ready to run.
+    ///
+    /// Asks on a terminal, or takes `--template NAME`. Beside the case it writes case.schema.json, by which editors complete
+    /// and explain keys. Nothing is overwritten.
+    #[command(after_help = exit_codes())]
+    New(NewArguments),
+    /// Print the JSON Schema of case files, by which editors complete, explain and check keys.
+    #[command(after_help = exit_codes())]
+    Schema(SchemaArguments),
     /// Run a case over values of its keys: a grid, values side by side, a Latin hypercube, seeds.
     ///
     /// Runs here, several at a time, or writes the files for Slurm or Snakemake. Finished members are kept, so that the same
@@ -142,6 +155,8 @@ pub fn main() -> ExitCode {
         Command::Run(arguments) => arguments.execute(),
         Command::Resume(arguments) => arguments.execute(),
         Command::Check(arguments) => arguments.execute(),
+        Command::New(arguments) => arguments.execute(),
+        Command::Schema(arguments) => arguments.execute(),
         Command::Sweep(arguments) => arguments.execute(),
         Command::Converge(arguments) => arguments.execute(),
         Command::Ensemble(arguments) => arguments.execute(),

@@ -6,13 +6,13 @@ use sph::space::components::Components;
 
 use super::formula;
 use super::layout::Layout;
-use super::material::{BodyDefaults, FormulationTable, MaterialTable};
-use super::shape::ShapeTable;
-use super::support::{LoadTable, SupportTable};
 use super::layout::{LATTICE_ORIGIN, LAYOUT};
+use super::material::{BodyDefaults, FormulationTable, MaterialTable};
 use super::material::{FORMULATION, MATERIAL};
 use super::shape::SHAPE;
+use super::shape::ShapeTable;
 use super::support::{LOAD, SUPPORT};
+use super::support::{LoadTable, SupportTable};
 use crate::case::reader::{At, Choice, Coordinates, Table, Written};
 use crate::case::spec::{Kind, TableSpec, Variables, key};
 
@@ -81,9 +81,8 @@ impl BodyTable {
         let material = MaterialTable::read(&mut table);
         let formulation = FormulationTable::read(table.table_or_empty("formulation"), defaults);
         let dimensions = table.dimensions;
-        let velocity_m_s =
-            formula::read_components(&mut table, "velocity_m_s")
-                .unwrap_or_else(|| formula::zeros(dimensions, &table.place_of("velocity_m_s")));
+        let velocity_m_s = formula::read_components(&mut table, "velocity_m_s")
+            .unwrap_or_else(|| formula::zeros(dimensions, &table.place_of("velocity_m_s")));
         let rotation_speed_rad_s = SpinKey::read(&mut table);
         let layout = Layout::read(&mut table);
         let lattice_origin_m = table.optional_vector("lattice_origin_m");

@@ -4,12 +4,12 @@ use serde::Serialize;
 use sph::setup::{Contradiction, Damping, FluidParameters};
 
 use super::layout::Layout;
-use super::shape::ShapeTable;
-use super::{Preset, formula};
-use crate::case::errors::CaseError;
 use super::layout::{LATTICE_ORIGIN, LAYOUT};
 use super::member::LARGEST_SEED;
 use super::shape::SHAPE;
+use super::shape::ShapeTable;
+use super::{Preset, formula};
+use crate::case::errors::CaseError;
 use crate::case::reader::{Allowed, At, Choice, Coordinates, Parameters, Table, Written};
 use crate::case::spec::{KeySpec, Kind, SetSpec, TableSpec, Variables, Variant, Variants, key};
 
@@ -19,18 +19,26 @@ pub static FLUID: TableSpec = TableSpec::new(
     "The fluid: its parameters and where it is at the start.",
     &[
         DAMPING,
-        key("region", Kind::Tables(&REGION), "water at the start, a table for each part of it").or_else("none"),
+        key("region", Kind::Tables(&REGION), "water at the start, a table for each part of it")
+            .or_else("none"),
     ],
 )
 .with_set(SetSpec::of::<FluidParameters>(&[
-    ("acoustic_relaxation", "as much as steps leave room for: up to 1 with fixed steps, 0.25 with adaptive ones"),
-    ("acoustic_relaxation_time_s", "V/(2 S c₀), of the volume V and the area S of the faces of the fluid at the start"),
+    (
+        "acoustic_relaxation",
+        "as much as steps leave room for: up to 1 with fixed steps, 0.25 with adaptive ones",
+    ),
+    (
+        "acoustic_relaxation_time_s",
+        "V/(2 S c₀), of the volume V and the area S of the faces of the fluid at the start",
+    ),
     ("tension_limit_pa", "the tension at 0.9 ρ₀"),
 ]));
 
 /// Row of `damping`.
 pub const DAMPING: KeySpec =
-    key("damping", Kind::Table(&DAMPING_TABLE), "acceleration −k v on all free particles until a time").or_else("none");
+    key("damping", Kind::Table(&DAMPING_TABLE), "acceleration −k v on all free particles until a time")
+        .or_else("none");
 
 static DAMPING_TABLE: TableSpec = TableSpec::new(
     "damping",
@@ -54,10 +62,18 @@ static REGION: TableSpec = TableSpec::new(
         key("velocity_m_s", Kind::Expressions(Variables::Coordinates), "velocity at the start")
             .or_else("0 along each axis"),
         key("start", Kind::Table(&START), "pressure at the start").or_else("`{ type = \"rest\" }`"),
-        key("cut_by_solids", Kind::Flag, "remove particles inside solids; if false, such particles are an error")
-            .or_flag(true),
-        key("cut_by_walls", Kind::Flag, "remove particles inside walls; if false, such particles are an error")
-            .or_flag(true),
+        key(
+            "cut_by_solids",
+            Kind::Flag,
+            "remove particles inside solids; if false, such particles are an error",
+        )
+        .or_flag(true),
+        key(
+            "cut_by_walls",
+            Kind::Flag,
+            "remove particles inside walls; if false, such particles are an error",
+        )
+        .or_flag(true),
         LAYOUT,
         LATTICE_ORIGIN,
         key(
@@ -71,45 +87,56 @@ static REGION: TableSpec = TableSpec::new(
 );
 
 /// Rows of `start`.
-static START: TableSpec = TableSpec::new("start", "Pressure and density at the start.", &[]).by(Variants::new(
-    "type",
-    "pressure at the start",
-    &[
-        Variant::new("rest", "no pressure, the rest density", &[]),
-        Variant::new(
-            "hydrostatic",
-            "in equilibrium under its weight; the rows are compressed as the pressure requires",
-            &[
-                key(
-                    "surface_m",
-                    Kind::Number(Allowed::FINITE),
-                    "height of the free surface, measured against gravity from the origin",
-                ),
-                key(
-                    "lattice",
-                    Kind::Word(&[
-                        ("consistent", "rows drawn together as the pressure requires: the water is at rest"),
-                        ("uniform", "the rows are kept, and the column oscillates"),
-                    ]),
-                    "where the rows lie",
-                )
-                .or_word("consistent"),
-            ],
-        ),
-        Variant::new("pressure", "the pressure of an expression", &[
-            key("pressure_pa", Kind::Expression(Variables::Coordinates), "pressure").or(0.0),
-            key(
-                "particle_mass",
-                Kind::Word(&[
-                    ("from-density", "the masses fill the lattice cells at the density of the pressure"),
-                    ("rest", "all particles have ρ₀ Δx², in space ρ₀ Δx³"),
-                ]),
-                "masses of the particles",
-            )
-            .or_word("from-density"),
-        ]),
-    ],
-));
+static START: TableSpec =
+    TableSpec::new("start", "Pressure and density at the start.", &[]).by(Variants::new(
+        "type",
+        "pressure at the start",
+        &[
+            Variant::new("rest", "no pressure, the rest density", &[]),
+            Variant::new(
+                "hydrostatic",
+                "in equilibrium under its weight; the rows are compressed as the pressure requires",
+                &[
+                    key(
+                        "surface_m",
+                        Kind::Number(Allowed::FINITE),
+                        "height of the free surface, measured against gravity from the origin",
+                    ),
+                    key(
+                        "lattice",
+                        Kind::Word(&[
+                            (
+                                "consistent",
+                                "rows drawn together as the pressure requires: the water is at rest",
+                            ),
+                            ("uniform", "the rows are kept, and the column oscillates"),
+                        ]),
+                        "where the rows lie",
+                    )
+                    .or_word("consistent"),
+                ],
+            ),
+            Variant::new(
+                "pressure",
+                "the pressure of an expression",
+                &[
+                    key("pressure_pa", Kind::Expression(Variables::Coordinates), "pressure").or(0.0),
+                    key(
+                        "particle_mass",
+                        Kind::Word(&[
+                            (
+                                "from-density",
+                                "the masses fill the lattice cells at the density of the pressure",
+                            ),
+                            ("rest", "all particles have ρ₀ Δx², in space ρ₀ Δx³"),
+                        ]),
+                        "masses of the particles",
+                    )
+                    .or_word("from-density"),
+                ],
+            ),
+        ],
+    ));
 
 /// `[fluid]`.
 #[derive(Clone, Debug, Serialize)]
@@ -179,10 +206,8 @@ impl DampingTable {
     /// Reads `damping`, which may be left out.
     pub fn read(parent: &mut Table<'_>) -> Option<Self> {
         let mut table = parent.optional_table("damping")?;
-        let read = Self {
-            rate_per_s: table.number("rate_per_s").value,
-            until_s: table.number("until_s").value,
-        };
+        let read =
+            Self { rate_per_s: table.number("rate_per_s").value, until_s: table.number("until_s").value };
         table.finish();
         Some(read)
     }

@@ -72,7 +72,10 @@ static ITERATE: TableSpec = TableSpec::new(
     &[
         key(
             "relaxation",
-            Kind::NumberOrWord(Allowed::FRACTION, &[("aitken", "a factor that follows from the last two updates")]),
+            Kind::NumberOrWord(
+                Allowed::FRACTION,
+                &[("aitken", "a factor that follows from the last two updates")],
+            ),
             "relaxation of the updates: a constant factor or a rule",
         )
         .or_word("aitken"),
@@ -100,18 +103,26 @@ pub static SERVERS: TableSpec = TableSpec::new(
     "servers",
     "Where the solvers come from, see docs/operation.md; by default the built-in ones are started.",
     &[
-        key("fluid_address", Kind::Text(ADDRESS), "address of a fluid server that already listens").or_else("none"),
-        key("solid_address", Kind::Text(ADDRESS), "address of a solid server that already listens").or_else("none"),
-        key("fluid_command", Kind::Texts(COMMAND), "program and arguments that start a fluid server").or_else("none"),
-        key("solid_command", Kind::Texts(COMMAND), "program and arguments that start a solid server").or_else("none"),
+        key("fluid_address", Kind::Text(ADDRESS), "address of a fluid server that already listens")
+            .or_else("none"),
+        key("solid_address", Kind::Text(ADDRESS), "address of a solid server that already listens")
+            .or_else("none"),
+        key("fluid_command", Kind::Texts(COMMAND), "program and arguments that start a fluid server")
+            .or_else("none"),
+        key("solid_command", Kind::Texts(COMMAND), "program and arguments that start a solid server")
+            .or_else("none"),
         key(
             "ca_file",
             Kind::Text(FILE),
             "certificates (PEM) of the authorities that must have signed those of servers with TLS",
         )
         .or_else("none"),
-        key("cert_file", Kind::Text(FILE), "certificate (PEM) to present to servers; with `key_file` and `ca_file`")
-            .or_else("none"),
+        key(
+            "cert_file",
+            Kind::Text(FILE),
+            "certificate (PEM) to present to servers; with `key_file` and `ca_file`",
+        )
+        .or_else("none"),
         key("key_file", Kind::Text(FILE), "private key (PEM) of `cert_file`").or_else("none"),
         key("token_file", Kind::Text(FILE), "text file with the access token of the servers").or_else("none"),
     ],

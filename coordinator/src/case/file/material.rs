@@ -95,23 +95,26 @@ impl YoungPoisson {
 }
 
 /// Rows of `formulation`.
-pub static FORMULATION: TableSpec = TableSpec::new("formulation", "How a body is discretised.", &[]).by(
-    Variants::new("type", "how the body is discretised", &[
-        Variant::new(
-            "total-lagrangian",
-            "deformation gradient and nominal stress in the reference configuration",
-            &[],
-        )
-        .with_set(SetSpec::of::<TotalLagrangian>(&[(
-            "artificial_viscosity_a",
-            "0.2 in a case with a fluid, else 0",
-        )])),
-        Variant::new("updated-lagrangian", "that of the source paper: Eq. (5)-(8), (17), (25)-(26)", &[])
-            .with_set(SetSpec::of::<UpdatedLagrangian>(&[("kernel_ratio", "that of `[solid]`")])),
-        Variant::new("rigid", "keeps its shape and takes no stress", &[]),
-    ])
-    .or_else("\"total-lagrangian\"; \"updated-lagrangian\" with the preset \"paper\""),
-);
+pub static FORMULATION: TableSpec =
+    TableSpec::new("formulation", "How a body is discretised.", &[]).by(Variants::new(
+        "type",
+        "how the body is discretised",
+        &[
+            Variant::new(
+                "total-lagrangian",
+                "deformation gradient and nominal stress in the reference configuration",
+                &[],
+            )
+            .with_set(SetSpec::of::<TotalLagrangian>(&[(
+                "artificial_viscosity_a",
+                "0.2 in a case with a fluid, else 0",
+            )])),
+            Variant::new("updated-lagrangian", "that of the source paper: Eq. (5)-(8), (17), (25)-(26)", &[])
+                .with_set(SetSpec::of::<UpdatedLagrangian>(&[("kernel_ratio", "that of `[solid]`")])),
+            Variant::new("rigid", "keeps its shape and takes no stress", &[]),
+        ],
+    )
+    .or_else("\"total-lagrangian\"; \"updated-lagrangian\" with the preset \"paper\""));
 
 /// `formulation`.
 #[derive(Clone, Debug, Serialize)]

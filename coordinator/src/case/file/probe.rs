@@ -62,7 +62,9 @@ impl ProbeTable {
         for argument in kind.value.1.arguments {
             let name = argument.name;
             let written = match argument.kind {
-                ArgumentKind::Number => Some(WrittenArgument::Number(table.number_within(name, &Allowed::FINITE))),
+                ArgumentKind::Number => {
+                    Some(WrittenArgument::Number(table.number_within(name, &Allowed::FINITE)))
+                }
                 ArgumentKind::Point => Some(WrittenArgument::Point(table.vector(name))),
                 ArgumentKind::Index => Some(WrittenArgument::Name(table.name(name))),
                 ArgumentKind::OptionalIndex => table.optional_name(name).map(WrittenArgument::Name),

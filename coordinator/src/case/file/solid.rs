@@ -36,10 +36,14 @@ pub static SOLID: TableSpec = TableSpec::new(
         DAMPING,
         key(
             "substeps",
-            Kind::CountOrWord(2, 10_000, &[
-                ("auto", "as many as the solid's stability limit requires"),
-                ("none", "the stage rule, Eq. (30)-(31)"),
-            ]),
+            Kind::CountOrWord(
+                2,
+                10_000,
+                &[
+                    ("auto", "as many as the solid's stability limit requires"),
+                    ("none", "the stage rule, Eq. (30)-(31)"),
+                ],
+            ),
             "sub-steps of the solids per step, an even number",
         )
         .or_else("\"auto\" with a total-Lagrangian body, else \"none\""),
@@ -84,9 +88,7 @@ impl SolidTable {
     /// Reads the table; the spacing is the fluid's unless it is written.
     pub fn read(mut table: Table<'_>, fluid: Option<&FluidTable>, preset: Preset) -> Self {
         let particle_spacing_m = match fluid {
-            Some(fluid) => {
-                table.number_or("particle_spacing_m", fluid.parameters.particle_spacing)
-            }
+            Some(fluid) => table.number_or("particle_spacing_m", fluid.parameters.particle_spacing),
             None => table.number("particle_spacing_m"),
         };
         let known_spacing = table.has("particle_spacing_m") || fluid.is_none_or(FluidTable::lattice_intact);

@@ -5,11 +5,11 @@ use sph::setup::{LoadLaw, Support};
 use sph::space::Space;
 
 use super::formula;
+use super::run::{AXIS_WORDS, MOTION};
 use super::run::{MotionTable, axes};
+use super::shape::SHAPE;
 use super::shape::ShapeTable;
 use crate::case::errors::CaseError;
-use super::run::{AXIS_WORDS, MOTION};
-use super::shape::SHAPE;
 use crate::case::reader::{Allowed, At, Choice, Coordinates, Table, Written};
 use crate::case::spec::{Kind, TableSpec, Variables, key};
 

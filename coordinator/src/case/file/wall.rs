@@ -5,11 +5,11 @@ use sph::setup::WallCondition;
 use sph::space::Space;
 
 use super::layout::Layout;
-use super::run::{MotionTable, Side, sides};
-use super::shape::ShapeTable;
 use super::layout::{LATTICE_ORIGIN, LAYOUT};
 use super::run::{MOTION, SIDE_WORDS};
+use super::run::{MotionTable, Side, sides};
 use super::shape::SHAPE;
+use super::shape::ShapeTable;
 use crate::case::reader::{At, Choice, Coordinates, Table};
 use crate::case::spec::{Kind, TableSpec, Variant, Variants, key};
 use sph::setup::Allowed;
@@ -34,25 +34,34 @@ pub static WALL: TableSpec = TableSpec::new(
         )
         .or_word("slip"),
         key("motion", Kind::Table(&MOTION), "prescribed motion").or_else("at rest"),
-        key("release_time_s", Kind::Number(Allowed::FINITE), "time at which the wall is removed").or_else("never"),
+        key("release_time_s", Kind::Number(Allowed::FINITE), "time at which the wall is removed")
+            .or_else("never"),
     ],
 )
-.by(Variants::new("type", "where the particles of the wall lie", &[
-    Variant::new("container", "layers around the outside of a shape", &[
-        key("shape", Kind::Table(&SHAPE), "inside of the container").or_else("the domain"),
-        key(
-            "open_sides",
-            Kind::SomeWords(SIDE_WORDS),
-            "sides without a wall; sides across a periodic direction are always open",
-        )
-        .or_else("`[]`"),
-    ]),
-    Variant::new("solid", "the outer layers inside a shape, at least three spacings thick", &[key(
-        "shape",
-        Kind::Table(&SHAPE),
-        "the wall itself",
-    )]),
-]));
+.by(Variants::new(
+    "type",
+    "where the particles of the wall lie",
+    &[
+        Variant::new(
+            "container",
+            "layers around the outside of a shape",
+            &[
+                key("shape", Kind::Table(&SHAPE), "inside of the container").or_else("the domain"),
+                key(
+                    "open_sides",
+                    Kind::SomeWords(SIDE_WORDS),
+                    "sides without a wall; sides across a periodic direction are always open",
+                )
+                .or_else("`[]`"),
+            ],
+        ),
+        Variant::new(
+            "solid",
+            "the outer layers inside a shape, at least three spacings thick",
+            &[key("shape", Kind::Table(&SHAPE), "the wall itself")],
+        ),
+    ],
+));
 
 /// `[[wall]]`.
 #[derive(Clone, Debug, Serialize)]

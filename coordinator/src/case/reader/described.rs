@@ -96,10 +96,11 @@ impl Table<'_> {
         let is_tag = self.spec.variants.is_some_and(|variants| variants.tag == key);
         let is_described = |word: &str| match is_tag {
             true => self.spec.has_variant(word),
-            false => self.words(key).iter().any(|(known, _)| *known == word),
+            false => self.described_words(key).iter().any(|(known, _)| *known == word),
         };
         // Lists of axes, sides and shapes are longer than those of one number of dimensions.
-        let is_whole = is_tag || self.is_of_dimensions(key) || self.words(key).len() == options.len();
+        let is_whole =
+            is_tag || self.is_of_dimensions(key) || self.described_words(key).len() == options.len();
         if !is_whole || !options.iter().all(|(word, _)| is_described(word)) {
             self.undescribed(key);
         }
@@ -109,7 +110,7 @@ impl Table<'_> {
         self.spec.row(key, self.variant).is_some_and(|row| matches!(row.kind, Kind::SomeWords(_)))
     }
 
-    fn words(&self, key: &str) -> Words {
+    fn described_words(&self, key: &str) -> Words {
         let words = self.picked(key, |kind| match kind {
             Kind::Word(words)
             | Kind::SomeWords(words)

@@ -11,7 +11,6 @@ use sph::space::tensors::SpaceVector;
 use super::point_text;
 use crate::case::errors::{CaseError, ErrorList, Place};
 use crate::case::file::fluid::{HydrostaticLattice, ParticleMass, StartTable};
-use crate::case::file::formula;
 use crate::case::reader::{At, Written, is_bounded};
 use crate::case::spec::Variables;
 

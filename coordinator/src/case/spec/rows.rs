@@ -95,7 +95,11 @@ impl Row {
 /// A number without needless digits: small and large ones with an exponent, which TOML can read.
 pub(super) fn number_text(number: f64) -> String {
     let magnitude = number.abs();
-    if magnitude != 0.0 && !(1e-3..1e6).contains(&magnitude) { format!("{number:e}") } else { number.to_string() }
+    if magnitude != 0.0 && !(1e-3..1e6).contains(&magnitude) {
+        format!("{number:e}")
+    } else {
+        number.to_string()
+    }
 }
 
 fn count_text(count: u64) -> String {
@@ -127,10 +131,10 @@ impl From<&KeySpec> for Row {
 
 impl From<&ArgumentSpec> for Row {
     fn from(argument: &ArgumentSpec) -> Self {
+        let name = argument.name;
         let about = match argument.kind {
-            ArgumentKind::Number => "a number",
-            ArgumentKind::Point => "a point",
-            ArgumentKind::Index | ArgumentKind::OptionalIndex => "the name of one",
+            ArgumentKind::Number | ArgumentKind::Point => format!("`{name}` of the kind of probe"),
+            ArgumentKind::Index | ArgumentKind::OptionalIndex => format!("name of the {name}"),
         };
         let (kind, fallback) = match argument.kind {
             ArgumentKind::Number => (Kind::Number(Allowed::FINITE), Fallback::Required),
@@ -138,8 +142,7 @@ impl From<&ArgumentSpec> for Row {
             ArgumentKind::Index => (Kind::Name, Fallback::Required),
             ArgumentKind::OptionalIndex => (Kind::Name, Fallback::Else("all")),
         };
-        let about = format!("`{}` of the probe: {about}", argument.name);
-        Self { key: argument.name, about, kind, fallback }
+        Self { key: name, about, kind, fallback }
     }
 }
 

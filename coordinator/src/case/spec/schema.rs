@@ -61,7 +61,8 @@ impl Definitions {
         let mut options: Vec<Value> =
             variants.rows.iter().map(|variant| self.variant(variants, &common, variant)).collect();
         for probe in variants.probes.iter().copied().flatten() {
-            let rows: Vec<Row> = common.iter().cloned().chain(probe.arguments.iter().map(Row::from)).collect();
+            let rows: Vec<Row> =
+                common.iter().cloned().chain(probe.arguments.iter().map(Row::from)).collect();
             let about = probe.meaning();
             options.push(self.tagged(variants, probe.word, &about, &rows, &[]));
         }
@@ -169,8 +170,7 @@ fn form(kind: Kind) -> Value {
         let words: Vec<&str> = words.iter().map(|(word, _)| *word).collect();
         json!({ "type": "string", "enum": words })
     };
-    let count =
-        |first: u64, last: u64| json!({ "type": "integer", "minimum": first, "maximum": last });
+    let count = |first: u64, last: u64| json!({ "type": "integer", "minimum": first, "maximum": last });
     let vector = json!({ "type": "array", "items": { "type": "number" }, "minItems": 2, "maxItems": 3 });
     let expression = json!({ "type": ["number", "string"] });
     match kind {

@@ -5,8 +5,16 @@ use crate::case::spec::{KeySpec, Kind, TableSpec, Variant, Variants, key};
 
 const CENTRE: KeySpec = key("centre_m", Kind::Vector, "centre");
 const ORIGIN: KeySpec = key("origin_m", Kind::Vector, "origin of the section's coordinates");
-const PARTS: KeySpec = key("parts", Kind::Tables(&SHAPE), "the shapes, at least one");
-const SECTION: KeySpec = key("section", Kind::Table(&SHAPE), "a shape of the plane");
+
+/// The shapes that are combined. A constant cannot name the table in which it stands.
+const fn parts(inner: &'static TableSpec) -> KeySpec {
+    key("parts", Kind::Tables(inner), "the shapes, at least one")
+}
+
+/// The shape of the plane that makes one in space.
+const fn section(inner: &'static TableSpec) -> KeySpec {
+    key("section", Kind::Table(inner), "a shape of the plane")
+}
 
 /// A length above 0.
 const fn length(name: &'static str, about: &'static str) -> KeySpec {
@@ -76,14 +84,14 @@ pub static SHAPE: TableSpec =
                     key("y_axis", Kind::Vector, "direction of y of the section, of any length")
                         .or_else("[0.0, 1.0, 0.0]"),
                     length("height_m", "height"),
-                    SECTION,
+                    section(&SHAPE),
                 ],
             ),
             Variant::new(
                 "revolution",
                 "a shape of the plane turned about an axis, in space: x of the section is the distance from the axis, y \
                  the height along it",
-                &[ORIGIN, key("axis", Kind::Vector, "direction of the axis, of any length"), SECTION],
+                &[ORIGIN, key("axis", Kind::Vector, "direction of the axis, of any length"), section(&SHAPE)],
             ),
             Variant::new("half-space", "what lies behind a plane, to cut other shapes by, in space", &[
                 key("point_m", Kind::Vector, "a point of the plane"),
@@ -129,8 +137,8 @@ pub static SHAPE: TableSpec =
                 )
                 .or_word("refuse"),
             ]),
-            Variant::new("union", "what lies in any of several shapes", &[PARTS]),
-            Variant::new("intersection", "what lies in all of several shapes, in space", &[PARTS]),
+            Variant::new("union", "what lies in any of several shapes", &[parts(&SHAPE)]),
+            Variant::new("intersection", "what lies in all of several shapes, in space", &[parts(&SHAPE)]),
             Variant::new("difference", "a shape without others", &[
                 key("from", Kind::Table(&SHAPE), "the shape that is cut"),
                 key("minus", Kind::Tables(&SHAPE), "the shapes that are taken away, at least one"),

@@ -9,6 +9,7 @@
 //! | [`resume`], [`replay`], [`check`], [`conform`] | the other commands |
 //! | [`page`] | the page that shows a run, in `report.html` and live |
 //! | [`messages`], [`failure`], [`quote`], [`brief`] | what is printed and returned |
+//! | [`new`] | case files to start from |
 //! | [`batch`] | many runs of one case, several at a time, kept when finished |
 //! | [`family`] | one case at several spacings, sound speeds and seeds |
 //! | [`sweep`], [`overlay`] | a case over values of its keys; finished runs side by side |
@@ -43,6 +44,7 @@ pub mod conform;
 pub mod failure;
 pub mod family;
 pub mod messages;
+pub mod new;
 pub mod overlay;
 pub mod page;
 pub mod quote;

@@ -22,6 +22,7 @@ mod scene;
 mod separation;
 mod setups;
 mod source;
+pub mod spec;
 mod steps;
 mod summary;
 #[cfg(test)]
@@ -151,7 +152,8 @@ fn read(source: Source, name: &str, directory: &Path, final_state: Loader<'_>) -
 fn build(source: &Source, directory: &Path, final_state: Loader<'_>, errors: &ErrorList) -> Option<Case> {
     let mut document = notation::parse(source.file(), errors)?;
     overrides::apply(source, document.get_mut(), errors);
-    let mut file = CaseFile::read(Table::root(document.get_ref(), source.text(), directory, errors));
+    let mut file =
+        CaseFile::read(Table::root(&file::CASE, document.get_ref(), source.text(), directory, errors));
     file.fill_in_defaults();
     names::check_unique(&file, errors);
     let scene = match file.domain.dimensions() {

@@ -11,12 +11,12 @@ use sph::space::tensors::SpaceVector;
 
 use super::errors::{CaseError, ErrorList, Place};
 use super::file::body::BodyTable;
-use super::file::formula;
 use super::file::material::FormulationTable;
 use super::file::run::MotionTable;
 use super::file::solid::{ContactTable, SubstepsKey, SubstepsWord};
 use super::reader::{At, Written, is_bounded};
 use super::scene::{Scene, expression_steps, point_text};
+use super::spec::Variables;
 use super::{Case, Server};
 use crate::quote::quoted;
 
@@ -250,7 +250,7 @@ fn has_values<S: Space>(
     errors: &ErrorList,
 ) -> bool {
     let Written::Text(text) = &written.value else { return true };
-    let variables = formula::coordinates_and_time(S::DIMENSIONS);
+    let variables = Variables::CoordinatesAndTime.names(S::DIMENSIONS);
     let Ok(expression) = Expression::parse(text, variables) else { return true };
     let varies = (0..S::DIMENSIONS).any(|axis| expression.uses(axis));
     let positions = if varies { positions } else { positions.get(..1).unwrap_or_default() };

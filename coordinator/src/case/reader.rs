@@ -1,20 +1,22 @@
 //! Typed reading of TOML tables that collects every error instead of stopping at the first.
 //!
 //! A key that was asked for is known; [`Table::finish`] reports the others. A value that is missing or wrong is
-//! reported and replaced by a fallback, so that reading continues; nothing is built from such a table later.
+//! reported and replaced by a fallback, so that reading continues; nothing is built from such a table later. Ranges,
+//! words and defaults come from the rows of the table, see [`spec`](super::spec).
 
 mod coordinates;
+mod described;
 mod lists;
 mod parameters;
 mod text;
 mod value;
 
-use std::ops::Range;
 use std::path::Path;
 
 use toml::de::{DeTable, DeValue};
 
 use super::errors::{CaseError, ErrorList, Place, suggest, suggestion};
+use super::spec::{Fallback, TableSpec};
 pub use coordinates::Coordinates;
 pub use parameters::Parameters;
 pub use sph::setup::Allowed;
@@ -31,6 +33,9 @@ pub struct Table<'t> {
     /// Folder of the case file, against which file names are resolved.
     pub directory: &'t Path,
     source: &'t str,
+    spec: &'static TableSpec,
+    /// Word of the table on which the meaning of its keys depends.
+    variant: Option<&'static str>,
     entries: Option<&'t DeTable<'t>>,
     place: Place,
     known: Vec<&'static str>,
@@ -42,8 +47,9 @@ pub struct Table<'t> {
 }
 
 impl<'t> Table<'t> {
-    /// The whole file.
+    /// The whole file, whose rows are `spec`.
     pub fn root(
+        spec: &'static TableSpec,
         entries: &'t DeTable<'t>,
         source: &'t str,
         directory: &'t Path,
@@ -51,22 +57,14 @@ impl<'t> Table<'t> {
     ) -> Self {
         // A missing key of the file itself is shown at its start.
         let place = Place { key: String::new(), span: Some(0..0) };
-        Self::at(errors, directory, source, Some(entries), place)
-    }
-
-    fn at(
-        errors: &'t ErrorList,
-        directory: &'t Path,
-        source: &'t str,
-        entries: Option<&'t DeTable<'t>>,
-        place: Place,
-    ) -> Self {
         Self {
             errors,
             dimensions: 2,
             directory,
             source,
-            entries,
+            spec,
+            variant: None,
+            entries: Some(entries),
             place,
             known: Vec::new(),
             missing: Vec::new(),
@@ -75,9 +73,18 @@ impl<'t> Table<'t> {
         }
     }
 
-    fn child(&self, entries: Option<&'t DeTable<'t>>, place: Place) -> Self {
-        let child = Self::at(self.errors, self.directory, self.source, entries, place);
-        Self { dimensions: self.dimensions, ..child }
+    fn child(&self, spec: &'static TableSpec, entries: Option<&'t DeTable<'t>>, place: Place) -> Self {
+        Self {
+            spec,
+            variant: None,
+            entries,
+            place,
+            known: Vec::new(),
+            missing: Vec::new(),
+            errors_before: None,
+            abandoned: None,
+            ..*self
+        }
     }
 
     /// Where the table stands.
@@ -119,6 +126,7 @@ impl<'t> Table<'t> {
     fn take(&mut self, key: &'static str) -> Option<(&'t DeValue<'t>, Place)> {
         self.known.push(key);
         self.errors_before.get_or_insert(self.errors.count());
+        self.check_described(key);
         let value = self.entries?.get(key)?;
         Some((value.get_ref(), Place { key: join(&self.place.key, key), span: Some(value.span()) }))
     }
@@ -141,20 +149,35 @@ impl<'t> Table<'t> {
         At { value: found.unwrap_or(default), place: self.place_of(key) }
     }
 
-    /// A number that must be written.
-    pub fn number(&mut self, key: &'static str, allowed: &Allowed) -> At<f64> {
+    /// A number that must be written or has a constant default.
+    pub fn number(&mut self, key: &'static str) -> At<f64> {
+        let allowed = self.range(key);
+        if let Fallback::Number(default) = self.fallback(key) {
+            let found = self.optional_number_in(key, &allowed);
+            return self.or_default(key, found, default);
+        }
+        self.number_within(key, &allowed)
+    }
+
+    /// A number of a range that must be written.
+    pub fn number_within(&mut self, key: &'static str, allowed: &Allowed) -> At<f64> {
         let found = self.demand(key).and_then(|(value, place)| self.as_number(value, &place, allowed));
         self.or_default(key, found, allowed.fallback())
     }
 
-    /// A number with a default.
-    pub fn number_or(&mut self, key: &'static str, allowed: &Allowed, default: f64) -> At<f64> {
-        let found = self.optional_number(key, allowed);
+    /// A number with a default that depends on other values.
+    pub fn number_or(&mut self, key: &'static str, default: f64) -> At<f64> {
+        let found = self.optional_number(key);
         self.or_default(key, found, default)
     }
 
     /// A number that may be left out.
-    pub fn optional_number(&mut self, key: &'static str, allowed: &Allowed) -> Option<f64> {
+    pub fn optional_number(&mut self, key: &'static str) -> Option<f64> {
+        let allowed = self.range(key);
+        self.optional_number_in(key, &allowed)
+    }
+
+    fn optional_number_in(&mut self, key: &'static str, allowed: &Allowed) -> Option<f64> {
         let (value, place) = self.take(key)?;
         self.as_number(value, &place, allowed)
     }
@@ -178,22 +201,28 @@ impl<'t> Table<'t> {
         Some(number)
     }
 
-    /// A whole number with a default.
-    pub fn count_or(&mut self, key: &'static str, allowed: Range<u64>, default: u64) -> At<u64> {
-        let found = self.optional_count(key, allowed);
+    /// A whole number with a constant default.
+    pub fn count(&mut self, key: &'static str) -> At<u64> {
+        let found = self.optional_count(key);
+        let default = if let Fallback::Count(default) = self.fallback(key) { default } else { 0 };
         self.or_default(key, found, default)
     }
 
     /// A whole number that may be left out.
-    pub fn optional_count(&mut self, key: &'static str, allowed: Range<u64>) -> Option<u64> {
+    pub fn optional_count(&mut self, key: &'static str) -> Option<u64> {
+        let (first, last) = self.count_range(key);
+        self.optional_count_in(key, first, last)
+    }
+
+    fn optional_count_in(&mut self, key: &'static str, first: u64, last: u64) -> Option<u64> {
         let (value, place) = self.take(key)?;
         let number = match value {
             DeValue::Integer(integer) => u64::from_str_radix(integer.as_str(), integer.radix()).ok(),
             _ => None,
         };
-        let number = number.filter(|number| allowed.contains(number));
+        let number = number.filter(|number| (first..=last).contains(number));
         if number.is_none() {
-            let words = format!("a whole number from {} to {}", allowed.start, allowed.end - 1);
+            let words = format!("a whole number from {first} to {last}");
             self.error(CaseError::new(&place, "out of range").value(self.written(&place)).allowed(words));
         }
         number
@@ -203,29 +232,25 @@ impl<'t> Table<'t> {
     pub fn optional_count_or_word<T: Clone>(
         &mut self,
         key: &'static str,
-        allowed: Range<u64>,
         options: &[(&'static str, T)],
     ) -> Option<Result<u64, Choice<T>>> {
         if !self.is_text(key) {
-            return self.optional_count(key, allowed).map(Ok);
+            return self.optional_count(key).map(Ok);
         }
-        let (value, place) = self.take(key)?;
-        self.as_choice(value, place, options).map(Err)
+        self.optional_choice(key, options).map(Err)
     }
 
-    /// A number or one of a list of words, of which the first is the default.
+    /// A number or one of a list of words, of which one is the default.
     pub fn number_or_word<T: Clone>(
         &mut self,
         key: &'static str,
-        allowed: &Allowed,
         options: &[(&'static str, T)],
     ) -> Result<f64, Choice<T>> {
         if self.is_text(key) {
-            return Err(self.choice_or_first(key, options));
+            return Err(self.choice_or_default(key, options));
         }
-        let (word, value) = &options[0];
-        let default = Choice { word, value: value.clone(), place: self.place_of(key) };
-        self.optional_number(key, allowed).ok_or(default)
+        let default = self.default_choice(key, options);
+        self.optional_number(key).ok_or(default)
     }
 
     fn is_text(&self, key: &str) -> bool {

@@ -4,6 +4,7 @@ mod check;
 mod conform;
 mod converge;
 mod many;
+mod new;
 mod node;
 mod options;
 mod overlay;
@@ -11,6 +12,7 @@ mod replay;
 mod report;
 mod resume;
 mod run;
+mod schema;
 mod security;
 mod set;
 mod setting_up;
@@ -30,12 +32,14 @@ use terminal::style::{Style, Tone};
 use self::check::CheckArguments;
 use self::conform::ConformArguments;
 use self::converge::{ConvergeArguments, EnsembleArguments};
+use self::new::NewArguments;
 use self::node::GuardArguments;
 use self::overlay::OverlayArguments;
 use self::replay::{CompareArguments, ReplayArguments};
 use self::report::ReportArguments;
 use self::resume::ResumeArguments;
 use self::run::RunArguments;
+use self::schema::SchemaArguments;
 use self::setting_up::{CompletionsArguments, ManArguments};
 use self::sweep::SweepArguments;
 use self::view::ViewArguments;
@@ -67,6 +71,15 @@ enum Command {
     /// The results are bit-identical to those of a run that was not stopped. Servers come from where the case says; thread
     /// counts and addresses may differ.
     Resume(ResumeArguments),
+    /// Write a case file to start from, commented and ready to run
+    ///
+    /// Asks on a terminal, or takes `--template NAME`. Beside the case it writes case.schema.json, by which editors complete
+    /// and explain keys. Nothing is overwritten.
+    New(NewArguments),
+    /// Print the JSON Schema of case files
+    ///
+    /// Editors complete, explain and check keys by it.
+    Schema(SchemaArguments),
     /// Check a case without running it: verdict, cost, warnings
     ///
     /// Reports all errors of the file at once, or in six lines what a run would be and cost, and what deserves a second look.
@@ -182,6 +195,8 @@ pub fn main(name: &'static str) -> ExitCode {
         Command::Run(arguments) => arguments.execute(),
         Command::Resume(arguments) => arguments.execute(),
         Command::Check(arguments) => arguments.execute(),
+        Command::New(arguments) => arguments.execute(),
+        Command::Schema(arguments) => arguments.execute(),
         Command::Sweep(arguments) => arguments.execute(),
         Command::Converge(arguments) => arguments.execute(),
         Command::Ensemble(arguments) => arguments.execute(),

@@ -67,6 +67,11 @@ impl Allowed {
         Self { lowest, highest, includes, words }
     }
 
+    /// Whether the lowest and the highest number are of the range.
+    pub const fn includes(&self) -> (bool, bool) {
+        self.includes
+    }
+
     /// Whether `value` lies in the range.
     pub fn holds(&self, value: f64) -> bool {
         let (low, high) = self.includes;

@@ -197,10 +197,15 @@ pub struct LedgerPolicy {
     pub momentum_tolerance: f64,
 }
 
-impl Default for LedgerPolicy {
+impl LedgerPolicy {
     /// Stop at 1e-12 of gross: round-off of sums of some 10⁴ pair forces is near 1e-14.
+    pub const DEFAULT: Self =
+        Self { action: BreachAction::Stop, balance_tolerance: 1e-12, momentum_tolerance: 1e-12 };
+}
+
+impl Default for LedgerPolicy {
     fn default() -> Self {
-        Self { action: BreachAction::Stop, balance_tolerance: 1e-12, momentum_tolerance: 1e-12 }
+        Self::DEFAULT
     }
 }
 

@@ -6,10 +6,46 @@ use sph::space::components::Components;
 
 use super::formula;
 use super::layout::Layout;
+use super::layout::{LATTICE_ORIGIN, LAYOUT};
 use super::material::{BodyDefaults, FormulationTable, MaterialTable};
+use super::material::{FORMULATION, MATERIAL};
+use super::shape::SHAPE;
 use super::shape::ShapeTable;
+use super::support::{LOAD, SUPPORT};
 use super::support::{LoadTable, SupportTable};
-use crate::case::reader::{Allowed, At, Choice, Coordinates, Table, Written};
+use crate::case::reader::{At, Choice, Coordinates, Table, Written};
+use crate::case::spec::{Kind, TableSpec, Variables, key};
+
+/// Rows of `[[solid.body]]`.
+pub static BODY: TableSpec = TableSpec::new(
+    "body",
+    "One body.",
+    &[
+        key("name", Kind::Name, "name of the body"),
+        key("shape", Kind::Table(&SHAPE), "the body as it is at the start, undeformed"),
+        key("material", Kind::Table(&MATERIAL), "density and elastic constants"),
+        key("formulation", Kind::Table(&FORMULATION), "how the body is discretised")
+            .or_else("total-lagrangian; updated-lagrangian with the preset `paper`"),
+        key("velocity_m_s", Kind::Expressions(Variables::Coordinates), "velocity at the start")
+            .or_else("0 along each axis"),
+        key(
+            SpinKey::KEY,
+            Kind::Spin,
+            "rotation at the start about the centre of mass, or about the pivot of a support, added to the velocity",
+        )
+        .or_else("none"),
+        LAYOUT,
+        LATTICE_ORIGIN,
+        key(
+            "acceleration_m_s2",
+            Kind::Expressions(Variables::CoordinatesAndTime),
+            "acceleration of this body only, in addition to `[body_force]`",
+        )
+        .or_else("none"),
+        key("support", Kind::Tables(&SUPPORT), "parts that are held or moved, or a pivot").or_else("none"),
+        key("load", Kind::Tables(&LOAD), "loads on its surface").or_else("none"),
+    ],
+);
 
 /// `[[solid.body]]`.
 #[derive(Clone, Debug, Serialize)]
@@ -45,17 +81,12 @@ impl BodyTable {
         let material = MaterialTable::read(&mut table);
         let formulation = FormulationTable::read(table.table_or_empty("formulation"), defaults);
         let dimensions = table.dimensions;
-        let velocity_m_s =
-            formula::read_components(&mut table, "velocity_m_s", formula::coordinates(dimensions))
-                .unwrap_or_else(|| formula::zeros(dimensions, &table.place_of("velocity_m_s")));
+        let velocity_m_s = formula::read_components(&mut table, "velocity_m_s")
+            .unwrap_or_else(|| formula::zeros(dimensions, &table.place_of("velocity_m_s")));
         let rotation_speed_rad_s = SpinKey::read(&mut table);
         let layout = Layout::read(&mut table);
         let lattice_origin_m = table.optional_vector("lattice_origin_m");
-        let acceleration_m_s2 = formula::read_components(
-            &mut table,
-            "acceleration_m_s2",
-            formula::coordinates_and_time(dimensions),
-        );
+        let acceleration_m_s2 = formula::read_components(&mut table, "acceleration_m_s2");
         let supports = table.tables("support").into_iter().map(SupportTable::read).collect();
         let loads = table.tables("load").into_iter().map(LoadTable::read).collect();
         Self {
@@ -97,7 +128,7 @@ impl SpinKey {
 
     fn read(table: &mut Table<'_>) -> Self {
         match table.dimensions {
-            2 => Self::Plane(table.number_or(Self::KEY, &Allowed::FINITE, 0.0).value),
+            2 => Self::Plane(table.number_or(Self::KEY, 0.0).value),
             dimensions => {
                 Self::Spatial(table.vector_or(Self::KEY, Coordinates::repeat(dimensions, 0.0)).value)
             }

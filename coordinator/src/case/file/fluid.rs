@@ -4,10 +4,139 @@ use serde::Serialize;
 use sph::setup::{Contradiction, Damping, FluidParameters};
 
 use super::layout::Layout;
+use super::layout::{LATTICE_ORIGIN, LAYOUT};
+use super::member::LARGEST_SEED;
+use super::shape::SHAPE;
 use super::shape::ShapeTable;
 use super::{Preset, formula};
 use crate::case::errors::CaseError;
 use crate::case::reader::{Allowed, At, Choice, Coordinates, Parameters, Table, Written};
+use crate::case::spec::{KeySpec, Kind, SetSpec, TableSpec, Variables, Variant, Variants, key};
+
+/// Rows of `[fluid]`.
+pub static FLUID: TableSpec = TableSpec::new(
+    "fluid",
+    "The fluid: its parameters and where it is at the start.",
+    &[
+        DAMPING,
+        key("region", Kind::Tables(&REGION), "water at the start, a table for each part of it")
+            .or_else("none"),
+    ],
+)
+.with_set(SetSpec::of::<FluidParameters>(&[
+    (
+        "acoustic_relaxation",
+        "as much as steps leave room for: up to 1 with fixed steps, 0.25 with adaptive ones",
+    ),
+    (
+        "acoustic_relaxation_time_s",
+        "V/(2 S c₀), of the volume V and the area S of the faces of the fluid at the start",
+    ),
+    ("tension_limit_pa", "the tension at 0.9 ρ₀"),
+]));
+
+/// Row of `damping`.
+pub const DAMPING: KeySpec =
+    key("damping", Kind::Table(&DAMPING_TABLE), "acceleration −k v on all free particles until a time")
+        .or_else("none");
+
+static DAMPING_TABLE: TableSpec = TableSpec::new(
+    "damping",
+    "Acceleration −k v on all free particles until a time, to reach a state of rest.",
+    &[
+        key("rate_per_s", Kind::Number(Allowed::POSITIVE), "rate k"),
+        key("until_s", Kind::Number(Allowed::FINITE), "time at which it ends"),
+    ],
+);
+
+// Beyond half a spacing particles would change places.
+const DISPLACEMENT: Allowed = Allowed::new(0.0, 0.5, (true, false), "a number from 0 to below 0.5");
+
+/// Rows of `[[fluid.region]]`.
+static REGION: TableSpec = TableSpec::new(
+    "region",
+    "Water at the start.",
+    &[
+        key("name", Kind::Name, "name of the region"),
+        key("shape", Kind::Table(&SHAPE), "where the water is"),
+        key("velocity_m_s", Kind::Expressions(Variables::Coordinates), "velocity at the start")
+            .or_else("0 along each axis"),
+        key("start", Kind::Table(&START), "pressure at the start").or_else("`{ type = \"rest\" }`"),
+        key(
+            "cut_by_solids",
+            Kind::Flag,
+            "remove particles inside solids; if false, such particles are an error",
+        )
+        .or_flag(true),
+        key(
+            "cut_by_walls",
+            Kind::Flag,
+            "remove particles inside walls; if false, such particles are an error",
+        )
+        .or_flag(true),
+        LAYOUT,
+        LATTICE_ORIGIN,
+        key(
+            "displacement_fraction",
+            Kind::Number(DISPLACEMENT),
+            "random displacement of the particles along each axis, at most this fraction of Δx",
+        )
+        .or(0.0),
+        key("displacement_seed", Kind::Count(0, LARGEST_SEED), "seed of the displacement").or_count(1),
+    ],
+);
+
+/// Rows of `start`.
+static START: TableSpec =
+    TableSpec::new("start", "Pressure and density at the start.", &[]).by(Variants::new(
+        "type",
+        "pressure at the start",
+        &[
+            Variant::new("rest", "no pressure, the rest density", &[]),
+            Variant::new(
+                "hydrostatic",
+                "in equilibrium under its weight; the rows are compressed as the pressure requires",
+                &[
+                    key(
+                        "surface_m",
+                        Kind::Number(Allowed::FINITE),
+                        "height of the free surface, measured against gravity from the origin",
+                    ),
+                    key(
+                        "lattice",
+                        Kind::Word(&[
+                            (
+                                "consistent",
+                                "rows drawn together as the pressure requires: the water is at rest",
+                            ),
+                            ("uniform", "the rows are kept, and the column oscillates"),
+                        ]),
+                        "where the rows lie",
+                    )
+                    .or_word("consistent"),
+                ],
+            ),
+            Variant::new(
+                "pressure",
+                "the pressure of an expression",
+                &[
+                    key("pressure_pa", Kind::Expression(Variables::Coordinates), "pressure").or(0.0),
+                    key(
+                        "particle_mass",
+                        Kind::Word(&[
+                            (
+                                "from-density",
+                                "the masses fill the lattice cells at the density of the pressure",
+                            ),
+                            ("rest", "all particles have ρ₀ Δx², in space ρ₀ Δx³"),
+                        ]),
+                        "masses of the particles",
+                    )
+                    .or_word("from-density"),
+                ],
+            ),
+        ],
+    ));
 
 /// `[fluid]`.
 #[derive(Clone, Debug, Serialize)]
@@ -77,10 +206,8 @@ impl DampingTable {
     /// Reads `damping`, which may be left out.
     pub fn read(parent: &mut Table<'_>) -> Option<Self> {
         let mut table = parent.optional_table("damping")?;
-        let read = Self {
-            rate_per_s: table.number("rate_per_s", &Allowed::POSITIVE).value,
-            until_s: table.number("until_s", &Allowed::FINITE).value,
-        };
+        let read =
+            Self { rate_per_s: table.number("rate_per_s").value, until_s: table.number("until_s").value };
         table.finish();
         Some(read)
     }
@@ -158,21 +285,18 @@ enum StartKind {
 
 impl RegionTable {
     fn read(mut table: Table<'_>) -> Self {
-        // Beyond half a spacing particles would change places.
-        const DISPLACEMENT: Allowed = Allowed::new(0.0, 0.5, (true, false), "a number from 0 to below 0.5");
         let name = table.name("name");
         let shape = ShapeTable::read(&mut table, "shape");
-        let (dimensions, variables) = (table.dimensions, formula::coordinates(table.dimensions));
-        let velocity_m_s = formula::read_components(&mut table, "velocity_m_s", variables)
+        let dimensions = table.dimensions;
+        let velocity_m_s = formula::read_components(&mut table, "velocity_m_s")
             .unwrap_or_else(|| formula::zeros(dimensions, &table.place_of("velocity_m_s")));
         let start = StartTable::read(&mut table);
-        let cut_by_solids = table.flag_or("cut_by_solids", true);
-        let cut_by_walls = table.flag_or("cut_by_walls", true);
+        let cut_by_solids = table.flag("cut_by_solids");
+        let cut_by_walls = table.flag("cut_by_walls");
         let layout = Layout::read(&mut table);
         let lattice_origin_m = table.optional_vector("lattice_origin_m");
-        let displacement_fraction = table.number_or("displacement_fraction", &DISPLACEMENT, 0.0).value;
-        // TOML integers have 63 bits.
-        let displacement_seed = table.count_or("displacement_seed", 0..1 << 62, 1).value;
+        let displacement_fraction = table.number("displacement_fraction").value;
+        let displacement_seed = table.count("displacement_seed").value;
         Self {
             name,
             shape,
@@ -197,11 +321,10 @@ impl StartTable {
             ("hydrostatic", StartKind::Hydrostatic),
             ("pressure", StartKind::Pressure),
         ];
-        let variables = formula::coordinates(table.dimensions);
         let read = match table.choice("type", &kinds).map(|choice| choice.value) {
             Some(StartKind::Hydrostatic) => Self::Hydrostatic {
-                surface_m: table.number("surface_m", &Allowed::FINITE).value,
-                lattice: table.choice_or_first(
+                surface_m: table.number("surface_m").value,
+                lattice: table.choice_or_default(
                     "lattice",
                     &[
                         ("consistent", HydrostaticLattice::Consistent),
@@ -210,8 +333,8 @@ impl StartTable {
                 ),
             },
             Some(StartKind::Pressure) => Self::Pressure {
-                pressure_pa: formula::read(&mut table, "pressure_pa", variables),
-                particle_mass: table.choice_or_first(
+                pressure_pa: formula::read(&mut table, "pressure_pa"),
+                particle_mass: table.choice_or_default(
                     "particle_mass",
                     &[("from-density", ParticleMass::FromDensity), ("rest", ParticleMass::Rest)],
                 ),

@@ -7,7 +7,8 @@ use crate::case::errors::{CaseError, Place};
 use crate::case::reader::{At, Table, Written};
 
 /// Checks the expression; the error points at the character.
-fn check(table: &Table<'_>, written: &At<Written>, variables: &[&str]) {
+fn check(table: &Table<'_>, key: &str, written: &At<Written>) {
+    let variables = table.variables(key);
     let Written::Text(text) = &written.value else { return };
     if let Err(error) = Expression::parse(text, variables) {
         let mut place = written.place.clone();
@@ -24,21 +25,17 @@ fn check(table: &Table<'_>, written: &At<Written>, variables: &[&str]) {
 }
 
 /// A checked expression under `key`, or the number 0.
-pub fn read(table: &mut Table<'_>, key: &'static str, variables: &[&str]) -> At<Written> {
+pub fn read(table: &mut Table<'_>, key: &'static str) -> At<Written> {
     let zero = At { value: Written::Number(0.0), place: table.place_of(key) };
     let written = table.optional_written(key).unwrap_or(zero);
-    check(table, &written, variables);
+    check(table, key, &written);
     written
 }
 
 /// Checked expressions under `key`, one for each axis, if written.
-pub fn read_components(
-    table: &mut Table<'_>,
-    key: &'static str,
-    variables: &[&str],
-) -> Option<Vec<At<Written>>> {
+pub fn read_components(table: &mut Table<'_>, key: &'static str) -> Option<Vec<At<Written>>> {
     let components = table.optional_written_components(key)?;
-    components.iter().for_each(|written| check(table, written, variables));
+    components.iter().for_each(|written| check(table, key, written));
     Some(components)
 }
 
@@ -50,14 +47,4 @@ pub fn zeros(dimensions: usize, place: &Place) -> Vec<At<Written>> {
 /// The texts of expressions in the space of the case; zeros where there are too few.
 pub fn texts<S: Space>(components: &[At<Written>]) -> S::PerAxis<String> {
     S::per_axis(|axis| components.get(axis).map_or_else(|| "0".to_owned(), |written| written.value.text()))
-}
-
-/// Variables of an expression of the coordinates in a case of `dimensions` dimensions.
-pub fn coordinates(dimensions: usize) -> &'static [&'static str] {
-    if dimensions == 2 { &["x", "y"] } else { &["x", "y", "z"] }
-}
-
-/// The same with the time.
-pub fn coordinates_and_time(dimensions: usize) -> &'static [&'static str] {
-    if dimensions == 2 { &["x", "y", "t"] } else { &["x", "y", "z", "t"] }
 }

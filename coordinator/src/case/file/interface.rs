@@ -9,6 +9,128 @@ use sph::setup::{CouplingKind, ImplicitCoupling, InterfaceLaw, NonConvergence, R
 use super::Preset;
 use crate::case::errors::CaseError;
 use crate::case::reader::{Allowed, Choice, Table};
+use crate::case::spec::{Kind, TableSpec, key};
+
+const MARGIN: Allowed = Allowed::new(0.0, 20.0, (false, true), "a number above 0 and at most 20");
+const TOLERANCE: Allowed = Allowed::new(0.0, 1.0, (false, false), "a number above 0 and below 1");
+
+/// Rows of `[interface]`.
+pub static INTERFACE: TableSpec = TableSpec::new(
+    "interface",
+    "How fluid and solids act on each other.",
+    &[
+        key(
+            "law",
+            Kind::Word(&[
+                ("wall", "a solid is a wall along which the fluid slides"),
+                ("wall-no-slip", "the fluid has the velocity of the solid at its face"),
+                ("plain-sum", "one sum over all particles, as in the source paper"),
+            ]),
+            "pair law between fluid and solids",
+        )
+        .or_else("\"wall\"; \"plain-sum\" with the preset \"paper\""),
+        key(
+            "kind",
+            Kind::Word(&[
+                ("states", "both sides evaluate the pair law"),
+                ("loads", "the solid sends coupling points and receives the force on each; with wall laws only"),
+            ]),
+            "what the solid sends and receives",
+        )
+        .or_else("states if both servers offer it, else loads; loads with `iterate`"),
+        key("iterate", Kind::Table(&ITERATE), "implicit coupling, for which `iterate = {}` suffices; implies loads")
+            .or_else("explicit coupling"),
+        key(
+            "path",
+            Kind::Word(&[
+                ("direct", "from one server to the other"),
+                ("relay", "through the coordinator; the results have the same bits"),
+            ]),
+            "path of the half-step frames",
+        )
+        .or_word("direct"),
+        key(
+            "repulsion",
+            Kind::Number(Allowed::NOT_NEGATIVE),
+            "coefficient of the repulsion of fluid particles lower than 0.6 Δx over the outer row of a solid, in the wall \
+             laws; 0 switches it off",
+        )
+        .or(1.0),
+        key(
+            "margin_spacings",
+            Kind::Number(MARGIN),
+            "margin beyond the support radius up to which interface particles are sent",
+        )
+        .or(1.0),
+    ],
+);
+
+/// Rows of `iterate`.
+static ITERATE: TableSpec = TableSpec::new(
+    "iterate",
+    "Implicit coupling: half-steps are repeated until the forces on each body agree with those that moved it.",
+    &[
+        key(
+            "relaxation",
+            Kind::NumberOrWord(
+                Allowed::FRACTION,
+                &[("aitken", "a factor that follows from the last two updates")],
+            ),
+            "relaxation of the updates: a constant factor or a rule",
+        )
+        .or_word("aitken"),
+        key(
+            "tolerance",
+            Kind::Number(TOLERANCE),
+            "convergence tolerance, relative to the sum of magnitudes of the forces on a body",
+        )
+        .or(1e-6),
+        key("limit", Kind::Count(1, 1000), "largest number of updates in a half-step").or_count(50),
+        key(
+            "unsettled",
+            Kind::Word(&[
+                ("stop", "the run ends"),
+                ("accept", "the run continues and counts it in `summary.json`"),
+            ]),
+            "effect of a half-step that has not converged at the limit",
+        )
+        .or_word("stop"),
+    ],
+);
+
+/// Rows of `[servers]`.
+pub static SERVERS: TableSpec = TableSpec::new(
+    "servers",
+    "Where the solvers come from, see docs/operation.md; by default the built-in ones are started.",
+    &[
+        key("fluid_address", Kind::Text(ADDRESS), "address of a fluid server that already listens")
+            .or_else("none"),
+        key("solid_address", Kind::Text(ADDRESS), "address of a solid server that already listens")
+            .or_else("none"),
+        key("fluid_command", Kind::Texts(COMMAND), "program and arguments that start a fluid server")
+            .or_else("none"),
+        key("solid_command", Kind::Texts(COMMAND), "program and arguments that start a solid server")
+            .or_else("none"),
+        key(
+            "ca_file",
+            Kind::Text(FILE),
+            "certificates (PEM) of the authorities that must have signed those of servers with TLS",
+        )
+        .or_else("none"),
+        key(
+            "cert_file",
+            Kind::Text(FILE),
+            "certificate (PEM) to present to servers; with `key_file` and `ca_file`",
+        )
+        .or_else("none"),
+        key("key_file", Kind::Text(FILE), "private key (PEM) of `cert_file`").or_else("none"),
+        key("token_file", Kind::Text(FILE), "text file with the access token of the servers").or_else("none"),
+    ],
+);
+
+const ADDRESS: &str = "HOST:PORT, such as \"127.0.0.1:7001\", or https://HOST:PORT";
+const COMMAND: &str = "a program and its arguments, such as [\"python3\", \"solver.py\"]";
+const FILE: &str = "the path of a regular file, from the folder of the case";
 
 /// Way of the half-step frames between the solvers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -68,11 +190,10 @@ impl InterfaceTable {
             ("wall-no-slip", InterfaceLaw::WallNoSlip),
             ("plain-sum", InterfaceLaw::PlainSum),
         ];
-        const MARGIN: Allowed = Allowed::new(0.0, 20.0, (false, true), "a number above 0 and at most 20");
         const PATHS: [(&str, FramePath); 2] = [("direct", FramePath::Direct), ("relay", FramePath::Relay)];
         let default = if preset == Preset::Paper { InterfaceLaw::PlainSum } else { InterfaceLaw::Wall };
         let law = table.choice_or("law", &LAWS, default);
-        let path = table.choice_or_first("path", &PATHS);
+        let path = table.choice_or_default("path", &PATHS);
         let kind = read_kind(&mut table, law.value);
         let iterate = table.has("iterate").then(|| IterateTable::read(table.table_or_empty("iterate")));
         check_iterated(&table, kind.as_ref(), law.value, iterate.is_some());
@@ -81,8 +202,8 @@ impl InterfaceTable {
             law,
             kind,
             path,
-            repulsion: repels.then(|| table.number_or("repulsion", &Allowed::NOT_NEGATIVE, 1.0).value),
-            margin_spacings: table.number_or("margin_spacings", &MARGIN, 1.0).value,
+            repulsion: repels.then(|| table.number("repulsion").value),
+            margin_spacings: table.number("margin_spacings").value,
             iterate,
         };
         table.finish();
@@ -122,13 +243,12 @@ impl IterateTable {
     fn read(mut table: Table<'_>) -> Self {
         const UNSETTLED: [(&str, NonConvergence); 2] =
             [("stop", NonConvergence::Stop), ("accept", NonConvergence::Accept)];
-        const TOLERANCE: Allowed = Allowed::new(0.0, 1.0, (false, false), "a number above 0 and below 1");
-        let relaxation = table.number_or_word("relaxation", &Allowed::FRACTION, &[("aitken", ())]);
+        let relaxation = table.number_or_word("relaxation", &[("aitken", ())]);
         let read = Self {
             relaxation: relaxation.map_or_else(RelaxationValue::Word, RelaxationValue::Factor),
-            tolerance: table.number_or("tolerance", &TOLERANCE, 1e-6).value,
-            limit: table.count_or("limit", 1..1001, 50).value,
-            unsettled: table.choice_or_first("unsettled", &UNSETTLED),
+            tolerance: table.number("tolerance").value,
+            limit: table.count("limit").value,
+            unsettled: table.choice_or_default("unsettled", &UNSETTLED),
         };
         table.finish();
         read
@@ -235,7 +355,7 @@ fn read_address(table: &mut Table<'_>, key: &'static str) -> Option<String> {
     });
     if !good {
         let error = CaseError::new(&text.place, "not an address").value(table.written(&text.place));
-        table.error(error.allowed("HOST:PORT, such as \"127.0.0.1:7001\", or https://HOST:PORT"));
+        table.error(error.allowed(ADDRESS));
     }
     Some(text.value)
 }
@@ -247,7 +367,7 @@ fn read_file_name(table: &mut Table<'_>, key: &'static str) -> Option<String> {
     if !Path::new(&path).is_file() {
         let what = if Path::new(&path).exists() { "is not a regular file" } else { "no such file" };
         let error = CaseError::new(&name.place, what).value(table.written(&name.place));
-        table.error(error.allowed("the path of a regular file, from the folder of the case"));
+        table.error(error.allowed(FILE));
     }
     Some(path)
 }
@@ -257,7 +377,7 @@ fn read_command(table: &mut Table<'_>, key: &'static str) -> Option<Vec<String>>
     let words = table.optional_texts(key)?;
     if words.value.first().is_none_or(String::is_empty) {
         let error = CaseError::new(&words.place, "names no program").value(table.written(&words.place));
-        table.error(error.allowed("a program and its arguments, such as [\"python3\", \"solver.py\"]"));
+        table.error(error.allowed(COMMAND));
     }
     Some(words.value.iter().map(|word| absolute(table.directory, word)).collect())
 }

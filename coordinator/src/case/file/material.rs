@@ -8,6 +8,27 @@ use sph::setup::{
 use super::Preset;
 use crate::case::errors::CaseError;
 use crate::case::reader::{Allowed, Parameters, Table};
+use crate::case::spec::{Kind, SetSpec, TableSpec, Variant, Variants, key};
+
+/// Rows of `material`.
+pub static MATERIAL: TableSpec = TableSpec::new(
+    "material",
+    "Density and two elastic constants, K and G or E and ν.",
+    &[
+        key("young_modulus_pa", Kind::Number(Allowed::POSITIVE), "Young's modulus E"),
+        key("poisson_ratio", Kind::Number(POISSON), "Poisson's ratio ν"),
+    ],
+)
+.with_set(SetSpec::of::<ElasticParameters>(&[]))
+.either(&[&["young_modulus_pa", "poisson_ratio"], &BULK_SHEAR]);
+
+// Above, the bulk modulus overflows any time step.
+const POISSON: Allowed = Allowed::new(
+    -1.0,
+    0.5,
+    (false, false),
+    "a number above -1 and below 0.5 (0.49 for nearly incompressible)",
+);
 
 /// `material`: two elastic constants, K and G or E and ν, and all other parameters.
 #[derive(Clone, Debug, Serialize)]
@@ -56,16 +77,9 @@ impl MaterialTable {
 
 impl YoungPoisson {
     fn read(table: &mut Table<'_>) -> Self {
-        // Above, the bulk modulus overflows any time step.
-        const POISSON: Allowed = Allowed::new(
-            -1.0,
-            0.5,
-            (false, false),
-            "a number above -1 and below 0.5 (0.49 for nearly incompressible)",
-        );
         Self {
-            young_modulus_pa: table.number("young_modulus_pa", &Allowed::POSITIVE).value,
-            poisson_ratio: table.number("poisson_ratio", &POISSON).value,
+            young_modulus_pa: table.number("young_modulus_pa").value,
+            poisson_ratio: table.number("poisson_ratio").value,
         }
     }
 
@@ -79,6 +93,28 @@ impl YoungPoisson {
         }
     }
 }
+
+/// Rows of `formulation`.
+pub static FORMULATION: TableSpec =
+    TableSpec::new("formulation", "How a body is discretised.", &[]).by(Variants::new(
+        "type",
+        "how the body is discretised",
+        &[
+            Variant::new(
+                "total-lagrangian",
+                "deformation gradient and nominal stress in the reference configuration",
+                &[],
+            )
+            .with_set(SetSpec::of::<TotalLagrangian>(&[(
+                "artificial_viscosity_a",
+                "0.2 in a case with a fluid, else 0",
+            )])),
+            Variant::new("updated-lagrangian", "that of the source paper: Eq. (5)-(8), (17), (25)-(26)", &[])
+                .with_set(SetSpec::of::<UpdatedLagrangian>(&[("kernel_ratio", "that of `[solid]`")])),
+            Variant::new("rigid", "keeps its shape and takes no stress", &[]),
+        ],
+    )
+    .or_else("\"total-lagrangian\"; \"updated-lagrangian\" with the preset \"paper\""));
 
 /// `formulation`.
 #[derive(Clone, Debug, Serialize)]

@@ -4,6 +4,32 @@ use serde::Serialize;
 
 use crate::case::errors::CaseError;
 use crate::case::reader::{Allowed, Table};
+use crate::case::spec::{Kind, TableSpec, key};
+
+/// Largest seed: integers of TOML have 63 bits.
+pub const LARGEST_SEED: u64 = (1 << 62) - 1;
+
+// Beyond a tenth of the spacing it would be another start, not the same one disturbed.
+const DISPLACEMENT: Allowed = Allowed::new(0.0, 0.1, (false, true), "a number above 0 and at most 0.1");
+
+/// Rows of `[run]`.
+pub static RUN: TableSpec = TableSpec::new(
+    "run",
+    "A member of an ensemble: the same case, disturbed. Without the table no particle is displaced.",
+    &[
+        key(
+            "seed",
+            Kind::Count(0, LARGEST_SEED),
+            "decides the displacements: the same ones on any number of threads and any machine",
+        ),
+        key(
+            "displacement_fraction",
+            Kind::Number(DISPLACEMENT),
+            "displacement of every water particle along each axis, at most this fraction of Δx; masses and densities stay",
+        )
+        .or(MemberTable::DEFAULT_DISPLACEMENT),
+    ],
+);
 
 /// `[run]`.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -21,18 +47,13 @@ impl MemberTable {
 
     /// Reads `run`, which may be left out.
     pub fn read(parent: &mut Table<'_>) -> Option<Self> {
-        // Beyond a tenth of the spacing it would be another start, not the same one disturbed.
-        const DISPLACEMENT: Allowed =
-            Allowed::new(0.0, 0.1, (false, true), "a number above 0 and at most 0.1");
         let mut table = parent.optional_table("run")?;
-        // TOML integers have 63 bits.
-        let seed = table.optional_count("seed", 0..1 << 62);
+        let seed = table.optional_count("seed");
         if !table.has("seed") {
             let error = CaseError::new(table.place(), "has no `seed`");
             table.error(error.hint("add `seed = 1`, or leave the table out: then no particle is displaced"));
         }
-        let displacement_fraction =
-            table.number_or("displacement_fraction", &DISPLACEMENT, Self::DEFAULT_DISPLACEMENT).value;
+        let displacement_fraction = table.number("displacement_fraction").value;
         table.finish();
         Some(Self { seed: seed.unwrap_or_default(), displacement_fraction })
     }

@@ -22,6 +22,7 @@ use sph::setup::ParameterSet;
 
 use crate::case::errors::CaseError;
 use crate::case::reader::{At, Table};
+use crate::case::spec::{Kind, TableSpec, key};
 use fluid::FluidTable;
 use interface::{InterfaceTable, ServersTable};
 use member::MemberTable;
@@ -51,6 +52,52 @@ impl Preset {
         }
     }
 }
+
+/// Rows of a whole case file.
+pub static CASE: TableSpec = TableSpec::new(
+    "case",
+    "A case of Tidelock: a fluid, solids or both, and a run of them. All numbers are SI, with the unit in the name of the \
+     key.",
+    &[
+        key("name", Kind::Name, "name of the case"),
+        key(
+            "preset",
+            Kind::Word(&[
+                ("recommended", "the defaults of all keys"),
+                (
+                    "paper",
+                    "the source paper: its column of docs/parameters.md, the laws `plain-sum` and `sums`, and \
+                     updated-Lagrangian bodies",
+                ),
+            ]),
+            "values of what the case leaves out",
+        )
+        .or_word("recommended"),
+        key(
+            "start_from",
+            Kind::Text("the path of a folder, from the folder of the case"),
+            "output folder of an earlier run whose final state is the initial state",
+        )
+        .or_else("none: the case is its own start"),
+        key("run", Kind::Table(&member::RUN), "which member of an ensemble it is").or_else("none"),
+        key("domain", Kind::Table(&run::DOMAIN), "the box that contains the scene"),
+        key("body_force", Kind::Table(&run::BODY_FORCE), "gravity and other accelerations").or_else("nothing pulls"),
+        key("time", Kind::Table(&run::TIME), "start, end and steps"),
+        key("outputs", Kind::Table(&run::OUTPUTS), "what a run leaves behind").or_else(DEFAULTS),
+        key("ledger", Kind::Table(&run::LEDGER), "audit of the balances").or_else(DEFAULTS),
+        key("checkpoint", Kind::Table(&safety::CHECKPOINT), "when states are kept").or_else(DEFAULTS),
+        key("deadlines", Kind::Table(&safety::DEADLINES), "longest waits for servers").or_else(DEFAULTS),
+        key("servers", Kind::Table(&interface::SERVERS), "where the solvers come from").or_else("the built-in servers"),
+        key("interface", Kind::Table(&interface::INTERFACE), "law between fluid and solids, in a case with both")
+            .or_else(DEFAULTS),
+        key("fluid", Kind::Table(&fluid::FLUID), "the fluid").or_else("none: there must be solids"),
+        key("solid", Kind::Table(&solid::SOLID), "the solids").or_else("none: there must be a fluid"),
+        key("wall", Kind::Tables(&wall::WALL), "the walls, a table for each").or_else("none"),
+        key("probe", Kind::Tables(&probe::PROBE), "the probes, a table for each").or_else("none"),
+    ],
+);
+
+const DEFAULTS: &str = "the defaults of its keys";
 
 /// A whole case file; every value of the preset is filled in.
 #[derive(Clone, Debug, Serialize)]
@@ -99,7 +146,7 @@ impl CaseFile {
             }
             folder
         });
-        let preset = root.choice_or_first("preset", &Preset::NAMES).value;
+        let preset = root.choice_or_default("preset", &Preset::NAMES).value;
         let domain = root
             .required_table("domain")
             .map_or_else(|| DomainTable::unwritten(&root.place_of("domain")), DomainTable::read);

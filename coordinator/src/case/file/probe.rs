@@ -7,6 +7,18 @@ use sph::coupling::solver::Role;
 use sph::setup::{ArgumentKind, FluidProbeKind, ProbeKind, ProbeSpec, SolidProbeKind};
 
 use crate::case::reader::{Allowed, At, Choice, Coordinates, Table};
+use crate::case::spec::{Kind, TableSpec, Variants, key};
+
+/// Rows of `[[probe]]`; the kinds have rows of their own.
+pub static PROBE: TableSpec = TableSpec::new(
+    "probe",
+    "A quantity to report at probe times; its columns of `probes.csv` are named `<probe>_<quantity>_<unit>`.",
+    &[key("name", Kind::Name, "name of the probe, the first part of the names of its columns")],
+)
+.by(Variants {
+    probes: &[<FluidProbeKind>::SPECIFICATIONS, <SolidProbeKind>::SPECIFICATIONS],
+    ..Variants::new("type", "what it reports", &[])
+});
 
 /// `[[probe]]`.
 #[derive(Clone, Debug, Serialize)]
@@ -50,7 +62,9 @@ impl ProbeTable {
         for argument in kind.value.1.arguments {
             let name = argument.name;
             let written = match argument.kind {
-                ArgumentKind::Number => Some(WrittenArgument::Number(table.number(name, &Allowed::FINITE))),
+                ArgumentKind::Number => {
+                    Some(WrittenArgument::Number(table.number_within(name, &Allowed::FINITE)))
+                }
                 ArgumentKind::Point => Some(WrittenArgument::Point(table.vector(name))),
                 ArgumentKind::Index => Some(WrittenArgument::Name(table.name(name))),
                 ArgumentKind::OptionalIndex => table.optional_name(name).map(WrittenArgument::Name),

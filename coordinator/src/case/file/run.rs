@@ -1,5 +1,7 @@
 //! Domain, forces, time, outputs, ledger and servers as a case file writes them.
 
+mod rows;
+
 use serde::Serialize;
 use sph::setup::{BreachAction, LedgerPolicy, Motion, Outflow, OutputPlan, StepPolicy, TimePlan};
 use sph::space::components::Components;
@@ -8,7 +10,8 @@ use sph::space::{AXIS_NAMES, Space};
 
 use super::formula;
 use crate::case::errors::{CaseError, Place};
-use crate::case::reader::{Allowed, At, Choice, Coordinates, Table, Written};
+use crate::case::reader::{At, Choice, Coordinates, Table, Written};
+pub use rows::{AXIS_WORDS, BODY_FORCE, DOMAIN, LEDGER, MOTION, OUTPUTS, SIDE_WORDS, TIME};
 
 /// Names of the axes in lists of directions; the plane has the first two.
 const AXES: [(&str, usize); 3] = [(AXIS_NAMES[0], 0), (AXIS_NAMES[1], 1), (AXIS_NAMES[2], 2)];
@@ -153,8 +156,7 @@ impl BodyForceTable {
     pub fn read(mut table: Table<'_>) -> Self {
         let zero = Coordinates::repeat(table.dimensions, 0.0);
         let gravity_m_s2 = table.vector_or("gravity_m_s2", zero).value;
-        let variables = formula::coordinates_and_time(table.dimensions);
-        let acceleration_m_s2 = formula::read_components(&mut table, "acceleration_m_s2", variables);
+        let acceleration_m_s2 = formula::read_components(&mut table, "acceleration_m_s2");
         table.finish();
         Self { gravity_m_s2, acceleration_m_s2 }
     }
@@ -206,11 +208,6 @@ enum StepKind {
 }
 
 impl TimeTable {
-    /// Default of `time.step.factor`: half of the stated limit.
-    const DEFAULT_FACTOR: f64 = 0.5;
-    /// Default of `time.step.growth`.
-    const DEFAULT_GROWTH: f64 = 1.05;
-
     /// What stands in for a table that is missing; nothing is built from it.
     pub fn unwritten(place: &Place) -> Self {
         let one = At { value: 1.0, place: place.clone() };
@@ -220,31 +217,29 @@ impl TimeTable {
 
     /// Reads the table.
     pub fn read(mut table: Table<'_>) -> Self {
-        const GROWTH: Allowed = Allowed::new(1.0, 2.0, (false, true), "a number above 1 and at most 2");
-        const LIMIT: Allowed = Allowed::new(0.0, 10.0, (false, true), "a number above 0 and at most 10");
-        let start_time_s = table.number_or("start_time_s", &Allowed::FINITE, 0.0).value;
-        let end_time_s = table.number("end_time_s", &Allowed::FINITE);
+        let start_time_s = table.number("start_time_s").value;
+        let end_time_s = table.number("end_time_s");
         if table.intact() && end_time_s.value < start_time_s {
             let error = CaseError::new(&end_time_s.place, "lies before the start").value(end_time_s.value);
             table.error(error.allowed(format!("a time of {start_time_s} s or later")));
         }
         let span = (end_time_s.value - start_time_s).max(f64::MIN_POSITIVE);
-        let limit_factor = table.number_or("limit_factor", &LIMIT, 1.0);
+        let limit_factor = table.number("limit_factor");
         let mut step = StepTable::Fixed { time_step_s: At { value: 1.0, place: end_time_s.place.clone() } };
         if let Some(mut inner) = table.required_table("step") {
             let kinds = [("fixed", StepKind::Fixed), ("adaptive", StepKind::Adaptive)];
             match inner.choice("type", &kinds).map(|choice| choice.value) {
                 Some(StepKind::Fixed) => {
-                    step = StepTable::Fixed { time_step_s: inner.number("time_step_s", &Allowed::POSITIVE) };
+                    step = StepTable::Fixed { time_step_s: inner.number("time_step_s") };
                 }
                 Some(StepKind::Adaptive) => {
-                    let exact_outputs = inner.flag_or("exact_outputs", true);
+                    let exact_outputs = inner.flag("exact_outputs");
                     let exact_times_s =
                         exact_times(&mut inner, exact_outputs, start_time_s, end_time_s.value);
                     step = StepTable::Adaptive {
-                        factor: inner.number_or("factor", &Allowed::FRACTION, Self::DEFAULT_FACTOR),
-                        maximum_s: inner.number_or("maximum_s", &Allowed::POSITIVE, span).value,
-                        growth: inner.number_or("growth", &GROWTH, Self::DEFAULT_GROWTH).value,
+                        factor: inner.number("factor"),
+                        maximum_s: inner.number_or("maximum_s", span).value,
+                        growth: inner.number("growth").value,
                         exact_outputs,
                         exact_times_s,
                     };
@@ -273,7 +268,7 @@ impl TimeTable {
 
 /// `exact_times_s`: the end of the run where it is not written. A run that is continued beyond that end keeps it.
 fn exact_times(table: &mut Table<'_>, exact_outputs: bool, start: f64, end: f64) -> Option<Vec<f64>> {
-    let written = table.optional_numbers("exact_times_s", &Allowed::FINITE);
+    let written = table.optional_numbers("exact_times_s");
     if !exact_outputs {
         if let Some(times) = written {
             table.error(CaseError::new(&times.place, "needs `exact_outputs = true`").allowed("no times"));
@@ -315,17 +310,13 @@ fn default_pictures(start: f64, end: f64, snapshot_interval: Option<f64>) -> Vec
 }
 
 impl OutputsTable {
-    /// Steps between rows of the ledger: a row has some eighty numbers, and one a step would outgrow all other outputs.
-    const DEFAULT_LEDGER_STEPS: u64 = 10;
-
     /// Reads the table; times are checked against `time`.
     pub fn read(mut table: Table<'_>, time: &TimeTable) -> Self {
-        let snapshot_interval_s = table.optional_number("snapshot_interval_s", &Allowed::POSITIVE);
-        let probe_interval_s = table.optional_number("probe_interval_s", &Allowed::POSITIVE);
-        let ledger_every_steps =
-            table.count_or("ledger_every_steps", 1..1_000_001, Self::DEFAULT_LEDGER_STEPS).value;
+        let snapshot_interval_s = table.optional_number("snapshot_interval_s");
+        let probe_interval_s = table.optional_number("probe_interval_s");
+        let ledger_every_steps = table.count("ledger_every_steps").value;
         let (start, end) = (time.start_time_s, time.end_time_s.value);
-        let pictures = table.optional_numbers("picture_times_s", &Allowed::FINITE);
+        let pictures = table.optional_numbers("picture_times_s");
         if let Some(times) = pictures.as_ref().filter(|_| time.intact)
             && let Some(outside) = times.value.iter().find(|t| !(start..=end).contains(*t))
         {
@@ -348,7 +339,7 @@ impl OutputsTable {
     }
 }
 
-/// Names of what a failed balance does; the first is the default.
+/// Names of what a failed balance does.
 const ACTIONS: [(&str, BreachAction); 3] = [
     ("stop", BreachAction::Stop),
     ("warn", BreachAction::Warn),
@@ -367,15 +358,10 @@ pub struct LedgerTable {
 impl LedgerTable {
     /// Reads the table.
     pub fn read(mut table: Table<'_>) -> Self {
-        let default = LedgerPolicy::default();
         let read = Self {
-            action: table.choice_or_first("action", &ACTIONS),
-            balance_tolerance: table
-                .number_or("balance_tolerance", &Allowed::POSITIVE, default.balance_tolerance)
-                .value,
-            momentum_tolerance: table
-                .number_or("momentum_tolerance", &Allowed::POSITIVE, default.momentum_tolerance)
-                .value,
+            action: table.choice_or_default("action", &ACTIONS),
+            balance_tolerance: table.number("balance_tolerance").value,
+            momentum_tolerance: table.number("momentum_tolerance").value,
         };
         table.finish();
         read
@@ -413,10 +399,10 @@ impl MotionTable {
         let (turns, in_space) = (table.has("angle_rad"), table.dimensions == 3);
         let zero = Coordinates::repeat(table.dimensions, 0.0);
         let read = Self {
-            displacement_x_m: formula::read(&mut table, "displacement_x_m", &["t"]),
-            displacement_y_m: formula::read(&mut table, "displacement_y_m", &["t"]),
-            displacement_z_m: in_space.then(|| formula::read(&mut table, "displacement_z_m", &["t"])),
-            angle_rad: formula::read(&mut table, "angle_rad", &["t"]),
+            displacement_x_m: formula::read(&mut table, "displacement_x_m"),
+            displacement_y_m: formula::read(&mut table, "displacement_y_m"),
+            displacement_z_m: in_space.then(|| formula::read(&mut table, "displacement_z_m")),
+            angle_rad: formula::read(&mut table, "angle_rad"),
             axis: (in_space && turns).then(|| Self::read_axis(&mut table)),
             pivot_m: match turns {
                 true => table.vector("pivot_m").value,

@@ -3,6 +3,38 @@
 use serde::Serialize;
 
 use crate::case::reader::{Allowed, Table};
+use crate::case::spec::{Kind, TableSpec, key};
+
+const WALL: Allowed = Allowed::new(0.0, 1e9, (false, true), "a number above 0 and at most 1e9");
+// Servers give a sign of life each second: less than a few of them is no silence.
+const SILENCE: Allowed = Allowed::new(3.0, 1e6, (true, true), "a number from 3 to 1e6");
+const WAIT: Allowed = Allowed::new(1.0, 1e6, (true, true), "a number from 1 to 1e6");
+
+/// Rows of `[checkpoint]`.
+pub static CHECKPOINT: TableSpec = TableSpec::new(
+    "checkpoint",
+    "States from which an interrupted run continues, see docs/operation.md.",
+    &[
+        key("every_steps", Kind::Count(1, 999_999_999), "steps between checkpoints").or_else("off"),
+        // What a killed run loses at most.
+        key("every_wall_s", Kind::Number(WALL), "wall time between checkpoints").or(300.0),
+        // A server that keeps dying has a reason.
+        key("max_restarts", Kind::Count(0, 1000), "largest number of restarts of lost servers").or_count(3),
+    ],
+);
+
+/// Rows of `[deadlines]`.
+pub static DEADLINES: TableSpec = TableSpec::new(
+    "deadlines",
+    "Longest waits, after which a server counts as lost, see docs/operation.md.",
+    &[
+        key("silence_s", Kind::Number(SILENCE), "longest wait for a sign of life of a server").or(20.0),
+        key("call_s", Kind::Number(WAIT), "longest wait for an answer of a server").or(30.0),
+        key("open_s", Kind::Number(WAIT), "longest wait for a server's set-up").or(300.0),
+        key("step_s", Kind::Number(WAIT), "shortest deadline of a step").or(60.0),
+        key("disk_s", Kind::Number(WAIT), "longest wait for the disk to take outputs").or(60.0),
+    ],
+);
 
 /// `[checkpoint]`.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -16,18 +48,12 @@ pub struct CheckpointTable {
 }
 
 impl CheckpointTable {
-    /// Default of `every_wall_s`: what a killed run loses at most.
-    const DEFAULT_WALL: f64 = 300.0;
-    /// Default of `max_restarts`: a server that keeps dying has a reason.
-    const DEFAULT_RESTARTS: u64 = 3;
-
     /// Reads the table.
     pub fn read(mut table: Table<'_>) -> Self {
-        const WALL: Allowed = Allowed::new(0.0, 1e9, (false, true), "a number above 0 and at most 1e9");
         let read = Self {
-            every_steps: table.optional_count("every_steps", 1..1_000_000_000),
-            every_wall_s: table.number_or("every_wall_s", &WALL, Self::DEFAULT_WALL).value,
-            max_restarts: table.count_or("max_restarts", 0..1001, Self::DEFAULT_RESTARTS).value,
+            every_steps: table.optional_count("every_steps"),
+            every_wall_s: table.number("every_wall_s").value,
+            max_restarts: table.count("max_restarts").value,
         };
         table.finish();
         read
@@ -50,15 +76,12 @@ pub struct DeadlinesTable {
 impl DeadlinesTable {
     /// Reads the table.
     pub fn read(mut table: Table<'_>) -> Self {
-        // Servers give a sign of life each second: less than a few of them is no silence.
-        const SILENCE: Allowed = Allowed::new(3.0, 1e6, (true, true), "a number from 3 to 1e6");
-        const WAIT: Allowed = Allowed::new(1.0, 1e6, (true, true), "a number from 1 to 1e6");
         let read = Self {
-            silence_s: table.number_or("silence_s", &SILENCE, 20.0).value,
-            call_s: table.number_or("call_s", &WAIT, 30.0).value,
-            open_s: table.number_or("open_s", &WAIT, 300.0).value,
-            step_s: table.number_or("step_s", &WAIT, 60.0).value,
-            disk_s: table.number_or("disk_s", &WAIT, 60.0).value,
+            silence_s: table.number("silence_s").value,
+            call_s: table.number("call_s").value,
+            open_s: table.number("open_s").value,
+            step_s: table.number("step_s").value,
+            disk_s: table.number("disk_s").value,
         };
         table.finish();
         read

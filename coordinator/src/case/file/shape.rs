@@ -2,6 +2,7 @@
 
 mod spatial;
 mod surface;
+mod table;
 
 use std::path::Path;
 
@@ -11,10 +12,11 @@ use sph::space::Plane;
 
 use crate::case::errors::{CaseError, ErrorList, Place};
 use crate::case::files::{LARGEST_FILE, read_text, resolved};
-use crate::case::reader::{Allowed, At, Coordinates, SOUND, Table, is_sound};
+use crate::case::reader::{At, Coordinates, SOUND, Table, is_sound};
 use crate::quote;
 use spatial::SpatialKind;
 use surface::SurfaceTable;
+pub use table::SHAPE;
 
 /// Most primitives and corners that one shape may have: the work per particle grows with them.
 const MOST_PIECES: usize = 2 * MAXIMUM_VERTICES;
@@ -192,12 +194,12 @@ impl ShapeTable {
             },
             Kind::Circle => Self::Circle {
                 centre_m: table.vector("centre_m").value,
-                radius_m: table.number("radius_m", &Allowed::POSITIVE).value,
+                radius_m: table.number("radius_m").value,
             },
             Kind::Ring => Self::Ring {
                 centre_m: table.vector("centre_m").value,
-                inner_radius_m: table.number("inner_radius_m", &Allowed::POSITIVE).value,
-                outer_radius_m: table.number("outer_radius_m", &Allowed::POSITIVE).value,
+                inner_radius_m: table.number("inner_radius_m").value,
+                outer_radius_m: table.number("outer_radius_m").value,
             },
             Kind::Polygon => Self::Polygon { vertices_m: read_polygon(table)? },
             Kind::Spatial(kind) => spatial::read(kind, table, depth)?,

@@ -7,11 +7,65 @@ use sph::setup::{
 };
 
 use super::Preset;
-use super::body::BodyTable;
-use super::fluid::{DampingTable, FluidTable};
+use super::body::{BODY, BodyTable};
+use super::fluid::{DAMPING, DampingTable, FluidTable};
 use super::material::{BodyDefaults, FormulationTable};
 use crate::case::errors::CaseError;
 use crate::case::reader::{Allowed, At, Parameters, Table};
+use crate::case::spec::{Kind, SetSpec, TableSpec, Variant, Variants, key};
+
+/// Rows of `[solid]`.
+pub static SOLID: TableSpec = TableSpec::new(
+    "solid",
+    "The solids.",
+    &[
+        key("particle_spacing_m", Kind::Number(Allowed::POSITIVE), "particle spacing Δx of the solids")
+            .or_else("the fluid's; must be written without a fluid"),
+        key(
+            "kernel_ratio",
+            Kind::Number(Allowed::KERNEL_RATIO),
+            "kernel ratio h/Δx of updated-Lagrangian bodies and of contact by sums",
+        )
+        .or(1.3),
+        key(
+            "lost_particle_limit",
+            Kind::Count(0, 1_000_000_000),
+            "particles that may leave the domain; the run ends when more have left",
+        )
+        .or_count(0),
+        DAMPING,
+        key(
+            "substeps",
+            Kind::CountOrWord(
+                2,
+                10_000,
+                &[
+                    ("auto", "as many as the solid's stability limit requires"),
+                    ("none", "the stage rule, Eq. (30)-(31)"),
+                ],
+            ),
+            "sub-steps of the solids per step, an even number",
+        )
+        .or_else("\"auto\" with a total-Lagrangian body, else \"none\""),
+        key("contact", Kind::Table(&CONTACT), "how bodies touch each other and walls").or_else("repulsion"),
+        key("body", Kind::Tables(&BODY), "the bodies").or_else("none"),
+    ],
+);
+
+/// Rows of `contact`.
+static CONTACT: TableSpec = TableSpec::new("contact", "How bodies touch each other and walls.", &[]).by(
+    Variants::new("law", "contact law", &[
+        Variant::new("repulsion", "repulsion by the depth in the other that never pulls", &[key(
+            "gap_m",
+            Kind::Number(Allowed::NOT_NEGATIVE),
+            "in place of `distance`: the gap that faces keep when they touch, as rough faces do; at most nine spacings",
+        )
+        .or_else("`distance` holds")])
+        .with_set(SetSpec::of::<RepulsionParameters>(&[("distance", "2 in a case with a fluid, else 1")])),
+        Variant::new("sums", "that of the source paper: bodies interact through the sums (22)", &[]),
+    ])
+    .or_else("\"repulsion\"; \"sums\" with the preset \"paper\""),
+);
 
 /// `[solid]`.
 #[derive(Clone, Debug, Serialize)]
@@ -34,14 +88,12 @@ impl SolidTable {
     /// Reads the table; the spacing is the fluid's unless it is written.
     pub fn read(mut table: Table<'_>, fluid: Option<&FluidTable>, preset: Preset) -> Self {
         let particle_spacing_m = match fluid {
-            Some(fluid) => {
-                table.number_or("particle_spacing_m", &Allowed::POSITIVE, fluid.parameters.particle_spacing)
-            }
-            None => table.number("particle_spacing_m", &Allowed::POSITIVE),
+            Some(fluid) => table.number_or("particle_spacing_m", fluid.parameters.particle_spacing),
+            None => table.number("particle_spacing_m"),
         };
         let known_spacing = table.has("particle_spacing_m") || fluid.is_none_or(FluidTable::lattice_intact);
-        let kernel_ratio = table.number_or("kernel_ratio", &Allowed::KERNEL_RATIO, 1.3);
-        let lost_particle_limit = table.count_or("lost_particle_limit", 0..1_000_000_001, 0).value;
+        let kernel_ratio = table.number("kernel_ratio");
+        let lost_particle_limit = table.count("lost_particle_limit").value;
         let damping = DampingTable::read(&mut table);
         let substeps = SubstepsKey::read(&mut table);
         let intact = table.intact() && known_spacing;
@@ -99,7 +151,7 @@ pub enum SubstepsWord {
 impl SubstepsKey {
     fn read(table: &mut Table<'_>) -> Option<Self> {
         const WORDS: [(&str, SubstepsWord); 2] = [("auto", SubstepsWord::Auto), ("none", SubstepsWord::None)];
-        let found = table.optional_count_or_word("substeps", 2..10_001, &WORDS)?;
+        let found = table.optional_count_or_word("substeps", &WORDS)?;
         let count = match found {
             Err(word) => return Some(Self::Word(word.value)),
             Ok(count) => u32::try_from(count).ok()?,
@@ -154,7 +206,7 @@ impl ContactTable {
 
     /// The contact distance \[-\] at which the outer rows of two bodies keep their faces `gap_m` apart.
     fn distance_of_gap(table: &mut Table<'_>, spacing: Option<f64>) -> Option<f64> {
-        let gap = table.optional_number("gap_m", &Allowed::NOT_NEGATIVE)?;
+        let gap = table.optional_number("gap_m")?;
         let place = table.place_of("gap_m");
         if table.has("distance") {
             let error = CaseError::new(&place, "stands beside `distance`, which it takes the place of");

@@ -5,10 +5,65 @@ use sph::setup::{LoadLaw, Support};
 use sph::space::Space;
 
 use super::formula;
+use super::run::{AXIS_WORDS, MOTION};
 use super::run::{MotionTable, axes};
+use super::shape::SHAPE;
 use super::shape::ShapeTable;
 use crate::case::errors::CaseError;
 use crate::case::reader::{Allowed, At, Choice, Coordinates, Table, Written};
+use crate::case::spec::{Kind, TableSpec, Variables, key};
+
+/// Rows of `[[solid.body.load]]`.
+pub static LOAD: TableSpec = TableSpec::new(
+    "load",
+    "A load on part of the surface of a body.",
+    &[
+        key("name", Kind::Name, "name of the load"),
+        key(
+            "shape",
+            Kind::Table(&SHAPE),
+            "loads the outer cell faces of the body whose centre lies in this shape at the start",
+        ),
+        key(
+            "pressure_pa",
+            Kind::Expression(Variables::CoordinatesAndTime),
+            "pressure along the current normal; total-Lagrangian bodies only",
+        ),
+        key(
+            "traction_pa",
+            Kind::Expressions(Variables::CoordinatesAndTime),
+            "force per undeformed area, of given direction",
+        ),
+    ],
+)
+.either(&[&["pressure_pa"], &["traction_pa"]]);
+
+/// Rows of `[[solid.body.support]]`.
+pub static SUPPORT: TableSpec = TableSpec::new(
+    "support",
+    "A part of a body that is held or moved, or a point about which a rigid body turns.",
+    &[
+        key("name", Kind::Name, "name of the support"),
+        key("shape", Kind::Table(&SHAPE), "holds the particles of the body inside this shape at the start"),
+        key(
+            "pivot_m",
+            Kind::Vector,
+            "in place of `shape` and `held`: a point about which a rigid body turns freely, a hinge in the plane; it may \
+             lie off the body",
+        ),
+        key(
+            "held",
+            Kind::SomeWords(AXIS_WORDS),
+            "held components: all for a clamp, one in the plane for a roller",
+        )
+        .or_else("all"),
+        key("motion", Kind::Table(&MOTION), "prescribed motion of the held components, or of the pivot")
+            .or_else("at rest"),
+        key("release_time_s", Kind::Number(Allowed::FINITE), "time at which the support ceases to act")
+            .or_else("never"),
+    ],
+)
+.either(&[&["shape"], &["pivot_m"]]);
 
 /// `[[solid.body.load]]`.
 #[derive(Clone, Debug, Serialize)]
@@ -29,10 +84,8 @@ impl LoadTable {
     pub(super) fn read(mut table: Table<'_>) -> Self {
         let name = table.name("name");
         let shape = ShapeTable::read(&mut table, "shape");
-        let variables = formula::coordinates_and_time(table.dimensions);
-        let pressure_pa =
-            table.has("pressure_pa").then(|| formula::read(&mut table, "pressure_pa", variables));
-        let traction_pa = formula::read_components(&mut table, "traction_pa", variables);
+        let pressure_pa = table.has("pressure_pa").then(|| formula::read(&mut table, "pressure_pa"));
+        let traction_pa = formula::read_components(&mut table, "traction_pa");
         if pressure_pa.is_some() == traction_pa.is_some() && table.intact() {
             let error = CaseError::new(table.place(), "does not say what acts");
             table.error(error.allowed("either `pressure_pa` or `traction_pa`"));
@@ -97,7 +150,7 @@ impl SupportTable {
             table.error(error.value("[]").allowed(format!("a list of some of {}", words.join(", "))));
         }
         let motion = MotionTable::read(&mut table);
-        let release_time_s = table.optional_number("release_time_s", &Allowed::FINITE);
+        let release_time_s = table.optional_number("release_time_s");
         table.finish();
         Self { name, shape, pivot_m, held: held.unwrap_or(default), motion, release_time_s }
     }

@@ -5,9 +5,63 @@ use sph::setup::WallCondition;
 use sph::space::Space;
 
 use super::layout::Layout;
+use super::layout::{LATTICE_ORIGIN, LAYOUT};
+use super::run::{MOTION, SIDE_WORDS};
 use super::run::{MotionTable, Side, sides};
+use super::shape::SHAPE;
 use super::shape::ShapeTable;
-use crate::case::reader::{Allowed, At, Choice, Coordinates, Table};
+use crate::case::reader::{At, Choice, Coordinates, Table};
+use crate::case::spec::{Kind, TableSpec, Variant, Variants, key};
+use sph::setup::Allowed;
+
+/// Rows of `[[wall]]`.
+pub static WALL: TableSpec = TableSpec::new(
+    "wall",
+    "A wall: particles that do not move, or as prescribed.",
+    &[
+        key("name", Kind::Name, "name of the wall"),
+        key("layers", Kind::Count(1, 100), "number of particle layers")
+            .or_else("the support of the widest kernel, plus one"),
+        LAYOUT,
+        LATTICE_ORIGIN,
+        key(
+            "condition",
+            Kind::Word(&[
+                ("slip", "the fluid slides along it"),
+                ("no-slip", "the fluid has the velocity of the wall at its face"),
+            ]),
+            "how the fluid flows along the wall",
+        )
+        .or_word("slip"),
+        key("motion", Kind::Table(&MOTION), "prescribed motion").or_else("at rest"),
+        key("release_time_s", Kind::Number(Allowed::FINITE), "time at which the wall is removed")
+            .or_else("never"),
+    ],
+)
+.by(Variants::new(
+    "type",
+    "where the particles of the wall lie",
+    &[
+        Variant::new(
+            "container",
+            "layers around the outside of a shape",
+            &[
+                key("shape", Kind::Table(&SHAPE), "inside of the container").or_else("the domain"),
+                key(
+                    "open_sides",
+                    Kind::SomeWords(SIDE_WORDS),
+                    "sides without a wall; sides across a periodic direction are always open",
+                )
+                .or_else("`[]`"),
+            ],
+        ),
+        Variant::new(
+            "solid",
+            "the outer layers inside a shape, at least three spacings thick",
+            &[key("shape", Kind::Table(&SHAPE), "the wall itself")],
+        ),
+    ],
+));
 
 /// `[[wall]]`.
 #[derive(Clone, Debug, Serialize)]
@@ -64,15 +118,15 @@ impl WallTable {
             ),
             WallKind::Solid => (ShapeTable::read(&mut table, "shape"), None),
         };
-        let layers = table.optional_count("layers", 1..101);
+        let layers = table.optional_count("layers");
         let layout = Layout::read(&mut table);
         let lattice_origin_m = table.optional_vector("lattice_origin_m");
-        let condition = table.choice_or_first(
+        let condition = table.choice_or_default(
             "condition",
             &[("slip", WallCondition::Slip), ("no-slip", WallCondition::NoSlip)],
         );
         let motion = MotionTable::read(&mut table);
-        let release_time_s = table.optional_number("release_time_s", &Allowed::FINITE);
+        let release_time_s = table.optional_number("release_time_s");
         Self {
             name,
             kind,

@@ -86,7 +86,8 @@ impl<'t> Table<'t> {
     }
 
     /// A list of numbers.
-    pub fn optional_numbers(&mut self, key: &'static str, allowed: &Allowed) -> Option<At<Vec<f64>>> {
+    pub fn optional_numbers(&mut self, key: &'static str) -> Option<At<Vec<f64>>> {
+        let allowed = &self.list_range(key);
         let (value, place) = self.take(key)?;
         let items = self.as_list(value, &place)?;
         let numbers =
@@ -143,25 +144,25 @@ impl<'t> Table<'t> {
     pub fn table_or_empty(&mut self, key: &'static str) -> Table<'t> {
         self.optional_table(key).unwrap_or_else(|| {
             let place = self.place_of(key);
-            self.child(None, place)
+            self.child(self.inner(key), None, place)
         })
     }
 
     /// A table that may be left out.
     pub fn optional_table(&mut self, key: &'static str) -> Option<Table<'t>> {
         let (value, place) = self.take(key)?;
-        self.as_table(value, place)
+        self.as_table(key, value, place)
     }
 
     /// A table that must be written.
     pub fn required_table(&mut self, key: &'static str) -> Option<Table<'t>> {
         let (value, place) = self.demand(key)?;
-        self.as_table(value, place)
+        self.as_table(key, value, place)
     }
 
-    fn as_table(&self, value: &'t DeValue<'t>, place: Place) -> Option<Table<'t>> {
+    fn as_table(&self, key: &str, value: &'t DeValue<'t>, place: Place) -> Option<Table<'t>> {
         match value.as_table() {
-            Some(entries) => Some(self.child(Some(entries), place)),
+            Some(entries) => Some(self.child(self.inner(key), Some(entries), place)),
             None => {
                 self.wrong_type(value, &place, "a table");
                 None
@@ -178,7 +179,7 @@ impl<'t> Table<'t> {
             return Vec::new();
         }
         let items = self.as_list(value, &place).unwrap_or_default();
-        items.into_iter().filter_map(|(item, place)| self.as_table(item, place)).collect()
+        items.into_iter().filter_map(|(item, place)| self.as_table(key, item, place)).collect()
     }
 
     pub(super) fn as_list(

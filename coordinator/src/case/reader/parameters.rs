@@ -95,12 +95,10 @@ impl Table<'_> {
             return None;
         }
         match spec.kind {
-            Kind::Number(allowed) => self.optional_number(key, &allowed).map(Value::Number),
-            Kind::Count(first, last) => {
-                self.optional_count(key, first..last.saturating_add(1)).map(Value::Count)
-            }
+            Kind::Number(allowed) => self.optional_number_in(key, &allowed).map(Value::Number),
+            Kind::Count(first, last) => self.optional_count_in(key, first, last).map(Value::Count),
             Kind::Flag => self.optional_flag(key).map(Value::Flag),
-            Kind::Choice(words) => self.optional_choice(key, words).map(|choice| Value::Choice(choice.word)),
+            Kind::Choice(words) => self.optional_word(key, words).map(|choice| Value::Choice(choice.word)),
         }
     }
 }

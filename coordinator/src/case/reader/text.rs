@@ -5,15 +5,17 @@ use toml::de::DeValue;
 use super::{Table, join};
 use crate::case::errors::{CaseError, Place, suggestion};
 use crate::case::reader::value::{At, Choice};
+use crate::case::spec::Fallback;
 
 impl<'t> Table<'t> {
-    /// Yes or no, with a default.
-    pub fn flag_or(&mut self, key: &'static str, default: bool) -> bool {
+    /// Yes or no, with a constant default.
+    pub fn flag(&mut self, key: &'static str) -> bool {
+        let default = matches!(self.fallback(key), Fallback::Flag(true));
         self.optional_flag(key).unwrap_or(default)
     }
 
     /// Yes or no, where `key` is written.
-    pub fn optional_flag(&mut self, key: &'static str) -> Option<bool> {
+    pub(super) fn optional_flag(&mut self, key: &'static str) -> Option<bool> {
         let (value, place) = self.take(key)?;
         let found = value.as_bool();
         if found.is_none() {
@@ -76,19 +78,28 @@ impl<'t> Table<'t> {
         key: &'static str,
         options: &[(&'static str, T)],
     ) -> Option<Choice<T>> {
+        self.check_options(key, options);
         let (value, place) = self.demand(key)?;
-        self.as_choice(value, place, options)
+        let found = self.as_choice(value, place, options)?;
+        self.select(key, found.word);
+        Some(found)
     }
 
-    /// One of a list of words; the first is the default.
-    pub fn choice_or_first<T: Clone>(
+    /// One of a list of words with a constant default.
+    pub fn choice_or_default<T: Clone>(
         &mut self,
         key: &'static str,
         options: &[(&'static str, T)],
     ) -> Choice<T> {
-        let found = self.take(key).and_then(|(value, place)| self.as_choice(value, place, options));
-        let (word, value) = &options[0];
-        found.unwrap_or_else(|| Choice { word, value: value.clone(), place: self.place_of(key) })
+        let default = self.default_choice(key, options);
+        self.optional_choice(key, options).unwrap_or(default)
+    }
+
+    /// The choice that holds where `key` is left out.
+    pub(super) fn default_choice<T: Clone>(&self, key: &str, options: &[(&'static str, T)]) -> Choice<T> {
+        let default = if let Fallback::Word(word) = self.fallback(key) { word } else { "" };
+        let (word, value) = options.iter().find(|(word, _)| *word == default).unwrap_or(&options[0]);
+        Choice { word, value: value.clone(), place: self.place_of(key) }
     }
 
     /// One of a list of words; `default` is one of their values.
@@ -99,12 +110,24 @@ impl<'t> Table<'t> {
         default: T,
     ) -> Choice<T> {
         let word = options.iter().find(|(_, value)| *value == default).map_or("", |(word, _)| *word);
+        self.select(key, word);
         let found = self.optional_choice(key, options);
         found.unwrap_or_else(|| Choice { word, value: default, place: self.place_of(key) })
     }
 
     /// One of `options`, where `key` is written.
     pub fn optional_choice<T: Clone>(
+        &mut self,
+        key: &'static str,
+        options: &[(&'static str, T)],
+    ) -> Option<Choice<T>> {
+        self.check_options(key, options);
+        let found = self.optional_word(key, options)?;
+        self.select(key, found.word);
+        Some(found)
+    }
+
+    pub(super) fn optional_word<T: Clone>(
         &mut self,
         key: &'static str,
         options: &[(&'static str, T)],
@@ -142,6 +165,7 @@ impl<'t> Table<'t> {
         key: &'static str,
         options: &[(&'static str, T)],
     ) -> Option<Vec<Choice<T>>> {
+        self.check_options(key, options);
         let (value, place) = self.take(key)?;
         let items = self.as_list(value, &place)?;
         let mut found: Vec<Choice<T>> = Vec::new();

@@ -11,8 +11,8 @@ use sph::space::tensors::SpaceVector;
 use super::point_text;
 use crate::case::errors::{CaseError, ErrorList, Place};
 use crate::case::file::fluid::{HydrostaticLattice, ParticleMass, StartTable};
-use crate::case::file::formula;
 use crate::case::reader::{At, Written, is_bounded};
+use crate::case::spec::Variables;
 
 /// Steps of work to evaluate the expression `text`: an instruction of some nanoseconds has two characters or more.
 pub fn expression_steps(text: &str) -> f64 {
@@ -41,7 +41,7 @@ pub fn values<S: Space>(written: &At<Written>, positions: &[S::Vector], errors: 
         Written::Text(text) => text,
     };
     // A text that is no expression has been reported where it was read.
-    let Ok(expression) = Expression::parse(text, formula::coordinates(S::DIMENSIONS)) else {
+    let Ok(expression) = Expression::parse(text, Variables::Coordinates.names(S::DIMENSIONS)) else {
         return vec![0.0; positions.len()];
     };
     if !errors.spend(&written.place, expression_steps(text) * positions.len() as f64) {

@@ -8,7 +8,7 @@ use super::*;
 type Vector = <Spatial as Space>::Vector;
 
 /// A tank of water with a block on its floor, a free ball, and gravity along -z.
-const TANK: &str = r#"name = "tank"
+pub(super) const TANK: &str = r#"name = "tank"
 [domain]
 lower_m = [0.0, 0.0, 0.0]
 upper_m = [0.4, 0.2, 0.3]

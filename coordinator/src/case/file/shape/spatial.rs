@@ -6,7 +6,7 @@ use sph::space::{Space, Spatial};
 use super::surface::SurfaceTable;
 use super::{Kind, ShapeTable};
 use crate::case::errors::CaseError;
-use crate::case::reader::{Allowed, Coordinates, Table};
+use crate::case::reader::{Coordinates, Table};
 
 /// A kind of shape that the plane does not have.
 #[derive(Clone, Copy)]
@@ -43,7 +43,7 @@ pub(super) const KINDS: [(&str, Kind); 13] = [
 
 /// Reads the keys of a shape of `kind`.
 pub(super) fn read(kind: SpatialKind, table: &mut Table<'_>, depth: usize) -> Option<ShapeTable> {
-    let length = |table: &mut Table<'_>, key| table.number(key, &Allowed::POSITIVE).value;
+    let length = |table: &mut Table<'_>, key| table.number(key).value;
     Some(match kind {
         SpatialKind::Box => {
             ShapeTable::Box { lower_m: table.vector("lower_m").value, upper_m: table.vector("upper_m").value }
@@ -56,13 +56,13 @@ pub(super) fn read(kind: SpatialKind, table: &mut Table<'_>, depth: usize) -> Op
             from_m: table.vector("from_m").value,
             to_m: table.vector("to_m").value,
             radius_m: length(table, "radius_m"),
-            inner_radius_m: table.number_or("inner_radius_m", &Allowed::NOT_NEGATIVE, 0.0).value,
+            inner_radius_m: table.number("inner_radius_m").value,
         },
         SpatialKind::Cone => ShapeTable::Cone {
             from_m: table.vector("from_m").value,
             to_m: table.vector("to_m").value,
-            radius_from_m: table.number("radius_from_m", &Allowed::NOT_NEGATIVE).value,
-            radius_to_m: table.number("radius_to_m", &Allowed::NOT_NEGATIVE).value,
+            radius_from_m: table.number("radius_from_m").value,
+            radius_to_m: table.number("radius_to_m").value,
         },
         SpatialKind::Torus => ShapeTable::Torus {
             centre_m: table.vector("centre_m").value,
@@ -101,7 +101,7 @@ pub(super) fn read(kind: SpatialKind, table: &mut Table<'_>, depth: usize) -> Op
             let shape = table.required_table("shape");
             ShapeTable::Placed {
                 axis: direction(table, "axis", (!turns).then_some([0.0, 0.0, 1.0])),
-                angle_rad: table.number_or("angle_rad", &Allowed::FINITE, 0.0).value,
+                angle_rad: table.number("angle_rad").value,
                 by_m: table.vector_or("by_m", Coordinates::repeat(3, 0.0)).value,
                 shape: Box::new(ShapeTable::read_part(shape?, depth)?),
             }

@@ -48,7 +48,7 @@ impl SurfaceTable {
     pub(super) fn read(table: &mut Table<'_>) -> Option<Self> {
         let mut file = table.text("file");
         let unit = table.choice("unit", &UNITS);
-        let defects = table.choice_or_first(
+        let defects = table.choice_or_default(
             "defects",
             &[("refuse", Defects::Refuse), ("repair", Defects::Repair), ("accept", Defects::Accept)],
         );

@@ -1,0 +1,156 @@
+//! The rows of keys: schema, documents and reader say the same.
+
+use std::collections::BTreeSet;
+
+use super::shipped::{EVERYTHING, cases};
+use super::spatial::TANK as SPATIAL;
+use super::*;
+use crate::case::errors::ErrorList;
+use crate::case::file::{CASE, CaseFile};
+use crate::case::notation;
+use crate::case::reader::Table;
+use crate::case::spec::read::Key;
+use crate::case::spec::{TableSpec, document, read, schema};
+
+/// Compares `page` with what the rows say, or writes it with `UPDATE_DOCS`.
+fn is_current(path: &str, text: &str) {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(path);
+    if std::env::var_os("UPDATE_DOCS").is_some() {
+        std::fs::write(&path, text).unwrap();
+    }
+    let written = std::fs::read_to_string(&path).unwrap_or_default();
+    assert!(written == text, "{} is not what the rows say: run the test with UPDATE_DOCS=1", path.display());
+}
+
+#[test]
+fn the_schema_in_the_documents_is_that_of_the_program() {
+    is_current("docs/case.schema.json", &schema::text(&CASE));
+}
+
+#[test]
+fn the_format_page_has_the_tables_of_the_rows() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../cases/FORMAT.md");
+    let page = std::fs::read_to_string(path).unwrap();
+    is_current("cases/FORMAT.md", &document::renewed(&page, &CASE).unwrap());
+    // Every table of keys stands on the page, or its keys on that of the parameters.
+    for name in document::names(&CASE) {
+        assert!(page.contains(&format!("<!-- keys: {name} -->")), "`{name}` is not in cases/FORMAT.md");
+    }
+}
+
+#[test]
+fn every_shipped_case_names_the_schema() {
+    for path in cases() {
+        let text = std::fs::read_to_string(&path).unwrap();
+        let named = text.lines().next().and_then(|line| line.strip_prefix("#:schema ")).unwrap_or_default();
+        let schema = path.parent().unwrap().join(named);
+        assert!(!named.is_empty() && schema.ends_with("docs/case.schema.json"), "{}", path.display());
+        assert!(schema.is_file(), "{}", path.display());
+    }
+}
+
+/// All keys that rows describe, with the words on which they depend; parameters and arguments of probes apart, whose
+/// rows are read as they are.
+fn described(spec: &'static TableSpec, found: &mut BTreeSet<Key>, seen: &mut Vec<&'static str>) {
+    if seen.contains(&spec.name) {
+        return;
+    }
+    seen.push(spec.name);
+    let variants = || spec.variants.iter().flat_map(|variants| variants.rows);
+    found.extend(spec.keys.iter().map(|row| (spec.name, None, row.key)));
+    found.extend(
+        variants()
+            .flat_map(|variant| variant.keys.iter().map(|row| (spec.name, Some(variant.word), row.key))),
+    );
+    for row in spec.keys.iter().chain(variants().flat_map(|variant| variant.keys)) {
+        if let crate::case::spec::Kind::Table(inner) | crate::case::spec::Kind::Tables(inner) = row.kind {
+            described(inner, found, seen);
+        }
+    }
+}
+
+/// What no case above writes.
+const OTHERS: [(&str, &str); 3] = [
+    ("[fluid]", "start_from = \"nowhere\"\npreset = \"paper\"\n[fluid]"),
+    (
+        "[[wall]]",
+        "[checkpoint]\nevery_steps = 5\nevery_wall_s = 60\nmax_restarts = 1\n[deadlines]\nsilence_s = 20\ncall_s = 30\n\
+         open_s = 300\nstep_s = 60\ndisk_s = 60\n[servers]\nfluid_address = \"a:1\"\nsolid_address = \"a:2\"\n\
+         fluid_command = [\"a\"]\nsolid_command = [\"a\"]\nca_file = \"a\"\ncert_file = \"b\"\nkey_file = \"c\"\n\
+         token_file = \"d\"\n[[wall]]",
+    ),
+    (
+        "step = { type = \"fixed\", time_step_s = 1e-5 }",
+        "step = { type = \"adaptive\", exact_times_s = [0.1] }",
+    ),
+];
+
+/// Reads the tables of a case and lays nothing out.
+fn read_rows(text: &str, folder: &Path) {
+    let errors = ErrorList::default();
+    let document = notation::parse(text, &errors).unwrap();
+    drop(CaseFile::read(Table::root(&CASE, document.get_ref(), text, folder, &errors)));
+}
+
+#[test]
+fn every_row_is_of_a_key_that_is_read() {
+    let mut rows = BTreeSet::new();
+    described(&CASE, &mut rows, &mut Vec::new());
+    for path in cases() {
+        read_rows(&std::fs::read_to_string(&path).unwrap(), path.parent().unwrap());
+    }
+    for text in [EVERYTHING, SPATIAL, &tank_with(&OTHERS)] {
+        read_rows(text, Path::new(env!("CARGO_MANIFEST_DIR")));
+    }
+    // A key common to all words of a table counts for any of them.
+    let read: BTreeSet<Key> = read::keys()
+        .into_iter()
+        .flat_map(|(table, word, key)| [(table, word, key), (table, None, key)])
+        .collect();
+    let unread: Vec<&Key> = rows.difference(&read).collect();
+    assert!(unread.is_empty(), "no case of the tests writes, or the reader does not take: {unread:#?}");
+    assert!(rows.len() > 120, "{}", rows.len());
+}
+
+#[test]
+fn every_key_has_description_unit_default_and_range() {
+    fn visit(value: &serde_json::Value, path: &str, count: &mut usize) {
+        let serde_json::Value::Object(object) = value else { return };
+        if let Some(serde_json::Value::Object(properties)) = object.get("properties") {
+            for (key, schema) in properties {
+                for word in ["description", "x-unit", "x-default", "x-range"] {
+                    let text = schema.get(word).and_then(|text| text.as_str()).unwrap_or_default();
+                    assert!(!text.trim_matches('.').is_empty(), "{path}.{key} has no {word}");
+                }
+                *count += 1;
+            }
+        }
+        for (key, inner) in object {
+            match inner {
+                serde_json::Value::Array(list) => list.iter().for_each(|inner| visit(inner, path, count)),
+                inner => visit(inner, &format!("{path}.{key}"), count),
+            }
+        }
+    }
+    let mut count = 0;
+    visit(&schema::of(&CASE), "", &mut count);
+    assert!(count > 250, "{count} keys");
+}
+
+#[test]
+fn units_of_the_schema_are_those_that_parameters_state() {
+    use sph::setup::{ElasticParameters, FluidParameters, ParameterSet, TotalLagrangian, UpdatedLagrangian};
+    let rows = [
+        FluidParameters::SPECIFICATIONS,
+        ElasticParameters::SPECIFICATIONS,
+        TotalLagrangian::SPECIFICATIONS,
+        UpdatedLagrangian::SPECIFICATIONS,
+    ];
+    for row in rows.into_iter().flatten() {
+        let meaning = row.meaning();
+        let stated = meaning.split_once('[').and_then(|(_, rest)| rest.split_once(']')).map(|(unit, _)| unit);
+        if let (Some(stated), sph::setup::Kind::Number(_)) = (stated, row.kind) {
+            assert_eq!(crate::case::spec::unit(row.key), stated, "{}", row.key);
+        }
+    }
+}

@@ -55,5 +55,5 @@ pub mod run;
 pub mod study;
 pub mod sweep;
 
-/// Name of the program in commands that a user is told to type.
+/// Name of the program in commands that messages suggest.
 pub const PROGRAM: &str = "tidelock";

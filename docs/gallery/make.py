@@ -1,7 +1,7 @@
 """Makes the gallery: runs its cases, draws a picture of each, and writes `index.md`.
 
     python3 docs/gallery/make.py              all cases that have no picture yet, then the page
-    python3 docs/gallery/make.py --again A B  cases A and B anew
+    python3 docs/gallery/make.py --again A B  cases A and B again
     python3 docs/gallery/make.py --page       the page alone
 
 Cases run one at a time on one thread. Times are CPU seconds of solvers and coordinator together.

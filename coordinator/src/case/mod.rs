@@ -331,9 +331,11 @@ impl Case {
     /// pictures. A run may continue from a checkpoint of the same identity.
     pub fn identity(&self) -> String {
         let mut file = self.file.clone();
+        // Steps that are shortened toward pictures depend on their times; default ones are those of snapshots or the end.
+        let exact = matches!(file.time.step, StepTable::Adaptive { exact_outputs: true, .. });
+        let default = file.outputs.has_default_pictures(file.time.start_time_s, file.time.end_time_s.value);
         file.time.end_time_s.value = file.time.start_time_s;
-        // Steps that are shortened toward pictures depend on their times.
-        if !matches!(file.time.step, StepTable::Adaptive { exact_outputs: true, .. }) {
+        if !exact || default {
             file.outputs.picture_times_s = Vec::new();
         }
         file.servers = file::interface::ServersTable::none();

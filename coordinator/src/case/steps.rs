@@ -128,7 +128,13 @@ impl Case {
         count
             .check(start, time)
             .map_err(|problem| format!("end time {time:e} s: {problem}; {}", allowed()))?;
-        self.file.time.end_time_s.value = time;
+        let end = std::mem::replace(&mut self.file.time.end_time_s.value, time);
+        // Else the former end would stay a time of a picture.
+        if self.file.outputs.has_default_pictures(start, end) {
+            self.file.outputs.set_default_pictures(start, time);
+            self.outputs.picture_times.clone_from(&self.file.outputs.picture_times_s);
+            self.outputs.plan = self.file.outputs.plan();
+        }
         Ok(())
     }
 }

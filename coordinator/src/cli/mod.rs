@@ -3,6 +3,7 @@
 mod check;
 mod conform;
 mod converge;
+mod headings;
 mod many;
 mod new;
 mod node;
@@ -46,7 +47,7 @@ use self::view::ViewArguments;
 use crate::failure::{Failure, Kind};
 use crate::run::participants::guard::Guard;
 
-/// Couples a fluid solver and a solid solver in lock-step and audits their interface.
+/// Couples a fluid and a solid solver in lock-step and audits their interface.
 ///
 /// Start with `tidelock run cases/drifting_body_coarse.toml`. cases/FORMAT.md lists every key of a case file.
 #[derive(Debug, Parser)]

@@ -6,22 +6,11 @@ use std::time::Duration;
 
 use clap::Args;
 
-use self::heading::{CHECKPOINTS, COMPUTING, FRAMES, RESULTS, SCREEN, SOLVERS};
+use super::headings::{CHECKPOINTS, COMPUTING, FRAMES, RESULTS, SCREEN, SOLVERS};
 use super::security::SecurityArguments;
 use crate::messages::Messages;
 use crate::run::participants::launch::Source;
 use crate::run::{OnReservations, Placement, RelayOptions, RunOptions, ServerOptions};
-
-/// Headings of options in the help, for all commands.
-pub(super) mod heading {
-    pub(in super::super) const COMPUTING: &str = "Computing";
-    pub(in super::super) const CHECKPOINTS: &str = "Checkpoints";
-    pub(in super::super) const FRAMES: &str = "Frames between the solvers";
-    pub(in super::super) const RESULTS: &str = "Results";
-    pub(in super::super) const SCREEN: &str = "Screen";
-    pub(in super::super) const SECURITY: &str = "Security";
-    pub(in super::super) const SOLVERS: &str = "Solvers";
-}
 
 /// How a case is run, new or resumed.
 #[derive(Debug, Args)]

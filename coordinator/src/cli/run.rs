@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use clap::Args;
 
+use super::headings::RESULTS;
 use super::options::RunOptionArguments;
-use super::options::heading::RESULTS;
 use super::set::SetArguments;
 use crate::failure::Failure;
 use crate::results::directory::Existing;

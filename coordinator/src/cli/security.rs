@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use proto::transport::security::ClientFiles;
 
-use super::options::heading::SECURITY;
+use super::headings::SECURITY;
 
 /// TLS and token settings for remote servers, over the case's `[servers]`.
 #[derive(Debug, Args)]

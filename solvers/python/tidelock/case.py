@@ -172,7 +172,7 @@ class Case:
             CaseRefused: with all mistakes at once.
         """
         with self.file() as path:
-            code, text = call(["check", path, *(["--picture", picture] if picture else [])])
+            code, text = call(["check", "--verbose", path, *(["--picture", picture] if picture else [])])
             if code != 0:
                 raise CaseRefused(text.replace(str(path), str(self.path or UNSAVED)))
         return Check(text)

@@ -329,6 +329,16 @@ impl OutputsTable {
         Self { snapshot_interval_s, probe_interval_s, ledger_every_steps, picture_times_s }
     }
 
+    /// Whether the pictures are those of a case from `start` to `end` that names none.
+    pub fn has_default_pictures(&self, start: f64, end: f64) -> bool {
+        self.picture_times_s == default_pictures(start, end, self.snapshot_interval_s)
+    }
+
+    /// Takes the pictures of a case from `start` to `end` that names none.
+    pub fn set_default_pictures(&mut self, start: f64, end: f64) {
+        self.picture_times_s = default_pictures(start, end, self.snapshot_interval_s);
+    }
+
     /// Set-up of the solvers.
     pub fn plan(&self) -> OutputPlan {
         OutputPlan {

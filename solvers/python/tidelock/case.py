@@ -30,12 +30,12 @@ class Check:
     def particles(self) -> dict[str, int]:
         """Number of particles of each region, body and wall.
 
-        >>> Check("particles\\n     2300  fluid region water\\n      826  wall tank\\n\\ntime step").particles
+        >>> Check("particles\\n  fluid region water: 2300\\n  wall tank: 826\\n\\ntime step").particles
         {'fluid region water': 2300, 'wall tank': 826}
         """
         block = self.text.partition("particles\n")[2].partition("\n\n")[0]
-        rows = re.findall(r"^ +(\d+)  (.+)$", block, re.MULTILINE)
-        return {name: int(count) for count, name in rows}
+        rows = re.findall(r"^ +((?:fluid region|body|wall) \S+): (\d+)", block, re.MULTILINE)
+        return {name: int(count) for name, count in rows}
 
     def __str__(self) -> str:
         return self.text

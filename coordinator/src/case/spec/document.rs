@@ -103,7 +103,7 @@ fn variant_table(variants: &Variants) -> String {
 
 /// The keys of a variant in one cell.
 fn keys(variant: &Variant) -> String {
-    let mut lines: Vec<String> = variant.keys.iter().map(|row| inner_key(row)).collect();
+    let mut lines: Vec<String> = variant.keys.iter().map(inner_key).collect();
     if variant.set.is_some() {
         lines.push("parameters of docs/parameters.md".to_owned());
     }

@@ -181,7 +181,7 @@ fn form(kind: Kind) -> Value {
             json!({ "anyOf": [count(first, last), enumeration(words)] })
         }
         Kind::Flag => json!({ "type": "boolean" }),
-        Kind::Word(words) if words.is_empty() => json!({ "type": "string" }),
+        Kind::Word([]) => json!({ "type": "string" }),
         Kind::Word(words) => enumeration(words),
         Kind::SomeWords(words) => {
             json!({ "type": "array", "items": enumeration(words), "uniqueItems": true })

@@ -69,7 +69,7 @@ def run_python(code, names):
 def run_page(page, folder):
     """The blocks of a page; their number."""
     text = (ROOT / "docs" / page).read_text(encoding="utf-8")
-    # The case that later pages go on with.
+    # The case that later pages use.
     earlier = folder.parent / "flexible_structure" / "dam_plate.toml"
     if earlier.is_file():
         shutil.copy(earlier, folder)

@@ -54,14 +54,24 @@ def run(
     words = ["--out", out, *settings(set), *(flag for flag, given in flags.items() if given)]
     if threads is not None:
         words += ["--threads", threads]
+    carry_out("run", case, [*words, *options], out, echo)
+    return Results(out)
+
+
+def carry_out(command: str, case: Case, words: Sequence[object], out: pathlib.Path, echo: bool) -> None:
+    """Has the program carry out `command` on a case; results are in `out`.
+
+    Raises:
+        CaseRefused: the case has mistakes.
+        RunFailed: any other exit code than 0.
+    """
     with case.file() as path:
-        code, text = call(["run", path, *words, *options], echo)
+        code, text = call([command, path, *words], echo)
         text = text.replace(str(path), str(case.path or path.name))
     if code == 2:
         raise CaseRefused(text or "see the messages above")
     if code != 0:
         raise failure(code, text, out)
-    return Results(out)
 
 
 def failure(code: int, text: str, out: pathlib.Path) -> RunFailed:

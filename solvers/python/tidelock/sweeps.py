@@ -10,10 +10,10 @@ from collections.abc import Mapping, Sequence
 import pandas as pd
 
 from .case import Case
-from .errors import CaseRefused, NoResults
-from .program import call, settings, written
+from .errors import NoResults
+from .program import settings, written
 from .results import Results
-from .running import failure
+from .running import carry_out
 
 
 class Sweep:
@@ -90,13 +90,7 @@ def sweep(
         words += ["--threads", threads]
     if not echo:
         words.append("--quiet")
-    with case.file() as path:
-        code, text = call(["sweep", path, *words, *options], echo)
-        text = text.replace(str(path), str(case.path or path.name))
-    if code == 2:
-        raise CaseRefused(text or "see the messages above")
-    if code != 0:
-        raise failure(code, text, out)
+    carry_out("sweep", case, [*words, *options], out, echo)
     return Sweep(out)
 
 

@@ -158,8 +158,8 @@ pub enum StepPolicy {
         maximum: f64,
         /// Largest ratio of one step to the one before it, above 1; shrinking is immediate.
         growth: f64,
-        /// Times that a step boundary meets exactly \[s\], besides those of snapshots, and of probes where their interval is
-        /// at least [`STEPS_PER_EXACT_PROBE`](crate::coupling::stage::STEPS_PER_EXACT_PROBE) steps. `None` shortens no step.
+        /// Times that a step boundary meets exactly \[s\], in addition to those of snapshots, and of probes where their
+        /// interval is at least [`STEPS_PER_EXACT_PROBE`](crate::coupling::stage::STEPS_PER_EXACT_PROBE) steps. `None` shortens no step.
         exact: Option<Vec<f64>>,
     },
 }

@@ -1,7 +1,7 @@
 //! What the rows of a table say of its keys.
 //!
 //! A key that is read without a row, or otherwise than its row says, is an error of every case: schema and documents
-//! would not tell of it.
+//! would lack it.
 
 use sph::setup::Allowed;
 

@@ -73,12 +73,15 @@ const UPDATED: [(&str, &str); 2] = [
 
 /// [`TANK`] with each `from` replaced by its `to`.
 fn tank_with(changes: &[(&str, &str)]) -> String {
-    let mut text = TANK.to_owned();
-    for (from, to) in changes {
+    changed(TANK, changes)
+}
+
+/// `text` with the first place of each pattern replaced.
+fn changed(text: &str, changes: &[(&str, &str)]) -> String {
+    changes.iter().fold(text.to_owned(), |text, (from, to)| {
         assert!(text.contains(from), "{from}");
-        text = text.replacen(from, to, 1);
-    }
-    text
+        text.replacen(from, to, 1)
+    })
 }
 
 fn read(text: &str) -> Result<Case, CaseErrors> {

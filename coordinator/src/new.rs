@@ -56,7 +56,7 @@ pub static TEMPLATES: [Template; 6] = [
 /// Name of the schema beside a new case.
 const SCHEMA: &str = "case.schema.json";
 
-/// What [`write`] has written.
+/// What [`write()`] has written.
 #[derive(Debug)]
 pub struct Written {
     /// The case file.

@@ -193,10 +193,12 @@ class Live {
     const { player } = this.page;
     if (!player) return;
     for (let k = player.frames.length; k < run.frames.length; k++) {
-      // No more than fits: of a long run every second, third … frame, and the last.
+      const isLast = k === run.frames.length - 1;
+      // No more than fits: of a long run every second, third … frame, and the last. A run that has ended serves no longer
+      // than a moment: of what is unread then, the last.
       const size = player.frames[0] ? 2 * player.frames[0].count * player.frames[0].columns.length : 0;
       const stride = Math.max(1, Math.ceil((size * run.frames.length) / MOST_BYTES));
-      if (k % stride !== 0 && k !== run.frames.length - 1) { player.frames.length = k + 1; continue; }
+      if (!isLast && (this.ended || k % stride !== 0)) { player.frames.length = k + 1; continue; }
       const answer = await fetch(`api/frames/${k}`);
       if (!answer.ok) return;
       const facts = await answer.json();

@@ -227,7 +227,7 @@ def live(browser, coordinator, folder):
         browser.run("[...document.querySelectorAll('.orders button')].find((b) => /stop/.test(b.textContent)).click()")
         assert program.wait(60) == 8, "stopped from outside"
         browser.wait("/ended: stopped/.test(document.querySelector('.doing').textContent)", 10)
-        # A page that asks late finds nobody, and says so to the console; what it has read stays.
+        # A request after the end of the program is refused, and the console says so; what the page has read stays.
         browser.wait("page.player.frames.length > 1")
         browser.problems = [text for text in browser.problems if "ERR_CONNECTION_REFUSED" not in text]
     finally:

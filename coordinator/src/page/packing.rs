@@ -4,12 +4,24 @@
 //! 2ᵇ − 1, stands for no value: NaN, or a particle that is not there at this time. So a value that is read back is
 //! within half a quantum, (upper − lower) / (2ᵇ − 2) / 2, of what was packed.
 //!
-//! A frame is a list of columns, each of n codes. A code is stored as the difference, modulo 2ᵇ, to that of the same
-//! particle in the frame before, or in a frame that stands alone to that of the particle before, folded so that small
-//! ones of either sign are small (0, −1, 1, −2 … as 0, 1, 2, 3 …); first the lower bytes of the column, then the upper.
+//! A frame is a list of columns: a byte that names a forecast, then n codes. A code is stored as its difference, modulo
+//! 2ᵇ, to the forecast, folded so that small ones of either sign are small (0, −1, 1, −2 … as 0, 1, 2, 3 …); first the
+//! lower bytes of the column, then the upper. Of the forecasts that the frames before allow, a column takes the one whose
+//! differences are shortest. With cᵢ the code of particle i in this frame, pᵢ in the one before and qᵢ two frames before,
+//! and 0 for what is before the first particle, the forecasts of cᵢ are
+//!
+//! | name | forecast | fits |
+//! |---|---|---|
+//! | 0 | cᵢ₋₁ | a frame that stands alone |
+//! | 1 | pᵢ | what rests |
+//! | 2 | pᵢ + (cᵢ₋₁ − pᵢ₋₁) | what changes like its neighbour |
+//! | 3 | 2pᵢ − qᵢ | what moves evenly |
+//! | 4 | 2pᵢ − qᵢ + (cᵢ₋₁ − 2pᵢ₋₁ + qᵢ₋₁) | what is accelerated like its neighbour |
+//!
 //! A frame that brings its particles has before the columns their groups (16 bits) and ids (32 bits), each as differences
 //! modulo 2ᵇ to the particle before, in bytes from the lowest.
 
+use std::collections::VecDeque;
 use std::io::{self, Write};
 
 use base64::Engine;
@@ -86,15 +98,15 @@ pub fn columns<'a>(
 pub struct Packer {
     columns: Vec<Column>,
     slots: Vec<Slot>,
-    /// Codes of the frame before, column after column.
-    before: Option<Vec<Vec<u16>>>,
+    /// Codes of the last two frames, the latest first, column after column.
+    before: VecDeque<Vec<Vec<u16>>>,
     level: Compression,
 }
 
 impl Packer {
     /// A packer of frames of these particles, ascending.
     pub fn new(columns: Vec<Column>, slots: Vec<Slot>, level: Compression) -> Self {
-        Self { columns, slots, before: None, level }
+        Self { columns, slots, before: VecDeque::new(), level }
     }
 
     /// How columns are packed.
@@ -108,7 +120,7 @@ impl Packer {
     /// None that a buffer in memory has.
     pub fn pack(&mut self, particles: &Particles) -> io::Result<Vec<u8>> {
         let mut raw = Vec::new();
-        if self.before.is_none() {
+        if self.before.is_empty() {
             let groups = differences(self.slots.iter().map(|slot| u32::from(slot.group)));
             planes(&mut raw, &groups, 2);
             let ids = differences(self.slots.iter().map(|slot| slot.id));
@@ -128,22 +140,14 @@ impl Packer {
             let values = &particles.columns[index(column.name)];
             let codes: Vec<u16> =
                 places.iter().map(|place| place.map_or(column.none(), |i| column.code(values[i]))).collect();
-            let before = self.before.as_ref().map(|before| &before[c]);
-            let folded: Vec<u32> = codes
-                .iter()
-                .enumerate()
-                .map(|(i, code)| {
-                    let reference = match before {
-                        Some(before) => before[i],
-                        None => i.checked_sub(1).map_or(0, |k| codes[k]),
-                    };
-                    fold(code.wrapping_sub(reference), column.bits)
-                })
-                .collect();
+            let before: Vec<&[u16]> = self.before.iter().map(|frame| frame[c].as_slice()).collect();
+            let (name, folded) = shortest(&codes, &before, column.bits);
+            raw.push(name);
             planes(&mut raw, &folded, column.bits.div_ceil(8));
             all.push(codes);
         }
-        self.before = Some(all);
+        self.before.push_front(all);
+        self.before.truncate(2);
         let mut encoder = ZlibEncoder::new(Vec::new(), self.level);
         encoder.write_all(&raw)?;
         encoder.finish()
@@ -157,6 +161,35 @@ pub fn as_text(bytes: &[u8]) -> String {
 
 fn index(name: &str) -> usize {
     ["x", "y", "z"].into_iter().chain(FIELDS).position(|known| known == name).unwrap_or(0)
+}
+
+/// Name of the forecast with the shortest differences, and these folded; `before` are the codes of frames before, the
+/// latest first.
+fn shortest(codes: &[u16], before: &[&[u16]], bits: u32) -> (u8, Vec<u32>) {
+    let folded = |forecast: &dyn Fn(usize) -> u16, beside: bool| -> Vec<u32> {
+        let mut left = 0u16;
+        let difference = |(i, code): (usize, &u16)| {
+            let own = code.wrapping_sub(forecast(i));
+            let left = std::mem::replace(&mut left, own);
+            fold(if beside { own.wrapping_sub(left) } else { own }, bits)
+        };
+        codes.iter().enumerate().map(difference).collect()
+    };
+    let candidates = match *before {
+        [] => vec![(0, folded(&|_| 0, true))],
+        [p] => vec![(1, folded(&|i| p[i], false)), (2, folded(&|i| p[i], true))],
+        [p, q, ..] => {
+            let evenly = |i: usize| p[i].wrapping_mul(2).wrapping_sub(q[i]);
+            vec![
+                (1, folded(&|i| p[i], false)),
+                (2, folded(&|i| p[i], true)),
+                (3, folded(&evenly, false)),
+                (4, folded(&evenly, true)),
+            ]
+        }
+    };
+    let length = |folded: &[u32]| folded.iter().map(|number| u32::BITS - number.leading_zeros()).sum::<u32>();
+    candidates.into_iter().min_by_key(|(_, folded)| length(folded)).unwrap_or_default()
 }
 
 /// A difference modulo 2ᵇ as a number that is small where the difference is near zero.

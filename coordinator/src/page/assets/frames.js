@@ -23,12 +23,23 @@ function summed(numbers) {
   return numbers;
 }
 
-/** A frame from its bytes: groups, ids, and per column the codes of all particles. */
-function decoded(raw, facts, columns, before) {
+/** What a column's forecast of a code takes from the frame before, p, and from the one before that, q. */
+const forecasts = [
+  (p, q, i) => 0,
+  (p, q, i) => p[i],
+  (p, q, i) => p[i],
+  (p, q, i) => 2 * p[i] - q[i],
+  (p, q, i) => 2 * p[i] - q[i],
+];
+/** Whether a forecast adds by how much the particle before differs from its own. */
+const beside = [true, false, true, false, true];
+
+/** A frame from its bytes: groups, ids, and per column the codes of all particles; `before` are the frames before it, the latest first. */
+function decoded(raw, facts, columns, before = []) {
   const count = facts.count;
   let at = 0;
-  let { groups, ids } = before ?? {};
-  if (!before) {
+  let { groups, ids } = before[0] ?? {};
+  if (!before.length) {
     [groups, at] = planes(raw, at, count, 2);
     [ids, at] = planes(raw, at, count, 4);
     summed(groups);
@@ -36,15 +47,18 @@ function decoded(raw, facts, columns, before) {
   }
   const codes = {};
   for (const column of columns) {
+    const name = raw[at++];
+    const forecast = forecasts[name];
     let folded;
     [folded, at] = planes(raw, at, count, column.bits / 8);
     const mask = column.bits === 8 ? 0xff : 0xffff;
-    const old = before?.codes[column.name];
+    const [p, q] = before.map((frame) => frame.codes[column.name]);
     const list = new Uint16Array(count);
+    let own = 0;
     for (let i = 0; i < count; i++) {
       const difference = folded[i] & 1 ? -((folded[i] + 1) >> 1) : folded[i] >> 1;
-      const reference = old ? old[i] : i > 0 ? list[i - 1] : 0;
-      list[i] = (reference + difference) & mask;
+      own = beside[name] ? own + difference : difference;
+      list[i] = (forecast(p, q, i) + own) & mask;
     }
     codes[column.name] = list;
   }
@@ -78,11 +92,12 @@ function valuesOf(frame, name) {
 /** The frames of this document, one after another: each is handed over as soon as it is read. */
 async function readEmbedded(run, take) {
   const elements = document.querySelectorAll("script.frame");
-  let before = null;
+  let before = [];
   for (let k = 0; k < elements.length; k++) {
     const raw = await inflated(elements[k].textContent);
     elements[k].remove();
-    before = decoded(raw, run.frames[k], run.columns, before);
-    take(k, before);
+    const frame = decoded(raw, run.frames[k], run.columns, before);
+    before = [frame, ...before].slice(0, 2);
+    take(k, frame);
   }
 }

@@ -204,7 +204,7 @@ class Live {
       const facts = await answer.json();
       const follows = player.follows ?? true;
       player.widen(facts.scales);
-      player.take(k, decoded(await inflated(facts.data), facts, facts.columns, null));
+      player.take(k, decoded(await inflated(facts.data), facts, facts.columns));
       if (follows && !player.playing) player.show(k);
     }
   }

@@ -7,10 +7,14 @@ use flate2::read::ZlibDecoder;
 use super::*;
 
 /// A reader written from the description of the format alone.
+#[derive(Default)]
 struct Reader {
     columns: Vec<Column>,
     slots: Vec<Slot>,
-    codes: Option<Vec<Vec<u16>>>,
+    /// Of all frames so far.
+    codes: Vec<Vec<Vec<u16>>>,
+    /// Forecasts of the columns of the last frame.
+    names: Vec<u8>,
 }
 
 impl Reader {
@@ -18,13 +22,14 @@ impl Reader {
         let mut raw = Vec::new();
         ZlibDecoder::new(packed).read_to_end(&mut raw).unwrap();
         let mut at = 0;
-        let mut take = |bytes: usize| -> Vec<u32> {
-            let numbers = (0..n).map(|i| (0..bytes).map(|b| u32::from(raw[at + b * n + i]) << (8 * b)).sum());
+        let take = |raw: &[u8], at: &mut usize, bytes: usize| -> Vec<u32> {
+            let numbers =
+                (0..n).map(|i| (0..bytes).map(|b| u32::from(raw[*at + b * n + i]) << (8 * b)).sum());
             let numbers = numbers.collect();
-            at += bytes * n;
+            *at += bytes * n;
             numbers
         };
-        if self.codes.is_none() {
+        if self.codes.is_empty() {
             let sums = |list: Vec<u32>| -> Vec<u32> {
                 list.iter()
                     .scan(0u32, |sum, d| {
@@ -33,34 +38,43 @@ impl Reader {
                     })
                     .collect()
             };
-            let (groups, ids) = (sums(take(2)), sums(take(4)));
+            let (groups, ids) = (sums(take(&raw, &mut at, 2)), sums(take(&raw, &mut at, 4)));
             self.slots =
                 groups.iter().zip(ids).map(|(group, id)| Slot { group: *group as u16, id }).collect();
         }
+        self.names.clear();
         let mut all = Vec::new();
         for (c, column) in self.columns.iter().enumerate() {
-            let modulus = 1u32 << column.bits;
+            let modulus = 1i64 << column.bits;
+            let name = raw[at];
+            at += 1;
+            self.names.push(name);
+            let frame = |back: usize, i: Option<usize>| -> i64 {
+                i.map_or(0, |i| i64::from(self.codes[self.codes.len() - back][c][i]))
+            };
             let mut codes: Vec<u16> = Vec::new();
-            for (i, folded) in take(column.bits as usize / 8).into_iter().enumerate() {
-                let difference = if folded % 2 == 0 { folded / 2 } else { modulus - folded / 2 - 1 };
-                let reference = match &self.codes {
-                    Some(before) => before[c][i],
-                    None => {
-                        if i > 0 {
-                            codes[i - 1]
-                        } else {
-                            0
-                        }
-                    }
+            for (i, folded) in take(&raw, &mut at, column.bits as usize / 8).into_iter().enumerate() {
+                let folded = i64::from(folded);
+                let difference = if folded % 2 == 0 { folded / 2 } else { -(folded + 1) / 2 };
+                let left = i.checked_sub(1);
+                let beside = left.map_or(0, |k| i64::from(codes[k]));
+                let i = Some(i);
+                let forecast = match name {
+                    0 => beside,
+                    1 => frame(1, i),
+                    2 => frame(1, i) + beside - frame(1, left),
+                    3 => 2 * frame(1, i) - frame(2, i),
+                    4 => 2 * frame(1, i) - frame(2, i) + beside - 2 * frame(1, left) + frame(2, left),
+                    _ => panic!("forecast {name}"),
                 };
-                codes.push(((u32::from(reference) + difference) % modulus) as u16);
+                codes.push((forecast + difference).rem_euclid(modulus) as u16);
             }
             all.push(codes);
         }
         assert_eq!(at, raw.len(), "nothing is left over");
         let values = |(column, codes): (&Column, &Vec<u16>)| codes.iter().map(|c| column.value(*c)).collect();
         let values = self.columns.iter().zip(&all).map(values).collect();
-        self.codes = Some(all);
+        self.codes.push(all);
         values
     }
 }
@@ -85,7 +99,7 @@ fn every_value_comes_back_within_half_a_quantum() {
     for (bits, in_space) in [(8, false), (16, false), (16, true)] {
         let columns = columns(frames.iter(), in_space, bits);
         let mut packer = Packer::new(columns.clone(), frames[0].slots.clone(), Compression::default());
-        let mut reader = Reader { columns: columns.clone(), slots: Vec::new(), codes: None };
+        let mut reader = Reader { columns: columns.clone(), ..Reader::default() };
         for frame in &frames {
             let read = reader.read(&packer.pack(frame).unwrap(), 300);
             assert_eq!(reader.slots, frames[0].slots);
@@ -101,6 +115,48 @@ fn every_value_comes_back_within_half_a_quantum() {
             }
         }
     }
+}
+
+#[test]
+fn every_forecast_is_taken_where_it_fits() {
+    // Values of the columns x, y, pressure, speed and density at particle i and time t; between particles, noise.
+    let noise = |i: u32| f64::from(i.wrapping_mul(2_654_435_761) >> 20);
+    let motion: [fn(f64, f64) -> f64; 5] = [
+        |noise, _| noise,
+        |noise, t| noise + 40.0 * t,
+        |noise, t| noise + noise * t,
+        |noise, t| noise + noise * t + 300.0 * t * t,
+        |_, _| 0.0,
+    ];
+    let frame = |t: u32| {
+        let mut particles = Particles { time: f64::from(t), ..Particles::default() };
+        for id in 0..500u32 {
+            particles.slots.push(Slot { group: 0, id });
+            for (column, motion) in [0, 1, 3, 4, 5].into_iter().zip(motion) {
+                particles.columns[column].push(motion(noise(id), f64::from(t)) as f32);
+            }
+            for unused in [2, 6] {
+                particles.columns[unused].push(f32::NAN);
+            }
+        }
+        particles
+    };
+    let frames: Vec<Particles> = (0..4).map(frame).collect();
+    let columns = columns(frames.iter(), false, 16);
+    let mut packer = Packer::new(columns.clone(), frames[0].slots.clone(), Compression::default());
+    let mut reader = Reader { columns: columns.clone(), ..Reader::default() };
+    let mut names = Vec::new();
+    for frame in &frames {
+        let read = reader.read(&packer.pack(frame).unwrap(), 500);
+        names.push(reader.names.clone());
+        for (column, values) in columns.iter().zip(read) {
+            for (packed, value) in frame.columns[index(column.name)].iter().zip(values) {
+                let allowed = 0.5 * column.quantum() * (1.0 + 1e-9);
+                assert!((f64::from(*packed) - value).abs() <= allowed, "{}", column.name);
+            }
+        }
+    }
+    assert_eq!(names, [[0; 5], [1, 2, 1, 1, 1], [1, 2, 3, 4, 1], [1, 2, 3, 4, 1]]);
 }
 
 #[test]

@@ -37,7 +37,7 @@ const CONNECTIONS: usize = 32;
 /// Time between looks at the folder while a browser is connected.
 const LOOK: Duration = Duration::from_millis(500);
 /// A look takes at most this part of the time of this thread: large tables are read less often.
-const LARGEST_PART: u32 = 50;
+const LARGEST_PART: u32 = 100;
 /// How long browsers may ask for the last state of a run that has ended.
 const FAREWELL: Duration = Duration::from_millis(700);
 

@@ -130,6 +130,9 @@ class Page {
 /** Memory for frames of a running run [bytes]. */
 const MOST_BYTES = 256e6;
 
+/** Rest between two updates over what the last one took. */
+const IDLE = 40;
+
 /** Follows a run: its state by server-sent events, its figures and frames by request, as fast as this browser takes them. */
 class Live {
   constructor(page) {
@@ -163,6 +166,7 @@ class Live {
     this.wanted = version;
     if (status.ended) {
       this.ended = true;
+      this.wake?.();
       this.buttons.hidden = true;
       this.events.close();
     }
@@ -176,17 +180,28 @@ class Live {
     try {
       while (this.version < this.wanted) {
         const version = this.wanted;
+        const begun = performance.now();
         const run = await (await fetch("api/run")).json();
         this.version = version;
         this.page.take(run);
         await this.readFrames(run);
-        await new Promise((resolve) => setTimeout(resolve, 500));
+        // The run may need the cores that draw this page. Its end is not slept through.
+        await this.rest(Math.max(500, IDLE * (performance.now() - begun)));
       }
     } catch (problem) {
       console.debug(problem);
     } finally {
       this.busy = false;
     }
+  }
+
+  /** Waits so many milliseconds, or until the run has ended. */
+  rest(most) {
+    if (this.ended) return null;
+    return new Promise((resolve) => {
+      this.wake = resolve;
+      setTimeout(resolve, most);
+    });
   }
 
   async readFrames(run) {

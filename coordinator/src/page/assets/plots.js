@@ -17,6 +17,17 @@ class Plots {
     this.element = element("section", { id: "plots", "aria-label": "quantities over time" },
       element("div", { class: "head" }, element("h2", {}, "Over time"), this.filter, this.whole),
       element("p", { class: "note" }, "One axis of time for all. Move over a plot to read values, press to see the particles at that time, drag to look closer."), this.body);
+    // A plot is drawn when it comes near to the screen.
+    this.near = new IntersectionObserver((entries) => {
+      for (const { target, isIntersecting } of entries) {
+        const one = this.drawn.find(({ figure }) => figure === target);
+        if (!one) continue;
+        one.near = isIntersecting;
+        this.drawIfNear(one);
+      }
+      this.cursor(this.time);
+    }, { rootMargin: "100%" });
+    addEventListener("beforeprint", () => { for (const one of this.drawn) if (one.holder.clientWidth) this.draw(one); });
     let width = 0;
     new ResizeObserver(() => {
       if (Math.abs(this.body.clientWidth - width) < 2) return;
@@ -29,22 +40,25 @@ class Plots {
   take(groups) {
     this.groups = groups;
     for (const details of this.body.querySelectorAll("details")) this.open[details.id] = details.open;
+    this.near.disconnect();
+    const near = new Set(this.drawn.filter((one) => one.near).map((one) => one.figure.dataset.title));
     this.drawn = [];
     this.body.replaceChildren(...groups.map((group, k) => {
       const figures = group.plots.map((plot) => {
         const legend = element("span", { class: "keys" });
         const peak = element("span", { class: "peak" }, this.peak(plot));
         const holder = element("div", { class: "plot" });
-        const figure = element("figure", { "data-title": `${plot.title} ${group.headline}`.toLowerCase() }, element("figcaption", {}, element("b", {}, plot.title), legend, peak), holder);
-        this.drawn.push({ plot, figure, legend, holder });
+        const title = `${plot.title} ${group.headline}`.toLowerCase();
+        const figure = element("figure", { "data-title": title }, element("figcaption", {}, element("b", {}, plot.title), legend, peak), holder);
+        this.drawn.push({ plot, figure, legend, holder, near: near.has(title) });
         return figure;
       });
       const details = element("details", { id: `plots-${group.id}`, open: this.open[`plots-${group.id}`] ?? k < (innerWidth < 700 ? 1 : 2), ontoggle: () => { if (details.open) this.drawAll(); } },
         element("summary", {}, element("h3", {}, `${group.headline} `, element("span", { class: "count" }, `${group.plots.length}`))), group.note ? element("p", { class: "note" }, group.note) : null, element("div", { class: "figures" }, figures));
       return details;
     }));
+    for (const { figure } of this.drawn) this.near.observe(figure);
     this.apply();
-    this.drawAll();
   }
 
   /** Largest and smallest value in words. */
@@ -76,8 +90,17 @@ class Plots {
   }
 
   drawAll() {
-    for (const one of this.drawn) if (one.holder.clientWidth) this.draw(one);
+    for (const one of this.drawn) {
+      one.stale = true;
+      this.drawIfNear(one);
+    }
     this.cursor(this.time);
+  }
+
+  drawIfNear(one) {
+    if (!one.stale || !one.near || !one.holder.clientWidth) return;
+    one.stale = false;
+    this.draw(one);
   }
 
   draw(one) {

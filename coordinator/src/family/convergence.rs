@@ -11,8 +11,9 @@ const FORMAL_ORDER: f64 = 2.0;
 /// 100 sequences bound the true error (Roache 1994; Celik et al. 2008).
 const SAFETY: f64 = 1.25;
 
-/// Factor of safety where two resolutions show no order, and the formal one is taken (Roache 1994).
-const SAFETY_OF_TWO: f64 = 3.0;
+/// Factor of safety where there is no order: of two resolutions, with the formal one (Roache 1994), and of three that do not
+/// converge, on their range (Eça and Hoekstra 2006).
+const SAFETY_WITHOUT_ORDER: f64 = 3.0;
 
 /// Least order that counts as convergence. Below it, half the step takes off less than 30 % of the error, and the
 /// extrapolated value lies more than 2.4 times the last difference beyond the finest run.
@@ -53,10 +54,13 @@ pub enum Trend {
         /// Estimated error of the finest value, grid convergence index, in the unit of the figure.
         error: f64,
     },
-    /// The three finest do not converge: there is no order, and the error is unknown.
+    /// The three finest do not converge: there is no order.
     NotConverged {
         /// Why.
         reason: Reason,
+        /// Estimated error of the finest value: three times the range of the three (Eça and Hoekstra 2006), in the unit of
+        /// the figure.
+        error: f64,
     },
 }
 
@@ -86,7 +90,7 @@ impl std::fmt::Display for Trend {
             Self::Converging { order, extrapolated, error } => {
                 write!(f, "order {order:.2}, extrapolated {extrapolated:.6e}, estimated error {error:.2e}")
             }
-            Self::NotConverged { reason } => f.write_str(match reason {
+            Self::NotConverged { reason, .. } => f.write_str(match reason {
                 Reason::Oscillates => "not converged: the values go up and down",
                 Reason::Grows => "not converged: the differences do not fall",
                 Reason::TooSlow => "not converged: the differences hardly fall",
@@ -124,7 +128,10 @@ pub fn trend(points: &[(f64, Spread)]) -> Trend {
         }
     }
     match order([coarse.0, middle.0, fine.0], last / first) {
-        Err(reason) => Trend::NotConverged { reason },
+        Err(reason) => {
+            let range = f1.max(f2).max(f3) - f1.min(f2).min(f3);
+            Trend::NotConverged { reason, error: SAFETY_WITHOUT_ORDER * range }
+        }
         Ok(order) => {
             let ahead = |order: f64| last / ((middle.0 / fine.0).powf(order) - 1.0);
             // Above the formal order the last difference may be small by chance: the one before it counts too. At that
@@ -148,7 +155,7 @@ fn pair(coarse: (f64, Spread), fine: (f64, Spread)) -> Trend {
     if difference.abs() <= ROUND_OFF * before.abs().max(after.abs()) {
         return Trend::Unchanged;
     }
-    let error = SAFETY_OF_TWO * (difference / ((coarse.0 / fine.0).powf(FORMAL_ORDER) - 1.0)).abs();
+    let error = SAFETY_WITHOUT_ORDER * (difference / ((coarse.0 / fine.0).powf(FORMAL_ORDER) - 1.0)).abs();
     Trend::Pair { difference, error }
 }
 
@@ -238,17 +245,20 @@ mod tests {
 
     #[test]
     fn what_does_not_converge_is_said_to() {
-        let reason = |reason| Trend::NotConverged { reason };
+        let no_order = |reason, error| Trend::NotConverged { reason, error };
         // The heights of the drifting body at 4, 2, 1 mm.
-        assert_eq!(of(&[(4.0, 0.223), (2.0, 0.250), (1.0, 0.170)]), reason(Reason::Oscillates));
-        assert_eq!(of(&[(4.0, 0.0), (2.0, 1.0), (1.0, 2.5)]), reason(Reason::Grows));
-        assert_eq!(of(&[(4.0, 0.0), (2.0, 1.0), (1.0, 1.9)]), reason(Reason::TooSlow));
+        assert_eq!(
+            of(&[(4.0, 0.223), (2.0, 0.250), (1.0, 0.170)]),
+            no_order(Reason::Oscillates, 3.0 * (0.250 - 0.170))
+        );
+        assert_eq!(of(&[(4.0, 0.0), (2.0, 1.0), (1.0, 2.5)]), no_order(Reason::Grows, 7.5));
+        assert_eq!(of(&[(4.0, 0.0), (2.0, 1.0), (1.0, 1.9)]), no_order(Reason::TooSlow, 3.0 * 1.9));
         assert_eq!(of(&[(4.0, 0.0), (2.0, 1.0)]), Trend::Pair { difference: 1.0, error: 1.0 });
         assert_eq!(of(&[(4.0, 1.0), (2.0, 1.0)]), Trend::Unchanged);
         assert_eq!(of(&[(4.0, 0.0)]), Trend::TooFew);
         assert_eq!(of(&[(4.0, 2.0), (2.0, 2.0), (1.0, 2.0)]), Trend::Unchanged);
         // The last refinement changes nothing after an earlier one did: a product of zero is no order.
-        assert_eq!(of(&[(4.0, 1.0), (2.0, 2.0), (1.0, 2.0)]), reason(Reason::Oscillates));
+        assert_eq!(of(&[(4.0, 1.0), (2.0, 2.0), (1.0, 2.0)]), no_order(Reason::Oscillates, 3.0));
     }
 
     #[test]

@@ -32,8 +32,10 @@ fn error_of(trend: &Trend) -> Option<f64> {
     match trend {
         Trend::Unchanged => Some(0.0),
         Trend::WithinSpread { uncertainty } => Some(*uncertainty),
-        Trend::Pair { error, .. } | Trend::Converging { error, .. } => Some(*error),
-        Trend::TooFew | Trend::NotConverged { .. } => None,
+        Trend::Pair { error, .. } | Trend::Converging { error, .. } | Trend::NotConverged { error, .. } => {
+            Some(*error)
+        }
+        Trend::TooFew => None,
     }
 }
 
@@ -50,31 +52,34 @@ impl Verdict {
             Some(Trend::Converging { order, .. }) => Some(*order),
             _ => None,
         };
+        let trends = [("spacing", in_space), ("sound speed", in_sound)];
+        let trends = trends.into_iter().filter_map(|(what, trend)| Some((what, trend?)));
+        let squares = trends
+            .clone()
+            .try_fold(0.0, |sum: f64, (_, trend)| error_of(trend).map(|error| sum + error * error));
+        let error = squares.filter(|_| finest.is_some()).map(f64::sqrt);
+        let is_small = error.zip(finest).is_some_and(|(error, value)| error <= tolerance * value.abs());
         let mut reasons = Vec::new();
-        let mut squares = Some(0.0);
-        for (what, trend) in [("spacing", in_space), ("sound speed", in_sound)] {
-            let Some(trend) = trend else { continue };
-            match error_of(trend) {
-                Some(error) => squares = squares.map(|sum: f64| sum + error * error),
-                None => {
-                    squares = None;
-                    reasons.push(format!("over the {what} {trend}"));
+        if !is_small {
+            // Where there is no order, the cause is better known than the size of the error.
+            let without = |trend: &Trend| matches!(trend, Trend::TooFew | Trend::NotConverged { .. });
+            let without = trends.filter(|(_, trend)| without(trend));
+            reasons.extend(without.map(|(what, trend)| format!("over the {what} {trend}")));
+            match (error, finest) {
+                (_, None) => reasons.push("the finest run has no such value".to_owned()),
+                // Of a value of zero no share can be taken.
+                (Some(error), Some(0.0)) => {
+                    reasons.push(format!("the estimated error is {error:.2e} at a value of 0"));
                 }
+                (Some(error), Some(value)) if reasons.is_empty() => {
+                    reasons.push(format!("the estimated error is {:.0} %", 100.0 * error / value.abs()));
+                }
+                _ => {}
             }
         }
-        let error = squares.filter(|_| finest.is_some()).map(f64::sqrt);
-        match (error, finest) {
-            // Of a value of zero no share can be taken.
-            (Some(error), Some(value)) if error > tolerance * value.abs() => reasons.push(match value {
-                0.0 => format!("the estimated error is {error:.2e} at a value of 0"),
-                value => format!("the estimated error is {:.0} %", 100.0 * error / value.abs()),
-            }),
-            (_, None) => reasons.push("the finest run has no such value".to_owned()),
-            _ => {}
-        }
         let figure = result.figure.to_string();
-        let converged = reasons.is_empty();
-        Self { figure, over_spacing, finest, order, error, converged, reason: reasons.join("; ") }
+        let reason = reasons.join("; ");
+        Self { figure, over_spacing, finest, order, error, converged: is_small, reason }
     }
 
     /// Whether the figure is the same at all resolutions, so that there is nothing to judge.
@@ -111,7 +116,7 @@ pub fn sentence(verdicts: &[Verdict], tolerance: f64) -> String {
                 named.push_str(&format!(" and {} more", k - NAMED));
             }
             format!(
-                "NOT CONVERGED: {k} of {count} key figures have no order or an estimated error above {share} %: {named}. \
+                "NOT CONVERGED: {k} of {count} key figures have an estimated error above {share} %: {named}. \
                  Refine by `--spacings`; where the motion is chaotic, judge means of `ensemble` in its place."
             )
         }
@@ -160,11 +165,14 @@ mod tests {
     }
 
     #[test]
-    fn a_figure_without_an_order_has_no_error_and_the_sentence_names_it() {
+    fn a_figure_without_an_order_has_the_error_of_its_range_and_the_sentence_names_it() {
         let open = Verdict::of(&result([1.0, 3.0, 2.0], None), TOLERANCE);
-        assert_eq!((open.error, open.order, open.converged), (None, None, false));
-        let why = Trend::NotConverged { reason: Reason::Oscillates }.to_string();
+        assert_eq!((open.error, open.order, open.converged), (Some(6.0), None, false));
+        let why = Trend::NotConverged { reason: Reason::Oscillates, error: 6.0 }.to_string();
         assert!(open.reason.contains(&why), "{}", open.reason);
+        // Up and down by so little that it does not matter: the level of the water at the start.
+        let level = Verdict::of(&result([0.29134, 0.29133, 0.29134], None), TOLERANCE);
+        assert!(level.converged && level.order.is_none() && level.reason.is_empty(), "{level:?}");
         let good = Verdict::of(&result([10.16, 10.04, 10.01], None), TOLERANCE);
         assert!(good.converged, "{good:?}");
         let said = sentence(&[open, good.clone()], TOLERANCE);

@@ -23,16 +23,17 @@ function summed(numbers) {
   return numbers;
 }
 
-/** What a column's forecast of a code takes from the frame before, p, and from the one before that, q. */
+/**
+ * Forecasts of a code by their names: what they take from the frame before, p, and from the one before that, q, and whether they
+ * add by how much the particle before differs from that.
+ */
 const forecasts = [
-  (p, q, i) => 0,
-  (p, q, i) => p[i],
-  (p, q, i) => p[i],
-  (p, q, i) => 2 * p[i] - q[i],
-  (p, q, i) => 2 * p[i] - q[i],
+  { from: () => 0, beside: true },
+  { from: (p, q, i) => p[i], beside: false },
+  { from: (p, q, i) => p[i], beside: true },
+  { from: (p, q, i) => 2 * p[i] - q[i], beside: false },
+  { from: (p, q, i) => 2 * p[i] - q[i], beside: true },
 ];
-/** Whether a forecast adds by how much the particle before differs from its own. */
-const beside = [true, false, true, false, true];
 
 /** A frame from its bytes: groups, ids, and per column the codes of all particles; `before` are the frames before it, the latest first. */
 function decoded(raw, facts, columns, before = []) {
@@ -47,8 +48,7 @@ function decoded(raw, facts, columns, before = []) {
   }
   const codes = {};
   for (const column of columns) {
-    const name = raw[at++];
-    const forecast = forecasts[name];
+    const { from, beside } = forecasts[raw[at++]];
     let folded;
     [folded, at] = planes(raw, at, count, column.bits / 8);
     const mask = column.bits === 8 ? 0xff : 0xffff;
@@ -57,8 +57,8 @@ function decoded(raw, facts, columns, before = []) {
     let own = 0;
     for (let i = 0; i < count; i++) {
       const difference = folded[i] & 1 ? -((folded[i] + 1) >> 1) : folded[i] >> 1;
-      own = beside[name] ? own + difference : difference;
-      list[i] = (forecast(p, q, i) + own) & mask;
+      own = beside ? own + difference : difference;
+      list[i] = (from(p, q, i) + own) & mask;
     }
     codes[column.name] = list;
   }

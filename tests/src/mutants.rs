@@ -99,7 +99,7 @@ impl Mutants {
         let folder = tempfile::tempdir().unwrap();
         let mut mutants = made::all(folder.path());
         mutants.extend(values::replaced().into_iter().step_by(stride.max(1)));
-        Self { folder, program: program.into(), mutants }
+        Self { folder, program: program.canonicalize().unwrap(), mutants }
     }
 
     /// Number of cases.
@@ -164,12 +164,20 @@ impl Mutants {
         command.stdin(Stdio::null()).stdout(file.try_clone().unwrap()).stderr(file);
         let start = Instant::now();
         let mut child = command.spawn().unwrap();
+        let id = child.id();
+        let is_running = || {
+            let running = std::fs::read_link(format!("/proc/{id}/exe"));
+            running.is_ok_and(|running| running == self.program)
+        };
         let (mut memory, mut ended) = (0, false);
         let status = loop {
             if let Some(status) = child.try_wait().unwrap() {
                 break status;
             }
-            memory = memory.max(Process::of(child.id()).peak_memory_bytes.unwrap_or(0));
+            // Before its `exec`, a child shares the memory of this process, which other tests fill.
+            if is_running() {
+                memory = memory.max(Process::of(id).peak_memory_bytes.unwrap_or(0));
+            }
             if !ended && start.elapsed() > longest {
                 ended = true;
                 child.kill().unwrap();

@@ -15,6 +15,8 @@ fn case_files_that_are_made_to_hurt_are_answered_soon_and_with_little_memory() {
     let found = mutants.judge(limits, 2, false);
     assert!(found.faults.is_empty(), "{:#?}", found.faults);
     assert_eq!(found.checks.len(), mutants.count());
+    // Any program takes that: its memory was seen.
+    assert!(found.largest().is_some_and(|check| check.memory > 1 << 20));
     // Some are good, most are not.
     assert!((20..found.checks.len() / 2).contains(&found.accepted()), "{}", found.accepted());
 }

@@ -61,7 +61,11 @@ class Server:
         address = f"{self.folder}/{name}"
         document = {"uri": address, "languageId": "toml", "version": 1, "text": text}
         self.send({"method": "textDocument/didOpen", "params": {"textDocument": document}})
-        found = self.receive(lambda message: message.get("method") == "textDocument/publishDiagnostics")
+        # What it says of other documents may come late.
+        found = self.receive(
+            lambda message: message.get("method") == "textDocument/publishDiagnostics"
+            and message["params"]["uri"] == address
+        )
         return address, [mistake["message"] for mistake in found["params"]["diagnostics"]]
 
     def at(self, method, address, line, character):

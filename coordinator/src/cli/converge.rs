@@ -8,9 +8,13 @@ use terminal::say;
 use super::many::{ManyRuns, ManyRunsArguments, progress};
 use crate::failure::{Failure, Kind};
 use crate::family::verdict::{self, TOLERANCE};
-use crate::family::{self, Family, FamilyRequest, defaults, page};
+use crate::family::{self, Family, FamilyRequest, by_probe, defaults, page};
+use crate::messages::Messages;
 use crate::overlay::output::aligned;
 use crate::run::load_with;
+
+/// Most key figures that are printed each in a line of its own; of more there is a line for each probe.
+const MOST_READ: usize = 24;
 
 /// Arguments of `converge`.
 #[derive(Debug, Args)]
@@ -73,16 +77,31 @@ impl ConvergeArguments {
         let verdicts = verdict::verdicts(&family, tolerance);
         let mut spacings = request.spacings.clone();
         spacings.sort_by(|a, b| b.total_cmp(a));
-        let mut rows = vec![page::convergence_heads(&spacings)];
-        rows.extend(verdicts.iter().map(page::convergence_row));
+        let groups = match verdicts.len() > MOST_READ {
+            true => {
+                let probes: Vec<&str> =
+                    case.file().probes.iter().map(|probe| probe.name.value.as_str()).collect();
+                by_probe::groups(&verdicts, &probes)
+            }
+            false => Vec::new(),
+        };
+        let mut rows = Vec::new();
+        if groups.is_empty() || request.run.options.messages >= Messages::Details {
+            rows.push(page::convergence_heads(&spacings));
+            rows.extend(verdicts.iter().map(page::convergence_row));
+        } else {
+            rows.push(page::PROBE_HEADS.map(str::to_owned).to_vec());
+            rows.extend(groups.iter().map(page::probe_row));
+        }
         aligned(&rows).iter().for_each(say);
         let left_out = family.figures.len() - verdicts.len();
         if left_out > 0 {
             say(format_args!("{left_out} key figures are the same at all resolutions, or as another"));
         }
         say(verdict::sentence(&verdicts, tolerance));
-        let page = page::write_convergence(&family, &verdicts, &spacings, tolerance)?;
-        say(format_args!("page: {}", page.display()));
+        let page = page::write_convergence(&family, &verdicts, &groups, &spacings, tolerance)?;
+        let hint = if groups.is_empty() { "" } else { " (every key figure; here with `-v`)" };
+        say(format_args!("page: {}{hint}", page.display()));
         finish(&family)
     }
 }

@@ -4,6 +4,7 @@
 //! order, extrapolated value and estimated error, or that they do not converge. Members that are finished are kept, so
 //! that a family that was stopped continues; a member that fails is named and the others go ahead.
 
+pub mod by_probe;
 pub mod convergence;
 pub mod defaults;
 pub mod figures;

@@ -3,6 +3,7 @@
 use std::io::Write as _;
 use std::path::PathBuf;
 
+use super::by_probe::Group;
 use super::verdict::{Verdict, sentence};
 use super::{Family, FigureResult};
 use crate::failure::Failure;
@@ -33,13 +34,22 @@ pub fn convergence_row(verdict: &Verdict) -> Vec<String> {
     let mut row = vec![verdict.figure.clone()];
     row.extend(verdict.over_spacing.iter().map(|value| value.map_or("-".to_owned(), short)));
     row.push(verdict.order.map_or("-".to_owned(), |order| format!("{order:.2}")));
-    row.push(match (verdict.error, verdict.finest) {
-        (Some(error), Some(value)) if value != 0.0 => format!("{:.1} %", 100.0 * error / value.abs()),
-        (Some(error), _) => short(error),
-        (None, _) => "unknown".to_owned(),
+    row.push(match (verdict.error_over_value(), verdict.error) {
+        (Some(share), _) => format!("{:.1} %", 100.0 * share),
+        (None, Some(error)) => short(error),
+        (None, None) => "unknown".to_owned(),
     });
     row.push(if verdict.converged { "converged".to_owned() } else { verdict.reason.clone() });
     row
+}
+
+/// Heads of the table of a convergence study by probe.
+pub const PROBE_HEADS: [&str; 4] = ["probe", "key figures", "converged", "median of their estimated errors"];
+
+/// A row of the table of a convergence study by probe.
+pub fn probe_row(group: &Group) -> Vec<String> {
+    let error = group.median_error().map_or("unknown".to_owned(), |error| format!("{:.1} %", 100.0 * error));
+    vec![group.name.clone(), group.count().to_string(), group.converged.to_string(), error]
 }
 
 /// Heads of the table of an ensemble.
@@ -55,19 +65,24 @@ pub fn ensemble_row(result: &FigureResult) -> Option<Vec<String>> {
     Some(row)
 }
 
-/// Writes the page of a convergence study at `spacings` \[m\]; its path.
+/// Writes the page of a convergence study at `spacings` \[m\], by probe first where there are `groups`; its path.
 ///
 /// # Errors
 /// When it cannot be drawn or written.
 pub fn write_convergence(
     family: &Family,
     verdicts: &[Verdict],
+    groups: &[Group],
     spacings: &[f64],
     tolerance: f64,
 ) -> Result<PathBuf, Failure> {
     let heads = convergence_heads(spacings);
     let heads: Vec<&str> = heads.iter().map(String::as_str).collect();
-    let after = wide_table("Key figures", &heads, verdicts.iter().map(convergence_row));
+    let mut after = String::new();
+    if !groups.is_empty() {
+        after = wide_table("Key figures by probe", &PROBE_HEADS, groups.iter().map(probe_row));
+    }
+    after.push_str(&wide_table("Key figures", &heads, verdicts.iter().map(convergence_row)));
     let head = format!("<p><b>{}</b></p>\n", escaped(&sentence(verdicts, tolerance)));
     write(family, CONVERGENCE, "Convergence", &head, &after, Summing::None)
 }

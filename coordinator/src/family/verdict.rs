@@ -13,6 +13,8 @@ pub const TOLERANCE: f64 = 0.05;
 pub struct Verdict {
     /// The figure, in words.
     pub figure: String,
+    /// Column of the probes that it is read off.
+    pub column: String,
     /// Values at the finest spacing of each kind, coarse before fine, at the highest sound speed.
     pub over_spacing: Vec<Option<f64>>,
     /// Value at the finest spacing and the highest sound speed.
@@ -78,8 +80,15 @@ impl Verdict {
             }
         }
         let figure = result.figure.to_string();
+        let column = result.figure.column.clone();
         let reason = reasons.join("; ");
-        Self { figure, over_spacing, finest, order, error, converged: is_small, reason }
+        Self { figure, column, over_spacing, finest, order, error, converged: is_small, reason }
+    }
+
+    /// Estimated error over the value; `None` where it is unknown, or the value is zero.
+    pub fn error_over_value(&self) -> Option<f64> {
+        let value = self.finest.filter(|value| *value != 0.0)?;
+        Some(self.error? / value.abs())
     }
 
     /// Whether the figure is the same at all resolutions, so that there is nothing to judge.

@@ -77,7 +77,7 @@ RATE = """(async () => {
   const begun = performance.now();
   let drawn = 0;
   while (performance.now() - begun < 3000) {
-    player.painter.paint(player.prepared(frames[drawn % 4]), player.camera());
+    player.painter.paint(player.prepared(frames[drawn % 4]), player.camera.view());
     // Waits until it is drawn.
     player.painter.gl?.readPixels(0, 0, 1, 1, player.painter.gl.RGBA, player.painter.gl.UNSIGNED_BYTE, new Uint8Array(4));
     drawn++;
@@ -121,16 +121,16 @@ def player_works(browser):
     browser.press("Home")
     browser.press("ArrowRight")
     assert browser.run("page.player.shown") == 1
-    before = browser.run("page.player.camera().pixels")
+    before = browser.run("page.player.camera.view().pixels")
     browser.press("+", "Equal", "+")
-    assert browser.run("page.player.camera().pixels") > before
+    assert browser.run("page.player.camera.view().pixels") > before
     browser.press("0", "Digit0", "0")
     time.sleep(0.2)
     # The middle of what is drawn of the fluid.
     place = browser.run("""(() => {
-      const player = page.player, frame = player.frame(), camera = player.camera(), box = player.canvas.getBoundingClientRect();
+      const player = page.player, frame = player.frame(), box = player.canvas.getBoundingClientRect();
       const fluid = [...frame.groups.keys()].filter((i) => player.scene.groups[frame.groups[i]].matter === 'fluid' && !Number.isNaN(valueAt(frame, 'x', i)));
-      const [x, y] = player.project(frame, fluid[fluid.length >> 1], camera);
+      const [x, y] = player.project(frame, fluid[fluid.length >> 1]);
       return [box.left + x, box.top + y];
     })()""")
     browser.click(*place)
@@ -191,10 +191,10 @@ def space(browser, coordinator, folder):
     run(coordinator, "dam_break_3d.toml", f"{folder}/space", changes)
     browser.size(1440, 900)
     read(browser, f"file://{folder}/space/report.html")
-    before = browser.run("page.player.turn()")
+    before = browser.run("page.player.camera.turn()")
     browser.run("page.player.canvas.focus()")
     browser.call("Input.dispatchKeyEvent", type="keyDown", key="ArrowRight", code="ArrowRight", modifiers=8)
-    assert browser.run("page.player.turn()") != before, "it does not turn"
+    assert browser.run("page.player.camera.turn()") != before, "it does not turn"
     browser.run("page.player.home()")
     player_works(browser)
     looks_right(browser, folder, "space")
@@ -235,6 +235,7 @@ def live(browser, coordinator, folder):
         browser.wait("page.player?.frames.length > 1")
         browser.run("[...document.querySelectorAll('.orders button')].find((b) => /checkpoint/.test(b.textContent)).click()")
         browser.wait("/step/.test([...document.querySelectorAll('.live-facts div')].find((d) => /last checkpoint/.test(d.textContent))?.textContent)", 30)
+        browser.wait("/checkpoint taken: step \\d+/.test(document.querySelector('.answer').textContent)", 5)
         browser.run("[...document.querySelectorAll('.orders button')].find((b) => /stop/.test(b.textContent)).click()")
         assert program.wait(60) == 8, "stopped from outside"
         browser.wait("/ended: stopped/.test(document.querySelector('.doing').textContent)", 10)

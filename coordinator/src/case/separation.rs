@@ -1,6 +1,6 @@
 //! Whether bodies that are wet on both sides separate the fluid regions there.
 
-use sph::shapes::local_thickness;
+use sph::shapes::{Faces, Region, local_thickness};
 
 use super::Case;
 use super::scene::{Scene, SceneSpace};
@@ -8,6 +8,10 @@ use sph::setup::InterfaceLaw;
 
 /// Corners and tips have fewer particles than this; fluid interacts around them anyway.
 const LEAST_PARTICLES: usize = 8;
+
+/// Depth of a particle in a body over the thickness there, from which it says how thin the body is; 0.15 on the bisector of a
+/// square corner, 0.25 in two rows.
+const LEAST_DEPTH: f64 = 0.2;
 
 /// Distance of fluid that is pressed to a body, from its face \[Δx of the fluid\]; half of one at rest.
 const PRESSED: f64 = 0.4;
@@ -19,6 +23,12 @@ pub struct Separation {
     pub body: String,
     /// Rows of particles across its thinnest part; `None` where it is so thick that it does not matter.
     pub rows: Option<u32>,
+    /// Thickness of that part \[m\].
+    pub thickness: f64,
+    /// Thickness from which it would separate them \[m\].
+    pub needed: f64,
+    /// Spacing of the fluid up to which it would separate them \[m\].
+    pub coarsest: f64,
     /// By what.
     pub mechanism: Mechanism,
 }
@@ -48,17 +58,23 @@ impl Separation {
             Some(rows) => format!("{rows} rows where thinnest"),
         };
         let what = match self.mechanism {
-            Mechanism::Thick => "fluid on one side does not interact with that on the other",
+            Mechanism::Thick => "fluid on one side does not interact with that on the other".to_owned(),
             Mechanism::DummyPressures => {
-                "fluid on one side does not interact with that on the other: dummy pressures are kept per face"
+                "fluid on one side does not interact with that on the other: dummy pressures are kept per face".to_owned()
             }
-            Mechanism::None => {
-                "fluid on one side interacts with that on the other if both sides are wet; a thicker body or a smaller \
-                 `particle_spacing_m` of both sides separates them"
-            }
+            Mechanism::None => format!(
+                "{:.2e} m: where both sides are wet, fluid on one side interacts with that on the other; a thickness of \
+                 {:.2e} m or more separates them, or `fluid.particle_spacing_m` of at most {:.2e} m",
+                self.thickness, self.needed, self.coarsest
+            ),
         };
         format!("body `{}`, {rows}: {what}", self.body)
     }
+}
+
+/// Thickness from which a plate keeps the fluid on its sides apart: lengths in \[m\], the fluid's spacing and its kernel.
+fn needed(fluid_spacing: f64, support: f64) -> f64 {
+    support - 2.0 * PRESSED * fluid_spacing
 }
 
 /// What a plate of `rows` does: lengths in \[m\], of the solid's and the fluid's spacing and the fluid's kernel.
@@ -72,7 +88,7 @@ fn mechanism(
     let pressed = PRESSED * fluid_spacing;
     // Of each row the distance to the farther fluid.
     let farther = |row: u32| f64::from((row + 1).max(rows - row)) * solid_spacing - 0.5 * solid_spacing;
-    if f64::from(rows) * solid_spacing + 2.0 * pressed < support {
+    if f64::from(rows) * solid_spacing < needed(fluid_spacing, support) {
         Mechanism::None
     } else if law == InterfaceLaw::PlainSum || (0..rows).all(|row| farther(row) + pressed >= support) {
         // The plain sum has the solid's own pressure.
@@ -116,7 +132,16 @@ impl Case {
         for (k, body) in (0u32..).zip(&solid.bodies) {
             let Some(shape) = &body.shape else { continue };
             let points = &particles.reference_position[scene.body_range(k)];
-            let mut thickness = local_thickness(&S::shape(&shape.value), points, spacing, limit);
+            let shape = S::shape(&shape.value);
+            let boundary = shape.boundary();
+            let mut thickness: Vec<f64> = points
+                .iter()
+                .zip(local_thickness(&shape, points, spacing, limit))
+                // Of a plate of one row or two all particles are so deep; those in the corners of a thicker one are not, and
+                // look thin.
+                .filter(|(x, thickness)| -boundary.surface(x).distance > LEAST_DEPTH * thickness)
+                .map(|(_, thickness)| thickness)
+                .collect();
             thickness.sort_by(f64::total_cmp);
             let Some(thin) = thickness.get(LEAST_PARTICLES.min(thickness.len()).saturating_sub(1)) else {
                 continue;
@@ -124,8 +149,16 @@ impl Case {
             // Whole and small: bounded by the limit.
             let rows = ((thin / spacing).round() as u32).max(1);
             let mechanism = mechanism(rows, spacing, fluid_spacing, support, interface.law.value);
+            let needed = needed(fluid_spacing, support);
             let rows = (*thin < limit - spacing).then_some(rows);
-            found.push(Separation { body: body.name.value.clone(), rows, mechanism });
+            found.push(Separation {
+                body: body.name.value.clone(),
+                rows,
+                thickness: *thin,
+                needed,
+                coarsest: fluid_spacing * thin / needed,
+                mechanism,
+            });
         }
         found
     }
@@ -156,5 +189,19 @@ mod tests {
         assert_eq!(mechanism(3, 1.0, 1.0, 2.6, InterfaceLaw::PlainSum), Mechanism::Thick);
         // Four rows of half the spacing are as thin as two.
         assert_eq!(mechanism(4, 0.5, 1.0, 2.6, InterfaceLaw::Wall), Mechanism::DummyPressures);
+    }
+    #[test]
+    fn corners_of_a_plate_are_not_thinner_than_the_plate() {
+        let plate = "lower_m = [0.2, -0.03], upper_m = [0.26, 0.15]";
+        let tank = crate::case::tests::TANK.replace(plate, "lower_m = [0.22, -0.03], upper_m = [0.24, 0.15]");
+        let tank = tank.replace("at_m = [0.23, 0.15]", "at_m = [0.23, 0.14]");
+        for spacing in [0.01, 0.004, 0.002, 0.001] {
+            let text = tank.replace("[solid]\n", &format!("[solid]\nparticle_spacing_m = {spacing}\n"));
+            let found = crate::case::tests::good(&text).separations();
+            let plate = &found[1];
+            assert!((plate.thickness - 0.02).abs() < 0.1 * spacing, "{plate:?}");
+            // 1.8 spacings of the water.
+            assert!(plate.is_complete() && (plate.needed - 0.018).abs() < 1e-12, "{plate:?}");
+        }
     }
 }

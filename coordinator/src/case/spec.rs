@@ -177,6 +177,8 @@ pub struct TableSpec {
     pub set: Option<SetSpec>,
     /// Groups of keys of which exactly one is written.
     pub either: &'static [&'static [&'static str]],
+    /// Whether none of the groups may be written too.
+    pub or_none: bool,
     /// Keys that depend on a word of the table.
     pub variants: Option<Variants>,
 }
@@ -184,7 +186,7 @@ pub struct TableSpec {
 impl TableSpec {
     /// A table of `keys`.
     pub const fn new(name: &'static str, about: &'static str, keys: &'static [KeySpec]) -> Self {
-        Self { name, about, keys, set: None, either: &[], variants: None }
+        Self { name, about, keys, set: None, either: &[], or_none: false, variants: None }
     }
 
     /// Adds a set of parameters.
@@ -195,6 +197,11 @@ impl TableSpec {
     /// Exactly one of the groups is written.
     pub const fn either(self, groups: &'static [&'static [&'static str]]) -> Self {
         Self { either: groups, ..self }
+    }
+
+    /// As [`TableSpec::either`], or none of them in some tables.
+    pub const fn either_or_none(self, groups: &'static [&'static [&'static str]]) -> Self {
+        Self { either: groups, or_none: true, ..self }
     }
 
     /// Adds keys that depend on the word of `variants.tag`.

@@ -7,10 +7,12 @@ use super::run::RunPage;
 
 const STYLE: &str = include_str!("assets/page.css");
 /// In this order one script: later ones use what earlier ones define.
-const SCRIPTS: [&str; 6] = [
+const SCRIPTS: [&str; 8] = [
     include_str!("assets/frames.js"),
     include_str!("assets/colours.js"),
     include_str!("assets/draw.js"),
+    include_str!("assets/camera.js"),
+    include_str!("assets/points.js"),
     include_str!("assets/player.js"),
     include_str!("assets/plots.js"),
     include_str!("assets/page.js"),

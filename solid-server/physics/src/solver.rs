@@ -185,6 +185,7 @@ impl<S: SolidSpace> Solver for SolidSolver<S> {
                     lists: contact_lists,
                     walls,
                     pairs,
+                    self_distance: film.self_distance(),
                 });
             }
         }

@@ -78,8 +78,8 @@ impl BodyTable {
     pub(super) fn read(mut table: Table<'_>, defaults: BodyDefaults) -> Self {
         let name = table.name("name");
         let shape = ShapeTable::read(&mut table, "shape");
-        let material = MaterialTable::read(&mut table);
         let formulation = FormulationTable::read(table.table_or_empty("formulation"), defaults);
+        let material = MaterialTable::read(&mut table, matches!(formulation, FormulationTable::Rigid));
         let dimensions = table.dimensions;
         let velocity_m_s = formula::read_components(&mut table, "velocity_m_s")
             .unwrap_or_else(|| formula::zeros(dimensions, &table.place_of("velocity_m_s")));

@@ -15,12 +15,16 @@ pub static MATERIAL: TableSpec = TableSpec::new(
     "material",
     "Density and two elastic constants, K and G or E and ν.",
     &[
-        key("young_modulus_pa", Kind::Number(Allowed::POSITIVE), "Young's modulus E"),
-        key("poisson_ratio", Kind::Number(POISSON), "Poisson's ratio ν"),
+        key(
+            "young_modulus_pa",
+            Kind::Number(Allowed::POSITIVE),
+            "Young's modulus E; a rigid body, for which moduli act in contact alone, takes 1e7 Pa where it names none",
+        ),
+        key("poisson_ratio", Kind::Number(POISSON), "Poisson's ratio ν; 0.3 for a rigid body that names no moduli"),
     ],
 )
 .with_set(SetSpec::of::<ElasticParameters>(&[]))
-.either(&[&["young_modulus_pa", "poisson_ratio"], &BULK_SHEAR]);
+.either_or_none(&[&["young_modulus_pa", "poisson_ratio"], &BULK_SHEAR]);
 
 // Above, the bulk modulus overflows any time step.
 const POISSON: Allowed = Allowed::new(
@@ -50,8 +54,11 @@ pub struct YoungPoisson {
 
 const BULK_SHEAR: [&str; 2] = ["bulk_modulus_pa", "shear_modulus_pa"];
 
+/// Moduli of a rigid body that names none: they give its contact a stiffness.
+const OF_RIGID: YoungPoisson = YoungPoisson { young_modulus_pa: 1e7, poisson_ratio: 0.3 };
+
 impl MaterialTable {
-    pub(super) fn read(parent: &mut Table<'_>) -> Self {
+    pub(super) fn read(parent: &mut Table<'_>, is_rigid: bool) -> Self {
         let Some(mut table) = parent.required_table("material") else {
             return Self { parameters: Parameters::unwritten(), young_poisson: None };
         };
@@ -64,7 +71,11 @@ impl MaterialTable {
             ));
             table.abandon();
         }
-        let young_poisson = (!bulk_shear).then(|| YoungPoisson::read(&mut table));
+        let young_poisson = match (bulk_shear, young_poisson) {
+            (true, _) => None,
+            (false, false) if is_rigid => Some(OF_RIGID),
+            (false, _) => Some(YoungPoisson::read(&mut table)),
+        };
         let (base, derived) = match young_poisson {
             Some(moduli) => (moduli.elastic(), &BULK_SHEAR[..]),
             None => (ElasticParameters::default(), &[][..]),

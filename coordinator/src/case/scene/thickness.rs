@@ -14,6 +14,9 @@ const ENOUGH_ACROSS: usize = 6;
 /// Bodies with fewer particles across have no bending stiffness at all.
 const LEAST_ACROSS: usize = 2;
 
+/// Error of the bending compliance from which a body deserves a warning.
+const NOTABLE_ERROR: f64 = 0.05;
+
 /// Bodies with more particles across hardly notice that their faces are staircases.
 const ENOUGH_FOR_STAIRS: usize = 16;
 
@@ -58,12 +61,14 @@ pub fn check_thickness<S: SceneSpace>(
         );
     } else if across < ENOUGH_ACROSS || (stairs && across < ENOUGH_FOR_STAIRS) {
         let compliance = bending_compliance(body, laid.cells, stairs, across);
-        let why = if stairs { "its faces are staircases" } else { "its bending is no longer resolved" };
-        warnings.push(format!(
-            "body `{}` is about {across} particles across its thin side: {why}; it bends about {compliance:.2} times as \
-             easily as it should",
-            name.value
-        ));
+        let why = if stairs { "its faces are staircases" } else { "too few to resolve its bending" };
+        if (compliance - 1.0).abs() > NOTABLE_ERROR {
+            warnings.push(format!(
+                "body `{}` is about {across} particles across its thin side: {why}; it bends about {compliance:.2} times as \
+                 easily as it should",
+                name.value
+            ));
+        }
     }
     Some(across)
 }

@@ -1,6 +1,6 @@
 //! Particles of the walls.
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 
 use sph::shapes::{
     Faces, LayerParticle, OpenSides, Region, Side, layers_along, layers_around, local_thickness, wall_fill,
@@ -288,10 +288,35 @@ fn cut_by_solids<S: SceneSpace>(
     let mut cut = vec![0_usize; file.walls.len()];
     let crowd = Crowd::new(domain, &scene.solid.position, [spacing, solid.particle_spacing_m.value]);
     let mut near = Vec::new();
+    let mut bodies = HashMap::new();
+    let mut astray = HashSet::new();
     for (x, &wall) in scene.walls.position.iter().zip(&scene.walls.wall) {
         crowd.around(x, &mut near, &solid.particle_spacing_m.place, lattice.errors);
-        kept.push(near.is_empty());
-        cut[wall as usize] += usize::from(!near.is_empty());
+        // A particle whose greater part stands beside the body stays: water would enter the slot that it left.
+        let is_cut = near.iter().any(|&s| {
+            let body = scene.solid.body[s];
+            let boundary = bodies.entry(body).or_insert_with(|| {
+                solid.bodies[body as usize].shape.as_ref().map(|shape| S::shape(&shape.value).boundary())
+            });
+            boundary.as_ref().is_none_or(|face| face.surface(x).distance < 1e-6 * spacing)
+        });
+        kept.push(!is_cut);
+        cut[wall as usize] += usize::from(is_cut);
+        for &s in near.iter().filter(|_| is_cut) {
+            let Some(slot) = scene.solid.support[s].checked_sub(1) else { continue };
+            let (body, wall) = (&solid.bodies[scene.solid.body[s] as usize], &file.walls[wall as usize]);
+            let support = &body.supports[slot as usize];
+            if support.motion.is_some() != wall.motion.is_some() && astray.insert(&support.name.value) {
+                let [moves, rests] = ["moves", "is at rest"];
+                let (of_support, of_wall) =
+                    if support.motion.is_some() { (moves, rests) } else { (rests, moves) };
+                scene.warnings.push(format!(
+                    "support `{}` of body `{}` {of_support}, and wall `{}`, in which it stands, {of_wall}: the body will part \
+                     from the wall; give both the same `motion`",
+                    support.name.value, body.name.value, wall.name.value
+                ));
+            }
+        }
         let held = |s: &usize| scene.solid.support[*s] > 0;
         let Some(&free) = near.iter().find(|s| !held(s)) else { continue };
         let clash = (scene.solid.body[free], wall);

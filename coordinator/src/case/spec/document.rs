@@ -56,7 +56,7 @@ fn table(spec: &TableSpec) -> String {
         text += "| key | meaning | unit | default | range |\n|---|---|---|---|---|\n";
     }
     for row in tag.into_iter().chain(spec.keys.iter().map(Row::from)) {
-        text += &line(&row);
+        text += &line(&row, spec.either);
     }
     match &spec.variants {
         Some(variants) if !variants.rows.is_empty() => text + &variant_table(variants),
@@ -73,14 +73,21 @@ fn tag_row(variants: &Variants) -> Row {
     }
 }
 
-fn line(row: &Row) -> String {
+/// A line of a table in which exactly one group of `either` is written.
+fn line(row: &Row, either: &[&[&str]]) -> String {
     let words: Vec<String> =
         row.words().iter().map(|(word, meaning)| format!("`\"{word}\"`: {}", meaning.trim())).collect();
     let about =
         if words.is_empty() { row.about.clone() } else { format!("{}. {}", row.about, words.join("; ")) };
     let range = if words.is_empty() { row.range() } else { short_range(row) };
-    let default =
-        if matches!(row.fallback, Fallback::Required) { "**req.**".to_owned() } else { row.default() };
+    let instead = either.iter().any(|group| group.contains(&row.key)).then(|| {
+        let others = either.iter().filter(|group| !group.contains(&row.key));
+        others.map(|group| format!(", or `{}`", group.join("` and `"))).collect::<String>()
+    });
+    let default = match row.fallback {
+        Fallback::Required => format!("**req.**{}", instead.unwrap_or_default()),
+        _ => row.default(),
+    };
     format!("| `{}` | {} | {} | {} | {} |\n", row.key, cell(&about), row.unit(), cell(&default), cell(&range))
 }
 

@@ -55,6 +55,13 @@ impl Definitions {
         let common = spec.described();
         let Some(variants) = &spec.variants else {
             let mut object = self.object(&common, spec.either);
+            if spec.or_none
+                && let Some(Value::Array(groups)) = object.get_mut("oneOf")
+            {
+                let any: Vec<Value> =
+                    spec.either.concat().iter().map(|key| json!({ "required": [key] })).collect();
+                groups.push(json!({ "not": { "anyOf": any } }));
+            }
             object.insert("description".to_owned(), json!(spec.about));
             return Value::Object(object);
         };

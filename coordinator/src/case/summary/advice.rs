@@ -133,12 +133,70 @@ impl Case {
         let fall = (2.0 * (highest - lowest).max(0.0)).sqrt();
         let speed = scene.fluid.velocity.iter().map(|v| v.norm()).fold(fall, f64::max);
         let sound_speed = fluid.parameters.sound_speed;
-        (sound_speed < SOUND_SPEED_RATIO * speed).then(|| {
+        // Ten times a speed that is rounded to three digits is meant as ten times.
+        (sound_speed < 0.99 * SOUND_SPEED_RATIO * speed).then(|| {
+            let reached = if speed > fall { "at the start" } else { "as it falls by its whole depth" };
+            let quiet = if speed > fall { "" } else { "; water that stays at rest or sloshes does not reach it" };
             format!(
-                "the sound speed of {sound_speed} m/s is {:.1} times the speed {speed:.2} m/s that the fluid can reach; \
-                 below {SOUND_SPEED_RATIO} times its density varies by more than 1 %",
+                "the sound speed of {sound_speed} m/s is {:.1} times the speed {speed:.2} m/s that the fluid has {reached}; \
+                 below {SOUND_SPEED_RATIO} times its density varies by more than 1 %{quiet}",
                 sound_speed / speed
             )
         })
+    }
+
+    /// Warns of free bodies that are too light for explicit coupling.
+    pub(super) fn light_body_warnings(&self) -> Vec<String> {
+        sph::in_space!(&self.scene, scene => self.light_body_warnings_in(scene))
+    }
+
+    fn light_body_warnings_in<S: Space>(&self, scene: &Scene<S>) -> Vec<String> {
+        let (Some(fluid), Some(solid), Some(interface)) =
+            (&self.file.fluid, &self.file.solid, &self.file.interface)
+        else {
+            return Vec::new();
+        };
+        if interface.iterate.is_some() {
+            return Vec::new();
+        }
+        let gravity = self.file.body_force.gravity_m_s2.to::<S>();
+        let axes = || 0..S::DIMENSIONS;
+        let Some(up) = axes().max_by(|a, b| gravity[*a].abs().total_cmp(&gravity[*b].abs())) else {
+            return Vec::new();
+        };
+        let parameters = &fluid.parameters;
+        let half_row = 0.5 * parameters.rest_density * parameters.particle_spacing;
+        let mut lines = Vec::new();
+        for (k, body) in (0u32..).zip(&solid.bodies) {
+            let particles = scene.body_range(k);
+            if particles.is_empty()
+                || scene.solid.support[particles.clone()].iter().any(|support| *support > 0)
+            {
+                continue;
+            }
+            let mass: f64 = scene.solid.mass[particles.clone()].iter().sum();
+            let extent = |axis: usize| {
+                let values = scene.solid.position[particles.clone()].iter().map(|x| x[axis]);
+                let (low, high) =
+                    values.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)));
+                high - low + solid.particle_spacing_m.value
+            };
+            let below: f64 = axes().filter(|axis| *axis != up).map(extent).product();
+            if mass < half_row * below {
+                let is_rigid = matches!(body.formulation, FormulationTable::Rigid);
+                let remedy = if is_rigid {
+                    "write `[interface] iterate = {}`"
+                } else {
+                    "take a smaller `fluid.particle_spacing_m`"
+                };
+                lines.push(format!(
+                    "body `{}` weighs {:.2} of a row of water particles below it: below 0.5 the forces on it tremble, or grow \
+                     without bound; {remedy}",
+                    body.name.value,
+                    mass / (2.0 * half_row * below)
+                ));
+            }
+        }
+        lines
     }
 }

@@ -298,17 +298,84 @@ fn bodies_state_whether_they_separate_fluid_regions() {
 fn thin_bodies_and_slow_sound_are_warned_of() {
     let text = tank_with(&[(
         "lower_m = [0.05, 0.15], upper_m = [0.11, 0.21]",
-        "lower_m = [0.05, 0.15], upper_m = [0.08, 0.21]",
+        "lower_m = [0.05, 0.15], upper_m = [0.07, 0.21]",
     )]);
     let warnings = good(&text).summary().warnings;
-    assert!(
-        warnings.iter().any(|warning| warning.contains("`block` is about 3 particles across")),
-        "{warnings:?}"
-    );
+    let thin =
+        |warnings: &[String]| warnings.iter().any(|warning| warning.contains("about 2 particles across"));
+    assert!(thin(&warnings), "{warnings:?}");
+    // Three bend by 2 % too much.
+    let warnings = good(&text.replace("upper_m = [0.07, 0.21]", "upper_m = [0.08, 0.21]")).summary().warnings;
+    assert!(!warnings.iter().any(|warning| warning.contains("across its thin side")), "{warnings:?}");
     let text = tank_with(&[("sound_speed_m_s = 30.0", "sound_speed_m_s = 9.0")]);
     let warnings = good(&text).summary().warnings;
     assert!(warnings.iter().any(|warning| warning.contains("the sound speed of 9 m/s")), "{warnings:?}");
+    // √(2 · 9.81 · 0.09 m) = 1.329 m/s.
+    let text = tank_with(&[("sound_speed_m_s = 30.0", "sound_speed_m_s = 13.2")]);
+    assert!(good(&text).summary().warnings.is_empty());
     assert!(good(TANK).summary().warnings.is_empty(), "{:?}", good(TANK).summary().warnings);
+}
+
+#[test]
+fn free_bodies_that_are_too_light_for_explicit_coupling_are_named() {
+    // 60 mm high: half a row of 10 mm weighs as much at 83 kg/m³.
+    let block = |density: &str, more: &str| {
+        let changes = [("density_kg_m3 = 1100.0, young", density), ("name = \"block\"", more)];
+        let text = tank_with(&changes);
+        good(&text).summary().warnings.into_iter().find(|warning| warning.contains("row of water particles"))
+    };
+    let rigid = "name = \"block\"\nformulation = { type = \"rigid\" }";
+    assert_eq!(block("density_kg_m3 = 90.0, young", rigid), None);
+    let light = block("density_kg_m3 = 80.0, young", rigid).unwrap();
+    assert!(light.contains("`block` weighs 0.48") && light.contains("iterate"), "{light}");
+    let soft = block("density_kg_m3 = 80.0, young", "name = \"block\"").unwrap();
+    assert!(soft.contains("particle_spacing_m") && !soft.contains("iterate"), "{soft}");
+}
+
+#[test]
+fn walls_make_way_for_the_foot_of_a_plate_where_it_stands() {
+    let count = |left: f64, right: f64| {
+        let from = "lower_m = [0.2, -0.03], upper_m = [0.26, ";
+        let to = format!("lower_m = [{left:?}, -0.03], upper_m = [{right:?}, ");
+        let tip = format!("at_m = [{:?}, 0.149]", 0.5 * (left + right));
+        let text = TANK.replace(from, &to).replace("at_m = [0.23, 0.15]", &tip);
+        // A fine plate between two columns of the wall, or on the line between them.
+        let text = text.replace("[solid]\n", "[solid]\nparticle_spacing_m = 0.002\n");
+        let text = text.replace("name = \"plate\"", "name = \"plate\"\nlayout = \"fitted\"");
+        good(&text).fluid_setup().unwrap().plane().unwrap().wall_particles.wall.len()
+    };
+    let without = 160 + 240 + 26;
+    // Centres of the wall at 0.235, 0.245, …; three rows of it are as deep as the plate.
+    assert_eq!(count(0.236, 0.244), without);
+    assert_eq!(count(0.231, 0.239), without - 3);
+    assert_eq!(count(0.2345, 0.2455), without - 6);
+}
+
+#[test]
+fn a_support_that_does_not_move_with_its_wall_is_named() {
+    let motion = "motion = { displacement_x_m = \"0.01*t^2\" }";
+    let parts = |changes: &[(&str, &str)]| {
+        good(&tank_with(changes)).summary().warnings.into_iter().find(|warning| warning.contains("will part"))
+    };
+    let wall = ("name = \"box\"", format!("name = \"box\"\n{motion}"));
+    let clamp = ("name = \"clamp\"", format!("name = \"clamp\"\n{motion}"));
+    let (wall, clamp) = ((wall.0, wall.1.as_str()), (clamp.0, clamp.1.as_str()));
+    assert!(parts(&[wall]).is_some_and(|text| text.contains("`clamp` of body `plate` is at rest")));
+    assert!(parts(&[clamp]).is_some_and(|text| text.contains("`clamp` of body `plate` moves")));
+    assert_eq!(parts(&[wall, clamp]), None);
+}
+
+#[test]
+fn a_rigid_body_needs_no_moduli() {
+    let bare =
+        ("density_kg_m3 = 1100.0, young_modulus_pa = 12e6, poisson_ratio = 0.4", "density_kg_m3 = 1100.0");
+    let rigid = ("name = \"block\"", "name = \"block\"\nformulation = { type = \"rigid\" }");
+    let case = good(&tank_with(&[bare, rigid]));
+    let material = case.solid_setup().unwrap().plane().unwrap().bodies[0].material;
+    // E = 1e7 Pa and ν = 0.3.
+    assert!((material.shear_modulus / (1e7 / 2.6) - 1.0).abs() < 1e-12, "{material:?}");
+    let text = tank_with(&[bare]);
+    assert!(bad(&text).to_string().contains("young_modulus_pa"));
 }
 
 #[test]

@@ -74,7 +74,7 @@ class Page {
     if (!figures.length) return null;
     const when = (text, time, figure, where) => {
       if (!text) return null;
-      const go = () => { this.player?.seek(time); if (where && figure.position) this.player?.approach(figure.position, Math.max(2, this.player.factor)); };
+      const go = () => { this.player?.seek(time); if (where && figure.position) this.player?.approach(figure.position, Math.max(2, this.player.camera.factor)); };
       return this.player ? element("button", { type: "button", class: "time", title: "show the particles then", onclick: go }, text) : element("span", { class: "time" }, text);
     };
     const row = (figure) => element("tr", {}, element("th", { scope: "row" }, figure.name, figure.place ? element("small", {}, figure.place) : null),
@@ -93,7 +93,7 @@ class Page {
     if (!quality.length) return this.live ? element("section", { id: "quality" }, element("h2", {}, "Quality"), element("p", { class: "note" }, "Judged when the run has ended.")) : null;
     const words = { good: "good", reservation: "reservation", "not-judged": "not judged" };
     return element("section", { id: "quality" }, element("h2", {}, "Quality"),
-      element("p", { class: "note" }, "What the run says of its own answer, by thresholds that are the same for all runs."),
+      element("p", { class: "note" }, "What the run says of its own answer, by thresholds that are the same for all runs. Whether its spacing is fine enough no single run can tell: tidelock converge does."),
       element("div", { class: "cards" }, quality.map((figure) => element("div", { class: `card ${figure.verdict}` },
         element("p", { class: "name" }, figure.name, element("span", { class: "judged" }, words[figure.verdict] ?? figure.verdict)),
         element("p", { class: "value" }, figure.value || "–", element("small", {}, ` ${figure.threshold}`)),
@@ -131,7 +131,10 @@ class Page {
 const MOST_BYTES = 256e6;
 
 /** Rest between two updates over what the last one took. */
-const IDLE = 40;
+const IDLE = 100;
+
+/** When what was changed has been drawn. */
+const painted = () => new Promise((done) => requestAnimationFrame(() => setTimeout(done)));
 
 /** Follows a run: its state by server-sent events, its figures and frames by request, as fast as this browser takes them. */
 class Live {
@@ -162,6 +165,7 @@ class Live {
     this.meter.value = status.share;
     const rows = [["time", `${seconds(status.time)} of ${seconds(status.end_time)}, ${(100 * status.share).toFixed(0)} %`], ["step", String(status.steps)], ["elapsed", status.elapsed], ["left", status.left], ...status.figures];
     this.facts.replaceChildren(...rows.filter(([, value]) => value).map(([name, value]) => element("div", {}, element("dt", {}, name), element("dd", {}, value))));
+    this.tellCheckpoint(rows.find(([name]) => name === "last checkpoint")?.[1]);
     this.frames = frames;
     this.wanted = version;
     if (status.ended) {
@@ -185,8 +189,11 @@ class Live {
         this.version = version;
         this.page.take(run);
         await this.readFrames(run);
-        // The run may need the cores that draw this page. Its end is not slept through.
-        await this.rest(Math.max(500, IDLE * (performance.now() - begun)));
+        if (!document.hidden) await painted();
+        // The run may need the cores that draw this page. At the start much is new: the rest is no longer than the page is
+        // open. The end of the run is not slept through.
+        const now = performance.now();
+        await this.rest(Math.max(500, Math.min(now, IDLE * (now - begun))));
       }
     } catch (problem) {
       console.debug(problem);
@@ -224,8 +231,17 @@ class Live {
     }
   }
 
+  /** Says when the checkpoint that was asked for is there. */
+  tellCheckpoint(newest) {
+    this.checkpoint = newest ?? "";
+    if (this.before === undefined || this.before === this.checkpoint) return;
+    this.answer.textContent = `checkpoint taken: ${newest}`;
+    this.before = undefined;
+  }
+
   async order(what, label) {
     this.answer.textContent = `${label} …`;
+    if (what === "checkpoint") this.before = this.checkpoint;
     const answer = await fetch(`api/${what}`, { method: "POST", headers: { authorization: `Bearer ${this.token}` } });
     this.answer.textContent = answer.ok ? `${label}: at the next step boundary` : `${label}: refused (${answer.status})`;
   }

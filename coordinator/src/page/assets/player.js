@@ -18,6 +18,7 @@ class Player {
     this.run = run;
     this.changed = changed;
     this.inSpace = this.scene.dimensions > 2;
+    this.camera = new Camera(run.scene, () => this.canvas);
     this.frames = [];
     this.shown = 0;
     this.playing = false;
@@ -30,7 +31,6 @@ class Player {
       this.field[matter] = first ? first.field : "plain";
     }
     this.build();
-    this.home();
     new ResizeObserver(() => this.fit()).observe(this.stage);
   }
 
@@ -167,65 +167,36 @@ class Player {
     actions[event.key]();
   }
 
-  // ---- camera
+  // ---- what is seen
 
   home() {
-    const { lower, upper } = this.scene;
-    this.centre = lower.map((low, k) => 0.5 * (low + upper[k]));
-    this.factor = 1;
-    [this.azimuth, this.elevation] = this.inSpace ? [-30, 22] : [0, 0];
+    this.camera.home();
     this.draw();
   }
 
   look(azimuth, elevation) {
-    [this.azimuth, this.elevation] = [azimuth, elevation];
+    this.camera.look(azimuth, elevation);
     this.draw();
   }
 
   turnBy(dx, dy) {
-    this.azimuth += dx;
-    this.elevation = Math.max(-90, Math.min(90, this.elevation + dy));
+    this.camera.turnBy(dx, dy);
     this.draw();
   }
 
-  /** Rows: right, up, toward the viewer. */
-  turn() {
-    if (!this.inSpace) return [1, 0, 0, 0, 1, 0, 0, 0, 1];
-    const up = this.scene.up_axis;
-    // Two level axes a, b with a × b = up.
-    const [a, b] = [(up + 1) % 3, (up + 2) % 3];
-    const longer = this.scene.upper[a] - this.scene.lower[a] >= this.scene.upper[b] - this.scene.lower[b] ? 0 : 90;
-    const [f, e] = [((this.azimuth + longer) * Math.PI) / 180, (this.elevation * Math.PI) / 180];
-    const axis = (x, y, z) => { const v = [0, 0, 0]; v[a] = x; v[b] = y; v[up] = z; return v; };
-    return [...axis(Math.cos(f), Math.sin(f), 0), ...axis(-Math.sin(f) * Math.sin(e), Math.cos(f) * Math.sin(e), Math.cos(e)), ...axis(Math.sin(f) * Math.cos(e), -Math.cos(f) * Math.cos(e), Math.sin(e))];
-  }
-
-  camera() {
-    const turn = this.turn();
-    const { lower, upper } = this.scene;
-    const size = lower.map((low, k) => upper[k] - low);
-    const half = [0, 1, 2].map((row) => [0, 1, 2].reduce((sum, k) => sum + 0.5 * Math.abs(turn[3 * row + k]) * size[k], 0));
-    const { width, height } = this.canvas;
-    const fit = Math.min((0.48 * width) / Math.max(half[0], 1e-12), (0.48 * height) / Math.max(half[1], 1e-12));
-    const reach = Math.hypot(...size) || 1;
-    return { turn, centre: this.centre, pixels: fit * this.factor, depth: 0.4 / reach, balls: this.inSpace };
-  }
-
   zoom(factor, at = null) {
-    const before = this.camera();
-    this.factor = Math.max(0.2, Math.min(400, this.factor * factor));
-    if (at) {
-      const [dx, dy] = [at[0] - 0.5 * this.canvas.clientWidth, at[1] - 0.5 * this.canvas.clientHeight];
-      const real = this.camera().pixels / before.pixels - 1;
-      this.move(-dx * real, -dy * real);
-    } else this.draw();
+    this.camera.zoom(factor, at);
+    this.draw();
   }
 
-  /** Moves the picture by CSS pixels. */
   move(dx, dy) {
-    const { turn, pixels } = this.camera();
-    const ratio = this.canvas.width / Math.max(1, this.canvas.clientWidth);
-    this.centre = this.centre.map((c, k) => c - ((dx * turn[k] - dy * turn[3 + k]) * ratio) / pixels);
+    this.camera.move(dx, dy);
+    this.draw();
+  }
+
+  /** Moves a place into the middle, close up. */
+  approach(position, factor = 5) {
+    this.camera.approach(position, factor);
     this.draw();
   }
 
@@ -349,54 +320,8 @@ class Player {
   }
 
   prepared(frame) {
-    const [x, y, z] = ["x", "y", "z"].map((axis) => valuesOf(frame, axis));
-    const values = {};
-    for (const matter of Object.keys(MATTERS)) if (this.scale(matter)) values[matter] ??= valuesOf(frame, this.field[matter]);
-    // In the plane solids stand before water, water before walls.
-    const order = ["wall", "fluid", "solid"].flatMap((matter) => [...this.scene.groups.keys()].filter((k) => this.scene.groups[k].matter === matter && !this.hidden.has(k)));
-    const sizes = new Uint32Array(this.scene.groups.length);
-    for (let i = 0; i < frame.count; i++) sizes[frame.groups[i]]++;
-    const total = order.reduce((sum, k) => sum + sizes[k], 0);
-    const points = { count: total, positions: new Float32Array(3 * total), colours: new Uint8Array(4 * total), diameters: new Float32Array(total), indices: new Uint32Array(total) };
-    // What is left of thinned particles fills the same room.
-    const wider = this.scene.every ** (1 / this.scene.dimensions) * (this.inSpace ? 1.15 : 1.38);
-    const { positions, colours: shades, diameters, indices } = points;
-    const starts = new Int32Array(sizes.length).fill(-1);
-    let start = 0;
-    for (const k of order) {
-      starts[k] = start;
-      start += sizes[k];
-    }
-    for (let i = 0; i < frame.count; i++) {
-      const group = frame.groups[i];
-      if (starts[group] >= 0) indices[starts[group]++] = i;
-    }
-    let at = 0;
-    for (const k of order) {
-      const { matter } = this.scene.groups[k];
-      const scale = this.scale(matter);
-      const diameter = this.scene.spacings[matter === "solid" ? 1 : 0] * wider;
-      const colours = scale ? TABLES[mapOf(scale)] : null;
-      const list = scale ? values[matter] : null;
-      for (let n = 0; n < sizes[k]; n++, at++) {
-        const i = indices[at];
-        positions[3 * at] = x[i];
-        positions[3 * at + 1] = y[i];
-        positions[3 * at + 2] = this.inSpace ? z[i] : 0;
-        let [from, c] = [PLAIN[matter], 0];
-        if (scale) {
-          const share = (list[i] - scale.lower) / (scale.upper - scale.lower);
-          if (share === share) [from, c] = [colours, 3 * Math.max(0, Math.min(255, Math.round(255 * share)))];
-          else from = INVALID;
-        }
-        shades[4 * at] = from[c];
-        shades[4 * at + 1] = from[c + 1];
-        shades[4 * at + 2] = from[c + 2];
-        shades[4 * at + 3] = x[i] === x[i] ? 255 : 0;
-        diameters[at] = diameter;
-      }
-    }
-    return points;
+    const scales = Object.fromEntries(Object.keys(MATTERS).map((matter) => [matter, this.scale(matter)]));
+    return pointsOf(frame, this.scene, scales, this.hidden);
   }
 
   draw() {
@@ -407,7 +332,7 @@ class Player {
       const frame = this.frame();
       if (!frame || !this.canvas.width) return;
       this.points ??= this.prepared(frame);
-      this.painter.paint(this.points, this.camera());
+      this.painter.paint(this.points, this.camera.view());
       this.canvas.dataset.drawn = this.points.count;
       this.mark();
     });
@@ -430,36 +355,17 @@ class Player {
 
   // ---- picking
 
-  /** Where particle `i` is on the screen [CSS px], and how near. */
-  project(frame, i, camera) {
-    const p = ["x", "y", "z"].map((axis, k) => (k < this.scene.dimensions ? valueAt(frame, axis, i) : 0) - camera.centre[k]);
-    const ratio = this.canvas.width / Math.max(1, this.canvas.clientWidth);
-    const row = (r) => [0, 1, 2].reduce((sum, k) => sum + camera.turn[3 * r + k] * p[k], 0);
-    return [0.5 * this.canvas.clientWidth + (row(0) * camera.pixels) / ratio, 0.5 * this.canvas.clientHeight - (row(1) * camera.pixels) / ratio, row(2)];
+  /** Where particle `i` is on the screen [CSS px], and how near [m]. */
+  project(frame, i) {
+    return projected(this.camera.view(), ...["x", "y", "z"].map((axis, k) => (k < this.scene.dimensions ? valueAt(frame, axis, i) : 0)));
   }
 
   pick(px, py) {
     const frame = this.frame();
     if (!frame) return;
     this.points ??= this.prepared(frame);
-    const camera = this.camera();
-    const ratio = this.canvas.width / Math.max(1, this.canvas.clientWidth);
-    const { turn, centre } = camera;
-    const { positions, diameters, colours } = this.points;
-    let [best, nearest] = [-1, Infinity];
-    for (let k = 0; k < this.points.count; k++) {
-      if (!colours[4 * k + 3]) continue;
-      const [x, y, z] = [positions[3 * k] - centre[0], positions[3 * k + 1] - centre[1], positions[3 * k + 2] - centre[2]];
-      const sx = 0.5 * this.canvas.clientWidth + ((turn[0] * x + turn[1] * y + turn[2] * z) * camera.pixels) / ratio;
-      const sy = 0.5 * this.canvas.clientHeight - ((turn[3] * x + turn[4] * y + turn[5] * z) * camera.pixels) / ratio;
-      const distance = Math.hypot(sx - px, sy - py);
-      const radius = Math.max(6, (0.5 * diameters[k] * camera.pixels) / ratio);
-      if (distance > radius) continue;
-      // In space the foremost, in the plane the nearest.
-      const rank = this.inSpace ? -(turn[6] * x + turn[7] * y + turn[8] * z) : distance;
-      if (rank < nearest) [best, nearest] = [this.points.indices[k], rank];
-    }
-    this.picked = best < 0 ? null : { group: frame.groups[best], id: frame.ids[best] };
+    const i = pickedOf(this.points, this.camera.view(), px, py);
+    this.picked = i < 0 ? null : { group: frame.groups[i], id: frame.ids[i] };
     if (this.picked) this.read();
     else this.readings.textContent = this.hint();
     this.draw();
@@ -486,54 +392,22 @@ class Player {
     this.readings.textContent = `${name} at (${place}) m: ${values.map(([f, value]) => `${f.label} ${plain(value, f.unit)}`).join(", ")}`;
   }
 
-  /** Edges of the window in space, to see which way it is turned. */
-  edges() {
-    this.box?.remove();
-    if (!this.inSpace) return;
-    const camera = this.camera();
-    const { lower, upper } = this.scene;
-    const ratio = this.canvas.width / Math.max(1, this.canvas.clientWidth);
-    const at = (corner) => {
-      const p = [0, 1, 2].map((k) => ((corner >> k) & 1 ? upper[k] : lower[k]) - camera.centre[k]);
-      const row = (r) => [0, 1, 2].reduce((sum, k) => sum + camera.turn[3 * r + k] * p[k], 0);
-      return [0.5 * this.canvas.clientWidth + (row(0) * camera.pixels) / ratio, 0.5 * this.canvas.clientHeight - (row(1) * camera.pixels) / ratio];
-    };
-    this.box = element("svg", { class: "edges", "aria-hidden": "true" });
-    for (let corner = 0; corner < 8; corner++) for (const k of [0, 1, 2]) if (!((corner >> k) & 1)) {
-      const [[x1, y1], [x2, y2]] = [at(corner), at(corner | (1 << k))];
-      this.box.append(element("line", { x1, y1, x2, y2 }));
-    }
-    this.stage.prepend(this.box);
-  }
-
-  /** Rings around the picked particle and the one that ended the run. */
+  /** Edges of the window in space, and rings around the picked particle and the one that ended the run. */
   mark() {
-    this.stage.querySelectorAll(".ring").forEach((ring) => ring.remove());
-    this.edges();
-    const frame = this.frame();
-    const ring = (x, y, kind, title) => {
+    this.stage.querySelectorAll(".ring, .edges").forEach((old) => old.remove());
+    const view = this.camera.view();
+    if (this.inSpace) this.stage.prepend(edgesOf(view, this.scene.lower, this.scene.upper));
+    const { clientWidth, clientHeight } = this.canvas;
+    const ring = ([x, y], kind, title) => {
       const radius = 9;
-      if (x > -radius && y > -radius && x < this.canvas.clientWidth + radius && y < this.canvas.clientHeight + radius)
+      if (x > -radius && y > -radius && x < clientWidth + radius && y < clientHeight + radius)
         this.stage.append(element("div", { class: `ring ${kind}`, title, style: `left: ${x - radius}px; top: ${y - radius}px` }));
     };
-    if (this.picked) {
-      const i = this.find(frame);
-      if (i >= 0) ring(...this.project(frame, i, this.camera()).slice(0, 2), "picked", "picked");
-    }
+    const frame = this.frame();
+    const i = this.picked ? this.find(frame) : -1;
+    if (i >= 0) ring(this.project(frame, i), "picked", "picked");
     const { culprit } = this.run;
-    if (culprit && this.shown === this.frames.length - 1) {
-      const camera = this.camera();
-      const p = [0, 1, 2].map((k) => (culprit.position[k] ?? 0) - camera.centre[k]);
-      const ratio = this.canvas.width / Math.max(1, this.canvas.clientWidth);
-      const row = (r) => [0, 1, 2].reduce((sum, k) => sum + camera.turn[3 * r + k] * p[k], 0);
-      ring(0.5 * this.canvas.clientWidth + (row(0) * camera.pixels) / ratio, 0.5 * this.canvas.clientHeight - (row(1) * camera.pixels) / ratio, "culprit", `particle ${culprit.id} ended the run`);
-    }
-  }
-
-  /** Moves a place into the middle, close up. */
-  approach(position, factor = 5) {
-    this.centre = [0, 1, 2].map((k) => position[k] ?? 0);
-    this.factor = factor;
-    this.draw();
+    if (culprit && this.shown === this.frames.length - 1)
+      ring(projected(view, ...[0, 1, 2].map((k) => culprit.position[k] ?? 0)), "culprit", `particle ${culprit.id} ended the run`);
   }
 }

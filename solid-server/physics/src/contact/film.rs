@@ -104,6 +104,8 @@ pub struct FilmStage<'a, S: SolidSpace> {
     pub lists: &'a ContactLists<S>,
     pub walls: &'a WallState<S>,
     pub pairs: FluidPairs<'a, S>,
+    /// [`Film::self_distance`].
+    pub self_distance: f64,
 }
 
 impl<S: SolidSpace> FilmStage<'_, S> {
@@ -111,11 +113,23 @@ impl<S: SolidSpace> FilmStage<'_, S> {
         self.constants.mass[i] / self.stage.density[i]
     }
 
-    /// Particles of other bodies that `i` can face, with the separations x_ij.
+    /// Whether `j` is of another body than `i`, or of a part of the same that is not beside it when undeformed.
+    fn is_apart(&self, i: usize, j: usize) -> bool {
+        let (body, reference) = (&self.constants.body, &self.constants.reference_position);
+        body[i] != body[j] || self.domain.separation(&reference[i], &reference[j]).norm() > self.self_distance
+    }
+
+    /// Whether `i` can face `j`: distant parts of its own body count as another where bodies touch themselves.
+    fn can_face(&self, i: usize, j: usize) -> bool {
+        self.is_apart(i, j) && self.lists.bodies.of(i).binary_search(&(j as u32)).is_ok()
+    }
+
+    /// Particles that `i` can face, with the separations x_ij.
     fn bodies_near(&self, i: usize) -> impl Iterator<Item = (usize, S::Vector)> + '_ {
         let position = &self.stage.position;
         let separation = move |j: usize| (j, self.domain.separation(&position[i], &position[j]));
-        self.lists.bodies.of(i).iter().map(move |j| separation(*j as usize))
+        let listed = self.lists.bodies.of(i).iter().map(|j| *j as usize);
+        listed.filter(move |j| self.is_apart(i, *j)).map(separation)
     }
 
     /// Wall particles that `i` can face, with the separations x_iw.
@@ -154,6 +168,11 @@ impl<S: SolidSpace> Film<S> {
             node_forces: Vec::new(),
             forces: vec![FilmForce::default(); particles],
         }
+    }
+
+    /// Undeformed distance from which parts of one body face each other \[m\].
+    pub fn self_distance(&self) -> f64 {
+        S::SELF_CONTACT_DISTANCE * self.reach()
     }
 
     /// Distance within which faces interact \[m\].
@@ -225,12 +244,9 @@ impl<S: SolidSpace> Film<S> {
             facing += gradient(x, self.wall_volume);
         }
         let (position, body) = (at.stage.position[i], at.constants.body[i]);
-        let others = at.lists.bodies.of(i);
         let mut own = S::Vector::zeros();
         self.each_near(at, &position, |j, x| {
-            // Distant parts of its own body count as another.
-            let is_own = j != i && at.constants.body[j] == body && others.binary_search(&(j as u32)).is_err();
-            if is_own {
+            if j != i && at.constants.body[j] == body && !at.can_face(i, j) {
                 own += gradient(x, at.volume(j));
             }
         });

@@ -192,6 +192,19 @@ fn water_behind_a_thin_plate_is_not_in_the_gap() {
 }
 
 #[test]
+fn an_undeformed_body_does_not_face_itself_in_coarse_water() {
+    // The fluid's kernel reaches over 10 of its particles.
+    let fine = 0.25 * SPACING;
+    let mut setup = scene(fine);
+    let mut coupling = coupling(InterfaceLaw::Wall);
+    coupling.solid_spacing = fine;
+    setup.run.coupling = Some(coupling);
+    add_total(&mut setup, 2, &block(Vector::zeros(), 3, 40, fine));
+    let (run, _) = evaluated(setup, &water(&[LEFT, 3.0 * fine], 2e3, 0.0));
+    assert_eq!(film(&run), [Vector::zeros(); 2]);
+}
+
+#[test]
 fn work_of_the_film_is_accounted() {
     let mut setup = on_floor(0.0);
     setup.bodies.clear();

@@ -179,14 +179,13 @@ impl<S: SolidSpace> Film<S> {
     fn link(&self, at: &FilmStage<'_, S>, k: usize, links: &mut Vec<Link>) {
         let node = &self.nodes[k];
         let i = node.particle as usize;
-        let others = at.lists.bodies.of(i);
         self.each_near(at, &at.stage.position[i], |j, x| {
             let other = self.node_of[j];
             if j == i || other == NONE {
                 return;
             }
             let neighbour = &self.nodes[other as usize];
-            let opposite = others.binary_search(&(j as u32)).is_ok();
+            let opposite = at.can_face(i, j);
             let sense = if opposite { -1.0 } else { 1.0 };
             if sense * node.toward.dot(&neighbour.toward) <= S::SAME_FACE {
                 return;

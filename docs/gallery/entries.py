@@ -107,7 +107,8 @@ ENTRIES = [
     ),
     Entry(
         "thin_plate", FSI, "A thin plate between two depths", f"{V}/thin_plate.toml",
-        "Water on one side of a plate does not feel that on the other; `check` says for which bodies this holds.",
+        "Water on one side acts on that on the other through a plate that is thinner than about two spacings of the water; "
+        "`check` warns. This one has four.",
         {"time.end_time_s": 0.2},
     ),
     Entry(
@@ -171,6 +172,7 @@ ENTRIES = [
     ),
     Entry(
         "plate_3d", SPACE, "A plate that is wet on both sides", "cases/plate_3d.toml",
-        "In space water is kept apart by a plate of two rows.", {"time.end_time_s": 0.03}, interval=0.01,
+        "No water passes through a plate of two rows. It is one spacing of the water thick, and `check` warns: water on one "
+        "side acts on that on the other.", {"time.end_time_s": 0.03}, interval=0.01,
     ),
 ]

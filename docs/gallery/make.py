@@ -8,12 +8,16 @@ Cases run one at a time on one thread. Times are CPU seconds of solvers and coor
 """
 
 import argparse
+import html
 import json
+import os
 import pathlib
+import re
 import resource
 import shutil
 import sys
 import tempfile
+import textwrap
 
 HERE = pathlib.Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE.parent / "site"))
@@ -57,6 +61,31 @@ def command(entry):
     return " \\\n    ".join(words)
 
 
+def case(entry):
+    """The case file, folded; HTML, which opens on the site and on GitHub."""
+    path = ROOT / entry.case
+    # The schema's place is that in a checkout.
+    lines = [line for line in path.read_text(encoding="utf-8").splitlines() if not line.startswith("#:schema")]
+    return [
+        '<details markdown="1">',
+        f"<summary>The case, {html.escape(path.name)}</summary>",
+        "",
+        f"The file: [{path.name}]({os.path.relpath(path, HERE)}).",
+        "",
+        "```toml",
+        *"\n".join(lines).strip().splitlines(),
+        "```",
+        "",
+        "</details>",
+    ]
+
+
+def wrapped(text):
+    """A paragraph; code stays whole."""
+    whole = re.sub(r"`[^`]*`", lambda code: code.group().replace(" ", "\0"), text)
+    return textwrap.fill(whole, 125, break_long_words=False, break_on_hyphens=False).replace("\0", " ")
+
+
 def page(runs):
     """The page, cases by task."""
     done = [entry for entry in ENTRIES if entry.name in runs]
@@ -64,9 +93,12 @@ def page(runs):
     lines = [
         "# Gallery",
         "",
-        f"{len(done)} small cases by task, each with the one thing that it teaches. Times are CPU seconds on one core of the "
-        f"machine of [performance](../performance.md); all together take {total / 60:.0f} minutes. Most are shipped cases, "
-        "coarse or shortened; commands are those of a checkout.",
+        wrapped(
+            f"{len(done)} small cases by task, each with the one thing that it teaches. Times are CPU seconds on one core of "
+            f"the machine of [performance](../performance.md); all together take {total / 60:.0f} minutes. Most are shipped "
+            "cases, coarse or shortened. Commands are those of a checkout; below each stands the case, which saved alone runs "
+            "by the same command with its name for the path."
+        ),
         "",
         "`python3 docs/gallery/make.py` runs all of them and makes this page.",
         "",
@@ -80,11 +112,13 @@ def page(runs):
                 "",
                 f"![{entry.title}]({entry.name}.png){{ width=420 }}",
                 "",
-                f"{entry.teaches} {run['cpu_s']:.0f} s, {run['particles']} particles, {run['steps']} steps.",
+                wrapped(f"{entry.teaches} {run['cpu_s']:.0f} s, {run['particles']} particles, {run['steps']} steps."),
                 "",
                 "```sh",
                 command(entry),
                 "```",
+                "",
+                *case(entry),
                 "",
             ]
     (HERE / "index.md").write_text("\n".join(lines), encoding="utf-8")

@@ -1,4 +1,4 @@
-"""Hooks of the site: pages from outside `docs`, equations as MathML, links to sources."""
+"""Hooks of the site: pages and cases from outside `docs`, equations as MathML, links to sources."""
 
 import pathlib
 import posixpath
@@ -17,7 +17,9 @@ OUTSIDE = {
     "architecture.md": "ARCHITECTURE.md",
     "changes.md": "CHANGELOG.md",
 }
-PAGES = {source: page for page, source in OUTSIDE.items()}
+# Files that the site serves under their own path.
+CASES = sorted(path.relative_to(ROOT).as_posix() for path in (ROOT / "cases").rglob("*.toml"))
+PAGES = {source: page for page, source in OUTSIDE.items()} | {case: case for case in CASES}
 
 
 def on_config(config):
@@ -29,6 +31,8 @@ def on_files(files, config):
     for page, source in OUTSIDE.items():
         text = (ROOT / source).read_text(encoding="utf-8")
         files.append(File.generated(config, page, content=text))
+    for case in CASES:
+        files.append(File.generated(config, case, abs_src_path=str(ROOT / case)))
     return files
 
 

@@ -139,6 +139,19 @@ class Runs(unittest.TestCase):
         self.assertRegex(str(error), "density")
         self.assertEqual(tidelock.open(error.folder).verdict, "failed")
 
+    def test_a_run_without_a_step_has_no_ledger_to_draw(self):
+        case = self.case.copy()
+        case["body_force.acceleration_m_s2"] = ["1e9*step(t - 1e-9)", 0.0]
+        with self.assertRaises(tidelock.RunFailed) as caught:
+            tidelock.run(case, self.path / "stepless", threads=1)
+        run = tidelock.open(caught.exception.folder)
+        self.assertEqual((run.summary["steps"], len(run.ledger)), (0, 0))
+        for plot in [run.plot_forces, run.plot_ledger, run.plot_energy, run.plot_time_step]:
+            with self.assertRaisesRegex(tidelock.NoResults, "no ledger rows: it stopped before its first step"):
+                plot()
+        for plot in [run.plot_probes, run.plot_snapshot, run.plot_quality]:
+            self.assertGreater(len(plot()._repr_png_()), 5000, plot)
+
     def test_a_sweep_has_a_row_for_each_member(self):
         key, figure = "solid.body.obstacle.material.young_modulus_pa", "largest tip_displacement_x_m"
         sweep = tidelock.sweep(self.case, {key: [1e6, 4e6]}, self.path / "sweep", figures=[figure], threads=1)

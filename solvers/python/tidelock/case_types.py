@@ -860,12 +860,13 @@ class Material(TypedDict):
     # change its thickness. Masses and forces are per undeformed depth  Unit: -. Default: "strain". Range: "strain",
     # "stress".
     plane: NotRequired[Literal['strain', 'stress']]
-    # Poisson's ratio ν.  Unit: -. Default: must be written. Range: a number above -1 and below 0.5 (0.49 for nearly
-    # incompressible).
+    # Poisson's ratio ν; 0.3 for a rigid body that names no moduli.  Unit: -. Default: must be written. Range: a
+    # number above -1 and below 0.5 (0.49 for nearly incompressible).
     poisson_ratio: NotRequired[float]
     # Shear modulus G [Pa].  Unit: Pa. Default: must be written. Range: a number above 0.
     shear_modulus_pa: NotRequired[float]
-    # Young's modulus E.  Unit: Pa. Default: must be written. Range: a number above 0.
+    # Young's modulus E; a rigid body, for which moduli act in contact alone, takes 1e7 Pa where it names none.  Unit:
+    # Pa. Default: must be written. Range: a number above 0.
     young_modulus_pa: NotRequired[float]
 
 

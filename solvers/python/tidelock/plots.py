@@ -11,6 +11,7 @@ import numpy as np
 import pandas as pd
 
 from . import units
+from .errors import NoResults
 
 try:
     from matplotlib.collections import EllipseCollection
@@ -59,7 +60,7 @@ def probes(run: Results, patterns: Sequence[str] = ()) -> Plot:
 
 def forces(run: Results) -> Plot:
     """Forces over time."""
-    ledger, found = run.ledger, {}
+    ledger, found = _ledger(run), {}
     for letter in "xyz":
         for column in [c for c in ledger.columns if c.startswith(f"solid_force_{letter}_")]:
             found[f"fluid on solids {letter}"] = ledger[column]
@@ -80,7 +81,7 @@ def forces(run: Results) -> Plot:
 
 def ledger(run: Results) -> Plot:
     """Imbalances and residuals on a logarithmic axis, with their tolerances."""
-    table = run.ledger
+    table = _ledger(run)
     columns = ["imbalance_force", "imbalance_torque"]
     columns += [c for c in table.columns if c.endswith("momentum_residual")]
     plot = Plot()
@@ -97,7 +98,7 @@ def ledger(run: Results) -> Plot:
 
 def energy(run: Results) -> Plot:
     """Accounts of the energy of each side, changes since the start."""
-    table = run.ledger
+    table = _ledger(run)
     sides = [s for s in ("fluid", "solid") if any(c.startswith(f"{s}_energy_") for c in table.columns)]
     if not sides:
         raise KeyError("no energies in ledger.csv")
@@ -177,7 +178,7 @@ def time_step(run: Results) -> Plot:
     """Time step over time."""
     plot = Plot(7.0, 3.0)
     axes = plot.add_subplot()
-    table = run.ledger
+    table = _ledger(run)
     axes.plot(table.index, table["time_step_s"], linewidth=1)
     axes.set_ylim(bottom=0)
     _finish(axes, "time step [s]", f"{run.summary['steps']} steps")
@@ -199,6 +200,13 @@ def quality(run: Results) -> Plot:
     axes.axvline(1, color="black", linestyle=":")
     axes.set_xlabel("value over threshold")
     return plot
+
+
+def _ledger(run: Results) -> pd.DataFrame:
+    """The ledger of a run that has one."""
+    if run.ledger.empty:
+        raise NoResults("the run has no ledger rows: it stopped before its first step")
+    return run.ledger
 
 
 def _panels(count: int, height: float = 2.6) -> tuple[Plot, list[Axes]]:

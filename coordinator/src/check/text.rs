@@ -119,7 +119,7 @@ mod tests {
 
     #[test]
     fn the_answer_has_six_lines_and_one_for_each_warning() {
-        let (path, checked) = checked(&["interface.margin_spacings=1.5"]);
+        let (path, checked) = checked(&["interface.margin_spacings=1.5", "fluid.sound_speed_m_s=20"]);
         let text = checked.brief(Path::new("case.toml"), PLAIN);
         let warnings = checked.summary.warnings.len();
         assert!(warnings > 0 && path.exists());
@@ -128,7 +128,7 @@ mod tests {
             ": ready to run, with ",
             "2911 fluid, 141 solid and 9 held, 1766 wall",
             "5000 steps to 0.5 s, about ",
-            "1 set",
+            "2 set",
         ] {
             assert!(text.contains(words), "no {words:?} in {text}");
         }

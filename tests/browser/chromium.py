@@ -15,23 +15,24 @@ FLAGS = [
     "--no-first-run",
     "--disable-extensions",
     "--hide-scrollbars",
-    "--use-angle=swiftshader",
-    "--enable-unsafe-swiftshader",
     "--remote-debugging-pipe",
 ]
+# WebGL drawn by the processor.
+WEBGL = ["--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
 
 
 class Browser:
     """A browser with one tab."""
 
-    def __init__(self):
+    def __init__(self, webgl=True):
+        """With `webgl` it draws all by OpenGL in software; without it as on a machine without a graphics card."""
         program = shutil.which("chromium") or shutil.which("google-chrome")
         if not program:
             raise SystemExit("no chromium: install Debian's package `chromium`")
         self.profile = tempfile.mkdtemp(prefix="browser-")
         to_browser, self.out = os.pipe()
         self.incoming, from_browser = os.pipe()
-        flags = FLAGS + [f"--user-data-dir={self.profile}"]
+        flags = FLAGS + (WEBGL if webgl else ["--disable-gpu"]) + [f"--user-data-dir={self.profile}"]
         if os.geteuid() == 0:
             flags.append("--no-sandbox")
         # The browser reads from descriptor 3 and writes to 4.

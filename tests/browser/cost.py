@@ -1,5 +1,5 @@
 """What the page costs: wall and CPU time of a case with its page open in a browser over those without, in turns; then size
-of the report and time until it is drawn. A browser that draws in software takes cores from the run.
+of the report and time until it is drawn. The browser has no graphics card and takes cores from the run.
 
 usage: cost.py PROGRAM FOLDER [CASE] [ROUNDS]
 """
@@ -61,7 +61,7 @@ def main():
     program, folder, *more = sys.argv[1:]
     case = more[0] if more else os.path.join(HERE, "..", "..", "cases", "drifting_body.toml")
     rounds = int(more[1]) if len(more) > 1 else 3
-    browser = Browser()
+    browser = Browser(webgl=False)
     try:
         ratios = []
         for k in range(rounds):

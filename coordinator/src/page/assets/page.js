@@ -222,13 +222,13 @@ class Live {
       const stride = Math.max(1, Math.ceil((size * run.frames.length) / MOST_BYTES));
       if (!isLast && (this.ended || k % stride !== 0)) { player.frames.length = k + 1; continue; }
       const answer = await fetch(`api/frames/${k}`);
-      if (!answer.ok) return;
+      if (!answer.ok) break;
       const facts = await answer.json();
-      const follows = player.follows ?? true;
       player.widen(facts.scales);
       player.take(k, decoded(await inflated(facts.data), facts, facts.columns));
-      if (follows && !player.playing) player.show(k);
     }
+    // Of those that came together the newest is drawn, unless somebody looks at another one meanwhile.
+    if ((player.follows ?? true) && !player.playing) player.show(player.frames.length - 1);
   }
 
   /** Says when the checkpoint that was asked for is there. */

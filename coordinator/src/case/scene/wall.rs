@@ -298,22 +298,28 @@ fn cut_by_solids<S: SceneSpace>(
             let boundary = bodies.entry(body).or_insert_with(|| {
                 solid.bodies[body as usize].shape.as_ref().map(|shape| S::shape(&shape.value).boundary())
             });
-            boundary.as_ref().is_none_or(|face| face.surface(x).distance < 1e-6 * spacing)
+            // The image beside the body, whose shape may reach over a periodic side.
+            let beside = &scene.solid.position[s];
+            let image = *beside + domain.separation(x, beside);
+            boundary.as_ref().is_none_or(|face| face.surface(&image).distance < 1e-6 * spacing)
         });
         kept.push(!is_cut);
         cut[wall as usize] += usize::from(is_cut);
         for &s in near.iter().filter(|_| is_cut) {
             let Some(slot) = scene.solid.support[s].checked_sub(1) else { continue };
-            let (body, wall) = (&solid.bodies[scene.solid.body[s] as usize], &file.walls[wall as usize]);
+            let (number, wall) = (scene.solid.body[s], &file.walls[wall as usize]);
+            let body = &solid.bodies[number as usize];
             let support = &body.supports[slot as usize];
-            if support.motion.is_some() != wall.motion.is_some() && astray.insert(&support.name.value) {
-                let [moves, rests] = ["moves", "is at rest"];
-                let (of_support, of_wall) =
-                    if support.motion.is_some() { (moves, rests) } else { (rests, moves) };
+            if support.motion.is_some() != wall.motion.is_some() && astray.insert((number, slot)) {
+                let does = |moves: bool| if moves { "moves" } else { "is at rest" };
                 scene.warnings.push(format!(
-                    "support `{}` of body `{}` {of_support}, and wall `{}`, in which it stands, {of_wall}: the body will part \
-                     from the wall; give both the same `motion`",
-                    support.name.value, body.name.value, wall.name.value
+                    "support `{}` of body `{}` {}, and wall `{}`, in which it stands, {}: the body will part from the wall; \
+                     give both the same `motion`",
+                    support.name.value,
+                    body.name.value,
+                    does(support.motion.is_some()),
+                    wall.name.value,
+                    does(wall.motion.is_some())
                 ));
             }
         }

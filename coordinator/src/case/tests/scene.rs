@@ -352,6 +352,21 @@ fn walls_make_way_for_the_foot_of_a_plate_where_it_stands() {
 }
 
 #[test]
+fn walls_make_way_on_both_sides_of_a_periodic_direction() {
+    let count = |left: f64, right: f64, periodic: bool| {
+        let from = "lower_m = [0.2, -0.03], upper_m = [0.26, ";
+        let text = TANK.replace(from, &format!("lower_m = [{left:?}, -0.03], upper_m = [{right:?}, "));
+        let text = text.replace("at_m = [0.23, 0.15]", &format!("at_m = [{:?}, 0.15]", 0.5 * (left + right)));
+        let along =
+            if periodic { "upper_m = [0.4, 0.3]\nperiodic = [\"x\"]" } else { "upper_m = [0.4, 0.3]" };
+        let text = text.replace("upper_m = [0.4, 0.3]", along);
+        good(&text).fluid_setup().unwrap().plane().unwrap().wall_particles.wall.len()
+    };
+    assert_eq!(count(0.37, 0.43, true), count(0.2, 0.26, true));
+    assert!(count(0.2, 0.26, true) < count(0.2, 0.26, false));
+}
+
+#[test]
 fn a_support_that_does_not_move_with_its_wall_is_named() {
     let motion = "motion = { displacement_x_m = \"0.01*t^2\" }";
     let parts = |changes: &[(&str, &str)]| {

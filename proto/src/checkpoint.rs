@@ -1,5 +1,6 @@
 //! Checkpoints as they travel: what one belongs to, its data, and the digest of these.
 
+use bytes::Bytes;
 use sha2::{Digest, Sha256};
 use sph::coupling::driver::{Checkpoint, restore, save};
 use sph::coupling::exchange::Extent;
@@ -45,7 +46,7 @@ pub struct CheckpointData {
     /// What it belongs to.
     pub header: CheckpointHeader,
     /// The solver's data.
-    pub data: Vec<u8>,
+    pub data: Bytes,
     /// SHA-256 of the data.
     pub sha256: [u8; 32],
 }
@@ -93,8 +94,8 @@ impl CheckpointHeader {
 
 impl CheckpointData {
     /// The checkpoint as it travels and is kept.
-    pub fn new(header: CheckpointHeader, checkpoint: &Checkpoint) -> Self {
-        let data = encode_state(&checkpoint.state);
+    pub fn new(header: CheckpointHeader, checkpoint: Checkpoint) -> Self {
+        let data = Bytes::from(encode_state(checkpoint.state));
         let sha256 = digest(&data);
         Self { header, data, sha256 }
     }
@@ -110,7 +111,7 @@ impl CheckpointData {
     /// Header, pieces of data and trailer, in this order.
     pub(crate) fn parts(&self) -> impl Iterator<Item = Part> + use<> {
         let header = wire::CheckpointHeader { total_bytes: count(self.data.len()), ..self.header.to_wire() };
-        let data = bytes::Bytes::from(self.data.clone());
+        let data = self.data.clone();
         let pieces = (0..data.len()).step_by(CHUNK_BYTES);
         let pieces: Vec<Part> = pieces
             .map(|start| Part::Data(data.slice(start..(start + CHUNK_BYTES).min(data.len()))))
@@ -134,7 +135,7 @@ pub fn restore_solver(solver: &mut dyn Solver, data: &CheckpointData) -> Result<
             clock.step, clock.time, header.step, header.time
         ));
     }
-    if digest(&encode_state(&save(solver, &clock).state)) != data.sha256 {
+    if digest(&encode_state(save(solver, &clock).state)) != data.sha256 {
         return Err("the solver holds another state after taking it over".into());
     }
     Ok(clock)
@@ -206,7 +207,7 @@ impl Convert for CheckpointHeader {
 /// One message of a stream that carries a checkpoint.
 pub(crate) enum Part {
     Header(wire::CheckpointHeader),
-    Data(bytes::Bytes),
+    Data(Bytes),
     Trailer(wire::CheckpointTrailer),
 }
 
@@ -289,7 +290,7 @@ impl CheckpointAssembler {
                         .field("sha256")
                         .error("is not that of the data: they were damaged on the way"));
                 }
-                Ok(Some(CheckpointData { header, data, sha256 }))
+                Ok(Some(CheckpointData { header, data: data.into(), sha256 }))
             }
             (Some(Part::Header(_)), Some(_)) => Err(at.field("header").error("came twice")),
             (Some(Part::Data(_) | Part::Trailer(_)), None) => Err(at.error("data came before a header")),

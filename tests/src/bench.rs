@@ -9,6 +9,7 @@ use tempfile::TempDir;
 
 /// A tank 20 cm wide with water, a free block and a clamped plate under water: 400 particles, 1 ms in 25 steps.
 const TANK: &str = include_str!("tank.toml");
+const TANK_IN_SPACE: &str = include_str!("tank_3d.toml");
 
 /// Wait for something that a healthy process does in a moment.
 const SOON: Duration = Duration::from_secs(30);
@@ -57,6 +58,12 @@ impl Bench {
         let stepping = substeps.map_or_else(String::new, |count| format!("\nsubsteps = {count}"));
         let solid = format!("[solid]{stepping}");
         self.tank("tank.toml", &[("end_time_s = 0.002", &end), ("[solid]", &solid)])
+    }
+
+    /// Water in space with a free rigid ball and a clamped elastic post, until `end_time` \[s\].
+    pub fn space_to(&self, end_time: f64) -> PathBuf {
+        let text = TANK_IN_SPACE.replacen("end_time_s = 0.03", &format!("end_time_s = {end_time}"), 1);
+        self.write(&format!("tank_3d_{end_time}.toml"), &text)
     }
 
     /// The tank's case until `end_time` \[s\] for [`crate::idle::Idle`] solvers, which show other particles than the case has.

@@ -209,7 +209,7 @@ impl Seeds {
                 let folder = results.join(format!("checkpoints/step_{:012}", good.step));
                 let manifest = std::fs::read(folder.join("manifest.json")).unwrap();
                 let mut inputs = vec![manifest, good.outputs.to_bytes().unwrap()];
-                inputs.extend(good.sides.iter().map(|side| side.data.clone()));
+                inputs.extend(good.sides.iter().map(|side| side.data.to_vec()));
                 checkpoint = Some(good);
                 inputs
             }
@@ -265,7 +265,9 @@ fn feed(target: Target, seeds: &Seeds, input: &[u8]) -> bool {
             let state = seeds.checkpoint.iter().flat_map(|good| &good.sides).any(|side| {
                 // With a digest that fits: what is read behind it is tried, too.
                 let sha256 = proto::checkpoint::digest(input);
-                CheckpointData { header: side.header.clone(), data: input.to_vec(), sha256 }.state().is_ok()
+                CheckpointData { header: side.header.clone(), data: input.to_vec().into(), sha256 }
+                    .state()
+                    .is_ok()
             });
             sealed | Manifest::parse(&text).is_ok() | outputs | state
         }

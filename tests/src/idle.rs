@@ -102,11 +102,11 @@ impl Solver for IdleSolver {
         self.solver.energies()
     }
 
-    fn probes(&self, time: f64, values: &mut Vec<f64>) {
+    fn probes(&mut self, time: f64, values: &mut Vec<f64>) {
         self.solver.probes(time, values);
     }
 
-    fn snapshot(&self, step: u64, time: f64) -> ParticleFields {
+    fn snapshot(&mut self, step: u64, time: f64) -> ParticleFields {
         self.solver.snapshot(step, time)
     }
 

@@ -126,8 +126,7 @@ impl Store {
         let outputs = checkpoint.outputs.to_bytes().map_err(io::Error::other)?;
         let manifest = Manifest::of(checkpoint, FileFacts::of(COORDINATOR_FILE, &outputs)).text();
         let names: Vec<String> = checkpoint.sides.iter().map(|side| data_file(side.header.role)).collect();
-        let sides =
-            names.iter().zip(&checkpoint.sides).map(|(name, side)| (name.as_str(), side.data.as_slice()));
+        let sides = names.iter().zip(&checkpoint.sides).map(|(name, side)| (name.as_str(), &*side.data));
         let mut bytes = 0;
         for (name, content) in
             sides.chain([(COORDINATOR_FILE, outputs.as_slice()), (MANIFEST, manifest.as_bytes())])
@@ -194,7 +193,7 @@ impl Store {
             }
             let data = read_checked(&folder, &side.data, LARGEST_STATE)?;
             let sha256 = proto::checkpoint::digest(&data);
-            sides.push(CheckpointData { header: manifest.header(side)?, data, sha256 });
+            sides.push(CheckpointData { header: manifest.header(side)?, data: data.into(), sha256 });
         }
         if manifest.outputs.file != COORDINATOR_FILE {
             return Err(format!("`{MANIFEST}` names a file `{}`", manifest.outputs.file));

@@ -189,22 +189,26 @@ impl<S: FluidSpace> Solver for FluidSolver<S> {
         energy_budget::report(&self.model.energy_accounts, &self.state.energy, &energies)
     }
 
-    fn probes(&self, time: f64, values: &mut Vec<f64>) {
-        let wall_forces = || match &self.boundary.evaluated(&self.model, &self.state, time).evaluated {
-            Some((state, workspace)) => wall_forces(&self.model, state, workspace, time),
-            None => vec![S::Vector::repeat(f64::NAN); self.model.walls.names.len()],
+    fn probes(&mut self, time: f64, values: &mut Vec<f64>) {
+        let Self { model, state, workspace, boundary, .. } = self;
+        let immersed = workspace.interface.as_ref().map_or(0, |interface| interface.immersed());
+        let wall_forces = || match boundary.evaluated(model, state, workspace, time) {
+            Some((state, workspace)) => wall_forces(model, state, workspace, time),
+            None => vec![S::Vector::repeat(f64::NAN); model.walls.names.len()],
         };
-        let immersed = self.workspace.interface.as_ref().map_or(0, |interface| interface.immersed());
-        probes::values(&self.model, &self.state, wall_forces, immersed, values);
+        probes::values(model, state, wall_forces, immersed, values);
     }
 
-    fn snapshot(&self, step: u64, time: f64) -> ParticleFields {
-        let evaluated = self.boundary.evaluated(&self.model, &self.state, time);
-        let walls =
-            evaluated.evaluated.as_ref().map_or(&self.workspace.walls, |(_, workspace)| &workspace.walls);
+    fn snapshot(&mut self, step: u64, time: f64) -> ParticleFields {
+        let Self { model, state, workspace, boundary, .. } = self;
+        if model.walls.len() > 0 {
+            // Where it fails, walls are as the last stage saw them.
+            boundary.evaluated(model, state, workspace, time);
+        }
+        let walls = boundary.walls(workspace);
         let mut field = walls.field.clone();
-        field.place(&self.model.walls, &self.model.domain, time);
-        fields::particle_fields(&self.model, &self.state, &field, &walls.particles, step, time)
+        field.place(&model.walls, &model.domain, time);
+        fields::particle_fields(model, state, &field, &walls.particles, step, time)
     }
 
     fn counts(&self) -> Counts {

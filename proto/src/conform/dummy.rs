@@ -305,9 +305,9 @@ impl<S: Space> Solver for Dummy<S> {
         EnergyReport::default()
     }
 
-    fn probes(&self, _: f64, _: &mut Vec<f64>) {}
+    fn probes(&mut self, _: f64, _: &mut Vec<f64>) {}
 
-    fn snapshot(&self, step: u64, time: f64) -> ParticleFields {
+    fn snapshot(&mut self, step: u64, time: f64) -> ParticleFields {
         ParticleFields {
             step,
             time,

@@ -15,17 +15,17 @@ use crate::limits::{MAX_ARRAYS, MAX_NAME_BYTES};
 const MAGIC: [u8; 8] = *b"TIDESAVE";
 const VERSION: u32 = 1;
 
-/// The bytes of `state`.
-pub fn encode_state(state: &SavedState) -> Vec<u8> {
+/// The bytes of `state`, each of whose arrays goes as soon as it is written.
+pub fn encode_state(state: SavedState) -> Vec<u8> {
     let size: usize = state.arrays.iter().map(|(name, values)| 16 + name.len() + 8 * values.len()).sum();
     let mut out = Vec::with_capacity(16 + size);
     out.extend_from_slice(&MAGIC);
     out.extend_from_slice(&VERSION.to_le_bytes());
     out.extend_from_slice(&small(state.arrays.len()).to_le_bytes());
-    for (name, values) in &state.arrays {
+    for (name, values) in state.arrays {
         out.extend_from_slice(&small(name.len()).to_le_bytes());
         out.extend_from_slice(name.as_bytes());
-        let kind: u32 = match values {
+        let kind: u32 = match &values {
             Values::F64(_) => 1,
             Values::U32(_) => 2,
             Values::U64(_) => 3,
@@ -141,15 +141,15 @@ mod tests {
 
     #[test]
     fn a_state_comes_back_bit_for_bit() {
-        let bytes = encode_state(&state());
+        let bytes = encode_state(state());
         let back = decode_state(&bytes).unwrap();
-        assert_eq!(encode_state(&back), bytes);
         assert_eq!(back.arrays[1..], state().arrays[1..]);
+        assert_eq!(encode_state(back), bytes);
     }
 
     #[test]
     fn every_cut_and_every_false_size_is_refused() {
-        let bytes = encode_state(&state());
+        let bytes = encode_state(state());
         for length in 0..bytes.len() {
             assert!(decode_state(&bytes[..length]).is_err(), "cut at {length}");
         }

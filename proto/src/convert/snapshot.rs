@@ -1,5 +1,7 @@
 //! Snapshots, which travel in chunks beside the events.
 
+use std::collections::VecDeque;
+
 use bytes::{Buf, BufMut, Bytes, BytesMut};
 use sph::coupling::solver::{Field, ParticleFields};
 
@@ -14,18 +16,19 @@ const MAX_COMPONENTS: usize = 9;
 /// Most fields of a snapshot.
 const MAX_FIELDS: usize = 256;
 
-/// Snapshot number `index` as the chunks that carry it, header first.
+/// Snapshot number `index` as the chunks that carry it, header first. Each is made when it is asked for, and each array
+/// goes when it has been packed.
 pub(crate) fn snapshot_chunks(
     run_id: &str,
     index: u64,
-    snapshot: &ParticleFields,
+    snapshot: ParticleFields,
 ) -> impl Iterator<Item = wire::SnapshotChunk> + use<> {
     let header = wire::SnapshotHeader {
         index,
         step: snapshot.step,
         time_s_bits: snapshot.time.to_bits(),
         count: count(snapshot.id.len()),
-        group_names: snapshot.group_names.clone(),
+        group_names: snapshot.group_names,
         fields: snapshot
             .fields
             .iter()
@@ -37,22 +40,61 @@ pub(crate) fn snapshot_chunks(
             })
             .collect(),
     };
-    let numbers: usize = snapshot.fields.iter().map(|field| field.values.len()).sum();
-    let mut data = BytesMut::with_capacity(8 * snapshot.id.len() + 8 * numbers);
-    for value in snapshot.id.iter().chain(&snapshot.group) {
-        data.put_u32_le(*value);
-    }
-    for value in snapshot.fields.iter().flat_map(|field| &field.values) {
-        data.put_f64_le(*value);
-    }
+    let indices = [snapshot.id, snapshot.group].into_iter().map(Numbers::Index);
+    let numbers = snapshot.fields.into_iter().map(|field| Numbers::Real(field.values));
+    let mut unsent: VecDeque<(Numbers, usize)> = indices.chain(numbers).map(|values| (values, 0)).collect();
     let run_id = run_id.to_owned();
-    let mut data = data.freeze();
-    let pieces = std::iter::from_fn(move || {
-        (!data.is_empty()).then(|| Part::Data(data.split_to(data.len().min(CHUNK_BYTES))))
-    });
+    let pieces = std::iter::from_fn(move || next_piece(&mut unsent).map(Part::Data));
     std::iter::once(Part::Header(header))
         .chain(pieces)
         .map(move |part| wire::SnapshotChunk { run_id: run_id.clone(), part: Some(part) })
+}
+
+/// Numbers of a snapshot that are still to be sent.
+enum Numbers {
+    Index(Vec<u32>),
+    Real(Vec<f64>),
+}
+
+impl Numbers {
+    /// Packs numbers from number `start` on while `out` has room; answers the number of the next, `None` where all are packed.
+    fn pack(&self, start: usize, out: &mut BytesMut) -> Option<usize> {
+        let room = CHUNK_BYTES - out.len();
+        let end = |count: usize, size: usize| count.min(start + room / size);
+        let (end, count) = match self {
+            Self::Index(values) => {
+                let end = end(values.len(), size_of::<u32>());
+                values[start..end].iter().for_each(|value| out.put_u32_le(*value));
+                (end, values.len())
+            }
+            Self::Real(values) => {
+                let end = end(values.len(), size_of::<f64>());
+                values[start..end].iter().for_each(|value| out.put_f64_le(*value));
+                (end, values.len())
+            }
+        };
+        (end < count).then_some(end)
+    }
+}
+
+/// The next piece of at most [`CHUNK_BYTES`]; each of `unsent` comes with the number of its first value that is.
+fn next_piece(unsent: &mut VecDeque<(Numbers, usize)>) -> Option<Bytes> {
+    let mut piece = BytesMut::new();
+    while let Some((numbers, start)) = unsent.front_mut() {
+        if piece.is_empty() {
+            piece.reserve(CHUNK_BYTES);
+        }
+        match numbers.pack(*start, &mut piece) {
+            Some(next) => {
+                *start = next;
+                break;
+            }
+            None => {
+                unsent.pop_front();
+            }
+        }
+    }
+    (!piece.is_empty()).then(|| piece.freeze())
 }
 
 /// Puts snapshots together from their chunks.

@@ -44,7 +44,7 @@ pub(super) async fn take<F: SolverFactory>(
         )));
     }
     let header = CheckpointHeader::new(&host.description, role_of, &checkpoint);
-    let encoding = tokio::task::spawn_blocking(move || CheckpointData::new(header, &checkpoint));
+    let encoding = tokio::task::spawn_blocking(move || CheckpointData::new(header, checkpoint));
     let data = encoding.await.map_err(|e| Status::internal(format!("`Checkpoint` failed: {e}")))?;
     let run_id = request.run_id;
     let chunks = data
@@ -139,7 +139,7 @@ pub(super) async fn restore<F: SolverFactory>(
 /// Most bytes of a state of the run: some more than it has now, for what is there only after a step.
 fn largest_state(solver: &dyn Solver) -> u64 {
     let clock = ClockState { step: 0, time: 0.0, time_step: 1.0, allowed_step: 1.0, elapsed_before: 0.0 };
-    2 * count(encode_state(&save(solver, &clock).state).len()) + (1 << 20)
+    2 * count(encode_state(save(solver, &clock).state).len()) + (1 << 20)
 }
 
 fn replace_state(mut ready: Box<Ready>, data: &CheckpointData) -> Result<(Box<Ready>, ClockState), Status> {

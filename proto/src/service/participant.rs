@@ -362,7 +362,7 @@ async fn send_snapshots(
     chunks: mpsc::Sender<Result<wire::SnapshotChunk, Status>>,
 ) {
     while let Some((index, snapshot)) = snapshots.recv().await {
-        for chunk in snapshot_chunks(&run_id, index, &snapshot) {
+        for chunk in snapshot_chunks(&run_id, index, snapshot) {
             if chunks.send(Ok(chunk)).await.is_err() {
                 return;
             }

@@ -97,12 +97,15 @@ async fn checkpoints_that_do_not_belong_are_refused_and_leave_the_server_free() 
         change(&mut data.header);
         data
     };
-    let other_data =
-        |data: Vec<u8>| CheckpointData { header: good.header.clone(), sha256: digest(&data), data };
+    let other_data = |data: Vec<u8>| CheckpointData {
+        header: good.header.clone(),
+        sha256: digest(&data),
+        data: data.into(),
+    };
     let mut shorter = decode_state(&good.data).unwrap();
     shorter.arrays.pop();
     let no_number = good.data.len() - 8;
-    let mut not_finite = good.data.clone();
+    let mut not_finite = good.data.to_vec();
     not_finite[no_number..].copy_from_slice(&f64::NAN.to_le_bytes());
     let cases = [
         (with(&|h| h.arithmetic = "f64x8".into()), RpcCode::FailedPrecondition, "f64x8"),
@@ -112,7 +115,7 @@ async fn checkpoints_that_do_not_belong_are_refused_and_leave_the_server_free() 
         (with(&|h| h.time = f64::NAN), RpcCode::InvalidArgument, "time_s_bits"),
         (CheckpointData { sha256: [0; 32], ..good.clone() }, RpcCode::InvalidArgument, "sha256"),
         (other_data(vec![1; 64]), RpcCode::InvalidArgument, "no saved state"),
-        (other_data(crate::convert::encode_state(&shorter)), RpcCode::InvalidArgument, "is missing"),
+        (other_data(crate::convert::encode_state(shorter)), RpcCode::InvalidArgument, "is missing"),
         (other_data(not_finite), RpcCode::InvalidArgument, "must be finite"),
         (other_data(vec![0; 8 << 20]), RpcCode::InvalidArgument, "total_bytes"),
     ];

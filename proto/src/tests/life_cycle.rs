@@ -105,7 +105,7 @@ fn start_of_a_run() -> CheckpointData {
     let clock = ClockState { step: 0, time: 0.0, time_step: 1e-3, allowed_step: 1e-3, elapsed_before: 0.0 };
     let checkpoint = sph::coupling::driver::save(&*row, &clock);
     let description = RowFactory(Role::Solid).describe();
-    CheckpointData::new(CheckpointHeader::new(&description, Role::Solid, &checkpoint), &checkpoint)
+    CheckpointData::new(CheckpointHeader::new(&description, Role::Solid, &checkpoint), checkpoint)
 }
 
 /// A server brought to a state, with raw clients.

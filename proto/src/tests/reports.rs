@@ -183,7 +183,7 @@ fn snapshots_of_any_size_come_together_again() {
     // None; few; more than two chunks.
     for count in [0, 3, 100_000] {
         let sent = snapshot(count);
-        let chunks: Vec<_> = snapshot_chunks("run", 4, &sent).collect();
+        let chunks: Vec<_> = snapshot_chunks("run", 4, sent.clone()).collect();
         assert_eq!(chunks.len(), 1 + (count * 32).div_ceil(CHUNK_BYTES));
         let mut assembler = SnapshotAssembler::default();
         let mut received = None;
@@ -199,7 +199,7 @@ fn snapshots_of_any_size_come_together_again() {
 
 #[test]
 fn broken_snapshots_are_refused() {
-    let chunks: Vec<_> = snapshot_chunks("run", 0, &snapshot(3)).collect();
+    let chunks: Vec<_> = snapshot_chunks("run", 0, snapshot(3)).collect();
     let header = |spoil: &dyn Fn(&mut wire::SnapshotHeader)| {
         let mut chunk = chunks[0].clone();
         let Some(wire::snapshot_chunk::Part::Header(header)) = chunk.part.as_mut() else { panic!() };

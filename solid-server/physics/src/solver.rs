@@ -254,11 +254,11 @@ impl<S: SolidSpace> Solver for SolidSolver<S> {
         energy_budget::report(&self.model, &self.state)
     }
 
-    fn probes(&self, time: f64, values: &mut Vec<f64>) {
+    fn probes(&mut self, time: f64, values: &mut Vec<f64>) {
         probe_values(&self.model, &self.state, time, values);
     }
 
-    fn snapshot(&self, step: u64, time: f64) -> ParticleFields {
+    fn snapshot(&mut self, step: u64, time: f64) -> ParticleFields {
         snapshot(&self.model, &self.state, step, time)
     }
 

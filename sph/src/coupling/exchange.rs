@@ -38,9 +38,11 @@ impl Column {
     /// Takes over `quantities` in place of what it held.
     #[inline]
     pub fn fill<C: Components>(&mut self, quantities: impl IntoIterator<Item = C>) {
+        let quantities = quantities.into_iter();
         self.components = C::COUNT;
         self.values.clear();
-        quantities.into_iter().for_each(|quantity| self.values.extend_from_slice(quantity.row().as_ref()));
+        self.values.reserve(C::COUNT * quantities.size_hint().0);
+        quantities.for_each(|quantity| self.values.extend_from_slice(quantity.row().as_ref()));
     }
 
     /// The quantity of each particle; none in a column of another number of components.

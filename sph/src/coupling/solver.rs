@@ -175,10 +175,12 @@ pub trait Solver: Send {
     fn energies(&self) -> EnergyReport;
 
     /// Values of all probes in the order of the set-up, columns as the probe kinds list them.
-    fn probes(&self, time: f64, values: &mut Vec<f64>);
+    ///
+    /// What is evaluated for it changes no bit of the state.
+    fn probes(&mut self, time: f64, values: &mut Vec<f64>);
 
-    /// All own particles with their fields.
-    fn snapshot(&self, step: u64, time: f64) -> ParticleFields;
+    /// All own particles with their fields; likewise.
+    fn snapshot(&mut self, step: u64, time: f64) -> ParticleFields;
 
     /// Facts of the run so far.
     fn counts(&self) -> Counts;
@@ -289,7 +291,12 @@ impl std::fmt::Display for Divergence {
             let numbers: Vec<String> = position.iter().map(|x| format!("{x:.4}")).collect();
             write!(f, " at ({}) m", numbers.join(", "))?;
         }
-        write!(f, "; allowed: {}; {}", self.allowed, self.hint)
+        write!(f, "; allowed: {}; ", self.allowed)?;
+        if self.at.step == 0 && self.particle.is_some() {
+            // A step that is too long takes more than one to break a limit.
+            f.write_str("look for a fault of the start, such as particles that overlap or lie in walls; without one, ")?;
+        }
+        f.write_str(&self.hint)
     }
 }
 
@@ -375,5 +382,36 @@ impl std::fmt::Display for Fault {
             Fault::Contradiction { at, message } => write!(f, "at {at}: {message}"),
             Fault::Aborted { at } => write!(f, "aborted by the coordinator at {at}"),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_particle_that_fails_in_the_first_step_points_to_the_start() {
+        let late = Divergence {
+            at: StepStage { step: 1, ..StepStage::FIRST },
+            particle: Some(7),
+            position: Some(vec![0.5, 0.25]),
+            quantity: "velocity [m/s]".into(),
+            value: f64::NAN,
+            allowed: "finite values".into(),
+            hint: "reduce the time step".into(),
+        };
+        let text = late.to_string();
+        assert_eq!(
+            text,
+            "diverged at step 1 predictor: velocity [m/s] = NaN of particle 7 at (0.5000, 0.2500) m; allowed: \
+             finite values; reduce the time step"
+        );
+        let first = Divergence { at: StepStage::FIRST, ..late };
+        let text = first.to_string();
+        assert!(text.contains("; look for a fault of the start"), "{text}");
+        assert!(text.ends_with("without one, reduce the time step"), "{text}");
+        // What no particle did, such as an iteration that does not converge, says nothing of the start.
+        let iteration = Divergence { particle: None, ..first };
+        assert!(!iteration.to_string().contains("start"), "{iteration}");
     }
 }

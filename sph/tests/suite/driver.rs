@@ -140,11 +140,11 @@ impl Solver for Mass {
         EnergyReport::default()
     }
 
-    fn probes(&self, _time: f64, values: &mut Vec<f64>) {
+    fn probes(&mut self, _time: f64, values: &mut Vec<f64>) {
         values.extend([self.position.x, self.position.y]);
     }
 
-    fn snapshot(&self, step: u64, time: f64) -> ParticleFields {
+    fn snapshot(&mut self, step: u64, time: f64) -> ParticleFields {
         ParticleFields { step, time, id: vec![0], ..ParticleFields::default() }
     }
 

@@ -159,11 +159,11 @@ impl Solver for Side {
         EnergyReport::default()
     }
 
-    fn probes(&self, _: f64, values: &mut Vec<f64>) {
+    fn probes(&mut self, _: f64, values: &mut Vec<f64>) {
         values.extend([self.position.x, self.position.y, self.velocity.x, self.velocity.y]);
     }
 
-    fn snapshot(&self, step: u64, time: f64) -> ParticleFields {
+    fn snapshot(&mut self, step: u64, time: f64) -> ParticleFields {
         ParticleFields { step, time, id: vec![0], ..ParticleFields::default() }
     }
 

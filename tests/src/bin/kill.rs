@@ -4,20 +4,21 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{Parser, ValueEnum};
+use tests::bench::Bench;
 use tests::kill::{Tally, Trials};
 use tests::nodes;
 use tests::random::RandomNumbers;
 
-/// Kills servers and coordinators of short runs, without and with sub-steps of the solids: one, both or all, at random
-/// times, at the start, while a checkpoint is written, during a resume, twice in a row, at each stage of the end, with a
+/// Kills servers and coordinators of short runs, in the plane without and with sub-steps of the solids, and in space: one,
+/// both or all, at random times, at the start, while a checkpoint is written, during a resume, twice in a row, at each stage of the end, with a
 /// recording. Every run must end with the undisturbed run's tables, frames and final states, byte for byte, and with no file
 /// or process left over; one that was killed before its first checkpoint must say so, and is repeated.
 #[derive(Debug, Parser)]
 struct Arguments {
-    /// How the solids step.
-    #[arg(long, default_value = "both")]
-    steps: Steps,
-    /// Number of trials for each way of stepping; each kind of moment in turn.
+    /// What is run.
+    #[arg(long, default_value = "all")]
+    scene: Scene,
+    /// Number of trials for each scene; each kind of moment in turn.
     #[arg(long, default_value_t = 100, value_parser = clap::value_parser!(u32).range(1..))]
     times: u32,
     /// Only the moments with this in their name.
@@ -31,16 +32,21 @@ struct Arguments {
     program: Option<PathBuf>,
 }
 
-/// How the solids of a case step.
+/// What is run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum Steps {
-    /// As the stage rule says, with the fluid.
-    Whole,
-    /// By 4 sub-steps.
-    Sub,
+enum Scene {
+    /// A tank in the plane, whose solids step with the fluid.
+    Tank,
+    /// The same with 4 sub-steps of the solids.
+    SubSteps,
+    /// A tank in space with a rigid ball and an elastic post.
+    Space,
     /// One after the other.
-    Both,
+    All,
 }
+
+/// Writes the case of a scene on a bench.
+type Write = fn(&Bench) -> PathBuf;
 
 fn main() -> ExitCode {
     terminal::program::run(|| run(Arguments::parse()))
@@ -53,12 +59,16 @@ fn run(arguments: Arguments) -> ExitCode {
     };
     let mut random = RandomNumbers::new(arguments.seed);
     let mut good = true;
-    for (steps, name, substeps) in [(Steps::Whole, "stage rule", None), (Steps::Sub, "4 sub-steps", Some(4))]
-    {
-        if ![steps, Steps::Both].contains(&arguments.steps) {
+    let scenes: [(Scene, &str, Write); 3] = [
+        (Scene::Tank, "tank, stage rule", |bench| bench.tank_to(0.02, None)),
+        (Scene::SubSteps, "tank, 4 sub-steps", |bench| bench.tank_to(0.02, Some(4))),
+        (Scene::Space, "tank in space", |bench| bench.space_to(0.3)),
+    ];
+    for (scene, name, write) in scenes {
+        if ![scene, Scene::All].contains(&arguments.scene) {
             continue;
         }
-        let trials = Trials::new(&program, |bench| bench.tank_to(0.02, substeps));
+        let trials = Trials::new(&program, write);
         let mut tally = Tally::default();
         trials.run(arguments.times, &arguments.only, &mut random, &mut tally);
         terminal::say(format_args!("{name}:\n{tally}"));

@@ -52,7 +52,7 @@ impl Kept {
 
     /// States of both solvers, from which there are steps to go.
     pub(super) fn states(&self) -> Vec<Vec<u8>> {
-        self.older.sides.iter().map(|side| side.data.clone()).collect()
+        self.older.sides.iter().map(|side| side.data.to_vec()).collect()
     }
 
     /// Puts `input` in the place of a file of the newest checkpoint; whether that is still as it was. The one before must be
@@ -84,12 +84,12 @@ impl Kept {
         let mut checkpoint = self.older.clone();
         let Some(side) = checkpoint.sides.iter_mut().find(|side| {
             let names = format!("{}.", side.header.role);
-            let data = CheckpointData { header: side.header.clone(), data: input.to_vec(), sha256 };
+            let data = CheckpointData { header: side.header.clone(), data: input.to_vec().into(), sha256 };
             data.state().is_ok_and(|state| state.arrays.iter().any(|(name, _)| name.starts_with(&names)))
         }) else {
             return false;
         };
-        (side.data, side.sha256) = (input.to_vec(), sha256);
+        (side.data, side.sha256) = (input.to_vec().into(), sha256);
         let (fluid, solid) = self.setups.clone();
         let (events, mut received) = tokio::sync::mpsc::channel(PENDING_EVENTS);
         let each = Threads::each(1);

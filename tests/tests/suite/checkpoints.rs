@@ -1,6 +1,6 @@
 //! Checkpoints, resumed runs, and servers that die or freeze, through real processes.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use crate::{PROGRAM, bench};
@@ -143,8 +143,13 @@ fn killed_servers_and_coordinators_lose_nothing() {
     let mut random = RandomNumbers::new(7);
     // Each kind of moment once.
     let times = u32::try_from(MOMENTS.len()).unwrap();
-    for (substeps, times) in [(None, times), (Some(4), 5)] {
-        let trials = Trials::new(Path::new(PROGRAM), |bench| bench.tank_to(0.02, substeps));
+    let scenes: [(fn(&Bench) -> PathBuf, u32); 3] = [
+        (|bench| bench.tank_to(0.02, None), times),
+        (|bench| bench.tank_to(0.02, Some(4)), 5),
+        (|bench| bench.space_to(0.3), 3),
+    ];
+    for (write, times) in scenes {
+        let trials = Trials::new(Path::new(PROGRAM), write);
         let mut tally = Tally::default();
         trials.run(times, "", &mut random, &mut tally);
         assert_eq!(tally.sum().equal, times, "{tally}");

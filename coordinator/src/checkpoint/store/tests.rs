@@ -23,7 +23,7 @@ fn checkpoint(step: u64) -> RunCheckpoint {
             time: 0.1 * step as f64,
             next_time_step: 0.1,
         };
-        CheckpointData { header, sha256: proto::checkpoint::digest(&data), data }
+        CheckpointData { header, sha256: proto::checkpoint::digest(&data), data: data.into() }
     };
     RunCheckpoint {
         step,

@@ -118,14 +118,15 @@ impl Evidence {
                 self.volume_excess,
                 (AtMost, if self.cavity.is_some() { LARGEST_EXCESS_WHERE_FULL } else { LARGEST_EXCESS }),
                 "volume that the densities claim beyond what the particles fill",
-                "leave out `[fluid] volume_correction`, or refine",
+                "use a `[fluid] volume_correction` of at least its default, or refine",
             ),
             figure(
                 "cavity_spacings",
                 self.cavity,
                 (AtMost, LARGEST_CAVITY),
                 "farthest point of the water from a particle, in spacings, where water fills its container",
-                "leave out `[fluid] volume_correction`, or raise the pressure of the water so that it does not tear",
+                "use a `[fluid] volume_correction` of at least its default, or raise the pressure of the water so that it \
+                 does not tear",
             ),
             figure(
                 "mach_number",
@@ -146,13 +147,13 @@ impl Evidence {
                 self.load_noise,
                 (AtMost, LARGEST_LOAD_NOISE),
                 "swing of a load of the water while sound crosses it, over the load",
-                "leave out `[fluid] acoustic_relaxation`, or use means of loads only",
+                "use means of loads, or an `[fluid] acoustic_relaxation` of at least its default",
             ),
             figure(
                 "energy_residual",
                 self.energy_residual,
                 (AtMost, LARGEST_ENERGY_RESIDUAL),
-                "energy that no account explains",
+                "energy that no account explains; what each term feeds or takes is in the energy budget",
                 "use a smaller time step",
             ),
             figure(
@@ -216,7 +217,10 @@ mod tests {
         let texts = reservations(&bad.figures());
         assert_eq!(texts.len(), 4, "{texts:?}");
         assert!(texts[0].starts_with("volume_excess = -9.000e-3, threshold 0.008: "), "{texts:?}");
-        assert!(texts[0].ends_with("leave out `[fluid] volume_correction`, or refine"), "{texts:?}");
+        assert!(
+            texts[0].ends_with("use a `[fluid] volume_correction` of at least its default, or refine"),
+            "{texts:?}"
+        );
         assert!(line(&good.figures()).contains("particles_across 3.000e0"));
         // Where water fills its container the same excess is too much.
         let full = Evidence { cavity: Some(0.8), ..good };

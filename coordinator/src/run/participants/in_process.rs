@@ -121,7 +121,7 @@ fn spawn(
                     let news = match event {
                         Event::Checkpoint(checkpoint) => {
                             let header = CheckpointHeader::new(&description(role), role, &checkpoint);
-                            News::Checkpoint(Box::new(CheckpointData::new(header, &checkpoint)))
+                            News::Checkpoint(Box::new(CheckpointData::new(header, *checkpoint)))
                         }
                         event => News::Event(Box::new(event)),
                     };

@@ -11,14 +11,14 @@ use std::time::{Duration, Instant};
 
 use criterion::measurement::{Measurement, ValueFormatter};
 use criterion::{BenchmarkGroup, BenchmarkId, Criterion, SamplingMode, Throughput};
-use fluid::FluidSolver;
+use fluid::{FluidSolver, FluidSpace};
 use rayon::ThreadPool;
 use rustix::time::{ClockId, clock_gettime};
 use sph::coupling::exchange::StateColumns;
 use sph::coupling::solver::Solver;
 use sph::coupling::stage::{Stage, StageTime, StepStage};
 use sph::kernel::CubicSpline;
-use sph::space::Plane;
+use sph::space::{Plane, Spatial};
 
 use scene::Settings;
 
@@ -29,17 +29,27 @@ const SIZES: [usize; 3] = [10_000, 100_000, 1_000_000];
 const FEATURE_PARTICLES: usize = 40_000;
 
 /// A part of a stage.
-type Pass = fn(&mut Case);
+type Pass<S> = fn(&mut Case<S>);
 
-/// Parts of a step with the stage that they belong to, and the whole step.
-const PASSES: [(&str, Stage, Pass); 6] = [
-    ("begin", Stage::Predictor, Case::begin),
-    ("gradients", Stage::Predictor, Case::own),
-    ("tensors", Stage::Corrector, Case::own),
-    ("forces", Stage::Corrector, Case::cross),
-    ("advance", Stage::Corrector, Case::advance),
-    ("stage", Stage::Predictor, Case::step),
-];
+/// Parts of a step, and the whole step.
+const PASSES: [&str; 6] = ["begin", "gradients", "tensors", "forces", "advance", "stage"];
+
+/// Those with the stage that they belong to.
+const fn passes<S: FluidSpace>() -> [(&'static str, Stage, Pass<S>); 6] {
+    [
+        ("begin", Stage::Predictor, Case::begin),
+        ("gradients", Stage::Predictor, Case::own),
+        ("tensors", Stage::Corrector, Case::own),
+        ("forces", Stage::Corrector, Case::cross),
+        ("advance", Stage::Corrector, Case::advance),
+        ("stage", Stage::Predictor, Case::step),
+    ]
+}
+
+/// Blocks on which the passes are timed.
+const BLOCKS: [(&str, Settings); 2] = [("recommended", scene::RECOMMENDED), ("lean", scene::LEAN)];
+/// The same in space.
+const CUBES: [(&str, Settings); 2] = [("space", scene::DEFAULT), ("space, lean", scene::LEAN)];
 
 /// Begins of a stage that build lists: in an open box and in a periodic one.
 const BUILDS: [(&str, Settings); 2] =
@@ -104,15 +114,15 @@ impl ValueFormatter for Nanoseconds {
 }
 
 /// A solver with the half-step that it computes again and again.
-struct Case {
-    solver: FluidSolver,
+struct Case<S: FluidSpace> {
+    solver: FluidSolver<S>,
     time: StageTime,
     none: StateColumns,
 }
 
-impl Case {
+impl<S: FluidSpace> Case<S> {
     fn new(settings: Settings, particles: usize, time_step: f64) -> Self {
-        let solver = FluidSolver::new(scene::block(settings, particles))
+        let solver = FluidSolver::new(scene::block::<S>(settings, particles))
             .unwrap_or_else(|errors| panic!("the scene can not be run: {errors:?}"));
         let at = StepStage { step: 0, stage: Stage::Predictor };
         let time = StageTime { at, step_start: 0.0, time_step };
@@ -161,14 +171,18 @@ fn pool(threads: usize) -> ThreadPool {
     rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap_or_else(|error| panic!("{error}"))
 }
 
-fn passes(criterion: &mut Criterion<CpuTime>, pool: &ThreadPool) {
-    for (name, settings) in [("recommended", scene::RECOMMENDED), ("lean", scene::LEAN)] {
+fn time_passes<S: FluidSpace>(
+    criterion: &mut Criterion<CpuTime>,
+    pool: &ThreadPool,
+    blocks: [(&str, Settings); 2],
+) {
+    for (name, settings) in blocks {
         let mut group = group(criterion, name);
         for particles in SIZES {
-            group.throughput(Throughput::Elements(particles as u64));
+            group.throughput(Throughput::Elements(scene::particles::<S>(particles) as u64));
             // So short a step that no list is rebuilt.
-            let mut case = pool.install(|| Case::new(settings, particles, 1e-12));
-            for (pass, stage, run) in PASSES {
+            let mut case = pool.install(|| Case::<S>::new(settings, particles, 1e-12));
+            for (pass, stage, run) in passes::<S>() {
                 pool.install(|| case.at(stage).begin());
                 group.bench_function(BenchmarkId::new(pass, particles), |bencher| {
                     pool.install(|| bencher.iter(|| run(&mut case)));
@@ -183,7 +197,7 @@ fn features(criterion: &mut Criterion<CpuTime>, pool: &ThreadPool) {
     let mut group = group(criterion, "features");
     group.throughput(Throughput::Elements(FEATURE_PARTICLES as u64));
     for (k, (_, settings)) in scene::FEATURES.into_iter().enumerate() {
-        let mut case = pool.install(|| Case::new(settings, FEATURE_PARTICLES, 1e-12));
+        let mut case = pool.install(|| Case::<Plane>::new(settings, FEATURE_PARTICLES, 1e-12));
         group.bench_function(BenchmarkId::new("stage", k), |bencher| {
             pool.install(|| bencher.iter(|| case.step()));
         });
@@ -191,13 +205,14 @@ fn features(criterion: &mut Criterion<CpuTime>, pool: &ThreadPool) {
 }
 
 /// The begin of a stage whose particles have drifted farther than lists bear: order, lists and records.
-fn builds(criterion: &mut Criterion<CpuTime>, pool: &ThreadPool) {
-    let mut group = group(criterion, "build");
+fn builds<S: FluidSpace>(criterion: &mut Criterion<CpuTime>, pool: &ThreadPool, name: &str) {
+    let mut group = group(criterion, name);
     let cases =
         BUILDS.iter().flat_map(|(name, settings)| SIZES.map(|particles| (name, *settings, particles)));
     for (name, settings, particles) in cases {
-        group.throughput(Throughput::Elements(particles as u64));
-        let mut case = pool.install(|| Case::new(settings, particles, scene::drift_step(particles)));
+        group.throughput(Throughput::Elements(scene::particles::<S>(particles) as u64));
+        let mut case =
+            pool.install(|| Case::<S>::new(settings, particles, scene::drift_step::<S>(particles)));
         group.bench_function(BenchmarkId::new(*name, particles), |bencher| {
             let mut build = || {
                 case.advance();
@@ -234,11 +249,11 @@ fn fixed_kernel(criterion: &mut Criterion<CpuTime>) {
 }
 
 /// Wall time per step \[s\], the least of many, on this many threads.
-fn least_wall_time(particles: usize, threads: usize) -> f64 {
+fn least_wall_time<S: FluidSpace>(settings: Settings, particles: usize, threads: usize) -> f64 {
     let pool = pool(threads);
-    let mut case = pool.install(|| Case::new(scene::RECOMMENDED, particles, 1e-12));
+    let mut case = pool.install(|| Case::<S>::new(settings, particles, 1e-12));
     let repeats = (3_000_000 / particles).max(5);
-    let time = |case: &mut Case| {
+    let time = |case: &mut Case<S>| {
         let start = Instant::now();
         pool.install(|| case.step());
         start.elapsed().as_secs_f64()
@@ -251,16 +266,24 @@ fn main() {
     let mut criterion = Criterion::default().with_measurement(CpuTime).configure_from_args();
     let one = pool(1);
     fixed_kernel(&mut criterion);
-    passes(&mut criterion, &one);
+    time_passes::<Plane>(&mut criterion, &one, BLOCKS);
+    time_passes::<Spatial>(&mut criterion, &one, CUBES);
     features(&mut criterion, &one);
-    builds(&mut criterion, &one);
+    builds::<Plane>(&mut criterion, &one, "build");
+    builds::<Spatial>(&mut criterion, &one, "space, build");
     criterion.final_summary();
     table::print();
     for particles in [11_000, 100_000] {
-        let [one, two] = [1, 2].map(|threads| least_wall_time(particles, threads));
-        terminal::say(format_args!(
-            "{particles} particles, wall time of one thread over two: {:.2}",
-            one / two
-        ));
+        speed_of_two_threads::<Plane>(scene::RECOMMENDED, particles);
     }
+    speed_of_two_threads::<Spatial>(scene::DEFAULT, 100_000);
+}
+
+fn speed_of_two_threads<S: FluidSpace>(settings: Settings, particles: usize) {
+    let [one, two] = [1, 2].map(|threads| least_wall_time::<S>(settings, particles, threads));
+    terminal::say(format_args!(
+        "{particles} particles in {} dimensions, wall time of one thread over two: {:.2}",
+        S::DIMENSIONS,
+        one / two
+    ));
 }

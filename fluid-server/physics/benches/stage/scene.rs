@@ -5,8 +5,9 @@ use sph::setup::{
     GradientCorrection, LedgerPolicy, Outflow, OutputPlan, RunSetup, StepPolicy, TimePlan, WallCondition,
     WallParticles, WallSetup,
 };
-use sph::space::Vector;
+use sph::space::Space;
 use sph::space::domain::Domain;
+use sph::space::tensors::SpaceVector;
 
 /// Height of the block \[m\].
 const HEIGHT: f64 = 0.3;
@@ -29,7 +30,10 @@ const fn with(parameters: FluidParameters) -> Settings {
 const WATER: FluidParameters =
     FluidParameters { wall_repulsion: 0.0, acoustic_relaxation_time: Some(1e-3), ..FluidParameters::DEFAULT };
 
-/// The same at the kernel ratio of 20 neighbours.
+/// The recommended settings: 25 neighbours in the plane, 74 in space.
+pub const DEFAULT: Settings = with(WATER);
+
+/// The same at the kernel ratio of 20 neighbours in the plane.
 pub const RECOMMENDED: Settings = with(FluidParameters { kernel_ratio: 1.2, ..WATER });
 
 /// The recommended settings, and the same with one thing left out or added.
@@ -66,12 +70,18 @@ pub const DRIFTING: Settings = Settings { walls: false, ..LEAN };
 pub const DRIFTING_PERIODIC: Settings = Settings { periodic: true, ..DRIFTING };
 
 /// Step \[s\] in half of which a drifting block of `particles` moves farther than lists bear: by 0.6 spacings.
-pub fn drift_step(particles: usize) -> f64 {
-    1.2 * spacing(particles) / DRIFT
+pub fn drift_step<S: Space>(particles: usize) -> f64 {
+    1.2 * HEIGHT / (rows::<S>(particles) as f64 * DRIFT)
 }
 
-fn spacing(particles: usize) -> f64 {
-    HEIGHT / (particles as f64).sqrt()
+/// Rows of a block of about `particles` particles along each axis.
+fn rows<S: Space>(particles: usize) -> usize {
+    (particles as f64).powf(1.0 / S::DIMENSIONS as f64).round() as usize
+}
+
+/// Particles of a block of about `particles`.
+pub fn particles<S: Space>(particles: usize) -> usize {
+    rows::<S>(particles).pow(S::DIMENSIONS as u32)
 }
 
 /// Numbers between -0.5 and 0.5 that look random, the same in each run.
@@ -81,37 +91,44 @@ fn noise(k: usize) -> f64 {
     ((mixed ^ (mixed >> 32)) >> 11) as f64 / (1u64 << 53) as f64 - 0.5
 }
 
-/// A square block of about `particles` particles.
-pub fn block(settings: Settings, particles: usize) -> FluidSetup {
-    let spacing = spacing(particles);
-    let rows = (HEIGHT / spacing).round() as usize;
-    let gravity = Vector::new(0.0, if settings.walls { -9.81 } else { 0.0 });
+fn vector<S: Space>(component: impl FnMut(usize) -> f64) -> S::Vector {
+    S::vector(S::axes(component))
+}
+
+/// A square or cubic block of about `particles` particles; up is along the last axis.
+pub fn block<S: Space>(settings: Settings, particles: usize) -> FluidSetup<S> {
+    let (rows, dimensions) = (rows::<S>(particles), S::DIMENSIONS);
+    let (spacing, up) = (HEIGHT / rows as f64, dimensions - 1);
+    let gravity = if settings.walls { 9.81 } else { 0.0 };
     let FluidParameters { rest_density, sound_speed, .. } = settings.parameters;
-    let mut fluid = FluidParticles::default();
-    for k in 0..rows * rows {
-        let (column, row) = (k % rows, k / rows);
-        let stir = Vector::new(noise(4 * k), noise(4 * k + 1)) * (0.1 * spacing);
-        let x = Vector::new(column as f64 + 0.5, row as f64 + 0.5) * spacing;
-        let own = Vector::new(noise(4 * k + 2), noise(4 * k + 3)) * 0.01;
+    let mut fluid = FluidParticles::<S>::default();
+    for k in 0..rows.pow(dimensions as u32) {
+        let noise = |axis: usize| noise(2 * dimensions * k + axis);
+        let x = vector::<S>(|axis| {
+            let place = (k / rows.pow(axis as u32)) % rows;
+            (place as f64 + 0.5 + 0.1 * noise(axis)) * spacing
+        });
+        let own = vector::<S>(|axis| 0.01 * noise(dimensions + axis));
         fluid.id.push(u32::try_from(k).unwrap_or_else(|_| panic!("too many particles")));
         fluid.region.push(0);
-        fluid.mass.push(rest_density * spacing * spacing);
-        fluid.position.push(x + stir);
-        fluid.velocity.push(if settings.walls { own } else { Vector::repeat(DRIFT) });
-        let depth = HEIGHT - x.y;
-        fluid.density.push(rest_density * (1.0 - gravity.y * depth / (sound_speed * sound_speed)));
+        fluid.mass.push(rest_density * spacing.powi(dimensions as i32));
+        fluid.velocity.push(if settings.walls { own } else { S::Vector::repeat(DRIFT) });
+        let depth = HEIGHT - x[up];
+        fluid.density.push(rest_density * (1.0 + gravity * depth / (sound_speed * sound_speed)));
+        fluid.position.push(x);
     }
+    let down = vector::<S>(|axis| if axis == up { -gravity } else { 0.0 });
     FluidSetup {
         run: RunSetup {
             run_id: "bench".into(),
             domain: Domain {
-                lower: Vector::repeat(-0.1 * HEIGHT),
+                lower: S::Vector::repeat(-0.1 * HEIGHT),
                 // A free block may drift on for ever.
-                upper: Vector::repeat(if settings.periodic { 1.1 } else { 1e6 } * HEIGHT),
-                periodic: [settings.periodic; 2],
+                upper: S::Vector::repeat(if settings.periodic { 1.1 } else { 1e6 } * HEIGHT),
+                periodic: S::axes(|_| settings.periodic),
             },
             time: TimePlan { start_time: 0.0, end_time: 1.0, step: StepPolicy::Fixed { time_step: 1e-5 } },
-            body_force: BodyForce { gravity, expressions: None },
+            body_force: BodyForce { gravity: down, expressions: None },
             outputs: OutputPlan::default(),
             ledger: LedgerPolicy::default(),
             coupling: None,
@@ -133,20 +150,26 @@ pub fn block(settings: Settings, particles: usize) -> FluidSetup {
 }
 
 /// Three layers below and beside the block.
-fn tank(rows: usize, spacing: f64) -> WallParticles {
-    let mut walls = WallParticles::default();
-    let mut add = |column: f64, row: f64, normal: Vector| {
-        walls.wall.push(0);
-        walls.position.push(Vector::new(column + 0.5, row + 0.5) * spacing);
-        walls.normal.push(normal);
-    };
-    for layer in 1..=3 {
-        let depth = f64::from(layer);
-        for k in 0..rows {
-            let along = k as f64;
-            add(along, -depth, Vector::new(0.0, 1.0));
-            add(-depth, along, Vector::new(1.0, 0.0));
-            add(rows as f64 - 1.0 + depth, along, Vector::new(-1.0, 0.0));
+fn tank<S: Space>(rows: usize, spacing: f64) -> WallParticles<S> {
+    let mut walls = WallParticles::<S>::default();
+    let up = S::DIMENSIONS - 1;
+    let faces = (0..S::DIMENSIONS).flat_map(|axis| [(axis, 1.0), (axis, -1.0)]);
+    for (across, inward) in faces.filter(|face| *face != (up, -1.0)) {
+        let normal = vector::<S>(|axis| if axis == across { inward } else { 0.0 });
+        let face = if inward > 0.0 { 0.0 } else { rows as f64 };
+        for k in 0..3 * rows.pow(S::DIMENSIONS as u32 - 1) {
+            let layer = (k % 3) as f64;
+            let mut rest = k / 3;
+            walls.wall.push(0);
+            walls.normal.push(normal);
+            walls.position.push(vector::<S>(|axis| {
+                if axis == across {
+                    return (face - inward * (layer + 0.5)) * spacing;
+                }
+                let place = rest % rows;
+                rest /= rows;
+                (place as f64 + 0.5) * spacing
+            }));
         }
     }
     walls

@@ -2,6 +2,10 @@
 
 use std::path::Path;
 
+use sph::space::{Plane, Spatial};
+
+use super::scene;
+
 /// Prints processor, cores and version.
 pub fn machine() {
     let processor = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
@@ -27,11 +31,14 @@ pub fn print() {
     let Some(fixed) = median("fixed/kernel").map(|time| time / 4096.0) else { return };
     terminal::say(format_args!("\nCPU ns per particle-stage (times the {fixed:.2} ns of the fixed kernel)"));
     terminal::say(format_args!("{:28}{:>18}{:>18}{:>18}", "", "10k", "100k", "1M"));
-    for (group, passes) in [
-        ("recommended", super::PASSES.map(|(name, ..)| name).as_slice()),
-        ("lean", &super::PASSES.map(|(name, ..)| name)),
-        ("build", &super::BUILDS.map(|(name, ..)| name)),
-    ] {
+    let (passes, builds) = (&super::PASSES[..], &super::BUILDS.map(|(name, ..)| name)[..]);
+    let plane = super::BLOCKS.map(|(group, _)| (group, passes)).into_iter().chain([("build", builds)]);
+    let space = super::CUBES.map(|(group, _)| (group, passes)).into_iter().chain([("space, build", builds)]);
+    let of_plane =
+        plane.map(|(group, passes)| (group, passes, scene::particles::<Plane> as fn(usize) -> usize));
+    let of_space =
+        space.map(|(group, passes)| (group, passes, scene::particles::<Spatial> as fn(usize) -> usize));
+    for (group, passes, count) in of_plane.chain(of_space) {
         for pass in passes {
             let mut row = format!("{:28}", format!("{group} {pass}"));
             for particles in super::SIZES {
@@ -39,7 +46,7 @@ pub fn print() {
                     Some(time) => {
                         // Two stages make a step.
                         let stages = if *pass == "stage" { 2.0 } else { 1.0 };
-                        let time = time / (stages * particles as f64);
+                        let time = time / (stages * count(particles) as f64);
                         row += &format!("{:>18}", format!("{time:.1} ({:.0})", time / fixed));
                     }
                     None => row += &format!("{:>18}", "-"),

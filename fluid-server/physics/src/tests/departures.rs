@@ -37,12 +37,11 @@ fn torn_water_ends_a_run_unless_it_cavitates() {
     let broken = broken.unwrap();
     assert_eq!(broken.quantity, "density [kg/m³]");
     assert!(broken.to_string().contains("tension_limit_pa"), "{broken}");
-    let (broken, solver) = torn(Some(5e3));
+    let (broken, mut solver) = torn(Some(5e3));
     assert!(broken.is_none(), "{broken:?}");
-    let lowest = |name: &str| {
-        let fields = solver.snapshot(80, 8e-3);
-        fields.field(name).unwrap().values.iter().copied().fold(f64::INFINITY, f64::min)
-    };
+    let fields = solver.snapshot(80, 8e-3);
+    let lowest =
+        |name: &str| fields.field(name).unwrap().values.iter().copied().fold(f64::INFINITY, f64::min);
     assert_eq!(lowest("pressure"), -5e3);
     assert!(lowest("density") < 700.0, "{}", lowest("density"));
 }

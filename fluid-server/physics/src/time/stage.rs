@@ -3,7 +3,7 @@
 use sph::coupling::exchange::StateColumns;
 use sph::coupling::ledger::Energies;
 use sph::coupling::solver::Divergence;
-use sph::coupling::stage::{Stage, StageTime};
+use sph::coupling::stage::{Stage, StageTime, StepStage};
 use sph::lanes::{LanePass, Lanes, WIDTH};
 use sph::space::geometry::{Geometry, Open, Periodic};
 
@@ -254,10 +254,40 @@ impl<S: FluidSpace> Workspace<S> {
         }
     }
 
-    /// Walls and gradients of the present state at a step boundary of `time` \[s\], for outputs.
-    pub fn evaluate_outputs(&mut self, model: &FluidModel<S>, time: f64) {
+    /// Walls and gradients of `state` at a step boundary of `time` \[s\], for outputs; the next stage replaces them.
+    ///
+    /// The partner's particles are left out: they reach walls only through L_i. Answers whether the lists hold for
+    /// `state`; where they do not, nothing is evaluated.
+    ///
+    /// # Errors
+    /// When the state is not finite or breaks a limit.
+    pub fn evaluate_boundary(
+        &mut self,
+        model: &FluidModel<S>,
+        state: &FluidState<S>,
+        time: f64,
+    ) -> Result<bool, Box<Divergence>> {
+        let last = self.findings().largest_square_move.sqrt();
+        self.part = StagePart::of(model, Stage::Predictor);
+        self.pack(model, state, 0.0);
+        let findings = self.findings();
+        // The number of the step appears in a divergence only.
+        let speed = findings.verdict(model, state, StepStage::FIRST)?;
+        self.walls.field.place(&model.walls, &model.domain, time);
+        self.lists.restore(model, state);
+        let moves = Moves { last, ahead: 0.0, speed };
+        if self.lists.outdated(model, state, findings.largest_displacement(), moves, &self.walls.field) {
+            return Ok(false);
+        }
+        self.computes_gradients = true;
         self.evaluate_own(model, time);
         self.gradients.make_tensors(model, &self.fluid);
+        Ok(true)
+    }
+
+    /// Gives back the memory of lists and gradients, which the next stage makes again.
+    pub fn release(&mut self) {
+        (self.lists, self.gradients) = (Lists::default(), Gradients::default());
     }
 }
 

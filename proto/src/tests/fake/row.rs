@@ -219,11 +219,11 @@ impl<S: Space> Solver for Row<S> {
         EnergyReport::default()
     }
 
-    fn probes(&self, time: f64, values: &mut Vec<f64>) {
+    fn probes(&mut self, time: f64, values: &mut Vec<f64>) {
         values.extend([time, f64::NAN, self.states.position[0][0]]);
     }
 
-    fn snapshot(&self, step: u64, time: f64) -> ParticleFields {
+    fn snapshot(&mut self, step: u64, time: f64) -> ParticleFields {
         let field = |name: &str, unit: &str, values: &[S::Vector]| Field {
             name: name.into(),
             unit: unit.into(),

@@ -17,6 +17,8 @@ use sph::space::tensors::SpaceVector;
 use sph::space::{Plane, Space, Spatial, Vector};
 
 use crate::SolidSolver;
+use crate::report::fields::snapshot;
+use crate::report::probes::probe_values;
 use crate::space::SolidSpace;
 
 /// The solid of the source paper.
@@ -267,26 +269,30 @@ impl<S: SolidSpace> Run<S> {
 
     /// A vector field of the particles.
     pub fn vectors(&self, name: &str) -> Vec<S::Vector> {
-        let snapshot = self.solver.snapshot(self.step, self.time());
+        let snapshot = snapshot(&self.solver.model, &self.solver.state, self.step, self.time());
         let field = snapshot.field(name).unwrap();
         field.values.chunks(S::DIMENSIONS).filter_map(S::Vector::of_row).collect()
     }
 
     /// A scalar field, or all components of another.
     pub fn values(&self, name: &str) -> Vec<f64> {
-        self.solver.snapshot(self.step, self.time()).field(name).unwrap().values.clone()
+        snapshot(&self.solver.model, &self.solver.state, self.step, self.time())
+            .field(name)
+            .unwrap()
+            .values
+            .clone()
     }
 
     /// Values of all probes.
     pub fn probes(&self) -> Vec<f64> {
         let mut values = Vec::new();
-        self.solver.probes(self.time(), &mut values);
+        probe_values(&self.solver.model, &self.solver.state, self.time(), &mut values);
         values
     }
 
     /// Bits of all fields.
     pub fn bits(&self) -> Vec<u64> {
-        let snapshot = self.solver.snapshot(self.step, self.time());
+        let snapshot = snapshot(&self.solver.model, &self.solver.state, self.step, self.time());
         snapshot.fields.iter().flat_map(|f| f.values.iter().map(|v| v.to_bits())).collect()
     }
 }

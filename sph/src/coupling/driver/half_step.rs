@@ -95,7 +95,7 @@ impl<'a, S: Solver + ?Sized> Runner<'a, S> {
         }
     }
 
-    pub(super) fn failed(&self, fault: Fault, clock: &Clock) -> Event {
+    pub(super) fn failed(&mut self, fault: Fault, clock: &Clock) -> Event {
         Event::Failed(FailureReport {
             fault,
             step: clock.step(),

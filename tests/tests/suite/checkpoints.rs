@@ -143,7 +143,8 @@ fn killed_servers_and_coordinators_lose_nothing() {
     let mut random = RandomNumbers::new(7);
     // Each kind of moment once.
     let times = u32::try_from(MOMENTS.len()).unwrap();
-    let scenes: [(fn(&Bench) -> PathBuf, u32); 3] = [
+    type Write = fn(&Bench) -> PathBuf;
+    let scenes: [(Write, u32); 3] = [
         (|bench| bench.tank_to(0.02, None), times),
         (|bench| bench.tank_to(0.02, Some(4)), 5),
         (|bench| bench.space_to(0.3), 3),

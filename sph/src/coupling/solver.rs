@@ -179,7 +179,9 @@ pub trait Solver: Send {
     /// What is evaluated for it changes no bit of the state.
     fn probes(&mut self, time: f64, values: &mut Vec<f64>);
 
-    /// All own particles with their fields; likewise.
+    /// All own particles with their fields.
+    ///
+    /// What is evaluated for it changes no bit of the state.
     fn snapshot(&mut self, step: u64, time: f64) -> ParticleFields;
 
     /// Facts of the run so far.

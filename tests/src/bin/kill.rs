@@ -10,9 +10,10 @@ use tests::nodes;
 use tests::random::RandomNumbers;
 
 /// Kills servers and coordinators of short runs, in the plane without and with sub-steps of the solids, and in space: one,
-/// both or all, at random times, at the start, while a checkpoint is written, during a resume, twice in a row, at each stage of the end, with a
-/// recording. Every run must end with the undisturbed run's tables, frames and final states, byte for byte, and with no file
-/// or process left over; one that was killed before its first checkpoint must say so, and is repeated.
+/// both or all, at random times, at the start, while a checkpoint is written, during a resume, twice in a row, at each
+/// stage of the end, with a recording. Every run must end with the undisturbed run's tables, frames and final states,
+/// byte for byte, and with no file or process left over; one that was killed before its first checkpoint must say so,
+/// and is repeated.
 #[derive(Debug, Parser)]
 struct Arguments {
     /// What is run.

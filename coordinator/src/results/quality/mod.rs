@@ -147,7 +147,7 @@ impl Evidence {
                 self.load_noise,
                 (AtMost, LARGEST_LOAD_NOISE),
                 "swing of a load of the water while sound crosses it, over the load",
-                "use means of loads, or an `[fluid] acoustic_relaxation` of at least its default",
+                "use means of loads, or a `[fluid] acoustic_relaxation` of at least its default",
             ),
             figure(
                 "energy_residual",

@@ -5,7 +5,7 @@ use crate::coupling::driver::checks;
 use crate::coupling::{audit, fixed_point};
 use crate::interface::fluid_regions;
 use crate::laws::{acoustic_relaxation, equation_of_state, repulsion};
-use crate::shapes::spatial::faces::layers;
+use crate::shapes::spatial::faces::{box_rows, layers};
 use crate::shapes::surface::{defects, tree, weld};
 use crate::shapes::{boundary, fitted, packing, thresholds};
 use crate::space::Plane;
@@ -28,6 +28,7 @@ pub fn fixed_constants() -> impl Iterator<Item = &'static Constant> {
         <Plane as thresholds::Thresholds>::LIST,
         packing::CONSTANTS,
         layers::CONSTANTS,
+        box_rows::CONSTANTS,
         weld::CONSTANTS,
         tree::CONSTANTS,
         defects::CONSTANTS,

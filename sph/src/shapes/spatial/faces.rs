@@ -1,5 +1,6 @@
 //! The faces of a shape in space together.
 
+pub(crate) mod box_rows;
 mod curves;
 pub(crate) mod layers;
 

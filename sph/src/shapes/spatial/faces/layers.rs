@@ -4,11 +4,12 @@ use nalgebra::Vector3;
 use rayon::prelude::*;
 
 use super::SpatialBoundary;
+use super::box_rows::rows_of;
 use crate::neighbours::CellGrid;
 use crate::shapes::SpatialShape;
 use crate::shapes::crowd::Crowd;
 use crate::shapes::lattice::face_normal;
-use crate::shapes::{LayerParticle, OpenSides, Region, Side};
+use crate::shapes::{Faces, LayerParticle, OpenSides, Region, Side};
 use crate::space::Spatial;
 use crate::space::domain::Domain;
 
@@ -124,7 +125,8 @@ impl SpatialBoundary {
                 }
                 let level = layers.side * (layer + 0.5) * layers.depth;
                 let on_layer = x + up * (level - distance);
-                let near = (level - distance).abs() <= 0.5 * width && keep(&on_layer);
+                // Of a face halfway between two rows of candidates both count: by round-off none would.
+                let near = (level - distance).abs() <= (0.5 + 1e-6) * width && keep(&on_layer);
                 if near || keep(&x) {
                     // Whole and small.
                     found.push((layer as usize, near.then_some(on_layer)));
@@ -200,8 +202,14 @@ pub(in crate::shapes::spatial) fn along(
         })
     };
     let keep = |x: &Vector3<f64>| shape.contains(x) == (side == Side::Inside) && !beyond_open_side(x);
-    let positions =
-        boundary.layers(Layers { side: into_wall, depth: spacing, along: spacing, count: layers }, keep);
+    let layers = Layers { side: into_wall, depth: spacing, along: spacing, count: layers };
+    let positions = match rows_of(shape, &layers) {
+        Some(rows) => {
+            let thickness = f64::from(layers.count) * spacing;
+            rows.points(|x| keep(x) && boundary.surface(x).distance.abs() < thickness)
+        }
+        None => boundary.layers(layers, keep),
+    };
     let particle = |position: Vector3<f64>| {
         let (_, outward) = face_normal(boundary, &position, spacing);
         LayerParticle { position, normal: outward * -into_wall }

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use super::*;
 use crate::neighbours::CellGrid;
-use crate::shapes::{Side, fill_fitted, layers_along, local_thickness};
+use crate::shapes::{LayerParticle, Side, fill_fitted, layers_along, local_thickness};
 use crate::space::domain::Domain;
 
 const SPACING: f64 = 0.1;
@@ -46,6 +46,69 @@ fn around_a_sphere_layers_are_even_spheres() {
         // Layers are a spacing apart; a hexagonal one of the same density has neighbours at 1.07.
         assert!(smallest_distance(&positions) > 0.74 * SPACING, "{}", smallest_distance(&positions));
     }
+}
+
+/// Largest distance of a place on layer `k` before or behind a face of `shape`, off its edges, from the nearest particle.
+fn widest_gap(shape: &SpatialShape, frame: Frame, particles: &[LayerParticle<Spatial>], k: f64) -> f64 {
+    let SpatialShape::Box { lower, upper } = shape else { unreachable!() };
+    let mut widest = 0.0_f64;
+    for axis in 0..3 {
+        for level in [lower[axis] - (k + 0.5) * SPACING, upper[axis] + (k + 0.5) * SPACING] {
+            let (mut from, mut to) = (*lower, *upper);
+            (from[axis], to[axis]) = (level - 0.01 * SPACING, level + 0.01 * SPACING);
+            let places = fill(&block(from.into(), to.into()), 0.02 * SPACING, from);
+            for place in places.iter().step_by(1117) {
+                let place = frame.point(place);
+                let distances = particles.iter().map(|p| (p.position - place).norm());
+                widest = widest.max(distances.fold(f64::INFINITY, f64::min));
+            }
+        }
+    }
+    widest
+}
+
+#[test]
+fn layers_around_boxes_off_the_lattice_have_no_holes() {
+    let turned = Frame::new(at(0.1, 0.0, 0.0), &at(1.0, 0.3, 0.1), &at(0.0, 1.0, 0.2)).expect("axes");
+    let rows = block([0.0; 3], [1.53, 1.0, 0.97]);
+    // No rows fit the third side; the first layer lies halfway between two rows of candidates.
+    let spread = block([0.0; 3], [1.0, 1.0, 0.35]);
+    for (shape, frame, widest) in [
+        // Half the diagonal of a cell.
+        (&rows, Frame::default(), 0.73),
+        (&rows, turned, 0.73),
+        (&spread, Frame::default(), 0.95),
+        (&spread, turned, 0.95),
+    ] {
+        let placed = if frame == Frame::default() { shape.clone() } else { shape.clone().placed(frame) };
+        let particles =
+            layers_along(&placed, &placed.boundary(), SPACING, 3, Side::Outside(OpenSides::default()));
+        for layer in [0.0, 1.0, 2.0] {
+            let found = widest_gap(shape, frame, &particles, layer) / SPACING;
+            assert!(found < widest, "{layer}: {found}");
+        }
+    }
+}
+
+#[test]
+fn layers_of_a_box_are_rows_at_its_faces_with_normals_and_rounded_edges() {
+    let tank = block([0.0; 3], [1.53, 1.0, 0.97]);
+    let open = OpenSides { upper: [false, true, false], ..OpenSides::default() };
+    let boundary = tank.boundary();
+    let particles = layers_along(&tank, &boundary, SPACING, 2, Side::Outside(open));
+    let first = |axis: usize| {
+        let of_layer = |p: &&LayerParticle<Spatial>| {
+            (p.position[axis] + 0.05).abs() < 1e-12 && (p.normal[axis] - 1.0).abs() < 1e-12
+        };
+        particles.iter().filter(of_layer).count()
+    };
+    assert_eq!([0, 1, 2].map(first), [10 * 10, 15 * 10, 15 * 10]);
+    assert!(particles.iter().all(|p| p.position.y < 1.0 && !tank.contains(&p.position)));
+    assert!(particles.iter().all(|p| boundary.surface(&p.position).distance < 0.2));
+    // A solid wall of the same shape.
+    let solid = layers_along(&tank, &boundary, SPACING, 2, Side::Inside);
+    assert_eq!(solid.len(), 15 * 10 * 10 - 11 * 6 * 6);
+    assert!(smallest_distance(&solid.iter().map(|p| p.position).collect::<Vec<_>>()) > 0.96 * SPACING);
 }
 
 #[test]

@@ -153,6 +153,12 @@ pub trait Algebra: Sized {
     /// Sum of the diagonal of m.
     fn symmetric_trace<R: Real>(m: Self::Symmetric<R>) -> R;
 
+    /// All components of a symmetric tensor.
+    fn matrix_of_symmetric<R: Real>(m: Self::Symmetric<R>) -> Self::Matrix<R>;
+
+    /// Components on and above the diagonal of a tensor, which is symmetric.
+    fn symmetric_of_matrix<R: Real>(m: Self::Matrix<R>) -> Self::Symmetric<R>;
+
     /// det m.
     fn symmetric_determinant<R: Real>(m: Self::Symmetric<R>) -> R;
 

@@ -125,6 +125,9 @@ pub trait Space:
     /// A tensor for each lane.
     fn tensor_lanes<L: Lanes>(tensors: [&Self::Matrix<f64>; WIDTH]) -> Self::Matrix<L>;
 
+    /// A symmetric tensor for each lane, of their components.
+    fn symmetric_component_lanes<L: Lanes>(tensors: [&Self::Symmetric<f64>; WIDTH]) -> Self::Symmetric<L>;
+
     /// A symmetric tensor for each lane.
     fn symmetric_lanes<L: Lanes>(tensors: [&Self::SymmetricTensor; WIDTH]) -> Self::Symmetric<L>;
 

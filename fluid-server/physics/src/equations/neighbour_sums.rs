@@ -70,6 +70,33 @@ pub struct SumKernel<L> {
     pub ratio: Ratio<L>,
 }
 
+/// Prepared batches at a time.
+pub const BATCHES: usize = 16;
+
+/// What sums take of a batch of neighbours.
+#[derive(Clone, Copy, Debug)]
+pub struct SumBatch<S: Space, L: Lanes> {
+    /// x_ij \[m\].
+    x: S::Of<L>,
+    /// v_ij \[m/s\].
+    v: S::Of<L>,
+    /// V_j (dW/dr)/r: times x_ij it is V_j ∇W.
+    weight: L,
+    /// ρ_j − ρ_i \[kg/m³\].
+    density: L,
+    /// R (W/W(Δx))⁴ \[-\].
+    pairing: L,
+}
+
+impl<S: Space, L: Lanes> SumBatch<S, L> {
+    /// Nothing.
+    #[inline(always)]
+    pub fn nothing() -> Self {
+        let zero = S::splat(L::zero());
+        Self { x: zero, v: zero, weight: L::zero(), density: L::zero(), pairing: L::zero() }
+    }
+}
+
 /// [`NeighbourSums`] being gathered, batch by batch.
 #[derive(Clone, Copy, Debug)]
 pub struct LaneSums<S: Space, L: Lanes> {
@@ -96,34 +123,50 @@ impl<S: FluidSpace, L: Lanes> LaneSums<S, L> {
         }
     }
 
-    /// Adds the neighbours of `batch`, all of one `kind`, to a particle of density `rho`.
+    /// What the sums take of the neighbours of `batch`, all of one `kind`, for a particle of density `rho`.
     #[inline(always)]
-    pub fn add<W: SumSelection>(
+    pub fn prepare<W: SumSelection>(
         &mut self,
         law: &SumKernel<L>,
         rho: L,
         batch: &NeighbourBatch<S, L>,
         kind: NeighbourKind,
-    ) {
+    ) -> SumBatch<S, L> {
         let NeighbourBatch { x, square, v, density, volume, .. } = *batch;
         let (s, slope) = law.kernel.slope(square);
-        // V_j ∇W
-        let weighted = S::scaled(x, volume * slope / s);
-        if W::MOMENTS {
-            self.moment = S::symmetric_minus_outer(self.moment, weighted, x);
-            self.density = S::plus_product(self.density, density - rho, weighted);
-        }
-        if W::VELOCITY {
-            // v_j − v_i = −v_ij
-            self.velocity = S::minus_outer(self.velocity, v, weighted);
-        }
+        let mut pairing = L::zero();
         if W::REGULARISATION {
-            self.concentration = S::plus(self.concentration, weighted);
-            self.pairing = S::plus_product(self.pairing, law.ratio.pairing(S::PAIRING, s), weighted);
+            pairing = law.ratio.pairing(S::PAIRING, s);
             if kind == NeighbourKind::Fluid {
                 // 1 up to r = h, from there falling to 0 at 2h.
                 let nearness = (L::splat(2.0) - s).max(L::zero()).min(L::splat(1.0));
                 self.square_speed = self.square_speed.max(nearness * nearness * S::dot(v, v));
+            }
+        }
+        SumBatch { x, v, weight: volume * slope / s, density: density - rho, pairing }
+    }
+
+    /// Adds prepared batches, in two rounds: in one there would be more sums than registers.
+    #[inline(always)]
+    pub fn add<W: SumSelection>(&mut self, batches: &[SumBatch<S, L>]) {
+        if W::MOMENTS || W::REGULARISATION {
+            for batch in batches {
+                let weighted = S::scaled(batch.x, batch.weight);
+                if W::MOMENTS {
+                    self.moment = S::symmetric_minus_outer(self.moment, weighted, batch.x);
+                    self.density = S::plus_product(self.density, batch.density, weighted);
+                }
+                if W::REGULARISATION {
+                    self.concentration = S::plus(self.concentration, weighted);
+                    self.pairing = S::plus_product(self.pairing, batch.pairing, weighted);
+                }
+            }
+        }
+        if W::VELOCITY {
+            for batch in batches {
+                // v_j − v_i = −v_ij
+                let weighted = S::scaled(batch.x, batch.weight);
+                self.velocity = S::minus_outer(self.velocity, batch.v, weighted);
             }
         }
     }

@@ -7,6 +7,8 @@ pub trait PairTerms: Copy + Send + Sync {
     const NEIGHBOUR_FIELDS: bool;
     /// Each particle carries T = −σ·L instead of a pressure.
     const TENSOR: bool;
+    /// T is symmetric and kept as such.
+    const SYMMETRIC: bool;
     /// Eq. (17), with L_i or the unit matrix.
     const CONTINUITY: bool;
     /// A viscous pair force.
@@ -18,26 +20,37 @@ pub trait PairTerms: Copy + Send + Sync {
 struct CompiledTerms<
     const NEIGHBOUR_FIELDS: bool,
     const TENSOR: bool,
+    const SYMMETRIC: bool,
     const CONTINUITY: bool,
     const VISCOUS: bool,
 >;
 
-impl<const NEIGHBOUR_FIELDS: bool, const TENSOR: bool, const CONTINUITY: bool, const VISCOUS: bool> PairTerms
-    for CompiledTerms<NEIGHBOUR_FIELDS, TENSOR, CONTINUITY, VISCOUS>
+impl<
+    const NEIGHBOUR_FIELDS: bool,
+    const TENSOR: bool,
+    const SYMMETRIC: bool,
+    const CONTINUITY: bool,
+    const VISCOUS: bool,
+> PairTerms for CompiledTerms<NEIGHBOUR_FIELDS, TENSOR, SYMMETRIC, CONTINUITY, VISCOUS>
 {
     const NEIGHBOUR_FIELDS: bool = NEIGHBOUR_FIELDS;
     const TENSOR: bool = TENSOR;
+    const SYMMETRIC: bool = SYMMETRIC;
     const CONTINUITY: bool = CONTINUITY;
     const VISCOUS: bool = VISCOUS;
 }
 
-/// Optional terms of the momentum equation.
-#[derive(Clone, Copy, Debug)]
-pub struct ForceTerms {
-    /// T = −σ·L instead of a pressure.
-    pub tensor: bool,
-    /// The viscous pair force.
-    pub viscous: bool,
+/// What each particle carries in the momentum equation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ForceTerms {
+    /// A pressure.
+    Pressure,
+    /// T = −σ·L that is symmetric, and kept as such: that of a pressure alone.
+    SymmetricTensor,
+    /// T = −σ·L.
+    Tensor,
+    /// T = −σ·L, and there is a viscous pair force.
+    TensorAndDrag,
 }
 
 /// Optional terms of a pair sum.
@@ -67,11 +80,15 @@ impl ForceTerms {
     }
 
     fn with<P: TermsPass, const NEIGHBOUR_FIELDS: bool, const CONTINUITY: bool>(self, pass: P) -> P::Output {
-        match (self.tensor, self.viscous) {
-            (false, false) => pass.call::<CompiledTerms<NEIGHBOUR_FIELDS, false, CONTINUITY, false>>(),
-            (false, true) => pass.call::<CompiledTerms<NEIGHBOUR_FIELDS, false, CONTINUITY, true>>(),
-            (true, false) => pass.call::<CompiledTerms<NEIGHBOUR_FIELDS, true, CONTINUITY, false>>(),
-            (true, true) => pass.call::<CompiledTerms<NEIGHBOUR_FIELDS, true, CONTINUITY, true>>(),
+        match self {
+            Self::Pressure => pass.call::<CompiledTerms<NEIGHBOUR_FIELDS, false, false, CONTINUITY, false>>(),
+            Self::SymmetricTensor => {
+                pass.call::<CompiledTerms<NEIGHBOUR_FIELDS, true, true, CONTINUITY, false>>()
+            }
+            Self::Tensor => pass.call::<CompiledTerms<NEIGHBOUR_FIELDS, true, false, CONTINUITY, false>>(),
+            Self::TensorAndDrag => {
+                pass.call::<CompiledTerms<NEIGHBOUR_FIELDS, true, false, CONTINUITY, true>>()
+            }
         }
     }
 }

@@ -22,6 +22,8 @@ pub struct Drift<S: Space> {
     counts: S::Of<usize>,
     /// Whether a wall particle is in the cell or within [`WALL_RINGS`] of it.
     near_wall: Vec<bool>,
+    /// Memory for [`Drift::place_walls`].
+    seen: Vec<bool>,
     /// Box of the displacements in each cell \[m\]; inverted where it is empty.
     boxes: Vec<Span<S>>,
 }
@@ -73,7 +75,7 @@ pub struct Moved<'a, S: Space> {
 
 impl<S: Space> Default for Drift<S> {
     fn default() -> Self {
-        Self { counts: S::splat(0), near_wall: Vec::new(), boxes: Vec::new() }
+        Self { counts: S::splat(0), near_wall: Vec::new(), seen: Vec::new(), boxes: Vec::new() }
     }
 }
 
@@ -120,6 +122,10 @@ impl<S: Space> Drift<S> {
         self.counts = grid.counts();
         self.near_wall.clear();
         self.near_wall.resize((0..S::DIMENSIONS).map(|axis| self.counts[axis]).product(), false);
+        // Cells that count, and for each whether it has been seen; those farther out are near none of the grid.
+        let seen_counts = S::axes(|axis| self.counts[axis] + 2 * WALL_RINGS.cast_unsigned());
+        self.seen.clear();
+        self.seen.resize((0..S::DIMENSIONS).map(|axis| seen_counts[axis]).product(), false);
         let mut last = None;
         for x in walls {
             let cell = grid.cell(x);
@@ -128,8 +134,15 @@ impl<S: Space> Drift<S> {
                 continue;
             }
             let place = S::axes(|axis| cell.place()[axis] as isize);
-            for near in around::<S>(self.counts, place, WALL_RINGS, Part::All) {
-                self.near_wall[near] = true;
+            let index = (0..S::DIMENSIONS).rev().try_fold(0, |index, axis| {
+                let k = usize::try_from(place[axis] + WALL_RINGS).ok()?;
+                (k < seen_counts[axis]).then_some(index * seen_counts[axis] + k)
+            });
+            let Some(index) = index else { continue };
+            if !std::mem::replace(&mut self.seen[index], true) {
+                for near in around::<S>(self.counts, place, WALL_RINGS, Part::All) {
+                    self.near_wall[near] = true;
+                }
             }
         }
     }
@@ -147,7 +160,7 @@ impl<S: Space> Drift<S> {
     /// differ by more than the skin. With three cells or more between them they would have to differ by more than a
     /// cell and the skin, which is for the caller to exclude.
     pub fn approach(&mut self, grid: &CellGrid<S>, moved: Moved<'_, S>) -> f64 {
-        let Self { counts, near_wall, boxes } = self;
+        let Self { counts, near_wall, boxes, .. } = self;
         boxes.resize(near_wall.len(), Span::empty());
         let cells = boxes.par_iter_mut().with_min_len(TASK).enumerate();
         let within_cells = cells.map(|(cell, span)| {
@@ -186,6 +199,6 @@ impl<S: Space> Drift<S> {
 
     /// Bytes in use.
     pub fn bytes(&self) -> usize {
-        self.near_wall.capacity() + size_of::<Span<S>>() * self.boxes.capacity()
+        self.near_wall.capacity() + self.seen.capacity() + size_of::<Span<S>>() * self.boxes.capacity()
     }
 }

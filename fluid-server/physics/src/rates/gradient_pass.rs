@@ -14,7 +14,7 @@ use crate::equations::continuity::density_rate;
 use crate::equations::correction::in_momentum;
 use crate::equations::damper::damper;
 use crate::equations::neighbour_sums::{
-    LaneSums, NeighbourKind, NeighbourSums, Selected, SumKernel, SumSelection,
+    BATCHES, LaneSums, NeighbourKind, NeighbourSums, Selected, SumBatch, SumKernel, SumSelection,
 };
 use crate::equations::stress::{dissipation, momentum_tensor, transposed_stress, viscous_stress};
 use crate::equations::viscosity::corrected;
@@ -115,6 +115,17 @@ impl<S: FluidSpace> Gradients<S> {
         if !(model.has_tensors() && model.is_leapfrog()) {
             return;
         }
+        if model.keeps_symmetric_tensors() {
+            let mut tensors = std::mem::take(&mut self.symmetric_tensor);
+            for_each_task(fluid.len(), &mut tensors[..], &|particles, tensors| {
+                for (i, of_particle) in particles.zip(tensors) {
+                    let pressure = fluid[i].pressure() + self.damper(i);
+                    *of_particle = S::symmetric_scaled(self.in_momentum(model, i), pressure);
+                }
+            });
+            self.symmetric_tensor = tensors;
+            return;
+        }
         let mut tensors = std::mem::take(&mut self.tensor);
         for_each_task(fluid.len(), &mut tensors[..], &|particles, tensors| {
             for (i, of_particle) in particles.zip(tensors) {
@@ -144,18 +155,26 @@ impl<S: FluidSpace, G: Geometry<S>, W: SumSelection> LanePass for Gather<'_, G, 
         let Self { scene, first, count, mut results, .. } = self;
         let Scene { geometry, model, lists, fluid, walls } = *scene;
         let law = SumKernel { kernel: model.law.kernel.lanes(), ratio: Ratio::new(model) };
+        // A round of its own for square roots and divisions: many of them are under way at a time.
+        let mut prepared = [SumBatch::<S, L>::nothing(); BATCHES];
         for k in 0..count {
             let i = first + k;
             let motion = fluid[i].splat_motion();
             let rho = L::splat(fluid[i].density());
             let mut sums = LaneSums::<S, L>::zero();
-            for indices in lists.fluid.of(i) {
-                let batch = NeighbourBatch::gather(geometry, &motion, fluid, *indices);
-                sums.add::<W>(&law, rho, &batch, NeighbourKind::Fluid);
+            for rows in lists.fluid.of(i).chunks(BATCHES) {
+                for (batch, indices) in prepared.iter_mut().zip(rows) {
+                    let gathered = NeighbourBatch::gather(geometry, &motion, fluid, *indices);
+                    *batch = sums.prepare::<W>(&law, rho, &gathered, NeighbourKind::Fluid);
+                }
+                sums.add::<W>(&prepared[..rows.len()]);
             }
-            for indices in lists.walls.of(i) {
-                let batch = NeighbourBatch::gather(geometry, &motion, walls, *indices);
-                sums.add::<W>(&law, rho, &batch, NeighbourKind::Wall);
+            for rows in lists.walls.of(i).chunks(BATCHES) {
+                for (batch, indices) in prepared.iter_mut().zip(rows) {
+                    let gathered = NeighbourBatch::gather(geometry, &motion, walls, *indices);
+                    *batch = sums.prepare::<W>(&law, rho, &gathered, NeighbourKind::Wall);
+                }
+                sums.add::<W>(&prepared[..rows.len()]);
             }
             let sums = sums.total::<W>();
             if let Some(kept) = results.sums.get_mut(k) {

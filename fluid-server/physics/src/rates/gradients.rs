@@ -43,8 +43,10 @@ pub struct Gradients<S: FluidSpace = Plane> {
     pub viscous_stress: Vec<S::Matrix<f64>>,
     /// Dissipation by it, τ:∇v \[W/m³\].
     pub dissipation: Vec<f64>,
-    /// T = −σ·L \[Pa\].
+    /// T = −σ·L \[Pa\], unless it is kept as a symmetric one.
     pub tensor: Vec<S::Matrix<f64>>,
+    /// The same where it is symmetric and kept as such.
+    pub symmetric_tensor: Vec<S::Symmetric<f64>>,
     /// Viscosity in the viscous pair force \[Pa s\].
     pub viscosity: Vec<f64>,
     /// Results for particles in contact with the partner, before they are put in place.
@@ -62,6 +64,7 @@ pub struct GradientSlices<'a, S: FluidSpace> {
     viscous_stress: &'a mut [S::Matrix<f64>],
     dissipation: &'a mut [f64],
     tensor: &'a mut [S::Matrix<f64>],
+    symmetric_tensor: &'a mut [S::Symmetric<f64>],
     viscosity: &'a mut [f64],
     /// Rates whose density rate the pass computes, with leapfrog.
     rates: &'a mut [Rates<S>],
@@ -76,6 +79,7 @@ split_by_field!(GradientSlices<S> {
     viscous_stress,
     dissipation,
     tensor,
+    symmetric_tensor,
     viscosity,
     rates
 });
@@ -92,6 +96,7 @@ impl<S: FluidSpace> Default for Gradients<S> {
             viscous_stress: Vec::new(),
             dissipation: Vec::new(),
             tensor: Vec::new(),
+            symmetric_tensor: Vec::new(),
             viscosity: Vec::new(),
             merged: Vec::new(),
         }
@@ -109,7 +114,9 @@ impl<S: FluidSpace> Gradients<S> {
         self.regularisation.resize(of(model.regularises()), RegularisationSums::default());
         self.viscous_stress.resize(of(model.viscosity != Viscosity::Inviscid), S::zero_matrix());
         self.dissipation.resize(of(model.viscosity != Viscosity::Inviscid), 0.0);
-        self.tensor.resize(of(model.has_tensors()), S::zero_matrix());
+        let symmetric = model.keeps_symmetric_tensors();
+        self.tensor.resize(of(model.has_tensors() && !symmetric), S::zero_matrix());
+        self.symmetric_tensor.resize(of(symmetric), S::zero_symmetric());
         self.viscosity.resize(of(model.viscosity == Viscosity::Pairwise), 0.0);
     }
 
@@ -129,6 +136,7 @@ impl<S: FluidSpace> Gradients<S> {
             viscous_stress: &mut self.viscous_stress,
             dissipation: &mut self.dissipation,
             tensor: &mut self.tensor,
+            symmetric_tensor: &mut self.symmetric_tensor,
             viscosity: &mut self.viscosity,
             rates,
         }
@@ -179,6 +187,7 @@ impl<S: FluidSpace> Gradients<S> {
             + bytes(&self.viscous_stress)
             + bytes(&self.dissipation)
             + bytes(&self.tensor)
+            + bytes(&self.symmetric_tensor)
             + bytes(&self.viscosity)
             + bytes(&self.merged)
     }
@@ -218,6 +227,7 @@ impl<S: FluidSpace> GradientSlices<'_, S> {
         put(self.viscous_stress, k, finished.viscous_stress);
         put(self.dissipation, k, finished.dissipation);
         put(self.tensor, k, finished.tensor);
+        put(self.symmetric_tensor, k, S::symmetric_of_matrix(finished.tensor));
         put(self.viscosity, k, finished.viscosity);
         if let Some(rates) = self.rates.get_mut(k) {
             rates.density = finished.density_rate;

@@ -51,7 +51,13 @@ impl<S: FluidSpace, G: Geometry<S>> StageFields<'_, G, S> {
             twice_density: L::splat(2.0 * fluid.density()),
             pressure: L::splat(fluid.pressure() + fields.damper()),
             density_gradient: S::splat_each(&fields.density_gradient()),
-            tensor: if T::TENSOR { S::splat_matrix(&gradients.tensor[i]) } else { S::zero_matrix() },
+            tensor: if T::SYMMETRIC {
+                S::matrix_of_symmetric(S::splat_symmetric(&gradients.symmetric_tensor[i]))
+            } else if T::TENSOR {
+                S::splat_matrix(&gradients.tensor[i])
+            } else {
+                S::zero_matrix()
+            },
             correction: S::splat_symmetric(&l),
         }
     }
@@ -69,7 +75,8 @@ impl<S: FluidSpace, G: Geometry<S>> StageFields<'_, G, S> {
         // The same length, as one check of an index then serves both.
         let neighbour_fields =
             if T::NEIGHBOUR_FIELDS { &gradients.neighbour_fields[..fluid.len()] } else { &[] };
-        let tensors = if T::TENSOR { &gradients.tensor[..fluid.len()] } else { &[] };
+        let tensors = if T::TENSOR && !T::SYMMETRIC { &gradients.tensor[..fluid.len()] } else { &[] };
+        let symmetric = if T::SYMMETRIC { &gradients.symmetric_tensor[..fluid.len()] } else { &[] };
         let mut sums = PairSums::zero();
         for indices in lists.fluid.of(i) {
             let indices = *indices;
@@ -80,7 +87,10 @@ impl<S: FluidSpace, G: Geometry<S>> StageFields<'_, G, S> {
                 batch.pressure = batch.pressure + damper;
                 data.density_gradient = gradient;
             }
-            if T::TENSOR {
+            if T::SYMMETRIC {
+                let lanes = S::symmetric_component_lanes(of_each(indices, symmetric));
+                data.tensor = S::matrix_of_symmetric(lanes);
+            } else if T::TENSOR {
                 data.tensor = S::tensor_lanes(of_each(indices, tensors));
             }
             if T::VISCOUS {
@@ -106,6 +116,8 @@ impl<S: FluidSpace, G: Geometry<S>> StageFields<'_, G, S> {
         let Scene { geometry, model, lists, walls, .. } = self.scene;
         let damper = L::splat(self.damper(i));
         let correction = if T::TENSOR { self.gradients.in_momentum(model, i) } else { S::identity() };
+        let of_pressure = S::matrix_of_symmetric(S::splat_symmetric::<L>(&correction));
+        let inviscid = self.gradients.viscous_stress.is_empty();
         let mut sums = PairSums::zero();
         for indices in lists.walls.of(i) {
             let indices = *indices;
@@ -117,7 +129,9 @@ impl<S: FluidSpace, G: Geometry<S>> StageFields<'_, G, S> {
             batch.pressure = batch.pressure + damper;
             let mut data =
                 NeighbourData { density_gradient: own.density_gradient, ..NeighbourData::nothing() };
-            if T::TENSOR {
+            if T::TENSOR && inviscid {
+                data.tensor = S::matrix_scaled(of_pressure, batch.pressure);
+            } else if T::TENSOR {
                 let tensors = each(indices, |w| self.wall_tensor(i, w as usize, correction));
                 data.tensor = S::tensor_lanes(tensors.each_ref());
             }

@@ -15,6 +15,7 @@ use sph::setup::{
 use sph::space::Space;
 use sph::space::domain::Domain;
 
+use super::packed_particle::FluidSpace;
 use super::walls::WallModel;
 
 /// Constants of a run.
@@ -128,6 +129,13 @@ pub enum Viscosity {
     Stress,
     /// By a pair force.
     Pairwise,
+}
+
+impl<S: FluidSpace> FluidModel<S> {
+    /// Whether T of each particle is symmetric and kept as such.
+    pub fn keeps_symmetric_tensors(&self) -> bool {
+        S::KEEPS_SYMMETRY && self.has_tensors() && self.viscosity == Viscosity::Inviscid
+    }
 }
 
 impl<S: Space> FluidModel<S> {

@@ -12,6 +12,8 @@ type SpatialVector = <Spatial as Space>::Vector;
 
 /// A space with a fluid in it.
 pub trait FluidSpace: Thresholds {
+    /// Whether a tensor T that is symmetric is kept as one: of the four components in the plane three are no faster to read.
+    const KEEPS_SYMMETRY: bool;
     /// State of a particle as pair sums read it.
     type Particle: Packed<Self>;
     /// Results of the gradient pass as neighbours read them.
@@ -31,12 +33,14 @@ pub enum PeriodicNodes {
 }
 
 impl FluidSpace for Plane {
+    const KEEPS_SYMMETRY: bool = false;
     type Particle = PackedParticle;
     type Fields = [f64; 4];
     const PERIODIC_NODES: PeriodicNodes = PeriodicNodes::AsOther;
 }
 
 impl FluidSpace for Spatial {
+    const KEEPS_SYMMETRY: bool = true;
     type Particle = SpatialParticle;
     type Fields = [f64; 5];
     const PERIODIC_NODES: PeriodicNodes = PeriodicNodes::Lattice;
@@ -208,22 +212,22 @@ impl NeighbourFields<Plane> for [f64; 4] {
     }
 }
 
-/// A particle in space: one cache line and a half.
+/// A particle in space: one cache line and a half. The pressure, which inviscid water reads in T, comes last.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[repr(align(32))]
+#[repr(C, align(32))]
 pub struct SpatialParticle {
     /// x, y, z \[m\], ρ \[kg/m³\].
     place: [f64; 4],
-    /// v_x, v_y, v_z \[m/s\], p \[Pa\].
+    /// v_x, v_y, v_z \[m/s\], V \[m³\].
     motion: [f64; 4],
-    /// V \[m³\].
-    volume: f64,
+    /// p \[Pa\].
+    pressure: f64,
 }
 
 impl Packed<Spatial> for SpatialParticle {
     #[inline(always)]
     fn new(x: &SpatialVector, v: &SpatialVector, density: f64, pressure: f64, volume: f64) -> Self {
-        Self { place: [x.x, x.y, x.z, density], motion: [v.x, v.y, v.z, pressure], volume }
+        Self { place: [x.x, x.y, x.z, density], motion: [v.x, v.y, v.z, volume], pressure }
     }
 
     #[inline(always)]
@@ -231,17 +235,17 @@ impl Packed<Spatial> for SpatialParticle {
         let LaneParticles { motion: LaneMotion { x: [x, y, z], v: [u, v, w] }, density, pressure, volume } =
             particles;
         let [a, b, c, d] = rows([x, y, z, density]);
-        let [m_a, m_b, m_c, m_d] = rows([u, v, w, pressure]);
-        let [v_a, v_b, v_c, v_d] = volume.to_array();
-        let particle = |place, motion, volume| Self { place, motion, volume };
-        [particle(a, m_a, v_a), particle(b, m_b, v_b), particle(c, m_c, v_c), particle(d, m_d, v_d)]
+        let [m_a, m_b, m_c, m_d] = rows([u, v, w, volume]);
+        let [p_a, p_b, p_c, p_d] = pressure.to_array();
+        let particle = |place, motion, pressure| Self { place, motion, pressure };
+        [particle(a, m_a, p_a), particle(b, m_b, p_b), particle(c, m_c, p_c), particle(d, m_d, p_d)]
     }
 
     #[inline(always)]
     fn lanes<L: Lanes>([a, b, c, d]: [&Self; WIDTH]) -> LaneParticles<Spatial, L> {
         let [x, y, z, density] = L::columns([&a.place, &b.place, &c.place, &d.place]);
-        let [u, v, w, pressure] = L::columns([&a.motion, &b.motion, &c.motion, &d.motion]);
-        let volume = L::from_array([a.volume, b.volume, c.volume, d.volume]);
+        let [u, v, w, volume] = L::columns([&a.motion, &b.motion, &c.motion, &d.motion]);
+        let pressure = L::from_array([a.pressure, b.pressure, c.pressure, d.pressure]);
         LaneParticles { motion: LaneMotion { x: [x, y, z], v: [u, v, w] }, density, pressure, volume }
     }
 
@@ -268,13 +272,20 @@ impl Packed<Spatial> for SpatialParticle {
 
     #[inline(always)]
     fn pressure(&self) -> f64 {
-        self.motion[3]
+        self.pressure
     }
 
     #[inline(always)]
     fn volume(&self) -> f64 {
-        self.volume
+        self.motion[3]
     }
+}
+
+/// All but the last of five numbers.
+#[inline(always)]
+fn first_four(numbers: &[f64; 5]) -> &[f64; 4] {
+    let Some(four) = numbers.first_chunk() else { unreachable!("four of five numbers") };
+    four
 }
 
 impl NeighbourFields<Spatial> for [f64; 5] {
@@ -285,8 +296,9 @@ impl NeighbourFields<Spatial> for [f64; 5] {
 
     #[inline(always)]
     fn lanes<L: Lanes>([a, b, c, d]: [&Self; WIDTH]) -> (L, L, [L; 3]) {
-        let column = |k: usize| L::from_array([a[k], b[k], c[k], d[k]]);
-        (column(3), column(4), [column(0), column(1), column(2)])
+        let [g_x, g_y, g_z, damper] =
+            L::columns([first_four(a), first_four(b), first_four(c), first_four(d)]);
+        (damper, L::from_array([a[4], b[4], c[4], d[4]]), [g_x, g_y, g_z])
     }
 
     #[inline(always)]

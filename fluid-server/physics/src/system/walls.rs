@@ -123,16 +123,23 @@ impl<S: Space> WallModel<S> {
     /// The normals `given`; where faces meet, the mean direction of those nearby on the same wall.
     fn face_normals(&self, given: &[S::Vector], support_radius: f64, domain: &Domain<S>) -> Vec<S::Vector> {
         let Self { wall, start, .. } = self;
-        let mean_nearby = |w: usize| -> S::Vector {
+        let mut normals = given.to_vec();
+        let at_corners: Vec<usize> = (0..wall.len()).filter(|w| given[*w].norm_squared() == 0.0).collect();
+        let corners: Vec<S::Vector> = at_corners.iter().map(|w| start[*w]).collect();
+        // A little farther, so that round-off decides nothing here.
+        let radius = support_radius * (1.0 + 1e-9);
+        let list = CellGrid::new(domain, start, radius).list(domain, &corners, start, radius);
+        for (k, &w) in at_corners.iter().enumerate() {
+            let mut nearby = list.of(k).to_vec();
+            // In the order of the particles: the sum does not depend on that of the cells.
+            nearby.sort_unstable();
             let near = |v: &usize| {
                 wall[*v] == wall[w] && domain.separation(&start[w], &start[*v]).norm() < support_radius
             };
-            (0..wall.len()).filter(near).map(|v| given[v]).sum()
-        };
-        let normal = |w: usize| if given[w].norm_squared() > 0.0 { given[w] } else { mean_nearby(w) };
-        (0..wall.len())
-            .map(|w| normal(w).try_normalize(NO_DIRECTION).unwrap_or_else(S::Vector::zeros))
-            .collect()
+            normals[w] = nearby.iter().map(|v| *v as usize).filter(near).map(|v| given[v]).sum();
+        }
+        let unit = |normal: S::Vector| normal.try_normalize(NO_DIRECTION).unwrap_or_else(S::Vector::zeros);
+        normals.into_iter().map(unit).collect()
     }
 
     /// Whether no wall particle stands in front of each one.

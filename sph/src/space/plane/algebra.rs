@@ -222,6 +222,16 @@ impl Algebra for Plane {
     }
 
     #[inline(always)]
+    fn matrix_of_symmetric<R: Real>([xx, xy, yy]: [R; 3]) -> [R; 4] {
+        [xx, xy, xy, yy]
+    }
+
+    #[inline(always)]
+    fn symmetric_of_matrix<R: Real>([xx, xy, _, yy]: [R; 4]) -> [R; 3] {
+        [xx, xy, yy]
+    }
+
+    #[inline(always)]
     fn symmetric_determinant<R: Real>(m: [R; 3]) -> R {
         m[0] * m[2] - m[1] * m[1]
     }

@@ -123,6 +123,11 @@ impl Space for Plane {
     }
 
     #[inline(always)]
+    fn symmetric_component_lanes<L: Lanes>([a, b, c, d]: [&[f64; 3]; WIDTH]) -> [L; 3] {
+        [0, 1, 2].map(|k| L::from_array([a[k], b[k], c[k], d[k]]))
+    }
+
+    #[inline(always)]
     fn symmetric_lanes<L: Lanes>([a, b, c, d]: [&SymmetricTensor; WIDTH]) -> [L; 3] {
         [
             L::from_array([a.xx, b.xx, c.xx, d.xx]),

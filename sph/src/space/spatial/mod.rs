@@ -24,6 +24,13 @@ macro_rules! each_lane {
     };
 }
 
+/// `N` components from number `from` on.
+#[inline(always)]
+fn part<const N: usize>(components: &[f64], from: usize) -> &[f64; N] {
+    let Some(part) = components[from..].first_chunk() else { unreachable!("a part of the components") };
+    part
+}
+
 impl Space for Spatial {
     const DIMENSIONS: usize = 3;
 
@@ -126,11 +133,16 @@ impl Space for Spatial {
 
     #[inline(always)]
     fn tensor_lanes<L: Lanes>([a, b, c, d]: [&[f64; 9]; WIDTH]) -> [L; 9] {
-        let mut lanes = [L::zero(); 9];
-        for (k, lane) in lanes.iter_mut().enumerate() {
-            *lane = L::from_array([a[k], b[k], c[k], d[k]]);
-        }
-        lanes
+        let [xx, xy, xz, yx] = L::columns([part(a, 0), part(b, 0), part(c, 0), part(d, 0)]);
+        let [yy, yz, zx, zy] = L::columns([part(a, 4), part(b, 4), part(c, 4), part(d, 4)]);
+        [xx, xy, xz, yx, yy, yz, zx, zy, L::from_array([a[8], b[8], c[8], d[8]])]
+    }
+
+    #[inline(always)]
+    fn symmetric_component_lanes<L: Lanes>([a, b, c, d]: [&[f64; 6]; WIDTH]) -> [L; 6] {
+        let [xx, xy, xz, yy] = L::columns([part(a, 0), part(b, 0), part(c, 0), part(d, 0)]);
+        let [yz, zz] = L::halves([part(a, 4), part(b, 4), part(c, 4), part(d, 4)]);
+        [xx, xy, xz, yy, yz, zz]
     }
 
     #[inline(always)]

@@ -78,7 +78,7 @@ const OTHERS: [(&str, &str); 4] = [
         "[checkpoint]\nevery_steps = 5\nevery_wall_s = 60\nmax_restarts = 1\n[deadlines]\nsilence_s = 20\ncall_s = 30\n\
          open_s = 300\nstep_s = 60\ndisk_s = 60\n[servers]\nfluid_address = \"a:1\"\nsolid_address = \"a:2\"\n\
          fluid_command = [\"a\"]\nsolid_command = [\"a\"]\nca_file = \"a\"\ncert_file = \"b\"\nkey_file = \"c\"\n\
-         token_file = \"d\"\n[[wall]]",
+         token_file = \"d\"\n[[wall]]\nlayout = \"fitted\"",
     ),
     (
         "step = { type = \"fixed\", time_step_s = 1e-5 }",

@@ -3,7 +3,6 @@
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
-use super::layers::Layers;
 use crate::shapes::SpatialShape;
 use crate::shapes::spatial::Frame;
 
@@ -33,31 +32,31 @@ impl BoxRows {
     }
 }
 
-/// The rows of the `layers` of `shape`; `None` of what is no box, or one that its rows do not fit.
-pub(super) fn rows_of(shape: &SpatialShape, layers: &Layers) -> Option<BoxRows> {
+/// Rows of `shape` about `spacing` \[m\] apart, and of as many layers `outside`; `None` of what is no box, or one that its rows
+/// do not fit.
+pub(super) fn rows_of(shape: &SpatialShape, spacing: f64, outside: u32) -> Option<BoxRows> {
     match shape {
         SpatialShape::Box { lower, upper } => {
-            let [x, y, z] = [0, 1, 2].map(|axis| rows_between(lower[axis], upper[axis], layers));
+            let [x, y, z] = [0, 1, 2].map(|axis| rows_between(lower[axis], upper[axis], spacing, outside));
             Some(BoxRows { rows: [x?, y?, z?], frame: Frame::default() })
         }
         SpatialShape::Placed { shape, frame } if matches!(**shape, SpatialShape::Box { .. }) => {
-            rows_of(shape, layers).map(|rows| BoxRows { frame: *frame, ..rows })
+            rows_of(shape, spacing, outside).map(|rows| BoxRows { frame: *frame, ..rows })
         }
         _ => None,
     }
 }
 
-/// Coordinates \[m\] of rows between two faces and, of layers outside, behind them.
-fn rows_between(lower: f64, upper: f64, layers: &Layers) -> Option<Vec<f64>> {
-    let count = ((upper - lower) / layers.along).round();
+/// Coordinates \[m\] of rows between two faces and, of layers `outside`, behind them.
+fn rows_between(lower: f64, upper: f64, spacing: f64, outside: u32) -> Option<Vec<f64>> {
+    let count = ((upper - lower) / spacing).round();
     let distance = (upper - lower) / count;
-    if (distance / layers.along - 1.0).abs() > LARGEST_STRETCH || count < 1.0 {
+    if (distance / spacing - 1.0).abs() > LARGEST_STRETCH || count < 1.0 {
         return None;
     }
     // Whole and small: what is too large was refused before.
     let between = (0..count as u32).map(|k| lower + (f64::from(k) + 0.5) * distance);
-    let outside = if layers.side > 0.0 { layers.count } else { 0 };
-    let depth = |k: u32| (f64::from(k) + 0.5) * layers.depth;
+    let depth = |k: u32| (f64::from(k) + 0.5) * spacing;
     let below = (0..outside).rev().map(|k| lower - depth(k));
     let above = (0..outside).map(|k| upper + depth(k));
     Some(below.chain(between).chain(above).collect())

@@ -202,13 +202,16 @@ pub(in crate::shapes::spatial) fn along(
         })
     };
     let keep = |x: &Vector3<f64>| shape.contains(x) == (side == Side::Inside) && !beyond_open_side(x);
-    let layers = Layers { side: into_wall, depth: spacing, along: spacing, count: layers };
-    let positions = match rows_of(shape, &layers) {
+    let outside = if side == Side::Inside { 0 } else { layers };
+    let positions = match rows_of(shape, spacing, outside) {
         Some(rows) => {
-            let thickness = f64::from(layers.count) * spacing;
+            let thickness = f64::from(layers) * spacing;
             rows.points(|x| keep(x) && boundary.surface(x).distance.abs() < thickness)
         }
-        None => boundary.layers(layers, keep),
+        None => {
+            let layers = Layers { side: into_wall, depth: spacing, along: spacing, count: layers };
+            boundary.layers(layers, keep)
+        }
     };
     let particle = |position: Vector3<f64>| {
         let (_, outward) = face_normal(boundary, &position, spacing);

@@ -80,7 +80,7 @@ pub struct SumBatch<S: Space, L: Lanes> {
     x: S::Of<L>,
     /// v_ij \[m/s\].
     v: S::Of<L>,
-    /// V_j (dW/dr)/r: times x_ij it is V_j ∇W.
+    /// V_j (dW/dr)/r \[1/m²\]: times x_ij it is V_j ∇W.
     weight: L,
     /// ρ_j − ρ_i \[kg/m³\].
     density: L,

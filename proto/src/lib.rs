@@ -1,6 +1,7 @@
 //! The protocol between coordinator and solvers: messages, checked conversions, services and clients.
 //!
 //! The .proto files of package `fsi.v2` are the protocol's definition; this crate is its one user in this workspace.
+//! Their code is checked in (`src/generated`): `cargo run -p proto-generator` writes it.
 //! Generated types and the transport stay inside: the rest of the program speaks in types of `sph` and of
 //! [`description`].
 //!
@@ -34,13 +35,13 @@ pub mod transport;
 pub use convert::{Beat, Phase};
 pub use error::{RpcCode, RpcError};
 
-/// Generated messages and services.
+/// Generated messages and services; `cargo run -p proto-generator` writes them again.
 pub(crate) mod wire {
     #![allow(missing_docs, clippy::all)]
-    tonic::include_proto!("fsi.v2");
+    include!("generated/fsi.v2.rs");
 
     /// All messages and services as a serialised descriptor set, for reflection.
-    pub(crate) const DESCRIPTORS: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/fsi.v2.bin"));
+    pub(crate) const DESCRIPTORS: &[u8] = include_bytes!("generated/fsi.v2.bin");
 }
 
 #[cfg(test)]

@@ -22,7 +22,7 @@ use tracing::{Subscriber, subscriber};
 use tracing_subscriber::filter::Targets;
 use tracing_subscriber::layer::{Context, Layer, SubscriberExt};
 use tracing_subscriber::registry::LookupSpan;
-use tracing_subscriber::{EnvFilter, Registry, fmt};
+use tracing_subscriber::{Registry, fmt};
 
 /// What takes the spans of a process.
 pub trait Sink: Send + Sync + 'static {
@@ -79,15 +79,25 @@ pub fn record(sink: impl Sink) -> Result<(), AlreadyRecording> {
 ///
 /// # Errors
 /// As [`record`].
-pub fn record_with_log(sink: impl Sink, filter: EnvFilter) -> Result<(), AlreadyRecording> {
-    // As in `node`: a log that cannot be written must not end the server.
-    let log = fmt::layer()
+pub fn record_with_log(sink: impl Sink, filter: Targets) -> Result<(), AlreadyRecording> {
+    let subscriber = Registry::default().with(only_spans(sink)).with(to_stderr(filter));
+    subscriber::set_global_default(subscriber).map_err(|_| AlreadyRecording)
+}
+
+/// Writes a log to stderr, unless something is set up that takes it.
+pub fn log(filter: Targets) {
+    let subscriber = Registry::default().with(to_stderr(filter));
+    // What is set up keeps its place.
+    let _ = subscriber::set_global_default(subscriber);
+}
+
+fn to_stderr<S: Subscriber + for<'a> LookupSpan<'a>>(filter: Targets) -> impl Layer<S> {
+    // A log that cannot be written must not end the server: it would be reported by a macro that panics.
+    fmt::layer()
         .with_writer(io::stderr)
         .with_ansi(io::stderr().is_terminal())
         .log_internal_errors(false)
-        .with_filter(filter);
-    let subscriber = Registry::default().with(only_spans(sink)).with(log);
-    subscriber::set_global_default(subscriber).map_err(|_| AlreadyRecording)
+        .with_filter(filter)
 }
 
 /// Spans of this process are recorded, or its log is set up, already.

@@ -12,6 +12,7 @@
 //! setup         what a run is built from                   laws         laws that both sides evaluate
 //! interface     the pair law between fluid and solid       coupling     solver, driver, exchange, ledger
 //! constants     coefficients that no case sets          fixed_constants   their list
+//! tasks         parallel work on particles
 //! ```
 
 pub mod constants;
@@ -28,3 +29,4 @@ pub mod setup;
 pub mod shapes;
 pub mod space;
 pub mod sums;
+pub mod tasks;

@@ -2,7 +2,7 @@
 
 use std::ops::AddAssign;
 
-use rayon::prelude::*;
+use crate::tasks::for_each;
 
 /// Particles per partial sum: fixed, so that the grouping of a sum never changes.
 const CHUNK: usize = 2048;
@@ -31,7 +31,8 @@ where
         total += partial(0);
         return total;
     }
-    let partials: Vec<T> = (0..chunks).into_par_iter().map(partial).collect();
+    let mut partials: Vec<T> = std::iter::repeat_with(T::default).take(chunks).collect();
+    for_each(&mut partials[..], 1, |chunk, sum| *sum = partial(chunk));
     for sum in partials {
         total += sum;
     }

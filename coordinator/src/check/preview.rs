@@ -16,6 +16,7 @@ use crate::case::{Case, Scene};
 use crate::failure::Failure;
 use crate::quote;
 use crate::results::font;
+use crate::results::plots::field::encode;
 use crate::results::plots::projection::{Place, Projection, SLICE, Views, up_axis};
 
 /// Colours of fluid regions.
@@ -70,11 +71,13 @@ pub fn draw(case: &Case, path: &Path) -> Result<(), Failure> {
     let failed = |action: &str, e: &dyn std::fmt::Display| {
         Failure::output(format!("cannot {action} `{}`: {e}", quote::path(path)))
     };
-    // The bitmap backend takes the format from the ending, and a half-written picture must not look complete.
+    let (pixels, size) = paint(case, &groups(case)).map_err(|e| failed("draw", &e))?;
+    let picture = encode(&pixels, size).map_err(|e| failed("draw", &e))?;
+    // A half-written picture must not look complete.
     let partial = path.with_extension("partial.png");
-    let groups = groups(case);
-    paint(case, &groups, &partial).map_err(|e| failed("draw", &e))?;
-    std::fs::rename(&partial, path).map_err(|e| failed("write", &e))
+    std::fs::write(&partial, picture)
+        .and_then(|()| std::fs::rename(&partial, path))
+        .map_err(|e| failed("write", &e))
 }
 
 /// Particles of one colour.
@@ -148,7 +151,7 @@ fn groups_in<S: Space>(case: &Case, scene: &Scene<S>) -> Vec<Group> {
 }
 
 /// Outcome of the drawing library.
-type Drawn = Result<(), DrawingAreaErrorKind<<BitMapBackend<'static> as DrawingBackend>::ErrorType>>;
+type Drawn<T = ()> = Result<T, DrawingAreaErrorKind<<BitMapBackend<'static> as DrawingBackend>::ErrorType>>;
 type Picture<'a> = DrawingArea<BitMapBackend<'a>, plotters::coord::Shift>;
 type Chart<'a> = ChartContext<'a, BitMapBackend<'a>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
 
@@ -178,7 +181,8 @@ fn projections(case: &Case, groups: &[Group]) -> Vec<Projection> {
     vec![cut, side, above]
 }
 
-fn paint(case: &Case, groups: &[Group], path: &Path) -> Drawn {
+/// Red, green and blue of each pixel, and how many there are along each side.
+fn paint(case: &Case, groups: &[Group]) -> Drawn<(Vec<u8>, (u32, u32))> {
     let projections = projections(case, groups);
     let frames: Vec<([f64; 2], [f64; 2])> =
         projections.iter().map(|projection| frame(case, groups, projection)).collect();
@@ -194,7 +198,8 @@ fn paint(case: &Case, groups: &[Group], path: &Path) -> Drawn {
     let rows = groups.len().min(MOST_ROWS) as u32;
     let legend_height = ROW.unsigned_abs() * (rows + 4) + 2 * MARGIN;
     let total = (width + LABELS + 2 * MARGIN + LEGEND, heights.iter().sum::<u32>().max(legend_height));
-    let root = BitMapBackend::new(path, total).into_drawing_area();
+    let mut pixels = vec![255; 3 * total.0 as usize * total.1 as usize];
+    let root = BitMapBackend::with_buffer(&mut pixels, total).into_drawing_area();
     root.fill(&WHITE)?;
     let (mut left, right) = root.split_horizontally(total.0 - LEGEND);
     let up = up_axis(case.file().body_force.gravity_m_s2.as_slice());
@@ -213,7 +218,8 @@ fn paint(case: &Case, groups: &[Group], path: &Path) -> Drawn {
     }
     draw_legend(&right, groups, !probe_marks(case).is_empty())?;
     root.present()?;
-    Ok(())
+    drop((left, right, root));
+    Ok((pixels, total))
 }
 
 fn draw_panel(
@@ -436,6 +442,6 @@ mod tests {
         let case = crate::case::load(&case, &|_| Err(String::new())).unwrap();
         let folder = tempfile::tempdir().unwrap();
         let error = draw(&case, &folder.path().join("no/such/scene.png")).unwrap_err();
-        assert!(error.message.contains("cannot draw"), "{error}");
+        assert!(error.message.contains("cannot write"), "{error}");
     }
 }

@@ -82,7 +82,7 @@ fn a_particle_takes_little_memory() {
 /// is not counted.
 fn check_memory<S: FluidSpace>(settings: scene::Settings, particles: usize, most: f64) {
     let setup = scene::block::<S>(settings, particles);
-    let thickest = 0.3 * setup.parameters.particle_spacing;
+    let thickest = if S::DIMENSIONS == 3 { 0.15 } else { 0.3 } * setup.parameters.particle_spacing;
     let mut solver = FluidSolver::new(setup).unwrap();
     let mut saved = SavedState::default();
     solver.save(&mut saved);

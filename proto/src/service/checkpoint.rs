@@ -8,7 +8,6 @@ use sph::coupling::solver::Solver;
 use sph::coupling::stage::ClockState;
 use tonic::{Request, Status, Streaming};
 
-use super::SolverFactory;
 use super::reply::{Reply, invalid, panic_text};
 use super::session::{Host, Ready, Serial, State};
 use crate::checkpoint::{CheckpointAssembler, CheckpointData, CheckpointHeader, restore_solver};
@@ -17,14 +16,14 @@ use crate::error::status_text;
 use crate::wire;
 
 /// Takes a checkpoint of the run.
-pub(super) async fn take<F: SolverFactory>(
-    host: &Arc<Host<F>>,
+pub(super) async fn take(
+    host: &Arc<Host>,
     request: Request<wire::CheckpointRequest>,
 ) -> Result<Reply<wire::CheckpointChunk>, Status> {
     let (metadata, _, request) = request.into_parts();
     let (answer, role_of) = {
         let mut slot = host.slot();
-        let session = Host::<F>::admit(&mut slot, "Checkpoint", &request.run_id, &metadata)?;
+        let session = Host::admit(&mut slot, "Checkpoint", &request.run_id, &metadata)?;
         let (State::Running, Some(saver)) = (&session.state, &session.saver) else {
             return Err(session.refused("Checkpoint", "RUNNING, waiting for a grant"));
         };
@@ -54,13 +53,13 @@ pub(super) async fn take<F: SolverFactory>(
 }
 
 /// Closes the run unless it was restored.
-struct Restoring<'a, F> {
-    host: &'a Host<F>,
+struct Restoring<'a> {
+    host: &'a Host,
     serial: Serial,
     kept: bool,
 }
 
-impl<F> Drop for Restoring<'_, F> {
+impl Drop for Restoring<'_> {
     fn drop(&mut self) {
         if !self.kept {
             self.host.remove(self.serial);
@@ -69,8 +68,8 @@ impl<F> Drop for Restoring<'_, F> {
 }
 
 /// Replaces the state of an opened run.
-pub(super) async fn restore<F: SolverFactory>(
-    host: &Arc<Host<F>>,
+pub(super) async fn restore(
+    host: &Arc<Host>,
     request: Request<Streaming<wire::RestoreChunk>>,
 ) -> Result<wire::RestoreReply, Status> {
     let (metadata, _, mut chunks) = request.into_parts();
@@ -78,7 +77,7 @@ pub(super) async fn restore<F: SolverFactory>(
         let mut slot = host.slot();
         // The run id comes with the first message; the token alone says whose call this is.
         let run_id = slot.as_ref().map(|session| session.run_id.clone()).unwrap_or_default();
-        let session = Host::<F>::admit(&mut slot, "Restore", &run_id, &metadata)?;
+        let session = Host::admit(&mut slot, "Restore", &run_id, &metadata)?;
         match std::mem::replace(&mut session.state, State::Opening) {
             State::Open(ready) => (session.serial, run_id, ready),
             other => {

@@ -93,8 +93,8 @@ impl Pulse {
 }
 
 /// Starts the compute thread of a run and the tasks around it; answers the stream of its events.
-pub(super) fn start<F: Send + Sync + 'static>(
-    host: Arc<Host<F>>,
+pub(super) fn start(
+    host: Arc<Host>,
     run: RunHandle,
     linked: Linked,
     inbound: Streaming<wire::Command>,
@@ -294,8 +294,8 @@ impl Commands {
 }
 
 /// Sends events in batches, with a sign of life when there is none, and ends the run with the last.
-async fn forward_events<F>(
-    host: Arc<Host<F>>,
+async fn forward_events(
+    host: Arc<Host>,
     run: RunHandle,
     over: CancellationToken,
     mut says: mpsc::Receiver<Said>,

@@ -6,13 +6,12 @@ use tokio_stream::wrappers::ReceiverStream;
 use tokio_stream::{Stream, StreamExt};
 use tonic::{Request, Response, Status, Streaming};
 
-use super::SolverFactory;
 use super::session::{Skin, State};
 use crate::transport::connection::Caller;
 use crate::wire;
 
 #[tonic::async_trait]
-impl<F: SolverFactory> wire::peer_server::Peer for Skin<F> {
+impl wire::peer_server::Peer for Skin {
     type ExchangeStream = Pin<Box<dyn Stream<Item = Result<wire::Frame, Status>> + Send>>;
 
     async fn exchange(

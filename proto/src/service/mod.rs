@@ -16,6 +16,7 @@ mod session;
 
 use std::future::Future;
 use std::net::SocketAddr;
+use std::pin::Pin;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -45,6 +46,16 @@ pub trait SolverFactory: Send + Sync + 'static {
     /// # Errors
     /// All problems of the set-up.
     fn open(&self, setup: ParticipantSetup) -> Result<Opened, SetupProblems>;
+}
+
+impl SolverFactory for Box<dyn SolverFactory> {
+    fn describe(&self) -> Description {
+        (**self).describe()
+    }
+
+    fn open(&self, setup: ParticipantSetup) -> Result<Opened, SetupProblems> {
+        (**self).open(setup)
+    }
 }
 
 /// A solver that is ready for its run.
@@ -202,11 +213,30 @@ impl Server {
     ///
     /// # Errors
     /// When the compute threads cannot be started or the transport fails.
-    pub async fn serve<F: SolverFactory>(
+    pub async fn serve(
         self,
-        factory: F,
+        factory: impl SolverFactory,
         options: ServeOptions,
         shutdown: impl Future<Output = ()> + Send,
+    ) -> Result<(), ServeError> {
+        self.serving(Box::new(factory), options, Box::pin(shutdown)).await
+    }
+
+    /// As [`Server::serve`]. Boxed, so that the transport is compiled once, here, and not again in every program.
+    fn serving<'a>(
+        self,
+        factory: Box<dyn SolverFactory>,
+        options: ServeOptions,
+        shutdown: Pin<Box<dyn Future<Output = ()> + Send + 'a>>,
+    ) -> Pin<Box<dyn Future<Output = Result<(), ServeError>> + Send + 'a>> {
+        Box::pin(self.serve_host(factory, options, shutdown))
+    }
+
+    async fn serve_host(
+        self,
+        factory: Box<dyn SolverFactory>,
+        options: ServeOptions,
+        shutdown: Pin<Box<dyn Future<Output = ()> + Send + '_>>,
     ) -> Result<(), ServeError> {
         let host = Arc::new(Host::new(factory, options.clone())?);
         let transport_error = |e: &dyn std::error::Error| ServeError::Transport(with_causes(e));
@@ -220,8 +250,8 @@ impl Server {
             .max_decoding_message_size(MAX_MESSAGE_BYTES);
         let peer =
             wire::peer_server::PeerServer::new(Skin(host.clone())).max_decoding_message_size(MAX_FRAME_BYTES);
-        health.set_serving::<wire::participant_server::ParticipantServer<Skin<F>>>().await;
-        health.set_serving::<wire::peer_server::PeerServer<Skin<F>>>().await;
+        health.set_serving::<wire::participant_server::ParticipantServer<Skin>>().await;
+        health.set_serving::<wire::peer_server::PeerServer<Skin>>().await;
         let stopping = host.shutdown.clone();
         let mut server =
             channel::server(&options.security, options.lease).map_err(|e| transport_error(&e))?;

@@ -15,7 +15,7 @@ use tonic::{Request, Response, Status, Streaming};
 
 use super::reply::{Reply, invalid, panic_text};
 use super::session::{Host, Linked, Ready, Serial, Skin, State};
-use super::{Opened, SetupProblems, SolverFactory, checkpoint, compute, open_checked};
+use super::{Opened, SetupProblems, checkpoint, compute, open_checked};
 use crate::convert::{
     Convert, FrameReader, FrameWriter, Layout, Path, decode_setup, link_from_wire, snapshot_chunks,
 };
@@ -34,7 +34,7 @@ const PENDING_SNAPSHOTS: usize = 2;
 const PENDING_CHUNKS: usize = 4;
 
 #[tonic::async_trait]
-impl<F: SolverFactory> wire::participant_server::Participant for Skin<F> {
+impl wire::participant_server::Participant for Skin {
     type RunStream = Reply<wire::EventBatch>;
     type SnapshotsStream = Reply<wire::SnapshotChunk>;
     type CheckpointStream = Reply<wire::CheckpointChunk>;
@@ -94,7 +94,7 @@ impl<F: SolverFactory> wire::participant_server::Participant for Skin<F> {
         let (metadata, _, request) = request.into_parts();
         let plan = {
             let mut slot = self.0.slot();
-            let session = Host::<F>::admit(&mut slot, "Link", &request.run_id, &metadata)?;
+            let session = Host::admit(&mut slot, "Link", &request.run_id, &metadata)?;
             let State::Open(ready) = &session.state else { return Err(session.refused("Link", "OPEN")) };
             let plan = link_from_wire(&request, ready.setup.dimensions(), &Path::root("link"))
                 .map_err(|e| invalid(&e))?;
@@ -144,7 +144,7 @@ impl<F: SolverFactory> wire::participant_server::Participant for Skin<F> {
         let Some(run_id) = slot.as_ref().map(|session| session.run_id.clone()) else {
             return Err(Status::failed_precondition("`Run` is not allowed in state IDLE; expected: LINKED"));
         };
-        let session = Host::<F>::admit(&mut slot, "Run", &run_id, &metadata)?;
+        let session = Host::admit(&mut slot, "Run", &run_id, &metadata)?;
         match std::mem::replace(&mut session.state, State::Running) {
             State::Linked(linked) => {
                 let run = compute::RunHandle::of(session);
@@ -171,7 +171,7 @@ impl<F: SolverFactory> wire::participant_server::Participant for Skin<F> {
         let (metadata, _, request) = request.into_parts();
         let receiver = {
             let mut slot = self.0.slot();
-            let session = Host::<F>::admit(&mut slot, "Snapshots", &request.run_id, &metadata)?;
+            let session = Host::admit(&mut slot, "Snapshots", &request.run_id, &metadata)?;
             match &mut session.state {
                 State::Linked(linked) if linked.snapshots.is_none() => {
                     let (sender, receiver) = mpsc::channel(PENDING_SNAPSHOTS);
@@ -210,7 +210,7 @@ impl<F: SolverFactory> wire::participant_server::Participant for Skin<F> {
             if slot.as_ref().is_none_or(|session| session.run_id != request.run_id) {
                 return Ok(Response::new(wire::CloseReply { closed: false }));
             }
-            let session = Host::<F>::admit(&mut slot, "Close", &request.run_id, &metadata)?;
+            let session = Host::admit(&mut slot, "Close", &request.run_id, &metadata)?;
             session.cancel.cancel();
             (session.serial, matches!(session.state, State::Running), session.gone.clone())
         };
@@ -224,7 +224,7 @@ impl<F: SolverFactory> wire::participant_server::Participant for Skin<F> {
     }
 }
 
-impl<F: SolverFactory> Host<F> {
+impl Host {
     /// The peer that `plan` asks for, with its end for the transport.
     fn prepare_peer(
         &self,
@@ -262,21 +262,19 @@ impl<F: SolverFactory> Host<F> {
 }
 
 /// Events of a run on their way; dropped before its end when the coordinator is gone.
-struct EventStream<F> {
+struct EventStream {
     events: ReceiverStream<Result<wire::EventBatch, Status>>,
-    guard: StreamGuard<F>,
+    guard: StreamGuard,
 }
 
 /// Frees the server when the stream of events was not heard to its end.
-struct StreamGuard<F> {
-    host: Arc<Host<F>>,
+struct StreamGuard {
+    host: Arc<Host>,
     serial: Serial,
     complete: bool,
 }
 
-impl<F> Unpin for EventStream<F> {}
-
-impl<F> Stream for EventStream<F> {
+impl Stream for EventStream {
     type Item = Result<wire::EventBatch, Status>;
 
     fn poll_next(mut self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<Option<Self::Item>> {
@@ -286,7 +284,7 @@ impl<F> Stream for EventStream<F> {
     }
 }
 
-impl<F> Drop for StreamGuard<F> {
+impl Drop for StreamGuard {
     fn drop(&mut self) {
         if !self.complete {
             self.host.abandon(self.serial);
@@ -295,11 +293,7 @@ impl<F> Drop for StreamGuard<F> {
 }
 
 /// Checks a set-up and builds its solver: the long part of `Open`.
-fn build<F: SolverFactory>(
-    host: &Host<F>,
-    setup: &Setup,
-    cancel: &CancellationToken,
-) -> Result<(Ready, OpenReport), Status> {
+fn build(host: &Host, setup: &Setup, cancel: &CancellationToken) -> Result<(Ready, OpenReport), Status> {
     let setup = decode_setup(setup).map_err(|e| invalid(&e))?;
     let role = setup.role();
     let description = &host.description;
@@ -322,7 +316,7 @@ fn build<F: SolverFactory>(
         return Err(Status::cancelled("the run was closed while it was being opened"));
     }
     let run = setup.plan();
-    let opened = catch_unwind(AssertUnwindSafe(|| host.pool.install(|| open_checked(&host.factory, setup))));
+    let opened = catch_unwind(AssertUnwindSafe(|| host.pool.install(|| open_checked(&*host.factory, setup))));
     let (Opened { solver, constants, facts, bodies }, time_step_limit) = opened
         .map_err(|panic| {
             Status::internal(status_text(format!("the solver failed in `Open`: {}", panic_text(&*panic))))

@@ -21,8 +21,8 @@ use crate::transport::peer::{GrpcPeer, PeerSlot};
 use crate::transport::token::Token;
 
 /// Everything that a server is, besides its transport.
-pub(crate) struct Host<F> {
-    pub(super) factory: F,
+pub(crate) struct Host {
+    pub(super) factory: Box<dyn SolverFactory>,
     pub(super) description: Description,
     pub(super) options: ServeOptions,
     pub(super) pool: Arc<rayon::ThreadPool>,
@@ -33,7 +33,7 @@ pub(crate) struct Host<F> {
 }
 
 /// The host as the transport's services.
-pub(crate) struct Skin<F>(pub(super) Arc<Host<F>>);
+pub(crate) struct Skin(pub(super) Arc<Host>);
 
 /// Tells runs of one server apart, also runs of one name.
 pub(super) type Serial = u64;
@@ -115,8 +115,8 @@ impl Session {
     }
 }
 
-impl<F: SolverFactory> Host<F> {
-    pub(super) fn new(factory: F, options: ServeOptions) -> Result<Self, ServeError> {
+impl Host {
+    pub(super) fn new(factory: Box<dyn SolverFactory>, options: ServeOptions) -> Result<Self, ServeError> {
         let threads = options.threads.max(1);
         let pool = rayon::ThreadPoolBuilder::new()
             .num_threads(threads)
@@ -137,7 +137,7 @@ impl<F: SolverFactory> Host<F> {
     }
 }
 
-impl<F> Host<F> {
+impl Host {
     /// The run held, if any. Held for moments only, never across an await.
     pub(super) fn slot(&self) -> MutexGuard<'_, Option<Session>> {
         // A panic elsewhere leaves the slot itself whole.
@@ -150,7 +150,7 @@ impl<F> Host<F> {
         run_id: &str,
         token: Token,
         holder: &str,
-    ) -> Result<Reservation<'_, F>, Status> {
+    ) -> Result<Reservation<'_>, Status> {
         let mut slot = self.slot();
         if self.shutdown.is_cancelled() {
             return Err(Status::unavailable("the server is shutting down"));
@@ -279,14 +279,14 @@ impl<F> Host<F> {
 }
 
 /// A server taken for a run; given back when dropped before [`Reservation::keep`].
-pub(super) struct Reservation<'a, F> {
-    host: &'a Host<F>,
+pub(super) struct Reservation<'a> {
+    host: &'a Host,
     pub(super) serial: Serial,
     pub(super) cancel: CancellationToken,
     kept: bool,
 }
 
-impl<F> Reservation<'_, F> {
+impl Reservation<'_> {
     /// Keeps the run with its solver; false when it was closed meanwhile.
     pub(super) fn keep(mut self, ready: Ready) -> bool {
         self.kept = true;
@@ -300,7 +300,7 @@ impl<F> Reservation<'_, F> {
     }
 }
 
-impl<F> Drop for Reservation<'_, F> {
+impl Drop for Reservation<'_> {
     fn drop(&mut self) {
         if !self.kept {
             self.host.remove(self.serial);

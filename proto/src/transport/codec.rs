@@ -14,7 +14,8 @@ use tonic_prost::{ProstDecoder, ProstEncoder};
 
 use crate::limits::{MAX_ACCOUNTS, MAX_DEPTH, MAX_ENERGIES, MAX_EVENTS, MAX_LIST};
 
-include!(concat!(env!("OUT_DIR"), "/shapes.rs"));
+// Made of the .proto files by `cargo run -p proto-generator`.
+include!("../generated/shapes.rs");
 
 /// A message of the protocol, whose lists can be counted.
 pub(crate) trait Counted {

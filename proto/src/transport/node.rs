@@ -1,7 +1,7 @@
 //! The main function that both server programs share.
 
 use std::ffi::OsString;
-use std::io::{IsTerminal, Read, Write};
+use std::io::{Read, Write};
 use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -10,7 +10,7 @@ use std::time::Duration;
 use clap::{CommandFactory, FromArgMatches, Parser};
 use terminal::stop::StopSignals;
 use tokio_util::sync::CancellationToken;
-use tracing_subscriber::EnvFilter;
+use tracing_subscriber::filter::{LevelFilter, Targets};
 
 use crate::description::Description;
 use crate::service::{ServeError, ServeOptions, Server, SolverFactory};
@@ -79,8 +79,13 @@ impl NodeArgs {
     }
 
     /// Serves the solver of `factory` until it is stopped.
-    pub fn serve<F: SolverFactory>(&self, factory: F) -> ExitCode {
-        let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new("info"));
+    pub fn serve(&self, factory: impl SolverFactory) -> ExitCode {
+        self.serve_boxed(Box::new(factory))
+    }
+
+    /// Compiled once, here, and not again in every program.
+    fn serve_boxed(&self, factory: Box<dyn SolverFactory>) -> ExitCode {
+        let filter = log_filter();
         let security = match self.load_security() {
             Ok(security) => security,
             Err(problem) => {
@@ -146,7 +151,7 @@ impl NodeArgs {
 }
 
 /// Runs a server program: parses `args` (the first is the program's name), serves until it is stopped.
-pub fn main_with<F: SolverFactory>(args: impl IntoIterator<Item = OsString>, factory: F) -> ExitCode {
+pub fn main_with(args: impl IntoIterator<Item = OsString>, factory: impl SolverFactory) -> ExitCode {
     // Without it only the message is lost.
     drop(crate::file_size::fail_beyond_largest_file());
     let args = match NodeArgs::parse_for(&factory.describe(), args) {
@@ -160,14 +165,16 @@ pub fn main_with<F: SolverFactory>(args: impl IntoIterator<Item = OsString>, fac
     args.serve(factory)
 }
 
+/// What RUST_LOG asks for: a level, or levels by target.
+fn log_filter() -> Targets {
+    let asked = std::env::var("RUST_LOG").ok().and_then(|text| text.parse().ok());
+    asked.unwrap_or_else(|| Targets::new().with_default(LevelFilter::INFO))
+}
+
 /// Starts the log, and the trace where one is wanted.
-fn record(args: &NodeArgs, filter: EnvFilter, title: &str) -> Result<Option<Part>, String> {
+fn record(args: &NodeArgs, filter: Targets, title: &str) -> Result<Option<Part>, String> {
     let Some(path) = &args.trace else {
-        // A subscriber that is set already keeps its place.
-        let log = tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr);
-        // A log that cannot be written must not end the server: it would be reported by a macro that panics.
-        let log = log.with_ansi(std::io::stderr().is_terminal()).log_internal_errors(false);
-        drop(log.try_init());
+        trace::log(filter);
         return Ok(None);
     };
     let part = Part::create(path, title)
@@ -176,10 +183,10 @@ fn record(args: &NodeArgs, filter: EnvFilter, title: &str) -> Result<Option<Part
     Ok(Some(part))
 }
 
-async fn serve<F: SolverFactory>(
+async fn serve(
     args: &NodeArgs,
     security: ServerSecurity,
-    factory: F,
+    factory: Box<dyn SolverFactory>,
 ) -> Result<(), ServeError> {
     let lease = Duration::from_secs(args.lease);
     let mut options = ServeOptions { lease, security, ..ServeOptions::default() };

@@ -2,14 +2,13 @@
 
 use std::cmp::Ordering;
 
-use rayon::prelude::*;
-
 use crate::coupling::exchange::{Column, Extent};
 use crate::space::algebra::Algebra;
 use crate::space::components::Components;
 use crate::space::domain::Domain;
 use crate::space::tensors::SpaceVector;
 use crate::space::{Plane, Space};
+use crate::tasks::{for_each, largest};
 
 /// Keeps the extent of one side's particles, renewed with its neighbour lists.
 #[derive(Clone, Debug)]
@@ -69,11 +68,7 @@ impl<S: Space> ExtentTracker<S> {
             // Nothing moves by more than the slack between updates.
             0.0
         } else {
-            positions
-                .par_iter()
-                .with_min_len(512)
-                .map(|x| gap(&self.domain, known, x))
-                .reduce(|| 0.0, f64::max)
+            largest(positions.len(), 512, |i| gap(&self.domain, known, &positions[i]))
         };
         let missing = outside + support - reach;
         if missing > 0.0 { Err(missing) } else { Ok(()) }
@@ -205,7 +200,7 @@ impl<S: Space> ReachMap<S> {
         self.bounds = bounds_of(extent, reach, &self.domain);
         let half_diagonal = self.cell * (0.5 * (S::DIMENSIONS as f64).sqrt());
         let (domain, lower, cell, counts) = (&self.domain, &self.lower, self.cell, self.counts);
-        self.marks.par_iter_mut().with_min_len(1024).enumerate().for_each(|(mut k, mark)| {
+        for_each(&mut self.marks[..], 1024, |mut k, mark| {
             let place = S::axes(|axis| {
                 let along = k % counts[axis];
                 k /= counts[axis];

@@ -3,12 +3,11 @@
 //! A particle inside a thin plate has fluid within support on both sides. One mean over all of it would let the pressure
 //! of one side act on the other through the plate. So each disconnected region of fluid has a dummy state of its own.
 
-use rayon::prelude::*;
-
 use super::states::InterfaceStates;
 use crate::space::domain::Domain;
 use crate::space::tensors::SpaceVector;
 use crate::space::{Plane, Space};
+use crate::tasks::for_each;
 
 use super::lists::{CrossPair, Rows, TASK, TaskRows};
 
@@ -203,14 +202,14 @@ impl<S: Space> FluidRegions<S> {
             (rest, first) = (others, first + counts(task));
             (rows, task, own, start)
         });
-        let each: Vec<_> = each.collect();
-        each.into_par_iter().for_each(|(mut rows, task, own, mut first)| {
+        let mut each: Vec<_> = each.collect();
+        for_each(&mut each[..], 1, |_, (rows, task, own, first)| {
             let (mut own, mut counts) = (own.iter_mut(), task.counts.iter());
             rows.each(|s, row| {
                 let count = counts.next().copied().unwrap_or(0);
-                row.iter_mut().for_each(|pair| pair.region += first);
-                (first..first + count).zip(&mut own).for_each(|(region, own)| *own = dummy(s, row, region));
-                first += count;
+                row.iter_mut().for_each(|pair| pair.region += *first);
+                (*first..*first + count).zip(&mut own).for_each(|(region, own)| *own = dummy(s, row, region));
+                *first += count;
             });
         });
     }
@@ -223,10 +222,10 @@ impl<S: Space> FluidRegions<S> {
     /// fluid of both sides above it.
     fn find(&mut self, domain: &Domain<S>, square: f64, states: [&InterfaceStates<S>; 2], rows: &mut Rows) {
         let Self { tasks, separated, .. } = self;
-        let of_tasks = rows.tasks();
+        let mut of_tasks = rows.tasks();
         tasks.resize_with(of_tasks.len(), TaskRegions::default);
-        of_tasks.into_par_iter().zip(&mut tasks[..]).for_each(|(mut rows, task)| {
-            task.find(domain, square, states, &mut rows);
+        for_each((&mut of_tasks[..], &mut tasks[..]), 1, |_, (rows, task)| {
+            task.find(domain, square, states, rows);
         });
         separated.clear();
         tasks.iter().for_each(|task| separated.extend(&task.separated));

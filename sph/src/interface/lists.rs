@@ -1,12 +1,11 @@
 //! Cross lists: the pairs within support, seen from either side.
 
-use rayon::prelude::*;
-
 use super::states::InterfaceStates;
 use crate::neighbours::CellGrid;
 use crate::space::Space;
 use crate::space::domain::Domain;
 use crate::space::tensors::SpaceVector;
+use crate::tasks::{PerTask, for_each_task};
 
 /// States per task.
 pub const TASK: usize = 64;
@@ -52,23 +51,22 @@ impl<S: Space> Search<S> {
         placed.extend(grid.order().iter().map(|s| solid.position[*s as usize]));
         found.resize_with(fluid.len().div_ceil(TASK), Found::default);
         let (grid, square) = (&*grid, support * support);
-        found.par_iter_mut().zip(fluid.position.par_chunks(TASK)).for_each(
-            |(Found { ends, pairs }, task)| {
-                ends.clear();
-                pairs.clear();
-                for x in task {
-                    let x = domain.wrapped(x);
-                    let start = pairs.len();
-                    for k in grid.ranges(grid.cell(&x)).iter().cloned().flatten() {
-                        if domain.separation(&x, &placed[k]).norm_squared() < square {
-                            pairs.push(CrossPair { other: grid.order()[k], region: 0 });
-                        }
+        for_each_task(fluid.len(), TASK, PerTask(&mut found[..]), &|particles, PerTask(found)| {
+            let Found { ends, pairs } = &mut found[0];
+            ends.clear();
+            pairs.clear();
+            for x in &fluid.position[particles] {
+                let x = domain.wrapped(x);
+                let start = pairs.len();
+                for k in grid.ranges(grid.cell(&x)).iter().cloned().flatten() {
+                    if domain.separation(&x, &placed[k]).norm_squared() < square {
+                        pairs.push(CrossPair { other: grid.order()[k], region: 0 });
                     }
-                    pairs[start..].sort_unstable_by_key(|pair| pair.other);
-                    ends.push(pairs.len() as u32);
                 }
-            },
-        );
+                pairs[start..].sort_unstable_by_key(|pair| pair.other);
+                ends.push(pairs.len() as u32);
+            }
+        });
         rows.take(found);
     }
 }

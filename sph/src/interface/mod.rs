@@ -8,8 +8,6 @@ mod lists;
 mod pair_law;
 pub mod states;
 
-use rayon::prelude::*;
-
 use crate::coupling::ledger::{InterfaceSums, LedgerVector, axial, lifted};
 use crate::prescribed::body_force::BodyForceField;
 use crate::setup::{Coupling, InterfaceLaw};
@@ -17,6 +15,7 @@ use crate::space::domain::Domain;
 use crate::space::tensors::SpaceVector;
 use crate::space::{Plane, Space};
 use crate::sums::ordered_sum;
+use crate::tasks::for_each;
 
 pub use fluid_regions::Dummy;
 use fluid_regions::FluidRegions;
@@ -90,7 +89,7 @@ impl<S: Space> Interface<S> {
         self.barriers.clear();
         self.barriers.resize(fluid.len(), 0.0);
         let (law, domain, of_fluid) = (&self.law, &self.domain, &self.of_fluid);
-        self.barriers.par_iter_mut().with_min_len(64).enumerate().for_each(|(f, barrier)| {
+        for_each(&mut self.barriers[..], lists::TASK, |f, barrier| {
             *barrier = law.barrier(domain, [fluid, solid], f, of_fluid.of(f));
         });
     }
@@ -127,7 +126,7 @@ impl<S: Space> Interface<S> {
         let barriers = &self.barriers;
         self.sums.clear();
         self.sums.resize(fluid.len(), ParticleSums::default());
-        self.sums.par_iter_mut().with_min_len(64).enumerate().for_each(|(f, sums)| {
+        for_each(&mut self.sums[..], lists::TASK, |f, sums| {
             for pair in rows.of(f) {
                 let s = pair.other as usize;
                 let x_fs = domain.separation(&fluid.position[f], &solid.position[s]);
@@ -145,7 +144,7 @@ impl<S: Space> Interface<S> {
         let barriers = &self.barriers;
         self.sums.clear();
         self.sums.resize(solid.len(), ParticleSums::default());
-        self.sums.par_iter_mut().with_min_len(64).enumerate().for_each(|(s, sums)| {
+        for_each(&mut self.sums[..], lists::TASK, |s, sums| {
             for pair in rows.of(s) {
                 let f = pair.other as usize;
                 let x_fs = domain.separation(&fluid.position[f], &solid.position[s]);

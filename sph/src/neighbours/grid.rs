@@ -2,13 +2,12 @@
 
 use std::ops::Range;
 
-use rayon::prelude::*;
-
 use super::cells::{Cell, Ranges, Span};
 use super::list::NeighbourList;
 use crate::space::domain::Domain;
 use crate::space::tensors::SpaceVector;
 use crate::space::{Plane, Space};
+use crate::tasks::{PerTask, for_each, for_each_task, per_task, reduce};
 
 /// Targets per task of a list build.
 const TASK: usize = 512;
@@ -78,8 +77,7 @@ impl<S: Space> CellGrid<S> {
     fn bin(&mut self, domain: &Domain<S>, sources: &[S::Vector]) {
         let mut cells = std::mem::take(&mut self.cells);
         cells.resize(sources.len(), 0);
-        let each = cells.par_iter_mut().zip(sources).with_min_len(TASK);
-        each.for_each(|(cell, x)| *cell = self.cell_index(domain, x));
+        for_each(&mut cells[..], TASK, |k, cell| *cell = self.cell_index(domain, &sources[k]));
         self.cells = cells;
         self.starts.clear();
         self.starts.resize(number_of_cells::<S>(self.counts) + 1, 0);
@@ -206,21 +204,22 @@ impl<S: Space> CellGrid<S> {
         radius: f64,
         left_out: impl Fn(usize) -> Option<usize> + Sync,
     ) -> NeighbourList {
-        let rows: Vec<(Vec<u32>, Vec<u32>)> = targets
-            .par_chunks(TASK)
-            .enumerate()
-            .map(|(task, chunk)| {
-                let mut counts = Vec::with_capacity(chunk.len());
-                let mut indices = Vec::with_capacity(chunk.len() * 24);
-                for (k, x) in chunk.iter().enumerate() {
-                    let own = left_out(task * TASK + k);
+        let mut rows = Vec::new();
+        for_each_task(
+            targets.len(),
+            TASK,
+            per_task(&mut rows, targets.len(), TASK),
+            &|items, PerTask(row)| {
+                let (counts, indices): &mut (Vec<u32>, Vec<u32>) = &mut row[0];
+                counts.reserve(items.len());
+                indices.reserve(items.len() * 24);
+                for i in items {
                     let before = indices.len();
-                    self.collect(domain, x, sources, radius, own, &mut indices);
+                    self.collect(domain, &targets[i], sources, radius, left_out(i), indices);
                     counts.push((indices.len() - before) as u32);
                 }
-                (counts, indices)
-            })
-            .collect();
+            },
+        );
         NeighbourList::from_rows(&rows)
     }
 
@@ -287,11 +286,13 @@ fn bounds<S: Space>(positions: &[S::Vector]) -> (S::Vector, S::Vector) {
         return (S::Vector::zeros(), S::Vector::zeros());
     }
     let none = || (S::Vector::repeat(f64::INFINITY), S::Vector::repeat(f64::NEG_INFINITY));
-    positions
-        .par_iter()
-        .with_min_len(2048)
-        .fold(none, |(lower, upper): (S::Vector, S::Vector), x| (lower.inf(x), upper.sup(x)))
-        .reduce(none, |a, b| (a.0.inf(&b.0), a.1.sup(&b.1)))
+    let of_task = |items: Range<usize>| {
+        positions[items].iter().fold(none(), |(lower, upper), x| (lower.inf(x), upper.sup(x)))
+    };
+    let of_both = |a: Option<(S::Vector, S::Vector)>, b| {
+        a.zip(b).map(|((lower, upper), (x, y)): (_, (S::Vector, S::Vector))| (lower.inf(&x), upper.sup(&y)))
+    };
+    reduce(positions.len(), 2048, &|items| Some(of_task(items)), of_both).unwrap_or_else(none)
 }
 
 /// Cells of edge at least `edge` over `size`; at least one along each axis.

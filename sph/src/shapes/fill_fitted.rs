@@ -1,12 +1,11 @@
 //! Particles of a shape in layers along its faces.
 
-use rayon::prelude::*;
-
 use super::lattice::{Lattice, nudged};
 use super::packing::{Interior, Packing, Sample};
 use super::{Faces, Region, ShapedSpace, fill};
 use crate::space::Space;
 use crate::space::tensors::SpaceVector;
+use crate::tasks;
 
 /// Thinner lattices than this inside the layers leave holes, in spacings.
 const CORE: f64 = 6.0;
@@ -50,7 +49,7 @@ pub fn fill_fitted<S: ShapedSpace, R: Region<S>>(shape: &R, spacing: f64, origin
     let mut free = vec![true; position.len()];
     if thick {
         let inside = fill(shape, spacing, origin);
-        let rows: Vec<f64> = inside.par_iter().map(|x| depth(x) / spacing).collect();
+        let rows: Vec<f64> = tasks::map(inside.len(), 64, |k| depth(&inside[k]) / spacing);
         for (x, rows) in inside.into_iter().zip(rows) {
             if rows > S::LAYERS + 0.3 {
                 position.push(x);
@@ -73,7 +72,7 @@ fn largest_depth<S: Space, R: Region<S>>(
     depth: impl Fn(&S::Vector) -> f64 + Sync,
 ) -> f64 {
     let coarse = fill(shape, 0.5 * spacing, origin);
-    let depths: Vec<f64> = coarse.par_iter().map(&depth).collect();
+    let depths: Vec<f64> = tasks::map(coarse.len(), 64, |k| depth(&coarse[k]));
     let deepest = depths.into_iter().zip(coarse).max_by(|a, b| a.0.total_cmp(&b.0));
     let Some((mut largest, mut at)) = deepest else { return 0.0 };
     let mut step = 0.25 * spacing;
@@ -125,7 +124,7 @@ fn samples<S: ShapedSpace, R: Region<S>>(
             (share > 0.0).then(|| Sample { position, volume: share * S::cell_volume(width) })
         })
     };
-    cells.par_iter().map(of_cell).collect::<Vec<_>>().into_iter().flatten().collect()
+    tasks::flat_map(cells.len(), 8, |k| of_cell(&cells[k]))
 }
 
 /// Whether a point of the lattice of `spacing` lies in a box.

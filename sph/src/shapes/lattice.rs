@@ -1,11 +1,10 @@
 //! Particles of shapes on the square (cubic) lattice.
 
-use rayon::prelude::*;
-
 use super::region::{Faces, LayerParticle, OpenSides, Region};
 use crate::space::Space;
 use crate::space::domain::Domain;
 use crate::space::tensors::SpaceVector;
+use crate::tasks;
 
 /// Components of the shift of points on faces: their ratios are irrational so that no face of simple slope runs along it.
 const SHIFT: [f64; 3] = [1.0, 0.618_033_988_749_895, 0.414_213_562_373_095];
@@ -60,7 +59,7 @@ impl<S: Space> Lattice<S> {
             return counts(S::DIMENSIONS - 1).flat_map(slice).collect();
         }
         let slices: Vec<f64> = counts(S::DIMENSIONS - 1).collect();
-        slices.into_par_iter().flat_map_iter(slice).collect()
+        tasks::flat_map(slices.len(), 1, |k| slice(slices[k]))
     }
 
     /// The points with the count `outer` along the last axis.

@@ -5,13 +5,13 @@
 //! stand half a spacing inside. Shapes enter as weighted samples of their inside: the same in any number of dimensions.
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
-use rayon::prelude::*;
 
 use super::thresholds::Thresholds;
 use crate::neighbours::CellGrid;
 use crate::space::Space;
 use crate::space::domain::Domain;
 use crate::space::tensors::SpaceVector;
+use crate::tasks;
 
 crate::constants! {
     const SMALLEST_CELL: f64 = 0.5, "packing.smallest_cell",
@@ -133,7 +133,7 @@ impl<S: Thresholds> Interior<'_, S> {
             };
             Share { first, second, of_first, distance: near.sqrt() }
         };
-        self.samples.par_iter().map(share).collect()
+        tasks::map(self.samples.len(), 64, |k| share(&self.samples[k]))
     }
 
     fn cells(&self, position: &[S::Vector], shares: &[Share]) -> Vec<Cell<S::Vector>> {

@@ -1,12 +1,11 @@
 //! How thick a shape is around its points.
 
-use rayon::prelude::*;
-
 use super::{Faces, Region};
 use crate::neighbours::CellGrid;
 use crate::space::Space;
 use crate::space::domain::Domain;
 use crate::space::tensors::SpaceVector;
+use crate::tasks;
 
 /// Local thickness \[m\] of `shape` at `points` that fill it `spacing` apart, up to `limit` \[m\].
 ///
@@ -22,7 +21,7 @@ pub fn local_thickness<S: Space, R: Region<S>>(
     let boundary = shape.boundary();
     let (half, largest) = (0.5 * spacing, 0.5 * limit);
     let radius = |x: &S::Vector| -boundary.surface(x).distance;
-    let depth: Vec<f64> = points.par_iter().map(radius).collect();
+    let depth: Vec<f64> = tasks::map(points.len(), 64, |k| radius(&points[k]));
     // Most points of a large shape are too deep to matter, and so are discs around those.
     let near = |margin: f64| points.iter().zip(&depth).filter(move |(_, depth)| **depth < largest + margin);
     let offset = |k: usize| S::vector(S::axes(|axis| if k >> axis & 1 == 0 { 0.0 } else { half }));
@@ -30,7 +29,7 @@ pub fn local_thickness<S: Space, R: Region<S>>(
         .flat_map(|(x, _)| (0..1 << S::DIMENSIONS).map(move |k| *x + offset(k)))
         .filter(|x| shape.contains(x))
         .collect();
-    let radii: Vec<f64> = centres.par_iter().map(|x| radius(x).min(largest)).collect();
+    let radii: Vec<f64> = tasks::map(centres.len(), 64, |k| radius(&centres[k]).min(largest));
     let targets: Vec<S::Vector> = near(0.0).map(|(x, _)| *x).collect();
     let reach = largest + half;
     let domain =

@@ -1,11 +1,11 @@
 //! Particles that leave: over an open rim or outflow side, or through a wall.
 
-use rayon::prelude::*;
 use sph::coupling::solver::Divergence;
 use sph::coupling::stage::StageTime;
 use sph::prescribed::motion::MotionState;
 use sph::space::components::Components;
 use sph::space::tensors::SpaceVector;
+use sph::tasks::any;
 
 use crate::neighbours::lists::Lists;
 use crate::report::probes::energies_of;
@@ -71,15 +71,15 @@ pub fn remove_departed<S: FluidSpace, F: Fn(&FluidState<S>, usize) -> S::Vector 
         after: model.walls.motions_at(time.target_time()),
     };
     let leaves = |i: usize| watch.departure(i).is_some();
-    let all = || (0..state.len()).into_par_iter().with_min_len(TASK);
     let outside = |i: usize| !model.domain.contains(&state.position[i]);
-    let any = match step.lists.near_walls(model, step.largest_square_move) {
+    let some = match step.lists.near_walls(model, step.largest_square_move) {
         Some(near) => {
-            near.iter().any(|i| leaves(*i as usize)) || step.outside && all().any(|i| outside(i) && leaves(i))
+            near.iter().any(|i| leaves(*i as usize))
+                || step.outside && any(state.len(), TASK, |i| outside(i) && leaves(i))
         }
-        None => all().any(leaves),
+        None => any(state.len(), TASK, leaves),
     };
-    if !any {
+    if !some {
         return Ok(false);
     }
     let departed: Vec<Option<Departure>> = (0..state.len()).map(|i| watch.departure(i)).collect();

@@ -1,9 +1,9 @@
 //! The state of wall particles as the fluid sees it, Eq. (27)-(28).
 
-use rayon::prelude::*;
 use sph::space::Space;
 use sph::space::geometry::Geometry;
 use sph::space::tensors::SpaceVector;
+use sph::tasks::for_each;
 
 use crate::neighbours::rows::Rows;
 use crate::system::model::FluidModel;
@@ -48,8 +48,7 @@ impl<S: FluidSpace> WallStates<S> {
         let inactive = |x: &S::Vector| S::Particle::new(x, &S::Vector::zeros(), rest_density, 0.0, 0.0);
         particles[model.walls.len()] = inactive(&model.domain.lower);
         let body_force = model.body_force.at(time);
-        let all = &mut particles[..model.walls.len()];
-        all.par_iter_mut().with_min_len(TASK).enumerate().for_each(|(w, particle)| {
+        for_each(&mut particles[..model.walls.len()], TASK, |w, particle| {
             let x = &field.position[w];
             *particle = inactive(x);
             if !model.walls.acts(model.walls.wall[w], time) {

@@ -2,10 +2,10 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use rayon::prelude::*;
 use sph::lanes::Lanes;
 use sph::space::geometry::Geometry;
 use sph::space::tensors::{SpaceSymmetric, SpaceVector};
+use sph::tasks::for_each_task;
 
 use crate::equations::neighbour_sums::NeighbourSums;
 use crate::neighbours::batch::NeighbourBatch;
@@ -70,7 +70,7 @@ pub fn mark_near<S: FluidSpace, G: Geometry<S>>(
     let marks = &near[..];
     // The order of the marks does not matter.
     let mark = |i: usize| marks[i].store(true, Ordering::Relaxed);
-    at_surface.par_iter().enumerate().with_min_len(TASK).filter(|(_, is)| **is).for_each(|(i, _)| {
+    let mark_around = |i: usize| {
         mark(i);
         for j in lists.fluid.neighbours(i) {
             if geometry.separation(&fluid[j].position(), &fluid[i].position()).norm_squared() < square_support
@@ -78,6 +78,9 @@ pub fn mark_near<S: FluidSpace, G: Geometry<S>>(
                 mark(j);
             }
         }
+    };
+    for_each_task(at_surface.len(), TASK, (), &|particles, ()| {
+        particles.filter(|i| at_surface[*i]).for_each(mark_around);
     });
 }
 

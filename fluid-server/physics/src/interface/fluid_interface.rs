@@ -1,6 +1,5 @@
 //! The fluid's side of the interface with a solid partner.
 
-use rayon::prelude::*;
 use sph::coupling::exchange::{Column, Extent, StateColumns};
 use sph::coupling::ledger::InterfaceSums;
 use sph::interface::Interface;
@@ -10,6 +9,7 @@ use sph::setup::{Coupling, FluidProbeKind, InterfaceLaw};
 use sph::space::domain::Domain;
 use sph::space::geometry::Geometry;
 use sph::space::tensors::SpaceVector;
+use sph::tasks::for_each;
 
 use super::selection::InterfaceSelection;
 use crate::equations::anti_pairing::Ratio;
@@ -242,8 +242,8 @@ impl<S: FluidSpace> FluidInterface<S> {
         particles.clear();
         particles.extend(states.iter().map(|k| selection.members[*k as usize]));
         neighbour_sums.resize(states.len(), NeighbourSums::default());
-        neighbour_sums.par_iter_mut().zip(&*states).with_min_len(TASK).for_each(|(sums, k)| {
-            let k = *k as usize;
+        for_each(&mut neighbour_sums[..], TASK, |k, sums| {
+            let k = states[k] as usize;
             *sums = NeighbourSums::default();
             for (s, dummy) in interface.solids_near(k) {
                 let d = domain.separation(&own.position[k], &partner.position[s]);
@@ -291,7 +291,7 @@ impl<S: FluidSpace> FluidInterface<S> {
         let flux = if part == StagePart::Momentum { 0.0 } else { 1.0 };
         let Self { interface, domain, states: [own, partner], selection, density_rates, .. } = self;
         density_rates.resize(own.len(), [0.0; 2]);
-        density_rates.par_iter_mut().with_min_len(TASK).enumerate().for_each(|(k, rate)| {
+        for_each(&mut density_rates[..], TASK, |k, rate| {
             let rho = own.density[k];
             let gradient = if model.needs_density_gradient() {
                 gradients.neighbour_fields[selection.members[k] as usize].density_gradient()

@@ -1,10 +1,10 @@
 //! Selection of the fluid particles that are sent to the partner.
 
-use rayon::prelude::*;
 use sph::coupling::exchange::Extent;
 use sph::coupling::extent::{ExtentTracker, ReachMap};
 use sph::interface::states::InterfaceStates;
 use sph::space::domain::Domain;
+use sph::tasks::for_each;
 
 use crate::system::list_limits::farthest;
 use crate::system::packed_particle::{FluidSpace, Packed};
@@ -127,9 +127,7 @@ impl<S: FluidSpace> InterfaceSelection<S> {
     fn find_candidates(&mut self, state: &FluidState<S>) {
         let Self { vicinity, candidates: Candidates { particles, current }, inside, .. } = self;
         inside.resize(state.len(), false);
-        inside.par_iter_mut().zip(&state.position).with_min_len(TASK).for_each(|(inside, x)| {
-            *inside = vicinity.contains(x);
-        });
+        for_each(&mut inside[..], TASK, |i, inside| *inside = vicinity.contains(&state.position[i]));
         particles.clear();
         particles.extend((0u32..).zip(&*inside).filter(|(_, inside)| **inside).map(|(i, _)| i));
         particles.sort_unstable_by_key(|i| state.id[*i as usize]);

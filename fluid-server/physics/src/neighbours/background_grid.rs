@@ -11,6 +11,7 @@ use sph::lanes::WIDTH;
 use sph::neighbours::CellGrid;
 use sph::space::Space;
 use sph::space::domain::Domain;
+use sph::tasks::join;
 
 /// Nodes along each axis on which a particle has a weight: those of a row fill the lanes.
 const STENCIL: usize = WIDTH;
@@ -326,7 +327,7 @@ fn each_band<T: Send>(
             let (some, rest) = bands.split_at(bands.len() / 2);
             let middle = rest[0].nodes.start;
             let (below, above) = nodes.split_at_mut(middle - origin);
-            rayon::join(|| each_band(some, below, origin, work), || each_band(rest, above, middle, work));
+            join(|| each_band(some, below, origin, work), || each_band(rest, above, middle, work));
         }
     }
 }

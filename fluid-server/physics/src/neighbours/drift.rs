@@ -1,9 +1,9 @@
 //! Lifetime of neighbour lists: until two particles may have approached each other by more than the skin.
 
-use rayon::prelude::*;
 use sph::neighbours::CellGrid;
 use sph::space::Space;
 use sph::space::tensors::SpaceVector;
+use sph::tasks::{for_each, largest};
 
 /// Cells of a row of the grid that lie between particles without a bound on their distance beyond a cell: themselves,
 /// their neighbours and the next.
@@ -162,27 +162,22 @@ impl<S: Space> Drift<S> {
     pub fn approach(&mut self, grid: &CellGrid<S>, moved: Moved<'_, S>) -> f64 {
         let Self { counts, near_wall, boxes, .. } = self;
         boxes.resize(near_wall.len(), Span::empty());
-        let cells = boxes.par_iter_mut().with_min_len(TASK).enumerate();
-        let within_cells = cells.map(|(cell, span)| {
+        for_each(&mut boxes[..], TASK, |cell, span| {
             *span = Span::empty();
             for i in grid.of_cell(cell) {
                 let u = moved.position[i] - moved.origin[i];
                 span.add(&u);
                 span.add(&(u + moved.velocity[i] * moved.ahead));
             }
-            if span.is_empty() {
-                return 0.0;
-            }
-            let toward_walls = if near_wall[cell] { span.largest_square() } else { 0.0 };
-            span.largest_square_difference(span).max(toward_walls)
         });
-        let within_cells = within_cells.reduce(|| 0.0, f64::max);
         let (boxes, counts) = (&*boxes, *counts);
-        let between_cells = (0..boxes.len()).into_par_iter().with_min_len(TASK).map(|cell| {
+        let square = largest(boxes.len(), TASK, |cell| {
             let span = &boxes[cell];
             if span.is_empty() {
                 return 0.0;
             }
+            let toward_walls = if near_wall[cell] { span.largest_square() } else { 0.0 };
+            let within = span.largest_square_difference(span).max(toward_walls);
             let mut rest = cell;
             let place = S::axes(|axis| {
                 let k = rest % counts[axis];
@@ -192,9 +187,9 @@ impl<S: Space> Drift<S> {
             // Each pair once.
             let others = around::<S>(counts, place, RINGS, Part::Following).map(|near| &boxes[near]);
             let others = others.filter(|other| !other.is_empty());
-            others.map(|other| span.largest_square_difference(other)).fold(0.0, f64::max)
+            others.map(|other| span.largest_square_difference(other)).fold(within, f64::max)
         });
-        between_cells.reduce(|| within_cells, f64::max).sqrt()
+        square.sqrt()
     }
 
     /// Bytes in use.

@@ -1,16 +1,16 @@
 //! Neighbour lists with a skin, and the cell-sorted order of the fluid.
 
-use rayon::prelude::*;
 use sph::coupling::stage::StageTime;
 use sph::neighbours::largest_displacement;
 use sph::space::geometry::{Geometry, Open, Periodic};
 use sph::space::tensors::SpaceVector;
+use sph::tasks::for_each;
 
 use super::background_grid::{BackgroundGrid, NodeSpacings};
 use super::drift::{Drift, Moved};
 use super::rows::{Order, Padding, Rows, Search, Sources};
 use crate::system::list_limits::{
-    LARGEST_STAGE_MOVE, PLANE_HALF_WIDTH, SKIN_BALANCE, Skins, farthest, skins,
+    LARGEST_STAGE_MOVE, PLANE_HALF_WIDTH, Skins, farthest, skin_balance, skins,
 };
 use crate::system::model::FluidModel;
 use crate::system::packed_particle::{FluidSpace, PeriodicNodes};
@@ -163,13 +163,13 @@ impl<S: FluidSpace> Lists<S> {
         let near = skin + LARGEST_STAGE_MOVE * spacing;
         let reach = near + (PLANE_HALF_WIDTH * spacing).hypot(2.0 * near);
         let Self { walls, wall_origin, is_near, near_walls, .. } = self;
-        let is_near_wall = |(i, is_near): (usize, &mut bool)| {
+        let is_near_wall = |i: usize, is_near: &mut bool| {
             let distance = |w| model.domain.separation(&fluid[i], &wall_origin.position[w]);
             *is_near = !walls.of(i).is_empty()
                 && walls.neighbours(i).any(|w| distance(w).norm_squared() <= reach * reach);
         };
         is_near.resize(fluid.len(), false);
-        is_near.par_iter_mut().enumerate().with_min_len(TASK).for_each(is_near_wall);
+        for_each(&mut is_near[..], TASK, is_near_wall);
         near_walls.extend((0u32..).zip(&*is_near).filter(|(_, near)| **near).map(|(i, _)| i));
     }
 
@@ -215,7 +215,7 @@ impl<S: FluidSpace> Lists<S> {
     fn build(&mut self, model: &FluidModel<S>, origin: &ListOrigin<S>, skin: f64) {
         let (domain, fluid) = (&model.domain, &origin.position[..]);
         if model.walls.moves() || !self.current {
-            let Skins { thickest, .. } = skins(model.constants.particle_spacing);
+            let Skins { thickest, .. } = skins::<S>(model.constants.particle_spacing);
             self.wall_origin.place(&model.walls, domain, origin.time);
             self.wall_sources.bin(domain, &self.wall_origin.position, radius(model, thickest));
             self.wall_sources.place(domain, &self.wall_origin.position);
@@ -281,6 +281,6 @@ fn next_skin<S: FluidSpace>(model: &FluidModel<S>, state: &FluidState<S>, time: 
     let Some(lasted) = lasted.filter(|_| time.time_step > 0.0) else { return state.list_skin };
     let spacing = model.constants.particle_spacing;
     let steps = (lasted / time.time_step).max(1.0);
-    let Skins { thinnest, thickest, .. } = skins(spacing);
-    (SKIN_BALANCE * spacing * state.list_skin / steps).sqrt().clamp(thinnest, thickest)
+    let Skins { thinnest, thickest, .. } = skins::<S>(spacing);
+    (skin_balance::<S>() * spacing * state.list_skin / steps).sqrt().clamp(thinnest, thickest)
 }

@@ -1,13 +1,13 @@
 //! Neighbour lists in whole batches of lanes.
 
-use rayon::prelude::*;
 use sph::lanes::{Arithmetic, LanePass, Lanes, WIDTH};
 use sph::neighbours::CellGrid;
 use sph::space::Space;
 use sph::space::domain::Domain;
 use sph::space::geometry::Geometry;
+use sph::tasks::PerTask;
 
-use crate::system::tasks::TASK;
+use crate::system::tasks::{TASK, for_each_task};
 
 /// The set bits of each number below 16, lowest first.
 const SET_BITS: [[u32; WIDTH]; 16] = set_bits();
@@ -173,9 +173,8 @@ impl Rows {
         let positions = sources.placed(given);
         self.padding = padding;
         self.chunks.resize_with(targets.len().div_ceil(TASK), Chunk::default);
-        let each = self.chunks.par_iter_mut().zip(targets.par_chunks(TASK)).enumerate();
-        each.for_each(|(task, (chunk, targets))| {
-            let first = task * TASK;
+        for_each_task(targets.len(), PerTask(&mut self.chunks), &|particles, PerTask(chunk)| {
+            let (first, targets, chunk) = (particles.start, &targets[particles], &mut chunk[0]);
             search.arithmetic.run(Fill { search, sources, positions, targets, first, padding, chunk });
         });
     }

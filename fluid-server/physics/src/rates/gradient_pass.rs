@@ -3,9 +3,9 @@
 
 use std::marker::PhantomData;
 
-use rayon::prelude::*;
 use sph::lanes::{LanePass, Lanes};
 use sph::space::geometry::Geometry;
+use sph::tasks::for_each;
 
 use super::gradients::{GradientSlices, Gradients, ParticleGradients, Partner};
 use super::particle_rates::Rates;
@@ -87,21 +87,21 @@ impl<S: FluidSpace> Gradients<S> {
         rates: &mut [Rates<S>],
     ) {
         let mut merged = std::mem::take(&mut self.merged);
-        let each = members.par_iter().zip(partner).with_min_len(MERGE_TASK);
-        let of_both = each.map(|(i, added)| {
-            let i = *i as usize;
+        merged.clear();
+        merged.resize(members.len(), None);
+        for_each(&mut merged[..], MERGE_TASK, |k, merged| {
+            let i = members[k] as usize;
             let mut sums = self.sums[i];
-            sums.merge(added);
+            sums.merge(&partner[k]);
             let mut finished = finish(scene, i, &sums);
             if let (PartnerDensity::OtherMaterial, Some(own)) = (density, self.neighbour_fields.get(i)) {
                 let fields = finished.neighbour_fields;
                 finished.neighbour_fields =
                     S::Fields::new(fields.damper(), fields.eigenvalue(), own.density_gradient());
             }
-            (sums, finished)
+            *merged = Some((sums, finished));
         });
-        of_both.collect_into_vec(&mut merged);
-        for (i, (sums, finished)) in members.iter().zip(&merged) {
+        for (i, (sums, finished)) in members.iter().zip(merged.iter().flatten()) {
             let i = *i as usize;
             self.sums[i] = *sums;
             self.results(scene.model, rates).put(i, finished);

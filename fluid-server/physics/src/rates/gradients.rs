@@ -50,7 +50,7 @@ pub struct Gradients<S: FluidSpace = Plane> {
     /// Viscosity in the viscous pair force \[Pa s\].
     pub viscosity: Vec<f64>,
     /// Results for particles in contact with the partner, before they are put in place.
-    pub(super) merged: Vec<(NeighbourSums<S>, ParticleGradients<S>)>,
+    pub(super) merged: Vec<Option<(NeighbourSums<S>, ParticleGradients<S>)>>,
 }
 
 /// A task's part of [`Gradients`].

@@ -7,6 +7,7 @@ use sph::lanes::{LanePass, Lanes};
 use sph::prescribed::body_force::BodyForceAt;
 use sph::space::geometry::Geometry;
 use sph::space::tensors::SpaceVector;
+use sph::tasks::PerTask;
 
 use super::energy::ForcePowers;
 use super::particle_rates::{ExternalForces, Rates, StagePart, Wrench};
@@ -21,7 +22,7 @@ use crate::free_surface::shifting::{self, Regularisation};
 use crate::neighbours::scene::Scene;
 use crate::system::model::{FluidModel, Viscosity};
 use crate::system::packed_particle::{FluidSpace, Packed};
-use crate::system::tasks::{PerTask, for_each_task, per_task};
+use crate::system::tasks::{for_each_task, per_task};
 
 impl<S: FluidSpace, G: Geometry<S>> StageFields<'_, G, S> {
     /// Rates by the fluid itself, walls, body force, damping and regularisation into `rates`; where a stage computes all

@@ -163,7 +163,7 @@ fn first_state<S: Space>(model: &FluidModel<S>, particles: FluidParticles<S>, ti
         position,
         velocity,
         density,
-        list_skin: skins(model.constants.particle_spacing).first,
+        list_skin: skins::<S>(model.constants.particle_spacing).first,
         largest_acceleration,
         ..FluidState::default()
     }

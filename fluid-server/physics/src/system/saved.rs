@@ -92,7 +92,7 @@ impl<S: Space> FluidState<S> {
             false => None,
         };
         let [list_skin] = saved.numbers("fluid.list_skin")?;
-        let Skins { thinnest, thickest, .. } = skins(model.constants.particle_spacing);
+        let Skins { thinnest, thickest, .. } = skins::<S>(model.constants.particle_spacing);
         if !(thinnest..=thickest).contains(&list_skin) {
             let problem = format!("holds {list_skin} m, must lie between {thinnest} and {thickest} m");
             return Err(RestoreError::new("fluid.list_skin", problem));

@@ -68,7 +68,7 @@ fn constants_errors<S: Space>(setup: &FluidSetup<S>, errors: &mut Vec<String>) {
     }
     let (domain, smallest) = (
         &setup.run.domain,
-        4.0 * parameters.smoothing_length() + 2.0 * skins(parameters.particle_spacing).thickest,
+        4.0 * parameters.smoothing_length() + 2.0 * skins::<S>(parameters.particle_spacing).thickest,
     );
     for (axis, name) in AXIS_NAMES.into_iter().take(S::DIMENSIONS).enumerate() {
         let size = domain.size()[axis];

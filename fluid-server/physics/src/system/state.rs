@@ -1,11 +1,11 @@
 //! The state of the fluid: everything that a checkpoint must hold.
 
-use rayon::prelude::*;
 use sph::coupling::ledger::EnergyTally;
 use sph::laws::equation_of_state::Tait;
 use sph::space::Space;
 use sph::space::domain::Domain;
 use sph::space::tensors::SpaceVector;
+use sph::tasks::for_each;
 
 use super::tasks::TASK;
 
@@ -200,10 +200,11 @@ pub struct Scratch<'a> {
 }
 
 /// Sorts `values`, unless the scheme leaves them empty.
-fn reorder<T: Copy + Send + Sync>(values: &mut Vec<T>, order: &[u32], scratch: &mut Vec<T>) {
+fn reorder<T: Copy + Default + Send + Sync>(values: &mut Vec<T>, order: &[u32], scratch: &mut Vec<T>) {
     if values.is_empty() {
         return;
     }
-    order.par_iter().with_min_len(TASK).map(|k| values[*k as usize]).collect_into_vec(scratch);
+    scratch.resize(order.len(), T::default());
+    for_each(&mut scratch[..], TASK, |k, value| *value = values[order[k] as usize]);
     std::mem::swap(values, scratch);
 }

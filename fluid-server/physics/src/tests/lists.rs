@@ -69,7 +69,7 @@ fn lists_outlast_half_the_skin_where_neighbours_move_alike_and_miss_no_pair() {
 #[test]
 fn the_skin_follows_how_long_lists_last() {
     // The same shear, in steps that use up an eighth of the skin and twice of it.
-    let Skins { thinnest, first, thickest } = skins(0.02);
+    let Skins { thinnest, first, thickest } = skins::<sph::space::Plane>(0.02);
     let skin_after = |time_step: f64| {
         let mut setup = dam_break();
         for (x, v) in setup.particles.position.iter().zip(&mut setup.particles.velocity) {

@@ -4,6 +4,7 @@ use sph::coupling::stage::Stage;
 use sph::lanes::{LanePass, Lanes, WIDTH};
 use sph::laws::equation_of_state::Tait;
 use sph::space::Space;
+use sph::tasks::PerTask;
 
 use super::checks::{LaneScanFindings, Motion, ScanFindings};
 use super::compression_budget::{DensityChange, LaneCompressionBudget};
@@ -14,7 +15,7 @@ use super::state_scan::StateScan;
 use crate::rates::particle_rates::{Rates, StagePart};
 use crate::system::lane_arrays::{abs, get, numbers, put, vectors, weight};
 use crate::system::packed_particle::{FluidSpace, LaneMotion, LaneParticles, Packed};
-use crate::system::tasks::{PerTask, split_by_field};
+use crate::system::tasks::split_by_field;
 
 /// Position, velocity, density and pressure of the acoustic relaxation of particles.
 pub struct MotionSlices<'a, S: FluidSpace> {

@@ -6,6 +6,7 @@ use sph::coupling::solver::Divergence;
 use sph::coupling::stage::{Stage, StageTime, StepStage};
 use sph::lanes::{LanePass, Lanes, WIDTH};
 use sph::space::geometry::{Geometry, Open, Periodic};
+use sph::tasks::PerTask;
 
 use super::checks::{LaneScanFindings, Motion, ScanFindings};
 use super::compression_budget::CompressionBudget;
@@ -24,7 +25,7 @@ use crate::system::lane_arrays::{numbers, put, vectors};
 use crate::system::model::FluidModel;
 use crate::system::packed_particle::FluidSpace;
 use crate::system::state::{FluidState, StepStart};
-use crate::system::tasks::{PerTask, for_each_task, per_task};
+use crate::system::tasks::{for_each_task, per_task};
 
 /// Everything that follows from model and state.
 #[derive(Debug, Default)]

@@ -2,14 +2,13 @@
 
 mod pressure;
 
-use rayon::prelude::*;
-
 use sph::kernel::CubicSpline;
 use sph::neighbours::CellGrid;
 use sph::prescribed::body_force::BodyForceAt;
 use sph::setup::Coupling;
 use sph::space::domain::Domain;
 use sph::space::tensors::SpaceVector;
+use sph::tasks::for_each;
 
 use crate::boundary::walls::WallState;
 pub(crate) use crate::contact::film::pressure::CONSTANTS;
@@ -32,7 +31,7 @@ pub struct FilmForce<S: SolidSpace> {
 }
 
 /// A particle with another body or a wall within the support of the fluid's kernel.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 struct Node<S: SolidSpace> {
     particle: u32,
     /// V \[m²\].
@@ -197,11 +196,9 @@ impl<S: SolidSpace> Film<S> {
             self.state_of[*i as usize] = state;
         }
         let mut nodes = std::mem::take(&mut self.nodes);
-        self.candidates
-            .par_iter()
-            .with_min_len(TASK)
-            .map(|i| self.node(at, *i as usize))
-            .collect_into_vec(&mut nodes);
+        nodes.clear();
+        nodes.resize(self.candidates.len(), Node::default());
+        for_each(&mut nodes[..], TASK, |k, node| *node = self.node(at, self.candidates[k] as usize));
         self.nodes = nodes;
         self.node_of.clear();
         self.node_of.resize(at.constants.len(), NONE);
@@ -210,11 +207,9 @@ impl<S: SolidSpace> Film<S> {
         }
         self.update_pressure(at);
         let mut forces = std::mem::take(&mut self.node_forces);
-        (0..self.nodes.len())
-            .into_par_iter()
-            .with_min_len(TASK)
-            .map(|k| self.force(at, k))
-            .collect_into_vec(&mut forces);
+        forces.clear();
+        forces.resize(self.nodes.len(), FilmForce::default());
+        for_each(&mut forces[..], TASK, |k, force| *force = self.force(at, k));
         for (node, force) in self.nodes.iter().zip(&forces) {
             self.forces[node.particle as usize] = *force;
         }

@@ -1,9 +1,8 @@
 //! Repulsion by penetration depth: central forces, conservative apart from damping, never attractive.
 
-use rayon::prelude::*;
-
 use sph::space::domain::Domain;
 use sph::space::tensors::SpaceVector;
+use sph::tasks::{PerTask, for_each, for_each_task};
 
 use crate::boundary::walls::WallState;
 use crate::contact::density_field::{DensityField, DensityFields, Spring};
@@ -148,9 +147,7 @@ impl Repulsion {
             sums.fill(ContactForces::default());
             return;
         }
-        sums.par_iter_mut().with_min_len(8 * TASK).enumerate().for_each(|(i, sums)| {
-            *sums = self.forces(at, contacts, i);
-        });
+        for_each(sums, 8 * TASK, |i, sums| *sums = self.forces(at, contacts, i));
     }
 
     /// All particles that lie in something else, ascending.
@@ -162,14 +159,16 @@ impl Repulsion {
     ) {
         let dt = at.at - springs.time;
         let count = at.constants.len();
-        let tasks = at.lists.active.par_chunks(2 * TASK);
-        if contacts.tasks.len() < tasks.len() {
-            contacts.tasks.resize_with(tasks.len(), Vec::new);
+        let active = &at.lists.active;
+        let tasks = active.len().div_ceil(2 * TASK);
+        if contacts.tasks.len() < tasks {
+            contacts.tasks.resize_with(tasks, Vec::new);
         }
         let Contacts { found, tasks: buffers } = contacts;
-        buffers.par_iter_mut().for_each(Vec::clear);
-        tasks.zip(&mut *buffers).for_each(|(active, found)| {
-            for s in active.iter().map(|s| *s as usize) {
+        buffers.iter_mut().for_each(Vec::clear);
+        for_each_task(active.len(), 2 * TASK, PerTask(&mut buffers[..tasks]), &|range, PerTask(found)| {
+            let found = &mut found[0];
+            for s in active[range].iter().map(|s| *s as usize) {
                 match s.checked_sub(count) {
                     None => self.contacts_of(at, springs, dt, s, found),
                     Some(w) => self.contacts_of_wall(at, springs, dt, w, found),

@@ -1,10 +1,9 @@
 //! Contact of the source paper: other bodies enter the sums over particles, walls as in its section 4.1.
 
-use rayon::prelude::*;
-
 use sph::prescribed::body_force::BodyForceField;
 use sph::space::domain::Domain;
 use sph::space::tensors::SpaceVector;
+use sph::tasks::for_each;
 
 use crate::boundary::walls::WallState;
 use crate::formulations::body::Body;
@@ -125,13 +124,9 @@ impl SumContact {
         sums: &mut [PairSums<S>],
         contact: &mut [ContactForces<S>],
     ) {
-        wall_pressure
-            .par_iter_mut()
-            .with_min_len(TASK)
-            .enumerate()
-            .for_each(|(w, p)| *p = at.wall_pressure(w));
+        for_each(&mut *wall_pressure, TASK, |w, p| *p = at.wall_pressure(w));
         let wall_pressure = &*wall_pressure;
-        sums.par_iter_mut().zip(contact).with_min_len(TASK).enumerate().for_each(|(i, (sums, contact))| {
+        for_each((sums, contact), TASK, |i, (sums, contact)| {
             *contact = ContactForces::default();
             let Some(law) = at.law(i) else { return };
             let mut foreign = PairSums::zero();

@@ -1,9 +1,8 @@
 //! Pair forces of a total-Lagrangian body one by one, and the frequency of its stiffest vibration.
 
-use rayon::prelude::*;
-
-use sph::space::tensors::SpaceVector;
+use sph::space::tensors::{SpaceTensor, SpaceVector};
 use sph::sums::ordered_sum;
+use sph::tasks::for_each;
 
 use crate::neighbours::lists::TASK;
 use crate::neighbours::reference::{PairKind, Reference, ReferencePair};
@@ -83,24 +82,20 @@ impl<S: SolidSpace> Reference<S> {
         for _ in 0..ROUNDS {
             // Anchored particles and boundary points stay.
             let change = |i: usize, pair: &ReferencePair<S>| u[i] - u[pair.neighbour as usize];
-            let gradients: Vec<S::Tensor> = (0..n)
-                .into_par_iter()
-                .with_min_len(TASK)
-                .map(|i| self.gradient(i, |pair| change(i, pair)))
-                .collect();
+            let mut gradients = vec![S::Tensor::zeros(); n];
+            for_each(&mut gradients[..], TASK, |i, gradient| {
+                *gradient = self.gradient(i, |pair| change(i, pair));
+            });
             let pair_tensor: Vec<S::Matrix<f64>> =
                 (0..n).map(|i| self.pair_tensor(i, &gradients[i], &stress(&gradients[i]), units)).collect();
-            let next: Vec<S::Vector> = (0..n)
-                .into_par_iter()
-                .with_min_len(TASK)
-                .map(|i| {
-                    if self.anchored[i] {
-                        return S::Vector::zeros();
-                    }
-                    let change = |pair: &ReferencePair<S>| change(i, pair);
-                    self.force(i, self.of(i).iter(), &pair_tensor, units, change) / -mass[i]
-                })
-                .collect();
+            let mut next = vec![S::Vector::zeros(); n];
+            for_each(&mut next[..], TASK, |i, next| {
+                if self.anchored[i] {
+                    return;
+                }
+                let change = |pair: &ReferencePair<S>| change(i, pair);
+                *next = self.force(i, self.of(i).iter(), &pair_tensor, units, change) / -mass[i];
+            });
             let length = ordered_sum::<f64, _>(n, |i| next[i].norm_squared() * mass[i]).sqrt();
             if length == 0.0 {
                 return 0.0;

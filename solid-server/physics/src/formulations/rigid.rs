@@ -2,12 +2,11 @@
 
 use std::ops::AddAssign;
 
-use rayon::prelude::*;
-
 use sph::coupling::ledger::{axial, scheme_moment};
 use sph::coupling::stage::StageTime;
 use sph::space::tensors::SpaceVector;
 use sph::sums::ordered_sum;
+use sph::tasks::for_each;
 
 use crate::boundary::supports::Support;
 use crate::formulations::formulation::{
@@ -238,17 +237,11 @@ impl<S: SolidSpace> RigidBody<S> {
     ) {
         let rotation = S::rotation_matrix(motion.rotation);
         let omega = motion.angular_velocity;
-        particles
-            .position
-            .par_iter_mut()
-            .zip(particles.velocity)
-            .with_min_len(8 * TASK)
-            .enumerate()
-            .for_each(|(i, (x, v))| {
-                let arm = rotation * self.arms[i];
-                *x = motion.centre + arm - image_offset(constants.domain, &image_counts[i]);
-                *v = motion.velocity + S::spin_cross(omega, &arm);
-            });
+        for_each((particles.position, particles.velocity), 8 * TASK, |i, (x, v)| {
+            let arm = rotation * self.arms[i];
+            *x = motion.centre + arm - image_offset(constants.domain, &image_counts[i]);
+            *v = motion.velocity + S::spin_cross(omega, &arm);
+        });
     }
 }
 

@@ -1,13 +1,12 @@
 //! Total-Lagrangian SPH: deformation gradient and nominal stress in the reference configuration.
 
-use rayon::prelude::*;
-
 use sph::kernel::CubicSpline;
 use sph::lanes::Arithmetic;
 use sph::laws::artificial_viscosity::ArtificialViscosity;
 use sph::setup::{ElasticParameters, TotalLagrangian};
 use sph::space::geometry::{Geometry, Open, Periodic};
 use sph::space::tensors::{SpaceSymmetric, SpaceTensor, SpaceVector};
+use sph::tasks::for_each_task;
 
 use crate::boundary::supports::Support;
 use crate::formulations::bond_forces::{Bonds, ForcePass, TOTAL_LAGRANGIAN_LAMBDA, Viscosity};
@@ -127,8 +126,8 @@ impl<S: SolidSpace> TotalLagrangianBody<S> {
             units: self.units,
             viscosity: self.viscosity,
         };
-        sums.par_chunks_mut(TASK).enumerate().for_each(|(task, sums)| {
-            let first = task * TASK;
+        for_each_task(sums.len(), TASK, sums, &|particles, sums| {
+            let first = particles.start;
             let mut both = [[S::Vector::zeros(); TASK]; 2];
             let [forces, viscous] = both.each_mut().map(|forces| &mut forces[..sums.len()]);
             self.arithmetic.run(ForcePass { bonds: &bonds, first, forces, viscous });
@@ -183,24 +182,19 @@ impl<S: SolidSpace> BodyFormulation<S> for TotalLagrangianBody<S> {
         state: &ParticleView<'_, S>,
         stress: StressViewMut<'_, S>,
     ) {
-        stress
-            .pressure
-            .par_chunks_mut(TASK)
-            .zip(stress.cauchy.par_chunks_mut(TASK))
-            .zip(stress.deformation.par_chunks_mut(TASK))
-            .zip(stress.pair_tensor.par_chunks_mut(TASK))
-            .enumerate()
-            .for_each(|(task, (((pressure, cauchy), deformation), pair_tensor))| {
-                let first = task * TASK;
-                self.deform_in_box(body, state.position, first, deformation);
-                for (k, f) in deformation.iter().enumerate() {
-                    let found = self.law.stress::<S>(f);
-                    pair_tensor[k] = self.reference.pair_tensor(first + k, f, &found.nominal, &self.units);
-                    cauchy[k] = found.cauchy;
-                    pressure[k] = found.pressure();
-                }
-            });
-        stress.artificial.fill(S::SymmetricTensor::default());
+        let StressViewMut { pressure, cauchy, artificial, deformation, pair_tensor } = stress;
+        let (count, results) = (pressure.len(), (((pressure, cauchy), deformation), pair_tensor));
+        for_each_task(count, TASK, results, &|particles, results| {
+            let (first, (((pressure, cauchy), deformation), pair_tensor)) = (particles.start, results);
+            self.deform_in_box(body, state.position, first, deformation);
+            for (k, f) in deformation.iter().enumerate() {
+                let found = self.law.stress::<S>(f);
+                pair_tensor[k] = self.reference.pair_tensor(first + k, f, &found.nominal, &self.units);
+                cauchy[k] = found.cauchy;
+                pressure[k] = found.pressure();
+            }
+        });
+        artificial.fill(S::SymmetricTensor::default());
     }
 
     /// ρ = ρ₀/J and s = σ + p I.

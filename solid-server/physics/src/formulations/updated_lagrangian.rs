@@ -1,11 +1,10 @@
 //! Updated-Lagrangian SPH as in the source paper, Eq. (5)-(8), (17), (25)-(26).
 
-use rayon::prelude::*;
-
 use sph::lanes::Arithmetic;
 use sph::setup::{ElasticParameters, UpdatedLagrangian};
 use sph::space::geometry::{Geometry, Open, Periodic};
 use sph::space::tensors::{SpaceSymmetric, SpaceTensor};
+use sph::tasks::{for_each, for_each_task};
 
 use crate::formulations::formulation::{AngularImpulse, BodyConstants, BodyDrift, BodyFormulation, BodyStep};
 use crate::formulations::pair_lanes::{BodyArrays, PairPass};
@@ -54,8 +53,9 @@ impl<S: SolidSpace> UpdatedLagrangianBody<S> {
         sums: &mut [PairSums<S>],
     ) {
         let law = &self.law;
-        sums.par_chunks_mut(TASK).enumerate().for_each(|(task, sums)| {
-            self.arithmetic.run(PairPass { geometry, law, members, neighbours, first: task * TASK, sums });
+        for_each_task(sums.len(), TASK, sums, &|particles, sums| {
+            let first = particles.start;
+            self.arithmetic.run(PairPass { geometry, law, members, neighbours, first, sums });
         });
     }
 
@@ -72,19 +72,13 @@ impl<S: SolidSpace> BodyFormulation<S> for UpdatedLagrangianBody<S> {
         stress: StressViewMut<'_, S>,
     ) {
         let (material, epsilon) = (&self.material, self.law.artificial_stress);
-        stress
-            .pressure
-            .par_iter_mut()
-            .zip(stress.cauchy)
-            .zip(stress.artificial)
-            .with_min_len(8 * TASK)
-            .enumerate()
-            .for_each(|(i, ((p, sigma), artificial))| {
-                let rho = state.density[i];
-                *p = pressure(material, rho);
-                *sigma = cauchy_stress::<S>(*p, &state.deviatoric_stress[i]);
-                *artificial = artificial_stress::<S>(epsilon, sigma, rho);
-            });
+        let results = ((stress.pressure, stress.cauchy), stress.artificial);
+        for_each(results, 8 * TASK, |i, ((p, sigma), artificial)| {
+            let rho = state.density[i];
+            *p = pressure(material, rho);
+            *sigma = cauchy_stress::<S>(*p, &state.deviatoric_stress[i]);
+            *artificial = artificial_stress::<S>(epsilon, sigma, rho);
+        });
     }
 
     fn list_radius(&self) -> Option<f64> {
@@ -115,17 +109,11 @@ impl<S: SolidSpace> BodyFormulation<S> for UpdatedLagrangianBody<S> {
     }
 
     fn complete(&self, stage: &ParticleView<'_, S>, sums: &[PairSums<S>], rates: RateViewMut<'_, S>) {
-        rates
-            .density
-            .par_iter_mut()
-            .zip(rates.deviatoric_stress)
-            .with_min_len(8 * TASK)
-            .enumerate()
-            .for_each(|(i, (rho_dot, s_dot))| {
-                let gradient = self.velocity_gradient(&sums[i]);
-                *rho_dot = -stage.density[i] * gradient.trace();
-                *s_dot = deviatoric_stress_rate::<S>(&self.material, &stage.deviatoric_stress[i], &gradient);
-            });
+        for_each((rates.density, rates.deviatoric_stress), 8 * TASK, |i, (rho_dot, s_dot)| {
+            let gradient = self.velocity_gradient(&sums[i]);
+            *rho_dot = -stage.density[i] * gradient.trace();
+            *s_dot = deviatoric_stress_rate::<S>(&self.material, &stage.deviatoric_stress[i], &gradient);
+        });
     }
 
     fn advance(
@@ -136,19 +124,13 @@ impl<S: SolidSpace> BodyFormulation<S> for UpdatedLagrangianBody<S> {
     ) -> AngularImpulse<S> {
         let duration = step.time.duration();
         let (base, stage, rates) = (&step.base, &step.stage, &step.rates);
-        next.position
-            .par_iter_mut()
-            .zip(next.velocity)
-            .zip(next.density)
-            .zip(next.deviatoric_stress)
-            .with_min_len(8 * TASK)
-            .enumerate()
-            .for_each(|(i, (((x, v), rho), s))| {
-                *x = base.position[i] + stage.velocity[i] * duration;
-                *v = base.velocity[i] + step.force[i] * (duration / step.constants.mass[i]);
-                *rho = base.density[i] + rates.density[i] * duration;
-                *s = base.deviatoric_stress[i].plus(&rates.deviatoric_stress[i].scaled(duration));
-            });
+        let next = (((next.position, next.velocity), next.density), next.deviatoric_stress);
+        for_each(next, 8 * TASK, |i, (((x, v), rho), s)| {
+            *x = base.position[i] + stage.velocity[i] * duration;
+            *v = base.velocity[i] + step.force[i] * (duration / step.constants.mass[i]);
+            *rho = base.density[i] + rates.density[i] * duration;
+            *s = base.deviatoric_stress[i].plus(&rates.deviatoric_stress[i].scaled(duration));
+        });
         AngularImpulse::default()
     }
 
@@ -160,22 +142,16 @@ impl<S: SolidSpace> BodyFormulation<S> for UpdatedLagrangianBody<S> {
         _motion: &mut RigidState<S>,
     ) -> AngularImpulse<S> {
         let (duration, half) = (drift.duration, 0.5 * drift.duration);
-        particles
-            .position
-            .par_iter_mut()
-            .zip(particles.velocity)
-            .zip(particles.density)
-            .zip(particles.deviatoric_stress)
-            .with_min_len(8 * TASK)
-            .enumerate()
-            .for_each(|(i, (((x, v), rho), s))| {
-                *x += *v * duration;
-                let gradient = self.velocity_gradient(&drift.sums[i]);
-                let rate = |s| deviatoric_stress_rate::<S>(&self.material, s, &gradient);
-                *rho *= (1.0 - half * gradient.trace()) / (1.0 + half * gradient.trace());
-                let middle = s.plus(&rate(s).scaled(half));
-                *s = s.plus(&rate(&middle).scaled(duration));
-            });
+        let ParticleViewMut { position, velocity, density, deviatoric_stress } = particles;
+        let columns = (((position, velocity), density), deviatoric_stress);
+        for_each(columns, 8 * TASK, |i, (((x, v), rho), s)| {
+            *x += *v * duration;
+            let gradient = self.velocity_gradient(&drift.sums[i]);
+            let rate = |s| deviatoric_stress_rate::<S>(&self.material, s, &gradient);
+            *rho *= (1.0 - half * gradient.trace()) / (1.0 + half * gradient.trace());
+            let middle = s.plus(&rate(s).scaled(half));
+            *s = s.plus(&rate(&middle).scaled(duration));
+        });
         AngularImpulse::default()
     }
 

@@ -1,7 +1,5 @@
 //! Interface of the solids with the fluid.
 
-use rayon::prelude::*;
-
 use sph::coupling::exchange::{Column, Extent, StateColumns};
 use sph::coupling::extent::{ExtentTracker, ReachMap};
 use sph::coupling::ledger::InterfaceSums;
@@ -12,6 +10,7 @@ use sph::prescribed::body_force::BodyForceField;
 use sph::setup::{Coupling, InterfaceLaw};
 use sph::space::domain::Domain;
 use sph::space::tensors::SpaceVector;
+use sph::tasks::for_each;
 
 use crate::formulations::pair_law::PairSums;
 use crate::particles::constants::ParticleConstants;
@@ -187,7 +186,7 @@ impl<S: SolidSpace> SolidInterface<S> {
         fluid.read(partner);
         self.interface.update(time, fluid, solid);
         let total = self.interface.solid_forces(fluid, solid);
-        forces.par_iter_mut().with_min_len(4096).for_each(|force| *force = S::Vector::zeros());
+        for_each(&mut *forces, 4096, |_, force| *force = S::Vector::zeros());
         for (s, i) in self.sent.iter().enumerate() {
             forces[*i as usize] = self.interface.force(s);
         }

@@ -3,12 +3,11 @@
 //! Rows ascend by index and sums skip pairs beyond the support, so that results do not depend on when a list was
 //! built: lists are disposable and no part of the state.
 
-use rayon::prelude::*;
-
 use sph::neighbours::{CellGrid, NeighbourList, largest_displacement};
 use sph::space::domain::Domain;
 use sph::space::tensors::SpaceVector;
 use sph::sums::ordered_sum;
+use sph::tasks::largest;
 
 use crate::space::SolidSpace;
 
@@ -115,12 +114,9 @@ impl<S: SolidSpace> OwnLists<S> {
         let total: S::Vector =
             ordered_sum(positions.len(), |i| domain.separation(&positions[i], &built_at[i]));
         let mean = total / positions.len() as f64;
-        let farthest = positions
-            .par_iter()
-            .with_min_len(2048)
-            .zip(built_at)
-            .map(|(now, then)| (domain.separation(now, then) - mean).norm_squared())
-            .reduce(|| 0.0, f64::max);
+        let farthest = largest(positions.len(), 2048, |i| {
+            (domain.separation(&positions[i], &built_at[i]) - mean).norm_squared()
+        });
         2.0 * farthest.sqrt() > self.skin
     }
 }

@@ -1,11 +1,10 @@
 //! Limits beyond which a run of solids has no meaning.
 
-use rayon::prelude::*;
-
 use sph::coupling::solver::Divergence;
 use sph::coupling::stage::StepStage;
 use sph::space::components::Components;
 use sph::space::tensors::SpaceVector;
+use sph::tasks::first;
 
 use crate::particles::variables::Particles;
 use crate::space::SolidSpace;
@@ -21,12 +20,7 @@ pub fn check<S: SolidSpace>(
     particles: &Particles<S>,
     at: StepStage,
 ) -> Result<(), Box<Divergence>> {
-    (0..particles.len())
-        .into_par_iter()
-        .with_min_len(1024)
-        .filter_map(|i| broken_limit(model, particles, i, at))
-        .find_first(|_| true)
-        .map_or(Ok(()), Err)
+    first(particles.len(), 1024, |i| broken_limit(model, particles, i, at)).map_or(Ok(()), Err)
 }
 
 /// Fails when more particles than allowed are outside the domain; returns how many are.

@@ -1,9 +1,8 @@
 //! Stress, sums and forces of all bodies at one state.
 
-use rayon::prelude::*;
-
 use sph::coupling::stage::StageTime;
 use sph::space::tensors::{SpaceTensor, SpaceVector};
+use sph::tasks::for_each;
 
 use crate::contact::repulsion::ContactStage;
 use crate::contact::sums::SumStage;
@@ -136,7 +135,7 @@ pub fn sum_forces<S: SolidSpace>(
     let Workspace { stage, sums, contact_forces: contact, forces, loads, .. } = workspace;
     let damping_rate = model.damping_rate(time);
     let varies = !model.body_force.is_uniform() || !loads.is_empty() || damping_rate != 0.0;
-    forces.par_iter_mut().with_min_len(8 * TASK).enumerate().for_each(|(i, forces)| {
+    for_each(&mut forces[..], 8 * TASK, |i, forces| {
         let mass = model.particles.mass[i];
         let load = loads.get(i).copied().unwrap_or_default();
         let body_force = model.body_force.acceleration(&stage.position[i], at) * mass + load;
@@ -206,7 +205,7 @@ pub fn add_torques<S: SolidSpace>(
     position: &[S::Vector],
     forces: &[ParticleForces<S>],
 ) {
-    torques.par_iter_mut().with_min_len(8 * TASK).enumerate().for_each(|(i, torques)| {
+    for_each(torques, 8 * TASK, |i, torques| {
         torques.add(weight, &(position[i] - origin), &forces[i]);
     });
 }

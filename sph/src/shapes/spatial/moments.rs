@@ -3,7 +3,6 @@
 use std::f64::consts::PI;
 
 use nalgebra::{Matrix3, Vector3};
-use rayon::prelude::*;
 
 use super::SpatialShape;
 use super::face::Form;
@@ -11,6 +10,7 @@ use super::faces::SpatialBoundary;
 use super::frame::Frame;
 use crate::shapes::{Faces, Moments, Region, Shape};
 use crate::space::{Spatial, Vector};
+use crate::tasks;
 
 /// Cubes along the longest side of a composed shape that are measured at first, and halvings of those that its surface
 /// crosses.
@@ -145,7 +145,7 @@ impl SpatialBoundary {
         let has_triangles = self.faces().iter().any(|face| matches!(face.form, Form::Triangles(_)));
         let halvings = if has_triangles { HALVINGS_OF_TRIANGLES } else { HALVINGS };
         // Sums in the order of the cubes, whatever the threads.
-        let parts: Vec<Sums> = cubes.par_iter().map(|x| self.cube(x, &middle, width, halvings)).collect();
+        let parts: Vec<Sums> = tasks::map(cubes.len(), 1, |k| self.cube(&cubes[k], &middle, width, halvings));
         let sums = parts.into_iter().fold(Sums::default(), Sums::plus);
         if sums.volume <= 0.0 {
             return moments(0.0, middle, &Matrix3::zeros());

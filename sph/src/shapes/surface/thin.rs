@@ -1,7 +1,7 @@
 //! The thinnest part of a surface.
 
+use crate::tasks;
 use nalgebra::Vector3;
-use rayon::prelude::*;
 
 use super::Surface;
 
@@ -26,7 +26,7 @@ impl Surface {
     pub fn thinnest(&self) -> Option<Thinnest> {
         let stride = self.facets().div_ceil(MEASURED).max(1);
         let chosen: Vec<usize> = (0..self.facets()).step_by(stride).collect();
-        let found: Vec<Thinnest> = chosen.par_iter().filter_map(|k| self.thickness_at(*k)).collect();
+        let found = tasks::flat_map(chosen.len(), 16, |k| self.thickness_at(chosen[k]));
         found.into_iter().reduce(|a, b| if b.thickness < a.thickness { b } else { a })
     }
 

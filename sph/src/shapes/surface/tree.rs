@@ -1,7 +1,7 @@
 //! Triangles in a tree of boxes.
 
+use crate::tasks;
 use nalgebra::Vector3;
-use rayon::prelude::*;
 
 use super::triangle::{self, Feature, Triangle};
 
@@ -68,7 +68,7 @@ impl Tree {
         };
         let mut tree = Self { nodes: vec![empty; (2 << levels) - 1], triangles, numbers, levels };
         let first_leaf = (1 << levels) - 1;
-        let leaves: Vec<Node> = (0..1_usize << levels).into_par_iter().map(|k| tree.leaf(k, empty)).collect();
+        let leaves = tasks::map(1 << levels, 16, |k| tree.leaf(k, empty));
         tree.nodes[first_leaf..].copy_from_slice(&leaves);
         for k in (0..first_leaf).rev() {
             tree.nodes[k] = joined(&tree.nodes[2 * k + 1], &tree.nodes[2 * k + 2]);
@@ -249,7 +249,7 @@ fn halve(entries: &mut [(Vector3<f64>, u32)], leaves: usize) {
     entries.select_nth_unstable_by(middle, |a, b| a.0[axis].total_cmp(&b.0[axis]).then(a.1.cmp(&b.1)));
     let (before, after) = entries.split_at_mut(middle);
     if leaves >= TASK {
-        rayon::join(|| halve(before, leaves / 2), || halve(after, leaves / 2));
+        tasks::join(|| halve(before, leaves / 2), || halve(after, leaves / 2));
     } else {
         halve(before, leaves / 2);
         halve(after, leaves / 2);

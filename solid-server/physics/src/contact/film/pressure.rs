@@ -1,8 +1,7 @@
 //! Pressure along gaps: harmonic between the water that is there and the air.
 
-use rayon::prelude::*;
-
 use sph::space::tensors::SpaceVector;
+use sph::tasks::{PerTask, for_each_task};
 
 use crate::contact::film::{Film, FilmStage, NONE};
 use crate::neighbours::lists::TASK;
@@ -147,10 +146,11 @@ impl<S: SolidSpace> Film<S> {
     pub(super) fn update_pressure(&mut self, at: &FilmStage<'_, S>) {
         let mut pressure = std::mem::take(&mut self.pressure);
         pressure.tasks.resize_with(self.nodes.len().div_ceil(TASK), TaskLinks::default);
-        pressure.tasks.par_iter_mut().enumerate().for_each(|(task, found)| {
+        for_each_task(self.nodes.len(), TASK, PerTask(&mut pressure.tasks), &|nodes, PerTask(found)| {
+            let found = &mut found[0];
             found.ends.clear();
             found.links.clear();
-            for k in (task * TASK..self.nodes.len()).take(TASK) {
+            for k in nodes {
                 self.link(at, k, &mut found.links);
                 found.ends.push(found.links.len() as u32);
             }

@@ -1,10 +1,10 @@
 //! Layers of a box: rows along its edges.
 
 use nalgebra::Vector3;
-use rayon::prelude::*;
 
 use crate::shapes::SpatialShape;
 use crate::shapes::spatial::Frame;
+use crate::tasks;
 
 crate::constants! {
     /// A box of ten spacings or more always fits. The particles of a wall all have one volume.
@@ -28,7 +28,7 @@ impl BoxRows {
             let points = along_y.iter().flat_map(|y| along_x.iter().map(move |x| Vector3::new(*x, *y, *z)));
             points.map(|x| self.frame.point(&x)).filter(&keep).collect::<Vec<_>>()
         };
-        along_z.par_iter().flat_map_iter(plane).collect()
+        tasks::flat_map(along_z.len(), 1, |k| plane(&along_z[k]))
     }
 }
 

@@ -1,11 +1,11 @@
 //! Curves in which the faces of a composed shape meet, and their corners.
 
 use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
-use rayon::prelude::*;
 
 use super::SpatialBoundary;
 use crate::shapes::boundary::ROUND_OFF;
 use crate::shapes::spatial::envelope;
+use crate::tasks;
 
 /// Samples along the diagonal of the shape by which curves are sought.
 const ALONG: f64 = 64.0;
@@ -72,21 +72,16 @@ impl Curves {
             .flat_map(|i| (i + 1..samples.len()).map(move |j| [i, j]))
             .filter(|[i, j]| meet(&samples[*i].bounds, &samples[*j].bounds))
             .collect();
-        let curves: Vec<Curve> =
-            pairs.into_par_iter().filter_map(|pair| curve(boundary, &samples, pair)).collect();
-        let corners = curves.par_iter().flat_map_iter(|curve| corners(boundary, &samples, curve)).collect();
-        let spare = samples
-            .par_iter()
-            .enumerate()
-            .flat_map_iter(|(k, samples)| {
-                let face = &boundary.faces()[k];
-                samples
-                    .points
-                    .iter()
-                    .filter(|x| boundary.outward(x, &face.nearest(x).normal).is_some())
-                    .copied()
-            })
-            .collect();
+        let curves = tasks::flat_map(pairs.len(), 1, |k| curve(boundary, &samples, pairs[k]));
+        let corners = tasks::flat_map(curves.len(), 1, |k| corners(boundary, &samples, &curves[k]));
+        let spare = tasks::flat_map(samples.len(), 1, |k| {
+            let face = &boundary.faces()[k];
+            samples[k]
+                .points
+                .iter()
+                .filter(|x| boundary.outward(x, &face.nearest(x).normal).is_some())
+                .copied()
+        });
         Self { curves, corners, spare }
     }
 

@@ -1,7 +1,6 @@
 //! Points in even layers along the faces of a shape in space.
 
 use nalgebra::Vector3;
-use rayon::prelude::*;
 
 use super::SpatialBoundary;
 use super::box_rows::rows_of;
@@ -12,6 +11,7 @@ use crate::shapes::lattice::face_normal;
 use crate::shapes::{Faces, LayerParticle, OpenSides, Region, Side};
 use crate::space::Spatial;
 use crate::space::domain::Domain;
+use crate::tasks;
 
 crate::constants! {
     /// The second neighbours of a hexagonal layer are farther.
@@ -134,9 +134,9 @@ impl SpatialBoundary {
             }
             found
         };
-        let found: Vec<Vec<(usize, Option<Vector3<f64>>)>> = corners.par_iter().map(of_block).collect();
+        let found = tasks::flat_map(corners.len(), 1, |k| of_block(&corners[k]));
         let mut candidates = vec![Candidates::default(); layers.count as usize];
-        for (layer, on_layer) in found.into_iter().flatten() {
+        for (layer, on_layer) in found {
             candidates[layer].volume += width.powi(3);
             candidates[layer].places.extend(on_layer);
         }
@@ -168,10 +168,10 @@ impl SpatialBoundary {
                 let tried = self.on_level(&(x + step), level);
                 if keep(&tried) { tried } else { x }
             };
-            points = (0..points.len()).into_par_iter().map(moved).collect();
+            points = tasks::map(points.len(), 64, moved);
         }
         let off = |x: &Vector3<f64>| (self.slope(x).0 - level).abs();
-        points.into_par_iter().filter(|x| off(x) <= OFF * along).collect()
+        tasks::flat_map(points.len(), 64, |k| Some(points[k]).filter(|x| off(x) <= OFF * along))
     }
 
     /// `x` moved straight to or from the nearest face until it is `level` \[m\] from it.
@@ -217,7 +217,7 @@ pub(in crate::shapes::spatial) fn along(
         let (_, outward) = face_normal(boundary, &position, spacing);
         LayerParticle { position, normal: outward * -into_wall }
     };
-    positions.into_par_iter().map(particle).collect()
+    tasks::map(positions.len(), 64, |k| particle(positions[k]))
 }
 
 /// Points among `candidates`, as many as the layer has room for, in no order.

@@ -1,36 +1,13 @@
-//! Compiles the .proto files without a system `protoc`, and writes down which of their fields are lists.
+//! The table of lists that the codec of crate `proto` counts by.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
-use std::path::PathBuf;
 
 use prost_types::field_descriptor_proto::{Label, Type};
 use prost_types::{DescriptorProto, FieldDescriptorProto, FileDescriptorSet};
 
-fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let files = [
-        "fsi/v2/types.proto",
-        "fsi/v2/setup.proto",
-        "fsi/v2/participant.proto",
-        "fsi/v2/peer.proto",
-        "fsi/v2/recording.proto",
-    ];
-    println!("cargo::rerun-if-changed=proto");
-    let descriptors = protox::compile(files, ["proto"])?;
-    let out = PathBuf::from(std::env::var("OUT_DIR")?);
-    std::fs::write(out.join("fsi.v2.bin"), prost::Message::encode_to_vec(&descriptors))?;
-    std::fs::write(out.join("shapes.rs"), shapes(&descriptors)?)?;
-    tonic_prost_build::configure()
-        // Particle arrays are taken from the receive buffer without a copy.
-        .bytes(".fsi.v2")
-        // Lists are counted before they are decoded.
-        .codec_path("crate::transport::codec::Bounded")
-        .compile_fds(descriptors)?;
-    Ok(())
-}
-
 /// The table of `codec.rs`: of each message the fields that are lists or messages, by their numbers.
-fn shapes(descriptors: &FileDescriptorSet) -> Result<String, std::fmt::Error> {
+pub(crate) fn shapes(descriptors: &FileDescriptorSet) -> Result<String, std::fmt::Error> {
     let mut messages = BTreeMap::new();
     let mut public = Vec::new();
     for file in &descriptors.file {

@@ -5,7 +5,8 @@ use std::process::ExitCode;
 
 use proto::description::{BodyReport, Constants, Description, Fact, Inertia};
 use proto::service::{Opened, SetupProblems, SolverFactory};
-use sph::coupling::solver::{Role, Solver};
+use solid::Built;
+use sph::coupling::solver::Role;
 use sph::in_space;
 use sph::lanes::Arithmetic;
 use sph::setup::{Coupling, ElasticParameters, ParticipantSetup, SolidSetup};
@@ -57,16 +58,14 @@ impl SolverFactory for SolidFactory {
                 }),
             );
         }
-        let (solver, bodies): (Box<dyn Solver>, _) = match setup {
+        let (solver, bodies) = match setup {
             AnySpace::Plane(setup) => {
-                let solver = solid::plane_solver(setup).map_err(SetupProblems)?;
-                let bodies = reports(solver.masses(), AnySpace::Plane);
-                (solver, bodies)
+                let Built { solver, masses } = solid::plane_solver(setup).map_err(SetupProblems)?;
+                (solver, reports(masses, AnySpace::Plane))
             }
             AnySpace::Spatial(setup) => {
-                let solver = solid::spatial_solver(setup).map_err(SetupProblems)?;
-                let bodies =
-                    reports(solver.masses(), |inertia| AnySpace::Spatial(SymmetricTensor3::of(&inertia)));
+                let Built { solver, masses } = solid::spatial_solver(setup).map_err(SetupProblems)?;
+                let bodies = reports(masses, |inertia| AnySpace::Spatial(SymmetricTensor3::of(&inertia)));
                 (solver, bodies)
             }
         };
@@ -80,11 +79,8 @@ fn materials<S: Space>(setup: &SolidSetup<S>) -> Vec<(String, ElasticParameters)
 }
 
 /// Masses and inertias as the equations of motion use them.
-fn reports<I>(
-    masses: impl Iterator<Item = (f64, Option<I>)>,
-    inertia: impl Fn(I) -> Inertia,
-) -> Vec<BodyReport> {
-    masses.map(|(mass, own)| BodyReport { mass, inertia: own.map(&inertia) }).collect()
+fn reports<I>(masses: Vec<(f64, Option<I>)>, inertia: impl Fn(I) -> Inertia) -> Vec<BodyReport> {
+    masses.into_iter().map(|(mass, own)| BodyReport { mass, inertia: own.map(&inertia) }).collect()
 }
 
 /// Runs the server program on `args`, the program's name first; see [`proto::transport::node::NodeArgs`].

@@ -111,5 +111,5 @@ mod tests;
 
 pub use constants::constants;
 pub use formulations::bond_forces::TOTAL_LAGRANGIAN_LAMBDA;
-pub use solver::{SolidSolver, plane_solver, spatial_solver};
+pub use solver::{Built, SolidSolver, plane_solver, spatial_solver};
 pub use time::limits;

@@ -82,22 +82,36 @@ impl<S: SolidSpace> SolidSolver<S> {
     }
 }
 
+/// A solver for a run, with what moves its bodies.
+pub struct Built<S: SolidSpace> {
+    /// The solver.
+    pub solver: Box<dyn Solver>,
+    /// As [`SolidSolver::masses`].
+    pub masses: Vec<(f64, Option<S::Inertia>)>,
+}
+
 /// A solver in the plane at the start of the run that `setup` describes, with the arithmetic of this process.
 ///
-/// Its passes are compiled in this crate, as one unit.
+/// Its passes are compiled in this crate, as one unit, which makes them faster than where they are used.
 ///
 /// # Errors
 /// As [`SolidSolver::new`].
-pub fn plane_solver(setup: SolidSetup<Plane>) -> Result<Box<SolidSolver<Plane>>, Vec<String>> {
-    Ok(Box::new(SolidSolver::new(setup)?))
+pub fn plane_solver(setup: SolidSetup<Plane>) -> Result<Built<Plane>, Vec<String>> {
+    built(setup)
 }
 
 /// The same in space.
 ///
 /// # Errors
 /// As [`SolidSolver::new`].
-pub fn spatial_solver(setup: SolidSetup<Spatial>) -> Result<Box<SolidSolver<Spatial>>, Vec<String>> {
-    Ok(Box::new(SolidSolver::new(setup)?))
+pub fn spatial_solver(setup: SolidSetup<Spatial>) -> Result<Built<Spatial>, Vec<String>> {
+    built(setup)
+}
+
+fn built<S: SolidSpace>(setup: SolidSetup<S>) -> Result<Built<S>, Vec<String>> {
+    let solver = SolidSolver::new(setup)?;
+    let masses = solver.masses().collect();
+    Ok(Built { solver: Box::new(solver), masses })
 }
 
 impl<S: SolidSpace> SolidSolver<S> {

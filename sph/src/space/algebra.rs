@@ -156,9 +156,6 @@ pub trait Algebra: Sized {
     /// All components of a symmetric tensor.
     fn matrix_of_symmetric<R: Real>(m: Self::Symmetric<R>) -> Self::Matrix<R>;
 
-    /// Components on and above the diagonal of a tensor, which is symmetric.
-    fn symmetric_of_matrix<R: Real>(m: Self::Matrix<R>) -> Self::Symmetric<R>;
-
     /// det m.
     fn symmetric_determinant<R: Real>(m: Self::Symmetric<R>) -> R;
 

@@ -4,7 +4,6 @@ use std::time::Instant;
 
 use coordinator::study::cost;
 use sph::coupling::exchange::StateColumns;
-use sph::coupling::solver::Solver;
 use sph::coupling::stage::{Stage, StageTime, StepStage};
 use sph::setup::{
     BodyForce, BodySetup, ContactLaw, ElasticParameters, Formulation, LedgerPolicy, OutputPlan,
@@ -89,7 +88,7 @@ fn seconds_per_step(setup: SolidSetup, steps: u32) -> f64 {
     let none = StateColumns::default();
     let time_step = 1e-6;
     pool.install(|| {
-        let mut solver = solid::plane_solver(setup).unwrap_or_else(|errors| panic!("{errors:?}"));
+        let mut solver = solid::plane_solver(setup).unwrap_or_else(|errors| panic!("{errors:?}")).solver;
         let mut step = |step: u32| {
             let started = Instant::now();
             for stage in Stage::BOTH {

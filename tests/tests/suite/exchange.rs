@@ -22,7 +22,7 @@ fn couple(margin: &str, double: impl Fn(Role, Box<dyn Exchange>) -> Box<dyn Exch
     let case = bench.tank("case.toml", &[("margin_spacings = 1", &format!("margin_spacings = {margin}"))]);
     let case = coordinator::case::load(&case, &coordinator::results::state::read).unwrap();
     let fluid = fluid::plane_solver(case.fluid_setup().unwrap().plane().unwrap()).unwrap();
-    let solid = solid::plane_solver(case.solid_setup().unwrap().plane().unwrap()).unwrap();
+    let solid = solid::plane_solver(case.solid_setup().unwrap().plane().unwrap()).unwrap().solver;
     let first_limit = fluid.time_step_limit().min(solid.time_step_limit());
     let extents = [solid.extent().clone(), fluid.extent().clone()];
     let solvers: [Box<dyn Solver>; 2] = [fluid, solid];

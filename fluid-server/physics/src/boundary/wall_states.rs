@@ -23,6 +23,11 @@ pub struct WallStates<S: FluidSpace> {
 }
 
 impl<S: FluidSpace> WallStates<S> {
+    /// Bytes in use.
+    pub fn bytes(&self) -> usize {
+        self.field.bytes() + size_of::<S::Particle>() * self.particles.capacity()
+    }
+
     /// Fills the state of each wall particle from the fluid around it at `time` \[s\].
     ///
     /// ```text

@@ -7,7 +7,7 @@ pub trait PairTerms: Copy + Send + Sync {
     const NEIGHBOUR_FIELDS: bool;
     /// Each particle carries T = −σ·L instead of a pressure.
     const TENSOR: bool;
-    /// T is symmetric and kept as such.
+    /// T is a pressure times a symmetric tensor, and made of both pair by pair.
     const SYMMETRIC: bool;
     /// Eq. (17), with L_i or the unit matrix.
     const CONTINUITY: bool;
@@ -45,7 +45,7 @@ impl<
 pub enum ForceTerms {
     /// A pressure.
     Pressure,
-    /// T = −σ·L that is symmetric, and kept as such: that of a pressure alone.
+    /// T = −σ·L of a pressure alone, which is symmetric and made of both pair by pair.
     SymmetricTensor,
     /// T = −σ·L.
     Tensor,

@@ -16,7 +16,7 @@ use crate::system::model::FluidModel;
 use crate::system::packed_particle::{FluidSpace, PeriodicNodes};
 use crate::system::state::{FluidState, ListOrigin, Scratch, StepStart};
 use crate::system::tasks::TASK;
-use crate::system::walls::WallField;
+use crate::system::walls::{WallField, place};
 
 /// Steps in which the nodes keep their places: about as long as lists last.
 const BACKGROUND_STEPS: u64 = 16;
@@ -37,7 +37,7 @@ pub struct Lists<S: FluidSpace> {
     /// Memory for sorting.
     numbers: Vec<f64>,
     /// Positions of moving walls when the lists were built.
-    wall_origin: WallField<S>,
+    wall_origin: Vec<S::Vector>,
     /// Fluid particles that could cross a wall before the next list build; only where no wall moves.
     near_walls: Vec<u32>,
     /// Whether each particle is one of them.
@@ -63,7 +63,7 @@ impl<S: FluidSpace> Default for Lists<S> {
             fluid_sources: Sources::new(Order::ByCell),
             wall_sources: Sources::new(Order::AsGiven),
             numbers: Vec::new(),
-            wall_origin: WallField::default(),
+            wall_origin: Vec::new(),
             near_walls: Vec::new(),
             is_near: Vec::new(),
             background: BackgroundGrid::default(),
@@ -95,7 +95,7 @@ impl<S: FluidSpace> Lists<S> {
         let displacement = displacement + moves.next();
         if model.walls.moves() || domain.is_periodic() {
             // Two particles approach by at most twice the largest displacement.
-            let walls_moved = || largest_displacement(domain, &walls.position, &self.wall_origin.position);
+            let walls_moved = || largest_displacement(domain, &walls.position, &self.wall_origin);
             return displacement > 0.5 * skin || (model.walls.moves() && walls_moved() > 0.5 * skin);
         }
         if displacement > farthest(model.constants.particle_spacing) {
@@ -164,7 +164,7 @@ impl<S: FluidSpace> Lists<S> {
         let reach = near + (PLANE_HALF_WIDTH * spacing).hypot(2.0 * near);
         let Self { walls, wall_origin, is_near, near_walls, .. } = self;
         let is_near_wall = |i: usize, is_near: &mut bool| {
-            let distance = |w| model.domain.separation(&fluid[i], &wall_origin.position[w]);
+            let distance = |w| model.domain.separation(&fluid[i], &wall_origin[w]);
             *is_near = !walls.of(i).is_empty()
                 && walls.neighbours(i).any(|w| distance(w).norm_squared() <= reach * reach);
         };
@@ -178,6 +178,7 @@ impl<S: FluidSpace> Lists<S> {
         [&self.fluid, &self.walls, &self.fluid_of_walls].into_iter().map(Rows::bytes).sum::<usize>()
             + self.fluid_sources.bytes()
             + self.wall_sources.bytes()
+            + size_of::<S::Vector>() * self.wall_origin.capacity()
             + 8 * self.numbers.capacity()
             + 4 * self.near_walls.capacity()
             + self.is_near.capacity()
@@ -216,9 +217,9 @@ impl<S: FluidSpace> Lists<S> {
         let (domain, fluid) = (&model.domain, &origin.position[..]);
         if model.walls.moves() || !self.current {
             let Skins { thickest, .. } = skins::<S>(model.constants.particle_spacing);
-            self.wall_origin.place(&model.walls, domain, origin.time);
-            self.wall_sources.bin(domain, &self.wall_origin.position, radius(model, thickest));
-            self.wall_sources.place(domain, &self.wall_origin.position);
+            place(&mut self.wall_origin, &model.walls, domain, origin.time);
+            self.wall_sources.bin(domain, &self.wall_origin, radius(model, thickest));
+            self.wall_sources.place(domain, &self.wall_origin);
         }
         if domain.is_periodic() {
             self.fill(model, Periodic::new(domain), fluid, radius(model, skin));
@@ -228,7 +229,7 @@ impl<S: FluidSpace> Lists<S> {
         self.remaining_skin = None;
         self.find_near_walls(model, fluid, skin);
         self.background_period = None;
-        self.drift.place_walls(self.fluid_sources.grid(), &self.wall_origin.position);
+        self.drift.place_walls(self.fluid_sources.grid(), &self.wall_origin);
         self.current = true;
     }
 
@@ -243,7 +244,7 @@ impl<S: FluidSpace> Lists<S> {
             ..
         } = self;
         let search = Search { arithmetic: model.arithmetic, geometry, domain: &model.domain, radius };
-        let walls = &wall_origin.position;
+        let walls = &wall_origin[..];
         // The last wall particle does not act.
         fluid_rows.build(&search, of_fluid, fluid, fluid, Padding::Target);
         wall_rows.build(&search, of_walls, walls, fluid, Padding::Index(walls.len() as u32));

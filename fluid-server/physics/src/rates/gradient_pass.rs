@@ -112,18 +112,7 @@ impl<S: FluidSpace> Gradients<S> {
     /// T of every particle at its present pressure, from the results of the pass; the order of particles must be the
     /// same. With leapfrog only, whose predictor computes none.
     pub fn make_tensors(&mut self, model: &FluidModel<S>, fluid: &[S::Particle]) {
-        if !(model.has_tensors() && model.is_leapfrog()) {
-            return;
-        }
-        if model.keeps_symmetric_tensors() {
-            let mut tensors = std::mem::take(&mut self.symmetric_tensor);
-            for_each_task(fluid.len(), &mut tensors[..], &|particles, tensors| {
-                for (i, of_particle) in particles.zip(tensors) {
-                    let pressure = fluid[i].pressure() + self.damper(i);
-                    *of_particle = S::symmetric_scaled(self.in_momentum(model, i), pressure);
-                }
-            });
-            self.symmetric_tensor = tensors;
+        if !(model.has_tensors() && model.is_leapfrog()) || model.has_symmetric_tensors() {
             return;
         }
         let mut tensors = std::mem::take(&mut self.tensor);
@@ -223,11 +212,13 @@ fn finish<S: FluidSpace, G: Geometry<S>>(
         }
     };
     // With leapfrog the pressure is not known yet.
-    let tensor = if model.has_tensors() && !model.is_leapfrog() {
+    let symmetric = model.has_symmetric_tensors();
+    let tensor = if model.has_tensors() && !model.is_leapfrog() && !symmetric {
         tensor(model, pressure, viscous_stress, correction)
     } else {
         S::zero_matrix()
     };
+    let momentum_correction = if symmetric { in_momentum(model, correction) } else { S::zero_symmetric() };
     let viscosity = if model.viscosity == Viscosity::Pairwise {
         corrected::<S>(viscosity, sums.mean_moment())
     } else {
@@ -248,6 +239,7 @@ fn finish<S: FluidSpace, G: Geometry<S>>(
         viscous_stress,
         dissipation,
         tensor,
+        momentum_correction,
         viscosity,
         density_rate,
     }

@@ -43,10 +43,10 @@ pub struct Gradients<S: FluidSpace = Plane> {
     pub viscous_stress: Vec<S::Matrix<f64>>,
     /// Dissipation by it, τ:∇v \[W/m³\].
     pub dissipation: Vec<f64>,
-    /// T = −σ·L \[Pa\], unless it is kept as a symmetric one.
+    /// T = −σ·L \[Pa\], unless it is made of pressure and L_i pair by pair.
     pub tensor: Vec<S::Matrix<f64>>,
-    /// The same where it is symmetric and kept as such.
-    pub symmetric_tensor: Vec<S::Symmetric<f64>>,
+    /// L_i as Eq. (22) takes it, where T is made of it pair by pair.
+    pub momentum_correction: Vec<S::Symmetric<f64>>,
     /// Viscosity in the viscous pair force \[Pa s\].
     pub viscosity: Vec<f64>,
     /// Results for particles in contact with the partner, before they are put in place.
@@ -64,7 +64,7 @@ pub struct GradientSlices<'a, S: FluidSpace> {
     viscous_stress: &'a mut [S::Matrix<f64>],
     dissipation: &'a mut [f64],
     tensor: &'a mut [S::Matrix<f64>],
-    symmetric_tensor: &'a mut [S::Symmetric<f64>],
+    momentum_correction: &'a mut [S::Symmetric<f64>],
     viscosity: &'a mut [f64],
     /// Rates whose density rate the pass computes, with leapfrog.
     rates: &'a mut [Rates<S>],
@@ -79,7 +79,7 @@ split_by_field!(GradientSlices<S> {
     viscous_stress,
     dissipation,
     tensor,
-    symmetric_tensor,
+    momentum_correction,
     viscosity,
     rates
 });
@@ -96,7 +96,7 @@ impl<S: FluidSpace> Default for Gradients<S> {
             viscous_stress: Vec::new(),
             dissipation: Vec::new(),
             tensor: Vec::new(),
-            symmetric_tensor: Vec::new(),
+            momentum_correction: Vec::new(),
             viscosity: Vec::new(),
             merged: Vec::new(),
         }
@@ -110,13 +110,15 @@ impl<S: FluidSpace> Gradients<S> {
         self.sums.resize(of(partner == Partner::Present), NeighbourSums::default());
         self.neighbour_fields.resize(of(model.has_neighbour_fields()), S::Fields::default());
         self.at_surface.resize(of(model.regularises()), false);
-        self.correction.resize(of(model.corrects_continuity()), S::zero_symmetric());
         self.regularisation.resize(of(model.regularises()), RegularisationSums::default());
         self.viscous_stress.resize(of(model.viscosity != Viscosity::Inviscid), S::zero_matrix());
         self.dissipation.resize(of(model.viscosity != Viscosity::Inviscid), 0.0);
-        let symmetric = model.keeps_symmetric_tensors();
+        let symmetric = model.has_symmetric_tensors();
+        // With leapfrog only T is made of it.
+        let kept = model.corrects_continuity() && !(symmetric && model.is_leapfrog());
+        self.correction.resize(of(kept), S::zero_symmetric());
         self.tensor.resize(of(model.has_tensors() && !symmetric), S::zero_matrix());
-        self.symmetric_tensor.resize(of(symmetric), S::zero_symmetric());
+        self.momentum_correction.resize(of(symmetric), S::zero_symmetric());
         self.viscosity.resize(of(model.viscosity == Viscosity::Pairwise), 0.0);
     }
 
@@ -136,7 +138,7 @@ impl<S: FluidSpace> Gradients<S> {
             viscous_stress: &mut self.viscous_stress,
             dissipation: &mut self.dissipation,
             tensor: &mut self.tensor,
-            symmetric_tensor: &mut self.symmetric_tensor,
+            momentum_correction: &mut self.momentum_correction,
             viscosity: &mut self.viscosity,
             rates,
         }
@@ -170,6 +172,9 @@ impl<S: FluidSpace> Gradients<S> {
     /// L_i of particle `i` as Eq. (22) takes it.
     #[inline(always)]
     pub fn in_momentum(&self, model: &FluidModel<S>, i: usize) -> S::Symmetric<f64> {
+        if let Some(correction) = self.momentum_correction.get(i) {
+            return *correction;
+        }
         self.correction.get(i).map_or(S::identity(), |correction| in_momentum(model, *correction))
     }
 
@@ -187,7 +192,7 @@ impl<S: FluidSpace> Gradients<S> {
             + bytes(&self.viscous_stress)
             + bytes(&self.dissipation)
             + bytes(&self.tensor)
-            + bytes(&self.symmetric_tensor)
+            + bytes(&self.momentum_correction)
             + bytes(&self.viscosity)
             + bytes(&self.merged)
     }
@@ -210,6 +215,8 @@ pub struct ParticleGradients<S: FluidSpace> {
     pub dissipation: f64,
     /// T \[Pa\].
     pub tensor: S::Matrix<f64>,
+    /// L_i as Eq. (22) takes it, where T is symmetric.
+    pub momentum_correction: S::Symmetric<f64>,
     /// Viscosity \[Pa s\].
     pub viscosity: f64,
     /// Density rate with leapfrog \[kg/(m³ s)\].
@@ -227,7 +234,7 @@ impl<S: FluidSpace> GradientSlices<'_, S> {
         put(self.viscous_stress, k, finished.viscous_stress);
         put(self.dissipation, k, finished.dissipation);
         put(self.tensor, k, finished.tensor);
-        put(self.symmetric_tensor, k, S::symmetric_of_matrix(finished.tensor));
+        put(self.momentum_correction, k, finished.momentum_correction);
         put(self.viscosity, k, finished.viscosity);
         if let Some(rates) = self.rates.get_mut(k) {
             rates.density = finished.density_rate;

@@ -53,7 +53,7 @@ impl<S: FluidSpace, G: Geometry<S>> StageFields<'_, G, S> {
 /// Terms of the momentum equation of `model`.
 pub fn force_terms<S: FluidSpace>(model: &FluidModel<S>) -> ForceTerms {
     match model.viscosity {
-        _ if model.keeps_symmetric_tensors() => ForceTerms::SymmetricTensor,
+        _ if model.has_symmetric_tensors() => ForceTerms::SymmetricTensor,
         _ if !model.has_tensors() => ForceTerms::Pressure,
         Viscosity::Pairwise => ForceTerms::TensorAndDrag,
         Viscosity::Stress | Viscosity::Inviscid => ForceTerms::Tensor,

@@ -52,7 +52,9 @@ impl<S: FluidSpace, G: Geometry<S>> StageFields<'_, G, S> {
             pressure: L::splat(fluid.pressure() + fields.damper()),
             density_gradient: S::splat_each(&fields.density_gradient()),
             tensor: if T::SYMMETRIC {
-                S::matrix_of_symmetric(S::splat_symmetric(&gradients.symmetric_tensor[i]))
+                let pressure = fluid.pressure() + fields.damper();
+                let tensor = S::symmetric_scaled(gradients.momentum_correction[i], pressure);
+                S::matrix_of_symmetric(S::splat_symmetric(&tensor))
             } else if T::TENSOR {
                 S::splat_matrix(&gradients.tensor[i])
             } else {
@@ -76,7 +78,7 @@ impl<S: FluidSpace, G: Geometry<S>> StageFields<'_, G, S> {
         let neighbour_fields =
             if T::NEIGHBOUR_FIELDS { &gradients.neighbour_fields[..fluid.len()] } else { &[] };
         let tensors = if T::TENSOR && !T::SYMMETRIC { &gradients.tensor[..fluid.len()] } else { &[] };
-        let symmetric = if T::SYMMETRIC { &gradients.symmetric_tensor[..fluid.len()] } else { &[] };
+        let corrections = if T::SYMMETRIC { &gradients.momentum_correction[..fluid.len()] } else { &[] };
         let mut sums = PairSums::zero();
         for indices in lists.fluid.of(i) {
             let indices = *indices;
@@ -88,8 +90,8 @@ impl<S: FluidSpace, G: Geometry<S>> StageFields<'_, G, S> {
                 data.density_gradient = gradient;
             }
             if T::SYMMETRIC {
-                let lanes = S::symmetric_component_lanes(of_each(indices, symmetric));
-                data.tensor = S::matrix_of_symmetric(lanes);
+                let correction = S::symmetric_component_lanes(of_each(indices, corrections));
+                data.tensor = S::matrix_of_symmetric(S::symmetric_scaled(correction, batch.pressure));
             } else if T::TENSOR {
                 data.tensor = S::tensor_lanes(of_each(indices, tensors));
             }

@@ -132,9 +132,9 @@ pub enum Viscosity {
 }
 
 impl<S: FluidSpace> FluidModel<S> {
-    /// Whether T of each particle is symmetric and kept as such.
-    pub fn keeps_symmetric_tensors(&self) -> bool {
-        S::KEEPS_SYMMETRY && self.has_tensors() && self.viscosity == Viscosity::Inviscid
+    /// Whether T of each particle is its pressure times a symmetric tensor, and made of both pair by pair.
+    pub fn has_symmetric_tensors(&self) -> bool {
+        S::SYMMETRIC_TENSORS && self.has_tensors() && self.viscosity == Viscosity::Inviscid
     }
 }
 

@@ -12,8 +12,8 @@ type SpatialVector = <Spatial as Space>::Vector;
 
 /// A space with a fluid in it.
 pub trait FluidSpace: Thresholds {
-    /// Whether a tensor T that is symmetric is kept as one: of the four components in the plane three are no faster to read.
-    const KEEPS_SYMMETRY: bool;
+    /// Whether a symmetric T is made of pressure and L_i pair by pair: in the plane its four components are as fast to read.
+    const SYMMETRIC_TENSORS: bool;
     /// State of a particle as pair sums read it.
     type Particle: Packed<Self>;
     /// Results of the gradient pass as neighbours read them.
@@ -33,14 +33,14 @@ pub enum PeriodicNodes {
 }
 
 impl FluidSpace for Plane {
-    const KEEPS_SYMMETRY: bool = false;
+    const SYMMETRIC_TENSORS: bool = false;
     type Particle = PackedParticle;
     type Fields = [f64; 4];
     const PERIODIC_NODES: PeriodicNodes = PeriodicNodes::AsOther;
 }
 
 impl FluidSpace for Spatial {
-    const KEEPS_SYMMETRY: bool = true;
+    const SYMMETRIC_TENSORS: bool = true;
     type Particle = SpatialParticle;
     type Fields = [f64; 5];
     const PERIODIC_NODES: PeriodicNodes = PeriodicNodes::Lattice;

@@ -178,8 +178,8 @@ pub struct WallField<S: Space> {
 impl<S: Space> WallField<S> {
     /// Places the walls as they are at `time` \[s\].
     pub fn place(&mut self, walls: &WallModel<S>, domain: &Domain<S>, time: f64) {
-        if self.position.len() != walls.len() {
-            self.position = walls.start.iter().map(|x| domain.wrapped(x)).collect();
+        place(&mut self.position, walls, domain, time);
+        if self.velocity.len() != walls.len() {
             self.velocity = vec![S::Vector::zeros(); walls.len()];
             self.acceleration = vec![S::Vector::zeros(); walls.len()];
             self.mirror_normal.clone_from(&walls.mirror_normal);
@@ -192,12 +192,35 @@ impl<S: Space> WallField<S> {
         for w in 0..walls.len() {
             if let Some(motion) = &motions[walls.wall[w] as usize] {
                 let start = &walls.start[w];
-                self.position[w] = domain.wrapped(&motion.position(start));
                 self.velocity[w] = motion.velocity(start);
                 self.acceleration[w] = motion.acceleration(start);
                 self.mirror_normal[w] = motion.rotate(&walls.mirror_normal[w]);
                 self.face_normal[w] = motion.rotate(&walls.face_normal[w]);
             }
+        }
+    }
+
+    /// Bytes in use.
+    pub fn bytes(&self) -> usize {
+        let Self { position, velocity, acceleration, mirror_normal, face_normal } = self;
+        let all = [position, velocity, acceleration, mirror_normal, face_normal];
+        size_of::<S::Vector>() * all.map(Vec::capacity).iter().sum::<usize>()
+    }
+}
+
+/// Moves the `position` \[m\] of each wall particle to where it is at `time` \[s\].
+pub fn place<S: Space>(position: &mut Vec<S::Vector>, walls: &WallModel<S>, domain: &Domain<S>, time: f64) {
+    if position.len() != walls.len() {
+        position.clear();
+        position.extend(walls.start.iter().map(|x| domain.wrapped(x)));
+    }
+    if !walls.moves() {
+        return;
+    }
+    let motions = walls.motions_at(time);
+    for (w, position) in position.iter_mut().enumerate() {
+        if let Some(motion) = &motions[walls.wall[w] as usize] {
+            *position = domain.wrapped(&motion.position(&walls.start[w]));
         }
     }
 }

@@ -82,6 +82,7 @@ impl<S: FluidSpace> Workspace<S> {
         self.base.bytes()
             + self.lists.bytes()
             + size_of::<S::Particle>() * self.fluid.capacity()
+            + self.walls.bytes()
             + self.gradients.bytes()
             + self.volume.bytes()
             + size_of::<Rates<S>>() * self.rates.capacity()

@@ -227,11 +227,6 @@ impl Algebra for Plane {
     }
 
     #[inline(always)]
-    fn symmetric_of_matrix<R: Real>([xx, xy, _, yy]: [R; 4]) -> [R; 3] {
-        [xx, xy, yy]
-    }
-
-    #[inline(always)]
     fn symmetric_determinant<R: Real>(m: [R; 3]) -> R {
         m[0] * m[2] - m[1] * m[1]
     }

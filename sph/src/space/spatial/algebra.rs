@@ -274,11 +274,6 @@ impl Algebra for Spatial {
     }
 
     #[inline(always)]
-    fn symmetric_of_matrix<R: Real>([xx, xy, xz, _, yy, yz, _, _, zz]: [R; 9]) -> [R; 6] {
-        [xx, xy, xz, yy, yz, zz]
-    }
-
-    #[inline(always)]
     fn symmetric_determinant<R: Real>(m: [R; 6]) -> R {
         let [xx, xy, xz, yy, yz, zz] = m;
         xx * (yy * zz - yz * yz) - xy * (xy * zz - xz * yz) + xz * (xy * yz - xz * yy)
